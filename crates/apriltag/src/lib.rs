@@ -1,0 +1,1 @@
+//! From pixels to decoded tags with sub-pixel corners.

@@ -1,0 +1,1 @@
+//! From tag corners of many cameras to object poses with covariance.

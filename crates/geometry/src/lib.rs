@@ -1,0 +1,1 @@
+//! Rigid motions, lenses, homographies and planar pose.

@@ -1,0 +1,1 @@
+//! Recorded images, detections and poses on disk.

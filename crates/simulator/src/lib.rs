@@ -1,0 +1,1 @@
+//! Seeded scenes rendered to images, with truth, clock and network faults.

@@ -1,0 +1,1 @@
+//! The TOML files people write: rig, object and node configuration.

@@ -1,0 +1,1 @@
+//! The site's network: typed publishers and subscribers over zenoh.

@@ -1,0 +1,1 @@
+//! Camera node: capture to shared memory, detection to the network.

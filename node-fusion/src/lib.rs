@@ -1,0 +1,1 @@
+//! Fusion node: observations of every camera to one pose an object.

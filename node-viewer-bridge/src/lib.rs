@@ -1,0 +1,1 @@
+//! Viewer bridge: the site as a web page and a WebSocket.

@@ -1,0 +1,2 @@
+//! Sextant on the command line.
+fn main() {}
