@@ -1,2 +1,114 @@
-//! Chores.
-fn main() {}
+//! The project's chores, each a word: what continuous integration runs is what a person runs.
+//!
+//! No dependency but the standard library, so that the first chore on a fresh machine starts in seconds.
+
+mod chores;
+mod tools;
+
+use std::process::ExitCode;
+use std::time::Instant;
+
+type Chore = fn() -> Result<(), String>;
+
+/// Every chore: its word, what it does, and the function.
+const CHORES: &[(&str, &str, Chore)] = &[
+    (
+        "test",
+        "everything that can fail: page, workspace, whole system in a browser, boards' processor",
+        test,
+    ),
+    ("ci", "test, and format, lint, docs, deny, cross builds", ci),
+    ("fmt", "formatting is rustfmt's", chores::fmt),
+    ("lint", "clippy, warnings are errors", chores::lint),
+    (
+        "docs",
+        "documentation builds without a warning",
+        chores::docs,
+    ),
+    (
+        "deny",
+        "licences, bans and sources of every dependency",
+        chores::deny,
+    ),
+    (
+        "page",
+        "the web page: types, unit tests, and the committed bundle equals a fresh build",
+        chores::page,
+    ),
+    (
+        "workspace",
+        "tests of every crate and of the whole system on this machine",
+        chores::workspace,
+    ),
+    (
+        "arm",
+        "tests of the pure crates for armv7, under qemu",
+        chores::arm,
+    ),
+    (
+        "cross",
+        "the camera node compiles for the boards' processors",
+        chores::cross,
+    ),
+];
+
+fn test() -> Result<(), String> {
+    run_in_order(&["page", "workspace", "arm"])
+}
+
+fn ci() -> Result<(), String> {
+    run_in_order(&[
+        "fmt",
+        "lint",
+        "docs",
+        "deny",
+        "page",
+        "workspace",
+        "arm",
+        "cross",
+    ])
+}
+
+fn run_in_order(words: &[&str]) -> Result<(), String> {
+    tools::require_all(words)?;
+    for word in words {
+        let started = Instant::now();
+        println!("xtask {word}: {}", find(word).map_or("", |c| c.1));
+        find(word).ok_or_else(|| usage(word))?.2().map_err(|cause| format!("{word}: {cause}"))?;
+        println!("xtask {word}: done in {} s", started.elapsed().as_secs());
+    }
+    Ok(())
+}
+
+fn find(word: &str) -> Option<&'static (&'static str, &'static str, Chore)> {
+    CHORES.iter().find(|chore| chore.0 == word)
+}
+
+fn usage(word: &str) -> String {
+    let list: Vec<String> = CHORES
+        .iter()
+        .map(|(word, what, _)| format!("  {word:<10} {what}"))
+        .collect();
+    format!(
+        "no chore named '{word}'. cargo xtask CHORE...\n{}",
+        list.join("\n")
+    )
+}
+
+fn main() -> ExitCode {
+    let words: Vec<String> = std::env::args().skip(1).collect();
+    let words: Vec<&str> = words.iter().map(String::as_str).collect();
+    let outcome = match words.as_slice() {
+        [] => Err(usage("")),
+        ["test"] => test(),
+        ["ci"] => ci(),
+        chosen => run_in_order(chosen),
+    };
+    match outcome {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(cause) => {
+            eprintln!("xtask: {cause}");
+            ExitCode::FAILURE
+        }
+    }
+}

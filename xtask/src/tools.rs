@@ -1,0 +1,165 @@
+//! Programs that are not Rust's: which chore needs which, found, installed where that is possible, or named.
+
+use std::path::PathBuf;
+use std::process::{Command, Stdio};
+
+/// A program that a chore calls.
+pub struct Tool {
+    /// The program looked for on the path.
+    pub program: &'static str,
+    /// Debian's package; `None` where Debian's is too old.
+    pub package: Option<&'static str>,
+    /// What a person does who has no Debian.
+    pub remedy: &'static str,
+}
+
+const NODE: Tool = Tool {
+    program: "node",
+    package: None,
+    remedy: "install Node.js 20.19 or newer (https://nodejs.org)",
+};
+const NPM: Tool = Tool {
+    program: "npm",
+    package: None,
+    remedy: "install npm (it comes with Node.js)",
+};
+const CHROMIUM: Tool = Tool {
+    program: "chromium",
+    package: Some("chromium"),
+    remedy: "install Chromium",
+};
+const QEMU_ARM: Tool = Tool {
+    program: "qemu-arm",
+    package: Some("qemu-user"),
+    remedy: "install qemu's user-mode emulation",
+};
+const GCC_ARM: Tool = Tool {
+    program: "arm-linux-gnueabihf-gcc",
+    package: Some("gcc-arm-linux-gnueabihf"),
+    remedy: "install a C compiler for arm-linux-gnueabihf",
+};
+const GCC_AARCH64: Tool = Tool {
+    program: "aarch64-linux-gnu-gcc",
+    package: Some("gcc-aarch64-linux-gnu"),
+    remedy: "install a C compiler for aarch64-linux-gnu",
+};
+
+/// What a chore needs beside Rust and a C compiler.
+fn needs(chore: &str) -> &'static [Tool] {
+    match chore {
+        "page" => &[NODE, NPM],
+        "workspace" => &[NODE, CHROMIUM],
+        "arm" => &[QEMU_ARM, GCC_ARM],
+        "cross" => &[GCC_ARM, GCC_AARCH64],
+        _ => &[],
+    }
+}
+
+/// Compilation targets a chore needs beside this machine's own.
+fn targets(chore: &str) -> &'static [&'static str] {
+    match chore {
+        "arm" => &["armv7-unknown-linux-gnueabihf"],
+        "cross" => &["aarch64-unknown-linux-gnu", "armv7-unknown-linux-gnueabihf"],
+        _ => &[],
+    }
+}
+
+/// Finds or installs what the chores need; names everything that is missing at once.
+pub fn require_all(chores: &[&str]) -> Result<(), String> {
+    let mut missing: Vec<&Tool> = Vec::new();
+    for tool in chores.iter().flat_map(|chore| needs(chore)) {
+        if locate(tool.program).is_none() && !missing.iter().any(|m| m.program == tool.program) {
+            missing.push(tool);
+        }
+    }
+    install(&missing);
+    let unmet: Vec<String> = missing
+        .iter()
+        .filter(|tool| locate(tool.program).is_none())
+        .map(|tool| format!("  {}: {}{}", tool.program, tool.remedy, debian_hint(tool)))
+        .collect();
+    if !unmet.is_empty() {
+        return Err(format!("missing programs\n{}", unmet.join("\n")));
+    }
+    chores
+        .iter()
+        .flat_map(|chore| targets(chore))
+        .try_for_each(|target| add_target(target))
+}
+
+fn debian_hint(tool: &Tool) -> String {
+    tool.package
+        .map(|p| format!("; on Debian: sudo apt-get install {p}"))
+        .unwrap_or_default()
+}
+
+/// As root on a Debian machine the packages are installed; elsewhere the caller names them.
+fn install(missing: &[&Tool]) {
+    let packages: Vec<&str> = missing.iter().filter_map(|tool| tool.package).collect();
+    if packages.is_empty() || locate("apt-get").is_none() || !is_root() {
+        return;
+    }
+    println!("xtask: installing {}", packages.join(" "));
+    let apt = |arguments: &[&str]| {
+        let quiet = Command::new("apt-get")
+            .args(arguments)
+            .env("DEBIAN_FRONTEND", "noninteractive")
+            .stdout(Stdio::null())
+            .status();
+        matches!(quiet, Ok(status) if status.success())
+    };
+    let _ =
+        apt(&["update", "-q"]) && apt(&[&["install", "-y", "-q"], packages.as_slice()].concat());
+}
+
+fn is_root() -> bool {
+    Command::new("id")
+        .arg("-u")
+        .output()
+        .is_ok_and(|output| output.stdout.starts_with(b"0\n"))
+}
+
+/// The first file of that name on the path.
+pub fn locate(program: &str) -> Option<PathBuf> {
+    let path = std::env::var_os("PATH")?;
+    std::env::split_paths(&path)
+        .map(|folder| folder.join(program))
+        .find(|file| file.is_file())
+}
+
+fn add_target(target: &str) -> Result<(), String> {
+    let listed = Command::new("rustup")
+        .args(["target", "list", "--installed"])
+        .output();
+    if listed.is_ok_and(|output| {
+        String::from_utf8_lossy(&output.stdout)
+            .lines()
+            .any(|line| line == target)
+    }) {
+        return Ok(());
+    }
+    run("rustup", &["target", "add", target])
+}
+
+/// Runs a program in the workspace's root and fails with its command line.
+pub fn run(program: &str, arguments: &[&str]) -> Result<(), String> {
+    run_in(".", program, arguments)
+}
+
+/// Runs a program in a folder below the workspace's root.
+pub fn run_in(folder: &str, program: &str, arguments: &[&str]) -> Result<(), String> {
+    let root = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
+    let status = Command::new(program)
+        .args(arguments)
+        .current_dir(format!("{root}/{folder}"))
+        .status()
+        .map_err(|cause| format!("{program}: {cause}"))?;
+    if status.success() {
+        Ok(())
+    } else {
+        Err(format!(
+            "`{program} {}` ended with {status}",
+            arguments.join(" ")
+        ))
+    }
+}
