@@ -1,1 +1,14 @@
-//! What a process needs of its operating system: clock, shutdown, logging, memory, exit codes.
+//! What a process of Sextant needs of its operating system, and nothing of what it does: the clock and how far to trust
+//! it, the wish to stop, logging, children, memory, the exit code. Linux only; knows no image, no network, no file format.
+
+pub mod background;
+pub mod children;
+pub mod clock;
+pub mod exit;
+pub mod logging;
+pub mod memory;
+pub mod shutdown;
+
+pub use clock::{ClockQuality, now_ns};
+pub use exit::{Exit, Failure, WithExit, report};
+pub use shutdown::Shutdown;

@@ -1,0 +1,26 @@
+//! Priority: work that nobody waits for (previews, recordings) steps aside.
+
+use std::io;
+
+/// Gives the calling thread the niceness 10, below everything that serves a measurement.
+pub fn lower_this_thread() -> io::Result<()> {
+    // SAFETY: gettid has no precondition.
+    let thread = unsafe { libc::gettid() };
+    // SAFETY: setpriority has no memory precondition; on Linux PRIO_PROCESS with a thread id means that thread.
+    let result = unsafe { libc::setpriority(libc::PRIO_PROCESS, thread.unsigned_abs(), 10) };
+    if result == 0 {
+        Ok(())
+    } else {
+        Err(io::Error::last_os_error())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #[test]
+    fn a_thread_may_always_step_aside() {
+        std::thread::spawn(|| super::lower_this_thread().unwrap())
+            .join()
+            .unwrap();
+    }
+}

@@ -1,0 +1,124 @@
+//! Exit codes, the same for every program of Sextant, and the one place where an error chain is printed.
+
+use std::fmt;
+use std::process::ExitCode;
+
+/// Why a process ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Exit {
+    /// It did what it was asked to.
+    Success = 0,
+    /// A fault at run time that none of the others names.
+    Fault = 1,
+    /// Wrong usage of the command line (clap's own code).
+    Usage = 2,
+    /// A file that was given is missing or wrong.
+    Input = 3,
+    /// A port, camera or service is in use or out of reach.
+    Unavailable = 4,
+    /// Interrupted before the result was there.
+    Interrupted = 130,
+}
+
+impl From<Exit> for ExitCode {
+    fn from(exit: Exit) -> Self {
+        Self::from(exit as u8)
+    }
+}
+
+/// An error that knows the exit code it asks for.
+#[derive(Debug)]
+pub struct Failure {
+    exit: Exit,
+    error: anyhow::Error,
+}
+
+impl Failure {
+    /// `error`, which ends the process with `exit`.
+    pub fn new(exit: Exit, error: impl Into<anyhow::Error>) -> Self {
+        Self {
+            exit,
+            error: error.into(),
+        }
+    }
+}
+
+impl fmt::Display for Failure {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        fmt::Display::fmt(&self.error, f)
+    }
+}
+
+impl std::error::Error for Failure {
+    fn source(&self) -> Option<&(dyn std::error::Error + 'static)> {
+        self.error.source()
+    }
+}
+
+/// Gives the error of a result its exit code: `read_rig(path).exit_with(Exit::Input)?`.
+pub trait WithExit<T> {
+    /// The same result, whose error ends the process with `exit`.
+    fn exit_with(self, exit: Exit) -> anyhow::Result<T>;
+}
+
+impl<T, E: Into<anyhow::Error>> WithExit<T> for Result<T, E> {
+    fn exit_with(self, exit: Exit) -> anyhow::Result<T> {
+        self.map_err(|error| Failure::new(exit, error).into())
+    }
+}
+
+/// The exit code that an error asks for: the outermost [`Failure`] in its chain, else [`Exit::Fault`].
+pub fn exit_of(error: &anyhow::Error) -> Exit {
+    if let Some(failure) = error.downcast_ref::<Failure>() {
+        return failure.exit;
+    }
+    error
+        .chain()
+        .find_map(|cause| cause.downcast_ref::<Failure>())
+        .map_or(Exit::Fault, |failure| failure.exit)
+}
+
+/// The end of `main`: prints the chain of an error once, on stderr, and returns the exit code.
+pub fn report(result: anyhow::Result<()>) -> ExitCode {
+    match result {
+        Ok(()) => Exit::Success.into(),
+        Err(error) => {
+            eprintln!("error: {error:#}");
+            exit_of(&error).into()
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use anyhow::Context;
+
+    fn missing_file() -> std::io::Result<()> {
+        Err(std::io::Error::from(std::io::ErrorKind::NotFound))
+    }
+
+    #[test]
+    fn a_plain_error_is_a_fault() {
+        assert_eq!(exit_of(&anyhow::anyhow!("no")), Exit::Fault);
+    }
+
+    #[test]
+    fn the_code_survives_context() {
+        let error = missing_file()
+            .exit_with(Exit::Input)
+            .context("reading the rig")
+            .unwrap_err();
+        assert_eq!(exit_of(&error), Exit::Input);
+        assert_eq!(format!("{error:#}"), "reading the rig: entity not found");
+    }
+
+    #[test]
+    fn the_outermost_code_wins() {
+        let inner = missing_file().exit_with(Exit::Input);
+        assert_eq!(
+            exit_of(&inner.exit_with(Exit::Unavailable).unwrap_err()),
+            Exit::Unavailable
+        );
+    }
+}

@@ -1,0 +1,125 @@
+//! The wish to stop: SIGINT, SIGTERM and SIGHUP raise one flag and make one descriptor readable, for good. Loops ask the
+//! flag, waits take the descriptor along; no thread is needed, so a process stays single-threaded until it wants more.
+
+use std::io::Write;
+use std::os::fd::{AsFd, AsRawFd, BorrowedFd};
+use std::os::unix::net::UnixStream;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
+
+/// A cheap handle on the wish to stop; all clones are one.
+#[derive(Debug, Clone)]
+pub struct Shutdown {
+    state: Arc<State>,
+}
+
+#[derive(Debug)]
+struct State {
+    requested: Arc<AtomicBool>,
+    /// Readable from the request on; never read, so that every waiter wakes.
+    readable: UnixStream,
+    writable: UnixStream,
+}
+
+impl Shutdown {
+    /// Catches SIGINT, SIGTERM and SIGHUP from now on.
+    pub fn install() -> std::io::Result<Self> {
+        let shutdown = Self::manual()?;
+        for signal in [SIGINT, SIGTERM, SIGHUP] {
+            signal_hook::flag::register(signal, Arc::clone(&shutdown.state.requested))?;
+            signal_hook::low_level::pipe::register(signal, shutdown.state.writable.try_clone()?)?;
+        }
+        Ok(shutdown)
+    }
+
+    /// A handle that only [`Shutdown::request`] raises, for threads and tests.
+    pub fn manual() -> std::io::Result<Self> {
+        let (readable, writable) = UnixStream::pair()?;
+        writable.set_nonblocking(true)?;
+        let requested = Arc::new(AtomicBool::new(false));
+        Ok(Self {
+            state: Arc::new(State {
+                requested,
+                readable,
+                writable,
+            }),
+        })
+    }
+
+    /// Asks to stop, as a signal would.
+    pub fn request(&self) {
+        self.state.requested.store(true, Ordering::SeqCst);
+        // A full pipe is readable already, which is all that is wanted.
+        let _ = (&self.state.writable).write(&[0]);
+    }
+
+    /// Whether the process shall stop.
+    pub fn is_requested(&self) -> bool {
+        self.state.requested.load(Ordering::SeqCst)
+    }
+
+    /// Sleeps for at most `timeout` and returns early, with `true`, when the process shall stop.
+    pub fn wait(&self, timeout: Duration) -> bool {
+        let deadline = Instant::now() + timeout;
+        while !self.is_requested() {
+            let left = deadline.saturating_duration_since(Instant::now());
+            if left.is_zero() {
+                return false;
+            }
+            wait_readable(self.as_fd(), left);
+        }
+        true
+    }
+}
+
+impl AsFd for Shutdown {
+    /// Readable from the request on. Poll it; never read it.
+    fn as_fd(&self) -> BorrowedFd<'_> {
+        self.state.readable.as_fd()
+    }
+}
+
+fn wait_readable(fd: BorrowedFd<'_>, timeout: Duration) {
+    let mut poll = libc::pollfd {
+        fd: fd.as_raw_fd(),
+        events: libc::POLLIN,
+        revents: 0,
+    };
+    // Rounded up, so that the last fraction of a millisecond does not spin.
+    let timeout_ms = i32::try_from(timeout.as_micros().div_ceil(1000)).unwrap_or(i32::MAX);
+    // SAFETY: `poll` is one valid pollfd, and its descriptor stays open through the borrow.
+    unsafe { libc::poll(&raw mut poll, 1, timeout_ms) };
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_request_ends_every_wait() {
+        let shutdown = Shutdown::manual().unwrap();
+        let waiters: Vec<_> = (0..3)
+            .map(|_| {
+                let shutdown = shutdown.clone();
+                std::thread::spawn(move || shutdown.wait(Duration::from_secs(60)))
+            })
+            .collect();
+        shutdown.request();
+        assert!(waiters.into_iter().all(|waiter| waiter.join().unwrap()));
+    }
+
+    #[test]
+    fn a_wait_without_a_request_ends_with_false() {
+        assert!(!Shutdown::manual().unwrap().wait(Duration::from_millis(2)));
+    }
+
+    #[test]
+    fn a_signal_is_a_request() {
+        let shutdown = Shutdown::install().unwrap();
+        signal_hook::low_level::raise(SIGTERM).unwrap();
+        assert!(shutdown.wait(Duration::from_secs(60)));
+    }
+}
