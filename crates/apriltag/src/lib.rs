@@ -1,1 +1,21 @@
 //! From pixels to decoded tags with sub-pixel corners.
+//!
+//! - [`Image`]: what comes in, borrowed, any stride.
+//! - [`Detector`]: the pipeline; made of [`Options`], it says of each image which tags ([`Detection`]) are where.
+//! - [`Report`], [`Observer`]: what happened on the way.
+//!
+//! Corners are pixels with (0, 0) at the centre of the top left pixel. The detector knows no lens, no metres, no clock
+//! and no network, and takes no memory from the heap once it has seen an image of a size.
+
+mod detection;
+mod detector;
+mod image;
+mod options;
+mod report;
+
+pub use detection::{Detection, Refinement};
+pub use detector::Detector;
+pub use image::{Image, ImageError};
+pub use options::{Options, OptionsError};
+pub use report::{Observer, Rejection, Report, Stage};
+pub use sextant_tag_families::Family;

@@ -1,1 +1,15 @@
-//! Fiducial tag families as data: code words and the layout of a tag's modules.
+//! Fiducial tag families as data: code words, the layout of a tag's modules, and what a printed tag looks like.
+//!
+//! - [`Family`]: the families by name; everything else hangs on it.
+//! - [`FamilyData`]: code words and layout of one family, read from `data/*.txt` at compile time.
+//! - [`module_is_white`], [`rotate_code`]: what follows from the data.
+//!
+//! No images, no metres: coordinates are modules of the upright tag, x right and y down.
+
+mod family;
+mod pattern;
+mod table;
+
+pub use family::{Family, UnknownFamily};
+pub use pattern::{module_is_white, rotate_code};
+pub use table::{BorderColour, FamilyData};

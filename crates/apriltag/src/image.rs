@@ -1,0 +1,168 @@
+//! A borrowed grey image and how to read it between pixels.
+//!
+//! Pixel (0, 0) is the *centre* of the top left pixel; x runs right, y down.
+
+/// An 8-bit grey image that belongs to somebody else.
+#[derive(Clone, Copy, Debug)]
+pub struct Image<'a> {
+    pixels: &'a [u8],
+    width: usize,
+    height: usize,
+    stride: usize,
+}
+
+/// Why bytes are no image to the detector.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum ImageError {
+    /// Width or height out of range.
+    #[error("an image of {width}x{height} pixels is outside 16x16 to 4096x3072")]
+    Size {
+        /// Pixels in a row.
+        width: usize,
+        /// Rows.
+        height: usize,
+    },
+    /// Rows would overlap.
+    #[error("a stride of {stride} bytes is shorter than a row of {width} pixels")]
+    Stride {
+        /// Bytes from one row to the next.
+        stride: usize,
+        /// Pixels in a row.
+        width: usize,
+    },
+    /// The last row is not all there.
+    #[error("{found} bytes are fewer than the {needed} that the image takes")]
+    TooShort {
+        /// Bytes that were given.
+        found: usize,
+        /// Bytes up to the last pixel.
+        needed: usize,
+    },
+}
+
+impl<'a> Image<'a> {
+    /// Least width and height.
+    pub const MIN_SIZE: usize = 16;
+    /// Greatest width.
+    pub const MAX_WIDTH: usize = 4096;
+    /// Greatest height.
+    pub const MAX_HEIGHT: usize = 3072;
+
+    /// `pixels` row after row, `stride` bytes apart; the last row may end with its last pixel.
+    pub fn new(
+        pixels: &'a [u8],
+        width: usize,
+        height: usize,
+        stride: usize,
+    ) -> Result<Self, ImageError> {
+        let in_range = |n, max| (Self::MIN_SIZE..=max).contains(&n);
+        if !in_range(width, Self::MAX_WIDTH) || !in_range(height, Self::MAX_HEIGHT) {
+            return Err(ImageError::Size { width, height });
+        }
+        if stride < width {
+            return Err(ImageError::Stride { stride, width });
+        }
+        match (height - 1)
+            .checked_mul(stride)
+            .and_then(|rows| rows.checked_add(width))
+        {
+            Some(needed) if needed <= pixels.len() => Ok(Self {
+                pixels,
+                width,
+                height,
+                stride,
+            }),
+            needed => Err(ImageError::TooShort {
+                found: pixels.len(),
+                needed: needed.unwrap_or(usize::MAX),
+            }),
+        }
+    }
+
+    /// Pixels in a row.
+    pub fn width(&self) -> usize {
+        self.width
+    }
+
+    /// Rows.
+    pub fn height(&self) -> usize {
+        self.height
+    }
+
+    /// The pixels of row `y`.
+    ///
+    /// # Panics
+    /// When `y` is not below the height.
+    pub fn row(&self, y: usize) -> &'a [u8] {
+        &self.pixels[y * self.stride..][..self.width]
+    }
+
+    /// The grey value at a point by bilinear interpolation; `None` outside the pixels' centres.
+    #[inline]
+    pub(crate) fn sample(&self, point: [f32; 2]) -> Option<f32> {
+        let (x, y) = (point[0], point[1]);
+        let inside =
+            x >= 0.0 && y >= 0.0 && x <= (self.width - 1) as f32 && y <= (self.height - 1) as f32;
+        if !inside {
+            return None;
+        }
+        let (column, row) = (
+            (x as usize).min(self.width - 2),
+            (y as usize).min(self.height - 2),
+        );
+        let (fx, fy) = (x - column as f32, y - row as f32);
+        let at = row * self.stride + column;
+        let (top, bottom) = (
+            &self.pixels[at..at + 2],
+            &self.pixels[at + self.stride..at + self.stride + 2],
+        );
+        let mix = |pair: &[u8]| f32::from(pair[0]) + fx * (f32::from(pair[1]) - f32::from(pair[0]));
+        Some(mix(top) + fy * (mix(bottom) - mix(top)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sizes_and_strides_are_checked() {
+        let bytes = [0; 20 * 16];
+        assert!(Image::new(&bytes, 16, 16, 20).is_ok());
+        assert!(Image::new(&bytes[..20 * 15 + 16], 16, 16, 20).is_ok());
+        let short = Image::new(&bytes[..20 * 15 + 15], 16, 16, 20);
+        assert_eq!(
+            short.unwrap_err(),
+            ImageError::TooShort {
+                found: 315,
+                needed: 316
+            }
+        );
+        assert_eq!(
+            Image::new(&bytes, 16, 16, 15).unwrap_err(),
+            ImageError::Stride {
+                stride: 15,
+                width: 16
+            }
+        );
+        assert_eq!(
+            Image::new(&bytes, 15, 16, 16).unwrap_err(),
+            ImageError::Size {
+                width: 15,
+                height: 16
+            }
+        );
+        assert!(Image::new(&bytes, 16, 16, usize::MAX).is_err());
+    }
+
+    #[test]
+    fn integers_are_the_centres_of_pixels() {
+        let bytes: Vec<u8> = (0..=255).collect();
+        let image = Image::new(&bytes, 16, 16, 16).unwrap();
+        assert_eq!(image.sample([3.0, 2.0]), Some(35.0));
+        assert_eq!(image.sample([3.5, 2.5]), Some(43.5));
+        assert_eq!(image.sample([15.0, 15.0]), Some(255.0));
+        assert_eq!(image.sample([15.01, 2.0]), None);
+        assert_eq!(image.sample([f32::NAN, 2.0]), None);
+    }
+}

@@ -1,0 +1,134 @@
+//! What can be tuned, and within which limits.
+
+use crate::Refinement;
+use sextant_tag_families::Family;
+
+/// Tunables of a [`crate::Detector`].
+#[derive(Clone, Debug, PartialEq)]
+pub struct Options {
+    /// Families to look for; at least one, each once. Default: `tag36h11` alone. Each further one costs a decoding of
+    /// every square and adds its own chance of false detections.
+    pub families: Vec<Family>,
+    /// Most wrong bits corrected, 0 to 2 (default 2), and never more than the family's distance allows.
+    /// AprilTag's users know 2 as the value beyond which false detections become likely.
+    pub max_hamming: u8,
+    /// Shortest edge of a tag in pixels, 6 to 1000 (default 8). Below 8 a module of `tag36h11` is narrower than a pixel,
+    /// and nobody reads it; raise it to save time where all tags are near.
+    pub min_edge_px: f32,
+    /// Least difference between black and white in grey levels, 4 to 128 (default 12). Lower finds tags in
+    /// darker rooms and costs time in flat, noisy images.
+    pub min_contrast: u8,
+    /// Least difference between black and white in standard deviations of the image's noise, 3 to 20 (default 6.5: the
+    /// range of the 144 pixels around a tile exceeds it in one flat tile of 25).
+    pub min_contrast_in_sigma: f32,
+    /// Least decision margin in grey levels, 0 to 100 (default 4). False detections have small margins.
+    pub min_margin: f32,
+    /// How corners are refined (default: photometric).
+    pub refinement: Refinement,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self {
+            families: vec![Family::Tag36h11],
+            max_hamming: 2,
+            min_edge_px: 8.0,
+            min_contrast: 12,
+            min_contrast_in_sigma: 6.5,
+            min_margin: 4.0,
+            refinement: Refinement::default(),
+        }
+    }
+}
+
+/// Why a detector can't be made of given options.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum OptionsError {
+    /// Nothing to look for.
+    #[error("no tag family to look for; name at least one")]
+    NoFamily,
+    /// The same family again.
+    #[error("the family {0} is named twice")]
+    FamilyTwice(Family),
+    /// A value out of its range.
+    #[error("{key} = {value} is outside {min} to {max}")]
+    OutOfRange {
+        /// The option's name.
+        key: &'static str,
+        /// What was given.
+        value: f32,
+        /// Least value.
+        min: f32,
+        /// Greatest value.
+        max: f32,
+    },
+}
+
+impl Options {
+    pub(crate) fn check(&self) -> Result<(), OptionsError> {
+        self.check_families()?;
+        within("max_hamming", f32::from(self.max_hamming), 0.0, 2.0)?;
+        within("min_edge_px", self.min_edge_px, 6.0, 1000.0)?;
+        within("min_contrast", f32::from(self.min_contrast), 4.0, 128.0)?;
+        within(
+            "min_contrast_in_sigma",
+            self.min_contrast_in_sigma,
+            3.0,
+            20.0,
+        )?;
+        within("min_margin", self.min_margin, 0.0, 100.0)
+    }
+
+    fn check_families(&self) -> Result<(), OptionsError> {
+        if self.families.is_empty() {
+            return Err(OptionsError::NoFamily);
+        }
+        let twice = |i: &usize| self.families[..*i].contains(&self.families[*i]);
+        match (0..self.families.len()).find(twice) {
+            Some(i) => Err(OptionsError::FamilyTwice(self.families[i])),
+            None => Ok(()),
+        }
+    }
+}
+
+fn within(key: &'static str, value: f32, min: f32, max: f32) -> Result<(), OptionsError> {
+    if (min..=max).contains(&value) {
+        Ok(())
+    } else {
+        Err(OptionsError::OutOfRange {
+            key,
+            value,
+            min,
+            max,
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_defaults_are_within_their_ranges() {
+        assert_eq!(Options::default().check(), Ok(()));
+    }
+
+    #[test]
+    fn values_out_of_range_are_refused_by_name() {
+        let error = Options {
+            min_edge_px: f32::NAN,
+            ..Options::default()
+        }
+        .check()
+        .unwrap_err();
+        assert!(error.to_string().starts_with("min_edge_px"));
+        let twice = Options {
+            families: vec![Family::Tag36h11; 2],
+            ..Options::default()
+        };
+        assert_eq!(
+            twice.check(),
+            Err(OptionsError::FamilyTwice(Family::Tag36h11))
+        );
+    }
+}

@@ -1,0 +1,105 @@
+//! What happened to one image: counts in the [`Report`], events through an [`Observer`].
+//!
+//! The detector reads no clock. An observer that wants stage times takes the time whenever a stage ends.
+
+/// The stages of detection, in their order; the ones from `Threshold` to `Decode` may come again for the second chance.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Stage {
+    /// Minima and maxima of tiles, noise, contrast gate.
+    Tiles,
+    /// Black and not black, one bit a pixel.
+    Threshold,
+    /// Runs joined to components.
+    Components,
+    /// Outlines of components, quads around them.
+    Quads,
+    /// Border vote and code words.
+    Decode,
+    /// Corners below the pixel.
+    Refine,
+}
+
+impl Stage {
+    /// Every stage in order.
+    pub const ALL: [Self; 6] = [
+        Self::Tiles,
+        Self::Threshold,
+        Self::Components,
+        Self::Quads,
+        Self::Decode,
+        Self::Refine,
+    ];
+}
+
+/// Why a component was not a tag.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Rejection {
+    /// Its outline is not a quadrilateral.
+    NotAQuad,
+    /// The quad is too small, too narrow or too skewed.
+    Shape,
+    /// Inside and outside of the quad's edges lack contrast.
+    FaintBorder,
+    /// No code word of any family is near enough.
+    NoCode,
+    /// The decision margin is too small.
+    SmallMargin,
+}
+
+impl Rejection {
+    /// Every reason.
+    pub const ALL: [Self; 5] = [
+        Self::NotAQuad,
+        Self::Shape,
+        Self::FaintBorder,
+        Self::NoCode,
+        Self::SmallMargin,
+    ];
+}
+
+/// Counts of the last image.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Report {
+    /// Standard deviation of the pixel noise, in grey levels, as far as tiles tell it.
+    pub noise_sigma: f32,
+    /// Least contrast that makes a tile live, in grey levels.
+    pub contrast_gate: u8,
+    /// Tiles above the gate.
+    pub live_tiles: u32,
+    /// Runs of black pixels.
+    pub runs: u32,
+    /// Connected components of black pixels.
+    pub components: u32,
+    /// Components that could be a tag's border by size and area.
+    pub candidates: u32,
+    /// Candidates that were dropped because a bound of the detector's memory was reached.
+    pub dropped: u32,
+    /// Quads around candidates.
+    pub quads: u32,
+    /// Candidates that were no tag, by [`Rejection`].
+    pub rejected: [u32; Rejection::ALL.len()],
+    /// Tags.
+    pub detections: u32,
+}
+
+impl Report {
+    /// Candidates turned down for a reason.
+    pub fn rejected_for(&self, reason: Rejection) -> u32 {
+        self.rejected[reason as usize]
+    }
+}
+
+/// Takes part in a detection without steering it.
+pub trait Observer {
+    /// A stage has just ended.
+    fn stage_ended(&mut self, stage: Stage) {
+        let _ = stage;
+    }
+
+    /// A candidate was turned down; corners in pixels, in no particular turn.
+    fn rejected(&mut self, reason: Rejection, corners: &[[f32; 2]; 4]) {
+        let _ = (reason, corners);
+    }
+}
+
+impl Observer for () {}

@@ -1,0 +1,120 @@
+//! What a printed tag looks like, and what becomes of its code word when it is turned.
+
+use crate::{BorderColour, Family};
+
+/// Colour of a module of the printed, upright tag; row 0 is the top, column 0 the left, white ring included.
+///
+/// As AprilTag's own `apriltag_to_image` draws it: `x` and `y` run over `0..total_width`. Out of the tag, and for an
+/// id that the family lacks, the answer is white like the paper.
+pub fn module_is_white(family: Family, id: u32, x: usize, y: usize) -> bool {
+    let data = family.data();
+    let (total, margin) = (usize::from(data.total_width), data.margin());
+    let Some(&code) = data.codes.get(id as usize) else {
+        return true;
+    };
+    if x >= total || y >= total {
+        return true;
+    }
+    let (x, y) = (x as i8 - margin, y as i8 - margin);
+    match data.bits.iter().rev().position(|&bit| bit == (x, y)) {
+        Some(significance) => code >> significance & 1 == 1,
+        None => ring_is_white(data.border, data.border_width as i8, x, y),
+    }
+}
+
+/// The square's ring and the ring around it have opposite colours; what carries no data elsewhere is black.
+fn ring_is_white(border: BorderColour, border_width: i8, x: i8, y: i8) -> bool {
+    let ring = x.min(y).min(border_width - 1 - x).min(border_width - 1 - y);
+    match border {
+        BorderColour::Black => ring == -1,
+        BorderColour::White => ring == 0,
+    }
+}
+
+/// The code word of the tag's picture turned by `turns` quarter turns counter-clockwise.
+///
+/// AprilTag 3 orders the bits in four quadrants, so a quarter turn rotates the word by a quarter of its length;
+/// with an odd number of bits the last stands in the centre and stays.
+pub fn rotate_code(code: u64, n_bits: usize, turns: u32) -> u64 {
+    let centre = n_bits % 4;
+    let ring = n_bits - centre;
+    let (shift, mask) = (ring / 4 * (turns % 4) as usize, (1_u64 << ring) - 1);
+    let outer = code >> centre;
+    let rotated = (outer << shift | outer >> (ring - shift)) & mask;
+    rotated << centre | code & ((1 << centre) - 1)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn picture(family: Family, id: u32) -> Vec<String> {
+        let width = usize::from(family.data().total_width);
+        let row = |y| {
+            (0..width)
+                .map(|x| {
+                    if module_is_white(family, id, x, y) {
+                        '.'
+                    } else {
+                        '#'
+                    }
+                })
+                .collect()
+        };
+        (0..width).map(row).collect()
+    }
+
+    /// The same picture as OpenCV's dictionary, which draws it turned by 180 degrees.
+    #[test]
+    fn tag36h11_id_0_looks_as_published() {
+        let expected = [
+            "..........",
+            ".########.",
+            ".#..#.#.#.",
+            ".##...#.#.",
+            ".##..####.",
+            ".#.#.####.",
+            ".##.#..##.",
+            ".####.###.",
+            ".########.",
+            "..........",
+        ];
+        assert_eq!(picture(Family::Tag36h11, 0), expected);
+    }
+
+    #[test]
+    fn turning_the_code_turns_the_picture() {
+        for family in Family::ALL {
+            let data = family.data();
+            let bit = |code: u64, i: usize| code >> (data.bits.len() - 1 - i) & 1;
+            let last = data.border_width as i8 - 1;
+            let (code, turned) = (
+                data.codes[7],
+                rotate_code(data.codes[7], data.bits.len(), 1),
+            );
+            for (i, &(x, y)) in data.bits.iter().enumerate() {
+                let seen_at = data.bits.iter().position(|&b| b == (y, last - x)).unwrap();
+                assert_eq!(bit(turned, seen_at), bit(code, i), "{family} bit {i}");
+            }
+        }
+    }
+
+    #[test]
+    fn four_quarter_turns_are_none() {
+        for n_bits in [16, 25, 36, 41] {
+            let code = 0x1234_5678_9abc & ((1 << n_bits) - 1);
+            let turned = (0..4).fold(code, |code, _| rotate_code(code, n_bits, 1));
+            assert_eq!(turned, code);
+            assert_eq!(
+                rotate_code(code, n_bits, 3),
+                rotate_code(rotate_code(code, n_bits, 1), n_bits, 2)
+            );
+        }
+    }
+
+    #[test]
+    fn beyond_the_tag_there_is_paper() {
+        assert!(module_is_white(Family::Tag36h11, 0, 10, 3));
+        assert!(module_is_white(Family::Tag36h11, 9999, 3, 3));
+    }
+}

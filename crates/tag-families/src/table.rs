@@ -1,0 +1,207 @@
+//! The data of one family and the reader of its file.
+//!
+//! A file is words between white space; `#` begins a comment until the end of its line. In this order:
+//! `total-width N`, `border-width N`, `border black|white`, `min-hamming N`, `bits N` and N pairs `x y`
+//! (most significant bit of the code word first), `codes N` and N hexadecimal code words.
+//! It is read at compile time: a malformed file does not build.
+
+/// Colour of the ring that forms the tag's square.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum BorderColour {
+    /// Black square on white (classic AprilTag, ArUco).
+    Black,
+    /// White square within black (AprilTag 3's "reversed border").
+    White,
+}
+
+/// Code words and layout of a family. Module (0, 0) is the top left module of the border of the upright tag.
+#[derive(Debug)]
+pub struct FamilyData {
+    /// Code word of each id; bit `bits.len() - 1` (the highest) stands at `bits[0]`; a set bit is white.
+    pub codes: &'static [u64],
+    /// Module (x right, y down) of each bit; may be negative or beyond the border where data lie outside it.
+    pub bits: &'static [(i8, i8)],
+    /// Edge of the whole printed tag, in modules.
+    pub total_width: u8,
+    /// Edge of the square whose corners are reported, in modules.
+    pub border_width: u8,
+    /// Colour of the square's ring.
+    pub border: BorderColour,
+    /// Least number of bits in which two different tags (under any rotation) differ.
+    pub min_hamming: u8,
+}
+
+impl FamilyData {
+    /// Modules between the edge of the printed tag and the border.
+    pub const fn margin(&self) -> i8 {
+        ((self.total_width - self.border_width) / 2) as i8
+    }
+}
+
+/// Owns what [`FamilyData`] borrows.
+pub(crate) struct Table<const CODES: usize, const BITS: usize> {
+    codes: [u64; CODES],
+    bits: [(i8, i8); BITS],
+    total_width: u8,
+    border_width: u8,
+    border: BorderColour,
+    min_hamming: u8,
+}
+
+impl<const CODES: usize, const BITS: usize> Table<CODES, BITS> {
+    pub(crate) const fn data(&'static self) -> FamilyData {
+        FamilyData {
+            codes: &self.codes,
+            bits: &self.bits,
+            total_width: self.total_width,
+            border_width: self.border_width,
+            border: self.border,
+            min_hamming: self.min_hamming,
+        }
+    }
+}
+
+pub(crate) const fn parse<const CODES: usize, const BITS: usize>(
+    file: &[u8],
+) -> Table<CODES, BITS> {
+    let mut words = Words { file, at: 0 };
+    let total_width = words.field(b"total-width") as u8;
+    let border_width = words.field(b"border-width") as u8;
+    words.keyword(b"border");
+    let border = match words.next() {
+        b"black" => BorderColour::Black,
+        b"white" => BorderColour::White,
+        _ => panic!("the border is black or white"),
+    };
+    let min_hamming = words.field(b"min-hamming") as u8;
+
+    assert!(words.field(b"bits") == BITS as i64, "number of bits");
+    let mut bits = [(0, 0); BITS];
+    let mut i = 0;
+    while i < BITS {
+        bits[i] = (words.decimal() as i8, words.decimal() as i8);
+        i += 1;
+    }
+
+    assert!(words.field(b"codes") == CODES as i64, "number of codes");
+    let mut codes = [0; CODES];
+    i = 0;
+    while i < CODES {
+        codes[i] = words.hexadecimal();
+        i += 1;
+    }
+    assert!(words.next().is_empty(), "words after the last code");
+    Table {
+        codes,
+        bits,
+        total_width,
+        border_width,
+        border,
+        min_hamming,
+    }
+}
+
+struct Words<'a> {
+    file: &'a [u8],
+    at: usize,
+}
+
+impl<'a> Words<'a> {
+    /// The next word; empty at the end of the file.
+    const fn next(&mut self) -> &'a [u8] {
+        self.skip_blanks();
+        let start = self.at;
+        while self.at < self.file.len() && !self.file[self.at].is_ascii_whitespace() {
+            self.at += 1;
+        }
+        self.file.split_at(start).1.split_at(self.at - start).0
+    }
+
+    const fn skip_blanks(&mut self) {
+        let mut in_comment = false;
+        while self.at < self.file.len() {
+            match self.file[self.at] {
+                b'#' => in_comment = true,
+                b'\n' => in_comment = false,
+                byte if !in_comment && !byte.is_ascii_whitespace() => return,
+                _ => {}
+            }
+            self.at += 1;
+        }
+    }
+
+    const fn keyword(&mut self, keyword: &[u8]) {
+        let word = self.next();
+        assert!(word.len() == keyword.len(), "another keyword was expected");
+        let mut i = 0;
+        while i < word.len() {
+            assert!(word[i] == keyword[i], "another keyword was expected");
+            i += 1;
+        }
+    }
+
+    const fn field(&mut self, keyword: &[u8]) -> i64 {
+        self.keyword(keyword);
+        self.decimal()
+    }
+
+    const fn decimal(&mut self) -> i64 {
+        match self.next() {
+            [b'-', digits @ ..] => -(number(digits, 10) as i64),
+            digits => number(digits, 10) as i64,
+        }
+    }
+
+    const fn hexadecimal(&mut self) -> u64 {
+        number(self.next(), 16)
+    }
+}
+
+const fn number(digits: &[u8], radix: u32) -> u64 {
+    assert!(!digits.is_empty(), "a number was expected");
+    let mut value = 0_u64;
+    let mut i = 0;
+    while i < digits.len() {
+        match (digits[i] as char).to_digit(radix) {
+            Some(digit) => value = value * radix as u64 + digit as u64,
+            None => panic!("not a digit"),
+        }
+        i += 1;
+    }
+    value
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SMALL: &[u8] =
+        b"# a comment\ntotal-width 5 border-width 3 border white\nmin-hamming 1 # more\n\
+        bits 2\n1 1 -1 3\ncodes 1\n2\n";
+
+    #[test]
+    fn a_file_reads_as_written() {
+        let table: Table<1, 2> = parse(SMALL);
+        assert_eq!(
+            (table.total_width, table.border_width, table.min_hamming),
+            (5, 3, 1)
+        );
+        assert_eq!(
+            (table.border, table.bits, table.codes),
+            (BorderColour::White, [(1, 1), (-1, 3)], [2])
+        );
+    }
+
+    #[test]
+    #[should_panic(expected = "number of bits")]
+    fn a_wrong_count_is_refused() {
+        let _: Table<1, 3> = parse(SMALL);
+    }
+
+    #[test]
+    #[should_panic(expected = "words after the last code")]
+    fn surplus_words_are_refused() {
+        let surplus = [SMALL, b"3"].concat();
+        let _: Table<1, 2> = parse(&surplus);
+    }
+}
