@@ -1,0 +1,64 @@
+//! A payload of whatever kind: for tools that listen to everything.
+
+use crate::envelope::{DecodeError, Kind, decode, open};
+use crate::limits::MAX_PAYLOAD_BYTES;
+use crate::messages::camera_status::CameraStatus;
+use crate::messages::config::{ObjectConfig, RigConfig};
+use crate::messages::fusion_status::FusionStatus;
+use crate::messages::object_pose::{ObjectPose, ObjectTruth};
+use crate::messages::observations::Observations;
+use crate::messages::preview::Preview;
+use serde::Serialize;
+
+/// One message of any kind; serialises as the message alone.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[serde(untagged)]
+#[allow(missing_docs, reason = "each variant is the message of its name")]
+pub enum AnyMessage {
+    Observations(Observations),
+    Preview(Preview),
+    CameraStatus(CameraStatus),
+    ObjectPose(Box<ObjectPose>),
+    ObjectTruth(ObjectTruth),
+    FusionStatus(FusionStatus),
+    RigConfig(RigConfig),
+    ObjectConfig(ObjectConfig),
+}
+
+impl AnyMessage {
+    /// The message of a payload, by the kind in its header.
+    ///
+    /// # Errors
+    /// As [`decode`]; a kind of no number known here is [`DecodeError::Damaged`].
+    pub fn decode(payload: &[u8]) -> Result<Self, DecodeError> {
+        if payload.len() > MAX_PAYLOAD_BYTES {
+            return Err(DecodeError::TooLong(payload.len()));
+        }
+        let (kind, _) = open(payload)?;
+        Ok(match Kind::from_byte(kind).ok_or(DecodeError::Damaged)? {
+            Kind::Observations => Self::Observations(decode(payload)?),
+            Kind::Preview => Self::Preview(decode(payload)?),
+            Kind::CameraStatus => Self::CameraStatus(decode(payload)?),
+            Kind::ObjectPose => Self::ObjectPose(Box::new(decode(payload)?)),
+            Kind::ObjectTruth => Self::ObjectTruth(decode(payload)?),
+            Kind::FusionStatus => Self::FusionStatus(decode(payload)?),
+            Kind::RigConfig => Self::RigConfig(decode(payload)?),
+            Kind::ObjectConfig => Self::ObjectConfig(decode(payload)?),
+        })
+    }
+
+    /// Its kind.
+    #[must_use]
+    pub fn kind(&self) -> Kind {
+        match self {
+            Self::Observations(_) => Kind::Observations,
+            Self::Preview(_) => Kind::Preview,
+            Self::CameraStatus(_) => Kind::CameraStatus,
+            Self::ObjectPose(_) => Kind::ObjectPose,
+            Self::ObjectTruth(_) => Kind::ObjectTruth,
+            Self::FusionStatus(_) => Kind::FusionStatus,
+            Self::RigConfig(_) => Kind::RigConfig,
+            Self::ObjectConfig(_) => Kind::ObjectConfig,
+        }
+    }
+}

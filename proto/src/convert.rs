@@ -1,0 +1,5 @@
+//! Between messages and the estimator's types: one file a direction of travel.
+
+mod config;
+mod observations;
+mod pose;

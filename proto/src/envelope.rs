@@ -1,0 +1,208 @@
+//! The four-byte header and what comes after it: bytes to message and back, with every way to be wrong told apart.
+
+use crate::check::OutOfRange;
+use crate::limits::MAX_PAYLOAD_BYTES;
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+
+/// First byte of every payload: `S`.
+pub const MAGIC: u8 = 0x53;
+/// Version of the contract; a changed message is a new one.
+pub const VERSION: u8 = 1;
+/// Magic, version, kind, flags.
+pub const HEADER_BYTES: usize = 4;
+
+/// What a payload holds: its third byte.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[repr(u8)]
+pub enum Kind {
+    /// [`crate::Observations`]
+    Observations = 1,
+    /// [`crate::Preview`]
+    Preview = 2,
+    /// [`crate::CameraStatus`]
+    CameraStatus = 3,
+    /// [`crate::ObjectPose`]
+    ObjectPose = 4,
+    /// [`crate::ObjectTruth`]
+    ObjectTruth = 5,
+    /// [`crate::FusionStatus`]
+    FusionStatus = 6,
+    /// [`crate::RigConfig`]
+    RigConfig = 7,
+    /// [`crate::ObjectConfig`]
+    ObjectConfig = 8,
+}
+
+impl Kind {
+    /// Every kind, by number.
+    pub const ALL: [Self; 8] = [
+        Self::Observations,
+        Self::Preview,
+        Self::CameraStatus,
+        Self::ObjectPose,
+        Self::ObjectTruth,
+        Self::FusionStatus,
+        Self::RigConfig,
+        Self::ObjectConfig,
+    ];
+
+    /// Longest payload of this kind, header included.
+    #[must_use]
+    pub const fn max_bytes(self) -> usize {
+        match self {
+            Self::Observations => 64 * 1024,
+            Self::Preview => 100 * 1024,
+            Self::CameraStatus => 8 * 1024,
+            Self::ObjectPose | Self::ObjectTruth => 1024,
+            Self::FusionStatus | Self::RigConfig | Self::ObjectConfig => MAX_PAYLOAD_BYTES,
+        }
+    }
+
+    /// The kind of that number.
+    #[must_use]
+    pub fn from_byte(byte: u8) -> Option<Self> {
+        Self::ALL.into_iter().find(|kind| *kind as u8 == byte)
+    }
+}
+
+/// Something that travels: it knows its kind and its ranges.
+pub trait Message: Serialize + DeserializeOwned {
+    /// The kind in the header.
+    const KIND: Kind;
+
+    /// Whether every value lies in its documented range.
+    ///
+    /// # Errors
+    /// Names the first field that does not.
+    fn check(&self) -> Result<(), OutOfRange>;
+}
+
+/// A message that may not leave.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum EncodeError {
+    /// A value out of its range, or not finite.
+    #[error(transparent)]
+    OutOfRange(#[from] OutOfRange),
+    /// More bytes than its kind allows.
+    #[error("{bytes} bytes are more than the {max} that a {kind:?} may have")]
+    TooLong {
+        /// The kind.
+        kind: Kind,
+        /// Its length, header included.
+        bytes: usize,
+        /// What [`Kind::max_bytes`] allows.
+        max: usize,
+    },
+    /// The serialiser refused.
+    #[error("the message cannot be serialised")]
+    Unserialisable,
+}
+
+/// Bytes that are no message of the expected kind.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum DecodeError {
+    /// More bytes than the kind allows; nothing of them was looked at.
+    #[error("the payload of {0} bytes is longer than allowed")]
+    TooLong(usize),
+    /// No header, or another first byte: not a payload of ours.
+    #[error("no Sextant payload: it does not begin with the magic byte")]
+    BadMagic,
+    /// Another version of the contract.
+    #[error("version {0} of the contract is not known here (this is version {VERSION})")]
+    ForeignVersion(u8),
+    /// Flags that this version does not define.
+    #[error("flags {0:#04x} are not known here")]
+    UnknownFlags(u8),
+    /// A message of another kind, or of none.
+    #[error("kind {found} where {expected:?} was expected")]
+    WrongKind {
+        /// What the key promises.
+        expected: Kind,
+        /// The header's third byte.
+        found: u8,
+    },
+    /// The body ends early or makes no sense.
+    #[error("the payload is damaged")]
+    Damaged,
+    /// A whole message with something behind it.
+    #[error("{0} bytes follow the message")]
+    TrailingBytes(usize),
+    /// A whole message with a value out of its range.
+    #[error(transparent)]
+    OutOfRange(#[from] OutOfRange),
+}
+
+/// The payload of a message.
+///
+/// # Errors
+/// A value out of its range, or more than fits.
+pub fn encode<M: Message>(message: &M) -> Result<Vec<u8>, EncodeError> {
+    let mut payload = Vec::new();
+    encode_into(message, &mut payload)?;
+    Ok(payload)
+}
+
+/// Like [`encode`], into a buffer that is cleared first: for senders that keep one. On an error it is left empty.
+///
+/// # Errors
+/// A value out of its range, or more than fits.
+pub fn encode_into<M: Message>(message: &M, payload: &mut Vec<u8>) -> Result<(), EncodeError> {
+    payload.clear();
+    message.check()?;
+    payload.extend_from_slice(&[MAGIC, VERSION, M::KIND as u8, 0]);
+    let written = postcard::to_extend(message, std::mem::take(payload));
+    let mut filled = written.map_err(|_| EncodeError::Unserialisable)?;
+    let (bytes, max) = (filled.len(), M::KIND.max_bytes());
+    if bytes > max {
+        filled.clear();
+        *payload = filled;
+        return Err(EncodeError::TooLong {
+            kind: M::KIND,
+            bytes,
+            max,
+        });
+    }
+    *payload = filled;
+    Ok(())
+}
+
+/// The message of a payload.
+///
+/// # Errors
+/// Anything but a whole, sane message of this kind and version.
+pub fn decode<M: Message>(payload: &[u8]) -> Result<M, DecodeError> {
+    if payload.len() > M::KIND.max_bytes() {
+        return Err(DecodeError::TooLong(payload.len()));
+    }
+    let (kind, body) = open(payload)?;
+    if kind != M::KIND as u8 {
+        return Err(DecodeError::WrongKind {
+            expected: M::KIND,
+            found: kind,
+        });
+    }
+    let (message, rest) = postcard::take_from_bytes::<M>(body).map_err(|_| DecodeError::Damaged)?;
+    if !rest.is_empty() {
+        return Err(DecodeError::TrailingBytes(rest.len()));
+    }
+    message.check()?;
+    Ok(message)
+}
+
+/// The kind's byte and the body behind a header of this version.
+pub(crate) fn open(payload: &[u8]) -> Result<(u8, &[u8]), DecodeError> {
+    let Some((&[magic, version, kind, flags], body)) = payload.split_first_chunk() else {
+        return Err(DecodeError::BadMagic);
+    };
+    if magic != MAGIC {
+        return Err(DecodeError::BadMagic);
+    }
+    if version != VERSION {
+        return Err(DecodeError::ForeignVersion(version));
+    }
+    if flags != 0 {
+        return Err(DecodeError::UnknownFlags(flags));
+    }
+    Ok((kind, body))
+}

@@ -1,0 +1,313 @@
+//! Keys: where each message lives. `sextant/v1/<site>/...`, no wildcard character and no `@` in any of them.
+
+use crate::envelope::Kind;
+use crate::ids::{IdError, NodeId, SiteId};
+use sextant_estimator::{CameraId, ObjectId};
+
+/// The keys of one site.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Keys {
+    site: SiteId,
+    root: String,
+}
+
+/// Kinds of process that announce that they live.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum NodeKind {
+    /// A camera node; its id is the camera's.
+    Camera,
+    /// A fusion node.
+    Fusion,
+    /// A viewer bridge.
+    Viewer,
+}
+
+impl NodeKind {
+    /// Every kind.
+    pub const ALL: [Self; 3] = [Self::Camera, Self::Fusion, Self::Viewer];
+
+    /// Its word in a key.
+    #[must_use]
+    pub const fn as_str(self) -> &'static str {
+        match self {
+            Self::Camera => "camera",
+            Self::Fusion => "fusion",
+            Self::Viewer => "viewer",
+        }
+    }
+}
+
+/// What a key stands for.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
+#[allow(missing_docs, reason = "each variant is the key of its name")]
+pub enum KeyRef {
+    Observations(CameraId),
+    Preview(CameraId),
+    CameraStatus(CameraId),
+    Pose(ObjectId),
+    Truth(ObjectId),
+    FusionStatus(NodeId),
+    ConfigRig,
+    ConfigObject(ObjectId),
+    Alive(NodeKind, NodeId),
+}
+
+impl KeyRef {
+    /// The kind of message under such a key; none for liveliness, which has no payload.
+    #[must_use]
+    pub fn kind(&self) -> Option<Kind> {
+        Some(match self {
+            Self::Observations(_) => Kind::Observations,
+            Self::Preview(_) => Kind::Preview,
+            Self::CameraStatus(_) => Kind::CameraStatus,
+            Self::Pose(_) => Kind::ObjectPose,
+            Self::Truth(_) => Kind::ObjectTruth,
+            Self::FusionStatus(_) => Kind::FusionStatus,
+            Self::ConfigRig => Kind::RigConfig,
+            Self::ConfigObject(_) => Kind::ObjectConfig,
+            Self::Alive(..) => return None,
+        })
+    }
+}
+
+impl Keys {
+    /// The keys of a site.
+    ///
+    /// # Errors
+    /// A site's name is an id.
+    pub fn new(site: &str) -> Result<Self, IdError> {
+        let site = SiteId::new(site)?;
+        let root = format!("sextant/v1/{site}");
+        Ok(Self { site, root })
+    }
+
+    /// The site.
+    #[must_use]
+    pub fn site(&self) -> &SiteId {
+        &self.site
+    }
+
+    /// [`crate::Observations`] of a camera.
+    #[must_use]
+    pub fn observations(&self, camera: &CameraId) -> String {
+        self.under(format_args!("camera/{camera}/observations"))
+    }
+
+    /// [`crate::Preview`] of a camera.
+    #[must_use]
+    pub fn preview(&self, camera: &CameraId) -> String {
+        self.under(format_args!("camera/{camera}/preview"))
+    }
+
+    /// [`crate::CameraStatus`] of a camera.
+    #[must_use]
+    pub fn camera_status(&self, camera: &CameraId) -> String {
+        self.under(format_args!("camera/{camera}/status"))
+    }
+
+    /// [`crate::ObjectPose`] of an object.
+    #[must_use]
+    pub fn pose(&self, object: &ObjectId) -> String {
+        self.under(format_args!("object/{object}/pose"))
+    }
+
+    /// [`crate::ObjectTruth`] of a simulated object.
+    #[must_use]
+    pub fn truth(&self, object: &ObjectId) -> String {
+        self.under(format_args!("object/{object}/truth"))
+    }
+
+    /// [`crate::FusionStatus`] of a node.
+    #[must_use]
+    pub fn fusion_status(&self, node: &NodeId) -> String {
+        self.under(format_args!("fusion/{node}/status"))
+    }
+
+    /// [`crate::RigConfig`].
+    #[must_use]
+    pub fn config_rig(&self) -> String {
+        self.under(format_args!("config/rig"))
+    }
+
+    /// [`crate::ObjectConfig`] of an object.
+    #[must_use]
+    pub fn config_object(&self, object: &ObjectId) -> String {
+        self.under(format_args!("config/object/{object}"))
+    }
+
+    /// Liveliness of a node.
+    #[must_use]
+    pub fn alive(&self, kind: NodeKind, id: &NodeId) -> String {
+        self.under(format_args!("alive/{}/{id}", kind.as_str()))
+    }
+
+    /// Observations of every camera.
+    #[must_use]
+    pub fn all_observations(&self) -> String {
+        self.under(format_args!("camera/*/observations"))
+    }
+
+    /// Previews of every camera.
+    #[must_use]
+    pub fn all_previews(&self) -> String {
+        self.under(format_args!("camera/*/preview"))
+    }
+
+    /// Status of every camera.
+    #[must_use]
+    pub fn all_camera_statuses(&self) -> String {
+        self.under(format_args!("camera/*/status"))
+    }
+
+    /// Poses of every object.
+    #[must_use]
+    pub fn all_poses(&self) -> String {
+        self.under(format_args!("object/*/pose"))
+    }
+
+    /// Truth of every simulated object.
+    #[must_use]
+    pub fn all_truths(&self) -> String {
+        self.under(format_args!("object/*/truth"))
+    }
+
+    /// Status of every fusion node.
+    #[must_use]
+    pub fn all_fusion_statuses(&self) -> String {
+        self.under(format_args!("fusion/*/status"))
+    }
+
+    /// The rig and every object.
+    #[must_use]
+    pub fn all_config(&self) -> String {
+        self.under(format_args!("config/**"))
+    }
+
+    /// The configuration of every object.
+    #[must_use]
+    pub fn all_config_objects(&self) -> String {
+        self.under(format_args!("config/object/*"))
+    }
+
+    /// Liveliness of every node.
+    #[must_use]
+    pub fn all_alive(&self) -> String {
+        self.under(format_args!("alive/*/*"))
+    }
+
+    /// Every key of the site.
+    #[must_use]
+    pub fn everything(&self) -> String {
+        self.under(format_args!("**"))
+    }
+
+    /// What a key of this site stands for; none for any other key.
+    #[must_use]
+    pub fn parse(&self, key: &str) -> Option<KeyRef> {
+        let below = key.strip_prefix(&self.root)?.strip_prefix('/')?;
+        let chunks: Vec<&str> = below.splitn(4, '/').collect();
+        Some(match chunks.as_slice() {
+            ["camera", id, "observations"] => KeyRef::Observations(CameraId::new(id).ok()?),
+            ["camera", id, "preview"] => KeyRef::Preview(CameraId::new(id).ok()?),
+            ["camera", id, "status"] => KeyRef::CameraStatus(CameraId::new(id).ok()?),
+            ["object", id, "pose"] => KeyRef::Pose(ObjectId::new(id).ok()?),
+            ["object", id, "truth"] => KeyRef::Truth(ObjectId::new(id).ok()?),
+            ["fusion", id, "status"] => KeyRef::FusionStatus(NodeId::new(id).ok()?),
+            ["config", "rig"] => KeyRef::ConfigRig,
+            ["config", "object", id] => KeyRef::ConfigObject(ObjectId::new(id).ok()?),
+            ["alive", kind, id] => {
+                let kind = NodeKind::ALL.into_iter().find(|k| k.as_str() == *kind)?;
+                KeyRef::Alive(kind, NodeId::new(id).ok()?)
+            }
+            _ => return None,
+        })
+    }
+
+    fn under(&self, rest: std::fmt::Arguments<'_>) -> String {
+        format!("{}/{rest}", self.root)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn keys() -> Keys {
+        Keys::new("demo").unwrap()
+    }
+
+    #[test]
+    fn keys_are_as_the_contract_says() {
+        let (camera, object) = (
+            CameraId::new("north").unwrap(),
+            ObjectId::new("cube").unwrap(),
+        );
+        let (keys, node) = (keys(), NodeId::new("main").unwrap());
+        let root = "sextant/v1/demo/";
+        for (made, expected) in [
+            (keys.observations(&camera), "camera/north/observations"),
+            (keys.preview(&camera), "camera/north/preview"),
+            (keys.camera_status(&camera), "camera/north/status"),
+            (keys.pose(&object), "object/cube/pose"),
+            (keys.truth(&object), "object/cube/truth"),
+            (keys.fusion_status(&node), "fusion/main/status"),
+            (keys.config_rig(), "config/rig"),
+            (keys.config_object(&object), "config/object/cube"),
+            (keys.alive(NodeKind::Fusion, &node), "alive/fusion/main"),
+        ] {
+            assert_eq!(made, format!("{root}{expected}"));
+        }
+    }
+
+    #[test]
+    fn every_key_is_read_back() {
+        let keys = keys();
+        let camera = CameraId::new("north").unwrap();
+        let object = ObjectId::new("cube").unwrap();
+        let node = NodeId::new("main").unwrap();
+        for (key, expected) in [
+            (
+                keys.observations(&camera),
+                KeyRef::Observations(camera.clone()),
+            ),
+            (keys.preview(&camera), KeyRef::Preview(camera.clone())),
+            (
+                keys.camera_status(&camera),
+                KeyRef::CameraStatus(camera.clone()),
+            ),
+            (keys.pose(&object), KeyRef::Pose(object.clone())),
+            (keys.truth(&object), KeyRef::Truth(object.clone())),
+            (
+                keys.fusion_status(&node),
+                KeyRef::FusionStatus(node.clone()),
+            ),
+            (keys.config_rig(), KeyRef::ConfigRig),
+            (
+                keys.config_object(&object),
+                KeyRef::ConfigObject(object.clone()),
+            ),
+            (
+                keys.alive(NodeKind::Viewer, &node),
+                KeyRef::Alive(NodeKind::Viewer, node.clone()),
+            ),
+        ] {
+            assert_eq!(keys.parse(&key), Some(expected));
+        }
+    }
+
+    #[test]
+    fn foreign_keys_stand_for_nothing() {
+        for key in [
+            "",
+            "sextant/v1/demo",
+            "sextant/v1/demo2/config/rig",
+            "sextant/v2/demo/config/rig",
+            "sextant/v1/demo/camera/North/status",
+            "sextant/v1/demo/camera/north/status/more",
+            "sextant/v1/demo/camera/*/status",
+            "sextant/v1/demo/alive/robot/x",
+        ] {
+            assert_eq!(keys().parse(key), None, "{key}");
+        }
+    }
+}

@@ -1,0 +1,89 @@
+//! How a camera node fares, about once a second, and how good its clock is.
+
+use crate::check::{self, OutOfRange, holds};
+use crate::envelope::{Kind, Message};
+use crate::limits::{MAX_SENTENCES, MAX_TIME_NS};
+use crate::wire;
+use serde::{Deserialize, Serialize};
+use sextant_estimator::CameraId;
+
+/// What keeps a clock right. On the wire the number of the variant, from 0.
+#[derive(
+    Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default, Serialize, Deserialize,
+)]
+#[serde(rename_all = "kebab-case")]
+pub enum ClockSource {
+    /// Nobody said.
+    #[default]
+    Unknown,
+    /// The board's own crystal, not set by anything.
+    FreeRunning,
+    /// NTP, as chrony or systemd-timesyncd keep it.
+    Ntp,
+    /// PTP.
+    Ptp,
+    /// Time stamps of recorded images.
+    Recorded,
+    /// The simulator's virtual clock.
+    Simulated,
+}
+
+/// A clock's source and how wrong it may be.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub struct ClockQuality {
+    /// What keeps it right.
+    pub source: ClockSource,
+    /// Estimated error, ns, one standard deviation; 0 where it does not apply (recorded, simulated).
+    pub error_ns: u64,
+}
+
+impl ClockQuality {
+    pub(crate) fn check(&self) -> Result<(), OutOfRange> {
+        holds(self.error_ns <= MAX_TIME_NS, "clock.error_ns")
+    }
+}
+
+/// A camera node's own account. Counts are since the process started.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct CameraStatus {
+    /// The camera; the same as in the key.
+    pub camera: CameraId,
+    /// Version of the software.
+    pub version: String,
+    /// Name of the machine.
+    pub host: String,
+    /// Images that the capture process took.
+    pub captured: u64,
+    /// Images that went through the detector.
+    pub detected: u64,
+    /// Images captured but not detected, because a newer one was there.
+    pub dropped: u64,
+    /// Images detected per second, over the last seconds.
+    pub rate_hz: f32,
+    /// Time of detection an image, milliseconds: median and 99th percentile of the last seconds.
+    pub detect_ms: [f32; 2],
+    /// The board's clock.
+    pub clock: ClockQuality,
+    /// Seconds since the process started.
+    pub uptime_s: u64,
+    /// Observations handed to the network.
+    pub published: u64,
+    /// What a person should know, newest last; bounded as [`crate::limits`] says.
+    #[serde(deserialize_with = "wire::list::at_most::<_, _, MAX_SENTENCES>")]
+    pub messages: Vec<String>,
+}
+
+impl Message for CameraStatus {
+    const KIND: Kind = Kind::CameraStatus;
+
+    fn check(&self) -> Result<(), OutOfRange> {
+        check::name(&self.version, "version")?;
+        check::name(&self.host, "host")?;
+        check::amount(f64::from(self.rate_hz), "rate_hz")?;
+        for ms in self.detect_ms {
+            check::amount(f64::from(ms), "detect_ms")?;
+        }
+        self.clock.check()?;
+        check::sentences(&self.messages, "messages")
+    }
+}

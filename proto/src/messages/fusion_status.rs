@@ -1,0 +1,133 @@
+//! How a fusion node fares, about once a second: what it took in, what it refused and why, and how its objects stand.
+
+use crate::check::{self, OutOfRange, holds};
+use crate::envelope::{DecodeError, Kind, Message};
+use crate::ids::NodeId;
+use crate::limits::{MAX_CAMERAS, MAX_OBJECTS, MAX_SENTENCES};
+use crate::wire;
+use serde::{Deserialize, Serialize};
+use sextant_estimator::{CameraId, ObjectId, State};
+
+/// A fusion node's own account. Counts are since the process started.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct FusionStatus {
+    /// The node; the same as in the key.
+    pub node: NodeId,
+    /// Version of the software.
+    pub version: String,
+    /// Seconds since the process started.
+    pub uptime_s: u64,
+    /// What came from each camera of the rig, ordered by id.
+    #[serde(deserialize_with = "wire::list::at_most::<_, _, MAX_CAMERAS>")]
+    pub cameras: Vec<CameraIntake>,
+    /// What came under keys of cameras that the rig lacks.
+    pub foreign: Rejections,
+    /// The objects, ordered by id.
+    #[serde(deserialize_with = "wire::list::at_most::<_, _, MAX_OBJECTS>")]
+    pub objects: Vec<ObjectHealth>,
+    /// What a person should know, newest last; bounded as [`crate::limits`] says.
+    #[serde(deserialize_with = "wire::list::at_most::<_, _, MAX_SENTENCES>")]
+    pub faults: Vec<String>,
+}
+
+/// What one camera sent and what became of it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct CameraIntake {
+    /// The camera.
+    pub camera: CameraId,
+    /// Payloads that arrived under its key, refused ones included.
+    pub received: u64,
+    /// Those that were refused.
+    pub rejected: Rejections,
+    /// Tags that belong to no object.
+    pub unknown_tags: u64,
+    /// Images too old for the estimator's window.
+    pub late: u64,
+    /// Tags that the estimator did not believe.
+    pub gated: u64,
+    /// Capture time of its newest image, ns since the Unix epoch; 0 before the first.
+    pub last_capture_ns: u64,
+    /// Images per second over the last seconds.
+    pub rate_hz: f32,
+}
+
+/// Payloads refused, by reason.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub struct Rejections {
+    /// Not a payload of ours.
+    pub bad_magic: u64,
+    /// Another version of the contract, or flags of one.
+    pub foreign_version: u64,
+    /// A message that does not belong under this key.
+    pub wrong_kind: u64,
+    /// Ends early, makes no sense, or has something behind it.
+    pub damaged: u64,
+    /// Longer than its kind allows.
+    pub too_long: u64,
+    /// A value out of its range, or not finite.
+    pub out_of_range: u64,
+    /// Names another camera than its key, or one that the rig lacks.
+    pub wrong_camera: u64,
+}
+
+/// How one object stands.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ObjectHealth {
+    /// The object.
+    pub object: ObjectId,
+    /// Its state.
+    pub state: State,
+    /// Poses per second over the last seconds.
+    pub rate_hz: f32,
+}
+
+impl Rejections {
+    /// Counts one refused payload under its reason.
+    pub fn count(&mut self, why: &DecodeError) {
+        let counter = match why {
+            DecodeError::BadMagic => &mut self.bad_magic,
+            DecodeError::ForeignVersion(_) | DecodeError::UnknownFlags(_) => {
+                &mut self.foreign_version
+            }
+            DecodeError::WrongKind { .. } => &mut self.wrong_kind,
+            DecodeError::Damaged | DecodeError::TrailingBytes(_) => &mut self.damaged,
+            DecodeError::TooLong(_) => &mut self.too_long,
+            DecodeError::OutOfRange(_) => &mut self.out_of_range,
+        };
+        *counter = counter.saturating_add(1);
+    }
+
+    /// All of them together.
+    #[must_use]
+    pub fn total(&self) -> u64 {
+        [
+            self.bad_magic,
+            self.foreign_version,
+            self.wrong_kind,
+            self.damaged,
+            self.too_long,
+            self.out_of_range,
+            self.wrong_camera,
+        ]
+        .into_iter()
+        .fold(0, u64::saturating_add)
+    }
+}
+
+impl Message for FusionStatus {
+    const KIND: Kind = Kind::FusionStatus;
+
+    fn check(&self) -> Result<(), OutOfRange> {
+        check::name(&self.version, "version")?;
+        holds(self.cameras.len() <= MAX_CAMERAS, "cameras")?;
+        holds(self.objects.len() <= MAX_OBJECTS, "objects")?;
+        for camera in &self.cameras {
+            check::time(camera.last_capture_ns, "cameras[].last_capture_ns")?;
+            check::amount(f64::from(camera.rate_hz), "cameras[].rate_hz")?;
+        }
+        for object in &self.objects {
+            check::amount(f64::from(object.rate_hz), "objects[].rate_hz")?;
+        }
+        check::sentences(&self.faults, "faults")
+    }
+}

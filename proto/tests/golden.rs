@@ -1,0 +1,57 @@
+//! The bytes of the contract, kept: `golden/<message>.bin` is what crosses the network, `.json` what it means.
+//!
+//! A change here is a change of the contract: it needs a new version. `SEXTANT_WRITE_GOLDEN=1` writes the files anew.
+
+mod samples;
+
+use serde::Serialize;
+use sextant_proto::{AnyMessage, Message, decode, encode};
+use std::fmt::Debug;
+use std::fs;
+use std::path::PathBuf;
+
+fn golden(name: &str) -> PathBuf {
+    PathBuf::from(env!("CARGO_MANIFEST_DIR"))
+        .join("golden")
+        .join(name)
+}
+
+fn agrees<M: Message + PartialEq + Debug>(name: &str, message: &M) {
+    let bytes = encode(message).unwrap();
+    let json = serde_json::to_string_pretty(message).unwrap() + "\n";
+    let (bytes_file, json_file) = (
+        golden(&format!("{name}.bin")),
+        golden(&format!("{name}.json")),
+    );
+    if std::env::var_os("SEXTANT_WRITE_GOLDEN").is_some() {
+        fs::write(&bytes_file, &bytes).unwrap();
+        fs::write(&json_file, &json).unwrap();
+    }
+    let kept = fs::read(&bytes_file).unwrap();
+    assert_eq!(bytes, kept, "{name}: the bytes of the contract changed");
+    assert_eq!(json, fs::read_to_string(&json_file).unwrap(), "{name}");
+    assert_eq!(&decode::<M>(&kept).unwrap(), message);
+    assert_eq!(&serde_json::from_str::<M>(&json).unwrap(), message);
+    said_alike(&kept, message);
+}
+
+/// The message of any kind is the message itself.
+fn said_alike(bytes: &[u8], message: &impl Serialize) {
+    let any = AnyMessage::decode(bytes).unwrap();
+    assert_eq!(
+        serde_json::to_string(&any).unwrap(),
+        serde_json::to_string(message).unwrap()
+    );
+}
+
+#[test]
+fn every_message_is_the_bytes_in_its_file() {
+    agrees("observations", &samples::observations());
+    agrees("preview", &samples::preview());
+    agrees("camera_status", &samples::camera_status());
+    agrees("object_pose", &samples::object_pose());
+    agrees("object_truth", &samples::object_truth());
+    agrees("fusion_status", &samples::fusion_status());
+    agrees("rig_config", &samples::rig_config());
+    agrees("object_config", &samples::object_config());
+}

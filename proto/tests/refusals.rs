@@ -1,0 +1,144 @@
+//! What may not enter and may not leave, each with its own reason.
+
+mod samples;
+
+use sextant_proto::*;
+
+fn observed() -> Vec<u8> {
+    encode(&samples::observations()).unwrap()
+}
+
+#[test]
+fn each_part_of_the_header_has_its_own_error() {
+    let with = |place: usize, byte: u8| {
+        let mut payload = observed();
+        payload[place] = byte;
+        decode::<Observations>(&payload).unwrap_err()
+    };
+    assert_eq!(with(0, 0x54), DecodeError::BadMagic);
+    assert_eq!(with(1, 2), DecodeError::ForeignVersion(2));
+    let other = DecodeError::WrongKind {
+        expected: Kind::Observations,
+        found: 4,
+    };
+    assert_eq!(with(2, 4), other);
+    assert_eq!(with(3, 1), DecodeError::UnknownFlags(1));
+}
+
+#[test]
+fn bytes_behind_the_message_are_refused() {
+    let mut payload = observed();
+    payload.extend([0, 0]);
+    assert_eq!(
+        decode::<Observations>(&payload),
+        Err(DecodeError::TrailingBytes(2))
+    );
+}
+
+/// The message with one value changed, put into bytes without the sender's check, as a careless or hostile sender would.
+fn unchecked(change: impl FnOnce(&mut Observations)) -> Result<Observations, DecodeError> {
+    let mut message = samples::observations();
+    change(&mut message);
+    let header = vec![MAGIC, VERSION, Kind::Observations as u8, 0];
+    decode(&postcard::to_extend(&message, header).unwrap())
+}
+
+#[test]
+fn values_out_of_range_neither_enter_nor_leave() {
+    type Change = fn(&mut Observations);
+    let changes: [(&str, Change); 10] = [
+        ("tags[].corners", |m| m.tags[1].corners[2][0] = f32::NAN),
+        ("tags[].corners", |m| {
+            m.tags[1].corners[2][1] = f32::INFINITY
+        }),
+        ("tags[].corners", |m| m.tags[0].corners[0][1] = -1e20),
+        ("tags[].margin", |m| m.tags[0].margin = f32::NAN),
+        ("tags[].corner_covariance", |m| {
+            m.tags[0].corner_covariance[3] = [1.0, 2.0, 1.0];
+        }),
+        ("tags[].poses[].position", |m| {
+            m.tags[0].poses[0].position[1] = f32::NEG_INFINITY;
+        }),
+        ("tags[].poses[].orientation", |m| {
+            m.tags[0].poses[1].orientation = [0.0; 4];
+        }),
+        ("resolution", |m| m.resolution[1] = 0),
+        ("capture_ns", |m| m.capture_ns = u64::MAX),
+        ("timing", |m| m.timing.published_ns = u64::MAX),
+    ];
+    for (field, change) in changes {
+        let out_of_range = OutOfRange(field);
+        assert_eq!(
+            unchecked(change),
+            Err(DecodeError::OutOfRange(out_of_range)),
+            "{field}"
+        );
+        let mut message = samples::observations();
+        change(&mut message);
+        assert_eq!(
+            encode(&message),
+            Err(EncodeError::OutOfRange(out_of_range)),
+            "{field}"
+        );
+    }
+}
+
+#[test]
+fn lists_beyond_their_limit_neither_enter_nor_leave() {
+    let crowd = |m: &mut Observations| m.tags = vec![m.tags[1].clone(); limits::MAX_TAGS + 1];
+    assert_eq!(unchecked(crowd), Err(DecodeError::Damaged));
+    let mut message = samples::observations();
+    crowd(&mut message);
+    assert!(matches!(
+        encode(&message),
+        Err(EncodeError::OutOfRange(OutOfRange("tags")))
+    ));
+}
+
+#[test]
+fn a_pose_with_a_number_that_is_none_does_not_leave() {
+    type Change = fn(&mut ObjectPose);
+    let changes: [(&str, Change); 5] = [
+        ("position", |m| m.position[0] = f64::NAN),
+        ("orientation", |m| m.orientation[0] = f64::NAN),
+        ("covariance", |m| m.covariance[5] = f64::INFINITY),
+        ("covariance", |m| m.covariance[7] = -1e-9),
+        ("twist", |m| m.twist[5] = f64::NAN),
+    ];
+    for (field, change) in changes {
+        let mut message = samples::object_pose();
+        change(&mut message);
+        let refused = Err(EncodeError::OutOfRange(OutOfRange(field)));
+        assert_eq!(encode(&message), refused, "{field}");
+    }
+}
+
+#[test]
+fn a_refused_message_leaves_the_buffer_empty() {
+    let mut buffer = vec![1, 2, 3];
+    let mut message = samples::object_pose();
+    message.rms_px = f32::NAN;
+    assert!(encode_into(&message, &mut buffer).is_err());
+    assert!(buffer.is_empty());
+}
+
+#[test]
+fn every_reason_is_counted_under_its_name() {
+    let mut rejections = Rejections::default();
+    rejections.count(&DecodeError::BadMagic);
+    rejections.count(&DecodeError::ForeignVersion(9));
+    rejections.count(&DecodeError::TooLong(1 << 20));
+    rejections.count(&DecodeError::Damaged);
+    rejections.count(&DecodeError::TrailingBytes(1));
+    rejections.count(&DecodeError::OutOfRange(OutOfRange("tags")));
+    let expected = Rejections {
+        bad_magic: 1,
+        foreign_version: 1,
+        too_long: 1,
+        damaged: 2,
+        out_of_range: 1,
+        ..Rejections::default()
+    };
+    assert_eq!(rejections, expected);
+    assert_eq!(rejections.total(), 6);
+}

@@ -1,0 +1,219 @@
+//! One message of each kind with every field away from its default, for the golden files and the mutations.
+#![allow(dead_code, reason = "each test file takes the samples that it needs")]
+
+use sextant_estimator::{CameraId, ObjectId, State};
+use sextant_proto::*;
+use sextant_tag_families::Family;
+
+const CAPTURE_NS: u64 = 1_800_000_000_123_456_789;
+
+fn camera() -> CameraId {
+    CameraId::new("north").unwrap()
+}
+
+fn object() -> ObjectId {
+    ObjectId::new("cube").unwrap()
+}
+
+pub fn observations() -> Observations {
+    let pose = |rms_px| TagPose {
+        position: [0.125, -0.25, 1.5],
+        orientation: [1.0, 0.0, 0.0, 0.0],
+        rms_px,
+    };
+    let corners = [
+        [100.25, 80.5],
+        [140.75, 81.0],
+        [139.5, 121.125],
+        [99.0, 120.0],
+    ];
+    Observations {
+        camera: camera(),
+        sequence: 300,
+        capture_ns: CAPTURE_NS,
+        exposure_ns: 4_000_000,
+        clock: ClockQuality {
+            source: ClockSource::Ntp,
+            error_ns: 250_000,
+        },
+        resolution: [640, 480],
+        timing: Timing {
+            received_ns: CAPTURE_NS + 2_500_000,
+            detected_ns: CAPTURE_NS + 9_000_000,
+            published_ns: CAPTURE_NS + 9_100_000,
+        },
+        tags: vec![
+            TagObservation {
+                family: Family::Tag36h11,
+                id: 586,
+                hamming: 1,
+                margin: 61.5,
+                corners,
+                corner_covariance: [[0.0025, -0.000_5, 0.005]; 4],
+                poses: vec![pose(0.0625), pose(1.75)],
+            },
+            TagObservation {
+                family: Family::Tag25h9,
+                id: 3,
+                hamming: 0,
+                margin: 88.0,
+                corners,
+                corner_covariance: [[0.0, 0.0, 0.0]; 4],
+                poses: vec![],
+            },
+        ],
+    }
+}
+
+pub fn preview() -> Preview {
+    Preview {
+        camera: camera(),
+        sequence: 301,
+        capture_ns: CAPTURE_NS,
+        resolution: [1280, 800],
+        jpeg: vec![0xff, 0xd8, 0x00, 0x7f, 0xff, 0xd9],
+    }
+}
+
+pub fn camera_status() -> CameraStatus {
+    CameraStatus {
+        camera: camera(),
+        version: "0.1.0".into(),
+        host: "board-7".into(),
+        captured: 10_000,
+        detected: 9_990,
+        dropped: 10,
+        rate_hz: 29.75,
+        detect_ms: [4.25, 6.5],
+        clock: ClockQuality {
+            source: ClockSource::Ptp,
+            error_ns: 900,
+        },
+        uptime_s: 333,
+        published: 9_990,
+        messages: vec!["10 images dropped: the detector is too slow".into()],
+    }
+}
+
+pub fn object_pose() -> ObjectPose {
+    ObjectPose {
+        object: object(),
+        sequence: 77,
+        capture_ns: CAPTURE_NS,
+        published_ns: CAPTURE_NS + 15_000_000,
+        state: State::Tracking,
+        position: [1.5, -2.25, 0.75],
+        orientation: [0.0, 0.6, 0.0, 0.8],
+        covariance: std::array::from_fn(|k| {
+            if k % 7 == 0 {
+                1e-6
+            } else {
+                (k as f64 - 17.5) * 1e-9
+            }
+        }),
+        twist: [0.5, 0.25, -0.125, 3.0, -2.0, 1.0],
+        cameras: 3,
+        tags: 5,
+        rms_px: 0.125,
+    }
+}
+
+pub fn object_truth() -> ObjectTruth {
+    ObjectTruth {
+        object: object(),
+        capture_ns: CAPTURE_NS,
+        position: [1.5, -2.25, 0.751],
+        orientation: [0.0, 0.6, 0.0, 0.8],
+        position_error_m: 0.001,
+        attitude_error_rad: 0.002,
+    }
+}
+
+pub fn fusion_status() -> FusionStatus {
+    let rejected = Rejections {
+        bad_magic: 1,
+        foreign_version: 2,
+        wrong_kind: 3,
+        damaged: 4,
+        too_long: 5,
+        out_of_range: 6,
+        wrong_camera: 7,
+    };
+    FusionStatus {
+        node: NodeId::new("fusion").unwrap(),
+        version: "0.1.0".into(),
+        uptime_s: 60,
+        cameras: vec![CameraIntake {
+            camera: camera(),
+            received: 1_828,
+            rejected,
+            unknown_tags: 9,
+            late: 8,
+            gated: 10,
+            last_capture_ns: CAPTURE_NS,
+            rate_hz: 30.0,
+        }],
+        foreign: Rejections {
+            wrong_camera: 300,
+            ..Rejections::default()
+        },
+        objects: vec![ObjectHealth {
+            object: object(),
+            state: State::Coasting,
+            rate_hz: 118.5,
+        }],
+        faults: vec!["camera south sends, but the rig does not name it".into()],
+    }
+}
+
+pub fn rig_config() -> RigConfig {
+    let (fx, fy, cx, cy) = (600.0, 601.5, 319.5, 239.5);
+    let with_lens = |id: &str, lens, world_from_camera| CameraConfig {
+        id: CameraId::new(id).unwrap(),
+        resolution: [640, 480],
+        lens,
+        world_from_camera,
+    };
+    let pose = PoseConfig {
+        position: [1.0, 0.0, 1.25],
+        orientation: [-1.0, 0.0, 0.0, 0.0],
+    };
+    let brown_conrady = LensConfig::BrownConrady {
+        fx,
+        fy,
+        cx,
+        cy,
+        distortion: [-0.25, 0.125, 1e-3, -2e-3, -0.0625],
+    };
+    let kannala_brandt = LensConfig::KannalaBrandt {
+        fx,
+        fy,
+        cx,
+        cy,
+        distortion: [0.03125, 0.0, -0.015_625, 0.5e-3],
+    };
+    RigConfig {
+        cameras: vec![
+            with_lens("north", LensConfig::Pinhole { fx, fy, cx, cy }, Some(pose)),
+            with_lens("south", brown_conrady, Some(pose)),
+            with_lens("top", kannala_brandt, None),
+        ],
+    }
+}
+
+pub fn object_config() -> ObjectConfig {
+    let tag = |id, object_from_tag| ObjectTagConfig {
+        family: Family::Tag36h11,
+        id,
+        size_m: 0.04,
+        object_from_tag,
+    };
+    let pose = PoseConfig {
+        position: [0.0, 0.0, 0.03],
+        orientation: [0.0, 0.0, 0.0, 1.0],
+    };
+    ObjectConfig {
+        id: object(),
+        tags: vec![tag(3, Some(pose)), tag(300, None)],
+    }
+}
