@@ -1,1 +1,26 @@
-//! The site's network: typed publishers and subscribers over zenoh.
+//! The site's network: one blocking session, publishers, bounded subscriptions, latest values for late joiners, and who
+//! is alive. Wraps zenoh, whose types appear nowhere in this interface. Knows keys and bytes; the messages are proto's.
+//!
+//! Invariant: a zenoh callback only copies into a bounded queue (or answers a query from a stored value); no caller's
+//! code that may block runs on a zenoh thread.
+
+mod bus;
+mod config;
+mod error;
+mod liveliness;
+mod options;
+mod publisher;
+mod qos;
+mod query;
+mod queue;
+mod runtime;
+mod subscription;
+
+pub use bus::Bus;
+pub use error::BusError;
+pub use liveliness::{AliveToken, AliveWatch, Presence};
+pub use options::{BusOptions, Mode};
+pub use publisher::{RawLatest, RawPublisher};
+pub use qos::Qos;
+pub use queue::{DropRule, QueueCounts};
+pub use subscription::{CallbackSubscription, Item, Payload, Subscription};

@@ -1,0 +1,307 @@
+//! The session: opened with patience, closed with a bound, and the maker of everything else in this crate.
+
+use std::net::{SocketAddr, TcpListener, ToSocketAddrs};
+use std::sync::Arc;
+use std::sync::mpsc::{self, RecvTimeoutError};
+use std::time::{Duration, Instant};
+
+use zenoh::Wait;
+
+use crate::config::zenoh_config;
+use crate::liveliness::{AliveToken, AliveWatch, Presence};
+use crate::publisher::{LastValue, RawLatest, RawPublisher, answer};
+use crate::queue::{DropRule, Queue};
+use crate::subscription::{CallbackSubscription, Item, Subscription};
+use crate::{BusError, BusOptions, Mode, Qos, query, runtime};
+
+/// How long closing may take before the process goes on without it.
+const CLOSE_TIMEOUT: Duration = Duration::from_secs(2);
+/// How often a client that waits for its router says so.
+const COMPLAINT_PERIOD: Duration = Duration::from_secs(10);
+/// The bound of a watch's queue: more changes than that at one time mean a network in flux, whose last state counts.
+const PRESENCE_CAPACITY: usize = 1024;
+
+/// A session on the site's network.
+#[derive(Debug)]
+pub struct Bus {
+    session: Option<zenoh::Session>,
+    mode: Mode,
+    endpoints: Vec<String>,
+}
+
+impl Bus {
+    /// Opens the session. A client waits for its router for as long as it takes.
+    pub fn open(options: &BusOptions) -> Result<Self, BusError> {
+        Self::open_unless(options, &|| false)
+    }
+
+    /// Opens the session; a client waits for its router until `stop` says true (asked ten times a second).
+    pub fn open_unless(options: &BusOptions, stop: &dyn Fn() -> bool) -> Result<Self, BusError> {
+        runtime::ask_for_few_threads();
+        let endpoints = options
+            .listen
+            .iter()
+            .map(|endpoint| resolve_port(endpoint))
+            .collect::<Result<Vec<_>, _>>()?;
+        let config = zenoh_config(options, &endpoints)?;
+        let session = open_session(config, &options.connect_endpoints().join(", "), stop)?;
+        Ok(Self {
+            session: Some(session),
+            mode: options.mode,
+            endpoints,
+        })
+    }
+
+    /// The endpoints that this session listens on, with their actual ports.
+    pub fn endpoints(&self) -> &[String] {
+        &self.endpoints
+    }
+
+    /// Whether a client has its router now; a peer or router always says true.
+    pub fn is_connected(&self) -> bool {
+        self.mode != Mode::Client
+            || self
+                .session
+                .as_ref()
+                .is_some_and(|session| session.info().routers_zid().wait().next().is_some())
+    }
+
+    /// A publisher of bytes.
+    pub fn raw_publisher(&self, key: &str, qos: Qos) -> Result<RawPublisher, BusError> {
+        let publisher = self
+            .session()?
+            .declare_publisher(key.to_owned())
+            .priority(qos.priority())
+            .congestion_control(qos.congestion())
+            .express(qos.is_express())
+            .wait()
+            .map_err(|cause| key_error(key, &cause))?;
+        Ok(RawPublisher { publisher })
+    }
+
+    /// A publisher of bytes that answers late joiners with the last.
+    pub fn raw_latest(&self, key: &str, qos: Qos) -> Result<RawLatest, BusError> {
+        let last = LastValue::default();
+        let queryable = {
+            let (last, key) = (Arc::clone(&last), key.to_owned());
+            self.session()?
+                .declare_queryable(key.clone())
+                .callback(move |query| answer(&query, &key, &last))
+        };
+        let queryable = queryable.wait().map_err(|cause| key_error(key, &cause))?;
+        Ok(RawLatest {
+            publisher: self.raw_publisher(key, qos)?,
+            last,
+            _queryable: queryable,
+        })
+    }
+
+    /// Messages on `key_expr` in a queue of `capacity`; those over `max_bytes` are announced, not copied.
+    pub fn subscribe(
+        &self,
+        key_expr: &str,
+        capacity: usize,
+        rule: DropRule,
+        max_bytes: usize,
+    ) -> Result<Subscription, BusError> {
+        let queue = Subscription::queue(capacity, rule);
+        let intake = Arc::clone(&queue);
+        let subscriber = self.subscriber(key_expr, max_bytes, move |item| intake.push(item))?;
+        Ok(Subscription {
+            queue,
+            _subscriber: subscriber,
+        })
+    }
+
+    /// Messages on `key_expr`, each handed to `callback` on a zenoh thread: it must not block, nor touch this bus.
+    pub fn subscribe_with(
+        &self,
+        key_expr: &str,
+        max_bytes: usize,
+        callback: impl Fn(Item) + Send + Sync + 'static,
+    ) -> Result<CallbackSubscription, BusError> {
+        Ok(CallbackSubscription {
+            _subscriber: self.subscriber(key_expr, max_bytes, callback)?,
+        })
+    }
+
+    /// The latest values on `key_expr`, one a key, sorted by key, from everyone who answers within `timeout`.
+    pub fn latest(
+        &self,
+        key_expr: &str,
+        max_bytes: usize,
+        timeout: Duration,
+    ) -> Result<Vec<Item>, BusError> {
+        query::latest(self.session()?, key_expr, max_bytes, timeout)
+    }
+
+    /// Declares `key` alive for as long as the token lives.
+    pub fn alive(&self, key: &str) -> Result<AliveToken, BusError> {
+        let token = self
+            .session()?
+            .liveliness()
+            .declare_token(key.to_owned())
+            .wait();
+        Ok(AliveToken {
+            _token: token.map_err(|cause| key_error(key, &cause))?,
+        })
+    }
+
+    /// Watches who is alive on `key_expr`; begins with those who are there already.
+    pub fn watch_alive(&self, key_expr: &str) -> Result<AliveWatch, BusError> {
+        let queue = Arc::new(Queue::new(PRESENCE_CAPACITY, DropRule::Oldest));
+        let intake = Arc::clone(&queue);
+        let subscriber = self
+            .session()?
+            .liveliness()
+            .declare_subscriber(key_expr.to_owned())
+            .history(true)
+            .callback(move |sample| intake.push(presence(&sample)))
+            .wait()
+            .map_err(|cause| key_error(key_expr, &cause))?;
+        Ok(AliveWatch {
+            queue,
+            _subscriber: subscriber,
+        })
+    }
+
+    /// Closes the session; after two seconds without success the process goes on without it.
+    pub fn close(mut self) {
+        self.close_bounded();
+    }
+
+    fn subscriber(
+        &self,
+        key_expr: &str,
+        max_bytes: usize,
+        callback: impl Fn(Item) + Send + Sync + 'static,
+    ) -> Result<zenoh::pubsub::Subscriber<()>, BusError> {
+        self.session()?
+            .declare_subscriber(key_expr.to_owned())
+            .callback(move |sample| {
+                if let Some(item) = Item::from_sample(&sample, max_bytes) {
+                    callback(item);
+                }
+            })
+            .wait()
+            .map_err(|cause| key_error(key_expr, &cause))
+    }
+
+    fn session(&self) -> Result<&zenoh::Session, BusError> {
+        self.session
+            .as_ref()
+            .ok_or_else(|| BusError::Session("the session is closed".into()))
+    }
+
+    fn close_bounded(&mut self) {
+        let Some(session) = self.session.take() else {
+            return;
+        };
+        let (done, wait) = mpsc::channel();
+        let closer = std::thread::Builder::new()
+            .name("bus-close".into())
+            .spawn(move || {
+                let _ = done.send(session.close().wait().map_err(|cause| cause.to_string()));
+            });
+        if closer.is_err() {
+            return;
+        }
+        match wait.recv_timeout(CLOSE_TIMEOUT) {
+            Ok(Ok(())) => {}
+            Ok(Err(cause)) => tracing::debug!(cause, "closing the network session"),
+            Err(_) => tracing::warn!("the network session does not close; going on without it"),
+        }
+    }
+}
+
+impl Drop for Bus {
+    fn drop(&mut self) {
+        self.close_bounded();
+    }
+}
+
+/// Opens on a thread of its own, since zenoh waits for a router without a way to interrupt it. After `stop` that thread
+/// is left to itself: it ends with the process, or closes the session it still gets.
+fn open_session(
+    config: zenoh::Config,
+    endpoints: &str,
+    stop: &dyn Fn() -> bool,
+) -> Result<zenoh::Session, BusError> {
+    let (done, wait) = mpsc::channel();
+    std::thread::Builder::new()
+        .name("bus-open".into())
+        .spawn(move || {
+            let _ = done.send(zenoh::open(config).wait());
+        })
+        .map_err(BusError::Thread)?;
+    let mut complaint = Instant::now() + Duration::from_secs(1);
+    loop {
+        match wait.recv_timeout(Duration::from_millis(100)) {
+            Ok(opened) => return opened.map_err(|cause| BusError::Open(cause.to_string())),
+            Err(RecvTimeoutError::Disconnected) => {
+                return Err(BusError::Open("the opening thread ended".into()));
+            }
+            Err(RecvTimeoutError::Timeout) if stop() => {
+                return Err(BusError::Abandoned {
+                    endpoints: endpoints.to_owned(),
+                });
+            }
+            Err(RecvTimeoutError::Timeout) if Instant::now() >= complaint => {
+                tracing::warn!(endpoints, "no router answers yet; waiting for one");
+                complaint = Instant::now() + COMPLAINT_PERIOD;
+            }
+            Err(RecvTimeoutError::Timeout) => {}
+        }
+    }
+}
+
+/// The endpoint with a real port, having made sure that it is free. Between this look and zenoh's own another program may
+/// take it; then opening fails with zenoh's message.
+fn resolve_port(endpoint: &str) -> Result<String, BusError> {
+    let Some(address) = endpoint.strip_prefix("tcp/") else {
+        return Ok(endpoint.to_owned());
+    };
+    // Behind `?` or `#` stand zenoh's own settings of an endpoint.
+    let (address, settings) = address.split_at(address.find(['?', '#']).unwrap_or(address.len()));
+    let listener = listen_any(address).map_err(|cause| listen_error(endpoint, &cause))?;
+    let (host, port) = address.rsplit_once(':').unwrap_or((address, ""));
+    if port != "0" {
+        return Ok(endpoint.to_owned());
+    }
+    let port = listener
+        .local_addr()
+        .map_err(|cause| listen_error(endpoint, &cause))?
+        .port();
+    Ok(format!("tcp/{host}:{port}{settings}"))
+}
+
+fn listen_any(address: &str) -> std::io::Result<TcpListener> {
+    let addresses: Vec<SocketAddr> = address.to_socket_addrs()?.collect();
+    TcpListener::bind(addresses.as_slice())
+}
+
+fn listen_error(endpoint: &str, cause: &std::io::Error) -> BusError {
+    let endpoint = endpoint.to_owned();
+    match cause.kind() {
+        std::io::ErrorKind::AddrInUse => BusError::InUse { endpoint },
+        _ => BusError::Listen {
+            endpoint,
+            cause: cause.to_string(),
+        },
+    }
+}
+
+fn presence(sample: &zenoh::sample::Sample) -> Presence {
+    let key = sample.key_expr().as_str().to_owned();
+    match sample.kind() {
+        zenoh::sample::SampleKind::Put => Presence::Joined(key),
+        zenoh::sample::SampleKind::Delete => Presence::Left(key),
+    }
+}
+
+fn key_error(key: &str, cause: &zenoh::Error) -> BusError {
+    BusError::Key {
+        key: key.to_owned(),
+        cause: cause.to_string(),
+    }
+}

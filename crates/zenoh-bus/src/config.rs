@@ -1,0 +1,210 @@
+//! From our options to zenoh's configuration. Every option that changes behaviour is set here, since zenoh's defaults
+//! differ between its releases.
+
+use crate::{BusError, BusOptions, Mode};
+
+/// Batch of one link's queues in bytes (zenoh: 65535). A preview of 100 kB is four batches; every priority in use owns
+/// `queue size` of them, so this is most of what a link costs.
+const BATCH_BYTES: u32 = 32 * 1024;
+
+/// Zenoh's configuration for `options`, listening on `listen` (ports resolved).
+pub(crate) fn zenoh_config(
+    options: &BusOptions,
+    listen: &[String],
+) -> Result<zenoh::Config, BusError> {
+    check_ranges(options)?;
+    let mut config = zenoh::Config::default();
+    let fixed = topology(options, listen)
+        .into_iter()
+        .chain(transport(options));
+    let overrides = options
+        .overrides
+        .iter()
+        .map(|(key, value)| (key.as_str(), value.clone()));
+    for (key, value) in fixed.chain(overrides) {
+        config
+            .insert_json5(key, &value)
+            .map_err(|cause| option_error(key, &value, &cause.to_string()))?;
+    }
+    Ok(config)
+}
+
+fn topology(options: &BusOptions, listen: &[String]) -> Vec<(&'static str, String)> {
+    vec![
+        ("mode", quoted(options.mode.name())),
+        ("connect/endpoints", list(&options.connect_endpoints())),
+        // A client waits for its router for ever (`Bus::open` lets go of it when asked to); others connect in the background.
+        ("connect/timeout_ms", "-1".into()),
+        ("connect/exit_on_failure", "false".into()),
+        (
+            "connect/retry",
+            "{ period_init_ms: 100, period_max_ms: 1000, period_increase_factor: 2 }".into(),
+        ),
+        ("listen/endpoints", list(listen)),
+        ("listen/timeout_ms", "0".into()),
+        ("listen/exit_on_failure", "true".into()),
+        ("open/return_conditions/connect_scouted", "true".into()),
+        ("open/return_conditions/declares", "true".into()),
+        ("scouting/multicast/enabled", "false".into()),
+        ("scouting/gossip/enabled", "false".into()),
+        // How long a peer waits for its listed peers while opening; a router would sleep so long for nothing.
+        (
+            "scouting/delay",
+            if options.mode == Mode::Peer {
+                "500"
+            } else {
+                "0"
+            }
+            .into(),
+        ),
+        // Capture time travels in the messages; zenoh's own stamps reject those of a host whose clock runs ahead.
+        ("timestamping/enabled", "false".into()),
+        (
+            "queries_default_timeout",
+            options.query_timeout_ms.to_string(),
+        ),
+        ("routing/interests/timeout", "2000".into()),
+        ("adminspace/enabled", "false".into()),
+    ]
+}
+
+fn transport(options: &BusOptions) -> Vec<(&'static str, String)> {
+    vec![
+        ("transport/unicast/open_timeout", "2000".into()),
+        ("transport/unicast/accept_timeout", "2000".into()),
+        ("transport/unicast/accept_pending", "16".into()),
+        (
+            "transport/unicast/max_sessions",
+            options.max_links.to_string(),
+        ),
+        ("transport/unicast/max_links", "1".into()),
+        ("transport/unicast/lowlatency", "false".into()),
+        ("transport/unicast/qos/enabled", "true".into()),
+        ("transport/shared_memory/enabled", "false".into()),
+        ("transport/link/tx/lease", options.lease_ms.to_string()),
+        ("transport/link/tx/keep_alive", "4".into()),
+        ("transport/link/tx/batch_size", BATCH_BYTES.to_string()),
+        ("transport/link/tx/threads", "1".into()),
+        (
+            "transport/link/tx/queue/size",
+            "{ control: 1, real_time: 1, interactive_high: 2, interactive_low: 1, \
+             data_high: 1, data: 2, data_low: 1, background: 4 }"
+                .into(),
+        ),
+        ("transport/link/tx/queue/allocation/mode", quoted("lazy")),
+        ("transport/link/tx/queue/batching/enabled", "true".into()),
+        ("transport/link/tx/queue/batching/time_limit", "1".into()),
+        // What may be dropped waits in the caller's thread for so many microseconds; previews have their own thread.
+        (
+            "transport/link/tx/queue/congestion_control/drop/wait_before_drop",
+            "1000".into(),
+        ),
+        (
+            "transport/link/tx/queue/congestion_control/drop/max_wait_before_drop_fragments",
+            "50000".into(),
+        ),
+        (
+            "transport/link/tx/queue/congestion_control/block/wait_before_close",
+            "5000000".into(),
+        ),
+        ("transport/link/rx/buffer_size", "65535".into()),
+        (
+            "transport/link/rx/max_message_size",
+            options.max_message_bytes.to_string(),
+        ),
+    ]
+}
+
+fn check_ranges(options: &BusOptions) -> Result<(), BusError> {
+    let ranges = [
+        ("lease_ms", options.lease_ms, 500, 60_000),
+        ("query_timeout_ms", options.query_timeout_ms, 10, 60_000),
+        (
+            "max_message_bytes",
+            options.max_message_bytes,
+            65_536,
+            1 << 30,
+        ),
+        ("max_links", u32::from(options.max_links), 1, 1000),
+    ];
+    for (key, value, least, most) in ranges {
+        if !(least..=most).contains(&value) {
+            return Err(option_error(
+                key,
+                &value.to_string(),
+                &format!("must be from {least} to {most}"),
+            ));
+        }
+    }
+    Ok(())
+}
+
+fn option_error(key: &str, value: &str, cause: &str) -> BusError {
+    BusError::Option {
+        key: key.to_owned(),
+        value: value.to_owned(),
+        cause: cause.to_owned(),
+    }
+}
+
+fn quoted(text: &str) -> String {
+    format!("{text:?}")
+}
+
+fn list(endpoints: &[String]) -> String {
+    format!("{endpoints:?}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_fixed_option_is_one_that_zenoh_knows() {
+        for mode in [Mode::Client, Mode::Peer, Mode::Router] {
+            let options = BusOptions {
+                mode,
+                ..BusOptions::default()
+            };
+            zenoh_config(&options, &["tcp/127.0.0.1:7447".to_owned()]).unwrap();
+        }
+    }
+
+    #[test]
+    fn an_override_wins_over_the_fixed_option() {
+        let mut options = BusOptions::default();
+        options
+            .overrides
+            .insert("transport/link/tx/lease".into(), "7000".into());
+        let config = zenoh_config(&options, &[]).unwrap();
+        assert_eq!(config.get_json("transport/link/tx/lease").unwrap(), "7000");
+    }
+
+    #[test]
+    fn an_unknown_override_and_a_bad_endpoint_name_themselves() {
+        let mut options = BusOptions::default();
+        options
+            .overrides
+            .insert("transport/nonsense".into(), "1".into());
+        assert!(
+            zenoh_config(&options, &[])
+                .unwrap_err()
+                .to_string()
+                .contains("transport/nonsense")
+        );
+        let error = zenoh_config(&BusOptions::client_of("nowhere"), &[]).unwrap_err();
+        assert!(error.to_string().contains("nowhere"), "{error}");
+    }
+
+    #[test]
+    fn a_value_out_of_range_is_refused() {
+        let options = BusOptions {
+            lease_ms: 1,
+            ..BusOptions::default()
+        };
+        assert!(matches!(
+            zenoh_config(&options, &[]),
+            Err(BusError::Option { .. })
+        ));
+    }
+}

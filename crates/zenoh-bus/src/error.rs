@@ -1,0 +1,64 @@
+//! What can go wrong on the network, by who must act.
+
+/// Failures of the bus.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum BusError {
+    /// The options ask for something that zenoh does not take.
+    #[error("network option {key} = {value}: {cause}")]
+    Option {
+        /// The option, in zenoh's own path notation.
+        key: String,
+        /// The value that was refused.
+        value: String,
+        /// Zenoh's reason.
+        cause: String,
+    },
+    /// Another program listens there.
+    #[error(
+        "cannot listen on {endpoint}: the address is in use; choose another port, or end the program that holds it"
+    )]
+    InUse {
+        /// The endpoint as configured.
+        endpoint: String,
+    },
+    /// The address cannot be listened on for another reason.
+    #[error("cannot listen on {endpoint}: {cause}")]
+    Listen {
+        /// The endpoint as configured.
+        endpoint: String,
+        /// The operating system's reason.
+        cause: String,
+    },
+    /// The caller gave up while waiting for the router.
+    #[error("gave up waiting for a router at {endpoints}")]
+    Abandoned {
+        /// The endpoints that were tried.
+        endpoints: String,
+    },
+    /// The session could not be opened.
+    #[error("cannot open the network session: {0}")]
+    Open(String),
+    /// A key or key expression is malformed.
+    #[error("key {key:?}: {cause}")]
+    Key {
+        /// The key.
+        key: String,
+        /// Zenoh's reason.
+        cause: String,
+    },
+    /// The session is closed or refuses for another reason.
+    #[error("network: {0}")]
+    Session(String),
+    /// A message does not fit its own contract.
+    #[error("message for {key}: {cause}")]
+    Message {
+        /// The key it was meant for.
+        key: String,
+        /// The contract's reason.
+        cause: String,
+    },
+    /// The thread that opens the session could not be started.
+    #[error("cannot start a thread")]
+    Thread(#[source] std::io::Error),
+}

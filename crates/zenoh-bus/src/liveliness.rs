@@ -1,0 +1,40 @@
+//! Who is there: a token on a key lives as long as the process (or its link) that declared it.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use crate::queue::Queue;
+
+/// While it exists, its key is alive for everyone who watches.
+#[derive(Debug)]
+pub struct AliveToken {
+    pub(crate) _token: zenoh::liveliness::LivelinessToken,
+}
+
+/// A change of who is there.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Presence {
+    /// A token appeared on this key (or was there when the watch began).
+    Joined(String),
+    /// The token on this key is gone: its process ended, or the network lost it.
+    Left(String),
+}
+
+/// Watches tokens. Dropping it ends the watch.
+#[derive(Debug)]
+pub struct AliveWatch {
+    pub(crate) queue: Arc<Queue<Presence>>,
+    pub(crate) _subscriber: zenoh::pubsub::Subscriber<()>,
+}
+
+impl AliveWatch {
+    /// The next change, waiting for it for at most `timeout`.
+    pub fn recv_timeout(&self, timeout: Duration) -> Option<Presence> {
+        self.queue.pop_timeout(timeout)
+    }
+
+    /// The next change, if there is one.
+    pub fn try_recv(&self) -> Option<Presence> {
+        self.queue.try_pop()
+    }
+}

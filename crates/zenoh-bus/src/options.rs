@@ -1,0 +1,96 @@
+//! The `[network]` section of every node's configuration.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+
+/// How a process takes part in the network.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Mode {
+    /// Connects to one router and nothing else: the choice for every node of a site with a router.
+    #[default]
+    Client,
+    /// Connects to the listed peers directly, without a router.
+    Peer,
+    /// Is the router: listens, and passes messages between those who connect.
+    Router,
+}
+
+impl Mode {
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Self::Client => "client",
+            Self::Peer => "peer",
+            Self::Router => "router",
+        }
+    }
+}
+
+/// The network of a process. Endpoints are zenoh's: `tcp/<address>:<port>`. Nothing is discovered by multicast or gossip:
+/// who talks to whom stands here.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct BusOptions {
+    /// client (default), peer or router.
+    pub mode: Mode,
+    /// Endpoints to connect to. Absent: a client takes the router of its own host, `tcp/127.0.0.1:7447`; others none.
+    pub connect: Option<Vec<String>>,
+    /// Endpoints to listen on; port 0 takes a free one ([`crate::Bus::endpoints`] tells which). Default: none.
+    pub listen: Vec<String>,
+    /// A link that is silent for so long is dead, in ms, 500 to 60000 (default 2000: a lost board shows within 2 s; raise
+    /// it for lossy radio links).
+    pub lease_ms: u32,
+    /// How long a query waits for answers at most, in ms, 10 to 60000 (default 2000).
+    pub query_timeout_ms: u32,
+    /// Largest message taken from the network, in bytes, at least 65536 (default 4 MiB: zenoh's own 1 GiB is more memory
+    /// than a board has).
+    pub max_message_bytes: u32,
+    /// Most links at one time, 1 to 1000 (default 64).
+    pub max_links: u16,
+    /// Zenoh's own options on top, path = JSON5 value: `"transport/link/tx/queue/size/background" = "8"`.
+    pub overrides: BTreeMap<String, String>,
+}
+
+impl Default for BusOptions {
+    fn default() -> Self {
+        Self {
+            mode: Mode::Client,
+            connect: None,
+            listen: Vec::new(),
+            lease_ms: 2000,
+            query_timeout_ms: 2000,
+            max_message_bytes: 4 << 20,
+            max_links: 64,
+            overrides: BTreeMap::new(),
+        }
+    }
+}
+
+impl BusOptions {
+    /// A client of the router at `endpoint`.
+    pub fn client_of(endpoint: &str) -> Self {
+        Self {
+            connect: Some(vec![endpoint.to_owned()]),
+            ..Self::default()
+        }
+    }
+
+    /// A router that listens on `endpoint`.
+    pub fn router_on(endpoint: &str) -> Self {
+        Self {
+            mode: Mode::Router,
+            listen: vec![endpoint.to_owned()],
+            ..Self::default()
+        }
+    }
+
+    /// The endpoints to connect to, defaults applied.
+    pub fn connect_endpoints(&self) -> Vec<String> {
+        match (&self.connect, self.mode) {
+            (Some(endpoints), _) => endpoints.clone(),
+            (None, Mode::Client) => vec!["tcp/127.0.0.1:7447".to_owned()],
+            (None, _) => Vec::new(),
+        }
+    }
+}

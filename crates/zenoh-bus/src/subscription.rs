@@ -1,0 +1,89 @@
+//! Taking messages in: bounded in number by the queue, in size by the caller's limit.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use zenoh::bytes::ZBytes;
+use zenoh::sample::{Sample, SampleKind};
+
+use crate::queue::{DropRule, Queue, QueueCounts};
+
+/// The bytes of a message.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Payload {
+    /// All of them.
+    Bytes(Vec<u8>),
+    /// The message was longer than the subscription takes: its length in bytes; nothing was copied.
+    TooLong(usize),
+}
+
+/// A message that arrived.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Item {
+    /// The key that it was put on.
+    pub key: String,
+    /// Its bytes.
+    pub payload: Payload,
+}
+
+impl Item {
+    /// The bytes, unless the message was too long.
+    pub fn bytes(&self) -> Option<&[u8]> {
+        match &self.payload {
+            Payload::Bytes(bytes) => Some(bytes),
+            Payload::TooLong(_) => None,
+        }
+    }
+
+    /// The item of a sample; `None` for a deletion, which no key of ours means anything by.
+    pub(crate) fn from_sample(sample: &Sample, max_bytes: usize) -> Option<Self> {
+        let key = sample.key_expr().as_str().to_owned();
+        (sample.kind() == SampleKind::Put).then(|| Self {
+            key,
+            payload: bounded(sample.payload(), max_bytes),
+        })
+    }
+}
+
+fn bounded(bytes: &ZBytes, max_bytes: usize) -> Payload {
+    let length = bytes.len();
+    if length > max_bytes {
+        Payload::TooLong(length)
+    } else {
+        Payload::Bytes(bytes.to_bytes().into_owned())
+    }
+}
+
+/// Messages on a key expression, in a bounded queue. Dropping it ends the subscription.
+#[derive(Debug)]
+pub struct Subscription {
+    pub(crate) queue: Arc<Queue<Item>>,
+    pub(crate) _subscriber: zenoh::pubsub::Subscriber<()>,
+}
+
+impl Subscription {
+    /// The next message, waiting for it for at most `timeout`.
+    pub fn recv_timeout(&self, timeout: Duration) -> Option<Item> {
+        self.queue.pop_timeout(timeout)
+    }
+
+    /// The next message, if one is there.
+    pub fn try_recv(&self) -> Option<Item> {
+        self.queue.try_pop()
+    }
+
+    /// What arrived and what was dropped because nobody took it in time.
+    pub fn counts(&self) -> QueueCounts {
+        self.queue.counts()
+    }
+
+    pub(crate) fn queue(capacity: usize, rule: DropRule) -> Arc<Queue<Item>> {
+        Arc::new(Queue::new(capacity, rule))
+    }
+}
+
+/// Messages on a key expression, handed to a callback. Dropping it ends the subscription.
+#[derive(Debug)]
+pub struct CallbackSubscription {
+    pub(crate) _subscriber: zenoh::pubsub::Subscriber<()>,
+}
