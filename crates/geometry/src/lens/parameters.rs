@@ -1,0 +1,267 @@
+//! A lens's numbers: as written in `rig.toml`, as a vector for calibration, and what is refused.
+
+use super::Lens;
+use super::distortion::Distortion;
+use serde::{Deserialize, Serialize};
+use std::fmt;
+use std::str::FromStr;
+
+/// The most parameters any model has: fx, fy, cx, cy and five of Brown-Conrady.
+pub const MAX_PARAMETERS: usize = 9;
+
+/// Larger pixel figures than any sensor has; the bound keeps every product finite.
+const MAX_PIXELS: f64 = 1e6;
+/// Larger coefficients than any calibration gives; the bound keeps every polynomial of the field finite.
+const MAX_COEFFICIENT: f64 = 1e6;
+/// A lens of which less than about half a degree can be inverted shows nothing: its coefficients are wrong.
+const MIN_RADIUS: f64 = 0.01;
+
+/// Focal lengths and principal point, pixels.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Intrinsics {
+    /// Focal length along the rows, in pixel widths.
+    pub fx: f64,
+    /// Focal length along the columns, in pixel heights.
+    pub fy: f64,
+    /// Column of the principal point.
+    pub cx: f64,
+    /// Row of the principal point.
+    pub cy: f64,
+}
+
+/// The lens models, by the names they have in `rig.toml`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum LensModel {
+    /// No distortion.
+    Pinhole,
+    /// Radial and tangential polynomials of the normalised radius: ordinary lenses.
+    BrownConrady,
+    /// A polynomial of the angle off the axis: wide and fisheye lenses.
+    KannalaBrandt,
+}
+
+/// Why numbers are no lens.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum LensError {
+    /// A focal length that is not positive and finite.
+    #[error("focal length {name} = {value} must be above 0 and at most 1e6 pixels")]
+    FocalLength {
+        /// `fx` or `fy`.
+        name: &'static str,
+        /// As given.
+        value: f64,
+    },
+    /// Another number that is not finite or absurdly large.
+    #[error("{name} = {value} must be finite and at most 1e6 in size")]
+    OutOfRange {
+        /// The parameter, such as `cx` or `k1`.
+        name: &'static str,
+        /// As given.
+        value: f64,
+    },
+    /// The distortion folds over almost at the axis.
+    #[error(
+        "this distortion can only be inverted up to {:.2} degrees off the axis: check the order and units of its coefficients",
+        half_angle.to_degrees()
+    )]
+    FieldTooNarrow {
+        /// Half opening angle of the valid field, radians.
+        half_angle: f64,
+    },
+    /// A list of parameters of the wrong length.
+    #[error("a {model} lens has {} parameters, {given} were given", model.n_parameters())]
+    ParameterCount {
+        /// The model asked for.
+        model: LensModel,
+        /// How many numbers came.
+        given: usize,
+    },
+}
+
+/// A name that is no lens model.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("no lens model is called {0:?}; there are pinhole, brown-conrady and kannala-brandt")]
+pub struct UnknownLensModel(String);
+
+impl LensModel {
+    /// All models.
+    pub const ALL: [Self; 3] = [Self::Pinhole, Self::BrownConrady, Self::KannalaBrandt];
+
+    /// The name in `rig.toml`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Pinhole => "pinhole",
+            Self::BrownConrady => "brown-conrady",
+            Self::KannalaBrandt => "kannala-brandt",
+        }
+    }
+
+    /// How many parameters a lens of this model has, the four intrinsics included.
+    pub fn n_parameters(self) -> usize {
+        match self {
+            Self::Pinhole => 4,
+            Self::BrownConrady => 9,
+            Self::KannalaBrandt => 8,
+        }
+    }
+}
+
+impl fmt::Display for LensModel {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+impl FromStr for LensModel {
+    type Err = UnknownLensModel;
+
+    fn from_str(name: &str) -> Result<Self, UnknownLensModel> {
+        let found = Self::ALL.into_iter().find(|model| model.name() == name);
+        found.ok_or_else(|| UnknownLensModel(name.to_owned()))
+    }
+}
+
+impl Lens {
+    /// How many parameters this lens has.
+    pub fn n_parameters(&self) -> usize {
+        self.model().n_parameters()
+    }
+
+    /// fx, fy, cx, cy, then the distortion's coefficients in the order of `rig.toml`.
+    pub fn parameters(&self) -> Vec<f64> {
+        let Intrinsics { fx, fy, cx, cy } = self.intrinsics();
+        [fx, fy, cx, cy]
+            .iter()
+            .chain(self.distortion())
+            .copied()
+            .collect()
+    }
+
+    /// A lens of the same model with other parameters.
+    pub fn with_parameters(&self, parameters: &[f64]) -> Result<Self, LensError> {
+        Self::from_parameters(self.model(), parameters)
+    }
+
+    /// The lens of a model with the given [`Lens::parameters`].
+    pub fn from_parameters(model: LensModel, parameters: &[f64]) -> Result<Self, LensError> {
+        match (model, parameters) {
+            (LensModel::Pinhole, &[fx, fy, cx, cy]) => Self::pinhole(Intrinsics { fx, fy, cx, cy }),
+            (LensModel::BrownConrady, &[fx, fy, cx, cy, k1, k2, p1, p2, k3]) => {
+                Self::brown_conrady(Intrinsics { fx, fy, cx, cy }, [k1, k2, p1, p2, k3])
+            }
+            (LensModel::KannalaBrandt, &[fx, fy, cx, cy, k1, k2, k3, k4]) => {
+                Self::kannala_brandt(Intrinsics { fx, fy, cx, cy }, [k1, k2, k3, k4])
+            }
+            _ => Err(LensError::ParameterCount {
+                model,
+                given: parameters.len(),
+            }),
+        }
+    }
+}
+
+impl Intrinsics {
+    pub(super) fn check(&self) -> Result<(), LensError> {
+        for (name, value) in [("fx", self.fx), ("fy", self.fy)] {
+            if !(value > 0.0 && value <= MAX_PIXELS) {
+                return Err(LensError::FocalLength { name, value });
+            }
+        }
+        check_sizes(&["cx", "cy"], &[self.cx, self.cy], MAX_PIXELS)
+    }
+}
+
+pub(super) fn check_coefficients(names: &[&'static str], values: &[f64]) -> Result<(), LensError> {
+    check_sizes(names, values, MAX_COEFFICIENT)
+}
+
+pub(super) fn check_field(max_radius: f64) -> Result<(), LensError> {
+    if max_radius >= MIN_RADIUS {
+        return Ok(());
+    }
+    Err(LensError::FieldTooNarrow {
+        half_angle: max_radius.atan(),
+    })
+}
+
+fn check_sizes(names: &[&'static str], values: &[f64], bound: f64) -> Result<(), LensError> {
+    let fits = |value: &f64| value.abs() <= bound; // false for NaN
+    match names.iter().zip(values).find(|(_, value)| !fits(value)) {
+        Some((&name, &value)) => Err(LensError::OutOfRange { name, value }),
+        None => Ok(()),
+    }
+}
+
+/// The `lens` table of `rig.toml`. Struct variants, because serde refuses unknown keys of an internally tagged enum
+/// only for those, and never together with `flatten`.
+#[derive(Serialize, Deserialize)]
+#[serde(tag = "model", rename_all = "kebab-case", deny_unknown_fields)]
+pub(super) enum LensFile {
+    Pinhole {
+        fx: f64,
+        fy: f64,
+        cx: f64,
+        cy: f64,
+    },
+    BrownConrady {
+        fx: f64,
+        fy: f64,
+        cx: f64,
+        cy: f64,
+        distortion: [f64; 5],
+    },
+    KannalaBrandt {
+        fx: f64,
+        fy: f64,
+        cx: f64,
+        cy: f64,
+        distortion: [f64; 4],
+    },
+}
+
+impl TryFrom<LensFile> for Lens {
+    type Error = LensError;
+
+    fn try_from(file: LensFile) -> Result<Self, LensError> {
+        match file {
+            LensFile::Pinhole { fx, fy, cx, cy } => Self::pinhole(Intrinsics { fx, fy, cx, cy }),
+            LensFile::BrownConrady {
+                fx,
+                fy,
+                cx,
+                cy,
+                distortion,
+            } => Self::brown_conrady(Intrinsics { fx, fy, cx, cy }, distortion),
+            LensFile::KannalaBrandt {
+                fx,
+                fy,
+                cx,
+                cy,
+                distortion,
+            } => Self::kannala_brandt(Intrinsics { fx, fy, cx, cy }, distortion),
+        }
+    }
+}
+
+impl From<Lens> for LensFile {
+    fn from(lens: Lens) -> Self {
+        let Intrinsics { fx, fy, cx, cy } = lens.intrinsics;
+        match lens.distortion {
+            Distortion::None => Self::Pinhole { fx, fy, cx, cy },
+            Distortion::BrownConrady(d) => Self::BrownConrady {
+                fx,
+                fy,
+                cx,
+                cy,
+                distortion: *d.coefficients(),
+            },
+            Distortion::KannalaBrandt(d) => Self::KannalaBrandt {
+                fx,
+                fy,
+                cx,
+                cy,
+                distortion: *d.coefficients(),
+            },
+        }
+    }
+}
