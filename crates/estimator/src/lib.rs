@@ -1,1 +1,26 @@
 //! From tag corners of many cameras to object poses with covariance.
+//!
+//! What comes in: a rig (cameras with lens and pose), objects (constellations of tags) and the corners that single
+//! images show, each with its capture time. What goes out: `world_from_object` with covariance and twist per object.
+//! Metres, radians, pixels with (0, 0) at the centre of the top-left pixel, nanoseconds since the Unix epoch.
+//! This crate knows no clock (time is an argument), no image, no network and no file.
+
+mod estimate;
+mod fusion;
+mod ids;
+mod object;
+mod observation;
+mod options;
+mod rig;
+mod statistics;
+mod tag_poses;
+
+pub use estimate::{ObjectEstimate, State};
+pub use fusion::{Fusion, Input, ModelError, Output};
+pub use ids::{CameraId, IdError, ObjectId};
+pub use object::{ObjectError, ObjectModel, ObjectTag, TagId};
+pub use observation::{ImageObservation, TagCorners};
+pub use options::{FusionOptions, OptionsError};
+pub use rig::{Camera, Rig, RigError};
+pub use statistics::{CameraStatistics, Statistics};
+pub use tag_poses::tag_poses;

@@ -1,0 +1,45 @@
+//! What is known about an object at a capture time.
+
+use nalgebra::{Matrix6, Vector6};
+use serde::{Deserialize, Serialize};
+use sextant_geometry::Pose;
+
+use crate::ObjectId;
+
+/// How far a pose can be trusted.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum State {
+    /// More than one attitude explains the images, or the one is known too vaguely.
+    /// The covariance spans all that is possible.
+    Initialising,
+    /// One attitude explains the images, and the image of this time took part.
+    Tracking,
+    /// Predicted: the images of this time add nothing, older ones do.
+    Coasting,
+    /// Unseen for too long; said once, with the last prediction.
+    Lost,
+}
+
+/// Pose of an object at a capture time.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ObjectEstimate {
+    /// Which object.
+    pub object: ObjectId,
+    /// The time for which the pose holds, in ns since the Unix epoch (reference clock).
+    pub capture_ns: u64,
+    /// Maps points of the object into the world.
+    pub world_from_object: Pose,
+    /// Over (x, y, z, rx, ry, rz) in m and rad, world axes, R_estimate = exp(r) R_true.
+    pub covariance: Matrix6<f64>,
+    /// Velocity of the object's origin (m/s) and angular velocity (rad/s), world axes.
+    pub twist: Vector6<f64>,
+    /// How far to trust it.
+    pub state: State,
+    /// Cameras that took part at this capture time.
+    pub cameras: u32,
+    /// Tag views that took part at this capture time.
+    pub tags: u32,
+    /// Root mean square of the corner residuals in pixels (over both axes), 0 when nothing took part.
+    pub rms_px: f64,
+}

@@ -1,0 +1,120 @@
+//! The names of cameras and objects: 1 to 32 characters of `[a-z0-9_-]`, cheap to clone, ordered.
+
+use std::fmt;
+use std::str::FromStr;
+use std::sync::Arc;
+
+use serde::{Deserialize, Serialize};
+use thiserror::Error;
+
+/// The longest name in bytes.
+const LONGEST: usize = 32;
+
+/// Why a text is no name.
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
+pub enum IdError {
+    /// The text has no character or more than 32.
+    #[error("a name has 1 to {LONGEST} characters, this one has {0}")]
+    Length(usize),
+    /// A character outside of `[a-z0-9_-]`.
+    #[error("a name is made of a-z, 0-9, _ and -, not {0:?}")]
+    Character(char),
+}
+
+fn check(text: &str) -> Result<(), IdError> {
+    let allowed = |c: &char| matches!(c, 'a'..='z' | '0'..='9' | '_' | '-');
+    if let Some(foreign) = text.chars().find(|c| !allowed(c)) {
+        return Err(IdError::Character(foreign));
+    }
+    match text.len() {
+        1..=LONGEST => Ok(()),
+        length => Err(IdError::Length(length)),
+    }
+}
+
+macro_rules! id {
+    ($(#[$doc:meta])* $name:ident) => {
+        $(#[$doc])*
+        #[derive(Clone, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+        #[serde(try_from = "String", into = "String")]
+        pub struct $name(Arc<str>);
+
+        impl $name {
+            /// Takes the name over if it is one.
+            ///
+            /// # Errors
+            /// When the text is empty, longer than 32 characters or has others than `[a-z0-9_-]`.
+            pub fn new(text: &str) -> Result<Self, IdError> {
+                check(text).map(|()| Self(text.into()))
+            }
+
+            /// The name as text.
+            pub fn as_str(&self) -> &str {
+                &self.0
+            }
+        }
+
+        impl FromStr for $name {
+            type Err = IdError;
+
+            fn from_str(text: &str) -> Result<Self, IdError> {
+                Self::new(text)
+            }
+        }
+
+        impl TryFrom<String> for $name {
+            type Error = IdError;
+
+            fn try_from(text: String) -> Result<Self, IdError> {
+                Self::new(&text)
+            }
+        }
+
+        impl From<$name> for String {
+            fn from(id: $name) -> Self {
+                id.0.as_ref().into()
+            }
+        }
+
+        impl fmt::Display for $name {
+            fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str(&self.0)
+            }
+        }
+
+        impl fmt::Debug for $name {
+            fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                write!(f, "{:?}", &*self.0)
+            }
+        }
+    };
+}
+
+id! {
+    /// The name of a camera.
+    CameraId
+}
+
+id! {
+    /// The name of an object.
+    ObjectId
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_are_short_and_plain() {
+        assert_eq!(CameraId::new("north-1_a").unwrap().to_string(), "north-1_a");
+        assert_eq!(CameraId::new(""), Err(IdError::Length(0)));
+        assert_eq!(ObjectId::new(&"a".repeat(33)), Err(IdError::Length(33)));
+        assert!(ObjectId::new(&"a".repeat(32)).is_ok());
+        for foreign in ["North", "a/b", "a b", "a*", "ü", "@"] {
+            assert!(
+                matches!(foreign.parse::<ObjectId>(), Err(IdError::Character(_))),
+                "{foreign}"
+            );
+        }
+    }
+}
