@@ -3,3 +3,5 @@
 mod config;
 mod observations;
 mod pose;
+
+pub use config::RigConfigError;

@@ -29,6 +29,7 @@ mod wire;
 
 pub use any::AnyMessage;
 pub use check::OutOfRange;
+pub use convert::RigConfigError;
 pub use envelope::{
     DecodeError, EncodeError, HEADER_BYTES, Kind, MAGIC, Message, VERSION, decode, encode,
     encode_into,
