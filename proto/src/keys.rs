@@ -76,9 +76,14 @@ impl Keys {
     /// # Errors
     /// A site's name is an id.
     pub fn new(site: &str) -> Result<Self, IdError> {
-        let site = SiteId::new(site)?;
+        Ok(Self::of(SiteId::new(site)?))
+    }
+
+    /// The keys of a site whose name was read already.
+    #[must_use]
+    pub fn of(site: SiteId) -> Self {
         let root = format!("sextant/v1/{site}");
-        Ok(Self { site, root })
+        Self { site, root }
     }
 
     /// The site.
