@@ -1,4 +1,5 @@
 //! What may not enter and may not leave, each with its own reason.
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 mod samples;
 

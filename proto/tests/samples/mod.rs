@@ -1,5 +1,9 @@
 //! One message of each kind with every field away from its default, for the golden files and the mutations.
-#![allow(dead_code, reason = "each test file takes the samples that it needs")]
+#![allow(
+    dead_code,
+    clippy::unwrap_used,
+    reason = "each test file takes the samples that it needs, and a test may panic"
+)]
 
 use sextant_estimator::{CameraId, ObjectId, State};
 use sextant_proto::*;
