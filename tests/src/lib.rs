@@ -1,1 +1,11 @@
-//! Whole-system tests: several processes, several hosts.
+//! The harness of the whole-system tests: runs the real `sextant` binary, waits for what it says, and leaves nothing behind.
+//!
+//! Tests wait for conditions, never for durations; a limit on waiting only keeps a broken system from hanging the run.
+
+mod demo;
+mod program;
+mod traces;
+
+pub use demo::{Demo, Ended, send};
+pub use program::{sextant, workspace_root};
+pub use traces::Traces;

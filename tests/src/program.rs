@@ -1,0 +1,23 @@
+//! Where the program under test is.
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+/// The workspace's root.
+#[must_use]
+pub fn workspace_root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
+}
+
+/// The `sextant` program of the build that this test belongs to.
+///
+/// # Panics
+/// When it was not built: `cargo test --workspace` and `cargo xtask test` build it.
+#[must_use]
+pub fn sextant() -> Command {
+    let test = std::env::current_exe().expect("a test has a file");
+    // target/<profile>/deps/<test> -> target/<profile>/sextant
+    let program = test.ancestors().nth(2).expect("a profile's folder").join("sextant");
+    assert!(program.is_file(), "{} is missing: run `cargo build --release --package sextant` first", program.display());
+    Command::new(program)
+}
