@@ -7,11 +7,21 @@
 //! Corners are pixels with (0, 0) at the centre of the top left pixel. The detector knows no lens, no metres, no clock
 //! and no network, and takes no memory from the heap once it has seen an image of a size.
 
+mod bit_plane;
+mod code_index;
+mod components;
 mod detection;
 mod detector;
+mod edges;
+mod homography;
 mod image;
+mod kernels;
 mod options;
+mod outlines;
+mod quad;
+mod reading;
 mod report;
+mod tiles;
 
 pub use detection::{Detection, Refinement};
 pub use detector::Detector;

@@ -1,0 +1,130 @@
+//! From an observed code word, possibly turned and with wrong bits, to the tag's id.
+//!
+//! At most two wrong bits spoil at most two of three quarters of the word, so one of the first three quarters of the
+//! right word is as observed: an index by quarter leaves a handful of code words to compare.
+
+use sextant_tag_families::{FamilyData, rotate_code};
+
+/// Most wrong bits that the index can find.
+pub(crate) const MAX_HAMMING: u32 = 2;
+
+const PARTS: usize = MAX_HAMMING as usize + 1;
+
+/// A code word that an observation was recognised as.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Match {
+    pub(crate) id: u32,
+    pub(crate) hamming: u32,
+    /// Quarter turns counter-clockwise that make the observed picture upright.
+    pub(crate) turns: u32,
+}
+
+#[derive(Debug)]
+pub(crate) struct CodeIndex {
+    codes: &'static [u64],
+    n_bits: usize,
+    part_bits: usize,
+    max_hamming: u32,
+    /// For each part and each value of it: where its ids begin in `ids`.
+    starts: [Vec<u32>; PARTS],
+    ids: [Vec<u16>; PARTS],
+}
+
+impl CodeIndex {
+    pub(crate) fn new(family: &FamilyData, max_hamming: u8) -> Self {
+        let n_bits = family.bits.len();
+        let part_bits = n_bits.div_ceil(4);
+        let correctable = u32::from(family.min_hamming.saturating_sub(1) / 2);
+        let mut index = Self {
+            codes: family.codes,
+            n_bits,
+            part_bits,
+            max_hamming: u32::from(max_hamming).min(correctable).min(MAX_HAMMING),
+            starts: Default::default(),
+            ids: Default::default(),
+        };
+        for part in 0..PARTS {
+            index.build(part);
+        }
+        index
+    }
+
+    fn build(&mut self, part: usize) {
+        let mut ids: Vec<u16> = (0..self.codes.len() as u16).collect();
+        ids.sort_by_key(|&id| self.part(self.codes[usize::from(id)], part));
+        let below = |value: usize| {
+            ids.partition_point(|&id| self.part(self.codes[usize::from(id)], part) < value) as u32
+        };
+        self.starts[part] = (0..=1 << self.part_bits).map(below).collect();
+        self.ids[part] = ids;
+    }
+
+    fn part(&self, code: u64, part: usize) -> usize {
+        (code >> (part * self.part_bits)) as usize & ((1 << self.part_bits) - 1)
+    }
+
+    /// The nearest code word within the allowed distance; exact ones first, then fewer turns, then smaller ids.
+    pub(crate) fn find(&self, observed: u64) -> Option<Match> {
+        (0..4)
+            .filter_map(|turns| self.find_upright(rotate_code(observed, self.n_bits, turns), turns))
+            .min_by_key(|found| found.hamming)
+    }
+
+    fn find_upright(&self, observed: u64, turns: u32) -> Option<Match> {
+        let candidates = (0..PARTS).flat_map(|part| {
+            let value = self.part(observed, part);
+            let range = self.starts[part][value] as usize..self.starts[part][value + 1] as usize;
+            &self.ids[part][range]
+        });
+        let matches = candidates.map(|&id| {
+            let hamming = (self.codes[usize::from(id)] ^ observed).count_ones();
+            Match {
+                id: u32::from(id),
+                hamming,
+                turns,
+            }
+        });
+        matches
+            .filter(|found| found.hamming <= self.max_hamming)
+            .min_by_key(|found| found.hamming)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+    use sextant_tag_families::Family;
+
+    #[test]
+    fn every_code_word_is_found_under_every_turn() {
+        for family in Family::ALL {
+            let data = family.data();
+            let index = CodeIndex::new(data, 2);
+            for (id, &code) in data.codes.iter().enumerate() {
+                for turns in 0..4 {
+                    let observed = rotate_code(code, data.bits.len(), (4 - turns) % 4);
+                    assert_eq!(
+                        index.find(observed),
+                        Some(Match {
+                            id: id as u32,
+                            hamming: 0,
+                            turns
+                        })
+                    );
+                }
+            }
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn two_wrong_bits_are_corrected_and_three_are_not(id in 0_usize..587, turns in 0_u32..4, bits in prop::collection::btree_set(0_u32..36, 1..4)) {
+            let data = Family::Tag36h11.data();
+            let wrong = bits.iter().fold(data.codes[id], |code, bit| code ^ 1 << bit);
+            let found = CodeIndex::new(data, 2).find(rotate_code(wrong, 36, (4 - turns) % 4));
+            let expected = Match { id: id as u32, hamming: bits.len() as u32, turns };
+            prop_assert_eq!(found, (bits.len() <= 2).then_some(expected));
+        }
+    }
+}

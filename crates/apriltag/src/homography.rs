@@ -1,0 +1,88 @@
+//! The projective map between a tag's modules and the image, in single precision.
+//!
+//! `sextant-geometry` has the double-precision one; here thousands of points an image are mapped, also on processors
+//! whose double-precision arithmetic is slow.
+
+use crate::quad::{Point, Quad};
+
+/// Maps modules (u right, v down, (0, 0) at the top left corner of the border) to pixels.
+///
+/// pixel = origin + (m0 u + m1 v + m2, m3 u + m4 v + m5) / (m6 u + m7 v + 1); the origin, a corner, keeps the numbers small.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Homography {
+    pub(crate) origin: Point,
+    pub(crate) m: [f32; 8],
+}
+
+impl Homography {
+    /// Maps the corners of a square of `modules` to a quad (Heckbert, Fundamentals of Texture Mapping, 1989, section 2.2.3).
+    pub(crate) fn square_to_quad(quad: &Quad, modules: f32) -> Option<Self> {
+        let origin = quad[0];
+        let [_, b, c, d] = quad.map(|corner| [corner[0] - origin[0], corner[1] - origin[1]]);
+        let (right, below) = ([b[0] - c[0], b[1] - c[1]], [d[0] - c[0], d[1] - c[1]]);
+        let sum = [c[0] - b[0] - d[0], c[1] - b[1] - d[1]];
+        let determinant = right[0] * below[1] - below[0] * right[1];
+        let g = (sum[0] * below[1] - below[0] * sum[1]) / determinant;
+        let h = (right[0] * sum[1] - sum[0] * right[1]) / determinant;
+        let m = [
+            b[0] * (1.0 + g),
+            d[0] * (1.0 + h),
+            0.0,
+            b[1] * (1.0 + g),
+            d[1] * (1.0 + h),
+            0.0,
+            g,
+            h,
+        ];
+        let scale = 1.0 / modules;
+        let m = [
+            m[0] * scale,
+            m[1] * scale,
+            m[2],
+            m[3] * scale,
+            m[4] * scale,
+            m[5],
+            m[6] * scale,
+            m[7] * scale,
+        ];
+        m.iter()
+            .all(|value| value.is_finite())
+            .then_some(Self { origin, m })
+    }
+
+    #[inline]
+    pub(crate) fn apply(&self, u: f32, v: f32) -> Point {
+        let m = &self.m;
+        let w = 1.0 / (m[6] * u + m[7] * v + 1.0);
+        [
+            self.origin[0] + (m[0] * u + m[1] * v + m[2]) * w,
+            self.origin[1] + (m[3] * u + m[4] * v + m[5]) * w,
+        ]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_squares_corners_land_on_the_quads() {
+        let quad = [[102.0, 57.0], [161.5, 63.25], [150.0, 120.0], [98.0, 101.5]];
+        let homography = Homography::square_to_quad(&quad, 8.0).unwrap();
+        for (corner, [u, v]) in quad
+            .iter()
+            .zip([[0.0, 0.0], [8.0, 0.0], [8.0, 8.0], [0.0, 8.0]])
+        {
+            let mapped = homography.apply(u, v);
+            assert!(
+                (mapped[0] - corner[0]).abs() < 1e-4 && (mapped[1] - corner[1]).abs() < 1e-4,
+                "{mapped:?} {corner:?}"
+            );
+        }
+    }
+
+    #[test]
+    fn a_degenerate_quad_has_no_homography() {
+        assert!(Homography::square_to_quad(&[[1.0, 1.0]; 4], 8.0).is_none());
+    }
+}

@@ -1,0 +1,130 @@
+//! The two loops that touch every pixel, once an instruction set.
+//!
+//! [`scalar`] says what is meant; the others give the same bytes faster. Dispatch happens here and only here.
+
+mod scalar;
+
+#[cfg(target_arch = "x86_64")]
+mod avx2;
+
+/// Edge of a tile in pixels. Four is the largest for which the nine tiles around a pixel span no more than a small
+/// tag (11 px), so that its black border and its white ring are always among them.
+pub(crate) const TILE: usize = 4;
+
+/// Pixels in a word of the bit plane.
+pub(crate) const WORD: usize = 64;
+
+/// Tiles in a word of the bit plane.
+pub(crate) const TILES_IN_WORD: usize = WORD / TILE;
+
+type TileExtrema = fn(rows: [&[u8]; TILE], darkest: &mut [u8], brightest: &mut [u8]);
+type ThresholdWords = fn(row: &[u8], levels: &[u8], words: &mut [u64]);
+
+/// One set of kernels.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Kernels {
+    extrema: TileExtrema,
+    threshold: ThresholdWords,
+}
+
+impl Kernels {
+    pub(crate) const SCALAR: Self = Self {
+        extrema: scalar::tile_extrema,
+        threshold: scalar::threshold_words,
+    };
+
+    /// The fastest that this processor can run.
+    pub(crate) fn fastest() -> Self {
+        #[cfg(target_arch = "x86_64")]
+        if let Some(kernels) = avx2::kernels() {
+            return kernels;
+        }
+        Self::SCALAR
+    }
+
+    /// Least and greatest value of each tile of four rows. Pixels beyond the last whole tile are left out.
+    pub(crate) fn tile_extrema(
+        &self,
+        rows: [&[u8]; TILE],
+        darkest: &mut [u8],
+        brightest: &mut [u8],
+    ) {
+        let n_tiles = rows[0].len() / TILE;
+        let rows = rows.map(|row| &row[..n_tiles * TILE]);
+        (self.extrema)(rows, &mut darkest[..n_tiles], &mut brightest[..n_tiles]);
+    }
+
+    /// One bit a pixel, the least significant leftmost: set where the pixel is below its tile's level.
+    /// `levels` holds whole words of tiles.
+    pub(crate) fn threshold_row(&self, row: &[u8], levels: &[u8], words: &mut [u64]) {
+        let (whole, rest) = row.split_at(row.len() / WORD * WORD);
+        let n_whole = whole.len() / WORD;
+        (self.threshold)(
+            whole,
+            &levels[..n_whole * TILES_IN_WORD],
+            &mut words[..n_whole],
+        );
+        if !rest.is_empty() {
+            let mut padded = [u8::MAX; WORD];
+            padded[..rest.len()].copy_from_slice(rest);
+            let levels = &levels[n_whole * TILES_IN_WORD..][..TILES_IN_WORD];
+            (self.threshold)(&padded, levels, &mut words[n_whole..=n_whole]);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn extrema(kernels: Kernels, rows: &[Vec<u8>]) -> (Vec<u8>, Vec<u8>) {
+        let n_tiles = rows[0].len() / TILE;
+        let (mut darkest, mut brightest) = (vec![0; n_tiles], vec![0; n_tiles]);
+        kernels.tile_extrema(
+            [&rows[0], &rows[1], &rows[2], &rows[3]],
+            &mut darkest,
+            &mut brightest,
+        );
+        (darkest, brightest)
+    }
+
+    fn threshold(kernels: Kernels, row: &[u8], levels: &[u8]) -> Vec<u64> {
+        let mut words = vec![0; row.len().div_ceil(WORD)];
+        kernels.threshold_row(row, levels, &mut words);
+        words
+    }
+
+    fn rows() -> impl Strategy<Value = Vec<Vec<u8>>> {
+        (1_usize..300).prop_flat_map(|width| {
+            prop::collection::vec(prop::collection::vec(any::<u8>(), width), TILE)
+        })
+    }
+
+    proptest! {
+        #[test]
+        fn fast_tile_extrema_equal_the_scalar_ones(rows in rows()) {
+            prop_assert_eq!(extrema(Kernels::fastest(), &rows), extrema(Kernels::SCALAR, &rows));
+        }
+
+        #[test]
+        fn fast_threshold_equals_the_scalar_one(
+            row in prop::collection::vec(any::<u8>(), 1..300),
+            levels in prop::collection::vec(prop_oneof![Just(0), any::<u8>()], 5 * TILES_IN_WORD),
+        ) {
+            prop_assert_eq!(threshold(Kernels::fastest(), &row, &levels), threshold(Kernels::SCALAR, &row, &levels));
+        }
+
+        #[test]
+        fn a_bit_is_set_exactly_where_a_pixel_is_below_its_level(
+            row in prop::collection::vec(any::<u8>(), 1..300),
+            levels in prop::collection::vec(any::<u8>(), 5 * TILES_IN_WORD),
+        ) {
+            let words = threshold(Kernels::SCALAR, &row, &levels);
+            for x in 0..words.len() * WORD {
+                let expected = x < row.len() && row[x] < levels[x / TILE];
+                prop_assert_eq!(words[x / WORD] >> (x % WORD) & 1 == 1, expected, "pixel {}", x);
+            }
+        }
+    }
+}

@@ -1,0 +1,111 @@
+//! The kernels with 256-bit integer vectors.
+
+use super::{Kernels, TILE, TILES_IN_WORD, WORD, scalar};
+use std::arch::x86_64::*;
+
+/// Pixels in a vector.
+const LANES: usize = 32;
+
+/// These kernels, where the processor has AVX2.
+pub(super) fn kernels() -> Option<Kernels> {
+    std::arch::is_x86_feature_detected!("avx2").then_some(Kernels {
+        extrema: tile_extrema,
+        threshold: threshold_words,
+    })
+}
+
+fn tile_extrema(rows: [&[u8]; TILE], darkest: &mut [u8], brightest: &mut [u8]) {
+    // SAFETY: `kernels` gives this function out only where AVX2 was detected.
+    unsafe { tile_extrema_avx2(rows, darkest, brightest) }
+}
+
+fn threshold_words(row: &[u8], levels: &[u8], words: &mut [u64]) {
+    // SAFETY: `kernels` gives this function out only where AVX2 was detected.
+    unsafe { threshold_words_avx2(row, levels, words) }
+}
+
+#[target_feature(enable = "avx2")]
+fn tile_extrema_avx2(rows: [&[u8]; TILE], darkest: &mut [u8], brightest: &mut [u8]) {
+    const TILES: usize = LANES / TILE;
+    let n_vectors = rows[0].len() / LANES;
+    for i in 0..n_vectors {
+        let [a, b, c, d] = rows.map(|row| load(&row[i * LANES..]));
+        let low = _mm256_min_epu8(_mm256_min_epu8(a, b), _mm256_min_epu8(c, d));
+        let high = _mm256_max_epu8(_mm256_max_epu8(a, b), _mm256_max_epu8(c, d));
+        let low = _mm256_min_epu8(low, _mm256_srli_epi32::<16>(low));
+        let high = _mm256_max_epu8(high, _mm256_srli_epi32::<16>(high));
+        let low = _mm256_min_epu8(low, _mm256_srli_epi32::<8>(low));
+        let high = _mm256_max_epu8(high, _mm256_srli_epi32::<8>(high));
+        darkest[i * TILES..][..TILES].copy_from_slice(&lowest_bytes(low));
+        brightest[i * TILES..][..TILES].copy_from_slice(&lowest_bytes(high));
+    }
+    let rest = rows.map(|row| &row[n_vectors * LANES..]);
+    scalar::tile_extrema(
+        rest,
+        &mut darkest[n_vectors * TILES..],
+        &mut brightest[n_vectors * TILES..],
+    );
+}
+
+/// The lowest byte of each of the eight 32-bit lanes.
+#[target_feature(enable = "avx2")]
+fn lowest_bytes(lanes: __m256i) -> [u8; 8] {
+    let gather = _mm256_set1_epi32(0x0c08_0400);
+    let gathered = _mm256_shuffle_epi8(lanes, gather);
+    let low = _mm256_extract_epi32::<0>(gathered) as u32;
+    let high = _mm256_extract_epi32::<4>(gathered) as u32;
+    (u64::from(high) << 32 | u64::from(low)).to_le_bytes()
+}
+
+#[target_feature(enable = "avx2")]
+fn threshold_words_avx2(row: &[u8], levels: &[u8], words: &mut [u64]) {
+    let left_half = _mm256_setr_epi32(
+        0,
+        0x0101_0101,
+        0x0202_0202,
+        0x0303_0303,
+        0x0404_0404,
+        0x0505_0505,
+        0x0606_0606,
+        0x0707_0707,
+    );
+    let right_half = _mm256_add_epi8(left_half, _mm256_set1_epi8(8));
+    let pixels = row
+        .chunks_exact(WORD)
+        .zip(levels.chunks_exact(TILES_IN_WORD));
+    for ((pixels, levels), word) in pixels.zip(words) {
+        let levels = load_twice(levels);
+        if _mm256_testz_si256(levels, levels) == 1 {
+            *word = 0;
+            continue;
+        }
+        let left = below(load(pixels), _mm256_shuffle_epi8(levels, left_half));
+        let right = below(
+            load(&pixels[LANES..]),
+            _mm256_shuffle_epi8(levels, right_half),
+        );
+        *word = u64::from(right) << LANES | u64::from(left);
+    }
+}
+
+/// A bit for each byte of `values` that is below that of `levels`.
+#[target_feature(enable = "avx2")]
+fn below(values: __m256i, levels: __m256i) -> u32 {
+    let not_below = _mm256_cmpeq_epi8(_mm256_max_epu8(values, levels), values);
+    !_mm256_movemask_epi8(not_below) as u32
+}
+
+#[target_feature(enable = "avx2")]
+fn load(bytes: &[u8]) -> __m256i {
+    let bytes = &bytes[..LANES];
+    // SAFETY: the slice holds the 32 bytes that are read; no alignment is asked for.
+    unsafe { _mm256_loadu_si256(bytes.as_ptr().cast()) }
+}
+
+/// Sixteen bytes in both halves of the vector.
+#[target_feature(enable = "avx2")]
+fn load_twice(bytes: &[u8]) -> __m256i {
+    let bytes = &bytes[..TILES_IN_WORD];
+    // SAFETY: the slice holds the 16 bytes that are read; no alignment is asked for.
+    _mm256_broadcastsi128_si256(unsafe { _mm_loadu_si128(bytes.as_ptr().cast()) })
+}

@@ -1,0 +1,123 @@
+//! Candidates among the components, and the leftmost and rightmost pixel of each of their rows.
+//!
+//! In: labelled components. Out: outlines of those that could be the black border of a tag by box and area.
+
+use crate::Image;
+use crate::components::{Component, Components};
+
+/// A component that could be a tag's border.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Outline {
+    pub(crate) component: Component,
+    /// Where its rows begin among all extents.
+    first_extent: usize,
+}
+
+/// First and last pixel of a component in a row.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Extent {
+    pub(crate) left: u16,
+    pub(crate) right: u16,
+}
+
+const NO_EXTENT: Extent = Extent {
+    left: u16::MAX,
+    right: 0,
+};
+
+/// Rows of all candidates together, per row of the image: a bound on memory and on time that crowded images of small
+/// tags keep well below (a hundred tags beside each other).
+const EXTENTS_PER_IMAGE_ROW: usize = 128;
+
+const NONE: u32 = u32::MAX;
+
+#[derive(Debug, Default)]
+pub(crate) struct Outlines {
+    outlines: Vec<Outline>,
+    extents: Vec<Extent>,
+    /// The outline of each label.
+    outline_of: Vec<u32>,
+    dropped: u32,
+}
+
+impl Outlines {
+    pub(crate) fn trace(
+        &mut self,
+        components: &mut Components,
+        image: &Image<'_>,
+        min_edge_px: f32,
+    ) {
+        components.flatten();
+        self.select(
+            components,
+            image.height() * EXTENTS_PER_IMAGE_ROW,
+            min_edge_px,
+        );
+        self.gather(components);
+    }
+
+    fn select(&mut self, components: &Components, max_extents: usize, min_edge_px: f32) {
+        self.outlines.clear();
+        self.outline_of.clear();
+        self.outline_of.resize(components.n_labels(), NONE);
+        self.dropped = 0;
+        let mut n_extents = 0;
+        for (label, component) in components.whole() {
+            if !could_be_a_border(component, min_edge_px) {
+                continue;
+            }
+            let height = component.height() as usize;
+            if n_extents + height > max_extents {
+                self.dropped += 1;
+                continue;
+            }
+            self.outline_of[label as usize] = self.outlines.len() as u32;
+            self.outlines.push(Outline {
+                component: *component,
+                first_extent: n_extents,
+            });
+            n_extents += height;
+        }
+        self.extents.clear();
+        self.extents.resize(n_extents, NO_EXTENT);
+    }
+
+    fn gather(&mut self, components: &Components) {
+        for y in 0..components.n_rows() {
+            for run in components.row(y) {
+                let outline = self.outline_of[components.label_of(run) as usize];
+                if outline == NONE {
+                    continue;
+                }
+                let outline = &self.outlines[outline as usize];
+                let row = y - usize::from(outline.component.top);
+                let extent = &mut self.extents[outline.first_extent + row];
+                extent.left = extent.left.min(run.start);
+                extent.right = extent.right.max(run.end - 1);
+            }
+        }
+    }
+
+    pub(crate) fn iter(&self) -> impl Iterator<Item = (&Outline, &[Extent])> {
+        self.outlines.iter().map(|outline| {
+            let extents =
+                outline.first_extent..outline.first_extent + outline.component.height() as usize;
+            (outline, &self.extents[extents])
+        })
+    }
+
+    pub(crate) fn n_dropped(&self) -> u32 {
+        self.dropped
+    }
+}
+
+/// By box and area alone. A border is a closed band, so its area is at least that of a line along the box's diagonal,
+/// there and back; a tag may be narrow when seen from the side.
+fn could_be_a_border(component: &Component, min_edge_px: f32) -> bool {
+    /// Narrowest view of a tag that can be read, as a share of its edge.
+    const NARROWEST: f32 = 0.3;
+    let (width, height) = (component.width() as f32, component.height() as f32);
+    let (long, short) = (width.max(height), width.min(height));
+    let area = component.area as f32;
+    long >= min_edge_px && short >= min_edge_px * NARROWEST && area >= 2.0 * long
+}

@@ -1,0 +1,217 @@
+//! The quadrilateral around an outline.
+//!
+//! In: the leftmost and rightmost pixel of each row. Out: four corners, clockwise as seen, within about a pixel of the
+//! border's corners; nothing where the outline is no quadrilateral.
+
+use crate::Rejection;
+use crate::outlines::{Extent, Outline};
+
+pub(crate) type Point = [f32; 2];
+
+/// Corners clockwise as seen (y runs down).
+pub(crate) type Quad = [Point; 4];
+
+/// How far the border reaches beyond the centres of its outermost pixels on average, in pixels.
+const OVERHANG_PX: f32 = 0.4;
+
+#[derive(Debug, Default)]
+pub(crate) struct QuadFinder {
+    hull: Vec<Point>,
+}
+
+impl QuadFinder {
+    pub(crate) fn around(
+        &mut self,
+        outline: &Outline,
+        extents: &[Extent],
+        min_edge_px: f32,
+    ) -> Result<Quad, Rejection> {
+        self.build_hull(outline.component.top, extents);
+        let inscribed = largest_quad(&self.hull).ok_or(Rejection::NotAQuad)?;
+        check_cover(&self.hull, &inscribed)?;
+        let quad = circumscribe(&self.hull, &inscribed).ok_or(Rejection::Shape)?;
+        check_shape(&quad, min_edge_px)?;
+        Ok(quad)
+    }
+
+    /// The convex hull, clockwise from the top: down the right side and up the left (Andrew's monotone chain).
+    fn build_hull(&mut self, top: u16, extents: &[Extent]) {
+        self.hull.clear();
+        let y = |row: usize| f32::from(top) + row as f32;
+        for (row, extent) in extents.iter().enumerate() {
+            self.extend_chain(0, [f32::from(extent.right), y(row)]);
+        }
+        let left_chain = self.hull.len() - 1;
+        for (row, extent) in extents.iter().enumerate().rev() {
+            self.extend_chain(left_chain, [f32::from(extent.left), y(row)]);
+        }
+    }
+
+    fn extend_chain(&mut self, first: usize, point: Point) {
+        while let [.., a, b] = self.hull[first..] {
+            if cross(a, b, point) > 0.0 {
+                break;
+            }
+            self.hull.pop();
+        }
+        self.hull.push(point);
+    }
+}
+
+/// Twice the area of the triangle; positive when clockwise as seen.
+fn cross(a: Point, b: Point, c: Point) -> f32 {
+    (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
+}
+
+fn twice_area(polygon: &[Point]) -> f32 {
+    let next = polygon.iter().cycle().skip(1);
+    polygon
+        .iter()
+        .zip(next)
+        .map(|(a, b)| a[0] * b[1] - a[1] * b[0])
+        .sum()
+}
+
+fn distance(a: Point, b: Point) -> f32 {
+    (a[0] - b[0]).hypot(a[1] - b[1])
+}
+
+/// Index of the vertex with the greatest value.
+fn farthest(hull: &[Point], value: impl Fn(Point) -> f32) -> usize {
+    let mut best = (0, f32::NEG_INFINITY);
+    for (i, &point) in hull.iter().enumerate() {
+        let here = value(point);
+        if here > best.1 {
+            best = (i, here);
+        }
+    }
+    best.0
+}
+
+/// Four of the hull's vertices that span a (locally) largest area, clockwise.
+fn largest_quad(hull: &[Point]) -> Option<Quad> {
+    if hull.len() < 4 {
+        return None;
+    }
+    let mut corners = first_guess(hull);
+    for _ in 0..2 {
+        for i in 0..4 {
+            let (before, after) = (hull[corners[(i + 3) % 4]], hull[corners[(i + 1) % 4]]);
+            corners[i] = farthest(hull, |point| cross(before, point, after));
+        }
+    }
+    corners.sort_unstable();
+    let distinct = corners.windows(2).all(|pair| pair[0] != pair[1]);
+    distinct.then(|| corners.map(|i| hull[i]))
+}
+
+/// The vertex farthest from the middle, the one farthest from that, and those farthest to either side.
+fn first_guess(hull: &[Point]) -> [usize; 4] {
+    let sum = hull.iter().fold([0.0, 0.0], |sum, point| {
+        [sum[0] + point[0], sum[1] + point[1]]
+    });
+    let n = hull.len() as f32;
+    let a = farthest(hull, |point| distance(point, [sum[0] / n, sum[1] / n]));
+    let c = farthest(hull, |point| distance(point, hull[a]));
+    let b = farthest(hull, |point| cross(hull[a], point, hull[c]));
+    let d = farthest(hull, |point| cross(hull[c], point, hull[a]));
+    [a, b, c, d]
+}
+
+/// The quad must take up the hull, but for what rounded corners and jagged edges cost.
+fn check_cover(hull: &[Point], quad: &Quad) -> Result<(), Rejection> {
+    const JAGS_PX: f32 = 0.75;
+    let (hull_area, quad_area) = (twice_area(hull) / 2.0, twice_area(quad) / 2.0);
+    let covered =
+        quad_area > 0.0 && hull_area - quad_area < 0.06 * hull_area + JAGS_PX * perimeter(quad);
+    if covered {
+        Ok(())
+    } else {
+        Err(Rejection::NotAQuad)
+    }
+}
+
+fn perimeter(quad: &Quad) -> f32 {
+    (0..4).map(|i| distance(quad[i], quad[(i + 1) % 4])).sum()
+}
+
+pub(crate) fn mean_edge(quad: &Quad) -> f32 {
+    perimeter(quad) / 4.0
+}
+
+/// Moves each side outwards, half way to the farthest vertex beyond it and by the overhang.
+fn circumscribe(hull: &[Point], quad: &Quad) -> Option<Quad> {
+    let mut moved = [Line::default(); 4];
+    for (i, line) in moved.iter_mut().enumerate() {
+        *line = Line::through(quad[i], quad[(i + 1) % 4])?;
+        let beyond = hull
+            .iter()
+            .map(|&point| line.distance(point))
+            .fold(0.0, f32::max);
+        line.offset += beyond / 2.0 + OVERHANG_PX;
+    }
+    intersect_sides(&moved)
+}
+
+/// The corners between each side and the one before it.
+pub(crate) fn intersect_sides(sides: &[Line; 4]) -> Option<Quad> {
+    let mut quad = [[0.0; 2]; 4];
+    for (i, corner) in quad.iter_mut().enumerate() {
+        *corner = sides[(i + 3) % 4].intersect(&sides[i])?;
+    }
+    Some(quad)
+}
+
+/// Sides long enough, angles of a square in perspective, clockwise and convex.
+pub(crate) fn check_shape(quad: &Quad, min_edge_px: f32) -> Result<(), Rejection> {
+    /// Shortest side as a share of the least mean edge.
+    const SHORTEST: f32 = 0.3;
+    /// Least sine of an angle: a square turned by 80 degrees, seen over its corner.
+    const MIN_SINE: f32 = 0.17;
+    let sides: [f32; 4] = std::array::from_fn(|i| distance(quad[i], quad[(i + 1) % 4]));
+    let long_enough = mean_edge(quad) >= min_edge_px * 0.9
+        && sides.iter().all(|&side| side >= min_edge_px * SHORTEST);
+    let convex = (0..4).all(|i| {
+        let turn = cross(quad[(i + 3) % 4], quad[i], quad[(i + 1) % 4]);
+        turn > MIN_SINE * sides[(i + 3) % 4] * sides[i]
+    });
+    if long_enough && convex {
+        Ok(())
+    } else {
+        Err(Rejection::Shape)
+    }
+}
+
+/// The points p with `normal . p = offset`; the normal has length 1.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Line {
+    pub(crate) normal: Point,
+    pub(crate) offset: f32,
+}
+
+impl Line {
+    /// From a to b, the normal to the left of the way as seen: outwards on a clockwise quad.
+    pub(crate) fn through(a: Point, b: Point) -> Option<Self> {
+        let length = distance(a, b);
+        if !(length > 0.0) {
+            return None;
+        }
+        let normal = [(b[1] - a[1]) / length, (a[0] - b[0]) / length];
+        Some(Self {
+            normal,
+            offset: normal[0] * a[0] + normal[1] * a[1],
+        })
+    }
+
+    /// Distance of a point beyond the line.
+    pub(crate) fn distance(&self, point: Point) -> f32 {
+        self.normal[0] * point[0] + self.normal[1] * point[1] - self.offset
+    }
+
+    pub(crate) fn intersect(&self, other: &Self) -> Option<Point> {
+        let determinant = self.normal[0] * other.normal[1] - self.normal[1] * other.normal[0];
+        let x = (self.offset * other.normal[1] - other.offset * self.normal[1]) / determinant;
+        let y = (other.offset * self.normal[0] - self.offset * other.normal[0]) / determinant;
+        (x.is_finite() && y.is_finite()).then_some([x, y])
+    }
+}
