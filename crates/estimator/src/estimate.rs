@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 use sextant_geometry::Pose;
 
 use crate::ObjectId;
+use crate::rig::is_finite;
 
 /// How far a pose can be trusted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
@@ -42,4 +43,17 @@ pub struct ObjectEstimate {
     pub tags: u32,
     /// Root mean square of the corner residuals in pixels (over both axes), 0 when nothing took part.
     pub rms_px: f64,
+}
+
+impl ObjectEstimate {
+    /// Whether every number of it is finite.
+    pub(crate) fn is_finite(&self) -> bool {
+        is_finite(&self.world_from_object)
+            && self
+                .covariance
+                .iter()
+                .chain(self.twist.iter())
+                .chain([&self.rms_px])
+                .all(|x| x.is_finite())
+    }
 }

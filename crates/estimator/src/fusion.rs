@@ -1,13 +1,19 @@
 //! The machine: images in, poses out. It has no clock and no socket; the same inputs give the same outputs.
 
-use std::collections::VecDeque;
+mod intake;
+
+use std::collections::{BTreeMap, VecDeque};
+use std::sync::Arc;
 
 use thiserror::Error;
 
+use crate::site::{ObjectImage, Site};
+use crate::timeline::Timeline;
 use crate::{
     FusionOptions, ImageObservation, ObjectEstimate, ObjectId, ObjectModel, OptionsError, Rig,
-    Statistics, TagId,
+    State, Statistics, TagId,
 };
+use intake::Intake;
 
 /// What can be told to the machine.
 #[derive(Debug, Clone, PartialEq)]
@@ -24,6 +30,10 @@ pub enum Input {
 
 /// What the machine has to say.
 #[derive(Debug, Clone, PartialEq)]
+#[expect(
+    clippy::large_enum_variant,
+    reason = "nearly all are poses; a box would be an allocation each"
+)]
 pub enum Output {
     /// An object's pose at the capture time of an image.
     Pose(ObjectEstimate),
@@ -55,8 +65,14 @@ pub enum ModelError {
 /// Fuses the images of all cameras into one pose per object.
 #[derive(Debug)]
 pub struct Fusion {
+    site: Site,
+    options: FusionOptions,
+    objects: Vec<ObjectModel>,
+    timelines: Vec<Timeline>,
+    intake: Intake,
+    /// Capture time up to which each object's loss has been said, by object index.
+    lost_said_ns: Vec<u64>,
     outputs: VecDeque<Output>,
-    statistics: Statistics,
 }
 
 impl Fusion {
@@ -65,19 +81,36 @@ impl Fusion {
     /// # Errors
     /// When objects share a name or a tag, or an option is outside of its range.
     pub fn new(
-        _rig: Rig,
-        _objects: Vec<ObjectModel>,
+        rig: Rig,
+        objects: Vec<ObjectModel>,
         options: FusionOptions,
     ) -> Result<Self, ModelError> {
         options.validate()?;
+        let site = Site::new(&rig, &objects)?;
+        let timelines: Vec<_> = site.objects().iter().cloned().map(Timeline::new).collect();
+        let lost_said_ns = vec![0; timelines.len()];
+        let intake = Intake::new(&site);
         Ok(Self {
+            site,
+            options,
+            objects,
+            timelines,
+            intake,
+            lost_said_ns,
             outputs: VecDeque::new(),
-            statistics: Statistics::default(),
         })
     }
 
     /// Takes an input in; `now_ns` is the present in ns since the Unix epoch.
-    pub fn handle(&mut self, _now_ns: u64, _input: Input) {}
+    pub fn handle(&mut self, now_ns: u64, input: Input) {
+        match input {
+            Input::Image(image) => self.take_image(now_ns, &image),
+            Input::Rig(rig) => self.take_rig(&rig),
+            Input::Objects(objects) => self.take_objects(objects),
+            Input::Tick => {}
+        }
+        self.say_losses(now_ns);
+    }
 
     /// The next thing to say, oldest first.
     pub fn poll_output(&mut self) -> Option<Output> {
@@ -86,11 +119,120 @@ impl Fusion {
 
     /// When to call `handle` with [`Input::Tick`] at the latest, if nothing else comes.
     pub fn poll_timeout(&self) -> Option<u64> {
-        None
+        (0..self.timelines.len())
+            .filter_map(|object| self.loss_ns(object))
+            .min()
     }
 
     /// Counts since the start.
     pub fn statistics(&self) -> &Statistics {
-        &self.statistics
+        self.intake.statistics()
+    }
+
+    fn take_image(&mut self, now_ns: u64, image: &ImageObservation) {
+        let Some(sorted) = self.intake.admit(now_ns, image, &self.site, &self.options) else {
+            return;
+        };
+        for object in 0..self.timelines.len() {
+            match sorted.objects.get(&object) {
+                Some(seen) => self.take_sight(object, image, seen),
+                None => self.take_absence(object, image.capture_ns),
+            }
+        }
+    }
+
+    fn take_sight(&mut self, object: usize, image: &ImageObservation, seen: &Arc<ObjectImage>) {
+        let timeline = &mut self.timelines[object];
+        if timeline
+            .insert(seen.clone(), &self.site, &self.options)
+            .is_err()
+        {
+            self.intake.count_late(&image.camera);
+            return;
+        }
+        let sighting = &timeline.at(image.capture_ns).sighting;
+        let refused = sighting
+            .refused
+            .iter()
+            .filter(|camera| **camera == seen.camera_index)
+            .count();
+        self.intake
+            .count_views(&image.camera, seen.views.len(), refused);
+        self.say(object, image.capture_ns);
+    }
+
+    /// An image without the object's tags says nothing about a pose that others have just seen; otherwise it asks for the
+    /// prediction.
+    fn take_absence(&mut self, object: usize, capture_ns: u64) {
+        let seen_ns = self.timelines[object].at(capture_ns).seen_ns;
+        let unseen_s = capture_ns.saturating_sub(seen_ns) as f64 * 1e-9;
+        if unseen_s > self.options.coasting_s {
+            self.say(object, capture_ns);
+        }
+    }
+
+    fn say(&mut self, object: usize, capture_ns: u64) {
+        let estimate = self.timelines[object].estimate(capture_ns, &self.options);
+        self.outputs
+            .extend(estimate.filter(ObjectEstimate::is_finite).map(Output::Pose));
+    }
+
+    fn take_rig(&mut self, rig: &Rig) {
+        self.site.set_rig(rig);
+        self.intake.rig_changed(&self.site);
+        for timeline in &mut self.timelines {
+            timeline.settle();
+        }
+    }
+
+    fn take_objects(&mut self, objects: Vec<ObjectModel>) {
+        if let Err(error) = self.site.set_objects(&objects) {
+            self.outputs.push_back(Output::Refused(error));
+            return;
+        }
+        let mut old: BTreeMap<ObjectId, (ObjectModel, Timeline, u64)> = BTreeMap::new();
+        let parts = self
+            .objects
+            .drain(..)
+            .zip(self.timelines.drain(..))
+            .zip(self.lost_said_ns.drain(..));
+        old.extend(
+            parts.map(|((model, timeline), said)| (model.id().clone(), (model, timeline, said))),
+        );
+        for model in objects {
+            let same = old
+                .remove(model.id())
+                .filter(|(before, ..)| *before == model);
+            let (timeline, said) = same.map_or_else(
+                || (Timeline::new(model.id().clone()), 0),
+                |(_, timeline, said)| (timeline, said),
+            );
+            self.timelines.push(timeline);
+            self.lost_said_ns.push(said);
+            self.objects.push(model);
+        }
+    }
+
+    /// When the object will be lost, if it is seen no more.
+    fn loss_ns(&self, object: usize) -> Option<u64> {
+        let seen_ns = self.timelines[object].at(u64::MAX).seen_ns;
+        (seen_ns > self.lost_said_ns[object])
+            .then(|| seen_ns.saturating_add((self.options.lost_s * 1e9) as u64))
+    }
+
+    fn say_losses(&mut self, now_ns: u64) {
+        for object in 0..self.timelines.len() {
+            let Some(loss_ns) = self.loss_ns(object).filter(|loss_ns| now_ns >= *loss_ns) else {
+                continue;
+            };
+            let estimate = self.timelines[object].estimate(loss_ns, &self.options);
+            self.lost_said_ns[object] = self.timelines[object].at(u64::MAX).seen_ns;
+            let lost = estimate.map(|estimate| ObjectEstimate {
+                state: State::Lost,
+                ..estimate
+            });
+            self.outputs
+                .extend(lost.filter(ObjectEstimate::is_finite).map(Output::Pose));
+        }
     }
 }

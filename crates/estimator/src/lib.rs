@@ -6,14 +6,18 @@
 //! This crate knows no clock (time is an argument), no image, no network and no file.
 
 mod estimate;
+mod filter;
 mod fusion;
 mod ids;
 mod object;
 mod observation;
 mod options;
 mod rig;
+mod site;
 mod statistics;
 mod tag_poses;
+mod timeline;
+mod track;
 
 pub use estimate::{ObjectEstimate, State};
 pub use fusion::{Fusion, Input, ModelError, Output};

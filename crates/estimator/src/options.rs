@@ -3,19 +3,84 @@
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-/// Tunables of fusion.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct FusionOptions {
-    /// Seconds of images kept for late ones to be inserted. Default 0.5, range 0 to 5: longer than the slowest way to the
-    /// fusion node, short enough that a late image costs little.
-    pub window_s: f64,
+/// Declares the options with default and range, so that a field can't miss either.
+macro_rules! options {
+    ($($(#[$doc:meta])* $field:ident = $default:literal in $lowest:literal ..= $highest:literal;)*) => {
+        /// Tunables of fusion.
+        #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+        #[serde(default, deny_unknown_fields)]
+        pub struct FusionOptions {
+            $(
+                $(#[$doc])*
+                #[doc = concat!("\n\nDefault ", stringify!($default), ", range ", stringify!($lowest), " to ", stringify!($highest), ".")]
+                pub $field: f64,
+            )*
+        }
+
+        impl Default for FusionOptions {
+            fn default() -> Self {
+                Self { $($field: $default),* }
+            }
+        }
+
+        impl FusionOptions {
+            /// Whether each field lies in its range.
+            ///
+            /// # Errors
+            /// For the first field that does not.
+            pub fn validate(&self) -> Result<(), OptionsError> {
+                $(within(stringify!($field), self.$field, $lowest, $highest)?;)*
+                Ok(())
+            }
+        }
+    };
 }
 
-impl Default for FusionOptions {
-    fn default() -> Self {
-        Self { window_s: 0.5 }
-    }
+options! {
+    /// Seconds of images kept, so that late ones can be inserted: longer than the slowest way to the fusion node, short
+    /// enough that a late image costs little.
+    window_s = 0.5 in 0.0 ..= 5.0;
+    /// Seconds by which a capture time may lie ahead of the present: clocks differ, but an image from the far future would
+    /// push everything else out of the window.
+    ahead_s = 1.0 in 0.0 ..= 60.0;
+    /// Pixels of corner noise (one sigma an axis) where the detector states none: what AprilTag detectors reach on sharp
+    /// images. The noise of each camera is estimated from here.
+    corner_sigma_px = 0.1 in 0.001 ..= 10.0;
+    /// Pixels added to every stated corner noise: lens and print are never known better.
+    corner_floor_px = 0.03 in 0.0 ..= 10.0;
+    /// Corner residuals that the estimate of a camera's noise remembers: many for a steady figure, few for a quick one.
+    noise_memory = 800.0 in 10.0 ..= 1e6;
+    /// Chi-square of a tag's four corners (8 degrees of freedom) beyond which the tag takes no part: 99.9 % of good ones
+    /// lie within.
+    tag_gate = 26.1 in 10.0 ..= 1000.0;
+    /// Chi-square of the prediction (6 degrees of freedom) beyond which the image contradicts it: 99.99 % lie within.
+    prediction_gate = 27.9 in 10.0 ..= 1000.0;
+    /// m²/s³, power density of the white acceleration: what a smooth motion of about 1 m/s² amounts to at 30 images/s.
+    linear_restlessness = 0.05 in 1e-9 ..= 1e4;
+    /// rad²/s³, power density of the white angular acceleration: about 4 rad/s² at 30 images/s.
+    angular_restlessness = 0.5 in 1e-9 ..= 1e5;
+    /// m/s² within one image's distance that no prediction expects, tried before an image is called contradictory.
+    linear_jolt = 50.0 in 0.0 ..= 1e4;
+    /// rad/s², the same for rotation.
+    angular_jolt = 500.0 in 0.0 ..= 1e5;
+    /// m/s, one sigma of the speed of an object that has just appeared.
+    start_speed = 1.0 in 0.01 ..= 100.0;
+    /// rad/s, one sigma of its angular speed.
+    start_angular_speed = 4.0 in 0.01 ..= 1000.0;
+    /// Natural logarithm of the odds beyond which the likeliest attitude is taken for the true one.
+    trusted_odds = 9.0 in 1.0 ..= 100.0;
+    /// Natural logarithm of the odds beyond which an unlikely attitude is given up.
+    hopeless_odds = 20.0 in 1.0 ..= 200.0;
+    /// Radians (one sigma about the worst axis) beyond which an attitude is too vague to be called tracking.
+    vague_attitude = 0.3 in 0.01 ..= 3.0;
+    /// Metres (one sigma along the worst axis) beyond which a position is too vague to be called tracking.
+    vague_position = 0.1 in 0.001 ..= 10.0;
+    /// Seconds without a sight after which images without the object's tags still give a predicted pose.
+    coasting_s = 0.02 in 0.0 ..= 5.0;
+    /// Seconds without a sight after which an object is lost: a prediction is worth nothing by then.
+    lost_s = 0.7 in 0.05 ..= 60.0;
+    /// Seconds of contradicting images after which the track starts anew from them.
+    contradiction_s = 0.15 in 0.0 ..= 10.0;
 }
 
 /// A tunable outside of its range.
@@ -32,16 +97,6 @@ pub struct OptionsError {
     pub highest: f64,
 }
 
-impl FusionOptions {
-    /// Whether each field lies in its range.
-    ///
-    /// # Errors
-    /// For the first field that does not.
-    pub fn validate(&self) -> Result<(), OptionsError> {
-        within("window_s", self.window_s, 0.0, 5.0)
-    }
-}
-
 fn within(field: &'static str, value: f64, lowest: f64, highest: f64) -> Result<(), OptionsError> {
     if (lowest..=highest).contains(&value) {
         Ok(())
@@ -52,5 +107,24 @@ fn within(field: &'static str, value: f64, lowest: f64, highest: f64) -> Result<
             lowest,
             highest,
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_defaults_lie_in_their_ranges() {
+        assert_eq!(FusionOptions::default().validate(), Ok(()));
+    }
+
+    #[test]
+    fn a_value_that_is_no_number_is_refused_by_name() {
+        let options = FusionOptions {
+            window_s: f64::NAN,
+            ..FusionOptions::default()
+        };
+        assert_eq!(options.validate().unwrap_err().field, "window_s");
     }
 }

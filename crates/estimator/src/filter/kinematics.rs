@@ -1,0 +1,118 @@
+//! Pose, twist and their covariance; prediction with constant twist and white acceleration.
+//!
+//! State: `world_from_object` and the twist (velocity of the object's origin, angular velocity), all in world axes.
+//! Error: (dt, dr, dv, dw) with t_estimate = t_true + dt, R_estimate = exp(dr) R_true; dt and dr as FRAMES.md has them.
+
+use nalgebra::{Matrix3, SMatrix, Vector3, Vector6};
+use sextant_geometry::{Pose, so3};
+
+/// Covariance over (dt, dr, dv, dw).
+pub(crate) type Covariance = SMatrix<f64, 12, 12>;
+
+/// How a body moves, and how well that is known.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Kinematics {
+    /// World from object.
+    pub pose: Pose,
+    /// Velocity of the origin in m/s, then angular velocity in rad/s, world axes.
+    pub twist: Vector6<f64>,
+    /// Over (dt, dr, dv, dw).
+    pub covariance: Covariance,
+}
+
+/// Power spectral density of the white acceleration.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Restlessness {
+    /// (m/s²)² s.
+    pub linear: f64,
+    /// (rad/s²)² s.
+    pub angular: f64,
+}
+
+impl Kinematics {
+    /// The linear velocity in m/s.
+    pub fn velocity(&self) -> Vector3<f64> {
+        self.twist.fixed_rows::<3>(0).into_owned()
+    }
+
+    /// The angular velocity in rad/s.
+    pub fn angular_velocity(&self) -> Vector3<f64> {
+        self.twist.fixed_rows::<3>(3).into_owned()
+    }
+
+    /// The state after `dt` seconds.
+    ///
+    /// t' = t + v dt, R' = exp(w dt) R. With R_estimate = exp(dr) R_true the error follows
+    /// dr' = exp(w dt) dr + J_l(w dt) dt dw (Sola et al. 2018, A micro Lie theory, eqs. 67, 71, 94).
+    pub fn predicted(&self, dt: f64, restlessness: Restlessness) -> Self {
+        let turn = self.angular_velocity() * dt;
+        let rotation = so3::exp(&turn);
+        let mut pose = self.pose;
+        pose.translation.vector += self.velocity() * dt;
+        pose.rotation = rotation * pose.rotation;
+        pose.rotation.renormalize_fast();
+        let covariance = self.carried(
+            &rotation.to_rotation_matrix().into_inner(),
+            &(so3::left_jacobian(&turn) * dt),
+            dt,
+        );
+        Self {
+            pose,
+            twist: self.twist,
+            covariance: covariance + white_acceleration(dt, restlessness),
+        }
+    }
+
+    /// F P Fᵀ with F = [I 0 dt 0; 0 E 0 G; 0 0 I 0; 0 0 0 I], by its blocks.
+    fn carried(&self, turn: &Matrix3<f64>, gain: &Matrix3<f64>, dt: f64) -> Covariance {
+        let mut rows = self.covariance;
+        let p = &self.covariance;
+        rows.fixed_rows_mut::<3>(0)
+            .copy_from(&(p.fixed_rows::<3>(0) + p.fixed_rows::<3>(6) * dt));
+        rows.fixed_rows_mut::<3>(3)
+            .copy_from(&(turn * p.fixed_rows::<3>(3) + gain * p.fixed_rows::<3>(9)));
+        let mut both = rows;
+        both.fixed_columns_mut::<3>(0)
+            .copy_from(&(rows.fixed_columns::<3>(0) + rows.fixed_columns::<3>(6) * dt));
+        let turned = rows.fixed_columns::<3>(3) * turn.transpose()
+            + rows.fixed_columns::<3>(9) * gain.transpose();
+        both.fixed_columns_mut::<3>(3).copy_from(&turned);
+        symmetric(&both)
+    }
+
+    /// Whether every number of it is finite.
+    pub fn is_finite(&self) -> bool {
+        let pose = self
+            .pose
+            .translation
+            .vector
+            .iter()
+            .chain(self.pose.rotation.coords.iter());
+        pose.chain(self.twist.iter())
+            .chain(self.covariance.iter())
+            .all(|x| x.is_finite())
+    }
+}
+
+/// Integral of the white acceleration over `dt` (Bar-Shalom, Li, Kirubarajan 2001, eq. 6.2.2-4).
+pub(crate) fn white_acceleration(dt: f64, restlessness: Restlessness) -> Covariance {
+    let dt = dt.abs();
+    let mut noise = Covariance::zeros();
+    for axis in 0..6 {
+        let density = if axis < 3 {
+            restlessness.linear
+        } else {
+            restlessness.angular
+        };
+        noise[(axis, axis)] = density * dt.powi(3) / 3.0;
+        noise[(axis, axis + 6)] = density * dt.powi(2) / 2.0;
+        noise[(axis + 6, axis)] = noise[(axis, axis + 6)];
+        noise[(axis + 6, axis + 6)] = density * dt;
+    }
+    noise
+}
+
+/// The symmetric part, so that rounding can't add up.
+pub(crate) fn symmetric<const N: usize>(matrix: &SMatrix<f64, N, N>) -> SMatrix<f64, N, N> {
+    (matrix + matrix.transpose()) * 0.5
+}

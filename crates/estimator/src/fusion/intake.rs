@@ -1,0 +1,113 @@
+//! The door: which images are taken in, and the counts of those that are not.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use crate::site::{Site, Sorted};
+use crate::{CameraId, CameraStatistics, FusionOptions, ImageObservation, Statistics};
+
+/// Checks images against what came before, and counts.
+#[derive(Debug)]
+pub(crate) struct Intake {
+    statistics: Statistics,
+    /// Capture times of each camera's images within the window, to know duplicates.
+    recent_ns: BTreeMap<CameraId, BTreeSet<u64>>,
+}
+
+/// Most capture times remembered of a camera, however long the window.
+const MOST_RECENT: usize = 4096;
+
+impl Intake {
+    pub fn new(site: &Site) -> Self {
+        let mut intake = Self {
+            statistics: Statistics::default(),
+            recent_ns: BTreeMap::new(),
+        };
+        intake.rig_changed(site);
+        intake
+    }
+
+    pub fn statistics(&self) -> &Statistics {
+        &self.statistics
+    }
+
+    pub fn rig_changed(&mut self, site: &Site) {
+        for camera in site.cameras() {
+            self.statistics
+                .cameras
+                .entry(camera.id.clone())
+                .or_default();
+            self.recent_ns.entry(camera.id.clone()).or_default();
+        }
+        self.statistics
+            .cameras
+            .retain(|id, _| site.camera(id).is_some());
+        self.recent_ns.retain(|id, _| site.camera(id).is_some());
+    }
+
+    /// The image sorted by objects, if it is to be taken in.
+    pub fn admit(
+        &mut self,
+        now_ns: u64,
+        image: &ImageObservation,
+        site: &Site,
+        options: &FusionOptions,
+    ) -> Option<Sorted> {
+        let Some((index, camera)) = site.camera(&image.camera) else {
+            self.statistics.unknown_cameras += 1;
+            return None;
+        };
+        if camera.posed.is_none() {
+            self.statistics.uncalibrated_cameras += 1;
+            return None;
+        }
+        self.check_time(now_ns, image, options)?;
+        let sorted = site.sort(index, image, options);
+        let counts = self.counts(&image.camera);
+        counts.images += 1;
+        counts.unknown_tags += sorted.unknown_tags;
+        counts.damaged_tags += sorted.damaged_tags;
+        counts.last_capture_ns = counts.last_capture_ns.max(image.capture_ns);
+        Some(sorted)
+    }
+
+    fn check_time(
+        &mut self,
+        now_ns: u64,
+        image: &ImageObservation,
+        options: &FusionOptions,
+    ) -> Option<()> {
+        if image.capture_ns > now_ns.saturating_add((options.ahead_s * 1e9) as u64) {
+            self.counts(&image.camera).ahead += 1;
+            return None;
+        }
+        let recent = self.recent_ns.entry(image.camera.clone()).or_default();
+        if !recent.insert(image.capture_ns) {
+            self.counts(&image.camera).duplicates += 1;
+            return None;
+        }
+        let newest = recent.last().copied().unwrap_or(0);
+        let oldest = newest.saturating_sub((options.window_s * 1e9) as u64);
+        while recent.len() > MOST_RECENT || recent.first().is_some_and(|first| *first < oldest) {
+            recent.pop_first();
+        }
+        if image.capture_ns < oldest {
+            self.counts(&image.camera).late += 1;
+            return None;
+        }
+        Some(())
+    }
+
+    pub fn count_late(&mut self, camera: &CameraId) {
+        self.counts(camera).late += 1;
+    }
+
+    pub fn count_views(&mut self, camera: &CameraId, seen: usize, refused: usize) {
+        let counts = self.counts(camera);
+        counts.gated_tags += refused as u64;
+        counts.used_tags += seen.saturating_sub(refused) as u64;
+    }
+
+    fn counts(&mut self, camera: &CameraId) -> &mut CameraStatistics {
+        self.statistics.cameras.entry(camera.clone()).or_default()
+    }
+}

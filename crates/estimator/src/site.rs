@@ -1,0 +1,217 @@
+//! Rig and objects as the filters need them: looked up by index, with everything that follows from the models computed once.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use nalgebra::{Matrix2, Point2};
+use sextant_geometry::tag_corners_in_tag;
+
+use crate::filter::corners::{PosedCamera, View};
+use crate::{
+    CameraId, FusionOptions, ImageObservation, ModelError, ObjectId, ObjectModel, ObjectTag, Rig,
+    TagCorners, TagId,
+};
+
+/// A camera of the rig; `posed` is missing until it is calibrated.
+#[derive(Debug, Clone)]
+pub(crate) struct SiteCamera {
+    pub id: CameraId,
+    pub resolution: [u32; 2],
+    pub posed: Option<PosedCamera>,
+}
+
+/// Where a tag belongs.
+#[derive(Debug, Clone)]
+struct Place {
+    object: usize,
+    tag: ObjectTag,
+}
+
+/// The models in force.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Site {
+    cameras: Vec<SiteCamera>,
+    camera_index: BTreeMap<CameraId, usize>,
+    objects: Vec<ObjectId>,
+    places: BTreeMap<TagId, Place>,
+}
+
+/// What one image shows of one object.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct ObjectImage {
+    pub camera_index: usize,
+    pub capture_ns: u64,
+    pub views: Vec<View>,
+}
+
+/// An image, sorted by objects.
+#[derive(Debug, Default)]
+pub(crate) struct Sorted {
+    pub objects: BTreeMap<usize, Arc<ObjectImage>>,
+    pub unknown_tags: u64,
+    pub damaged_tags: u64,
+}
+
+impl Site {
+    pub fn new(rig: &Rig, objects: &[ObjectModel]) -> Result<Self, ModelError> {
+        let mut site = Self::default();
+        site.set_rig(rig);
+        site.set_objects(objects)?;
+        Ok(site)
+    }
+
+    pub fn set_rig(&mut self, rig: &Rig) {
+        let posed = |camera: &crate::Camera| {
+            let camera_from_world = camera.world_from_camera?.inverse();
+            Some(PosedCamera {
+                lens: camera.lens,
+                camera_from_world,
+            })
+        };
+        let site_camera = |camera: &crate::Camera| SiteCamera {
+            id: camera.id.clone(),
+            resolution: camera.resolution,
+            posed: posed(camera),
+        };
+        self.cameras = rig.cameras().iter().map(site_camera).collect();
+        self.camera_index = self
+            .cameras
+            .iter()
+            .enumerate()
+            .map(|(index, camera)| (camera.id.clone(), index))
+            .collect();
+    }
+
+    /// Takes all objects over, or none of them.
+    pub fn set_objects(&mut self, objects: &[ObjectModel]) -> Result<(), ModelError> {
+        let mut places = BTreeMap::new();
+        for (index, object) in objects.iter().enumerate() {
+            if objects[..index]
+                .iter()
+                .any(|other| other.id() == object.id())
+            {
+                return Err(ModelError::DuplicateObject(object.id().clone()));
+            }
+            for tag in object.tags() {
+                let place = Place {
+                    object: index,
+                    tag: tag.clone(),
+                };
+                if let Some(Place { object: first, .. }) = places.insert(tag.tag, place) {
+                    let (first, second) = (objects[first].id().clone(), object.id().clone());
+                    return Err(ModelError::SharedTag {
+                        tag: tag.tag,
+                        first,
+                        second,
+                    });
+                }
+            }
+        }
+        self.objects = objects.iter().map(|object| object.id().clone()).collect();
+        self.places = places;
+        Ok(())
+    }
+
+    pub fn objects(&self) -> &[ObjectId] {
+        &self.objects
+    }
+
+    pub fn cameras(&self) -> &[SiteCamera] {
+        &self.cameras
+    }
+
+    pub fn camera(&self, id: &CameraId) -> Option<(usize, &SiteCamera)> {
+        let index = *self.camera_index.get(id)?;
+        Some((index, &self.cameras[index]))
+    }
+
+    /// The views of an image by object; what can't be used is counted.
+    pub fn sort(
+        &self,
+        camera_index: usize,
+        image: &ImageObservation,
+        options: &FusionOptions,
+    ) -> Sorted {
+        let mut sorted = Sorted::default();
+        let mut views: BTreeMap<usize, Vec<View>> = BTreeMap::new();
+        for seen in &image.tags {
+            let Some(place) = self.places.get(&seen.tag) else {
+                sorted.unknown_tags += 1;
+                continue;
+            };
+            if !is_sound(seen, self.cameras[camera_index].resolution) {
+                sorted.damaged_tags += 1;
+            } else if let Some(view) = view(&place.tag, seen, options) {
+                views.entry(place.object).or_default().push(view);
+            }
+        }
+        let object_image = |views: Vec<View>| {
+            Arc::new(ObjectImage {
+                camera_index,
+                capture_ns: image.capture_ns,
+                views: ordered(views),
+            })
+        };
+        sorted.objects = views
+            .into_iter()
+            .map(|(object, views)| (object, object_image(views)))
+            .collect();
+        sorted
+    }
+}
+
+/// The views in an order that does not depend on the detector's: by tag, then by position.
+fn ordered(mut views: Vec<View>) -> Vec<View> {
+    views.sort_by(|a, b| {
+        let corner = |view: &View| view.corners_in_image[0];
+        let by_position = corner(a)
+            .x
+            .total_cmp(&corner(b).x)
+            .then(corner(a).y.total_cmp(&corner(b).y));
+        a.tag.cmp(&b.tag).then(by_position)
+    });
+    views
+}
+
+/// Whether all corners are numbers, and lie in the image or not farther outside than it is large.
+fn is_sound(seen: &TagCorners, [width, height]: [u32; 2]) -> bool {
+    let within = |x: f64, size: u32| (-f64::from(size)..=2.0 * f64::from(size)).contains(&x);
+    let covariance = seen
+        .corner_covariance
+        .iter()
+        .flat_map(|matrix| matrix.iter());
+    seen.corners
+        .iter()
+        .all(|corner| within(corner.x, width) && within(corner.y, height))
+        && covariance.clone().all(|x| x.is_finite())
+}
+
+/// The view of a tag whose place on the object is known.
+fn view(tag: &ObjectTag, seen: &TagCorners, options: &FusionOptions) -> Option<View> {
+    let object_from_tag = tag.object_from_tag?;
+    Some(View {
+        tag: tag.tag,
+        size_m: tag.size_m,
+        object_from_tag,
+        corners_in_object: tag_corners_in_tag(tag.size_m).map(|corner| object_from_tag * corner),
+        corners_in_image: seen.corners.map(|corner| Point2::new(corner.x, corner.y)),
+        information: seen
+            .corner_covariance
+            .map(|covariance| information(&covariance, options)),
+    })
+}
+
+/// Inverse of a corner's covariance with the floor added; the usual corner noise where nothing or nonsense is stated.
+fn information(covariance: &Matrix2<f64>, options: &FusionOptions) -> Matrix2<f64> {
+    let usual = Matrix2::identity() * options.corner_sigma_px.powi(2);
+    let floor = Matrix2::identity() * options.corner_floor_px.powi(2);
+    let symmetric = (covariance + covariance.transpose()) * 0.5;
+    let stated = if symmetric.trace() > 0.0 && symmetric.determinant() >= 0.0 {
+        symmetric
+    } else {
+        usual
+    };
+    (stated + floor)
+        .try_inverse()
+        .unwrap_or_else(|| Matrix2::identity() / (usual + floor)[(0, 0)])
+}

@@ -1,0 +1,120 @@
+//! One object's last half second: images by capture time, with the track after each instant.
+//!
+//! A late image is put where it belongs and the instants after it are gone through again, so that what comes out depends
+//! on the capture times alone. Instants older than the window become the base, which nothing changes any more.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use crate::site::{ObjectImage, Site};
+use crate::track::Track;
+use crate::{FusionOptions, ObjectEstimate, ObjectId};
+
+#[derive(Debug)]
+struct Instant {
+    /// By camera index: simultaneous images are taken together, in that order.
+    images: BTreeMap<usize, Arc<ObjectImage>>,
+    after: Track,
+}
+
+/// The window of one object.
+#[derive(Debug)]
+pub(crate) struct Timeline {
+    object: ObjectId,
+    base: Track,
+    instants: BTreeMap<u64, Instant>,
+}
+
+/// An image that came too late to be inserted.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct TooLate;
+
+impl Timeline {
+    pub fn new(object: ObjectId) -> Self {
+        Self {
+            object,
+            base: Track::default(),
+            instants: BTreeMap::new(),
+        }
+    }
+
+    /// Inserts an image and goes through the instants from its own on.
+    pub fn insert(
+        &mut self,
+        image: Arc<ObjectImage>,
+        site: &Site,
+        options: &FusionOptions,
+    ) -> Result<(), TooLate> {
+        let time_ns = image.capture_ns;
+        let window_ns = (options.window_s * 1e9) as u64;
+        let too_old = time_ns.saturating_add(window_ns) < self.newest_ns();
+        if too_old || (self.base.time_ns > 0 && time_ns <= self.base.time_ns) {
+            return Err(TooLate);
+        }
+        let instant = self.instants.entry(time_ns).or_insert_with(|| Instant {
+            images: BTreeMap::new(),
+            after: Track::default(),
+        });
+        instant.images.insert(image.camera_index, image);
+        self.replay(time_ns, site, options);
+        self.forget(window_ns);
+        Ok(())
+    }
+
+    fn replay(&mut self, from_ns: u64, site: &Site, options: &FusionOptions) {
+        let mut before = self.before(from_ns).clone();
+        for (time_ns, instant) in self.instants.range_mut(from_ns..) {
+            let images: Vec<&ObjectImage> = instant.images.values().map(Arc::as_ref).collect();
+            instant.after = before.advanced(*time_ns, &images, site, options);
+            before = instant.after.clone();
+        }
+    }
+
+    fn before(&self, time_ns: u64) -> &Track {
+        self.instants
+            .range(..time_ns)
+            .next_back()
+            .map_or(&self.base, |(_, instant)| &instant.after)
+    }
+
+    /// Drops the instants older than the window; the newest always stays.
+    fn forget(&mut self, window_ns: u64) {
+        let oldest = self.newest_ns().saturating_sub(window_ns);
+        let kept = self.instants.split_off(&oldest);
+        let gone = std::mem::replace(&mut self.instants, kept);
+        if let Some((_, last)) = gone.into_iter().next_back() {
+            self.base = last.after;
+        }
+    }
+
+    /// Capture time of the newest image, 0 before the first.
+    pub fn newest_ns(&self) -> u64 {
+        self.instants
+            .last_key_value()
+            .map_or(self.base.time_ns, |(time_ns, _)| *time_ns)
+    }
+
+    /// The track at or before an instant.
+    pub fn at(&self, time_ns: u64) -> &Track {
+        self.instants
+            .range(..=time_ns)
+            .next_back()
+            .map_or(&self.base, |(_, instant)| &instant.after)
+    }
+
+    /// The estimate for an instant, from the images up to it.
+    pub fn estimate(&self, time_ns: u64, options: &FusionOptions) -> Option<ObjectEstimate> {
+        let track = self.at(time_ns);
+        if !track.is_known_at(time_ns, options) {
+            return None;
+        }
+        track.estimate(&self.object, time_ns, options)
+    }
+
+    /// Forgets the images, not what they taught: the models that they were read with are no longer in force.
+    pub fn settle(&mut self) {
+        if let Some((_, last)) = std::mem::take(&mut self.instants).into_iter().next_back() {
+            self.base = last.after;
+        }
+    }
+}

@@ -1,0 +1,170 @@
+//! One object at one instant: the attitudes that explain its images, and the step to the next instant.
+//!
+//! - [`hypothesis`]: one attitude, followed by a filter and weighed by its evidence.
+//! - [`birth`]: the attitudes that an image allows when nothing is known before.
+//! - [`noise`]: how noisy each camera's corners are.
+//! - [`report`]: what is published about the instant.
+
+mod birth;
+mod hypothesis;
+mod noise;
+mod report;
+
+use crate::FusionOptions;
+use crate::filter::corners::Sight;
+use crate::filter::kinematics::Restlessness;
+use crate::site::{ObjectImage, Site};
+use hypothesis::Hypothesis;
+use noise::CameraNoise;
+
+pub(crate) use report::Sighting;
+
+/// What is known about an object at an instant. A value: the next instant's is made from it, never in place.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub(crate) struct Track {
+    /// The instant in ns.
+    pub time_ns: u64,
+    /// When a view last took part, in ns.
+    pub seen_ns: u64,
+    /// Since when images contradict everything known, in ns.
+    contradicted_since_ns: Option<u64>,
+    /// Likeliest first; empty until the object is seen, and again when it is lost.
+    hypotheses: Vec<Hypothesis>,
+    /// By camera index.
+    noise: Vec<CameraNoise>,
+    /// What the images of this instant contributed.
+    pub sighting: Sighting,
+}
+
+/// Most attitudes followed at a time.
+const MOST_HYPOTHESES: usize = 4;
+
+pub(crate) fn seconds(from_ns: u64, to_ns: u64) -> f64 {
+    (to_ns as i128 - from_ns as i128) as f64 * 1e-9
+}
+
+impl Track {
+    /// The track after the images of the instant `time_ns`, which is not before this one's.
+    pub fn advanced(
+        &self,
+        time_ns: u64,
+        images: &[&ObjectImage],
+        site: &Site,
+        options: &FusionOptions,
+    ) -> Self {
+        let sights = self.sights(images, site);
+        let known = !self.hypotheses.is_empty() && seconds(self.seen_ns, time_ns) <= options.lost_s;
+        let followed = known.then(|| self.followed(time_ns, &sights, options));
+        match followed {
+            Some(track) if track.sighting.tags > 0 => track,
+            Some(track) if !track.is_contradicted(options) => track,
+            _ => self.born(time_ns, &sights, options),
+        }
+    }
+
+    /// Whether anything is known at that instant.
+    pub fn is_known_at(&self, time_ns: u64, options: &FusionOptions) -> bool {
+        !self.hypotheses.is_empty() && seconds(self.seen_ns, time_ns) <= options.lost_s
+    }
+
+    fn sights<'a>(&self, images: &[&'a ObjectImage], site: &'a Site) -> Vec<Sight<'a>> {
+        let mut sights = Vec::with_capacity(images.iter().map(|image| image.views.len()).sum());
+        for image in images {
+            let Some(camera) = site
+                .cameras()
+                .get(image.camera_index)
+                .and_then(|camera| camera.posed.as_ref())
+            else {
+                continue;
+            };
+            let weight = self.noise_of(image.camera_index).weight();
+            let camera_index = image.camera_index;
+            sights.extend(image.views.iter().map(|view| Sight {
+                camera_index,
+                camera,
+                view,
+                weight,
+            }));
+        }
+        sights
+    }
+
+    fn followed(&self, time_ns: u64, sights: &[Sight<'_>], options: &FusionOptions) -> Self {
+        let dt = seconds(self.time_ns, time_ns);
+        let steps: Vec<_> = self
+            .hypotheses
+            .iter()
+            .map(|one| one.followed(dt, sights, options))
+            .collect();
+        let mut next = self.with(time_ns, steps, sights, options);
+        if next.sighting.tags == 0 {
+            next.contradicted_since_ns = self.contradicted_since_ns.or(Some(time_ns));
+        }
+        next
+    }
+
+    fn born(&self, time_ns: u64, sights: &[Sight<'_>], options: &FusionOptions) -> Self {
+        self.with(time_ns, birth::hypotheses(sights, options), sights, options)
+    }
+
+    /// The track at an instant whose hypotheses are these.
+    fn with(
+        &self,
+        time_ns: u64,
+        mut hypotheses: Vec<Hypothesis>,
+        sights: &[Sight<'_>],
+        options: &FusionOptions,
+    ) -> Self {
+        hypothesis::weigh(&mut hypotheses, options);
+        let mut next = Self {
+            time_ns,
+            hypotheses,
+            noise: self.noise.clone(),
+            ..Self::default()
+        };
+        if let Some(best) = next.hypotheses.first() {
+            next.sighting = Sighting::of(best, sights);
+            let alone = next.hypotheses.len() == 1;
+            next.seen_ns = if next.sighting.tags > 0 {
+                time_ns
+            } else {
+                self.seen_ns
+            };
+            if alone {
+                let best = next.hypotheses[0].clone();
+                next.learn_noise(&best, sights, options);
+            }
+        }
+        next
+    }
+
+    fn is_contradicted(&self, options: &FusionOptions) -> bool {
+        self.contradicted_since_ns
+            .is_some_and(|since| seconds(since, self.time_ns) >= options.contradiction_s)
+    }
+
+    fn noise_of(&self, camera_index: usize) -> CameraNoise {
+        self.noise.get(camera_index).copied().unwrap_or_default()
+    }
+
+    fn learn_noise(&mut self, best: &Hypothesis, sights: &[Sight<'_>], options: &FusionOptions) {
+        let cameras = sights
+            .iter()
+            .map(|sight| sight.camera_index + 1)
+            .max()
+            .unwrap_or(0);
+        if self.noise.len() < cameras {
+            self.noise.resize(cameras, CameraNoise::default());
+        }
+        for (sight, taken) in sights.iter().zip(&best.taken) {
+            self.noise[sight.camera_index].learn(taken, options);
+        }
+    }
+}
+
+pub(crate) fn restlessness(options: &FusionOptions) -> Restlessness {
+    Restlessness {
+        linear: options.linear_restlessness,
+        angular: options.angular_restlessness,
+    }
+}

@@ -1,0 +1,75 @@
+//! The attitudes that the images of one instant allow when nothing is known before.
+//!
+//! Every tag gives two poses (the planar ambiguity). Each of them, as a pose of the object, is refined on all corners of
+//! all cameras; the evidence says which are possible.
+
+use nalgebra::Vector6;
+use sextant_geometry::Pose;
+use sextant_geometry::planar_pose::solve_square;
+
+use super::hypothesis::{Hypothesis, updated};
+use crate::FusionOptions;
+use crate::filter::corners::Sight;
+use crate::filter::kinematics::{Covariance, Kinematics};
+
+/// Views from which attitudes are proposed: the largest ones, enough that a few wrong tags don't matter.
+const MOST_SEEDS: usize = 6;
+/// Metres and radians, one sigma: nothing is known about the pose.
+const ANYWHERE: (f64, f64) = (10.0, 3.0);
+
+/// The possible attitudes, in no order.
+pub(crate) fn hypotheses(sights: &[Sight<'_>], options: &FusionOptions) -> Vec<Hypothesis> {
+    seeds(sights)
+        .iter()
+        .filter_map(|seed| updated(&unknown(seed, options), seed, sights, options))
+        .collect()
+}
+
+/// `world_from_object` by each branch of the largest views.
+fn seeds(sights: &[Sight<'_>]) -> Vec<Pose> {
+    let mut largest: Vec<&Sight<'_>> = sights.iter().collect();
+    largest.sort_by(|a, b| area(b).total_cmp(&area(a)));
+    largest
+        .into_iter()
+        .take(MOST_SEEDS)
+        .flat_map(branches)
+        .collect()
+}
+
+fn branches(sight: &Sight<'_>) -> Vec<Pose> {
+    let Ok(poses) = solve_square(
+        &sight.camera.lens,
+        &sight.view.corners_in_image,
+        sight.view.size_m,
+    ) else {
+        return Vec::new();
+    };
+    let world_from_camera = sight.camera.camera_from_world.inverse();
+    let tag_from_object = sight.view.object_from_tag.inverse();
+    poses
+        .iter()
+        .map(|pose| world_from_camera * pose.camera_from_tag * tag_from_object)
+        .collect()
+}
+
+/// Area of the tag in px², by its diagonals.
+fn area(sight: &Sight<'_>) -> f64 {
+    let [a, b, c, d] = sight.view.corners_in_image;
+    0.5 * (c - a).perp(&(d - b)).abs()
+}
+
+/// A body of which only the start for the search is known.
+fn unknown(pose: &Pose, options: &FusionOptions) -> Kinematics {
+    let mut covariance = Covariance::zeros();
+    for axis in 0..3 {
+        covariance[(axis, axis)] = ANYWHERE.0.powi(2);
+        covariance[(axis + 3, axis + 3)] = ANYWHERE.1.powi(2);
+        covariance[(axis + 6, axis + 6)] = options.start_speed.powi(2);
+        covariance[(axis + 9, axis + 9)] = options.start_angular_speed.powi(2);
+    }
+    Kinematics {
+        pose: *pose,
+        twist: Vector6::zeros(),
+        covariance,
+    }
+}
