@@ -1,1 +1,23 @@
-//! The TOML files people write: rig, object and node configuration.
+//! The TOML files people write: rig, object and node configuration; read strictly, written atomically.
+//!
+//! - [`read_rig`], [`read_object`]: files to the estimator's models, every number checked.
+//! - [`write_rig`], [`write_object`]: models to files; numbers keep every digit.
+//! - [`read_toml`], [`read_toml_checked`]: any other configuration, with the same kind of error.
+//! - [`write_atomically`]: a file that is either the old one or the new one, never half of one.
+//!
+//! Every complaint names file, line, column and key, says what is wrong and what to do: [`FileError`].
+//! Metres, pixels, quaternions x, y, z, w, as in the files; no network and no clock here.
+
+mod atomic;
+mod document;
+mod error;
+mod hint;
+mod object;
+mod read;
+mod rig;
+
+pub use atomic::write_atomically;
+pub use error::{Complaint, FileError, Wrong};
+pub use object::{object_toml, parse_object, read_object, write_object};
+pub use read::{parse_toml, read_text, read_toml, read_toml_checked};
+pub use rig::{parse_rig, read_rig, rig_toml, write_rig};

@@ -1,0 +1,283 @@
+//! `object.toml`: one object, its tags and where they sit on it.
+
+use crate::atomic::write_atomically;
+use crate::document::Document;
+use crate::error::{Complaint, FileError};
+use crate::read::read_text;
+use crate::rig::pose_toml;
+use serde::Deserialize;
+use sextant_estimator::{ObjectError, ObjectId, ObjectModel, ObjectTag, TagId};
+use sextant_geometry::{Pose, PoseParts};
+use sextant_tag_families::Family;
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+use std::path::Path;
+
+/// How far from 1 a written quaternion's length may be; within it, it is normalised.
+const QUATERNION_TOLERANCE: f64 = 1e-3;
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct ObjectFile {
+    id: ObjectId,
+    #[serde(default)]
+    tag: Vec<TagTable>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct TagTable {
+    family: Family,
+    id: u32,
+    /// Edge of the black square, metres.
+    size: f64,
+    /// Omitted until learned.
+    object_from_tag: Option<PoseParts>,
+}
+
+/// The object of a file.
+///
+/// # Errors
+/// A file that is missing, malformed, or describes no object; with line, column, key and remedy.
+pub fn read_object(path: &Path) -> Result<ObjectModel, FileError> {
+    parse_object(path, &read_text(path)?)
+}
+
+/// The object of a text; `path` is for the messages.
+///
+/// # Errors
+/// As [`read_object`].
+pub fn parse_object(path: &Path, text: &str) -> Result<ObjectModel, FileError> {
+    let document = Document::parse(path, text)?;
+    let file =
+        ObjectFile::deserialize(document.values()).map_err(|error| document.refused(&error))?;
+    let object = object_of(&file, &document).map_err(|complaint| document.complaint(complaint))?;
+    Ok(object)
+}
+
+fn object_of(file: &ObjectFile, document: &Document<'_>) -> Result<ObjectModel, Complaint> {
+    if file.tag.is_empty() {
+        let remedy = "add a [[tag]] table with family, id and size";
+        return Err(Complaint::new("id", "the object has no tag", remedy));
+    }
+    let tags = file.tag.iter().enumerate();
+    let tags: Result<Vec<ObjectTag>, Complaint> = tags
+        .map(|(index, tag)| tag_of(&file.id, index, tag))
+        .collect();
+    unique(file, document)?;
+    ObjectModel::new(file.id.clone(), tags?).map_err(|error| complaint("tag", &error))
+}
+
+fn unique(file: &ObjectFile, document: &Document<'_>) -> Result<(), Complaint> {
+    let mut first = BTreeMap::new();
+    for (index, tag) in file.tag.iter().enumerate() {
+        let key = format!("tag[{index}].id");
+        if let Some(earlier) = first.insert((tag.family, tag.id), key.clone()) {
+            let line = document.line_of(&earlier).unwrap_or(0);
+            let cause = format!("{}:{} is there already, on line {line}", tag.family, tag.id);
+            let remedy = "each tag may be used once: print and name another, or remove one";
+            return Err(Complaint::new(key, cause, remedy));
+        }
+    }
+    Ok(())
+}
+
+fn tag_of(object: &ObjectId, index: usize, table: &TagTable) -> Result<ObjectTag, Complaint> {
+    let key = format!("tag[{index}]");
+    let ids = table.family.data().codes.len();
+    if table.id as usize >= ids {
+        let cause = format!("{} has no tag {}", table.family, table.id);
+        let remedy = format!("its ids are 0 to {}", ids - 1);
+        return Err(Complaint::new(format!("{key}.id"), cause, remedy));
+    }
+    let pose_key = format!("{key}.object_from_tag");
+    let tag = ObjectTag {
+        tag: TagId {
+            family: table.family,
+            id: table.id,
+        },
+        size_m: table.size,
+        object_from_tag: pose_of(table.object_from_tag.as_ref(), &pose_key)?,
+    };
+    // An object of this tag alone: the rules are the estimator's, the place is known here.
+    ObjectModel::new(object.clone(), vec![tag.clone()]).map_err(|error| complaint(&key, &error))?;
+    Ok(tag)
+}
+
+fn complaint(key: &str, error: &ObjectError) -> Complaint {
+    let (part, remedy) = match error {
+        ObjectError::Size { .. } => (
+            ".size",
+            "measure the edge of the black square and write it in metres",
+        ),
+        ObjectError::Pose { .. } => (".object_from_tag", "write finite numbers"),
+        _ => ("", ""),
+    };
+    Complaint::new(format!("{key}{part}"), error.to_string(), remedy)
+}
+
+/// The pose of a written one; `key` is where it is written.
+pub(crate) fn pose_of(parts: Option<&PoseParts>, key: &str) -> Result<Option<Pose>, Complaint> {
+    let Some(parts) = parts else { return Ok(None) };
+    if !parts.position.iter().all(|number| number.is_finite()) {
+        let cause = format!("{:?} is not finite", parts.position);
+        let remedy = "write three finite numbers in metres";
+        return Err(Complaint::new(format!("{key}.position"), cause, remedy));
+    }
+    let length = parts.orientation.iter().map(|q| q * q).sum::<f64>().sqrt();
+    // Written so that NaN is refused.
+    let is_unit = (length - 1.0).abs() <= QUATERNION_TOLERANCE;
+    let turned = |cause| {
+        let remedy = "write x, y, z, w of length 1; no rotation is [0, 0, 0, 1]";
+        Complaint::new(format!("{key}.orientation"), cause, remedy)
+    };
+    if !is_unit {
+        let cause = format!("this is no unit quaternion, its length is {length}");
+        return Err(turned(cause));
+    }
+    let pose = parts.to_pose().map_err(|error| turned(error.to_string()))?;
+    Ok(Some(pose))
+}
+
+/// The text of an object's file. Numbers are written with as many digits as bring them back exactly.
+pub fn object_toml(object: &ObjectModel) -> String {
+    let mut text = format!("id = \"{}\"\n", object.id());
+    for tag in object.tags() {
+        let TagId { family, id } = tag.tag;
+        // Writing to a String cannot fail.
+        let _ = write!(
+            text,
+            "\n[[tag]]\nfamily = \"{family}\"\nid = {id}\nsize = {:?}\n",
+            tag.size_m
+        );
+        if let Some(pose) = &tag.object_from_tag {
+            let _ = writeln!(text, "object_from_tag = {}", pose_toml(&pose.into()));
+        }
+    }
+    text
+}
+
+/// Writes an object's file, whole or not at all.
+///
+/// # Errors
+/// What the system refuses; the old file is then untouched.
+pub fn write_object(path: &Path, object: &ObjectModel) -> Result<(), FileError> {
+    write_atomically(path, object_toml(object).as_bytes())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const GOOD: &str = r#"
+id = "cube"
+[[tag]]
+family = "tag36h11"
+id = 3
+size = 0.04
+object_from_tag = { position = [0, 0, 0.03], orientation = [0, 0, 0, 1] }
+
+[[tag]]
+family = "tag36h11"
+id = 4
+size = 0.0401234567890123
+"#;
+
+    fn parsed(text: &str) -> Result<ObjectModel, String> {
+        parse_object(Path::new("cube.toml"), text).map_err(|error| error.to_string())
+    }
+
+    #[test]
+    fn the_designs_file_is_read() {
+        let object = parsed(GOOD).unwrap();
+        assert_eq!(object.id().as_str(), "cube");
+        let [first, second] = object.tags() else {
+            panic!("two tags")
+        };
+        assert_eq!((first.tag.id, first.size_m), (3, 0.04));
+        assert_eq!(first.object_from_tag.unwrap().translation.z, 0.03);
+        assert_eq!(second.object_from_tag, None);
+    }
+
+    #[test]
+    fn what_is_written_is_read_back_exactly() {
+        let object = parsed(GOOD).unwrap();
+        assert_eq!(parsed(&object_toml(&object)).unwrap(), object);
+    }
+
+    #[test]
+    fn wrong_objects_are_refused_with_line_key_and_remedy() {
+        for (from, to, expected) in [
+            (
+                "id = 4",
+                "id = 3",
+                "cube.toml:11:6: tag[1].id: tag36h11:3 is there already, on line 5; each tag may be used once",
+            ),
+            (
+                "size = 0.04\n",
+                "size = 0\n",
+                "cube.toml:6:8: tag[0].size: ",
+            ),
+            (
+                "size = 0.04\n",
+                "size = -0.04\n",
+                "cube.toml:6:8: tag[0].size: ",
+            ),
+            (
+                "size = 0.04\n",
+                "size = nan\n",
+                "cube.toml:6:8: tag[0].size: ",
+            ),
+            ("size = 0.04\n", "size = inf\n", "write it in metres"),
+            (
+                "size = 0.04\n",
+                "size = \"4cm\"\n",
+                "cube.toml:6:8: tag[0].size: invalid type: string",
+            ),
+            (
+                "size = 0.04\n",
+                "",
+                "tag[0]: missing field `size`; add `size = ...`",
+            ),
+            (
+                "id = 3",
+                "id = 587",
+                "cube.toml:5:6: tag[0].id: tag36h11 has no tag 587; its ids are 0 to 586",
+            ),
+            (
+                "id = 3",
+                "id = -1",
+                "cube.toml:5:6: tag[0].id: invalid value: integer `-1`",
+            ),
+            ("id = \"cube\"", "id = \"my cube\"", "cube.toml:2:6: id: "),
+            (
+                "tag36h11",
+                "tag36h10",
+                "cube.toml:4:10: tag[0].family: unknown variant `tag36h10`",
+            ),
+            ("tag36h11", "tag36h10", "did you mean `tag36h11`?"),
+            ("size", "siez", "did you mean `size`?"),
+            (
+                "[0, 0, 0.03]",
+                "[0, inf, 0.03]",
+                "cube.toml:7:32: tag[0].object_from_tag.position: ",
+            ),
+            (
+                "[0, 0, 0, 1]",
+                "[0, 0, 0, 0]",
+                "cube.toml:7:60: tag[0].object_from_tag.orientation: this is no unit quaternion, its length is 0",
+            ),
+            ("[0, 0, 0, 1]", "[0, nan, 0, 1]", "its length is NaN"),
+        ] {
+            assert!(GOOD.contains(from));
+            let message = parsed(&GOOD.replacen(from, to, 1)).unwrap_err();
+            assert!(message.contains(expected), "{from} -> {to}: {message}");
+        }
+    }
+
+    #[test]
+    fn an_object_without_tags_is_refused() {
+        let message = parsed("id = \"cube\"\n").unwrap_err();
+        assert!(message.starts_with("cube.toml:1:6: id: the object has no tag"));
+    }
+}
