@@ -82,7 +82,7 @@ mod tests {
     #[test]
     fn a_good_file_is_read() {
         let text = "site = \"a\"\nnetwork = { port = 7447 }\n";
-        let config = parse_toml(Path::new("f.toml"), text, |_| Ok(())).unwrap();
+        let config: Config = parse_toml(Path::new("f.toml"), text, |_| Ok(())).unwrap();
         let network = Network {
             connect: vec![],
             port: 7447,
