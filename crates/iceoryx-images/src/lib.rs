@@ -1,1 +1,22 @@
-//! Images of one camera in shared memory, lent without a copy through iceoryx2.
+//! The images of one camera in shared memory: one process lends them, up to four others look at them without a copy, and
+//! the newest wins when somebody is slow. Wraps iceoryx2, whose types appear nowhere in this interface. Knows grey pixels
+//! and their header; nothing of cameras, tags or the network.
+//!
+//! Invariant: the lender never waits for a borrower, and a process that dies without a farewell stops nobody.
+
+mod domain;
+mod error;
+mod header;
+mod leftovers;
+mod options;
+mod publisher;
+mod service;
+mod subscriber;
+
+pub use error::ImagesError;
+pub use header::{ClockSource, FORMAT_GREY8, ImageHeader};
+pub use leftovers::{Leftovers, remove_dead};
+pub use options::IceoryxOptions;
+pub use publisher::{BlankImage, ImagePublisher};
+pub use service::MAX_SUBSCRIBERS;
+pub use subscriber::{ImageSubscriber, LentImage};

@@ -1,0 +1,58 @@
+//! What can go wrong with shared memory, by who must act.
+
+use std::path::PathBuf;
+
+/// Failures of lending and borrowing images.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum ImagesError {
+    /// The folder of the shared memory's bookkeeping cannot be used.
+    #[error("shared memory folder {}: {cause}", root.display())]
+    Root {
+        /// The folder.
+        root: PathBuf,
+        /// Why, and what to do.
+        cause: String,
+    },
+    /// A camera id or prefix that cannot name shared memory.
+    #[error("{what} {value:?} cannot name shared memory: use up to 32 of a-z, 0-9, _ and -")]
+    Name {
+        /// What was to be named.
+        what: &'static str,
+        /// The offending value.
+        value: String,
+    },
+    /// Somebody else lends the images of this camera.
+    #[error("another process captures camera {camera}; end it first")]
+    InUse {
+        /// The camera.
+        camera: String,
+    },
+    /// All places of borrowers are taken.
+    #[error("camera {camera} has no place for another reader of its images")]
+    Full {
+        /// The camera.
+        camera: String,
+    },
+    /// The existing service was made by another version or with other settings.
+    #[error(
+        "the images of camera {camera} are shared by a process of another version or with other settings ({cause}); \
+         end all processes of this camera and start them again"
+    )]
+    Incompatible {
+        /// The camera.
+        camera: String,
+        /// iceoryx2's own name of the difference.
+        cause: String,
+    },
+    /// iceoryx2 refused for another reason.
+    #[error("shared memory of camera {camera}: cannot {action}: {cause}")]
+    Service {
+        /// The camera.
+        camera: String,
+        /// What was tried.
+        action: &'static str,
+        /// iceoryx2's own name of the failure.
+        cause: String,
+    },
+}

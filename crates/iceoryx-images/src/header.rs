@@ -1,0 +1,140 @@
+//! What travels with each image. Layout `repr(C)`, little to no padding, equal for all processes of one host; 32-bit and
+//! 64-bit processes cannot share images (iceoryx2's rule).
+
+use iceoryx2::prelude::ZeroCopySend;
+
+/// The only pixel format so far: one byte a pixel, 0 black.
+pub const FORMAT_GREY8: u8 = 0;
+
+/// Header of an image.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ZeroCopySend)]
+#[repr(C)]
+#[type_name("SextantImageHeader1")]
+pub struct ImageHeader {
+    /// When the lending process began, wire time in ns: tells one run of it from the next.
+    pub stream: u64,
+    /// Counts the images of a stream from 0; a gap is an image that was not lent or not seen.
+    pub sequence: u64,
+    /// Middle of the exposure, ns since the Unix epoch, by the camera's clock.
+    pub capture_ns: u64,
+    /// When the image was complete in this host's memory, ns since the Unix epoch.
+    pub received_ns: u64,
+    /// Bound of the error of `capture_ns`, ns.
+    pub clock_error_ns: u64,
+    /// Images that the source had for us so far, this one included.
+    pub captured: u64,
+    /// Images that were lost before they could be lent, as far as the source knows.
+    pub dropped: u64,
+    /// Length of the exposure, ns; 0 if unknown.
+    pub exposure_ns: u32,
+    /// Bytes from one row to the next.
+    pub stride: u32,
+    /// Width in pixels.
+    pub width: u16,
+    /// Height in pixels.
+    pub height: u16,
+    /// [`FORMAT_GREY8`].
+    pub format: u8,
+    /// [`ClockSource`] as a number.
+    pub clock_source: u8,
+    /// Keeps the size a multiple of 8 without hidden bytes; 0.
+    pub reserved: [u8; 2],
+}
+
+/// Where `capture_ns` comes from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[repr(u8)]
+pub enum ClockSource {
+    /// A clock that nothing disciplines, or nobody knows.
+    Unsynchronised = 0,
+    /// This host's clock, disciplined by NTP, PTP or the like.
+    System = 1,
+    /// The clock of a simulation.
+    Simulated = 2,
+    /// Time stamps of a recording.
+    Recorded = 3,
+}
+
+impl ImageHeader {
+    /// The clock's source; numbers of a later version count as unsynchronised.
+    pub fn clock(&self) -> ClockSource {
+        match self.clock_source {
+            1 => ClockSource::System,
+            2 => ClockSource::Simulated,
+            3 => ClockSource::Recorded,
+            _ => ClockSource::Unsynchronised,
+        }
+    }
+
+    /// Bytes that the image needs: `stride x height`; the largest number where that overflows.
+    pub fn bytes(&self) -> usize {
+        (self.stride as usize).saturating_mul(usize::from(self.height))
+    }
+
+    /// Whether the header describes an image that fits into `available` bytes.
+    pub fn describes(&self, available: usize) -> bool {
+        self.format == FORMAT_GREY8
+            && self.width > 0
+            && self.height > 0
+            && self.stride >= u32::from(self.width)
+            && self.bytes() <= available
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn header() -> ImageHeader {
+        ImageHeader {
+            width: 4,
+            height: 3,
+            stride: 5,
+            ..ImageHeader::default()
+        }
+    }
+
+    #[test]
+    fn the_layout_has_no_hidden_bytes() {
+        assert_eq!(size_of::<ImageHeader>(), 7 * 8 + 2 * 4 + 2 * 2 + 2 + 2);
+        assert_eq!(align_of::<ImageHeader>(), align_of::<u64>());
+    }
+
+    #[test]
+    fn a_header_describes_an_image_that_fits() {
+        assert!(header().describes(15));
+        assert!(!header().describes(14));
+        assert!(
+            !ImageHeader {
+                stride: 3,
+                ..header()
+            }
+            .describes(100)
+        );
+        assert!(
+            !ImageHeader {
+                width: 0,
+                ..header()
+            }
+            .describes(100)
+        );
+        assert!(
+            !ImageHeader {
+                format: 9,
+                ..header()
+            }
+            .describes(100)
+        );
+    }
+
+    #[test]
+    fn the_largest_numbers_do_not_overflow() {
+        let header = ImageHeader {
+            stride: u32::MAX,
+            height: u16::MAX,
+            width: 1,
+            ..header()
+        };
+        assert!(!header.describes(1 << 30));
+    }
+}

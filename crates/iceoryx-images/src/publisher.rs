@@ -1,0 +1,155 @@
+//! The lending side: one process a camera.
+
+use iceoryx2::port::LoanError;
+use iceoryx2::port::notifier::Notifier;
+use iceoryx2::port::publisher::{Publisher, PublisherCreateError};
+use iceoryx2::port::{DegradationAction, DegradationCause, DegradationInfo};
+use iceoryx2::prelude::{AllocationStrategy, BackpressureStrategy, ipc};
+use iceoryx2::sample_mut::SampleMut;
+
+use crate::service::{LOANED, Services};
+use crate::{IceoryxOptions, ImageHeader, ImagesError};
+
+/// Lends the images of one camera.
+#[derive(Debug)]
+pub struct ImagePublisher {
+    ports: Option<Ports>,
+    services: Services,
+    max_bytes: usize,
+}
+
+#[derive(Debug)]
+struct Ports {
+    images: Publisher<ipc::Service, [u8], ImageHeader>,
+    wake_up: Notifier<ipc::Service>,
+}
+
+/// A place in shared memory for the next image. Dropping it unsent gives the place back.
+#[derive(Debug)]
+pub struct BlankImage {
+    sample: SampleMut<ipc::Service, [u8], ImageHeader>,
+}
+
+impl BlankImage {
+    /// Header and pixels, to be filled. The pixels hold zeros or an earlier image.
+    pub fn parts(&mut self) -> (&mut ImageHeader, &mut [u8]) {
+        let header: *mut ImageHeader = self.sample.user_header_mut();
+        // SAFETY: header and payload of a sample are disjoint memory of the same exclusively borrowed sample.
+        let header = unsafe { &mut *header };
+        (header, self.sample.payload_mut())
+    }
+}
+
+impl ImagePublisher {
+    /// Becomes the lender of a camera's images of at most `max_bytes` bytes each. Leftovers of a killed predecessor are
+    /// removed.
+    pub fn open(
+        options: &IceoryxOptions,
+        camera: &str,
+        max_bytes: usize,
+    ) -> Result<Self, ImagesError> {
+        let (services, ports) = Services::open(options, camera, |images, wake_up| {
+            let images = images
+                .publisher_builder()
+                .initial_max_slice_len(max_bytes.max(1))
+                .allocation_strategy(AllocationStrategy::Static)
+                .max_loaned_samples(LOANED)
+                .backpressure_strategy(BackpressureStrategy::DiscardData)
+                .set_degradation_handler(note_degradation)
+                .create()
+                .map_err(|cause| create_error(camera, cause))?;
+            let wake_up = wake_up
+                .notifier_builder()
+                .create()
+                .map_err(|cause| failed(camera, "make its notifier", &cause))?;
+            Ok(Ports { images, wake_up })
+        })?;
+        Ok(Self {
+            ports: Some(ports),
+            services,
+            max_bytes,
+        })
+    }
+
+    /// The largest image in bytes.
+    pub fn max_bytes(&self) -> usize {
+        self.max_bytes
+    }
+
+    /// A place of `bytes` bytes for the next image; one at a time.
+    pub fn blank(&self, bytes: usize) -> Result<BlankImage, ImagesError> {
+        let sample = self
+            .ports()?
+            .images
+            .loan_slice_uninit(bytes)
+            .map_err(|cause| self.loan_error(bytes, cause))?;
+        // SAFETY: the bytes lie in a shared memory segment that the kernel zeroed when it was made; since then only whole
+        // bytes were written there, and every value is a valid u8.
+        let sample = unsafe { sample.assume_init() };
+        Ok(BlankImage { sample })
+    }
+
+    /// Lends a filled image to all readers, each of whom loses an older one that it has not taken yet.
+    pub fn send(&self, image: BlankImage) -> Result<(), ImagesError> {
+        image
+            .sample
+            .send()
+            .map_err(|cause| failed(&self.services.camera, "lend an image", &cause))?;
+        if let Err(cause) = self.ports()?.wake_up.notify() {
+            tracing::debug!(%cause, "a reader was not woken");
+        }
+        Ok(())
+    }
+
+    fn ports(&self) -> Result<&Ports, ImagesError> {
+        self.ports
+            .as_ref()
+            .ok_or_else(|| failed(&self.services.camera, "lend an image", &"it is closed"))
+    }
+
+    fn loan_error(&self, bytes: usize, cause: LoanError) -> ImagesError {
+        let cause = match cause {
+            LoanError::ExceedsMaxLoanSize => {
+                format!("{bytes} bytes are more than the {} agreed", self.max_bytes)
+            }
+            other => format!("{other:?}"),
+        };
+        failed(&self.services.camera, "take a place for an image", &cause)
+    }
+}
+
+impl Drop for ImagePublisher {
+    fn drop(&mut self) {
+        self.services.leave(self.ports.take());
+    }
+}
+
+/// A reader that died keeps its place until the next opening tidies; that is no news for each image.
+pub(crate) fn note_degradation(_: DegradationCause, info: &DegradationInfo) -> DegradationAction {
+    tracing::trace!(
+        reader = info.receiver_port_id,
+        "a connection of shared memory is broken"
+    );
+    DegradationAction::Ignore
+}
+
+pub(crate) fn failed(
+    camera: &str,
+    action: &'static str,
+    cause: &dyn std::fmt::Display,
+) -> ImagesError {
+    ImagesError::Service {
+        camera: camera.to_owned(),
+        action,
+        cause: cause.to_string(),
+    }
+}
+
+fn create_error(camera: &str, cause: PublisherCreateError) -> ImagesError {
+    match cause {
+        PublisherCreateError::ExceedsMaxSupportedPublishers => ImagesError::InUse {
+            camera: camera.to_owned(),
+        },
+        cause => failed(camera, "make its publisher", &cause),
+    }
+}

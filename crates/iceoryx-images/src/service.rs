@@ -1,0 +1,213 @@
+//! The two services of a camera, images and wake-up, with every limit set: iceoryx2's defaults cost 34 images of memory,
+//! ours nine.
+
+use iceoryx2::node::{Node, NodeBuilder};
+use iceoryx2::prelude::{ServiceName, SignalHandlingMode, ipc};
+use iceoryx2::service::builder::publish_subscribe::{
+    PublishSubscribeOpenError, PublishSubscribeOpenOrCreateError,
+};
+use iceoryx2::service::port_factory::{event, publish_subscribe};
+
+use crate::domain::{Domain, DomainLock, check_name};
+use crate::leftovers::tidy;
+use crate::{IceoryxOptions, ImageHeader, ImagesError};
+
+/// Readers of one camera's images at the same time: detection, preview and two more (a recorder, a program of the user's).
+pub const MAX_SUBSCRIBERS: usize = 4;
+/// Images waiting for one reader: one, replaced by the next, so that a reader always gets the newest.
+const BUFFER: usize = 1;
+/// Images that one reader holds at a time.
+const BORROWED: usize = 1;
+/// Images being filled at a time.
+pub(crate) const LOANED: usize = 1;
+/// Processes (and threads with a reader of their own) that have the service open.
+const MAX_NODES: usize = 8;
+
+type Images = publish_subscribe::PortFactory<ipc::Service, [u8], ImageHeader>;
+type WakeUp = event::PortFactory<ipc::Service>;
+
+/// The open services of a camera. Dropping it leaves the meeting place; the last one out removes it.
+#[derive(Debug)]
+pub(crate) struct Services {
+    pub(crate) camera: String,
+    domain: Domain,
+    // In this order on drop: ports (the owner's), services, node.
+    open: Option<Open>,
+}
+
+#[derive(Debug)]
+struct Open {
+    images: Images,
+    wake_up: WakeUp,
+    _node: Node<ipc::Service>,
+}
+
+impl Services {
+    /// Opens or creates both services and, still under the lock, lets `ports` make its ports on them. When leftovers of
+    /// dead processes are in the way they are removed and everything is tried once more.
+    pub(crate) fn open<P>(
+        options: &IceoryxOptions,
+        camera: &str,
+        ports: impl Fn(&Images, &WakeUp) -> Result<P, ImagesError>,
+    ) -> Result<(Self, P), ImagesError> {
+        check_name("camera", camera)?;
+        let domain = Domain::new(options)?;
+        let lock = domain.lock()?;
+        let attempt = || {
+            let open = Open::new(&domain, camera)?;
+            let ports = ports(&open.images, &open.wake_up)?;
+            Ok((open, ports))
+        };
+        let opened = attempt().or_else(|first: ImagesError| {
+            let removed = tidy(&domain, &lock);
+            tracing::debug!(%first, ?removed, "tidied, and trying again");
+            attempt()
+        });
+        match opened {
+            Ok((open, ports)) => Ok((
+                Self {
+                    camera: camera.to_owned(),
+                    domain,
+                    open: Some(open),
+                },
+                ports,
+            )),
+            Err(error) => {
+                tidy(&domain, &lock);
+                Err(error)
+            }
+        }
+    }
+
+    /// Drops `ports` and everything else under the lock, and tidies when nobody is left.
+    pub(crate) fn leave<P>(&mut self, ports: Option<P>) {
+        let lock = self.domain.lock();
+        drop(ports);
+        drop(self.open.take());
+        match lock {
+            Ok(lock) => drop(tidy_and_release(&self.domain, lock)),
+            Err(cause) => tracing::warn!(%cause, "leaving shared memory untidied"),
+        }
+    }
+}
+
+fn tidy_and_release(domain: &Domain, lock: DomainLock) -> crate::Leftovers {
+    let removed = tidy(domain, &lock);
+    drop(lock);
+    removed
+}
+
+impl Open {
+    fn new(domain: &Domain, camera: &str) -> Result<Self, ImagesError> {
+        let failed = |action, cause: String| ImagesError::Service {
+            camera: camera.to_owned(),
+            action,
+            cause,
+        };
+        let node = NodeBuilder::new()
+            .config(&domain.config)
+            .signal_handling_mode(SignalHandlingMode::Disabled)
+            .create::<ipc::Service>()
+            .map_err(|cause| failed("join", format!("{cause:?}")))?;
+        let name = ServiceName::new(&format!("sextant/camera/{camera}/image"))
+            .map_err(|cause| failed("name it", format!("{cause:?}")))?;
+        let images = node
+            .service_builder(&name)
+            .publish_subscribe::<[u8]>()
+            .user_header::<ImageHeader>()
+            .enable_safe_overflow(true)
+            .max_publishers(1)
+            .max_subscribers(MAX_SUBSCRIBERS)
+            .max_nodes(MAX_NODES)
+            .history_size(0)
+            .subscriber_max_buffer_size(BUFFER)
+            .subscriber_max_borrowed_samples(BORROWED)
+            .open_or_create()
+            .map_err(|cause| open_error(camera, cause))?;
+        let wake_up = node
+            .service_builder(&name)
+            .event()
+            .max_notifiers(1)
+            .max_listeners(MAX_SUBSCRIBERS)
+            .max_nodes(MAX_NODES)
+            .event_id_max_value(0)
+            .disable_deadline()
+            .disable_notifier_created_event()
+            .disable_notifier_dropped_event()
+            .disable_notifier_dead_event()
+            .open_or_create()
+            .map_err(|cause| failed("open its wake-up", format!("{cause:?}")))?;
+        Ok(Self {
+            images,
+            wake_up,
+            _node: node,
+        })
+    }
+}
+
+fn open_error(camera: &str, cause: PublishSubscribeOpenOrCreateError) -> ImagesError {
+    use PublishSubscribeOpenError as Open;
+    let camera = camera.to_owned();
+    match cause {
+        PublishSubscribeOpenOrCreateError::PublishSubscribeOpenError(
+            cause @ (Open::IncompatibleTypes
+            | Open::IncompatibleMessagingPattern
+            | Open::IncompatibleAttributes
+            | Open::IncompatibleOverflowBehavior
+            | Open::DoesNotSupportRequestedMinBufferSize
+            | Open::DoesNotSupportRequestedMinHistorySize
+            | Open::DoesNotSupportRequestedMinSubscriberBorrowedSamples
+            | Open::DoesNotSupportRequestedAmountOfPublishers
+            | Open::DoesNotSupportRequestedAmountOfSubscribers
+            | Open::DoesNotSupportRequestedAmountOfNodes),
+        ) => ImagesError::Incompatible {
+            camera,
+            cause: format!("{cause:?}"),
+        },
+        PublishSubscribeOpenOrCreateError::PublishSubscribeOpenError(
+            Open::ExceedsMaxNumberOfNodes,
+        ) => ImagesError::Full { camera },
+        cause => ImagesError::Service {
+            camera,
+            action: "open its images",
+            cause: format!("{cause:?}"),
+        },
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A service as another version might have made it: its header has another type.
+    fn foreign_service(
+        domain: &Domain,
+        camera: &str,
+    ) -> publish_subscribe::PortFactory<ipc::Service, [u8], u64> {
+        let node = NodeBuilder::new()
+            .config(&domain.config)
+            .create::<ipc::Service>()
+            .unwrap();
+        let name = ServiceName::new(&format!("sextant/camera/{camera}/image")).unwrap();
+        node.service_builder(&name)
+            .publish_subscribe::<[u8]>()
+            .user_header::<u64>()
+            .create()
+            .unwrap()
+    }
+
+    #[test]
+    fn a_service_of_another_version_is_called_incompatible() {
+        let folder = tempfile::tempdir_in("/tmp").unwrap();
+        let options = IceoryxOptions {
+            root: folder.path().join("i"),
+            prefix: "sxforeign".into(),
+        };
+        let domain = Domain::new(&options).unwrap();
+        let foreign = foreign_service(&domain, "north");
+        let error = crate::ImagePublisher::open(&options, "north", 100).unwrap_err();
+        assert!(matches!(error, ImagesError::Incompatible { .. }), "{error}");
+        drop(foreign);
+        crate::ImagePublisher::open(&options, "north", 100).unwrap();
+    }
+}
