@@ -2,6 +2,12 @@
 //!
 //! A child process is this test binary again, run with the one ignored test `child` and a role in the environment.
 
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    reason = "a test fails by panicking"
+)]
+
 use std::fs;
 use std::io::{BufRead, BufReader};
 use std::path::PathBuf;
