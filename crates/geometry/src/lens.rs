@@ -11,7 +11,9 @@ mod kannala_brandt;
 mod parameters;
 mod valid_field;
 
-pub use parameters::{Intrinsics, LensError, LensModel, MAX_PARAMETERS};
+pub use parameters::{
+    Intrinsics, LensError, LensModel, LensParameters, MAX_PARAMETERS, UnknownLensModel,
+};
 
 use distortion::Distortion;
 use nalgebra::{Matrix2, Matrix2x3, Point2, Point3, SMatrix, Vector2, Vector3};
@@ -20,9 +22,9 @@ use serde::{Deserialize, Serialize};
 /// A camera's lens: pinhole, Brown-Conrady or Kannala-Brandt. Serialises as the `lens` table of `rig.toml`.
 ///
 /// Written with its model's name as a tag, so that only self-describing formats (TOML, JSON) can read it; for others
-/// use [`Lens::model`], [`Lens::parameters`] and [`Lens::from_parameters`].
+/// convert from and to [`LensParameters`].
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(try_from = "parameters::LensFile", into = "parameters::LensFile")]
+#[serde(try_from = "LensParameters", into = "LensParameters")]
 pub struct Lens {
     intrinsics: Intrinsics,
     distortion: Distortion,
@@ -192,11 +194,14 @@ impl Lens {
     }
 }
 
+/// Nothing nearer to the plane through the lens than a nanometre is seen; the bound keeps every derivative finite.
+const MIN_DEPTH_M: f64 = 1e-9;
+
 /// (x/z, y/z) of a point before the camera.
 fn normalise(point_in_camera: &Point3<f64>) -> Option<Point2<f64>> {
     let z = point_in_camera.z;
     // Written so that NaN is refused; a ratio that overflows is refused by the field's bound.
-    (z > 0.0).then(|| Point2::new(point_in_camera.x / z, point_in_camera.y / z))
+    (z >= MIN_DEPTH_M).then(|| Point2::new(point_in_camera.x / z, point_in_camera.y / z))
 }
 
 impl Intrinsics {

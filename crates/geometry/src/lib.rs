@@ -14,6 +14,6 @@ mod stumpff;
 pub mod tag_frame;
 
 pub use homography::Homography;
-pub use lens::{Intrinsics, Lens, LensError, LensModel, UnprojectError};
+pub use lens::{Intrinsics, Lens, LensError, LensModel, LensParameters, UnprojectError};
 pub use pose::{Pose, PoseError, PoseParts};
 pub use tag_frame::tag_corners_in_tag;

@@ -12,10 +12,14 @@ use super::valid_field::{MAX_RADIUS, MIN_SLOPE, first_zero, invert_monotone};
 use nalgebra::{Matrix2, SMatrix, Vector2};
 
 const NAMES: [&str; 5] = ["k1", "k2", "p1", "p2", "k3"];
+/// How exactly the radial part is solved before the whole: Newton's method doubles the digits then.
+const RADIAL_LAST_STEP: f64 = 1e-2;
 /// Newton's method takes two or three steps in the field of a real lens.
 const MAX_STEPS: usize = 50;
 /// Shortest fraction of a Newton step tried before the point counts as out of reach.
 const MIN_FRACTION: f64 = 1e-9;
+/// A residual of rounding, relative to one plus the distorted radius.
+const EXACT: f64 = 4.0 * f64::EPSILON;
 /// Largest residual of an inverse, relative to one plus the distorted radius; Newton's method stops far below it.
 const TOLERANCE: f64 = 1e-12;
 
@@ -79,7 +83,11 @@ impl BrownConrady {
     pub(super) fn undistort(&self, distorted: &Vector2<f64>) -> Option<Vector2<f64>> {
         let mut normalised = self.undistort_radial(distorted);
         let mut residual = distorted - self.distort(&normalised);
+        let scale = 1.0 + distorted.norm();
         for _ in 0..MAX_STEPS {
+            if residual.norm() <= EXACT * scale {
+                break;
+            }
             let Some(step) = self.newton_step(&normalised, &residual) else {
                 break;
             };
@@ -90,7 +98,7 @@ impl BrownConrady {
             normalised = better;
             residual = distorted - self.distort(&normalised);
         }
-        (residual.norm() <= TOLERANCE * (1.0 + distorted.norm())).then_some(normalised)
+        (residual.norm() <= TOLERANCE * scale).then_some(normalised)
     }
 
     fn undistort_radial(&self, distorted: &Vector2<f64>) -> Vector2<f64> {
@@ -102,7 +110,9 @@ impl BrownConrady {
             let (radial, radial_by_s) = self.radial(r * r);
             (r * radial, radial + 2.0 * r * r * radial_by_s)
         };
-        distorted * (invert_monotone(distorted_radius, target, self.max_radius) / target)
+        distorted
+            * (invert_monotone(distorted_radius, target, self.max_radius, RADIAL_LAST_STEP)
+                / target)
     }
 
     fn newton_step(

@@ -192,17 +192,16 @@ fn check_sizes(names: &[&'static str], values: &[f64], bound: f64) -> Result<(),
     }
 }
 
-/// The `lens` table of `rig.toml`. Struct variants, because serde refuses unknown keys of an internally tagged enum
-/// only for those, and never together with `flatten`.
-#[derive(Serialize, Deserialize)]
+/// A lens as its numbers, not yet checked: the `lens` table of `rig.toml`, and what other formats convert to.
+// Struct variants, because serde refuses unknown keys of an internally tagged enum only for those, and never together
+// with `flatten`.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "model", rename_all = "kebab-case", deny_unknown_fields)]
-pub(super) enum LensFile {
-    Pinhole {
-        fx: f64,
-        fy: f64,
-        cx: f64,
-        cy: f64,
-    },
+#[allow(missing_docs, reason = "the intrinsics are those of `Intrinsics`")]
+pub enum LensParameters {
+    /// No distortion.
+    Pinhole { fx: f64, fy: f64, cx: f64, cy: f64 },
+    /// Distortion k1, k2, p1, p2, k3.
     BrownConrady {
         fx: f64,
         fy: f64,
@@ -210,6 +209,7 @@ pub(super) enum LensFile {
         cy: f64,
         distortion: [f64; 5],
     },
+    /// Distortion k1, k2, k3, k4.
     KannalaBrandt {
         fx: f64,
         fy: f64,
@@ -219,20 +219,21 @@ pub(super) enum LensFile {
     },
 }
 
-impl TryFrom<LensFile> for Lens {
+impl TryFrom<LensParameters> for Lens {
     type Error = LensError;
 
-    fn try_from(file: LensFile) -> Result<Self, LensError> {
-        match file {
-            LensFile::Pinhole { fx, fy, cx, cy } => Self::pinhole(Intrinsics { fx, fy, cx, cy }),
-            LensFile::BrownConrady {
+    fn try_from(parameters: LensParameters) -> Result<Self, LensError> {
+        use LensParameters::{BrownConrady, KannalaBrandt, Pinhole};
+        match parameters {
+            Pinhole { fx, fy, cx, cy } => Self::pinhole(Intrinsics { fx, fy, cx, cy }),
+            BrownConrady {
                 fx,
                 fy,
                 cx,
                 cy,
                 distortion,
             } => Self::brown_conrady(Intrinsics { fx, fy, cx, cy }, distortion),
-            LensFile::KannalaBrandt {
+            KannalaBrandt {
                 fx,
                 fy,
                 cx,
@@ -243,24 +244,24 @@ impl TryFrom<LensFile> for Lens {
     }
 }
 
-impl From<Lens> for LensFile {
+impl From<Lens> for LensParameters {
     fn from(lens: Lens) -> Self {
         let Intrinsics { fx, fy, cx, cy } = lens.intrinsics;
         match lens.distortion {
             Distortion::None => Self::Pinhole { fx, fy, cx, cy },
-            Distortion::BrownConrady(d) => Self::BrownConrady {
+            Distortion::BrownConrady(model) => Self::BrownConrady {
                 fx,
                 fy,
                 cx,
                 cy,
-                distortion: *d.coefficients(),
+                distortion: *model.coefficients(),
             },
-            Distortion::KannalaBrandt(d) => Self::KannalaBrandt {
+            Distortion::KannalaBrandt(model) => Self::KannalaBrandt {
                 fx,
                 fy,
                 cx,
                 cy,
-                distortion: *d.coefficients(),
+                distortion: *model.coefficients(),
             },
         }
     }
