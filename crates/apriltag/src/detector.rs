@@ -5,6 +5,7 @@ use crate::components::Components;
 use crate::edges::{self, EdgeFit};
 use crate::kernels::Kernels;
 use crate::outlines::Outlines;
+use crate::photometric;
 use crate::quad::{Quad, QuadFinder, mean_edge};
 use crate::reading::{Reader, Reading, check_sides};
 use crate::tiles::{Level, Tiles};
@@ -174,7 +175,7 @@ fn read_tag(
     for reader in readers {
         for quad in [&fit.quad, quad] {
             match reader.read(image, quad) {
-                Ok(reading) => return Ok(detection(&reading, &fit)),
+                Ok(reading) => return Ok(locate(image, &reading, &fit, options)),
                 Err(why) => reason = why,
             }
         }
@@ -194,19 +195,26 @@ fn refine_edges(image: &Image<'_>, quad: &Quad) -> Option<EdgeFit> {
     Some(fine)
 }
 
-fn detection(reading: &Reading, fit: &EdgeFit) -> Detection {
-    let mut detection = Detection {
+/// The tag as the edges show it, then as its whole pattern does where that fits.
+fn locate(image: &Image<'_>, reading: &Reading, fit: &EdgeFit, options: &Options) -> Detection {
+    let mut edges = *fit;
+    edges.quad.rotate_left(reading.found.turns as usize);
+    edges.covariance.rotate_left(reading.found.turns as usize);
+    let pattern = match options.refinement {
+        Refinement::Edges => None,
+        Refinement::Photometric => photometric::fit(image, reading, &edges),
+    };
+    let (corners, corner_covariance, refinement) = match pattern {
+        Some(fit) => (fit.corners, fit.covariance, Refinement::Photometric),
+        None => (edges.quad, edges.covariance, Refinement::Edges),
+    };
+    Detection {
         family: reading.family,
         id: reading.found.id,
         hamming: reading.found.hamming as u8,
         margin: reading.margin,
-        corners: fit.quad,
-        corner_covariance: fit.covariance,
-        refinement: Refinement::Edges,
-    };
-    detection.corners.rotate_left(reading.found.turns as usize);
-    detection
-        .corner_covariance
-        .rotate_left(reading.found.turns as usize);
-    detection
+        corners,
+        corner_covariance,
+        refinement,
+    }
 }

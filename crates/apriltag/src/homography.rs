@@ -50,6 +50,25 @@ impl Homography {
             .then_some(Self { origin, m })
     }
 
+    /// Maps the corners of the square -1..1 to a quad, with the square's middle as the origin.
+    pub(crate) fn centred_square_to_quad(quad: &Quad) -> Option<Self> {
+        let Self {
+            origin: corner,
+            m: [a, b, _, d, e, _, g, h],
+        } = Self::square_to_quad(quad, 2.0)?;
+        // With u = u' + 1 and v = v' + 1 the denominator is g u' + h v' + (g + h + 1).
+        let scale = 1.0 / (g + h + 1.0);
+        let middle = [(a + b) * scale, (d + e) * scale];
+        let (g, h) = (g * scale, h * scale);
+        let (a, b) = (a * scale - middle[0] * g, b * scale - middle[0] * h);
+        let (d, e) = (d * scale - middle[1] * g, e * scale - middle[1] * h);
+        let m = [a, b, 0.0, d, e, 0.0, g, h];
+        let origin = [corner[0] + middle[0], corner[1] + middle[1]];
+        m.iter()
+            .all(|value| value.is_finite())
+            .then_some(Self { origin, m })
+    }
+
     #[inline]
     pub(crate) fn apply(&self, u: f32, v: f32) -> Point {
         let m = &self.m;
@@ -72,6 +91,22 @@ mod tests {
         for (corner, [u, v]) in quad
             .iter()
             .zip([[0.0, 0.0], [8.0, 0.0], [8.0, 8.0], [0.0, 8.0]])
+        {
+            let mapped = homography.apply(u, v);
+            assert!(
+                (mapped[0] - corner[0]).abs() < 1e-4 && (mapped[1] - corner[1]).abs() < 1e-4,
+                "{mapped:?} {corner:?}"
+            );
+        }
+    }
+
+    #[test]
+    fn the_centred_squares_corners_land_on_the_quads() {
+        let quad = [[102.0, 57.0], [161.5, 63.25], [150.0, 120.0], [98.0, 101.5]];
+        let homography = Homography::centred_square_to_quad(&quad).unwrap();
+        for (corner, [u, v]) in
+            quad.iter()
+                .zip([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
         {
             let mapped = homography.apply(u, v);
             assert!(

@@ -18,6 +18,7 @@ mod image;
 mod kernels;
 mod options;
 mod outlines;
+mod photometric;
 mod quad;
 mod reading;
 mod report;

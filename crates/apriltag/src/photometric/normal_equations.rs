@@ -1,0 +1,127 @@
+//! Weighted least squares by its normal equations.
+
+/// Homography 8, black 3, white 3, blur 3.
+pub(super) const PARAMETERS: usize = 17;
+
+/// Residuals beyond this many scales count less and less, and nothing at all beyond it (Tukey's biweight).
+const TUKEY: f32 = 4.7;
+
+type Matrix = [[f32; PARAMETERS]; PARAMETERS];
+
+/// J^T W J (its lower half), J^T W r, and the sums that tell the residuals' scale.
+#[derive(Clone, Debug)]
+pub(super) struct NormalEquations {
+    matrix: Matrix,
+    right: [f32; PARAMETERS],
+    squares: f32,
+    weights: f32,
+}
+
+impl Default for NormalEquations {
+    fn default() -> Self {
+        Self {
+            matrix: [[0.0; PARAMETERS]; PARAMETERS],
+            right: [0.0; PARAMETERS],
+            squares: 0.0,
+            weights: 0.0,
+        }
+    }
+}
+
+impl NormalEquations {
+    #[inline]
+    pub(super) fn add(&mut self, jacobian: &[f32; PARAMETERS], residual: f32, scale: f32) {
+        let strays = residual / (TUKEY * scale);
+        let weight = (1.0 - strays * strays).max(0.0).powi(2);
+        self.squares += weight * residual * residual;
+        self.weights += weight;
+        for i in 0..PARAMETERS {
+            let weighted = weight * jacobian[i];
+            self.right[i] += weighted * residual;
+            for j in 0..=i {
+                self.matrix[i][j] += weighted * jacobian[j];
+            }
+        }
+    }
+
+    /// Standard deviation of the residuals, in grey levels; never below that of rounding to whole grey levels.
+    pub(super) fn residual_scale(&self) -> f32 {
+        const ROUNDING: f32 = 0.29;
+        let freedom = (self.weights - PARAMETERS as f32).max(1.0);
+        (self.squares / freedom).sqrt().max(ROUNDING)
+    }
+
+    pub(super) fn is_determined(&self) -> bool {
+        self.weights > 2.0 * PARAMETERS as f32
+    }
+
+    /// The blur's covariance is near the usual one, give or take as much: matters only where the pixels don't tell.
+    pub(super) fn add_blur_prior(&mut self, blur: [f32; 3], usual: f32) {
+        const FIRST: usize = PARAMETERS - 3;
+        let weight = (self.residual_scale() / usual).powi(2);
+        for (i, target) in [usual, 0.0, usual].into_iter().enumerate() {
+            self.matrix[FIRST + i][FIRST + i] += weight;
+            self.right[FIRST + i] += weight * (target - blur[i]);
+        }
+    }
+
+    /// The step that the equations ask for.
+    pub(super) fn solve(&self) -> Option<[f32; PARAMETERS]> {
+        let (factor, scales) = self.factorise()?;
+        let mut step: [f32; PARAMETERS] = std::array::from_fn(|i| self.right[i] * scales[i]);
+        substitute(&factor, &mut step);
+        for (value, scale) in step.iter_mut().zip(scales) {
+            *value *= scale;
+        }
+        step.iter().all(|value| value.is_finite()).then_some(step)
+    }
+
+    /// Covariance of the parameters: residual variance times the inverse matrix.
+    pub(super) fn covariance(&self) -> Option<Matrix> {
+        let (factor, scales) = self.factorise()?;
+        let variance = self.residual_scale().powi(2);
+        let mut covariance = [[0.0; PARAMETERS]; PARAMETERS];
+        for (i, column) in covariance.iter_mut().enumerate() {
+            column[i] = 1.0;
+            substitute(&factor, column);
+            for (value, scale) in column.iter_mut().zip(scales) {
+                *value *= scale * scales[i] * variance;
+            }
+        }
+        Some(covariance)
+    }
+
+    /// Cholesky factor of the matrix scaled to a unit diagonal, and the scales.
+    fn factorise(&self) -> Option<(Matrix, [f32; PARAMETERS])> {
+        const LEAST_PIVOT: f32 = 1e-6;
+        let scales: [f32; PARAMETERS] = std::array::from_fn(|i| 1.0 / self.matrix[i][i].sqrt());
+        let mut factor = [[0.0; PARAMETERS]; PARAMETERS];
+        for i in 0..PARAMETERS {
+            for j in 0..=i {
+                let dot: f32 = (0..j).map(|k| factor[i][k] * factor[j][k]).sum();
+                let rest = self.matrix[i][j] * scales[i] * scales[j] - dot;
+                factor[i][j] = if i == j {
+                    rest.max(LEAST_PIVOT).sqrt()
+                } else {
+                    rest / factor[j][j]
+                };
+            }
+        }
+        factor[PARAMETERS - 1]
+            .iter()
+            .all(|value| value.is_finite())
+            .then_some((factor, scales))
+    }
+}
+
+/// Solves L L^T x = b in place.
+fn substitute(factor: &Matrix, x: &mut [f32; PARAMETERS]) {
+    for i in 0..PARAMETERS {
+        let dot: f32 = (0..i).map(|k| factor[i][k] * x[k]).sum();
+        x[i] = (x[i] - dot) / factor[i][i];
+    }
+    for i in (0..PARAMETERS).rev() {
+        let dot: f32 = (i + 1..PARAMETERS).map(|k| factor[k][i] * x[k]).sum();
+        x[i] = (x[i] - dot) / factor[i][i];
+    }
+}
