@@ -5,11 +5,12 @@ use std::sync::Arc;
 use std::sync::mpsc::{self, RecvTimeoutError};
 use std::time::{Duration, Instant};
 
+use sextant_proto::Message;
 use zenoh::Wait;
 
 use crate::config::zenoh_config;
 use crate::liveliness::{AliveToken, AliveWatch, Presence};
-use crate::publisher::{LastValue, RawLatest, RawPublisher, answer};
+use crate::publisher::{LastValue, Latest, Publisher, RawLatest, RawPublisher, answer};
 use crate::queue::{DropRule, Queue};
 use crate::subscription::{CallbackSubscription, Item, Subscription};
 use crate::{BusError, BusOptions, Mode, Qos, query, runtime};
@@ -64,6 +65,16 @@ impl Bus {
                 .session
                 .as_ref()
                 .is_some_and(|session| session.info().routers_zid().wait().next().is_some())
+    }
+
+    /// A publisher of messages of one kind.
+    pub fn publisher<M: Message>(&self, key: &str, qos: Qos) -> Result<Publisher<M>, BusError> {
+        Ok(Publisher::new(self.raw_publisher(key, qos)?))
+    }
+
+    /// A publisher of messages of one kind that answers late joiners with the last.
+    pub fn latest_publisher<M: Message>(&self, key: &str, qos: Qos) -> Result<Latest<M>, BusError> {
+        Ok(Latest::new(self.raw_latest(key, qos)?))
     }
 
     /// A publisher of bytes.

@@ -20,7 +20,7 @@ pub use bus::Bus;
 pub use error::BusError;
 pub use liveliness::{AliveToken, AliveWatch, Presence};
 pub use options::{BusOptions, Mode};
-pub use publisher::{RawLatest, RawPublisher};
+pub use publisher::{Latest, Publisher, RawLatest, RawPublisher};
 pub use qos::Qos;
 pub use queue::{DropRule, QueueCounts};
 pub use subscription::{CallbackSubscription, Item, Payload, Subscription};

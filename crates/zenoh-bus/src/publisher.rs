@@ -1,7 +1,9 @@
 //! Putting messages out: a publisher of a stream, and one of a latest value that answers late joiners.
 
+use std::marker::PhantomData;
 use std::sync::{Arc, Mutex, PoisonError};
 
+use sextant_proto::{Message, encode};
 use zenoh::Wait;
 use zenoh::bytes::ZBytes;
 
@@ -59,10 +61,78 @@ impl RawLatest {
 
     /// Puts one message and keeps it for those who ask later.
     pub fn put(&self, bytes: &[u8]) -> Result<(), BusError> {
-        let bytes = ZBytes::from(bytes.to_vec());
+        self.put_shared(ZBytes::from(bytes.to_vec()))
+    }
+
+    fn put_shared(&self, bytes: ZBytes) -> Result<(), BusError> {
         *self.last.lock().unwrap_or_else(PoisonError::into_inner) = Some(bytes.clone());
         self.publisher.put_shared(bytes)
     }
+}
+
+/// Puts messages of one kind on one key.
+#[derive(Debug)]
+pub struct Publisher<M> {
+    raw: RawPublisher,
+    _message: PhantomData<fn(&M)>,
+}
+
+impl<M: Message> Publisher<M> {
+    pub(crate) fn new(raw: RawPublisher) -> Self {
+        Self {
+            raw,
+            _message: PhantomData,
+        }
+    }
+
+    /// The key.
+    pub fn key(&self) -> &str {
+        self.raw.key()
+    }
+
+    /// Puts one message; one that breaks its own contract does not leave.
+    pub fn put(&self, message: &M) -> Result<(), BusError> {
+        self.raw.put_shared(encoded(message, self.key())?)
+    }
+
+    /// Whether anyone subscribes now: what is costly to make need not be made for nobody.
+    pub fn has_subscribers(&self) -> bool {
+        self.raw.has_subscribers()
+    }
+}
+
+/// Puts messages of one kind on one key and gives the last to everyone who asks by [`crate::Bus::latest`].
+#[derive(Debug)]
+pub struct Latest<M> {
+    raw: RawLatest,
+    _message: PhantomData<fn(&M)>,
+}
+
+impl<M: Message> Latest<M> {
+    pub(crate) fn new(raw: RawLatest) -> Self {
+        Self {
+            raw,
+            _message: PhantomData,
+        }
+    }
+
+    /// The key.
+    pub fn key(&self) -> &str {
+        self.raw.key()
+    }
+
+    /// Puts one message and keeps it for those who ask later; one that breaks its own contract does not leave.
+    pub fn put(&self, message: &M) -> Result<(), BusError> {
+        self.raw.put_shared(encoded(message, self.key())?)
+    }
+}
+
+fn encoded<M: Message>(message: &M, key: &str) -> Result<ZBytes, BusError> {
+    let bytes = encode(message).map_err(|cause| BusError::Message {
+        key: key.to_owned(),
+        cause: cause.to_string(),
+    })?;
+    Ok(ZBytes::from(bytes))
 }
 
 /// Answers a query with the last value, if there is one.

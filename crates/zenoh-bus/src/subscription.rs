@@ -3,6 +3,7 @@
 use std::sync::Arc;
 use std::time::Duration;
 
+use sextant_proto::{DecodeError, Message, decode};
 use zenoh::bytes::ZBytes;
 use zenoh::sample::{Sample, SampleKind};
 
@@ -32,6 +33,14 @@ impl Item {
         match &self.payload {
             Payload::Bytes(bytes) => Some(bytes),
             Payload::TooLong(_) => None,
+        }
+    }
+
+    /// The message in it, if it is one of that kind and keeps its contract.
+    pub fn decode<M: Message>(&self) -> Result<M, DecodeError> {
+        match &self.payload {
+            Payload::Bytes(bytes) => decode(bytes),
+            Payload::TooLong(length) => Err(DecodeError::TooLong(*length)),
         }
     }
 
