@@ -1,1 +1,24 @@
 //! Recorded images, detections and poses on disk.
+//!
+//! - [`Dataset`], [`CameraRecording`]: folders in the EuRoC ASL layout, `data.csv` with pictures or `detections.jsonl`.
+//! - [`read_grey_png`], [`read_any_png`], [`write_grey_png`]: 8-bit pictures.
+//! - [`DetectionsLine`]: a line of `detections.jsonl`, read and written.
+//! - [`pose_json`], [`pose_tum`]: poses as lines of text.
+//!
+//! Times are ns since the Unix epoch, pixels have (0, 0) at the centre of the top-left one, metres, quaternions x, y, z, w.
+//! Everything read is checked; every error names file and line and says what to do. Nothing here knows a rig, a detector or
+//! a network.
+
+mod data_csv;
+mod dataset;
+mod detections;
+mod error;
+mod lines;
+mod picture;
+mod poses;
+
+pub use dataset::{CameraRecording, Dataset, Frame, Row};
+pub use detections::{DetectedTag, DetectionsLine};
+pub use error::RecordingError;
+pub use picture::{GreyImage, read_any_png, read_grey_png, write_grey_png};
+pub use poses::{pose_json, pose_tum};

@@ -1,0 +1,198 @@
+//! `detections.jsonl`: what a detector, ours or another, found in the images of one camera; an image a line.
+
+use crate::error::RecordingError;
+use crate::lines::{Ascending, each_line};
+use serde::{Deserialize, Serialize};
+use sextant_tag_families::Family;
+use std::path::Path;
+
+/// The tags of one image: a line of the file. Keys that are not listed here are ignored, so that other detectors may say more.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct DetectionsLine {
+    /// Capture time, middle of the exposure, ns since the Unix epoch.
+    pub t_ns: u64,
+    /// When the image reached the fusion node, ns; the capture time when absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub arrival_ns: Option<u64>,
+    /// The tags; none is news, too.
+    pub detections: Vec<DetectedTag>,
+}
+
+/// One tag in one image.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct DetectedTag {
+    /// Its family.
+    pub family: Family,
+    /// Its number within the family.
+    pub id: u32,
+    /// Top left, top right, bottom right, bottom left; pixels, (0, 0) at the centre of the top-left one. Kept in single
+    /// precision, as on the wire: written shortest, the numbers come back exactly.
+    pub corners: [[f32; 2]; 4],
+    /// Noise of a corner's coordinate, one standard deviation, pixels; the estimator's own default when absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sigma_px: Option<f32>,
+}
+
+/// Corners beyond this many pixels are no corners of an image.
+const MAX_PIXEL: f32 = 65_536.0;
+
+impl DetectionsLine {
+    /// Every line of a file, in the order of time.
+    ///
+    /// # Errors
+    /// A file that cannot be read, or a line that is malformed, out of order, or says a number that is none.
+    pub fn read_file(path: &Path) -> Result<Vec<Self>, RecordingError> {
+        let mut lines = Vec::new();
+        let mut ascending = Ascending::default();
+        each_line(path, |number, text| {
+            let line = Self::parse(text)
+                .map_err(|(cause, remedy)| RecordingError::wrong(path, number, cause, remedy))?;
+            ascending.check(path, number, line.t_ns)?;
+            lines.push(line);
+            Ok(())
+        })?;
+        Ok(lines)
+    }
+
+    fn parse(text: &str) -> Result<Self, (String, &'static str)> {
+        let line: Self = serde_json::from_str(text).map_err(|error| {
+            // The position inside the line is the column; its "line 1" would mislead.
+            let cause = error.to_string().replace("at line 1 column", "at column");
+            (cause, "write {\"t_ns\",\"arrival_ns\",\"detections\":[{\"family\",\"id\",\"corners\":[[x,y]x4],\"sigma_px\"}]} with finite numbers")
+        })?;
+        line.detections.iter().try_for_each(DetectedTag::check)?;
+        Ok(line)
+    }
+}
+
+impl DetectedTag {
+    fn check(&self) -> Result<(), (String, &'static str)> {
+        let tag = format!("{}:{}", self.family, self.id);
+        // Written so that NaN is refused.
+        let inside = |pixel: &f32| pixel.abs() <= MAX_PIXEL;
+        if !self.corners.iter().flatten().all(inside) {
+            let cause = format!("a corner of {tag} is not finite or far outside of any image");
+            return Err((cause, "write pixels"));
+        }
+        match self.sigma_px {
+            Some(sigma) if !(sigma > 0.0 && sigma <= MAX_PIXEL) => {
+                let cause = format!("sigma_px = {sigma} of {tag} is not above 0 and finite");
+                Err((cause, "write pixels or leave it out"))
+            }
+            _ => Ok(()),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::fs;
+
+    const GOOD: &str = r#"{"t_ns":5,"detections":[{"family":"tag36h11","id":3,"hamming":0,"margin":70.5,"corners":[[1.1,2],[3,2],[3,4],[1,4]]}]}"#;
+
+    fn read(text: &str) -> Result<Vec<DetectionsLine>, String> {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("detections.jsonl");
+        fs::write(&path, text).unwrap();
+        let root = format!("{}/", folder.path().display());
+        DetectionsLine::read_file(&path).map_err(|error| error.to_string().replace(&root, ""))
+    }
+
+    #[test]
+    fn keys_of_other_detectors_are_ignored_and_optional_ones_may_lack() {
+        let lines = read(GOOD).unwrap();
+        assert_eq!(lines[0].arrival_ns, None);
+        let tag = lines[0].detections[0];
+        assert_eq!(
+            (tag.id, tag.corners[0], tag.sigma_px),
+            (3, [1.1, 2.0], None)
+        );
+    }
+
+    #[test]
+    fn a_line_comes_back_exactly() {
+        let odd = f32::from_bits(0x43f1_2345);
+        let line = DetectionsLine {
+            t_ns: 1_800_000_000_123_456_789,
+            arrival_ns: Some(1_800_000_000_133_456_789),
+            detections: vec![DetectedTag {
+                family: Family::Tag36h11,
+                id: 586,
+                corners: [
+                    [odd, 0.1],
+                    [1e-7, 479.333_34],
+                    [-0.5, 12.0],
+                    [639.499_94, 3.0],
+                ],
+                sigma_px: Some(0.037_251_3),
+            }],
+        };
+        let text = serde_json::to_string(&line).unwrap();
+        assert_eq!(read(&text).unwrap(), [line]);
+    }
+
+    #[test]
+    fn double_precision_digits_give_the_same_corners() {
+        let shortest = r#"{"t_ns":5,"detections":[{"family":"tag36h11","id":3,"corners":[[123.456,0.1],[3,2],[3,4],[1,4]]}]}"#;
+        let widened = shortest
+            .replace("123.456", &f64::from(123.456_f32).to_string())
+            .replace("0.1]", &format!("{}]", f64::from(0.1_f32)));
+        assert_ne!(shortest, widened);
+        assert_eq!(read(shortest), read(&widened));
+    }
+
+    #[test]
+    fn wrong_lines_are_refused_with_their_number() {
+        let line = |t: u64| GOOD.replace("\"t_ns\":5", &format!("\"t_ns\":{t}"));
+        for (text, expected) in [
+            (
+                format!("{GOOD}\n{GOOD}\n"),
+                "detections.jsonl:2: the timestamp 5 is there already, on line 1",
+            ),
+            (
+                format!("{}\n{}\n", line(7), line(6)),
+                "detections.jsonl:2: the timestamp 6 is earlier than 7",
+            ),
+            (
+                format!("{GOOD}\n{{\"t_ns\":6\n"),
+                "detections.jsonl:2: EOF while parsing",
+            ),
+            (
+                GOOD.replace("1.1", "NaN"),
+                "detections.jsonl:1: expected value at column",
+            ),
+            (
+                GOOD.replace("1.1", "1e300"),
+                "detections.jsonl:1: number out of range at column",
+            ),
+            (
+                GOOD.replace("1.1", "1e6"),
+                "detections.jsonl:1: a corner of tag36h11:3 is not finite or far",
+            ),
+            (
+                GOOD.replace(",[1,4]", ""),
+                "detections.jsonl:1: invalid length 3",
+            ),
+            (
+                GOOD.replace("[1,4]]", "[1,4],[1,4]]"),
+                "detections.jsonl:1: ",
+            ),
+            (
+                GOOD.replace("tag36h11", "tag36h10"),
+                "detections.jsonl:1: unknown variant `tag36h10`",
+            ),
+            (
+                GOOD.replace("\"hamming\":0", "\"sigma_px\":0"),
+                "detections.jsonl:1: sigma_px = 0 of tag36h11:3",
+            ),
+            (
+                GOOD.replace("\"t_ns\":5,", ""),
+                "detections.jsonl:1: missing field `t_ns`",
+            ),
+        ] {
+            let message = read(&text).unwrap_err();
+            assert!(message.starts_with(expected), "{text}: {message}");
+        }
+    }
+}

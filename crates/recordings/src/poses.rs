@@ -1,0 +1,93 @@
+//! Poses as lines of text: JSON, and TUM's `timestamp tx ty tz qx qy qz qw`, which `evo` reads.
+
+use serde::Serialize;
+use sextant_estimator::{ObjectEstimate, ObjectId, State};
+use sextant_geometry::PoseParts;
+
+#[derive(Serialize)]
+struct PoseLine<'a> {
+    t_ns: u64,
+    object: &'a ObjectId,
+    position: [f64; 3],
+    orientation: [f64; 4],
+    covariance: Vec<f64>,
+    twist: [f64; 6],
+    state: State,
+    cameras: u32,
+    tags: u32,
+    rms_px: f64,
+}
+
+/// `{"t_ns","object","position","orientation","covariance","twist","state","cameras","tags","rms_px"}`: metres, x y z w,
+/// 6x6 row-major over (x, y, z, rx, ry, rz) in world axes, m/s and rad/s. Numbers have as many digits as bring them back.
+pub fn pose_json(estimate: &ObjectEstimate) -> String {
+    let parts = PoseParts::from(&estimate.world_from_object);
+    let line = PoseLine {
+        t_ns: estimate.capture_ns,
+        object: &estimate.object,
+        position: parts.position,
+        orientation: parts.orientation,
+        covariance: estimate.covariance.transpose().iter().copied().collect(),
+        twist: estimate.twist.into(),
+        state: estimate.state,
+        cameras: estimate.cameras,
+        tags: estimate.tags,
+        rms_px: estimate.rms_px,
+    };
+    // Numbers, names and an enum: there is nothing that JSON could refuse.
+    serde_json::to_string(&line).unwrap_or_default()
+}
+
+/// Seconds, metres, x y z w; nanoseconds and nanometres are kept.
+pub fn pose_tum(estimate: &ObjectEstimate) -> String {
+    let parts = PoseParts::from(&estimate.world_from_object);
+    let (seconds, nanos) = (
+        estimate.capture_ns / 1_000_000_000,
+        estimate.capture_ns % 1_000_000_000,
+    );
+    let mut line = format!("{seconds}.{nanos:09}");
+    for number in parts.position.iter().chain(&parts.orientation) {
+        line.push_str(&format!(" {number:.9}"));
+    }
+    line
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::{Matrix6, Vector6};
+    use sextant_geometry::Pose;
+
+    fn estimate() -> ObjectEstimate {
+        ObjectEstimate {
+            object: ObjectId::new("cube").unwrap(),
+            capture_ns: 1_800_000_000_000_000_005,
+            world_from_object: Pose::translation(1.0, -2.5, 0.1),
+            covariance: Matrix6::from_fn(|row, column| (row * 6 + column) as f64),
+            twist: Vector6::new(0.0, 1.0, 2.0, 3.0, 4.0, 5.0),
+            state: State::Tracking,
+            cameras: 2,
+            tags: 3,
+            rms_px: 0.125,
+        }
+    }
+
+    #[test]
+    fn json_has_the_documented_keys_in_order() {
+        let line = pose_json(&estimate());
+        assert!(line.starts_with(
+            r#"{"t_ns":1800000000000000005,"object":"cube","position":[1.0,-2.5,0.1],"orientation":[0.0,0.0,0.0,1.0],"covariance":[0.0,1.0,2.0,3.0,4.0,5.0,6.0,"#
+        ));
+        assert!(line.ends_with(
+            r#","twist":[0.0,1.0,2.0,3.0,4.0,5.0],"state":"tracking","cameras":2,"tags":3,"rms_px":0.125}"#
+        ));
+    }
+
+    #[test]
+    fn tum_keeps_every_nanosecond() {
+        assert_eq!(
+            pose_tum(&estimate()),
+            "1800000000.000000005 1.000000000 -2.500000000 0.100000000 0.000000000 0.000000000 0.000000000 1.000000000"
+        );
+    }
+}
