@@ -1,0 +1,217 @@
+//! Where an object is: closed paths as analytic, periodic functions of true time.
+//!
+//! Every coordinate is a sum of harmonics of one period, so a path has no beginning: processes that start at different
+//! moments agree on it, and its twist is a formula, not a difference. Attitude is R = Rz(yaw) Ry(pitch) Rx(roll).
+//! In: true time in ns. Out: `world_from_object` and the twist (v, w) in world axes, metres and radians (per second).
+
+use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion, Vector3, Vector6};
+use serde::{Deserialize, Serialize};
+use std::f64::consts::TAU;
+
+/// A closed path in the world.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Path {
+    /// Duration of one round in s; above 0. The object is at the same place a period later.
+    pub period_s: f64,
+    /// Whole turns of yaw in one period; negative turns the other way round.
+    #[serde(default)]
+    pub turns: i32,
+    /// x, y, z of the object's origin in the world, m.
+    pub position: [Wave; 3],
+    /// Yaw in addition to the turns, about the world's z axis, rad.
+    #[serde(default)]
+    pub yaw: Wave,
+    /// Pitch, about the y axis after yaw, rad.
+    #[serde(default)]
+    pub pitch: Wave,
+    /// Roll, about the x axis after yaw and pitch, rad.
+    #[serde(default)]
+    pub roll: Wave,
+}
+
+/// A periodic function: `mean + sum of amplitude * sin(order * TAU * t / period + phase)`.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Wave {
+    /// The constant part.
+    pub mean: f64,
+    /// The moving part; may be empty.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub harmonics: Vec<Harmonic>,
+}
+
+/// One sine of a [`Wave`].
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Harmonic {
+    /// How many times it swings in a period.
+    pub order: u32,
+    /// In the unit of the wave.
+    pub amplitude: f64,
+    /// Radians at time 0.
+    pub phase: f64,
+}
+
+impl Path {
+    /// A path that stays where `world_from_object` is.
+    pub fn at_rest(world_from_object: &Isometry3<f64>) -> Self {
+        let (roll, pitch, yaw) = world_from_object.rotation.euler_angles();
+        let position = world_from_object.translation.vector;
+        Self {
+            period_s: 1.0,
+            turns: 0,
+            position: [Wave::still(position.x), Wave::still(position.y), Wave::still(position.z)],
+            yaw: Wave::still(yaw),
+            pitch: Wave::still(pitch),
+            roll: Wave::still(roll),
+        }
+    }
+
+    /// Pose at a true time in ns.
+    pub fn world_from_object(&self, true_ns: u64) -> Isometry3<f64> {
+        let angle = self.angle(true_ns);
+        let position = Vector3::from_fn(|axis, _| self.position[axis].value(angle));
+        let (yaw, pitch, roll) = self.attitude(angle);
+        let rotation = about(2, yaw) * about(1, pitch) * about(0, roll);
+        Isometry3::from_parts(Translation3::from(position), rotation)
+    }
+
+    /// Twist at a true time in ns: linear then angular velocity, both in world axes (m/s, rad/s).
+    pub fn twist(&self, true_ns: u64) -> Vector6<f64> {
+        let angle = self.angle(true_ns);
+        let rate = TAU / self.period_s;
+        let (yaw, pitch, _) = self.attitude(angle);
+        let linear = Vector3::from_fn(|axis, _| self.position[axis].slope(angle)) * rate;
+        let yaw_rate = (f64::from(self.turns) + self.yaw.slope(angle)) * rate;
+        let pitch_rate = self.pitch.slope(angle) * rate;
+        let roll_rate = self.roll.slope(angle) * rate;
+        let angular = Vector3::z() * yaw_rate
+            + about(2, yaw) * (Vector3::y() * pitch_rate + about(1, pitch) * Vector3::x() * roll_rate);
+        Vector6::new(linear.x, linear.y, linear.z, angular.x, angular.y, angular.z)
+    }
+
+    /// The angle of the fundamental, from 0 to TAU. The whole periods are taken off in integers: 2026 in ns needs 61 bits.
+    fn angle(&self, true_ns: u64) -> f64 {
+        let period_ns = ((self.period_s * 1e9).round() as u64).max(1);
+        (true_ns % period_ns) as f64 / period_ns as f64 * TAU
+    }
+
+    fn attitude(&self, angle: f64) -> (f64, f64, f64) {
+        let yaw = f64::from(self.turns) * angle + self.yaw.value(angle);
+        (yaw, self.pitch.value(angle), self.roll.value(angle))
+    }
+
+    /// All numbers of the path, for validation.
+    pub(crate) fn numbers(&self) -> impl Iterator<Item = f64> + '_ {
+        let waves = self.position.iter().chain([&self.yaw, &self.pitch, &self.roll]);
+        waves.flat_map(|wave| {
+            let harmonics = wave.harmonics.iter().flat_map(|h| [h.amplitude, h.phase]);
+            std::iter::once(wave.mean).chain(harmonics)
+        })
+    }
+}
+
+impl Wave {
+    /// A wave that doesn't move.
+    pub fn still(mean: f64) -> Self {
+        Self {
+            mean,
+            harmonics: Vec::new(),
+        }
+    }
+
+    /// The same wave with one more sine.
+    pub fn and(mut self, order: u32, amplitude: f64, phase: f64) -> Self {
+        self.harmonics.push(Harmonic {
+            order,
+            amplitude,
+            phase,
+        });
+        self
+    }
+
+    fn value(&self, angle: f64) -> f64 {
+        let moving = |h: &Harmonic| h.amplitude * libm::sin(f64::from(h.order) * angle + h.phase);
+        self.mean + self.harmonics.iter().map(moving).sum::<f64>()
+    }
+
+    /// Derivative by the fundamental's angle.
+    fn slope(&self, angle: f64) -> f64 {
+        let slope = |h: &Harmonic| {
+            let order = f64::from(h.order);
+            h.amplitude * order * libm::cos(order * angle + h.phase)
+        };
+        self.harmonics.iter().map(slope).sum()
+    }
+}
+
+/// Rotation about a coordinate axis, with the same bits on every platform.
+pub(crate) fn about(axis: usize, angle: f64) -> UnitQuaternion<f64> {
+    let mut imaginary = Vector3::zeros();
+    imaginary[axis] = libm::sin(angle / 2.0);
+    UnitQuaternion::new_unchecked(Quaternion::from_parts(libm::cos(angle / 2.0), imaginary))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn wave() -> impl Strategy<Value = Wave> {
+        let harmonic = (0u32..4, -0.5..0.5, -3.0..3.0);
+        let harmonics = prop::collection::vec(harmonic, 0..3);
+        (-1.0..1.0, harmonics).prop_map(|(mean, harmonics)| {
+            harmonics
+                .into_iter()
+                .fold(Wave::still(mean), |wave, (order, amplitude, phase)| wave.and(order, amplitude, phase))
+        })
+    }
+
+    fn path() -> impl Strategy<Value = Path> {
+        let angles = (wave(), wave(), wave());
+        (2.0..20.0, -2i32..3, [wave(), wave(), wave()], angles).prop_map(
+            |(period_s, turns, position, (yaw, pitch, roll))| Path {
+                period_s,
+                turns,
+                position,
+                yaw,
+                pitch,
+                roll,
+            },
+        )
+    }
+
+    proptest! {
+        #[test]
+        fn twist_is_the_derivative_of_the_pose(path in path(), t_ns in 1_000_000_000u64..60_000_000_000) {
+            let step_ns = 100_000;
+            let before = path.world_from_object(t_ns - step_ns);
+            let after = path.world_from_object(t_ns + step_ns);
+            let seconds = 2.0 * step_ns as f64 * 1e-9;
+            let linear = (after.translation.vector - before.translation.vector) / seconds;
+            let angular = (after.rotation * before.rotation.inverse()).scaled_axis() / seconds;
+            let twist = path.twist(t_ns);
+            prop_assert!((linear - twist.fixed_rows::<3>(0)).norm() < 1e-5);
+            prop_assert!((angular - twist.fixed_rows::<3>(3)).norm() < 1e-5);
+        }
+
+        #[test]
+        fn path_closes_after_its_period(path in path(), t_ns in 0u64..u64::MAX / 2) {
+            let period_ns = (path.period_s * 1e9).round() as u64;
+            let now = path.world_from_object(t_ns);
+            let later = path.world_from_object(t_ns + period_ns);
+            prop_assert_eq!(now, later);
+        }
+    }
+
+    #[test]
+    fn path_at_rest_keeps_its_pose_and_has_no_twist() {
+        let pose = Isometry3::new(Vector3::new(0.1, -0.2, 0.3), Vector3::new(0.4, 0.5, -0.6));
+        let path = Path::at_rest(&pose);
+        let there = path.world_from_object(123_456_789_012);
+        assert!((there.translation.vector - pose.translation.vector).norm() < 1e-15);
+        assert!(there.rotation.angle_to(&pose.rotation) < 1e-12);
+        assert_eq!(path.twist(5), Vector6::zeros());
+    }
+}

@@ -1,0 +1,163 @@
+//! Images of a scenario: one renderer a camera, one image a call.
+//!
+//! In: a true capture time (middle of the exposure). Out: 8-bit grey pixels, the same for the same seed, camera and time.
+//! Every area is covered exactly, without supersampling: outlines are convex polygons in normalised coordinates, hidden
+//! parts are taken off by inclusion and exclusion, the lens bends what is left, and coverage adds up in the pixels. What
+//! stands still is drawn once. No heap growth after the first images.
+
+mod backdrop;
+mod canvas;
+mod decals;
+mod motion;
+mod psf;
+mod regions;
+mod room;
+mod sensor;
+mod shadows;
+mod texture;
+
+use crate::model::{Model, SolidModel, light_on};
+use crate::scenario::{Light, Scenario, ScenarioError, SceneCamera};
+use crate::view::{PlacedSolid, View, normalised_polygon};
+use backdrop::Backdrop;
+use canvas::{Canvas, Hiders, Layer};
+use regions::Regions;
+use sensor::Sensor;
+use sextant_geometry::Pose;
+use shadows::Shadows;
+
+/// The pixels given don't fit the camera's resolution.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("the image needs {expected} bytes, but {given} were given")]
+pub struct WrongImageSize {
+    /// Width times height.
+    pub expected: usize,
+    /// Length of what was given.
+    pub given: usize,
+}
+
+/// Draws what one camera of a scenario sees.
+pub struct Renderer {
+    scene: Scene,
+    view: View,
+    shadows: Shadows,
+    canvas: Canvas,
+    regions: Regions,
+    backdrop: Backdrop,
+    sensor: Sensor,
+}
+
+/// What doesn't change from image to image.
+struct Scene {
+    camera: SceneCamera,
+    camera_from_world: Pose,
+    light: Light,
+    model: Model,
+}
+
+impl Renderer {
+    /// A renderer for the camera with this index. Draws the background, which takes a fraction of a second.
+    ///
+    /// # Errors
+    /// A scenario that can't be simulated, or a camera that it lacks.
+    pub fn new(scenario: &Scenario, camera: usize) -> Result<Self, ScenarioError> {
+        scenario.validate()?;
+        let Some(camera) = scenario.cameras.get(camera) else {
+            return Err(ScenarioError::NoSuchCamera(camera));
+        };
+        let model = Model::new(scenario);
+        Ok(Self {
+            view: View::new(&model),
+            shadows: Shadows::new(scenario),
+            canvas: Canvas::new(camera),
+            regions: Regions::new(camera.resolution, 2 * model.solids.len()),
+            backdrop: Backdrop::new(scenario, camera),
+            sensor: Sensor::new(scenario.seed, camera),
+            scene: Scene {
+                camera: camera.clone(),
+                camera_from_world: camera.world_from_camera.inverse(),
+                light: scenario.light,
+                model,
+            },
+        })
+    }
+
+    /// The camera whose images these are.
+    pub fn camera(&self) -> &SceneCamera {
+        &self.scene.camera
+    }
+
+    /// Draws the image taken at `true_capture_ns` (middle of the exposure), row by row without gaps.
+    ///
+    /// # Errors
+    /// An image of another size than the camera's.
+    pub fn render(&mut self, true_capture_ns: u64, image: &mut [u8]) -> Result<(), WrongImageSize> {
+        let [width, height] = self.scene.camera.resolution;
+        let (expected, given) = (width as usize * height as usize, image.len());
+        if given != expected {
+            return Err(WrongImageSize { expected, given });
+        }
+        self.draw(true_capture_ns);
+        self.sensor.expose(self.backdrop.frame(), true_capture_ns, image);
+        self.backdrop.restore(&self.regions);
+        Ok(())
+    }
+
+    /// The light that falls on the sensor, into the backdrop's frame.
+    fn draw(&mut self, true_capture_ns: u64) {
+        self.regions.clear();
+        let instants = motion::instants(&self.scene, true_capture_ns);
+        for true_ns in instants.iter() {
+            self.view.place(&self.scene.model, &self.scene.camera_from_world, true_ns);
+            for solid in 0..self.view.solids.len() {
+                self.draw_shadow(solid, instants.weight());
+                self.draw_solid(solid, instants.weight());
+            }
+        }
+        self.regions.finish(self.backdrop.reach());
+        self.backdrop.compose(&mut self.canvas, &self.regions);
+    }
+
+    fn draw_shadow(&mut self, solid: usize, weight: f64) {
+        let Self {
+            scene, view, shadows, canvas, ..
+        } = self;
+        for shadow in shadows.of(&scene.model.solids[solid], &view.solids[solid]) {
+            let in_camera = shadow.corners().map(|corner| scene.camera_from_world * corner);
+            let outline = normalised_polygon(in_camera);
+            let hiders = Hiders::new(view, &view.in_view);
+            let bounds = canvas.paint(Layer::Opacity, &outline, hiders, shadow.strength * weight);
+            self.regions.include(2 * solid, &bounds);
+        }
+    }
+
+    fn draw_solid(&mut self, solid: usize, weight: f64) {
+        let (model, placed) = (&self.scene.model.solids[solid], &self.view.solids[solid]);
+        if !placed.in_view() {
+            return;
+        }
+        let hiders = Hiders::new(&self.view, &placed.hiders);
+        let bounds = self.canvas.paint(Layer::Opacity, &placed.outline, hiders, weight);
+        self.regions.include(2 * solid + 1, &bounds);
+        for face in (0..model.faces.len()).filter(|&face| placed.faces_camera(face)) {
+            let normal = &model.faces[face].normal;
+            let light = weight * light_on(&self.scene.light, &placed.world_from_object, normal);
+            draw_face(&mut self.canvas, model, placed, hiders, (face, light));
+        }
+    }
+}
+
+/// A face and its prints, in the light that falls on it.
+fn draw_face(canvas: &mut Canvas, model: &SolidModel, placed: &PlacedSolid, hiders: Hiders, (face, light): (usize, f64)) {
+    let project = |corners: &mut dyn Iterator<Item = nalgebra::Point3<f64>>| {
+        normalised_polygon(corners.map(|corner| placed.camera_from_object * corner))
+    };
+    let corners = &model.faces[face].corners;
+    let outline = project(&mut corners.iter().map(|&corner| model.vertices[corner]));
+    canvas.paint(Layer::Colour, &outline, hiders, light * model.albedo);
+    let areas = model.prints.iter().filter(|print| print.face == face).flat_map(|print| &print.areas);
+    for area in areas {
+        let outline = project(&mut area.corners.iter().copied());
+        canvas.paint(Layer::Colour, &outline, hiders, light * area.step);
+    }
+}

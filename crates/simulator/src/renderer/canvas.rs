@@ -1,0 +1,202 @@
+//! Painting through the lens: convex outlines in normalised coordinates become coverage in pixels.
+
+use super::regions::Rectangle;
+use crate::coverage::Coverage;
+use crate::polygon::{Bounds, Polygon};
+use crate::scenario::SceneCamera;
+use crate::view::View;
+use nalgebra::{Point2, Vector2};
+use sextant_geometry::{Lens, LensModel};
+
+/// A bent edge is cut until its pieces are straight to this, px.
+const STRAIGHT_PX: f64 = 0.002;
+/// An edge is cut in two at most this many times over.
+const MAX_CUTS: u32 = 6;
+/// Halvings to find where an edge leaves the field of the lens.
+const FIELD_HALVINGS: u32 = 30;
+
+/// What an outline is painted into.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Layer {
+    /// Light that comes from the objects.
+    Colour,
+    /// The share of the backdrop's light that doesn't come through.
+    Opacity,
+}
+
+/// Solids that hide parts of what is painted.
+#[derive(Clone, Copy)]
+pub(super) struct Hiders<'a> {
+    view: &'a View,
+    solids: &'a [usize],
+}
+
+impl<'a> Hiders<'a> {
+    pub fn new(view: &'a View, solids: &'a [usize]) -> Self {
+        Self { view, solids }
+    }
+
+    /// The first hider's outline and the hiders after it.
+    fn split(self) -> Option<(&'a Polygon, &'a Bounds, Self)> {
+        let (&first, rest) = self.solids.split_first()?;
+        let solid = &self.view.solids[first];
+        Some((&solid.outline, &solid.bounds, Self { solids: rest, ..self }))
+    }
+}
+
+/// The pixels of one image while it is painted.
+pub(super) struct Canvas {
+    colour: Coverage,
+    opacity: Coverage,
+    image: Bounds,
+    pen: Pen,
+}
+
+impl Canvas {
+    pub fn new(camera: &SceneCamera) -> Self {
+        let [width, height] = camera.resolution.map(|n| n as usize);
+        Self {
+            colour: Coverage::new(width, height),
+            opacity: Coverage::new(width, height),
+            image: Bounds::of(&[Point2::origin(), Point2::new(width as f64, height as f64)]),
+            pen: Pen::new(camera),
+        }
+    }
+
+    /// Adds `weight` where the outline is seen and not hidden. Returns where that may be, in pixels with (0, 0) at the
+    /// corner of the image.
+    pub fn paint(&mut self, layer: Layer, outline: &Polygon, hiders: Hiders, weight: f64) -> Bounds {
+        let bounds = self.fill(layer, outline, weight);
+        self.take_off(layer, outline, hiders, weight);
+        bounds
+    }
+
+    /// Inclusion and exclusion: takes off what each hider hides, and puts back what it hides together with later ones.
+    fn take_off(&mut self, layer: Layer, outline: &Polygon, mut hiders: Hiders, weight: f64) {
+        let bounds = outline.bounds();
+        while let Some((hider, hider_bounds, rest)) = hiders.split() {
+            hiders = rest;
+            if !hider_bounds.overlaps(&bounds) {
+                continue;
+            }
+            let hidden = outline.clipped(hider);
+            if hidden.corners().len() > 2 {
+                self.fill(layer, &hidden, -weight);
+                self.take_off(layer, &hidden, rest, -weight);
+            }
+        }
+    }
+
+    fn fill(&mut self, layer: Layer, outline: &Polygon, weight: f64) -> Bounds {
+        let pixels = self.pen.trace(outline);
+        let bounds = Bounds::of(pixels);
+        if bounds.overlaps(&self.image) {
+            let coverage = match layer {
+                Layer::Colour => &mut self.colour,
+                Layer::Opacity => &mut self.opacity,
+            };
+            coverage.fill(pixels, weight as f32);
+        }
+        bounds
+    }
+
+    /// Takes what was painted in a row of a rectangle: light and share of the backdrop that is hidden.
+    pub fn take_row(&mut self, y: usize, rectangle: &Rectangle, colour: &mut [f32], opacity: &mut [f32]) {
+        let [start, end] = rectangle.columns();
+        self.colour.take_row(y, start, end, colour);
+        self.opacity.take_row(y, start, end, opacity);
+    }
+}
+
+/// Draws outlines through the lens.
+struct Pen {
+    lens: Lens,
+    traced: Vec<Point2<f64>>,
+}
+
+/// An edge's end: normalised, and in pixels where the lens shows it.
+#[derive(Clone, Copy)]
+struct End {
+    normalised: Point2<f64>,
+    pixel: Option<Point2<f64>>,
+}
+
+impl Pen {
+    fn new(camera: &SceneCamera) -> Self {
+        Self {
+            lens: camera.lens,
+            traced: Vec::with_capacity(256),
+        }
+    }
+
+    /// The outline in pixels, (0, 0) at the corner of the image. Where it leaves the field of the lens it is cut straight.
+    fn trace(&mut self, outline: &Polygon) -> &[Point2<f64>] {
+        self.traced.clear();
+        let Some(&last) = outline.corners().last() else {
+            return &self.traced;
+        };
+        let mut from = self.end(last);
+        for &corner in outline.corners() {
+            let to = self.end(corner);
+            self.trace_edge(from, to);
+            from = to;
+        }
+        &self.traced
+    }
+
+    fn end(&self, normalised: Point2<f64>) -> End {
+        let to_corner = Vector2::new(0.5, 0.5);
+        End {
+            normalised,
+            pixel: self.lens.distort(&normalised).map(|pixel| pixel + to_corner),
+        }
+    }
+
+    fn trace_edge(&mut self, from: End, to: End) {
+        match (from.pixel, to.pixel) {
+            (Some(_), Some(_)) => self.bend(from, to, MAX_CUTS),
+            (Some(_), None) => {
+                let leaves = self.field_border(from, to);
+                self.bend(from, leaves, MAX_CUTS);
+            }
+            (None, Some(_)) => {
+                let enters = self.field_border(to, from);
+                self.traced.extend(enters.pixel);
+                self.bend(enters, to, MAX_CUTS);
+            }
+            (None, None) => {}
+        }
+    }
+
+    /// Adds the edge from after `from` up to `to`, in as many pieces as the lens bends it.
+    fn bend(&mut self, from: End, to: End, cuts: u32) {
+        let (Some(a), Some(b)) = (from.pixel, to.pixel) else {
+            return;
+        };
+        if cuts > 0 && self.lens.model() != LensModel::Pinhole {
+            let middle = self.end(nalgebra::center(&from.normalised, &to.normalised));
+            // Only what is off the straight line counts, not where along it the middle comes to lie.
+            let off_line = middle.pixel.map_or(0.0, |m| (b - a).perp(&(m - a)).abs());
+            if off_line > STRAIGHT_PX * (b - a).norm() {
+                self.bend(from, middle, cuts - 1);
+                self.bend(middle, to, cuts - 1);
+                return;
+            }
+        }
+        self.traced.push(b);
+    }
+
+    /// The last point of the edge that the lens shows.
+    fn field_border(&self, inside: End, outside: End) -> End {
+        let (mut inside, mut outside) = (inside, outside);
+        for _ in 0..FIELD_HALVINGS {
+            let middle = self.end(nalgebra::center(&inside.normalised, &outside.normalised));
+            if middle.pixel.is_some() {
+                inside = middle;
+            } else {
+                outside = middle;
+            }
+        }
+        inside
+    }
+}
