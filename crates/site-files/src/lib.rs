@@ -2,7 +2,7 @@
 //!
 //! - [`read_rig`], [`read_object`]: files to the estimator's models, every number checked.
 //! - [`write_rig`], [`write_object`]: models to files; numbers keep every digit.
-//! - [`read_toml`], [`read_toml_checked`]: any other configuration, with the same kind of error.
+//! - [`read_toml`], [`read_toml_checked`], [`write_toml`]: any other configuration, with the same kind of error.
 //! - [`write_atomically`]: a file that is either the old one or the new one, never half of one.
 //!
 //! Every complaint names file, line, column and key, says what is wrong and what to do: [`FileError`].
@@ -19,5 +19,5 @@ mod rig;
 pub use atomic::write_atomically;
 pub use error::{Complaint, FileError, Wrong};
 pub use object::{object_toml, parse_object, read_object, write_object};
-pub use read::{parse_toml, read_text, read_toml, read_toml_checked};
+pub use read::{parse_toml, read_text, read_toml, read_toml_checked, write_toml};
 pub use rig::{parse_rig, read_rig, rig_toml, write_rig};

@@ -1,7 +1,9 @@
-//! Strict reading of any TOML file into any serde type.
+//! Strict reading of any TOML file into any serde type, and writing it.
 
+use crate::atomic::write_atomically;
 use crate::document::Document;
 use crate::error::{Complaint, FileError};
+use serde::Serialize;
 use serde::de::DeserializeOwned;
 use std::fs;
 use std::path::Path;
@@ -53,12 +55,24 @@ pub fn parse_toml<T: DeserializeOwned>(
     Ok(value)
 }
 
+/// Writes a configuration file, whole or not at all.
+///
+/// # Errors
+/// What TOML cannot express, and what the system refuses; the old file is then untouched.
+pub fn write_toml<T: Serialize>(path: &Path, value: &T) -> Result<(), FileError> {
+    let text = toml::to_string(value).map_err(|error| FileError::Unwritable {
+        path: path.to_owned(),
+        source: std::io::Error::other(error),
+    })?;
+    write_atomically(path, text.as_bytes())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use serde::Deserialize;
 
-    #[derive(Debug, PartialEq, Deserialize)]
+    #[derive(Debug, PartialEq, Serialize, Deserialize)]
     #[serde(deny_unknown_fields)]
     struct Config {
         site: String,
@@ -66,7 +80,7 @@ mod tests {
         network: Network,
     }
 
-    #[derive(Debug, Default, PartialEq, Deserialize)]
+    #[derive(Debug, Default, PartialEq, Serialize, Deserialize)]
     #[serde(deny_unknown_fields, default)]
     struct Network {
         connect: Vec<String>,
@@ -92,6 +106,21 @@ mod tests {
             network,
         };
         assert_eq!(config, expected);
+    }
+
+    #[test]
+    fn what_is_written_is_read_back() {
+        let config = Config {
+            site: "a \"b\"".into(),
+            network: Network {
+                connect: vec!["tcp/127.0.0.1:7447".into()],
+                port: 5,
+            },
+        };
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("config.toml");
+        write_toml(&path, &config).unwrap();
+        assert_eq!(read_toml::<Config>(&path).unwrap(), config);
     }
 
     #[test]
