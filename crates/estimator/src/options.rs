@@ -72,13 +72,19 @@ options! {
     /// Natural logarithm of the odds beyond which an unlikely attitude is given up.
     hopeless_odds = 20.0 in 1.0 ..= 200.0;
     /// Radians (one sigma about the worst axis) beyond which an attitude is too vague to be called tracking.
-    vague_attitude = 0.3 in 0.01 ..= 3.0;
+    vague_attitude = 0.1 in 0.01 ..= 3.0;
     /// Metres (one sigma along the worst axis) beyond which a position is too vague to be called tracking.
     vague_position = 0.1 in 0.001 ..= 10.0;
     /// Seconds without a sight after which images without the object's tags still give a predicted pose.
     coasting_s = 0.02 in 0.0 ..= 5.0;
+    /// Metres (one sigma along the worst axis) up to which a predicted pose is worth publishing.
+    coasting_position = 0.03 in 0.0 ..= 10.0;
+    /// Radians (one sigma about the worst axis) up to which a predicted attitude is worth publishing.
+    coasting_attitude = 0.2 in 0.0 ..= 3.0;
     /// Seconds without a sight after which an object is lost: a prediction is worth nothing by then.
     lost_s = 0.7 in 0.05 ..= 60.0;
+    /// Seconds for which a doubtful attitude is kept back before it is published as such: most doubts are gone by then.
+    patience_s = 0.3 in 0.0 ..= 60.0;
     /// Seconds of contradicting images after which the track starts anew from them.
     contradiction_s = 0.15 in 0.0 ..= 10.0;
 }

@@ -2,18 +2,20 @@
 //!
 //! - [`hypothesis`]: one attitude, followed by a filter and weighed by its evidence.
 //! - [`birth`]: the attitudes that an image allows when nothing is known before.
+//! - [`mirror`]: the other branch of the planar ambiguity.
 //! - [`noise`]: how noisy each camera's corners are.
 //! - [`report`]: what is published about the instant.
 
 mod birth;
 mod hypothesis;
+mod mirror;
 mod noise;
 mod report;
 
-use crate::FusionOptions;
 use crate::filter::corners::Sight;
 use crate::filter::kinematics::Restlessness;
 use crate::site::{ObjectImage, Site};
+use crate::{FusionOptions, State};
 use hypothesis::Hypothesis;
 use noise::CameraNoise;
 
@@ -28,6 +30,10 @@ pub(crate) struct Track {
     pub seen_ns: u64,
     /// Since when images contradict everything known, in ns.
     contradicted_since_ns: Option<u64>,
+    /// Since when the attitude is in doubt, in ns.
+    doubtful_since_ns: Option<u64>,
+    /// Whether the attitude has been beyond doubt since the object appeared.
+    trusted: bool,
     /// Likeliest first; empty until the object is seen, and again when it is lost.
     hypotheses: Vec<Hypothesis>,
     /// By camera index.
@@ -58,7 +64,8 @@ impl Track {
         match followed {
             Some(track) if track.sighting.tags > 0 => track,
             Some(track) if !track.is_contradicted(options) => track,
-            _ => self.born(time_ns, &sights, options),
+            Some(_) => self.born(time_ns, &sights, options),
+            None => self.forgotten().born(time_ns, &sights, options),
         }
     }
 
@@ -94,7 +101,7 @@ impl Track {
         let steps: Vec<_> = self
             .hypotheses
             .iter()
-            .map(|one| one.followed(dt, sights, options))
+            .flat_map(|one| one.followed(dt, sights, options))
             .collect();
         let mut next = self.with(time_ns, steps, sights, options);
         if next.sighting.tags == 0 {
@@ -103,8 +110,20 @@ impl Track {
         next
     }
 
+    /// What is left of a lost object: how noisy the cameras are.
+    fn forgotten(&self) -> Self {
+        Self {
+            noise: self.noise.clone(),
+            ..Self::default()
+        }
+    }
+
     fn born(&self, time_ns: u64, sights: &[Sight<'_>], options: &FusionOptions) -> Self {
-        self.with(time_ns, birth::hypotheses(sights, options), sights, options)
+        let unborn = Self {
+            doubtful_since_ns: self.doubtful_since_ns,
+            ..self.forgotten()
+        };
+        unborn.with(time_ns, birth::hypotheses(sights, options), sights, options)
     }
 
     /// The track at an instant whose hypotheses are these.
@@ -120,6 +139,7 @@ impl Track {
             time_ns,
             hypotheses,
             noise: self.noise.clone(),
+            trusted: self.trusted,
             ..Self::default()
         };
         if let Some(best) = next.hypotheses.first() {
@@ -134,13 +154,20 @@ impl Track {
                 let best = next.hypotheses[0].clone();
                 next.learn_noise(&best, sights, options);
             }
+            let state = next.state(&next.covariance(), options);
+            next.trusted |= state == State::Tracking;
+            let doubtful = state == State::Initialising;
+            next.doubtful_since_ns = doubtful.then(|| self.doubtful_since_ns.unwrap_or(time_ns));
         }
         next
     }
 
+    /// Whether the images have contradicted for long enough to start anew; at once if nothing was certain yet.
     fn is_contradicted(&self, options: &FusionOptions) -> bool {
-        self.contradicted_since_ns
-            .is_some_and(|since| seconds(since, self.time_ns) >= options.contradiction_s)
+        !self.trusted
+            || self
+                .contradicted_since_ns
+                .is_some_and(|since| seconds(since, self.time_ns) >= options.contradiction_s)
     }
 
     fn noise_of(&self, camera_index: usize) -> CameraNoise {

@@ -94,12 +94,9 @@ fn robust(d2: f64) -> (f64, f64) {
 }
 
 impl Sight<'_> {
-    /// Cost and normal equations about `world_from_object`; `None` where the camera can't see the tag like that:
-    /// behind it, outside of the lens, or from the back.
+    /// Cost and normal equations about `world_from_object`; `None` where the tag would lie behind the camera or outside
+    /// of the lens's field. A tag seen from its back has residuals all the same, which lead round to its face.
     pub fn normal(&self, world_from_object: &Pose) -> Option<Normal> {
-        if !self.faces(world_from_object) {
-            return None;
-        }
         let mut sum = Normal::zero();
         for corner in 0..4 {
             let (residual, jacobian) = self.residual(world_from_object, corner)?;
@@ -109,7 +106,7 @@ impl Sight<'_> {
     }
 
     /// Whether the tag's printed side is turned towards the camera.
-    fn faces(&self, world_from_object: &Pose) -> bool {
+    pub fn faces(&self, world_from_object: &Pose) -> bool {
         let camera_from_tag = self.camera_from_tag(world_from_object);
         let outwards = camera_from_tag.rotation * Vector3::z();
         outwards.dot(&camera_from_tag.translation.vector) < 0.0

@@ -7,7 +7,7 @@ use nalgebra::Vector6;
 use sextant_geometry::Pose;
 use sextant_geometry::planar_pose::solve_square;
 
-use super::hypothesis::{Hypothesis, updated};
+use super::hypothesis::{Hypothesis, updated, with_mirrored};
 use crate::FusionOptions;
 use crate::filter::corners::Sight;
 use crate::filter::kinematics::{Covariance, Kinematics};
@@ -21,8 +21,16 @@ const ANYWHERE: (f64, f64) = (10.0, 3.0);
 pub(crate) fn hypotheses(sights: &[Sight<'_>], options: &FusionOptions) -> Vec<Hypothesis> {
     seeds(sights)
         .iter()
-        .filter_map(|seed| updated(&unknown(seed, options), seed, sights, options))
+        .flat_map(|seed| grown(seed, sights, options))
         .collect()
+}
+
+fn grown(seed: &Pose, sights: &[Sight<'_>], options: &FusionOptions) -> Vec<Hypothesis> {
+    let prior = unknown(seed, options);
+    let found = updated(&prior, seed, sights, options);
+    found.map_or_else(Vec::new, |found| {
+        with_mirrored(found, &prior, sights, options)
+    })
 }
 
 /// `world_from_object` by each branch of the largest views.
@@ -53,7 +61,7 @@ fn branches(sight: &Sight<'_>) -> Vec<Pose> {
 }
 
 /// Area of the tag in px², by its diagonals.
-fn area(sight: &Sight<'_>) -> f64 {
+pub(crate) fn area(sight: &Sight<'_>) -> f64 {
     let [a, b, c, d] = sight.view.corners_in_image;
     0.5 * (c - a).perp(&(d - b)).abs()
 }

@@ -3,7 +3,7 @@
 use nalgebra::Matrix6;
 use sextant_geometry::{Pose, se3};
 
-use super::{MOST_HYPOTHESES, restlessness};
+use super::{MOST_HYPOTHESES, mirror, restlessness};
 use crate::FusionOptions;
 use crate::filter::absorb::{absorb, pose_prior};
 use crate::filter::corners::{Normal, Sight};
@@ -29,27 +29,57 @@ pub(crate) struct Hypothesis {
     pub state: Kinematics,
     /// Logarithm of its odds against the likeliest.
     pub evidence: f64,
+    /// Logarithm of the odds of the mirrored attitude against this one; minus infinity where it is out of question.
+    pub mirrored: f64,
     /// What became of each view at the last instant.
     pub taken: Vec<Taken>,
 }
 
 impl Hypothesis {
-    /// The hypothesis after `dt` seconds and the views of that instant. Where no view agrees it is a prediction.
-    pub fn followed(&self, dt: f64, sights: &[Sight<'_>], options: &FusionOptions) -> Self {
+    /// What becomes of the hypothesis after `dt` seconds with the views of that instant: the attitude expected, and where
+    /// the views allow it the mirrored one too. Where no view agrees it is a prediction.
+    pub fn followed(&self, dt: f64, sights: &[Sight<'_>], options: &FusionOptions) -> Vec<Self> {
         let predicted = self.state.predicted(dt, restlessness(options));
-        let expected = updated(&predicted, &predicted.pose, sights, options);
-        let found = match expected {
-            Some(one) if one.taken.iter().any(|taken| taken.part) => Some(one),
-            _ => {
+        let (prior, found) = match agreeing(&predicted, sights, options) {
+            Some(found) => (predicted, found),
+            None => {
                 let jolted = jolted(&predicted, dt, options);
-                updated(&jolted, &jolted.pose, sights, options)
-                    .filter(|one| one.taken.iter().any(|taken| taken.part))
+                match agreeing(&jolted, sights, options) {
+                    Some(found) => (jolted, found),
+                    None => (predicted.clone(), refused(predicted, sights, options)),
+                }
             }
         };
-        let mut next = found.unwrap_or_else(|| refused(predicted, sights, options));
-        next.evidence += self.evidence;
+        let mut next = with_mirrored(found, &prior, sights, options);
+        next.iter_mut()
+            .for_each(|one| one.evidence += self.evidence);
         next
     }
+}
+
+/// The hypothesis, and the mirrored one where it is a possibility of its own.
+pub(crate) fn with_mirrored(
+    mut found: Hypothesis,
+    prior: &Kinematics,
+    sights: &[Sight<'_>],
+    options: &FusionOptions,
+) -> Vec<Hypothesis> {
+    let Some(mirrored) = mirror::worth_trying(prior, &found.state.pose, sights, options) else {
+        return vec![found];
+    };
+    found.mirrored = mirrored.odds;
+    let other = updated(prior, &mirrored.pose, sights, options);
+    std::iter::once(found).chain(other).collect()
+}
+
+/// The update from the prediction, if a view takes part in it.
+fn agreeing(
+    prior: &Kinematics,
+    sights: &[Sight<'_>],
+    options: &FusionOptions,
+) -> Option<Hypothesis> {
+    updated(prior, &prior.pose, sights, options)
+        .filter(|one| one.taken.iter().any(|taken| taken.part))
 }
 
 /// The prediction if the body was hit in the meantime.
@@ -83,6 +113,7 @@ fn refused(state: Kinematics, sights: &[Sight<'_>], options: &FusionOptions) -> 
     Hypothesis {
         state,
         evidence,
+        mirrored: f64::NEG_INFINITY,
         taken: vec![taken; sights.len()],
     }
 }
@@ -108,7 +139,7 @@ pub(crate) fn updated(
             return None;
         }
         let fit = solve(&pose_prior, &active, start)?;
-        let normals: Vec<_> = sights.iter().map(|sight| sight.normal(&fit.pose)).collect();
+        let normals: Vec<_> = sights.iter().map(|sight| seen(sight, &fit.pose)).collect();
         let worst = worst_view(&normals, &part)?;
         let worst_chi2 = normals[worst].as_ref().map_or(UNSEEN, |normal| normal.chi2);
         if worst_chi2 > options.tag_gate {
@@ -119,6 +150,11 @@ pub(crate) fn updated(
             return complete(prior, &fit, &normals, &part, options);
         }
     }
+}
+
+/// Cost and normal equations of a view that shows the tag's face.
+fn seen(sight: &Sight<'_>, pose: &Pose) -> Option<Normal> {
+    sight.faces(pose).then(|| sight.normal(pose)).flatten()
 }
 
 fn worst_view(normals: &[Option<Normal>], part: &[bool]) -> Option<usize> {
@@ -155,6 +191,7 @@ fn complete(
     Some(Hypothesis {
         state: absorbed.state,
         evidence,
+        mirrored: f64::NEG_INFINITY,
         taken,
     })
 }

@@ -56,71 +56,109 @@ impl Sighting {
 }
 
 impl Track {
-    /// The estimate for `time_ns`, at or after this track's instant; `None` where nothing is known.
+    /// The estimate for `time_ns`, at or after this track's instant; `None` where nothing worth publishing is known.
     pub fn estimate(
         &self,
         object: &ObjectId,
         time_ns: u64,
         options: &FusionOptions,
     ) -> Option<ObjectEstimate> {
-        let best = self.hypotheses.first()?;
-        let dt = seconds(self.time_ns, time_ns);
-        let now = best.state.predicted(dt, restlessness(options));
-        let here = time_ns == self.time_ns;
-        let covariance = self.covariance(dt, &now.covariance.fixed_view::<6, 6>(0, 0).into_owned());
-        let sighting = if here {
-            self.sighting.clone()
-        } else {
-            Sighting::default()
-        };
-        Some(ObjectEstimate {
-            object: object.clone(),
-            capture_ns: time_ns,
-            world_from_object: now.pose,
-            covariance,
-            twist: now.twist,
-            state: self.state(&covariance, sighting.tags, options),
-            cameras: sighting.cameras,
-            tags: sighting.tags,
-            rms_px: sighting.rms_px,
-        })
+        let then = self.predicted(time_ns, options);
+        let best = then.hypotheses.first()?;
+        let covariance = then.covariance();
+        let state = then.state(&covariance, options);
+        then.is_worth_saying(state, &covariance, options)
+            .then(|| ObjectEstimate {
+                object: object.clone(),
+                capture_ns: time_ns,
+                world_from_object: best.state.pose,
+                covariance,
+                twist: best.state.twist,
+                state,
+                cameras: then.sighting.cameras,
+                tags: then.sighting.tags,
+                rms_px: then.sighting.rms_px,
+            })
+    }
+
+    /// The track at an instant of which there is no image.
+    fn predicted(&self, time_ns: u64, options: &FusionOptions) -> Self {
+        let mut then = self.clone();
+        if time_ns != self.time_ns {
+            let dt = seconds(self.time_ns, time_ns);
+            then.time_ns = time_ns;
+            then.sighting = Sighting::default();
+            for one in &mut then.hypotheses {
+                one.state = one.state.predicted(dt, restlessness(options));
+            }
+        }
+        then
     }
 
     /// Of all that is possible, about the likeliest: the second moments of the mixture.
-    fn covariance(&self, _dt: f64, of_best: &Matrix6<f64>) -> Matrix6<f64> {
-        let best = &self.hypotheses[0].state;
-        let mut sum = *of_best;
-        let mut weights = 1.0;
-        for other in &self.hypotheses[1..] {
-            let weight = other.evidence.exp();
-            let off = se3::difference(&other.state.pose, &best.pose);
-            let own = other.state.covariance.fixed_view::<6, 6>(0, 0);
+    pub fn covariance(&self) -> Matrix6<f64> {
+        let mut sum = Matrix6::zeros();
+        let mut weights = 0.0;
+        for one in &self.hypotheses {
+            let weight = one.evidence.exp();
+            let off = se3::difference(&one.state.pose, &self.hypotheses[0].state.pose);
+            let own = one.state.covariance.fixed_view::<6, 6>(0, 0);
             sum += (own + off * off.transpose()) * weight;
             weights += weight;
         }
         symmetric(&(sum / weights))
     }
 
-    fn state(&self, covariance: &Matrix6<f64>, tags: u32, options: &FusionOptions) -> State {
-        let rivals = self
-            .hypotheses
-            .get(1)
-            .is_some_and(|other| other.evidence > -options.trusted_odds);
-        let widest = |from: usize| {
-            covariance
-                .fixed_view::<3, 3>(from, from)
-                .into_owned()
-                .symmetric_eigenvalues()
-                .max()
-                .max(0.0)
-                .sqrt()
-        };
-        if rivals || widest(0) > options.vague_position || widest(3) > options.vague_attitude {
+    pub fn state(&self, covariance: &Matrix6<f64>, options: &FusionOptions) -> State {
+        let vague = is_wider(covariance, options.vague_position, options.vague_attitude);
+        if vague || self.is_ambiguous(options) {
             State::Initialising
-        } else if tags == 0 {
+        } else if self.sighting.tags == 0 {
             State::Coasting
         } else {
             State::Tracking
         }
     }
+
+    /// A prediction is worth saying while it is sharp, a doubtful attitude when it has been in doubt for long.
+    fn is_worth_saying(
+        &self,
+        state: State,
+        covariance: &Matrix6<f64>,
+        options: &FusionOptions,
+    ) -> bool {
+        let sharp = !is_wider(
+            covariance,
+            options.coasting_position,
+            options.coasting_attitude,
+        );
+        let doubtful_for_s = |since_ns: u64| seconds(since_ns, self.time_ns);
+        let long_doubtful = || {
+            self.doubtful_since_ns
+                .is_some_and(|since_ns| doubtful_for_s(since_ns) >= options.patience_s)
+        };
+        match state {
+            State::Initialising => self.sighting.tags > 0 && long_doubtful(),
+            State::Coasting => sharp,
+            State::Tracking | State::Lost => true,
+        }
+    }
+
+    /// Whether another attitude, followed or merely possible, is not unlikely enough.
+    fn is_ambiguous(&self, options: &FusionOptions) -> bool {
+        let rivals = self.hypotheses.iter().skip(1).map(|rival| rival.evidence);
+        let mirrored = self.hypotheses.iter().take(1).map(|best| best.mirrored);
+        rivals
+            .chain(mirrored)
+            .any(|evidence| evidence > -options.trusted_odds)
+    }
+}
+
+/// Whether one sigma along the worst axis exceeds the metres or the radians.
+fn is_wider(covariance: &Matrix6<f64>, position: f64, attitude: f64) -> bool {
+    let widest = |from: usize| {
+        let block = covariance.fixed_view::<3, 3>(from, from).into_owned();
+        block.symmetric_eigenvalues().max()
+    };
+    widest(0) > position.powi(2) || widest(3) > attitude.powi(2)
 }
