@@ -44,21 +44,16 @@ impl Homography {
 
     /// Where a point goes; `None` if to infinity.
     pub fn apply(&self, point: &Point2<f64>) -> Option<Point2<f64>> {
-        let [x, y, w] = self.homogeneous(point)?;
-        Some(Point2::new(x / w, y / w))
+        Some(self.apply_with_depth(point)?.0)
     }
 
     /// The derivative of [`Homography::apply`] at a point.
     pub fn jacobian(&self, point: &Point2<f64>) -> Option<Matrix2<f64>> {
-        let [x, y, w] = self.homogeneous(point)?;
-        let (m, x, y) = (&self.0, x / w, y / w);
-        let unscaled = Matrix2::new(
-            m[(0, 0)] - x * m[(2, 0)],
-            m[(0, 1)] - x * m[(2, 1)],
-            m[(1, 0)] - y * m[(2, 0)],
-            m[(1, 1)] - y * m[(2, 1)],
-        );
-        Some(unscaled / w)
+        let (mapped, depth) = self.apply_with_depth(point)?;
+        let linear = self.0.fixed_view::<2, 2>(0, 0);
+        let depth_by_point = self.0.fixed_view::<1, 2>(2, 0);
+        let jacobian = (linear - mapped.coords * depth_by_point) / depth;
+        jacobian.iter().all(|j| j.is_finite()).then_some(jacobian)
     }
 
     /// The map back; `None` if its matrix cannot be inverted.
@@ -66,12 +61,14 @@ impl Homography {
         Self::from_matrix(&self.0.try_inverse()?)
     }
 
-    fn homogeneous(&self, point: &Point2<f64>) -> Option<[f64; 3]> {
+    /// The mapped point and the third coordinate by which it was divided.
+    fn apply_with_depth(&self, point: &Point2<f64>) -> Option<(Point2<f64>, f64)> {
         let mapped = self.0 * point.to_homogeneous();
-        let magnitude = point.x.abs().max(point.y.abs()).max(1.0);
-        let finite = mapped.iter().all(|c| c.is_finite());
-        (finite && mapped.z.abs() > MIN_DEPTH_RATIO * magnitude)
-            .then_some([mapped.x, mapped.y, mapped.z])
+        let row = self.0.row(2);
+        let magnitude = (row[0] * point.x).abs() + (row[1] * point.y).abs() + row[2].abs();
+        let image = Point2::from(mapped.xy() / mapped.z);
+        let finite = image.iter().all(|c| c.is_finite());
+        (finite && mapped.z.abs() > MIN_DEPTH_RATIO * magnitude).then_some((image, mapped.z))
     }
 }
 

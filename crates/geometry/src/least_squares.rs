@@ -29,7 +29,8 @@ pub trait Problem<const N: usize> {
 pub struct Options {
     /// Most linearisations after the first. Default 20.
     pub max_iterations: usize,
-    /// A step that is expected to lower the cost by less than this (sigma squared) is the last. Default 1e-16.
+    /// A step that is expected to lower the cost by less than this (sigma squared), or by less than rounding shows, is
+    /// the last. Default 1e-16.
     pub tolerance: f64,
     /// Marquardt's damping of the first step, as a fraction of the information's diagonal. Default 1e-6: nearly
     /// Gauss-Newton; larger where the start may be far off.
@@ -95,6 +96,8 @@ const MIN_DAMPING: f64 = 1e-12;
 const MAX_DAMPING: f64 = 1e12;
 /// How damping shrinks after a good step and grows after a bad one.
 const DAMPING_FACTOR: f64 = 10.0;
+/// A decrease below this part of the cost drowns in rounding.
+const ROUNDING: f64 = 4.0 * f64::EPSILON;
 
 /// Minimises from `start` (K. Levenberg 1944, D. Marquardt 1963; damping scaled by the diagonal).
 ///
@@ -105,40 +108,73 @@ pub fn minimise<const N: usize, P: Problem<N>>(
     start: P::State,
     options: &Options,
 ) -> Result<Solution<P::State, N>, LeastSquaresError> {
-    let mut equations = linearise(problem, &start).ok_or(LeastSquaresError::BadStart)?;
-    let mut state = start;
-    let mut damping = options.initial_damping.max(MIN_DAMPING);
-    let mut outcome = Outcome::OutOfIterations;
-    let mut iterations = 0;
-    while iterations < options.max_iterations {
-        let Some(step) = equations.damped_step(damping) else {
-            outcome = Outcome::Converged; // nothing is determined
-            break;
-        };
-        iterations += 1;
-        let small = equations.expected_decrease(&step) <= options.tolerance;
-        let trial = problem.step(&state, &step);
-        let improved = linearise(problem, &trial).filter(|trial| trial.cost() < equations.cost());
-        match improved {
-            Some(better) => {
-                (state, equations) = (trial, better);
-                damping = (damping / DAMPING_FACTOR).max(MIN_DAMPING);
-            }
-            None => damping *= DAMPING_FACTOR,
-        }
-        if small || damping > MAX_DAMPING {
-            outcome = Outcome::Converged;
-            break;
+    let equations = linearise(problem, &start).ok_or(LeastSquaresError::BadStart)?;
+    let damping = options.initial_damping.max(MIN_DAMPING);
+    let mut descent = Descent {
+        problem,
+        state: start,
+        equations,
+        damping,
+    };
+    for iterations in 0..options.max_iterations {
+        if descent.advance(options.tolerance) == Advance::Last {
+            return Ok(descent.rest(iterations + 1, Outcome::Converged));
         }
     }
-    let (cost, information) = (equations.cost(), *equations.information());
-    Ok(Solution {
-        state,
-        cost,
-        information,
-        iterations,
-        outcome,
-    })
+    Ok(descent.rest(options.max_iterations, Outcome::OutOfIterations))
+}
+
+/// Where the minimiser is on its way.
+struct Descent<'a, const N: usize, P: Problem<N>> {
+    problem: &'a P,
+    state: P::State,
+    equations: NormalEquations<N>,
+    damping: f64,
+}
+
+#[derive(PartialEq)]
+enum Advance {
+    Further,
+    Last,
+}
+
+impl<const N: usize, P: Problem<N>> Descent<'_, N, P> {
+    /// Tries one step and takes it if it lowers the cost.
+    fn advance(&mut self, tolerance: f64) -> Advance {
+        let Some(step) = self.equations.damped_step(self.damping) else {
+            return Advance::Last; // nothing is determined
+        };
+        let expected = self.equations.expected_decrease(&step);
+        let negligible = tolerance + ROUNDING * self.equations.cost();
+        self.take_if_better(&step);
+        if expected <= negligible || self.damping > MAX_DAMPING {
+            Advance::Last
+        } else {
+            Advance::Further
+        }
+    }
+
+    fn take_if_better(&mut self, step: &SVector<f64, N>) {
+        let trial = self.problem.step(&self.state, step);
+        match linearise(self.problem, &trial) {
+            Some(better) if better.cost() < self.equations.cost() => {
+                (self.state, self.equations) = (trial, better);
+                self.damping = (self.damping / DAMPING_FACTOR).max(MIN_DAMPING);
+            }
+            _ => self.damping *= DAMPING_FACTOR,
+        }
+    }
+
+    fn rest(self, iterations: usize, outcome: Outcome) -> Solution<P::State, N> {
+        let (cost, information) = (self.equations.cost(), *self.equations.information());
+        Solution {
+            state: self.state,
+            cost,
+            information,
+            iterations,
+            outcome,
+        }
+    }
 }
 
 fn linearise<const N: usize, P: Problem<N>>(

@@ -17,6 +17,8 @@ use refine::refine;
 
 /// Branches nearer than this, in radians and in tag sizes, have run into the same minimum.
 const SAME_POSE: f64 = 1e-4;
+/// Edges of a tag; the bounds keep positions finite and apart from zero.
+const SIZES_M: std::ops::RangeInclusive<f64> = 1e-6..=1e6;
 /// The edge for which the inner steps are done, so that their numbers are of the order of one whatever the tag's size.
 const UNIT_SIZE: f64 = 2.0;
 
@@ -56,8 +58,8 @@ impl PlanarPoses {
 /// Why four corners have no pose.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum PlanarPoseError {
-    /// The tag's edge is not positive and finite.
-    #[error("tag size {0} m must be above 0 and finite")]
+    /// The tag's edge is no length that a tag can have.
+    #[error("tag size {0} m must be between 1e-6 and 1e6")]
     Size(f64),
     /// A corner has no ray.
     #[error("corner {corner}: {cause}")]
@@ -76,12 +78,15 @@ pub enum PlanarPoseError {
 }
 
 /// Both poses of a square tag, best first, each minimising the reprojection error in pixels through the real lens.
+///
+/// `corners_in_image` in pixels: top left, top right, bottom right, bottom left; `size_m` the edge of the black square.
+/// Two starts from the homography, each led to its nearest minimum; all results are finite.
 pub fn solve_square(
     lens: &Lens,
     corners_in_image: &[Point2<f64>; 4],
     size_m: f64,
 ) -> Result<PlanarPoses, PlanarPoseError> {
-    if !(size_m > 0.0 && size_m.is_finite()) {
+    if !SIZES_M.contains(&size_m) {
         return Err(PlanarPoseError::Size(size_m));
     }
     let rays = undistort(lens, corners_in_image)?;

@@ -195,15 +195,34 @@ fn a_fisheye_without_coefficients_is_equidistant() {
     }
 }
 
+/// Two points of the camera frame.
+const POINTS: [[f64; 3]; 2] = [[0.4, -0.2, 2.0], [-0.5, 0.7, 1.0]];
+
+fn assert_projects(lens: &Lens, pixels: [[f64; 2]; 2]) {
+    for (point, expected) in POINTS.into_iter().zip(pixels) {
+        let pixel = lens.project(&Point3::from(point)).unwrap();
+        assert!(
+            (pixel - Point2::from(expected)).norm() < 1e-6,
+            "{pixel} is not {expected:?}"
+        );
+    }
+}
+
 #[test]
 fn brown_conrady_agrees_with_opencv() {
-    // cv2.projectPoints of OpenCV 4.x: x'' = x R + 2 p1 x y + p2 (r2 + 2 x2), worked out by hand for (0.2, -0.1).
+    // cv2.projectPoints of OpenCV 5.0 with these intrinsics and coefficients.
     let lens = Lens::brown_conrady(INTRINSICS, [0.1, -0.05, 0.002, -0.001, 0.01]).unwrap();
-    let radial = 1.0 + 0.1 * 0.05 - 0.05 * 0.0025 + 0.01 * 0.000125;
-    let x = 0.2 * radial + 2.0 * 0.002 * (-0.02) - 0.001 * (0.05 + 0.08);
-    let y = -0.1 * radial + 0.002 * (0.05 + 0.02) + 2.0 * -0.001 * (-0.02);
-    let pixel = lens.project(&Point3::new(0.4, -0.2, 2.0)).unwrap();
-    assert!((pixel - Point2::new(600.0 * x + 320.0, 590.0 * y + 240.0)).norm() < 1e-10);
+    assert_projects(&lens, [[440.45915, 180.81850125], [3.214328, 676.37023512]]);
+}
+
+#[test]
+fn kannala_brandt_agrees_with_opencv() {
+    // cv2.fisheye.projectPoints of OpenCV 5.0 with these intrinsics and coefficients.
+    let lens = Lens::kannala_brandt(INTRINSICS, [0.05, -0.02, 0.004, -0.001]).unwrap();
+    assert_projects(
+        &lens,
+        [[438.33812912, 181.81708652], [67.15048904, 588.08949342]],
+    );
 }
 
 #[test]

@@ -124,7 +124,7 @@ proptest! {
     }
 
     #[test]
-    fn noisy_corners_give_minima(
+    fn noisy_corners_give_a_minimum_as_best(
         lens in lens(), camera_from_tag in tag_pose(70.0), noise in vector::<8>(0.3)
     ) {
         let Some(exact) = project(&lens, &camera_from_tag, SIZE_M) else { return Ok(()) };
@@ -135,14 +135,13 @@ proptest! {
         };
         check_poses(&lens, &seen, SIZE_M, &poses);
         prop_assert!(poses.best().rms_px <= rms_px(&lens, &camera_from_tag, SIZE_M, &seen) + 1e-9, "at least as good as the truth");
-        for pose in poses.iter() {
-            let extent = (seen[0] - seen[2]).norm();
-            prop_assert!(slope(&lens, &pose.camera_from_tag, SIZE_M, &seen) < 1e-3 * extent);
-        }
+        // The other branch may still be on its way where it is about to merge into the best.
+        let extent = (seen[0] - seen[2]).norm();
+        prop_assert!(slope(&lens, &poses.best().camera_from_tag, SIZE_M, &seen) < 1e-3 * extent);
     }
 
     #[test]
-    fn size_scales_the_translation_and_nothing_else(camera_from_tag in tag_pose(60.0), exponent in -6.0..6.0) {
+    fn size_scales_the_translation_and_nothing_else(camera_from_tag in tag_pose(60.0), exponent in -4.0..4.0) {
         let seen = project(&pinhole(), &camera_from_tag, SIZE_M).unwrap();
         let scale = 10_f64.powf(exponent);
         let small = solve_square(&pinhole(), &seen, SIZE_M).unwrap();
@@ -262,7 +261,7 @@ fn sizes_that_are_none_are_refused() {
         [100.0, 200.0],
     ]
     .map(Point2::from);
-    for size_m in [0.0, -0.04, f64::NAN, f64::INFINITY] {
+    for size_m in [0.0, -0.04, 1e-7, 1e7, f64::NAN, f64::INFINITY] {
         assert!(
             matches!(
                 solve_square(&pinhole(), &square, size_m),
@@ -301,4 +300,40 @@ fn the_whole_tag_lies_before_the_camera_even_when_it_nearly_touches_it() {
     let poses = solve_square(&pinhole(), &seen, SIZE_M).unwrap();
     check_poses(&pinhole(), &seen, SIZE_M, &poses);
     assert!(se3::difference(&poses.best().camera_from_tag, &camera_from_tag).norm() < 1e-6);
+}
+
+#[test]
+fn both_branches_agree_with_opencv() {
+    // solvePnPGeneric with SOLVEPNP_IPPE_SQUARE, each branch then refined by solvePnPRefineLM, OpenCV 5.0.
+    let lens = Lens::pinhole(Intrinsics {
+        fx: 600.0,
+        fy: 590.0,
+        cx: 320.0,
+        cy: 240.0,
+    })
+    .unwrap();
+    let seen = [
+        [300.0, 210.0],
+        [345.0, 214.0],
+        [341.0, 262.0],
+        [297.0, 255.0],
+    ]
+    .map(Point2::from);
+    let poses = solve_square(&lens, &seen, SIZE_M).unwrap();
+    let expected = [
+        (
+            [3.52680168e-4, -3.94874302e-3, 0.500496714],
+            [-2.95596797, -0.14818396, 0.5617083],
+        ),
+        (
+            [8.8024e-4, -4.12795e-3, 0.50429131],
+            [2.98515041, 0.14555076, 0.50796491],
+        ),
+    ];
+    assert_eq!(poses.iter().count(), 2);
+    for (pose, (position, rotation)) in poses.iter().zip(expected) {
+        let theirs = Pose::from_parts(Vector3::from(position).into(), so3::exp(&rotation.into()));
+        let off = se3::difference(&pose.camera_from_tag, &theirs);
+        assert!(off.norm() < 1e-4, "{off}");
+    }
 }
