@@ -16,8 +16,10 @@ use iceoryx2::prelude::{
 
 use crate::{IceoryxOptions, ImagesError};
 
-/// Longest root in bytes: with prefix, id and suffix a socket's path must stay below 108.
+/// Longest root in bytes. A socket's path has 107: root, a slash, our prefix (20 at most), an id (39), `.event` (6).
 const MAX_ROOT_BYTES: usize = 40;
+/// How much of the given prefix shows in file names; the rest counts through the hash.
+const SHOWN_PREFIX_BYTES: usize = 10;
 
 /// A checked meeting place.
 #[derive(Debug, Clone)]
@@ -34,11 +36,7 @@ impl Domain {
         quieten();
         let root = absolute(&options.root)?;
         check_name("prefix", &options.prefix)?;
-        let prefix = format!(
-            "{}_{:08x}_",
-            options.prefix,
-            fnv1a(root.as_os_str().as_encoded_bytes())
-        );
+        let prefix = file_prefix(&root, &options.prefix);
         let config = iceoryx_config(&root, &prefix).map_err(|cause| root_error(&root, cause))?;
         Ok(Self {
             root,
@@ -163,9 +161,21 @@ fn quieten() {
     ONCE.call_once(|| set_log_level(LogLevel::Warn));
 }
 
+fn file_prefix(root: &Path, prefix: &str) -> String {
+    let hash = fnv1a(
+        root.as_os_str()
+            .as_encoded_bytes()
+            .iter()
+            .chain([0].iter())
+            .chain(prefix.as_bytes()),
+    );
+    let shown = &prefix[..prefix.len().min(SHOWN_PREFIX_BYTES)];
+    format!("{shown}_{hash:08x}_")
+}
+
 /// FNV-1a, 32 bits (Fowler, Noll, Vo 1991): a short name for a path.
-fn fnv1a(bytes: &[u8]) -> u32 {
-    bytes.iter().fold(0x811c_9dc5, |hash, byte| {
+fn fnv1a<'a>(bytes: impl Iterator<Item = &'a u8>) -> u32 {
+    bytes.fold(0x811c_9dc5, |hash, byte| {
         (hash ^ u32::from(*byte)).wrapping_mul(0x0100_0193)
     })
 }
@@ -186,6 +196,10 @@ mod tests {
         let prefix = |root, prefix| Domain::new(&options(root, prefix)).unwrap().prefix;
         assert_ne!(prefix("/tmp/a", "x"), prefix("/tmp/b", "x"));
         assert_ne!(prefix("/tmp/a", "x"), prefix("/tmp/a", "y"));
+        assert_ne!(
+            prefix("/tmp/a", "a-long-prefix-1"),
+            prefix("/tmp/a", "a-long-prefix-2")
+        );
         assert_eq!(prefix("/tmp/a", "x"), prefix("/tmp/a/", "x"));
     }
 

@@ -17,10 +17,12 @@ pub struct ImageHeader {
     pub sequence: u64,
     /// Middle of the exposure, ns since the Unix epoch, by the camera's clock.
     pub capture_ns: u64,
-    /// When the image was complete in this host's memory, ns since the Unix epoch.
+    /// When the image was complete in this host's memory, ns since the Unix epoch, by this host's clock.
     pub received_ns: u64,
-    /// Bound of the error of `capture_ns`, ns.
+    /// Estimated error of `capture_ns`, ns, one standard deviation.
     pub clock_error_ns: u64,
+    /// The camera's clock minus this host's, ns: 0 unless the clock is simulated or recorded.
+    pub clock_offset_ns: i64,
     /// Images that the source had for us so far, this one included.
     pub captured: u64,
     /// Images that were lost before they could be lent, as far as the source knows.
@@ -41,28 +43,34 @@ pub struct ImageHeader {
     pub reserved: [u8; 2],
 }
 
-/// Where `capture_ns` comes from.
+/// What keeps the clock of `capture_ns` right; the numbers are those of the wire contract.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(u8)]
 pub enum ClockSource {
-    /// A clock that nothing disciplines, or nobody knows.
-    Unsynchronised = 0,
-    /// This host's clock, disciplined by NTP, PTP or the like.
-    System = 1,
-    /// The clock of a simulation.
-    Simulated = 2,
+    /// Nobody said.
+    Unknown = 0,
+    /// This host's clock, which nothing disciplines.
+    FreeRunning = 1,
+    /// This host's clock, disciplined by NTP or the like.
+    Ntp = 2,
+    /// This host's clock, disciplined by PTP.
+    Ptp = 3,
     /// Time stamps of a recording.
-    Recorded = 3,
+    Recorded = 4,
+    /// The clock of a simulation.
+    Simulated = 5,
 }
 
 impl ImageHeader {
-    /// The clock's source; numbers of a later version count as unsynchronised.
+    /// The clock's source; numbers of a later version count as unknown.
     pub fn clock(&self) -> ClockSource {
         match self.clock_source {
-            1 => ClockSource::System,
-            2 => ClockSource::Simulated,
-            3 => ClockSource::Recorded,
-            _ => ClockSource::Unsynchronised,
+            1 => ClockSource::FreeRunning,
+            2 => ClockSource::Ntp,
+            3 => ClockSource::Ptp,
+            4 => ClockSource::Recorded,
+            5 => ClockSource::Simulated,
+            _ => ClockSource::Unknown,
         }
     }
 
@@ -96,7 +104,7 @@ mod tests {
 
     #[test]
     fn the_layout_has_no_hidden_bytes() {
-        assert_eq!(size_of::<ImageHeader>(), 7 * 8 + 2 * 4 + 2 * 2 + 2 + 2);
+        assert_eq!(size_of::<ImageHeader>(), 8 * 8 + 2 * 4 + 2 * 2 + 2 + 2);
         assert_eq!(align_of::<ImageHeader>(), align_of::<u64>());
     }
 

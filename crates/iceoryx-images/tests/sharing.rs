@@ -39,7 +39,7 @@ impl Place {
             .tempdir_in("/tmp")
             .unwrap();
         let number = NUMBER.fetch_add(1, Ordering::SeqCst);
-        let prefix = format!("sxtest-{}-{number}", std::process::id());
+        let prefix = format!("{:x}-{number}", std::process::id());
         Self {
             options: IceoryxOptions {
                 root: folder.path().join("i"),

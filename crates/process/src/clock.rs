@@ -41,7 +41,8 @@ pub fn wall_from_monotonic_ns(instant_ns: u64) -> u64 {
 pub struct ClockQuality {
     /// Whether something (chrony, ntpd, ptp4l with phc2sys, timesyncd) disciplines this clock now.
     pub synchronised: bool,
-    /// The kernel's bound of the error in ns. An undisciplined clock says up to 16 s: nobody knows.
+    /// Estimated error in ns, one standard deviation, as the discipline states it; 5 ms where it states none; for an
+    /// undisciplined clock the kernel's bound, up to 16 s: nobody knows.
     pub error_ns: u64,
 }
 
@@ -52,26 +53,35 @@ impl ClockQuality {
         let mut timex: libc::timex = unsafe { std::mem::zeroed() };
         // SAFETY: `timex` is valid and writable for the whole call.
         let state = unsafe { libc::adjtimex(&raw mut timex) };
-        let synchronised =
-            state != -1 && state != libc::TIME_ERROR && timex.status & libc::STA_UNSYNC == 0;
+        if state == -1 {
+            return Self::of(false, 0, MAX_ERROR_US);
+        }
+        let synchronised = state != libc::TIME_ERROR && timex.status & libc::STA_UNSYNC == 0;
         #[allow(
             clippy::useless_conversion,
-            reason = "a C long, of 32 bits on 32-bit boards"
+            reason = "C longs, of 32 bits on 32-bit boards"
         )]
-        let error_us = if state == -1 {
-            MAX_ERROR_US
-        } else {
-            i64::from(timex.maxerror).clamp(0, MAX_ERROR_US)
+        Self::of(synchronised, timex.esterror.into(), timex.maxerror.into())
+    }
+
+    fn of(synchronised: bool, estimate_us: i64, bound_us: i64) -> Self {
+        let error_us = match (synchronised, estimate_us) {
+            (false, _) => bound_us,
+            // timesyncd states nothing and lets the bound grow by 500 ppm until the next answer of its server.
+            (true, ..=0) => bound_us.min(UNSTATED_ERROR_US),
+            (true, stated) => stated,
         };
         Self {
             synchronised,
-            error_ns: error_us.unsigned_abs() * 1000,
+            error_ns: error_us.clamp(0, MAX_ERROR_US).unsigned_abs() * 1000,
         }
     }
 }
 
 /// Where the kernel's bound stops growing (`NTP_PHASE_LIMIT`).
 const MAX_ERROR_US: i64 = 16_000_000;
+/// What NTP without a statement is taken to keep, on a local network.
+const UNSTATED_ERROR_US: i64 = 5_000;
 
 #[cfg(test)]
 mod tests {
@@ -87,6 +97,17 @@ mod tests {
         let (before, instant) = (now_ns(), monotonic_ns());
         let wall = wall_from_monotonic_ns(instant);
         assert!(wall.abs_diff(before) < 1_000_000_000);
+    }
+
+    #[test]
+    fn a_disciplined_clock_errs_by_what_its_discipline_states() {
+        assert_eq!(ClockQuality::of(true, 120, 900_000).error_ns, 120_000);
+        assert_eq!(ClockQuality::of(true, 0, 900_000).error_ns, 5_000_000);
+        assert_eq!(ClockQuality::of(true, 0, 300).error_ns, 300_000);
+        assert_eq!(
+            ClockQuality::of(false, 120, 16_000_000).error_ns,
+            16_000_000_000
+        );
     }
 
     #[test]
