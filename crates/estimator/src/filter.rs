@@ -1,11 +1,13 @@
 //! The error-state filter of one rigid body: SE(3) with a twist, fed with corners of images.
 //!
 //! - [`kinematics`]: the state and its prediction in time.
+//! - [`clocks`]: the cameras' clock offsets, and the pose as a camera saw it.
 //! - [`corners`]: residuals of a view's corners and their Jacobian.
 //! - [`solve`]: the pose that agrees best with a prior and the corners.
 //! - [`absorb`]: what that pose means for the whole state.
 
 pub(crate) mod absorb;
+pub(crate) mod clocks;
 pub(crate) mod corners;
 pub(crate) mod kinematics;
 pub(crate) mod solve;

@@ -67,6 +67,14 @@ options! {
     start_speed = 1.0 in 0.01 ..= 100.0;
     /// rad/s, one sigma of its angular speed.
     start_angular_speed = 4.0 in 0.01 ..= 1000.0;
+    /// Seconds of stated clock error up to which a camera's clock is taken at its word: at 1 m/s less than corner noise.
+    right_clock_s = 0.0001 in 0.0 ..= 1.0;
+    /// Seconds (one sigma) by which a clock may be off of which nobody knows anything, once it is seen to be off.
+    unknown_clock_s = 0.03 in 0.0001 ..= 1.0;
+    /// s²/s by which the offsets wander: 30 µs in a second, as cheap quartzes do.
+    clock_wander = 1e-9 in 0.0 ..= 1e-3;
+    /// Chi-square (1 degree of freedom) beyond which images that are always early or always late mean a clock that is off.
+    clock_suspicion = 60.0 in 10.0 ..= 1e4;
     /// Natural logarithm of the odds beyond which the likeliest attitude is taken for the true one.
     trusted_odds = 9.0 in 1.0 ..= 100.0;
     /// Natural logarithm of the odds beyond which an unlikely attitude is given up.

@@ -36,11 +36,23 @@ pub(crate) struct Site {
     places: BTreeMap<TagId, Place>,
 }
 
+/// What is said about a camera's clock.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum StatedClock {
+    /// It is the reference, or as good as.
+    Right,
+    /// One sigma in seconds.
+    Within(f64),
+    /// Nobody vouches for it.
+    Unknown,
+}
+
 /// What one image shows of one object.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct ObjectImage {
     pub camera_index: usize,
     pub capture_ns: u64,
+    pub clock: StatedClock,
     pub views: Vec<View>,
 }
 
@@ -149,6 +161,7 @@ impl Site {
             Arc::new(ObjectImage {
                 camera_index,
                 capture_ns: image.capture_ns,
+                clock: stated_clock(camera_index, image.clock_error_ns, options),
                 views: ordered(views),
             })
         };
@@ -157,6 +170,17 @@ impl Site {
             .map(|(object, views)| (object, object_image(views)))
             .collect();
         sorted
+    }
+}
+
+/// The first camera of the rig is the reference, unless it says itself that its clock is off.
+fn stated_clock(camera_index: usize, error_ns: u64, options: &FusionOptions) -> StatedClock {
+    let sigma_s = error_ns as f64 * 1e-9;
+    match error_ns {
+        ImageObservation::CLOCK_ERROR_UNKNOWN if camera_index == 0 => StatedClock::Right,
+        ImageObservation::CLOCK_ERROR_UNKNOWN => StatedClock::Unknown,
+        _ if sigma_s <= options.right_clock_s => StatedClock::Right,
+        _ => StatedClock::Within(sigma_s),
     }
 }
 

@@ -5,19 +5,24 @@
 //! - [`mirror`]: the other branch of the planar ambiguity.
 //! - [`noise`]: how noisy each camera's corners are.
 //! - [`report`]: what is published about the instant.
+//! - [`time`]: whether the cameras' clocks agree.
+//! - [`update`]: a state and the views of an instant.
 
 mod birth;
 mod hypothesis;
 mod mirror;
 mod noise;
 mod report;
+mod time;
+mod update;
 
 use crate::filter::corners::Sight;
 use crate::filter::kinematics::Restlessness;
-use crate::site::{ObjectImage, Site};
+use crate::site::{ObjectImage, Site, StatedClock};
 use crate::{FusionOptions, State};
 use hypothesis::Hypothesis;
 use noise::CameraNoise;
+use time::Timing;
 
 pub(crate) use report::Sighting;
 
@@ -38,6 +43,8 @@ pub(crate) struct Track {
     hypotheses: Vec<Hypothesis>,
     /// By camera index.
     noise: Vec<CameraNoise>,
+    /// What is known about the cameras' clocks.
+    timing: Timing,
     /// What the images of this instant contributed.
     pub sighting: Sighting,
 }
@@ -58,15 +65,56 @@ impl Track {
         site: &Site,
         options: &FusionOptions,
     ) -> Self {
-        let sights = self.sights(images, site);
-        let known = !self.hypotheses.is_empty() && seconds(self.seen_ns, time_ns) <= options.lost_s;
-        let followed = known.then(|| self.followed(time_ns, &sights, options));
-        match followed {
+        let sights = self.sights(images, site, options);
+        let timing = self.timing_after(time_ns, images, &sights, options);
+        if timing.open && !self.timing.open {
+            let fresh = Self {
+                timing,
+                ..self.forgotten()
+            };
+            return fresh.born(time_ns, &fresh.sights(images, site, options), options);
+        }
+        let followed = self
+            .is_known_at(time_ns, options)
+            .then(|| self.followed(time_ns, &sights, options));
+        let mut next = match followed {
             Some(track) if track.sighting.tags > 0 => track,
             Some(track) if !track.is_contradicted(options) => track,
             Some(_) => self.born(time_ns, &sights, options),
             None => self.forgotten().born(time_ns, &sights, options),
+        };
+        next.timing.suspicion_of(timing);
+        next
+    }
+
+    /// What the images say about the clocks that are taken at their word though nobody vouches for them.
+    fn timing_after(
+        &self,
+        time_ns: u64,
+        images: &[&ObjectImage],
+        sights: &[Sight<'_>],
+        options: &FusionOptions,
+    ) -> Timing {
+        let mut timing = self.timing.clone();
+        let Some(best) = self
+            .hypotheses
+            .first()
+            .filter(|_| self.trusted && !timing.open)
+        else {
+            return timing;
+        };
+        let unvouched = images
+            .iter()
+            .filter(|image| image.clock == StatedClock::Unknown);
+        let expected = best
+            .state
+            .predicted(seconds(self.time_ns, time_ns), restlessness(options));
+        for image in unvouched {
+            let of_camera = |sight: &&Sight<'_>| sight.camera_index == image.camera_index;
+            let sights: Vec<Sight<'_>> = sights.iter().filter(of_camera).copied().collect();
+            timing.suspect(&expected, &sights, options);
         }
+        timing
     }
 
     /// Whether anything is known at that instant.
@@ -74,7 +122,12 @@ impl Track {
         !self.hypotheses.is_empty() && seconds(self.seen_ns, time_ns) <= options.lost_s
     }
 
-    fn sights<'a>(&self, images: &[&'a ObjectImage], site: &'a Site) -> Vec<Sight<'a>> {
+    fn sights<'a>(
+        &self,
+        images: &[&'a ObjectImage],
+        site: &'a Site,
+        options: &FusionOptions,
+    ) -> Vec<Sight<'a>> {
         let mut sights = Vec::with_capacity(images.iter().map(|image| image.views.len()).sum());
         for image in images {
             let Some(camera) = site
@@ -86,11 +139,13 @@ impl Track {
             };
             let weight = self.noise_of(image.camera_index).weight();
             let camera_index = image.camera_index;
+            let clock = self.timing.clock(camera_index, image.clock, options);
             sights.extend(image.views.iter().map(|view| Sight {
                 camera_index,
                 camera,
                 view,
                 weight,
+                clock,
             }));
         }
         sights
@@ -110,10 +165,15 @@ impl Track {
         next
     }
 
-    /// What is left of a lost object: how noisy the cameras are.
+    /// What is left of a lost object: how noisy the cameras are, and how their clocks go.
     fn forgotten(&self) -> Self {
+        let mut timing = self.timing.clone();
+        if let Some(best) = self.hypotheses.first().filter(|_| self.trusted) {
+            timing.learn(&best.state);
+        }
         Self {
             noise: self.noise.clone(),
+            timing,
             ..Self::default()
         }
     }
@@ -140,6 +200,7 @@ impl Track {
             hypotheses,
             noise: self.noise.clone(),
             trusted: self.trusted,
+            timing: self.timing.clone(),
             ..Self::default()
         };
         if let Some(best) = next.hypotheses.first() {
@@ -193,5 +254,6 @@ pub(crate) fn restlessness(options: &FusionOptions) -> Restlessness {
     Restlessness {
         linear: options.linear_restlessness,
         angular: options.angular_restlessness,
+        clocks: options.clock_wander,
     }
 }

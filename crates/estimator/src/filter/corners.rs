@@ -6,6 +6,7 @@
 use nalgebra::{Matrix2, Matrix2x3, Matrix6, Point2, Point3, SMatrix, Vector2, Vector3, Vector6};
 use sextant_geometry::{Lens, Pose};
 
+use super::clocks::ClockPrior;
 use crate::TagId;
 
 type Matrix2x6 = SMatrix<f64, 2, 6>;
@@ -40,6 +41,8 @@ pub(crate) struct Sight<'a> {
     pub view: &'a View,
     /// Factor on the information of the corners: 1 / (noise factor)².
     pub weight: f64,
+    /// What is known of the camera's clock, where it is not taken at its word.
+    pub clock: Option<ClockPrior>,
 }
 
 /// The quadratic model of the robust cost of some views about a pose.

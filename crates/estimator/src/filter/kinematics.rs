@@ -6,6 +6,8 @@
 use nalgebra::{Matrix3, SMatrix, Vector3, Vector6};
 use sextant_geometry::{Pose, so3};
 
+use super::clocks::Clocks;
+
 /// Covariance over (dt, dr, dv, dw).
 pub(crate) type Covariance = SMatrix<f64, 12, 12>;
 
@@ -18,6 +20,8 @@ pub(crate) struct Kinematics {
     pub twist: Vector6<f64>,
     /// Over (dt, dr, dv, dw).
     pub covariance: Covariance,
+    /// The cameras' clocks, where they are not taken at their word.
+    pub clocks: Option<Box<Clocks>>,
 }
 
 /// Power spectral density of the white acceleration.
@@ -27,6 +31,8 @@ pub(crate) struct Restlessness {
     pub linear: f64,
     /// (rad/s²)² s.
     pub angular: f64,
+    /// Of the clocks' offsets: s²/s.
+    pub clocks: f64,
 }
 
 impl Kinematics {
@@ -51,33 +57,29 @@ impl Kinematics {
         pose.translation.vector += self.velocity() * dt;
         pose.rotation = rotation * pose.rotation;
         pose.rotation.renormalize_fast();
-        let covariance = self.carried(
+        let mut state = Self {
+            pose,
+            ..self.clone()
+        };
+        state.carry(
             &rotation.to_rotation_matrix().into_inner(),
             &(so3::left_jacobian(&turn) * dt),
             dt,
         );
-        Self {
-            pose,
-            twist: self.twist,
-            covariance: covariance + white_acceleration(dt, restlessness),
+        state.covariance += white_acceleration(dt, restlessness);
+        if let Some(clocks) = &mut state.clocks {
+            clocks.wander(dt, restlessness.clocks);
         }
+        state
     }
 
-    /// F P Fᵀ with F = [I 0 dt 0; 0 E 0 G; 0 0 I 0; 0 0 0 I], by its blocks.
-    fn carried(&self, turn: &Matrix3<f64>, gain: &Matrix3<f64>, dt: f64) -> Covariance {
-        let mut rows = self.covariance;
-        let p = &self.covariance;
-        rows.fixed_rows_mut::<3>(0)
-            .copy_from(&(p.fixed_rows::<3>(0) + p.fixed_rows::<3>(6) * dt));
-        rows.fixed_rows_mut::<3>(3)
-            .copy_from(&(turn * p.fixed_rows::<3>(3) + gain * p.fixed_rows::<3>(9)));
-        let mut both = rows;
-        both.fixed_columns_mut::<3>(0)
-            .copy_from(&(rows.fixed_columns::<3>(0) + rows.fixed_columns::<3>(6) * dt));
-        let turned = rows.fixed_columns::<3>(3) * turn.transpose()
-            + rows.fixed_columns::<3>(9) * gain.transpose();
-        both.fixed_columns_mut::<3>(3).copy_from(&turned);
-        symmetric(&both)
+    /// F P Fᵀ with F = [I 0 dt 0; 0 E 0 G; 0 0 I 0; 0 0 0 I].
+    fn carry(&mut self, turn: &Matrix3<f64>, gain: &Matrix3<f64>, dt: f64) {
+        let rows = carried(&self.covariance, turn, gain, dt);
+        self.covariance = symmetric(&carried(&rows.transpose(), turn, gain, dt));
+        if let Some(clocks) = &mut self.clocks {
+            clocks.cross = carried(&clocks.cross, turn, gain, dt);
+        }
     }
 
     /// Whether every number of it is finite.
@@ -88,10 +90,24 @@ impl Kinematics {
             .vector
             .iter()
             .chain(self.pose.rotation.coords.iter());
-        pose.chain(self.twist.iter())
-            .chain(self.covariance.iter())
-            .all(|x| x.is_finite())
+        let numbers = pose.chain(self.twist.iter()).chain(self.covariance.iter());
+        numbers.into_iter().all(|x| x.is_finite()) && self.clocks_are_finite()
     }
+}
+
+/// F times a matrix, by its blocks.
+fn carried<const N: usize>(
+    matrix: &SMatrix<f64, 12, N>,
+    turn: &Matrix3<f64>,
+    gain: &Matrix3<f64>,
+    dt: f64,
+) -> SMatrix<f64, 12, N> {
+    let mut product = *matrix;
+    let moved = matrix.fixed_rows::<3>(0) + matrix.fixed_rows::<3>(6) * dt;
+    product.fixed_rows_mut::<3>(0).copy_from(&moved);
+    let turned = turn * matrix.fixed_rows::<3>(3) + gain * matrix.fixed_rows::<3>(9);
+    product.fixed_rows_mut::<3>(3).copy_from(&turned);
+    product
 }
 
 /// Integral of the white acceleration over `dt` (Bar-Shalom, Li, Kirubarajan 2001, eq. 6.2.2-4).

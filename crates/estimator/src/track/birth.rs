@@ -7,7 +7,8 @@ use nalgebra::Vector6;
 use sextant_geometry::Pose;
 use sextant_geometry::planar_pose::solve_square;
 
-use super::hypothesis::{Hypothesis, updated, with_mirrored};
+use super::hypothesis::{Hypothesis, with_mirrored};
+use super::update::updated;
 use crate::FusionOptions;
 use crate::filter::corners::Sight;
 use crate::filter::kinematics::{Covariance, Kinematics};
@@ -27,7 +28,7 @@ pub(crate) fn hypotheses(sights: &[Sight<'_>], options: &FusionOptions) -> Vec<H
 
 fn grown(seed: &Pose, sights: &[Sight<'_>], options: &FusionOptions) -> Vec<Hypothesis> {
     let prior = unknown(seed, options);
-    let found = updated(&prior, seed, sights, options);
+    let found = updated(&prior, None, sights, options);
     found.map_or_else(Vec::new, |found| {
         with_mirrored(found, &prior, sights, options)
     })
@@ -79,5 +80,6 @@ fn unknown(pose: &Pose, options: &FusionOptions) -> Kinematics {
         pose: *pose,
         twist: Vector6::zeros(),
         covariance,
+        clocks: None,
     }
 }

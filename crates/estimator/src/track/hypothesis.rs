@@ -1,27 +1,12 @@
 //! One attitude that explains the images: a filter, and the evidence for it.
 
-use nalgebra::Matrix6;
-use sextant_geometry::{Pose, se3};
+use sextant_geometry::se3;
 
+use super::update::{Taken, refused, updated};
 use super::{MOST_HYPOTHESES, mirror, restlessness};
 use crate::FusionOptions;
-use crate::filter::absorb::{absorb, pose_prior};
-use crate::filter::corners::{Normal, Sight};
+use crate::filter::corners::Sight;
 use crate::filter::kinematics::{Covariance, Kinematics};
-use crate::filter::solve::{Fit, UNSEEN, solve};
-
-/// What became of a view in an update.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Taken {
-    /// Whether it took part.
-    pub part: bool,
-    /// Of its corners after the update.
-    pub chi2: f64,
-    /// Degrees of freedom that its residuals keep after the update.
-    pub redundancy: f64,
-    /// Sum of its squared residuals in px².
-    pub square_px: f64,
-}
 
 /// One attitude.
 #[derive(Debug, Clone, PartialEq)]
@@ -40,11 +25,11 @@ impl Hypothesis {
     /// the views allow it the mirrored one too. Where no view agrees it is a prediction.
     pub fn followed(&self, dt: f64, sights: &[Sight<'_>], options: &FusionOptions) -> Vec<Self> {
         let predicted = self.state.predicted(dt, restlessness(options));
-        let (prior, found) = match agreeing(&predicted, sights, options) {
+        let (prior, found) = match updated(&predicted, None, sights, options) {
             Some(found) => (predicted, found),
             None => {
                 let jolted = jolted(&predicted, dt, options);
-                match agreeing(&jolted, sights, options) {
+                match updated(&jolted, None, sights, options) {
                     Some(found) => (jolted, found),
                     None => (predicted.clone(), refused(predicted, sights, options)),
                 }
@@ -68,18 +53,8 @@ pub(crate) fn with_mirrored(
         return vec![found];
     };
     found.mirrored = mirrored.odds;
-    let other = updated(prior, &mirrored.pose, sights, options);
+    let other = updated(prior, Some(&mirrored.pose), sights, options);
     std::iter::once(found).chain(other).collect()
-}
-
-/// The update from the prediction, if a view takes part in it.
-fn agreeing(
-    prior: &Kinematics,
-    sights: &[Sight<'_>],
-    options: &FusionOptions,
-) -> Option<Hypothesis> {
-    updated(prior, &prior.pose, sights, options)
-        .filter(|one| one.taken.iter().any(|taken| taken.part))
 }
 
 /// The prediction if the body was hit in the meantime.
@@ -99,128 +74,6 @@ fn jolted(predicted: &Kinematics, dt: f64, options: &FusionOptions) -> Kinematic
         jolted.covariance[(axis + 6, axis + 6)] += speed * speed * 1.1;
     }
     jolted
-}
-
-/// The state with all views refused.
-fn refused(state: Kinematics, sights: &[Sight<'_>], options: &FusionOptions) -> Hypothesis {
-    let taken = Taken {
-        part: false,
-        chi2: options.tag_gate,
-        redundancy: 8.0,
-        square_px: 0.0,
-    };
-    let evidence = -0.5 * options.tag_gate * sights.len() as f64;
-    Hypothesis {
-        state,
-        evidence,
-        mirrored: f64::NEG_INFINITY,
-        taken: vec![taken; sights.len()],
-    }
-}
-
-/// A hypothesis from the prior state and the views that agree with it and with each other: the worst view is left out
-/// until all that are left pass their gates. `None` where none does.
-pub(crate) fn updated(
-    prior: &Kinematics,
-    start: &Pose,
-    sights: &[Sight<'_>],
-    options: &FusionOptions,
-) -> Option<Hypothesis> {
-    let (pose_prior, _) = pose_prior(prior)?;
-    let mut part = vec![true; sights.len()];
-    loop {
-        let active: Vec<Sight<'_>> = sights
-            .iter()
-            .zip(&part)
-            .filter(|(_, part)| **part)
-            .map(|(sight, _)| *sight)
-            .collect();
-        if active.is_empty() {
-            return None;
-        }
-        let fit = solve(&pose_prior, &active, start)?;
-        let normals: Vec<_> = sights.iter().map(|sight| seen(sight, &fit.pose)).collect();
-        let worst = worst_view(&normals, &part)?;
-        let worst_chi2 = normals[worst].as_ref().map_or(UNSEEN, |normal| normal.chi2);
-        if worst_chi2 > options.tag_gate {
-            part[worst] = false;
-        } else if fit.surprise > options.prediction_gate {
-            return None;
-        } else {
-            return complete(prior, &fit, &normals, &part, options);
-        }
-    }
-}
-
-/// Cost and normal equations of a view that shows the tag's face.
-fn seen(sight: &Sight<'_>, pose: &Pose) -> Option<Normal> {
-    sight.faces(pose).then(|| sight.normal(pose)).flatten()
-}
-
-fn worst_view(normals: &[Option<Normal>], part: &[bool]) -> Option<usize> {
-    let cost = |index: &usize| {
-        normals[*index]
-            .as_ref()
-            .map_or(UNSEEN, |normal| normal.chi2)
-    };
-    (0..normals.len())
-        .filter(|index| part[*index])
-        .max_by(|a, b| cost(a).total_cmp(&cost(b)))
-}
-
-fn complete(
-    prior: &Kinematics,
-    fit: &Fit,
-    normals: &[Option<Normal>],
-    part: &[bool],
-    options: &FusionOptions,
-) -> Option<Hypothesis> {
-    let absorbed = absorb(prior, fit)?;
-    let covariance = absorbed
-        .state
-        .covariance
-        .fixed_view::<6, 6>(0, 0)
-        .into_owned();
-    let taken: Vec<Taken> = normals
-        .iter()
-        .zip(part)
-        .map(|(normal, part)| taken(normal.as_ref(), *part, &covariance, options))
-        .collect();
-    let refused = part.iter().filter(|part| !**part).count();
-    let evidence = -0.5 * (fit.cost + absorbed.narrowing + options.tag_gate * refused as f64);
-    Some(Hypothesis {
-        state: absorbed.state,
-        evidence,
-        mirrored: f64::NEG_INFINITY,
-        taken,
-    })
-}
-
-fn taken(
-    normal: Option<&Normal>,
-    part: bool,
-    covariance: &Matrix6<f64>,
-    options: &FusionOptions,
-) -> Taken {
-    let Some(normal) = normal else {
-        return Taken {
-            part: false,
-            chi2: options.tag_gate,
-            redundancy: 8.0,
-            square_px: 0.0,
-        };
-    };
-    let absorbed = if part {
-        (normal.information * covariance).trace()
-    } else {
-        0.0
-    };
-    Taken {
-        part,
-        chi2: normal.chi2,
-        redundancy: (8.0 - absorbed).clamp(0.5, 8.0),
-        square_px: normal.square_px,
-    }
 }
 
 /// Sorts by evidence, merges what has run together, gives up what is hopeless; the likeliest has evidence zero.

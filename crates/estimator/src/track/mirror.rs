@@ -7,8 +7,8 @@ use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
 use sextant_geometry::{Pose, se3};
 
 use super::birth::area;
+use super::restlessness;
 use crate::FusionOptions;
-use crate::filter::absorb::pose_prior;
 use crate::filter::corners::Sight;
 use crate::filter::kinematics::Kinematics;
 use crate::filter::solve::{Prior, UNSEEN};
@@ -34,7 +34,7 @@ pub(crate) fn worth_trying(
     }
     let largest = sights.iter().max_by(|a, b| area(a).total_cmp(&area(b)))?;
     let pose = mirrored(largest, found);
-    let (prior, _) = pose_prior(predicted)?;
+    let prior = predicted.observed(camera, restlessness(options)).prior()?;
     let off = se3::difference(&pose, &prior.pose);
     // Twice the odds as chi-square, twice again because the minimum lies nearer to the prediction than the mirror image.
     if off.dot(&(prior.information * off)) > 4.0 * options.hopeless_odds {

@@ -3,7 +3,7 @@
 //! A residual after the update is smaller than the noise by the share of it that the pose took up. With redundancy
 //! 8 - tr(L P⁺) of a view (Förstner 1979, reliability of blocks) the expected chi-square equals the redundancy.
 
-use super::hypothesis::Taken;
+use super::update::Taken;
 use crate::FusionOptions;
 
 /// Degrees of freedom that the stated noise counts as before anything is seen.

@@ -1,0 +1,201 @@
+//! The update of a state by the views of one instant: groups of cameras that share a time, gates, robust fit.
+//!
+//! Cameras whose clocks are right see the same pose and are fitted jointly. A camera whose offset is estimated sees the
+//! pose of another moment; such cameras follow one by one, in the order of the rig.
+
+use nalgebra::Matrix6;
+use sextant_geometry::Pose;
+
+use super::hypothesis::Hypothesis;
+use super::restlessness;
+use crate::FusionOptions;
+use crate::filter::absorb::absorb;
+use crate::filter::clocks::Observed;
+use crate::filter::corners::{Normal, Sight};
+use crate::filter::kinematics::Kinematics;
+use crate::filter::solve::{Fit, UNSEEN, solve};
+
+/// What became of a view in an update.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Taken {
+    /// Whether it took part.
+    pub part: bool,
+    /// Of its corners after the update.
+    pub chi2: f64,
+    /// Degrees of freedom that its residuals keep after the update.
+    pub redundancy: f64,
+    /// Sum of its squared residuals in px².
+    pub square_px: f64,
+}
+
+impl Taken {
+    fn refused(options: &FusionOptions) -> Self {
+        Self {
+            part: false,
+            chi2: options.tag_gate,
+            redundancy: 8.0,
+            square_px: 0.0,
+        }
+    }
+}
+
+/// A hypothesis from the prior state and the views that agree with it; `None` where none does. The search begins at
+/// `start`, or at the prior's pose.
+pub(crate) fn updated(
+    prior: &Kinematics,
+    start: Option<&Pose>,
+    sights: &[Sight<'_>],
+    options: &FusionOptions,
+) -> Option<Hypothesis> {
+    let mut sum = refused(prior.clone(), sights, options);
+    let mut start = start;
+    for group in groups(sights) {
+        let members: Vec<Sight<'_>> = group.iter().map(|index| sights[*index]).collect();
+        if let Some(prior) = members[0].clock {
+            sum.state.know_clock(members[0].camera_index, prior);
+        }
+        if let Some(update) = updated_by_group(&sum.state, start.take(), &members, options) {
+            sum.evidence += update.evidence + 0.5 * options.tag_gate * members.len() as f64;
+            group
+                .iter()
+                .zip(&update.taken)
+                .for_each(|(index, taken)| sum.taken[*index] = *taken);
+            sum.state = update.state;
+        }
+    }
+    sum.taken.iter().any(|taken| taken.part).then_some(sum)
+}
+
+/// The state with all views refused.
+pub(crate) fn refused(
+    state: Kinematics,
+    sights: &[Sight<'_>],
+    options: &FusionOptions,
+) -> Hypothesis {
+    Hypothesis {
+        state,
+        evidence: -0.5 * options.tag_gate * sights.len() as f64,
+        mirrored: f64::NEG_INFINITY,
+        taken: vec![Taken::refused(options); sights.len()],
+    }
+}
+
+/// Indices of the sights that see the same moment; those of right clocks first.
+fn groups(sights: &[Sight<'_>]) -> Vec<Vec<usize>> {
+    let (right, other): (Vec<usize>, Vec<usize>) =
+        (0..sights.len()).partition(|index| sights[*index].clock.is_none());
+    let by_camera = other.chunk_by(|a, b| sights[*a].camera_index == sights[*b].camera_index);
+    let mut groups: Vec<Vec<usize>> = by_camera.map(<[usize]>::to_vec).collect();
+    if !right.is_empty() {
+        groups.insert(0, right);
+    }
+    groups
+}
+
+struct GroupUpdate {
+    state: Kinematics,
+    evidence: f64,
+    taken: Vec<Taken>,
+}
+
+/// The worst view is left out until all that are left pass their gates; `None` where none does, or where the prediction
+/// contradicts them all.
+fn updated_by_group(
+    prior: &Kinematics,
+    start: Option<&Pose>,
+    sights: &[Sight<'_>],
+    options: &FusionOptions,
+) -> Option<GroupUpdate> {
+    let expected = prior.observed(sights[0].camera_index, restlessness(options));
+    let pose_prior = expected.prior()?;
+    let mut part = vec![true; sights.len()];
+    loop {
+        let active = chosen(sights, &part);
+        if active.is_empty() {
+            return None;
+        }
+        let fit = solve(&pose_prior, &active, start.unwrap_or(&expected.pose))?;
+        let normals: Vec<_> = sights.iter().map(|sight| seen(sight, &fit.pose)).collect();
+        let (worst, chi2) = worst_view(&normals, &part)?;
+        if chi2 > options.tag_gate {
+            part[worst] = false;
+        } else if fit.surprise > options.prediction_gate {
+            return None;
+        } else {
+            return complete(
+                prior,
+                &fit,
+                sights[0].camera_index,
+                &normals,
+                &part,
+                options,
+            );
+        }
+    }
+}
+
+fn chosen<'a>(sights: &[Sight<'a>], part: &[bool]) -> Vec<Sight<'a>> {
+    let pairs = sights.iter().zip(part);
+    pairs
+        .filter(|(_, part)| **part)
+        .map(|(sight, _)| *sight)
+        .collect()
+}
+
+/// Cost and normal equations of a view that shows the tag's face.
+fn seen(sight: &Sight<'_>, pose: &Pose) -> Option<Normal> {
+    sight.faces(pose).then(|| sight.normal(pose)).flatten()
+}
+
+fn worst_view(normals: &[Option<Normal>], part: &[bool]) -> Option<(usize, f64)> {
+    let cost = |index: usize| normals[index].as_ref().map_or(UNSEEN, |normal| normal.chi2);
+    let taking_part = (0..normals.len()).filter(|index| part[*index]);
+    taking_part
+        .map(|index| (index, cost(index)))
+        .max_by(|a, b| a.1.total_cmp(&b.1))
+}
+
+fn complete(
+    prior: &Kinematics,
+    fit: &Fit,
+    camera_index: usize,
+    normals: &[Option<Normal>],
+    part: &[bool],
+    options: &FusionOptions,
+) -> Option<GroupUpdate> {
+    let absorbed = absorb(prior, camera_index, fit, restlessness(options))?;
+    let Observed { covariance, .. } = absorbed.state.observed(camera_index, restlessness(options));
+    let pairs = normals.iter().zip(part);
+    let taken = pairs
+        .map(|(normal, part)| taken(normal.as_ref(), *part, &covariance, options))
+        .collect();
+    let refused = part.iter().filter(|part| !**part).count();
+    let evidence = -0.5 * (fit.cost + absorbed.narrowing + options.tag_gate * refused as f64);
+    Some(GroupUpdate {
+        state: absorbed.state,
+        evidence,
+        taken,
+    })
+}
+
+fn taken(
+    normal: Option<&Normal>,
+    part: bool,
+    covariance: &Matrix6<f64>,
+    options: &FusionOptions,
+) -> Taken {
+    let Some(normal) = normal else {
+        return Taken::refused(options);
+    };
+    let absorbed = if part {
+        (normal.information * covariance).trace()
+    } else {
+        0.0
+    };
+    Taken {
+        part,
+        chi2: normal.chi2,
+        redundancy: (8.0 - absorbed).clamp(0.5, 8.0),
+        square_px: normal.square_px,
+    }
+}
