@@ -56,8 +56,9 @@ pub(crate) struct Normal {
     pub chi2: f64,
     /// Sum of squared residuals in px², no weight.
     pub square_px: f64,
-    /// Squared residuals against their covariance, each cut off at the robust limit.
-    pub corners: u32,
+    /// Sum of the corners' squared Mahalanobis lengths, each cut off at [`SCALE_LIMIT`]: what tells the noise apart from
+    /// outliers.
+    pub scale: f64,
 }
 
 impl Normal {
@@ -67,7 +68,7 @@ impl Normal {
             gradient: Vector6::zeros(),
             chi2: 0.0,
             square_px: 0.0,
-            corners: 0,
+            scale: 0.0,
         }
     }
 
@@ -76,12 +77,16 @@ impl Normal {
         self.gradient += other.gradient;
         self.chi2 += other.chi2;
         self.square_px += other.square_px;
-        self.corners += other.corners;
+        self.scale += other.scale;
     }
 }
 
 /// Squared Mahalanobis length beyond which a corner loses weight: 98.9 % of the corners of a Gaussian lie within.
 pub(crate) const ROBUST_LIMIT: f64 = 9.0;
+
+/// Squared Mahalanobis length at which a corner's share in the estimate of the noise is cut off: 86 % of the corners of a
+/// Gaussian lie within.
+pub(crate) const SCALE_LIMIT: f64 = 4.0;
 
 /// Weight and twice the cost of a corner at the squared Mahalanobis length `d2`: quadratic within the limit, logarithmic
 /// beyond (Gaussian core with Cauchy tails), so that one wrong corner pulls ever less.
@@ -152,12 +157,13 @@ impl Sight<'_> {
         jacobian: &Matrix2x6,
     ) {
         let information = self.view.information[corner] * self.weight;
-        let (weight, cost) = robust(residual.dot(&(information * residual)));
+        let d2 = residual.dot(&(information * residual));
+        let (weight, cost) = robust(d2);
         let weighted = jacobian.transpose() * (information * weight);
         sum.information += weighted * jacobian;
         sum.gradient += weighted * residual;
         sum.chi2 += cost;
         sum.square_px += residual.norm_squared();
-        sum.corners += 1;
+        sum.scale += d2.min(SCALE_LIMIT);
     }
 }

@@ -11,7 +11,7 @@ use super::restlessness;
 use crate::FusionOptions;
 use crate::filter::absorb::absorb;
 use crate::filter::clocks::Observed;
-use crate::filter::corners::{Normal, Sight};
+use crate::filter::corners::{Normal, SCALE_LIMIT, Sight};
 use crate::filter::kinematics::Kinematics;
 use crate::filter::solve::{Fit, UNSEEN, solve};
 
@@ -20,8 +20,8 @@ use crate::filter::solve::{Fit, UNSEEN, solve};
 pub(crate) struct Taken {
     /// Whether it took part.
     pub part: bool,
-    /// Of its corners after the update.
-    pub chi2: f64,
+    /// Of its corners after the update, each cut off, as [`Normal::scale`] has it.
+    pub scale: f64,
     /// Degrees of freedom that its residuals keep after the update.
     pub redundancy: f64,
     /// Sum of its squared residuals in px².
@@ -29,10 +29,10 @@ pub(crate) struct Taken {
 }
 
 impl Taken {
-    fn refused(options: &FusionOptions) -> Self {
+    fn refused() -> Self {
         Self {
             part: false,
-            chi2: options.tag_gate,
+            scale: 4.0 * SCALE_LIMIT,
             redundancy: 8.0,
             square_px: 0.0,
         }
@@ -76,7 +76,7 @@ pub(crate) fn refused(
         state,
         evidence: -0.5 * options.tag_gate * sights.len() as f64,
         mirrored: f64::NEG_INFINITY,
-        taken: vec![Taken::refused(options); sights.len()],
+        taken: vec![Taken::refused(); sights.len()],
     }
 }
 
@@ -167,7 +167,7 @@ fn complete(
     let Observed { covariance, .. } = absorbed.state.observed(camera_index, restlessness(options));
     let pairs = normals.iter().zip(part);
     let taken = pairs
-        .map(|(normal, part)| taken(normal.as_ref(), *part, &covariance, options))
+        .map(|(normal, part)| taken(normal.as_ref(), *part, &covariance))
         .collect();
     let refused = part.iter().filter(|part| !**part).count();
     let evidence = -0.5 * (fit.cost + absorbed.narrowing + options.tag_gate * refused as f64);
@@ -178,14 +178,9 @@ fn complete(
     })
 }
 
-fn taken(
-    normal: Option<&Normal>,
-    part: bool,
-    covariance: &Matrix6<f64>,
-    options: &FusionOptions,
-) -> Taken {
+fn taken(normal: Option<&Normal>, part: bool, covariance: &Matrix6<f64>) -> Taken {
     let Some(normal) = normal else {
-        return Taken::refused(options);
+        return Taken::refused();
     };
     let absorbed = if part {
         (normal.information * covariance).trace()
@@ -194,7 +189,7 @@ fn taken(
     };
     Taken {
         part,
-        chi2: normal.chi2,
+        scale: normal.scale,
         redundancy: (8.0 - absorbed).clamp(0.5, 8.0),
         square_px: normal.square_px,
     }
