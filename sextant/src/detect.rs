@@ -1,0 +1,126 @@
+//! `sextant detect`: tags in pictures.
+
+mod dataset;
+mod print;
+mod sight;
+
+use crate::ordered::in_order;
+use crate::output::{Format, print_line};
+use anyhow::bail;
+use clap::Args;
+use sextant_apriltag::{Detector, Options};
+use sextant_process::{Exit, Failure, WithExit};
+use sextant_tag_families::Family;
+use sight::{Sight, look};
+use std::io::{self, BufRead, BufReader};
+use std::path::{Path, PathBuf};
+
+pub use sight::{detected_tags, image_of};
+
+/// What a person may choose of `detect`.
+#[derive(Args, Debug)]
+#[command(after_help = "With --json, a line an image:
+  {\"file\",\"ms\",\"detections\":[{\"family\",\"id\",\"hamming\",\"margin\",\"corners\":[[x,y]x4],\"sigma_px\"}]}
+Corners run from the top left clockwise, pixels, (0, 0) at the centre of the top-left one. `ms` is the time of the detection
+alone, without reading the file: of one run, or with --reps N the median of N runs after one that does not count.
+
+A picture that cannot be read is complained about on standard error; the others are still done, then the exit code is 3.")]
+pub struct DetectArguments {
+    /// Pictures (PNG of 8 bits, grey or colour); `-` takes paths from standard input, one a line.
+    #[arg(value_name = "IMAGE", required_unless_present = "dataset")]
+    images: Vec<PathBuf>,
+    /// Threads that work on different pictures at the same time.
+    #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u8).range(1..=64))]
+    threads: u8,
+    /// Repetitions of the detection, for timing.
+    #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    reps: u32,
+    /// Tag family to look for; may be repeated.
+    #[arg(long = "family", value_name = "FAMILY", default_value = "tag36h11")]
+    families: Vec<Family>,
+    /// Instead of pictures, a recording (DIR/<camera>/data.csv): writes OUT/<camera>/detections.jsonl, which `replay` takes.
+    #[arg(
+        long,
+        value_name = "DIR",
+        conflicts_with = "images",
+        requires = "out",
+        conflicts_with = "reps"
+    )]
+    dataset: Option<PathBuf>,
+    /// Where --dataset writes to; may be DIR itself.
+    #[arg(long, value_name = "OUT", requires = "dataset")]
+    out: Option<PathBuf>,
+}
+
+/// Runs `sextant detect`.
+///
+/// # Errors
+/// [`Exit::Usage`] for options that contradict each other, [`Exit::Input`] when a picture could not be used.
+pub fn run(arguments: &DetectArguments, format: Format) -> anyhow::Result<()> {
+    let options = Options {
+        families: arguments.families.clone(),
+        ..Options::default()
+    };
+    // Made once here, so that making it for each thread cannot fail any more.
+    Detector::new(options.clone()).exit_with(Exit::Usage)?;
+    let threads = usize::from(arguments.threads);
+    match (&arguments.dataset, &arguments.out) {
+        (Some(dataset), Some(out)) => dataset::write_detections(dataset, out, threads, &options),
+        _ => detect_each(arguments, threads, &options, format),
+    }
+}
+
+fn detect_each(
+    arguments: &DetectArguments,
+    threads: usize,
+    options: &Options,
+    format: Format,
+) -> anyhow::Result<()> {
+    let (mut total, mut failed) = (0_usize, 0_usize);
+    let take = |sight: anyhow::Result<Sight>| {
+        total += 1;
+        match sight {
+            Ok(sight) => print_line(&print::of(&sight, format))?,
+            Err(error) => {
+                failed += 1;
+                eprintln!("error: {error:#}");
+            }
+        }
+        Ok(())
+    };
+    let work = |detector: &mut Option<Detector>, path: io::Result<PathBuf>| {
+        look(detector, &path?, arguments.reps)
+    };
+    in_order(
+        threads,
+        paths(&arguments.images),
+        || detector(options),
+        work,
+        take,
+    )?;
+    if failed > 0 {
+        let cause = anyhow::anyhow!("{failed} of {total} pictures could not be used");
+        bail!(Failure::new(Exit::Input, cause));
+    }
+    Ok(())
+}
+
+/// None where the options are refused, which [`run`] has seen already.
+pub fn detector(options: &Options) -> Option<Detector> {
+    Detector::new(options.clone()).ok()
+}
+
+/// The paths of the command line, with those of standard input in the place of `-`.
+fn paths(arguments: &[PathBuf]) -> impl Iterator<Item = io::Result<PathBuf>> + Send {
+    arguments.iter().flat_map(|argument| {
+        let from_stdin = argument == Path::new("-");
+        let given = (!from_stdin).then(|| Ok(argument.clone()));
+        let read = from_stdin.then(|| BufReader::new(io::stdin()).lines());
+        let read = read
+            .into_iter()
+            .flatten()
+            .filter(|line| line.as_ref().map_or(true, |line| !line.is_empty()))
+            .map(|line| line.map(PathBuf::from));
+        given.into_iter().chain(read)
+    })
+}

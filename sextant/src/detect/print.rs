@@ -1,0 +1,89 @@
+//! What `detect` says of a picture.
+
+use super::sight::{Sight, sigma_px};
+use crate::output::Format;
+use serde::Serialize;
+use sextant_apriltag::Detection;
+use sextant_tag_families::Family;
+use std::fmt::Write;
+
+#[derive(Serialize)]
+struct Line<'a> {
+    file: &'a str,
+    ms: f64,
+    detections: Vec<TagLine>,
+}
+
+#[derive(Serialize)]
+struct TagLine {
+    family: Family,
+    id: u32,
+    hamming: u8,
+    margin: f32,
+    corners: [[f32; 2]; 4],
+    #[serde(skip_serializing_if = "Option::is_none")]
+    sigma_px: Option<f32>,
+}
+
+impl From<&Detection> for TagLine {
+    fn from(detection: &Detection) -> Self {
+        Self {
+            family: detection.family,
+            id: detection.id,
+            hamming: detection.hamming,
+            margin: detection.margin,
+            corners: detection.corners,
+            sigma_px: sigma_px(detection),
+        }
+    }
+}
+
+/// The line, or in text the lines, of a picture.
+pub fn of(sight: &Sight, format: Format) -> String {
+    match format {
+        Format::Json => json(sight),
+        Format::Text => text(sight),
+    }
+}
+
+fn json(sight: &Sight) -> String {
+    let line = Line {
+        file: &sight.path.to_string_lossy(),
+        ms: (sight.ms * 1e4).round() / 1e4,
+        detections: sight.detections.iter().map(TagLine::from).collect(),
+    };
+    // Numbers and names: there is nothing that JSON could refuse.
+    serde_json::to_string(&line).unwrap_or_default()
+}
+
+fn text(sight: &Sight) -> String {
+    let tags = match sight.detections.len() {
+        1 => "1 tag".to_owned(),
+        count => format!("{count} tags"),
+    };
+    let mut text = format!("{}: {tags}, {:.2} ms", sight.path.display(), sight.ms);
+    for detection in &sight.detections {
+        let [x, y] = detection.centre();
+        // Writing to a String cannot fail.
+        let _ = write!(
+            text,
+            "\n  {} {:>4}  at {x:7.1} {y:7.1}  edge {:6.1} px  hamming {}  margin {:5.1}",
+            detection.family,
+            detection.id,
+            edge(detection),
+            detection.hamming,
+            detection.margin
+        );
+    }
+    text
+}
+
+/// Mean length of the four edges, pixels.
+fn edge(detection: &Detection) -> f32 {
+    let corners = &detection.corners;
+    let length = |k: usize| {
+        let ([x0, y0], [x1, y1]) = (corners[k], corners[(k + 1) % 4]);
+        (x1 - x0).hypot(y1 - y0)
+    };
+    (0..4).map(length).sum::<f32>() / 4.0
+}

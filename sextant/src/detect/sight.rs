@@ -1,0 +1,77 @@
+//! One picture and what the detector sees in it.
+
+use anyhow::Context;
+use sextant_apriltag::{Detection, Detector, Image};
+use sextant_recordings::{DetectedTag, GreyImage, read_any_png};
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+/// What was seen in a picture.
+pub struct Sight {
+    /// Its file.
+    pub path: PathBuf,
+    /// Time of the detection alone, milliseconds.
+    pub ms: f64,
+    /// The tags.
+    pub detections: Vec<Detection>,
+}
+
+/// Looks at the picture in a file, `reps` times.
+///
+/// # Errors
+/// A file that is no picture, and a picture of a size that the detector does not take.
+pub fn look(detector: &mut Option<Detector>, path: &Path, reps: u32) -> anyhow::Result<Sight> {
+    let picture = read_any_png(path)?;
+    let image = image_of(&picture).with_context(|| path.display().to_string())?;
+    let detector = detector.as_mut().context("there is no detector")?;
+    if reps > 1 {
+        detector.detect(&image);
+    }
+    let mut detections = Vec::new();
+    let mut times = Vec::new();
+    for _ in 0..reps {
+        let start = Instant::now();
+        let found = detector.detect(&image);
+        times.push(start.elapsed().as_secs_f64() * 1e3);
+        detections.clear();
+        detections.extend_from_slice(found);
+    }
+    times.sort_by(f64::total_cmp);
+    Ok(Sight {
+        path: path.to_owned(),
+        ms: times[times.len() / 2],
+        detections,
+    })
+}
+
+/// A picture as the detector takes it.
+///
+/// # Errors
+/// A size that the detector does not take.
+pub fn image_of(picture: &GreyImage) -> Result<Image<'_>, sextant_apriltag::ImageError> {
+    Image::new(
+        &picture.pixels,
+        picture.width,
+        picture.height,
+        picture.width,
+    )
+}
+
+/// What is recorded of detections, and what `replay` takes from pictures as well, so that both ways give the same poses.
+pub fn detected_tags(detections: &[Detection]) -> Vec<DetectedTag> {
+    let tags = detections.iter().map(|detection| DetectedTag {
+        family: detection.family,
+        id: detection.id,
+        corners: detection.corners,
+        sigma_px: sigma_px(detection),
+    });
+    tags.collect()
+}
+
+/// Standard deviation of a corner's coordinate over all four corners; none where the detector states no covariance.
+pub fn sigma_px(detection: &Detection) -> Option<f32> {
+    let variances = detection.corner_covariance.iter();
+    let sum: f32 = variances.map(|[xx, _, yy]| xx + yy).sum();
+    let sigma = (sum / 8.0).sqrt();
+    (sigma > 0.0 && sigma.is_finite()).then_some(sigma)
+}

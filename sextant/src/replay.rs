@@ -1,0 +1,191 @@
+//! `sextant replay`: a recording through the very estimator that runs live.
+
+mod ledger;
+mod models;
+mod poses_file;
+mod sight;
+
+use crate::ordered::in_order;
+use crate::output::{Format, print_line};
+use anyhow::{Context, bail};
+use clap::Args;
+use ledger::Ledger;
+use models::Models;
+use poses_file::PosesFile;
+use sextant_estimator::{Fusion, FusionOptions, ImageObservation, Input, ObjectEstimate, Output};
+use sextant_process::{Exit, Failure, Shutdown, WithExit};
+use sextant_recordings::{Dataset, Row, pose_json};
+use std::path::PathBuf;
+use std::time::{Duration, Instant};
+
+/// What a person may choose of `replay`.
+#[derive(Args, Debug)]
+#[command(
+    after_help = "Images are taken in by arrival (third column of data.csv, `arrival_ns` of detections.jsonl; else the capture
+time); images that arrive together by capture time, then by camera. There is one pose for each object and capture time: what was
+known after the last image of exactly that capture time; images that arrive later do not change it. Poses are sorted by time,
+then object; the same recording gives the same bytes.
+
+JSON lines: {\"t_ns\",\"object\",\"position\":[3],\"orientation\":[x,y,z,w],\"covariance\":[36],\"twist\":[6],\"state\",\"cameras\",\"tags\",\"rms_px\"}
+TUM: timestamp tx ty tz qx qy qz qw, as `evo` reads it; of one object only."
+)]
+pub struct ReplayArguments {
+    /// The recording: DIR/<camera>/data.csv with DIR/<camera>/data/*.png (8-bit grey), or DIR/<camera>/detections.jsonl.
+    #[arg(value_name = "DIR")]
+    recording: PathBuf,
+    /// The cameras: a rig file.
+    #[arg(long, value_name = "FILE")]
+    rig: PathBuf,
+    /// An object file; may be repeated.
+    #[arg(long = "object", value_name = "FILE", required = true)]
+    objects: Vec<PathBuf>,
+    /// Where the poses go: FILE.jsonl or FILE.tum, written whole or not at all. Without it JSON lines go to standard output.
+    #[arg(long, value_name = "FILE")]
+    out: Option<PathBuf>,
+    /// As fast as it was recorded instead of as fast as possible; poses go to standard output as they become final.
+    #[arg(long)]
+    realtime: bool,
+    /// Threads that look for tags in pictures; the poses do not depend on it.
+    #[arg(long, default_value_t = 2, value_parser = clap::value_parser!(u8).range(1..=64))]
+    threads: u8,
+}
+
+/// Runs `sextant replay`.
+///
+/// # Errors
+/// [`Exit::Input`] for a recording, rig or object that cannot be used; then nothing is written.
+pub fn run(arguments: &ReplayArguments, format: Format) -> anyhow::Result<()> {
+    let file = PosesFile::named(arguments.out.as_deref(), arguments.objects.len())?;
+    if arguments.recording.extension().is_some_and(|e| e == "mcap") {
+        let cause = anyhow::anyhow!(
+            "{}: recordings in MCAP cannot be replayed yet; give a folder",
+            arguments.recording.display()
+        );
+        bail!(Failure::new(Exit::Input, cause));
+    }
+    let models = Models::read(&arguments.rig, &arguments.objects)?;
+    let dataset = Dataset::open(&arguments.recording).exit_with(Exit::Input)?;
+    models.check_cameras(&dataset, &arguments.recording)?;
+    let poses = replay(arguments, &models, &dataset, file.is_none())?;
+    if let Some(file) = &file {
+        file.write(&poses)?;
+    }
+    tell(&dataset, &poses, &models, format, file.is_some())
+}
+
+/// The final poses, sorted. In real time with nowhere else to go they are printed as they become final.
+fn replay(
+    arguments: &ReplayArguments,
+    models: &Models,
+    dataset: &Dataset,
+    to_stdout: bool,
+) -> anyhow::Result<Vec<ObjectEstimate>> {
+    let rows = dataset.rows_by_arrival();
+    let options = models.detector_options();
+    let fusion = Fusion::new(
+        models.rig.clone(),
+        models.objects.clone(),
+        FusionOptions::default(),
+    );
+    let mut fusion = fusion.exit_with(Exit::Input)?;
+    let mut ledger = Ledger::of(rows.iter().map(|row| row.capture_ns));
+    let mut pace = arguments.realtime.then(Pace::start).transpose()?;
+    let mut poses = Vec::new();
+    in_order(
+        usize::from(arguments.threads),
+        rows.iter().copied(),
+        || crate::detect::detector(&options),
+        |detector, row| (row, sight::observation(detector, row, &models.rig)),
+        |(row, seen): (&Row, anyhow::Result<ImageObservation>)| {
+            let image = seen.exit_with(Exit::Input)?;
+            if let Some(pace) = &mut pace {
+                pace.wait_for(row.arrival_ns)?;
+            }
+            fusion.handle(row.arrival_ns, Input::Image(image));
+            let said = std::iter::from_fn(|| fusion.poll_output());
+            let finals = ledger.took(row.capture_ns, said.filter_map(pose_of));
+            if pace.is_some() && to_stdout {
+                finals
+                    .iter()
+                    .try_for_each(|pose| print_line(&pose_json(pose)))?;
+            }
+            poses.extend(finals);
+            Ok(())
+        },
+    )?;
+    poses.sort_by(|a, b| (a.capture_ns, &a.object).cmp(&(b.capture_ns, &b.object)));
+    if pace.is_none() && to_stdout {
+        poses
+            .iter()
+            .try_for_each(|pose| print_line(&pose_json(pose)))?;
+    }
+    Ok(poses)
+}
+
+fn pose_of(output: Output) -> Option<ObjectEstimate> {
+    match output {
+        Output::Pose(estimate) => Some(estimate),
+        Output::Refused(_) => None,
+    }
+}
+
+/// A word on what was done: on standard error, or with `--json` on standard output where no poses go there.
+fn tell(
+    dataset: &Dataset,
+    poses: &[ObjectEstimate],
+    models: &Models,
+    format: Format,
+    stdout_is_free: bool,
+) -> anyhow::Result<()> {
+    let images: usize = dataset.cameras().iter().map(|c| c.rows.len()).sum();
+    let of = |object: &sextant_estimator::ObjectId| {
+        poses.iter().filter(|pose| pose.object == *object).count()
+    };
+    if format == Format::Json {
+        let objects = models
+            .objects
+            .iter()
+            .map(|object| serde_json::json!({"id": object.id(), "poses": of(object.id())}));
+        let summary = serde_json::json!({
+            "cameras": dataset.cameras().len(), "images": images, "objects": objects.collect::<Vec<_>>(),
+        });
+        if stdout_is_free {
+            print_line(&summary.to_string())?;
+        }
+        return Ok(());
+    }
+    eprintln!("{images} images of {} cameras", dataset.cameras().len());
+    for object in &models.objects {
+        eprintln!("{}: {} poses", object.id(), of(object.id()));
+    }
+    Ok(())
+}
+
+/// The recording's own speed.
+struct Pace {
+    shutdown: Shutdown,
+    start: Option<(Instant, u64)>,
+}
+
+impl Pace {
+    fn start() -> anyhow::Result<Self> {
+        let shutdown = Shutdown::install().context("signals cannot be caught")?;
+        Ok(Self {
+            shutdown,
+            start: None,
+        })
+    }
+
+    fn wait_for(&mut self, arrival_ns: u64) -> anyhow::Result<()> {
+        let (start, first_ns) = *self.start.get_or_insert((Instant::now(), arrival_ns));
+        let due = start + Duration::from_nanos(arrival_ns.saturating_sub(first_ns));
+        if self
+            .shutdown
+            .wait(due.saturating_duration_since(Instant::now()))
+        {
+            let cause = anyhow::anyhow!("interrupted");
+            bail!(Failure::new(Exit::Interrupted, cause));
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,70 @@
+//! A recorded image as the estimator takes it: detections as they are, pictures through the detector first.
+
+use crate::detect::{detected_tags, image_of};
+use anyhow::{Context, ensure};
+use nalgebra::{Matrix2, Point2};
+use sextant_apriltag::Detector;
+use sextant_estimator::{Camera, ImageObservation, Rig, TagCorners, TagId};
+use sextant_recordings::{DetectedTag, Frame, Row, read_grey_png};
+use std::path::Path;
+
+/// What the image of a row shows.
+///
+/// # Errors
+/// A picture that cannot be read or has not the size that the rig states.
+pub fn observation(
+    detector: &mut Option<Detector>,
+    row: &Row,
+    rig: &Rig,
+) -> anyhow::Result<ImageObservation> {
+    let detected;
+    let tags = match &row.frame {
+        Frame::Detections(tags) => tags,
+        Frame::Picture(path) => {
+            let camera = rig.camera(&row.camera).context("an unknown camera")?;
+            detected = look(detector, path, camera)?;
+            &detected
+        }
+    };
+    Ok(ImageObservation {
+        camera: row.camera.clone(),
+        capture_ns: row.capture_ns,
+        clock_error_ns: ImageObservation::CLOCK_ERROR_UNKNOWN,
+        exposure_ns: 0,
+        tags: tags.iter().map(corners_of).collect(),
+    })
+}
+
+fn look(
+    detector: &mut Option<Detector>,
+    path: &Path,
+    camera: &Camera,
+) -> anyhow::Result<Vec<DetectedTag>> {
+    let picture = read_grey_png(path)?;
+    let [width, height] = camera.resolution.map(|pixels| pixels as usize);
+    ensure!(
+        (picture.width, picture.height) == (width, height),
+        "{}: {}x{} pixels, but the rig says {width}x{height} of camera \"{}\"; give the rig of this recording",
+        path.display(),
+        picture.width,
+        picture.height,
+        camera.id
+    );
+    let image = image_of(&picture).with_context(|| path.display().to_string())?;
+    let detector = detector.as_mut().context("there is no detector")?;
+    Ok(detected_tags(detector.detect(&image)))
+}
+
+fn corners_of(tag: &DetectedTag) -> TagCorners {
+    let point = |[x, y]: [f32; 2]| Point2::new(f64::from(x), f64::from(y));
+    // Zero tells the estimator that nobody states the noise.
+    let variance = tag.sigma_px.map_or(0.0, |sigma| f64::from(sigma).powi(2));
+    TagCorners {
+        tag: TagId {
+            family: tag.family,
+            id: tag.id,
+        },
+        corners: tag.corners.map(point),
+        corner_covariance: [Matrix2::from_diagonal_element(variance); 4],
+    }
+}
