@@ -35,18 +35,33 @@ impl Demo {
     pub fn start(arguments: &[&str]) -> Self {
         let port = free_port();
         let mut command = sextant();
-        command.args(["demo", "--no-browser", "--json", "--port", &port.to_string()]).args(arguments);
-        let mut child = command.stdout(Stdio::piped()).spawn().expect("sextant starts");
+        command
+            .args([
+                "demo",
+                "--no-browser",
+                "--json",
+                "--port",
+                &port.to_string(),
+            ])
+            .args(arguments);
+        let mut child = command
+            .stdout(Stdio::piped())
+            .spawn()
+            .expect("sextant starts");
         let mut stdout = BufReader::new(child.stdout.take().expect("a pipe"));
         let ready = next_json(&mut stdout).expect("the demo says that it is ready");
         assert_eq!(ready["event"], "ready", "{ready}");
         let text = |value: &Value| value.as_str().expect("a text").to_owned();
         let processes = ready["processes"].as_object().expect("processes");
-        let id = |value: &Value| u32::try_from(value.as_u64().expect("an id")).expect("a process id");
+        let id =
+            |value: &Value| u32::try_from(value.as_u64().expect("an id")).expect("a process id");
         Self {
             page: text(&ready["page"]),
             connect: text(&ready["connect"]),
-            processes: processes.iter().map(|(name, value)| (name.clone(), id(value))).collect(),
+            processes: processes
+                .iter()
+                .map(|(name, value)| (name.clone(), id(value)))
+                .collect(),
             child,
             stdout,
         }
@@ -73,7 +88,10 @@ impl Demo {
         while let Some(line) = next_json(&mut self.stdout) {
             summary = line;
         }
-        Ended { status: self.child.wait().expect("the demo can be waited for"), summary }
+        Ended {
+            status: self.child.wait().expect("the demo can be waited for"),
+            summary,
+        }
     }
 }
 
@@ -95,8 +113,11 @@ pub fn send(process: u32, signal: i32) {
 
 fn next_json(stdout: &mut impl BufRead) -> Option<Value> {
     let mut line = String::new();
-    stdout.read_line(&mut line).expect("the demo's output is text");
-    (!line.is_empty()).then(|| serde_json::from_str(&line).unwrap_or_else(|cause| panic!("{cause}: {line}")))
+    stdout
+        .read_line(&mut line)
+        .expect("the demo's output is text");
+    (!line.is_empty())
+        .then(|| serde_json::from_str(&line).unwrap_or_else(|cause| panic!("{cause}: {line}")))
 }
 
 fn free_port() -> u16 {

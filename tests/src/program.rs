@@ -17,7 +17,15 @@ pub fn workspace_root() -> PathBuf {
 pub fn sextant() -> Command {
     let test = std::env::current_exe().expect("a test has a file");
     // target/<profile>/deps/<test> -> target/<profile>/sextant
-    let program = test.ancestors().nth(2).expect("a profile's folder").join("sextant");
-    assert!(program.is_file(), "{} is missing: run `cargo build --release --package sextant` first", program.display());
+    let program = test
+        .ancestors()
+        .nth(2)
+        .expect("a profile's folder")
+        .join("sextant");
+    assert!(
+        program.is_file(),
+        "{} is missing: run `cargo build --release --package sextant` first",
+        program.display()
+    );
     Command::new(program)
 }

@@ -15,8 +15,16 @@ impl Traces {
     #[must_use]
     pub fn of(demo: u32) -> Self {
         let mut names = BTreeSet::new();
-        collect(Path::new("/dev/shm"), &format!("sextant{demo}_"), &mut names);
-        collect(&std::env::temp_dir(), &format!("sextant-demo-{demo}"), &mut names);
+        collect(
+            Path::new("/dev/shm"),
+            &format!("sextant{demo}_"),
+            &mut names,
+        );
+        collect(
+            &std::env::temp_dir(),
+            &format!("sextant-demo-{demo}"),
+            &mut names,
+        );
         Self { names }
     }
 

@@ -12,7 +12,13 @@ const FLOORS: &[&[&str]] = &[
     &["sextant-apriltag"],
     &["sextant-estimator", "sextant-simulator"],
     &["sextant-proto"],
-    &["sextant-iceoryx-images", "sextant-zenoh-bus", "sextant-site-files", "sextant-recordings", "sextant-process"],
+    &[
+        "sextant-iceoryx-images",
+        "sextant-zenoh-bus",
+        "sextant-site-files",
+        "sextant-recordings",
+        "sextant-process",
+    ],
     &["node-camera", "node-fusion", "node-viewer-bridge"],
     &["sextant"],
     &["system-tests", "xtask"],
@@ -36,11 +42,18 @@ fn floor_of(package: &str) -> Option<usize> {
 /// Every workspace package with the names of what it depends on, for use and for its own build (not for its tests).
 fn dependencies() -> BTreeMap<String, Vec<String>> {
     let output = Command::new(env!("CARGO"))
-        .args(["metadata", "--format-version", "1", "--no-deps", "--offline"])
+        .args([
+            "metadata",
+            "--format-version",
+            "1",
+            "--no-deps",
+            "--offline",
+        ])
         .current_dir(env!("CARGO_MANIFEST_DIR"))
         .output()
         .expect("cargo metadata runs");
-    let metadata: Value = serde_json::from_slice(&output.stdout).expect("cargo metadata prints JSON");
+    let metadata: Value =
+        serde_json::from_slice(&output.stdout).expect("cargo metadata prints JSON");
     let text = |value: &Value| value.as_str().unwrap_or_default().to_owned();
     metadata["packages"]
         .as_array()
@@ -48,7 +61,11 @@ fn dependencies() -> BTreeMap<String, Vec<String>> {
         .iter()
         .map(|package| {
             let wanted = package["dependencies"].as_array().expect("dependencies");
-            let wanted = wanted.iter().filter(|d| d["kind"] != "dev").map(|d| text(&d["name"])).collect();
+            let wanted = wanted
+                .iter()
+                .filter(|d| d["kind"] != "dev")
+                .map(|d| text(&d["name"]))
+                .collect();
             (text(&package["name"]), wanted)
         })
         .collect()
@@ -57,7 +74,10 @@ fn dependencies() -> BTreeMap<String, Vec<String>> {
 #[test]
 fn every_package_stands_on_a_floor() {
     for package in dependencies().keys() {
-        assert!(floor_of(package).is_some(), "{package} has no floor: place it in FLOORS and in ARCHITECTURE.md");
+        assert!(
+            floor_of(package).is_some(),
+            "{package} has no floor: place it in FLOORS and in ARCHITECTURE.md"
+        );
     }
 }
 
@@ -71,7 +91,10 @@ fn arrows_go_down_only() {
             }
         }
     }
-    assert!(broken.is_empty(), "arrows that go sideways or up: {broken:?}");
+    assert!(
+        broken.is_empty(),
+        "arrows that go sideways or up: {broken:?}"
+    );
 }
 
 #[test]
@@ -79,7 +102,10 @@ fn the_core_knows_no_transport() {
     let dependencies = dependencies();
     for (package, forbidden) in IGNORANT_OF {
         let wanted = &dependencies[*package];
-        let seen: Vec<_> = forbidden.iter().filter(|name| wanted.iter().any(|w| w == *name)).collect();
+        let seen: Vec<_> = forbidden
+            .iter()
+            .filter(|name| wanted.iter().any(|w| w == *name))
+            .collect();
         assert!(seen.is_empty(), "{package} must not know {seen:?}");
     }
 }
@@ -87,5 +113,10 @@ fn the_core_knows_no_transport() {
 #[test]
 fn the_simulator_never_uses_what_it_tests() {
     let wanted = &dependencies()["sextant-simulator"];
-    assert!(!wanted.iter().any(|name| name == "sextant-apriltag" || name == "sextant-estimator"), "{wanted:?}");
+    assert!(
+        !wanted
+            .iter()
+            .any(|name| name == "sextant-apriltag" || name == "sextant-estimator"),
+        "{wanted:?}"
+    );
 }

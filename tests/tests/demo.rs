@@ -1,16 +1,23 @@
 //! `sextant demo` as a newcomer runs it: it is accurate, it stays within its memory, it ends clean however it is ended.
 
-use sextant_process::memory::pss_bytes;
 use serde_json::Value;
+use sextant_process::memory::pss_bytes;
 use system_tests::{Demo, Traces, sextant};
 
 const MIB: u64 = 1 << 20;
 
 /// Resident memory (proportional share) that each kind of process may take at most.
-const MEMORY: &[(&str, u64)] = &[("capture", 25 * MIB), ("detect", 25 * MIB), ("fusion", 40 * MIB), ("viewer", 60 * MIB)];
+const MEMORY: &[(&str, u64)] = &[
+    ("capture", 25 * MIB),
+    ("detect", 25 * MIB),
+    ("fusion", 40 * MIB),
+    ("viewer", 60 * MIB),
+];
 
 fn number(value: &Value) -> f64 {
-    value.as_f64().unwrap_or_else(|| panic!("{value} is no number"))
+    value
+        .as_f64()
+        .unwrap_or_else(|| panic!("{value} is no number"))
 }
 
 #[test]
@@ -24,8 +31,14 @@ fn a_demo_is_accurate_and_leaves_nothing_behind() {
     let objects = summary["objects"].as_array().expect("objects");
     assert_eq!((cameras.len(), objects.len()), (4, 3), "{summary}");
     for camera in cameras {
-        assert!(number(&camera["captured"]) > 0.0 && number(&camera["detected"]) > 0.0, "{summary}");
-        assert!(number(&camera["captured"]) >= number(&camera["detected"]) + number(&camera["dropped"]), "{summary}");
+        assert!(
+            number(&camera["captured"]) > 0.0 && number(&camera["detected"]) > 0.0,
+            "{summary}"
+        );
+        assert!(
+            number(&camera["captured"]) >= number(&camera["detected"]) + number(&camera["dropped"]),
+            "{summary}"
+        );
     }
     for object in objects {
         assert!(number(&object["position_rms_mm"]) < 3.0, "{summary}");
@@ -38,7 +51,10 @@ fn a_demo_is_accurate_and_leaves_nothing_behind() {
 fn every_process_stays_within_its_memory() {
     let demo = Demo::start(&["--cameras", "2"]);
     for (name, id) in &demo.processes {
-        let (_, limit) = MEMORY.iter().find(|(kind, _)| name.starts_with(kind)).expect("a known kind of process");
+        let (_, limit) = MEMORY
+            .iter()
+            .find(|(kind, _)| name.starts_with(kind))
+            .expect("a known kind of process");
         let used = pss_bytes(*id).expect("the process lives");
         assert!(used <= *limit, "{name} takes {used} bytes");
     }
@@ -49,7 +65,16 @@ fn every_process_stays_within_its_memory() {
 #[test]
 fn two_demos_side_by_side_do_not_meet() {
     let first = Demo::start(&["--cameras", "1", "--objects", "1"]);
-    let second = Demo::start(&["--cameras", "2", "--objects", "2", "--duration", "2", "--site", "other"]);
+    let second = Demo::start(&[
+        "--cameras",
+        "2",
+        "--objects",
+        "2",
+        "--duration",
+        "2",
+        "--site",
+        "other",
+    ]);
     let second = second.wait();
     assert!(second.status.success());
     assert_eq!(second.summary["objects"].as_array().map(Vec::len), Some(2));
@@ -63,7 +88,11 @@ fn two_demos_side_by_side_do_not_meet() {
 fn the_death_of_a_child_ends_the_demo_with_a_fault() {
     let demo = Demo::start(&["--cameras", "1", "--objects", "1"]);
     let id = demo.id();
-    let (_, fusion) = demo.processes.iter().find(|(name, _)| name == "fusion").expect("a fusion node");
+    let (_, fusion) = demo
+        .processes
+        .iter()
+        .find(|(name, _)| name == "fusion")
+        .expect("a fusion node");
     system_tests::send(*fusion, libc::SIGKILL);
     assert_eq!(demo.wait().status.code(), Some(1));
     assert!(Traces::of(id).is_none(), "{:?}", Traces::of(id));
@@ -88,8 +117,14 @@ fn what_a_killed_demo_leaves_the_next_one_removes() {
 fn a_port_in_use_is_named_with_its_remedy() {
     let taken = std::net::TcpListener::bind("127.0.0.1:0").expect("a free port");
     let port = taken.local_addr().expect("an address").port().to_string();
-    let output = sextant().args(["demo", "--no-browser", "--port", &port]).output().expect("sextant runs");
+    let output = sextant()
+        .args(["demo", "--no-browser", "--port", &port])
+        .output()
+        .expect("sextant runs");
     let message = String::from_utf8_lossy(&output.stderr).into_owned();
     assert_eq!(output.status.code(), Some(4), "{message}");
-    assert!(message.contains(&port) && message.contains("--port"), "{message}");
+    assert!(
+        message.contains(&port) && message.contains("--port"),
+        "{message}"
+    );
 }

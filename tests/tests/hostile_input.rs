@@ -16,16 +16,23 @@ struct Site {
 impl Site {
     fn of(demo: &Demo) -> Self {
         let keys = Keys::new("demo").expect("an id");
-        let bus = Bus::open(&BusOptions::client_of(&demo.connect)).expect("the demo's router answers");
+        let bus =
+            Bus::open(&BusOptions::client_of(&demo.connect)).expect("the demo's router answers");
         Self { keys, bus }
     }
 
     /// The first message on a key that has the wanted property.
     fn await_message(&self, key: &str, mut wanted: impl FnMut(&Item) -> bool) {
-        let messages = self.bus.subscribe(key, 64, DropRule::Oldest, limits::MAX_PAYLOAD_BYTES).expect("a subscription");
+        let messages = self
+            .bus
+            .subscribe(key, 64, DropRule::Oldest, limits::MAX_PAYLOAD_BYTES)
+            .expect("a subscription");
         let deadline = Instant::now() + PATIENCE;
         while Instant::now() < deadline {
-            if messages.recv_timeout(Duration::from_millis(200)).is_some_and(|item| wanted(&item)) {
+            if messages
+                .recv_timeout(Duration::from_millis(200))
+                .is_some_and(|item| wanted(&item))
+            {
                 return;
             }
         }
@@ -47,7 +54,10 @@ impl Site {
 fn with_nan_corner(good: &[u8]) -> Vec<u8> {
     let message: Observations = decode(good).expect("a good observation");
     let corner = message.tags[0].corners[0][0].to_le_bytes();
-    let at = good.windows(4).position(|bytes| bytes == corner).expect("the corner is in the bytes");
+    let at = good
+        .windows(4)
+        .position(|bytes| bytes == corner)
+        .expect("the corner is in the bytes");
     let mut bad = good.to_vec();
     bad[at..at + 4].copy_from_slice(&f32::NAN.to_le_bytes());
     bad
@@ -55,7 +65,10 @@ fn with_nan_corner(good: &[u8]) -> Vec<u8> {
 
 fn intake_of(item: &Item, camera: &CameraId) -> Option<(u64, Rejections)> {
     let status: FusionStatus = decode(item.bytes()?).ok()?;
-    let intake = status.cameras.into_iter().find(|intake| &intake.camera == camera)?;
+    let intake = status
+        .cameras
+        .into_iter()
+        .find(|intake| &intake.camera == camera)?;
     Some((intake.received, intake.rejected))
 }
 
@@ -63,7 +76,11 @@ fn intake_of(item: &Item, camera: &CameraId) -> Option<(u64, Rejections)> {
 fn what_does_not_decode_is_counted_and_nothing_else_changes() {
     let demo = Demo::start(&["--cameras", "2", "--objects", "1"]);
     let site = Site::of(&demo);
-    let camera = demo.processes.iter().find_map(|(name, _)| name.strip_prefix("capture-")).expect("a camera");
+    let camera = demo
+        .processes
+        .iter()
+        .find_map(|(name, _)| name.strip_prefix("capture-"))
+        .expect("a camera");
     let camera = CameraId::new(camera).expect("an id");
     let (key, good) = site.observation_of(&camera);
 
@@ -71,26 +88,59 @@ fn what_does_not_decode_is_counted_and_nothing_else_changes() {
     foreign[1] = foreign[1].wrapping_add(1);
     let mut impostor: Observations = decode(&good).expect("a good observation");
     impostor.camera = CameraId::new("impostor").expect("an id");
-    let hostile = site.bus.raw_publisher(&key, Qos::Config).expect("a publisher");
-    let garbage: Vec<u8> = (0..200_u8).map(|k| k.wrapping_mul(151).wrapping_add(43)).collect();
+    let hostile = site
+        .bus
+        .raw_publisher(&key, Qos::Config)
+        .expect("a publisher");
+    let garbage: Vec<u8> = (0..200_u8)
+        .map(|k| k.wrapping_mul(151).wrapping_add(43))
+        .collect();
     let cut = &good[..good.len() / 2];
     let long = vec![0x53; 1_000_000];
-    for payload in [&garbage[..], cut, &foreign, &with_nan_corner(&good), &long, &encode(&impostor).expect("a message")] {
+    for payload in [
+        &garbage[..],
+        cut,
+        &foreign,
+        &with_nan_corner(&good),
+        &long,
+        &encode(&impostor).expect("a message"),
+    ] {
         hostile.put(payload).expect("the network takes it");
     }
 
     let mut received_before = None;
-    let status_key = site.keys.fusion_status(&NodeId::new("fusion").expect("an id"));
+    let status_key = site
+        .keys
+        .fusion_status(&NodeId::new("fusion").expect("an id"));
     site.await_message(&status_key, |item| {
-        let Some((received, rejected)) = intake_of(item, &camera) else { return false };
-        let expected = Rejections { bad_magic: 1, foreign_version: 1, wrong_kind: 0, damaged: 1, too_long: 1, out_of_range: 1, wrong_camera: 1 };
+        let Some((received, rejected)) = intake_of(item, &camera) else {
+            return false;
+        };
+        let expected = Rejections {
+            bad_magic: 1,
+            foreign_version: 1,
+            wrong_kind: 0,
+            damaged: 1,
+            too_long: 1,
+            out_of_range: 1,
+            wrong_camera: 1,
+        };
         let counted = rejected == expected;
         // All is counted, and the camera's own images still arrive.
-        counted && received_before.replace(received).is_some_and(|before| received > before)
+        counted
+            && received_before
+                .replace(received)
+                .is_some_and(|before| received > before)
     });
     demo.signal(libc::SIGINT);
     let ended = demo.wait();
     assert!(ended.status.success());
     let object = &ended.summary["objects"][0];
-    assert!(object["position_rms_mm"].as_f64().is_some_and(|mm| mm < 3.0), "{}", ended.summary);
+    assert!(
+        object["position_rms_mm"]
+            .as_f64()
+            .is_some_and(|mm| mm < 3.0),
+        "{}",
+        ended.summary
+    );
 }
