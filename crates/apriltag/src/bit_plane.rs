@@ -1,7 +1,8 @@
 //! Black or not, one bit a pixel.
 
 use crate::Image;
-use crate::kernels::{Kernels, TILE, WORD};
+use crate::components::make_room;
+use crate::kernels::{Kernels, TILE, TILES_IN_WORD, WORD};
 use crate::tiles::{Level, Tiles};
 
 #[derive(Debug, Default)]
@@ -12,6 +13,16 @@ pub(crate) struct BitPlane {
 }
 
 impl BitPlane {
+    /// Takes the memory that an image of a size needs.
+    pub(crate) fn make_room(&mut self, width: usize, height: usize) {
+        self.words_in_row = width.div_ceil(WORD);
+        self.words.resize(self.words_in_row * height, 0);
+        make_room(
+            &mut self.levels,
+            (width / TILE + 1).next_multiple_of(TILES_IN_WORD),
+        );
+    }
+
     /// Sets the bits of pixels below the level of their tile.
     pub(crate) fn threshold(
         &mut self,
@@ -21,8 +32,6 @@ impl BitPlane {
         level: Level,
         kernels: &Kernels,
     ) {
-        self.words_in_row = image.width().div_ceil(WORD);
-        self.words.resize(self.words_in_row * image.height(), 0);
         for y in 0..image.height() {
             let tile_row = (y / TILE).min(tiles.rows() - 1);
             if y % TILE == 0 && y / TILE == tile_row {

@@ -50,9 +50,21 @@ pub(crate) struct Components {
     /// Index of the first run of each row, and one more.
     row_starts: Vec<u32>,
     components: Vec<Component>,
+    max_runs: usize,
 }
 
+/// Pixels of the image per run, at least: only noise has shorter runs and gaps. Rows beyond this bound are left out.
+const PIXELS_PER_RUN: usize = 4;
+
 impl Components {
+    /// Takes the memory that an image of a size can ask for.
+    pub(crate) fn make_room(&mut self, width: usize, height: usize) {
+        self.max_runs = width * height / PIXELS_PER_RUN;
+        make_room(&mut self.runs, self.max_runs);
+        make_room(&mut self.components, self.max_runs);
+        make_room(&mut self.row_starts, height + 1);
+    }
+
     pub(crate) fn label(&mut self, plane: &BitPlane) {
         self.runs.clear();
         self.row_starts.clear();
@@ -61,7 +73,9 @@ impl Components {
         for (y, words) in plane.rows().enumerate() {
             let row = self.runs.len();
             self.row_starts.push(row as u32);
-            self.take_runs(words);
+            if row + words.len() * WORD / 2 <= self.max_runs {
+                self.take_runs(words);
+            }
             self.join_row(row_above, row, y as u16);
             row_above = row;
         }
@@ -164,6 +178,10 @@ impl Components {
         }
     }
 
+    pub(crate) fn max_labels(&self) -> usize {
+        self.max_runs
+    }
+
     pub(crate) fn n_runs(&self) -> usize {
         self.runs.len()
     }
@@ -204,4 +222,10 @@ impl Components {
     pub(crate) fn n_rows(&self) -> usize {
         self.row_starts.len() - 1
     }
+}
+
+/// Takes memory for so many elements, once.
+pub(crate) fn make_room<T>(buffer: &mut Vec<T>, n: usize) {
+    buffer.clear();
+    buffer.reserve_exact(n);
 }

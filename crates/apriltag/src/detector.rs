@@ -1,7 +1,7 @@
 //! The pipeline.
 
 use crate::bit_plane::BitPlane;
-use crate::components::Components;
+use crate::components::{Components, make_room};
 use crate::edges::{self, EdgeFit};
 use crate::kernels::Kernels;
 use crate::outlines::Outlines;
@@ -14,12 +14,17 @@ use crate::{
 };
 use sextant_tag_families::BorderColour;
 
+/// Tags in an image before those found twice are sorted out, at most; the report counts what is dropped.
+const MAX_DETECTIONS: usize = 1024;
+
 /// Finds tags, image after image; keeps its memory between images.
 #[derive(Debug)]
 pub struct Detector {
     options: Options,
     readers: Vec<Reader>,
     kernels: Kernels,
+    /// Width and height of the last image.
+    size: (usize, usize),
     tiles: Tiles,
     plane: BitPlane,
     components: Components,
@@ -41,6 +46,7 @@ impl Detector {
                 .collect(),
             options,
             kernels: Kernels::fastest(),
+            size: (0, 0),
             tiles: Tiles::default(),
             plane: BitPlane::default(),
             components: Components::default(),
@@ -76,7 +82,7 @@ impl Detector {
             self.components.label(&self.plane);
             observer.stage_ended(Stage::Components);
             self.outlines
-                .trace(&mut self.components, image, self.options.min_edge_px);
+                .trace(&mut self.components, self.options.min_edge_px);
             observer.stage_ended(Stage::Quads);
             self.read_outlines(image, observer);
             observer.stage_ended(Stage::Decode);
@@ -87,6 +93,7 @@ impl Detector {
     }
 
     fn begin(&mut self, image: &Image<'_>) {
+        self.make_room(image.width(), image.height());
         self.detections.clear();
         self.tiles.measure(image, &self.kernels);
         let noise_sigma = self.tiles.noise_sigma();
@@ -97,6 +104,21 @@ impl Detector {
             contrast_gate,
             ..Report::default()
         };
+    }
+
+    /// All memory that an image of this size can ask for, when the size is new.
+    fn make_room(&mut self, width: usize, height: usize) {
+        if self.size == (width, height) {
+            return;
+        }
+        self.size = (width, height);
+        self.tiles.make_room(width, height);
+        self.plane.make_room(width, height);
+        self.components.make_room(width, height);
+        self.outlines
+            .make_room(self.components.max_labels(), height);
+        self.quads.make_room(height);
+        make_room(&mut self.detections, MAX_DETECTIONS);
     }
 
     fn read_outlines(&mut self, image: &Image<'_>, observer: &mut impl Observer) {
@@ -110,7 +132,10 @@ impl Detector {
                 .around(outline, extents, self.options.min_edge_px);
             let read = quad.and_then(|quad| read_tag(image, &quad, &self.readers, &self.options));
             match read {
-                Ok(detection) => self.detections.push(detection),
+                Ok(detection) if self.detections.len() < MAX_DETECTIONS => {
+                    self.detections.push(detection)
+                }
+                Ok(_) => self.report.dropped += 1,
                 Err(reason) => {
                     self.report.rejected[reason as usize] += 1;
                     if let Ok(quad) = quad {

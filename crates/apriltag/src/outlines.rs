@@ -2,8 +2,7 @@
 //!
 //! In: labelled components. Out: outlines of those that could be the black border of a tag by box and area.
 
-use crate::Image;
-use crate::components::{Component, Components};
+use crate::components::{Component, Components, make_room};
 
 /// A component that could be a tag's border.
 #[derive(Clone, Copy, Debug)]
@@ -29,6 +28,9 @@ const NO_EXTENT: Extent = Extent {
 /// tags keep well below (a hundred tags beside each other).
 const EXTENTS_PER_IMAGE_ROW: usize = 128;
 
+/// Rows of the least candidate.
+const LEAST_ROWS: usize = 2;
+
 const NONE: u32 = u32::MAX;
 
 #[derive(Debug, Default)]
@@ -37,26 +39,26 @@ pub(crate) struct Outlines {
     extents: Vec<Extent>,
     /// The outline of each label.
     outline_of: Vec<u32>,
+    max_extents: usize,
     dropped: u32,
 }
 
 impl Outlines {
-    pub(crate) fn trace(
-        &mut self,
-        components: &mut Components,
-        image: &Image<'_>,
-        min_edge_px: f32,
-    ) {
+    /// Takes the memory that an image of a size can ask for.
+    pub(crate) fn make_room(&mut self, max_labels: usize, height: usize) {
+        self.max_extents = height * EXTENTS_PER_IMAGE_ROW;
+        make_room(&mut self.extents, self.max_extents);
+        make_room(&mut self.outlines, self.max_extents / LEAST_ROWS);
+        make_room(&mut self.outline_of, max_labels);
+    }
+
+    pub(crate) fn trace(&mut self, components: &mut Components, min_edge_px: f32) {
         components.flatten();
-        self.select(
-            components,
-            image.height() * EXTENTS_PER_IMAGE_ROW,
-            min_edge_px,
-        );
+        self.select(components, min_edge_px);
         self.gather(components);
     }
 
-    fn select(&mut self, components: &Components, max_extents: usize, min_edge_px: f32) {
+    fn select(&mut self, components: &Components, min_edge_px: f32) {
         self.outlines.clear();
         self.outline_of.clear();
         self.outline_of.resize(components.n_labels(), NONE);
@@ -67,7 +69,9 @@ impl Outlines {
                 continue;
             }
             let height = component.height() as usize;
-            if n_extents + height > max_extents {
+            if n_extents + height > self.max_extents
+                || self.outlines.len() >= self.max_extents / LEAST_ROWS
+            {
                 self.dropped += 1;
                 continue;
             }

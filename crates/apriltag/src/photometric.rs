@@ -6,7 +6,8 @@
 //! The picture is black(u, v) + (white(u, v) - black(u, v)) * coverage, where coverage is the blurred pattern
 //! ([`BlurredPattern`]) and black and white are planes over the tag. Gauss-Newton on 17 parameters: the homography (8),
 //! the planes (6), and the blur's covariance in the image (3), which takes in the lens, the pixel and straight motion.
-//! (Baker & Matthews, Lucas-Kanade 20 years on, IJCV 2004; the parameters' covariance is that of least squares.)
+//! (Baker & Matthews, Lucas-Kanade 20 years on, IJCV 2004; the parameters' covariance is that of least
+//! squares, made larger where residuals beside each other agree, which noise would not.)
 
 mod blurred_pattern;
 mod normal_equations;
@@ -25,10 +26,14 @@ const MAX_ITERATIONS: usize = 6;
 /// Corners that move less than this have settled, in pixels.
 const SETTLED_PX: f32 = 0.002;
 
-/// Standard deviation of the blur where nothing is known: a good lens and the pixel's own area.
-const USUAL_BLUR_PX: f32 = 0.7;
+/// Standard deviation of the blur where nothing is known: a good lens.
+const USUAL_BLUR_PX: f32 = 0.6;
 
-/// How far a pixel's share of the square must be right: most pixels that are looked at.
+/// Residuals that lenses, sharpening and compression leave where nothing is wrong, as a share of the contrast: pixels
+/// that stray no further than these are not held to be hidden or lit by something else.
+const MODEL_SCALE: f32 = 0.03;
+
+/// Most pixels of a tag's bounding box that are looked at.
 const MAX_PIXELS: f32 = 3000.0;
 
 /// Corners, upright, and their covariance.
@@ -57,10 +62,12 @@ pub(crate) fn fit(image: &Image<'_>, reading: &Reading, edges: &EdgeFit) -> Opti
     let mut equations = NormalEquations::default();
     for _ in 0..MAX_ITERATIONS {
         equations = accumulate(image, &pattern, &state, scale)?;
-        scale = equations.residual_scale();
+        scale = equations
+            .residual_scale()
+            .max(MODEL_SCALE * (state.white[0] - state.black[0]));
         let step = equations.solve()?;
         state.step(&step);
-        if state.is_absurd(&edges.quad) {
+        if !state.is_plausible(&edges.quad) {
             return None;
         }
         if state.corner_motion(&step) < SETTLED_PX {
@@ -100,7 +107,7 @@ impl State {
         {
             *value += change;
         }
-        const LEAST: f32 = 0.3 * 0.3;
+        const LEAST: f32 = 0.05 * 0.05;
         const MOST: f32 = 4.0 * 4.0;
         self.blur[0] = self.blur[0].clamp(LEAST, MOST);
         self.blur[2] = self.blur[2].clamp(LEAST, MOST);
@@ -112,15 +119,11 @@ impl State {
         CORNERS.map(|[u, v]| self.homography.apply(u, v))
     }
 
-    /// A corner has left the neighbourhood that the edges leave open, or black and white have changed places.
-    fn is_absurd(&self, start: &Quad) -> bool {
+    /// Every corner stays in the neighbourhood that the edges leave open, and white is brighter than black.
+    fn is_plausible(&self, start: &Quad) -> bool {
         let limit = 0.5 + 0.03 * mean_edge(start);
-        let far = self
-            .corners()
-            .iter()
-            .zip(start)
-            .any(|(a, b)| !((a[0] - b[0]).hypot(a[1] - b[1]) < limit));
-        far || !(self.white[0] > self.black[0])
+        let near = |(a, b): (&Point, &Point)| (a[0] - b[0]).hypot(a[1] - b[1]) < limit;
+        self.corners().iter().zip(start).all(near) && self.white[0] > self.black[0]
     }
 
     fn corner_motion(&self, step: &[f32; PARAMETERS]) -> f32 {
@@ -167,7 +170,12 @@ fn accumulate(
             let seen = f32::from(row[x]);
             let clipped = row[x] >= 254 && grey > seen || row[x] <= 1 && grey < seen;
             if !clipped {
-                equations.add(&jacobian, seen - grey, scale);
+                equations.add(
+                    &jacobian,
+                    seen - grey,
+                    scale,
+                    pattern.nearest_crossing(&place),
+                );
             }
         }
     }

@@ -4,6 +4,7 @@
 //! border's corners; nothing where the outline is no quadrilateral.
 
 use crate::Rejection;
+use crate::components::make_room;
 use crate::outlines::{Extent, Outline};
 
 pub(crate) type Point = [f32; 2];
@@ -20,6 +21,11 @@ pub(crate) struct QuadFinder {
 }
 
 impl QuadFinder {
+    /// Takes the memory that an image of a size can ask for.
+    pub(crate) fn make_room(&mut self, height: usize) {
+        make_room(&mut self.hull, 2 * height + 1);
+    }
+
     pub(crate) fn around(
         &mut self,
         outline: &Outline,
@@ -193,14 +199,9 @@ impl Line {
     /// From a to b, the normal to the left of the way as seen: outwards on a clockwise quad.
     pub(crate) fn through(a: Point, b: Point) -> Option<Self> {
         let length = distance(a, b);
-        if !(length > 0.0) {
-            return None;
-        }
         let normal = [(b[1] - a[1]) / length, (a[0] - b[0]) / length];
-        Some(Self {
-            normal,
-            offset: normal[0] * a[0] + normal[1] * a[1],
-        })
+        let offset = normal[0] * a[0] + normal[1] * a[1];
+        offset.is_finite().then_some(Self { normal, offset })
     }
 
     /// Distance of a point beyond the line.

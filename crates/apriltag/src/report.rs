@@ -64,8 +64,6 @@ pub struct Report {
     pub noise_sigma: f32,
     /// Least contrast that makes a tile live, in grey levels.
     pub contrast_gate: u8,
-    /// Tiles above the gate.
-    pub live_tiles: u32,
     /// Runs of black pixels.
     pub runs: u32,
     /// Connected components of black pixels.

@@ -34,7 +34,6 @@ pub(crate) struct Tiles {
 
 impl Tiles {
     pub(crate) fn measure(&mut self, image: &Image<'_>, kernels: &Kernels) {
-        self.resize(image.width() / TILE, image.height() / TILE);
         for row in 0..self.rows {
             let rows = [0, 1, 2, 3].map(|i| image.row(row * TILE + i));
             let tiles = row * self.columns..(row + 1) * self.columns;
@@ -49,7 +48,9 @@ impl Tiles {
         }
     }
 
-    fn resize(&mut self, columns: usize, rows: usize) {
+    /// Takes the memory that an image of a size needs.
+    pub(crate) fn make_room(&mut self, width: usize, height: usize) {
+        let (columns, rows) = (width / TILE, height / TILE);
         (self.columns, self.rows) = (columns, rows);
         for tiles in [
             &mut self.darkest,
@@ -112,14 +113,6 @@ impl Tiles {
         range.unwrap_or(0) as f32 / RANGE_IN_SIGMA
     }
 
-    /// Tiles with at least the gate's contrast around them.
-    pub(crate) fn count_live(&self, gate: u8) -> u32 {
-        let pairs = self.dark_around.iter().zip(&self.bright_around);
-        pairs
-            .map(|(&dark, &bright)| u32::from(bright - dark >= gate))
-            .sum()
-    }
-
     pub(crate) fn rows(&self) -> usize {
         self.rows
     }
@@ -135,10 +128,10 @@ impl Tiles {
             .zip(&self.bright_around[tiles]);
         match level {
             Level::Middle => fill(levels, around, gate, |dark, bright| {
-                ((u16::from(dark) + u16::from(bright) + 1) / 2) as u8
+                u8::midpoint(dark, bright)
             }),
             Level::Shaded => fill(levels, around, gate, |dark, bright| {
-                dark + (bright - dark) / 4
+                dark + ((bright - dark) / 8).max(gate / 4 * 3)
             }),
         }
         levels[self.columns] = levels[self.columns - 1];

@@ -1,5 +1,7 @@
 //! Weighted least squares by its normal equations.
 
+use super::blurred_pattern::CROSSINGS;
+
 /// Homography 8, black 3, white 3, blur 3.
 pub(super) const PARAMETERS: usize = 17;
 
@@ -15,6 +17,8 @@ pub(super) struct NormalEquations {
     right: [f32; PARAMETERS],
     squares: f32,
     weights: f32,
+    /// J^T W r of the pixels around each crossing of the pattern's edges.
+    groups: [[f32; PARAMETERS]; CROSSINGS],
 }
 
 impl Default for NormalEquations {
@@ -24,13 +28,20 @@ impl Default for NormalEquations {
             right: [0.0; PARAMETERS],
             squares: 0.0,
             weights: 0.0,
+            groups: [[0.0; PARAMETERS]; CROSSINGS],
         }
     }
 }
 
 impl NormalEquations {
     #[inline]
-    pub(super) fn add(&mut self, jacobian: &[f32; PARAMETERS], residual: f32, scale: f32) {
+    pub(super) fn add(
+        &mut self,
+        jacobian: &[f32; PARAMETERS],
+        residual: f32,
+        scale: f32,
+        group: usize,
+    ) {
         let strays = residual / (TUKEY * scale);
         let weight = (1.0 - strays * strays).max(0.0).powi(2);
         self.squares += weight * residual * residual;
@@ -38,8 +49,9 @@ impl NormalEquations {
         for i in 0..PARAMETERS {
             let weighted = weight * jacobian[i];
             self.right[i] += weighted * residual;
-            for j in 0..=i {
-                self.matrix[i][j] += weighted * jacobian[j];
+            self.groups[group][i] += weighted * residual;
+            for (sum, value) in self.matrix[i].iter_mut().zip(&jacobian[..=i]) {
+                *sum += weighted * value;
             }
         }
     }
@@ -76,10 +88,11 @@ impl NormalEquations {
         step.iter().all(|value| value.is_finite()).then_some(step)
     }
 
-    /// Covariance of the parameters: residual variance times the inverse matrix.
+    /// Covariance of the parameters: residual variance times the inverse matrix, times how much more than noise the
+    /// residuals pull together.
     pub(super) fn covariance(&self) -> Option<Matrix> {
         let (factor, scales) = self.factorise()?;
-        let variance = self.residual_scale().powi(2);
+        let variance = self.residual_scale().powi(2) * self.togetherness(&factor, &scales);
         let mut covariance = [[0.0; PARAMETERS]; PARAMETERS];
         for (i, column) in covariance.iter_mut().enumerate() {
             column[i] = 1.0;
@@ -89,6 +102,26 @@ impl NormalEquations {
             }
         }
         Some(covariance)
+    }
+
+    /// How much larger the scatter of the groups' pulls g is than with independent residuals, for which
+    /// sum(g^T A^-1 g) / (variance * parameters) is 1 on average, or a little less as the fit has made the pulls cancel:
+    /// the trace of the cluster-robust covariance (Liang & Zeger, Biometrika 73, 1986) against that of the usual one.
+    fn togetherness(&self, factor: &Matrix, scales: &[f32; PARAMETERS]) -> f32 {
+        let (mut pull, mut n_groups) = (0.0, 0.0);
+        for group in self
+            .groups
+            .iter()
+            .filter(|group| group.iter().any(|&value| value != 0.0))
+        {
+            let mut whitened: [f32; PARAMETERS] = std::array::from_fn(|i| group[i] * scales[i]);
+            forward(factor, &mut whitened);
+            pull += whitened.iter().map(|value| value * value).sum::<f32>();
+            n_groups += 1.0;
+        }
+        let parameters = PARAMETERS as f32;
+        let expected = parameters * (1.0 - parameters / f32::max(n_groups, 2.0 * parameters));
+        (pull / (expected * self.residual_scale().powi(2))).max(1.0)
     }
 
     /// Cholesky factor of the matrix scaled to a unit diagonal, and the scales.
@@ -114,12 +147,17 @@ impl NormalEquations {
     }
 }
 
-/// Solves L L^T x = b in place.
-fn substitute(factor: &Matrix, x: &mut [f32; PARAMETERS]) {
+/// Solves L x = b in place.
+fn forward(factor: &Matrix, x: &mut [f32; PARAMETERS]) {
     for i in 0..PARAMETERS {
         let dot: f32 = (0..i).map(|k| factor[i][k] * x[k]).sum();
         x[i] = (x[i] - dot) / factor[i][i];
     }
+}
+
+/// Solves L L^T x = b in place.
+fn substitute(factor: &Matrix, x: &mut [f32; PARAMETERS]) {
+    forward(factor, x);
     for i in (0..PARAMETERS).rev() {
         let dot: f32 = (i + 1..PARAMETERS).map(|k| factor[k][i] * x[k]).sum();
         x[i] = (x[i] - dot) / factor[i][i];

@@ -1,0 +1,270 @@
+//! The detector on pictures of which everything is known.
+
+#![allow(clippy::unwrap_used)]
+
+mod drawing;
+
+use drawing::{Camera, Picture, Random, Tag};
+use sextant_apriltag::{Detection, Detector, Image, Options, Refinement};
+
+fn camera() -> Camera {
+    Camera::new(200, 150)
+}
+
+fn detect(pixels: &[u8], camera: &Camera) -> Vec<Detection> {
+    detect_with(Options::default(), pixels, camera)
+}
+
+fn detect_with(options: Options, pixels: &[u8], camera: &Camera) -> Vec<Detection> {
+    let image = Image::new(pixels, camera.width, camera.height, camera.width).unwrap();
+    Detector::new(options).unwrap().detect(&image).to_vec()
+}
+
+fn draw(tag: &Tag) -> Vec<u8> {
+    Picture::draw(&camera(), std::slice::from_ref(tag), 128.0)
+        .blurred(0.5)
+        .pixels(0.0, 1)
+}
+
+/// Greatest distance of a corner from the truth.
+fn worst_error(detection: &Detection, tag: &Tag, camera: &Camera) -> f64 {
+    let truth = tag.corners(camera);
+    let errors = detection
+        .corners
+        .iter()
+        .zip(truth)
+        .map(|(c, t)| (f64::from(c[0]) - t[0]).hypot(f64::from(c[1]) - t[1]));
+    errors.fold(0.0, f64::max)
+}
+
+#[test]
+fn corners_run_clockwise_from_the_upright_tags_top_left() {
+    for turn in [0.0, 31.0, 90.0, 137.0, 180.0, 200.0, 270.0, 359.0] {
+        let tag = Tag {
+            turn_deg: [12.0, -20.0, turn],
+            ..Tag::new(17)
+        };
+        let found = detect(&draw(&tag), &camera());
+        assert_eq!(found.len(), 1, "turned by {turn}");
+        assert_eq!((found[0].id, found[0].hamming), (17, 0));
+        let error = worst_error(&found[0], &tag, &camera());
+        assert!(error < 0.02, "turned by {turn}: {error} px");
+    }
+}
+
+#[test]
+fn corners_are_found_from_the_edges_alone() {
+    let tag = Tag {
+        turn_deg: [12.0, -20.0, 31.0],
+        ..Tag::new(17)
+    };
+    let options = Options {
+        refinement: Refinement::Edges,
+        ..Options::default()
+    };
+    let found = detect_with(options, &draw(&tag), &camera());
+    assert_eq!(found[0].refinement, Refinement::Edges);
+    assert!(worst_error(&found[0], &tag, &camera()) < 0.1);
+}
+
+#[test]
+fn tags_are_read_near_and_far_and_from_the_side() {
+    for (distance_m, tilt_deg) in [
+        (0.25, 0.0),
+        (0.3, 60.0),
+        (0.5, 45.0),
+        (0.8, 55.0),
+        (1.2, 30.0),
+        (2.0, 10.0),
+    ] {
+        let tag = Tag {
+            position_m: [0.02 * distance_m, -0.03 * distance_m, distance_m],
+            turn_deg: [tilt_deg, 10.0, 25.0],
+            ..Tag::new(401)
+        };
+        let found = detect(&draw(&tag), &camera());
+        assert_eq!(found.len(), 1, "{distance_m} m, {tilt_deg} degrees");
+        assert_eq!(found[0].id, 401);
+        assert!(
+            worst_error(&found[0], &tag, &camera()) < 0.1,
+            "{distance_m} m, {tilt_deg} degrees"
+        );
+    }
+}
+
+#[test]
+fn two_wrong_modules_are_corrected_and_three_are_not() {
+    let wrong = [(3, 3), (5, 7), (7, 2)];
+    for n in 0..=3 {
+        let tag = Tag {
+            wrong: wrong[..n].to_vec(),
+            ..Tag::new(233)
+        };
+        let found = detect(&draw(&tag), &camera());
+        assert_eq!(found.len(), usize::from(n <= 2), "{n} wrong modules");
+        assert!(
+            found
+                .iter()
+                .all(|detection| detection.id == 233 && usize::from(detection.hamming) == n)
+        );
+    }
+}
+
+#[test]
+fn mirrored_and_inverted_tags_are_no_tags() {
+    let camera = camera();
+    let pixels = draw(&Tag {
+        turn_deg: [0.0, 20.0, 5.0],
+        ..Tag::new(5)
+    });
+    let mirrored: Vec<u8> = pixels
+        .chunks(camera.width)
+        .flat_map(|row| row.iter().rev().copied())
+        .collect();
+    let inverted: Vec<u8> = pixels.iter().map(|grey| 255 - grey).collect();
+    assert_eq!(detect(&pixels, &camera).len(), 1);
+    assert_eq!(detect(&mirrored, &camera), []);
+    assert_eq!(detect(&inverted, &camera), []);
+}
+
+#[test]
+fn a_shaded_tag_beside_a_lit_one_is_read() {
+    let lit = Tag {
+        position_m: [-0.025, 0.0, 0.6],
+        turn_deg: [0.0, 0.0, 5.0],
+        greys: [50.0, 250.0],
+        ..Tag::new(1)
+    };
+    let shaded = Tag {
+        position_m: [0.03, 0.0, 0.6],
+        greys: [20.0, 60.0],
+        margin: 0.0,
+        ..lit.clone()
+    };
+    let shaded = Tag { id: 2, ..shaded };
+    let pixels = Picture::draw(&camera(), &[shaded, lit], 230.0)
+        .blurred(0.5)
+        .pixels(1.0, 3);
+    let ids: Vec<u32> = detect(&pixels, &camera())
+        .iter()
+        .map(|detection| detection.id)
+        .collect();
+    assert_eq!(ids, [1, 2]);
+}
+
+#[test]
+fn detections_are_sorted_by_id_and_place() {
+    let at = |id, x, y| Tag {
+        position_m: [x, y, 0.6],
+        ..Tag::new(id)
+    };
+    let tags = [
+        at(9, -0.05, 0.04),
+        at(3, 0.05, 0.04),
+        at(9, 0.04, -0.04),
+        at(3, -0.05, -0.045),
+    ];
+    let pixels = Picture::draw(&camera(), &tags, 128.0).pixels(0.0, 1);
+    let found = detect(&pixels, &camera());
+    let order: Vec<(u32, bool)> = found
+        .iter()
+        .map(|detection| (detection.id, detection.centre()[1] > 75.0))
+        .collect();
+    assert_eq!(order, [(3, false), (3, true), (9, false), (9, true)]);
+}
+
+#[test]
+fn a_stride_changes_nothing() {
+    let camera = camera();
+    let pixels = draw(&Tag::new(77));
+    let stride = camera.width + 29;
+    let mut padded = vec![99; stride * camera.height];
+    for (row, padded) in pixels.chunks(camera.width).zip(padded.chunks_mut(stride)) {
+        padded[..camera.width].copy_from_slice(row);
+    }
+    let image = Image::new(&padded, camera.width, camera.height, stride).unwrap();
+    let mut detector = Detector::new(Options::default()).unwrap();
+    assert_eq!(detector.detect(&image), detect(&pixels, &camera));
+}
+
+#[test]
+fn stated_covariances_are_what_errors_are() {
+    let (camera, mut random) = (Camera::new(120, 112), Random(7));
+    let (mut sum, mut n) = (0.0, 0.0);
+    for trial in 0..24 {
+        let tag = Tag {
+            position_m: [
+                random.between(-0.01, 0.01),
+                random.between(-0.01, 0.01),
+                random.between(0.4, 1.0),
+            ],
+            turn_deg: [
+                random.between(-45.0, 45.0),
+                random.between(-45.0, 45.0),
+                random.between(0.0, 360.0),
+            ],
+            ..Tag::new(trial * 9)
+        };
+        let picture = Picture::draw(&camera, std::slice::from_ref(&tag), 128.0).blurred(0.6);
+        let found = detect(&picture.pixels(2.0, u64::from(trial) + 1), &camera);
+        assert_eq!(found.len(), 1, "trial {trial}");
+        for ((corner, truth), [xx, xy, yy]) in found[0]
+            .corners
+            .iter()
+            .zip(tag.corners(&camera))
+            .zip(found[0].corner_covariance.map(|c| c.map(f64::from)))
+        {
+            let (dx, dy) = (
+                f64::from(corner[0]) - truth[0],
+                f64::from(corner[1]) - truth[1],
+            );
+            sum += (dx * dx * yy - 2.0 * dx * dy * xy + dy * dy * xx) / (xx * yy - xy * xy) / 2.0;
+            n += 1.0;
+        }
+    }
+    let normalised_error_squared = sum / n;
+    assert!(
+        (0.6..1.6).contains(&normalised_error_squared),
+        "{normalised_error_squared}"
+    );
+}
+
+#[test]
+fn noise_and_plain_images_hold_no_tags() {
+    let mut random = Random(99);
+    for (width, height) in [(16, 16), (17, 33), (640, 480), (641, 31), (64, 2000)] {
+        let camera = Camera::new(width, height);
+        for (low, high) in [(0.0, 0.0), (0.0, 255.0), (100.0, 160.0), (255.0, 255.0)] {
+            let pixels: Vec<u8> = (0..width * height)
+                .map(|_| random.between(low, high) as u8)
+                .collect();
+            assert_eq!(
+                detect(&pixels, &camera),
+                [],
+                "{width}x{height} {low}..{high}"
+            );
+        }
+    }
+}
+
+#[test]
+fn the_largest_image_is_taken() {
+    let (width, height) = (Image::MAX_WIDTH, Image::MAX_HEIGHT);
+    let mut pixels = vec![128; width * height];
+    let small = camera();
+    let drawn = draw(&Tag::new(8));
+    for (y, row) in drawn.chunks(small.width).enumerate() {
+        let at = (height - small.height + y) * width + width - small.width;
+        pixels[at..at + small.width].copy_from_slice(row);
+    }
+    let found = detect(&pixels, &Camera::new(width, height));
+    let alone = detect(&drawn, &small);
+    assert_eq!(found.len(), 1);
+    for (corner, expected) in found[0].corners.iter().zip(alone[0].corners) {
+        let (dx, dy) = ((width - small.width) as f32, (height - small.height) as f32);
+        assert!(
+            (corner[0] - dx - expected[0]).abs() < 0.01
+                && (corner[1] - dy - expected[1]).abs() < 0.01
+        );
+    }
+}
