@@ -12,7 +12,9 @@ const IMAGES: u64 = 120;
 
 fn main() -> Result<(), Box<dyn Error>> {
     let mut arguments = std::env::args().skip(1);
-    let folder = arguments.next().map_or_else(std::env::temp_dir, PathBuf::from);
+    let folder = arguments
+        .next()
+        .map_or_else(std::env::temp_dir, PathBuf::from);
     let mut number = |default: u64| arguments.next().map_or(Ok(default), |text| text.parse());
     let (n_cameras, n_objects, seed) = (number(4)?, number(3)?, number(1)?);
     let scenario = Scenario::demo(n_cameras as usize, n_objects as usize, seed);
@@ -31,11 +33,17 @@ fn draw(scenario: &Scenario, camera: usize, folder: &Path) -> Result<(), Box<dyn
     let mut image = vec![0; (width * height) as usize];
     let before = Instant::now();
     for n in 0..IMAGES {
-        renderer.render(schedule.next_at_or_after(n * schedule.period_ns()), &mut image)?;
+        renderer.render(
+            schedule.next_at_or_after(n * schedule.period_ns()),
+            &mut image,
+        )?;
     }
     let each = before.elapsed() / IMAGES as u32;
     let path = folder.join(format!("{}.png", renderer.camera().id));
-    println!("{}: background {prepared:.2?}, {each:.2?} an image", path.display());
+    println!(
+        "{}: background {prepared:.2?}, {each:.2?} an image",
+        path.display()
+    );
     write_png(&path, [width, height], &image)
 }
 

@@ -38,7 +38,8 @@ impl Clock {
 
     /// The true time at which the clock shows `camera_ns`, to 1 ns.
     pub fn true_ns(&self, camera_ns: u64) -> u64 {
-        let shown = i128::from(camera_ns) - i128::from(self.faults.offset_ns) - i128::from(self.start_ns);
+        let shown =
+            i128::from(camera_ns) - i128::from(self.faults.offset_ns) - i128::from(self.start_ns);
         let drift = self.faults.drift_ppm * 1e-6;
         let share = (shown as f64 * (drift / (1.0 + drift))).round() as i128;
         bounded(i128::from(self.start_ns) + shown - share)
@@ -61,7 +62,10 @@ impl Schedule {
     pub fn new(rate_hz: f64, phase: f64) -> Self {
         let period_ns = ((1e9 / rate_hz).round() as u64).max(1);
         let phase_ns = (phase.clamp(0.0, 1.0) * period_ns as f64) as u64 % period_ns;
-        Self { period_ns, phase_ns }
+        Self {
+            period_ns,
+            phase_ns,
+        }
     }
 
     /// The first capture time (middle of the exposure) at or after `true_ns`.
@@ -96,7 +100,10 @@ mod tests {
         };
         let clock = Clock::new(faults, NOW);
         assert_eq!(clock.camera_ns(NOW), NOW - 2_000_000);
-        assert_eq!(clock.camera_ns(NOW + 10_000_000_000), NOW + 10_000_000_000 - 1_500_000);
+        assert_eq!(
+            clock.camera_ns(NOW + 10_000_000_000),
+            NOW + 10_000_000_000 - 1_500_000
+        );
     }
 
     proptest! {

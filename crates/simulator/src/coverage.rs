@@ -7,6 +7,9 @@
 use crate::polygon::signed_area;
 use nalgebra::Point2;
 
+/// An edge lower than this bounds no area worth mentioning, and its slope might be no number, px.
+const LEVEL_PX: f64 = 1e-9;
+
 /// A picture of weighted coverage.
 pub(crate) struct Coverage {
     width: usize,
@@ -43,7 +46,11 @@ impl Coverage {
         let Some(&last) = outline.last() else {
             return;
         };
-        let weight = if signed_area(outline) < 0.0 { weight } else { -weight };
+        let weight = if signed_area(outline) < 0.0 {
+            weight
+        } else {
+            -weight
+        };
         let mut from = last;
         for &to in outline {
             self.edge(from, to, f64::from(weight));
@@ -67,10 +74,14 @@ impl Coverage {
     }
 
     fn edge(&mut self, from: Point2<f64>, to: Point2<f64>, weight: f64) {
-        if from.y == to.y {
+        if (from.y - to.y).abs() < LEVEL_PX {
             return;
         }
-        let (top, bottom, weight) = if from.y < to.y { (from, to, weight) } else { (to, from, -weight) };
+        let (top, bottom, weight) = if from.y < to.y {
+            (from, to, weight)
+        } else {
+            (to, from, -weight)
+        };
         let (y_start, y_end) = (top.y.max(0.0), bottom.y.min(self.height as f64));
         if y_start >= y_end {
             return;
@@ -101,7 +112,11 @@ impl Coverage {
         for (start, end) in [(y_start, first), (first, second), (second, y_end)] {
             let middle = piece.x_at((start + end) / 2.0);
             if start < end && middle < 0.0 {
-                let border = Piece { x: 0.0, y: start, slope: 0.0 };
+                let border = Piece {
+                    x: 0.0,
+                    y: start,
+                    slope: 0.0,
+                };
                 self.add(border, start, end, weight);
             } else if start < end && middle <= width {
                 self.add(piece, start, end, weight);
@@ -130,7 +145,8 @@ impl Coverage {
         let (left, right) = if x < x_next { (x, x_next) } else { (x_next, x) };
         let (left, right) = (left.clamp(0.0, width), right.clamp(0.0, width));
         let first = left as usize;
-        let last = (right.ceil() as usize).max(first + 1);
+        // The ceiling, without a call into the mathematics library.
+        let last = (right as usize + usize::from(right > (right as usize) as f64)).max(first + 1);
         if last == first + 1 {
             let beyond = (left + right) / 2.0 - first as f64;
             cells[first] += (height * (1.0 - beyond)) as f32;
@@ -175,7 +191,12 @@ mod tests {
     fn pixel(x: usize, y: usize) -> Polygon {
         let (x, y) = (x as f64, y as f64);
         let corner = |dx, dy| Point2::new(x + dx, y + dy);
-        convex_hull(&mut [corner(0.0, 0.0), corner(1.0, 0.0), corner(1.0, 1.0), corner(0.0, 1.0)])
+        convex_hull(&mut [
+            corner(0.0, 0.0),
+            corner(1.0, 0.0),
+            corner(1.0, 1.0),
+            corner(0.0, 1.0),
+        ])
     }
 
     fn point() -> impl Strategy<Value = Point2<f64>> {
@@ -203,7 +224,14 @@ mod tests {
 
     #[test]
     fn nested_areas_add_up() {
-        let square = |a: f64, b: f64| [Point2::new(a, a), Point2::new(b, a), Point2::new(b, b), Point2::new(a, b)];
+        let square = |a: f64, b: f64| {
+            [
+                Point2::new(a, a),
+                Point2::new(b, a),
+                Point2::new(b, b),
+                Point2::new(a, b),
+            ]
+        };
         let mut coverage = Coverage::new(SIZE, SIZE);
         coverage.fill(&square(1.0, 9.0), 200.0);
         coverage.fill(&square(2.5, 7.5), -150.0);

@@ -25,5 +25,6 @@ pub use path::{Harmonic, Path, Wave};
 pub use random::Random;
 pub use renderer::{Renderer, WrongImageSize};
 pub use scenario::{
-    Background, Face, Flicker, Light, Scenario, ScenarioError, SceneCamera, SceneObject, SceneTag, Solid,
+    Background, Face, Flicker, Light, Scenario, ScenarioError, SceneCamera, SceneObject, SceneTag,
+    Solid,
 };

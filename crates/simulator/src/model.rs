@@ -49,14 +49,24 @@ impl Model {
     pub fn new(scenario: &Scenario) -> Self {
         let objects = scenario.objects.iter().enumerate();
         Self {
-            paths: scenario.objects.iter().map(|object| object.path.clone()).collect(),
-            solids: objects.flat_map(|(index, object)| solids_of(index, object)).collect(),
+            paths: scenario
+                .objects
+                .iter()
+                .map(|object| object.path.clone())
+                .collect(),
+            solids: objects
+                .flat_map(|(index, object)| solids_of(index, object))
+                .collect(),
         }
     }
 }
 
 fn solids_of(index: usize, object: &SceneObject) -> Vec<SolidModel> {
-    let mut solids: Vec<SolidModel> = object.solids.iter().map(|solid| SolidModel::new(index, solid)).collect();
+    let mut solids: Vec<SolidModel> = object
+        .solids
+        .iter()
+        .map(|solid| SolidModel::new(index, solid))
+        .collect();
     for (tag_index, tag) in object.tags.iter().enumerate() {
         if let Some((solid, face)) = object.face_of(tag) {
             let areas = areas_of(tag, solids[solid].albedo);
@@ -122,7 +132,12 @@ impl Modules {
 }
 
 /// Runs of modules in a row that differ from their base and are alike among themselves.
-fn runs(family: Family, id: u32, total: usize, base_is_white: impl Fn(usize, usize) -> bool) -> Vec<Modules> {
+fn runs(
+    family: Family,
+    id: u32,
+    total: usize,
+    base_is_white: impl Fn(usize, usize) -> bool,
+) -> Vec<Modules> {
     let mut runs: Vec<Modules> = Vec::new();
     for y in 0..total {
         for x in 0..total {
@@ -154,7 +169,8 @@ fn area(tag: &SceneTag, modules: Modules, step: f64) -> Area {
     let half = f64::from(data.total_width) / 2.0;
     // Modules run right and down, the tag frame right and up.
     let corner = |x: usize, y: usize| {
-        tag.object_from_tag * Point3::new((x as f64 - half) * module, (half - y as f64) * module, 0.0)
+        tag.object_from_tag
+            * Point3::new((x as f64 - half) * module, (half - y as f64) * module, 0.0)
     };
     let Modules {
         start: [left, top],
@@ -172,7 +188,11 @@ fn area(tag: &SceneTag, modules: Modules, step: f64) -> Area {
 }
 
 /// Light on a surface with this normal (world axes): ambient plus the lamp by Lambert's law.
-pub(crate) fn light_on(light: &crate::scenario::Light, world_from_object: &Pose, normal: &Vector3<f64>) -> f64 {
+pub(crate) fn light_on(
+    light: &crate::scenario::Light,
+    world_from_object: &Pose,
+    normal: &Vector3<f64>,
+) -> f64 {
     let towards_lamp = Vector3::from(light.towards_lamp).normalize();
     let facing = (world_from_object.rotation * normal).dot(&towards_lamp);
     light.ambient + light.lamp * facing.max(0.0)
@@ -196,15 +216,31 @@ mod tests {
             let total = usize::from(data.total_width);
             for y in 0..total {
                 for x in 0..total {
-                    let centre = area(&tag, Modules { start: [x, y], end: [x + 1, y + 1] }, 0.0).corners;
+                    let centre = area(
+                        &tag,
+                        Modules {
+                            start: [x, y],
+                            end: [x + 1, y + 1],
+                        },
+                        0.0,
+                    )
+                    .corners;
                     let centre = nalgebra::center(&centre[0], &centre[2]);
                     let inside = |a: &&Area| {
                         (a.corners[0].x..a.corners[1].x).contains(&centre.x)
                             && (a.corners[2].y..a.corners[0].y).contains(&centre.y)
                     };
-                    let albedo: f64 = 0.4 + areas.iter().filter(inside).map(|a| a.step).sum::<f64>();
-                    let expected = if module_is_white(family, 5, x, y) { PAPER } else { INK };
-                    assert!((albedo - expected).abs() < 1e-12, "{family} module ({x}, {y})");
+                    let albedo: f64 =
+                        0.4 + areas.iter().filter(inside).map(|a| a.step).sum::<f64>();
+                    let expected = if module_is_white(family, 5, x, y) {
+                        PAPER
+                    } else {
+                        INK
+                    };
+                    assert!(
+                        (albedo - expected).abs() < 1e-12,
+                        "{family} module ({x}, {y})"
+                    );
                 }
             }
         }
@@ -215,7 +251,11 @@ mod tests {
         let scenario = Scenario::demo(4, 12, 3);
         let model = Model::new(&scenario);
         let printed: usize = model.solids.iter().map(|solid| solid.prints.len()).sum();
-        let tags: usize = scenario.objects.iter().map(|object| object.tags.len()).sum();
+        let tags: usize = scenario
+            .objects
+            .iter()
+            .map(|object| object.tags.len())
+            .sum();
         assert_eq!(printed, tags);
     }
 }

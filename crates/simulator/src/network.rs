@@ -61,7 +61,11 @@ impl<T: Clone> Network<T> {
     pub fn new(scenario: &Scenario) -> Self {
         let link = |camera: &crate::scenario::SceneCamera| Link {
             faults: camera.network,
-            random: Random::from_keys(&[scenario.seed, key_of_name("network"), key_of_name(&camera.id)]),
+            random: Random::from_keys(&[
+                scenario.seed,
+                key_of_name("network"),
+                key_of_name(&camera.id),
+            ]),
             last_arrival_ns: 0,
         };
         Self {
@@ -94,7 +98,10 @@ impl<T: Clone> Network<T> {
 
     /// When the next payload arrives, if one is under way.
     pub fn next_arrival_ns(&self) -> Option<u64> {
-        self.under_way.keys().next().map(|&(arrival_ns, _)| arrival_ns)
+        self.under_way
+            .keys()
+            .next()
+            .map(|&(arrival_ns, _)| arrival_ns)
     }
 
     /// The next payload that has arrived by `now_ns`.
@@ -114,7 +121,8 @@ impl<T: Clone> Network<T> {
             return;
         }
         self.sent += 1;
-        self.under_way.insert((arrival.arrival_ns, self.sent), arrival);
+        self.under_way
+            .insert((arrival.arrival_ns, self.sent), arrival);
     }
 }
 
@@ -203,7 +211,11 @@ mod tests {
     fn arrivals_come_in_order_of_their_time_and_not_before_they_were_sent() {
         let arrivals = run(BAD, 3);
         assert!(arrivals.is_sorted_by_key(|a| a.arrival_ns));
-        assert!(arrivals.iter().all(|a| a.arrival_ns >= a.capture_ns + 5_000_000));
+        assert!(
+            arrivals
+                .iter()
+                .all(|a| a.arrival_ns >= a.capture_ns + 5_000_000)
+        );
     }
 
     #[test]
@@ -218,7 +230,14 @@ mod tests {
         let none = NetworkFaults::default();
         assert_eq!(count(none), 1.0);
         assert!((count(NetworkFaults { loss: 0.2, ..none }) - 0.8).abs() < 0.05);
-        assert!((count(NetworkFaults { duplicate: 0.2, ..none }) - 1.2).abs() < 0.05);
+        assert!(
+            (count(NetworkFaults {
+                duplicate: 0.2,
+                ..none
+            }) - 1.2)
+                .abs()
+                < 0.05
+        );
     }
 
     #[test]
@@ -228,14 +247,27 @@ mod tests {
             let mut of_one = arrivals.iter().filter(|a| a.camera == 0).map(|a| a.payload);
             of_one.by_ref().is_sorted()
         };
-        let jittery = NetworkFaults { jitter_ms: 30.0, ..NetworkFaults::default() };
+        let jittery = NetworkFaults {
+            jitter_ms: 30.0,
+            ..NetworkFaults::default()
+        };
         assert!(in_order(jittery));
-        assert!(!in_order(NetworkFaults { reorder: 0.1, reorder_ms: 50.0, ..jittery }));
+        assert!(!in_order(NetworkFaults {
+            reorder: 0.1,
+            reorder_ms: 50.0,
+            ..jittery
+        }));
     }
 
     #[test]
     fn nothing_arrives_before_its_time() {
-        let mut network = network(NetworkFaults { delay_ms: 5.0, ..NetworkFaults::default() }, 1);
+        let mut network = network(
+            NetworkFaults {
+                delay_ms: 5.0,
+                ..NetworkFaults::default()
+            },
+            1,
+        );
         network.send(0, 1_000_000_000, 0, 7);
         assert_eq!(network.next_arrival_ns(), Some(1_005_000_000));
         assert!(network.receive(1_004_999_999).is_none());
@@ -244,7 +276,13 @@ mod tests {
 
     #[test]
     fn queue_is_bounded() {
-        let mut network = network(NetworkFaults { delay_ms: 5.0, ..NetworkFaults::default() }, 1);
+        let mut network = network(
+            NetworkFaults {
+                delay_ms: 5.0,
+                ..NetworkFaults::default()
+            },
+            1,
+        );
         for n in 0..5000 {
             network.send(0, 1, 1, n);
         }

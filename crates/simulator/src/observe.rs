@@ -80,11 +80,18 @@ impl Observer {
 
     /// The tags that a camera sees at a true time, by object and tag in the scenario's order; each corner coordinate with
     /// normal noise of `corner_sigma_px`. A camera that doesn't exist sees nothing.
-    pub fn observe(&mut self, camera: usize, true_ns: u64, corner_sigma_px: f64, random: &mut Random) -> Vec<ObservedTag> {
+    pub fn observe(
+        &mut self,
+        camera: usize,
+        true_ns: u64,
+        corner_sigma_px: f64,
+        random: &mut Random,
+    ) -> Vec<ObservedTag> {
         let Some(camera) = self.scenario.cameras.get(camera) else {
             return Vec::new();
         };
-        self.view.place(&self.model, &camera.world_from_camera.inverse(), true_ns);
+        self.view
+            .place(&self.model, &camera.world_from_camera.inverse(), true_ns);
         let mut seen = Vec::new();
         for (object, scene_object) in self.scenario.objects.iter().enumerate() {
             for tag in 0..scene_object.tags.len() {
@@ -103,7 +110,11 @@ impl Observer {
         if !placed.in_view() || !placed.faces_camera(face) || self.hidden(placed, tag) {
             return None;
         }
-        let corners = project(camera, &(placed.camera_from_object * tag.object_from_tag), tag)?;
+        let corners = project(
+            camera,
+            &(placed.camera_from_object * tag.object_from_tag),
+            tag,
+        )?;
         self.large_enough(camera, &corners).then_some(ObservedTag {
             object,
             family: tag.family,
@@ -142,14 +153,21 @@ impl Observer {
         } = self.visibility;
         let [width, height] = camera.resolution.map(f64::from);
         let inside = |c: &Point2<f64>| {
-            c.x >= margin_px && c.y >= margin_px && c.x <= width - 1.0 - margin_px && c.y <= height - 1.0 - margin_px
+            c.x >= margin_px
+                && c.y >= margin_px
+                && c.x <= width - 1.0 - margin_px
+                && c.y <= height - 1.0 - margin_px
         };
         let edge = |i: usize| (corners[(i + 1) % 4] - corners[i]).norm();
         corners.iter().all(inside) && (0..4).all(|i| edge(i) >= min_edge_px)
     }
 }
 
-fn project(camera: &SceneCamera, camera_from_tag: &Pose, tag: &SceneTag) -> Option<[Point2<f64>; 4]> {
+fn project(
+    camera: &SceneCamera,
+    camera_from_tag: &Pose,
+    tag: &SceneTag,
+) -> Option<[Point2<f64>; 4]> {
     let mut corners = [Point2::origin(); 4];
     for (corner, point) in corners.iter_mut().zip(tag_corners_in_tag(tag.size)) {
         let point: Point3<f64> = camera_from_tag * point;

@@ -61,7 +61,11 @@ impl Path {
         Self {
             period_s: 1.0,
             turns: 0,
-            position: [Wave::still(position.x), Wave::still(position.y), Wave::still(position.z)],
+            position: [
+                Wave::still(position.x),
+                Wave::still(position.y),
+                Wave::still(position.z),
+            ],
             yaw: Wave::still(yaw),
             pitch: Wave::still(pitch),
             roll: Wave::still(roll),
@@ -87,8 +91,11 @@ impl Path {
         let pitch_rate = self.pitch.slope(angle) * rate;
         let roll_rate = self.roll.slope(angle) * rate;
         let angular = Vector3::z() * yaw_rate
-            + about(2, yaw) * (Vector3::y() * pitch_rate + about(1, pitch) * Vector3::x() * roll_rate);
-        Vector6::new(linear.x, linear.y, linear.z, angular.x, angular.y, angular.z)
+            + about(2, yaw)
+                * (Vector3::y() * pitch_rate + about(1, pitch) * Vector3::x() * roll_rate);
+        Vector6::new(
+            linear.x, linear.y, linear.z, angular.x, angular.y, angular.z,
+        )
     }
 
     /// The angle of the fundamental, from 0 to TAU. The whole periods are taken off in integers: 2026 in ns needs 61 bits.
@@ -104,7 +111,10 @@ impl Path {
 
     /// All numbers of the path, for validation.
     pub(crate) fn numbers(&self) -> impl Iterator<Item = f64> + '_ {
-        let waves = self.position.iter().chain([&self.yaw, &self.pitch, &self.roll]);
+        let waves = self
+            .position
+            .iter()
+            .chain([&self.yaw, &self.pitch, &self.roll]);
         waves.flat_map(|wave| {
             let harmonics = wave.harmonics.iter().flat_map(|h| [h.amplitude, h.phase]);
             std::iter::once(wave.mean).chain(harmonics)
@@ -164,7 +174,9 @@ mod tests {
         (-1.0..1.0, harmonics).prop_map(|(mean, harmonics)| {
             harmonics
                 .into_iter()
-                .fold(Wave::still(mean), |wave, (order, amplitude, phase)| wave.and(order, amplitude, phase))
+                .fold(Wave::still(mean), |wave, (order, amplitude, phase)| {
+                    wave.and(order, amplitude, phase)
+                })
         })
     }
 

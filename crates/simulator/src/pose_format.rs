@@ -1,8 +1,8 @@
 //! Poses in files: `{ position = [x, y, z], orientation = [x, y, z, w] }`, for `#[serde(with = "pose_format")]`.
 
 use nalgebra::{Quaternion, UnitQuaternion};
-use sextant_geometry::{Pose, PoseParts};
 use serde::{Deserialize, Deserializer, Serialize, Serializer, de::Error};
+use sextant_geometry::{Pose, PoseParts};
 
 /// A quaternion as near to length 1 as this is one that [`serialize`] wrote.
 const WRITTEN_BY_US: f64 = 1e-12;

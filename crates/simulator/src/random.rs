@@ -33,7 +33,12 @@ impl Random {
         let [a, b, c, d] = self.state;
         let result = a.wrapping_add(d).rotate_left(23).wrapping_add(a);
         let (c_mixed, d_mixed) = (c ^ a, d ^ b);
-        self.state = [a ^ d_mixed, b ^ c_mixed, c_mixed ^ (b << 17), d_mixed.rotate_left(45)];
+        self.state = [
+            a ^ d_mixed,
+            b ^ c_mixed,
+            c_mixed ^ (b << 17),
+            d_mixed.rotate_left(45),
+        ];
         result
     }
 
@@ -89,9 +94,19 @@ mod tests {
 
     #[test]
     fn generator_gives_the_published_sequence_of_xoshiro256_plus_plus() {
-        let mut random = Random { state: [1, 2, 3, 4] };
+        let mut random = Random {
+            state: [1, 2, 3, 4],
+        };
         let first: Vec<u64> = (0..4).map(|_| random.bits()).collect();
-        assert_eq!(first, [41_943_041, 58_720_359, 3_588_806_011_781_223, 3_591_011_842_654_386]);
+        assert_eq!(
+            first,
+            [
+                41_943_041,
+                58_720_359,
+                3_588_806_011_781_223,
+                3_591_011_842_654_386
+            ]
+        );
     }
 
     #[test]

@@ -8,12 +8,15 @@
 mod backdrop;
 mod canvas;
 mod decals;
+#[cfg(test)]
+mod exactness;
 mod motion;
 mod psf;
 mod regions;
 mod room;
 mod sensor;
 mod shadows;
+mod still;
 mod texture;
 
 use crate::model::{Model, SolidModel, light_on};
@@ -70,7 +73,7 @@ impl Renderer {
             view: View::new(&model),
             shadows: Shadows::new(scenario),
             canvas: Canvas::new(camera),
-            regions: Regions::new(camera.resolution, 2 * model.solids.len()),
+            regions: Regions::new(camera.resolution, model.solids.len() + model.paths.len()),
             backdrop: Backdrop::new(scenario, camera),
             sensor: Sensor::new(scenario.seed, camera),
             scene: Scene {
@@ -98,7 +101,8 @@ impl Renderer {
             return Err(WrongImageSize { expected, given });
         }
         self.draw(true_capture_ns);
-        self.sensor.expose(self.backdrop.frame(), true_capture_ns, image);
+        self.sensor
+            .expose(self.backdrop.frame(), true_capture_ns, image);
         self.backdrop.restore(&self.regions);
         Ok(())
     }
@@ -108,9 +112,12 @@ impl Renderer {
         self.regions.clear();
         let instants = motion::instants(&self.scene, true_capture_ns);
         for true_ns in instants.iter() {
-            self.view.place(&self.scene.model, &self.scene.camera_from_world, true_ns);
+            self.view
+                .place(&self.scene.model, &self.scene.camera_from_world, true_ns);
+            for object in 0..self.scene.model.paths.len() {
+                self.draw_shadow(object, instants.weight());
+            }
             for solid in 0..self.view.solids.len() {
-                self.draw_shadow(solid, instants.weight());
                 self.draw_solid(solid, instants.weight());
             }
         }
@@ -118,16 +125,23 @@ impl Renderer {
         self.backdrop.compose(&mut self.canvas, &self.regions);
     }
 
-    fn draw_shadow(&mut self, solid: usize, weight: f64) {
+    fn draw_shadow(&mut self, object: usize, weight: f64) {
         let Self {
-            scene, view, shadows, canvas, ..
+            scene,
+            view,
+            shadows,
+            canvas,
+            ..
         } = self;
-        for shadow in shadows.of(&scene.model.solids[solid], &view.solids[solid]) {
-            let in_camera = shadow.corners().map(|corner| scene.camera_from_world * corner);
+        for shadow in shadows.of(object, &scene.model, view) {
+            let in_camera = shadow
+                .corners()
+                .map(|corner| scene.camera_from_world * corner);
             let outline = normalised_polygon(in_camera);
             let hiders = Hiders::new(view, &view.in_view);
             let bounds = canvas.paint(Layer::Opacity, &outline, hiders, shadow.strength * weight);
-            self.regions.include(2 * solid, &bounds);
+            self.regions
+                .include(scene.model.solids.len() + object, &bounds);
         }
     }
 
@@ -137,8 +151,10 @@ impl Renderer {
             return;
         }
         let hiders = Hiders::new(&self.view, &placed.hiders);
-        let bounds = self.canvas.paint(Layer::Opacity, &placed.outline, hiders, weight);
-        self.regions.include(2 * solid + 1, &bounds);
+        let bounds = self
+            .canvas
+            .paint(Layer::Opacity, &placed.outline, hiders, weight);
+        self.regions.include(solid, &bounds);
         for face in (0..model.faces.len()).filter(|&face| placed.faces_camera(face)) {
             let normal = &model.faces[face].normal;
             let light = weight * light_on(&self.scene.light, &placed.world_from_object, normal);
@@ -148,14 +164,24 @@ impl Renderer {
 }
 
 /// A face and its prints, in the light that falls on it.
-fn draw_face(canvas: &mut Canvas, model: &SolidModel, placed: &PlacedSolid, hiders: Hiders, (face, light): (usize, f64)) {
+fn draw_face(
+    canvas: &mut Canvas,
+    model: &SolidModel,
+    placed: &PlacedSolid,
+    hiders: Hiders,
+    (face, light): (usize, f64),
+) {
     let project = |corners: &mut dyn Iterator<Item = nalgebra::Point3<f64>>| {
         normalised_polygon(corners.map(|corner| placed.camera_from_object * corner))
     };
     let corners = &model.faces[face].corners;
     let outline = project(&mut corners.iter().map(|&corner| model.vertices[corner]));
     canvas.paint(Layer::Colour, &outline, hiders, light * model.albedo);
-    let areas = model.prints.iter().filter(|print| print.face == face).flat_map(|print| &print.areas);
+    let areas = model
+        .prints
+        .iter()
+        .filter(|print| print.face == face)
+        .flat_map(|print| &print.areas);
     for area in areas {
         let outline = project(&mut area.corners.iter().copied());
         canvas.paint(Layer::Colour, &outline, hiders, light * area.step);

@@ -6,6 +6,7 @@
 
 mod demo;
 mod solid;
+mod solid_validity;
 mod validation;
 
 pub use solid::{Face, Solid};
@@ -16,9 +17,9 @@ use crate::network::NetworkFaults;
 use crate::path::Path;
 use crate::pose_format;
 use nalgebra::Vector6;
+use serde::{Deserialize, Serialize};
 use sextant_geometry::{Lens, Pose};
 use sextant_tag_families::Family;
-use serde::{Deserialize, Serialize};
 
 /// A simulated site.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -139,7 +140,7 @@ pub struct Light {
     pub ambient: f64,
     /// Light of the lamp on a surface that faces it, 0 to 2.
     pub lamp: f64,
-    /// Radius of the lamp's pool of light about the world's z axis, m: there it has fallen to two thirds. 0.1 to 1000.
+    /// Radius of the lamp's pool of light about the world's z axis, m: there it has fallen to 3/4. 0.1 to 1000.
     pub pool_radius: f64,
     /// How much of the light a shadow on the table takes away, 0 (no shadows) to 1.
     pub shadow: f64,
@@ -167,9 +168,9 @@ impl Default for Light {
     fn default() -> Self {
         Self {
             towards_lamp: [0.35, -0.25, 0.9],
-            ambient: 0.45,
-            lamp: 0.5,
-            pool_radius: 1.4,
+            ambient: 0.48,
+            lamp: 0.47,
+            pool_radius: 2.0,
             shadow: 0.45,
         }
     }

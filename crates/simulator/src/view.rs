@@ -58,7 +58,8 @@ impl View {
             placed.place(solid);
         }
         self.in_view.clear();
-        self.in_view.extend((0..self.solids.len()).filter(|&solid| self.solids[solid].in_view()));
+        self.in_view
+            .extend((0..self.solids.len()).filter(|&solid| self.solids[solid].in_view()));
         for hidden in 0..self.solids.len() {
             self.find_hiders(hidden);
         }
@@ -70,7 +71,9 @@ impl View {
         let back = &self.solids[hidden];
         let hides = |&front: &usize| {
             let front_solid = &self.solids[front];
-            front != hidden && front_solid.bounds.overlaps(&back.bounds) && front_solid.is_before(back)
+            front != hidden
+                && front_solid.bounds.overlaps(&back.bounds)
+                && front_solid.is_before(back)
         };
         hiders.extend(self.in_view.iter().copied().filter(hides));
         self.solids[hidden].hiders = hiders;
@@ -91,7 +94,8 @@ impl PlacedSolid {
     fn place(&mut self, solid: &crate::model::SolidModel) {
         let pose = self.camera_from_object;
         self.points_in_camera.clear();
-        self.points_in_camera.extend(solid.vertices.iter().map(|v| pose * v));
+        self.points_in_camera
+            .extend(solid.vertices.iter().map(|v| pose * v));
         self.planes_in_camera.clear();
         self.planes_in_camera.extend(solid.faces.iter().map(|face| {
             let normal = pose.rotation * face.normal;

@@ -40,7 +40,14 @@ impl<'a> Hiders<'a> {
     fn split(self) -> Option<(&'a Polygon, &'a Bounds, Self)> {
         let (&first, rest) = self.solids.split_first()?;
         let solid = &self.view.solids[first];
-        Some((&solid.outline, &solid.bounds, Self { solids: rest, ..self }))
+        Some((
+            &solid.outline,
+            &solid.bounds,
+            Self {
+                solids: rest,
+                ..self
+            },
+        ))
     }
 }
 
@@ -65,7 +72,13 @@ impl Canvas {
 
     /// Adds `weight` where the outline is seen and not hidden. Returns where that may be, in pixels with (0, 0) at the
     /// corner of the image.
-    pub fn paint(&mut self, layer: Layer, outline: &Polygon, hiders: Hiders, weight: f64) -> Bounds {
+    pub fn paint(
+        &mut self,
+        layer: Layer,
+        outline: &Polygon,
+        hiders: Hiders,
+        weight: f64,
+    ) -> Bounds {
         let bounds = self.fill(layer, outline, weight);
         self.take_off(layer, outline, hiders, weight);
         bounds
@@ -101,7 +114,13 @@ impl Canvas {
     }
 
     /// Takes what was painted in a row of a rectangle: light and share of the backdrop that is hidden.
-    pub fn take_row(&mut self, y: usize, rectangle: &Rectangle, colour: &mut [f32], opacity: &mut [f32]) {
+    pub fn take_row(
+        &mut self,
+        y: usize,
+        rectangle: &Rectangle,
+        colour: &mut [f32],
+        opacity: &mut [f32],
+    ) {
         let [start, end] = rectangle.columns();
         self.colour.take_row(y, start, end, colour);
         self.opacity.take_row(y, start, end, opacity);
@@ -148,7 +167,10 @@ impl Pen {
         let to_corner = Vector2::new(0.5, 0.5);
         End {
             normalised,
-            pixel: self.lens.distort(&normalised).map(|pixel| pixel + to_corner),
+            pixel: self
+                .lens
+                .distort(&normalised)
+                .map(|pixel| pixel + to_corner),
         }
     }
 

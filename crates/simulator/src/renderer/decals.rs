@@ -1,5 +1,6 @@
 //! Flat things that lie on the table or hang on a wall: sheets of text, mats, boards, books. Seeded; they move nothing.
 
+use super::texture::lattice;
 use crate::random::Random;
 use nalgebra::{Point2, Vector2};
 
@@ -34,10 +35,15 @@ impl Decal {
     pub fn on_table(random: &mut Random, reach: Vector2<f64>) -> Self {
         let pattern = match random.below(10) {
             0..=3 => Pattern::Text { line: 0.007 },
-            4 => Pattern::Mat { tone: random.between(0.12, 0.3), raster: 0.02 },
+            4 => Pattern::Mat {
+                tone: random.between(0.12, 0.3),
+                raster: 0.02,
+            },
             5 => Pattern::Squares { edge: 0.025 },
             6 => Pattern::Keys { pitch: 0.019 },
-            _ => Pattern::Book { tone: random.between(0.1, 0.7) },
+            _ => Pattern::Book {
+                tone: random.between(0.1, 0.7),
+            },
         };
         let half = match pattern {
             Pattern::Text { .. } => Vector2::new(0.105, 0.148),
@@ -58,10 +64,18 @@ impl Decal {
         decal
     }
 
-    fn placed(random: &mut Random, reach: Vector2<f64>, half: Vector2<f64>, pattern: Pattern) -> Self {
+    fn placed(
+        random: &mut Random,
+        reach: Vector2<f64>,
+        half: Vector2<f64>,
+        pattern: Pattern,
+    ) -> Self {
         let angle = random.between(-3.2, 3.2);
         Self {
-            centre: Point2::new(random.between(-reach.x, reach.x), random.between(-reach.y, reach.y)),
+            centre: Point2::new(
+                random.between(-reach.x, reach.x),
+                random.between(-reach.y, reach.y),
+            ),
             half,
             turn: [libm::cos(angle), libm::sin(angle)],
             pattern,
@@ -81,12 +95,19 @@ impl Decal {
 impl Pattern {
     /// At a point counted from the thing's lower left corner.
     fn albedo(self, at: &Vector2<f64>, half: &Vector2<f64>) -> f64 {
-        let rim = at.x.min(at.y).min(2.0 * half.x - at.x).min(2.0 * half.y - at.y);
+        let rim =
+            at.x.min(at.y)
+                .min(2.0 * half.x - at.x)
+                .min(2.0 * half.y - at.y);
         match self {
             Self::Text { line } => text(at, rim, line),
             Self::Mat { tone, raster } => {
                 let on_line = (at.x / raster).fract() < 0.06 || (at.y / raster).fract() < 0.06;
-                if on_line && rim > 0.01 { tone + 0.3 } else { tone }
+                if on_line && rim > 0.01 {
+                    tone + 0.3
+                } else {
+                    tone
+                }
             }
             Self::Squares { edge } => {
                 let even = (cell(at.x, edge) + cell(at.y, edge)) % 2 == 0;
@@ -98,7 +119,11 @@ impl Pattern {
             }
             Self::Book { tone } => {
                 let title = (at.y / half.y - 1.45).abs() < 0.12 && rim > 0.3 * half.x;
-                if title || (rim - 0.008).abs() < 0.001 { 0.8 - 0.6 * tone } else { tone }
+                if title || (rim - 0.008).abs() < 0.001 {
+                    0.8 - 0.6 * tone
+                } else {
+                    tone
+                }
             }
             Self::Poster { tone } => poster(at, rim, half, tone),
         }
@@ -108,13 +133,15 @@ impl Pattern {
 /// Words of unequal length; the last line of a paragraph is short.
 fn text(at: &Vector2<f64>, rim: f64, line: f64) -> f64 {
     let row = cell(at.y, line);
-    let word = cell(at.x + 0.004 * f64::from(row * 7 % 5), 0.013);
+    let letter = cell(at.x, 0.003);
+    let paragraph = 6 + (row / 8) % 3;
+    let last_line = row % paragraph == 1;
     let printed = rim > 0.02
-        && (at.y / line).fract() < 0.45
-        && (row * 13 + word * 7) % 6 != 0
-        && row % 9 != 4
-        && !(row % 9 == 3 && at.x > 0.1);
-    if printed { 0.28 } else { 0.86 }
+        && (at.y / line).fract() < 0.4
+        && lattice(11, letter, row) > -0.68
+        && row % paragraph != 0
+        && !(last_line && at.x > 0.12);
+    if printed { 0.3 } else { 0.86 }
 }
 
 fn poster(at: &Vector2<f64>, rim: f64, half: &Vector2<f64>, tone: f64) -> f64 {

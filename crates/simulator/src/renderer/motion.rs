@@ -35,7 +35,11 @@ impl Instants {
 pub(super) fn instants(scene: &Scene, true_capture_ns: u64) -> Instants {
     let exposure_ns = scene.camera.exposure_ns;
     let start_ns = true_capture_ns.saturating_sub(exposure_ns / 2);
-    let ways = scene.model.solids.iter().map(|solid| way_px(scene, solid, start_ns));
+    let ways = scene
+        .model
+        .solids
+        .iter()
+        .map(|solid| way_px(scene, solid, start_ns));
     let longest = ways.fold(0.0, f64::max);
     Instants {
         start_ns,
@@ -48,10 +52,16 @@ pub(super) fn instants(scene: &Scene, true_capture_ns: u64) -> Instants {
 fn way_px(scene: &Scene, solid: &SolidModel, start_ns: u64) -> f64 {
     let path = &scene.model.paths[solid.object];
     let pose_at = |true_ns| scene.camera_from_world * path.world_from_object(true_ns);
-    let (start, end) = (pose_at(start_ns), pose_at(start_ns + scene.camera.exposure_ns));
+    let (start, end) = (
+        pose_at(start_ns),
+        pose_at(start_ns + scene.camera.exposure_ns),
+    );
     let lens = &scene.camera.lens;
     let ways = solid.vertices.iter().filter_map(|vertex| {
-        let (from, to) = (lens.project(&(start * vertex))?, lens.project(&(end * vertex))?);
+        let (from, to) = (
+            lens.project(&(start * vertex))?,
+            lens.project(&(end * vertex))?,
+        );
         Some((to - from).norm())
     });
     ways.fold(0.0, f64::max)

@@ -14,7 +14,9 @@ impl Psf {
         let side: Vec<f64> = (1..=radius).map(tap).collect();
         let total = 1.0 + 2.0 * side.iter().sum::<f64>();
         let taps = std::iter::once(1.0).chain(side).map(|t| (t / total) as f32);
-        Self { taps: taps.collect() }
+        Self {
+            taps: taps.collect(),
+        }
     }
 
     /// How far a pixel spreads.
@@ -67,7 +69,11 @@ mod tests {
         let mut out = vec![0.0; n];
         psf.blur_row(&row, &mut out);
         let sum: f32 = out.iter().sum();
-        let spread: f32 = out.iter().enumerate().map(|(i, v)| v * (i as f32 - middle as f32).powi(2)).sum();
+        let spread: f32 = out
+            .iter()
+            .enumerate()
+            .map(|(i, v)| v * (i as f32 - middle as f32).powi(2))
+            .sum();
         assert!((sum - 100.0).abs() < 1e-3);
         assert!(((spread / sum).sqrt() - 0.8).abs() < 0.02);
     }

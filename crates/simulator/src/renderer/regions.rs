@@ -2,6 +2,9 @@
 
 use crate::polygon::Bounds;
 
+/// What is painted may reach this far beyond its bounds.
+const SLACK_PX: f64 = 0.5;
+
 /// A rectangle of pixels: from `start` up to and without `end`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Rectangle {
@@ -34,21 +37,32 @@ impl Rectangle {
         }
     }
 
+    /// With a rim of [`SLACK_PX`]: pieces of a bent outline may reach a trifle beyond it.
     fn of(bounds: &Bounds, resolution: [u32; 2]) -> Option<Self> {
-        let limit = |value: f64, axis: usize| value.clamp(0.0, f64::from(resolution[axis]));
+        let limit =
+            |value: f64, axis: usize| value.clamp(0.0, f64::from(resolution[axis])) as usize;
         let (min, max) = (bounds.min, bounds.max);
-        let start = [limit(min.x.floor(), 0) as usize, limit(min.y.floor(), 1) as usize];
-        let end = [limit(max.x.ceil(), 0) as usize, limit(max.y.ceil(), 1) as usize];
-        (start[0] < end[0] && start[1] < end[1]).then_some(Self { start, end })
+        let start = [min.x, min.y].map(|v| (v - SLACK_PX).floor());
+        let end = [max.x, max.y].map(|v| (v + SLACK_PX).ceil());
+        let rectangle = Self {
+            start: [limit(start[0], 0), limit(start[1], 1)],
+            end: [limit(end[0], 0), limit(end[1], 1)],
+        };
+        let is_empty = (0..2).any(|axis| rectangle.start[axis] >= rectangle.end[axis]);
+        (!is_empty).then_some(rectangle)
     }
 
     /// True where a rim around both would make them touch.
     fn is_near(&self, other: &Self, rim: usize) -> bool {
-        (0..2).all(|axis| self.start[axis] <= other.end[axis] + rim && other.start[axis] <= self.end[axis] + rim)
+        (0..2).all(|axis| {
+            self.start[axis] <= other.end[axis] + rim && other.start[axis] <= self.end[axis] + rim
+        })
     }
 
     fn union(&self, other: &Self) -> Self {
-        let pair = |f: fn(usize, usize) -> usize, a: [usize; 2], b: [usize; 2]| [f(a[0], b[0]), f(a[1], b[1])];
+        let pair = |f: fn(usize, usize) -> usize, a: [usize; 2], b: [usize; 2]| {
+            [f(a[0], b[0]), f(a[1], b[1])]
+        };
         Self {
             start: pair(usize::min, self.start, other.start),
             end: pair(usize::max, self.end, other.end),
@@ -86,7 +100,10 @@ impl Regions {
     /// Makes rectangles of what was painted, and one of those nearer to one another than twice the rim.
     pub fn finish(&mut self, rim: usize) {
         let resolution = self.resolution;
-        let rectangles = self.painted.iter().filter_map(|bounds| Rectangle::of(bounds, resolution));
+        let rectangles = self
+            .painted
+            .iter()
+            .filter_map(|bounds| Rectangle::of(bounds, resolution));
         self.rectangles.extend(rectangles);
         while self.merge_two(2 * rim) {}
     }
@@ -130,9 +147,13 @@ mod tests {
         regions.include(1, &bounds(33.0, 10.0, 20.0));
         regions.include(2, &bounds(300.0, 10.0, 20.0));
         regions.finish(2);
-        let mut columns: Vec<_> = regions.rectangles().iter().map(Rectangle::columns).collect();
+        let mut columns: Vec<_> = regions
+            .rectangles()
+            .iter()
+            .map(Rectangle::columns)
+            .collect();
         columns.sort_unstable();
-        assert_eq!(columns, [[10, 53], [300, 320]]);
+        assert_eq!(columns, [[9, 54], [299, 321]]);
     }
 
     #[test]
@@ -141,6 +162,12 @@ mod tests {
         regions.include(0, &bounds(-50.0, 10.0, 20.0));
         regions.include(1, &bounds(630.0, 470.0, 50.0));
         regions.finish(1);
-        assert_eq!(regions.rectangles(), [Rectangle { start: [630, 470], end: [640, 480] }]);
+        assert_eq!(
+            regions.rectangles(),
+            [Rectangle {
+                start: [629, 469],
+                end: [640, 480]
+            }]
+        );
     }
 }

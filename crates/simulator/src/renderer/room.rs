@@ -63,7 +63,11 @@ impl Room {
             Background::Plain { level } => Self::Plain { level },
             Background::Room { table, clutter } => {
                 let mut random = Random::from_keys(&[scenario.seed, key_of_name("room")]);
-                Self::Furnished(Furnished::new(Vector2::from(table) / 2.0, clutter, &mut random))
+                Self::Furnished(Furnished::new(
+                    Vector2::from(table) / 2.0,
+                    clutter,
+                    &mut random,
+                ))
             }
         }
     }
@@ -72,7 +76,9 @@ impl Room {
 impl Furnished {
     fn new(half_table: Vector2<f64>, clutter: f64, random: &mut Random) -> Self {
         let count = |most: f64| (most * clutter).round() as usize;
-        let on_table = (0..count(MAX_ON_TABLE)).map(|_| Decal::on_table(random, half_table * 0.8)).collect();
+        let on_table = (0..count(MAX_ON_TABLE))
+            .map(|_| Decal::on_table(random, half_table * 0.8))
+            .collect();
         let on_wall = |random: &mut Random, half_length: f64| {
             let reach = Vector2::new(half_length * 0.85, 0.5);
             let n = count(MAX_ON_WALLS / 4.0);
@@ -93,7 +99,11 @@ impl Furnished {
     /// The first thing on a ray; `direction` has length 1.
     pub fn look(&self, origin: &Point3<f64>, direction: &Vector3<f64>) -> Seen {
         let ray = Ray::new(origin, direction);
-        let hits = self.blocks.iter().enumerate().filter_map(|(i, block)| Some((ray.enters(block)?, i)));
+        let hits = self
+            .blocks
+            .iter()
+            .enumerate()
+            .filter_map(|(i, block)| Some((ray.enters(block)?, i)));
         match hits.min_by(|a, b| a.0.total_cmp(&b.0)) {
             Some((way, block)) => self.on_block(ray.at(way), block),
             None => self.on_shell(&ray),
@@ -106,7 +116,8 @@ impl Furnished {
         let albedo = if index == 0 && normal.z > 0.5 {
             self.table_top(&point.xy())
         } else {
-            block.albedo * (1.0 + 0.05 * noise(index as u32, point.x * 9.0 + point.z * 4.0, point.y * 9.0))
+            block.albedo
+                * (1.0 + 0.05 * noise(index as u32, point.x * 9.0 + point.z * 4.0, point.y * 9.0))
         };
         Seen {
             point,
@@ -116,25 +127,46 @@ impl Furnished {
     }
 
     fn table_top(&self, point: &Point2<f64>) -> f64 {
-        let lying = self.on_table.iter().rev().find_map(|decal| decal.albedo(point));
+        let lying = self
+            .on_table
+            .iter()
+            .rev()
+            .find_map(|decal| decal.albedo(point));
         lying.unwrap_or_else(|| {
             let edge = (self.half_table - point.coords.abs()).min();
-            let grain = 0.05 * noise(1, point.x * 4.0, point.y * 90.0) + 0.05 * noise(2, point.x * 1.5, point.y * 14.0);
+            let grain = 0.05 * noise(1, point.x * 4.0, point.y * 90.0)
+                + 0.05 * noise(2, point.x * 1.5, point.y * 14.0);
             let rim = if edge < 0.012 { -0.12 } else { 0.0 };
-            0.47 + grain + rim
+            0.58 + grain + rim
         })
     }
 
     /// Floor, walls and ceiling as seen from inside.
     fn on_shell(&self, ray: &Ray) -> Seen {
-        let limits = Vector3::new(HALF_ROOM[0], HALF_ROOM[1], if ray.direction.z < 0.0 { FLOOR_Z } else { CEILING_Z });
+        let limits = Vector3::new(
+            HALF_ROOM[0],
+            HALF_ROOM[1],
+            if ray.direction.z < 0.0 {
+                FLOOR_Z
+            } else {
+                CEILING_Z
+            },
+        );
         let way = |axis: usize| {
-            let limit = if axis < 2 { limits[axis].copysign(ray.direction[axis]) } else { limits.z };
+            let limit = if axis < 2 {
+                limits[axis].copysign(ray.direction[axis])
+            } else {
+                limits.z
+            };
             let way = (limit - ray.origin[axis]) * ray.reciprocal[axis];
             if way > 0.0 { way } else { f64::INFINITY }
         };
         let ways = [way(0), way(1), way(2)];
-        let axis = if ways[2] <= ways[0].min(ways[1]) { 2 } else { usize::from(ways[1] < ways[0]) };
+        let axis = if ways[2] <= ways[0].min(ways[1]) {
+            2
+        } else {
+            usize::from(ways[1] < ways[0])
+        };
         let point = ray.at(ways[axis].min(1e3));
         let mut normal = Vector3::zeros();
         normal[axis] = -ray.direction[axis].signum();
@@ -155,13 +187,17 @@ impl Furnished {
         let place = Point2::new(along, point.z - 0.6);
         let hanging = self.on_walls[axis * 2 + usize::from(far)].iter().rev();
         let above_floor = point.z - FLOOR_Z;
-        hanging.map(|decal| decal.albedo(&place)).find_map(|albedo| albedo).unwrap_or({
-            if above_floor < 0.09 {
-                0.75
-            } else {
-                0.52 + 0.03 * noise(5, along * 2.0, point.z * 2.0) + 0.015 * noise(6, along * 40.0, point.z * 40.0)
-            }
-        })
+        hanging
+            .map(|decal| decal.albedo(&place))
+            .find_map(|albedo| albedo)
+            .unwrap_or({
+                if above_floor < 0.09 {
+                    0.85
+                } else {
+                    0.66 + 0.03 * noise(5, along * 2.0, point.z * 2.0)
+                        + 0.015 * noise(6, along * 40.0, point.z * 40.0)
+                }
+            })
     }
 }
 
@@ -174,7 +210,7 @@ fn floor(point: &Point2<f64>) -> f64 {
     if joint {
         return 0.12;
     }
-    let tone = 0.3 + 0.05 * lattice(8, row as i32, plank as i32);
+    let tone = 0.4 + 0.06 * lattice(8, row as i32, plank as i32);
     tone + 0.03 * noise(9 + row as u32, point.x * 5.0, point.y * 60.0)
 }
 
@@ -183,7 +219,7 @@ fn table_blocks(half: &Vector2<f64>) -> Vec<Block> {
     let top = Block {
         min: Point3::new(-half.x, -half.y, -TABLE_THICKNESS),
         max: Point3::new(half.x, half.y, 0.0),
-        albedo: 0.34,
+        albedo: 0.4,
     };
     let leg = |(sx, sy): (f64, f64)| {
         let (x, y) = (sx * (half.x - 2.0 * LEG), sy * (half.y - 2.0 * LEG));
@@ -265,7 +301,11 @@ mod tests {
         let mut random = Random::new(1);
         let room = Furnished::new(Vector2::new(0.7, 0.6), 1.0, &mut random);
         for _ in 0..10_000 {
-            let origin = Point3::new(random.between(-3.0, 3.0), random.between(-2.5, 2.5), random.between(0.1, 1.9));
+            let origin = Point3::new(
+                random.between(-3.0, 3.0),
+                random.between(-2.5, 2.5),
+                random.between(0.1, 1.9),
+            );
             let direction = Vector3::from_fn(|_, _| random.normal()).normalize();
             let seen = room.look(&origin, &direction);
             assert!((0.0..=1.0).contains(&seen.albedo));

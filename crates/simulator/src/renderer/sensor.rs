@@ -44,11 +44,18 @@ impl Sensor {
     pub fn expose(&self, frame: &[i16], true_capture_ns: u64, image: &mut [u8]) {
         let brightness = self.brightness(true_capture_ns);
         let mut random = Random::from_keys(&[self.keys[0], self.keys[1], true_capture_ns]);
-        let rows = frame.chunks_exact(self.width).zip(image.chunks_exact_mut(self.width));
+        let rows = frame
+            .chunks_exact(self.width)
+            .zip(image.chunks_exact_mut(self.width));
         for (frame, image) in rows {
             for (light, pixels) in frame.chunks(BLOCK).zip(image.chunks_mut(BLOCK)) {
                 let bits = random.bits();
-                expose_block(light, brightness, [self.run(bits), self.run(bits >> 32)], pixels);
+                expose_block(
+                    light,
+                    brightness,
+                    [self.run(bits), self.run(bits >> 32)],
+                    pixels,
+                );
             }
         }
     }
@@ -100,10 +107,17 @@ mod tests {
         let image = exposed(|camera| camera.noise = 4.0, 100.0, 7);
         let n = image.len() as f64;
         let mean = image.iter().map(|&v| f64::from(v)).sum::<f64>() / n;
-        let variance = image.iter().map(|&v| (f64::from(v) - mean).powi(2)).sum::<f64>() / n;
+        let variance = image
+            .iter()
+            .map(|&v| (f64::from(v) - mean).powi(2))
+            .sum::<f64>()
+            / n;
         assert!((mean - 100.0).abs() < 0.1, "mean {mean}");
         // Rounding to whole levels adds a twelfth.
-        assert!((variance - (16.0 + 1.0 / 12.0)).abs() < 0.5, "variance {variance}");
+        assert!(
+            (variance - (16.0 + 1.0 / 12.0)).abs() < 0.5,
+            "variance {variance}"
+        );
     }
 
     #[test]
@@ -117,7 +131,10 @@ mod tests {
     #[test]
     fn levels_are_rounded_and_stay_within_a_byte() {
         let still = |level| exposed(|camera| camera.noise = 0.0, level, 1)[0];
-        assert_eq!([still(99.4), still(99.6), still(300.0), still(0.0)], [99, 100, 255, 0]);
+        assert_eq!(
+            [still(99.4), still(99.6), still(300.0), still(0.0)],
+            [99, 100, 255, 0]
+        );
     }
 
     #[test]
@@ -125,10 +142,16 @@ mod tests {
         let flicker = |true_ns| {
             let change = |camera: &mut SceneCamera| {
                 camera.noise = 0.0;
-                camera.flicker = Flicker { amplitude: 0.1, rate_hz: 1.0 };
+                camera.flicker = Flicker {
+                    amplitude: 0.1,
+                    rate_hz: 1.0,
+                };
             };
             exposed(change, 100.0, true_ns)[0]
         };
-        assert_eq!([flicker(0), flicker(250_000_000), flicker(750_000_000)], [100, 110, 90]);
+        assert_eq!(
+            [flicker(0), flicker(250_000_000), flicker(750_000_000)],
+            [100, 110, 90]
+        );
     }
 }

@@ -12,7 +12,9 @@ pub(super) fn noise(seed: u32, x: f64, y: f64) -> f64 {
 
 /// A number between -1 and 1 for each point of a lattice.
 pub(super) fn lattice(seed: u32, x: i32, y: i32) -> f64 {
-    let mixed = seed ^ (x as u32).wrapping_mul(0x9e37_79b1) ^ (y as u32).wrapping_mul(0x85eb_ca77).rotate_left(15);
+    let mixed = seed
+        ^ (x as u32).wrapping_mul(0x9e37_79b1)
+        ^ (y as u32).wrapping_mul(0x85eb_ca77).rotate_left(15);
     let mixed = (mixed ^ (mixed >> 16)).wrapping_mul(0x7feb_352d);
     let mixed = (mixed ^ (mixed >> 15)).wrapping_mul(0x846c_a68b);
     f64::from(mixed ^ (mixed >> 16)) / f64::from(u32::MAX) * 2.0 - 1.0

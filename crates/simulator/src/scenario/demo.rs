@@ -22,10 +22,22 @@ const TARGET_Z: f64 = 0.17;
 
 /// Cameras are named by the direction in which they stand, north first, clockwise.
 const COMPASS: [&str; MAX_CAMERAS] = [
-    "north", "north-north-east", "north-east", "east-north-east",
-    "east", "east-south-east", "south-east", "south-south-east",
-    "south", "south-south-west", "south-west", "west-south-west",
-    "west", "west-north-west", "north-west", "north-north-west",
+    "north",
+    "north-north-east",
+    "north-east",
+    "east-north-east",
+    "east",
+    "east-south-east",
+    "south-east",
+    "south-south-east",
+    "south",
+    "south-south-west",
+    "south-west",
+    "west-south-west",
+    "west",
+    "west-north-west",
+    "north-west",
+    "north-north-west",
 ];
 
 impl Scenario {
@@ -38,7 +50,9 @@ impl Scenario {
         let mut random = Random::from_keys(&[seed, key_of_name("demo")]);
         let arena = Arena::new(n_objects);
         let objects = demo_objects(&arena, &mut random);
-        let cameras = (0..n_cameras).map(|i| camera(i, n_cameras, &arena, &mut random)).collect();
+        let cameras = (0..n_cameras)
+            .map(|i| camera(i, n_cameras, &arena, &mut random))
+            .collect();
         Self {
             seed,
             start_ns: 0,
@@ -104,10 +118,17 @@ fn lens(focal_px: f64, random: &mut Random) -> Lens {
         cx: about(319.5, 6.0),
         cy: about(239.5, 6.0),
     };
-    let distortion = [about(-0.11, 0.04), about(0.05, 0.02), about(0.0, 4e-4), about(0.0, 4e-4), 0.0];
+    let distortion = [
+        about(-0.11, 0.04),
+        about(0.05, 0.02),
+        about(0.0, 4e-4),
+        about(0.0, 4e-4),
+        0.0,
+    ];
     let lens = Lens::brown_conrady(intrinsics, distortion);
     // Numbers in these ranges make a valid lens; without distortion it is one in any case.
-    lens.or_else(|_| Lens::pinhole(intrinsics)).unwrap_or_else(|error| unreachable!("{error}"))
+    lens.or_else(|_| Lens::pinhole(intrinsics))
+        .unwrap_or_else(|error| unreachable!("{error}"))
 }
 
 /// A camera at `position` that looks at `target`, its image upright.
@@ -116,7 +137,10 @@ fn looking(position: Vector3<f64>, target: Vector3<f64>) -> Pose {
     let right = forward.cross(&Vector3::z()).normalize();
     let down = forward.cross(&right);
     let axes = Rotation3::from_matrix_unchecked(Matrix3::from_columns(&[right, down, forward]));
-    Pose::from_parts(Translation3::from(position), UnitQuaternion::from_rotation_matrix(&axes))
+    Pose::from_parts(
+        Translation3::from(position),
+        UnitQuaternion::from_rotation_matrix(&axes),
+    )
 }
 
 #[cfg(test)]
@@ -134,8 +158,17 @@ mod tests {
                 assert_eq!(scenario.validate(), Ok(()));
                 assert_eq!(scenario.cameras.len(), n_cameras);
                 assert_eq!(scenario.objects.len(), n_objects);
-                assert!(scenario.objects.iter().all(|o| (5..=7).contains(&o.tags.len())));
-                let sizes = scenario.objects.iter().flat_map(|o| &o.tags).map(|tag| tag.size);
+                assert!(
+                    scenario
+                        .objects
+                        .iter()
+                        .all(|o| (5..=7).contains(&o.tags.len()))
+                );
+                let sizes = scenario
+                    .objects
+                    .iter()
+                    .flat_map(|o| &o.tags)
+                    .map(|tag| tag.size);
                 sizes.for_each(|size| assert!((0.04..=0.06).contains(&size), "{size}"));
             }
         }
@@ -146,11 +179,18 @@ mod tests {
         for n_objects in 1..=MAX_OBJECTS {
             let scenario = Scenario::demo(1, n_objects, 7);
             for step in 0..400 {
-                let spheres: Vec<_> = scenario.objects.iter().map(|o| sphere(o, step * 25_000_000)).collect();
+                let spheres: Vec<_> = scenario
+                    .objects
+                    .iter()
+                    .map(|o| sphere(o, step * 25_000_000))
+                    .collect();
                 for (i, (a, radius_a)) in spheres.iter().enumerate() {
                     assert!(a.z > *radius_a, "object {i} is in the table");
                     for (b, radius_b) in &spheres[i + 1..] {
-                        assert!((a - b).norm() > radius_a + radius_b, "{n_objects} objects, object {i}");
+                        assert!(
+                            (a - b).norm() > radius_a + radius_b,
+                            "{n_objects} objects, object {i}"
+                        );
                     }
                 }
             }
@@ -168,11 +208,17 @@ mod tests {
         let scenario = Scenario::demo(4, 12, 2);
         for object in &scenario.objects {
             let twists: Vec<_> = (0..200).map(|i| object.twist(i * SECOND / 20)).collect();
-            let fastest = |rows: fn(&nalgebra::Vector6<f64>) -> f64| twists.iter().map(rows).fold(0.0, f64::max);
+            let fastest = |rows: fn(&nalgebra::Vector6<f64>) -> f64| {
+                twists.iter().map(rows).fold(0.0, f64::max)
+            };
             let speed = fastest(|twist| twist.fixed_rows::<3>(0).norm());
             let turning = fastest(|twist| twist.fixed_rows::<3>(3).norm()).to_degrees();
             assert!((0.1..0.5).contains(&speed), "{}: {speed} m/s", object.id);
-            assert!((20.0..150.0).contains(&turning), "{}: {turning} deg/s", object.id);
+            assert!(
+                (20.0..150.0).contains(&turning),
+                "{}: {turning} deg/s",
+                object.id
+            );
         }
     }
 
@@ -182,7 +228,10 @@ mod tests {
             for seed in 1..4 {
                 let shares = shares_in_view(n_cameras, n_objects, seed);
                 let worst = shares.iter().copied().fold(1.0, f64::min);
-                assert!(worst > 0.9, "{n_cameras} cameras, {n_objects} objects, seed {seed}: {shares:?}");
+                assert!(
+                    worst > 0.9,
+                    "{n_cameras} cameras, {n_objects} objects, seed {seed}: {shares:?}"
+                );
             }
         }
     }

@@ -2,8 +2,8 @@
 
 use crate::pose_format;
 use nalgebra::{Point3, Vector3};
-use sextant_geometry::Pose;
 use serde::{Deserialize, Serialize};
+use sextant_geometry::Pose;
 
 /// A convex solid in its object's frame.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -78,11 +78,15 @@ impl Solid {
     pub fn vertices(&self) -> Vec<Point3<f64>> {
         match self {
             Self::Box {
-                size, object_from_box, ..
+                size,
+                object_from_box,
+                ..
             } => (0..8)
                 .map(|corner| object_from_box * box_corner(*size, corner))
                 .collect(),
-            Self::Polyhedron { vertices, .. } => vertices.iter().map(|&v| Point3::from(v)).collect(),
+            Self::Polyhedron { vertices, .. } => {
+                vertices.iter().map(|&v| Point3::from(v)).collect()
+            }
         }
     }
 
@@ -91,8 +95,13 @@ impl Solid {
         let vertices = self.vertices();
         let face = |corners: &[usize]| Face::through(&vertices, corners);
         match self {
-            Self::Box { .. } => BOX_FACES.iter().filter_map(|corners| face(corners)).collect(),
-            Self::Polyhedron { faces, .. } => faces.iter().filter_map(|corners| face(corners)).collect(),
+            Self::Box { .. } => BOX_FACES
+                .iter()
+                .filter_map(|corners| face(corners))
+                .collect(),
+            Self::Polyhedron { faces, .. } => {
+                faces.iter().filter_map(|corners| face(corners)).collect()
+            }
         }
     }
 }
@@ -108,11 +117,17 @@ fn box_corner(size: [f64; 3], corner: usize) -> Point3<f64> {
 impl Face {
     /// The plane by Newell's method, which takes all corners into account.
     fn through(vertices: &[Point3<f64>], corners: &[usize]) -> Option<Self> {
-        let points: Vec<&Point3<f64>> = corners.iter().map(|&i| vertices.get(i)).collect::<Option<_>>()?;
+        let points: Vec<&Point3<f64>> = corners
+            .iter()
+            .map(|&i| vertices.get(i))
+            .collect::<Option<_>>()?;
         let origin = *points.first()?;
-        let fan = points.windows(2).map(|pair| (pair[0] - origin).cross(&(pair[1] - origin)));
+        let fan = points
+            .windows(2)
+            .map(|pair| (pair[0] - origin).cross(&(pair[1] - origin)));
         let normal = fan.sum::<Vector3<f64>>().try_normalize(1e-12)?;
-        let offset = points.iter().map(|p| normal.dot(&p.coords)).sum::<f64>() / points.len() as f64;
+        let offset =
+            points.iter().map(|p| normal.dot(&p.coords)).sum::<f64>() / points.len() as f64;
         Some(Self {
             corners: corners.to_vec(),
             normal,
@@ -137,11 +152,19 @@ mod tests {
             for (i, vertex) in vertices.iter().enumerate() {
                 let distance = face.distance(vertex);
                 let on_it = face.corners.contains(&i);
-                assert!(if on_it { distance.abs() < 1e-12 } else { distance < -1e-3 });
+                assert!(if on_it {
+                    distance.abs() < 1e-12
+                } else {
+                    distance < -1e-3
+                });
             }
         }
         let edges: usize = faces.iter().map(|face| face.corners.len()).sum();
-        assert_eq!(vertices.len() + faces.len(), edges / 2 + 2, "Euler's formula");
+        assert_eq!(
+            vertices.len() + faces.len(),
+            edges / 2 + 2,
+            "Euler's formula"
+        );
     }
 
     #[test]

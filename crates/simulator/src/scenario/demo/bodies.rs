@@ -38,7 +38,11 @@ pub(super) fn object(index: usize, path: Path, random: &mut Random) -> SceneObje
     let (solids, places) = body(scale, albedo);
     let round = index / 4 + 1;
     SceneObject {
-        id: if round == 1 { name.into() } else { format!("{name}-{round}") },
+        id: if round == 1 {
+            name.into()
+        } else {
+            format!("{name}-{round}")
+        },
         solids,
         tags: places.iter().map(|place| tag(place, random)).collect(),
         path,
@@ -50,7 +54,10 @@ type Body = (Vec<Solid>, Vec<Place>);
 /// A box with six tags.
 fn cuboid(scale: f64, albedo: f64) -> Body {
     let [x, y, z] = [0.104, 0.082, 0.09].map(|edge| edge * scale);
-    (vec![boxed([x, y, z], [0.0; 3], albedo)], box_places([x, y, z], [0.0; 3], &[0, 1, 2, 3, 4, 5]))
+    (
+        vec![boxed([x, y, z], [0.0; 3], albedo)],
+        box_places([x, y, z], [0.0; 3], &[0, 1, 2, 3, 4, 5]),
+    )
 }
 
 /// A six-sided column with tags on its sides and on top.
@@ -63,7 +70,10 @@ fn prism(scale: f64, albedo: f64) -> Body {
     let polygon: Vec<[f64; 2]> = (0..6).map(corner).collect();
     let inner = radius * libm::cos(TAU / 12.0);
     let side = |i: usize| {
-        let (sin, cos) = (libm::sin(TAU * i as f64 / 6.0), libm::cos(TAU * i as f64 / 6.0));
+        let (sin, cos) = (
+            libm::sin(TAU * i as f64 / 6.0),
+            libm::cos(TAU * i as f64 / 6.0),
+        );
         Place {
             centre: [inner * cos, inner * sin, 0.0],
             normal: [cos, sin, 0.0],
@@ -71,21 +81,31 @@ fn prism(scale: f64, albedo: f64) -> Body {
             room: radius,
         }
     };
-    let places = (0..6).map(side).chain([top_at([0.0, 0.0, half], 1.1 * radius)]);
-    (vec![Solid::prism(&polygon, [-half, half], 1.0, albedo)], places.collect())
+    let places = (0..6)
+        .map(side)
+        .chain([top_at([0.0, 0.0, half], 1.1 * radius)]);
+    (
+        vec![Solid::prism(&polygon, [-half, half], 1.0, albedo)],
+        places.collect(),
+    )
 }
 
 /// A pyramid without its top: four slanting sides, top and bottom.
 fn frustum(scale: f64, albedo: f64) -> Body {
     let (half_base, half_height, taper) = (0.062 * scale, 0.04 * scale, 0.68);
-    let square = [[1.0, 1.0], [-1.0, 1.0], [-1.0, -1.0], [1.0, -1.0]].map(|c: [f64; 2]| c.map(|x| x * half_base));
+    let square = [[1.0, 1.0], [-1.0, 1.0], [-1.0, -1.0], [1.0, -1.0]]
+        .map(|c: [f64; 2]| c.map(|x| x * half_base));
     let half_top = half_base * taper;
     let slant = Vector3::new(half_base - half_top, 0.0, 2.0 * half_height).normalize();
     let side = |i: usize| {
         let turn = about(2, FRAC_PI_2 * i as f64);
         // A little below the middle, where the side is wider.
         let share = 0.47;
-        let centre = Vector3::new(half_base + (half_top - half_base) * share, 0.0, (2.0 * share - 1.0) * half_height);
+        let centre = Vector3::new(
+            half_base + (half_top - half_base) * share,
+            0.0,
+            (2.0 * share - 1.0) * half_height,
+        );
         Place {
             centre: (turn * centre).into(),
             normal: (turn * Vector3::new(slant.z, 0.0, slant.x)).into(),
@@ -109,7 +129,10 @@ fn bracket(scale: f64, albedo: f64) -> Body {
     let edge = 0.076 * scale;
     let (lying, standing) = ([2.0 * edge, edge, edge], [edge; 3]);
     let (at_lying, at_standing) = ([0.0, 0.0, -edge / 2.0], [-edge / 2.0, 0.0, edge / 2.0]);
-    let solids = vec![boxed(lying, at_lying, albedo), boxed(standing, at_standing, 0.85 * albedo)];
+    let solids = vec![
+        boxed(lying, at_lying, albedo),
+        boxed(standing, at_standing, 0.85 * albedo),
+    ];
     let free_end = Place {
         centre: [edge, 0.0, -edge / 2.0],
         normal: [1.0, 0.0, 0.0],
@@ -138,7 +161,11 @@ fn box_places(size: [f64; 3], centre: [f64; 3], faces: &[usize]) -> Vec<Place> {
         Place {
             centre: middle.into(),
             normal: normal.into(),
-            up: if axis == 2 { [0.0, 1.0, 0.0] } else { [0.0, 0.0, 1.0] },
+            up: if axis == 2 {
+                [0.0, 1.0, 0.0]
+            } else {
+                [0.0, 0.0, 1.0]
+            },
             room: size[(axis + 1) % 3].min(size[(axis + 2) % 3]),
         }
     };
@@ -158,7 +185,8 @@ fn top_at(centre: [f64; 3], room: f64) -> Place {
 fn tag(place: &Place, random: &mut Random) -> SceneTag {
     let normal = Vector3::from(place.normal);
     let up = Vector3::from(place.up);
-    let axes = Rotation3::from_matrix_unchecked(Matrix3::from_columns(&[up.cross(&normal), up, normal]));
+    let axes =
+        Rotation3::from_matrix_unchecked(Matrix3::from_columns(&[up.cross(&normal), up, normal]));
     let spin = FRAC_PI_2 * random.below(4) as f64 + random.between(-CROOKED, CROOKED);
     let rotation = UnitQuaternion::from_rotation_matrix(&axes) * about(2, spin);
     let size = (place.room * FILL / PRINT_BY_SIZE).clamp(TAG_SIZES[0], TAG_SIZES[1]);
@@ -167,6 +195,9 @@ fn tag(place: &Place, random: &mut Random) -> SceneTag {
         id: 0,
         // Whole millimetres, as printed.
         size: (size * 1000.0).floor() / 1000.0,
-        object_from_tag: Pose::from_parts(Translation3::from(Point3::from(place.centre).coords), rotation),
+        object_from_tag: Pose::from_parts(
+            Translation3::from(Point3::from(place.centre).coords),
+            rotation,
+        ),
     }
 }

@@ -48,7 +48,7 @@ impl Arena {
 
     /// The focal length that fills the image with the arena.
     pub fn focal_px(&self) -> f64 {
-        (245.0 * self.camera_distance() / (self.radius() * 0.85 + 0.06)).clamp(540.0, 800.0)
+        (245.0 * self.camera_distance() / (self.radius() * 0.85 + 0.06)).clamp(540.0, 930.0)
     }
 
     /// Half the width of what the objects fill.
@@ -92,7 +92,11 @@ impl Arena {
         };
         if object < outer {
             let around = spaced_radius(outer);
-            let radius = if inner > 0 { around.max(spaced_radius(inner) + SPACING_M) } else { around };
+            let radius = if inner > 0 {
+                around.max(spaced_radius(inner) + SPACING_M)
+            } else {
+                around
+            };
             return (ring(radius, outer, 1.0), object);
         }
         (ring(spaced_radius(inner), inner, -1.0), object - outer)

@@ -1,0 +1,177 @@
+//! The still picture behind the objects, and the light that objects get: drawn once for a camera, by rays.
+
+use super::room::Room;
+use crate::scenario::{Light, Scenario, SceneCamera};
+use nalgebra::{Point2, Point3, Vector2, Vector3};
+
+/// Grey level of a surface that sends back all light of strength 1.
+const FULL: f64 = 255.0;
+/// Samples in x and y of a pixel that isn't smooth.
+const SAMPLES: usize = 4;
+/// A pixel that differs this little from its neighbours is smooth, grey levels.
+const SMOOTH: f32 = 3.0;
+/// Height above the table for which the lamp's pool of light on the objects is drawn, m.
+const POOL_HEIGHT_M: f64 = 0.1;
+
+/// Draws what doesn't change from image to image.
+pub(super) struct Still<'a> {
+    camera: &'a SceneCamera,
+    light: &'a Light,
+    towards_lamp: Vector3<f64>,
+    room: Room,
+    /// The normalised point (x/z, y/z) seen at each pixel; not a number where the lens shows nothing.
+    normalised: Vec<[f32; 2]>,
+}
+
+impl<'a> Still<'a> {
+    pub fn new(scenario: &'a Scenario, camera: &'a SceneCamera) -> Self {
+        let normalised = |pixel: Point2<f64>| match camera.lens.undistort(&pixel) {
+            Ok(point) => [point.x as f32, point.y as f32],
+            Err(_) => [f32::NAN; 2],
+        };
+        Self {
+            camera,
+            light: &scenario.light,
+            towards_lamp: Vector3::from(scenario.light.towards_lamp).normalize(),
+            room: Room::new(scenario),
+            normalised: pixels(camera).map(normalised).collect(),
+        }
+    }
+
+    /// Grey level that an object's light of strength 1 gives at each pixel.
+    pub fn field(&self) -> Vec<f32> {
+        let level = |(i, pixel): (usize, Point2<f64>)| {
+            let (origin, direction) = self.ray(self.at(i));
+            let way = if direction.z < -1e-3 {
+                (POOL_HEIGHT_M - origin.z) / direction.z
+            } else {
+                1e3
+            };
+            let pool = self.pool(&(origin + direction * way.clamp(0.0, 1e3)));
+            (FULL * pool * self.sensitivity(&pixel)) as f32
+        };
+        let levels = pixels(self.camera).enumerate().map(level);
+        levels.map(black_where_nothing_is_seen).collect()
+    }
+
+    /// The backdrop in grey levels: one sample a pixel, and more where neighbours differ.
+    pub fn draw(&self) -> Vec<f32> {
+        let sampled = |(i, pixel)| self.sample(i, &pixel, 1);
+        let coarse: Vec<f32> = pixels(self.camera).enumerate().map(sampled).collect();
+        let width = self.width();
+        let smooth = |i: usize| {
+            let neighbours = [
+                i.saturating_sub(1),
+                i + 1,
+                i.saturating_sub(width),
+                i + width,
+            ];
+            let differs = |&n: &usize| {
+                coarse
+                    .get(n)
+                    .is_some_and(|level| (level - coarse[i]).abs() > SMOOTH)
+            };
+            !neighbours.iter().any(differs)
+        };
+        let refined = |(i, pixel)| {
+            if smooth(i) {
+                coarse[i]
+            } else {
+                self.sample(i, &pixel, SAMPLES)
+            }
+        };
+        pixels(self.camera).enumerate().map(refined).collect()
+    }
+
+    fn width(&self) -> usize {
+        self.camera.resolution[0] as usize
+    }
+
+    /// Mean level of n x n samples of a pixel; black where the lens shows nothing.
+    fn sample(&self, i: usize, pixel: &Point2<f64>, n: usize) -> f32 {
+        let at = self.at(i);
+        let (along, down) = (self.step(i, 1), self.step(i, self.width()));
+        let levels = offsets(n).map(|[x, y]| self.level(at + along * x + down * y));
+        let mean = levels.sum::<f64>() / (n * n) as f64;
+        black_where_nothing_is_seen((mean * self.sensitivity(pixel)) as f32)
+    }
+
+    fn at(&self, i: usize) -> Point2<f64> {
+        Point2::from(self.normalised[i].map(f64::from))
+    }
+
+    /// How the normalised point changes from a pixel to the one `stride` further on.
+    fn step(&self, i: usize, stride: usize) -> Vector2<f64> {
+        let last = self.normalised.len() - 1;
+        let (before, after) = (i.saturating_sub(stride), (i + stride).min(last));
+        let column = |i: usize| i % self.width();
+        // At the ends of a row the pixels before and after lie on other rows.
+        let before = if stride == 1 && column(i) == 0 {
+            i
+        } else {
+            before
+        };
+        let after = if stride == 1 && column(after) == 0 {
+            i
+        } else {
+            after
+        };
+        let pixels = ((after - before) / stride).max(1);
+        let step = (self.at(after) - self.at(before)) / pixels as f64;
+        if step.x.is_finite() {
+            step
+        } else {
+            Vector2::zeros()
+        }
+    }
+
+    fn level(&self, normalised: Point2<f64>) -> f64 {
+        let room = match &self.room {
+            Room::Plain { level } => return *level / self.camera.gain,
+            Room::Furnished(room) => room,
+        };
+        let (origin, direction) = self.ray(normalised);
+        let seen = room.look(&origin, &direction);
+        let facing = seen.normal.dot(&self.towards_lamp).max(0.0);
+        let light = self.light.ambient + self.light.lamp * facing;
+        FULL * seen.albedo * light * self.pool(&seen.point)
+    }
+
+    /// Origin and direction in the world, not a number where the lens shows nothing.
+    fn ray(&self, normalised: Point2<f64>) -> (Point3<f64>, Vector3<f64>) {
+        let pose = &self.camera.world_from_camera;
+        let direction = pose.rotation * Vector3::new(normalised.x, normalised.y, 1.0);
+        (Point3::from(pose.translation.vector), direction.normalize())
+    }
+
+    /// The lamp's pool of light about the world's z axis: 1 in the middle, 3/4 at its radius, never below a half.
+    fn pool(&self, point: &Point3<f64>) -> f64 {
+        let share =
+            point.coords.xy().norm_squared() / (self.light.pool_radius * self.light.pool_radius);
+        0.5 + 0.5 / (1.0 + share)
+    }
+
+    /// Gain and vignetting at a pixel.
+    fn sensitivity(&self, pixel: &Point2<f64>) -> f64 {
+        let [width, height] = self.camera.resolution.map(f64::from);
+        let half = Vector2::new(width - 1.0, height - 1.0) / 2.0;
+        let share = (pixel.coords - half).norm_squared() / half.norm_squared();
+        self.camera.gain * (1.0 - self.camera.vignetting * share)
+    }
+}
+
+/// All pixels of an image, row by row.
+fn pixels(camera: &SceneCamera) -> impl Iterator<Item = Point2<f64>> + use<> {
+    let [width, height] = camera.resolution;
+    (0..height).flat_map(move |y| (0..width).map(move |x| Point2::new(f64::from(x), f64::from(y))))
+}
+
+/// The middles of n x n parts of a pixel, from the pixel's middle.
+fn offsets(n: usize) -> impl Iterator<Item = [f64; 2]> {
+    let offset = move |i: usize| (i as f64 + 0.5) / n as f64 - 0.5;
+    (0..n * n).map(move |i| [offset(i % n), offset(i / n)])
+}
+
+fn black_where_nothing_is_seen(level: f32) -> f32 {
+    if level.is_finite() { level } else { 0.0 }
+}
