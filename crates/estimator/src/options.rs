@@ -53,6 +53,9 @@ options! {
     /// Chi-square of a tag's four corners (8 degrees of freedom) beyond which the tag takes no part: 99.9 % of good ones
     /// lie within.
     tag_gate = 26.1 in 10.0 ..= 1000.0;
+    /// Natural logarithm of the odds against a tag that takes no part: of wrong tags being rare, and of a wrong one lying
+    /// just there among all places in the image.
+    refused_odds = 30.0 in 5.0 ..= 1000.0;
     /// Chi-square of the prediction (6 degrees of freedom) beyond which the image contradicts it: 99.99 % lie within.
     prediction_gate = 27.9 in 10.0 ..= 1000.0;
     /// m²/s³, power density of the white acceleration: what a smooth motion of about 1 m/s² amounts to at 30 images/s.
@@ -73,8 +76,10 @@ options! {
     unknown_clock_s = 0.03 in 0.0001 ..= 1.0;
     /// s²/s by which the offsets wander: 30 µs in a second, as cheap quartzes do.
     clock_wander = 1e-9 in 0.0 ..= 1e-3;
-    /// Chi-square (1 degree of freedom) beyond which images that are always early or always late mean a clock that is off.
-    clock_suspicion = 60.0 in 10.0 ..= 1e4;
+    /// Seconds for which both are followed, clocks that agree and clocks that don't, if the motion doesn't tell.
+    clock_patience_s = 2.0 in 0.0 ..= 60.0;
+    /// Seconds after which the question is asked again: clocks are set and cameras restarted.
+    clock_recheck_s = 10.0 in 0.1 ..= 1e6;
     /// Natural logarithm of the odds beyond which the likeliest attitude is taken for the true one.
     trusted_odds = 9.0 in 1.0 ..= 100.0;
     /// Natural logarithm of the odds beyond which an unlikely attitude is given up.

@@ -5,7 +5,8 @@
 //! - [`mirror`]: the other branch of the planar ambiguity.
 //! - [`noise`]: how noisy each camera's corners are.
 //! - [`report`]: what is published about the instant.
-//! - [`time`]: whether the cameras' clocks agree.
+//! - [`rivalry`]: whether the cameras' clocks agree.
+//! - [`time`]: what is known about them.
 //! - [`update`]: a state and the views of an instant.
 
 mod birth;
@@ -13,12 +14,13 @@ mod hypothesis;
 mod mirror;
 mod noise;
 mod report;
+mod rivalry;
 mod time;
 mod update;
 
 use crate::filter::corners::Sight;
 use crate::filter::kinematics::Restlessness;
-use crate::site::{ObjectImage, Site, StatedClock};
+use crate::site::{ObjectImage, Site};
 use crate::{FusionOptions, State};
 use hypothesis::Hypothesis;
 use noise::CameraNoise;
@@ -45,6 +47,12 @@ pub(crate) struct Track {
     noise: Vec<CameraNoise>,
     /// What is known about the cameras' clocks.
     timing: Timing,
+    /// Logarithm of the probability of all images so far, up to a constant.
+    total: f64,
+    /// The same object with other clocks, while it is open which are right.
+    rival: Option<Box<Track>>,
+    /// Since when there is a rival, in ns.
+    rival_since_ns: Option<u64>,
     /// What the images of this instant contributed.
     pub sighting: Sighting,
 }
@@ -57,8 +65,8 @@ pub(crate) fn seconds(from_ns: u64, to_ns: u64) -> f64 {
 }
 
 impl Track {
-    /// The track after the images of the instant `time_ns`, which is not before this one's.
-    pub fn advanced(
+    /// The track after the images of an instant, the clocks taken as they are taken here.
+    fn stepped(
         &self,
         time_ns: u64,
         images: &[&ObjectImage],
@@ -66,55 +74,15 @@ impl Track {
         options: &FusionOptions,
     ) -> Self {
         let sights = self.sights(images, site, options);
-        let timing = self.timing_after(time_ns, images, &sights, options);
-        if timing.open && !self.timing.open {
-            let fresh = Self {
-                timing,
-                ..self.forgotten()
-            };
-            return fresh.born(time_ns, &fresh.sights(images, site, options), options);
-        }
         let followed = self
             .is_known_at(time_ns, options)
             .then(|| self.followed(time_ns, &sights, options));
-        let mut next = match followed {
+        match followed {
             Some(track) if track.sighting.tags > 0 => track,
             Some(track) if !track.is_contradicted(options) => track,
             Some(_) => self.born(time_ns, &sights, options),
             None => self.forgotten().born(time_ns, &sights, options),
-        };
-        next.timing.suspicion_of(timing);
-        next
-    }
-
-    /// What the images say about the clocks that are taken at their word though nobody vouches for them.
-    fn timing_after(
-        &self,
-        time_ns: u64,
-        images: &[&ObjectImage],
-        sights: &[Sight<'_>],
-        options: &FusionOptions,
-    ) -> Timing {
-        let mut timing = self.timing.clone();
-        let Some(best) = self
-            .hypotheses
-            .first()
-            .filter(|_| self.trusted && !timing.open)
-        else {
-            return timing;
-        };
-        let unvouched = images
-            .iter()
-            .filter(|image| image.clock == StatedClock::Unknown);
-        let expected = best
-            .state
-            .predicted(seconds(self.time_ns, time_ns), restlessness(options));
-        for image in unvouched {
-            let of_camera = |sight: &&Sight<'_>| sight.camera_index == image.camera_index;
-            let sights: Vec<Sight<'_>> = sights.iter().filter(of_camera).copied().collect();
-            timing.suspect(&expected, &sights, options);
         }
-        timing
     }
 
     /// Whether anything is known at that instant.
@@ -174,6 +142,7 @@ impl Track {
         Self {
             noise: self.noise.clone(),
             timing,
+            total: self.total,
             ..Self::default()
         }
     }
@@ -194,13 +163,14 @@ impl Track {
         sights: &[Sight<'_>],
         options: &FusionOptions,
     ) -> Self {
-        hypothesis::weigh(&mut hypotheses, options);
+        let evidence = hypothesis::weigh(&mut hypotheses, options);
         let mut next = Self {
             time_ns,
             hypotheses,
             noise: self.noise.clone(),
             trusted: self.trusted,
             timing: self.timing.clone(),
+            total: self.total + evidence,
             ..Self::default()
         };
         if let Some(best) = next.hypotheses.first() {

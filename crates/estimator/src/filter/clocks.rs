@@ -4,7 +4,7 @@
 //! the pose moved by -o times the twist, so that motion tells the offset (Furgale, Rehder, Siegwart 2013, Unified temporal
 //! and spatial calibration; here linear over the few milliseconds that clocks differ).
 
-use nalgebra::{Matrix6, SMatrix, SVector, Vector6};
+use nalgebra::{Matrix6, SMatrix, SVector};
 use sextant_geometry::{Pose, se3};
 
 use super::kinematics::{Covariance, Kinematics, Restlessness, symmetric, white_acceleration};
@@ -162,20 +162,4 @@ impl Kinematics {
     pub(super) fn clocks_are_finite(&self) -> bool {
         self.clocks.as_ref().is_none_or(|clocks| clocks.is_finite())
     }
-}
-
-/// How far an image's clock seems to be off: the likeliest offset in seconds and its information in 1/s².
-///
-/// With P the covariance of the expected pose and L the information of the corners the image's own pose, which lies `d`
-/// from the expected one, weighs (P + L⁻¹)⁻¹ = (I + L P)⁻¹ L, which exists for any L. `pull` is L d; `twist` turns time
-/// into place.
-pub(crate) fn apparent_offset(
-    pull: &Vector6<f64>,
-    covariance: &Matrix6<f64>,
-    corners: &Matrix6<f64>,
-    twist: &Vector6<f64>,
-) -> Option<(f64, f64)> {
-    let inner = (Matrix6::identity() + corners * covariance).try_inverse()?;
-    let information = twist.dot(&(inner * corners * twist));
-    (information > 0.0).then(|| (-twist.dot(&(inner * pull)) / information, information))
 }

@@ -22,19 +22,19 @@ pub(crate) struct Hypothesis {
 
 impl Hypothesis {
     /// What becomes of the hypothesis after `dt` seconds with the views of that instant: the attitude expected, and where
-    /// the views allow it the mirrored one too. Where no view agrees it is a prediction.
+    /// the views allow it the mirrored one too. Where no view agrees, even if the body was hit, it is a prediction.
     pub fn followed(&self, dt: f64, sights: &[Sight<'_>], options: &FusionOptions) -> Vec<Self> {
         let predicted = self.state.predicted(dt, restlessness(options));
-        let (prior, found) = match updated(&predicted, None, sights, options) {
-            Some(found) => (predicted, found),
-            None => {
-                let jolted = jolted(&predicted, dt, options);
-                match updated(&jolted, None, sights, options) {
-                    Some(found) => (jolted, found),
-                    None => (predicted.clone(), refused(predicted, sights, options)),
-                }
-            }
+        let after = |prior: Kinematics| {
+            let found = updated(&prior, None, sights, options)?;
+            Some((prior, found))
         };
+        let (prior, found) = after(predicted.clone())
+            .or_else(|| after(jolted(&predicted, dt, options)))
+            .unwrap_or_else(|| {
+                let refused = refused(predicted.clone(), sights, options);
+                (predicted.clone(), refused)
+            });
         let mut next = with_mirrored(found, &prior, sights, options);
         next.iter_mut()
             .for_each(|one| one.evidence += self.evidence);
@@ -76,11 +76,12 @@ fn jolted(predicted: &Kinematics, dt: f64, options: &FusionOptions) -> Kinematic
     jolted
 }
 
-/// Sorts by evidence, merges what has run together, gives up what is hopeless; the likeliest has evidence zero.
-pub(crate) fn weigh(hypotheses: &mut Vec<Hypothesis>, options: &FusionOptions) {
+/// Sorts by evidence, merges what has run together, gives up what is hopeless. The likeliest then has evidence zero; what
+/// it had is returned.
+pub(crate) fn weigh(hypotheses: &mut Vec<Hypothesis>, options: &FusionOptions) -> f64 {
     hypotheses.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
     let Some(best) = hypotheses.first().map(|one| one.evidence) else {
-        return;
+        return 0.0;
     };
     let mut kept: Vec<Hypothesis> = Vec::new();
     for mut one in hypotheses.drain(..) {
@@ -94,6 +95,7 @@ pub(crate) fn weigh(hypotheses: &mut Vec<Hypothesis>, options: &FusionOptions) {
         }
     }
     *hypotheses = kept;
+    best
 }
 
 /// Whether two hypotheses are nearer than their uncertainty lets them be told apart.

@@ -63,7 +63,7 @@ impl Track {
         time_ns: u64,
         options: &FusionOptions,
     ) -> Option<ObjectEstimate> {
-        let then = self.predicted(time_ns, options);
+        let then = self.leading().predicted(time_ns, options);
         let best = then.hypotheses.first()?;
         let covariance = then.covariance();
         let state = then.state(&covariance, options);

@@ -55,7 +55,7 @@ pub(crate) fn updated(
             sum.state.know_clock(members[0].camera_index, prior);
         }
         if let Some(update) = updated_by_group(&sum.state, start.take(), &members, options) {
-            sum.evidence += update.evidence + 0.5 * options.tag_gate * members.len() as f64;
+            sum.evidence += update.evidence + options.refused_odds * members.len() as f64;
             group
                 .iter()
                 .zip(&update.taken)
@@ -74,7 +74,7 @@ pub(crate) fn refused(
 ) -> Hypothesis {
     Hypothesis {
         state,
-        evidence: -0.5 * options.tag_gate * sights.len() as f64,
+        evidence: -options.refused_odds * sights.len() as f64,
         mirrored: f64::NEG_INFINITY,
         taken: vec![Taken::refused(); sights.len()],
     }
@@ -170,7 +170,7 @@ fn complete(
         .map(|(normal, part)| taken(normal.as_ref(), *part, &covariance))
         .collect();
     let refused = part.iter().filter(|part| !**part).count();
-    let evidence = -0.5 * (fit.cost + absorbed.narrowing + options.tag_gate * refused as f64);
+    let evidence = -0.5 * (fit.cost + absorbed.narrowing) - options.refused_odds * refused as f64;
     Some(GroupUpdate {
         state: absorbed.state,
         evidence,
