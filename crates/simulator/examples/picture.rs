@@ -1,14 +1,12 @@
 //! Draws images of the demonstration to look at, and tells how long one takes.
 //!
-//! `cargo run --release -p sextant-simulator --example picture -- [FOLDER] [CAMERAS] [OBJECTS] [SEED]`; without a folder the
+//! `cargo run --release -p sextant-simulator --example picture -- [FOLDER] [CAMERAS] [OBJECTS] [SEED] [IMAGES]`; without a folder the
 //! pictures go to the system's temporary one.
 
 use sextant_simulator::{Renderer, Scenario};
 use std::error::Error;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
-
-const IMAGES: u64 = 120;
 
 fn main() -> Result<(), Box<dyn Error>> {
     let mut arguments = std::env::args().skip(1);
@@ -17,14 +15,20 @@ fn main() -> Result<(), Box<dyn Error>> {
         .map_or_else(std::env::temp_dir, PathBuf::from);
     let mut number = |default: u64| arguments.next().map_or(Ok(default), |text| text.parse());
     let (n_cameras, n_objects, seed) = (number(4)?, number(3)?, number(1)?);
+    let n_images = number(120)?.max(1);
     let scenario = Scenario::demo(n_cameras as usize, n_objects as usize, seed);
     for camera in 0..scenario.cameras.len() {
-        draw(&scenario, camera, &folder)?;
+        draw(&scenario, camera, n_images, &folder)?;
     }
     Ok(())
 }
 
-fn draw(scenario: &Scenario, camera: usize, folder: &Path) -> Result<(), Box<dyn Error>> {
+fn draw(
+    scenario: &Scenario,
+    camera: usize,
+    n_images: u64,
+    folder: &Path,
+) -> Result<(), Box<dyn Error>> {
     let before = Instant::now();
     let mut renderer = Renderer::new(scenario, camera)?;
     let prepared = before.elapsed();
@@ -32,13 +36,13 @@ fn draw(scenario: &Scenario, camera: usize, folder: &Path) -> Result<(), Box<dyn
     let [width, height] = renderer.camera().resolution;
     let mut image = vec![0; (width * height) as usize];
     let before = Instant::now();
-    for n in 0..IMAGES {
+    for n in 0..n_images {
         renderer.render(
             schedule.next_at_or_after(n * schedule.period_ns()),
             &mut image,
         )?;
     }
-    let each = before.elapsed() / IMAGES as u32;
+    let each = before.elapsed() / n_images as u32;
     let path = folder.join(format!("{}.png", renderer.camera().id));
     println!(
         "{}: background {prepared:.2?}, {each:.2?} an image",

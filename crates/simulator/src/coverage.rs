@@ -125,7 +125,7 @@ impl Coverage {
     }
 
     fn add(&mut self, piece: Piece, y_start: f64, y_end: f64, weight: f64) {
-        let mut row = y_start as usize;
+        let mut row = y_start as i32 as usize;
         let mut y = y_start;
         let mut x = piece.x_at(y);
         while y < y_end && row < self.height {
@@ -144,29 +144,37 @@ impl Coverage {
         let width = self.width as f64;
         let (left, right) = if x < x_next { (x, x_next) } else { (x_next, x) };
         let (left, right) = (left.clamp(0.0, width), right.clamp(0.0, width));
-        let first = left as usize;
-        // The ceiling, without a call into the mathematics library.
-        let last = (right as usize + usize::from(right > (right as usize) as f64)).max(first + 1);
-        if last == first + 1 {
+        // By way of i32, which a processor converts to in one step.
+        let (first, last) = (left as i32 as usize, right as i32 as usize);
+        if first == last {
             let beyond = (left + right) / 2.0 - first as f64;
             cells[first] += (height * (1.0 - beyond)) as f32;
             cells[first + 1] += (height * beyond) as f32;
-            return;
-        }
-        // The edge crosses several pixels: each gets the trapezium to the right of its part of the edge.
-        let per_column = height / (right - left);
-        let mut covered = 0.0;
-        for (column, cell) in cells[first..=last].iter_mut().enumerate() {
-            let start = (first + column) as f64;
-            let (from, to) = (left.max(start), right.min(start + 1.0));
-            let passed = (to - from).max(0.0);
-            let full = per_column * ((from.min(right) - left).max(0.0));
-            let here = full + per_column * passed * (start + 1.0 - (from + to) / 2.0);
-            let total = if start >= right { height } else { here };
-            *cell += (total - covered) as f32;
-            covered = total;
+        } else {
+            let ends = [left - first as f64, right - last as f64];
+            add_across(&mut cells[first..last + 2], ends, height);
         }
     }
+}
+
+/// An edge from the first of `cells` to the last but one; `ends` is how far into these it begins and ends.
+///
+/// The area to its right grows quadratically in the first and the last pixel it crosses and linearly in between.
+fn add_across(cells: &mut [f32], [start, end]: [f64; 2], height: f64) {
+    let crossed = cells.len() - 2;
+    let per_column = height / (crossed as f64 + end - start);
+    let in_first = 0.5 * per_column * (1.0 - start) * (1.0 - start);
+    let beyond_last = 0.5 * per_column * end * end;
+    cells[0] += in_first as f32;
+    let mut covered = in_first;
+    let mut full = per_column * (1.5 - start);
+    for cell in &mut cells[1..crossed] {
+        *cell += (full - covered) as f32;
+        covered = full;
+        full += per_column;
+    }
+    cells[crossed] += (height - beyond_last - covered) as f32;
+    cells[crossed + 1] += beyond_last as f32;
 }
 
 #[cfg(test)]
