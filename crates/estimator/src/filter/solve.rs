@@ -10,7 +10,7 @@ use sextant_geometry::{Pose, se3, so3};
 use super::corners::{Normal, Sight};
 
 /// Most steps of one solve; a tracked object needs two or three.
-const MOST_STEPS: usize = 30;
+const MOST_STEPS: usize = 20;
 /// A step below this many sigmas ends the solve.
 const SMALL_STEP: f64 = 1e-3;
 /// Twice the cost of a view that can't be seen from the pose: as bad as a view can be.

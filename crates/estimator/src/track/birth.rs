@@ -7,31 +7,42 @@ use nalgebra::Vector6;
 use sextant_geometry::Pose;
 use sextant_geometry::planar_pose::solve_square;
 
-use super::hypothesis::{Hypothesis, with_mirrored};
-use super::update::updated;
+use super::hypothesis::{Hypothesis, taken_in};
 use crate::FusionOptions;
 use crate::filter::corners::Sight;
 use crate::filter::kinematics::{Covariance, Kinematics};
+use crate::filter::solve::UNSEEN;
 
 /// Views from which attitudes are proposed: the largest ones, enough that a few wrong tags don't matter.
 const MOST_SEEDS: usize = 6;
+/// Seeds that are refined.
+const MOST_GROWN: usize = 4;
 /// Metres and radians, one sigma: nothing is known about the pose.
 const ANYWHERE: (f64, f64) = (10.0, 3.0);
 
 /// The possible attitudes, in no order.
 pub(crate) fn hypotheses(sights: &[Sight<'_>], options: &FusionOptions) -> Vec<Hypothesis> {
-    seeds(sights)
+    let grown = |seed: &Pose| taken_in(&unknown(seed, options), sights, options);
+    likeliest(seeds(sights), sights)
         .iter()
-        .flat_map(|seed| grown(seed, sights, options))
+        .flat_map(grown)
         .collect()
 }
 
-fn grown(seed: &Pose, sights: &[Sight<'_>], options: &FusionOptions) -> Vec<Hypothesis> {
-    let prior = unknown(seed, options);
-    let found = updated(&prior, None, sights, options);
-    found.map_or_else(Vec::new, |found| {
-        with_mirrored(found, &prior, sights, options)
-    })
+/// The few seeds that explain all views best as they are.
+fn likeliest(seeds: Vec<Pose>, sights: &[Sight<'_>]) -> Vec<Pose> {
+    let chi2 = |sight: &Sight<'_>, pose: &Pose| {
+        let normal = sight.normal(pose);
+        normal.map_or(UNSEEN, |normal| normal.chi2)
+    };
+    let cost = |pose: &Pose| -> f64 { sights.iter().map(|sight| chi2(sight, pose)).sum() };
+    let mut scored: Vec<(f64, Pose)> = seeds.into_iter().map(|pose| (cost(&pose), pose)).collect();
+    scored.sort_by(|a, b| a.0.total_cmp(&b.0));
+    scored
+        .into_iter()
+        .take(MOST_GROWN)
+        .map(|(_, pose)| pose)
+        .collect()
 }
 
 /// `world_from_object` by each branch of the largest views.

@@ -21,29 +21,34 @@ pub(crate) struct Hypothesis {
 }
 
 impl Hypothesis {
-    /// What becomes of the hypothesis after `dt` seconds with the views of that instant: the attitude expected, and where
-    /// the views allow it the mirrored one too. Where no view agrees, even if the body was hit, it is a prediction.
+    /// What becomes of the hypothesis after `dt` seconds with the views of that instant. Where they contradict the
+    /// prediction there are two ways on: the body was hit, or the views are wrong; what follows will tell.
     pub fn followed(&self, dt: f64, sights: &[Sight<'_>], options: &FusionOptions) -> Vec<Self> {
         let predicted = self.state.predicted(dt, restlessness(options));
-        let after = |prior: Kinematics| {
-            let found = updated(&prior, None, sights, options)?;
-            Some((prior, found))
-        };
-        let (prior, found) = after(predicted.clone())
-            .or_else(|| after(jolted(&predicted, dt, options)))
-            .unwrap_or_else(|| {
-                let refused = refused(predicted.clone(), sights, options);
-                (predicted.clone(), refused)
-            });
-        let mut next = with_mirrored(found, &prior, sights, options);
+        let mut next = taken_in(&predicted, sights, options);
+        if next.is_empty() {
+            next = taken_in(&jolted(&predicted, dt, options), sights, options);
+            next.push(refused(predicted, sights, options));
+        }
         next.iter_mut()
             .for_each(|one| one.evidence += self.evidence);
         next
     }
 }
 
+/// The update and, where the views allow it, the mirrored one; nothing where no view agrees with the prior.
+pub(crate) fn taken_in(
+    prior: &Kinematics,
+    sights: &[Sight<'_>],
+    options: &FusionOptions,
+) -> Vec<Hypothesis> {
+    updated(prior, None, sights, options).map_or_else(Vec::new, |found| {
+        with_mirrored(found, prior, sights, options)
+    })
+}
+
 /// The hypothesis, and the mirrored one where it is a possibility of its own.
-pub(crate) fn with_mirrored(
+fn with_mirrored(
     mut found: Hypothesis,
     prior: &Kinematics,
     sights: &[Sight<'_>],

@@ -146,10 +146,23 @@ impl Track {
 
     /// Whether another attitude, followed or merely possible, is not unlikely enough.
     fn is_ambiguous(&self, options: &FusionOptions) -> bool {
-        let rivals = self.hypotheses.iter().skip(1).map(|rival| rival.evidence);
-        let mirrored = self.hypotheses.iter().take(1).map(|best| best.mirrored);
+        let Some(best) = self.hypotheses.first() else {
+            return false;
+        };
+        let elsewhere = |other: &Hypothesis| {
+            let turn = best
+                .state
+                .pose
+                .rotation
+                .angle_to(&other.state.pose.rotation);
+            turn > options.vague_attitude
+        };
+        let others = self.hypotheses.iter().skip(1);
+        let rivals = others
+            .filter(|other| elsewhere(other))
+            .map(|other| other.evidence);
         rivals
-            .chain(mirrored)
+            .chain([best.mirrored])
             .any(|evidence| evidence > -options.trusted_odds)
     }
 }

@@ -14,6 +14,13 @@ const AGREEMENT: f64 = 3.0;
 /// Sigma in seconds of an offset that is known.
 const KNOWN_S: f64 = 0.002;
 
+/// Whether several cameras took their images in the very same nanosecond: free clocks never do, so that one clock
+/// triggers or stamps them all.
+fn is_one_shutter(images: &[&ObjectImage]) -> bool {
+    let unvouched = |image: &&ObjectImage| image.clock == StatedClock::Unknown;
+    images.len() > 1 && images.iter().any(unvouched)
+}
+
 impl Track {
     /// The track after the images of the instant `time_ns`, which is not before this one's.
     pub fn advanced(
@@ -26,6 +33,10 @@ impl Track {
         let mut next = self.stepped(time_ns, images, site, options);
         let rival = match &self.rival {
             Some(rival) => Some(rival.stepped(time_ns, images, site, options)),
+            None if is_one_shutter(images) => {
+                next.timing.settled_ns = Some(time_ns);
+                None
+            }
             None => self
                 .challenger(time_ns, images, options)
                 .map(|rival| rival.stepped(time_ns, images, site, options)),
@@ -88,11 +99,8 @@ impl Track {
         clocks.is_some_and(|clocks| clocks.offsets().all(|(_, clock)| clock.sigma_s < KNOWN_S))
     }
 
-    /// The better one of the track and its rival.
+    /// What is to be published: the rival while it lives, for it knows what it does not know.
     pub(super) fn leading(&self) -> &Self {
-        match &self.rival {
-            Some(rival) if rival.total > self.total => rival,
-            _ => self,
-        }
+        self.rival.as_deref().unwrap_or(self)
     }
 }

@@ -15,6 +15,10 @@ use crate::filter::corners::{Normal, SCALE_LIMIT, Sight};
 use crate::filter::kinematics::Kinematics;
 use crate::filter::solve::{Fit, UNSEEN, solve};
 
+/// Views whose chi-square is at least this share of the worst one's are left out with it, so that many wrong views cost
+/// few fits.
+const ALMOST_AS_BAD: f64 = 0.5;
+
 /// What became of a view in an update.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Taken {
@@ -116,9 +120,11 @@ fn updated_by_group(
         }
         let fit = solve(&pose_prior, &active, start.unwrap_or(&expected.pose))?;
         let normals: Vec<_> = sights.iter().map(|sight| seen(sight, &fit.pose)).collect();
-        let (worst, chi2) = worst_view(&normals, &part)?;
-        if chi2 > options.tag_gate {
-            part[worst] = false;
+        let worst = worst_chi2(&normals, &part);
+        if worst > options.tag_gate {
+            // Just below the worst, so that at least that one goes.
+            let limit = options.tag_gate.max(worst * ALMOST_AS_BAD);
+            leave_out(&mut part, &normals, limit);
         } else if fit.surprise > options.prediction_gate {
             return None;
         } else {
@@ -147,12 +153,21 @@ fn seen(sight: &Sight<'_>, pose: &Pose) -> Option<Normal> {
     sight.faces(pose).then(|| sight.normal(pose)).flatten()
 }
 
-fn worst_view(normals: &[Option<Normal>], part: &[bool]) -> Option<(usize, f64)> {
-    let cost = |index: usize| normals[index].as_ref().map_or(UNSEEN, |normal| normal.chi2);
-    let taking_part = (0..normals.len()).filter(|index| part[*index]);
+fn chi2(normal: &Option<Normal>) -> f64 {
+    normal.as_ref().map_or(UNSEEN, |normal| normal.chi2)
+}
+
+fn worst_chi2(normals: &[Option<Normal>], part: &[bool]) -> f64 {
+    let taking_part = normals.iter().zip(part).filter(|(_, part)| **part);
     taking_part
-        .map(|index| (index, cost(index)))
-        .max_by(|a, b| a.1.total_cmp(&b.1))
+        .map(|(normal, _)| chi2(normal))
+        .fold(0.0, f64::max)
+}
+
+fn leave_out(part: &mut [bool], normals: &[Option<Normal>], limit: f64) {
+    for (part, normal) in part.iter_mut().zip(normals) {
+        *part &= chi2(normal) <= limit;
+    }
 }
 
 fn complete(
