@@ -35,6 +35,12 @@ impl Component {
         u32::from(self.bottom - self.top) + 1
     }
 
+    /// Middle of the box.
+    pub(crate) fn middle(&self) -> [f32; 2] {
+        let mean = |low: u16, high: u16| (f32::from(low) + f32::from(high)) / 2.0;
+        [mean(self.left, self.right - 1), mean(self.top, self.bottom)]
+    }
+
     fn absorb(&mut self, other: &Self) {
         self.area += other.area;
         self.left = self.left.min(other.left);

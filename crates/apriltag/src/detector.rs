@@ -2,11 +2,11 @@
 
 use crate::bit_plane::BitPlane;
 use crate::components::{Components, make_room};
-use crate::edges::{self, EdgeFit};
+use crate::edges::{self, EdgeFit, Search};
 use crate::kernels::Kernels;
 use crate::outlines::Outlines;
 use crate::photometric;
-use crate::quad::{Quad, QuadFinder, mean_edge};
+use crate::quad::{Point, Quad, QuadFinder, distance, mean_edge, middle};
 use crate::reading::{Reader, Reading, check_sides};
 use crate::tiles::{Level, Tiles};
 use crate::{
@@ -14,8 +14,14 @@ use crate::{
 };
 use sextant_tag_families::BorderColour;
 
-/// Tags in an image before those found twice are sorted out, at most; the report counts what is dropped.
-const MAX_DETECTIONS: usize = 1024;
+/// Tags in an image before those seen twice are sorted out, at most; the report counts what is dropped.
+const MAX_SIGHTINGS: usize = 1024;
+
+/// Modules along the border of the most usual family, for what need not be exact.
+const USUAL_MODULES: f32 = 8.0;
+
+/// Covariance of corners that only the outline tells: half a pixel either way.
+const OUTLINE_COVARIANCE: [f32; 3] = [0.25, 0.0, 0.25];
 
 /// Finds tags, image after image; keeps its memory between images.
 #[derive(Debug)]
@@ -30,6 +36,7 @@ pub struct Detector {
     components: Components,
     outlines: Outlines,
     quads: QuadFinder,
+    sightings: Vec<Sighting>,
     detections: Vec<Detection>,
     report: Report,
 }
@@ -52,6 +59,7 @@ impl Detector {
             components: Components::default(),
             outlines: Outlines::default(),
             quads: QuadFinder::default(),
+            sightings: Vec::new(),
             detections: Vec::new(),
             report: Report::default(),
         })
@@ -71,6 +79,9 @@ impl Detector {
         self.begin(image);
         observer.stage_ended(Stage::Tiles);
         for level in [Level::Middle, Level::Shaded] {
+            if level == Level::Shaded && !self.tiles.find_shade(self.report.contrast_gate) {
+                break;
+            }
             self.plane.threshold(
                 image,
                 &self.tiles,
@@ -87,13 +98,15 @@ impl Detector {
             self.read_outlines(image, observer);
             observer.stage_ended(Stage::Decode);
         }
-        self.sort();
+        self.drop_doubles();
+        self.locate(image);
         observer.stage_ended(Stage::Refine);
         &self.detections
     }
 
     fn begin(&mut self, image: &Image<'_>) {
         self.make_room(image.width(), image.height());
+        self.sightings.clear();
         self.detections.clear();
         self.tiles.measure(image, &self.kernels);
         let noise_sigma = self.tiles.noise_sigma();
@@ -118,22 +131,30 @@ impl Detector {
         self.outlines
             .make_room(self.components.max_labels(), height);
         self.quads.make_room(height);
-        make_room(&mut self.detections, MAX_DETECTIONS);
+        make_room(&mut self.sightings, MAX_SIGHTINGS);
+        make_room(&mut self.detections, MAX_SIGHTINGS);
     }
 
     fn read_outlines(&mut self, image: &Image<'_>, observer: &mut impl Observer) {
         self.report.components += self.components.whole().count() as u32;
         self.report.runs += self.components.n_runs() as u32;
         self.report.dropped += self.outlines.n_dropped();
+        let n_known = self.sightings.len();
         for (outline, extents) in self.outlines.iter() {
+            let middle = outline.component.middle();
+            if self.sightings[..n_known]
+                .iter()
+                .any(|known| known.covers(middle))
+            {
+                continue;
+            }
             self.report.candidates += 1;
             let quad = self
                 .quads
                 .around(outline, extents, self.options.min_edge_px);
-            let read = quad.and_then(|quad| read_tag(image, &quad, &self.readers, &self.options));
-            match read {
-                Ok(detection) if self.detections.len() < MAX_DETECTIONS => {
-                    self.detections.push(detection)
+            match quad.and_then(|quad| sight(image, &quad, &self.readers, &self.options)) {
+                Ok(sighting) if self.sightings.len() < MAX_SIGHTINGS => {
+                    self.sightings.push(sighting)
                 }
                 Ok(_) => self.report.dropped += 1,
                 Err(reason) => {
@@ -146,35 +167,44 @@ impl Detector {
         }
     }
 
-    /// In order, and each tag once: the reading with fewer wrong bits, then the larger margin, stands.
-    fn sort(&mut self) {
-        let key = |d: &Detection| (d.family, d.id);
-        self.detections.sort_unstable_by(|a, b| {
-            key(a)
-                .cmp(&key(b))
-                .then(a.hamming.cmp(&b.hamming))
+    /// Of the same tag seen twice, the sighting with fewer wrong bits, then the larger margin, stands.
+    fn drop_doubles(&mut self) {
+        self.sightings.sort_unstable_by(|a, b| {
+            let (a, b) = (&a.reading, &b.reading);
+            a.found
+                .hamming
+                .cmp(&b.found.hamming)
                 .then(b.margin.total_cmp(&a.margin))
         });
         let mut kept = 0;
-        for i in 0..self.detections.len() {
-            let detection = self.detections[i];
-            if !self.detections[..kept]
+        for i in 0..self.sightings.len() {
+            let sighting = self.sightings[i];
+            if !self.sightings[..kept]
                 .iter()
-                .any(|other| is_same_tag(other, &detection))
+                .any(|other| other.is_same_tag(&sighting))
             {
-                self.detections[kept] = detection;
+                self.sightings[kept] = sighting;
                 kept += 1;
             }
         }
-        self.detections.truncate(kept);
+        self.sightings.truncate(kept);
+    }
+
+    /// Corners below the pixel for every sighting; detections in order.
+    fn locate(&mut self, image: &Image<'_>) {
+        let detections = self
+            .sightings
+            .iter()
+            .map(|sighting| refine(image, sighting, self.options.refinement));
+        self.detections.extend(detections);
         self.detections.sort_unstable_by(|a, b| {
             let ([ax, ay], [bx, by]) = (a.centre(), b.centre());
-            key(a)
-                .cmp(&key(b))
+            (a.family, a.id)
+                .cmp(&(b.family, b.id))
                 .then(ay.total_cmp(&by))
                 .then(ax.total_cmp(&bx))
         });
-        self.report.detections = kept as u32;
+        self.report.detections = self.detections.len() as u32;
     }
 
     /// What happened to the last image.
@@ -183,49 +213,73 @@ impl Detector {
     }
 }
 
-fn is_same_tag(a: &Detection, b: &Detection) -> bool {
-    let ([ax, ay], [bx, by]) = (a.centre(), b.centre());
-    a.family == b.family && a.id == b.id && (ax - bx).hypot(ay - by) < mean_edge(&a.corners) / 2.0
+/// A tag that was read, with its corners to about a pixel, in the order of the upright tag.
+#[derive(Clone, Copy, Debug)]
+struct Sighting {
+    reading: Reading,
+    quad: Quad,
 }
 
-fn read_tag(
+impl Sighting {
+    fn is_same_tag(&self, other: &Self) -> bool {
+        let same = |a: &Reading, b: &Reading| a.family == b.family && a.found.id == b.found.id;
+        same(&self.reading, &other.reading) && self.covers(middle(&other.quad))
+    }
+
+    /// Whether a point lies well within the tag.
+    fn covers(&self, point: Point) -> bool {
+        distance(middle(&self.quad), point) < mean_edge(&self.quad) / 2.0
+    }
+}
+
+/// Reads a tag within a quad; where that fails or bits are wrong, once more after a look at where its edges are.
+fn sight(
     image: &Image<'_>,
     quad: &Quad,
     readers: &[Reader],
     options: &Options,
-) -> Result<Detection, Rejection> {
+) -> Result<Sighting, Rejection> {
     check_sides(image, quad, BorderColour::Black, options.min_contrast)?;
-    let fit = refine_edges(image, quad).ok_or(Rejection::Shape)?;
+    let rough = read(image, quad, readers);
+    if let Ok(sighting) = rough
+        && sighting.reading.found.hamming == 0
+    {
+        return rough;
+    }
+    let search = Search::coarse(mean_edge(quad) / USUAL_MODULES);
+    let Some(edges) = edges::fit(image, quad, BorderColour::Black, search) else {
+        return rough;
+    };
+    match (read(image, &edges.quad, readers), rough) {
+        (Ok(better), Ok(rough)) if better.reading.found.hamming > rough.reading.found.hamming => {
+            Ok(rough)
+        }
+        (Err(_), Ok(rough)) => Ok(rough),
+        (better, _) => better,
+    }
+}
+
+/// The reading of the first family that has one.
+fn read(image: &Image<'_>, quad: &Quad, readers: &[Reader]) -> Result<Sighting, Rejection> {
     let mut reason = Rejection::NoCode;
     for reader in readers {
-        for quad in [&fit.quad, quad] {
-            match reader.read(image, quad) {
-                Ok(reading) => return Ok(locate(image, &reading, &fit, options)),
-                Err(why) => reason = why,
+        match reader.read(image, quad) {
+            Ok(reading) => {
+                let mut quad = *quad;
+                quad.rotate_left(reading.found.turns as usize);
+                return Ok(Sighting { reading, quad });
             }
+            Err(why) => reason = why,
         }
     }
     Err(reason)
 }
 
-fn refine_edges(image: &Image<'_>, quad: &Quad) -> Option<EdgeFit> {
-    let module_px = mean_edge(quad) / 8.0;
-    let coarse = edges::fit(
-        image,
-        quad,
-        BorderColour::Black,
-        (0.75 * module_px).clamp(1.5, 4.0),
-    )?;
-    let fine = edges::fit(image, &coarse.quad, BorderColour::Black, 2.0)?;
-    Some(fine)
-}
-
-/// The tag as the edges show it, then as its whole pattern does where that fits.
-fn locate(image: &Image<'_>, reading: &Reading, fit: &EdgeFit, options: &Options) -> Detection {
-    let mut edges = *fit;
-    edges.quad.rotate_left(reading.found.turns as usize);
-    edges.covariance.rotate_left(reading.found.turns as usize);
-    let pattern = match options.refinement {
+/// The tag as its edges show it, then as its whole pattern does where that knows better.
+fn refine(image: &Image<'_>, sighting: &Sighting, refinement: Refinement) -> Detection {
+    let Sighting { reading, quad } = sighting;
+    let edges = edges_of(image, quad);
+    let pattern = match refinement {
         Refinement::Edges => None,
         Refinement::Photometric => photometric::fit(image, reading, &edges),
     };
@@ -242,4 +296,15 @@ fn locate(image: &Image<'_>, reading: &Reading, fit: &EdgeFit, options: &Options
         corner_covariance,
         refinement,
     }
+}
+
+/// As well as lines through the border's edges tell; where they tell nothing, the quad as it is.
+fn edges_of(image: &Image<'_>, quad: &Quad) -> EdgeFit {
+    let look = |quad: &Quad, search| edges::fit(image, quad, BorderColour::Black, search);
+    let outline = EdgeFit {
+        quad: *quad,
+        covariance: [OUTLINE_COVARIANCE; 4],
+    };
+    let coarse = look(quad, Search::coarse(mean_edge(quad) / USUAL_MODULES)).unwrap_or(outline);
+    look(&coarse.quad, Search::fine()).unwrap_or(coarse)
 }

@@ -16,8 +16,39 @@ const MAX_STEPS: usize = 8;
 /// Steps around the steepest place over which its position is averaged: what a blur of 0.7 px spreads over.
 const STEEP_STEPS: usize = 3;
 
+/// Standard deviation that a line's place has beyond what its crossings' scatter shows, in pixels: along an edge that runs
+/// with the rows or columns all profiles meet the pixels' grid alike and err alike.
+const SHARED_ERROR_PX: f32 = 0.015;
+
 /// Most profiles along a side: beyond that the line is no better than the lens is straight.
 const MAX_PROFILES: usize = 48;
+
+/// How far to look from a side and how closely.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Search {
+    /// Distance to either side, in pixels.
+    pub(crate) reach_px: f32,
+    /// Profiles along a side.
+    pub(crate) profiles: usize,
+}
+
+impl Search {
+    /// From the quad around an outline to within a fraction of a pixel.
+    pub(crate) fn coarse(module_px: f32) -> Self {
+        Self {
+            reach_px: (0.75 * module_px).clamp(1.5, 4.0),
+            profiles: 12,
+        }
+    }
+
+    /// From there as well as lines can tell.
+    pub(crate) fn fine() -> Self {
+        Self {
+            reach_px: 2.0,
+            profiles: MAX_PROFILES,
+        }
+    }
+}
 
 /// Corners and their covariance (xx, xy, yy).
 #[derive(Clone, Copy, Debug)]
@@ -26,12 +57,12 @@ pub(crate) struct EdgeFit {
     pub(crate) covariance: [[f32; 3]; 4],
 }
 
-/// Fits a line to each side, looking `reach_px` to either side of it.
+/// Fits a line to each side.
 pub(crate) fn fit(
     image: &Image<'_>,
     quad: &Quad,
     border: BorderColour,
-    reach_px: f32,
+    search: Search,
 ) -> Option<EdgeFit> {
     let sign = if border == BorderColour::Black {
         1.0
@@ -40,7 +71,7 @@ pub(crate) fn fit(
     };
     let mut sides = [Side::default(); 4];
     for (i, side) in sides.iter_mut().enumerate() {
-        *side = Side::fit(image, quad[i], quad[(i + 1) % 4], sign, reach_px)?;
+        *side = Side::fit(image, (quad[i], quad[(i + 1) % 4]), sign, search)?;
     }
     let corners = intersect_sides(&sides.map(|side| side.line))?;
     let covariance =
@@ -69,10 +100,10 @@ struct Crossing {
 }
 
 impl Side {
-    fn fit(image: &Image<'_>, a: Point, b: Point, sign: f32, reach_px: f32) -> Option<Self> {
+    fn fit(image: &Image<'_>, (a, b): (Point, Point), sign: f32, search: Search) -> Option<Self> {
         let line = Line::through(a, b)?;
         let mut crossings = [Crossing::default(); MAX_PROFILES];
-        let n = find_crossings(image, &line, (a, b), sign, reach_px, &mut crossings);
+        let n = find_crossings(image, &line, (a, b), sign, search, &mut crossings);
         let crossings = &mut crossings[..n];
         let fit = fit_robustly(crossings)?;
         let direction = [-line.normal[1], line.normal[0]];
@@ -96,7 +127,9 @@ impl Side {
     /// Variance of the line's distance from a point near it.
     fn variance_at(&self, point: Point) -> f32 {
         let away = [point[0] - self.middle[0], point[1] - self.middle[1]];
-        self.offset_variance + self.slope_variance * (away[0] * away[0] + away[1] * away[1])
+        SHARED_ERROR_PX.powi(2)
+            + self.offset_variance
+            + self.slope_variance * (away[0] * away[0] + away[1] * away[1])
     }
 }
 
@@ -106,7 +139,7 @@ fn find_crossings(
     line: &Line,
     (a, b): (Point, Point),
     sign: f32,
-    reach_px: f32,
+    search: Search,
     out: &mut [Crossing],
 ) -> usize {
     const END: f32 = 1.0 / 12.0;
@@ -115,8 +148,8 @@ fn find_crossings(
         [-line.normal[1], line.normal[0]],
     );
     let length = way[0].hypot(way[1]);
-    let n_profiles = (length as usize).clamp(8, MAX_PROFILES);
-    let n_steps = ((reach_px / STEP_PX) as usize).clamp(STEEP_STEPS, MAX_STEPS);
+    let n_profiles = (length as usize).clamp(8, search.profiles);
+    let n_steps = ((search.reach_px / STEP_PX) as usize).clamp(STEEP_STEPS, MAX_STEPS);
     let mut n = 0;
     for i in 0..n_profiles {
         let t = END + (1.0 - 2.0 * END) * (i as f32 + 0.5) / n_profiles as f32;

@@ -3,9 +3,10 @@
 //! In: an image, a decoded tag's upright quad and its code word. Out: corners with covariance, or nothing where the
 //! picture explains the pixels no better than the edges' corners do.
 //!
-//! The picture is black(u, v) + (white(u, v) - black(u, v)) * coverage, where coverage is the blurred pattern
-//! ([`BlurredPattern`]) and black and white are planes over the tag. Gauss-Newton on 17 parameters: the homography (8),
-//! the planes (6), and the blur's covariance in the image (3), which takes in the lens, the pixel and straight motion.
+//! The picture is black(u, v) + (white(u, v) - black(u, v)) * response(coverage), where coverage is the blurred pattern
+//! ([`BlurredPattern`]), black and white are planes over the tag, and response(c) = c + gain c (1 - c) is how a camera's
+//! curve, glare and spreading ink let white grow. Gauss-Newton on 18 parameters: the homography (8), the planes (6), the
+//! blur's covariance in the image (3), which takes in the lens and straight motion, and the gain.
 //! (Baker & Matthews, Lucas-Kanade 20 years on, IJCV 2004; the parameters' covariance is that of least
 //! squares, made larger where residuals beside each other agree, which noise would not.)
 
@@ -53,6 +54,8 @@ struct State {
     white: [f32; 3],
     /// Covariance of the blur in the image: xx, xy, yy.
     blur: [f32; 3],
+    /// Curvature of the response to white's share.
+    gain: f32,
 }
 
 pub(crate) fn fit(image: &Image<'_>, reading: &Reading, edges: &EdgeFit) -> Option<PatternFit> {
@@ -74,11 +77,17 @@ pub(crate) fn fit(image: &Image<'_>, reading: &Reading, edges: &EdgeFit) -> Opti
             break;
         }
     }
-    let covariance = equations.covariance()?;
-    Some(PatternFit {
+    let covariance = state.corner_covariances(&equations.covariance()?);
+    let better = mean_variance(&covariance) < mean_variance(&edges.covariance);
+    better.then(|| PatternFit {
         corners: state.corners(),
-        covariance: state.corner_covariances(&covariance),
+        covariance,
     })
+}
+
+/// Of all corners along either axis.
+fn mean_variance(covariance: &[[f32; 3]; 4]) -> f32 {
+    covariance.iter().map(|[xx, _, yy]| xx + yy).sum::<f32>() / 8.0
 }
 
 /// Corners of the square in its own coordinates.
@@ -91,6 +100,7 @@ impl State {
             black: [reading.black, 0.0, 0.0],
             white: [reading.white, 0.0, 0.0],
             blur: [USUAL_BLUR_PX.powi(2), 0.0, USUAL_BLUR_PX.powi(2)],
+            gain: 0.0,
         })
     }
 
@@ -103,12 +113,14 @@ impl State {
             .iter_mut()
             .chain(&mut self.white)
             .chain(&mut self.blur)
+            .chain([&mut self.gain])
             .zip(&step[8..])
         {
             *value += change;
         }
         const LEAST: f32 = 0.05 * 0.05;
         const MOST: f32 = 4.0 * 4.0;
+        self.gain = self.gain.clamp(-0.8, 0.8);
         self.blur[0] = self.blur[0].clamp(LEAST, MOST);
         self.blur[2] = self.blur[2].clamp(LEAST, MOST);
         let limit = 0.9 * (self.blur[0] * self.blur[2]).sqrt();
@@ -179,7 +191,7 @@ fn accumulate(
             }
         }
     }
-    equations.add_blur_prior(state.blur, USUAL_BLUR_PX.powi(2));
+    equations.add_priors(state.blur, USUAL_BLUR_PX.powi(2), state.gain);
     equations.is_determined().then_some(equations)
 }
 
@@ -254,6 +266,15 @@ impl Inverse {
 }
 
 impl State {
+    /// White's share after the response, and its change with the share before.
+    #[inline]
+    fn response(&self, share: f32) -> (f32, f32) {
+        (
+            share + self.gain * share * (1.0 - share),
+            1.0 + self.gain * (1.0 - 2.0 * share),
+        )
+    }
+
     /// The model's grey at a pixel and its derivative with respect to every parameter.
     #[inline]
     fn linearise(
@@ -271,13 +292,13 @@ impl State {
         } = *place;
         let plane = |p: &[f32; 3]| p[0] + p[1] * u + p[2] * v;
         let (black, contrast) = (plane(&self.black), plane(&self.white) - plane(&self.black));
-        let grey = black + contrast * coverage.value;
-        let along_u = contrast * coverage.along_u
-            + self.black[1]
-            + (self.white[1] - self.black[1]) * coverage.value;
-        let along_v = contrast * coverage.along_v
-            + self.black[2]
-            + (self.white[2] - self.black[2]) * coverage.value;
+        let (cover, steepness) = self.response(coverage.value);
+        let grey = black + contrast * cover;
+        let response = contrast * steepness;
+        let along_u =
+            response * coverage.along_u + self.black[1] + (self.white[1] - self.black[1]) * cover;
+        let along_v =
+            response * coverage.along_v + self.black[2] + (self.white[2] - self.black[2]) * cover;
         // When the square's image moves by d, the grey at a fixed pixel changes by -gradient . d.
         let gx = -(along_u * u_gradient[0] + along_v * v_gradient[0]) / w;
         let gy = -(along_u * u_gradient[1] + along_v * v_gradient[1]) / w;
@@ -286,7 +307,7 @@ impl State {
             pixel[1] - self.homography.origin[1],
         );
         let towards = -(gx * x + gy * y);
-        let (cover, rest) = (coverage.value, 1.0 - coverage.value);
+        let rest = 1.0 - cover;
         let jacobian = [
             gx * u,
             gx * v,
@@ -302,9 +323,10 @@ impl State {
             cover,
             cover * u,
             cover * v,
-            contrast * coverage.with_blur[0],
-            contrast * coverage.with_blur[1],
-            contrast * coverage.with_blur[2],
+            response * coverage.with_blur[0],
+            response * coverage.with_blur[1],
+            response * coverage.with_blur[2],
+            contrast * coverage.value * (1.0 - coverage.value),
         ];
         (jacobian, grey)
     }

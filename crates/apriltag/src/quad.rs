@@ -78,7 +78,7 @@ fn twice_area(polygon: &[Point]) -> f32 {
         .sum()
 }
 
-fn distance(a: Point, b: Point) -> f32 {
+pub(crate) fn distance(a: Point, b: Point) -> f32 {
     (a[0] - b[0]).hypot(a[1] - b[1])
 }
 
@@ -139,6 +139,12 @@ fn check_cover(hull: &[Point], quad: &Quad) -> Result<(), Rejection> {
 
 fn perimeter(quad: &Quad) -> f32 {
     (0..4).map(|i| distance(quad[i], quad[(i + 1) % 4])).sum()
+}
+
+/// Mean of the corners.
+pub(crate) fn middle(quad: &Quad) -> Point {
+    let mean = |axis: usize| quad.iter().map(|corner| corner[axis]).sum::<f32>() / 4.0;
+    [mean(0), mean(1)]
 }
 
 pub(crate) fn mean_edge(quad: &Quad) -> f32 {

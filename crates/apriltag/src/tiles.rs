@@ -6,6 +6,7 @@
 //! noise costs no time further on.
 
 use crate::Image;
+use crate::components::make_room;
 use crate::kernels::{Kernels, TILE, TILES_IN_WORD};
 
 /// Where between the darkest and the brightest value around a tile the level lies.
@@ -30,6 +31,9 @@ pub(crate) struct Tiles {
     /// Extrema of three tiles above each other, with one more at either end.
     column_darkest: Vec<u8>,
     column_brightest: Vec<u8>,
+    /// 1 for tiles that the second chance looks at.
+    shaded: Vec<u8>,
+    to_visit: Vec<u32>,
 }
 
 impl Tiles {
@@ -60,6 +64,8 @@ impl Tiles {
         ] {
             tiles.resize(columns * rows, 0);
         }
+        self.shaded.resize(columns * rows, 0);
+        make_room(&mut self.to_visit, columns * rows);
         self.column_darkest.resize(columns + 2, 0);
         self.column_brightest.resize(columns + 2, 0);
     }
@@ -113,6 +119,38 @@ impl Tiles {
         range.unwrap_or(0) as f32 / RANGE_IN_SIGMA
     }
 
+    /// Marks the live tiles that hang together with one in which there is contrast though all of it is dark compared to
+    /// what is around: black and white in the shade of something brighter. Says whether there are any.
+    pub(crate) fn find_shade(&mut self, gate: u8) -> bool {
+        self.shaded.fill(0);
+        self.to_visit.clear();
+        for tile in 0..self.darkest.len() {
+            let (dark, bright) = (self.darkest[tile], self.brightest[tile]);
+            let middle = u8::midpoint(self.dark_around[tile], self.bright_around[tile]);
+            if bright - dark >= gate && bright < middle {
+                self.visit(tile, gate);
+            }
+        }
+        let found = !self.to_visit.is_empty();
+        while let Some(tile) = self.to_visit.pop() {
+            let (row, column) = (tile as usize / self.columns, tile as usize % self.columns);
+            for row in row.saturating_sub(1)..=(row + 1).min(self.rows - 1) {
+                for column in column.saturating_sub(1)..=(column + 1).min(self.columns - 1) {
+                    self.visit(row * self.columns + column, gate);
+                }
+            }
+        }
+        found
+    }
+
+    fn visit(&mut self, tile: usize, gate: u8) {
+        let live = self.bright_around[tile] - self.dark_around[tile] >= gate;
+        if live && self.shaded[tile] == 0 {
+            self.shaded[tile] = 1;
+            self.to_visit.push(tile as u32);
+        }
+    }
+
     pub(crate) fn rows(&self) -> usize {
         self.rows
     }
@@ -125,14 +163,17 @@ impl Tiles {
         let tiles = row * self.columns..(row + 1) * self.columns;
         let around = self.dark_around[tiles.clone()]
             .iter()
-            .zip(&self.bright_around[tiles]);
+            .zip(&self.bright_around[tiles.clone()]);
         match level {
-            Level::Middle => fill(levels, around, gate, |dark, bright| {
-                u8::midpoint(dark, bright)
-            }),
-            Level::Shaded => fill(levels, around, gate, |dark, bright| {
-                dark + ((bright - dark) / 8).max(gate / 4 * 3)
-            }),
+            Level::Middle => fill(levels, around, gate, u8::midpoint),
+            Level::Shaded => {
+                fill(levels, around, gate, |dark, bright| {
+                    dark + ((bright - dark) / 8).max(gate / 4 * 3)
+                });
+                for (level, &shaded) in levels.iter_mut().zip(&self.shaded[tiles]) {
+                    *level *= shaded;
+                }
+            }
         }
         levels[self.columns] = levels[self.columns - 1];
     }

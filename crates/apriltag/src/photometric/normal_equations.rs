@@ -2,8 +2,8 @@
 
 use super::blurred_pattern::CROSSINGS;
 
-/// Homography 8, black 3, white 3, blur 3.
-pub(super) const PARAMETERS: usize = 17;
+/// Homography 8, black 3, white 3, blur 3, gain 1.
+pub(super) const PARAMETERS: usize = 18;
 
 /// Residuals beyond this many scales count less and less, and nothing at all beyond it (Tukey's biweight).
 const TUKEY: f32 = 4.7;
@@ -67,13 +67,22 @@ impl NormalEquations {
         self.weights > 2.0 * PARAMETERS as f32
     }
 
-    /// The blur's covariance is near the usual one, give or take as much: matters only where the pixels don't tell.
-    pub(super) fn add_blur_prior(&mut self, blur: [f32; 3], usual: f32) {
-        const FIRST: usize = PARAMETERS - 3;
-        let weight = (self.residual_scale() / usual).powi(2);
-        for (i, target) in [usual, 0.0, usual].into_iter().enumerate() {
+    /// The blur's covariance is near the usual one, give or take as much, and the gain near 0: matters only where the
+    /// pixels don't tell.
+    pub(super) fn add_priors(&mut self, blur: [f32; 3], usual: f32, gain: f32) {
+        const FIRST: usize = PARAMETERS - 4;
+        const USUAL_GAIN: f32 = 0.3;
+        let scale = self.residual_scale();
+        let priors = [
+            (usual - blur[0], usual),
+            (-blur[1], usual),
+            (usual - blur[2], usual),
+            (-gain, USUAL_GAIN),
+        ];
+        for (i, (away, spread)) in priors.into_iter().enumerate() {
+            let weight = (scale / spread).powi(2);
             self.matrix[FIRST + i][FIRST + i] += weight;
-            self.right[FIRST + i] += weight * (target - blur[i]);
+            self.right[FIRST + i] += weight * away;
         }
     }
 
