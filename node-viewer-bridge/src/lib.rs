@@ -1,1 +1,24 @@
-//! Viewer bridge: the site as a web page and a WebSocket.
+//! The viewer bridge: what happens on a site's network, as a web page and as JSON on a WebSocket (`PROTOCOL.md`).
+//!
+//! In: everything under the site's keys. Out: HTTP on one address. It only reads the site; nothing a client sends changes
+//! anything.
+//!
+//! Invariant: no client holds up another one or the network: each has one slot per message type and id, newest wins.
+//! Invariant: nothing listens beyond the configured address, and no page but the bridge's own may read it.
+
+mod assets;
+mod bridge;
+mod config;
+mod guard;
+mod hub;
+mod intake;
+mod message;
+mod network;
+mod outbox;
+mod rejections;
+mod server;
+mod socket;
+mod translate;
+
+pub use bridge::run;
+pub use config::ViewerConfig;

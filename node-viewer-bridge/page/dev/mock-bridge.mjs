@@ -1,0 +1,85 @@
+// Stands in for the bridge while one works on the page without the Rust side:
+//     npm run mock            serves dist/ and a made-up site on http://127.0.0.1:8600
+//     npm run dev             beside it: the page from source, with live reload
+// PORT names another port; WITHOUT_TRUTH=1 plays a site that is not simulated.
+
+import { createServer } from "node:http";
+import { readFile } from "node:fs/promises";
+import { WebSocketServer } from "ws";
+import { cameras, measuredPose, objects, picture, seenTags } from "./mock-site.mjs";
+
+const port = Number(process.env.PORT ?? 8600);
+const withTruth = !process.env.WITHOUT_TRUTH;
+const types = { html: "text/html; charset=utf-8", js: "text/javascript", css: "text/css" };
+
+const http = createServer(async (request, response) => {
+  const name = request.url === "/" ? "index.html" : request.url.slice(1);
+  if (!/^[a-z]+\.(html|js|css)$/.test(name)) return void response.writeHead(404).end();
+  const body = await readFile(new URL(`../dist/${name}`, import.meta.url)).catch(() => null);
+  response.writeHead(body ? 200 : 404, { "content-type": types[name.split(".")[1]] }).end(body);
+});
+const sockets = new WebSocketServer({ server: http, path: "/ws" });
+const begun = Date.now();
+const nowNs = () => Date.now() * 1e6;
+
+function send(message) {
+  const frame = message instanceof Buffer ? message : JSON.stringify(message);
+  for (const socket of sockets.clients) if (socket.bufferedAmount < 1e6) socket.send(frame);
+}
+
+sockets.on("connection", (socket) => {
+  const greet = (message) => socket.send(JSON.stringify(message));
+  greet({ type: "hello", site: "mock", version: "0.0.0", protocol: 1, now_ns: nowNs() });
+  greet({ type: "rig", cameras });
+  for (const object of objects) greet({ type: "object", ...object });
+  for (const camera of cameras) greet({ type: "alive", kind: "camera", id: camera.id, up: true });
+});
+
+let sequence = 0;
+setInterval(() => {
+  sequence++;
+  const t = (Date.now() - begun) / 1000;
+  const t_ns = nowNs() - 20e6;
+  cameras.forEach((camera, index) => sendImage(camera, t, t_ns + index * 1e6, sequence % 4 === index));
+  for (const object of objects) sendPose(object, t, t_ns);
+}, 1000 / 30);
+
+function sendImage(camera, t, t_ns, withPicture) {
+  const seen = seenTags(camera, t);
+  const tags = seen.map(({ model, corners }) => ({ family: model.family, id: model.id, hamming: 0, margin: 80, corners }));
+  if (withPicture) send(preview(camera.id, t_ns, picture(camera, seen, t)));
+  send({ type: "observations", camera: camera.id, sequence, t_ns, latency_ms: 9 + Math.random() * 3, resolution: camera.resolution, tags });
+}
+
+function preview(id, t_ns, bytes) {
+  const time = Buffer.alloc(8);
+  time.writeBigUInt64LE(BigInt(t_ns));
+  return Buffer.concat([Buffer.from([1, id.length]), Buffer.from(id), time, bytes]);
+}
+
+function stateAt(id, t) {
+  if (id !== "gamepad") return "tracking";
+  const phase = t % 24;
+  return phase < 16 ? "tracking" : phase < 19 ? "coasting" : phase < 22 ? "lost" : "initialising";
+}
+
+function sendPose({ id }, t, t_ns) {
+  const state = stateAt(id, t);
+  if (state === "lost" && sequence % 10) return;
+  const { position, orientation, error_mm } = measuredPose(id, t);
+  const wide = state === "coasting" ? 3 : 1;
+  const variances = [0.0004, 0.0005, 0.0009, 0.002, 0.002, 0.003].map((sigma) => (wide * sigma) ** 2);
+  const covariance = Array.from({ length: 36 }, (_, i) => (i % 7 === 0 ? variances[i / 7] : 0));
+  send({ type: "pose", object: id, sequence: sequence * 4, t_ns, position, orientation, covariance, twist: [0, 0, 0, 0, 0, 0], state, cameras: 3, tags: 5, rms_px: 0.12, latency_ms: 18 + 5 * Math.random() });
+  if (withTruth) send({ type: "truth", object: id, t_ns, position, orientation, error_mm, error_deg: error_mm / 5 });
+}
+
+setInterval(() => {
+  for (const { id } of cameras) {
+    send({ type: "camera_status", camera: id, version: "0.0.0", host: "mock", captured: sequence, detected: sequence - 3, dropped: 3, rate_hz: 30, detect_ms: { p50: 4, p99: 7 }, clock: { source: "local", error_ns: 0 }, uptime_s: sequence / 30, published: sequence, messages: [] });
+  }
+  send({ type: "fusion_status", node: "fusion", version: "0.0.0", uptime_s: 1, cameras: [], foreign: {}, objects: [], faults: process.env.FAULTS ? ["camera east: 12 payloads with a foreign version dropped"] : [] });
+  send({ type: "bridge_status", now_ns: nowNs(), uptime_s: 1, network: true, clients: sockets.clients.size, replaced: 0, rejected: {} });
+}, 1000);
+
+http.listen(port, "127.0.0.1", () => console.error(`mock bridge on http://127.0.0.1:${port}`));

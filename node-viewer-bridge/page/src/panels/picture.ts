@@ -1,0 +1,159 @@
+// A camera's live picture with tag outlines and ids over it. One picture is decoded at a time; newer ones replace waiting
+// ones, so that a slow machine skips pictures and holds none back.
+
+import { onPicture } from "../matching.ts";
+import { STRANGER } from "../palette.ts";
+import type { Point, Preview, TagOutline } from "../protocol.ts";
+import type { CameraState, Site } from "../site.ts";
+import { element, testId } from "./dom.ts";
+
+const MAX_PIXEL_RATIO = 2;
+/** A tag smaller than this on the screen has its id above it, not inside. */
+const SMALL_PX = 26;
+const HALO = "rgba(8, 11, 15, 0.75)";
+
+export class Picture {
+  readonly root: HTMLElement;
+  readonly canvas: HTMLCanvasElement;
+  private readonly overlay: HTMLCanvasElement;
+  private shownAt_ns: number | null = null;
+  private waiting: Preview | null = null;
+  private decoding = false;
+  private overlayWanted = false;
+
+  constructor(
+    private readonly camera: CameraState,
+    private readonly site: Site,
+    private readonly shown: () => void,
+  ) {
+    this.canvas = testId(element("canvas", "picture"), `camera-${camera.id}-picture`);
+    this.overlay = testId(element("canvas", "overlay"), `camera-${camera.id}-overlay`);
+    this.canvas.width = this.canvas.height = 1;
+    this.canvas.setAttribute("role", "img");
+    this.canvas.setAttribute("aria-label", `Live picture of camera ${camera.id}`);
+    this.root = element("div", "view", this.canvas, this.overlay);
+    new ResizeObserver(() => this.redraw()).observe(this.root);
+  }
+
+  show(preview: Preview): void {
+    this.waiting = preview;
+    if (!this.decoding) void this.decodeWaiting();
+  }
+
+  /** Outlines may have changed; drawn with the browser's next frame. */
+  redraw(): void {
+    if (this.overlayWanted) return;
+    this.overlayWanted = true;
+    requestAnimationFrame(() => {
+      this.overlayWanted = false;
+      this.drawOutlines();
+    });
+  }
+
+  /** Whether a picture was taken at or after this time, so that older outlines no longer matter. */
+  wants(t_ns: number): boolean {
+    return this.shownAt_ns !== null && Math.abs(t_ns - this.shownAt_ns) < 200e6;
+  }
+
+  private async decodeWaiting(): Promise<void> {
+    this.decoding = true;
+    while (this.waiting) {
+      const preview = this.waiting;
+      this.waiting = null;
+      await this.decode(preview);
+    }
+    this.decoding = false;
+  }
+
+  private async decode(preview: Preview): Promise<void> {
+    let bitmap: ImageBitmap;
+    try {
+      bitmap = await createImageBitmap(new Blob([preview.jpeg], { type: "image/jpeg" }));
+    } catch {
+      return;
+    }
+    this.paint(bitmap);
+    bitmap.close();
+    this.shownAt_ns = preview.t_ns;
+    this.root.dataset["live"] = "";
+    this.redraw();
+    this.shown();
+  }
+
+  private paint(bitmap: ImageBitmap): void {
+    if (this.canvas.width !== bitmap.width) this.canvas.width = bitmap.width;
+    if (this.canvas.height !== bitmap.height) this.canvas.height = bitmap.height;
+    this.canvas.getContext("2d", { alpha: false })?.drawImage(bitmap, 0, 0);
+  }
+
+  private drawOutlines(): void {
+    const context = this.overlay.getContext("2d");
+    const image = this.camera.resolution;
+    if (!context || !image || this.shownAt_ns === null) return;
+    const ratio = Math.min(window.devicePixelRatio, MAX_PIXEL_RATIO);
+    const size: [number, number] = [this.root.clientWidth, this.root.clientHeight];
+    this.fit(Math.round(size[0] * ratio), Math.round(size[1] * ratio));
+    context.setTransform(ratio, 0, 0, ratio, 0, 0);
+    context.clearRect(0, 0, ...size);
+    const tags = this.camera.outlines.at(this.shownAt_ns);
+    for (const tag of tags) drawOutline(context, tag, this.colour(tag), (corner) => onPicture(corner, image, size));
+    this.overlay.dataset["tags"] = String(tags.length);
+  }
+
+  private fit(width: number, height: number): void {
+    if (this.overlay.width !== width) this.overlay.width = width;
+    if (this.overlay.height !== height) this.overlay.height = height;
+  }
+
+  private colour(tag: TagOutline): string {
+    return this.site.ownerOf(tag.family, tag.id)?.colour ?? STRANGER;
+  }
+}
+
+function drawOutline(
+  context: CanvasRenderingContext2D,
+  tag: TagOutline,
+  colour: string,
+  place: (corner: Point) => Point,
+): void {
+  const corners = tag.corners.map(place);
+  const small = extent(corners, 0) < SMALL_PX || extent(corners, 1) < SMALL_PX;
+  context.lineJoin = "round";
+  context.beginPath();
+  for (const [x, y] of corners) context.lineTo(x, y);
+  context.closePath();
+  if (!small) stroke(context, HALO, 3.5);
+  stroke(context, colour, small ? 1.3 : 1.7);
+  drawId(context, String(tag.id), small ? above(corners) : centre(corners), colour);
+}
+
+function stroke(context: CanvasRenderingContext2D, style: string, width: number): void {
+  context.strokeStyle = style;
+  context.lineWidth = width;
+  context.stroke();
+}
+
+function drawId(context: CanvasRenderingContext2D, text: string, [x, y]: Point, colour: string): void {
+  context.font = "600 10px system-ui, sans-serif";
+  context.textAlign = "center";
+  context.textBaseline = "middle";
+  context.strokeStyle = HALO;
+  context.lineWidth = 3;
+  context.strokeText(text, x, y);
+  context.fillStyle = colour;
+  context.fillText(text, x, y);
+}
+
+function centre(corners: Point[]): Point {
+  const sum = corners.reduce(([sx, sy], [x, y]) => [sx + x, sy + y], [0, 0]);
+  return [sum[0] / corners.length, sum[1] / corners.length];
+}
+
+function above(corners: Point[]): Point {
+  return [centre(corners)[0], Math.min(...corners.map(([, y]) => y)) - 7];
+}
+
+function extent(corners: Point[], axis: 0 | 1): number {
+  const values = corners.map((corner) => corner[axis]);
+  return Math.max(...values) - Math.min(...values);
+}

@@ -1,0 +1,214 @@
+// The bridge's messages (../PROTOCOL.md) and how they are read. Whatever does not look like a message becomes `null`.
+// Knows nothing of the page.
+
+export type Vec3 = [number, number, number];
+/** x, y, z, w. */
+export type Quaternion = [number, number, number, number];
+export type Point = [number, number];
+
+export interface Transform {
+  position: Vec3;
+  orientation: Quaternion;
+}
+
+export interface Lens {
+  model: string;
+  fx: number;
+  fy: number;
+  cx: number;
+  cy: number;
+}
+
+export interface RigCamera {
+  id: string;
+  resolution: [number, number];
+  lens: Lens;
+  world_from_camera: Transform | null;
+}
+
+export interface ObjectTag {
+  family: string;
+  id: number;
+  size_m: number;
+  /** Edge of the whole print, white ring included. */
+  printed_size_m: number;
+  object_from_tag: Transform | null;
+  /** Rows of the printed tag, top first; "1" is white. */
+  modules: string[];
+}
+
+export type State = "initialising" | "tracking" | "coasting" | "lost";
+
+export interface Pose extends Transform {
+  type: "pose";
+  object: string;
+  sequence: number;
+  t_ns: number;
+  covariance: number[];
+  twist: number[];
+  state: State;
+  cameras: number;
+  tags: number;
+  rms_px: number;
+  latency_ms: number;
+}
+
+export interface TagOutline {
+  family: string;
+  id: number;
+  corners: [Point, Point, Point, Point];
+}
+
+export interface Observations {
+  type: "observations";
+  camera: string;
+  sequence: number;
+  t_ns: number;
+  latency_ms: number;
+  resolution: [number, number];
+  tags: TagOutline[];
+}
+
+export interface CameraStatus {
+  type: "camera_status";
+  camera: string;
+  captured: number;
+  detected: number;
+  dropped: number;
+  rate_hz: number;
+  messages: string[];
+}
+
+export interface FusionStatus {
+  type: "fusion_status";
+  node: string;
+  faults: string[];
+}
+
+export type Message =
+  | { type: "hello"; site: string; version: string; protocol: number; now_ns: number }
+  | { type: "rig"; cameras: RigCamera[] }
+  | { type: "object"; id: string; tags: ObjectTag[] }
+  | Pose
+  | ({ type: "truth"; object: string; t_ns: number; error_mm: number; error_deg: number } & Transform)
+  | Observations
+  | CameraStatus
+  | FusionStatus
+  | { type: "alive"; kind: string; id: string; up: boolean }
+  | { type: "bridge_status"; now_ns: number; network: boolean; replaced: number };
+
+export interface Preview {
+  camera: string;
+  t_ns: number;
+  jpeg: Uint8Array<ArrayBuffer>;
+}
+
+type Shape = Record<string, (value: unknown) => boolean>;
+
+const isNumber = (value: unknown): boolean => typeof value === "number" && Number.isFinite(value);
+const isText = (value: unknown): boolean => typeof value === "string";
+const isFlag = (value: unknown): boolean => typeof value === "boolean";
+const listOf = (item: (value: unknown) => boolean) => (value: unknown): boolean =>
+  Array.isArray(value) && value.every(item);
+const numbers = (count: number) => (value: unknown): boolean =>
+  Array.isArray(value) && value.length === count && value.every(isNumber);
+const shaped = (shape: Shape) => (value: unknown): boolean => fits(value, shape);
+const orNull = (test: (value: unknown) => boolean) => (value: unknown): boolean => value === null || test(value);
+const isState = (value: unknown): boolean =>
+  value === "initialising" || value === "tracking" || value === "coasting" || value === "lost";
+
+const transform: Shape = { position: numbers(3), orientation: numbers(4) };
+const lens: Shape = { model: isText, fx: isNumber, fy: isNumber, cx: isNumber, cy: isNumber };
+const outline: Shape = {
+  family: isText,
+  id: isNumber,
+  corners: (value) => Array.isArray(value) && value.length === 4 && value.every(numbers(2)),
+};
+
+const shapes: Record<Message["type"], Shape> = {
+  hello: { site: isText, version: isText, protocol: isNumber, now_ns: isNumber },
+  rig: {
+    cameras: listOf(
+      shaped({ id: isText, resolution: numbers(2), lens: shaped(lens), world_from_camera: orNull(shaped(transform)) }),
+    ),
+  },
+  object: {
+    id: isText,
+    tags: listOf(
+      shaped({
+        family: isText,
+        id: isNumber,
+        size_m: isNumber,
+        printed_size_m: isNumber,
+        object_from_tag: orNull(shaped(transform)),
+        modules: listOf(isText),
+      }),
+    ),
+  },
+  pose: {
+    ...transform,
+    object: isText,
+    sequence: isNumber,
+    t_ns: isNumber,
+    covariance: numbers(36),
+    twist: numbers(6),
+    state: isState,
+    cameras: isNumber,
+    tags: isNumber,
+    rms_px: isNumber,
+    latency_ms: isNumber,
+  },
+  truth: { ...transform, object: isText, t_ns: isNumber, error_mm: isNumber, error_deg: isNumber },
+  observations: {
+    camera: isText,
+    sequence: isNumber,
+    t_ns: isNumber,
+    latency_ms: isNumber,
+    resolution: numbers(2),
+    tags: listOf(shaped(outline)),
+  },
+  camera_status: {
+    camera: isText,
+    captured: isNumber,
+    detected: isNumber,
+    dropped: isNumber,
+    rate_hz: isNumber,
+    messages: listOf(isText),
+  },
+  fusion_status: { node: isText, faults: listOf(isText) },
+  alive: { kind: isText, id: isText, up: isFlag },
+  bridge_status: { now_ns: isNumber, network: isFlag, replaced: isNumber },
+};
+
+function fits(value: unknown, shape: Shape): boolean {
+  if (typeof value !== "object" || value === null) return false;
+  const fields = value as Record<string, unknown>;
+  return Object.entries(shape).every(([name, test]) => test(fields[name]));
+}
+
+/** One text frame as a message; `null` for a type that this page does not know and for anything malformed. */
+export function parseMessage(text: string): Message | null {
+  let value: unknown;
+  try {
+    value = JSON.parse(text);
+  } catch {
+    return null;
+  }
+  if (typeof value !== "object" || value === null) return null;
+  const type = (value as { type?: unknown }).type;
+  if (typeof type !== "string" || !Object.hasOwn(shapes, type)) return null;
+  return fits(value, shapes[type as Message["type"]]) ? (value as Message) : null;
+}
+
+const JPEG_PREVIEW = 1;
+
+/** One binary frame as a preview picture; `null` for another kind or a truncated frame. */
+export function parsePreview(frame: ArrayBuffer): Preview | null {
+  if (frame.byteLength < 2) return null;
+  const view = new DataView(frame);
+  const pictureAt = 2 + view.getUint8(1) + 8;
+  if (view.getUint8(0) !== JPEG_PREVIEW || frame.byteLength <= pictureAt) return null;
+  const camera = new TextDecoder("ascii").decode(new Uint8Array(frame, 2, pictureAt - 10));
+  const t_ns = Number(view.getBigUint64(pictureAt - 8, true));
+  return { camera, t_ns, jpeg: new Uint8Array(frame, pictureAt) };
+}

@@ -1,0 +1,171 @@
+// What this page knows of the site, built from the bridge's messages. Draws nothing.
+
+import { OutlineHistory } from "./matching.ts";
+import { RateMeter, Recent } from "./measure.ts";
+import { objectColour } from "./palette.ts";
+import type { CameraStatus, Message, ObjectTag, Observations, Pose, RigCamera, State } from "./protocol.ts";
+
+/** Seconds without a word after which shown figures are no longer called live. */
+const SILENT_AFTER_S = 2;
+
+export class CameraState {
+  model: RigCamera | null = null;
+  status: CameraStatus | null = null;
+  /** Whether the node is on the network; `null` while unknown. */
+  up: boolean | null = null;
+  heardAt = -Infinity;
+  resolution: [number, number] | null = null;
+  readonly outlines = new OutlineHistory();
+  readonly rate = new RateMeter();
+  readonly latency = new Recent();
+
+  constructor(readonly id: string) {}
+
+  condition(now: number): "live" | "silent" | "offline" {
+    if (this.up === false) return "offline";
+    return now - this.heardAt > SILENT_AFTER_S ? "silent" : "live";
+  }
+}
+
+export class ObjectState {
+  tags: ObjectTag[] = [];
+  pose: Pose | null = null;
+  heardAt = -Infinity;
+  truthAt = -Infinity;
+  readonly rate = new RateMeter();
+  readonly latency = new Recent();
+  readonly errorMm = new Recent();
+  readonly errorDeg = new Recent();
+
+  constructor(
+    readonly id: string,
+    readonly colour: string,
+  ) {}
+
+  condition(now: number): State | "silent" | "unseen" {
+    if (!this.pose) return "unseen";
+    return now - this.heardAt > SILENT_AFTER_S ? "silent" : this.pose.state;
+  }
+}
+
+export class Site {
+  name = "";
+  version = "";
+  /** Whether the bridge has its place on the site's network. */
+  network = true;
+  readonly cameras = new Map<string, CameraState>();
+  readonly objects = new Map<string, ObjectState>();
+  private readonly fusionFaults = new Map<string, string[]>();
+  private readonly tagOwners = new Map<string, ObjectState>();
+
+  /** `now` in seconds, of any steady clock. */
+  take(message: Message, now: number): void {
+    switch (message.type) {
+      case "hello":
+        return this.hello(message.site, message.version);
+      case "rig":
+        return message.cameras.forEach((camera) => this.rigCamera(camera));
+      case "object":
+        return this.model(message.id, message.tags);
+      case "pose":
+        return this.pose(message, now);
+      case "truth":
+        return this.truth(message.object, message.error_mm, message.error_deg, now);
+      case "observations":
+        return this.observations(message, now);
+      case "camera_status":
+        this.camera(message.camera).status = message;
+        return;
+      case "fusion_status":
+        this.fusionFaults.set(message.node, message.faults);
+        return;
+      case "alive":
+        if (message.kind === "camera") this.camera(message.id).up = message.up;
+        return;
+      case "bridge_status":
+        this.network = message.network;
+        return;
+    }
+  }
+
+  camera(id: string): CameraState {
+    return entry(this.cameras, id, () => new CameraState(id));
+  }
+
+  object(id: string): ObjectState {
+    return entry(this.objects, id, () => new ObjectState(id, objectColour(this.objects.size)));
+  }
+
+  /** The object that carries a tag. */
+  ownerOf(family: string, id: number): ObjectState | null {
+    return this.tagOwners.get(`${family}/${id}`) ?? null;
+  }
+
+  /** What nodes complain of, in words. */
+  notices(): string[] {
+    const cameras = [...this.cameras.values()].flatMap((camera) =>
+      (camera.status?.messages ?? []).map((text) => `${camera.id}: ${text}`),
+    );
+    const fusion = [...this.fusionFaults].flatMap(([node, faults]) => faults.map((text) => `${node}: ${text}`));
+    const bridge = this.network ? [] : ["bridge: no connection to the site's network, retrying"];
+    return [...bridge, ...cameras, ...fusion];
+  }
+
+  private hello(name: string, version: string): void {
+    if (this.name !== name) this.forget();
+    this.name = name;
+    this.version = version;
+    this.fusionFaults.clear();
+    for (const camera of this.cameras.values()) camera.outlines.clear();
+  }
+
+  private forget(): void {
+    this.cameras.clear();
+    this.objects.clear();
+    this.tagOwners.clear();
+  }
+
+  private rigCamera(model: RigCamera): void {
+    const camera = this.camera(model.id);
+    camera.model = model;
+    camera.resolution ??= model.resolution;
+  }
+
+  private model(id: string, tags: ObjectTag[]): void {
+    const object = this.object(id);
+    object.tags = tags;
+    for (const tag of tags) this.tagOwners.set(`${tag.family}/${tag.id}`, object);
+  }
+
+  private pose(pose: Pose, now: number): void {
+    const object = this.object(pose.object);
+    object.pose = pose;
+    object.heardAt = now;
+    object.rate.add(now, pose.sequence);
+    object.latency.add(pose.latency_ms);
+  }
+
+  private truth(id: string, errorMm: number, errorDeg: number, now: number): void {
+    const object = this.object(id);
+    object.truthAt = now;
+    object.errorMm.add(errorMm);
+    object.errorDeg.add(errorDeg);
+  }
+
+  private observations(observations: Observations, now: number): void {
+    const camera = this.camera(observations.camera);
+    camera.heardAt = now;
+    camera.resolution = observations.resolution;
+    camera.outlines.add(observations);
+    camera.rate.add(now, observations.sequence);
+    camera.latency.add(observations.latency_ms);
+  }
+}
+
+function entry<T>(map: Map<string, T>, id: string, create: () => T): T {
+  const known = map.get(id);
+  if (known) return known;
+  const created = create();
+  map.set(id, created);
+  return created;
+}

@@ -1,0 +1,102 @@
+// One object on the stage: its body, label, trail and uncertainty move together.
+
+import type { Scene } from "three";
+import type { ObjectTag, Pose, Vec3 } from "../protocol.ts";
+import type { ObjectState } from "../site.ts";
+import { Body } from "./body.ts";
+import { Ellipsoid } from "./ellipsoid.ts";
+import type { Label, LabelLayer } from "./labels.ts";
+import type { StageOptions } from "./stage.ts";
+import { Plumb } from "./plumb.ts";
+import { Trail } from "./trail.ts";
+
+/** How clearly an object is drawn, by the condition of its pose. */
+const PRESENCE: Record<ReturnType<ObjectState["condition"]>, number> = {
+  tracking: 1,
+  initialising: 0.6,
+  coasting: 0.6,
+  lost: 0.25,
+  silent: 0.25,
+  unseen: 0,
+};
+
+export class Actor {
+  private readonly body: Body;
+  private readonly plumb: Plumb;
+  private readonly trail: Trail;
+  private readonly ellipsoid: Ellipsoid;
+  private readonly label: Label;
+  private options: StageOptions | null = null;
+  private seen = false;
+  private shown: ReturnType<ObjectState["condition"]> | null = null;
+
+  constructor(
+    private readonly object: ObjectState,
+    scene: Scene,
+    private readonly labels: LabelLayer,
+  ) {
+    this.body = new Body(object.colour);
+    this.plumb = new Plumb(object.colour);
+    this.trail = new Trail(object.colour);
+    this.ellipsoid = new Ellipsoid(object.colour);
+    this.label = labels.create("object", object.id);
+    this.label.element.style.setProperty("--object", object.colour);
+    this.label.visible = this.body.group.visible = this.plumb.line.visible = false;
+    scene.add(this.body.group, this.plumb.line, this.trail.line, this.ellipsoid.mesh);
+  }
+
+  tags(tags: ObjectTag[]): void {
+    this.body.tags(tags);
+    this.shown = null;
+  }
+
+  pose(pose: Pose, now: number): void {
+    this.seen = true;
+    this.body.move(pose);
+    this.plumb.move(pose.position);
+    this.label.at.fromArray(pose.position).setZ(pose.position[2] + this.body.radius * 1.15);
+    if (pose.state !== "lost") this.trail.add(now, pose.position);
+    if (this.options?.sigma) this.ellipsoid.show(pose);
+    this.condition(pose.state);
+  }
+
+  /** Tells whether that is news. */
+  condition(condition: ReturnType<ObjectState["condition"]>): boolean {
+    if (condition === this.shown) return false;
+    this.shown = condition;
+    this.body.group.visible = this.label.visible = this.plumb.line.visible = this.seen;
+    this.body.presence(PRESENCE[condition]);
+    this.label.condition = condition;
+    this.label.text = condition === "tracking" ? this.object.id : `${this.object.id} · ${condition}`;
+    this.applyOptions();
+    return true;
+  }
+
+  show(options: StageOptions): void {
+    this.options = options;
+    this.applyOptions();
+    if (options.sigma && this.object.pose) this.ellipsoid.show(this.object.pose);
+  }
+
+  /** Whether something still changes with time alone. */
+  update(now: number): boolean {
+    return this.trail.update(now);
+  }
+
+  position(): Vec3 {
+    return this.body.group.position.toArray();
+  }
+
+  remove(): void {
+    this.body.remove();
+    this.plumb.remove();
+    this.trail.remove();
+    this.ellipsoid.remove();
+    this.labels.remove(this.label);
+  }
+
+  private applyOptions(): void {
+    this.trail.line.visible = this.options?.trails ?? false;
+    this.ellipsoid.mesh.visible = this.seen && (this.options?.sigma ?? false);
+  }
+}

@@ -1,0 +1,161 @@
+// The stage in 3-D: floor, cameras, objects with trails and uncertainty. Draws what the site says, when it changes.
+
+import { AmbientLight, Color, DirectionalLight, Scene, Vector3, WebGLRenderer } from "three";
+import { STAGE } from "../palette.ts";
+import type { Pose, RigCamera, Vec3 } from "../protocol.ts";
+import type { CameraState, ObjectState, Site } from "../site.ts";
+import { Actor } from "./actor.ts";
+import { Floor } from "./floor.ts";
+import { Frames } from "./frames.ts";
+import { Frustum } from "./frustum.ts";
+import { LabelLayer } from "./labels.ts";
+import { View } from "./view.ts";
+
+export interface StageOptions {
+  trails: boolean;
+  sigma: boolean;
+  pictures: boolean;
+  labels: boolean;
+}
+
+const MAX_PIXEL_RATIO = 2;
+
+export class Stage {
+  readonly frames = new Frames((now) => this.draw(now / 1000));
+  private readonly scene = new Scene();
+  private readonly renderer: WebGLRenderer;
+  private readonly labels: LabelLayer;
+  private readonly floor: Floor;
+  private readonly view: View;
+  private readonly frusta = new Map<string, Frustum>();
+  private readonly actors = new Map<string, Actor>();
+  private size: [number, number] = [1, 1];
+
+  /** Throws where the browser has no WebGL 2. */
+  constructor(
+    canvas: HTMLCanvasElement,
+    private readonly labelParent: HTMLElement,
+    private readonly options: StageOptions,
+  ) {
+    this.renderer = new WebGLRenderer({ canvas, antialias: true, powerPreference: "low-power" });
+    this.renderer.setPixelRatio(Math.min(window.devicePixelRatio, MAX_PIXEL_RATIO));
+    this.scene.background = new Color(STAGE.background);
+    this.scene.add(new AmbientLight("#ffffff", 1.6), sun());
+    this.labels = new LabelLayer(labelParent);
+    this.floor = new Floor(this.labels);
+    this.floor.span(2);
+    this.scene.add(this.floor.group);
+    this.view = new View(canvas, () => this.frames.request());
+    new ResizeObserver(() => this.resize(canvas)).observe(canvas.parentElement ?? canvas);
+  }
+
+  /** Options changed. */
+  refresh(): void {
+    this.labelParent.hidden = !this.options.labels;
+    for (const actor of this.actors.values()) actor.show(this.options);
+    if (!this.options.pictures) for (const frustum of this.frusta.values()) frustum.picture(null);
+    this.frames.request();
+  }
+
+  resetView(): void {
+    this.view.reset();
+    this.frames.request();
+  }
+
+  rig(cameras: RigCamera[]): void {
+    const seen = new Set(cameras.map((camera) => camera.id));
+    for (const [id, frustum] of this.frusta) if (!seen.has(id)) this.drop(id, frustum);
+    const positions = cameras.flatMap(({ world_from_camera: pose }) => (pose ? [new Vector3(...pose.position)] : []));
+    const reach = Math.max(0.5, ...positions.map((position) => position.length()));
+    for (const camera of cameras) this.frustum(camera.id).model(camera, Math.min(0.5, reach * 0.16));
+    this.floor.span(reach * 1.45);
+    this.view.frame([...positions.flatMap((position) => [position, position.clone().setZ(0)]), new Vector3()]);
+    this.frames.request();
+  }
+
+  objectTags(object: ObjectState): void {
+    this.actor(object).tags(object.tags);
+    this.frames.request();
+  }
+
+  pose(object: ObjectState, pose: Pose): void {
+    this.actor(object).pose(pose, performance.now() / 1000);
+    this.frames.request();
+  }
+
+  /** What nodes are up and whose figures are live; called now and then. */
+  conditions(site: Site, now: number): void {
+    const camera = (id: string) => site.cameras.get(id)?.condition(now) ?? "silent";
+    let news = false;
+    for (const [id, frustum] of this.frusta) news = frustum.condition(camera(id)) || news;
+    for (const [id, actor] of this.actors) {
+      const object = site.objects.get(id);
+      if (object) news = actor.condition(object.condition(now)) || news;
+      else this.forget(id, actor);
+    }
+    if (news) this.frames.request();
+  }
+
+  picture(camera: CameraState, canvas: HTMLCanvasElement): void {
+    if (!this.options.pictures) return;
+    this.frusta.get(camera.id)?.picture(canvas);
+    this.frames.request();
+  }
+
+  /** Where things are drawn, for tests and the curious. */
+  positions(): Record<string, Vec3> {
+    return Object.fromEntries([...this.actors].map(([id, actor]) => [id, actor.position()]));
+  }
+
+  private frustum(id: string): Frustum {
+    const known = this.frusta.get(id);
+    if (known) return known;
+    const frustum = new Frustum(id, this.labels);
+    this.frusta.set(id, frustum);
+    this.scene.add(frustum.group);
+    return frustum;
+  }
+
+  private drop(id: string, frustum: Frustum): void {
+    frustum.remove();
+    this.frusta.delete(id);
+  }
+
+  private actor(object: ObjectState): Actor {
+    const known = this.actors.get(object.id);
+    if (known) return known;
+    const actor = new Actor(object, this.scene, this.labels);
+    actor.show(this.options);
+    this.actors.set(object.id, actor);
+    return actor;
+  }
+
+  private forget(id: string, actor: Actor): void {
+    actor.remove();
+    this.actors.delete(id);
+    this.frames.request();
+  }
+
+  private resize(canvas: HTMLCanvasElement): void {
+    const parent = canvas.parentElement ?? canvas;
+    this.size = [Math.max(1, parent.clientWidth), Math.max(1, parent.clientHeight)];
+    this.renderer.setSize(...this.size, false);
+    this.view.resize(...this.size);
+    this.frames.request();
+  }
+
+  private draw(now: number): boolean {
+    this.view.update();
+    let fading = false;
+    for (const actor of this.actors.values()) fading = actor.update(now) || fading;
+    this.renderer.render(this.scene, this.view.camera);
+    this.labels.update(this.view.camera, ...this.size);
+    return fading && this.options.trails;
+  }
+}
+
+function sun(): DirectionalLight {
+  const light = new DirectionalLight("#ffffff", 1.7);
+  light.position.set(1.5, -2, 4);
+  return light;
+}

@@ -1,0 +1,148 @@
+//! The process: bind first (a taken port is said at once), then network and server side by side until asked to stop.
+
+use crate::config::ViewerConfig;
+use crate::guard::HostRule;
+use crate::hub::Hub;
+use crate::network;
+use crate::rejections::{Rejection, Rejections};
+use crate::server;
+use anyhow::{Context, anyhow};
+use sextant_process::{Exit, Shutdown, WithExit, memory};
+use sextant_site_files::read_toml;
+use std::io::ErrorKind;
+use std::net::{SocketAddr, TcpListener};
+use std::path::Path;
+use std::sync::atomic::AtomicBool;
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Instant;
+
+/// What server and network share.
+pub(crate) struct Shared {
+    pub(crate) config: ViewerConfig,
+    pub(crate) hosts: HostRule,
+    pub(crate) hub: Hub,
+    pub(crate) started: Instant,
+    /// Whether the bridge has its place on the site's network now.
+    pub(crate) connected: AtomicBool,
+    rejections: Mutex<Rejections>,
+}
+
+impl Shared {
+    fn new(config: ViewerConfig, address: SocketAddr) -> Self {
+        Self {
+            hosts: HostRule::new(address, &config.host_names),
+            config,
+            hub: Hub::default(),
+            started: Instant::now(),
+            connected: AtomicBool::new(false),
+            rejections: Mutex::default(),
+        }
+    }
+
+    /// A payload was not shown.
+    pub(crate) fn count(&self, why: &Rejection) {
+        let mut rejections = self
+            .rejections
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner);
+        rejections.count(why);
+    }
+
+    /// What was not shown until now.
+    pub(crate) fn rejections(&self) -> Rejections {
+        self.rejections
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner)
+            .clone()
+    }
+
+    #[cfg(test)]
+    pub(crate) fn for_tests() -> Self {
+        let text = "site = \"demo\"\nlisten = \"127.0.0.1:0\"";
+        let config: ViewerConfig =
+            sextant_site_files::parse_toml(Path::new("viewer.toml"), text, |_| Ok(())).unwrap();
+        let address = config.listen;
+        Self::new(config, address)
+    }
+}
+
+/// Runs a viewer bridge until `shutdown`.
+///
+/// # Errors
+/// [`Exit::Input`] for a wrong file, [`Exit::Unavailable`] when the address or the network can't be had.
+pub fn run(config_file: &Path, shutdown: &Shutdown) -> anyhow::Result<()> {
+    memory::keep_heap_small();
+    let config: ViewerConfig = read_toml(config_file).exit_with(Exit::Input)?;
+    let listener = listen(config.listen).exit_with(Exit::Unavailable)?;
+    let address = listener.local_addr().context("the address listened on")?;
+    tracing::info!("the page: http://{}/", for_browsers(address));
+    serve_both(&Arc::new(Shared::new(config, address)), listener, shutdown)
+}
+
+/// Whichever part ends first, be it by a fault, takes the other with it.
+fn serve_both(
+    shared: &Arc<Shared>,
+    listener: TcpListener,
+    shutdown: &Shutdown,
+) -> anyhow::Result<()> {
+    std::thread::scope(|scope| {
+        let network = std::thread::Builder::new()
+            .name("network".into())
+            .spawn_scoped(scope, || {
+                let result = network::run(shared, shutdown);
+                shutdown.request();
+                result
+            })?;
+        let served = server::run(shared, listener, shutdown);
+        shutdown.request();
+        let connected = network
+            .join()
+            .unwrap_or_else(|_| Err(anyhow!("the network thread panicked")));
+        served.and(connected)
+    })
+}
+
+fn listen(address: SocketAddr) -> anyhow::Result<TcpListener> {
+    let listener = TcpListener::bind(address)
+        .map_err(|cause| anyhow!("cannot listen on {address}: {}", remedy(&cause, address)))?;
+    listener.set_nonblocking(true)?;
+    Ok(listener)
+}
+
+fn remedy(cause: &std::io::Error, address: SocketAddr) -> String {
+    let port = address.port();
+    match cause.kind() {
+        ErrorKind::AddrInUse => format!(
+            "the port is in use; choose another `listen` in viewer.toml, or end the program that holds it (`ss -ltnp 'sport = :{port}'` names it)"
+        ),
+        ErrorKind::AddrNotAvailable => {
+            "this machine has no such address; `ip address` lists those it has".to_owned()
+        }
+        ErrorKind::PermissionDenied => {
+            format!("port {port} is reserved for the superuser; choose one from 1024 on")
+        }
+        _ => cause.to_string(),
+    }
+}
+
+/// The address as a browser on this machine would write it.
+fn for_browsers(address: SocketAddr) -> SocketAddr {
+    let mut shown = address;
+    if address.ip().is_unspecified() {
+        shown.set_ip(std::net::Ipv4Addr::LOCALHOST.into());
+    }
+    shown
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_taken_port_is_said_with_a_remedy() {
+        let holder = TcpListener::bind("127.0.0.1:0").unwrap();
+        let address = holder.local_addr().unwrap();
+        let error = listen(address).unwrap_err().to_string();
+        assert!(error.contains("in use") && error.contains("viewer.toml"));
+    }
+}

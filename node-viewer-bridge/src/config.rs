@@ -1,0 +1,62 @@
+//! `viewer.toml`: what a person sets of a viewer bridge.
+
+use serde::{Deserialize, Serialize};
+use sextant_proto::{NodeId, SiteId};
+use sextant_zenoh_bus::BusOptions;
+use std::net::{Ipv4Addr, SocketAddr};
+
+/// The file.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ViewerConfig {
+    /// The site to show; the middle of every key.
+    pub site: SiteId,
+    /// This bridge's name among the site's bridges.
+    #[serde(default = "default_node")]
+    pub node: NodeId,
+    /// Where to serve the page, `address:port`. Default `127.0.0.1:8600`: this machine only. `0.0.0.0:8600` serves the
+    /// whole network, to everyone on it: there is no login.
+    #[serde(default = "default_listen")]
+    pub listen: SocketAddr,
+    /// Names under which browsers reach this bridge, besides `localhost` and addresses, such as `viewer.lab`. Requests
+    /// under other names are refused, so that no foreign web page can read the site through a visitor's browser.
+    #[serde(default)]
+    pub host_names: Vec<String>,
+    /// How to reach the network; by default a client of the router on port 7447 of this machine.
+    #[serde(default)]
+    pub network: BusOptions,
+}
+
+fn default_node() -> NodeId {
+    #[allow(clippy::expect_used, reason = "a literal of the right form")]
+    NodeId::new("viewer").expect("an id")
+}
+
+fn default_listen() -> SocketAddr {
+    SocketAddr::from((Ipv4Addr::LOCALHOST, 8600))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use sextant_site_files::parse_toml;
+    use std::path::Path;
+
+    fn read(text: &str) -> Result<ViewerConfig, String> {
+        parse_toml(Path::new("viewer.toml"), text, |_: &ViewerConfig| Ok(()))
+            .map_err(|error| error.to_string())
+    }
+
+    #[test]
+    fn a_site_is_enough_and_means_loopback() {
+        let config = read("site = \"demo\"").unwrap();
+        assert_eq!(config.listen.to_string(), "127.0.0.1:8600");
+        assert!(config.host_names.is_empty());
+    }
+
+    #[test]
+    fn an_unknown_key_is_refused_by_name() {
+        let error = read("site = \"demo\"\nlisten_on = \"127.0.0.1:1\"").unwrap_err();
+        assert!(error.contains("listen_on"), "{error}");
+    }
+}

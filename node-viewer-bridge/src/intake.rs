@@ -1,0 +1,224 @@
+//! Payloads of the site's keys into the hub. Runs on the network's threads: decodes, writes JSON, never waits.
+
+use crate::bridge::Shared;
+use crate::hub::{Frame, Slot};
+use crate::message::Message;
+use crate::rejections::Rejection;
+use crate::translate;
+use sextant_proto::{
+    CameraStatus, FusionStatus, ObjectConfig, ObjectPose, ObjectTruth, Observations, Preview,
+    RigConfig, decode,
+};
+use sextant_proto::{DecodeError, KeyRef, Keys, NodeKind};
+use sextant_zenoh_bus::{Item, Payload, Presence};
+use std::sync::Arc;
+
+/// Takes what arrives; counts what it cannot show.
+pub(crate) struct Intake {
+    keys: Keys,
+    shared: Arc<Shared>,
+}
+
+impl Intake {
+    pub(crate) fn new(keys: Keys, shared: Arc<Shared>) -> Self {
+        Self { keys, shared }
+    }
+
+    /// A message of the network. Keys below the site that mean nothing to us belong to others and are passed over.
+    pub(crate) fn take(&self, item: &Item) {
+        let Some(key) = self.keys.parse(&item.key) else {
+            return;
+        };
+        if let Err(why) = self.try_take(&key, &item.payload) {
+            tracing::debug!(key = item.key, ?why, "payload not shown");
+            self.shared.count(&why);
+        }
+    }
+
+    /// Somebody came or went; tells which kind of node came.
+    pub(crate) fn presence(&self, presence: &Presence) -> Option<NodeKind> {
+        let (key, up) = match presence {
+            Presence::Joined(key) => (key, true),
+            Presence::Left(key) => (key, false),
+        };
+        let KeyRef::Alive(kind, id) = self.keys.parse(key)? else {
+            return None;
+        };
+        let message = Message::Alive {
+            kind: kind.as_str(),
+            id: &id,
+            up,
+        };
+        let slot = Slot::Alive(kind.as_str().to_owned(), id.to_string());
+        // A flood of tokens is bounded like everything else, and there is no payload to blame.
+        let _ = self.show(slot, &message);
+        up.then_some(kind)
+    }
+
+    fn try_take(&self, key: &KeyRef, payload: &Payload) -> Result<(), Rejection> {
+        let bytes = match payload {
+            Payload::Bytes(bytes) => bytes,
+            Payload::TooLong(length) => {
+                return Err(Rejection::Undecodable(DecodeError::TooLong(*length)));
+            }
+        };
+        match key {
+            KeyRef::Observations(camera) => {
+                let message: Observations = read(bytes, camera, |m: &Observations| &m.camera)?;
+                let slot = Slot::Observations(camera.to_string());
+                self.show(slot, &translate::observations(&message))
+            }
+            KeyRef::Preview(camera) => {
+                let message: Preview = read(bytes, camera, |m: &Preview| &m.camera)?;
+                let frame = Frame::Binary(translate::preview(&message).into());
+                self.publish(Slot::Preview(camera.to_string()), frame)
+            }
+            KeyRef::CameraStatus(camera) => {
+                let message: CameraStatus = read(bytes, camera, |m: &CameraStatus| &m.camera)?;
+                let slot = Slot::CameraStatus(camera.to_string());
+                self.show(slot, &Message::CameraStatus(&message))
+            }
+            KeyRef::Pose(object) => {
+                let message: ObjectPose = read(bytes, object, |m: &ObjectPose| &m.object)?;
+                self.show(Slot::Pose(object.to_string()), &translate::pose(&message))
+            }
+            KeyRef::Truth(object) => {
+                let message: ObjectTruth = read(bytes, object, |m: &ObjectTruth| &m.object)?;
+                self.show(Slot::Truth(object.to_string()), &translate::truth(&message))
+            }
+            KeyRef::FusionStatus(node) => {
+                let message: FusionStatus = read(bytes, node, |m: &FusionStatus| &m.node)?;
+                let slot = Slot::FusionStatus(node.to_string());
+                self.show(slot, &Message::FusionStatus(&message))
+            }
+            KeyRef::ConfigRig => {
+                let message: RigConfig = decode(bytes).map_err(Rejection::Undecodable)?;
+                self.show(Slot::Rig, &translate::rig(&message))
+            }
+            KeyRef::ConfigObject(object) => {
+                let message: ObjectConfig = read(bytes, object, |m: &ObjectConfig| &m.id)?;
+                let slot = Slot::Object(object.to_string());
+                self.show(slot, &translate::object(&message))
+            }
+            // Liveliness has its own way in; a payload there is somebody's mistake, without effect.
+            KeyRef::Alive(..) => Ok(()),
+        }
+    }
+
+    fn show(&self, slot: Slot, message: &Message<'_>) -> Result<(), Rejection> {
+        self.publish(slot, frame_of(message))
+    }
+
+    fn publish(&self, slot: Slot, frame: Frame) -> Result<(), Rejection> {
+        self.shared
+            .hub
+            .publish(&slot, frame)
+            .map_err(|_| Rejection::TooMany)
+    }
+}
+
+/// A message as a text frame.
+pub(crate) fn frame_of(message: &Message<'_>) -> Frame {
+    // Plain data with string keys: writing it into memory cannot fail.
+    Frame::Text(serde_json::to_string(message).unwrap_or_default().into())
+}
+
+/// Decodes a message that must name the id of its key.
+fn read<M: sextant_proto::Message, Id: PartialEq>(
+    bytes: &[u8],
+    expected: &Id,
+    id_of: impl Fn(&M) -> &Id,
+) -> Result<M, Rejection> {
+    let message: M = decode(bytes).map_err(Rejection::Undecodable)?;
+    if id_of(&message) == expected {
+        Ok(message)
+    } else {
+        Err(Rejection::WrongId)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use sextant_proto::encode;
+
+    fn truth() -> ObjectTruth {
+        ObjectTruth {
+            object: sextant_estimator::ObjectId::new("cube").unwrap(),
+            capture_ns: 1,
+            position: [0.0; 3],
+            orientation: [0.0, 0.0, 0.0, 1.0],
+            position_error_m: 0.001,
+            attitude_error_rad: 0.0,
+        }
+    }
+
+    /// What clients hear, and what was counted, after these payloads under keys of site `demo`.
+    fn after(payloads: &[(&str, Payload)]) -> (Vec<String>, serde_json::Value) {
+        let shared = Arc::new(Shared::for_tests());
+        let intake = Intake::new(Keys::new("demo").unwrap(), Arc::clone(&shared));
+        for (key, payload) in payloads {
+            intake.take(&Item {
+                key: format!("sextant/v1/demo/{key}"),
+                payload: payload.clone(),
+            });
+        }
+        let texts = shared.hub.newest_texts();
+        let texts = texts.iter().map(ToString::to_string).collect();
+        let counted = serde_json::to_value(shared.rejections()).unwrap();
+        (texts, counted)
+    }
+
+    #[test]
+    fn a_message_reaches_the_clients_as_json() {
+        let payload = Payload::Bytes(encode(&truth()).unwrap());
+        let (texts, _) = after(&[("object/cube/truth", payload)]);
+        let json: serde_json::Value = serde_json::from_str(&texts[0]).unwrap();
+        assert_eq!(
+            (&json["type"], &json["error_mm"]),
+            (&"truth".into(), &1.0.into())
+        );
+    }
+
+    #[test]
+    fn what_cannot_be_shown_is_counted_by_cause() {
+        let mut foreign = encode(&truth()).unwrap();
+        foreign[1] = 9;
+        let (texts, counted) = after(&[
+            ("object/cube/truth", Payload::Bytes(b"garbage".to_vec())),
+            ("object/cube/truth", Payload::Bytes(foreign)),
+            ("object/cube/truth", Payload::TooLong(1 << 20)),
+            (
+                "object/ball/truth",
+                Payload::Bytes(encode(&truth()).unwrap()),
+            ),
+            (
+                "object/cube/pose",
+                Payload::Bytes(encode(&truth()).unwrap()),
+            ),
+        ]);
+        assert!(texts.is_empty());
+        for cause in [
+            "bad_magic",
+            "foreign_version",
+            "too_long",
+            "wrong_id",
+            "wrong_kind",
+        ] {
+            assert_eq!(counted[cause], 1, "{cause}: {counted}");
+        }
+    }
+
+    #[test]
+    fn keys_of_others_are_passed_over() {
+        let (texts, counted) = after(&[("somebody/elses", Payload::Bytes(b"x".to_vec()))]);
+        assert!(texts.is_empty());
+        assert!(
+            counted
+                .as_object()
+                .unwrap()
+                .values()
+                .all(|count| count == 0)
+        );
+    }
+}

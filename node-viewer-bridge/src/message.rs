@@ -1,0 +1,122 @@
+//! The JSON messages of `PROTOCOL.md`, as they are written. Knows no network and no client.
+
+use serde::Serialize;
+use sextant_estimator::{CameraId, ObjectId, State};
+use sextant_proto::{CameraStatus, FusionStatus, NodeId, PoseConfig, SiteId};
+use sextant_tag_families::Family;
+
+use crate::rejections::Rejections;
+
+/// Counted up when a field changes its meaning or goes.
+pub(crate) const PROTOCOL: u32 = 1;
+
+/// A message to clients; borrows what it can.
+#[derive(Debug, Serialize)]
+#[serde(tag = "type", rename_all = "snake_case")]
+pub(crate) enum Message<'a> {
+    Hello {
+        site: &'a SiteId,
+        version: &'static str,
+        protocol: u32,
+        now_ns: u64,
+    },
+    Rig {
+        cameras: Vec<RigCamera<'a>>,
+    },
+    Object {
+        id: &'a ObjectId,
+        tags: Vec<ObjectTag>,
+    },
+    Pose(Pose<'a>),
+    Truth {
+        object: &'a ObjectId,
+        t_ns: u64,
+        position: [f64; 3],
+        orientation: [f64; 4],
+        error_mm: f64,
+        error_deg: f64,
+    },
+    Observations {
+        camera: &'a CameraId,
+        sequence: u64,
+        t_ns: u64,
+        latency_ms: f32,
+        resolution: [u16; 2],
+        tags: Vec<TagOutline>,
+    },
+    CameraStatus(&'a CameraStatus),
+    FusionStatus(&'a FusionStatus),
+    Alive {
+        kind: &'a str,
+        id: &'a NodeId,
+        up: bool,
+    },
+    BridgeStatus {
+        now_ns: u64,
+        uptime_s: u64,
+        network: bool,
+        clients: usize,
+        replaced: u64,
+        rejected: Rejections,
+    },
+}
+
+/// A camera of the rig.
+#[derive(Debug, Serialize)]
+pub(crate) struct RigCamera<'a> {
+    pub(crate) id: &'a CameraId,
+    pub(crate) resolution: [u32; 2],
+    pub(crate) lens: Lens<'a>,
+    pub(crate) world_from_camera: Option<PoseConfig>,
+}
+
+/// A lens as in `rig.toml`.
+#[derive(Debug, Serialize)]
+pub(crate) struct Lens<'a> {
+    pub(crate) model: &'static str,
+    pub(crate) fx: f64,
+    pub(crate) fy: f64,
+    pub(crate) cx: f64,
+    pub(crate) cy: f64,
+    #[serde(skip_serializing_if = "<[f64]>::is_empty")]
+    pub(crate) distortion: &'a [f64],
+}
+
+/// A tag of an object, with its print.
+#[derive(Debug, Serialize)]
+pub(crate) struct ObjectTag {
+    pub(crate) family: Family,
+    pub(crate) id: u32,
+    pub(crate) size_m: f64,
+    pub(crate) printed_size_m: f64,
+    pub(crate) object_from_tag: Option<PoseConfig>,
+    /// Rows of the print, top first; `1` is white.
+    pub(crate) modules: Vec<String>,
+}
+
+/// Where an object is.
+#[derive(Debug, Serialize)]
+pub(crate) struct Pose<'a> {
+    pub(crate) object: &'a ObjectId,
+    pub(crate) sequence: u64,
+    pub(crate) t_ns: u64,
+    pub(crate) position: [f64; 3],
+    pub(crate) orientation: [f64; 4],
+    pub(crate) covariance: &'a [f64],
+    pub(crate) twist: [f64; 6],
+    pub(crate) state: State,
+    pub(crate) cameras: u16,
+    pub(crate) tags: u16,
+    pub(crate) rms_px: f32,
+    pub(crate) latency_ms: f32,
+}
+
+/// A tag in an image.
+#[derive(Debug, Serialize)]
+pub(crate) struct TagOutline {
+    pub(crate) family: Family,
+    pub(crate) id: u32,
+    pub(crate) hamming: u8,
+    pub(crate) margin: f32,
+    pub(crate) corners: [[f32; 2]; 4],
+}

@@ -1,0 +1,179 @@
+//! HTTP: the page, the state, the WebSocket's door; every request passes the guard first.
+
+use crate::assets;
+use crate::bridge::Shared;
+use crate::hub::Slot;
+use crate::intake::frame_of;
+use crate::message::{Message, PROTOCOL};
+use crate::socket;
+use anyhow::Context as _;
+use axum::Router;
+use axum::body::Body;
+use axum::extract::{Request, State};
+use axum::http::{HeaderMap, HeaderValue, Response, StatusCode, header};
+use axum::middleware::{self, Next};
+use axum::routing::get;
+use axum::serve::ListenerExt;
+use sextant_process::{Shutdown, now_ns};
+use std::net::TcpListener;
+use std::sync::Arc;
+use std::sync::atomic::Ordering;
+use std::time::Duration;
+use tokio::sync::watch;
+
+/// How long open requests may still take after the wish to stop.
+const GRACE: Duration = Duration::from_millis(500);
+/// How late a wish to stop is heard.
+const SHUTDOWN_LOOK: Duration = Duration::from_millis(50);
+const STATUS_PERIOD: Duration = Duration::from_secs(1);
+
+/// What each handler gets.
+#[derive(Clone)]
+pub(crate) struct Context {
+    pub(crate) shared: Arc<Shared>,
+    /// Becomes true when the bridge stops.
+    pub(crate) stopping: watch::Receiver<bool>,
+}
+
+/// Serves until `shutdown`. One thread is enough: it hands out bytes that others made.
+pub(crate) fn run(
+    shared: &Arc<Shared>,
+    listener: TcpListener,
+    shutdown: &Shutdown,
+) -> anyhow::Result<()> {
+    let runtime = tokio::runtime::Builder::new_current_thread()
+        .enable_all()
+        .build()
+        .context("starting the server")?;
+    runtime.block_on(serve(Arc::clone(shared), listener, shutdown))
+}
+
+async fn serve(
+    shared: Arc<Shared>,
+    listener: TcpListener,
+    shutdown: &Shutdown,
+) -> anyhow::Result<()> {
+    let (stop, stopping) = watch::channel(false);
+    let listener = tokio::net::TcpListener::from_std(listener)?.tap_io(|connection| {
+        // Frames are small and want to arrive now; without it they would only wait for acknowledgements.
+        let _ = connection.set_nodelay(true);
+    });
+    let context = Context { shared, stopping };
+    let status = tokio::spawn(tell_status(Arc::clone(&context.shared)));
+    let mut ended = context.stopping.clone();
+    let server = axum::serve(listener, router(context)).with_graceful_shutdown(async move {
+        let _ = ended.wait_for(|stopped| *stopped).await;
+    });
+    let server = tokio::spawn(async move { server.await });
+    requested(shutdown).await;
+    stop.send_replace(true);
+    status.abort();
+    match tokio::time::timeout(GRACE, server).await {
+        Ok(served) => served?.context("serving"),
+        Err(_) => Ok(()),
+    }
+}
+
+async fn requested(shutdown: &Shutdown) {
+    while !shutdown.is_requested() {
+        tokio::time::sleep(SHUTDOWN_LOOK).await;
+    }
+}
+
+fn router(context: Context) -> Router {
+    Router::new()
+        .route("/ws", get(socket::upgrade))
+        .route("/api/state", get(state))
+        .route("/healthz", get(health))
+        .fallback(get(assets::file))
+        .layer(middleware::from_fn_with_state(context.clone(), guard))
+        .with_state(context)
+}
+
+async fn guard(State(context): State<Context>, request: Request, next: Next) -> Response<Body> {
+    if !admitted(&context.shared, request.headers()) {
+        return assets::plain(
+            StatusCode::FORBIDDEN,
+            "This bridge is not known under that name, or another page asked. Use its address, or add the name to `host_names` in viewer.toml.\n",
+        );
+    }
+    let mut response = next.run(request).await;
+    let headers = response.headers_mut();
+    let (sniff, refer) = (
+        HeaderValue::from_static("nosniff"),
+        HeaderValue::from_static("no-referrer"),
+    );
+    headers.insert(header::X_CONTENT_TYPE_OPTIONS, sniff);
+    headers.insert(header::REFERRER_POLICY, refer);
+    response
+}
+
+fn admitted(shared: &Shared, headers: &HeaderMap) -> bool {
+    let text = |name| headers.get(name).map(HeaderValue::to_str);
+    let origin = text(header::ORIGIN).map(|origin| origin.unwrap_or("null"));
+    let host = text(header::HOST).and_then(Result::ok);
+    shared.hosts.admits(host, origin)
+}
+
+/// The first message of every connection.
+pub(crate) fn hello(shared: &Shared) -> Message<'_> {
+    Message::Hello {
+        site: &shared.config.site,
+        version: env!("CARGO_PKG_VERSION"),
+        protocol: PROTOCOL,
+        now_ns: now_ns(),
+    }
+}
+
+async fn state(State(context): State<Context>) -> Response<Body> {
+    let hello = serde_json::to_string(&hello(&context.shared)).unwrap_or_default();
+    let texts = context.shared.hub.newest_texts();
+    let mut json = format!("{{\"messages\":[{hello}");
+    for text in &texts {
+        json.push_str(",\n");
+        json.push_str(text.as_str());
+    }
+    json.push_str("]}\n");
+    as_json(StatusCode::OK, json)
+}
+
+async fn health(State(context): State<Context>) -> Response<Body> {
+    match context.shared.connected.load(Ordering::Relaxed) {
+        true => as_json(StatusCode::OK, "{\"status\":\"ok\"}\n".into()),
+        false => as_json(
+            StatusCode::SERVICE_UNAVAILABLE,
+            "{\"status\":\"no network\"}\n".into(),
+        ),
+    }
+}
+
+fn as_json(status: StatusCode, json: String) -> Response<Body> {
+    let mut response = Response::new(Body::from(json));
+    *response.status_mut() = status;
+    let headers = response.headers_mut();
+    headers.insert(
+        header::CONTENT_TYPE,
+        HeaderValue::from_static("application/json"),
+    );
+    headers.insert(header::CACHE_CONTROL, HeaderValue::from_static("no-store"));
+    response
+}
+
+/// Gives an account of the bridge once a second; clients take it as a heartbeat.
+async fn tell_status(shared: Arc<Shared>) {
+    let mut due = tokio::time::interval(STATUS_PERIOD);
+    loop {
+        due.tick().await;
+        let (clients, replaced) = shared.hub.counts();
+        let status = Message::BridgeStatus {
+            now_ns: now_ns(),
+            uptime_s: shared.started.elapsed().as_secs(),
+            network: shared.connected.load(Ordering::Relaxed),
+            clients,
+            replaced,
+            rejected: shared.rejections(),
+        };
+        // One slot: it only fails when others have filled the hub, and then says nothing new.
+        let _ = shared.hub.publish(&Slot::BridgeStatus, frame_of(&status));
+    }
+}

@@ -1,0 +1,227 @@
+//! From the network's messages to the clients'.
+
+use crate::message::{Lens, Message, ObjectTag, Pose, RigCamera, TagOutline};
+use sextant_proto::{
+    CameraConfig, LensConfig, ObjectConfig, ObjectPose, ObjectTagConfig, ObjectTruth, Observations,
+    Preview, RigConfig, TagObservation,
+};
+use sextant_tag_families::{Family, module_is_white};
+
+/// First byte of a binary frame with a JPEG preview.
+const JPEG_PREVIEW: u8 = 1;
+
+pub(crate) fn rig(rig: &RigConfig) -> Message<'_> {
+    Message::Rig {
+        cameras: rig.cameras.iter().map(camera).collect(),
+    }
+}
+
+pub(crate) fn object(object: &ObjectConfig) -> Message<'_> {
+    Message::Object {
+        id: &object.id,
+        tags: object.tags.iter().map(object_tag).collect(),
+    }
+}
+
+pub(crate) fn pose(pose: &ObjectPose) -> Message<'_> {
+    Message::Pose(Pose {
+        object: &pose.object,
+        sequence: pose.sequence,
+        t_ns: pose.capture_ns,
+        position: pose.position,
+        orientation: pose.orientation,
+        covariance: &pose.covariance,
+        twist: pose.twist,
+        state: pose.state,
+        cameras: pose.cameras,
+        tags: pose.tags,
+        rms_px: pose.rms_px,
+        latency_ms: latency_ms(pose.capture_ns, pose.published_ns),
+    })
+}
+
+pub(crate) fn truth(truth: &ObjectTruth) -> Message<'_> {
+    Message::Truth {
+        object: &truth.object,
+        t_ns: truth.capture_ns,
+        position: truth.position,
+        orientation: truth.orientation,
+        error_mm: truth.position_error_m * 1000.0,
+        error_deg: truth.attitude_error_rad.to_degrees(),
+    }
+}
+
+pub(crate) fn observations(observations: &Observations) -> Message<'_> {
+    Message::Observations {
+        camera: &observations.camera,
+        sequence: observations.sequence,
+        t_ns: observations.capture_ns,
+        latency_ms: latency_ms(observations.capture_ns, observations.timing.published_ns),
+        resolution: observations.resolution,
+        tags: observations.tags.iter().map(outline).collect(),
+    }
+}
+
+/// A preview as a binary frame: kind, length of the id, id, capture time, JPEG.
+pub(crate) fn preview(preview: &Preview) -> Vec<u8> {
+    let id = preview.camera.to_string();
+    let mut frame = Vec::with_capacity(2 + id.len() + 8 + preview.jpeg.len());
+    // An id has at most 32 characters.
+    frame.extend([JPEG_PREVIEW, id.len() as u8]);
+    frame.extend(id.as_bytes());
+    frame.extend(preview.capture_ns.to_le_bytes());
+    frame.extend(&preview.jpeg);
+    frame
+}
+
+fn camera(camera: &CameraConfig) -> RigCamera<'_> {
+    RigCamera {
+        id: &camera.id,
+        resolution: camera.resolution,
+        lens: lens(&camera.lens),
+        world_from_camera: camera.world_from_camera,
+    }
+}
+
+fn lens(config: &LensConfig) -> Lens<'_> {
+    let (model, [fx, fy, cx, cy], distortion): (_, _, &[f64]) = match config {
+        LensConfig::Pinhole { fx, fy, cx, cy } => ("pinhole", [*fx, *fy, *cx, *cy], &[]),
+        LensConfig::BrownConrady {
+            fx,
+            fy,
+            cx,
+            cy,
+            distortion,
+        } => ("brown-conrady", [*fx, *fy, *cx, *cy], distortion),
+        LensConfig::KannalaBrandt {
+            fx,
+            fy,
+            cx,
+            cy,
+            distortion,
+        } => ("kannala-brandt", [*fx, *fy, *cx, *cy], distortion),
+    };
+    Lens {
+        model,
+        fx,
+        fy,
+        cx,
+        cy,
+        distortion,
+    }
+}
+
+fn object_tag(tag: &ObjectTagConfig) -> ObjectTag {
+    let data = tag.family.data();
+    let in_modules = f64::from(data.total_width) / f64::from(data.border_width);
+    ObjectTag {
+        family: tag.family,
+        id: tag.id,
+        size_m: tag.size_m,
+        printed_size_m: tag.size_m * in_modules,
+        object_from_tag: tag.object_from_tag,
+        modules: modules(tag.family, tag.id),
+    }
+}
+
+fn modules(family: Family, id: u32) -> Vec<String> {
+    let width = usize::from(family.data().total_width);
+    let module = |x, y| {
+        if module_is_white(family, id, x, y) {
+            '1'
+        } else {
+            '0'
+        }
+    };
+    (0..width)
+        .map(|y| (0..width).map(|x| module(x, y)).collect())
+        .collect()
+}
+
+fn outline(tag: &TagObservation) -> TagOutline {
+    TagOutline {
+        family: tag.family,
+        id: tag.id,
+        hamming: tag.hamming,
+        margin: tag.margin,
+        corners: tag.corners,
+    }
+}
+
+/// Negative where the two clocks disagree by more than the way took.
+fn latency_ms(capture_ns: u64, published_ns: u64) -> f32 {
+    ((i128::from(published_ns) - i128::from(capture_ns)) as f64 / 1e6) as f32
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use sextant_estimator::{CameraId, ObjectId, State};
+
+    #[test]
+    fn a_print_has_a_white_ring_around_a_black_one() {
+        let rows = modules(Family::Tag36h11, 0);
+        assert_eq!(rows.len(), 10);
+        assert_eq!(rows[0], "1111111111");
+        assert_eq!(rows[1], "1000000001");
+    }
+
+    #[test]
+    fn a_pose_is_written_as_the_protocol_says() {
+        let message = ObjectPose {
+            object: ObjectId::new("cube").unwrap(),
+            sequence: 7,
+            capture_ns: 1_790_000_000_000_000_000,
+            published_ns: 1_790_000_000_021_500_000,
+            state: State::Tracking,
+            position: [1.0, 2.0, 3.0],
+            orientation: [0.0, 0.0, 0.0, 1.0],
+            covariance: [0.0; 36],
+            twist: [0.0; 6],
+            cameras: 3,
+            tags: 5,
+            rms_px: 0.1,
+        };
+        let json = serde_json::to_value(pose(&message)).unwrap();
+        assert_eq!(json["type"], "pose");
+        assert_eq!(json["t_ns"], 1_790_000_000_000_000_000_u64);
+        assert_eq!(json["latency_ms"], 21.5);
+        assert_eq!(json["state"], "tracking");
+        assert_eq!(json["covariance"].as_array().unwrap().len(), 36);
+    }
+
+    #[test]
+    fn a_lens_is_written_as_in_the_rig_file() {
+        let config = LensConfig::KannalaBrandt {
+            fx: 1.0,
+            fy: 2.0,
+            cx: 3.0,
+            cy: 4.0,
+            distortion: [0.1, 0.2, 0.3, 0.4],
+        };
+        let json = serde_json::to_value(lens(&config)).unwrap();
+        assert_eq!(json["model"], "kannala-brandt");
+        assert_eq!(json["distortion"][3], 0.4);
+    }
+
+    #[test]
+    fn a_preview_frame_names_camera_and_time_before_the_picture() {
+        let frame = preview(&Preview {
+            camera: CameraId::new("north").unwrap(),
+            sequence: 1,
+            capture_ns: 0x0102_0304_0506_0708,
+            resolution: [640, 480],
+            jpeg: vec![0xff, 0xd8],
+        });
+        assert_eq!(&frame[..2], [1, 5]);
+        assert_eq!(&frame[2..7], b"north");
+        assert_eq!(frame[7..15], [8, 7, 6, 5, 4, 3, 2, 1]);
+        assert_eq!(frame[15..], [0xff, 0xd8]);
+    }
+
+    #[test]
+    fn latency_may_be_negative_when_clocks_disagree() {
+        assert_eq!(latency_ms(3_000_000, 1_000_000), -2.0);
+        assert!(latency_ms(0, u64::MAX).is_finite());
+    }
+}

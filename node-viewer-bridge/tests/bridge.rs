@@ -1,0 +1,229 @@
+//! The whole bridge against a real network on loopback: what a browser and a script get to hear.
+
+use serde_json::Value;
+use sextant_estimator::{CameraId, ObjectId, State};
+use sextant_process::Shutdown;
+use sextant_proto::{Keys, ObjectConfig, ObjectPose, Preview, encode};
+use sextant_zenoh_bus::{Bus, BusOptions, Qos, RawLatest};
+use std::io::{Read, Write};
+use std::net::{SocketAddr, TcpListener, TcpStream};
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+use tungstenite::{Message, WebSocket};
+
+const PATIENCE: Duration = Duration::from_secs(20);
+
+/// A site with a router and a bridge, and an object that was announced before the bridge came.
+struct Site {
+    address: SocketAddr,
+    bus: Bus,
+    keys: Keys,
+    shutdown: Shutdown,
+    bridge: Option<JoinHandle<anyhow::Result<()>>>,
+    _object: RawLatest,
+    _folder: tempfile::TempDir,
+}
+
+impl Site {
+    fn open() -> Self {
+        let bus = Bus::open(&BusOptions::router_on("tcp/127.0.0.1:0")).unwrap();
+        let keys = Keys::new("demo").unwrap();
+        let object = bus
+            .raw_latest(&keys.config_object(&cube()), Qos::Config)
+            .unwrap();
+        let model = ObjectConfig {
+            id: cube(),
+            tags: vec![],
+        };
+        object.put(&encode(&model).unwrap()).unwrap();
+        let address = free_address();
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("viewer.toml");
+        let endpoint = &bus.endpoints()[0];
+        let text = format!(
+            "site = \"demo\"\nlisten = \"{address}\"\n[network]\nconnect = [\"{endpoint}\"]\n"
+        );
+        std::fs::write(&file, text).unwrap();
+        let shutdown = Shutdown::manual().unwrap();
+        let bridge = std::thread::spawn({
+            let shutdown = shutdown.clone();
+            move || node_viewer_bridge::run(&file, &shutdown)
+        });
+        let site = Self {
+            address,
+            bus,
+            keys,
+            shutdown,
+            bridge: Some(bridge),
+            _object: object,
+            _folder: folder,
+        };
+        eventually(|| {
+            site.get("/healthz", "localhost")
+                .starts_with("HTTP/1.1 200")
+        });
+        site
+    }
+
+    fn get(&self, path: &str, host: &str) -> String {
+        let Ok(mut stream) = TcpStream::connect(self.address) else {
+            return String::new();
+        };
+        let request = format!("GET {path} HTTP/1.1\r\nHost: {host}\r\nConnection: close\r\n\r\n");
+        stream.write_all(request.as_bytes()).unwrap();
+        let mut answer = Vec::new();
+        stream.read_to_end(&mut answer).unwrap();
+        String::from_utf8_lossy(&answer).into_owned()
+    }
+
+    fn socket(&self) -> WebSocket<TcpStream> {
+        let stream = TcpStream::connect(self.address).unwrap();
+        stream.set_read_timeout(Some(PATIENCE)).unwrap();
+        let url = format!("ws://{}/ws", self.address);
+        tungstenite::client(url, stream).unwrap().0
+    }
+
+    fn put_pose(&self, sequence: u64) {
+        let pose = pose(sequence);
+        let publisher = self.bus.raw_publisher(&self.keys.pose(&cube()), Qos::Pose);
+        publisher.unwrap().put(&encode(&pose).unwrap()).unwrap();
+    }
+
+    /// Ends the bridge and tells how long that took.
+    fn stop(&mut self) -> Duration {
+        let begun = Instant::now();
+        self.shutdown.request();
+        self.bridge.take().unwrap().join().unwrap().unwrap();
+        begun.elapsed()
+    }
+}
+
+fn cube() -> ObjectId {
+    ObjectId::new("cube").unwrap()
+}
+
+fn pose(sequence: u64) -> ObjectPose {
+    ObjectPose {
+        object: cube(),
+        sequence,
+        capture_ns: 1,
+        published_ns: 2,
+        state: State::Tracking,
+        position: [1.0, 2.0, 3.0],
+        orientation: [0.0, 0.0, 0.0, 1.0],
+        covariance: [0.0; 36],
+        twist: [0.0; 6],
+        cameras: 1,
+        tags: 1,
+        rms_px: 0.1,
+    }
+}
+
+fn free_address() -> SocketAddr {
+    let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+    listener.local_addr().unwrap()
+}
+
+fn eventually(mut condition: impl FnMut() -> bool) {
+    let deadline = Instant::now() + PATIENCE;
+    while !condition() {
+        assert!(Instant::now() < deadline, "it never came");
+        std::thread::sleep(Duration::from_millis(20));
+    }
+}
+
+/// The next text message that `wanted` accepts.
+fn hear(socket: &mut WebSocket<TcpStream>, wanted: impl Fn(&Value) -> bool) -> Value {
+    loop {
+        if let Message::Text(text) = socket.read().unwrap() {
+            let message: Value = serde_json::from_str(&text).unwrap();
+            if wanted(&message) {
+                return message;
+            }
+        }
+    }
+}
+
+#[test]
+fn a_client_is_greeted_then_told_what_is_known_then_what_happens() {
+    let mut site = Site::open();
+    let mut socket = site.socket();
+    assert_eq!(hear(&mut socket, |_| true)["type"], "hello");
+    assert_eq!(hear(&mut socket, |m| m["type"] == "object")["id"], "cube");
+    site.put_pose(41);
+    let pose = hear(&mut socket, |m| m["type"] == "pose");
+    assert_eq!(
+        (&pose["sequence"], &pose["object"]),
+        (&41.into(), &"cube".into())
+    );
+    let state = site.get("/api/state", "localhost");
+    let json: Value = serde_json::from_str(state.split_once("\r\n\r\n").unwrap().1).unwrap();
+    let messages = json["messages"].as_array().unwrap();
+    assert!(messages.iter().any(|message| message["sequence"] == 41));
+    assert!(site.stop() < Duration::from_secs(2));
+    while let Ok(message) = socket.read() {
+        assert!(!matches!(message, Message::Binary(_)));
+    }
+}
+
+#[test]
+fn foreign_hosts_and_pages_are_refused() {
+    let mut site = Site::open();
+    for path in ["/", "/ws", "/api/state", "/healthz"] {
+        let answer = site.get(path, "evil.example");
+        assert!(answer.starts_with("HTTP/1.1 403"), "{path}: {answer}");
+    }
+    let answer = site.get("/", "localhost\r\nOrigin: http://evil.example");
+    assert!(answer.starts_with("HTTP/1.1 403"), "{answer}");
+    assert!(
+        site.get("/", "localhost")
+            .contains("<title>Sextant</title>")
+    );
+    site.stop();
+}
+
+#[test]
+fn a_client_that_never_reads_holds_nobody_up() {
+    let mut site = Site::open();
+    let stuck = site.socket();
+    let mut reader = site.socket();
+    let camera = CameraId::new("north").unwrap();
+    let key = site.keys.preview(&camera);
+    let publisher = site.bus.raw_publisher(&key, Qos::Preview).unwrap();
+    eventually(|| publisher.has_subscribers());
+    let mut preview = Preview {
+        camera,
+        sequence: 0,
+        capture_ns: 0,
+        resolution: [640, 480],
+        jpeg: vec![0; 90_000],
+    };
+    // The stuck client's socket buffers fill with pictures; the reader sees every pose all the same.
+    for count in 0..400 {
+        preview.sequence = count;
+        publisher.put(&encode(&preview).unwrap()).unwrap();
+        site.put_pose(count);
+        hear(&mut reader, |m| {
+            m["type"] == "pose" && m["sequence"] == count
+        });
+    }
+    let status = hear(&mut reader, |m| {
+        m["type"] == "bridge_status" && m["replaced"] != 0
+    });
+    assert_eq!(status["clients"], 2);
+    drop(stuck);
+    site.stop();
+}
+
+#[test]
+fn a_taken_port_ends_the_bridge_with_its_exit_code() {
+    let holder = TcpListener::bind("127.0.0.1:0").unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("viewer.toml");
+    let address = holder.local_addr().unwrap();
+    std::fs::write(&file, format!("site = \"demo\"\nlisten = \"{address}\"\n")).unwrap();
+    let error = node_viewer_bridge::run(&file, &Shutdown::manual().unwrap()).unwrap_err();
+    assert!(error.to_string().contains("in use"), "{error}");
+    let exit = sextant_process::exit::exit_of(&error);
+    assert_eq!(exit, sextant_process::Exit::Unavailable);
+}
