@@ -45,6 +45,15 @@ pub struct ObjectEstimate {
     pub rms_px: f64,
 }
 
+/// How far a camera's clock is off.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ClockOffset {
+    /// Seconds that the camera's stamps lie after the reference clock.
+    pub offset_s: f64,
+    /// One sigma in seconds.
+    pub sigma_s: f64,
+}
+
 impl ObjectEstimate {
     /// Whether every number of it is finite.
     pub(crate) fn is_finite(&self) -> bool {

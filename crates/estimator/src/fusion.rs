@@ -10,8 +10,8 @@ use thiserror::Error;
 use crate::site::{ObjectImage, Site};
 use crate::timeline::Timeline;
 use crate::{
-    FusionOptions, ImageObservation, ObjectEstimate, ObjectId, ObjectModel, OptionsError, Rig,
-    State, Statistics, TagId,
+    CameraId, ClockOffset, FusionOptions, ImageObservation, ObjectEstimate, ObjectId, ObjectModel,
+    OptionsError, Rig, Statistics, TagId,
 };
 use intake::Intake;
 
@@ -124,6 +124,31 @@ impl Fusion {
             .min()
     }
 
+    /// The pose of an object at any time, predicted from the images up to it; `None` where it is unknown or lost by then.
+    pub fn pose_at(&self, object: &ObjectId, time_ns: u64) -> Option<ObjectEstimate> {
+        let timeline = self
+            .timelines
+            .iter()
+            .find(|timeline| timeline.object() == object)?;
+        let estimate = timeline.estimate(time_ns, &self.options);
+        estimate.filter(ObjectEstimate::is_finite)
+    }
+
+    /// What the motion has told about the clocks of cameras: the sharpest estimate of all objects.
+    pub fn clock_offsets(&self) -> BTreeMap<CameraId, ClockOffset> {
+        let mut offsets: BTreeMap<CameraId, ClockOffset> = BTreeMap::new();
+        for (camera, found) in self.timelines.iter().flat_map(Timeline::clock_offsets) {
+            let Some(camera) = self.site.cameras().get(camera) else {
+                continue;
+            };
+            let known = offsets.entry(camera.id.clone()).or_insert(found);
+            if found.sigma_s < known.sigma_s {
+                *known = found;
+            }
+        }
+        offsets
+    }
+
     /// Counts since the start.
     pub fn statistics(&self) -> &Statistics {
         self.intake.statistics()
@@ -225,12 +250,8 @@ impl Fusion {
             let Some(loss_ns) = self.loss_ns(object).filter(|loss_ns| now_ns >= *loss_ns) else {
                 continue;
             };
-            let estimate = self.timelines[object].estimate(loss_ns, &self.options);
             self.lost_said_ns[object] = self.timelines[object].at(u64::MAX).seen_ns;
-            let lost = estimate.map(|estimate| ObjectEstimate {
-                state: State::Lost,
-                ..estimate
-            });
+            let lost = self.timelines[object].last_estimate(loss_ns, &self.options);
             self.outputs
                 .extend(lost.filter(ObjectEstimate::is_finite).map(Output::Pose));
         }

@@ -19,7 +19,7 @@ mod tag_poses;
 mod timeline;
 mod track;
 
-pub use estimate::{ObjectEstimate, State};
+pub use estimate::{ClockOffset, ObjectEstimate, State};
 pub use fusion::{Fusion, Input, ModelError, Output};
 pub use ids::{CameraId, IdError, ObjectId};
 pub use object::{ObjectError, ObjectModel, ObjectTag, TagId};

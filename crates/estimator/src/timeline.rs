@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 use crate::site::{ObjectImage, Site};
 use crate::track::Track;
-use crate::{FusionOptions, ObjectEstimate, ObjectId};
+use crate::{ClockOffset, FusionOptions, ObjectEstimate, ObjectId};
 
 #[derive(Debug)]
 struct Instant {
@@ -36,6 +36,15 @@ impl Timeline {
             base: Track::default(),
             instants: BTreeMap::new(),
         }
+    }
+
+    pub fn object(&self) -> &ObjectId {
+        &self.object
+    }
+
+    /// By camera index, as of the newest image.
+    pub fn clock_offsets(&self) -> impl Iterator<Item = (usize, ClockOffset)> {
+        self.at(u64::MAX).clock_offsets()
     }
 
     /// Inserts an image and goes through the instants from its own on.
@@ -109,6 +118,12 @@ impl Timeline {
             return None;
         }
         track.estimate(&self.object, time_ns, options)
+    }
+
+    /// The last that is known of an object that was last seen before `time_ns`.
+    pub fn last_estimate(&self, time_ns: u64, options: &FusionOptions) -> Option<ObjectEstimate> {
+        self.at(time_ns)
+            .last_estimate(&self.object, time_ns, options)
     }
 
     /// Forgets the images, not what they taught: the models that they were read with are no longer in force.

@@ -7,6 +7,8 @@
 use nalgebra::{Matrix6, SMatrix, SVector};
 use sextant_geometry::{Pose, se3};
 
+use crate::ClockOffset;
+
 use super::kinematics::{Covariance, Kinematics, Restlessness, symmetric, white_acceleration};
 
 /// Most offsets estimated along with one object; further cameras are taken at their word.
@@ -14,15 +16,6 @@ pub(crate) const MOST_CLOCKS: usize = 8;
 
 pub(crate) type Cross = SMatrix<f64, 12, MOST_CLOCKS>;
 pub(crate) type Own = SMatrix<f64, MOST_CLOCKS, MOST_CLOCKS>;
-
-/// What is known of a camera's clock before its images are seen.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct ClockPrior {
-    /// Seconds that the camera's stamps lie after the reference clock.
-    pub offset_s: f64,
-    /// One sigma in seconds.
-    pub sigma_s: f64,
-}
 
 /// The offsets of some cameras, and how they hang together with the motion.
 #[derive(Debug, Clone, PartialEq)]
@@ -72,8 +65,8 @@ impl Clocks {
     }
 
     /// Offset and its sigma of each camera, in seconds.
-    pub fn offsets(&self) -> impl Iterator<Item = (usize, ClockPrior)> {
-        let one = |slot: usize| ClockPrior {
+    pub fn offsets(&self) -> impl Iterator<Item = (usize, ClockOffset)> {
+        let one = |slot: usize| ClockOffset {
             offset_s: self.offset[slot],
             sigma_s: self.own[(slot, slot)].max(0.0).sqrt(),
         };
@@ -100,7 +93,7 @@ impl Clocks {
 
 impl Kinematics {
     /// Makes the camera's offset a part of the state, if there is room and it is not one already.
-    pub fn know_clock(&mut self, camera_index: usize, prior: ClockPrior) {
+    pub fn know_clock(&mut self, camera_index: usize, prior: ClockOffset) {
         let clocks = self.clocks.get_or_insert_default();
         let slot = clocks.cameras.len();
         if clocks.slot(camera_index).is_none() && slot < MOST_CLOCKS {

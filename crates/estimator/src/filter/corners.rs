@@ -6,8 +6,7 @@
 use nalgebra::{Matrix2, Matrix2x3, Matrix6, Point2, Point3, SMatrix, Vector2, Vector3, Vector6};
 use sextant_geometry::{Lens, Pose};
 
-use super::clocks::ClockPrior;
-use crate::TagId;
+use crate::{ClockOffset, TagId};
 
 type Matrix2x6 = SMatrix<f64, 2, 6>;
 
@@ -42,7 +41,7 @@ pub(crate) struct Sight<'a> {
     /// Factor on the information of the corners: 1 / (noise factor)².
     pub weight: f64,
     /// What is known of the camera's clock, where it is not taken at its word.
-    pub clock: Option<ClockPrior>,
+    pub clock: Option<ClockOffset>,
 }
 
 /// The quadratic model of the robust cost of some views about a pose.

@@ -56,7 +56,8 @@ fn seeds(sights: &[Sight<'_>]) -> Vec<Pose> {
         .collect()
 }
 
-fn branches(sight: &Sight<'_>) -> Vec<Pose> {
+/// `world_from_object` by each branch of a view.
+pub(crate) fn branches(sight: &Sight<'_>) -> Vec<Pose> {
     let Ok(poses) = solve_square(
         &sight.camera.lens,
         &sight.view.corners_in_image,

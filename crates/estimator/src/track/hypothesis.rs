@@ -1,6 +1,6 @@
 //! One attitude that explains the images: a filter, and the evidence for it.
 
-use sextant_geometry::se3;
+use sextant_geometry::{Pose, se3};
 
 use super::update::{Taken, refused, updated};
 use super::{MOST_HYPOTHESES, mirror, restlessness};
@@ -36,30 +36,22 @@ impl Hypothesis {
     }
 }
 
-/// The update and, where the views allow it, the mirrored one; nothing where no view agrees with the prior.
+/// The updates that the views allow, one for each attitude that is a possibility of its own; none where no view agrees
+/// with the prior.
 pub(crate) fn taken_in(
     prior: &Kinematics,
     sights: &[Sight<'_>],
     options: &FusionOptions,
 ) -> Vec<Hypothesis> {
-    updated(prior, None, sights, options).map_or_else(Vec::new, |found| {
-        with_mirrored(found, prior, sights, options)
-    })
-}
-
-/// The hypothesis, and the mirrored one where it is a possibility of its own.
-fn with_mirrored(
-    mut found: Hypothesis,
-    prior: &Kinematics,
-    sights: &[Sight<'_>],
-    options: &FusionOptions,
-) -> Vec<Hypothesis> {
-    let Some(mirrored) = mirror::worth_trying(prior, &found.state.pose, sights, options) else {
-        return vec![found];
+    let Some(mut found) = updated(prior, None, sights, options) else {
+        return Vec::new();
     };
-    found.mirrored = mirrored.odds;
-    let other = updated(prior, Some(&mirrored.pose), sights, options);
-    std::iter::once(found).chain(other).collect()
+    let others = mirror::others(prior, &found.state.pose, sights, options);
+    found.mirrored = others.mirrored_odds;
+    let more = |start: &Pose| updated(prior, Some(start), sights, options);
+    let mut all: Vec<Hypothesis> = others.starts.iter().filter_map(more).collect();
+    all.push(found);
+    all
 }
 
 /// The prediction if the body was hit in the meantime.
@@ -103,10 +95,11 @@ pub(crate) fn weigh(hypotheses: &mut Vec<Hypothesis>, options: &FusionOptions) -
     best
 }
 
-/// Whether two hypotheses are nearer than their uncertainty lets them be told apart.
+/// Whether two hypotheses have run together: nearer than a third of what is uncertain anyway. Two branches of a vague tag
+/// may lie within one sigma of each other and still be two.
 fn is_same(a: &Hypothesis, b: &Hypothesis) -> bool {
     let off = se3::difference(&a.state.pose, &b.state.pose);
     let covariance: Covariance = a.state.covariance;
     let inverse = covariance.fixed_view::<6, 6>(0, 0).into_owned().cholesky();
-    inverse.is_some_and(|factor| off.dot(&factor.solve(&off)) < 1.0)
+    inverse.is_some_and(|factor| off.dot(&factor.solve(&off)) < 0.1)
 }

@@ -1,50 +1,75 @@
 //! The other branch of the planar ambiguity, for a track that is already followed.
 //!
 //! A tag seen by one camera looks almost the same when tilted the other way. While it turns through the frontal view both
-//! ways are open, so the filter's single minimum is not enough: the mirrored attitude is tried under the same prediction.
+//! ways are open, so the filter's single minimum is not enough: other attitudes are tried under the same prediction.
 
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
 use sextant_geometry::{Pose, se3};
 
-use super::birth::area;
+use super::birth::{area, branches};
 use super::restlessness;
 use crate::FusionOptions;
 use crate::filter::corners::Sight;
 use crate::filter::kinematics::Kinematics;
 use crate::filter::solve::{Prior, UNSEEN};
 
-/// An attitude worth trying.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Mirrored {
-    pub pose: Pose,
-    /// Logarithm of its odds against the attitude found, as it is: its own minimum may be better.
-    pub odds: f64,
+/// Radians (one sigma about the worst axis) from which on a prediction is too vague to lead to the right one of several
+/// minima.
+const VAGUE: f64 = 0.05;
+
+/// Attitudes worth trying besides the one found.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Others {
+    pub starts: Vec<Pose>,
+    /// Logarithm of the odds of the mirrored attitude against the one found, as it is: its own minimum may be better.
+    pub mirrored_odds: f64,
 }
 
-/// The mirrored attitude, where all views come from one camera and the prediction does not exclude it.
-pub(crate) fn worth_trying(
+/// The mirrored attitude, and with a vague prediction both branches of the largest tag: where all views come from one
+/// camera and the prediction does not exclude them.
+pub(crate) fn others(
     predicted: &Kinematics,
     found: &Pose,
     sights: &[Sight<'_>],
     options: &FusionOptions,
-) -> Option<Mirrored> {
-    let camera = sights.first()?.camera_index;
-    if sights.iter().any(|sight| sight.camera_index != camera) {
-        return None;
+) -> Others {
+    let mut others = Others {
+        starts: Vec::new(),
+        mirrored_odds: f64::NEG_INFINITY,
+    };
+    let largest = sights.iter().max_by(|a, b| area(a).total_cmp(&area(b)));
+    let Some(largest) = largest.filter(|one| is_alone(one.camera_index, sights)) else {
+        return others;
+    };
+    let seen = predicted.observed(largest.camera_index, restlessness(options));
+    let Some(prior) = seen.prior() else {
+        return others;
+    };
+    let mirrored = mirrored(largest, found);
+    if is_possible(&prior, &mirrored, options) {
+        let cost = |pose: &Pose| cost(&prior, sights, pose, options);
+        others.mirrored_odds = 0.5 * (cost(found) - cost(&mirrored));
+        others.starts.push(mirrored);
     }
-    let largest = sights.iter().max_by(|a, b| area(a).total_cmp(&area(b)))?;
-    let pose = mirrored(largest, found);
-    let prior = predicted.observed(camera, restlessness(options)).prior()?;
-    let off = se3::difference(&pose, &prior.pose);
-    // Twice the odds as chi-square, twice again because the minimum lies nearer to the prediction than the mirror image.
-    if off.dot(&(prior.information * off)) > 4.0 * options.hopeless_odds {
-        return None;
+    let turn = seen.covariance.fixed_view::<3, 3>(3, 3).into_owned();
+    if turn.symmetric_eigenvalues().max() > VAGUE.powi(2) {
+        let branches = branches(largest).into_iter();
+        let possible = branches.filter(|pose| is_possible(&prior, pose, options));
+        others.starts.extend(possible);
     }
-    let cost = |pose: &Pose| cost(&prior, sights, pose, options);
-    Some(Mirrored {
-        pose,
-        odds: 0.5 * (cost(found) - cost(&pose)),
-    })
+    others
+}
+
+fn is_alone(camera_index: usize, sights: &[Sight<'_>]) -> bool {
+    sights
+        .iter()
+        .all(|sight| sight.camera_index == camera_index)
+}
+
+/// Twice the odds as chi-square, twice again because the minimum lies nearer to the prediction than the start.
+fn is_possible(prior: &Prior, start: &Pose, options: &FusionOptions) -> bool {
+    let off = se3::difference(start, &prior.pose);
+    off.dot(&(prior.information * off)) < 4.0 * options.hopeless_odds
 }
 
 /// Twice the cost of a pose, each view's limited by its gate.

@@ -5,9 +5,10 @@ use sextant_geometry::se3;
 
 use super::hypothesis::Hypothesis;
 use super::{Track, restlessness, seconds};
+use crate::filter::clocks::Clocks;
 use crate::filter::corners::Sight;
 use crate::filter::kinematics::symmetric;
-use crate::{FusionOptions, ObjectEstimate, ObjectId, State};
+use crate::{ClockOffset, FusionOptions, ObjectEstimate, ObjectId, State};
 
 /// What the images of an instant contributed.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -64,21 +65,46 @@ impl Track {
         options: &FusionOptions,
     ) -> Option<ObjectEstimate> {
         let then = self.leading().predicted(time_ns, options);
-        let best = then.hypotheses.first()?;
-        let covariance = then.covariance();
-        let state = then.state(&covariance, options);
-        then.is_worth_saying(state, &covariance, options)
-            .then(|| ObjectEstimate {
-                object: object.clone(),
-                capture_ns: time_ns,
-                world_from_object: best.state.pose,
-                covariance,
-                twist: best.state.twist,
-                state,
-                cameras: then.sighting.cameras,
-                tags: then.sighting.tags,
-                rms_px: then.sighting.rms_px,
-            })
+        let estimate = then.estimate_now(object, options)?;
+        then.is_worth_saying(&estimate, options).then_some(estimate)
+    }
+
+    /// The last that is known of an object when it is lost.
+    pub fn last_estimate(
+        &self,
+        object: &ObjectId,
+        time_ns: u64,
+        options: &FusionOptions,
+    ) -> Option<ObjectEstimate> {
+        let then = self.leading().predicted(time_ns, options);
+        let estimate = then.estimate_now(object, options)?;
+        Some(ObjectEstimate {
+            state: State::Lost,
+            ..estimate
+        })
+    }
+
+    fn estimate_now(&self, object: &ObjectId, options: &FusionOptions) -> Option<ObjectEstimate> {
+        let best = self.hypotheses.first()?;
+        let covariance = self.covariance();
+        Some(ObjectEstimate {
+            object: object.clone(),
+            capture_ns: self.time_ns,
+            world_from_object: best.state.pose,
+            covariance,
+            twist: best.state.twist,
+            state: self.state(&covariance, options),
+            cameras: self.sighting.cameras,
+            tags: self.sighting.tags,
+            rms_px: self.sighting.rms_px,
+        })
+    }
+
+    /// The clocks' offsets by camera index.
+    pub fn clock_offsets(&self) -> impl Iterator<Item = (usize, ClockOffset)> {
+        let best = self.leading().hypotheses.first();
+        let clocks = best.and_then(|best| best.state.clocks.as_deref());
+        clocks.into_iter().flat_map(Clocks::offsets)
     }
 
     /// The track at an instant of which there is no image.
@@ -121,25 +147,15 @@ impl Track {
     }
 
     /// A prediction is worth saying while it is sharp, a doubtful attitude when it has been in doubt for long.
-    fn is_worth_saying(
-        &self,
-        state: State,
-        covariance: &Matrix6<f64>,
-        options: &FusionOptions,
-    ) -> bool {
-        let sharp = !is_wider(
-            covariance,
-            options.coasting_position,
-            options.coasting_attitude,
-        );
-        let doubtful_for_s = |since_ns: u64| seconds(since_ns, self.time_ns);
-        let long_doubtful = || {
-            self.doubtful_since_ns
-                .is_some_and(|since_ns| doubtful_for_s(since_ns) >= options.patience_s)
-        };
-        match state {
-            State::Initialising => self.sighting.tags > 0 && long_doubtful(),
-            State::Coasting => sharp,
+    fn is_worth_saying(&self, estimate: &ObjectEstimate, options: &FusionOptions) -> bool {
+        let doubted_for = |since_ns: u64| seconds(since_ns, self.time_ns);
+        let long_doubted = |since_ns: u64| doubted_for(since_ns) >= options.patience_s;
+        let (position, attitude) = (options.coasting_position, options.coasting_attitude);
+        match estimate.state {
+            State::Initialising => {
+                self.sighting.tags > 0 && self.doubtful_since_ns.is_some_and(long_doubted)
+            }
+            State::Coasting => !is_wider(&estimate.covariance, position, attitude),
             State::Tracking | State::Lost => true,
         }
     }

@@ -4,10 +4,9 @@
 //! [`super::rivalry`] decides whether that holds; where it does not, the offsets of all clocks that nobody vouches for are
 //! estimated.
 
-use crate::FusionOptions;
-use crate::filter::clocks::ClockPrior;
 use crate::filter::kinematics::Kinematics;
 use crate::site::StatedClock;
+use crate::{ClockOffset, FusionOptions};
 
 /// What is held of the clocks.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -17,7 +16,7 @@ pub(crate) struct Timing {
     /// When the question was last settled, in ns.
     pub settled_ns: Option<u64>,
     /// By camera index: what an earlier track found out.
-    learned: Vec<Option<ClockPrior>>,
+    learned: Vec<Option<ClockOffset>>,
 }
 
 impl Timing {
@@ -27,10 +26,10 @@ impl Timing {
         camera_index: usize,
         stated: StatedClock,
         options: &FusionOptions,
-    ) -> Option<ClockPrior> {
+    ) -> Option<ClockOffset> {
         let learned = self.learned.get(camera_index).copied().flatten();
         let within = |sigma_s: f64| {
-            let stated = ClockPrior {
+            let stated = ClockOffset {
                 offset_s: 0.0,
                 sigma_s,
             };

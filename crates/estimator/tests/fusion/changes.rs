@@ -1,0 +1,87 @@
+//! Rig and objects change while the machine runs: whole or not at all.
+
+use sextant_estimator::{
+    Fusion, FusionOptions, Input, ModelError, ObjectId, ObjectModel, Output, Rig,
+};
+
+use crate::scene::{
+    Random, START_NS, cube, cube_id, feed, fusion, path_at, position_error, rig, run,
+};
+
+#[test]
+fn objects_that_share_a_tag_are_refused_and_the_old_ones_stay() {
+    let (rig, object) = (rig(2), cube());
+    let mut fusion = fusion(&rig, &object, FusionOptions::default());
+    let images = run(&rig, &object, 0.1, 0.4, &mut Random(1));
+    let (before, after) = images.split_at(10);
+    before
+        .iter()
+        .for_each(|image| drop(feed(&mut fusion, image.clone())));
+    let twin = ObjectModel::new(ObjectId::new("twin").unwrap(), object.tags().to_vec()).unwrap();
+    fusion.handle(START_NS, Input::Objects(vec![object.clone(), twin]));
+    assert!(matches!(
+        fusion.poll_output(),
+        Some(Output::Refused(ModelError::SharedTag { .. }))
+    ));
+    for image in after {
+        let said = feed(&mut fusion, image.clone());
+        assert!(said.iter().all(|estimate| estimate.object == cube_id()) && !said.is_empty());
+    }
+}
+
+#[test]
+fn objects_come_and_go_and_the_unchanged_keep_their_track() {
+    let (rig, object) = (rig(2), cube());
+    let mut fusion = fusion(&rig, &object, FusionOptions::default());
+    run(&rig, &object, 0.1, 0.3, &mut Random(1))
+        .into_iter()
+        .for_each(|image| drop(feed(&mut fusion, image)));
+    let known = fusion.pose_at(&cube_id(), START_NS + 290_000_000);
+    assert!(known.is_some());
+    fusion.handle(START_NS, Input::Objects(vec![object.clone()]));
+    assert_eq!(fusion.pose_at(&cube_id(), START_NS + 290_000_000), known);
+    fusion.handle(START_NS, Input::Objects(vec![]));
+    assert_eq!(fusion.pose_at(&cube_id(), START_NS + 290_000_000), None);
+}
+
+#[test]
+fn a_new_rig_is_used_from_the_next_image_on() {
+    let (whole, object) = (rig(3), cube());
+    let first = Rig::new(whole.cameras()[..2].to_vec()).unwrap();
+    let mut fusion = fusion(&first, &object, FusionOptions::default());
+    for (index, image) in run(&whole, &object, 0.1, 1.0, &mut Random(6))
+        .into_iter()
+        .enumerate()
+    {
+        if index == 45 {
+            fusion.handle(image.capture_ns, Input::Rig(whole.clone()));
+        }
+        let third = image.camera.as_str() == "cam2";
+        let time_ns = image.capture_ns;
+        let said = feed(&mut fusion, image);
+        assert!(
+            said.iter()
+                .all(|estimate| position_error(estimate, &path_at(time_ns)) < 2e-3 || index < 6)
+        );
+        assert_eq!(
+            said.iter().any(|estimate| estimate.tags > 0),
+            !third || index >= 45,
+            "{index}"
+        );
+    }
+    assert_eq!(fusion.statistics().unknown_cameras, 15);
+}
+
+#[test]
+fn models_that_contradict_each_other_make_no_machine() {
+    let twice = Fusion::new(rig(1), vec![cube(), cube()], FusionOptions::default());
+    assert!(matches!(twice, Err(ModelError::DuplicateObject(_))));
+    let options = FusionOptions {
+        window_s: -1.0,
+        ..FusionOptions::default()
+    };
+    assert!(matches!(
+        Fusion::new(rig(1), vec![cube()], options),
+        Err(ModelError::Options(_))
+    ));
+}

@@ -1,0 +1,93 @@
+//! Clocks that are off are found out by the motion itself.
+
+use sextant_estimator::{Fusion, FusionOptions, ImageObservation, Rig};
+
+use crate::scene::{
+    Eye, PERIOD_NS, Random, START_NS, camera_id, cube, feed, fusion, path_at, position_error, rig,
+};
+
+/// Runs free cameras whose stamps lie `offsets_ns` after the truth; the largest error of position after the first second.
+fn watch(
+    rig: &Rig,
+    offsets_ns: &[i64],
+    clock_error_ns: u64,
+    seconds: u64,
+    seed: u64,
+) -> (Fusion, f64) {
+    let (object, mut random) = (cube(), Random(seed));
+    let eye = Eye {
+        rig,
+        object: &object,
+        sigma_px: 0.05,
+    };
+    let mut fusion = fusion(rig, &object, FusionOptions::default());
+    let mut images: Vec<ImageObservation> = Vec::new();
+    for round in 0..seconds * 30 {
+        for (camera, offset_ns) in offsets_ns.iter().enumerate() {
+            let true_ns = START_NS + 100_000_000 + round * PERIOD_NS + camera as u64 * 7_123_457;
+            let stamp_ns = true_ns.strict_add_signed(*offset_ns);
+            let mut image = eye.image(camera, stamp_ns, &path_at(true_ns), &mut random);
+            image.clock_error_ns = if camera == 0 { 0 } else { clock_error_ns };
+            images.push(image);
+        }
+    }
+    let mut worst: f64 = 0.0;
+    for image in images {
+        for estimate in feed(&mut fusion, image) {
+            if estimate.capture_ns > START_NS + 1_200_000_000 {
+                worst = worst.max(position_error(&estimate, &path_at(estimate.capture_ns)));
+            }
+        }
+    }
+    (fusion, worst)
+}
+
+#[test]
+fn offsets_that_nobody_knows_are_estimated() {
+    let (fusion, worst) = watch(
+        &rig(4),
+        &[0, -9_000_000, 16_000_000, 4_500_000],
+        ImageObservation::CLOCK_ERROR_UNKNOWN,
+        3,
+        1,
+    );
+    let offsets = fusion.clock_offsets();
+    for (camera, truth_s) in [(1, -0.009), (2, 0.016), (3, 0.0045)] {
+        let found = offsets[&camera_id(camera)];
+        assert!(
+            (found.offset_s - truth_s).abs() < 0.0005,
+            "{camera}: {found:?}"
+        );
+        assert!(
+            (found.offset_s - truth_s).abs() < 5.0 * found.sigma_s,
+            "{camera}: {found:?}"
+        );
+    }
+    assert!(worst < 2e-3, "{worst}");
+}
+
+#[test]
+fn offsets_within_what_the_clocks_state_are_estimated() {
+    let (fusion, worst) = watch(&rig(3), &[0, 2_000_000, -1_000_000], 2_000_000, 3, 2);
+    let offsets = fusion.clock_offsets();
+    assert!((offsets[&camera_id(1)].offset_s - 0.002).abs() < 0.0003);
+    assert!((offsets[&camera_id(2)].offset_s + 0.001).abs() < 0.0003);
+    assert!(worst < 1e-3, "{worst}");
+}
+
+#[test]
+fn clocks_that_agree_are_left_alone() {
+    let (fusion, worst) = watch(
+        &rig(4),
+        &[0; 4],
+        ImageObservation::CLOCK_ERROR_UNKNOWN,
+        3,
+        3,
+    );
+    assert!(
+        fusion.clock_offsets().is_empty(),
+        "{:?}",
+        fusion.clock_offsets()
+    );
+    assert!(worst < 1e-3, "{worst}");
+}

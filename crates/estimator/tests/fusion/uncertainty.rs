@@ -1,0 +1,114 @@
+//! The covariance is what the errors are: Monte Carlo with known noise.
+
+use nalgebra::Vector6;
+use sextant_estimator::{FusionOptions, ObjectEstimate, State};
+use sextant_geometry::Pose;
+
+use crate::scene::{
+    Random, START_NS, cube, cube_id, error, exact_options, feed, fusion, path_at, position_error,
+    rig, run,
+};
+
+fn nees(estimate: &ObjectEstimate, truth: &Pose) -> f64 {
+    let off: Vector6<f64> = error(estimate, truth);
+    off.dot(&estimate.covariance.cholesky().unwrap().solve(&off)) / 6.0
+}
+
+/// NEES per degree of freedom at the end of many runs.
+fn mean_nees(cameras: usize, runs: u64, options: &FusionOptions) -> (f64, f64) {
+    let (rig, object) = (rig(cameras), cube());
+    let mut values = Vec::new();
+    for seed in 0..runs {
+        let mut fusion = fusion(&rig, &object, options.clone());
+        let images = run(
+            &rig,
+            &object,
+            0.1,
+            0.3 + 0.01 * seed as f64,
+            &mut Random(seed),
+        );
+        let mut last = None;
+        for image in images {
+            last = feed(&mut fusion, image).pop().or(last);
+        }
+        let last = last.unwrap();
+        values.push(nees(&last, &path_at(last.capture_ns)));
+    }
+    let mean = values.iter().sum::<f64>() / values.len() as f64;
+    let inside =
+        values.iter().filter(|nees| **nees < 12.592 / 6.0).count() as f64 / values.len() as f64;
+    (mean, inside)
+}
+
+#[test]
+fn errors_are_as_large_as_the_covariance_says() {
+    for cameras in [2, 4] {
+        let (mean, inside) = mean_nees(cameras, 150, &exact_options());
+        assert!((0.6..1.2).contains(&mean), "{cameras} cameras: NEES {mean}");
+        assert!(
+            (0.9..=1.0).contains(&inside),
+            "{cameras} cameras: {inside} inside"
+        );
+    }
+}
+
+#[test]
+fn noise_that_is_twice_what_is_stated_is_found_out() {
+    let (rig, object) = (rig(4), cube());
+    let mut fusion = fusion(&rig, &object, FusionOptions::default());
+    let mut values = Vec::new();
+    for mut image in run(&rig, &object, 0.2, 6.0, &mut Random(5)) {
+        for tag in &mut image.tags {
+            tag.corner_covariance
+                .iter_mut()
+                .for_each(|covariance| *covariance *= 0.25);
+        }
+        let time_ns = image.capture_ns;
+        for estimate in feed(&mut fusion, image)
+            .iter()
+            .filter(|_| time_ns > START_NS + 1_000_000_000)
+        {
+            values.push(nees(estimate, &path_at(time_ns)));
+        }
+    }
+    let mean = values.iter().sum::<f64>() / values.len() as f64;
+    assert!((0.7..1.4).contains(&mean), "NEES {mean}");
+}
+
+#[test]
+fn four_cameras_give_a_tenth_of_a_millimetre() {
+    let (rig, object) = (rig(4), cube());
+    let mut fusion = fusion(&rig, &object, FusionOptions::default());
+    let mut worst: f64 = 0.0;
+    for image in run(&rig, &object, 0.1, 3.0, &mut Random(11)) {
+        let time_ns = image.capture_ns;
+        for estimate in feed(&mut fusion, image) {
+            if time_ns > START_NS + 100_000_000 {
+                assert_eq!(estimate.state, State::Tracking);
+                worst = worst.max(position_error(&estimate, &path_at(time_ns)));
+            }
+        }
+    }
+    assert!(worst < 1e-3, "{worst}");
+}
+
+#[test]
+fn a_prediction_by_33_ms_stays_within_5_mm_and_its_covariance_grows() {
+    let (rig, object) = (rig(4), cube());
+    let mut fusion = fusion(&rig, &object, FusionOptions::default());
+    for image in run(&rig, &object, 0.1, 1.0, &mut Random(2)) {
+        feed(&mut fusion, image);
+    }
+    let newest_ns = START_NS + 990_000_000;
+    let trace = |ms: u64| {
+        fusion
+            .pose_at(&cube_id(), newest_ns + ms * 1_000_000)
+            .unwrap()
+            .covariance
+            .trace()
+    };
+    assert!(trace(10) < trace(33) && trace(33) < trace(100));
+    let ahead = fusion.pose_at(&cube_id(), newest_ns + 33_000_000).unwrap();
+    assert!(position_error(&ahead, &path_at(ahead.capture_ns)) < 5e-3);
+    assert_eq!(ahead.state, State::Coasting);
+}
