@@ -1,8 +1,9 @@
 //! The commands and where each of them lives.
 
 use crate::output::Format;
-use crate::{detect, replay};
+use crate::{check, config, demo, detect, echo, hz, list, nodes, replay};
 use clap::{Parser, Subcommand};
+use node_camera::CameraArguments;
 
 /// Says where tagged objects are: cameras, detector, network, fusion, page, and the tools around them.
 #[derive(Parser, Debug)]
@@ -27,10 +28,28 @@ Errors go to standard error with cause and remedy; SEXTANT_LOG filters the log o
 
 #[derive(Subcommand, Debug)]
 enum Command {
+    /// A whole site without hardware: simulated cameras, everything else real, a page to watch it.
+    Demo(demo::DemoArguments),
     /// Find tags in pictures.
     Detect(detect::DetectArguments),
     /// Run a recording through the estimator.
     Replay(replay::ReplayArguments),
+    /// Say who and what is there on a site.
+    List(list::ListArguments),
+    /// Show messages of a site as they come.
+    Echo(echo::EchoArguments),
+    /// Show how often and how late messages of a site come.
+    Hz(hz::HzArguments),
+    /// Print a documented configuration file to begin with.
+    Config(config::ConfigArguments),
+    /// Check files and recordings.
+    Check(check::CheckArguments),
+    /// Run a camera node.
+    Camera(CameraArguments),
+    /// Run a fusion node.
+    Fusion(nodes::NodeArguments),
+    /// Run a viewer bridge: the web page.
+    Viewer(nodes::NodeArguments),
 }
 
 /// Runs the command.
@@ -44,7 +63,16 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         Format::Text
     };
     match &arguments.command {
+        Command::Demo(arguments) => demo::run(arguments, format),
         Command::Detect(arguments) => detect::run(arguments, format),
         Command::Replay(arguments) => replay::run(arguments, format),
+        Command::List(arguments) => list::run(arguments, format),
+        Command::Echo(arguments) => echo::run(arguments, format),
+        Command::Hz(arguments) => hz::run(arguments, format),
+        Command::Config(arguments) => config::run(arguments, format),
+        Command::Check(arguments) => check::run(arguments, format),
+        Command::Camera(arguments) => nodes::camera(arguments),
+        Command::Fusion(arguments) => nodes::fusion(arguments),
+        Command::Viewer(arguments) => nodes::viewer(arguments),
     }
 }

@@ -20,7 +20,7 @@ pub use sight::{detected_tags, image_of};
 /// What a person may choose of `detect`.
 #[derive(Args, Debug)]
 #[command(after_help = "With --json, a line an image:
-  {\"file\",\"ms\",\"detections\":[{\"family\",\"id\",\"hamming\",\"margin\",\"corners\":[[x,y]x4],\"sigma_px\"}]}
+  {\"file\",\"ms\",\"detections\":[{\"family\",\"id\",\"hamming\",\"margin\",\"corners\":[[x,y]x4]}]}
 Corners run from the top left clockwise, pixels, (0, 0) at the centre of the top-left one. `ms` is the time of the detection
 alone, without reading the file: of one run, or with --reps N the median of N runs after one that does not count.
 

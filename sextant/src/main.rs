@@ -1,18 +1,27 @@
 //! Sextant on the command line: one program for every node and every tool.
 
 mod arguments;
+mod check;
+mod config;
+mod demo;
 mod detect;
+mod echo;
+mod hz;
+mod list;
+mod message_text;
+mod nodes;
 mod ordered;
 mod output;
 mod replay;
+mod site;
+mod words;
 
 use arguments::Arguments;
 use clap::Parser;
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    let result = arguments::run(&Arguments::parse());
-    match result {
+    match arguments::run(&Arguments::parse()) {
         Err(error) if output::is_broken_pipe(&error) => ExitCode::SUCCESS,
         result => sextant_process::report(result),
     }

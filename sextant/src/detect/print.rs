@@ -1,6 +1,6 @@
 //! What `detect` says of a picture.
 
-use super::sight::{Sight, sigma_px};
+use super::sight::Sight;
 use crate::output::Format;
 use serde::Serialize;
 use sextant_apriltag::Detection;
@@ -21,8 +21,6 @@ struct TagLine {
     hamming: u8,
     margin: f32,
     corners: [[f32; 2]; 4],
-    #[serde(skip_serializing_if = "Option::is_none")]
-    sigma_px: Option<f32>,
 }
 
 impl From<&Detection> for TagLine {
@@ -33,7 +31,6 @@ impl From<&Detection> for TagLine {
             hamming: detection.hamming,
             margin: detection.margin,
             corners: detection.corners,
-            sigma_px: sigma_px(detection),
         }
     }
 }

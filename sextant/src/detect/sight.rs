@@ -57,21 +57,14 @@ pub fn image_of(picture: &GreyImage) -> Result<Image<'_>, sextant_apriltag::Imag
     )
 }
 
-/// What is recorded of detections, and what `replay` takes from pictures as well, so that both ways give the same poses.
+/// What is recorded of detections: corners, without the detector's own covariance. `replay` takes pictures through the same
+/// form, so that pictures and a `detections.jsonl` made of documented keys give the same poses, bit for bit.
 pub fn detected_tags(detections: &[Detection]) -> Vec<DetectedTag> {
     let tags = detections.iter().map(|detection| DetectedTag {
         family: detection.family,
         id: detection.id,
         corners: detection.corners,
-        sigma_px: sigma_px(detection),
+        sigma_px: None,
     });
     tags.collect()
-}
-
-/// Standard deviation of a corner's coordinate over all four corners; none where the detector states no covariance.
-pub fn sigma_px(detection: &Detection) -> Option<f32> {
-    let variances = detection.corner_covariance.iter();
-    let sum: f32 = variances.map(|[xx, _, yy]| xx + yy).sum();
-    let sigma = (sum / 8.0).sqrt();
-    (sigma > 0.0 && sigma.is_finite()).then_some(sigma)
 }

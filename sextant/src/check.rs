@@ -1,0 +1,83 @@
+//! `sextant check`: are these files right, before anything runs with them.
+
+mod dataset;
+mod file;
+mod together;
+
+use crate::config::ConfigKind;
+use crate::output::{Format, print_line};
+use anyhow::bail;
+use clap::Args;
+use serde_json::json;
+use sextant_process::{Exit, Failure};
+use std::path::PathBuf;
+use together::Together;
+
+/// What a person may choose of `check`.
+#[derive(Args, Debug)]
+#[command(
+    after_help = "Files are recognised by what they say; --kind states it for all. Rigs, objects and recordings that are given
+together are also checked against each other: tags of two objects, cameras that the rig lacks, pictures of another size.
+With --json, a line a file: {\"file\",\"kind\",\"ok\",\"summary\"} or {\"file\",\"ok\",\"error\"}. Exit code 3 when anything is wrong."
+)]
+pub struct CheckArguments {
+    /// Rigs, objects, configurations of nodes, and folders of recordings.
+    #[arg(value_name = "FILE|DIR", required = true)]
+    files: Vec<PathBuf>,
+    /// What the files are.
+    #[arg(long)]
+    kind: Option<ConfigKind>,
+}
+
+/// Runs `sextant check`.
+///
+/// # Errors
+/// [`Exit::Input`] when anything is wrong.
+pub fn run(arguments: &CheckArguments, format: Format) -> anyhow::Result<()> {
+    let mut together = Together::default();
+    let mut wrong = 0_usize;
+    for path in &arguments.files {
+        let found = if path.is_dir() {
+            dataset::check(path, &mut together)
+        } else {
+            file::check(path, arguments.kind, &mut together)
+        };
+        wrong += usize::from(found.is_err());
+        let name = path.display().to_string();
+        match (found, format) {
+            (Ok((kind, summary)), Format::Text) => {
+                print_line(&format!("{name}: {kind}, {summary}: right"))?;
+            }
+            (Ok((kind, summary)), Format::Json) => {
+                print_line(
+                    &json!({"file": name, "kind": kind, "ok": true, "summary": summary})
+                        .to_string(),
+                )?;
+            }
+            (Err(error), Format::Text) => eprintln!("error: {error:#}"),
+            (Err(error), Format::Json) => {
+                print_line(
+                    &json!({"file": name, "ok": false, "error": format!("{error:#}")}).to_string(),
+                )?;
+            }
+        }
+    }
+    for complaint in together.complaints() {
+        wrong += 1;
+        match format {
+            Format::Text => eprintln!("error: {complaint}"),
+            Format::Json => print_line(&json!({"ok": false, "error": complaint}).to_string())?,
+        }
+    }
+    if wrong > 0 {
+        let things = if wrong == 1 { "thing is" } else { "things are" };
+        bail!(Failure::new(
+            Exit::Input,
+            anyhow::anyhow!("{wrong} {things} wrong")
+        ));
+    }
+    Ok(())
+}
+
+/// What a file is and a word on what it holds.
+type Found = anyhow::Result<(&'static str, String)>;

@@ -1,0 +1,56 @@
+//! A folder of recordings: every line, and every picture in full.
+
+use super::Found;
+use super::together::Together;
+use crate::ordered::in_order;
+use sextant_recordings::{Dataset, Frame, Row, read_grey_png};
+use std::collections::BTreeMap;
+use std::path::Path;
+
+/// Threads that decode pictures.
+const THREADS: usize = 2;
+
+/// Checks a recording.
+///
+/// # Errors
+/// The first flaw.
+pub fn check(path: &Path, together: &mut Together) -> Found {
+    let dataset = Dataset::open(path)?;
+    let rows = dataset.rows_by_arrival();
+    let images = rows.len();
+    in_order(
+        THREADS,
+        rows.into_iter(),
+        || (),
+        |(), row| size_of(row).map(|size| (row, size)),
+        |seen| {
+            let (row, size) = seen?;
+            if let (Frame::Picture(file), Some(size)) = (&row.frame, size) {
+                together.picture(&row.camera, size, file);
+            }
+            Ok(())
+        },
+    )?;
+    let mut cameras = BTreeMap::new();
+    for camera in dataset.cameras() {
+        together.recorded(path, &camera.camera);
+        cameras.insert(camera.camera.as_str().to_owned(), camera.rows.len());
+    }
+    let cameras: Vec<String> = cameras.into_keys().collect();
+    let summary = format!(
+        "{images} images of {} cameras ({})",
+        cameras.len(),
+        cameras.join(", ")
+    );
+    Ok(("recording", summary))
+}
+
+/// Width and height of a picture that is sound; none of detections.
+fn size_of(row: &Row) -> anyhow::Result<Option<[u32; 2]>> {
+    let Frame::Picture(path) = &row.frame else {
+        return Ok(None);
+    };
+    let picture = read_grey_png(path)?;
+    let pixels = |length: usize| u32::try_from(length).unwrap_or(u32::MAX);
+    Ok(Some([pixels(picture.width), pixels(picture.height)]))
+}

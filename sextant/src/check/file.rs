@@ -1,0 +1,153 @@
+//! One file: what it is by what it says, and whether that is right.
+
+use super::Found;
+use super::together::Together;
+use crate::config::ConfigKind;
+use anyhow::{Context, bail};
+use node_camera::CameraNodeConfig;
+use node_fusion::FusionConfig;
+use node_viewer_bridge::ViewerConfig;
+use serde_json::Value;
+use sextant_recordings::DetectionsLine;
+use sextant_site_files::{read_object, read_rig, read_toml};
+use std::path::Path;
+
+/// Checks a file, and the files that it names.
+///
+/// # Errors
+/// What is wrong with it.
+pub fn check(path: &Path, stated: Option<ConfigKind>, together: &mut Together) -> Found {
+    if path.extension().is_some_and(|e| e == "jsonl") {
+        let lines = DetectionsLine::read_file(path)?;
+        return Ok(("detections", format!("{} images", lines.len())));
+    }
+    let kind = match stated {
+        Some(kind) => kind,
+        None => recognised(path)?,
+    };
+    let summary = match kind {
+        ConfigKind::Rig => rig(path, together)?,
+        ConfigKind::Object => object(path, together)?,
+        ConfigKind::Camera => camera(path)?,
+        ConfigKind::Fusion => fusion(path)?,
+        ConfigKind::Viewer => viewer(path)?,
+    };
+    Ok((kind.word(), summary))
+}
+
+fn recognised(path: &Path) -> anyhow::Result<ConfigKind> {
+    let content: Value = read_toml(path)?;
+    kind_of(&content).with_context(|| {
+        format!(
+            "{}: this is no rig, object or node configuration that is known; state what it shall be with --kind",
+            path.display()
+        )
+    })
+}
+
+/// The kind of which a content has the tell-tale keys.
+fn kind_of(content: &Value) -> Option<ConfigKind> {
+    let has = |key: &str| content.get(key).is_some();
+    let lists = |key: &str| content.get(key).is_some_and(Value::is_array);
+    if lists("camera") {
+        Some(ConfigKind::Rig)
+    } else if lists("tag") {
+        Some(ConfigKind::Object)
+    } else if has("source") || has("camera") {
+        Some(ConfigKind::Camera)
+    } else if has("rig") || has("objects") {
+        Some(ConfigKind::Fusion)
+    } else if has("listen") || has("site") {
+        Some(ConfigKind::Viewer)
+    } else if has("id") {
+        Some(ConfigKind::Object)
+    } else {
+        None
+    }
+}
+
+fn rig(path: &Path, together: &mut Together) -> anyhow::Result<String> {
+    let rig = read_rig(path)?;
+    let cameras = rig.cameras();
+    let uncalibrated = cameras.iter().filter(|c| c.world_from_camera.is_none());
+    let summary = format!(
+        "{} cameras{}",
+        cameras.len(),
+        missing(uncalibrated.count(), "not calibrated")
+    );
+    together.rig(path, rig);
+    Ok(summary)
+}
+
+fn object(path: &Path, together: &mut Together) -> anyhow::Result<String> {
+    let object = read_object(path)?;
+    let tags = object.tags();
+    let unlearned = tags.iter().filter(|tag| tag.object_from_tag.is_none());
+    let summary = format!(
+        "\"{}\" with {} tags{}",
+        object.id(),
+        tags.len(),
+        missing(unlearned.count(), "not learned")
+    );
+    together.object(object);
+    Ok(summary)
+}
+
+fn missing(count: usize, what: &str) -> String {
+    match count {
+        0 => String::new(),
+        count => format!(" ({count} {what})"),
+    }
+}
+
+fn camera(path: &Path) -> anyhow::Result<String> {
+    let config = CameraNodeConfig::read(path)?;
+    Ok(format!("\"{}\" of site \"{}\"", config.camera, config.site))
+}
+
+fn fusion(path: &Path) -> anyhow::Result<String> {
+    let config: FusionConfig = read_toml(path)?;
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let mut together = Together::default();
+    rig(&folder.join(&config.rig), &mut together)?;
+    for file in &config.objects {
+        object(&folder.join(file), &mut together)?;
+    }
+    if let Some(complaint) = together.complaints().first() {
+        bail!("{}: {complaint}", path.display());
+    }
+    Ok(format!(
+        "\"{}\" of site \"{}\", {} objects",
+        config.node,
+        config.site,
+        config.objects.len()
+    ))
+}
+
+fn viewer(path: &Path) -> anyhow::Result<String> {
+    let config: ViewerConfig = read_toml(path)?;
+    Ok(format!(
+        "\"{}\" of site \"{}\" on {}",
+        config.node, config.site, config.listen
+    ))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use sextant_site_files::parse_toml;
+
+    #[test]
+    fn every_example_is_recognised_and_right() {
+        use ConfigKind::{Camera, Fusion, Object, Rig, Viewer};
+        let folder = tempfile::tempdir().unwrap();
+        for kind in [Rig, Object, Camera, Fusion, Viewer] {
+            let path = folder.path().join(format!("{}.toml", kind.word()));
+            std::fs::write(&path, kind.example()).unwrap();
+            let content: Value = parse_toml(&path, kind.example(), |_| Ok(())).unwrap();
+            assert_eq!(kind_of(&content), Some(kind));
+            let (word, _) = check(&path, None, &mut Together::default()).unwrap();
+            assert_eq!(word, kind.word());
+        }
+    }
+}

@@ -1,0 +1,86 @@
+//! What several files say about each other.
+
+use sextant_estimator::{CameraId, Fusion, FusionOptions, ObjectModel, Rig};
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::{Path, PathBuf};
+
+/// What was read so far.
+#[derive(Default)]
+pub struct Together {
+    rigs: Vec<(PathBuf, Rig)>,
+    objects: Vec<ObjectModel>,
+    recorded: BTreeSet<(PathBuf, CameraId)>,
+    /// The first picture of each camera and size.
+    sizes: BTreeMap<(CameraId, [u32; 2]), PathBuf>,
+}
+
+impl Together {
+    /// A rig was read.
+    pub fn rig(&mut self, path: &Path, rig: Rig) {
+        self.rigs.push((path.to_owned(), rig));
+    }
+
+    /// An object was read.
+    pub fn object(&mut self, object: ObjectModel) {
+        self.objects.push(object);
+    }
+
+    /// A recording has a camera.
+    pub fn recorded(&mut self, recording: &Path, camera: &CameraId) {
+        self.recorded.insert((recording.to_owned(), camera.clone()));
+    }
+
+    /// A recording has a picture of that size.
+    pub fn picture(&mut self, camera: &CameraId, size: [u32; 2], path: &Path) {
+        self.sizes
+            .entry((camera.clone(), size))
+            .or_insert_with(|| path.to_owned());
+    }
+
+    /// What does not go together.
+    pub fn complaints(&self) -> Vec<String> {
+        let fused = Fusion::new(
+            Rig::default(),
+            self.objects.clone(),
+            FusionOptions::default(),
+        );
+        let mut complaints: Vec<String> = fused.err().iter().map(ToString::to_string).collect();
+        for (path, rig) in &self.rigs {
+            complaints.extend(self.unknown_cameras(path, rig));
+            complaints.extend(self.other_sizes(path, rig));
+        }
+        complaints
+    }
+
+    fn unknown_cameras<'a>(
+        &'a self,
+        path: &'a Path,
+        rig: &'a Rig,
+    ) -> impl Iterator<Item = String> + 'a {
+        let unknown = self.recorded.iter();
+        let unknown = unknown.filter(|(_, camera)| rig.camera(camera).is_none());
+        unknown.map(|(recording, camera)| {
+            format!(
+                "{}: the rig {} has no camera \"{camera}\"; add it there or take the folder away",
+                recording.display(),
+                path.display()
+            )
+        })
+    }
+
+    fn other_sizes<'a>(
+        &'a self,
+        path: &'a Path,
+        rig: &'a Rig,
+    ) -> impl Iterator<Item = String> + 'a {
+        self.sizes.iter().filter_map(move |((id, size), picture)| {
+            let camera = rig.camera(id).filter(|camera| camera.resolution != *size)?;
+            let ([width, height], [expected_width, expected_height]) = (size, camera.resolution);
+            Some(format!(
+                "{}: {width}x{height} pixels, but the rig {} says {expected_width}x{expected_height} of camera \"{id}\"",
+                picture.display(),
+                path.display()
+            ))
+        })
+    }
+}

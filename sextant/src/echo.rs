@@ -1,0 +1,108 @@
+//! `sextant echo`: messages of a site as they come.
+
+use crate::message_text::{json_of, text_of};
+use crate::output::{Format, print_line};
+use crate::site::{Site, SiteArguments};
+use crate::words;
+use clap::Args;
+use serde_json::json;
+use sextant_process::now_ns;
+use sextant_proto::{AnyMessage, limits};
+use sextant_zenoh_bus::{DropRule, Item, Payload};
+use std::time::Duration;
+
+/// Messages that wait while the terminal is slow; the oldest give way.
+const QUEUE: usize = 1024;
+/// How late a Ctrl-C is heard.
+const GLANCE: Duration = Duration::from_millis(100);
+/// How long those who keep a last value may take to answer.
+const ANSWER: Duration = Duration::from_millis(500);
+
+/// What a person may choose of `echo`.
+#[derive(Args, Debug)]
+#[command(
+    after_help = "With --json, a line a message: {\"key\",\"received_ns\",\"message\"}, or {\"key\",\"received_ns\",\"error\"} for a payload
+that is no message. Ctrl-C ends it."
+)]
+pub struct EchoArguments {
+    /// A camera, an object, a node, or a key (`camera/north/preview`, `config/**`); the poses of all objects when absent.
+    #[arg(value_name = "NAME|KEY")]
+    what: Option<String>,
+    /// End after so many messages.
+    #[arg(long, value_name = "N")]
+    count: Option<u64>,
+    #[command(flatten)]
+    site: SiteArguments,
+}
+
+/// Runs `sextant echo`.
+///
+/// # Errors
+/// No router, or a key that is none.
+pub fn run(arguments: &EchoArguments, format: Format) -> anyhow::Result<()> {
+    let site = arguments.site.open()?;
+    let expression = match &arguments.what {
+        Some(said) => site.expression(said),
+        None => site.keys.all_poses(),
+    };
+    // Previews are large and say nothing in a terminal: only where they are asked for.
+    let previews = expression.contains("preview");
+    let mut left = arguments.count.unwrap_or(u64::MAX);
+    let mut show = |item: &Item| -> anyhow::Result<bool> {
+        if left > 0 && (previews || !item.key.ends_with("/preview")) {
+            print_line(&line_of(item, format))?;
+            left -= 1;
+        }
+        Ok(left > 0)
+    };
+    let messages = site.bus.subscribe(
+        &expression,
+        QUEUE,
+        DropRule::Oldest,
+        limits::MAX_PAYLOAD_BYTES,
+    )?;
+    let mut more = true;
+    for item in site
+        .bus
+        .latest(&expression, limits::MAX_PAYLOAD_BYTES, ANSWER)?
+    {
+        more = show(&item)?;
+    }
+    while more && !site.shutdown.is_requested() {
+        if let Some(item) = messages.recv_timeout(GLANCE) {
+            more = show(&item)?;
+        }
+    }
+    close(site);
+    Ok(())
+}
+
+fn close(site: Site) {
+    site.bus.close();
+}
+
+fn line_of(item: &Item, format: Format) -> String {
+    let now = now_ns();
+    let message = match &item.payload {
+        Payload::Bytes(bytes) => AnyMessage::decode(bytes).map_err(|error| error.to_string()),
+        Payload::TooLong(length) => Err(format!("{length} bytes are longer than any message")),
+    };
+    match (format, message) {
+        (Format::Json, Ok(message)) => {
+            json!({"key": item.key, "received_ns": now, "message": json_of(&message)}).to_string()
+        }
+        (Format::Json, Err(error)) => {
+            json!({"key": item.key, "received_ns": now, "error": error}).to_string()
+        }
+        (Format::Text, message) => {
+            let text = message.map_or_else(|error| format!("no message: {error}"), |m| text_of(&m));
+            let key = short(&item.key);
+            format!("{} {}  {text}", words::time_of_day(now), words::plain(key))
+        }
+    }
+}
+
+/// A key without `sextant/v1/<site>/`.
+pub fn short(key: &str) -> &str {
+    key.splitn(4, '/').nth(3).unwrap_or(key)
+}

@@ -1,0 +1,167 @@
+//! `sextant list`: who and what is there: nodes, cameras, objects.
+
+use crate::output::{Format, print_line};
+use crate::site::{Site, SiteArguments};
+use crate::words;
+use clap::Args;
+use serde_json::json;
+use sextant_proto::{
+    CameraStatus, FusionStatus, KeyRef, Message, NodeId, NodeKind, ObjectConfig, decode, limits,
+};
+use sextant_zenoh_bus::Presence;
+use std::collections::BTreeSet;
+use std::time::{Duration, Instant};
+
+/// Tokens of living nodes come within this after the question.
+const TOKENS: Duration = Duration::from_millis(500);
+/// How long those who keep a last value may take to answer.
+const ANSWER: Duration = Duration::from_secs(1);
+
+/// What a person may choose of `list`.
+#[derive(Args, Debug)]
+#[command(
+    after_help = "With --json, one line: {\"site\",\"nodes\":[{\"kind\",\"id\"}],\"cameras\":[status],\"fusion\":[status],\"objects\":[{\"id\",\"tags\"}]}"
+)]
+pub struct ListArguments {
+    #[command(flatten)]
+    site: SiteArguments,
+}
+
+/// Runs `sextant list`.
+///
+/// # Errors
+/// No router.
+pub fn run(arguments: &ListArguments, format: Format) -> anyhow::Result<()> {
+    let site = arguments.site.open()?;
+    let inventory = Inventory::take(&site)?;
+    match format {
+        Format::Json => print_line(&inventory.json(&site))?,
+        Format::Text => print_line(&inventory.text(&site))?,
+    }
+    site.bus.close();
+    Ok(())
+}
+
+struct Inventory {
+    nodes: BTreeSet<(NodeKind, NodeId)>,
+    cameras: Vec<CameraStatus>,
+    fusion: Vec<FusionStatus>,
+    objects: Vec<ObjectConfig>,
+}
+
+impl Inventory {
+    fn take(site: &Site) -> anyhow::Result<Self> {
+        Ok(Self {
+            nodes: nodes(site)?,
+            cameras: latest(site, &site.keys.all_camera_statuses())?,
+            fusion: latest(site, &site.keys.all_fusion_statuses())?,
+            objects: latest(site, &site.keys.all_config_objects())?,
+        })
+    }
+
+    fn json(&self, site: &Site) -> String {
+        let nodes = self.nodes.iter();
+        let nodes = nodes.map(|(kind, id)| json!({"kind": kind.as_str(), "id": id}));
+        let objects = self.objects.iter();
+        let objects = objects.map(|object| json!({"id": object.id, "tags": object.tags.len()}));
+        json!({
+            "site": site.keys.site(), "nodes": nodes.collect::<Vec<_>>(), "cameras": self.cameras,
+            "fusion": self.fusion, "objects": objects.collect::<Vec<_>>(),
+        })
+        .to_string()
+    }
+
+    fn text(&self, site: &Site) -> String {
+        let mut lines = vec![format!(
+            "site {}: {} nodes",
+            site.keys.site(),
+            self.nodes.len()
+        )];
+        for (kind, id) in &self.nodes {
+            lines.push(match kind {
+                NodeKind::Camera => format!("  camera {id:<16} {}", self.camera(id)),
+                NodeKind::Fusion => format!("  fusion {id:<16} {}", self.fusion(id)),
+                NodeKind::Viewer => format!("  viewer {id}"),
+            });
+        }
+        for status in &self.fusion {
+            for object in &status.objects {
+                let tags = self.objects.iter().find(|o| o.id == object.object);
+                let tags = tags.map_or_else(String::new, |o| format!("{} tags, ", o.tags.len()));
+                lines.push(format!(
+                    "  object {:<16} {tags}{}, {:.1} poses/s",
+                    object.object,
+                    words::state(object.state),
+                    object.rate_hz
+                ));
+            }
+        }
+        lines.join("\n")
+    }
+
+    fn camera(&self, id: &NodeId) -> String {
+        let status = self
+            .cameras
+            .iter()
+            .find(|s| s.camera.as_str() == id.as_str());
+        status.map_or_else(
+            || "no status yet".into(),
+            |status| {
+                format!(
+                    "{} on {}, {:.1} images/s, {} dropped",
+                    words::plain(&status.version),
+                    words::plain(&status.host),
+                    status.rate_hz,
+                    status.dropped
+                )
+            },
+        )
+    }
+
+    fn fusion(&self, id: &NodeId) -> String {
+        let status = self.fusion.iter().find(|s| s.node == *id);
+        status.map_or_else(
+            || "no status yet".into(),
+            |status| {
+                format!(
+                    "{}, {} cameras, {} objects",
+                    words::plain(&status.version),
+                    status.cameras.len(),
+                    status.objects.len()
+                )
+            },
+        )
+    }
+}
+
+fn nodes(site: &Site) -> anyhow::Result<BTreeSet<(NodeKind, NodeId)>> {
+    let watch = site.bus.watch_alive(&site.keys.all_alive())?;
+    let deadline = Instant::now() + TOKENS;
+    let mut nodes = BTreeSet::new();
+    while Instant::now() < deadline && !site.shutdown.is_requested() {
+        let (key, joined) = match watch.recv_timeout(Duration::from_millis(50)) {
+            Some(Presence::Joined(key)) => (key, true),
+            Some(Presence::Left(key)) => (key, false),
+            None => continue,
+        };
+        if let Some(KeyRef::Alive(kind, id)) = site.keys.parse(&key) {
+            if joined {
+                nodes.insert((kind, id));
+            } else {
+                nodes.remove(&(kind, id));
+            }
+        }
+    }
+    Ok(nodes)
+}
+
+/// Last values that are whole messages; others are not news here, `echo` and the fusion node's status show them.
+fn latest<M: Message>(site: &Site, expression: &str) -> anyhow::Result<Vec<M>> {
+    let items = site
+        .bus
+        .latest(expression, limits::MAX_PAYLOAD_BYTES, ANSWER)?;
+    Ok(items
+        .iter()
+        .filter_map(|item| decode(item.bytes()?).ok())
+        .collect())
+}

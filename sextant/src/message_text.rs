@@ -1,0 +1,135 @@
+//! A message as one line for people, or as JSON for programs.
+
+use serde_json::{Value, json};
+use sextant_proto::{
+    AnyMessage, CameraStatus, FusionStatus, ObjectConfig, ObjectPose, Observations, RigConfig,
+};
+
+/// The message as JSON. A preview's picture is left out: its length stands for it.
+pub fn json_of(message: &AnyMessage) -> Value {
+    match message {
+        AnyMessage::Preview(preview) => json!({
+            "camera": preview.camera, "sequence": preview.sequence, "capture_ns": preview.capture_ns,
+            "resolution": preview.resolution, "jpeg_bytes": preview.jpeg.len(),
+        }),
+        other => serde_json::to_value(other).unwrap_or_default(),
+    }
+}
+
+/// The message as one line.
+pub fn text_of(message: &AnyMessage) -> String {
+    match message {
+        AnyMessage::Observations(message) => observations(message),
+        AnyMessage::Preview(preview) => format!("{} bytes of JPEG", preview.jpeg.len()),
+        AnyMessage::CameraStatus(status) => camera_status(status),
+        AnyMessage::ObjectPose(pose) => object_pose(pose),
+        AnyMessage::ObjectTruth(truth) => format!(
+            "off by {:.2} mm, {:.3} deg",
+            truth.position_error_m * 1e3,
+            truth.attitude_error_rad.to_degrees()
+        ),
+        AnyMessage::FusionStatus(status) => fusion_status(status),
+        AnyMessage::RigConfig(rig) => rig_config(rig),
+        AnyMessage::ObjectConfig(object) => object_config(object),
+    }
+}
+
+/// The capture time of a message, where it has one.
+pub fn capture_ns(message: &AnyMessage) -> Option<u64> {
+    match message {
+        AnyMessage::Observations(message) => Some(message.capture_ns),
+        AnyMessage::Preview(message) => Some(message.capture_ns),
+        AnyMessage::ObjectPose(message) => Some(message.capture_ns),
+        AnyMessage::ObjectTruth(message) => Some(message.capture_ns),
+        _ => None,
+    }
+}
+
+fn observations(message: &Observations) -> String {
+    let tags = message.tags.iter().map(|tag| {
+        let [x, y] = [0, 1].map(|axis| tag.corners.iter().map(|c| c[axis]).sum::<f32>() / 4.0);
+        format!("{}:{} at {x:.1} {y:.1}", tag.family, tag.id)
+    });
+    let tags: Vec<String> = tags.collect();
+    if tags.is_empty() {
+        format!("image {}: no tags", message.sequence)
+    } else {
+        format!("image {}: {}", message.sequence, tags.join(", "))
+    }
+}
+
+fn object_pose(pose: &ObjectPose) -> String {
+    let [x, y, z] = pose.position;
+    let [qx, qy, qz, qw] = pose.orientation;
+    let sigma = |from: usize| {
+        let variances = (from..from + 3).map(|k| pose.covariance[k * 7]);
+        variances.fold(0.0, f64::max).sqrt()
+    };
+    format!(
+        "{:<12} position {x:8.4} {y:8.4} {z:8.4} m  orientation {qx:7.4} {qy:7.4} {qz:7.4} {qw:7.4}  sigma {:.2} mm {:.3} deg  cameras {} tags {}",
+        crate::words::state(pose.state),
+        sigma(0) * 1e3,
+        sigma(3).to_degrees(),
+        pose.cameras,
+        pose.tags
+    )
+}
+
+fn camera_status(status: &CameraStatus) -> String {
+    let mut line = format!(
+        "{} on {}: {:.1} images/s, {} captured, {} detected, {} dropped, detection {:.1} ms (99 %: {:.1} ms)",
+        status.version,
+        status.host,
+        status.rate_hz,
+        status.captured,
+        status.detected,
+        status.dropped,
+        status.detect_ms[0],
+        status.detect_ms[1]
+    );
+    for message in &status.messages {
+        line.push_str("; ");
+        line.push_str(&crate::words::plain(message));
+    }
+    line
+}
+
+fn fusion_status(status: &FusionStatus) -> String {
+    let objects = status.objects.iter().map(|object| {
+        let state = crate::words::state(object.state);
+        format!("{} {state} {:.1}/s", object.object, object.rate_hz)
+    });
+    let refused: u64 = status.cameras.iter().map(|c| c.rejected.total()).sum();
+    let mut line = format!(
+        "{}: {} cameras, objects: {}; {} payloads refused",
+        status.version,
+        status.cameras.len(),
+        objects.collect::<Vec<_>>().join(", "),
+        refused + status.foreign.total()
+    );
+    for fault in &status.faults {
+        line.push_str("; ");
+        line.push_str(&crate::words::plain(fault));
+    }
+    line
+}
+
+fn rig_config(rig: &RigConfig) -> String {
+    let cameras = rig.cameras.iter().map(|camera| {
+        let [width, height] = camera.resolution;
+        let calibrated = match camera.world_from_camera {
+            Some(_) => "",
+            None => " (not calibrated)",
+        };
+        format!("{} {width}x{height}{calibrated}", camera.id)
+    });
+    format!("cameras: {}", cameras.collect::<Vec<_>>().join(", "))
+}
+
+fn object_config(object: &ObjectConfig) -> String {
+    let tags = object
+        .tags
+        .iter()
+        .map(|tag| format!("{}:{}", tag.family, tag.id));
+    format!("tags: {}", tags.collect::<Vec<_>>().join(", "))
+}

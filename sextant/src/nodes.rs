@@ -1,0 +1,40 @@
+//! `sextant camera|fusion|viewer`: the nodes, in this one program.
+
+use clap::Args;
+use node_camera::CameraArguments;
+use sextant_process::{Shutdown, logging};
+use std::path::PathBuf;
+
+/// What a person may choose of a node.
+#[derive(Args, Debug)]
+pub struct NodeArguments {
+    /// The node's configuration (`sextant config` prints one).
+    #[arg(long, value_name = "FILE")]
+    config: PathBuf,
+}
+
+/// Runs a camera node until a signal or the end of its recording.
+///
+/// # Errors
+/// As [`node_camera::run`].
+pub fn camera(arguments: &CameraArguments) -> anyhow::Result<()> {
+    node_camera::run(arguments, &["camera"], &Shutdown::install()?)
+}
+
+/// Runs a fusion node until a signal.
+///
+/// # Errors
+/// As [`node_fusion::run`].
+pub fn fusion(arguments: &NodeArguments) -> anyhow::Result<()> {
+    logging::init("fusion");
+    node_fusion::run(&arguments.config, &Shutdown::install()?)
+}
+
+/// Runs a viewer bridge until a signal.
+///
+/// # Errors
+/// As [`node_viewer_bridge::run`].
+pub fn viewer(arguments: &NodeArguments) -> anyhow::Result<()> {
+    logging::init("viewer");
+    node_viewer_bridge::run(&arguments.config, &Shutdown::install()?)
+}

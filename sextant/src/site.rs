@@ -1,0 +1,116 @@
+//! The way to a running site for commands that watch it: which site, through which router.
+
+use anyhow::bail;
+use clap::Args;
+use sextant_process::{Exit, Failure, Shutdown, WithExit};
+use sextant_proto::{Keys, SiteId};
+use sextant_zenoh_bus::{Bus, BusError, BusOptions};
+use std::time::{Duration, Instant};
+
+/// How long a router may take to answer.
+const PATIENCE: Duration = Duration::from_secs(3);
+
+/// Which site, and where its router is.
+#[derive(Args, Debug)]
+pub struct SiteArguments {
+    /// The site's router.
+    #[arg(
+        long,
+        env = "SEXTANT_CONNECT",
+        value_name = "ENDPOINT",
+        default_value = "tcp/127.0.0.1:7447"
+    )]
+    connect: String,
+    /// The site's name, the middle of every key.
+    #[arg(
+        long,
+        env = "SEXTANT_SITE",
+        value_name = "NAME",
+        default_value = "demo"
+    )]
+    site: SiteId,
+}
+
+/// A session on a site's network.
+pub struct Site {
+    /// The network.
+    pub bus: Bus,
+    /// The site's keys.
+    pub keys: Keys,
+    /// The wish to stop: Ctrl-C.
+    pub shutdown: Shutdown,
+}
+
+impl SiteArguments {
+    /// Connects.
+    ///
+    /// # Errors
+    /// [`Exit::Unavailable`] when no router answers within three seconds.
+    pub fn open(&self) -> anyhow::Result<Site> {
+        let shutdown = Shutdown::install()?;
+        let deadline = Instant::now() + PATIENCE;
+        let give_up = || shutdown.is_requested() || Instant::now() >= deadline;
+        let bus = match Bus::open_unless(&BusOptions::client_of(&self.connect), &give_up) {
+            Err(BusError::Abandoned { .. }) if shutdown.is_requested() => {
+                bail!(Failure::new(
+                    Exit::Interrupted,
+                    anyhow::anyhow!("interrupted")
+                ))
+            }
+            Err(BusError::Abandoned { .. }) => {
+                let cause = anyhow::anyhow!(
+                    "no router answers at {}; start a site (`sextant demo` or `sextant fusion`) or name its router with --connect",
+                    self.connect
+                );
+                bail!(Failure::new(Exit::Unavailable, cause))
+            }
+            opened => opened.exit_with(Exit::Unavailable)?,
+        };
+        Ok(Site {
+            bus,
+            keys: Keys::of(self.site.clone()),
+            shutdown,
+        })
+    }
+}
+
+impl Site {
+    /// The key expression that a person means: a whole key, one below the site (`camera/north/preview`, `config/**`), or
+    /// the name of a camera, object or node, which stands for everything of that name.
+    pub fn expression(&self, said: &str) -> String {
+        expression(&self.keys, said)
+    }
+}
+
+fn expression(keys: &Keys, said: &str) -> String {
+    let everything = keys.everything();
+    let root = everything.trim_end_matches("/**");
+    if said.starts_with("sextant/") {
+        said.to_owned()
+    } else if said.contains(['/', '*']) {
+        format!("{root}/{said}")
+    } else {
+        format!("{root}/*/{said}/*")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_and_keys_are_understood() {
+        let keys = Keys::new("lab").unwrap();
+        for (said, meant) in [
+            ("north", "sextant/v1/lab/*/north/*"),
+            (
+                "camera/north/preview",
+                "sextant/v1/lab/camera/north/preview",
+            ),
+            ("**", "sextant/v1/lab/**"),
+            ("sextant/v1/other/**", "sextant/v1/other/**"),
+        ] {
+            assert_eq!(expression(&keys, said), meant);
+        }
+    }
+}

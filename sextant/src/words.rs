@@ -1,0 +1,44 @@
+//! Words for people: states, and text from elsewhere made harmless for a terminal.
+
+use sextant_estimator::State;
+
+/// The state in one word.
+pub fn state(state: State) -> &'static str {
+    match state {
+        State::Initialising => "initialising",
+        State::Tracking => "tracking",
+        State::Coasting => "coasting",
+        State::Lost => "lost",
+    }
+}
+
+/// Text without control characters, which could steer a terminal.
+pub fn plain(text: &str) -> String {
+    text.chars()
+        .map(|c| if c.is_control() { ' ' } else { c })
+        .collect()
+}
+
+/// Nanoseconds since the epoch as the time of day in UTC, to the millisecond.
+pub fn time_of_day(ns: u64) -> String {
+    let ms = ns / 1_000_000;
+    let (seconds, ms) = (ms / 1000 % 86_400, ms % 1000);
+    let (hours, minutes) = (seconds / 3600, seconds / 60 % 60);
+    format!("{hours:02}:{minutes:02}:{:02}.{ms:03}", seconds % 60)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_time_is_read_as_a_clock_shows_it() {
+        assert_eq!(time_of_day(1_800_000_000_123_456_789), "08:00:00.123");
+        assert_eq!(time_of_day(0), "00:00:00.000");
+    }
+
+    #[test]
+    fn text_from_elsewhere_steers_no_terminal() {
+        assert_eq!(plain("a\x1b[31mb\nc"), "a [31mb c");
+    }
+}
