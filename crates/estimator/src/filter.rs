@@ -3,6 +3,7 @@
 //! - [`kinematics`]: the state and its prediction in time.
 //! - [`clocks`]: the cameras' clock offsets, and the pose as a camera saw it.
 //! - [`corners`]: residuals of a view's corners and their Jacobian.
+//! - [`motion`]: how restless the body is.
 //! - [`solve`]: the pose that agrees best with a prior and the corners.
 //! - [`absorb`]: what that pose means for the whole state.
 
@@ -10,4 +11,5 @@ pub(crate) mod absorb;
 pub(crate) mod clocks;
 pub(crate) mod corners;
 pub(crate) mod kinematics;
+pub(crate) mod motion;
 pub(crate) mod solve;

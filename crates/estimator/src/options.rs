@@ -62,7 +62,7 @@ options! {
     linear_restlessness = 0.05 in 1e-9 ..= 1e4;
     /// rad²/s³, power density of the white angular acceleration: about 4 rad/s² at 30 images/s.
     angular_restlessness = 0.5 in 1e-9 ..= 1e5;
-    /// m/s² within one image's distance that no prediction expects, tried before an image is called contradictory.
+    /// m/s² by which a body may be accelerated between two images against all expectation: hit, dropped, caught.
     linear_jolt = 50.0 in 0.0 ..= 1e4;
     /// rad/s², the same for rotation.
     angular_jolt = 500.0 in 0.0 ..= 1e5;
@@ -70,6 +70,8 @@ options! {
     start_speed = 1.0 in 0.01 ..= 100.0;
     /// rad/s, one sigma of its angular speed.
     start_angular_speed = 4.0 in 0.01 ..= 1000.0;
+    /// Natural logarithm of the odds against a jolt between two images.
+    jolt_odds = 10.0 in 0.0 ..= 100.0;
     /// Seconds of stated clock error up to which a camera's clock is taken at its word: at 1 m/s less than corner noise.
     right_clock_s = 0.0001 in 0.0 ..= 1.0;
     /// Seconds (one sigma) by which a clock may be off of which nobody knows anything, once it is seen to be off.
@@ -91,9 +93,9 @@ options! {
     /// Seconds without a sight after which images without the object's tags still give a predicted pose.
     coasting_s = 0.02 in 0.0 ..= 5.0;
     /// Metres (one sigma along the worst axis) up to which a predicted pose is worth publishing.
-    coasting_position = 0.03 in 0.0 ..= 10.0;
+    coasting_position = 0.015 in 0.0 ..= 10.0;
     /// Radians (one sigma about the worst axis) up to which a predicted attitude is worth publishing.
-    coasting_attitude = 0.2 in 0.0 ..= 3.0;
+    coasting_attitude = 0.1 in 0.0 ..= 3.0;
     /// Seconds without a sight after which an object is lost: a prediction is worth nothing by then.
     lost_s = 0.7 in 0.05 ..= 60.0;
     /// Seconds for which a doubtful attitude is kept back before it is published as such: most doubts are gone by then.

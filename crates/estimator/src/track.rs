@@ -19,7 +19,6 @@ mod time;
 mod update;
 
 use crate::filter::corners::Sight;
-use crate::filter::kinematics::Restlessness;
 use crate::site::{ObjectImage, Site};
 use crate::{FusionOptions, State};
 use hypothesis::Hypothesis;
@@ -217,13 +216,5 @@ impl Track {
         for (sight, taken) in sights.iter().zip(&best.taken) {
             self.noise[sight.camera_index].learn(taken, options);
         }
-    }
-}
-
-pub(crate) fn restlessness(options: &FusionOptions) -> Restlessness {
-    Restlessness {
-        linear: options.linear_restlessness,
-        angular: options.angular_restlessness,
-        clocks: options.clock_wander,
     }
 }

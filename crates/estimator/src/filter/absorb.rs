@@ -9,7 +9,8 @@ use nalgebra::{Cholesky, Const, Matrix6, Vector3};
 use sextant_geometry::{se3, so3};
 
 use super::clocks::Observed;
-use super::kinematics::{Kinematics, Restlessness, symmetric};
+use super::kinematics::{Kinematics, symmetric};
+use super::motion::Innovation;
 use super::solve::{Fit, Prior};
 
 type Factor = Cholesky<f64, Const<6>>;
@@ -34,13 +35,8 @@ pub(crate) struct Absorbed {
 }
 
 /// The state after the fit to what the camera saw; `None` where numbers end.
-pub(crate) fn absorb(
-    before: &Kinematics,
-    camera_index: usize,
-    fit: &Fit,
-    restlessness: Restlessness,
-) -> Option<Absorbed> {
-    let expected = before.observed(camera_index, restlessness);
+pub(crate) fn absorb(before: &Kinematics, camera_index: usize, fit: &Fit) -> Option<Absorbed> {
+    let expected = before.observed(camera_index);
     let off = se3::difference(&fit.pose, &expected.pose);
     let pull = Factor::new(expected.covariance)?.solve(&off);
     let step = expected.with_motion.transpose() * pull;
@@ -51,8 +47,14 @@ pub(crate) fn absorb(
         clocks.shift(&(expected.with_clocks.transpose() * pull));
     }
     reset(&mut state, &step.fixed_rows::<3>(3).into_owned());
-    let expected = state.observed(camera_index, restlessness);
-    let narrowing = narrow(&mut state, &expected, &fit.corners.information)?;
+    let expected = state.observed(camera_index);
+    let (narrowing, weight) = narrow(&mut state, &expected, &fit.corners.information)?;
+    let innovation = Innovation {
+        pull,
+        weight,
+        expected: expected.covariance,
+    };
+    state.motion.learn(&innovation);
     state.is_finite().then_some(Absorbed { state, narrowing })
 }
 
@@ -72,7 +74,12 @@ fn reset(state: &mut Kinematics, turn: &Vector3<f64>) {
     }
 }
 
-fn narrow(state: &mut Kinematics, expected: &Observed, information: &Matrix6<f64>) -> Option<f64> {
+/// Takes the information in; returns its narrowing and the inverse of the innovation's covariance.
+fn narrow(
+    state: &mut Kinematics,
+    expected: &Observed,
+    information: &Matrix6<f64>,
+) -> Option<(f64, Matrix6<f64>)> {
     let c = Factor::new(expected.covariance)?.unpack();
     let b = Factor::new(symmetric(
         &(Matrix6::identity() + c.transpose() * information * c),
@@ -86,5 +93,7 @@ fn narrow(state: &mut Kinematics, expected: &Observed, information: &Matrix6<f64
         clocks.cross -= by_motion.transpose() * own;
         clocks.own = symmetric(&(clocks.own - own.transpose() * taken * own));
     }
-    Some(2.0 * b.l_dirty().diagonal().iter().map(|x| x.ln()).sum::<f64>())
+    let narrowing = 2.0 * b.l_dirty().diagonal().iter().map(|x| x.ln()).sum::<f64>();
+    let whitened = c.solve_lower_triangular(&Matrix6::identity())?;
+    Some((narrowing, whitened.transpose() * taken * whitened))
 }

@@ -9,7 +9,7 @@ use sextant_geometry::{Pose, se3};
 
 use crate::ClockOffset;
 
-use super::kinematics::{Covariance, Kinematics, Restlessness, symmetric, white_acceleration};
+use super::kinematics::{Covariance, Kinematics, symmetric, white_acceleration};
 
 /// Most offsets estimated along with one object; further cameras are taken at their word.
 pub(crate) const MOST_CLOCKS: usize = 8;
@@ -104,11 +104,11 @@ impl Kinematics {
     }
 
     /// The pose as the camera saw it; its clock is right unless it is part of the state.
-    pub fn observed(&self, camera_index: usize, restlessness: Restlessness) -> Observed {
+    pub fn observed(&self, camera_index: usize) -> Observed {
         let clocked = self.clocks.as_deref();
         let slot = clocked.and_then(|clocks| Some((clocks, clocks.slot(camera_index)?)));
         match slot {
-            Some((clocks, slot)) => self.observed_at_offset(clocks, slot, restlessness),
+            Some((clocks, slot)) => self.observed_at_offset(clocks, slot),
             None => self.observed_now(clocked),
         }
     }
@@ -127,12 +127,7 @@ impl Kinematics {
     ///
     /// Besides B P Bᵀ the seen pose is uncertain by the product of the errors of offset and twist, and by what the body may
     /// have done between.
-    fn observed_at_offset(
-        &self,
-        clocks: &Clocks,
-        slot: usize,
-        restlessness: Restlessness,
-    ) -> Observed {
+    fn observed_at_offset(&self, clocks: &Clocks, slot: usize) -> Observed {
         let (offset, twist) = (clocks.offset[slot], self.twist);
         let motion = |rows: &Covariance| rows.fixed_rows::<6>(0) - rows.fixed_rows::<6>(6) * offset;
         let with_motion = motion(&self.covariance) - twist * clocks.cross.column(slot).transpose();
@@ -142,7 +137,7 @@ impl Kinematics {
             - with_motion.fixed_columns::<6>(6) * offset
             - with_clocks.column(slot) * twist.transpose();
         let product = self.covariance.fixed_view::<6, 6>(6, 6) * clocks.own[(slot, slot)];
-        let between = white_acceleration(offset, restlessness);
+        let between = white_acceleration(offset, self.motion.restlessness());
         Observed {
             pose: se3::perturb(&self.pose, &(-offset * twist)),
             covariance: symmetric(&(linear + product + between.fixed_view::<6, 6>(0, 0))),

@@ -7,6 +7,7 @@ use nalgebra::{Matrix3, SMatrix, Vector3, Vector6};
 use sextant_geometry::{Pose, so3};
 
 use super::clocks::Clocks;
+use super::motion::{Motion, Restlessness};
 
 /// Covariance over (dt, dr, dv, dw).
 pub(crate) type Covariance = SMatrix<f64, 12, 12>;
@@ -22,17 +23,8 @@ pub(crate) struct Kinematics {
     pub covariance: Covariance,
     /// The cameras' clocks, where they are not taken at their word.
     pub clocks: Option<Box<Clocks>>,
-}
-
-/// Power spectral density of the white acceleration.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Restlessness {
-    /// (m/s²)² s.
-    pub linear: f64,
-    /// (rad/s²)² s.
-    pub angular: f64,
-    /// Of the clocks' offsets: s²/s.
-    pub clocks: f64,
+    /// How restless the body is.
+    pub motion: Motion,
 }
 
 impl Kinematics {
@@ -50,7 +42,8 @@ impl Kinematics {
     ///
     /// t' = t + v dt, R' = exp(w dt) R. With R_estimate = exp(dr) R_true the error follows
     /// dr' = exp(w dt) dr + J_l(w dt) dt dw (Sola et al. 2018, A micro Lie theory, eqs. 67, 71, 94).
-    pub fn predicted(&self, dt: f64, restlessness: Restlessness) -> Self {
+    pub fn predicted(&self, dt: f64) -> Self {
+        let restlessness = self.motion.restlessness();
         let turn = self.angular_velocity() * dt;
         let rotation = so3::exp(&turn);
         let mut pose = self.pose;

@@ -11,6 +11,7 @@ use super::hypothesis::{Hypothesis, taken_in};
 use crate::FusionOptions;
 use crate::filter::corners::Sight;
 use crate::filter::kinematics::{Covariance, Kinematics};
+use crate::filter::motion::{Motion, Restlessness};
 use crate::filter::solve::UNSEEN;
 
 /// Views from which attitudes are proposed: the largest ones, enough that a few wrong tags don't matter.
@@ -93,5 +94,14 @@ fn unknown(pose: &Pose, options: &FusionOptions) -> Kinematics {
         twist: Vector6::zeros(),
         covariance,
         clocks: None,
+        motion: Motion::new(restlessness(options)),
+    }
+}
+
+fn restlessness(options: &FusionOptions) -> Restlessness {
+    Restlessness {
+        linear: options.linear_restlessness,
+        angular: options.angular_restlessness,
+        clocks: options.clock_wander,
     }
 }

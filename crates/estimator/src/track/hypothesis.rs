@@ -3,7 +3,7 @@
 use sextant_geometry::{Pose, se3};
 
 use super::update::{Taken, refused, updated};
-use super::{MOST_HYPOTHESES, mirror, restlessness};
+use super::{MOST_HYPOTHESES, mirror};
 use crate::FusionOptions;
 use crate::filter::corners::Sight;
 use crate::filter::kinematics::{Covariance, Kinematics};
@@ -24,10 +24,12 @@ impl Hypothesis {
     /// What becomes of the hypothesis after `dt` seconds with the views of that instant. Where they contradict the
     /// prediction there are two ways on: the body was hit, or the views are wrong; what follows will tell.
     pub fn followed(&self, dt: f64, sights: &[Sight<'_>], options: &FusionOptions) -> Vec<Self> {
-        let predicted = self.state.predicted(dt, restlessness(options));
+        let predicted = self.state.predicted(dt);
         let mut next = taken_in(&predicted, sights, options);
         if next.is_empty() {
             next = taken_in(&jolted(&predicted, dt, options), sights, options);
+            next.iter_mut()
+                .for_each(|one| one.evidence -= options.jolt_odds);
             next.push(refused(predicted, sights, options));
         }
         next.iter_mut()

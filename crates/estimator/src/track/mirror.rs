@@ -7,7 +7,6 @@ use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
 use sextant_geometry::{Pose, se3};
 
 use super::birth::{area, branches};
-use super::restlessness;
 use crate::FusionOptions;
 use crate::filter::corners::Sight;
 use crate::filter::kinematics::Kinematics;
@@ -41,7 +40,7 @@ pub(crate) fn others(
     let Some(largest) = largest.filter(|one| is_alone(one.camera_index, sights)) else {
         return others;
     };
-    let seen = predicted.observed(largest.camera_index, restlessness(options));
+    let seen = predicted.observed(largest.camera_index);
     let Some(prior) = seen.prior() else {
         return others;
     };

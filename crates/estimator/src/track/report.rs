@@ -4,7 +4,7 @@ use nalgebra::Matrix6;
 use sextant_geometry::se3;
 
 use super::hypothesis::Hypothesis;
-use super::{Track, restlessness, seconds};
+use super::{Track, seconds};
 use crate::filter::clocks::Clocks;
 use crate::filter::corners::Sight;
 use crate::filter::kinematics::symmetric;
@@ -64,7 +64,7 @@ impl Track {
         time_ns: u64,
         options: &FusionOptions,
     ) -> Option<ObjectEstimate> {
-        let then = self.leading().predicted(time_ns, options);
+        let then = self.leading().predicted(time_ns);
         let estimate = then.estimate_now(object, options)?;
         then.is_worth_saying(&estimate, options).then_some(estimate)
     }
@@ -76,7 +76,7 @@ impl Track {
         time_ns: u64,
         options: &FusionOptions,
     ) -> Option<ObjectEstimate> {
-        let then = self.leading().predicted(time_ns, options);
+        let then = self.leading().predicted(time_ns);
         let estimate = then.estimate_now(object, options)?;
         Some(ObjectEstimate {
             state: State::Lost,
@@ -108,14 +108,14 @@ impl Track {
     }
 
     /// The track at an instant of which there is no image.
-    fn predicted(&self, time_ns: u64, options: &FusionOptions) -> Self {
+    fn predicted(&self, time_ns: u64) -> Self {
         let mut then = self.clone();
         if time_ns != self.time_ns {
             let dt = seconds(self.time_ns, time_ns);
             then.time_ns = time_ns;
             then.sighting = Sighting::default();
             for one in &mut then.hypotheses {
-                one.state = one.state.predicted(dt, restlessness(options));
+                one.state = one.state.predicted(dt);
             }
         }
         then

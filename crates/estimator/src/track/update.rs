@@ -7,7 +7,6 @@ use nalgebra::Matrix6;
 use sextant_geometry::Pose;
 
 use super::hypothesis::Hypothesis;
-use super::restlessness;
 use crate::FusionOptions;
 use crate::filter::absorb::absorb;
 use crate::filter::clocks::Observed;
@@ -110,7 +109,7 @@ fn updated_by_group(
     sights: &[Sight<'_>],
     options: &FusionOptions,
 ) -> Option<GroupUpdate> {
-    let expected = prior.observed(sights[0].camera_index, restlessness(options));
+    let expected = prior.observed(sights[0].camera_index);
     let pose_prior = expected.prior()?;
     let mut part = vec![true; sights.len()];
     loop {
@@ -178,8 +177,8 @@ fn complete(
     part: &[bool],
     options: &FusionOptions,
 ) -> Option<GroupUpdate> {
-    let absorbed = absorb(prior, camera_index, fit, restlessness(options))?;
-    let Observed { covariance, .. } = absorbed.state.observed(camera_index, restlessness(options));
+    let absorbed = absorb(prior, camera_index, fit)?;
+    let Observed { covariance, .. } = absorbed.state.observed(camera_index);
     let pairs = normals.iter().zip(part);
     let taken = pairs
         .map(|(normal, part)| taken(normal.as_ref(), *part, &covariance))

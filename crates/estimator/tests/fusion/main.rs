@@ -1,5 +1,7 @@
 //! The fusion machine as its users see it, on small scenes with exact truth.
 
+#![allow(clippy::unwrap_used, reason = "a test that fails to unwrap has failed")]
+
 mod ambiguity;
 mod changes;
 mod clocks;
