@@ -15,11 +15,7 @@ impl Traces {
     #[must_use]
     pub fn of(demo: u32) -> Self {
         let mut names = BTreeSet::new();
-        collect(
-            Path::new("/dev/shm"),
-            &format!("sextant{demo}_"),
-            &mut names,
-        );
+        collect(Path::new("/dev/shm"), &format!("sx{demo}_"), &mut names);
         collect(
             &std::env::temp_dir(),
             &format!("sextant-demo-{demo}"),

@@ -1,0 +1,127 @@
+//! `sextant demo`: a whole site in one command, without any hardware.
+//!
+//! Simulated cameras render images of moving tagged objects; from there on everything is real: shared memory, detector,
+//! network, fusion, page, each in the process that a site would run. The parent is the site's router, knows the simulator's
+//! truth, and tells how far the estimates are from it.
+
+mod browser;
+mod models;
+mod processes;
+mod readiness;
+mod score;
+mod site_folder;
+mod terminal;
+mod watch;
+
+use anyhow::{Context, bail};
+use clap::Args;
+use processes::Processes;
+use sextant_process::{Exit, Failure, Shutdown, WithExit};
+use sextant_proto::{Keys, SiteId};
+use sextant_simulator::Scenario;
+use sextant_zenoh_bus::{Bus, BusError, BusOptions};
+use serde::Serialize;
+use site_folder::{Addresses, SiteFolder};
+use std::net::{Ipv4Addr, SocketAddr, TcpListener};
+use std::time::Duration;
+use watch::Watch;
+
+/// The router's port, where the other commands look for a site by default.
+const DEFAULT_ROUTER: &str = "tcp/127.0.0.1:7447";
+/// Taken when another site has that port.
+const ANY_ROUTER: &str = "tcp/127.0.0.1:0";
+
+/// What a person may choose of the demo.
+#[derive(Args, Debug)]
+pub struct DemoArguments {
+    /// Simulated cameras around the table.
+    #[arg(long, default_value_t = 4, value_parser = clap::value_parser!(u8).range(1..=16))]
+    cameras: u8,
+    /// Tagged objects that move on it.
+    #[arg(long, default_value_t = 3, value_parser = clap::value_parser!(u8).range(1..=12))]
+    objects: u8,
+    /// End after so many seconds; without it the demo runs until Ctrl-C.
+    #[arg(long, value_name = "SECONDS", value_parser = parse_seconds)]
+    duration: Option<Duration>,
+    /// Don't open a browser.
+    #[arg(long)]
+    no_browser: bool,
+    /// Port of the web page on this machine.
+    #[arg(long, default_value_t = 8600)]
+    port: u16,
+    /// Seed of the scene: the same seed, the same images.
+    #[arg(long, default_value_t = 1)]
+    seed: u32,
+    /// Name of the demo's site, the middle of every key on the network.
+    #[arg(long, default_value = "demo", value_name = "NAME")]
+    site: SiteId,
+}
+
+fn parse_seconds(text: &str) -> Result<Duration, String> {
+    let seconds: f64 = text.parse().map_err(|_| format!("'{text}' is not a number of seconds"))?;
+    match Duration::try_from_secs_f64(seconds) {
+        Ok(duration) if !duration.is_zero() => Ok(duration),
+        _ => Err("must be above 0".into()),
+    }
+}
+
+/// What a demo ends with.
+#[derive(Debug, Serialize)]
+pub struct Summary {
+    cameras: Vec<watch::CameraSummary>,
+    objects: Vec<score::ObjectSummary>,
+    latency_ms: score::LatencySummary,
+}
+
+/// Runs the demo until its duration is over, Ctrl-C, or a child's death.
+///
+/// # Errors
+/// [`Exit::Unavailable`] for a port in use, [`Exit::Fault`] when a child dies.
+pub fn run(arguments: &DemoArguments, format: crate::output::Format) -> anyhow::Result<()> {
+    let shutdown = Shutdown::install()?;
+    let page = free_page_address(arguments.port)?;
+    let scenario = Scenario::demo(arguments.cameras.into(), arguments.objects.into(), arguments.seed.into());
+    let bus = open_router(&shutdown)?;
+    let router = bus.endpoints().first().cloned().context("the router listens nowhere")?;
+    let folder = SiteFolder::create(&scenario, &Addresses { site: &arguments.site, router: &router, page })?;
+    let mut processes = Processes::start(&folder)?;
+    let keys = Keys::of(arguments.site.clone());
+    let terminal = terminal::Terminal::new(format);
+
+    readiness::wait(&bus, &keys, folder.cameras(), &mut processes, &shutdown)?;
+    if !shutdown.is_requested() {
+        let url = format!("http://{page}");
+        let opened = !arguments.no_browser && browser::open(&url);
+        terminal.ready(&url, opened, &router, &processes.ids());
+    }
+    let mut watch = Watch::start(&bus, &keys, &scenario, &terminal)?;
+    let outcome = watch.until_end(arguments.duration, &mut processes, &shutdown);
+    let killed = processes.stop();
+    let summary = watch.finish(&folder);
+    drop(folder);
+    bus.close();
+    outcome?;
+    terminal.summary(&summary)?;
+    if !killed.is_empty() {
+        bail!("had to be killed: {}", killed.join(", "));
+    }
+    Ok(())
+}
+
+/// The page's address, if it is free.
+fn free_page_address(port: u16) -> anyhow::Result<SocketAddr> {
+    let address = SocketAddr::from((Ipv4Addr::LOCALHOST, port));
+    let listener = TcpListener::bind(address)
+        .with_context(|| format!("port {port} of the page can't be had: choose another with --port"))
+        .exit_with(Exit::Unavailable)?;
+    Ok(listener.local_addr()?)
+}
+
+fn open_router(shutdown: &Shutdown) -> anyhow::Result<Bus> {
+    let open = |endpoint| Bus::open_unless(&BusOptions::router_on(endpoint), &|| shutdown.is_requested());
+    match open(DEFAULT_ROUTER) {
+        Err(BusError::InUse { .. }) => open(ANY_ROUTER),
+        opened => opened,
+    }
+    .map_err(|cause| Failure::new(Exit::Unavailable, cause).into())
+}

@@ -1,0 +1,240 @@
+//! How well the demo does: estimated poses against the simulator's truth, per object, and the latency of all.
+//!
+//! In: poses as published, with the true pose at their capture time. Out: rms errors, coverage, percentiles. Memory is
+//! constant however long a demo runs.
+
+use serde::Serialize;
+use sextant_geometry::{Pose, se3};
+use sextant_proto::ObjectPose;
+use std::collections::BTreeMap;
+
+/// Scores of every object and of the latency.
+#[derive(Debug)]
+pub struct Score {
+    slot_ns: u64,
+    from_ns: u64,
+    newest_slot: u64,
+    objects: BTreeMap<String, ObjectScore>,
+    latency: Latency,
+}
+
+/// One object's error at one capture time.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PoseError {
+    /// Distance of the origins in m.
+    pub position_m: f64,
+    /// Angle of the rotation between the attitudes in rad.
+    pub attitude_rad: f64,
+}
+
+impl PoseError {
+    /// Of an estimate against the truth.
+    pub fn between(estimate: &Pose, truth: &Pose) -> Self {
+        let error = se3::difference(estimate, truth);
+        Self {
+            position_m: error.fixed_rows::<3>(0).norm(),
+            attitude_rad: error.fixed_rows::<3>(3).norm(),
+        }
+    }
+}
+
+impl Score {
+    /// A score from `from_ns` on; coverage is counted in slots of one image period.
+    pub fn new(objects: impl IntoIterator<Item = String>, rate_hz: f64, from_ns: u64) -> Self {
+        let slot_ns = (1e9 / rate_hz) as u64;
+        let objects = objects
+            .into_iter()
+            .map(|id| (id, ObjectScore::default()))
+            .collect();
+        Self {
+            slot_ns: slot_ns.max(1),
+            from_ns,
+            newest_slot: 0,
+            objects,
+            latency: Latency::default(),
+        }
+    }
+
+    /// Counts a pose with its error. Poses of captures before the start don't count.
+    pub fn count(&mut self, message: &ObjectPose, error: PoseError) {
+        let Some(since_ns) = message.capture_ns.checked_sub(self.from_ns) else {
+            return;
+        };
+        let Some(object) = self.objects.get_mut(message.object.as_str()) else {
+            return;
+        };
+        let slot = since_ns / self.slot_ns;
+        self.newest_slot = self.newest_slot.max(slot);
+        object.count(slot, error);
+        self.latency
+            .count(message.published_ns.saturating_sub(message.capture_ns));
+    }
+
+    /// The scores so far, sorted by object.
+    pub fn objects(&self) -> Vec<ObjectSummary> {
+        self.objects
+            .iter()
+            .map(|(id, score)| score.summary(id, self.newest_slot + 1))
+            .collect()
+    }
+
+    /// Percentiles of capture to publication.
+    pub fn latency(&self) -> LatencySummary {
+        LatencySummary {
+            p50: self.latency.percentile_ms(0.5),
+            p99: self.latency.percentile_ms(0.99),
+        }
+    }
+}
+
+/// An object in the summary.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ObjectSummary {
+    /// Its name.
+    pub id: String,
+    /// Poses published.
+    pub poses: u64,
+    /// Share of image periods with a pose.
+    pub coverage: f64,
+    /// Root mean square distance of the origins; none without a pose.
+    pub position_rms_mm: Option<f64>,
+    /// Root mean square angle; none without a pose.
+    pub attitude_rms_deg: Option<f64>,
+}
+
+/// Latency from capture to the published pose in ms; none without a pose.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct LatencySummary {
+    /// Median.
+    pub p50: Option<f64>,
+    /// 99th percentile.
+    pub p99: Option<f64>,
+}
+
+#[derive(Debug, Default)]
+struct ObjectScore {
+    poses: u64,
+    position_sum_m2: f64,
+    attitude_sum_rad2: f64,
+    slots: Slots,
+}
+
+impl ObjectScore {
+    fn count(&mut self, slot: u64, error: PoseError) {
+        self.poses += 1;
+        self.position_sum_m2 += error.position_m.powi(2);
+        self.attitude_sum_rad2 += error.attitude_rad.powi(2);
+        self.slots.mark(slot);
+    }
+
+    fn summary(&self, id: &str, n_slots: u64) -> ObjectSummary {
+        let rms = |sum: f64| (self.poses > 0).then(|| (sum / self.poses as f64).sqrt());
+        ObjectSummary {
+            id: id.to_owned(),
+            poses: self.poses,
+            coverage: if self.poses > 0 {
+                self.slots.covered as f64 / n_slots as f64
+            } else {
+                0.0
+            },
+            position_rms_mm: rms(self.position_sum_m2).map(|m| m * 1e3),
+            attitude_rms_deg: rms(self.attitude_sum_rad2).map(f64::to_degrees),
+        }
+    }
+}
+
+/// Counts distinct slots that arrive almost in order: the newest 64 are remembered, older ones count no more.
+#[derive(Debug, Default)]
+struct Slots {
+    newest: u64,
+    recent: u64,
+    covered: u64,
+}
+
+impl Slots {
+    fn mark(&mut self, slot: u64) {
+        if slot > self.newest {
+            let shift = slot - self.newest;
+            self.recent = if shift < 64 { self.recent << shift } else { 0 };
+            self.newest = slot;
+        }
+        let age = self.newest - slot;
+        if age < 64 && self.recent & (1 << age) == 0 {
+            self.recent |= 1 << age;
+            self.covered += 1;
+        }
+    }
+}
+
+/// A histogram of latencies: 0.1 ms wide to 1 s, then one bin for all above.
+#[derive(Debug)]
+struct Latency {
+    bins: Vec<u64>,
+    n: u64,
+}
+
+const BIN_NS: u64 = 100_000;
+const BINS: usize = 10_000;
+
+impl Default for Latency {
+    fn default() -> Self {
+        Self {
+            bins: vec![0; BINS + 1],
+            n: 0,
+        }
+    }
+}
+
+impl Latency {
+    fn count(&mut self, ns: u64) {
+        let bin = usize::try_from(ns / BIN_NS).map_or(BINS, |bin| bin.min(BINS));
+        self.bins[bin] += 1;
+        self.n += 1;
+    }
+
+    /// The upper edge of the bin in which that share of all lies.
+    fn percentile_ms(&self, share: f64) -> Option<f64> {
+        let wanted = (share * self.n as f64).ceil().max(1.0) as u64;
+        let mut below = 0;
+        let bin = self.bins.iter().position(|count| {
+            below += count;
+            below >= wanted
+        })?;
+        Some((bin as u64 + 1) as f64 * BIN_NS as f64 / 1e6)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_slot_counts_once_however_often_and_late_it_is_marked() {
+        let mut slots = Slots::default();
+        for slot in [0, 1, 1, 3, 2, 3, 70, 6, 69] {
+            slots.mark(slot);
+        }
+        // Slot 6 comes when it is out of the window of 64 slots: it was not counted, and is not.
+        assert_eq!(slots.covered, 6);
+    }
+
+    #[test]
+    fn percentiles_are_bin_edges() {
+        let mut latency = Latency::default();
+        assert_eq!(latency.percentile_ms(0.5), None);
+        for ms in 1..=100 {
+            latency.count(ms * 1_000_000 - 1);
+        }
+        assert_eq!(latency.percentile_ms(0.5), Some(50.0));
+        assert_eq!(latency.percentile_ms(0.99), Some(99.0));
+        latency.count(u64::MAX);
+        assert_eq!(latency.percentile_ms(1.0), Some(1000.1));
+    }
+
+    #[test]
+    fn an_object_without_a_pose_has_no_error_and_no_coverage() {
+        let score = Score::new(["cube".to_owned()], 30.0, 0);
+        let summary = &score.objects()[0];
+        assert_eq!((summary.coverage, summary.position_rms_mm), (0.0, None));
+    }
+}

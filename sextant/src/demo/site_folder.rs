@@ -1,0 +1,208 @@
+//! The demo's site on disk: a temporary folder with every file that a person would have written, gone when the demo is.
+//!
+//! A folder is held by a lock on a file in it. One that nobody holds is left over from a demo that was killed: the next
+//! demo removes it, with the shared memory that its processes left.
+
+use anyhow::Context;
+use node_camera::{CameraNodeConfig, SourceConfig};
+use node_fusion::FusionConfig;
+use node_viewer_bridge::ViewerConfig;
+use sextant_estimator::{CameraId, ObjectModel, Rig};
+use sextant_iceoryx_images::{IceoryxOptions, remove_dead};
+use sextant_proto::{NodeId, SiteId};
+use sextant_simulator::Scenario;
+use sextant_site_files::{write_object, write_rig, write_toml};
+use sextant_zenoh_bus::BusOptions;
+use std::fs::{self, File, TryLockError};
+use std::path::{Path, PathBuf};
+
+const PREFIX: &str = "sextant-demo-";
+const LOCK: &str = "lock";
+/// Shared memory's own folder may have 40 bytes, of which the demo's name takes up to 24.
+const LONGEST_PARENT: usize = 16;
+
+/// Where the demo's parts are to be found on the network.
+pub struct Addresses<'a> {
+    /// The site.
+    pub site: &'a SiteId,
+    /// The router's endpoint.
+    pub router: &'a str,
+    /// Where the page is served.
+    pub page: std::net::SocketAddr,
+}
+
+/// The folder; dropping it removes it.
+pub struct SiteFolder {
+    root: PathBuf,
+    cameras: Vec<CameraId>,
+    shared_memory: IceoryxOptions,
+    _lock: File,
+}
+
+impl SiteFolder {
+    /// Writes everything that the nodes of this site read.
+    pub fn create(scenario: &Scenario, addresses: &Addresses) -> anyhow::Result<Self> {
+        let parent = parent_folder();
+        remove_leftovers(&parent);
+        let folder =
+            Self::empty(&parent, scenario).context("the demo's temporary folder can't be made")?;
+        folder.write_models(scenario)?;
+        folder.write_configs(scenario, addresses)?;
+        Ok(folder)
+    }
+
+    fn empty(parent: &Path, scenario: &Scenario) -> anyhow::Result<Self> {
+        let root = parent.join(format!("{PREFIX}{}", std::process::id()));
+        fs::create_dir(&root)?;
+        let lock = File::create(root.join(LOCK))?;
+        lock.try_lock()?;
+        fs::create_dir(root.join("logs"))?;
+        let ids = |names: Vec<&String>| {
+            names
+                .into_iter()
+                .map(|name| CameraId::new(name))
+                .collect::<Result<Vec<_>, _>>()
+        };
+        Ok(Self {
+            cameras: ids(scenario.cameras.iter().map(|camera| &camera.id).collect())?,
+            shared_memory: shared_memory_of(&root),
+            root,
+            _lock: lock,
+        })
+    }
+
+    fn write_models(&self, scenario: &Scenario) -> anyhow::Result<()> {
+        let rig = Rig::new(
+            scenario
+                .cameras
+                .iter()
+                .map(super::models::camera)
+                .collect::<Result<_, _>>()?,
+        )?;
+        write_rig(&self.root.join("rig.toml"), &rig)?;
+        for object in &scenario.objects {
+            let model: ObjectModel = super::models::object(object)?;
+            write_object(&self.root.join(format!("{}.toml", object.id)), &model)?;
+        }
+        write_toml(&self.root.join("scenario.toml"), scenario)?;
+        Ok(())
+    }
+
+    fn write_configs(&self, scenario: &Scenario, addresses: &Addresses) -> anyhow::Result<()> {
+        let network = BusOptions::client_of(addresses.router);
+        let fusion = FusionConfig {
+            site: addresses.site.clone(),
+            node: NodeId::new("fusion")?,
+            rig: "rig.toml".into(),
+            objects: scenario
+                .objects
+                .iter()
+                .map(|object| format!("{}.toml", object.id).into())
+                .collect(),
+            network: network.clone(),
+        };
+        write_toml(&self.fusion_config(), &fusion)?;
+        let viewer = ViewerConfig {
+            site: addresses.site.clone(),
+            node: NodeId::new("viewer")?,
+            listen: addresses.page,
+            host_names: Vec::new(),
+            network: network.clone(),
+        };
+        write_toml(&self.viewer_config(), &viewer)?;
+        for camera in &self.cameras {
+            let source = SourceConfig::simulator("scenario.toml");
+            let config = CameraNodeConfig::new(
+                addresses.site.clone(),
+                camera.clone(),
+                source,
+                network.clone(),
+                self.shared_memory.clone(),
+            );
+            write_toml(&self.camera_config(camera), &config)?;
+        }
+        Ok(())
+    }
+
+    /// The cameras.
+    pub fn cameras(&self) -> &[CameraId] {
+        &self.cameras
+    }
+
+    /// Where the nodes log to.
+    pub fn logs(&self) -> PathBuf {
+        self.root.join("logs")
+    }
+
+    /// The fusion node's configuration.
+    pub fn fusion_config(&self) -> PathBuf {
+        self.root.join("fusion.toml")
+    }
+
+    /// The viewer bridge's configuration.
+    pub fn viewer_config(&self) -> PathBuf {
+        self.root.join("viewer.toml")
+    }
+
+    /// A camera node's configuration.
+    pub fn camera_config(&self, camera: &CameraId) -> PathBuf {
+        self.root.join(format!("camera-{camera}.toml"))
+    }
+}
+
+impl Drop for SiteFolder {
+    fn drop(&mut self) {
+        remove_site(&self.root, &self.shared_memory);
+    }
+}
+
+/// The temporary folder, unless its name is too long for the sockets in it.
+fn parent_folder() -> PathBuf {
+    let parent = std::env::temp_dir();
+    if parent.as_os_str().len() <= LONGEST_PARENT {
+        parent
+    } else {
+        PathBuf::from("/tmp")
+    }
+}
+
+/// Each demo has its own names in shared memory, so that several run side by side.
+fn shared_memory_of(root: &Path) -> IceoryxOptions {
+    let name = root.file_name().unwrap_or_default().to_string_lossy();
+    let number = name.strip_prefix(PREFIX).unwrap_or("0");
+    IceoryxOptions {
+        root: root.join("i"),
+        prefix: format!("sx{number}_"),
+    }
+}
+
+/// Folders that no living demo holds.
+fn remove_leftovers(parent: &Path) {
+    let Ok(entries) = fs::read_dir(parent) else {
+        return;
+    };
+    for root in entries.flatten().map(|entry| entry.path()) {
+        let ours = root
+            .file_name()
+            .is_some_and(|name| name.to_string_lossy().starts_with(PREFIX));
+        if ours && is_abandoned(&root) {
+            tracing::info!(folder = %root.display(), "removing what a killed demo left");
+            remove_site(&root, &shared_memory_of(&root));
+        }
+    }
+}
+
+fn is_abandoned(root: &Path) -> bool {
+    // A folder without its lock file is one that is being made this moment, or was half removed: let alone.
+    File::open(root.join(LOCK))
+        .is_ok_and(|lock| !matches!(lock.try_lock(), Err(TryLockError::WouldBlock)))
+}
+
+fn remove_site(root: &Path, shared_memory: &IceoryxOptions) {
+    if let Err(cause) = remove_dead(shared_memory) {
+        tracing::warn!(%cause, "the demo's shared memory can't be removed");
+    }
+    if let Err(cause) = fs::remove_dir_all(root) {
+        tracing::warn!(folder = %root.display(), %cause, "the demo's folder can't be removed");
+    }
+}

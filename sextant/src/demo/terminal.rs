@@ -1,0 +1,165 @@
+//! What the demo says in the terminal: where the page is, true errors as they are, the sum at the end.
+
+use crate::demo::Summary;
+use crate::demo::score::{ObjectSummary, Score};
+use crate::output::Format;
+use sextant_estimator::CameraId;
+use sextant_proto::CameraStatus;
+use std::cell::Cell;
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+use std::io::{IsTerminal, Write as _};
+use std::time::{Duration, Instant};
+
+const REFRESH: Duration = Duration::from_millis(500);
+const REPORT: Duration = Duration::from_secs(5);
+
+/// The terminal of one demo.
+#[derive(Debug, Clone)]
+pub struct Terminal {
+    format: Format,
+    is_live: bool,
+    lines_shown: Cell<usize>,
+    due: Cell<Instant>,
+}
+
+impl Terminal {
+    /// A table that is redrawn on a terminal, a report now and then elsewhere, nothing but JSON lines with `--json`.
+    pub fn new(format: Format) -> Self {
+        let is_live = std::io::stdout().is_terminal();
+        Self {
+            format,
+            is_live,
+            lines_shown: Cell::new(0),
+            due: Cell::new(Instant::now()),
+        }
+    }
+
+    /// All nodes are at work.
+    pub fn ready(
+        &self,
+        url: &str,
+        browser_opened: bool,
+        router: &str,
+        processes: &[(String, u32)],
+    ) {
+        if self.format == Format::Json {
+            let processes: BTreeMap<&str, u32> = processes
+                .iter()
+                .map(|(name, id)| (name.as_str(), *id))
+                .collect();
+            say(&serde_json::json!({"event": "ready", "page": url, "connect": router, "processes": processes}).to_string());
+            return;
+        }
+        let opened = if browser_opened {
+            " (opened in your browser)"
+        } else {
+            ""
+        };
+        say(&format!(
+            "\n  Sextant is running: {} processes, no hardware.\n",
+            processes.len()
+        ));
+        say(&format!("    page      {url}{opened}"));
+        say(&format!(
+            "    poses     sextant echo --connect {router} OBJECT"
+        ));
+        say("    stop      Ctrl-C\n");
+    }
+
+    /// The state of things, when it is due.
+    pub fn show(&self, score: &Score, cameras: &BTreeMap<CameraId, CameraStatus>) {
+        if self.format == Format::Json || Instant::now() < self.due.get() {
+            return;
+        }
+        self.due
+            .set(Instant::now() + if self.is_live { REFRESH } else { REPORT });
+        let table = table(&score.objects(), score.latency().p99, cameras);
+        if self.is_live && self.lines_shown.get() > 0 {
+            say_raw(&format!("\x1b[{}A\x1b[J", self.lines_shown.get()));
+        }
+        self.lines_shown.set(table.lines().count());
+        say_raw(&table);
+    }
+
+    /// The sum, as the last line.
+    ///
+    /// # Errors
+    /// Never for the numbers of a summary.
+    pub fn summary(&self, summary: &Summary) -> serde_json::Result<()> {
+        if self.format == Format::Json {
+            say(&serde_json::to_string(summary)?);
+            return Ok(());
+        }
+        let captured: u64 = summary.cameras.iter().map(|camera| camera.captured).sum();
+        let dropped: u64 = summary.cameras.iter().map(|camera| camera.dropped).sum();
+        let mut text = String::from("\n");
+        write_objects(&mut text, &summary.objects);
+        let _ = writeln!(
+            text,
+            "\n  {captured} images captured, {dropped} dropped; capture to pose {}",
+            latency_text(summary.latency_ms.p99)
+        );
+        say_raw(&text);
+        Ok(())
+    }
+}
+
+fn table(
+    objects: &[ObjectSummary],
+    p99_ms: Option<f64>,
+    cameras: &BTreeMap<CameraId, CameraStatus>,
+) -> String {
+    let mut text = String::new();
+    write_objects(&mut text, objects);
+    text.push('\n');
+    for (id, status) in cameras {
+        let [p50, _] = status.detect_ms;
+        let _ = writeln!(
+            text,
+            "  camera {id:<10} {:>5.1} images/s   detection {p50:>5.2} ms   dropped {}",
+            status.rate_hz, status.dropped
+        );
+    }
+    let _ = writeln!(text, "  capture to pose {}\n", latency_text(p99_ms));
+    text
+}
+
+fn write_objects(text: &mut String, objects: &[ObjectSummary]) {
+    let _ = writeln!(
+        text,
+        "  {:<12} {:>8} {:>9} {:>15} {:>16}",
+        "object", "poses", "covered", "position rms", "attitude rms"
+    );
+    for object in objects {
+        let number = |value: Option<f64>, unit: &str| {
+            value.map_or_else(|| "-".to_owned(), |v| format!("{v:.3} {unit}"))
+        };
+        let (position, attitude) = (
+            number(object.position_rms_mm, "mm"),
+            number(object.attitude_rms_deg, "deg"),
+        );
+        let covered = format!("{:.1} %", object.coverage * 100.0);
+        let _ = writeln!(
+            text,
+            "  {:<12} {:>8} {covered:>9} {position:>15} {attitude:>16}",
+            object.id, object.poses
+        );
+    }
+}
+
+fn latency_text(p99_ms: Option<f64>) -> String {
+    p99_ms.map_or_else(|| "-".to_owned(), |ms| format!("{ms:.1} ms (99 %)"))
+}
+
+fn say(line: &str) {
+    say_raw(&format!("{line}\n"));
+}
+
+/// A closed standard output ends nothing: the demo is watched in the page, too.
+fn say_raw(text: &str) {
+    let mut stdout = std::io::stdout().lock();
+    let _ = stdout
+        .write_all(text.as_bytes())
+        .and_then(|()| stdout.flush());
+}

@@ -1,0 +1,217 @@
+//! Watches the demo's network: scores each pose against the truth, publishes the truth, keeps each camera's last status.
+
+use crate::demo::Summary;
+use crate::demo::processes::Processes;
+use crate::demo::score::{PoseError, Score};
+use crate::demo::site_folder::SiteFolder;
+use crate::demo::terminal::Terminal;
+use serde::Serialize;
+use sextant_estimator::{CameraId, ObjectId};
+use sextant_geometry::{Pose, PoseParts};
+use sextant_process::{Shutdown, now_ns};
+use sextant_proto::{CameraStatus, Keys, ObjectPose, ObjectTruth, decode, limits};
+use sextant_simulator::Scenario;
+use sextant_zenoh_bus::{Bus, BusError, DropRule, Publisher, Qos, Subscription};
+use std::collections::BTreeMap;
+use std::time::{Duration, Instant};
+
+/// How often the children are looked at, and how late a wish to stop is heard.
+const GLANCE: Duration = Duration::from_millis(50);
+/// The truth is for eyes: ten times a second per object.
+const TRUTH_PERIOD_NS: u64 = 100_000_000;
+/// After the children were asked to stop, their last words arrive within this.
+const LAST_WORDS: Duration = Duration::from_millis(300);
+
+/// A camera in the summary.
+#[derive(Debug, Default, Clone, PartialEq, Eq, Serialize)]
+pub struct CameraSummary {
+    /// Its name.
+    pub id: String,
+    /// Images taken.
+    pub captured: u64,
+    /// Images searched for tags.
+    pub detected: u64,
+    /// Images that newer ones displaced before they were searched.
+    pub dropped: u64,
+}
+
+/// The watch of one demo.
+pub struct Watch<'a> {
+    scenario: &'a Scenario,
+    poses: Subscription,
+    statuses: Subscription,
+    truths: BTreeMap<ObjectId, TruthOutlet>,
+    cameras: BTreeMap<CameraId, CameraStatus>,
+    score: Score,
+    terminal: &'a Terminal,
+}
+
+struct TruthOutlet {
+    publisher: Publisher<ObjectTruth>,
+    due_ns: u64,
+}
+
+impl<'a> Watch<'a> {
+    /// Begins to count now.
+    ///
+    /// # Errors
+    /// When the network session has ended.
+    pub fn start(
+        bus: &Bus,
+        keys: &Keys,
+        scenario: &'a Scenario,
+        terminal: &'a Terminal,
+    ) -> Result<Self, BusError> {
+        let subscribe =
+            |key: String| bus.subscribe(&key, 1024, DropRule::Oldest, limits::MAX_PAYLOAD_BYTES);
+        let mut truths = BTreeMap::new();
+        for id in scenario
+            .objects
+            .iter()
+            .filter_map(|object| ObjectId::new(&object.id).ok())
+        {
+            let publisher = bus.publisher(&keys.truth(&id), Qos::Status)?;
+            truths.insert(
+                id,
+                TruthOutlet {
+                    publisher,
+                    due_ns: 0,
+                },
+            );
+        }
+        let rate_hz = scenario
+            .cameras
+            .first()
+            .map_or(30.0, |camera| camera.rate_hz);
+        let names = scenario.objects.iter().map(|object| object.id.clone());
+        Ok(Self {
+            scenario,
+            poses: subscribe(keys.all_poses())?,
+            statuses: subscribe(keys.all_camera_statuses())?,
+            truths,
+            cameras: BTreeMap::new(),
+            score: Score::new(names, rate_hz, now_ns()),
+            terminal,
+        })
+    }
+
+    /// Watches until the duration is over or a stop is wanted.
+    ///
+    /// # Errors
+    /// When a child ends, or the network session.
+    pub fn until_end(
+        &mut self,
+        duration: Option<Duration>,
+        processes: &mut Processes,
+        shutdown: &Shutdown,
+    ) -> anyhow::Result<()> {
+        let end = duration.map(|duration| Instant::now() + duration);
+        while !shutdown.is_requested() && end.is_none_or(|end| Instant::now() < end) {
+            processes.check()?;
+            self.glance()?;
+            self.terminal.show(&self.score, &self.cameras);
+        }
+        Ok(())
+    }
+
+    /// Takes what the ended children said last, and sums up.
+    pub fn finish(&mut self, folder: &SiteFolder) -> Summary {
+        let end = Instant::now() + LAST_WORDS;
+        while let Some(item) = self
+            .statuses
+            .recv_timeout(end.saturating_duration_since(Instant::now()))
+        {
+            self.take_status(item.bytes());
+        }
+        Summary {
+            cameras: folder
+                .cameras()
+                .iter()
+                .map(|id| summary_of(id, self.cameras.get(id)))
+                .collect(),
+            objects: self.score.objects(),
+            latency_ms: self.score.latency(),
+        }
+    }
+
+    fn glance(&mut self) -> anyhow::Result<()> {
+        let end = Instant::now() + GLANCE;
+        while let Some(item) = self
+            .poses
+            .recv_timeout(end.saturating_duration_since(Instant::now()))
+        {
+            if let Some(Ok(pose)) = item.bytes().map(decode::<ObjectPose>) {
+                self.take_pose(&pose)?;
+            }
+        }
+        while let Some(item) = self.statuses.try_recv() {
+            self.take_status(item.bytes());
+        }
+        Ok(())
+    }
+
+    fn take_pose(&mut self, message: &ObjectPose) -> anyhow::Result<()> {
+        let Some(truth) = self.truth(message) else {
+            return Ok(());
+        };
+        let error = PoseError::between(&message.world_from_object(), &truth);
+        self.score.count(message, error);
+        self.publish_truth(message, &truth, error)
+    }
+
+    fn truth(&self, message: &ObjectPose) -> Option<Pose> {
+        let object = self
+            .scenario
+            .objects
+            .iter()
+            .find(|object| object.id == message.object.as_str())?;
+        Some(object.path.world_from_object(message.capture_ns))
+    }
+
+    fn publish_truth(
+        &mut self,
+        message: &ObjectPose,
+        truth: &Pose,
+        error: PoseError,
+    ) -> anyhow::Result<()> {
+        let Some(outlet) = self.truths.get_mut(&message.object) else {
+            return Ok(());
+        };
+        if message.capture_ns < outlet.due_ns {
+            return Ok(());
+        }
+        outlet.due_ns = message.capture_ns + TRUTH_PERIOD_NS;
+        let parts = PoseParts::from(truth);
+        outlet.publisher.put(&ObjectTruth {
+            object: message.object.clone(),
+            capture_ns: message.capture_ns,
+            position: parts.position,
+            orientation: parts.orientation,
+            position_error_m: error.position_m,
+            attitude_error_rad: error.attitude_rad,
+        })?;
+        Ok(())
+    }
+
+    fn take_status(&mut self, bytes: Option<&[u8]>) {
+        if let Some(Ok(status)) = bytes.map(decode::<CameraStatus>) {
+            self.cameras.insert(status.camera.clone(), status);
+        }
+    }
+}
+
+fn summary_of(id: &CameraId, status: Option<&CameraStatus>) -> CameraSummary {
+    let id = id.to_string();
+    match status {
+        Some(status) => CameraSummary {
+            id,
+            captured: status.captured,
+            detected: status.detected,
+            dropped: status.dropped,
+        },
+        None => CameraSummary {
+            id,
+            ..CameraSummary::default()
+        },
+    }
+}
