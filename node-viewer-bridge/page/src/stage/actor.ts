@@ -54,7 +54,7 @@ export class Actor {
     this.seen = true;
     this.body.move(pose);
     this.plumb.move(pose.position);
-    this.label.at.fromArray(pose.position).setZ(pose.position[2] + this.body.radius * 1.15);
+    this.body.top(this.label.at);
     if (pose.state !== "lost") this.trail.add(now, pose.position);
     if (this.options?.sigma) this.ellipsoid.show(pose);
     this.condition(pose.state);

@@ -2,6 +2,7 @@
 
 import {
   BackSide,
+  Box3,
   DataTexture,
   EdgesGeometry,
   Group,
@@ -14,6 +15,7 @@ import {
   MeshBasicMaterial,
   MeshLambertMaterial,
   PlaneGeometry,
+  Sphere,
   SRGBColorSpace,
   Vector3,
 } from "three";
@@ -32,8 +34,8 @@ const BLACK = 20;
 
 export class Body {
   readonly group = new Group();
-  /** Metres from the object's origin to its outermost print corner. */
-  radius = 0.05;
+  /** What the prints span, in the object's frame. */
+  readonly extent = new Sphere(new Vector3(), 0.05);
   private materials: Material[] = [];
 
   constructor(private readonly colour: string) {}
@@ -43,7 +45,7 @@ export class Body {
     const placed = tags.flatMap((tag) => (tag.object_from_tag ? [{ tag, pose: tag.object_from_tag }] : []));
     const points = placed.flatMap(({ tag, pose }) => plateCorners(tag.printed_size_m, pose));
     if (points.length > 0) {
-      this.radius = Math.max(...points.map((point) => point.length()));
+      new Box3().setFromPoints(points).getBoundingSphere(this.extent);
       this.group.add(...this.hull(points));
     }
     this.group.add(...placed.flatMap(({ tag, pose }) => this.plate(tag, pose)));
@@ -64,6 +66,12 @@ export class Body {
 
   move(pose: Transform): void {
     place(this.group, pose);
+  }
+
+  /** Just above the object, in the world. */
+  top(target: Vector3): Vector3 {
+    target.copy(this.extent.center).applyQuaternion(this.group.quaternion).add(this.group.position);
+    return target.setZ(target.z + this.extent.radius * 1.05);
   }
 
   remove(): void {

@@ -1,12 +1,13 @@
 // The stage in 3-D: floor, cameras, objects with trails and uncertainty. Draws what the site says, when it changes.
 
-import { AmbientLight, Color, DirectionalLight, Scene, Vector3, WebGLRenderer } from "three";
+import { AmbientLight, Color, DirectionalLight, Scene, Vector3, type WebGLRenderer } from "three";
 import { STAGE } from "../palette.ts";
 import type { Pose, RigCamera, Vec3 } from "../protocol.ts";
 import type { CameraState, ObjectState, Site } from "../site.ts";
 import { Actor } from "./actor.ts";
 import { Floor } from "./floor.ts";
 import { Frames } from "./frames.ts";
+import { createRenderer } from "./graphics.ts";
 import { Frustum } from "./frustum.ts";
 import { LabelLayer } from "./labels.ts";
 import { View } from "./view.ts";
@@ -17,8 +18,6 @@ export interface StageOptions {
   pictures: boolean;
   labels: boolean;
 }
-
-const MAX_PIXEL_RATIO = 2;
 
 export class Stage {
   readonly frames = new Frames((now) => this.draw(now / 1000));
@@ -37,8 +36,7 @@ export class Stage {
     private readonly labelParent: HTMLElement,
     private readonly options: StageOptions,
   ) {
-    this.renderer = new WebGLRenderer({ canvas, antialias: true, powerPreference: "low-power" });
-    this.renderer.setPixelRatio(Math.min(window.devicePixelRatio, MAX_PIXEL_RATIO));
+    this.renderer = createRenderer(canvas);
     this.scene.background = new Color(STAGE.background);
     this.scene.add(new AmbientLight("#ffffff", 1.6), sun());
     this.labels = new LabelLayer(labelParent);
