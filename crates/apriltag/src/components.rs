@@ -11,7 +11,7 @@ use crate::kernels::WORD;
 pub(crate) struct Run {
     pub(crate) start: u16,
     pub(crate) end: u16,
-    component: u32,
+    pub(crate) component: u32,
 }
 
 /// A component, or a part of one that has been joined to its parent.
@@ -27,6 +27,16 @@ pub(crate) struct Component {
 }
 
 impl Component {
+    /// Whether this is a component and not a part that another has absorbed, when it is labelled so.
+    pub(crate) fn is_whole(&self, label: usize) -> bool {
+        self.parent as usize == label
+    }
+
+    /// Label of the component that this belongs to, after [`Components::flatten`].
+    pub(crate) fn root(&self) -> usize {
+        self.parent as usize
+    }
+
     pub(crate) fn width(&self) -> u32 {
         u32::from(self.right - self.left)
     }
@@ -55,7 +65,9 @@ pub(crate) struct Components {
     runs: Vec<Run>,
     /// Index of the first run of each row, and one more.
     row_starts: Vec<u32>,
-    components: Vec<Component>,
+    forest: Forest,
+    /// Where runs of a row begin and end in turn.
+    ends: Vec<u16>,
     max_runs: usize,
 }
 
@@ -67,14 +79,15 @@ impl Components {
     pub(crate) fn make_room(&mut self, width: usize, height: usize) {
         self.max_runs = width * height / PIXELS_PER_RUN;
         make_room(&mut self.runs, self.max_runs);
-        make_room(&mut self.components, self.max_runs);
+        make_room(&mut self.forest.components, self.max_runs);
+        make_room(&mut self.ends, width.next_multiple_of(WORD) + 1);
         make_room(&mut self.row_starts, height + 1);
     }
 
     pub(crate) fn label(&mut self, plane: &BitPlane) {
         self.runs.clear();
         self.row_starts.clear();
-        self.components.clear();
+        self.forest.components.clear();
         let mut row_above = 0;
         for (y, words) in plane.rows().enumerate() {
             let row = self.runs.len();
@@ -90,85 +103,120 @@ impl Components {
 
     /// Each set bit of `word ^ (word << 1)` is the first pixel of a run or the first beyond one.
     fn take_runs(&mut self, words: &[u64]) {
-        let (mut carry, mut start) = (0, None);
-        for (i, &word) in words.iter().enumerate() {
+        self.ends.clear();
+        let mut carry = 0;
+        for (word_start, &word) in (0..).step_by(WORD).zip(words) {
             let mut changes = word ^ (word << 1 | carry);
             carry = word >> (WORD - 1);
             while changes != 0 {
-                let x = (i * WORD) as u16 + changes.trailing_zeros() as u16;
+                self.ends.push(word_start + changes.trailing_zeros() as u16);
                 changes &= changes - 1;
-                start = match start {
-                    None => Some(x),
-                    Some(start) => {
-                        self.runs.push(Run {
-                            start,
-                            end: x,
-                            component: 0,
-                        });
-                        None
-                    }
-                };
             }
         }
-        if let Some(start) = start {
-            self.runs.push(Run {
-                start,
-                end: (words.len() * WORD) as u16,
-                component: 0,
-            });
+        if carry != 0 {
+            self.ends.push((words.len() * WORD) as u16);
         }
+        let runs = self.ends.chunks_exact(2).map(|ends| Run {
+            start: ends[0],
+            end: ends[1],
+            component: 0,
+        });
+        self.runs.extend(runs);
     }
 
     /// Joins the runs from `row` on with those from `row_above` up to `row`.
     fn join_row(&mut self, row_above: usize, row: usize, y: u16) {
-        let mut above = row_above;
-        for i in row..self.runs.len() {
-            let Run { start, end, .. } = self.runs[i];
-            while above < row && self.runs[above].end < start {
-                above += 1;
+        let (done, runs) = self.runs.split_at_mut(row);
+        let mut above = &done[row_above..];
+        let forest = &mut self.forest;
+        for run in runs {
+            while let [first, rest @ ..] = above
+                && first.end < run.start
+            {
+                above = rest;
             }
-            let mut component = None;
-            let mut touching = above;
-            while touching < row && self.runs[touching].start <= end {
-                component = Some(self.join(component, self.runs[touching].component));
-                touching += 1;
+            let mut touching = above.iter().take_while(|first| first.start <= run.end);
+            let Some(first) = touching.next() else {
+                run.component = forest.plant(run, y);
+                continue;
+            };
+            let mut component = forest.root(first.component);
+            for further in touching {
+                component = forest.join(component, further.component);
             }
-            self.runs[i].component = self.add_run(component, start, end, y);
+            forest.grow(component, run, y);
+            run.component = component;
         }
     }
 
-    fn join(&mut self, a: Option<u32>, b: u32) -> u32 {
-        let b = self.root(b);
-        let Some(a) = a.filter(|&a| a != b) else {
-            return b;
-        };
-        let (root, child) = (a.min(b), a.max(b));
-        let absorbed = self.components[child as usize];
-        self.components[child as usize].parent = root;
-        self.components[root as usize].absorb(&absorbed);
-        root
+    pub(crate) fn max_labels(&self) -> usize {
+        self.max_runs
     }
 
-    fn add_run(&mut self, component: Option<u32>, start: u16, end: u16, y: u16) -> u32 {
-        let area = u32::from(end - start);
-        if let Some(root) = component {
-            let component = &mut self.components[root as usize];
-            component.area += area;
-            component.left = component.left.min(start);
-            component.right = component.right.max(end);
-            component.bottom = y;
-            return root;
+    pub(crate) fn n_runs(&self) -> usize {
+        self.runs.len()
+    }
+
+    /// All components ever begun, by label; those that stand for themselves are [`Component::is_whole`].
+    pub(crate) fn labelled(&self) -> &[Component] {
+        &self.forest.components
+    }
+
+    /// The runs of each row.
+    pub(crate) fn rows(&self) -> impl Iterator<Item = &[Run]> {
+        self.row_starts
+            .windows(2)
+            .map(|ends| &self.runs[ends[0] as usize..ends[1] as usize])
+    }
+
+    /// Points every label directly to its root.
+    pub(crate) fn flatten(&mut self) {
+        let components = &mut self.forest.components;
+        for label in 0..components.len() {
+            components[label].parent = components[components[label].parent as usize].parent;
         }
+    }
+}
+
+/// Components as a union-find forest: each label's parent is itself or an earlier one.
+#[derive(Debug, Default)]
+struct Forest {
+    components: Vec<Component>,
+}
+
+impl Forest {
+    fn plant(&mut self, run: &Run, y: u16) -> u32 {
         let label = self.components.len() as u32;
+        let Run { start, end, .. } = *run;
         self.components.push(Component {
             parent: label,
-            area,
+            area: u32::from(end - start),
             left: start,
             right: end,
             top: y,
             bottom: y,
         });
         label
+    }
+
+    fn grow(&mut self, root: u32, run: &Run, y: u16) {
+        let component = &mut self.components[root as usize];
+        component.area += u32::from(run.end - run.start);
+        component.left = component.left.min(run.start);
+        component.right = component.right.max(run.end);
+        component.bottom = y;
+    }
+
+    fn join(&mut self, a: u32, label: u32) -> u32 {
+        let b = self.root(label);
+        if a == b {
+            return a;
+        }
+        let (root, child) = (a.min(b), a.max(b));
+        let absorbed = self.components[child as usize];
+        self.components[child as usize].parent = root;
+        self.components[root as usize].absorb(&absorbed);
+        root
     }
 
     /// The component that stands for all joined ones, with the path to it halved.
@@ -182,51 +230,6 @@ impl Components {
             self.components[label as usize].parent = grandparent;
             label = grandparent;
         }
-    }
-
-    pub(crate) fn max_labels(&self) -> usize {
-        self.max_runs
-    }
-
-    pub(crate) fn n_runs(&self) -> usize {
-        self.runs.len()
-    }
-
-    /// Labels given; those in use as components are [`Self::whole`].
-    pub(crate) fn n_labels(&self) -> usize {
-        self.components.len()
-    }
-
-    /// The components that nothing has absorbed, with their labels.
-    pub(crate) fn whole(&self) -> impl Iterator<Item = (u32, &Component)> {
-        let labelled = self
-            .components
-            .iter()
-            .enumerate()
-            .map(|(label, component)| (label as u32, component));
-        labelled.filter(|(label, component)| component.parent == *label)
-    }
-
-    /// Points every label directly to its root.
-    pub(crate) fn flatten(&mut self) {
-        for label in 0..self.components.len() {
-            let parent = self.components[label].parent as usize;
-            self.components[label].parent = self.components[parent].parent;
-        }
-    }
-
-    /// The root's label of a run, after [`Self::flatten`].
-    pub(crate) fn label_of(&self, run: &Run) -> u32 {
-        self.components[run.component as usize].parent
-    }
-
-    /// The runs of a row.
-    pub(crate) fn row(&self, y: usize) -> &[Run] {
-        &self.runs[self.row_starts[y] as usize..self.row_starts[y + 1] as usize]
-    }
-
-    pub(crate) fn n_rows(&self) -> usize {
-        self.row_starts.len() - 1
     }
 }
 

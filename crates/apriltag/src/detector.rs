@@ -136,7 +136,7 @@ impl Detector {
     }
 
     fn read_outlines(&mut self, image: &Image<'_>, observer: &mut impl Observer) {
-        self.report.components += self.components.whole().count() as u32;
+        self.report.components += self.outlines.n_components();
         self.report.runs += self.components.n_runs() as u32;
         self.report.dropped += self.outlines.n_dropped();
         let n_known = self.sightings.len();
@@ -241,15 +241,10 @@ fn sight(
 ) -> Result<Sighting, Rejection> {
     check_sides(image, quad, BorderColour::Black, options.min_contrast)?;
     let rough = read(image, quad, readers);
-    if let Ok(sighting) = rough
-        && sighting.reading.found.hamming == 0
-    {
+    if rough.is_ok_and(|sighting| sighting.reading.found.hamming == 0) {
         return rough;
     }
-    let search = Search::coarse(mean_edge(quad) / USUAL_MODULES);
-    let Some(edges) = edges::fit(image, quad, BorderColour::Black, search) else {
-        return rough;
-    };
+    let edges = edges_of(image, quad);
     match (read(image, &edges.quad, readers), rough) {
         (Ok(better), Ok(rough)) if better.reading.found.hamming > rough.reading.found.hamming => {
             Ok(rough)

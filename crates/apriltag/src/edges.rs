@@ -21,7 +21,7 @@ const STEEP_STEPS: usize = 3;
 const SHARED_ERROR_PX: f32 = 0.015;
 
 /// Most profiles along a side: beyond that the line is no better than the lens is straight.
-const MAX_PROFILES: usize = 48;
+const MAX_PROFILES: usize = 24;
 
 /// How far to look from a side and how closely.
 #[derive(Clone, Copy, Debug)]
@@ -176,9 +176,15 @@ fn steepest(
 ) -> Option<(f32, f32)> {
     let mut profile = [0.0; 2 * MAX_STEPS + 1];
     let profile = &mut profile[..=2 * n_steps];
-    for (k, grey) in profile.iter_mut().enumerate() {
+    let at = |k: usize| {
         let away = (k as f32 - n_steps as f32) * STEP_PX;
-        *grey = image.sample([foot[0] + away * normal[0], foot[1] + away * normal[1]])? * sign;
+        [foot[0] + away * normal[0], foot[1] + away * normal[1]]
+    };
+    if !image.contains(at(0)) || !image.contains(at(2 * n_steps)) {
+        return None;
+    }
+    for (k, grey) in profile.iter_mut().enumerate() {
+        *grey = image.sample_within(at(k)) * sign;
     }
     let rise = |k: usize| profile[k + 1] - profile[k - 1];
     let mut peak = n_steps;

@@ -97,27 +97,34 @@ impl<'a> Image<'a> {
         &self.pixels[y * self.stride..][..self.width]
     }
 
+    /// Whether a point lies among the pixels' centres.
+    #[inline]
+    pub(crate) fn contains(&self, [x, y]: [f32; 2]) -> bool {
+        x >= 0.0 && y >= 0.0 && x <= (self.width - 1) as f32 && y <= (self.height - 1) as f32
+    }
+
     /// The grey value at a point by bilinear interpolation; `None` outside the pixels' centres.
     #[inline]
     pub(crate) fn sample(&self, point: [f32; 2]) -> Option<f32> {
-        let (x, y) = (point[0], point[1]);
-        let inside =
-            x >= 0.0 && y >= 0.0 && x <= (self.width - 1) as f32 && y <= (self.height - 1) as f32;
-        if !inside {
-            return None;
-        }
+        self.contains(point).then(|| self.sample_within(point))
+    }
+
+    /// Like [`Self::sample`] for a point that is known to lie among the pixels' centres; elsewhere the result means nothing.
+    #[inline]
+    pub(crate) fn sample_within(&self, [x, y]: [f32; 2]) -> f32 {
         let (column, row) = (
-            (x as usize).min(self.width - 2),
-            (y as usize).min(self.height - 2),
+            (x as u32 as usize).min(self.width - 2),
+            (y as u32 as usize).min(self.height - 2),
         );
         let (fx, fy) = (x - column as f32, y - row as f32);
         let at = row * self.stride + column;
+        let four = &self.pixels[at..at + self.stride + 2];
+        let mix = |a: u8, b: u8| f32::from(a) + fx * (f32::from(b) - f32::from(a));
         let (top, bottom) = (
-            &self.pixels[at..at + 2],
-            &self.pixels[at + self.stride..at + self.stride + 2],
+            mix(four[0], four[1]),
+            mix(four[self.stride], four[self.stride + 1]),
         );
-        let mix = |pair: &[u8]| f32::from(pair[0]) + fx * (f32::from(pair[1]) - f32::from(pair[0]));
-        Some(mix(top) + fy * (mix(bottom) - mix(top)))
+        top + fy * (bottom - top)
     }
 }
 

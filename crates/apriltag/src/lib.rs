@@ -22,6 +22,7 @@ mod photometric;
 mod quad;
 mod reading;
 mod report;
+mod shade;
 mod tiles;
 
 pub use detection::{Detection, Refinement};

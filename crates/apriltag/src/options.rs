@@ -15,7 +15,7 @@ pub struct Options {
     /// Shortest edge of a tag in pixels, 6 to 1000 (default 8). Below 8 a module of `tag36h11` is narrower than a pixel,
     /// and nobody reads it; raise it to save time where all tags are near.
     pub min_edge_px: f32,
-    /// Least difference between black and white in grey levels, 4 to 128 (default 12). Lower finds tags in
+    /// Least difference between black and white in grey levels, 4 to 128 (default 20). Lower finds tags in
     /// darker rooms and costs time in flat, noisy images.
     pub min_contrast: u8,
     /// Least difference between black and white in standard deviations of the image's noise, 3 to 20 (default 6.5: the
@@ -33,7 +33,7 @@ impl Default for Options {
             families: vec![Family::Tag36h11],
             max_hamming: 2,
             min_edge_px: 8.0,
-            min_contrast: 12,
+            min_contrast: 20,
             min_contrast_in_sigma: 6.5,
             min_margin: 4.0,
             refinement: Refinement::default(),

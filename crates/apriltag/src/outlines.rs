@@ -40,6 +40,7 @@ pub(crate) struct Outlines {
     /// The outline of each label.
     outline_of: Vec<u32>,
     max_extents: usize,
+    n_components: u32,
     dropped: u32,
 }
 
@@ -61,35 +62,38 @@ impl Outlines {
     fn select(&mut self, components: &Components, min_edge_px: f32) {
         self.outlines.clear();
         self.outline_of.clear();
-        self.outline_of.resize(components.n_labels(), NONE);
-        self.dropped = 0;
+        (self.n_components, self.dropped) = (0, 0);
         let mut n_extents = 0;
-        for (label, component) in components.whole() {
-            if !could_be_a_border(component, min_edge_px) {
+        for (label, component) in components.labelled().iter().enumerate() {
+            if !component.is_whole(label) {
+                self.outline_of.push(self.outline_of[component.root()]);
                 continue;
             }
+            self.n_components += 1;
             let height = component.height() as usize;
-            if n_extents + height > self.max_extents
-                || self.outlines.len() >= self.max_extents / LEAST_ROWS
-            {
-                self.dropped += 1;
-                continue;
+            let room = n_extents + height <= self.max_extents
+                && self.outlines.len() < self.max_extents / LEAST_ROWS;
+            let candidate = could_be_a_border(component, min_edge_px);
+            self.dropped += u32::from(candidate && !room);
+            if candidate && room {
+                self.outline_of.push(self.outlines.len() as u32);
+                self.outlines.push(Outline {
+                    component: *component,
+                    first_extent: n_extents,
+                });
+                n_extents += height;
+            } else {
+                self.outline_of.push(NONE);
             }
-            self.outline_of[label as usize] = self.outlines.len() as u32;
-            self.outlines.push(Outline {
-                component: *component,
-                first_extent: n_extents,
-            });
-            n_extents += height;
         }
         self.extents.clear();
         self.extents.resize(n_extents, NO_EXTENT);
     }
 
     fn gather(&mut self, components: &Components) {
-        for y in 0..components.n_rows() {
-            for run in components.row(y) {
-                let outline = self.outline_of[components.label_of(run) as usize];
+        for (y, runs) in components.rows().enumerate() {
+            for run in runs {
+                let outline = self.outline_of[run.component as usize];
                 if outline == NONE {
                     continue;
                 }
@@ -108,6 +112,11 @@ impl Outlines {
                 outline.first_extent..outline.first_extent + outline.component.height() as usize;
             (outline, &self.extents[extents])
         })
+    }
+
+    /// Components that the last image had, candidates or not.
+    pub(crate) fn n_components(&self) -> u32 {
+        self.n_components
     }
 
     pub(crate) fn n_dropped(&self) -> u32 {

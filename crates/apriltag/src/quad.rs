@@ -79,7 +79,11 @@ fn twice_area(polygon: &[Point]) -> f32 {
 }
 
 pub(crate) fn distance(a: Point, b: Point) -> f32 {
-    (a[0] - b[0]).hypot(a[1] - b[1])
+    distance_squared(a, b).sqrt()
+}
+
+fn distance_squared(a: Point, b: Point) -> f32 {
+    (a[0] - b[0]).powi(2) + (a[1] - b[1]).powi(2)
 }
 
 /// Index of the vertex with the greatest value.
@@ -117,8 +121,10 @@ fn first_guess(hull: &[Point]) -> [usize; 4] {
         [sum[0] + point[0], sum[1] + point[1]]
     });
     let n = hull.len() as f32;
-    let a = farthest(hull, |point| distance(point, [sum[0] / n, sum[1] / n]));
-    let c = farthest(hull, |point| distance(point, hull[a]));
+    let a = farthest(hull, |point| {
+        distance_squared(point, [sum[0] / n, sum[1] / n])
+    });
+    let c = farthest(hull, |point| distance_squared(point, hull[a]));
     let b = farthest(hull, |point| cross(hull[a], point, hull[c]));
     let d = farthest(hull, |point| cross(hull[c], point, hull[a]));
     [a, b, c, d]
@@ -145,6 +151,13 @@ fn perimeter(quad: &Quad) -> f32 {
 pub(crate) fn middle(quad: &Quad) -> Point {
     let mean = |axis: usize| quad.iter().map(|corner| corner[axis]).sum::<f32>() / 4.0;
     [mean(0), mean(1)]
+}
+
+/// Mean distances between the left and the right side and between the upper and the lower one.
+pub(crate) fn widths(quad: &Quad) -> [f32; 2] {
+    let side = |i: usize| distance(quad[i], quad[(i + 1) % 4]);
+    let area = twice_area(quad);
+    [area / (side(1) + side(3)), area / (side(0) + side(2))]
 }
 
 pub(crate) fn mean_edge(quad: &Quad) -> f32 {

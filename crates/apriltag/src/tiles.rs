@@ -6,8 +6,8 @@
 //! noise costs no time further on.
 
 use crate::Image;
-use crate::components::make_room;
 use crate::kernels::{Kernels, TILE, TILES_IN_WORD};
+use crate::shade::Shade;
 
 /// Where between the darkest and the brightest value around a tile the level lies.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -31,9 +31,7 @@ pub(crate) struct Tiles {
     /// Extrema of three tiles above each other, with one more at either end.
     column_darkest: Vec<u8>,
     column_brightest: Vec<u8>,
-    /// 1 for tiles that the second chance looks at.
-    shaded: Vec<u8>,
-    to_visit: Vec<u32>,
+    shade: Shade,
 }
 
 impl Tiles {
@@ -64,8 +62,7 @@ impl Tiles {
         ] {
             tiles.resize(columns * rows, 0);
         }
-        self.shaded.resize(columns * rows, 0);
-        make_room(&mut self.to_visit, columns * rows);
+        self.shade.make_room(columns, rows);
         self.column_darkest.resize(columns + 2, 0);
         self.column_brightest.resize(columns + 2, 0);
     }
@@ -73,33 +70,37 @@ impl Tiles {
     fn look_around(&mut self, row: usize) {
         let (above, below) = (row.saturating_sub(1), (row + 1).min(self.rows - 1));
         let tiles = |row: usize| row * self.columns..(row + 1) * self.columns;
-        let extremum = |of: &[u8], column: &mut [u8], around: &mut [u8], pick: fn(u8, u8) -> u8| {
-            let (a, b, c) = (&of[tiles(above)], &of[tiles(row)], &of[tiles(below)]);
-            spread(pick, [a, b, c], column, &mut around[tiles(row)]);
+        let three = |of: &'_ [u8]| {
+            [above, row, below]
+                .map(|row| tiles(row).start)
+                .map(|start| start..start + of.len() / self.rows)
         };
-        extremum(
-            &self.darkest,
-            &mut self.column_darkest,
-            &mut self.dark_around,
+        let [a, b, c] = three(&self.darkest).map(|range| &self.darkest[range]);
+        spread(
             u8::min,
+            [a, b, c],
+            &mut self.column_darkest,
+            &mut self.dark_around[tiles(row)],
         );
-        extremum(
-            &self.brightest,
-            &mut self.column_brightest,
-            &mut self.bright_around,
+        let [a, b, c] = three(&self.brightest).map(|range| &self.brightest[range]);
+        spread(
             u8::max,
+            [a, b, c],
+            &mut self.column_brightest,
+            &mut self.bright_around[tiles(row)],
         );
     }
 
     /// Standard deviation of the noise in grey levels, from the ranges of the flattest tiles.
     ///
-    /// The range of 16 normal values has its tenth percentile at 2.6 sigma. One tile row in four is asked; clipped
+    /// The range of 16 normal values has its tenth percentile at 2.6 sigma. Sixteen rows of tiles are asked; clipped
     /// tiles, which show too little noise, are not.
     pub(crate) fn noise_sigma(&self) -> f32 {
         const PERCENTILE: u32 = 10;
         const RANGE_IN_SIGMA: f32 = 2.6;
+        const ASKED_ROWS: usize = 16;
         let mut counts = [0_u32; 256];
-        for row in (0..self.rows).step_by(4) {
+        for row in (0..self.rows).step_by(self.rows.div_ceil(ASKED_ROWS)) {
             let tiles = row * self.columns..(row + 1) * self.columns;
             for (&dark, &bright) in self.darkest[tiles.clone()]
                 .iter()
@@ -119,36 +120,26 @@ impl Tiles {
         range.unwrap_or(0) as f32 / RANGE_IN_SIGMA
     }
 
-    /// Marks the live tiles that hang together with one in which there is contrast though all of it is dark compared to
-    /// what is around: black and white in the shade of something brighter. Says whether there are any.
+    /// Finds the tiles for the second chance; says whether there are any.
+    ///
+    /// A tile shows shade when there is contrast in it though all of it is dark compared to what is around.
     pub(crate) fn find_shade(&mut self, gate: u8) -> bool {
-        self.shaded.fill(0);
-        self.to_visit.clear();
-        for tile in 0..self.darkest.len() {
-            let (dark, bright) = (self.darkest[tile], self.brightest[tile]);
-            let middle = u8::midpoint(self.dark_around[tile], self.bright_around[tile]);
-            if bright - dark >= gate && bright < middle {
-                self.visit(tile, gate);
+        let shows_shade = |tile: usize| {
+            let own = self.brightest[tile] - self.darkest[tile] >= gate;
+            own & (self.brightest[tile]
+                < u8::midpoint(self.dark_around[tile], self.bright_around[tile]))
+        };
+        let any = (0..self.darkest.len()).fold(false, |any, tile| any | shows_shade(tile));
+        if any {
+            for row in 0..self.rows {
+                let live = |tile: usize| self.bright_around[tile] - self.dark_around[tile] >= gate;
+                let tiles = row * self.columns..(row + 1) * self.columns;
+                self.shade
+                    .set_row(row, tiles.map(|tile| (live(tile), shows_shade(tile))));
             }
+            self.shade.spread();
         }
-        let found = !self.to_visit.is_empty();
-        while let Some(tile) = self.to_visit.pop() {
-            let (row, column) = (tile as usize / self.columns, tile as usize % self.columns);
-            for row in row.saturating_sub(1)..=(row + 1).min(self.rows - 1) {
-                for column in column.saturating_sub(1)..=(column + 1).min(self.columns - 1) {
-                    self.visit(row * self.columns + column, gate);
-                }
-            }
-        }
-        found
-    }
-
-    fn visit(&mut self, tile: usize, gate: u8) {
-        let live = self.bright_around[tile] - self.dark_around[tile] >= gate;
-        if live && self.shaded[tile] == 0 {
-            self.shaded[tile] = 1;
-            self.to_visit.push(tile as u32);
-        }
+        any
     }
 
     pub(crate) fn rows(&self) -> usize {
@@ -163,30 +154,37 @@ impl Tiles {
         let tiles = row * self.columns..(row + 1) * self.columns;
         let around = self.dark_around[tiles.clone()]
             .iter()
-            .zip(&self.bright_around[tiles.clone()]);
+            .zip(&self.bright_around[tiles]);
         match level {
             Level::Middle => fill(levels, around, gate, u8::midpoint),
             Level::Shaded => {
                 fill(levels, around, gate, |dark, bright| {
                     dark + ((bright - dark) / 8).max(gate / 4 * 3)
                 });
-                for (level, &shaded) in levels.iter_mut().zip(&self.shaded[tiles]) {
-                    *level *= shaded;
-                }
+                self.shade.mask_row(row, &mut levels[..self.columns]);
             }
         }
         levels[self.columns] = levels[self.columns - 1];
     }
 }
 
-fn spread(pick: fn(u8, u8) -> u8, rows: [&[u8]; 3], column: &mut [u8], around: &mut [u8]) {
+/// The extremum of three rows of tiles and of each tile's neighbours in them.
+#[inline(always)]
+fn spread(
+    pick: impl Fn(u8, u8) -> u8,
+    [above, here, below]: [&[u8]; 3],
+    column: &mut [u8],
+    around: &mut [u8],
+) {
     let n = around.len();
-    for (i, out) in column[1..=n].iter_mut().enumerate() {
-        *out = pick(pick(rows[0][i], rows[1][i]), rows[2][i]);
+    let tiles = above.iter().zip(here).zip(below);
+    for (out, ((&a, &b), &c)) in column[1..=n].iter_mut().zip(tiles) {
+        *out = pick(pick(a, b), c);
     }
     (column[0], column[n + 1]) = (column[1], column[n]);
-    for (i, out) in around.iter_mut().enumerate() {
-        *out = pick(pick(column[i], column[i + 1]), column[i + 2]);
+    let neighbours = column[..n].iter().zip(&column[1..=n]).zip(&column[2..]);
+    for (out, ((&a, &b), &c)) in around.iter_mut().zip(neighbours) {
+        *out = pick(pick(a, b), c);
     }
 }
 
