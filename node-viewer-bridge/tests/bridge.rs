@@ -1,5 +1,10 @@
 //! The whole bridge against a real network on loopback: what a browser and a script get to hear.
 
+#![allow(
+    clippy::unwrap_used,
+    reason = "a test fails by panicking, its helpers too"
+)]
+
 use serde_json::Value;
 use sextant_estimator::{CameraId, ObjectId, State};
 use sextant_process::Shutdown;
