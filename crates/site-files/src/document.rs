@@ -2,6 +2,7 @@
 
 use crate::error::{Complaint, Wrong};
 use crate::hint::nearest;
+use serde::de::DeserializeOwned;
 use std::ops::Range;
 use std::path::Path;
 use toml::Spanned;
@@ -30,13 +31,37 @@ impl<'a> Document<'a> {
         }
     }
 
-    /// The values themselves, for serde.
-    pub(crate) fn values(&self) -> toml::Deserializer<'a> {
-        self.root.clone().into()
+    /// The document as a type of serde's; an array that is too long is refused as well.
+    pub(crate) fn read<T: DeserializeOwned>(&self) -> Result<T, Wrong> {
+        let value = T::deserialize(toml::Deserializer::from(self.root.clone()));
+        let value = value.map_err(|error| self.refused(&error))?;
+        match self.overlong_array::<T>() {
+            Some(complaint) => Err(self.complaint(complaint)),
+            None => Ok(value),
+        }
+    }
+
+    /// Serde's fixed arrays take the elements that they need and leave the rest unread. Only the deserialiser of values
+    /// without places notices the rest.
+    fn overlong_array<T: DeserializeOwned>(&self) -> Option<Complaint> {
+        let values: toml::Table = toml::from_str(self.text).ok()?;
+        let error = T::deserialize(values).err()?;
+        let length: usize = error
+            .message()
+            .strip_prefix("invalid length ")?
+            .strip_suffix(", expected fewer elements in array")?
+            .parse()
+            .ok()?;
+        let said = error.to_string();
+        let keys = said.split_once("in `")?.1.split_once('`')?.0;
+        let keys: Vec<&str> = keys.split('.').collect();
+        let key = path_of_array(self.root.get_ref(), &keys, length).unwrap_or(keys.join("."));
+        let cause = format!("{length} elements are too many");
+        Some(Complaint::new(key, cause, "remove those at the end"))
     }
 
     /// What serde refused, with place, key and the nearest known key.
-    pub(crate) fn refused(&self, error: &toml::de::Error) -> Wrong {
+    fn refused(&self, error: &toml::de::Error) -> Wrong {
         let offset = error.span().map(|span| span.start);
         let cause = one_line(error.message());
         Wrong {
@@ -138,6 +163,25 @@ fn covers(value: &Spanned<DeValue<'_>>, offset: usize) -> bool {
             DeValue::Array(items) => items.iter().any(|item| covers(item, offset)),
             _ => false,
         }
+}
+
+/// Path, with indices, of the first array of that length under keys that are given without them.
+fn path_of_array(table: &DeTable<'_>, keys: &[&str], length: usize) -> Option<String> {
+    let (key, rest) = keys.split_first()?;
+    let below = path_below(table.get(*key)?.get_ref(), rest, length)?;
+    Some(format!("{key}{below}"))
+}
+
+fn path_below(value: &DeValue<'_>, keys: &[&str], length: usize) -> Option<String> {
+    match value {
+        DeValue::Array(items) if keys.is_empty() && items.len() == length => Some(String::new()),
+        DeValue::Array(items) => items.iter().enumerate().find_map(|(index, item)| {
+            let below = path_below(item.get_ref(), keys, length)?;
+            Some(format!("[{index}]{below}"))
+        }),
+        DeValue::Table(table) => Some(format!(".{}", path_of_array(table, keys, length)?)),
+        _ => None,
+    }
 }
 
 /// `tag[2]` to `tag` and 2.

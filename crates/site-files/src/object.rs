@@ -49,8 +49,7 @@ pub fn read_object(path: &Path) -> Result<ObjectModel, FileError> {
 /// As [`read_object`].
 pub fn parse_object(path: &Path, text: &str) -> Result<ObjectModel, FileError> {
     let document = Document::parse(path, text)?;
-    let file =
-        ObjectFile::deserialize(document.values()).map_err(|error| document.refused(&error))?;
+    let file: ObjectFile = document.read()?;
     let object = object_of(&file, &document).map_err(|complaint| document.complaint(complaint))?;
     Ok(object)
 }

@@ -50,7 +50,7 @@ pub fn parse_toml<T: DeserializeOwned>(
     check: impl FnOnce(&T) -> Result<(), Complaint>,
 ) -> Result<T, FileError> {
     let document = Document::parse(path, text)?;
-    let value = T::deserialize(document.values()).map_err(|error| document.refused(&error))?;
+    let value = document.read()?;
     check(&value).map_err(|complaint| document.complaint(complaint))?;
     Ok(value)
 }

@@ -44,7 +44,7 @@ pub fn read_rig(path: &Path) -> Result<Rig, FileError> {
 /// As [`read_rig`].
 pub fn parse_rig(path: &Path, text: &str) -> Result<Rig, FileError> {
     let document = Document::parse(path, text)?;
-    let file = RigFile::deserialize(document.values()).map_err(|error| document.refused(&error))?;
+    let file: RigFile = document.read()?;
     let rig = rig_of(&file, &document).map_err(|complaint| document.complaint(complaint))?;
     Ok(rig)
 }
@@ -218,6 +218,21 @@ lens = { model = "kannala-brandt", fx = 123.4567890123, fy = 600.0, cx = 639.5, 
                 "[640, 480]",
                 "[640]",
                 "rig.toml:4:14: camera[0].resolution: invalid length 1",
+            ),
+            (
+                "[640, 480]",
+                "[640, 480, 3]",
+                "rig.toml:4:14: camera[0].resolution: 3 elements are too many; remove",
+            ),
+            (
+                "[1.0, 0.0, 1.2]",
+                "[1.0, 0.0, 1.2, 1.0]",
+                "rig.toml:6:34: camera[0].world_from_camera.position: 4 elements are too many",
+            ),
+            (
+                "[1280, 800]",
+                "[1280, 800, 3]",
+                "rig.toml:10:14: camera[1].resolution: 3 elements are too many",
             ),
             (
                 "[640, 480]",
