@@ -74,11 +74,8 @@ impl Site {
 
     pub fn set_rig(&mut self, rig: &Rig) {
         let posed = |camera: &crate::Camera| {
-            let camera_from_world = camera.world_from_camera?.inverse();
-            Some(PosedCamera {
-                lens: camera.lens,
-                camera_from_world,
-            })
+            let world_from_camera = camera.world_from_camera?;
+            Some(PosedCamera::new(camera.lens, &world_from_camera))
         };
         let site_camera = |camera: &crate::Camera| SiteCamera {
             id: camera.id.clone(),

@@ -10,9 +10,16 @@ use crate::site::{ObjectImage, Site};
 use crate::track::Track;
 use crate::{ClockOffset, FusionOptions, ObjectEstimate, ObjectId};
 
+/// Cameras whose simultaneous images are taken jointly; further ones follow in the order of the rig, so that one more
+/// image of an instant costs no more than its own group.
+const GROUP: usize = 8;
+
+/// Capture time in ns, and group of cameras.
+type Key = (u64, usize);
+
 #[derive(Debug)]
 struct Instant {
-    /// By camera index: simultaneous images are taken together, in that order.
+    /// By camera index: taken jointly.
     images: BTreeMap<usize, Arc<ObjectImage>>,
     after: Track,
 }
@@ -22,7 +29,7 @@ struct Instant {
 pub(crate) struct Timeline {
     object: ObjectId,
     base: Track,
-    instants: BTreeMap<u64, Instant>,
+    instants: BTreeMap<Key, Instant>,
 }
 
 /// An image that came too late to be inserted.
@@ -60,36 +67,35 @@ impl Timeline {
         if too_old || (self.base.time_ns > 0 && time_ns <= self.base.time_ns) {
             return Err(TooLate);
         }
-        let instant = self.instants.entry(time_ns).or_insert_with(|| Instant {
+        let key = (time_ns, image.camera_index / GROUP);
+        let instant = self.instants.entry(key).or_insert_with(|| Instant {
             images: BTreeMap::new(),
             after: Track::default(),
         });
         instant.images.insert(image.camera_index, image);
-        self.replay(time_ns, site, options);
+        self.replay(key, site, options);
         self.forget(window_ns);
         Ok(())
     }
 
-    fn replay(&mut self, from_ns: u64, site: &Site, options: &FusionOptions) {
-        let mut before = self.before(from_ns).clone();
-        for (time_ns, instant) in self.instants.range_mut(from_ns..) {
+    fn replay(&mut self, from: Key, site: &Site, options: &FusionOptions) {
+        let mut before = self.before(from).clone();
+        for ((time_ns, _), instant) in self.instants.range_mut(from..) {
             let images: Vec<&ObjectImage> = instant.images.values().map(Arc::as_ref).collect();
             instant.after = before.advanced(*time_ns, &images, site, options);
             before = instant.after.clone();
         }
     }
 
-    fn before(&self, time_ns: u64) -> &Track {
-        self.instants
-            .range(..time_ns)
-            .next_back()
-            .map_or(&self.base, |(_, instant)| &instant.after)
+    fn before(&self, key: Key) -> &Track {
+        let before = self.instants.range(..key).next_back();
+        before.map_or(&self.base, |(_, instant)| &instant.after)
     }
 
     /// Drops the instants older than the window; the newest always stays.
     fn forget(&mut self, window_ns: u64) {
         let oldest = self.newest_ns().saturating_sub(window_ns);
-        let kept = self.instants.split_off(&oldest);
+        let kept = self.instants.split_off(&(oldest, 0));
         let gone = std::mem::replace(&mut self.instants, kept);
         if let Some((_, last)) = gone.into_iter().next_back() {
             self.base = last.after;
@@ -100,13 +106,13 @@ impl Timeline {
     pub fn newest_ns(&self) -> u64 {
         self.instants
             .last_key_value()
-            .map_or(self.base.time_ns, |(time_ns, _)| *time_ns)
+            .map_or(self.base.time_ns, |((time_ns, _), _)| *time_ns)
     }
 
     /// The track at or before an instant.
     pub fn at(&self, time_ns: u64) -> &Track {
         self.instants
-            .range(..=time_ns)
+            .range(..=(time_ns, usize::MAX))
             .next_back()
             .map_or(&self.base, |(_, instant)| &instant.after)
     }

@@ -52,6 +52,8 @@ pub(crate) struct Track {
     rival: Option<Box<Track>>,
     /// Since when there is a rival, in ns.
     rival_since_ns: Option<u64>,
+    /// Whether a view of the last images took part.
+    took_part: bool,
     /// What the images of this instant contributed.
     pub sighting: Sighting,
 }
@@ -77,7 +79,7 @@ impl Track {
             .is_known_at(time_ns, options)
             .then(|| self.followed(time_ns, &sights, options));
         match followed {
-            Some(track) if track.sighting.tags > 0 => track,
+            Some(track) if track.took_part => track,
             Some(track) if !track.is_contradicted(options) => track,
             Some(_) => self.born(time_ns, &sights, options),
             None => self.forgotten().born(time_ns, &sights, options),
@@ -126,7 +128,7 @@ impl Track {
             .flat_map(|one| one.followed(dt, sights, options))
             .collect();
         let mut next = self.with(time_ns, steps, sights, options);
-        if next.sighting.tags == 0 {
+        if !next.took_part {
             next.contradicted_since_ns = self.contradicted_since_ns.or(Some(time_ns));
         }
         next
@@ -173,9 +175,16 @@ impl Track {
             ..Self::default()
         };
         if let Some(best) = next.hypotheses.first() {
-            next.sighting = Sighting::of(best, sights);
+            let sighting = Sighting::of(best, sights);
+            next.took_part = sighting.tags > 0;
+            let same_instant = self.time_ns == time_ns && !self.hypotheses.is_empty();
+            next.sighting = if same_instant {
+                self.sighting.joined(sighting)
+            } else {
+                sighting
+            };
             let alone = next.hypotheses.len() == 1;
-            next.seen_ns = if next.sighting.tags > 0 {
+            next.seen_ns = if next.took_part {
                 time_ns
             } else {
                 self.seen_ns

@@ -3,7 +3,9 @@
 //! r = pi(camera_from_world (R q + t)) - u; with t += dt and R = exp(dr) R:
 //! dr/d(dt, dr) = J_pi R_cw [I | -[R q]x].
 
-use nalgebra::{Matrix2, Matrix2x3, Matrix6, Point2, Point3, SMatrix, Vector2, Vector3, Vector6};
+use nalgebra::{
+    Matrix2, Matrix2x3, Matrix3, Matrix6, Point2, Point3, SMatrix, Vector2, Vector3, Vector6,
+};
 use sextant_geometry::{Lens, Pose};
 
 use crate::{ClockOffset, TagId};
@@ -15,6 +17,26 @@ type Matrix2x6 = SMatrix<f64, 2, 6>;
 pub(crate) struct PosedCamera {
     pub lens: Lens,
     pub camera_from_world: Pose,
+    /// Its rotation as a matrix.
+    turn: Matrix3<f64>,
+}
+
+impl PosedCamera {
+    pub fn new(lens: Lens, world_from_camera: &Pose) -> Self {
+        let camera_from_world = world_from_camera.inverse();
+        let turn = camera_from_world.rotation.to_rotation_matrix().into_inner();
+        Self {
+            lens,
+            camera_from_world,
+            turn,
+        }
+    }
+}
+
+/// A corner and its derivative by (dt, dr), in pixels.
+struct Projected {
+    pixel: Point2<f64>,
+    jacobian: Matrix2x6,
 }
 
 /// One tag in one image.
@@ -104,12 +126,32 @@ impl Sight<'_> {
     /// Cost and normal equations about `world_from_object`; `None` where the tag would lie behind the camera or outside
     /// of the lens's field. A tag seen from its back has residuals all the same, which lead round to its face.
     pub fn normal(&self, world_from_object: &Pose) -> Option<Normal> {
+        let turn = world_from_object.rotation.to_rotation_matrix().into_inner();
+        let place =
+            self.camera.camera_from_world * Point3::from(world_from_object.translation.vector);
         let mut sum = Normal::zero();
         for corner in 0..4 {
-            let (residual, jacobian) = self.residual(world_from_object, corner)?;
-            self.accumulate(&mut sum, corner, &residual, &jacobian);
+            let arm = turn * self.view.corners_in_object[corner].coords;
+            let seen = self.projected(&place, &arm)?;
+            let residual = seen.pixel - self.view.corners_in_image[corner];
+            self.accumulate(&mut sum, corner, &residual, &seen.jacobian);
         }
         Some(sum)
+    }
+
+    /// The corner at `arm` (world axes) from the object's origin, which lies at `place` in the camera's frame.
+    fn projected(&self, place: &Point3<f64>, arm: &Vector3<f64>) -> Option<Projected> {
+        let in_camera = place + self.camera.turn * arm;
+        let (pixel, by_point) = self.camera.lens.project_with_jacobian(&in_camera)?;
+        let by_place: Matrix2x3<f64> = by_point * self.camera.turn;
+        let (x, y) = (by_place.row(0).transpose(), by_place.row(1).transpose());
+        // v [arm]x = (v x arm) as a row; the attitude's part is -J [arm]x.
+        let (turn_x, turn_y) = (arm.cross(&x), arm.cross(&y));
+        let jacobian = Matrix2x6::new(
+            x.x, x.y, x.z, turn_x.x, turn_x.y, turn_x.z, //
+            y.x, y.y, y.z, turn_y.x, turn_y.y, turn_y.z,
+        );
+        Some(Projected { pixel, jacobian })
     }
 
     /// Whether the tag's printed side is turned towards the camera.
@@ -122,30 +164,6 @@ impl Sight<'_> {
     /// Where the tag would be.
     pub fn camera_from_tag(&self, world_from_object: &Pose) -> Pose {
         self.camera.camera_from_world * world_from_object * self.view.object_from_tag
-    }
-
-    fn residual(
-        &self,
-        world_from_object: &Pose,
-        corner: usize,
-    ) -> Option<(Vector2<f64>, Matrix2x6)> {
-        let arm = world_from_object.rotation * self.view.corners_in_object[corner].coords;
-        let in_world = Point3::from(arm + world_from_object.translation.vector);
-        let in_camera = self.camera.camera_from_world * in_world;
-        let (pixel, by_point) = self.camera.lens.project_with_jacobian(&in_camera)?;
-        let by_world: Matrix2x3<f64> = by_point
-            * self
-                .camera
-                .camera_from_world
-                .rotation
-                .to_rotation_matrix()
-                .matrix();
-        let mut jacobian = Matrix2x6::zeros();
-        jacobian.fixed_columns_mut::<3>(0).copy_from(&by_world);
-        jacobian
-            .fixed_columns_mut::<3>(3)
-            .copy_from(&(by_world * -arm.cross_matrix()));
-        Some((pixel - self.view.corners_in_image[corner], jacobian))
     }
 
     fn accumulate(

@@ -11,8 +11,10 @@ use super::corners::{Normal, Sight};
 
 /// Most steps of one solve; a tracked object needs two or three.
 const MOST_STEPS: usize = 20;
-/// A step below this many sigmas ends the solve.
-const SMALL_STEP: f64 = 1e-3;
+/// A step below this many sigmas is not worth taking.
+const SMALL_STEP: f64 = 0.01;
+/// Damping at which the search is given up: steps are far below a sigma by then.
+const MOST_DAMPING: f64 = 1e6;
 /// Twice the cost of a view that can't be seen from the pose: as bad as a view can be.
 pub(crate) const UNSEEN: f64 = 1e3;
 
@@ -28,8 +30,9 @@ pub(crate) struct Prior {
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Fit {
     pub pose: Pose,
-    /// What the corners say: J^T W J about the pose.
+    /// What the corners say about the pose: the sum over all views, and each view's part.
     pub corners: Normal,
+    pub views: Vec<Option<Normal>>,
     /// Squared Mahalanobis distance from the prior.
     pub surprise: f64,
     /// Twice the cost: surprise and chi-square of all corners.
@@ -39,6 +42,7 @@ pub(crate) struct Fit {
 struct Point {
     pose: Pose,
     corners: Normal,
+    views: Vec<Option<Normal>>,
     surprise: f64,
     cost: f64,
     /// Of prior and corners together.
@@ -54,24 +58,23 @@ pub(crate) fn solve(prior: &Prior, sights: &[Sight<'_>], start: &Pose) -> Option
         let Some(step) = damped_step(&best, damping) else {
             break;
         };
-        let length = step.dot(&(best.information * step));
-        let next = evaluate(prior, sights, &se3::perturb(&best.pose, &step))
-            .filter(|next| next.cost <= best.cost);
-        match next {
+        let length = step.dot(&(best.information * step)).sqrt();
+        if (damping == 0.0 && length < SMALL_STEP) || damping > MOST_DAMPING {
+            break;
+        }
+        let next = evaluate(prior, sights, &se3::perturb(&best.pose, &step));
+        match next.filter(|next| next.cost <= best.cost) {
             Some(next) => {
                 best = next;
                 damping = if damping < 1e-4 { 0.0 } else { damping * 0.1 };
             }
-            None if length < SMALL_STEP * SMALL_STEP => break,
             None => damping = (damping * 10.0).max(1e-3),
-        }
-        if length < SMALL_STEP * SMALL_STEP || damping > 1e6 {
-            break;
         }
     }
     Some(Fit {
         pose: best.pose,
         corners: best.corners,
+        views: best.views,
         surprise: best.surprise,
         cost: best.cost,
     })
@@ -87,18 +90,14 @@ fn damped_step(at: &Point, damping: f64) -> Option<Vector6<f64>> {
 }
 
 fn evaluate(prior: &Prior, sights: &[Sight<'_>], pose: &Pose) -> Option<Point> {
+    let views: Vec<_> = sights.iter().map(|sight| sight.normal(pose)).collect();
     let mut corners = Normal::zero();
-    let mut unseen = 0;
-    for sight in sights {
-        match sight.normal(pose) {
-            Some(normal) => corners.add(&normal),
-            None => unseen += 1,
-        }
-    }
+    views.iter().flatten().for_each(|view| corners.add(view));
+    let unseen = views.iter().filter(|view| view.is_none()).count();
     if unseen == sights.len() && unseen > 0 {
         return None;
     }
-    corners.chi2 += UNSEEN * f64::from(unseen as u32);
+    corners.chi2 += UNSEEN * unseen as f64;
     let off = se3::difference(pose, &prior.pose);
     let (information, gradient) = prior_normal(prior, &off);
     let surprise = off.dot(&(prior.information * off));
@@ -110,6 +109,7 @@ fn evaluate(prior: &Prior, sights: &[Sight<'_>], pose: &Pose) -> Option<Point> {
     cost.is_finite().then_some(Point {
         pose: *pose,
         corners,
+        views,
         surprise,
         cost,
         information,

@@ -17,8 +17,8 @@ pub(crate) struct Sighting {
     pub cameras: u32,
     /// Views that took part.
     pub tags: u32,
-    /// Root mean square of the residuals in pixels.
-    pub rms_px: f64,
+    /// Sum of their squared residuals in px².
+    square_px: f64,
     /// Camera index of each view that was refused.
     pub refused: Vec<usize>,
 }
@@ -32,17 +32,8 @@ impl Sighting {
             .collect();
         cameras.dedup();
         let tags = best.taken.iter().filter(|taken| taken.part).count() as u32;
-        let square: f64 = best
-            .taken
-            .iter()
-            .filter(|taken| taken.part)
-            .map(|taken| taken.square_px)
-            .sum();
-        let rms_px = if tags > 0 {
-            (square / (8.0 * f64::from(tags))).sqrt()
-        } else {
-            0.0
-        };
+        let taking_part = best.taken.iter().filter(|taken| taken.part);
+        let square_px = taking_part.map(|taken| taken.square_px).sum();
         let refused = pairs()
             .filter(|(_, taken)| !taken.part)
             .map(|(sight, _)| sight.camera_index)
@@ -50,9 +41,24 @@ impl Sighting {
         Self {
             cameras: cameras.len() as u32,
             tags,
-            rms_px,
+            square_px,
             refused,
         }
+    }
+
+    /// With what other images of the same instant contributed.
+    pub fn joined(&self, mut other: Self) -> Self {
+        other.cameras += self.cameras;
+        other.tags += self.tags;
+        other.square_px += self.square_px;
+        other.refused.extend(&self.refused);
+        other
+    }
+
+    /// Root mean square of the residuals in pixels, over both axes.
+    pub fn rms_px(&self) -> f64 {
+        let residuals = 8.0 * f64::from(self.tags.max(1));
+        (self.square_px / residuals).sqrt()
     }
 }
 
@@ -96,7 +102,7 @@ impl Track {
             state: self.state(&covariance, options),
             cameras: self.sighting.cameras,
             tags: self.sighting.tags,
-            rms_px: self.sighting.rms_px,
+            rms_px: self.sighting.rms_px(),
         })
     }
 

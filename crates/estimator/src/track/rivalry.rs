@@ -14,13 +14,6 @@ const AGREEMENT: f64 = 3.0;
 /// Sigma in seconds of an offset that is known.
 const KNOWN_S: f64 = 0.002;
 
-/// Whether several cameras took their images in the very same nanosecond: free clocks never do, so that one clock
-/// triggers or stamps them all.
-fn is_one_shutter(images: &[&ObjectImage]) -> bool {
-    let unvouched = |image: &&ObjectImage| image.clock == StatedClock::Unknown;
-    images.len() > 1 && images.iter().any(unvouched)
-}
-
 impl Track {
     /// The track after the images of the instant `time_ns`, which is not before this one's.
     pub fn advanced(
@@ -33,7 +26,7 @@ impl Track {
         let mut next = self.stepped(time_ns, images, site, options);
         let rival = match &self.rival {
             Some(rival) => Some(rival.stepped(time_ns, images, site, options)),
-            None if is_one_shutter(images) => {
+            None if self.shares_shutter(time_ns, images) => {
                 next.timing.settled_ns = Some(time_ns);
                 None
             }
@@ -48,6 +41,14 @@ impl Track {
             Some(rival) => next.rivalled(rival, options),
             None => next,
         }
+    }
+
+    /// Whether several cameras took their images in the very same nanosecond: free clocks never do, so that one clock
+    /// triggers or stamps them all.
+    fn shares_shutter(&self, time_ns: u64, images: &[&ObjectImage]) -> bool {
+        let unvouched = |image: &&ObjectImage| image.clock == StatedClock::Unknown;
+        let others = self.time_ns == time_ns && self.took_part;
+        (images.len() > 1 || others) && images.iter().any(unvouched)
     }
 
     /// This track, as it were with clocks to be estimated; `None` where there is no question, or it is settled.

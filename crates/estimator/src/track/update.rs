@@ -118,7 +118,7 @@ fn updated_by_group(
             return None;
         }
         let fit = solve(&pose_prior, &active, start.unwrap_or(&expected.pose))?;
-        let normals: Vec<_> = sights.iter().map(|sight| seen(sight, &fit.pose)).collect();
+        let normals = normals(sights, &part, &fit);
         let worst = worst_chi2(&normals, &part);
         if worst > options.tag_gate {
             // Just below the worst, so that at least that one goes.
@@ -147,9 +147,15 @@ fn chosen<'a>(sights: &[Sight<'a>], part: &[bool]) -> Vec<Sight<'a>> {
         .collect()
 }
 
-/// Cost and normal equations of a view that shows the tag's face.
-fn seen(sight: &Sight<'_>, pose: &Pose) -> Option<Normal> {
-    sight.faces(pose).then(|| sight.normal(pose)).flatten()
+/// Cost and normal equations of each view at the fit; `None` where it would have to show the tag's back.
+fn normals(sights: &[Sight<'_>], part: &[bool], fit: &Fit) -> Vec<Option<Normal>> {
+    let mut fitted = fit.views.iter();
+    let mut normal = |(sight, part): (&Sight<'_>, &bool)| {
+        let fitted = if *part { fitted.next().cloned() } else { None };
+        let normal = fitted.unwrap_or_else(|| sight.normal(&fit.pose));
+        normal.filter(|_| sight.faces(&fit.pose))
+    };
+    sights.iter().zip(part).map(|pair| normal(pair)).collect()
 }
 
 fn chi2(normal: &Option<Normal>) -> f64 {

@@ -1,0 +1,226 @@
+//! What fusion costs: one image of a tracked object, a late image, a large site. `cargo bench -p sextant-estimator`.
+//!
+//! Prints microseconds of one core; the clock is read here, never in the crate.
+
+use std::time::Instant;
+
+use nalgebra::{Matrix2, Point2, Rotation3, UnitQuaternion, Vector3};
+use sextant_estimator::{
+    Camera, CameraId, Fusion, FusionOptions, ImageObservation, Input, ObjectId, ObjectModel,
+    ObjectTag, Rig, TagCorners, TagId,
+};
+use sextant_geometry::lens::Intrinsics;
+use sextant_geometry::{Lens, Pose, tag_corners_in_tag};
+use sextant_tag_families::Family;
+
+const START_NS: u64 = 1_700_000_000_000_000_000;
+const PERIOD_NS: u64 = 33_333_333;
+
+fn rig(cameras: usize) -> Rig {
+    let intrinsics = Intrinsics {
+        fx: 600.0,
+        fy: 600.0,
+        cx: 319.5,
+        cy: 239.5,
+    };
+    let camera = |index: usize| {
+        let angle = std::f64::consts::TAU * index as f64 / cameras as f64;
+        let place = Vector3::new(0.5 * angle.cos(), 0.5 * angle.sin(), 1.2);
+        let forward = -place.normalize();
+        let right = forward.cross(&Vector3::z()).normalize();
+        let rotation = Rotation3::from_basis_unchecked(&[right, forward.cross(&right), forward]);
+        Camera {
+            id: CameraId::new(&format!("cam{index}")).expect("a name"),
+            resolution: [640, 480],
+            lens: Lens::pinhole(intrinsics).expect("a lens"),
+            world_from_camera: Some(Pose::from_parts(
+                place.into(),
+                UnitQuaternion::from_rotation_matrix(&rotation),
+            )),
+        }
+    };
+    Rig::new((0..cameras).map(camera).collect()).expect("a rig")
+}
+
+/// A plate whose tags lie side by side, all facing up.
+fn plate(index: usize, tags: usize) -> ObjectModel {
+    let tag = |number: usize| ObjectTag {
+        tag: TagId {
+            family: Family::Tag36h11,
+            id: (index * tags + number) as u32,
+        },
+        size_m: 0.03,
+        object_from_tag: Some(Pose::translation(
+            0.04 * (number % 3) as f64,
+            0.04 * (number / 3) as f64,
+            0.0,
+        )),
+    };
+    ObjectModel::new(
+        ObjectId::new(&format!("plate{index}")).expect("a name"),
+        (0..tags).map(tag).collect(),
+    )
+    .expect("an object")
+}
+
+fn pose(index: usize, time_ns: u64) -> Pose {
+    let seconds = (time_ns - START_NS) as f64 * 1e-9;
+    let angle = index as f64 * 0.63;
+    let place = Vector3::new(
+        0.25 * angle.cos() + 0.1 * seconds.sin(),
+        0.25 * angle.sin(),
+        0.05 * (2.0 * seconds).cos(),
+    );
+    Pose::from_parts(
+        place.into(),
+        UnitQuaternion::from_scaled_axis(Vector3::new(0.2 * seconds.sin(), 0.1, 0.5 * seconds)),
+    )
+}
+
+/// A cheap deterministic noise of about 0.05 px.
+fn noise(state: &mut u64) -> f64 {
+    *state = state
+        .wrapping_mul(6_364_136_223_846_793_005)
+        .wrapping_add(1_442_695_040_888_963_407);
+    ((*state >> 33) as f64 / (1u64 << 31) as f64 - 0.5) * 0.17
+}
+
+fn image(
+    rig: &Rig,
+    camera: usize,
+    objects: &[ObjectModel],
+    time_ns: u64,
+    state: &mut u64,
+) -> ImageObservation {
+    let camera = &rig.cameras()[camera];
+    let camera_from_world = camera.world_from_camera.expect("a pose").inverse();
+    let mut tags = Vec::new();
+    for (index, object) in objects.iter().enumerate() {
+        for tag in object.tags() {
+            let camera_from_tag =
+                camera_from_world * pose(index, time_ns) * tag.object_from_tag.expect("a place");
+            let corners = tag_corners_in_tag(tag.size_m)
+                .map(|corner| camera.lens.project(&(camera_from_tag * corner)));
+            if let [Some(a), Some(b), Some(c), Some(d)] = corners {
+                let corners =
+                    [a, b, c, d].map(|p| Point2::new(p.x + noise(state), p.y + noise(state)));
+                tags.push(TagCorners {
+                    tag: tag.tag,
+                    corners,
+                    corner_covariance: [Matrix2::identity() * 0.0025; 4],
+                });
+            }
+        }
+    }
+    ImageObservation {
+        camera: camera.id.clone(),
+        capture_ns: time_ns,
+        clock_error_ns: 0,
+        exposure_ns: 0,
+        tags,
+    }
+}
+
+fn report(name: &str, mut micros: Vec<f64>) {
+    micros.sort_by(f64::total_cmp);
+    let at = |share: f64| micros[((micros.len() - 1) as f64 * share) as usize];
+    println!(
+        "{name:<50} median {:8.1} us   p99 {:8.1} us   max {:8.1} us",
+        at(0.5),
+        at(0.99),
+        at(1.0)
+    );
+}
+
+fn timed(fusion: &mut Fusion, image: ImageObservation) -> f64 {
+    let now_ns = image.capture_ns + 1_000_000_000;
+    let start = Instant::now();
+    fusion.handle(now_ns, Input::Image(image));
+    while fusion.poll_output().is_some() {}
+    start.elapsed().as_secs_f64() * 1e6
+}
+
+fn one_image(tags: usize) {
+    let (rig, objects, mut state) = (rig(4), vec![plate(0, tags)], 1);
+    let mut fusion =
+        Fusion::new(rig.clone(), objects.clone(), FusionOptions::default()).expect("a machine");
+    let mut micros = Vec::new();
+    for number in 0..4000u64 {
+        let time_ns = START_NS + number * PERIOD_NS / 4;
+        let image = image(&rig, (number % 4) as usize, &objects, time_ns, &mut state);
+        micros.push(timed(&mut fusion, image));
+    }
+    report(
+        &format!("one image, one object, {tags} tags"),
+        micros.split_off(100),
+    );
+}
+
+fn late_image() {
+    let (rig, objects, mut state) = (rig(4), vec![plate(0, 6)], 1);
+    let mut fusion =
+        Fusion::new(rig.clone(), objects.clone(), FusionOptions::default()).expect("a machine");
+    let mut micros = Vec::new();
+    for number in 0..4000u64 {
+        let time_ns = START_NS + number * PERIOD_NS / 4;
+        timed(
+            &mut fusion,
+            image(&rig, (number % 3) as usize, &objects, time_ns, &mut state),
+        );
+        if number > 100 && number % 10 == 0 {
+            let late = image(
+                &rig,
+                3,
+                &objects,
+                time_ns - 50 * PERIOD_NS / 4 + 1,
+                &mut state,
+            );
+            micros.push(timed(&mut fusion, late));
+        }
+    }
+    report("an image late by 50 images, 6 tags", micros);
+}
+
+fn large_site(simultaneous: bool) {
+    let (rig, mut state) = (rig(64), 1);
+    let objects: Vec<_> = (0..10).map(|index| plate(index, 2)).collect();
+    let mut fusion =
+        Fusion::new(rig.clone(), objects.clone(), FusionOptions::default()).expect("a machine");
+    let mut micros = Vec::new();
+    let rounds = 60;
+    for round in 0..rounds {
+        for camera in 0..64 {
+            let phase = if simultaneous {
+                0
+            } else {
+                camera * PERIOD_NS / 64
+            };
+            let image = image(
+                &rig,
+                camera as usize,
+                &objects,
+                START_NS + round * PERIOD_NS + phase,
+                &mut state,
+            );
+            micros.push(timed(&mut fusion, image));
+        }
+    }
+    let warm = micros.split_off(64 * 10);
+    let seconds = (rounds - 10) as f64 * PERIOD_NS as f64 * 1e-9;
+    let share = warm.iter().sum::<f64>() * 1e-6 / seconds;
+    let how = if simultaneous {
+        "simultaneous"
+    } else {
+        "free-running"
+    };
+    report(&format!("64 cameras, 10 objects, 20 tags, {how}"), warm);
+    println!("{:<50} {:.0} % of a core", "", share * 100.0);
+}
+
+fn main() {
+    one_image(1);
+    one_image(6);
+    late_image();
+    large_site(false);
+    large_site(true);
+}
