@@ -4,7 +4,9 @@
 import type { Observations, Point, TagOutline } from "./protocol.ts";
 
 const KEPT = 48;
-/** Neighbours further apart than this are not interpolated, and a single one further away is not shown. */
+/** Neighbours further apart than this are not interpolated. */
+export const SPAN_NS = 400e6;
+/** A single observation further away than this is not shown. */
 const REACH_NS = 150e6;
 
 /** The last observations of one camera, in order of capture time. */
@@ -28,7 +30,7 @@ export class OutlineHistory {
     const next = after < 0 ? undefined : this.history[after];
     if (next?.t_ns === t_ns) return next.tags;
     const previous = after < 0 ? this.history.at(-1) : this.history[after - 1];
-    if (previous && next && next.t_ns - previous.t_ns < REACH_NS) return interpolate(previous, next, t_ns);
+    if (previous && next && next.t_ns - previous.t_ns < SPAN_NS) return interpolate(previous, next, t_ns);
     return nearest(previous, next, t_ns)?.tags ?? [];
   }
 }

@@ -7,10 +7,13 @@ import type { CameraStatus, Message, ObjectTag, Observations, Pose, RigCamera, S
 
 /** Seconds without a word after which shown figures are no longer called live. */
 const SILENT_AFTER_S = 2;
+/** A camera tells its status about once a second. */
+const STATUS_KEPT_S = 3;
 
 export class CameraState {
   model: RigCamera | null = null;
   status: CameraStatus | null = null;
+  statusAt = -Infinity;
   /** Whether the node is on the network; `null` while unknown. */
   up: boolean | null = null;
   heardAt = -Infinity;
@@ -20,6 +23,12 @@ export class CameraState {
   readonly latency = new Recent();
 
   constructor(readonly id: string) {}
+
+  /** Images detected a second, as the camera says; counted here while it says nothing. */
+  rateHz(now: number): number | null {
+    const told = this.status && now - this.statusAt < STATUS_KEPT_S ? this.status.rate_hz : null;
+    return told ?? this.rate.rate(now);
+  }
 
   condition(now: number): "live" | "silent" | "offline" {
     if (this.up === false) return "offline";
@@ -74,8 +83,7 @@ export class Site {
       case "observations":
         return this.observations(message, now);
       case "camera_status":
-        this.camera(message.camera).status = message;
-        return;
+        return this.cameraStatus(message, now);
       case "fusion_status":
         this.fusionFaults.set(message.node, message.faults);
         return;
@@ -129,6 +137,12 @@ export class Site {
     const camera = this.camera(model.id);
     camera.model = model;
     camera.resolution ??= model.resolution;
+  }
+
+  private cameraStatus(status: CameraStatus, now: number): void {
+    const camera = this.camera(status.camera);
+    camera.status = status;
+    camera.statusAt = now;
   }
 
   private model(id: string, tags: ObjectTag[]): void {

@@ -81,7 +81,7 @@ class CameraCard {
     const condition = this.camera.condition(now);
     this.condition.set(condition);
     const live = condition === "live";
-    this.rate.set(live ? fixed(this.camera.rate.rate(now), 1) : NONE);
+    this.rate.set(live ? fixed(this.camera.rateHz(now), 1) : NONE);
     this.latency.set(live ? magnitude(this.camera.latency.median()) : NONE);
     this.dropped.set(this.camera.status ? count(this.camera.status.dropped) : NONE);
     if (this.root.dataset["condition"] !== condition) this.root.dataset["condition"] = condition;

@@ -1,15 +1,17 @@
 // A camera's live picture with tag outlines and ids over it. One picture is decoded at a time; newer ones replace waiting
 // ones, so that a slow machine skips pictures and holds none back.
 
-import { onPicture } from "../matching.ts";
+import { onPicture, SPAN_NS } from "../matching.ts";
 import { STRANGER } from "../palette.ts";
 import type { Point, Preview, TagOutline } from "../protocol.ts";
 import type { CameraState, Site } from "../site.ts";
 import { element, testId } from "./dom.ts";
 
 const MAX_PIXEL_RATIO = 2;
-/** A tag smaller than this on the screen has its id above it, not inside. */
+/** A tag smaller than this on the screen gets a finer line. */
 const SMALL_PX = 26;
+/** A tag smaller than this has no room for its id; enlarging the picture shows it. */
+const ILLEGIBLE_PX = 9;
 const HALO = "rgba(8, 11, 15, 0.75)";
 
 export class Picture {
@@ -50,9 +52,9 @@ export class Picture {
     });
   }
 
-  /** Whether a picture was taken at or after this time, so that older outlines no longer matter. */
+  /** Whether outlines of this capture time may matter to the shown picture. */
   wants(t_ns: number): boolean {
-    return this.shownAt_ns !== null && Math.abs(t_ns - this.shownAt_ns) < 200e6;
+    return this.shownAt_ns !== null && Math.abs(t_ns - this.shownAt_ns) < SPAN_NS;
   }
 
   private async decodeWaiting(): Promise<void> {
@@ -117,14 +119,14 @@ function drawOutline(
   place: (corner: Point) => Point,
 ): void {
   const corners = tag.corners.map(place);
-  const small = extent(corners, 0) < SMALL_PX || extent(corners, 1) < SMALL_PX;
+  const smaller = Math.min(extent(corners, 0), extent(corners, 1));
   context.lineJoin = "round";
   context.beginPath();
   for (const [x, y] of corners) context.lineTo(x, y);
   context.closePath();
-  if (!small) stroke(context, HALO, 3.5);
-  stroke(context, colour, small ? 1.3 : 1.7);
-  drawId(context, String(tag.id), small ? above(corners) : centre(corners), colour);
+  if (smaller > SMALL_PX) stroke(context, HALO, 3.5);
+  stroke(context, colour, smaller > SMALL_PX ? 1.7 : 1.3);
+  if (smaller > ILLEGIBLE_PX) drawId(context, String(tag.id), centre(corners), smaller, colour);
 }
 
 function stroke(context: CanvasRenderingContext2D, style: string, width: number): void {
@@ -133,8 +135,8 @@ function stroke(context: CanvasRenderingContext2D, style: string, width: number)
   context.stroke();
 }
 
-function drawId(context: CanvasRenderingContext2D, text: string, [x, y]: Point, colour: string): void {
-  context.font = "600 10px system-ui, sans-serif";
+function drawId(context: CanvasRenderingContext2D, text: string, [x, y]: Point, room: number, colour: string): void {
+  context.font = `600 ${Math.min(12, Math.max(8, 0.62 * room))}px system-ui, sans-serif`;
   context.textAlign = "center";
   context.textBaseline = "middle";
   context.strokeStyle = HALO;
@@ -147,10 +149,6 @@ function drawId(context: CanvasRenderingContext2D, text: string, [x, y]: Point, 
 function centre(corners: Point[]): Point {
   const sum = corners.reduce(([sx, sy], [x, y]) => [sx + x, sy + y], [0, 0]);
   return [sum[0] / corners.length, sum[1] / corners.length];
-}
-
-function above(corners: Point[]): Point {
-  return [centre(corners)[0], Math.min(...corners.map(([, y]) => y)) - 7];
 }
 
 function extent(corners: Point[], axis: 0 | 1): number {

@@ -67,7 +67,7 @@ export class Stage {
     const reach = Math.max(0.5, ...positions.map((position) => position.length()));
     for (const camera of cameras) this.frustum(camera.id).model(camera, Math.min(0.5, reach * 0.16));
     this.floor.span(reach * 1.45);
-    this.view.frame([...positions.flatMap((position) => [position, position.clone().setZ(0)]), new Vector3()]);
+    this.view.frame([...positions, ...floorAround(0.45 * reach)]);
     this.frames.request();
   }
 
@@ -150,6 +150,11 @@ export class Stage {
     this.labels.update(this.view.camera, ...this.size);
     return fading && this.options.trails;
   }
+}
+
+/** Points of the floor around the origin, where objects most likely are. */
+function floorAround(radius: number): Vector3[] {
+  return [[1, 0], [0, 1], [-1, 0], [0, -1]].map(([x = 0, y = 0]) => new Vector3(x * radius, y * radius, 0));
 }
 
 function sun(): DirectionalLight {
