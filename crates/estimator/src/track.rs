@@ -122,12 +122,17 @@ impl Track {
 
     fn followed(&self, time_ns: u64, sights: &[Sight<'_>], options: &FusionOptions) -> Self {
         let dt = seconds(self.time_ns, time_ns);
-        let steps: Vec<_> = self
-            .hypotheses
-            .iter()
-            .flat_map(|one| one.followed(dt, sights, options))
-            .collect();
-        let mut next = self.with(time_ns, steps, sights, options);
+        let follow = |one: &Hypothesis| one.followed(dt, sights, options);
+        let followed: Vec<_> = self.hypotheses.iter().map(follow).collect();
+        let contradicted = followed.iter().all(|one| one.contradicted);
+        let mut ways: Vec<_> = followed.into_iter().flat_map(|one| one.ways).collect();
+        if contradicted {
+            // Put elsewhere while nobody looked: worth its odds if the views agree among themselves.
+            let mut elsewhere = birth::hypotheses(sights, options);
+            hypothesis::weaken(&mut elsewhere, options.jolt_odds);
+            ways.extend(elsewhere);
+        }
+        let mut next = self.with(time_ns, ways, sights, options);
         if !next.took_part {
             next.contradicted_since_ns = self.contradicted_since_ns.or(Some(time_ns));
         }

@@ -23,18 +23,32 @@ pub(crate) struct Hypothesis {
 impl Hypothesis {
     /// What becomes of the hypothesis after `dt` seconds with the views of that instant. Where they contradict the
     /// prediction there are two ways on: the body was hit, or the views are wrong; what follows will tell.
-    pub fn followed(&self, dt: f64, sights: &[Sight<'_>], options: &FusionOptions) -> Vec<Self> {
+    pub fn followed(&self, dt: f64, sights: &[Sight<'_>], options: &FusionOptions) -> Followed {
         let predicted = self.state.predicted(dt);
-        let mut next = taken_in(&predicted, sights, options);
-        if next.is_empty() {
-            next = taken_in(&jolted(&predicted, dt, options), sights, options);
-            next.iter_mut()
-                .for_each(|one| one.evidence -= options.jolt_odds);
-            next.push(refused(predicted, sights, options));
+        let mut ways = taken_in(&predicted, sights, options);
+        let contradicted = ways.is_empty();
+        if contradicted {
+            ways = taken_in(&jolted(&predicted, dt, options), sights, options);
+            weaken(&mut ways, options.jolt_odds);
+            ways.push(refused(predicted, sights, options));
         }
-        next.iter_mut()
-            .for_each(|one| one.evidence += self.evidence);
-        next
+        weaken(&mut ways, -self.evidence);
+        Followed { ways, contradicted }
+    }
+}
+
+/// What becomes of a hypothesis at the next instant.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Followed {
+    pub ways: Vec<Hypothesis>,
+    /// Whether no view agrees with the prediction.
+    pub contradicted: bool,
+}
+
+/// Lowers the evidence by the logarithm of odds.
+pub(crate) fn weaken(hypotheses: &mut [Hypothesis], odds: f64) {
+    for one in hypotheses {
+        one.evidence -= odds;
     }
 }
 

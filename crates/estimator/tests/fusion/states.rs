@@ -4,7 +4,8 @@ use sextant_estimator::{FusionOptions, ImageObservation, Input, State};
 use sextant_geometry::Pose;
 
 use crate::scene::{
-    Eye, PERIOD_NS, Random, START_NS, cube, feed, fusion, path_at, poses, position_error, rig, run,
+    Eye, PERIOD_NS, Random, START_NS, cube, feed, fusion, path, path_at, poses, position_error,
+    rig, run,
 };
 
 fn empty(mut image: ImageObservation) -> ImageObservation {
@@ -88,6 +89,34 @@ fn an_object_put_elsewhere_is_found_again() {
             .filter(|estimate| estimate.state == State::Tracking);
         let near = tracked.is_some_and(|estimate| position_error(estimate, &place(round)) < 1e-3);
         assert!(near || (20..26).contains(&round), "round {round}: {last:?}");
+    }
+}
+
+#[test]
+fn an_object_that_is_elsewhere_in_every_round_is_found_in_every_round() {
+    let (rig, object) = (rig(4), cube());
+    let eye = Eye {
+        rig: &rig,
+        object: &object,
+        sigma_px: 0.1,
+    };
+    let (mut fusion, mut random) = (fusion(&rig, &object, FusionOptions::default()), Random(9));
+    for round in 0..40 {
+        let time_ns = START_NS + round * 3 * PERIOD_NS;
+        let pose = path(1.7 * round as f64);
+        let mut last = Vec::new();
+        for camera in 0..4 {
+            last.extend(feed(
+                &mut fusion,
+                eye.image(camera, time_ns, &pose, &mut random),
+            ));
+        }
+        let last = last.last().unwrap();
+        assert!(
+            position_error(last, &pose) < 1e-3,
+            "round {round}: {:?}",
+            last.state
+        );
     }
 }
 
