@@ -2,6 +2,8 @@
 //!
 //! Prints microseconds of one core; the clock is read here, never in the crate.
 
+#![allow(clippy::expect_used, reason = "a bench without its scene is none")]
+
 use std::time::Instant;
 
 use nalgebra::{Matrix2, Point2, Rotation3, UnitQuaternion, Vector3};

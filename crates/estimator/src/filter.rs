@@ -13,3 +13,6 @@ pub(crate) mod corners;
 pub(crate) mod kinematics;
 pub(crate) mod motion;
 pub(crate) mod solve;
+
+#[cfg(test)]
+mod tests;

@@ -150,12 +150,12 @@ fn chosen<'a>(sights: &[Sight<'a>], part: &[bool]) -> Vec<Sight<'a>> {
 /// Cost and normal equations of each view at the fit; `None` where it would have to show the tag's back.
 fn normals(sights: &[Sight<'_>], part: &[bool], fit: &Fit) -> Vec<Option<Normal>> {
     let mut fitted = fit.views.iter();
-    let mut normal = |(sight, part): (&Sight<'_>, &bool)| {
+    let normal = |(sight, part): (&Sight<'_>, &bool)| {
         let fitted = if *part { fitted.next().cloned() } else { None };
         let normal = fitted.unwrap_or_else(|| sight.normal(&fit.pose));
         normal.filter(|_| sight.faces(&fit.pose))
     };
-    sights.iter().zip(part).map(|pair| normal(pair)).collect()
+    sights.iter().zip(part).map(normal).collect()
 }
 
 fn chi2(normal: &Option<Normal>) -> f64 {

@@ -1,0 +1,256 @@
+//! The filter against numeric derivatives and against the textbook's dense update.
+
+use nalgebra::{Matrix2, Matrix6, Point2, SMatrix, Vector2, Vector3, Vector6};
+use sextant_geometry::lens::Intrinsics;
+use sextant_geometry::{Lens, Pose, se3, tag_corners_in_tag};
+use sextant_tag_families::Family;
+
+use super::absorb::absorb;
+use super::corners::{Normal, PosedCamera, Sight, View};
+use super::kinematics::{Covariance, Kinematics};
+use super::motion::{Motion, Restlessness};
+use super::solve::{Fit, solve};
+use crate::{ClockOffset, TagId};
+
+fn camera() -> PosedCamera {
+    let intrinsics = Intrinsics {
+        fx: 600.0,
+        fy: 590.0,
+        cx: 320.0,
+        cy: 240.0,
+    };
+    let lens = Lens::brown_conrady(intrinsics, [-0.2, 0.05, 0.001, -0.0005, 0.0]).unwrap();
+    // Looks down from 1 m above the world's origin, a little askew.
+    let turn = Vector3::new(std::f64::consts::PI - 0.1, 0.05, 0.0);
+    PosedCamera::new(lens, &Pose::new(Vector3::new(0.05, -0.02, 1.0), turn))
+}
+
+fn object() -> Pose {
+    Pose::new(Vector3::new(0.03, 0.04, 0.02), Vector3::new(0.3, -0.2, 0.5))
+}
+
+/// A view of a tag of 5 cm, its corners off the truth by `off`.
+fn view(camera: &PosedCamera, object_from_tag: Pose, off: [Vector2<f64>; 4]) -> View {
+    let corners_in_object = tag_corners_in_tag(0.05).map(|corner| object_from_tag * corner);
+    let project = |index: usize| {
+        let in_camera = camera.camera_from_world * object() * corners_in_object[index];
+        camera.lens.project(&in_camera).unwrap() + off[index]
+    };
+    View {
+        tag: TagId {
+            family: Family::Tag36h11,
+            id: 0,
+        },
+        size_m: 0.05,
+        object_from_tag,
+        corners_in_object,
+        corners_in_image: [0, 1, 2, 3].map(|index| Point2::from(project(index))),
+        information: [Matrix2::new(100.0, 20.0, 20.0, 150.0); 4],
+    }
+}
+
+fn sight<'a>(camera: &'a PosedCamera, view: &'a View) -> Sight<'a> {
+    Sight {
+        camera_index: 0,
+        camera,
+        view,
+        weight: 1.0,
+        clock: None,
+    }
+}
+
+fn small_offsets() -> [Vector2<f64>; 4] {
+    [(0.05, -0.1), (-0.08, 0.02), (0.1, 0.1), (-0.03, 0.06)].map(|(x, y)| Vector2::new(x, y))
+}
+
+/// A state about the truth, with correlations between pose and twist.
+fn state(offset: &Vector6<f64>) -> Kinematics {
+    let mixing =
+        SMatrix::<f64, 12, 12>::from_fn(|row, column| ((row * 7 + column * 3) as f64).sin());
+    let covariance = Covariance::identity() * 1e-4 + mixing * mixing.transpose() * 2e-5;
+    let restlessness = Restlessness {
+        linear: 0.05,
+        angular: 0.5,
+        clocks: 1e-9,
+    };
+    Kinematics {
+        pose: se3::perturb(&object(), offset),
+        twist: Vector6::new(0.2, -0.1, 0.05, 1.0, -0.5, 0.7),
+        covariance,
+        clocks: None,
+        motion: Motion::new(restlessness),
+    }
+}
+
+fn small_step() -> Vector6<f64> {
+    Vector6::new(0.004, -0.003, 0.002, 0.01, -0.008, 0.012)
+}
+
+#[test]
+fn the_gradient_of_the_corners_is_that_of_their_cost() {
+    let camera = camera();
+    let view = view(
+        &camera,
+        Pose::translation(0.02, -0.01, 0.03),
+        small_offsets(),
+    );
+    let sight = sight(&camera, &view);
+    let pose = se3::perturb(&object(), &(small_step() * 0.01));
+    let normal = sight.normal(&pose).unwrap();
+    for axis in 0..6 {
+        let step = Vector6::ith(axis, 1e-6);
+        let cost = |step: &Vector6<f64>| sight.normal(&se3::perturb(&pose, step)).unwrap().chi2;
+        let slope = (cost(&step) - cost(&-step)) / 2e-6;
+        let gradient = 2.0 * normal.gradient[axis];
+        assert!(
+            (slope - gradient).abs() < 1e-4 * gradient.abs().max(1.0),
+            "{axis}: {slope} {gradient}"
+        );
+    }
+}
+
+#[test]
+fn the_fit_is_where_prior_and_corners_balance() {
+    let camera = camera();
+    let view = view(&camera, Pose::identity(), small_offsets());
+    let sight = sight(&camera, &view);
+    let prior = state(&small_step()).observed(0).prior().unwrap();
+    let fit = solve(&prior, &[sight], &prior.pose).unwrap();
+    let cost = |step: Vector6<f64>| {
+        let pose = se3::perturb(&fit.pose, &step);
+        let off = se3::difference(&pose, &prior.pose);
+        off.dot(&(prior.information * off)) + sight.normal(&pose).unwrap().chi2
+    };
+    let sigma = (prior.information + fit.corners.information)
+        .try_inverse()
+        .unwrap();
+    for axis in 0..6 {
+        let step = Vector6::ith(axis, 0.1 * sigma[(axis, axis)].sqrt());
+        assert!(
+            cost(step) > fit.cost - 1e-3 && cost(-step) > fit.cost - 1e-3,
+            "{axis}"
+        );
+    }
+}
+
+#[test]
+fn a_wrong_corner_pulls_little() {
+    let camera = camera();
+    let mut off = [Vector2::zeros(); 4];
+    off[2] = Vector2::new(30.0, -20.0);
+    let others = [
+        view(
+            &camera,
+            Pose::translation(0.06, 0.0, 0.0),
+            [Vector2::zeros(); 4],
+        ),
+        view(&camera, Pose::identity(), off),
+    ];
+    let sights: Vec<Sight<'_>> = others.iter().map(|view| sight(&camera, view)).collect();
+    let prior = state(&small_step()).observed(0).prior().unwrap();
+    let fit = solve(&prior, &sights, &prior.pose).unwrap();
+    assert!(se3::difference(&fit.pose, &object()).norm() < 0.01);
+}
+
+#[test]
+fn the_predicted_covariance_is_that_of_predicted_errors() {
+    let before = state(&Vector6::zeros());
+    let dt = 0.05;
+    let after = before.predicted(dt);
+    let moved = |error: &SMatrix<f64, 12, 1>| {
+        let mut state = before.clone();
+        state.pose = se3::perturb(&before.pose, &error.fixed_rows::<6>(0).into_owned());
+        state.twist += error.fixed_rows::<6>(6);
+        let state = state.predicted(dt);
+        let mut out = SMatrix::<f64, 12, 1>::zeros();
+        out.fixed_rows_mut::<6>(0)
+            .copy_from(&se3::difference(&state.pose, &after.pose));
+        out.fixed_rows_mut::<6>(6)
+            .copy_from(&(state.twist - after.twist));
+        out
+    };
+    let columns: Vec<_> = (0..12)
+        .map(|axis| moved(&(SMatrix::ith(axis, 1e-6))) / 1e-6)
+        .collect();
+    let transition = SMatrix::<f64, 12, 12>::from_columns(&columns);
+    let noise = super::kinematics::white_acceleration(dt, before.motion.restlessness());
+    let expected = transition * before.covariance * transition.transpose() + noise;
+    assert!((after.covariance - expected).amax() < 1e-9);
+}
+
+/// A fit at a pose with the information given, whatever corners may have led there.
+fn fit_at(pose: Pose, information: Matrix6<f64>) -> Fit {
+    let corners = Normal {
+        information,
+        ..Normal::zero()
+    };
+    Fit {
+        pose,
+        corners,
+        views: Vec::new(),
+        surprise: 0.0,
+        cost: 0.0,
+    }
+}
+
+#[test]
+fn absorbing_is_the_dense_kalman_update() {
+    let before = state(&Vector6::zeros());
+    let information = Matrix6::from_diagonal(&Vector6::new(2e4, 3e4, 1e4, 5e3, 6e3, 7e3));
+    // The pose at which prior and a measurement of that information, off by `seen`, balance.
+    let seen = small_step() * 0.1;
+    let prior = before.covariance.fixed_view::<6, 6>(0, 0).into_owned();
+    let gain = before.covariance.fixed_columns::<6>(0)
+        * (prior + information.try_inverse().unwrap())
+            .try_inverse()
+            .unwrap();
+    let step = gain * seen;
+    let pose = se3::perturb(&before.pose, &step.fixed_rows::<6>(0).into_owned());
+    let after = absorb(&before, 0, &fit_at(pose, information))
+        .unwrap()
+        .state;
+    let dense = before.covariance - gain * before.covariance.fixed_rows::<6>(0);
+    assert!((after.twist - before.twist - step.fixed_rows::<6>(6)).amax() < 1e-9);
+    // The reset by the small turn changes it by less than a hundredth.
+    assert!((after.covariance - dense).amax() < 0.01 * dense.amax());
+    assert!(after.covariance.cholesky().is_some());
+}
+
+#[test]
+fn a_camera_ahead_of_time_sees_the_pose_of_before() {
+    let mut state = state(&Vector6::zeros());
+    state.know_clock(
+        3,
+        ClockOffset {
+            offset_s: 0.01,
+            sigma_s: 0.002,
+        },
+    );
+    let seen = state.observed(3).pose;
+    let before = state.predicted(-0.01).pose;
+    assert!(se3::difference(&seen, &before).amax() < 1e-12);
+    assert_eq!(state.observed(0).pose, state.pose);
+}
+
+#[test]
+fn an_offset_is_learned_from_where_the_camera_sees_the_body() {
+    let mut known = state(&Vector6::zeros());
+    known.covariance *= 1e-4;
+    known.know_clock(
+        1,
+        ClockOffset {
+            offset_s: 0.0,
+            sigma_s: 0.02,
+        },
+    );
+    let pose = se3::perturb(&known.pose, &(known.twist * -0.008));
+    let after = absorb(&known, 1, &fit_at(pose, Matrix6::identity() * 1e8))
+        .unwrap()
+        .state;
+    let (camera, offset) = after.clocks.as_ref().unwrap().offsets().next().unwrap();
+    assert_eq!(camera, 1);
+    assert!(
+        (offset.offset_s - 0.008).abs() < 4.0 * offset.sigma_s && offset.sigma_s < 0.002,
+        "{offset:?}"
+    );
+}
