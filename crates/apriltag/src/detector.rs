@@ -5,7 +5,7 @@ use crate::components::{Components, make_room};
 use crate::edges::{self, EdgeFit, Search};
 use crate::kernels::Kernels;
 use crate::outlines::Outlines;
-use crate::photometric;
+use crate::photometric::PatternFitter;
 use crate::quad::{Point, Quad, QuadFinder, distance, mean_edge, middle};
 use crate::reading::{Reader, Reading, check_sides};
 use crate::tiles::{Level, Tiles};
@@ -36,6 +36,7 @@ pub struct Detector {
     components: Components,
     outlines: Outlines,
     quads: QuadFinder,
+    patterns: PatternFitter,
     sightings: Vec<Sighting>,
     detections: Vec<Detection>,
     report: Report,
@@ -45,6 +46,7 @@ impl Detector {
     /// Checks the options and prepares the families' tables.
     pub fn new(options: Options) -> Result<Self, OptionsError> {
         options.check()?;
+        let kernels = Kernels::fastest();
         Ok(Self {
             readers: options
                 .families
@@ -52,13 +54,14 @@ impl Detector {
                 .map(|&family| Reader::new(family, &options))
                 .collect(),
             options,
-            kernels: Kernels::fastest(),
+            kernels,
             size: (0, 0),
             tiles: Tiles::default(),
             plane: BitPlane::default(),
             components: Components::default(),
             outlines: Outlines::default(),
             quads: QuadFinder::default(),
+            patterns: PatternFitter::new(kernels),
             sightings: Vec::new(),
             detections: Vec::new(),
             report: Report::default(),
@@ -192,11 +195,11 @@ impl Detector {
 
     /// Corners below the pixel for every sighting; detections in order.
     fn locate(&mut self, image: &Image<'_>) {
-        let detections = self
-            .sightings
-            .iter()
-            .map(|sighting| refine(image, sighting, self.options.refinement));
-        self.detections.extend(detections);
+        for sighting in &self.sightings {
+            let patterns =
+                (self.options.refinement == Refinement::Photometric).then_some(&mut self.patterns);
+            self.detections.push(refine(image, sighting, patterns));
+        }
         self.detections.sort_unstable_by(|a, b| {
             let ([ax, ay], [bx, by]) = (a.centre(), b.centre());
             (a.family, a.id)
@@ -271,13 +274,14 @@ fn read(image: &Image<'_>, quad: &Quad, readers: &[Reader]) -> Result<Sighting, 
 }
 
 /// The tag as its edges show it, then as its whole pattern does where that knows better.
-fn refine(image: &Image<'_>, sighting: &Sighting, refinement: Refinement) -> Detection {
+fn refine(
+    image: &Image<'_>,
+    sighting: &Sighting,
+    patterns: Option<&mut PatternFitter>,
+) -> Detection {
     let Sighting { reading, quad } = sighting;
     let edges = edges_of(image, quad);
-    let pattern = match refinement {
-        Refinement::Edges => None,
-        Refinement::Photometric => photometric::fit(image, reading, &edges),
-    };
+    let pattern = patterns.and_then(|patterns| patterns.fit(image, reading, &edges));
     let (corners, corner_covariance, refinement) = match pattern {
         Some(fit) => (fit.corners, fit.covariance, Refinement::Photometric),
         None => (edges.quad, edges.covariance, Refinement::Edges),

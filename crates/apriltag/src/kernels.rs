@@ -18,6 +18,7 @@ pub(crate) const WORD: usize = 64;
 pub(crate) const TILES_IN_WORD: usize = WORD / TILE;
 
 type TileExtrema = fn(rows: [&[u8]; TILE], darkest: &mut [u8], brightest: &mut [u8]);
+type Dot = fn(a: &[f32], b: &[f32]) -> f32;
 type ThresholdWords = fn(row: &[u8], levels: &[u8], words: &mut [u64]);
 
 /// One set of kernels.
@@ -25,12 +26,14 @@ type ThresholdWords = fn(row: &[u8], levels: &[u8], words: &mut [u64]);
 pub(crate) struct Kernels {
     extrema: TileExtrema,
     threshold: ThresholdWords,
+    dot: Dot,
 }
 
 impl Kernels {
     pub(crate) const SCALAR: Self = Self {
         extrema: scalar::tile_extrema,
         threshold: scalar::threshold_words,
+        dot: scalar::dot,
     };
 
     /// The fastest that this processor can run.
@@ -52,6 +55,11 @@ impl Kernels {
         let n_tiles = rows[0].len() / TILE;
         let rows = rows.map(|row| &row[..n_tiles * TILE]);
         (self.extrema)(rows, &mut darkest[..n_tiles], &mut brightest[..n_tiles]);
+    }
+
+    /// Sum of products of two equally long slices.
+    pub(crate) fn dot(&self, a: &[f32], b: &[f32]) -> f32 {
+        (self.dot)(a, b)
     }
 
     /// One bit a pixel, the least significant leftmost: set where the pixel is below its tile's level.
@@ -113,6 +121,14 @@ mod tests {
             levels in prop::collection::vec(prop_oneof![Just(0), any::<u8>()], 5 * TILES_IN_WORD),
         ) {
             prop_assert_eq!(threshold(Kernels::fastest(), &row, &levels), threshold(Kernels::SCALAR, &row, &levels));
+        }
+
+        #[test]
+        fn fast_sums_of_products_equal_the_scalar_ones_but_for_rounding(
+            pairs in prop::collection::vec((-1.0_f32..1.0, -1.0_f32..1.0), 0..300),
+        ) {
+            let (a, b): (Vec<f32>, Vec<f32>) = pairs.into_iter().unzip();
+            prop_assert!((Kernels::fastest().dot(&a, &b) - Kernels::SCALAR.dot(&a, &b)).abs() < 1e-4);
         }
 
         #[test]

@@ -69,7 +69,7 @@ fn cross(a: Point, b: Point, c: Point) -> f32 {
     (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
 }
 
-fn twice_area(polygon: &[Point]) -> f32 {
+pub(crate) fn twice_area(polygon: &[Point]) -> f32 {
     let next = polygon.iter().cycle().skip(1);
     polygon
         .iter()

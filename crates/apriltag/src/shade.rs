@@ -41,13 +41,14 @@ impl Shade {
             self.fill_row(row);
         }
         for _ in 0..MAX_SWEEPS {
-            let down = (1..n_rows).fold(false, |changed, row| {
-                self.reach_from(row - 1, row) || changed
-            });
-            let up = (1..n_rows).rev().fold(false, |changed, row| {
-                self.reach_from(row, row - 1) || changed
-            });
-            if !down && !up {
+            let down = (1..n_rows)
+                .filter(|&row| self.reach_from(row - 1, row))
+                .count();
+            let up = (1..n_rows)
+                .rev()
+                .filter(|&row| self.reach_from(row, row - 1))
+                .count();
+            if down + up == 0 {
                 break;
             }
         }

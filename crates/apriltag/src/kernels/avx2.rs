@@ -6,12 +6,14 @@ use std::arch::x86_64::*;
 /// Pixels in a vector.
 const LANES: usize = 32;
 
-/// These kernels, where the processor has AVX2.
+/// These kernels, where the processor has AVX2 and FMA.
 pub(super) fn kernels() -> Option<Kernels> {
-    std::arch::is_x86_feature_detected!("avx2").then_some(Kernels {
-        extrema: tile_extrema,
-        threshold: threshold_words,
-    })
+    (std::arch::is_x86_feature_detected!("avx2") && std::arch::is_x86_feature_detected!("fma"))
+        .then_some(Kernels {
+            extrema: tile_extrema,
+            threshold: threshold_words,
+            dot,
+        })
 }
 
 fn tile_extrema(rows: [&[u8]; TILE], darkest: &mut [u8], brightest: &mut [u8]) {
@@ -22,6 +24,39 @@ fn tile_extrema(rows: [&[u8]; TILE], darkest: &mut [u8], brightest: &mut [u8]) {
 fn threshold_words(row: &[u8], levels: &[u8], words: &mut [u64]) {
     // SAFETY: `kernels` gives this function out only where AVX2 was detected.
     unsafe { threshold_words_avx2(row, levels, words) }
+}
+
+fn dot(a: &[f32], b: &[f32]) -> f32 {
+    // SAFETY: `kernels` gives this function out only where AVX2 and FMA were detected.
+    unsafe { dot_fma(a, b) }
+}
+
+#[target_feature(enable = "avx2,fma")]
+fn dot_fma(a: &[f32], b: &[f32]) -> f32 {
+    const FLOATS: usize = 8;
+    let mut sums = [_mm256_setzero_ps(); 2];
+    let (a, b) = (a.chunks_exact(2 * FLOATS), b.chunks_exact(2 * FLOATS));
+    let rest = scalar::dot(a.remainder(), b.remainder());
+    for (a, b) in a.zip(b) {
+        for (i, sum) in sums.iter_mut().enumerate() {
+            *sum = _mm256_fmadd_ps(
+                load_floats(&a[i * FLOATS..]),
+                load_floats(&b[i * FLOATS..]),
+                *sum,
+            );
+        }
+    }
+    let sum = _mm256_add_ps(sums[0], sums[1]);
+    let sum = _mm_add_ps(_mm256_castps256_ps128(sum), _mm256_extractf128_ps::<1>(sum));
+    let sum = _mm_add_ps(sum, _mm_movehl_ps(sum, sum));
+    _mm_cvtss_f32(_mm_add_ss(sum, _mm_movehdup_ps(sum))) + rest
+}
+
+#[target_feature(enable = "avx2")]
+fn load_floats(values: &[f32]) -> __m256 {
+    let values = &values[..8];
+    // SAFETY: the slice holds the eight values that are read; no alignment is asked for.
+    unsafe { _mm256_loadu_ps(values.as_ptr()) }
 }
 
 #[target_feature(enable = "avx2")]

@@ -5,9 +5,11 @@
 //! here a box as wide as the trapezoid's middle and a Gaussian with the rest of its variance (1/12 px^2 in all). Where
 //! edges cross, the two shares are multiplied and corrected for their covariance c by c f_uv + c^2/2 f_uuvv, the first
 //! terms of the bivariate normal distribution's tetrachoric series (Pearson, Phil. Trans. R. Soc. A 195, 1900).
+//! What an edge looks like is the same all over a tag but for scale, so it is tabulated ([`EdgeTable`]).
 
-use super::{Place, State};
+use super::state::{Place, State};
 use crate::Family;
+use crate::quad::Point;
 use sextant_tag_families::module_is_white;
 
 const MAX_MODULES: usize = 12;
@@ -20,9 +22,11 @@ const SIZE: usize = MAX_MODULES + 2 * PADDING;
 /// Crossings of module edges, at most.
 pub(super) const CROSSINGS: usize = SIZE * SIZE;
 
-/// Edges between modules that reach a place: within three modules' width of it at either side there are no others that
-/// blur of up to half a module carries over.
-const EDGES: usize = 4;
+/// Most edges between modules along one axis that blur carries to a place.
+const MAX_EDGES: usize = 4;
+
+/// Variance of a pixel's square along either axis, in square pixels.
+const PIXEL: f32 = 1.0 / 12.0;
 
 pub(super) struct BlurredPattern {
     /// 1 is white; row after row, padded.
@@ -41,18 +45,56 @@ pub(super) struct Coverage {
     pub(super) with_blur: [f32; 3],
 }
 
+/// How edges along either axis of the pattern look in the image, as of the tag's middle.
+pub(super) struct Optics {
+    u: EdgeTable,
+    v: EdgeTable,
+    normals: [Point; 2],
+    /// Covariance of the blur across the one and across the other, in square pixels.
+    covariance: f32,
+    /// Whether more than the two nearest edges along an axis matter.
+    crowded: bool,
+}
+
+impl Optics {
+    pub(super) fn of(state: &State, pattern: &BlurredPattern) -> Self {
+        let Some(inverse) = state.inverse() else {
+            return Self::unknown();
+        };
+        let middle = inverse.place(state.homography.origin);
+        let [[ux, uy], [vx, vy]] = middle.normals();
+        let [xx, xy, yy] = state.blur;
+        let (u, v) = (
+            EdgeTable::new([ux, uy], &state.blur),
+            EdgeTable::new([vx, vy], &state.blur),
+        );
+        let module_px = middle.u_px.min(middle.v_px) / pattern.half_border;
+        Self {
+            covariance: (xx + PIXEL) * ux * vx + xy * (ux * vy + uy * vx) + (yy + PIXEL) * uy * vy,
+            normals: [[ux, uy], [vx, vy]],
+            crowded: u.reach_px.max(v.reach_px) > module_px,
+            u,
+            v,
+        }
+    }
+
+    fn unknown() -> Self {
+        let table = || EdgeTable::new([1.0, 0.0], &[1.0, 0.0, 1.0]);
+        Self {
+            u: table(),
+            v: table(),
+            normals: [[1.0, 0.0], [0.0, 1.0]],
+            covariance: 0.0,
+            crowded: true,
+        }
+    }
+}
+
 /// The nearest edges along one axis: how far each has been crossed and how steeply.
-struct Crossings {
+struct Crossings<const EDGES: usize> {
     /// Module before the first edge.
     first: usize,
-    /// Share of the blur that lies beyond the edge.
-    share: [f32; EDGES],
-    /// First and half the second derivative of the share with the distance, per pixel.
-    density: [f32; EDGES],
-    spread: [f32; EDGES],
-    /// Pixels in a module, and the axis' direction in the image.
-    module_px: f32,
-    normal: [f32; 2],
+    edges: [Edge; EDGES],
 }
 
 impl BlurredPattern {
@@ -88,6 +130,23 @@ impl BlurredPattern {
         1.0 + (1.0 - BLURS * blur_px / module_px).clamp(0.0, 0.8) / self.half_border
     }
 
+    /// The edges between black and white modules from the border inwards: both ends, on the square.
+    pub(super) fn edges(&self) -> impl Iterator<Item = [Point; 2]> {
+        let first = (self.middle - self.half_border) as usize;
+        let last = (self.middle + self.half_border) as usize;
+        let on_square = move |i: usize| (i as f32 - self.middle) / self.half_border;
+        let lines =
+            (first..=last).flat_map(move |line| (first..last).map(move |along| (line, along)));
+        lines.flat_map(move |(line, along)| {
+            let (t0, t1, at) = (on_square(along), on_square(along + 1), on_square(line));
+            let across = self.modules[along][line - 1] != self.modules[along][line];
+            let down = self.modules[line - 1][along] != self.modules[line][along];
+            let upright = across.then_some([[at, t0], [at, t1]]);
+            let level = down.then_some([[t0, at], [t1, at]]);
+            upright.into_iter().chain(level)
+        })
+    }
+
     /// Number of the crossing of module edges nearest to a place, below [`CROSSINGS`].
     #[inline]
     pub(super) fn nearest_crossing(&self, place: &Place) -> usize {
@@ -97,46 +156,44 @@ impl BlurredPattern {
     }
 
     #[inline]
-    pub(super) fn at(&self, place: &Place, blur: &[f32; 3]) -> Coverage {
-        let half = self.half_border;
-        let columns = Crossings::of(
-            place.u * half + self.middle,
-            place.u_gradient.map(|g| g * half),
-            blur,
-        );
-        let rows = Crossings::of(
-            place.v * half + self.middle,
-            place.v_gradient.map(|g| g * half),
-            blur,
-        );
-        let ([ux, uy], [vx, vy]) = (columns.normal, rows.normal);
-        let covariance = (blur[0] + PIXEL) * ux * vx
-            + blur[1] * (ux * vy + uy * vx)
-            + (blur[2] + PIXEL) * uy * vy;
+    pub(super) fn at(&self, place: &Place, optics: &Optics) -> Coverage {
+        if optics.crowded {
+            self.among::<MAX_EDGES>(place, optics)
+        } else {
+            self.among::<2>(place, optics)
+        }
+    }
 
-        let mut along = [Sums::default(); EDGES + 1];
-        for (i, sums) in along.iter_mut().enumerate() {
-            *sums = columns.sum(&self.modules[rows.first + i]);
-        }
-        let mut value = along[0].share;
-        let mut with_covariance = 0.0;
-        let (mut density, mut spread) = ([along[0].density, 0.0], [along[0].spread, 0.0]);
-        for k in 0..EDGES {
-            let change = along[k + 1].minus(&along[k]);
-            let mixed = change.density * rows.density[k];
-            let mixed_twice = 4.0 * change.spread * rows.spread[k];
-            value += change.share * rows.share[k]
-                + covariance * (mixed + covariance / 2.0 * mixed_twice);
+    #[inline]
+    fn among<const EDGES: usize>(&self, place: &Place, optics: &Optics) -> Coverage {
+        let half = self.half_border;
+        let (u_px, v_px) = (place.u_px / half, place.v_px / half);
+        let columns = Crossings::<EDGES>::of(place.u * half + self.middle, u_px, &optics.u);
+        let rows = Crossings::<EDGES>::of(place.v * half + self.middle, v_px, &optics.v);
+        let covariance = optics.covariance;
+
+        let mut above = columns.sum(&self.modules[rows.first]);
+        let (mut value, mut with_covariance) = (above.share, 0.0);
+        let (mut density, mut spread) = ([above.density, 0.0], [above.spread, 0.0]);
+        for (k, row) in rows.edges.iter().enumerate() {
+            let below = columns.sum(&self.modules[rows.first + k + 1]);
+            let change = below.minus(&above);
+            let mixed = change.density * row.density;
+            let mixed_twice = 4.0 * change.spread * row.spread;
+            value +=
+                change.share * row.share + covariance * (mixed + covariance / 2.0 * mixed_twice);
             with_covariance += mixed + covariance * mixed_twice;
-            density[0] += change.density * rows.share[k];
-            density[1] += change.share * rows.density[k];
-            spread[0] += change.spread * rows.share[k];
-            spread[1] += change.share * rows.spread[k];
+            density[0] += change.density * row.share;
+            density[1] += change.share * row.density;
+            spread[0] += change.spread * row.share;
+            spread[1] += change.share * row.spread;
+            above = below;
         }
+        let [[ux, uy], [vx, vy]] = optics.normals;
         Coverage {
             value,
-            along_u: density[0] * columns.module_px * half,
-            along_v: density[1] * rows.module_px * half,
+            along_u: density[0] * place.u_px,
+            along_v: density[1] * place.v_px,
             with_blur: [
                 spread[0] * ux * ux + spread[1] * vx * vx + with_covariance * ux * vx,
                 2.0 * (spread[0] * ux * uy + spread[1] * vx * vy)
@@ -147,18 +204,51 @@ impl BlurredPattern {
     }
 }
 
-/// Variance of a pixel's square along either axis, in square pixels.
-const PIXEL: f32 = 1.0 / 12.0;
+impl<const EDGES: usize> Crossings<EDGES> {
+    /// `place` in modules from the first one.
+    #[inline]
+    fn of(place: f32, module_px: f32, table: &EdgeTable) -> Self {
+        // The edges at either side of the place, or two at either side: for two the nearest one and the next.
+        let before = EDGES / 2 - 1;
+        let first_edge = (place.max(0.0) as usize)
+            .saturating_sub(before)
+            .clamp(1, SIZE - EDGES);
+        let edges =
+            std::array::from_fn(|k| table.at((place - (first_edge + k) as f32) * module_px));
+        Self {
+            first: first_edge - 1,
+            edges,
+        }
+    }
 
-/// A row of modules, blurred along it.
-#[derive(Clone, Copy, Default)]
-struct Sums {
+    /// A row of modules, blurred along it.
+    #[inline]
+    fn sum(&self, modules: &[f32; SIZE]) -> Edge {
+        let mut sum = Edge {
+            share: modules[self.first],
+            density: 0.0,
+            spread: 0.0,
+        };
+        for (k, edge) in self.edges.iter().enumerate() {
+            let change = modules[self.first + k + 1] - modules[self.first + k];
+            sum.share += change * edge.share;
+            sum.density += change * edge.density;
+            sum.spread += change * edge.spread;
+        }
+        sum
+    }
+}
+
+/// Share of the blur that lies beyond an edge, and the first and half the second derivative of that with the distance, per
+/// pixel. Half the second derivative is also the derivative with the variance, as blur obeys the heat equation.
+#[derive(Clone, Copy, Debug, Default)]
+struct Edge {
     share: f32,
     density: f32,
     spread: f32,
 }
 
-impl Sums {
+impl Edge {
     #[inline]
     fn minus(&self, other: &Self) -> Self {
         Self {
@@ -169,62 +259,74 @@ impl Sums {
     }
 }
 
-impl Crossings {
-    /// `place` in modules from the first one; `gradient` its change over the image.
-    #[inline]
-    fn of(place: f32, gradient: [f32; 2], blur: &[f32; 3]) -> Self {
+/// Knots of the table on one side of an edge.
+const KNOTS: usize = 40;
+
+/// How an edge looks at distances from 0 to `reach_px`; on the other side it is the same turned around.
+struct EdgeTable {
+    knots: [Edge; KNOTS + 1],
+    reach_px: f32,
+    knots_per_px: f32,
+}
+
+impl EdgeTable {
+    fn new([nx, ny]: Point, blur: &[f32; 3]) -> Self {
         const LEAST_VARIANCE: f32 = 0.01;
-        let first_edge = (place as usize)
-            .saturating_sub(EDGES / 2 - 1)
-            .clamp(1, SIZE - EDGES);
-        let module_px = 1.0 / gradient[0].hypot(gradient[1]);
-        let [nx, ny] = gradient.map(|g| g * module_px);
+        const SIGMAS: f32 = 3.2;
         let width = nx.abs().max(ny.abs());
         let gaussian = blur[0] * nx * nx + 2.0 * blur[1] * nx * ny + blur[2] * ny * ny;
         let sigma = (gaussian + (1.0 - width * width) * PIXEL)
             .max(LEAST_VARIANCE)
             .sqrt();
-        let mut crossings = Self {
-            first: first_edge - 1,
-            share: [0.0; EDGES],
-            density: [0.0; EDGES],
-            spread: [0.0; EDGES],
-            module_px,
-            normal: [nx, ny],
-        };
-        for k in 0..EDGES {
-            let distance = (place - (first_edge + k) as f32) * module_px;
+        let reach_px = SIGMAS * sigma + width / 2.0;
+        let knots_per_px = KNOTS as f32 / reach_px;
+        let knot = |i: usize| {
+            let distance = i as f32 / knots_per_px;
             let (far, near) = (distance + width / 2.0, distance - width / 2.0);
             let ((far_share, far_density), (near_share, near_density)) =
                 (normal(far / sigma), normal(near / sigma));
             let integral =
                 far * far_share - near * near_share + sigma * (far_density - near_density);
-            crossings.share[k] = integral / width;
-            crossings.density[k] = (far_share - near_share) / width;
-            crossings.spread[k] = (far_density - near_density) / (2.0 * sigma * width);
+            Edge {
+                share: integral / width,
+                density: (far_share - near_share) / width,
+                spread: (far_density - near_density) / (2.0 * sigma * width),
+            }
+        };
+        Self {
+            knots: std::array::from_fn(knot),
+            reach_px,
+            knots_per_px,
         }
-        crossings
     }
 
     #[inline]
-    fn sum(&self, modules: &[f32; SIZE]) -> Sums {
-        let mut sums = Sums {
-            share: modules[self.first],
-            ..Sums::default()
-        };
-        for k in 0..EDGES {
-            let change = modules[self.first + k + 1] - modules[self.first + k];
-            sums.share += change * self.share[k];
-            sums.density += change * self.density[k];
-            sums.spread += change * self.spread[k];
+    fn at(&self, distance: f32) -> Edge {
+        let t = (distance.abs() * self.knots_per_px).min(KNOTS as f32 - 0.001);
+        let i = t as u32 as usize;
+        let f = t - i as f32;
+        let (a, b) = (&self.knots[i], &self.knots[i + 1]);
+        let mix = |a: f32, b: f32| a + f * (b - a);
+        let (share, spread) = (mix(a.share, b.share), mix(a.spread, b.spread));
+        let density = mix(a.density, b.density);
+        if distance < 0.0 {
+            Edge {
+                share: 1.0 - share,
+                density,
+                spread: -spread,
+            }
+        } else {
+            Edge {
+                share,
+                density,
+                spread,
+            }
         }
-        sums
     }
 }
 
 /// The normal distribution function and its density (Abramowitz & Stegun, Handbook of Mathematical Functions, 26.2.17,
 /// |error| < 1e-7).
-#[inline]
 fn normal(z: f32) -> (f32, f32) {
     let x = z.abs().min(6.0);
     let density = 0.398_942_3 * (-0.5 * x * x).exp();

@@ -1,174 +1,229 @@
 //! Weighted least squares by its normal equations.
 
 use super::blurred_pattern::CROSSINGS;
+use super::state::{State, USUAL_BLUR_PX, USUAL_GAIN};
+use crate::kernels::Kernels;
 
 /// Homography 8, black 3, white 3, blur 3, gain 1.
 pub(super) const PARAMETERS: usize = 18;
 
-/// Residuals beyond this many scales count less and less, and nothing at all beyond it (Tukey's biweight).
-const TUKEY: f32 = 4.7;
+pub(super) type Matrix = [Vector; PARAMETERS];
+type Vector = [f32; PARAMETERS];
 
-type Matrix = [[f32; PARAMETERS]; PARAMETERS];
+/// Parameters with a prior: the last four.
+const PRIORS: usize = 4;
 
-/// J^T W J (its lower half), J^T W r, and the sums that tell the residuals' scale.
-#[derive(Clone, Debug)]
-pub(super) struct NormalEquations {
-    matrix: Matrix,
-    right: [f32; PARAMETERS],
-    squares: f32,
+/// A row for each pixel, times the root of its weight: derivatives by column, residual, group.
+#[derive(Debug)]
+pub(super) struct Equations {
+    columns: [Vec<f32>; PARAMETERS],
+    residuals: Vec<f32>,
+    roots: Vec<f32>,
+    groups: Vec<u16>,
     weights: f32,
-    /// J^T W r of the pixels around each crossing of the pattern's edges.
-    groups: [[f32; PARAMETERS]; CROSSINGS],
+    /// Strength of each prior and how far from it the parameter is.
+    priors: [(f32, f32); PRIORS],
+    pulls: Vec<Vector>,
 }
 
-impl Default for NormalEquations {
+impl Default for Equations {
     fn default() -> Self {
         Self {
-            matrix: [[0.0; PARAMETERS]; PARAMETERS],
-            right: [0.0; PARAMETERS],
-            squares: 0.0,
+            columns: Default::default(),
+            residuals: Vec::new(),
+            roots: Vec::new(),
+            groups: Vec::new(),
             weights: 0.0,
-            groups: [[0.0; PARAMETERS]; CROSSINGS],
+            priors: [(0.0, 0.0); PRIORS],
+            pulls: vec![[0.0; PARAMETERS]; CROSSINGS],
         }
     }
 }
 
-impl NormalEquations {
-    #[inline]
-    pub(super) fn add(
-        &mut self,
-        jacobian: &[f32; PARAMETERS],
-        residual: f32,
-        scale: f32,
-        group: usize,
-    ) {
-        let strays = residual / (TUKEY * scale);
-        let weight = (1.0 - strays * strays).max(0.0).powi(2);
-        self.squares += weight * residual * residual;
-        self.weights += weight;
-        for i in 0..PARAMETERS {
-            let weighted = weight * jacobian[i];
-            self.right[i] += weighted * residual;
-            self.groups[group][i] += weighted * residual;
-            for (sum, value) in self.matrix[i].iter_mut().zip(&jacobian[..=i]) {
-                *sum += weighted * value;
-            }
+impl Equations {
+    /// Takes memory for so many pixels.
+    pub(super) fn make_room(&mut self, n: usize) {
+        self.clear();
+        for column in &mut self.columns {
+            column.reserve_exact(n);
         }
+        self.residuals.reserve_exact(n);
+        self.roots.reserve_exact(n);
+        self.groups.reserve_exact(n);
     }
 
-    /// Standard deviation of the residuals, in grey levels; never below that of rounding to whole grey levels.
-    pub(super) fn residual_scale(&self) -> f32 {
-        const ROUNDING: f32 = 0.29;
-        let freedom = (self.weights - PARAMETERS as f32).max(1.0);
-        (self.squares / freedom).sqrt().max(ROUNDING)
+    pub(super) fn clear(&mut self) {
+        for column in &mut self.columns {
+            column.clear();
+        }
+        self.residuals.clear();
+        self.roots.clear();
+        self.groups.clear();
+        self.weights = 0.0;
+    }
+
+    #[inline]
+    pub(super) fn push(&mut self, jacobian: &Vector, residual: f32, weight: f32, group: usize) {
+        let root = weight.sqrt();
+        for (column, value) in self.columns.iter_mut().zip(jacobian) {
+            column.push(root * value);
+        }
+        self.residuals.push(root * residual);
+        self.roots.push(root);
+        self.groups.push(group as u16);
+        self.weights += weight;
+    }
+
+    #[inline]
+    pub(super) fn set_residual(&mut self, row: usize, residual: f32) {
+        self.residuals[row] = self.roots[row] * residual;
     }
 
     pub(super) fn is_determined(&self) -> bool {
         self.weights > 2.0 * PARAMETERS as f32
     }
 
-    /// The blur's covariance is near the usual one, give or take as much, and the gain near 0: matters only where the
-    /// pixels don't tell.
-    pub(super) fn add_priors(&mut self, blur: [f32; 3], usual: f32, gain: f32) {
-        const FIRST: usize = PARAMETERS - 4;
-        const USUAL_GAIN: f32 = 0.3;
-        let scale = self.residual_scale();
-        let priors = [
-            (usual - blur[0], usual),
-            (-blur[1], usual),
-            (usual - blur[2], usual),
-            (-gain, USUAL_GAIN),
-        ];
-        for (i, (away, spread)) in priors.into_iter().enumerate() {
-            let weight = (scale / spread).powi(2);
-            self.matrix[FIRST + i][FIRST + i] += weight;
-            self.right[FIRST + i] += weight * away;
-        }
+    /// Standard deviation of the residuals, in grey levels; never below that of rounding to whole grey levels.
+    pub(super) fn residual_scale(&self) -> f32 {
+        const ROUNDING: f32 = 0.29;
+        let squares: f32 = self
+            .residuals
+            .iter()
+            .map(|residual| residual * residual)
+            .sum();
+        let freedom = (self.weights - PARAMETERS as f32).max(1.0);
+        (squares / freedom).sqrt().max(ROUNDING)
     }
 
-    /// The step that the equations ask for.
-    pub(super) fn solve(&self) -> Option<[f32; PARAMETERS]> {
-        let (factor, scales) = self.factorise()?;
-        let mut step: [f32; PARAMETERS] = std::array::from_fn(|i| self.right[i] * scales[i]);
-        substitute(&factor, &mut step);
-        for (value, scale) in step.iter_mut().zip(scales) {
-            *value *= scale;
+    /// The blur's covariance is near the usual one, give or take as much, and the gain near 0: matters only where the
+    /// pixels don't tell.
+    pub(super) fn add_priors(&mut self, state: &State) {
+        let (scale, usual) = (self.residual_scale(), USUAL_BLUR_PX.powi(2));
+        let prior = |away: f32, spread: f32| ((scale / spread).powi(2), away);
+        let [xx, xy, yy] = state.blur;
+        self.priors = [
+            prior(usual - xx, usual),
+            prior(-xy, usual),
+            prior(usual - yy, usual),
+            prior(-state.gain, USUAL_GAIN),
+        ];
+    }
+
+    /// J^T W r.
+    pub(super) fn right(&self, kernels: &Kernels) -> Vector {
+        let mut right = std::array::from_fn(|i| kernels.dot(&self.columns[i], &self.residuals));
+        for (value, (strength, away)) in right[PARAMETERS - PRIORS..].iter_mut().zip(self.priors) {
+            *value += strength * away;
         }
-        step.iter().all(|value| value.is_finite()).then_some(step)
+        right
+    }
+
+    /// J^T W J, factorised.
+    pub(super) fn factorise(&self, kernels: &Kernels) -> Option<Factor> {
+        let mut matrix = [[0.0; PARAMETERS]; PARAMETERS];
+        for (i, row) in matrix.iter_mut().enumerate() {
+            for (j, value) in row[..=i].iter_mut().enumerate() {
+                *value = kernels.dot(&self.columns[i], &self.columns[j]);
+            }
+        }
+        for (i, (strength, _)) in (PARAMETERS - PRIORS..).zip(self.priors) {
+            matrix[i][i] += strength;
+        }
+        Factor::of(&matrix)
     }
 
     /// Covariance of the parameters: residual variance times the inverse matrix, times how much more than noise the
     /// residuals pull together.
-    pub(super) fn covariance(&self) -> Option<Matrix> {
-        let (factor, scales) = self.factorise()?;
-        let variance = self.residual_scale().powi(2) * self.togetherness(&factor, &scales);
+    pub(super) fn covariance(&mut self, factor: &Factor) -> Matrix {
+        let variance = self.residual_scale().powi(2) * self.togetherness(factor);
         let mut covariance = [[0.0; PARAMETERS]; PARAMETERS];
         for (i, column) in covariance.iter_mut().enumerate() {
-            column[i] = 1.0;
-            substitute(&factor, column);
-            for (value, scale) in column.iter_mut().zip(scales) {
-                *value *= scale * scales[i] * variance;
-            }
+            column[i] = variance;
+            *column = factor.solve(column);
         }
-        Some(covariance)
+        covariance
     }
 
-    /// How much larger the scatter of the groups' pulls g is than with independent residuals, for which
+    /// How much larger the scatter of the groups' pulls g = J^T W r is than with independent residuals, for which
     /// sum(g^T A^-1 g) / (variance * parameters) is 1 on average, or a little less as the fit has made the pulls cancel:
     /// the trace of the cluster-robust covariance (Liang & Zeger, Biometrika 73, 1986) against that of the usual one.
-    fn togetherness(&self, factor: &Matrix, scales: &[f32; PARAMETERS]) -> f32 {
-        let (mut pull, mut n_groups) = (0.0, 0.0);
-        for group in self
-            .groups
-            .iter()
-            .filter(|group| group.iter().any(|&value| value != 0.0))
-        {
-            let mut whitened: [f32; PARAMETERS] = std::array::from_fn(|i| group[i] * scales[i]);
-            forward(factor, &mut whitened);
-            pull += whitened.iter().map(|value| value * value).sum::<f32>();
+    fn togetherness(&mut self, factor: &Factor) -> f32 {
+        self.pulls.fill([0.0; PARAMETERS]);
+        for (row, &group) in self.groups.iter().enumerate() {
+            let residual = self.residuals[row];
+            for (pull, column) in self.pulls[usize::from(group)].iter_mut().zip(&self.columns) {
+                *pull += residual * column[row];
+            }
+        }
+        let (mut sum, mut n_groups) = (0.0, 0.0);
+        for pull in self.pulls.iter().filter(|pull| pull[0] != 0.0) {
+            sum += factor
+                .whiten(pull)
+                .iter()
+                .map(|value| value * value)
+                .sum::<f32>();
             n_groups += 1.0;
         }
         let parameters = PARAMETERS as f32;
         let expected = parameters * (1.0 - parameters / f32::max(n_groups, 2.0 * parameters));
-        (pull / (expected * self.residual_scale().powi(2))).max(1.0)
+        (sum / (expected * self.residual_scale().powi(2))).max(1.0)
     }
+}
 
-    /// Cholesky factor of the matrix scaled to a unit diagonal, and the scales.
-    fn factorise(&self) -> Option<(Matrix, [f32; PARAMETERS])> {
+/// Cholesky factor of a matrix scaled to a unit diagonal, and the scales.
+pub(super) struct Factor {
+    lower: Matrix,
+    /// Reciprocals of the diagonal.
+    pivots: Vector,
+    scales: Vector,
+}
+
+impl Factor {
+    /// Of a symmetric matrix given by its lower half.
+    fn of(matrix: &Matrix) -> Option<Self> {
         const LEAST_PIVOT: f32 = 1e-6;
-        let scales: [f32; PARAMETERS] = std::array::from_fn(|i| 1.0 / self.matrix[i][i].sqrt());
-        let mut factor = [[0.0; PARAMETERS]; PARAMETERS];
+        let scales: Vector = std::array::from_fn(|i| 1.0 / matrix[i][i].sqrt());
+        let (mut lower, mut pivots) = ([[0.0; PARAMETERS]; PARAMETERS], [0.0; PARAMETERS]);
         for i in 0..PARAMETERS {
             for j in 0..=i {
-                let dot: f32 = (0..j).map(|k| factor[i][k] * factor[j][k]).sum();
-                let rest = self.matrix[i][j] * scales[i] * scales[j] - dot;
-                factor[i][j] = if i == j {
+                let dot: f32 = (0..j).map(|k| lower[i][k] * lower[j][k]).sum();
+                let rest = matrix[i][j] * scales[i] * scales[j] - dot;
+                lower[i][j] = if i == j {
                     rest.max(LEAST_PIVOT).sqrt()
                 } else {
-                    rest / factor[j][j]
+                    rest * pivots[j]
                 };
             }
+            pivots[i] = 1.0 / lower[i][i];
         }
-        factor[PARAMETERS - 1]
+        pivots
             .iter()
+            .chain(&scales)
             .all(|value| value.is_finite())
-            .then_some((factor, scales))
+            .then_some(Self {
+                lower,
+                pivots,
+                scales,
+            })
     }
-}
 
-/// Solves L x = b in place.
-fn forward(factor: &Matrix, x: &mut [f32; PARAMETERS]) {
-    for i in 0..PARAMETERS {
-        let dot: f32 = (0..i).map(|k| factor[i][k] * x[k]).sum();
-        x[i] = (x[i] - dot) / factor[i][i];
+    /// L^-1 b.
+    fn whiten(&self, right: &Vector) -> Vector {
+        let mut x: Vector = std::array::from_fn(|i| right[i] * self.scales[i]);
+        for i in 0..PARAMETERS {
+            let dot: f32 = (0..i).map(|k| self.lower[i][k] * x[k]).sum();
+            x[i] = (x[i] - dot) * self.pivots[i];
+        }
+        x
     }
-}
 
-/// Solves L L^T x = b in place.
-fn substitute(factor: &Matrix, x: &mut [f32; PARAMETERS]) {
-    forward(factor, x);
-    for i in (0..PARAMETERS).rev() {
-        let dot: f32 = (i + 1..PARAMETERS).map(|k| factor[k][i] * x[k]).sum();
-        x[i] = (x[i] - dot) / factor[i][i];
+    /// (L L^T)^-1 b.
+    pub(super) fn solve(&self, right: &Vector) -> Vector {
+        let mut x = self.whiten(right);
+        for i in (0..PARAMETERS).rev() {
+            let dot: f32 = (i + 1..PARAMETERS).map(|k| self.lower[k][i] * x[k]).sum();
+            x[i] = (x[i] - dot) * self.pivots[i];
+        }
+        std::array::from_fn(|i| x[i] * self.scales[i])
     }
 }
