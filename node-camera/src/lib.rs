@@ -1,1 +1,22 @@
-//! Camera node: capture to shared memory, detection to the network.
+//! The camera node: a board's two processes.
+//!
+//! *Capture* owns the camera and lends each image in shared memory; it knows no network. *Detect* borrows the images, finds
+//! the tags, solves their poses and publishes; beside it, in a thread of low priority with a borrow of its own, runs the
+//! preview. The two are joined by shared memory only, so either may die and come back without the other. Without a part
+//! named, [`run`] starts both as children and supervises them.
+//!
+//! - [`CameraNodeConfig`]: `camera.toml`.
+//! - `source`: where images come from (simulator, recording, V4L2), one trait.
+//! - `capture`, `detect`, `preview`: the loops. `supervise`: the parent of both.
+
+mod capture;
+mod config;
+mod detect;
+mod preview;
+mod run;
+mod source;
+mod supervise;
+
+pub use config::{CameraNodeConfig, DetectionConfig, Pace, PreviewConfig, SourceConfig};
+pub use run::{CameraArguments, Part, run};
+pub use source::{Capture, ImageSource, Next, SourceError};

@@ -1,0 +1,109 @@
+//! The capturing part: from a source into shared memory, nothing else. It has no network, and no reader can delay it.
+
+use anyhow::Context;
+use sextant_iceoryx_images::{ImageHeader, ImagePublisher, ImagesError};
+use sextant_process::{Exit, Shutdown, WithExit, now_ns};
+
+use crate::config::CameraNodeConfig;
+use crate::source::{self, Capture, ImageSource, Next, SourceError};
+
+/// Captures until `shutdown` or the end of the source.
+///
+/// # Errors
+/// A source that can't be opened or fails, shared memory that can't be had.
+pub(crate) fn run(config: &CameraNodeConfig, shutdown: &Shutdown) -> anyhow::Result<()> {
+    let mut source = source::open(&config.source, &config.camera)?;
+    let [width, height] = source.resolution();
+    let bytes = usize::from(width) * usize::from(height);
+    let images = ImagePublisher::open(&config.shared_memory, config.camera.as_str(), bytes)
+        .exit_with(Exit::Unavailable)?;
+    tracing::info!(camera = %config.camera, width, height, "capturing");
+    let mut lender = Lender {
+        images,
+        stream: now_ns(),
+        resolution: [width, height],
+        bytes,
+    };
+    lender
+        .lend_all(source.as_mut(), shutdown)
+        .with_context(|| format!("camera {}", config.camera))
+}
+
+struct Lender {
+    images: ImagePublisher,
+    stream: u64,
+    resolution: [u16; 2],
+    bytes: usize,
+}
+
+impl Lender {
+    fn lend_all(
+        &mut self,
+        source: &mut dyn ImageSource,
+        shutdown: &Shutdown,
+    ) -> anyhow::Result<()> {
+        let mut lent = 0;
+        while !shutdown.is_requested() {
+            match self.lend_next(source, shutdown, lent)? {
+                Next::Image(_) => lent += 1,
+                Next::Nothing => {}
+                Next::End => {
+                    tracing::info!(images = lent, "the recording has ended");
+                    break;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Fills one place in shared memory and lends it. A source that had nothing yet finds the same place, with what it
+    /// drew into it, at the next call: it is kept until it is lent.
+    fn lend_next(
+        &self,
+        source: &mut dyn ImageSource,
+        shutdown: &Shutdown,
+        lent: u64,
+    ) -> anyhow::Result<Next> {
+        let mut blank = self.images.blank(self.bytes)?;
+        loop {
+            let (header, pixels) = blank.parts();
+            let next = source
+                .next(pixels, shutdown)
+                .map_err(SourceError::into_failure)?;
+            match next {
+                Next::Image(capture) => {
+                    *header = self.header(&capture, lent);
+                    self.images.send(blank).map_err(as_unavailable)?;
+                    return Ok(next);
+                }
+                Next::Nothing if !shutdown.is_requested() => {}
+                Next::Nothing | Next::End => return Ok(next),
+            }
+        }
+    }
+
+    fn header(&self, capture: &Capture, lent: u64) -> ImageHeader {
+        let [width, height] = self.resolution;
+        let captured = capture.sequence + 1;
+        ImageHeader {
+            stream: self.stream,
+            sequence: capture.sequence,
+            capture_ns: capture.capture_ns,
+            received_ns: now_ns(),
+            clock_error_ns: capture.clock_error_ns,
+            clock_offset_ns: capture.clock_offset_ns,
+            captured,
+            dropped: captured.saturating_sub(lent + 1),
+            exposure_ns: capture.exposure_ns,
+            stride: u32::from(width),
+            width,
+            height,
+            clock_source: capture.clock as u8,
+            ..ImageHeader::default()
+        }
+    }
+}
+
+fn as_unavailable(cause: ImagesError) -> anyhow::Error {
+    sextant_process::Failure::new(Exit::Unavailable, cause).into()
+}

@@ -1,0 +1,145 @@
+//! The detecting part: borrows images, finds tags, solves their poses, publishes; and tells once a second how it fares.
+
+mod account;
+mod models;
+mod observe;
+
+use std::thread;
+use std::time::{Duration, Instant};
+
+use anyhow::Context;
+use sextant_apriltag::{Detector, Image};
+use sextant_iceoryx_images::{ImageSubscriber, LentImage};
+use sextant_process::{Exit, Shutdown, WithExit, now_ns};
+use sextant_proto::{CameraStatus, Keys, NodeId, NodeKind, Observations};
+use sextant_zenoh_bus::{Bus, BusError, Latest, Publisher, Qos};
+
+use self::account::Account;
+use self::models::Models;
+use crate::config::CameraNodeConfig;
+use crate::preview;
+
+/// The longest sleep: how late a wish to stop is heard.
+const LONGEST_WAIT: Duration = Duration::from_millis(100);
+/// Between two statuses.
+const STATUS_PERIOD: Duration = Duration::from_secs(1);
+
+/// Detects until `shutdown`.
+///
+/// # Errors
+/// A network or shared memory that can't be had.
+pub(crate) fn run(config: &CameraNodeConfig, shutdown: &Shutdown) -> anyhow::Result<()> {
+    let bus = match Bus::open_unless(&config.network, &|| shutdown.is_requested()) {
+        Err(BusError::Abandoned { .. }) => return Ok(()),
+        opened => opened.exit_with(Exit::Unavailable)?,
+    };
+    let result = thread::scope(|scope| {
+        let preview = preview::start(scope, config, &bus, shutdown)?;
+        let result = detect_all(config, &bus, shutdown);
+        // Whatever ends detection ends the preview.
+        shutdown.request();
+        if preview.is_some_and(|thread| thread.join().is_err()) {
+            tracing::error!("the preview's thread panicked");
+        }
+        result
+    });
+    bus.close();
+    result
+}
+
+fn detect_all(config: &CameraNodeConfig, bus: &Bus, shutdown: &Shutdown) -> anyhow::Result<()> {
+    let mut images = ImageSubscriber::open(&config.shared_memory, config.camera.as_str())
+        .exit_with(Exit::Unavailable)?;
+    let mut part = DetectPart::new(config, bus)?;
+    let alive = alive_token(config, bus)?;
+    tracing::info!(camera = %config.camera, "detecting");
+    while !shutdown.is_requested() {
+        if let Some(image) = images.wait(LONGEST_WAIT).exit_with(Exit::Unavailable)? {
+            part.take(&image)?;
+        }
+        part.report_if_due(bus)?;
+    }
+    part.report(bus)?;
+    drop(alive);
+    Ok(())
+}
+
+fn alive_token(
+    config: &CameraNodeConfig,
+    bus: &Bus,
+) -> anyhow::Result<sextant_zenoh_bus::AliveToken> {
+    let key = Keys::of(config.site.clone())
+        .alive(NodeKind::Camera, &NodeId::new(config.camera.as_str())?);
+    Ok(bus.alive(&key)?)
+}
+
+struct DetectPart {
+    detector: Detector,
+    models: Models,
+    account: Account,
+    observations: Publisher<Observations>,
+    status: Latest<CameraStatus>,
+    status_due: Instant,
+}
+
+impl DetectPart {
+    fn new(config: &CameraNodeConfig, bus: &Bus) -> anyhow::Result<Self> {
+        let keys = Keys::of(config.site.clone());
+        let camera = &config.camera;
+        Ok(Self {
+            detector: Detector::new(config.detection.options())
+                .context("detection")
+                .exit_with(Exit::Input)?,
+            models: Models::watch(bus, &keys, camera)?,
+            account: Account::new(camera.clone()),
+            observations: bus.publisher(&keys.observations(camera), Qos::Observation)?,
+            status: bus.latest_publisher(&keys.camera_status(camera), Qos::Status)?,
+            status_due: Instant::now(),
+        })
+    }
+
+    /// One image: detect, solve, publish, count.
+    fn take(&mut self, lent: &LentImage<'_>) -> anyhow::Result<()> {
+        let received_ns = now_ns();
+        let header = *lent.header();
+        self.account.image(&header);
+        let (width, height, stride) = (
+            header.width.into(),
+            header.height.into(),
+            header.stride as usize,
+        );
+        let image = match Image::new(lent.pixels(), width, height, stride) {
+            Ok(image) => image,
+            Err(cause) => {
+                self.account.refuse(&cause.to_string());
+                return Ok(());
+            }
+        };
+        let detections = self.detector.detect(&image);
+        let detecting_ns = now_ns().saturating_sub(received_ns);
+        let mut message = observe::observations(&header, detections, &self.models);
+        observe::stamp(&mut message, &header, received_ns);
+        self.account.detected(&header, detecting_ns);
+        match self.observations.put(&message) {
+            Ok(()) => self.account.published += 1,
+            Err(BusError::Message { cause, .. }) => self.account.refuse(&cause),
+            Err(other) => return Err(other.into()),
+        }
+        Ok(())
+    }
+
+    fn report_if_due(&mut self, bus: &Bus) -> anyhow::Result<()> {
+        if Instant::now() < self.status_due {
+            return Ok(());
+        }
+        self.status_due = Instant::now() + STATUS_PERIOD;
+        self.report(bus)
+    }
+
+    fn report(&mut self, bus: &Bus) -> anyhow::Result<()> {
+        self.models.update(bus);
+        let status = self.account.status(self.models.complaint());
+        self.status.put(&status)?;
+        Ok(())
+    }
+}

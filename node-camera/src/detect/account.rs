@@ -1,0 +1,206 @@
+//! The camera node's own account: what came, what was detected, what was missed, how long it took.
+
+use std::collections::VecDeque;
+use std::time::Instant;
+
+use sextant_estimator::CameraId;
+use sextant_iceoryx_images::ImageHeader;
+use sextant_proto::{CameraStatus, ClockQuality, limits};
+
+use super::observe;
+
+/// Detections that the times and the rate are taken over: a few seconds.
+const WINDOW: usize = 128;
+/// A rate is over at most so many seconds.
+const WINDOW_S: f64 = 3.0;
+/// After so many seconds without an image somebody should be told.
+const SILENCE_S: f64 = 2.0;
+
+/// The account.
+#[derive(Debug)]
+pub(super) struct Account {
+    camera: CameraId,
+    host: String,
+    started: Instant,
+    /// Captured by earlier runs of the capturing part.
+    earlier: u64,
+    stream: u64,
+    stream_captured: u64,
+    detected: u64,
+    /// Messages handed to the network.
+    pub(super) published: u64,
+    clock: ClockQuality,
+    last_image: Instant,
+    window: VecDeque<(Instant, u64)>,
+    sorted: Vec<u64>,
+    refusal: Option<String>,
+}
+
+impl Account {
+    /// An empty account.
+    pub(super) fn new(camera: CameraId) -> Self {
+        Self {
+            camera,
+            host: host_name(),
+            started: Instant::now(),
+            earlier: 0,
+            stream: 0,
+            stream_captured: 0,
+            detected: 0,
+            published: 0,
+            clock: ClockQuality::default(),
+            last_image: Instant::now(),
+            window: VecDeque::with_capacity(WINDOW),
+            sorted: Vec::with_capacity(WINDOW),
+            refusal: None,
+        }
+    }
+
+    /// An image came.
+    pub(super) fn image(&mut self, header: &ImageHeader) {
+        if header.stream != self.stream {
+            self.earlier += self.stream_captured;
+            self.stream = header.stream;
+        }
+        self.stream_captured = header.captured;
+        self.clock = observe::clock(header);
+        self.last_image = Instant::now();
+    }
+
+    /// It went through the detector.
+    pub(super) fn detected(&mut self, _header: &ImageHeader, detecting_ns: u64) {
+        self.detected += 1;
+        if self.window.len() == WINDOW {
+            self.window.pop_front();
+        }
+        self.window.push_back((Instant::now(), detecting_ns));
+    }
+
+    /// It, or its message, was refused.
+    pub(super) fn refuse(&mut self, cause: &str) {
+        if self.refusal.as_deref() != Some(cause) {
+            tracing::warn!(cause, "an image is refused");
+            self.refusal = Some(cause.to_owned());
+        }
+    }
+
+    fn captured(&self) -> u64 {
+        self.earlier + self.stream_captured
+    }
+
+    /// The account as a message; `complaint` is about the models.
+    pub(super) fn status(&mut self, complaint: Option<&str>) -> CameraStatus {
+        CameraStatus {
+            camera: self.camera.clone(),
+            version: env!("CARGO_PKG_VERSION").to_owned(),
+            host: self.host.clone(),
+            captured: self.captured(),
+            detected: self.detected,
+            dropped: self.captured().saturating_sub(self.detected),
+            rate_hz: self.rate_hz(),
+            detect_ms: self.detect_ms(),
+            clock: self.clock,
+            uptime_s: self.started.elapsed().as_secs(),
+            published: self.published,
+            messages: self.messages(complaint),
+        }
+    }
+
+    fn rate_hz(&self) -> f32 {
+        let recent = self
+            .window
+            .iter()
+            .filter(|(at, _)| at.elapsed().as_secs_f64() <= WINDOW_S);
+        let (count, first) = recent.fold((0u32, None), |(count, first), (at, _)| {
+            (count + 1, first.or(Some(*at)))
+        });
+        match first {
+            Some(first) if count > 1 => {
+                (f64::from(count - 1) / first.elapsed().as_secs_f64().max(1e-3)) as f32
+            }
+            _ => 0.0,
+        }
+    }
+
+    /// Median and 99th percentile of the window, ms.
+    fn detect_ms(&mut self) -> [f32; 2] {
+        self.sorted.clear();
+        self.sorted.extend(self.window.iter().map(|(_, ns)| *ns));
+        self.sorted.sort_unstable();
+        let Some(last) = self.sorted.len().checked_sub(1) else {
+            return [0.0; 2];
+        };
+        [last / 2, last * 99 / 100].map(|rank| (self.sorted[rank] as f64 / 1e6) as f32)
+    }
+
+    fn messages(&self, complaint: Option<&str>) -> Vec<String> {
+        let silence_s = self.last_image.elapsed().as_secs_f64();
+        let silence = (silence_s > SILENCE_S)
+            .then(|| format!("no image from the capturing part for {silence_s:.0} s"));
+        let all = [complaint.map(str::to_owned), self.refusal.clone(), silence];
+        all.into_iter()
+            .flatten()
+            .map(|sentence| limits::clipped(&sentence, limits::MAX_SENTENCE_BYTES))
+            .collect()
+    }
+}
+
+fn host_name() -> String {
+    let name = std::fs::read_to_string("/proc/sys/kernel/hostname").unwrap_or_default();
+    limits::clipped(name.trim(), limits::MAX_NAME_BYTES)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn header(stream: u64, captured: u64) -> ImageHeader {
+        ImageHeader {
+            stream,
+            captured,
+            ..ImageHeader::default()
+        }
+    }
+
+    fn account(images: &[(u64, u64)]) -> Account {
+        let mut account = Account::new(CameraId::new("north").unwrap());
+        for (stream, captured) in images {
+            account.image(&header(*stream, *captured));
+            account.detected(&header(*stream, *captured), 2_000_000);
+        }
+        account
+    }
+
+    fn counts(images: &[(u64, u64)]) -> (u64, u64, u64) {
+        let status = account(images).status(None);
+        (status.captured, status.detected, status.dropped)
+    }
+
+    #[test]
+    fn captured_is_detected_and_dropped() {
+        assert_eq!(counts(&[]), (0, 0, 0));
+        assert_eq!(counts(&[(7, 1), (7, 2), (7, 3)]), (3, 3, 0));
+        assert_eq!(counts(&[(7, 4), (7, 6)]), (6, 2, 4));
+    }
+
+    #[test]
+    fn a_new_run_of_the_capturing_part_adds_up() {
+        assert_eq!(counts(&[(7, 1), (7, 2), (9, 1), (9, 3)]), (5, 4, 1));
+    }
+
+    #[test]
+    fn times_are_median_and_99th_percentile() {
+        let mut account = account(&[(1, 1)]);
+        (1..=100).for_each(|ms| account.detected(&header(1, 1), ms * 1_000_000));
+        assert_eq!(account.detect_ms(), [50.0, 99.0]);
+    }
+
+    #[test]
+    fn a_status_keeps_its_contract() {
+        let mut account = account(&[(1, 1)]);
+        account.refuse(&"x".repeat(1000));
+        let status = account.status(Some("no rig"));
+        assert_eq!(status.messages.len(), 2);
+        sextant_proto::encode(&status).unwrap();
+    }
+}

@@ -1,0 +1,135 @@
+//! What the detecting part knows of the site: its camera's lens and the sizes of all tags, as the fusion node publishes
+//! them. Without them it publishes corners alone, which is all that fusion needs.
+
+use std::collections::BTreeMap;
+use std::time::Duration;
+
+use sextant_estimator::{CameraId, ObjectModel, Rig, TagId};
+use sextant_geometry::Lens;
+use sextant_proto::{KeyRef, Keys, ObjectConfig, RigConfig, limits};
+use sextant_zenoh_bus::{Bus, BusError, DropRule, Item, Subscription};
+
+/// How long to wait for the models of a fusion node that is there.
+const ANSWER_TIMEOUT: Duration = Duration::from_millis(500);
+/// A rig and more objects than a site has; the oldest gives way, and a later question fetches it again.
+const QUEUE: usize = 256;
+
+/// The models, kept up to date.
+pub(super) struct Models {
+    keys: Keys,
+    camera: CameraId,
+    subscription: Subscription,
+    was_connected: bool,
+    lens: Option<(Lens, [u32; 2])>,
+    /// Sizes in metres by object, and then by tag: an object that changes takes its own tags along.
+    objects: BTreeMap<String, BTreeMap<TagId, f64>>,
+    complaint: Option<String>,
+}
+
+impl Models {
+    /// Subscribes first and asks then, so that nothing falls between.
+    pub(super) fn watch(bus: &Bus, keys: &Keys, camera: &CameraId) -> Result<Self, BusError> {
+        let subscription = bus.subscribe(
+            &keys.all_config(),
+            QUEUE,
+            DropRule::Oldest,
+            limits::MAX_PAYLOAD_BYTES,
+        )?;
+        let mut models = Self {
+            keys: keys.clone(),
+            camera: camera.clone(),
+            subscription,
+            was_connected: false,
+            lens: None,
+            objects: BTreeMap::new(),
+            complaint: None,
+        };
+        models.update(bus);
+        Ok(models)
+    }
+
+    /// Takes in what has changed. After a lost connection everything is asked for again.
+    pub(super) fn update(&mut self, bus: &Bus) {
+        let is_connected = bus.is_connected();
+        if is_connected && !self.was_connected {
+            self.ask(bus);
+        }
+        self.was_connected = is_connected;
+        while let Some(item) = self.subscription.try_recv() {
+            self.take(&item);
+        }
+    }
+
+    /// The camera whose images are looked at.
+    pub(super) fn camera(&self) -> &CameraId {
+        &self.camera
+    }
+
+    /// The lens, if it is known for images of this size.
+    pub(super) fn lens(&self, width: u16, height: u16) -> Option<&Lens> {
+        let (lens, resolution) = self.lens.as_ref()?;
+        (*resolution == [u32::from(width), u32::from(height)]).then_some(lens)
+    }
+
+    /// Edge of a tag's black square in metres. Of two objects that claim a tag the first by name has it.
+    pub(super) fn size_m(&self, tag: &TagId) -> Option<f64> {
+        self.objects
+            .values()
+            .find_map(|tags| tags.get(tag))
+            .copied()
+    }
+
+    /// What a person should know about the models.
+    pub(super) fn complaint(&self) -> Option<&str> {
+        self.complaint.as_deref()
+    }
+
+    fn ask(&mut self, bus: &Bus) {
+        match bus.latest(
+            &self.keys.all_config(),
+            limits::MAX_PAYLOAD_BYTES,
+            ANSWER_TIMEOUT,
+        ) {
+            Ok(items) => items.iter().for_each(|item| self.take(item)),
+            Err(cause) => tracing::warn!(%cause, "the site's models can't be asked for"),
+        }
+    }
+
+    fn take(&mut self, item: &Item) {
+        let taken = match self.keys.parse(&item.key) {
+            Some(KeyRef::ConfigRig) => self.take_rig(item),
+            Some(KeyRef::ConfigObject(object)) => self.take_object(object.as_str(), item),
+            _ => return,
+        };
+        self.complaint = taken.err().map(|cause| format!("{}: {cause}", item.key));
+        if let Some(complaint) = &self.complaint {
+            tracing::warn!(complaint, "the site's models are not what they should be");
+        }
+    }
+
+    fn take_rig(&mut self, item: &Item) -> Result<(), String> {
+        let message: RigConfig = item.decode().map_err(|cause| cause.to_string())?;
+        let rig = Rig::try_from(&message).map_err(|cause| cause.to_string())?;
+        self.lens = rig
+            .cameras()
+            .iter()
+            .find(|camera| camera.id == self.camera)
+            .map(|camera| (camera.lens, camera.resolution));
+        if self.lens.is_none() {
+            return Err(format!("the rig has no camera {}", self.camera));
+        }
+        Ok(())
+    }
+
+    fn take_object(&mut self, object: &str, item: &Item) -> Result<(), String> {
+        let message: ObjectConfig = item.decode().map_err(|cause| cause.to_string())?;
+        let model = ObjectModel::try_from(&message).map_err(|cause| cause.to_string())?;
+        let sizes = model
+            .tags()
+            .iter()
+            .map(|tag| (tag.tag, tag.size_m))
+            .collect();
+        self.objects.insert(object.to_owned(), sizes);
+        Ok(())
+    }
+}

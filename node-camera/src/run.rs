@@ -1,0 +1,66 @@
+//! From the command line to the part that is wanted.
+
+use std::path::PathBuf;
+
+use clap::{Args, ValueEnum};
+use sextant_process::{Exit, Shutdown, WithExit, logging, memory};
+
+use crate::config::CameraNodeConfig;
+use crate::{capture, detect, supervise};
+
+/// Arguments of the camera node, under whatever command it runs.
+#[derive(Debug, Clone, Args)]
+pub struct CameraArguments {
+    /// The node's configuration (`sextant config camera` prints one).
+    #[arg(long, value_name = "FILE")]
+    pub config: PathBuf,
+    /// Run one part only; without it both run, as two processes.
+    #[arg(long, value_enum)]
+    pub part: Option<Part>,
+}
+
+/// The two processes of a camera node.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Part {
+    /// From the camera into shared memory.
+    Capture,
+    /// From shared memory to the network.
+    Detect,
+}
+
+impl Part {
+    /// Its word on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Capture => "capture",
+            Self::Detect => "detect",
+        }
+    }
+}
+
+/// Runs a camera node until `shutdown` or the end of its recording. `subcommand` are the words with which this program
+/// starts a camera node (`["camera"]` for `sextant`, none for `node-camera`): its parts are started with them.
+///
+/// # Errors
+/// [`Exit::Input`] for a wrong file, [`Exit::Unavailable`] for a camera, network or shared memory that can't be had.
+pub fn run(
+    arguments: &CameraArguments,
+    subcommand: &[&str],
+    shutdown: &Shutdown,
+) -> anyhow::Result<()> {
+    memory::keep_heap_small();
+    let config = CameraNodeConfig::read(&arguments.config).exit_with(Exit::Input)?;
+    match arguments.part {
+        None => {
+            logging::init(&format!("camera {}", config.camera));
+            supervise::run(&arguments.config, subcommand, shutdown)
+        }
+        Some(part) => {
+            logging::init(&format!("{} {}", part.name(), config.camera));
+            match part {
+                Part::Capture => capture::run(&config, shutdown),
+                Part::Detect => detect::run(&config, shutdown),
+            }
+        }
+    }
+}

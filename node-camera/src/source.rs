@@ -1,0 +1,130 @@
+//! Where images come from: one trait, three sources. Images are filled straight into shared memory.
+
+mod images;
+mod simulator;
+pub(crate) mod v4l2;
+
+use anyhow::Context;
+use sextant_estimator::CameraId;
+use sextant_iceoryx_images::ClockSource;
+use sextant_process::{Exit, Failure, Shutdown, WithExit};
+
+use crate::config::SourceConfig;
+
+/// A camera, real or not.
+pub trait ImageSource {
+    /// Width and height of every image, in pixels.
+    fn resolution(&self) -> [u16; 2];
+
+    /// Waits for the next image and fills `pixels` (width x height bytes, row by row without gaps, 0 black) with it. Returns
+    /// within 200 ms with [`Next::Nothing`] when there is none, and as soon as `shutdown` is requested. Until an image was
+    /// handed over, each call gets the same pixels again, as the last call left them.
+    ///
+    /// # Errors
+    /// What ends the source for good, with the exit code that it deserves.
+    fn next(&mut self, pixels: &mut [u8], shutdown: &Shutdown) -> Result<Next, SourceError>;
+}
+
+/// What became of waiting for an image.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Next {
+    /// One was filled in.
+    Image(Capture),
+    /// None yet.
+    Nothing,
+    /// There will be none any more: a recording's end.
+    End,
+}
+
+/// What the source knows of an image.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Capture {
+    /// Its number among all images that the source had for us, from 0; a gap is an image that was lost before this.
+    pub sequence: u64,
+    /// Middle of the exposure, ns since the Unix epoch, by the camera's clock.
+    pub capture_ns: u64,
+    /// Length of the exposure, ns; 0 if unknown.
+    pub exposure_ns: u32,
+    /// What keeps the camera's clock right.
+    pub clock: ClockSource,
+    /// Its estimated error, ns, one standard deviation.
+    pub clock_error_ns: u64,
+    /// The camera's clock minus this host's, ns.
+    pub clock_offset_ns: i64,
+}
+
+/// A failure of a source, with the exit code that it deserves.
+#[derive(Debug, thiserror::Error)]
+#[error("{message}")]
+pub struct SourceError {
+    exit: Exit,
+    message: String,
+}
+
+impl SourceError {
+    /// A failure; `exit` says whose it is.
+    pub fn new(exit: Exit, message: impl Into<String>) -> Self {
+        Self {
+            exit,
+            message: message.into(),
+        }
+    }
+}
+
+impl SourceError {
+    /// As the end of a process.
+    pub(crate) fn into_failure(self) -> anyhow::Error {
+        Failure::new(self.exit, self).into()
+    }
+}
+
+/// Opens the source of a camera.
+pub(crate) fn open(
+    config: &SourceConfig,
+    camera: &CameraId,
+) -> anyhow::Result<Box<dyn ImageSource>> {
+    match config {
+        SourceConfig::Simulator { scenario } => Ok(Box::new(
+            simulator::SimulatedCamera::open(scenario, camera).exit_with(Exit::Input)?,
+        )),
+        SourceConfig::Images {
+            folder,
+            pace,
+            repeat,
+            start_ns,
+        } => {
+            let player = images::Player::open(
+                folder,
+                camera,
+                images::Play {
+                    pace: *pace,
+                    repeat: *repeat,
+                    start_ns: *start_ns,
+                },
+            );
+            Ok(Box::new(player.exit_with(Exit::Input)?))
+        }
+        SourceConfig::V4l2 {
+            device,
+            resolution,
+            rate_hz,
+            exposure_us,
+        } => {
+            let wish = v4l2::Wish {
+                resolution: *resolution,
+                rate_hz: *rate_hz,
+                exposure_us: *exposure_us,
+            };
+            let opened = v4l2::V4l2Camera::open(device, &wish).map_err(SourceError::into_failure);
+            Ok(Box::new(
+                opened.with_context(|| format!("camera {camera}"))?,
+            ))
+        }
+    }
+}
+
+/// The sizes that detector and messages take, as `u16`.
+pub(crate) fn checked_resolution(width: usize, height: usize) -> Option<[u16; 2]> {
+    let fits = (16..=4096).contains(&width) && (16..=3072).contains(&height);
+    fits.then(|| [width as u16, height as u16])
+}
