@@ -247,7 +247,7 @@ fn sight(
     if rough.is_ok_and(|sighting| sighting.reading.found.hamming == 0) {
         return rough;
     }
-    let edges = edges_of(image, quad);
+    let edges = coarse_edges(image, quad);
     match (read(image, &edges.quad, readers), rough) {
         (Ok(better), Ok(rough)) if better.reading.found.hamming > rough.reading.found.hamming => {
             Ok(rough)
@@ -273,18 +273,22 @@ fn read(image: &Image<'_>, quad: &Quad, readers: &[Reader]) -> Result<Sighting, 
     Err(reason)
 }
 
-/// The tag as its edges show it, then as its whole pattern does where that knows better.
+/// The tag as its whole pattern shows it, where that is surer than its edges alone.
 fn refine(
     image: &Image<'_>,
     sighting: &Sighting,
     patterns: Option<&mut PatternFitter>,
 ) -> Detection {
     let Sighting { reading, quad } = sighting;
-    let edges = edges_of(image, quad);
-    let pattern = patterns.and_then(|patterns| patterns.fit(image, reading, &edges));
+    let coarse = coarse_edges(image, quad);
+    let pattern = patterns.and_then(|patterns| patterns.fit(image, reading, &coarse));
     let (corners, corner_covariance, refinement) = match pattern {
         Some(fit) => (fit.corners, fit.covariance, Refinement::Photometric),
-        None => (edges.quad, edges.covariance, Refinement::Edges),
+        None => {
+            let fine = edges::fit(image, &coarse.quad, BorderColour::Black, Search::fine())
+                .unwrap_or(coarse);
+            (fine.quad, fine.covariance, Refinement::Edges)
+        }
     };
     Detection {
         family: reading.family,
@@ -297,13 +301,12 @@ fn refine(
     }
 }
 
-/// As well as lines through the border's edges tell; where they tell nothing, the quad as it is.
-fn edges_of(image: &Image<'_>, quad: &Quad) -> EdgeFit {
-    let look = |quad: &Quad, search| edges::fit(image, quad, BorderColour::Black, search);
+/// As well as lines through a few places on the border's edges tell; where they tell nothing, the quad as it is.
+fn coarse_edges(image: &Image<'_>, quad: &Quad) -> EdgeFit {
+    let search = Search::coarse(mean_edge(quad) / USUAL_MODULES);
     let outline = EdgeFit {
         quad: *quad,
         covariance: [OUTLINE_COVARIANCE; 4],
     };
-    let coarse = look(quad, Search::coarse(mean_edge(quad) / USUAL_MODULES)).unwrap_or(outline);
-    look(&coarse.quad, Search::fine()).unwrap_or(coarse)
+    edges::fit(image, quad, BorderColour::Black, search).unwrap_or(outline)
 }

@@ -6,10 +6,9 @@
 //! The picture is black(u, v) + (white(u, v) - black(u, v)) * response(coverage), where coverage is the blurred pattern
 //! ([`BlurredPattern`]), black and white are planes over the tag, and response(c) = c + gain c (1 - c) is how a camera's
 //! curve, glare and spreading ink let white grow. Gauss-Newton on 18 parameters: the homography (8), the planes (6), the
-//! blur's covariance in the image (3), which takes in the lens and straight motion, and the gain. The derivatives are
-//! taken twice, at the start and after the first step, as in Baker & Matthews, Lucas-Kanade 20 years on (IJCV 2004);
-//! further steps only look at what is left. The parameters' covariance is that of least squares, made larger where
-//! residuals beside each other agree, which noise would not.
+//! blur's covariance in the image (3), which takes in the lens and straight motion, and the gain. (Least squares on images:
+//! Baker & Matthews, Lucas-Kanade 20 years on, IJCV 2004.) The parameters' covariance is that of least squares, made
+//! larger where residuals beside each other agree, which noise would not.
 
 mod blurred_pattern;
 mod normal_equations;
@@ -26,11 +25,21 @@ use normal_equations::{Equations, Factor};
 use pixels::{MAX_PIXELS, Pixels};
 use state::State;
 
-/// Most steps after the derivatives are fixed.
+/// Most steps with all pixels.
 const MAX_STEPS: usize = 4;
 
-/// Corners that move less than this have settled, in pixels.
-const SETTLED_PX: f32 = 0.001;
+/// After a step that moves no corner farther, the next would not move them by a thousandth of a pixel: each halves the
+/// digits that are wrong.
+const SETTLED_PX: f32 = 0.03;
+
+/// Share of the edges' variance below which the pattern's must be, so that its corners are taken. Half would be no more
+/// than the edges' own, as these are lines through a few places; where the picture is not what the model says, the
+/// pattern is hardly surer, and its corners would not agree with those of tags beside it that the edges tell.
+const SURER: f32 = 0.25;
+
+/// Greatest gain at which the pattern's corners are taken. A stronger one moves them against the edges by a tenth of the
+/// blur and more: right where the camera's response explains it, but the picture alone can't tell ink from light.
+const MOST_GAIN: f32 = 0.1;
 
 /// Residuals that lenses, sharpening and compression leave where nothing is wrong, as a share of the contrast: pixels
 /// that stray no further than these are not held to be hidden or lit by something else.
@@ -74,30 +83,46 @@ impl PatternFitter {
         let pattern = BlurredPattern::new(reading.family, reading.found.id);
         let mut state = State::start(&edges.quad, reading)?;
         self.pixels.choose(image, &pattern, &state);
-        let first_half = self.pixels.len() / 2;
-        self.linearise(&pattern, &state, first_half, START_SCALE * state.contrast())?;
-        state.step(
-            &self
-                .equations
-                .factorise(&self.kernels)?
-                .solve(&self.equations.right(&self.kernels)),
-        )?;
-
-        let scale = self
-            .equations
-            .residual_scale()
-            .max(MODEL_SCALE * state.contrast());
-        self.linearise(&pattern, &state, self.pixels.len(), scale)?;
-        let factor = self.equations.factorise(&self.kernels)?;
-        self.settle(&pattern, &mut state, &factor)?;
-
+        self.step(&pattern, &mut state, self.pixels.len() / 2, START_SCALE)?;
+        let factor = self.settle(&pattern, &mut state)?;
         let covariance = state.corner_covariances(&self.equations.covariance(&factor));
-        let better = state.is_plausible(&edges.quad)
-            && mean_variance(&covariance) < mean_variance(&edges.covariance);
-        better.then(|| PatternFit {
+        let better = mean_variance(&covariance) < SURER * mean_variance(&edges.covariance);
+        let plausible = better && state.gain.abs() < MOST_GAIN && state.is_plausible(&edges.quad);
+        plausible.then(|| PatternFit {
             corners: state.corners(),
             covariance,
         })
+    }
+
+    /// Steps with all pixels until the corners rest; what strays much from what is usual then counts less.
+    fn settle(&mut self, pattern: &BlurredPattern, state: &mut State) -> Option<Factor> {
+        let mut settled = None;
+        for _ in 0..MAX_STEPS {
+            let scale = (self.equations.residual_scale() / state.contrast()).max(MODEL_SCALE);
+            let (factor, motion) = self.step(pattern, state, self.pixels.len(), scale)?;
+            settled = Some(factor);
+            if motion < SETTLED_PX {
+                break;
+            }
+        }
+        settled
+    }
+
+    /// One Gauss-Newton step with the first `n` pixels, those straying by more than a share of the contrast counting less;
+    /// the residuals are left as they should be after the step. Returns how far it moved a corner, in pixels.
+    fn step(
+        &mut self,
+        pattern: &BlurredPattern,
+        state: &mut State,
+        n: usize,
+        scale: f32,
+    ) -> Option<(Factor, f32)> {
+        self.linearise(pattern, state, n, scale * state.contrast())?;
+        let factor = self.equations.factorise(&self.kernels)?;
+        let step = factor.solve(&self.equations.right(&self.kernels));
+        state.step(&step)?;
+        self.equations.take_step(&step);
+        Some((factor, state.corner_motion(&step)))
     }
 
     /// Derivatives and residuals of the first `n` pixels; those that stray by more than `scale` allows count less.
@@ -124,30 +149,6 @@ impl PatternFitter {
         }
         self.equations.add_priors(state);
         self.equations.is_determined().then_some(())
-    }
-
-    /// Steps with the same derivatives until the corners rest.
-    fn settle(
-        &mut self,
-        pattern: &BlurredPattern,
-        state: &mut State,
-        factor: &Factor,
-    ) -> Option<()> {
-        for _ in 0..MAX_STEPS {
-            let step = factor.solve(&self.equations.right(&self.kernels));
-            state.step(&step)?;
-            if state.corner_motion(&step) < SETTLED_PX {
-                break;
-            }
-            let (inverse, optics) = (state.inverse()?, Optics::of(state, pattern));
-            for (i, pixel) in self.pixels.iter().enumerate() {
-                let place = inverse.place(pixel.point);
-                let grey = state.grey(&place, pattern.at(&place, &optics).value);
-                self.equations.set_residual(i, pixel.grey - grey);
-            }
-            self.equations.add_priors(state);
-        }
-        Some(())
     }
 }
 

@@ -23,15 +23,12 @@ impl Shade {
         self.reached.resize(self.words_in_row * rows, 0);
     }
 
-    /// Says of each tile of a row whether it is live and whether it shows shade.
-    pub(crate) fn set_row(&mut self, row: usize, tiles: impl Iterator<Item = (bool, bool)>) {
+    /// Says of each tile of a row, by 0 or 1, whether it is live and whether it shows shade.
+    pub(crate) fn set_row(&mut self, row: usize, live: &[u8], seeds: &[u8]) {
         let words = row * self.words_in_row..(row + 1) * self.words_in_row;
-        let (live, reached) = (&mut self.live[words.clone()], &mut self.reached[words]);
-        live.fill(0);
-        reached.fill(0);
-        for (column, (is_live, is_seed)) in tiles.enumerate() {
-            live[column / WORD] |= u64::from(is_live) << (column % WORD);
-            reached[column / WORD] |= u64::from(is_live && is_seed) << (column % WORD);
+        for (i, word) in words.enumerate() {
+            self.live[word] = pack(live, i);
+            self.reached[word] = pack(seeds, i) & self.live[word];
         }
     }
 
@@ -109,6 +106,18 @@ impl Shade {
     }
 }
 
+/// One bit for each of 64 bytes that are 0 or 1; none for those that are missing.
+fn pack(flags: &[u8], word: usize) -> u64 {
+    /// Moves the lowest bits of eight bytes beside each other into the highest byte.
+    const GATHER: u64 = 0x0102_0408_1020_4080;
+    let flags = &flags[word * WORD..flags.len().min((word + 1) * WORD)];
+    flags.chunks(8).enumerate().fold(0, |bits, (i, chunk)| {
+        let mut bytes = [0; 8];
+        bytes[..chunk.len()].copy_from_slice(chunk);
+        bits | (u64::from_le_bytes(bytes).wrapping_mul(GATHER) >> 56) << (8 * i)
+    })
+}
+
 /// The seeds and all set bits of `live` above them without a gap (Kogge-Stone: distances 1, 2, 4, ..., 32).
 fn fill_upwards(seeds: u64, live: u64) -> u64 {
     let (mut filled, mut open) = (seeds, live);
@@ -128,7 +137,9 @@ mod tests {
         let mut shade = Shade::default();
         shade.make_room(picture[0].len(), picture.len());
         for (row, tiles) in picture.iter().enumerate() {
-            shade.set_row(row, tiles.bytes().map(|tile| (tile != b'.', tile == b'x')));
+            let live: Vec<u8> = tiles.bytes().map(|tile| u8::from(tile != b'.')).collect();
+            let seeds: Vec<u8> = tiles.bytes().map(|tile| u8::from(tile == b'x')).collect();
+            shade.set_row(row, &live, &seeds);
         }
         shade.spread();
         let reached = |row: usize| {

@@ -28,7 +28,7 @@ pub(crate) struct Tiles {
     /// Extrema of the 3x3 tiles around each.
     dark_around: Vec<u8>,
     bright_around: Vec<u8>,
-    /// Extrema of three tiles above each other, with one more at either end.
+    /// One row of what is worked on: extrema of three tiles above each other, with one more at either end; flags.
     column_darkest: Vec<u8>,
     column_brightest: Vec<u8>,
     shade: Shade,
@@ -124,22 +124,35 @@ impl Tiles {
     ///
     /// A tile shows shade when there is contrast in it though all of it is dark compared to what is around.
     pub(crate) fn find_shade(&mut self, gate: u8) -> bool {
-        let shows_shade = |tile: usize| {
-            let own = self.brightest[tile] - self.darkest[tile] >= gate;
-            own & (self.brightest[tile]
-                < u8::midpoint(self.dark_around[tile], self.bright_around[tile]))
-        };
-        let any = (0..self.darkest.len()).fold(false, |any, tile| any | shows_shade(tile));
-        if any {
-            for row in 0..self.rows {
-                let live = |tile: usize| self.bright_around[tile] - self.dark_around[tile] >= gate;
-                let tiles = row * self.columns..(row + 1) * self.columns;
-                self.shade
-                    .set_row(row, tiles.map(|tile| (live(tile), shows_shade(tile))));
+        let mut any = 0;
+        for row in 0..self.rows {
+            let tiles = row * self.columns..(row + 1) * self.columns;
+            let own = self.darkest[tiles.clone()]
+                .iter()
+                .zip(&self.brightest[tiles.clone()]);
+            let around = self.dark_around[tiles.clone()]
+                .iter()
+                .zip(&self.bright_around[tiles]);
+            let flags = self
+                .column_darkest
+                .iter_mut()
+                .zip(&mut self.column_brightest);
+            for (((dark, bright), (low, high)), (live, shade)) in own.zip(around).zip(flags) {
+                *live = u8::from(high - low >= gate);
+                *shade =
+                    u8::from(bright - dark >= gate) & u8::from(*bright < u8::midpoint(*low, *high));
+                any |= *shade;
             }
+            self.shade.set_row(
+                row,
+                &self.column_darkest[..self.columns],
+                &self.column_brightest[..self.columns],
+            );
+        }
+        if any != 0 {
             self.shade.spread();
         }
-        any
+        any != 0
     }
 
     pub(crate) fn rows(&self) -> usize {

@@ -2,7 +2,7 @@
 //!
 //! - [`Family`]: the families by name; everything else hangs on it.
 //! - [`FamilyData`]: code words and layout of one family, read from `data/*.txt` at compile time.
-//! - [`module_is_white`], [`rotate_code`]: what follows from the data.
+//! - [`module_is_white`], [`white_modules`], [`rotate_code`]: what follows from the data.
 //!
 //! No images, no metres: coordinates are modules of the upright tag, x right and y down.
 
@@ -11,5 +11,5 @@ mod pattern;
 mod table;
 
 pub use family::{Family, UnknownFamily};
-pub use pattern::{module_is_white, rotate_code};
+pub use pattern::{module_is_white, rotate_code, white_modules};
 pub use table::{BorderColour, FamilyData};

@@ -22,6 +22,34 @@ pub fn module_is_white(family: Family, id: u32, x: usize, y: usize) -> bool {
     }
 }
 
+/// All white modules of the printed, upright tag, as column and row: what [`module_is_white`] says of each, at once.
+/// Nothing for an id that the family lacks.
+pub fn white_modules(family: Family, id: u32) -> impl Iterator<Item = (usize, usize)> {
+    let data = family.data();
+    let margin = data.margin();
+    let on_print = move |x: i8, y: i8| ((x + margin) as usize, (y + margin) as usize);
+    let (first, last) = match data.border {
+        BorderColour::Black => (-1, data.border_width as i8),
+        BorderColour::White => (0, data.border_width as i8 - 1),
+    };
+    let code = data.codes.get(id as usize).copied();
+    let ring = (first..last).flat_map(move |i| {
+        [
+            (i, first),
+            (last, i),
+            (first + last - i, last),
+            (first, first + last - i),
+        ]
+    });
+    let bits = data.bits.iter().rev().enumerate();
+    let set = bits
+        .filter(move |(i, _)| code.is_some_and(|code| code >> i & 1 == 1))
+        .map(|(_, &bit)| bit);
+    ring.filter(move |_| code.is_some())
+        .chain(set)
+        .map(move |(x, y)| on_print(x, y))
+}
+
 /// The square's ring and the ring around it have opposite colours; what carries no data elsewhere is black.
 fn ring_is_white(border: BorderColour, border_width: i8, x: i8, y: i8) -> bool {
     let ring = x.min(y).min(border_width - 1 - x).min(border_width - 1 - y);
@@ -109,6 +137,21 @@ mod tests {
                 rotate_code(code, n_bits, 3),
                 rotate_code(rotate_code(code, n_bits, 1), n_bits, 2)
             );
+        }
+    }
+
+    #[test]
+    fn white_modules_are_those_that_are_white() {
+        for family in Family::ALL {
+            let width = usize::from(family.data().total_width);
+            let mut listed: Vec<_> = white_modules(family, 11).collect();
+            listed.sort_unstable();
+            let all = (0..width).flat_map(|x| (0..width).map(move |y| (x, y)));
+            let white: Vec<_> = all
+                .filter(|&(x, y)| module_is_white(family, 11, x, y))
+                .collect();
+            assert_eq!(listed, white, "{family}");
+            assert_eq!(white_modules(family, 9999).count(), 0);
         }
     }
 

@@ -10,7 +10,7 @@
 use super::state::{Place, State};
 use crate::Family;
 use crate::quad::Point;
-use sextant_tag_families::module_is_white;
+use sextant_tag_families::white_modules;
 
 const MAX_MODULES: usize = 12;
 
@@ -90,6 +90,19 @@ impl Optics {
     }
 }
 
+/// Fills the padding around the printed tag with the colour of its rim.
+fn continue_outwards(modules: &mut [[f32; SIZE]; SIZE], total: usize) {
+    let (first, last) = (PADDING, PADDING + total - 1);
+    for row in &mut modules[first..=last] {
+        let (left, right) = (row[first], row[last]);
+        row[..first].fill(left);
+        row[last + 1..].fill(right);
+    }
+    let (top, bottom) = (modules[first], modules[last]);
+    modules[..first].fill(top);
+    modules[last + 1..].fill(bottom);
+}
+
 /// The nearest edges along one axis: how far each has been crossed and how steeply.
 struct Crossings<const EDGES: usize> {
     /// Module before the first edge.
@@ -101,17 +114,11 @@ impl BlurredPattern {
     pub(super) fn new(family: Family, id: u32) -> Self {
         let data = family.data();
         let total = usize::from(data.total_width);
-        let printed = |i: usize| i.saturating_sub(PADDING).min(total - 1);
-        let modules = std::array::from_fn(|y| {
-            std::array::from_fn(|x| {
-                f32::from(u8::from(module_is_white(
-                    family,
-                    id,
-                    printed(x),
-                    printed(y),
-                )))
-            })
-        });
+        let mut modules = [[0.0; SIZE]; SIZE];
+        for (x, y) in white_modules(family, id) {
+            modules[y + PADDING][x + PADDING] = 1.0;
+        }
+        continue_outwards(&mut modules, total);
         Self {
             modules,
             half_border: f32::from(data.border_width) / 2.0,

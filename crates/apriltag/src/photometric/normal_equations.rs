@@ -7,7 +7,7 @@ use crate::kernels::Kernels;
 /// Homography 8, black 3, white 3, blur 3, gain 1.
 pub(super) const PARAMETERS: usize = 18;
 
-pub(super) type Matrix = [Vector; PARAMETERS];
+type Matrix = [Vector; PARAMETERS];
 type Vector = [f32; PARAMETERS];
 
 /// Parameters with a prior: the last four.
@@ -74,9 +74,13 @@ impl Equations {
         self.weights += weight;
     }
 
-    #[inline]
-    pub(super) fn set_residual(&mut self, row: usize, residual: f32) {
-        self.residuals[row] = self.roots[row] * residual;
+    /// Makes the residuals what they should be after a step.
+    pub(super) fn take_step(&mut self, step: &Vector) {
+        for (column, change) in self.columns.iter().zip(step) {
+            for (residual, derivative) in self.residuals.iter_mut().zip(column) {
+                *residual -= change * derivative;
+            }
+        }
     }
 
     pub(super) fn is_determined(&self) -> bool {
@@ -132,16 +136,16 @@ impl Equations {
         Factor::of(&matrix)
     }
 
-    /// Covariance of the parameters: residual variance times the inverse matrix, times how much more than noise the
+    /// Covariance of the homography's parameters: residual variance times the inverse matrix, times how much more than noise the
     /// residuals pull together.
-    pub(super) fn covariance(&mut self, factor: &Factor) -> Matrix {
+    pub(super) fn covariance(&mut self, factor: &Factor) -> [[f32; 8]; 8] {
         let variance = self.residual_scale().powi(2) * self.togetherness(factor);
-        let mut covariance = [[0.0; PARAMETERS]; PARAMETERS];
-        for (i, column) in covariance.iter_mut().enumerate() {
-            column[i] = variance;
-            *column = factor.solve(column);
-        }
-        covariance
+        std::array::from_fn(|i| {
+            let mut unit = [0.0; PARAMETERS];
+            unit[i] = variance;
+            let column = factor.solve(&unit);
+            std::array::from_fn(|j| column[j])
+        })
     }
 
     /// How much larger the scatter of the groups' pulls g = J^T W r is than with independent residuals, for which
@@ -172,7 +176,10 @@ impl Equations {
 
 /// Cholesky factor of a matrix scaled to a unit diagonal, and the scales.
 pub(super) struct Factor {
-    lower: Matrix,
+    /// Columns of the lower factor, without the diagonal.
+    columns: Matrix,
+    /// Rows of it.
+    rows: Matrix,
     /// Reciprocals of the diagonal.
     pivots: Vector,
     scales: Vector,
@@ -183,25 +190,34 @@ impl Factor {
     fn of(matrix: &Matrix) -> Option<Self> {
         const LEAST_PIVOT: f32 = 1e-6;
         let scales: Vector = std::array::from_fn(|i| 1.0 / matrix[i][i].sqrt());
-        let (mut lower, mut pivots) = ([[0.0; PARAMETERS]; PARAMETERS], [0.0; PARAMETERS]);
+        let (mut rows, mut columns, mut pivots) = (
+            [[0.0; PARAMETERS]; PARAMETERS],
+            [[0.0; PARAMETERS]; PARAMETERS],
+            [0.0; PARAMETERS],
+        );
         for i in 0..PARAMETERS {
-            for j in 0..=i {
-                let dot: f32 = (0..j).map(|k| lower[i][k] * lower[j][k]).sum();
-                let rest = matrix[i][j] * scales[i] * scales[j] - dot;
-                lower[i][j] = if i == j {
-                    rest.max(LEAST_PIVOT).sqrt()
+            let scaled: Vector = std::array::from_fn(|j| {
+                if j <= i {
+                    matrix[i][j] * scales[i] * scales[j]
                 } else {
-                    rest * pivots[j]
-                };
+                    0.0
+                }
+            });
+            let row = whiten(scaled, &columns, &pivots, i);
+            let rest = scaled[i] - row[..i].iter().map(|value| value * value).sum::<f32>();
+            pivots[i] = 1.0 / rest.max(LEAST_PIVOT).sqrt();
+            for j in 0..i {
+                rows[i][j] = row[j];
+                columns[j][i] = row[j];
             }
-            pivots[i] = 1.0 / lower[i][i];
         }
         pivots
             .iter()
             .chain(&scales)
             .all(|value| value.is_finite())
             .then_some(Self {
-                lower,
+                columns,
+                rows,
                 pivots,
                 scales,
             })
@@ -209,21 +225,40 @@ impl Factor {
 
     /// L^-1 b.
     fn whiten(&self, right: &Vector) -> Vector {
-        let mut x: Vector = std::array::from_fn(|i| right[i] * self.scales[i]);
-        for i in 0..PARAMETERS {
-            let dot: f32 = (0..i).map(|k| self.lower[i][k] * x[k]).sum();
-            x[i] = (x[i] - dot) * self.pivots[i];
-        }
-        x
+        whiten(
+            std::array::from_fn(|i| right[i] * self.scales[i]),
+            &self.columns,
+            &self.pivots,
+            PARAMETERS,
+        )
     }
 
     /// (L L^T)^-1 b.
     pub(super) fn solve(&self, right: &Vector) -> Vector {
         let mut x = self.whiten(right);
         for i in (0..PARAMETERS).rev() {
-            let dot: f32 = (i + 1..PARAMETERS).map(|k| self.lower[k][i] * x[k]).sum();
-            x[i] = (x[i] - dot) * self.pivots[i];
+            let value = x[i] * self.pivots[i];
+            subtract(&mut x, value, &self.rows[i]);
+            x[i] = value;
         }
         std::array::from_fn(|i| x[i] * self.scales[i])
+    }
+}
+
+/// The first `n` elements of L^-1 x.
+fn whiten(mut x: Vector, columns: &Matrix, pivots: &Vector, n: usize) -> Vector {
+    for i in 0..n {
+        x[i] *= pivots[i];
+        let value = x[i];
+        subtract(&mut x, value, &columns[i]);
+    }
+    x
+}
+
+/// x - factor * column
+#[inline]
+fn subtract(x: &mut Vector, factor: f32, column: &Vector) {
+    for (value, element) in x.iter_mut().zip(column) {
+        *value -= factor * element;
     }
 }

@@ -2,7 +2,7 @@
 //!
 //! Of a small tag every pixel is; of a large one, places along the edges are left out evenly, so that it costs no more.
 
-use super::blurred_pattern::BlurredPattern;
+use super::blurred_pattern::{BlurredPattern, CROSSINGS};
 use super::state::State;
 use crate::Image;
 use crate::quad::{Point, twice_area};
@@ -39,12 +39,15 @@ impl Pixel {
 #[derive(Debug)]
 pub(super) struct Pixels {
     pixels: Vec<Pixel>,
+    /// Ends of the pattern's edges in the image.
+    edges: Vec<[Point; 2]>,
 }
 
 impl Default for Pixels {
     fn default() -> Self {
         Self {
             pixels: Vec::with_capacity(MAX_PIXELS),
+            edges: Vec::with_capacity(2 * CROSSINGS),
         }
     }
 }
@@ -122,15 +125,15 @@ impl Pixels {
     /// Pixels beside every edge between black and white, at even distances along it.
     fn take_edges(&mut self, image: &Image<'_>, pattern: &BlurredPattern, state: &State) {
         let project = |[u, v]: Point| state.homography.apply(u, v);
-        let length: f32 = pattern
-            .edges()
-            .map(|[a, b]| steps_between(project(a), project(b)))
-            .sum();
+        self.edges.clear();
+        self.edges
+            .extend(pattern.edges().map(|ends| ends.map(project)));
+        let length: f32 = self.edges.iter().map(|&[a, b]| steps_between(a, b)).sum();
         let stride = (length * PIXELS_ACROSS / MAX_PIXELS as f32).max(1.0);
-        for half in [0.0, 0.5] {
-            let mut along = stride * (0.5 + half);
-            for [a, b] in pattern.edges() {
-                along = self.walk(image, [project(a), project(b)], along, 2.0 * stride);
+        for half in [0.5, 1.5] {
+            let mut along = stride * half;
+            for i in 0..self.edges.len() {
+                along = self.walk(image, self.edges[i], along, 2.0 * stride);
             }
         }
     }

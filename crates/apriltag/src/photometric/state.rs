@@ -1,7 +1,7 @@
 //! Everything that is fitted, and what a pixel should show given it.
 
 use super::blurred_pattern::Coverage;
-use super::normal_equations::{Matrix, PARAMETERS};
+use super::normal_equations::PARAMETERS;
 use crate::homography::Homography;
 use crate::quad::{Point, Quad, distance, mean_edge};
 use crate::reading::Reading;
@@ -105,7 +105,7 @@ impl State {
         CORNERS.into_iter().map(motion).fold(0.0, f32::max)
     }
 
-    pub(super) fn corner_covariances(&self, covariance: &Matrix) -> [[f32; 3]; 4] {
+    pub(super) fn corner_covariances(&self, covariance: &[[f32; 8]; 8]) -> [[f32; 3]; 4] {
         CORNERS.map(|corner| {
             let [x, y] = self.homography.jacobian(corner);
             let product = |a: &[f32; 8], b: &[f32; 8]| {
@@ -137,14 +137,7 @@ impl State {
         (black, plane(&self.white) - black)
     }
 
-    /// The grey that a pixel should have.
-    #[inline]
-    pub(super) fn grey(&self, place: &Place, coverage: f32) -> f32 {
-        let (black, contrast) = self.levels(place.u, place.v);
-        black + contrast * self.response(coverage).0
-    }
-
-    /// The same, and its derivative with respect to every parameter.
+    /// The grey that a pixel should have, and its derivative with respect to every parameter.
     #[inline]
     pub(super) fn linearise(
         &self,
