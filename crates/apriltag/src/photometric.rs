@@ -22,7 +22,7 @@ use crate::quad::Quad;
 use crate::reading::Reading;
 use blurred_pattern::{BlurredPattern, Optics};
 use normal_equations::{Equations, Factor};
-use pixels::{MAX_PIXELS, Pixels};
+use pixels::Pixels;
 use state::State;
 
 /// Most steps with all pixels.
@@ -65,11 +65,9 @@ pub(crate) struct PatternFitter {
 
 impl PatternFitter {
     pub(crate) fn new(kernels: Kernels) -> Self {
-        let mut equations = Equations::default();
-        equations.make_room(MAX_PIXELS);
         Self {
             pixels: Pixels::default(),
-            equations,
+            equations: Equations::default(),
             kernels,
         }
     }
@@ -83,7 +81,7 @@ impl PatternFitter {
         let pattern = BlurredPattern::new(reading.family, reading.found.id);
         let mut state = State::start(&edges.quad, reading)?;
         self.pixels.choose(image, &pattern, &state);
-        self.step(&pattern, &mut state, self.pixels.len() / 2, START_SCALE)?;
+        self.step(&pattern, &mut state, self.pixels.quarter(), START_SCALE)?;
         let factor = self.settle(&pattern, &mut state)?;
         let covariance = state.corner_covariances(&self.equations.covariance(&factor));
         let better = mean_variance(&covariance) < SURER * mean_variance(&edges.covariance);

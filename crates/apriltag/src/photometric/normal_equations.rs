@@ -1,6 +1,7 @@
 //! Weighted least squares by its normal equations.
 
 use super::blurred_pattern::CROSSINGS;
+use super::pixels::MAX_PIXELS;
 use super::state::{State, USUAL_BLUR_PX, USUAL_GAIN};
 use crate::kernels::Kernels;
 
@@ -13,12 +14,13 @@ type Vector = [f32; PARAMETERS];
 /// Parameters with a prior: the last four.
 const PRIORS: usize = 4;
 
-/// A row for each pixel, times the root of its weight: derivatives by column, residual, group.
+/// A row for each pixel, times the root of its weight.
 #[derive(Debug)]
 pub(super) struct Equations {
-    columns: [Vec<f32>; PARAMETERS],
+    n: usize,
+    /// Derivatives, parameter after parameter, each with room for all pixels.
+    columns: Vec<[f32; MAX_PIXELS]>,
     residuals: Vec<f32>,
-    roots: Vec<f32>,
     groups: Vec<u16>,
     weights: f32,
     /// Strength of each prior and how far from it the parameter is.
@@ -29,10 +31,10 @@ pub(super) struct Equations {
 impl Default for Equations {
     fn default() -> Self {
         Self {
-            columns: Default::default(),
-            residuals: Vec::new(),
-            roots: Vec::new(),
-            groups: Vec::new(),
+            n: 0,
+            columns: vec![[0.0; MAX_PIXELS]; PARAMETERS],
+            residuals: vec![0.0; MAX_PIXELS],
+            groups: vec![0; MAX_PIXELS],
             weights: 0.0,
             priors: [(0.0, 0.0); PRIORS],
             pulls: vec![[0.0; PARAMETERS]; CROSSINGS],
@@ -41,43 +43,39 @@ impl Default for Equations {
 }
 
 impl Equations {
-    /// Takes memory for so many pixels.
-    pub(super) fn make_room(&mut self, n: usize) {
-        self.clear();
-        for column in &mut self.columns {
-            column.reserve_exact(n);
-        }
-        self.residuals.reserve_exact(n);
-        self.roots.reserve_exact(n);
-        self.groups.reserve_exact(n);
-    }
-
     pub(super) fn clear(&mut self) {
-        for column in &mut self.columns {
-            column.clear();
-        }
-        self.residuals.clear();
-        self.roots.clear();
-        self.groups.clear();
-        self.weights = 0.0;
+        (self.n, self.weights) = (0, 0.0);
     }
 
+    /// Adds a row; those beyond the room for [`MAX_PIXELS`] are left out.
     #[inline]
     pub(super) fn push(&mut self, jacobian: &Vector, residual: f32, weight: f32, group: usize) {
+        let row = self.n;
+        if row >= MAX_PIXELS {
+            return;
+        }
         let root = weight.sqrt();
         for (column, value) in self.columns.iter_mut().zip(jacobian) {
-            column.push(root * value);
+            column[row] = root * value;
         }
-        self.residuals.push(root * residual);
-        self.roots.push(root);
-        self.groups.push(group as u16);
+        self.residuals[row] = root * residual;
+        self.groups[row] = group as u16;
         self.weights += weight;
+        self.n += 1;
+    }
+
+    fn column(&self, parameter: usize) -> &[f32] {
+        &self.columns[parameter][..self.n]
+    }
+
+    fn residuals(&self) -> &[f32] {
+        &self.residuals[..self.n]
     }
 
     /// Makes the residuals what they should be after a step.
     pub(super) fn take_step(&mut self, step: &Vector) {
         for (column, change) in self.columns.iter().zip(step) {
-            for (residual, derivative) in self.residuals.iter_mut().zip(column) {
+            for (residual, derivative) in self.residuals[..self.n].iter_mut().zip(column) {
                 *residual -= change * derivative;
             }
         }
@@ -91,7 +89,7 @@ impl Equations {
     pub(super) fn residual_scale(&self) -> f32 {
         const ROUNDING: f32 = 0.29;
         let squares: f32 = self
-            .residuals
+            .residuals()
             .iter()
             .map(|residual| residual * residual)
             .sum();
@@ -115,7 +113,7 @@ impl Equations {
 
     /// J^T W r.
     pub(super) fn right(&self, kernels: &Kernels) -> Vector {
-        let mut right = std::array::from_fn(|i| kernels.dot(&self.columns[i], &self.residuals));
+        let mut right = std::array::from_fn(|i| kernels.dot(self.column(i), self.residuals()));
         for (value, (strength, away)) in right[PARAMETERS - PRIORS..].iter_mut().zip(self.priors) {
             *value += strength * away;
         }
@@ -127,7 +125,7 @@ impl Equations {
         let mut matrix = [[0.0; PARAMETERS]; PARAMETERS];
         for (i, row) in matrix.iter_mut().enumerate() {
             for (j, value) in row[..=i].iter_mut().enumerate() {
-                *value = kernels.dot(&self.columns[i], &self.columns[j]);
+                *value = kernels.dot(self.column(i), self.column(j));
             }
         }
         for (i, (strength, _)) in (PARAMETERS - PRIORS..).zip(self.priors) {
@@ -153,7 +151,7 @@ impl Equations {
     /// the trace of the cluster-robust covariance (Liang & Zeger, Biometrika 73, 1986) against that of the usual one.
     fn togetherness(&mut self, factor: &Factor) -> f32 {
         self.pulls.fill([0.0; PARAMETERS]);
-        for (row, &group) in self.groups.iter().enumerate() {
+        for (row, &group) in self.groups[..self.n].iter().enumerate() {
             let residual = self.residuals[row];
             for (pull, column) in self.pulls[usize::from(group)].iter_mut().zip(&self.columns) {
                 *pull += residual * column[row];

@@ -41,6 +41,8 @@ pub(super) struct Pixels {
     pixels: Vec<Pixel>,
     /// Ends of the pattern's edges in the image.
     edges: Vec<[Point; 2]>,
+    /// Whether the next place on an edge gets four pixels or two.
+    wide: bool,
 }
 
 impl Default for Pixels {
@@ -48,6 +50,7 @@ impl Default for Pixels {
         Self {
             pixels: Vec::with_capacity(MAX_PIXELS),
             edges: Vec::with_capacity(2 * CROSSINGS),
+            wide: false,
         }
     }
 }
@@ -61,7 +64,13 @@ impl Deref for Pixels {
 }
 
 impl Pixels {
-    /// The first half of the pixels are spread over the tag like all of them.
+    /// So many of the first pixels are spread over the tag like all of them: about a quarter, or enough to be sure.
+    pub(super) fn quarter(&self) -> usize {
+        const ENOUGH: usize = 160;
+        (self.pixels.len() / 4).max(ENOUGH).min(self.pixels.len())
+    }
+
+    /// Gathers the pixels to look at.
     pub(super) fn choose(&mut self, image: &Image<'_>, pattern: &BlurredPattern, state: &State) {
         self.pixels.clear();
         let reach = pattern.reach(state);
@@ -90,7 +99,7 @@ impl Pixels {
         }
     }
 
-    /// Every pixel within `reach` of the square, first the even, then the odd rows.
+    /// Every pixel within `reach` of the square, every fourth row first.
     fn take_all(&mut self, image: &Image<'_>, state: &State, reach: f32) {
         let Some(inverse) = state.inverse() else {
             return;
@@ -112,7 +121,10 @@ impl Pixels {
             low as usize..high as usize + 1
         };
         let (columns, rows) = (bounds(0), bounds(1));
-        for y in rows.clone().step_by(2).chain(rows.skip(1).step_by(2)) {
+        for y in [0, 2, 1, 3]
+            .into_iter()
+            .flat_map(|first| rows.clone().skip(first).step_by(4))
+        {
             for x in columns.clone() {
                 let place = inverse.place([x as f32, y as f32]);
                 if place.u.abs() <= reach && place.v.abs() <= reach {
@@ -125,15 +137,16 @@ impl Pixels {
     /// Pixels beside every edge between black and white, at even distances along it.
     fn take_edges(&mut self, image: &Image<'_>, pattern: &BlurredPattern, state: &State) {
         let project = |[u, v]: Point| state.homography.apply(u, v);
+        self.wide = false;
         self.edges.clear();
         self.edges
             .extend(pattern.edges().map(|ends| ends.map(project)));
         let length: f32 = self.edges.iter().map(|&[a, b]| steps_between(a, b)).sum();
         let stride = (length * PIXELS_ACROSS / MAX_PIXELS as f32).max(1.0);
-        for half in [0.5, 1.5] {
-            let mut along = stride * half;
+        for quarter in [0.5, 2.5, 1.5, 3.5] {
+            let mut along = stride * quarter;
             for i in 0..self.edges.len() {
-                along = self.walk(image, self.edges[i], along, 2.0 * stride);
+                along = self.walk(image, self.edges[i], along, 4.0 * stride);
             }
         }
     }
@@ -144,7 +157,6 @@ impl Pixels {
         let n_steps = steps_between(a, b);
         let (dx, dy) = ((b[0] - a[0]) / n_steps, (b[1] - a[1]) / n_steps);
         let flat = dx.abs() >= dy.abs();
-        let mut wide = false;
         while along < n_steps {
             let (x, y) = (a[0] + along * dx, a[1] + along * dy);
             // At a whole column (or row), the pixels just above and below (or left and right of) the edge; every other
@@ -154,8 +166,8 @@ impl Pixels {
             } else {
                 (y.round(), x + (y.round() - y) * dx / dy)
             };
-            let aside = if wide { 1.0 } else { 0.0 };
-            wide = !wide;
+            let aside = f32::from(u8::from(self.wide));
+            self.wide = !self.wide;
             let mut at = across.floor() - aside;
             while at <= across.floor() + 1.0 + aside {
                 if at >= 0.0 && fixed >= 0.0 {
