@@ -1,5 +1,6 @@
 //! The error-state filter of one rigid body: SE(3) with a twist, fed with corners of images.
 //!
+//! - [`edges`]: the noise of a tag's corners.
 //! - [`kinematics`]: the state and its prediction in time.
 //! - [`clocks`]: the cameras' clock offsets, and the pose as a camera saw it.
 //! - [`corners`]: residuals of a view's corners and their Jacobian.
@@ -10,6 +11,7 @@
 pub(crate) mod absorb;
 pub(crate) mod clocks;
 pub(crate) mod corners;
+pub(crate) mod edges;
 pub(crate) mod kinematics;
 pub(crate) mod motion;
 pub(crate) mod solve;

@@ -3,10 +3,11 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use nalgebra::{Matrix2, Point2};
+use nalgebra::Matrix2;
 use sextant_geometry::tag_corners_in_tag;
 
 use crate::filter::corners::{PosedCamera, View};
+use crate::filter::edges::EdgeModes;
 use crate::{
     CameraId, FusionOptions, ImageObservation, ModelError, ObjectId, ObjectModel, ObjectTag, Rig,
     TagCorners, TagId,
@@ -207,32 +208,34 @@ fn is_sound(seen: &TagCorners, [width, height]: [u32; 2]) -> bool {
         && covariance.clone().all(|x| x.is_finite())
 }
 
-/// The view of a tag whose place on the object is known.
+/// The view of a tag whose place on the object is known, if its corners enclose something.
 fn view(tag: &ObjectTag, seen: &TagCorners, options: &FusionOptions) -> Option<View> {
     let object_from_tag = tag.object_from_tag?;
+    let covariance = seen
+        .corner_covariance
+        .map(|stated| covariance(&stated, options));
+    let information = covariance.map(|covariance| covariance.try_inverse().unwrap_or_default());
     Some(View {
         tag: tag.tag,
         size_m: tag.size_m,
         object_from_tag,
         corners_in_object: tag_corners_in_tag(tag.size_m).map(|corner| object_from_tag * corner),
-        corners_in_image: seen.corners.map(|corner| Point2::new(corner.x, corner.y)),
-        information: seen
-            .corner_covariance
-            .map(|covariance| information(&covariance, options)),
+        corners_in_image: seen.corners,
+        information,
+        edges: EdgeModes::new(&seen.corners, &covariance)?,
     })
 }
 
-/// Inverse of a corner's covariance with the floor added; the usual corner noise where nothing or nonsense is stated.
-fn information(covariance: &Matrix2<f64>, options: &FusionOptions) -> Matrix2<f64> {
+/// A corner's covariance with the floor added; the usual corner noise where nothing or nonsense is stated.
+fn covariance(stated: &Matrix2<f64>, options: &FusionOptions) -> Matrix2<f64> {
     let usual = Matrix2::identity() * options.corner_sigma_px.powi(2);
     let floor = Matrix2::identity() * options.corner_floor_px.powi(2);
-    let symmetric = (covariance + covariance.transpose()) * 0.5;
-    let stated = if symmetric.trace() > 0.0 && symmetric.determinant() >= 0.0 {
-        symmetric
+    let symmetric = (stated + stated.transpose()) * 0.5;
+    let sensible = symmetric.trace() > 0.0 && symmetric.determinant() > 0.0;
+    let sum = if sensible { symmetric } else { usual } + floor;
+    if sum.iter().all(|x| x.is_finite()) {
+        sum
     } else {
         usual
-    };
-    (stated + floor)
-        .try_inverse()
-        .unwrap_or_else(|| Matrix2::identity() / (usual + floor)[(0, 0)])
+    }
 }

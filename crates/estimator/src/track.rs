@@ -106,16 +106,11 @@ impl Track {
             else {
                 continue;
             };
-            let weight = self.noise_of(image.camera_index).weight();
+            let noise = self.noise_of(image.camera_index).factors();
             let camera_index = image.camera_index;
             let clock = self.timing.clock(camera_index, image.clock, options);
-            sights.extend(image.views.iter().map(|view| Sight {
-                camera_index,
-                camera,
-                view,
-                weight,
-                clock,
-            }));
+            let sight = |view| Sight::new(camera_index, camera, view, noise, clock);
+            sights.extend(image.views.iter().map(sight));
         }
         sights
     }

@@ -8,6 +8,7 @@ use nalgebra::{
 };
 use sextant_geometry::{Lens, Pose};
 
+use super::edges::{EdgeModes, Matrix8, NoiseFactors, Vector8};
 use crate::{ClockOffset, TagId};
 
 type Matrix2x6 = SMatrix<f64, 2, 6>;
@@ -50,8 +51,10 @@ pub(crate) struct View {
     pub corners_in_object: [Point3<f64>; 4],
     /// As seen, in pixels.
     pub corners_in_image: [Point2<f64>; 4],
-    /// Inverse of each corner's covariance, 1/px².
+    /// Inverse of each corner's covariance as stated, 1/px².
     pub information: [Matrix2<f64>; 4],
+    /// How the corners' errors hang together.
+    pub edges: EdgeModes,
 }
 
 /// A view with its camera and the weight of that camera's corners.
@@ -60,8 +63,10 @@ pub(crate) struct Sight<'a> {
     pub camera_index: usize,
     pub camera: &'a PosedCamera,
     pub view: &'a View,
-    /// Factor on the information of the corners: 1 / (noise factor)².
-    pub weight: f64,
+    /// Factor on the information of single corners.
+    weight: f64,
+    /// Makes the residuals of the four corners independent with unit variance.
+    whitener: Matrix8,
     /// What is known of the camera's clock, where it is not taken at its word.
     pub clock: Option<ClockOffset>,
 }
@@ -71,25 +76,48 @@ pub(crate) struct Sight<'a> {
 pub(crate) struct Normal {
     /// J^T W J over (dt, dr).
     pub information: Matrix6<f64>,
+    /// The part of it that the directions of the edges give.
+    pub of_turns: Matrix6<f64>,
     /// J^T W r.
     pub gradient: Vector6<f64>,
     /// Twice the robust cost: chi-square where nothing is an outlier.
     pub chi2: f64,
     /// Sum of squared residuals in px², no weight.
     pub square_px: f64,
-    /// Sum of the corners' squared Mahalanobis lengths, each cut off at [`SCALE_LIMIT`]: what tells the noise apart from
-    /// outliers.
-    pub scale: f64,
+    /// Sums of squared whitened residuals of the edges' places and directions, cut off in pairs at [`SCALE_LIMIT`]: what
+    /// tells the noise apart from outliers.
+    pub scale: [f64; 2],
 }
 
 impl Normal {
     pub fn zero() -> Self {
         Self {
             information: Matrix6::zeros(),
+            of_turns: Matrix6::zeros(),
             gradient: Vector6::zeros(),
             chi2: 0.0,
             square_px: 0.0,
-            scale: 0.0,
+            scale: [0.0; 2],
+        }
+    }
+
+    /// Of whitened residuals, first those of the edges' places, then of their directions.
+    fn of(residuals: &Vector8, jacobian: &SMatrix<f64, 8, 6>) -> Self {
+        let (shifts, turns) = (jacobian.fixed_rows::<4>(0), jacobian.fixed_rows::<4>(4));
+        let of_turns = turns.transpose() * turns;
+        let pair = |first: usize| {
+            residuals
+                .fixed_rows::<2>(first)
+                .norm_squared()
+                .min(SCALE_LIMIT)
+        };
+        Self {
+            information: shifts.transpose() * shifts + of_turns,
+            of_turns,
+            gradient: jacobian.transpose() * residuals,
+            chi2: residuals.norm_squared(),
+            square_px: 0.0,
+            scale: [pair(0) + pair(2), pair(4) + pair(6)],
         }
     }
 
@@ -98,16 +126,17 @@ impl Normal {
         self.gradient += other.gradient;
         self.chi2 += other.chi2;
         self.square_px += other.square_px;
-        self.scale += other.scale;
+        self.of_turns += other.of_turns;
+        self.scale = [0, 1].map(|kind| self.scale[kind] + other.scale[kind]);
     }
 }
 
 /// Squared Mahalanobis length beyond which a corner loses weight: 98.9 % of the corners of a Gaussian lie within.
 pub(crate) const ROBUST_LIMIT: f64 = 9.0;
 
-/// Squared Mahalanobis length at which a corner's share in the estimate of the noise is cut off: 86 % of the corners of a
+/// Squared length at which a pair of whitened residuals is cut off in the estimate of the noise: 63 % of the pairs of a
 /// Gaussian lie within.
-pub(crate) const SCALE_LIMIT: f64 = 4.0;
+pub(crate) const SCALE_LIMIT: f64 = 2.0;
 
 /// Weight and twice the cost of a corner at the squared Mahalanobis length `d2`: quadratic within the limit, logarithmic
 /// beyond (Gaussian core with Cauchy tails), so that one wrong corner pulls ever less.
@@ -122,6 +151,27 @@ fn robust(d2: f64) -> (f64, f64) {
     }
 }
 
+impl<'a> Sight<'a> {
+    pub fn new(
+        camera_index: usize,
+        camera: &'a PosedCamera,
+        view: &'a View,
+        noise: NoiseFactors,
+        clock: Option<ClockOffset>,
+    ) -> Self {
+        let weight = noise.of_corner().recip();
+        let whitener = view.edges.whitener(noise);
+        Self {
+            camera_index,
+            camera,
+            view,
+            weight,
+            whitener,
+            clock,
+        }
+    }
+}
+
 impl Sight<'_> {
     /// Cost and normal equations about `world_from_object`; `None` where the tag would lie behind the camera or outside
     /// of the lens's field. A tag seen from its back has residuals all the same, which lead round to its face.
@@ -129,14 +179,36 @@ impl Sight<'_> {
         let turn = world_from_object.rotation.to_rotation_matrix().into_inner();
         let place =
             self.camera.camera_from_world * Point3::from(world_from_object.translation.vector);
-        let mut sum = Normal::zero();
+        let mut residuals = Vector8::zeros();
+        let mut jacobian = SMatrix::<f64, 8, 6>::zeros();
+        let (mut relief, mut square_px) = (0.0, 0.0);
         for corner in 0..4 {
             let arm = turn * self.view.corners_in_object[corner].coords;
             let seen = self.projected(&place, &arm)?;
             let residual = seen.pixel - self.view.corners_in_image[corner];
-            self.accumulate(&mut sum, corner, &residual, &seen.jacobian);
+            let (weight, corner_relief) = self.weight(corner, &residual);
+            residuals
+                .fixed_rows_mut::<2>(2 * corner)
+                .copy_from(&(residual * weight.sqrt()));
+            jacobian
+                .fixed_rows_mut::<2>(2 * corner)
+                .copy_from(&(seen.jacobian * weight.sqrt()));
+            relief += corner_relief;
+            square_px += residual.norm_squared();
         }
-        Some(sum)
+        let normal = Normal::of(&(self.whitener * residuals), &(self.whitener * jacobian));
+        Some(Normal {
+            chi2: normal.chi2 + relief,
+            square_px,
+            ..normal
+        })
+    }
+
+    /// The robust weight of a corner, and by how much twice the cost exceeds the weighted square.
+    fn weight(&self, corner: usize, residual: &Vector2<f64>) -> (f64, f64) {
+        let d2 = residual.dot(&(self.view.information[corner] * residual)) * self.weight;
+        let (weight, cost) = robust(d2);
+        (weight, cost - weight * d2)
     }
 
     /// The corner at `arm` (world axes) from the object's origin, which lies at `place` in the camera's frame.
@@ -164,23 +236,5 @@ impl Sight<'_> {
     /// Where the tag would be.
     pub fn camera_from_tag(&self, world_from_object: &Pose) -> Pose {
         self.camera.camera_from_world * world_from_object * self.view.object_from_tag
-    }
-
-    fn accumulate(
-        &self,
-        sum: &mut Normal,
-        corner: usize,
-        residual: &Vector2<f64>,
-        jacobian: &Matrix2x6,
-    ) {
-        let information = self.view.information[corner] * self.weight;
-        let d2 = residual.dot(&(information * residual));
-        let (weight, cost) = robust(d2);
-        let weighted = jacobian.transpose() * (information * weight);
-        sum.information += weighted * jacobian;
-        sum.gradient += weighted * residual;
-        sum.chi2 += cost;
-        sum.square_px += residual.norm_squared();
-        sum.scale += d2.min(SCALE_LIMIT);
     }
 }

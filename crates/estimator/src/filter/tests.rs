@@ -7,6 +7,7 @@ use sextant_tag_families::Family;
 
 use super::absorb::absorb;
 use super::corners::{Normal, PosedCamera, Sight, View};
+use super::edges::{EdgeModes, NoiseFactors};
 use super::kinematics::{Covariance, Kinematics};
 use super::motion::{Motion, Restlessness};
 use super::solve::{Fit, solve};
@@ -36,6 +37,8 @@ fn view(camera: &PosedCamera, object_from_tag: Pose, off: [Vector2<f64>; 4]) -> 
         let in_camera = camera.camera_from_world * object() * corners_in_object[index];
         camera.lens.project(&in_camera).unwrap() + off[index]
     };
+    let corners_in_image = [0, 1, 2, 3].map(|index| Point2::from(project(index)));
+    let covariance = Matrix2::new(0.01, 0.002, 0.002, 0.008);
     View {
         tag: TagId {
             family: Family::Tag36h11,
@@ -44,19 +47,23 @@ fn view(camera: &PosedCamera, object_from_tag: Pose, off: [Vector2<f64>; 4]) -> 
         size_m: 0.05,
         object_from_tag,
         corners_in_object,
-        corners_in_image: [0, 1, 2, 3].map(|index| Point2::from(project(index))),
-        information: [Matrix2::new(100.0, 20.0, 20.0, 150.0); 4],
+        corners_in_image,
+        information: [covariance.try_inverse().unwrap(); 4],
+        edges: EdgeModes::new(&corners_in_image, &[covariance; 4]).unwrap(),
     }
 }
 
 fn sight<'a>(camera: &'a PosedCamera, view: &'a View) -> Sight<'a> {
-    Sight {
-        camera_index: 0,
+    Sight::new(
+        0,
         camera,
         view,
-        weight: 1.0,
-        clock: None,
-    }
+        NoiseFactors {
+            shift: 0.7,
+            turn: 1.3,
+        },
+        None,
+    )
 }
 
 fn small_offsets() -> [Vector2<f64>; 4] {

@@ -23,10 +23,10 @@ const ALMOST_AS_BAD: f64 = 0.5;
 pub(crate) struct Taken {
     /// Whether it took part.
     pub part: bool,
-    /// Of its corners after the update, each cut off, as [`Normal::scale`] has it.
-    pub scale: f64,
-    /// Degrees of freedom that its residuals keep after the update.
-    pub redundancy: f64,
+    /// Of its edges' places and directions after the update, as [`Normal::scale`] has it.
+    pub scale: [f64; 2],
+    /// Degrees of freedom of either that the residuals keep after the update.
+    pub redundancy: [f64; 2],
     /// Sum of its squared residuals in px².
     pub square_px: f64,
 }
@@ -35,8 +35,8 @@ impl Taken {
     fn refused() -> Self {
         Self {
             part: false,
-            scale: 4.0 * SCALE_LIMIT,
-            redundancy: 8.0,
+            scale: [2.0 * SCALE_LIMIT; 2],
+            redundancy: [4.0; 2],
             square_px: 0.0,
         }
     }
@@ -202,15 +202,19 @@ fn taken(normal: Option<&Normal>, part: bool, covariance: &Matrix6<f64>) -> Take
     let Some(normal) = normal else {
         return Taken::refused();
     };
-    let absorbed = if part {
-        (normal.information * covariance).trace()
-    } else {
-        0.0
+    let absorbed = |information: Matrix6<f64>| {
+        let share = if part {
+            (information * covariance).trace()
+        } else {
+            0.0
+        };
+        (4.0 - share).clamp(0.2, 4.0)
     };
+    let of_shifts = normal.information - normal.of_turns;
     Taken {
         part,
         scale: normal.scale,
-        redundancy: (8.0 - absorbed).clamp(0.5, 8.0),
+        redundancy: [absorbed(of_shifts), absorbed(normal.of_turns)],
         square_px: normal.square_px,
     }
 }
