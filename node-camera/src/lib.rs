@@ -5,7 +5,7 @@
 //! preview. The two are joined by shared memory only, so either may die and come back without the other. Without a part
 //! named, [`run`] starts both as children and supervises them.
 //!
-//! - [`CameraNodeConfig`]: `camera.toml`.
+//! - [`CameraNodeConfig`] is `camera.toml`.
 //! - `source`: where images come from (simulator, recording, V4L2), one trait.
 //! - `capture`, `detect`, `preview`: the loops. `supervise`: the parent of both.
 

@@ -126,5 +126,5 @@ pub(crate) fn open(
 /// The sizes that detector and messages take, as `u16`.
 pub(crate) fn checked_resolution(width: usize, height: usize) -> Option<[u16; 2]> {
     let fits = (16..=4096).contains(&width) && (16..=3072).contains(&height);
-    fits.then(|| [width as u16, height as u16])
+    fits.then_some([width as u16, height as u16])
 }

@@ -158,6 +158,10 @@ impl Drop for Stream {
 
 impl Mapping {
     fn new(device: &Device, offset: u32, length: usize) -> io::Result<Self> {
+        #[allow(
+            clippy::unnecessary_fallible_conversions,
+            reason = "32 bits on 32-bit boards"
+        )]
         let offset = libc::off_t::try_from(offset)
             .map_err(|_| io::Error::from(io::ErrorKind::InvalidData))?;
         let descriptor = device.as_fd().as_raw_fd();
