@@ -47,7 +47,7 @@ options! {
     /// images. The noise of each camera is estimated from here.
     corner_sigma_px = 0.1 in 0.001 ..= 10.0;
     /// Pixels added to every stated corner noise: lens and print are never known better.
-    corner_floor_px = 0.01 in 0.0 ..= 10.0;
+    corner_floor_px = 0.003 in 0.0 ..= 10.0;
     /// Corner residuals that the estimate of a camera's noise remembers: many for a steady figure, few for a quick one.
     noise_memory = 800.0 in 10.0 ..= 1e6;
     /// Chi-square of a tag's four corners (8 degrees of freedom) beyond which the tag takes no part: 99.9 % of good ones

@@ -4,8 +4,9 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use nalgebra::Matrix2;
-use sextant_geometry::tag_corners_in_tag;
+use sextant_geometry::{Lens, tag_corners_in_tag};
 
+use crate::filter::bent::unbent;
 use crate::filter::corners::{PosedCamera, View};
 use crate::filter::edges::EdgeModes;
 use crate::{
@@ -144,14 +145,18 @@ impl Site {
     ) -> Sorted {
         let mut sorted = Sorted::default();
         let mut views: BTreeMap<usize, Vec<View>> = BTreeMap::new();
+        let camera = &self.cameras[camera_index];
+        let Some(posed) = &camera.posed else {
+            return sorted;
+        };
         for seen in &image.tags {
             let Some(place) = self.places.get(&seen.tag) else {
                 sorted.unknown_tags += 1;
                 continue;
             };
-            if !is_sound(seen, self.cameras[camera_index].resolution) {
+            if !is_sound(seen, camera.resolution) {
                 sorted.damaged_tags += 1;
-            } else if let Some(view) = view(&place.tag, seen, options) {
+            } else if let Some(view) = view(&place.tag, seen, &posed.lens, options) {
                 views.entry(place.object).or_default().push(view);
             }
         }
@@ -209,7 +214,7 @@ fn is_sound(seen: &TagCorners, [width, height]: [u32; 2]) -> bool {
 }
 
 /// The view of a tag whose place on the object is known, if its corners enclose something.
-fn view(tag: &ObjectTag, seen: &TagCorners, options: &FusionOptions) -> Option<View> {
+fn view(tag: &ObjectTag, seen: &TagCorners, lens: &Lens, options: &FusionOptions) -> Option<View> {
     let object_from_tag = tag.object_from_tag?;
     let covariance = seen
         .corner_covariance
@@ -220,7 +225,7 @@ fn view(tag: &ObjectTag, seen: &TagCorners, options: &FusionOptions) -> Option<V
         size_m: tag.size_m,
         object_from_tag,
         corners_in_object: tag_corners_in_tag(tag.size_m).map(|corner| object_from_tag * corner),
-        corners_in_image: seen.corners,
+        corners_in_image: unbent(lens, &seen.corners),
         information,
         edges: EdgeModes::new(&seen.corners, &covariance)?,
     })

@@ -39,7 +39,7 @@ impl EdgeModes {
     pub fn new(corners: &[Point2<f64>; 4], covariance: &[Matrix2<f64>; 4]) -> Option<Self> {
         let mut modes = Matrix8::zeros();
         let mut stated = Matrix8::zeros();
-        for edge in 0..4 {
+        for (edge, covariance) in covariance.iter().enumerate() {
             let (from, to) = (edge, (edge + 1) % 4);
             let along = (corners[to] - corners[from]).try_normalize(1e-9)?;
             let normal = Vector2::new(-along.y, along.x) * std::f64::consts::FRAC_1_SQRT_2;
@@ -54,7 +54,7 @@ impl EdgeModes {
             }
             stated
                 .fixed_view_mut::<2, 2>(2 * edge, 2 * edge)
-                .copy_from(&covariance[edge]);
+                .copy_from(covariance);
         }
         let inverse = Cholesky::new(modes * stated * modes.transpose())?.inverse();
         let whitener = Cholesky::new(inverse)?.l().transpose();

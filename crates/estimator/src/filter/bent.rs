@@ -1,0 +1,158 @@
+//! Tags seen through a lens that bends lines.
+//!
+//! Detectors take a tag for flat in a flat image: they fit one homography to the whole pattern, or straight lines to its
+//! edges. Through a lens with distortion the pattern is bent, and its best homography misses the true corners by a share of
+//! the bow: small, but the same in every image, so that no averaging takes it away. Lens and corners tell the bow, so the
+//! miss can be computed: a homography is fitted to the bent square, and where its corners lie is what a detector says.
+
+use nalgebra::{Cholesky, Point2, SMatrix, SVector, Vector2};
+use sextant_geometry::{Homography, Lens};
+
+/// The tag's corners in its own plane: top left, top right, bottom right, bottom left, y down.
+const SQUARE: [Point2<f64>; 4] = [
+    Point2::new(-1.0, -1.0),
+    Point2::new(1.0, -1.0),
+    Point2::new(1.0, 1.0),
+    Point2::new(-1.0, 1.0),
+];
+/// Points along either side of the pattern at which its bow is looked at.
+const POINTS: usize = 7;
+
+/// A small change of a homography, as the displacement that it brings about in the tag's plane.
+type Change = SVector<f64, 8>;
+
+/// The corners without what the bow adds to them: where the lens shows the tag's true corners.
+pub(crate) fn unbent(lens: &Lens, corners: &[Point2<f64>; 4]) -> [Point2<f64>; 4] {
+    if lens.distortion().is_empty() {
+        return *corners;
+    }
+    corrected(lens, corners).unwrap_or(*corners)
+}
+
+fn corrected(lens: &Lens, corners: &[Point2<f64>; 4]) -> Option<[Point2<f64>; 4]> {
+    let mut rays = *corners;
+    for ray in &mut rays {
+        *ray = lens.undistort(ray).ok()?;
+    }
+    let ray_from_tag = Homography::from_corners(&SQUARE, &rays)?;
+    let pixel_from_tag = Homography::from_corners(&SQUARE, corners)?;
+    let tag_from_pixel = pixel_from_tag.inverse()?;
+    let bow = |point: &Point2<f64>| {
+        let pixel = lens.distort(&ray_from_tag.apply(point)?)?;
+        Some(tag_from_pixel.apply(&pixel)? - point)
+    };
+    let change = fitted(bow)?;
+    let mut straight = *corners;
+    for (corner, place) in straight.iter_mut().zip(&SQUARE) {
+        let missed = pixel_from_tag.apply(&(place + basis(place) * change))?;
+        *corner -= missed - *corner;
+    }
+    Some(straight)
+}
+
+/// The change of a homography that follows the bow best over the whole pattern, by least squares.
+fn fitted(bow: impl Fn(&Point2<f64>) -> Option<Vector2<f64>>) -> Option<Change> {
+    let mut matrix = SMatrix::<f64, 8, 8>::zeros();
+    let mut vector = Change::zeros();
+    let along = |index: usize| 2.0 * index as f64 / (POINTS - 1) as f64 - 1.0;
+    for index in 0..POINTS * POINTS {
+        let point = Point2::new(along(index % POINTS), along(index / POINTS));
+        let basis = basis(&point);
+        matrix += basis.transpose() * basis;
+        vector += basis.transpose() * bow(&point)?;
+    }
+    Some(Cholesky::new(matrix)?.solve(&vector))
+}
+
+/// Displacement of a point of the tag by each of the eight parameters: d = A (1, x, y) + (x, y) (g x + h y).
+fn basis(point: &Point2<f64>) -> SMatrix<f64, 2, 8> {
+    let (x, y) = (point.x, point.y);
+    SMatrix::<f64, 2, 8>::from_row_slice(&[
+        1.0,
+        x,
+        y,
+        0.0,
+        0.0,
+        0.0,
+        x * x,
+        x * y, //
+        0.0,
+        0.0,
+        0.0,
+        1.0,
+        x,
+        y,
+        x * y,
+        y * y,
+    ])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use sextant_geometry::lens::Intrinsics;
+
+    const INTRINSICS: Intrinsics = Intrinsics {
+        fx: 600.0,
+        fy: 600.0,
+        cx: 320.0,
+        cy: 240.0,
+    };
+
+    fn corners() -> [Point2<f64>; 4] {
+        [
+            (500.0, 350.0),
+            (560.0, 345.0),
+            (565.0, 400.0),
+            (498.0, 410.0),
+        ]
+        .map(|(x, y)| Point2::new(x, y))
+    }
+
+    #[test]
+    fn a_lens_without_distortion_changes_nothing() {
+        assert_eq!(
+            unbent(&Lens::pinhole(INTRINSICS).unwrap(), &corners()),
+            corners()
+        );
+        let straight = Lens::brown_conrady(INTRINSICS, [0.0; 5]).unwrap();
+        for (a, b) in unbent(&straight, &corners()).iter().zip(&corners()) {
+            assert!((a - b).norm() < 1e-9);
+        }
+    }
+
+    #[test]
+    fn a_homography_fitted_to_the_bent_pattern_gives_the_corners_that_are_put_right() {
+        let lens = Lens::brown_conrady(INTRINSICS, [-0.25, 0.07, 0.0005, -0.0004, 0.0]).unwrap();
+        let truth = corners();
+        let rays = truth.map(|corner| lens.undistort(&corner).unwrap());
+        let ray_from_tag = Homography::from_corners(&SQUARE, &rays).unwrap();
+        // By Gauss-Newton in pixels on the eight numbers of a homography, from the one through the true corners.
+        let mut seen = truth;
+        for _ in 0..5 {
+            let pixel_from_tag = Homography::from_corners(&SQUARE, &seen).unwrap();
+            let tag_from_pixel = pixel_from_tag.inverse().unwrap();
+            let miss = |point: &Point2<f64>| {
+                let pixel = lens.distort(&ray_from_tag.apply(point)?)?;
+                Some(tag_from_pixel.apply(&pixel)? - point)
+            };
+            let change = fitted(miss).unwrap();
+            seen = SQUARE.map(|place| {
+                pixel_from_tag
+                    .apply(&(place + basis(&place) * change))
+                    .unwrap()
+            });
+        }
+        let bias = seen
+            .iter()
+            .zip(&truth)
+            .map(|(a, b)| (a - b).norm())
+            .fold(0.0, f64::max);
+        let left = unbent(&lens, &seen)
+            .iter()
+            .zip(&truth)
+            .map(|(a, b)| (a - b).norm())
+            .fold(0.0, f64::max);
+        assert!(bias > 0.02 && left < 0.02 * bias, "{bias} {left}");
+    }
+}
