@@ -16,11 +16,11 @@ mod watch;
 use anyhow::{Context, bail};
 use clap::Args;
 use processes::Processes;
+use serde::Serialize;
 use sextant_process::{Exit, Failure, Shutdown, WithExit};
 use sextant_proto::{Keys, SiteId};
 use sextant_simulator::Scenario;
 use sextant_zenoh_bus::{Bus, BusError, BusOptions};
-use serde::Serialize;
 use site_folder::{Addresses, SiteFolder};
 use std::net::{Ipv4Addr, SocketAddr, TcpListener};
 use std::time::Duration;
@@ -30,6 +30,8 @@ use watch::Watch;
 const DEFAULT_ROUTER: &str = "tcp/127.0.0.1:7447";
 /// Taken when another site has that port.
 const ANY_ROUTER: &str = "tcp/127.0.0.1:0";
+/// A free port that was found may be taken before it is used; so often another is looked for.
+const ROUTER_TRIES: usize = 3;
 
 /// What a person may choose of the demo.
 #[derive(Args, Debug)]
@@ -58,7 +60,9 @@ pub struct DemoArguments {
 }
 
 fn parse_seconds(text: &str) -> Result<Duration, String> {
-    let seconds: f64 = text.parse().map_err(|_| format!("'{text}' is not a number of seconds"))?;
+    let seconds: f64 = text
+        .parse()
+        .map_err(|_| format!("'{text}' is not a number of seconds"))?;
     match Duration::try_from_secs_f64(seconds) {
         Ok(duration) if !duration.is_zero() => Ok(duration),
         _ => Err("must be above 0".into()),
@@ -80,10 +84,25 @@ pub struct Summary {
 pub fn run(arguments: &DemoArguments, format: crate::output::Format) -> anyhow::Result<()> {
     let shutdown = Shutdown::install()?;
     let page = free_page_address(arguments.port)?;
-    let scenario = Scenario::demo(arguments.cameras.into(), arguments.objects.into(), arguments.seed.into());
+    let scenario = Scenario::demo(
+        arguments.cameras.into(),
+        arguments.objects.into(),
+        arguments.seed.into(),
+    );
     let bus = open_router(&shutdown)?;
-    let router = bus.endpoints().first().cloned().context("the router listens nowhere")?;
-    let folder = SiteFolder::create(&scenario, &Addresses { site: &arguments.site, router: &router, page })?;
+    let router = bus
+        .endpoints()
+        .first()
+        .cloned()
+        .context("the router listens nowhere")?;
+    let folder = SiteFolder::create(
+        &scenario,
+        &Addresses {
+            site: &arguments.site,
+            router: &router,
+            page,
+        },
+    )?;
     let mut processes = Processes::start(&folder)?;
     let keys = Keys::of(arguments.site.clone());
     let terminal = terminal::Terminal::new(format);
@@ -112,16 +131,32 @@ pub fn run(arguments: &DemoArguments, format: crate::output::Format) -> anyhow::
 fn free_page_address(port: u16) -> anyhow::Result<SocketAddr> {
     let address = SocketAddr::from((Ipv4Addr::LOCALHOST, port));
     let listener = TcpListener::bind(address)
-        .with_context(|| format!("port {port} of the page can't be had: choose another with --port"))
+        .with_context(|| {
+            format!("port {port} of the page can't be had: choose another with --port")
+        })
         .exit_with(Exit::Unavailable)?;
     Ok(listener.local_addr()?)
 }
 
+/// The router on its usual port, or on any while another program has that one or takes it this very moment.
 fn open_router(shutdown: &Shutdown) -> anyhow::Result<Bus> {
-    let open = |endpoint| Bus::open_unless(&BusOptions::router_on(endpoint), &|| shutdown.is_requested());
-    match open(DEFAULT_ROUTER) {
-        Err(BusError::InUse { .. }) => open(ANY_ROUTER),
-        opened => opened,
+    let open = |endpoint| {
+        Bus::open_unless(&BusOptions::router_on(endpoint), &|| {
+            shutdown.is_requested()
+        })
+    };
+    let endpoints =
+        std::iter::once(DEFAULT_ROUTER).chain(std::iter::repeat_n(ANY_ROUTER, ROUTER_TRIES));
+    let mut failure = None;
+    for endpoint in endpoints {
+        match open(endpoint) {
+            Ok(bus) => return Ok(bus),
+            Err(cause @ (BusError::InUse { .. } | BusError::Open(_))) => failure = Some(cause),
+            Err(cause) => return Err(Failure::new(Exit::Unavailable, cause).into()),
+        }
     }
-    .map_err(|cause| Failure::new(Exit::Unavailable, cause).into())
+    Err(failure.map_or_else(
+        || anyhow::anyhow!("no port was tried"),
+        |cause| Failure::new(Exit::Unavailable, cause).into(),
+    ))
 }
