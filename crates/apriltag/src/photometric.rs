@@ -25,8 +25,11 @@ use normal_equations::{Equations, Factor};
 use pixels::Pixels;
 use state::State;
 
+/// Blur for which the pixels are chosen anew, in pixels.
+const STRONG_BLUR_PX: f32 = 1.0;
+
 /// Most steps with all pixels.
-const MAX_STEPS: usize = 4;
+const MAX_STEPS: usize = 6;
 
 /// After a step that moves no corner farther, the next would not move them by a thousandth of a pixel: each halves the
 /// digits that are wrong.
@@ -37,7 +40,10 @@ const SETTLED_PX: f32 = 0.03;
 /// pattern is hardly surer, and its corners would not agree with those of tags beside it that the edges tell.
 const SURER: f32 = 0.25;
 
-/// Greatest gain at which the pattern's corners are taken. A stronger one moves them against the edges by a tenth of the
+/// The same where the gain is not to be asked: where blur leaves the edges hardly anything to go by.
+const FAR_SURER: f32 = 0.06;
+
+/// Greatest gain, but for its own uncertainty, at which the pattern's corners are taken. A stronger one moves them against the edges by a tenth of the
 /// blur and more: right where the camera's response explains it, but the picture alone can't tell ink from light.
 const MOST_GAIN: f32 = 0.1;
 
@@ -82,10 +88,15 @@ impl PatternFitter {
         let mut state = State::start(&edges.quad, reading)?;
         self.pixels.choose(image, &pattern, &state);
         self.step(&pattern, &mut state, self.pixels.quarter(), START_SCALE)?;
+        if state.blur_px() > STRONG_BLUR_PX {
+            self.pixels.choose(image, &pattern, &state);
+        }
         let factor = self.settle(&pattern, &mut state)?;
         let covariance = state.corner_covariances(&self.equations.covariance(&factor));
-        let better = mean_variance(&covariance) < SURER * mean_variance(&edges.covariance);
-        let plausible = better && state.gain.abs() < MOST_GAIN && state.is_plausible(&edges.quad);
+        let share = mean_variance(&covariance) / mean_variance(&edges.covariance);
+        let linear = state.gain.abs() < MOST_GAIN + 2.0 * self.equations.gain_sigma(&factor);
+        let surer = share < FAR_SURER || share < SURER && linear;
+        let plausible = surer && state.is_plausible(&edges.quad);
         plausible.then(|| PatternFit {
             corners: state.corners(),
             covariance,

@@ -57,9 +57,10 @@ impl Reader {
         }
         modules.sample_bits(self.data).ok_or(Rejection::NoCode)?;
         modules.subtract(&thresholds);
-        modules.sharpen();
-        let (observed, margin) = modules.bits(self.data);
-        let found = self.index.find(observed).ok_or(Rejection::NoCode)?;
+        let (found, margin) = self
+            .decode(&modules, USUAL_BLUR_PX, u32::MAX)
+            .or_else(|| self.decode(&modules, STRONG_BLUR_PX, 1))
+            .ok_or(Rejection::NoCode)?;
         if margin < self.min_margin {
             return Err(Rejection::SmallMargin);
         }
@@ -71,7 +72,29 @@ impl Reader {
             white,
         })
     }
+
+    /// The code word after taking out so much blur, if it has no more wrong bits than allowed: every further attempt is a
+    /// further chance for what is no tag.
+    fn decode(
+        &self,
+        modules: &Modules<'_>,
+        blur_px: f32,
+        max_hamming: u32,
+    ) -> Option<(Match, f32)> {
+        let (observed, margin) = bits(&modules.sharpened(blur_px), self.data);
+        let found = self
+            .index
+            .find(observed)
+            .filter(|found| found.hamming <= max_hamming)?;
+        Some((found, margin))
+    }
 }
+
+/// Blur that most images have and blur of a lens out of focus or a hand that shook, as standard deviations in pixels.
+const USUAL_BLUR_PX: f32 = 0.75;
+const STRONG_BLUR_PX: f32 = 2.0;
+
+type Values = [[f32; MAX_MODULES]; MAX_MODULES];
 
 /// Grey values at the modules' centres, NaN outside the image; first row and column are the printed tag's.
 struct Modules<'a> {
@@ -83,7 +106,7 @@ struct Modules<'a> {
     within: bool,
     margin: f32,
     width: usize,
-    values: [[f32; MAX_MODULES]; MAX_MODULES],
+    values: Values,
 }
 
 /// Grey between black and white all over the tag, and the means of both.
@@ -214,36 +237,39 @@ impl<'a> Modules<'a> {
     }
 
     /// Takes out what blur carries over from the neighbours, which matters where a module is hardly wider than the blur:
-    /// the inverse of a blur of 0.75 px by modules of that width, fitted by a power law. A tag seen from the side is narrow
-    /// one way only.
-    fn sharpen(&mut self) {
-        let [across, down] = self.module_px.map(|width| (1.4 / width.powi(3)).min(0.5));
-        let blurred = self.values;
+    /// the inverse of a blur by modules of that width, fitted by a power law. A tag seen from the side is narrow one way
+    /// only.
+    fn sharpened(&self, blur_px: f32) -> Values {
+        let [across, down] = self
+            .module_px
+            .map(|width| (3.3 * (blur_px / width).powi(3)).min(0.5));
+        let (blurred, mut sharp) = (&self.values, self.values);
         for y in 1..self.width - 1 {
             for x in 1..self.width - 1 {
                 let here = 2.0 * blurred[y][x];
                 let edge = across * (here - blurred[y][x - 1] - blurred[y][x + 1])
                     + down * (here - blurred[y - 1][x] - blurred[y + 1][x]);
                 if edge.is_finite() {
-                    self.values[y][x] += edge;
+                    sharp[y][x] += edge;
                 }
             }
         }
+        sharp
     }
+}
 
-    /// The observed code word and its margin.
-    fn bits(&self, data: &FamilyData) -> (u64, f32) {
-        let (mut code, mut sums, mut counts) = (0, [0.0, 0.0], [0, 0]);
-        for &(x, y) in data.bits {
-            let value = self.values[(y + data.margin()) as usize][(x + data.margin()) as usize];
-            let bit = usize::from(value > 0.0);
-            code = code << 1 | bit as u64;
-            sums[bit] += value.abs();
-            counts[bit] += 1;
-        }
-        let mean = |bit: usize| sums[bit] / counts[bit].max(1) as f32;
-        (code, mean(0).min(mean(1)))
+/// The observed code word and its margin.
+fn bits(values: &Values, data: &FamilyData) -> (u64, f32) {
+    let (mut code, mut sums, mut counts) = (0, [0.0, 0.0], [0, 0]);
+    for &(x, y) in data.bits {
+        let value = values[(y + data.margin()) as usize][(x + data.margin()) as usize];
+        let bit = usize::from(value > 0.0);
+        code = code << 1 | bit as u64;
+        sums[bit] += value.abs();
+        counts[bit] += 1;
     }
+    let mean = |bit: usize| sums[bit] / counts[bit].max(1) as f32;
+    (code, mean(0).min(mean(1)))
 }
 
 /// Column and row of each module of the border (0) or of the ring around it (1).

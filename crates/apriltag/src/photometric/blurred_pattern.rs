@@ -129,12 +129,12 @@ impl BlurredPattern {
     /// How far from the middle pixels are still the pattern's own: what lies beyond the ring around the square blurs
     /// into its outer part. In half edges of the square.
     pub(super) fn reach(&self, state: &State) -> f32 {
-        const BLURS: f32 = 2.5;
+        const BLURS: f32 = 2.2;
         let [a, b, _, d, e, ..] = state.homography.m;
         let edge_px = (a.hypot(d) + b.hypot(e)).max(f32::MIN_POSITIVE);
         let module_px = edge_px / (2.0 * self.half_border);
-        let blur_px = ((state.blur[0] + state.blur[2]) / 2.0 + PIXEL).sqrt();
-        1.0 + (1.0 - BLURS * blur_px / module_px).clamp(0.0, 0.8) / self.half_border
+        let blur_px = (state.blur_px().powi(2) + PIXEL).sqrt();
+        1.0 + (1.0 - BLURS * blur_px / module_px).clamp(-0.5, 0.8) / self.half_border
     }
 
     /// The edges between black and white modules from the border inwards: both ends, on the square.

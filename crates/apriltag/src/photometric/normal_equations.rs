@@ -146,6 +146,13 @@ impl Equations {
         })
     }
 
+    /// Standard deviation of the gain, the last parameter, as far as noise makes it uncertain.
+    pub(super) fn gain_sigma(&self, factor: &Factor) -> f32 {
+        let mut unit = [0.0; PARAMETERS];
+        unit[PARAMETERS - 1] = 1.0;
+        self.residual_scale() * factor.solve(&unit)[PARAMETERS - 1].sqrt()
+    }
+
     /// How much larger the scatter of the groups' pulls g = J^T W r is than with independent residuals, for which
     /// sum(g^T A^-1 g) / (variance * parameters) is 1 on average, or a little less as the fit has made the pulls cancel:
     /// the trace of the cluster-robust covariance (Liang & Zeger, Biometrika 73, 1986) against that of the usual one.

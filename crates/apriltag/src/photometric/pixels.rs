@@ -3,13 +3,16 @@
 //! Of a small tag every pixel is; of a large one, places along the edges are left out evenly, so that it costs no more.
 
 use super::blurred_pattern::{BlurredPattern, CROSSINGS};
-use super::state::State;
+use super::state::{Inverse, State};
 use crate::Image;
-use crate::quad::{Point, twice_area};
+use crate::quad::{Point, Quad, twice_area};
 use std::ops::Deref;
 
 /// Most pixels of a tag: enough for about two thirds of the accuracy that all pixels of a tag of 60 px would give.
 pub(super) const MAX_PIXELS: usize = 900;
+
+/// Blur at which pixels a pixel apart across an edge see all of it that matters.
+const BLUR_PER_SPACING: f32 = 0.8;
 
 /// Residuals beyond this many scales count nothing at all (Tukey's biweight).
 const TUKEY: f32 = 4.7;
@@ -43,6 +46,8 @@ pub(super) struct Pixels {
     edges: Vec<[Point; 2]>,
     /// Whether the next place on an edge gets four pixels or two.
     wide: bool,
+    /// Distance between the pixels taken across an edge: one, or more where blur spreads the edge.
+    spacing_px: f32,
 }
 
 impl Default for Pixels {
@@ -51,6 +56,7 @@ impl Default for Pixels {
             pixels: Vec::with_capacity(MAX_PIXELS),
             edges: Vec::with_capacity(2 * CROSSINGS),
             wide: false,
+            spacing_px: 1.0,
         }
     }
 }
@@ -60,6 +66,27 @@ impl Deref for Pixels {
 
     fn deref(&self) -> &[Pixel] {
         &self.pixels
+    }
+}
+
+/// Where pixels come from, and how far from the square's middle they show the pattern alone.
+struct View<'a> {
+    image: &'a Image<'a>,
+    inverse: Inverse,
+    reach: f32,
+}
+
+impl View<'_> {
+    /// Of all that shows the pattern, in the image.
+    fn outline(&self, state: &State) -> Quad {
+        let reach = self.reach;
+        [
+            [-reach, -reach],
+            [reach, -reach],
+            [reach, reach],
+            [-reach, reach],
+        ]
+        .map(|[u, v]| state.homography.apply(u, v))
     }
 }
 
@@ -73,44 +100,42 @@ impl Pixels {
     /// Gathers the pixels to look at.
     pub(super) fn choose(&mut self, image: &Image<'_>, pattern: &BlurredPattern, state: &State) {
         self.pixels.clear();
-        let reach = pattern.reach(state);
-        let corners = [
-            [-reach, -reach],
-            [reach, -reach],
-            [reach, reach],
-            [-reach, reach],
-        ];
-        let quad = corners.map(|[u, v]| state.homography.apply(u, v));
-        let area = twice_area(&quad) / 2.0;
-        if area < MAX_PIXELS as f32 {
-            self.take_all(image, state, reach);
+        let Some(inverse) = state.inverse() else {
+            return;
+        };
+        let view = View {
+            image,
+            inverse,
+            reach: pattern.reach(state),
+        };
+        self.spacing_px = (state.blur_px() / BLUR_PER_SPACING).max(1.0);
+        let quad = view.outline(state);
+        if twice_area(&quad) / 2.0 < MAX_PIXELS as f32 {
+            self.take_all(&view, &quad);
         } else {
-            self.take_edges(image, pattern, state);
+            self.take_edges(&view, pattern, state);
         }
     }
 
-    fn push(&mut self, image: &Image<'_>, x: usize, y: usize) {
-        if self.pixels.len() < MAX_PIXELS && x < image.width() && y < image.height() {
-            let grey = f32::from(image.row(y)[x]);
+    /// Takes a pixel that is in the image and shows the pattern and nothing from around it.
+    fn push(&mut self, view: &View<'_>, x: usize, y: usize) {
+        let point = [x as f32, y as f32];
+        let place = view.inverse.place(point);
+        let on_pattern = place.u.abs() <= view.reach && place.v.abs() <= view.reach;
+        if on_pattern
+            && self.pixels.len() < MAX_PIXELS
+            && x < view.image.width()
+            && y < view.image.height()
+        {
             self.pixels.push(Pixel {
-                point: [x as f32, y as f32],
-                grey,
+                point,
+                grey: f32::from(view.image.row(y)[x]),
             });
         }
     }
 
-    /// Every pixel within `reach` of the square, every fourth row first.
-    fn take_all(&mut self, image: &Image<'_>, state: &State, reach: f32) {
-        let Some(inverse) = state.inverse() else {
-            return;
-        };
-        let corners = [
-            [-reach, -reach],
-            [reach, -reach],
-            [reach, reach],
-            [-reach, reach],
-        ];
-        let quad = corners.map(|[u, v]| state.homography.apply(u, v));
+    /// Every pixel on the quad, every fourth row first.
+    fn take_all(&mut self, view: &View<'_>, quad: &Quad) {
         let bounds = |axis: usize| {
             let low = quad
                 .iter()
@@ -126,16 +151,13 @@ impl Pixels {
             .flat_map(|first| rows.clone().skip(first).step_by(4))
         {
             for x in columns.clone() {
-                let place = inverse.place([x as f32, y as f32]);
-                if place.u.abs() <= reach && place.v.abs() <= reach {
-                    self.push(image, x, y);
-                }
+                self.push(view, x, y);
             }
         }
     }
 
     /// Pixels beside every edge between black and white, at even distances along it.
-    fn take_edges(&mut self, image: &Image<'_>, pattern: &BlurredPattern, state: &State) {
+    fn take_edges(&mut self, view: &View<'_>, pattern: &BlurredPattern, state: &State) {
         let project = |[u, v]: Point| state.homography.apply(u, v);
         self.wide = false;
         self.edges.clear();
@@ -146,41 +168,47 @@ impl Pixels {
         for quarter in [0.5, 2.5, 1.5, 3.5] {
             let mut along = stride * quarter;
             for i in 0..self.edges.len() {
-                along = self.walk(image, self.edges[i], along, 4.0 * stride);
+                along = self.walk(view, self.edges[i], along, 4.0 * stride);
             }
         }
     }
 
     /// Goes from `a` to `b`, taking pixels every `stride` steps, the first after `along`; returns what is left of the
     /// stride at the end.
-    fn walk(&mut self, image: &Image<'_>, [a, b]: [Point; 2], mut along: f32, stride: f32) -> f32 {
+    fn walk(&mut self, view: &View<'_>, [a, b]: [Point; 2], mut along: f32, stride: f32) -> f32 {
         let n_steps = steps_between(a, b);
         let (dx, dy) = ((b[0] - a[0]) / n_steps, (b[1] - a[1]) / n_steps);
         let flat = dx.abs() >= dy.abs();
         while along < n_steps {
             let (x, y) = (a[0] + along * dx, a[1] + along * dy);
-            // At a whole column (or row), the pixels just above and below (or left and right of) the edge; every other
-            // time one more on either side, which tell black, white and blur.
+            // At a whole column (or row), the nearest pixels on either side of the edge; every other time two more
+            // farther off, which tell black, white and blur.
             let (fixed, across) = if flat {
                 (x.round(), y + (x.round() - x) * dy / dx)
             } else {
                 (y.round(), x + (y.round() - y) * dx / dy)
             };
-            let aside = f32::from(u8::from(self.wide));
+            let asides = if self.wide {
+                &ASIDES[..]
+            } else {
+                &ASIDES[1..3]
+            };
             self.wide = !self.wide;
-            let mut at = across.floor() - aside;
-            while at <= across.floor() + 1.0 + aside {
-                if at >= 0.0 && fixed >= 0.0 {
-                    let (x, y) = if flat { (fixed, at) } else { (at, fixed) };
-                    self.push(image, x as usize, y as usize);
+            for aside in asides {
+                let at = (across + aside * self.spacing_px).round();
+                let (x, y) = if flat { (fixed, at) } else { (at, fixed) };
+                if x >= 0.0 && y >= 0.0 {
+                    self.push(view, x as usize, y as usize);
                 }
-                at += 1.0;
             }
             along += stride;
         }
         along - n_steps
     }
 }
+
+/// Where pixels are taken across an edge, in spacings.
+const ASIDES: [f32; 4] = [-1.5, -0.5, 0.5, 1.5];
 
 /// Pixels taken at a place, on average.
 const PIXELS_ACROSS: f32 = 3.0;

@@ -78,6 +78,11 @@ impl State {
         step.iter().all(|change| change.is_finite()).then_some(())
     }
 
+    /// Standard deviation of the blur, whichever way, in pixels.
+    pub(super) fn blur_px(&self) -> f32 {
+        ((self.blur[0] + self.blur[2]) / 2.0).sqrt()
+    }
+
     pub(super) fn contrast(&self) -> f32 {
         self.white[0] - self.black[0]
     }
