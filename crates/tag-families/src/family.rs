@@ -23,6 +23,42 @@ pub enum Family {
     /// AprilTag Standard 41h12: data outside the border, 2115 tags.
     #[serde(rename = "tagStandard41h12")]
     TagStandard41h12,
+    /// ArUco dictionary of 50 tags of 4x4 bits, as OpenCV's `DICT_4X4_50`.
+    #[serde(rename = "aruco4x4-50")]
+    Aruco4x4With50,
+    /// ArUco dictionary of 100 tags of 4x4 bits, as OpenCV's `DICT_4X4_100`.
+    #[serde(rename = "aruco4x4-100")]
+    Aruco4x4With100,
+    /// ArUco dictionary of 250 tags of 4x4 bits, as OpenCV's `DICT_4X4_250`.
+    #[serde(rename = "aruco4x4-250")]
+    Aruco4x4With250,
+    /// ArUco dictionary of 1000 tags of 4x4 bits, as OpenCV's `DICT_4X4_1000`.
+    #[serde(rename = "aruco4x4-1000")]
+    Aruco4x4With1000,
+    /// ArUco dictionary of 50 tags of 5x5 bits, as OpenCV's `DICT_5X5_50`.
+    #[serde(rename = "aruco5x5-50")]
+    Aruco5x5With50,
+    /// ArUco dictionary of 100 tags of 5x5 bits, as OpenCV's `DICT_5X5_100`.
+    #[serde(rename = "aruco5x5-100")]
+    Aruco5x5With100,
+    /// ArUco dictionary of 250 tags of 5x5 bits, as OpenCV's `DICT_5X5_250`.
+    #[serde(rename = "aruco5x5-250")]
+    Aruco5x5With250,
+    /// ArUco dictionary of 1000 tags of 5x5 bits, as OpenCV's `DICT_5X5_1000`.
+    #[serde(rename = "aruco5x5-1000")]
+    Aruco5x5With1000,
+    /// ArUco dictionary of 50 tags of 6x6 bits, as OpenCV's `DICT_6X6_50`.
+    #[serde(rename = "aruco6x6-50")]
+    Aruco6x6With50,
+    /// ArUco dictionary of 100 tags of 6x6 bits, as OpenCV's `DICT_6X6_100`.
+    #[serde(rename = "aruco6x6-100")]
+    Aruco6x6With100,
+    /// ArUco dictionary of 250 tags of 6x6 bits, as OpenCV's `DICT_6X6_250`.
+    #[serde(rename = "aruco6x6-250")]
+    Aruco6x6With250,
+    /// ArUco dictionary of 1000 tags of 6x6 bits, as OpenCV's `DICT_6X6_1000`.
+    #[serde(rename = "aruco6x6-1000")]
+    Aruco6x6With1000,
 }
 
 static TAG36H11: Table<587, 36> = parse(include_bytes!("../data/tag36h11.txt"));
@@ -30,18 +66,46 @@ static TAG25H9: Table<35, 25> = parse(include_bytes!("../data/tag25h9.txt"));
 static TAG16H5: Table<30, 16> = parse(include_bytes!("../data/tag16h5.txt"));
 static TAG_STANDARD_41H12: Table<2115, 41> = parse(include_bytes!("../data/tagStandard41h12.txt"));
 
+static ARUCO_4X4: Table<1000, 16> = parse(include_bytes!("../data/aruco4x4.txt"));
+static ARUCO_5X5: Table<1000, 25> = parse(include_bytes!("../data/aruco5x5.txt"));
+static ARUCO_6X6: Table<1000, 36> = parse(include_bytes!("../data/aruco6x6.txt"));
+
 static TAG36H11_DATA: FamilyData = TAG36H11.data();
 static TAG25H9_DATA: FamilyData = TAG25H9.data();
 static TAG16H5_DATA: FamilyData = TAG16H5.data();
 static TAG_STANDARD_41H12_DATA: FamilyData = TAG_STANDARD_41H12.data();
+static ARUCO_4X4_50: FamilyData = ARUCO_4X4.first(50, 4);
+static ARUCO_4X4_100: FamilyData = ARUCO_4X4.first(100, 3);
+static ARUCO_4X4_250: FamilyData = ARUCO_4X4.first(250, 3);
+static ARUCO_4X4_1000: FamilyData = ARUCO_4X4.first(1000, 2);
+static ARUCO_5X5_50: FamilyData = ARUCO_5X5.first(50, 7);
+static ARUCO_5X5_100: FamilyData = ARUCO_5X5.first(100, 7);
+static ARUCO_5X5_250: FamilyData = ARUCO_5X5.first(250, 6);
+static ARUCO_5X5_1000: FamilyData = ARUCO_5X5.first(1000, 5);
+static ARUCO_6X6_50: FamilyData = ARUCO_6X6.first(50, 13);
+static ARUCO_6X6_100: FamilyData = ARUCO_6X6.first(100, 12);
+static ARUCO_6X6_250: FamilyData = ARUCO_6X6.first(250, 11);
+static ARUCO_6X6_1000: FamilyData = ARUCO_6X6.first(1000, 9);
 
 impl Family {
     /// Every family, in the order of the wire.
-    pub const ALL: [Self; 4] = [
+    pub const ALL: [Self; 16] = [
         Self::Tag36h11,
         Self::Tag25h9,
         Self::Tag16h5,
         Self::TagStandard41h12,
+        Self::Aruco4x4With50,
+        Self::Aruco4x4With100,
+        Self::Aruco4x4With250,
+        Self::Aruco4x4With1000,
+        Self::Aruco5x5With50,
+        Self::Aruco5x5With100,
+        Self::Aruco5x5With250,
+        Self::Aruco5x5With1000,
+        Self::Aruco6x6With50,
+        Self::Aruco6x6With100,
+        Self::Aruco6x6With250,
+        Self::Aruco6x6With1000,
     ];
 
     /// Code words and layout.
@@ -51,16 +115,40 @@ impl Family {
             Self::Tag25h9 => &TAG25H9_DATA,
             Self::Tag16h5 => &TAG16H5_DATA,
             Self::TagStandard41h12 => &TAG_STANDARD_41H12_DATA,
+            Self::Aruco4x4With50 => &ARUCO_4X4_50,
+            Self::Aruco4x4With100 => &ARUCO_4X4_100,
+            Self::Aruco4x4With250 => &ARUCO_4X4_250,
+            Self::Aruco4x4With1000 => &ARUCO_4X4_1000,
+            Self::Aruco5x5With50 => &ARUCO_5X5_50,
+            Self::Aruco5x5With100 => &ARUCO_5X5_100,
+            Self::Aruco5x5With250 => &ARUCO_5X5_250,
+            Self::Aruco5x5With1000 => &ARUCO_5X5_1000,
+            Self::Aruco6x6With50 => &ARUCO_6X6_50,
+            Self::Aruco6x6With100 => &ARUCO_6X6_100,
+            Self::Aruco6x6With250 => &ARUCO_6X6_250,
+            Self::Aruco6x6With1000 => &ARUCO_6X6_1000,
         }
     }
 
-    /// The usual name, as in AprilTag's own sources.
+    /// The usual name, as in AprilTag's own sources; of ArUco dictionaries the grid and the number of tags.
     pub fn name(self) -> &'static str {
         match self {
             Self::Tag36h11 => "tag36h11",
             Self::Tag25h9 => "tag25h9",
             Self::Tag16h5 => "tag16h5",
             Self::TagStandard41h12 => "tagStandard41h12",
+            Self::Aruco4x4With50 => "aruco4x4-50",
+            Self::Aruco4x4With100 => "aruco4x4-100",
+            Self::Aruco4x4With250 => "aruco4x4-250",
+            Self::Aruco4x4With1000 => "aruco4x4-1000",
+            Self::Aruco5x5With50 => "aruco5x5-50",
+            Self::Aruco5x5With100 => "aruco5x5-100",
+            Self::Aruco5x5With250 => "aruco5x5-250",
+            Self::Aruco5x5With1000 => "aruco5x5-1000",
+            Self::Aruco6x6With50 => "aruco6x6-50",
+            Self::Aruco6x6With100 => "aruco6x6-100",
+            Self::Aruco6x6With250 => "aruco6x6-250",
+            Self::Aruco6x6With1000 => "aruco6x6-1000",
         }
     }
 }
@@ -73,7 +161,10 @@ impl fmt::Display for Family {
 
 /// A name that no family bears.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("unknown tag family `{0}`; known are tag36h11, tag25h9, tag16h5 and tagStandard41h12")]
+#[error(
+    "unknown tag family `{0}`; known are tag36h11, tag25h9, tag16h5, tagStandard41h12 and \
+    the ArUco dictionaries aruco{{4x4,5x5,6x6}}-{{50,100,250,1000}}"
+)]
 pub struct UnknownFamily(pub String);
 
 impl FromStr for Family {
@@ -97,7 +188,8 @@ mod tests {
         let message = "tag99".parse::<Family>().unwrap_err().to_string();
         for family in Family::ALL {
             assert_eq!(family.to_string().parse(), Ok(family));
-            assert!(message.contains(family.name()));
+            let named = family.name().starts_with("aruco") || message.contains(family.name());
+            assert!(named, "{message} lacks {family}");
         }
     }
 

@@ -61,6 +61,18 @@ impl<const CODES: usize, const BITS: usize> Table<CODES, BITS> {
     }
 }
 
+impl<const CODES: usize, const BITS: usize> Table<CODES, BITS> {
+    /// The first `n` code words, which have a greater distance than all.
+    pub(crate) const fn first(&'static self, n: usize, min_hamming: u8) -> FamilyData {
+        let whole = self.data();
+        FamilyData {
+            codes: whole.codes.split_at(n).0,
+            min_hamming,
+            ..whole
+        }
+    }
+}
+
 pub(crate) const fn parse<const CODES: usize, const BITS: usize>(
     file: &[u8],
 ) -> Table<CODES, BITS> {
