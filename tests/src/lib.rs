@@ -2,6 +2,8 @@
 //!
 //! Tests wait for conditions, never for durations; a limit on waiting only keeps a broken system from hanging the run.
 
+#![allow(clippy::expect_used, reason = "a harness ends its test by panicking")]
+
 mod demo;
 mod program;
 mod traces;

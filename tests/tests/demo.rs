@@ -1,5 +1,7 @@
 //! `sextant demo` as a newcomer runs it: it is accurate, it stays within its memory, it ends clean however it is ended.
 
+#![allow(clippy::expect_used, reason = "a test ends by panicking")]
+
 use serde_json::Value;
 use sextant_process::memory::pss_bytes;
 use system_tests::{Demo, Traces, sextant};

@@ -1,5 +1,7 @@
 //! What a broken or hostile sender puts on an observation key is counted and reported, and changes nothing else.
 
+#![allow(clippy::expect_used, reason = "a test ends by panicking")]
+
 use sextant_estimator::CameraId;
 use sextant_proto::{FusionStatus, Keys, NodeId, Observations, Rejections, decode, encode, limits};
 use sextant_zenoh_bus::{Bus, BusOptions, DropRule, Item, Qos};

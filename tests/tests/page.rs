@@ -1,5 +1,7 @@
 //! The page in a real browser: objects move, outlines lie on the pictures, and it comes back when the bridge does.
 
+#![allow(clippy::expect_used, reason = "a test ends by panicking")]
+
 use std::fs;
 use std::net::TcpListener;
 use std::path::Path;
