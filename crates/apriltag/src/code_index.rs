@@ -34,12 +34,14 @@ impl CodeIndex {
     pub(crate) fn new(family: &FamilyData, max_hamming: u8) -> Self {
         let n_bits = family.bits.len();
         let part_bits = n_bits.div_ceil(4);
-        let correctable = u32::from(family.min_hamming.saturating_sub(1) / 2);
+        let most = u32::from(max_hamming)
+            .min(correctable(family))
+            .min(MAX_HAMMING);
         let mut index = Self {
             codes: family.codes,
             n_bits,
             part_bits,
-            max_hamming: u32::from(max_hamming).min(correctable).min(MAX_HAMMING),
+            max_hamming: most,
             starts: Default::default(),
             ids: Default::default(),
         };
@@ -90,6 +92,25 @@ impl CodeIndex {
     }
 }
 
+/// Wrong bits that the family's distance lets correct, and so few that what is no tag hardly ever passes for one: the
+/// chance of random bits to be near a code word under some turn is `MOST_CHANCE` at most, or as good as with none wrong.
+fn correctable(family: &FamilyData) -> u32 {
+    const MOST_CHANCE: f64 = 5e-4;
+    let n_bits = family.bits.len() as u32;
+    let n_words = (4 * family.codes.len()) as f64 / 2_f64.powi(n_bits as i32);
+    let by_distance = u32::from(family.min_hamming.saturating_sub(1) / 2);
+    let mut near = vec![1.0_f64];
+    for wrong in 1..=by_distance {
+        let last = near[near.len() - 1];
+        near.push(last * f64::from(n_bits - wrong + 1) / f64::from(wrong));
+    }
+    let chance = |wrong: u32| n_words * near[..=wrong as usize].iter().sum::<f64>();
+    (1..=by_distance)
+        .take_while(|&wrong| chance(wrong) <= MOST_CHANCE)
+        .last()
+        .unwrap_or(0)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -115,6 +136,15 @@ mod tests {
                 }
             }
         }
+    }
+
+    #[test]
+    fn families_of_few_bits_get_fewer_corrected() {
+        let corrected = |family: Family| CodeIndex::new(family.data(), 2).max_hamming;
+        assert_eq!(corrected(Family::Tag36h11), 2);
+        assert_eq!(corrected(Family::TagStandard41h12), 2);
+        assert_eq!(corrected(Family::Tag25h9), 1);
+        assert_eq!(corrected(Family::Tag16h5), 0);
     }
 
     proptest! {

@@ -2,13 +2,13 @@
 
 use crate::bit_plane::BitPlane;
 use crate::components::{Components, make_room};
-use crate::edges::{self, EdgeFit, Search};
 use crate::kernels::Kernels;
 use crate::outlines::Outlines;
 use crate::photometric::PatternFitter;
-use crate::quad::{Point, Quad, QuadFinder, distance, mean_edge, middle};
-use crate::reading::{Reader, Reading, check_sides};
-use crate::tiles::{Level, Tiles};
+use crate::quad::QuadFinder;
+use crate::reading::Reader;
+use crate::sighting::{Sighting, sight};
+use crate::tiles::{Level, Pass, Tiles};
 use crate::{
     Detection, Image, Observer, Options, OptionsError, Refinement, Rejection, Report, Stage,
 };
@@ -17,11 +17,21 @@ use sextant_tag_families::BorderColour;
 /// Tags in an image before those seen twice are sorted out, at most; the report counts what is dropped.
 const MAX_SIGHTINGS: usize = 1024;
 
-/// Modules along the border of the most usual family, for what need not be exact.
-const USUAL_MODULES: f32 = 8.0;
-
-/// Covariance of corners that only the outline tells: half a pixel either way.
-const OUTLINE_COVARIANCE: [f32; 3] = [0.25, 0.0, 0.25];
+/// How black and white are told apart, one after the other.
+const PASSES: [Pass; 3] = [
+    Pass {
+        border: BorderColour::Black,
+        level: Level::Middle,
+    },
+    Pass {
+        border: BorderColour::Black,
+        level: Level::Shaded,
+    },
+    Pass {
+        border: BorderColour::White,
+        level: Level::Middle,
+    },
+];
 
 /// Finds tags, image after image; keeps its memory between images.
 #[derive(Debug)]
@@ -81,30 +91,34 @@ impl Detector {
     ) -> &[Detection] {
         self.begin(image);
         observer.stage_ended(Stage::Tiles);
-        for level in [Level::Middle, Level::Shaded] {
-            if level == Level::Shaded && !self.tiles.find_shade(self.report.contrast_gate) {
-                break;
+        for pass in PASSES {
+            if !self.is_worth_while(pass) {
+                continue;
             }
-            self.plane.threshold(
-                image,
-                &self.tiles,
-                self.report.contrast_gate,
-                level,
-                &self.kernels,
-            );
+            self.plane
+                .threshold(image, &self.tiles, pass, &self.kernels);
             observer.stage_ended(Stage::Threshold);
             self.components.label(&self.plane);
             observer.stage_ended(Stage::Components);
             self.outlines
                 .trace(&mut self.components, self.options.min_edge_px);
             observer.stage_ended(Stage::Quads);
-            self.read_outlines(image, observer);
+            self.read_outlines(image, pass.border, observer);
             observer.stage_ended(Stage::Decode);
         }
         self.drop_doubles();
         self.locate(image);
         observer.stage_ended(Stage::Refine);
         &self.detections
+    }
+
+    /// Whether a pass can show a tag of the families that are looked for.
+    fn is_worth_while(&mut self, pass: Pass) -> bool {
+        let wanted = self
+            .readers
+            .iter()
+            .any(|reader| reader.border() == pass.border);
+        wanted && (pass.level == Level::Middle || self.tiles.find_shade())
     }
 
     fn begin(&mut self, image: &Image<'_>) {
@@ -115,6 +129,7 @@ impl Detector {
         let noise_sigma = self.tiles.noise_sigma();
         let gate = (noise_sigma * self.options.min_contrast_in_sigma).min(64.0) as u8;
         let contrast_gate = gate.max(self.options.min_contrast);
+        self.tiles.set_gate(contrast_gate);
         self.report = Report {
             noise_sigma,
             contrast_gate,
@@ -138,7 +153,12 @@ impl Detector {
         make_room(&mut self.detections, MAX_SIGHTINGS);
     }
 
-    fn read_outlines(&mut self, image: &Image<'_>, observer: &mut impl Observer) {
+    fn read_outlines(
+        &mut self,
+        image: &Image<'_>,
+        border: BorderColour,
+        observer: &mut impl Observer,
+    ) {
         self.report.components += self.outlines.n_components();
         self.report.runs += self.components.n_runs() as u32;
         self.report.dropped += self.outlines.n_dropped();
@@ -155,7 +175,7 @@ impl Detector {
             let quad = self
                 .quads
                 .around(outline, extents, self.options.min_edge_px);
-            match quad.and_then(|quad| sight(image, &quad, &self.readers, &self.options)) {
+            match quad.and_then(|quad| sight(image, &quad, border, &self.readers, &self.options)) {
                 Ok(sighting) if self.sightings.len() < MAX_SIGHTINGS => {
                     self.sightings.push(sighting)
                 }
@@ -198,7 +218,7 @@ impl Detector {
         for sighting in &self.sightings {
             let patterns =
                 (self.options.refinement == Refinement::Photometric).then_some(&mut self.patterns);
-            self.detections.push(refine(image, sighting, patterns));
+            self.detections.push(sighting.refine(image, patterns));
         }
         self.detections.sort_unstable_by(|a, b| {
             let ([ax, ay], [bx, by]) = (a.centre(), b.centre());
@@ -214,99 +234,4 @@ impl Detector {
     pub fn report(&self) -> &Report {
         &self.report
     }
-}
-
-/// A tag that was read, with its corners to about a pixel, in the order of the upright tag.
-#[derive(Clone, Copy, Debug)]
-struct Sighting {
-    reading: Reading,
-    quad: Quad,
-}
-
-impl Sighting {
-    fn is_same_tag(&self, other: &Self) -> bool {
-        let same = |a: &Reading, b: &Reading| a.family == b.family && a.found.id == b.found.id;
-        same(&self.reading, &other.reading) && self.covers(middle(&other.quad))
-    }
-
-    /// Whether a point lies well within the tag.
-    fn covers(&self, point: Point) -> bool {
-        distance(middle(&self.quad), point) < mean_edge(&self.quad) / 2.0
-    }
-}
-
-/// Reads a tag within a quad; where that fails or bits are wrong, once more after a look at where its edges are.
-fn sight(
-    image: &Image<'_>,
-    quad: &Quad,
-    readers: &[Reader],
-    options: &Options,
-) -> Result<Sighting, Rejection> {
-    check_sides(image, quad, BorderColour::Black, options.min_contrast)?;
-    let rough = read(image, quad, readers);
-    if rough.is_ok_and(|sighting| sighting.reading.found.hamming == 0) {
-        return rough;
-    }
-    let edges = coarse_edges(image, quad);
-    match (read(image, &edges.quad, readers), rough) {
-        (Ok(better), Ok(rough)) if better.reading.found.hamming > rough.reading.found.hamming => {
-            Ok(rough)
-        }
-        (Err(_), Ok(rough)) => Ok(rough),
-        (better, _) => better,
-    }
-}
-
-/// The reading of the first family that has one.
-fn read(image: &Image<'_>, quad: &Quad, readers: &[Reader]) -> Result<Sighting, Rejection> {
-    let mut reason = Rejection::NoCode;
-    for reader in readers {
-        match reader.read(image, quad) {
-            Ok(reading) => {
-                let mut quad = *quad;
-                quad.rotate_left(reading.found.turns as usize);
-                return Ok(Sighting { reading, quad });
-            }
-            Err(why) => reason = why,
-        }
-    }
-    Err(reason)
-}
-
-/// The tag as its whole pattern shows it, where that is surer than its edges alone.
-fn refine(
-    image: &Image<'_>,
-    sighting: &Sighting,
-    patterns: Option<&mut PatternFitter>,
-) -> Detection {
-    let Sighting { reading, quad } = sighting;
-    let coarse = coarse_edges(image, quad);
-    let pattern = patterns.and_then(|patterns| patterns.fit(image, reading, &coarse));
-    let (corners, corner_covariance, refinement) = match pattern {
-        Some(fit) => (fit.corners, fit.covariance, Refinement::Photometric),
-        None => {
-            let fine = edges::fit(image, &coarse.quad, BorderColour::Black, Search::fine())
-                .unwrap_or(coarse);
-            (fine.quad, fine.covariance, Refinement::Edges)
-        }
-    };
-    Detection {
-        family: reading.family,
-        id: reading.found.id,
-        hamming: reading.found.hamming as u8,
-        margin: reading.margin,
-        corners,
-        corner_covariance,
-        refinement,
-    }
-}
-
-/// As well as lines through a few places on the border's edges tell; where they tell nothing, the quad as it is.
-fn coarse_edges(image: &Image<'_>, quad: &Quad) -> EdgeFit {
-    let search = Search::coarse(mean_edge(quad) / USUAL_MODULES);
-    let outline = EdgeFit {
-        quad: *quad,
-        covariance: [OUTLINE_COVARIANCE; 4],
-    };
-    edges::fit(image, quad, BorderColour::Black, search).unwrap_or(outline)
 }

@@ -23,6 +23,7 @@ mod quad;
 mod reading;
 mod report;
 mod shade;
+mod sighting;
 mod tiles;
 
 pub use detection::{Detection, Refinement};

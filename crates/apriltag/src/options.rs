@@ -9,7 +9,7 @@ pub struct Options {
     /// Families to look for; at least one, each once. Default: `tag36h11` alone. Each further one costs a decoding of
     /// every square and adds its own chance of false detections.
     pub families: Vec<Family>,
-    /// Most wrong bits corrected, 0 to 2 (default 2), and never more than the family's distance allows.
+    /// Most wrong bits corrected, 0 to 2 (default 2), and never more than the family's distance and size allow.
     /// AprilTag's users know 2 as the value beyond which false detections become likely.
     pub max_hamming: u8,
     /// Shortest edge of a tag in pixels, 6 to 1000 (default 8). Below 8 a module of `tag36h11` is narrower than a pixel,

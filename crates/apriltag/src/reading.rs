@@ -45,6 +45,10 @@ impl Reader {
         }
     }
 
+    pub(crate) fn border(&self) -> BorderColour {
+        self.data.border
+    }
+
     pub(crate) fn read(&self, image: &Image<'_>, quad: &Quad) -> Result<Reading, Rejection> {
         let mut modules = Modules::new(image, quad, self.data).ok_or(Rejection::Shape)?;
         modules.sample_rings(self.data);

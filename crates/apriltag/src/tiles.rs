@@ -8,6 +8,7 @@
 use crate::Image;
 use crate::kernels::{Kernels, TILE, TILES_IN_WORD};
 use crate::shade::Shade;
+use sextant_tag_families::BorderColour;
 
 /// Where between the darkest and the brightest value around a tile the level lies.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -18,8 +19,18 @@ pub(crate) enum Level {
     Shaded,
 }
 
+/// One way to tell the pixels of a border from others.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Pass {
+    /// Colour of the borders that are looked for.
+    pub(crate) border: BorderColour,
+    pub(crate) level: Level,
+}
+
 #[derive(Debug, Default)]
 pub(crate) struct Tiles {
+    /// Least contrast of a live tile, in grey levels.
+    gate: u8,
     columns: usize,
     rows: usize,
     /// Extrema of each tile, row after row.
@@ -91,6 +102,10 @@ impl Tiles {
         );
     }
 
+    pub(crate) fn set_gate(&mut self, gate: u8) {
+        self.gate = gate;
+    }
+
     /// Standard deviation of the noise in grey levels, from the ranges of the flattest tiles.
     ///
     /// The range of 16 normal values has its tenth percentile at 2.6 sigma. Sixteen rows of tiles are asked; clipped
@@ -123,7 +138,8 @@ impl Tiles {
     /// Finds the tiles for the second chance; says whether there are any.
     ///
     /// A tile shows shade when there is contrast in it though all of it is dark compared to what is around.
-    pub(crate) fn find_shade(&mut self, gate: u8) -> bool {
+    pub(crate) fn find_shade(&mut self) -> bool {
+        let gate = self.gate;
         let mut any = 0;
         for row in 0..self.rows {
             let tiles = row * self.columns..(row + 1) * self.columns;
@@ -161,7 +177,8 @@ impl Tiles {
 
     /// The levels of a row of tiles: pixels below are black; 0 in tiles below the gate.
     /// Fills whole words; the last tile's level holds for the pixels beyond it.
-    pub(crate) fn levels(&self, row: usize, gate: u8, level: Level, levels: &mut Vec<u8>) {
+    pub(crate) fn levels(&self, row: usize, level: Level, levels: &mut Vec<u8>) {
+        let gate = self.gate;
         levels.clear();
         levels.resize((self.columns + 1).next_multiple_of(TILES_IN_WORD), 0);
         let tiles = row * self.columns..(row + 1) * self.columns;

@@ -5,7 +5,7 @@
 mod drawing;
 
 use drawing::{Camera, Picture, Random, Tag};
-use sextant_apriltag::{Detection, Detector, Image, Options, Refinement};
+use sextant_apriltag::{Detection, Detector, Family, Image, Options, Refinement};
 
 fn camera() -> Camera {
     Camera::new(200, 150)
@@ -150,6 +150,42 @@ fn a_shaded_tag_beside_a_lit_one_is_read() {
         .map(|detection| detection.id)
         .collect();
     assert_eq!(ids, [1, 2]);
+}
+
+#[test]
+fn every_family_is_read_beside_the_others() {
+    for family in Family::ALL {
+        let tag = Tag {
+            family,
+            turn_deg: [15.0, 20.0, 100.0],
+            margin: 2.0,
+            ..Tag::new(21)
+        };
+        let options = Options {
+            families: vec![family],
+            ..Options::default()
+        };
+        let found = detect_with(options, &draw(&tag), &camera());
+        assert_eq!(found.len(), 1, "{family}");
+        assert_eq!(
+            (found[0].family, found[0].id, found[0].hamming),
+            (family, 21, 0)
+        );
+        assert!(worst_error(&found[0], &tag, &camera()) < 0.03, "{family}");
+    }
+    let both = Options {
+        families: vec![Family::Tag36h11, Family::TagStandard41h12],
+        ..Options::default()
+    };
+    assert_eq!(
+        detect_with(both.clone(), &draw(&Tag::new(3)), &camera()).len(),
+        1
+    );
+    let standard = Tag {
+        family: Family::TagStandard41h12,
+        ..Tag::new(3)
+    };
+    assert_eq!(detect_with(both, &draw(&standard), &camera()).len(), 1);
 }
 
 #[test]

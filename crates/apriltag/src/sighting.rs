@@ -1,0 +1,116 @@
+//! From a quad to a tag that was read in it, and from that to a detection with corners below the pixel.
+
+use crate::edges::{self, EdgeFit, Search};
+use crate::photometric::PatternFitter;
+use crate::quad::{Point, Quad, distance, mean_edge, middle};
+use crate::reading::{Reader, Reading, check_sides};
+use crate::{Detection, Image, Options, Refinement, Rejection};
+use sextant_tag_families::BorderColour;
+
+/// Modules along the border of the most usual family, for what need not be exact.
+const USUAL_MODULES: f32 = 8.0;
+
+/// Covariance of corners that only the outline tells: half a pixel either way.
+const OUTLINE_COVARIANCE: [f32; 3] = [0.25, 0.0, 0.25];
+
+/// A tag that was read, with its corners to about a pixel, in the order of the upright tag.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Sighting {
+    pub(crate) reading: Reading,
+    pub(crate) quad: Quad,
+}
+
+impl Sighting {
+    pub(crate) fn is_same_tag(&self, other: &Self) -> bool {
+        let same = |a: &Reading, b: &Reading| a.family == b.family && a.found.id == b.found.id;
+        same(&self.reading, &other.reading) && self.covers(middle(&other.quad))
+    }
+
+    /// Whether a point lies well within the tag.
+    pub(crate) fn covers(&self, point: Point) -> bool {
+        distance(middle(&self.quad), point) < mean_edge(&self.quad) / 2.0
+    }
+
+    /// The tag as its whole pattern shows it, where that is surer than its edges alone.
+    pub(crate) fn refine(
+        &self,
+        image: &Image<'_>,
+        patterns: Option<&mut PatternFitter>,
+    ) -> Detection {
+        let border = self.reading.family.data().border;
+        let coarse = coarse_edges(image, &self.quad, border);
+        let pattern = patterns.and_then(|patterns| patterns.fit(image, &self.reading, &coarse));
+        let (corners, corner_covariance, refinement) = match pattern {
+            Some(fit) => (fit.corners, fit.covariance, Refinement::Photometric),
+            None => {
+                let fine =
+                    edges::fit(image, &coarse.quad, border, Search::fine()).unwrap_or(coarse);
+                (fine.quad, fine.covariance, Refinement::Edges)
+            }
+        };
+        Detection {
+            family: self.reading.family,
+            id: self.reading.found.id,
+            hamming: self.reading.found.hamming as u8,
+            margin: self.reading.margin,
+            corners,
+            corner_covariance,
+            refinement,
+        }
+    }
+}
+
+/// Reads a tag with a border of a colour within a quad; where that fails or bits are wrong, once more after a look at where
+/// its edges are.
+pub(crate) fn sight(
+    image: &Image<'_>,
+    quad: &Quad,
+    border: BorderColour,
+    readers: &[Reader],
+    options: &Options,
+) -> Result<Sighting, Rejection> {
+    check_sides(image, quad, border, options.min_contrast)?;
+    let rough = read(image, quad, border, readers);
+    if rough.is_ok_and(|sighting| sighting.reading.found.hamming == 0) {
+        return rough;
+    }
+    let edges = coarse_edges(image, quad, border);
+    match (read(image, &edges.quad, border, readers), rough) {
+        (Ok(better), Ok(rough)) if better.reading.found.hamming > rough.reading.found.hamming => {
+            Ok(rough)
+        }
+        (Err(_), Ok(rough)) => Ok(rough),
+        (better, _) => better,
+    }
+}
+
+/// The reading of the first family that has one.
+fn read(
+    image: &Image<'_>,
+    quad: &Quad,
+    border: BorderColour,
+    readers: &[Reader],
+) -> Result<Sighting, Rejection> {
+    let mut reason = Rejection::NoCode;
+    for reader in readers.iter().filter(|reader| reader.border() == border) {
+        match reader.read(image, quad) {
+            Ok(reading) => {
+                let mut quad = *quad;
+                quad.rotate_left(reading.found.turns as usize);
+                return Ok(Sighting { reading, quad });
+            }
+            Err(why) => reason = why,
+        }
+    }
+    Err(reason)
+}
+
+/// As well as lines through a few places on the border's edges tell; where they tell nothing, the quad as it is.
+fn coarse_edges(image: &Image<'_>, quad: &Quad, border: BorderColour) -> EdgeFit {
+    let search = Search::coarse(mean_edge(quad) / USUAL_MODULES);
+    let outline = EdgeFit {
+        quad: *quad,
+        covariance: [OUTLINE_COVARIANCE; 4],
+    };
+    edges::fit(image, quad, border, search).unwrap_or(outline)
+}
