@@ -1,20 +1,22 @@
 //! `sextant echo`: messages of a site as they come.
 
-use crate::message_text::{json_of, text_of};
+use crate::message_text::{ForPrograms, text_of};
 use crate::output::{Format, print_line};
-use crate::site::{Site, SiteArguments};
+use crate::site::SiteArguments;
 use crate::words;
 use clap::Args;
-use serde_json::json;
+use serde::Serialize;
 use sextant_process::now_ns;
 use sextant_proto::{AnyMessage, limits};
 use sextant_zenoh_bus::{DropRule, Item, Payload};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 /// Messages that wait while the terminal is slow; the oldest give way.
 const QUEUE: usize = 1024;
 /// How late a Ctrl-C is heard.
 const GLANCE: Duration = Duration::from_millis(100);
+/// Silence after which a person may wonder.
+const SILENCE: Duration = Duration::from_secs(3);
 /// How long those who keep a last value may take to answer.
 const ANSWER: Duration = Duration::from_millis(500);
 
@@ -62,23 +64,35 @@ pub fn run(arguments: &EchoArguments, format: Format) -> anyhow::Result<()> {
         limits::MAX_PAYLOAD_BYTES,
     )?;
     let mut more = true;
-    for item in site
+    let kept = site
         .bus
-        .latest(&expression, limits::MAX_PAYLOAD_BYTES, ANSWER)?
-    {
-        more = show(&item)?;
+        .latest(&expression, limits::MAX_PAYLOAD_BYTES, ANSWER)?;
+    for item in &kept {
+        more = show(item)?;
     }
+    let mut hint_due = kept.is_empty().then(|| Instant::now() + SILENCE);
     while more && !site.shutdown.is_requested() {
         if let Some(item) = messages.recv_timeout(GLANCE) {
+            hint_due = None;
             more = show(&item)?;
         }
+        if hint_due.is_some_and(|due| Instant::now() >= due) {
+            eprintln!("nothing on {expression} so far; `sextant list` says what is there");
+            hint_due = None;
+        }
     }
-    close(site);
+    site.bus.close();
     Ok(())
 }
 
-fn close(site: Site) {
-    site.bus.close();
+#[derive(Serialize)]
+struct Line<'a> {
+    key: &'a str,
+    received_ns: u64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    message: Option<ForPrograms<'a>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    error: Option<&'a str>,
 }
 
 fn line_of(item: &Item, format: Format) -> String {
@@ -87,17 +101,21 @@ fn line_of(item: &Item, format: Format) -> String {
         Payload::Bytes(bytes) => AnyMessage::decode(bytes).map_err(|error| error.to_string()),
         Payload::TooLong(length) => Err(format!("{length} bytes are longer than any message")),
     };
-    match (format, message) {
-        (Format::Json, Ok(message)) => {
-            json!({"key": item.key, "received_ns": now, "message": json_of(&message)}).to_string()
+    match format {
+        Format::Json => {
+            let line = Line {
+                key: &item.key,
+                received_ns: now,
+                message: message.as_ref().ok().map(ForPrograms::from),
+                error: message.as_ref().err().map(String::as_str),
+            };
+            // Numbers, names and enums: there is nothing that JSON could refuse.
+            serde_json::to_string(&line).unwrap_or_default()
         }
-        (Format::Json, Err(error)) => {
-            json!({"key": item.key, "received_ns": now, "error": error}).to_string()
-        }
-        (Format::Text, message) => {
+        Format::Text => {
             let text = message.map_or_else(|error| format!("no message: {error}"), |m| text_of(&m));
-            let key = short(&item.key);
-            format!("{} {}  {text}", words::time_of_day(now), words::plain(key))
+            let key = words::plain(short(&item.key));
+            format!("{} {key}  {text}", words::time_of_day(now))
         }
     }
 }

@@ -4,9 +4,11 @@ use crate::output::{Format, print_line};
 use crate::site::{Site, SiteArguments};
 use crate::words;
 use clap::Args;
-use serde_json::json;
+use serde::Serialize;
+use sextant_estimator::ObjectId;
 use sextant_proto::{
-    CameraStatus, FusionStatus, KeyRef, Message, NodeId, NodeKind, ObjectConfig, decode, limits,
+    CameraStatus, FusionStatus, KeyRef, Message, NodeId, NodeKind, ObjectConfig, SiteId, decode,
+    limits,
 };
 use sextant_zenoh_bus::Presence;
 use std::collections::BTreeSet;
@@ -42,6 +44,27 @@ pub fn run(arguments: &ListArguments, format: Format) -> anyhow::Result<()> {
     Ok(())
 }
 
+#[derive(Serialize)]
+struct Line<'a> {
+    site: &'a SiteId,
+    nodes: Vec<Node<'a>>,
+    cameras: &'a [CameraStatus],
+    fusion: &'a [FusionStatus],
+    objects: Vec<Object<'a>>,
+}
+
+#[derive(Serialize)]
+struct Node<'a> {
+    kind: &'static str,
+    id: &'a NodeId,
+}
+
+#[derive(Serialize)]
+struct Object<'a> {
+    id: &'a ObjectId,
+    tags: usize,
+}
+
 struct Inventory {
     nodes: BTreeSet<(NodeKind, NodeId)>,
     cameras: Vec<CameraStatus>,
@@ -61,14 +84,26 @@ impl Inventory {
 
     fn json(&self, site: &Site) -> String {
         let nodes = self.nodes.iter();
-        let nodes = nodes.map(|(kind, id)| json!({"kind": kind.as_str(), "id": id}));
         let objects = self.objects.iter();
-        let objects = objects.map(|object| json!({"id": object.id, "tags": object.tags.len()}));
-        json!({
-            "site": site.keys.site(), "nodes": nodes.collect::<Vec<_>>(), "cameras": self.cameras,
-            "fusion": self.fusion, "objects": objects.collect::<Vec<_>>(),
-        })
-        .to_string()
+        let line = Line {
+            site: site.keys.site(),
+            nodes: nodes
+                .map(|(kind, id)| Node {
+                    kind: kind.as_str(),
+                    id,
+                })
+                .collect(),
+            cameras: &self.cameras,
+            fusion: &self.fusion,
+            objects: objects
+                .map(|object| Object {
+                    id: &object.id,
+                    tags: object.tags.len(),
+                })
+                .collect(),
+        };
+        // Numbers, names and enums: there is nothing that JSON could refuse.
+        serde_json::to_string(&line).unwrap_or_default()
     }
 
     fn text(&self, site: &Site) -> String {

@@ -1,18 +1,39 @@
-//! A message as one line for people, or as JSON for programs.
+//! A message as one line for people, or as it is for programs.
 
-use serde_json::{Value, json};
+use serde::Serialize;
+use sextant_estimator::CameraId;
 use sextant_proto::{
     AnyMessage, CameraStatus, FusionStatus, ObjectConfig, ObjectPose, Observations, RigConfig,
 };
 
-/// The message as JSON. A preview's picture is left out: its length stands for it.
-pub fn json_of(message: &AnyMessage) -> Value {
-    match message {
-        AnyMessage::Preview(preview) => json!({
-            "camera": preview.camera, "sequence": preview.sequence, "capture_ns": preview.capture_ns,
-            "resolution": preview.resolution, "jpeg_bytes": preview.jpeg.len(),
-        }),
-        other => serde_json::to_value(other).unwrap_or_default(),
+/// A message as programs shall see it: as the contract has it, but of a preview the length stands for the picture.
+#[derive(Serialize)]
+#[serde(untagged)]
+pub enum ForPrograms<'a> {
+    /// Anything but a preview.
+    Whole(&'a AnyMessage),
+    /// A preview.
+    Preview {
+        camera: &'a CameraId,
+        sequence: u64,
+        capture_ns: u64,
+        resolution: [u16; 2],
+        jpeg_bytes: usize,
+    },
+}
+
+impl<'a> From<&'a AnyMessage> for ForPrograms<'a> {
+    fn from(message: &'a AnyMessage) -> Self {
+        match message {
+            AnyMessage::Preview(preview) => Self::Preview {
+                camera: &preview.camera,
+                sequence: preview.sequence,
+                capture_ns: preview.capture_ns,
+                resolution: preview.resolution,
+                jpeg_bytes: preview.jpeg.len(),
+            },
+            other => Self::Whole(other),
+        }
     }
 }
 

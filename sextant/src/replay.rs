@@ -4,6 +4,7 @@ mod ledger;
 mod models;
 mod poses_file;
 mod sight;
+mod summary;
 
 use crate::ordered::in_order;
 use crate::output::{Format, print_line};
@@ -12,11 +13,14 @@ use clap::Args;
 use ledger::Ledger;
 use models::Models;
 use poses_file::PosesFile;
-use sextant_estimator::{Fusion, FusionOptions, ImageObservation, Input, ObjectEstimate, Output};
+use sextant_estimator::{
+    Fusion, FusionOptions, ImageObservation, Input, ObjectEstimate, Output, Statistics,
+};
 use sextant_process::{Exit, Failure, Shutdown, WithExit};
 use sextant_recordings::{Dataset, Row, pose_json};
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
+use summary::Summary;
 
 /// What a person may choose of `replay`.
 #[derive(Args, Debug)]
@@ -27,6 +31,7 @@ known after the last image of exactly that capture time; images that arrive late
 then object; the same recording gives the same bytes.
 
 JSON lines: {\"t_ns\",\"object\",\"position\":[3],\"orientation\":[x,y,z,w],\"covariance\":[36],\"twist\":[6],\"state\",\"cameras\",\"tags\",\"rms_px\"}
+With --json and --out, a line on standard output: {\"images\",\"cameras\":[{\"id\",\"images\",\"late\",\"ahead\",\"unknown_tags\"}],\"objects\":[{\"id\",\"poses\"}]}
 TUM: timestamp tx ty tz qx qy qz qw, as `evo` reads it; of one object only."
 )]
 pub struct ReplayArguments {
@@ -66,11 +71,17 @@ pub fn run(arguments: &ReplayArguments, format: Format) -> anyhow::Result<()> {
     let models = Models::read(&arguments.rig, &arguments.objects)?;
     let dataset = Dataset::open(&arguments.recording).exit_with(Exit::Input)?;
     models.check_cameras(&dataset, &arguments.recording)?;
-    let poses = replay(arguments, &models, &dataset, file.is_none())?;
+    let (poses, statistics) = replay(arguments, &models, &dataset, file.is_none())?;
     if let Some(file) = &file {
         file.write(&poses)?;
     }
-    tell(&dataset, &poses, &models, format, file.is_some())
+    let summary = Summary::of(&dataset, &models.objects, &poses, &statistics);
+    match format {
+        Format::Text => eprintln!("{}", summary.text()),
+        Format::Json if file.is_some() => print_line(&serde_json::to_string(&summary)?)?,
+        Format::Json => {}
+    }
+    Ok(())
 }
 
 /// The final poses, sorted. In real time with nowhere else to go they are printed as they become final.
@@ -79,7 +90,7 @@ fn replay(
     models: &Models,
     dataset: &Dataset,
     to_stdout: bool,
-) -> anyhow::Result<Vec<ObjectEstimate>> {
+) -> anyhow::Result<(Vec<ObjectEstimate>, Statistics)> {
     let rows = dataset.rows_by_arrival();
     let options = models.detector_options();
     let fusion = Fusion::new(
@@ -119,7 +130,7 @@ fn replay(
             .iter()
             .try_for_each(|pose| print_line(&pose_json(pose)))?;
     }
-    Ok(poses)
+    Ok((poses, fusion.statistics().clone()))
 }
 
 fn pose_of(output: Output) -> Option<ObjectEstimate> {
@@ -127,38 +138,6 @@ fn pose_of(output: Output) -> Option<ObjectEstimate> {
         Output::Pose(estimate) => Some(estimate),
         Output::Refused(_) => None,
     }
-}
-
-/// A word on what was done: on standard error, or with `--json` on standard output where no poses go there.
-fn tell(
-    dataset: &Dataset,
-    poses: &[ObjectEstimate],
-    models: &Models,
-    format: Format,
-    stdout_is_free: bool,
-) -> anyhow::Result<()> {
-    let images: usize = dataset.cameras().iter().map(|c| c.rows.len()).sum();
-    let of = |object: &sextant_estimator::ObjectId| {
-        poses.iter().filter(|pose| pose.object == *object).count()
-    };
-    if format == Format::Json {
-        let objects = models
-            .objects
-            .iter()
-            .map(|object| serde_json::json!({"id": object.id(), "poses": of(object.id())}));
-        let summary = serde_json::json!({
-            "cameras": dataset.cameras().len(), "images": images, "objects": objects.collect::<Vec<_>>(),
-        });
-        if stdout_is_free {
-            print_line(&summary.to_string())?;
-        }
-        return Ok(());
-    }
-    eprintln!("{images} images of {} cameras", dataset.cameras().len());
-    for object in &models.objects {
-        eprintln!("{}: {} poses", object.id(), of(object.id()));
-    }
-    Ok(())
 }
 
 /// The recording's own speed.

@@ -9,7 +9,8 @@ use node_fusion::FusionConfig;
 use node_viewer_bridge::ViewerConfig;
 use serde_json::Value;
 use sextant_recordings::DetectionsLine;
-use sextant_site_files::{read_object, read_rig, read_toml};
+use sextant_simulator::Scenario;
+use sextant_site_files::{Complaint, read_object, read_rig, read_toml, read_toml_checked};
 use std::path::Path;
 
 /// Checks a file, and the files that it names.
@@ -23,7 +24,13 @@ pub fn check(path: &Path, stated: Option<ConfigKind>, together: &mut Together) -
     }
     let kind = match stated {
         Some(kind) => kind,
-        None => recognised(path)?,
+        None => {
+            let content: Value = read_toml(path)?;
+            if content.get("seed").is_some() {
+                return Ok(("scenario", scenario(path)?));
+            }
+            recognised(path, &content)?
+        }
     };
     let summary = match kind {
         ConfigKind::Rig => rig(path, together)?,
@@ -35,9 +42,8 @@ pub fn check(path: &Path, stated: Option<ConfigKind>, together: &mut Together) -
     Ok((kind.word(), summary))
 }
 
-fn recognised(path: &Path) -> anyhow::Result<ConfigKind> {
-    let content: Value = read_toml(path)?;
-    kind_of(&content).with_context(|| {
+fn recognised(path: &Path, content: &Value) -> anyhow::Result<ConfigKind> {
+    kind_of(content).with_context(|| {
         format!(
             "{}: this is no rig, object or node configuration that is known; state what it shall be with --kind",
             path.display()
@@ -124,6 +130,19 @@ fn fusion(path: &Path) -> anyhow::Result<String> {
     ))
 }
 
+fn scenario(path: &Path) -> anyhow::Result<String> {
+    let sound = |scenario: &Scenario| {
+        let flaw = scenario.validate();
+        flaw.map_err(|error| Complaint::new("", error.to_string(), ""))
+    };
+    let scenario: Scenario = read_toml_checked(path, sound)?;
+    Ok(format!(
+        "{} cameras, {} objects",
+        scenario.cameras.len(),
+        scenario.objects.len()
+    ))
+}
+
 fn viewer(path: &Path) -> anyhow::Result<String> {
     let config: ViewerConfig = read_toml(path)?;
     Ok(format!(
@@ -136,6 +155,15 @@ fn viewer(path: &Path) -> anyhow::Result<String> {
 mod tests {
     use super::*;
     use sextant_site_files::parse_toml;
+
+    #[test]
+    fn a_scenario_is_recognised() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("scenario.toml");
+        sextant_site_files::write_toml(&path, &Scenario::demo(2, 1, 1)).unwrap();
+        let found = check(&path, None, &mut Together::default()).unwrap();
+        assert_eq!(found, ("scenario", "2 cameras, 1 objects".to_owned()));
+    }
 
     #[test]
     fn every_example_is_recognised_and_right() {
