@@ -18,9 +18,10 @@ use sextant_iceoryx_images::{IceoryxOptions, ImageSubscriber};
 use sextant_process::children::ChildProcess;
 use sextant_process::memory::pss_bytes;
 use sextant_proto::{
-    CameraStatus, Keys, ObjectConfig, Observations, Preview, RigConfig, SiteId, limits,
+    CameraStatus, ClockSource, Keys, ObjectConfig, Observations, Preview, RigConfig, SiteId, limits,
 };
-use sextant_simulator::Scenario;
+use sextant_recordings::{GreyImage, write_grey_png};
+use sextant_simulator::{Renderer, Scenario};
 use sextant_zenoh_bus::{Bus, BusOptions, DropRule, Presence, Qos, Subscription};
 
 const PATIENCE: Duration = Duration::from_secs(60);
@@ -307,6 +308,50 @@ fn until_gone(pid: u32) {
         assert!(Instant::now() < deadline);
         std::thread::sleep(Duration::from_millis(5));
     }
+}
+
+#[test]
+fn a_recording_is_played_to_its_end() {
+    let site = Site::new();
+    let camera = site
+        .folder
+        .path()
+        .join("recording")
+        .join(site.camera.as_str());
+    fs::create_dir_all(camera.join("data")).unwrap();
+    let mut renderer = Renderer::new(&site.scenario, 0).unwrap();
+    let [width, height] = site.scenario.cameras[0]
+        .resolution
+        .map(|pixels| pixels as usize);
+    let mut image = GreyImage {
+        width,
+        height,
+        pixels: vec![0; width * height],
+    };
+    let mut csv = String::new();
+    for number in 1..=60u64 {
+        let (capture_ns, name) = (number * 33_000_000, format!("{number}.png"));
+        renderer.render(capture_ns, &mut image.pixels).unwrap();
+        write_grey_png(&camera.join("data").join(&name), &image).unwrap();
+        csv += &format!("{capture_ns},{name}\n");
+    }
+    fs::write(camera.join("data.csv"), csv).unwrap();
+    let config = CameraNodeConfig {
+        source: SourceConfig::images("recording"),
+        ..CameraNodeConfig::read(&site.config_file()).unwrap()
+    };
+    sextant_site_files::write_toml(&site.config_file(), &config).unwrap();
+    let subscription = site.subscribe(&site.keys.observations(&site.camera));
+    let mut both = site.start(None);
+    let seen = site.next_observations(&subscription, |observations| !observations.tags.is_empty());
+    assert_eq!(seen.clock.source, ClockSource::Recorded);
+    assert_eq!(seen.capture_ns, (seen.sequence + 1) * 33_000_000);
+    let status = both
+        .wait_until(Instant::now() + PATIENCE)
+        .unwrap()
+        .expect("it ends by itself");
+    assert!(status.success());
+    site.assert_nothing_remains();
 }
 
 #[test]

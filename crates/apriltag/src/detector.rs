@@ -9,9 +9,7 @@ use crate::quad::QuadFinder;
 use crate::reading::Reader;
 use crate::sighting::{Sighting, sight};
 use crate::tiles::{Level, Pass, Tiles};
-use crate::{
-    Detection, Image, Observer, Options, OptionsError, Refinement, Rejection, Report, Stage,
-};
+use crate::{Detection, Image, Observer, Options, OptionsError, Refinement, Report, Stage};
 use sextant_tag_families::BorderColour;
 
 /// Tags in an image before those seen twice are sorted out, at most; the report counts what is dropped.

@@ -3,6 +3,7 @@
 //! - [`hypothesis`]: one attitude, followed by a filter and weighed by its evidence.
 //! - [`birth`]: the attitudes that an image allows when nothing is known before.
 //! - [`mirror`]: the other branch of the planar ambiguity.
+//! - [`curvature`]: covariance where the cost is flatter than its parabola.
 //! - [`noise`]: how noisy each camera's corners are.
 //! - [`report`]: what is published about the instant.
 //! - [`rivalry`]: whether the cameras' clocks agree.
@@ -10,6 +11,7 @@
 //! - [`update`]: a state and the views of an instant.
 
 mod birth;
+mod curvature;
 mod hypothesis;
 mod mirror;
 mod noise;

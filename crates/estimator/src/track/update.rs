@@ -6,6 +6,7 @@
 use nalgebra::Matrix6;
 use sextant_geometry::Pose;
 
+use super::curvature;
 use super::hypothesis::Hypothesis;
 use crate::FusionOptions;
 use crate::filter::absorb::absorb;
@@ -127,14 +128,18 @@ fn updated_by_group(
         } else if fit.surprise > options.prediction_gate {
             return None;
         } else {
-            return complete(
+            let mut update = complete(
                 prior,
                 &fit,
                 sights[0].camera_index,
                 &normals,
                 &part,
                 options,
-            );
+            )?;
+            if !sights.iter().any(|sight| sight.clock.is_some()) {
+                curvature::widen(&mut update.state, &pose_prior, &active, &fit);
+            }
+            return Some(update);
         }
     }
 }

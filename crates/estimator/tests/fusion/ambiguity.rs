@@ -68,13 +68,17 @@ fn a_flipped_attitude_is_never_called_tracking() {
 
 #[test]
 fn a_frontal_tag_says_how_little_it_knows() {
-    let pose = tilted(0.05);
-    let said = watch(&rig(1), &pose, 0.1, 20, 1);
-    let last = said.last().unwrap();
-    assert_eq!(last.state, State::Initialising);
-    let sigma = last.covariance.fixed_view::<3, 3>(3, 3).trace().sqrt();
-    assert!(sigma > 0.05, "{sigma}");
-    assert!(attitude_error(last, &pose) < 4.0 * sigma);
+    let mut vaguest: f64 = 0.0;
+    for seed in 0..20 {
+        let pose = tilted(0.05);
+        for estimate in watch(&rig(1), &pose, 0.1, 20, seed) {
+            let sigma = estimate.covariance.fixed_view::<3, 3>(3, 3).trace().sqrt();
+            let off = attitude_error(&estimate, &pose);
+            assert!(off < 4.0 * sigma, "seed {seed}: {off} with sigma {sigma}");
+            vaguest = vaguest.max(sigma);
+        }
+    }
+    assert!(vaguest > 0.1, "{vaguest}");
 }
 
 #[test]
