@@ -37,7 +37,7 @@ impl Search {
     pub(crate) fn coarse(module_px: f32) -> Self {
         Self {
             reach_px: (0.75 * module_px).clamp(1.5, 4.0),
-            profiles: 12,
+            profiles: 8,
         }
     }
 

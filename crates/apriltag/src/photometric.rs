@@ -35,13 +35,13 @@ const MAX_STEPS: usize = 6;
 /// digits that are wrong.
 const SETTLED_PX: f32 = 0.03;
 
-/// Share of the edges' variance below which the pattern's must be, so that its corners are taken. Half would be no more
+/// Share of the edges' variance below which the pattern's must be, so that its corners are taken. A third would be no more
 /// than the edges' own, as these are lines through a few places; where the picture is not what the model says, the
 /// pattern is hardly surer, and its corners would not agree with those of tags beside it that the edges tell.
-const SURER: f32 = 0.25;
+const SURER: f32 = 0.17;
 
 /// The same where the gain is not to be asked: where blur leaves the edges hardly anything to go by.
-const FAR_SURER: f32 = 0.06;
+const FAR_SURER: f32 = 0.04;
 
 /// Greatest gain, but for its own uncertainty, at which the pattern's corners are taken. A stronger one moves them against the edges by a tenth of the
 /// blur and more: right where the camera's response explains it, but the picture alone can't tell ink from light.
