@@ -50,10 +50,10 @@ unsafe impl GlobalAlloc for Counting {
 static ALLOCATOR: Counting = Counting;
 
 fn memory_of<T>(work: impl FnOnce() -> T) -> (T, usize) {
-    HELD.set(1 << 40);
-    PEAK.set(1 << 40);
+    HELD.set(1 << 30);
+    PEAK.set(1 << 30);
     let result = work();
-    (result, PEAK.get() - (1 << 40))
+    (result, PEAK.get() - (1 << 30))
 }
 
 fn taken_safely<M: Message>(payload: &[u8]) {
