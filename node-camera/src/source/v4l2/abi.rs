@@ -121,6 +121,15 @@ pub(super) struct Control {
     pub(super) value: i32,
 }
 
+/// A wrong size is a wrong call number; said when compiling, so that a check for a board's target says it as well.
+const _: () = {
+    let is_64_bit = size_of::<c_ulong>() == 8;
+    assert!(size_of::<Buffer>() == if is_64_bit { 88 } else { 68 });
+    assert!(size_of::<Format>() == if is_64_bit { 208 } else { 204 });
+    assert!(size_of::<Capability>() == 104 && size_of::<StreamParm>() == 204);
+    assert!(size_of::<RequestBuffers>() == 20 && size_of::<Control>() == 8);
+};
+
 const WRITE: c_ulong = 1;
 const READ: c_ulong = 2;
 
