@@ -24,10 +24,12 @@ const ANYWHERE: (f64, f64) = (10.0, 3.0);
 /// The possible attitudes, in no order.
 pub(crate) fn hypotheses(sights: &[Sight<'_>], options: &FusionOptions) -> Vec<Hypothesis> {
     let grown = |seed: &Pose| taken_in(&unknown(seed, options), sights, options);
-    likeliest(seeds(sights), sights)
-        .iter()
-        .flat_map(grown)
-        .collect()
+    let seeds = likeliest(seeds(sights), sights);
+    let mut all: Vec<Hypothesis> = seeds.iter().flat_map(grown).collect();
+    for one in &mut all {
+        one.settle(0.0, sights, options);
+    }
+    all
 }
 
 /// The few seeds that explain all views best as they are.

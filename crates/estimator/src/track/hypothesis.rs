@@ -1,5 +1,6 @@
 //! One attitude that explains the images: a filter, and the evidence for it.
 
+use nalgebra::Vector6;
 use sextant_geometry::{Pose, se3};
 
 use super::update::{Taken, refused, updated};
@@ -16,6 +17,10 @@ pub(crate) struct Hypothesis {
     pub evidence: f64,
     /// Logarithm of the odds of the mirrored attitude against this one; minus infinity where it is out of question.
     pub mirrored: f64,
+    /// Logarithm of the odds against the mirrored attitude by the corners of all images so far; counted until it is trusted.
+    pub settled: f64,
+    /// The step to the mirrored attitude, while that is not settled.
+    pub to_mirrored: Option<Vector6<f64>>,
     /// What became of each view at the last instant.
     pub taken: Vec<Taken>,
 }
@@ -33,7 +38,32 @@ impl Hypothesis {
             ways.push(refused(predicted, sights, options));
         }
         weaken(&mut ways, -self.evidence);
+        for way in &mut ways {
+            way.settle(self.settled, sights, options);
+        }
         Followed { ways, contradicted }
+    }
+}
+
+impl Hypothesis {
+    /// The mirrored attitude as a step and its weight against this one, while it is not settled.
+    pub fn twin(&self) -> Option<(Vector6<f64>, f64)> {
+        Some((self.to_mirrored?, (-self.settled.max(0.0)).exp()))
+    }
+
+    /// Counts what the views that took part say against the mirrored attitude, on top of what earlier ones said.
+    pub fn settle(&mut self, before: f64, sights: &[Sight<'_>], options: &FusionOptions) {
+        self.settled = before;
+        self.to_mirrored = None;
+        if before < options.trusted_odds {
+            let pairs = sights.iter().zip(&self.taken);
+            let part: Vec<_> = pairs
+                .filter(|(_, taken)| taken.part)
+                .map(|(sight, _)| sight)
+                .collect();
+            self.settled += mirror::settled_by(&self.state.pose, &part);
+            self.to_mirrored = mirror::step_to_mirrored(&self.state.pose, &part);
+        }
     }
 }
 

@@ -3,7 +3,7 @@
 //! A tag seen by one camera looks almost the same when tilted the other way. While it turns through the frontal view both
 //! ways are open, so the filter's single minimum is not enough: other attitudes are tried under the same prediction.
 
-use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
+use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3, Vector6};
 use sextant_geometry::{Pose, se3};
 
 use super::birth::{area, branches};
@@ -57,6 +57,37 @@ pub(crate) fn others(
         others.starts.extend(possible);
     }
     others
+}
+
+/// The step to the mirrored attitude of the largest view.
+pub(crate) fn step_to_mirrored(pose: &Pose, sights: &[&Sight<'_>]) -> Option<Vector6<f64>> {
+    let largest = sights.iter().max_by(|a, b| area(a).total_cmp(&area(b)))?;
+    Some(se3::difference(&mirrored(largest, pose), pose))
+}
+
+/// How much the images of one instant speak against the mirrored attitude: the logarithm of the odds by their corners
+/// alone. The motion is left out, for a mirrored motion is as smooth as the true one.
+pub(crate) fn settled_by(pose: &Pose, sights: &[&Sight<'_>]) -> f64 {
+    let Some(largest) = sights.iter().max_by(|a, b| area(a).total_cmp(&area(b))) else {
+        return 0.0;
+    };
+    let chi2 = |sight: &Sight<'_>, pose: &Pose| {
+        let normal = sight.normal(pose);
+        normal.map_or(UNSEEN, |normal| normal.chi2)
+    };
+    let all = |pose: &Pose| -> f64 { sights.iter().map(|sight| chi2(sight, pose)).sum() };
+    if sights.len() > 1 {
+        return 0.5 * (all(&mirrored(largest, pose)) - all(pose));
+    }
+    let mut branches = branches(largest);
+    branches.sort_by(|a, b| {
+        let turn = |branch: &Pose| branch.rotation.angle_to(&pose.rotation);
+        turn(a).total_cmp(&turn(b))
+    });
+    match branches[..] {
+        [near, far] => 0.5 * (chi2(largest, &far) - chi2(largest, &near)),
+        _ => 0.0,
+    }
 }
 
 fn is_alone(camera_index: usize, sights: &[Sight<'_>]) -> bool {

@@ -137,6 +137,11 @@ impl Track {
             let own = one.state.covariance.fixed_view::<6, 6>(0, 0);
             sum += (own + off * off.transpose()) * weight;
             weights += weight;
+            if let Some((step, odds)) = one.twin() {
+                let off = off + step;
+                sum += (own + off * off.transpose()) * (weight * odds);
+                weights += weight * odds;
+            }
         }
         symmetric(&(sum / weights))
     }
@@ -171,6 +176,9 @@ impl Track {
         let Some(best) = self.hypotheses.first() else {
             return false;
         };
+        if best.settled < options.trusted_odds {
+            return true;
+        }
         let elsewhere = |other: &Hypothesis| {
             let turn = best
                 .state

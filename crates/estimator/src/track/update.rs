@@ -19,6 +19,9 @@ use crate::filter::solve::{Fit, UNSEEN, solve};
 /// few fits.
 const ALMOST_AS_BAD: f64 = 0.5;
 
+/// What evidence is worth where the cost is no parabola: it rests on covariances that are rough guesses there.
+const CURVED_WORTH: f64 = 0.3;
+
 /// What became of a view in an update.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Taken {
@@ -80,6 +83,8 @@ pub(crate) fn refused(
         state,
         evidence: -options.refused_odds * sights.len() as f64,
         mirrored: f64::NEG_INFINITY,
+        settled: 0.0,
+        to_mirrored: None,
         taken: vec![Taken::refused(); sights.len()],
     }
 }
@@ -137,7 +142,8 @@ fn updated_by_group(
                 options,
             )?;
             if !sights.iter().any(|sight| sight.clock.is_some()) {
-                curvature::widen(&mut update.state, &pose_prior, &active, &fit);
+                let curved = curvature::widen(&mut update.state, &pose_prior, &active, &fit);
+                update.evidence *= if curved { CURVED_WORTH } else { 1.0 };
             }
             return Some(update);
         }
