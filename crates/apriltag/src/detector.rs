@@ -173,6 +173,7 @@ impl Detector {
             let quad = self
                 .quads
                 .around(outline, extents, self.options.min_edge_px);
+            self.report.quads += u32::from(quad.is_ok());
             match quad.and_then(|quad| sight(image, &quad, border, &self.readers, &self.options)) {
                 Ok(sighting) if self.sightings.len() < MAX_SIGHTINGS => {
                     self.sightings.push(sighting)
