@@ -4,7 +4,7 @@
 //! its side, and what their scatter says of the corners' covariance.
 
 use crate::Image;
-use crate::quad::{Line, Point, Quad, intersect_sides};
+use crate::quad::{Line, Point, Quad, distance, intersect_sides};
 use sextant_tag_families::BorderColour;
 
 /// Step of the profiles across an edge, in pixels.
@@ -50,6 +50,10 @@ impl Search {
     }
 }
 
+/// How far a corner may come to lie from where it was, in reaches: where sides meet at a sharp angle, farther than they
+/// move themselves.
+const FARTHEST_REACHES: f32 = 5.0;
+
 /// Corners and their covariance (xx, xy, yy).
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct EdgeFit {
@@ -74,9 +78,18 @@ pub(crate) fn fit(
         *side = Side::fit(image, (quad[i], quad[(i + 1) % 4]), sign, search)?;
     }
     let corners = intersect_sides(&sides.map(|side| side.line))?;
-    let covariance =
+    let limit = FARTHEST_REACHES * search.reach_px;
+    if corners
+        .iter()
+        .zip(quad)
+        .any(|(&found, &start)| distance(found, start) > limit)
+    {
+        return None;
+    }
+    let covariance: [[f32; 3]; 4] =
         std::array::from_fn(|i| corner_covariance(&sides[(i + 3) % 4], &sides[i], corners[i]));
-    Some(EdgeFit {
+    let finite = covariance.iter().flatten().all(|value| value.is_finite());
+    finite.then_some(EdgeFit {
         quad: corners,
         covariance,
     })

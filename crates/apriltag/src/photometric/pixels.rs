@@ -136,16 +136,19 @@ impl Pixels {
 
     /// Every pixel on the quad, every fourth row first.
     fn take_all(&mut self, view: &View<'_>, quad: &Quad) {
-        let bounds = |axis: usize| {
+        let bounds = |axis: usize, size: usize| {
             let low = quad
                 .iter()
                 .map(|corner| corner[axis])
                 .fold(f32::INFINITY, f32::min)
                 .max(0.0);
             let high = quad.iter().map(|corner| corner[axis]).fold(0.0, f32::max);
-            low as usize..high as usize + 1
+            low as usize..(high as usize).saturating_add(1).min(size)
         };
-        let (columns, rows) = (bounds(0), bounds(1));
+        let (columns, rows) = (
+            bounds(0, view.image.width()),
+            bounds(1, view.image.height()),
+        );
         for y in [0, 2, 1, 3]
             .into_iter()
             .flat_map(|first| rows.clone().skip(first).step_by(4))
