@@ -1,5 +1,6 @@
 //! The machine: images in, poses out. It has no clock and no socket; the same inputs give the same outputs.
 
+mod faults;
 mod intake;
 
 use std::collections::{BTreeMap, VecDeque};
@@ -7,6 +8,7 @@ use std::sync::Arc;
 
 use thiserror::Error;
 
+use crate::health::{Fault, Health};
 use crate::site::{ObjectImage, Site};
 use crate::timeline::Timeline;
 use crate::{
@@ -70,6 +72,7 @@ pub struct Fusion {
     objects: Vec<ObjectModel>,
     timelines: Vec<Timeline>,
     intake: Intake,
+    health: Health,
     /// Capture time up to which each object's loss has been said, by object index.
     lost_said_ns: Vec<u64>,
     outputs: VecDeque<Output>,
@@ -96,6 +99,7 @@ impl Fusion {
             objects,
             timelines,
             intake,
+            health: Health::default(),
             lost_said_ns,
             outputs: VecDeque::new(),
         })
@@ -149,6 +153,11 @@ impl Fusion {
         offsets
     }
 
+    /// What is wrong with the site, as far as the images tell.
+    pub fn faults(&self) -> Vec<Fault> {
+        faults::all(&self.site, &self.health, &self.clock_offsets())
+    }
+
     /// Counts since the start.
     pub fn statistics(&self) -> &Statistics {
         self.intake.statistics()
@@ -158,6 +167,11 @@ impl Fusion {
         let Some(sorted) = self.intake.admit(now_ns, image, &self.site, &self.options) else {
             return;
         };
+        if let Some((camera_index, _)) = self.site.camera(&image.camera) {
+            let tags = image.tags.iter().map(|seen| seen.tag);
+            self.health
+                .look_for_twins(camera_index, image.capture_ns, tags);
+        }
         for object in 0..self.timelines.len() {
             match sorted.objects.get(&object) {
                 Some(seen) => self.take_sight(object, image, seen),
@@ -168,12 +182,12 @@ impl Fusion {
 
     fn take_sight(&mut self, object: usize, image: &ImageObservation, seen: &Arc<ObjectImage>) {
         let timeline = &mut self.timelines[object];
-        if timeline
-            .insert(seen.clone(), &self.site, &self.options)
-            .is_err()
-        {
+        let Ok(settled) = timeline.insert(seen.clone(), &self.site, &self.options) else {
             self.intake.count_late(&image.camera);
             return;
+        };
+        for instant in settled {
+            self.health.take(object, instant.time_ns, &instant.views);
         }
         let sighting = &timeline.at(image.capture_ns).sighting;
         let refused = sighting
@@ -204,6 +218,7 @@ impl Fusion {
 
     fn take_rig(&mut self, rig: &Rig) {
         self.site.set_rig(rig);
+        self.health.reset();
         self.intake.rig_changed(&self.site);
         for timeline in &mut self.timelines {
             timeline.settle();
@@ -215,6 +230,7 @@ impl Fusion {
             self.outputs.push_back(Output::Refused(error));
             return;
         }
+        self.health.reset();
         let mut old: BTreeMap<ObjectId, (ObjectModel, Timeline, u64)> = BTreeMap::new();
         let parts = self
             .objects

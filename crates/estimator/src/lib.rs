@@ -8,6 +8,7 @@
 mod estimate;
 mod filter;
 mod fusion;
+mod health;
 mod ids;
 mod object;
 mod observation;
@@ -21,6 +22,7 @@ mod track;
 
 pub use estimate::{ClockOffset, ObjectEstimate, State};
 pub use fusion::{Fusion, Input, ModelError, Output};
+pub use health::Fault;
 pub use ids::{CameraId, IdError, ObjectId};
 pub use object::{ObjectError, ObjectModel, ObjectTag, TagId};
 pub use observation::{ImageObservation, TagCorners};

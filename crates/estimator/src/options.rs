@@ -55,7 +55,7 @@ options! {
     tag_gate = 26.1 in 10.0 ..= 1000.0;
     /// Natural logarithm of the odds against a tag that takes no part: of wrong tags being rare, and of a wrong one lying
     /// just there among all places in the image.
-    refused_odds = 30.0 in 5.0 ..= 1000.0;
+    refused_odds = 35.0 in 5.0 ..= 1000.0;
     /// Chi-square of the prediction (6 degrees of freedom) beyond which the image contradicts it: 99.99 % lie within.
     prediction_gate = 27.9 in 10.0 ..= 1000.0;
     /// m²/s³, power density of the white acceleration to begin with, before the body's own is learned: what a motion of

@@ -6,6 +6,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
+use crate::health::SettledView;
 use crate::site::{ObjectImage, Site};
 use crate::track::Track;
 use crate::{ClockOffset, FusionOptions, ObjectEstimate, ObjectId};
@@ -30,6 +31,13 @@ pub(crate) struct Timeline {
     object: ObjectId,
     base: Track,
     instants: BTreeMap<Key, Instant>,
+}
+
+/// What became of the views of an instant, for good.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Settled {
+    pub time_ns: u64,
+    pub views: Vec<SettledView>,
 }
 
 /// An image that came too late to be inserted.
@@ -60,7 +68,7 @@ impl Timeline {
         image: Arc<ObjectImage>,
         site: &Site,
         options: &FusionOptions,
-    ) -> Result<(), TooLate> {
+    ) -> Result<Vec<Settled>, TooLate> {
         let time_ns = image.capture_ns;
         let window_ns = (options.window_s * 1e9) as u64;
         let too_old = time_ns.saturating_add(window_ns) < self.newest_ns();
@@ -74,8 +82,7 @@ impl Timeline {
         });
         instant.images.insert(image.camera_index, image);
         self.replay(key, site, options);
-        self.forget(window_ns);
-        Ok(())
+        Ok(self.forget(window_ns, site))
     }
 
     fn replay(&mut self, from: Key, site: &Site, options: &FusionOptions) {
@@ -92,14 +99,22 @@ impl Timeline {
         before.map_or(&self.base, |(_, instant)| &instant.after)
     }
 
-    /// Drops the instants older than the window; the newest always stays.
-    fn forget(&mut self, window_ns: u64) {
+    /// Drops the instants older than the window, which no late image can change any more; the newest always stays.
+    fn forget(&mut self, window_ns: u64, site: &Site) -> Vec<Settled> {
         let oldest = self.newest_ns().saturating_sub(window_ns);
         let kept = self.instants.split_off(&(oldest, 0));
         let gone = std::mem::replace(&mut self.instants, kept);
+        let settled = gone.iter().map(|((time_ns, _), instant)| Settled {
+            time_ns: *time_ns,
+            views: instant
+                .after
+                .settled_views(instant.images.values().map(Arc::as_ref), site),
+        });
+        let settled = settled.collect();
         if let Some((_, last)) = gone.into_iter().next_back() {
             self.base = last.after;
         }
+        settled
     }
 
     /// Capture time of the newest image, 0 before the first.

@@ -34,6 +34,25 @@ impl PosedCamera {
     }
 }
 
+impl PosedCamera {
+    /// How a view's residuals go with the corners' distances from the tag's centre: sums over the corners of residual times
+    /// distance, distance squared and residual squared, px². Seen minus expected is minus (ratio - 1) times the distance.
+    pub fn size_of(&self, view: &View, world_from_object: &Pose) -> Option<[f64; 3]> {
+        let camera_from_object = self.camera_from_world * world_from_object;
+        let expected = |point: &Point3<f64>| self.lens.project(&(camera_from_object * point));
+        let centre = expected(&Point3::from(view.object_from_tag.translation.vector))?;
+        let mut sums = [0.0; 3];
+        for (corner, seen) in view.corners_in_object.iter().zip(&view.corners_in_image) {
+            let expected = expected(corner)?;
+            let (residual, distance) = (expected - seen, expected - centre);
+            sums[0] += residual.dot(&distance);
+            sums[1] += distance.norm_squared();
+            sums[2] += residual.norm_squared();
+        }
+        Some(sums)
+    }
+}
+
 /// A corner and its derivative by (dt, dr), in pixels.
 struct Projected {
     pixel: Point2<f64>,

@@ -15,8 +15,9 @@ const FAITH: f64 = 0.5;
 const MEMORY: f64 = 40.0;
 /// Most that one update may count, in sigmas: a jolt is not restlessness.
 const MOST_SIGMAS: f64 = 3.0;
-/// Bounds of the logarithm about the default.
-const BOUND: f64 = 7.0;
+/// Bounds of the logarithm about the default: from a body at rest to one shaken by hand. What is livelier is no motion but
+/// images that contradict each other.
+const BOUNDS: (f64, f64) = (-7.0, 3.5);
 
 /// Power density of the white acceleration.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -102,6 +103,6 @@ impl Learned {
         let most = MOST_SIGMAS * information.max(0.0).sqrt();
         self.information = self.information * (1.0 - 1.0 / MEMORY) + information + FAITH / MEMORY;
         let step = slope.clamp(-most, most) / self.information;
-        self.logarithm = (self.logarithm + step).clamp(-BOUND, BOUND);
+        self.logarithm = (self.logarithm + step).clamp(BOUNDS.0, BOUNDS.1);
     }
 }

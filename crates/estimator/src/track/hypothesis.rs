@@ -35,6 +35,8 @@ impl Hypothesis {
         if contradicted {
             ways = taken_in(&jolted(&predicted, dt, options), sights, options);
             weaken(&mut ways, options.jolt_odds);
+            let taken = ways.iter_mut().flat_map(|way| &mut way.taken);
+            taken.for_each(|taken| taken.expected = false);
             ways.push(refused(predicted, sights, options));
         }
         weaken(&mut ways, -self.evidence);

@@ -8,6 +8,8 @@ use super::{Track, seconds};
 use crate::filter::clocks::Clocks;
 use crate::filter::corners::Sight;
 use crate::filter::kinematics::symmetric;
+use crate::health::SettledView;
+use crate::site::{ObjectImage, Site};
 use crate::{ClockOffset, FusionOptions, ObjectEstimate, ObjectId, State};
 
 /// What the images of an instant contributed.
@@ -104,6 +106,34 @@ impl Track {
             tags: self.sighting.tags,
             rms_px: self.sighting.rms_px(),
         })
+    }
+
+    /// What became of the views of this instant; none while the attitude is in doubt.
+    pub fn settled_views<'a>(
+        &self,
+        images: impl Iterator<Item = &'a ObjectImage>,
+        site: &Site,
+    ) -> Vec<SettledView> {
+        let track = self.leading();
+        let Some(best) = track.hypotheses.first().filter(|_| track.trusted) else {
+            return Vec::new();
+        };
+        let views =
+            images.flat_map(|image| image.views.iter().map(|view| (image.camera_index, view)));
+        let settled = views.zip(&best.taken).map(|((camera_index, view), taken)| {
+            let camera = site
+                .cameras()
+                .get(camera_index)
+                .and_then(|camera| camera.posed.as_ref());
+            let size = camera.map(|camera| camera.size_of(view, &best.state.pose));
+            SettledView {
+                camera_index,
+                tag: view.tag,
+                agreed: taken.expected,
+                size: size.flatten().unwrap_or_default(),
+            }
+        });
+        settled.collect()
     }
 
     /// The clocks' offsets by camera index.

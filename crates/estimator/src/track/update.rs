@@ -19,6 +19,9 @@ use crate::filter::solve::{Fit, UNSEEN, solve};
 /// few fits.
 const ALMOST_AS_BAD: f64 = 0.5;
 
+/// How much a further wrong view counts in an image whose views are all wrong.
+const WITH_OTHERS: f64 = 1.0 / 6.0;
+
 /// What evidence is worth where the cost is no parabola: it rests on covariances that are rough guesses there.
 const CURVED_WORTH: f64 = 0.3;
 
@@ -27,6 +30,8 @@ const CURVED_WORTH: f64 = 0.3;
 pub(crate) struct Taken {
     /// Whether it took part.
     pub part: bool,
+    /// Whether it did so without a jolt.
+    pub expected: bool,
     /// Of its edges' places and directions after the update, as [`Normal::scale`] has it.
     pub scale: [f64; 2],
     /// Degrees of freedom of either that the residuals keep after the update.
@@ -39,6 +44,7 @@ impl Taken {
     fn refused() -> Self {
         Self {
             part: false,
+            expected: false,
             scale: [2.0 * SCALE_LIMIT; 2],
             redundancy: [4.0; 2],
             square_px: 0.0,
@@ -62,7 +68,8 @@ pub(crate) fn updated(
             sum.state.know_clock(members[0].camera_index, prior);
         }
         if let Some(update) = updated_by_group(&sum.state, start.take(), &members, options) {
-            sum.evidence += update.evidence + options.refused_odds * members.len() as f64;
+            let nothing = vec![false; members.len()];
+            sum.evidence += update.evidence + refusal(&members, &nothing, options);
             group
                 .iter()
                 .zip(&update.taken)
@@ -81,12 +88,34 @@ pub(crate) fn refused(
 ) -> Hypothesis {
     Hypothesis {
         state,
-        evidence: -options.refused_odds * sights.len() as f64,
+        evidence: -refusal(sights, &vec![false; sights.len()], options),
         mirrored: f64::NEG_INFINITY,
         settled: 0.0,
         to_mirrored: None,
         taken: vec![Taken::refused(); sights.len()],
     }
+}
+
+/// Logarithm of the odds against the views that take no part. Wrong tags are rare and independent; but one cause, a moved
+/// camera, makes all views of an image wrong at once.
+fn refusal(sights: &[Sight<'_>], part: &[bool], options: &FusionOptions) -> f64 {
+    let mut odds = 0.0;
+    let pairs: Vec<(usize, bool)> = sights
+        .iter()
+        .map(|sight| sight.camera_index)
+        .zip(part.iter().copied())
+        .collect();
+    for image in pairs.chunk_by(|a, b| a.0 == b.0) {
+        let refused = image.iter().filter(|(_, part)| !part).count() as f64;
+        let all = refused as usize == image.len();
+        odds += options.refused_odds
+            * if all {
+                1.0 + (refused - 1.0) * WITH_OTHERS
+            } else {
+                refused
+            };
+    }
+    odds
 }
 
 /// Indices of the sights that see the same moment; those of right clocks first.
@@ -133,18 +162,12 @@ fn updated_by_group(
         } else if fit.surprise > options.prediction_gate {
             return None;
         } else {
-            let mut update = complete(
-                prior,
-                &fit,
-                sights[0].camera_index,
-                &normals,
-                &part,
-                options,
-            )?;
+            let mut update = complete(prior, &fit, sights[0].camera_index, &normals, &part)?;
             if !sights.iter().any(|sight| sight.clock.is_some()) {
                 let curved = curvature::widen(&mut update.state, &pose_prior, &active, &fit);
                 update.evidence *= if curved { CURVED_WORTH } else { 1.0 };
             }
+            update.evidence -= refusal(sights, &part, options);
             return Some(update);
         }
     }
@@ -192,7 +215,6 @@ fn complete(
     camera_index: usize,
     normals: &[Option<Normal>],
     part: &[bool],
-    options: &FusionOptions,
 ) -> Option<GroupUpdate> {
     let absorbed = absorb(prior, camera_index, fit)?;
     let Observed { covariance, .. } = absorbed.state.observed(camera_index);
@@ -200,8 +222,7 @@ fn complete(
     let taken = pairs
         .map(|(normal, part)| taken(normal.as_ref(), *part, &covariance))
         .collect();
-    let refused = part.iter().filter(|part| !**part).count();
-    let evidence = -0.5 * (fit.cost + absorbed.narrowing) - options.refused_odds * refused as f64;
+    let evidence = -0.5 * (fit.cost + absorbed.narrowing);
     Some(GroupUpdate {
         state: absorbed.state,
         evidence,
@@ -224,6 +245,7 @@ fn taken(normal: Option<&Normal>, part: bool, covariance: &Matrix6<f64>) -> Take
     let of_shifts = normal.information - normal.of_turns;
     Taken {
         part,
+        expected: part,
         scale: normal.scale,
         redundancy: [absorbed(of_shifts), absorbed(normal.of_turns)],
         square_px: normal.square_px,

@@ -6,6 +6,7 @@ mod ambiguity;
 mod changes;
 mod clocks;
 mod faults;
+mod health;
 mod order;
 mod scene;
 mod states;

@@ -44,10 +44,7 @@ fn mean_nees(cameras: usize, runs: u64, options: &FusionOptions) -> (f64, f64) {
 fn errors_are_as_large_as_the_covariance_says() {
     for cameras in [2, 4] {
         let (mean, inside) = mean_nees(cameras, 150, &exact_options());
-        assert!(
-            (0.8..1.2).contains(&mean),
-            "{cameras} cameras: NEES {mean}"
-        );
+        assert!((0.8..1.2).contains(&mean), "{cameras} cameras: NEES {mean}");
         assert!(
             (0.9..=1.0).contains(&inside),
             "{cameras} cameras: {inside} inside"

@@ -1,0 +1,287 @@
+//! What is wrong with the site, by name: which camera was moved, which tag is loose, wrongly measured or there twice.
+//!
+//! A view that contradicts its track takes no part. Rarely that is a wrong detection; if most views of one camera do while
+//! the others agree, the camera is not where the rig says, and if most views of one tag do while the object's other tags
+//! agree, the tag is not where the model says, or not as large. Fed with instants that no late image can change any more.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fmt;
+
+use crate::{CameraId, ObjectId, TagId};
+
+/// Seconds after which a view counts 1/e.
+const MEMORY_S: f64 = 0.6;
+/// Views, counted with that memory, from which on a share means something.
+const FEWEST: f64 = 6.0;
+/// Share of contradicting views that makes a fault, and below which it is over.
+const RAISED: f64 = 0.7;
+const CLEARED: f64 = 0.3;
+/// Share of contradicting views among all others up to which these can be believed.
+const SOUND: f64 = 0.3;
+/// Relative error of a tag's size that is worth a word, and its chi-square (1 degree of freedom).
+const WRONG_SIZE: f64 = 0.01;
+const SURE: f64 = 100.0;
+
+/// Nanoseconds for which a tag that was seen twice is reported.
+const TWINS_NS: u64 = 2_000_000_000;
+
+/// Something wrong with the site.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Fault {
+    /// The camera is not where the rig says.
+    CameraMoved {
+        /// Which camera.
+        camera: CameraId,
+    },
+    /// The tag is not where the object's model says: loose or wrongly placed.
+    TagMisplaced {
+        /// On which object.
+        object: ObjectId,
+        /// Which tag.
+        tag: TagId,
+    },
+    /// The tag is not as large as the object's model says.
+    TagSize {
+        /// On which object.
+        object: ObjectId,
+        /// Which tag.
+        tag: TagId,
+        /// Its true size over the model's.
+        ratio: f64,
+    },
+    /// The camera's stamps lie that many seconds after the reference clock.
+    ClockOff {
+        /// Which camera.
+        camera: CameraId,
+        /// Seconds, one sigma at most a tenth of it.
+        offset_s: f64,
+    },
+    /// The tag is in one image twice.
+    DuplicateTag {
+        /// Which camera saw it.
+        camera: CameraId,
+        /// Which tag.
+        tag: TagId,
+    },
+}
+
+impl fmt::Display for Fault {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::CameraMoved { camera } => write!(
+                f,
+                "camera {camera} is not where the rig says: calibrate it again"
+            ),
+            Self::TagMisplaced { object, tag } => {
+                write!(
+                    f,
+                    "tag {tag} of object {object} is loose or not where the model says"
+                )
+            }
+            Self::TagSize { object, tag, ratio } => {
+                write!(
+                    f,
+                    "tag {tag} of object {object} is {:+.1} % larger than the model says",
+                    (ratio - 1.0) * 100.0
+                )
+            }
+            Self::ClockOff { camera, offset_s } => {
+                write!(
+                    f,
+                    "the clock of camera {camera} is off by {:+.1} ms",
+                    offset_s * 1e3
+                )
+            }
+            Self::DuplicateTag { camera, tag } => write!(f, "camera {camera} sees tag {tag} twice"),
+        }
+    }
+}
+
+/// A view of an instant that is settled.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct SettledView {
+    pub camera_index: usize,
+    pub tag: TagId,
+    /// Whether it agreed with the track.
+    pub agreed: bool,
+    /// Sums over the corners: residual times the corner's distance from the tag's centre, that
+    /// distance squared, residual squared; px².
+    pub size: [f64; 3],
+}
+
+/// Counts that fade.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+struct Count {
+    at_ns: u64,
+    views: f64,
+    refused: f64,
+    size: [f64; 3],
+}
+
+impl Count {
+    fn faded(&self, now_ns: u64) -> Self {
+        let age_s = now_ns.saturating_sub(self.at_ns) as f64 * 1e-9;
+        let keep = (-age_s / MEMORY_S).exp();
+        Self {
+            at_ns: now_ns.max(self.at_ns),
+            views: self.views * keep,
+            refused: self.refused * keep,
+            size: self.size.map(|sum| sum * keep),
+        }
+    }
+
+    fn add(&mut self, now_ns: u64, view: &SettledView) {
+        *self = self.faded(now_ns);
+        self.views += 1.0;
+        self.refused += if view.agreed { 0.0 } else { 1.0 };
+        self.size = [0, 1, 2].map(|index| self.size[index] + view.size[index]);
+    }
+
+    fn share(&self) -> f64 {
+        self.refused / self.views.max(f64::MIN_POSITIVE)
+    }
+
+    /// Size over the model's, where that is another beyond chance.
+    fn wrong_size(&self) -> Option<f64> {
+        let [cross, radius, residual] = self.size;
+        let error = -cross / radius;
+        // The residuals that a wrong size leaves are chance: eight coordinates a view.
+        let chance = (residual - cross * cross / radius).max(0.0) / (8.0 * self.views);
+        let sure = self.views >= FEWEST && cross * cross > SURE * radius * chance;
+        (sure && error.abs() > WRONG_SIZE).then_some(1.0 + error)
+    }
+}
+
+/// The counts of a site, and what is wrong by them.
+#[derive(Debug, Default)]
+pub(crate) struct Health {
+    cameras: BTreeMap<usize, Count>,
+    tags: BTreeMap<(usize, TagId), Count>,
+    faulty_cameras: BTreeSet<usize>,
+    faulty_tags: BTreeSet<(usize, TagId)>,
+    /// When a tag was last in an image twice, by camera index.
+    twice_ns: BTreeMap<(usize, TagId), u64>,
+    newest_ns: u64,
+}
+
+impl Health {
+    /// Takes the views of one object at a settled instant in.
+    pub fn take(&mut self, object: usize, time_ns: u64, views: &[SettledView]) {
+        for view in views {
+            let camera = self.cameras.entry(view.camera_index).or_default();
+            camera.add(time_ns, view);
+            // A camera that is not where it should be says nothing about tags.
+            if !self.faulty_cameras.contains(&view.camera_index) {
+                let tag = self.tags.entry((object, view.tag)).or_default();
+                tag.add(time_ns, view);
+            }
+        }
+        self.judge_cameras(time_ns);
+        self.judge_tags(time_ns);
+    }
+
+    /// Notes the tags that an image has more than once.
+    pub fn look_for_twins(
+        &mut self,
+        camera_index: usize,
+        time_ns: u64,
+        tags: impl Iterator<Item = TagId>,
+    ) {
+        let mut seen = BTreeSet::new();
+        self.newest_ns = self.newest_ns.max(time_ns);
+        for tag in tags {
+            if !seen.insert(tag) {
+                self.twice_ns.insert((camera_index, tag), time_ns);
+            }
+        }
+        let oldest_ns = self.newest_ns.saturating_sub(TWINS_NS);
+        self.twice_ns.retain(|_, at_ns| *at_ns >= oldest_ns);
+    }
+
+    /// The tags that a camera has lately seen twice.
+    pub fn twins(&self) -> impl Iterator<Item = (usize, TagId)> {
+        self.twice_ns.keys().copied()
+    }
+
+    /// Forgets all: the models have changed.
+    pub fn reset(&mut self) {
+        *self = Self::default();
+    }
+
+    /// The cameras that are not where the rig says, by index.
+    pub fn moved_cameras(&self) -> impl Iterator<Item = usize> {
+        self.faulty_cameras.iter().copied()
+    }
+
+    /// The tags that are not as the models say, by object index; with the ratio of sizes where that explains it.
+    pub fn wrong_tags(&self) -> impl Iterator<Item = (usize, TagId, Option<f64>)> {
+        let ratio = |key| self.tags.get(key).and_then(Count::wrong_size);
+        self.faulty_tags
+            .iter()
+            .map(move |key| (key.0, key.1, ratio(key)))
+    }
+
+    fn judge_cameras(&mut self, now_ns: u64) {
+        let counts: Vec<(usize, Count)> = self
+            .cameras
+            .iter()
+            .map(|(key, count)| (*key, count.faded(now_ns)))
+            .collect();
+        let before = self.faulty_cameras.len();
+        for (camera, count) in &counts {
+            let others = counts.iter().filter(|(other, _)| other != camera);
+            judge(
+                &mut self.faulty_cameras,
+                *camera,
+                count,
+                sum(others.map(|(_, count)| count)),
+            );
+        }
+        if self.faulty_cameras.len() > before {
+            self.tags.clear();
+            self.faulty_tags.clear();
+        }
+    }
+
+    fn judge_tags(&mut self, now_ns: u64) {
+        let faded = |(key, count): (&(usize, TagId), &Count)| (*key, count.faded(now_ns));
+        let counts: Vec<_> = self.tags.iter().map(faded).collect();
+        for (key, count) in &counts {
+            let others = counts
+                .iter()
+                .filter(|(other, _)| other.0 == key.0 && other != key);
+            let others: Vec<&Count> = others.map(|(_, count)| count).collect();
+            judge(
+                &mut self.faulty_tags,
+                *key,
+                count,
+                sum(others.iter().copied()),
+            );
+            let alone = others.iter().all(|other| other.wrong_size().is_none());
+            if alone && count.wrong_size().is_some() {
+                self.faulty_tags.insert(*key);
+            }
+        }
+    }
+}
+
+fn sum<'a>(counts: impl Iterator<Item = &'a Count>) -> Count {
+    counts.fold(Count::default(), |sum, count| Count {
+        views: sum.views + count.views,
+        refused: sum.refused + count.refused,
+        ..sum
+    })
+}
+
+/// Raises the fault when most views contradict while the others are sound, clears it when few do.
+fn judge<K: Ord>(faults: &mut BTreeSet<K>, key: K, count: &Count, others: Count) {
+    if count.views >= FEWEST
+        && others.views >= FEWEST
+        && count.share() > RAISED
+        && others.share() < SOUND
+    {
+        faults.insert(key);
+    } else if count.views >= FEWEST && count.share() < CLEARED {
+        faults.remove(&key);
+    }
+}
