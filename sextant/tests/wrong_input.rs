@@ -33,7 +33,11 @@ fn a_wrong_rig_is_refused() {
     for (from, to, expected) in [
         ("resolution", "resolutoin", "did you mean `resolution`?"),
         ("[[camera]]", "[[camera]", "malformed TOML"),
-        ("position = [", "position = [nan, ", "4 elements are too many"),
+        (
+            "position = [",
+            "position = [nan, ",
+            "4 elements are too many",
+        ),
         ("fx = ", "fx = -", "focal length fx"),
     ] {
         fs::write(&rig, good.replacen(from, to, 1)).unwrap();
