@@ -113,9 +113,7 @@ impl FusionNode {
             self.publish_poses()?;
             if now >= self.status_due_ns {
                 self.status_due_ns = now + STATUS_PERIOD_NS;
-                let status = self
-                    .status
-                    .status(&mut self.intake, self.machine.statistics(), now);
+                let status = self.status.status(&mut self.intake, &self.machine, now);
                 self.outlet.status(&status)?;
             }
         }

@@ -1,8 +1,8 @@
 //! What a fusion node says about itself once a second: what came in, what was dropped and why, how the objects fare.
 
 use crate::intake::Intake;
-use sextant_estimator::{ObjectEstimate, ObjectId, ObjectModel, State, Statistics};
-use sextant_proto::{CameraIntake, FusionStatus, NodeId, ObjectHealth};
+use sextant_estimator::{Fault, Fusion, ObjectEstimate, ObjectId, ObjectModel, State, Statistics};
+use sextant_proto::{CameraIntake, FusionStatus, NodeId, ObjectHealth, limits};
 use std::collections::BTreeMap;
 
 /// Collects between two statuses.
@@ -49,18 +49,13 @@ impl StatusBook {
     }
 
     /// The status at `now_ns`; rates are over the time since the last one.
-    pub fn status(
-        &mut self,
-        intake: &mut Intake,
-        statistics: &Statistics,
-        now_ns: u64,
-    ) -> FusionStatus {
+    pub fn status(&mut self, intake: &mut Intake, machine: &Fusion, now_ns: u64) -> FusionStatus {
         let elapsed_s = now_ns.saturating_sub(self.last_ns) as f64 / 1e9;
         self.last_ns = now_ns;
         let cameras = intake
             .cameras(elapsed_s)
             .into_iter()
-            .map(|camera| with_statistics(camera, statistics))
+            .map(|camera| with_statistics(camera, machine.statistics()))
             .collect();
         FusionStatus {
             node: self.node.clone(),
@@ -73,7 +68,7 @@ impl StatusBook {
                 .iter_mut()
                 .map(|(id, object)| object.health(id, elapsed_s))
                 .collect(),
-            faults: Vec::new(),
+            faults: sentences(machine.faults()),
         }
     }
 }
@@ -94,6 +89,17 @@ impl ObjectCount {
     }
 }
 
+/// What is wrong with the site, in as many sentences as a status may have; the last one counts those left out.
+fn sentences(faults: Vec<Fault>) -> Vec<String> {
+    let left_out = faults.len().saturating_sub(limits::MAX_SENTENCES);
+    let shown = faults.len().min(limits::MAX_SENTENCES) - usize::from(left_out > 0);
+    let mut sentences: Vec<String> = faults[..shown].iter().map(Fault::to_string).collect();
+    if left_out > 0 {
+        sentences.push(format!("and {} faults more", left_out + 1));
+    }
+    sentences
+}
+
 /// What the estimator counted of a camera joins what the intake counted.
 fn with_statistics(mut camera: CameraIntake, statistics: &Statistics) -> CameraIntake {
     if let Some(counts) = statistics.cameras.get(&camera.camera) {
@@ -103,4 +109,29 @@ fn with_statistics(mut camera: CameraIntake, statistics: &Statistics) -> CameraI
         camera.last_capture_ns = counts.last_capture_ns;
     }
     camera
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use sextant_estimator::CameraId;
+
+    fn moved(n: usize) -> Vec<Fault> {
+        let camera = |k: usize| CameraId::new(&format!("camera{k}")).unwrap();
+        (0..n)
+            .map(|k| Fault::CameraMoved { camera: camera(k) })
+            .collect()
+    }
+
+    #[test]
+    fn every_fault_is_told_or_counted() {
+        assert!(sentences(Vec::new()).is_empty());
+        assert_eq!(
+            sentences(moved(limits::MAX_SENTENCES)).len(),
+            limits::MAX_SENTENCES
+        );
+        let many = sentences(moved(limits::MAX_SENTENCES + 3));
+        assert_eq!(many.len(), limits::MAX_SENTENCES);
+        assert_eq!(many.last().map(String::as_str), Some("and 4 faults more"));
+    }
 }

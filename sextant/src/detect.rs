@@ -38,7 +38,7 @@ pub struct DetectArguments {
     /// Tag family to look for; may be repeated.
     #[arg(long = "family", value_name = "FAMILY", default_value = "tag36h11")]
     families: Vec<Family>,
-    /// Instead of pictures, a recording (DIR/<camera>/data.csv): writes OUT/<camera>/detections.jsonl, which `replay` takes.
+    /// Instead of pictures, a recording (DIR/CAMERA/data.csv): writes OUT/CAMERA/detections.jsonl, which `replay` takes.
     #[arg(
         long,
         value_name = "DIR",

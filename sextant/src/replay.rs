@@ -35,7 +35,7 @@ With --json and --out, a line on standard output: {\"images\",\"cameras\":[{\"id
 TUM: timestamp tx ty tz qx qy qz qw, as `evo` reads it; of one object only."
 )]
 pub struct ReplayArguments {
-    /// The recording: DIR/<camera>/data.csv with DIR/<camera>/data/*.png (8-bit grey), or DIR/<camera>/detections.jsonl.
+    /// The recording: DIR/CAMERA/data.csv with DIR/CAMERA/data/*.png (8-bit grey), or DIR/CAMERA/detections.jsonl.
     #[arg(value_name = "DIR")]
     recording: PathBuf,
     /// The cameras: a rig file.
