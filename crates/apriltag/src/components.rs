@@ -3,6 +3,7 @@
 //! In: the bit plane. Out: runs with their component, and each component's box and area. Pixels that touch at a corner
 //! are connected. (He, Chao & Suzuki, A run-based two-scan labeling algorithm, IEEE Trans. Image Processing 17, 2008.)
 
+use crate::LabelledRun;
 use crate::bit_plane::BitPlane;
 use crate::kernels::WORD;
 
@@ -49,6 +50,13 @@ impl Component {
     pub(crate) fn middle(&self) -> [f32; 2] {
         let mean = |low: u16, high: u16| (f32::from(low) + f32::from(high)) / 2.0;
         [mean(self.left, self.right - 1), mean(self.top, self.bottom)]
+    }
+
+    /// Corners of the box, clockwise from the top left.
+    pub(crate) fn corners(&self) -> [[f32; 2]; 4] {
+        let [left, right] = [self.left, self.right - 1].map(f32::from);
+        let [top, bottom] = [self.top, self.bottom].map(f32::from);
+        [[left, top], [right, top], [right, bottom], [left, bottom]]
     }
 
     fn absorb(&mut self, other: &Self) {
@@ -167,6 +175,19 @@ impl Components {
         self.row_starts
             .windows(2)
             .map(|ends| &self.runs[ends[0] as usize..ends[1] as usize])
+    }
+
+    /// Every run with the component that it belongs to, after [`Self::flatten`].
+    pub(crate) fn labelled_runs(&self) -> impl Iterator<Item = LabelledRun> {
+        let root = |run: &Run| self.forest.components[run.component as usize].parent;
+        self.rows().zip(0..).flat_map(move |(runs, y)| {
+            runs.iter().map(move |run| LabelledRun {
+                y,
+                start: run.start,
+                end: run.end,
+                component: root(run),
+            })
+        })
     }
 
     /// Points every label directly to its root.

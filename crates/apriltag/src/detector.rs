@@ -93,6 +93,7 @@ impl Detector {
             if !self.is_worth_while(pass) {
                 continue;
             }
+            observer.pass_began(pass);
             self.plane
                 .threshold(image, &self.tiles, pass, &self.kernels);
             observer.stage_ended(Stage::Threshold);
@@ -100,12 +101,13 @@ impl Detector {
             observer.stage_ended(Stage::Components);
             self.outlines
                 .trace(&mut self.components, self.options.min_edge_px);
+            observer.labelled(self.components.labelled_runs());
             observer.stage_ended(Stage::Quads);
             self.read_outlines(image, pass.border, observer);
             observer.stage_ended(Stage::Decode);
         }
         self.drop_doubles();
-        self.locate(image);
+        self.locate(image, observer);
         observer.stage_ended(Stage::Refine);
         &self.detections
     }
@@ -173,7 +175,10 @@ impl Detector {
             let quad = self
                 .quads
                 .around(outline, extents, self.options.min_edge_px);
-            self.report.quads += u32::from(quad.is_ok());
+            if let Ok(quad) = &quad {
+                self.report.quads += 1;
+                observer.quad_found(quad);
+            }
             match quad.and_then(|quad| sight(image, &quad, border, &self.readers, &self.options)) {
                 Ok(sighting) if self.sightings.len() < MAX_SIGHTINGS => {
                     self.sightings.push(sighting)
@@ -181,9 +186,7 @@ impl Detector {
                 Ok(_) => self.report.dropped += 1,
                 Err(reason) => {
                     self.report.rejected[reason as usize] += 1;
-                    if let Ok(quad) = quad {
-                        observer.rejected(reason, &quad);
-                    }
+                    observer.rejected(reason, &quad.unwrap_or(outline.component.corners()));
                 }
             }
         }
@@ -213,11 +216,13 @@ impl Detector {
     }
 
     /// Corners below the pixel for every sighting; detections in order.
-    fn locate(&mut self, image: &Image<'_>) {
+    fn locate(&mut self, image: &Image<'_>, observer: &mut impl Observer) {
         for sighting in &self.sightings {
             let patterns =
                 (self.options.refinement == Refinement::Photometric).then_some(&mut self.patterns);
-            self.detections.push(sighting.refine(image, patterns));
+            let detection = sighting.refine(image, patterns);
+            observer.refined(&sighting.quad, &detection);
+            self.detections.push(detection);
         }
         self.detections.sort_unstable_by(|a, b| {
             let ([ax, ay], [bx, by]) = (a.centre(), b.centre());

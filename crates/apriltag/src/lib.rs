@@ -30,5 +30,5 @@ pub use detection::{Detection, Refinement};
 pub use detector::Detector;
 pub use image::{Image, ImageError};
 pub use options::{Options, OptionsError};
-pub use report::{Observer, Rejection, Report, Stage};
-pub use sextant_tag_families::Family;
+pub use report::{LabelledRun, Level, Observer, Pass, Rejection, Report, Stage};
+pub use sextant_tag_families::{BorderColour, Family};

@@ -2,6 +2,9 @@
 //!
 //! The detector reads no clock. An observer that wants stage times takes the time whenever a stage ends.
 
+use crate::Detection;
+pub use crate::tiles::{Level, Pass};
+
 /// The stages of detection, in their order; the ones from `Threshold` to `Decode` may come again for the second chance.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Stage {
@@ -87,16 +90,51 @@ impl Report {
     }
 }
 
+/// Pixels of the border's colour beside each other in a row.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct LabelledRun {
+    /// Row.
+    pub y: u16,
+    /// First column.
+    pub start: u16,
+    /// One beyond the last column.
+    pub end: u16,
+    /// The component that the run belongs to: a number that no other component of the pass has.
+    pub component: u32,
+}
+
 /// Takes part in a detection without steering it.
+///
+/// A pass over the image begins with [`Self::pass_began`]; what is told until the next one belongs to it.
 pub trait Observer {
     /// A stage has just ended.
     fn stage_ended(&mut self, stage: Stage) {
         let _ = stage;
     }
 
-    /// A candidate was turned down; corners in pixels, in no particular turn.
+    /// A pass begins; the next one uses another threshold.
+    fn pass_began(&mut self, pass: Pass) {
+        let _ = pass;
+    }
+
+    /// All pixels of the border's colour, row after row, by component.
+    fn labelled(&mut self, runs: impl Iterator<Item = LabelledRun>) {
+        let _ = runs;
+    }
+
+    /// A quad was found around a candidate; corners in pixels, clockwise from any.
+    fn quad_found(&mut self, corners: &[[f32; 2]; 4]) {
+        let _ = corners;
+    }
+
+    /// A candidate was turned down; corners of its quad, or of its box where it has none, in pixels, clockwise from any.
     fn rejected(&mut self, reason: Rejection, corners: &[[f32; 2]; 4]) {
         let _ = (reason, corners);
+    }
+
+    /// The corners of a tag were found below the pixel; `before` are those with which it was read, in the same order.
+    fn refined(&mut self, before: &[[f32; 2]; 4], tag: &Detection) {
+        let _ = (before, tag);
     }
 }
 

@@ -12,7 +12,7 @@ use sextant_tag_families::BorderColour;
 
 /// Where between the darkest and the brightest value around a tile the level lies.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Level {
+pub enum Level {
     /// Half way: where black and white are all there is.
     Middle,
     /// Near the dark end: where something brighter than a tag's white stands beside the tag.
@@ -20,11 +20,12 @@ pub(crate) enum Level {
 }
 
 /// One way to tell the pixels of a border from others.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Pass {
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Pass {
     /// Colour of the borders that are looked for.
-    pub(crate) border: BorderColour,
-    pub(crate) level: Level,
+    pub border: BorderColour,
+    /// Where black is parted from white.
+    pub level: Level,
 }
 
 #[derive(Debug, Default)]
