@@ -1,7 +1,7 @@
 //! Recorded images, detections and poses on disk.
 //!
 //! - [`Dataset`], [`CameraRecording`]: folders in the EuRoC ASL layout, `data.csv` with pictures or `detections.jsonl`.
-//! - [`read_grey_png`], [`read_any_png`], [`write_grey_png`]: 8-bit pictures.
+//! - [`read_grey_png`], [`read_any_png`], [`write_grey_png`], [`write_colour_png`]: 8-bit pictures.
 //! - [`DetectionsLine`]: a line of `detections.jsonl`, read and written.
 //! - [`pose_json`], [`pose_tum`]: poses as lines of text.
 //!
@@ -20,5 +20,7 @@ mod poses;
 pub use dataset::{CameraRecording, Dataset, Frame, Row};
 pub use detections::{DetectedTag, DetectionsLine};
 pub use error::RecordingError;
-pub use picture::{GreyImage, read_any_png, read_grey_png, write_grey_png};
+pub use picture::{
+    ColourImage, GreyImage, read_any_png, read_grey_png, write_colour_png, write_grey_png,
+};
 pub use poses::{pose_json, pose_tum};

@@ -20,6 +20,17 @@ pub struct GreyImage {
     pub pixels: Vec<u8>,
 }
 
+/// A colour picture: `3 * width * height` bytes, red, green and blue of each pixel, row after row from the top.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct ColourImage {
+    /// Pixels in a row.
+    pub width: usize,
+    /// Rows.
+    pub height: usize,
+    /// Red, green and blue values.
+    pub pixels: Vec<u8>,
+}
+
 /// Reads a PNG of 8-bit grey: what recordings consist of.
 ///
 /// # Errors
@@ -48,20 +59,39 @@ pub fn read_any_png(path: &Path) -> Result<GreyImage, RecordingError> {
 /// # Errors
 /// What the system refuses, and a picture whose size and pixels disagree.
 pub fn write_grey_png(path: &Path, image: &GreyImage) -> Result<(), RecordingError> {
+    let size = [image.width, image.height];
+    write_png(path, size, ColorType::Grayscale, &image.pixels)
+}
+
+/// Writes a PNG of 8-bit colour, like [`write_grey_png`].
+///
+/// # Errors
+/// What the system refuses, and a picture whose size and pixels disagree.
+pub fn write_colour_png(path: &Path, image: &ColourImage) -> Result<(), RecordingError> {
+    let size = [image.width, image.height];
+    write_png(path, size, ColorType::Rgb, &image.pixels)
+}
+
+fn write_png(
+    path: &Path,
+    size: [usize; 2],
+    colour: ColorType,
+    bytes: &[u8],
+) -> Result<(), RecordingError> {
     let unwritable = |source| RecordingError::Unreadable {
         path: path.to_owned(),
         source,
         remedy: "check the folder and the space on the disk",
     };
-    let size_of = |length: usize| u32::try_from(length).unwrap_or(u32::MAX);
+    let [width, height] = size.map(|length| u32::try_from(length).unwrap_or(u32::MAX));
     let mut sink = BufWriter::new(File::create(path).map_err(unwritable)?);
-    let mut encoder = png::Encoder::new(&mut sink, size_of(image.width), size_of(image.height));
-    encoder.set_color(ColorType::Grayscale);
+    let mut encoder = png::Encoder::new(&mut sink, width, height);
+    encoder.set_color(colour);
     encoder.set_depth(BitDepth::Eight);
     encoder.set_compression(png::Compression::Fast);
     let written = encoder
         .write_header()
-        .and_then(|mut writer| writer.write_image_data(&image.pixels));
+        .and_then(|mut writer| writer.write_image_data(bytes));
     written.map_err(|error| RecordingError::wrong(path, None, error.to_string(), "report this"))?;
     sink.flush().map_err(unwritable)
 }
