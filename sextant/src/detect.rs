@@ -1,13 +1,14 @@
 //! `sextant detect`: tags in pictures.
 
 mod dataset;
+mod explain;
 mod print;
 mod sight;
 
 use crate::ordered::in_order;
 use crate::output::{Format, print_line};
 use anyhow::bail;
-use clap::Args;
+use clap::{ArgGroup, Args};
 use sextant_apriltag::{Detector, Options};
 use sextant_process::{Exit, Failure, WithExit};
 use sextant_tag_families::Family;
@@ -19,15 +20,21 @@ pub use sight::{detected_tags, image_of};
 
 /// What a person may choose of `detect`.
 #[derive(Args, Debug)]
+#[command(group = ArgGroup::new("written").args(["dataset", "explain"]))]
 #[command(after_help = "With --json, a line an image:
   {\"file\",\"ms\",\"detections\":[{\"family\",\"id\",\"hamming\",\"margin\",\"corners\":[[x,y]x4]}]}
 Corners run from the top left clockwise, pixels, (0, 0) at the centre of the top-left one. `ms` is the time of the detection
 alone, without reading the file: of one run, or with --reps N the median of N runs after one that does not count.
 
-A picture that cannot be read is complained about on standard error; the others are still done, then the exit code is 3.")]
+A picture that cannot be read is complained about on standard error; the others are still done, then the exit code is 3.
+
+--explain IMAGE --out DIR makes DIR and in it, numbered by stage and with a legend each: which pixels have the border's colour,
+for each pass over the image (1-threshold-PASS.png); their components (2-components-PASS.png); the quads around them
+(3-quads.png); those that were no tag, in a colour a reason (4-rejected.png); each tag's corners before and after the fit, close
+up (5-corners.png); the tags (6-tags.png); and report.json with counts and times of the stages.")]
 pub struct DetectArguments {
     /// Pictures (PNG of 8 bits, grey or colour); `-` takes paths from standard input, one a line.
-    #[arg(value_name = "IMAGE", required_unless_present = "dataset")]
+    #[arg(value_name = "IMAGE", required_unless_present = "written")]
     images: Vec<PathBuf>,
     /// Threads that work on different pictures at the same time.
     #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u8).range(1..=64))]
@@ -47,8 +54,16 @@ pub struct DetectArguments {
         conflicts_with = "reps"
     )]
     dataset: Option<PathBuf>,
-    /// Where --dataset writes to; may be DIR itself.
-    #[arg(long, value_name = "OUT", requires = "dataset")]
+    /// Instead of pictures, one picture whose detection is to be drawn stage by stage into the folder OUT.
+    #[arg(
+        long,
+        value_name = "IMAGE",
+        conflicts_with = "images",
+        requires = "out"
+    )]
+    explain: Option<PathBuf>,
+    /// Where --dataset and --explain write to; for --dataset it may be DIR itself.
+    #[arg(long, value_name = "OUT", requires = "written")]
     out: Option<PathBuf>,
 }
 
@@ -64,8 +79,12 @@ pub fn run(arguments: &DetectArguments, format: Format) -> anyhow::Result<()> {
     // Made once here, so that making it for each thread cannot fail any more.
     Detector::new(options.clone()).exit_with(Exit::Usage)?;
     let threads = usize::from(arguments.threads);
-    match (&arguments.dataset, &arguments.out) {
-        (Some(dataset), Some(out)) => dataset::write_detections(dataset, out, threads, &options),
+    match (&arguments.dataset, &arguments.explain, &arguments.out) {
+        (Some(dataset), _, Some(out)) => dataset::write_detections(dataset, out, threads, &options),
+        (_, Some(picture), Some(out)) => {
+            let sight = explain::explain(picture, out, &options, arguments.reps)?;
+            Ok(print_line(&print::of(&sight, format))?)
+        }
         _ => detect_each(arguments, threads, &options, format),
     }
 }

@@ -4,9 +4,12 @@
 mod recording;
 
 use recording::{Recording, refused, sextant, stdout};
+use serde_json::Value;
+use sextant_recordings::read_any_png;
 use std::fs;
 use std::io::{BufRead, BufReader};
 use std::net::TcpListener;
+use std::path::Path;
 use std::process::Stdio;
 
 const KINDS: [&str; 5] = ["rig", "object", "camera", "fusion", "viewer"];
@@ -114,6 +117,63 @@ fn a_reader_that_goes_away_ends_the_program_quietly() {
     let output = child.wait_with_output().unwrap();
     feeder.join().unwrap();
     assert_eq!((output.status.code(), output.stderr), (Some(0), vec![]));
+}
+
+#[test]
+fn explain_draws_every_stage() {
+    let recording = Recording::new(1);
+    let picture =
+        recording::files_below(&recording.path(recording.camera(0)).join("data"))[0].clone();
+    let out = recording.path("made/for/it");
+    let explain = |picture: &Path, out: &Path| {
+        let mut command = sextant();
+        command.args(["detect", "--json", "--explain"]).arg(picture);
+        command.arg("--out").arg(out).output().unwrap()
+    };
+    let said: Value = serde_json::from_str(&stdout(&explain(&picture, &out))).unwrap();
+    for name in [
+        "1-threshold-black.png",
+        "2-components-black.png",
+        "3-quads.png",
+        "4-rejected.png",
+        "5-corners.png",
+        "6-tags.png",
+    ] {
+        read_any_png(&out.join(name)).unwrap();
+    }
+    let report: Value =
+        serde_json::from_str(&fs::read_to_string(out.join("report.json")).unwrap()).unwrap();
+    let tags = said["detections"].as_array().unwrap();
+    assert!(!tags.is_empty());
+    assert_eq!(report["detections"], said["detections"]);
+    assert_eq!(report["counts"]["detections"], tags.len());
+    let stages = report["stages"].as_array().unwrap();
+    assert_eq!((stages.len(), &stages[0]["stage"]), (6, &"tiles".into()));
+    let quads = report["counts"]["quads"].as_u64().unwrap();
+    assert!(quads >= tags.len() as u64);
+
+    let nowhere = recording.path("not-made");
+    refused(
+        &explain(&recording.path("rig.toml"), &nowhere),
+        3,
+        "no sound PNG",
+    );
+    refused(
+        &explain(&recording.path("absent.png"), &nowhere),
+        3,
+        "no such file",
+    );
+    assert!(!nowhere.exists());
+    refused(
+        &explain(&picture, &picture),
+        3,
+        "no folder can be made there",
+    );
+    let without_out = sextant()
+        .args(["detect", "--explain"])
+        .arg(&picture)
+        .output();
+    refused(&without_out.unwrap(), 2, "--out");
 }
 
 #[test]

@@ -14,8 +14,9 @@ struct Line<'a> {
     detections: Vec<TagLine>,
 }
 
+/// A tag as JSON has it.
 #[derive(Serialize)]
-struct TagLine {
+pub struct TagLine {
     family: Family,
     id: u32,
     hamming: u8,
