@@ -23,7 +23,7 @@ const FLOORS: &[&[&str]] = &[
     ],
     &["node-camera", "node-fusion", "node-viewer-bridge"],
     &["sextant"],
-    &["system-tests", "xtask"],
+    &["system-tests", "sextant-benches", "xtask"],
 ];
 
 /// Packages that a floor's code must never see, whatever the floor: (package, forbidden external crates).

@@ -175,3 +175,16 @@ pub fn cross() -> Result<(), String> {
         )
     })
 }
+
+pub fn bench() -> Result<(), String> {
+    run(
+        "cargo",
+        &[
+            "bench",
+            "--package",
+            "sextant-benches",
+            "--features",
+            "peer",
+        ],
+    )
+}

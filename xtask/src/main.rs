@@ -50,6 +50,11 @@ const CHORES: &[(&str, &str, Chore)] = &[
         "the camera node compiles for the boards' processors",
         chores::cross,
     ),
+    (
+        "bench",
+        "what detection costs on this machine, beside AprilTag's own detector in C",
+        chores::bench,
+    ),
 ];
 
 fn test() -> Result<(), String> {
