@@ -185,6 +185,8 @@ pub fn bench() -> Result<(), String> {
             "sextant-benches",
             "--features",
             "peer",
+            "--bench",
+            "detector",
         ],
     )
 }
