@@ -9,7 +9,7 @@ pub(super) const LANES: usize = FLOATS;
 pub(super) type Lanes = [f32; LANES];
 
 /// Pixels beside each other whose residuals are looked at together.
-pub(super) const GROUP: usize = 8;
+pub(super) const GROUP: usize = 16;
 
 /// Such groups in a block.
 pub(super) const GROUPS: usize = LANES / GROUP;

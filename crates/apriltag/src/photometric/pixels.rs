@@ -12,7 +12,7 @@ use crate::quad::{Point, Quad, twice_area};
 pub(super) const MAX_PIXELS: usize = 28 * LANES;
 
 /// A patch of pixels of a small tag: as many as have their residuals looked at together.
-const PATCH_ROWS: usize = 2;
+const PATCH_ROWS: usize = 4;
 const PATCH_COLUMNS: usize = GROUP / PATCH_ROWS;
 
 /// Blur at which pixels a pixel apart across an edge see all of it that matters.
