@@ -9,7 +9,7 @@ use crate::Image;
 use crate::quad::{Point, Quad, twice_area};
 
 /// Most pixels of a tag: enough for about two thirds of the accuracy that all pixels of a tag of 60 px would give.
-pub(super) const MAX_PIXELS: usize = 28 * LANES;
+pub(super) const MAX_PIXELS: usize = 32 * LANES;
 
 /// A patch of pixels of a small tag: as many as have their residuals looked at together.
 const PATCH_ROWS: usize = 4;
@@ -59,7 +59,7 @@ pub(super) struct Pixels {
     /// Ends of the pattern's edges in the image.
     edges: Vec<[Point; 2]>,
     /// Whether the next place on an edge gets four pixels or two.
-    wide: bool,
+    wide: u32,
     /// Distance between the pixels taken across an edge: one, or more where blur spreads the edge.
     spacing_px: f32,
 }
@@ -71,7 +71,7 @@ impl Default for Pixels {
             n: 0,
             reach: 1.0,
             edges: Vec::with_capacity(2 * CROSSINGS),
-            wide: false,
+            wide: 0,
             spacing_px: 1.0,
         }
     }
@@ -194,7 +194,7 @@ impl Pixels {
     /// Pixels beside every edge between black and white, at even distances along it.
     fn take_edges(&mut self, view: &View<'_>, pattern: &BlurredPattern, state: &State) {
         let project = |[u, v]: Point| state.homography.apply(u, v);
-        self.wide = false;
+        self.wide = 0;
         self.edges.clear();
         self.edges
             .extend(pattern.edges().map(|ends| ends.map(project)));
@@ -224,12 +224,12 @@ impl Pixels {
                 let row = (y + 0.5).floor();
                 (row, x + (row - y) * slope)
             };
-            let asides = if self.wide {
+            let asides = if self.wide == 0 {
                 &ASIDES[..]
             } else {
                 &ASIDES[1..3]
             };
-            self.wide = !self.wide;
+            self.wide = (self.wide + 1) % WIDE_EVERY;
             for aside in asides {
                 let at = across + aside * self.spacing_px + 0.5;
                 let (x, y) = if flat { (fixed, at) } else { (at, fixed) };
@@ -247,7 +247,10 @@ impl Pixels {
 const ASIDES: [f32; 4] = [-1.5, -0.5, 0.5, 1.5];
 
 /// Pixels taken at a place, on average.
-const PIXELS_ACROSS: f32 = 3.0;
+const PIXELS_ACROSS: f32 = 2.0 + 2.0 / WIDE_EVERY as f32;
+
+/// Every so many places are looked at farther to either side.
+const WIDE_EVERY: u32 = 3;
 
 /// Columns or rows that an edge passes, whichever are more.
 fn steps_between(a: Point, b: Point) -> f32 {
