@@ -22,8 +22,8 @@ use crate::kernels::Kernels;
 use crate::quad::Quad;
 use crate::reading::Reading;
 use blurred_pattern::{BlurredPattern, Optics};
-use normal_equations::{Equations, Factor, Rows};
 use lanes::{LANES, lane};
+use normal_equations::{Equations, Factor, Rows};
 use pixels::{Block, Pixels, weights};
 use state::{Inverse, State};
 
@@ -89,12 +89,18 @@ impl PatternFitter {
         let pattern = BlurredPattern::new(reading.family, reading.found.id);
         let mut state = State::start(&edges.quad, reading)?;
         self.pixels.choose(image, &pattern, &state);
-        self.step(&pattern, &mut state, self.pixels.first_stride(), START_SCALE)?;
+        self.step(
+            &pattern,
+            &mut state,
+            self.pixels.first_stride(),
+            START_SCALE,
+        )?;
         if state.blur_px() > STRONG_BLUR_PX {
             self.pixels.choose(image, &pattern, &state);
         }
         let factor = self.settle(&pattern, &mut state)?;
-        let covariance = state.corner_covariances(&self.equations.covariance(&factor, &self.kernels));
+        let covariance =
+            state.corner_covariances(&self.equations.covariance(&factor, &self.kernels));
         let share = mean_variance(&covariance) / mean_variance(&edges.covariance);
         let linear = state.gain.abs() < MOST_GAIN + 2.0 * self.equations.gain_sigma(&factor);
         let surer = share < FAR_SURER || share < SURER && linear;

@@ -49,11 +49,7 @@ fn products(blocks: &[Column], n: usize, at: [usize; 2]) -> [[f32; PRODUCTS]; PR
 }
 
 #[target_feature(enable = "avx2,fma")]
-fn products_fma(
-    blocks: &[Column],
-    n: usize,
-    [i, j]: [usize; 2],
-) -> [[f32; PRODUCTS]; PRODUCTS] {
+fn products_fma(blocks: &[Column], n: usize, [i, j]: [usize; 2]) -> [[f32; PRODUCTS]; PRODUCTS] {
     const LANES: usize = 8;
     let mut sums = [[_mm256_setzero_ps(); PRODUCTS]; PRODUCTS];
     for block in blocks.chunks_exact(n) {
