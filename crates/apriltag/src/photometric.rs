@@ -10,6 +10,11 @@
 //! Baker & Matthews, Lucas-Kanade 20 years on, IJCV 2004.) The parameters' covariance is that of least squares, made
 //! larger where residuals beside each other agree, which noise would not.
 
+#![allow(
+    clippy::needless_range_loop,
+    reason = "loops over lanes of many arrays, which zipped would not say what they do"
+)]
+
 mod blurred_pattern;
 mod lanes;
 mod normal_equations;
