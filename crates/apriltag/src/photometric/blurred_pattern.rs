@@ -174,8 +174,9 @@ impl BlurredPattern {
         places: &Places,
         optics: &Optics,
     ) -> Coverage {
-        let columns = self.crossings::<EDGES>(&places.u, &places.u_px, &optics.u);
-        let rows = self.crossings::<EDGES>(&places.v, &places.v_px, &optics.v);
+        let (mut columns, mut rows) = (Crossings::<EDGES>::NONE, Crossings::<EDGES>::NONE);
+        self.cross(&places.u, &places.u_px, &optics.u, &mut columns);
+        self.cross(&places.v, &places.v_px, &optics.v, &mut rows);
         let modules: [u32; LANES] =
             std::array::from_fn(|i| self.window::<MODULES>(columns.first[i], rows.first[i]));
         let covariance = optics.covariance;
@@ -243,21 +244,21 @@ impl BlurredPattern {
 
     /// The edges nearest to places along one axis.
     #[inline(always)]
-    fn crossings<const EDGES: usize>(
+    fn cross<const EDGES: usize>(
         &self,
         along: &Lanes,
         unit_px: &Lanes,
         table: &EdgeTable,
-    ) -> Crossings<EDGES> {
+        crossings: &mut Crossings<EDGES>,
+    ) {
         // The edges at either side of the place, or two at either side: for two the nearest one and the next.
         let before = (EDGES / 2) as f32 - 0.5;
         let half = self.half_border;
-        let (mut first, mut distances, mut knots) =
-            ([0; LANES], [[0.0; LANES]; EDGES], [[0; LANES]; EDGES]);
+        let (mut distances, mut knots) = ([[0.0; LANES]; EDGES], [[0; LANES]; EDGES]);
         for i in 0..LANES {
             let place = along[i] * half + self.middle;
             let first_edge = nearest((place - before).clamp(1.0, (SIZE - EDGES) as f32));
-            first[i] = first_edge.wrapping_sub(1);
+            crossings.first[i] = first_edge.wrapping_sub(1);
             let away = place - first_edge as i32 as f32;
             for k in 0..EDGES {
                 let px = (away - k as f32) * unit_px[i] / half;
@@ -267,9 +268,8 @@ impl BlurredPattern {
                 distances[k][i] = (at + KNOTS as f32 - knot as i32 as f32) / table.knots_per_px;
             }
         }
-        Crossings {
-            first,
-            edges: std::array::from_fn(|k| table.at(&knots[k], &distances[k])),
+        for (k, edge) in crossings.edges.iter_mut().enumerate() {
+            table.look_up(&knots[k], &distances[k], edge);
         }
     }
 }
@@ -279,6 +279,17 @@ struct Crossings<const EDGES: usize> {
     /// Module before the first edge.
     first: [u32; LANES],
     edges: [Edge<Lanes>; EDGES],
+}
+
+impl<const EDGES: usize> Crossings<EDGES> {
+    const NONE: Self = Self {
+        first: [0; LANES],
+        edges: [Edge {
+            share: [0.0; LANES],
+            density: [0.0; LANES],
+            spread: [0.0; LANES],
+        }; EDGES],
+    };
 }
 
 /// Share of the blur that lies beyond an edge, and the first and half the second derivative of that with the distance, per
@@ -344,12 +355,7 @@ impl EdgeTable {
 
     /// At knots and pixels beyond each: by the first terms of Taylor's series.
     #[inline(always)]
-    fn at(&self, knots: &[u32; LANES], beyond: &Lanes) -> Edge<Lanes> {
-        let mut edge = Edge {
-            share: [0.0; LANES],
-            density: [0.0; LANES],
-            spread: [0.0; LANES],
-        };
+    fn look_up(&self, knots: &[u32; LANES], beyond: &Lanes, edge: &mut Edge<Lanes>) {
         for i in 0..LANES {
             let knot = &self.knots[knots[i] as usize % ENTRIES];
             edge.share[i] = knot.share;
@@ -361,7 +367,6 @@ impl EdgeTable {
             edge.share[i] += t * (edge.density[i] + t * spread);
             edge.density[i] += 2.0 * t * spread;
         }
-        edge
     }
 }
 

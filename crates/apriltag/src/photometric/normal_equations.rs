@@ -241,16 +241,23 @@ fn lower_half(columns: &[Columns], kernels: &Kernels) -> Matrix {
 /// J^T r.
 #[inline(always)]
 fn right(columns: &[Columns], residuals: &[Lanes]) -> Vector {
-    std::array::from_fn(|i| {
-        let mut sums = [0.0; LANES];
-        for (columns, residuals) in columns.iter().zip(residuals) {
-            for lane in 0..LANES {
-                sums[lane] += columns[i][lane] * residuals[lane];
+    let mut sums = [[0.0; VECTOR]; PARAMETERS];
+    for (columns, residuals) in columns.iter().zip(residuals) {
+        for (sums, column) in sums.iter_mut().zip(columns) {
+            let mut sum = *sums;
+            for first in (0..LANES).step_by(VECTOR) {
+                for lane in 0..VECTOR {
+                    sum[lane] += column[first + lane] * residuals[first + lane];
+                }
             }
+            *sums = sum;
         }
-        sums.iter().sum()
-    })
+    }
+    sums.map(|sums| sums.iter().sum())
 }
+
+/// Floats that are added up side by side.
+const VECTOR: usize = 8;
 
 /// Of a symmetric matrix and one given by its lower half.
 fn trace_of_product(a: &Matrix, lower: &Matrix) -> f32 {
