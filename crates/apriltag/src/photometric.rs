@@ -45,7 +45,7 @@ const SETTLED_PX: f32 = 0.03;
 /// Share of the edges' variance below which the pattern's must be, so that its corners are taken. A third would be no more
 /// than the edges' own, as these are lines through a few places; where the picture is not what the model says, the
 /// pattern is hardly surer, and its corners would not agree with those of tags beside it that the edges tell.
-const SURER: f32 = 0.17;
+const SURER: f32 = 0.15;
 
 /// The same where the gain is not to be asked: where blur leaves the edges hardly anything to go by.
 const FAR_SURER: f32 = 0.04;
