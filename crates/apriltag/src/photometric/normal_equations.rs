@@ -203,15 +203,26 @@ fn gather(columns: &[Columns], residuals: &[Lanes], pulls: &mut [Columns]) {
     for (block, (columns, residuals)) in columns.iter().zip(residuals).enumerate() {
         let (pulls, first) = (&mut pulls[block / GROUP], block % GROUP * GROUPS);
         for (pull, column) in pulls.iter_mut().zip(columns) {
-            let mut sums = [0.0; GROUPS];
-            for lane in (0..LANES).step_by(GROUPS) {
-                for (group, sum) in sums.iter_mut().enumerate() {
-                    *sum += residuals[lane + group] * column[lane + group];
-                }
+            let mut products = [0.0; LANES];
+            for lane in 0..LANES {
+                products[lane] = residuals[lane] * column[lane];
             }
-            pull[first..first + GROUPS].copy_from_slice(&sums);
+            pull[first..first + GROUPS].copy_from_slice(&sums_of_groups(products));
         }
     }
+}
+
+/// A group's lanes lie a whole number of groups apart.
+#[inline(always)]
+fn sums_of_groups(mut values: Lanes) -> [f32; GROUPS] {
+    let mut half = LANES / 2;
+    while half >= GROUPS {
+        for lane in 0..half {
+            values[lane] += values[lane + half];
+        }
+        half /= 2;
+    }
+    std::array::from_fn(|group| values[group])
 }
 
 fn sum_of_squares(blocks: &[Lanes]) -> f32 {
@@ -241,23 +252,16 @@ fn lower_half(columns: &[Columns], kernels: &Kernels) -> Matrix {
 /// J^T r.
 #[inline(always)]
 fn right(columns: &[Columns], residuals: &[Lanes]) -> Vector {
-    let mut sums = [[0.0; VECTOR]; PARAMETERS];
+    let mut sums = [[0.0; LANES]; PARAMETERS];
     for (columns, residuals) in columns.iter().zip(residuals) {
         for (sums, column) in sums.iter_mut().zip(columns) {
-            let mut sum = *sums;
-            for first in (0..LANES).step_by(VECTOR) {
-                for lane in 0..VECTOR {
-                    sum[lane] += column[first + lane] * residuals[first + lane];
-                }
+            for lane in 0..LANES {
+                sums[lane] += column[lane] * residuals[lane];
             }
-            *sums = sum;
         }
     }
     sums.map(|sums| sums.iter().sum())
 }
-
-/// Floats that are added up side by side.
-const VECTOR: usize = 8;
 
 /// Of a symmetric matrix and one given by its lower half.
 fn trace_of_product(a: &Matrix, lower: &Matrix) -> f32 {
