@@ -1,4 +1,4 @@
-//! The two loops that touch every pixel, once an instruction set.
+//! The loops that take most of the time, once an instruction set.
 //!
 //! [`scalar`] says what is meant; the others give the same bytes faster. Dispatch happens here and only here.
 
@@ -17,8 +17,16 @@ pub(crate) const WORD: usize = 64;
 /// Tiles in a word of the bit plane.
 pub(crate) const TILES_IN_WORD: usize = WORD / TILE;
 
+/// Floats in a block of a column: a few vectors of any instruction set.
+pub(crate) const FLOATS: usize = 32;
+
+pub(crate) type Column = [f32; FLOATS];
+
+/// Columns that are multiplied with as many others at a time, so that what is loaded serves several products.
+pub(crate) const PRODUCTS: usize = 3;
+
 type TileExtrema = fn(rows: [&[u8]; TILE], darkest: &mut [u8], brightest: &mut [u8]);
-type Dot = fn(a: &[f32], b: &[f32]) -> f32;
+type Products = fn(blocks: &[Column], n: usize, at: [usize; 2]) -> [[f32; PRODUCTS]; PRODUCTS];
 type ThresholdWords = fn(row: &[u8], levels: &[u8], words: &mut [u64]);
 
 /// One set of kernels.
@@ -26,14 +34,25 @@ type ThresholdWords = fn(row: &[u8], levels: &[u8], words: &mut [u64]);
 pub(crate) struct Kernels {
     extrema: TileExtrema,
     threshold: ThresholdWords,
-    dot: Dot,
+    products: Products,
+    vectors: Vectors,
+}
+
+/// Vector instructions that plain loops may be compiled to.
+#[derive(Clone, Copy, Debug)]
+enum Vectors {
+    /// Those that every processor of the target has.
+    Usual,
+    #[cfg(target_arch = "x86_64")]
+    Avx2(avx2::Detected),
 }
 
 impl Kernels {
     pub(crate) const SCALAR: Self = Self {
         extrema: scalar::tile_extrema,
         threshold: scalar::threshold_words,
-        dot: scalar::dot,
+        products: scalar::products,
+        vectors: Vectors::Usual,
     };
 
     /// The fastest that this processor can run.
@@ -57,9 +76,25 @@ impl Kernels {
         (self.extrema)(rows, &mut darkest[..n_tiles], &mut brightest[..n_tiles]);
     }
 
-    /// Sum of products of two equally long slices.
-    pub(crate) fn dot(&self, a: &[f32], b: &[f32]) -> f32 {
-        (self.dot)(a, b)
+    /// Runs a loop, compiled for the best vectors that there are, as far as it is inlined.
+    #[inline(always)]
+    pub(crate) fn run<T>(&self, work: impl FnOnce() -> T) -> T {
+        match self.vectors {
+            Vectors::Usual => work(),
+            #[cfg(target_arch = "x86_64")]
+            Vectors::Avx2(detected) => detected.run(work),
+        }
+    }
+
+    /// Of blocks of `n` columns each, the sums of products of each of three columns with each of three others, given the
+    /// first of either.
+    pub(crate) fn products(
+        &self,
+        blocks: &[Column],
+        n: usize,
+        at: [usize; 2],
+    ) -> [[f32; PRODUCTS]; PRODUCTS] {
+        (self.products)(blocks, n, at)
     }
 
     /// One bit a pixel, the least significant leftmost: set where the pixel is below its tile's level.
@@ -125,10 +160,16 @@ mod tests {
 
         #[test]
         fn fast_sums_of_products_equal_the_scalar_ones_but_for_rounding(
-            pairs in prop::collection::vec((-1.0_f32..1.0, -1.0_f32..1.0), 0..300),
+            n_blocks in 0_usize..4,
+            values in prop::collection::vec(-1.0_f32..1.0, 4 * 7 * FLOATS),
+            at in [0_usize..5, 0_usize..5],
         ) {
-            let (a, b): (Vec<f32>, Vec<f32>) = pairs.into_iter().unzip();
-            prop_assert!((Kernels::fastest().dot(&a, &b) - Kernels::SCALAR.dot(&a, &b)).abs() < 1e-4);
+            let blocks = &values.as_chunks::<FLOATS>().0[..n_blocks * 7];
+            let fast = Kernels::fastest().products(blocks, 7, at);
+            let scalar = Kernels::SCALAR.products(blocks, 7, at);
+            for (a, b) in fast.as_flattened().iter().zip(scalar.as_flattened()) {
+                prop_assert!((a - b).abs() < 1e-4);
+            }
         }
 
         #[test]

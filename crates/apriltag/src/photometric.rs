@@ -10,7 +10,13 @@
 //! Baker & Matthews, Lucas-Kanade 20 years on, IJCV 2004.) The parameters' covariance is that of least squares, made
 //! larger where residuals beside each other agree, which noise would not.
 
+#![allow(
+    clippy::needless_range_loop,
+    reason = "loops over lanes of many arrays, which zipped would not say what they do"
+)]
+
 mod blurred_pattern;
+mod lanes;
 mod normal_equations;
 mod pixels;
 mod state;
@@ -21,9 +27,10 @@ use crate::kernels::Kernels;
 use crate::quad::Quad;
 use crate::reading::Reading;
 use blurred_pattern::{BlurredPattern, Optics};
-use normal_equations::{Equations, Factor};
-use pixels::Pixels;
-use state::State;
+use lanes::{LANES, lane};
+use normal_equations::{Equations, Factor, Rows};
+use pixels::{Block, Pixels, weights};
+use state::{Inverse, State};
 
 /// Blur for which the pixels are chosen anew, in pixels.
 const STRONG_BLUR_PX: f32 = 1.0;
@@ -38,7 +45,7 @@ const SETTLED_PX: f32 = 0.03;
 /// Share of the edges' variance below which the pattern's must be, so that its corners are taken. A third would be no more
 /// than the edges' own, as these are lines through a few places; where the picture is not what the model says, the
 /// pattern is hardly surer, and its corners would not agree with those of tags beside it that the edges tell.
-const SURER: f32 = 0.17;
+const SURER: f32 = 0.15;
 
 /// The same where the gain is not to be asked: where blur leaves the edges hardly anything to go by.
 const FAR_SURER: f32 = 0.04;
@@ -87,12 +94,18 @@ impl PatternFitter {
         let pattern = BlurredPattern::new(reading.family, reading.found.id);
         let mut state = State::start(&edges.quad, reading)?;
         self.pixels.choose(image, &pattern, &state);
-        self.step(&pattern, &mut state, self.pixels.quarter(), START_SCALE)?;
+        self.step(
+            &pattern,
+            &mut state,
+            self.pixels.first_stride(),
+            START_SCALE,
+        )?;
         if state.blur_px() > STRONG_BLUR_PX {
             self.pixels.choose(image, &pattern, &state);
         }
         let factor = self.settle(&pattern, &mut state)?;
-        let covariance = state.corner_covariances(&self.equations.covariance(&factor));
+        let covariance =
+            state.corner_covariances(&self.equations.covariance(&factor, &self.kernels));
         let share = mean_variance(&covariance) / mean_variance(&edges.covariance);
         let linear = state.gain.abs() < MOST_GAIN + 2.0 * self.equations.gain_sigma(&factor);
         let surer = share < FAR_SURER || share < SURER && linear;
@@ -108,7 +121,7 @@ impl PatternFitter {
         let mut settled = None;
         for _ in 0..MAX_STEPS {
             let scale = (self.equations.residual_scale() / state.contrast()).max(MODEL_SCALE);
-            let (factor, motion) = self.step(pattern, state, self.pixels.len(), scale)?;
+            let (factor, motion) = self.step(pattern, state, 1, scale)?;
             settled = Some(factor);
             if motion < SETTLED_PX {
                 break;
@@ -117,47 +130,87 @@ impl PatternFitter {
         settled
     }
 
-    /// One Gauss-Newton step with the first `n` pixels, those straying by more than a share of the contrast counting less;
+    /// One Gauss-Newton step with every so many blocks of pixels, those straying by more than a share of the contrast counting less;
     /// the residuals are left as they should be after the step. Returns how far it moved a corner, in pixels.
     fn step(
         &mut self,
         pattern: &BlurredPattern,
         state: &mut State,
-        n: usize,
+        stride: usize,
         scale: f32,
     ) -> Option<(Factor, f32)> {
-        self.linearise(pattern, state, n, scale * state.contrast())?;
-        let factor = self.equations.factorise(&self.kernels)?;
-        let step = factor.solve(&self.equations.right(&self.kernels));
+        self.linearise(pattern, state, stride, scale * state.contrast())?;
+        let factor = self.equations.factorise()?;
+        let step = factor.solve(&self.equations.right());
         state.step(&step)?;
-        self.equations.take_step(&step);
+        self.equations.take_step(&step, &self.kernels);
         Some((factor, state.corner_motion(&step)))
     }
 
-    /// Derivatives and residuals of the first `n` pixels; those that stray by more than `scale` allows count less.
+    /// Derivatives and residuals of every so many blocks of pixels; those that stray by more than `scale` allows count less.
     fn linearise(
         &mut self,
         pattern: &BlurredPattern,
         state: &State,
-        n: usize,
+        stride: usize,
         scale: f32,
     ) -> Option<()> {
-        let (inverse, optics) = (state.inverse()?, Optics::of(state, pattern));
-        self.equations.clear();
-        for pixel in &self.pixels[..n] {
-            let place = inverse.place(pixel.point);
-            let coverage = pattern.at(&place, &optics);
-            let (jacobian, grey) = state.linearise(&place, &coverage, pixel.point);
-            let weight = pixel.weight(grey, scale);
-            self.equations.push(
-                &jacobian,
-                pixel.grey - grey,
-                weight,
-                pattern.nearest_crossing(&place),
-            );
-        }
+        let model = Model {
+            pattern,
+            state,
+            reach: self.pixels.reach,
+            inverse: state.inverse()?,
+            optics: Optics::of(state, pattern),
+        };
+        let (blocks, equations) = (self.pixels.blocks().step_by(stride), &mut self.equations);
+        equations.clear();
+        self.kernels.run(
+            #[inline(always)]
+            || {
+                for (block, n) in blocks {
+                    if let Some(rows) = equations.next() {
+                        model.linearise(block, n, scale, rows);
+                    }
+                }
+            },
+        );
+        self.equations.multiply(&self.kernels);
         self.equations.add_priors(state);
         self.equations.is_determined().then_some(())
+    }
+}
+
+/// What pixels should show.
+struct Model<'a> {
+    pattern: &'a BlurredPattern,
+    state: &'a State,
+    /// Places farther from the square's middle count nothing.
+    reach: f32,
+    inverse: Inverse,
+    optics: Optics,
+}
+
+impl Model<'_> {
+    /// The rows of the block's first `n` pixels.
+    #[inline(always)]
+    fn linearise(&self, block: &Block, n: usize, scale: f32, rows: Rows<'_>) {
+        let places = self.inverse.places(&block.x, &block.y);
+        let coverage = self.pattern.at(&places, &self.optics);
+        let greys = self.state.greys(&places, &coverage);
+        let weights = weights(&block.grey, &greys, scale);
+        for i in 0..LANES {
+            let within = places.u[i].abs().max(places.v[i].abs()) <= self.reach;
+            rows.roots[i] = if within { weights[i].sqrt() } else { 0.0 };
+        }
+        for lane in (n..LANES).map(lane) {
+            rows.roots[lane] = 0.0;
+        }
+        for i in 0..LANES {
+            rows.residuals[i] = rows.roots[i] * (block.grey[i] - greys[i]);
+        }
+        let pixels = (&block.x, &block.y);
+        self.state
+            .derivatives(&places, &coverage, pixels, rows.roots, rows.columns);
     }
 }
 

@@ -49,50 +49,95 @@ impl Reader {
         self.data.border
     }
 
-    pub(crate) fn read(&self, image: &Image<'_>, quad: &Quad) -> Result<Reading, Rejection> {
-        let mut modules = Modules::new(image, quad, self.data).ok_or(Rejection::Shape)?;
+    pub(crate) fn read(&self, image: &Image<'_>, quad: &Quad) -> Result<Reading, Unread> {
+        let mut modules =
+            Modules::new(image, quad, self.data).ok_or(Unread::hopeless(Rejection::Shape))?;
         modules.sample_rings(self.data);
         let thresholds = modules
             .thresholds(self.data)
-            .ok_or(Rejection::FaintBorder)?;
-        let Thresholds { black, white, .. } = thresholds;
-        if white - black < self.min_contrast || !modules.rings_agree(self.data, &thresholds) {
-            return Err(Rejection::FaintBorder);
+            .ok_or(Unread::hopeless(Rejection::FaintBorder))?;
+        let contrast = thresholds.contrast();
+        if contrast < self.min_contrast {
+            return Err(Unread {
+                reason: Rejection::FaintBorder,
+                hopeful: contrast > NEARLY * self.min_contrast,
+            });
         }
-        modules.sample_bits(self.data).ok_or(Rejection::NoCode)?;
+        if !modules.rings_agree(self.data, &thresholds) {
+            return Err(Unread::hopeless(Rejection::FaintBorder));
+        }
+        modules
+            .sample_bits(self.data)
+            .ok_or(Unread::hopeful(Rejection::NoCode))?;
         modules.subtract(&thresholds);
+        self.recognise(&modules, &thresholds)
+    }
+
+    /// The code word under usual blur or, failing that, under strong blur.
+    fn recognise(&self, modules: &Modules<'_>, thresholds: &Thresholds) -> Result<Reading, Unread> {
+        let (usual, clarity) = bits(&modules.sharpened(USUAL_BLUR_PX), self.data);
         let (found, margin) = self
-            .decode(&modules, USUAL_BLUR_PX, u32::MAX)
-            .or_else(|| self.decode(&modules, STRONG_BLUR_PX, 1))
-            .ok_or(Rejection::NoCode)?;
+            .decode(usual, u32::MAX)
+            .map(|found| (found, clarity))
+            .or_else(|| {
+                let (strong, margin) = bits(&modules.sharpened(STRONG_BLUR_PX), self.data);
+                Some((self.decode(strong, 1)?, margin))
+            })
+            .ok_or(Unread {
+                reason: Rejection::NoCode,
+                hopeful: clarity > LEAST_CLARITY * thresholds.contrast(),
+            })?;
         if margin < self.min_margin {
-            return Err(Rejection::SmallMargin);
+            return Err(Unread::hopeful(Rejection::SmallMargin));
         }
         Ok(Reading {
             family: self.family,
             found,
             margin,
-            black,
-            white,
+            black: thresholds.black,
+            white: thresholds.white,
         })
     }
 
-    /// The code word after taking out so much blur, if it has no more wrong bits than allowed: every further attempt is a
-    /// further chance for what is no tag.
-    fn decode(
-        &self,
-        modules: &Modules<'_>,
-        blur_px: f32,
-        max_hamming: u32,
-    ) -> Option<(Match, f32)> {
-        let (observed, margin) = bits(&modules.sharpened(blur_px), self.data);
-        let found = self
-            .index
+    /// The code word, if it has no more wrong bits than allowed: every further attempt is a further chance for what is
+    /// no tag.
+    fn decode(&self, observed: u64, max_hamming: u32) -> Option<Match> {
+        self.index
             .find(observed)
-            .filter(|found| found.hamming <= max_hamming)?;
-        Some((found, margin))
+            .filter(|found| found.hamming <= max_hamming)
     }
 }
+
+/// Why a tag was not read, and whether it might be with better corners: corners that are a pixel off leave border and
+/// ring mostly right, and bits of both colours.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Unread {
+    pub(crate) reason: Rejection,
+    pub(crate) hopeful: bool,
+}
+
+impl Unread {
+    pub(crate) fn hopeful(reason: Rejection) -> Self {
+        Self {
+            reason,
+            hopeful: true,
+        }
+    }
+
+    pub(crate) fn hopeless(reason: Rejection) -> Self {
+        Self {
+            reason,
+            hopeful: false,
+        }
+    }
+}
+
+/// Share of the least contrast that a border may show between corners a pixel off.
+const NEARLY: f32 = 0.5;
+
+/// Mean distance of a tag's bits of either colour from the threshold, as a share of the contrast: half in a sharp picture;
+/// what lies between corners a pixel off has two thirds of that left.
+const LEAST_CLARITY: f32 = 0.3;
 
 /// Blur that most images have and blur of a lens out of focus or a hand that shook, as standard deviations in pixels.
 const USUAL_BLUR_PX: f32 = 0.75;
@@ -118,6 +163,12 @@ struct Thresholds {
     middle: GreyPlane,
     black: f32,
     white: f32,
+}
+
+impl Thresholds {
+    fn contrast(&self) -> f32 {
+        self.white - self.black
+    }
 }
 
 impl<'a> Modules<'a> {

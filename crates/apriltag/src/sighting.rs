@@ -3,7 +3,7 @@
 use crate::edges::{self, EdgeFit, Search};
 use crate::photometric::PatternFitter;
 use crate::quad::{Point, Quad, distance, mean_edge, middle};
-use crate::reading::{Reader, Reading, check_sides};
+use crate::reading::{Reader, Reading, Unread, check_sides};
 use crate::{Detection, Image, Options, Refinement, Rejection};
 use sextant_tag_families::BorderColour;
 
@@ -70,12 +70,14 @@ pub(crate) fn sight(
     options: &Options,
 ) -> Result<Sighting, Rejection> {
     check_sides(image, quad, border, options.min_contrast)?;
-    let rough = read(image, quad, border, readers);
-    if rough.is_ok_and(|sighting| sighting.reading.found.hamming == 0) {
-        return rough;
-    }
+    let rough = match read(image, quad, border, readers) {
+        Ok(sighting) if sighting.reading.found.hamming == 0 => return Ok(sighting),
+        Err(unread) if !unread.hopeful => return Err(unread.reason),
+        rough => rough.map_err(|unread| unread.reason),
+    };
     let edges = coarse_edges(image, quad, border);
-    match (read(image, &edges.quad, border, readers), rough) {
+    let better = read(image, &edges.quad, border, readers).map_err(|unread| unread.reason);
+    match (better, rough) {
         (Ok(better), Ok(rough)) if better.reading.found.hamming > rough.reading.found.hamming => {
             Ok(rough)
         }
@@ -84,14 +86,14 @@ pub(crate) fn sight(
     }
 }
 
-/// The reading of the first family that has one.
+/// The reading of the first family that has one; hopeful as long as any family is.
 fn read(
     image: &Image<'_>,
     quad: &Quad,
     border: BorderColour,
     readers: &[Reader],
-) -> Result<Sighting, Rejection> {
-    let mut reason = Rejection::NoCode;
+) -> Result<Sighting, Unread> {
+    let mut unread = Unread::hopeless(Rejection::NoCode);
     for reader in readers.iter().filter(|reader| reader.border() == border) {
         match reader.read(image, quad) {
             Ok(reading) => {
@@ -99,10 +101,13 @@ fn read(
                 quad.rotate_left(reading.found.turns as usize);
                 return Ok(Sighting { reading, quad });
             }
-            Err(why) => reason = why,
+            Err(Unread { reason, hopeful }) => {
+                unread.reason = reason;
+                unread.hopeful |= hopeful;
+            }
         }
     }
-    Err(reason)
+    Err(unread)
 }
 
 /// As well as lines through a few places on the border's edges tell; where they tell nothing, the quad as it is.

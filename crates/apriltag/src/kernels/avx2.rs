@@ -1,6 +1,6 @@
 //! The kernels with 256-bit integer vectors.
 
-use super::{Kernels, TILE, TILES_IN_WORD, WORD, scalar};
+use super::{Column, FLOATS, Kernels, PRODUCTS, TILE, TILES_IN_WORD, Vectors, WORD, scalar};
 use std::arch::x86_64::*;
 
 /// Pixels in a vector.
@@ -12,8 +12,25 @@ pub(super) fn kernels() -> Option<Kernels> {
         .then_some(Kernels {
             extrema: tile_extrema,
             threshold: threshold_words,
-            dot,
+            products,
+            vectors: Vectors::Avx2(Detected(())),
         })
+}
+
+/// Exists only where AVX2 and FMA were detected.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Detected(());
+
+impl Detected {
+    pub(super) fn run<T>(self, work: impl FnOnce() -> T) -> T {
+        // SAFETY: `kernels` makes a `Detected` only where AVX2 and FMA were detected.
+        unsafe { run_avx2(work) }
+    }
+}
+
+#[target_feature(enable = "avx2,fma")]
+fn run_avx2<T>(work: impl FnOnce() -> T) -> T {
+    work()
 }
 
 fn tile_extrema(rows: [&[u8]; TILE], darkest: &mut [u8], brightest: &mut [u8]) {
@@ -26,30 +43,38 @@ fn threshold_words(row: &[u8], levels: &[u8], words: &mut [u64]) {
     unsafe { threshold_words_avx2(row, levels, words) }
 }
 
-fn dot(a: &[f32], b: &[f32]) -> f32 {
+fn products(blocks: &[Column], n: usize, at: [usize; 2]) -> [[f32; PRODUCTS]; PRODUCTS] {
     // SAFETY: `kernels` gives this function out only where AVX2 and FMA were detected.
-    unsafe { dot_fma(a, b) }
+    unsafe { products_fma(blocks, n, at) }
 }
 
 #[target_feature(enable = "avx2,fma")]
-fn dot_fma(a: &[f32], b: &[f32]) -> f32 {
-    const FLOATS: usize = 8;
-    let mut sums = [_mm256_setzero_ps(); 2];
-    let (a, b) = (a.chunks_exact(2 * FLOATS), b.chunks_exact(2 * FLOATS));
-    let rest = scalar::dot(a.remainder(), b.remainder());
-    for (a, b) in a.zip(b) {
-        for (i, sum) in sums.iter_mut().enumerate() {
-            *sum = _mm256_fmadd_ps(
-                load_floats(&a[i * FLOATS..]),
-                load_floats(&b[i * FLOATS..]),
-                *sum,
-            );
+fn products_fma(blocks: &[Column], n: usize, [i, j]: [usize; 2]) -> [[f32; PRODUCTS]; PRODUCTS] {
+    const LANES: usize = 8;
+    let mut sums = [[_mm256_setzero_ps(); PRODUCTS]; PRODUCTS];
+    for block in blocks.chunks_exact(n) {
+        let (a, b) = (&block[i..i + PRODUCTS], &block[j..j + PRODUCTS]);
+        for first in (0..FLOATS).step_by(LANES) {
+            let b = [0, 1, 2].map(|k: usize| load_floats(&b[k][first..]));
+            for (a, sums) in a.iter().zip(&mut sums) {
+                let a = load_floats(&a[first..]);
+                for (sum, b) in sums.iter_mut().zip(b) {
+                    *sum = _mm256_fmadd_ps(a, b, *sum);
+                }
+            }
         }
     }
-    let sum = _mm256_add_ps(sums[0], sums[1]);
-    let sum = _mm_add_ps(_mm256_castps256_ps128(sum), _mm256_extractf128_ps::<1>(sum));
+    sums.map(|sums| sums.map(|sum| sum_of_floats(sum)))
+}
+
+#[target_feature(enable = "avx2")]
+fn sum_of_floats(values: __m256) -> f32 {
+    let sum = _mm_add_ps(
+        _mm256_castps256_ps128(values),
+        _mm256_extractf128_ps::<1>(values),
+    );
     let sum = _mm_add_ps(sum, _mm_movehl_ps(sum, sum));
-    _mm_cvtss_f32(_mm_add_ss(sum, _mm_movehdup_ps(sum))) + rest
+    _mm_cvtss_f32(_mm_add_ss(sum, _mm_movehdup_ps(sum)))
 }
 
 #[target_feature(enable = "avx2")]

@@ -1,6 +1,6 @@
 //! The kernels in plain Rust: the reference for the others, written so that compilers can vectorise them.
 
-use super::{TILE, TILES_IN_WORD, WORD};
+use super::{Column, FLOATS, PRODUCTS, TILE, TILES_IN_WORD, WORD};
 
 pub(super) fn tile_extrema(rows: [&[u8]; TILE], darkest: &mut [u8], brightest: &mut [u8]) {
     let tiles = rows[0]
@@ -38,21 +38,20 @@ fn threshold_word(pixels: &[u8], levels: &[u8]) -> u64 {
     })
 }
 
-/// Four partial sums, so that compilers can keep them in one vector.
-pub(super) fn dot(a: &[f32], b: &[f32]) -> f32 {
-    const LANES: usize = 4;
-    let mut sums = [0.0; LANES];
-    let (a, b) = (a.chunks_exact(LANES), b.chunks_exact(LANES));
-    let rest: f32 = a
-        .remainder()
-        .iter()
-        .zip(b.remainder())
-        .map(|(a, b)| a * b)
-        .sum();
-    for (a, b) in a.zip(b) {
-        for i in 0..LANES {
-            sums[i] += a[i] * b[i];
+/// A partial sum for each place in a block, so that compilers can keep them in vectors.
+pub(super) fn products(
+    blocks: &[Column],
+    n: usize,
+    [i, j]: [usize; 2],
+) -> [[f32; PRODUCTS]; PRODUCTS] {
+    let product = |i: usize, j: usize| {
+        let mut sums = [0.0; FLOATS];
+        for block in blocks.chunks_exact(n) {
+            for (sum, (a, b)) in sums.iter_mut().zip(block[i].iter().zip(&block[j])) {
+                *sum += a * b;
+            }
         }
-    }
-    sums.iter().sum::<f32>() + rest
+        sums.iter().sum()
+    };
+    std::array::from_fn(|a| std::array::from_fn(|b| product(i + a, j + b)))
 }

@@ -7,7 +7,8 @@
 //! terms of the bivariate normal distribution's tetrachoric series (Pearson, Phil. Trans. R. Soc. A 195, 1900).
 //! What an edge looks like is the same all over a tag but for scale, so it is tabulated ([`EdgeTable`]).
 
-use super::state::{Place, State};
+use super::lanes::{LANES, Lanes, map, nearest};
+use super::state::{Places, State};
 use crate::Family;
 use crate::quad::Point;
 use sextant_tag_families::white_modules;
@@ -29,8 +30,10 @@ const MAX_EDGES: usize = 4;
 const PIXEL: f32 = 1.0 / 12.0;
 
 pub(super) struct BlurredPattern {
-    /// 1 is white; row after row, padded.
-    modules: [[f32; SIZE]; SIZE],
+    /// Whether each is white; row after row, padded.
+    modules: [[bool; SIZE]; SIZE],
+    /// The same as bits, the least significant leftmost.
+    rows: [u32; SIZE],
     /// Modules from the square's middle to its edge.
     half_border: f32,
     /// Column of the padded pattern in which the square's middle lies.
@@ -39,10 +42,10 @@ pub(super) struct BlurredPattern {
 
 /// White's share at a place and its derivatives along u, v and with the blur's covariance (xx, xy, yy).
 pub(super) struct Coverage {
-    pub(super) value: f32,
-    pub(super) along_u: f32,
-    pub(super) along_v: f32,
-    pub(super) with_blur: [f32; 3],
+    pub(super) value: Lanes,
+    pub(super) along_u: Lanes,
+    pub(super) along_v: Lanes,
+    pub(super) with_blur: [Lanes; 3],
 }
 
 /// How edges along either axis of the pattern look in the image, as of the tag's middle.
@@ -61,14 +64,17 @@ impl Optics {
         let Some(inverse) = state.inverse() else {
             return Self::unknown();
         };
-        let middle = inverse.place(state.homography.origin);
-        let [[ux, uy], [vx, vy]] = middle.normals();
+        let middle = inverse.places(
+            &[state.homography.origin[0]; LANES],
+            &[state.homography.origin[1]; LANES],
+        );
+        let [[ux, uy], [vx, vy]] = middle.first_normals();
         let [xx, xy, yy] = state.blur;
         let (u, v) = (
             EdgeTable::new([ux, uy], &state.blur),
             EdgeTable::new([vx, vy], &state.blur),
         );
-        let module_px = middle.u_px.min(middle.v_px) / pattern.half_border;
+        let module_px = middle.u_px[0].min(middle.v_px[0]) / pattern.half_border;
         Self {
             covariance: (xx + PIXEL) * ux * vx + xy * (ux * vy + uy * vx) + (yy + PIXEL) * uy * vy,
             normals: [[ux, uy], [vx, vy]],
@@ -91,7 +97,7 @@ impl Optics {
 }
 
 /// Fills the padding around the printed tag with the colour of its rim.
-fn continue_outwards(modules: &mut [[f32; SIZE]; SIZE], total: usize) {
+fn continue_outwards(modules: &mut [[bool; SIZE]; SIZE], total: usize) {
     let (first, last) = (PADDING, PADDING + total - 1);
     for row in &mut modules[first..=last] {
         let (left, right) = (row[first], row[last]);
@@ -103,24 +109,21 @@ fn continue_outwards(modules: &mut [[f32; SIZE]; SIZE], total: usize) {
     modules[last + 1..].fill(bottom);
 }
 
-/// The nearest edges along one axis: how far each has been crossed and how steeply.
-struct Crossings<const EDGES: usize> {
-    /// Module before the first edge.
-    first: usize,
-    edges: [Edge; EDGES],
-}
-
 impl BlurredPattern {
     pub(super) fn new(family: Family, id: u32) -> Self {
         let data = family.data();
         let total = usize::from(data.total_width);
-        let mut modules = [[0.0; SIZE]; SIZE];
+        let mut modules = [[false; SIZE]; SIZE];
         for (x, y) in white_modules(family, id) {
-            modules[y + PADDING][x + PADDING] = 1.0;
+            modules[y + PADDING][x + PADDING] = true;
         }
         continue_outwards(&mut modules, total);
+        let bits = |row: [bool; SIZE]| {
+            (0..SIZE).fold(0, |bits, column| bits | u32::from(row[column]) << column)
+        };
         Self {
             modules,
+            rows: modules.map(bits),
             half_border: f32::from(data.border_width) / 2.0,
             middle: total as f32 / 2.0 + PADDING as f32,
         }
@@ -154,109 +157,152 @@ impl BlurredPattern {
         })
     }
 
-    /// Number of the crossing of module edges nearest to a place, below [`CROSSINGS`].
-    #[inline]
-    pub(super) fn nearest_crossing(&self, place: &Place) -> usize {
-        let nearest =
-            |along: f32| ((along * self.half_border + self.middle + 0.5) as usize).min(SIZE - 1);
-        nearest(place.v) * SIZE + nearest(place.u)
-    }
-
-    #[inline]
-    pub(super) fn at(&self, place: &Place, optics: &Optics) -> Coverage {
+    /// White's share at places.
+    #[inline(always)]
+    pub(super) fn at(&self, places: &Places, optics: &Optics) -> Coverage {
         if optics.crowded {
-            self.among::<MAX_EDGES>(place, optics)
+            self.among::<MAX_EDGES, { MAX_EDGES + 1 }>(places, optics)
         } else {
-            self.among::<2>(place, optics)
+            self.among::<2, 3>(places, optics)
         }
     }
 
-    #[inline]
-    fn among<const EDGES: usize>(&self, place: &Place, optics: &Optics) -> Coverage {
-        let half = self.half_border;
-        let (u_px, v_px) = (place.u_px / half, place.v_px / half);
-        let columns = Crossings::<EDGES>::of(place.u * half + self.middle, u_px, &optics.u);
-        let rows = Crossings::<EDGES>::of(place.v * half + self.middle, v_px, &optics.v);
+    /// With the nearest `EDGES` edges along either axis and the `MODULES` beside them.
+    #[inline(always)]
+    fn among<const EDGES: usize, const MODULES: usize>(
+        &self,
+        places: &Places,
+        optics: &Optics,
+    ) -> Coverage {
+        let (mut columns, mut rows) = (Crossings::<EDGES>::NONE, Crossings::<EDGES>::NONE);
+        self.cross(&places.u, &places.u_px, &optics.u, &mut columns);
+        self.cross(&places.v, &places.v_px, &optics.v, &mut rows);
+        let modules: [u32; LANES] =
+            std::array::from_fn(|i| self.window::<MODULES>(columns.first[i], rows.first[i]));
         let covariance = optics.covariance;
-
-        let mut above = columns.sum(&self.modules[rows.first]);
-        let (mut value, mut with_covariance) = (above.share, 0.0);
-        let (mut density, mut spread) = ([above.density, 0.0], [above.spread, 0.0]);
-        for (k, row) in rows.edges.iter().enumerate() {
-            let below = columns.sum(&self.modules[rows.first + k + 1]);
-            let change = below.minus(&above);
-            let mixed = change.density * row.density;
-            let mixed_twice = 4.0 * change.spread * row.spread;
-            value +=
-                change.share * row.share + covariance * (mixed + covariance / 2.0 * mixed_twice);
-            with_covariance += mixed + covariance * mixed_twice;
-            density[0] += change.density * row.share;
-            density[1] += change.share * row.density;
-            spread[0] += change.spread * row.share;
-            spread[1] += change.share * row.spread;
-            above = below;
-        }
         let [[ux, uy], [vx, vy]] = optics.normals;
-        Coverage {
-            value,
-            along_u: density[0] * place.u_px,
-            along_v: density[1] * place.v_px,
-            with_blur: [
+        let blurred = map(|i| {
+            let across = |row: usize| {
+                let module = |k: usize| (modules[i] >> (row * MODULES + k) & 1) as i32 as f32;
+                let mut sum = Edge {
+                    share: module(0),
+                    ..Edge::default()
+                };
+                for (k, edge) in columns.edges.iter().enumerate() {
+                    let change = module(k + 1) - module(k);
+                    sum.share += change * edge.share[i];
+                    sum.density += change * edge.density[i];
+                    sum.spread += change * edge.spread[i];
+                }
+                sum
+            };
+            let mut above = across(0);
+            let (mut value, mut with_covariance) = (above.share, 0.0);
+            let (mut density, mut spread) = ([above.density, 0.0], [above.spread, 0.0]);
+            for (k, row) in rows.edges.iter().enumerate() {
+                let below = across(k + 1);
+                let change = below.minus(&above);
+                let mixed = change.density * row.density[i];
+                let mixed_twice = 4.0 * change.spread * row.spread[i];
+                value += change.share * row.share[i]
+                    + covariance * (mixed + covariance / 2.0 * mixed_twice);
+                with_covariance += mixed + covariance * mixed_twice;
+                density[0] += change.density * row.share[i];
+                density[1] += change.share * row.density[i];
+                spread[0] += change.spread * row.share[i];
+                spread[1] += change.share * row.spread[i];
+                above = below;
+            }
+            [
+                value,
+                density[0] * places.u_px[i],
+                density[1] * places.v_px[i],
                 spread[0] * ux * ux + spread[1] * vx * vx + with_covariance * ux * vx,
                 2.0 * (spread[0] * ux * uy + spread[1] * vx * vy)
                     + with_covariance * (ux * vy + uy * vx),
                 spread[0] * uy * uy + spread[1] * vy * vy + with_covariance * uy * vy,
-            ],
+            ]
+        });
+        let [value, along_u, along_v, xx, xy, yy] = blurred;
+        Coverage {
+            value,
+            along_u,
+            along_v,
+            with_blur: [xx, xy, yy],
+        }
+    }
+
+    /// The modules from a row and a column on, one bit each, row after row.
+    #[inline(always)]
+    fn window<const MODULES: usize>(&self, column: u32, row: u32) -> u32 {
+        let within = (1 << MODULES) - 1;
+        (0..MODULES).fold(0, |bits, k| {
+            let row = self.rows[(row as usize + k) % SIZE];
+            bits | (row >> (column % SIZE as u32) & within) << (k * MODULES)
+        })
+    }
+
+    /// The edges nearest to places along one axis.
+    #[inline(always)]
+    fn cross<const EDGES: usize>(
+        &self,
+        along: &Lanes,
+        unit_px: &Lanes,
+        table: &EdgeTable,
+        crossings: &mut Crossings<EDGES>,
+    ) {
+        // The edges at either side of the place, or two at either side: for two the nearest one and the next.
+        let before = (EDGES / 2) as f32 - 0.5;
+        let half = self.half_border;
+        let (mut distances, mut knots) = ([[0.0; LANES]; EDGES], [[0; LANES]; EDGES]);
+        for i in 0..LANES {
+            let place = along[i] * half + self.middle;
+            let first_edge = nearest((place - before).clamp(1.0, (SIZE - EDGES) as f32));
+            crossings.first[i] = first_edge.wrapping_sub(1);
+            let away = place - first_edge as i32 as f32;
+            for k in 0..EDGES {
+                let px = (away - k as f32) * unit_px[i] / half;
+                let at = px.clamp(-table.reach_px, table.reach_px) * table.knots_per_px;
+                let knot = nearest(at + KNOTS as f32);
+                knots[k][i] = knot;
+                distances[k][i] = (at + KNOTS as f32 - knot as i32 as f32) / table.knots_per_px;
+            }
+        }
+        for (k, edge) in crossings.edges.iter_mut().enumerate() {
+            table.look_up(&knots[k], &distances[k], edge);
         }
     }
 }
 
-impl<const EDGES: usize> Crossings<EDGES> {
-    /// `place` in modules from the first one.
-    #[inline]
-    fn of(place: f32, module_px: f32, table: &EdgeTable) -> Self {
-        // The edges at either side of the place, or two at either side: for two the nearest one and the next.
-        let before = EDGES / 2 - 1;
-        let first_edge = (place.max(0.0) as usize)
-            .saturating_sub(before)
-            .clamp(1, SIZE - EDGES);
-        let edges =
-            std::array::from_fn(|k| table.at((place - (first_edge + k) as f32) * module_px));
-        Self {
-            first: first_edge - 1,
-            edges,
-        }
-    }
+/// The nearest edges along one axis: how far each has been crossed and how steeply.
+struct Crossings<const EDGES: usize> {
+    /// Module before the first edge.
+    first: [u32; LANES],
+    edges: [Edge<Lanes>; EDGES],
+}
 
-    /// A row of modules, blurred along it.
-    #[inline]
-    fn sum(&self, modules: &[f32; SIZE]) -> Edge {
-        let mut sum = Edge {
-            share: modules[self.first],
-            density: 0.0,
-            spread: 0.0,
-        };
-        for (k, edge) in self.edges.iter().enumerate() {
-            let change = modules[self.first + k + 1] - modules[self.first + k];
-            sum.share += change * edge.share;
-            sum.density += change * edge.density;
-            sum.spread += change * edge.spread;
-        }
-        sum
-    }
+impl<const EDGES: usize> Crossings<EDGES> {
+    const NONE: Self = Self {
+        first: [0; LANES],
+        edges: [Edge {
+            share: [0.0; LANES],
+            density: [0.0; LANES],
+            spread: [0.0; LANES],
+        }; EDGES],
+    };
 }
 
 /// Share of the blur that lies beyond an edge, and the first and half the second derivative of that with the distance, per
 /// pixel. Half the second derivative is also the derivative with the variance, as blur obeys the heat equation.
 #[derive(Clone, Copy, Debug, Default)]
-struct Edge {
-    share: f32,
-    density: f32,
-    spread: f32,
+struct Edge<Value = f32> {
+    share: Value,
+    density: Value,
+    spread: Value,
 }
 
 impl Edge {
-    #[inline]
+    #[inline(always)]
     fn minus(&self, other: &Self) -> Self {
         Self {
             share: self.share - other.share,
@@ -267,11 +313,14 @@ impl Edge {
 }
 
 /// Knots of the table on one side of an edge.
-const KNOTS: usize = 40;
+const KNOTS: usize = 31;
 
-/// How an edge looks at distances from 0 to `reach_px`; on the other side it is the same turned around.
+/// Length of the table: a power of two, so that a masked index is within it.
+const ENTRIES: usize = 2 * (KNOTS + 1);
+
+/// How an edge looks at distances up to `reach_px` on either side.
 struct EdgeTable {
-    knots: [Edge; KNOTS + 1],
+    knots: [Edge; ENTRIES],
     reach_px: f32,
     knots_per_px: f32,
 }
@@ -287,48 +336,50 @@ impl EdgeTable {
             .sqrt();
         let reach_px = SIGMAS * sigma + width / 2.0;
         let knots_per_px = KNOTS as f32 / reach_px;
-        let knot = |i: usize| {
-            let distance = i as f32 / knots_per_px;
-            let (far, near) = (distance + width / 2.0, distance - width / 2.0);
-            let ((far_share, far_density), (near_share, near_density)) =
-                (normal(far / sigma), normal(near / sigma));
-            let integral =
-                far * far_share - near * near_share + sigma * (far_density - near_density);
-            Edge {
-                share: integral / width,
-                density: (far_share - near_share) / width,
-                spread: (far_density - near_density) / (2.0 * sigma * width),
-            }
-        };
+        let mut knots = [Edge::default(); ENTRIES];
+        for i in 0..=KNOTS {
+            let edge = edge_at(i as f32 / knots_per_px, sigma, width);
+            knots[KNOTS + i] = edge;
+            knots[KNOTS - i] = Edge {
+                share: 1.0 - edge.share,
+                density: edge.density,
+                spread: -edge.spread,
+            };
+        }
         Self {
-            knots: std::array::from_fn(knot),
+            knots,
             reach_px,
             knots_per_px,
         }
     }
 
-    #[inline]
-    fn at(&self, distance: f32) -> Edge {
-        let t = (distance.abs() * self.knots_per_px).min(KNOTS as f32 - 0.001);
-        let i = t as u32 as usize;
-        let f = t - i as f32;
-        let (a, b) = (&self.knots[i], &self.knots[i + 1]);
-        let mix = |a: f32, b: f32| a + f * (b - a);
-        let (share, spread) = (mix(a.share, b.share), mix(a.spread, b.spread));
-        let density = mix(a.density, b.density);
-        if distance < 0.0 {
-            Edge {
-                share: 1.0 - share,
-                density,
-                spread: -spread,
-            }
-        } else {
-            Edge {
-                share,
-                density,
-                spread,
-            }
+    /// At knots and pixels beyond each: by the first terms of Taylor's series.
+    #[inline(always)]
+    fn look_up(&self, knots: &[u32; LANES], beyond: &Lanes, edge: &mut Edge<Lanes>) {
+        for i in 0..LANES {
+            let knot = &self.knots[knots[i] as usize % ENTRIES];
+            edge.share[i] = knot.share;
+            edge.density[i] = knot.density;
+            edge.spread[i] = knot.spread;
         }
+        for i in 0..LANES {
+            let (t, spread) = (beyond[i], edge.spread[i]);
+            edge.share[i] += t * (edge.density[i] + t * spread);
+            edge.density[i] += 2.0 * t * spread;
+        }
+    }
+}
+
+/// A Gaussian and a box as wide as `width`, from so far.
+fn edge_at(distance: f32, sigma: f32, width: f32) -> Edge {
+    let (far, near) = (distance + width / 2.0, distance - width / 2.0);
+    let ((far_share, far_density), (near_share, near_density)) =
+        (normal(far / sigma), normal(near / sigma));
+    let integral = far * far_share - near * near_share + sigma * (far_density - near_density);
+    Edge {
+        share: integral / width,
+        density: (far_share - near_share) / width,
+        spread: (far_density - near_density) / (2.0 * sigma * width),
     }
 }
 

@@ -1,7 +1,8 @@
 //! Everything that is fitted, and what a pixel should show given it.
 
 use super::blurred_pattern::Coverage;
-use super::normal_equations::PARAMETERS;
+use super::lanes::{Lanes, map, map_into};
+use super::normal_equations::{Matrix, PARAMETERS};
 use crate::homography::Homography;
 use crate::quad::{Point, Quad, distance, mean_edge};
 use crate::reading::Reading;
@@ -28,18 +29,15 @@ pub(super) struct State {
     pub(super) gain: f32,
 }
 
-/// A pixel's place on the square and how that changes over the image.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Place {
-    pub(super) u: f32,
-    pub(super) v: f32,
-    u_gradient: Point,
-    v_gradient: Point,
+/// Pixels' places on the square and how those change over the image.
+pub(super) struct Places {
+    pub(super) u: Lanes,
+    pub(super) v: Lanes,
+    u_gradient: [Lanes; 2],
+    v_gradient: [Lanes; 2],
     /// Pixels that u and v take to grow by one, at right angles to their edges.
-    pub(super) u_px: f32,
-    pub(super) v_px: f32,
-    /// Denominator of the homography at the place.
-    w: f32,
+    pub(super) u_px: Lanes,
+    pub(super) v_px: Lanes,
 }
 
 impl State {
@@ -110,7 +108,7 @@ impl State {
         CORNERS.into_iter().map(motion).fold(0.0, f32::max)
     }
 
-    pub(super) fn corner_covariances(&self, covariance: &[[f32; 8]; 8]) -> [[f32; 3]; 4] {
+    pub(super) fn corner_covariances(&self, covariance: &Matrix) -> [[f32; 3]; 4] {
         CORNERS.map(|corner| {
             let [x, y] = self.homography.jacobian(corner);
             let product = |a: &[f32; 8], b: &[f32; 8]| {
@@ -126,7 +124,7 @@ impl State {
     }
 
     /// White's share after the response, and its change with the share before.
-    #[inline]
+    #[inline(always)]
     fn response(&self, share: f32) -> (f32, f32) {
         (
             share + self.gain * share * (1.0 - share),
@@ -135,52 +133,60 @@ impl State {
     }
 
     /// Grey of black, and what white has more, at a place.
-    #[inline]
+    #[inline(always)]
     fn levels(&self, u: f32, v: f32) -> (f32, f32) {
         let plane = |p: &[f32; 3]| p[0] + p[1] * u + p[2] * v;
         let black = plane(&self.black);
         (black, plane(&self.white) - black)
     }
 
-    /// The grey that a pixel should have, and its derivative with respect to every parameter.
-    #[inline]
-    pub(super) fn linearise(
+    /// The greys that pixels should have.
+    #[inline(always)]
+    pub(super) fn greys(&self, places: &Places, coverage: &Coverage) -> Lanes {
+        let [greys] = map(|i| {
+            let (black, contrast) = self.levels(places.u[i], places.v[i]);
+            [black + contrast * self.response(coverage.value[i]).0]
+        });
+        greys
+    }
+
+    /// Writes the derivatives of the pixels' greys with respect to every parameter, times a factor for each pixel.
+    #[inline(always)]
+    pub(super) fn derivatives(
         &self,
-        place: &Place,
+        places: &Places,
         coverage: &Coverage,
-        pixel: Point,
-    ) -> ([f32; PARAMETERS], f32) {
-        let Place {
-            u,
-            v,
-            u_gradient,
-            v_gradient,
-            w,
-            ..
-        } = *place;
-        let (black, contrast) = self.levels(u, v);
-        let (cover, steepness) = self.response(coverage.value);
-        let rest = 1.0 - cover;
-        let response = contrast * steepness;
-        let along_u = response * coverage.along_u + rest * self.black[1] + cover * self.white[1];
-        let along_v = response * coverage.along_v + rest * self.black[2] + cover * self.white[2];
-        // When the square's image moves by d, the grey at a fixed pixel changes by -gradient . d.
-        let gx = -(along_u * u_gradient[0] + along_v * v_gradient[0]) / w;
-        let gy = -(along_u * u_gradient[1] + along_v * v_gradient[1]) / w;
-        let (x, y) = (
-            pixel[0] - self.homography.origin[0],
-            pixel[1] - self.homography.origin[1],
-        );
-        let towards = -(gx * x + gy * y);
-        let [xx, xy, yy] = coverage.with_blur;
-        let curve = contrast * coverage.value * (1.0 - coverage.value);
-        #[rustfmt::skip]
-        let jacobian = [
-            gx * u, gx * v, gx, gy * u, gy * v, gy, towards * u, towards * v,
-            rest, rest * u, rest * v, cover, cover * u, cover * v,
-            response * xx, response * xy, response * yy, curve,
-        ];
-        (jacobian, black + contrast * cover)
+        (x, y): (&Lanes, &Lanes),
+        factor: &Lanes,
+        derivatives: &mut [Lanes; PARAMETERS],
+    ) {
+        map_into(derivatives, |i| {
+            let (u, v) = (places.u[i], places.v[i]);
+            let (black, white) = (&self.black, &self.white);
+            let contrast = self.levels(u, v).1 * factor[i];
+            let (cover, steepness) = self.response(coverage.value[i]);
+            let (rest, cover) = (factor[i] - factor[i] * cover, factor[i] * cover);
+            let response = contrast * steepness;
+            let along_u = response * coverage.along_u[i] + rest * black[1] + cover * white[1];
+            let along_v = response * coverage.along_v[i] + rest * black[2] + cover * white[2];
+            // When the square's image moves by d, the grey at a fixed pixel changes by -gradient . d.
+            let w = -1.0 / (self.homography.m[6] * u + self.homography.m[7] * v + 1.0);
+            let along = |axis: usize| {
+                (along_u * places.u_gradient[axis][i] + along_v * places.v_gradient[axis][i]) * w
+            };
+            let (gx, gy) = (along(0), along(1));
+            let origin = self.homography.origin;
+            let towards = -(gx * (x[i] - origin[0]) + gy * (y[i] - origin[1]));
+            let [xx, xy, yy] = [0, 1, 2].map(|k| response * coverage.with_blur[k][i]);
+            let curve = contrast * coverage.value[i] * (1.0 - coverage.value[i]);
+            #[rustfmt::skip]
+            let derivatives = [
+                gx * u, gx * v, gx, gy * u, gy * v, gy, towards * u, towards * v,
+                rest, rest * u, rest * v, cover, cover * u, cover * v,
+                xx, xy, yy, curve,
+            ];
+            derivatives
+        })
     }
 }
 
@@ -218,37 +224,53 @@ impl Inverse {
         })
     }
 
+    /// Where a pixel lies on the square.
     #[inline]
-    pub(super) fn place(&self, [x, y]: Point) -> Place {
+    pub(super) fn apply(&self, [x, y]: Point) -> Point {
         let (x, y) = (x - self.homography.origin[0], y - self.homography.origin[1]);
         let m = &self.m;
         let t = 1.0 / (m[6] * x + m[7] * y + m[8]);
-        let (u, v) = (
+        [
             (m[0] * x + m[1] * y + m[2]) * t,
             (m[3] * x + m[4] * y + m[5]) * t,
-        );
-        let u_gradient = [(m[0] - u * m[6]) * t, (m[1] - u * m[7]) * t];
-        let v_gradient = [(m[3] - v * m[6]) * t, (m[4] - v * m[7]) * t];
-        let pixels =
-            |gradient: Point| 1.0 / (gradient[0] * gradient[0] + gradient[1] * gradient[1]).sqrt();
-        Place {
+        ]
+    }
+
+    #[inline(always)]
+    pub(super) fn places(&self, x: &Lanes, y: &Lanes) -> Places {
+        let m = &self.m;
+        let [u, v, ux, uy, vx, vy, u_px, v_px] = map(|i| {
+            let (x, y) = (
+                x[i] - self.homography.origin[0],
+                y[i] - self.homography.origin[1],
+            );
+            let t = 1.0 / (m[6] * x + m[7] * y + m[8]);
+            let (u, v) = (
+                (m[0] * x + m[1] * y + m[2]) * t,
+                (m[3] * x + m[4] * y + m[5]) * t,
+            );
+            let (ux, uy) = ((m[0] - u * m[6]) * t, (m[1] - u * m[7]) * t);
+            let (vx, vy) = ((m[3] - v * m[6]) * t, (m[4] - v * m[7]) * t);
+            let pixels = |x: f32, y: f32| 1.0 / (x * x + y * y).sqrt();
+            [u, v, ux, uy, vx, vy, pixels(ux, uy), pixels(vx, vy)]
+        });
+        Places {
             u,
             v,
-            u_gradient,
-            v_gradient,
-            u_px: pixels(u_gradient),
-            v_px: pixels(v_gradient),
-            w: self.homography.m[6] * u + self.homography.m[7] * v + 1.0,
+            u_gradient: [ux, uy],
+            v_gradient: [vx, vy],
+            u_px,
+            v_px,
         }
     }
 }
 
-impl Place {
-    /// Directions in the image in which u and v grow.
-    pub(super) fn normals(&self) -> [Point; 2] {
+impl Places {
+    /// Directions in the image in which u and v grow, at the first place.
+    pub(super) fn first_normals(&self) -> [Point; 2] {
         [
-            self.u_gradient.map(|g| g * self.u_px),
-            self.v_gradient.map(|g| g * self.v_px),
+            self.u_gradient.map(|gradient| gradient[0] * self.u_px[0]),
+            self.v_gradient.map(|gradient| gradient[0] * self.v_px[0]),
         ]
     }
 }
