@@ -135,9 +135,9 @@ impl Unread {
 /// Share of the least contrast that a border may show between corners a pixel off.
 const NEARLY: f32 = 0.5;
 
-/// Mean distance of a tag's bits of either colour from the threshold, as a share of the contrast: half in a sharp picture;
-/// what lies between corners a pixel off has two thirds of that left.
-const LEAST_CLARITY: f32 = 0.3;
+/// Mean distance of a tag's bits of either colour from the threshold, as a share of the contrast: half in a sharp picture,
+/// a fifth between corners several pixels off; next to nothing where there are no bits of one colour.
+const LEAST_CLARITY: f32 = 0.1;
 
 /// Blur that most images have and blur of a lens out of focus or a hand that shook, as standard deviations in pixels.
 const USUAL_BLUR_PX: f32 = 0.75;
