@@ -91,9 +91,20 @@ pub fn solve_square(
     }
     let rays = undistort(lens, corners_in_image)?;
     let starts = branches(&rays).ok_or(PlanarPoseError::NotATag)?;
-    let refined = starts.map(|start| refine(lens, corners_in_image, &start?));
+    let refined = starts.map(|start| {
+        refine(lens, corners_in_image, &start?).filter(|pose| is_in_field(lens, pose, size_m))
+    });
     let unit = order(refined).ok_or(PlanarPoseError::NoPose)?;
     Ok(unit.scaled(size_m / UNIT_SIZE))
+}
+
+/// Whether the tag still projects at its own size: a corner on the very end of the valid field may round out of it.
+fn is_in_field(lens: &Lens, unit: &PlanarPose, size_m: f64) -> bool {
+    let mut camera_from_tag = unit.camera_from_tag;
+    camera_from_tag.translation.vector *= size_m / UNIT_SIZE;
+    tag_frame::tag_corners_in_tag(size_m)
+        .iter()
+        .all(|corner| lens.project(&(camera_from_tag * corner)).is_some())
 }
 
 fn undistort(lens: &Lens, corners: &[Point2<f64>; 4]) -> Result<[Point2<f64>; 4], PlanarPoseError> {
