@@ -1,5 +1,6 @@
 //! The pipeline.
 
+use crate::area::Area;
 use crate::bit_plane::BitPlane;
 use crate::components::{Components, make_room};
 use crate::kernels::Kernels;
@@ -38,7 +39,9 @@ pub struct Detector {
     readers: Vec<Reader>,
     kernels: Kernels,
     /// Width and height of the last image.
-    size: (usize, usize),
+    image_size: (usize, usize),
+    /// Width and height of the area that is searched.
+    area_size: (usize, usize),
     tiles: Tiles,
     plane: BitPlane,
     components: Components,
@@ -63,7 +66,8 @@ impl Detector {
                 .collect(),
             options,
             kernels,
-            size: (0, 0),
+            image_size: (0, 0),
+            area_size: (0, 0),
             tiles: Tiles::default(),
             plane: BitPlane::default(),
             components: Components::default(),
@@ -87,7 +91,30 @@ impl Detector {
         image: &Image<'_>,
         observer: &mut impl Observer,
     ) -> &[Detection] {
+        self.detect_within(image, &[Area::whole(image)], observer)
+    }
+
+    /// Looks for tags in parts of the image only, one after the other. The least noise of any of them holds for those
+    /// after it: a small part may show little but tags.
+    pub(crate) fn detect_within(
+        &mut self,
+        image: &Image<'_>,
+        areas: &[Area],
+        observer: &mut impl Observer,
+    ) -> &[Detection] {
         self.begin(image);
+        for area in areas {
+            self.search(image, area, observer);
+        }
+        self.drop_doubles();
+        self.locate(image, observer);
+        observer.stage_ended(Stage::Refine);
+        &self.detections
+    }
+
+    fn search(&mut self, image: &Image<'_>, area: &Area, observer: &mut impl Observer) {
+        let part = area.of(image);
+        self.measure(&part);
         observer.stage_ended(Stage::Tiles);
         for pass in PASSES {
             if !self.is_worth_while(pass) {
@@ -95,7 +122,7 @@ impl Detector {
             }
             observer.pass_began(pass);
             self.plane
-                .threshold(image, &self.tiles, pass, &self.kernels);
+                .threshold(&part, &self.tiles, pass, &self.kernels);
             observer.stage_ended(Stage::Threshold);
             self.components.label(&self.plane);
             observer.stage_ended(Stage::Components);
@@ -103,13 +130,9 @@ impl Detector {
                 .trace(&mut self.components, self.options.min_edge_px);
             observer.labelled(self.components.labelled_runs());
             observer.stage_ended(Stage::Quads);
-            self.read_outlines(image, pass.border, observer);
+            self.read_outlines(image, area, pass.border, observer);
             observer.stage_ended(Stage::Decode);
         }
-        self.drop_doubles();
-        self.locate(image, observer);
-        observer.stage_ended(Stage::Refine);
-        &self.detections
     }
 
     /// Whether a pass can show a tag of the families that are looked for.
@@ -122,40 +145,49 @@ impl Detector {
     }
 
     fn begin(&mut self, image: &Image<'_>) {
-        self.make_room(image.width(), image.height());
-        self.sightings.clear();
-        self.detections.clear();
-        self.tiles.measure(image, &self.kernels);
-        let noise_sigma = self.tiles.noise_sigma();
-        let gate = (noise_sigma * self.options.min_contrast_in_sigma).min(64.0) as u8;
-        let contrast_gate = gate.max(self.options.min_contrast);
-        self.tiles.set_gate(contrast_gate);
+        let size = (image.width(), image.height());
+        if self.image_size != size {
+            self.image_size = size;
+            self.make_room(size);
+        }
+        make_room(&mut self.sightings, MAX_SIGHTINGS);
+        make_room(&mut self.detections, MAX_SIGHTINGS);
         self.report = Report {
-            noise_sigma,
-            contrast_gate,
+            noise_sigma: f32::INFINITY,
             ..Report::default()
         };
     }
 
-    /// All memory that an image of this size can ask for, when the size is new.
-    fn make_room(&mut self, width: usize, height: usize) {
-        if self.size == (width, height) {
+    /// The tiles of a part and the least contrast that counts in it.
+    fn measure(&mut self, part: &Image<'_>) {
+        self.make_room((part.width(), part.height()));
+        self.tiles.measure(part, &self.kernels);
+        let noise_sigma = self.tiles.noise_sigma().min(self.report.noise_sigma);
+        let gate = (noise_sigma * self.options.min_contrast_in_sigma).min(64.0) as u8;
+        let contrast_gate = gate.max(self.options.min_contrast);
+        self.tiles.set_gate(contrast_gate);
+        (self.report.noise_sigma, self.report.contrast_gate) = (noise_sigma, contrast_gate);
+    }
+
+    /// All memory that an area of this size can ask for, when the size is new; nothing from the heap where it is part of
+    /// one that there was room for.
+    fn make_room(&mut self, (width, height): (usize, usize)) {
+        if self.area_size == (width, height) {
             return;
         }
-        self.size = (width, height);
+        self.area_size = (width, height);
         self.tiles.make_room(width, height);
         self.plane.make_room(width, height);
         self.components.make_room(width, height);
         self.outlines
             .make_room(self.components.max_labels(), height);
         self.quads.make_room(height);
-        make_room(&mut self.sightings, MAX_SIGHTINGS);
-        make_room(&mut self.detections, MAX_SIGHTINGS);
     }
 
     fn read_outlines(
         &mut self,
         image: &Image<'_>,
+        area: &Area,
         border: BorderColour,
         observer: &mut impl Observer,
     ) {
@@ -164,7 +196,7 @@ impl Detector {
         self.report.dropped += self.outlines.n_dropped();
         let n_known = self.sightings.len();
         for (outline, extents) in self.outlines.iter() {
-            let middle = outline.component.middle();
+            let middle = area.to_image(outline.component.middle());
             if self.sightings[..n_known]
                 .iter()
                 .any(|known| known.covers(middle))
@@ -174,7 +206,8 @@ impl Detector {
             self.report.candidates += 1;
             let quad = self
                 .quads
-                .around(outline, extents, self.options.min_edge_px);
+                .around(outline, extents, self.options.min_edge_px)
+                .map(|quad| quad.map(|corner| area.to_image(corner)));
             if let Ok(quad) = &quad {
                 self.report.quads += 1;
                 observer.quad_found(quad);
@@ -186,7 +219,13 @@ impl Detector {
                 Ok(_) => self.report.dropped += 1,
                 Err(reason) => {
                     self.report.rejected[reason as usize] += 1;
-                    observer.rejected(reason, &quad.unwrap_or(outline.component.corners()));
+                    let bounds = || {
+                        outline
+                            .component
+                            .corners()
+                            .map(|corner| area.to_image(corner))
+                    };
+                    observer.rejected(reason, &quad.unwrap_or_else(|_| bounds()));
                 }
             }
         }

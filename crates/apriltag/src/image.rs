@@ -2,6 +2,8 @@
 //!
 //! Pixel (0, 0) is the *centre* of the top left pixel; x runs right, y down.
 
+use crate::area::Area;
+
 /// An 8-bit grey image that belongs to somebody else.
 #[derive(Clone, Copy, Debug)]
 pub struct Image<'a> {
@@ -95,6 +97,19 @@ impl<'a> Image<'a> {
     /// When `y` is not below the height.
     pub fn row(&self, y: usize) -> &'a [u8] {
         &self.pixels[y * self.stride..][..self.width]
+    }
+
+    /// The rows and columns of an area, which must lie within the image and leave no less than the least size.
+    pub(crate) fn part(&self, area: &Area) -> Self {
+        debug_assert!(
+            area.left + area.width <= self.width && area.top + area.height <= self.height
+        );
+        Self {
+            pixels: &self.pixels[area.top * self.stride + area.left..],
+            width: area.width,
+            height: area.height / area.row_step,
+            stride: self.stride * area.row_step,
+        }
     }
 
     /// The grey value of a pixel; `None` outside the image.

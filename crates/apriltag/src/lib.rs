@@ -7,6 +7,7 @@
 //! Corners are pixels with (0, 0) at the centre of the top left pixel. The detector knows no lens, no metres, no clock
 //! and no network, and takes no memory from the heap once it has seen an image of a size.
 
+mod area;
 mod bit_plane;
 mod code_index;
 mod components;
