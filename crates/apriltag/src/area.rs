@@ -4,6 +4,8 @@
 //! places to the image's.
 
 use crate::Image;
+use crate::components::Component;
+use crate::kernels::TILE;
 use crate::quad::Point;
 
 /// A rectangle of an image, or every so many-th row of one.
@@ -41,4 +43,77 @@ impl Area {
             self.top as f32 + y * self.row_step as f32,
         ]
     }
+
+    /// Whether a component of the part goes on beyond the part's edge, for all that can be seen there: it reaches an edge
+    /// that is not the image's.
+    pub(crate) fn cuts(&self, component: &Component, image: &Image<'_>) -> bool {
+        let rows = self.height / self.row_step;
+        let cut_left = component.left == 0 && self.left > 0;
+        let cut_top = component.top == 0 && self.top > 0;
+        let cut_right =
+            usize::from(component.right) == self.width && self.left + self.width < image.width();
+        let cut_bottom =
+            usize::from(component.bottom) + 1 == rows && self.top + self.height < image.height();
+        cut_left || cut_top || cut_right || cut_bottom
+    }
+
+    /// Pixels that are looked at.
+    pub(crate) fn n_pixels(&self) -> usize {
+        self.width * (self.height / self.row_step)
+    }
+
+    /// What lies between two columns and between two rows of an image, and so much more that it begins with whole tiles and
+    /// is an image; nothing when that is outside.
+    pub(crate) fn between(columns: [f32; 2], rows: [f32; 2], image: &Image<'_>) -> Option<Self> {
+        let (left, width) = clip(columns, image.width())?;
+        let (top, height) = clip(rows, image.height())?;
+        Some(Self {
+            left,
+            top,
+            width,
+            height,
+            row_step: 1,
+        })
+    }
+
+    /// With as much more above it that it begins with a whole tile.
+    pub(crate) fn on_tiles(self) -> Self {
+        let top = self.top / TILE * TILE;
+        Self {
+            top,
+            height: self.height + self.top - top,
+            ..self
+        }
+    }
+
+    /// Whether all of another area is looked at in this one.
+    pub(crate) fn holds(&self, other: &Self) -> bool {
+        self.row_step == 1 && self.joined(other) == *self
+    }
+
+    /// The least area around both, every row of it.
+    pub(crate) fn joined(&self, other: &Self) -> Self {
+        let (left, top) = (self.left.min(other.left), self.top.min(other.top));
+        let right = (self.left + self.width).max(other.left + other.width);
+        let bottom = (self.top + self.height).max(other.top + other.height);
+        Self {
+            left,
+            top,
+            width: right - left,
+            height: bottom - top,
+            row_step: 1,
+        }
+    }
+}
+
+/// First pixel and number of pixels, of `size`, from `low` to `high`.
+fn clip([low, high]: [f32; 2], size: usize) -> Option<(usize, usize)> {
+    if high < 0.0 || low >= size as f32 {
+        return None;
+    }
+    let first = (low.max(0.0) as usize).min(size - Image::MIN_SIZE) / TILE * TILE;
+    let end = (high as usize)
+        .saturating_add(1)
+        .clamp(first + Image::MIN_SIZE, size);
+    Some((first, end - first))
 }

@@ -197,10 +197,8 @@ impl Detector {
         let n_known = self.sightings.len();
         for (outline, extents) in self.outlines.iter() {
             let middle = area.to_image(outline.component.middle());
-            if self.sightings[..n_known]
-                .iter()
-                .any(|known| known.covers(middle))
-            {
+            let known = &self.sightings[..n_known];
+            if area.cuts(&outline.component, image) || known.iter().any(|tag| tag.covers(middle)) {
                 continue;
             }
             self.report.candidates += 1;

@@ -2,6 +2,7 @@
 //!
 //! - [`Image`]: what comes in, borrowed, any stride.
 //! - [`Detector`]: the pipeline; made of [`Options`], it says of each image which tags ([`Detection`]) are where.
+//! - [`Tracker`]: the same over a sequence of images, looking at parts of each only.
 //! - [`Report`], [`Observer`]: what happened on the way.
 //!
 //! Corners are pixels with (0, 0) at the centre of the top left pixel. The detector knows no lens, no metres, no clock
@@ -26,6 +27,7 @@ mod report;
 mod shade;
 mod sighting;
 mod tiles;
+mod tracker;
 
 pub use detection::{Detection, Refinement};
 pub use detector::Detector;
@@ -33,3 +35,4 @@ pub use image::{Image, ImageError};
 pub use options::{Options, OptionsError};
 pub use report::{LabelledRun, Level, Observer, Pass, Rejection, Report, Stage};
 pub use sextant_tag_families::{BorderColour, Family};
+pub use tracker::{Awaited, Tracker, TrackingReport};

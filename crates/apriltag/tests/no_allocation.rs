@@ -1,20 +1,29 @@
 //! After it has seen an image of a size, the detector takes nothing more from the heap.
 
+#![allow(clippy::unwrap_used)]
+
 mod drawing;
 
 use drawing::{Camera, Picture, Tag};
-use sextant_apriltag::{Detector, Image, Options};
+use sextant_apriltag::{Detector, Image, Options, Tracker};
 use std::alloc::{GlobalAlloc, Layout, System};
-use std::sync::atomic::{AtomicUsize, Ordering};
+use std::cell::Cell;
 
 struct Counting;
 
-static ALLOCATIONS: AtomicUsize = AtomicUsize::new(0);
+thread_local! {
+    /// Of this thread, so that tests beside each other count their own.
+    static ALLOCATIONS: Cell<usize> = const { Cell::new(0) };
+}
+
+fn count() {
+    ALLOCATIONS.set(ALLOCATIONS.get() + 1);
+}
 
 // SAFETY: every call goes on to the system's allocator as it came; counting touches no memory of the caller's.
 unsafe impl GlobalAlloc for Counting {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        ALLOCATIONS.fetch_add(1, Ordering::Relaxed);
+        count();
         // SAFETY: the caller keeps the contract of `alloc`, which is the same.
         unsafe { System.alloc(layout) }
     }
@@ -25,7 +34,7 @@ unsafe impl GlobalAlloc for Counting {
     }
 
     unsafe fn realloc(&self, pointer: *mut u8, layout: Layout, new_size: usize) -> *mut u8 {
-        ALLOCATIONS.fetch_add(1, Ordering::Relaxed);
+        count();
         // SAFETY: `pointer` came from `System` through `alloc` or `realloc`.
         unsafe { System.realloc(pointer, layout, new_size) }
     }
@@ -34,11 +43,12 @@ unsafe impl GlobalAlloc for Counting {
 #[global_allocator]
 static ALLOCATOR: Counting = Counting;
 
-#[test]
-fn a_seen_size_needs_no_more_memory_whatever_the_image_shows() {
-    let camera = Camera::new(320, 240);
-    let at = |id, x, y| Tag {
-        position_m: [x, y, 0.7],
+const CAMERA: (usize, usize) = (320, 240);
+
+/// Five tags, moved by so many metres; in focus or under noise.
+fn picture(x: f64, y: f64) -> Picture {
+    let at = |id, tag_x, tag_y| Tag {
+        position_m: [tag_x + x, tag_y + y, 0.7],
         turn_deg: [20.0, 10.0, 30.0],
         ..Tag::new(id)
     };
@@ -49,24 +59,47 @@ fn a_seen_size_needs_no_more_memory_whatever_the_image_shows() {
         at(4, -0.1, 0.05),
         at(5, 0.1, 0.05),
     ];
-    let empty = vec![128; camera.width * camera.height];
-    let tagged = Picture::draw(&camera, &tags, 128.0)
-        .blurred(0.5)
-        .pixels(2.0, 1);
-    let noisy = Picture::draw(&camera, &tags, 128.0)
-        .blurred(0.5)
-        .pixels(60.0, 2);
+    Picture::draw(&Camera::new(CAMERA.0, CAMERA.1), &tags, 128.0).blurred(0.5)
+}
 
+/// How many tags are found in an image, and how often memory is asked for meanwhile.
+fn allocations(pixels: &[u8], detect: impl FnOnce(&Image<'_>) -> usize) -> (usize, usize) {
+    let image = Image::new(pixels, CAMERA.0, CAMERA.1, CAMERA.0).unwrap();
+    let before = ALLOCATIONS.get();
+    let n_tags = detect(&image);
+    (n_tags, ALLOCATIONS.get() - before)
+}
+
+#[test]
+fn a_seen_size_needs_no_more_memory_whatever_the_image_shows() {
+    let empty = vec![128; CAMERA.0 * CAMERA.1];
+    let tagged = picture(0.0, 0.0).pixels(2.0, 1);
+    let noisy = picture(0.0, 0.0).pixels(60.0, 2);
     let mut detector = Detector::new(Options::default()).unwrap();
-    let mut allocations = |pixels: &[u8]| {
-        let image = Image::new(pixels, camera.width, camera.height, camera.width).unwrap();
-        let before = ALLOCATIONS.load(Ordering::Relaxed);
-        let n_tags = detector.detect(&image).len();
-        (n_tags, ALLOCATIONS.load(Ordering::Relaxed) - before)
-    };
-    allocations(&empty);
+    let mut detect = |pixels: &[u8]| allocations(pixels, |image| detector.detect(image).len());
+    detect(&empty);
     for (pixels, n_tags) in [(&tagged, 5), (&empty, 0), (&tagged, 5)] {
-        assert_eq!(allocations(pixels), (n_tags, 0));
+        assert_eq!(detect(pixels), (n_tags, 0));
     }
-    assert_eq!(allocations(&noisy).1, 0);
+    assert_eq!(detect(&noisy).1, 0);
+}
+
+#[test]
+fn tracking_needs_no_more_memory_after_the_first_image() {
+    let empty = vec![128; CAMERA.0 * CAMERA.1];
+    let tagged = picture(0.0, 0.0).pixels(2.0, 1);
+    let moved = picture(0.005, 0.004).pixels(2.0, 2);
+    let noisy = picture(0.0, 0.0).pixels(60.0, 3);
+    let mut tracker = Tracker::new(Options::default()).unwrap();
+    let mut detect = |pixels: &[u8]| allocations(pixels, |image| tracker.detect(image).len());
+    detect(&empty);
+    for pixels in [&noisy, &tagged].repeat(10) {
+        assert_eq!(detect(pixels).1, 0);
+    }
+    for pixels in [&tagged, &moved, &tagged] {
+        assert_eq!(detect(pixels), (5, 0));
+    }
+    for _ in 0..5 {
+        assert_eq!(detect(&empty), (0, 0));
+    }
 }

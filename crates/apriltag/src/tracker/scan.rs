@@ -1,0 +1,83 @@
+//! Which part of an image is searched for tags that are not known yet.
+//!
+//! Bands from top to bottom that reach into one another, so that small tags lie wholly in one of them; then every other row
+//! of the whole image, where tags too tall for that are seen pressed flat, as if from the side.
+
+use crate::Image;
+use crate::area::Area;
+
+/// Bands from the top of an image to its bottom.
+const BANDS: usize = 8;
+
+/// Rows that neighbouring bands share, as a part of the image's height. Taller tags, and those that move towards the scan
+/// by what is left, are seen in every other row.
+const SHARED: usize = 8;
+
+/// Of the rows, when all of the image is looked over.
+const ROW_STEP: usize = 2;
+
+/// Images lower than this are searched whole: bands of them would be hardly higher than what they share.
+const LEAST_HEIGHT: usize = 128;
+
+/// Where the scan stands.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Scan {
+    step: usize,
+}
+
+impl Scan {
+    pub(super) fn next(&mut self, image: &Image<'_>) -> Area {
+        let whole = Area::whole(image);
+        if image.height() < LEAST_HEIGHT {
+            return whole;
+        }
+        let step = self.step;
+        self.step = (step + 1) % (BANDS + 1);
+        if step == BANDS {
+            return Area {
+                row_step: ROW_STEP,
+                ..whole
+            };
+        }
+        let shared = image.height() / SHARED;
+        let height = (image.height() + (BANDS - 1) * shared).div_ceil(BANDS);
+        Area {
+            top: step * (image.height() - height) / (BANDS - 1),
+            height,
+            ..whole
+        }
+        .on_tiles()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_bands_reach_into_one_another_from_top_to_bottom() {
+        let pixels = vec![0; 4096 * 3072];
+        for (width, height) in [(16, 128), (17, 129), (640, 480), (752, 479), (4096, 3072)] {
+            let image = Image::new(&pixels, width, height, width).unwrap();
+            let mut scan = Scan::default();
+            let mut bottom = height / SHARED;
+            for _ in 0..BANDS {
+                let band = scan.next(&image);
+                assert_eq!((band.left, band.width, band.row_step), (0, width, 1));
+                assert!(
+                    band.top + height / SHARED <= bottom,
+                    "{width}x{height} {band:?}"
+                );
+                assert!(
+                    band.n_pixels() * 7 < width * height * 2,
+                    "{width}x{height} {band:?}"
+                );
+                bottom = band.top + band.height;
+            }
+            assert_eq!(bottom, height);
+            let over_all = scan.next(&image);
+            assert_eq!((over_all.height, over_all.row_step), (height, ROW_STEP));
+            assert_eq!(scan.next(&image).top, 0);
+        }
+    }
+}
