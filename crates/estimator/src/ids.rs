@@ -1,4 +1,4 @@
-//! The names of cameras and objects: 1 to 32 characters of `[a-z0-9_-]`, cheap to clone, ordered.
+//! The names of cameras, objects, links and joints: 1 to 32 characters of `[a-z0-9_-]`, cheap to clone, ordered.
 
 use std::fmt;
 use std::str::FromStr;
@@ -98,6 +98,16 @@ id! {
 id! {
     /// The name of an object.
     ObjectId
+}
+
+id! {
+    /// The name of a link of an articulated object.
+    LinkId
+}
+
+id! {
+    /// The name of a joint between two links.
+    JointId
 }
 
 #[cfg(test)]

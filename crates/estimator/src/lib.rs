@@ -1,17 +1,18 @@
 //! From tag corners of many cameras to object poses with covariance.
 //!
-//! What comes in: a rig (cameras with lens and pose), objects (constellations of tags) and the corners that single
+//! What comes in: a rig (cameras with lens and pose), objects (constellations of tags, on links or on one body) and the corners that single
 //! images show, each with its capture time. What goes out: `world_from_object` with covariance and twist per object.
 //! Metres, radians, pixels with (0, 0) at the centre of the top-left pixel, nanoseconds since the Unix epoch.
 //!
 //! - [`Fusion`]: the machine; [`Input`] in, [`Output`] out, every tunable a field of [`FusionOptions`].
-//! - [`Rig`], [`ObjectModel`], [`ImageObservation`]: what it works from.
+//! - [`Rig`], [`ObjectModel`], [`Articulation`], [`ImageObservation`]: what it works from.
 //! - [`ObjectEstimate`], [`ClockOffset`], [`Fault`], [`Statistics`]: what it tells.
 //! - Inside: `fusion` (intake, outputs), `timeline` (the window into which late images are put), `track` (one object at
 //!   one instant: rival attitudes and clocks), `filter` (the mathematics of one update), `health` (what is wrong, by name).
 //!
 //! This crate knows no clock (time is an argument), no image, no network and no file.
 
+mod articulation;
 mod estimate;
 mod filter;
 mod fusion;
@@ -27,10 +28,13 @@ mod tag_poses;
 mod timeline;
 mod track;
 
+pub use articulation::{
+    Articulation, ArticulationError, Joint, JointKind, MOST_JOINTS, MOST_LINKS,
+};
 pub use estimate::{ClockOffset, ObjectEstimate, State};
 pub use fusion::{Fusion, Input, ModelError, Output};
 pub use health::Fault;
-pub use ids::{CameraId, IdError, ObjectId};
+pub use ids::{CameraId, IdError, JointId, LinkId, ObjectId};
 pub use object::{ObjectError, ObjectModel, ObjectTag, TagId};
 pub use observation::{ImageObservation, TagCorners};
 pub use options::{FusionOptions, OptionsError};

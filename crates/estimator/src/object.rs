@@ -1,4 +1,4 @@
-//! Objects: rigid constellations of tags.
+//! Objects: constellations of tags, rigid or on links that joints connect.
 
 use std::collections::BTreeSet;
 use std::fmt;
@@ -8,8 +8,8 @@ use sextant_geometry::Pose;
 use sextant_tag_families::Family;
 use thiserror::Error;
 
-use crate::ObjectId;
 use crate::rig::is_finite;
+use crate::{Articulation, ArticulationError, LinkId, ObjectId};
 
 /// Which tag it is: its family and its number in the family.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
@@ -33,15 +33,19 @@ pub struct ObjectTag {
     pub tag: TagId,
     /// Edge of its black square in metres.
     pub size_m: f64,
-    /// Maps points of the tag (x right, y up, z out of its face) into the object; `None` until learned.
+    /// Maps points of the tag (x right, y up, z out of its face) into the object, or into its link where the object has
+    /// links; `None` until learned.
     pub object_from_tag: Option<Pose>,
 }
 
-/// A rigid object with its tags.
+/// An object with its tags.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ObjectModel {
     id: ObjectId,
     tags: Vec<ObjectTag>,
+    articulation: Option<Articulation>,
+    /// Index of each tag's link; empty for a rigid object.
+    links: Vec<usize>,
 }
 
 /// Why tags make no object.
@@ -78,10 +82,28 @@ pub enum ObjectError {
         /// The tag.
         tag: TagId,
     },
+    /// A tag on a link that the object lacks.
+    #[error("object {object}: tag {tag} is on link {link}, which the object does not have")]
+    UnknownLink {
+        /// The object.
+        object: ObjectId,
+        /// The tag.
+        tag: TagId,
+        /// The link that it names.
+        link: LinkId,
+    },
+    /// Links and joints that make no tree.
+    #[error("object {object}: {error}")]
+    Articulation {
+        /// The object.
+        object: ObjectId,
+        /// What is wrong with them.
+        error: ArticulationError,
+    },
 }
 
 impl ObjectModel {
-    /// Checks the tags and takes them over.
+    /// A rigid object: checks the tags and takes them over.
     ///
     /// # Errors
     /// Without tags, and for the first tag that is there twice or whose size or pose is unusable.
@@ -99,7 +121,51 @@ impl ObjectModel {
                 });
             }
         }
-        Ok(Self { id, tags })
+        Ok(Self {
+            id,
+            tags,
+            articulation: None,
+            links: Vec::new(),
+        })
+    }
+
+    /// An object of links: each tag with the link that it is on, its `object_from_tag` being `link_from_tag`.
+    ///
+    /// # Errors
+    /// As [`Self::new`], and for the first tag on a link that is not there.
+    pub fn articulated(
+        id: ObjectId,
+        articulation: Articulation,
+        tags: Vec<(LinkId, ObjectTag)>,
+    ) -> Result<Self, ObjectError> {
+        let mut links = Vec::with_capacity(tags.len());
+        for (link, tag) in &tags {
+            links.push(
+                articulation
+                    .link(link)
+                    .ok_or_else(|| ObjectError::UnknownLink {
+                        object: id.clone(),
+                        tag: tag.tag,
+                        link: link.clone(),
+                    })?,
+            );
+        }
+        let rigid = Self::new(id, tags.into_iter().map(|(_, tag)| tag).collect())?;
+        Ok(Self {
+            articulation: Some(articulation),
+            links,
+            ..rigid
+        })
+    }
+
+    /// Its links and joints; `None` where it is rigid.
+    pub fn articulation(&self) -> Option<&Articulation> {
+        self.articulation.as_ref()
+    }
+
+    /// Index of the link that a tag is on, by the tag's place among [`Self::tags`]; `None` where the object is rigid.
+    pub fn link_of(&self, tag: usize) -> Option<usize> {
+        self.links.get(tag).copied()
     }
 
     /// Its name.

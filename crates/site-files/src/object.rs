@@ -1,12 +1,17 @@
-//! `object.toml`: one object, its tags and where they sit on it.
+//! `object.toml`: one object, its tags and where they sit on it or on its links.
+
+mod links;
 
 use crate::atomic::write_atomically;
 use crate::document::Document;
 use crate::error::{Complaint, FileError};
 use crate::read::read_text;
 use crate::rig::pose_toml;
+use links::{JointTable, LinkTable, articulation_of, articulation_toml};
 use serde::Deserialize;
-use sextant_estimator::{ObjectError, ObjectId, ObjectModel, ObjectTag, TagId};
+use sextant_estimator::{
+    Articulation, LinkId, ObjectError, ObjectId, ObjectModel, ObjectTag, TagId,
+};
 use sextant_geometry::{Pose, PoseParts};
 use sextant_tag_families::Family;
 use std::collections::BTreeMap;
@@ -20,6 +25,11 @@ const QUATERNION_TOLERANCE: f64 = 1e-3;
 #[serde(deny_unknown_fields)]
 struct ObjectFile {
     id: ObjectId,
+    /// None for a rigid object.
+    #[serde(default)]
+    link: Vec<LinkTable>,
+    #[serde(default)]
+    joint: Vec<JointTable>,
     #[serde(default)]
     tag: Vec<TagTable>,
 }
@@ -31,8 +41,12 @@ struct TagTable {
     id: u32,
     /// Edge of the black square, metres.
     size: f64,
-    /// Omitted until learned.
+    /// Of a rigid object; omitted until learned.
     object_from_tag: Option<PoseParts>,
+    /// On which link it sits, where the object has links.
+    link: Option<LinkId>,
+    /// Takes the place of `object_from_tag` there; omitted until learned.
+    link_from_tag: Option<PoseParts>,
 }
 
 /// The object of a file.
@@ -59,12 +73,57 @@ fn object_of(file: &ObjectFile, document: &Document<'_>) -> Result<ObjectModel, 
         let remedy = "add a [[tag]] table with family, id and size";
         return Err(Complaint::new("id", "the object has no tag", remedy));
     }
-    let tags = file.tag.iter().enumerate();
-    let tags: Result<Vec<ObjectTag>, Complaint> = tags
+    let articulation = articulation_of(&file.link, &file.joint, document)?;
+    let written = || file.tag.iter().enumerate();
+    let links = written().map(|(index, tag)| link_of(index, tag, articulation.as_ref()));
+    let links: Vec<Option<LinkId>> = links.collect::<Result<_, Complaint>>()?;
+    let tags: Result<Vec<ObjectTag>, Complaint> = written()
         .map(|(index, tag)| tag_of(&file.id, index, tag))
         .collect();
     unique(file, document)?;
-    ObjectModel::new(file.id.clone(), tags?).map_err(|error| complaint("tag", &error))
+    let object = match articulation {
+        None => ObjectModel::new(file.id.clone(), tags?),
+        Some(articulation) => {
+            let on_links = links.into_iter().flatten().zip(tags?).collect();
+            ObjectModel::articulated(file.id.clone(), articulation, on_links)
+        }
+    };
+    object.map_err(|error| complaint("tag", &error))
+}
+
+/// The link that a tag is on; `None` where the object is rigid.
+fn link_of(
+    index: usize,
+    table: &TagTable,
+    articulation: Option<&Articulation>,
+) -> Result<Option<LinkId>, Complaint> {
+    let wrong = |part: &str, cause: &str, remedy: &str| {
+        Err(Complaint::new(format!("tag[{index}]{part}"), cause, remedy))
+    };
+    let rigid = "the object has no links";
+    match (articulation, &table.link) {
+        (None, Some(_)) => wrong(".link", rigid, "add [[link]] tables, or remove the key"),
+        (None, None) if table.link_from_tag.is_some() => {
+            wrong(".link_from_tag", rigid, "write `object_from_tag`")
+        }
+        (None, None) => Ok(None),
+        (Some(_), None) => wrong(
+            "",
+            "the object has links, and this tag names none",
+            "add `link = ...` with the link that it sits on",
+        ),
+        (Some(_), Some(_)) if table.object_from_tag.is_some() => wrong(
+            ".object_from_tag",
+            "the tag sits on a link",
+            "write `link_from_tag`",
+        ),
+        (Some(tree), Some(link)) if tree.link(link).is_none() => wrong(
+            ".link",
+            &format!("the object has no link {link}"),
+            "name one of the [[link]] tables",
+        ),
+        (Some(_), Some(link)) => Ok(Some(link.clone())),
+    }
 }
 
 fn unique(file: &ObjectFile, document: &Document<'_>) -> Result<(), Complaint> {
@@ -89,14 +148,17 @@ fn tag_of(object: &ObjectId, index: usize, table: &TagTable) -> Result<ObjectTag
         let remedy = format!("its ids are 0 to {}", ids - 1);
         return Err(Complaint::new(format!("{key}.id"), cause, remedy));
     }
-    let pose_key = format!("{key}.object_from_tag");
+    let (pose, pose_key) = match &table.link {
+        None => (&table.object_from_tag, "object_from_tag"),
+        Some(_) => (&table.link_from_tag, "link_from_tag"),
+    };
     let tag = ObjectTag {
         tag: TagId {
             family: table.family,
             id: table.id,
         },
         size_m: table.size,
-        object_from_tag: pose_of(table.object_from_tag.as_ref(), &pose_key)?,
+        object_from_tag: pose_of(pose.as_ref(), &format!("{key}.{pose_key}"))?,
     };
     // An object of this tag alone: the rules are the estimator's, the place is known here.
     ObjectModel::new(object.clone(), vec![tag.clone()]).map_err(|error| complaint(&key, &error))?;
@@ -141,7 +203,9 @@ pub(crate) fn pose_of(parts: Option<&PoseParts>, key: &str) -> Result<Option<Pos
 /// The text of an object's file. Numbers are written with as many digits as bring them back exactly.
 pub fn object_toml(object: &ObjectModel) -> String {
     let mut text = format!("id = \"{}\"\n", object.id());
-    for tag in object.tags() {
+    let tree = object.articulation();
+    text.push_str(&tree.map(articulation_toml).unwrap_or_default());
+    for (index, tag) in object.tags().iter().enumerate() {
         let TagId { family, id } = tag.tag;
         // Writing to a String cannot fail.
         let _ = write!(
@@ -149,8 +213,15 @@ pub fn object_toml(object: &ObjectModel) -> String {
             "\n[[tag]]\nfamily = \"{family}\"\nid = {id}\nsize = {:?}\n",
             tag.size_m
         );
+        let link = object
+            .link_of(index)
+            .and_then(|link| tree?.links().get(link));
+        if let Some(link) = link {
+            let _ = writeln!(text, "link = \"{link}\"");
+        }
         if let Some(pose) = &tag.object_from_tag {
-            let _ = writeln!(text, "object_from_tag = {}", pose_toml(&pose.into()));
+            let outer = if link.is_some() { "link" } else { "object" };
+            let _ = writeln!(text, "{outer}_from_tag = {}", pose_toml(&pose.into()));
         }
     }
     text
