@@ -13,7 +13,7 @@ const FLOORS: &[&[&str]] = &[
     &["sextant-geometry", "sextant-tag-families"],
     &["sextant-apriltag"],
     &["sextant-estimator", "sextant-simulator"],
-    &["sextant-proto"],
+    &["sextant-proto", "sextant-calibrator"],
     &[
         "sextant-iceoryx-images",
         "sextant-zenoh-bus",
@@ -34,6 +34,7 @@ const IGNORANT_OF: &[(&str, &[&str])] = &[
     ("sextant-estimator", TRANSPORT),
     ("sextant-simulator", TRANSPORT),
     ("sextant-proto", TRANSPORT),
+    ("sextant-calibrator", TRANSPORT),
 ];
 const TRANSPORT: &[&str] = &["zenoh", "iceoryx2", "tokio", "axum", "tracing", "libc"];
 

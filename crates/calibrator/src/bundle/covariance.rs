@@ -1,0 +1,117 @@
+//! How well the kept parameters are known.
+
+use super::layout::{KeptParameter, Layout};
+use super::observability::PriorKnowledge;
+use super::state::Bundle;
+use nalgebra::{DMatrix, Matrix6};
+use sextant_geometry::{Pose, so3};
+
+/// Covariance of the kept parameters: poses over the step of FRAMES.md (position along the outer frame's axes, turn about
+/// the inner frame's origin), lenses in their own units, clocks in seconds. Always finite: bounded by the prior knowledge.
+#[derive(Clone, Debug, PartialEq)]
+pub struct KeptCovariance {
+    parameters: Vec<KeptParameter>,
+    matrix: DMatrix<f64>,
+}
+
+impl KeptCovariance {
+    /// From the information of the solver's own steps, already in units of the corners' true noise.
+    pub(super) fn of(
+        bundle: &Bundle,
+        layout: &Layout,
+        information: DMatrix<f64>,
+        prior: &PriorKnowledge,
+    ) -> Self {
+        let parameters = layout.parameters();
+        let steps = steps_from_framed(bundle, layout);
+        let mut information = steps.transpose() * information * &steps;
+        for (at, parameter) in parameters.iter().enumerate() {
+            information[(at, at)] += prior.sigma(bundle, parameter).powi(-2);
+        }
+        let matrix = inverse(information, |at| prior.sigma(bundle, &parameters[at]));
+        Self { parameters, matrix }
+    }
+
+    /// What each row and column of [`KeptCovariance::matrix`] is.
+    pub fn parameters(&self) -> &[KeptParameter] {
+        &self.parameters
+    }
+
+    /// The whole matrix.
+    pub fn matrix(&self) -> &DMatrix<f64> {
+        &self.matrix
+    }
+
+    /// One standard deviation of a parameter; `None` if it was not sought.
+    pub fn sigma(&self, parameter: KeptParameter) -> Option<f64> {
+        let at = self.position(parameter)?;
+        Some(self.matrix[(at, at)].max(0.0).sqrt())
+    }
+
+    /// Of a camera's pose; `None` if it was not sought.
+    pub fn camera(&self, camera: usize) -> Option<Matrix6<f64>> {
+        self.block(KeptParameter::CameraPosition { camera, axis: 0 })
+    }
+
+    /// Of a tag's pose in the object; `None` if it was not sought.
+    pub fn tag(&self, tag: usize) -> Option<Matrix6<f64>> {
+        self.block(KeptParameter::TagPosition { tag, axis: 0 })
+    }
+
+    /// Of a lens's sought parameters, in the order of `Lens::parameters`; empty if none was.
+    pub fn lens(&self, camera: usize) -> DMatrix<f64> {
+        let of_lens =
+            |p: &KeptParameter| matches!(p, KeptParameter::Lens { camera: c, .. } if *c == camera);
+        let n = self.parameters.iter().filter(|p| of_lens(p)).count();
+        let start = self.parameters.iter().position(of_lens).unwrap_or(0);
+        self.matrix.view((start, start), (n, n)).into_owned()
+    }
+
+    fn block(&self, first: KeptParameter) -> Option<Matrix6<f64>> {
+        let at = self.position(first)?;
+        Some(self.matrix.fixed_view::<6, 6>(at, at).into_owned())
+    }
+
+    fn position(&self, parameter: KeptParameter) -> Option<usize> {
+        self.parameters.iter().position(|&p| p == parameter)
+    }
+}
+
+/// Inverse of a positive definite matrix whose diagonal spans many orders: scaled first. Where rounding leaves it
+/// indefinite, the prior alone.
+fn inverse(information: DMatrix<f64>, sigma: impl Fn(usize) -> f64) -> DMatrix<f64> {
+    let n = information.nrows();
+    let scale: Vec<f64> = (0..n).map(|at| information[(at, at)].sqrt()).collect();
+    let scaled = DMatrix::from_fn(n, n, |i, j| information[(i, j)] / (scale[i] * scale[j]));
+    let inverse = match scaled.cholesky() {
+        Some(factor) if n > 0 => factor.inverse(),
+        _ => DMatrix::from_fn(n, n, |i, j| {
+            if i == j {
+                (sigma(i) * scale[i]).powi(2)
+            } else {
+                0.0
+            }
+        }),
+    };
+    DMatrix::from_fn(n, n, |i, j| inverse[(i, j)] / (scale[i] * scale[j]))
+}
+
+/// The solver's step (a twist of the outer frame about its origin) from a step of FRAMES.md, block by block:
+/// `v = dt - w x t`, `w = dr`.
+fn steps_from_framed(bundle: &Bundle, layout: &Layout) -> DMatrix<f64> {
+    let mut steps = DMatrix::identity(layout.n, layout.n);
+    let mut put = |columns: Option<usize>, pose: &Pose| {
+        if let Some(at) = columns {
+            steps
+                .fixed_view_mut::<3, 3>(at, at + 3)
+                .copy_from(&so3::hat(&pose.translation.vector));
+        }
+    };
+    for (camera, columns) in bundle.cameras.iter().zip(&layout.cameras) {
+        put(columns.pose, &camera.world_from_camera);
+    }
+    for (tag, &columns) in bundle.tags.iter().zip(&layout.tags) {
+        put(columns, &tag.object_from_tag);
+    }
+    steps
+}

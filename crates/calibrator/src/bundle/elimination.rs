@@ -1,0 +1,125 @@
+//! Elimination of the instants: the Schur complement over the kept parameters, and the way back.
+//!
+//! Instants that are tied to the next one form a chain, which is eliminated from its earliest end (block Cholesky of a block
+//! tridiagonal matrix); instants without ties are chains of one.
+
+use super::equations::{Coupling, Equations, Node};
+use nalgebra::{DMatrix, DVector, SMatrix, SVector};
+
+/// Added to every diagonal element, so that a parameter without any information stays where it is.
+const FLOOR: f64 = 1e-9;
+
+/// A step of everything.
+pub(super) struct Step<const D: usize> {
+    pub kept: DVector<f64>,
+    pub instants: Vec<SVector<f64, D>>,
+}
+
+/// What is left of an instant: its rows of the Cholesky factor.
+struct Row<const D: usize> {
+    lower: SMatrix<f64, D, D>,
+    gradient: SVector<f64, D>,
+    columns: Vec<usize>,
+    coupling: Coupling<D>,
+    next: Option<SMatrix<f64, D, D>>,
+}
+
+/// The reduced system over the kept parameters and the factor that leads back from it.
+pub(super) struct Reduced<const D: usize> {
+    /// Symmetric, both triangles.
+    pub information: DMatrix<f64>,
+    gradient: DVector<f64>,
+    rows: Vec<Row<D>>,
+}
+
+impl<const D: usize> Reduced<D> {
+    /// Eliminates with Marquardt's damping, a fraction of the diagonal; `None` where that leaves an instant undetermined.
+    pub(super) fn of(equations: &Equations<D>, damping: f64) -> Option<Self> {
+        let mut reduced = Self {
+            information: equations.kept.clone(),
+            gradient: equations.gradient.clone(),
+            rows: Vec::with_capacity(equations.nodes.len()),
+        };
+        for at in 0..equations.kept.nrows() {
+            let diagonal = &mut reduced.information[(at, at)];
+            *diagonal += *diagonal * damping + FLOOR;
+        }
+        for node in &equations.nodes {
+            let row = Row::of(node, reduced.rows.last(), damping)?;
+            reduced.subtract(&row);
+            reduced.rows.push(row);
+        }
+        reduced
+            .information
+            .fill_lower_triangle_with_upper_triangle();
+        Some(reduced)
+    }
+
+    fn subtract(&mut self, row: &Row<D>) {
+        let square = row.coupling.tr_mul(&row.coupling);
+        let pull = row.coupling.tr_mul(&row.gradient);
+        for (j, &column) in row.columns.iter().enumerate() {
+            self.gradient[column] -= pull[j];
+            for (i, &line) in row.columns[..=j].iter().enumerate() {
+                self.information[(line, column)] -= square[(i, j)];
+            }
+        }
+    }
+
+    /// The step that the damped equations ask for; `None` where they are not positive definite.
+    pub(super) fn step(&self) -> Option<Step<D>> {
+        let kept = if self.gradient.is_empty() {
+            DVector::zeros(0)
+        } else {
+            -self.information.clone().cholesky()?.solve(&self.gradient)
+        };
+        let mut instants = vec![SVector::zeros(); self.rows.len()];
+        for at in (0..self.rows.len()).rev() {
+            let later = instants.get(at + 1).copied();
+            instants[at] = self.rows[at].back(&kept, later)?;
+        }
+        let finite = kept.iter().all(|x| x.is_finite());
+        finite.then_some(Step { kept, instants })
+    }
+}
+
+impl<const D: usize> Row<D> {
+    fn of(node: &Node<D>, earlier: Option<&Self>, damping: f64) -> Option<Self> {
+        let mut own = node.own;
+        for at in 0..D {
+            own[(at, at)] += own[(at, at)] * damping + FLOOR;
+        }
+        let (mut gradient, mut coupling) = (node.gradient, node.coupling.clone());
+        if let Some(earlier) = earlier
+            && let Some(tie) = &earlier.next
+        {
+            let back = tie.transpose();
+            own -= back * tie;
+            gradient -= back * earlier.gradient;
+            coupling -= back * &earlier.coupling;
+        }
+        let lower = own.cholesky()?.l();
+        Some(Self {
+            gradient: lower.solve_lower_triangular(&gradient)?,
+            coupling: lower.solve_lower_triangular(&coupling)?,
+            next: match &node.next {
+                Some(next) => Some(lower.solve_lower_triangular(next)?),
+                None => None,
+            },
+            columns: node.columns.clone(),
+            lower,
+        })
+    }
+
+    /// The instant's step, once those of the kept parameters and of the later instant are known.
+    fn back(&self, kept: &DVector<f64>, later: Option<SVector<f64, D>>) -> Option<SVector<f64, D>> {
+        let mut right = self.gradient;
+        for (at, &column) in self.columns.iter().enumerate() {
+            right += self.coupling.column(at) * kept[column];
+        }
+        if let (Some(next), Some(later)) = (&self.next, later) {
+            right += next * later;
+        }
+        self.lower.tr_solve_lower_triangular(&-right)
+    }
+}

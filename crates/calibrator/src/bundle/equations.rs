@@ -1,0 +1,187 @@
+//! The normal equations: a small dense matrix over the kept parameters and, of every instant, its own block and its
+//! coupling to them. Never a Jacobian: images are added one by one.
+//!
+//! `D` is 6 where instants stand for themselves, 12 (pose, twist) where the object's motion is modelled.
+
+use super::image_sums::ImageSums;
+use super::layout::Layout;
+use super::motion;
+use super::residuals::{self, LensColumns, View, delay};
+use super::state::{Bundle, BundleImage};
+use nalgebra::{Const, DMatrix, DVector, Dyn, OMatrix, SMatrix, SVector};
+use sextant_geometry::least_squares::Kernel;
+use sextant_geometry::se3;
+
+/// Coupling of an instant to kept columns.
+pub(super) type Coupling<const D: usize> = OMatrix<f64, Const<D>, Dyn>;
+
+/// One instant.
+#[derive(Clone)]
+pub(super) struct Node<const D: usize> {
+    pub own: SMatrix<f64, D, D>,
+    pub gradient: SVector<f64, D>,
+    /// Which kept columns `coupling` has, ascending.
+    pub columns: Vec<usize>,
+    pub coupling: Coupling<D>,
+    /// With the next instant, where the motion ties them.
+    pub next: Option<SMatrix<f64, D, D>>,
+}
+
+/// All of it; `kept` holds its upper triangle.
+pub(super) struct Equations<const D: usize> {
+    pub kept: DMatrix<f64>,
+    pub gradient: DVector<f64>,
+    pub nodes: Vec<Node<D>>,
+    /// Sum of the robust squares: twice the cost.
+    pub rho: f64,
+}
+
+impl<const D: usize> Equations<D> {
+    pub(super) fn of(bundle: &Bundle, layout: &Layout, kernel: &Kernel) -> Self {
+        let mut equations = Self {
+            kept: DMatrix::zeros(layout.n, layout.n),
+            gradient: DVector::zeros(layout.n),
+            nodes: Vec::with_capacity(bundle.instants.len()),
+            rho: 0.0,
+        };
+        let mut images = bundle.images.as_slice();
+        for instant in 0..bundle.instants.len() {
+            let here = images.partition_point(|image| image.instant <= instant);
+            let (own, later) = images.split_at(here);
+            equations.add_instant(bundle, layout, own, kernel);
+            images = later;
+        }
+        equations.rho += motion::tie(bundle, &mut equations.nodes);
+        equations
+    }
+
+    pub(super) fn is_finite(&self) -> bool {
+        self.rho.is_finite() && self.gradient.iter().all(|x| x.is_finite())
+    }
+
+    fn add_instant(
+        &mut self,
+        bundle: &Bundle,
+        layout: &Layout,
+        images: &[BundleImage],
+        kernel: &Kernel,
+    ) {
+        let columns = if bundle.motion.is_some() {
+            (0..layout.n).collect() // tied instants fill in anyway
+        } else {
+            columns_of(layout, images)
+        };
+        let mut node = Node {
+            own: SMatrix::zeros(),
+            gradient: SVector::zeros(),
+            coupling: Coupling::<D>::zeros(columns.len()),
+            columns,
+            next: None,
+        };
+        for image in images {
+            let sums = ImageSums::of(bundle, layout, image, kernel);
+            let lever = lever::<D>(bundle, image);
+            self.add_kept(layout, image.camera, &sums);
+            node.add(layout, image.camera, &sums, &lever);
+            self.rho += sums.rho;
+        }
+        self.nodes.push(node);
+    }
+
+    fn add_kept(&mut self, layout: &Layout, camera: usize, sums: &ImageSums) {
+        let camera = &layout.cameras[camera];
+        let (start, width) = (camera.start(), camera.width());
+        let mut own = self.kept.view_mut((start, start), (width, width));
+        own += &sums.camera;
+        let mut gradient = self.gradient.rows_mut(start, width);
+        gradient += &sums.camera_gradient;
+        for tag in &sums.tags {
+            let Some(column) = layout.tags[tag.tag] else {
+                continue;
+            };
+            let mut own = self.kept.fixed_view_mut::<6, 6>(column, column);
+            own += tag.twist;
+            let mut gradient = self.gradient.fixed_rows_mut::<6>(column);
+            gradient += tag.gradient;
+            let mut across = self.kept.view_mut((start, column), (width, 6));
+            across += &tag.camera_by_twist;
+        }
+    }
+}
+
+impl<const D: usize> Node<D> {
+    fn add(
+        &mut self,
+        layout: &Layout,
+        camera: usize,
+        sums: &ImageSums,
+        lever: &SMatrix<f64, 6, D>,
+    ) {
+        let camera = &layout.cameras[camera];
+        let transposed = lever.transpose();
+        self.own += transposed * sums.twist * lever;
+        self.gradient += transposed * sums.gradient;
+        if camera.width() > 0 {
+            let at = self.local(camera.start());
+            let mut own = self.coupling.columns_mut(at, camera.width());
+            own += transposed * sums.camera_by_twist.transpose();
+        }
+        for tag in &sums.tags {
+            if let Some(column) = layout.tags[tag.tag] {
+                let at = self.local(column);
+                let mut own = self.coupling.fixed_columns_mut::<6>(at);
+                own += transposed * tag.twist;
+            }
+        }
+    }
+
+    fn local(&self, column: usize) -> usize {
+        self.columns.partition_point(|&c| c < column)
+    }
+}
+
+/// The kept columns that an instant's images touch.
+fn columns_of(layout: &Layout, images: &[BundleImage]) -> Vec<usize> {
+    let mut columns = Vec::new();
+    for image in images {
+        let camera = &layout.cameras[image.camera];
+        columns.extend(camera.start()..camera.start() + camera.width());
+        for seen in &image.tags {
+            columns.extend(layout.tags[seen.tag].into_iter().flat_map(|c| c..c + 6));
+        }
+    }
+    columns.sort_unstable();
+    columns.dedup();
+    columns
+}
+
+/// How a step of the instant moves the object's frame at the time of the image, `delay` seconds later on the twist `x`:
+/// `[Ad(exp(-x delay)) | delay J_r(x delay)]`, the right Jacobian being the left one of the way back.
+fn lever<const D: usize>(bundle: &Bundle, image: &BundleImage) -> SMatrix<f64, 6, D> {
+    if bundle.motion.is_none() {
+        return SMatrix::from_fn(|row, column| if row == column { 1.0 } else { 0.0 });
+    }
+    let delay = delay(bundle, image);
+    let back = bundle.instants[image.instant].twist * -delay;
+    let (of_pose, of_twist) = (
+        se3::adjoint(&se3::exp(&back)),
+        se3::left_jacobian(&back) * delay,
+    );
+    SMatrix::from_fn(|row, column| match column.checked_sub(6) {
+        None => of_pose[(row, column)],
+        Some(column) => of_twist[(row, column)],
+    })
+}
+
+/// The sum of the robust squares alone.
+pub(super) fn rho(bundle: &Bundle, kernel: &Kernel) -> f64 {
+    let images = bundle.images.iter().map(|image| {
+        let view = View::of(bundle, image, LensColumns::Unwanted);
+        let seen = image.tags.iter().map(|seen| {
+            let tag = &bundle.tags[seen.tag];
+            residuals::rho(&view, &tag.object_from_tag, tag.size_m, seen, kernel)
+        });
+        seen.sum::<f64>()
+    });
+    images.sum::<f64>() + motion::rho(bundle)
+}

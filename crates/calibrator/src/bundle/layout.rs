@@ -1,0 +1,165 @@
+//! Where each kept parameter stands in the reduced system.
+
+use super::state::{Bundle, Freedom};
+use sextant_geometry::Lens;
+use sextant_geometry::lens::MAX_PARAMETERS;
+
+/// One sought parameter that is kept when the instants are eliminated.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum KeptParameter {
+    /// A camera's position along a world axis, 0 to 2.
+    CameraPosition {
+        /// Index of the camera.
+        camera: usize,
+        /// 0, 1, 2: x, y, z of the world.
+        axis: usize,
+    },
+    /// A camera's attitude about a world axis.
+    CameraRotation {
+        /// Index of the camera.
+        camera: usize,
+        /// 0, 1, 2: x, y, z of the world.
+        axis: usize,
+    },
+    /// A lens parameter.
+    Lens {
+        /// Index of the camera.
+        camera: usize,
+        /// Index into `Lens::parameters`.
+        parameter: usize,
+    },
+    /// A camera's clock offset.
+    Clock {
+        /// Index of the camera.
+        camera: usize,
+    },
+    /// A tag's position along an axis of the object.
+    TagPosition {
+        /// Index of the tag.
+        tag: usize,
+        /// 0, 1, 2: x, y, z of the object.
+        axis: usize,
+    },
+    /// A tag's attitude about an axis of the object.
+    TagRotation {
+        /// Index of the tag.
+        tag: usize,
+        /// 0, 1, 2: x, y, z of the object.
+        axis: usize,
+    },
+}
+
+/// Columns of one camera: six of the pose, one of the clock, then the lens's, each where sought, without gaps.
+#[derive(Clone, Debug, Default)]
+pub(super) struct CameraColumns {
+    /// First of six.
+    pub pose: Option<usize>,
+    /// The clock's.
+    pub clock: Option<usize>,
+    /// First of `lens_parameters.len()`: one after the last of pose and clock.
+    pub lens: usize,
+    /// The free ones, indices into `Lens::parameters`.
+    pub lens_parameters: Vec<usize>,
+}
+
+/// Columns of every block.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Layout {
+    pub cameras: Vec<CameraColumns>,
+    /// First of six, where the tag is free.
+    pub tags: Vec<Option<usize>>,
+    /// How many there are.
+    pub n: usize,
+}
+
+impl CameraColumns {
+    /// First of all.
+    pub(super) fn start(&self) -> usize {
+        self.pose.or(self.clock).unwrap_or(self.lens)
+    }
+
+    /// How many belong to pose and clock.
+    pub(super) fn moving(&self) -> usize {
+        self.lens - self.start()
+    }
+
+    /// How many there are.
+    pub(super) fn width(&self) -> usize {
+        self.moving() + self.lens_parameters.len()
+    }
+}
+
+impl Layout {
+    pub(super) fn of(bundle: &Bundle) -> Self {
+        let mut layout = Self::default();
+        for camera in &bundle.cameras {
+            let free = &camera.free_lens.0[..camera.lens.n_parameters().min(MAX_PARAMETERS)];
+            let free = free.iter().enumerate();
+            let lens_parameters: Vec<usize> = free
+                .filter(|(_, freedom)| **freedom == Freedom::Free)
+                .map(|(index, _)| index)
+                .collect();
+            let pose = layout.take(camera.pose, 6);
+            let clock = layout.take(camera.clock, 1);
+            let lens = layout.n;
+            layout.n += lens_parameters.len();
+            layout.cameras.push(CameraColumns {
+                pose,
+                clock,
+                lens,
+                lens_parameters,
+            });
+        }
+        for tag in &bundle.tags {
+            let columns = layout.take(tag.pose, 6);
+            layout.tags.push(columns);
+        }
+        layout
+    }
+
+    fn take(&mut self, freedom: Freedom, width: usize) -> Option<usize> {
+        let start = self.n;
+        (freedom == Freedom::Free).then(|| {
+            self.n += width;
+            start
+        })
+    }
+
+    /// What each column is.
+    pub(super) fn parameters(&self) -> Vec<KeptParameter> {
+        let mut names = Vec::with_capacity(self.n);
+        for (camera, columns) in self.cameras.iter().enumerate() {
+            if columns.pose.is_some() {
+                names.extend((0..3).map(|axis| KeptParameter::CameraPosition { camera, axis }));
+                names.extend((0..3).map(|axis| KeptParameter::CameraRotation { camera, axis }));
+            }
+            if columns.clock.is_some() {
+                names.push(KeptParameter::Clock { camera });
+            }
+            let free = columns.lens_parameters.iter();
+            names.extend(free.map(|&parameter| KeptParameter::Lens { camera, parameter }));
+        }
+        for tag in self.tagged() {
+            names.extend((0..3).map(|axis| KeptParameter::TagPosition { tag, axis }));
+            names.extend((0..3).map(|axis| KeptParameter::TagRotation { tag, axis }));
+        }
+        names
+    }
+
+    fn tagged(&self) -> impl Iterator<Item = usize> {
+        let columns = self.tags.iter().enumerate();
+        columns.filter_map(|(tag, columns)| columns.map(|_| tag))
+    }
+}
+
+/// The lens after a step of its free parameters; `None` where that is no lens.
+pub(super) fn stepped_lens(lens: &Lens, columns: &CameraColumns, step: &[f64]) -> Option<Lens> {
+    if columns.lens_parameters.is_empty() {
+        return Some(*lens);
+    }
+    let mut parameters = lens.parameters();
+    for (at, &parameter) in columns.lens_parameters.iter().enumerate() {
+        parameters[parameter] += step[columns.lens + at];
+    }
+    lens.with_parameters(&parameters).ok()
+}

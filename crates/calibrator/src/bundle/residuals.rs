@@ -1,0 +1,206 @@
+//! The reprojection error of one tag in one image and its derivatives.
+//!
+//! Every derivative goes through the motion of the corner in the object's own frame: a small twist `(v, w)` of the object's
+//! frame moves the point `X` by `v + w x X`. A step of the object's pose *is* such a twist, a tag's step too, and a camera's
+//! is its adjoint; so one 8x6 Jacobian serves them all (`J = J_pi R [I | -hat X]`).
+
+use super::state::{Bundle, BundleImage, SeenTag};
+use nalgebra::{Matrix2, Matrix2x3, SMatrix, SVector, Vector2};
+use sextant_geometry::least_squares::Kernel;
+use sextant_geometry::lens::MAX_PARAMETERS;
+use sextant_geometry::{Lens, Pose, se3, so3, tag_corners_in_tag};
+
+/// The square of a corner's error in units of its noise where no model of it can be seen: it counts as an outlier.
+const UNSEEN: f64 = 1e8;
+
+/// The error of one tag in one image at the solution.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TagResidual {
+    /// Index into [`Bundle::images`].
+    pub image: usize,
+    /// Index into the image's tags.
+    pub seen: usize,
+    /// Model less seen corner, pixels; `None` where the model's corner cannot be seen.
+    pub corners_px: [Option<Vector2<f64>>; 4],
+    /// Sum over its corners of the squared errors in units of their stated noise: 8 expected.
+    pub chi_square: f64,
+}
+
+impl TagResidual {
+    /// Root mean square over the corners of the distance between model and seen corner, pixels.
+    pub fn rms_px(&self) -> f64 {
+        let seen = || self.corners_px.iter().flatten();
+        let sum: f64 = seen().map(Vector2::norm_squared).sum();
+        (sum / seen().count().max(1) as f64).sqrt()
+    }
+}
+
+/// Whitened, weighted error and derivatives of a tag.
+pub(super) struct TagEquations {
+    pub error: SVector<f64, 8>,
+    /// By a twist of the object's frame.
+    pub by_twist: SMatrix<f64, 8, 6>,
+    /// By the lens's parameters; only filled where they are sought.
+    pub by_lens: SMatrix<f64, 8, MAX_PARAMETERS>,
+    /// Robust cost, in units of the noise squared.
+    pub rho: f64,
+}
+
+/// Whether the derivatives by the lens are wanted.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum LensColumns {
+    Wanted,
+    Unwanted,
+}
+
+/// How one image sees the object.
+pub(super) struct View {
+    pub lens: Lens,
+    pub camera_from_object: Pose,
+    pub columns: LensColumns,
+}
+
+impl View {
+    pub(super) fn of(bundle: &Bundle, image: &BundleImage, columns: LensColumns) -> Self {
+        let camera = &bundle.cameras[image.camera];
+        let world_from_object = object_at(bundle, image);
+        Self {
+            lens: camera.lens,
+            camera_from_object: camera.world_from_camera.inverse() * world_from_object,
+            columns,
+        }
+    }
+}
+
+/// Seconds from the instant to the image, by the world's clock.
+pub(super) fn delay(bundle: &Bundle, image: &BundleImage) -> f64 {
+    image.seconds_after_instant + bundle.cameras[image.camera].clock_offset_s
+}
+
+/// Where the object was when the image was taken.
+pub(super) fn object_at(bundle: &Bundle, image: &BundleImage) -> Pose {
+    let instant = &bundle.instants[image.instant];
+    match bundle.motion {
+        None => instant.world_from_object,
+        Some(_) => {
+            let delay = delay(bundle, image);
+            instant.world_from_object * se3::exp(&(instant.twist * delay))
+        }
+    }
+}
+
+/// Robust equations of a tag. A corner whose model cannot be seen counts as an outlier without derivative.
+pub(super) fn linearise(
+    view: &View,
+    object_from_tag: &Pose,
+    size_m: f64,
+    seen: &SeenTag,
+    kernel: &Kernel,
+) -> TagEquations {
+    let mut equations = TagEquations {
+        error: SVector::zeros(),
+        by_twist: SMatrix::zeros(),
+        by_lens: SMatrix::zeros(),
+        rho: 0.0,
+    };
+    let rotation = view.camera_from_object.rotation.to_rotation_matrix();
+    for (corner, in_tag) in tag_corners_in_tag(size_m).iter().enumerate() {
+        let in_object = object_from_tag * in_tag;
+        let in_camera = view.camera_from_object * in_object;
+        let Some((pixel, by_point)) = view.lens.project_with_jacobian(&in_camera) else {
+            equations.rho += kernel.rho(UNSEEN);
+            continue;
+        };
+        let whitening: &Matrix2<f64> = &seen.whitening[corner];
+        let error = whitening * (pixel - seen.corners[corner]);
+        let square = error.norm_squared();
+        equations.rho += kernel.rho(square);
+        let weight = kernel.weight(square).sqrt();
+        let weighted = whitening * weight;
+        let by_object: Matrix2x3<f64> = weighted * (by_point * rotation.matrix());
+        let by_turn: Matrix2x3<f64> = -by_object * so3::hat(&in_object.coords);
+        let row = 2 * corner;
+        equations
+            .error
+            .fixed_rows_mut::<2>(row)
+            .copy_from(&(error * weight));
+        let mut rows = equations.by_twist.fixed_view_mut::<2, 6>(row, 0);
+        rows.fixed_columns_mut::<3>(0).copy_from(&by_object);
+        rows.fixed_columns_mut::<3>(3).copy_from(&by_turn);
+        if view.columns == LensColumns::Wanted
+            && let Some(by_lens) = view.lens.parameter_jacobian(&in_camera)
+        {
+            equations
+                .by_lens
+                .fixed_view_mut::<2, MAX_PARAMETERS>(row, 0)
+                .copy_from(&(weighted * by_lens));
+        }
+    }
+    equations
+}
+
+/// Robust cost of a tag alone.
+pub(super) fn rho(
+    view: &View,
+    object_from_tag: &Pose,
+    size_m: f64,
+    seen: &SeenTag,
+    kernel: &Kernel,
+) -> f64 {
+    let errors = errors_px(view, object_from_tag, size_m, seen);
+    let squares = errors.iter().zip(&seen.whitening);
+    squares
+        .map(|(error, whitening)| {
+            let square = error.map_or(UNSEEN, |error| (whitening * error).norm_squared());
+            kernel.rho(square)
+        })
+        .sum()
+}
+
+/// Model less seen corners, pixels.
+fn errors_px(
+    view: &View,
+    object_from_tag: &Pose,
+    size_m: f64,
+    seen: &SeenTag,
+) -> [Option<Vector2<f64>>; 4] {
+    let camera_from_tag = view.camera_from_object * object_from_tag;
+    let mut errors = [None; 4];
+    let corners = tag_corners_in_tag(size_m);
+    for ((error, in_tag), at) in errors.iter_mut().zip(corners).zip(&seen.corners) {
+        *error = view
+            .lens
+            .project(&(camera_from_tag * in_tag))
+            .map(|pixel| pixel - at);
+    }
+    errors
+}
+
+impl Bundle {
+    /// The error of every tag of every image, in their order.
+    pub fn residuals(&self) -> impl Iterator<Item = TagResidual> {
+        self.images
+            .iter()
+            .enumerate()
+            .flat_map(move |(index, image)| {
+                let view = View::of(self, image, LensColumns::Unwanted);
+                let seen = image.tags.iter().enumerate();
+                seen.map(move |(at, seen)| self.residual(&view, (index, at), seen))
+            })
+    }
+
+    fn residual(&self, view: &View, (image, at): (usize, usize), seen: &SeenTag) -> TagResidual {
+        let tag = &self.tags[seen.tag];
+        let corners_px = errors_px(view, &tag.object_from_tag, tag.size_m, seen);
+        let squares = corners_px.iter().zip(&seen.whitening);
+        let chi_square = squares
+            .map(|(error, whitening)| error.map_or(UNSEEN, |e| (whitening * e).norm_squared()))
+            .sum();
+        TagResidual {
+            image,
+            seen: at,
+            corners_px,
+            chi_square,
+        }
+    }
+}

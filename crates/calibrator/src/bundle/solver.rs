@@ -1,0 +1,295 @@
+//! Levenberg-Marquardt over cameras, tags and instants with a robust kernel (iteratively reweighted).
+
+use super::covariance::KeptCovariance;
+use super::elimination::{Reduced, Step};
+use super::equations::{self, Equations};
+use super::layout::{Layout, stepped_lens};
+use super::observability::{PriorKnowledge, WeakDirection, weak_directions};
+use super::state::{Bundle, BundleCamera, BundleError, BundleTag, Instant};
+use nalgebra::{SVector, Vector6};
+use sextant_geometry::least_squares::Kernel;
+use sextant_geometry::{Pose, se3};
+
+/// How to minimise.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BundleOptions {
+    /// How much a corner counts whose error is larger than its noise explains. Default Cauchy of 3 sigma: wrong tags that
+    /// slipped through hardly count.
+    pub kernel: Kernel,
+    /// Most steps tried. Default 60.
+    pub max_iterations: usize,
+    /// The last step is the one that lowers the sum of squared errors (in sigma squared) by less. Default 1e-3: a thirtieth
+    /// of a standard deviation.
+    pub tolerance: f64,
+    /// What is known before any image; bounds every stated deviation and tells what the images do not determine.
+    pub prior: PriorKnowledge,
+}
+
+impl Default for BundleOptions {
+    fn default() -> Self {
+        Self {
+            kernel: Kernel::Cauchy { width: 3.0 },
+            max_iterations: 60,
+            tolerance: 1e-3,
+            prior: PriorKnowledge::default(),
+        }
+    }
+}
+
+/// Where the adjustment came to rest.
+#[derive(Clone, Debug)]
+pub struct BundleSolution {
+    /// The bundle with its estimates.
+    pub bundle: Bundle,
+    /// Of the kept parameters.
+    pub covariance: KeptCovariance,
+    /// What the images hardly determine, weakest first; empty in a good set.
+    pub weak: Vec<WeakDirection>,
+    /// Root mean square over all corners of the distance between model and seen corner, each with the weight that the
+    /// kernel leaves it, pixels.
+    pub rms_px: f64,
+    /// The variance of the corners' errors in units of what was stated: 1 if the stated noise is right.
+    pub variance_factor: f64,
+    /// Sum of the robust squares.
+    pub cost: f64,
+    /// Steps tried.
+    pub iterations: usize,
+    /// Whether the last step was within the tolerance.
+    pub converged: bool,
+}
+
+/// Adjusts everything that is free.
+///
+/// # Errors
+/// A bundle with wrong indices or numbers; not what the images fail to determine, which [`BundleSolution::weak`] names.
+pub fn solve(bundle: Bundle, options: &BundleOptions) -> Result<BundleSolution, BundleError> {
+    bundle.check()?;
+    if bundle.motion.is_some() {
+        Descent::<12>::run(bundle, options)
+    } else {
+        Descent::<6>::run(bundle, options)
+    }
+}
+
+const FIRST_DAMPING: f64 = 1e-4;
+const LEAST_DAMPING: f64 = 1e-9;
+/// With more damping than this a small step says nothing about having arrived.
+const ARRIVING_DAMPING: f64 = 1e-2;
+const MOST_DAMPING: f64 = 1e9;
+const BETTER: f64 = 0.1;
+const WORSE: f64 = 8.0;
+/// A decrease below this part of the cost drowns in rounding.
+const ROUNDING: f64 = 1e-12;
+
+pub(super) struct Descent<'a, const D: usize> {
+    pub(super) bundle: Bundle,
+    layout: Layout,
+    options: &'a BundleOptions,
+    damping: f64,
+}
+
+/// What moves, apart from the images.
+pub(super) struct Estimates {
+    pub(super) cameras: Vec<BundleCamera>,
+    pub(super) tags: Vec<BundleTag>,
+    pub(super) instants: Vec<Instant>,
+}
+
+impl<'a, const D: usize> Descent<'a, D> {
+    pub(super) fn new(bundle: Bundle, options: &'a BundleOptions) -> Self {
+        Self {
+            layout: Layout::of(&bundle),
+            bundle,
+            options,
+            damping: FIRST_DAMPING,
+        }
+    }
+
+    fn run(bundle: Bundle, options: &'a BundleOptions) -> Result<BundleSolution, BundleError> {
+        let mut descent = Self::new(bundle, options);
+        let (mut iterations, mut converged) = (0, false);
+        let mut equations = descent.linearise();
+        if !equations.is_finite() {
+            return Err(BundleError::BadStart);
+        }
+        while iterations < options.max_iterations && !converged {
+            iterations += 1;
+            match descent.advance(&equations) {
+                Some(gain) => {
+                    converged = gain <= options.tolerance + ROUNDING * equations.rho
+                        && descent.damping <= ARRIVING_DAMPING;
+                    equations = descent.linearise();
+                }
+                None => converged = descent.damping > MOST_DAMPING,
+            }
+        }
+        descent.rest(&equations, (iterations, converged))
+    }
+
+    #[cfg(test)]
+    pub(super) fn no_step(&self) -> Step<D> {
+        Step {
+            kept: nalgebra::DVector::zeros(self.layout.n),
+            instants: vec![SVector::zeros(); self.bundle.instants.len()],
+        }
+    }
+
+    fn linearise(&self) -> Equations<D> {
+        Equations::of(&self.bundle, &self.layout, &self.options.kernel)
+    }
+
+    /// Tries one step; the gain where it was taken.
+    fn advance(&mut self, equations: &Equations<D>) -> Option<f64> {
+        let taken = Reduced::of(equations, self.damping)
+            .and_then(|reduced| reduced.step())
+            .and_then(|step| self.take_if_better(&step, equations.rho));
+        self.damping = match taken {
+            Some(_) => (self.damping * BETTER).max(LEAST_DAMPING),
+            None => self.damping * WORSE,
+        };
+        taken
+    }
+
+    fn take_if_better(&mut self, step: &Step<D>, rho: f64) -> Option<f64> {
+        let mut trial = self.stepped(step)?;
+        trial.swap(&mut self.bundle);
+        let new = equations::rho(&self.bundle, &self.options.kernel);
+        if new <= rho {
+            return Some(rho - new);
+        }
+        trial.swap(&mut self.bundle);
+        None
+    }
+
+    pub(super) fn stepped(&self, step: &Step<D>) -> Option<Estimates> {
+        let kept = step.kept.as_slice();
+        let cameras = self.bundle.cameras.iter().zip(&self.layout.cameras);
+        let cameras = cameras.map(|(camera, columns)| {
+            let mut camera = camera.clone();
+            camera.lens = stepped_lens(&camera.lens, columns, kept)?;
+            camera.world_from_camera = moved(&camera.world_from_camera, columns.pose, kept);
+            camera.clock_offset_s += columns.clock.map_or(0.0, |at| kept[at]);
+            Some(camera)
+        });
+        let tags = self.bundle.tags.iter().zip(&self.layout.tags);
+        let tags = tags.map(|(tag, &columns)| BundleTag {
+            object_from_tag: moved(&tag.object_from_tag, columns, kept),
+            ..tag.clone()
+        });
+        let instants = self.bundle.instants.iter().zip(&step.instants);
+        Some(Estimates {
+            cameras: cameras.collect::<Option<_>>()?,
+            tags: tags.collect(),
+            instants: instants.map(|(at, step)| at.moved(step)).collect(),
+        })
+    }
+
+    fn rest(
+        self,
+        equations: &Equations<D>,
+        (iterations, converged): (usize, bool),
+    ) -> Result<BundleSolution, BundleError> {
+        let reduced = Reduced::of(equations, 0.0).or_else(|| Reduced::of(equations, 1e-9));
+        let reduced = reduced.ok_or(BundleError::BadStart)?;
+        let fit = self.fit();
+        let parameters = self.layout.n + D * self.bundle.instants.len();
+        let variance_factor = fit.variance_factor(parameters);
+        let covariance = KeptCovariance::of(
+            &self.bundle,
+            &self.layout,
+            reduced.information / variance_factor,
+            &self.options.prior,
+        );
+        Ok(BundleSolution {
+            weak: weak_directions(&covariance, &self.options.prior),
+            covariance,
+            bundle: self.bundle,
+            rms_px: fit.rms_px(),
+            variance_factor,
+            cost: equations.rho,
+            iterations,
+            converged,
+        })
+    }
+
+    fn fit(&self) -> Fit {
+        let mut fit = Fit::default();
+        for residual in self.bundle.residuals() {
+            let seen = &self.bundle.images[residual.image].tags[residual.seen];
+            for (error, whitening) in residual.corners_px.iter().zip(&seen.whitening) {
+                let Some(error) = error else { continue };
+                let square = (whitening * error).norm_squared();
+                fit.add(
+                    self.options.kernel.weight(square),
+                    square,
+                    error.norm_squared(),
+                );
+            }
+        }
+        fit
+    }
+}
+
+/// Sums over the corners, with the weights that the kernel leaves them.
+#[derive(Default)]
+struct Fit {
+    weights: f64,
+    squares: f64,
+    squares_px: f64,
+}
+
+impl Fit {
+    fn add(&mut self, weight: f64, square: f64, square_px: f64) {
+        self.weights += weight;
+        self.squares += weight * square;
+        self.squares_px += weight * square_px;
+    }
+
+    fn rms_px(&self) -> f64 {
+        (self.squares_px / self.weights.max(f64::MIN_POSITIVE)).sqrt()
+    }
+
+    /// Two rows a corner, less the parameters that they determine; at least a tenth of the rows, since a modelled motion
+    /// determines parameters too.
+    fn variance_factor(&self, parameters: usize) -> f64 {
+        let rows = 2.0 * self.weights;
+        let freedom = (rows - parameters as f64).max(0.1 * rows);
+        let factor = self.squares / freedom;
+        if factor.is_finite() {
+            factor.max(1e-6)
+        } else {
+            1.0
+        }
+    }
+}
+
+impl Estimates {
+    fn swap(&mut self, bundle: &mut Bundle) {
+        std::mem::swap(&mut self.cameras, &mut bundle.cameras);
+        std::mem::swap(&mut self.tags, &mut bundle.tags);
+        std::mem::swap(&mut self.instants, &mut bundle.instants);
+    }
+}
+
+/// A kept pose after its step, a twist of the outer frame.
+fn moved(pose: &Pose, columns: Option<usize>, kept: &[f64]) -> Pose {
+    columns.map_or(*pose, |at| {
+        let twist = Vector6::from_column_slice(&kept[at..at + 6]);
+        let mut moved = se3::exp(&twist) * pose;
+        moved.rotation.renormalize();
+        moved
+    })
+}
+
+impl Instant {
+    /// After a step: a twist of the object's own frame and, where there are twelve, a change of its twist.
+    fn moved<const D: usize>(&self, step: &SVector<f64, D>) -> Self {
+        let mut moved = self.clone();
+        moved.world_from_object *= se3::exp(&Vector6::from_column_slice(&step.as_slice()[..6]));
+        moved.world_from_object.rotation.renormalize();
+        for (twist, change) in moved.twist.iter_mut().zip(step.iter().skip(6)) {
+            *twist += change;
+        }
+        moved
+    }
+}

@@ -1,0 +1,229 @@
+//! What a bundle adjustment works on: cameras, tags, instants, and which corners were seen of what, by whom, when.
+
+use nalgebra::{Matrix2, Point2, Vector6};
+use sextant_geometry::lens::MAX_PARAMETERS;
+use sextant_geometry::{Lens, Pose};
+use thiserror::Error;
+
+/// Whether a parameter is sought.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub enum Freedom {
+    /// Known: stays as it is.
+    Fixed,
+    /// Sought.
+    #[default]
+    Free,
+}
+
+/// Which of a lens's parameters are sought, in the order of [`Lens::parameters`]; entries beyond the lens's own are ignored.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct FreeLens(pub [Freedom; MAX_PARAMETERS]);
+
+impl FreeLens {
+    /// The lens is known.
+    pub const FIXED: Self = Self([Freedom::Fixed; MAX_PARAMETERS]);
+    /// Every parameter is sought.
+    pub const ALL: Self = Self([Freedom::Free; MAX_PARAMETERS]);
+}
+
+/// A camera: where it starts and what of it is sought.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BundleCamera {
+    /// Camera frame to pixels.
+    pub lens: Lens,
+    /// Which of its parameters are sought.
+    pub free_lens: FreeLens,
+    /// Maps points of the camera into the world.
+    pub world_from_camera: Pose,
+    /// Whether that is sought.
+    pub pose: Freedom,
+    /// Added to the camera's capture times to get the world's, seconds.
+    pub clock_offset_s: f64,
+    /// Whether that is sought; without [`Bundle::motion`] it cannot be.
+    pub clock: Freedom,
+}
+
+/// A tag of the object.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BundleTag {
+    /// Maps points of the tag into the object.
+    pub object_from_tag: Pose,
+    /// Edge of the black square, metres.
+    pub size_m: f64,
+    /// Whether the pose is sought.
+    pub pose: Freedom,
+}
+
+/// The object at one time.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Instant {
+    /// Seconds since any start; ascending through [`Bundle::instants`] when the object's motion is modelled.
+    pub seconds: f64,
+    /// Maps points of the object into the world. Always sought.
+    pub world_from_object: Pose,
+    /// (velocity, angular velocity) in the object's own axes: the pose `s` seconds later is
+    /// `world_from_object * se3::exp(twist * s)`. Sought where the motion is modelled, else without meaning.
+    pub twist: Vector6<f64>,
+}
+
+/// One tag in one image.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SeenTag {
+    /// Index into [`Bundle::tags`].
+    pub tag: usize,
+    /// Top left, top right, bottom right, bottom left, pixels.
+    pub corners: [Point2<f64>; 4],
+    /// `W` of each corner with `W' W` the inverse of its covariance, 1/pixel.
+    pub whitening: [Matrix2<f64>; 4],
+}
+
+/// The tags of one image.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BundleImage {
+    /// Index into [`Bundle::cameras`].
+    pub camera: usize,
+    /// Index into [`Bundle::instants`].
+    pub instant: usize,
+    /// Capture time by the camera's own clock less the instant's time, seconds; only read where the motion is modelled.
+    pub seconds_after_instant: f64,
+    /// What is seen.
+    pub tags: Vec<SeenTag>,
+}
+
+/// How freely the object moves between instants: a constant twist disturbed by white acceleration, as in the tracker.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Motion {
+    /// Spectral density of the acceleration, m/s^2 per square root of Hz.
+    pub acceleration: f64,
+    /// Of the angular acceleration, rad/s^2 per square root of Hz.
+    pub angular_acceleration: f64,
+    /// Instants further apart than this are not tied together, seconds.
+    pub longest_gap_s: f64,
+}
+
+/// A whole adjustment: what is known, what is sought, what was seen.
+#[derive(Clone, Debug, PartialEq, Default)]
+pub struct Bundle {
+    /// The cameras.
+    pub cameras: Vec<BundleCamera>,
+    /// The object's tags.
+    pub tags: Vec<BundleTag>,
+    /// Where the object was.
+    pub instants: Vec<Instant>,
+    /// What was seen of it, by ascending instant.
+    pub images: Vec<BundleImage>,
+    /// With it, instants follow one another in time and clocks can be sought; without, each stands for itself.
+    pub motion: Option<Motion>,
+}
+
+/// Why a bundle cannot be adjusted.
+#[derive(Clone, Debug, PartialEq, Error)]
+pub enum BundleError {
+    /// No image shows a tag.
+    #[error("no image shows a tag")]
+    Nothing,
+    /// An image names a camera, instant or tag that is not there, or images are not sorted by instant.
+    #[error("image {0} names what is not there, or comes before an image of an earlier instant")]
+    Image(usize),
+    /// A number of the image is not finite.
+    #[error("image {0} has a corner or a weight that is not finite")]
+    NotFinite(usize),
+    /// A clock is sought although no motion is modelled, or instants of a motion do not ascend in time.
+    #[error(
+        "clocks are sought but the object's motion is not modelled, or its instants do not ascend in time"
+    )]
+    Time,
+    /// The start fits so badly that no step could be made of it.
+    #[error("the adjustment has no finite start")]
+    BadStart,
+}
+
+impl BundleCamera {
+    /// A camera whose pose alone is sought.
+    pub fn with_known_lens(lens: Lens, world_from_camera: Pose) -> Self {
+        Self {
+            lens,
+            free_lens: FreeLens::FIXED,
+            world_from_camera,
+            pose: Freedom::Free,
+            clock_offset_s: 0.0,
+            clock: Freedom::Fixed,
+        }
+    }
+}
+
+impl SeenTag {
+    /// Corners with the same noise in every coordinate, one sigma in pixels.
+    pub fn with_sigma(tag: usize, corners: [Point2<f64>; 4], sigma_px: f64) -> Self {
+        Self {
+            tag,
+            corners,
+            whitening: [Matrix2::from_diagonal_element(1.0 / sigma_px); 4],
+        }
+    }
+
+    /// Corners with the covariances that the detector states, px^2, to each of which `floor_px` squared is added for what
+    /// the detector cannot know. `None` where that is not positive definite.
+    pub fn with_covariance(
+        tag: usize,
+        corners: [Point2<f64>; 4],
+        covariance: &[Matrix2<f64>; 4],
+        floor_px: f64,
+    ) -> Option<Self> {
+        let mut whitening = [Matrix2::identity(); 4];
+        for (whitening, covariance) in whitening.iter_mut().zip(covariance) {
+            let whole = covariance + Matrix2::from_diagonal_element(floor_px * floor_px);
+            *whitening = whole.cholesky()?.l().try_inverse()?;
+        }
+        Some(Self {
+            tag,
+            corners,
+            whitening,
+        })
+    }
+}
+
+impl Bundle {
+    /// Whether every index points somewhere and every number is finite.
+    pub(super) fn check(&self) -> Result<(), BundleError> {
+        if self.images.iter().all(|image| image.tags.is_empty()) {
+            return Err(BundleError::Nothing);
+        }
+        let mut earlier = 0;
+        for (index, image) in self.images.iter().enumerate() {
+            let known = image.camera < self.cameras.len()
+                && image.instant < self.instants.len()
+                && image.tags.iter().all(|seen| seen.tag < self.tags.len());
+            if !known || image.instant < earlier {
+                return Err(BundleError::Image(index));
+            }
+            if !image.is_finite() {
+                return Err(BundleError::NotFinite(index));
+            }
+            earlier = image.instant;
+        }
+        self.check_time()
+    }
+
+    fn check_time(&self) -> Result<(), BundleError> {
+        let sought = self.cameras.iter().any(|c| c.clock == Freedom::Free);
+        let times = || self.instants.iter().map(|instant| instant.seconds);
+        let ascending = times().zip(times().skip(1)).all(|(a, b)| a < b);
+        match self.motion {
+            None if sought => Err(BundleError::Time),
+            Some(_) if !ascending => Err(BundleError::Time),
+            _ => Ok(()),
+        }
+    }
+}
+
+impl BundleImage {
+    fn is_finite(&self) -> bool {
+        self.seconds_after_instant.is_finite()
+            && self.tags.iter().all(|seen| {
+                let corners = seen.corners.iter().flat_map(|p| p.coords.iter());
+                let weights = seen.whitening.iter().flat_map(|w| w.iter());
+                corners.chain(weights).all(|x| x.is_finite())
+            })
+    }
+}

@@ -1,0 +1,360 @@
+//! The core on small bundles of exact and noisy corners.
+
+use super::equations::{self, Equations};
+use super::layout::Layout;
+use super::solver::Descent;
+use super::*;
+use nalgebra::{Isometry3, Matrix2, Point2, Vector2, Vector3, Vector6};
+use sextant_geometry::least_squares::Kernel;
+use sextant_geometry::{Intrinsics, Lens, Pose, se3, tag_corners_in_tag};
+
+/// Small and seeded (G. Marsaglia, Xorshift RNGs, 2003); sums of twelve make the normal deviates.
+pub struct Noise(u64);
+
+impl Noise {
+    pub fn seeded(seed: u64) -> Self {
+        Self(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1)
+    }
+
+    pub fn uniform(&mut self) -> f64 {
+        self.0 ^= self.0 << 13;
+        self.0 ^= self.0 >> 7;
+        self.0 ^= self.0 << 17;
+        (self.0 >> 11) as f64 / (1_u64 << 53) as f64
+    }
+
+    pub fn normal(&mut self) -> f64 {
+        (0..12).map(|_| self.uniform()).sum::<f64>() - 6.0
+    }
+
+    fn twist(&mut self, translation: f64, rotation: f64) -> Vector6<f64> {
+        Vector6::from_fn(|at, _| self.normal() * if at < 3 { translation } else { rotation })
+    }
+}
+
+fn lens() -> Lens {
+    let intrinsics = Intrinsics {
+        fx: 600.0,
+        fy: 605.0,
+        cx: 322.0,
+        cy: 238.0,
+    };
+    Lens::brown_conrady(intrinsics, [-0.2, 0.05, 0.001, -0.0005, 0.0]).unwrap()
+}
+
+fn looking_at_origin(from: Vector3<f64>) -> Pose {
+    let eye = Point2::origin().to_homogeneous() * 0.0;
+    Isometry3::face_towards(&from.into(), &eye.into(), &-Vector3::z())
+}
+
+const CARRIED: Vector6<f64> = Vector6::new(0.1, -0.05, 0.08, 0.5, -0.4, 0.7);
+const SHAKEN: Vector6<f64> = Vector6::new(-0.05, 0.04, 0.06, 0.2, 0.3, -0.2);
+
+fn object_at(seconds: f64) -> Pose {
+    let tilt = Isometry3::new(Vector3::new(-0.1, 0.05, 0.0), Vector3::new(0.2, 0.1, 0.4));
+    tilt * se3::exp(&(CARRIED * seconds)) * se3::exp(&(SHAKEN * (5.0 * seconds).sin()))
+}
+
+fn twist_at(seconds: f64) -> Vector6<f64> {
+    let h = 1e-5;
+    se3::log(&(object_at(seconds - h).inverse() * object_at(seconds + h))) / (2.0 * h)
+}
+
+/// Three cameras around, six tags in two planes, twelve instants, cameras 7 ms apart; everything at the truth.
+fn truth(motion: Option<Motion>) -> Bundle {
+    let camera = |at: usize| {
+        let angle = 0.7 * at as f64;
+        let from = Vector3::new(1.2 * angle.cos(), 1.2 * angle.sin(), 0.9 + 0.2 * angle);
+        BundleCamera::with_known_lens(lens(), looking_at_origin(from))
+    };
+    let tag = |at: usize| BundleTag {
+        object_from_tag: Isometry3::new(
+            Vector3::new(0.1 * (at % 3) as f64 - 0.1, 0.1 * (at / 3) as f64, 0.0),
+            Vector3::new(0.0, 0.5 * (at / 3) as f64, 0.3),
+        ),
+        size_m: 0.06,
+        pose: Freedom::Fixed,
+    };
+    let mut bundle = Bundle {
+        cameras: (0..3).map(camera).collect(),
+        tags: (0..6).map(tag).collect(),
+        motion,
+        ..Bundle::default()
+    };
+    bundle.cameras[0].pose = Freedom::Fixed;
+    for at in 0..12 {
+        let seconds = 0.05 * f64::from(at);
+        bundle.instants.push(Instant {
+            seconds,
+            world_from_object: object_at(seconds),
+            twist: twist_at(seconds),
+        });
+        for camera in 0..3 {
+            let delay = motion.map_or(0.0, |_| 0.007 * camera as f64);
+            let image = image_of(&bundle, (camera, at as usize), delay);
+            bundle.images.push(image);
+        }
+    }
+    bundle
+}
+
+fn image_of(bundle: &Bundle, (camera, instant): (usize, usize), delay: f64) -> BundleImage {
+    let taken_by = &bundle.cameras[camera];
+    let object = object_at(bundle.instants[instant].seconds + delay);
+    let camera_from_object = taken_by.world_from_camera.inverse() * object;
+    let tags = bundle.tags.iter().enumerate().filter_map(|(index, tag)| {
+        let corners = tag_corners_in_tag(tag.size_m);
+        let corners = corners.map(|c| {
+            taken_by
+                .lens
+                .project(&(camera_from_object * tag.object_from_tag * c))
+        });
+        let [Some(a), Some(b), Some(c), Some(d)] = corners else {
+            return None;
+        };
+        Some(SeenTag::with_sigma(index, [a, b, c, d], 0.1))
+    });
+    BundleImage {
+        camera,
+        instant,
+        seconds_after_instant: delay,
+        tags: tags.collect(),
+    }
+}
+
+fn shaken(bundle: &mut Bundle, noise: &mut Noise, sigma_px: f64) {
+    for corner in bundle
+        .images
+        .iter_mut()
+        .flat_map(|image| image.tags.iter_mut())
+        .flat_map(|seen| &mut seen.corners)
+    {
+        *corner += Vector2::new(noise.normal(), noise.normal()) * sigma_px;
+    }
+}
+
+/// Moves everything that is free away from the truth.
+fn displaced(bundle: &mut Bundle, noise: &mut Noise) {
+    for camera in &mut bundle.cameras {
+        if camera.pose == Freedom::Free {
+            camera.world_from_camera =
+                se3::exp(&noise.twist(0.03, 0.03)) * camera.world_from_camera;
+        }
+    }
+    for tag in &mut bundle.tags {
+        if tag.pose == Freedom::Free {
+            tag.object_from_tag = se3::exp(&noise.twist(0.01, 0.05)) * tag.object_from_tag;
+        }
+    }
+    for instant in &mut bundle.instants {
+        instant.world_from_object *= se3::exp(&noise.twist(0.02, 0.05));
+    }
+}
+
+fn apart(a: &Pose, b: &Pose) -> f64 {
+    se3::difference(a, b).amax()
+}
+
+const WALK: Motion = Motion {
+    acceleration: 3.0,
+    angular_acceleration: 10.0,
+    longest_gap_s: 0.3,
+};
+
+fn free_everything(bundle: &mut Bundle) {
+    for camera in &mut bundle.cameras[1..] {
+        camera.clock = Freedom::Free;
+    }
+    bundle.cameras[1].free_lens = FreeLens::ALL;
+    for tag in &mut bundle.tags[1..] {
+        tag.pose = Freedom::Free;
+    }
+}
+
+#[test]
+fn derivatives_are_those_of_the_cost() {
+    let mut bundle = truth(Some(WALK));
+    free_everything(&mut bundle);
+    displaced(&mut bundle, &mut Noise::seeded(3));
+    let options = BundleOptions::default();
+    let kernel = Kernel::Huber { width: 40.0 };
+    let layout = Layout::of(&bundle);
+    let equations = Equations::<12>::of(&bundle, &layout, &kernel);
+    let descent = Descent::<12>::new(bundle, &options);
+    let cost_after = |kept: usize, node: usize, length: f64| {
+        let mut step = descent.no_step();
+        if kept < layout.n {
+            step.kept[kept] = length;
+        } else {
+            step.instants[node][kept - layout.n] = length;
+        }
+        let estimates = descent.stepped(&step).unwrap();
+        let moved = Bundle {
+            cameras: estimates.cameras,
+            tags: estimates.tags,
+            instants: estimates.instants,
+            ..descent.bundle.clone()
+        };
+        0.5 * equations::rho(&moved, &kernel)
+    };
+    let h = 1e-6;
+    for at in 0..layout.n + 12 {
+        let node = 5;
+        let slope = (cost_after(at, node, h) - cost_after(at, node, -h)) / (2.0 * h);
+        let given = if at < layout.n {
+            equations.gradient[at]
+        } else {
+            equations.nodes[node].gradient[at - layout.n]
+        };
+        let scale = slope.abs().max(1e3);
+        assert!(
+            (slope - given).abs() < 2e-2 * scale,
+            "{at}: {slope} {given}"
+        );
+    }
+}
+
+#[test]
+fn exact_corners_bring_back_cameras_and_tags() {
+    let mut bundle = truth(None);
+    for tag in &mut bundle.tags[1..] {
+        tag.pose = Freedom::Free;
+    }
+    let right = bundle.clone();
+    displaced(&mut bundle, &mut Noise::seeded(7));
+    let solution = solve(bundle, &BundleOptions::default()).unwrap();
+    assert!(solution.converged && solution.weak.is_empty());
+    for (found, right) in solution.bundle.cameras.iter().zip(&right.cameras) {
+        assert!(apart(&found.world_from_camera, &right.world_from_camera) < 1e-6);
+    }
+    for (found, right) in solution.bundle.tags.iter().zip(&right.tags) {
+        assert!(apart(&found.object_from_tag, &right.object_from_tag) < 1e-6);
+    }
+}
+
+#[test]
+fn clocks_of_cameras_that_run_free_are_found() {
+    let mut bundle = truth(Some(WALK));
+    free_everything(&mut bundle);
+    bundle.cameras[1].free_lens = FreeLens::FIXED;
+    for image in &mut bundle.images {
+        image.seconds_after_instant += [0.0, 0.012, -0.008][image.camera];
+    }
+    displaced(&mut bundle, &mut Noise::seeded(9));
+    let solution = solve(bundle, &BundleOptions::default()).unwrap();
+    let offsets = solution.bundle.cameras.iter().map(|c| c.clock_offset_s);
+    for (found, right) in offsets.zip([0.0, -0.012, 0.008]) {
+        assert!((found - right).abs() < 2e-4, "{found} {right}");
+    }
+}
+
+#[test]
+fn stated_deviations_are_those_of_repetition() {
+    let (mut inside, mut all) = (0, 0);
+    for seed in 1..40 {
+        let mut bundle = truth(None);
+        let right = bundle.clone();
+        let mut noise = Noise::seeded(seed);
+        shaken(&mut bundle, &mut noise, 0.2); // twice what is stated
+        displaced(&mut bundle, &mut noise);
+        let solution = solve(bundle, &BundleOptions::default()).unwrap();
+        for camera in 1..3 {
+            let sigmas = solution.covariance.camera(camera).unwrap().diagonal();
+            let error = se3::difference(
+                &solution.bundle.cameras[camera].world_from_camera,
+                &right.cameras[camera].world_from_camera,
+            );
+            let within = error.zip_map(&sigmas, |e, v| e.abs() <= 2.0 * v.sqrt());
+            inside += within.iter().filter(|within| **within).count();
+            all += 6;
+        }
+    }
+    let part = inside as f64 / all as f64;
+    assert!((0.9..=0.99).contains(&part), "{part}");
+}
+
+#[test]
+fn a_lens_is_found_from_one_camera() {
+    let mut bundle = truth(None);
+    bundle.images.retain(|image| image.camera == 0);
+    bundle.cameras.truncate(1);
+    bundle.cameras[0].free_lens = FreeLens::ALL;
+    let right = bundle.cameras[0].lens;
+    let mut start = right.parameters();
+    (start[0], start[1]) = (580.0, 580.0);
+    start[4..].fill(0.0);
+    bundle.cameras[0].lens = right.with_parameters(&start).unwrap();
+    let solution = solve(bundle, &BundleOptions::default()).unwrap();
+    let found = solution.bundle.cameras[0].lens.parameters();
+    assert!((found[0] - 600.0).abs() < 0.5, "{found:?}");
+    assert_eq!(solution.covariance.lens(0).nrows(), 9);
+}
+
+#[test]
+fn a_camera_that_sees_nothing_is_named_and_stays() {
+    let mut bundle = truth(None);
+    bundle.images.retain(|image| image.camera != 2);
+    let before = bundle.cameras[2].world_from_camera;
+    let solution = solve(bundle, &BundleOptions::default()).unwrap();
+    assert!(apart(&solution.bundle.cameras[2].world_from_camera, &before) < 1e-9);
+    assert_eq!(solution.weak.len(), 6);
+    for weak in &solution.weak {
+        assert!(weak.part_of_prior > 0.9);
+        let of_two = |p: &KeptParameter| {
+            matches!(
+                p,
+                KeptParameter::CameraPosition { camera: 2, .. }
+                    | KeptParameter::CameraRotation { camera: 2, .. }
+            )
+        };
+        assert!(weak.made_of.iter().all(|(p, _)| of_two(p)));
+    }
+}
+
+#[test]
+fn gross_errors_hardly_count() {
+    let mut bundle = truth(None);
+    let right = bundle.clone();
+    let mut noise = Noise::seeded(21);
+    shaken(&mut bundle, &mut noise, 0.1);
+    for image in &mut bundle.images {
+        for seen in image.tags.iter_mut().take(1) {
+            seen.corners[0] += Vector2::new(30.0, -20.0);
+        }
+    }
+    let solution = solve(bundle, &BundleOptions::default()).unwrap();
+    for (found, right) in solution.bundle.cameras.iter().zip(&right.cameras) {
+        assert!(apart(&found.world_from_camera, &right.world_from_camera) < 1e-3);
+    }
+}
+
+#[test]
+fn wrong_bundles_are_refused() {
+    let options = BundleOptions::default();
+    let refused = |bundle: Bundle| solve(bundle, &options).unwrap_err();
+    assert_eq!(refused(Bundle::default()), BundleError::Nothing);
+    let mut bundle = truth(None);
+    bundle.images.swap(0, 35);
+    assert!(matches!(refused(bundle), BundleError::Image(_)));
+    let mut bundle = truth(None);
+    bundle.images[4].tags[0].corners[2].x = f64::NAN;
+    assert_eq!(refused(bundle), BundleError::NotFinite(4));
+    let mut bundle = truth(None);
+    bundle.cameras[1].clock = Freedom::Free;
+    assert_eq!(refused(bundle), BundleError::Time);
+    let mut bundle = truth(Some(WALK));
+    bundle.instants[3].seconds = 0.0;
+    assert_eq!(refused(bundle), BundleError::Time);
+}
+
+#[test]
+fn covariances_whiten() {
+    let covariance = Matrix2::new(0.04, 0.01, 0.01, 0.02);
+    let corners = [Point2::origin(); 4];
+    let seen = SeenTag::with_covariance(0, corners, &[covariance; 4], 0.1).unwrap();
+    let information = seen.whitening[1].transpose() * seen.whitening[1];
+    let whole = covariance + Matrix2::from_diagonal_element(0.01);
+    assert!((information * whole - Matrix2::identity()).amax() < 1e-12);
+    let indefinite = Matrix2::new(0.0, 1.0, 1.0, 0.0);
+    assert!(SeenTag::with_covariance(0, corners, &[indefinite; 4], 0.01).is_none());
+}
