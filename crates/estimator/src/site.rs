@@ -3,16 +3,21 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use nalgebra::Matrix2;
+use nalgebra::{Matrix2, Point2};
 use sextant_geometry::{Lens, tag_corners_in_tag};
 
 use crate::filter::bent::unbent;
-use crate::filter::corners::{PosedCamera, View};
+use crate::filter::corners::{NoiseSource, PosedCamera, View};
 use crate::filter::edges::EdgeModes;
 use crate::{
     CameraId, FusionOptions, ImageObservation, ModelError, ObjectId, ObjectModel, ObjectTag, Rig,
     TagCorners, TagId,
 };
+
+/// Area in px² of a tag with the usual noise.
+const USUAL_AREA: f64 = 400.0;
+/// Smallest and largest tag, against that area, to which the noise follows.
+const USUAL_BOUNDS: (f64, f64) = (0.1, 10.0);
 
 /// A camera of the rig; `posed` is missing until it is calibrated.
 #[derive(Debug, Clone)]
@@ -216,9 +221,7 @@ fn is_sound(seen: &TagCorners, [width, height]: [u32; 2]) -> bool {
 /// The view of a tag whose place on the object is known, if its corners enclose something.
 fn view(tag: &ObjectTag, seen: &TagCorners, lens: &Lens, options: &FusionOptions) -> Option<View> {
     let object_from_tag = tag.object_from_tag?;
-    let covariance = seen
-        .corner_covariance
-        .map(|stated| covariance(&stated, options));
+    let (covariance, noise_source) = corner_noise(seen, options);
     let information = covariance.map(|covariance| covariance.try_inverse().unwrap_or_default());
     Some(View {
         tag: tag.tag,
@@ -228,19 +231,36 @@ fn view(tag: &ObjectTag, seen: &TagCorners, lens: &Lens, options: &FusionOptions
         corners_in_image: unbent(lens, &seen.corners),
         information,
         edges: EdgeModes::new(&seen.corners, &covariance)?,
+        noise_source,
     })
 }
 
-/// A corner's covariance with the floor added; the usual corner noise where nothing or nonsense is stated.
-fn covariance(stated: &Matrix2<f64>, options: &FusionOptions) -> Matrix2<f64> {
-    let usual = Matrix2::identity() * options.corner_sigma_px.powi(2);
+/// The covariance of each corner as stated, with the floor added; the usual one where nothing or nonsense is stated.
+fn corner_noise(seen: &TagCorners, options: &FusionOptions) -> ([Matrix2<f64>; 4], NoiseSource) {
     let floor = Matrix2::identity() * options.corner_floor_px.powi(2);
-    let symmetric = (stated + stated.transpose()) * 0.5;
-    let sensible = symmetric.trace() > 0.0 && symmetric.determinant() > 0.0;
-    let sum = if sensible { symmetric } else { usual } + floor;
-    if sum.iter().all(|x| x.is_finite()) {
-        sum
+    let stated = seen
+        .corner_covariance
+        .map(|stated| (stated + stated.transpose()) * 0.5);
+    let is_sensible = |stated: &Matrix2<f64>| {
+        stated.trace() > 0.0
+            && stated.determinant() > 0.0
+            && (stated + floor).iter().all(|x| x.is_finite())
+    };
+    if stated.iter().all(is_sensible) {
+        (stated.map(|stated| stated + floor), NoiseSource::Detector)
     } else {
-        usual
+        let variance = usual_variance(&seen.corners, options);
+        (
+            [Matrix2::identity() * variance + floor; 4],
+            NoiseSource::Nobody,
+        )
     }
+}
+
+/// The usual noise of a tag's corners in px²: the larger the tag, the more pixels its corners are made from.
+fn usual_variance(corners: &[Point2<f64>; 4], options: &FusionOptions) -> f64 {
+    let [a, b, c, d] = corners;
+    let area = 0.5 * (c - a).perp(&(d - b)).abs();
+    let relative = (area / USUAL_AREA).clamp(USUAL_BOUNDS.0, USUAL_BOUNDS.1);
+    options.corner_sigma_px.powi(2) * relative.powf(-1.5)
 }

@@ -20,11 +20,11 @@ mod rivalry;
 mod time;
 mod update;
 
-use crate::filter::corners::Sight;
+use crate::filter::corners::{Sight, View};
 use crate::site::{ObjectImage, Site};
 use crate::{FusionOptions, State};
 use hypothesis::Hypothesis;
-use noise::CameraNoise;
+use noise::Noise;
 use time::Timing;
 
 pub(crate) use report::Sighting;
@@ -44,8 +44,8 @@ pub(crate) struct Track {
     trusted: bool,
     /// Likeliest first; empty until the object is seen, and again when it is lost.
     hypotheses: Vec<Hypothesis>,
-    /// By camera index.
-    noise: Vec<CameraNoise>,
+    /// How noisy the cameras' corners are.
+    noise: Noise,
     /// What is known about the cameras' clocks.
     timing: Timing,
     /// Logarithm of the probability of all images so far, up to a constant.
@@ -108,10 +108,12 @@ impl Track {
             else {
                 continue;
             };
-            let noise = self.noise_of(image.camera_index).factors();
             let camera_index = image.camera_index;
             let clock = self.timing.clock(camera_index, image.clock, options);
-            let sight = |view| Sight::new(camera_index, camera, view, noise, clock);
+            let sight = |view: &'a View| {
+                let factors = self.noise.factors(camera_index, view.noise_source);
+                Sight::new(camera_index, camera, view, factors, clock)
+            };
             sights.extend(image.views.iter().map(sight));
         }
         sights
@@ -211,21 +213,9 @@ impl Track {
                 .is_some_and(|since| seconds(since, self.time_ns) >= options.contradiction_s)
     }
 
-    fn noise_of(&self, camera_index: usize) -> CameraNoise {
-        self.noise.get(camera_index).copied().unwrap_or_default()
-    }
-
     fn learn_noise(&mut self, best: &Hypothesis, sights: &[Sight<'_>], options: &FusionOptions) {
-        let cameras = sights
-            .iter()
-            .map(|sight| sight.camera_index + 1)
-            .max()
-            .unwrap_or(0);
-        if self.noise.len() < cameras {
-            self.noise.resize(cameras, CameraNoise::default());
-        }
         for (sight, taken) in sights.iter().zip(&best.taken) {
-            self.noise[sight.camera_index].learn(taken, options);
+            self.noise.learn(sight, taken, options);
         }
     }
 }

@@ -59,6 +59,41 @@ struct Projected {
     jacobian: Matrix2x6,
 }
 
+/// Who states the noise of a view's corners.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum NoiseSource {
+    Detector,
+    /// It is the usual one.
+    Nobody,
+}
+
+impl NoiseSource {
+    /// Where pairs of squared residuals are cut off for [`Normal::scale`]; weights do it where the noise differs by view.
+    fn scale_limit(self) -> f64 {
+        match self {
+            Self::Detector => SCALE_LIMIT,
+            Self::Nobody => f64::INFINITY,
+        }
+    }
+
+    /// What [`Normal::scale`] is on average, for either kind of residuals of which this redundancy is left.
+    pub fn usual_scale(self, redundancy: f64) -> f64 {
+        let share = redundancy / 4.0;
+        match self {
+            Self::Detector => redundancy * (1.0 - (-0.5 * SCALE_LIMIT / share).exp()),
+            Self::Nobody => redundancy,
+        }
+    }
+
+    /// What [`Normal::scale`] is at most.
+    pub fn largest_scale(self) -> f64 {
+        match self {
+            Self::Detector => 2.0 * SCALE_LIMIT,
+            Self::Nobody => 0.5 * (FREEDOM + 8.0),
+        }
+    }
+}
+
 /// One tag in one image.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct View {
@@ -74,6 +109,7 @@ pub(crate) struct View {
     pub information: [Matrix2<f64>; 4],
     /// How the corners' errors hang together.
     pub edges: EdgeModes,
+    pub noise_source: NoiseSource,
 }
 
 /// A view with its camera and the weight of that camera's corners.
@@ -82,6 +118,8 @@ pub(crate) struct Sight<'a> {
     pub camera_index: usize,
     pub camera: &'a PosedCamera,
     pub view: &'a View,
+    /// Of its noise against what is stated.
+    pub noise: NoiseFactors,
     /// Factor on the information of single corners.
     weight: f64,
     /// Makes the residuals of the four corners independent with unit variance.
@@ -103,8 +141,8 @@ pub(crate) struct Normal {
     pub chi2: f64,
     /// Sum of squared residuals in px², no weight.
     pub square_px: f64,
-    /// Sums of squared whitened residuals of the edges' places and directions, cut off in pairs at [`SCALE_LIMIT`]: what
-    /// tells the noise apart from outliers.
+    /// Sums of squared whitened residuals of the edges' places and directions, as the [`NoiseSource`] counts them: what tells
+    /// the noise apart from outliers.
     pub scale: [f64; 2],
 }
 
@@ -121,14 +159,12 @@ impl Normal {
     }
 
     /// Of whitened residuals, first those of the edges' places, then of their directions.
-    fn of(residuals: &Vector8, jacobian: &SMatrix<f64, 8, 6>) -> Self {
+    fn of(residuals: &Vector8, jacobian: &SMatrix<f64, 8, 6>, scale_limit: f64) -> Self {
         let (shifts, turns) = (jacobian.fixed_rows::<4>(0), jacobian.fixed_rows::<4>(4));
         let of_turns = turns.transpose() * turns;
         let pair = |first: usize| {
-            residuals
-                .fixed_rows::<2>(first)
-                .norm_squared()
-                .min(SCALE_LIMIT)
+            let square = residuals.fixed_rows::<2>(first).norm_squared();
+            square.min(scale_limit)
         };
         Self {
             information: shifts.transpose() * shifts + of_turns,
@@ -137,6 +173,21 @@ impl Normal {
             chi2: residuals.norm_squared(),
             square_px: 0.0,
             scale: [pair(0) + pair(2), pair(4) + pair(6)],
+        }
+    }
+
+    /// Where the noise differs from view to view: with a variance of inverse gamma distribution about the usual one the
+    /// residuals of a view are distributed as Student's t (Lange, Little, Taylor 1989, eq. 2), and a view off by much counts
+    /// little.
+    fn of_unknown_scale(self) -> Self {
+        let weight = (FREEDOM + 8.0) / (FREEDOM + self.chi2);
+        Self {
+            information: self.information * weight,
+            of_turns: self.of_turns * weight,
+            gradient: self.gradient * weight,
+            chi2: (FREEDOM + 8.0) * (1.0 + self.chi2 / FREEDOM).ln(),
+            square_px: self.square_px,
+            scale: self.scale.map(|scale| scale * weight),
         }
     }
 
@@ -153,9 +204,12 @@ impl Normal {
 /// Squared Mahalanobis length beyond which a corner loses weight: 98.9 % of the corners of a Gaussian lie within.
 pub(crate) const ROBUST_LIMIT: f64 = 9.0;
 
+/// Degrees of freedom of the noise's scale where nobody states it: blur, light and contrast change it by a factor of three.
+const FREEDOM: f64 = 5.0;
+
 /// Squared length at which a pair of whitened residuals is cut off in the estimate of the noise: 63 % of the pairs of a
 /// Gaussian lie within.
-pub(crate) const SCALE_LIMIT: f64 = 2.0;
+const SCALE_LIMIT: f64 = 2.0;
 
 /// Weight and twice the cost of a corner at the squared Mahalanobis length `d2`: quadratic within the limit, logarithmic
 /// beyond (Gaussian core with Cauchy tails), so that one wrong corner pulls ever less.
@@ -184,6 +238,7 @@ impl<'a> Sight<'a> {
             camera_index,
             camera,
             view,
+            noise,
             weight,
             whitener,
             clock,
@@ -215,7 +270,12 @@ impl Sight<'_> {
             relief += corner_relief;
             square_px += residual.norm_squared();
         }
-        let normal = Normal::of(&(self.whitener * residuals), &(self.whitener * jacobian));
+        let (residuals, jacobian) = (self.whitener * residuals, self.whitener * jacobian);
+        let normal = Normal::of(&residuals, &jacobian, self.view.noise_source.scale_limit());
+        let normal = match self.view.noise_source {
+            NoiseSource::Detector => normal,
+            NoiseSource::Nobody => normal.of_unknown_scale(),
+        };
         Some(Normal {
             chi2: normal.chi2 + relief,
             square_px,

@@ -6,7 +6,7 @@ use sextant_geometry::{Lens, Pose, se3, tag_corners_in_tag};
 use sextant_tag_families::Family;
 
 use super::absorb::absorb;
-use super::corners::{Normal, PosedCamera, Sight, View};
+use super::corners::{NoiseSource, Normal, PosedCamera, Sight, View};
 use super::edges::{EdgeModes, NoiseFactors};
 use super::kinematics::{Covariance, Kinematics};
 use super::motion::{Motion, Restlessness};
@@ -50,6 +50,7 @@ fn view(camera: &PosedCamera, object_from_tag: Pose, off: [Vector2<f64>; 4]) -> 
         corners_in_image,
         information: [covariance.try_inverse().unwrap(); 4],
         edges: EdgeModes::new(&corners_in_image, &[covariance; 4]).unwrap(),
+        noise_source: NoiseSource::Detector,
     }
 }
 

@@ -1,71 +1,111 @@
 //! How noisy a camera's corners are, against what was stated: estimated from the residuals that remain after each update.
 //!
 //! A residual after the update is smaller than the noise by the share of it that the pose took up. Of the four shifts (or
-//! turns) of a view's edges the redundancy r = 4 - tr(L P⁺) is left (Förstner 1979, reliability of blocks); a pair of them
-//! is about r/4 times a chi-square of two degrees of freedom, and cut off at c its mean is 2a (1 - exp(-c / 2a)) with
-//! a = r/4. The cut keeps outliers from passing for noise.
+//! turns) of a view's edges the redundancy r = 4 - tr(L P⁺) is left (Förstner 1979, reliability of blocks). Outliers must not
+//! pass for noise. Where a detector states the noise of each corner, a pair of residuals is about r/4 times a chi-square of
+//! two degrees of freedom, and cut off at c its mean is 2a (1 - exp(-c / 2a)) with a = r/4. Where nobody does, views differ,
+//! and the weights of Student's t are those with which the variance is to be averaged (the EM step of Lange, Little, Taylor
+//! 1989, sec. 4).
 
 use super::update::Taken;
 use crate::FusionOptions;
-use crate::filter::corners::SCALE_LIMIT;
+use crate::filter::corners::{NoiseSource, Sight};
 use crate::filter::edges::NoiseFactors;
 
-/// Degrees of freedom that the stated noise counts as before anything is seen.
-const FAITH: f64 = 30.0;
-/// Bounds of the factors on the stated variance.
-const BOUNDS: (f64, f64) = (0.1, 25.0);
+/// What a source of the stated noise is worth.
+struct Trust {
+    /// Degrees of freedom as which it counts.
+    faith: f64,
+    /// Bounds of the factor on its variance.
+    bounds: (f64, f64),
+}
 
-/// The noise of one camera's corners.
+/// A detector's own figures come from its fit; they are off by the same factor for long.
+const DETECTOR: Trust = Trust {
+    faith: 30.0,
+    bounds: (0.1, 25.0),
+};
+
+/// Detectors differ by a factor of ten, so that the usual noise gives way within a few views: from 0.003 to 3 px.
+const NOBODY: Trust = Trust {
+    faith: 4.0,
+    bounds: (0.001, 1000.0),
+};
+
+impl Trust {
+    fn of(source: NoiseSource) -> Self {
+        match source {
+            NoiseSource::Detector => DETECTOR,
+            NoiseSource::Nobody => NOBODY,
+        }
+    }
+}
+
+/// The noise of all cameras' corners, by camera index.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub(crate) struct Noise(Vec<CameraNoise>);
+
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub(crate) struct CameraNoise {
+struct CameraNoise {
     shift: Variance,
     turn: Variance,
 }
 
-/// A factor on a stated variance.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// What the residuals say of a factor on a stated variance.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 struct Variance {
     chi2: f64,
     redundancy: f64,
 }
 
-impl Default for Variance {
-    fn default() -> Self {
-        Self {
-            chi2: FAITH,
-            redundancy: FAITH,
-        }
-    }
-}
-
 impl Variance {
-    fn factor(self) -> f64 {
-        (self.chi2 / self.redundancy).clamp(BOUNDS.0, BOUNDS.1)
+    /// Its logarithm, weighed by the degrees of freedom: a prior that is ten times too large would rule a mean for long.
+    fn weighed(self, trust: &Trust) -> f64 {
+        let factor = self.chi2 / self.redundancy.max(f64::MIN_POSITIVE);
+        self.redundancy * factor.clamp(trust.bounds.0, trust.bounds.1).ln()
     }
 
-    fn learn(&mut self, scale: f64, redundancy: f64, memory: f64) {
+    fn learn(&mut self, ratio: f64, redundancy: f64, memory: f64) {
         let keep = (1.0 - redundancy / memory).clamp(0.0, 1.0);
-        let share = redundancy / 4.0;
-        let expected = 4.0 * share * (1.0 - (-0.5 * SCALE_LIMIT / share).exp());
-        let ratio = scale / expected * self.factor();
         self.chi2 = self.chi2 * keep + ratio * redundancy;
         self.redundancy = self.redundancy * keep + redundancy;
     }
 }
 
-impl CameraNoise {
-    pub fn factors(self) -> NoiseFactors {
+/// A camera's own factor, drawn to what its neighbours show, and those to one.
+fn factor(all: impl Iterator<Item = Variance>, own: Variance, trust: &Trust) -> f64 {
+    let (mut sum, mut redundancy) = (0.0, trust.faith);
+    for variance in all {
+        sum += variance.weighed(trust);
+        redundancy += variance.redundancy;
+    }
+    let usual = sum / redundancy;
+    let logarithm = (own.weighed(trust) + trust.faith * usual) / (own.redundancy + trust.faith);
+    logarithm.exp()
+}
+
+impl Noise {
+    pub fn factors(&self, camera_index: usize, source: NoiseSource) -> NoiseFactors {
+        let trust = Trust::of(source);
+        let own = self.0.get(camera_index).copied().unwrap_or_default();
         NoiseFactors {
-            shift: self.shift.factor(),
-            turn: self.turn.factor(),
+            shift: factor(self.0.iter().map(|camera| camera.shift), own.shift, &trust),
+            turn: factor(self.0.iter().map(|camera| camera.turn), own.turn, &trust),
         }
     }
 
     /// Takes a view in, whether it took part or was refused: else a noise underestimated at the start would stay so.
-    pub fn learn(&mut self, taken: &Taken, options: &FusionOptions) {
-        let memory = 0.5 * options.noise_memory;
-        self.shift
-            .learn(taken.scale[0], taken.redundancy[0], memory);
-        self.turn.learn(taken.scale[1], taken.redundancy[1], memory);
+    pub fn learn(&mut self, sight: &Sight<'_>, taken: &Taken, options: &FusionOptions) {
+        if self.0.len() <= sight.camera_index {
+            self.0
+                .resize(sight.camera_index + 1, CameraNoise::default());
+        }
+        let camera = &mut self.0[sight.camera_index];
+        let (memory, source) = (0.5 * options.noise_memory, sight.view.noise_source);
+        // Against what the residuals were whitened with.
+        let ratio = |kind: usize| taken.scale[kind] / source.usual_scale(taken.redundancy[kind]);
+        let (shift, turn) = (ratio(0) * sight.noise.shift, ratio(1) * sight.noise.turn);
+        camera.shift.learn(shift, taken.redundancy[0], memory);
+        camera.turn.learn(turn, taken.redundancy[1], memory);
     }
 }

@@ -11,7 +11,7 @@ use super::hypothesis::Hypothesis;
 use crate::FusionOptions;
 use crate::filter::absorb::absorb;
 use crate::filter::clocks::Observed;
-use crate::filter::corners::{Normal, SCALE_LIMIT, Sight};
+use crate::filter::corners::{NoiseSource, Normal, Sight};
 use crate::filter::kinematics::Kinematics;
 use crate::filter::solve::{Fit, UNSEEN, solve};
 
@@ -41,11 +41,11 @@ pub(crate) struct Taken {
 }
 
 impl Taken {
-    fn refused() -> Self {
+    fn refused(source: NoiseSource) -> Self {
         Self {
             part: false,
             expected: false,
-            scale: [2.0 * SCALE_LIMIT; 2],
+            scale: [source.largest_scale(); 2],
             redundancy: [4.0; 2],
             square_px: 0.0,
         }
@@ -92,7 +92,10 @@ pub(crate) fn refused(
         mirrored: f64::NEG_INFINITY,
         settled: 0.0,
         to_mirrored: None,
-        taken: vec![Taken::refused(); sights.len()],
+        taken: sights
+            .iter()
+            .map(|sight| Taken::refused(sight.view.noise_source))
+            .collect(),
     }
 }
 
@@ -162,7 +165,7 @@ fn updated_by_group(
         } else if fit.surprise > options.prediction_gate {
             return None;
         } else {
-            let mut update = complete(prior, &fit, sights[0].camera_index, &normals, &part)?;
+            let mut update = complete(prior, &fit, sights, &normals, &part)?;
             if !sights.iter().any(|sight| sight.clock.is_some()) {
                 let curved = curvature::widen(&mut update.state, &pose_prior, &active, &fit);
                 update.evidence *= if curved { CURVED_WORTH } else { 1.0 };
@@ -212,15 +215,19 @@ fn leave_out(part: &mut [bool], normals: &[Option<Normal>], limit: f64) {
 fn complete(
     prior: &Kinematics,
     fit: &Fit,
-    camera_index: usize,
+    sights: &[Sight<'_>],
     normals: &[Option<Normal>],
     part: &[bool],
 ) -> Option<GroupUpdate> {
+    let camera_index = sights[0].camera_index;
     let absorbed = absorb(prior, camera_index, fit)?;
     let Observed { covariance, .. } = absorbed.state.observed(camera_index);
-    let pairs = normals.iter().zip(part);
+    let pairs = normals.iter().zip(part).zip(sights);
     let taken = pairs
-        .map(|(normal, part)| taken(normal.as_ref(), *part, &covariance))
+        .map(|((normal, part), sight)| match normal {
+            Some(normal) => taken(normal, *part, &covariance),
+            None => Taken::refused(sight.view.noise_source),
+        })
         .collect();
     let evidence = -0.5 * (fit.cost + absorbed.narrowing);
     Some(GroupUpdate {
@@ -230,10 +237,7 @@ fn complete(
     })
 }
 
-fn taken(normal: Option<&Normal>, part: bool, covariance: &Matrix6<f64>) -> Taken {
-    let Some(normal) = normal else {
-        return Taken::refused();
-    };
+fn taken(normal: &Normal, part: bool, covariance: &Matrix6<f64>) -> Taken {
     let absorbed = |information: Matrix6<f64>| {
         let share = if part {
             (information * covariance).trace()
