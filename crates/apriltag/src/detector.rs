@@ -257,7 +257,7 @@ impl Detector {
         for sighting in &self.sightings {
             let patterns =
                 (self.options.refinement == Refinement::Photometric).then_some(&mut self.patterns);
-            let detection = sighting.refine(image, patterns);
+            let detection = sighting.refine(image, patterns, self.report.noise_sigma);
             observer.refined(&sighting.quad, &detection);
             self.detections.push(detection);
         }

@@ -4,8 +4,9 @@
 //! alone say more.
 //!
 //! The picture is black(u, v) + (white(u, v) - black(u, v)) * response(coverage), where coverage is the blurred pattern
-//! ([`BlurredPattern`]), black and white are planes over the tag, and response(c) = c + gain c (1 - c) is how a camera's
-//! curve, glare and spreading ink let white grow. Gauss-Newton on 18 parameters: the homography (8), the planes (6), the
+//! ([`BlurredPattern`]), black and white are planes over the tag, and response(c) = k c / (1 + (k - 1) c), k = exp(gain), is
+//! how a camera's curve, glare and spreading ink let white grow: across a blurred edge it is a shift, as if c were a
+//! logistic function of the distance. Gauss-Newton on 18 parameters: the homography (8), the planes (6), the
 //! blur's covariance in the image (3), which takes in the lens and straight motion, and the gain. (Least squares on images:
 //! Baker & Matthews, Lucas-Kanade 20 years on, IJCV 2004.) The parameters' covariance is that of least squares, made
 //! larger where residuals beside each other agree, which noise would not.
@@ -28,7 +29,7 @@ use crate::quad::Quad;
 use crate::reading::Reading;
 use blurred_pattern::{BlurredPattern, Optics};
 use lanes::{LANES, lane};
-use normal_equations::{Equations, Factor, Rows};
+use normal_equations::{Equations, Factor, ROUNDING, Rows};
 use pixels::{Block, Pixels, weights};
 use state::{Inverse, State};
 
@@ -42,17 +43,14 @@ const MAX_STEPS: usize = 6;
 /// digits that are wrong.
 const SETTLED_PX: f32 = 0.03;
 
-/// Share of the edges' variance below which the pattern's must be, so that its corners are taken. A third would be no more
-/// than the edges' own, as these are lines through a few places; where the picture is not what the model says, the
-/// pattern is hardly surer, and its corners would not agree with those of tags beside it that the edges tell.
+/// Residuals in standard deviations of the image's noise up to which the model explains the picture, so that what it says
+/// of the corners holds. The noise is known to a third or so; where optics or print are others than the model's, residuals
+/// are several times as large.
+const EXPLAINED: f32 = 2.0;
+
+/// Where the model does not explain the picture, the share of the edges' variance below which the pattern's must be, so
+/// that its corners are taken: the edges need no more than that the border is straight.
 const SURER: f32 = 0.15;
-
-/// The same where the gain is not to be asked: where blur leaves the edges hardly anything to go by.
-const FAR_SURER: f32 = 0.04;
-
-/// Greatest gain, but for its own uncertainty, at which the pattern's corners are taken. A stronger one moves them against the edges by a tenth of the
-/// blur and more: right where the camera's response explains it, but the picture alone can't tell ink from light.
-const MOST_GAIN: f32 = 0.1;
 
 /// Residuals that lenses, sharpening and compression leave where nothing is wrong, as a share of the contrast: pixels
 /// that stray no further than these are not held to be hidden or lit by something else.
@@ -90,6 +88,7 @@ impl PatternFitter {
         image: &Image<'_>,
         reading: &Reading,
         edges: &EdgeFit,
+        noise_sigma: f32,
     ) -> Option<PatternFit> {
         let pattern = BlurredPattern::new(reading.family, reading.found.id);
         let mut state = State::start(&edges.quad, reading)?;
@@ -107,9 +106,9 @@ impl PatternFitter {
         let covariance =
             state.corner_covariances(&self.equations.covariance(&factor, &self.kernels));
         let share = mean_variance(&covariance) / mean_variance(&edges.covariance);
-        let linear = state.gain.abs() < MOST_GAIN + 2.0 * self.equations.gain_sigma(&factor);
-        let surer = share < FAR_SURER || share < SURER && linear;
-        let plausible = surer && state.is_plausible(&edges.quad);
+        let explained = self.equations.residual_scale() < EXPLAINED * noise_sigma.max(ROUNDING);
+        let trusted = explained || share < SURER;
+        let plausible = trusted && state.is_plausible(&edges.quad);
         plausible.then(|| PatternFit {
             corners: state.corners(),
             covariance,

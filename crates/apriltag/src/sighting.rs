@@ -36,10 +36,12 @@ impl Sighting {
         &self,
         image: &Image<'_>,
         patterns: Option<&mut PatternFitter>,
+        noise_sigma: f32,
     ) -> Detection {
         let border = self.reading.family.data().border;
         let coarse = coarse_edges(image, &self.quad, border);
-        let pattern = patterns.and_then(|patterns| patterns.fit(image, &self.reading, &coarse));
+        let pattern =
+            patterns.and_then(|patterns| patterns.fit(image, &self.reading, &coarse, noise_sigma));
         let (corners, corner_covariance, refinement) = match pattern {
             Some(fit) => (fit.corners, fit.covariance, Refinement::Photometric),
             None => {

@@ -11,6 +11,9 @@ pub(super) const PARAMETERS: usize = 18;
 pub(super) type Matrix = [Vector; PARAMETERS];
 type Vector = [f32; PARAMETERS];
 
+/// Standard deviation of what rounding to whole grey levels adds.
+pub(super) const ROUNDING: f32 = 0.29;
+
 /// Parameters with a prior: the last four.
 const PRIORS: usize = 4;
 
@@ -119,7 +122,6 @@ impl Equations {
 
     /// Standard deviation of the residuals, in grey levels; never below that of rounding to whole grey levels.
     pub(super) fn residual_scale(&self) -> f32 {
-        const ROUNDING: f32 = 0.29;
         let freedom = (self.weights - PARAMETERS as f32).max(1.0);
         (self.squares / freedom).sqrt().max(ROUNDING)
     }
@@ -165,13 +167,6 @@ impl Equations {
             *value *= variance;
         }
         inverse
-    }
-
-    /// Standard deviation of the gain, the last parameter, as far as noise makes it uncertain.
-    pub(super) fn gain_sigma(&self, factor: &Factor) -> f32 {
-        let mut unit = [0.0; PARAMETERS];
-        unit[PARAMETERS - 1] = 1.0;
-        self.residual_scale() * factor.solve(&unit)[PARAMETERS - 1].sqrt()
     }
 
     /// How much larger the scatter of the groups' pulls g = J^T W r is than with independent residuals, for which

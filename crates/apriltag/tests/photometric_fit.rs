@@ -1,0 +1,107 @@
+//! When corners come from the whole pattern, and what they are worth then.
+
+#![allow(clippy::unwrap_used)]
+
+mod drawing;
+
+use drawing::{Camera, Picture, Random, Tag};
+use sextant_apriltag::{Detection, Detector, Image, Options, Refinement};
+
+fn camera() -> Camera {
+    Camera::new(120, 110)
+}
+
+fn detect_one(pixels: &[u8]) -> Detection {
+    let camera = camera();
+    let image = Image::new(pixels, camera.width, camera.height, camera.width).unwrap();
+    let mut detector = Detector::new(Options::default()).unwrap();
+    let found = detector.detect(&image);
+    assert_eq!(found.len(), 1);
+    found[0]
+}
+
+fn draw(tag: &Tag, blur_px: f64) -> Picture {
+    Picture::draw(&camera(), std::slice::from_ref(tag), 128.0).blurred(blur_px)
+}
+
+fn worst_error(detection: &Detection, tag: &Tag) -> f64 {
+    let errors = detection
+        .corners
+        .iter()
+        .zip(tag.corners(&camera()))
+        .map(|(c, t)| (f64::from(c[0]) - t[0]).hypot(f64::from(c[1]) - t[1]));
+    errors.fold(0.0, f64::max)
+}
+
+/// Turned a little, of about so many pixels an edge.
+fn tag(edge_px: f64) -> Tag {
+    let size_m = 0.04;
+    Tag {
+        size_m,
+        position_m: [0.0, 0.0, 600.0 * size_m / edge_px],
+        turn_deg: [25.0, -20.0, 31.0],
+        greys: [40.0, 180.0],
+        ..Tag::new(17)
+    }
+}
+
+/// Greys through a curve, and noise after it.
+fn through(curve: impl Fn(f64) -> f64, pixels: &[u8], noise_sigma: f64) -> Vec<u8> {
+    let mut random = Random(5);
+    let grey = |&grey: &u8| {
+        (255.0 * curve(f64::from(grey) / 255.0) + noise_sigma * random.normal()).round() as u8
+    };
+    pixels.iter().map(grey).collect()
+}
+
+#[test]
+fn small_blurred_tags_show_their_corners_by_the_whole_pattern() {
+    for (edge_px, blur_px) in [(14.0, 0.7), (18.0, 1.0), (24.0, 1.4)] {
+        let tag = tag(edge_px);
+        let found = detect_one(&draw(&tag, blur_px).pixels(1.0, 3));
+        assert_eq!(found.refinement, Refinement::Photometric, "{edge_px} px");
+        let error = worst_error(&found, &tag);
+        assert!(error < 0.06, "{edge_px} px: off by {error}");
+    }
+}
+
+#[test]
+fn a_bent_grey_scale_moves_no_corner() {
+    for power in [0.45, 0.6, 2.2] {
+        let tag = tag(45.0);
+        let straight = draw(&tag, 0.8).pixels(0.0, 1);
+        let found = detect_one(&through(|grey| grey.powf(power), &straight, 1.0));
+        assert_eq!(found.refinement, Refinement::Photometric, "power {power}");
+        let error = worst_error(&found, &tag);
+        assert!(error < 0.04, "power {power}: off by {error}");
+    }
+}
+
+#[test]
+fn a_pattern_that_is_not_where_its_border_is_has_no_say() {
+    const SHIFT_PX: f64 = 0.6;
+    let tag = Tag {
+        turn_deg: [0.0; 3],
+        ..tag(48.0)
+    };
+    let metres_per_px = tag.position_m[2] / camera().focal;
+    let mut shifted = tag.clone();
+    shifted.position_m[0] += SHIFT_PX * metres_per_px;
+    let mut pixels = draw(&tag, 0.6).pixels(1.0, 1);
+    let inside = draw(&shifted, 0.6).pixels(1.0, 2);
+    let [top_left, _, bottom_right, _] = tag.corners(&camera());
+    let within = |at: usize, axis: usize| {
+        let share = (at as f64 - top_left[axis]) / (bottom_right[axis] - top_left[axis]);
+        (0.07..0.93).contains(&share)
+    };
+    let width = camera().width;
+    for (i, (pixel, inside)) in pixels.iter_mut().zip(inside).enumerate() {
+        if within(i % width, 0) && within(i / width, 1) {
+            *pixel = inside;
+        }
+    }
+    let found = detect_one(&pixels);
+    let error = worst_error(&found, &tag);
+    assert_eq!(found.refinement, Refinement::Edges);
+    assert!(error < 0.1, "off by {error}");
+}
