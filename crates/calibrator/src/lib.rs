@@ -6,3 +6,5 @@
 //! - [`bundle`]: bundle adjustment of tag corners, the core of every procedure.
 
 pub mod bundle;
+mod intake;
+mod resection;

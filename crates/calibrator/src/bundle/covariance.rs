@@ -110,8 +110,8 @@ fn steps_from_framed(bundle: &Bundle, layout: &Layout) -> DMatrix<f64> {
     for (camera, columns) in bundle.cameras.iter().zip(&layout.cameras) {
         put(columns.pose, &camera.world_from_camera);
     }
-    for (tag, &columns) in bundle.tags.iter().zip(&layout.tags) {
-        put(columns, &tag.object_from_tag);
+    for (tag, columns) in bundle.tags.iter().zip(&layout.tags) {
+        put(columns.pose, &tag.object_from_tag);
     }
     steps
 }

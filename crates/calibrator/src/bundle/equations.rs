@@ -96,15 +96,13 @@ impl<const D: usize> Equations<D> {
         let mut gradient = self.gradient.rows_mut(start, width);
         gradient += &sums.camera_gradient;
         for tag in &sums.tags {
-            let Some(column) = layout.tags[tag.tag] else {
-                continue;
-            };
-            let mut own = self.kept.fixed_view_mut::<6, 6>(column, column);
-            own += tag.twist;
-            let mut gradient = self.gradient.fixed_rows_mut::<6>(column);
-            gradient += tag.gradient;
-            let mut across = self.kept.view_mut((start, column), (width, 6));
-            across += &tag.camera_by_twist;
+            let (first, (column, n)) = (layout.tags[tag.tag].first(), layout.tags[tag.tag].span());
+            let mut own = self.kept.view_mut((column, column), (n, n));
+            own += tag.own.view((first, first), (n, n));
+            let mut gradient = self.gradient.rows_mut(column, n);
+            gradient += tag.gradient.rows(first, n);
+            let mut across = self.kept.view_mut((start, column), (width, n));
+            across += tag.camera_by_tag.columns(first, n);
         }
     }
 }
@@ -127,10 +125,11 @@ impl<const D: usize> Node<D> {
             own += transposed * sums.camera_by_twist.transpose();
         }
         for tag in &sums.tags {
-            if let Some(column) = layout.tags[tag.tag] {
+            let (first, (column, n)) = (layout.tags[tag.tag].first(), layout.tags[tag.tag].span());
+            if n > 0 {
                 let at = self.local(column);
-                let mut own = self.coupling.fixed_columns_mut::<6>(at);
-                own += transposed * tag.twist;
+                let mut own = self.coupling.columns_mut(at, n);
+                own += transposed * tag.own.view((0, first), (6, n));
             }
         }
     }
@@ -147,7 +146,8 @@ fn columns_of(layout: &Layout, images: &[BundleImage]) -> Vec<usize> {
         let camera = &layout.cameras[image.camera];
         columns.extend(camera.start()..camera.start() + camera.width());
         for seen in &image.tags {
-            columns.extend(layout.tags[seen.tag].into_iter().flat_map(|c| c..c + 6));
+            let (start, width) = layout.tags[seen.tag].span();
+            columns.extend(start..start + width);
         }
     }
     columns.sort_unstable();

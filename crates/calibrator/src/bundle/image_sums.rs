@@ -3,25 +3,24 @@
 use super::layout::{CameraColumns, Layout};
 use super::residuals::{LensColumns, View, linearise, object_at};
 use super::state::{Bundle, BundleImage};
-use nalgebra::{Const, DMatrix, DVector, Dyn, Matrix6, OMatrix, SMatrix, Vector6};
+use nalgebra::{Const, DMatrix, DVector, Dyn, Matrix6, OMatrix, SMatrix, SVector, Vector6};
 use sextant_geometry::least_squares::Kernel;
 use sextant_geometry::lens::MAX_PARAMETERS;
 use sextant_geometry::se3;
 
 /// Derivative of the object's twist by the columns of something.
 pub(super) type TwistBy = OMatrix<f64, Const<6>, Dyn>;
-type LensByTwist = SMatrix<f64, MAX_PARAMETERS, 6>;
+type LensByTag = SMatrix<f64, MAX_PARAMETERS, 7>;
+type ByTag = OMatrix<f64, Dyn, Const<7>>;
 
-/// Normal equations of one tag over (object's twist, lens).
+/// Normal equations of one tag over its seven parameters (the object's twist, which is a step of its pose, and its size).
 pub(super) struct TagSums {
     /// Index of the tag.
     pub tag: usize,
-    /// By twist and twist.
-    pub twist: Matrix6<f64>,
-    /// Gradient by the twist.
-    pub gradient: Vector6<f64>,
-    /// By the camera's columns and twist.
-    pub camera_by_twist: OMatrix<f64, Dyn, Const<6>>,
+    pub own: SMatrix<f64, 7, 7>,
+    pub gradient: SVector<f64, 7>,
+    /// By the camera's columns and the tag's parameters.
+    pub camera_by_tag: OMatrix<f64, Dyn, Const<7>>,
 }
 
 /// Normal equations of an image over (object's twist, the camera's columns), and of each of its tags.
@@ -65,26 +64,26 @@ impl ImageSums {
         for seen in &image.tags {
             let tag = &bundle.tags[seen.tag];
             let equations = linearise(&view, &tag.object_from_tag, tag.size_m, seen, kernel);
-            let transposed = equations.by_twist.transpose();
-            let twist = transposed * equations.by_twist;
-            let mut lens_by_twist = LensByTwist::zeros();
+            let mut by_tag = SMatrix::<f64, 8, 7>::zeros();
+            by_tag
+                .fixed_columns_mut::<6>(0)
+                .copy_from(&equations.by_twist);
+            by_tag.set_column(6, &equations.by_size);
+            let own = by_tag.transpose() * by_tag;
+            let mut lens_by_tag = LensByTag::zeros();
             if wanted == LensColumns::Wanted {
                 let by_lens = equations.by_lens.transpose();
-                lens_by_twist = by_lens * equations.by_twist;
+                lens_by_tag = by_lens * by_tag;
                 lens.lens += by_lens * equations.by_lens;
                 lens.gradient += by_lens * equations.error;
             }
             sums.rho += equations.rho;
-            let camera_by_twist = camera_rows(
-                columns,
-                &(twist_by_camera.transpose() * twist),
-                &lens_by_twist,
-            );
+            let moving = twist_by_camera.transpose() * own.fixed_rows::<6>(0);
             sums.add(TagSums {
                 tag: seen.tag,
-                twist,
-                gradient: transposed * equations.error,
-                camera_by_twist,
+                own,
+                gradient: by_tag.transpose() * equations.error,
+                camera_by_tag: camera_rows(columns, &moving, &lens_by_tag),
             });
         }
         sums.close(columns, &twist_by_camera, &lens);
@@ -104,9 +103,9 @@ impl ImageSums {
     }
 
     fn add(&mut self, tag: TagSums) {
-        self.twist += tag.twist;
-        self.gradient += tag.gradient;
-        self.camera_by_twist += &tag.camera_by_twist;
+        self.twist += tag.own.fixed_view::<6, 6>(0, 0);
+        self.gradient += tag.gradient.fixed_rows::<6>(0);
+        self.camera_by_twist += tag.camera_by_tag.fixed_columns::<6>(0);
         self.tags.push(tag);
     }
 
@@ -146,12 +145,8 @@ fn twist_by_camera(bundle: &Bundle, image: &BundleImage, columns: &CameraColumns
 }
 
 /// Rows of pose and clock above rows of the free lens parameters.
-fn camera_rows(
-    columns: &CameraColumns,
-    moving: &OMatrix<f64, Dyn, Const<6>>,
-    lens: &LensByTwist,
-) -> OMatrix<f64, Dyn, Const<6>> {
-    let mut rows = OMatrix::<f64, Dyn, Const<6>>::zeros(columns.width());
+fn camera_rows(columns: &CameraColumns, moving: &ByTag, lens: &LensByTag) -> ByTag {
+    let mut rows = ByTag::zeros(columns.width());
     rows.rows_mut(0, columns.moving()).copy_from(moving);
     for (at, &parameter) in columns.lens_parameters.iter().enumerate() {
         rows.row_mut(columns.moving() + at)

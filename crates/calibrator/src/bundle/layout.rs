@@ -47,6 +47,34 @@ pub enum KeptParameter {
         /// 0, 1, 2: x, y, z of the object.
         axis: usize,
     },
+    /// The logarithm of a tag's size: a part of the size.
+    TagSize {
+        /// Index of the tag.
+        tag: usize,
+    },
+}
+
+/// Columns of one tag: six of the pose, one of the size (a step of its logarithm), each where sought, without gaps.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct TagColumns {
+    /// First of six.
+    pub pose: Option<usize>,
+    /// The size's.
+    pub size: Option<usize>,
+}
+
+impl TagColumns {
+    /// First of all and how many; none of both is (0, 0).
+    pub(super) fn span(&self) -> (usize, usize) {
+        let start = self.pose.or(self.size).unwrap_or(0);
+        let width = self.pose.map_or(0, |_| 6) + self.size.map_or(0, |_| 1);
+        (start, width)
+    }
+
+    /// Which of (six of the pose, size) come first.
+    pub(super) fn first(&self) -> usize {
+        if self.pose.is_some() { 0 } else { 6 }
+    }
 }
 
 /// Columns of one camera: six of the pose, one of the clock, then the lens's, each where sought, without gaps.
@@ -66,8 +94,7 @@ pub(super) struct CameraColumns {
 #[derive(Clone, Debug, Default)]
 pub(super) struct Layout {
     pub cameras: Vec<CameraColumns>,
-    /// First of six, where the tag is free.
-    pub tags: Vec<Option<usize>>,
+    pub tags: Vec<TagColumns>,
     /// How many there are.
     pub n: usize,
 }
@@ -111,8 +138,9 @@ impl Layout {
             });
         }
         for tag in &bundle.tags {
-            let columns = layout.take(tag.pose, 6);
-            layout.tags.push(columns);
+            let pose = layout.take(tag.pose, 6);
+            let size = layout.take(tag.size, 1);
+            layout.tags.push(TagColumns { pose, size });
         }
         layout
     }
@@ -139,16 +167,14 @@ impl Layout {
             let free = columns.lens_parameters.iter();
             names.extend(free.map(|&parameter| KeptParameter::Lens { camera, parameter }));
         }
-        for tag in self.tagged() {
-            names.extend((0..3).map(|axis| KeptParameter::TagPosition { tag, axis }));
-            names.extend((0..3).map(|axis| KeptParameter::TagRotation { tag, axis }));
+        for (tag, columns) in self.tags.iter().enumerate() {
+            if columns.pose.is_some() {
+                names.extend((0..3).map(|axis| KeptParameter::TagPosition { tag, axis }));
+                names.extend((0..3).map(|axis| KeptParameter::TagRotation { tag, axis }));
+            }
+            names.extend(columns.size.map(|_| KeptParameter::TagSize { tag }));
         }
         names
-    }
-
-    fn tagged(&self) -> impl Iterator<Item = usize> {
-        let columns = self.tags.iter().enumerate();
-        columns.filter_map(|(tag, columns)| columns.map(|_| tag))
     }
 }
 

@@ -21,6 +21,8 @@ pub struct PriorKnowledge {
     pub clock_s: f64,
     /// A tag's position on the object, metres. Default 0.5.
     pub tag_position_m: f64,
+    /// A tag's size, as a part of it. Default 0.3.
+    pub tag_size: f64,
     /// A direction whose deviation exceeds this part of the prior is weak. Default 0.05: 15 cm or 3 degrees of a camera.
     pub weak_part: f64,
 }
@@ -34,6 +36,7 @@ impl Default for PriorKnowledge {
             distortion: 1.0,
             clock_s: 1.0,
             tag_position_m: 0.5,
+            tag_size: 0.3,
             weak_part: 0.05,
         }
     }
@@ -52,6 +55,7 @@ impl PriorKnowledge {
             KeptParameter::Lens { .. } => self.distortion,
             KeptParameter::Clock { .. } => self.clock_s,
             KeptParameter::TagPosition { .. } => self.tag_position_m,
+            KeptParameter::TagSize { .. } => self.tag_size,
         }
     }
 
@@ -66,6 +70,7 @@ impl PriorKnowledge {
             KeptParameter::Lens { .. } => self.distortion,
             KeptParameter::Clock { .. } => self.clock_s,
             KeptParameter::TagPosition { .. } => self.tag_position_m,
+            KeptParameter::TagSize { .. } => self.tag_size,
         }
     }
 }

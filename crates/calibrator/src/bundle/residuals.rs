@@ -40,6 +40,8 @@ pub(super) struct TagEquations {
     pub error: SVector<f64, 8>,
     /// By a twist of the object's frame.
     pub by_twist: SMatrix<f64, 8, 6>,
+    /// By the logarithm of the tag's size.
+    pub by_size: SVector<f64, 8>,
     /// By the lens's parameters; only filled where they are sought.
     pub by_lens: SMatrix<f64, 8, MAX_PARAMETERS>,
     /// Robust cost, in units of the noise squared.
@@ -100,6 +102,7 @@ pub(super) fn linearise(
     let mut equations = TagEquations {
         error: SVector::zeros(),
         by_twist: SMatrix::zeros(),
+        by_size: SVector::zeros(),
         by_lens: SMatrix::zeros(),
         rho: 0.0,
     };
@@ -124,6 +127,11 @@ pub(super) fn linearise(
             .error
             .fixed_rows_mut::<2>(row)
             .copy_from(&(error * weight));
+        let from_centre = object_from_tag.rotation * in_tag.coords;
+        equations
+            .by_size
+            .fixed_rows_mut::<2>(row)
+            .copy_from(&(by_object * from_centre));
         let mut rows = equations.by_twist.fixed_view_mut::<2, 6>(row, 0);
         rows.fixed_columns_mut::<3>(0).copy_from(&by_object);
         rows.fixed_columns_mut::<3>(3).copy_from(&by_turn);

@@ -172,8 +172,12 @@ impl<'a, const D: usize> Descent<'a, D> {
             Some(camera)
         });
         let tags = self.bundle.tags.iter().zip(&self.layout.tags);
-        let tags = tags.map(|(tag, &columns)| BundleTag {
-            object_from_tag: moved(&tag.object_from_tag, columns, kept),
+        let tags = tags.map(|(tag, columns)| BundleTag {
+            object_from_tag: moved(&tag.object_from_tag, columns.pose, kept),
+            size_m: tag.size_m
+                * columns
+                    .size
+                    .map_or(1.0, |at| kept[at].clamp(-1.0, 1.0).exp()),
             ..tag.clone()
         });
         let instants = self.bundle.instants.iter().zip(&step.instants);

@@ -52,6 +52,8 @@ pub struct BundleTag {
     pub size_m: f64,
     /// Whether the pose is sought.
     pub pose: Freedom,
+    /// Whether the size is sought: tags that move together tell the ratio of their sizes.
+    pub size: Freedom,
 }
 
 /// The object at one time.

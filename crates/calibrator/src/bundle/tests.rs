@@ -74,6 +74,7 @@ fn truth(motion: Option<Motion>) -> Bundle {
         ),
         size_m: 0.06,
         pose: Freedom::Fixed,
+        size: Freedom::Fixed,
     };
     let mut bundle = Bundle {
         cameras: (0..3).map(camera).collect(),
@@ -168,7 +169,9 @@ fn free_everything(bundle: &mut Bundle) {
     bundle.cameras[1].free_lens = FreeLens::ALL;
     for tag in &mut bundle.tags[1..] {
         tag.pose = Freedom::Free;
+        tag.size = Freedom::Free;
     }
+    bundle.tags[2].pose = Freedom::Fixed;
 }
 
 #[test]
@@ -288,6 +291,19 @@ fn a_lens_is_found_from_one_camera() {
     let found = solution.bundle.cameras[0].lens.parameters();
     assert!((found[0] - 600.0).abs() < 0.5, "{found:?}");
     assert_eq!(solution.covariance.lens(0).nrows(), 9);
+}
+
+#[test]
+fn a_size_that_disagrees_is_found() {
+    let mut bundle = truth(None);
+    for tag in &mut bundle.tags[1..] {
+        (tag.pose, tag.size) = (Freedom::Free, Freedom::Free);
+        tag.size_m *= 1.02;
+    }
+    let solution = solve(bundle, &BundleOptions::default()).unwrap();
+    for tag in &solution.bundle.tags {
+        assert!((tag.size_m - 0.06).abs() < 1e-7, "{}", tag.size_m);
+    }
 }
 
 #[test]
