@@ -1,16 +1,17 @@
 //! Of the border's colour or not, one bit a pixel.
 
 use crate::Image;
-use crate::components::make_room;
 use crate::kernels::{Kernels, TILE, TILES_IN_WORD, WORD};
-use crate::tiles::{Pass, Tiles};
+use crate::tiles::Tiles;
 use sextant_tag_families::BorderColour;
+use std::ops::Range;
 
 #[derive(Debug, Default)]
 pub(crate) struct BitPlane {
     words_in_row: usize,
     words: Vec<u64>,
-    levels: Vec<u8>,
+    /// Which words of each row have been set; the others are without bits.
+    live: Vec<Range<usize>>,
 }
 
 impl BitPlane {
@@ -18,10 +19,7 @@ impl BitPlane {
     pub(crate) fn make_room(&mut self, width: usize, height: usize) {
         self.words_in_row = width.div_ceil(WORD);
         self.words.resize(self.words_in_row * height, 0);
-        make_room(
-            &mut self.levels,
-            (width / TILE + 1).next_multiple_of(TILES_IN_WORD),
-        );
+        self.live.resize(height, 0..0);
     }
 
     /// Sets the bits of the pixels that have the border's colour: below the level of their tile, or not below it.
@@ -29,35 +27,38 @@ impl BitPlane {
         &mut self,
         image: &Image<'_>,
         tiles: &Tiles,
-        pass: Pass,
+        border: BorderColour,
         kernels: &Kernels,
     ) {
-        for y in 0..image.height() {
-            let tile_row = (y / TILE).min(tiles.rows() - 1);
-            if y % TILE == 0 && y / TILE == tile_row {
-                tiles.levels(tile_row, pass.level, &mut self.levels);
+        for (y, live_here) in self.live.iter_mut().enumerate() {
+            let (levels, live) = tiles.levels_at(y);
+            let live = live.start..live.end.min(self.words_in_row);
+            *live_here = live.clone();
+            if live.is_empty() {
+                continue;
             }
-            let words = &mut self.words[y * self.words_in_row..][..self.words_in_row];
-            kernels.threshold_row(image.row(y), &self.levels, words);
-            if pass.border == BorderColour::White {
-                invert_live(words, &self.levels, image.width());
+            let pixels = &image.row(y)[live.start * WORD..image.width().min(live.end * WORD)];
+            let levels = &levels[live.start * TILES_IN_WORD..live.end * TILES_IN_WORD];
+            let words = &mut self.words[y * self.words_in_row..][live];
+            kernels.threshold_row(pixels, levels, words);
+            if border == BorderColour::White {
+                invert_live(words, levels, pixels.len());
             }
         }
     }
 
-    pub(crate) fn rows(&self) -> impl Iterator<Item = &[u64]> {
-        self.words.chunks_exact(self.words_in_row)
+    /// The first column that has been set in each row, and the words from there on.
+    pub(crate) fn rows(&self) -> impl Iterator<Item = (usize, &[u64])> {
+        let rows = self.words.chunks_exact(self.words_in_row).zip(&self.live);
+        rows.map(|(words, live)| (live.start * WORD, &words[live.clone()]))
     }
 }
 
 /// Turns the bits of the first `width` pixels over where their tiles have a level.
 fn invert_live(words: &mut [u64], levels: &[u8], width: usize) {
     const TILE_BITS: u64 = (1 << TILE) - 1;
-    for (i, (word, levels)) in words
-        .iter_mut()
-        .zip(levels.chunks(TILES_IN_WORD))
-        .enumerate()
-    {
+    let levels = levels.chunks(TILES_IN_WORD);
+    for (i, (word, levels)) in words.iter_mut().zip(levels).enumerate() {
         let live = levels.iter().rev().fold(0, |bits, &level| {
             bits << TILE | if level > 0 { TILE_BITS } else { 0 }
         });

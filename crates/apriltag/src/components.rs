@@ -7,8 +7,11 @@ use crate::LabelledRun;
 use crate::bit_plane::BitPlane;
 use crate::kernels::WORD;
 
+/// No component.
+const NONE: u32 = u32::MAX;
+
 /// Black pixels beside each other in a row: `start..end`.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Run {
     pub(crate) start: u16,
     pub(crate) end: u16,
@@ -70,13 +73,14 @@ impl Component {
 
 #[derive(Debug, Default)]
 pub(crate) struct Components {
+    /// Room for `max_runs`, of which the first `n_runs` count.
     runs: Vec<Run>,
+    n_runs: usize,
     /// Index of the first run of each row, and one more.
     row_starts: Vec<u32>,
     forest: Forest,
     /// Where runs of a row begin and end in turn.
     ends: Vec<u16>,
-    max_runs: usize,
 }
 
 /// Pixels of the image per run, at least: only noise has shorter runs and gaps. Rows beyond this bound are left out.
@@ -85,84 +89,88 @@ const PIXELS_PER_RUN: usize = 4;
 impl Components {
     /// Takes the memory that an image of a size can ask for.
     pub(crate) fn make_room(&mut self, width: usize, height: usize) {
-        self.max_runs = width * height / PIXELS_PER_RUN;
-        make_room(&mut self.runs, self.max_runs);
-        make_room(&mut self.forest.components, self.max_runs);
-        make_room(&mut self.ends, width.next_multiple_of(WORD) + 1);
+        let max_runs = width * height / PIXELS_PER_RUN;
+        self.runs.resize(max_runs, Run::default());
+        make_room(&mut self.forest.components, max_runs);
+        self.ends.resize(width.next_multiple_of(WORD) + 2, 0);
         make_room(&mut self.row_starts, height + 1);
     }
 
     pub(crate) fn label(&mut self, plane: &BitPlane) {
-        self.runs.clear();
+        self.n_runs = 0;
         self.row_starts.clear();
         self.forest.components.clear();
         let mut row_above = 0;
-        for (y, words) in plane.rows().enumerate() {
-            let row = self.runs.len();
+        for (y, (left, words)) in plane.rows().enumerate() {
+            let row = self.n_runs;
             self.row_starts.push(row as u32);
-            if row + words.len() * WORD / 2 <= self.max_runs {
-                self.take_runs(words);
+            let n_ends = self.find_ends(left, words);
+            if row + n_ends / 2 <= self.runs.len() {
+                self.join_row(row_above, n_ends, y as u16);
             }
-            self.join_row(row_above, row, y as u16);
             row_above = row;
         }
-        self.row_starts.push(self.runs.len() as u32);
+        self.row_starts.push(self.n_runs as u32);
     }
 
-    /// Each set bit of `word ^ (word << 1)` is the first pixel of a run or the first beyond one.
-    fn take_runs(&mut self, words: &[u64]) {
-        self.ends.clear();
-        let mut carry = 0;
-        for (word_start, &word) in (0..).step_by(WORD).zip(words) {
+    /// Each set bit of `word ^ (word << 1)` is the first pixel of a run or the first beyond one. Returns how many.
+    fn find_ends(&mut self, left: usize, words: &[u64]) -> usize {
+        let (mut n, mut carry) = (0, 0);
+        for (word_start, &word) in (left as u16..).step_by(WORD).zip(words) {
             let mut changes = word ^ (word << 1 | carry);
             carry = word >> (WORD - 1);
             while changes != 0 {
-                self.ends.push(word_start + changes.trailing_zeros() as u16);
+                self.ends[n] = word_start + changes.trailing_zeros() as u16;
+                n += 1;
                 changes &= changes - 1;
             }
         }
         if carry != 0 {
-            self.ends.push((words.len() * WORD) as u16);
+            self.ends[n] = (left + words.len() * WORD) as u16;
+            n += 1;
         }
-        let runs = self.ends.chunks_exact(2).map(|ends| Run {
-            start: ends[0],
-            end: ends[1],
-            component: 0,
-        });
-        self.runs.extend(runs);
+        n
     }
 
-    /// Joins the runs from `row` on with those from `row_above` up to `row`.
-    fn join_row(&mut self, row_above: usize, row: usize, y: u16) {
-        let (done, runs) = self.runs.split_at_mut(row);
+    /// Takes in the runs between the first `n_ends` ends, and joins them with those from `row_above` on.
+    fn join_row(&mut self, row_above: usize, n_ends: usize, y: u16) {
+        let (done, free) = self.runs.split_at_mut(self.n_runs);
         let mut above = &done[row_above..];
         let forest = &mut self.forest;
-        for run in runs {
+        let ends = self.ends[..n_ends].as_chunks::<2>().0;
+        for (run, &[start, end]) in free.iter_mut().zip(ends) {
+            let mut component = NONE;
             while let [first, rest @ ..] = above
-                && first.end < run.start
+                && first.start <= end
             {
+                if first.end >= start {
+                    component = forest.join(component, first.component);
+                }
+                if first.end > end {
+                    break;
+                }
                 above = rest;
             }
-            let mut touching = above.iter().take_while(|first| first.start <= run.end);
-            let Some(first) = touching.next() else {
-                run.component = forest.plant(run, y);
-                continue;
-            };
-            let mut component = forest.root(first.component);
-            for further in touching {
-                component = forest.join(component, further.component);
+            if component == NONE {
+                component = forest.plant(start, end, y);
+            } else {
+                forest.grow(component, start, end, y);
             }
-            forest.grow(component, run, y);
-            run.component = component;
+            *run = Run {
+                start,
+                end,
+                component,
+            };
         }
+        self.n_runs += ends.len();
     }
 
     pub(crate) fn max_labels(&self) -> usize {
-        self.max_runs
+        self.runs.len()
     }
 
     pub(crate) fn n_runs(&self) -> usize {
-        self.runs.len()
+        self.n_runs
     }
 
     /// All components ever begun, by label; those that stand for themselves are [`Component::is_whole`].
@@ -206,9 +214,8 @@ struct Forest {
 }
 
 impl Forest {
-    fn plant(&mut self, run: &Run, y: u16) -> u32 {
+    fn plant(&mut self, start: u16, end: u16, y: u16) -> u32 {
         let label = self.components.len() as u32;
-        let Run { start, end, .. } = *run;
         self.components.push(Component {
             parent: label,
             area: u32::from(end - start),
@@ -220,18 +227,19 @@ impl Forest {
         label
     }
 
-    fn grow(&mut self, root: u32, run: &Run, y: u16) {
+    fn grow(&mut self, root: u32, start: u16, end: u16, y: u16) {
         let component = &mut self.components[root as usize];
-        component.area += u32::from(run.end - run.start);
-        component.left = component.left.min(run.start);
-        component.right = component.right.max(run.end);
+        component.area += u32::from(end - start);
+        component.left = component.left.min(start);
+        component.right = component.right.max(end);
         component.bottom = y;
     }
 
+    /// The component that a label and a root (or none) have in common from now on.
     fn join(&mut self, a: u32, label: u32) -> u32 {
         let b = self.root(label);
-        if a == b {
-            return a;
+        if a == b || a == NONE {
+            return b;
         }
         let (root, child) = (a.min(b), a.max(b));
         let absorbed = self.components[child as usize];

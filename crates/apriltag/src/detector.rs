@@ -117,12 +117,12 @@ impl Detector {
         self.measure(&part);
         observer.stage_ended(Stage::Tiles);
         for pass in PASSES {
-            if !self.is_worth_while(pass) {
+            if !self.wants(pass.border) || !self.tiles.set_levels(pass.level, &self.kernels) {
                 continue;
             }
             observer.pass_began(pass);
             self.plane
-                .threshold(&part, &self.tiles, pass, &self.kernels);
+                .threshold(&part, &self.tiles, pass.border, &self.kernels);
             observer.stage_ended(Stage::Threshold);
             self.components.label(&self.plane);
             observer.stage_ended(Stage::Components);
@@ -135,13 +135,8 @@ impl Detector {
         }
     }
 
-    /// Whether a pass can show a tag of the families that are looked for.
-    fn is_worth_while(&mut self, pass: Pass) -> bool {
-        let wanted = self
-            .readers
-            .iter()
-            .any(|reader| reader.border() == pass.border);
-        wanted && (pass.level == Level::Middle || self.tiles.find_shade())
+    fn wants(&self, border: BorderColour) -> bool {
+        self.readers.iter().any(|reader| reader.border() == border)
     }
 
     fn begin(&mut self, image: &Image<'_>) {

@@ -23,13 +23,26 @@ impl Shade {
         self.reached.resize(self.words_in_row * rows, 0);
     }
 
-    /// Says of each tile of a row, by 0 or 1, whether it is live and whether it shows shade.
-    pub(crate) fn set_row(&mut self, row: usize, live: &[u8], seeds: &[u8]) {
+    /// Says of each tile of a row, by 0 or 1, whether it is live and whether it shows shade; returns whether any does.
+    pub(crate) fn set_row(&mut self, row: usize, live: &[u8], seeds: &[u8]) -> bool {
         let words = row * self.words_in_row..(row + 1) * self.words_in_row;
-        for (i, word) in words.enumerate() {
-            self.live[word] = pack(live, i);
-            self.reached[word] = pack(seeds, i) & self.live[word];
+        let here = self.live[words.clone()]
+            .iter_mut()
+            .zip(&mut self.reached[words]);
+        let flags = live.chunks(WORD).zip(seeds.chunks(WORD));
+        let mut any = 0;
+        for ((live_word, reached), (live, seeds)) in here.zip(flags) {
+            *live_word = pack(live);
+            *reached = pack(seeds) & *live_word;
+            any |= *reached;
         }
+        any != 0
+    }
+
+    pub(crate) fn clear_row(&mut self, row: usize) {
+        let words = row * self.words_in_row..(row + 1) * self.words_in_row;
+        self.live[words.clone()].fill(0);
+        self.reached[words].fill(0);
     }
 
     pub(crate) fn spread(&mut self) {
@@ -53,45 +66,38 @@ impl Shade {
 
     /// Takes in the live tiles of a row that touch reached ones of the row beside it. Says whether there were new ones.
     fn reach_from(&mut self, from: usize, to: usize) -> bool {
-        let (from, to_start) = (from * self.words_in_row, to * self.words_in_row);
-        let mut changed = false;
-        for i in 0..self.words_in_row {
-            let here = self.reached[from + i];
-            let left = if i > 0 {
-                self.reached[from + i - 1] >> (WORD - 1)
-            } else {
-                0
-            };
-            let right = if i + 1 < self.words_in_row {
-                self.reached[from + i + 1] << (WORD - 1)
-            } else {
-                0
-            };
-            let near = here | here << 1 | here >> 1 | left | right;
-            let new = near & self.live[to_start + i] & !self.reached[to_start + i];
-            self.reached[to_start + i] |= new;
-            changed |= new != 0;
+        let n = self.words_in_row;
+        let (first, rest) = self.reached.split_at_mut(from.max(to) * n);
+        let (low, high) = (&mut first[from.min(to) * n..][..n], &mut rest[..n]);
+        let (from_words, to_words) = if from < to { (low, high) } else { (high, low) };
+        let (mut changed, mut left) = (0, 0);
+        for (i, (to_word, live)) in to_words.iter_mut().zip(&self.live[to * n..]).enumerate() {
+            let here = from_words[i];
+            let right = from_words.get(i + 1).map_or(0, |right| right << (WORD - 1));
+            let new = (here | here << 1 | here >> 1 | left | right) & live & !*to_word;
+            *to_word |= new;
+            changed |= new;
+            left = here >> (WORD - 1);
         }
-        if changed {
+        if changed != 0 {
             self.fill_row(to);
         }
-        changed
+        changed != 0
     }
 
     /// Spreads along a row in both directions.
     fn fill_row(&mut self, row: usize) {
         let words = row * self.words_in_row..(row + 1) * self.words_in_row;
         let (live, reached) = (&self.live[words.clone()], &mut self.reached[words]);
-        let mut carry = 0;
+        let mut carry = false;
         for (live, reached) in live.iter().zip(reached.iter_mut()) {
-            *reached = fill_upwards(*reached | carry & live, *live);
-            carry = *reached >> (WORD - 1);
+            (*reached, carry) = fill_upwards(*reached, *live, carry);
         }
-        carry = 0;
+        carry = false;
         for (live, reached) in live.iter().zip(reached.iter_mut()).rev() {
-            let seeds = (*reached).reverse_bits() | carry & live.reverse_bits();
-            *reached = fill_upwards(seeds, live.reverse_bits()).reverse_bits();
-            carry = *reached & 1;
+            let filled;
+            (filled, carry) = fill_upwards(reached.reverse_bits(), live.reverse_bits(), carry);
+            *reached = filled.reverse_bits();
         }
     }
 
@@ -106,26 +112,25 @@ impl Shade {
     }
 }
 
-/// One bit for each of 64 bytes that are 0 or 1; none for those that are missing.
-fn pack(flags: &[u8], word: usize) -> u64 {
+/// One bit for each of up to 64 bytes that are 0 or 1.
+fn pack(flags: &[u8]) -> u64 {
     /// Moves the lowest bits of eight bytes beside each other into the highest byte.
     const GATHER: u64 = 0x0102_0408_1020_4080;
-    let flags = &flags[word * WORD..flags.len().min((word + 1) * WORD)];
-    flags.chunks(8).enumerate().fold(0, |bits, (i, chunk)| {
-        let mut bytes = [0; 8];
-        bytes[..chunk.len()].copy_from_slice(chunk);
-        bits | (u64::from_le_bytes(bytes).wrapping_mul(GATHER) >> 56) << (8 * i)
+    let (eights, rest) = flags.as_chunks::<8>();
+    let mut last = [0; 8];
+    last[..rest.len()].copy_from_slice(rest);
+    let bits = eights.iter().chain([&last]).enumerate();
+    bits.take(WORD / 8).fold(0, |bits, (i, eight)| {
+        bits | (u64::from_le_bytes(*eight).wrapping_mul(GATHER) >> 56) << (8 * i)
     })
 }
 
-/// The seeds and all set bits of `live` above them without a gap (Kogge-Stone: distances 1, 2, 4, ..., 32).
-fn fill_upwards(seeds: u64, live: u64) -> u64 {
-    let (mut filled, mut open) = (seeds, live);
-    for distance in [1, 2, 4, 8, 16, 32] {
-        filled |= open & (filled << distance);
-        open &= open << distance;
-    }
-    filled
+/// The seeds and all set bits of `live` above them without a gap, and whether that goes on beyond the last bit: what the
+/// carries of an addition reach.
+fn fill_upwards(seeds: u64, live: u64, carry: bool) -> (u64, bool) {
+    let (sum, over) = live.overflowing_add(seeds);
+    let (sum, over_too) = sum.overflowing_add(u64::from(carry));
+    (((sum ^ live) | seeds) & live, over | over_too)
 }
 
 #[cfg(test)]

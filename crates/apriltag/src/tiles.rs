@@ -9,6 +9,7 @@ use crate::Image;
 use crate::kernels::{Kernels, TILE, TILES_IN_WORD};
 use crate::shade::Shade;
 use sextant_tag_families::BorderColour;
+use std::ops::Range;
 
 /// Where between the darkest and the brightest value around a tile the level lies.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -37,16 +38,44 @@ pub(crate) struct Tiles {
     /// Extrema of each tile, row after row.
     darkest: Vec<u8>,
     brightest: Vec<u8>,
-    /// Extrema of the 3x3 tiles around each.
-    dark_around: Vec<u8>,
-    bright_around: Vec<u8>,
-    /// One row of what is worked on: extrema of three tiles above each other, with one more at either end; flags.
-    column_darkest: Vec<u8>,
-    column_brightest: Vec<u8>,
+    /// Pixels below are black, 0 in tiles below the gate: rows of whole words.
+    levels: Vec<u8>,
+    /// The words of each row between which its live tiles lie.
+    live_words: Vec<Range<usize>>,
+    /// One row of what is worked on.
+    scratch: Scratch,
     shade: Shade,
 }
 
+/// Extrema of three tiles above each other, with one more at either end, and of the 3x3 tiles around each.
+#[derive(Debug, Default)]
+struct Scratch {
+    column: Vec<u8>,
+    dark_around: Vec<u8>,
+    bright_around: Vec<u8>,
+}
+
 impl Tiles {
+    /// Takes the memory that an image of a size needs.
+    pub(crate) fn make_room(&mut self, width: usize, height: usize) {
+        (self.columns, self.rows) = (width / TILE, height / TILE);
+        self.darkest.resize(self.columns * self.rows, 0);
+        self.brightest.resize(self.columns * self.rows, 0);
+        self.levels.clear();
+        self.levels
+            .resize(self.words_in_row() * TILES_IN_WORD * self.rows, 0);
+        self.live_words.resize(self.rows, 0..0);
+        self.shade.make_room(self.columns, self.rows);
+        self.scratch.column.resize(self.columns + 2, 0);
+        self.scratch.dark_around.resize(self.columns, 0);
+        self.scratch.bright_around.resize(self.columns, 0);
+    }
+
+    /// Words of the bit plane in a row; the last tile's level holds for the pixels beyond it.
+    fn words_in_row(&self) -> usize {
+        (self.columns + 1).div_ceil(TILES_IN_WORD)
+    }
+
     pub(crate) fn measure(&mut self, image: &Image<'_>, kernels: &Kernels) {
         for row in 0..self.rows {
             let rows = [0, 1, 2, 3].map(|i| image.row(row * TILE + i));
@@ -57,50 +86,6 @@ impl Tiles {
                 &mut self.brightest[tiles],
             );
         }
-        for row in 0..self.rows {
-            self.look_around(row);
-        }
-    }
-
-    /// Takes the memory that an image of a size needs.
-    pub(crate) fn make_room(&mut self, width: usize, height: usize) {
-        let (columns, rows) = (width / TILE, height / TILE);
-        (self.columns, self.rows) = (columns, rows);
-        for tiles in [
-            &mut self.darkest,
-            &mut self.brightest,
-            &mut self.dark_around,
-            &mut self.bright_around,
-        ] {
-            tiles.resize(columns * rows, 0);
-        }
-        self.shade.make_room(columns, rows);
-        self.column_darkest.resize(columns + 2, 0);
-        self.column_brightest.resize(columns + 2, 0);
-    }
-
-    fn look_around(&mut self, row: usize) {
-        let (above, below) = (row.saturating_sub(1), (row + 1).min(self.rows - 1));
-        let tiles = |row: usize| row * self.columns..(row + 1) * self.columns;
-        let three = |of: &'_ [u8]| {
-            [above, row, below]
-                .map(|row| tiles(row).start)
-                .map(|start| start..start + of.len() / self.rows)
-        };
-        let [a, b, c] = three(&self.darkest).map(|range| &self.darkest[range]);
-        spread(
-            u8::min,
-            [a, b, c],
-            &mut self.column_darkest,
-            &mut self.dark_around[tiles(row)],
-        );
-        let [a, b, c] = three(&self.brightest).map(|range| &self.brightest[range]);
-        spread(
-            u8::max,
-            [a, b, c],
-            &mut self.column_brightest,
-            &mut self.bright_around[tiles(row)],
-        );
     }
 
     pub(crate) fn set_gate(&mut self, gate: u8) {
@@ -136,66 +121,118 @@ impl Tiles {
         range.unwrap_or(0) as f32 / RANGE_IN_SIGMA
     }
 
-    /// Finds the tiles for the second chance; says whether there are any.
+    /// Sets every tile's level; says whether there is a live tile. The shaded levels build on the middle ones.
+    pub(crate) fn set_levels(&mut self, level: Level, kernels: &Kernels) -> bool {
+        let gate = self.gate;
+        match level {
+            Level::Middle => {
+                for row in 0..self.rows {
+                    kernels.run(|| self.set_row(row, u8::midpoint));
+                }
+            }
+            Level::Shaded => {
+                if !self.find_shade(kernels) {
+                    return false;
+                }
+                let near_dark =
+                    |dark: u8, bright: u8| dark + ((bright - dark) / 8).max(gate / 4 * 3);
+                for row in 0..self.rows {
+                    if self.live_words[row].is_empty() {
+                        continue;
+                    }
+                    kernels.run(|| self.set_row(row, near_dark));
+                    let levels = row * self.words_in_row() * TILES_IN_WORD;
+                    self.shade
+                        .mask_row(row, &mut self.levels[levels..][..self.columns]);
+                }
+            }
+        }
+        let mut any = false;
+        for row in 0..self.rows {
+            self.live_words[row] = self.find_live_words(row);
+            any |= !self.live_words[row].is_empty();
+        }
+        any
+    }
+
+    /// Levels of a row between the extrema of the 3x3 tiles around each.
+    #[inline(always)]
+    fn set_row(&mut self, row: usize, between: impl Fn(u8, u8) -> u8) {
+        let (columns, gate) = (self.columns, self.gate);
+        let Scratch {
+            column,
+            dark_around,
+            bright_around,
+        } = &mut self.scratch;
+        let rows = [row.saturating_sub(1), row, (row + 1).min(self.rows - 1)];
+        let dark = rows.map(|row| &self.darkest[row * columns..][..columns]);
+        spread(u8::min, dark, column, dark_around);
+        let bright = rows.map(|row| &self.brightest[row * columns..][..columns]);
+        spread(u8::max, bright, column, bright_around);
+        let first = row * (columns + 1).next_multiple_of(TILES_IN_WORD);
+        let levels = &mut self.levels[first..][..=columns];
+        let around = dark_around.iter().zip(bright_around.iter());
+        for (out, (&dark, &bright)) in levels.iter_mut().zip(around) {
+            let live = bright - dark >= gate;
+            *out = if live { between(dark, bright) } else { 0 };
+        }
+        levels[columns] = levels[columns - 1];
+    }
+
+    fn find_live_words(&self, row: usize) -> Range<usize> {
+        let words = self.levels(row).as_chunks::<TILES_IN_WORD>().0;
+        let live = |word: &[u8; TILES_IN_WORD]| u128::from_ne_bytes(*word) != 0;
+        match words.iter().position(live) {
+            Some(first) => first..words.iter().rposition(live).unwrap_or(first) + 1,
+            None => 0..0,
+        }
+    }
+
+    /// Finds the tiles for the second chance, given the middle levels; says whether there are any.
     ///
     /// A tile shows shade when there is contrast in it though all of it is dark compared to what is around.
-    pub(crate) fn find_shade(&mut self) -> bool {
-        let gate = self.gate;
-        let mut any = 0;
+    fn find_shade(&mut self, kernels: &Kernels) -> bool {
+        let (columns, gate) = (self.columns, self.gate);
+        let mut any = false;
         for row in 0..self.rows {
-            let tiles = row * self.columns..(row + 1) * self.columns;
+            if self.live_words[row].is_empty() {
+                self.shade.clear_row(row);
+                continue;
+            }
+            let tiles = row * columns..(row + 1) * columns;
             let own = self.darkest[tiles.clone()]
                 .iter()
-                .zip(&self.brightest[tiles.clone()]);
-            let around = self.dark_around[tiles.clone()]
-                .iter()
-                .zip(&self.bright_around[tiles]);
-            let flags = self
-                .column_darkest
-                .iter_mut()
-                .zip(&mut self.column_brightest);
-            for (((dark, bright), (low, high)), (live, shade)) in own.zip(around).zip(flags) {
-                *live = u8::from(high - low >= gate);
-                *shade =
-                    u8::from(bright - dark >= gate) & u8::from(*bright < u8::midpoint(*low, *high));
-                any |= *shade;
-            }
-            self.shade.set_row(
-                row,
-                &self.column_darkest[..self.columns],
-                &self.column_brightest[..self.columns],
-            );
+                .zip(&self.brightest[tiles]);
+            let levels = &self.levels[row * (columns + 1).next_multiple_of(TILES_IN_WORD)..];
+            let Scratch {
+                dark_around: live,
+                bright_around: seeds,
+                ..
+            } = &mut self.scratch;
+            kernels.run(|| {
+                let flags = live.iter_mut().zip(seeds.iter_mut());
+                for (((dark, bright), level), (live, seed)) in own.zip(levels).zip(flags) {
+                    *live = u8::from(*level > 0);
+                    *seed = u8::from(bright - dark >= gate) & u8::from(bright < level);
+                }
+            });
+            any |= self.shade.set_row(row, live, seeds);
         }
-        if any != 0 {
+        if any {
             self.shade.spread();
         }
-        any != 0
+        any
     }
 
-    pub(crate) fn rows(&self) -> usize {
-        self.rows
+    /// The levels of the tiles around a row of pixels, and the words between which there are live ones.
+    pub(crate) fn levels_at(&self, y: usize) -> (&[u8], Range<usize>) {
+        let row = (y / TILE).min(self.rows - 1);
+        (self.levels(row), self.live_words[row].clone())
     }
 
-    /// The levels of a row of tiles: pixels below are black; 0 in tiles below the gate.
-    /// Fills whole words; the last tile's level holds for the pixels beyond it.
-    pub(crate) fn levels(&self, row: usize, level: Level, levels: &mut Vec<u8>) {
-        let gate = self.gate;
-        levels.clear();
-        levels.resize((self.columns + 1).next_multiple_of(TILES_IN_WORD), 0);
-        let tiles = row * self.columns..(row + 1) * self.columns;
-        let around = self.dark_around[tiles.clone()]
-            .iter()
-            .zip(&self.bright_around[tiles]);
-        match level {
-            Level::Middle => fill(levels, around, gate, u8::midpoint),
-            Level::Shaded => {
-                fill(levels, around, gate, |dark, bright| {
-                    dark + ((bright - dark) / 8).max(gate / 4 * 3)
-                });
-                self.shade.mask_row(row, &mut levels[..self.columns]);
-            }
-        }
-        levels[self.columns] = levels[self.columns - 1];
+    fn levels(&self, row: usize) -> &[u8] {
+        let width = self.words_in_row() * TILES_IN_WORD;
+        &self.levels[row * width..][..width]
     }
 }
 
@@ -216,21 +253,5 @@ fn spread(
     let neighbours = column[..n].iter().zip(&column[1..=n]).zip(&column[2..]);
     for (out, ((&a, &b), &c)) in around.iter_mut().zip(neighbours) {
         *out = pick(pick(a, b), c);
-    }
-}
-
-#[inline(always)]
-fn fill<'a>(
-    levels: &mut [u8],
-    around: impl Iterator<Item = (&'a u8, &'a u8)>,
-    gate: u8,
-    between: impl Fn(u8, u8) -> u8,
-) {
-    for (out, (&dark, &bright)) in levels.iter_mut().zip(around) {
-        *out = if bright - dark >= gate {
-            between(dark, bright)
-        } else {
-            0
-        };
     }
 }
