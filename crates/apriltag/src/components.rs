@@ -73,9 +73,10 @@ impl Component {
 
 #[derive(Debug, Default)]
 pub(crate) struct Components {
-    /// Room for `max_runs`, of which the first `n_runs` count.
+    /// Room for `max_runs` at least, of which the first `n_runs` count.
     runs: Vec<Run>,
     n_runs: usize,
+    max_runs: usize,
     /// Index of the first run of each row, and one more.
     row_starts: Vec<u32>,
     forest: Forest,
@@ -89,9 +90,10 @@ const PIXELS_PER_RUN: usize = 4;
 impl Components {
     /// Takes the memory that an image of a size can ask for.
     pub(crate) fn make_room(&mut self, width: usize, height: usize) {
-        let max_runs = width * height / PIXELS_PER_RUN;
-        self.runs.resize(max_runs, Run::default());
-        make_room(&mut self.forest.components, max_runs);
+        self.max_runs = width * height / PIXELS_PER_RUN;
+        let room = self.runs.len().max(self.max_runs);
+        self.runs.resize(room, Run::default());
+        make_room(&mut self.forest.components, self.max_runs);
         self.ends.resize(width.next_multiple_of(WORD) + 2, 0);
         make_room(&mut self.row_starts, height + 1);
     }
@@ -105,7 +107,7 @@ impl Components {
             let row = self.n_runs;
             self.row_starts.push(row as u32);
             let n_ends = self.find_ends(left, words);
-            if row + n_ends / 2 <= self.runs.len() {
+            if row + n_ends / 2 <= self.max_runs {
                 self.join_row(row_above, n_ends, y as u16);
             }
             row_above = row;
@@ -166,7 +168,7 @@ impl Components {
     }
 
     pub(crate) fn max_labels(&self) -> usize {
-        self.runs.len()
+        self.max_runs
     }
 
     pub(crate) fn n_runs(&self) -> usize {

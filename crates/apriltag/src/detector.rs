@@ -7,9 +7,9 @@ use crate::kernels::Kernels;
 use crate::outlines::Outlines;
 use crate::photometric::PatternFitter;
 use crate::quad::QuadFinder;
-use crate::reading::Reader;
-use crate::sighting::{Sighting, sight};
+use crate::sighting::{Lookout, Sighting};
 use crate::tiles::{Level, Pass, Tiles};
+use crate::view::View;
 use crate::{Detection, Image, Observer, Options, OptionsError, Refinement, Report, Stage};
 use sextant_tag_families::BorderColour;
 
@@ -36,7 +36,7 @@ const PASSES: [Pass; 3] = [
 #[derive(Debug)]
 pub struct Detector {
     options: Options,
-    readers: Vec<Reader>,
+    lookout: Lookout,
     kernels: Kernels,
     /// Width and height of the last image.
     image_size: (usize, usize),
@@ -59,11 +59,7 @@ impl Detector {
         options.check()?;
         let kernels = Kernels::fastest();
         Ok(Self {
-            readers: options
-                .families
-                .iter()
-                .map(|&family| Reader::new(family, &options))
-                .collect(),
+            lookout: Lookout::new(&options),
             options,
             kernels,
             image_size: (0, 0),
@@ -117,7 +113,8 @@ impl Detector {
         self.measure(&part);
         observer.stage_ended(Stage::Tiles);
         for pass in PASSES {
-            if !self.wants(pass.border) || !self.tiles.set_levels(pass.level, &self.kernels) {
+            if !self.lookout.wants(pass.border) || !self.tiles.set_levels(pass.level, &self.kernels)
+            {
                 continue;
             }
             observer.pass_began(pass);
@@ -130,13 +127,14 @@ impl Detector {
                 .trace(&mut self.components, self.options.min_edge_px);
             observer.labelled(self.components.labelled_runs());
             observer.stage_ended(Stage::Quads);
-            self.read_outlines(image, area, pass.border, observer);
+            let view = View {
+                image,
+                border: pass.border,
+                kernels: self.kernels,
+            };
+            self.read_outlines(&view, area, observer);
             observer.stage_ended(Stage::Decode);
         }
-    }
-
-    fn wants(&self, border: BorderColour) -> bool {
-        self.readers.iter().any(|reader| reader.border() == border)
     }
 
     fn begin(&mut self, image: &Image<'_>) {
@@ -179,13 +177,7 @@ impl Detector {
         self.quads.make_room(height);
     }
 
-    fn read_outlines(
-        &mut self,
-        image: &Image<'_>,
-        area: &Area,
-        border: BorderColour,
-        observer: &mut impl Observer,
-    ) {
+    fn read_outlines(&mut self, view: &View<'_>, area: &Area, observer: &mut impl Observer) {
         self.report.components += self.outlines.n_components();
         self.report.runs += self.components.n_runs() as u32;
         self.report.dropped += self.outlines.n_dropped();
@@ -193,7 +185,9 @@ impl Detector {
         for (outline, extents) in self.outlines.iter() {
             let middle = area.to_image(outline.component.middle());
             let known = &self.sightings[..n_known];
-            if area.cuts(&outline.component, image) || known.iter().any(|tag| tag.covers(middle)) {
+            if area.cuts(&outline.component, view.image)
+                || known.iter().any(|tag| tag.covers(middle))
+            {
                 continue;
             }
             self.report.candidates += 1;
@@ -205,7 +199,7 @@ impl Detector {
                 self.report.quads += 1;
                 observer.quad_found(quad);
             }
-            match quad.and_then(|quad| sight(image, &quad, border, &self.readers, &self.options)) {
+            match quad.and_then(|quad| self.lookout.sight(view, &quad)) {
                 Ok(sighting) if self.sightings.len() < MAX_SIGHTINGS => {
                     self.sightings.push(sighting)
                 }
@@ -252,7 +246,7 @@ impl Detector {
         for sighting in &self.sightings {
             let patterns =
                 (self.options.refinement == Refinement::Photometric).then_some(&mut self.patterns);
-            let detection = sighting.refine(image, patterns, self.report.noise_sigma);
+            let detection = sighting.refine(image, self.kernels, patterns, self.report.noise_sigma);
             observer.refined(&sighting.quad, &detection);
             self.detections.push(detection);
         }

@@ -3,33 +3,24 @@
 //! In: a quad within about a pixel. Out: the quad between four lines, each through the points of steepest grey along
 //! its side, and what their scatter says of the corners' covariance.
 
-use crate::Image;
+mod profiles;
+
+use crate::kernels::POINTS;
 use crate::quad::{Line, Point, Quad, distance, intersect_sides};
-use sextant_tag_families::BorderColour;
-
-/// Step of the profiles across an edge, in pixels.
-const STEP_PX: f32 = 0.5;
-
-/// Most steps to either side of an edge.
-const MAX_STEPS: usize = 8;
-
-/// Steps around the steepest place over which its position is averaged: what a blur of 0.7 px spreads over.
-const STEEP_STEPS: usize = 3;
+use crate::view::View;
+use profiles::{MAX_GROUPS, Profiles};
 
 /// Standard deviation that a line's place has beyond what its crossings' scatter shows, in pixels: along an edge that runs
 /// with the rows or columns all profiles meet the pixels' grid alike and err alike.
 const SHARED_ERROR_PX: f32 = 0.015;
 
-/// Most profiles along a side: beyond that the line is no better than the lens is straight.
-const MAX_PROFILES: usize = 24;
-
 /// How far to look from a side and how closely.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Search {
     /// Distance to either side, in pixels.
-    pub(crate) reach_px: f32,
-    /// Profiles along a side.
-    pub(crate) profiles: usize,
+    reach_px: f32,
+    /// Groups of profiles along a side, at most.
+    most_groups: usize,
 }
 
 impl Search {
@@ -37,7 +28,7 @@ impl Search {
     pub(crate) fn coarse(module_px: f32) -> Self {
         Self {
             reach_px: (0.75 * module_px).clamp(1.5, 4.0),
-            profiles: 8,
+            most_groups: 1,
         }
     }
 
@@ -45,7 +36,7 @@ impl Search {
     pub(crate) fn fine() -> Self {
         Self {
             reach_px: 2.0,
-            profiles: MAX_PROFILES,
+            most_groups: MAX_GROUPS,
         }
     }
 }
@@ -62,20 +53,11 @@ pub(crate) struct EdgeFit {
 }
 
 /// Fits a line to each side.
-pub(crate) fn fit(
-    image: &Image<'_>,
-    quad: &Quad,
-    border: BorderColour,
-    search: Search,
-) -> Option<EdgeFit> {
-    let sign = if border == BorderColour::Black {
-        1.0
-    } else {
-        -1.0
-    };
+pub(crate) fn fit(view: &View<'_>, quad: &Quad, search: Search) -> Option<EdgeFit> {
+    let profiles = Profiles::new(quad, search);
     let mut sides = [Side::default(); 4];
     for (i, side) in sides.iter_mut().enumerate() {
-        *side = Side::fit(image, (quad[i], quad[(i + 1) % 4]), sign, search)?;
+        *side = Side::fit(view, (quad[i], quad[(i + 1) % 4]), &profiles)?;
     }
     let corners = intersect_sides(&sides.map(|side| side.line))?;
     let limit = FARTHEST_REACHES * search.reach_px;
@@ -113,10 +95,10 @@ struct Crossing {
 }
 
 impl Side {
-    fn fit(image: &Image<'_>, (a, b): (Point, Point), sign: f32, search: Search) -> Option<Self> {
+    fn fit(view: &View<'_>, (a, b): (Point, Point), profiles: &Profiles) -> Option<Self> {
         let line = Line::through(a, b)?;
-        let mut crossings = [Crossing::default(); MAX_PROFILES];
-        let n = find_crossings(image, &line, (a, b), sign, search, &mut crossings);
+        let mut crossings = [Crossing::default(); MAX_GROUPS * POINTS];
+        let n = profiles.find_crossings(view, (a, b), &line, &mut crossings);
         let crossings = &mut crossings[..n];
         let fit = fit_robustly(crossings)?;
         let direction = [-line.normal[1], line.normal[0]];
@@ -144,77 +126,6 @@ impl Side {
             + self.offset_variance
             + self.slope_variance * (away[0] * away[0] + away[1] * away[1])
     }
-}
-
-/// Profiles across the side, away from its ends where the other sides blur in.
-fn find_crossings(
-    image: &Image<'_>,
-    line: &Line,
-    (a, b): (Point, Point),
-    sign: f32,
-    search: Search,
-    out: &mut [Crossing],
-) -> usize {
-    const END: f32 = 1.0 / 12.0;
-    let (way, direction) = (
-        [b[0] - a[0], b[1] - a[1]],
-        [-line.normal[1], line.normal[0]],
-    );
-    let length = way[0].hypot(way[1]);
-    let n_profiles = (length as usize).clamp(8, search.profiles);
-    let n_steps = ((search.reach_px / STEP_PX) as usize).clamp(STEEP_STEPS, MAX_STEPS);
-    let mut n = 0;
-    for i in 0..n_profiles {
-        let t = END + (1.0 - 2.0 * END) * (i as f32 + 0.5) / n_profiles as f32;
-        let foot = [a[0] + t * way[0], a[1] + t * way[1]];
-        if let Some((beyond, weight)) = steepest(image, foot, line.normal, sign, n_steps) {
-            out[n] = Crossing {
-                along: foot[0] * direction[0] + foot[1] * direction[1],
-                beyond,
-                weight,
-            };
-            n += 1;
-        }
-    }
-    n
-}
-
-/// Distance along the normal of the steepest rise, and its height.
-fn steepest(
-    image: &Image<'_>,
-    foot: Point,
-    normal: Point,
-    sign: f32,
-    n_steps: usize,
-) -> Option<(f32, f32)> {
-    let mut profile = [0.0; 2 * MAX_STEPS + 1];
-    let profile = &mut profile[..=2 * n_steps];
-    let at = |k: usize| {
-        let away = (k as f32 - n_steps as f32) * STEP_PX;
-        [foot[0] + away * normal[0], foot[1] + away * normal[1]]
-    };
-    if !image.contains(at(0)) || !image.contains(at(2 * n_steps)) {
-        return None;
-    }
-    for (k, grey) in profile.iter_mut().enumerate() {
-        *grey = image.sample_within(at(k)) * sign;
-    }
-    let rise = |k: usize| profile[k + 1] - profile[k - 1];
-    let mut peak = n_steps;
-    for k in 1..2 * n_steps {
-        if rise(k) > rise(peak) {
-            peak = k;
-        }
-    }
-    let around =
-        peak.saturating_sub(STEEP_STEPS).max(1)..=(peak + STEEP_STEPS).min(2 * n_steps - 1);
-    let (mut sum, mut moment) = (0.0, 0.0);
-    for k in around {
-        let rise = rise(k).max(0.0);
-        sum += rise;
-        moment += rise * (k as f32 - n_steps as f32);
-    }
-    (sum > 0.0).then(|| (moment / sum * STEP_PX, sum))
 }
 
 /// A line through crossings and the variances of its offset at the middle and of its slope.

@@ -2,6 +2,9 @@
 //!
 //! [`scalar`] says what is meant; the others give the same bytes faster. Dispatch happens here and only here.
 
+use crate::Image;
+use crate::homography::Homography;
+
 mod scalar;
 
 #[cfg(target_arch = "x86_64")]
@@ -22,11 +25,18 @@ pub(crate) const FLOATS: usize = 32;
 
 pub(crate) type Column = [f32; FLOATS];
 
+/// Points that are sampled at a time.
+pub(crate) const POINTS: usize = 8;
+
+/// A coordinate, or the grey, of as many points.
+pub(crate) type Points = [f32; POINTS];
+
 /// Columns that are multiplied with as many others at a time, so that what is loaded serves several products.
 pub(crate) const PRODUCTS: usize = 3;
 
 type TileExtrema = fn(rows: [&[u8]; TILE], darkest: &mut [u8], brightest: &mut [u8]);
 type Products = fn(blocks: &[Column], n: usize, at: [usize; 2]) -> [[f32; PRODUCTS]; PRODUCTS];
+type Sample = fn(image: &Image<'_>, map: &Homography, places: &[[Points; 2]], greys: &mut [Points]);
 type ThresholdWords = fn(row: &[u8], levels: &[u8], words: &mut [u64]);
 
 /// One set of kernels.
@@ -35,6 +45,7 @@ pub(crate) struct Kernels {
     extrema: TileExtrema,
     threshold: ThresholdWords,
     products: Products,
+    sample: Sample,
     vectors: Vectors,
 }
 
@@ -52,6 +63,7 @@ impl Kernels {
         extrema: scalar::tile_extrema,
         threshold: scalar::threshold_words,
         products: scalar::products,
+        sample: scalar::sample,
         vectors: Vectors::Usual,
     };
 
@@ -95,6 +107,17 @@ impl Kernels {
         at: [usize; 2],
     ) -> [[f32; PRODUCTS]; PRODUCTS] {
         (self.products)(blocks, n, at)
+    }
+
+    /// Grey by bilinear interpolation where places (u, v) are mapped to; NaN outside the image.
+    pub(crate) fn sample(
+        &self,
+        image: &Image<'_>,
+        map: &Homography,
+        places: &[[Points; 2]],
+        greys: &mut [Points],
+    ) {
+        (self.sample)(image, map, places, greys);
     }
 
     /// One bit a pixel, the least significant leftmost: set where the pixel is below its tile's level.
@@ -169,6 +192,27 @@ mod tests {
             let scalar = Kernels::SCALAR.products(blocks, 7, at);
             for (a, b) in fast.as_flattened().iter().zip(scalar.as_flattened()) {
                 prop_assert!((a - b).abs() < 1e-4);
+            }
+        }
+
+        #[test]
+        fn fast_samples_equal_the_scalar_ones(
+            seed in any::<u8>(),
+            stride in 17_usize..80,
+            cut in 0_usize..8,
+            quad in prop::array::uniform4([-30.0_f32..110.0, -30.0_f32..110.0]),
+            places in prop::collection::vec(prop::array::uniform2(prop::array::uniform8(-0.2_f32..1.2)), 1..5),
+        ) {
+            let (width, height) = (stride - cut.min(stride - 16), 50);
+            let bytes: Vec<u8> = (0..(height - 1) * stride + width).map(|i| (i * 97 + i / 7) as u8 ^ seed).collect();
+            let image = Image::new(&bytes, width, height, stride).unwrap();
+            if let Some(map) = Homography::square_to_quad(&quad, 1.0) {
+                let sample = |kernels: Kernels| {
+                    let mut greys = vec![[0.0; POINTS]; places.len()];
+                    kernels.sample(&image, &map, &places, &mut greys);
+                    greys.into_flattened().into_iter().map(f32::to_bits).collect::<Vec<_>>()
+                };
+                prop_assert_eq!(sample(Kernels::fastest()), sample(Kernels::SCALAR));
             }
         }
 

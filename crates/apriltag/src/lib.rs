@@ -10,6 +10,7 @@
 
 mod area;
 mod bit_plane;
+mod border_vote;
 mod code_index;
 mod components;
 mod detection;
@@ -28,6 +29,7 @@ mod shade;
 mod sighting;
 mod tiles;
 mod tracker;
+mod view;
 
 pub use detection::{Detection, Refinement};
 pub use detector::Detector;

@@ -1,11 +1,14 @@
 //! From a quad to a tag that was read in it, and from that to a detection with corners below the pixel.
 
+use crate::border_vote::BorderVote;
 use crate::edges::{self, EdgeFit, Search};
+use crate::kernels::Kernels;
 use crate::photometric::PatternFitter;
 use crate::quad::{Point, Quad, distance, mean_edge, middle};
-use crate::reading::{Reader, Reading, Unread, check_sides};
+use crate::reading::{Reader, Reading, Unread};
+use crate::view::View;
 use crate::{Detection, Image, Options, Refinement, Rejection};
-use sextant_tag_families::BorderColour;
+use sextant_tag_families::{BorderColour, Family};
 
 /// Modules along the border of the most usual family, for what need not be exact.
 const USUAL_MODULES: f32 = 8.0;
@@ -35,18 +38,22 @@ impl Sighting {
     pub(crate) fn refine(
         &self,
         image: &Image<'_>,
+        kernels: Kernels,
         patterns: Option<&mut PatternFitter>,
         noise_sigma: f32,
     ) -> Detection {
-        let border = self.reading.family.data().border;
-        let coarse = coarse_edges(image, &self.quad, border);
+        let view = View {
+            image,
+            border: self.reading.family.data().border,
+            kernels,
+        };
+        let coarse = coarse_edges(&view, &self.quad);
         let pattern =
             patterns.and_then(|patterns| patterns.fit(image, &self.reading, &coarse, noise_sigma));
         let (corners, corner_covariance, refinement) = match pattern {
             Some(fit) => (fit.corners, fit.covariance, Refinement::Photometric),
             None => {
-                let fine =
-                    edges::fit(image, &coarse.quad, border, Search::fine()).unwrap_or(coarse);
+                let fine = edges::fit(&view, &coarse.quad, Search::fine()).unwrap_or(coarse);
                 (fine.quad, fine.covariance, Refinement::Edges)
             }
         };
@@ -62,62 +69,76 @@ impl Sighting {
     }
 }
 
-/// Reads a tag with a border of a colour within a quad; where that fails or bits are wrong, once more after a look at where
-/// its edges are.
-pub(crate) fn sight(
-    image: &Image<'_>,
-    quad: &Quad,
-    border: BorderColour,
-    readers: &[Reader],
-    options: &Options,
-) -> Result<Sighting, Rejection> {
-    check_sides(image, quad, border, options.min_contrast)?;
-    let rough = match read(image, quad, border, readers) {
-        Ok(sighting) if sighting.reading.found.hamming == 0 => return Ok(sighting),
-        Err(unread) if !unread.hopeful => return Err(unread.reason),
-        rough => rough.map_err(|unread| unread.reason),
-    };
-    let edges = coarse_edges(image, quad, border);
-    let better = read(image, &edges.quad, border, readers).map_err(|unread| unread.reason);
-    match (better, rough) {
-        (Ok(better), Ok(rough)) if better.reading.found.hamming > rough.reading.found.hamming => {
-            Ok(rough)
-        }
-        (Err(_), Ok(rough)) => Ok(rough),
-        (better, _) => better,
-    }
+/// Whoever looks for tags within quads.
+#[derive(Debug)]
+pub(crate) struct Lookout {
+    readers: Vec<Reader>,
+    border_vote: BorderVote,
 }
 
-/// The reading of the first family that has one; hopeful as long as any family is.
-fn read(
-    image: &Image<'_>,
-    quad: &Quad,
-    border: BorderColour,
-    readers: &[Reader],
-) -> Result<Sighting, Unread> {
-    let mut unread = Unread::hopeless(Rejection::NoCode);
-    for reader in readers.iter().filter(|reader| reader.border() == border) {
-        match reader.read(image, quad) {
-            Ok(reading) => {
-                let mut quad = *quad;
-                quad.rotate_left(reading.found.turns as usize);
-                return Ok(Sighting { reading, quad });
-            }
-            Err(Unread { reason, hopeful }) => {
-                unread.reason = reason;
-                unread.hopeful |= hopeful;
-            }
+impl Lookout {
+    pub(crate) fn new(options: &Options) -> Self {
+        let reader = |&family: &Family| Reader::new(family, options);
+        Self {
+            readers: options.families.iter().map(reader).collect(),
+            border_vote: BorderVote::new(options.min_contrast),
         }
     }
-    Err(unread)
+
+    /// Whether a family is looked for that has a border of this colour.
+    pub(crate) fn wants(&self, border: BorderColour) -> bool {
+        self.readers.iter().any(|reader| reader.border() == border)
+    }
+
+    /// Reads a tag with a border of a colour within a quad; where that fails or bits are wrong, once more after a look at
+    /// where its edges are.
+    pub(crate) fn sight(&self, view: &View<'_>, quad: &Quad) -> Result<Sighting, Rejection> {
+        self.border_vote.check(view, quad)?;
+        let rough = match self.read(view, quad) {
+            Ok(sighting) if sighting.reading.found.hamming == 0 => return Ok(sighting),
+            Err(unread) if !unread.hopeful => return Err(unread.reason),
+            rough => rough.map_err(|unread| unread.reason),
+        };
+        let edges = coarse_edges(view, quad);
+        let better = self.read(view, &edges.quad);
+        match (better.map_err(|unread| unread.reason), rough) {
+            (Ok(better), Ok(rough))
+                if better.reading.found.hamming > rough.reading.found.hamming =>
+            {
+                Ok(rough)
+            }
+            (Err(_), Ok(rough)) => Ok(rough),
+            (better, _) => better,
+        }
+    }
+
+    /// The reading of the first family that has one; hopeful as long as any family is.
+    fn read(&self, view: &View<'_>, quad: &Quad) -> Result<Sighting, Unread> {
+        let mut unread = Unread::hopeless(Rejection::NoCode);
+        let readers = self.readers.iter();
+        for reader in readers.filter(|reader| reader.border() == view.border) {
+            match reader.read(view, quad) {
+                Ok(reading) => {
+                    let mut quad = *quad;
+                    quad.rotate_left(reading.found.turns as usize);
+                    return Ok(Sighting { reading, quad });
+                }
+                Err(Unread { reason, hopeful }) => {
+                    unread.reason = reason;
+                    unread.hopeful |= hopeful;
+                }
+            }
+        }
+        Err(unread)
+    }
 }
 
 /// As well as lines through a few places on the border's edges tell; where they tell nothing, the quad as it is.
-fn coarse_edges(image: &Image<'_>, quad: &Quad, border: BorderColour) -> EdgeFit {
+fn coarse_edges(view: &View<'_>, quad: &Quad) -> EdgeFit {
     let search = Search::coarse(mean_edge(quad) / USUAL_MODULES);
     let outline = EdgeFit {
         quad: *quad,
         covariance: [OUTLINE_COVARIANCE; 4],
     };
-    edges::fit(image, quad, border, search).unwrap_or(outline)
+    edges::fit(view, quad, search).unwrap_or(outline)
 }

@@ -1,6 +1,10 @@
 //! The kernels with 256-bit integer vectors.
 
-use super::{Column, FLOATS, Kernels, PRODUCTS, TILE, TILES_IN_WORD, Vectors, WORD, scalar};
+use super::{
+    Column, FLOATS, Kernels, PRODUCTS, Points, TILE, TILES_IN_WORD, Vectors, WORD, scalar,
+};
+use crate::Image;
+use crate::homography::Homography;
 use std::arch::x86_64::*;
 
 /// Pixels in a vector.
@@ -13,6 +17,7 @@ pub(super) fn kernels() -> Option<Kernels> {
             extrema: tile_extrema,
             threshold: threshold_words,
             products,
+            sample,
             vectors: Vectors::Avx2(Detected(())),
         })
 }
@@ -46,6 +51,87 @@ fn threshold_words(row: &[u8], levels: &[u8], words: &mut [u64]) {
 fn products(blocks: &[Column], n: usize, at: [usize; 2]) -> [[f32; PRODUCTS]; PRODUCTS] {
     // SAFETY: `kernels` gives this function out only where AVX2 and FMA were detected.
     unsafe { products_fma(blocks, n, at) }
+}
+
+fn sample(image: &Image<'_>, map: &Homography, places: &[[Points; 2]], greys: &mut [Points]) {
+    let (bytes, stride) = image.bytes();
+    if stride + 4 > bytes.len() || i32::try_from(bytes.len()).is_err() {
+        return scalar::sample(image, map, places, greys);
+    }
+    // SAFETY: `kernels` gives this function out only where AVX2 was detected.
+    unsafe { sample_avx2(image, map, places, greys) }
+}
+
+/// In the order of operations of the scalar one, without fused ones, for the same bits.
+#[target_feature(enable = "avx2")]
+fn sample_avx2(image: &Image<'_>, map: &Homography, places: &[[Points; 2]], greys: &mut [Points]) {
+    let m = map.m.map(|value| _mm256_set1_ps(value));
+    let origin = map.origin.map(|value| _mm256_set1_ps(value));
+    let one = _mm256_set1_ps(1.0);
+    let linear = |[a, b, c]: [__m256; 3], u, v| {
+        _mm256_add_ps(_mm256_add_ps(_mm256_mul_ps(a, u), _mm256_mul_ps(b, v)), c)
+    };
+    for ([u, v], greys) in places.iter().zip(greys) {
+        let (u, v) = (load_floats(u), load_floats(v));
+        let w = _mm256_div_ps(one, linear([m[6], m[7], one], u, v));
+        let x = _mm256_mul_ps(linear([m[0], m[1], m[2]], u, v), w);
+        let y = _mm256_mul_ps(linear([m[3], m[4], m[5]], u, v), w);
+        let point = [_mm256_add_ps(origin[0], x), _mm256_add_ps(origin[1], y)];
+        store_floats(bilinear(image, point), greys);
+    }
+}
+
+/// Grey at eight points, NaN outside the image.
+#[target_feature(enable = "avx2")]
+fn bilinear(image: &Image<'_>, point: [__m256; 2]) -> __m256 {
+    let sizes = [image.width(), image.height()];
+    let zero = _mm256_setzero_ps();
+    let mut inside = _mm256_cmp_ps::<_CMP_EQ_OQ>(zero, zero);
+    for (at, size) in point.into_iter().zip(sizes) {
+        let last = _mm256_set1_ps((size - 1) as f32);
+        inside = _mm256_and_ps(inside, _mm256_cmp_ps::<_CMP_GE_OQ>(at, zero));
+        inside = _mm256_and_ps(inside, _mm256_cmp_ps::<_CMP_LE_OQ>(at, last));
+    }
+    let mut whole = [_mm256_setzero_si256(); 2];
+    let mut part = [zero; 2];
+    for axis in [0, 1] {
+        let at = _mm256_and_ps(point[axis], inside);
+        let most = _mm256_set1_epi32(sizes[axis] as i32 - 2);
+        whole[axis] = _mm256_min_epi32(_mm256_cvttps_epi32(at), most);
+        part[axis] = _mm256_sub_ps(at, _mm256_cvtepi32_ps(whole[axis]));
+    }
+    let (bytes, stride) = image.bytes();
+    let row = _mm256_mullo_epi32(whole[1], _mm256_set1_epi32(stride as i32));
+    let at = _mm256_add_epi32(row, whole[0]);
+    let [top, bottom] = [bytes, &bytes[stride..]].map(|bytes| {
+        let [left, right] = pairs(bytes, at);
+        let across = _mm256_mul_ps(part[0], _mm256_sub_ps(right, left));
+        _mm256_add_ps(left, across)
+    });
+    let down = _mm256_mul_ps(part[1], _mm256_sub_ps(bottom, top));
+    let outside = _mm256_set1_ps(f32::NAN);
+    _mm256_blendv_ps(outside, _mm256_add_ps(top, down), inside)
+}
+
+/// The bytes at eight places and those after them, as floats. There must be four bytes and no more than fit an index.
+#[target_feature(enable = "avx2")]
+fn pairs(bytes: &[u8], at: __m256i) -> [__m256; 2] {
+    let last = _mm256_set1_epi32(bytes.len() as i32 - 4);
+    let from = _mm256_max_epi32(_mm256_min_epi32(at, last), _mm256_setzero_si256());
+    // SAFETY: four bytes are read from places that were limited to 0..=len - 4.
+    let words = unsafe { _mm256_i32gather_epi32::<1>(bytes.as_ptr().cast(), from) };
+    let beyond = _mm256_slli_epi32::<3>(_mm256_sub_epi32(at, from));
+    let words = _mm256_srlv_epi32(words, beyond);
+    let byte = _mm256_set1_epi32(0xff);
+    let left = _mm256_and_si256(words, byte);
+    let right = _mm256_and_si256(_mm256_srli_epi32::<8>(words), byte);
+    [_mm256_cvtepi32_ps(left), _mm256_cvtepi32_ps(right)]
+}
+
+#[target_feature(enable = "avx2")]
+fn store_floats(values: __m256, to: &mut [f32; 8]) {
+    // SAFETY: the array holds the eight values that are written; no alignment is asked for.
+    unsafe { _mm256_storeu_ps(to.as_mut_ptr(), values) }
 }
 
 #[target_feature(enable = "avx2,fma")]

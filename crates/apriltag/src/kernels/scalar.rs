@@ -1,6 +1,8 @@
 //! The kernels in plain Rust: the reference for the others, written so that compilers can vectorise them.
 
-use super::{Column, FLOATS, PRODUCTS, TILE, TILES_IN_WORD, WORD};
+use super::{Column, FLOATS, PRODUCTS, Points, TILE, TILES_IN_WORD, WORD};
+use crate::Image;
+use crate::homography::Homography;
 
 pub(super) fn tile_extrema(rows: [&[u8]; TILE], darkest: &mut [u8], brightest: &mut [u8]) {
     let tiles = rows[0]
@@ -54,4 +56,17 @@ pub(super) fn products(
         sums.iter().sum()
     };
     std::array::from_fn(|a| std::array::from_fn(|b| product(i + a, j + b)))
+}
+
+pub(super) fn sample(
+    image: &Image<'_>,
+    map: &Homography,
+    places: &[[Points; 2]],
+    greys: &mut [Points],
+) {
+    for ([u, v], greys) in places.iter().zip(greys) {
+        for (grey, (&u, &v)) in greys.iter_mut().zip(u.iter().zip(v)) {
+            *grey = image.sample(map.apply(u, v));
+        }
+    }
 }

@@ -1,0 +1,120 @@
+//! Where profiles across a side rise most steeply.
+//!
+//! Profiles are worked on side by side, as many as a vector holds points.
+
+use super::{Crossing, Search};
+use crate::homography::Homography;
+use crate::kernels::{POINTS, Points};
+use crate::quad::{Line, Point, Quad, mean_edge};
+use crate::view::View;
+
+/// Step along the profiles, in pixels.
+const STEP_PX: f32 = 0.5;
+
+/// Most steps to either side of an edge.
+const MAX_STEPS: usize = 8;
+
+/// Steps around the steepest place over which its position is averaged: what a blur of 0.7 px spreads over.
+const STEEP_STEPS: usize = 3;
+
+/// Most groups of profiles along a side: beyond that the line is no better than the lens is straight.
+pub(super) const MAX_GROUPS: usize = 3;
+
+const MAX_SAMPLES: usize = 2 * MAX_STEPS + 1;
+
+/// Profiles at right angles to a side.
+pub(super) struct Profiles {
+    n_groups: usize,
+    /// To either side.
+    n_steps: usize,
+}
+
+impl Profiles {
+    /// No more than one a pixel.
+    pub(super) fn new(quad: &Quad, search: Search) -> Self {
+        Self {
+            n_groups: (mean_edge(quad) as usize / POINTS).clamp(1, search.most_groups),
+            n_steps: ((search.reach_px / STEP_PX) as usize).clamp(STEEP_STEPS, MAX_STEPS),
+        }
+    }
+
+    /// Where an edge crosses the profiles over a line from a to b, as far as they lie in the image; how many do.
+    pub(super) fn find_crossings(
+        &self,
+        view: &View<'_>,
+        (a, b): (Point, Point),
+        line: &Line,
+        out: &mut [Crossing; MAX_GROUPS * POINTS],
+    ) -> usize {
+        let (way, [nx, ny]) = ([b[0] - a[0], b[1] - a[1]], line.normal);
+        // u along the side, from 0 to 1, v beyond it in pixels.
+        let map = Homography {
+            origin: a,
+            m: [way[0], nx, 0.0, way[1], ny, 0.0, 0.0, 0.0],
+        };
+        let n_samples = 2 * self.n_steps + 1;
+        let mut n = 0;
+        for group in 0..self.n_groups {
+            let along = self.along(group);
+            let away = |step: usize| (step as f32 - self.n_steps as f32) * STEP_PX;
+            let places: [_; MAX_SAMPLES] = std::array::from_fn(|k| [along, [away(k); POINTS]]);
+            let mut greys = [[0.0; POINTS]; MAX_SAMPLES];
+            view.sample(&map, &places[..n_samples], &mut greys[..n_samples]);
+            let greys = &greys[..n_samples];
+            let [beyond, weight] = view.kernels.run(|| steepest(greys, view.sign()));
+            for lane in 0..POINTS {
+                if weight[lane] > 0.0 {
+                    let [x, y] = map.apply(along[lane], 0.0);
+                    out[n] = Crossing {
+                        along: y * nx - x * ny,
+                        beyond: beyond[lane],
+                        weight: weight[lane],
+                    };
+                    n += 1;
+                }
+            }
+        }
+        n
+    }
+
+    /// Away from a side's ends, where the other sides blur in.
+    fn along(&self, group: usize) -> Points {
+        const END: f32 = 1.0 / 12.0;
+        let spacing = (1.0 - 2.0 * END) / (self.n_groups * POINTS) as f32;
+        std::array::from_fn(|lane| END + spacing * ((group * POINTS + lane) as f32 + 0.5))
+    }
+}
+
+/// Distances of the steepest rises from the middles of profiles, and their heights; none where a profile leaves the image.
+#[inline(always)]
+fn steepest(profiles: &[Points], sign: f32) -> [Points; 2] {
+    let last = profiles.len() - 1;
+    let middle = (last / 2) as f32;
+    let rise = |k: usize| -> Points {
+        std::array::from_fn(|lane| sign * (profiles[k + 1][lane] - profiles[k - 1][lane]))
+    };
+    let (mut peak, mut highest) = ([middle; POINTS], rise(last / 2));
+    for k in 1..last {
+        let here = rise(k);
+        for lane in 0..POINTS {
+            let higher = here[lane] > highest[lane];
+            highest[lane] = if higher { here[lane] } else { highest[lane] };
+            peak[lane] = if higher { k as f32 } else { peak[lane] };
+        }
+    }
+    let (mut sum, mut moment) = ([0.0; POINTS], [0.0; POINTS]);
+    for k in 1..last {
+        let here = rise(k);
+        for lane in 0..POINTS {
+            let near = (k as f32 - peak[lane]).abs() <= STEEP_STEPS as f32;
+            let rise = if near { here[lane].max(0.0) } else { 0.0 };
+            sum[lane] += rise;
+            moment[lane] += rise * (k as f32 - middle);
+        }
+    }
+    let within = |lane: usize| !(profiles[0][lane] + profiles[last][lane]).is_nan();
+    [
+        std::array::from_fn(|lane| moment[lane] / sum[lane] * STEP_PX),
+        std::array::from_fn(|lane| if within(lane) { sum[lane] } else { 0.0 }),
+    ]
+}

@@ -1,0 +1,99 @@
+//! What black and white are all over a tag: planes through the greys of its border and of the ring around it, as in
+//! AprilTag 2 (Wang & Olson, IROS 2016).
+
+use super::layout::Layout;
+use crate::quad::Point;
+use sextant_tag_families::BorderColour;
+use std::ops::Range;
+
+/// Grey between black and white all over the tag, and the means of both.
+pub(super) struct Thresholds {
+    middle: GreyPlane,
+    pub(super) black: f32,
+    pub(super) white: f32,
+}
+
+impl Thresholds {
+    pub(super) fn new(layout: &Layout, greys: &[f32], colour: BorderColour) -> Option<Self> {
+        let border = GreyPlane::fit(layout, greys, layout.border.clone())?;
+        let ring = GreyPlane::fit(layout, greys, layout.ring.clone())?;
+        let (black, white) = match colour {
+            BorderColour::Black => (border.mean, ring.mean),
+            BorderColour::White => (ring.mean, border.mean),
+        };
+        Some(Self {
+            middle: border.midway(&ring),
+            black,
+            white,
+        })
+    }
+
+    pub(super) fn contrast(&self) -> f32 {
+        self.white - self.black
+    }
+
+    /// Halfway between black and white at a place, in modules from the middle of the tag.
+    pub(super) fn at(&self, place: Point) -> f32 {
+        self.middle.at(place)
+    }
+
+    /// Border and ring must by and large have the colours that they should; an occluded corner is forgiven.
+    pub(super) fn rings_agree(&self, layout: &Layout, greys: &[f32], colour: BorderColour) -> bool {
+        const LEAST_SHARE: f32 = 0.75;
+        let white_share = |modules: &Range<usize>| {
+            let (mut white, mut all) = (0, 0);
+            for i in modules.clone() {
+                white += u32::from(greys[i] > self.at(layout.place(i)));
+                all += u32::from(!greys[i].is_nan());
+            }
+            white as f32 / all as f32
+        };
+        let (border, ring) = (white_share(&layout.border), white_share(&layout.ring));
+        let (black, white) = match colour {
+            BorderColour::Black => (border, ring),
+            BorderColour::White => (ring, border),
+        };
+        black <= 1.0 - LEAST_SHARE && white >= LEAST_SHARE
+    }
+}
+
+/// grey = mean + slope . place
+struct GreyPlane {
+    mean: f32,
+    slope: Point,
+}
+
+impl GreyPlane {
+    /// Least squares over places that lie symmetrically about the middle, so that mean and slopes part. Where some are
+    /// outside the image, the mean alone.
+    fn fit(layout: &Layout, greys: &[f32], modules: Range<usize>) -> Option<Self> {
+        let (mut n, mut sum, mut moments, mut squares) = (0.0_f32, 0.0, [0.0; 2], 0.0);
+        for i in modules.clone() {
+            let ([x, y], grey) = (layout.place(i), greys[i]);
+            if !grey.is_nan() {
+                n += 1.0;
+                sum += grey;
+                moments = [moments[0] + x * grey, moments[1] + y * grey];
+                squares += x * x;
+            }
+        }
+        let complete = n as usize == modules.len();
+        let slope = moments.map(|moment| if complete { moment / squares } else { 0.0 });
+        (n > 0.0).then(|| Self {
+            mean: sum / n,
+            slope,
+        })
+    }
+
+    fn midway(&self, other: &Self) -> Self {
+        let mean = |a: f32, b: f32| (a + b) / 2.0;
+        Self {
+            mean: mean(self.mean, other.mean),
+            slope: [0, 1].map(|axis| mean(self.slope[axis], other.slope[axis])),
+        }
+    }
+
+    fn at(&self, place: Point) -> f32 {
+        self.mean + self.slope[0] * place[0] + self.slope[1] * place[1]
+    }
+}

@@ -1,0 +1,88 @@
+//! The modules of a family that are looked at: border, ring around it, bits.
+
+use crate::kernels::{POINTS, Points};
+use sextant_tag_families::FamilyData;
+use std::ops::Range;
+
+/// Most modules that are looked at, in blocks of points.
+pub(super) const MAX_BLOCKS: usize = 144 / POINTS;
+
+#[derive(Debug)]
+pub(super) struct Layout {
+    /// Middles of the modules, u right, v down, from the border's top left corner. Border and ring fill whole blocks, and
+    /// so do the bits; what pads them counts for nothing.
+    pub(super) places: Vec<[Points; 2]>,
+    /// The bits once more, at four places around each middle.
+    pub(super) around: [Vec<[Points; 2]>; 4],
+    pub(super) border: Range<usize>,
+    pub(super) ring: Range<usize>,
+    pub(super) bits: Range<usize>,
+    /// Of each bit that has them: the modules to the left and right, above and below.
+    pub(super) beside: Vec<Option<[u8; 4]>>,
+    /// Middle of the tag, either way.
+    middle: f32,
+}
+
+impl Layout {
+    pub(super) fn new(data: &FamilyData) -> Self {
+        let width = i16::from(data.border_width);
+        let mut modules = ring_modules(0, width - 1);
+        let border = 0..modules.len();
+        modules.extend(ring_modules(-1, width));
+        let ring = border.end..modules.len();
+        modules.resize(ring.end.next_multiple_of(POINTS), [0, 0]);
+        let bits = modules.len()..modules.len() + data.bits.len();
+        modules.extend(data.bits.iter().map(|&(x, y)| [i16::from(x), i16::from(y)]));
+        let around = [[-0.2, -0.2], [0.2, -0.2], [-0.2, 0.2], [0.2, 0.2]];
+        Self {
+            places: blocks(&modules, [0.0; 2]),
+            around: around.map(|aside| blocks(&modules[bits.clone()], aside)),
+            beside: modules[bits.clone()]
+                .iter()
+                .map(|&module| beside(module, &modules))
+                .collect(),
+            border,
+            ring,
+            bits,
+            middle: f32::from(width) / 2.0,
+        }
+    }
+
+    /// Blocks of border and ring.
+    pub(super) fn ring_blocks(&self) -> usize {
+        self.bits.start / POINTS
+    }
+
+    /// Of a module, from the middle of the tag.
+    pub(super) fn place(&self, module: usize) -> [f32; 2] {
+        let [u, v] = &self.places[module / POINTS];
+        [u, v].map(|axis| axis[module % POINTS] - self.middle)
+    }
+}
+
+/// The middles of modules, moved aside.
+fn blocks(modules: &[[i16; 2]], aside: [f32; 2]) -> Vec<[Points; 2]> {
+    let block = |block: &[[i16; 2]]| {
+        let coordinate = |i: usize, axis: usize| {
+            let module = block.get(i).unwrap_or(&block[0]);
+            f32::from(module[axis]) + 0.5 + aside[axis]
+        };
+        [0, 1].map(|axis| std::array::from_fn(|i| coordinate(i, axis)))
+    };
+    modules.chunks(POINTS).map(block).collect()
+}
+
+/// Where the four modules beside one stand, if all do.
+fn beside([x, y]: [i16; 2], modules: &[[i16; 2]]) -> Option<[u8; 4]> {
+    let place = |module| modules.iter().position(|&other| other == module);
+    let [left, right] = [place([x - 1, y])?, place([x + 1, y])?];
+    let [above, below] = [place([x, y - 1])?, place([x, y + 1])?];
+    Some([left, right, above, below].map(|at| at as u8))
+}
+
+/// Column and row of each module of a square ring.
+fn ring_modules(first: i16, last: i16) -> Vec<[i16; 2]> {
+    let corner_to_corner = (first..last).map(|i| (i, first + last - i));
+    let four = |(i, back)| [[i, first], [last, i], [back, last], [first, back]];
+    corner_to_corner.flat_map(four).collect()
+}
