@@ -4,8 +4,8 @@ use nalgebra::{Matrix6, Vector6};
 use serde::{Deserialize, Serialize};
 use sextant_geometry::Pose;
 
-use crate::ObjectId;
 use crate::rig::is_finite;
+use crate::{JointId, LinkId, ObjectId};
 
 /// How far a pose can be trusted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
@@ -43,6 +43,56 @@ pub struct ObjectEstimate {
     pub tags: u32,
     /// Root mean square of the corner residuals in pixels (over both axes), 0 when nothing took part.
     pub rms_px: f64,
+    /// Links and joints; `None` where the object is rigid.
+    pub posture: Option<Box<Posture>>,
+}
+
+/// Where the links of an object are, and its joints.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Posture {
+    /// Every link, the base among them, in the order of the model.
+    pub links: Vec<LinkEstimate>,
+    /// Every joint that moves, in the order of the model.
+    pub joints: Vec<JointEstimate>,
+}
+
+/// Pose of a link.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LinkEstimate {
+    /// Which link.
+    pub link: LinkId,
+    /// Maps points of the link into the world.
+    pub world_from_link: Pose,
+    /// As the object's, about the link's origin.
+    pub covariance: Matrix6<f64>,
+}
+
+/// Value of a joint; rad or m.
+#[derive(Debug, Clone, PartialEq)]
+pub struct JointEstimate {
+    /// Which joint.
+    pub joint: JointId,
+    /// Within its limits.
+    pub value: f64,
+    /// Of the value.
+    pub variance: f64,
+    /// Per second.
+    pub velocity: f64,
+    /// Of the velocity.
+    pub velocity_variance: f64,
+}
+
+impl Posture {
+    fn is_finite(&self) -> bool {
+        let link = |one: &LinkEstimate| {
+            is_finite(&one.world_from_link) && one.covariance.iter().all(|x| x.is_finite())
+        };
+        let joint = |one: &JointEstimate| {
+            let numbers = [one.value, one.variance, one.velocity, one.velocity_variance];
+            numbers.iter().all(|x| x.is_finite())
+        };
+        self.links.iter().all(link) && self.joints.iter().all(joint)
+    }
 }
 
 /// How far a camera's clock is off.
@@ -64,5 +114,6 @@ impl ObjectEstimate {
                 .chain(self.twist.iter())
                 .chain([&self.rms_px])
                 .all(|x| x.is_finite())
+            && self.posture.as_ref().is_none_or(|one| one.is_finite())
     }
 }

@@ -31,7 +31,7 @@ mod track;
 pub use articulation::{
     Articulation, ArticulationError, Joint, JointKind, MOST_JOINTS, MOST_LINKS,
 };
-pub use estimate::{ClockOffset, ObjectEstimate, State};
+pub use estimate::{ClockOffset, JointEstimate, LinkEstimate, ObjectEstimate, Posture, State};
 pub use fusion::{Fusion, Input, ModelError, Output};
 pub use health::Fault;
 pub use ids::{CameraId, IdError, JointId, LinkId, ObjectId};

@@ -7,6 +7,7 @@ use nalgebra::{Matrix2, Point2};
 use sextant_geometry::{Lens, tag_corners_in_tag};
 
 use crate::filter::bent::unbent;
+use crate::filter::chain::{Chain, Limb};
 use crate::filter::corners::{NoiseSource, PosedCamera, View};
 use crate::filter::edges::EdgeModes;
 use crate::{
@@ -32,6 +33,7 @@ pub(crate) struct SiteCamera {
 struct Place {
     object: usize,
     tag: ObjectTag,
+    limb: Option<Limb>,
 }
 
 /// The models in force.
@@ -108,10 +110,18 @@ impl Site {
             {
                 return Err(ModelError::DuplicateObject(object.id().clone()));
             }
-            for tag in object.tags() {
+            let chain = object.articulation().map(Chain::new).map(Arc::new);
+            for (tag_index, tag) in object.tags().iter().enumerate() {
+                let limb = |chain: &Arc<Chain>| {
+                    Some(Limb {
+                        chain: chain.clone(),
+                        link: object.link_of(tag_index)?,
+                    })
+                };
                 let place = Place {
                     object: index,
                     tag: tag.clone(),
+                    limb: chain.as_ref().and_then(limb),
                 };
                 if let Some(Place { object: first, .. }) = places.insert(tag.tag, place) {
                     let (first, second) = (objects[first].id().clone(), object.id().clone());
@@ -161,7 +171,7 @@ impl Site {
             };
             if !is_sound(seen, camera.resolution) {
                 sorted.damaged_tags += 1;
-            } else if let Some(view) = view(&place.tag, seen, &posed.lens, options) {
+            } else if let Some(view) = view(place, seen, &posed.lens, options) {
                 views.entry(place.object).or_default().push(view);
             }
         }
@@ -219,12 +229,14 @@ fn is_sound(seen: &TagCorners, [width, height]: [u32; 2]) -> bool {
 }
 
 /// The view of a tag whose place on the object is known, if its corners enclose something.
-fn view(tag: &ObjectTag, seen: &TagCorners, lens: &Lens, options: &FusionOptions) -> Option<View> {
+fn view(place: &Place, seen: &TagCorners, lens: &Lens, options: &FusionOptions) -> Option<View> {
+    let tag = &place.tag;
     let object_from_tag = tag.object_from_tag?;
     let (covariance, noise_source) = corner_noise(seen, options);
     let information = covariance.map(|covariance| covariance.try_inverse().unwrap_or_default());
     Some(View {
         tag: tag.tag,
+        limb: place.limb.clone(),
         size_m: tag.size_m,
         object_from_tag,
         corners_in_object: tag_corners_in_tag(tag.size_m).map(|corner| object_from_tag * corner),

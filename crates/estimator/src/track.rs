@@ -4,7 +4,9 @@
 //! - [`birth`]: the attitudes that an image allows when nothing is known before.
 //! - [`mirror`]: the other branch of the planar ambiguity.
 //! - [`curvature`]: covariance where the cost is flatter than its parabola.
+//! - [`limbs`]: what is published of links and joints.
 //! - [`noise`]: how noisy each camera's corners are.
+//! - [`posture`]: values of joints of which little is known.
 //! - [`report`]: what is published about the instant.
 //! - [`rivalry`]: whether the cameras' clocks agree.
 //! - [`time`]: what is known about them.
@@ -13,8 +15,10 @@
 mod birth;
 mod curvature;
 mod hypothesis;
+mod limbs;
 mod mirror;
 mod noise;
+mod posture;
 mod report;
 mod rivalry;
 mod time;

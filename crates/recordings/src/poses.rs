@@ -69,6 +69,7 @@ mod tests {
             cameras: 2,
             tags: 3,
             rms_px: 0.125,
+            posture: None,
         }
     }
 

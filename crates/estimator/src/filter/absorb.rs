@@ -1,30 +1,20 @@
-//! From the pose that the corners show to the whole state: they see the pose only, the rest follows by its correlation.
+//! From the configuration that the corners show to the whole state: they see base and joints only, the rest follows by its
+//! correlation.
 //!
-//! The seen pose is a linear function of the state. With S its prior covariance, M its covariance with the state,
+//! The seen configuration is a linear function of the state. With S its prior covariance, M its covariance with the state,
 //! L = J^T W J the information of the corners and C the Cholesky factor of S:
 //! P⁺ = P - Mᵀ C⁻ᵀ (I - B⁻¹) C⁻¹ M with B = I + Cᵀ L C. B's eigenvalues are at least one, so the form holds for vague and
 //! for sharp priors alike.
 
-use nalgebra::{Cholesky, Const, Matrix6, Vector3};
+use nalgebra::{Cholesky, Const, SMatrix, Vector3};
 use sextant_geometry::{se3, so3};
 
-use super::clocks::Observed;
 use super::kinematics::{Kinematics, symmetric};
 use super::motion::Innovation;
-use super::solve::{Fit, Prior};
+use super::observed::Observed;
+use super::solve::Fit;
 
-type Factor = Cholesky<f64, Const<6>>;
-
-impl Observed {
-    /// What is known about the seen pose before; `None` where its covariance is not positive definite.
-    pub fn prior(&self) -> Option<Prior> {
-        let information = Factor::new(self.covariance)?.inverse();
-        Some(Prior {
-            pose: self.pose,
-            information,
-        })
-    }
-}
+type Factor<const D: usize> = Cholesky<f64, Const<D>>;
 
 /// A state that has taken a fit in.
 #[derive(Debug, Clone, PartialEq)]
@@ -35,27 +25,46 @@ pub(crate) struct Absorbed {
 }
 
 /// The state after the fit to what the camera saw; `None` where numbers end.
-pub(crate) fn absorb(before: &Kinematics, camera_index: usize, fit: &Fit) -> Option<Absorbed> {
-    let expected = before.observed(camera_index);
-    let off = se3::difference(&fit.pose, &expected.pose);
-    let pull = Factor::new(expected.covariance)?.solve(&off);
-    let step = expected.with_motion.transpose() * pull;
+pub(crate) fn absorb<const D: usize>(
+    before: &Kinematics,
+    camera_index: usize,
+    fit: &Fit<D>,
+) -> Option<Absorbed> {
+    let expected = before.observed::<D>(camera_index);
+    let off = fit.configuration.difference::<D>(&expected.configuration);
+    let pull = Factor::<D>::new(expected.covariance)?.solve(&off);
+    let step = expected.with.motion.transpose() * pull;
     let mut state = before.clone();
     state.pose = se3::perturb(&before.pose, &step.fixed_rows::<6>(0).into_owned());
     state.twist += step.fixed_rows::<6>(6);
     if let Some(clocks) = &mut state.clocks {
-        clocks.shift(&(expected.with_clocks.transpose() * pull));
+        clocks.shift(&(expected.with.clocks.transpose() * pull));
+    }
+    if let Some(joints) = &mut state.joints {
+        joints.shift(&(expected.with.joints.transpose() * pull));
     }
     reset(&mut state, &step.fixed_rows::<3>(3).into_owned());
     let expected = state.observed(camera_index);
-    let (narrowing, weight) = narrow(&mut state, &expected, &fit.corners.information)?;
+    let (narrowing, weight) = narrow(&mut state, &expected, &fit.information)?;
     let innovation = Innovation {
         pull,
         weight,
         expected: expected.covariance,
     };
     state.motion.learn(&innovation);
+    learn_joints(&mut state, &innovation);
     state.is_finite().then_some(Absorbed { state, narrowing })
+}
+
+fn learn_joints<const D: usize>(state: &mut Kinematics, innovation: &Innovation<D>) {
+    let Some(joints) = &mut state.joints else {
+        return;
+    };
+    for slot in 0..joints.moving.min(D - 6) {
+        let (place, at) = (6 + slot, (6 + slot, 6 + slot));
+        let pull = innovation.pull[place];
+        joints.learn(slot, pull, innovation.weight[at], innovation.expected[at]);
+    }
 }
 
 /// The prior covariance about the new attitude: dr' = J_l(turn) dr.
@@ -72,28 +81,42 @@ fn reset(state: &mut Kinematics, turn: &Vector3<f64>) {
         let rows = jacobian * clocks.cross.fixed_rows::<3>(3);
         clocks.cross.fixed_rows_mut::<3>(3).copy_from(&rows);
     }
+    if let Some(joints) = &mut state.joints {
+        let rows = jacobian * joints.cross.fixed_rows::<3>(3);
+        joints.cross.fixed_rows_mut::<3>(3).copy_from(&rows);
+    }
 }
 
 /// Takes the information in; returns its narrowing and the inverse of the innovation's covariance.
-fn narrow(
+fn narrow<const D: usize>(
     state: &mut Kinematics,
-    expected: &Observed,
-    information: &Matrix6<f64>,
-) -> Option<(f64, Matrix6<f64>)> {
-    let c = Factor::new(expected.covariance)?.unpack();
-    let b = Factor::new(symmetric(
-        &(Matrix6::identity() + c.transpose() * information * c),
-    ))?;
-    let taken = Matrix6::identity() - b.inverse();
-    let motion = c.solve_lower_triangular(&expected.with_motion)?;
+    expected: &Observed<D>,
+    information: &SMatrix<f64, D, D>,
+) -> Option<(f64, SMatrix<f64, D, D>)> {
+    let identity = SMatrix::<f64, D, D>::identity();
+    let c = Factor::<D>::new(expected.covariance)?.unpack();
+    let b = Factor::<D>::new(symmetric(&(identity + c.transpose() * information * c)))?;
+    let taken = identity - b.inverse();
+    let motion = c.solve_lower_triangular(&expected.with.motion)?;
     let by_motion = taken * motion;
     state.covariance = symmetric(&(state.covariance - motion.transpose() * by_motion));
+    if let Some(joints) = &mut state.joints {
+        let own = c.solve_lower_triangular(&expected.with.joints)?;
+        let by_own = taken * own;
+        joints.cross -= by_motion.transpose() * own;
+        joints.own = symmetric(&(joints.own - own.transpose() * by_own));
+        if state.clocks.is_some() {
+            let clocks = c.solve_lower_triangular(&expected.with.clocks)?;
+            joints.with_clocks -= by_own.transpose() * clocks;
+        }
+    }
     if let Some(clocks) = &mut state.clocks {
-        let own = c.solve_lower_triangular(&expected.with_clocks)?;
+        let own = c.solve_lower_triangular(&expected.with.clocks)?;
         clocks.cross -= by_motion.transpose() * own;
         clocks.own = symmetric(&(clocks.own - own.transpose() * taken * own));
     }
-    let narrowing = 2.0 * b.l_dirty().diagonal().iter().map(|x| x.ln()).sum::<f64>();
-    let whitened = c.solve_lower_triangular(&Matrix6::identity())?;
+    let logarithms = (0..D).map(|place| b.l_dirty()[(place, place)].ln());
+    let narrowing = 2.0 * logarithms.sum::<f64>();
+    let whitened = c.solve_lower_triangular(&identity)?;
     Some((narrowing, whitened.transpose() * taken * whitened))
 }

@@ -8,6 +8,7 @@ use nalgebra::{
 };
 use sextant_geometry::{Lens, Pose};
 
+use super::chain::{Configuration, Limb};
 use super::edges::{EdgeModes, Matrix8, NoiseFactors, Vector8};
 use crate::{ClockOffset, TagId};
 
@@ -37,8 +38,8 @@ impl PosedCamera {
 impl PosedCamera {
     /// How a view's residuals go with the corners' distances from the tag's centre: sums over the corners of residual times
     /// distance, distance squared and residual squared, px². Seen minus expected is minus (ratio - 1) times the distance.
-    pub fn size_of(&self, view: &View, world_from_object: &Pose) -> Option<[f64; 3]> {
-        let camera_from_object = self.camera_from_world * world_from_object;
+    pub fn size_of(&self, view: &View, at: &Configuration) -> Option<[f64; 3]> {
+        let camera_from_object = self.camera_from_world * view.world_from_link(at);
         let expected = |point: &Point3<f64>| self.lens.project(&(camera_from_object * point));
         let centre = expected(&Point3::from(view.object_from_tag.translation.vector))?;
         let mut sums = [0.0; 3];
@@ -94,10 +95,12 @@ impl NoiseSource {
     }
 }
 
-/// One tag in one image.
+/// One tag in one image. "Object" is its link, where the object has links.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct View {
     pub tag: TagId,
+    /// The link that it is on; `None` where the object is rigid.
+    pub limb: Option<Limb>,
     /// Edge of the black square in metres.
     pub size_m: f64,
     pub object_from_tag: Pose,
@@ -110,6 +113,29 @@ pub(crate) struct View {
     /// How the corners' errors hang together.
     pub edges: EdgeModes,
     pub noise_source: NoiseSource,
+}
+
+impl View {
+    /// Where the tag's link is, or the object where it is rigid.
+    pub fn world_from_link(&self, at: &Configuration) -> Pose {
+        match &self.limb {
+            None => at.pose,
+            Some(limb) => limb.world_from_link(at),
+        }
+    }
+
+    /// The configuration in which the tag's link is at a pose; root and joints are those of another.
+    pub fn anchored(&self, world_from_link: &Pose, like: &Configuration) -> Configuration {
+        let Some(limb) = &self.limb else {
+            return Configuration::rigid(world_from_link);
+        };
+        let anchored = Configuration {
+            root: limb.link,
+            pose: *world_from_link,
+            joints: like.joints,
+        };
+        limb.chain.rooted(&anchored, like.root)
+    }
 }
 
 /// A view with its camera and the weight of that camera's corners.
@@ -147,17 +173,6 @@ pub(crate) struct Normal {
 }
 
 impl Normal {
-    pub fn zero() -> Self {
-        Self {
-            information: Matrix6::zeros(),
-            of_turns: Matrix6::zeros(),
-            gradient: Vector6::zeros(),
-            chi2: 0.0,
-            square_px: 0.0,
-            scale: [0.0; 2],
-        }
-    }
-
     /// Of whitened residuals, first those of the edges' places, then of their directions.
     fn of(residuals: &Vector8, jacobian: &SMatrix<f64, 8, 6>, scale_limit: f64) -> Self {
         let (shifts, turns) = (jacobian.fixed_rows::<4>(0), jacobian.fixed_rows::<4>(4));
@@ -189,15 +204,6 @@ impl Normal {
             square_px: self.square_px,
             scale: self.scale.map(|scale| scale * weight),
         }
-    }
-
-    pub fn add(&mut self, other: &Self) {
-        self.information += other.information;
-        self.gradient += other.gradient;
-        self.chi2 += other.chi2;
-        self.square_px += other.square_px;
-        self.of_turns += other.of_turns;
-        self.scale = [0, 1].map(|kind| self.scale[kind] + other.scale[kind]);
     }
 }
 

@@ -7,6 +7,7 @@ use nalgebra::{Matrix3, SMatrix, Vector3, Vector6};
 use sextant_geometry::{Pose, so3};
 
 use super::clocks::Clocks;
+use super::joints::Joints;
 use super::motion::{Motion, Restlessness};
 
 /// Covariance over (dt, dr, dv, dw).
@@ -15,14 +16,16 @@ pub(crate) type Covariance = SMatrix<f64, 12, 12>;
 /// How a body moves, and how well that is known.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Kinematics {
-    /// World from object.
+    /// World from object, or from the root among its links.
     pub pose: Pose,
-    /// Velocity of the origin in m/s, then angular velocity in rad/s, world axes.
+    /// Velocity of its origin in m/s, then angular velocity in rad/s, world axes.
     pub twist: Vector6<f64>,
     /// Over (dt, dr, dv, dw).
     pub covariance: Covariance,
     /// The cameras' clocks, where they are not taken at their word.
     pub clocks: Option<Box<Clocks>>,
+    /// The joints, where the object has links.
+    pub joints: Option<Box<Joints>>,
     /// How restless the body is.
     pub motion: Motion,
 }
@@ -73,6 +76,10 @@ impl Kinematics {
         if let Some(clocks) = &mut self.clocks {
             clocks.cross = carried(&clocks.cross, turn, gain, dt);
         }
+        if let Some(joints) = &mut self.joints {
+            joints.cross = carried(&joints.cross, turn, gain, dt);
+            joints.advance(dt);
+        }
     }
 
     /// Whether every number of it is finite.
@@ -84,7 +91,9 @@ impl Kinematics {
             .iter()
             .chain(self.pose.rotation.coords.iter());
         let numbers = pose.chain(self.twist.iter()).chain(self.covariance.iter());
-        numbers.into_iter().all(|x| x.is_finite()) && self.clocks_are_finite()
+        numbers.into_iter().all(|x| x.is_finite())
+            && self.clocks_are_finite()
+            && self.joints.as_ref().is_none_or(|joints| joints.is_finite())
     }
 }
 

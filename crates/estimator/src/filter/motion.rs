@@ -5,7 +5,7 @@
 //! 3.4.69). D is a share of the predicted covariance, which is what the density brings about in a filter at work; where the
 //! prediction hardly matters, the information is small and little is learned.
 
-use nalgebra::{Matrix3, Matrix6, Vector6};
+use nalgebra::{Matrix3, SMatrix, SVector};
 
 /// Share of the predicted variance that changes with the density: between 1/4 where images rule and 1 where motion does.
 const SHARE: f64 = 0.4;
@@ -38,20 +38,20 @@ pub(crate) struct Motion {
     angular: Learned,
 }
 
-/// An innovation and what was expected of it, for the pose that a camera saw.
+/// An innovation and what was expected of it, for the configuration that a camera saw.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Innovation {
+pub(crate) struct Innovation<const D: usize> {
     /// S⁻¹ d.
-    pub pull: Vector6<f64>,
+    pub pull: SVector<f64, D>,
     /// S⁻¹.
-    pub weight: Matrix6<f64>,
+    pub weight: SMatrix<f64, D, D>,
     /// Covariance of the prediction.
-    pub expected: Matrix6<f64>,
+    pub expected: SMatrix<f64, D, D>,
 }
 
 /// Logarithm of a density against its default.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Learned {
+pub(crate) struct Learned {
     logarithm: f64,
     information: f64,
 }
@@ -76,13 +76,13 @@ impl Motion {
 
     pub fn restlessness(&self) -> Restlessness {
         Restlessness {
-            linear: self.default.linear * self.linear.logarithm.exp(),
-            angular: self.default.angular * self.angular.logarithm.exp(),
+            linear: self.default.linear * self.linear.factor(),
+            angular: self.default.angular * self.angular.factor(),
             clocks: self.default.clocks,
         }
     }
 
-    pub fn learn(&mut self, innovation: &Innovation) {
+    pub fn learn<const D: usize>(&mut self, innovation: &Innovation<D>) {
         self.linear.learn(innovation, 0);
         self.angular.learn(innovation, 3);
     }
@@ -90,13 +90,33 @@ impl Motion {
 
 impl Learned {
     /// Takes the three axes from `first` on in.
-    fn learn(&mut self, innovation: &Innovation, first: usize) {
-        let block = |matrix: &Matrix6<f64>| matrix.fixed_view::<3, 3>(first, first).into_owned();
+    fn learn<const D: usize>(&mut self, innovation: &Innovation<D>, first: usize) {
+        let block =
+            |matrix: &SMatrix<f64, D, D>| matrix.fixed_view::<3, 3>(first, first).into_owned();
         let change: Matrix3<f64> = block(&innovation.expected) * SHARE;
         let pull = innovation.pull.fixed_rows::<3>(first);
         let relative = block(&innovation.weight) * change;
         let slope = 0.5 * (pull.dot(&(change * pull)) - relative.trace());
         let information = 0.5 * (relative * relative).trace();
+        self.score(slope, information);
+    }
+
+    /// Takes a single axis in.
+    pub fn learn_one(&mut self, pull: f64, weight: f64, expected: f64) {
+        let change = expected * SHARE;
+        let relative = weight * change;
+        self.score(
+            0.5 * (pull * change * pull - relative),
+            0.5 * relative * relative,
+        );
+    }
+
+    /// The density against its default.
+    pub fn factor(&self) -> f64 {
+        self.logarithm.exp()
+    }
+
+    fn score(&mut self, slope: f64, information: f64) {
         if !slope.is_finite() || !information.is_finite() {
             return;
         }

@@ -1,12 +1,13 @@
-//! The pose that agrees best with a prior and the corners of simultaneous images.
+//! The configuration that agrees best with a prior and the corners of simultaneous images.
 //!
-//! Minimises |difference(pose, prior)|²_P + sum over corners of rho(r) by Gauss-Newton with Levenberg-Marquardt damping;
+//! Minimises |difference(configuration, prior)|²_P + sum over corners of rho(r) by Gauss-Newton with Levenberg-Marquardt damping;
 //! at the minimum the normal matrix is the inverse covariance (Bell, Cathey 1993, The iterated Kalman filter update as a
 //! Gauss-Newton method; information form).
 
-use nalgebra::{Cholesky, Const, Matrix6, Vector6};
-use sextant_geometry::{Pose, se3, so3};
+use nalgebra::{Cholesky, Const, SMatrix, SVector};
+use sextant_geometry::so3;
 
+use super::chain::Configuration;
 use super::corners::{Normal, Sight};
 
 /// Most steps of one solve; a tracked object needs two or three.
@@ -18,20 +19,29 @@ const MOST_DAMPING: f64 = 1e6;
 /// Twice the cost of a view that can't be seen from the pose: as bad as a view can be.
 pub(crate) const UNSEEN: f64 = 1e3;
 
-/// What is known about the pose before.
+/// What is known about the configuration before.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Prior {
-    pub pose: Pose,
-    /// Inverse covariance over (dt, dr).
-    pub information: Matrix6<f64>,
+pub(crate) struct Prior<const D: usize> {
+    pub configuration: Configuration,
+    /// Inverse covariance over (dt, dr, dq).
+    pub information: SMatrix<f64, D, D>,
+}
+
+impl<const D: usize> Prior<D> {
+    /// Squared Mahalanobis distance of a configuration.
+    pub fn surprise(&self, at: &Configuration) -> f64 {
+        let off = at.difference::<D>(&self.configuration);
+        off.dot(&(self.information * off))
+    }
 }
 
 /// A minimum.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Fit {
-    pub pose: Pose,
-    /// What the corners say about the pose: the sum over all views, and each view's part.
-    pub corners: Normal,
+pub(crate) struct Fit<const D: usize> {
+    pub configuration: Configuration,
+    /// What the corners of all views say about it.
+    pub information: SMatrix<f64, D, D>,
+    /// Each view's part, about the pose of its link.
     pub views: Vec<Option<Normal>>,
     /// Squared Mahalanobis distance from the prior.
     pub surprise: f64,
@@ -39,19 +49,31 @@ pub(crate) struct Fit {
     pub cost: f64,
 }
 
-struct Point {
-    pose: Pose,
-    corners: Normal,
+impl Sight<'_> {
+    /// Twice the robust cost of the view at a configuration.
+    pub fn chi2(&self, at: &Configuration) -> f64 {
+        let normal = self.normal(&self.view.world_from_link(at));
+        normal.map_or(UNSEEN, |normal| normal.chi2)
+    }
+}
+
+struct Point<const D: usize> {
+    configuration: Configuration,
+    corners: SMatrix<f64, D, D>,
     views: Vec<Option<Normal>>,
     surprise: f64,
     cost: f64,
     /// Of prior and corners together.
-    information: Matrix6<f64>,
-    gradient: Vector6<f64>,
+    information: SMatrix<f64, D, D>,
+    gradient: SVector<f64, D>,
 }
 
 /// The minimum reached from `start`; `None` where the sights can't see their tags even there.
-pub(crate) fn solve(prior: &Prior, sights: &[Sight<'_>], start: &Pose) -> Option<Fit> {
+pub(crate) fn solve<const D: usize>(
+    prior: &Prior<D>,
+    sights: &[Sight<'_>],
+    start: &Configuration,
+) -> Option<Fit<D>> {
     let mut best = evaluate(prior, sights, start)?;
     let mut damping = 0.0;
     for _ in 0..MOST_STEPS {
@@ -62,7 +84,7 @@ pub(crate) fn solve(prior: &Prior, sights: &[Sight<'_>], start: &Pose) -> Option
         if (damping == 0.0 && length < SMALL_STEP) || damping > MOST_DAMPING {
             break;
         }
-        let next = evaluate(prior, sights, &se3::perturb(&best.pose, &step));
+        let next = evaluate(prior, sights, &best.configuration.perturbed(&step));
         match next.filter(|next| next.cost <= best.cost) {
             Some(next) => {
                 best = next;
@@ -72,54 +94,85 @@ pub(crate) fn solve(prior: &Prior, sights: &[Sight<'_>], start: &Pose) -> Option
         }
     }
     Some(Fit {
-        pose: best.pose,
-        corners: best.corners,
+        configuration: best.configuration,
+        information: best.corners,
         views: best.views,
         surprise: best.surprise,
         cost: best.cost,
     })
 }
 
-fn damped_step(at: &Point, damping: f64) -> Option<Vector6<f64>> {
+fn damped_step<const D: usize>(at: &Point<D>, damping: f64) -> Option<SVector<f64, D>> {
     let mut matrix = at.information;
-    for axis in 0..6 {
+    for axis in 0..D {
         matrix[(axis, axis)] *= 1.0 + damping;
     }
-    let step = -Cholesky::<f64, Const<6>>::new(matrix)?.solve(&at.gradient);
+    let step = -Cholesky::<f64, Const<D>>::new(matrix)?.solve(&at.gradient);
     step.iter().all(|x| x.is_finite()).then_some(step)
 }
 
-fn evaluate(prior: &Prior, sights: &[Sight<'_>], pose: &Pose) -> Option<Point> {
-    let views: Vec<_> = sights.iter().map(|sight| sight.normal(pose)).collect();
-    let mut corners = Normal::zero();
-    views.iter().flatten().for_each(|view| corners.add(view));
+fn evaluate<const D: usize>(
+    prior: &Prior<D>,
+    sights: &[Sight<'_>],
+    at: &Configuration,
+) -> Option<Point<D>> {
+    let normal = |sight: &Sight<'_>| sight.normal(&sight.view.world_from_link(at));
+    let views: Vec<_> = sights.iter().map(normal).collect();
     let unseen = views.iter().filter(|view| view.is_none()).count();
     if unseen == sights.len() && unseen > 0 {
         return None;
     }
-    corners.chi2 += UNSEEN * unseen as f64;
-    let off = se3::difference(pose, &prior.pose);
+    let mut corners = SMatrix::<f64, D, D>::zeros();
+    let mut slope = SVector::<f64, D>::zeros();
+    let mut chi2 = UNSEEN * unseen as f64;
+    for (sight, view) in sights.iter().zip(&views) {
+        let Some(view) = view else { continue };
+        chi2 += view.chi2;
+        add(&mut corners, &mut slope, (sight, view), at);
+    }
+    let off = at.difference::<D>(&prior.configuration);
     let (information, gradient) = prior_normal(prior, &off);
     let surprise = off.dot(&(prior.information * off));
-    let cost = surprise + corners.chi2;
-    let (information, gradient) = (
-        information + corners.information,
-        gradient + corners.gradient,
-    );
+    let cost = surprise + chi2;
     cost.is_finite().then_some(Point {
-        pose: *pose,
+        configuration: *at,
         corners,
         views,
         surprise,
         cost,
-        information,
-        gradient,
+        information: information + corners,
+        gradient: gradient + slope,
     })
 }
 
+/// A view's normal equations about the pose of its link, by the chain rule about the configuration.
+fn add<const D: usize>(
+    information: &mut SMatrix<f64, D, D>,
+    gradient: &mut SVector<f64, D>,
+    (sight, view): (&Sight<'_>, &Normal),
+    at: &Configuration,
+) {
+    match &sight.view.limb {
+        None => {
+            let mut of_pose = information.fixed_view_mut::<6, 6>(0, 0);
+            of_pose += view.information;
+            let mut of_pose = gradient.fixed_rows_mut::<6>(0);
+            of_pose += view.gradient;
+        }
+        Some(limb) => {
+            let jacobian = limb.jacobian::<D>(at);
+            *information += jacobian.transpose() * view.information * jacobian;
+            *gradient += jacobian.transpose() * view.gradient;
+        }
+    }
+}
+
 /// The prior's part of the normal equations at the distance `off` from it: d log(exp(e) exp(off)) / de = J_l⁻¹(off).
-fn prior_normal(prior: &Prior, off: &Vector6<f64>) -> (Matrix6<f64>, Vector6<f64>) {
-    let mut jacobian = Matrix6::identity();
+fn prior_normal<const D: usize>(
+    prior: &Prior<D>,
+    off: &SVector<f64, D>,
+) -> (SMatrix<f64, D, D>, SVector<f64, D>) {
+    let mut jacobian = SMatrix::<f64, D, D>::identity();
     let turn = off.fixed_rows::<3>(3).into_owned();
     jacobian
         .fixed_view_mut::<3, 3>(3, 3)

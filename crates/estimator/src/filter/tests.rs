@@ -6,7 +6,8 @@ use sextant_geometry::{Lens, Pose, se3, tag_corners_in_tag};
 use sextant_tag_families::Family;
 
 use super::absorb::absorb;
-use super::corners::{NoiseSource, Normal, PosedCamera, Sight, View};
+use super::chain::Configuration;
+use super::corners::{NoiseSource, PosedCamera, Sight, View};
 use super::edges::{EdgeModes, NoiseFactors};
 use super::kinematics::{Covariance, Kinematics};
 use super::motion::{Motion, Restlessness};
@@ -44,6 +45,7 @@ fn view(camera: &PosedCamera, object_from_tag: Pose, off: [Vector2<f64>; 4]) -> 
             family: Family::Tag36h11,
             id: 0,
         },
+        limb: None,
         size_m: 0.05,
         object_from_tag,
         corners_in_object,
@@ -86,6 +88,7 @@ fn state(offset: &Vector6<f64>) -> Kinematics {
         twist: Vector6::new(0.2, -0.1, 0.05, 1.0, -0.5, 0.7),
         covariance,
         clocks: None,
+        joints: None,
         motion: Motion::new(restlessness),
     }
 }
@@ -122,16 +125,13 @@ fn the_fit_is_where_prior_and_corners_balance() {
     let camera = camera();
     let view = view(&camera, Pose::identity(), small_offsets());
     let sight = sight(&camera, &view);
-    let prior = state(&small_step()).observed(0).prior().unwrap();
-    let fit = solve(&prior, &[sight], &prior.pose).unwrap();
+    let prior = state(&small_step()).observed::<6>(0).prior().unwrap();
+    let fit = solve(&prior, &[sight], &prior.configuration).unwrap();
     let cost = |step: Vector6<f64>| {
-        let pose = se3::perturb(&fit.pose, &step);
-        let off = se3::difference(&pose, &prior.pose);
-        off.dot(&(prior.information * off)) + sight.normal(&pose).unwrap().chi2
+        let at = fit.configuration.perturbed(&step);
+        prior.surprise(&at) + sight.chi2(&at)
     };
-    let sigma = (prior.information + fit.corners.information)
-        .try_inverse()
-        .unwrap();
+    let sigma = (prior.information + fit.information).try_inverse().unwrap();
     for axis in 0..6 {
         let step = Vector6::ith(axis, 0.1 * sigma[(axis, axis)].sqrt());
         assert!(
@@ -155,9 +155,9 @@ fn a_wrong_corner_pulls_little() {
         view(&camera, Pose::identity(), off),
     ];
     let sights: Vec<Sight<'_>> = others.iter().map(|view| sight(&camera, view)).collect();
-    let prior = state(&small_step()).observed(0).prior().unwrap();
-    let fit = solve(&prior, &sights, &prior.pose).unwrap();
-    assert!(se3::difference(&fit.pose, &object()).norm() < 0.01);
+    let prior = state(&small_step()).observed::<6>(0).prior().unwrap();
+    let fit = solve(&prior, &sights, &prior.configuration).unwrap();
+    assert!(se3::difference(&fit.configuration.pose, &object()).norm() < 0.01);
 }
 
 #[test]
@@ -187,14 +187,10 @@ fn the_predicted_covariance_is_that_of_predicted_errors() {
 }
 
 /// A fit at a pose with the information given, whatever corners may have led there.
-fn fit_at(pose: Pose, information: Matrix6<f64>) -> Fit {
-    let corners = Normal {
-        information,
-        ..Normal::zero()
-    };
+fn fit_at(pose: Pose, information: Matrix6<f64>) -> Fit<6> {
     Fit {
-        pose,
-        corners,
+        configuration: Configuration::rigid(&pose),
+        information,
         views: Vec::new(),
         surprise: 0.0,
         cost: 0.0,
@@ -234,10 +230,10 @@ fn a_camera_ahead_of_time_sees_the_pose_of_before() {
             sigma_s: 0.002,
         },
     );
-    let seen = state.observed(3).pose;
+    let seen = state.observed::<6>(3).configuration.pose;
     let before = state.predicted(-0.01).pose;
     assert!(se3::difference(&seen, &before).amax() < 1e-12);
-    assert_eq!(state.observed(0).pose, state.pose);
+    assert_eq!(state.observed::<6>(0).configuration.pose, state.pose);
 }
 
 #[test]

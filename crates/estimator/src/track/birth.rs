@@ -1,18 +1,22 @@
 //! The attitudes that the images of one instant allow when nothing is known before.
 //!
-//! Every tag gives two poses (the planar ambiguity). Each of them, as a pose of the object, is refined on all corners of
+//! Every tag gives two poses (the planar ambiguity). Each of them, as a configuration of the object, is refined on all corners of
 //! all cameras; the evidence says which are possible.
+
+use std::sync::Arc;
 
 use nalgebra::Vector6;
 use sextant_geometry::Pose;
 use sextant_geometry::planar_pose::solve_square;
 
 use super::hypothesis::{Hypothesis, taken_in};
+use super::posture::by_branch;
 use crate::FusionOptions;
+use crate::filter::chain::{Chain, Configuration};
 use crate::filter::corners::Sight;
+use crate::filter::joints::Joints;
 use crate::filter::kinematics::{Covariance, Kinematics};
 use crate::filter::motion::{Motion, Restlessness};
-use crate::filter::solve::UNSEEN;
 
 /// Views from which attitudes are proposed: the largest ones, enough that a few wrong tags don't matter.
 const MOST_SEEDS: usize = 6;
@@ -23,7 +27,10 @@ const ANYWHERE: (f64, f64) = (10.0, 3.0);
 
 /// The possible attitudes, in no order.
 pub(crate) fn hypotheses(sights: &[Sight<'_>], options: &FusionOptions) -> Vec<Hypothesis> {
-    let grown = |seed: &Pose| taken_in(&unknown(seed, options), sights, options);
+    let chain = sights
+        .first()
+        .and_then(|sight| Some(&sight.view.limb.as_ref()?.chain));
+    let grown = |seed: &Configuration| taken_in(&unknown(seed, chain, options), sights, options);
     let seeds = likeliest(seeds(sights), sights);
     let mut all: Vec<Hypothesis> = seeds.iter().flat_map(grown).collect();
     for one in &mut all {
@@ -33,33 +40,33 @@ pub(crate) fn hypotheses(sights: &[Sight<'_>], options: &FusionOptions) -> Vec<H
 }
 
 /// The few seeds that explain all views best as they are.
-fn likeliest(seeds: Vec<Pose>, sights: &[Sight<'_>]) -> Vec<Pose> {
-    let chi2 = |sight: &Sight<'_>, pose: &Pose| {
-        let normal = sight.normal(pose);
-        normal.map_or(UNSEEN, |normal| normal.chi2)
-    };
-    let cost = |pose: &Pose| -> f64 { sights.iter().map(|sight| chi2(sight, pose)).sum() };
-    let mut scored: Vec<(f64, Pose)> = seeds.into_iter().map(|pose| (cost(&pose), pose)).collect();
+fn likeliest(seeds: Vec<Configuration>, sights: &[Sight<'_>]) -> Vec<Configuration> {
+    let cost = |at: &Configuration| -> f64 { sights.iter().map(|sight| sight.chi2(at)).sum() };
+    let mut scored: Vec<(f64, Configuration)> =
+        seeds.into_iter().map(|seed| (cost(&seed), seed)).collect();
     scored.sort_by(|a, b| a.0.total_cmp(&b.0));
     scored
         .into_iter()
         .take(MOST_GROWN)
-        .map(|(_, pose)| pose)
+        .map(|(_, seed)| seed)
         .collect()
 }
 
-/// `world_from_object` by each branch of the largest views.
-fn seeds(sights: &[Sight<'_>]) -> Vec<Pose> {
+/// The configuration by each branch of the largest views.
+fn seeds(sights: &[Sight<'_>]) -> Vec<Configuration> {
     let mut largest: Vec<&Sight<'_>> = sights.iter().collect();
     largest.sort_by(|a, b| area(b).total_cmp(&area(a)));
     largest
         .into_iter()
         .take(MOST_SEEDS)
-        .flat_map(branches)
+        .flat_map(|sight| {
+            let branches = branches(sight).into_iter();
+            branches.map(|branch| by_branch(sight, &branch, sights))
+        })
         .collect()
 }
 
-/// `world_from_object` by each branch of a view.
+/// `world_from_object`, or that of the tag's link, by each branch of a view.
 pub(crate) fn branches(sight: &Sight<'_>) -> Vec<Pose> {
     let Ok(poses) = solve_square(
         &sight.camera.lens,
@@ -82,8 +89,12 @@ pub(crate) fn area(sight: &Sight<'_>) -> f64 {
     0.5 * (c - a).perp(&(d - b)).abs()
 }
 
-/// A body of which only the start for the search is known.
-fn unknown(pose: &Pose, options: &FusionOptions) -> Kinematics {
+/// An object of which only the start for the search is known.
+fn unknown(
+    seed: &Configuration,
+    chain: Option<&Arc<Chain>>,
+    options: &FusionOptions,
+) -> Kinematics {
     let mut covariance = Covariance::zeros();
     for axis in 0..3 {
         covariance[(axis, axis)] = ANYWHERE.0.powi(2);
@@ -92,10 +103,11 @@ fn unknown(pose: &Pose, options: &FusionOptions) -> Kinematics {
         covariance[(axis + 9, axis + 9)] = options.start_angular_speed.powi(2);
     }
     Kinematics {
-        pose: *pose,
+        pose: seed.pose,
         twist: Vector6::zeros(),
         covariance,
         clocks: None,
+        joints: chain.map(|chain| Box::new(Joints::unknown(chain, seed, options))),
         motion: Motion::new(restlessness(options)),
     }
 }

@@ -4,12 +4,12 @@
 //! much: it takes the slope at the tilt found for the slope everywhere. For a vague attitude the cost is looked at three
 //! sigmas to either side along the widest axis, and where it has risen by less than nine the covariance grows by the ratio.
 
-use nalgebra::Vector6;
-use sextant_geometry::{Pose, se3};
+use nalgebra::{SVector, Vector6};
 
+use crate::filter::chain::Configuration;
 use crate::filter::corners::Sight;
 use crate::filter::kinematics::{Kinematics, symmetric};
-use crate::filter::solve::{Fit, Prior, UNSEEN};
+use crate::filter::solve::{Fit, Prior};
 
 /// Radians (one sigma) from which on the parabola is checked.
 const VAGUE: f64 = 0.03;
@@ -19,24 +19,26 @@ const SIGMAS: f64 = 3.0;
 const MOST_GROWTH: f64 = 10.0;
 
 /// Widens the state after a fit, where its cost is flatter than it claims. Whether it had to be looked at.
-pub(crate) fn widen(
+pub(crate) fn widen<const D: usize>(
     state: &mut Kinematics,
-    prior: &Prior,
+    prior: &Prior<D>,
     sights: &[Sight<'_>],
-    fit: &Fit,
+    fit: &Fit<D>,
 ) -> bool {
     let Some((axis, variance)) = widest(state) else {
         return false;
     };
+    let sigma = one_sigma::<D>(state, &axis, variance);
     let risen = |sigmas: f64| {
-        let step = axis * (sigmas * variance.sqrt());
-        cost(prior, sights, &se3::perturb(&fit.pose, &step)) - fit.cost
+        let stepped = fit.configuration.perturbed(&(sigma * sigmas));
+        cost(prior, sights, &stepped) - fit.cost
     };
     let flattest = risen(SIGMAS).min(risen(-SIGMAS)) / SIGMAS.powi(2);
     let growth = (1.0 / flattest.max(1.0 / MOST_GROWTH)).max(1.0);
     let along = state.covariance.fixed_columns::<6>(0) * (axis / variance.sqrt());
     let wider = state.covariance + along * along.transpose() * (growth - 1.0);
     state.covariance = symmetric(&wider);
+    widen_joints(state, &along, &(axis / variance.sqrt()), growth);
     true
 }
 
@@ -53,8 +55,36 @@ fn widest(state: &Kinematics) -> Option<(Vector6<f64>, f64)> {
     (variance > 0.0).then(|| (eigen.eigenvectors.column(widest).into_owned(), variance))
 }
 
-fn cost(prior: &Prior, sights: &[Sight<'_>], pose: &Pose) -> f64 {
-    let off = se3::difference(pose, &prior.pose);
-    let chi2 = |sight: &Sight<'_>| sight.normal(pose).map_or(UNSEEN, |normal| normal.chi2);
-    off.dot(&(prior.information * off)) + sights.iter().map(chi2).sum::<f64>()
+/// The step of base and joints that goes with one sigma along the axis.
+fn one_sigma<const D: usize>(
+    state: &Kinematics,
+    axis: &Vector6<f64>,
+    variance: f64,
+) -> SVector<f64, D> {
+    let mut step = SVector::<f64, D>::zeros();
+    step.fixed_rows_mut::<6>(0)
+        .copy_from(&(axis * variance.sqrt()));
+    if let Some(joints) = &state.joints {
+        let joined = joints.cross.fixed_rows::<6>(0).transpose() * (axis / variance.sqrt());
+        (0..D - 6).for_each(|place| step[6 + place] = joined[place]);
+    }
+    step
+}
+
+/// The joints' part of the wider covariance; `along` is that of one sigma with the motion.
+fn widen_joints(
+    state: &mut Kinematics,
+    along: &SVector<f64, 12>,
+    axis: &Vector6<f64>,
+    growth: f64,
+) {
+    if let Some(joints) = &mut state.joints {
+        let joined = joints.cross.fixed_rows::<6>(0).transpose() * axis;
+        joints.cross += along * joined.transpose() * (growth - 1.0);
+        joints.own = symmetric(&(joints.own + joined * joined.transpose() * (growth - 1.0)));
+    }
+}
+
+fn cost<const D: usize>(prior: &Prior<D>, sights: &[Sight<'_>], at: &Configuration) -> f64 {
+    prior.surprise(at) + sights.iter().map(|sight| sight.chi2(at)).sum::<f64>()
 }

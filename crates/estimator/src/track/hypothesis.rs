@@ -4,8 +4,10 @@ use nalgebra::Vector6;
 use sextant_geometry::{Pose, se3};
 
 use super::update::{Taken, refused, updated};
-use super::{MOST_HYPOTHESES, mirror};
+use super::{MOST_HYPOTHESES, mirror, posture};
 use crate::FusionOptions;
+use crate::articulation::MOST_JOINTS;
+use crate::filter::chain::Configuration;
 use crate::filter::corners::Sight;
 use crate::filter::kinematics::{Covariance, Kinematics};
 
@@ -29,7 +31,9 @@ impl Hypothesis {
     /// What becomes of the hypothesis after `dt` seconds with the views of that instant. Where they contradict the
     /// prediction there are two ways on: the body was hit, or the views are wrong; what follows will tell.
     pub fn followed(&self, dt: f64, sights: &[Sight<'_>], options: &FusionOptions) -> Followed {
+        let limbs = sights.iter().filter_map(|sight| sight.view.limb.as_ref());
         let predicted = self.state.predicted(dt);
+        let predicted = predicted.well_rooted(limbs.map(|limb| limb.link));
         let mut ways = taken_in(&predicted, sights, options);
         let contradicted = ways.is_empty();
         if contradicted {
@@ -48,6 +52,17 @@ impl Hypothesis {
 }
 
 impl Hypothesis {
+    /// Where this hypothesis has the root of another.
+    pub fn root_of(&self, other: &Self) -> Pose {
+        match &other.state.joints {
+            None => self.state.pose,
+            Some(joints) => {
+                let at = self.state.configuration();
+                joints.chain.world_from_link(&at, joints.root)
+            }
+        }
+    }
+
     /// The mirrored attitude as a step and its weight against this one, while it is not settled.
     pub fn twin(&self) -> Option<(Vector6<f64>, f64)> {
         Some((self.to_mirrored?, (-self.settled.max(0.0)).exp()))
@@ -63,8 +78,9 @@ impl Hypothesis {
                 .filter(|(_, taken)| taken.part)
                 .map(|(sight, _)| sight)
                 .collect();
-            self.settled += mirror::settled_by(&self.state.pose, &part);
-            self.to_mirrored = mirror::step_to_mirrored(&self.state.pose, &part);
+            let at = self.state.configuration();
+            self.settled += mirror::settled_by(&at, &part);
+            self.to_mirrored = mirror::step_to_mirrored(&at, &part);
         }
     }
 }
@@ -91,15 +107,36 @@ pub(crate) fn taken_in(
     sights: &[Sight<'_>],
     options: &FusionOptions,
 ) -> Vec<Hypothesis> {
-    let Some(mut found) = updated(prior, None, sights, options) else {
-        return Vec::new();
+    match prior.joints.as_ref().map_or(0, |joints| joints.moving) {
+        0 => taken_in_by::<6>(prior, sights, options),
+        1..=2 => taken_in_by::<8>(prior, sights, options),
+        _ => taken_in_by::<{ 6 + MOST_JOINTS }>(prior, sights, options),
+    }
+}
+
+/// The same with the size of a configuration.
+fn taken_in_by<const D: usize>(
+    prior: &Kinematics,
+    sights: &[Sight<'_>],
+    options: &FusionOptions,
+) -> Vec<Hypothesis> {
+    let update = |start: Option<&Configuration>| updated::<D>(prior, start, sights, options);
+    let searched = posture::start(prior, sights).and_then(|start| update(Some(&start)));
+    let mut all: Vec<Hypothesis> = update(None).into_iter().chain(searched).collect();
+    all.sort_by(|a, b| a.evidence.total_cmp(&b.evidence));
+    let Some(found) = all.last_mut() else {
+        return all;
     };
-    let others = mirror::others(prior, &found.state.pose, sights, options);
+    let at = found.state.configuration();
+    let others = mirror::others::<D>(prior, &at, sights, options);
     found.mirrored = others.mirrored_odds;
-    let more = |start: &Pose| updated(prior, Some(start), sights, options);
-    let mut all: Vec<Hypothesis> = others.starts.iter().filter_map(more).collect();
-    all.push(found);
-    all
+    let mut others: Vec<Hypothesis> = others
+        .starts
+        .iter()
+        .filter_map(|start| update(Some(start)))
+        .collect();
+    others.append(&mut all);
+    others
 }
 
 /// The prediction if the body was hit in the meantime.
@@ -117,6 +154,9 @@ fn jolted(predicted: &Kinematics, dt: f64, options: &FusionOptions) -> Kinematic
         jolted.covariance[(axis + 6, axis)] += way * speed;
         // A little more than the perfectly correlated part, so that the covariance stays definite.
         jolted.covariance[(axis + 6, axis + 6)] += speed * speed * 1.1;
+    }
+    if let Some(joints) = &mut jolted.joints {
+        joints.jolt(dt, options);
     }
     jolted
 }
@@ -143,11 +183,22 @@ pub(crate) fn weigh(hypotheses: &mut Vec<Hypothesis>, options: &FusionOptions) -
     best
 }
 
+/// Squared Mahalanobis distance of hypotheses that have run together.
+const NEAR: f64 = 0.1;
+
 /// Whether two hypotheses have run together: nearer than a third of what is uncertain anyway. Two branches of a vague tag
 /// may lie within one sigma of each other and still be two.
 fn is_same(a: &Hypothesis, b: &Hypothesis) -> bool {
-    let off = se3::difference(&a.state.pose, &b.state.pose);
+    let off = se3::difference(&a.state.pose, &b.root_of(a));
     let covariance: Covariance = a.state.covariance;
     let inverse = covariance.fixed_view::<6, 6>(0, 0).into_owned().cholesky();
-    inverse.is_some_and(|factor| off.dot(&factor.solve(&off)) < 0.1)
+    inverse.is_some_and(|factor| off.dot(&factor.solve(&off)) < NEAR) && same_joints(a, b)
+}
+
+fn same_joints(a: &Hypothesis, b: &Hypothesis) -> bool {
+    let pair = a.state.joints.as_ref().zip(b.state.joints.as_ref());
+    pair.is_none_or(|(a, b)| {
+        let off = |slot: usize| a.values[slot] - b.values[slot];
+        (0..a.moving).all(|slot| off(slot).powi(2) < NEAR * a.sigma(slot).powi(2))
+    })
 }

@@ -8,9 +8,10 @@ use sextant_geometry::{Pose, se3};
 
 use super::birth::{area, branches};
 use crate::FusionOptions;
+use crate::filter::chain::Configuration;
 use crate::filter::corners::Sight;
 use crate::filter::kinematics::Kinematics;
-use crate::filter::solve::{Prior, UNSEEN};
+use crate::filter::solve::Prior;
 
 /// Radians (one sigma about the worst axis) from which on a prediction is too vague to lead to the right one of several
 /// minima.
@@ -19,16 +20,16 @@ const VAGUE: f64 = 0.05;
 /// Attitudes worth trying besides the one found.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Others {
-    pub starts: Vec<Pose>,
+    pub starts: Vec<Configuration>,
     /// Logarithm of the odds of the mirrored attitude against the one found, as it is: its own minimum may be better.
     pub mirrored_odds: f64,
 }
 
 /// The mirrored attitude, and with a vague prediction both branches of the largest tag: where all views come from one
 /// camera and the prediction does not exclude them.
-pub(crate) fn others(
+pub(crate) fn others<const D: usize>(
     predicted: &Kinematics,
-    found: &Pose,
+    found: &Configuration,
     sights: &[Sight<'_>],
     options: &FusionOptions,
 ) -> Others {
@@ -40,52 +41,53 @@ pub(crate) fn others(
     let Some(largest) = largest.filter(|one| is_alone(one.camera_index, sights)) else {
         return others;
     };
-    let seen = predicted.observed(largest.camera_index);
+    let seen = predicted.observed::<D>(largest.camera_index);
     let Some(prior) = seen.prior() else {
         return others;
     };
     let mirrored = mirrored(largest, found);
     if is_possible(&prior, &mirrored, options) {
-        let cost = |pose: &Pose| cost(&prior, sights, pose, options);
+        let cost = |at: &Configuration| cost(&prior, sights, at, options);
         others.mirrored_odds = 0.5 * (cost(found) - cost(&mirrored));
         others.starts.push(mirrored);
     }
     let turn = seen.covariance.fixed_view::<3, 3>(3, 3).into_owned();
     if turn.symmetric_eigenvalues().max() > VAGUE.powi(2) {
         let branches = branches(largest).into_iter();
-        let possible = branches.filter(|pose| is_possible(&prior, pose, options));
+        let branches = branches.map(|link| largest.view.anchored(&link, found));
+        let possible = branches.filter(|start| is_possible(&prior, start, options));
         others.starts.extend(possible);
     }
     others
 }
 
 /// The step to the mirrored attitude of the largest view.
-pub(crate) fn step_to_mirrored(pose: &Pose, sights: &[&Sight<'_>]) -> Option<Vector6<f64>> {
+pub(crate) fn step_to_mirrored(at: &Configuration, sights: &[&Sight<'_>]) -> Option<Vector6<f64>> {
     let largest = sights.iter().max_by(|a, b| area(a).total_cmp(&area(b)))?;
-    Some(se3::difference(&mirrored(largest, pose), pose))
+    Some(se3::difference(&mirrored(largest, at).pose, &at.pose))
 }
 
 /// How much the images of one instant speak against the mirrored attitude: the logarithm of the odds by their corners
 /// alone. The motion is left out, for a mirrored motion is as smooth as the true one.
-pub(crate) fn settled_by(pose: &Pose, sights: &[&Sight<'_>]) -> f64 {
+pub(crate) fn settled_by(at: &Configuration, sights: &[&Sight<'_>]) -> f64 {
     let Some(largest) = sights.iter().max_by(|a, b| area(a).total_cmp(&area(b))) else {
         return 0.0;
     };
-    let chi2 = |sight: &Sight<'_>, pose: &Pose| {
-        let normal = sight.normal(pose);
-        normal.map_or(UNSEEN, |normal| normal.chi2)
-    };
-    let all = |pose: &Pose| -> f64 { sights.iter().map(|sight| chi2(sight, pose)).sum() };
+    let all = |at: &Configuration| -> f64 { sights.iter().map(|sight| sight.chi2(at)).sum() };
     if sights.len() > 1 {
-        return 0.5 * (all(&mirrored(largest, pose)) - all(pose));
+        return 0.5 * (all(&mirrored(largest, at)) - all(at));
     }
+    let found = largest.view.world_from_link(at).rotation;
     let mut branches = branches(largest);
     branches.sort_by(|a, b| {
-        let turn = |branch: &Pose| branch.rotation.angle_to(&pose.rotation);
+        let turn = |branch: &Pose| branch.rotation.angle_to(&found);
         turn(a).total_cmp(&turn(b))
     });
     match branches[..] {
-        [near, far] => 0.5 * (chi2(largest, &far) - chi2(largest, &near)),
+        [near, far] => {
+            let chi2 = |link: &Pose| largest.chi2(&largest.view.anchored(link, at));
+            0.5 * (chi2(&far) - chi2(&near))
+        }
         _ => 0.0,
     }
 }
@@ -97,32 +99,40 @@ fn is_alone(camera_index: usize, sights: &[Sight<'_>]) -> bool {
 }
 
 /// Twice the odds as chi-square, twice again because the minimum lies nearer to the prediction than the start.
-fn is_possible(prior: &Prior, start: &Pose, options: &FusionOptions) -> bool {
-    let off = se3::difference(start, &prior.pose);
-    off.dot(&(prior.information * off)) < 4.0 * options.hopeless_odds
+fn is_possible<const D: usize>(
+    prior: &Prior<D>,
+    start: &Configuration,
+    options: &FusionOptions,
+) -> bool {
+    prior.surprise(start) < 4.0 * options.hopeless_odds
 }
 
-/// Twice the cost of a pose, each view's limited by its gate.
-fn cost(prior: &Prior, sights: &[Sight<'_>], pose: &Pose, options: &FusionOptions) -> f64 {
-    let off = se3::difference(pose, &prior.pose);
-    let chi2 = |sight: &Sight<'_>| sight.normal(pose).map_or(UNSEEN, |normal| normal.chi2);
+/// Twice the cost of a configuration, each view's limited by its gate.
+fn cost<const D: usize>(
+    prior: &Prior<D>,
+    sights: &[Sight<'_>],
+    at: &Configuration,
+    options: &FusionOptions,
+) -> f64 {
     let views: f64 = sights
         .iter()
-        .map(|sight| chi2(sight).min(options.tag_gate))
+        .map(|sight| sight.chi2(at).min(options.tag_gate))
         .sum();
-    off.dot(&(prior.information * off)) + views
+    prior.surprise(at) + views
 }
 
-/// With the tag mirrored in the plane through its centre across the line of sight: R' = (I - 2 d dᵀ) R diag(1, 1, -1).
-fn mirrored(sight: &Sight<'_>, world_from_object: &Pose) -> Pose {
-    let camera_from_tag = sight.camera_from_tag(world_from_object);
+/// With the tag mirrored in the plane through its centre across the line of sight: R' = (I - 2 d dᵀ) R diag(1, 1, -1). Links
+/// go with the tag's as one body.
+fn mirrored(sight: &Sight<'_>, at: &Configuration) -> Configuration {
+    let camera_from_tag = sight.camera_from_tag(&sight.view.world_from_link(at));
     let towards = camera_from_tag.translation.vector.normalize();
     let across = Matrix3::identity() - towards * towards.transpose() * 2.0;
     let turned = camera_from_tag.rotation.to_rotation_matrix();
     let flipped = across * turned.matrix() * Matrix3::from_diagonal(&Vector3::new(1.0, 1.0, -1.0));
     let rotation = UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(flipped));
     let camera_from_flipped = Pose::from_parts(camera_from_tag.translation, rotation);
-    sight.camera.camera_from_world.inverse()
+    let world_from_link = sight.camera.camera_from_world.inverse()
         * camera_from_flipped
-        * sight.view.object_from_tag.inverse()
+        * sight.view.object_from_tag.inverse();
+    sight.view.anchored(&world_from_link, at)
 }

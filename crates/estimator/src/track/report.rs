@@ -95,16 +95,18 @@ impl Track {
     fn estimate_now(&self, object: &ObjectId, options: &FusionOptions) -> Option<ObjectEstimate> {
         let best = self.hypotheses.first()?;
         let covariance = self.covariance();
+        let (world_from_object, twist) = best.state.base();
         Some(ObjectEstimate {
             object: object.clone(),
             capture_ns: self.time_ns,
-            world_from_object: best.state.pose,
+            world_from_object,
             covariance,
-            twist: best.state.twist,
+            twist,
             state: self.state(&covariance, options),
             cameras: self.sighting.cameras,
             tags: self.sighting.tags,
             rms_px: self.sighting.rms_px(),
+            posture: self.posture(),
         })
     }
 
@@ -125,7 +127,7 @@ impl Track {
                 .cameras()
                 .get(camera_index)
                 .and_then(|camera| camera.posed.as_ref());
-            let size = camera.map(|camera| camera.size_of(view, &best.state.pose));
+            let size = camera.map(|camera| camera.size_of(view, &best.state.configuration()));
             SettledView {
                 camera_index,
                 tag: view.tag,
@@ -154,11 +156,17 @@ impl Track {
                 one.state = one.state.predicted(dt);
             }
         }
+        for one in &mut then.hypotheses {
+            one.state = one.state.clone().within_limits();
+        }
         then
     }
 
     /// Of all that is possible, about the likeliest: the second moments of the mixture.
     pub fn covariance(&self) -> Matrix6<f64> {
+        if let Some(covariance) = self.covariance_of_base() {
+            return covariance;
+        }
         let mut sum = Matrix6::zeros();
         let mut weights = 0.0;
         for one in &self.hypotheses {
@@ -214,7 +222,7 @@ impl Track {
                 .state
                 .pose
                 .rotation
-                .angle_to(&other.state.pose.rotation);
+                .angle_to(&other.root_of(best).rotation);
             turn > options.vague_attitude
         };
         let others = self.hypotheses.iter().skip(1);

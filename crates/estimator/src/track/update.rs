@@ -4,13 +4,12 @@
 //! pose of another moment; such cameras follow one by one, in the order of the rig.
 
 use nalgebra::Matrix6;
-use sextant_geometry::Pose;
 
 use super::curvature;
 use super::hypothesis::Hypothesis;
 use crate::FusionOptions;
 use crate::filter::absorb::absorb;
-use crate::filter::clocks::Observed;
+use crate::filter::chain::Configuration;
 use crate::filter::corners::{NoiseSource, Normal, Sight};
 use crate::filter::kinematics::Kinematics;
 use crate::filter::solve::{Fit, UNSEEN, solve};
@@ -54,9 +53,9 @@ impl Taken {
 
 /// A hypothesis from the prior state and the views that agree with it; `None` where none does. The search begins at
 /// `start`, or at the prior's pose.
-pub(crate) fn updated(
+pub(crate) fn updated<const D: usize>(
     prior: &Kinematics,
-    start: Option<&Pose>,
+    start: Option<&Configuration>,
     sights: &[Sight<'_>],
     options: &FusionOptions,
 ) -> Option<Hypothesis> {
@@ -67,7 +66,7 @@ pub(crate) fn updated(
         if let Some(prior) = members[0].clock {
             sum.state.know_clock(members[0].camera_index, prior);
         }
-        if let Some(update) = updated_by_group(&sum.state, start.take(), &members, options) {
+        if let Some(update) = updated_by_group::<D>(&sum.state, start.take(), &members, options) {
             let nothing = vec![false; members.len()];
             sum.evidence += update.evidence + refusal(&members, &nothing, options);
             group
@@ -141,21 +140,25 @@ struct GroupUpdate {
 
 /// The worst view is left out until all that are left pass their gates; `None` where none does, or where the prediction
 /// contradicts them all.
-fn updated_by_group(
+fn updated_by_group<const D: usize>(
     prior: &Kinematics,
-    start: Option<&Pose>,
+    start: Option<&Configuration>,
     sights: &[Sight<'_>],
     options: &FusionOptions,
 ) -> Option<GroupUpdate> {
-    let expected = prior.observed(sights[0].camera_index);
-    let pose_prior = expected.prior()?;
+    let expected = prior.observed::<D>(sights[0].camera_index);
+    let seen_prior = expected.prior()?;
     let mut part = vec![true; sights.len()];
     loop {
         let active = chosen(sights, &part);
         if active.is_empty() {
             return None;
         }
-        let fit = solve(&pose_prior, &active, start.unwrap_or(&expected.pose))?;
+        let fit = solve(
+            &seen_prior,
+            &active,
+            start.unwrap_or(&expected.configuration),
+        )?;
         let normals = normals(sights, &part, &fit);
         let worst = worst_chi2(&normals, &part);
         if worst > options.tag_gate {
@@ -167,7 +170,7 @@ fn updated_by_group(
         } else {
             let mut update = complete(prior, &fit, sights, &normals, &part)?;
             if !sights.iter().any(|sight| sight.clock.is_some()) {
-                let curved = curvature::widen(&mut update.state, &pose_prior, &active, &fit);
+                let curved = curvature::widen(&mut update.state, &seen_prior, &active, &fit);
                 update.evidence *= if curved { CURVED_WORTH } else { 1.0 };
             }
             update.evidence -= refusal(sights, &part, options);
@@ -185,12 +188,17 @@ fn chosen<'a>(sights: &[Sight<'a>], part: &[bool]) -> Vec<Sight<'a>> {
 }
 
 /// Cost and normal equations of each view at the fit; `None` where it would have to show the tag's back.
-fn normals(sights: &[Sight<'_>], part: &[bool], fit: &Fit) -> Vec<Option<Normal>> {
+fn normals<const D: usize>(
+    sights: &[Sight<'_>],
+    part: &[bool],
+    fit: &Fit<D>,
+) -> Vec<Option<Normal>> {
     let mut fitted = fit.views.iter();
     let normal = |(sight, part): (&Sight<'_>, &bool)| {
         let fitted = if *part { fitted.next().cloned() } else { None };
-        let normal = fitted.unwrap_or_else(|| sight.normal(&fit.pose));
-        normal.filter(|_| sight.faces(&fit.pose))
+        let link = sight.view.world_from_link(&fit.configuration);
+        let normal = fitted.unwrap_or_else(|| sight.normal(&link));
+        normal.filter(|_| sight.faces(&link))
     };
     sights.iter().zip(part).map(normal).collect()
 }
@@ -212,20 +220,25 @@ fn leave_out(part: &mut [bool], normals: &[Option<Normal>], limit: f64) {
     }
 }
 
-fn complete(
+fn complete<const D: usize>(
     prior: &Kinematics,
-    fit: &Fit,
+    fit: &Fit<D>,
     sights: &[Sight<'_>],
     normals: &[Option<Normal>],
     part: &[bool],
 ) -> Option<GroupUpdate> {
     let camera_index = sights[0].camera_index;
     let absorbed = absorb(prior, camera_index, fit)?;
-    let Observed { covariance, .. } = absorbed.state.observed(camera_index);
+    let seen = absorbed.state.observed::<D>(camera_index);
+    let of_base = seen.covariance.fixed_view::<6, 6>(0, 0).into_owned();
+    let covariance = |sight: &Sight<'_>| match &sight.view.limb {
+        None => of_base,
+        Some(limb) => limb.covariance(&seen.configuration, &seen.covariance),
+    };
     let pairs = normals.iter().zip(part).zip(sights);
     let taken = pairs
         .map(|((normal, part), sight)| match normal {
-            Some(normal) => taken(normal, *part, &covariance),
+            Some(normal) => taken(normal, *part, &covariance(sight)),
             None => Taken::refused(sight.view.noise_source),
         })
         .collect();

@@ -3,6 +3,8 @@
 #![allow(clippy::unwrap_used, reason = "a test that fails to unwrap has failed")]
 
 mod ambiguity;
+mod arm;
+mod arm_scene;
 mod changes;
 mod clocks;
 mod faults;
