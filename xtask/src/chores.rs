@@ -141,6 +141,7 @@ pub fn workspace() -> Result<(), String> {
     run("cargo", &["test", "--release", "--workspace", "--quiet"])
 }
 
+/// All of them for the boards' 32-bit processor; the detector's kernels for the 64-bit one, which has its own.
 pub fn arm() -> Result<(), String> {
     let crates = [
         "sextant-geometry",
@@ -149,14 +150,10 @@ pub fn arm() -> Result<(), String> {
         "sextant-proto",
     ];
     let chosen: Vec<&str> = crates.iter().flat_map(|name| ["--package", name]).collect();
-    run(
-        "cargo",
-        &[
-            &["test", "--release", "--quiet", "--target", ARMV7],
-            chosen.as_slice(),
-        ]
-        .concat(),
-    )
+    let tests = ["test", "--release", "--quiet", "--target"];
+    run("cargo", &[&tests, &[ARMV7][..], chosen.as_slice()].concat())?;
+    let detector = [AARCH64, "--package", "sextant-apriltag", "--lib"];
+    run("cargo", &[&tests, &detector[..]].concat())
 }
 
 pub fn cross() -> Result<(), String> {

@@ -42,7 +42,7 @@ const CHORES: &[(&str, &str, Chore)] = &[
     ),
     (
         "arm",
-        "tests of the pure crates for armv7, under qemu",
+        "tests of the pure crates for armv7 and of the detector's kernels for aarch64, under qemu",
         chores::arm,
     ),
     (

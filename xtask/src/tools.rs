@@ -33,6 +33,11 @@ const QEMU_ARM: Tool = Tool {
     package: Some("qemu-user"),
     remedy: "install qemu's user-mode emulation",
 };
+const QEMU_AARCH64: Tool = Tool {
+    program: "qemu-aarch64",
+    package: Some("qemu-user"),
+    remedy: "install qemu's user-mode emulation",
+};
 const GCC_ARM: Tool = Tool {
     program: "arm-linux-gnueabihf-gcc",
     package: Some("gcc-arm-linux-gnueabihf"),
@@ -49,7 +54,7 @@ fn needs(chore: &str) -> &'static [Tool] {
     match chore {
         "page" => &[NODE, NPM],
         "workspace" => &[NODE, CHROMIUM],
-        "arm" => &[QEMU_ARM, GCC_ARM],
+        "arm" => &[QEMU_ARM, QEMU_AARCH64, GCC_ARM, GCC_AARCH64],
         "cross" => &[GCC_ARM, GCC_AARCH64],
         _ => &[],
     }
@@ -58,8 +63,7 @@ fn needs(chore: &str) -> &'static [Tool] {
 /// Compilation targets a chore needs beside this machine's own.
 fn targets(chore: &str) -> &'static [&'static str] {
     match chore {
-        "arm" => &["armv7-unknown-linux-gnueabihf"],
-        "cross" => &["aarch64-unknown-linux-gnu", "armv7-unknown-linux-gnueabihf"],
+        "arm" | "cross" => &["aarch64-unknown-linux-gnu", "armv7-unknown-linux-gnueabihf"],
         _ => &[],
     }
 }

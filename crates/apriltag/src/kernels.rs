@@ -9,6 +9,8 @@ mod scalar;
 
 #[cfg(target_arch = "x86_64")]
 mod avx2;
+#[cfg(all(target_arch = "aarch64", target_feature = "neon"))]
+mod neon;
 
 /// Edge of a tile in pixels. Four is the largest for which the nine tiles around a pixel span no more than a small
 /// tag (11 px), so that its black border and its white ring are always among them.
@@ -73,6 +75,9 @@ impl Kernels {
         if let Some(kernels) = avx2::kernels() {
             return kernels;
         }
+        #[cfg(all(target_arch = "aarch64", target_feature = "neon"))]
+        return neon::KERNELS;
+        #[cfg(not(all(target_arch = "aarch64", target_feature = "neon")))]
         Self::SCALAR
     }
 
