@@ -21,7 +21,7 @@ mod view;
 pub use clock::{Clock, ClockFaults, Schedule};
 pub use network::{Arrival, MAX_UNDER_WAY, Network, NetworkFaults};
 pub use observe::{ObservedTag, Observer, Occlusion, Visibility};
-pub use path::{Harmonic, Path, Wave};
+pub use path::{Harmonic, Path, PathJoint, PathJointKind, Wave};
 pub use random::Random;
 pub use renderer::{Renderer, WrongImageSize};
 pub use scenario::{

@@ -2,7 +2,12 @@
 //!
 //! Every coordinate is a sum of harmonics of one period, so a path has no beginning: processes that start at different
 //! moments agree on it, and its twist is a formula, not a difference. Attitude is R = Rz(yaw) Ry(pitch) Rx(roll).
+//! A link of an articulated object goes with its base, with the joints from there to it on top.
 //! In: true time in ns. Out: `world_from_object` and the twist (v, w) in world axes, metres and radians (per second).
+
+mod joint;
+
+pub use joint::{PathJoint, PathJointKind};
 
 use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion, Vector3, Vector6};
 use serde::{Deserialize, Serialize};
@@ -28,6 +33,9 @@ pub struct Path {
     /// Roll, about the x axis after yaw and pitch, rad.
     #[serde(default)]
     pub roll: Wave,
+    /// Joints from there to this object, in order; none for a body of its own.
+    #[serde(rename = "joint", default, skip_serializing_if = "Vec::is_empty")]
+    pub joints: Vec<PathJoint>,
 }
 
 /// A periodic function: `mean + sum of amplitude * sin(order * TAU * t / period + phase)`.
@@ -69,21 +77,44 @@ impl Path {
             yaw: Wave::still(yaw),
             pitch: Wave::still(pitch),
             roll: Wave::still(roll),
+            joints: Vec::new(),
         }
     }
 
     /// Pose at a true time in ns.
     pub fn world_from_object(&self, true_ns: u64) -> Isometry3<f64> {
+        self.pose_and_twist(true_ns).0
+    }
+
+    /// Twist at a true time in ns: linear then angular velocity, both in world axes (m/s, rad/s).
+    pub fn twist(&self, true_ns: u64) -> Vector6<f64> {
+        self.pose_and_twist(true_ns).1
+    }
+
+    /// The joints' values at a true time in ns, rad or m.
+    pub fn joint_values(&self, true_ns: u64) -> Vec<f64> {
         let angle = self.angle(true_ns);
+        let values = self.joints.iter().map(|joint| joint.value.value(angle));
+        values.collect()
+    }
+
+    fn pose_and_twist(&self, true_ns: u64) -> (Isometry3<f64>, Vector6<f64>) {
+        let (angle, rate) = (self.angle(true_ns), TAU / self.period_s);
+        let (mut pose, mut twist) = (self.pose_of_base(angle), self.twist_of_base(angle));
+        for joint in &self.joints {
+            (pose, twist) = joint.child((&pose, &twist), angle, rate);
+        }
+        (pose, twist)
+    }
+
+    fn pose_of_base(&self, angle: f64) -> Isometry3<f64> {
         let position = Vector3::from_fn(|axis, _| self.position[axis].value(angle));
         let (yaw, pitch, roll) = self.attitude(angle);
         let rotation = about(2, yaw) * about(1, pitch) * about(0, roll);
         Isometry3::from_parts(Translation3::from(position), rotation)
     }
 
-    /// Twist at a true time in ns: linear then angular velocity, both in world axes (m/s, rad/s).
-    pub fn twist(&self, true_ns: u64) -> Vector6<f64> {
-        let angle = self.angle(true_ns);
+    fn twist_of_base(&self, angle: f64) -> Vector6<f64> {
         let rate = TAU / self.period_s;
         let (yaw, pitch, _) = self.attitude(angle);
         let linear = Vector3::from_fn(|axis, _| self.position[axis].slope(angle)) * rate;
@@ -115,10 +146,8 @@ impl Path {
             .position
             .iter()
             .chain([&self.yaw, &self.pitch, &self.roll]);
-        waves.flat_map(|wave| {
-            let harmonics = wave.harmonics.iter().flat_map(|h| [h.amplitude, h.phase]);
-            std::iter::once(wave.mean).chain(harmonics)
-        })
+        let joints = self.joints.iter().flat_map(PathJoint::numbers);
+        waves.flat_map(Wave::numbers).chain(joints)
     }
 }
 
@@ -141,6 +170,11 @@ impl Wave {
         self
     }
 
+    fn numbers(&self) -> impl Iterator<Item = f64> + '_ {
+        let harmonics = self.harmonics.iter().flat_map(|h| [h.amplitude, h.phase]);
+        std::iter::once(self.mean).chain(harmonics)
+    }
+
     fn value(&self, angle: f64) -> f64 {
         let moving = |h: &Harmonic| h.amplitude * libm::sin(f64::from(h.order) * angle + h.phase);
         self.mean + self.harmonics.iter().map(moving).sum::<f64>()
@@ -158,8 +192,12 @@ impl Wave {
 
 /// Rotation about a coordinate axis, with the same bits on every platform.
 pub(crate) fn about(axis: usize, angle: f64) -> UnitQuaternion<f64> {
-    let mut imaginary = Vector3::zeros();
-    imaginary[axis] = libm::sin(angle / 2.0);
+    about_axis(&Vector3::ith(axis, 1.0), angle)
+}
+
+/// The same about a unit vector.
+fn about_axis(axis: &Vector3<f64>, angle: f64) -> UnitQuaternion<f64> {
+    let imaginary = axis * libm::sin(angle / 2.0);
     UnitQuaternion::new_unchecked(Quaternion::from_parts(libm::cos(angle / 2.0), imaginary))
 }
 
@@ -180,18 +218,45 @@ mod tests {
         })
     }
 
+    fn joint() -> impl Strategy<Value = PathJoint> {
+        let kind = prop_oneof![
+            Just(PathJointKind::Revolute),
+            Just(PathJointKind::Prismatic)
+        ];
+        (kind, -1.0..1.0, wave()).prop_map(|(kind, turn, value)| PathJoint {
+            id: "joint".into(),
+            kind,
+            axis: [0.0, 0.6, 0.8],
+            parent_from_joint: Isometry3::new(
+                Vector3::new(0.1, 0.2, -0.1),
+                Vector3::new(turn, 0.3, 0.1),
+            ),
+            limits: [-9.0, 9.0],
+            value,
+        })
+    }
+
     fn path() -> impl Strategy<Value = Path> {
         let angles = (wave(), wave(), wave());
-        (2.0..20.0, -2i32..3, [wave(), wave(), wave()], angles).prop_map(
-            |(period_s, turns, position, (yaw, pitch, roll))| Path {
-                period_s,
-                turns,
-                position,
-                yaw,
-                pitch,
-                roll,
-            },
+        let joints = prop::collection::vec(joint(), 0..3);
+        (
+            2.0..20.0,
+            -2i32..3,
+            [wave(), wave(), wave()],
+            angles,
+            joints,
         )
+            .prop_map(
+                |(period_s, turns, position, (yaw, pitch, roll), joints)| Path {
+                    period_s,
+                    turns,
+                    position,
+                    yaw,
+                    pitch,
+                    roll,
+                    joints,
+                },
+            )
     }
 
     proptest! {

@@ -4,6 +4,7 @@
 //! grey levels from 0 to 255; frames as everywhere (`world_from_camera`, `object_from_tag`). The rig that a site would
 //! calibrate are the first four fields of each [`SceneCamera`]; the constellation that it would learn are an object's tags.
 
+mod arm;
 mod demo;
 mod solid;
 mod solid_validity;

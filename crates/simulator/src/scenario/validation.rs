@@ -164,6 +164,10 @@ impl SceneObject {
         within(&field("path.period_s"), self.path.period_s, 1e-3..=1e6)?;
         let mut numbers = self.path.numbers();
         numbers.try_for_each(|number| within(&field("path"), number, -1e4..=1e4))?;
+        for joint in &self.path.joints {
+            let length = nalgebra::Vector3::from(joint.axis).norm();
+            within(&field("path.joint.axis's length"), length, 0.999..=1.001)?;
+        }
         for (index, solid) in self.solids.iter().enumerate() {
             within(&field("albedo"), solid.albedo(), 0.0..=1.0)?;
             solid.validate().map_err(|cause| ScenarioError::Solid {

@@ -80,6 +80,7 @@ impl Arena {
             yaw,
             pitch,
             roll,
+            joints: Vec::new(),
         }
     }
 
