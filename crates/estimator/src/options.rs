@@ -50,9 +50,9 @@ options! {
     corner_floor_px = 0.003 in 0.0 ..= 10.0;
     /// Corner residuals that the estimate of a camera's noise remembers: many for a steady figure, few for a quick one.
     noise_memory = 800.0 in 10.0 ..= 1e6;
-    /// Chi-square of a tag's four corners (8 degrees of freedom) beyond which the tag takes no part: 99.9 % of good ones
-    /// lie within.
-    tag_gate = 26.1 in 10.0 ..= 1000.0;
+    /// Twice the robust cost of a tag's four corners beyond which the tag takes no part. It grows with the logarithm of the
+    /// squared residuals: residuals of four sigmas throughout reach this, and count little by then.
+    tag_gate = 45.0 in 10.0 ..= 1000.0;
     /// Natural logarithm of the odds against a tag that takes no part: of wrong tags being rare, and of a wrong one lying
     /// just there among all places in the image.
     refused_odds = 35.0 in 5.0 ..= 1000.0;

@@ -218,7 +218,13 @@ impl Track {
     }
 
     fn learn_noise(&mut self, best: &Hypothesis, sights: &[Sight<'_>], options: &FusionOptions) {
-        for (sight, taken) in sights.iter().zip(&best.taken) {
+        let pairs = || sights.iter().zip(&best.taken);
+        for (sight, taken) in pairs() {
+            let same_image = |other: &Sight<'_>| other.camera_index == sight.camera_index;
+            // Wrong among right ones: that is no noise.
+            if !taken.part && pairs().any(|(other, taken)| taken.part && same_image(other)) {
+                continue;
+            }
             self.noise.learn(sight, taken, options);
         }
     }

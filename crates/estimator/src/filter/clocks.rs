@@ -4,7 +4,7 @@
 //! the pose moved by -o times the twist, so that motion tells the offset (Furgale, Rehder, Siegwart 2013, Unified temporal
 //! and spatial calibration; here linear over the few milliseconds that clocks differ).
 
-use nalgebra::{SMatrix, SVector};
+use nalgebra::{Cholesky, SMatrix, SVector};
 
 use crate::ClockOffset;
 
@@ -39,6 +39,15 @@ impl Default for Clocks {
     }
 }
 
+/// Whether clocks agree.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Agreement {
+    /// Logarithm of the odds for it.
+    pub odds: f64,
+    /// The largest sigma of an offset, in seconds.
+    pub sigma_s: f64,
+}
+
 impl Clocks {
     /// Lets the offsets wander for `dt` seconds: clocks drift.
     pub fn wander(&mut self, dt: f64, wander: f64) {
@@ -61,6 +70,29 @@ impl Clocks {
             .iter()
             .enumerate()
             .map(move |(slot, camera)| (*camera, one(slot)))
+    }
+
+    /// Logarithm of the odds for offsets of zero against offsets of `prior_s` (one sigma each), and the largest sigma; of the
+    /// cameras given. By what the estimate says of zero against what was said of it before (Savage-Dickey
+    /// ratio; Dickey 1971, The weighted likelihood ratio, sec. 2). `None` without such a camera.
+    pub fn agreement(&self, prior_s: f64, among: &[usize]) -> Option<Agreement> {
+        let (mut own, mut offset) = (Own::identity(), SVector::<f64, MOST_CLOCKS>::zeros());
+        let slots: Vec<usize> = among
+            .iter()
+            .filter_map(|camera| self.slot(*camera))
+            .collect();
+        let mut sigma_s: f64 = 0.0;
+        for (row, of_row) in slots.iter().enumerate() {
+            offset[row] = self.offset[*of_row] / prior_s;
+            sigma_s = sigma_s.max(self.own[(*of_row, *of_row)].max(0.0).sqrt());
+            for (column, of_column) in slots.iter().enumerate() {
+                own[(row, column)] = self.own[(*of_row, *of_column)] / prior_s.powi(2);
+            }
+        }
+        let factor = Cholesky::new(own).filter(|_| !slots.is_empty())?;
+        let half_determinant: f64 = factor.l_dirty().diagonal().iter().map(|x| x.ln()).sum();
+        let odds = -0.5 * offset.dot(&factor.solve(&offset)) - half_determinant;
+        Some(Agreement { odds, sigma_s })
     }
 
     /// The place of a camera's offset, if it is estimated.

@@ -69,28 +69,12 @@ pub(crate) enum NoiseSource {
 }
 
 impl NoiseSource {
-    /// Where pairs of squared residuals are cut off for [`Normal::scale`]; weights do it where the noise differs by view.
-    fn scale_limit(self) -> f64 {
+    /// Degrees of freedom of the noise's scale from view to view. What blur, light and contrast do to it a detector knows but
+    /// for a rest; where nobody states anything, it is a factor of three.
+    fn freedom(self) -> f64 {
         match self {
-            Self::Detector => SCALE_LIMIT,
-            Self::Nobody => f64::INFINITY,
-        }
-    }
-
-    /// What [`Normal::scale`] is on average, for either kind of residuals of which this redundancy is left.
-    pub fn usual_scale(self, redundancy: f64) -> f64 {
-        let share = redundancy / 4.0;
-        match self {
-            Self::Detector => redundancy * (1.0 - (-0.5 * SCALE_LIMIT / share).exp()),
-            Self::Nobody => redundancy,
-        }
-    }
-
-    /// What [`Normal::scale`] is at most.
-    pub fn largest_scale(self) -> f64 {
-        match self {
-            Self::Detector => 2.0 * SCALE_LIMIT,
-            Self::Nobody => 0.5 * (FREEDOM + 8.0),
+            Self::Detector => 12.0,
+            Self::Nobody => 5.0,
         }
     }
 }
@@ -167,40 +151,39 @@ pub(crate) struct Normal {
     pub chi2: f64,
     /// Sum of squared residuals in px², no weight.
     pub square_px: f64,
-    /// Sums of squared whitened residuals of the edges' places and directions, as the [`NoiseSource`] counts them: what tells
-    /// the noise apart from outliers.
+    /// Sums of squared whitened residuals of the edges' places and directions, each view's by its weight.
     pub scale: [f64; 2],
 }
 
 impl Normal {
     /// Of whitened residuals, first those of the edges' places, then of their directions.
-    fn of(residuals: &Vector8, jacobian: &SMatrix<f64, 8, 6>, scale_limit: f64) -> Self {
+    fn of(residuals: &Vector8, jacobian: &SMatrix<f64, 8, 6>) -> Self {
         let (shifts, turns) = (jacobian.fixed_rows::<4>(0), jacobian.fixed_rows::<4>(4));
         let of_turns = turns.transpose() * turns;
-        let pair = |first: usize| {
-            let square = residuals.fixed_rows::<2>(first).norm_squared();
-            square.min(scale_limit)
-        };
+        let square = |first: usize| residuals.fixed_rows::<4>(first).norm_squared();
         Self {
             information: shifts.transpose() * shifts + of_turns,
             of_turns,
             gradient: jacobian.transpose() * residuals,
             chi2: residuals.norm_squared(),
             square_px: 0.0,
-            scale: [pair(0) + pair(2), pair(4) + pair(6)],
+            scale: [square(0), square(4)],
         }
     }
 
     /// Where the noise differs from view to view: with a variance of inverse gamma distribution about the usual one the
     /// residuals of a view are distributed as Student's t (Lange, Little, Taylor 1989, eq. 2), and a view off by much counts
     /// little.
-    fn of_unknown_scale(self) -> Self {
-        let weight = (FREEDOM + 8.0) / (FREEDOM + self.chi2);
+    fn of_unknown_scale(self, source: NoiseSource) -> Self {
+        let freedom = source.freedom();
+        let weight = (freedom + 8.0) / (freedom + self.chi2);
+        // Weights are uncertain, too: Fisher's information on the place is smaller by this (ibid., eq. 10).
+        let certain = (freedom + 8.0) / (freedom + 10.0);
         Self {
-            information: self.information * weight,
-            of_turns: self.of_turns * weight,
+            information: self.information * (weight * certain),
+            of_turns: self.of_turns * (weight * certain),
             gradient: self.gradient * weight,
-            chi2: (FREEDOM + 8.0) * (1.0 + self.chi2 / FREEDOM).ln(),
+            chi2: (freedom + 8.0) * (1.0 + self.chi2 / freedom).ln(),
             square_px: self.square_px,
             scale: self.scale.map(|scale| scale * weight),
         }
@@ -209,13 +192,6 @@ impl Normal {
 
 /// Squared Mahalanobis length beyond which a corner loses weight: 98.9 % of the corners of a Gaussian lie within.
 pub(crate) const ROBUST_LIMIT: f64 = 9.0;
-
-/// Degrees of freedom of the noise's scale where nobody states it: blur, light and contrast change it by a factor of three.
-const FREEDOM: f64 = 5.0;
-
-/// Squared length at which a pair of whitened residuals is cut off in the estimate of the noise: 63 % of the pairs of a
-/// Gaussian lie within.
-const SCALE_LIMIT: f64 = 2.0;
 
 /// Weight and twice the cost of a corner at the squared Mahalanobis length `d2`: quadratic within the limit, logarithmic
 /// beyond (Gaussian core with Cauchy tails), so that one wrong corner pulls ever less.
@@ -277,11 +253,8 @@ impl Sight<'_> {
             square_px += residual.norm_squared();
         }
         let (residuals, jacobian) = (self.whitener * residuals, self.whitener * jacobian);
-        let normal = Normal::of(&residuals, &jacobian, self.view.noise_source.scale_limit());
-        let normal = match self.view.noise_source {
-            NoiseSource::Detector => normal,
-            NoiseSource::Nobody => normal.of_unknown_scale(),
-        };
+        let normal = Normal::of(&residuals, &jacobian);
+        let normal = normal.of_unknown_scale(self.view.noise_source);
         Some(Normal {
             chi2: normal.chi2 + relief,
             square_px,

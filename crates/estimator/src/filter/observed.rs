@@ -88,7 +88,8 @@ impl Kinematics {
             - with.columns(RATES) * offset
             - with.clocks.column(slot) * rates.transpose();
         let product = moving.columns(RATES) * clocks.own[(slot, slot)];
-        let mut covariance = symmetric(&(linear + product + self.between::<D>(offset)));
+        let apart = offset.hypot(clocks.own[(slot, slot)].max(0.0).sqrt());
+        let mut covariance = symmetric(&(linear + product + self.between::<D>(apart)));
         self.fill_free_places(&mut covariance);
         Observed {
             configuration: self.configuration().perturbed(&(rates * -offset)),

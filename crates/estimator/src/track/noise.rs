@@ -2,10 +2,8 @@
 //!
 //! A residual after the update is smaller than the noise by the share of it that the pose took up. Of the four shifts (or
 //! turns) of a view's edges the redundancy r = 4 - tr(L P⁺) is left (Förstner 1979, reliability of blocks). Outliers must not
-//! pass for noise. Where a detector states the noise of each corner, a pair of residuals is about r/4 times a chi-square of
-//! two degrees of freedom, and cut off at c its mean is 2a (1 - exp(-c / 2a)) with a = r/4. Where nobody does, views differ,
-//! and the weights of Student's t are those with which the variance is to be averaged (the EM step of Lange, Little, Taylor
-//! 1989, sec. 4).
+//! pass for noise: the weights of Student's t are those with which the variance is to be averaged (the EM step of Lange,
+//! Little, Taylor 1989, sec. 4).
 
 use super::update::Taken;
 use crate::FusionOptions;
@@ -101,9 +99,9 @@ impl Noise {
                 .resize(sight.camera_index + 1, CameraNoise::default());
         }
         let camera = &mut self.0[sight.camera_index];
-        let (memory, source) = (0.5 * options.noise_memory, sight.view.noise_source);
+        let memory = 0.5 * options.noise_memory;
         // Against what the residuals were whitened with.
-        let ratio = |kind: usize| taken.scale[kind] / source.usual_scale(taken.redundancy[kind]);
+        let ratio = |kind: usize| taken.scale[kind] / taken.redundancy[kind];
         let (shift, turn) = (ratio(0) * sight.noise.shift, ratio(1) * sight.noise.turn);
         camera.shift.learn(shift, taken.redundancy[0], memory);
         camera.turn.learn(turn, taken.redundancy[1], memory);

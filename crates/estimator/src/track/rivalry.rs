@@ -1,18 +1,19 @@
 //! Do the clocks that nobody vouches for agree? Two tracks of the same object are followed, one that takes the clocks at
 //! their word and a rival that estimates their offsets, until the evidence is for one of them.
 //!
-//! The evidence is the Bayesian one: estimating an offset that is zero explains the images no better and pays for its
-//! freedom, ignoring one that is not costs a jolt at every image.
+//! The evidence is what the rival has found out: offsets that might as well be zero, or not. (How well either explains the
+//! images says less: a track with wrong clocks refuses views, and one that knows nothing of its clocks pays for that.)
 
 use super::{Track, seconds};
 use crate::FusionOptions;
+use crate::filter::clocks::{Agreement, Clocks};
 use crate::site::{ObjectImage, Site, StatedClock};
 
 /// Logarithm of the odds for agreeing clocks before anything is seen: most of them do.
 const AGREEMENT: f64 = 3.0;
 
 /// Sigma in seconds of an offset that is known.
-const KNOWN_S: f64 = 0.002;
+const KNOWN_S: f64 = 0.001;
 
 impl Track {
     /// The track after the images of the instant `time_ns`, which is not before this one's.
@@ -27,7 +28,7 @@ impl Track {
         let rival = match &self.rival {
             Some(rival) => Some(rival.stepped(time_ns, images, site, options)),
             None if self.shares_shutter(time_ns, images) => {
-                next.timing.settled_ns = Some(time_ns);
+                next.timing.settle(time_ns, unvouched(images));
                 None
             }
             None => self
@@ -46,9 +47,8 @@ impl Track {
     /// Whether several cameras took their images in the very same nanosecond: free clocks never do, so that one clock
     /// triggers or stamps them all.
     fn shares_shutter(&self, time_ns: u64, images: &[&ObjectImage]) -> bool {
-        let unvouched = |image: &&ObjectImage| image.clock == StatedClock::Unknown;
         let others = self.time_ns == time_ns && self.took_part;
-        (images.len() > 1 || others) && images.iter().any(unvouched)
+        (images.len() > 1 || others) && unvouched(images).next().is_some()
     }
 
     /// This track, as it were with clocks to be estimated; `None` where there is no question, or it is settled.
@@ -58,32 +58,34 @@ impl Track {
         images: &[&ObjectImage],
         options: &FusionOptions,
     ) -> Option<Self> {
-        let unvouched = images
-            .iter()
-            .any(|image| image.clock == StatedClock::Unknown);
-        let again = |settled_ns| seconds(settled_ns, time_ns) >= options.clock_recheck_s;
-        if self.timing.open || !unvouched || !self.timing.settled_ns.is_none_or(again) {
+        let asked = |camera| !self.timing.is_settled(camera, time_ns, options);
+        if self.timing.open || !unvouched(images).any(asked) {
             return None;
         }
         let mut rival = self.clone();
         rival.timing.open = true;
-        rival.total = self.total - AGREEMENT;
         Some(rival)
     }
 
     /// The one of the two that explains the images, or both while that is open.
     fn rivalled(mut self, mut rival: Self, options: &FusionOptions) -> Self {
-        let lead = rival.total - self.total;
         let age_s = self
             .rival_since_ns
             .map_or(0.0, |since_ns| seconds(since_ns, self.time_ns));
-        if lead > options.trusted_odds {
+        let asked: Vec<usize> = self.asked(&rival).collect();
+        let agreement = rival.agreement(&asked, options);
+        let known = agreement.filter(|agreement| agreement.sigma_s < KNOWN_S);
+        let odds = known.map_or(0.0, |known| known.odds + AGREEMENT);
+        if odds < -options.trusted_odds {
             rival.rival_since_ns = None;
             return rival;
         }
-        let settled = lead < -options.trusted_odds && rival.knows_clocks();
-        if settled || age_s > options.clock_patience_s {
-            self.timing.settled_ns = Some(self.time_ns);
+        let patience_s = match known {
+            Some(_) => options.clock_patience_s,
+            None => options.clock_recheck_s,
+        };
+        if odds > options.trusted_odds || age_s > patience_s {
+            self.timing.settle(self.time_ns, asked.into_iter());
             self.rival_since_ns = None;
         } else {
             self.rival = Some(Box::new(rival));
@@ -91,17 +93,42 @@ impl Track {
         self
     }
 
-    /// Whether all offsets are known so well that they would show; before, the rival only pays for its freedom.
-    fn knows_clocks(&self) -> bool {
-        let clocks = self
-            .hypotheses
-            .first()
-            .and_then(|best| best.state.clocks.as_deref());
-        clocks.is_some_and(|clocks| clocks.offsets().all(|(_, clock)| clock.sigma_s < KNOWN_S))
+    /// The cameras whose clocks the rival alone estimates.
+    fn asked(&self, rival: &Self) -> impl Iterator<Item = usize> {
+        let cameras = |track: &Self| -> Vec<usize> {
+            let clocks = track
+                .hypotheses
+                .first()
+                .and_then(|best| best.state.clocks.as_deref());
+            clocks
+                .into_iter()
+                .flat_map(Clocks::offsets)
+                .map(|(camera, _)| camera)
+                .collect()
+        };
+        let vouched = cameras(self);
+        cameras(rival)
+            .into_iter()
+            .filter(move |camera| !vouched.contains(camera))
+    }
+
+    /// Whether the clocks of these cameras agree, by the likeliest attitude.
+    fn agreement(&self, asked: &[usize], options: &FusionOptions) -> Option<Agreement> {
+        let clocks = self.hypotheses.first()?.state.clocks.as_deref()?;
+        clocks.agreement(options.unknown_clock_s, asked)
     }
 
     /// What is to be published: the rival while it lives, for it knows what it does not know.
     pub(super) fn leading(&self) -> &Self {
         self.rival.as_deref().unwrap_or(self)
     }
+}
+
+/// The cameras among these images whose clocks nobody vouches for.
+fn unvouched<'a>(images: &'a [&ObjectImage]) -> impl Iterator<Item = usize> + 'a {
+    let unknown = |image: &&&ObjectImage| image.clock == StatedClock::Unknown;
+    images
+        .iter()
+        .filter(unknown)
+        .map(|image| image.camera_index)
 }

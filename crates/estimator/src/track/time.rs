@@ -4,6 +4,7 @@
 //! [`super::rivalry`] decides whether that holds; where it does not, the offsets of all clocks that nobody vouches for are
 //! estimated.
 
+use super::seconds;
 use crate::filter::kinematics::Kinematics;
 use crate::site::StatedClock;
 use crate::{ClockOffset, FusionOptions};
@@ -13,13 +14,29 @@ use crate::{ClockOffset, FusionOptions};
 pub(crate) struct Timing {
     /// Whether the clocks that nobody vouches for are estimated.
     pub open: bool,
-    /// When the question was last settled, in ns.
-    pub settled_ns: Option<u64>,
+    /// When it was last settled of which cameras' clocks that they agree, in ns.
+    settled: Vec<(usize, u64)>,
     /// By camera index: what an earlier track found out.
     learned: Vec<Option<ClockOffset>>,
 }
 
 impl Timing {
+    /// Notes that the clocks of these cameras agree.
+    pub fn settle(&mut self, time_ns: u64, cameras: impl Iterator<Item = usize>) {
+        for camera in cameras {
+            self.settled.retain(|(other, _)| *other != camera);
+            self.settled.push((camera, time_ns));
+        }
+    }
+
+    /// Whether that is known of a camera's clock.
+    pub fn is_settled(&self, camera_index: usize, time_ns: u64, options: &FusionOptions) -> bool {
+        let mut settled = self.settled.iter();
+        settled.any(|(camera, settled_ns)| {
+            *camera == camera_index && seconds(*settled_ns, time_ns) < options.clock_recheck_s
+        })
+    }
+
     /// What is to be estimated about a clock; `None` where it is taken at its word.
     pub fn clock(
         &self,

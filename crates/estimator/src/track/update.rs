@@ -10,7 +10,7 @@ use super::hypothesis::Hypothesis;
 use crate::FusionOptions;
 use crate::filter::absorb::absorb;
 use crate::filter::chain::Configuration;
-use crate::filter::corners::{NoiseSource, Normal, Sight};
+use crate::filter::corners::{Normal, Sight};
 use crate::filter::kinematics::Kinematics;
 use crate::filter::solve::{Fit, UNSEEN, solve};
 
@@ -20,6 +20,10 @@ const ALMOST_AS_BAD: f64 = 0.5;
 
 /// How much a further wrong view counts in an image whose views are all wrong.
 const WITH_OTHERS: f64 = 1.0 / 6.0;
+
+/// Squared residuals as which a refused view counts for the noise, of four degrees of freedom: more than usual, so that a
+/// noise underestimated at the start does not stay so.
+const REFUSED_SCALE: f64 = 6.3;
 
 /// What evidence is worth where the cost is no parabola: it rests on covariances that are rough guesses there.
 const CURVED_WORTH: f64 = 0.3;
@@ -40,11 +44,11 @@ pub(crate) struct Taken {
 }
 
 impl Taken {
-    fn refused(source: NoiseSource) -> Self {
+    fn refused() -> Self {
         Self {
             part: false,
             expected: false,
-            scale: [source.largest_scale(); 2],
+            scale: [REFUSED_SCALE; 2],
             redundancy: [4.0; 2],
             square_px: 0.0,
         }
@@ -91,10 +95,7 @@ pub(crate) fn refused(
         mirrored: f64::NEG_INFINITY,
         settled: 0.0,
         to_mirrored: None,
-        taken: sights
-            .iter()
-            .map(|sight| Taken::refused(sight.view.noise_source))
-            .collect(),
+        taken: vec![Taken::refused(); sights.len()],
     }
 }
 
@@ -237,10 +238,7 @@ fn complete<const D: usize>(
     };
     let pairs = normals.iter().zip(part).zip(sights);
     let taken = pairs
-        .map(|((normal, part), sight)| match normal {
-            Some(normal) => taken(normal, *part, &covariance(sight)),
-            None => Taken::refused(sight.view.noise_source),
-        })
+        .map(|((normal, part), sight)| taken(normal.as_ref(), *part, &covariance(sight)))
         .collect();
     let evidence = -0.5 * (fit.cost + absorbed.narrowing);
     Some(GroupUpdate {
@@ -250,7 +248,10 @@ fn complete<const D: usize>(
     })
 }
 
-fn taken(normal: &Normal, part: bool, covariance: &Matrix6<f64>) -> Taken {
+fn taken(normal: Option<&Normal>, part: bool, covariance: &Matrix6<f64>) -> Taken {
+    let Some(normal) = normal else {
+        return Taken::refused();
+    };
     let absorbed = |information: Matrix6<f64>| {
         let share = if part {
             (information * covariance).trace()
