@@ -95,6 +95,10 @@ pub struct DetectionConfig {
     pub max_hamming: u8,
     /// Least decision margin in grey levels, 0 to 100 (default 4).
     pub min_margin: f32,
+    /// Whether each image is searched in parts only: where tags were in the images before, and elsewhere in turn, so that
+    /// a new tag is found within ten images (default false: all of every image). Takes less time, the more of the image
+    /// shows no tag; a tag that jumps may be missing for up to ten images. Tags that are only expected are never published.
+    pub tracking: bool,
 }
 
 impl Default for DetectionConfig {
@@ -109,6 +113,7 @@ impl Default for DetectionConfig {
             families,
             max_hamming,
             min_margin,
+            tracking: false,
         }
     }
 }
@@ -120,6 +125,7 @@ impl DetectionConfig {
             families,
             max_hamming,
             min_margin,
+            ..
         } = self.clone();
         Options {
             families,

@@ -1,6 +1,7 @@
 //! The detecting part: borrows images, finds tags, solves their poses, publishes; and tells once a second how it fares.
 
 mod account;
+mod finder;
 mod models;
 mod observe;
 
@@ -8,13 +9,14 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use anyhow::Context;
-use sextant_apriltag::{Detector, Image};
+use sextant_apriltag::Image;
 use sextant_iceoryx_images::{ImageSubscriber, LentImage};
 use sextant_process::{Exit, Shutdown, WithExit, now_ns};
 use sextant_proto::{CameraStatus, Keys, NodeId, NodeKind, Observations};
 use sextant_zenoh_bus::{Bus, BusError, Latest, Publisher, Qos};
 
 use self::account::Account;
+use self::finder::Finder;
 use self::models::Models;
 use crate::config::CameraNodeConfig;
 use crate::preview;
@@ -74,7 +76,7 @@ fn alive_token(
 }
 
 struct DetectPart {
-    detector: Detector,
+    finder: Finder,
     models: Models,
     account: Account,
     observations: Publisher<Observations>,
@@ -87,7 +89,7 @@ impl DetectPart {
         let keys = Keys::of(config.site.clone());
         let camera = &config.camera;
         Ok(Self {
-            detector: Detector::new(config.detection.options())
+            finder: Finder::new(&config.detection)
                 .context("detection")
                 .exit_with(Exit::Input)?,
             models: Models::watch(bus, &keys, camera)?,
@@ -115,7 +117,7 @@ impl DetectPart {
                 return Ok(());
             }
         };
-        let detections = self.detector.detect(&image);
+        let detections = self.finder.detect(&image);
         let detecting_ns = now_ns().saturating_sub(received_ns);
         let mut message = observe::observations(&header, detections, &self.models);
         observe::stamp(&mut message, &header, received_ns);

@@ -9,10 +9,10 @@ use crate::ordered::in_order;
 use crate::output::{Format, print_line};
 use anyhow::bail;
 use clap::{ArgGroup, Args};
-use sextant_apriltag::{Detector, Options};
+use sextant_apriltag::{Detector, Options, Tracker};
 use sextant_process::{Exit, Failure, WithExit};
 use sextant_tag_families::Family;
-use sight::{Sight, look};
+use sight::{Sight, follow, look};
 use std::io::{self, BufRead, BufReader};
 use std::path::{Path, PathBuf};
 
@@ -25,6 +25,9 @@ pub use sight::{detected_tags, image_of};
   {\"file\",\"ms\",\"detections\":[{\"family\",\"id\",\"hamming\",\"margin\",\"corners\":[[x,y]x4]}]}
 Corners run from the top left clockwise, pixels, (0, 0) at the centre of the top-left one. `ms` is the time of the detection
 alone, without reading the file: of one run, or with --reps N the median of N runs after one that does not count.
+With --tracking a line also has \"tracking\":{\"areas\",\"share\",\"followed\",\"discovered\",\"awaited\"}: the parts of the picture
+that were searched, the share of its pixels in them, the tags decoded about where they were expected and elsewhere, and those not
+decoded but in one of the three pictures before, which are not among the detections.
 
 A picture that cannot be read is complained about on standard error; the others are still done, then the exit code is 3.
 
@@ -45,6 +48,10 @@ pub struct DetectArguments {
     /// Tag family to look for; may be repeated.
     #[arg(long = "family", value_name = "FAMILY", default_value = "tag36h11")]
     families: Vec<Family>,
+    /// The pictures are one camera's, one after the other: each is searched where tags were, and elsewhere in turn, so that
+    /// a new tag is found within ten pictures.
+    #[arg(long, conflicts_with_all = ["threads", "reps", "written"])]
+    tracking: bool,
     /// Instead of pictures, a recording (DIR/CAMERA/data.csv): writes OUT/CAMERA/detections.jsonl, which `replay` takes.
     #[arg(
         long,
@@ -107,16 +114,18 @@ fn detect_each(
         }
         Ok(())
     };
-    let work = |detector: &mut Option<Detector>, path: io::Result<PathBuf>| {
-        look(detector, &path?, arguments.reps)
-    };
-    in_order(
-        threads,
-        paths(&arguments.images),
-        || detector(options),
-        work,
-        take,
-    )?;
+    let paths = paths(&arguments.images);
+    if arguments.tracking {
+        let tracker = || Tracker::new(options.clone()).ok();
+        let work =
+            |tracker: &mut Option<Tracker>, path: io::Result<PathBuf>| follow(tracker, &path?);
+        in_order(1, paths, tracker, work, take)?;
+    } else {
+        let work = |detector: &mut Option<Detector>, path: io::Result<PathBuf>| {
+            look(detector, &path?, arguments.reps)
+        };
+        in_order(threads, paths, || detector(options), work, take)?;
+    }
     if failed > 0 {
         let cause = anyhow::anyhow!("{failed} of {total} pictures could not be used");
         bail!(Failure::new(Exit::Input, cause));

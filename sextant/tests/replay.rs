@@ -183,3 +183,30 @@ fn detect_says_one_line_an_image_in_the_order_given() {
     };
     assert_eq!(detections(&detect("3")), detections(&said));
 }
+
+#[test]
+fn detect_follows_tags_from_picture_to_picture() {
+    let recording = Recording::new(4);
+    let folder = recording.path(recording.camera(0)).join("data");
+    let pictures = recording::files_below(&folder);
+    let detect = |how: &[&str]| {
+        let mut command = sextant();
+        command.args(["detect", "--json"]).args(how);
+        rows(&stdout(&command.args(&pictures).output().unwrap()))
+    };
+    let ids = |row: &Value| -> Vec<u64> {
+        let tags = row["detections"].as_array().unwrap();
+        tags.iter().map(|tag| tag["id"].as_u64().unwrap()).collect()
+    };
+    let (each, followed) = (detect(&[]), detect(&["--tracking"]));
+    assert_eq!(each[0]["tracking"], Value::Null);
+    assert_eq!(followed[0]["tracking"]["share"], 1.0);
+    assert!(ids(&each[0]).len() > 1);
+    for (each, followed) in each.iter().zip(&followed).skip(1) {
+        assert_eq!(ids(each), ids(followed));
+        let report = &followed["tracking"];
+        assert!(report["share"].as_f64().unwrap() <= 1.0);
+        let found = report["followed"].as_u64().unwrap() + report["discovered"].as_u64().unwrap();
+        assert_eq!(found as usize, ids(followed).len());
+    }
+}

@@ -292,6 +292,7 @@ fn wrong_usage_has_its_own_code() {
             "detect", "--family", "tag36h11", "--family", "tag36h11", "a.png",
         ],
         &["detect", "--threads", "0", "a.png"],
+        &["detect", "--tracking", "--threads", "2", "a.png"],
         &["nonsense"],
     ] {
         let output = sextant().args(arguments).output().unwrap();

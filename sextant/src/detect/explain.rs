@@ -42,6 +42,7 @@ pub fn explain(path: &Path, out: &Path, options: &Options, reps: u32) -> anyhow:
         path: path.to_owned(),
         ms: explanation.times.total_ms(),
         detections: explanation.detections,
+        tracking: None,
     })
 }
 

@@ -3,7 +3,7 @@
 use super::sight::Sight;
 use crate::output::Format;
 use serde::Serialize;
-use sextant_apriltag::Detection;
+use sextant_apriltag::{Detection, TrackingReport};
 use sextant_tag_families::Family;
 use std::fmt::Write;
 
@@ -12,6 +12,37 @@ struct Line<'a> {
     file: &'a str,
     ms: f64,
     detections: Vec<TagLine>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    tracking: Option<TrackingLine>,
+}
+
+/// What of a picture was looked at.
+#[derive(Serialize)]
+struct TrackingLine {
+    areas: u32,
+    share: f32,
+    followed: u32,
+    discovered: u32,
+    awaited: u32,
+}
+
+impl From<TrackingReport> for TrackingLine {
+    fn from(report: TrackingReport) -> Self {
+        let TrackingReport {
+            areas,
+            share,
+            followed,
+            discovered,
+            awaited,
+        } = report;
+        Self {
+            areas,
+            share,
+            followed,
+            discovered,
+            awaited,
+        }
+    }
 }
 
 /// A tag as JSON has it.
@@ -49,6 +80,7 @@ fn json(sight: &Sight) -> String {
         file: &sight.path.to_string_lossy(),
         ms: (sight.ms * 1e4).round() / 1e4,
         detections: sight.detections.iter().map(TagLine::from).collect(),
+        tracking: sight.tracking.map(TrackingLine::from),
     };
     // Numbers and names: there is nothing that JSON could refuse.
     serde_json::to_string(&line).unwrap_or_default()
@@ -60,6 +92,16 @@ fn text(sight: &Sight) -> String {
         count => format!("{count} tags"),
     };
     let mut text = format!("{}: {tags}, {:.2} ms", sight.path.display(), sight.ms);
+    if let Some(report) = &sight.tracking {
+        let _ = write!(
+            text,
+            ", {:.0} % of the picture searched, {} followed, {} discovered, {} awaited",
+            report.share * 100.0,
+            report.followed,
+            report.discovered,
+            report.awaited
+        );
+    }
     for detection in &sight.detections {
         let [x, y] = detection.centre();
         // Writing to a String cannot fail.

@@ -1,7 +1,7 @@
 //! One picture and what the detector sees in it.
 
 use anyhow::Context;
-use sextant_apriltag::{Detection, Detector, Image};
+use sextant_apriltag::{Detection, Detector, Image, Tracker, TrackingReport};
 use sextant_recordings::{DetectedTag, GreyImage, read_any_png};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -14,6 +14,8 @@ pub struct Sight {
     pub ms: f64,
     /// The tags.
     pub detections: Vec<Detection>,
+    /// What of the picture was looked at, where it is one of a sequence.
+    pub tracking: Option<TrackingReport>,
 }
 
 /// Looks at the picture in a file, `reps` times.
@@ -41,6 +43,25 @@ pub fn look(detector: &mut Option<Detector>, path: &Path, reps: u32) -> anyhow::
         path: path.to_owned(),
         ms: times[times.len() / 2],
         detections,
+        tracking: None,
+    })
+}
+
+/// Looks at the picture in a file as the next of a sequence.
+///
+/// # Errors
+/// As [`look`].
+pub fn follow(tracker: &mut Option<Tracker>, path: &Path) -> anyhow::Result<Sight> {
+    let picture = read_any_png(path)?;
+    let image = image_of(&picture).with_context(|| path.display().to_string())?;
+    let tracker = tracker.as_mut().context("there is no tracker")?;
+    let start = Instant::now();
+    let detections = tracker.detect(&image).to_vec();
+    Ok(Sight {
+        path: path.to_owned(),
+        ms: start.elapsed().as_secs_f64() * 1e3,
+        detections,
+        tracking: Some(*tracker.tracking_report()),
     })
 }
 
