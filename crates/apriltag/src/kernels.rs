@@ -22,22 +22,13 @@ pub(crate) const WORD: usize = 64;
 /// Tiles in a word of the bit plane.
 pub(crate) const TILES_IN_WORD: usize = WORD / TILE;
 
-/// Floats in a block of a column: a few vectors of any instruction set.
-pub(crate) const FLOATS: usize = 32;
-
-pub(crate) type Column = [f32; FLOATS];
-
 /// Points that are sampled at a time.
 pub(crate) const POINTS: usize = 8;
 
 /// A coordinate, or the grey, of as many points.
 pub(crate) type Points = [f32; POINTS];
 
-/// Columns that are multiplied with as many others at a time, so that what is loaded serves several products.
-pub(crate) const PRODUCTS: usize = 3;
-
 type TileExtrema = fn(rows: [&[u8]; TILE], darkest: &mut [u8], brightest: &mut [u8]);
-type Products = fn(blocks: &[Column], n: usize, at: [usize; 2]) -> [[f32; PRODUCTS]; PRODUCTS];
 type Sample = fn(image: &Image<'_>, map: &Homography, places: &[[Points; 2]], greys: &mut [Points]);
 type ThresholdWords = fn(row: &[u8], levels: &[u8], words: &mut [u64]);
 
@@ -46,7 +37,6 @@ type ThresholdWords = fn(row: &[u8], levels: &[u8], words: &mut [u64]);
 pub(crate) struct Kernels {
     extrema: TileExtrema,
     threshold: ThresholdWords,
-    products: Products,
     sample: Sample,
     vectors: Vectors,
 }
@@ -64,7 +54,6 @@ impl Kernels {
     pub(crate) const SCALAR: Self = Self {
         extrema: scalar::tile_extrema,
         threshold: scalar::threshold_words,
-        products: scalar::products,
         sample: scalar::sample,
         vectors: Vectors::Usual,
     };
@@ -101,17 +90,6 @@ impl Kernels {
             #[cfg(target_arch = "x86_64")]
             Vectors::Avx2(detected) => detected.run(work),
         }
-    }
-
-    /// Of blocks of `n` columns each, the sums of products of each of three columns with each of three others, given the
-    /// first of either.
-    pub(crate) fn products(
-        &self,
-        blocks: &[Column],
-        n: usize,
-        at: [usize; 2],
-    ) -> [[f32; PRODUCTS]; PRODUCTS] {
-        (self.products)(blocks, n, at)
     }
 
     /// Grey by bilinear interpolation where places (u, v) are mapped to; NaN outside the image.
@@ -184,20 +162,6 @@ mod tests {
             levels in prop::collection::vec(prop_oneof![Just(0), any::<u8>()], 5 * TILES_IN_WORD),
         ) {
             prop_assert_eq!(threshold(Kernels::fastest(), &row, &levels), threshold(Kernels::SCALAR, &row, &levels));
-        }
-
-        #[test]
-        fn fast_sums_of_products_equal_the_scalar_ones_but_for_rounding(
-            n_blocks in 0_usize..4,
-            values in prop::collection::vec(-1.0_f32..1.0, 4 * 7 * FLOATS),
-            at in [0_usize..5, 0_usize..5],
-        ) {
-            let blocks = &values.as_chunks::<FLOATS>().0[..n_blocks * 7];
-            let fast = Kernels::fastest().products(blocks, 7, at);
-            let scalar = Kernels::SCALAR.products(blocks, 7, at);
-            for (a, b) in fast.as_flattened().iter().zip(scalar.as_flattened()) {
-                prop_assert!((a - b).abs() < 1e-4);
-            }
         }
 
         #[test]

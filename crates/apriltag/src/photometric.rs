@@ -10,6 +10,9 @@
 //! blur's covariance in the image (3), which takes in the lens and straight motion, and the gain. (Least squares on images:
 //! Baker & Matthews, Lucas-Kanade 20 years on, IJCV 2004.) The parameters' covariance is that of least squares, made
 //! larger where residuals beside each other agree, which noise would not.
+//!
+//! The corners are taken where residuals are no more than the image's noise; elsewhere only where they are much surer than
+//! those of the edges.
 
 #![allow(
     clippy::needless_range_loop,
@@ -17,6 +20,9 @@
 )]
 
 mod blurred_pattern;
+mod edge;
+mod factor;
+mod group_sums;
 mod lanes;
 mod normal_equations;
 mod pixels;
@@ -28,9 +34,11 @@ use crate::kernels::Kernels;
 use crate::quad::Quad;
 use crate::reading::Reading;
 use blurred_pattern::{BlurredPattern, Optics};
-use lanes::{LANES, lane};
-use normal_equations::{Equations, Factor, ROUNDING, Rows};
-use pixels::{Block, Pixels, weights};
+use factor::Factor;
+use group_sums::Rows;
+use lanes::LANES;
+use normal_equations::{Equations, ROUNDING};
+use pixels::{Block, GROUP, Pixels, weights};
 use state::{Inverse, State};
 
 /// Blur for which the pixels are chosen anew, in pixels.
@@ -38,6 +46,12 @@ const STRONG_BLUR_PX: f32 = 1.0;
 
 /// Most steps with all pixels.
 const MAX_STEPS: usize = 6;
+
+/// Most steps with a few pixels of each group.
+const MAX_FIRST_STEPS: usize = 3;
+
+/// After a step with a few pixels that moves no corner farther, one with all of them is likely to settle it.
+const NEAR_PX: f32 = 0.15;
 
 /// After a step that moves no corner farther, the next would not move them by a thousandth of a pixel: each halves the
 /// digits that are wrong.
@@ -51,6 +65,10 @@ const EXPLAINED: f32 = 2.0;
 /// Where the model does not explain the picture, the share of the edges' variance below which the pattern's must be, so
 /// that its corners are taken: the edges need no more than that the border is straight.
 const SURER: f32 = 0.15;
+
+/// Pictures with less blur are no camera's: what they do between pixels is not what the model says, and is only believed
+/// where it explains them.
+const LEAST_BLUR_PX: f32 = 0.1;
 
 /// Residuals that lenses, sharpening and compression leave where nothing is wrong, as a share of the contrast: pixels
 /// that stray no further than these are not held to be hidden or lit by something else.
@@ -92,22 +110,19 @@ impl PatternFitter {
     ) -> Option<PatternFit> {
         let pattern = BlurredPattern::new(reading.family, reading.found.id);
         let mut state = State::start(&edges.quad, reading)?;
-        self.pixels.choose(image, &pattern, &state);
-        self.step(
-            &pattern,
-            &mut state,
-            self.pixels.first_stride(),
-            START_SCALE,
-        )?;
+        self.choose(image, &pattern, &state);
+        self.approach(&pattern, &mut state)?;
         if state.blur_px() > STRONG_BLUR_PX {
-            self.pixels.choose(image, &pattern, &state);
+            self.choose(image, &pattern, &state);
         }
         let factor = self.settle(&pattern, &mut state)?;
-        let covariance =
-            state.corner_covariances(&self.equations.covariance(&factor, &self.kernels));
+        let variance = self.equations.variance(&factor, &self.kernels);
+        let covariance = state
+            .corner_covariances(&factor)
+            .map(|corner| corner.map(|value| value * variance));
         let share = mean_variance(&covariance) / mean_variance(&edges.covariance);
         let explained = self.equations.residual_scale() < EXPLAINED * noise_sigma.max(ROUNDING);
-        let trusted = explained || share < SURER;
+        let trusted = explained || share < SURER && state.blur_px() > LEAST_BLUR_PX;
         let plausible = trusted && state.is_plausible(&edges.quad);
         plausible.then(|| PatternFit {
             corners: state.corners(),
@@ -115,12 +130,32 @@ impl PatternFitter {
         })
     }
 
+    fn choose(&mut self, image: &Image<'_>, pattern: &BlurredPattern, state: &State) {
+        let pixels = &mut self.pixels;
+        self.kernels.run(
+            #[inline(always)]
+            || pixels.choose(image, pattern, state),
+        );
+    }
+
+    /// Steps with a few pixels of each group until the corners are about where they belong.
+    fn approach(&mut self, pattern: &BlurredPattern, state: &mut State) -> Option<()> {
+        let n_rows = self.pixels.first_rows();
+        for _ in 0..MAX_FIRST_STEPS {
+            let (_, motion) = self.step(pattern, state, n_rows, START_SCALE)?;
+            if motion < NEAR_PX {
+                break;
+            }
+        }
+        Some(())
+    }
+
     /// Steps with all pixels until the corners rest; what strays much from what is usual then counts less.
     fn settle(&mut self, pattern: &BlurredPattern, state: &mut State) -> Option<Factor> {
         let mut settled = None;
         for _ in 0..MAX_STEPS {
             let scale = (self.equations.residual_scale() / state.contrast()).max(MODEL_SCALE);
-            let (factor, motion) = self.step(pattern, state, 1, scale)?;
+            let (factor, motion) = self.step(pattern, state, self.pixels.all_rows(), scale)?;
             settled = Some(factor);
             if motion < SETTLED_PX {
                 break;
@@ -129,51 +164,62 @@ impl PatternFitter {
         settled
     }
 
-    /// One Gauss-Newton step with every so many blocks of pixels, those straying by more than a share of the contrast counting less;
-    /// the residuals are left as they should be after the step. Returns how far it moved a corner, in pixels.
+    /// One Gauss-Newton step with the first `n_rows` pixels of each group, those straying by more than a share of the
+    /// contrast counting less; the residuals are left as they should be after the step. Returns how far it moved a corner,
+    /// in pixels.
     fn step(
         &mut self,
         pattern: &BlurredPattern,
         state: &mut State,
-        stride: usize,
+        n_rows: usize,
         scale: f32,
     ) -> Option<(Factor, f32)> {
-        self.linearise(pattern, state, stride, scale * state.contrast())?;
-        let factor = self.equations.factorise()?;
-        let step = factor.solve(&self.equations.right());
+        self.linearise(pattern, state, n_rows, scale * state.contrast())?;
+        let equations = &self.equations;
+        let (factor, step) = self.kernels.run(
+            #[inline(always)]
+            || {
+                let factor = equations.factorise()?;
+                let step = factor.solve(&equations.right());
+                Some((factor, step))
+            },
+        )?;
         state.step(&step)?;
         self.equations.take_step(&step, &self.kernels);
         Some((factor, state.corner_motion(&step)))
     }
 
-    /// Derivatives and residuals of every so many blocks of pixels; those that stray by more than `scale` allows count less.
+    /// The equations of the first `n_rows` pixels of each group; those that stray by more than `scale` allows count less.
     fn linearise(
         &mut self,
         pattern: &BlurredPattern,
         state: &State,
-        stride: usize,
+        n_rows: usize,
         scale: f32,
     ) -> Option<()> {
-        let model = Model {
-            pattern,
-            state,
-            reach: self.pixels.reach,
-            inverse: state.inverse()?,
-            optics: Optics::of(state, pattern),
-        };
-        let (blocks, equations) = (self.pixels.blocks().step_by(stride), &mut self.equations);
+        let inverse = state.inverse()?;
+        let (pixels, equations) = (&self.pixels, &mut self.equations);
         equations.clear();
         self.kernels.run(
             #[inline(always)]
             || {
-                for (block, n) in blocks {
-                    if let Some(rows) = equations.next() {
-                        model.linearise(block, n, scale, rows);
-                    }
+                let model = Model {
+                    pattern,
+                    state,
+                    reach: pixels.reach,
+                    optics: Optics::of(state, &inverse, pattern),
+                    inverse,
+                };
+                for block in pixels.blocks() {
+                    equations.add(
+                        n_rows,
+                        #[inline(always)]
+                        |rows| model.linearise(block, n_rows, scale, rows),
+                    );
                 }
+                equations.finish();
             },
         );
-        self.equations.multiply(&self.kernels);
         self.equations.add_priors(state);
         self.equations.is_determined().then_some(())
     }
@@ -190,26 +236,37 @@ struct Model<'a> {
 }
 
 impl Model<'_> {
-    /// The rows of the block's first `n` pixels.
+    /// The block's first `n` rows.
     #[inline(always)]
-    fn linearise(&self, block: &Block, n: usize, scale: f32, rows: Rows<'_>) {
-        let places = self.inverse.places(&block.x, &block.y);
-        let coverage = self.pattern.at(&places, &self.optics);
-        let greys = self.state.greys(&places, &coverage);
-        let weights = weights(&block.grey, &greys, scale);
-        for i in 0..LANES {
-            let within = places.u[i].abs().max(places.v[i].abs()) <= self.reach;
-            rows.roots[i] = if within { weights[i].sqrt() } else { 0.0 };
+    fn linearise(&self, block: &Block, n: usize, scale: f32, rows: &mut Rows) {
+        for row in 0..n.min(GROUP) {
+            let places = self.inverse.places(&block.x[row], &block.y[row]);
+            let coverage = self.pattern.at(&places, &self.optics);
+            let greys = self.state.greys(&places, &coverage);
+            let weights = weights(&block.grey[row], &greys, scale);
+            let (mut roots, mut residuals) = ([0.0; LANES], [0.0; LANES]);
+            for i in 0..LANES {
+                let within = places.u[i].abs().max(places.v[i].abs()) <= self.reach;
+                let weight = if within {
+                    weights[i] * block.present[row][i]
+                } else {
+                    0.0
+                };
+                rows.weights[i] += weight;
+                rows.places[0][i] += weight * places.u[i];
+                rows.places[1][i] += weight * places.v[i];
+                roots[i] = weight.sqrt();
+                rows.roots[i] += roots[i];
+                residuals[i] = block.grey[row][i] - greys[i];
+            }
+            self.state.linearise(
+                &places,
+                &coverage,
+                &residuals,
+                &roots,
+                &mut rows.columns[row],
+            );
         }
-        for lane in (n..LANES).map(lane) {
-            rows.roots[lane] = 0.0;
-        }
-        for i in 0..LANES {
-            rows.residuals[i] = rows.roots[i] * (block.grey[i] - greys[i]);
-        }
-        let pixels = (&block.x, &block.y);
-        self.state
-            .derivatives(&places, &coverage, pixels, rows.roots, rows.columns);
     }
 }
 

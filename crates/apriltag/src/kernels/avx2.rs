@@ -1,8 +1,6 @@
 //! The kernels with 256-bit integer vectors.
 
-use super::{
-    Column, FLOATS, Kernels, PRODUCTS, Points, TILE, TILES_IN_WORD, Vectors, WORD, scalar,
-};
+use super::{Kernels, Points, TILE, TILES_IN_WORD, Vectors, WORD, scalar};
 use crate::Image;
 use crate::homography::Homography;
 use std::arch::x86_64::*;
@@ -16,7 +14,6 @@ pub(super) fn kernels() -> Option<Kernels> {
         .then_some(Kernels {
             extrema: tile_extrema,
             threshold: threshold_words,
-            products,
             sample,
             vectors: Vectors::Avx2(Detected(())),
         })
@@ -46,11 +43,6 @@ fn tile_extrema(rows: [&[u8]; TILE], darkest: &mut [u8], brightest: &mut [u8]) {
 fn threshold_words(row: &[u8], levels: &[u8], words: &mut [u64]) {
     // SAFETY: `kernels` gives this function out only where AVX2 was detected.
     unsafe { threshold_words_avx2(row, levels, words) }
-}
-
-fn products(blocks: &[Column], n: usize, at: [usize; 2]) -> [[f32; PRODUCTS]; PRODUCTS] {
-    // SAFETY: `kernels` gives this function out only where AVX2 and FMA were detected.
-    unsafe { products_fma(blocks, n, at) }
 }
 
 fn sample(image: &Image<'_>, map: &Homography, places: &[[Points; 2]], greys: &mut [Points]) {
@@ -132,35 +124,6 @@ fn pairs(bytes: &[u8], at: __m256i) -> [__m256; 2] {
 fn store_floats(values: __m256, to: &mut [f32; 8]) {
     // SAFETY: the array holds the eight values that are written; no alignment is asked for.
     unsafe { _mm256_storeu_ps(to.as_mut_ptr(), values) }
-}
-
-#[target_feature(enable = "avx2,fma")]
-fn products_fma(blocks: &[Column], n: usize, [i, j]: [usize; 2]) -> [[f32; PRODUCTS]; PRODUCTS] {
-    const LANES: usize = 8;
-    let mut sums = [[_mm256_setzero_ps(); PRODUCTS]; PRODUCTS];
-    for block in blocks.chunks_exact(n) {
-        let (a, b) = (&block[i..i + PRODUCTS], &block[j..j + PRODUCTS]);
-        for first in (0..FLOATS).step_by(LANES) {
-            let b = [0, 1, 2].map(|k: usize| load_floats(&b[k][first..]));
-            for (a, sums) in a.iter().zip(&mut sums) {
-                let a = load_floats(&a[first..]);
-                for (sum, b) in sums.iter_mut().zip(b) {
-                    *sum = _mm256_fmadd_ps(a, b, *sum);
-                }
-            }
-        }
-    }
-    sums.map(|sums| sums.map(|sum| sum_of_floats(sum)))
-}
-
-#[target_feature(enable = "avx2")]
-fn sum_of_floats(values: __m256) -> f32 {
-    let sum = _mm_add_ps(
-        _mm256_castps256_ps128(values),
-        _mm256_extractf128_ps::<1>(values),
-    );
-    let sum = _mm_add_ps(sum, _mm_movehl_ps(sum, sum));
-    _mm_cvtss_f32(_mm_add_ss(sum, _mm_movehdup_ps(sum)))
 }
 
 #[target_feature(enable = "avx2")]

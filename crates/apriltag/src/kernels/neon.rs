@@ -1,6 +1,6 @@
 //! The kernels with 128-bit vectors of 64-bit ARM, which every such processor has.
 
-use super::{Column, FLOATS, Kernels, PRODUCTS, TILE, TILES_IN_WORD, Vectors, WORD, scalar};
+use super::{Kernels, TILE, TILES_IN_WORD, Vectors, WORD, scalar};
 use std::arch::aarch64::*;
 
 /// Pixels in a vector.
@@ -9,7 +9,6 @@ const LANES: usize = 16;
 pub(super) const KERNELS: Kernels = Kernels {
     extrema: tile_extrema,
     threshold: threshold_words,
-    products,
     // Its arithmetic vectorises as it is; there is no instruction for the rest.
     sample: scalar::sample,
     vectors: Vectors::Usual,
@@ -23,11 +22,6 @@ fn tile_extrema(rows: [&[u8]; TILE], darkest: &mut [u8], brightest: &mut [u8]) {
 fn threshold_words(row: &[u8], levels: &[u8], words: &mut [u64]) {
     // SAFETY: this module is compiled only where every processor has NEON.
     unsafe { threshold_words_neon(row, levels, words) }
-}
-
-fn products(blocks: &[Column], n: usize, at: [usize; 2]) -> [[f32; PRODUCTS]; PRODUCTS] {
-    // SAFETY: this module is compiled only where every processor has NEON.
-    unsafe { products_neon(blocks, n, at) }
 }
 
 #[target_feature(enable = "neon")]
@@ -87,32 +81,6 @@ fn threshold_words_neon(row: &[u8], levels: &[u8], words: &mut [u64]) {
         let halves = by_fours(below, |a, b| vpaddq_u8(a, b));
         *word = vgetq_lane_u64::<0>(vreinterpretq_u64_u8(vpaddq_u8(halves, halves)));
     }
-}
-
-#[target_feature(enable = "neon")]
-fn products_neon(blocks: &[Column], n: usize, [i, j]: [usize; 2]) -> [[f32; PRODUCTS]; PRODUCTS] {
-    const LANES: usize = 4;
-    let mut sums = [[vdupq_n_f32(0.0); PRODUCTS]; PRODUCTS];
-    for block in blocks.chunks_exact(n) {
-        let (a, b) = (&block[i..i + PRODUCTS], &block[j..j + PRODUCTS]);
-        for first in (0..FLOATS).step_by(LANES) {
-            let b = [0, 1, 2].map(|k: usize| load_floats(&b[k][first..]));
-            for (a, sums) in a.iter().zip(&mut sums) {
-                let a = load_floats(&a[first..]);
-                for (sum, b) in sums.iter_mut().zip(b) {
-                    *sum = vfmaq_f32(*sum, a, b);
-                }
-            }
-        }
-    }
-    sums.map(|sums| sums.map(|sum| vaddvq_f32(sum)))
-}
-
-#[target_feature(enable = "neon")]
-fn load_floats(values: &[f32]) -> float32x4_t {
-    let values = &values[..4];
-    // SAFETY: the slice holds the four values that are read; no alignment is asked for.
-    unsafe { vld1q_f32(values.as_ptr()) }
 }
 
 #[target_feature(enable = "neon")]

@@ -1,6 +1,6 @@
 //! The kernels in plain Rust: the reference for the others, written so that compilers can vectorise them.
 
-use super::{Column, FLOATS, PRODUCTS, Points, TILE, TILES_IN_WORD, WORD};
+use super::{Points, TILE, TILES_IN_WORD, WORD};
 use crate::Image;
 use crate::homography::Homography;
 
@@ -66,24 +66,6 @@ fn threshold_block(pixels: &[u8], levels: &[u8], words: &mut [u64]) {
         let (left, right) = bits.split_at(TILES_IN_WORD / 2);
         *word = u64::from(half(right)) << 32 | u64::from(half(left));
     }
-}
-
-/// A partial sum for each place in a block, so that compilers can keep them in vectors.
-pub(super) fn products(
-    blocks: &[Column],
-    n: usize,
-    [i, j]: [usize; 2],
-) -> [[f32; PRODUCTS]; PRODUCTS] {
-    let product = |i: usize, j: usize| {
-        let mut sums = [0.0; FLOATS];
-        for block in blocks.chunks_exact(n) {
-            for (sum, (a, b)) in sums.iter_mut().zip(block[i].iter().zip(&block[j])) {
-                *sum += a * b;
-            }
-        }
-        sums.iter().sum()
-    };
-    std::array::from_fn(|a| std::array::from_fn(|b| product(i + a, j + b)))
 }
 
 pub(super) fn sample(

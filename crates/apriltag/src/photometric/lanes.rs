@@ -1,26 +1,15 @@
 //! Arithmetic on many pixels at once: loops that compilers turn into vector instructions.
 
-use crate::kernels::FLOATS;
+/// Groups of pixels that are worked on together, a pixel of each at a time: a few vectors of any instruction set.
+pub(super) const LANES: usize = 16;
 
-/// Pixels that are worked on together: a few vectors of any instruction set.
-pub(super) const LANES: usize = FLOATS;
+/// Lanes that fit in one vector of the widest kind.
+pub(super) const VECTOR: usize = 8;
 
-/// A value for each of them.
+/// A value for each lane.
 pub(super) type Lanes = [f32; LANES];
 
-/// Pixels beside each other whose residuals are looked at together.
-pub(super) const GROUP: usize = 16;
-
-/// Such groups in a block.
-pub(super) const GROUPS: usize = LANES / GROUP;
-
-/// Where the next pixel goes, given how many came before: those of a group lie a whole number of groups apart, so that
-/// sums over groups are sums of vectors.
-pub(super) fn lane(n: usize) -> usize {
-    n % GROUP * GROUPS + n / GROUP % GROUPS
-}
-
-/// Several results for each pixel.
+/// Several results for each lane.
 #[inline(always)]
 pub(super) fn map<const N: usize>(result: impl Fn(usize) -> [f32; N]) -> [Lanes; N] {
     let mut results = [[0.0; LANES]; N];
@@ -40,6 +29,28 @@ pub(super) fn map_into<const N: usize>(
             results[k][i] = values[k];
         }
     }
+}
+
+/// Adds the products of two columns, lane by lane.
+#[inline(always)]
+pub(super) fn add_products(sums: &mut Lanes, a: &Lanes, b: &Lanes) {
+    for i in 0..LANES {
+        sums[i] += a[i] * b[i];
+    }
+}
+
+/// Of all lanes.
+#[inline(always)]
+pub(super) fn sum(values: &Lanes) -> f32 {
+    let mut values = *values;
+    let mut half = LANES / 2;
+    while half > 0 {
+        for i in 0..half {
+            values[i] += values[i + half];
+        }
+        half /= 2;
+    }
+    values[0]
 }
 
 /// The whole number nearest to a value from 0 to 2^22, without a branch: adding 1.5 * 2^23 leaves it in the lowest bits.

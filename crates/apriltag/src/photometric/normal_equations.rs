@@ -1,45 +1,33 @@
 //! Weighted least squares by its normal equations.
 
-use super::lanes::{GROUP, GROUPS, LANES, Lanes};
-use super::pixels::MAX_PIXELS;
+use super::factor::Factor;
+use super::group_sums::{BASICS, MADE_OF, Rows, Sums, moments};
+use super::lanes::{LANES, sum};
+use super::pixels::MAX_BLOCKS;
 use super::state::{State, USUAL_BLUR_PX, USUAL_GAIN};
-use crate::kernels::{Kernels, PRODUCTS};
+use crate::kernels::Kernels;
 
 /// Homography 8, black 3, white 3, blur 3, gain 1.
 pub(super) const PARAMETERS: usize = 18;
 
-pub(super) type Matrix = [Vector; PARAMETERS];
-type Vector = [f32; PARAMETERS];
+/// Parameters with a prior: the last four.
+const PRIORS: usize = 4;
 
 /// Standard deviation of what rounding to whole grey levels adds.
 pub(super) const ROUNDING: f32 = 0.29;
 
-/// Parameters with a prior: the last four.
-const PRIORS: usize = 4;
+pub(super) type Matrix = [Vector; PARAMETERS];
+pub(super) type Vector = [f32; PARAMETERS];
 
-const BLOCKS: usize = MAX_PIXELS / LANES;
-
-/// A column of derivatives for each parameter.
-type Columns = [Lanes; PARAMETERS];
-
-/// Pixels' derivatives and residuals, times the roots of their weights, and these.
-pub(super) struct Rows<'a> {
-    pub(super) columns: &'a mut Columns,
-    pub(super) residuals: &'a mut Lanes,
-    pub(super) roots: &'a mut Lanes,
-}
-
-/// Rows for all pixels, and what they add up to.
+/// Sums for all groups, and what they add up to.
 #[derive(Debug)]
 pub(super) struct Equations {
-    columns: Vec<Columns>,
-    residuals: Vec<Lanes>,
-    roots: Vec<Lanes>,
-    /// Blocks of rows that are in use.
+    rows: Rows,
+    blocks: Vec<Sums>,
+    /// Blocks in use.
     n: usize,
-    /// What groups of pixels beside each other pull at the parameters, in place of pixels' derivatives.
-    pulls: Vec<Columns>,
     weights: f32,
+    roots: f32,
     squares: f32,
     /// J^T W J, its lower half, and J^T W r.
     matrix: Matrix,
@@ -50,14 +38,12 @@ pub(super) struct Equations {
 
 impl Default for Equations {
     fn default() -> Self {
-        const NONE: Columns = [[0.0; LANES]; PARAMETERS];
         Self {
-            columns: vec![NONE; BLOCKS],
-            residuals: vec![[0.0; LANES]; BLOCKS],
-            roots: vec![[0.0; LANES]; BLOCKS],
+            rows: Rows::NONE,
+            blocks: vec![Sums::NOTHING; MAX_BLOCKS],
             n: 0,
-            pulls: vec![NONE; BLOCKS.div_ceil(GROUP)],
             weights: 0.0,
+            roots: 0.0,
             squares: 0.0,
             matrix: [[0.0; PARAMETERS]; PARAMETERS],
             right: [0.0; PARAMETERS],
@@ -71,49 +57,36 @@ impl Equations {
         self.n = 0;
     }
 
-    /// Room for the rows of a further block, as long as there is any.
+    /// Adds a block of groups whose first `n_rows` rows `fill` writes.
     #[inline(always)]
-    pub(super) fn next(&mut self) -> Option<Rows<'_>> {
-        let block = self.n;
-        let rows = Rows {
-            columns: self.columns.get_mut(block)?,
-            residuals: self.residuals.get_mut(block)?,
-            roots: self.roots.get_mut(block)?,
+    pub(super) fn add(&mut self, n_rows: usize, fill: impl FnOnce(&mut Rows)) {
+        self.rows.weights = [0.0; LANES];
+        self.rows.places = [[0.0; LANES]; 2];
+        self.rows.roots = [0.0; LANES];
+        fill(&mut self.rows);
+        if let Some(sums) = self.blocks.get_mut(self.n) {
+            sums.gather(&self.rows, n_rows);
+            self.n += 1;
+        }
+    }
+
+    /// Adds the blocks up.
+    #[inline(always)]
+    pub(super) fn finish(&mut self) {
+        let blocks = &self.blocks[..self.n];
+        let total = |lanes: fn(&Sums) -> &[f32; LANES]| -> f32 {
+            blocks.iter().map(|block| sum(lanes(block))).sum()
         };
-        self.n += 1;
-        Some(rows)
-    }
-
-    /// Sums the rows' products up.
-    pub(super) fn multiply(&mut self, kernels: &Kernels) {
-        let (columns, residuals) = (&self.columns[..self.n], &self.residuals[..self.n]);
-        self.weights = sum_of_squares(&self.roots[..self.n]);
-        self.squares = sum_of_squares(residuals);
-        self.right = kernels.run(
-            #[inline(always)]
-            || right(columns, residuals),
-        );
-        self.matrix = lower_half(columns, kernels);
-    }
-
-    /// Makes the residuals what they should be after a step.
-    pub(super) fn take_step(&mut self, step: &Vector, kernels: &Kernels) {
-        let (columns, residuals) = (&self.columns[..self.n], &mut self.residuals[..self.n]);
-        kernels.run(
-            #[inline(always)]
-            || {
-                for (residuals, columns) in residuals.iter_mut().zip(columns) {
-                    let mut rest = *residuals;
-                    for (column, change) in columns.iter().zip(step) {
-                        for lane in 0..LANES {
-                            rest[lane] -= change * column[lane];
-                        }
-                    }
-                    *residuals = rest;
-                }
-            },
-        );
-        self.squares = sum_of_squares(residuals);
+        self.weights = total(|block| &block.weights);
+        self.roots = total(|block| &block.roots);
+        self.squares = total(|block| &block.products[BASICS][BASICS]);
+        let moments = moments(blocks);
+        for (i, (a, factor_a)) in MADE_OF.into_iter().enumerate() {
+            self.right[i] = moments[BASICS][a][factor_a as usize];
+            for (j, (b, factor_b)) in MADE_OF.into_iter().enumerate().take(i + 1) {
+                self.matrix[i][j] = moments[a.max(b)][a.min(b)][factor_a.times(factor_b) as usize];
+            }
+        }
     }
 
     pub(super) fn is_determined(&self) -> bool {
@@ -141,6 +114,7 @@ impl Equations {
     }
 
     /// J^T W r.
+    #[inline(always)]
     pub(super) fn right(&self) -> Vector {
         let mut right = self.right;
         for (value, (strength, away)) in right[PARAMETERS - PRIORS..].iter_mut().zip(self.priors) {
@@ -150,6 +124,7 @@ impl Equations {
     }
 
     /// J^T W J, factorised.
+    #[inline(always)]
     pub(super) fn factorise(&self) -> Option<Factor> {
         let mut matrix = self.matrix;
         for (i, (strength, _)) in (PARAMETERS - PRIORS..).zip(self.priors) {
@@ -158,209 +133,48 @@ impl Equations {
         Factor::of(&matrix)
     }
 
-    /// Covariance of the parameters: residual variance times the inverse matrix, times how much more than noise the
-    /// residuals pull together.
-    pub(super) fn covariance(&mut self, factor: &Factor, kernels: &Kernels) -> Matrix {
-        let mut inverse = factor.inverse();
-        let variance = self.residual_scale().powi(2) * self.togetherness(&inverse, kernels);
-        for value in inverse.as_flattened_mut() {
-            *value *= variance;
-        }
-        inverse
-    }
-
-    /// How much larger the scatter of the groups' pulls g = J^T W r is than with independent residuals, for which
-    /// sum(g^T A^-1 g) / (variance * parameters) is 1 on average, or a little less as the fit has made the pulls cancel:
-    /// the trace of the cluster-robust covariance (Liang & Zeger, Biometrika 73, 1986) against that of the usual one.
-    fn togetherness(&mut self, inverse: &Matrix, kernels: &Kernels) -> f32 {
-        let (columns, residuals) = (&self.columns[..self.n], &self.residuals[..self.n]);
-        let pulls = &mut self.pulls[..self.n.div_ceil(GROUP)];
+    /// Makes the residuals' sums what they should be after a step.
+    pub(super) fn take_step(&mut self, step: &Vector, kernels: &Kernels) {
+        let blocks = &mut self.blocks[..self.n];
         kernels.run(
             #[inline(always)]
-            || gather(columns, residuals, pulls),
+            || blocks.iter_mut().for_each(|block| block.take_step(step)),
         );
-        let scatter = lower_half(pulls, kernels);
-        let n_groups = pulls
-            .iter()
-            .map(|pulls| pulls[0].iter().filter(|&&pull| pull != 0.0).count())
-            .sum::<usize>() as f32;
-        let parameters = PARAMETERS as f32;
-        let expected = parameters * (1.0 - parameters / f32::max(n_groups, 2.0 * parameters));
-        let sum = trace_of_product(inverse, &scatter);
-        (sum / (expected * self.residual_scale().powi(2))).max(1.0)
+        let squares = |block: &Sums| sum(&block.products[BASICS][BASICS]);
+        self.squares = blocks.iter().map(squares).sum();
     }
-}
 
-/// Sums of residual times derivative over each group of pixels.
-#[inline(always)]
-fn gather(columns: &[Columns], residuals: &[Lanes], pulls: &mut [Columns]) {
-    pulls.as_flattened_mut().fill([0.0; LANES]);
-    for (block, (columns, residuals)) in columns.iter().zip(residuals).enumerate() {
-        let (pulls, first) = (&mut pulls[block / GROUP], block % GROUP * GROUPS);
-        for (pull, column) in pulls.iter_mut().zip(columns) {
-            let mut products = [0.0; LANES];
-            for lane in 0..LANES {
-                products[lane] = residuals[lane] * column[lane];
-            }
-            pull[first..first + GROUPS].copy_from_slice(&sums_of_groups(products));
-        }
+    /// By this the inverse matrix becomes the parameters' covariance: the residuals' variance, times how much more than
+    /// noise they pull together, times the square of how much less the pulls change with the parameters than J^T W J says,
+    /// as weights change too (Huber, Robust Statistics, 1981, 6.6).
+    pub(super) fn variance(&self, factor: &Factor, kernels: &Kernels) -> f32 {
+        // The biweight w = (1 - x)^2 has d(w r) / dr = (1 - x) (1 - 5 x) = 5 w - 4 sqrt(w).
+        let slopes = 5.0 * self.weights - 4.0 * self.roots;
+        let flattening = self.weights / slopes.max(0.3 * self.weights);
+        let excess = self.togetherness(factor, kernels) * flattening.powi(2);
+        self.residual_scale().powi(2) * excess.max(1.0)
     }
-}
 
-/// A group's lanes lie a whole number of groups apart.
-#[inline(always)]
-fn sums_of_groups(mut values: Lanes) -> [f32; GROUPS] {
-    let mut half = LANES / 2;
-    while half >= GROUPS {
-        for lane in 0..half {
-            values[lane] += values[lane + half];
-        }
-        half /= 2;
-    }
-    std::array::from_fn(|group| values[group])
-}
-
-fn sum_of_squares(blocks: &[Lanes]) -> f32 {
-    let mut sums = [0.0; LANES];
-    for block in blocks {
-        for (sum, value) in sums.iter_mut().zip(block) {
-            *sum += value * value;
-        }
-    }
-    sums.iter().sum()
-}
-
-/// The lower half of J^T J, and a little more.
-fn lower_half(columns: &[Columns], kernels: &Kernels) -> Matrix {
-    let mut matrix = [[0.0; PARAMETERS]; PARAMETERS];
-    for i in (0..PARAMETERS).step_by(PRODUCTS) {
-        for j in (0..=i).step_by(PRODUCTS) {
-            let sums = kernels.products(columns.as_flattened(), PARAMETERS, [i, j]);
-            for (row, values) in matrix[i..i + PRODUCTS].iter_mut().zip(sums) {
-                row[j..j + PRODUCTS].copy_from_slice(&values);
-            }
-        }
-    }
-    matrix
-}
-
-/// J^T r.
-#[inline(always)]
-fn right(columns: &[Columns], residuals: &[Lanes]) -> Vector {
-    let mut sums = [[0.0; LANES]; PARAMETERS];
-    for (columns, residuals) in columns.iter().zip(residuals) {
-        for (sums, column) in sums.iter_mut().zip(columns) {
-            for lane in 0..LANES {
-                sums[lane] += column[lane] * residuals[lane];
-            }
-        }
-    }
-    sums.map(|sums| sums.iter().sum())
-}
-
-/// Of a symmetric matrix and one given by its lower half.
-fn trace_of_product(a: &Matrix, lower: &Matrix) -> f32 {
-    let row = |i: usize| {
-        let beside = (0..i).map(|j| a[i][j] * lower[i][j]).sum::<f32>();
-        a[i][i] * lower[i][i] + 2.0 * beside
-    };
-    (0..PARAMETERS).map(row).sum()
-}
-
-/// Cholesky factor of a matrix scaled to a unit diagonal, and the scales.
-pub(super) struct Factor {
-    /// Columns of the lower factor, without the diagonal.
-    columns: Matrix,
-    /// Rows of it.
-    rows: Matrix,
-    /// Reciprocals of the diagonal.
-    pivots: Vector,
-    scales: Vector,
-}
-
-impl Factor {
-    /// Of a symmetric matrix given by its lower half.
-    fn of(matrix: &Matrix) -> Option<Self> {
-        const LEAST_PIVOT: f32 = 1e-6;
-        let scales: Vector = std::array::from_fn(|i| 1.0 / matrix[i][i].sqrt());
-        let (mut rows, mut columns, mut pivots) = (
-            [[0.0; PARAMETERS]; PARAMETERS],
-            [[0.0; PARAMETERS]; PARAMETERS],
-            [0.0; PARAMETERS],
-        );
-        for i in 0..PARAMETERS {
-            let scaled: Vector = std::array::from_fn(|j| {
-                if j <= i {
-                    matrix[i][j] * scales[i] * scales[j]
-                } else {
-                    0.0
+    /// How much larger the scatter of the groups' pulls g = J^T W r is than with independent residuals: the trace of the
+    /// cluster-robust covariance (Liang & Zeger, Biometrika 73, 1986) against that of the usual one, A^-1. On average
+    /// sum(g^T A^-1 g) / variance is the trace of (1 - H) H, where H has the groups' leverages in its diagonal blocks;
+    /// that trace is taken to be as small as it can be, as if each group pulled in one way only.
+    fn togetherness(&self, factor: &Factor, kernels: &Kernels) -> f32 {
+        let mut scatter = [0.0; LANES];
+        let blocks = &self.blocks[..self.n];
+        kernels.run(
+            #[inline(always)]
+            || {
+                for block in blocks {
+                    factor.add_whitened_squares(block.pulls(), &mut scatter);
                 }
-            });
-            let row = whiten(scaled, &columns, &pivots, i);
-            let rest = scaled[i] - row[..i].iter().map(|value| value * value).sum::<f32>();
-            pivots[i] = 1.0 / rest.max(LEAST_PIVOT).sqrt();
-            for j in 0..i {
-                rows[i][j] = row[j];
-                columns[j][i] = row[j];
-            }
-        }
-        pivots
-            .iter()
-            .chain(&scales)
-            .all(|value| value.is_finite())
-            .then_some(Self {
-                columns,
-                rows,
-                pivots,
-                scales,
-            })
-    }
-
-    /// L^-1 b.
-    fn whiten(&self, right: &Vector) -> Vector {
-        whiten(
-            std::array::from_fn(|i| right[i] * self.scales[i]),
-            &self.columns,
-            &self.pivots,
-            PARAMETERS,
-        )
-    }
-
-    /// (L L^T)^-1
-    fn inverse(&self) -> Matrix {
-        std::array::from_fn(|i| {
-            let mut unit = [0.0; PARAMETERS];
-            unit[i] = 1.0;
-            self.solve(&unit)
-        })
-    }
-
-    /// (L L^T)^-1 b.
-    pub(super) fn solve(&self, right: &Vector) -> Vector {
-        let mut x = self.whiten(right);
-        for i in (0..PARAMETERS).rev() {
-            let value = x[i] * self.pivots[i];
-            subtract(&mut x, value, &self.rows[i]);
-            x[i] = value;
-        }
-        std::array::from_fn(|i| x[i] * self.scales[i])
-    }
-}
-
-/// The first `n` elements of L^-1 x.
-fn whiten(mut x: Vector, columns: &Matrix, pivots: &Vector, n: usize) -> Vector {
-    for i in 0..n {
-        x[i] *= pivots[i];
-        let value = x[i];
-        subtract(&mut x, value, &columns[i]);
-    }
-    x
-}
-
-/// x - factor * column
-#[inline]
-fn subtract(x: &mut Vector, factor: f32, column: &Vector) {
-    for (value, element) in x.iter_mut().zip(column) {
-        *value -= factor * element;
+            },
+        );
+        let used = |block: &Sums| block.weights.iter().filter(|&&weight| weight > 0.0).count();
+        let n_groups = blocks.iter().map(used).sum::<usize>().max(1) as f32;
+        let parameters = PARAMETERS as f32;
+        let leverage = (parameters / n_groups).min(0.5);
+        let expected = parameters * (1.0 - leverage);
+        sum(&scatter) / (expected * self.residual_scale().powi(2))
     }
 }

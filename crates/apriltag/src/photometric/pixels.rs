@@ -1,19 +1,25 @@
 //! Which of a tag's pixels are looked at: those beside edges of its pattern, where all the knowledge of its place is.
 //!
-//! Of a small tag every pixel is; of a large one, places along the edges are left out evenly, so that it costs no more.
+//! Pixels come in groups of neighbours. Of a small tag every pixel is taken; of a large one, a group at each edge between
+//! two modules, so that it costs no more.
 
-use super::blurred_pattern::{BlurredPattern, CROSSINGS};
-use super::lanes::{GROUP, LANES, Lanes, lane, map};
+use super::blurred_pattern::BlurredPattern;
+use super::lanes::{LANES, Lanes, map};
 use super::state::{Inverse, State};
 use crate::Image;
 use crate::quad::{Point, Quad, twice_area};
 
-/// Most pixels of a tag: enough for about two thirds of the accuracy that all pixels of a tag of 60 px would give.
-pub(super) const MAX_PIXELS: usize = 32 * LANES;
+/// Most pixels in a group.
+pub(super) const GROUP: usize = 16;
 
-/// A patch of pixels of a small tag: as many as have their residuals looked at together.
-const PATCH_ROWS: usize = 4;
-const PATCH_COLUMNS: usize = GROUP / PATCH_ROWS;
+/// Most groups of a tag.
+const MAX_GROUPS: usize = 128;
+
+/// Groups that are worked on together.
+pub(super) const MAX_BLOCKS: usize = MAX_GROUPS / LANES;
+
+/// Area of a tag in pixels up to which all are taken; with the groups at its rim that are not full there is room for them.
+const SMALL_AREA: f32 = 1600.0;
 
 /// Blur at which pixels a pixel apart across an edge see all of it that matters.
 const BLUR_PER_SPACING: f32 = 0.8;
@@ -36,43 +42,55 @@ pub(super) fn weights(greys: &Lanes, expected: &Lanes, scale: f32) -> Lanes {
     weights
 }
 
-/// Pixels that are worked on together: where they are and how bright.
+/// Groups that are worked on together: where their pixels are and how bright, a row for the first pixel of each group, one
+/// for the second, and so on.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Block {
-    pub(super) x: Lanes,
-    pub(super) y: Lanes,
-    pub(super) grey: Lanes,
+    pub(super) x: [Lanes; GROUP],
+    pub(super) y: [Lanes; GROUP],
+    pub(super) grey: [Lanes; GROUP],
+    /// 1 where there is a pixel, else 0.
+    pub(super) present: [Lanes; GROUP],
+}
+
+impl Block {
+    #[inline(always)]
+    fn set(&mut self, row: usize, lane: usize, [x, y]: Point, grey: u8) {
+        self.x[row][lane] = x;
+        self.y[row][lane] = y;
+        self.grey[row][lane] = f32::from(grey);
+        self.present[row][lane] = 1.0;
+    }
 }
 
 const EMPTY: Block = Block {
-    x: [0.0; LANES],
-    y: [0.0; LANES],
-    grey: [0.0; LANES],
+    x: [[0.0; LANES]; GROUP],
+    y: [[0.0; LANES]; GROUP],
+    grey: [[0.0; LANES]; GROUP],
+    present: [[0.0; LANES]; GROUP],
 };
 
 #[derive(Debug)]
 pub(super) struct Pixels {
     blocks: Vec<Block>,
-    n: usize,
+    /// Groups begun.
+    n_groups: usize,
+    /// Pixels in each, at most.
+    group_size: usize,
+    /// Where pixels are taken beside an edge of one step, of two, and so on.
+    places: [Places; MAX_PLACES],
     /// How far from the square's middle pixels show the pattern alone.
     pub(super) reach: f32,
-    /// Ends of the pattern's edges in the image.
-    edges: Vec<[Point; 2]>,
-    /// Whether the next place on an edge gets four pixels or two.
-    wide: u32,
-    /// Distance between the pixels taken across an edge: one, or more where blur spreads the edge.
-    spacing_px: f32,
 }
 
 impl Default for Pixels {
     fn default() -> Self {
         Self {
-            blocks: vec![EMPTY; MAX_PIXELS / LANES],
-            n: 0,
+            blocks: vec![EMPTY; MAX_BLOCKS],
+            n_groups: 0,
+            group_size: GROUP,
+            places: std::array::from_fn(|i| Places::evenly(i + 1)),
             reach: 1.0,
-            edges: Vec::with_capacity(2 * CROSSINGS),
-            wide: 0,
-            spacing_px: 1.0,
         }
     }
 }
@@ -99,24 +117,27 @@ impl View<'_> {
 }
 
 impl Pixels {
-    /// Pixels that are worked on together, in the order in which they lie beside each other, and how many of the last
-    /// block's lanes are pixels.
-    pub(super) fn blocks(&self) -> impl Iterator<Item = (&Block, usize)> {
-        (0..self.n)
-            .step_by(LANES)
-            .zip(&self.blocks)
-            .map(|(first, block)| (block, (self.n - first).min(LANES)))
+    pub(super) fn blocks(&self) -> &[Block] {
+        &self.blocks[..self.n_groups.div_ceil(LANES)]
     }
 
-    /// Every how many blocks suffice for the first step: a quarter of them, or enough to be sure.
-    pub(super) fn first_stride(&self) -> usize {
-        const ENOUGH: usize = 6;
-        (self.n.div_ceil(LANES) / ENOUGH).clamp(1, 4)
+    /// Pixels in each group.
+    pub(super) fn all_rows(&self) -> usize {
+        self.group_size
+    }
+
+    /// How many pixels of each group suffice for a first step.
+    pub(super) fn first_rows(&self) -> usize {
+        const ENOUGH_PIXELS: usize = 256;
+        ENOUGH_PIXELS
+            .div_ceil(self.n_groups.max(1))
+            .clamp(self.group_size / 4, self.group_size)
     }
 
     /// Gathers the pixels to look at.
+    #[inline(always)]
     pub(super) fn choose(&mut self, image: &Image<'_>, pattern: &BlurredPattern, state: &State) {
-        self.n = 0;
+        self.n_groups = 0;
         let Some(inverse) = state.inverse() else {
             return;
         };
@@ -126,42 +147,36 @@ impl Pixels {
             reach: pattern.reach(state),
         };
         self.reach = view.reach;
-        self.spacing_px = (state.blur_px() / BLUR_PER_SPACING).max(1.0);
         let quad = view.outline(state);
-        if twice_area(&quad) / 2.0 < MAX_PIXELS as f32 {
+        let area = twice_area(&quad) / 2.0;
+        if area < SMALL_AREA {
+            // As small as there is room for: within a group all pixels count as at its middle.
+            self.group_size = match area / SMALL_AREA {
+                0.0..0.2 => GROUP / 4,
+                0.2..0.45 => GROUP / 2,
+                _ => GROUP,
+            };
             self.take_all(&view, &quad);
         } else {
+            self.group_size = GROUP;
             self.take_edges(&view, pattern, state);
         }
-        self.fill_up();
     }
 
-    /// Gives the last block's lanes beyond all pixels a pixel with which arithmetic is harmless.
-    fn fill_up(&mut self) {
-        let first = self.blocks[0];
-        if let Some(last) = self.blocks.get_mut(self.n / LANES) {
-            for lane in (self.n % LANES..LANES).map(lane) {
-                (last.x[lane], last.y[lane], last.grey[lane]) =
-                    (first.x[0], first.y[0], first.grey[0]);
-            }
+    /// Begins a group; false when there is room for no more.
+    fn begin_group(&mut self) -> bool {
+        if self.n_groups == MAX_GROUPS {
+            return false;
         }
-    }
-
-    /// Takes a pixel that is in the image.
-    #[inline]
-    fn push(&mut self, image: &Image<'_>, x: u32, y: u32) {
-        let Some(grey) = image.at(x as usize, y as usize) else {
-            return;
-        };
-        if let Some(block) = self.blocks.get_mut(self.n / LANES) {
-            let lane = lane(self.n);
-            (block.x[lane], block.y[lane]) = (x as f32, y as f32);
-            block.grey[lane] = f32::from(grey);
-            self.n += 1;
+        if self.n_groups.is_multiple_of(LANES) {
+            self.blocks[self.n_groups / LANES].present = EMPTY.present;
         }
+        self.n_groups += 1;
+        true
     }
 
-    /// Every pixel on the quad, patch after patch.
+    /// Every pixel on the quad, in narrow strips.
+    #[inline(always)]
     fn take_all(&mut self, view: &View<'_>, quad: &Quad) {
         let bounds = |axis: usize, size: usize| {
             let low = quad
@@ -176,86 +191,129 @@ impl Pixels {
             bounds(0, view.image.width()),
             bounds(1, view.image.height()),
         );
-        for y in rows.clone().step_by(PATCH_ROWS) {
-            for x in columns.clone().step_by(PATCH_COLUMNS) {
-                for dy in 0..PATCH_ROWS {
-                    for dx in 0..PATCH_COLUMNS {
-                        let (x, y) = (x + dx, y + dy);
-                        let [u, v] = view.inverse.apply([x as f32, y as f32]);
-                        if u.abs() <= view.reach && v.abs() <= view.reach {
-                            self.push(view.image, x as u32, y as u32);
+        let size = self.group_size;
+        // Groups are about square.
+        let strip = if size == GROUP { 4 } else { 2 };
+        for first in columns.clone().step_by(strip) {
+            let mut n_in_group = size;
+            for y in rows.clone() {
+                for x in first..(first + strip).min(columns.end) {
+                    if !view.inverse.is_within([x as f32, y as f32], view.reach) {
+                        continue;
+                    }
+                    if n_in_group == size {
+                        if !self.begin_group() {
+                            return;
                         }
+                        n_in_group = 0;
+                    }
+                    let group = self.n_groups - 1;
+                    let block = &mut self.blocks[group / LANES];
+                    if let Some(grey) = view.image.at(x, y) {
+                        let row = scattered(n_in_group, size);
+                        block.set(row, group % LANES, [x as f32, y as f32], grey);
+                        n_in_group += 1;
                     }
                 }
             }
         }
     }
 
-    /// Pixels beside every edge between black and white, at even distances along it.
+    /// Pixels beside every edge between black and white, a group each.
+    #[inline(always)]
     fn take_edges(&mut self, view: &View<'_>, pattern: &BlurredPattern, state: &State) {
-        let project = |[u, v]: Point| state.homography.apply(u, v);
-        self.wide = 0;
-        self.edges.clear();
-        self.edges
-            .extend(pattern.edges().map(|ends| ends.map(project)));
-        let length: f32 = self.edges.iter().map(|&[a, b]| steps_between(a, b)).sum();
-        let stride = (length * PIXELS_ACROSS / MAX_PIXELS as f32).max(1.0);
-        let mut along = stride / 2.0;
-        for i in 0..self.edges.len() {
-            along = self.walk(view, self.edges[i], along, stride);
+        let spacing_px = (state.blur_px() / BLUR_PER_SPACING).max(1.0);
+        let every = pattern.edges().count().div_ceil(MAX_GROUPS);
+        for ends in pattern.edges().step_by(every.max(1)) {
+            if self.begin_group() {
+                let [a, b] = ends.map(|[u, v]| state.homography.apply(u, v));
+                self.walk(view.image, [a, b], spacing_px);
+            }
         }
     }
 
-    /// Goes from `a` to `b`, taking pixels every `stride` steps, the first after `along`; returns what is left of the
-    /// stride at the end.
-    fn walk(&mut self, view: &View<'_>, [a, b]: [Point; 2], mut along: f32, stride: f32) -> f32 {
-        let n_steps = steps_between(a, b);
-        let (dx, dy) = ((b[0] - a[0]) / n_steps, (b[1] - a[1]) / n_steps);
+    /// Takes pixels on either side of the edge from `a` to `b` into the last group.
+    #[inline(always)]
+    fn walk(&mut self, image: &Image<'_>, [a, b]: [Point; 2], spacing_px: f32) {
+        let [dx, dy] = [b[0] - a[0], b[1] - a[1]];
         let flat = dx.abs() >= dy.abs();
-        let slope = if flat { dy / dx } else { dx / dy };
-        while along < n_steps {
-            let (x, y) = (a[0] + along * dx, a[1] + along * dy);
-            // At a whole column (or row), the nearest pixels on either side of the edge; every other time two more
-            // farther off, which tell black, white and blur.
-            let (fixed, across) = if flat {
-                let column = (x + 0.5).floor();
-                (column, y + (column - x) * slope)
-            } else {
-                let row = (y + 0.5).floor();
-                (row, x + (row - y) * slope)
-            };
-            let asides = if self.wide == 0 {
-                &ASIDES[..]
-            } else {
-                &ASIDES[1..3]
-            };
-            self.wide = (self.wide + 1) % WIDE_EVERY;
-            for aside in asides {
-                let at = across + aside * self.spacing_px + 0.5;
-                let (x, y) = if flat { (fixed, at) } else { (at, fixed) };
-                if x >= 0.0 && y >= 0.0 {
-                    self.push(view.image, x as u32, y as u32);
-                }
-            }
-            along += stride;
+        // Along the axis that the edge follows, and across it.
+        let (start, way, across, slope) = if flat {
+            (a[0], dx, a[1], dy / dx)
+        } else {
+            (a[1], dy, a[0], dx / dy)
+        };
+        let places = self.places[(way.abs() as usize).clamp(1, MAX_PLACES) - 1];
+        let (mut columns, mut edges) = ([0.0; GROUP], [0.0; GROUP]);
+        for i in 0..GROUP {
+            columns[i] = (start + way * places.along[i] + 0.5).floor();
+            edges[i] = across + (columns[i] - start) * slope + places.aside[i] * spacing_px + 0.5;
         }
-        along - n_steps
+        let (xs, ys) = if flat {
+            (columns, edges)
+        } else {
+            (edges, columns)
+        };
+        let group = self.n_groups.wrapping_sub(1);
+        let Some(block) = self.blocks.get_mut(group / LANES) else {
+            return;
+        };
+        for row in 0..GROUP {
+            let (x, y) = (xs[row] as i32, ys[row] as i32);
+            if let Some(grey) = image.at(x as usize, y as usize) {
+                block.set(row, group % LANES, [x as f32, y as f32], grey);
+                block.present[row][group % LANES] = places.present[row];
+            }
+        }
     }
 }
 
-/// Where pixels are taken across an edge, in spacings.
-const ASIDES: [f32; 4] = [-1.5, -0.5, 0.5, 1.5];
+/// Places at which an edge is looked at, at most.
+const MAX_PLACES: usize = 6;
 
-/// Pixels taken at a place, on average.
-const PIXELS_ACROSS: f32 = 2.0 + 2.0 / WIDE_EVERY as f32;
+/// Where a group's pixels lie beside an edge.
+#[derive(Clone, Copy, Debug)]
+struct Places {
+    /// Shares of the way from the edge's start to its end.
+    along: [f32; GROUP],
+    /// Distances in spacings.
+    aside: [f32; GROUP],
+    /// 1 where there is a pixel, else 0.
+    present: [f32; GROUP],
+}
 
-/// Every so many places are looked at farther to either side.
-const WIDE_EVERY: u32 = 3;
+impl Places {
+    /// The nearest pixels on either side at so many even distances, and at some of these places two more farther off,
+    /// which tell black, white and blur.
+    fn evenly(n_places: usize) -> Self {
+        let mut places = Self {
+            along: [0.0; GROUP],
+            aside: [0.0; GROUP],
+            present: [0.0; GROUP],
+        };
+        let n_wide = (GROUP / 2 - n_places).min(n_places);
+        let mut n = 0;
+        for k in 0..n_places {
+            let wide = (k + 1) * n_wide / n_places > k * n_wide / n_places;
+            let asides: &[f32] = if wide {
+                &[-0.5, 0.5, -1.5, 1.5]
+            } else {
+                &[-0.5, 0.5]
+            };
+            for &aside in asides {
+                places.along[scattered(n, GROUP)] = (k as f32 + 0.5) / n_places as f32;
+                places.aside[scattered(n, GROUP)] = aside;
+                places.present[scattered(n, GROUP)] = 1.0;
+                n += 1;
+            }
+        }
+        places
+    }
+}
 
-/// Columns or rows that an edge passes, whichever are more.
-fn steps_between(a: Point, b: Point) -> f32 {
-    (b[0] - a[0])
-        .abs()
-        .max((b[1] - a[1]).abs())
-        .max(f32::MIN_POSITIVE)
+/// The row for a group's next pixel, after `n` of `size`: neighbours go into rows far apart, so that a few rows are a fair
+/// sample.
+fn scattered(n: usize, size: usize) -> usize {
+    const STEP: usize = 5;
+    n * STEP % size
 }

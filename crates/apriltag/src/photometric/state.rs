@@ -1,8 +1,10 @@
 //! Everything that is fitted, and what a pixel should show given it.
 
 use super::blurred_pattern::Coverage;
+use super::factor::Factor;
+use super::group_sums::Row;
 use super::lanes::{Lanes, map, map_into};
-use super::normal_equations::{Matrix, PARAMETERS};
+use super::normal_equations::PARAMETERS;
 use crate::homography::Homography;
 use crate::quad::{Point, Quad, distance, mean_edge};
 use crate::reading::Reading;
@@ -35,6 +37,7 @@ pub(super) struct State {
 pub(super) struct Places {
     pub(super) u: Lanes,
     pub(super) v: Lanes,
+    from_origin: [Lanes; 2],
     u_gradient: [Lanes; 2],
     v_gradient: [Lanes; 2],
     /// Pixels that u and v take to grow by one, at right angles to their edges.
@@ -112,12 +115,16 @@ impl State {
         CORNERS.into_iter().map(motion).fold(0.0, f32::max)
     }
 
-    pub(super) fn corner_covariances(&self, covariance: &Matrix) -> [[f32; 3]; 4] {
+    /// J A^-1 J^T for each corner, given the factor of A.
+    pub(super) fn corner_covariances(&self, factor: &Factor) -> [[f32; 3]; 4] {
         CORNERS.map(|corner| {
-            let [x, y] = self.homography.jacobian(corner);
-            let product = |a: &[f32; 8], b: &[f32; 8]| {
-                let row = |i: usize| (0..8).map(|j| covariance[i][j] * b[j]).sum::<f32>();
-                (0..8).map(|i| a[i] * row(i)).sum::<f32>()
+            let [x, y] = self.homography.jacobian(corner).map(|row| {
+                let mut all = [0.0; PARAMETERS];
+                all[..row.len()].copy_from_slice(&row);
+                factor.whiten(&all)
+            });
+            let product = |a: &[f32; PARAMETERS], b: &[f32; PARAMETERS]| {
+                a.iter().zip(b).map(|(a, b)| a * b).sum::<f32>()
             };
             [product(&x, &x), product(&x, &y), product(&y, &y)]
         })
@@ -152,19 +159,19 @@ impl State {
         greys
     }
 
-    /// Writes the derivatives of the pixels' greys with respect to every parameter, times a factor for each pixel.
+    /// Writes the basic derivatives of the pixels' greys and their residuals, times a factor for each pixel.
     #[inline(always)]
-    pub(super) fn derivatives(
+    pub(super) fn linearise(
         &self,
         places: &Places,
         coverage: &Coverage,
-        (x, y): (&Lanes, &Lanes),
+        residuals: &Lanes,
         factor: &Lanes,
-        derivatives: &mut [Lanes; PARAMETERS],
+        row: &mut Row,
     ) {
-        map_into(derivatives, |i| {
+        let (black, white) = (&self.black, &self.white);
+        map_into(row, |i| {
             let (u, v) = (places.u[i], places.v[i]);
-            let (black, white) = (&self.black, &self.white);
             let contrast = self.levels(u, v).1 * factor[i];
             let (cover, steepness) = self.response(coverage.value[i]);
             let with_gain = contrast * cover * (1.0 - cover);
@@ -178,17 +185,21 @@ impl State {
                 (along_u * places.u_gradient[axis][i] + along_v * places.v_gradient[axis][i]) * w
             };
             let (gx, gy) = (along(0), along(1));
-            let origin = self.homography.origin;
-            let towards = -(gx * (x[i] - origin[0]) + gy * (y[i] - origin[1]));
-            let [xx, xy, yy] = [0, 1, 2].map(|k| response * coverage.with_blur[k][i]);
-            #[rustfmt::skip]
-            let derivatives = [
-                gx * u, gx * v, gx, gy * u, gy * v, gy, towards * u, towards * v,
-                rest, rest * u, rest * v, cover, cover * u, cover * v,
-                xx, xy, yy, with_gain,
-            ];
-            derivatives
-        })
+            let towards = -(gx * places.from_origin[0][i] + gy * places.from_origin[1][i]);
+            let [xx, xy, yy] = coverage.with_blur.each_ref().map(|with| response * with[i]);
+            [
+                gx,
+                gy,
+                towards,
+                rest,
+                cover,
+                xx,
+                xy,
+                yy,
+                with_gain,
+                factor[i] * residuals[i],
+            ]
+        });
     }
 }
 
@@ -226,22 +237,19 @@ impl Inverse {
         })
     }
 
-    /// Where a pixel lies on the square.
+    /// Whether a pixel lies on the square, or on one so many times as large.
     #[inline]
-    pub(super) fn apply(&self, [x, y]: Point) -> Point {
+    pub(super) fn is_within(&self, [x, y]: Point, reach: f32) -> bool {
         let (x, y) = (x - self.homography.origin[0], y - self.homography.origin[1]);
         let m = &self.m;
-        let t = 1.0 / (m[6] * x + m[7] * y + m[8]);
-        [
-            (m[0] * x + m[1] * y + m[2]) * t,
-            (m[3] * x + m[4] * y + m[5]) * t,
-        ]
+        let limit = reach * (m[6] * x + m[7] * y + m[8]).abs();
+        (m[0] * x + m[1] * y + m[2]).abs() <= limit && (m[3] * x + m[4] * y + m[5]).abs() <= limit
     }
 
     #[inline(always)]
     pub(super) fn places(&self, x: &Lanes, y: &Lanes) -> Places {
         let m = &self.m;
-        let [u, v, ux, uy, vx, vy, u_px, v_px] = map(|i| {
+        let [u, v, dx, dy, ux, uy, vx, vy, u_px, v_px] = map(|i| {
             let (x, y) = (
                 x[i] - self.homography.origin[0],
                 y[i] - self.homography.origin[1],
@@ -254,11 +262,12 @@ impl Inverse {
             let (ux, uy) = ((m[0] - u * m[6]) * t, (m[1] - u * m[7]) * t);
             let (vx, vy) = ((m[3] - v * m[6]) * t, (m[4] - v * m[7]) * t);
             let pixels = |x: f32, y: f32| 1.0 / (x * x + y * y).sqrt();
-            [u, v, ux, uy, vx, vy, pixels(ux, uy), pixels(vx, vy)]
+            [u, v, x, y, ux, uy, vx, vy, pixels(ux, uy), pixels(vx, vy)]
         });
         Places {
             u,
             v,
+            from_origin: [dx, dy],
             u_gradient: [ux, uy],
             v_gradient: [vx, vy],
             u_px,
