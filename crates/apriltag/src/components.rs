@@ -7,9 +7,6 @@ use crate::LabelledRun;
 use crate::bit_plane::BitPlane;
 use crate::kernels::WORD;
 
-/// No component.
-const NONE: u32 = u32::MAX;
-
 /// Black pixels beside each other in a row: `start..end`.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Run {
@@ -19,7 +16,7 @@ pub(crate) struct Run {
 }
 
 /// A component, or a part of one that has been joined to its parent.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Component {
     parent: u32,
     pub(crate) area: u32,
@@ -28,6 +25,7 @@ pub(crate) struct Component {
     pub(crate) right: u16,
     pub(crate) top: u16,
     pub(crate) bottom: u16,
+    marked: bool,
 }
 
 impl Component {
@@ -62,6 +60,14 @@ impl Component {
         [[left, top], [right, top], [right, bottom], [left, bottom]]
     }
 
+    #[inline]
+    fn grow(&mut self, run: &Run, y: u16) {
+        self.area += u32::from(run.end - run.start);
+        self.left = self.left.min(run.start);
+        self.right = self.right.max(run.end);
+        self.bottom = y;
+    }
+
     fn absorb(&mut self, other: &Self) {
         self.area += other.area;
         self.left = self.left.min(other.left);
@@ -79,9 +85,9 @@ pub(crate) struct Components {
     max_runs: usize,
     /// Index of the first run of each row, and one more.
     row_starts: Vec<u32>,
-    forest: Forest,
-    /// Where runs of a row begin and end in turn.
-    ends: Vec<u16>,
+    /// Room as for runs, of which the first `n_components` count.
+    components: Vec<Component>,
+    n_components: usize,
 }
 
 /// Pixels of the image per run, at least: only noise has shorter runs and gaps. Rows beyond this bound are left out.
@@ -93,78 +99,31 @@ impl Components {
         self.max_runs = width * height / PIXELS_PER_RUN;
         let room = self.runs.len().max(self.max_runs);
         self.runs.resize(room, Run::default());
-        make_room(&mut self.forest.components, self.max_runs);
-        self.ends.resize(width.next_multiple_of(WORD) + 2, 0);
+        self.components.resize(room, Component::default());
         make_room(&mut self.row_starts, height + 1);
     }
 
     pub(crate) fn label(&mut self, plane: &BitPlane) {
-        self.n_runs = 0;
         self.row_starts.clear();
-        self.forest.components.clear();
-        let mut row_above = 0;
+        let mut forest = Forest {
+            components: &mut self.components,
+            n: 0,
+        };
+        let (mut above, mut row) = (0, 0);
         for (y, (left, words)) in plane.rows().enumerate() {
-            let row = self.n_runs;
             self.row_starts.push(row as u32);
-            let n_ends = self.find_ends(left, words);
-            if row + n_ends / 2 <= self.max_runs {
-                self.join_row(row_above, n_ends, y as u16);
-            }
-            row_above = row;
-        }
-        self.row_starts.push(self.n_runs as u32);
-    }
-
-    /// Each set bit of `word ^ (word << 1)` is the first pixel of a run or the first beyond one. Returns how many.
-    fn find_ends(&mut self, left: usize, words: &[u64]) -> usize {
-        let (mut n, mut carry) = (0, 0);
-        for (word_start, &word) in (left as u16..).step_by(WORD).zip(words) {
-            let mut changes = word ^ (word << 1 | carry);
-            carry = word >> (WORD - 1);
-            while changes != 0 {
-                self.ends[n] = word_start + changes.trailing_zeros() as u16;
-                n += 1;
-                changes &= changes - 1;
+            let (done, free) = self.runs.split_at_mut(row);
+            let beside = &done[above..];
+            above = row;
+            if row + words.len() * WORD / 2 <= self.max_runs {
+                let n = find_runs(left as u16, words, free);
+                forest.join_row(beside, &mut free[..n], y as u16);
+                row += n;
             }
         }
-        if carry != 0 {
-            self.ends[n] = (left + words.len() * WORD) as u16;
-            n += 1;
-        }
-        n
-    }
-
-    /// Takes in the runs between the first `n_ends` ends, and joins them with those from `row_above` on.
-    fn join_row(&mut self, row_above: usize, n_ends: usize, y: u16) {
-        let (done, free) = self.runs.split_at_mut(self.n_runs);
-        let mut above = &done[row_above..];
-        let forest = &mut self.forest;
-        let ends = self.ends[..n_ends].as_chunks::<2>().0;
-        for (run, &[start, end]) in free.iter_mut().zip(ends) {
-            let mut component = NONE;
-            while let [first, rest @ ..] = above
-                && first.start <= end
-            {
-                if first.end >= start {
-                    component = forest.join(component, first.component);
-                }
-                if first.end > end {
-                    break;
-                }
-                above = rest;
-            }
-            if component == NONE {
-                component = forest.plant(start, end, y);
-            } else {
-                forest.grow(component, start, end, y);
-            }
-            *run = Run {
-                start,
-                end,
-                component,
-            };
-        }
-        self.n_runs += ends.len();
+        self.row_starts.push(row as u32);
+        (self.n_runs, self.n_components) = (row, forest.n);
+        forest.flatten();
     }
 
     pub(crate) fn max_labels(&self) -> usize {
@@ -177,7 +136,7 @@ impl Components {
 
     /// All components ever begun, by label; those that stand for themselves are [`Component::is_whole`].
     pub(crate) fn labelled(&self) -> &[Component] {
-        &self.forest.components
+        &self.components[..self.n_components]
     }
 
     /// The runs of each row.
@@ -187,9 +146,25 @@ impl Components {
             .map(|ends| &self.runs[ends[0] as usize..ends[1] as usize])
     }
 
-    /// Every run with the component that it belongs to, after [`Self::flatten`].
+    /// Marks the component that a pixel belongs to.
+    pub(crate) fn mark(&mut self, [x, y]: [usize; 2]) {
+        let runs = &self.runs[self.row_starts[y] as usize..self.row_starts[y + 1] as usize];
+        let after = runs.partition_point(|run| usize::from(run.end) <= x);
+        if let Some(run) = runs.get(after)
+            && usize::from(run.start) <= x
+        {
+            let root = self.components[run.component as usize].root();
+            self.components[root].marked = true;
+        }
+    }
+
+    pub(crate) fn marked(&self) -> impl Iterator<Item = &Component> {
+        self.labelled().iter().filter(|component| component.marked)
+    }
+
+    /// Every run with the component that it belongs to.
     pub(crate) fn labelled_runs(&self) -> impl Iterator<Item = LabelledRun> {
-        let root = |run: &Run| self.forest.components[run.component as usize].parent;
+        let root = |run: &Run| self.components[run.component as usize].parent;
         self.rows().zip(0..).flat_map(move |(runs, y)| {
             runs.iter().map(move |run| LabelledRun {
                 y,
@@ -199,49 +174,92 @@ impl Components {
             })
         })
     }
+}
 
-    /// Points every label directly to its root.
-    pub(crate) fn flatten(&mut self) {
-        let components = &mut self.forest.components;
-        for label in 0..components.len() {
-            components[label].parent = components[components[label].parent as usize].parent;
+/// Where bits of the words begin and end to be set. Returns how many runs there are.
+#[inline(never)]
+fn find_runs(left: u16, words: &[u64], runs: &mut [Run]) -> usize {
+    let (mut n_starts, mut n_ends, mut carry) = (0, 0, 0);
+    for (first, &word) in (left..).step_by(WORD).zip(words) {
+        let before = word << 1 | carry;
+        carry = word >> (WORD - 1);
+        let (mut starts, mut ends) = (word & !before, before & !word);
+        while starts != 0 {
+            runs[n_starts].start = first + starts.trailing_zeros() as u16;
+            n_starts += 1;
+            starts &= starts - 1;
+        }
+        while ends != 0 {
+            runs[n_ends].end = first + ends.trailing_zeros() as u16;
+            n_ends += 1;
+            ends &= ends - 1;
         }
     }
+    if carry != 0 {
+        runs[n_ends].end = left + (words.len() * WORD) as u16;
+    }
+    n_starts
 }
 
 /// Components as a union-find forest: each label's parent is itself or an earlier one.
-#[derive(Debug, Default)]
-struct Forest {
-    components: Vec<Component>,
+struct Forest<'a> {
+    /// Of which the first `n` count.
+    components: &'a mut [Component],
+    n: usize,
 }
 
-impl Forest {
-    fn plant(&mut self, start: u16, end: u16, y: u16) -> u32 {
-        let label = self.components.len() as u32;
-        self.components.push(Component {
+impl Forest<'_> {
+    /// Joins the runs of a row with those of the row above.
+    #[inline(never)]
+    fn join_row(&mut self, above: &[Run], runs: &mut [Run], y: u16) {
+        let mut above = above.iter();
+        let mut beside = above.next();
+        for run in runs {
+            while let Some(Run { end, .. }) = beside
+                && *end < run.start
+            {
+                beside = above.next();
+            }
+            let Some(first) = beside.filter(|beside| beside.start <= run.end) else {
+                run.component = self.plant(run, y);
+                continue;
+            };
+            let (mut component, mut end) = (self.root(first.component), first.end);
+            while end <= run.end {
+                beside = above.next();
+                let Some(further) = beside.filter(|further| further.start <= run.end) else {
+                    break;
+                };
+                component = self.join(component, further.component);
+                end = further.end;
+            }
+            self.components[component as usize].grow(run, y);
+            run.component = component;
+        }
+    }
+
+    fn plant(&mut self, run: &Run, y: u16) -> u32 {
+        let label = self.n as u32;
+        let &Run { start, end, .. } = run;
+        self.components[self.n] = Component {
             parent: label,
             area: u32::from(end - start),
             left: start,
             right: end,
             top: y,
             bottom: y,
-        });
+            marked: false,
+        };
+        self.n += 1;
         label
     }
 
-    fn grow(&mut self, root: u32, start: u16, end: u16, y: u16) {
-        let component = &mut self.components[root as usize];
-        component.area += u32::from(end - start);
-        component.left = component.left.min(start);
-        component.right = component.right.max(end);
-        component.bottom = y;
-    }
-
-    /// The component that a label and a root (or none) have in common from now on.
+    /// The root that a root and a label have in common from now on.
+    #[inline]
     fn join(&mut self, a: u32, label: u32) -> u32 {
         let b = self.root(label);
-        if a == b || a == NONE {
-            return b;
+        if a == b {
+            return a;
         }
         let (root, child) = (a.min(b), a.max(b));
         let absorbed = self.components[child as usize];
@@ -251,6 +269,7 @@ impl Forest {
     }
 
     /// The component that stands for all joined ones, with the path to it halved.
+    #[inline]
     fn root(&mut self, mut label: u32) -> u32 {
         loop {
             let parent = self.components[label as usize].parent;
@@ -260,6 +279,14 @@ impl Forest {
             let grandparent = self.components[parent as usize].parent;
             self.components[label as usize].parent = grandparent;
             label = grandparent;
+        }
+    }
+
+    /// Points every label directly to its root.
+    fn flatten(&mut self) {
+        for label in 0..self.n {
+            let parent = self.components[label].parent as usize;
+            self.components[label].parent = self.components[parent].parent;
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::area::Area;
 use crate::bit_plane::BitPlane;
-use crate::components::{Components, make_room};
+use crate::components::{Component, Components, make_room};
 use crate::kernels::Kernels;
 use crate::outlines::Outlines;
 use crate::photometric::PatternFitter;
@@ -113,8 +113,7 @@ impl Detector {
         self.measure(&part);
         observer.stage_ended(Stage::Tiles);
         for pass in PASSES {
-            if !self.lookout.wants(pass.border) || !self.tiles.set_levels(pass.level, &self.kernels)
-            {
+            if !self.lookout.wants(pass.border) || !self.set_levels(pass, area, &part) {
                 continue;
             }
             observer.pass_began(pass);
@@ -123,8 +122,8 @@ impl Detector {
             observer.stage_ended(Stage::Threshold);
             self.components.label(&self.plane);
             observer.stage_ended(Stage::Components);
-            self.outlines
-                .trace(&mut self.components, self.options.min_edge_px);
+            let shape = self.lookout.border_shape(pass.border);
+            self.outlines.trace(&self.components, &shape);
             observer.labelled(self.components.labelled_runs());
             observer.stage_ended(Stage::Quads);
             let view = View {
@@ -135,6 +134,23 @@ impl Detector {
             self.read_outlines(&view, area, observer);
             observer.stage_ended(Stage::Decode);
         }
+    }
+
+    /// Says whether there is anything to find with these levels.
+    fn set_levels(&mut self, pass: Pass, area: &Area, part: &Image<'_>) -> bool {
+        if pass.level == Level::Middle {
+            return self.tiles.set_levels(&self.kernels);
+        }
+        self.tiles
+            .mark_shade(part, &mut self.components, &self.kernels);
+        let shape = self.lookout.border_shape(pass.border);
+        let sightings = &self.sightings;
+        let unknown = |component: &&Component| {
+            let bounds = component.corners().map(|corner| area.to_image(corner));
+            shape.has_size(component) && !sightings.iter().any(|tag| tag.has_bounds(&bounds))
+        };
+        let components = self.components.marked().filter(unknown);
+        self.tiles.set_shaded_levels(components, &self.kernels)
     }
 
     fn begin(&mut self, image: &Image<'_>) {
@@ -181,6 +197,7 @@ impl Detector {
         self.report.components += self.outlines.n_components();
         self.report.runs += self.components.n_runs() as u32;
         self.report.dropped += self.outlines.n_dropped();
+        let shape = self.lookout.border_shape(view.border);
         let n_known = self.sightings.len();
         for (outline, extents) in self.outlines.iter() {
             let middle = area.to_image(outline.component.middle());
@@ -193,7 +210,7 @@ impl Detector {
             self.report.candidates += 1;
             let quad = self
                 .quads
-                .around(outline, extents, self.options.min_edge_px)
+                .around(outline, extents, &shape)
                 .map(|quad| quad.map(|corner| area.to_image(corner)));
             if let Ok(quad) = &quad {
                 self.report.quads += 1;

@@ -2,6 +2,7 @@
 //!
 //! In: labelled components. Out: outlines of those that could be the black border of a tag by box and area.
 
+use crate::Rejection;
 use crate::components::{Component, Components, make_room};
 
 /// A component that could be a tag's border.
@@ -17,6 +18,12 @@ pub(crate) struct Outline {
 pub(crate) struct Extent {
     pub(crate) left: u16,
     pub(crate) right: u16,
+}
+
+impl Extent {
+    pub(crate) fn width(&self) -> u32 {
+        u32::from(self.right - self.left) + 1
+    }
 }
 
 const NO_EXTENT: Extent = Extent {
@@ -53,13 +60,12 @@ impl Outlines {
         make_room(&mut self.outline_of, max_labels);
     }
 
-    pub(crate) fn trace(&mut self, components: &mut Components, min_edge_px: f32) {
-        components.flatten();
-        self.select(components, min_edge_px);
+    pub(crate) fn trace(&mut self, components: &Components, shape: &BorderShape) {
+        self.select(components, shape);
         self.gather(components);
     }
 
-    fn select(&mut self, components: &Components, min_edge_px: f32) {
+    fn select(&mut self, components: &Components, shape: &BorderShape) {
         self.outlines.clear();
         self.outline_of.clear();
         (self.n_components, self.dropped) = (0, 0);
@@ -73,7 +79,7 @@ impl Outlines {
             let height = component.height() as usize;
             let room = n_extents + height <= self.max_extents
                 && self.outlines.len() < self.max_extents / LEAST_ROWS;
-            let candidate = could_be_a_border(component, min_edge_px);
+            let candidate = shape.fits(component);
             self.dropped += u32::from(candidate && !room);
             if candidate && room {
                 self.outline_of.push(self.outlines.len() as u32);
@@ -124,13 +130,47 @@ impl Outlines {
     }
 }
 
-/// By box and area alone. A border is a closed band, so its area is at least that of a line along the box's diagonal,
-/// there and back; a tag may be narrow when seen from the side.
-fn could_be_a_border(component: &Component, min_edge_px: f32) -> bool {
-    /// Narrowest view of a tag that can be read, as a share of its edge.
-    const NARROWEST: f32 = 0.3;
-    let (width, height) = (component.width() as f32, component.height() as f32);
-    let (long, short) = (width.max(height), width.min(height));
-    let area = component.area as f32;
-    long >= min_edge_px && short >= min_edge_px * NARROWEST && area >= 2.0 * long
+/// What the borders that are looked for can look like.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct BorderShape {
+    /// Least mean edge.
+    pub(crate) min_edge_px: f32,
+    /// Most of the area within the border that has its colour.
+    pub(crate) most_solid: f32,
+}
+
+impl BorderShape {
+    /// By box and area alone. A border is a closed band, so its area is at least that of a line along the box's diagonal,
+    /// there and back; a tag may be narrow when seen from the side.
+    fn fits(&self, component: &Component) -> bool {
+        /// Narrowest view of a tag that can be read, as a share of its edge.
+        const NARROWEST: f32 = 0.3;
+        let (width, height) = (component.width() as f32, component.height() as f32);
+        let (long, short) = (width.max(height), width.min(height));
+        let area = component.area as f32;
+        self.has_size(component)
+            && short >= self.min_edge_px * NARROWEST
+            && area >= 2.0 * long
+            && area <= self.most_solid * width * height
+    }
+
+    pub(crate) fn has_size(&self, component: &Component) -> bool {
+        (component.width() + component.height()) as f32 >= 2.0 * self.min_edge_px
+    }
+
+    /// By what lies between the first and the last pixel of each row: a border takes up a third of it at least, and
+    /// something must be written within.
+    pub(crate) fn check_filling(
+        &self,
+        component: &Component,
+        filled: u32,
+    ) -> Result<(), Rejection> {
+        const LEAST_SOLID: f32 = 0.33;
+        let solid = component.area as f32 / filled as f32;
+        if (LEAST_SOLID..=self.most_solid).contains(&solid) {
+            Ok(())
+        } else {
+            Err(Rejection::NotAQuad)
+        }
+    }
 }

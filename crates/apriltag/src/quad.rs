@@ -4,8 +4,8 @@
 //! border's corners; nothing where the outline is no quadrilateral.
 
 use crate::Rejection;
-use crate::components::make_room;
-use crate::outlines::{Extent, Outline};
+use crate::hull::{Hull, Pixel};
+use crate::outlines::{BorderShape, Extent, Outline};
 
 pub(crate) type Point = [f32; 2];
 
@@ -17,50 +17,45 @@ const OVERHANG_PX: f32 = 0.4;
 
 #[derive(Debug, Default)]
 pub(crate) struct QuadFinder {
-    hull: Vec<Point>,
+    hull: Hull,
 }
 
 impl QuadFinder {
     /// Takes the memory that an image of a size can ask for.
     pub(crate) fn make_room(&mut self, height: usize) {
-        make_room(&mut self.hull, 2 * height + 1);
+        self.hull.make_room(height);
     }
 
     pub(crate) fn around(
         &mut self,
         outline: &Outline,
         extents: &[Extent],
-        min_edge_px: f32,
+        shape: &BorderShape,
     ) -> Result<Quad, Rejection> {
-        self.build_hull(outline.component.top, extents);
-        let inscribed = largest_quad(&self.hull).ok_or(Rejection::NotAQuad)?;
+        let filled = extents.iter().map(Extent::width).sum();
+        shape.check_filling(&outline.component, filled)?;
+        self.hull.build(outline.component.top, extents);
+        check_convexity(&self.hull, filled)?;
+        let inscribed = self.hull.largest_quad().ok_or(Rejection::NotAQuad)?;
+        let inscribed = inscribed.map(to_point);
         check_cover(&self.hull, &inscribed)?;
         let quad = circumscribe(&self.hull, &inscribed).ok_or(Rejection::Shape)?;
-        check_shape(&quad, min_edge_px)?;
+        check_shape(&quad, shape.min_edge_px)?;
         Ok(quad)
     }
+}
 
-    /// The convex hull, clockwise from the top: down the right side and up the left (Andrew's monotone chain).
-    fn build_hull(&mut self, top: u16, extents: &[Extent]) {
-        self.hull.clear();
-        let y = |row: usize| f32::from(top) + row as f32;
-        for (row, extent) in extents.iter().enumerate() {
-            self.extend_chain(0, [f32::from(extent.right), y(row)]);
-        }
-        let left_chain = self.hull.len() - 1;
-        for (row, extent) in extents.iter().enumerate().rev() {
-            self.extend_chain(left_chain, [f32::from(extent.left), y(row)]);
-        }
-    }
+fn to_point(pixel: Pixel) -> Point {
+    pixel.map(|coordinate| coordinate as f32)
+}
 
-    fn extend_chain(&mut self, first: usize, point: Point) {
-        while let [.., a, b] = self.hull[first..] {
-            if cross(a, b, point) > 0.0 {
-                break;
-            }
-            self.hull.pop();
-        }
-        self.hull.push(point);
+/// A border closes around what is within it; part of a side may be occluded.
+fn check_convexity(hull: &Hull, filled: u32) -> Result<(), Rejection> {
+    const LEAST_SHARE: f32 = 0.80;
+    if filled as f32 >= LEAST_SHARE * hull.area() {
+        Ok(())
+    } else {
+        Err(Rejection::NotAQuad)
     }
 }
 
@@ -69,71 +64,18 @@ fn cross(a: Point, b: Point, c: Point) -> f32 {
     (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
 }
 
-pub(crate) fn twice_area(polygon: &[Point]) -> f32 {
-    let next = polygon.iter().cycle().skip(1);
-    polygon
-        .iter()
-        .zip(next)
-        .map(|(a, b)| a[0] * b[1] - a[1] * b[0])
-        .sum()
+pub(crate) fn twice_area(quad: &Quad) -> f32 {
+    cross(quad[0], quad[1], quad[2]) + cross(quad[0], quad[2], quad[3])
 }
 
 pub(crate) fn distance(a: Point, b: Point) -> f32 {
-    distance_squared(a, b).sqrt()
-}
-
-fn distance_squared(a: Point, b: Point) -> f32 {
-    (a[0] - b[0]).powi(2) + (a[1] - b[1]).powi(2)
-}
-
-/// Index of the vertex with the greatest value.
-fn farthest(hull: &[Point], value: impl Fn(Point) -> f32) -> usize {
-    let mut best = (0, f32::NEG_INFINITY);
-    for (i, &point) in hull.iter().enumerate() {
-        let here = value(point);
-        if here > best.1 {
-            best = (i, here);
-        }
-    }
-    best.0
-}
-
-/// Four of the hull's vertices that span a (locally) largest area, clockwise.
-fn largest_quad(hull: &[Point]) -> Option<Quad> {
-    if hull.len() < 4 {
-        return None;
-    }
-    let mut corners = first_guess(hull);
-    for _ in 0..2 {
-        for i in 0..4 {
-            let (before, after) = (hull[corners[(i + 3) % 4]], hull[corners[(i + 1) % 4]]);
-            corners[i] = farthest(hull, |point| cross(before, point, after));
-        }
-    }
-    corners.sort_unstable();
-    let distinct = corners.windows(2).all(|pair| pair[0] != pair[1]);
-    distinct.then(|| corners.map(|i| hull[i]))
-}
-
-/// The vertex farthest from the middle, the one farthest from that, and those farthest to either side.
-fn first_guess(hull: &[Point]) -> [usize; 4] {
-    let sum = hull.iter().fold([0.0, 0.0], |sum, point| {
-        [sum[0] + point[0], sum[1] + point[1]]
-    });
-    let n = hull.len() as f32;
-    let a = farthest(hull, |point| {
-        distance_squared(point, [sum[0] / n, sum[1] / n])
-    });
-    let c = farthest(hull, |point| distance_squared(point, hull[a]));
-    let b = farthest(hull, |point| cross(hull[a], point, hull[c]));
-    let d = farthest(hull, |point| cross(hull[c], point, hull[a]));
-    [a, b, c, d]
+    ((a[0] - b[0]).powi(2) + (a[1] - b[1]).powi(2)).sqrt()
 }
 
 /// The quad must take up the hull, but for what rounded corners and jagged edges cost.
-fn check_cover(hull: &[Point], quad: &Quad) -> Result<(), Rejection> {
+fn check_cover(hull: &Hull, quad: &Quad) -> Result<(), Rejection> {
     const JAGS_PX: f32 = 0.75;
-    let (hull_area, quad_area) = (twice_area(hull) / 2.0, twice_area(quad) / 2.0);
+    let (hull_area, quad_area) = (hull.area(), twice_area(quad) / 2.0);
     let covered =
         quad_area > 0.0 && hull_area - quad_area < 0.06 * hull_area + JAGS_PX * perimeter(quad);
     if covered {
@@ -165,13 +107,14 @@ pub(crate) fn mean_edge(quad: &Quad) -> f32 {
 }
 
 /// Moves each side outwards, half way to the farthest vertex beyond it and by the overhang.
-fn circumscribe(hull: &[Point], quad: &Quad) -> Option<Quad> {
+fn circumscribe(hull: &Hull, quad: &Quad) -> Option<Quad> {
     let mut moved = [Line::default(); 4];
     for (i, line) in moved.iter_mut().enumerate() {
         *line = Line::through(quad[i], quad[(i + 1) % 4])?;
         let beyond = hull
+            .vertices()
             .iter()
-            .map(|&point| line.distance(point))
+            .map(|&vertex| line.distance(to_point(vertex)))
             .fold(0.0, f32::max);
         line.offset += beyond / 2.0 + OVERHANG_PX;
     }

@@ -21,6 +21,8 @@ pub(crate) struct Reader {
     pub(crate) family: Family,
     data: &'static FamilyData,
     layout: Layout,
+    /// Most of the area within the border that can have its colour.
+    pub(crate) most_solid: f32,
     index: CodeIndex,
     min_contrast: f32,
     min_margin: f32,
@@ -57,6 +59,7 @@ impl Reader {
             family,
             data,
             layout: Layout::new(data),
+            most_solid: most_solid(data),
             index: CodeIndex::new(data, options.max_hamming),
             min_contrast: f32::from(options.min_contrast),
             min_margin: options.min_margin,
@@ -187,6 +190,22 @@ impl Reader {
             .find(observed)
             .filter(|found| found.hamming <= max_hamming)
     }
+}
+
+/// What blur leaves of the holes in the tag that has fewest.
+fn most_solid(data: &FamilyData) -> f32 {
+    const LEFT_BY_BLUR: f32 = 0.3;
+    let edge = data.border_width as i8;
+    let within = |&(x, y): &(i8, i8)| (0..edge).contains(&x) && (0..edge).contains(&y);
+    let bits = data.bits.iter().rev().enumerate();
+    let inner = bits
+        .filter(|(_, bit)| within(bit))
+        .fold(0, |mask, (i, _)| mask | 1 << i);
+    let holes = data.codes.iter().map(|code| match data.border {
+        BorderColour::Black => (code & inner).count_ones(),
+        BorderColour::White => (!code & inner).count_ones(),
+    });
+    1.0 - LEFT_BY_BLUR * holes.min().unwrap_or(0) as f32 / f32::from(data.border_width).powi(2)
 }
 
 /// Why a tag was not read, and whether it might be with better corners: corners that are a pixel off leave border and

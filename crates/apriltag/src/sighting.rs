@@ -3,6 +3,7 @@
 use crate::border_vote::BorderVote;
 use crate::edges::{self, EdgeFit, Search};
 use crate::kernels::Kernels;
+use crate::outlines::BorderShape;
 use crate::photometric::PatternFitter;
 use crate::quad::{Point, Quad, distance, mean_edge, middle};
 use crate::reading::{Reader, Reading, Unread};
@@ -32,6 +33,19 @@ impl Sighting {
     /// Whether a point lies well within the tag.
     pub(crate) fn covers(&self, point: Point) -> bool {
         distance(middle(&self.quad), point) < mean_edge(&self.quad) / 2.0
+    }
+
+    /// Whether the tag's border is what has these bounds, clockwise from the top left.
+    pub(crate) fn has_bounds(&self, bounds: &Quad) -> bool {
+        const NEAR_PX: f32 = 3.0;
+        let extreme = |pick: fn(f32, f32) -> f32, axis: usize| {
+            let coordinates = self.quad.map(|corner| corner[axis]);
+            coordinates.into_iter().reduce(pick).unwrap_or(f32::NAN)
+        };
+        (0..2).all(|axis| {
+            let (low, high) = (extreme(f32::min, axis), extreme(f32::max, axis));
+            (low - bounds[0][axis]).abs() < NEAR_PX && (high - bounds[2][axis]).abs() < NEAR_PX
+        })
     }
 
     /// The tag as its whole pattern shows it, where that is surer than its edges alone.
@@ -74,6 +88,7 @@ impl Sighting {
 pub(crate) struct Lookout {
     readers: Vec<Reader>,
     border_vote: BorderVote,
+    min_edge_px: f32,
 }
 
 impl Lookout {
@@ -82,12 +97,23 @@ impl Lookout {
         Self {
             readers: options.families.iter().map(reader).collect(),
             border_vote: BorderVote::new(options.min_contrast),
+            min_edge_px: options.min_edge_px,
         }
     }
 
     /// Whether a family is looked for that has a border of this colour.
     pub(crate) fn wants(&self, border: BorderColour) -> bool {
         self.readers.iter().any(|reader| reader.border() == border)
+    }
+
+    /// What borders of a colour look like in the families that are looked for.
+    pub(crate) fn border_shape(&self, border: BorderColour) -> BorderShape {
+        let readers = self.readers.iter();
+        let families = readers.filter(|reader| reader.border() == border);
+        BorderShape {
+            min_edge_px: self.min_edge_px,
+            most_solid: families.map(|reader| reader.most_solid).fold(0.0, f32::max),
+        }
     }
 
     /// Reads a tag with a border of a colour within a quad; where that fails or bits are wrong, once more after a look at

@@ -6,8 +6,8 @@
 //! noise costs no time further on.
 
 use crate::Image;
+use crate::components::{Component, Components};
 use crate::kernels::{Kernels, TILE, TILES_IN_WORD};
-use crate::shade::Shade;
 use sextant_tag_families::BorderColour;
 use std::ops::Range;
 
@@ -44,7 +44,8 @@ pub(crate) struct Tiles {
     live_words: Vec<Range<usize>>,
     /// One row of what is worked on.
     scratch: Scratch,
-    shade: Shade,
+    /// 1 for tiles that get a second chance, 0 for others.
+    second_chance: Vec<u8>,
 }
 
 /// Extrema of three tiles above each other, with one more at either end, and of the 3x3 tiles around each.
@@ -65,8 +66,9 @@ impl Tiles {
         self.levels
             .resize(self.words_in_row() * TILES_IN_WORD * self.rows, 0);
         self.live_words.resize(self.rows, 0..0);
-        self.shade.make_room(self.columns, self.rows);
-        self.scratch.column.resize(self.columns + 2, 0);
+        self.second_chance.resize(self.columns * self.rows, 0);
+        let column = (self.columns + 2).next_multiple_of(8);
+        self.scratch.column.resize(column, 0);
         self.scratch.dark_around.resize(self.columns, 0);
         self.scratch.bright_around.resize(self.columns, 0);
     }
@@ -121,38 +123,62 @@ impl Tiles {
         range.unwrap_or(0) as f32 / RANGE_IN_SIGMA
     }
 
-    /// Sets every tile's level; says whether there is a live tile. The shaded levels build on the middle ones.
-    pub(crate) fn set_levels(&mut self, level: Level, kernels: &Kernels) -> bool {
-        let gate = self.gate;
-        match level {
-            Level::Middle => {
-                for row in 0..self.rows {
-                    kernels.run(|| self.set_row(row, u8::midpoint));
-                }
-            }
-            Level::Shaded => {
-                if !self.find_shade(kernels) {
-                    return false;
-                }
-                let near_dark =
-                    |dark: u8, bright: u8| dark + ((bright - dark) / 8).max(gate / 4 * 3);
-                for row in 0..self.rows {
-                    if self.live_words[row].is_empty() {
-                        continue;
-                    }
-                    kernels.run(|| self.set_row(row, near_dark));
-                    let levels = row * self.words_in_row() * TILES_IN_WORD;
-                    self.shade
-                        .mask_row(row, &mut self.levels[levels..][..self.columns]);
-                }
-            }
-        }
-        let mut any = false;
+    /// Sets every tile's level half way between dark and bright; says whether there is a live tile.
+    pub(crate) fn set_levels(&mut self, kernels: &Kernels) -> bool {
         for row in 0..self.rows {
+            kernels.run(|| self.set_row(row, u8::midpoint));
             self.live_words[row] = self.find_live_words(row);
-            any |= !self.live_words[row].is_empty();
         }
-        any
+        self.any_live()
+    }
+
+    /// Sets levels near the dark end where components, found with the usual levels, are to have a second chance; none
+    /// elsewhere. Says whether there is a live tile.
+    pub(crate) fn set_shaded_levels<'a>(
+        &mut self,
+        components: impl Iterator<Item = &'a Component>,
+        kernels: &Kernels,
+    ) -> bool {
+        self.second_chance.fill(0);
+        for component in components {
+            let [columns, rows] = self.tiles_of(component);
+            for row in rows {
+                self.second_chance[row * self.columns..][columns.clone()].fill(1);
+            }
+        }
+        let gate = self.gate;
+        let near_dark = |dark: u8, bright: u8| dark + ((bright - dark) / 8).max(gate / 4 * 3);
+        for row in 0..self.rows {
+            let tiles = row * self.columns..(row + 1) * self.columns;
+            if !self.second_chance[tiles.clone()].contains(&1) {
+                self.live_words[row] = 0..0;
+                continue;
+            }
+            kernels.run(|| self.set_row(row, near_dark));
+            let levels = row * self.words_in_row() * TILES_IN_WORD;
+            let levels = &mut self.levels[levels..][..=self.columns];
+            for (level, chance) in levels.iter_mut().zip(&self.second_chance[tiles]) {
+                *level *= chance;
+            }
+            levels[self.columns] = levels[self.columns - 1];
+            self.live_words[row] = self.find_live_words(row);
+        }
+        self.any_live()
+    }
+
+    /// Columns and rows of the tiles that a component's box touches.
+    fn tiles_of(&self, component: &Component) -> [Range<usize>; 2] {
+        let range = |low: u16, high: u16, n: usize| {
+            usize::from(low) / TILE..(usize::from(high) / TILE + 1).min(n)
+        };
+        [
+            range(component.left, component.right - 1, self.columns),
+            range(component.top, component.bottom, self.rows),
+        ]
+    }
+
+    fn any_live(&self) -> bool {
+        self.live_words.iter().any(|words| !words.is_empty())
     }
 
     /// Levels of a row between the extrema of the 3x3 tiles around each.
@@ -188,40 +214,57 @@ impl Tiles {
         }
     }
 
-    /// Finds the tiles for the second chance, given the middle levels; says whether there are any.
+    /// Marks the components, found with the usual levels, that reach into shade.
     ///
-    /// A tile shows shade when there is contrast in it though all of it is dark compared to what is around.
-    fn find_shade(&mut self, kernels: &Kernels) -> bool {
-        let (columns, gate) = (self.columns, self.gate);
-        let mut any = false;
+    /// A tile shows shade when there is contrast in it though all of it is dark compared to what is around. All of its
+    /// pixels went into one component then, and with them the border of a tag that lies in that shade.
+    pub(crate) fn mark_shade(
+        &mut self,
+        image: &Image<'_>,
+        components: &mut Components,
+        kernels: &Kernels,
+    ) {
         for row in 0..self.rows {
             if self.live_words[row].is_empty() {
-                self.shade.clear_row(row);
                 continue;
             }
-            let tiles = row * columns..(row + 1) * columns;
-            let own = self.darkest[tiles.clone()]
-                .iter()
-                .zip(&self.brightest[tiles]);
-            let levels = &self.levels[row * (columns + 1).next_multiple_of(TILES_IN_WORD)..];
-            let Scratch {
-                dark_around: live,
-                bright_around: seeds,
-                ..
-            } = &mut self.scratch;
-            kernels.run(|| {
-                let flags = live.iter_mut().zip(seeds.iter_mut());
-                for (((dark, bright), level), (live, seed)) in own.zip(levels).zip(flags) {
-                    *live = u8::from(*level > 0);
-                    *seed = u8::from(bright - dark >= gate) & u8::from(bright < level);
+            kernels.run(|| self.find_shade(row));
+            self.scratch.column[self.columns..].fill(0);
+            let tiles = &self.scratch.column;
+            for (first, eight) in (0..).step_by(8).zip(tiles.as_chunks::<8>().0) {
+                let mut shaded = u64::from_le_bytes(*eight);
+                while shaded != 0 {
+                    let tile = [first + shaded.trailing_zeros() as usize / 8, row];
+                    shaded &= shaded - 1;
+                    if self.has_bright_side(image, tile) {
+                        components.mark(tile.map(|at| at * TILE));
+                    }
                 }
-            });
-            any |= self.shade.set_row(row, live, seeds);
+            }
         }
-        if any {
-            self.shade.spread();
+    }
+
+    /// Whether enough of a tile is bright for its own range: the foot of a blurred edge is dark but for its last pixels.
+    fn has_bright_side(&self, image: &Image<'_>, [column, row]: [usize; 2]) -> bool {
+        const ENOUGH: usize = TILE * TILE * 3 / 8;
+        let tile = row * self.columns + column;
+        let middle = u8::midpoint(self.darkest[tile], self.brightest[tile]);
+        let rows = row * TILE..(row + 1) * TILE;
+        let pixels = rows.flat_map(|y| &image.row(y)[column * TILE..][..TILE]);
+        pixels.filter(|&&pixel| pixel > middle).count() >= ENOUGH
+    }
+
+    /// 1 in the scratch column for each tile of a row that shows shade.
+    #[inline(always)]
+    fn find_shade(&mut self, row: usize) {
+        let (columns, gate) = (self.columns, self.gate);
+        let dark = &self.darkest[row * columns..][..columns];
+        let bright = &self.brightest[row * columns..][..columns];
+        let levels = &self.levels[row * self.words_in_row() * TILES_IN_WORD..][..columns];
+        let shade = &mut self.scratch.column[..columns];
+        for (((dark, bright), level), shade) in dark.iter().zip(bright).zip(levels).zip(shade) {
+            *shade = u8::from(bright - dark >= gate) & u8::from(bright < level);
         }
-        any
     }
 
     /// The levels of the tiles around a row of pixels, and the words between which there are live ones.

@@ -133,37 +133,39 @@ fn load_floats(values: &[f32]) -> __m256 {
     unsafe { _mm256_loadu_ps(values.as_ptr()) }
 }
 
+/// Thirty-two tiles at a time, the last of them once more where they don't fill a vector.
 #[target_feature(enable = "avx2")]
 fn tile_extrema_avx2(rows: [&[u8]; TILE], darkest: &mut [u8], brightest: &mut [u8]) {
-    const TILES: usize = LANES / TILE;
-    let n_vectors = rows[0].len() / LANES;
-    for i in 0..n_vectors {
-        let [a, b, c, d] = rows.map(|row| load(&row[i * LANES..]));
-        let low = _mm256_min_epu8(_mm256_min_epu8(a, b), _mm256_min_epu8(c, d));
-        let high = _mm256_max_epu8(_mm256_max_epu8(a, b), _mm256_max_epu8(c, d));
-        let low = _mm256_min_epu8(low, _mm256_srli_epi32::<16>(low));
-        let high = _mm256_max_epu8(high, _mm256_srli_epi32::<16>(high));
-        let low = _mm256_min_epu8(low, _mm256_srli_epi32::<8>(low));
-        let high = _mm256_max_epu8(high, _mm256_srli_epi32::<8>(high));
-        darkest[i * TILES..][..TILES].copy_from_slice(&lowest_bytes(low));
-        brightest[i * TILES..][..TILES].copy_from_slice(&lowest_bytes(high));
+    let n_tiles = darkest.len();
+    if n_tiles < LANES {
+        return scalar::tile_extrema(rows, darkest, brightest);
     }
-    let rest = rows.map(|row| &row[n_vectors * LANES..]);
-    scalar::tile_extrema(
-        rest,
-        &mut darkest[n_vectors * TILES..],
-        &mut brightest[n_vectors * TILES..],
-    );
+    for first in (0..n_tiles).step_by(LANES) {
+        let first = first.min(n_tiles - LANES);
+        let mut low = [_mm256_setzero_si256(); TILE];
+        let mut high = low;
+        for (k, (low, high)) in low.iter_mut().zip(&mut high).enumerate() {
+            let [a, b, c, d] = rows.map(|row| load(&row[first * TILE + k * LANES..]));
+            *low = _mm256_min_epu8(_mm256_min_epu8(a, b), _mm256_min_epu8(c, d));
+            *low = _mm256_min_epu8(*low, _mm256_srli_epi32::<16>(*low));
+            *low = _mm256_min_epu8(*low, _mm256_srli_epi32::<8>(*low));
+            *high = _mm256_max_epu8(_mm256_max_epu8(a, b), _mm256_max_epu8(c, d));
+            *high = _mm256_max_epu8(*high, _mm256_srli_epi32::<16>(*high));
+            *high = _mm256_max_epu8(*high, _mm256_srli_epi32::<8>(*high));
+        }
+        store(lowest_bytes(low), &mut darkest[first..]);
+        store(lowest_bytes(high), &mut brightest[first..]);
+    }
 }
 
-/// The lowest byte of each of the eight 32-bit lanes.
+/// The lowest byte of each of the 32-bit lanes of four vectors.
 #[target_feature(enable = "avx2")]
-fn lowest_bytes(lanes: __m256i) -> [u8; 8] {
-    let gather = _mm256_set1_epi32(0x0c08_0400);
-    let gathered = _mm256_shuffle_epi8(lanes, gather);
-    let low = _mm256_extract_epi32::<0>(gathered) as u32;
-    let high = _mm256_extract_epi32::<4>(gathered) as u32;
-    (u64::from(high) << 32 | u64::from(low)).to_le_bytes()
+fn lowest_bytes(lanes: [__m256i; TILE]) -> __m256i {
+    let byte = _mm256_set1_epi32(0xff);
+    let [a, b, c, d] = lanes.map(|lanes| _mm256_and_si256(lanes, byte));
+    let packed = _mm256_packus_epi16(_mm256_packus_epi32(a, b), _mm256_packus_epi32(c, d));
+    // Packing works in halves of vectors, so that groups of four bytes end up here and there.
+    _mm256_permutevar8x32_epi32(packed, _mm256_setr_epi32(0, 4, 1, 5, 2, 6, 3, 7))
 }
 
 #[target_feature(enable = "avx2")]
@@ -209,6 +211,13 @@ fn load(bytes: &[u8]) -> __m256i {
     let bytes = &bytes[..LANES];
     // SAFETY: the slice holds the 32 bytes that are read; no alignment is asked for.
     unsafe { _mm256_loadu_si256(bytes.as_ptr().cast()) }
+}
+
+#[target_feature(enable = "avx2")]
+fn store(values: __m256i, bytes: &mut [u8]) {
+    let bytes = &mut bytes[..LANES];
+    // SAFETY: the slice holds the 32 bytes that are written; no alignment is asked for.
+    unsafe { _mm256_storeu_si256(bytes.as_mut_ptr().cast(), values) }
 }
 
 /// Sixteen bytes in both halves of the vector.

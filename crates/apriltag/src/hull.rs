@@ -1,0 +1,105 @@
+//! The convex hull of an outline and the four of its vertices that span most of it.
+//!
+//! In: the leftmost and rightmost pixel of each row. Out: vertices at centres of pixels, clockwise as seen (y runs down).
+
+use crate::components::make_room;
+use crate::outlines::Extent;
+
+pub(crate) type Pixel = [i32; 2];
+
+#[derive(Debug, Default)]
+pub(crate) struct Hull {
+    vertices: Vec<Pixel>,
+}
+
+impl Hull {
+    /// Takes the memory that an image of a size can ask for.
+    pub(crate) fn make_room(&mut self, height: usize) {
+        make_room(&mut self.vertices, 2 * height + 1);
+    }
+
+    /// From the top: down the right side and up the left (Andrew's monotone chain).
+    pub(crate) fn build(&mut self, top: u16, extents: &[Extent]) {
+        let top = i32::from(top);
+        self.vertices.clear();
+        for (extent, y) in extents.iter().zip(top..) {
+            self.extend_chain(0, [i32::from(extent.right), y]);
+        }
+        let left_chain = self.vertices.len() - 1;
+        let bottom = top + extents.len() as i32 - 1;
+        for (extent, back) in extents.iter().rev().zip(0..) {
+            self.extend_chain(left_chain, [i32::from(extent.left), bottom - back]);
+        }
+    }
+
+    #[inline]
+    fn extend_chain(&mut self, first: usize, point: Pixel) {
+        while let [.., a, b] = self.vertices[first..]
+            && cross(a, b, point) <= 0
+        {
+            self.vertices.pop();
+        }
+        self.vertices.push(point);
+    }
+
+    pub(crate) fn vertices(&self) -> &[Pixel] {
+        &self.vertices
+    }
+
+    pub(crate) fn area(&self) -> f32 {
+        let next = self.vertices.iter().cycle().skip(1);
+        let pairs = self.vertices.iter().zip(next);
+        let twice: i32 = pairs.map(|(a, b)| a[0] * b[1] - a[1] * b[0]).sum();
+        twice as f32 / 2.0
+    }
+
+    /// Four vertices that span a (locally) largest area.
+    pub(crate) fn largest_quad(&self) -> Option<[Pixel; 4]> {
+        let hull = &self.vertices;
+        let mut corners = self.first_guess();
+        for _ in 0..2 {
+            let before = corners;
+            for i in 0..4 {
+                let (last, next) = (hull[corners[(i + 3) % 4]], hull[corners[(i + 1) % 4]]);
+                corners[i] = self.farthest(|point| cross(last, point, next));
+            }
+            if corners == before {
+                break;
+            }
+        }
+        corners.sort_unstable();
+        let distinct = corners.windows(2).all(|pair| pair[0] != pair[1]);
+        distinct.then(|| corners.map(|i| hull[i]))
+    }
+
+    /// The vertex farthest from the first, the one farthest from that, and those farthest to either side.
+    fn first_guess(&self) -> [usize; 4] {
+        let hull = &self.vertices;
+        let a = self.farthest(|point| distance_squared(point, hull[0]));
+        let c = self.farthest(|point| distance_squared(point, hull[a]));
+        let b = self.farthest(|point| cross(hull[a], point, hull[c]));
+        let d = self.farthest(|point| cross(hull[c], point, hull[a]));
+        [a, b, c, d]
+    }
+
+    /// Index of the vertex with the greatest value.
+    fn farthest(&self, value: impl Fn(Pixel) -> i32) -> usize {
+        let mut best = (0, i32::MIN);
+        for (i, &point) in self.vertices.iter().enumerate() {
+            let here = value(point);
+            if here > best.1 {
+                best = (i, here);
+            }
+        }
+        best.0
+    }
+}
+
+/// Twice the area of the triangle; positive when clockwise as seen.
+fn cross(a: Pixel, b: Pixel, c: Pixel) -> i32 {
+    (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
+}
+
+fn distance_squared(a: Pixel, b: Pixel) -> i32 {
+    (a[0] - b[0]).pow(2) + (a[1] - b[1]).pow(2)
+}
