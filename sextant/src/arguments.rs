@@ -1,7 +1,7 @@
 //! The commands and where each of them lives.
 
 use crate::output::Format;
-use crate::{check, config, demo, detect, echo, hz, list, nodes, replay};
+use crate::{calibrate, check, config, demo, detect, echo, hz, learn, list, nodes, replay};
 use clap::{Parser, Subcommand};
 use node_camera::CameraArguments;
 
@@ -34,6 +34,10 @@ enum Command {
     Detect(detect::DetectArguments),
     /// Run a recording through the estimator.
     Replay(replay::ReplayArguments),
+    /// Find lenses' and cameras' parameters from images.
+    Calibrate(calibrate::CalibrateArguments),
+    /// Learn where the tags of an object sit.
+    Learn(learn::LearnArguments),
     /// Say who and what is there on a site.
     List(list::ListArguments),
     /// Show messages of a site as they come.
@@ -66,6 +70,8 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         Command::Demo(arguments) => demo::run(arguments, format),
         Command::Detect(arguments) => detect::run(arguments, format),
         Command::Replay(arguments) => replay::run(arguments, format),
+        Command::Calibrate(arguments) => calibrate::run(arguments, format),
+        Command::Learn(arguments) => learn::run(arguments, format),
         Command::List(arguments) => list::run(arguments, format),
         Command::Echo(arguments) => echo::run(arguments, format),
         Command::Hz(arguments) => hz::run(arguments, format),

@@ -1,12 +1,14 @@
 //! Sextant on the command line: one program for every node and every tool.
 
 mod arguments;
+mod calibrate;
 mod check;
 mod config;
 mod demo;
 mod detect;
 mod echo;
 mod hz;
+mod learn;
 mod list;
 mod message_text;
 mod nodes;

@@ -3,7 +3,7 @@
 mod ledger;
 mod models;
 mod poses_file;
-mod sight;
+pub mod sight;
 mod summary;
 
 use crate::ordered::in_order;

@@ -4,7 +4,26 @@
 //! nothing of the live path depends on this crate. It knows no image, file, clock or network.
 //!
 //! - [`bundle`]: bundle adjustment of tag corners, the core of every procedure.
+//! - [`RigSession`]: where every camera is, from an object carried through what they see.
+//! - [`LearnSession`]: where each tag of an object sits, from images of the object being turned.
+//! - [`Verdict`]: the judgement in words that every procedure ends with.
 
+mod adjustment;
 pub mod bundle;
+mod constellation;
+mod graph;
 mod intake;
+mod learn;
 mod resection;
+mod rig;
+mod verdict;
+
+pub use learn::{
+    Gauge, LearnError, LearnPlan, LearnProgress, LearnReport, LearnSession, Learned, LearnedTag,
+    MOST_IMAGES, TagProgress,
+};
+pub use rig::{
+    Calibrated, CalibratedCamera, CameraProgress, Origin, RigError, RigPlan, RigProgress,
+    RigReport, RigSession,
+};
+pub use verdict::{Grade, Verdict};

@@ -99,6 +99,16 @@ fn agreeing(
         .collect()
 }
 
+/// The tags of an image that a pose explains roughly: a start for an adjustment, which decides by itself.
+pub(crate) fn agreeing_loosely(
+    lens: &Lens,
+    image: &ImageView,
+    tags: &[Placed],
+    pose: &Pose,
+) -> Vec<usize> {
+    agreeing(lens, image, tags, pose, LOOSE)
+}
+
 fn refined(lens: &Lens, image: &ImageView, tags: &[Placed], proposal: Pose) -> ObjectView {
     let mut pose = proposal;
     for bounds in [LOOSE, TIGHT] {

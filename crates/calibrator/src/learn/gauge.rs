@@ -1,0 +1,55 @@
+//! The frame of a learned object, and what the deviations of its tags are in that frame.
+
+use nalgebra::{DMatrix, Matrix6, SMatrix, Vector3};
+use sextant_estimator::TagId;
+use sextant_geometry::{Pose, so3};
+
+/// Which frame the object gets.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub enum Gauge {
+    /// The origin in the middle of the tags, axes as those of the tag that is seen best. Deviations are those that
+    /// remain when the whole constellation is aligned.
+    #[default]
+    Centroid,
+    /// The frame of this tag; deviations are relative to it.
+    Tag(TagId),
+}
+
+/// The mean position of poses.
+pub(super) fn centroid(poses: &[Pose]) -> Vector3<f64> {
+    let sum: Vector3<f64> = poses.iter().map(|pose| pose.translation.vector).sum();
+    sum / poses.len().max(1) as f64
+}
+
+/// The covariance of every tag's pose after the constellation is aligned as a whole: the part of the errors that is a
+/// common rigid motion is taken away (inner constraints; W. Baarda, S-transformations and criterion matrices, 1973).
+pub(super) fn aligned(covariance: &DMatrix<f64>, poses: &[Pose]) -> DMatrix<f64> {
+    let n = poses.len();
+    let middle = centroid(poses);
+    // A rigid motion (d, r) about the middle moves a tag by d + r x (t - middle) and turns it by r.
+    let mut rigid = DMatrix::<f64>::zeros(6 * n, 6);
+    let mut fit = DMatrix::<f64>::zeros(6, 6 * n);
+    for (tag, pose) in poses.iter().enumerate() {
+        let arm = pose.translation.vector - middle;
+        let mut block = Matrix6::<f64>::identity();
+        block
+            .fixed_view_mut::<3, 3>(0, 3)
+            .copy_from(&-so3::hat(&arm));
+        rigid.fixed_rows_mut::<6>(6 * tag).copy_from(&block);
+        // Aligned on the tags' corners: positions and, with the tag's own arm, attitudes.
+        let mut weight = Matrix6::<f64>::identity();
+        for axis in 3..6 {
+            weight[(axis, axis)] = TAG_ARM_M * TAG_ARM_M;
+        }
+        let weighted: SMatrix<f64, 6, 6> = block.transpose() * weight;
+        fit.fixed_columns_mut::<6>(6 * tag).copy_from(&weighted);
+    }
+    let Some(inverse) = (&fit * &rigid).try_inverse() else {
+        return covariance.clone();
+    };
+    let rest = DMatrix::identity(6 * n, 6 * n) - rigid * (inverse * fit);
+    &rest * covariance * rest.transpose()
+}
+
+/// Mean arm of a corner about its tag's axes, for aligning: about that of a 4 cm tag.
+const TAG_ARM_M: f64 = 0.02;

@@ -1,0 +1,247 @@
+//! How far a learning session is, and what to do next.
+
+use crate::graph::{Edge, islands};
+use crate::intake::{ImageView, Wanted, take_in};
+use crate::verdict::listed;
+use nalgebra::Vector3;
+use serde::Serialize;
+use sextant_estimator::{Camera, ImageObservation, TagId};
+use std::collections::{BTreeMap, BTreeSet};
+
+/// A tag's share of the images so far.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct TagProgress {
+    /// Family and number, as text.
+    pub tag: String,
+    /// Images that show it.
+    pub images: usize,
+    /// Of eight directions around its face, from how many it was seen; face-on counts for none.
+    pub directions: usize,
+    /// Number of the group of tags that images have joined so far; equal numbers are joined.
+    pub group: usize,
+}
+
+/// How far a session is.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct LearnProgress {
+    /// Images taken in.
+    pub images: usize,
+    /// Of them with at least two tags: only those join tags.
+    pub joining: usize,
+    /// Every wanted tag.
+    pub tags: Vec<TagProgress>,
+    /// From 0 to 1; at 1 it is time to solve.
+    pub complete: f64,
+    /// What to do next, a sentence.
+    pub hint: String,
+}
+
+/// What the images have covered.
+#[derive(Clone, Debug)]
+pub(super) struct Coverage {
+    images: usize,
+    joining: usize,
+    seen: Vec<usize>,
+    directions: Vec<[bool; DIRECTIONS]>,
+    together: BTreeMap<[usize; 2], usize>,
+    foreign: BTreeMap<TagId, usize>,
+    doubled: BTreeMap<TagId, usize>,
+    outside: usize,
+}
+
+const DIRECTIONS: usize = 8;
+/// A tag seen nearer to face-on than this tells little of its tilt, radians.
+const FACE_ON: f64 = 0.2;
+/// So many images of a tag, directions and images of a pair are enough.
+const ENOUGH_IMAGES: usize = 12;
+const ENOUGH_DIRECTIONS: usize = 3;
+const ENOUGH_TOGETHER: usize = 3;
+
+impl Coverage {
+    pub(super) fn of(wanted: &[Wanted]) -> Self {
+        Self {
+            images: 0,
+            joining: 0,
+            seen: vec![0; wanted.len()],
+            directions: vec![[false; DIRECTIONS]; wanted.len()],
+            together: BTreeMap::new(),
+            foreign: BTreeMap::new(),
+            doubled: BTreeMap::new(),
+            outside: 0,
+        }
+    }
+
+    pub(super) fn add(
+        &mut self,
+        camera: (usize, &Camera),
+        wanted: &[Wanted],
+        image: &ImageObservation,
+    ) {
+        let (view, over) = take_in(camera, wanted, image);
+        self.images += 1;
+        self.joining += usize::from(view.tags.len() > 1);
+        self.outside += over.outside.len();
+        for tag in over.foreign {
+            *self.foreign.entry(tag).or_default() += 1;
+        }
+        for tag in over.doubled {
+            *self.doubled.entry(tag).or_default() += 1;
+        }
+        self.add_view(&view);
+    }
+
+    fn add_view(&mut self, view: &ImageView) {
+        for (at, tag) in view.tags.iter().enumerate() {
+            self.seen[tag.tag] += 1;
+            // The camera as the tag sees it.
+            let camera_in_tag = tag.branches[0].inverse().translation.vector;
+            if let Some(direction) = direction(&camera_in_tag) {
+                self.directions[tag.tag][direction] = true;
+            }
+            for other in &view.tags[at + 1..] {
+                let pair = [tag.tag.min(other.tag), tag.tag.max(other.tag)];
+                *self.together.entry(pair).or_default() += 1;
+            }
+        }
+    }
+
+    /// Tags that nobody looks for, the most frequent first.
+    pub(super) fn foreign(&self) -> Vec<TagId> {
+        let mut foreign: Vec<_> = self.foreign.iter().collect();
+        foreign.sort_by_key(|(tag, count)| (std::cmp::Reverse(**count), **tag));
+        foreign.into_iter().map(|(tag, _)| *tag).collect()
+    }
+
+    /// How often each tag was seen twice in one image.
+    pub(super) fn doubled(&self) -> &BTreeMap<TagId, usize> {
+        &self.doubled
+    }
+
+    /// How many tags lay outside of the picture that the rig states.
+    pub(super) fn outside(&self) -> usize {
+        self.outside
+    }
+
+    fn groups(&self, n: usize) -> Vec<usize> {
+        let enough = self
+            .together
+            .iter()
+            .filter(|(_, count)| **count >= ENOUGH_TOGETHER);
+        let edges: Vec<Edge> = enough
+            .map(|(&nodes, &count)| Edge {
+                nodes,
+                strength: count as f64,
+            })
+            .collect();
+        islands(n, &edges)
+    }
+
+    pub(super) fn progress(&self, wanted: &[Wanted]) -> LearnProgress {
+        let groups = self.groups(wanted.len());
+        let tags = wanted.iter().enumerate().map(|(at, w)| TagProgress {
+            tag: w.tag.to_string(),
+            images: self.seen[at],
+            directions: self.directions[at].iter().filter(|d| **d).count(),
+            group: groups[at],
+        });
+        let tags: Vec<TagProgress> = tags.collect();
+        LearnProgress {
+            images: self.images,
+            joining: self.joining,
+            complete: complete(&tags),
+            hint: self.hint(&tags),
+            tags,
+        }
+    }
+
+    fn hint(&self, tags: &[TagProgress]) -> String {
+        if self.seen.iter().all(|n| *n == 0) {
+            return match self.foreign().first() {
+                Some(tag) => format!(
+                    "Only {tag} is seen, which is not one of the object's tags: check the numbers"
+                ),
+                None => "Show the object to the camera".to_owned(),
+            };
+        }
+        if let Some((tag, _)) = self.doubled.iter().find(|(_, n)| **n >= ENOUGH_TOGETHER) {
+            return format!("Tag {tag} is there twice: replace one of the two by another number");
+        }
+        if let Some(hint) = joining_hint(tags) {
+            return hint;
+        }
+        let few = tags.iter().filter(|t| t.images < ENOUGH_IMAGES);
+        if let Some(tag) = few.min_by_key(|t| t.images) {
+            return format!(
+                "Turn {} to the camera and hold it there a little longer",
+                tag.tag
+            );
+        }
+        let flat = tags.iter().filter(|t| t.directions < ENOUGH_DIRECTIONS);
+        if let Some(tag) = flat.min_by_key(|t| t.directions) {
+            return format!(
+                "Tilt the object to and fro while {} is seen: it was seen from too few sides",
+                tag.tag
+            );
+        }
+        "Enough: every tag is joined and seen from several sides".to_owned()
+    }
+}
+
+/// Which turn would join the groups; none if there is one group only.
+pub(super) fn joining_hint(tags: &[TagProgress]) -> Option<String> {
+    let groups: BTreeSet<usize> = tags.iter().map(|t| t.group).collect();
+    if groups.len() < 2 {
+        return None;
+    }
+    let of_group = |group: usize| tags.iter().filter(move |t| t.group == group);
+    let size = |group: &usize| of_group(*group).map(|t| t.images).sum::<usize>();
+    let main = *groups
+        .iter()
+        .max_by_key(|g| (size(g), std::cmp::Reverse(**g)))?;
+    let unseen: Vec<&str> = tags
+        .iter()
+        .filter(|t| t.images == 0)
+        .map(|t| t.tag.as_str())
+        .collect();
+    if !unseen.is_empty() {
+        let unseen = listed(unseen);
+        return Some(format!(
+            "Turn the object until {unseen} comes into view together with a tag seen before"
+        ));
+    }
+    let other = *groups
+        .iter()
+        .filter(|g| **g != main)
+        .max_by_key(|g| size(g))?;
+    let most = |group: usize| {
+        of_group(group)
+            .max_by_key(|t| t.images)
+            .map(|t| t.tag.clone())
+    };
+    let (from, to) = (most(main)?, most(other)?);
+    Some(format!(
+        "Turn the object slowly from {from} towards {to}, so that tags of both sides are in one picture"
+    ))
+}
+
+/// The mean over the tags of how much of what is enough is there; joints count as much as images and directions.
+fn complete(tags: &[TagProgress]) -> f64 {
+    let groups: BTreeSet<usize> = tags.iter().map(|t| t.group).collect();
+    let part = |have: usize, enough: usize| (have as f64 / enough as f64).min(1.0);
+    let of_tag = |t: &TagProgress| {
+        0.5 * (part(t.images, ENOUGH_IMAGES) + part(t.directions, ENOUGH_DIRECTIONS))
+    };
+    let mean = tags.iter().map(of_tag).sum::<f64>() / tags.len().max(1) as f64;
+    let joined = 1.0 - (groups.len() - 1) as f64 / tags.len().max(2).saturating_sub(1) as f64;
+    0.5 * (mean + joined.max(0.0))
+}
+
+/// Which of eight sides of a tag's face a point is on; `None` almost straight before it.
+fn direction(point_in_tag: &Vector3<f64>) -> Option<usize> {
+    let aside = point_in_tag.xy().norm();
+    if aside.atan2(point_in_tag.z) < FACE_ON {
+        return None;
+    }
+    let turn = point_in_tag.y.atan2(point_in_tag.x) / std::f64::consts::TAU + 1.0;
+    Some((turn * DIRECTIONS as f64).round() as usize % DIRECTIONS)
+}

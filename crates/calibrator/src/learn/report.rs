@@ -1,0 +1,200 @@
+//! How well a constellation was learned.
+
+use crate::verdict::Verdict;
+use serde::Serialize;
+
+/// One tag of a learned object.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct LearnedTag {
+    /// Family and number, as text.
+    pub tag: String,
+    /// Images that show it.
+    pub images: usize,
+    /// Of them left out because it did not fit there.
+    pub left_out: usize,
+    /// One standard deviation of its position (root of the mean of the three axes), millimetres. See `Gauge` of what.
+    pub sigma_mm: f64,
+    /// Of its attitude, the same, degrees.
+    pub sigma_deg: f64,
+    /// Distance between its model and seen corners, root mean square, pixels.
+    pub rms_px: f64,
+    /// Its size by comparison with the other tags, as a part of the stated one, with its deviation; 1 if right.
+    pub size_ratio: f64,
+    /// One standard deviation of that.
+    pub size_ratio_sigma: f64,
+}
+
+/// How well a constellation was learned, in numbers and words.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct LearnReport {
+    /// The object's name.
+    pub object: String,
+    /// Images taken in.
+    pub images: usize,
+    /// Images used.
+    pub images_used: usize,
+    /// Over all corners used, pixels.
+    pub rms_px: f64,
+    /// The corners' error in units of what the detector states of itself; near 1 if that is right.
+    pub noise_ratio: f64,
+    /// The learned tags.
+    pub tags: Vec<LearnedTag>,
+    /// Known tags of the given object that stayed.
+    pub kept: Vec<String>,
+    /// What the images hardly determine, in words.
+    pub weak: Vec<String>,
+    /// In words.
+    pub verdict: Verdict,
+}
+
+use super::LearnSession;
+use super::solving::{Solved, fitting};
+use crate::bundle::KeptParameter;
+use crate::verdict::{Grade, listed};
+
+/// A tag known better than this is well placed (metres, radians); three times as much is still of use.
+const WELL_PLACED: (f64, f64) = (0.0003, 0.004);
+/// Fewer images of a tag leave its place to chance.
+const FEW_IMAGES: usize = 5;
+/// Sizes that disagree by less do no harm.
+const HARMLESS_SIZE: f64 = 0.004;
+/// More of a tag's images left out is worth a word.
+const MANY_LEFT_OUT: f64 = 0.15;
+
+impl LearnSession {
+    pub(super) fn report(&self, solved: &Solved) -> LearnReport {
+        let all: Vec<LearnedTag> = (0..self.wanted.len())
+            .map(|at| self.tag(solved, at))
+            .collect();
+        let sought = |wanted: bool| {
+            let both = all.iter().zip(&solved.sought);
+            both.filter(move |(_, s)| **s == wanted)
+                .map(|(tag, _)| tag.clone())
+        };
+        let tags: Vec<LearnedTag> = sought(true).collect();
+        LearnReport {
+            object: self.plan.object.to_string(),
+            images: self.images.len(),
+            images_used: solved.adjusted.images.len(),
+            rms_px: solved.adjusted.solution.rms_px,
+            noise_ratio: solved.adjusted.solution.variance_factor.sqrt(),
+            kept: sought(false).map(|tag| tag.tag).collect(),
+            weak: self.weak(solved),
+            verdict: self.verdict(&tags, solved),
+            tags,
+        }
+    }
+
+    fn tag(&self, solved: &Solved, at: usize) -> LearnedTag {
+        let (images, fits) = fitting(self.wanted.len(), &solved.views, &solved.adjusted)[at];
+        let variance = |row: usize| {
+            let rows = (6 * at + row)..(6 * at + row + 3);
+            rows.map(|r| solved.covariance[(r, r)].max(0.0))
+                .sum::<f64>()
+                / 3.0
+        };
+        let (ratio, sigma) = solved.with_sizes.as_ref().map_or((1.0, 0.0), |solution| {
+            let sigma = solution
+                .covariance
+                .sigma(KeptParameter::TagSize { tag: at });
+            let ratio = solution.bundle.tags[at].size_m / self.wanted[at].size_m;
+            (ratio, sigma.unwrap_or(0.0))
+        });
+        LearnedTag {
+            tag: self.wanted[at].tag.to_string(),
+            images,
+            left_out: images - fits.min(images),
+            sigma_mm: variance(0).sqrt() * 1e3,
+            sigma_deg: variance(3).sqrt().to_degrees(),
+            rms_px: rms_of(solved, at),
+            size_ratio: ratio,
+            size_ratio_sigma: sigma,
+        }
+    }
+
+    fn weak(&self, solved: &Solved) -> Vec<String> {
+        let weak = solved.adjusted.solution.weak.iter().filter_map(|direction| {
+            let (parameter, _) = direction.made_of.first()?;
+            let (what, tag) = match *parameter {
+                KeptParameter::TagPosition { tag, .. } => ("position", tag),
+                KeptParameter::TagRotation { tag, .. } => ("attitude", tag),
+                _ => return None,
+            };
+            let tag = self.wanted[tag].tag;
+            Some(format!("the {what} of {tag} is hardly determined: show it nearer, tilted and with its neighbours"))
+        });
+        let mut weak: Vec<String> = weak.collect();
+        weak.dedup();
+        weak
+    }
+
+    fn verdict(&self, tags: &[LearnedTag], solved: &Solved) -> Verdict {
+        let mut verdict = Verdict::new();
+        let (well_mm, well_deg) = (WELL_PLACED.0 * 1e3, WELL_PLACED.1.to_degrees());
+        for (factor, grade) in [(3.0, Grade::Poor), (1.0, Grade::Usable)] {
+            let vague = tags.iter().filter(|t| {
+                let excess = (t.sigma_mm / well_mm).max(t.sigma_deg / well_deg);
+                excess > factor && (factor > 1.0 || excess <= 3.0)
+            });
+            let vague: Vec<&str> = vague.map(|t| t.tag.as_str()).collect();
+            if !vague.is_empty() {
+                verdict.add(grade, format!(
+                    "{} known to no better than {:.1} mm or {:.1} degrees: show it nearer and from more sides",
+                    listed(vague), well_mm * factor, well_deg * factor));
+            }
+        }
+        for tag in tags.iter().filter(|t| t.images - t.left_out < FEW_IMAGES) {
+            verdict.add(
+                Grade::Usable,
+                format!(
+                    "only {} images of {} fit",
+                    tag.images - tag.left_out,
+                    tag.tag
+                ),
+            );
+        }
+        for tag in tags
+            .iter()
+            .filter(|t| t.left_out as f64 > MANY_LEFT_OUT * t.images as f64)
+        {
+            verdict.add(
+                Grade::Usable,
+                format!(
+                    "{} of {} images put {} elsewhere: is it loose, or there twice?",
+                    tag.left_out, tag.images, tag.tag
+                ),
+            );
+        }
+        for tag in tags {
+            self.judge_size(tag, &mut verdict);
+        }
+        for (tag, count) in self.coverage.doubled() {
+            verdict.add(
+                Grade::Usable,
+                format!("{count} images show {tag} twice, and were not used for it"),
+            );
+        }
+        for weak in self.weak(solved) {
+            verdict.add(Grade::Poor, weak);
+        }
+        verdict
+    }
+
+    fn judge_size(&self, tag: &LearnedTag, verdict: &mut Verdict) {
+        let off = (tag.size_ratio - 1.0).abs();
+        if off > HARMLESS_SIZE && off > 4.0 * tag.size_ratio_sigma {
+            verdict.add(Grade::Poor, format!(
+                "{} is {:.1} % {} than stated by comparison with the other tags: measure its black square again",
+                tag.tag, off * 100.0, if tag.size_ratio > 1.0 { "larger" } else { "smaller" }));
+        }
+    }
+}
+
+fn rms_of(solved: &Solved, tag: usize) -> f64 {
+    let bundle = &solved.adjusted.solution.bundle;
+    let own = bundle
+        .residuals()
+        .filter(|r| bundle.images[r.image].tags[r.seen].tag == tag);
+    let squares: Vec<f64> = own.map(|r| r.rms_px().powi(2)).collect();
+    (squares.iter().sum::<f64>() / squares.len().max(1) as f64).sqrt()
+}

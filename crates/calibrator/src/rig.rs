@@ -1,0 +1,195 @@
+//! Calibrating a rig: where every camera is, from an object carried through what they see.
+//!
+//! The object's tags may be known or not, cameras may never see it at the same time as the reference as long as others
+//! join them, shutters need not be synchronised, clocks may be off. A [`RigSession`] takes images one by one, tells at any time how
+//! far things are and what to do next, and solves when asked to; recorded and live images are the same to it.
+
+mod clocks;
+mod origin;
+mod pairs;
+mod progress;
+mod report;
+mod solving;
+mod stillness;
+mod trajectory;
+
+pub use origin::Origin;
+pub use progress::{CameraProgress, RigProgress};
+pub use report::{CalibratedCamera, RigReport};
+
+use crate::intake::Wanted;
+use progress::Coverage;
+use sextant_estimator::{CameraId, ImageObservation, ObjectId, ObjectModel, Rig, TagId};
+use thiserror::Error;
+
+/// What is to be calibrated.
+#[derive(Clone, Debug)]
+pub struct RigPlan {
+    /// What is carried; tags without `object_from_tag` are placed on the way.
+    pub object: ObjectModel,
+    /// The frame of the result.
+    pub origin: Origin,
+}
+
+/// A calibrated rig.
+#[derive(Clone, Debug)]
+pub struct Calibrated {
+    /// Every camera with its pose.
+    pub rig: Rig,
+    /// How well, in numbers and words.
+    pub report: RigReport,
+}
+
+/// Why a rig could not be calibrated.
+#[derive(Clone, Debug, Error)]
+pub enum RigError {
+    /// The object has links.
+    #[error("object {0} has links: carry a rigid one")]
+    Articulated(ObjectId),
+    /// The origin's camera or tag is unknown.
+    #[error("the origin, {0}, is not there")]
+    UnknownOrigin(String),
+    /// Nothing of use in any image.
+    #[error("{images} images, and none shows a tag of object {object}{seen}")]
+    NothingSeen {
+        /// How many images came.
+        images: usize,
+        /// The object's name.
+        object: ObjectId,
+        /// What they do show, in words.
+        seen: String,
+    },
+    /// A camera's images are not those of the rig's camera.
+    #[error(
+        "camera {camera}: {part} % of the tags lie outside of its {width} x {height} pixels: the rig states another resolution than these images have"
+    )]
+    Resolution {
+        /// The camera.
+        camera: CameraId,
+        /// How many of a hundred.
+        part: usize,
+        /// As the rig states it.
+        width: u32,
+        /// As the rig states it.
+        height: u32,
+    },
+    /// A tag that is there twice.
+    #[error(
+        "tag {tag} is in {images} images twice at once: take one of the two away, or print another number"
+    )]
+    Doubled {
+        /// The tag.
+        tag: TagId,
+        /// How often.
+        images: usize,
+    },
+    /// Cameras that cannot be joined with the rest.
+    #[error("{cameras} with the rest: {hint}")]
+    NotConnected {
+        /// Who, in words.
+        cameras: String,
+        /// What to do.
+        hint: String,
+    },
+    /// The object's tags could not be placed.
+    #[error("the object's tags are not known and cannot be learned from these images: {0}")]
+    Object(#[from] crate::learn::LearnError),
+    /// A camera that was moved while images were taken.
+    #[error(
+        "camera {camera} moved by about {mm:.0} mm and {deg:.1} degrees while the images were taken: fix it and record again"
+    )]
+    Moved {
+        /// The camera.
+        camera: CameraId,
+        /// How far.
+        mm: f64,
+        /// How much it turned.
+        deg: f64,
+    },
+    /// Two cameras' images fit the other's lens.
+    #[error(
+        "the images of {first} fit the lens of {second} and the other way round: their names are swapped"
+    )]
+    Swapped {
+        /// The one.
+        first: CameraId,
+        /// The other.
+        second: CameraId,
+    },
+    /// Something that the images leave open.
+    #[error("not determined by these images: {0}")]
+    Undetermined(String),
+    /// The adjustment has no start.
+    #[error("the cameras could not be adjusted: {0}")]
+    Adjustment(#[from] crate::bundle::BundleError),
+}
+
+/// Calibrates from images as they come.
+#[derive(Clone, Debug)]
+pub struct RigSession {
+    rig: Rig,
+    plan: RigPlan,
+    wanted: Vec<Wanted>,
+    images: Vec<ImageObservation>,
+    coverage: Coverage,
+}
+
+/// Images kept at most; further ones are ignored, since more of the same adds little.
+const MOST_IMAGES: usize = 60_000;
+
+impl RigSession {
+    /// Nothing seen yet.
+    ///
+    /// # Errors
+    /// A plan that cannot be carried out, whatever the images show.
+    pub fn new(rig: Rig, plan: RigPlan) -> Result<Self, RigError> {
+        if plan.object.articulation().is_some() {
+            return Err(RigError::Articulated(plan.object.id().clone()));
+        }
+        plan.origin.check(&rig)?;
+        let mut wanted: Vec<Wanted> = plan
+            .object
+            .tags()
+            .iter()
+            .map(|tag| Wanted {
+                tag: tag.tag,
+                size_m: tag.size_m,
+            })
+            .collect();
+        plan.origin.add_floor_tags(&mut wanted);
+        Ok(Self {
+            coverage: Coverage::of(&rig),
+            images: Vec::new(),
+            rig,
+            plan,
+            wanted,
+        })
+    }
+
+    /// Takes an image in. Images of cameras that the rig lacks are passed over.
+    pub fn handle(&mut self, image: &ImageObservation) {
+        let Some(index) = self.camera_of(image) else {
+            return;
+        };
+        if self.images.len() < MOST_IMAGES {
+            self.coverage
+                .add((index, &self.rig.cameras()[index]), &self.wanted, image);
+            self.images.push(image.clone());
+        }
+    }
+
+    /// How far things are and what to do next.
+    pub fn progress(&self) -> RigProgress {
+        self.coverage.progress(&self.rig)
+    }
+
+    fn camera_of(&self, image: &ImageObservation) -> Option<usize> {
+        let mut cameras = self.rig.cameras().iter();
+        cameras.position(|camera| camera.id == image.camera)
+    }
+
+    /// How many of the wanted tags belong to the carried object; the others lie on the floor.
+    fn n_carried(&self) -> usize {
+        self.plan.object.tags().len()
+    }
+}

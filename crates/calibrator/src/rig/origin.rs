@@ -1,0 +1,107 @@
+//! The world's frame: a camera's, a tag's on the floor, or one through three tags.
+
+use super::RigError;
+use crate::intake::Wanted;
+use nalgebra::{Isometry3, Matrix3, Rotation3, Translation3, UnitQuaternion, Vector3};
+use sextant_estimator::{CameraId, Rig, TagId};
+use sextant_geometry::Pose;
+
+/// What the world's frame is tied to.
+#[derive(Clone, Debug, PartialEq, Default)]
+pub enum Origin {
+    /// The first camera of the rig keeps the pose that the rig gives it; without one it is the world's frame.
+    #[default]
+    FirstCamera,
+    /// As [`Origin::FirstCamera`], with another camera.
+    Camera(CameraId),
+    /// A tag that lies still (not on the carried object) is the world's frame; its size in metres.
+    Tag(TagId, f64),
+    /// Three tags that lie still: the centre of the first is the origin, the second lies on the x axis, the third on the
+    /// side of positive y; z is up where they run anticlockwise as seen from above. Their size in metres.
+    ThreeTags([TagId; 3], f64),
+}
+
+impl Origin {
+    pub(super) fn check(&self, rig: &Rig) -> Result<(), RigError> {
+        match self {
+            Self::Camera(id) if rig.camera(id).is_none() => {
+                Err(RigError::UnknownOrigin(format!("camera {id}")))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// Tags that lie still; none on the carried object.
+    pub(super) fn floor_tags(&self) -> Vec<(TagId, f64)> {
+        match self {
+            Self::FirstCamera | Self::Camera(_) => Vec::new(),
+            Self::Tag(tag, size_m) => vec![(*tag, *size_m)],
+            Self::ThreeTags(tags, size_m) => tags.map(|tag| (tag, *size_m)).to_vec(),
+        }
+    }
+
+    pub(super) fn add_floor_tags(&self, wanted: &mut Vec<Wanted>) {
+        for (tag, size_m) in self.floor_tags() {
+            wanted.push(Wanted { tag, size_m });
+        }
+    }
+
+    /// The camera whose pose is held while adjusting.
+    pub(super) fn reference(&self, rig: &Rig) -> usize {
+        let named = match self {
+            Self::Camera(id) => rig.cameras().iter().position(|camera| camera.id == *id),
+            _ => None,
+        };
+        named.unwrap_or(0)
+    }
+
+    /// `world_from_adjusted`, given where the floor's tags were found in the frame of the adjustment.
+    pub(super) fn world(&self, floor: &[Option<Pose>]) -> Result<Pose, RigError> {
+        let found = |at: usize| {
+            let tag = self.floor_tags()[at].0;
+            let pose = floor.get(at).copied().flatten();
+            pose.ok_or_else(|| RigError::UnknownOrigin(format!("tag {tag}")))
+        };
+        match self {
+            Self::FirstCamera | Self::Camera(_) => Ok(Pose::identity()),
+            Self::Tag(..) => Ok(found(0)?.inverse()),
+            Self::ThreeTags(..) => {
+                let points = [found(0)?, found(1)?, found(2)?].map(|p| p.translation.vector);
+                frame_through(points).ok_or_else(|| {
+                    RigError::Undetermined(
+                        "the three tags of the origin lie on one line".to_owned(),
+                    )
+                })
+            }
+        }
+    }
+}
+
+/// The pose that brings the first point to the origin, the second onto +x, the third into the half plane of +y.
+fn frame_through([origin, on_x, beside]: [Vector3<f64>; 3]) -> Option<Pose> {
+    let x = (on_x - origin).try_normalize(1e-6)?;
+    let z = x.cross(&(beside - origin)).try_normalize(1e-6)?;
+    let axes = Rotation3::from_matrix_unchecked(Matrix3::from_columns(&[x, z.cross(&x), z]));
+    let frame = Isometry3::from_parts(
+        Translation3::from(origin),
+        UnitQuaternion::from_rotation_matrix(&axes),
+    );
+    Some(frame.inverse())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::Point3;
+
+    #[test]
+    fn three_points_make_a_frame() {
+        let points = [[1.0, 1.0, 0.5], [1.0, 3.0, 0.5], [0.0, 2.0, 0.5]].map(Vector3::from);
+        let world = frame_through(points).unwrap();
+        let at = |p: Vector3<f64>| world * Point3::from(p);
+        assert!((at(points[0]).coords).norm() < 1e-12);
+        assert!((at(points[1]) - Point3::new(2.0, 0.0, 0.0)).norm() < 1e-12);
+        assert!((at(points[2]) - Point3::new(1.0, 1.0, 0.0)).norm() < 1e-12);
+        assert!(frame_through([points[0], points[1], points[0]]).is_none());
+    }
+}

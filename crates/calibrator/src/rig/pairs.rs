@@ -1,0 +1,140 @@
+//! Relative poses of pairs of cameras by consensus, and the tree that joins them all.
+//!
+//! Whenever two cameras see the object at one time, each pair of its possible poses proposes a relative pose of the cameras. The right
+//! one recurs while the object moves; mirrored poses and wrong tags propose something else every time.
+
+use super::trajectory::Trajectory;
+use crate::graph::{Edge, islands, spanning_forest, walk};
+use sextant_geometry::{Pose, so3};
+
+/// Possible poses of the object in two cameras at one time.
+struct Meeting {
+    first: Vec<Pose>,
+    second: Vec<Pose>,
+}
+
+/// What pairs of cameras say.
+pub(super) struct Pairs {
+    pub edges: Vec<Edge>,
+    /// `first_from_second` of each edge.
+    poses: Vec<Pose>,
+    n: usize,
+}
+
+/// Meetings looked at of one pair.
+const MOST_MEETINGS: usize = 150;
+/// Meetings that propose.
+const MOST_PROPOSERS: usize = 50;
+/// A relative pose agrees within this part of the distance to the object (and metres), and within these radians.
+const NEAR: (f64, f64) = (0.06, 0.02);
+const NEAR_RAD: f64 = 0.12;
+/// Agreement (in meetings) that joins two cameras.
+const LEAST: f64 = 1.5;
+/// Less than this part of all meetings agreeing is chance.
+const LEAST_PART: f64 = 0.1;
+
+impl Pairs {
+    pub(super) fn of(trajectories: &[Trajectory]) -> Self {
+        let n = trajectories.len();
+        let mut pairs = Self {
+            edges: Vec::new(),
+            poses: Vec::new(),
+            n,
+        };
+        for a in 0..n {
+            for b in a + 1..n {
+                let meetings = meetings(&trajectories[a], &trajectories[b]);
+                if let Some((strength, pose)) = consensus(&meetings) {
+                    pairs.edges.push(Edge {
+                        nodes: [a, b],
+                        strength,
+                    });
+                    pairs.poses.push(pose);
+                }
+            }
+        }
+        pairs
+    }
+
+    /// Each camera's island, numbered by its first camera.
+    pub(super) fn islands(&self) -> Vec<usize> {
+        islands(self.n, &self.edges)
+    }
+
+    /// The pose of every camera of `root`'s island in the root's frame.
+    pub(super) fn placed(&self, root: usize) -> Vec<Option<Pose>> {
+        let forest = spanning_forest(self.n, &self.edges);
+        let mut placed = vec![None; self.n];
+        placed[root] = Some(Pose::identity());
+        for (edge, from, to) in walk(&self.edges, &forest, root) {
+            let pose = self.poses[edge];
+            let step = if self.edges[edge].nodes[0] == from {
+                pose
+            } else {
+                pose.inverse()
+            };
+            placed[to] = placed[from].map(|at: Pose| at * step);
+        }
+        placed
+    }
+}
+
+fn meetings(first: &Trajectory, second: &Trajectory) -> Vec<Meeting> {
+    let met = second.sightings().filter_map(|(time_ns, poses)| {
+        let there = first.at(time_ns);
+        (!there.is_empty()).then(|| Meeting {
+            first: there,
+            second: poses.to_vec(),
+        })
+    });
+    thinned(met.collect(), MOST_MEETINGS)
+}
+
+fn thinned<T>(all: Vec<T>, most: usize) -> Vec<T> {
+    let n = all.len();
+    let keep = |at: usize| n <= most || (at * most) / n != ((at + 1) * most) / n;
+    let kept = all.into_iter().enumerate().filter(|(at, _)| keep(*at));
+    kept.map(|(_, item)| item).collect()
+}
+
+fn consensus(meetings: &[Meeting]) -> Option<(f64, Pose)> {
+    let mut best: Option<(f64, Pose)> = None;
+    let stride = meetings.len().div_ceil(MOST_PROPOSERS).max(1);
+    for meeting in meetings.iter().step_by(stride) {
+        for candidate in meeting.proposals() {
+            let votes: f64 = meetings.iter().map(|m| m.vote(&candidate)).sum();
+            if best.as_ref().is_none_or(|(most, _)| votes > *most) {
+                best = Some((votes, candidate));
+            }
+        }
+    }
+    let least = LEAST.min(0.6 * meetings.len() as f64);
+    best.filter(|(votes, _)| *votes >= least && *votes >= LEAST_PART * meetings.len() as f64)
+}
+
+impl Meeting {
+    fn proposals(&self) -> impl Iterator<Item = Pose> {
+        let first = self.first.iter();
+        first.flat_map(|first| {
+            self.second
+                .iter()
+                .map(move |second| first * second.inverse())
+        })
+    }
+
+    /// From 0 to 1: how near the best of the meeting's own proposals comes.
+    fn vote(&self, candidate: &Pose) -> f64 {
+        let first = self.first.iter();
+        let votes = first.flat_map(|first| {
+            self.second.iter().map(move |second| {
+                // Compared where the object is, since that is where both cameras look.
+                let apart = first.inverse() * (candidate * second);
+                let depth = first.translation.vector.norm() + second.translation.vector.norm();
+                let far = apart.translation.vector.norm() / (NEAR.0 * 0.5 * depth + NEAR.1);
+                let turned = so3::log(&apart.rotation).norm() / NEAR_RAD;
+                (1.0 - far.max(turned)).max(0.0)
+            })
+        });
+        votes.fold(0.0, f64::max)
+    }
+}

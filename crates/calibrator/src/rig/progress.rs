@@ -1,0 +1,295 @@
+//! How far a rig session is, and what to do next; and the faults that images show before anything is solved.
+
+use super::{RigError, RigPlan};
+use crate::graph::{Edge, islands};
+use crate::intake::{PassedOver, Wanted, take_in};
+use crate::verdict::listed;
+use serde::Serialize;
+use sextant_estimator::{Camera, CameraId, ImageObservation, Rig, TagId};
+use std::collections::BTreeMap;
+
+/// A camera's share of the images so far.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct CameraProgress {
+    /// Its name.
+    pub camera: String,
+    /// Images taken in.
+    pub images: usize,
+    /// Of them with a tag of the object.
+    pub seeing: usize,
+    /// Of the twelve fields of its picture (four by three), those in which the object was seen; row by row.
+    pub fields: Vec<bool>,
+    /// Of three distances (a factor of 1.5 each), at how many the object was seen.
+    pub distances: usize,
+    /// Number of the group of cameras that have seen the object together so far; equal numbers are joined.
+    pub group: usize,
+}
+
+/// How far a session is.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct RigProgress {
+    /// Images taken in.
+    pub images: usize,
+    /// Every camera of the rig.
+    pub cameras: Vec<CameraProgress>,
+    /// How often each pair of cameras, by name, has seen the object together.
+    pub together: Vec<(String, String, usize)>,
+    /// From 0 to 1; at 1 it is time to solve.
+    pub complete: f64,
+    /// What to do next, a sentence.
+    pub hint: String,
+}
+
+/// What the images have covered.
+#[derive(Clone, Debug)]
+pub(super) struct Coverage {
+    cameras: Vec<OfCamera>,
+    together: BTreeMap<[usize; 2], usize>,
+    doubled: BTreeMap<TagId, usize>,
+    foreign: BTreeMap<TagId, usize>,
+}
+
+#[derive(Clone, Debug, Default)]
+struct OfCamera {
+    images: usize,
+    seeing: usize,
+    tags: usize,
+    outside: usize,
+    last_ns: Option<u64>,
+    fields: [bool; FIELDS[0] * FIELDS[1]],
+    distances: Vec<i32>,
+}
+
+/// Columns and rows.
+const FIELDS: [usize; 2] = [4, 3];
+/// Images with the object no further apart show it together, ns.
+const TOGETHER_NS: u64 = 60_000_000;
+const ENOUGH_IMAGES: usize = 30;
+const ENOUGH_TOGETHER: usize = 15;
+const ENOUGH_FIELDS: usize = 6;
+const ENOUGH_DISTANCES: usize = 2;
+/// This many of a hundred tags outside of the picture: it is another picture.
+const OUTSIDE_PERCENT: usize = 4;
+/// A tag doubled in so many images is there twice.
+const DOUBLED: usize = 3;
+
+impl Coverage {
+    pub(super) fn of(rig: &Rig) -> Self {
+        Self {
+            cameras: vec![OfCamera::default(); rig.cameras().len()],
+            together: BTreeMap::new(),
+            doubled: BTreeMap::new(),
+            foreign: BTreeMap::new(),
+        }
+    }
+
+    pub(super) fn add(
+        &mut self,
+        (index, camera): (usize, &Camera),
+        wanted: &[Wanted],
+        image: &ImageObservation,
+    ) {
+        let (view, over) = take_in((index, camera), wanted, image);
+        let own = &mut self.cameras[index];
+        own.images += 1;
+        own.tags += view.tags.len() + over.outside.len();
+        own.outside += over.outside.len();
+        self.count(over);
+        if view.tags.is_empty() {
+            return;
+        }
+        let own = &mut self.cameras[index];
+        own.seeing += 1;
+        own.last_ns = Some(image.capture_ns);
+        for tag in &view.tags {
+            let centre = tag
+                .corners
+                .corners
+                .iter()
+                .fold(nalgebra::Vector2::zeros(), |s, c| s + c.coords)
+                / 4.0;
+            own.fields[field(&centre, camera.resolution)] = true;
+        }
+        let distance = view.tags[0].branches[0].translation.vector.norm();
+        let step = (distance.ln() / 1.5_f64.ln()).floor() as i32;
+        if !own.distances.contains(&step) {
+            own.distances.push(step);
+        }
+        self.join(index, image.capture_ns);
+    }
+
+    fn count(&mut self, over: PassedOver) {
+        for tag in over.doubled {
+            *self.doubled.entry(tag).or_default() += 1;
+        }
+        for tag in over.foreign {
+            *self.foreign.entry(tag).or_default() += 1;
+        }
+    }
+
+    fn join(&mut self, index: usize, time_ns: u64) {
+        for (other, of) in self.cameras.iter().enumerate() {
+            let near = of
+                .last_ns
+                .is_some_and(|t| t.abs_diff(time_ns) <= TOGETHER_NS);
+            if other != index && near {
+                *self
+                    .together
+                    .entry([index.min(other), index.max(other)])
+                    .or_default() += 1;
+            }
+        }
+    }
+
+    pub(super) fn doubled(&self) -> &BTreeMap<TagId, usize> {
+        &self.doubled
+    }
+
+    /// Faults that make solving pointless.
+    pub(super) fn check(&self, rig: &Rig, plan: &RigPlan, images: usize) -> Result<(), RigError> {
+        for (own, camera) in self.cameras.iter().zip(rig.cameras()) {
+            if own.outside * 100 > OUTSIDE_PERCENT * own.tags {
+                let [width, height] = camera.resolution;
+                return Err(RigError::Resolution {
+                    camera: camera.id.clone(),
+                    part: own.outside * 100 / own.tags,
+                    width,
+                    height,
+                });
+            }
+        }
+        if let Some((&tag, &images)) = self.doubled.iter().find(|(_, n)| **n >= DOUBLED) {
+            return Err(RigError::Doubled { tag, images });
+        }
+        if self.cameras.iter().all(|own| own.seeing == 0) {
+            let foreign: Vec<&TagId> = self.foreign.keys().take(8).collect();
+            let seen = if foreign.is_empty() {
+                ": no tag at all; check light, focus and distance".to_owned()
+            } else {
+                format!(
+                    ", only {}: give the object that was carried",
+                    listed(foreign)
+                )
+            };
+            return Err(RigError::NothingSeen {
+                images,
+                object: plan.object.id().clone(),
+                seen,
+            });
+        }
+        Ok(())
+    }
+
+    pub(super) fn progress(&self, rig: &Rig) -> RigProgress {
+        let id = |at: usize| rig.cameras()[at].id.to_string();
+        let groups = self.groups();
+        let cameras = self
+            .cameras
+            .iter()
+            .enumerate()
+            .map(|(at, own)| CameraProgress {
+                camera: id(at),
+                images: own.images,
+                seeing: own.seeing,
+                fields: own.fields.to_vec(),
+                distances: own.distances.len(),
+                group: groups[at],
+            });
+        let together = self.together.iter();
+        RigProgress {
+            images: self.cameras.iter().map(|own| own.images).sum(),
+            cameras: cameras.collect(),
+            together: together.map(|(&[a, b], &n)| (id(a), id(b), n)).collect(),
+            complete: self.complete(&groups),
+            hint: self.hint(rig, &groups),
+        }
+    }
+
+    fn groups(&self) -> Vec<usize> {
+        let enough = self.together.iter().filter(|(_, n)| **n >= ENOUGH_TOGETHER);
+        let edges: Vec<Edge> = enough
+            .map(|(&nodes, &n)| Edge {
+                nodes,
+                strength: n as f64,
+            })
+            .collect();
+        islands(self.cameras.len(), &edges)
+    }
+
+    fn complete(&self, groups: &[usize]) -> f64 {
+        let part = |have: usize, enough: usize| (have as f64 / enough as f64).min(1.0);
+        let of = |own: &OfCamera| {
+            let fields = own.fields.iter().filter(|f| **f).count();
+            let parts = [
+                part(own.seeing, ENOUGH_IMAGES),
+                part(fields, ENOUGH_FIELDS),
+                part(own.distances.len(), ENOUGH_DISTANCES),
+            ];
+            parts.iter().sum::<f64>() / 3.0
+        };
+        let n = self.cameras.len().max(1) as f64;
+        let mean = self.cameras.iter().map(of).sum::<f64>() / n;
+        let apart = groups
+            .iter()
+            .enumerate()
+            .filter(|(at, g)| *at == **g)
+            .count()
+            .saturating_sub(1);
+        0.5 * mean + 0.5 * (1.0 - apart as f64 / (n - 1.0).max(1.0))
+    }
+
+    fn hint(&self, rig: &Rig, groups: &[usize]) -> String {
+        let id = |at: usize| &rig.cameras()[at].id;
+        if let Some((tag, _)) = self.doubled.iter().find(|(_, n)| **n >= DOUBLED) {
+            return format!("Tag {tag} is there twice: take one of the two away");
+        }
+        let seeing = |at: &usize| self.cameras[*at].seeing;
+        let all = 0..self.cameras.len();
+        if let Some(blind) = all
+            .clone()
+            .filter(|at| seeing(at) < ENOUGH_IMAGES)
+            .min_by_key(seeing)
+        {
+            return format!(
+                "Carry the object through what camera {} sees, slowly",
+                id(blind)
+            );
+        }
+        let other = |at: &usize| groups[*at] != groups[0];
+        if let Some(apart) = all.clone().find(other) {
+            let rest: Vec<&CameraId> = all.filter(|at| groups[*at] == groups[0]).map(id).collect();
+            return format!(
+                "Hold the object where camera {} and one of {} see it at the same time",
+                id(apart),
+                listed(rest)
+            );
+        }
+        let fields = |at: &usize| self.cameras[*at].fields.iter().filter(|f| **f).count();
+        if let Some(few) = all
+            .clone()
+            .filter(|at| fields(at) < ENOUGH_FIELDS)
+            .min_by_key(fields)
+        {
+            return format!(
+                "Carry the object to the edges of what camera {} sees",
+                id(few)
+            );
+        }
+        let near = |at: &usize| self.cameras[*at].distances.len() < ENOUGH_DISTANCES;
+        if let Some(flat) = all.clone().find(near) {
+            return format!(
+                "Bring the object nearer to camera {} and further away, tilted to and fro",
+                id(flat)
+            );
+        }
+        "Enough: every camera has seen the object from near and far, and together with others"
+            .to_owned()
+    }
+}
+
+fn field(centre: &nalgebra::Vector2<f64>, [width, height]: [u32; 2]) -> usize {
+    let part = |at: f64, size: u32, n: usize| {
+        (((at + 0.5) / f64::from(size) * n as f64).max(0.0) as usize).min(n - 1)
+    };
+    part(centre.y, height, FIELDS[1]) * FIELDS[0] + part(centre.x, width, FIELDS[0])
+}

@@ -1,0 +1,114 @@
+//! Where one camera sees the object go: its possible poses in every image, and between images.
+
+use nalgebra::Vector6;
+use sextant_geometry::{Pose, se3};
+
+/// Sightings of one camera by time.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Trajectory {
+    /// Capture time, `camera_from_object` best first (one or two, never none), ascending.
+    sightings: Vec<(u64, Vec<Pose>)>,
+}
+
+/// Images no further apart were taken at one time, ns.
+pub(super) const SAME_TIME_NS: u64 = 500_000;
+/// Poses are interpolated between images no further apart, ns.
+const LONGEST_GAP_NS: u64 = 250_000_000;
+
+impl Trajectory {
+    /// From sightings in any order.
+    pub(super) fn of(mut sightings: Vec<(u64, Vec<Pose>)>) -> Self {
+        sightings.retain(|(_, poses)| !poses.is_empty());
+        sightings.sort_by_key(|(time, _)| *time);
+        Self { sightings }
+    }
+
+    pub(super) fn sightings(&self) -> impl Iterator<Item = (u64, &[Pose])> {
+        self.sightings
+            .iter()
+            .map(|(time, poses)| (*time, poses.as_slice()))
+    }
+
+    /// The possible poses at a time: of the image then, else between the images around it. Empty where there is a gap.
+    pub(super) fn at(&self, time_ns: u64) -> Vec<Pose> {
+        let after = self.sightings.partition_point(|(time, _)| *time < time_ns);
+        let near = [after.checked_sub(1), Some(after)];
+        let near = near
+            .into_iter()
+            .flatten()
+            .filter_map(|at| self.sightings.get(at));
+        let same = near.filter(|(time, _)| time.abs_diff(time_ns) <= SAME_TIME_NS);
+        if let Some((_, poses)) = same.min_by_key(|(time, _)| time.abs_diff(time_ns)) {
+            return poses.clone();
+        }
+        let earlier = after.checked_sub(1).and_then(|at| self.sightings.get(at));
+        match (earlier, self.sightings.get(after)) {
+            (Some(a), Some(b)) if b.0 - a.0 <= LONGEST_GAP_NS => between(a, b, time_ns),
+            _ => Vec::new(),
+        }
+    }
+
+    /// Part of the sightings that have one of another camera at the same time.
+    pub(super) fn part_shared(&self, others: &[&Self]) -> f64 {
+        let shared = self.sightings.iter().filter(|(time, _)| {
+            others.iter().any(|other| {
+                let after = other
+                    .sightings
+                    .partition_point(|(t, _)| t + SAME_TIME_NS < *time);
+                let next = other.sightings.get(after);
+                next.is_some_and(|(t, _)| t.abs_diff(*time) <= SAME_TIME_NS)
+            })
+        });
+        shared.count() as f64 / self.sightings.len().max(1) as f64
+    }
+
+    pub(super) fn is_empty(&self) -> bool {
+        self.sightings.is_empty()
+    }
+}
+
+fn between(a: &(u64, Vec<Pose>), b: &(u64, Vec<Pose>), time_ns: u64) -> Vec<Pose> {
+    let part = (time_ns - a.0) as f64 / (b.0 - a.0).max(1) as f64;
+    let pairs =
+        a.1.iter()
+            .flat_map(|start| b.1.iter().map(move |end| (start, end)));
+    pairs
+        .map(|(start, end)| start * se3::exp(&(se3::log(&(start.inverse() * end)) * part)))
+        .collect()
+}
+
+/// The twist that leads from one pose to another in `dt` seconds, in the object's axes.
+pub(super) fn twist(from: &Pose, to: &Pose, dt: f64) -> Vector6<f64> {
+    se3::log(&(from.inverse() * to)) / dt
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::Vector3;
+
+    fn at(x: f64) -> Vec<Pose> {
+        vec![Pose::translation(x, 0.0, 1.0)]
+    }
+
+    #[test]
+    fn poses_are_interpolated_over_short_gaps_only() {
+        let path = Trajectory::of(vec![
+            (0, at(0.0)),
+            (100_000_000, at(1.0)),
+            (900_000_000, at(2.0)),
+        ]);
+        let x = |time: u64| path.at(time).first().map(|pose| pose.translation.x);
+        assert!((x(25_000_000).unwrap() - 0.25).abs() < 1e-12);
+        assert_eq!(x(100_000_400), Some(1.0));
+        assert_eq!(x(500_000_000), None);
+        assert_eq!(x(950_000_000), None);
+    }
+
+    #[test]
+    fn a_twist_leads_from_pose_to_pose() {
+        let (from, to) = (Pose::identity(), Pose::translation(0.1, 0.0, 0.0));
+        let twist = twist(&from, &to, 0.5);
+        assert!((twist.fixed_rows::<3>(0) - Vector3::new(0.2, 0.0, 0.0)).norm() < 1e-12);
+    }
+}

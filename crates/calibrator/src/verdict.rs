@@ -1,0 +1,89 @@
+//! A judgement in words, so that nobody has to know what a good number is.
+
+use serde::Serialize;
+use std::fmt;
+
+/// How far a result can be trusted.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Grade {
+    /// Nothing better is to be had without better cameras.
+    Good,
+    /// It works; the reasons say what would make it better.
+    Usable,
+    /// Do it again; the reasons say how.
+    Poor,
+}
+
+/// A grade and why it is not better.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Verdict {
+    /// The worst of all findings.
+    pub grade: Grade,
+    /// What was found, each a sentence with its remedy; empty for a good result without remarks.
+    pub because: Vec<String>,
+}
+
+impl Verdict {
+    pub(crate) fn new() -> Self {
+        Self {
+            grade: Grade::Good,
+            because: Vec::new(),
+        }
+    }
+
+    /// Adds a finding; the worst one decides.
+    pub(crate) fn add(&mut self, grade: Grade, because: String) {
+        self.grade = self.grade.max(grade);
+        self.because.push(because);
+    }
+}
+
+impl fmt::Display for Grade {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Good => "good",
+            Self::Usable => "usable",
+            Self::Poor => "poor",
+        })
+    }
+}
+
+impl fmt::Display for Verdict {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}", self.grade)?;
+        if !self.because.is_empty() {
+            write!(f, ": {}", self.because.join("; "))?;
+        }
+        Ok(())
+    }
+}
+
+/// Names as people list them: "a, b and c".
+pub(crate) fn listed(names: impl IntoIterator<Item = impl fmt::Display>) -> String {
+    let names: Vec<String> = names.into_iter().map(|name| name.to_string()).collect();
+    match names.as_slice() {
+        [] => "nothing".to_owned(),
+        [one] => one.clone(),
+        [first @ .., last] => format!("{} and {last}", first.join(", ")),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_worst_finding_decides() {
+        let mut verdict = Verdict::new();
+        verdict.add(Grade::Poor, "blurred".to_owned());
+        verdict.add(Grade::Usable, "few images".to_owned());
+        assert_eq!(verdict.to_string(), "poor: blurred; few images");
+    }
+
+    #[test]
+    fn lists_read_as_people_write_them() {
+        assert_eq!(listed(["a"]), "a");
+        assert_eq!(listed(["a", "b", "c"]), "a, b and c");
+    }
+}

@@ -1,0 +1,30 @@
+//! `sextant calibrate`: procedures that a person runs now and then.
+
+pub mod recording;
+mod rig;
+
+use crate::output::Format;
+use clap::{Args, Subcommand};
+
+/// What is to be calibrated.
+#[derive(Args, Debug)]
+pub struct CalibrateArguments {
+    #[command(subcommand)]
+    what: What,
+}
+
+#[derive(Subcommand, Debug)]
+enum What {
+    /// Find where every camera is, from an object carried through what they see.
+    Rig(rig::RigArguments),
+}
+
+/// Runs `sextant calibrate`.
+///
+/// # Errors
+/// Whatever the procedure cannot do, with its exit code.
+pub fn run(arguments: &CalibrateArguments, format: Format) -> anyhow::Result<()> {
+    match &arguments.what {
+        What::Rig(arguments) => rig::run(arguments, format),
+    }
+}

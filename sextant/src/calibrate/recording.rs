@@ -1,0 +1,68 @@
+//! The images of a recording, as every calibration takes them in.
+
+use crate::ordered::in_order;
+use crate::replay::sight;
+use anyhow::bail;
+use sextant_apriltag::Options;
+use sextant_estimator::{CameraId, ImageObservation, Rig};
+use sextant_process::{Exit, Failure, WithExit};
+use sextant_recordings::{Dataset, Row};
+use sextant_tag_families::Family;
+use std::path::Path;
+
+/// Hands every image of the wanted cameras (none: all) to `take`, in the order of their arrival.
+///
+/// # Errors
+/// [`Exit::Input`] for a recording that cannot be used, or has a camera that the rig lacks.
+pub fn each_image(
+    folder: &Path,
+    rig: &Rig,
+    cameras: &[CameraId],
+    families: Vec<Family>,
+    threads: u8,
+    mut take: impl FnMut(&ImageObservation),
+) -> anyhow::Result<()> {
+    let dataset = Dataset::open(folder).exit_with(Exit::Input)?;
+    let wanted = |id: &CameraId| cameras.is_empty() || cameras.contains(id);
+    for recording in dataset.cameras().iter().filter(|c| wanted(&c.camera)) {
+        if rig.camera(&recording.camera).is_none() {
+            wrong(format!(
+                "{}: the rig has no camera \"{}\"; add it there or take the folder away",
+                folder.join(recording.camera.as_str()).display(),
+                recording.camera
+            ))?;
+        }
+    }
+    for id in cameras {
+        if !dataset.cameras().iter().any(|c| c.camera == *id) {
+            wrong(format!(
+                "{}: there is no folder of camera \"{id}\"",
+                folder.display()
+            ))?;
+        }
+    }
+    let options = Options {
+        families,
+        ..Options::default()
+    };
+    let rows = dataset.rows_by_arrival();
+    let rows = rows.iter().copied().filter(|row| wanted(&row.camera));
+    in_order(
+        usize::from(threads),
+        rows,
+        || crate::detect::detector(&options),
+        |detector, row: &Row| sight::observation(detector, row, rig),
+        |seen: anyhow::Result<ImageObservation>| {
+            take(&seen.exit_with(Exit::Input)?);
+            Ok(())
+        },
+    )
+}
+
+/// A complaint about what was given.
+///
+/// # Errors
+/// Always: [`Exit::Input`].
+pub fn wrong(message: String) -> anyhow::Result<()> {
+    bail!(Failure::new(Exit::Input, anyhow::anyhow!(message)))
+}
