@@ -177,8 +177,12 @@ impl Normal {
     fn of_unknown_scale(self, source: NoiseSource) -> Self {
         let freedom = source.freedom();
         let weight = (freedom + 8.0) / (freedom + self.chi2);
-        // Weights are uncertain, too: Fisher's information on the place is smaller by this (ibid., eq. 10).
-        let certain = (freedom + 8.0) / (freedom + 10.0);
+        // Where the scale is all but unknown, Fisher's information on the place is smaller by this (ibid., eq. 10); a
+        // detector's is meant as it is stated, and the weights only guard against its tails.
+        let certain = match source {
+            NoiseSource::Detector => 1.0,
+            NoiseSource::Nobody => (freedom + 8.0) / (freedom + 10.0),
+        };
         Self {
             information: self.information * (weight * certain),
             of_turns: self.of_turns * (weight * certain),
