@@ -36,9 +36,9 @@ fn information(rig: &Rig, object: &ObjectModel, pose: &Pose) -> Matrix6<f64> {
                 pairs.map(|(a, b)| (a - b) / (2.0 * STEP)).collect()
             })
             .collect();
-        let n_corners = slopes[0].len();
-        for corner in 0..n_corners {
-            let jacobian = SMatrix::<f64, 2, 6>::from_fn(|row, axis| slopes[axis][corner][row]);
+        for corner in 0..slopes[0].len() {
+            let columns: Vec<_> = slopes.iter().map(|of_axis| of_axis[corner]).collect();
+            let jacobian = SMatrix::<f64, 2, 6>::from_columns(&columns);
             sum += jacobian.transpose() * jacobian / SIGMA_PX.powi(2);
         }
     }
