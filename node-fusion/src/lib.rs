@@ -5,6 +5,7 @@
 
 mod config;
 mod intake;
+mod links;
 mod node;
 mod outlet;
 mod status;

@@ -1,5 +1,6 @@
 //! The publishers of a fusion node: a pose per object, the models for late joiners, the status.
 
+use crate::links::LinksOutlet;
 use sextant_estimator::{ObjectEstimate, ObjectId, ObjectModel, Rig};
 use sextant_proto::{FusionStatus, Keys, NodeId, ObjectConfig, ObjectPose, RigConfig};
 use sextant_zenoh_bus::{Bus, BusError, Latest, Publisher, Qos};
@@ -8,6 +9,7 @@ use std::collections::BTreeMap;
 /// Everything that this node says.
 pub struct Outlet {
     poses: BTreeMap<ObjectId, PoseOutlet>,
+    links: LinksOutlet,
     status: Latest<FusionStatus>,
     /// Held for its answers to late joiners.
     _rig: Latest<RigConfig>,
@@ -36,10 +38,14 @@ impl Outlet {
         rig_outlet.put(&RigConfig::from(rig))?;
         let mut poses = BTreeMap::new();
         let mut configs = Vec::new();
+        let mut links = LinksOutlet::default();
         for object in objects {
-            let config = bus.latest_publisher(&keys.config_object(object.id()), Qos::Config)?;
-            config.put(&ObjectConfig::from(object))?;
-            configs.push(config);
+            links.take(bus, keys, object)?;
+            if object.articulation().is_none() {
+                let config = bus.latest_publisher(&keys.config_object(object.id()), Qos::Config)?;
+                config.put(&ObjectConfig::from(object))?;
+                configs.push(config);
+            }
             let publisher = bus.publisher(&keys.pose(object.id()), Qos::Pose)?;
             poses.insert(
                 object.id().clone(),
@@ -52,6 +58,7 @@ impl Outlet {
         let status = bus.latest_publisher(&keys.fusion_status(node), Qos::Status)?;
         Ok(Self {
             poses,
+            links,
             status,
             _rig: rig_outlet,
             _objects: configs,
@@ -67,11 +74,9 @@ impl Outlet {
             return Ok(());
         };
         outlet.sequence += 1;
-        outlet.publisher.put(&ObjectPose::from_estimate(
-            estimate,
-            outlet.sequence,
-            now_ns,
-        ))
+        let message = ObjectPose::from_estimate(estimate, outlet.sequence, now_ns);
+        outlet.publisher.put(&message)?;
+        self.links.publish(estimate, &message)
     }
 
     /// Publishes the status.

@@ -24,6 +24,7 @@ pub(crate) enum Slot {
     FusionStatus(String),
     BridgeStatus,
     Pose(String),
+    Joints(String),
     Truth(String),
     Observations(String),
     Preview(String),

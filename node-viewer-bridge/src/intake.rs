@@ -2,12 +2,13 @@
 
 use crate::bridge::Shared;
 use crate::hub::{Frame, Slot};
+use crate::link_frames::Part;
 use crate::message::Message;
 use crate::rejections::Rejection;
-use crate::translate;
+use crate::{link_frames, translate};
 use sextant_proto::{
-    CameraStatus, FusionStatus, ObjectConfig, ObjectPose, ObjectTruth, Observations, Preview,
-    RigConfig, decode,
+    ArticulatedConfig, CameraStatus, FusionStatus, ObjectConfig, ObjectLinks, ObjectPose,
+    ObjectTruth, Observations, Preview, RigConfig, decode,
 };
 use sextant_proto::{DecodeError, KeyRef, Keys, NodeKind};
 use sextant_zenoh_bus::{Item, Payload, Presence};
@@ -100,9 +101,43 @@ impl Intake {
                 let slot = Slot::Object(object.to_string());
                 self.show(slot, &translate::object(&message))
             }
+            KeyRef::ConfigArticulated(object) => {
+                let message: ArticulatedConfig =
+                    read(bytes, object, |m: &ArticulatedConfig| &m.id)?;
+                link_frames::parts(&message)
+                    .into_iter()
+                    .try_for_each(|part| self.show_part(part))
+            }
+            KeyRef::Links(object) => {
+                let message: ObjectLinks = read(bytes, object, |m: &ObjectLinks| &m.object)?;
+                self.show_links(&message)
+            }
             // Liveliness has its own way in; a payload there is somebody's mistake, without effect.
             KeyRef::Alive(..) => Ok(()),
         }
+    }
+
+    fn show_part(&self, part: Part) -> Result<(), Rejection> {
+        let message = Message::Object {
+            id: &part.id,
+            tags: part.tags,
+        };
+        let slot = Slot::Object(part.id.clone());
+        self.show(slot, &message)
+    }
+
+    fn show_links(&self, links: &ObjectLinks) -> Result<(), Rejection> {
+        let joints = Message::Joints {
+            object: &links.object,
+            t_ns: links.capture_ns,
+            joints: links.joints.iter().map(link_frames::joint).collect(),
+        };
+        self.show(Slot::Joints(links.object.to_string()), &joints)?;
+        links.links.iter().try_for_each(|link| {
+            let id = link_frames::id_of(links, link);
+            let pose = Message::Pose(link_frames::pose(&id, links, link));
+            self.show(Slot::Pose(id.clone()), &pose)
+        })
     }
 
     fn show(&self, slot: Slot, message: &Message<'_>) -> Result<(), Rejection> {

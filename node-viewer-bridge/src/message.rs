@@ -1,7 +1,7 @@
 //! The JSON messages of `PROTOCOL.md`, as they are written. Knows no network and no client.
 
 use serde::Serialize;
-use sextant_estimator::{CameraId, ObjectId, State};
+use sextant_estimator::{CameraId, JointId, ObjectId, State};
 use sextant_proto::{CameraStatus, FusionStatus, NodeId, PoseConfig, SiteId};
 use sextant_tag_families::Family;
 
@@ -24,10 +24,15 @@ pub(crate) enum Message<'a> {
         cameras: Vec<RigCamera<'a>>,
     },
     Object {
-        id: &'a ObjectId,
+        id: &'a str,
         tags: Vec<ObjectTag>,
     },
     Pose(Pose<'a>),
+    Joints {
+        object: &'a ObjectId,
+        t_ns: u64,
+        joints: Vec<Joint<'a>>,
+    },
     Truth {
         object: &'a ObjectId,
         t_ns: u64,
@@ -97,7 +102,7 @@ pub(crate) struct ObjectTag {
 /// Where an object is.
 #[derive(Debug, Serialize)]
 pub(crate) struct Pose<'a> {
-    pub(crate) object: &'a ObjectId,
+    pub(crate) object: &'a str,
     pub(crate) sequence: u64,
     pub(crate) t_ns: u64,
     pub(crate) position: [f64; 3],
@@ -109,6 +114,15 @@ pub(crate) struct Pose<'a> {
     pub(crate) tags: u16,
     pub(crate) rms_px: f32,
     pub(crate) latency_ms: f32,
+}
+
+/// A joint's value, rad or m.
+#[derive(Debug, Serialize)]
+pub(crate) struct Joint<'a> {
+    pub(crate) joint: &'a JointId,
+    pub(crate) value: f64,
+    pub(crate) sigma: f64,
+    pub(crate) velocity: f64,
 }
 
 /// A tag in an image.

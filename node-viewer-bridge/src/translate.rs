@@ -18,14 +18,14 @@ pub(crate) fn rig(rig: &RigConfig) -> Message<'_> {
 
 pub(crate) fn object(object: &ObjectConfig) -> Message<'_> {
     Message::Object {
-        id: &object.id,
+        id: object.id.as_str(),
         tags: object.tags.iter().map(object_tag).collect(),
     }
 }
 
 pub(crate) fn pose(pose: &ObjectPose) -> Message<'_> {
     Message::Pose(Pose {
-        object: &pose.object,
+        object: pose.object.as_str(),
         sequence: pose.sequence,
         t_ns: pose.capture_ns,
         position: pose.position,
@@ -111,7 +111,7 @@ fn lens(config: &LensConfig) -> Lens<'_> {
     }
 }
 
-fn object_tag(tag: &ObjectTagConfig) -> ObjectTag {
+pub(crate) fn object_tag(tag: &ObjectTagConfig) -> ObjectTag {
     let data = tag.family.data();
     let in_modules = f64::from(data.total_width) / f64::from(data.border_width);
     ObjectTag {
@@ -149,7 +149,7 @@ fn outline(tag: &TagObservation) -> TagOutline {
 }
 
 /// Negative where the two clocks disagree by more than the way took.
-fn latency_ms(capture_ns: u64, published_ns: u64) -> f32 {
+pub(crate) fn latency_ms(capture_ns: u64, published_ns: u64) -> f32 {
     ((i128::from(published_ns) - i128::from(capture_ns)) as f64 / 1e6) as f32
 }
 

@@ -2,9 +2,11 @@
 
 use crate::envelope::{DecodeError, Kind, decode, open};
 use crate::limits::MAX_PAYLOAD_BYTES;
+use crate::messages::articulated_config::ArticulatedConfig;
 use crate::messages::camera_status::CameraStatus;
 use crate::messages::config::{ObjectConfig, RigConfig};
 use crate::messages::fusion_status::FusionStatus;
+use crate::messages::object_links::ObjectLinks;
 use crate::messages::object_pose::{ObjectPose, ObjectTruth};
 use crate::messages::observations::Observations;
 use crate::messages::preview::Preview;
@@ -23,6 +25,8 @@ pub enum AnyMessage {
     FusionStatus(FusionStatus),
     RigConfig(RigConfig),
     ObjectConfig(ObjectConfig),
+    ObjectLinks(ObjectLinks),
+    ArticulatedConfig(ArticulatedConfig),
 }
 
 impl AnyMessage {
@@ -44,6 +48,8 @@ impl AnyMessage {
             Kind::FusionStatus => Self::FusionStatus(decode(payload)?),
             Kind::RigConfig => Self::RigConfig(decode(payload)?),
             Kind::ObjectConfig => Self::ObjectConfig(decode(payload)?),
+            Kind::ObjectLinks => Self::ObjectLinks(decode(payload)?),
+            Kind::ArticulatedConfig => Self::ArticulatedConfig(decode(payload)?),
         })
     }
 
@@ -59,6 +65,8 @@ impl AnyMessage {
             Self::FusionStatus(_) => Kind::FusionStatus,
             Self::RigConfig(_) => Kind::RigConfig,
             Self::ObjectConfig(_) => Kind::ObjectConfig,
+            Self::ObjectLinks(_) => Kind::ObjectLinks,
+            Self::ArticulatedConfig(_) => Kind::ArticulatedConfig,
         }
     }
 }

@@ -32,11 +32,15 @@ pub enum Kind {
     RigConfig = 7,
     /// [`crate::ObjectConfig`]
     ObjectConfig = 8,
+    /// [`crate::ObjectLinks`]
+    ObjectLinks = 9,
+    /// [`crate::ArticulatedConfig`]
+    ArticulatedConfig = 10,
 }
 
 impl Kind {
     /// Every kind, by number.
-    pub const ALL: [Self; 8] = [
+    pub const ALL: [Self; 10] = [
         Self::Observations,
         Self::Preview,
         Self::CameraStatus,
@@ -45,6 +49,8 @@ impl Kind {
         Self::FusionStatus,
         Self::RigConfig,
         Self::ObjectConfig,
+        Self::ObjectLinks,
+        Self::ArticulatedConfig,
     ];
 
     /// Longest payload of this kind, header included.
@@ -55,7 +61,10 @@ impl Kind {
             Self::Preview => 100 * 1024,
             Self::CameraStatus => 8 * 1024,
             Self::ObjectPose | Self::ObjectTruth => 1024,
-            Self::FusionStatus | Self::RigConfig | Self::ObjectConfig => MAX_PAYLOAD_BYTES,
+            Self::ObjectLinks => 16 * 1024,
+            Self::FusionStatus | Self::RigConfig | Self::ObjectConfig | Self::ArticulatedConfig => {
+                MAX_PAYLOAD_BYTES
+            }
         }
     }
 

@@ -49,6 +49,8 @@ pub enum KeyRef {
     FusionStatus(NodeId),
     ConfigRig,
     ConfigObject(ObjectId),
+    ConfigArticulated(ObjectId),
+    Links(ObjectId),
     Alive(NodeKind, NodeId),
 }
 
@@ -65,6 +67,8 @@ impl KeyRef {
             Self::FusionStatus(_) => Kind::FusionStatus,
             Self::ConfigRig => Kind::RigConfig,
             Self::ConfigObject(_) => Kind::ObjectConfig,
+            Self::ConfigArticulated(_) => Kind::ArticulatedConfig,
+            Self::Links(_) => Kind::ObjectLinks,
             Self::Alive(..) => return None,
         })
     }
@@ -140,6 +144,18 @@ impl Keys {
         self.under(format_args!("config/object/{object}"))
     }
 
+    /// [`crate::ArticulatedConfig`] of an object.
+    #[must_use]
+    pub fn config_articulated(&self, object: &ObjectId) -> String {
+        self.under(format_args!("config/articulated/{object}"))
+    }
+
+    /// [`crate::ObjectLinks`] of an articulated object.
+    #[must_use]
+    pub fn links(&self, object: &ObjectId) -> String {
+        self.under(format_args!("object/{object}/links"))
+    }
+
     /// Liveliness of a node.
     #[must_use]
     pub fn alive(&self, kind: NodeKind, id: &NodeId) -> String {
@@ -168,6 +184,12 @@ impl Keys {
     #[must_use]
     pub fn all_poses(&self) -> String {
         self.under(format_args!("object/*/pose"))
+    }
+
+    /// Links of every articulated object.
+    #[must_use]
+    pub fn all_links(&self) -> String {
+        self.under(format_args!("object/*/links"))
     }
 
     /// Truth of every simulated object.
@@ -216,10 +238,12 @@ impl Keys {
             ["camera", id, "preview"] => KeyRef::Preview(CameraId::new(id).ok()?),
             ["camera", id, "status"] => KeyRef::CameraStatus(CameraId::new(id).ok()?),
             ["object", id, "pose"] => KeyRef::Pose(ObjectId::new(id).ok()?),
+            ["object", id, "links"] => KeyRef::Links(ObjectId::new(id).ok()?),
             ["object", id, "truth"] => KeyRef::Truth(ObjectId::new(id).ok()?),
             ["fusion", id, "status"] => KeyRef::FusionStatus(NodeId::new(id).ok()?),
             ["config", "rig"] => KeyRef::ConfigRig,
             ["config", "object", id] => KeyRef::ConfigObject(ObjectId::new(id).ok()?),
+            ["config", "articulated", id] => KeyRef::ConfigArticulated(ObjectId::new(id).ok()?),
             ["alive", kind, id] => {
                 let kind = NodeKind::ALL.into_iter().find(|k| k.as_str() == *kind)?;
                 KeyRef::Alive(kind, NodeId::new(id).ok()?)
@@ -258,6 +282,8 @@ mod tests {
             (keys.fusion_status(&node), "fusion/main/status"),
             (keys.config_rig(), "config/rig"),
             (keys.config_object(&object), "config/object/cube"),
+            (keys.config_articulated(&object), "config/articulated/cube"),
+            (keys.links(&object), "object/cube/links"),
             (keys.alive(NodeKind::Fusion, &node), "alive/fusion/main"),
         ] {
             assert_eq!(made, format!("{root}{expected}"));
@@ -291,6 +317,11 @@ mod tests {
                 keys.config_object(&object),
                 KeyRef::ConfigObject(object.clone()),
             ),
+            (
+                keys.config_articulated(&object),
+                KeyRef::ConfigArticulated(object.clone()),
+            ),
+            (keys.links(&object), KeyRef::Links(object.clone())),
             (
                 keys.alive(NodeKind::Viewer, &node),
                 KeyRef::Alive(NodeKind::Viewer, node.clone()),

@@ -36,11 +36,13 @@ pub use envelope::{
 };
 pub use ids::{IdError, NodeId, SiteId};
 pub use keys::{KeyRef, Keys, NodeKind};
+pub use messages::articulated_config::{ArticulatedConfig, JointConfig, LinkTagConfig};
 pub use messages::camera_status::{CameraStatus, ClockQuality, ClockSource};
 pub use messages::config::{
     CameraConfig, LensConfig, ObjectConfig, ObjectTagConfig, PoseConfig, RigConfig,
 };
 pub use messages::fusion_status::{CameraIntake, FusionStatus, ObjectHealth, Rejections};
+pub use messages::object_links::{JointState, LinkPose, ObjectLinks};
 pub use messages::object_pose::{ObjectPose, ObjectTruth};
 pub use messages::observations::{Observations, TagObservation, TagPose, Timing};
 pub use messages::preview::Preview;

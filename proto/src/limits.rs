@@ -10,6 +10,10 @@ pub const MAX_CAMERAS: usize = 256;
 pub const MAX_OBJECTS: usize = 1024;
 /// Tags of one object.
 pub const MAX_OBJECT_TAGS: usize = 1024;
+/// Links of one object, and joints between them.
+pub const MAX_LINKS: usize = sextant_estimator::MOST_LINKS;
+/// Joints of one object that move.
+pub const MAX_JOINTS: usize = sextant_estimator::MOST_JOINTS;
 /// Sentences of a status: faults, warnings.
 pub const MAX_SENTENCES: usize = 16;
 /// Bytes (UTF-8) of one sentence.

@@ -1,8 +1,10 @@
 //! The messages, one file a subject: fields, units, frames and ranges.
 
+pub(crate) mod articulated_config;
 pub(crate) mod camera_status;
 pub(crate) mod config;
 pub(crate) mod fusion_status;
+pub(crate) mod object_links;
 pub(crate) mod object_pose;
 pub(crate) mod observations;
 pub(crate) mod preview;

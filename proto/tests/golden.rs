@@ -55,4 +55,6 @@ fn every_message_is_the_bytes_in_its_file() {
     agrees("fusion_status", &samples::fusion_status());
     agrees("rig_config", &samples::rig_config());
     agrees("object_config", &samples::object_config());
+    agrees("object_links", &samples::object_links());
+    agrees("articulated_config", &samples::articulated_config());
 }

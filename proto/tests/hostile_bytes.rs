@@ -78,6 +78,8 @@ fn every_kind_takes_safely(payload: &[u8]) {
     taken_safely::<FusionStatus>(payload);
     taken_safely::<RigConfig>(payload);
     taken_safely::<ObjectConfig>(payload);
+    taken_safely::<ObjectLinks>(payload);
+    taken_safely::<ArticulatedConfig>(payload);
     let (_, memory) = memory_of(|| AnyMessage::decode(payload));
     assert!(memory <= MAX_DECODED_BYTES);
 }
@@ -92,6 +94,8 @@ fn sample_payloads() -> Vec<Vec<u8>> {
         encode(&samples::fusion_status()).unwrap(),
         encode(&samples::rig_config()).unwrap(),
         encode(&samples::object_config()).unwrap(),
+        encode(&samples::object_links()).unwrap(),
+        encode(&samples::articulated_config()).unwrap(),
     ]
 }
 
@@ -105,7 +109,7 @@ proptest! {
 
     #[test]
     fn a_random_body_behind_a_good_header(
-        kind in 0_u8..10,
+        kind in 0_u8..20,
         body in proptest::collection::vec(prop_oneof![Just(0_u8), Just(0xff), any::<u8>()], 0..4000),
     ) {
         let mut payload = vec![MAGIC, VERSION, kind, 0];
@@ -115,7 +119,7 @@ proptest! {
 
     #[test]
     fn mutated_messages(
-        which in 0_usize..8,
+        which in 0_usize..10,
         cut in 0.0_f64..1.5,
         mutations in proptest::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 0..6),
     ) {
@@ -187,6 +191,14 @@ fn full_messages_stay_within_the_memory_limit() {
     let mut object = samples::object_config();
     object.tags = vec![object.tags[0].clone(); limits::MAX_OBJECT_TAGS];
     taken_safely::<ObjectConfig>(&encode(&object).unwrap());
+    let mut links = samples::object_links();
+    links.links = vec![links.links[0].clone(); limits::MAX_LINKS];
+    links.joints = vec![links.joints[0].clone(); limits::MAX_JOINTS];
+    taken_safely::<ObjectLinks>(&encode(&links).unwrap());
+    let mut arm = samples::articulated_config();
+    arm.joints = vec![arm.joints[0].clone(); limits::MAX_LINKS];
+    arm.tags = vec![arm.tags[0].clone(); limits::MAX_OBJECT_TAGS];
+    taken_safely::<ArticulatedConfig>(&encode(&arm).unwrap());
     let mut status = samples::fusion_status();
     status.cameras = vec![status.cameras[0].clone(); limits::MAX_CAMERAS];
     status.objects = vec![status.objects[0].clone(); limits::MAX_OBJECTS];

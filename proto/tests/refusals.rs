@@ -115,6 +115,51 @@ fn a_pose_with_a_number_that_is_none_does_not_leave() {
 }
 
 #[test]
+fn links_and_joints_with_a_number_that_is_none_do_not_leave() {
+    type Change = fn(&mut ObjectLinks);
+    let changes: [(&str, Change); 7] = [
+        ("links[].position", |m| m.links[1].position[2] = f64::NAN),
+        ("links[].orientation", |m| m.links[0].orientation = [0.0; 4]),
+        ("links[].covariance", |m| m.links[1].covariance[35] = -1e-9),
+        ("joints[].value", |m| m.joints[0].value = f64::INFINITY),
+        ("joints[].variance", |m| m.joints[0].variance = -1e-9),
+        ("joints[].velocity", |m| m.joints[0].velocity = f64::NAN),
+        ("joints[].velocity_variance", |m| {
+            m.joints[0].velocity_variance = f64::NAN;
+        }),
+    ];
+    for (field, change) in changes {
+        let mut message = samples::object_links();
+        change(&mut message);
+        let refused = Err(EncodeError::OutOfRange(OutOfRange(field)));
+        assert_eq!(encode(&message), refused, "{field}");
+    }
+}
+
+#[test]
+fn an_articulated_object_that_is_none_does_not_leave() {
+    type Change = fn(&mut ArticulatedConfig);
+    let changes: [(&str, Change); 6] = [
+        ("links", |m| m.links = vec![m.links[0].clone(); 33]),
+        ("joints[].axis", |m| m.joints[0].axis[1] = f64::NAN),
+        ("joints[].parent_from_joint", |m| {
+            m.joints[1].parent_from_joint.orientation = [0.0; 4];
+        }),
+        ("joints[].limits", |m| {
+            m.joints[0].limits = Some([1.0, -1.0])
+        }),
+        ("joints[].max_speed", |m| m.joints[0].max_speed = Some(0.0)),
+        ("tags[].link", |m| m.tags[1].link = 3),
+    ];
+    for (field, change) in changes {
+        let mut message = samples::articulated_config();
+        change(&mut message);
+        let refused = Err(EncodeError::OutOfRange(OutOfRange(field)));
+        assert_eq!(encode(&message), refused, "{field}");
+    }
+}
+
+#[test]
 fn a_refused_message_leaves_the_buffer_empty() {
     let mut buffer = vec![1, 2, 3];
     let mut message = samples::object_pose();

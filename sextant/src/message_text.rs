@@ -3,7 +3,8 @@
 use serde::Serialize;
 use sextant_estimator::CameraId;
 use sextant_proto::{
-    AnyMessage, CameraStatus, FusionStatus, ObjectConfig, ObjectPose, Observations, RigConfig,
+    AnyMessage, ArticulatedConfig, CameraStatus, FusionStatus, ObjectConfig, ObjectLinks,
+    ObjectPose, Observations, RigConfig,
 };
 
 /// A message as programs shall see it: as the contract has it, but of a preview the length stands for the picture.
@@ -52,6 +53,8 @@ pub fn text_of(message: &AnyMessage) -> String {
         AnyMessage::FusionStatus(status) => fusion_status(status),
         AnyMessage::RigConfig(rig) => rig_config(rig),
         AnyMessage::ObjectConfig(object) => object_config(object),
+        AnyMessage::ObjectLinks(links) => object_links(links),
+        AnyMessage::ArticulatedConfig(object) => articulated_config(object),
     }
 }
 
@@ -62,6 +65,7 @@ pub fn capture_ns(message: &AnyMessage) -> Option<u64> {
         AnyMessage::Preview(message) => Some(message.capture_ns),
         AnyMessage::ObjectPose(message) => Some(message.capture_ns),
         AnyMessage::ObjectTruth(message) => Some(message.capture_ns),
+        AnyMessage::ObjectLinks(message) => Some(message.capture_ns),
         _ => None,
     }
 }
@@ -93,6 +97,39 @@ fn object_pose(pose: &ObjectPose) -> String {
         sigma(3).to_degrees(),
         pose.cameras,
         pose.tags
+    )
+}
+
+fn object_links(message: &ObjectLinks) -> String {
+    let joints = message.joints.iter().map(|joint| {
+        let sigma = joint.variance.sqrt();
+        format!(
+            "{} {:.4} (sigma {sigma:.4}, {:+.3}/s)",
+            joint.joint, joint.value, joint.velocity
+        )
+    });
+    let links = message.links.iter().map(|link| {
+        let [x, y, z] = link.position;
+        format!("{} at {x:.4} {y:.4} {z:.4} m", link.link)
+    });
+    format!(
+        "{:<12} joints: {}; links: {}",
+        crate::words::state(message.state),
+        joints.collect::<Vec<_>>().join(", "),
+        links.collect::<Vec<_>>().join(", ")
+    )
+}
+
+fn articulated_config(object: &ArticulatedConfig) -> String {
+    let joints = object
+        .joints
+        .iter()
+        .map(|joint| format!("{} from {} to {}", joint.id, joint.parent, joint.child));
+    format!(
+        "{} links, joints: {}; {} tags",
+        object.links.len(),
+        joints.collect::<Vec<_>>().join(", "),
+        object.tags.len()
     )
 }
 

@@ -31,6 +31,8 @@ known after the last image of exactly that capture time; images that arrive late
 then object; the same recording gives the same bytes.
 
 JSON lines: {\"t_ns\",\"object\",\"position\":[3],\"orientation\":[x,y,z,w],\"covariance\":[36],\"twist\":[6],\"state\",\"cameras\",\"tags\",\"rms_px\"}
+Of an object that has links, whose pose is that of its base, also \"links\":[{\"link\",\"position\",\"orientation\",\"covariance\"}] and
+\"joints\":[{\"joint\",\"value\",\"sigma\",\"velocity\"}], in radians or metres.
 With --json and --out, a line on standard output: {\"images\",\"cameras\":[{\"id\",\"images\",\"late\",\"ahead\",\"unknown_tags\"}],\"objects\":[{\"id\",\"poses\"}]}
 TUM: timestamp tx ty tz qx qy qz qw, as `evo` reads it; of one object only."
 )]

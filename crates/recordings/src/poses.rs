@@ -1,7 +1,10 @@
 //! Poses as lines of text: JSON, and TUM's `timestamp tx ty tz qx qy qz qw`, which `evo` reads.
 
+use nalgebra::Matrix6;
 use serde::Serialize;
-use sextant_estimator::{ObjectEstimate, ObjectId, State};
+use sextant_estimator::{
+    JointEstimate, JointId, LinkEstimate, LinkId, ObjectEstimate, ObjectId, State,
+};
 use sextant_geometry::PoseParts;
 
 #[derive(Serialize)]
@@ -16,26 +19,74 @@ struct PoseLine<'a> {
     cameras: u32,
     tags: u32,
     rms_px: f64,
+    /// Only where the object has links.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    links: Option<Vec<LinkLine<'a>>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    joints: Option<Vec<JointLine<'a>>>,
+}
+
+#[derive(Serialize)]
+struct LinkLine<'a> {
+    link: &'a LinkId,
+    position: [f64; 3],
+    orientation: [f64; 4],
+    covariance: Vec<f64>,
+}
+
+#[derive(Serialize)]
+struct JointLine<'a> {
+    joint: &'a JointId,
+    value: f64,
+    sigma: f64,
+    velocity: f64,
 }
 
 /// `{"t_ns","object","position","orientation","covariance","twist","state","cameras","tags","rms_px"}`: metres, x y z w,
-/// 6x6 row-major over (x, y, z, rx, ry, rz) in world axes, m/s and rad/s. Numbers have as many digits as bring them back.
+/// 6x6 row-major over (x, y, z, rx, ry, rz) in world axes, m/s and rad/s; for an object that has links also
+/// `"links":[{"link","position","orientation","covariance"}]` and `"joints":[{"joint","value","sigma","velocity"}]`. Numbers have as many digits as bring them back.
 pub fn pose_json(estimate: &ObjectEstimate) -> String {
     let parts = PoseParts::from(&estimate.world_from_object);
+    let posture = estimate.posture.as_deref();
     let line = PoseLine {
         t_ns: estimate.capture_ns,
         object: &estimate.object,
         position: parts.position,
         orientation: parts.orientation,
-        covariance: estimate.covariance.transpose().iter().copied().collect(),
+        covariance: row_major(&estimate.covariance),
         twist: estimate.twist.into(),
         state: estimate.state,
         cameras: estimate.cameras,
         tags: estimate.tags,
         rms_px: estimate.rms_px,
+        links: posture.map(|one| one.links.iter().map(link_line).collect()),
+        joints: posture.map(|one| one.joints.iter().map(joint_line).collect()),
     };
     // Numbers, names and an enum: there is nothing that JSON could refuse.
     serde_json::to_string(&line).unwrap_or_default()
+}
+
+fn link_line(estimate: &LinkEstimate) -> LinkLine<'_> {
+    let parts = PoseParts::from(&estimate.world_from_link);
+    LinkLine {
+        link: &estimate.link,
+        position: parts.position,
+        orientation: parts.orientation,
+        covariance: row_major(&estimate.covariance),
+    }
+}
+
+fn joint_line(estimate: &JointEstimate) -> JointLine<'_> {
+    JointLine {
+        joint: &estimate.joint,
+        value: estimate.value,
+        sigma: estimate.variance.sqrt(),
+        velocity: estimate.velocity,
+    }
+}
+
+fn row_major(covariance: &Matrix6<f64>) -> Vec<f64> {
+    covariance.transpose().iter().copied().collect()
 }
 
 /// Seconds, metres, x y z w; nanoseconds and nanometres are kept.
@@ -55,7 +106,7 @@ pub fn pose_tum(estimate: &ObjectEstimate) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use nalgebra::{Matrix6, Vector6};
+    use nalgebra::Vector6;
     use sextant_geometry::Pose;
 
     fn estimate() -> ObjectEstimate {

@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use sextant_estimator::{CameraId, ObjectModel, Rig, TagId};
 use sextant_geometry::Lens;
-use sextant_proto::{KeyRef, Keys, ObjectConfig, RigConfig, limits};
+use sextant_proto::{ArticulatedConfig, KeyRef, Keys, ObjectConfig, RigConfig, limits};
 use sextant_zenoh_bus::{Bus, BusError, DropRule, Item, Subscription};
 
 /// How long to wait for the models of a fusion node that is there.
@@ -99,6 +99,7 @@ impl Models {
         let taken = match self.keys.parse(&item.key) {
             Some(KeyRef::ConfigRig) => self.take_rig(item),
             Some(KeyRef::ConfigObject(object)) => self.take_object(object.as_str(), item),
+            Some(KeyRef::ConfigArticulated(object)) => self.take_links(object.as_str(), item),
             _ => return,
         };
         self.complaint = taken.err().map(|cause| format!("{}: {cause}", item.key));
@@ -124,12 +125,19 @@ impl Models {
     fn take_object(&mut self, object: &str, item: &Item) -> Result<(), String> {
         let message: ObjectConfig = item.decode().map_err(|cause| cause.to_string())?;
         let model = ObjectModel::try_from(&message).map_err(|cause| cause.to_string())?;
-        let sizes = model
-            .tags()
-            .iter()
-            .map(|tag| (tag.tag, tag.size_m))
-            .collect();
-        self.objects.insert(object.to_owned(), sizes);
+        self.take_sizes(object, &model);
         Ok(())
+    }
+
+    fn take_links(&mut self, object: &str, item: &Item) -> Result<(), String> {
+        let message: ArticulatedConfig = item.decode().map_err(|cause| cause.to_string())?;
+        let model = ObjectModel::try_from(&message).map_err(|cause| cause.to_string())?;
+        self.take_sizes(object, &model);
+        Ok(())
+    }
+
+    fn take_sizes(&mut self, object: &str, model: &ObjectModel) {
+        let tags = model.tags().iter().map(|tag| (tag.tag, tag.size_m));
+        self.objects.insert(object.to_owned(), tags.collect());
     }
 }

@@ -90,19 +90,21 @@ impl TryFrom<&ObjectConfig> for ObjectModel {
     fn try_from(message: &ObjectConfig) -> Result<Self, ObjectError> {
         Self::new(
             message.id.clone(),
-            message.tags.iter().map(object_tag).collect(),
+            message.tags.iter().map(ObjectTag::from).collect(),
         )
     }
 }
 
-fn object_tag(message: &ObjectTagConfig) -> ObjectTag {
-    ObjectTag {
-        tag: TagId {
-            family: message.family,
-            id: message.id,
-        },
-        size_m: message.size_m,
-        object_from_tag: message.object_from_tag.as_ref().map(Pose::from),
+impl From<&ObjectTagConfig> for ObjectTag {
+    fn from(message: &ObjectTagConfig) -> Self {
+        Self {
+            tag: TagId {
+                family: message.family,
+                id: message.id,
+            },
+            size_m: message.size_m,
+            object_from_tag: message.object_from_tag.as_ref().map(Pose::from),
+        }
     }
 }
 

@@ -113,7 +113,7 @@ impl CameraConfig {
 }
 
 impl ObjectTagConfig {
-    fn check(&self) -> Result<(), OutOfRange> {
+    pub(crate) fn check(&self) -> Result<(), OutOfRange> {
         holds(
             self.size_m.is_finite() && self.size_m > 0.0,
             "tags[].size_m",
@@ -123,7 +123,7 @@ impl ObjectTagConfig {
 }
 
 impl PoseConfig {
-    fn check(pose: Option<Self>, field: &'static str) -> Result<(), OutOfRange> {
+    pub(crate) fn check(pose: Option<Self>, field: &'static str) -> Result<(), OutOfRange> {
         let Some(pose) = pose else { return Ok(()) };
         check::position(pose.position, field)?;
         check::orientation(pose.orientation, field)

@@ -5,7 +5,7 @@
     reason = "each test file takes the samples that it needs, and a test may panic"
 )]
 
-use sextant_estimator::{CameraId, ObjectId, State};
+use sextant_estimator::{CameraId, JointId, JointKind, LinkId, ObjectId, State};
 use sextant_proto::*;
 use sextant_tag_families::Family;
 
@@ -219,5 +219,65 @@ pub fn object_config() -> ObjectConfig {
     ObjectConfig {
         id: object(),
         tags: vec![tag(3, Some(pose)), tag(300, None)],
+    }
+}
+
+fn link(name: &str) -> LinkId {
+    LinkId::new(name).unwrap()
+}
+
+pub fn object_links() -> ObjectLinks {
+    let pose = |name: &str, z| LinkPose {
+        link: link(name),
+        position: [1.5, -2.25, z],
+        orientation: [0.0, 0.6, 0.0, 0.8],
+        covariance: object_pose().covariance,
+    };
+    ObjectLinks {
+        object: object(),
+        sequence: 77,
+        capture_ns: CAPTURE_NS,
+        published_ns: CAPTURE_NS + 15_000_000,
+        state: State::Tracking,
+        links: vec![pose("base", 0.75), pose("lid", 0.875)],
+        joints: vec![JointState {
+            joint: JointId::new("hinge").unwrap(),
+            value: -0.5,
+            variance: 1e-6,
+            velocity: 2.5,
+            velocity_variance: 1e-2,
+        }],
+    }
+}
+
+pub fn articulated_config() -> ArticulatedConfig {
+    let joint = |id: &str, kind, child: &str| JointConfig {
+        id: JointId::new(id).unwrap(),
+        kind,
+        parent: link("base"),
+        child: link(child),
+        axis: [0.0, 0.6, 0.8],
+        parent_from_joint: PoseConfig {
+            position: [0.0, 0.125, 0.25],
+            orientation: [0.0, 0.0, 0.6, 0.8],
+        },
+        limits: None,
+        max_speed: None,
+    };
+    let hinge = JointConfig {
+        limits: Some([-1.5, 0.25]),
+        max_speed: Some(3.0),
+        ..joint("hinge", JointKind::Revolute, "lid")
+    };
+    let mut tags = object_config().tags.into_iter();
+    let mut tag = |link| LinkTagConfig {
+        link,
+        tag: tags.next().unwrap(),
+    };
+    ArticulatedConfig {
+        id: object(),
+        links: vec![link("base"), link("lid"), link("foot")],
+        joints: vec![hinge, joint("weld", JointKind::Fixed, "foot")],
+        tags: vec![tag(1), tag(0)],
     }
 }
