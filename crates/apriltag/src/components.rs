@@ -25,6 +25,8 @@ pub(crate) struct Component {
     pub(crate) right: u16,
     pub(crate) top: u16,
     pub(crate) bottom: u16,
+    /// How many, but for multiples of 65536.
+    pub(crate) n_runs: u16,
     marked: bool,
 }
 
@@ -63,6 +65,7 @@ impl Component {
     #[inline]
     fn grow(&mut self, run: &Run, y: u16) {
         self.area += u32::from(run.end - run.start);
+        self.n_runs = self.n_runs.wrapping_add(1);
         self.left = self.left.min(run.start);
         self.right = self.right.max(run.end);
         self.bottom = y;
@@ -70,6 +73,7 @@ impl Component {
 
     fn absorb(&mut self, other: &Self) {
         self.area += other.area;
+        self.n_runs = self.n_runs.wrapping_add(other.n_runs);
         self.left = self.left.min(other.left);
         self.right = self.right.max(other.right);
         self.top = self.top.min(other.top);
@@ -248,6 +252,7 @@ impl Forest<'_> {
             right: end,
             top: y,
             bottom: y,
+            n_runs: 1,
             marked: false,
         };
         self.n += 1;

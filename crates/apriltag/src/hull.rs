@@ -20,15 +20,21 @@ impl Hull {
 
     /// From the top: down the right side and up the left (Andrew's monotone chain).
     pub(crate) fn build(&mut self, top: u16, extents: &[Extent]) {
-        let top = i32::from(top);
+        let last = extents.len() - 1;
+        let y = |i: usize| i32::from(top) + i as i32;
         self.vertices.clear();
-        for (extent, y) in extents.iter().zip(top..) {
-            self.extend_chain(0, [i32::from(extent.right), y]);
+        for i in 0..=last {
+            let right = |i: usize| i32::from(extents[i].right);
+            if i == 0 || i == last || 2 * right(i) > right(i - 1) + right(i + 1) {
+                self.extend_chain(0, [right(i), y(i)]);
+            }
         }
         let left_chain = self.vertices.len() - 1;
-        let bottom = top + extents.len() as i32 - 1;
-        for (extent, back) in extents.iter().rev().zip(0..) {
-            self.extend_chain(left_chain, [i32::from(extent.left), bottom - back]);
+        for i in (0..=last).rev() {
+            let left = |i: usize| i32::from(extents[i].left);
+            if i == 0 || i == last || 2 * left(i) < left(i - 1) + left(i + 1) {
+                self.extend_chain(left_chain, [left(i), y(i)]);
+            }
         }
     }
 
@@ -61,7 +67,7 @@ impl Hull {
             let before = corners;
             for i in 0..4 {
                 let (last, next) = (hull[corners[(i + 3) % 4]], hull[corners[(i + 1) % 4]]);
-                corners[i] = self.farthest(|point| cross(last, point, next));
+                corners[i] = self.farthest_beyond(last, next);
             }
             if corners == before {
                 break;
@@ -77,9 +83,15 @@ impl Hull {
         let hull = &self.vertices;
         let a = self.farthest(|point| distance_squared(point, hull[0]));
         let c = self.farthest(|point| distance_squared(point, hull[a]));
-        let b = self.farthest(|point| cross(hull[a], point, hull[c]));
-        let d = self.farthest(|point| cross(hull[c], point, hull[a]));
+        let b = self.farthest_beyond(hull[a], hull[c]);
+        let d = self.farthest_beyond(hull[c], hull[a]);
         [a, b, c, d]
+    }
+
+    /// Index of the vertex farthest to the left, as seen, of the way from one point to another.
+    fn farthest_beyond(&self, from: Pixel, to: Pixel) -> usize {
+        let normal = [to[1] - from[1], from[0] - to[0]];
+        self.farthest(|point| normal[0] * point[0] + normal[1] * point[1])
     }
 
     /// Index of the vertex with the greatest value.

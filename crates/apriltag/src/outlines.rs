@@ -145,11 +145,14 @@ impl BorderShape {
     fn fits(&self, component: &Component) -> bool {
         /// Narrowest view of a tag that can be read, as a share of its edge.
         const NARROWEST: f32 = 0.3;
+        /// A row of a tag of ten modules changes colour no more often.
+        const MOST_RUNS_IN_A_ROW: u32 = 6;
         let (width, height) = (component.width() as f32, component.height() as f32);
         let (long, short) = (width.max(height), width.min(height));
         let area = component.area as f32;
         self.has_size(component)
             && short >= self.min_edge_px * NARROWEST
+            && u32::from(component.n_runs) <= MOST_RUNS_IN_A_ROW * component.height()
             && area >= 2.0 * long
             && area <= self.most_solid * width * height
     }
