@@ -25,6 +25,8 @@ pub(crate) struct CodeIndex {
     n_bits: usize,
     part_bits: usize,
     max_hamming: u32,
+    /// Whether what is no tag shows a code word now and then.
+    pub(crate) is_weak: bool,
     /// For each part and each value of it: where its ids begin in `ids`.
     starts: [Vec<u32>; PARTS],
     ids: [Vec<u16>; PARTS],
@@ -42,6 +44,7 @@ impl CodeIndex {
             n_bits,
             part_bits,
             max_hamming: most,
+            is_weak: chance(family, 0) > MOST_CHANCE,
             starts: Default::default(),
             ids: Default::default(),
         };
@@ -92,23 +95,29 @@ impl CodeIndex {
     }
 }
 
+/// Chance that random bits show a code word under some turn, beyond which a family needs care.
+const MOST_CHANCE: f64 = 5e-4;
+
 /// Wrong bits that the family's distance lets correct, and so few that what is no tag hardly ever passes for one: the
 /// chance of random bits to be near a code word under some turn is `MOST_CHANCE` at most, or as good as with none wrong.
 fn correctable(family: &FamilyData) -> u32 {
-    const MOST_CHANCE: f64 = 5e-4;
-    let n_bits = family.bits.len() as u32;
-    let n_words = (4 * family.codes.len()) as f64 / 2_f64.powi(n_bits as i32);
     let by_distance = u32::from(family.min_hamming.saturating_sub(1) / 2);
+    (1..=by_distance)
+        .take_while(|&wrong| chance(family, wrong) <= MOST_CHANCE)
+        .last()
+        .unwrap_or(0)
+}
+
+/// Chance of random bits to be a code word of the family under some turn but for so many wrong bits.
+fn chance(family: &FamilyData, wrong: u32) -> f64 {
+    let n_bits = family.bits.len() as u32;
     let mut near = vec![1.0_f64];
-    for wrong in 1..=by_distance {
+    for wrong in 1..=wrong {
         let last = near[near.len() - 1];
         near.push(last * f64::from(n_bits - wrong + 1) / f64::from(wrong));
     }
-    let chance = |wrong: u32| n_words * near[..=wrong as usize].iter().sum::<f64>();
-    (1..=by_distance)
-        .take_while(|&wrong| chance(wrong) <= MOST_CHANCE)
-        .last()
-        .unwrap_or(0)
+    let n_words = (4 * family.codes.len()) as f64 / 2_f64.powi(n_bits as i32);
+    n_words * near.iter().sum::<f64>()
 }
 
 #[cfg(test)]

@@ -87,7 +87,45 @@ impl Reader {
         let thresholds = self.thresholds(&modules)?;
         self.sample_bits(view, &map, &mut modules)
             .ok_or(Unread::hopeful(Rejection::NoCode))?;
-        self.recognise(&modules, &thresholds)
+        let reading = self.recognise(&modules, &thresholds)?;
+        if self.index.is_weak && !self.modules_are_plain(view, &map, &thresholds) {
+            return Err(Unread::hopeful(Rejection::NoCode));
+        }
+        Ok(reading)
+    }
+
+    /// Whether most modules with a bit have one colour throughout: those of a tag with more and smaller modules, which now
+    /// and then show a code word of a family of few bits, have not.
+    fn modules_are_plain(
+        &self,
+        view: &View<'_>,
+        map: &Homography,
+        thresholds: &Thresholds,
+    ) -> bool {
+        /// Share of the contrast beyond the threshold that makes black or white of a place.
+        const CLEARLY: f32 = 0.15;
+        const MOST_MIXED: f32 = 0.2;
+        let mut greys = [[[0.0; POINTS]; MAX_BLOCKS]; 4];
+        for (greys, places) in greys.iter_mut().zip(&self.layout.around) {
+            view.sample(map, places, greys);
+        }
+        let clearly = CLEARLY * thresholds.contrast();
+        let is_mixed = |(i, bit): &(usize, usize)| {
+            let threshold = thresholds.at(self.layout.place(*bit));
+            let above = greys
+                .each_ref()
+                .map(|greys| greys.as_flattened()[*i] - threshold);
+            above.iter().any(|above| *above > clearly)
+                && above.iter().any(|above| *above < -clearly)
+        };
+        let n_mixed = self
+            .layout
+            .bits
+            .clone()
+            .enumerate()
+            .filter(is_mixed)
+            .count();
+        n_mixed as f32 <= MOST_MIXED * self.layout.bits.len() as f32
     }
 
     /// Black and white, as long as border and ring have them.

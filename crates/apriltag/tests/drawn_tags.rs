@@ -194,6 +194,23 @@ fn families_of_every_layout_are_read() {
     assert_eq!(detect_with(both, &draw(&standard), &camera()).len(), 1);
 }
 
+/// Now and then a tag of 8x8 modules shows a code word of 6x6 when it is read as one.
+#[test]
+fn tags_of_more_modules_are_not_read_as_ones_of_few() {
+    let options = Options {
+        families: vec![Family::Tag16h5],
+        ..Options::default()
+    };
+    for id in 100..125 {
+        let tag = Tag {
+            turn_deg: [15.0, 20.0, 10.0],
+            ..Tag::new(id)
+        };
+        let found = detect_with(options.clone(), &draw(&tag), &camera());
+        assert!(found.is_empty(), "{id}: {found:?}");
+    }
+}
+
 #[test]
 fn detections_are_sorted_by_id_and_place() {
     let at = |id, x, y| Tag {
