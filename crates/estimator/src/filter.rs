@@ -4,6 +4,7 @@
 //! - [`kinematics`]: the state and its prediction in time.
 //! - [`bent`]: tags seen through lenses that bend lines.
 //! - [`chain`]: where links are, and how they move with base and joints.
+//! - [`consider`]: errors of the cameras' poses, which last.
 //! - [`clocks`]: the cameras' clock offsets.
 //! - [`joints`]: values and speeds of joints; [`limits`]: what their limits mean for what is published.
 //! - [`observed`]: the configuration as a camera saw it.
@@ -17,6 +18,7 @@ pub(crate) mod absorb;
 pub(crate) mod bent;
 pub(crate) mod chain;
 pub(crate) mod clocks;
+pub(crate) mod consider;
 pub(crate) mod corners;
 pub(crate) mod edges;
 pub(crate) mod joints;

@@ -20,10 +20,20 @@ pub struct Camera {
     pub world_from_camera: Option<Pose>,
 }
 
+/// How well a camera's pose is known: one sigma an axis.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PoseSigma {
+    /// Of its position in m.
+    pub position_m: f64,
+    /// Of its orientation in rad.
+    pub orientation_rad: f64,
+}
+
 /// All cameras of a site, in the order given; the first is the reference for clocks.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Rig {
     cameras: Vec<Camera>,
+    pose_sigmas: BTreeMap<CameraId, PoseSigma>,
 }
 
 /// Why cameras make no rig.
@@ -44,6 +54,9 @@ pub enum RigError {
         /// Its height in pixels.
         height: u32,
     },
+    /// A sigma that is none, or of a camera that is not there.
+    #[error("camera {0}: the sigmas of its pose must lie between 0 and 1 (m, rad)")]
+    PoseSigma(CameraId),
     /// A position or orientation that is not finite.
     #[error("camera {0}: world_from_camera is not finite")]
     Pose(CameraId),
@@ -62,7 +75,35 @@ impl Rig {
                 return Err(RigError::DuplicateCamera(camera.id.clone()));
             }
         }
-        Ok(Self { cameras })
+        Ok(Self {
+            cameras,
+            pose_sigmas: BTreeMap::new(),
+        })
+    }
+
+    /// The same rig, with what is known of how well its cameras' poses are known. Where nothing is stated they count as exact:
+    /// a figure made up here would make every covariance one.
+    ///
+    /// # Errors
+    /// For the first camera that is not there, and the first sigma that is no length or angle.
+    pub fn with_pose_sigmas(
+        mut self,
+        sigmas: impl IntoIterator<Item = (CameraId, PoseSigma)>,
+    ) -> Result<Self, RigError> {
+        for (camera, sigma) in sigmas {
+            let both = [sigma.position_m, sigma.orientation_rad];
+            let sound = both.iter().all(|sigma| (0.0..=1.0).contains(sigma));
+            if !sound || self.camera(&camera).is_none() {
+                return Err(RigError::PoseSigma(camera));
+            }
+            self.pose_sigmas.insert(camera, sigma);
+        }
+        Ok(self)
+    }
+
+    /// How well the pose of a camera is known, where that is stated.
+    pub fn pose_sigma(&self, id: &CameraId) -> Option<PoseSigma> {
+        self.pose_sigmas.get(id).copied()
     }
 
     /// The cameras in the order given.

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use nalgebra::{Matrix2, Point2};
-use sextant_geometry::{Lens, tag_corners_in_tag};
+use sextant_geometry::tag_corners_in_tag;
 
 use crate::filter::bent::unbent;
 use crate::filter::chain::{Chain, Limb};
@@ -84,7 +84,11 @@ impl Site {
     pub fn set_rig(&mut self, rig: &Rig) {
         let posed = |camera: &crate::Camera| {
             let world_from_camera = camera.world_from_camera?;
-            Some(PosedCamera::new(camera.lens, &world_from_camera))
+            Some(PosedCamera::new(
+                camera.lens,
+                &world_from_camera,
+                rig.pose_sigma(&camera.id),
+            ))
         };
         let site_camera = |camera: &crate::Camera| SiteCamera {
             id: camera.id.clone(),
@@ -171,7 +175,7 @@ impl Site {
             };
             if !is_sound(seen, camera.resolution) {
                 sorted.damaged_tags += 1;
-            } else if let Some(view) = view(place, seen, &posed.lens, options) {
+            } else if let Some(view) = view(place, seen, posed, options) {
                 views.entry(place.object).or_default().push(view);
             }
         }
@@ -229,10 +233,17 @@ fn is_sound(seen: &TagCorners, [width, height]: [u32; 2]) -> bool {
 }
 
 /// The view of a tag whose place on the object is known, if its corners enclose something.
-fn view(place: &Place, seen: &TagCorners, lens: &Lens, options: &FusionOptions) -> Option<View> {
+fn view(
+    place: &Place,
+    seen: &TagCorners,
+    camera: &PosedCamera,
+    options: &FusionOptions,
+) -> Option<View> {
     let tag = &place.tag;
     let object_from_tag = tag.object_from_tag?;
     let (covariance, noise_source) = corner_noise(seen, options);
+    let misplaced = Matrix2::identity() * misplacement(camera, seen, tag.size_m);
+    let covariance = covariance.map(|covariance| covariance + misplaced);
     let information = covariance.map(|covariance| covariance.try_inverse().unwrap_or_default());
     Some(View {
         tag: tag.tag,
@@ -240,11 +251,22 @@ fn view(place: &Place, seen: &TagCorners, lens: &Lens, options: &FusionOptions) 
         size_m: tag.size_m,
         object_from_tag,
         corners_in_object: tag_corners_in_tag(tag.size_m).map(|corner| object_from_tag * corner),
-        corners_in_image: unbent(lens, &seen.corners),
+        corners_in_image: unbent(&camera.lens, &seen.corners),
         information,
         edges: EdgeModes::new(&seen.corners, &covariance)?,
         noise_source,
     })
+}
+
+/// px² by which corners lie elsewhere because the camera does: about what cameras contradict each other by.
+fn misplacement(camera: &PosedCamera, seen: &TagCorners, size_m: f64) -> f64 {
+    let Some(sigma) = camera.sigma else {
+        return 0.0;
+    };
+    let [a, b, c, d] = seen.corners;
+    let pixels_per_metre = (0.5 * (c - a).perp(&(d - b)).abs()).sqrt() / size_m;
+    let turned = sigma.orientation_rad * camera.lens.intrinsics().fx;
+    (sigma.position_m * pixels_per_metre).powi(2) + turned.powi(2)
 }
 
 /// The covariance of each corner as stated, with the floor added; the usual one where nothing or nonsense is stated.

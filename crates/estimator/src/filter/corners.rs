@@ -10,7 +10,7 @@ use sextant_geometry::{Lens, Pose};
 
 use super::chain::{Configuration, Limb};
 use super::edges::{EdgeModes, Matrix8, NoiseFactors, Vector8};
-use crate::{ClockOffset, TagId};
+use crate::{ClockOffset, PoseSigma, TagId};
 
 type Matrix2x6 = SMatrix<f64, 2, 6>;
 
@@ -19,17 +19,23 @@ type Matrix2x6 = SMatrix<f64, 2, 6>;
 pub(crate) struct PosedCamera {
     pub lens: Lens,
     pub camera_from_world: Pose,
+    /// How well its pose is known, where that is stated.
+    pub sigma: Option<PoseSigma>,
+    /// Its centre in the world.
+    pub centre: Vector3<f64>,
     /// Its rotation as a matrix.
     turn: Matrix3<f64>,
 }
 
 impl PosedCamera {
-    pub fn new(lens: Lens, world_from_camera: &Pose) -> Self {
+    pub fn new(lens: Lens, world_from_camera: &Pose, sigma: Option<PoseSigma>) -> Self {
         let camera_from_world = world_from_camera.inverse();
         let turn = camera_from_world.rotation.to_rotation_matrix().into_inner();
         Self {
             lens,
             camera_from_world,
+            sigma,
+            centre: world_from_camera.translation.vector,
             turn,
         }
     }

@@ -7,6 +7,7 @@ use nalgebra::{Matrix3, SMatrix, Vector3, Vector6};
 use sextant_geometry::{Pose, so3};
 
 use super::clocks::Clocks;
+use super::consider::Considered;
 use super::joints::Joints;
 use super::motion::{Motion, Restlessness};
 
@@ -28,6 +29,8 @@ pub(crate) struct Kinematics {
     pub joints: Option<Box<Joints>>,
     /// How restless the body is.
     pub motion: Motion,
+    /// What errors of the cameras' poses did to it, where these are stated.
+    pub considered: Option<Box<Considered>>,
 }
 
 impl Kinematics {
@@ -71,6 +74,9 @@ impl Kinematics {
 
     /// F P Fᵀ with F = [I 0 dt 0; 0 E 0 G; 0 0 I 0; 0 0 0 I].
     fn carry(&mut self, turn: &Matrix3<f64>, gain: &Matrix3<f64>, dt: f64) {
+        if let Some(considered) = &mut self.considered {
+            considered.carry(turn, gain, dt);
+        }
         let rows = carried(&self.covariance, turn, gain, dt);
         self.covariance = symmetric(&carried(&rows.transpose(), turn, gain, dt));
         if let Some(clocks) = &mut self.clocks {
@@ -98,7 +104,7 @@ impl Kinematics {
 }
 
 /// F times a matrix, by its blocks.
-fn carried<const N: usize>(
+pub(super) fn carried<const N: usize>(
     matrix: &SMatrix<f64, 12, N>,
     turn: &Matrix3<f64>,
     gain: &Matrix3<f64>,

@@ -24,7 +24,7 @@ fn camera() -> PosedCamera {
     let lens = Lens::brown_conrady(intrinsics, [-0.2, 0.05, 0.001, -0.0005, 0.0]).unwrap();
     // Looks down from 1 m above the world's origin, a little askew.
     let turn = Vector3::new(std::f64::consts::PI - 0.1, 0.05, 0.0);
-    PosedCamera::new(lens, &Pose::new(Vector3::new(0.05, -0.02, 1.0), turn))
+    PosedCamera::new(lens, &Pose::new(Vector3::new(0.05, -0.02, 1.0), turn), None)
 }
 
 fn object() -> Pose {
@@ -89,6 +89,7 @@ fn state(offset: &Vector6<f64>) -> Kinematics {
         covariance,
         clocks: None,
         joints: None,
+        considered: None,
         motion: Motion::new(restlessness),
     }
 }

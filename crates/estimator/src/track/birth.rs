@@ -108,6 +108,7 @@ fn unknown(
         covariance,
         clocks: None,
         joints: chain.map(|chain| Box::new(Joints::unknown(chain, seed, options))),
+        considered: None,
         motion: Motion::new(restlessness(options)),
     }
 }

@@ -172,7 +172,7 @@ impl Track {
         for one in &self.hypotheses {
             let weight = one.evidence.exp();
             let off = se3::difference(&one.state.pose, &self.hypotheses[0].state.pose);
-            let own = one.state.covariance.fixed_view::<6, 6>(0, 0);
+            let own = one.state.pose_covariance();
             sum += (own + off * off.transpose()) * weight;
             weights += weight;
             if let Some((step, odds)) = one.twin() {

@@ -10,6 +10,7 @@ use super::hypothesis::Hypothesis;
 use crate::FusionOptions;
 use crate::filter::absorb::absorb;
 use crate::filter::chain::Configuration;
+use crate::filter::consider::{CameraPart, Gain};
 use crate::filter::corners::{Normal, Sight};
 use crate::filter::kinematics::Kinematics;
 use crate::filter::solve::{Fit, UNSEEN, solve};
@@ -240,12 +241,62 @@ fn complete<const D: usize>(
     let taken = pairs
         .map(|((normal, part), sight)| taken(normal.as_ref(), *part, &covariance(sight)))
         .collect();
+    let mut state = absorbed.state;
+    let parts = camera_parts(&state, sights, normals, part);
+    if !parts.is_empty() || state.considered.is_some() {
+        state.consider(&gain(&state, fit, camera_index), &parts);
+    }
     let evidence = -0.5 * (fit.cost + absorbed.narrowing);
     Some(GroupUpdate {
-        state: absorbed.state,
+        state,
         evidence,
         taken,
     })
+}
+
+/// What the errors of the cameras' poses need to know of an update. Joints are left out: the base's part of the fit.
+fn gain<const D: usize>(after: &Kinematics, fit: &Fit<D>, camera_index: usize) -> Gain {
+    let seen = after.observed::<D>(camera_index);
+    let clocks = after.clocks.as_deref();
+    let offset_s = clocks.and_then(|clocks| Some(clocks.offset_s(clocks.slot(camera_index)?)));
+    Gain {
+        covariance: seen.with.motion.fixed_rows::<6>(0).transpose(),
+        offset_s: offset_s.unwrap_or_default(),
+        information: fit.information.fixed_view::<6, 6>(0, 0).into_owned(),
+    }
+}
+
+/// What each camera whose pose is not exact has contributed.
+fn camera_parts(
+    after: &Kinematics,
+    sights: &[Sight<'_>],
+    normals: &[Option<Normal>],
+    part: &[bool],
+) -> Vec<CameraPart> {
+    let mut parts: Vec<CameraPart> = Vec::new();
+    for ((sight, normal), _) in sights
+        .iter()
+        .zip(normals)
+        .zip(part)
+        .filter(|(_, part)| **part)
+    {
+        let (Some(sigma), Some(normal)) = (sight.camera.sigma, normal) else {
+            continue;
+        };
+        match parts
+            .last_mut()
+            .filter(|last| last.camera_index == sight.camera_index)
+        {
+            Some(last) => last.information += normal.information,
+            None => parts.push(CameraPart {
+                camera_index: sight.camera_index,
+                sigma,
+                arm: after.pose.translation.vector - sight.camera.centre,
+                information: normal.information,
+            }),
+        }
+    }
+    parts
 }
 
 fn taken(normal: Option<&Normal>, part: bool, covariance: &Matrix6<f64>) -> Taken {
