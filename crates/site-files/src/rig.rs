@@ -6,7 +6,7 @@ use crate::error::{Complaint, FileError};
 use crate::object::pose_of;
 use crate::read::read_text;
 use serde::Deserialize;
-use sextant_estimator::{Camera, CameraId, Rig, RigError};
+use sextant_estimator::{Camera, CameraId, PoseSigma, Rig, RigError};
 use sextant_geometry::{Lens, PoseParts};
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -28,6 +28,18 @@ struct CameraTable {
     lens: Lens,
     /// Omitted until calibrated.
     world_from_camera: Option<PoseParts>,
+    /// How well that is known; omitted where nobody says.
+    world_from_camera_sigma: Option<SigmaTable>,
+}
+
+/// One sigma an axis.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct SigmaTable {
+    /// m.
+    position: f64,
+    /// rad.
+    orientation: f64,
 }
 
 /// The rig of a file.
@@ -57,7 +69,23 @@ fn rig_of(file: &RigFile, document: &Document<'_>) -> Result<Rig, Complaint> {
     unique(file, document)?;
     let cameras: Result<Vec<Camera>, Complaint> =
         file.camera.iter().enumerate().map(camera_of).collect();
-    Rig::new(cameras?).map_err(|error| complaint("camera", &error))
+    let rig = Rig::new(cameras?).map_err(|error| complaint("camera", &error))?;
+    with_sigmas(rig, file)
+}
+
+fn with_sigmas(mut rig: Rig, file: &RigFile) -> Result<Rig, Complaint> {
+    for (index, table) in file.camera.iter().enumerate() {
+        let Some(sigma) = &table.world_from_camera_sigma else {
+            continue;
+        };
+        let sigma = PoseSigma {
+            position_m: sigma.position,
+            orientation_rad: sigma.orientation,
+        };
+        let stated = rig.with_pose_sigmas([(table.id.clone(), sigma)]);
+        rig = stated.map_err(|error| complaint(&format!("camera[{index}]"), &error))?;
+    }
+    Ok(rig)
 }
 
 fn unique(file: &RigFile, document: &Document<'_>) -> Result<(), Complaint> {
@@ -98,6 +126,10 @@ fn complaint(key: &str, error: &RigError) -> Complaint {
             "write width and height of the camera's images in pixels",
         ),
         RigError::Pose(_) => (".world_from_camera", "write finite numbers"),
+        RigError::PoseSigma(_) => (
+            ".world_from_camera_sigma",
+            "write metres and radians, one sigma an axis, or leave it out",
+        ),
         _ => ("", ""),
     };
     Complaint::new(format!("{key}{part}"), error.to_string(), remedy)
@@ -117,6 +149,13 @@ pub fn rig_toml(rig: &Rig) -> String {
         );
         if let Some(pose) = &camera.world_from_camera {
             let _ = writeln!(text, "world_from_camera = {}", pose_toml(&pose.into()));
+        }
+        if let Some(sigma) = rig.pose_sigma(&camera.id) {
+            let _ = writeln!(
+                text,
+                "world_from_camera_sigma = {{ position = {:?}, orientation = {:?} }}",
+                sigma.position_m, sigma.orientation_rad
+            );
         }
         text.push('\n');
     }
@@ -192,6 +231,24 @@ lens = { model = "kannala-brandt", fx = 123.4567890123, fy = 600.0, cx = 639.5, 
         assert_eq!(at.position, [1.0, 0.0, 1.2]);
         assert_eq!(south.lens.distortion(), [0.01, 0.0, 1e-7, 0.0]);
         assert_eq!(south.world_from_camera, None);
+    }
+
+    const WITH_SIGMA: &str =
+        "[0, 0, 0, 1] }\nworld_from_camera_sigma = { position = 0.0004, orientation = 0.0002 }";
+
+    #[test]
+    fn how_well_a_pose_is_known_may_be_stated() {
+        let rig = parsed(&GOOD.replacen("[0, 0, 0, 1] }", WITH_SIGMA, 1)).unwrap();
+        let sigma = |index: usize| rig.pose_sigma(&rig.cameras()[index].id);
+        assert_eq!(sigma(0).map(|sigma| sigma.position_m), Some(0.0004));
+        assert_eq!(sigma(1), None);
+        assert_eq!(parsed(&rig_toml(&rig)).unwrap(), rig);
+        let negative = WITH_SIGMA.replace("0.0002", "-0.0002");
+        let message = with("[0, 0, 0, 1] }", &negative);
+        assert!(
+            message.contains("camera[0].world_from_camera_sigma: "),
+            "{message}"
+        );
     }
 
     #[test]
