@@ -1,11 +1,11 @@
 #!/bin/sh
 # Million instructions and best time of one detection, for each kind of image and each detector. Needs valgrind.
-# Instructions are the difference between 1 + 4 and 1 detections, so that starting and the first image do not count.
+# Instructions are the difference between 1 + 9 and 1 detections, so that starting and the first image do not count.
 #
-#   benches/instructions.sh [sextant] [edges] [c] [c20]      (c and c20 are AprilTag's own detector)
+#   benches/instructions.sh [sextant] [edges] [tracking] [c] [c20]      (c and c20 are AprilTag's own detector)
 set -eu
 cd "$(dirname "$0")/.."
-[ $# -gt 0 ] || set -- sextant edges c c20
+[ $# -gt 0 ] || set -- sextant edges tracking c c20
 cargo build --quiet --release --package sextant-benches --features peer
 repeat=${CARGO_TARGET_DIR:-target}/release/repeat
 work=$(mktemp -d)
@@ -21,8 +21,8 @@ for detector in "$@"; do
     for image in empty 1-tag 3-tags 12-tags clutter 3-tags-noise-8; do
         file=$work/images/$image
         few=$(instructions "$detector" "$file" 1)
-        more=$(instructions "$detector" "$file" 5)
-        million=$(echo "$few $more" | awk '{ printf "%.2f", ($2 - $1) / 4e6 }')
+        more=$(instructions "$detector" "$file" 10)
+        million=$(echo "$few $more" | awk '{ printf "%.2f", ($2 - $1) / 9e6 }')
         printf '%-8s %-15s %8s M instructions  %s\n' "$detector" "$image" "$million" "$("$repeat" "$detector" "$file" 200)"
     done
 done

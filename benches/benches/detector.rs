@@ -1,8 +1,8 @@
-//! Detection, image by image, on one thread; with the feature `peer` also AprilTag's own detector in C.
+//! Detection, image by image, on one thread, as a whole, by stages, and as a sequence of images; with the feature `peer` also AprilTag's own detector in C.
 
 use criterion::Criterion;
-use sextant_apriltag::{Detector, Image, Options, Refinement};
-use sextant_benches::{HEIGHT, Picture, WIDTH, pictures};
+use sextant_apriltag::{Detector, Image, Options, Refinement, Stage, Tracker};
+use sextant_benches::{HEIGHT, Picture, StageClock, WIDTH, pictures};
 use std::error::Error;
 use std::hint::black_box;
 use std::time::Duration;
@@ -25,6 +25,8 @@ fn main() -> Result<(), Box<dyn Error>> {
         Refinement::Edges,
         &pictures,
     )?;
+    bench_tracking(&mut criterion, &pictures)?;
+    bench_stages(&mut criterion, &pictures)?;
     #[cfg(feature = "peer")]
     bench_peer(&mut criterion, &pictures);
     criterion.final_summary();
@@ -47,6 +49,45 @@ fn bench(
         group.bench_function(picture.name, |bencher| {
             bencher.iter(|| detector.detect(black_box(&image)).len());
         });
+    }
+    Ok(())
+}
+
+/// The same image again and again, so that all of its tags are where they were.
+fn bench_tracking(criterion: &mut Criterion, pictures: &[Picture]) -> Result<(), Box<dyn Error>> {
+    let mut group = criterion.benchmark_group("sextant, tracking");
+    for picture in pictures {
+        let mut tracker = Tracker::new(Options::default())?;
+        let image = Image::new(&picture.pixels, WIDTH, HEIGHT, WIDTH)?;
+        group.bench_function(picture.name, |bencher| {
+            bencher.iter(|| tracker.detect(black_box(&image)).len());
+        });
+    }
+    Ok(())
+}
+
+fn bench_stages(criterion: &mut Criterion, pictures: &[Picture]) -> Result<(), Box<dyn Error>> {
+    let mut detector = Detector::new(Options::default())?;
+    for stage in Stage::ALL {
+        let mut group = criterion.benchmark_group(format!("sextant, stage {stage:?}"));
+        group
+            .sample_size(20)
+            .measurement_time(Duration::from_secs(1));
+        for picture in pictures {
+            let image = Image::new(&picture.pixels, WIDTH, HEIGHT, WIDTH)?;
+            group.bench_function(picture.name, |bencher| {
+                bencher.iter_custom(|n| {
+                    let mut time = Duration::ZERO;
+                    for _ in 0..n {
+                        let mut clock = StageClock::start();
+                        detector.detect_observed(black_box(&image), &mut clock);
+                        time += clock.of(stage);
+                    }
+                    // A stage that an image does not need takes no time, which criterion can't draw.
+                    time.max(Duration::from_nanos(n))
+                });
+            });
+        }
     }
     Ok(())
 }

@@ -1,8 +1,9 @@
 //! Repeats one detection, to be counted by callgrind or timed at its best: `repeat write DIR` makes the images,
-//! `repeat DETECTOR FILE N` works on one of them, DETECTOR being sextant, edges, or with the feature `peer` c or c20.
+//! `repeat DETECTOR FILE N` works on one of them, DETECTOR being sextant, edges,
+//! tracking (best mean of nine images, a round of its scan), stages (best of each), or with the feature `peer` c or c20.
 
-use sextant_apriltag::{Detector, Image, Options, Refinement};
-use sextant_benches::{HEIGHT, WIDTH, pictures};
+use sextant_apriltag::{Detector, Image, Options, Refinement, Stage, Tracker};
+use sextant_benches::{HEIGHT, StageClock, WIDTH, pictures};
 use std::error::Error;
 use std::fs;
 use std::path::Path;
@@ -15,7 +16,7 @@ fn main() -> Outcome {
     match arguments.iter().map(String::as_str).collect::<Vec<_>>()[..] {
         ["write", folder] => write(Path::new(folder)),
         [detector, file, n] => repeat(detector, &fs::read(file)?, n.parse()?),
-        _ => Err("repeat write DIR | repeat sextant|edges|c|c20 FILE N".into()),
+        _ => Err("repeat write DIR | repeat sextant|edges|tracking|stages|c|c20 FILE N".into()),
     }
 }
 
@@ -33,6 +34,8 @@ fn repeat(detector: &str, pixels: &[u8], n: u32) -> Outcome {
     match detector {
         "sextant" => ours(Refinement::Photometric, pixels, n),
         "edges" => ours(Refinement::Edges, pixels, n),
+        "tracking" => tracking(pixels, n),
+        "stages" => stages(pixels, n),
         #[cfg(feature = "peer")]
         "c" | "c20" => {
             let mut peer = sextant_benches::Peer::new(if detector == "c" { 5 } else { 20 });
@@ -53,6 +56,41 @@ fn ours(refinement: Refinement, pixels: &[u8], n: u32) -> Outcome {
     Ok(())
 }
 
+/// Each image is looked at in nine different ways, one after the other.
+fn tracking(pixels: &[u8], n: u32) -> Outcome {
+    const ROUND: u32 = 9;
+    let mut tracker = Tracker::new(Options::default())?;
+    let image = Image::new(pixels, WIDTH, HEIGHT, WIDTH)?;
+    let (mut best, mut tags) = (Duration::MAX, tracker.detect(&image).len());
+    for _ in 0..n.div_ceil(ROUND) {
+        let start = Instant::now();
+        for _ in 0..ROUND {
+            tags = tracker.detect(&image).len();
+        }
+        best = best.min(start.elapsed() / ROUND);
+    }
+    print(tags, n, best);
+    Ok(())
+}
+
+fn stages(pixels: &[u8], n: u32) -> Outcome {
+    let mut detector = Detector::new(Options::default())?;
+    let image = Image::new(pixels, WIDTH, HEIGHT, WIDTH)?;
+    let mut best = [Duration::MAX; Stage::ALL.len()];
+    for _ in 0..n {
+        let mut clock = StageClock::start();
+        detector.detect_observed(&image, &mut clock);
+        for (best, stage) in best.iter_mut().zip(Stage::ALL) {
+            *best = (*best).min(clock.of(stage));
+        }
+    }
+    for (best, stage) in best.iter().zip(Stage::ALL) {
+        print!("{stage:?} {:.1} us  ", best.as_secs_f64() * 1e6);
+    }
+    println!();
+    Ok(())
+}
+
 fn print_best(n: u32, mut detect: impl FnMut() -> usize) {
     let (mut best, mut tags) = (Duration::MAX, 0);
     for _ in 0..n {
@@ -60,6 +98,10 @@ fn print_best(n: u32, mut detect: impl FnMut() -> usize) {
         tags = detect();
         best = best.min(start.elapsed());
     }
+    print(tags, n, best);
+}
+
+fn print(tags: usize, n: u32, best: Duration) {
     println!(
         "{tags} tags, best of {n}: {:.1} us",
         best.as_secs_f64() * 1e6
