@@ -87,7 +87,7 @@ impl Tracker {
         found
     }
 
-    /// The next part of the scan and where the known tags should be; the whole image where that is no more.
+    /// The next part of the scan and where the known tags should be; the whole image where that is not far more.
     fn choose_areas(&mut self, image: &Image<'_>) {
         let (whole, size) = (Area::whole(image), (image.width(), image.height()));
         self.areas.clear();
@@ -105,7 +105,7 @@ impl Tracker {
             }
         }
         let n_pixels: usize = self.areas.iter().map(Area::n_pixels).sum();
-        if self.tracks.len() == MAX_TRACKS || n_pixels >= whole.n_pixels() {
+        if self.tracks.len() == MAX_TRACKS || 2 * n_pixels >= whole.n_pixels() {
             self.areas.clear();
             self.areas.push(whole);
         }

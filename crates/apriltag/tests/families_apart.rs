@@ -1,0 +1,64 @@
+//! A tag of one family is no tag of another, above all of those with so few bits that chance makes some of theirs.
+
+#![allow(clippy::unwrap_used)]
+
+mod drawing;
+
+use drawing::{Camera, Picture, Random, Tag};
+use sextant_apriltag::{Detection, Detector, Family, Image, Options};
+
+fn detect(tag: &Tag, family: Family, seed: u64) -> Vec<Detection> {
+    let camera = Camera::new(64, 64);
+    let pixels = Picture::draw(&camera, std::slice::from_ref(tag), 128.0)
+        .blurred(0.5)
+        .pixels(1.5, seed);
+    let image = Image::new(&pixels, camera.width, camera.height, camera.width).unwrap();
+    let options = Options {
+        families: vec![family],
+        ..Options::default()
+    };
+    Detector::new(options).unwrap().detect(&image).to_vec()
+}
+
+/// A tag so many pixels wide, turned at random.
+fn tag(family: Family, id: u32, edge_px: f64, random: &mut Random) -> Tag {
+    Tag {
+        family,
+        position_m: [0.0, 0.0, 0.04 * 600.0 / edge_px],
+        turn_deg: [
+            random.between(-40.0, 40.0),
+            random.between(-40.0, 40.0),
+            random.between(0.0, 360.0),
+        ],
+        ..Tag::new(id)
+    }
+}
+
+#[test]
+fn tags_of_many_bits_are_none_of_few() {
+    let mut random = Random(21);
+    for i in 0..24 {
+        let tag = tag(
+            Family::Tag36h11,
+            24 * i,
+            random.between(12.0, 34.0),
+            &mut random,
+        );
+        for family in [Family::Tag16h5, Family::Aruco4x4With50] {
+            assert_eq!(detect(&tag, family, 5), [], "{family} {}", tag.id);
+        }
+        assert_eq!(detect(&tag, Family::Tag36h11, 5).len(), 1, "{}", tag.id);
+    }
+}
+
+#[test]
+fn small_tags_of_few_bits_are_read() {
+    let mut random = Random(22);
+    for i in 0..24 {
+        let (family, n) = [(Family::Tag16h5, 30), (Family::Aruco4x4With50, 50)][i as usize % 2];
+        let tag = tag(family, i % n, random.between(11.0, 20.0), &mut random);
+        let found = detect(&tag, family, 6);
+        assert_eq!(found.len(), 1, "{family} {} at {:?}", tag.id, tag.turn_deg);
+        assert_eq!(found[0].id, tag.id);
+    }
+}
