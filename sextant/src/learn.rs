@@ -18,7 +18,7 @@ use std::path::PathBuf;
 image joins are named, with the turn that would join them; then nothing is written. The former file is kept as FILE.former.
 
 With --json, a line on standard output: {\"object\",\"images\",\"images_used\",\"rms_px\",\"noise_ratio\",\"tags\":[{\"tag\",\"images\",\"left_out\",
-\"sigma_mm\",\"sigma_deg\",\"rms_px\",\"size_ratio\",\"size_ratio_sigma\"}],\"kept\",\"weak\",\"verdict\":{\"grade\",\"because\"}}"
+\"elsewhere\",\"sigma_mm\",\"sigma_deg\",\"sigma_axes_mm\":[3],\"sigma_axes_deg\":[3],\"rms_px\",\"size_ratio\",\"size_ratio_sigma\"}],\"kept\",\"weak\",\"verdict\":{\"grade\",\"because\"}}"
 )]
 pub struct LearnArguments {
     /// The recording: DIR/CAMERA/data.csv with DIR/CAMERA/data/*.png (8-bit grey), or DIR/CAMERA/detections.jsonl.

@@ -5,6 +5,7 @@ use crate::bundle::{
     Instant, Motion, solve,
 };
 use crate::intake::ImageView;
+use crate::resection::edge_px;
 use nalgebra::Vector6;
 use sextant_geometry::Pose;
 
@@ -30,7 +31,19 @@ pub(crate) struct Misfit {
     pub view: usize,
     /// Index into the view's tags.
     pub seen: usize,
+    /// How far it is from where it should be, as a part of its edge in the image.
+    pub off: f64,
 }
+
+impl Misfit {
+    /// Whether it is somewhere else, not only seen badly.
+    pub(crate) fn is_elsewhere(&self) -> bool {
+        self.off > ELSEWHERE
+    }
+}
+
+/// A tag further off than this part of its edge is elsewhere.
+const ELSEWHERE: f64 = 0.15;
 
 /// Everything an adjustment needs.
 #[derive(Clone, Debug)]
@@ -79,7 +92,7 @@ impl Adjustment {
             round += 1;
             self.drop_empty();
             let solution = solve(self.bundle(views), options)?;
-            let wrong = wrong_tags(&solution, &self.images);
+            let wrong = wrong_tags(&solution, &self.images, views);
             if wrong.is_empty() || round == ROUNDS {
                 return Ok(Adjusted {
                     solution,
@@ -98,6 +111,21 @@ impl Adjustment {
             self.tags = solution.bundle.tags;
             self.instants = solution.bundle.instants;
         }
+    }
+
+    /// Solves with everything in.
+    pub(crate) fn solve_once(
+        mut self,
+        views: &[ImageView],
+        options: &BundleOptions,
+    ) -> Result<Adjusted, BundleError> {
+        self.drop_empty();
+        let solution = solve(self.bundle(views), options)?;
+        Ok(Adjusted {
+            solution,
+            images: self.images,
+            misfits: Vec::new(),
+        })
     }
 
     /// Images without a tag and instants without an image go.
@@ -134,14 +162,17 @@ impl Adjustment {
     }
 }
 
-fn wrong_tags(solution: &BundleSolution, images: &[UsedImage]) -> Vec<Misfit> {
+fn wrong_tags(solution: &BundleSolution, images: &[UsedImage], views: &[ImageView]) -> Vec<Misfit> {
     let gate = GATE * solution.variance_factor;
     let wrong = solution.bundle.residuals().filter(|r| r.chi_square > gate);
     let misfits = wrong.map(|residual| {
         let image = &images[residual.image];
+        let seen = image.tags[residual.seen];
+        let corners = &views[image.view].tags[seen].corners.corners;
         Misfit {
             view: image.view,
-            seen: image.tags[residual.seen],
+            seen,
+            off: residual.rms_px() / edge_px(corners).max(1.0),
         }
     });
     misfits.collect()

@@ -11,6 +11,7 @@ mod solving;
 
 pub use gauge::Gauge;
 pub use progress::{LearnProgress, TagProgress};
+pub(crate) use report::root_mean_square;
 pub use report::{LearnReport, LearnedTag};
 
 use crate::intake::Wanted;

@@ -5,6 +5,8 @@
 //! far things are and what to do next, and solves when asked to; recorded and live images are the same to it.
 
 mod clocks;
+mod instants;
+mod judgement;
 mod origin;
 mod pairs;
 mod progress;

@@ -20,7 +20,7 @@ way. Cameras need not be synchronised: the object's motion is modelled, and cloc
 cannot determine is named, and then nothing is written. The former rig file is kept beside the new one.
 
 With --json, a line on standard output: {\"reference\",\"images\",\"images_used\",\"instants\",\"synchronised\",\"rms_px\",\"noise_ratio\",
-\"cameras\":[{\"camera\",\"images\",\"tags\",\"left_out\",\"sigma_mm\",\"sigma_deg\",\"rms_px\",\"clock_offset_ms\",\"clock_sigma_ms\"}],
+\"cameras\":[{\"camera\",\"images\",\"tags\",\"left_out\",\"sigma_mm\",\"sigma_deg\",\"sigma_axes_mm\":[3],\"sigma_axes_deg\":[3],\"rms_px\",\"clock_offset_ms\",\"clock_sigma_ms\"}],
 \"tags_left_out\",\"weak\",\"verdict\":{\"grade\",\"because\"}}"
 )]
 pub struct RigArguments {

@@ -10,12 +10,18 @@ pub struct LearnedTag {
     pub tag: String,
     /// Images that show it.
     pub images: usize,
-    /// Of them left out because it did not fit there.
+    /// Of them left out because it did not fit well.
     pub left_out: usize,
+    /// Of them those that put it somewhere else on the object.
+    pub elsewhere: usize,
     /// One standard deviation of its position (root of the mean of the three axes), millimetres. See `Gauge` of what.
     pub sigma_mm: f64,
     /// Of its attitude, the same, degrees.
     pub sigma_deg: f64,
+    /// Along the object's axes, millimetres.
+    pub sigma_axes_mm: [f64; 3],
+    /// About the object's axes, degrees.
+    pub sigma_axes_deg: [f64; 3],
     /// Distance between its model and seen corners, root mean square, pixels.
     pub rms_px: f64,
     /// Its size by comparison with the other tags, as a part of the stated one, with its deviation; 1 if right.
@@ -49,7 +55,8 @@ pub struct LearnReport {
 
 use super::LearnSession;
 use super::solving::{Solved, fitting};
-use crate::bundle::KeptParameter;
+use crate::bundle::{BundleSolution, KeptParameter};
+use crate::intake::Wanted;
 use crate::verdict::{Grade, listed};
 
 /// A tag known better than this is well placed (metres, radians); three times as much is still of use.
@@ -86,26 +93,22 @@ impl LearnSession {
     }
 
     fn tag(&self, solved: &Solved, at: usize) -> LearnedTag {
-        let (images, fits) = fitting(self.wanted.len(), &solved.views, &solved.adjusted)[at];
-        let variance = |row: usize| {
-            let rows = (6 * at + row)..(6 * at + row + 3);
-            rows.map(|r| solved.covariance[(r, r)].max(0.0))
-                .sum::<f64>()
-                / 3.0
+        let counts = fitting(self.wanted.len(), &solved.views, &solved.adjusted)[at];
+        let axes = |first: usize| {
+            let row = 6 * at + first;
+            [row, row + 1, row + 2].map(|r| solved.covariance[(r, r)].max(0.0).sqrt())
         };
-        let (ratio, sigma) = solved.with_sizes.as_ref().map_or((1.0, 0.0), |solution| {
-            let sigma = solution
-                .covariance
-                .sigma(KeptParameter::TagSize { tag: at });
-            let ratio = solution.bundle.tags[at].size_m / self.wanted[at].size_m;
-            (ratio, sigma.unwrap_or(0.0))
-        });
+        let (axes_mm, axes_deg) = (axes(0).map(|s| s * 1e3), axes(3).map(f64::to_degrees));
+        let (ratio, sigma) = size_ratios(&self.wanted, solved.with_sizes.as_ref())[at];
         LearnedTag {
             tag: self.wanted[at].tag.to_string(),
-            images,
-            left_out: images - fits.min(images),
-            sigma_mm: variance(0).sqrt() * 1e3,
-            sigma_deg: variance(3).sqrt().to_degrees(),
+            images: counts.seen,
+            left_out: counts.seen - counts.fits.min(counts.seen),
+            elsewhere: counts.elsewhere,
+            sigma_mm: root_mean_square(&axes_mm),
+            sigma_deg: root_mean_square(&axes_deg),
+            sigma_axes_mm: axes_mm,
+            sigma_axes_deg: axes_deg,
             rms_px: rms_of(solved, at),
             size_ratio: ratio,
             size_ratio_sigma: sigma,
@@ -155,13 +158,13 @@ impl LearnSession {
         }
         for tag in tags
             .iter()
-            .filter(|t| t.left_out as f64 > MANY_LEFT_OUT * t.images as f64)
+            .filter(|t| t.elsewhere as f64 > MANY_LEFT_OUT * t.images as f64)
         {
             verdict.add(
                 Grade::Usable,
                 format!(
                     "{} of {} images put {} elsewhere: is it loose, or there twice?",
-                    tag.left_out, tag.images, tag.tag
+                    tag.elsewhere, tag.images, tag.tag
                 ),
             );
         }
@@ -181,13 +184,47 @@ impl LearnSession {
     }
 
     fn judge_size(&self, tag: &LearnedTag, verdict: &mut Verdict) {
-        let off = (tag.size_ratio - 1.0).abs();
-        if off > HARMLESS_SIZE && off > 4.0 * tag.size_ratio_sigma {
-            verdict.add(Grade::Poor, format!(
-                "{} is {:.1} % {} than stated by comparison with the other tags: measure its black square again",
-                tag.tag, off * 100.0, if tag.size_ratio > 1.0 { "larger" } else { "smaller" }));
+        if let Some(wrong) = wrong_size((tag.size_ratio, tag.size_ratio_sigma)) {
+            verdict.add(Grade::Poor, format!("{} is {wrong}", tag.tag));
         }
     }
+}
+
+/// Every tag's size by comparison with the middle one of all, as a part of the stated one, and one deviation of that.
+pub(super) fn size_ratios(wanted: &[Wanted], solution: Option<&BundleSolution>) -> Vec<(f64, f64)> {
+    let Some(solution) = solution else {
+        return vec![(1.0, 0.0); wanted.len()];
+    };
+    let tags = wanted.iter().zip(&solution.bundle.tags).enumerate();
+    let ratios = tags.map(|(tag, (wanted, found))| {
+        let sigma = solution.covariance.sigma(KeptParameter::TagSize { tag });
+        (found.size_m / wanted.size_m, sigma.unwrap_or(0.0))
+    });
+    let ratios: Vec<(f64, f64)> = ratios.collect();
+    let mut sorted: Vec<f64> = ratios.iter().map(|(ratio, _)| *ratio).collect();
+    sorted.sort_by(f64::total_cmp);
+    let middle = sorted.get(sorted.len() / 2).copied().unwrap_or(1.0);
+    ratios
+        .iter()
+        .map(|(ratio, sigma)| (ratio / middle, *sigma))
+        .collect()
+}
+
+/// What is wrong with a tag's size, if anything.
+pub(super) fn wrong_size((ratio, sigma): (f64, f64)) -> Option<String> {
+    let off = (ratio - 1.0).abs();
+    (off > HARMLESS_SIZE && off > 4.0 * sigma).then(|| {
+        format!(
+            "{:.1} % {} than stated by comparison with the other tags: measure its black square again",
+            off * 100.0,
+            if ratio > 1.0 { "larger" } else { "smaller" }
+        )
+    })
+}
+
+/// Of three deviations.
+pub(crate) fn root_mean_square(axes: &[f64; 3]) -> f64 {
+    (axes.iter().map(|s| s * s).sum::<f64>() / 3.0).sqrt()
 }
 
 fn rms_of(solved: &Solved, tag: usize) -> f64 {

@@ -3,6 +3,7 @@
 use super::gauge::{Gauge, aligned, centroid};
 use super::places::Groups;
 use super::progress::joining_hint;
+use super::report::{size_ratios, wrong_size};
 use super::{LearnError, LearnSession, Learned};
 use crate::adjustment::{Adjusted, Adjustment};
 use crate::bundle::{
@@ -15,6 +16,7 @@ use crate::verdict::listed;
 use nalgebra::DMatrix;
 use sextant_estimator::{ObjectModel, ObjectTag};
 use sextant_geometry::Pose;
+use sextant_geometry::least_squares::Kernel;
 
 /// Rounds of finding the object in every image and adjusting all: the first works from the spanning tree's guess.
 const ROUNDS: usize = 2;
@@ -55,8 +57,8 @@ impl LearnSession {
             last = Some(adjusted);
         }
         let adjusted = last.ok_or(LearnError::NoTag)?;
-        self.check_fit(&views, &adjusted)?;
         let with_sizes = self.adjust(&groups, &views, &placed, Sizes::Sought).ok();
+        self.check_fit(&views, &adjusted, with_sizes.as_ref().map(|a| &a.solution))?;
         let solved = self.framed(views, adjusted, with_sizes.map(|a| a.solution));
         Ok(Learned {
             object: self.object(&solved)?,
@@ -210,6 +212,14 @@ impl LearnSession {
             images,
             motion: None,
         };
+        if sizes == Sizes::Sought {
+            // Wrong sizes make a tag an outlier everywhere: it must be heard, not left out.
+            let options = BundleOptions {
+                kernel: Kernel::Huber { width: 3.0 },
+                ..BundleOptions::default()
+            };
+            return Ok(adjustment.solve_once(views, &options)?);
+        }
         Ok(adjustment.solve(views, &BundleOptions::default())?)
     }
 
@@ -234,26 +244,40 @@ impl LearnSession {
         (0..placed.len()).map(|at| Some(at) == frame).collect()
     }
 
-    fn check_fit(&self, views: &[ImageView], adjusted: &Adjusted) -> Result<(), LearnError> {
+    fn check_fit(
+        &self,
+        views: &[ImageView],
+        adjusted: &Adjusted,
+        with_sizes: Option<&BundleSolution>,
+    ) -> Result<(), LearnError> {
         let counts = fitting(self.wanted.len(), views, adjusted);
-        let lost = counts
-            .iter()
-            .enumerate()
-            .filter(|(_, (seen, fits))| (*fits as f64) < LEAST_FITTING * *seen as f64);
-        let lost: Vec<usize> = lost.map(|(at, _)| at).collect();
+        let lost: Vec<usize> = (0..counts.len())
+            .filter(|&at| (counts[at].fits as f64) < LEAST_FITTING * counts[at].seen as f64)
+            .collect();
         if lost.is_empty() {
             return Ok(());
         }
+        let sizes = size_ratios(&self.wanted, with_sizes);
+        let wrong_size = lost
+            .iter()
+            .find_map(|&at| Some((at, wrong_size(sizes[at])?)));
         let moved = lost.iter().any(|&at| self.known()[at].is_some());
-        let cause = if moved {
-            "not where the given object has them, so they have moved: name them with --tags to learn them anew"
-        } else {
-            "the images put them in different places; is a tag loose, bent, or there twice?"
+        let (tags, cause) = match wrong_size {
+            Some((at, wrong)) => (self.wanted[at].tag.to_string(), format!("it is {wrong}")),
+            None if moved => (
+                self.names(&lost),
+                "not where the given object has them, so they have moved: name them with --tags to learn them anew".to_owned(),
+            ),
+            None => (
+                self.names(&lost),
+                "the images put them in different places; is a tag loose, bent, or there twice?".to_owned(),
+            ),
         };
-        Err(LearnError::Inconsistent {
-            tags: listed(lost.iter().map(|&at| self.wanted[at].tag)),
-            cause: cause.to_owned(),
-        })
+        Err(LearnError::Inconsistent { tags, cause })
+    }
+
+    fn names(&self, tags: &[usize]) -> String {
+        listed(tags.iter().map(|&at| self.wanted[at].tag))
     }
 
     /// Moves everything into the frame of the result.
@@ -335,15 +359,31 @@ fn whole_covariance(solution: &BundleSolution) -> DMatrix<f64> {
     whole
 }
 
-/// In how many images each tag was seen, and in how many it fits.
-pub(super) fn fitting(n: usize, views: &[ImageView], adjusted: &Adjusted) -> Vec<(usize, usize)> {
-    let mut counts = vec![(0, 0); n];
+/// Images of one tag.
+#[derive(Clone, Copy, Default)]
+pub(super) struct Counts {
+    pub seen: usize,
+    pub fits: usize,
+    /// Somewhere else on the object.
+    pub elsewhere: usize,
+}
+
+/// The images of every tag.
+pub(super) fn fitting(n: usize, views: &[ImageView], adjusted: &Adjusted) -> Vec<Counts> {
+    let mut counts = vec![Counts::default(); n];
     for tag in views.iter().flat_map(|view| &view.tags) {
-        counts[tag.tag].0 += 1;
+        counts[tag.tag].seen += 1;
     }
     let fits = adjusted.solution.bundle.images.iter();
     for seen in fits.flat_map(|image| &image.tags) {
-        counts[seen.tag].1 += 1;
+        counts[seen.tag].fits += 1;
+    }
+    let mut blurred = vec![0; n];
+    for misfit in adjusted.misfits.iter().filter(|m| !m.is_elsewhere()) {
+        blurred[views[misfit.view].tags[misfit.seen].tag] += 1;
+    }
+    for (count, blurred) in counts.iter_mut().zip(blurred) {
+        count.elsewhere = count.seen.saturating_sub(count.fits + blurred);
     }
     counts
 }

@@ -1,10 +1,12 @@
 //! The cameras' clocks: sought always where shutters run free, and where they are synchronised only if the images say so.
 
-use super::RigError;
-use super::solving::{give_twists, options};
+use super::instants::give_twists;
+use super::solving::{Sightings, options};
+use super::{RigError, stillness};
 use crate::adjustment::{Adjusted, Adjustment};
 use crate::bundle::{Freedom, KeptParameter, Motion, solve};
 use crate::intake::ImageView;
+use sextant_estimator::Rig;
 
 /// A person's hand: half a metre per second is reached or lost in a third of a second.
 const CARRIED: Motion = Motion {
@@ -16,7 +18,9 @@ const CARRIED: Motion = Motion {
 const SIGNIFICANT: f64 = 6.0;
 const HARMFUL_S: f64 = 0.002;
 /// Instants that are asked about the clocks.
-const ASKED: usize = 300;
+pub(super) const ASKED: usize = 300;
+/// One explanation is nearly as good as another if it leaves less than so many times its error, clearly better beyond.
+pub(super) const BETTER: f64 = 1.5;
 
 /// A camera's clock: seconds to be added to its time, one standard deviation.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -35,31 +39,48 @@ pub(super) struct Clocked {
 /// By camera; `None` where the clock was taken as it is.
 pub(super) type Clocks = Vec<Option<Clock>>;
 
-/// Synchronised shutters: clocks are taken as they are unless one is clearly off.
+/// Clocks that are clearly off although shutters are synchronised; `None` if none is.
+pub(super) fn off(whole: &Adjustment, views: &[ImageView]) -> Result<Option<Clocks>, RigError> {
+    let mut asked = asked_clocks(whole, views)?;
+    for clock in &mut asked {
+        *clock = clock
+            .filter(|c| c.offset_s.abs() > HARMFUL_S && c.offset_s.abs() > SIGNIFICANT * c.sigma_s);
+    }
+    Ok(asked.iter().any(Option::is_some).then_some(asked))
+}
+
+/// Synchronised shutters: clocks are taken as they are but for those that are off.
+///
+/// A camera that moved looks like a wrong clock, and with few images a second the object's modelled motion bends to fit
+/// anything: a move that explains the images nearly as well is believed first.
 pub(super) fn of_synchronised(
+    rig: &Rig,
     whole: Adjustment,
-    views: &[ImageView],
+    sightings: &Sightings,
+    off: Option<Clocks>,
 ) -> Result<(Clocked, Clocks), RigError> {
+    let views = &sightings.views;
     let adjusted = whole.clone().solve(views, &options())?;
-    let asked = asked_clocks(&whole, views)?;
-    let off = |clock: &Option<Clock>| {
-        clock.is_some_and(|c| {
-            c.offset_s.abs() > HARMFUL_S && c.offset_s.abs() > SIGNIFICANT * c.sigma_s
-        })
-    };
-    if !asked.iter().any(off) {
+    let Some(off) = off else {
         let clocks = vec![None; whole.cameras.len()];
         return Ok((Clocked { adjusted, whole }, clocks));
-    }
-    let mut moving = whole;
+    };
+    let still = Clocked { adjusted, whole };
+    let halves = stillness::halves(rig, &still, sightings)?;
+    let mut moving = still.whole;
     moving.motion = Some(CARRIED);
-    for (camera, clock) in moving.cameras.iter_mut().zip(&asked) {
-        if let Some(clock) = clock.filter(|c| off(&Some(*c))) {
+    for (camera, clock) in moving.cameras.iter_mut().zip(off) {
+        if let Some(clock) = clock {
             camera.clock = Freedom::Free;
             camera.clock_offset_s = clock.offset_s;
         }
     }
-    solved(moving, views)
+    let start = moving.bundle(views);
+    let explained = solve(start, &options())?.cost;
+    match halves.moved {
+        Some(moved) if halves.cost < BETTER * explained => Err(moved),
+        _ => solved(moving, views),
+    }
 }
 
 /// Free-running shutters: the object moves between images, and every clock but the reference's is sought.

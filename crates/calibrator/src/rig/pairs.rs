@@ -3,7 +3,7 @@
 //! Whenever two cameras see the object at one time, each pair of its possible poses proposes a relative pose of the cameras. The right
 //! one recurs while the object moves; mirrored poses and wrong tags propose something else every time.
 
-use super::trajectory::Trajectory;
+use super::trajectory::{Moments, Trajectory};
 use crate::graph::{Edge, islands, spanning_forest, walk};
 use sextant_geometry::{Pose, so3};
 
@@ -34,7 +34,7 @@ const LEAST: f64 = 1.5;
 const LEAST_PART: f64 = 0.1;
 
 impl Pairs {
-    pub(super) fn of(trajectories: &[Trajectory]) -> Self {
+    pub(super) fn of(trajectories: &[Trajectory], moments: Moments) -> Self {
         let n = trajectories.len();
         let mut pairs = Self {
             edges: Vec::new(),
@@ -43,7 +43,7 @@ impl Pairs {
         };
         for a in 0..n {
             for b in a + 1..n {
-                let meetings = meetings(&trajectories[a], &trajectories[b]);
+                let meetings = meetings(&trajectories[a], &trajectories[b], moments);
                 if let Some((strength, pose)) = consensus(&meetings) {
                     pairs.edges.push(Edge {
                         nodes: [a, b],
@@ -79,9 +79,9 @@ impl Pairs {
     }
 }
 
-fn meetings(first: &Trajectory, second: &Trajectory) -> Vec<Meeting> {
+fn meetings(first: &Trajectory, second: &Trajectory, moments: Moments) -> Vec<Meeting> {
     let met = second.sightings().filter_map(|(time_ns, poses)| {
-        let there = first.at(time_ns);
+        let there = first.at(time_ns, moments);
         (!there.is_empty()).then(|| Meeting {
             first: there,
             second: poses.to_vec(),

@@ -1,12 +1,11 @@
 //! Whether every camera stayed where it was, and whether each is the one its name says.
 
-use super::clocks::Clocked;
+use super::clocks::{ASKED, BETTER, Clocked};
 use super::solving::{Sightings, options};
 use super::{RigError, RigSession};
 use crate::adjustment::{Adjusted, Adjustment};
 use crate::bundle::{BundleCamera, Freedom, solve};
-use crate::intake::ImageView;
-use nalgebra::Matrix6;
+use nalgebra::{Matrix6, Vector6};
 use sextant_estimator::Rig;
 use sextant_geometry::{Pose, se3};
 
@@ -18,10 +17,8 @@ const ENOUGH: usize = 6;
 /// A move smaller than this does no harm: metres, radians. Further, it must exceed its deviation by so many.
 const HARMLESS: (f64, f64) = (0.003, 0.004);
 const SIGNIFICANT: f64 = 6.0;
-/// Lenses are swapped if that divides the variance of the errors by so much.
-const SWAPPED: f64 = 4.0;
-/// Below this ratio of errors to stated noise nothing is wrong with the names.
-const SUSPICIOUS: f64 = 2.0;
+/// Pairs of cameras that are tried at most.
+const MOST_SWAPS: usize = 30;
 
 /// Finds a camera that was moved so far that its later images fit nowhere.
 pub(super) fn check_at_start(
@@ -102,10 +99,27 @@ fn median(moves: Vec<(f64, f64)>) -> (f64, f64) {
     (middle(mm), middle(deg))
 }
 
-/// Finds a camera that moved a little: each is given a pose for either half of its images, and the two are compared.
-pub(super) fn check(rig: &Rig, found: &Clocked, views: &[ImageView]) -> Result<(), RigError> {
+/// The adjustment with a pose of its own for either half of each camera's images; the reference is taken to stand still.
+pub(super) struct Halves {
+    /// Sum of the robust squares.
+    pub cost: f64,
+    /// The camera whose two poses differ most, if any do.
+    pub moved: Option<RigError>,
+}
+
+/// Finds a camera that moved a little.
+pub(super) fn check(rig: &Rig, found: &Clocked, sightings: &Sightings) -> Result<(), RigError> {
+    halves(rig, found, sightings)?.moved.map_or(Ok(()), Err)
+}
+
+/// Gives each camera a pose for either half of its images, and compares the two.
+pub(super) fn halves(
+    rig: &Rig,
+    found: &Clocked,
+    sightings: &Sightings,
+) -> Result<Halves, RigError> {
     let n = rig.cameras().len();
-    let halves = in_halves(&found.whole, &found.adjusted);
+    let halves = in_halves(&found.whole, &found.adjusted, sightings);
     let split: Vec<bool> = (0..n)
         .map(|at| {
             let count = |camera: usize| {
@@ -118,54 +132,101 @@ pub(super) fn check(rig: &Rig, found: &Clocked, views: &[ImageView]) -> Result<(
             count(at) >= ENOUGH && count(at + n) >= ENOUGH
         })
         .collect();
-    let solution = solve(halves.bundle(views), &options())?;
-    let mut worst: Option<(f64, RigError)> = None;
-    for (at, camera) in rig
-        .cameras()
-        .iter()
-        .enumerate()
-        .filter(|(at, _)| split[*at])
-    {
+    let solution = solve(halves.bundle(&sightings.views), &options())?;
+    let mut moves: Vec<(usize, f64, f64)> = Vec::new();
+    for at in (0..n).filter(|&at| split[at]) {
         let poses = [at, at + n].map(|c| solution.bundle.cameras[c].world_from_camera);
         let of = |c: usize| solution.covariance.camera(c).unwrap_or_else(Matrix6::zeros);
         let apart = se3::difference(&poses[1], &poses[0]);
         let Some(information) = (of(at) + of(at + n)).try_inverse() else {
-            continue;
+            continue; // the reference
         };
         let sigmas = (apart.dot(&(information * apart)) / 6.0).max(0.0).sqrt();
         let (mm, deg) = move_between(&poses[0], &poses[1]);
-        let harm = (mm * 1e-3 / HARMLESS.0).max(deg.to_radians() / HARMLESS.1);
-        if sigmas > SIGNIFICANT && harm > 1.0 && worst.as_ref().is_none_or(|(w, _)| harm > *w) {
-            let moved = RigError::Moved {
-                camera: camera.id.clone(),
-                mm,
-                deg,
-            };
-            worst = Some((harm, moved));
+        if sigmas > SIGNIFICANT && harm(mm, deg) > 1.0 {
+            moves.push((at, mm, deg));
         }
     }
-    worst.map_or(Ok(()), |(_, moved)| Err(moved))
+    Ok(Halves {
+        cost: solution.cost,
+        moved: who_moved(rig, &found.whole, moves),
+    })
+}
+
+/// The instant at which a camera moved, if it did: where the mean of the poses that its single images give it changes
+/// most. Each image is seen from where the others put the object.
+fn likeliest_move(whole: &Adjustment, sightings: &Sightings, camera: usize) -> usize {
+    let pose = &whole.cameras[camera].world_from_camera;
+    let own = whole.images.iter().filter(|image| image.camera == camera);
+    let off: Vec<(usize, Vector6<f64>)> = own
+        .filter_map(|image| {
+            let object = sightings.object[image.view].first()?;
+            let instant = &whole.instants[image.instant].world_from_object;
+            let there = instant * object.camera_from_object.inverse();
+            let off = se3::difference(&there, pose) / MOVE_UNIT;
+            Some((image.instant, off.map(|x| x.clamp(-MOVE_CLIP, MOVE_CLIP))))
+        })
+        .collect();
+    let whole_sum: Vector6<f64> = off.iter().map(|(_, x)| x).sum();
+    let (mut best, mut sum) = ((0.0, off.len() / 2), Vector6::zeros());
+    for (at, (_, x)) in off.iter().enumerate() {
+        let (before, after) = (at as f64, (off.len() - at) as f64);
+        if at >= ENOUGH && off.len() - at >= ENOUGH {
+            let change = sum / before - (whole_sum - sum) / after;
+            let contrast = change.norm_squared() * before * after;
+            if contrast > best.0 {
+                best = (contrast, at);
+            }
+        }
+        sum += x;
+    }
+    off.get(best.1).map_or(0, |(instant, _)| *instant)
+}
+
+/// Metres and radians in which moves are compared, and the most that one image counts in them.
+const MOVE_UNIT: f64 = 0.01;
+const MOVE_CLIP: f64 = 5.0;
+
+fn harm(mm: f64, deg: f64) -> f64 {
+    (mm * 1e-3 / HARMLESS.0).max(deg.to_radians() / HARMLESS.1)
+}
+
+/// The camera that moved most; the reference where most others seem to have moved, since it was taken to stand still.
+fn who_moved(rig: &Rig, whole: &Adjustment, moves: Vec<(usize, f64, f64)>) -> Option<RigError> {
+    let n = rig.cameras().len();
+    let most =
+        |a: &&(usize, f64, f64), b: &&(usize, f64, f64)| harm(a.1, a.2).total_cmp(&harm(b.1, b.2));
+    let &(camera, mm, deg) = moves.iter().max_by(most)?;
+    let reference = whole.cameras.iter().position(|c| c.pose == Freedom::Fixed);
+    let all_others = n > 2 && 2 * moves.len() > n;
+    let (camera, (mm, deg)) = match reference.filter(|_| all_others) {
+        Some(reference) => {
+            let seen = moves.iter().map(|m| (m.1, m.2));
+            (reference, median(seen.collect()))
+        }
+        None => (camera, (mm, deg)),
+    };
+    Some(RigError::Moved {
+        camera: rig.cameras()[camera].id.clone(),
+        mm,
+        deg,
+    })
 }
 
 /// Every camera twice: as it is for the first half of its images, and again behind the last camera for the second.
-fn in_halves(whole: &Adjustment, adjusted: &Adjusted) -> Adjustment {
+fn in_halves(whole: &Adjustment, adjusted: &Adjusted, sightings: &Sightings) -> Adjustment {
     let n = whole.cameras.len();
     let mut halves = whole.clone();
     halves.cameras = adjusted.solution.bundle.cameras.clone();
     for camera in &mut halves.cameras {
         camera.clock = Freedom::Fixed;
     }
-    let again = halves.cameras.iter().map(|camera| BundleCamera {
-        pose: Freedom::Free,
-        ..camera.clone()
-    });
+    // The reference, fixed, stays so: what moved is told relative to it.
+    let again = halves.cameras.iter().cloned();
     let again: Vec<BundleCamera> = again.collect();
     halves.cameras.extend(again);
     for camera in 0..n {
-        let own = || whole.images.iter().filter(|i| i.camera == camera);
-        let middle = own()
-            .nth(own().count() / 2)
-            .map_or(0, |image| image.instant);
+        let middle = likeliest_move(whole, sightings, camera);
         for image in halves.images.iter_mut().filter(|i| i.camera == camera) {
             if image.instant >= middle {
                 image.camera += n;
@@ -176,33 +237,51 @@ fn in_halves(whole: &Adjustment, adjusted: &Adjusted) -> Adjustment {
 }
 
 impl RigSession {
-    /// Finds two cameras whose images fit each other's lens far better than their own.
-    pub(super) fn check_names(&self, adjusted: &Adjusted) -> Result<(), RigError> {
-        let solution = &adjusted.solution;
-        if solution.variance_factor < SUSPICIOUS * SUSPICIOUS {
-            return Ok(());
-        }
-        let cameras = self.rig.cameras();
-        for a in 0..cameras.len() {
-            for b in a + 1..cameras.len() {
-                if cameras[a].lens == cameras[b].lens
-                    || cameras[a].resolution != cameras[b].resolution
-                {
-                    continue;
-                }
-                let mut bundle = solution.bundle.clone();
-                (bundle.cameras[a].lens, bundle.cameras[b].lens) =
-                    (cameras[b].lens, cameras[a].lens);
-                let swapped = solve(bundle, &options())?;
-                if swapped.variance_factor * SWAPPED < solution.variance_factor {
-                    return Err(RigError::Swapped {
-                        first: cameras[a].id.clone(),
-                        second: cameras[b].id.clone(),
-                    });
-                }
+    /// Two cameras whose lenses, swapped, explain the images far better.
+    pub(super) fn swapped_names(
+        &self,
+        sightings: &Sightings,
+        first: &Adjustment,
+    ) -> Option<RigError> {
+        let error = |first: &Adjustment, sightings: &Sightings| {
+            let mut part = first.clone();
+            part.images.retain(|image| image.instant < ASKED);
+            part.instants.truncate(ASKED);
+            solve(part.bundle(&sightings.views), &options())
+                .ok()
+                .map(|s| s.cost)
+        };
+        let as_named = error(first, sightings)?;
+        let n = self.rig.cameras().len();
+        let pairs = (0..n).flat_map(|a| (a + 1..n).map(move |b| (a, b)));
+        for (a, b) in pairs
+            .filter(|&(a, b)| self.swappable(a, b))
+            .take(MOST_SWAPS)
+        {
+            let mut cameras = self.rig.cameras().to_vec();
+            (cameras[a].lens, cameras[b].lens) = (cameras[b].lens, cameras[a].lens);
+            let mut swapped = self.clone();
+            swapped.rig = Rig::new(cameras).ok()?;
+            let Ok((sightings, first, _)) = swapped.first() else {
+                continue;
+            };
+            if error(&first, &sightings).is_some_and(|cost| cost * BETTER < as_named) {
+                return Some(self.swapped(a, b));
             }
         }
-        Ok(())
+        None
+    }
+
+    fn swappable(&self, a: usize, b: usize) -> bool {
+        let (a, b) = (&self.rig.cameras()[a], &self.rig.cameras()[b]);
+        a.lens != b.lens && a.resolution == b.resolution
+    }
+
+    fn swapped(&self, a: usize, b: usize) -> RigError {
+        RigError::Swapped {
+            first: self.rig.cameras()[a].id.clone(),
+            second: self.rig.cameras()[b].id.clone(),
+        }
     }
 }
 

@@ -10,6 +10,15 @@ pub(super) struct Trajectory {
     sightings: Vec<(u64, Vec<Pose>)>,
 }
 
+/// At which times a camera's view of the object is asked for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Moments {
+    /// Those of its images.
+    Taken,
+    /// Any between two images that are near one another in time.
+    Any,
+}
+
 /// Images no further apart were taken at one time, ns.
 pub(super) const SAME_TIME_NS: u64 = 500_000;
 /// Poses are interpolated between images no further apart, ns.
@@ -29,8 +38,8 @@ impl Trajectory {
             .map(|(time, poses)| (*time, poses.as_slice()))
     }
 
-    /// The possible poses at a time: of the image then, else between the images around it. Empty where there is a gap.
-    pub(super) fn at(&self, time_ns: u64) -> Vec<Pose> {
+    /// The possible poses at a time: of the image then, else, if asked for, between the images around it. Empty where there is a gap.
+    pub(super) fn at(&self, time_ns: u64, moments: Moments) -> Vec<Pose> {
         let after = self.sightings.partition_point(|(time, _)| *time < time_ns);
         let near = [after.checked_sub(1), Some(after)];
         let near = near
@@ -43,7 +52,9 @@ impl Trajectory {
         }
         let earlier = after.checked_sub(1).and_then(|at| self.sightings.get(at));
         match (earlier, self.sightings.get(after)) {
-            (Some(a), Some(b)) if b.0 - a.0 <= LONGEST_GAP_NS => between(a, b, time_ns),
+            (Some(a), Some(b)) if moments == Moments::Any && b.0 - a.0 <= LONGEST_GAP_NS => {
+                between(a, b, time_ns)
+            }
             _ => Vec::new(),
         }
     }
@@ -98,11 +109,16 @@ mod tests {
             (100_000_000, at(1.0)),
             (900_000_000, at(2.0)),
         ]);
-        let x = |time: u64| path.at(time).first().map(|pose| pose.translation.x);
+        let x = |time: u64| {
+            path.at(time, Moments::Any)
+                .first()
+                .map(|pose| pose.translation.x)
+        };
         assert!((x(25_000_000).unwrap() - 0.25).abs() < 1e-12);
         assert_eq!(x(100_000_400), Some(1.0));
         assert_eq!(x(500_000_000), None);
         assert_eq!(x(950_000_000), None);
+        assert!(path.at(25_000_000, Moments::Taken).is_empty());
     }
 
     #[test]

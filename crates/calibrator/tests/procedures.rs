@@ -1,0 +1,12 @@
+//! The procedures on simulated corners: what they reach, what they state, and what they say of broken inputs.
+
+#![allow(clippy::unwrap_used, reason = "a test ends by panicking")]
+
+#[path = "procedures/learn.rs"]
+mod learn;
+#[path = "procedures/rig.rs"]
+mod rig;
+#[path = "procedures/rig_faults.rs"]
+mod rig_faults;
+#[path = "procedures/scene.rs"]
+mod scene;

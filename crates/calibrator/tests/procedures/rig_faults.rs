@@ -1,0 +1,228 @@
+//! Broken inputs: refused, or solved with a word, each with its true cause.
+
+use crate::rig::{calibrated, plainly};
+use crate::scene::*;
+use nalgebra::{Isometry3, Vector3};
+use sextant_calibrator::{Grade, Origin, RigError, RigPlan, RigSession};
+use sextant_estimator::{Camera, ImageObservation, Rig};
+
+fn refusal(rig: &Rig, images: &[ImageObservation]) -> RigError {
+    match plainly(rig, images) {
+        Err(error) => error,
+        Ok(found) => panic!("solved: {}", found.report.verdict),
+    }
+}
+
+/// A walk during which a camera moves half way through.
+fn with_a_move(step: Isometry3<f64>, seed: u64) -> Vec<ImageObservation> {
+    let truth = rig();
+    let cameras = truth.cameras().iter().map(|camera| Camera {
+        world_from_camera: camera.world_from_camera.map(|pose| {
+            if camera.id == camera_id(1) {
+                pose * step
+            } else {
+                pose
+            }
+        }),
+        ..camera.clone()
+    });
+    let after = Rig::new(cameras.collect()).unwrap();
+    let mut images = walk(&truth, &board(), (60, 0.12), SHARP, seed);
+    let moved = walk(&after, &board(), (60, 0.12), SHARP, seed);
+    let half = images.len() / 2;
+    images.truncate(half);
+    images.extend_from_slice(&moved[half..]);
+    images
+}
+
+#[test]
+fn a_camera_that_moved_a_little_is_named() {
+    let step = Isometry3::new(Vector3::new(0.012, 0.0, 0.0), Vector3::new(0.0, 0.006, 0.0));
+    let refused = refusal(&rig(), &with_a_move(step, 11));
+    assert!(
+        matches!(&refused, RigError::Moved { camera, .. } if *camera == camera_id(1)),
+        "{refused}"
+    );
+}
+
+#[test]
+fn a_camera_that_moved_far_is_named() {
+    let step = Isometry3::new(Vector3::new(0.2, 0.1, 0.0), Vector3::new(0.0, 0.1, 0.05));
+    let refused = refusal(&rig(), &with_a_move(step, 12));
+    assert!(
+        matches!(&refused, RigError::Moved { camera, .. } if *camera == camera_id(1)),
+        "{refused}"
+    );
+}
+
+#[test]
+fn islands_are_named() {
+    let mut images = walk(&rig(), &board(), (60, 0.12), SHARP, 13);
+    for (at, seen) in images.iter_mut().enumerate() {
+        let (instant, camera) = (at / 4, at % 4);
+        if (instant < 30) == (camera < 2) {
+            seen.tags.clear();
+        }
+    }
+    let refused = refusal(&rig(), &images).to_string();
+    assert!(
+        refused.contains("cameras c and d share no view with the rest"),
+        "{refused}"
+    );
+}
+
+#[test]
+fn swapped_names_are_found() {
+    let truth = rig();
+    let wide = |camera: &Camera| {
+        let mut parameters = camera.lens.parameters();
+        if camera.id == camera_id(3) {
+            parameters[..4].copy_from_slice(&[640.0, 641.0, 330.0, 250.0]);
+        }
+        Camera {
+            lens: camera.lens.with_parameters(&parameters).unwrap(),
+            ..camera.clone()
+        }
+    };
+    let truth = Rig::new(truth.cameras().iter().map(wide).collect()).unwrap();
+    let mut images = walk(&truth, &board(), (60, 0.12), SHARP, 14);
+    for image in &mut images {
+        if image.camera == camera_id(0) {
+            image.camera = camera_id(3);
+        } else if image.camera == camera_id(3) {
+            image.camera = camera_id(0);
+        }
+    }
+    let refused = refusal(&truth, &images);
+    assert!(
+        matches!(&refused, RigError::Swapped { first, second }
+        if *first == camera_id(0) && *second == camera_id(3)),
+        "{refused}"
+    );
+}
+
+#[test]
+fn another_resolution_is_named() {
+    let mut images = walk(&rig(), &board(), (30, 0.12), SHARP, 15);
+    for corner in images
+        .iter_mut()
+        .filter(|image| image.camera == camera_id(1))
+        .flat_map(|image| image.tags.iter_mut())
+        .flat_map(|tag| &mut tag.corners)
+    {
+        *corner *= 2.0;
+    }
+    let refused = refusal(&rig(), &images);
+    assert!(
+        matches!(&refused, RigError::Resolution { camera, .. } if *camera == camera_id(1)),
+        "{refused}"
+    );
+}
+
+#[test]
+fn empty_images_are_named() {
+    let mut images = walk(&rig(), &board(), (10, 0.12), SHARP, 16);
+    images.iter_mut().for_each(|image| image.tags.clear());
+    let refused = refusal(&rig(), &images).to_string();
+    assert!(
+        refused.contains("40 images, and none shows a tag of object board: no tag at all"),
+        "{refused}"
+    );
+    assert!(matches!(refusal(&rig(), &[]), RigError::NothingSeen { .. }));
+}
+
+#[test]
+fn a_tag_that_is_there_twice_is_named() {
+    let truth = rig();
+    // Tag 3's number stands in the place of tag 8 too, on the same side.
+    let doubled = |images: &mut Vec<ImageObservation>| {
+        for tag in images.iter_mut().flat_map(|image| image.tags.iter_mut()) {
+            if tag.tag == tag_of(8) {
+                tag.tag = tag_of(3);
+            }
+        }
+    };
+    let mut images = walk(&truth, &board(), (40, 0.12), SHARP, 17);
+    doubled(&mut images);
+    let refused = refusal(&truth, &images);
+    assert!(
+        matches!(refused, RigError::Doubled { tag, .. } if tag == tag_of(3)),
+        "{refused}"
+    );
+    // And on the other side, where both are never seen at once.
+    let mut images = walk(&truth, &board(), (40, 0.12), SHARP, 18);
+    for tag in images.iter_mut().flat_map(|image| image.tags.iter_mut()) {
+        if tag.tag == tag_of(20) {
+            tag.tag = tag_of(3);
+        }
+    }
+    let found = plainly(&truth, &images).unwrap();
+    assert!(
+        found
+            .report
+            .verdict
+            .to_string()
+            .contains("tag36h11:3 fits in only"),
+        "{}",
+        found.report.verdict
+    );
+}
+
+fn tag_of(id: u32) -> sextant_estimator::TagId {
+    tag(id)
+}
+
+#[test]
+fn sizes_that_disagree_with_the_spacing_are_named() {
+    let truth = rig();
+    let images = walk(&truth, &board(), (40, 0.12), SHARP, 19);
+    let wrong = changed(&board(), |tag| tag.size_m *= 1.02);
+    let found = calibrated(&blind(&truth), wrong, Origin::FirstCamera, &images).unwrap();
+    let verdict = found.report.verdict;
+    assert_eq!(verdict.grade, Grade::Poor);
+    assert!(
+        verdict
+            .to_string()
+            .contains("2.0 % smaller than stated, judged by their spacing"),
+        "{verdict}"
+    );
+}
+
+#[test]
+fn a_single_tag_far_away_is_not_called_good() {
+    let truth = rig();
+    let single = object("wand", [(0, 0.05, Isometry3::identity())].into_iter());
+    let images = walk(&truth, &single, (40, 0.12), SHARP, 20);
+    match calibrated(&blind(&truth), single, Origin::FirstCamera, &images) {
+        Ok(found) => assert_ne!(found.report.verdict.grade, Grade::Good),
+        Err(refused) => assert!(
+            matches!(refused, RigError::NotConnected { .. }),
+            "{refused}"
+        ),
+    }
+}
+
+#[test]
+fn hints_lead_from_nothing_to_enough() {
+    let truth = rig();
+    let plan = RigPlan {
+        object: board(),
+        origin: Origin::FirstCamera,
+    };
+    let mut session = RigSession::new(blind(&truth), plan).unwrap();
+    assert!(
+        session
+            .progress()
+            .hint
+            .starts_with("Carry the object through what camera a sees")
+    );
+    let images = walk(&truth, &board(), (200, 0.1), SHARP, 21);
+    let mut complete = 0.0;
+    for image in &images {
+        session.handle(image);
+        let progress = session.progress();
+        assert!(progress.complete >= complete);
+        complete = progress.complete;
+    }
+    assert!(complete > 0.9, "{complete}: {}", session.progress().hint);
+}
