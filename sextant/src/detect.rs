@@ -7,10 +7,12 @@ mod sight;
 
 use crate::ordered::in_order;
 use crate::output::{Format, print_line};
-use anyhow::bail;
+use anyhow::{Context, bail};
 use clap::{ArgGroup, Args};
 use sextant_apriltag::{Detector, Options, Tracker};
+use sextant_estimator::{Camera, CameraId};
 use sextant_process::{Exit, Failure, WithExit};
+use sextant_site_files::read_rig;
 use sextant_tag_families::Family;
 use sight::{Sight, follow, look};
 use std::io::{self, BufRead, BufReader};
@@ -52,6 +54,18 @@ pub struct DetectArguments {
     /// a new tag is found within ten pictures.
     #[arg(long, conflicts_with_all = ["threads", "reps", "written"])]
     tracking: bool,
+    /// Cameras' lenses: tags are fitted through that of --camera, so that it does not bend their edges. Corners stay pixels
+    /// of the picture.
+    #[arg(
+        long,
+        value_name = "FILE",
+        requires = "camera",
+        conflicts_with = "written"
+    )]
+    rig: Option<PathBuf>,
+    /// The camera of the rig that took the pictures.
+    #[arg(long, value_name = "ID", requires = "rig")]
+    camera: Option<CameraId>,
     /// Instead of pictures, a recording (DIR/CAMERA/data.csv): writes OUT/CAMERA/detections.jsonl, which `replay` takes.
     #[arg(
         long,
@@ -115,14 +129,16 @@ fn detect_each(
         Ok(())
     };
     let paths = paths(&arguments.images);
+    let camera = camera(arguments)?;
     if arguments.tracking {
         let tracker = || Tracker::new(options.clone()).ok();
-        let work =
-            |tracker: &mut Option<Tracker>, path: io::Result<PathBuf>| follow(tracker, &path?);
+        let work = |tracker: &mut Option<Tracker>, path: io::Result<PathBuf>| {
+            follow(tracker, &path?, camera.as_ref())
+        };
         in_order(1, paths, tracker, work, take)?;
     } else {
         let work = |detector: &mut Option<Detector>, path: io::Result<PathBuf>| {
-            look(detector, &path?, arguments.reps)
+            look(detector, &path?, arguments.reps, camera.as_ref())
         };
         in_order(threads, paths, || detector(options), work, take)?;
     }
@@ -131,6 +147,19 @@ fn detect_each(
         bail!(Failure::new(Exit::Input, cause));
     }
     Ok(())
+}
+
+/// The camera whose lens is asked for.
+fn camera(arguments: &DetectArguments) -> anyhow::Result<Option<Camera>> {
+    let (Some(file), Some(id)) = (&arguments.rig, &arguments.camera) else {
+        return Ok(None);
+    };
+    let rig = read_rig(file).exit_with(Exit::Input)?;
+    let camera = rig
+        .camera(id)
+        .with_context(|| format!("{}: there is no camera \"{id}\"", file.display()))
+        .exit_with(Exit::Input)?;
+    Ok(Some(camera.clone()))
 }
 
 /// None where the options are refused, which [`run`] has seen already.

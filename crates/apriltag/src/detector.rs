@@ -11,6 +11,7 @@ use crate::sighting::{Lookout, Sighting};
 use crate::tiles::{Level, Pass, Tiles};
 use crate::view::View;
 use crate::{Detection, Image, Observer, Options, OptionsError, Refinement, Report, Stage};
+use sextant_geometry::Lens;
 use sextant_tag_families::BorderColour;
 
 /// Tags in an image before those seen twice are sorted out, at most; the report counts what is dropped.
@@ -74,6 +75,12 @@ impl Detector {
             detections: Vec::new(),
             report: Report::default(),
         })
+    }
+
+    /// From the next image on tags are fitted through this lens, which bends their edges; or through none. Corners stay pixels
+    /// of the image.
+    pub fn set_lens(&mut self, lens: Option<Lens>) {
+        self.patterns.lens = lens;
     }
 
     /// The tags in an image, sorted by family, id and centre.

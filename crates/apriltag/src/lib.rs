@@ -5,8 +5,9 @@
 //! - [`Tracker`]: the same over a sequence of images, looking at parts of each only.
 //! - [`Report`], [`Observer`]: what happened on the way.
 //!
-//! Corners are pixels with (0, 0) at the centre of the top left pixel. The detector knows no lens, no metres, no clock
-//! and no network, and takes no memory from the heap once it has seen an image of a size.
+//! Corners are pixels with (0, 0) at the centre of the top left pixel. The detector knows no metres, no clock and no
+//! network, a lens only where one is given to straighten tags' edges, and takes no memory from the heap once it has seen an
+//! image of a size.
 
 mod area;
 mod bit_plane;

@@ -27,6 +27,7 @@ mod lanes;
 mod normal_equations;
 mod pixels;
 mod state;
+mod straightened;
 
 use crate::Image;
 use crate::edges::EdgeFit;
@@ -39,7 +40,9 @@ use group_sums::Rows;
 use lanes::LANES;
 use normal_equations::{Equations, ROUNDING};
 use pixels::{Block, GROUP, Pixels, weights};
+use sextant_geometry::Lens;
 use state::{Inverse, State};
+use straightened::Straightened;
 
 /// Blur for which the pixels are chosen anew, in pixels.
 const STRONG_BLUR_PX: f32 = 1.0;
@@ -84,12 +87,27 @@ pub(crate) struct PatternFit {
     pub(crate) covariance: [[f32; 3]; 4],
 }
 
+impl PatternFit {
+    /// The same where the lens shows it.
+    fn seen_through(self, straightened: &Straightened) -> Option<Self> {
+        let [a, b, c, d] =
+            [0, 1, 2, 3].map(|i| straightened.corner(self.corners[i], self.covariance[i]));
+        let corners = [a?, b?, c?, d?];
+        Some(Self {
+            corners: corners.map(|(corner, _)| corner),
+            covariance: corners.map(|(_, covariance)| covariance),
+        })
+    }
+}
+
 /// Fits patterns; keeps its memory between tags.
 #[derive(Debug)]
 pub(crate) struct PatternFitter {
     pixels: Pixels,
     equations: Equations,
     kernels: Kernels,
+    /// What bends the tags' edges, if it is known.
+    pub(crate) lens: Option<Lens>,
 }
 
 impl PatternFitter {
@@ -98,6 +116,7 @@ impl PatternFitter {
             pixels: Pixels::default(),
             equations: Equations::default(),
             kernels,
+            lens: None,
         }
     }
 
@@ -109,32 +128,50 @@ impl PatternFitter {
         noise_sigma: f32,
     ) -> Option<PatternFit> {
         let pattern = BlurredPattern::new(reading.family, reading.found.id);
-        let mut state = State::start(&edges.quad, reading)?;
-        self.choose(image, &pattern, &state);
+        let lens = self.lens.as_ref();
+        let straightened = lens.and_then(|lens| Straightened::around(lens, &edges.quad));
+        let straightened = straightened.as_ref();
+        let start = match straightened {
+            Some(straightened) => straightened.quad(&edges.quad)?,
+            None => edges.quad,
+        };
+        let mut state = State::start(&start, reading)?;
+        self.choose(image, &pattern, &state, straightened);
         self.approach(&pattern, &mut state)?;
         if state.blur_px() > STRONG_BLUR_PX {
-            self.choose(image, &pattern, &state);
+            self.choose(image, &pattern, &state, straightened);
         }
         let factor = self.settle(&pattern, &mut state)?;
         let variance = self.equations.variance(&factor, &self.kernels);
-        let covariance = state
-            .corner_covariances(&factor)
-            .map(|corner| corner.map(|value| value * variance));
-        let share = mean_variance(&covariance) / mean_variance(&edges.covariance);
+        let fit = PatternFit {
+            corners: state.corners(),
+            covariance: state
+                .corner_covariances(&factor)
+                .map(|corner| corner.map(|value| value * variance)),
+        };
+        let share = mean_variance(&fit.covariance) / mean_variance(&edges.covariance);
         let explained = self.equations.residual_scale() < EXPLAINED * noise_sigma.max(ROUNDING);
         let trusted = explained || share < SURER && state.blur_px() > LEAST_BLUR_PX;
-        let plausible = trusted && state.is_plausible(&edges.quad);
-        plausible.then(|| PatternFit {
-            corners: state.corners(),
-            covariance,
-        })
+        if !trusted || !state.is_plausible(&start) {
+            return None;
+        }
+        match straightened {
+            Some(straightened) => fit.seen_through(straightened),
+            None => Some(fit),
+        }
     }
 
-    fn choose(&mut self, image: &Image<'_>, pattern: &BlurredPattern, state: &State) {
+    fn choose(
+        &mut self,
+        image: &Image<'_>,
+        pattern: &BlurredPattern,
+        state: &State,
+        straightened: Option<&Straightened>,
+    ) {
         let pixels = &mut self.pixels;
         self.kernels.run(
             #[inline(always)]
-            || pixels.choose(image, pattern, state),
+            || pixels.choose(image, pattern, state, straightened),
         );
     }
 
@@ -185,7 +222,7 @@ impl PatternFitter {
             },
         )?;
         state.step(&step)?;
-        self.equations.take_step(&step, &self.kernels);
+        self.equations.take_step(&step);
         Some((factor, state.corner_motion(&step)))
     }
 

@@ -11,6 +11,7 @@ mod track;
 use crate::area::Area;
 use crate::{Detection, Detector, Image, Options, OptionsError, Report};
 use scan::Scan;
+use sextant_geometry::Lens;
 pub use track::Awaited;
 use track::{MOST_MISSED, Track};
 
@@ -56,6 +57,11 @@ impl Tracker {
             size: (0, 0),
             report: TrackingReport::default(),
         })
+    }
+
+    /// As [`Detector::set_lens`].
+    pub fn set_lens(&mut self, lens: Option<Lens>) {
+        self.detector.set_lens(lens);
     }
 
     /// The tags that were decoded in this image, sorted by family, id and centre; nothing that is only expected.

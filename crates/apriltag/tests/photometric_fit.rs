@@ -6,6 +6,7 @@ mod drawing;
 
 use drawing::{Camera, Picture, Random, Tag};
 use sextant_apriltag::{Detection, Detector, Image, Options, Refinement};
+use sextant_geometry::{Intrinsics, Lens};
 
 fn camera() -> Camera {
     Camera::new(120, 110)
@@ -104,4 +105,48 @@ fn a_pattern_that_is_not_where_its_border_is_has_no_say() {
     let error = worst_error(&found, &tag);
     assert_eq!(found.refinement, Refinement::Edges);
     assert!(error < 0.1, "off by {error}");
+}
+
+/// Greatest error of a large tag's corners towards the image's corner, seen through a strong lens.
+fn error_through(lens: &Lens, known: Option<Lens>) -> f64 {
+    let camera = Camera {
+        lens: Some(*lens),
+        ..Camera::new(190, 142)
+    };
+    let tag = Tag {
+        position_m: [0.055, -0.03, 0.24],
+        turn_deg: [8.0, -12.0, 20.0],
+        greys: [40.0, 180.0],
+        ..Tag::new(23)
+    };
+    let picture = Picture::draw(&camera, std::slice::from_ref(&tag), 128.0).blurred(0.6);
+    let pixels = picture.pixels(1.0, 9);
+    let image = Image::new(&pixels, camera.width, camera.height, camera.width).unwrap();
+    let mut detector = Detector::new(Options::default()).unwrap();
+    detector.set_lens(known);
+    let found = detector.detect(&image);
+    assert_eq!(found.len(), 1);
+    let errors = found[0]
+        .corners
+        .iter()
+        .zip(tag.corners(&camera))
+        .map(|(c, t)| (f64::from(c[0]) - t[0]).hypot(f64::from(c[1]) - t[1]));
+    errors.fold(0.0, f64::max)
+}
+
+#[test]
+fn a_tag_that_a_lens_bends_is_fitted_through_it() {
+    let intrinsics = Intrinsics {
+        fx: 154.0,
+        fy: 154.0,
+        cx: 94.6,
+        cy: 70.8,
+    };
+    let lens = Lens::brown_conrady(intrinsics, [-0.3, 0.1, 0.002, -0.001, 0.0]).unwrap();
+    let (with, without) = (error_through(&lens, Some(lens)), error_through(&lens, None));
+    assert!(with < 0.03, "{with} px with the lens");
+    assert!(
+        with < without / 5.0,
+        "{with} px with the lens, {without} without"
+    );
 }

@@ -1,7 +1,9 @@
 //! One picture and what the detector sees in it.
 
-use anyhow::Context;
+use anyhow::{Context, ensure};
 use sextant_apriltag::{Detection, Detector, Image, Tracker, TrackingReport};
+use sextant_estimator::Camera;
+use sextant_geometry::Lens;
 use sextant_recordings::{DetectedTag, GreyImage, read_any_png};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -22,10 +24,16 @@ pub struct Sight {
 ///
 /// # Errors
 /// A file that is no picture, and a picture of a size that the detector does not take.
-pub fn look(detector: &mut Option<Detector>, path: &Path, reps: u32) -> anyhow::Result<Sight> {
+pub fn look(
+    detector: &mut Option<Detector>,
+    path: &Path,
+    reps: u32,
+    camera: Option<&Camera>,
+) -> anyhow::Result<Sight> {
     let picture = read_any_png(path)?;
     let image = image_of(&picture).with_context(|| path.display().to_string())?;
     let detector = detector.as_mut().context("there is no detector")?;
+    detector.set_lens(lens_of(camera, &picture, path)?);
     if reps > 1 {
         detector.detect(&image);
     }
@@ -51,10 +59,15 @@ pub fn look(detector: &mut Option<Detector>, path: &Path, reps: u32) -> anyhow::
 ///
 /// # Errors
 /// As [`look`].
-pub fn follow(tracker: &mut Option<Tracker>, path: &Path) -> anyhow::Result<Sight> {
+pub fn follow(
+    tracker: &mut Option<Tracker>,
+    path: &Path,
+    camera: Option<&Camera>,
+) -> anyhow::Result<Sight> {
     let picture = read_any_png(path)?;
     let image = image_of(&picture).with_context(|| path.display().to_string())?;
     let tracker = tracker.as_mut().context("there is no tracker")?;
+    tracker.set_lens(lens_of(camera, &picture, path)?);
     let start = Instant::now();
     let detections = tracker.detect(&image).to_vec();
     Ok(Sight {
@@ -63,6 +76,27 @@ pub fn follow(tracker: &mut Option<Tracker>, path: &Path) -> anyhow::Result<Sigh
         detections,
         tracking: Some(*tracker.tracking_report()),
     })
+}
+
+/// The lens through which a camera saw the picture.
+fn lens_of(
+    camera: Option<&Camera>,
+    picture: &GreyImage,
+    path: &Path,
+) -> anyhow::Result<Option<Lens>> {
+    let Some(camera) = camera else {
+        return Ok(None);
+    };
+    let [width, height] = camera.resolution.map(|pixels| pixels as usize);
+    ensure!(
+        (picture.width, picture.height) == (width, height),
+        "{}: {}x{} pixels, but the rig says {width}x{height} of camera \"{}\"",
+        path.display(),
+        picture.width,
+        picture.height,
+        camera.id
+    );
+    Ok(Some(camera.lens))
 }
 
 /// A picture as the detector takes it.

@@ -129,51 +129,26 @@ impl Sums {
         }
     }
 
+    /// J^T W (r - J step) of each group.
     #[inline(always)]
-    fn product(&self, a: usize, b: usize) -> &Lanes {
-        &self.products[a.max(b)][a.min(b)]
-    }
-
-    /// The residual r becomes r - J step.
-    #[inline(always)]
-    pub(super) fn take_step(&mut self, step: &Vector) {
+    pub(super) fn pulls(&self, step: &Vector) -> [Lanes; PARAMETERS] {
         let mut changes = [[0.0; LANES]; BASICS];
         for ((basic, factor), change) in MADE_OF.into_iter().zip(step) {
             let factor = &self.factors[factor as usize];
             for i in 0..LANES {
-                changes[basic][i] += change * factor[i];
+                changes[basic][i] -= change * factor[i];
             }
         }
-        let mut squares = self.products[BASICS][BASICS];
-        for a in 0..BASICS {
-            let before = self.products[BASICS][a];
-            let mut after = before;
+        let mut basic_pulls = [[0.0; LANES]; BASICS];
+        for (a, pull) in basic_pulls.iter_mut().enumerate() {
+            *pull = self.products[BASICS][a];
             for (b, change) in changes.iter().enumerate() {
-                let product = self.product(a, b);
-                for i in 0..LANES {
-                    after[i] -= product[i] * change[i];
-                }
+                add_products(pull, &self.products[a.max(b)][a.min(b)], change);
             }
-            for i in 0..LANES {
-                squares[i] -= changes[a][i] * (before[i] + after[i]);
-            }
-            self.products[BASICS][a] = after;
         }
-        for i in 0..LANES {
-            self.products[BASICS][BASICS][i] = squares[i].max(0.0);
-        }
-    }
-
-    /// J^T W r of each group.
-    #[inline(always)]
-    pub(super) fn pulls(&self) -> [Lanes; PARAMETERS] {
         let mut pulls = [[0.0; LANES]; PARAMETERS];
         for (pull, (basic, factor)) in pulls.iter_mut().zip(MADE_OF) {
-            add_products(
-                pull,
-                &self.products[BASICS][basic],
-                &self.factors[factor as usize],
-            );
+            add_products(pull, &basic_pulls[basic], &self.factors[factor as usize]);
         }
         pulls
     }

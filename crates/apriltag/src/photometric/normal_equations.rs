@@ -32,6 +32,8 @@ pub(super) struct Equations {
     /// J^T W J, its lower half, and J^T W r.
     matrix: Matrix,
     right: Vector,
+    /// The last step.
+    step: Vector,
     /// Strength of each prior and how far from it the parameter is.
     priors: [(f32, f32); PRIORS],
 }
@@ -47,6 +49,7 @@ impl Default for Equations {
             squares: 0.0,
             matrix: [[0.0; PARAMETERS]; PARAMETERS],
             right: [0.0; PARAMETERS],
+            step: [0.0; PARAMETERS],
             priors: [(0.0, 0.0); PRIORS],
         }
     }
@@ -133,15 +136,16 @@ impl Equations {
         Factor::of(&matrix)
     }
 
-    /// Makes the residuals' sums what they should be after a step.
-    pub(super) fn take_step(&mut self, step: &Vector, kernels: &Kernels) {
-        let blocks = &mut self.blocks[..self.n];
-        kernels.run(
-            #[inline(always)]
-            || blocks.iter_mut().for_each(|block| block.take_step(step)),
-        );
-        let squares = |block: &Sums| sum(&block.products[BASICS][BASICS]);
-        self.squares = blocks.iter().map(squares).sum();
+    /// Makes the residuals what they should be after a step.
+    #[inline(always)]
+    pub(super) fn take_step(&mut self, step: &Vector) {
+        let mut change = 0.0;
+        for (i, row) in self.matrix.iter().enumerate() {
+            let below: f32 = row[..i].iter().zip(step).map(|(a, b)| a * b).sum();
+            change += step[i] * (2.0 * (below - self.right[i]) + row[i] * step[i]);
+        }
+        self.squares = (self.squares + change).max(0.0);
+        self.step = *step;
     }
 
     /// By this the inverse matrix becomes the parameters' covariance: the residuals' variance, times how much more than
@@ -166,7 +170,7 @@ impl Equations {
             #[inline(always)]
             || {
                 for block in blocks {
-                    factor.add_whitened_squares(block.pulls(), &mut scatter);
+                    factor.add_whitened_squares(block.pulls(&self.step), &mut scatter);
                 }
             },
         );

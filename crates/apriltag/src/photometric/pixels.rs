@@ -4,8 +4,9 @@
 //! two modules, so that it costs no more.
 
 use super::blurred_pattern::BlurredPattern;
-use super::lanes::{LANES, Lanes, map};
+use super::lanes::{LANES, Lanes, map, nearest};
 use super::state::{Inverse, State};
+use super::straightened::Straightened;
 use crate::Image;
 use crate::quad::{Point, Quad, twice_area};
 
@@ -61,6 +62,33 @@ impl Block {
         self.grey[row][lane] = f32::from(grey);
         self.present[row][lane] = 1.0;
     }
+
+    /// A whole group: the pixels at these places, as far as they are present and in the image.
+    #[inline(always)]
+    fn take(
+        &mut self,
+        lane: usize,
+        image: &Image<'_>,
+        (xs, ys): (&[f32; GROUP], &[f32; GROUP]),
+        present: &[f32; GROUP],
+    ) {
+        let (width, height) = (image.width() as f32, image.height() as f32);
+        let (mut columns, mut rows, mut present) = ([0; GROUP], [0; GROUP], *present);
+        for i in 0..GROUP {
+            let inside = (xs[i] >= 0.0) & (xs[i] < width) & (ys[i] >= 0.0) & (ys[i] < height);
+            columns[i] = nearest(if inside { xs[i].floor() } else { 0.0 });
+            rows[i] = nearest(if inside { ys[i].floor() } else { 0.0 });
+            present[i] = if inside { present[i] } else { 0.0 };
+        }
+        let (bytes, stride) = image.bytes();
+        for i in 0..GROUP {
+            let (x, y) = (columns[i], rows[i]);
+            self.x[i][lane] = x as i32 as f32;
+            self.y[i][lane] = y as i32 as f32;
+            self.grey[i][lane] = f32::from(bytes[y as usize * stride + x as usize]);
+            self.present[i][lane] = present[i];
+        }
+    }
 }
 
 const EMPTY: Block = Block {
@@ -98,11 +126,18 @@ impl Default for Pixels {
 /// Where pixels come from, and how far from the square's middle they show the pattern alone.
 struct View<'a> {
     image: &'a Image<'a>,
+    straightened: Option<&'a Straightened>,
     inverse: Inverse,
     reach: f32,
 }
 
 impl View<'_> {
+    /// Where the image shows a straightened place.
+    fn pixel(&self, place: Point) -> Point {
+        let seen = |straightened: &Straightened| straightened.pixel(place);
+        self.straightened.and_then(seen).unwrap_or(place)
+    }
+
     /// Of all that shows the pattern, in the image.
     fn outline(&self, state: &State) -> Quad {
         let reach = self.reach;
@@ -136,13 +171,20 @@ impl Pixels {
 
     /// Gathers the pixels to look at.
     #[inline(always)]
-    pub(super) fn choose(&mut self, image: &Image<'_>, pattern: &BlurredPattern, state: &State) {
+    pub(super) fn choose(
+        &mut self,
+        image: &Image<'_>,
+        pattern: &BlurredPattern,
+        state: &State,
+        straightened: Option<&Straightened>,
+    ) {
         self.n_groups = 0;
         let Some(inverse) = state.inverse() else {
             return;
         };
         let view = View {
             image,
+            straightened,
             inverse,
             reach: pattern.reach(state),
         };
@@ -160,6 +202,18 @@ impl Pixels {
         } else {
             self.group_size = GROUP;
             self.take_edges(&view, pattern, state);
+        }
+        if let Some(straightened) = straightened {
+            self.straighten(straightened);
+        }
+    }
+
+    fn straighten(&mut self, straightened: &Straightened) {
+        let n_blocks = self.n_groups.div_ceil(LANES);
+        for block in &mut self.blocks[..n_blocks] {
+            for (x, y) in block.x.iter_mut().zip(&mut block.y) {
+                [*x, *y] = straightened.places(x, y);
+            }
         }
     }
 
@@ -226,7 +280,7 @@ impl Pixels {
         let every = pattern.edges().count().div_ceil(MAX_GROUPS);
         for ends in pattern.edges().step_by(every.max(1)) {
             if self.begin_group() {
-                let [a, b] = ends.map(|[u, v]| state.homography.apply(u, v));
+                let [a, b] = ends.map(|[u, v]| view.pixel(state.homography.apply(u, v)));
                 self.walk(view.image, [a, b], spacing_px);
             }
         }
@@ -255,15 +309,8 @@ impl Pixels {
             (edges, columns)
         };
         let group = self.n_groups.wrapping_sub(1);
-        let Some(block) = self.blocks.get_mut(group / LANES) else {
-            return;
-        };
-        for row in 0..GROUP {
-            let (x, y) = (xs[row] as i32, ys[row] as i32);
-            if let Some(grey) = image.at(x as usize, y as usize) {
-                block.set(row, group % LANES, [x as f32, y as f32], grey);
-                block.present[row][group % LANES] = places.present[row];
-            }
+        if let Some(block) = self.blocks.get_mut(group / LANES) {
+            block.take(group % LANES, image, (&xs, &ys), &places.present);
         }
     }
 }

@@ -1,9 +1,11 @@
 //! Draws tags as a pinhole camera sees them. Shares no code with the detector: rays are cut with the tag's plane, and
 //! each pixel is the mean of many rays.
 
-#![allow(dead_code)]
+#![allow(dead_code, clippy::unwrap_used)]
 
+use nalgebra::Point2;
 use sextant_apriltag::Family;
+use sextant_geometry::Lens;
 use sextant_tag_families::module_is_white;
 
 /// Rays along either side of a pixel.
@@ -60,10 +62,7 @@ impl Tag {
         [(-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5)].map(|(u, v)| {
             let [x, y, z] =
                 [0, 1, 2].map(|i| self.position_m[i] + self.size_m * (u * right[i] + v * down[i]));
-            [
-                camera.centre[0] + camera.focal * x / z,
-                camera.centre[1] + camera.focal * y / z,
-            ]
+            camera.pixel([x / z, y / z])
         })
     }
 
@@ -89,13 +88,14 @@ impl Tag {
     }
 }
 
-/// A pinhole camera; pixel (0, 0) is the centre of the top left one.
+/// A camera, a pinhole unless it has a lens; pixel (0, 0) is the centre of the top left one.
 #[derive(Clone, Debug)]
 pub struct Camera {
     pub width: usize,
     pub height: usize,
     pub focal: f64,
     pub centre: [f64; 2],
+    pub lens: Option<Lens>,
 }
 
 impl Camera {
@@ -105,7 +105,29 @@ impl Camera {
             height,
             focal: 600.0,
             centre: [width as f64 / 2.0 - 0.37, height as f64 / 2.0 + 0.21],
+            lens: None,
         }
+    }
+
+    fn pixel(&self, [x, y]: [f64; 2]) -> [f64; 2] {
+        match &self.lens {
+            Some(lens) => lens.distort(&Point2::new(x, y)).unwrap().into(),
+            None => [
+                self.centre[0] + self.focal * x,
+                self.centre[1] + self.focal * y,
+            ],
+        }
+    }
+
+    fn ray(&self, [x, y]: [f64; 2]) -> [f64; 3] {
+        let [x, y] = match &self.lens {
+            Some(lens) => lens.undistort(&Point2::new(x, y)).unwrap().into(),
+            None => [
+                (x - self.centre[0]) / self.focal,
+                (y - self.centre[1]) / self.focal,
+            ],
+        };
+        [x, y, 1.0]
     }
 }
 
@@ -212,11 +234,7 @@ fn cell(
             ((k as f64 + (across as f64 + 0.5) / SIDE as f64) / SIDE as f64 - 0.5) / CELLS as f64
         };
         let (px, py) = (x + aside(i, j), y + aside(j, i));
-        let ray = [
-            (px - camera.centre[0]) / camera.focal,
-            (py - camera.centre[1]) / camera.focal,
-            1.0,
-        ];
+        let ray = camera.ray([px, py]);
         sum += candidates
             .iter()
             .find_map(|&k| tags[k].grey(&axes[k], ray))

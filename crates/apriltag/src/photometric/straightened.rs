@@ -1,0 +1,200 @@
+//! A tag's surroundings as an ideal lens would show them, so that its edges are straight.
+//!
+//! Straightened places are where a pinhole camera would see what the lens shows at a pixel, moved, turned and scaled so that
+//! around the tag's middle they are the pixels themselves. Pixels are straightened by a polynomial of the fifth degree
+//! in either direction, which is as good as the lens itself within a tag and takes a fraction of its time.
+
+use super::lanes::{Lanes, map};
+use crate::quad::{Point, Quad, middle};
+use nalgebra::{Matrix2, Point2, Vector2};
+use sextant_geometry::Lens;
+
+/// Places along either axis through which the polynomial goes.
+const NODES: usize = 6;
+
+/// Where they lie on -1..1: Chebyshev's, between which a polynomial errs evenly.
+const NODE: [f32; NODES] = [
+    -0.965_925_8,
+    -std::f32::consts::FRAC_1_SQRT_2,
+    -0.258_819,
+    0.258_819,
+    std::f32::consts::FRAC_1_SQRT_2,
+    0.965_925_8,
+];
+
+pub(super) struct Straightened {
+    lens: Lens,
+    /// The tag's middle: pixel and normalised point.
+    middle: Vector2<f64>,
+    normalised: Vector2<f64>,
+    normalised_by_pixel: Matrix2<f64>,
+    pixel_by_normalised: Matrix2<f64>,
+    /// Middle and half width of the box in which the polynomial holds, in pixels.
+    centre: Point,
+    half: Point,
+    /// Straightened places at the nodes: column after column of x, then of y.
+    nodes: [[[f32; NODES]; NODES]; 2],
+}
+
+impl Straightened {
+    /// Around a quad; nothing where the lens does not say where pixels look.
+    pub(super) fn around(lens: &Lens, quad: &Quad) -> Option<Self> {
+        /// The square and the ring around it, in half widths.
+        const GENEROUS: f32 = 1.25;
+        let [x, y] = middle(quad).map(f64::from);
+        let (normalised, normalised_by_pixel) =
+            lens.undistort_with_jacobian(&Point2::new(x, y)).ok()?;
+        let bounds = [0, 1].map(|axis| {
+            let along = quad.map(|corner| corner[axis]);
+            (
+                along.into_iter().fold(f32::INFINITY, f32::min),
+                along.into_iter().fold(f32::NEG_INFINITY, f32::max),
+            )
+        });
+        let mut straightened = Self {
+            lens: *lens,
+            middle: Vector2::new(x, y),
+            normalised: normalised.coords,
+            normalised_by_pixel,
+            pixel_by_normalised: normalised_by_pixel.try_inverse()?,
+            centre: bounds.map(|(low, high)| (low + high) / 2.0),
+            half: bounds.map(|(low, high)| GENEROUS * (high - low) / 2.0 + 1.0),
+            nodes: [[[0.0; NODES]; NODES]; 2],
+        };
+        for i in 0..NODES {
+            for j in 0..NODES {
+                let [cx, cy] = straightened.centre;
+                let [hx, hy] = straightened.half;
+                let [x, y] = straightened.exactly([cx + hx * NODE[i], cy + hy * NODE[j]])?;
+                straightened.nodes[0][i][j] = x;
+                straightened.nodes[1][i][j] = y;
+            }
+        }
+        Some(straightened)
+    }
+
+    /// The straightened place of a pixel.
+    fn exactly(&self, [x, y]: Point) -> Option<Point> {
+        let pixel = Point2::new(f64::from(x), f64::from(y));
+        let away = self.lens.undistort(&pixel).ok()?.coords - self.normalised;
+        let place = self.middle + self.pixel_by_normalised * away;
+        Some([place.x as f32, place.y as f32])
+    }
+
+    /// Those of a quad's corners.
+    pub(super) fn quad(&self, quad: &Quad) -> Option<Quad> {
+        let [a, b, c, d] = quad.map(|corner| self.exactly(corner));
+        Some([a?, b?, c?, d?])
+    }
+
+    /// Those of pixels near the quad.
+    #[inline(always)]
+    pub(super) fn places(&self, x: &Lanes, y: &Lanes) -> [Lanes; 2] {
+        map(|i| {
+            let along_x = lagrange((x[i] - self.centre[0]) / self.half[0]);
+            let along_y = lagrange((y[i] - self.centre[1]) / self.half[1]);
+            let mut place = [0.0; 2];
+            for (place, nodes) in place.iter_mut().zip(&self.nodes) {
+                for (share, column) in along_x.iter().zip(nodes) {
+                    for (other, node) in along_y.iter().zip(column) {
+                        *place += share * other * node;
+                    }
+                }
+            }
+            place
+        })
+    }
+
+    /// Where the lens shows a straightened place.
+    pub(super) fn pixel(&self, [x, y]: Point) -> Option<Point> {
+        let away = Vector2::new(f64::from(x), f64::from(y)) - self.middle;
+        let normalised = self.normalised + self.normalised_by_pixel * away;
+        let pixel = self.lens.distort(&Point2::from(normalised))?;
+        Some([pixel.x as f32, pixel.y as f32])
+    }
+
+    /// A straightened corner and its covariance, as the lens shows them.
+    pub(super) fn corner(
+        &self,
+        [x, y]: Point,
+        [xx, xy, yy]: [f32; 3],
+    ) -> Option<(Point, [f32; 3])> {
+        const STEP_PX: f32 = 0.5;
+        let (left, right) = (self.pixel([x - STEP_PX, y])?, self.pixel([x + STEP_PX, y])?);
+        let (above, below) = (self.pixel([x, y - STEP_PX])?, self.pixel([x, y + STEP_PX])?);
+        let slope = |axis: usize| [right[axis] - left[axis], below[axis] - above[axis]];
+        let product =
+            |[a, b]: [f32; 2], [c, d]: [f32; 2]| a * c * xx + (a * d + b * c) * xy + b * d * yy;
+        let (p, q) = (slope(0), slope(1));
+        let covariance = [product(p, p), product(p, q), product(q, q)];
+        Some((self.pixel([x, y])?, covariance))
+    }
+}
+
+/// Lagrange's polynomials of the nodes.
+#[inline(always)]
+fn lagrange(t: f32) -> [f32; NODES] {
+    let mut shares = [1.0; NODES];
+    for i in 0..NODES {
+        for j in 0..NODES {
+            if i != j {
+                shares[i] *= (t - NODE[j]) / (NODE[i] - NODE[j]);
+            }
+        }
+    }
+    shares
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::photometric::lanes::LANES;
+    use sextant_geometry::Intrinsics;
+
+    #[test]
+    fn straightened_places_are_the_lenss_and_lead_back_to_their_pixels() {
+        let intrinsics = Intrinsics {
+            fx: 500.0,
+            fy: 510.0,
+            cx: 320.0,
+            cy: 240.0,
+        };
+        let lens = Lens::brown_conrady(intrinsics, [-0.3, 0.1, 0.001, -0.002, 0.0]).unwrap();
+        let quad = [[400.0, 60.0], [560.0, 80.0], [550.0, 230.0], [410.0, 220.0]];
+        let straightened = Straightened::around(&lens, &quad).unwrap();
+        for pixel in [
+            [480.0, 150.0],
+            [400.0, 60.0],
+            [560.0, 80.0],
+            [455.5, 210.25],
+        ] {
+            let [x, y] = straightened.places(&[pixel[0]; LANES], &[pixel[1]; LANES]);
+            let exact = straightened.exactly(pixel).unwrap();
+            let error = (x[0] - exact[0]).hypot(y[0] - exact[1]);
+            assert!(error < 0.01, "{pixel:?}: {error}");
+            let back = straightened.pixel(exact).unwrap();
+            assert!(
+                (back[0] - pixel[0]).hypot(back[1] - pixel[1]) < 1e-3,
+                "{pixel:?}"
+            );
+        }
+    }
+
+    #[test]
+    fn a_quad_outside_the_lenss_field_has_none() {
+        let intrinsics = Intrinsics {
+            fx: 200.0,
+            fy: 200.0,
+            cx: 320.0,
+            cy: 240.0,
+        };
+        let lens = Lens::brown_conrady(intrinsics, [-0.3, 0.0, 0.0, 0.0, 0.0]).unwrap();
+        let quad = [
+            [5000.0, 60.0],
+            [5060.0, 80.0],
+            [5050.0, 130.0],
+            [5010.0, 120.0],
+        ];
+        assert!(Straightened::around(&lens, &quad).is_none());
+    }
+}
