@@ -120,6 +120,15 @@ fn plan(arguments: &LearnArguments) -> anyhow::Result<LearnPlan> {
         Some(file) => Some(read_object(file).exit_with(Exit::Input)?),
         None => None,
     };
+    if from
+        .as_ref()
+        .is_some_and(|object| object.articulation().is_some())
+    {
+        wrong(format!(
+            "--from: object {} has links; learn each link as an object, and write the joints by hand",
+            arguments.id
+        ))?;
+    }
     let mut tags = Vec::new();
     for &(id, own) in &arguments.tags {
         let tag = TagId {

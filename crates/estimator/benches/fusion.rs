@@ -8,8 +8,8 @@ use std::time::Instant;
 
 use nalgebra::{Matrix2, Point2, Rotation3, UnitQuaternion, Vector3};
 use sextant_estimator::{
-    Camera, CameraId, Fusion, FusionOptions, ImageObservation, Input, ObjectId, ObjectModel,
-    ObjectTag, Rig, TagCorners, TagId,
+    Articulation, Camera, CameraId, Fusion, FusionOptions, ImageObservation, Input, Joint, JointId,
+    JointKind, LinkId, ObjectId, ObjectModel, ObjectTag, Rig, TagCorners, TagId,
 };
 use sextant_geometry::lens::Intrinsics;
 use sextant_geometry::{Lens, Pose, tag_corners_in_tag};
@@ -158,6 +158,62 @@ fn one_image(tags: usize) {
     );
 }
 
+/// The plate's six tags on a base, three more on either of two links that hinges join to it.
+fn arm() -> ObjectModel {
+    let link = |name: &str| LinkId::new(name).expect("a name");
+    let joint = |id: &str, parent: &str, child: &str, x: f64| Joint {
+        id: JointId::new(id).expect("a name"),
+        kind: JointKind::Revolute,
+        parent: link(parent),
+        child: link(child),
+        axis: Vector3::z(),
+        parent_from_joint: Pose::translation(x, 0.0, 0.0),
+        limits: Some([-1.0, 1.0]),
+        max_speed: None,
+    };
+    let joints = vec![
+        joint("a", "base", "upper", 0.12),
+        joint("b", "upper", "fore", 0.12),
+    ];
+    let links = ["base", "upper", "fore"];
+    let tree = Articulation::new(links.map(link).to_vec(), joints).expect("a tree");
+    let tags = plate(0, 9).tags().to_vec();
+    let on_links = tags.into_iter().enumerate().map(|(index, mut tag)| {
+        tag.object_from_tag = Some(Pose::translation(0.0, 0.04 * (index % 3) as f64, 0.0));
+        (link(links[index / 3]), tag)
+    });
+    let id = ObjectId::new("arm").expect("a name");
+    ObjectModel::articulated(id, tree, on_links.collect()).expect("an arm")
+}
+
+/// The arm as one body, its joints at zero: what the cameras see.
+fn stiff(arm: &ObjectModel) -> ObjectModel {
+    let mut tags = arm.tags().to_vec();
+    for (index, tag) in tags.iter_mut().enumerate() {
+        let link = arm.link_of(index).unwrap_or(0) as f64;
+        let from_link = Pose::translation(0.12 * link, 0.0, 0.0);
+        tag.object_from_tag = tag.object_from_tag.map(|pose| from_link * pose);
+    }
+    ObjectModel::new(arm.id().clone(), tags).expect("an object")
+}
+
+fn one_image_of_an_arm() {
+    let (rig, arm, mut state) = (rig(4), arm(), 1);
+    let body = [stiff(&arm)];
+    for (name, object) in [("an arm of 3 links", &arm), ("a body", &body[0])] {
+        let objects = vec![object.clone()];
+        let mut fusion =
+            Fusion::new(rig.clone(), objects, FusionOptions::default()).expect("a machine");
+        let mut micros = Vec::new();
+        for number in 0..4000u64 {
+            let time_ns = START_NS + number * PERIOD_NS / 4;
+            let image = image(&rig, (number % 4) as usize, &body, time_ns, &mut state);
+            micros.push(timed(&mut fusion, image));
+        }
+        report(&format!("one image, {name}, 9 tags"), micros.split_off(100));
+    }
+}
+
 fn late_image() {
     let (rig, objects, mut state) = (rig(4), vec![plate(0, 6)], 1);
     let mut fusion =
@@ -222,6 +278,7 @@ fn large_site(simultaneous: bool) {
 fn main() {
     one_image(1);
     one_image(6);
+    one_image_of_an_arm();
     late_image();
     large_site(false);
     large_site(true);

@@ -81,6 +81,13 @@ fn frame(text: &str) -> Result<Frame, String> {
 pub fn run(arguments: &RigArguments, format: Format) -> anyhow::Result<()> {
     let rig = read_rig(&arguments.rig).exit_with(Exit::Input)?;
     let object = read_object(&arguments.object).exit_with(Exit::Input)?;
+    if object.articulation().is_some() {
+        wrong(format!(
+            "{}: object {} has links; calibrate with one that is rigid",
+            arguments.object.display(),
+            object.id()
+        ))?;
+    }
     let families: BTreeSet<Family> = object.tags().iter().map(|tag| tag.tag.family).collect();
     let plan = RigPlan {
         origin: origin(arguments, &object)?,

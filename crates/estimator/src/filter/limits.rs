@@ -19,10 +19,10 @@ const INTERVALS: usize = 64;
 const FAR: f64 = 9.0;
 
 impl Kinematics {
-    /// The state with its joints' values within their limits and their speeds within the highest.
-    pub fn within_limits(mut self) -> Self {
+    /// Takes in that the joints' values lie within their limits and their speeds within the highest.
+    pub fn keep_within_limits(&mut self) {
         let Some(joints) = &self.joints else {
-            return self;
+            return;
         };
         let chain = joints.chain.clone();
         for (slot, joint) in chain.moving().enumerate() {
@@ -33,7 +33,6 @@ impl Kinematics {
                 self.truncate(MOST_JOINTS + slot, [-speed, speed]);
             }
         }
-        self
     }
 
     fn truncate(&mut self, place: usize, limits: [f64; 2]) {

@@ -122,21 +122,25 @@ fn taken_in_by<const D: usize>(
 ) -> Vec<Hypothesis> {
     let update = |start: Option<&Configuration>| updated::<D>(prior, start, sights, options);
     let searched = posture::start(prior, sights).and_then(|start| update(Some(&start)));
-    let mut all: Vec<Hypothesis> = update(None).into_iter().chain(searched).collect();
-    all.sort_by(|a, b| a.evidence.total_cmp(&b.evidence));
-    let Some(found) = all.last_mut() else {
-        return all;
+    let (found, second) = match (update(None), searched) {
+        (Some(found), Some(other)) if other.evidence > found.evidence => (other, Some(found)),
+        (Some(found), other) => (found, other),
+        (None, Some(other)) => (other, None),
+        (None, None) => return Vec::new(),
     };
     let at = found.state.configuration();
     let others = mirror::others::<D>(prior, &at, sights, options);
-    found.mirrored = others.mirrored_odds;
-    let mut others: Vec<Hypothesis> = others
+    let mut all: Vec<Hypothesis> = others
         .starts
         .iter()
         .filter_map(|start| update(Some(start)))
+        .chain(second)
         .collect();
-    others.append(&mut all);
-    others
+    all.push(Hypothesis {
+        mirrored: others.mirrored_odds,
+        ..found
+    });
+    all
 }
 
 /// The prediction if the body was hit in the meantime.

@@ -157,7 +157,7 @@ impl Track {
             }
         }
         for one in &mut then.hypotheses {
-            one.state = one.state.clone().within_limits();
+            one.state.keep_within_limits();
         }
         then
     }
