@@ -145,6 +145,9 @@ impl Fusion {
             let Some(camera) = self.site.cameras().get(camera) else {
                 continue;
             };
+            if self.site.camera(&camera.id).is_none() {
+                continue;
+            }
             let known = offsets.entry(camera.id.clone()).or_insert(found);
             if found.sigma_s < known.sigma_s {
                 *known = found;
@@ -241,13 +244,14 @@ impl Fusion {
             parts.map(|((model, timeline), said)| (model.id().clone(), (model, timeline, said))),
         );
         for model in objects {
-            let same = old
-                .remove(model.id())
-                .filter(|(before, ..)| *before == model);
-            let (timeline, said) = same.map_or_else(
-                || (Timeline::new(model.id().clone()), 0),
-                |(_, timeline, said)| (timeline, said),
-            );
+            let (timeline, said) = match old.remove(model.id()) {
+                Some((before, timeline, said)) if before == model => (timeline, said),
+                Some((before, mut timeline, said)) if have_one_frame(&before, &model) => {
+                    timeline.settle();
+                    (timeline, said)
+                }
+                _ => (Timeline::new(model.id().clone()), 0),
+            };
             self.timelines.push(timeline);
             self.lost_said_ns.push(said);
             self.objects.push(model);
@@ -272,4 +276,11 @@ impl Fusion {
                 .extend(lost.filter(ObjectEstimate::is_finite).map(Output::Pose));
         }
     }
+}
+
+/// Whether the object's frame is the same before and after a change: a tag that stayed as it is holds it.
+fn have_one_frame(before: &ObjectModel, after: &ObjectModel) -> bool {
+    let mut placed = before.tags().iter();
+    let as_before = before.articulation() == after.articulation();
+    as_before && placed.any(|tag| tag.object_from_tag.is_some() && after.tags().contains(tag))
 }

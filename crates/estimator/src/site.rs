@@ -39,8 +39,12 @@ struct Place {
 /// The models in force.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Site {
+    /// Whatever was learned about a camera goes by its index here, so that a camera keeps its index for good; those that
+    /// the rig has no more are not calibrated and not in `camera_index`.
     cameras: Vec<SiteCamera>,
     camera_index: BTreeMap<CameraId, usize>,
+    /// Index of the camera whose clock is the reference: the rig's first.
+    reference: usize,
     objects: Vec<ObjectId>,
     places: BTreeMap<TagId, Place>,
 }
@@ -95,13 +99,21 @@ impl Site {
             resolution: camera.resolution,
             posed: posed(camera),
         };
-        self.cameras = rig.cameras().iter().map(site_camera).collect();
-        self.camera_index = self
-            .cameras
-            .iter()
-            .enumerate()
-            .map(|(index, camera)| (camera.id.clone(), index))
-            .collect();
+        for camera in &mut self.cameras {
+            camera.posed = None;
+        }
+        self.camera_index.clear();
+        for camera in rig.cameras().iter().map(site_camera) {
+            let known = self.cameras.iter().position(|known| known.id == camera.id);
+            let index = known.unwrap_or(self.cameras.len());
+            self.camera_index.insert(camera.id.clone(), index);
+            match known {
+                Some(index) => self.cameras[index] = camera,
+                None => self.cameras.push(camera),
+            }
+        }
+        let first = rig.cameras().first();
+        self.reference = first.map_or(0, |camera| self.camera_index[&camera.id]);
     }
 
     /// Takes all objects over, or none of them.
@@ -183,7 +195,7 @@ impl Site {
             Arc::new(ObjectImage {
                 camera_index,
                 capture_ns: image.capture_ns,
-                clock: stated_clock(camera_index, image.clock_error_ns, options),
+                clock: self.stated_clock(camera_index, image.clock_error_ns, options),
                 views: ordered(views),
             })
         };
@@ -193,16 +205,23 @@ impl Site {
             .collect();
         sorted
     }
-}
 
-/// The first camera of the rig is the reference, unless it says itself that its clock is off.
-fn stated_clock(camera_index: usize, error_ns: u64, options: &FusionOptions) -> StatedClock {
-    let sigma_s = error_ns as f64 * 1e-9;
-    match error_ns {
-        ImageObservation::CLOCK_ERROR_UNKNOWN if camera_index == 0 => StatedClock::Right,
-        ImageObservation::CLOCK_ERROR_UNKNOWN => StatedClock::Unknown,
-        _ if sigma_s <= options.right_clock_s => StatedClock::Right,
-        _ => StatedClock::Within(sigma_s),
+    /// The first camera of the rig is the reference, unless it says itself that its clock is off.
+    fn stated_clock(
+        &self,
+        camera_index: usize,
+        error_ns: u64,
+        options: &FusionOptions,
+    ) -> StatedClock {
+        let sigma_s = error_ns as f64 * 1e-9;
+        match error_ns {
+            ImageObservation::CLOCK_ERROR_UNKNOWN if camera_index == self.reference => {
+                StatedClock::Right
+            }
+            ImageObservation::CLOCK_ERROR_UNKNOWN => StatedClock::Unknown,
+            _ if sigma_s <= options.right_clock_s => StatedClock::Right,
+            _ => StatedClock::Within(sigma_s),
+        }
     }
 }
 
