@@ -25,6 +25,24 @@ pub fn write_atomically(path: &Path, content: &[u8]) -> Result<(), FileError> {
     written.map_err(unwritable)
 }
 
+/// Copies a file, if there is one, to its name with `.before` behind, over what was kept there.
+///
+/// # Errors
+/// What the system refuses.
+pub fn keep_former(path: &Path) -> Result<(), FileError> {
+    let mut kept = path.as_os_str().to_owned();
+    kept.push(".before");
+    match fs::read(path) {
+        Ok(content) => write_atomically(Path::new(&kept), &content),
+        Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(()),
+        Err(source) => Err(FileError::Unreadable {
+            path: path.to_owned(),
+            source,
+            remedy: "check its permissions",
+        }),
+    }
+}
+
 fn replace(temporary: &Path, target: &Path, content: &[u8]) -> io::Result<()> {
     if target.is_dir() {
         return Err(io::ErrorKind::IsADirectory.into());
@@ -79,6 +97,19 @@ mod tests {
         write_atomically(&path, b"new").unwrap();
         assert_eq!(fs::read(&path).unwrap(), b"new");
         assert_eq!(names_in(folder.path()), ["rig.toml"]);
+    }
+
+    #[test]
+    fn the_former_file_is_kept_beside_the_new_one() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("rig.toml");
+        keep_former(&path).unwrap();
+        assert!(names_in(folder.path()).is_empty());
+        fs::write(&path, "old").unwrap();
+        keep_former(&path).unwrap();
+        let before = folder.path().join("rig.toml.before");
+        assert_eq!(fs::read(before).unwrap(), b"old");
+        assert_eq!(names_in(folder.path()), ["rig.toml", "rig.toml.before"]);
     }
 
     #[test]

@@ -91,8 +91,13 @@ impl<'a> Document<'a> {
         self.span_of(key).map(|span| place(self.text, span.start).0)
     }
 
+    /// Everything in it.
+    pub(crate) fn root(&self) -> &DeTable<'a> {
+        self.root.get_ref()
+    }
+
     /// Span of the value at a path such as `camera[1].lens.fx`, or of the deepest part of the path that exists.
-    fn span_of(&self, key: &str) -> Option<Range<usize>> {
+    pub(crate) fn span_of(&self, key: &str) -> Option<Range<usize>> {
         let mut span = None;
         let mut table = Some(self.root.get_ref());
         for part in key.split('.').filter(|part| !part.is_empty()) {

@@ -3,20 +3,23 @@
 //! - [`read_rig`], [`read_object`]: files to the estimator's models, every number checked.
 //! - [`write_rig`], [`write_object`]: models to files; numbers keep every digit.
 //! - [`read_toml`], [`read_toml_checked`], [`write_toml`]: any other configuration, with the same kind of error.
-//! - [`write_atomically`]: a file that is either the old one or the new one, never half of one.
+//! - [`with_value`]: one value of a text changed, comments kept.
+//! - [`write_atomically`], [`keep_former`]: a file that is either the old one or the new one, never half of one; the old one beside it.
 //!
 //! Every complaint names file, line, column and key, says what is wrong and what to do: [`FileError`].
 //! Metres, pixels, quaternions x, y, z, w, as in the files; no network and no clock here.
 
 mod atomic;
 mod document;
+mod edit;
 mod error;
 mod hint;
 mod object;
 mod read;
 mod rig;
 
-pub use atomic::write_atomically;
+pub use atomic::{keep_former, write_atomically};
+pub use edit::with_value;
 pub use error::{Complaint, FileError, Wrong};
 pub use object::{object_toml, parse_object, read_object, write_object};
 pub use read::{parse_toml, read_text, read_toml, read_toml_checked, write_toml};
