@@ -19,6 +19,10 @@ pub struct FusionConfig {
     /// The objects: object files.
     #[serde(default)]
     pub objects: Vec<PathBuf>,
+    /// Whether changes of rig and objects that come over the network are written into these files, so that they outlive
+    /// this process. Default false: they hold until it ends. The former file stays as `<name>.before`.
+    #[serde(default)]
+    pub keep_changes: bool,
     /// How to reach the network; by default this node is the site's router on port 7447 of the loopback interface.
     #[serde(default = "default_network")]
     pub network: BusOptions,

@@ -41,6 +41,16 @@ impl Intake {
         }
     }
 
+    /// The rig has other cameras now; those that stay keep their counts.
+    pub fn take_rig(&mut self, cameras: impl IntoIterator<Item = CameraId>) {
+        let mut before = std::mem::take(&mut self.cameras);
+        let counts = |camera: CameraId| {
+            let counts = before.remove(&camera).unwrap_or_default();
+            (camera, counts)
+        };
+        self.cameras = cameras.into_iter().map(counts).collect();
+    }
+
     /// The observation of a message, or nothing and a count.
     pub fn take(&mut self, key: &str, payload: &[u8]) -> Option<ImageObservation> {
         let Some(KeyRef::Observations(camera)) = self.keys.parse(key) else {
@@ -159,6 +169,24 @@ mod tests {
         let (mut intake, key) = intake();
         assert!(intake.take(&key, &message("south")).is_none());
         assert_eq!(intake.cameras(1.0)[0].rejected.wrong_camera, 1);
+    }
+
+    #[test]
+    fn cameras_that_stay_in_the_rig_keep_their_counts() {
+        let (mut intake, key) = intake();
+        intake.take(&key, &message("north"));
+        let ids = ["north", "south"].map(|id| CameraId::new(id).unwrap());
+        intake.take_rig(ids.clone());
+        let received = |intake: &mut Intake| -> Vec<u64> {
+            intake
+                .cameras(1.0)
+                .iter()
+                .map(|camera| camera.received)
+                .collect()
+        };
+        assert_eq!(received(&mut intake), [1, 0]);
+        intake.take_rig(ids.into_iter().skip(1));
+        assert_eq!(received(&mut intake), [0]);
     }
 
     #[test]

@@ -1,13 +1,18 @@
 //! The fusion node: a thin process around the estimator's machine.
 //!
 //! In: observations of every camera of the site, as messages on the network. Out: a pose per object after each image, the
-//! models for late joiners, a status a second. The estimating itself is `sextant_estimator`'s; this is arguments, loop, adapters.
+//! models for late joiners, a status a second. Rig and objects may be changed over the network while it works. The estimating itself is `sextant_estimator`'s; this is arguments, loop, adapters.
 
+mod changes;
+mod clocks;
 mod config;
+mod files;
 mod intake;
 mod links;
+mod models;
 mod node;
 mod outlet;
+mod refusals;
 mod status;
 
 pub use config::FusionConfig;

@@ -37,6 +37,11 @@ impl LinksOutlet {
         Ok(())
     }
 
+    /// The object is gone, or another now.
+    pub fn forget(&mut self, object: &ObjectId) {
+        self.objects.remove(object);
+    }
+
     /// Publishes the links beside the pose of the same estimate.
     ///
     /// # Errors

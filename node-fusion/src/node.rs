@@ -1,20 +1,26 @@
 //! The loop: messages in, poses and statuses out, until asked to stop.
 
+use crate::changes::{Decision, Desk, Verdict};
+use crate::clocks::ClockBook;
 use crate::config::FusionConfig;
+use crate::files::ModelFiles;
 use crate::intake::Intake;
+use crate::models::Change;
 use crate::outlet::Outlet;
 use crate::status::StatusBook;
 use anyhow::Context;
-use sextant_estimator::{Fusion, FusionOptions, Input, ObjectModel, Output, Rig};
+use sextant_estimator::{CameraId, Fusion, FusionOptions, Input, Output, Rig};
 use sextant_process::{Exit, Shutdown, WithExit, memory, now_ns};
-use sextant_proto::{Keys, NodeKind, limits};
-use sextant_site_files::{read_object, read_rig, read_toml};
+use sextant_proto::{ConfigAnswer, KeyRef, Keys, NodeId, NodeKind, Outcome, limits};
+use sextant_site_files::read_toml;
 use sextant_zenoh_bus::{Bus, BusError, DropRule, Item, Payload, Subscription};
 use std::path::Path;
 use std::time::Duration;
 
 /// Observations that wait while the machine works: two seconds of 64 cameras at 30 images a second; the oldest gives way.
 const QUEUE: usize = 4096;
+/// Changes of rig and objects that wait: more than a site has objects that change at one time.
+const CHANGE_QUEUE: usize = 256;
 /// Between two statuses.
 const STATUS_PERIOD_NS: u64 = 1_000_000_000;
 /// The longest sleep: how late a wish to stop is heard.
@@ -27,84 +33,87 @@ const LONGEST_WAIT: Duration = Duration::from_millis(100);
 pub fn run(config_file: &Path, shutdown: &Shutdown) -> anyhow::Result<()> {
     memory::keep_heap_small();
     let config: FusionConfig = read_toml(config_file).exit_with(Exit::Input)?;
-    let (rig, objects) = read_models(config_file, &config)?;
-    let machine = Fusion::new(rig.clone(), objects.clone(), FusionOptions::default())
+    let (files, models) = ModelFiles::read(config_file, &config)?;
+    let options = FusionOptions::default();
+    let machine = Fusion::new(models.rig.clone(), models.objects.clone(), options)
         .with_context(|| format!("{}: objects", config_file.display()))
         .exit_with(Exit::Input)?;
     let bus = match Bus::open_unless(&config.network, &|| shutdown.is_requested()) {
         Err(BusError::Abandoned { .. }) => return Ok(()),
         opened => opened.exit_with(Exit::Unavailable)?,
     };
-    let mut node = FusionNode::open(&config, &bus, machine, &rig, &objects)?;
-    let subscription = bus.subscribe(
-        &node.keys.all_observations(),
-        QUEUE,
-        DropRule::Oldest,
-        limits::MAX_PAYLOAD_BYTES,
-    )?;
+    let keys = Keys::of(config.site.clone());
+    let files = config.keep_changes.then_some(files);
+    let desk = Desk::new(keys.clone(), models, files);
+    let mut node = FusionNode::open(&bus, &config.node, machine, desk, keys)?;
     let alive = bus.alive(&node.keys.alive(NodeKind::Fusion, &config.node))?;
     tracing::info!(
-        cameras = rig.cameras().len(),
-        objects = objects.len(),
+        cameras = node.desk.models().rig.cameras().len(),
+        objects = node.desk.models().objects.len(),
         "fusing"
     );
-    node.work(&subscription, shutdown)?;
+    node.work(shutdown)?;
     drop(alive);
-    drop(subscription);
     drop(node);
     bus.close();
     Ok(())
 }
 
-fn read_models(
-    config_file: &Path,
-    config: &FusionConfig,
-) -> anyhow::Result<(Rig, Vec<ObjectModel>)> {
-    let folder = config_file.parent().unwrap_or(Path::new("."));
-    let rig = read_rig(&folder.join(&config.rig)).exit_with(Exit::Input)?;
-    let objects = config
-        .objects
-        .iter()
-        .map(|file| read_object(&folder.join(file)).exit_with(Exit::Input));
-    Ok((rig, objects.collect::<Result<_, _>>()?))
-}
-
-struct FusionNode {
+struct FusionNode<'a> {
     keys: Keys,
+    node: NodeId,
+    observations: Subscription,
+    changes: Subscription,
     machine: Fusion,
+    desk: Desk,
     intake: Intake,
-    outlet: Outlet,
+    outlet: Outlet<'a>,
     status: StatusBook,
+    clocks: ClockBook,
     status_due_ns: u64,
 }
 
-impl FusionNode {
+fn cameras_of(rig: &Rig) -> impl Iterator<Item = CameraId> {
+    rig.cameras().iter().map(|camera| camera.id.clone())
+}
+
+impl<'a> FusionNode<'a> {
     fn open(
-        config: &FusionConfig,
-        bus: &Bus,
+        bus: &'a Bus,
+        node: &NodeId,
         machine: Fusion,
-        rig: &Rig,
-        objects: &[ObjectModel],
+        desk: Desk,
+        keys: Keys,
     ) -> anyhow::Result<Self> {
-        let keys = Keys::of(config.site.clone());
+        let subscribe = |key: String, capacity| {
+            bus.subscribe(&key, capacity, DropRule::Oldest, limits::MAX_PAYLOAD_BYTES)
+        };
         let now = now_ns();
+        let models = desk.models();
         Ok(Self {
-            intake: Intake::new(
-                keys.clone(),
-                rig.cameras().iter().map(|camera| camera.id.clone()),
-            ),
-            outlet: Outlet::open(bus, &keys, &config.node, rig, objects)?,
-            status: StatusBook::new(config.node.clone(), objects, now),
+            observations: subscribe(keys.all_observations(), QUEUE)?,
+            changes: subscribe(keys.all_config(), CHANGE_QUEUE)?,
+            intake: Intake::new(keys.clone(), cameras_of(&models.rig)),
+            outlet: Outlet::open(bus, &keys, node, models)?,
+            status: StatusBook::new(node.clone(), &models.objects, now),
+            clocks: ClockBook::default(),
             status_due_ns: now,
+            node: node.clone(),
             keys,
             machine,
+            desk,
         })
     }
 
-    fn work(&mut self, subscription: &Subscription, shutdown: &Shutdown) -> anyhow::Result<()> {
+    fn work(&mut self, shutdown: &Shutdown) -> anyhow::Result<()> {
         while !shutdown.is_requested() {
-            if let Some(item) = subscription.recv_timeout(self.wait_at_most(now_ns())) {
+            if let Some(item) = self.observations.recv_timeout(self.wait_at_most(now_ns())) {
                 self.take(&item);
+            }
+            while let Some(item) = self.changes.try_recv() {
+                if let Some(verdict) = self.desk.decide(&item) {
+                    self.carry_out(&verdict, item.sender.as_deref())?;
+                }
             }
             let now = now_ns();
             if self.machine.poll_timeout().is_some_and(|due| due <= now) {
@@ -113,9 +122,70 @@ impl FusionNode {
             self.publish_poses()?;
             if now >= self.status_due_ns {
                 self.status_due_ns = now + STATUS_PERIOD_NS;
-                let status = self.status.status(&mut self.intake, &self.machine, now);
-                self.outlet.status(&status)?;
+                self.report(now)?;
             }
+        }
+        Ok(())
+    }
+
+    fn report(&mut self, now: u64) -> anyhow::Result<()> {
+        let status = self.status.status(&mut self.intake, &self.machine, now);
+        self.outlet.status(&status)?;
+        let offsets = self.machine.clock_offsets();
+        let clocks = self.clocks.report(&self.node, offsets, now);
+        Ok(self.outlet.clocks(&clocks)?)
+    }
+
+    /// Puts in force what was decided, and answers.
+    fn carry_out(&mut self, verdict: &Verdict, sender: Option<&str>) -> anyhow::Result<()> {
+        let (outcome, words) = verdict.outcome();
+        let key = &verdict.key;
+        match &verdict.decision {
+            Decision::Take(change, _) => self.put_in_force(change)?,
+            Decision::Same => {}
+            Decision::Refuse(cause) => {
+                self.status.refusals.add(key, sender, cause, now_ns());
+                self.announce_again(&verdict.about)?;
+            }
+        }
+        if outcome != Outcome::Refused {
+            self.status.refusals.settle(key);
+        }
+        tracing::info!(key, ?outcome, words, sender, "a change of the site");
+        self.outlet.answer(&ConfigAnswer {
+            node: self.node.clone(),
+            key: limits::clipped(key, limits::MAX_SENTENCE_BYTES),
+            fingerprint: verdict.fingerprint,
+            outcome,
+            words,
+        })?;
+        Ok(())
+    }
+
+    fn put_in_force(&mut self, change: &Change) -> anyhow::Result<()> {
+        let models = self.desk.models();
+        match change {
+            Change::Rig(rig) => {
+                self.intake.take_rig(cameras_of(rig));
+                self.outlet.take_rig(rig)?;
+            }
+            Change::Object(object) => self.outlet.take_object(object)?,
+            Change::Removal(id) => self.outlet.forget_object(id),
+        }
+        let input = match change {
+            Change::Rig(rig) => Input::Rig(rig.clone()),
+            Change::Object(_) | Change::Removal(_) => Input::Objects(models.objects.clone()),
+        };
+        self.status.take_objects(&models.objects);
+        self.machine.handle(now_ns(), input);
+        Ok(())
+    }
+
+    /// Others have seen a change that was refused: they shall know that it is not in force.
+    fn announce_again(&self, about: &KeyRef) -> anyhow::Result<()> {
+        match about {
+            KeyRef::ConfigObject(id) => self.outlet.announce_object(id)?,
+            _ => self.outlet.announce_rig(&self.desk.models().rig)?,
         }
         Ok(())
     }

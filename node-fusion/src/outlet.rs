@@ -1,68 +1,127 @@
-//! The publishers of a fusion node: a pose per object, the models for late joiners, the status.
+//! The publishers of a fusion node: a pose per object, the models for late joiners, status, clocks, answers.
 
+use crate::changes::ANNOUNCED;
 use crate::links::LinksOutlet;
+use crate::models::Models;
 use sextant_estimator::{ObjectEstimate, ObjectId, ObjectModel, Rig};
-use sextant_proto::{FusionStatus, Keys, NodeId, ObjectConfig, ObjectPose, RigConfig};
+use sextant_proto::{
+    ClockReport, ConfigAnswer, FusionStatus, Keys, NodeId, ObjectConfig, ObjectPose, RigConfig,
+};
 use sextant_zenoh_bus::{Bus, BusError, Latest, Publisher, Qos};
 use std::collections::BTreeMap;
 
 /// Everything that this node says.
-pub struct Outlet {
-    poses: BTreeMap<ObjectId, PoseOutlet>,
+pub struct Outlet<'a> {
+    bus: &'a Bus,
+    keys: Keys,
+    signature: String,
+    objects: BTreeMap<ObjectId, ObjectOutlet>,
     links: LinksOutlet,
+    rig: Latest<RigConfig>,
     status: Latest<FusionStatus>,
-    /// Held for its answers to late joiners.
-    _rig: Latest<RigConfig>,
-    /// Likewise.
-    _objects: Vec<Latest<ObjectConfig>>,
+    clocks: Latest<ClockReport>,
+    answers: Latest<ConfigAnswer>,
 }
 
-struct PoseOutlet {
-    publisher: Publisher<ObjectPose>,
+struct ObjectOutlet {
+    poses: Publisher<ObjectPose>,
     sequence: u64,
+    /// Answers late joiners; silent where the object has links, which say what it is made of themselves.
+    config: Latest<ObjectConfig>,
 }
 
-impl Outlet {
-    /// Declares every publisher and publishes the models.
+impl<'a> Outlet<'a> {
+    /// Declares every publisher and announces the models.
     ///
     /// # Errors
     /// When the network session has ended.
     pub fn open(
-        bus: &Bus,
+        bus: &'a Bus,
         keys: &Keys,
         node: &NodeId,
-        rig: &Rig,
-        objects: &[ObjectModel],
+        models: &Models,
     ) -> Result<Self, BusError> {
-        let rig_outlet = bus.latest_publisher(&keys.config_rig(), Qos::Config)?;
-        rig_outlet.put(&RigConfig::from(rig))?;
-        let mut poses = BTreeMap::new();
-        let mut configs = Vec::new();
-        let mut links = LinksOutlet::default();
-        for object in objects {
-            links.take(bus, keys, object)?;
-            if object.articulation().is_none() {
-                let config = bus.latest_publisher(&keys.config_object(object.id()), Qos::Config)?;
-                config.put(&ObjectConfig::from(object))?;
-                configs.push(config);
-            }
-            let publisher = bus.publisher(&keys.pose(object.id()), Qos::Pose)?;
-            poses.insert(
-                object.id().clone(),
-                PoseOutlet {
-                    publisher,
-                    sequence: 0,
-                },
-            );
+        let signature = format!("{ANNOUNCED}{node}");
+        let rig = bus.latest_publisher(&keys.config_rig(), Qos::Config)?;
+        let mut outlet = Self {
+            bus,
+            keys: keys.clone(),
+            objects: BTreeMap::new(),
+            links: LinksOutlet::default(),
+            rig: rig.signed(&signature),
+            signature,
+            status: bus.latest_publisher(&keys.fusion_status(node), Qos::Status)?,
+            clocks: bus.latest_publisher(&keys.clocks(node), Qos::Status)?,
+            answers: bus.latest_publisher(&keys.config_answer(node), Qos::Config)?,
+        };
+        outlet.announce_rig(&models.rig)?;
+        for object in &models.objects {
+            outlet.take_object(object)?;
+            outlet.announce_object(object.id())?;
         }
-        let status = bus.latest_publisher(&keys.fusion_status(node), Qos::Status)?;
-        Ok(Self {
-            poses,
-            links,
-            status,
-            _rig: rig_outlet,
-            _objects: configs,
-        })
+        Ok(outlet)
+    }
+
+    /// Tells everyone which cameras are in force.
+    ///
+    /// # Errors
+    /// When the network session has ended.
+    pub fn announce_rig(&self, rig: &Rig) -> Result<(), BusError> {
+        self.rig.put(&RigConfig::from(rig))
+    }
+
+    /// The cameras have changed; everyone present has heard it, late joiners shall.
+    ///
+    /// # Errors
+    /// When the network session has ended.
+    pub fn take_rig(&self, rig: &Rig) -> Result<(), BusError> {
+        self.rig.keep(&RigConfig::from(rig))
+    }
+
+    /// An object is there or has changed; everyone present has heard it, late joiners shall.
+    ///
+    /// # Errors
+    /// When the network session has ended.
+    pub fn take_object(&mut self, object: &ObjectModel) -> Result<(), BusError> {
+        let id = object.id();
+        if !self.objects.contains_key(id) {
+            let config = self.config_outlet(id)?;
+            let outlet = ObjectOutlet {
+                poses: self.bus.publisher(&self.keys.pose(id), Qos::Pose)?,
+                sequence: 0,
+                config,
+            };
+            self.objects.insert(id.clone(), outlet);
+        }
+        self.links.forget(id);
+        self.links.take(self.bus, &self.keys, object)?;
+        match self.objects.get(id) {
+            Some(outlet) if object.articulation().is_none() => {
+                outlet.config.keep(&ObjectConfig::from(object))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// An object is gone; everyone present has heard it.
+    pub fn forget_object(&mut self, id: &ObjectId) {
+        self.objects.remove(id);
+        self.links.forget(id);
+    }
+
+    /// Tells everyone what is in force of an object; that there is none, where there is none.
+    ///
+    /// # Errors
+    /// When the network session has ended.
+    pub fn announce_object(&self, id: &ObjectId) -> Result<(), BusError> {
+        if let Some(outlet) = self.objects.get(id) {
+            return outlet.config.put_again();
+        }
+        let none = ObjectConfig {
+            id: id.clone(),
+            tags: Vec::new(),
+        };
+        self.config_outlet(id)?.put(&none)
     }
 
     /// Publishes an estimate at `now_ns`.
@@ -70,12 +129,12 @@ impl Outlet {
     /// # Errors
     /// When the network session has ended.
     pub fn pose(&mut self, estimate: &ObjectEstimate, now_ns: u64) -> Result<(), BusError> {
-        let Some(outlet) = self.poses.get_mut(&estimate.object) else {
+        let Some(outlet) = self.objects.get_mut(&estimate.object) else {
             return Ok(());
         };
         outlet.sequence += 1;
         let message = ObjectPose::from_estimate(estimate, outlet.sequence, now_ns);
-        outlet.publisher.put(&message)?;
+        outlet.poses.put(&message)?;
         self.links.publish(estimate, &message)
     }
 
@@ -85,5 +144,27 @@ impl Outlet {
     /// When the network session has ended.
     pub fn status(&self, status: &FusionStatus) -> Result<(), BusError> {
         self.status.put(status)
+    }
+
+    /// Publishes what is known of the clocks.
+    ///
+    /// # Errors
+    /// When the network session has ended.
+    pub fn clocks(&self, report: &ClockReport) -> Result<(), BusError> {
+        self.clocks.put(report)
+    }
+
+    /// Answers whoever published a change.
+    ///
+    /// # Errors
+    /// When the network session has ended.
+    pub fn answer(&self, answer: &ConfigAnswer) -> Result<(), BusError> {
+        self.answers.put(answer)
+    }
+
+    fn config_outlet(&self, id: &ObjectId) -> Result<Latest<ObjectConfig>, BusError> {
+        let key = self.keys.config_object(id);
+        let outlet = self.bus.latest_publisher(&key, Qos::Config)?;
+        Ok(outlet.signed(&self.signature))
     }
 }

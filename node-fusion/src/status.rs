@@ -1,6 +1,8 @@
-//! What a fusion node says about itself once a second: what came in, what was dropped and why, how the objects fare.
+//! What a fusion node says about itself once a second: what came in, what was dropped and why, how the objects fare, what
+//! is wrong with the site and which changes of it were refused.
 
 use crate::intake::Intake;
+use crate::refusals::Refusals;
 use sextant_estimator::{Fault, Fusion, ObjectEstimate, ObjectId, ObjectModel, State, Statistics};
 use sextant_proto::{CameraIntake, FusionStatus, NodeId, ObjectHealth, limits};
 use std::collections::BTreeMap;
@@ -12,6 +14,8 @@ pub struct StatusBook {
     started_ns: u64,
     last_ns: u64,
     objects: BTreeMap<ObjectId, ObjectCount>,
+    /// Changes that were refused of late.
+    pub refusals: Refusals,
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -24,20 +28,25 @@ impl StatusBook {
     /// A book that begins at `now_ns`; every object is lost until it is seen.
     #[must_use]
     pub fn new(node: NodeId, objects: &[ObjectModel], now_ns: u64) -> Self {
-        let unseen = ObjectCount {
-            state: State::Lost,
-            poses: 0,
-        };
-        let objects = objects
-            .iter()
-            .map(|object| (object.id().clone(), unseen))
-            .collect();
-        Self {
+        let mut book = Self {
             node,
             started_ns: now_ns,
             last_ns: now_ns,
-            objects,
-        }
+            objects: BTreeMap::new(),
+            refusals: Refusals::default(),
+        };
+        book.take_objects(objects);
+        book
+    }
+
+    /// The site has other objects now; those that stay keep their state.
+    pub fn take_objects(&mut self, objects: &[ObjectModel]) {
+        let before = std::mem::take(&mut self.objects);
+        let counts = |object: &ObjectModel| {
+            let known = before.get(object.id()).copied();
+            (object.id().clone(), known.unwrap_or(ObjectCount::UNSEEN))
+        };
+        self.objects = objects.iter().map(counts).collect();
     }
 
     /// Counts a pose that was published.
@@ -68,12 +77,17 @@ impl StatusBook {
                 .iter_mut()
                 .map(|(id, object)| object.health(id, elapsed_s))
                 .collect(),
-            faults: sentences(machine.faults()),
+            faults: sentences(&machine.faults(), self.refusals.sentences(now_ns)),
         }
     }
 }
 
 impl ObjectCount {
+    const UNSEEN: Self = Self {
+        state: State::Lost,
+        poses: 0,
+    };
+
     fn health(&mut self, id: &ObjectId, elapsed_s: f64) -> ObjectHealth {
         let poses = std::mem::take(&mut self.poses);
         let rate_hz = if elapsed_s > 0.0 {
@@ -89,15 +103,21 @@ impl ObjectCount {
     }
 }
 
-/// What is wrong with the site, in as many sentences as a status may have; the last one counts those left out.
-fn sentences(faults: Vec<Fault>) -> Vec<String> {
-    let left_out = faults.len().saturating_sub(limits::MAX_SENTENCES);
-    let shown = faults.len().min(limits::MAX_SENTENCES) - usize::from(left_out > 0);
+/// What is wrong with the site and what was refused, in as many sentences as a status may have; the last one counts the
+/// faults left out.
+fn sentences(faults: &[Fault], refusals: Vec<String>) -> Vec<String> {
+    let room = limits::MAX_SENTENCES.saturating_sub(refusals.len());
+    let left_out = faults.len().saturating_sub(room);
+    let shown = faults.len().min(room) - usize::from(left_out > 0 && room > 0);
     let mut sentences: Vec<String> = faults[..shown].iter().map(Fault::to_string).collect();
     if left_out > 0 {
-        sentences.push(format!("and {} faults more", left_out + 1));
+        sentences.push(format!("and {} faults more", faults.len() - shown));
     }
+    sentences.extend(refusals);
     sentences
+        .iter()
+        .map(|sentence| limits::clipped(sentence, limits::MAX_SENTENCE_BYTES))
+        .collect()
 }
 
 /// What the estimator counted of a camera joins what the intake counted.
@@ -125,13 +145,14 @@ mod tests {
 
     #[test]
     fn every_fault_is_told_or_counted() {
-        assert!(sentences(Vec::new()).is_empty());
-        assert_eq!(
-            sentences(moved(limits::MAX_SENTENCES)).len(),
-            limits::MAX_SENTENCES
-        );
-        let many = sentences(moved(limits::MAX_SENTENCES + 3));
-        assert_eq!(many.len(), limits::MAX_SENTENCES);
+        const MOST: usize = limits::MAX_SENTENCES;
+        assert!(sentences(&[], vec![]).is_empty());
+        assert_eq!(sentences(&moved(MOST), vec![]).len(), MOST);
+        let many = sentences(&moved(MOST + 3), vec![]);
+        assert_eq!(many.len(), MOST);
         assert_eq!(many.last().map(String::as_str), Some("and 4 faults more"));
+        let both = sentences(&moved(MOST), vec!["refused".to_owned()]);
+        assert_eq!(both.len(), MOST);
+        assert_eq!(both[MOST - 2..], ["and 2 faults more", "refused"]);
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::outbox::Outbox;
 use axum::extract::ws;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 /// One WebSocket frame, shared by all clients without a copy.
@@ -22,6 +22,7 @@ pub(crate) enum Slot {
     Alive(String, String),
     CameraStatus(String),
     FusionStatus(String),
+    Clocks(String),
     BridgeStatus,
     Pose(String),
     Joints(String),
@@ -64,6 +65,37 @@ impl Hub {
             client.put(slot, frame.clone());
         }
         Ok(())
+    }
+
+    /// The ids under which clients know an object and its links: its own, and those that go on with a dot.
+    pub(crate) fn parts_of(&self, object: &str) -> Vec<String> {
+        let state = self.lock();
+        let ids = state.newest.keys().filter_map(|slot| match slot {
+            Slot::Object(id) | Slot::Pose(id) => Some(id),
+            _ => None,
+        });
+        let is_link = |id: &&String| {
+            let rest = id.strip_prefix(object);
+            rest.is_some_and(|rest| rest.starts_with('.'))
+        };
+        let links: BTreeSet<String> = ids.filter(is_link).cloned().collect();
+        std::iter::once(object.to_owned()).chain(links).collect()
+    }
+
+    /// An object is gone: later clients don't hear of it, the present ones get this frame last.
+    pub(crate) fn forget_object(&self, id: &str, farewell: &Frame) {
+        let slots =
+            [Slot::Object, Slot::Pose, Slot::Joints, Slot::Truth].map(|slot| slot(id.to_owned()));
+        let mut state = self.lock();
+        for slot in &slots {
+            state.newest.remove(slot);
+            for client in &state.clients {
+                client.withdraw(slot);
+            }
+        }
+        for client in &state.clients {
+            client.put(&slots[0], farewell.clone());
+        }
     }
 
     /// A new client's outbox, filled with the newest of everything; none when there are too many clients.
@@ -140,6 +172,31 @@ mod tests {
         assert_eq!(outbox.take(), Some(text("rig")));
         assert_eq!(outbox.take(), Some(text("pose 2")));
         assert_eq!(outbox.take(), None);
+    }
+
+    #[test]
+    fn nobody_hears_of_an_object_after_its_farewell() {
+        let hub = Hub::default();
+        let present = hub.join().unwrap();
+        let id = || "cube".to_owned();
+        hub.publish(&Slot::Object(id()), text("object")).unwrap();
+        hub.publish(&Slot::Pose(id()), text("pose")).unwrap();
+        hub.publish(&Slot::Pose("box".to_owned()), text("other"))
+            .unwrap();
+        hub.forget_object("cube", &text("gone"));
+        let late = hub.join().unwrap();
+        assert_eq!([late.take(), late.take()], [Some(text("other")), None]);
+        let heard: Vec<_> = std::iter::from_fn(|| present.take()).collect();
+        assert!(heard.contains(&text("gone")) && !heard.contains(&text("pose")));
+    }
+
+    #[test]
+    fn the_links_of_an_object_are_its_parts() {
+        let hub = Hub::default();
+        for id in ["arm.upper", "arm.lower", "arms", "armory.x"] {
+            hub.publish(&Slot::Pose(id.to_owned()), text(id)).unwrap();
+        }
+        assert_eq!(hub.parts_of("arm"), ["arm", "arm.lower", "arm.upper"]);
     }
 
     #[test]

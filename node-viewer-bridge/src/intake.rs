@@ -2,27 +2,37 @@
 
 use crate::bridge::Shared;
 use crate::hub::{Frame, Slot};
+use crate::inventory::Inventory;
 use crate::link_frames::Part;
 use crate::message::Message;
 use crate::rejections::Rejection;
 use crate::{link_frames, translate};
+use sextant_estimator::ObjectId;
 use sextant_proto::{
-    ArticulatedConfig, CameraStatus, FusionStatus, ObjectConfig, ObjectLinks, ObjectPose,
-    ObjectTruth, Observations, Preview, RigConfig, decode,
+    ArticulatedConfig, CameraStatus, ClockReport, FusionStatus, ObjectConfig, ObjectLinks,
+    ObjectPose, ObjectTruth, Observations, Preview, RigConfig, decode,
 };
 use sextant_proto::{DecodeError, KeyRef, Keys, NodeKind};
 use sextant_zenoh_bus::{Item, Payload, Presence};
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
+
+/// Signature of what fusion nodes announce (proto/CONTRACT.md).
+const ANNOUNCED: &str = "fusion/";
 
 /// Takes what arrives; counts what it cannot show.
 pub(crate) struct Intake {
     keys: Keys,
     shared: Arc<Shared>,
+    inventory: Mutex<Inventory>,
 }
 
 impl Intake {
     pub(crate) fn new(keys: Keys, shared: Arc<Shared>) -> Self {
-        Self { keys, shared }
+        Self {
+            keys,
+            shared,
+            inventory: Mutex::default(),
+        }
     }
 
     /// A message of the network. Keys below the site that mean nothing to us belong to others and are passed over.
@@ -30,7 +40,7 @@ impl Intake {
         let Some(key) = self.keys.parse(&item.key) else {
             return;
         };
-        if let Err(why) = self.try_take(&key, &item.payload) {
+        if let Err(why) = self.try_take(&key, item) {
             tracing::debug!(key = item.key, ?why, "payload not shown");
             self.shared.count(&why);
         }
@@ -56,8 +66,8 @@ impl Intake {
         up.then_some(kind)
     }
 
-    fn try_take(&self, key: &KeyRef, payload: &Payload) -> Result<(), Rejection> {
-        let bytes = match payload {
+    fn try_take(&self, key: &KeyRef, item: &Item) -> Result<(), Rejection> {
+        let bytes = match &item.payload {
             Payload::Bytes(bytes) => bytes,
             Payload::TooLong(length) => {
                 return Err(Rejection::Undecodable(DecodeError::TooLong(*length)));
@@ -90,7 +100,18 @@ impl Intake {
             KeyRef::FusionStatus(node) => {
                 let message: FusionStatus = read(bytes, node, |m: &FusionStatus| &m.node)?;
                 let slot = Slot::FusionStatus(node.to_string());
-                self.show(slot, &Message::FusionStatus(&message))
+                self.show(slot, &Message::FusionStatus(&message))?;
+                let mut inventory = self
+                    .inventory
+                    .lock()
+                    .unwrap_or_else(PoisonError::into_inner);
+                let gone = inventory.take(&message);
+                gone.iter().for_each(|object| self.forget(object));
+                Ok(())
+            }
+            KeyRef::Clocks(node) => {
+                let message: ClockReport = read(bytes, node, |m: &ClockReport| &m.node)?;
+                self.show(Slot::Clocks(node.to_string()), &Message::Clocks(&message))
             }
             KeyRef::ConfigRig => {
                 let message: RigConfig = decode(bytes).map_err(Rejection::Undecodable)?;
@@ -98,6 +119,15 @@ impl Intake {
             }
             KeyRef::ConfigObject(object) => {
                 let message: ObjectConfig = read(bytes, object, |m: &ObjectConfig| &m.id)?;
+                if message.tags.is_empty() {
+                    // A fusion node says that there is none. Where somebody else asks for its removal, the fusion nodes'
+                    // statuses say whether it is gone.
+                    let sender = item.sender.as_deref().unwrap_or_default();
+                    if sender.starts_with(ANNOUNCED) {
+                        self.forget(object);
+                    }
+                    return Ok(());
+                }
                 let slot = Slot::Object(object.to_string());
                 self.show(slot, &translate::object(&message))
             }
@@ -114,6 +144,8 @@ impl Intake {
             }
             // Liveliness has its own way in; a payload there is somebody's mistake, without effect.
             KeyRef::Alive(..) => Ok(()),
+            // Between those who change the site and the fusion node.
+            KeyRef::ConfigAnswer(_) => Ok(()),
         }
     }
 
@@ -138,6 +170,14 @@ impl Intake {
             let pose = Message::Pose(link_frames::pose(&id, links, link));
             self.show(Slot::Pose(id.clone()), &pose)
         })
+    }
+
+    /// The object and its links.
+    fn forget(&self, object: &ObjectId) {
+        for id in self.shared.hub.parts_of(object.as_str()) {
+            let farewell = frame_of(&Message::ObjectGone { id: &id });
+            self.shared.hub.forget_object(&id, &farewell);
+        }
     }
 
     fn show(&self, slot: Slot, message: &Message<'_>) -> Result<(), Rejection> {
@@ -196,6 +236,7 @@ mod tests {
             intake.take(&Item {
                 key: format!("sextant/v1/demo/{key}"),
                 payload: payload.clone(),
+                sender: None,
             });
         }
         let texts = shared.hub.newest_texts();
@@ -213,6 +254,50 @@ mod tests {
             (&json["type"], &json["error_mm"]),
             (&"truth".into(), &1.0.into())
         );
+    }
+
+    #[test]
+    fn an_object_is_gone_when_its_fusion_node_lacks_it() {
+        let status = |objects: &[&str]| {
+            let status = crate::inventory::samples::status("f", objects);
+            Payload::Bytes(encode(&status).unwrap())
+        };
+        let key = "fusion/f/status";
+        let truth = (
+            "object/cube/truth",
+            Payload::Bytes(encode(&truth()).unwrap()),
+        );
+        assert_eq!(after(&[(key, status(&["cube"])), truth.clone()]).0.len(), 2);
+        let (texts, _) = after(&[(key, status(&["cube"])), truth, (key, status(&[]))]);
+        assert_eq!(texts.len(), 1);
+        assert!(texts[0].contains("fusion_status"));
+    }
+
+    #[test]
+    fn an_object_that_its_fusion_node_denies_is_gone() {
+        let shared = Arc::new(Shared::for_tests());
+        let intake = Intake::new(Keys::new("demo").unwrap(), Arc::clone(&shared));
+        let tag = sextant_proto::ObjectTagConfig {
+            family: sextant_tag_families::Family::Tag36h11,
+            id: 3,
+            size_m: 0.04,
+            object_from_tag: None,
+        };
+        let heard_after = |n_tags, sender: Option<&str>| {
+            let config = ObjectConfig {
+                id: ObjectId::new("cube").unwrap(),
+                tags: vec![tag.clone(); n_tags],
+            };
+            intake.take(&Item {
+                key: "sextant/v1/demo/config/object/cube".to_owned(),
+                payload: Payload::Bytes(encode(&config).unwrap()),
+                sender: sender.map(str::to_owned),
+            });
+            shared.hub.newest_texts().len()
+        };
+        assert_eq!(heard_after(1, None), 1);
+        assert_eq!(heard_after(0, Some("somebody")), 1);
+        assert_eq!(heard_after(0, Some("fusion/main")), 0);
     }
 
     #[test]

@@ -12,6 +12,7 @@ mod config;
 mod guard;
 mod hub;
 mod intake;
+mod inventory;
 mod link_frames;
 mod message;
 mod network;

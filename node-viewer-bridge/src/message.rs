@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 use sextant_estimator::{CameraId, JointId, ObjectId, State};
-use sextant_proto::{CameraStatus, FusionStatus, NodeId, PoseConfig, SiteId};
+use sextant_proto::{CameraStatus, ClockReport, FusionStatus, NodeId, PoseConfig, SiteId};
 use sextant_tag_families::Family;
 
 use crate::rejections::Rejections;
@@ -26,6 +26,10 @@ pub(crate) enum Message<'a> {
     Object {
         id: &'a str,
         tags: Vec<ObjectTag>,
+    },
+    /// There is no such object any more.
+    ObjectGone {
+        id: &'a str,
     },
     Pose(Pose<'a>),
     Joints {
@@ -51,6 +55,7 @@ pub(crate) enum Message<'a> {
     },
     CameraStatus(&'a CameraStatus),
     FusionStatus(&'a FusionStatus),
+    Clocks(&'a ClockReport),
     Alive {
         kind: &'a str,
         id: &'a NodeId,

@@ -32,6 +32,14 @@ impl Outbox {
         self.arrival.notify_one();
     }
 
+    /// Takes an unsent frame of a slot back.
+    pub(crate) fn withdraw(&self, slot: &Slot) {
+        let mut waiting = self.lock();
+        if waiting.frames.remove(slot).is_some() {
+            waiting.order.retain(|other| other != slot);
+        }
+    }
+
     /// Takes the frame whose slot has been due for longest.
     pub(crate) fn take(&self) -> Option<Frame> {
         let mut waiting = self.lock();

@@ -8,7 +8,8 @@
 use serde_json::Value;
 use sextant_estimator::{CameraId, ObjectId, State};
 use sextant_process::Shutdown;
-use sextant_proto::{Keys, ObjectConfig, ObjectPose, Preview, encode};
+use sextant_proto::{Keys, ObjectConfig, ObjectPose, ObjectTagConfig, Preview, encode};
+use sextant_tag_families::Family;
 use sextant_zenoh_bus::{Bus, BusOptions, Qos, RawLatest};
 use std::io::{Read, Write};
 use std::net::{SocketAddr, TcpListener, TcpStream};
@@ -38,7 +39,12 @@ impl Site {
             .unwrap();
         let model = ObjectConfig {
             id: cube(),
-            tags: vec![],
+            tags: vec![ObjectTagConfig {
+                family: Family::Tag36h11,
+                id: 3,
+                size_m: 0.04,
+                object_from_tag: None,
+            }],
         };
         object.put(&encode(&model).unwrap()).unwrap();
         let address = free_address();

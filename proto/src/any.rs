@@ -4,7 +4,9 @@ use crate::envelope::{DecodeError, Kind, decode, open};
 use crate::limits::MAX_PAYLOAD_BYTES;
 use crate::messages::articulated_config::ArticulatedConfig;
 use crate::messages::camera_status::CameraStatus;
+use crate::messages::clock_report::ClockReport;
 use crate::messages::config::{ObjectConfig, RigConfig};
+use crate::messages::config_answer::ConfigAnswer;
 use crate::messages::fusion_status::FusionStatus;
 use crate::messages::object_links::ObjectLinks;
 use crate::messages::object_pose::{ObjectPose, ObjectTruth};
@@ -27,6 +29,8 @@ pub enum AnyMessage {
     ObjectConfig(ObjectConfig),
     ObjectLinks(ObjectLinks),
     ArticulatedConfig(ArticulatedConfig),
+    ClockReport(ClockReport),
+    ConfigAnswer(ConfigAnswer),
 }
 
 impl AnyMessage {
@@ -50,6 +54,8 @@ impl AnyMessage {
             Kind::ObjectConfig => Self::ObjectConfig(decode(payload)?),
             Kind::ObjectLinks => Self::ObjectLinks(decode(payload)?),
             Kind::ArticulatedConfig => Self::ArticulatedConfig(decode(payload)?),
+            Kind::ClockReport => Self::ClockReport(decode(payload)?),
+            Kind::ConfigAnswer => Self::ConfigAnswer(decode(payload)?),
         })
     }
 
@@ -67,6 +73,8 @@ impl AnyMessage {
             Self::ObjectConfig(_) => Kind::ObjectConfig,
             Self::ObjectLinks(_) => Kind::ObjectLinks,
             Self::ArticulatedConfig(_) => Kind::ArticulatedConfig,
+            Self::ClockReport(_) => Kind::ClockReport,
+            Self::ConfigAnswer(_) => Kind::ConfigAnswer,
         }
     }
 }

@@ -36,11 +36,15 @@ pub enum Kind {
     ObjectLinks = 9,
     /// [`crate::ArticulatedConfig`]
     ArticulatedConfig = 10,
+    /// [`crate::ClockReport`]
+    ClockReport = 16,
+    /// [`crate::ConfigAnswer`]
+    ConfigAnswer = 17,
 }
 
 impl Kind {
     /// Every kind, by number.
-    pub const ALL: [Self; 10] = [
+    pub const ALL: [Self; 12] = [
         Self::Observations,
         Self::Preview,
         Self::CameraStatus,
@@ -51,6 +55,8 @@ impl Kind {
         Self::ObjectConfig,
         Self::ObjectLinks,
         Self::ArticulatedConfig,
+        Self::ClockReport,
+        Self::ConfigAnswer,
     ];
 
     /// Longest payload of this kind, header included.
@@ -60,8 +66,9 @@ impl Kind {
             Self::Observations => 64 * 1024,
             Self::Preview => 100 * 1024,
             Self::CameraStatus => 8 * 1024,
-            Self::ObjectPose | Self::ObjectTruth => 1024,
+            Self::ObjectPose | Self::ObjectTruth | Self::ConfigAnswer => 1024,
             Self::ObjectLinks => 16 * 1024,
+            Self::ClockReport => 32 * 1024,
             Self::FusionStatus | Self::RigConfig | Self::ObjectConfig | Self::ArticulatedConfig => {
                 MAX_PAYLOAD_BYTES
             }

@@ -47,6 +47,8 @@ pub enum KeyRef {
     Pose(ObjectId),
     Truth(ObjectId),
     FusionStatus(NodeId),
+    Clocks(NodeId),
+    ConfigAnswer(NodeId),
     ConfigRig,
     ConfigObject(ObjectId),
     ConfigArticulated(ObjectId),
@@ -65,6 +67,8 @@ impl KeyRef {
             Self::Pose(_) => Kind::ObjectPose,
             Self::Truth(_) => Kind::ObjectTruth,
             Self::FusionStatus(_) => Kind::FusionStatus,
+            Self::Clocks(_) => Kind::ClockReport,
+            Self::ConfigAnswer(_) => Kind::ConfigAnswer,
             Self::ConfigRig => Kind::RigConfig,
             Self::ConfigObject(_) => Kind::ObjectConfig,
             Self::ConfigArticulated(_) => Kind::ArticulatedConfig,
@@ -130,6 +134,18 @@ impl Keys {
     #[must_use]
     pub fn fusion_status(&self, node: &NodeId) -> String {
         self.under(format_args!("fusion/{node}/status"))
+    }
+
+    /// [`crate::ClockReport`] of a node.
+    #[must_use]
+    pub fn clocks(&self, node: &NodeId) -> String {
+        self.under(format_args!("fusion/{node}/clocks"))
+    }
+
+    /// [`crate::ConfigAnswer`]s of a node.
+    #[must_use]
+    pub fn config_answer(&self, node: &NodeId) -> String {
+        self.under(format_args!("fusion/{node}/answer"))
     }
 
     /// [`crate::RigConfig`].
@@ -204,6 +220,18 @@ impl Keys {
         self.under(format_args!("fusion/*/status"))
     }
 
+    /// Clocks as every fusion node sees them.
+    #[must_use]
+    pub fn all_clocks(&self) -> String {
+        self.under(format_args!("fusion/*/clocks"))
+    }
+
+    /// Answers of every fusion node to changes.
+    #[must_use]
+    pub fn all_config_answers(&self) -> String {
+        self.under(format_args!("fusion/*/answer"))
+    }
+
     /// The rig and every object.
     #[must_use]
     pub fn all_config(&self) -> String {
@@ -241,6 +269,8 @@ impl Keys {
             ["object", id, "links"] => KeyRef::Links(ObjectId::new(id).ok()?),
             ["object", id, "truth"] => KeyRef::Truth(ObjectId::new(id).ok()?),
             ["fusion", id, "status"] => KeyRef::FusionStatus(NodeId::new(id).ok()?),
+            ["fusion", id, "clocks"] => KeyRef::Clocks(NodeId::new(id).ok()?),
+            ["fusion", id, "answer"] => KeyRef::ConfigAnswer(NodeId::new(id).ok()?),
             ["config", "rig"] => KeyRef::ConfigRig,
             ["config", "object", id] => KeyRef::ConfigObject(ObjectId::new(id).ok()?),
             ["config", "articulated", id] => KeyRef::ConfigArticulated(ObjectId::new(id).ok()?),
@@ -280,6 +310,8 @@ mod tests {
             (keys.pose(&object), "object/cube/pose"),
             (keys.truth(&object), "object/cube/truth"),
             (keys.fusion_status(&node), "fusion/main/status"),
+            (keys.clocks(&node), "fusion/main/clocks"),
+            (keys.config_answer(&node), "fusion/main/answer"),
             (keys.config_rig(), "config/rig"),
             (keys.config_object(&object), "config/object/cube"),
             (keys.config_articulated(&object), "config/articulated/cube"),
@@ -311,6 +343,11 @@ mod tests {
             (
                 keys.fusion_status(&node),
                 KeyRef::FusionStatus(node.clone()),
+            ),
+            (keys.clocks(&node), KeyRef::Clocks(node.clone())),
+            (
+                keys.config_answer(&node),
+                KeyRef::ConfigAnswer(node.clone()),
             ),
             (keys.config_rig(), KeyRef::ConfigRig),
             (

@@ -38,9 +38,11 @@ pub use ids::{IdError, NodeId, SiteId};
 pub use keys::{KeyRef, Keys, NodeKind};
 pub use messages::articulated_config::{ArticulatedConfig, JointConfig, LinkTagConfig};
 pub use messages::camera_status::{CameraStatus, ClockQuality, ClockSource};
+pub use messages::clock_report::{CameraClock, ClockReport};
 pub use messages::config::{
     CameraConfig, LensConfig, ObjectConfig, ObjectTagConfig, PoseConfig, RigConfig,
 };
+pub use messages::config_answer::{ConfigAnswer, Outcome, fingerprint};
 pub use messages::fusion_status::{CameraIntake, FusionStatus, ObjectHealth, Rejections};
 pub use messages::object_links::{JointState, LinkPose, ObjectLinks};
 pub use messages::object_pose::{ObjectPose, ObjectTruth};

@@ -2,7 +2,9 @@
 
 pub(crate) mod articulated_config;
 pub(crate) mod camera_status;
+pub(crate) mod clock_report;
 pub(crate) mod config;
+pub(crate) mod config_answer;
 pub(crate) mod fusion_status;
 pub(crate) mod object_links;
 pub(crate) mod object_pose;

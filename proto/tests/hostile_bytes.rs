@@ -92,6 +92,8 @@ fn sample_payloads() -> Vec<Vec<u8>> {
         encode(&samples::object_pose()).unwrap(),
         encode(&samples::object_truth()).unwrap(),
         encode(&samples::fusion_status()).unwrap(),
+        encode(&samples::clock_report()).unwrap(),
+        encode(&samples::config_answer()).unwrap(),
         encode(&samples::rig_config()).unwrap(),
         encode(&samples::object_config()).unwrap(),
         encode(&samples::object_links()).unwrap(),

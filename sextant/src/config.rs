@@ -1,132 +1,135 @@
-//! `sextant config`: documented files to begin with.
+//! `sextant config`: documented files to begin with, and the rig and the objects of a running site.
 
-use crate::output::{Format, print_line};
-use clap::{Args, ValueEnum};
-use serde_json::json;
+mod answers;
+mod change;
+mod get;
+mod print;
 
-/// Which file.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, ValueEnum)]
-pub enum ConfigKind {
-    /// The cameras of a site.
-    Rig,
-    /// An object and its tags.
-    Object,
-    /// A camera node.
-    Camera,
-    /// A fusion node.
-    Fusion,
-    /// A viewer bridge.
-    Viewer,
-}
-
-impl ConfigKind {
-    /// Its word on the command line.
-    pub fn word(self) -> &'static str {
-        match self {
-            Self::Rig => "rig",
-            Self::Object => "object",
-            Self::Camera => "camera",
-            Self::Fusion => "fusion",
-            Self::Viewer => "viewer",
-        }
-    }
-
-    /// A file of the kind, with every key, its default and what it means.
-    pub fn example(self) -> &'static str {
-        match self {
-            Self::Rig => include_str!("config/rig.toml"),
-            Self::Object => include_str!("config/object.toml"),
-            Self::Camera => include_str!("config/camera.toml"),
-            Self::Fusion => include_str!("config/fusion.toml"),
-            Self::Viewer => include_str!("config/viewer.toml"),
-        }
-    }
-}
+use crate::output::Format;
+use crate::site::SiteArguments;
+use clap::{Args, Subcommand};
+pub use print::ConfigKind;
+use sextant_estimator::ObjectId;
+use std::path::PathBuf;
 
 /// What a person may choose of `config`.
 #[derive(Args, Debug)]
 #[command(after_help = "For example: sextant config camera > camera.toml
-With --json, one line: {\"kind\",\"toml\"}.")]
+             sextant config get object cube > cube.toml; edit it; sextant config set object cube.toml
+With --json, one line each: a file {\"kind\",\"toml\"}, an answer {\"node\",\"key\",\"outcome\",\"words\"} with outcome
+taken (until the fusion node ends), kept (also in its files), same (nothing changed) or refused (exit code 1).")]
 pub struct ConfigArguments {
-    /// Which file.
-    kind: ConfigKind,
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand, Debug)]
+enum Command {
+    /// Print a documented rig file: the cameras of a site.
+    Rig,
+    /// Print a documented object file: an object and its tags.
+    Object,
+    /// Print a documented file of a camera node.
+    Camera,
+    /// Print a documented file of a fusion node.
+    Fusion,
+    /// Print a documented file of a viewer bridge.
+    Viewer,
+    /// Print what a running site works from, as a file.
+    Get(GetArguments),
+    /// Change the rig or an object of a running site: taken whole or refused whole.
+    Set(SetArguments),
+    /// Take an object from a running site.
+    Remove(RemoveArguments),
+}
+
+/// What to get.
+#[derive(Args, Debug)]
+pub struct GetArguments {
+    #[command(subcommand)]
+    what: Wanted,
+}
+
+#[derive(Subcommand, Debug)]
+enum Wanted {
+    /// The cameras.
+    Rig {
+        #[command(flatten)]
+        site: SiteArguments,
+    },
+    /// An object.
+    Object {
+        /// Its name.
+        id: ObjectId,
+        #[command(flatten)]
+        site: SiteArguments,
+    },
+}
+
+/// What to set.
+#[derive(Args, Debug)]
+pub struct SetArguments {
+    #[command(subcommand)]
+    what: Given,
+}
+
+#[derive(Subcommand, Debug)]
+enum Given {
+    /// The cameras of a rig file take the place of those in force.
+    Rig {
+        /// The rig file.
+        file: PathBuf,
+        #[command(flatten)]
+        site: SiteArguments,
+    },
+    /// The object of an object file comes, or takes the place of the one of its name.
+    Object {
+        /// The object file.
+        file: PathBuf,
+        #[command(flatten)]
+        site: SiteArguments,
+    },
+}
+
+/// What to remove.
+#[derive(Args, Debug)]
+pub struct RemoveArguments {
+    #[command(subcommand)]
+    what: Unwanted,
+}
+
+#[derive(Subcommand, Debug)]
+enum Unwanted {
+    /// An object.
+    Object {
+        /// Its name.
+        id: ObjectId,
+        #[command(flatten)]
+        site: SiteArguments,
+    },
 }
 
 /// Runs `sextant config`.
 ///
 /// # Errors
-/// A standard output that takes nothing.
+/// No router or no fusion node, a wrong file, a refused change.
 pub fn run(arguments: &ConfigArguments, format: Format) -> anyhow::Result<()> {
-    let text = arguments.kind.example();
-    match format {
-        Format::Text => print_line(text.trim_end())?,
-        Format::Json => {
-            let kind = arguments.kind.word();
-            print_line(&json!({"kind": kind, "toml": text}).to_string())?;
-        }
-    }
-    Ok(())
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use node_camera::{CameraNodeConfig, DetectionConfig, PreviewConfig};
-    use node_fusion::FusionConfig;
-    use node_viewer_bridge::ViewerConfig;
-    use serde::de::DeserializeOwned;
-    use sextant_iceoryx_images::IceoryxOptions;
-    use sextant_site_files::{parse_object, parse_rig, parse_toml};
-    use sextant_zenoh_bus::{BusOptions, Mode};
-    use std::path::Path;
-
-    fn read<T: DeserializeOwned>(kind: ConfigKind) -> T {
-        parse_toml(Path::new("example"), kind.example(), |_| Ok(())).unwrap()
-    }
-
-    /// The network of an example states every default in words.
-    fn is_default(network: &BusOptions, mode: Mode) {
-        let expected = BusOptions {
-            mode,
-            connect: network.connect.clone(),
-            listen: network.listen.clone(),
-            ..BusOptions::default()
-        };
-        assert_eq!(*network, expected);
-    }
-
-    #[test]
-    fn models_are_sound() {
-        let rig = parse_rig(Path::new("rig.toml"), ConfigKind::Rig.example()).unwrap();
-        assert_eq!(rig.cameras().len(), 2);
-        let object = parse_object(Path::new("object.toml"), ConfigKind::Object.example()).unwrap();
-        assert_eq!(object.tags().len(), 2);
-    }
-
-    #[test]
-    fn nodes_state_their_defaults() {
-        let camera: CameraNodeConfig = read(ConfigKind::Camera);
-        assert_eq!(camera.detection, DetectionConfig::default());
-        assert_eq!(camera.preview, PreviewConfig::default());
-        assert_eq!(camera.shared_memory, IceoryxOptions::default());
-        is_default(&camera.network, Mode::Client);
-        assert_eq!(
-            camera.network.connect_endpoints(),
-            BusOptions::default().connect_endpoints()
-        );
-
-        let minimal = "site = \"demo\"\nrig = \"rig.toml\"\nobjects = [\"object.toml\"]\n";
-        let default: FusionConfig = parse_toml(Path::new("f"), minimal, |_| Ok(())).unwrap();
-        let fusion: FusionConfig = read(ConfigKind::Fusion);
-        assert_eq!(fusion.node, default.node);
-        assert_eq!(fusion.network.listen, default.network.listen);
-        is_default(&fusion.network, default.network.mode);
-
-        let default: ViewerConfig =
-            parse_toml(Path::new("v"), "site = \"demo\"", |_| Ok(())).unwrap();
-        let viewer: ViewerConfig = read(ConfigKind::Viewer);
-        assert_eq!((viewer.node, viewer.listen), (default.node, default.listen));
-        assert_eq!(viewer.host_names, default.host_names);
-        is_default(&viewer.network, Mode::Client);
+    match &arguments.command {
+        Command::Rig => print::run(ConfigKind::Rig, format),
+        Command::Object => print::run(ConfigKind::Object, format),
+        Command::Camera => print::run(ConfigKind::Camera, format),
+        Command::Fusion => print::run(ConfigKind::Fusion, format),
+        Command::Viewer => print::run(ConfigKind::Viewer, format),
+        Command::Get(GetArguments { what }) => match what {
+            Wanted::Rig { site } => get::rig(site, format),
+            Wanted::Object { id, site } => get::object(id, site, format),
+        },
+        Command::Set(SetArguments { what }) => match what {
+            Given::Rig { file, site } => change::set_rig(file, site, format),
+            Given::Object { file, site } => change::set_object(file, site, format),
+        },
+        Command::Remove(RemoveArguments { what }) => match what {
+            Unwanted::Object { id, site } => change::remove_object(id, site, format),
+        },
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::message_text::{ForPrograms, text_of};
 use crate::output::{Format, print_line};
-use crate::site::SiteArguments;
+use crate::site::{RouterWatch, SiteArguments};
 use crate::words;
 use clap::Args;
 use serde::Serialize;
@@ -70,14 +70,19 @@ pub fn run(arguments: &EchoArguments, format: Format) -> anyhow::Result<()> {
     for item in &kept {
         more = show(item)?;
     }
-    let mut hint_due = kept.is_empty().then(|| Instant::now() + SILENCE);
+    let (mut router, mut heard) = (RouterWatch::default(), !kept.is_empty());
+    let mut hint_due = Some(Instant::now() + SILENCE);
     while more && !site.shutdown.is_requested() {
         if let Some(item) = messages.recv_timeout(GLANCE) {
-            hint_due = None;
+            (heard, hint_due) = (true, Some(Instant::now() + SILENCE));
             more = show(&item)?;
         }
+        router.say(&site.bus);
         if hint_due.is_some_and(|due| Instant::now() >= due) {
-            eprintln!("nothing on {expression} so far; `sextant list` says what is there");
+            if site.bus.is_connected() {
+                let silence = if heard { "for 3 s" } else { "so far" };
+                eprintln!("nothing on {expression} {silence}; `sextant list` says what is there");
+            }
             hint_due = None;
         }
     }

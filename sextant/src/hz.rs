@@ -2,7 +2,7 @@
 
 use crate::message_text::capture_ns;
 use crate::output::{Format, print_line};
-use crate::site::SiteArguments;
+use crate::site::{RouterWatch, SiteArguments};
 use crate::words;
 use clap::Args;
 use serde_json::json;
@@ -58,6 +58,7 @@ pub fn run(arguments: &HzArguments, format: Format) -> anyhow::Result<()> {
         limits::MAX_PAYLOAD_BYTES,
     )?;
     let mut left = arguments.count.unwrap_or(u64::MAX);
+    let mut router = RouterWatch::default();
     while left > 0 && !site.shutdown.is_requested() {
         let (start, mut counts) = (Instant::now(), BTreeMap::new());
         while start.elapsed() < period && !site.shutdown.is_requested() {
@@ -65,6 +66,7 @@ pub fn run(arguments: &HzArguments, format: Format) -> anyhow::Result<()> {
                 count(&mut counts, &item);
             }
         }
+        router.say(&site.bus);
         print_line(&report(&mut counts, start.elapsed().as_secs_f64(), format))?;
         left -= 1;
     }
@@ -156,6 +158,9 @@ fn text_report(counts: &mut BTreeMap<String, Count>, seconds: f64) -> String {
             latency.unwrap_or_else(|| "-".into())
         ));
     }
+    if lines.len() == 1 {
+        lines.push("nothing came; `sextant list` says what is there".to_owned());
+    }
     lines.push(String::new());
     lines.join("\n")
 }
@@ -182,6 +187,7 @@ mod tests {
             let item = Item {
                 key: key.clone(),
                 payload,
+                sender: None,
             };
             count(&mut counts, &item);
         }

@@ -3,8 +3,8 @@
 use serde::Serialize;
 use sextant_estimator::CameraId;
 use sextant_proto::{
-    AnyMessage, ArticulatedConfig, CameraStatus, FusionStatus, ObjectConfig, ObjectLinks,
-    ObjectPose, Observations, RigConfig,
+    AnyMessage, ArticulatedConfig, CameraStatus, ClockReport, ConfigAnswer, FusionStatus,
+    ObjectConfig, ObjectLinks, ObjectPose, Observations, RigConfig,
 };
 
 /// A message as programs shall see it: as the contract has it, but of a preview the length stands for the picture.
@@ -55,6 +55,8 @@ pub fn text_of(message: &AnyMessage) -> String {
         AnyMessage::ObjectConfig(object) => object_config(object),
         AnyMessage::ObjectLinks(links) => object_links(links),
         AnyMessage::ArticulatedConfig(object) => articulated_config(object),
+        AnyMessage::ClockReport(report) => clock_report(report),
+        AnyMessage::ConfigAnswer(answer) => config_answer(answer),
     }
 }
 
@@ -184,7 +186,37 @@ fn rig_config(rig: &RigConfig) -> String {
     format!("cameras: {}", cameras.collect::<Vec<_>>().join(", "))
 }
 
+fn clock_report(report: &ClockReport) -> String {
+    if report.cameras.is_empty() {
+        return "every clock is taken at its word".to_owned();
+    }
+    let clocks = report.cameras.iter().map(|clock| {
+        let drift = clock
+            .drift
+            .map_or_else(String::new, |drift| format!(", {:+.1} ppm", drift * 1e6));
+        format!(
+            "{} {:+.3} ms (sigma {:.3}{drift})",
+            clock.camera,
+            clock.offset_s * 1e3,
+            clock.sigma_s * 1e3
+        )
+    });
+    format!("clocks: {}", clocks.collect::<Vec<_>>().join(", "))
+}
+
+fn config_answer(answer: &ConfigAnswer) -> String {
+    let key = crate::words::plain(&answer.key);
+    let outcome = crate::words::outcome(answer.outcome);
+    match answer.words.as_str() {
+        "" => format!("{key} {outcome}"),
+        words => format!("{key} {outcome}: {}", crate::words::plain(words)),
+    }
+}
+
 fn object_config(object: &ObjectConfig) -> String {
+    if object.tags.is_empty() {
+        return "no such object any more".to_owned();
+    }
     let tags = object
         .tags
         .iter()

@@ -74,6 +74,44 @@ impl SiteArguments {
     }
 }
 
+/// Notices when the router goes out of reach, and when it is back.
+#[derive(Debug, Default)]
+pub struct RouterWatch {
+    lost: Option<Instant>,
+    is_said: bool,
+}
+
+/// How long the router may be out of reach before it is worth a word.
+const HICCUP: Duration = Duration::from_secs(3);
+
+impl RouterWatch {
+    /// For how many seconds the router has been out of reach, if that is worth a word.
+    pub fn silent_s(&mut self, bus: &Bus) -> Option<f64> {
+        if bus.is_connected() {
+            self.lost = None;
+            return None;
+        }
+        let lost = *self.lost.get_or_insert_with(Instant::now);
+        let silent = lost.elapsed();
+        (silent >= HICCUP).then(|| silent.as_secs_f64())
+    }
+
+    /// Says once that the router is out of reach, and once that it is back, on standard error.
+    pub fn say(&mut self, bus: &Bus) {
+        match self.silent_s(bus) {
+            Some(seconds) if !self.is_said => {
+                eprintln!("no word from the router for {seconds:.0} s; waiting for it");
+                self.is_said = true;
+            }
+            None if self.is_said && self.lost.is_none() => {
+                eprintln!("the router is back");
+                self.is_said = false;
+            }
+            _ => {}
+        }
+    }
+}
+
 impl Site {
     /// The key expression that a person means: a whole key, one below the site (`camera/north/preview`, `config/**`), or
     /// the name of a camera, object or node, which stands for everything of that name.

@@ -1,6 +1,7 @@
 //! Words for people: states, and text from elsewhere made harmless for a terminal.
 
 use sextant_estimator::State;
+use sextant_proto::Outcome;
 
 /// The state in one word.
 pub fn state(state: State) -> &'static str {
@@ -9,6 +10,16 @@ pub fn state(state: State) -> &'static str {
         State::Tracking => "tracking",
         State::Coasting => "coasting",
         State::Lost => "lost",
+    }
+}
+
+/// What became of a change of the site.
+pub fn outcome(outcome: Outcome) -> &'static str {
+    match outcome {
+        Outcome::Taken => "taken",
+        Outcome::Kept => "taken and kept",
+        Outcome::Same => "as it was already",
+        Outcome::Refused => "refused",
     }
 }
 

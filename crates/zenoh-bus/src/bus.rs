@@ -87,7 +87,10 @@ impl Bus {
             .express(qos.is_express())
             .wait()
             .map_err(|cause| key_error(key, &cause))?;
-        Ok(RawPublisher { publisher })
+        Ok(RawPublisher {
+            publisher,
+            signature: None,
+        })
     }
 
     /// A publisher of bytes that answers late joiners with the last.

@@ -1,7 +1,7 @@
 //! Putting messages out: a publisher of a stream, and one of a latest value that answers late joiners.
 
 use std::marker::PhantomData;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use sextant_proto::{Message, encode};
 use zenoh::Wait;
@@ -13,6 +13,7 @@ use crate::BusError;
 #[derive(Debug)]
 pub struct RawPublisher {
     pub(crate) publisher: zenoh::pubsub::Publisher<'static>,
+    pub(crate) signature: Option<String>,
 }
 
 impl RawPublisher {
@@ -29,6 +30,7 @@ impl RawPublisher {
     pub(crate) fn put_shared(&self, bytes: ZBytes) -> Result<(), BusError> {
         self.publisher
             .put(bytes)
+            .attachment(self.signature.as_deref())
             .wait()
             .map_err(|cause| BusError::Session(cause.to_string()))
     }
@@ -65,8 +67,12 @@ impl RawLatest {
     }
 
     fn put_shared(&self, bytes: ZBytes) -> Result<(), BusError> {
-        *self.last.lock().unwrap_or_else(PoisonError::into_inner) = Some(bytes.clone());
+        *self.lock() = Some(bytes.clone());
         self.publisher.put_shared(bytes)
+    }
+
+    fn lock(&self) -> MutexGuard<'_, Option<ZBytes>> {
+        self.last.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
@@ -125,6 +131,19 @@ impl<M: Message> Latest<M> {
     pub fn put(&self, message: &M) -> Result<(), BusError> {
         self.raw.put_shared(encoded(message, self.key())?)
     }
+
+    /// Keeps a message for those who ask later without putting it: everyone present has it already.
+    pub fn keep(&self, message: &M) -> Result<(), BusError> {
+        let bytes = encoded(message, self.key())?;
+        *self.raw.lock() = Some(bytes);
+        Ok(())
+    }
+
+    /// Puts what is kept once more, if there is something.
+    pub fn put_again(&self) -> Result<(), BusError> {
+        let bytes = self.raw.lock().clone();
+        bytes.map_or(Ok(()), |bytes| self.raw.publisher.put_shared(bytes))
+    }
 }
 
 fn encoded<M: Message>(message: &M, key: &str) -> Result<ZBytes, BusError> {
@@ -133,6 +152,24 @@ fn encoded<M: Message>(message: &M, key: &str) -> Result<ZBytes, BusError> {
         cause: cause.to_string(),
     })?;
     Ok(ZBytes::from(bytes))
+}
+
+impl<M> Latest<M> {
+    /// The same, whose messages say who sent them ([`crate::Item::sender`]).
+    #[must_use]
+    pub fn signed(mut self, sender: &str) -> Self {
+        self.raw.publisher.signature = Some(sender.to_owned());
+        self
+    }
+}
+
+impl<M> Publisher<M> {
+    /// The same, whose messages say who sent them ([`crate::Item::sender`]).
+    #[must_use]
+    pub fn signed(mut self, sender: &str) -> Self {
+        self.raw.signature = Some(sender.to_owned());
+        self
+    }
 }
 
 /// Answers a query with the last value, if there is one.

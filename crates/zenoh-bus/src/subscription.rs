@@ -25,7 +25,12 @@ pub struct Item {
     pub key: String,
     /// Its bytes.
     pub payload: Payload,
+    /// Who sent it, where the sender signed it: the attachment, if it is a short text.
+    pub sender: Option<String>,
 }
+
+/// Longest signature, bytes; a longer one is none.
+const MAX_SENDER_BYTES: usize = 64;
 
 impl Item {
     /// The bytes, unless the message was too long.
@@ -50,8 +55,14 @@ impl Item {
         (sample.kind() == SampleKind::Put).then(|| Self {
             key,
             payload: bounded(sample.payload(), max_bytes),
+            sender: sample.attachment().and_then(sender),
         })
     }
+}
+
+fn sender(attachment: &ZBytes) -> Option<String> {
+    let text = (attachment.len() <= MAX_SENDER_BYTES).then(|| attachment.try_to_string())?;
+    text.ok().map(|text| text.into_owned())
 }
 
 fn bounded(bytes: &ZBytes, max_bytes: usize) -> Payload {

@@ -62,6 +62,40 @@ fn what_one_client_puts_the_other_receives() {
 }
 
 #[test]
+fn a_signed_message_says_who_sent_it() {
+    let router = router();
+    let (sender, receiver) = (client_of(&router), client_of(&router));
+    let subscription = receiver
+        .subscribe("a/b", 8, DropRule::Oldest, MAX_BYTES)
+        .unwrap();
+    let truth = ObjectTruth {
+        object: ObjectId::new("cube").unwrap(),
+        capture_ns: 1,
+        position: [0.0; 3],
+        orientation: [0.0, 0.0, 0.0, 1.0],
+        position_error_m: 0.0,
+        attitude_error_rad: 0.0,
+    };
+    let publisher = sender.publisher::<ObjectTruth>("a/b", Qos::Status).unwrap();
+    let signed = publisher.signed("ann@desk");
+    let mut received = None;
+    until("a message arrives", || {
+        signed.put(&truth).unwrap();
+        received = subscription.recv_timeout(Duration::from_millis(20));
+        received.is_some()
+    });
+    assert_eq!(received.unwrap().sender.as_deref(), Some("ann@desk"));
+    put_until_received(&sender, "a/b", &subscription);
+    let publisher = sender.raw_publisher("a/b", Qos::Status).unwrap();
+    publisher.put(b"hello").unwrap();
+    let item = subscription.recv_timeout(PATIENCE).unwrap();
+    assert_eq!(
+        (item.bytes(), item.sender.as_deref()),
+        (Some(&b"hello"[..]), None)
+    );
+}
+
+#[test]
 fn peers_talk_without_a_router() {
     let listening = BusOptions {
         mode: sextant_zenoh_bus::Mode::Peer,

@@ -124,6 +124,10 @@ impl Models {
 
     fn take_object(&mut self, object: &str, item: &Item) -> Result<(), String> {
         let message: ObjectConfig = item.decode().map_err(|cause| cause.to_string())?;
+        if message.tags.is_empty() {
+            self.objects.remove(object);
+            return Ok(());
+        }
         let model = ObjectModel::try_from(&message).map_err(|cause| cause.to_string())?;
         self.take_sizes(object, &model);
         Ok(())

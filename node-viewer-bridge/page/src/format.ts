@@ -1,5 +1,7 @@
 // Numbers as people read them in the tables: fixed decimals, true minus sign, a dash where there is none.
 
+import type { CameraClock, CameraStatus } from "./protocol.ts";
+
 export const NONE = "–";
 
 /** `digits` decimals with a real minus sign; never "−0.0". */
@@ -27,4 +29,25 @@ export function count(value: number): string {
 /** "1 camera", "4 cameras". */
 export function plural(value: number, noun: string): string {
   return `${value} ${noun}${value === 1 ? "" : "s"}`;
+}
+
+/** A clock in a few characters: its offset where the images tell it, else what keeps it. */
+export function clockFigure(found: CameraClock | null, stated: CameraStatus["clock"] | null): string {
+  if (found) return `${signed(found.offset_s * 1e3, 1)} ms`;
+  return stated ? stated.source : NONE;
+}
+
+/** All that is known about a clock. */
+export function clockStory(found: CameraClock | null, stated: CameraStatus["clock"] | null): string {
+  const kept = stated ? [`kept by: ${stated.source}, stated error ${magnitude(stated.error_ns / 1e6)} ms`] : [];
+  const drift = found?.drift == null ? "" : `, drift ${signed(found.drift * 1e6, 0)} ppm`;
+  const told = found
+    ? [`its images tell: ${signed(found.offset_s * 1e3, 2)} ms off (σ ${magnitude(found.sigma_s * 1e3)} ms${drift}), taken into account`]
+    : [];
+  return [...kept, ...told].join("\n");
+}
+
+function signed(value: number, digits: number): string {
+  const text = fixed(value, digits);
+  return value > 0 && text !== NONE ? `+${text}` : text;
 }

@@ -46,6 +46,8 @@ function take(message: Message): void {
       return stage?.rig(message.cameras);
     case "object":
       return stage?.objectTags(site.object(message.id));
+    case "object_gone":
+      return stage?.forget(message.id);
     case "pose":
       return stage?.pose(site.object(message.object), message);
     case "observations":

@@ -76,7 +76,17 @@ export interface CameraStatus {
   detected: number;
   dropped: number;
   rate_hz: number;
+  clock: { source: string; error_ns: number };
   messages: string[];
+}
+
+/** One camera's clock, as its images tell. */
+export interface CameraClock {
+  camera: string;
+  offset_s: number;
+  sigma_s: number;
+  /** Seconds a second. */
+  drift: number | null;
 }
 
 export interface FusionStatus {
@@ -89,11 +99,13 @@ export type Message =
   | { type: "hello"; site: string; version: string; protocol: number; now_ns: number }
   | { type: "rig"; cameras: RigCamera[] }
   | { type: "object"; id: string; tags: ObjectTag[] }
+  | { type: "object_gone"; id: string }
   | Pose
   | ({ type: "truth"; object: string; t_ns: number; error_mm: number; error_deg: number } & Transform)
   | Observations
   | CameraStatus
   | FusionStatus
+  | { type: "clocks"; node: string; cameras: CameraClock[] }
   | { type: "alive"; kind: string; id: string; up: boolean }
   | { type: "bridge_status"; now_ns: number; network: boolean; replaced: number };
 
@@ -145,6 +157,7 @@ const shapes: Record<Message["type"], Shape> = {
       }),
     ),
   },
+  object_gone: { id: isText },
   pose: {
     ...transform,
     object: isText,
@@ -173,9 +186,14 @@ const shapes: Record<Message["type"], Shape> = {
     detected: isNumber,
     dropped: isNumber,
     rate_hz: isNumber,
+    clock: shaped({ source: isText, error_ns: isNumber }),
     messages: listOf(isText),
   },
   fusion_status: { node: isText, faults: listOf(isText) },
+  clocks: {
+    node: isText,
+    cameras: listOf(shaped({ camera: isText, offset_s: isNumber, sigma_s: isNumber, drift: orNull(isNumber) })),
+  },
   alive: { kind: isText, id: isText, up: isFlag },
   bridge_status: { now_ns: isNumber, network: isFlag, replaced: isNumber },
 };

@@ -3,7 +3,7 @@
 import { OutlineHistory } from "./matching.ts";
 import { RateMeter, Recent } from "./measure.ts";
 import { objectColour } from "./palette.ts";
-import type { CameraStatus, Message, ObjectTag, Observations, Pose, RigCamera, State } from "./protocol.ts";
+import type { CameraClock, CameraStatus, Message, ObjectTag, Observations, Pose, RigCamera, State } from "./protocol.ts";
 
 /** Seconds without a word after which shown figures are no longer called live. */
 const SILENT_AFTER_S = 2;
@@ -14,6 +14,8 @@ export class CameraState {
   model: RigCamera | null = null;
   status: CameraStatus | null = null;
   statusAt = -Infinity;
+  /** How far its clock is off, as its images tell; `null` while it is taken at its word. */
+  clock: CameraClock | null = null;
   /** Whether the node is on the network; `null` while unknown. */
   up: boolean | null = null;
   heardAt = -Infinity;
@@ -73,9 +75,11 @@ export class Site {
       case "hello":
         return this.hello(message.site, message.version);
       case "rig":
-        return message.cameras.forEach((camera) => this.rigCamera(camera));
+        return this.rig(message.cameras, now);
       case "object":
         return this.model(message.id, message.tags);
+      case "object_gone":
+        return this.gone(message.id);
       case "pose":
         return this.pose(message, now);
       case "truth":
@@ -86,6 +90,10 @@ export class Site {
         return this.cameraStatus(message, now);
       case "fusion_status":
         this.fusionFaults.set(message.node, message.faults);
+        return;
+      case "clocks":
+        for (const camera of this.cameras.values())
+          camera.clock = message.cameras.find((clock) => clock.camera === camera.id) ?? null;
         return;
       case "alive":
         if (message.kind === "camera") this.camera(message.id).up = message.up;
@@ -101,7 +109,7 @@ export class Site {
   }
 
   object(id: string): ObjectState {
-    return entry(this.objects, id, () => new ObjectState(id, objectColour(this.objects.size)));
+    return entry(this.objects, id, () => new ObjectState(id, this.freeColour()));
   }
 
   /** The object that carries a tag. */
@@ -119,6 +127,14 @@ export class Site {
     return [...bridge, ...cameras, ...fusion];
   }
 
+  /** The first colour that no object has; with more objects than colours they share. */
+  private freeColour(): string {
+    const taken = new Set([...this.objects.values()].map((object) => object.colour));
+    const indices = Array.from({ length: this.objects.size }, (_, index) => index);
+    const free = indices.find((index) => !taken.has(objectColour(index)));
+    return objectColour(free ?? this.objects.size);
+  }
+
   private hello(name: string, version: string): void {
     if (this.name !== name) this.forget();
     this.name = name;
@@ -131,6 +147,16 @@ export class Site {
     this.cameras.clear();
     this.objects.clear();
     this.tagOwners.clear();
+  }
+
+  /** A camera that left the rig leaves the page, unless it still sends. */
+  private rig(models: RigCamera[], now: number): void {
+    for (const [id, camera] of this.cameras) {
+      const left = camera.model !== null && !models.some((model) => model.id === id);
+      if (left) camera.model = null;
+      if (left && camera.condition(now) !== "live") this.cameras.delete(id);
+    }
+    for (const model of models) this.rigCamera(model);
   }
 
   private rigCamera(model: RigCamera): void {
@@ -148,7 +174,18 @@ export class Site {
   private model(id: string, tags: ObjectTag[]): void {
     const object = this.object(id);
     object.tags = tags;
+    this.disown(object);
     for (const tag of tags) this.tagOwners.set(`${tag.family}/${tag.id}`, object);
+  }
+
+  private gone(id: string): void {
+    const object = this.objects.get(id);
+    if (object) this.disown(object);
+    this.objects.delete(id);
+  }
+
+  private disown(object: ObjectState): void {
+    for (const [tag, owner] of this.tagOwners) if (owner === object) this.tagOwners.delete(tag);
   }
 
   private pose(pose: Pose, now: number): void {

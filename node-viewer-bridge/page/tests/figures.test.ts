@@ -2,7 +2,7 @@ import assert from "node:assert/strict";
 import { test } from "node:test";
 import { rollPitchYaw, wrapDegrees } from "../src/attitude.ts";
 import { positionEllipsoid, sigma, symmetricEigen } from "../src/covariance.ts";
-import { count, fixed, magnitude, NONE, plural } from "../src/format.ts";
+import { clockFigure, clockStory, count, fixed, magnitude, NONE, plural } from "../src/format.ts";
 import { RateMeter, Recent } from "../src/measure.ts";
 import type { Quaternion, Vec3 } from "../src/protocol.ts";
 
@@ -93,4 +93,13 @@ test("recent values are a window", () => {
   for (const value of [100, 3, 4, 5]) recent.add(value);
   assert.equal(recent.median(), 4);
   close(recent.rootMeanSquare() ?? NaN, Math.sqrt((9 + 16 + 25) / 3));
+});
+
+test("a clock is its offset where the images tell it, else what keeps it", () => {
+  const stated = { source: "ntp", error_ns: 250_000 };
+  const found = { camera: "north", offset_s: -0.0125, sigma_s: 0.0001, drift: 25e-6 };
+  assert.deepEqual([clockFigure(found, stated), clockFigure(null, stated), clockFigure(null, null)], ["−12.5 ms", "ntp", NONE]);
+  const story = clockStory(found, stated);
+  for (const part of ["ntp", "0.25 ms", "−12.50 ms", "0.10 ms", "+25 ppm"]) assert.ok(story.includes(part), story);
+  assert.equal(clockStory(null, null), "");
 });

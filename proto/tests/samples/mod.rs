@@ -281,3 +281,33 @@ pub fn articulated_config() -> ArticulatedConfig {
         tags: vec![tag(1), tag(0)],
     }
 }
+
+pub fn clock_report() -> ClockReport {
+    ClockReport {
+        node: NodeId::new("fusion").unwrap(),
+        cameras: vec![
+            CameraClock {
+                camera: camera(),
+                offset_s: -0.012_5,
+                sigma_s: 0.000_125,
+                drift: Some(-2.5e-5),
+            },
+            CameraClock {
+                camera: CameraId::new("south").unwrap(),
+                offset_s: 0.25,
+                sigma_s: 0.5,
+                drift: None,
+            },
+        ],
+    }
+}
+
+pub fn config_answer() -> ConfigAnswer {
+    ConfigAnswer {
+        node: NodeId::new("fusion").unwrap(),
+        key: "config/object/cube".into(),
+        fingerprint: 0x0123_4567_89ab_cdef,
+        outcome: Outcome::Refused,
+        words: "tag tag36h11:3 is on object cube and on object box".into(),
+    }
+}

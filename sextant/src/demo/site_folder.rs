@@ -99,6 +99,7 @@ impl SiteFolder {
                 .iter()
                 .map(|object| format!("{}.toml", object.id).into())
                 .collect(),
+            keep_changes: false,
             network: network.clone(),
         };
         write_toml(&self.fusion_config(), &fusion)?;

@@ -1,6 +1,6 @@
 // The cameras: a card each, with the live picture and how the camera is doing.
 
-import { count, fixed, magnitude, NONE } from "../format.ts";
+import { clockFigure, clockStory, count, fixed, magnitude, NONE } from "../format.ts";
 import type { Preview } from "../protocol.ts";
 import type { CameraState, Site } from "../site.ts";
 import { Condition, element, testId, Text } from "./dom.ts";
@@ -57,6 +57,7 @@ class CameraCard {
   private readonly rate: Text;
   private readonly latency: Text;
   private readonly dropped: Text;
+  private readonly clock: Text;
 
   constructor(
     private readonly camera: CameraState,
@@ -70,6 +71,7 @@ class CameraCard {
     this.rate = fact(facts, "Rate", "Hz", `camera-${id}-rate`);
     this.latency = fact(facts, "Latency", "ms", `camera-${id}-latency`);
     this.dropped = fact(facts, "Dropped", "", `camera-${id}-dropped`);
+    this.clock = fact(facts, "Clock", "", `camera-${id}-clock`);
     const heading = element("header", "", element("h3", "", id), this.condition.element);
     this.root = testId(
       element("article", "camera", this.enlarger(), element("div", "about", heading, facts)),
@@ -84,7 +86,15 @@ class CameraCard {
     this.rate.set(live ? fixed(this.camera.rateHz(now), 1) : NONE);
     this.latency.set(live ? magnitude(this.camera.latency.median()) : NONE);
     this.dropped.set(this.camera.status ? count(this.camera.status.dropped) : NONE);
+    this.updateClock(live);
     if (this.root.dataset["condition"] !== condition) this.root.dataset["condition"] = condition;
+  }
+
+  private updateClock(live: boolean): void {
+    const { clock, status } = this.camera;
+    this.clock.set(live ? clockFigure(clock, status?.clock ?? null) : NONE);
+    const story = clockStory(clock, status?.clock ?? null);
+    if (this.clock.element.title !== story) this.clock.element.title = story;
   }
 
   /** The picture as a button that makes the card large and small again. */

@@ -76,6 +76,13 @@ export class Stage {
     this.frames.request();
   }
 
+  /** An object is gone. */
+  forget(id: string): void {
+    this.actors.get(id)?.remove();
+    this.actors.delete(id);
+    this.frames.request();
+  }
+
   pose(object: ObjectState, pose: Pose): void {
     this.actor(object).pose(pose, performance.now() / 1000);
     this.frames.request();
@@ -89,7 +96,7 @@ export class Stage {
     for (const [id, actor] of this.actors) {
       const object = site.objects.get(id);
       if (object) news = actor.condition(object.condition(now)) || news;
-      else this.forget(id, actor);
+      else this.forget(id);
     }
     if (news) this.frames.request();
   }
@@ -126,12 +133,6 @@ export class Stage {
     actor.show(this.options);
     this.actors.set(object.id, actor);
     return actor;
-  }
-
-  private forget(id: string, actor: Actor): void {
-    actor.remove();
-    this.actors.delete(id);
-    this.frames.request();
   }
 
   private resize(canvas: HTMLCanvasElement): void {

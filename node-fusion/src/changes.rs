@@ -1,0 +1,189 @@
+//! The desk where changes of the rig and the objects are handed in: each is taken whole or refused whole, and answered.
+
+use crate::files::ModelFiles;
+use crate::models::{Change, Models};
+use sextant_proto::{KeyRef, Keys, Outcome, fingerprint, limits};
+use sextant_zenoh_bus::{Item, Payload};
+
+/// Who decides on changes, and what is in force.
+pub struct Desk {
+    keys: Keys,
+    models: Models,
+    files: Option<ModelFiles>,
+}
+
+/// What becomes of a publication under a `config/` key.
+#[derive(Debug, PartialEq)]
+pub struct Verdict {
+    /// The key below the site.
+    pub key: String,
+    /// What the key stands for.
+    pub about: KeyRef,
+    /// Of the payload.
+    pub fingerprint: u64,
+    /// The outcome; a change that is to be made, or why there is none.
+    pub decision: Decision,
+}
+
+/// The decision on a change.
+#[derive(Debug, PartialEq)]
+pub enum Decision {
+    /// It is to be put in force; the models are changed already.
+    Take(Change, Outcome),
+    /// It is in force already.
+    Same,
+    /// It is not to be put in force.
+    Refuse(String),
+}
+
+impl Desk {
+    /// A desk for the models in force; `files` where changes shall outlive the process.
+    pub fn new(keys: Keys, models: Models, files: Option<ModelFiles>) -> Self {
+        Self {
+            keys,
+            models,
+            files,
+        }
+    }
+
+    /// What is in force.
+    pub fn models(&self) -> &Models {
+        &self.models
+    }
+
+    /// Decides on a publication; none for a key that is no configuration's, and for what a fusion node announces.
+    pub fn decide(&mut self, item: &Item) -> Option<Verdict> {
+        let about = self.keys.parse(&item.key)?;
+        let is_config = matches!(about, KeyRef::ConfigRig | KeyRef::ConfigObject(_));
+        let sender = item.sender.as_deref().unwrap_or_default();
+        if !is_config || sender.starts_with(ANNOUNCED) {
+            return None;
+        }
+        let decision = self.decision(&about, &item.payload);
+        Some(Verdict {
+            key: below_site(&item.key).to_owned(),
+            about,
+            fingerprint: item.bytes().map_or(0, fingerprint),
+            decision: decision.unwrap_or_else(Decision::Refuse),
+        })
+    }
+
+    fn decision(&mut self, about: &KeyRef, payload: &Payload) -> Result<Decision, String> {
+        let bytes = match payload {
+            Payload::Bytes(bytes) => bytes,
+            Payload::TooLong(length) => return Err(format!("{length} bytes are too long")),
+        };
+        let change = Change::read(about, bytes)?;
+        let Some(after) = self.models.changed(&change)? else {
+            return Ok(Decision::Same);
+        };
+        let outcome = match &mut self.files {
+            None => Outcome::Taken,
+            Some(files) => {
+                let kept = files.keep(&change);
+                kept.map_err(|cause| format!("it cannot be kept: {cause}"))?;
+                Outcome::Kept
+            }
+        };
+        self.models = after;
+        Ok(Decision::Take(change, outcome))
+    }
+}
+
+/// Signature of what fusion nodes announce; their own name follows.
+pub const ANNOUNCED: &str = "fusion/";
+
+impl Verdict {
+    /// The outcome and its words, as long as an answer may be.
+    pub fn outcome(&self) -> (Outcome, String) {
+        match &self.decision {
+            Decision::Take(_, outcome) => (*outcome, String::new()),
+            Decision::Same => (Outcome::Same, String::new()),
+            Decision::Refuse(cause) => (
+                Outcome::Refused,
+                limits::clipped(cause, limits::MAX_SENTENCE_BYTES),
+            ),
+        }
+    }
+}
+
+/// A key without `sextant/v1/<site>/`.
+fn below_site(key: &str) -> &str {
+    key.splitn(4, '/').nth(3).unwrap_or(key)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use sextant_proto::{ObjectConfig, encode};
+    use sextant_site_files::{parse_object, parse_rig};
+    use std::path::Path;
+
+    const RIG: &str = "[[camera]]\nid = \"north\"\nresolution = [640, 480]\nlens = { model = \"pinhole\", fx = 600.0, fy = 600.0, cx = 319.5, cy = 239.5 }\n";
+
+    fn object(id: &str, tag: u32) -> ObjectConfig {
+        let text =
+            format!("id = \"{id}\"\n[[tag]]\nfamily = \"tag36h11\"\nid = {tag}\nsize = 0.04\n");
+        ObjectConfig::from(&parse_object(Path::new("o"), &text).unwrap())
+    }
+
+    fn desk() -> Desk {
+        let rig = parse_rig(Path::new("r"), RIG).unwrap();
+        let objects = Vec::new();
+        Desk::new(Keys::new("lab").unwrap(), Models { rig, objects }, None)
+    }
+
+    fn item(id: &str, message: &ObjectConfig, sender: Option<&str>) -> Item {
+        Item {
+            key: format!("sextant/v1/lab/config/object/{id}"),
+            payload: Payload::Bytes(encode(message).unwrap()),
+            sender: sender.map(str::to_owned),
+        }
+    }
+
+    #[test]
+    fn a_change_is_taken_once_and_then_the_same() {
+        let mut desk = desk();
+        let cube = item("cube", &object("cube", 1), Some("somebody"));
+        let verdict = desk.decide(&cube).unwrap();
+        assert!(matches!(
+            verdict.decision,
+            Decision::Take(Change::Object(_), Outcome::Taken)
+        ));
+        assert_eq!(verdict.key, "config/object/cube");
+        assert_eq!(verdict.fingerprint, fingerprint(cube.bytes().unwrap()));
+        assert_eq!(desk.decide(&cube).unwrap().decision, Decision::Same);
+        assert_eq!(desk.models().objects.len(), 1);
+    }
+
+    #[test]
+    fn what_is_refused_leaves_everything_as_it_was() {
+        let mut desk = desk();
+        desk.decide(&item("cube", &object("cube", 1), None));
+        let before = desk.models().clone();
+        let verdict = desk.decide(&item("ball", &object("ball", 1), None));
+        let (outcome, words) = verdict.unwrap().outcome();
+        assert_eq!(outcome, Outcome::Refused);
+        assert_eq!(words, "tag tag36h11:1 is on object cube and on object ball");
+        let garbage = Item {
+            key: "sextant/v1/lab/config/rig".to_owned(),
+            payload: Payload::TooLong(1 << 20),
+            sender: None,
+        };
+        let refused = desk.decide(&garbage).unwrap().outcome();
+        assert_eq!(refused.0, Outcome::Refused);
+        assert_eq!(*desk.models(), before);
+    }
+
+    #[test]
+    fn announcements_and_other_keys_are_no_changes() {
+        let mut desk = desk();
+        let announced = item("cube", &object("cube", 1), Some("fusion/other"));
+        assert!(desk.decide(&announced).is_none());
+        let elsewhere = Item {
+            key: "sextant/v1/lab/config/else".to_owned(),
+            ..announced
+        };
+        assert!(desk.decide(&elsewhere).is_none());
+    }
+}

@@ -1,0 +1,129 @@
+//! How the offsets of the cameras' clocks grow: the slope of what the estimator reports, over the last minute.
+//!
+//! In: the estimator's offsets, about once a second. Out: the report with drifts. The slope is that of the least squares
+//! line; neighbouring offsets share most of their images and with them their errors, so that its sigma is taken from the
+//! ends alone: sqrt(2) sigma / span, twice for safety.
+
+use sextant_estimator::{CameraId, ClockOffset};
+use sextant_proto::{CameraClock, ClockReport, NodeId, limits};
+use std::collections::{BTreeMap, VecDeque};
+
+/// Offsets remembered of a camera: a minute of them.
+const REMEMBERED: usize = 60;
+/// Fewest offsets that make a line.
+const FEWEST: usize = 5;
+/// Sigma of a slope from which on it is worth telling: 50 ppm, what crystals differ by.
+const SURE: f64 = 50e-6;
+
+/// The offsets of the last minute, by camera.
+#[derive(Debug, Default)]
+pub struct ClockBook {
+    cameras: BTreeMap<CameraId, VecDeque<(u64, ClockOffset)>>,
+}
+
+impl ClockBook {
+    /// Takes the offsets of `now_ns` in and reports.
+    pub fn report(
+        &mut self,
+        node: &NodeId,
+        offsets: BTreeMap<CameraId, ClockOffset>,
+        now_ns: u64,
+    ) -> ClockReport {
+        self.cameras
+            .retain(|camera, _| offsets.contains_key(camera));
+        let clocks = offsets.into_iter().take(limits::MAX_CAMERAS);
+        let cameras = clocks.map(|(camera, clock)| {
+            let history = self.cameras.entry(camera.clone()).or_default();
+            history.push_back((now_ns, clock));
+            if history.len() > REMEMBERED {
+                history.pop_front();
+            }
+            CameraClock {
+                camera,
+                offset_s: clock.offset_s,
+                sigma_s: clock.sigma_s,
+                drift: drift(history),
+            }
+        });
+        ClockReport {
+            node: node.clone(),
+            cameras: cameras.collect(),
+        }
+    }
+}
+
+/// Seconds a second, if the history tells.
+fn drift(history: &VecDeque<(u64, ClockOffset)>) -> Option<f64> {
+    let (first_ns, first) = history.front()?;
+    let (last_ns, last) = history.back()?;
+    let span_s = last_ns.saturating_sub(*first_ns) as f64 * 1e-9;
+    let sigma = 2.0 * first.sigma_s.hypot(last.sigma_s) / span_s;
+    if history.len() < FEWEST || !sigma.is_finite() || sigma > SURE {
+        return None;
+    }
+    let points = history.iter().map(|(at_ns, clock)| {
+        let seconds = at_ns.saturating_sub(*first_ns) as f64 * 1e-9;
+        (seconds, clock.offset_s)
+    });
+    slope(&points.collect::<Vec<_>>()).filter(|slope| slope.is_finite())
+}
+
+/// Slope of the least squares line through (x, y).
+fn slope(points: &[(f64, f64)]) -> Option<f64> {
+    let n = points.len() as f64;
+    let mean_x = points.iter().map(|(x, _)| x).sum::<f64>() / n;
+    let mean_y = points.iter().map(|(_, y)| y).sum::<f64>() / n;
+    let sum = |of: &dyn Fn(f64, f64) -> f64| -> f64 {
+        points.iter().map(|(x, y)| of(x - mean_x, y - mean_y)).sum()
+    };
+    let xx = sum(&|x, _| x * x);
+    (xx > 0.0).then(|| sum(&|x, y| x * y) / xx)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn after(seconds: u64, sigma_s: f64, drift: f64) -> Option<f64> {
+        let mut book = ClockBook::default();
+        let (node, camera) = (NodeId::new("f").unwrap(), CameraId::new("north").unwrap());
+        let mut last = None;
+        for second in 0..seconds {
+            let clock = ClockOffset {
+                offset_s: 0.01 + drift * second as f64,
+                sigma_s,
+            };
+            let offsets = BTreeMap::from([(camera.clone(), clock)]);
+            let report = book.report(
+                &node,
+                offsets,
+                1_800_000_000_000_000_000 + second * 1_000_000_000,
+            );
+            last = report.cameras[0].drift;
+        }
+        last
+    }
+
+    #[test]
+    fn a_steady_drift_is_told_once_it_is_sure() {
+        assert_eq!(after(3, 1e-4, 2e-5), None);
+        assert_eq!(after(60, 1e-2, 2e-5), None);
+        let drift = after(200, 1e-4, 2e-5).unwrap();
+        assert!((drift - 2e-5).abs() < 1e-9, "{drift}");
+    }
+
+    #[test]
+    fn times_that_stand_still_tell_nothing() {
+        let mut book = ClockBook::default();
+        let camera = CameraId::new("north").unwrap();
+        let clock = ClockOffset {
+            offset_s: 0.0,
+            sigma_s: 0.0,
+        };
+        for _ in 0..20 {
+            let offsets = BTreeMap::from([(camera.clone(), clock)]);
+            let report = book.report(&NodeId::new("f").unwrap(), offsets, 5);
+            assert_eq!(report.cameras[0].drift, None);
+        }
+    }
+}

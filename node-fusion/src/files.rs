@@ -1,0 +1,228 @@
+//! The files that the models came from, and those that accepted changes go to.
+//!
+//! A file is replaced atomically, and the former one stays beside it as `<name>.before`. A new object gets the file
+//! `<object>.toml` beside `fusion.toml`, whose list of objects follows; everything else in `fusion.toml` stays as it is.
+
+use crate::config::FusionConfig;
+use crate::models::{Change, Models};
+use sextant_estimator::ObjectId;
+use sextant_process::{Exit, WithExit};
+use sextant_site_files::{
+    FileError, keep_former, read_object, read_rig, read_text, with_value, write_atomically,
+    write_object, write_rig,
+};
+use std::path::{Path, PathBuf};
+
+/// Where the models are kept.
+#[derive(Debug)]
+pub struct ModelFiles {
+    config: PathBuf,
+    folder: PathBuf,
+    rig: PathBuf,
+    /// As `fusion.toml` names them, with what is in them.
+    objects: Vec<(PathBuf, ObjectId)>,
+}
+
+impl ModelFiles {
+    /// Reads the models that a configuration names.
+    ///
+    /// # Errors
+    /// [`Exit::Input`] for a file that is missing or wrong.
+    pub fn read(config_file: &Path, config: &FusionConfig) -> anyhow::Result<(Self, Models)> {
+        let folder = config_file.parent().unwrap_or(Path::new(".")).to_owned();
+        let rig = read_rig(&folder.join(&config.rig)).exit_with(Exit::Input)?;
+        let (mut files, mut objects) = (Vec::new(), Vec::new());
+        for file in &config.objects {
+            let object = read_object(&folder.join(file)).exit_with(Exit::Input)?;
+            files.push((file.clone(), object.id().clone()));
+            objects.push(object);
+        }
+        let files = Self {
+            config: config_file.to_owned(),
+            folder,
+            rig: config.rig.clone(),
+            objects: files,
+        };
+        Ok((files, Models { rig, objects }))
+    }
+
+    /// Makes a change outlive the process.
+    ///
+    /// # Errors
+    /// What the system refuses; what is in force then is what is in the files.
+    pub fn keep(&mut self, change: &Change) -> Result<(), FileError> {
+        match change {
+            Change::Rig(rig) => {
+                let file = self.folder.join(&self.rig);
+                keep_former(&file)?;
+                write_rig(&file, rig)
+            }
+            Change::Object(model) => {
+                let known = self.objects.iter().find(|(_, id)| id == model.id());
+                let name = known.map_or_else(|| file_of(model.id()), |(name, _)| name.clone());
+                let (file, is_new) = (self.folder.join(&name), known.is_none());
+                keep_former(&file)?;
+                write_object(&file, model)?;
+                if is_new {
+                    let mut objects = self.objects.clone();
+                    objects.push((name, model.id().clone()));
+                    self.list(objects)?;
+                }
+                Ok(())
+            }
+            Change::Removal(id) => {
+                let (gone, left) = self.objects.iter().cloned().partition(|(_, of)| of == id);
+                self.list(left)?;
+                let gone: Vec<(PathBuf, ObjectId)> = gone;
+                gone.iter().try_for_each(|(name, _)| self.put_away(name))
+            }
+        }
+    }
+
+    /// Writes the list of objects into `fusion.toml`.
+    fn list(&mut self, objects: Vec<(PathBuf, ObjectId)>) -> Result<(), FileError> {
+        let names = objects.iter().map(|(name, _)| quoted(name));
+        let list = format!("[{}]", names.collect::<Vec<_>>().join(", "));
+        let text = with_value(&self.config, &read_text(&self.config)?, "objects", &list)?;
+        keep_former(&self.config)?;
+        write_atomically(&self.config, text.as_bytes())?;
+        self.objects = objects;
+        Ok(())
+    }
+
+    /// Nobody reads the file any more: its content stays as the former one.
+    fn put_away(&self, name: &Path) -> Result<(), FileError> {
+        let file = self.folder.join(name);
+        keep_former(&file)?;
+        std::fs::remove_file(&file).map_err(|source| FileError::Unwritable { path: file, source })
+    }
+}
+
+fn file_of(object: &ObjectId) -> PathBuf {
+    format!("{object}.toml").into()
+}
+
+/// A path as a TOML string: of the two forms the one without escapes where it can be.
+fn quoted(path: &Path) -> String {
+    let text = path.to_string_lossy();
+    if text.contains(['\'', '\n']) {
+        format!("{text:?}")
+    } else if text.contains(['"', '\\']) {
+        format!("'{text}'")
+    } else {
+        format!("\"{text}\"")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use sextant_site_files::{parse_object, parse_rig, read_toml};
+    use std::fs;
+
+    const RIG: &str = "[[camera]]\nid = \"north\"\nresolution = [640, 480]\nlens = { model = \"pinhole\", fx = 600.0, fy = 600.0, cx = 319.5, cy = 239.5 }\n";
+
+    fn object_text(id: &str, tag: u32) -> String {
+        format!("# mine\nid = \"{id}\"\n[[tag]]\nfamily = \"tag36h11\"\nid = {tag}\nsize = 0.04\n")
+    }
+
+    fn change(id: &str, tag: u32) -> Change {
+        Change::Object(parse_object(Path::new("o"), &object_text(id, tag)).unwrap())
+    }
+
+    struct Site(tempfile::TempDir);
+
+    impl Site {
+        fn new() -> Self {
+            let site = Self(tempfile::tempdir().unwrap());
+            let text = "# the lab\nsite = \"lab\"\nrig = \"rig.toml\"\nobjects = [\"things/cube.toml\"]\nkeep_changes = true\n";
+            fs::create_dir(site.path("things")).unwrap();
+            for (name, text) in [
+                ("rig.toml", RIG),
+                ("things/cube.toml", &object_text("cube", 1)),
+                ("fusion.toml", text),
+            ] {
+                fs::write(site.path(name), text).unwrap();
+            }
+            site
+        }
+
+        fn path(&self, name: &str) -> PathBuf {
+            self.0.path().join(name)
+        }
+
+        fn read(&self) -> (ModelFiles, Models) {
+            let file = self.path("fusion.toml");
+            let config: FusionConfig = read_toml(&file).unwrap();
+            ModelFiles::read(&file, &config).unwrap()
+        }
+
+        /// The models after a restart, and those that a change made.
+        fn kept(&self, change: &Change) -> (Models, Models) {
+            let (mut files, models) = self.read();
+            let changed = models.changed(change).unwrap().unwrap();
+            files.keep(change).unwrap();
+            (self.read().1, changed)
+        }
+    }
+
+    #[test]
+    fn what_is_kept_is_there_after_a_restart() {
+        let site = Site::new();
+        let two = RIG.to_owned() + &RIG.replace("north", "south");
+        let rig = Change::Rig(parse_rig(Path::new("r"), &two).unwrap());
+        let removal = Change::Removal(ObjectId::new("cube").unwrap());
+        for change in [rig, change("cube", 7), change("ball", 8), removal] {
+            let (after_restart, made) = site.kept(&change);
+            assert_eq!(after_restart, made, "{change:?}");
+        }
+        let text = fs::read_to_string(site.path("fusion.toml")).unwrap();
+        assert!(text.starts_with("# the lab\n"), "{text}");
+    }
+
+    #[test]
+    fn the_former_files_are_kept() {
+        let site = Site::new();
+        site.kept(&change("cube", 7));
+        let former = fs::read_to_string(site.path("things/cube.toml.before")).unwrap();
+        assert_eq!(former, object_text("cube", 1));
+        site.kept(&Change::Removal(ObjectId::new("cube").unwrap()));
+        assert!(!site.path("things/cube.toml").exists());
+        let former = fs::read_to_string(site.path("things/cube.toml.before")).unwrap();
+        assert!(former.contains("id = 7"), "{former}");
+    }
+
+    #[test]
+    fn an_unwritable_file_is_a_refusal() {
+        let site = Site::new();
+        let (mut files, _) = site.read();
+        fs::remove_dir_all(site.path("things")).unwrap();
+        assert!(files.keep(&change("cube", 7)).is_err());
+    }
+
+    #[test]
+    fn paths_are_quoted_so_that_they_are_read_back() {
+        for path in [
+            "a.toml",
+            "it's.toml",
+            "say \"x\".toml",
+            "back\\slash",
+            "tab\t.toml",
+        ] {
+            let text = format!("p = {}", quoted(Path::new(path)));
+            let table: toml_text::Table = toml_text::read(&text);
+            assert_eq!(table.p, path);
+        }
+    }
+
+    mod toml_text {
+        #[derive(serde::Deserialize)]
+        pub struct Table {
+            pub p: String,
+        }
+
+        pub fn read(text: &str) -> Table {
+            sextant_site_files::parse_toml(std::path::Path::new("t"), text, |_| Ok(())).unwrap()
+        }
+    }
+}

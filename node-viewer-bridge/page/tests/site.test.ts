@@ -1,0 +1,60 @@
+import assert from "node:assert/strict";
+import { test } from "node:test";
+import type { Message, ObjectTag, RigCamera } from "../src/protocol.ts";
+import { Site } from "../src/site.ts";
+
+const tag = (id: number): ObjectTag => ({
+  family: "tag36h11",
+  id,
+  size_m: 0.04,
+  printed_size_m: 0.05,
+  object_from_tag: null,
+  modules: [],
+});
+const camera = (id: string): RigCamera => ({
+  id,
+  resolution: [640, 480],
+  lens: { model: "pinhole", fx: 1, fy: 1, cx: 0, cy: 0 },
+  world_from_camera: null,
+});
+
+function siteOf(...messages: Message[]): Site {
+  const site = new Site();
+  for (const message of messages) site.take(message, 0);
+  return site;
+}
+
+const object = (id: string, ...tags: number[]): Message => ({ type: "object", id, tags: tags.map(tag) });
+
+test("an object that is gone is forgotten with its tags, and its colour is free", () => {
+  const site = siteOf(object("cube", 1), object("box", 2));
+  const colour = site.objects.get("cube")?.colour;
+  site.take({ type: "object_gone", id: "cube" }, 0);
+  assert.deepEqual([...site.objects.keys()], ["box"]);
+  assert.equal(site.ownerOf("tag36h11", 1), null);
+  site.take(object("ball", 3), 0);
+  assert.equal(site.objects.get("ball")?.colour, colour);
+});
+
+test("an object that changes gives up the tags that it has no more", () => {
+  const site = siteOf(object("cube", 1, 2), object("cube", 2));
+  assert.equal(site.ownerOf("tag36h11", 1), null);
+  assert.equal(site.ownerOf("tag36h11", 2)?.id, "cube");
+});
+
+test("a camera that leaves the rig leaves the page unless it still sends", () => {
+  const rig = (...ids: string[]): Message => ({ type: "rig", cameras: ids.map(camera) });
+  const site = siteOf(rig("north", "south", "east"));
+  const seen: Message = { type: "observations", camera: "east", sequence: 1, t_ns: 1, latency_ms: 1, resolution: [640, 480], tags: [] };
+  site.take(seen, 9.5);
+  site.take(rig("north"), 10);
+  assert.deepEqual([...site.cameras.keys()], ["north", "east"]);
+});
+
+test("what images tell about a clock holds until they tell no more", () => {
+  const clock = { camera: "north", offset_s: 0.01, sigma_s: 0.001, drift: null };
+  const site = siteOf({ type: "rig", cameras: [camera("north")] }, { type: "clocks", node: "fusion", cameras: [clock] });
+  assert.deepEqual(site.cameras.get("north")?.clock, clock);
+  site.take({ type: "clocks", node: "fusion", cameras: [] }, 1);
+  assert.equal(site.cameras.get("north")?.clock, null);
+});

@@ -1,0 +1,100 @@
+//! Changing the rig and the objects of a running site, and what its fusion nodes answer.
+
+use crate::config::answers::Answers;
+use crate::config::get::known_object;
+use crate::output::{Format, print_line};
+use crate::site::{Site, SiteArguments};
+use crate::words;
+use anyhow::{Context, bail};
+use sextant_estimator::ObjectId;
+use sextant_process::{Exit, Failure, WithExit};
+use sextant_proto::{ConfigAnswer, Message, ObjectConfig, Outcome, RigConfig, encode};
+use sextant_site_files::{read_object, read_rig};
+use sextant_zenoh_bus::Qos;
+use std::path::Path;
+
+/// Publishes the rig of a file.
+///
+/// # Errors
+/// A wrong file, nobody who answers, a refusal.
+pub fn set_rig(file: &Path, site: &SiteArguments, format: Format) -> anyhow::Result<()> {
+    let rig = read_rig(file).exit_with(Exit::Input)?;
+    let site = site.open()?;
+    let key = site.keys.config_rig();
+    change(&site, &key, &RigConfig::from(&rig), format)
+}
+
+/// Publishes the object of a file.
+///
+/// # Errors
+/// A wrong file, nobody who answers, a refusal.
+pub fn set_object(file: &Path, site: &SiteArguments, format: Format) -> anyhow::Result<()> {
+    let object = read_object(file).exit_with(Exit::Input)?;
+    let site = site.open()?;
+    let key = site.keys.config_object(object.id());
+    change(&site, &key, &ObjectConfig::from(&object), format)
+}
+
+/// Asks for an object's removal.
+///
+/// # Errors
+/// No such object, nobody who answers, a refusal.
+pub fn remove_object(id: &ObjectId, site: &SiteArguments, format: Format) -> anyhow::Result<()> {
+    let site = site.open()?;
+    let mut object = known_object(&site, id)?;
+    object.tags.clear();
+    change(&site, &site.keys.config_object(id), &object, format)
+}
+
+fn change<M: Message>(site: &Site, key: &str, message: &M, format: Format) -> anyhow::Result<()> {
+    let payload = encode(message)
+        .context("the file describes more than fits into a message")
+        .exit_with(Exit::Input)?;
+    let answers = Answers::expect(site, &payload)?;
+    let publisher = site.bus.publisher::<M>(key, Qos::Config)?;
+    publisher.signed(&signature()).put(message)?;
+    let answers = answers.wait()?;
+    for answer in &answers {
+        print_line(&line_of(answer, format))?;
+    }
+    let refused = answers
+        .iter()
+        .filter(|answer| answer.outcome == Outcome::Refused);
+    if let Some(refusal) = refused.last() {
+        let cause = words::plain(&refusal.words);
+        bail!(Failure::new(
+            Exit::Fault,
+            anyhow::anyhow!(
+                "{} refused: {cause}; everything stays as it was",
+                refusal.node
+            )
+        ));
+    }
+    Ok(())
+}
+
+/// Who changes the site: what the fusion node's log and status name.
+fn signature() -> String {
+    let user = std::env::var("USER").unwrap_or_else(|_| "somebody".to_owned());
+    let host = std::fs::read_to_string("/proc/sys/kernel/hostname").unwrap_or_default();
+    let whole = format!("{user}@{}", host.trim());
+    sextant_proto::limits::clipped(&words::plain(&whole), 64)
+}
+
+fn line_of(answer: &ConfigAnswer, format: Format) -> String {
+    match format {
+        Format::Json => serde_json::json!({
+            "node": answer.node, "key": answer.key, "outcome": answer.outcome, "words": answer.words,
+        })
+        .to_string(),
+        Format::Text => {
+            let how = words::outcome(answer.outcome);
+            let until = match answer.outcome {
+                Outcome::Taken => " until the node ends (`keep_changes` in its file is false)",
+                Outcome::Kept => " in its files",
+                Outcome::Same | Outcome::Refused => "",
+            };
+            format!("{}: {} {how}{until}", answer.node, words::plain(&answer.key))
+        }
+    }
+}

@@ -1,0 +1,89 @@
+//! What a running site works from, as files.
+
+use crate::output::{Format, print_line};
+use crate::site::{Site, SiteArguments};
+use anyhow::{anyhow, bail};
+use sextant_estimator::{ObjectId, ObjectModel, Rig};
+use sextant_process::{Exit, Failure};
+use sextant_proto::{Message, ObjectConfig, RigConfig, limits};
+use sextant_site_files::{object_toml, rig_toml};
+use std::time::Duration;
+
+/// How long the fusion node may take to answer.
+const ANSWER: Duration = Duration::from_secs(1);
+
+/// Prints the rig in force.
+///
+/// # Errors
+/// A site without a rig, or one that makes no sense.
+pub fn rig(site: &SiteArguments, format: Format) -> anyhow::Result<()> {
+    let site = site.open()?;
+    let found: Vec<RigConfig> = latest(&site, &site.keys.config_rig())?;
+    let Some(message) = found.first() else {
+        bail!(Failure::new(Exit::Unavailable, nobody(&site)))
+    };
+    let text = rig_toml(&Rig::try_from(message)?);
+    print("rig", &text, format)?;
+    site.bus.close();
+    Ok(())
+}
+
+/// Prints an object in force.
+///
+/// # Errors
+/// No such object, or one that makes no sense.
+pub fn object(id: &ObjectId, site: &SiteArguments, format: Format) -> anyhow::Result<()> {
+    let site = site.open()?;
+    let message = known_object(&site, id)?;
+    let text = object_toml(&ObjectModel::try_from(&message)?);
+    print("object", &text, format)?;
+    site.bus.close();
+    Ok(())
+}
+
+/// The object of that name.
+///
+/// # Errors
+/// There is none, or nobody to ask.
+pub fn known_object(site: &Site, id: &ObjectId) -> anyhow::Result<ObjectConfig> {
+    let mut objects: Vec<ObjectConfig> = latest(site, &site.keys.all_config_objects())?;
+    if let Some(found) = objects.iter().position(|object| object.id == *id) {
+        return Ok(objects.swap_remove(found));
+    }
+    if objects.is_empty() && latest::<RigConfig>(site, &site.keys.config_rig())?.is_empty() {
+        bail!(Failure::new(Exit::Unavailable, nobody(site)))
+    }
+    let names = objects.iter().map(|object| object.id.to_string());
+    let names = names.collect::<Vec<_>>().join(", ");
+    let names = if names.is_empty() {
+        "none".to_owned()
+    } else {
+        names
+    };
+    bail!(
+        "no object {id} on site {}; it has: {names}",
+        site.keys.site()
+    )
+}
+
+fn nobody(site: &Site) -> anyhow::Error {
+    anyhow!(
+        "no fusion node answers on site {}; start one (`sextant fusion`) or name the site with --site",
+        site.keys.site()
+    )
+}
+
+fn latest<M: Message>(site: &Site, key: &str) -> anyhow::Result<Vec<M>> {
+    let items = site.bus.latest(key, limits::MAX_PAYLOAD_BYTES, ANSWER)?;
+    Ok(items.iter().filter_map(|item| item.decode().ok()).collect())
+}
+
+fn print(kind: &str, text: &str, format: Format) -> anyhow::Result<()> {
+    match format {
+        Format::Text => print_line(text.trim_end())?,
+        Format::Json => {
+            print_line(&serde_json::json!({"kind": kind, "toml": text}).to_string())?;
+        }
+    }
+    Ok(())
+}
