@@ -1,7 +1,9 @@
 //! The commands and where each of them lives.
 
 use crate::output::Format;
-use crate::{calibrate, check, config, demo, detect, echo, hz, learn, list, nodes, replay};
+use crate::{
+    calibrate, check, config, demo, detect, doctor, echo, hz, learn, list, nodes, replay, top,
+};
 use clap::{Parser, Subcommand};
 use node_camera::CameraArguments;
 
@@ -44,8 +46,12 @@ enum Command {
     Echo(echo::EchoArguments),
     /// Show how often and how late messages of a site come.
     Hz(hz::HzArguments),
-    /// Print a documented configuration file to begin with.
+    /// Watch how a site fares: cameras, objects, what is wrong.
+    Top(top::TopArguments),
+    /// Print documented configuration files; get and change the rig and the objects of a running site.
     Config(config::ConfigArguments),
+    /// Look whether this machine and its network have what a site needs.
+    Doctor(doctor::DoctorArguments),
     /// Check files and recordings.
     Check(check::CheckArguments),
     /// Run a camera node.
@@ -75,7 +81,9 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         Command::List(arguments) => list::run(arguments, format),
         Command::Echo(arguments) => echo::run(arguments, format),
         Command::Hz(arguments) => hz::run(arguments, format),
+        Command::Top(arguments) => top::run(arguments, format),
         Command::Config(arguments) => config::run(arguments, format),
+        Command::Doctor(arguments) => doctor::run(arguments, format),
         Command::Check(arguments) => check::run(arguments, format),
         Command::Camera(arguments) => nodes::camera(arguments),
         Command::Fusion(arguments) => nodes::fusion(arguments),

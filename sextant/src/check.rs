@@ -10,8 +10,8 @@ use anyhow::bail;
 use clap::Args;
 use serde_json::json;
 use sextant_process::{Exit, Failure};
-use std::path::PathBuf;
-use together::Together;
+use std::path::{Path, PathBuf};
+pub use together::Together;
 
 /// What a person may choose of `check`.
 #[derive(Args, Debug)]
@@ -37,11 +37,7 @@ pub fn run(arguments: &CheckArguments, format: Format) -> anyhow::Result<()> {
     let mut together = Together::default();
     let mut wrong = 0_usize;
     for path in &arguments.files {
-        let found = if path.is_dir() {
-            dataset::check(path, &mut together)
-        } else {
-            file::check(path, arguments.kind, &mut together)
-        };
+        let found = check_path(path, arguments.kind, &mut together);
         wrong += usize::from(found.is_err());
         let name = path.display().to_string();
         match (found, format) {
@@ -79,5 +75,17 @@ pub fn run(arguments: &CheckArguments, format: Format) -> anyhow::Result<()> {
     Ok(())
 }
 
+/// Checks a file, or a folder with a recording; what it names joins what is to be checked together.
+///
+/// # Errors
+/// What is wrong with it.
+pub fn check_path(path: &Path, stated: Option<ConfigKind>, together: &mut Together) -> Found {
+    if path.is_dir() {
+        dataset::check(path, together)
+    } else {
+        file::check(path, stated, together)
+    }
+}
+
 /// What a file is and a word on what it holds.
-type Found = anyhow::Result<(&'static str, String)>;
+pub type Found = anyhow::Result<(&'static str, String)>;

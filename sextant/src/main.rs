@@ -6,6 +6,7 @@ mod check;
 mod config;
 mod demo;
 mod detect;
+mod doctor;
 mod echo;
 mod hz;
 mod learn;
@@ -16,6 +17,7 @@ mod ordered;
 mod output;
 mod replay;
 mod site;
+mod top;
 mod words;
 
 use arguments::Arguments;

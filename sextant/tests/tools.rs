@@ -77,7 +77,7 @@ fn without_a_router_the_site_is_out_of_reach() {
         .local_addr()
         .unwrap()
         .port();
-    for command in ["list", "echo", "hz"] {
+    for command in ["list", "echo", "hz", "top"] {
         let endpoint = format!("tcp/127.0.0.1:{port}");
         let output = sextant()
             .args([command, "--connect", &endpoint])
@@ -88,6 +88,37 @@ fn without_a_router_the_site_is_out_of_reach() {
             4,
             &format!("no router answers at {endpoint}; start a site"),
         );
+    }
+}
+
+#[test]
+fn doctor_finds_wrong_files_and_says_what_is_missing() {
+    let folder = tempfile::tempdir().unwrap();
+    let wrong = folder.path().join("camera.toml");
+    fs::write(&wrong, "site = \"a\"\ncamera = \"b\"\nsorce = 1\n").unwrap();
+    let mut command = sextant();
+    // Nobody listens on the port that is nobody's.
+    command.args(["doctor", "--json", "--connect", "tcp/127.0.0.1:1"]);
+    let output = command.arg(&wrong).output().unwrap();
+    refused(&output, 1, "must be mended before a site runs");
+    let said = String::from_utf8(output.stdout).unwrap();
+    let findings: Vec<Value> = said
+        .lines()
+        .map(|line| serde_json::from_str(line).unwrap())
+        .collect();
+    let of = |about: &str| findings.iter().find(|finding| finding["about"] == about);
+    let file = of("file").unwrap();
+    assert_eq!(file["verdict"], "fault");
+    assert!(
+        file["words"]
+            .as_str()
+            .unwrap()
+            .contains("did you mean `source`?"),
+        "{file}"
+    );
+    assert_eq!(of("router").unwrap()["verdict"], "warning");
+    for about in ["version", "clock", "shared memory", "folder"] {
+        assert!(of(about).is_some(), "{about}: {said}");
     }
 }
 

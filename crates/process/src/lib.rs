@@ -8,6 +8,7 @@ pub mod exit;
 pub mod logging;
 pub mod memory;
 pub mod shutdown;
+pub mod terminal;
 
 pub use clock::{ClockQuality, now_ns};
 pub use exit::{Exit, Failure, WithExit, report};

@@ -1,0 +1,157 @@
+//! `sextant doctor`: what a site needs of this machine and its network, before anything runs.
+//!
+//! Each finding is right, doubtful or a fault; the latter two with a remedy. Nothing is changed.
+
+mod machine;
+mod site;
+
+use crate::check::{Together, check_path};
+use crate::output::{Format, print_line};
+use crate::site::SiteArguments;
+use anyhow::bail;
+use clap::Args;
+use serde::Serialize;
+use sextant_process::{Exit, Failure};
+use std::path::PathBuf;
+
+/// What a person may choose of `doctor`.
+#[derive(Args, Debug)]
+#[command(
+    after_help = "For example, on a board: sextant doctor camera.toml --connect tcp/fusion.lab:7447
+With --json, a line a finding: {\"about\",\"verdict\",\"words\",\"remedy\"}, verdict being ok, warning or fault; remedy null where none is
+needed. Exit code 1 when there is a fault."
+)]
+pub struct DoctorArguments {
+    /// Files of this machine's nodes, rigs and objects: checked like `sextant check`, all together.
+    #[arg(value_name = "FILE")]
+    files: Vec<PathBuf>,
+    #[command(flatten)]
+    site: SiteArguments,
+}
+
+/// How a finding is to be taken.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Verdict {
+    /// As it should be.
+    Ok,
+    /// It works, or not everybody needs it.
+    Warning,
+    /// A site can't run like this.
+    Fault,
+}
+
+/// One thing that was looked at.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct Finding {
+    about: &'static str,
+    verdict: Verdict,
+    words: String,
+    remedy: Option<String>,
+}
+
+impl Finding {
+    /// As it should be.
+    pub fn ok(about: &'static str, words: impl Into<String>) -> Self {
+        Self {
+            about,
+            verdict: Verdict::Ok,
+            words: words.into(),
+            remedy: None,
+        }
+    }
+
+    /// It works, or not everybody needs it.
+    pub fn warning(about: &'static str, words: impl Into<String>, remedy: &str) -> Self {
+        Self {
+            verdict: Verdict::Warning,
+            remedy: Some(remedy.to_owned()),
+            ..Self::ok(about, words)
+        }
+    }
+
+    /// A site can't run like this.
+    pub fn fault(about: &'static str, words: impl Into<String>, remedy: &str) -> Self {
+        Self {
+            verdict: Verdict::Fault,
+            ..Self::warning(about, words, remedy)
+        }
+    }
+
+    fn line(&self, format: Format) -> String {
+        let verdict = match self.verdict {
+            Verdict::Ok => "ok",
+            Verdict::Warning => "warning",
+            Verdict::Fault => "fault",
+        };
+        match (format, &self.remedy) {
+            // Texts and enums: there is nothing that JSON could refuse.
+            (Format::Json, _) => serde_json::to_string(self).unwrap_or_default(),
+            (Format::Text, None) => format!("{verdict:<8} {}: {}", self.about, self.words),
+            (Format::Text, Some(remedy)) => {
+                format!("{verdict:<8} {}: {}; {remedy}", self.about, self.words)
+            }
+        }
+    }
+}
+
+/// Runs `sextant doctor`.
+///
+/// # Errors
+/// [`Exit::Fault`] when a finding is a fault.
+pub fn run(arguments: &DoctorArguments, format: Format) -> anyhow::Result<()> {
+    let mut findings = vec![Finding::ok(
+        "version",
+        concat!("sextant ", env!("CARGO_PKG_VERSION")),
+    )];
+    findings.extend(files(&arguments.files));
+    findings.extend(machine::findings());
+    let mut faults = 0_usize;
+    // The network may take its time: what is known is said first.
+    for finding in findings {
+        faults += usize::from(finding.verdict == Verdict::Fault);
+        print_line(&finding.line(format))?;
+    }
+    for finding in site::findings(&arguments.site)? {
+        faults += usize::from(finding.verdict == Verdict::Fault);
+        print_line(&finding.line(format))?;
+    }
+    if faults > 0 {
+        let cause = anyhow::anyhow!("{faults} of these must be mended before a site runs");
+        bail!(Failure::new(Exit::Fault, cause));
+    }
+    Ok(())
+}
+
+fn files(paths: &[PathBuf]) -> Vec<Finding> {
+    let mut together = Together::default();
+    let mut findings = Vec::new();
+    for path in paths {
+        let name = path.display();
+        findings.push(match check_path(path, None, &mut together) {
+            Ok((kind, summary)) => Finding::ok("file", format!("{name}: {kind}, {summary}")),
+            Err(error) => Finding::fault("file", format!("{error:#}"), "mend the file"),
+        });
+    }
+    let complaints = together.complaints().into_iter();
+    findings.extend(complaints.map(|words| Finding::fault("files", words, "mend one of them")));
+    findings
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_finding_says_what_is_wrong_and_what_to_do() {
+        let finding = Finding::fault("clock", "it stands still", "wind it up");
+        assert_eq!(
+            finding.line(Format::Text),
+            "fault    clock: it stands still; wind it up"
+        );
+        assert_eq!(
+            finding.line(Format::Json),
+            r#"{"about":"clock","verdict":"fault","words":"it stands still","remedy":"wind it up"}"#
+        );
+    }
+}

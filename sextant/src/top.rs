@@ -1,0 +1,141 @@
+//! `sextant top`: how a site fares, live: cameras, objects, and what is wrong, in words.
+
+mod board;
+mod json;
+mod screen;
+mod table;
+
+use crate::output::{Format, print_line};
+use crate::site::{RouterWatch, Site, SiteArguments};
+use board::Board;
+use clap::Args;
+use screen::Screen;
+use sextant_process::now_ns;
+use sextant_proto::limits;
+use sextant_zenoh_bus::{AliveWatch, DropRule, Subscription};
+use std::time::{Duration, Instant};
+
+/// Messages that wait while a block is drawn; the oldest give way.
+const QUEUE: usize = 8192;
+/// Between two blocks.
+const PERIOD: Duration = Duration::from_secs(1);
+/// How late a Ctrl-C is heard.
+const GLANCE: Duration = Duration::from_millis(50);
+/// Statuses come about once a second: after this everyone has been heard.
+const ALL_HEARD: Duration = Duration::from_millis(1600);
+/// How long those who keep a last value may take to answer.
+const ANSWER: Duration = Duration::from_millis(500);
+
+/// What a person may choose of `top`.
+#[derive(Args, Debug)]
+#[command(
+    after_help = "On a terminal the view is redrawn in place; elsewhere a block a second is printed. NO_COLOR is respected.
+With --json, a line a second: {\"site\",\"t_ns\",\"connected\",\"nodes\":[{\"kind\",\"id\",\"up\",\"age_s\"}],
+\"cameras\":[{\"id\",\"rate_hz\",\"detect_ms\":[p50,p99],\"captured\",\"dropped\",\"clock\":{\"source\",\"error_ms\",\"offset_ms\",\"sigma_ms\",
+\"drift_ppm\"},\"image_age_ms\",\"received\",\"refused\",\"late\",\"gated\",\"unknown_tags\"}],
+\"objects\":[{\"id\",\"state\",\"rate_hz\",\"position\",\"orientation\",\"sigma_mm\",\"sigma_deg\",\"cameras\",\"tags\",\"latency_ms\",\"pose_age_ms\"}],
+\"faults\":[{\"from\",\"words\"}]}; null where something is unknown. Sigmas are the expected length of the error."
+)]
+pub struct TopArguments {
+    /// Look for a moment, print once, end.
+    #[arg(long)]
+    once: bool,
+    #[command(flatten)]
+    site: SiteArguments,
+}
+
+/// Runs `sextant top`.
+///
+/// # Errors
+/// No router.
+pub fn run(arguments: &TopArguments, format: Format) -> anyhow::Result<()> {
+    let site = arguments.site.open()?;
+    let mut view = View::open(&site)?;
+    if arguments.once {
+        view.look(ALL_HEARD);
+        if !site.shutdown.is_requested() {
+            print_line(&view.block(format, screen::width()))?;
+        }
+    } else {
+        let screen = (format == Format::Text).then(Screen::take).flatten();
+        view.look(ANSWER);
+        while !site.shutdown.is_requested() {
+            match &screen {
+                Some(screen) => {
+                    screen.draw(&table::lines(&view.board, now_ns(), screen.width()))?
+                }
+                None => print_line(&view.block(format, screen::width()))?,
+            }
+            view.look(PERIOD);
+        }
+    }
+    drop(view);
+    site.bus.close();
+    Ok(())
+}
+
+/// The board and what fills it.
+struct View<'a> {
+    site: &'a Site,
+    board: Board,
+    router: RouterWatch,
+    alive: AliveWatch,
+    messages: Vec<Subscription>,
+}
+
+impl<'a> View<'a> {
+    fn open(site: &'a Site) -> anyhow::Result<Self> {
+        let keys = &site.keys;
+        let wanted = [
+            keys.all_camera_statuses(),
+            keys.all_fusion_statuses(),
+            keys.all_clocks(),
+            keys.all_observations(),
+            keys.all_poses(),
+        ];
+        let subscribe = |key: &String| {
+            site.bus
+                .subscribe(key, QUEUE, DropRule::Oldest, limits::MAX_PAYLOAD_BYTES)
+        };
+        let messages = wanted.iter().map(subscribe).collect::<Result<_, _>>()?;
+        let mut board = Board::new(keys.clone());
+        for key in &wanted[..3] {
+            let kept = site.bus.latest(key, limits::MAX_PAYLOAD_BYTES, ANSWER)?;
+            kept.iter().for_each(|item| board.take(item, now_ns()));
+        }
+        Ok(Self {
+            site,
+            board,
+            router: RouterWatch::default(),
+            alive: site.bus.watch_alive(&keys.all_alive())?,
+            messages,
+        })
+    }
+
+    /// Takes in what comes for a while.
+    fn look(&mut self, duration: Duration) {
+        let end = Instant::now() + duration;
+        while Instant::now() < end && !self.site.shutdown.wait(GLANCE) {
+            for subscription in &self.messages {
+                while let Some(item) = subscription.try_recv() {
+                    self.board.take(&item, now_ns());
+                }
+            }
+            while let Some(presence) = self.alive.try_recv() {
+                self.board.presence(&presence, now_ns());
+            }
+        }
+        self.board.disconnected_s = self.router.silent_s(&self.site.bus);
+    }
+
+    fn block(&self, format: Format, width: usize) -> String {
+        match format {
+            Format::Json => json::line(&self.board, now_ns()),
+            Format::Text => {
+                let lines = table::lines(&self.board, now_ns(), width);
+                let texts = lines.into_iter().map(|line| line.text);
+                texts.collect::<Vec<_>>().join("\n")
+            }
+        }
+    }
+}

@@ -1,0 +1,461 @@
+//! What is known of a site at a moment, from what its nodes say. Pure: time is an argument, and what comes is bounded.
+
+use sextant_estimator::{CameraId, ObjectId, State};
+use sextant_proto::{
+    CameraClock, CameraIntake, CameraStatus, ClockReport, FusionStatus, KeyRef, Keys, NodeId,
+    NodeKind, ObjectPose, Observations,
+};
+use sextant_zenoh_bus::{Item, Presence};
+use std::collections::{BTreeMap, VecDeque};
+
+/// Cameras, objects and nodes of each kind that are kept: a flood of invented names must not fill the memory.
+const MOST: usize = 1024;
+/// Poses are counted over so long.
+const RATE_WINDOW_NS: u64 = 2_000_000_000;
+/// Silence after which a node is missed.
+pub const SILENCE_S: f64 = 3.0;
+
+/// The site.
+pub struct Board {
+    /// Its keys.
+    pub keys: Keys,
+    /// Its cameras.
+    pub cameras: BTreeMap<CameraId, CameraRow>,
+    /// Its objects.
+    pub objects: BTreeMap<ObjectId, ObjectRow>,
+    /// The nodes that have ever been heard.
+    pub nodes: BTreeMap<(NodeKind, NodeId), NodeRow>,
+    /// What each fusion node last said.
+    pub fusion: BTreeMap<NodeId, FusionStatus>,
+    /// How long the router has been out of reach, seconds; none while it is there.
+    pub disconnected_s: Option<f64>,
+}
+
+/// A camera.
+#[derive(Debug, Default)]
+pub struct CameraRow {
+    /// What its node last said.
+    pub status: Option<CameraStatus>,
+    /// Capture time of its newest image, ns; 0 before the first.
+    pub last_capture_ns: u64,
+    /// What the fusion node makes of its messages.
+    pub intake: Option<CameraIntake>,
+    /// What its images tell about its clock.
+    pub clock: Option<CameraClock>,
+}
+
+/// An object.
+#[derive(Debug, Default)]
+pub struct ObjectRow {
+    /// The newest pose.
+    pub pose: Option<Box<ObjectPose>>,
+    /// When the last poses came, ns.
+    arrivals_ns: VecDeque<u64>,
+}
+
+/// A process of the site.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct NodeRow {
+    /// Whether it is on the network.
+    pub up: bool,
+    /// When it was last heard, ns.
+    pub heard_ns: u64,
+}
+
+impl ObjectRow {
+    /// Poses a second at `now_ns`.
+    pub fn rate_hz(&self, now_ns: u64) -> f64 {
+        let since = now_ns.saturating_sub(RATE_WINDOW_NS);
+        let recent = self.arrivals_ns.iter().filter(|at| **at > since);
+        let (mut count, mut first) = (0_u32, None);
+        for at in recent {
+            count += 1;
+            first = first.or(Some(*at));
+        }
+        // Since the first one seen, so that the first seconds tell the truth, too.
+        let span_s = first.map_or(0.0, |first| now_ns.saturating_sub(first) as f64 * 1e-9);
+        if span_s > 0.0 {
+            f64::from(count) / span_s.max(0.5)
+        } else {
+            0.0
+        }
+    }
+
+    /// The state; lost while it was never seen, and when nothing has been said of it for a while.
+    pub fn state(&self, now_ns: u64) -> State {
+        let silent = self
+            .arrivals_ns
+            .back()
+            .is_none_or(|last| now_ns.saturating_sub(*last) as f64 * 1e-9 > SILENCE_S);
+        match &self.pose {
+            Some(pose) if !silent => pose.state,
+            _ => State::Lost,
+        }
+    }
+}
+
+impl Board {
+    /// Nothing is known yet.
+    pub fn new(keys: Keys) -> Self {
+        Self {
+            keys,
+            cameras: BTreeMap::new(),
+            objects: BTreeMap::new(),
+            nodes: BTreeMap::new(),
+            fusion: BTreeMap::new(),
+            disconnected_s: None,
+        }
+    }
+
+    /// A message that came at `now_ns`; one that is none of the site's is passed over: the fusion node counts those.
+    pub fn take(&mut self, item: &Item, now_ns: u64) {
+        match self.keys.parse(&item.key) {
+            Some(KeyRef::CameraStatus(id)) => {
+                if let Ok(status) = item.decode::<CameraStatus>() {
+                    self.heard(NodeKind::Camera, id.as_str(), now_ns);
+                    if let Some(row) = entry(&mut self.cameras, id) {
+                        row.status = Some(status);
+                    }
+                }
+            }
+            Some(KeyRef::Observations(id)) => {
+                if let Ok(image) = item.decode::<Observations>()
+                    && let Some(row) = entry(&mut self.cameras, id)
+                {
+                    row.last_capture_ns = row.last_capture_ns.max(image.capture_ns);
+                }
+            }
+            Some(KeyRef::Pose(id)) => {
+                if let Ok(pose) = item.decode::<ObjectPose>() {
+                    self.pose(id, pose, now_ns);
+                }
+            }
+            Some(KeyRef::FusionStatus(id)) => {
+                if let Ok(status) = item.decode::<FusionStatus>() {
+                    self.heard(NodeKind::Fusion, id.as_str(), now_ns);
+                    self.fusion_status(id, status);
+                }
+            }
+            Some(KeyRef::Clocks(_)) => {
+                if let Ok(report) = item.decode::<ClockReport>() {
+                    self.clocks(report);
+                }
+            }
+            _ => {}
+        }
+    }
+
+    /// Somebody came or went.
+    pub fn presence(&mut self, presence: &Presence, now_ns: u64) {
+        let (key, up) = match presence {
+            Presence::Joined(key) => (key, true),
+            Presence::Left(key) => (key, false),
+        };
+        if let Some(KeyRef::Alive(kind, id)) = self.keys.parse(key)
+            && let Some(row) = entry(&mut self.nodes, (kind, id))
+        {
+            row.up = up;
+            row.heard_ns = row.heard_ns.max(if up { now_ns } else { 0 });
+        }
+    }
+
+    fn heard(&mut self, kind: NodeKind, id: &str, now_ns: u64) {
+        if let Ok(id) = NodeId::new(id)
+            && let Some(row) = entry(&mut self.nodes, (kind, id))
+        {
+            *row = NodeRow {
+                up: true,
+                heard_ns: now_ns,
+            };
+        }
+    }
+
+    fn pose(&mut self, id: ObjectId, pose: ObjectPose, now_ns: u64) {
+        let Some(row) = entry(&mut self.objects, id) else {
+            return;
+        };
+        row.pose = Some(Box::new(pose));
+        row.arrivals_ns.push_back(now_ns);
+        let since = now_ns.saturating_sub(RATE_WINDOW_NS);
+        while row.arrivals_ns.len() > 1 && row.arrivals_ns.front().is_some_and(|at| *at < since) {
+            row.arrivals_ns.pop_front();
+        }
+    }
+
+    /// The fusion nodes say which objects there are, and which cameras the rig has.
+    fn fusion_status(&mut self, node: NodeId, status: FusionStatus) {
+        for intake in &status.cameras {
+            if let Some(row) = entry(&mut self.cameras, intake.camera.clone()) {
+                row.last_capture_ns = row.last_capture_ns.max(intake.last_capture_ns);
+                row.intake = Some(intake.clone());
+            }
+        }
+        for object in &status.objects {
+            entry(&mut self.objects, object.object.clone());
+        }
+        if self.fusion.len() < MOST || self.fusion.contains_key(&node) {
+            self.fusion.insert(node, status);
+        }
+        let fusion = &self.fusion;
+        let is_there = |id: &ObjectId| {
+            let mut objects = fusion.values().flat_map(|status| &status.objects);
+            objects.any(|object| object.object == *id)
+        };
+        self.objects.retain(|id, _| is_there(id));
+    }
+
+    fn clocks(&mut self, report: ClockReport) {
+        for row in self.cameras.values_mut() {
+            row.clock = None;
+        }
+        for clock in report.cameras {
+            if let Some(row) = entry(&mut self.cameras, clock.camera.clone()) {
+                row.clock = Some(clock);
+            }
+        }
+    }
+
+    /// What is wrong, in words: who says it, and what.
+    pub fn faults(&self, now_ns: u64) -> Vec<(String, String)> {
+        let mut faults = match self.disconnected_s {
+            // Without the router everyone is silent: no news about anyone.
+            Some(seconds) => {
+                let words = format!("no word from the router for {seconds:.0} s; waiting for it");
+                vec![("network".to_owned(), words)]
+            }
+            None => self.silences(now_ns),
+        };
+        let fusion = self.fusion.iter();
+        faults.extend(fusion.flat_map(|(node, status)| said_by(node.as_str(), &status.faults)));
+        let cameras = self
+            .cameras
+            .iter()
+            .filter_map(|(id, row)| Some((id, row.status.as_ref()?)));
+        faults.extend(cameras.flat_map(|(id, status)| said_by(id.as_str(), &status.messages)));
+        faults
+    }
+
+    /// Who is missed.
+    fn silences(&self, now_ns: u64) -> Vec<(String, String)> {
+        let mut silences = Vec::new();
+        for ((kind, id), row) in &self.nodes {
+            let age_s = now_ns.saturating_sub(row.heard_ns) as f64 * 1e-9;
+            // A viewer says nothing but that it lives.
+            let is_missed = *kind != NodeKind::Viewer && age_s > SILENCE_S;
+            let who = format!("{} node {id}", kind.as_str());
+            if !row.up {
+                silences.push(("network".to_owned(), format!("{who} is gone")));
+            } else if is_missed {
+                let words = format!("no word from {who} for {age_s:.0} s");
+                silences.push(("network".to_owned(), words));
+            }
+        }
+        if self.fusion.is_empty() {
+            let words = "no fusion node has said anything yet".to_owned();
+            silences.push(("network".to_owned(), words));
+        }
+        silences
+    }
+}
+
+fn said_by<'a>(who: &'a str, sentences: &'a [String]) -> impl Iterator<Item = (String, String)> {
+    let words = sentences.iter().map(|words| crate::words::plain(words));
+    words.map(move |words| (who.to_owned(), words))
+}
+
+impl Default for NodeRow {
+    fn default() -> Self {
+        Self {
+            up: true,
+            heard_ns: 0,
+        }
+    }
+}
+
+/// The row of a name; none when there are too many.
+fn entry<K: Ord, R: Default>(rows: &mut BTreeMap<K, R>, key: K) -> Option<&mut R> {
+    if rows.len() >= MOST && !rows.contains_key(&key) {
+        return None;
+    }
+    Some(rows.entry(key).or_default())
+}
+
+#[cfg(test)]
+pub mod tests {
+    use super::*;
+    use sextant_proto::{ClockQuality, ClockSource, Message, ObjectHealth, Rejections, encode};
+    use sextant_zenoh_bus::Payload;
+
+    pub const NOW_NS: u64 = 1_800_000_000_000_000_000;
+
+    fn item<M: Message>(key: String, message: &M) -> Item {
+        Item {
+            key,
+            payload: Payload::Bytes(encode(message).unwrap()),
+            sender: None,
+        }
+    }
+
+    fn fusion_status(objects: &[&str], faults: &[&str]) -> FusionStatus {
+        let north = CameraIntake {
+            camera: CameraId::new("north").unwrap(),
+            received: 300,
+            rejected: Rejections {
+                damaged: 2,
+                ..Rejections::default()
+            },
+            unknown_tags: 9,
+            late: 8,
+            gated: 10,
+            last_capture_ns: NOW_NS - 40_000_000,
+            rate_hz: 30.0,
+        };
+        let health = |id: &&str| ObjectHealth {
+            object: ObjectId::new(id).unwrap(),
+            state: State::Tracking,
+            rate_hz: 30.0,
+        };
+        FusionStatus {
+            node: NodeId::new("fusion").unwrap(),
+            version: "0.1.0".into(),
+            uptime_s: 60,
+            cameras: vec![north],
+            foreign: Rejections::default(),
+            objects: objects.iter().map(health).collect(),
+            faults: faults.iter().map(|words| (*words).to_owned()).collect(),
+        }
+    }
+
+    fn pose(object: &str) -> ObjectPose {
+        ObjectPose {
+            object: ObjectId::new(object).unwrap(),
+            sequence: 7,
+            capture_ns: NOW_NS - 30_000_000,
+            published_ns: NOW_NS - 9_500_000,
+            state: State::Tracking,
+            position: [0.1, -0.2, 0.3],
+            orientation: [0.0, 0.0, 0.0, 1.0],
+            covariance: std::array::from_fn(|k| if k % 7 == 0 { 1e-8 } else { 0.0 }),
+            twist: [0.0; 6],
+            cameras: 3,
+            tags: 5,
+            rms_px: 0.1,
+        }
+    }
+
+    /// A site of one camera and two objects, one of them seen, a second ago and now.
+    pub fn board() -> Board {
+        let keys = Keys::new("lab").unwrap();
+        let (north, node) = (
+            CameraId::new("north").unwrap(),
+            NodeId::new("fusion").unwrap(),
+        );
+        let mut board = Board::new(keys.clone());
+        let status = CameraStatus {
+            camera: north.clone(),
+            version: "0.1.0".into(),
+            host: "board".into(),
+            captured: 310,
+            detected: 300,
+            dropped: 10,
+            rate_hz: 29.9,
+            detect_ms: [3.25, 4.5],
+            clock: ClockQuality {
+                source: ClockSource::Ntp,
+                error_ns: 250_000,
+            },
+            uptime_s: 10,
+            published: 300,
+            messages: vec![],
+        };
+        board.take(&item(keys.camera_status(&north), &status), NOW_NS);
+        let fusion = fusion_status(
+            &["ball", "cube"],
+            &["camera north is not where the rig says"],
+        );
+        board.take(&item(keys.fusion_status(&node), &fusion), NOW_NS);
+        let clock = CameraClock {
+            camera: north,
+            offset_s: -0.0125,
+            sigma_s: 0.0001,
+            drift: Some(2.5e-5),
+        };
+        let report = ClockReport {
+            node: node.clone(),
+            cameras: vec![clock],
+        };
+        board.take(&item(keys.clocks(&node), &report), NOW_NS);
+        let key = keys.pose(&ObjectId::new("cube").unwrap());
+        for k in 0..30 {
+            let at_ns = NOW_NS - 1_000_000_000 + k * 33_333_333;
+            board.take(&item(key.clone(), &pose("cube")), at_ns);
+        }
+        board
+    }
+
+    fn words(board: &Board, now_ns: u64) -> Vec<String> {
+        let faults = board.faults(now_ns).into_iter();
+        faults.map(|(_, words)| words).collect()
+    }
+
+    #[test]
+    fn rates_and_states_are_those_of_the_last_seconds() {
+        let board = board();
+        let cube = &board.objects[&ObjectId::new("cube").unwrap()];
+        assert!((cube.rate_hz(NOW_NS) - 30.0).abs() < 1.5);
+        assert_eq!(cube.state(NOW_NS), State::Tracking);
+        assert_eq!(cube.state(NOW_NS + 5_000_000_000), State::Lost);
+        assert_eq!(cube.rate_hz(NOW_NS + 5_000_000_000), 0.0);
+        let ball = &board.objects[&ObjectId::new("ball").unwrap()];
+        assert_eq!(ball.state(NOW_NS), State::Lost);
+    }
+
+    #[test]
+    fn faults_and_silence_are_told() {
+        let mut board = board();
+        assert_eq!(
+            words(&board, NOW_NS),
+            ["camera north is not where the rig says"]
+        );
+        let later = NOW_NS + 4_000_000_000;
+        let said = words(&board, later);
+        assert!(
+            said.contains(&"no word from fusion node fusion for 4 s".to_owned()),
+            "{said:?}"
+        );
+        assert!(
+            said.contains(&"no word from camera node north for 4 s".to_owned()),
+            "{said:?}"
+        );
+        let gone = Presence::Left("sextant/v1/lab/alive/camera/north".to_owned());
+        board.presence(&gone, NOW_NS);
+        assert_eq!(words(&board, NOW_NS)[0], "camera node north is gone");
+        // Without the router everyone is silent: no news about anyone.
+        board.disconnected_s = Some(5.2);
+        let said = words(&board, NOW_NS);
+        assert_eq!(said.len(), 2, "{said:?}");
+        assert_eq!(said[0], "no word from the router for 5 s; waiting for it");
+    }
+
+    #[test]
+    fn an_object_that_the_fusion_node_has_no_more_is_gone() {
+        let mut board = board();
+        let node = NodeId::new("fusion").unwrap();
+        let status = fusion_status(&["ball"], &[]);
+        let key = board.keys.fusion_status(&node);
+        board.take(&item(key, &status), NOW_NS);
+        let left: Vec<String> = board.objects.keys().map(ToString::to_string).collect();
+        assert_eq!(left, ["ball"]);
+    }
+
+    #[test]
+    fn a_flood_of_names_ends_at_the_bound() {
+        let mut board = Board::new(Keys::new("lab").unwrap());
+        for k in 0..2 * MOST {
+            let id = ObjectId::new(&format!("o{k}")).unwrap();
+            let key = board.keys.pose(&id);
+            board.take(&item(key, &pose("cube")), NOW_NS);
+        }
+        assert_eq!(board.objects.len(), MOST);
+    }
+}

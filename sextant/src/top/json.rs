@@ -1,0 +1,100 @@
+//! The board as one line of JSON.
+
+use crate::top::board::{Board, CameraRow, ObjectRow};
+use crate::top::table::{latency_ms, sigma_of, source};
+use crate::words;
+use serde_json::{Value, json};
+
+/// The board at `now_ns`; null where something is unknown.
+pub fn line(board: &Board, now_ns: u64) -> String {
+    let nodes = board.nodes.iter().map(|((kind, id), row)| {
+        json!({
+            "kind": kind.as_str(), "id": id, "up": row.up,
+            "age_s": (row.heard_ns > 0).then(|| age_ms(row.heard_ns, now_ns) / 1e3),
+        })
+    });
+    let cameras = board
+        .cameras
+        .iter()
+        .map(|(id, row)| camera(id.as_str(), row, now_ns));
+    let objects = board
+        .objects
+        .iter()
+        .map(|(id, row)| object(id.as_str(), row, now_ns));
+    let faults = board.faults(now_ns).into_iter();
+    let faults = faults.map(|(from, words)| json!({"from": from, "words": words}));
+    json!({
+        "site": board.keys.site(), "t_ns": now_ns, "connected": board.disconnected_s.is_none(),
+        "nodes": nodes.collect::<Vec<_>>(), "cameras": cameras.collect::<Vec<_>>(),
+        "objects": objects.collect::<Vec<_>>(), "faults": faults.collect::<Vec<_>>(),
+    })
+    .to_string()
+}
+
+fn age_ms(then_ns: u64, now_ns: u64) -> f64 {
+    now_ns.saturating_sub(then_ns) as f64 / 1e6
+}
+
+fn camera(id: &str, row: &CameraRow, now_ns: u64) -> Value {
+    let (status, intake, clock) = (row.status.as_ref(), row.intake.as_ref(), row.clock.as_ref());
+    json!({
+        "id": id,
+        "rate_hz": status.map(|s| s.rate_hz).or(intake.map(|i| i.rate_hz)),
+        "detect_ms": status.map(|s| s.detect_ms),
+        "captured": status.map(|s| s.captured),
+        "dropped": status.map(|s| s.dropped),
+        "clock": {
+            "source": status.map(|s| source(s.clock.source)),
+            "error_ms": status.map(|s| s.clock.error_ns as f64 / 1e6),
+            "offset_ms": clock.map(|c| c.offset_s * 1e3),
+            "sigma_ms": clock.map(|c| c.sigma_s * 1e3),
+            "drift_ppm": clock.and_then(|c| c.drift).map(|drift| drift * 1e6),
+        },
+        "image_age_ms": (row.last_capture_ns > 0).then(|| age_ms(row.last_capture_ns, now_ns)),
+        "received": intake.map(|i| i.received),
+        "refused": intake.map(|i| i.rejected),
+        "late": intake.map(|i| i.late),
+        "gated": intake.map(|i| i.gated),
+        "unknown_tags": intake.map(|i| i.unknown_tags),
+    })
+}
+
+fn object(id: &str, row: &ObjectRow, now_ns: u64) -> Value {
+    let pose = row.pose.as_deref();
+    json!({
+        "id": id,
+        "state": words::state(row.state(now_ns)),
+        "rate_hz": row.rate_hz(now_ns),
+        "position": pose.map(|p| p.position),
+        "orientation": pose.map(|p| p.orientation),
+        "sigma_mm": pose.map(|p| sigma_of(&p.covariance, 0) * 1e3),
+        "sigma_deg": pose.map(|p| sigma_of(&p.covariance, 3).to_degrees()),
+        "cameras": pose.map(|p| p.cameras),
+        "tags": pose.map(|p| p.tags),
+        "latency_ms": pose.map(|p| latency_ms(p.capture_ns, p.published_ns)),
+        "pose_age_ms": pose.map(|p| age_ms(p.capture_ns, now_ns)),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::top::board::tests::{NOW_NS, board};
+
+    #[test]
+    fn everything_is_there_and_unknown_things_are_null() {
+        let line: Value = serde_json::from_str(&line(&board(), NOW_NS)).unwrap();
+        let (camera, objects) = (&line["cameras"][0], &line["objects"]);
+        assert_eq!(line["connected"], true);
+        assert_eq!(camera["id"], "north");
+        assert_eq!(camera["clock"]["source"], "ntp");
+        assert!((camera["clock"]["offset_ms"].as_f64().unwrap() + 12.5).abs() < 1e-9);
+        assert_eq!(camera["refused"]["damaged"], 2);
+        assert_eq!(camera["image_age_ms"], 40.0);
+        assert_eq!(objects[0]["id"], "ball");
+        assert_eq!(objects[0]["position"], Value::Null);
+        assert_eq!(objects[1]["state"], "tracking");
+        assert_eq!(objects[1]["latency_ms"], 20.5);
+        assert_eq!(line["faults"][0]["from"], "fusion");
+    }
+}

@@ -1,0 +1,128 @@
+//! The terminal as a screen that is redrawn in place, and left as it was found.
+
+use crate::top::table::{Line, Tone};
+use sextant_process::terminal;
+use std::io::{self, IsTerminal, Write};
+
+/// Columns where nobody says how many there are.
+const USUAL_WIDTH: usize = 100;
+/// Fewer columns are taken for a terminal that does not know.
+const NARROWEST: usize = 40;
+
+/// Columns for text that goes to standard output.
+pub fn width() -> usize {
+    terminal::size().map_or(USUAL_WIDTH, |(columns, _)| {
+        usize::from(columns).max(NARROWEST)
+    })
+}
+
+/// The terminal, taken for the time being. Dropping it shows what was there before.
+pub struct Screen {
+    is_coloured: bool,
+}
+
+impl Screen {
+    /// Takes the terminal, where standard output is one.
+    pub fn take() -> Option<Self> {
+        let is_terminal = io::stdout().is_terminal();
+        let is_dumb = std::env::var("TERM").is_ok_and(|term| term == "dumb");
+        if !is_terminal || is_dumb {
+            return None;
+        }
+        // The other screen, its cursor hidden.
+        print("\x1b[?1049h\x1b[?25l").ok()?;
+        let is_coloured = std::env::var_os("NO_COLOR").is_none_or(|value| value.is_empty());
+        Some(Self { is_coloured })
+    }
+
+    /// Columns of the terminal now.
+    pub fn width(&self) -> usize {
+        width()
+    }
+
+    /// Draws the lines, as many as there is room for.
+    ///
+    /// # Errors
+    /// A terminal that takes nothing any more.
+    pub fn draw(&self, lines: &[Line]) -> io::Result<()> {
+        let rows = terminal::size().map_or(usize::MAX, |(_, rows)| usize::from(rows));
+        print(&frame(lines, rows, self.is_coloured))
+    }
+}
+
+impl Drop for Screen {
+    fn drop(&mut self) {
+        // A terminal that is gone needs nothing put back.
+        let _ = print("\x1b[?25h\x1b[?1049l");
+    }
+}
+
+/// From the top left corner: each line to its end, then nothing more. The last row may count what has no room.
+fn frame(lines: &[Line], rows: usize, is_coloured: bool) -> String {
+    let shown = if lines.len() > rows {
+        rows.saturating_sub(1)
+    } else {
+        lines.len()
+    };
+    let mut frame = String::from("\x1b[H");
+    for (k, line) in lines[..shown].iter().enumerate() {
+        if k > 0 {
+            frame.push_str("\r\n");
+        }
+        let colour = if is_coloured { colour(line.tone) } else { "" };
+        frame.push_str(colour);
+        frame.push_str(&line.text);
+        if !colour.is_empty() {
+            frame.push_str("\x1b[0m");
+        }
+        frame.push_str("\x1b[K");
+    }
+    if shown < lines.len() && rows > 0 {
+        frame.push_str(&format!("\r\n({} lines more)\x1b[K", lines.len() - shown));
+    }
+    frame.push_str("\x1b[J");
+    frame
+}
+
+fn colour(tone: Tone) -> &'static str {
+    match tone {
+        Tone::Plain => "",
+        Tone::Heading => "\x1b[1m",
+        Tone::Good => "\x1b[32m",
+        Tone::Doubtful => "\x1b[33m",
+        Tone::Bad => "\x1b[31m",
+    }
+}
+
+fn print(text: &str) -> io::Result<()> {
+    let mut out = io::stdout().lock();
+    out.write_all(text.as_bytes())?;
+    out.flush()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn lines(n: usize) -> Vec<Line> {
+        let line = |k| Line {
+            text: format!("line {k}"),
+            tone: Tone::Bad,
+        };
+        (0..n).map(line).collect()
+    }
+
+    #[test]
+    fn what_has_no_room_is_counted() {
+        let frame = frame(&lines(10), 4, false);
+        assert!(frame.contains("line 2") && !frame.contains("line 3"));
+        assert!(frame.contains("(7 lines more)"));
+        assert_eq!(frame.matches("\r\n").count(), 3);
+    }
+
+    #[test]
+    fn colours_end_with_their_line_and_can_be_had_without() {
+        assert!(frame(&lines(1), 4, true).contains("\x1b[31mline 0\x1b[0m\x1b[K"));
+        assert!(!frame(&lines(1), 4, false).contains("\x1b[31m"));
+    }
+}
