@@ -5,9 +5,13 @@
 #![allow(clippy::expect_used, reason = "a harness ends its test by panicking")]
 
 mod demo;
+mod fused_site;
 mod program;
+mod scene;
 mod traces;
 
 pub use demo::{Demo, Ended, send};
+pub use fused_site::{FusedSite, PATIENCE};
 pub use program::{sextant, workspace_root};
+pub use scene::{Scene, changed, tag_of};
 pub use traces::Traces;

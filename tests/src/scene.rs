@@ -1,0 +1,191 @@
+//! A site in virtual time without images: cameras in a ring around tagged cubes that move, corners projected exactly and
+//! rounded as a detector's would be noisy. What is true may differ from what the site believes: that is a fault.
+
+use nalgebra::{Point3, Rotation3, UnitQuaternion, Vector3};
+use sextant_estimator::{Camera, CameraId, ObjectId, ObjectModel, ObjectTag, Rig, TagId};
+use sextant_geometry::{Intrinsics, Lens, Pose, tag_corners_in_tag};
+use sextant_proto::{ClockQuality, ClockSource, Observations, TagObservation, Timing};
+use sextant_tag_families::Family;
+
+/// Half a pixel of noise would drown a wrong tag; this is what good images give.
+const SIGMA_PX: f64 = 0.05;
+/// Edge of a cube, and of the tags on it, metres.
+const EDGE_M: f64 = 0.06;
+const TAG_M: f64 = 0.04;
+
+/// What is true of a site.
+#[derive(Debug, Clone)]
+pub struct Scene {
+    /// The cameras as they stand.
+    pub rig: Rig,
+    /// The objects as they are.
+    pub objects: Vec<ObjectModel>,
+    /// Seconds that a camera's stamps lie after the truth, by camera.
+    pub clock_offsets_s: Vec<f64>,
+    random: u64,
+}
+
+impl Scene {
+    /// `cameras` in a ring of 1 m, `names` on cubes between them.
+    ///
+    /// # Panics
+    /// When a name is none.
+    #[must_use]
+    pub fn new(cameras: usize, names: &[&str]) -> Self {
+        let cubes = names.iter().zip(0..).map(|(name, k)| cube(name, 6 * k));
+        Self {
+            rig: Rig::new((0..cameras).map(|k| camera(k, cameras)).collect()).expect("a rig"),
+            objects: cubes.collect(),
+            clock_offsets_s: vec![0.0; cameras],
+            random: 1,
+        }
+    }
+
+    /// What a camera sees at `time_ns`, as its node would publish it; the objects are where they are `seconds` after the start.
+    pub fn observe(&mut self, camera: usize, seconds: f64, time_ns: u64) -> Observations {
+        let seen = self.rig.cameras()[camera].clone();
+        let mut tags = Vec::new();
+        for (k, object) in self.objects.clone().iter().enumerate() {
+            let world_from_object = place(k, seconds);
+            for tag in object.tags() {
+                tags.extend(self.tag(&seen, &world_from_object, tag));
+            }
+        }
+        let offset_ns = (self.clock_offsets_s[camera] * 1e9) as i64;
+        Observations {
+            camera: seen.id.clone(),
+            sequence: 1,
+            capture_ns: time_ns.saturating_add_signed(offset_ns),
+            exposure_ns: 0,
+            clock: ClockQuality {
+                source: ClockSource::Unknown,
+                error_ns: 0,
+            },
+            resolution: seen.resolution.map(|pixels| pixels as u16),
+            timing: Timing::default(),
+            tags,
+        }
+    }
+
+    /// A tag as a camera sees it: from its front, whole, not too aslant.
+    fn tag(&mut self, camera: &Camera, world: &Pose, tag: &ObjectTag) -> Option<TagObservation> {
+        let camera_from_tag = camera.world_from_camera?.inverse() * world * tag.object_from_tag?;
+        let centre = camera_from_tag.translation.vector;
+        let normal = camera_from_tag.rotation * Vector3::z();
+        if normal.dot(&centre) > -0.4 * centre.norm() {
+            return None;
+        }
+        let mut corners = [[0.0_f32; 2]; 4];
+        for (corner, at) in corners.iter_mut().zip(tag_corners_in_tag(tag.size_m)) {
+            let pixel = camera.lens.project(&(camera_from_tag * Point3::from(at)))?;
+            let pixel = [pixel.x + self.noise(), pixel.y + self.noise()];
+            *corner = pixel.map(|pixels| pixels as f32);
+        }
+        let [width, height] = camera.resolution.map(|pixels| pixels as f32);
+        let inside = |[x, y]: &[f32; 2]| (0.0..width).contains(x) && (0.0..height).contains(y);
+        corners.iter().all(inside).then(|| TagObservation {
+            family: tag.tag.family,
+            id: tag.tag.id,
+            hamming: 0,
+            margin: 60.0,
+            corners,
+            corner_covariance: [[SIGMA_PX.powi(2) as f32, 0.0, SIGMA_PX.powi(2) as f32]; 4],
+            poses: Vec::new(),
+        })
+    }
+
+    /// Gaussian, as nearly as the sum of twelve uniform numbers is (splitmix64).
+    fn noise(&mut self) -> f64 {
+        let sum: f64 = (0..12).map(|_| self.uniform()).sum();
+        (sum - 6.0) * SIGMA_PX
+    }
+
+    fn uniform(&mut self) -> f64 {
+        self.random = self.random.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.random;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
+    }
+}
+
+/// Where the k-th cube is: it swings and turns, each in its own place and rhythm.
+fn place(k: usize, seconds: f64) -> Pose {
+    let phase = k as f64;
+    let around = std::f64::consts::TAU * phase / 5.0;
+    let swing = |rhythm: f64| 0.08 * (rhythm * seconds + phase).sin();
+    let at = Vector3::new(
+        0.2 * around.cos() + swing(2.1),
+        0.2 * around.sin() + swing(2.7),
+        swing(1.7),
+    );
+    let turn = Vector3::new(
+        0.6 * (1.3 * seconds).sin(),
+        0.5 * (0.9 * seconds + phase).cos(),
+        0.8 * seconds + phase,
+    );
+    Pose::from_parts(at.into(), UnitQuaternion::from_scaled_axis(turn))
+}
+
+/// World from a camera at a place, looking at the world's origin, its x level.
+fn camera(k: usize, cameras: usize) -> Camera {
+    let angle = std::f64::consts::TAU * k as f64 / cameras as f64;
+    let place = Vector3::new(angle.cos(), angle.sin(), 0.7);
+    let forward = -place.normalize();
+    let right = forward.cross(&Vector3::z()).normalize();
+    let rotation = Rotation3::from_basis_unchecked(&[right, forward.cross(&right), forward]);
+    let turn = UnitQuaternion::from_rotation_matrix(&rotation);
+    let intrinsics = Intrinsics {
+        fx: 600.0,
+        fy: 600.0,
+        cx: 319.5,
+        cy: 239.5,
+    };
+    Camera {
+        id: CameraId::new(&format!("cam{k}")).expect("an id"),
+        resolution: [640, 480],
+        lens: Lens::pinhole(intrinsics).expect("a lens"),
+        world_from_camera: Some(Pose::from_parts(place.into(), turn)),
+    }
+}
+
+/// A cube with a tag on each side, numbered from `first`.
+fn cube(name: &str, first: u32) -> ObjectModel {
+    let quarters: [(f64, f64); 6] = [
+        (0.0, 0.0),
+        (1.0, 0.0),
+        (2.0, 0.0),
+        (3.0, 0.0),
+        (0.0, 1.0),
+        (0.0, 3.0),
+    ];
+    let tag = |(id, (about_x, about_y)): (u32, (f64, f64))| {
+        let quarter = std::f64::consts::FRAC_PI_2;
+        let turn = UnitQuaternion::from_euler_angles(about_x * quarter, about_y * quarter, 0.0);
+        let place = turn * Vector3::new(0.0, 0.0, EDGE_M / 2.0);
+        ObjectTag {
+            tag: tag_of(id),
+            size_m: TAG_M,
+            object_from_tag: Some(Pose::from_parts(place.into(), turn)),
+        }
+    };
+    changed(name, (first..).zip(quarters).map(tag).collect())
+}
+
+/// The tag of that number.
+#[must_use]
+pub fn tag_of(id: u32) -> TagId {
+    TagId {
+        family: Family::Tag36h11,
+        id,
+    }
+}
+
+/// An object of these tags.
+///
+/// # Panics
+/// When they make none.
+#[must_use]
+pub fn changed(name: &str, tags: Vec<ObjectTag>) -> ObjectModel {
+    ObjectModel::new(ObjectId::new(name).expect("an id"), tags).expect("an object")
+}

@@ -1,0 +1,213 @@
+//! Rig and objects change while a site runs: each change is taken whole or refused whole, and what it does not name goes on.
+
+#![allow(clippy::expect_used, reason = "a test ends by panicking")]
+
+use sextant_estimator::{ObjectModel, State};
+use sextant_process::now_ns;
+use sextant_proto::{ObjectConfig, ObjectPose, RigConfig, limits};
+use sextant_site_files::{write_object, write_rig};
+use sextant_zenoh_bus::Subscription;
+use std::collections::BTreeMap;
+use std::process::Output;
+use std::time::{Duration, Instant};
+use system_tests::{FusedSite, PATIENCE, Scene, changed};
+
+struct Watched {
+    site: FusedSite,
+    scene: Scene,
+    poses: Subscription,
+}
+
+impl Watched {
+    /// A site of two cubes, both tracked.
+    fn start(more: &str) -> Self {
+        let scene = Scene::new(3, &["box", "cube", "ball"]);
+        let site = FusedSite::start(&scene.rig, &scene.objects[..2], more);
+        let poses = site.listen(&site.keys.all_poses());
+        let mut watched = Self { site, scene, poses };
+        watched.until("both are tracked", |states| {
+            states.len() == 2 && states.values().all(|state| *state == State::Tracking)
+        });
+        watched
+    }
+
+    /// Lets the cameras see until the last states of all objects are as wanted; the states on the way of each object.
+    fn until(
+        &mut self,
+        what: &str,
+        wanted: impl Fn(&BTreeMap<String, State>) -> bool,
+    ) -> BTreeMap<String, Vec<State>> {
+        let (mut last, mut all) = (BTreeMap::new(), BTreeMap::<String, Vec<State>>::new());
+        let deadline = Instant::now() + PATIENCE;
+        while !wanted(&last) {
+            assert!(Instant::now() < deadline, "never: {what}; {last:?}");
+            for camera in 0..3 {
+                let image = self.scene.observe(camera, 0.0, now_ns());
+                self.site.publish(&image);
+            }
+            while let Some(item) = self.poses.recv_timeout(Duration::from_millis(5)) {
+                let pose: ObjectPose = item.decode().expect("a pose");
+                last.insert(pose.object.to_string(), pose.state);
+                all.entry(pose.object.to_string())
+                    .or_default()
+                    .push(pose.state);
+            }
+        }
+        all
+    }
+
+    /// `sextant config set object` with these tags of the scene's object, under this name.
+    fn set(&self, name: &str, tags: &ObjectModel) -> Output {
+        let file = self.site.path("change.toml");
+        let object = changed(name, tags.tags().to_vec());
+        write_object(&file, &object).expect("the folder can be written");
+        let file = file.display().to_string();
+        self.site.run_command(&["config", "set", "object", &file])
+    }
+
+    fn objects(&self) -> Vec<ObjectConfig> {
+        let key = self.site.keys.all_config_objects();
+        let found = self
+            .site
+            .bus
+            .latest(&key, limits::MAX_PAYLOAD_BYTES, Duration::from_secs(1));
+        let found = found.expect("the network answers");
+        found
+            .iter()
+            .map(|item| item.decode().expect("an object"))
+            .collect()
+    }
+}
+
+fn said(output: &Output) -> String {
+    String::from_utf8_lossy(&[&output.stdout[..], &output.stderr[..]].concat()).into_owned()
+}
+
+#[test]
+fn objects_come_change_and_go_and_the_others_go_on() {
+    let mut watched = Watched::start("");
+    let ball = watched.scene.objects[2].clone();
+    let output = watched.set("ball", &ball);
+    assert!(output.status.success(), "{}", said(&output));
+    assert!(
+        said(&output).contains("config/object/ball taken until the node ends"),
+        "{}",
+        said(&output)
+    );
+    let states = watched.until("the new one is tracked", |states| {
+        states.get("ball") == Some(&State::Tracking)
+    });
+    // While the commands ran no camera saw anything: an object may have coasted, but none began anew.
+    assert!(!states["box"].contains(&State::Initialising), "{states:?}");
+
+    let removed = watched
+        .site
+        .run_command(&["config", "remove", "object", "ball", "--json"]);
+    assert!(removed.status.success(), "{}", said(&removed));
+    assert!(
+        said(&removed).contains("\"outcome\":\"taken\""),
+        "{}",
+        said(&removed)
+    );
+    let status = watched
+        .site
+        .await_status(|status| status.objects.len() == 2);
+    assert_eq!(status.faults, Vec::<String>::new());
+    assert_eq!(watched.objects().len(), 2);
+    let again = watched
+        .site
+        .run_command(&["config", "remove", "object", "ball"]);
+    assert_eq!(again.status.code(), Some(1));
+    assert!(
+        said(&again).contains("no object ball on site lab; it has: box, cube"),
+        "{}",
+        said(&again)
+    );
+}
+
+#[test]
+fn a_refused_change_leaves_everything_as_it_was_and_is_named() {
+    let mut watched = Watched::start("");
+    let before = watched.objects();
+    let configs = watched.site.listen(&watched.site.keys.all_config_objects());
+    // The tags of the cube, claimed by another object.
+    let cube = watched.scene.objects[1].clone();
+    let refused = watched.set("twin", &cube);
+    assert_eq!(refused.status.code(), Some(1), "{}", said(&refused));
+    let cause = "tag tag36h11:6 is on object cube and on object twin";
+    assert!(said(&refused).contains(cause), "{}", said(&refused));
+    let status = watched
+        .site
+        .await_status(|status| !status.faults.is_empty());
+    assert!(status.faults[0].contains("config/object/twin") && status.faults[0].contains(cause));
+    assert_eq!(watched.objects(), before);
+    // Whoever saw the twin is told that there is none.
+    let heard: Vec<ObjectConfig> =
+        std::iter::from_fn(|| configs.try_recv()?.decode().ok()).collect();
+    assert_eq!(
+        heard
+            .last()
+            .map(|config| (config.id.as_str(), config.tags.len())),
+        Some(("twin", 0))
+    );
+    let states = watched.until("both go on", |states| states.len() == 2);
+    assert!(
+        !states
+            .values()
+            .flatten()
+            .any(|state| *state == State::Initialising),
+        "{states:?}"
+    );
+
+    let file = watched.site.path("wrong.toml");
+    std::fs::write(&file, "id = \"cube\"\n").expect("the folder can be written");
+    let wrong = watched
+        .site
+        .run_command(&["config", "set", "object", &file.display().to_string()]);
+    assert_eq!(wrong.status.code(), Some(3), "{}", said(&wrong));
+}
+
+#[test]
+fn kept_changes_survive_a_restart() {
+    let mut watched = Watched::start("keep_changes = true");
+    let ball = watched.scene.objects[2].clone();
+    let output = watched.set("ball", &ball);
+    assert!(
+        said(&output).contains("taken and kept in its files"),
+        "{}",
+        said(&output)
+    );
+    let rig_file = watched.site.path("new-rig.toml");
+    let cameras = watched.scene.rig.cameras()[..2].to_vec();
+    let rig = sextant_estimator::Rig::new(cameras).expect("a rig");
+    write_rig(&rig_file, &rig).expect("the folder can be written");
+    let rig_file = rig_file.display().to_string();
+    let output = watched
+        .site
+        .run_command(&["config", "set", "rig", &rig_file]);
+    assert!(output.status.success(), "{}", said(&output));
+    let states = watched.until("all are seen by two cameras", |states| states.len() == 3);
+    assert!(!states["cube"].contains(&State::Initialising), "{states:?}");
+
+    let former = std::fs::read_to_string(watched.site.path("rig.toml.before")).expect("it is kept");
+    assert!(former.contains("cam2"));
+    let Watched { site, poses, .. } = watched;
+    drop(poses);
+    let site = site.restarted();
+    let status = site.await_status(|_| true);
+    assert_eq!(
+        (status.cameras.len(), status.objects.len()),
+        (2, 3),
+        "{status:?}"
+    );
+    let printed = site.run_command(&["config", "get", "rig"]);
+    assert_eq!(
+        said(&printed).trim(),
+        sextant_site_files::rig_toml(&rig).trim()
+    );
+    let found = site
+        .bus
+        .latest(&site.keys.config_rig(), limits::MAX_PAYLOAD_BYTES, PATIENCE);
+    let found: RigConfig = found.expect("an answer")[0].decode().expect("a rig");
+    assert_eq!(found, RigConfig::from(&rig));
+}
