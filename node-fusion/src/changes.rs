@@ -77,6 +77,10 @@ impl Desk {
         let Some(after) = self.models.changed(&change)? else {
             return Ok(Decision::Same);
         };
+        let change = match change {
+            Change::Rig(_) => Change::Rig(after.rig.clone()),
+            other => other,
+        };
         let outcome = match &mut self.files {
             None => Outcome::Taken,
             Some(files) => {

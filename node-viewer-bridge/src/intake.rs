@@ -219,7 +219,7 @@ mod tests {
 
     fn truth() -> ObjectTruth {
         ObjectTruth {
-            object: sextant_estimator::ObjectId::new("cube").unwrap(),
+            object: ObjectId::new("cube").unwrap(),
             capture_ns: 1,
             position: [0.0; 3],
             orientation: [0.0, 0.0, 0.0, 1.0],

@@ -2,6 +2,7 @@
 
 mod board;
 mod json;
+mod rows;
 mod screen;
 mod table;
 

@@ -30,6 +30,14 @@ pub fn set_rig(file: &Path, site: &SiteArguments, format: Format) -> anyhow::Res
 /// A wrong file, nobody who answers, a refusal.
 pub fn set_object(file: &Path, site: &SiteArguments, format: Format) -> anyhow::Result<()> {
     let object = read_object(file).exit_with(Exit::Input)?;
+    if object.articulation().is_some() {
+        let cause = anyhow::anyhow!(
+            "{}: object {} has links, which this message can't carry; name its file in fusion.toml and start the fusion node anew",
+            file.display(),
+            object.id()
+        );
+        bail!(Failure::new(Exit::Input, cause));
+    }
     let site = site.open()?;
     let key = site.keys.config_object(object.id());
     change(&site, &key, &ObjectConfig::from(&object), format)

@@ -1,19 +1,16 @@
 //! What is known of a site at a moment, from what its nodes say. Pure: time is an argument, and what comes is bounded.
 
-use sextant_estimator::{CameraId, ObjectId, State};
+use crate::top::rows::{CameraRow, NodeRow, ObjectRow, SILENCE_S};
+use sextant_estimator::{CameraId, ObjectId};
 use sextant_proto::{
-    CameraClock, CameraIntake, CameraStatus, ClockReport, FusionStatus, KeyRef, Keys, NodeId,
-    NodeKind, ObjectPose, Observations,
+    CameraStatus, ClockReport, FusionStatus, KeyRef, Keys, NodeId, NodeKind, ObjectPose,
+    Observations,
 };
 use sextant_zenoh_bus::{Item, Presence};
-use std::collections::{BTreeMap, VecDeque};
+use std::collections::BTreeMap;
 
 /// Cameras, objects and nodes of each kind that are kept: a flood of invented names must not fill the memory.
 const MOST: usize = 1024;
-/// Poses are counted over so long.
-const RATE_WINDOW_NS: u64 = 2_000_000_000;
-/// Silence after which a node is missed.
-pub const SILENCE_S: f64 = 3.0;
 
 /// The site.
 pub struct Board {
@@ -29,69 +26,6 @@ pub struct Board {
     pub fusion: BTreeMap<NodeId, FusionStatus>,
     /// How long the router has been out of reach, seconds; none while it is there.
     pub disconnected_s: Option<f64>,
-}
-
-/// A camera.
-#[derive(Debug, Default)]
-pub struct CameraRow {
-    /// What its node last said.
-    pub status: Option<CameraStatus>,
-    /// Capture time of its newest image, ns; 0 before the first.
-    pub last_capture_ns: u64,
-    /// What the fusion node makes of its messages.
-    pub intake: Option<CameraIntake>,
-    /// What its images tell about its clock.
-    pub clock: Option<CameraClock>,
-}
-
-/// An object.
-#[derive(Debug, Default)]
-pub struct ObjectRow {
-    /// The newest pose.
-    pub pose: Option<Box<ObjectPose>>,
-    /// When the last poses came, ns.
-    arrivals_ns: VecDeque<u64>,
-}
-
-/// A process of the site.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct NodeRow {
-    /// Whether it is on the network.
-    pub up: bool,
-    /// When it was last heard, ns.
-    pub heard_ns: u64,
-}
-
-impl ObjectRow {
-    /// Poses a second at `now_ns`.
-    pub fn rate_hz(&self, now_ns: u64) -> f64 {
-        let since = now_ns.saturating_sub(RATE_WINDOW_NS);
-        let recent = self.arrivals_ns.iter().filter(|at| **at > since);
-        let (mut count, mut first) = (0_u32, None);
-        for at in recent {
-            count += 1;
-            first = first.or(Some(*at));
-        }
-        // Since the first one seen, so that the first seconds tell the truth, too.
-        let span_s = first.map_or(0.0, |first| now_ns.saturating_sub(first) as f64 * 1e-9);
-        if span_s > 0.0 {
-            f64::from(count) / span_s.max(0.5)
-        } else {
-            0.0
-        }
-    }
-
-    /// The state; lost while it was never seen, and when nothing has been said of it for a while.
-    pub fn state(&self, now_ns: u64) -> State {
-        let silent = self
-            .arrivals_ns
-            .back()
-            .is_none_or(|last| now_ns.saturating_sub(*last) as f64 * 1e-9 > SILENCE_S);
-        match &self.pose {
-            Some(pose) if !silent => pose.state,
-            _ => State::Lost,
-        }
-    }
 }
 
 impl Board {
@@ -174,12 +108,7 @@ impl Board {
         let Some(row) = entry(&mut self.objects, id) else {
             return;
         };
-        row.pose = Some(Box::new(pose));
-        row.arrivals_ns.push_back(now_ns);
-        let since = now_ns.saturating_sub(RATE_WINDOW_NS);
-        while row.arrivals_ns.len() > 1 && row.arrivals_ns.front().is_some_and(|at| *at < since) {
-            row.arrivals_ns.pop_front();
-        }
+        row.take(pose, now_ns);
     }
 
     /// The fusion nodes say which objects there are, and which cameras the rig has.
@@ -263,15 +192,6 @@ fn said_by<'a>(who: &'a str, sentences: &'a [String]) -> impl Iterator<Item = (S
     words.map(move |words| (who.to_owned(), words))
 }
 
-impl Default for NodeRow {
-    fn default() -> Self {
-        Self {
-            up: true,
-            heard_ns: 0,
-        }
-    }
-}
-
 /// The row of a name; none when there are too many.
 fn entry<K: Ord, R: Default>(rows: &mut BTreeMap<K, R>, key: K) -> Option<&mut R> {
     if rows.len() >= MOST && !rows.contains_key(&key) {
@@ -283,7 +203,11 @@ fn entry<K: Ord, R: Default>(rows: &mut BTreeMap<K, R>, key: K) -> Option<&mut R
 #[cfg(test)]
 pub mod tests {
     use super::*;
-    use sextant_proto::{ClockQuality, ClockSource, Message, ObjectHealth, Rejections, encode};
+    use sextant_estimator::State;
+    use sextant_proto::{
+        CameraClock, CameraIntake, ClockQuality, ClockSource, Message, ObjectHealth, Rejections,
+        encode,
+    };
     use sextant_zenoh_bus::Payload;
 
     pub const NOW_NS: u64 = 1_800_000_000_000_000_000;

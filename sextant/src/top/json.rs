@@ -1,6 +1,7 @@
 //! The board as one line of JSON.
 
-use crate::top::board::{Board, CameraRow, ObjectRow};
+use crate::top::board::Board;
+use crate::top::rows::{CameraRow, ObjectRow};
 use crate::top::table::{latency_ms, sigma_of, source};
 use crate::words;
 use serde_json::{Value, json};

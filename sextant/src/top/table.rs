@@ -1,6 +1,7 @@
 //! The board as lines of text that fit into a width. 80 columns show everything.
 
-use crate::top::board::{Board, CameraRow, ObjectRow, SILENCE_S};
+use crate::top::board::Board;
+use crate::top::rows::{CameraRow, ObjectRow, SILENCE_S};
 use crate::words;
 use sextant_estimator::State;
 use sextant_proto::{ClockSource, Rejections};

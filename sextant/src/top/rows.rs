@@ -1,0 +1,93 @@
+//! The rows of the board: one camera, one object, one process.
+
+use sextant_estimator::State;
+use sextant_proto::{CameraClock, CameraIntake, CameraStatus, ObjectPose};
+use std::collections::VecDeque;
+
+/// Poses are counted over so long.
+const RATE_WINDOW_NS: u64 = 2_000_000_000;
+/// Silence after which a node is missed.
+pub const SILENCE_S: f64 = 3.0;
+
+/// A camera.
+#[derive(Debug, Default)]
+pub struct CameraRow {
+    /// What its node last said.
+    pub status: Option<CameraStatus>,
+    /// Capture time of its newest image, ns; 0 before the first.
+    pub last_capture_ns: u64,
+    /// What the fusion node makes of its messages.
+    pub intake: Option<CameraIntake>,
+    /// What its images tell about its clock.
+    pub clock: Option<CameraClock>,
+}
+
+/// An object.
+#[derive(Debug, Default)]
+pub struct ObjectRow {
+    /// The newest pose.
+    pub pose: Option<Box<ObjectPose>>,
+    /// When the last poses came, ns.
+    arrivals_ns: VecDeque<u64>,
+}
+
+/// A process of the site.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct NodeRow {
+    /// Whether it is on the network.
+    pub up: bool,
+    /// When it was last heard, ns.
+    pub heard_ns: u64,
+}
+
+impl ObjectRow {
+    /// A pose that came at `now_ns`.
+    pub fn take(&mut self, pose: ObjectPose, now_ns: u64) {
+        self.pose = Some(Box::new(pose));
+        self.arrivals_ns.push_back(now_ns);
+        let since = now_ns.saturating_sub(RATE_WINDOW_NS);
+        let is_old = |at: &u64| *at < since;
+        while self.arrivals_ns.len() > 1 && self.arrivals_ns.front().is_some_and(is_old) {
+            self.arrivals_ns.pop_front();
+        }
+    }
+
+    /// Poses a second at `now_ns`.
+    pub fn rate_hz(&self, now_ns: u64) -> f64 {
+        let since = now_ns.saturating_sub(RATE_WINDOW_NS);
+        let recent = self.arrivals_ns.iter().filter(|at| **at > since);
+        let (mut count, mut first) = (0_u32, None);
+        for at in recent {
+            count += 1;
+            first = first.or(Some(*at));
+        }
+        // Since the first one seen, so that the first seconds tell the truth, too.
+        let span_s = first.map_or(0.0, |first| now_ns.saturating_sub(first) as f64 * 1e-9);
+        if span_s > 0.0 {
+            f64::from(count) / span_s.max(0.5)
+        } else {
+            0.0
+        }
+    }
+
+    /// The state; lost while it was never seen, and when nothing has been said of it for a while.
+    pub fn state(&self, now_ns: u64) -> State {
+        let silent = self
+            .arrivals_ns
+            .back()
+            .is_none_or(|last| now_ns.saturating_sub(*last) as f64 * 1e-9 > SILENCE_S);
+        match &self.pose {
+            Some(pose) if !silent => pose.state,
+            _ => State::Lost,
+        }
+    }
+}
+
+impl Default for NodeRow {
+    fn default() -> Self {
+        Self {
+            up: true,
+            heard_ns: 0,
+        }
+    }
+}
