@@ -59,6 +59,9 @@ def crop(picture, random):
     return picture[top : top + h, left : left + w], lambda p: p - [left, top]
 
 
+# The largest picture that the detector takes.
+MOST_COLUMNS, MOST_ROWS = 4096, 3072
+
 # Name, the change, whether tags remain tags.
 WAYS = [
     ("as it is", lambda picture, _: (picture, lambda p: p), True),
@@ -148,6 +151,8 @@ def main():
                 picture = cv2.imread(file, cv2.IMREAD_GRAYSCALE)
                 for time in range(chosen.each):
                     made, expected = changed(picture, truth.get(file, []), way, time, random)
+                    if made.shape[0] > MOST_ROWS or made.shape[1] > MOST_COLUMNS:
+                        continue
                     name = os.path.join(folder, f"{os.path.basename(file)[:-4]}-{time}.png")
                     cv2.imwrite(name, made, [cv2.IMWRITE_PNG_COMPRESSION, 1])
                     cases[name] = (expected, made.shape)
