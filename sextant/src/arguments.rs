@@ -2,7 +2,8 @@
 
 use crate::output::Format;
 use crate::{
-    calibrate, check, config, demo, detect, doctor, echo, hz, learn, list, nodes, replay, top,
+    calibrate, check, config, convert, demo, detect, doctor, echo, hz, learn, list, nodes, print,
+    replay, top,
 };
 use clap::{Parser, Subcommand};
 use node_camera::CameraArguments;
@@ -48,6 +49,10 @@ enum Command {
     Hz(hz::HzArguments),
     /// Watch how a site fares: cameras, objects, what is wrong.
     Top(top::TopArguments),
+    /// Write boards, tags and cubes as PDF in true size, with their object files.
+    Print(print::PrintArguments),
+    /// Take lenses and camera poses from ROS, Kalibr or OpenCV, or write them for those.
+    Convert(convert::ConvertArguments),
     /// Print documented configuration files; get and change the rig and the objects of a running site.
     Config(config::ConfigArguments),
     /// Look whether this machine and its network have what a site needs.
@@ -82,6 +87,8 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         Command::Echo(arguments) => echo::run(arguments, format),
         Command::Hz(arguments) => hz::run(arguments, format),
         Command::Top(arguments) => top::run(arguments, format),
+        Command::Print(arguments) => print::run(arguments, format),
+        Command::Convert(arguments) => convert::run(arguments, format),
         Command::Config(arguments) => config::run(arguments, format),
         Command::Doctor(arguments) => doctor::run(arguments, format),
         Command::Check(arguments) => check::run(arguments, format),

@@ -1,5 +1,7 @@
 //! `sextant calibrate`: procedures that a person runs now and then.
 
+mod lens;
+pub mod live;
 pub mod recording;
 mod rig;
 
@@ -15,6 +17,8 @@ pub struct CalibrateArguments {
 
 #[derive(Subcommand, Debug)]
 enum What {
+    /// Find the lens of a camera, from images of a board of tags.
+    Lens(lens::LensArguments),
     /// Find where every camera is, from an object carried through what they see.
     Rig(rig::RigArguments),
 }
@@ -25,6 +29,7 @@ enum What {
 /// Whatever the procedure cannot do, with its exit code.
 pub fn run(arguments: &CalibrateArguments, format: Format) -> anyhow::Result<()> {
     match &arguments.what {
+        What::Lens(arguments) => lens::run(arguments, format),
         What::Rig(arguments) => rig::run(arguments, format),
     }
 }

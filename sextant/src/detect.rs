@@ -1,7 +1,7 @@
 //! `sextant detect`: tags in pictures.
 
 mod dataset;
-mod explain;
+pub mod explain;
 mod print;
 mod sight;
 

@@ -7,6 +7,7 @@
 //! - [`RigSession`]: where every camera is, from an object carried through what they see.
 //! - [`LearnSession`]: where each tag of an object sits, from images of the object being turned.
 //! - [`Verdict`]: the judgement in words that every procedure ends with.
+//! - [`lens`]: the calibration of a lens with a board of tags.
 
 mod adjustment;
 pub mod bundle;
@@ -14,6 +15,7 @@ mod constellation;
 mod graph;
 mod intake;
 mod learn;
+pub mod lens;
 mod resection;
 mod rig;
 mod verdict;

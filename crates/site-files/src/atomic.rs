@@ -43,6 +43,28 @@ pub fn keep_former(path: &Path) -> Result<(), FileError> {
     }
 }
 
+/// Writes a file as [`write_atomically`] does and keeps the former one beside it, as `rig.toml.former`. A file that says the
+/// same already stays as it is, and so does what was kept before.
+///
+/// # Errors
+/// As [`write_atomically`]; the old file is then untouched.
+pub fn write_keeping_former(path: &Path, content: &[u8]) -> Result<(), FileError> {
+    match fs::read(path) {
+        Ok(former) if former == content => return Ok(()),
+        Ok(former) => write_atomically(&former_of(path), &former)?,
+        // Nothing to keep, or nothing that can be read: writing says which.
+        Err(_) => {}
+    }
+    write_atomically(path, content)
+}
+
+/// Where the former content of a file is kept.
+pub fn former_of(path: &Path) -> PathBuf {
+    let mut name = path.as_os_str().to_owned();
+    name.push(".former");
+    name.into()
+}
+
 fn replace(temporary: &Path, target: &Path, content: &[u8]) -> io::Result<()> {
     if target.is_dir() {
         return Err(io::ErrorKind::IsADirectory.into());
@@ -110,6 +132,20 @@ mod tests {
         let before = folder.path().join("rig.toml.before");
         assert_eq!(fs::read(before).unwrap(), b"old");
         assert_eq!(names_in(folder.path()), ["rig.toml", "rig.toml.before"]);
+    }
+
+    #[test]
+    fn the_former_content_is_kept_until_another_takes_its_place() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("rig.toml");
+        let former = || fs::read(former_of(&path)).ok();
+        write_keeping_former(&path, b"first").unwrap();
+        assert_eq!(former(), None);
+        write_keeping_former(&path, b"second").unwrap();
+        assert_eq!(former().unwrap(), b"first");
+        write_keeping_former(&path, b"second").unwrap();
+        assert_eq!(former().unwrap(), b"first");
+        assert_eq!(names_in(folder.path()), ["rig.toml", "rig.toml.former"]);
     }
 
     #[test]

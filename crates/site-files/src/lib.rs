@@ -2,9 +2,11 @@
 //!
 //! - [`read_rig`], [`read_object`]: files to the estimator's models, every number checked.
 //! - [`write_rig`], [`write_object`]: models to files; numbers keep every digit.
+//! - [`read_foreign`], [`foreign_text`]: calibrations of ROS, Kalibr and OpenCV; [`read_rig`] takes them as well.
 //! - [`read_toml`], [`read_toml_checked`], [`write_toml`]: any other configuration, with the same kind of error.
 //! - [`with_value`]: one value of a text changed, comments kept.
 //! - [`write_atomically`], [`keep_former`]: a file that is either the old one or the new one, never half of one; the old one beside it.
+//! - [`write_keeping_former`]: the same, and what it replaces kept as [`former_of`] says.
 //!
 //! Every complaint names file, line, column and key, says what is wrong and what to do: [`FileError`].
 //! Metres, pixels, quaternions x, y, z, w, as in the files; no network and no clock here.
@@ -13,14 +15,16 @@ mod atomic;
 mod document;
 mod edit;
 mod error;
+mod foreign;
 mod hint;
 mod object;
 mod read;
 mod rig;
 
-pub use atomic::{keep_former, write_atomically};
+pub use atomic::{former_of, keep_former, write_atomically, write_keeping_former};
 pub use edit::with_value;
 pub use error::{Complaint, FileError, Wrong};
+pub use foreign::{ForeignFormat, foreign_text, is_foreign, parse_foreign, read_foreign};
 pub use object::{object_toml, parse_object, read_object, write_object};
 pub use read::{parse_toml, read_text, read_toml, read_toml_checked, write_toml};
 pub use rig::{parse_rig, read_rig, rig_toml, write_rig};

@@ -2,7 +2,7 @@
 
 mod links;
 
-use crate::atomic::write_atomically;
+use crate::atomic::write_keeping_former;
 use crate::document::Document;
 use crate::error::{Complaint, FileError};
 use crate::read::read_text;
@@ -227,12 +227,12 @@ pub fn object_toml(object: &ObjectModel) -> String {
     text
 }
 
-/// Writes an object's file, whole or not at all.
+/// Writes an object's file, whole or not at all; the former one is kept as [`crate::former_of`] says.
 ///
 /// # Errors
 /// What the system refuses; the old file is then untouched.
 pub fn write_object(path: &Path, object: &ObjectModel) -> Result<(), FileError> {
-    write_atomically(path, object_toml(object).as_bytes())
+    write_keeping_former(path, object_toml(object).as_bytes())
 }
 
 #[cfg(test)]

@@ -1,8 +1,9 @@
 //! `rig.toml`: the cameras of a site.
 
-use crate::atomic::write_atomically;
+use crate::atomic::write_keeping_former;
 use crate::document::Document;
 use crate::error::{Complaint, FileError};
+use crate::foreign::{is_foreign, read_foreign};
 use crate::object::pose_of;
 use crate::read::read_text;
 use serde::Deserialize;
@@ -42,11 +43,14 @@ struct SigmaTable {
     orientation: f64,
 }
 
-/// The rig of a file.
+/// The rig of a file: `rig.toml`, or a YAML file of ROS, Kalibr or OpenCV.
 ///
 /// # Errors
 /// A file that is missing, malformed, or describes no rig; with line, column, key and remedy.
 pub fn read_rig(path: &Path) -> Result<Rig, FileError> {
+    if is_foreign(path) {
+        return Ok(read_foreign(path)?.1);
+    }
     parse_rig(path, &read_text(path)?)
 }
 
@@ -162,12 +166,12 @@ pub fn rig_toml(rig: &Rig) -> String {
     text
 }
 
-/// Writes a rig's file, whole or not at all.
+/// Writes a rig's file, whole or not at all; the former one is kept as [`crate::former_of`] says.
 ///
 /// # Errors
 /// What the system refuses; the old file is then untouched.
 pub fn write_rig(path: &Path, rig: &Rig) -> Result<(), FileError> {
-    write_atomically(path, rig_toml(rig).as_bytes())
+    write_keeping_former(path, rig_toml(rig).as_bytes())
 }
 
 fn lens_toml(lens: &Lens) -> String {

@@ -2,7 +2,7 @@
 //!
 //! Everything comes from the detector itself, through its observer: there is no second pipeline that could differ.
 
-mod canvas;
+pub mod canvas;
 mod close_ups;
 mod lettering;
 mod pictures;

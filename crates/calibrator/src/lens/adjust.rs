@@ -1,0 +1,151 @@
+//! One run of the bundle adjustment: the camera stands still, the board's pose is sought in every view, and of the lens what is
+//! asked for.
+
+use super::board::Board;
+use super::start::Start;
+use super::view::View;
+use crate::bundle::{
+    Bundle, BundleCamera, BundleImage, BundleOptions, BundleSolution, FreeLens, Freedom, Instant,
+    SeenTag, solve,
+};
+use nalgebra::Vector6;
+use sextant_geometry::least_squares::Kernel;
+use sextant_geometry::lens::MAX_PARAMETERS;
+use sextant_geometry::{Lens, Pose};
+
+/// What is sought and how errors are weighed.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Parameters {
+    /// How many of the lens's parameters are sought: the first ones of fx, fy, k1, cx, cy, and the rest.
+    pub sought: Sought,
+    /// Scale of the noise: each tag's own is multiplied by it.
+    pub noise: Noise,
+    pub kernel: Kernel,
+    pub max_iterations: usize,
+}
+
+/// What of the lens is sought.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Sought {
+    /// Nothing: where is the board by this lens?
+    Nothing,
+    /// Focal lengths and the first distortion coefficient.
+    FocalAndBend,
+    /// Everything.
+    All,
+}
+
+/// The corners' noise.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Noise {
+    /// The same for all, pixels.
+    Common(f64),
+    /// As stated for each tag, times this.
+    Stated(f64),
+}
+
+impl Parameters {
+    pub(super) fn judging(sigma_px: f64) -> Self {
+        Self {
+            sought: Sought::FocalAndBend,
+            noise: Noise::Common(sigma_px),
+            kernel: Kernel::Cauchy { width: 3.0 },
+            max_iterations: 15,
+        }
+    }
+
+    pub(super) fn fine(sought: Sought, scale: f64) -> Self {
+        Self {
+            sought,
+            noise: Noise::Stated(scale),
+            kernel: Kernel::Huber { width: 4.0 },
+            max_iterations: 40,
+        }
+    }
+}
+
+/// What came out.
+#[derive(Clone, Debug)]
+pub(super) struct Adjustment {
+    pub lens: Lens,
+    /// By view, as given.
+    pub poses: Vec<Option<(Pose, Vec<usize>)>>,
+    pub cost: f64,
+    pub solution: BundleSolution,
+    /// View of each image of the solution's bundle.
+    pub view_of: Vec<usize>,
+}
+
+/// Adjusts from a start. `None` if no view has a pose or the start has no finite error.
+pub(super) fn adjust(
+    board: &Board,
+    views: &[View],
+    start: &Start,
+    parameters: &Parameters,
+) -> Option<Adjustment> {
+    let mut bundle = Bundle {
+        cameras: vec![camera(start.lens, parameters.sought)],
+        tags: board.bundle_tags(),
+        ..Bundle::default()
+    };
+    let mut view_of = Vec::new();
+    for (at, (view, pose)) in views.iter().zip(&start.poses).enumerate() {
+        let Some((pose, tags)) = pose else { continue };
+        let seen = tags.iter().map(|&tag| {
+            let tag = &view.tags[tag];
+            let sigma = match parameters.noise {
+                Noise::Common(sigma) => sigma,
+                Noise::Stated(scale) => tag.sigma_px * scale,
+            };
+            SeenTag::with_sigma(tag.tag, tag.corners, sigma)
+        });
+        bundle.images.push(BundleImage {
+            camera: 0,
+            instant: bundle.instants.len(),
+            seconds_after_instant: 0.0,
+            tags: seen.collect(),
+        });
+        bundle.instants.push(Instant {
+            seconds: at as f64,
+            world_from_object: *pose,
+            twist: Vector6::zeros(),
+        });
+        view_of.push(at);
+    }
+    let options = BundleOptions {
+        kernel: parameters.kernel,
+        max_iterations: parameters.max_iterations,
+        ..BundleOptions::default()
+    };
+    let solution = solve(bundle, &options).ok()?;
+    let mut poses = start.poses.clone();
+    for (&view, instant) in view_of.iter().zip(&solution.bundle.instants) {
+        if let Some((pose, _)) = &mut poses[view] {
+            *pose = instant.world_from_object;
+        }
+    }
+    Some(Adjustment {
+        lens: solution.bundle.cameras[0].lens,
+        poses,
+        cost: solution.cost,
+        solution,
+        view_of,
+    })
+}
+
+fn camera(lens: Lens, sought: Sought) -> BundleCamera {
+    let mut free = [Freedom::Fixed; MAX_PARAMETERS];
+    let indices: &[usize] = match sought {
+        Sought::Nothing => &[],
+        Sought::FocalAndBend => &[0, 1, 4],
+        Sought::All => &[0, 1, 2, 3, 4, 5, 6, 7, 8],
+    };
+    for &index in indices {
+        free[index] = Freedom::Free;
+    }
+    BundleCamera {
+        pose: Freedom::Fixed,
+        free_lens: FreeLens(free),
+        ..BundleCamera::with_known_lens(lens, Pose::identity())
+    }
+}

@@ -1,0 +1,135 @@
+//! Which lens model: the simplest of those that foretell best where corners lie in images that they were not fitted to.
+
+use super::adjust::{Parameters, Sought, adjust};
+use super::board::Board;
+use super::fit::{Fit, again, fit};
+use super::start::Start;
+use super::view::View;
+use sextant_geometry::LensModel;
+
+/// Parts into which the views are split; each is foretold by a lens fitted to the others.
+const FOLDS: usize = 4;
+/// A simpler model is taken if it foretells this much worse at most.
+const SIMPLER: f64 = 1.005;
+
+/// How a model did.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ModelScore {
+    /// The model.
+    pub model: LensModel,
+    /// Root mean square distance between corners and where a lens fitted to other images puts them, pixels.
+    pub held_out_rms_px: f64,
+}
+
+/// The model to take, and how each did, simplest first. `None` if no model could be fitted.
+pub(super) fn choose(
+    board: &Board,
+    views: &[View],
+    start: &Start,
+    models: &[LensModel],
+    width: f64,
+) -> Option<(Fit, Vec<ModelScore>)> {
+    let fits: Vec<(LensModel, Fit)> = models
+        .iter()
+        .filter_map(|&model| Some((model, fit(board, views, start, model, width)?)))
+        .collect();
+    // All are judged on the same tags: those that the best of them believes.
+    let explained = |fit: &Fit| {
+        let tags = fit
+            .adjustment
+            .poses
+            .iter()
+            .flatten()
+            .map(|(_, tags)| tags.len());
+        (
+            std::cmp::Reverse(tags.sum::<usize>()),
+            fit.adjustment.solution.rms_px,
+        )
+    };
+    let judge = fits.iter().min_by(|a, b| {
+        let (a, b) = (explained(&a.1), explained(&b.1));
+        a.1.total_cmp(&b.1).then(a.0.cmp(&b.0))
+    })?;
+    let tags: Vec<Option<Vec<usize>>> = judge
+        .1
+        .adjustment
+        .poses
+        .iter()
+        .map(|pose| pose.as_ref().map(|(_, tags)| tags.clone()))
+        .collect();
+    let scores: Vec<ModelScore> = fits
+        .iter()
+        .filter_map(|(model, fit)| {
+            let held_out_rms_px = held_out(board, views, fit, &tags)?;
+            Some(ModelScore {
+                model: *model,
+                held_out_rms_px,
+            })
+        })
+        .collect();
+    let best = scores
+        .iter()
+        .map(|score| score.held_out_rms_px)
+        .fold(f64::INFINITY, f64::min);
+    let taken = scores
+        .iter()
+        .find(|score| score.held_out_rms_px <= SIMPLER * best);
+    let model = taken.map_or(judge.0, |score| score.model);
+    let fit = fits.into_iter().find(|(of, _)| *of == model)?.1;
+    Some((fit, scores))
+}
+
+/// Root mean square error over all folds.
+fn held_out(board: &Board, views: &[View], fit: &Fit, tags: &[Option<Vec<usize>>]) -> Option<f64> {
+    let with_judges_tags = |start: Start| Start {
+        poses: start
+            .poses
+            .into_iter()
+            .zip(tags)
+            .map(|(pose, tags)| Some((pose?.0, tags.clone()?)))
+            .collect(),
+        lens: start.lens,
+    };
+    let whole = with_judges_tags(again(&fit.adjustment));
+    let part = |start: &Start, wanted: &dyn Fn(usize) -> bool| {
+        let mut count = 0;
+        let poses = start.poses.iter().map(|pose| {
+            let pose = pose.clone()?;
+            count += 1;
+            wanted((count - 1) % FOLDS).then_some(pose)
+        });
+        Start {
+            poses: poses.collect(),
+            lens: start.lens,
+        }
+    };
+    let (mut squares, mut corners) = (0.0, 0.0);
+    for fold in 0..FOLDS {
+        let training = part(&whole, &|at| at != fold);
+        let trained = adjust(
+            board,
+            views,
+            &training,
+            &Parameters::fine(Sought::All, fit.scale),
+        )?;
+        let mut test = part(&whole, &|at| at == fold);
+        test.lens = trained.lens;
+        let tested = adjust(
+            board,
+            views,
+            &test,
+            &Parameters::fine(Sought::Nothing, fit.scale),
+        )?;
+        for residual in tested.solution.bundle.residuals() {
+            squares += residual
+                .corners_px
+                .iter()
+                .flatten()
+                .map(|e| e.norm_squared())
+                .sum::<f64>();
+            corners += residual.corners_px.iter().flatten().count() as f64;
+        }
+    }
+    let rms: f64 = (squares / f64::max(corners, 1.0)).sqrt();
+    rms.is_finite().then_some(rms)
+}

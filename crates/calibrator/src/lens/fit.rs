@@ -1,0 +1,266 @@
+//! One lens model fitted to the views, wrong tags found on the way, and what is told of the result.
+
+use super::adjust::{Adjustment, Noise, Parameters, Sought, adjust};
+use super::board::Board;
+use super::choice::ModelScore;
+use super::maps::LensMaps;
+use super::poses::board_pose;
+use super::start::Start;
+use super::view::View;
+use crate::bundle::{KeptParameter, TagResidual};
+use crate::verdict::Verdict;
+use nalgebra::DMatrix;
+use sextant_estimator::TagId;
+use sextant_geometry::{Lens, LensModel};
+
+/// A tag is wrong whose squared errors, in units of their noise, add up to more: 8 are expected, and 40 come by chance in one
+/// tag of 300000.
+const WRONG: f64 = 40.0;
+/// Median of a sum of eight squared normal deviates.
+const MEDIAN_OF_EIGHT: f64 = 7.344;
+/// A view needs this many tags.
+pub(super) const LEAST_TAGS: usize = 2;
+/// Noise below this part of what was stated is not believed.
+const LEAST_NOISE: f64 = 0.05;
+/// How far from its place a tag may be to be tried again, by a lens that fits, as a part of the picture's width.
+const SECOND_CHANCE: f64 = 0.01;
+
+/// A finished calibration. Pixels, radians, metres.
+#[derive(Clone, Debug)]
+pub struct LensCalibration {
+    /// The lens.
+    pub lens: Lens,
+    /// Width and height of its pictures.
+    pub resolution: [u32; 2],
+    /// One standard deviation of each of [`Lens::parameters`].
+    pub sigmas: Vec<f64>,
+    /// Covariance of [`Lens::parameters`].
+    pub covariance: DMatrix<f64>,
+    /// Root mean square distance between seen and reprojected corners, pixels.
+    pub rms_px: f64,
+    /// Noise of the corners in each coordinate, pixels, as the fit shows it.
+    pub noise_px: f64,
+    /// Images taken in, with or without the board.
+    pub images: usize,
+    /// Images that the lens was fitted to.
+    pub views: usize,
+    /// Tags that the lens was fitted to.
+    pub tags: usize,
+    /// Tags left out because they lie elsewhere than the board says.
+    pub wrong_tags: usize,
+    /// Ids of which more than half were left out, or that were seen twice in one image: is there a second one in the room?
+    pub suspicious: Vec<TagId>,
+    /// The models that were tried, simplest first.
+    pub scores: Vec<ModelScore>,
+    /// Coverage, residuals and uncertainty over the picture.
+    pub maps: LensMaps,
+    /// What to think of it.
+    pub verdict: Verdict,
+}
+
+/// A model fitted to views.
+#[derive(Clone, Debug)]
+pub(super) struct Fit {
+    pub adjustment: Adjustment,
+    /// Noise in units of what was stated.
+    pub scale: f64,
+}
+
+/// Fits a model from a start; `None` where it has none.
+pub(super) fn fit(
+    board: &Board,
+    views: &[View],
+    start: &Start,
+    model: LensModel,
+    width: f64,
+) -> Option<Fit> {
+    let start = start_of(board, views, start, model, width)?;
+    let rough = adjust(board, views, &start, &Parameters::judging(1.0))?;
+    let wide = Parameters {
+        sought: Sought::All,
+        noise: Noise::Common(0.5),
+        max_iterations: 40,
+        ..Parameters::judging(1.0)
+    };
+    let mut fit = Fit {
+        adjustment: adjust(board, views, &again(&rough), &wide)?,
+        scale: 1.0,
+    };
+    for _ in 0..2 {
+        fit.scale = fit.noise(views);
+        let start = fit.sorted(board, views, width);
+        let fine = Parameters::fine(Sought::All, fit.scale);
+        fit.adjustment = adjust(board, views, &start, &fine)?;
+    }
+    Some(fit)
+}
+
+/// A start for another model: the same focal lengths, the poses found anew where the lens bends otherwise.
+fn start_of(
+    board: &Board,
+    views: &[View],
+    start: &Start,
+    model: LensModel,
+    width: f64,
+) -> Option<Start> {
+    let numbers = start.lens.intrinsics();
+    let lens = match model {
+        model if model == start.lens.model() => start.lens,
+        LensModel::Pinhole => Lens::pinhole(numbers).ok()?,
+        LensModel::BrownConrady => Lens::brown_conrady(numbers, [0.0; 5]).ok()?,
+        LensModel::KannalaBrandt => Lens::kannala_brandt(numbers, [0.0; 4]).ok()?,
+    };
+    let poses = views
+        .iter()
+        .zip(&start.poses)
+        .map(|(view, pose)| match pose {
+            Some(pose) if lens.model() == start.lens.model() => Some(pose.clone()),
+            _ => board_pose(board, view, &lens, 2.0 * SECOND_CHANCE * width),
+        });
+    Some(Start {
+        lens,
+        poses: poses.collect(),
+    })
+}
+
+/// From where an adjustment came to rest.
+pub(super) fn again(adjustment: &Adjustment) -> Start {
+    Start {
+        lens: adjustment.lens,
+        poses: adjustment.poses.clone(),
+    }
+}
+
+impl Fit {
+    /// Noise in units of what was stated, by the median tag.
+    fn noise(&self, views: &[View]) -> f64 {
+        let residuals = self.residuals();
+        let mut sums: Vec<f64> = residuals
+            .iter()
+            .map(|(view, tag, r)| chi_square(views, *view, *tag, r))
+            .collect();
+        if sums.is_empty() {
+            return 1.0;
+        }
+        sums.sort_by(f64::total_cmp);
+        (sums[sums.len() / 2] / MEDIAN_OF_EIGHT)
+            .sqrt()
+            .max(LEAST_NOISE)
+    }
+
+    /// The residual of every fitted tag with its view and its place in the view's tags.
+    pub(super) fn residuals(&self) -> Vec<(usize, usize, TagResidual)> {
+        let bundle = &self.adjustment.solution.bundle;
+        let with_places = bundle.residuals().map(|residual| {
+            let view = self.adjustment.view_of[residual.image];
+            let tags = self.adjustment.poses[view]
+                .as_ref()
+                .map(|(_, tags)| tags[residual.seen]);
+            (view, tags.unwrap_or_default(), residual)
+        });
+        with_places.collect()
+    }
+
+    /// The start of the next round: tags that lie elsewhere than the board says are left out, those that fit by now come in.
+    fn sorted(&self, board: &Board, views: &[View], width: f64) -> Start {
+        let lens = self.adjustment.lens;
+        let poses = views
+            .iter()
+            .zip(&self.adjustment.poses)
+            .map(|(view, pose)| {
+                let tolerance = SECOND_CHANCE * width;
+                let (pose, _) = match pose {
+                    Some(pose) => pose.clone(),
+                    None => board_pose(board, view, &lens, tolerance)?,
+                };
+                let fitting = (0..view.tags.len()).filter(|&at| {
+                    let seen = &view.tags[at];
+                    let corners = board.tags[seen.tag].corners.iter().zip(&seen.corners);
+                    let square: f64 = corners
+                        .map(|(on_board, in_image)| {
+                            let projected = lens.project(&(pose * on_board));
+                            projected.map_or(f64::INFINITY, |p| (p - in_image).norm_squared())
+                        })
+                        .sum();
+                    let sigma = seen.sigma_px * self.scale;
+                    square <= WRONG * sigma * sigma
+                });
+                let fitting: Vec<usize> = fitting.collect();
+                (fitting.len() >= LEAST_TAGS).then_some((pose, fitting))
+            });
+        Start {
+            lens,
+            poses: poses.collect(),
+        }
+    }
+
+    /// Standard deviation of the focal length as a part of it.
+    pub(super) fn focal_uncertainty(&self) -> f64 {
+        let sigma = |parameter| {
+            let lens = KeptParameter::Lens {
+                camera: 0,
+                parameter,
+            };
+            self.adjustment
+                .solution
+                .covariance
+                .sigma(lens)
+                .unwrap_or(f64::INFINITY)
+        };
+        let numbers = self.adjustment.lens.intrinsics();
+        (sigma(0) / numbers.fx).max(sigma(1) / numbers.fy)
+    }
+
+    pub(super) fn covariance(&self) -> DMatrix<f64> {
+        self.adjustment.solution.covariance.lens(0)
+    }
+
+    /// Angles between the board and the picture's plane, by view that was fitted, radians.
+    pub(super) fn tilts(&self) -> Vec<f64> {
+        let poses = self.adjustment.poses.iter().flatten();
+        let tilts = poses.map(|(pose, _)| {
+            let normal = pose.rotation * nalgebra::Vector3::z();
+            (-normal).angle(&nalgebra::Vector3::z())
+        });
+        tilts.collect()
+    }
+
+    /// How much larger the squares look than the board's file says, as a part, and its standard deviation: the residuals'
+    /// share along the way that each corner takes when its tag grows about its own middle.
+    pub(super) fn growth(&self, board: &Board) -> (f64, f64) {
+        let (mut along, mut square) = (0.0, 0.0);
+        let bundle = &self.adjustment.solution.bundle;
+        let mut noise = (0.0, 0.0);
+        for residual in bundle.residuals() {
+            let image = &bundle.images[residual.image];
+            let pose = bundle.instants[image.instant].world_from_object;
+            let tag = &board.tags[image.tags[residual.seen].tag];
+            let middle = tag.board_from_tag.translation.vector;
+            for (error, corner) in residual.corners_px.iter().zip(&tag.corners) {
+                let in_camera = pose * corner;
+                let projected = self.adjustment.lens.project_with_jacobian(&in_camera);
+                let (Some(error), Some((_, by_point))) = (error, projected) else {
+                    continue;
+                };
+                let way = by_point * (pose.rotation * (corner.coords - middle));
+                along -= way.dot(error);
+                square += way.norm_squared();
+                noise = (noise.0 + error.norm_squared() / 2.0, noise.1 + 1.0);
+            }
+        }
+        let sigma_px = (noise.0 / f64::max(noise.1, 1.0)).sqrt();
+        let square = f64::max(square, f64::MIN_POSITIVE);
+        (along / square, sigma_px / square.sqrt())
+    }
+}
+
+/// Squared errors of a tag in units of its stated noise.
+fn chi_square(views: &[View], view: usize, tag: usize, residual: &TagResidual) -> f64 {
+    let sigma = views[view].tags[tag].sigma_px;
+    let squares = residual
+        .corners_px
+        .iter()
+        .flatten()
+        .map(|e| e.norm_squared());
+    squares.sum::<f64>() / (sigma * sigma)
+}

@@ -1,0 +1,149 @@
+//! Where to hold the board next, in words.
+
+use super::coverage::{COLUMNS, Coverage, ROWS};
+use std::fmt;
+
+/// A ninth of the picture counts as covered when this part of its cells is.
+const NINTH_COVERED: f64 = 0.6;
+/// The whole picture counts as covered when this part of its cells is.
+const COVERED: f64 = 0.85;
+/// Views with each side turned away.
+pub(super) const TILTS: u32 = 3;
+/// Views in all.
+pub(super) const VIEWS: u32 = 20;
+
+/// A ninth of the picture: thirds from the left and from the top, 0 to 2.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Place {
+    /// 0 left, 1 middle, 2 right.
+    pub column: usize,
+    /// 0 top, 1 middle, 2 bottom.
+    pub row: usize,
+}
+
+/// What to do next.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Hint {
+    /// Show the board at all.
+    ShowBoard,
+    /// Hold it where the picture is empty, with a side turned away where that lacks too.
+    HoldAt(Place, Option<Side>),
+    /// Turn a side of it away.
+    Tilt(Side),
+    /// Somewhere else, otherwise turned.
+    Move,
+    /// There is enough.
+    Enough,
+}
+
+/// A side of the board as the camera sees it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Side {
+    /// Left in the picture.
+    Left,
+    /// Right in the picture.
+    Right,
+    /// Upper in the picture.
+    Upper,
+    /// Lower in the picture.
+    Lower,
+}
+
+impl Hint {
+    pub(super) fn of(coverage: &Coverage) -> Self {
+        if coverage.views == 0 {
+            return Self::ShowBoard;
+        }
+        let side = lacking(coverage);
+        match (emptiest(coverage), side) {
+            (Some(place), side) => Self::HoldAt(place, side),
+            (None, Some(side)) => Self::Tilt(side),
+            (None, None) if coverage.views < VIEWS => Self::Move,
+            (None, None) => Self::Enough,
+        }
+    }
+}
+
+/// The side that was turned away least, if too seldom.
+fn lacking(coverage: &Coverage) -> Option<Side> {
+    let sides = [Side::Left, Side::Right, Side::Upper, Side::Lower];
+    let counted = sides.into_iter().zip(coverage.tilted);
+    let (side, count) = counted.min_by_key(|(_, count)| *count)?;
+    (count < TILTS).then_some(side)
+}
+
+/// The ninth with the fewest covered cells, if it or the whole picture lacks some.
+fn emptiest(coverage: &Coverage) -> Option<Place> {
+    let (part, place) = least_covered(coverage);
+    (part < NINTH_COVERED || coverage.whole() < COVERED).then_some(place)
+}
+
+fn least_covered(coverage: &Coverage) -> (f64, Place) {
+    let places = (0..3).flat_map(|row| (0..3).map(move |column| Place { column, row }));
+    let covered = places.map(|place| {
+        let columns = place.column * COLUMNS / 3..(place.column + 1) * COLUMNS / 3;
+        let rows = place.row * ROWS / 3..(place.row + 1) * ROWS / 3;
+        (coverage.part(columns, rows), place)
+    });
+    let first = (1.0, Place { column: 1, row: 1 });
+    covered.fold(
+        first,
+        |least, next| if next.0 < least.0 { next } else { least },
+    )
+}
+
+/// How far the picture is covered, 1 for enough.
+pub(super) fn covered(coverage: &Coverage) -> f64 {
+    let (least, _) = least_covered(coverage);
+    (coverage.whole() / COVERED).min(1.0) * (0.5 + 0.5 * (least / NINTH_COVERED).min(1.0))
+}
+
+impl fmt::Display for Place {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match (self.row, self.column) {
+            (0, 0) => "the upper left",
+            (0, 1) => "the upper edge",
+            (0, _) => "the upper right",
+            (1, 0) => "the left edge",
+            (1, 1) => "the middle",
+            (1, _) => "the right edge",
+            (_, 0) => "the lower left",
+            (_, 1) => "the lower edge",
+            (_, _) => "the lower right",
+        })
+    }
+}
+
+impl fmt::Display for Side {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Left => "left",
+            Self::Right => "right",
+            Self::Upper => "upper",
+            Self::Lower => "lower",
+        })
+    }
+}
+
+impl fmt::Display for Hint {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::ShowBoard => f.write_str(
+                "show the board to the camera, near enough to fill a third of the picture",
+            ),
+            Self::HoldAt(place, None) => write!(f, "hold the board to {place} of the picture"),
+            Self::HoldAt(place, Some(side)) => {
+                write!(
+                    f,
+                    "hold the board to {place} of the picture, its {side} side turned away"
+                )
+            }
+            Self::Tilt(side) => write!(
+                f,
+                "turn the board's {side} side away from the camera, by 30 degrees or more"
+            ),
+            Self::Move => f.write_str("a few more views: move and turn the board"),
+            Self::Enough => f.write_str("that is enough"),
+        }
+    }
+}

@@ -1,0 +1,96 @@
+//! Why a set of images gives no lens.
+
+use sextant_estimator::TagId;
+use thiserror::Error;
+
+/// The true cause, and what to do.
+#[derive(Clone, Debug, PartialEq, Error)]
+pub enum LensRefusal {
+    /// The board's file does not say where a tag sits.
+    #[error(
+        "the board does not say where its tag {tag} sits; print one with `sextant print board` and give the file written with it"
+    )]
+    Unplaced {
+        /// The tag.
+        tag: TagId,
+    },
+    /// A corner that the stated picture cannot have.
+    #[error(
+        "a corner lies at ({x:.0}, {y:.0}), but the pictures are said to have {width} x {height} pixels: the images have another resolution; state theirs"
+    )]
+    Resolution {
+        /// Column of the corner.
+        x: f64,
+        /// Row of the corner.
+        y: f64,
+        /// As stated.
+        width: u32,
+        /// As stated.
+        height: u32,
+    },
+    /// No image shows the board.
+    #[error(
+        "none of {images} images shows a tag of the board{}; check family, ids, focus and light",
+        others(foreign)
+    )]
+    NoBoard {
+        /// How many images came.
+        images: usize,
+        /// Other tags that they show.
+        foreign: Vec<TagId>,
+    },
+    /// Too few images show enough of it.
+    #[error(
+        "only {views} of {images} images show two tags or more of the board; at least {needed} are needed, 30 in many places and tilts are good"
+    )]
+    TooFew {
+        /// Images with enough of the board.
+        views: usize,
+        /// How many images came.
+        images: usize,
+        /// The least.
+        needed: usize,
+    },
+    /// Nothing tilted: focal length and distance cannot be told apart.
+    #[error(
+        "the board is seen from the front only (tilted by {tilt_deg:.0} degrees at most), so that the focal length cannot be told from the distance (it is uncertain by {sigma_percent:.1} %); tilt the board by 30 degrees and more, in every direction"
+    )]
+    OnlyFrontal {
+        /// Of all but a tenth of the images.
+        tilt_deg: f64,
+        /// One standard deviation of the focal length in percent of it.
+        sigma_percent: f64,
+    },
+    /// Something else keeps the lens from being found.
+    #[error(
+        "the images do not determine the lens: its focal length is uncertain by {sigma_percent:.1} %; add images near the edges of the picture and with the board tilted"
+    )]
+    Undetermined {
+        /// One standard deviation of the focal length in percent of it.
+        sigma_percent: f64,
+    },
+    /// No lens and no poses explain the corners.
+    #[error(
+        "no lens explains the corners: {wrong_percent:.0} % of the tags lie elsewhere than the board says; is this the board that was printed, flat and whole?"
+    )]
+    Unexplained {
+        /// Tags that do not fit, percent.
+        wrong_percent: f64,
+    },
+    /// Sizes of tags and distances between them contradict each other.
+    #[error(
+        "the board's sizes contradict each other: its black squares look {percent:+.1} % larger than the file says, measured by the distances between them; measure a square and the distance of two, and correct the file"
+    )]
+    Sizes {
+        /// How much larger the squares look, percent.
+        percent: f64,
+    },
+}
+
+fn others(foreign: &[TagId]) -> String {
+    if foreign.is_empty() {
+        return String::new();
+    }
+    let named: Vec<String> = foreign.iter().take(5).map(ToString::to_string).collect();
+    format!(" (they show {})", named.join(", "))
+}

@@ -1,0 +1,314 @@
+//! A calibration under way: images in, coverage and hints out, and the lens when there is enough.
+
+use super::board::Board;
+use super::choice::choose;
+use super::coverage::{COLUMNS, Coverage, ROWS, lean};
+use super::fit::{Fit, LEAST_TAGS, LensCalibration};
+use super::hint::{Hint, TILTS, VIEWS, covered};
+use super::judgement::verdict_of;
+use super::maps::LensMaps;
+use super::poses::board_pose;
+use super::refusal::LensRefusal;
+use super::start::start;
+use super::view::{Sorted, View};
+use sextant_estimator::{ImageObservation, ObjectModel, TagId};
+use sextant_geometry::{Intrinsics, Lens, LensModel, Pose};
+use std::collections::{BTreeMap, BTreeSet};
+
+/// The least views for any lens.
+const LEAST_VIEWS: usize = 5;
+/// Views kept; later ones add nothing but time.
+const MOST_VIEWS: usize = 300;
+/// A new view differs from those kept by this part of the picture's width, or by [`NEW_LEAN`], or by [`NEW_SIZE`].
+const NEW_PLACE: f64 = 0.06;
+/// As the tangent of the tilt.
+const NEW_LEAN: f64 = 0.15;
+/// As the ratio of sizes less one.
+const NEW_SIZE: f64 = 0.2;
+/// Focal length taken for hints until there is a better one, as a part of the picture's width.
+const USUAL_FOCAL: f64 = 0.9;
+/// Above this deviation of the focal length, as a part of it, there is no lens.
+const UNDETERMINED: f64 = 0.01;
+/// Below this tilt, radians, of all but a tenth of the views, they are frontal.
+const FRONTAL: f64 = 0.21;
+/// More wrong tags than this part, and nothing is explained.
+const MOST_WRONG: f64 = 0.6;
+/// Squares that differ by this part from what the file says contradict it.
+const SIZES_DIFFER: f64 = 0.004;
+
+/// Which images are kept.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub enum Selection {
+    /// Every one that shows enough of the board: a set that somebody chose.
+    #[default]
+    All,
+    /// Those that show it otherwise than the ones kept before: a stream.
+    New,
+}
+
+/// How a lens is sought.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct LensOptions {
+    /// Width and height of the pictures.
+    pub resolution: [u32; 2],
+    /// The model; `None` lets the images choose.
+    pub model: Option<LensModel>,
+    /// Which images are kept.
+    pub selection: Selection,
+}
+
+/// What became of an image.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Taken {
+    /// It is one of the views now.
+    Kept,
+    /// It shows nothing new.
+    Known,
+    /// It shows fewer than two tags of the board.
+    TooLittle,
+}
+
+/// How far a session is.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LensProgress {
+    /// Images taken in.
+    pub images: usize,
+    /// Those kept.
+    pub views: usize,
+    /// Corners in each cell of the picture, row by row from the top left.
+    pub coverage: [[u32; COLUMNS]; ROWS],
+    /// Views in which the board's left, right, upper and lower side was turned away.
+    pub tilted: [u32; 4],
+    /// From nothing, 0, to enough, 1.
+    pub fraction: f64,
+    /// What to do next.
+    pub hint: Hint,
+}
+
+/// A calibration under way.
+#[derive(Clone, Debug)]
+pub struct LensSession {
+    board: Board,
+    options: LensOptions,
+    views: Vec<View>,
+    places: Vec<(nalgebra::Point2<f64>, f64, [f64; 2])>,
+    coverage: Coverage,
+    images: usize,
+    foreign: BTreeSet<TagId>,
+    twice: BTreeSet<TagId>,
+}
+
+impl LensSession {
+    /// A session with a board.
+    ///
+    /// # Errors
+    /// A board whose tags' places are not known.
+    pub fn new(board: &ObjectModel, options: LensOptions) -> Result<Self, LensRefusal> {
+        Ok(Self {
+            board: Board::of(board)?,
+            options,
+            views: Vec::new(),
+            places: Vec::new(),
+            coverage: Coverage::default(),
+            images: 0,
+            foreign: BTreeSet::new(),
+            twice: BTreeSet::new(),
+        })
+    }
+
+    /// Takes an image in.
+    ///
+    /// # Errors
+    /// Corners that a picture of the stated resolution cannot have.
+    pub fn handle(&mut self, image: &ImageObservation) -> Result<Taken, LensRefusal> {
+        let sorted = Sorted::of(&self.board, self.options.resolution, image)?;
+        self.images += 1;
+        self.foreign.extend(sorted.foreign);
+        self.twice.extend(sorted.twice);
+        let view = sorted.view;
+        if view.tags.len() < LEAST_TAGS {
+            return Ok(Taken::TooLittle);
+        }
+        let pose = self.guess(&view);
+        let (centre, spread) = view.extent();
+        let place = (centre, spread, pose.map_or([0.0; 2], |pose| lean(&pose)));
+        let wanted = self.options.selection == Selection::All || self.is_new(&place);
+        if !wanted || self.views.len() >= MOST_VIEWS {
+            return Ok(Taken::Known);
+        }
+        self.coverage
+            .take(self.options.resolution, &view, pose.as_ref());
+        self.views.push(view);
+        self.places.push(place);
+        Ok(Taken::Kept)
+    }
+
+    /// About where the board is, by a usual lens.
+    fn guess(&self, view: &View) -> Option<Pose> {
+        let [width, height] = self.options.resolution.map(f64::from);
+        let focal = USUAL_FOCAL * width;
+        let lens = Lens::pinhole(Intrinsics {
+            fx: focal,
+            fy: focal,
+            cx: (width - 1.0) / 2.0,
+            cy: (height - 1.0) / 2.0,
+        });
+        let (pose, _) = board_pose(&self.board, view, &lens.ok()?, 0.05 * width)?;
+        Some(pose)
+    }
+
+    fn is_new(&self, (centre, spread, lean): &(nalgebra::Point2<f64>, f64, [f64; 2])) -> bool {
+        let width = f64::from(self.options.resolution[0]);
+        self.places.iter().all(|(c, s, l)| {
+            (centre - c).norm() > NEW_PLACE * width
+                || (lean[0] - l[0]).hypot(lean[1] - l[1]) > NEW_LEAN
+                || (spread / s).ln().abs() > NEW_SIZE.ln_1p()
+        })
+    }
+
+    /// How far it is, and what to do next.
+    pub fn progress(&self) -> LensProgress {
+        let tilts = self
+            .coverage
+            .tilted
+            .iter()
+            .map(|&n| n.min(TILTS))
+            .sum::<u32>();
+        let parts = [
+            covered(&self.coverage),
+            f64::from(tilts) / f64::from(4 * TILTS),
+            (f64::from(self.coverage.views) / f64::from(VIEWS)).min(1.0),
+        ];
+        LensProgress {
+            images: self.images,
+            views: self.views.len(),
+            coverage: self.coverage.corners,
+            tilted: self.coverage.tilted,
+            fraction: parts.iter().sum::<f64>() / parts.len() as f64,
+            hint: Hint::of(&self.coverage),
+        }
+    }
+
+    /// The lens.
+    ///
+    /// # Errors
+    /// What keeps these images from giving one.
+    pub fn solve(&self) -> Result<LensCalibration, LensRefusal> {
+        self.check_views()?;
+        let resolution = self.options.resolution;
+        let width = f64::from(resolution[0]);
+        let first = start(&self.board, &self.views, resolution)?;
+        let models = match &self.options.model {
+            Some(model) => std::slice::from_ref(model),
+            None => &LensModel::ALL[..],
+        };
+        let chosen = choose(&self.board, &self.views, &first, models, width);
+        let (fit, scores) = chosen.ok_or(LensRefusal::Unexplained {
+            wrong_percent: 100.0,
+        })?;
+        let wrong = self.wrong_tags(&fit);
+        self.check_fit(&fit, wrong.values().map(|(wrong, _)| wrong).sum())?;
+        let maps = LensMaps::of(&fit, resolution);
+        let (wrong_tags, all) = wrong
+            .values()
+            .fold((0, 0), |sum, n| (sum.0 + n.0, sum.1 + n.1));
+        let covariance = fit.covariance();
+        Ok(LensCalibration {
+            lens: fit.adjustment.lens,
+            resolution,
+            sigmas: covariance
+                .diagonal()
+                .iter()
+                .map(|v| v.max(0.0).sqrt())
+                .collect(),
+            covariance,
+            rms_px: fit.adjustment.solution.rms_px,
+            noise_px: fit.adjustment.solution.rms_px / std::f64::consts::SQRT_2,
+            images: self.images,
+            views: fit.adjustment.view_of.len(),
+            tags: all - wrong_tags,
+            wrong_tags,
+            suspicious: self.suspicious(&wrong),
+            scores,
+            verdict: verdict_of(&maps, wrong_tags as f64 / all.max(1) as f64),
+            maps,
+        })
+    }
+
+    fn check_views(&self) -> Result<(), LensRefusal> {
+        let (views, images) = (self.views.len(), self.images);
+        if views == 0 {
+            let foreign = self.foreign.iter().copied().collect();
+            return Err(LensRefusal::NoBoard { images, foreign });
+        }
+        if views < LEAST_VIEWS {
+            let needed = LEAST_VIEWS;
+            return Err(LensRefusal::TooFew {
+                views,
+                images,
+                needed,
+            });
+        }
+        Ok(())
+    }
+
+    /// By tag of the board: how often it was left out of how many.
+    fn wrong_tags(&self, fit: &Fit) -> BTreeMap<TagId, (usize, usize)> {
+        let mut counts = BTreeMap::new();
+        for (view, pose) in self.views.iter().zip(&fit.adjustment.poses) {
+            for (at, seen) in view.tags.iter().enumerate() {
+                let fitted = pose.as_ref().is_some_and(|(_, tags)| tags.contains(&at));
+                let count = counts
+                    .entry(self.board.tags[seen.tag].tag)
+                    .or_insert((0, 0));
+                count.0 += usize::from(!fitted);
+                count.1 += 1;
+            }
+        }
+        counts
+    }
+
+    fn suspicious(&self, wrong: &BTreeMap<TagId, (usize, usize)>) -> Vec<TagId> {
+        let often = wrong
+            .iter()
+            .filter(|(_, (wrong, all))| 2 * wrong > *all && *all > 2);
+        let mut tags: BTreeSet<TagId> = often.map(|(tag, _)| *tag).collect();
+        tags.extend(&self.twice);
+        tags.into_iter().collect()
+    }
+
+    fn check_fit(&self, fit: &Fit, wrong: usize) -> Result<(), LensRefusal> {
+        let all: usize = self.views.iter().map(|view| view.tags.len()).sum();
+        let wrong_part = wrong as f64 / all.max(1) as f64;
+        if wrong_part > MOST_WRONG {
+            let wrong_percent = 100.0 * wrong_part;
+            return Err(LensRefusal::Unexplained { wrong_percent });
+        }
+        let uncertainty = fit.focal_uncertainty();
+        // Written so that NaN is refused.
+        let determined = uncertainty <= UNDETERMINED;
+        if !determined {
+            return Err(self.undetermined(fit, 100.0 * uncertainty.min(1e3)));
+        }
+        let (growth, sigma) = fit.growth(&self.board);
+        if growth.abs() > SIZES_DIFFER && growth.abs() > 8.0 * sigma {
+            let percent = 100.0 * growth;
+            return Err(LensRefusal::Sizes { percent });
+        }
+        Ok(())
+    }
+
+    fn undetermined(&self, fit: &Fit, sigma_percent: f64) -> LensRefusal {
+        let mut tilts = fit.tilts();
+        tilts.sort_by(f64::total_cmp);
+        let tilt = tilts.get(tilts.len() * 9 / 10).copied().unwrap_or(0.0);
+        if tilt < FRONTAL {
+            let tilt_deg = tilt.to_degrees();
+            return LensRefusal::OnlyFrontal {
+                tilt_deg,
+                sigma_percent,
+            };
+        }
+        LensRefusal::Undetermined { sigma_percent }
+    }
+}

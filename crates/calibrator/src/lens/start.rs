@@ -1,0 +1,100 @@
+//! A lens to start from: the focal length that the homographies ask for, or the best of a ladder of them, for ordinary and for
+//! fisheye lenses.
+
+use super::adjust::{Adjustment, Parameters, adjust};
+use super::board::Board;
+use super::poses::board_pose;
+use super::view::View;
+use super::{homographies, refusal::LensRefusal};
+use sextant_geometry::{Intrinsics, Lens, Pose};
+
+/// Images that judge a start; more say no more.
+const JUDGES: usize = 12;
+/// Focal lengths of the ladder, as parts of the picture's width: 106 to 14 degrees across.
+const LADDER: [f64; 9] = [0.38, 0.5, 0.65, 0.85, 1.1, 1.45, 1.9, 2.6, 4.0];
+/// How far a tag may lie from where a lens that is only about right puts it, as a part of the picture's width.
+const TOLERANCE: f64 = 0.03;
+/// What a start's errors are weighed with, pixels.
+const SIGMA_PX: f64 = 1.0;
+
+/// A lens and where the board was in each view by it; views that it does not explain have no pose.
+pub(super) struct Start {
+    pub lens: Lens,
+    pub poses: Vec<Option<(Pose, Vec<usize>)>>,
+}
+
+/// The start that explains the views best.
+pub(super) fn start(
+    board: &Board,
+    views: &[View],
+    resolution: [u32; 2],
+) -> Result<Start, LensRefusal> {
+    let size = resolution.map(f64::from);
+    let mut order: Vec<usize> = (0..views.len()).collect();
+    order.sort_by_key(|&at| (std::cmp::Reverse(views[at].tags.len()), at));
+    let judges: Vec<View> = order
+        .iter()
+        .take(JUDGES)
+        .map(|&at| views[at].clone())
+        .collect();
+    let zhang = homographies::focal_lengths(board, &judges, size);
+    let ladder = LADDER.map(|part| [part * size[0]; 2]);
+    let candidates = zhang
+        .into_iter()
+        .chain(ladder)
+        .flat_map(|[fx, fy]| lenses(fx, fy, size));
+    let judged = candidates.filter_map(|lens| {
+        let adjusted = judge(board, &judges, lens, size[0])?;
+        Some((adjusted.cost, adjusted.lens))
+    });
+    let best = judged.min_by(|a, b| a.0.total_cmp(&b.0));
+    let (_, lens) = best.ok_or(LensRefusal::Unexplained {
+        wrong_percent: 100.0,
+    })?;
+    let poses = views
+        .iter()
+        .map(|view| board_pose(board, view, &lens, TOLERANCE * size[0]));
+    Ok(Start {
+        lens,
+        poses: poses.collect(),
+    })
+}
+
+fn lenses(fx: f64, fy: f64, [width, height]: [f64; 2]) -> impl Iterator<Item = Lens> {
+    let numbers = Intrinsics {
+        fx,
+        fy,
+        cx: (width - 1.0) / 2.0,
+        cy: (height - 1.0) / 2.0,
+    };
+    let plain = Lens::brown_conrady(numbers, [0.0; 5]);
+    let fisheye = Lens::kannala_brandt(numbers, [0.0; 4]);
+    plain.into_iter().chain(fisheye)
+}
+
+/// A candidate after a few steps of its focal lengths and its strongest distortion. A view that it does not explain costs as
+/// much as one whose tags are all wrong.
+fn judge(board: &Board, judges: &[View], lens: Lens, width: f64) -> Option<Adjustment> {
+    let poses: Vec<_> = judges
+        .iter()
+        .map(|view| board_pose(board, view, &lens, TOLERANCE * width))
+        .collect();
+    let explained = poses
+        .iter()
+        .flatten()
+        .map(|(_, tags)| tags.len())
+        .sum::<usize>();
+    let all = judges.iter().map(|view| view.tags.len()).sum::<usize>();
+    let mut adjusted = adjust(
+        board,
+        judges,
+        &Start { lens, poses },
+        &Parameters::judging(SIGMA_PX),
+    )?;
+    let wrong = (all - explained) as f64;
+    adjusted.cost += wrong * WRONG_TAG;
+    Some(adjusted)
+}
+
+/// What an unexplained tag costs: four corners at the edge of the tolerance under the kernel of [`Parameters::judging`].
+const WRONG_TAG: f64 = 4.0 * 40.0;

@@ -1,0 +1,156 @@
+//! Calibrations of other tools: ROS `camera_info`, Kalibr `camchain`, OpenCV's YAML, read and written.
+//!
+//! All three count pixels from the centre of the top left one and look along z with y down, as we do, so lens numbers and
+//! camera axes carry over as they are. Kalibr's chain states each camera in the one before it (`T_cn_cnm1`, a map of points of
+//! camera n-1 into camera n); read, it becomes `world_from_camera` with the first camera as the world, and written it is
+//! made of whatever world the rig has. The other two formats know one camera and no pose.
+//!
+//! What these files can say and our lenses cannot is refused with its cause: skew, rational and thin-prism terms, other models.
+
+mod camera_info;
+mod distortion;
+mod kalibr;
+mod matrix;
+mod opencv;
+
+use crate::error::{Complaint, FileError, Wrong};
+use crate::read::read_text;
+use sextant_estimator::{Camera, Rig, RigError};
+use std::fmt;
+use std::path::Path;
+use yaml_serde::Value;
+
+/// A format of another tool.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ForeignFormat {
+    /// `camera_info` as ROS keeps it in files, or one message as `ros2 topic echo` prints it.
+    Ros,
+    /// A camera chain as `kalibr_calibrate_cameras` writes it.
+    Kalibr,
+    /// What OpenCV's FileStorage writes, as in its calibration sample.
+    OpenCv,
+}
+
+impl fmt::Display for ForeignFormat {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Ros => "ROS camera_info",
+            Self::Kalibr => "Kalibr camchain",
+            Self::OpenCv => "OpenCV YAML",
+        })
+    }
+}
+
+/// Whether a file's name says that another tool wrote it.
+pub fn is_foreign(path: &Path) -> bool {
+    let ending = path.extension().and_then(|ending| ending.to_str());
+    ending.is_some_and(|ending| matches!(ending, "yaml" | "yml"))
+}
+
+/// The cameras of another tool's file, and which tool's it is.
+///
+/// # Errors
+/// A file that is missing, malformed, of no known kind, or says what our lenses cannot.
+pub fn read_foreign(path: &Path) -> Result<(ForeignFormat, Rig), FileError> {
+    parse_foreign(path, &read_text(path)?)
+}
+
+/// As [`read_foreign`], of a text at hand; `path` names a camera without a name, and is for the messages.
+///
+/// # Errors
+/// As [`read_foreign`].
+pub fn parse_foreign(path: &Path, text: &str) -> Result<(ForeignFormat, Rig), FileError> {
+    let wrong = |complaint| Wrong {
+        path: path.to_owned(),
+        place: None,
+        complaint,
+    };
+    let document: Value = yaml_serde::from_str(&opencv::as_plain_yaml(text)).map_err(|error| {
+        let place = error.location().map(|at| (at.line(), at.column()));
+        let cause = format!("malformed YAML: {error}");
+        let complaint = Complaint::new("", cause, "export it again from the tool that made it");
+        Wrong {
+            place,
+            ..wrong(complaint)
+        }
+    })?;
+    let format = format_of(&document, text).ok_or_else(|| {
+        wrong(Complaint::new(
+            "",
+            "this is no calibration that is known",
+            "known are ROS camera_info (camera_matrix, distortion_model), Kalibr camchains (cam0: ...) and OpenCV's YAML",
+        ))
+    })?;
+    let cameras = match format {
+        ForeignFormat::Kalibr => kalibr::cameras(&document),
+        ForeignFormat::Ros | ForeignFormat::OpenCv => {
+            camera_info::camera(&document, stem_of(path)).map(|camera| vec![camera])
+        }
+    };
+    let rig = cameras.and_then(|cameras| Rig::new(cameras).map_err(|error| refused(&error)));
+    Ok((format, rig.map_err(wrong)?))
+}
+
+/// The text of a camera in a format that knows one.
+///
+/// # Errors
+/// [`ForeignFormat::Kalibr`]'s radtan has no third radial term.
+pub fn foreign_text(format: ForeignFormat, cameras: &[Camera]) -> Result<String, Complaint> {
+    let one = || match cameras {
+        [camera] => Ok(camera),
+        _ => Err(Complaint::new(
+            "",
+            format!("{format} holds one camera, there are {}", cameras.len()),
+            "name one with --camera",
+        )),
+    };
+    match format {
+        ForeignFormat::Ros => Ok(camera_info::text(one()?)),
+        ForeignFormat::OpenCv => Ok(opencv::text(one()?)),
+        ForeignFormat::Kalibr => kalibr::text(cameras),
+    }
+}
+
+fn format_of(document: &Value, text: &str) -> Option<ForeignFormat> {
+    let has = |key: &str| document.get(key).is_some();
+    if has("cam0") {
+        Some(ForeignFormat::Kalibr)
+    } else if text.starts_with("%YAML:1.0") || text.contains("!!opencv-matrix") {
+        Some(ForeignFormat::OpenCv)
+    } else if ["camera_matrix", "K", "k"].into_iter().any(has) {
+        Some(ForeignFormat::Ros)
+    } else {
+        None
+    }
+}
+
+fn refused(error: &RigError) -> Complaint {
+    Complaint::new("", error.to_string(), "")
+}
+
+/// Name of a file without folder and ending.
+fn stem_of(path: &Path) -> &str {
+    path.file_stem()
+        .and_then(|stem| stem.to_str())
+        .unwrap_or("camera")
+}
+
+/// A camera's name out of whatever a tool calls it: small letters, other characters as `_`.
+fn name_of(said: &str) -> String {
+    let name: String = said
+        .chars()
+        .take(32)
+        .map(|c| match c.to_ascii_lowercase() {
+            c @ ('a'..='z' | '0'..='9' | '_' | '-') => c,
+            _ => '_',
+        })
+        .collect();
+    if name.is_empty() {
+        "camera".to_owned()
+    } else {
+        name
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,122 @@
+//! One camera: ROS `camera_info`, and the keys of OpenCV's calibration files, which are nearly the same.
+
+use super::distortion::{Keys, lens_of, ros_distortion};
+use super::matrix::{first, intrinsics, missing, numbers, pixels};
+use super::name_of;
+use crate::error::Complaint;
+use sextant_estimator::{Camera, CameraId};
+use sextant_geometry::Intrinsics;
+use yaml_serde::Value;
+
+const WIDTH: [&str; 3] = ["image_width", "width", "image_Width"];
+const HEIGHT: [&str; 3] = ["image_height", "height", "image_Height"];
+const MATRIX: [&str; 7] = [
+    "camera_matrix",
+    "K",
+    "k",
+    "Camera_Matrix",
+    "cameraMatrix",
+    "M",
+    "M1",
+];
+const COEFFICIENTS: [&str; 9] = [
+    "distortion_coefficients",
+    "D",
+    "d",
+    "Distortion_Coefficients",
+    "distCoeffs",
+    "dist_coeffs",
+    "dist_coeff",
+    "D1",
+    "distortion",
+];
+
+/// The camera of a document; one without a name gets that of its file.
+pub(super) fn camera(document: &Value, stem: &str) -> Result<Camera, Complaint> {
+    check_binning(document)?;
+    let (key, matrix) = first(document, &MATRIX).ok_or_else(|| missing(MATRIX[0]))?;
+    let intrinsics = intrinsics(key, matrix)?;
+    let coefficients = match first(document, &COEFFICIENTS) {
+        Some((key, value)) => (key, numbers(key, value)?),
+        None => (COEFFICIENTS[0], Vec::new()),
+    };
+    let keys = Keys {
+        model: "distortion_model",
+        coefficients: coefficients.0,
+    };
+    let lens = lens_of(&keys, model(document), intrinsics, &coefficients.1)?;
+    let name = document.get("camera_name").and_then(Value::as_str);
+    let id = CameraId::new(&name_of(name.unwrap_or(stem)))
+        .map_err(|error| Complaint::new("camera_name", error.to_string(), ""))?;
+    Ok(Camera {
+        id,
+        resolution: [size(document, &WIDTH)?, size(document, &HEIGHT)?],
+        lens,
+        world_from_camera: None,
+    })
+}
+
+fn size(document: &Value, keys: &[&'static str; 3]) -> Result<u32, Complaint> {
+    let (key, value) = first(document, keys).ok_or_else(|| missing(keys[0]))?;
+    pixels(key, value)
+}
+
+/// ROS states the model; OpenCV's sample says `fisheye_model: 1`, and nothing means its polynomial.
+fn model(document: &Value) -> &str {
+    let stated = document.get("distortion_model").and_then(Value::as_str);
+    let fisheye = document.get("fisheye_model").and_then(Value::as_f64);
+    match (stated, fisheye) {
+        (Some(model), _) => model,
+        (None, Some(flag)) if flag != 0.0 => "fisheye",
+        _ => "plumb_bob",
+    }
+}
+
+/// A message may say that its images are binned; its numbers are then those of other images.
+fn check_binning(document: &Value) -> Result<(), Complaint> {
+    for key in ["binning_x", "binning_y"] {
+        let binning = document.get(key).and_then(Value::as_f64).unwrap_or(0.0);
+        if binning > 1.0 {
+            return Err(Complaint::new(
+                key,
+                format!(
+                    "the images are binned by {binning}, but the calibration is that of full ones"
+                ),
+                "calibrate at the resolution that is used",
+            ));
+        }
+    }
+    Ok(())
+}
+
+/// The file of a camera as ROS's `camera_calibration_parsers` keeps it.
+pub(super) fn text(camera: &Camera) -> String {
+    let [width, height] = camera.resolution;
+    let Intrinsics { fx, fy, cx, cy } = camera.lens.intrinsics();
+    let (model, coefficients) = ros_distortion(&camera.lens);
+    format!(
+        "image_width: {width}
+image_height: {height}
+camera_name: {}
+camera_matrix:
+  rows: 3
+  cols: 3
+  data: [{fx:?}, 0.0, {cx:?}, 0.0, {fy:?}, {cy:?}, 0.0, 0.0, 1.0]
+distortion_model: {model}
+distortion_coefficients:
+  rows: 1
+  cols: {}
+  data: {coefficients:?}
+rectification_matrix:
+  rows: 3
+  cols: 3
+  data: [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0]
+projection_matrix:
+  rows: 3
+  cols: 4
+  data: [{fx:?}, 0.0, {cx:?}, 0.0, 0.0, {fy:?}, {cy:?}, 0.0, 0.0, 0.0, 1.0, 0.0]
+",
+        camera.id,
+        coefficients.len()
+    )
+}

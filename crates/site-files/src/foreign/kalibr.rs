@@ -1,0 +1,162 @@
+//! Kalibr's camera chains: `cam0`, `cam1`, ..., each with its place in the one before.
+
+use super::distortion::{Keys, lens_of};
+use super::matrix::{exactly, first, is_writable, missing, numbers, pixels, pose, rows_of};
+use super::name_of;
+use crate::error::Complaint;
+use sextant_estimator::{Camera, CameraId};
+use sextant_geometry::{Intrinsics, Lens, LensModel, Pose};
+use std::fmt::Write as _;
+use yaml_serde::Value;
+
+const KEYS: Keys = Keys {
+    model: "distortion_model",
+    coefficients: "distortion_coeffs",
+};
+
+/// The cameras of a chain. With more than one, the first is the world.
+pub(super) fn cameras(document: &Value) -> Result<Vec<Camera>, Complaint> {
+    let links = (0..).map_while(|index| document.get(format!("cam{index}")));
+    let links: Vec<&Value> = links.collect();
+    let mut cameras: Vec<Camera> = Vec::new();
+    let mut world_from_former = Pose::identity();
+    for (index, link) in links.iter().enumerate() {
+        let within = |complaint| inside(index, complaint);
+        let former = index.checked_sub(1).map(|former| links[former]);
+        let world_from_camera = match former {
+            Some(former) => world_from_former * former_from(former, link).map_err(within)?,
+            None => Pose::identity(),
+        };
+        world_from_former = world_from_camera;
+        let mut camera = camera(index, link).map_err(within)?;
+        camera.world_from_camera = (links.len() > 1).then_some(world_from_camera);
+        cameras.push(camera);
+    }
+    Ok(cameras)
+}
+
+fn inside(index: usize, complaint: Complaint) -> Complaint {
+    Complaint {
+        key: format!("cam{index}.{}", complaint.key),
+        ..complaint
+    }
+}
+
+/// Maps points of a camera into the one before it in the chain.
+fn former_from(former: &Value, link: &Value) -> Result<Pose, Complaint> {
+    let stated =
+        |value: &Value, key: &'static str| value.get(key).map(|value| pose(key, value)).transpose();
+    if let Some(this_from_former) = stated(link, "T_cn_cnm1")? {
+        return Ok(this_from_former.inverse());
+    }
+    let key = "T_cam_imu";
+    match (stated(former, key)?, stated(link, key)?) {
+        (Some(former_from_imu), Some(this_from_imu)) => {
+            Ok(former_from_imu * this_from_imu.inverse())
+        }
+        _ => Err(missing("T_cn_cnm1")),
+    }
+}
+
+fn camera(index: usize, link: &Value) -> Result<Camera, Complaint> {
+    let text = |key: &str| link.get(key).and_then(Value::as_str);
+    if let Some(model) = text("camera_model").filter(|&model| model != "pinhole") {
+        let cause = format!("the camera model `{model}` has no counterpart here");
+        let remedy = "calibrate with pinhole-radtan or pinhole-equi";
+        return Err(Complaint::new("camera_model", cause, remedy));
+    }
+    let list = |key: &'static str| {
+        let (key, value) = first(link, &[key]).ok_or_else(|| missing(key))?;
+        numbers(key, value)
+    };
+    let [fx, fy, cx, cy] = exactly("intrinsics", list("intrinsics")?)?;
+    let model = text(KEYS.model).unwrap_or("none");
+    let coefficients = match model {
+        "none" => Vec::new(),
+        _ => list(KEYS.coefficients)?,
+    };
+    let lens = lens_of(&KEYS, model, Intrinsics { fx, fy, cx, cy }, &coefficients)?;
+    Ok(Camera {
+        id: CameraId::new(&name_in(index, text("rostopic")))
+            .map_err(|error| Complaint::new("rostopic", error.to_string(), ""))?,
+        resolution: resolution(link)?,
+        lens,
+        world_from_camera: None,
+    })
+}
+
+fn resolution(link: &Value) -> Result<[u32; 2], Complaint> {
+    let (key, value) = first(link, &["resolution"]).ok_or_else(|| missing("resolution"))?;
+    match value.as_sequence().map(Vec::as_slice) {
+        Some([width, height]) => Ok([pixels(key, width)?, pixels(key, height)?]),
+        _ => Err(Complaint::new(key, "it is no width and height", "")),
+    }
+}
+
+/// `/north/image_raw` is the camera `north`; a topic of one part or none gives `cam0`.
+fn name_in(index: usize, topic: Option<&str>) -> String {
+    let parts: Vec<&str> = topic
+        .unwrap_or("")
+        .split('/')
+        .filter(|part| !part.is_empty())
+        .collect();
+    match parts.as_slice() {
+        [.., camera, _image] => name_of(camera),
+        _ => format!("cam{index}"),
+    }
+}
+
+/// The chain of cameras. Where a pose is unknown the chain has none.
+pub(super) fn text(cameras: &[Camera]) -> Result<String, Complaint> {
+    let mut text = String::new();
+    for (index, camera) in cameras.iter().enumerate() {
+        let [width, height] = camera.resolution;
+        let Intrinsics { fx, fy, cx, cy } = camera.lens.intrinsics();
+        let (model, coefficients) = radtan(camera, &camera.lens)?;
+        // Writing to a String cannot fail.
+        let _ = writeln!(text, "cam{index}:");
+        let former = index.checked_sub(1).map(|former| &cameras[former]);
+        if let Some(rows) = former.and_then(|former| link(former, camera)) {
+            text.push_str("  T_cn_cnm1:\n");
+            for row in rows {
+                let _ = writeln!(text, "  - {row:?}");
+            }
+        }
+        let _ = write!(
+            text,
+            "  camera_model: pinhole
+  distortion_coeffs: {coefficients:?}
+  distortion_model: {model}
+  intrinsics: [{fx:?}, {fy:?}, {cx:?}, {cy:?}]
+  resolution: [{width}, {height}]
+  rostopic: /{}/image_raw
+",
+            camera.id
+        );
+    }
+    Ok(text)
+}
+
+/// T_cn_cnm1 of neighbours in the chain.
+fn link(former: &Camera, camera: &Camera) -> Option<[[f64; 4]; 4]> {
+    let this_from_former = camera.world_from_camera?.inverse() * former.world_from_camera?;
+    is_writable(&this_from_former).then(|| rows_of(&this_from_former))
+}
+
+fn radtan(camera: &Camera, lens: &Lens) -> Result<(&'static str, Vec<f64>), Complaint> {
+    match (lens.model(), lens.distortion()) {
+        (LensModel::KannalaBrandt, coefficients) => Ok(("equidistant", coefficients.to_vec())),
+        (LensModel::BrownConrady, [radial_and_tangential @ .., k3]) if *k3 == 0.0 => {
+            Ok(("radtan", radial_and_tangential.to_vec()))
+        }
+        (LensModel::BrownConrady, _) => Err(Complaint::new(
+            "",
+            format!(
+                "camera \"{}\" has a third radial term (k3), which Kalibr's radtan lacks",
+                camera.id
+            ),
+            "calibrate it as kannala-brandt (Kalibr's equidistant), or export as ROS or OpenCV",
+        )),
+        (LensModel::Pinhole, _) => Ok(("radtan", vec![0.0; 4])),
+    }
+}

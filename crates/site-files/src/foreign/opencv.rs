@@ -1,0 +1,44 @@
+//! What is peculiar to OpenCV's YAML: its own version line, its own tag on matrices.
+
+use super::distortion::ros_distortion;
+use sextant_estimator::Camera;
+use sextant_geometry::{Intrinsics, LensModel};
+
+/// OpenCV's `%YAML:1.0` is no directive of YAML's, and its `!!opencv-matrix` no tag of it: without both it is plain YAML.
+/// Lines stay where they are. Other texts are left as they are.
+pub(super) fn as_plain_yaml(text: &str) -> String {
+    let text = match text.strip_prefix("%YAML:1.0") {
+        Some(rest) => format!("#{rest}"),
+        None => text.to_owned(),
+    };
+    text.replace("!!opencv-matrix", "")
+}
+
+/// The file of a camera as OpenCV's calibration sample writes it.
+pub(super) fn text(camera: &Camera) -> String {
+    let [width, height] = camera.resolution;
+    let Intrinsics { fx, fy, cx, cy } = camera.lens.intrinsics();
+    let (_, coefficients) = ros_distortion(&camera.lens);
+    let fisheye = u8::from(camera.lens.model() == LensModel::KannalaBrandt);
+    format!(
+        "%YAML:1.0
+---
+camera_name: \"{}\"
+image_width: {width}
+image_height: {height}
+fisheye_model: {fisheye}
+camera_matrix: !!opencv-matrix
+   rows: 3
+   cols: 3
+   dt: d
+   data: [ {fx:?}, 0., {cx:?}, 0., {fy:?}, {cy:?}, 0., 0., 1. ]
+distortion_coefficients: !!opencv-matrix
+   rows: {}
+   cols: 1
+   dt: d
+   data: {coefficients:?}
+",
+        camera.id,
+        coefficients.len()
+    )
+}

@@ -1,0 +1,259 @@
+//! `sextant convert`: lenses and poses to and from ROS, Kalibr and OpenCV.
+
+use crate::output::{Format, print_line};
+use anyhow::{Context, bail, ensure};
+use clap::{Args, ValueEnum};
+use serde_json::json;
+use sextant_estimator::{Camera, CameraId, Rig};
+use sextant_geometry::Lens;
+use sextant_process::{Exit, Failure, WithExit};
+use sextant_site_files::{
+    ForeignFormat, foreign_text, is_foreign, read_rig, rig_toml, write_keeping_former,
+};
+use std::path::{Path, PathBuf};
+
+/// What a person may choose of `convert`.
+#[derive(Args, Debug)]
+#[command(
+    after_help = "FROM is rig.toml, a ROS camera_info, a Kalibr camchain or OpenCV's YAML; which one is seen from what it says.
+Into a rig.toml that exists, cameras are merged: one of the same id gets the new lens and keeps its pose where FROM has none.
+The former file is kept beside it as rig.toml.former.
+
+All these formats count pixels from the centre of the top left one, as Sextant does. Calibrations made of corners that count
+from its edge (AprilTag's own library in C) are half a pixel larger: state --pixel-origin edge.
+
+For example: sextant convert ost.yaml --camera north --out rig.toml
+             sextant convert camchain.yaml --out rig.toml
+             sextant convert rig.toml --to kalibr --out camchain.yaml
+             sextant convert rig.toml --to ros --camera north --out north.yaml"
+)]
+pub struct ConvertArguments {
+    /// What to read.
+    from: PathBuf,
+    /// The format to write.
+    #[arg(long, value_enum, default_value = "toml")]
+    to: Target,
+    /// Of several cameras only this one; a single camera of another format gets this id.
+    #[arg(long, value_name = "ID")]
+    camera: Option<CameraId>,
+    /// Where the calibration that is not ours counts pixels from.
+    #[arg(long, value_enum, default_value = "centre")]
+    pixel_origin: PixelOrigin,
+    /// The file to write; without it the text goes to standard output.
+    #[arg(long, value_name = "FILE")]
+    out: Option<PathBuf>,
+}
+
+/// A format to write.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Target {
+    /// Sextant's rig.toml.
+    Toml,
+    /// ROS camera_info.
+    Ros,
+    /// A Kalibr camchain.
+    Kalibr,
+    /// OpenCV's YAML.
+    Opencv,
+}
+
+/// Where pixel (0, 0) lies.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum PixelOrigin {
+    /// The centre of the top left pixel.
+    Centre,
+    /// Its upper left corner.
+    Edge,
+}
+
+/// Runs `sextant convert`.
+///
+/// # Errors
+/// [`Exit::Input`] for a file that cannot be used or says what the other format cannot.
+pub fn run(arguments: &ConvertArguments, format: Format) -> anyhow::Result<()> {
+    let rig = read_rig(&arguments.from).exit_with(Exit::Input)?;
+    let mut cameras = chosen(arguments, &rig).exit_with(Exit::Input)?;
+    let shift = match (arguments.pixel_origin, is_foreign(&arguments.from)) {
+        (PixelOrigin::Centre, _) => 0.0,
+        (PixelOrigin::Edge, true) => -0.5,
+        (PixelOrigin::Edge, false) => 0.5,
+    };
+    for camera in &mut cameras {
+        camera.lens = shifted(&camera.lens, shift).exit_with(Exit::Input)?;
+    }
+    let text = match foreign(arguments.to) {
+        Some(target) => foreign_text(target, &cameras)
+            .map_err(|c| anyhow::anyhow!("{}: {}; {}", arguments.from.display(), c.cause, c.remedy))
+            .exit_with(Exit::Input)?,
+        None => merged(arguments.out.as_deref(), &cameras).exit_with(Exit::Input)?,
+    };
+    let Some(out) = &arguments.out else {
+        return Ok(print_line(text.trim_end())?);
+    };
+    write_keeping_former(out, text.as_bytes())?;
+    say(out, &cameras, format)
+}
+
+fn say(out: &Path, cameras: &[Camera], format: Format) -> anyhow::Result<()> {
+    let names: Vec<&str> = cameras.iter().map(|camera| camera.id.as_str()).collect();
+    let line = match format {
+        Format::Json => json!({"file": out, "cameras": names}).to_string(),
+        Format::Text => format!("{}: {}", out.display(), names.join(", ")),
+    };
+    Ok(print_line(&line)?)
+}
+
+fn foreign(target: Target) -> Option<ForeignFormat> {
+    match target {
+        Target::Toml => None,
+        Target::Ros => Some(ForeignFormat::Ros),
+        Target::Kalibr => Some(ForeignFormat::Kalibr),
+        Target::Opencv => Some(ForeignFormat::OpenCv),
+    }
+}
+
+fn chosen(arguments: &ConvertArguments, rig: &Rig) -> anyhow::Result<Vec<Camera>> {
+    let cameras = rig.cameras();
+    let Some(id) = &arguments.camera else {
+        return Ok(cameras.to_vec());
+    };
+    match (rig.camera(id), cameras) {
+        (Some(camera), _) => Ok(vec![camera.clone()]),
+        (None, [camera]) if is_foreign(&arguments.from) => Ok(vec![Camera {
+            id: id.clone(),
+            ..camera.clone()
+        }]),
+        _ => {
+            let names: Vec<&str> = cameras.iter().map(|camera| camera.id.as_str()).collect();
+            bail!(
+                "{}: there is no camera \"{id}\"; there are {}",
+                arguments.from.display(),
+                names.join(", ")
+            )
+        }
+    }
+}
+
+fn shifted(lens: &Lens, shift: f64) -> anyhow::Result<Lens> {
+    let mut parameters = lens.parameters();
+    parameters[2] += shift;
+    parameters[3] += shift;
+    lens.with_parameters(&parameters)
+        .context("the shifted lens is none")
+}
+
+/// The text of a rig file with these cameras in the place of those that it has.
+fn merged(out: Option<&Path>, cameras: &[Camera]) -> anyhow::Result<String> {
+    let existing = out.filter(|out| out.exists());
+    if let Some(out) = out {
+        ensure!(
+            !is_foreign(out),
+            "{}: the ending says YAML but --to says toml; state --to ros, kalibr or opencv",
+            out.display()
+        );
+    }
+    let former = match existing {
+        Some(out) => read_rig(out)?,
+        None => Rig::default(),
+    };
+    let mut all = former.cameras().to_vec();
+    for camera in cameras {
+        match all.iter_mut().find(|known| known.id == camera.id) {
+            Some(known) => {
+                known.lens = camera.lens;
+                known.resolution = camera.resolution;
+                known.world_from_camera = camera.world_from_camera.or(known.world_from_camera);
+            }
+            None => all.push(camera.clone()),
+        }
+    }
+    let rig = Rig::new(all).map_err(|error| Failure::new(Exit::Input, error))?;
+    // What was stated of a pose stays with it.
+    let kept = former.cameras().iter().filter(|camera| {
+        let now = rig.camera(&camera.id);
+        now.is_some_and(|now| now.world_from_camera == camera.world_from_camera)
+    });
+    let sigmas: Vec<_> = kept
+        .filter_map(|camera| Some((camera.id.clone(), former.pose_sigma(&camera.id)?)))
+        .collect();
+    Ok(rig_toml(&rig.with_pose_sigmas(sigmas)?))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use sextant_geometry::Pose;
+
+    const CAMERA_INFO: &str = "image_width: 640\nimage_height: 480\ncamera_name: left\ncamera_matrix: {rows: 3, cols: 3, \
+        data: [600.0, 0.0, 320.0, 0.0, 601.0, 240.0, 0.0, 0.0, 1.0]}\ndistortion_model: plumb_bob\n\
+        distortion_coefficients: {rows: 1, cols: 5, data: [0.1, 0.0, 0.0, 0.0, 0.0]}\n";
+
+    fn arguments(from: &Path, out: &Path) -> ConvertArguments {
+        ConvertArguments {
+            from: from.to_owned(),
+            to: Target::Toml,
+            camera: None,
+            pixel_origin: PixelOrigin::Centre,
+            out: Some(out.to_owned()),
+        }
+    }
+
+    #[test]
+    fn an_imported_lens_leaves_the_cameras_pose_and_the_former_file_stays() {
+        let folder = tempfile::tempdir().unwrap();
+        let (info, rig) = (
+            folder.path().join("ost.yaml"),
+            folder.path().join("rig.toml"),
+        );
+        std::fs::write(&info, CAMERA_INFO).unwrap();
+        let mut convert = arguments(&info, &rig);
+        convert.camera = Some("north".parse().unwrap());
+        run(&convert, Format::Text).unwrap();
+        let mut camera = read_rig(&rig).unwrap().cameras()[0].clone();
+        assert_eq!(camera.id.as_str(), "north");
+        let pose = Pose::translation(1.0, 2.0, 3.0);
+        camera.world_from_camera = Some(pose);
+        std::fs::write(&rig, rig_toml(&Rig::new(vec![camera]).unwrap())).unwrap();
+
+        convert.pixel_origin = PixelOrigin::Edge;
+        run(&convert, Format::Text).unwrap();
+        let read = read_rig(&rig).unwrap();
+        let [camera] = read.cameras() else {
+            panic!("one camera")
+        };
+        assert_eq!(camera.world_from_camera, Some(pose));
+        assert_eq!(camera.lens.intrinsics().cx, 319.5);
+        let former = std::fs::read_to_string(sextant_site_files::former_of(&rig)).unwrap();
+        assert!(former.contains("cx = 320.0"));
+    }
+
+    #[test]
+    fn a_rig_comes_back_from_every_format() {
+        let folder = tempfile::tempdir().unwrap();
+        let (info, rig) = (
+            folder.path().join("left.yaml"),
+            folder.path().join("rig.toml"),
+        );
+        std::fs::write(&info, CAMERA_INFO).unwrap();
+        run(&arguments(&info, &rig), Format::Text).unwrap();
+        for to in [Target::Ros, Target::Kalibr, Target::Opencv] {
+            let out = folder.path().join("out.yaml");
+            let there = ConvertArguments {
+                to,
+                ..arguments(&rig, &out)
+            };
+            run(&there, Format::Json).unwrap();
+            assert_eq!(read_rig(&out).unwrap(), read_rig(&rig).unwrap(), "{to:?}");
+        }
+        let absent = ConvertArguments {
+            camera: Some("north".parse().unwrap()),
+            ..arguments(&rig, &folder.path().join("other.toml"))
+        };
+        let error = run(&absent, Format::Text).unwrap_err();
+        assert!(
+            error
+                .to_string()
+                .contains("there is no camera \"north\"; there are left")
+        );
+    }
+}

@@ -1,0 +1,202 @@
+//! `sextant print`: boards, tags and cubes on paper in true size, and the object file that says what was printed.
+
+mod board;
+mod cube;
+mod pdf;
+mod sheet;
+mod tags;
+
+use crate::output::{Format, print_line};
+use anyhow::ensure;
+use clap::{Args, Subcommand};
+use nalgebra::Translation3;
+use pdf::Page;
+use serde_json::json;
+use sextant_estimator::{ObjectModel, ObjectTag, TagId};
+use sextant_process::{Exit, WithExit};
+use sextant_site_files::{object_toml, write_atomically, write_keeping_former};
+use sextant_tag_families::Family;
+use sheet::{Paper, length_text};
+use std::path::PathBuf;
+
+/// What a person may choose of `print`.
+#[derive(Args, Debug)]
+#[command(
+    after_help = "Writes two files: a PDF in true size, with rulers to check that the printer kept it, and an object file (board.toml) with
+ids, sizes and places of what was printed. Print at 100 % (\"actual size\").
+
+If the rulers are not 100 mm long, measure a black square from edge to edge and run the same command with --measured-size:
+then only the object file is written, all of it enlarged or shrunk by what was measured.
+
+For example: sextant print board
+             sextant print board --measured-size 0.0277
+             sextant print tags --ids 3-9 --size 0.03 --out gamepad.pdf
+             sextant print cube --edge 0.06 --size 0.04 --first 10"
+)]
+pub struct PrintArguments {
+    #[command(subcommand)]
+    what: What,
+    /// The paper.
+    #[arg(long, value_enum, default_value = "a4", global = true)]
+    paper: Paper,
+    /// The PDF; the object file stands beside it with the ending .toml. Default: board.pdf, tags.pdf or cube.pdf.
+    #[arg(long, value_name = "FILE.pdf", global = true)]
+    out: Option<PathBuf>,
+    /// Id of the object. Default: board, tags or cube.
+    #[arg(long, value_name = "ID", global = true)]
+    id: Option<String>,
+    /// Edge of a black square as measured on the print, metres.
+    #[arg(long, value_name = "METRES", global = true)]
+    measured_size: Option<f64>,
+}
+
+#[derive(Subcommand, Debug)]
+enum What {
+    /// A flat board, to calibrate lenses and rigs with.
+    Board(board::BoardArguments),
+    /// Single tags to cut out and stick on things.
+    Tags(tags::TagsArguments),
+    /// A cube to fold, a tag on each face.
+    Cube(cube::CubeArguments),
+}
+
+/// What is printed and what its object file shall say. Sizes on paper are millimetres, those of the model metres.
+struct Printed {
+    title: String,
+    pages: Vec<Page>,
+    model: ObjectModel,
+    /// Edge of the black squares.
+    size: f64,
+}
+
+/// Runs `sextant print`.
+///
+/// # Errors
+/// [`Exit::Usage`] for what does not fit on the paper, and files that cannot be written.
+pub fn run(arguments: &PrintArguments, format: Format) -> anyhow::Result<()> {
+    let id = arguments.id.as_deref().unwrap_or(arguments.what.word());
+    let printed = arguments
+        .what
+        .printed(id, arguments.paper)
+        .exit_with(Exit::Usage)?;
+    let default = || PathBuf::from(format!("{}.pdf", arguments.what.word()));
+    let pdf_file = arguments.out.clone().unwrap_or_else(default);
+    let object_file = pdf_file.with_extension("toml");
+    let model = match arguments.measured_size {
+        Some(measured) => as_measured(&printed, measured).exit_with(Exit::Usage)?,
+        None => printed.model.clone(),
+    };
+    let toml = format!("{}{}", heading(&printed, arguments), object_toml(&model));
+    write_keeping_former(&object_file, toml.as_bytes())?;
+    if arguments.measured_size.is_none() {
+        write_atomically(&pdf_file, &pdf::pdf(&printed.title, &printed.pages))?;
+    }
+    let (pages, tags) = (printed.pages.len(), model.tags().len());
+    let pdf_file = arguments.measured_size.is_none().then_some(pdf_file);
+    Ok(match (format, pdf_file) {
+        (Format::Json, pdf) => print_line(
+            &json!({"pdf": pdf, "object": object_file, "pages": pages, "tags": tags}).to_string(),
+        )?,
+        (Format::Text, Some(pdf)) => print_line(&format!(
+            "{}: {pages} {} {}; print at 100 % and check the ruler\n{}: {tags} tags of {}",
+            pdf.display(),
+            if pages == 1 { "page" } else { "pages" },
+            arguments.paper.name(),
+            object_file.display(),
+            length_text(printed.size)
+        ))?,
+        (Format::Text, None) => print_line(&format!(
+            "{}: {tags} tags as measured",
+            object_file.display()
+        ))?,
+    })
+}
+
+impl What {
+    fn word(&self) -> &'static str {
+        match self {
+            Self::Board(_) => "board",
+            Self::Tags(_) => "tags",
+            Self::Cube(_) => "cube",
+        }
+    }
+
+    fn printed(&self, id: &str, paper: Paper) -> anyhow::Result<Printed> {
+        match self {
+            Self::Board(arguments) => board::board(arguments, id, paper),
+            Self::Tags(arguments) => tags::tags(arguments, id, paper),
+            Self::Cube(arguments) => cube::cube(arguments, id, paper),
+        }
+    }
+}
+
+/// The remark at the head of the object file.
+fn heading(printed: &Printed, arguments: &PrintArguments) -> String {
+    let nominal = length_text(printed.size);
+    match arguments.measured_size {
+        Some(measured) => format!(
+            "# Printed with black squares of {nominal}, measured as {}; sizes and places are those measured.\n",
+            length_text(measured * 1e3)
+        ),
+        None => format!(
+            "# Printed with black squares of {nominal}; if they measure otherwise, print again with --measured-size.\n"
+        ),
+    }
+}
+
+/// The model as its tags were measured.
+fn as_measured(printed: &Printed, measured_m: f64) -> anyhow::Result<ObjectModel> {
+    enlarged(&printed.model, measured_m * 1e3 / printed.size)
+}
+
+/// An object enlarged as a whole, as a printer does it.
+///
+/// # Errors
+/// A scale that no printer makes.
+pub fn enlarged(object: &ObjectModel, scale: f64) -> anyhow::Result<ObjectModel> {
+    ensure!(
+        (0.5..=2.0).contains(&scale),
+        "--measured-size is {scale:.3} times what was printed; it is the edge of a black square in metres"
+    );
+    let tags = object.tags().iter().map(|tag| {
+        let place = tag.object_from_tag.map(|mut pose| {
+            pose.translation = Translation3::from(pose.translation.vector * scale);
+            pose
+        });
+        ObjectTag {
+            tag: tag.tag,
+            size_m: tag.size_m * scale,
+            object_from_tag: place,
+        }
+    });
+    Ok(ObjectModel::new(object.id().clone(), tags.collect())?)
+}
+
+/// `count` tags of a family from an id on.
+fn ids_from(family: Family, first: u32, count: u32) -> anyhow::Result<Vec<TagId>> {
+    (0..count)
+        .map(|index| tag_of(family, first.saturating_add(index)))
+        .collect()
+}
+
+fn tag_of(family: Family, id: u32) -> anyhow::Result<TagId> {
+    let last = family.data().codes.len() - 1;
+    ensure!(
+        id as usize <= last,
+        "{family} has no tag {id}; its ids are 0 to {last}"
+    );
+    Ok(TagId { family, id })
+}
+
+/// Written so that NaN is refused.
+fn check_size(mm: f64) -> anyhow::Result<()> {
+    ensure!(
+        (5.0..=300.0).contains(&mm),
+        "--size {} is no tag for this paper; it is the edge of the black square in metres, 0.005 to 0.3",
+        mm * 1e-3
+    );
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,138 @@
+//! A flat board of tags for the calibration of lenses and rigs: its sheet and its object file.
+//!
+//! The board's frame has its origin in the middle of the grid, x to the right, y up and z out of the paper, as each of its
+//! tags. Ids run from the top left, row by row.
+
+use super::Printed;
+use super::sheet::{MARGIN, NOTE, Paper, SMALL, Sheet, label_of, length_text, printed_edge};
+use anyhow::ensure;
+use clap::Args;
+use sextant_estimator::{ObjectModel, ObjectTag, TagId};
+use sextant_geometry::Pose;
+use sextant_tag_families::Family;
+
+/// White between the tags' own rings, where the ids stand.
+const STRIP: f64 = 3.0;
+/// Height of ruler and notes under the grid.
+const FOOT: f64 = 30.0;
+
+/// What a person may choose of a board.
+#[derive(Args, Debug, Clone)]
+pub struct BoardArguments {
+    /// Tags in a row.
+    #[arg(long, default_value_t = 5, value_parser = clap::value_parser!(u16).range(1..=100))]
+    pub columns: u16,
+    /// Rows of tags.
+    #[arg(long, default_value_t = 6, value_parser = clap::value_parser!(u16).range(1..=100))]
+    pub rows: u16,
+    /// Edge of each black square, metres.
+    #[arg(long, value_name = "METRES", default_value_t = 0.028)]
+    pub size: f64,
+    /// The tags' family.
+    #[arg(long, default_value = "tag36h11")]
+    pub family: Family,
+    /// Id of the tag at the top left; the others follow row by row.
+    #[arg(long, value_name = "ID", default_value_t = 0)]
+    pub first: u32,
+}
+
+/// The board as it is printed.
+///
+/// # Errors
+/// A family with too few tags and a grid that does not fit on the paper.
+pub fn board(arguments: &BoardArguments, id: &str, paper: Paper) -> anyhow::Result<Printed> {
+    let ids = super::ids_from(arguments.family, arguments.first, arguments.tags())?;
+    let size = arguments.size * 1e3;
+    super::check_size(size)?;
+    let pitch = printed_edge(ids[0], size) + STRIP;
+    let [width, height] = paper.size();
+    let across = pitch * f64::from(arguments.columns) - STRIP;
+    let down = pitch * f64::from(arguments.rows);
+    let room = [width - 2.0 * MARGIN, height - 2.0 * MARGIN - FOOT];
+    ensure!(
+        across <= room[0] && down <= room[1],
+        "the grid is {across:.0} x {down:.0} mm with its white, but {} leaves {:.0} x {:.0} mm; take fewer tags or a smaller --size",
+        paper.name(),
+        room[0],
+        room[1]
+    );
+    let grid = Grid {
+        columns: arguments.columns,
+        rows: arguments.rows,
+        pitch,
+    };
+    let model = ObjectModel::new(id.parse()?, grid.tags(&ids, size))?;
+    let middle = [width / 2.0, height - MARGIN - down / 2.0];
+    let mut sheet = Sheet::new(paper);
+    for (tag, place) in ids.iter().zip(grid.places()) {
+        let centre = [middle[0] + place[0], middle[1] + place[1]];
+        sheet.tag(*tag, centre, size);
+        let below = centre[1] - printed_edge(*tag, size) / 2.0 - 0.75 * SMALL;
+        sheet.text([centre[0] - size / 2.0, below], SMALL, label_of(*tag, size));
+    }
+    foot(&mut sheet, arguments, size);
+    sheet.ruler_up([width - MARGIN + 1.0, middle[1] - 50.0]);
+    Ok(Printed {
+        title: format!("Sextant board {id}"),
+        pages: vec![sheet.into_page()],
+        model,
+        size,
+    })
+}
+
+fn foot(sheet: &mut Sheet, arguments: &BoardArguments, size: f64) {
+    sheet.ruler_right([MARGIN + 5.0, MARGIN + 4.0]);
+    let notes = [
+        format!(
+            "{} x {} tags {}, ids {} to {}, black squares of {}. Print at 100 % and glue it onto something stiff and flat.",
+            arguments.columns,
+            arguments.rows,
+            arguments.family,
+            arguments.first,
+            arguments.first + arguments.tags() - 1,
+            length_text(size)
+        ),
+        "Both rulers must be 100 mm long. If they are not, measure a black square from edge to edge in metres".to_owned(),
+        "and run the same command with --measured-size, or state it to `sextant calibrate lens`.".to_owned(),
+    ];
+    let top = MARGIN + 4.0 + 8.0 + 1.35 * NOTE * (notes.len() - 1) as f64;
+    sheet.notes([MARGIN + 5.0, top], &notes);
+}
+
+impl BoardArguments {
+    fn tags(&self) -> u32 {
+        u32::from(self.columns) * u32::from(self.rows)
+    }
+}
+
+/// Places of a grid about its middle.
+struct Grid {
+    columns: u16,
+    rows: u16,
+    pitch: f64,
+}
+
+impl Grid {
+    /// Centres from the top left, row by row, millimetres.
+    fn places(&self) -> impl Iterator<Item = [f64; 2]> {
+        let centred = move |index: u16, count: u16| {
+            self.pitch * (f64::from(index) - f64::from(count - 1) / 2.0)
+        };
+        (0..self.rows).flat_map(move |row| {
+            (0..self.columns)
+                .map(move |column| [centred(column, self.columns), -centred(row, self.rows)])
+        })
+    }
+
+    fn tags(&self, ids: &[TagId], size: f64) -> Vec<ObjectTag> {
+        let tags = ids
+            .iter()
+            .zip(self.places())
+            .map(|(&tag, [x, y])| ObjectTag {
+                tag,
+                size_m: size * 1e-3,
+                object_from_tag: Some(Pose::translation(x * 1e-3, y * 1e-3, 0.0)),
+            });
+        tags.collect()
+    }
+}

@@ -1,0 +1,173 @@
+//! A sheet of paper to be filled: tags in true size, rulers, notes. Millimetres from the lower left corner.
+
+use super::pdf::{Area, Mark, Page, Stroke};
+use clap::ValueEnum;
+use sextant_estimator::TagId;
+use sextant_tag_families::module_is_white;
+
+/// What most printers leave white at each edge, millimetres.
+pub const MARGIN: f64 = 10.0;
+/// Height of small print.
+pub const SMALL: f64 = 2.1;
+/// Height of the notes for the person.
+pub const NOTE: f64 = 3.2;
+/// Length of the rulers.
+pub const RULER: f64 = 100.0;
+
+/// The paper in the printer.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Paper {
+    /// 210 x 297 mm.
+    A4,
+    /// 8.5 x 11 inches.
+    Letter,
+}
+
+impl Paper {
+    /// Width and height, millimetres.
+    pub fn size(self) -> [f64; 2] {
+        match self {
+            Self::A4 => [210.0, 297.0],
+            Self::Letter => [215.9, 279.4],
+        }
+    }
+
+    /// Its usual name.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::A4 => "A4",
+            Self::Letter => "Letter",
+        }
+    }
+}
+
+/// A sheet with what is drawn so far.
+pub struct Sheet {
+    page: Page,
+}
+
+impl Sheet {
+    /// An empty one.
+    pub fn new(paper: Paper) -> Self {
+        Self {
+            page: Page {
+                size: paper.size(),
+                marks: Vec::new(),
+            },
+        }
+    }
+
+    /// The page to print.
+    pub fn into_page(self) -> Page {
+        self.page
+    }
+
+    /// A tag, upright, with its centre at a place; `size` is the edge of its black square.
+    pub fn tag(&mut self, tag: TagId, centre: [f64; 2], size: f64) {
+        let across = usize::from(tag.family.data().total_width);
+        let module = module_of(tag, size);
+        let half = module * across as f64 / 2.0;
+        let [left, top] = [centre[0] - half, centre[1] + half];
+        let mut areas = Vec::new();
+        for row in 0..across {
+            let black = |column: usize| !module_is_white(tag.family, tag.id, column, row);
+            let mut column = 0;
+            while column < across {
+                let run = (column..across).take_while(|&c| black(c)).count();
+                if run > 0 {
+                    areas.push(Area {
+                        x: left + column as f64 * module,
+                        y: top - (row + 1) as f64 * module,
+                        width: run as f64 * module,
+                        height: module,
+                    });
+                }
+                column += run.max(1);
+            }
+        }
+        self.page.marks.push(Mark::Black(areas));
+    }
+
+    /// A line of words.
+    pub fn text(&mut self, at: [f64; 2], height: f64, words: impl Into<String>) {
+        self.page.marks.push(Mark::Text(at, height, words.into()));
+    }
+
+    /// A line through points.
+    pub fn line(&mut self, stroke: Stroke, points: &[[f64; 2]]) {
+        self.page.marks.push(Mark::Line(stroke, points.to_vec()));
+    }
+
+    /// The outline of a square about a centre.
+    pub fn square(&mut self, stroke: Stroke, centre: [f64; 2], edge: f64) {
+        let half = edge / 2.0;
+        let corner = |x: f64, y: f64| [centre[0] + x * half, centre[1] + y * half];
+        let [a, b, c, d] = [
+            corner(-1.0, -1.0),
+            corner(1.0, -1.0),
+            corner(1.0, 1.0),
+            corner(-1.0, 1.0),
+        ];
+        self.line(stroke, &[a, b, c, d, a]);
+    }
+
+    /// A ruler of [`RULER`] to the right of its zero, with a tick every millimetre and numbers below.
+    pub fn ruler_right(&mut self, zero: [f64; 2]) {
+        let [x, y] = zero;
+        self.line(Stroke::Ruler, &[[x, y], [x + RULER, y]]);
+        for mm in 0..=RULER as u32 {
+            let at = x + f64::from(mm);
+            self.line(Stroke::Ruler, &[[at, y], [at, y + tick(mm)]]);
+            if mm % 10 == 0 {
+                self.text([at - 0.6, y - SMALL], SMALL, mm.to_string());
+            }
+        }
+        self.text([x + RULER + 3.0, y - SMALL], SMALL, "mm");
+    }
+
+    /// A ruler of [`RULER`] upwards from its zero, ticks to the right.
+    pub fn ruler_up(&mut self, zero: [f64; 2]) {
+        let [x, y] = zero;
+        self.line(Stroke::Ruler, &[[x, y], [x, y + RULER]]);
+        for mm in 0..=RULER as u32 {
+            let at = y + f64::from(mm);
+            self.line(Stroke::Ruler, &[[x, at], [x + 0.7 * tick(mm), at]]);
+        }
+    }
+
+    /// Notes line by line downwards from a place.
+    pub fn notes(&mut self, at: [f64; 2], lines: &[String]) {
+        for (index, line) in lines.iter().enumerate() {
+            let y = at[1] - 1.35 * NOTE * index as f64;
+            self.text([at[0], y], NOTE, line.clone());
+        }
+    }
+}
+
+/// Edge of a module.
+pub fn module_of(tag: TagId, size: f64) -> f64 {
+    size / f64::from(tag.family.data().border_width)
+}
+
+/// Edge of the whole printed tag with its white ring.
+pub fn printed_edge(tag: TagId, size: f64) -> f64 {
+    module_of(tag, size) * f64::from(tag.family.data().total_width)
+}
+
+/// What stands beside a tag: its id and size.
+pub fn label_of(tag: TagId, size: f64) -> String {
+    format!("{} {}   {}", tag.family, tag.id, length_text(size))
+}
+
+/// Millimetres as people write them.
+pub fn length_text(mm: f64) -> String {
+    format!("{} mm", (mm * 100.0).round() / 100.0)
+}
+
+fn tick(mm: u32) -> f64 {
+    match mm {
+        mm if mm % 10 == 0 => 5.0,
+        mm if mm % 5 == 0 => 3.5,
+        _ => 2.0,
+    }
+}
