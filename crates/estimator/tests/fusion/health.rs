@@ -6,7 +6,9 @@ use sextant_estimator::{
 };
 use sextant_geometry::Pose;
 
-use crate::scene::{Random, camera_id, cube, cube_id, feed, fusion, rig, run, tag_id};
+use crate::scene::{
+    Eye, Random, START_NS, camera_id, cube, cube_id, feed, fusion, path_at, rig, run, tag_id,
+};
 
 /// What the machine says is wrong after some seconds, if it believes in the site of the scenes but the images are of another.
 fn faults(rig_in_truth: &Rig, object_in_truth: &ObjectModel, seconds: f64) -> Vec<Fault> {
@@ -87,4 +89,71 @@ fn a_tag_of_another_size_is_named_with_its_size() {
         matches!(found[..], [Fault::TagSize { tag, ratio, .. }] if tag == tag_id(0) && (ratio - 1.02).abs() < 0.004),
         "{found:?}"
     );
+}
+
+/// Seconds from a change of the site, two seconds after the start, until a fault is named, and the fault.
+fn time_to_name(rig_after: &Rig, object_after: &ObjectModel) -> Option<(f64, Vec<Fault>)> {
+    let mut fusion = fusion(&rig(4), &cube(), FusionOptions::default());
+    let before = run(&rig(4), &cube(), 0.05, 6.0, &mut Random(8));
+    let after = run(rig_after, object_after, 0.05, 6.0, &mut Random(8));
+    let change_ns = START_NS + 2_000_000_000;
+    for (before, after) in before.into_iter().zip(after) {
+        let time_ns = before.capture_ns;
+        feed(
+            &mut fusion,
+            if time_ns < change_ns { before } else { after },
+        );
+        let faults = fusion.faults();
+        if !faults.is_empty() {
+            let since_s = (time_ns as f64 - change_ns as f64) * 1e-9;
+            return Some((since_s, faults));
+        }
+    }
+    None
+}
+
+#[test]
+fn a_camera_that_is_bumped_by_a_degree_is_named_within_two_seconds() {
+    for about in [Vector3::x(), Vector3::y(), Vector3::z() * 3.0] {
+        let mut cameras: Vec<Camera> = rig(4).cameras().to_vec();
+        let turn = UnitQuaternion::from_scaled_axis(about * 1f64.to_radians());
+        let bump = Pose::from_parts(Vector3::zeros().into(), turn);
+        cameras[1].world_from_camera = cameras[1].world_from_camera.map(|pose| pose * bump);
+        let (seconds, faults) = time_to_name(&Rig::new(cameras).unwrap(), &cube()).unwrap();
+        let camera = camera_id(1);
+        assert_eq!(faults, [Fault::CameraMoved { camera }]);
+        assert!((0.0..2.0).contains(&seconds), "{seconds}");
+    }
+}
+
+#[test]
+fn a_tag_that_comes_loose_is_named_within_two_seconds_of_being_seen() {
+    let slipped = cube_with(|tag| {
+        tag.object_from_tag = tag
+            .object_from_tag
+            .map(|pose| pose * Pose::translation(0.0, 0.003, 0.001))
+    });
+    let (seconds, faults) = time_to_name(&rig(4), &slipped).unwrap();
+    let (object, tag) = (cube_id(), tag_id(0));
+    assert_eq!(faults, [Fault::TagMisplaced { object, tag }]);
+    assert!((0.0..2.5).contains(&seconds), "{seconds}");
+}
+
+#[test]
+fn ten_minutes_without_a_fault_raise_no_alarm() {
+    let (rig, object, mut random) = (rig(3), cube(), Random(4));
+    let mut fusion = fusion(&rig, &object, FusionOptions::default());
+    let eye = Eye {
+        rig: &rig,
+        object: &object,
+        sigma_px: 0.05,
+    };
+    for round in 0..10 * 60 * 20 {
+        for camera in 0..3 {
+            let time_ns = START_NS + round * 50_000_000 + camera as u64 * 16_000_000;
+            let image = eye.image(camera, time_ns, &path_at(time_ns), &mut random);
+            feed(&mut fusion, image);
+        }
+        assert_eq!(fusion.faults(), [], "round {round}");
+    }
 }
