@@ -69,7 +69,7 @@ const EXPLAINED: f32 = 2.0;
 /// that its corners are taken: the edges need no more than that the border is straight.
 const SURER: f32 = 0.15;
 
-/// Pictures with less blur are no camera's: what they do between pixels is not what the model says, and is only believed
+/// Pictures with less blur and no noise are no camera's: what they do between pixels is not what the model says, and is only believed
 /// where it explains them.
 const LEAST_BLUR_PX: f32 = 0.1;
 
@@ -151,7 +151,8 @@ impl PatternFitter {
         };
         let share = mean_variance(&fit.covariance) / mean_variance(&edges.covariance);
         let explained = self.equations.residual_scale() < EXPLAINED * noise_sigma.max(ROUNDING);
-        let trusted = explained || share < SURER && state.blur_px() > LEAST_BLUR_PX;
+        let real = noise_sigma > 0.0 || state.blur_px() > LEAST_BLUR_PX;
+        let trusted = explained || share < SURER && real;
         if !trusted || !state.is_plausible(&start) {
             return None;
         }
