@@ -117,8 +117,7 @@ impl DetectPart {
                 return Ok(());
             }
         };
-        let lens = self.models.lens(header.width, header.height).copied();
-        let detections = self.finder.detect(&image, lens);
+        let detections = self.finder.detect(&image);
         let detecting_ns = now_ns().saturating_sub(received_ns);
         let mut message = observe::observations(&header, detections, &self.models);
         observe::stamp(&mut message, &header, received_ns);

@@ -20,7 +20,7 @@ pub struct FusionConfig {
     #[serde(default)]
     pub objects: Vec<PathBuf>,
     /// Whether changes of rig and objects that come over the network are written into these files, so that they outlive
-    /// this process. Default false: they hold until it ends. The former file stays as `<name>.before`.
+    /// this process. Default false: they hold until it ends. The former file stays as `<name>.former`.
     #[serde(default)]
     pub keep_changes: bool,
     /// How to reach the network; by default this node is the site's router on port 7447 of the loopback interface.

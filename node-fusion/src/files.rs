@@ -1,6 +1,6 @@
 //! The files that the models came from, and those that accepted changes go to.
 //!
-//! A file is replaced atomically, and the former one stays beside it as `<name>.before`. A new object gets the file
+//! A file is replaced atomically, and the former one stays beside it as `<name>.former`. A new object gets the file
 //! `<object>.toml` beside `fusion.toml`, whose list of objects follows; everything else in `fusion.toml` stays as it is.
 
 use crate::config::FusionConfig;
@@ -8,7 +8,7 @@ use crate::models::{Change, Models};
 use sextant_estimator::ObjectId;
 use sextant_process::{Exit, WithExit};
 use sextant_site_files::{
-    FileError, keep_former, read_object, read_rig, read_text, with_value, write_atomically,
+    FileError, former_of, read_object, read_rig, read_text, with_value, write_keeping_former,
     write_object, write_rig,
 };
 use std::path::{Path, PathBuf};
@@ -52,17 +52,12 @@ impl ModelFiles {
     /// What the system refuses; what is in force then is what is in the files.
     pub fn keep(&mut self, change: &Change) -> Result<(), FileError> {
         match change {
-            Change::Rig(rig) => {
-                let file = self.folder.join(&self.rig);
-                keep_former(&file)?;
-                write_rig(&file, rig)
-            }
+            Change::Rig(rig) => write_rig(&self.folder.join(&self.rig), rig),
             Change::Object(model) => {
                 let known = self.objects.iter().find(|(_, id)| id == model.id());
                 let name = known.map_or_else(|| file_of(model.id()), |(name, _)| name.clone());
-                let (file, is_new) = (self.folder.join(&name), known.is_none());
-                keep_former(&file)?;
-                write_object(&file, model)?;
+                let is_new = known.is_none();
+                write_object(&self.folder.join(&name), model)?;
                 if is_new {
                     let mut objects = self.objects.clone();
                     objects.push((name, model.id().clone()));
@@ -84,8 +79,7 @@ impl ModelFiles {
         let names = objects.iter().map(|(name, _)| quoted(name));
         let list = format!("[{}]", names.collect::<Vec<_>>().join(", "));
         let text = with_value(&self.config, &read_text(&self.config)?, "objects", &list)?;
-        keep_former(&self.config)?;
-        write_atomically(&self.config, text.as_bytes())?;
+        write_keeping_former(&self.config, text.as_bytes())?;
         self.objects = objects;
         Ok(())
     }
@@ -93,8 +87,8 @@ impl ModelFiles {
     /// Nobody reads the file any more: its content stays as the former one.
     fn put_away(&self, name: &Path) -> Result<(), FileError> {
         let file = self.folder.join(name);
-        keep_former(&file)?;
-        std::fs::remove_file(&file).map_err(|source| FileError::Unwritable { path: file, source })
+        std::fs::rename(&file, former_of(&file))
+            .map_err(|source| FileError::Unwritable { path: file, source })
     }
 }
 
@@ -184,11 +178,11 @@ mod tests {
     fn the_former_files_are_kept() {
         let site = Site::new();
         site.kept(&change("cube", 7));
-        let former = fs::read_to_string(site.path("things/cube.toml.before")).unwrap();
+        let former = fs::read_to_string(site.path("things/cube.toml.former")).unwrap();
         assert_eq!(former, object_text("cube", 1));
         site.kept(&Change::Removal(ObjectId::new("cube").unwrap()));
         assert!(!site.path("things/cube.toml").exists());
-        let former = fs::read_to_string(site.path("things/cube.toml.before")).unwrap();
+        let former = fs::read_to_string(site.path("things/cube.toml.former")).unwrap();
         assert!(former.contains("id = 7"), "{former}");
     }
 

@@ -93,7 +93,7 @@ pub fn run(arguments: &PrintArguments, format: Format) -> anyhow::Result<()> {
     }
     let (pages, tags) = (printed.pages.len(), model.tags().len());
     let pdf_file = arguments.measured_size.is_none().then_some(pdf_file);
-    Ok(match (format, pdf_file) {
+    match (format, pdf_file) {
         (Format::Json, pdf) => print_line(
             &json!({"pdf": pdf, "object": object_file, "pages": pages, "tags": tags}).to_string(),
         )?,
@@ -109,7 +109,8 @@ pub fn run(arguments: &PrintArguments, format: Format) -> anyhow::Result<()> {
             "{}: {tags} tags as measured",
             object_file.display()
         ))?,
-    })
+    }
+    Ok(())
 }
 
 impl What {

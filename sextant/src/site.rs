@@ -93,7 +93,7 @@ impl RouterWatch {
         }
         let lost = *self.lost.get_or_insert_with(Instant::now);
         let silent = lost.elapsed();
-        (silent >= HICCUP).then(|| silent.as_secs_f64())
+        (silent >= HICCUP).then_some(silent.as_secs_f64())
     }
 
     /// Says once that the router is out of reach, and once that it is back, on standard error.

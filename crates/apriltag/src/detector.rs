@@ -78,7 +78,8 @@ impl Detector {
     }
 
     /// From the next image on tags are fitted through this lens, which bends their edges; or through none. Corners stay pixels
-    /// of the image.
+    /// of the image: those that the lens shows, where without one they miss them by a share of the bow. Messages and recordings
+    /// carry corners fitted without a lens, as anybody's detector makes them; the estimator takes the bow away.
     pub fn set_lens(&mut self, lens: Option<Lens>) {
         self.patterns.lens = lens;
     }

@@ -25,24 +25,6 @@ pub fn write_atomically(path: &Path, content: &[u8]) -> Result<(), FileError> {
     written.map_err(unwritable)
 }
 
-/// Copies a file, if there is one, to its name with `.before` behind, over what was kept there.
-///
-/// # Errors
-/// What the system refuses.
-pub fn keep_former(path: &Path) -> Result<(), FileError> {
-    let mut kept = path.as_os_str().to_owned();
-    kept.push(".before");
-    match fs::read(path) {
-        Ok(content) => write_atomically(Path::new(&kept), &content),
-        Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(()),
-        Err(source) => Err(FileError::Unreadable {
-            path: path.to_owned(),
-            source,
-            remedy: "check its permissions",
-        }),
-    }
-}
-
 /// Writes a file as [`write_atomically`] does and keeps the former one beside it, as `rig.toml.former`. A file that says the
 /// same already stays as it is, and so does what was kept before.
 ///
@@ -119,19 +101,6 @@ mod tests {
         write_atomically(&path, b"new").unwrap();
         assert_eq!(fs::read(&path).unwrap(), b"new");
         assert_eq!(names_in(folder.path()), ["rig.toml"]);
-    }
-
-    #[test]
-    fn the_former_file_is_kept_beside_the_new_one() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("rig.toml");
-        keep_former(&path).unwrap();
-        assert!(names_in(folder.path()).is_empty());
-        fs::write(&path, "old").unwrap();
-        keep_former(&path).unwrap();
-        let before = folder.path().join("rig.toml.before");
-        assert_eq!(fs::read(before).unwrap(), b"old");
-        assert_eq!(names_in(folder.path()), ["rig.toml", "rig.toml.before"]);
     }
 
     #[test]

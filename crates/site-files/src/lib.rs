@@ -5,7 +5,7 @@
 //! - [`read_foreign`], [`foreign_text`]: calibrations of ROS, Kalibr and OpenCV; [`read_rig`] takes them as well.
 //! - [`read_toml`], [`read_toml_checked`], [`write_toml`]: any other configuration, with the same kind of error.
 //! - [`with_value`]: one value of a text changed, comments kept.
-//! - [`write_atomically`], [`keep_former`]: a file that is either the old one or the new one, never half of one; the old one beside it.
+//! - [`write_atomically`]: a file that is either the old one or the new one, never half of one.
 //! - [`write_keeping_former`]: the same, and what it replaces kept as [`former_of`] says.
 //!
 //! Every complaint names file, line, column and key, says what is wrong and what to do: [`FileError`].
@@ -21,7 +21,7 @@ mod object;
 mod read;
 mod rig;
 
-pub use atomic::{former_of, keep_former, write_atomically, write_keeping_former};
+pub use atomic::{former_of, write_atomically, write_keeping_former};
 pub use edit::with_value;
 pub use error::{Complaint, FileError, Wrong};
 pub use foreign::{ForeignFormat, foreign_text, is_foreign, parse_foreign, read_foreign};

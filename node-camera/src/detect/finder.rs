@@ -1,7 +1,6 @@
 //! Which of the detector's two ways is taken: each image by itself, or as one of a sequence.
 
 use sextant_apriltag::{Detection, Detector, Image, OptionsError, Tracker};
-use sextant_geometry::Lens;
 
 use crate::config::DetectionConfig;
 
@@ -22,17 +21,11 @@ impl Finder {
         })
     }
 
-    /// The tags that were decoded in this very image, fitted through the lens if that is known.
-    pub(super) fn detect(&mut self, image: &Image<'_>, lens: Option<Lens>) -> &[Detection] {
+    /// The tags that were decoded in this very image.
+    pub(super) fn detect(&mut self, image: &Image<'_>) -> &[Detection] {
         match self {
-            Self::EachImage(detector) => {
-                detector.set_lens(lens);
-                detector.detect(image)
-            }
-            Self::Tracking(tracker) => {
-                tracker.set_lens(lens);
-                tracker.detect(image)
-            }
+            Self::EachImage(detector) => detector.detect(image),
+            Self::Tracking(tracker) => tracker.detect(image),
         }
     }
 }

@@ -65,10 +65,10 @@ fn change<M: Message>(site: &Site, key: &str, message: &M, format: Format) -> an
     for answer in &answers {
         print_line(&line_of(answer, format))?;
     }
-    let refused = answers
+    let mut refused = answers
         .iter()
         .filter(|answer| answer.outcome == Outcome::Refused);
-    if let Some(refusal) = refused.last() {
+    if let Some(refusal) = refused.next_back() {
         let cause = words::plain(&refusal.words);
         bail!(Failure::new(
             Exit::Fault,

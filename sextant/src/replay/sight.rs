@@ -52,7 +52,6 @@ fn look(
     );
     let image = image_of(&picture).with_context(|| path.display().to_string())?;
     let detector = detector.as_mut().context("there is no detector")?;
-    detector.set_lens(Some(camera.lens));
     Ok(detected_tags(detector.detect(&image)))
 }
 
