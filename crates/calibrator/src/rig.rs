@@ -36,7 +36,7 @@ pub struct RigPlan {
 /// A calibrated rig.
 #[derive(Clone, Debug)]
 pub struct Calibrated {
-    /// Every camera with its pose.
+    /// Every camera with its pose and, save the reference, how well that is known relative to the reference.
     pub rig: Rig,
     /// How well, in numbers and words.
     pub report: RigReport,

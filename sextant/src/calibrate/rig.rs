@@ -17,7 +17,8 @@ use std::path::PathBuf;
     after_help = "Carry the object slowly through what the cameras see, nearer and further, tilted to and fro, and for a while where two cameras
 see it at once; cameras that never do are joined through others. Tags of the object without object_from_tag are placed on the
 way. Cameras need not be synchronised: the object's motion is modelled, and clocks that are off are found. What the images
-cannot determine is named, and then nothing is written. The former rig file is kept beside the new one.
+cannot determine is named, and then nothing is written. The former rig file is kept beside the new one. How well each pose is
+known relative to the reference goes along as world_from_camera_sigma, which fusion counts in.
 
 With --json, a line on standard output: {\"reference\",\"images\",\"images_used\",\"instants\",\"synchronised\",\"rms_px\",\"noise_ratio\",
 \"cameras\":[{\"camera\",\"images\",\"tags\",\"left_out\",\"sigma_mm\",\"sigma_deg\",\"sigma_axes_mm\":[3],\"sigma_axes_deg\":[3],\"rms_px\",\"clock_offset_ms\",\"clock_sigma_ms\"}],

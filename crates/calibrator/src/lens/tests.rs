@@ -124,30 +124,12 @@ fn part_within_two(errors: &[Vec<f64>]) -> f64 {
     all.clone().filter(|e| e.abs() < 2.0).count() as f64 / all.count() as f64
 }
 
-/// Of many calibrations 90 to 99 % of the errors lie within two deviations; a few can only tell gross dishonesty.
+/// Of many calibrations 90 to 99 % of the errors lie within two deviations (`benches/honesty.rs`); a few can only tell gross
+/// dishonesty.
 #[test]
 fn stated_deviations_are_honest() {
     let part = part_within_two(&normalised_errors(100..112));
     assert!((0.85..=1.0).contains(&part), "{part}");
-}
-
-/// `cargo test --release -p sextant-calibrator -- --ignored --nocapture two_hundred`
-#[test]
-#[ignore = "takes half a minute"]
-fn two_hundred_calibrations_state_honest_deviations() {
-    let errors = normalised_errors(1000..1200);
-    for parameter in 0..9 {
-        let of_one: Vec<Vec<f64>> = errors.iter().map(|e| vec![e[parameter]]).collect();
-        let mean = of_one.iter().flatten().sum::<f64>() / of_one.len() as f64;
-        let square = of_one.iter().flatten().map(|e| e * e).sum::<f64>() / of_one.len() as f64;
-        println!(
-            "parameter {parameter}: {:.1} % within two deviations, mean {mean:+.2}, rms {:.2}",
-            100.0 * part_within_two(&of_one),
-            square.sqrt()
-        );
-    }
-    let part = part_within_two(&errors);
-    assert!((0.90..=0.99).contains(&part), "{part}");
 }
 
 #[test]

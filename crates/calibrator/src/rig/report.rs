@@ -8,7 +8,7 @@ use crate::learn::root_mean_square;
 use crate::verdict::Verdict;
 use nalgebra::Matrix6;
 use serde::Serialize;
-use sextant_estimator::{Camera, Rig};
+use sextant_estimator::{Camera, CameraId, PoseSigma, Rig};
 use sextant_geometry::Pose;
 use std::collections::BTreeMap;
 
@@ -89,12 +89,24 @@ impl RigSession {
             world_from_camera: Some(world * solved.world_from_camera),
             ..camera.clone()
         });
+        let report = self.report(&found);
         let rig = Rig::new(cameras.collect())
+            .and_then(|rig| rig.with_pose_sigmas(self.sigmas(&report)))
             .map_err(|error| RigError::Undetermined(error.to_string()))?;
-        Ok(Calibrated {
-            rig,
-            report: self.report(&found),
-        })
+        Ok(Calibrated { rig, report })
+    }
+
+    /// As stated in the report: relative to the reference, which has none. Where a tag is the world's frame, how well that was
+    /// seen is not in it, since it moves all cameras as one.
+    fn sigmas(&self, report: &RigReport) -> Vec<(CameraId, PoseSigma)> {
+        let cameras = self.rig.cameras().iter().zip(&report.cameras);
+        let others = cameras.filter(|(_, stated)| stated.camera != report.reference);
+        let sigma = |stated: &CalibratedCamera| PoseSigma {
+            position_m: stated.sigma_mm * 1e-3,
+            orientation_rad: stated.sigma_deg.to_radians(),
+        };
+        let named = others.map(|(camera, stated)| (camera.id.clone(), sigma(stated)));
+        named.collect()
     }
 
     /// Where each tag of the floor stands in the frame of the adjustment.
