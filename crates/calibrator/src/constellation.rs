@@ -4,7 +4,7 @@
 //! mirrored ones turn with the view. So each pair votes over its images, the strongest pairs make a spanning tree, and the
 //! tree places every tag relative to its root.
 
-use crate::graph::{Edge, islands, spanning_forest, walk};
+use crate::graph::PoseGraph;
 use crate::intake::{TagView, Wanted};
 use crate::resection::{edge_px, tag_error_px};
 use sextant_geometry::{Lens, Pose};
@@ -22,15 +22,6 @@ pub(crate) struct GroupedView<'a> {
 /// Tags seen at one instant.
 pub(crate) type Group<'a> = Vec<GroupedView<'a>>;
 
-/// What is known of the joints between tags.
-pub(crate) struct Joints {
-    /// By pair; strength is the number of agreeing groups.
-    pub edges: Vec<Edge>,
-    /// `first_from_second` of each edge.
-    poses: Vec<Pose>,
-    n: usize,
-}
-
 /// Groups looked at of one pair: more add little.
 const MOST_GROUPS: usize = 40;
 /// A pair's guess may be off by this part of the tag's size in the image, and by pixels.
@@ -38,73 +29,38 @@ const BOUND: (f64, f64) = (0.5, 4.0);
 /// Less agreement than this (in groups) joins nothing.
 const LEAST_STRENGTH: f64 = 0.5;
 
-impl Joints {
-    /// Every pair's consensus.
-    pub(crate) fn of(groups: &[Group<'_>], wanted: &[Wanted]) -> Self {
-        let mut pairs: BTreeMap<[usize; 2], Vec<[GroupedView<'_>; 2]>> = BTreeMap::new();
-        for group in groups {
-            for (at, a) in group.iter().enumerate() {
-                for b in &group[at + 1..] {
-                    match a.view.tag.cmp(&b.view.tag) {
-                        std::cmp::Ordering::Less => {
-                            pairs
-                                .entry([a.view.tag, b.view.tag])
-                                .or_default()
-                                .push([*a, *b]);
-                        }
-                        std::cmp::Ordering::Greater => {
-                            pairs
-                                .entry([b.view.tag, a.view.tag])
-                                .or_default()
-                                .push([*b, *a]);
-                        }
-                        std::cmp::Ordering::Equal => {}
+/// Tags joined by every pair's consensus; strength is the number of agreeing groups.
+pub(crate) fn joined_tags(groups: &[Group<'_>], wanted: &[Wanted]) -> PoseGraph {
+    let mut pairs: BTreeMap<[usize; 2], Vec<[GroupedView<'_>; 2]>> = BTreeMap::new();
+    for group in groups {
+        for (at, a) in group.iter().enumerate() {
+            for b in &group[at + 1..] {
+                match a.view.tag.cmp(&b.view.tag) {
+                    std::cmp::Ordering::Less => {
+                        pairs
+                            .entry([a.view.tag, b.view.tag])
+                            .or_default()
+                            .push([*a, *b]);
                     }
+                    std::cmp::Ordering::Greater => {
+                        pairs
+                            .entry([b.view.tag, a.view.tag])
+                            .or_default()
+                            .push([*b, *a]);
+                    }
+                    std::cmp::Ordering::Equal => {}
                 }
             }
         }
-        let mut joints = Self {
-            edges: Vec::new(),
-            poses: Vec::new(),
-            n: wanted.len(),
-        };
-        for (nodes, views) in pairs {
-            let sizes = nodes.map(|tag| wanted[tag].size_m);
-            if let Some((strength, pose)) = consensus(&thinned(views), sizes) {
-                joints.edges.push(Edge { nodes, strength });
-                joints.poses.push(pose);
-            }
+    }
+    let mut joined = PoseGraph::new(wanted.len());
+    for (nodes, views) in pairs {
+        let sizes = nodes.map(|tag| wanted[tag].size_m);
+        if let Some((strength, pose)) = consensus(&thinned(views), sizes) {
+            joined.join(nodes, strength, pose);
         }
-        joints
     }
-
-    /// Each tag's island, numbered by its first tag.
-    pub(crate) fn islands(&self) -> Vec<usize> {
-        islands(self.n, &self.edges)
-    }
-
-    /// Where the tags of `root`'s island sit in the root's frame.
-    pub(crate) fn placed(&self, root: usize) -> Vec<Option<Pose>> {
-        let forest = spanning_forest(self.n, &self.edges);
-        let mut placed = vec![None; self.n];
-        placed[root] = Some(Pose::identity());
-        for (edge, from, to) in walk(&self.edges, &forest, root) {
-            let pose = self.poses[edge];
-            let step = if self.edges[edge].nodes[0] == from {
-                pose
-            } else {
-                pose.inverse()
-            };
-            placed[to] = placed[from].map(|at: Pose| at * step);
-        }
-        placed
-    }
-
-    /// How strongly a tag is joined with all others.
-    pub(crate) fn strength(&self, tag: usize) -> f64 {
-        let own = self.edges.iter().filter(|edge| edge.nodes.contains(&tag));
-        own.map(|edge| edge.strength).sum()
-    }
+    joined
 }
 
 /// At most [`MOST_GROUPS`], evenly from all.

@@ -1,24 +1,80 @@
-//! Who is joined with whom: the strongest spanning forest of a small graph, and its islands.
+//! Who is joined with whom, and how they lie to one another: a small graph of relative poses, its islands and its strongest
+//! spanning forest.
+
+use sextant_geometry::Pose;
 
 /// Two nodes and how strongly they are joined.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Edge {
-    pub nodes: [usize; 2],
-    pub strength: f64,
+struct Edge {
+    nodes: [usize; 2],
+    strength: f64,
+}
+
+/// Things of which some pairs know their relative poses: tags on an object, cameras of a rig.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct PoseGraph {
+    n: usize,
+    edges: Vec<Edge>,
+    /// `first_from_second` of each edge.
+    poses: Vec<Pose>,
+}
+
+impl PoseGraph {
+    /// Of `n` nodes, none joined.
+    pub(crate) fn new(n: usize) -> Self {
+        Self {
+            n,
+            ..Self::default()
+        }
+    }
+
+    /// Joins two nodes; a greater strength is preferred where several ways lead to a node.
+    pub(crate) fn join(&mut self, nodes: [usize; 2], strength: f64, first_from_second: Pose) {
+        self.edges.push(Edge { nodes, strength });
+        self.poses.push(first_from_second);
+    }
+
+    /// Each node's island, numbered by its first node.
+    pub(crate) fn islands(&self) -> Vec<usize> {
+        islands(self.n, self.edges.iter().map(|edge| edge.nodes))
+    }
+
+    /// The pose of every node of `root`'s island in the root's frame.
+    pub(crate) fn placed(&self, root: usize) -> Vec<Option<Pose>> {
+        let forest = spanning_forest(self.n, &self.edges);
+        let mut placed = vec![None; self.n];
+        placed[root] = Some(Pose::identity());
+        for (edge, from, to) in walk(&self.edges, &forest, root) {
+            let pose = self.poses[edge];
+            let step = if self.edges[edge].nodes[0] == from {
+                pose
+            } else {
+                pose.inverse()
+            };
+            placed[to] = placed[from].map(|at: Pose| at * step);
+        }
+        placed
+    }
+
+    /// How strongly a node is joined with all others.
+    pub(crate) fn strength(&self, node: usize) -> f64 {
+        let own = self.edges.iter().filter(|edge| edge.nodes.contains(&node));
+        own.map(|edge| edge.strength).sum()
+    }
 }
 
 /// For each node its island's number; islands are numbered by their first node.
-pub(crate) fn islands(n: usize, edges: &[Edge]) -> Vec<usize> {
+pub(crate) fn islands(n: usize, joined: impl IntoIterator<Item = [usize; 2]>) -> Vec<usize> {
     let mut root: Vec<usize> = (0..n).collect();
-    for edge in edges {
-        let [a, b] = edge.nodes.map(|node| find(&root, node));
+    for nodes in joined {
+        let [a, b] = nodes.map(|node| find(&root, node));
         root[a.max(b)] = a.min(b);
     }
     (0..n).map(|node| find(&root, node)).collect()
 }
 
 /// The edges of the strongest forest, as indices into `edges` (J. Kruskal, 1956); equal strengths in the order given.
-pub(crate) fn spanning_forest(n: usize, edges: &[Edge]) -> Vec<usize> {
+fn spanning_forest(n: usize, edges: &[Edge]) -> Vec<usize> {
     let mut order: Vec<usize> = (0..edges.len()).collect();
     order.sort_by(|&a, &b| edges[b].strength.total_cmp(&edges[a].strength));
     let mut root: Vec<usize> = (0..n).collect();
@@ -31,7 +87,7 @@ pub(crate) fn spanning_forest(n: usize, edges: &[Edge]) -> Vec<usize> {
 }
 
 /// Steps (edge, from, to) that reach every node of `start`'s island along a forest, nearest first.
-pub(crate) fn walk(edges: &[Edge], forest: &[usize], start: usize) -> Vec<(usize, usize, usize)> {
+fn walk(edges: &[Edge], forest: &[usize], start: usize) -> Vec<(usize, usize, usize)> {
     let mut steps: Vec<(usize, usize, usize)> = Vec::new();
     let mut reached = vec![start];
     let mut at = 0;
@@ -80,7 +136,22 @@ mod tests {
             edge(3, 4, 1.0),
         ];
         assert_eq!(spanning_forest(5, &edges), [1, 2, 3]);
-        assert_eq!(islands(5, &edges), [0, 0, 0, 3, 3]);
+        let joined = edges.iter().map(|edge| edge.nodes);
+        assert_eq!(islands(5, joined), [0, 0, 0, 3, 3]);
+    }
+
+    #[test]
+    fn poses_chain_along_the_strongest_edges_in_either_direction() {
+        let along = |x: f64| Pose::translation(x, 0.0, 0.0);
+        let mut graph = PoseGraph::new(4);
+        graph.join([0, 1], 5.0, along(1.0));
+        graph.join([1, 2], 5.0, along(2.0));
+        graph.join([0, 2], 1.0, along(9.0));
+        let x = |pose: &Option<Pose>| pose.map(|pose| pose.translation.x);
+        let placed: Vec<Option<f64>> = graph.placed(2).iter().map(x).collect();
+        assert_eq!(placed, [Some(-3.0), Some(-2.0), Some(0.0), None]);
+        assert_eq!(graph.islands(), [0, 0, 0, 3]);
+        assert_eq!(graph.strength(2), 6.0);
     }
 
     #[test]

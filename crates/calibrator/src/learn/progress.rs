@@ -1,6 +1,6 @@
 //! How far a learning session is, and what to do next.
 
-use crate::graph::{Edge, islands};
+use crate::graph::islands;
 use crate::intake::{ImageView, Wanted, take_in};
 use crate::verdict::listed;
 use nalgebra::Vector3;
@@ -127,13 +127,7 @@ impl Coverage {
             .together
             .iter()
             .filter(|(_, count)| **count >= ENOUGH_TOGETHER);
-        let edges: Vec<Edge> = enough
-            .map(|(&nodes, &count)| Edge {
-                nodes,
-                strength: count as f64,
-            })
-            .collect();
-        islands(n, &edges)
+        islands(n, enough.map(|(&nodes, _)| nodes))
     }
 
     pub(super) fn progress(&self, wanted: &[Wanted]) -> LearnProgress {

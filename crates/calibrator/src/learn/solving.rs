@@ -9,7 +9,8 @@ use crate::adjustment::{Adjusted, Adjustment};
 use crate::bundle::{
     BundleCamera, BundleOptions, BundleSolution, BundleTag, Freedom, KeptParameter,
 };
-use crate::constellation::Joints;
+use crate::constellation::joined_tags;
+use crate::graph::PoseGraph;
 use crate::intake::{ImageView, take_in};
 use crate::resection::Placed;
 use crate::verdict::listed;
@@ -128,7 +129,7 @@ impl LearnSession {
         views: &[ImageView],
         fixed: &[Option<Pose>],
     ) -> Result<Vec<Placed>, LearnError> {
-        let joints = Joints::of(&groups.seen(&self.rig, views), &self.wanted);
+        let joints = joined_tags(&groups.seen(&self.rig, views), &self.wanted);
         let strongest = |at: &usize, other: &usize| {
             joints
                 .strength(*at)
@@ -153,7 +154,7 @@ impl LearnSession {
         Ok(placed)
     }
 
-    fn not_connected(&self, joints: &Joints) -> LearnError {
+    fn not_connected(&self, joints: &PoseGraph) -> LearnError {
         let of = joints.islands();
         let mut numbers = of.clone();
         numbers.sort_unstable();

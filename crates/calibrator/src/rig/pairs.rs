@@ -4,21 +4,13 @@
 //! one recurs while the object moves; mirrored poses and wrong tags propose something else every time.
 
 use super::trajectory::{Moments, Trajectory};
-use crate::graph::{Edge, islands, spanning_forest, walk};
+use crate::graph::PoseGraph;
 use sextant_geometry::{Pose, so3};
 
 /// Possible poses of the object in two cameras at one time.
 struct Meeting {
     first: Vec<Pose>,
     second: Vec<Pose>,
-}
-
-/// What pairs of cameras say.
-pub(super) struct Pairs {
-    pub edges: Vec<Edge>,
-    /// `first_from_second` of each edge.
-    poses: Vec<Pose>,
-    n: usize,
 }
 
 /// Meetings looked at of one pair.
@@ -33,50 +25,19 @@ const LEAST: f64 = 1.5;
 /// Less than this part of all meetings agreeing is chance.
 const LEAST_PART: f64 = 0.1;
 
-impl Pairs {
-    pub(super) fn of(trajectories: &[Trajectory], moments: Moments) -> Self {
-        let n = trajectories.len();
-        let mut pairs = Self {
-            edges: Vec::new(),
-            poses: Vec::new(),
-            n,
-        };
-        for a in 0..n {
-            for b in a + 1..n {
-                let meetings = meetings(&trajectories[a], &trajectories[b], moments);
-                if let Some((strength, pose)) = consensus(&meetings) {
-                    pairs.edges.push(Edge {
-                        nodes: [a, b],
-                        strength,
-                    });
-                    pairs.poses.push(pose);
-                }
+/// Cameras joined by what pairs of them say; strength is the number of agreeing meetings.
+pub(super) fn joined_cameras(trajectories: &[Trajectory], moments: Moments) -> PoseGraph {
+    let n = trajectories.len();
+    let mut joined = PoseGraph::new(n);
+    for a in 0..n {
+        for b in a + 1..n {
+            let meetings = meetings(&trajectories[a], &trajectories[b], moments);
+            if let Some((strength, pose)) = consensus(&meetings) {
+                joined.join([a, b], strength, pose);
             }
         }
-        pairs
     }
-
-    /// Each camera's island, numbered by its first camera.
-    pub(super) fn islands(&self) -> Vec<usize> {
-        islands(self.n, &self.edges)
-    }
-
-    /// The pose of every camera of `root`'s island in the root's frame.
-    pub(super) fn placed(&self, root: usize) -> Vec<Option<Pose>> {
-        let forest = spanning_forest(self.n, &self.edges);
-        let mut placed = vec![None; self.n];
-        placed[root] = Some(Pose::identity());
-        for (edge, from, to) in walk(&self.edges, &forest, root) {
-            let pose = self.poses[edge];
-            let step = if self.edges[edge].nodes[0] == from {
-                pose
-            } else {
-                pose.inverse()
-            };
-            placed[to] = placed[from].map(|at: Pose| at * step);
-        }
-        placed
-    }
+    joined
 }
 
 fn meetings(first: &Trajectory, second: &Trajectory, moments: Moments) -> Vec<Meeting> {

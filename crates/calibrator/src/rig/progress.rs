@@ -1,7 +1,7 @@
 //! How far a rig session is, and what to do next; and the faults that images show before anything is solved.
 
 use super::{RigError, RigPlan};
-use crate::graph::{Edge, islands};
+use crate::graph::islands;
 use crate::intake::{PassedOver, Wanted, take_in};
 use crate::verdict::listed;
 use serde::Serialize;
@@ -207,13 +207,7 @@ impl Coverage {
 
     fn groups(&self) -> Vec<usize> {
         let enough = self.together.iter().filter(|(_, n)| **n >= ENOUGH_TOGETHER);
-        let edges: Vec<Edge> = enough
-            .map(|(&nodes, &n)| Edge {
-                nodes,
-                strength: n as f64,
-            })
-            .collect();
-        islands(self.cameras.len(), &edges)
+        islands(self.cameras.len(), enough.map(|(&nodes, _)| nodes))
     }
 
     fn complete(&self, groups: &[usize]) -> f64 {

@@ -2,7 +2,7 @@
 
 use super::clocks::{Clocked, Clocks};
 use super::instants::{carried, floor};
-use super::pairs::Pairs;
+use super::pairs::joined_cameras;
 use super::report::Found;
 use super::trajectory::{Moments, Trajectory};
 use super::{Calibrated, RigError, RigSession, clocks, stillness};
@@ -178,7 +178,7 @@ impl RigSession {
 
     /// `world_from_camera` of every camera, roughly.
     fn joined(&self, trajectories: &[Trajectory], moments: Moments) -> Result<Vec<Pose>, RigError> {
-        let pairs = Pairs::of(trajectories, moments);
+        let pairs = joined_cameras(trajectories, moments);
         let reference = self.plan.origin.reference(&self.rig);
         let of = pairs.islands();
         let apart: Vec<usize> = (0..of.len())
