@@ -4,6 +4,7 @@
 
 use crate::Rejection;
 use crate::components::{Component, Components, make_room};
+use crate::kernels::TILE;
 
 /// A component that could be a tag's border.
 #[derive(Clone, Copy, Debug)]
@@ -161,19 +162,30 @@ impl BorderShape {
         (component.width() + component.height()) as f32 >= 2.0 * self.min_edge_px
     }
 
-    /// By what lies between the first and the last pixel of each row: a border takes up a third of it at least, and
-    /// something must be written within.
+    /// By what lies between the first and the last pixel of each row: a border takes up a good part of it, and something
+    /// must be written within.
     pub(crate) fn check_filling(
         &self,
         component: &Component,
         filled: u32,
     ) -> Result<(), Rejection> {
-        const LEAST_SOLID: f32 = 0.33;
-        let solid = component.area as f32 / filled as f32;
-        if (LEAST_SOLID..=self.most_solid).contains(&solid) {
+        let filled = filled as f32;
+        let (area, least) = (component.area as f32, LEAST_OF_BORDER * live_border(filled));
+        if area >= least && area <= self.most_solid * filled {
             Ok(())
         } else {
             Err(Rejection::NotAQuad)
         }
     }
+}
+
+/// Share of a border that must be there: the rest may be occluded.
+const LEAST_OF_BORDER: f32 = 0.75;
+
+/// Least area of the live part of a border around this area in all. The border of a tag of eight modules; of one broader
+/// than a tile nothing but what lies a tile's width from its edges is live for certain.
+fn live_border(filled: f32) -> f32 {
+    const OF_EIGHT_MODULES: f32 = 1.0 - 0.75 * 0.75;
+    let (edge, band) = (filled.sqrt(), TILE as f32);
+    (OF_EIGHT_MODULES * filled).min(4.0 * band * (edge - band).max(0.0))
 }

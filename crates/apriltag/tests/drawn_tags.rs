@@ -68,6 +68,27 @@ fn corners_are_found_from_the_edges_alone() {
 }
 
 #[test]
+fn tags_are_read_however_large_sharp_and_clean_they_are() {
+    let camera = Camera::new(480, 480);
+    for (edge_px, turn_deg, noise) in [
+        (90.0, 0.0, 0.0),
+        (150.0, 0.0, 2.0),
+        (250.0, 40.0, 0.0),
+        (400.0, 0.0, 0.0),
+    ] {
+        let tag = Tag::new(17);
+        let tag = Tag {
+            turn_deg: [5.0, 5.0, turn_deg],
+            position_m: [0.0, 0.0, tag.size_m * camera.focal / edge_px],
+            ..tag
+        };
+        let picture = Picture::draw(&camera, std::slice::from_ref(&tag), 200.0);
+        let found = detect(&picture.blurred(0.3).pixels(noise, 3), &camera);
+        assert_eq!(found.len(), 1, "{edge_px} px, turned by {turn_deg}");
+    }
+}
+
+#[test]
 fn tags_are_read_near_and_far_and_from_the_side() {
     for (distance_m, tilt_deg) in [
         (0.25, 0.0),
