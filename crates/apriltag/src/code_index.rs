@@ -27,6 +27,8 @@ pub(crate) struct CodeIndex {
     max_hamming: u32,
     /// Whether what is no tag shows a code word now and then.
     pub(crate) is_weak: bool,
+    /// Bits that may be in doubt while the word still says something.
+    pub(crate) bits_to_spare: usize,
     /// For each part and each value of it: where its ids begin in `ids`.
     starts: [Vec<u32>; PARTS],
     ids: [Vec<u16>; PARTS],
@@ -45,6 +47,7 @@ impl CodeIndex {
             part_bits,
             max_hamming: most,
             is_weak: chance(family, 0) > MOST_CHANCE,
+            bits_to_spare: bits_to_spare(family),
             starts: Default::default(),
             ids: Default::default(),
         };
@@ -108,6 +111,14 @@ fn correctable(family: &FamilyData) -> u32 {
         .unwrap_or(0)
 }
 
+/// Bits in doubt, each of which doubles the chance of random bits to pass for a code word, until that is one in eight: what
+/// the word then adds to a frame that is whole is hardly worth its reading.
+fn bits_to_spare(family: &FamilyData) -> usize {
+    const HARDLY_WORTH: f64 = 0.125;
+    let doublings = (HARDLY_WORTH / chance(family, 0)).log2();
+    doublings.max(0.0) as usize
+}
+
 /// Chance of random bits to be a code word of the family under some turn but for so many wrong bits.
 fn chance(family: &FamilyData, wrong: u32) -> f64 {
     let n_bits = family.bits.len() as u32;
@@ -154,6 +165,15 @@ mod tests {
         assert_eq!(corrected(Family::TagStandard41h12), 2);
         assert_eq!(corrected(Family::Tag25h9), 1);
         assert_eq!(corrected(Family::Tag16h5), 0);
+    }
+
+    #[test]
+    fn the_more_words_a_family_has_the_fewer_bits_may_be_in_doubt() {
+        let to_spare = |family: Family| CodeIndex::new(family.data(), 2).bits_to_spare;
+        assert_eq!(to_spare(Family::Tag16h5), 6);
+        assert_eq!(to_spare(Family::Aruco4x4With50), 5);
+        assert_eq!(to_spare(Family::Aruco4x4With250), 3);
+        assert_eq!(to_spare(Family::Aruco4x4With1000), 1);
     }
 
     proptest! {

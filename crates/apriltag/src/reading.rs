@@ -11,7 +11,7 @@ use crate::kernels::{POINTS, Points};
 use crate::quad::{Quad, widths};
 use crate::view::View;
 use crate::{Options, Rejection};
-use greys::Thresholds;
+use greys::{CLEARLY, Thresholds};
 use layout::{Layout, MAX_BLOCKS};
 use sextant_tag_families::{BorderColour, Family, FamilyData};
 
@@ -24,6 +24,8 @@ pub(crate) struct Reader {
     /// Most of the area within the border that can have its colour.
     pub(crate) most_solid: f32,
     index: CodeIndex,
+    /// Most modules with a bit that may have both colours, where the family has few bits.
+    most_mixed: usize,
     min_contrast: f32,
     min_margin: f32,
 }
@@ -55,12 +57,14 @@ impl Modules {
 impl Reader {
     pub(crate) fn new(family: Family, options: &Options) -> Self {
         let data = family.data();
+        let index = CodeIndex::new(data, options.max_hamming);
         Self {
             family,
             data,
             layout: Layout::new(data),
             most_solid: most_solid(data),
-            index: CodeIndex::new(data, options.max_hamming),
+            most_mixed: (data.bits.len() / LEAST_PLAIN).min(index.bits_to_spare),
+            index,
             min_contrast: f32::from(options.min_contrast),
             min_margin: options.min_margin,
         }
@@ -88,33 +92,43 @@ impl Reader {
         self.sample_bits(view, &map, &mut modules)
             .ok_or(Unread::hopeful(Rejection::NoCode))?;
         let reading = self.recognise(&modules, &thresholds)?;
-        if self.index.is_weak && !self.modules_are_plain(view, &map, &thresholds) {
+        if self.index.is_weak && !self.is_beyond_doubt(view, &map, &modules, &thresholds) {
             return Err(Unread::hopeful(Rejection::NoCode));
         }
         Ok(reading)
     }
 
-    /// Whether most modules with a bit have one colour throughout: those of a tag with more and smaller modules, which now
-    /// and then show a code word of a family of few bits, have not.
+    /// Whether border, ring and bits are all that a tag's are: letters and texture show a code word of few bits now and
+    /// then, so that the word alone is no evidence; the frame has three times as many modules as the word.
+    fn is_beyond_doubt(
+        &self,
+        view: &View<'_>,
+        map: &Homography,
+        modules: &Modules,
+        thresholds: &Thresholds,
+    ) -> bool {
+        thresholds.rings_are_whole(&self.layout, modules.all(), self.data.border)
+            && self.modules_are_plain(view, map, thresholds)
+    }
+
+    /// Whether the modules with a bit have one colour throughout, but for as many as may be in doubt: those of a tag with
+    /// more and smaller modules, which now and then show a code word of a family of few bits, have not.
     fn modules_are_plain(
         &self,
         view: &View<'_>,
         map: &Homography,
         thresholds: &Thresholds,
     ) -> bool {
-        /// Share of the contrast beyond the threshold that makes black or white of a place.
-        const CLEARLY: f32 = 0.15;
-        const MOST_MIXED: f32 = 0.2;
         let mut greys = [[[0.0; POINTS]; MAX_BLOCKS]; 4];
         for (greys, places) in greys.iter_mut().zip(&self.layout.around) {
             view.sample(map, places, greys);
         }
         let clearly = CLEARLY * thresholds.contrast();
-        let is_mixed = |(i, bit): &(usize, usize)| {
-            let threshold = thresholds.at(self.layout.place(*bit));
+        let is_mixed = |(i, bit): (usize, usize)| {
+            let threshold = thresholds.at(self.layout.place(bit));
             let above = greys
                 .each_ref()
-                .map(|greys| greys.as_flattened()[*i] - threshold);
+                .map(|greys| greys.as_flattened()[i] - threshold);
             above.iter().any(|above| *above > clearly)
                 && above.iter().any(|above| *above < -clearly)
         };
@@ -123,9 +137,9 @@ impl Reader {
             .bits
             .clone()
             .enumerate()
-            .filter(is_mixed)
+            .filter(|bit| is_mixed(*bit))
             .count();
-        n_mixed as f32 <= MOST_MIXED * self.layout.bits.len() as f32
+        n_mixed <= self.most_mixed
     }
 
     /// Black and white, as long as border and ring have them.
@@ -270,6 +284,9 @@ impl Unread {
     }
 }
 
+/// Among so many modules with a bit one may have both colours: blur and corners a pixel off make some of those of a tag.
+const LEAST_PLAIN: usize = 5;
+
 /// Share of the least contrast that a border may show between corners a pixel off.
 const NEARLY: f32 = 0.5;
 
@@ -280,3 +297,16 @@ const LEAST_CLARITY: f32 = 0.1;
 /// Blur that most images have and blur of a lens out of focus or a hand that shook, as standard deviations in pixels.
 const USUAL_BLUR_PX: f32 = 0.75;
 const STRONG_BLUR_PX: f32 = 2.0;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_family_of_many_words_forgives_fewer_mixed_modules() {
+        let most_mixed = |family: Family| Reader::new(family, &Options::default()).most_mixed;
+        assert_eq!(most_mixed(Family::Tag16h5), 3);
+        assert_eq!(most_mixed(Family::Aruco4x4With50), 3);
+        assert_eq!(most_mixed(Family::Aruco4x4With1000), 1);
+    }
+}

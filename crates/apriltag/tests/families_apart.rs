@@ -44,7 +44,11 @@ fn tags_of_many_bits_are_none_of_few() {
             random.between(12.0, 34.0),
             &mut random,
         );
-        for family in [Family::Tag16h5, Family::Aruco4x4With50] {
+        for family in [
+            Family::Tag16h5,
+            Family::Aruco4x4With50,
+            Family::Aruco4x4With1000,
+        ] {
             assert_eq!(detect(&tag, family, 5), [], "{family} {}", tag.id);
         }
         assert_eq!(detect(&tag, Family::Tag36h11, 5).len(), 1, "{}", tag.id);
@@ -60,5 +64,28 @@ fn small_tags_of_few_bits_are_read() {
         let found = detect(&tag, family, 6);
         assert_eq!(found.len(), 1, "{family} {} at {:?}", tag.id, tag.turn_deg);
         assert_eq!(found[0].id, tag.id);
+    }
+}
+
+/// How many of twelve tags of every size are read with these modules of the printed tag in the wrong colour.
+fn n_read(family: Family, wrong: &[(usize, usize)]) -> usize {
+    let mut random = Random(23);
+    let is_read = |i: &u32| {
+        let tag = Tag {
+            wrong: wrong.to_vec(),
+            ..tag(family, *i, random.between(16.0, 40.0), &mut random)
+        };
+        !detect(&tag, family, 7).is_empty()
+    };
+    (0..12).filter(is_read).count()
+}
+
+#[test]
+fn what_has_gaps_on_both_sides_is_no_tag_of_few_bits_though_one_hidden_corner_is_forgiven() {
+    for family in [Family::Tag16h5, Family::Aruco4x4With1000] {
+        let (gaps, corner) = ([(1, 3), (6, 4)], [(1, 1)]);
+        assert_eq!(n_read(family, &gaps), 0, "{family}: gaps in the border");
+        assert_eq!(n_read(family, &corner), 12, "{family}: a hidden corner");
+        assert_eq!(n_read(family, &[]), 12, "{family}: whole");
     }
 }

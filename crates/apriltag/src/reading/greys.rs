@@ -6,6 +6,9 @@ use crate::quad::Point;
 use sextant_tag_families::BorderColour;
 use std::ops::Range;
 
+/// Share of the contrast beyond the threshold that makes black or white of a place.
+pub(super) const CLEARLY: f32 = 0.15;
+
 /// Grey between black and white all over the tag, and the means of both.
 pub(super) struct Thresholds {
     middle: GreyPlane,
@@ -54,6 +57,31 @@ impl Thresholds {
             BorderColour::White => (ring, border),
         };
         black <= 1.0 - LEAST_SHARE && white >= LEAST_SHARE
+    }
+
+    /// Border and ring must clearly have their colours all around, as far as they are in the image and but for what is hidden
+    /// in one quarter of the tag: a letter's strokes leave gaps, bend or touch what stands beside them.
+    pub(super) fn rings_are_whole(
+        &self,
+        layout: &Layout,
+        greys: &[f32],
+        colour: BorderColour,
+    ) -> bool {
+        let clearly = CLEARLY * self.contrast();
+        let sign = match colour {
+            BorderColour::Black => 1.0,
+            BorderColour::White => -1.0,
+        };
+        let lacks = |i: usize, sign: f32| sign * (greys[i] - self.at(layout.place(i))) <= clearly;
+        let border = layout.border.clone().filter(|&i| lacks(i, -sign));
+        let ring = layout.ring.clone().filter(|&i| lacks(i, sign));
+        let lost = border.chain(ring).map(|i| layout.place(i));
+        let [mut left, mut right, mut top, mut bottom] = [false; 4];
+        for [x, y] in lost {
+            (left, right) = (left || x <= 0.0, right || x >= 0.0);
+            (top, bottom) = (top || y <= 0.0, bottom || y >= 0.0);
+        }
+        !(left && right || top && bottom)
     }
 }
 
