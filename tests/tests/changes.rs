@@ -189,7 +189,7 @@ fn kept_changes_survive_a_restart() {
     let states = watched.until("all are seen by two cameras", |states| states.len() == 3);
     assert!(!states["cube"].contains(&State::Initialising), "{states:?}");
 
-    let former = std::fs::read_to_string(watched.site.path("rig.toml.before")).expect("it is kept");
+    let former = std::fs::read_to_string(watched.site.path("rig.toml.former")).expect("it is kept");
     assert!(former.contains("cam2"));
     let Watched { site, poses, .. } = watched;
     drop(poses);
