@@ -76,7 +76,7 @@ fn settled(rows: Vec<Value>) -> Vec<Value> {
 }
 
 #[test]
-fn links_and_joints_are_where_they_are_and_as_sure_as_they_say() {
+fn links_and_joints_are_where_they_are() {
     let arm = Arm::new(4, 11);
     arm.write_corners(90, 0.1, |_, _| true);
     let rows = settled(arm.replay());
@@ -97,12 +97,25 @@ fn links_and_joints_are_where_they_are_and_as_sure_as_they_say() {
         // The elbow touches both of its limits.
         assert!(joint_value(row, 1).abs() <= 1.0, "{row}");
     }
-    let (links, joints, nees) = figures(&arm, &rows);
-    println!("ideal corners: links {links:?} m, joints {joints:?} rad, NEES {nees:?}");
+    let (links, joints, _) = figures(&arm, &rows);
     assert!(links.iter().all(|rms| *rms < 0.3e-3), "{links:?}");
     assert!(joints.iter().all(|rms| *rms < 3e-3), "{joints:?}");
+}
+
+/// One run's errors hang together over its few seconds, so several runs are asked.
+#[test]
+fn links_are_as_far_off_as_they_say() {
+    const RUNS: u64 = 6;
+    let mut sums = [0.0; 3];
+    for seed in 11..11 + RUNS {
+        let arm = Arm::new(4, seed);
+        arm.write_corners(90, 0.1, |_, _| true);
+        let (_, _, nees) = figures(&arm, &settled(arm.replay()));
+        sums = [0, 1, 2].map(|link| sums[link] + nees[link]);
+    }
+    let nees = sums.map(|sum| sum / RUNS as f64);
     assert!(
-        nees.iter().all(|nees| (0.6..1.5).contains(nees)),
+        nees.iter().all(|nees| (0.7..1.4).contains(nees)),
         "{nees:?}"
     );
 }
