@@ -30,12 +30,13 @@ const NOBODY: Trust = Trust {
     bounds: (0.001, 1000.0),
 };
 
-impl Trust {
-    fn of(source: NoiseSource) -> Self {
-        match source {
-            NoiseSource::Detector => DETECTOR,
-            NoiseSource::Nobody => NOBODY,
-        }
+/// By [`index_of`].
+const TRUSTS: [&Trust; 2] = [&DETECTOR, &NOBODY];
+
+fn index_of(source: NoiseSource) -> usize {
+    match source {
+        NoiseSource::Detector => 0,
+        NoiseSource::Nobody => 1,
     }
 }
 
@@ -54,11 +55,13 @@ struct CameraNoise {
 struct Variance {
     chi2: f64,
     redundancy: f64,
+    /// Logarithm of the factor, weighed by the degrees of freedom: a prior that is ten times too large would rule a mean for
+    /// long. As each source's bounds have it; kept, since every view asks it of every camera.
+    weighed: [f64; 2],
 }
 
 impl Variance {
-    /// Its logarithm, weighed by the degrees of freedom: a prior that is ten times too large would rule a mean for long.
-    fn weighed(self, trust: &Trust) -> f64 {
+    fn weighed_by(&self, trust: &Trust) -> f64 {
         let factor = self.chi2 / self.redundancy.max(f64::MIN_POSITIVE);
         self.redundancy * factor.clamp(trust.bounds.0, trust.bounds.1).ln()
     }
@@ -67,28 +70,30 @@ impl Variance {
         let keep = (1.0 - redundancy / memory).clamp(0.0, 1.0);
         self.chi2 = self.chi2 * keep + ratio * redundancy;
         self.redundancy = self.redundancy * keep + redundancy;
+        self.weighed = TRUSTS.map(|trust| self.weighed_by(trust));
     }
 }
 
 /// A camera's own factor, drawn to what its neighbours show, and those to one.
-fn factor(all: impl Iterator<Item = Variance>, own: Variance, trust: &Trust) -> f64 {
-    let (mut sum, mut redundancy) = (0.0, trust.faith);
+fn factor(all: impl Iterator<Item = Variance>, own: Variance, source: usize) -> f64 {
+    let faith = TRUSTS[source].faith;
+    let (mut sum, mut redundancy) = (0.0, faith);
     for variance in all {
-        sum += variance.weighed(trust);
+        sum += variance.weighed[source];
         redundancy += variance.redundancy;
     }
     let usual = sum / redundancy;
-    let logarithm = (own.weighed(trust) + trust.faith * usual) / (own.redundancy + trust.faith);
+    let logarithm = (own.weighed[source] + faith * usual) / (own.redundancy + faith);
     logarithm.exp()
 }
 
 impl Noise {
     pub fn factors(&self, camera_index: usize, source: NoiseSource) -> NoiseFactors {
-        let trust = Trust::of(source);
+        let source = index_of(source);
         let own = self.0.get(camera_index).copied().unwrap_or_default();
         NoiseFactors {
-            shift: factor(self.0.iter().map(|camera| camera.shift), own.shift, &trust),
-            turn: factor(self.0.iter().map(|camera| camera.turn), own.turn, &trust),
+            shift: factor(self.0.iter().map(|camera| camera.shift), own.shift, source),
+            turn: factor(self.0.iter().map(|camera| camera.turn), own.turn, source),
         }
     }
 
