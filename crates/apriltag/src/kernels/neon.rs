@@ -1,6 +1,6 @@
 //! The kernels with 128-bit vectors of 64-bit ARM, which every such processor has.
 
-use super::{Kernels, TILE, TILES_IN_WORD, Vectors, WORD, scalar};
+use super::{Kernels, TILE, TILES_IN_WORD, WORD, scalar};
 use std::arch::aarch64::*;
 
 /// Pixels in a vector.
@@ -9,9 +9,8 @@ const LANES: usize = 16;
 pub(super) const KERNELS: Kernels = Kernels {
     extrema: tile_extrema,
     threshold: threshold_words,
-    // Its arithmetic vectorises as it is; there is no instruction for the rest.
-    sample: scalar::sample,
-    vectors: Vectors::Usual,
+    // The sampling's arithmetic vectorises as it is; there is no instruction for the rest.
+    ..Kernels::SCALAR
 };
 
 fn tile_extrema(rows: [&[u8]; TILE], darkest: &mut [u8], brightest: &mut [u8]) {
