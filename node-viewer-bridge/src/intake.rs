@@ -98,16 +98,7 @@ impl Intake {
                 self.show(Slot::Truth(object.to_string()), &translate::truth(&message))
             }
             KeyRef::FusionStatus(node) => {
-                let message: FusionStatus = read(bytes, node, |m: &FusionStatus| &m.node)?;
-                let slot = Slot::FusionStatus(node.to_string());
-                self.show(slot, &Message::FusionStatus(&message))?;
-                let mut inventory = self
-                    .inventory
-                    .lock()
-                    .unwrap_or_else(PoisonError::into_inner);
-                let gone = inventory.take(&message);
-                gone.iter().for_each(|object| self.forget(object));
-                Ok(())
+                self.take_status(&read(bytes, node, |m: &FusionStatus| &m.node)?)
             }
             KeyRef::Clocks(node) => {
                 let message: ClockReport = read(bytes, node, |m: &ClockReport| &m.node)?;
@@ -119,17 +110,7 @@ impl Intake {
             }
             KeyRef::ConfigObject(object) => {
                 let message: ObjectConfig = read(bytes, object, |m: &ObjectConfig| &m.id)?;
-                if message.tags.is_empty() {
-                    // A fusion node says that there is none. Where somebody else asks for its removal, the fusion nodes'
-                    // statuses say whether it is gone.
-                    let sender = item.sender.as_deref().unwrap_or_default();
-                    if sender.starts_with(ANNOUNCED) {
-                        self.forget(object);
-                    }
-                    return Ok(());
-                }
-                let slot = Slot::Object(object.to_string());
-                self.show(slot, &translate::object(&message))
+                self.take_object(&message, item.sender.as_deref().unwrap_or_default())
             }
             KeyRef::ConfigArticulated(object) => {
                 let message: ArticulatedConfig =
@@ -147,6 +128,32 @@ impl Intake {
             // Between those who change the site and the fusion node.
             KeyRef::ConfigAnswer(_) => Ok(()),
         }
+    }
+
+    /// Objects that a fusion node has no more leave the page.
+    fn take_status(&self, status: &FusionStatus) -> Result<(), Rejection> {
+        let slot = Slot::FusionStatus(status.node.to_string());
+        self.show(slot, &Message::FusionStatus(status))?;
+        let mut inventory = self
+            .inventory
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner);
+        let gone = inventory.take(status);
+        gone.iter().for_each(|object| self.forget(object));
+        Ok(())
+    }
+
+    /// One without tags is none: a fusion node says so. Where somebody else asks for its removal, the fusion nodes' statuses
+    /// say whether it is gone.
+    fn take_object(&self, object: &ObjectConfig, sender: &str) -> Result<(), Rejection> {
+        if !object.tags.is_empty() {
+            let slot = Slot::Object(object.id.to_string());
+            return self.show(slot, &translate::object(object));
+        }
+        if sender.starts_with(ANNOUNCED) {
+            self.forget(&object.id);
+        }
+        Ok(())
     }
 
     fn show_part(&self, part: Part) -> Result<(), Rejection> {
