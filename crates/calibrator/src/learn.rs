@@ -7,6 +7,7 @@ mod gauge;
 mod places;
 mod progress;
 mod report;
+mod sketch;
 mod solving;
 
 pub use gauge::Gauge;
@@ -160,8 +161,14 @@ impl LearnSession {
         self.coverage.progress(&self.wanted)
     }
 
+    /// Whether a camera's images count.
+    pub fn counts(&self, camera: &CameraId) -> bool {
+        let chosen = self.plan.cameras.is_empty() || self.plan.cameras.contains(camera);
+        chosen && self.rig.camera(camera).is_some()
+    }
+
     fn camera_of(&self, image: &ImageObservation) -> Option<usize> {
-        let counts = self.plan.cameras.is_empty() || self.plan.cameras.contains(&image.camera);
+        let counts = self.counts(&image.camera);
         let mut cameras = self.rig.cameras().iter();
         cameras.position(|c| counts && c.id == image.camera)
     }

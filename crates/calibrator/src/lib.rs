@@ -8,6 +8,7 @@
 //! - [`LearnSession`]: where each tag of an object sits, from images of the object being turned.
 //! - [`Verdict`]: the judgement in words that every procedure ends with.
 //! - [`lens`]: the calibration of a lens with a board of tags.
+//! - [`procedure`]: the three behind one face, as terminal and page run them.
 
 mod adjustment;
 pub mod bundle;
@@ -16,6 +17,7 @@ mod graph;
 mod intake;
 mod learn;
 pub mod lens;
+pub mod procedure;
 mod resection;
 mod rig;
 mod verdict;

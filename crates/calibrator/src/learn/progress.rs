@@ -44,6 +44,8 @@ pub(super) struct Coverage {
     seen: Vec<usize>,
     directions: Vec<[bool; DIRECTIONS]>,
     together: BTreeMap<[usize; 2], usize>,
+    /// Few images of each pair of tags, spread over all.
+    sample: Vec<ImageView>,
     foreign: BTreeMap<TagId, usize>,
     doubled: BTreeMap<TagId, usize>,
     outside: usize,
@@ -65,6 +67,7 @@ impl Coverage {
             seen: vec![0; wanted.len()],
             directions: vec![[false; DIRECTIONS]; wanted.len()],
             together: BTreeMap::new(),
+            sample: Vec::new(),
             foreign: BTreeMap::new(),
             doubled: BTreeMap::new(),
             outside: 0,
@@ -87,10 +90,14 @@ impl Coverage {
         for tag in over.doubled {
             *self.doubled.entry(tag).or_default() += 1;
         }
-        self.add_view(&view);
+        if self.add_view(&view) {
+            self.sample.push(view);
+        }
     }
 
-    fn add_view(&mut self, view: &ImageView) {
+    /// Whether it shows a pair of tags for the first, second, fourth, eighth ... time.
+    fn add_view(&mut self, view: &ImageView) -> bool {
+        let mut is_sampled = false;
         for (at, tag) in view.tags.iter().enumerate() {
             self.seen[tag.tag] += 1;
             // The camera as the tag sees it.
@@ -100,9 +107,17 @@ impl Coverage {
             }
             for other in &view.tags[at + 1..] {
                 let pair = [tag.tag.min(other.tag), tag.tag.max(other.tag)];
-                *self.together.entry(pair).or_default() += 1;
+                let count = self.together.entry(pair).or_default();
+                *count += 1;
+                is_sampled |= count.is_power_of_two();
             }
         }
+        is_sampled
+    }
+
+    /// Few images of each pair of tags: about a dozen of thousands.
+    pub(super) fn sample(&self) -> &[ImageView] {
+        &self.sample
     }
 
     /// Tags that nobody looks for, the most frequent first.

@@ -3,10 +3,11 @@
 use super::coverage::{COLUMNS, ROWS, cell_of};
 use super::fit::Fit;
 use nalgebra::{DMatrix, Matrix2x3, Matrix2xX, Matrix3, Matrix3xX, Point2, Vector2};
+use serde::Serialize;
 use sextant_geometry::{Lens, so3};
 
 /// One cell of the picture.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct MapCell {
     /// Corners that the lens was fitted to.
     pub corners: u32,

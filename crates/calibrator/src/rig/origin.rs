@@ -31,8 +31,8 @@ impl Origin {
         }
     }
 
-    /// Tags that lie still; none on the carried object.
-    pub(super) fn floor_tags(&self) -> Vec<(TagId, f64)> {
+    /// Tags that lie still, with their sizes in metres; none on the carried object.
+    pub fn tags(&self) -> Vec<(TagId, f64)> {
         match self {
             Self::FirstCamera | Self::Camera(_) => Vec::new(),
             Self::Tag(tag, size_m) => vec![(*tag, *size_m)],
@@ -41,7 +41,7 @@ impl Origin {
     }
 
     pub(super) fn add_floor_tags(&self, wanted: &mut Vec<Wanted>) {
-        for (tag, size_m) in self.floor_tags() {
+        for (tag, size_m) in self.tags() {
             wanted.push(Wanted { tag, size_m });
         }
     }
@@ -58,7 +58,7 @@ impl Origin {
     /// `world_from_adjusted`, given where the floor's tags were found in the frame of the adjustment.
     pub(super) fn world(&self, floor: &[Option<Pose>]) -> Result<Pose, RigError> {
         let found = |at: usize| {
-            let tag = self.floor_tags()[at].0;
+            let tag = self.tags()[at].0;
             let pose = floor.get(at).copied().flatten();
             pose.ok_or_else(|| RigError::UnknownOrigin(format!("tag {tag}")))
         };

@@ -1,0 +1,38 @@
+//! A constellation while it grows: about where the joined tags sit, from few of the images, quick enough to be watched.
+
+use super::LearnSession;
+use super::places::Groups;
+use crate::constellation::joined_tags;
+use crate::graph::PoseGraph;
+use crate::procedure::SketchedTag;
+
+impl LearnSession {
+    /// The largest group of tags that images have joined so far, in the frame of its first tag; nothing before two are joined.
+    pub fn sketch(&self) -> Vec<SketchedTag> {
+        let views = self.coverage.sample();
+        let groups = Groups::of(&self.rig, views);
+        let joints = joined_tags(&groups.seen(&self.rig, views), &self.wanted);
+        let Some(root) = first_of_largest(&joints) else {
+            return Vec::new();
+        };
+        let placed = joints.placed(root).into_iter().zip(&self.wanted);
+        let sketched = placed.filter_map(|(pose, wanted)| {
+            let pose = pose?;
+            Some(SketchedTag {
+                tag: wanted.tag.to_string(),
+                size_m: wanted.size_m,
+                position: pose.translation.vector.into(),
+                orientation: pose.rotation.coords.into(),
+            })
+        });
+        sketched.collect()
+    }
+}
+
+/// The first node of the largest island of two nodes or more.
+fn first_of_largest(joints: &PoseGraph) -> Option<usize> {
+    let islands = joints.islands();
+    let size = |island: &usize| islands.iter().filter(|of| *of == island).count();
+    let largest = (0..islands.len()).max_by_key(|node| (size(node), std::cmp::Reverse(*node)));
+    largest.filter(|node| size(node) > 1)
+}

@@ -1,0 +1,196 @@
+//! The three procedures behind one face: a plan, images one by one, progress at any time, and in the end a result to keep.
+//!
+//! Terminal and page show any of them alike: images taken in, a part done, what to do next in words, and typed details that
+//! serialise. Recorded and live images are the same to it. Frames and units are those of the sessions inside
+//! ([`LensSession`], [`RigSession`], [`LearnSession`]).
+
+mod lens_report;
+mod outcome;
+mod progress;
+
+pub use lens_report::{HeldOut, LensReport, Uncertainty};
+pub use outcome::{Outcome, Product, Report};
+pub use progress::{LearnDetails, LensDetails, Progress, ProgressDetails, RigDetails, SketchedTag};
+
+use crate::lens::{LensOptions, LensRefusal, LensSession, Selection};
+use crate::{LearnError, LearnPlan, LearnSession, RigError, RigPlan, RigSession};
+use serde::Serialize;
+use sextant_estimator::{CameraId, ImageObservation, ObjectModel, Rig};
+use sextant_geometry::LensModel;
+use sextant_tag_families::Family;
+use std::collections::BTreeSet;
+use thiserror::Error;
+
+/// A lens to be calibrated.
+#[derive(Clone, Debug)]
+pub struct LensPlan {
+    /// Whose lens; only its images count. It need not be in the rig.
+    pub camera: CameraId,
+    /// The board of tags, as printed.
+    pub board: ObjectModel,
+    /// Width and height of the camera's pictures.
+    pub resolution: [u32; 2],
+    /// The model; `None` lets the images choose.
+    pub model: Option<LensModel>,
+    /// Which images are kept: [`Selection::New`] for a stream.
+    pub selection: Selection,
+}
+
+/// What is to be found.
+#[derive(Clone, Debug)]
+pub enum Plan {
+    /// A camera's lens, with a board.
+    Lens(LensPlan),
+    /// Where every camera is, with an object that is carried.
+    Rig(RigPlan),
+    /// Where an object's tags sit.
+    Learn(LearnPlan),
+}
+
+impl Plan {
+    /// The families of the tags that it looks for.
+    pub fn families(&self) -> BTreeSet<Family> {
+        let of_object = |object: &ObjectModel| -> BTreeSet<Family> {
+            object.tags().iter().map(|tag| tag.tag.family).collect()
+        };
+        match self {
+            Self::Lens(plan) => of_object(&plan.board),
+            Self::Rig(plan) => {
+                let mut families = of_object(&plan.object);
+                families.extend(plan.origin.tags().iter().map(|(tag, _)| tag.family));
+                families
+            }
+            Self::Learn(plan) => {
+                let mut families: BTreeSet<Family> =
+                    plan.tags.iter().map(|(tag, _)| tag.family).collect();
+                families.extend(plan.from.iter().flat_map(of_object));
+                families
+            }
+        }
+    }
+}
+
+/// Which procedure.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Kind {
+    /// A camera's lens.
+    Lens,
+    /// The cameras' poses.
+    Rig,
+    /// An object's tags.
+    Learn,
+}
+
+/// Why a procedure cannot begin, go on or end; each names its cause and a remedy.
+#[derive(Clone, Debug, Error)]
+pub enum ProcedureError {
+    /// Of a lens.
+    #[error(transparent)]
+    Lens(#[from] LensRefusal),
+    /// Of a rig.
+    #[error(transparent)]
+    Rig(#[from] RigError),
+    /// Of an object.
+    #[error(transparent)]
+    Learn(#[from] LearnError),
+    /// The new lens makes no valid rig.
+    #[error("the rig with the new lens: {0}")]
+    Result(#[from] sextant_estimator::RigError),
+}
+
+/// A procedure under way.
+#[derive(Clone, Debug)]
+pub struct Procedure {
+    rig: Rig,
+    session: Session,
+}
+
+#[derive(Clone, Debug)]
+enum Session {
+    Lens(Box<LensSession>, CameraId),
+    Rig(Box<RigSession>),
+    Learn(Box<LearnSession>),
+}
+
+impl Procedure {
+    /// Nothing seen yet. The rig is the site's: a found lens goes into it, a rig's cameras and lenses and those that learning
+    /// sees with are taken from it. For a lens it may be empty.
+    ///
+    /// # Errors
+    /// A plan that cannot be carried out, whatever the images show.
+    pub fn start(rig: Rig, plan: Plan) -> Result<Self, ProcedureError> {
+        let session = match plan {
+            Plan::Lens(plan) => {
+                let options = LensOptions {
+                    resolution: plan.resolution,
+                    model: plan.model,
+                    selection: plan.selection,
+                };
+                let session = LensSession::new(&plan.board, options)?;
+                Session::Lens(Box::new(session), plan.camera)
+            }
+            Plan::Rig(plan) => Session::Rig(Box::new(RigSession::new(rig.clone(), plan)?)),
+            Plan::Learn(plan) => Session::Learn(Box::new(LearnSession::new(rig.clone(), plan)?)),
+        };
+        Ok(Self { rig, session })
+    }
+
+    /// Which one it is.
+    pub fn kind(&self) -> Kind {
+        match self.session {
+            Session::Lens(..) => Kind::Lens,
+            Session::Rig(_) => Kind::Rig,
+            Session::Learn(_) => Kind::Learn,
+        }
+    }
+
+    /// Whether a camera's images count.
+    pub fn counts(&self, camera: &CameraId) -> bool {
+        match &self.session {
+            Session::Lens(_, own) => own == camera,
+            Session::Rig(_) => self.rig.camera(camera).is_some(),
+            Session::Learn(session) => session.counts(camera),
+        }
+    }
+
+    /// Takes an image in; one of a camera that does not count is passed over.
+    ///
+    /// # Errors
+    /// An image that shows the plan to be wrong, such as one of another resolution. It is not taken in, others may follow.
+    pub fn handle(&mut self, image: &ImageObservation) -> Result<(), ProcedureError> {
+        match &mut self.session {
+            Session::Lens(session, camera) if image.camera == *camera => {
+                session.handle(image)?;
+            }
+            Session::Lens(..) => {}
+            Session::Rig(session) => session.handle(image),
+            Session::Learn(session) => session.handle(image),
+        }
+        Ok(())
+    }
+
+    /// How far it is and what to do next. Milliseconds of work: for every look of a person, not for every image.
+    pub fn progress(&self) -> Progress {
+        match &self.session {
+            Session::Lens(session, _) => Progress::of_lens(&session.progress()),
+            Session::Rig(session) => Progress::of_rig(session.progress()),
+            Session::Learn(session) => Progress::of_learn(session.progress(), session.sketch()),
+        }
+    }
+
+    /// The result. The procedure stays as it is: more images and another solution may follow. Seconds of work.
+    ///
+    /// # Errors
+    /// What keeps these images from giving a result, with its cause.
+    pub fn solve(&self) -> Result<Outcome, ProcedureError> {
+        match &self.session {
+            Session::Lens(session, camera) => Outcome::of_lens(&self.rig, camera, session.solve()?),
+            Session::Rig(session) => Ok(Outcome::of_rig(session.solve()?)),
+            Session::Learn(session) => Ok(Outcome::of_learn(session.solve()?)),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

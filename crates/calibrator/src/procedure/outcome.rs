@@ -1,0 +1,92 @@
+//! What a procedure ends with: a judgement, numbers to show, and the model to keep.
+
+use super::{Kind, LensReport, ProcedureError};
+use crate::lens::LensCalibration;
+use crate::{Calibrated, LearnReport, Learned, RigReport, Verdict};
+use serde::Serialize;
+use sextant_estimator::{Camera, CameraId, ObjectModel, Rig};
+
+/// What was found.
+#[derive(Clone, Debug)]
+pub struct Outcome {
+    /// Which procedure.
+    pub kind: Kind,
+    /// What to think of it.
+    pub verdict: Verdict,
+    /// How well, in numbers; holds the verdict too.
+    pub report: Report,
+    /// What to keep.
+    pub product: Product,
+}
+
+/// The numbers of one procedure; which one is said by [`Outcome::kind`].
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(untagged)]
+pub enum Report {
+    /// Of a lens.
+    Lens(LensReport),
+    /// Of a rig.
+    Rig(RigReport),
+    /// Of an object.
+    Learn(LearnReport),
+}
+
+/// What to keep.
+#[derive(Clone, Debug)]
+pub enum Product {
+    /// The site's rig with the new lens, or with every camera in its place.
+    Rig(Rig),
+    /// The object with every tag in its place.
+    Object(ObjectModel),
+}
+
+impl Outcome {
+    /// The lens goes into the rig: into its camera, which keeps its pose, or into a new one without.
+    pub(super) fn of_lens(
+        rig: &Rig,
+        camera: &CameraId,
+        found: LensCalibration,
+    ) -> Result<Self, ProcedureError> {
+        Ok(Self {
+            kind: Kind::Lens,
+            product: Product::Rig(with_lens(rig, camera, &found)?),
+            verdict: found.verdict.clone(),
+            report: Report::Lens(LensReport::of(camera, found)),
+        })
+    }
+
+    pub(super) fn of_rig(found: Calibrated) -> Self {
+        Self {
+            kind: Kind::Rig,
+            verdict: found.report.verdict.clone(),
+            report: Report::Rig(found.report),
+            product: Product::Rig(found.rig),
+        }
+    }
+
+    pub(super) fn of_learn(found: Learned) -> Self {
+        Self {
+            kind: Kind::Learn,
+            verdict: found.report.verdict.clone(),
+            report: Report::Learn(found.report),
+            product: Product::Object(found.object),
+        }
+    }
+}
+
+fn with_lens(rig: &Rig, camera: &CameraId, found: &LensCalibration) -> Result<Rig, ProcedureError> {
+    let mut cameras = rig.cameras().to_vec();
+    let calibrated = Camera {
+        id: camera.clone(),
+        resolution: found.resolution,
+        lens: found.lens,
+        world_from_camera: rig.camera(camera).and_then(|known| known.world_from_camera),
+    };
+    match cameras.iter_mut().find(|known| known.id == *camera) {
+        Some(known) => *known = calibrated,
+        None => cameras.push(calibrated),
+    }
+    let stated = rig.cameras().iter();
+    let sigmas = stated.filter_map(|c| Some((c.id.clone(), rig.pose_sigma(&c.id)?)));
+    Ok(Rig::new(cameras)?.with_pose_sigmas(sigmas)?)
+}

@@ -1,0 +1,125 @@
+//! How far a procedure is, as a person is shown it.
+
+use super::Kind;
+use crate::lens::{COLUMNS, Hint, LensProgress};
+use crate::{CameraProgress, LearnProgress, RigProgress, TagProgress};
+use serde::Serialize;
+
+/// How far a procedure is.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Progress {
+    /// Which procedure.
+    pub kind: Kind,
+    /// Images taken in.
+    pub images: usize,
+    /// From nothing, 0, to enough, 1.
+    pub fraction: f64,
+    /// Whether it is time to solve. Solving may be tried before.
+    pub is_enough: bool,
+    /// What to do next, in words, without a full stop.
+    pub hint: String,
+    /// What this procedure alone has to show.
+    pub details: ProgressDetails,
+}
+
+/// What one procedure alone has to show; which one is said by [`Progress::kind`].
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(untagged)]
+pub enum ProgressDetails {
+    /// Of a lens.
+    Lens(LensDetails),
+    /// Of a rig.
+    Rig(RigDetails),
+    /// Of an object.
+    Learn(LearnDetails),
+}
+
+/// Where the board has been.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct LensDetails {
+    /// Images kept.
+    pub views: usize,
+    /// Corners in each cell of the picture, row by row from the top left.
+    pub coverage: Vec<[u32; COLUMNS]>,
+    /// Views in which the board's left, right, upper and lower side was turned away.
+    pub tilted: [u32; 4],
+}
+
+/// What the cameras have seen.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct RigDetails {
+    /// Every camera of the rig.
+    pub cameras: Vec<CameraProgress>,
+    /// How often each pair of cameras, by name, has seen the object together.
+    pub together: Vec<(String, String, usize)>,
+}
+
+/// What has been seen of the object.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct LearnDetails {
+    /// Images with at least two tags: only those join tags.
+    pub joining: usize,
+    /// Every wanted tag.
+    pub tags: Vec<TagProgress>,
+    /// The largest group of joined tags about as it is, for a picture; grows as tags are joined.
+    pub sketch: Vec<SketchedTag>,
+}
+
+/// A tag about where it is, in the frame of the sketch's first tag. A guess of millimetres and degrees, for a picture.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct SketchedTag {
+    /// Family and number, as text.
+    pub tag: String,
+    /// Edge of its black square, metres.
+    pub size_m: f64,
+    /// Metres.
+    pub position: [f64; 3],
+    /// Quaternion x, y, z, w.
+    pub orientation: [f64; 4],
+}
+
+impl Progress {
+    pub(super) fn of_lens(progress: &LensProgress) -> Self {
+        Self {
+            kind: Kind::Lens,
+            images: progress.images,
+            fraction: progress.fraction,
+            is_enough: progress.hint == Hint::Enough,
+            hint: progress.hint.to_string(),
+            details: ProgressDetails::Lens(LensDetails {
+                views: progress.views,
+                coverage: progress.coverage.to_vec(),
+                tilted: progress.tilted,
+            }),
+        }
+    }
+
+    pub(super) fn of_rig(progress: RigProgress) -> Self {
+        Self {
+            kind: Kind::Rig,
+            images: progress.images,
+            fraction: progress.complete,
+            is_enough: progress.complete >= 1.0,
+            hint: progress.hint,
+            details: ProgressDetails::Rig(RigDetails {
+                cameras: progress.cameras,
+                together: progress.together,
+            }),
+        }
+    }
+
+    pub(super) fn of_learn(progress: LearnProgress, sketch: Vec<SketchedTag>) -> Self {
+        Self {
+            kind: Kind::Learn,
+            images: progress.images,
+            fraction: progress.complete,
+            is_enough: progress.complete >= 1.0,
+            hint: progress.hint,
+            details: ProgressDetails::Learn(LearnDetails {
+                joining: progress.joining,
+                tags: progress.tags,
+                sketch,
+            }),
+        }
+    }
+}
