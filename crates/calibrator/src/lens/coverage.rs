@@ -11,6 +11,9 @@ pub const ROWS: usize = 9;
 
 /// A normal that leans by more than this, as the tangent, is tilted that way: 17 degrees.
 const TILTED: f64 = 0.3;
+/// The corners of a board that is near spread by this part of the picture's width (root mean square distance from their
+/// middle): it fills more than half of the picture.
+const NEAR: f64 = 0.24;
 
 /// Counts over the views taken in.
 #[derive(Clone, Debug, PartialEq, Default)]
@@ -19,12 +22,16 @@ pub(super) struct Coverage {
     pub corners: [[u32; COLUMNS]; ROWS],
     /// Views in which the board's left, right, upper and lower side is turned away.
     pub tilted: [u32; 4],
+    /// Views that the board fills: it is these whose perspective tells focal length from distance.
+    pub near: u32,
     pub views: u32,
 }
 
 impl Coverage {
     pub(super) fn take(&mut self, resolution: [u32; 2], view: &View, pose: Option<&Pose>) {
         self.views += 1;
+        let (_, spread) = view.extent();
+        self.near += u32::from(spread >= NEAR * f64::from(resolution[0]));
         for corner in view.corners() {
             let [column, row] = cell_of(resolution, corner);
             self.corners[row][column] += 1;

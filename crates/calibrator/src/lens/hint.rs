@@ -9,8 +9,12 @@ const NINTH_COVERED: f64 = 0.6;
 const COVERED: f64 = 0.85;
 /// Views with each side turned away.
 pub(super) const TILTS: u32 = 3;
+/// Views that the board fills.
+pub(super) const NEAR: u32 = 8;
 /// Views in all.
 pub(super) const VIEWS: u32 = 20;
+/// As many views are enough where the board can't come near, as before a lens that is sharp only far away.
+const ENOUGH_FROM_AFAR: u32 = 45;
 
 /// A ninth of the picture: thirds from the left and from the top, 0 to 2.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -30,6 +34,8 @@ pub enum Hint {
     HoldAt(Place, Option<Side>),
     /// Turn a side of it away.
     Tilt(Side),
+    /// Hold it nearer.
+    Nearer,
     /// Somewhere else, otherwise turned.
     Move,
     /// There is enough.
@@ -58,6 +64,9 @@ impl Hint {
         match (emptiest(coverage), side) {
             (Some(place), side) => Self::HoldAt(place, side),
             (None, Some(side)) => Self::Tilt(side),
+            (None, None) if coverage.near < NEAR && coverage.views < ENOUGH_FROM_AFAR => {
+                Self::Nearer
+            }
             (None, None) if coverage.views < VIEWS => Self::Move,
             (None, None) => Self::Enough,
         }
@@ -141,6 +150,9 @@ impl fmt::Display for Hint {
             Self::Tilt(side) => write!(
                 f,
                 "turn the board's {side} side away from the camera, by 30 degrees or more"
+            ),
+            Self::Nearer => f.write_str(
+                "hold the board nearer and turn it: it should fill the picture, its edges may be cut off",
             ),
             Self::Move => f.write_str("a few more views: move and turn the board"),
             Self::Enough => f.write_str("that is enough"),

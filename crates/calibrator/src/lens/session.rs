@@ -4,7 +4,7 @@ use super::board::Board;
 use super::choice::choose;
 use super::coverage::{COLUMNS, Coverage, ROWS, lean};
 use super::fit::{Fit, LEAST_TAGS, LensCalibration};
-use super::hint::{Hint, TILTS, VIEWS, covered};
+use super::hint::{Hint, NEAR, TILTS, VIEWS, covered};
 use super::judgement::verdict_of;
 use super::maps::LensMaps;
 use super::poses::board_pose;
@@ -79,6 +79,8 @@ pub struct LensProgress {
     pub coverage: [[u32; COLUMNS]; ROWS],
     /// Views in which the board's left, right, upper and lower side was turned away.
     pub tilted: [u32; 4],
+    /// Views that the board fills.
+    pub near: u32,
     /// From nothing, 0, to enough, 1.
     pub fraction: f64,
     /// What to do next.
@@ -177,15 +179,22 @@ impl LensSession {
         let parts = [
             covered(&self.coverage),
             f64::from(tilts) / f64::from(4 * TILTS),
+            (f64::from(self.coverage.near) / f64::from(NEAR)).min(1.0),
             (f64::from(self.coverage.views) / f64::from(VIEWS)).min(1.0),
         ];
+        let hint = Hint::of(&self.coverage);
+        let fraction = match hint {
+            Hint::Enough => 1.0,
+            _ => parts.iter().sum::<f64>() / parts.len() as f64,
+        };
         LensProgress {
             images: self.images,
             views: self.views.len(),
             coverage: self.coverage.corners,
             tilted: self.coverage.tilted,
-            fraction: parts.iter().sum::<f64>() / parts.len() as f64,
-            hint: Hint::of(&self.coverage),
+            near: self.coverage.near,
+            fraction,
+            hint,
         }
     }
 

@@ -1,11 +1,12 @@
 //! Boards held before lenses that are known, with noise and with every kind of flaw.
 
 mod board_walk;
+mod difference;
 
 use super::*;
 use crate::verdict::Grade;
 use board_walk::{BoardWalk, board, fisheye, ordinary};
-use nalgebra::{Matrix3, Point2, UnitQuaternion, Vector3};
+use difference::mean_difference;
 use sextant_geometry::{Lens, LensModel};
 
 fn options(model: Option<LensModel>) -> LensOptions {
@@ -22,36 +23,6 @@ fn solved(walk: &BoardWalk, model: Option<LensModel>) -> Result<LensCalibration,
         session.handle(&image)?;
     }
     session.solve()
-}
-
-/// Mean distance, over the picture, between where two lenses show the same ray; the second camera may be turned as a whole, as
-/// the calibration of its pose would turn it.
-fn mean_difference(truth: &Lens, found: &Lens) -> f64 {
-    let rays: Vec<_> = (0..32 * 24)
-        .map(|at| {
-            Point2::new(
-                f64::from(at % 32) * 20.0 + 10.0,
-                f64::from(at / 32) * 20.0 + 10.0,
-            )
-        })
-        .map(|pixel| (pixel, truth.unproject(&pixel).unwrap()))
-        .collect();
-    let mut turn = UnitQuaternion::identity();
-    for _ in 0..3 {
-        let (mut normal, mut right) = (Matrix3::zeros(), Vector3::zeros());
-        for (pixel, ray) in &rays {
-            let turned = turn * ray;
-            let (seen, by_point) = found.project_with_jacobian(&turned.into()).unwrap();
-            let by_turn = -by_point * turned.cross_matrix();
-            normal += by_turn.transpose() * by_turn;
-            right += by_turn.transpose() * (pixel - seen);
-        }
-        turn = UnitQuaternion::from_scaled_axis(normal.try_inverse().unwrap() * right) * turn;
-    }
-    let differences = rays
-        .iter()
-        .map(|(pixel, ray)| (found.project(&(turn * ray).into()).unwrap() - pixel).norm());
-    differences.sum::<f64>() / rays.len() as f64
 }
 
 #[test]
@@ -281,5 +252,27 @@ fn a_hint_names_the_empty_corner_and_the_side_not_yet_turned_away() {
     assert!(
         hint.starts_with("hold the board to the upper left of the picture"),
         "{hint}"
+    );
+}
+
+#[test]
+fn a_board_that_stays_far_away_is_asked_to_come_nearer() {
+    let stream = LensOptions {
+        selection: Selection::New,
+        ..options(None)
+    };
+    let mut session = LensSession::new(&board(1.0, 1.0), stream).unwrap();
+    let mut walk = BoardWalk::new(ordinary(), 16);
+    walk.depth = [0.45, 0.53];
+    walk.images = 300;
+    let mut asked = false;
+    for image in walk.images() {
+        session.handle(&image).unwrap();
+        asked |= session.progress().hint == Hint::Nearer;
+    }
+    assert!(asked);
+    assert_eq!(
+        (session.progress().hint, session.progress().near),
+        (Hint::Enough, 0)
     );
 }

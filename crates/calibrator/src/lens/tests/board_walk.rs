@@ -17,6 +17,8 @@ pub(super) struct BoardWalk {
     pub images: usize,
     /// Largest tilt about each axis, radians.
     pub tilt: f64,
+    /// Least and largest distance from a lens of 600 pixels, metres.
+    pub depth: [f64; 2],
     /// Part of the tags that lie anywhere.
     pub wrong: f64,
     /// Part of the tags that are not seen.
@@ -94,6 +96,7 @@ impl BoardWalk {
             seed,
             images: 30,
             tilt: 0.75,
+            depth: [0.28, 0.53],
             wrong: 0.0,
             missing: 0.0,
             second_of: None,
@@ -144,7 +147,8 @@ impl BoardWalk {
     /// Somewhere in the picture, facing the camera but for the tilt.
     fn pose(&self, random: &mut Random) -> Pose {
         let focal = self.lens.intrinsics().fx;
-        let depth = (0.28 + 0.25 * random.unit()) * focal / 600.0;
+        let [nearest, furthest] = self.depth;
+        let depth = (nearest + (furthest - nearest) * random.unit()) * focal / 600.0;
         let pixel = Point2::new(130.0 + 380.0 * random.unit(), 110.0 + 260.0 * random.unit());
         let ray = self.lens.unproject(&pixel).unwrap();
         let facing = UnitQuaternion::from_scaled_axis(Vector3::x() * std::f64::consts::PI);
