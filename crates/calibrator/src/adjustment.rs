@@ -158,6 +158,7 @@ impl Adjustment {
             instants: self.instants.clone(),
             images: images.collect(),
             motion: self.motion,
+            anchors: Vec::new(),
         }
     }
 }

@@ -8,6 +8,7 @@
 //!
 //! At least one camera or tag should be fixed (the gauge); what is left undetermined stays where it was and is reported.
 
+mod anchors;
 mod covariance;
 mod elimination;
 mod equations;
@@ -15,13 +16,16 @@ mod image_sums;
 mod layout;
 mod motion;
 mod observability;
+mod reduction;
 mod residuals;
 mod solver;
 mod state;
 
+pub use anchors::Anchor;
 pub use covariance::KeptCovariance;
 pub use layout::KeptParameter;
 pub use observability::{PriorKnowledge, WeakDirection};
+pub(crate) use reduction::Reduction;
 pub use residuals::TagResidual;
 pub use solver::{BundleOptions, BundleSolution, solve};
 pub use state::{

@@ -8,6 +8,7 @@
 //! - [`LearnSession`]: where each tag of an object sits, from images of the object being turned.
 //! - [`Verdict`]: the judgement in words that every procedure ends with.
 //! - [`lens`]: the calibration of a lens with a board of tags.
+//! - [`refinement`]: small corrections of rig and constellations from ordinary use, only such that foretell better.
 //! - [`procedure`]: the three behind one face, as terminal and page run them.
 
 mod adjustment;
@@ -18,6 +19,7 @@ mod intake;
 mod learn;
 pub mod lens;
 pub mod procedure;
+pub mod refinement;
 mod resection;
 mod rig;
 mod verdict;

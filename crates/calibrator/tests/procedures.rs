@@ -4,6 +4,8 @@
 
 #[path = "procedures/learn.rs"]
 mod learn;
+#[path = "procedures/refinement.rs"]
+mod refinement;
 #[path = "procedures/rig.rs"]
 mod rig;
 #[path = "procedures/rig_faults.rs"]

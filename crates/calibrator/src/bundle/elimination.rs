@@ -28,7 +28,7 @@ struct Row<const D: usize> {
 pub(super) struct Reduced<const D: usize> {
     /// Symmetric, both triangles.
     pub information: DMatrix<f64>,
-    gradient: DVector<f64>,
+    pub(super) gradient: DVector<f64>,
     rows: Vec<Row<D>>,
 }
 

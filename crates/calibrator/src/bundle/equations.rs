@@ -3,6 +3,7 @@
 //!
 //! `D` is 6 where instants stand for themselves, 12 (pose, twist) where the object's motion is modelled.
 
+use super::anchors;
 use super::image_sums::ImageSums;
 use super::layout::Layout;
 use super::motion;
@@ -52,6 +53,8 @@ impl<const D: usize> Equations<D> {
             images = later;
         }
         equations.rho += motion::tie(bundle, &mut equations.nodes);
+        let (kept, gradient) = (&mut equations.kept, &mut equations.gradient);
+        equations.rho += anchors::hold(bundle, layout, kept, gradient);
         equations
     }
 
@@ -183,5 +186,5 @@ pub(super) fn rho(bundle: &Bundle, kernel: &Kernel) -> f64 {
         });
         seen.sum::<f64>()
     });
-    images.sum::<f64>() + motion::rho(bundle)
+    images.sum::<f64>() + motion::rho(bundle) + anchors::rho(bundle)
 }

@@ -1,5 +1,6 @@
 //! What a bundle adjustment works on: cameras, tags, instants, and which corners were seen of what, by whom, when.
 
+use super::anchors::Anchor;
 use nalgebra::{Matrix2, Point2, Vector6};
 use sextant_geometry::lens::MAX_PARAMETERS;
 use sextant_geometry::{Lens, Pose};
@@ -116,6 +117,8 @@ pub struct Bundle {
     pub images: Vec<BundleImage>,
     /// With it, instants follow one another in time and clocks can be sought; without, each stands for itself.
     pub motion: Option<Motion>,
+    /// What is known of cameras and tags before the images.
+    pub anchors: Vec<Anchor>,
 }
 
 /// Why a bundle cannot be adjusted.
@@ -127,6 +130,9 @@ pub enum BundleError {
     /// An image names a camera, instant or tag that is not there, or images are not sorted by instant.
     #[error("image {0} names what is not there, or comes before an image of an earlier instant")]
     Image(usize),
+    /// An anchor names what is not there, or has a deviation that is none.
+    #[error("anchor {0} names what is not there, or its deviations are not above zero")]
+    Anchor(usize),
     /// A number of the image is not finite.
     #[error("image {0} has a corner or a weight that is not finite")]
     NotFinite(usize),
@@ -203,6 +209,10 @@ impl Bundle {
                 return Err(BundleError::NotFinite(index));
             }
             earlier = image.instant;
+        }
+        let unsound = self.anchors.iter().position(|a| !a.is_sound(self));
+        if let Some(index) = unsound {
+            return Err(BundleError::Anchor(index));
         }
         self.check_time()
     }

@@ -5,6 +5,7 @@ use super::layout::Layout;
 use super::solver::Descent;
 use super::*;
 use nalgebra::{Isometry3, Matrix2, Point2, Vector2, Vector3, Vector6};
+use sextant_estimator::PoseSigma;
 use sextant_geometry::least_squares::Kernel;
 use sextant_geometry::{Intrinsics, Lens, Pose, se3, tag_corners_in_tag};
 
@@ -174,11 +175,31 @@ fn free_everything(bundle: &mut Bundle) {
     bundle.tags[2].pose = Freedom::Fixed;
 }
 
+/// A camera and a tag are believed to be a little elsewhere.
+fn anchored(bundle: &mut Bundle) {
+    let elsewhere = Vector6::new(0.01, -0.02, 0.005, 0.004, -0.003, 0.005);
+    let sigma = PoseSigma {
+        position_m: 1e-3,
+        orientation_rad: 1e-3,
+    };
+    bundle.anchors.push(Anchor::Camera {
+        camera: 1,
+        world_from_camera: se3::perturb(&bundle.cameras[1].world_from_camera, &elsewhere),
+        sigma,
+    });
+    bundle.anchors.push(Anchor::Tag {
+        tag: 3,
+        object_from_tag: se3::perturb(&bundle.tags[3].object_from_tag, &elsewhere),
+        sigma,
+    });
+}
+
 #[test]
 fn derivatives_are_those_of_the_cost() {
     let mut bundle = truth(Some(WALK));
     free_everything(&mut bundle);
     displaced(&mut bundle, &mut Noise::seeded(3));
+    anchored(&mut bundle);
     let options = BundleOptions::default();
     let kernel = Kernel::Huber { width: 40.0 };
     let layout = Layout::of(&bundle);
