@@ -51,9 +51,9 @@ impl Area {
         let cut_left = component.left == 0 && self.left > 0;
         let cut_top = component.top == 0 && self.top > 0;
         let cut_right =
-            usize::from(component.right) == self.width && self.left + self.width < image.width();
+            component.right as usize == self.width && self.left + self.width < image.width();
         let cut_bottom =
-            usize::from(component.bottom) + 1 == rows && self.top + self.height < image.height();
+            component.bottom as usize + 1 == rows && self.top + self.height < image.height();
         cut_left || cut_top || cut_right || cut_bottom
     }
 

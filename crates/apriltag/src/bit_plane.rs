@@ -14,6 +14,13 @@ pub(crate) struct BitPlane {
     live: Vec<Range<usize>>,
 }
 
+/// The words of a row, and those of them beyond which there are no bits.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Row<'a> {
+    pub(crate) words: &'a [u64],
+    pub(crate) live: Range<usize>,
+}
+
 impl BitPlane {
     /// Takes the memory that an image of a size needs.
     pub(crate) fn make_room(&mut self, width: usize, height: usize) {
@@ -30,6 +37,7 @@ impl BitPlane {
         border: BorderColour,
         kernels: &Kernels,
     ) {
+        self.words.fill(0);
         for (y, live_here) in self.live.iter_mut().enumerate() {
             let (levels, live) = tiles.levels_at(y);
             let live = live.start..live.end.min(self.words_in_row);
@@ -47,10 +55,28 @@ impl BitPlane {
         }
     }
 
-    /// The first column that has been set in each row, and the words from there on.
-    pub(crate) fn rows(&self) -> impl Iterator<Item = (usize, &[u64])> {
+    pub(crate) fn rows(&self) -> impl Iterator<Item = Row<'_>> {
         let rows = self.words.chunks_exact(self.words_in_row).zip(&self.live);
-        rows.map(|(words, live)| (live.start * WORD, &words[live.clone()]))
+        rows.map(|(words, live)| Row {
+            words,
+            live: live.clone(),
+        })
+    }
+}
+
+#[cfg(test)]
+impl BitPlane {
+    /// Of words, as many in each row.
+    pub(crate) fn of_rows(rows: &[Vec<u64>]) -> Self {
+        let live = |row: &Vec<u64>| match row.iter().position(|word| *word != 0) {
+            Some(first) => first..row.len(),
+            None => 0..0,
+        };
+        Self {
+            words_in_row: rows[0].len(),
+            words: rows.concat(),
+            live: rows.iter().map(live).collect(),
+        }
     }
 }
 

@@ -128,7 +128,7 @@ impl Detector {
             self.plane
                 .threshold(&part, &self.tiles, pass.border, &self.kernels);
             observer.stage_ended(Stage::Threshold);
-            self.components.label(&self.plane);
+            self.components.label(&self.plane, &self.kernels);
             observer.stage_ended(Stage::Components);
             let shape = self.lookout.border_shape(pass.border);
             self.outlines.trace(&self.components, &shape);

@@ -19,9 +19,9 @@ impl Hull {
     }
 
     /// From the top: down the right side and up the left (Andrew's monotone chain).
-    pub(crate) fn build(&mut self, top: u16, extents: &[Extent]) {
+    pub(crate) fn build(&mut self, top: u32, extents: &[Extent]) {
         let last = extents.len() - 1;
-        let y = |i: usize| i32::from(top) + i as i32;
+        let y = |i: usize| top as i32 + i as i32;
         self.vertices.clear();
         for i in 0..=last {
             let right = |i: usize| i32::from(extents[i].right);

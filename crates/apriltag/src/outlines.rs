@@ -15,7 +15,7 @@ pub(crate) struct Outline {
 }
 
 /// First and last pixel of a component in a row.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Extent {
     pub(crate) left: u16,
     pub(crate) right: u16,
@@ -27,11 +27,6 @@ impl Extent {
     }
 }
 
-const NO_EXTENT: Extent = Extent {
-    left: u16::MAX,
-    right: 0,
-};
-
 /// Rows of all candidates together, per row of the image: a bound on memory and on time that crowded images of small
 /// tags keep well below (a hundred tags beside each other).
 const EXTENTS_PER_IMAGE_ROW: usize = 128;
@@ -39,14 +34,13 @@ const EXTENTS_PER_IMAGE_ROW: usize = 128;
 /// Rows of the least candidate.
 const LEAST_ROWS: usize = 2;
 
-const NONE: u32 = u32::MAX;
-
 #[derive(Debug, Default)]
 pub(crate) struct Outlines {
     outlines: Vec<Outline>,
+    /// Rows of what is no candidate, one a row of the image, and after them those of each outline.
     extents: Vec<Extent>,
-    /// The outline of each label.
-    outline_of: Vec<u32>,
+    /// Of each label: where among the extents the image's first row would be.
+    offsets: Vec<u32>,
     max_extents: usize,
     n_components: u32,
     dropped: u32,
@@ -55,61 +49,49 @@ pub(crate) struct Outlines {
 impl Outlines {
     /// Takes the memory that an image of a size can ask for.
     pub(crate) fn make_room(&mut self, max_labels: usize, height: usize) {
-        self.max_extents = height * EXTENTS_PER_IMAGE_ROW;
-        make_room(&mut self.extents, self.max_extents);
+        self.max_extents = height * (1 + EXTENTS_PER_IMAGE_ROW);
+        self.extents
+            .resize(self.max_extents.max(self.extents.len()), Extent::default());
         make_room(&mut self.outlines, self.max_extents / LEAST_ROWS);
-        make_room(&mut self.outline_of, max_labels);
+        make_room(&mut self.offsets, max_labels);
     }
 
     pub(crate) fn trace(&mut self, components: &Components, shape: &BorderShape) {
         self.select(components, shape);
-        self.gather(components);
+        let (extents, offsets) = (&mut self.extents[..], &self.offsets[..]);
+        // Of the runs of a row that belong to the same outline the last to be written stands.
+        for (y, (spans, labels)) in components.rows().enumerate() {
+            let runs = spans.iter().zip(labels);
+            for (&[_, end], &label) in runs.clone() {
+                extents[offsets[label as usize] as usize + y].right = end - 1;
+            }
+            for (&[start, _], &label) in runs.rev() {
+                extents[offsets[label as usize] as usize + y].left = start;
+            }
+        }
     }
 
     fn select(&mut self, components: &Components, shape: &BorderShape) {
         self.outlines.clear();
-        self.outline_of.clear();
-        (self.n_components, self.dropped) = (0, 0);
-        let mut n_extents = 0;
-        for (label, component) in components.labelled().iter().enumerate() {
-            if !component.is_whole(label) {
-                self.outline_of.push(self.outline_of[component.root()]);
-                continue;
-            }
-            self.n_components += 1;
+        self.offsets.clear();
+        (self.n_components, self.dropped) = (components.all().len() as u32, 0);
+        let mut n_extents = components.rows().len();
+        for component in components.all() {
             let height = component.height() as usize;
             let room = n_extents + height <= self.max_extents
                 && self.outlines.len() < self.max_extents / LEAST_ROWS;
             let candidate = shape.fits(component);
             self.dropped += u32::from(candidate && !room);
+            let mut offset = 0;
             if candidate && room {
-                self.outline_of.push(self.outlines.len() as u32);
+                offset = n_extents - component.top as usize;
                 self.outlines.push(Outline {
                     component: *component,
                     first_extent: n_extents,
                 });
                 n_extents += height;
-            } else {
-                self.outline_of.push(NONE);
             }
-        }
-        self.extents.clear();
-        self.extents.resize(n_extents, NO_EXTENT);
-    }
-
-    fn gather(&mut self, components: &Components) {
-        for (y, runs) in components.rows().enumerate() {
-            for run in runs {
-                let outline = self.outline_of[run.component as usize];
-                if outline == NONE {
-                    continue;
-                }
-                let outline = &self.outlines[outline as usize];
-                let row = y - usize::from(outline.component.top);
-                let extent = &mut self.extents[outline.first_extent + row];
-                extent.left = extent.left.min(run.start);
-                extent.right = extent.right.max(run.end - 1);
-            }
+            self.offsets.push(offset as u32);
         }
     }
 
@@ -153,7 +135,7 @@ impl BorderShape {
         let area = component.area as f32;
         self.has_size(component)
             && short >= self.min_edge_px * NARROWEST
-            && u32::from(component.n_runs) <= MOST_RUNS_IN_A_ROW * component.height()
+            && component.n_runs <= MOST_RUNS_IN_A_ROW * component.height()
             && area >= 2.0 * long
             && area <= self.most_solid * width * height
     }

@@ -146,8 +146,8 @@ impl Tiles {
                 self.second_chance[row * self.columns..][columns.clone()].fill(1);
             }
         }
-        let gate = self.gate;
-        let near_dark = |dark: u8, bright: u8| dark + ((bright - dark) / 8).max(gate / 4 * 3);
+        let least = self.gate / 4 * 3;
+        let near_dark = move |dark: u8, bright: u8| dark + ((bright - dark) / 8).max(least);
         for row in 0..self.rows {
             let tiles = row * self.columns..(row + 1) * self.columns;
             if !self.second_chance[tiles.clone()].contains(&1) {
@@ -168,9 +168,8 @@ impl Tiles {
 
     /// Columns and rows of the tiles that a component's box touches.
     fn tiles_of(&self, component: &Component) -> [Range<usize>; 2] {
-        let range = |low: u16, high: u16, n: usize| {
-            usize::from(low) / TILE..(usize::from(high) / TILE + 1).min(n)
-        };
+        let range =
+            |low: u32, high: u32, n: usize| low as usize / TILE..(high as usize / TILE + 1).min(n);
         [
             range(component.left, component.right - 1, self.columns),
             range(component.top, component.bottom, self.rows),

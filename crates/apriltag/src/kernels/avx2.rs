@@ -8,29 +8,32 @@ use std::arch::x86_64::*;
 /// Pixels in a vector.
 const LANES: usize = 32;
 
-/// These kernels, where the processor has AVX2 and FMA.
+/// These kernels, where the processor has AVX2 and what came with it.
 pub(super) fn kernels() -> Option<Kernels> {
-    (std::arch::is_x86_feature_detected!("avx2") && std::arch::is_x86_feature_detected!("fma"))
-        .then_some(Kernels {
-            extrema: tile_extrema,
-            threshold: threshold_words,
-            sample,
-            vectors: Vectors::Avx2(Detected(())),
-        })
+    (std::arch::is_x86_feature_detected!("avx2")
+        && std::arch::is_x86_feature_detected!("fma")
+        && std::arch::is_x86_feature_detected!("bmi1")
+        && std::arch::is_x86_feature_detected!("popcnt"))
+    .then_some(Kernels {
+        extrema: tile_extrema,
+        threshold: threshold_words,
+        sample,
+        vectors: Vectors::Avx2(Detected(())),
+    })
 }
 
-/// Exists only where AVX2 and FMA were detected.
+/// Exists only where AVX2, FMA, BMI1 and POPCNT were detected.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Detected(());
 
 impl Detected {
     pub(super) fn run<T>(self, work: impl FnOnce() -> T) -> T {
-        // SAFETY: `kernels` makes a `Detected` only where AVX2 and FMA were detected.
+        // SAFETY: `kernels` makes a `Detected` only where they were detected.
         unsafe { run_avx2(work) }
     }
 }
 
-#[target_feature(enable = "avx2,fma")]
+#[target_feature(enable = "avx2,fma,bmi1,popcnt")]
 fn run_avx2<T>(work: impl FnOnce() -> T) -> T {
     work()
 }
