@@ -95,6 +95,12 @@ impl Components {
         make_room(&mut self.row_starts, height + 1);
     }
 
+    /// Forgets what was found in another image.
+    pub(crate) fn clear(&mut self) {
+        (self.n_runs, self.n_components) = (0, 0);
+        self.row_starts.clear();
+    }
+
     pub(crate) fn label(&mut self, plane: &BitPlane, kernels: &Kernels) {
         kernels.run(
             #[inline(always)]

@@ -178,6 +178,7 @@ impl Detector {
     /// The tiles of a part and the least contrast that counts in it.
     fn measure(&mut self, part: &Image<'_>) {
         self.make_room((part.width(), part.height()));
+        self.components.clear();
         self.tiles.measure(part, &self.kernels);
         let noise_sigma = self.tiles.noise_sigma().min(self.report.noise_sigma);
         let gate = (noise_sigma * self.options.min_contrast_in_sigma).min(64.0) as u8;

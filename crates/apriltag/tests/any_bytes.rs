@@ -7,6 +7,7 @@ mod any_picture;
 
 use proptest::prelude::*;
 use sextant_apriltag::{Detector, Family, Image, Options};
+use sextant_tag_families::module_is_white;
 
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(256))]
@@ -38,4 +39,29 @@ fn extreme_sizes_and_patterns_are_taken() {
             assert_eq!(detector.detect(&image), [], "{width}x{height}");
         }
     }
+}
+
+#[test]
+fn what_a_picture_showed_is_forgotten_in_a_plain_one() {
+    // A tag with checks along its left edge, dark beside the ring around it: as if in shade, but read all the same.
+    const MODULE: usize = 12;
+    let grey = |i: usize| {
+        let (x, y) = (i % 640, i / 640);
+        let on_tag = (480..600).contains(&x) && (8..128).contains(&y);
+        if !on_tag || module_is_white(Family::Tag36h11, 7, (x - 480) / MODULE, (y - 8) / MODULE) {
+            250
+        } else {
+            let checks = (492..496).contains(&x) && (x / 2 + y / 2) % 2 == 0;
+            if checks { 90 } else { 20 }
+        }
+    };
+    let crowded: Vec<u8> = (0..640 * 480).map(grey).collect();
+    let plain = [128; 39 * 40];
+    let mut detector =
+        Detector::new(Options::default()).expect("the defaults are within their ranges");
+    let crowded = Image::new(&crowded, 640, 480, 640).expect("it is an image");
+    let plain = Image::new(&plain, 39, 40, 39).expect("it is an image");
+    assert_eq!(detector.detect(&crowded).len(), 1);
+    assert_eq!(detector.detect(&plain), []);
+    assert_eq!(detector.report().components, 0);
 }
