@@ -112,12 +112,6 @@ impl<'a> Image<'a> {
         }
     }
 
-    /// The grey value of a pixel; `None` outside the image.
-    #[inline]
-    pub(crate) fn at(&self, x: usize, y: usize) -> Option<u8> {
-        (x < self.width && y < self.height).then(|| self.pixels[y * self.stride + x])
-    }
-
     /// Whether a point lies among the pixels' centres.
     #[inline]
     pub(crate) fn contains(&self, [x, y]: [f32; 2]) -> bool {

@@ -25,11 +25,15 @@ pub(crate) const TILES_IN_WORD: usize = WORD / TILE;
 /// Points that are sampled at a time.
 pub(crate) const POINTS: usize = 8;
 
+/// Columns that are multiplied with another at a time.
+pub(crate) const COLUMNS: usize = 4;
+
 /// A coordinate, or the grey, of as many points.
 pub(crate) type Points = [f32; POINTS];
 
 type TileExtrema = fn(rows: [&[u8]; TILE], darkest: &mut [u8], brightest: &mut [u8]);
 type Sample = fn(image: &Image<'_>, map: &Homography, places: &[[Points; 2]], greys: &mut [Points]);
+type Products = fn(column: &[i16], others: [&[i16]; COLUMNS]) -> [i32; COLUMNS];
 type ThresholdWords = fn(row: &[u8], levels: &[u8], words: &mut [u64]);
 
 /// One set of kernels.
@@ -38,6 +42,7 @@ pub(crate) struct Kernels {
     extrema: TileExtrema,
     threshold: ThresholdWords,
     sample: Sample,
+    products: Products,
     vectors: Vectors,
 }
 
@@ -55,6 +60,7 @@ impl Kernels {
         extrema: scalar::tile_extrema,
         threshold: scalar::threshold_words,
         sample: scalar::sample,
+        products: scalar::products,
         vectors: Vectors::Usual,
     };
 
@@ -101,6 +107,11 @@ impl Kernels {
         greys: &mut [Points],
     ) {
         (self.sample)(image, map, places, greys);
+    }
+
+    /// Sums of the products of a column's numbers with those of others that are as long, wrapping.
+    pub(crate) fn products(&self, column: &[i16], others: [&[i16]; COLUMNS]) -> [i32; COLUMNS] {
+        (self.products)(column, others)
     }
 
     /// One bit a pixel, the least significant leftmost: set where the pixel is below its tile's level.
@@ -183,6 +194,14 @@ mod tests {
                 };
                 prop_assert_eq!(sample(Kernels::fastest()), sample(Kernels::SCALAR));
             }
+        }
+
+        #[test]
+        fn fast_products_equal_the_scalar_ones(columns in prop::collection::vec(prop::array::uniform5(-2000_i16..2000), 0..90)) {
+            let column = |k: usize| columns.iter().map(|row| row[k]).collect::<Vec<i16>>();
+            let (first, others) = (column(0), [1, 2, 3, 4].map(column));
+            let others = others.each_ref().map(Vec::as_slice);
+            prop_assert_eq!(Kernels::fastest().products(&first, others), Kernels::SCALAR.products(&first, others));
         }
 
         #[test]

@@ -3,28 +3,26 @@
 //! In: an image, a decoded tag's upright quad and its code word. Out: corners with covariance, or nothing where the edges
 //! alone say more.
 //!
-//! The picture is black(u, v) + (white(u, v) - black(u, v)) * response(coverage), where coverage is the blurred pattern
-//! ([`BlurredPattern`]), black and white are planes over the tag, and response(c) = k c / (1 + (k - 1) c), k = exp(gain), is
-//! how a camera's curve, glare and spreading ink let white grow: across a blurred edge it is a shift, as if c were a
-//! logistic function of the distance. Gauss-Newton on 18 parameters: the homography (8), the planes (6), the
-//! blur's covariance in the image (3), which takes in the lens and straight motion, and the gain. (Least squares on images:
-//! Baker & Matthews, Lucas-Kanade 20 years on, IJCV 2004.) The parameters' covariance is that of least squares, made
-//! larger where residuals beside each other agree, which noise would not.
+//! The picture is light(u, v) * (black + (white - black) * response(coverage)), where coverage is the blurred pattern
+//! ([`Pattern`]), light is a plane over the tag that is 1 at its middle, and response(c) = c + gain c (1 - c) is how a
+//! camera's curve, glare and spreading ink let white grow. Gauss-Newton on 16 parameters: the homography (8), black, white,
+//! the light's slope (2), the blur's covariance (3), which takes in the lens and straight motion, and the gain. (Least
+//! squares on images: Baker & Matthews, Lucas-Kanade 20 years on, IJCV 2004.) First with a few of the pixels, then with all of
+//! them, mostly once. The parameters' covariance is that of least squares, made larger where residuals beside each other
+//! agree, which noise would not.
 //!
 //! The corners are taken where residuals are no more than the image's noise; elsewhere only where they are much surer than
 //! those of the edges.
 
 #![allow(
     clippy::needless_range_loop,
-    reason = "loops over lanes of many arrays, which zipped would not say what they do"
+    reason = "loops over many arrays at once, which zipped would not say what they do"
 )]
 
-mod blurred_pattern;
 mod edge;
-mod factor;
-mod group_sums;
-mod lanes;
-mod normal_equations;
+mod equations;
+mod model;
+mod pattern;
 mod pixels;
 mod state;
 mod straightened;
@@ -34,31 +32,26 @@ use crate::edges::EdgeFit;
 use crate::kernels::Kernels;
 use crate::quad::Quad;
 use crate::reading::Reading;
-use blurred_pattern::{BlurredPattern, Optics};
-use factor::Factor;
-use group_sums::Rows;
-use lanes::LANES;
-use normal_equations::{Equations, ROUNDING};
-use pixels::{Block, GROUP, Pixels, weights};
+use equations::{Equations, Matrix, Vector};
+use model::{Model, TUKEY};
+use pattern::Pattern;
+use pixels::{Pixels, Tag};
 use sextant_geometry::Lens;
-use state::{Inverse, State};
+use state::State;
 use straightened::Straightened;
-
-/// Blur for which the pixels are chosen anew, in pixels.
-const STRONG_BLUR_PX: f32 = 1.0;
 
 /// Most steps with all pixels.
 const MAX_STEPS: usize = 6;
 
-/// Most steps with a few pixels of each group.
+/// Most steps with a few of the pixels.
 const MAX_FIRST_STEPS: usize = 3;
 
 /// After a step with a few pixels that moves no corner farther, one with all of them is likely to settle it.
 const NEAR_PX: f32 = 0.15;
 
-/// After a step that moves no corner farther, the next would not move them by a thousandth of a pixel: each halves the
-/// digits that are wrong.
-const SETTLED_PX: f32 = 0.03;
+/// After a step that moves no corner farther, the next would hardly move them by a thousandth of a pixel: each doubles the
+/// digits that are right.
+const SETTLED_PX: f32 = 0.04;
 
 /// Residuals in standard deviations of the image's noise up to which the model explains the picture, so that what it says
 /// of the corners holds. The noise is known to a third or so; where optics or print are others than the model's, residuals
@@ -79,6 +72,9 @@ const MODEL_SCALE: f32 = 0.03;
 
 /// The same before the first step, when corners may be a few tenths of a pixel off.
 const START_SCALE: f32 = 0.12;
+
+/// Standard deviation of what rounding to whole grey levels adds.
+const ROUNDING: f32 = 0.29;
 
 /// Corners, upright, and their covariance.
 #[derive(Clone, Copy, Debug)]
@@ -127,7 +123,7 @@ impl PatternFitter {
         edges: &EdgeFit,
         noise_sigma: f32,
     ) -> Option<PatternFit> {
-        let pattern = BlurredPattern::new(reading.family, reading.found.id);
+        let pattern = Pattern::new(reading.family, reading.found.id);
         let lens = self.lens.as_ref();
         let straightened = lens.and_then(|lens| Straightened::around(lens, &edges.quad));
         let straightened = straightened.as_ref();
@@ -136,21 +132,43 @@ impl PatternFitter {
             None => edges.quad,
         };
         let mut state = State::start(&start, reading)?;
-        self.choose(image, &pattern, &state, straightened);
+        let reach = model::reach(&pattern, &state);
+        let outline = [
+            [-reach, -reach],
+            [reach, -reach],
+            [reach, reach],
+            [-reach, reach],
+        ]
+        .map(|[u, v]| state.homography.apply(u, v));
+        let seen = |place| {
+            straightened
+                .and_then(|lens| lens.pixel(place))
+                .unwrap_or(place)
+        };
+        let tag = Tag {
+            image,
+            outline: outline.map(seen),
+            contrast: state.contrast(),
+            edges_px: pattern.edges_px(state.size_px()),
+            straightened,
+        };
+        let pixels = &mut self.pixels;
+        self.kernels.run(
+            #[inline(always)]
+            || pixels.choose(&tag),
+        );
         self.approach(&pattern, &mut state)?;
-        if state.blur_px() > STRONG_BLUR_PX {
-            self.choose(image, &pattern, &state, straightened);
-        }
-        let factor = self.settle(&pattern, &mut state)?;
-        let variance = self.equations.variance(&factor, &self.kernels);
+        let (inverse, excess) = self.settle(&pattern, &mut state)?;
+        let rounding = (ROUNDING / state.contrast()).powi(2);
+        let variance = self.equations.residual_variance().max(rounding) * excess;
+        let covariances = state.corner_covariances(&inverse);
         let fit = PatternFit {
             corners: state.corners(),
-            covariance: state
-                .corner_covariances(&factor)
-                .map(|corner| corner.map(|value| value * variance)),
+            covariance: covariances.map(|corner| corner.map(|value| value * variance)),
         };
         let share = mean_variance(&fit.covariance) / mean_variance(&edges.covariance);
-        let explained = self.equations.residual_scale() < EXPLAINED * noise_sigma.max(ROUNDING);
+        let residual = self.equations.residual_variance().sqrt() * state.contrast();
+        let explained = residual < EXPLAINED * noise_sigma.max(ROUNDING);
         let real = noise_sigma > 0.0 || state.blur_px() > LEAST_BLUR_PX;
         let trusted = explained || share < SURER && real;
         if !trusted || !state.is_plausible(&start) {
@@ -162,149 +180,91 @@ impl PatternFitter {
         }
     }
 
-    fn choose(
-        &mut self,
-        image: &Image<'_>,
-        pattern: &BlurredPattern,
-        state: &State,
-        straightened: Option<&Straightened>,
-    ) {
-        let pixels = &mut self.pixels;
-        self.kernels.run(
-            #[inline(always)]
-            || pixels.choose(image, pattern, state, straightened),
-        );
-    }
-
-    /// Steps with a few pixels of each group until the corners are about where they belong.
-    fn approach(&mut self, pattern: &BlurredPattern, state: &mut State) -> Option<()> {
-        let n_rows = self.pixels.first_rows();
+    /// Steps with a few of the pixels until the corners are about where they belong.
+    fn approach(&mut self, pattern: &Pattern, state: &mut State) -> Option<()> {
+        const ENOUGH_GROUPS: usize = 16;
+        let every = (self.pixels.groups().len() / ENOUGH_GROUPS).max(1);
         for _ in 0..MAX_FIRST_STEPS {
-            let (_, motion) = self.step(pattern, state, n_rows, START_SCALE)?;
-            if motion < NEAR_PX {
+            let (step, _) = self.step(pattern, state, every, START_SCALE)?;
+            if state.corner_motion(&step) < NEAR_PX {
                 break;
             }
         }
         Some(())
     }
 
-    /// Steps with all pixels until the corners rest; what strays much from what is usual then counts less.
-    fn settle(&mut self, pattern: &BlurredPattern, state: &mut State) -> Option<Factor> {
-        let mut settled = None;
-        for _ in 0..MAX_STEPS {
-            let scale = (self.equations.residual_scale() / state.contrast()).max(MODEL_SCALE);
-            let (factor, motion) = self.step(pattern, state, self.pixels.all_rows(), scale)?;
-            settled = Some(factor);
-            if motion < SETTLED_PX {
+    /// Steps with all pixels until the corners rest; what strays much from what is usual then counts less. Returns the
+    /// inverse of the last step's matrix and by how much variances are larger than it says.
+    fn settle(&mut self, pattern: &Pattern, state: &mut State) -> Option<(Matrix, f32)> {
+        let mut scale = self.equations.residual_variance().sqrt().max(MODEL_SCALE);
+        let (mut step, mut inverse) = self.step(pattern, state, 1, scale)?;
+        for _ in 1..MAX_STEPS {
+            if state.corner_motion(&step) < SETTLED_PX {
                 break;
             }
+            scale = self.equations.residual_variance().sqrt().max(MODEL_SCALE);
+            (step, inverse) = self.step(pattern, state, 1, scale)?;
         }
-        settled
-    }
-
-    /// One Gauss-Newton step with the first `n_rows` pixels of each group, those straying by more than a share of the
-    /// contrast counting less; the residuals are left as they should be after the step. Returns how far it moved a corner,
-    /// in pixels.
-    fn step(
-        &mut self,
-        pattern: &BlurredPattern,
-        state: &mut State,
-        n_rows: usize,
-        scale: f32,
-    ) -> Option<(Factor, f32)> {
-        self.linearise(pattern, state, n_rows, scale * state.contrast())?;
-        let equations = &self.equations;
-        let (factor, step) = self.kernels.run(
+        let equations = &mut self.equations;
+        let excess = self.kernels.run(
             #[inline(always)]
             || {
-                let factor = equations.factorise()?;
-                let step = factor.solve(&equations.right());
-                Some((factor, step))
+                equations.take_step(&step);
+                equations.excess()
             },
-        )?;
-        state.step(&step)?;
-        self.equations.take_step(&step);
-        Some((factor, state.corner_motion(&step)))
+        );
+        Some((inverse, excess))
     }
 
-    /// The equations of the first `n_rows` pixels of each group; those that stray by more than `scale` allows count less.
-    fn linearise(
+    /// One Gauss-Newton step with every so many groups, pixels straying by more than a share of the contrast counting less.
+    /// Returns the step and the inverse of its matrix.
+    fn step(
         &mut self,
-        pattern: &BlurredPattern,
-        state: &State,
-        n_rows: usize,
+        pattern: &Pattern,
+        state: &mut State,
+        every: usize,
         scale: f32,
-    ) -> Option<()> {
-        let inverse = state.inverse()?;
+    ) -> Option<(Vector, Matrix)> {
+        let model = Model::new(pattern, state, scale)?;
         let (pixels, equations) = (&self.pixels, &mut self.equations);
-        equations.clear();
+        equations.clear(TUKEY * scale);
         self.kernels.run(
             #[inline(always)]
             || {
-                let model = Model {
-                    pattern,
-                    state,
-                    reach: pixels.reach,
-                    optics: Optics::of(state, &inverse, pattern),
-                    inverse,
-                };
-                for block in pixels.blocks() {
-                    equations.add(
-                        n_rows,
-                        #[inline(always)]
-                        |rows| model.linearise(block, n_rows, scale, rows),
-                    );
+                if model.is_crowded() {
+                    linearise::<3>(&model, pixels, every, equations);
+                } else {
+                    linearise::<1>(&model, pixels, every, equations);
                 }
-                equations.finish();
             },
         );
-        self.equations.add_priors(state);
-        self.equations.is_determined().then_some(())
+        equations.finish(&self.kernels);
+        if !equations.is_determined() {
+            return None;
+        }
+        let priors = state.priors()?;
+        let (step, inverse) = self.kernels.run(
+            #[inline(always)]
+            || equations.solve(&priors),
+        )?;
+        state.step(&step)?;
+        Some((step, inverse))
     }
 }
 
-/// What pixels should show.
-struct Model<'a> {
-    pattern: &'a BlurredPattern,
-    state: &'a State,
-    /// Places farther from the square's middle count nothing.
-    reach: f32,
-    inverse: Inverse,
-    optics: Optics,
-}
-
-impl Model<'_> {
-    /// The block's first `n` rows.
-    #[inline(always)]
-    fn linearise(&self, block: &Block, n: usize, scale: f32, rows: &mut Rows) {
-        for row in 0..n.min(GROUP) {
-            let places = self.inverse.places(&block.x[row], &block.y[row]);
-            let coverage = self.pattern.at(&places, &self.optics);
-            let greys = self.state.greys(&places, &coverage);
-            let weights = weights(&block.grey[row], &greys, scale);
-            let (mut roots, mut residuals) = ([0.0; LANES], [0.0; LANES]);
-            for i in 0..LANES {
-                let within = places.u[i].abs().max(places.v[i].abs()) <= self.reach;
-                let weight = if within {
-                    weights[i] * block.present[row][i]
-                } else {
-                    0.0
-                };
-                rows.weights[i] += weight;
-                rows.places[0][i] += weight * places.u[i];
-                rows.places[1][i] += weight * places.v[i];
-                roots[i] = weight.sqrt();
-                rows.roots[i] += roots[i];
-                residuals[i] = block.grey[row][i] - greys[i];
-            }
-            self.state.linearise(
-                &places,
-                &coverage,
-                &residuals,
-                &roots,
-                &mut rows.columns[row],
-            );
-        }
+#[inline(always)]
+fn linearise<const EDGES: usize>(
+    model: &Model<'_>,
+    pixels: &Pixels,
+    every: usize,
+    equations: &mut Equations,
+) {
+    for group in pixels.groups().step_by(every) {
+        let windows = model.windows::<EDGES>(&group);
+        equations.add(
+            #[inline(always)]
+            |i| model.row::<EDGES>([group.x[i], group.y[i]], group.grey[i], windows[i]),
+        );
     }
 }
 

@@ -1,6 +1,6 @@
 //! The kernels with 256-bit integer vectors.
 
-use super::{Kernels, Points, TILE, TILES_IN_WORD, Vectors, WORD, scalar};
+use super::{COLUMNS, Kernels, Points, TILE, TILES_IN_WORD, Vectors, WORD, scalar};
 use crate::Image;
 use crate::homography::Homography;
 use std::arch::x86_64::*;
@@ -18,6 +18,7 @@ pub(super) fn kernels() -> Option<Kernels> {
         extrema: tile_extrema,
         threshold: threshold_words,
         sample,
+        products,
         vectors: Vectors::Avx2(Detected(())),
     })
 }
@@ -46,6 +47,49 @@ fn tile_extrema(rows: [&[u8]; TILE], darkest: &mut [u8], brightest: &mut [u8]) {
 fn threshold_words(row: &[u8], levels: &[u8], words: &mut [u64]) {
     // SAFETY: `kernels` gives this function out only where AVX2 was detected.
     unsafe { threshold_words_avx2(row, levels, words) }
+}
+
+fn products(column: &[i16], others: [&[i16]; COLUMNS]) -> [i32; COLUMNS] {
+    // SAFETY: `kernels` gives this function out only where AVX2 was detected.
+    unsafe { products_avx2(column, others) }
+}
+
+#[target_feature(enable = "avx2")]
+fn products_avx2(column: &[i16], others: [&[i16]; COLUMNS]) -> [i32; COLUMNS] {
+    /// Numbers in a vector.
+    const NUMBERS: usize = 16;
+    let (chunks, rest) = column.as_chunks::<NUMBERS>();
+    let in_chunks = |k: usize| others[k].as_chunks::<NUMBERS>().0;
+    let (a, b, c, d) = (in_chunks(0), in_chunks(1), in_chunks(2), in_chunks(3));
+    let mut sums = [_mm256_setzero_si256(); COLUMNS];
+    for ((((chunk, a), b), c), d) in chunks.iter().zip(a).zip(b).zip(c).zip(d) {
+        // SAFETY: chunks are as long as vectors, which need not be aligned.
+        let load = |chunk: &[i16; NUMBERS]| unsafe { _mm256_loadu_si256(chunk.as_ptr().cast()) };
+        let numbers = load(chunk);
+        for (sum, other) in sums.iter_mut().zip([a, b, c, d]) {
+            *sum = _mm256_add_epi32(*sum, _mm256_madd_epi16(numbers, load(other)));
+        }
+    }
+    // The four vectors' lanes are added up side by side.
+    let pairs = _mm256_hadd_epi32(
+        _mm256_hadd_epi32(sums[0], sums[1]),
+        _mm256_hadd_epi32(sums[2], sums[3]),
+    );
+    let halves = (
+        _mm256_castsi256_si128(pairs),
+        _mm256_extracti128_si256::<1>(pairs),
+    );
+    let sums = _mm_add_epi32(halves.0, halves.1);
+    let mut products = [0_i32; COLUMNS];
+    // SAFETY: there is room for four numbers, which need not be aligned.
+    unsafe { _mm_storeu_si128(products.as_mut_ptr().cast(), sums) };
+    let first = column.len() - rest.len();
+    for (product, other) in products.iter_mut().zip(others) {
+        for (a, b) in rest.iter().zip(&other[first..]) {
+            *product = product.wrapping_add(i32::from(*a) * i32::from(*b));
+        }
+    }
+    products
 }
 
 fn sample(image: &Image<'_>, map: &Homography, places: &[[Points; 2]], greys: &mut [Points]) {

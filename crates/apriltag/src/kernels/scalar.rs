@@ -1,6 +1,6 @@
 //! The kernels in plain Rust: the reference for the others, written so that compilers can vectorise them.
 
-use super::{Points, TILE, TILES_IN_WORD, WORD};
+use super::{COLUMNS, Points, TILE, TILES_IN_WORD, WORD};
 use crate::Image;
 use crate::homography::Homography;
 
@@ -18,6 +18,15 @@ pub(super) fn tile_extrema(rows: [&[u8]; TILE], darkest: &mut [u8], brightest: &
         *dark = low[0].min(low[1]).min(low[2].min(low[3]));
         *bright = high[0].max(high[1]).max(high[2].max(high[3]));
     }
+}
+
+pub(super) fn products(column: &[i16], others: [&[i16]; COLUMNS]) -> [i32; COLUMNS] {
+    others.map(|other| {
+        let products = column.iter().zip(other);
+        products.fold(0, |sum: i32, (&a, &b)| {
+            sum.wrapping_add(i32::from(a) * i32::from(b))
+        })
+    })
 }
 
 /// Words that are worked on together: few, since most of an image is dead and passed by.

@@ -1,26 +1,11 @@
 //! A tag's surroundings as an ideal lens would show them, so that its edges are straight.
 //!
 //! Straightened places are where a pinhole camera would see what the lens shows at a pixel, moved, turned and scaled so that
-//! around the tag's middle they are the pixels themselves. Pixels are straightened by a polynomial of the fifth degree
-//! in either direction, which is as good as the lens itself within a tag and takes a fraction of its time.
+//! around the tag's middle they are the pixels themselves.
 
-use super::lanes::{Lanes, map};
 use crate::quad::{Point, Quad, middle};
 use nalgebra::{Matrix2, Point2, Vector2};
 use sextant_geometry::Lens;
-
-/// Places along either axis through which the polynomial goes.
-const NODES: usize = 6;
-
-/// Where they lie on -1..1: Chebyshev's, between which a polynomial errs evenly.
-const NODE: [f32; NODES] = [
-    -0.965_925_8,
-    -std::f32::consts::FRAC_1_SQRT_2,
-    -0.258_819,
-    0.258_819,
-    std::f32::consts::FRAC_1_SQRT_2,
-    0.965_925_8,
-];
 
 pub(super) struct Straightened {
     lens: Lens,
@@ -29,80 +14,39 @@ pub(super) struct Straightened {
     normalised: Vector2<f64>,
     normalised_by_pixel: Matrix2<f64>,
     pixel_by_normalised: Matrix2<f64>,
-    /// Middle and half width of the box in which the polynomial holds, in pixels.
-    centre: Point,
-    half: Point,
-    /// Straightened places at the nodes: column after column of x, then of y.
-    nodes: [[[f32; NODES]; NODES]; 2],
 }
 
 impl Straightened {
     /// Around a quad; nothing where the lens does not say where pixels look.
     pub(super) fn around(lens: &Lens, quad: &Quad) -> Option<Self> {
-        /// The square and the ring around it, in half widths.
-        const GENEROUS: f32 = 1.25;
         let [x, y] = middle(quad).map(f64::from);
         let (normalised, normalised_by_pixel) =
             lens.undistort_with_jacobian(&Point2::new(x, y)).ok()?;
-        let bounds = [0, 1].map(|axis| {
-            let along = quad.map(|corner| corner[axis]);
-            (
-                along.into_iter().fold(f32::INFINITY, f32::min),
-                along.into_iter().fold(f32::NEG_INFINITY, f32::max),
-            )
-        });
-        let mut straightened = Self {
+        Some(Self {
             lens: *lens,
             middle: Vector2::new(x, y),
             normalised: normalised.coords,
             normalised_by_pixel,
             pixel_by_normalised: normalised_by_pixel.try_inverse()?,
-            centre: bounds.map(|(low, high)| (low + high) / 2.0),
-            half: bounds.map(|(low, high)| GENEROUS * (high - low) / 2.0 + 1.0),
-            nodes: [[[0.0; NODES]; NODES]; 2],
-        };
-        for i in 0..NODES {
-            for j in 0..NODES {
-                let [cx, cy] = straightened.centre;
-                let [hx, hy] = straightened.half;
-                let [x, y] = straightened.exactly([cx + hx * NODE[i], cy + hy * NODE[j]])?;
-                straightened.nodes[0][i][j] = x;
-                straightened.nodes[1][i][j] = y;
-            }
-        }
-        Some(straightened)
+        })
     }
 
-    /// The straightened place of a pixel.
-    fn exactly(&self, [x, y]: Point) -> Option<Point> {
+    /// The straightened place of a pixel, and how places change with pixels around it.
+    pub(super) fn near(&self, [x, y]: Point) -> Option<(Point, [Point; 2])> {
         let pixel = Point2::new(f64::from(x), f64::from(y));
-        let away = self.lens.undistort(&pixel).ok()?.coords - self.normalised;
-        let place = self.middle + self.pixel_by_normalised * away;
-        Some([place.x as f32, place.y as f32])
+        let (normalised, jacobian) = self.lens.undistort_with_jacobian(&pixel).ok()?;
+        let place = self.middle + self.pixel_by_normalised * (normalised.coords - self.normalised);
+        let by_pixel = (self.pixel_by_normalised * jacobian).cast::<f32>();
+        Some((
+            [place.x as f32, place.y as f32],
+            [[by_pixel.m11, by_pixel.m12], [by_pixel.m21, by_pixel.m22]],
+        ))
     }
 
     /// Those of a quad's corners.
     pub(super) fn quad(&self, quad: &Quad) -> Option<Quad> {
-        let [a, b, c, d] = quad.map(|corner| self.exactly(corner));
-        Some([a?, b?, c?, d?])
-    }
-
-    /// Those of pixels near the quad.
-    #[inline(always)]
-    pub(super) fn places(&self, x: &Lanes, y: &Lanes) -> [Lanes; 2] {
-        map(|i| {
-            let along_x = lagrange((x[i] - self.centre[0]) / self.half[0]);
-            let along_y = lagrange((y[i] - self.centre[1]) / self.half[1]);
-            let mut place = [0.0; 2];
-            for (place, nodes) in place.iter_mut().zip(&self.nodes) {
-                for (share, column) in along_x.iter().zip(nodes) {
-                    for (other, node) in along_y.iter().zip(column) {
-                        *place += share * other * node;
-                    }
-                }
-            }
-            place
-        })
+        let [a, b, c, d] = quad.map(|corner| self.near(corner));
+        Some([a?.0, b?.0, c?.0, d?.0])
     }
 
     /// Where the lens shows a straightened place.
@@ -131,24 +75,9 @@ impl Straightened {
     }
 }
 
-/// Lagrange's polynomials of the nodes.
-#[inline(always)]
-fn lagrange(t: f32) -> [f32; NODES] {
-    let mut shares = [1.0; NODES];
-    for i in 0..NODES {
-        for j in 0..NODES {
-            if i != j {
-                shares[i] *= (t - NODE[j]) / (NODE[i] - NODE[j]);
-            }
-        }
-    }
-    shares
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::photometric::lanes::LANES;
     use sextant_geometry::Intrinsics;
 
     #[test]
@@ -168,10 +97,13 @@ mod tests {
             [560.0, 80.0],
             [455.5, 210.25],
         ] {
-            let [x, y] = straightened.places(&[pixel[0]; LANES], &[pixel[1]; LANES]);
-            let exact = straightened.exactly(pixel).unwrap();
-            let error = (x[0] - exact[0]).hypot(y[0] - exact[1]);
-            assert!(error < 0.01, "{pixel:?}: {error}");
+            let (exact, by_pixel) = straightened.near(pixel).unwrap();
+            let (beside, _) = straightened.near([pixel[0] + 2.0, pixel[1] - 1.0]).unwrap();
+            for axis in 0..2 {
+                let moved = 2.0 * by_pixel[axis][0] - by_pixel[axis][1];
+                let error = beside[axis] - exact[axis] - moved;
+                assert!(error.abs() < 0.01, "{pixel:?}: {error}");
+            }
             let back = straightened.pixel(exact).unwrap();
             assert!(
                 (back[0] - pixel[0]).hypot(back[1] - pixel[1]) < 1e-3,

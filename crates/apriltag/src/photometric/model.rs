@@ -1,0 +1,176 @@
+//! What a pixel should show, and how that changes with everything that is fitted.
+
+use super::equations::{COLUMNS, GROUP, RESIDUAL, UNIT};
+use super::pattern::{Optics, Pattern};
+use super::pixels::Group;
+use super::state::State;
+
+/// Residuals beyond this many scales count nothing at all (Tukey's biweight).
+pub(super) const TUKEY: f32 = 4.7;
+
+/// The state and what follows from it for all pixels.
+pub(super) struct Model<'a> {
+    pattern: &'a Pattern,
+    state: &'a State,
+    optics: Optics,
+    inverse: [[f32; 3]; 3],
+    /// Places farther from the square's middle count nothing.
+    reach: f32,
+    /// Pixels per unit of u, over the denominator: at the middle, and its change along u; and those of v.
+    units_px: [[f32; 2]; 2],
+    /// Over the product of the map's denominator and that of its inverse, the same everywhere; negative.
+    per_scale: f32,
+    per_contrast: f32,
+    per_size: f32,
+    /// Grey levels beyond which residuals count nothing.
+    per_limit: f32,
+}
+
+impl<'a> Model<'a> {
+    /// With residuals that are about this share of the contrast.
+    pub(super) fn new(pattern: &'a Pattern, state: &'a State, scale: f32) -> Option<Self> {
+        let contrast = state.contrast().max(1.0);
+        let inverse = state.inverse()?;
+        Some(Self {
+            units_px: [0, 1].map(|axis| units_px(&inverse[axis], &inverse[2])),
+            per_scale: per_scale(state, &inverse),
+            pattern,
+            state,
+            optics: state.optics()?,
+            inverse,
+            reach: reach(pattern, state),
+            per_contrast: 1.0 / contrast,
+            per_size: 1.0 / state.size_px(),
+            per_limit: 1.0 / (TUKEY * scale * contrast),
+        })
+    }
+
+    /// Edges along either axis that blur carries to a place, beside the nearest.
+    pub(super) fn is_crowded(&self) -> bool {
+        const SIGMAS: f32 = 3.3;
+        let module_px = self.pattern.module_px(self.state.size_px());
+        let [uu, vv, _] = self.state.blur;
+        SIGMAS * uu.max(vv).sqrt() > 0.5 * module_px
+    }
+
+    /// The modules that blur mixes at each of the pixels.
+    #[inline(always)]
+    pub(super) fn windows<const EDGES: usize>(&self, group: &Group<'_>) -> [u16; GROUP] {
+        let [ox, oy] = self.state.homography.origin;
+        let [m_u, m_v, m_w] = &self.inverse;
+        let mut positions = [0; GROUP];
+        for i in 0..GROUP {
+            let (x, y) = (group.x[i] - ox, group.y[i] - oy);
+            let along = |m: &[f32; 3]| m[0] * x + m[1] * y + m[2];
+            let t = 1.0 / along(m_w);
+            positions[i] = self
+                .pattern
+                .position::<EDGES>([along(m_u) * t, along(m_v) * t]);
+        }
+        let mut windows = [0; GROUP];
+        for i in 0..GROUP {
+            windows[i] = self.pattern.window(positions[i]);
+        }
+        windows
+    }
+
+    /// A pixel's derivatives in parts of the contrast, its residual in parts of the limit and the root of its weight, all
+    /// but the root times the root, in the units of the columns.
+    #[inline(always)]
+    pub(super) fn row<const EDGES: usize>(
+        &self,
+        [x, y]: [f32; 2],
+        grey: f32,
+        window: u16,
+    ) -> ([f32; COLUMNS], f32) {
+        let State {
+            homography,
+            black,
+            white,
+            light,
+            gain,
+            ..
+        } = self.state;
+        let (x, y) = (x - homography.origin[0], y - homography.origin[1]);
+        let [m_u, m_v, m_w] = &self.inverse;
+        let along = |m: &[f32; 3]| m[0] * x + m[1] * y + m[2];
+        let w = along(m_w);
+        let (u, v) = (along(m_u) / w, along(m_v) / w);
+        let unit_px = |[middle, slope]: [f32; 2], at: f32| w * (middle + slope * at);
+        let units_px = [unit_px(self.units_px[0], u), unit_px(self.units_px[1], v)];
+
+        let coverage = self
+            .pattern
+            .at::<EDGES>(window, [u, v], units_px, &self.optics);
+        let share = coverage.value;
+        let mixed = share * (1.0 - share);
+        let cover = share + gain * mixed;
+        let light = 1.0 + light[0] * u + light[1] * v;
+        let contrast = (white - black) * light;
+        let expected = black * light + contrast * cover;
+
+        let strays = (grey - expected) * self.per_limit;
+        let clipped = (grey >= 254.0) & (expected > grey) | (grey <= 1.0) & (expected < grey);
+        let counts = (u.abs().max(v.abs()) <= self.reach) & !clipped;
+        let root = if counts {
+            (1.0 - strays * strays).max(0.0)
+        } else {
+            0.0
+        };
+
+        let unit = root * UNIT;
+        let lit = light * unit;
+        let bright = expected * self.per_contrast * unit;
+        let response = lit * (1.0 + gain - 2.0 * gain * share);
+        // When the square's image moves by d, the grey at a fixed pixel changes by -gradient . d; over the denominator.
+        let moves = response * self.per_scale;
+        let along_u = moves * coverage.across[0] * units_px[0];
+        let along_v = moves * coverage.across[1] * units_px[1];
+        let along_w = along_u * u + along_v * v;
+        let gradient =
+            |axis: usize| along_u * m_u[axis] + along_v * m_v[axis] - along_w * m_w[axis];
+        let (gx, gy) = (gradient(0), gradient(1));
+        let towards = -(gx * x + gy * y) * self.per_size;
+        let columns = [
+            gx * u,
+            gx * v,
+            gx,
+            gy * u,
+            gy * v,
+            gy,
+            towards * u,
+            towards * v,
+            lit - lit * cover,
+            lit * cover,
+            bright * u,
+            bright * v,
+            response * coverage.with_blur[0],
+            response * coverage.with_blur[1],
+            response * coverage.with_blur[2],
+            lit * mixed,
+            root * strays * RESIDUAL,
+        ];
+        (columns, unit)
+    }
+}
+
+/// The length of 1 / (m - u w), over w, near the square's middle.
+fn units_px(m: &[f32; 3], w: &[f32; 3]) -> [f32; 2] {
+    let square = m[0] * m[0] + m[1] * m[1];
+    let middle = 1.0 / square.sqrt();
+    [middle, middle * (m[0] * w[0] + m[1] * w[1]) / square]
+}
+
+fn per_scale(state: &State, [.., w]: &[[f32; 3]; 3]) -> f32 {
+    let [_, _, c, _, _, f, ..] = state.homography.m;
+    -1.0 / (w[0] * c + w[1] * f + w[2])
+}
+
+/// How far from the middle pixels are still the pattern's own: what lies beyond the ring around the square blurs into its
+/// outer part. In half edges of the square.
+pub(super) fn reach(pattern: &Pattern, state: &State) -> f32 {
+    const BLURS: f32 = 2.2;
+    let blur_px = state.blur[0].max(state.blur[1]).sqrt();
+    let clear = 1.0 - BLURS * blur_px / pattern.module_px(state.size_px());
+    1.0 + clear.clamp(-0.5, 0.8) / pattern.half_border
+}

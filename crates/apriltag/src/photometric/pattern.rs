@@ -1,0 +1,177 @@
+//! How white a blurred tag is at a place, and how that changes.
+//!
+//! The square -1..1 carries `border_width` modules; the ring around it belongs to the pattern, and beyond that ring the
+//! paper is taken to go on. Where edges ([`Profile`]) cross, the two shares are multiplied, plus the blur's covariance times
+//! both densities: the first term of the bivariate normal distribution's tetrachoric series (Pearson, Phil. Trans. R. Soc. A
+//! 195, 1900).
+
+use super::edge::{Edge, Profile};
+use crate::Family;
+use sextant_tag_families::white_modules;
+
+/// Modules that are added around the printed tag, continuing its outermost ring.
+const PADDING: usize = 2;
+
+/// Modules of the padded pattern along either axis, at most.
+const SIZE: usize = 16;
+
+/// Modules along either axis that blur mixes at a place, at most: one more than edges.
+const WINDOW: usize = 4;
+
+pub(super) struct Pattern {
+    /// The `WINDOW` by `WINDOW` modules from each one on, a bit each, set where white, row after row; row after row.
+    windows: [u16; SIZE * SIZE],
+    /// Modules from the square's middle to its edge.
+    pub(super) half_border: f32,
+    /// Modules along the print, with the ring.
+    total: f32,
+    /// Column of the padded pattern in which the square's middle lies.
+    middle: f32,
+}
+
+/// White's share at a place, its derivatives per pixel across the edges of either axis, and those with the blur's variance
+/// across the ones and the others and with their covariance.
+pub(super) struct Coverage {
+    pub(super) value: f32,
+    pub(super) across: [f32; 2],
+    pub(super) with_blur: [f32; 3],
+}
+
+/// How blur shows: across the edges of either axis, and the covariance between both in square pixels.
+pub(super) struct Optics {
+    pub(super) profiles: [Profile; 2],
+    pub(super) covariance: f32,
+}
+
+impl Pattern {
+    pub(super) fn new(family: Family, id: u32) -> Self {
+        let data = family.data();
+        let total = usize::from(data.total_width);
+        let mut rows = [0_u32; SIZE];
+        for (x, y) in white_modules(family, id) {
+            rows[y + PADDING] |= 1 << (x + PADDING);
+        }
+        continue_outwards(&mut rows, total);
+        Self {
+            windows: windows(&rows),
+            half_border: f32::from(data.border_width) / 2.0,
+            total: total as f32,
+            middle: total as f32 / 2.0 + PADDING as f32,
+        }
+    }
+
+    /// Width of a module when the square's is this.
+    pub(super) fn module_px(&self, size_px: f32) -> f32 {
+        size_px / (2.0 * self.half_border)
+    }
+
+    /// Length of all edges between black and white, which are about half of those between modules.
+    pub(super) fn edges_px(&self, size_px: f32) -> f32 {
+        self.total * self.total * self.module_px(size_px)
+    }
+
+    /// Where the modules that blur mixes at a place on the square are found.
+    #[inline(always)]
+    pub(super) fn position<const EDGES: usize>(&self, [u, v]: [f32; 2]) -> u32 {
+        let (column, row) = (self.nearest::<EDGES>(u), self.nearest::<EDGES>(v));
+        let module = |first_edge: f32| first_edge.to_bits().wrapping_sub(1) % SIZE as u32;
+        module(row) * SIZE as u32 + module(column)
+    }
+
+    pub(super) fn window(&self, position: u32) -> u16 {
+        self.windows[position as usize % (SIZE * SIZE)]
+    }
+
+    /// At a place on the square, of which a unit is so many pixels along either axis.
+    #[inline(always)]
+    pub(super) fn at<const EDGES: usize>(
+        &self,
+        window: u16,
+        [u, v]: [f32; 2],
+        [u_px, v_px]: [f32; 2],
+        optics: &Optics,
+    ) -> Coverage {
+        let columns = self.edges::<EDGES>(u, u_px, &optics.profiles[0]);
+        let rows = self.edges::<EDGES>(v, v_px, &optics.profiles[1]);
+        let row = |j: usize| {
+            let module = |i: usize| (i32::from(window) >> (j * WINDOW + i) & 1) as f32;
+            let mut white = [module(0), 0.0, 0.0];
+            for (i, edge) in columns.iter().enumerate() {
+                let change = module(i + 1) - module(i);
+                for q in 0..3 {
+                    white[q] += change * edge[q];
+                }
+            }
+            white
+        };
+        let mut above = row(0);
+        let mut coverage = Coverage {
+            value: above[0],
+            across: [above[1], 0.0],
+            with_blur: [above[2], 0.0, 0.0],
+        };
+        for (j, [share, density, spread]) in rows.into_iter().enumerate() {
+            let below = row(j + 1);
+            let change: [f32; 3] = std::array::from_fn(|q| below[q] - above[q]);
+            coverage.value += share * change[0];
+            coverage.across[0] += share * change[1];
+            coverage.across[1] += density * change[0];
+            coverage.with_blur[0] += share * change[2];
+            coverage.with_blur[1] += spread * change[0];
+            coverage.with_blur[2] += density * change[1];
+            above = below;
+        }
+        coverage.value += optics.covariance * coverage.with_blur[2];
+        coverage
+    }
+
+    /// The first of the nearest edges along one axis, plus `SHIFT`.
+    #[inline(always)]
+    fn nearest<const EDGES: usize>(&self, along: f32) -> f32 {
+        let place = along * self.half_border + self.middle;
+        (place - (EDGES / 2) as f32).clamp(1.0, (SIZE - EDGES) as f32) + SHIFT
+    }
+
+    /// What the nearest edges along one axis look like at a place.
+    #[inline(always)]
+    fn edges<const EDGES: usize>(
+        &self,
+        along: f32,
+        unit_px: f32,
+        profile: &Profile,
+    ) -> [Edge; EDGES] {
+        let first_edge = self.nearest::<EDGES>(along) - SHIFT;
+        let away = along * self.half_border + self.middle - first_edge;
+        let module_px = unit_px / self.half_border;
+        std::array::from_fn(|k| profile.at((away - k as f32) * module_px))
+    }
+}
+
+/// Adding it leaves the nearest whole number in the lowest bits.
+const SHIFT: f32 = 12_582_912.0;
+
+/// Fills the padding around the printed tag with the colour of its rim.
+fn continue_outwards(rows: &mut [u32; SIZE], total: usize) {
+    let (first, last) = (PADDING, PADDING + total - 1);
+    for row in &mut rows[first..=last] {
+        for k in 0..PADDING {
+            *row |= (*row >> first & 1) << k | (*row >> last & 1) << (last + 1 + k);
+        }
+    }
+    let (top, bottom) = (rows[first], rows[last]);
+    rows[..first].fill(top);
+    rows[last + 1..].fill(bottom);
+}
+
+fn windows(rows: &[u32; SIZE]) -> [u16; SIZE * SIZE] {
+    const WITHIN: u32 = (1 << WINDOW) - 1;
+    let mut windows = [0; SIZE * SIZE];
+    let mut below = [0_u16; SIZE];
+    for (row, windows) in rows.iter().zip(windows.as_chunks_mut::<SIZE>().0).rev() {
+        for (column, (window, below)) in windows.iter_mut().zip(&mut below).enumerate() {
+            *window = *below << WINDOW | (row >> column & WITHIN) as u16;
+            *below = *window;
+        }
+    }
+    windows
+}
