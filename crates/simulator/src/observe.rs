@@ -11,6 +11,9 @@ use nalgebra::{Point2, Point3, Vector2};
 use sextant_geometry::{Pose, tag_corners_in_tag};
 use sextant_tag_families::Family;
 
+/// Rounds in which row and time of a corner settle; each brings them nearer by the way in rows of a line delay, a hundredth.
+const ROUNDS: usize = 4;
+
 /// A tag that a camera sees.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ObservedTag {
@@ -95,7 +98,7 @@ impl Observer {
         let mut seen = Vec::new();
         for (object, scene_object) in self.scenario.objects.iter().enumerate() {
             for tag in 0..scene_object.tags.len() {
-                seen.extend(self.tag(camera, object, tag));
+                seen.extend(self.tag(camera, (object, tag), true_ns));
             }
         }
         for corner in seen.iter_mut().flat_map(|tag| &mut tag.corners) {
@@ -104,17 +107,26 @@ impl Observer {
         seen
     }
 
-    fn tag(&self, camera: &SceneCamera, object: usize, index: usize) -> Option<ObservedTag> {
+    fn tag(
+        &self,
+        camera: &SceneCamera,
+        (object, index): (usize, usize),
+        true_ns: u64,
+    ) -> Option<ObservedTag> {
         let tag = &self.scenario.objects[object].tags[index];
         let (placed, face) = self.carrier(object, index)?;
         if !placed.in_view() || !placed.faces_camera(face) || self.hidden(placed, tag) {
             return None;
         }
-        let corners = project(
-            camera,
-            &(placed.camera_from_object * tag.object_from_tag),
-            tag,
-        )?;
+        let camera_from_object = |after_s: f64| {
+            if after_s == 0.0 {
+                return placed.camera_from_object;
+            }
+            let row_ns = true_ns.saturating_add_signed((after_s * 1e9).round() as i64);
+            let world_from_object = self.model.paths[object].world_from_object(row_ns);
+            camera.world_from_camera.inverse() * world_from_object
+        };
+        let corners = project(camera, camera_from_object, tag)?;
         self.large_enough(camera, &corners).then_some(ObservedTag {
             object,
             family: tag.family,
@@ -163,15 +175,26 @@ impl Observer {
     }
 }
 
+/// Where a camera sees the corners of a tag, each when its row is taken; `camera_from_object` by seconds after the capture
+/// time.
 fn project(
     camera: &SceneCamera,
-    camera_from_tag: &Pose,
+    camera_from_object: impl Fn(f64) -> Pose,
     tag: &SceneTag,
 ) -> Option<[Point2<f64>; 4]> {
     let mut corners = [Point2::origin(); 4];
     for (corner, point) in corners.iter_mut().zip(tag_corners_in_tag(tag.size)) {
-        let point: Point3<f64> = camera_from_tag * point;
-        *corner = camera.lens.project(&point)?;
+        let seen_after = |after_s: f64| {
+            let point: Point3<f64> = camera_from_object(after_s) * tag.object_from_tag * point;
+            camera.lens.project(&point)
+        };
+        *corner = seen_after(0.0)?;
+        if camera.line_delay_s != 0.0 {
+            // The row says when, and when says the row.
+            for _ in 0..ROUNDS {
+                *corner = seen_after(camera.row_after_s(corner.y))?;
+            }
+        }
     }
     Some(corners)
 }

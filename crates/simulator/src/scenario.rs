@@ -67,6 +67,10 @@ pub struct SceneCamera {
     /// Duration of the exposure, ns; moving edges blur over it. Below the period.
     #[serde(default = "defaults::exposure_ns")]
     pub exposure_ns: u64,
+    /// Seconds from a row to the next, below zero where the lowest is read first: the capture time is that of the middle row.
+    /// For ideal corners only; pictures are those of a global shutter. All rows together at most 0.1 s.
+    #[serde(default)]
+    pub line_delay_s: f64,
     /// Brightness: grey levels are multiplied by it; 0.05 to 20.
     #[serde(default = "defaults::gain")]
     pub gain: f64,
@@ -205,6 +209,11 @@ impl Scenario {
 }
 
 impl SceneCamera {
+    /// Seconds from the capture time to the time of a row.
+    pub fn row_after_s(&self, row: f64) -> f64 {
+        (row - 0.5 * (f64::from(self.resolution[1]) - 1.0)) * self.line_delay_s
+    }
+
     /// When it takes its images.
     pub fn schedule(&self) -> Schedule {
         Schedule::new(self.rate_hz, self.phase)

@@ -6,8 +6,8 @@
 use nalgebra::{Matrix2, Point2, Point3, Vector2};
 use sextant_geometry::{Intrinsics, Lens, Pose, tag_corners_in_tag};
 use sextant_simulator::{
-    Background, Flicker, Light, ObservedTag, Observer, Path, Random, Renderer, Scenario, Solid,
-    Visibility, Wave,
+    Background, Flicker, Harmonic, Light, ObservedTag, Observer, Path, Random, Renderer, Scenario,
+    Solid, Visibility, Wave,
 };
 
 const SIZE: f64 = 0.24;
@@ -195,4 +195,39 @@ fn noise_of_corners_has_the_stated_sigma() {
         squares += (seen.corners[2] - truth[2]).norm_squared();
     }
     assert!(((squares / 4000.0_f64).sqrt() - 0.3).abs() < 0.02);
+}
+
+/// A tag that crosses the picture: each corner is where a global shutter would see it at the time of its row.
+#[test]
+fn a_rolling_shutter_sees_each_corner_when_its_row_is_taken() {
+    let mut scenario = Scenario::demo(2, 1, 3);
+    scenario.objects[0].path.position[0].harmonics = vec![Harmonic {
+        order: 1,
+        amplitude: 0.1,
+        phase: 0.0,
+    }];
+    scenario.objects[0].path.period_s = 1.0;
+    let mut global = Observer::new(&scenario, Visibility::default()).unwrap();
+    scenario.cameras[0].line_delay_s = -3e-5;
+    let mut rolling = Observer::new(&scenario, Visibility::default()).unwrap();
+    let true_ns = 5_000_000_000;
+    let seen = rolling.observe(0, true_ns, 0.0, &mut Random::new(1));
+    assert!(!seen.is_empty());
+    let mut furthest: f64 = 0.0;
+    for tag in &seen {
+        for (index, corner) in tag.corners.iter().enumerate() {
+            let after_ns = (corner.y - 239.5) * -3e-5 * 1e9;
+            let row_ns = true_ns.saturating_add_signed(after_ns.round() as i64);
+            let seen_at = |observer: &mut Observer, at_ns: u64| {
+                let tags = observer.observe(0, at_ns, 0.0, &mut Random::new(1));
+                tags.iter()
+                    .find(|other| other.id == tag.id)
+                    .unwrap()
+                    .corners[index]
+            };
+            assert!((seen_at(&mut global, row_ns) - corner).norm() < 1e-4);
+            furthest = furthest.max((seen_at(&mut global, true_ns) - corner).norm());
+        }
+    }
+    assert!(furthest > 0.3, "{furthest}");
 }

@@ -95,6 +95,7 @@ fn camera(index: usize, n_cameras: usize, arena: &Arena, random: &mut Random) ->
         rate_hz: 30.0,
         phase: index as f64 / n_cameras as f64,
         exposure_ns: 4_000_000,
+        line_delay_s: 0.0,
         gain: random.between(0.88, 1.02),
         flicker: Flicker {
             amplitude: 0.02,

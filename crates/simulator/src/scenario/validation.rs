@@ -140,6 +140,8 @@ impl SceneCamera {
             self.exposure_ns as f64,
             0.0..=1e9 / self.rate_hz,
         )?;
+        let longest = 0.1 / f64::from(self.resolution[1]);
+        check("line_delay_s", self.line_delay_s, -longest..=longest)?;
         check("gain", self.gain, 0.05..=20.0)?;
         check("flicker.amplitude", self.flicker.amplitude, 0.0..=0.9)?;
         check("flicker.rate_hz", self.flicker.rate_hz, 0.0..=1000.0)?;
