@@ -2,7 +2,7 @@
 //!
 //! In: payloads under the site's `config/` keys. Out: the models after the change. Knows no network, no file and no clock.
 
-use sextant_estimator::{Camera, Fusion, FusionOptions, ObjectId, ObjectModel, Rig};
+use sextant_estimator::{Fusion, FusionOptions, ObjectId, ObjectModel, Rig};
 use sextant_proto::{KeyRef, ObjectConfig, RigConfig, decode, limits};
 
 /// What the machine works from.
@@ -79,7 +79,8 @@ impl Models {
     pub fn changed(&self, change: &Change) -> Result<Option<Self>, String> {
         let mut after = self.clone();
         match change {
-            Change::Rig(rig) => after.rig = self.with_known_sigmas(rig)?,
+            // The messages say nothing of sigmas and shutters.
+            Change::Rig(rig) => after.rig = rig.clone().holding_on_to(&self.rig),
             Change::Object(model) => after.put(model),
             Change::Removal(id) => after.objects.retain(|object| object.id() != id),
         }
@@ -102,27 +103,13 @@ impl Models {
         Ok(Some(after))
     }
 
-    /// The message says nothing of how well the poses are known: what was stated of a pose holds as long as the pose does.
-    fn with_known_sigmas(&self, rig: &Rig) -> Result<Rig, String> {
-        let stays = |camera: &&Camera| {
-            let before = self.rig.camera(&camera.id);
-            before.is_some_and(|before| before.world_from_camera == camera.world_from_camera)
-        };
-        let known = rig.cameras().iter().filter(stays);
-        let known =
-            known.filter_map(|camera| Some((camera.id.clone(), self.rig.pose_sigma(&camera.id)?)));
-        let known: Vec<_> = known.collect();
-        let rig = rig.clone().with_pose_sigmas(known);
-        rig.map_err(|cause| cause.to_string())
-    }
-
     fn put(&mut self, model: &ObjectModel) {
         match self
             .objects
             .iter_mut()
             .find(|known| known.id() == model.id())
         {
-            Some(known) => *known = model.clone(),
+            Some(known) => *known = model.clone().holding_on_to(known),
             None => self.objects.push(model.clone()),
         }
     }
@@ -146,7 +133,7 @@ impl Models {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use sextant_estimator::{CameraId, ObjectTag, TagId};
+    use sextant_estimator::{Camera, CameraId, ObjectTag, TagId};
     use sextant_geometry::{Intrinsics, Lens, Pose};
     use sextant_proto::{Keys, encode};
     use sextant_tag_families::Family;

@@ -168,15 +168,7 @@ fn merged(out: Option<&Path>, cameras: &[Camera]) -> anyhow::Result<String> {
         }
     }
     let rig = Rig::new(all).map_err(|error| Failure::new(Exit::Input, error))?;
-    // What was stated of a pose stays with it.
-    let kept = former.cameras().iter().filter(|camera| {
-        let now = rig.camera(&camera.id);
-        now.is_some_and(|now| now.world_from_camera == camera.world_from_camera)
-    });
-    let sigmas: Vec<_> = kept
-        .filter_map(|camera| Some((camera.id.clone(), former.pose_sigma(&camera.id)?)))
-        .collect();
-    Ok(rig_toml(&rig.with_pose_sigmas(sigmas)?))
+    Ok(rig_toml(&rig.holding_on_to(&former)))
 }
 
 #[cfg(test)]

@@ -21,6 +21,7 @@ mod maps;
 mod poses;
 mod refusal;
 mod session;
+mod sigma;
 mod start;
 mod view;
 

@@ -38,6 +38,6 @@ pub use ids::{CameraId, IdError, JointId, LinkId, ObjectId};
 pub use object::{ObjectError, ObjectModel, ObjectTag, TagId};
 pub use observation::{ImageObservation, TagCorners};
 pub use options::{FusionOptions, OptionsError};
-pub use rig::{Camera, PoseSigma, Rig, RigError};
+pub use rig::{Camera, LensSigma, PoseSigma, Rig, RigError};
 pub use statistics::{CameraStatistics, Statistics};
 pub use tag_poses::tag_poses;

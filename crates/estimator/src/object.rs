@@ -1,6 +1,6 @@
 //! Objects: constellations of tags, rigid or on links that joints connect.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
 
 use serde::{Deserialize, Serialize};
@@ -9,7 +9,7 @@ use sextant_tag_families::Family;
 use thiserror::Error;
 
 use crate::rig::is_finite;
-use crate::{Articulation, ArticulationError, LinkId, ObjectId};
+use crate::{Articulation, ArticulationError, LinkId, ObjectId, PoseSigma};
 
 /// Which tag it is: its family and its number in the family.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
@@ -46,6 +46,7 @@ pub struct ObjectModel {
     articulation: Option<Articulation>,
     /// Index of each tag's link; empty for a rigid object.
     links: Vec<usize>,
+    tag_sigmas: BTreeMap<TagId, PoseSigma>,
 }
 
 /// Why tags make no object.
@@ -77,6 +78,14 @@ pub enum ObjectError {
     /// A position or orientation that is not finite.
     #[error("object {object}: object_from_tag of tag {tag} is not finite")]
     Pose {
+        /// The object.
+        object: ObjectId,
+        /// The tag.
+        tag: TagId,
+    },
+    /// A sigma that is none, or of a tag that is not there.
+    #[error("object {object}: the sigmas of tag {tag} must lie between 0 and 1 (m, rad)")]
+    TagSigma {
         /// The object.
         object: ObjectId,
         /// The tag.
@@ -126,6 +135,7 @@ impl ObjectModel {
             tags,
             articulation: None,
             links: Vec::new(),
+            tag_sigmas: BTreeMap::new(),
         })
     }
 
@@ -156,6 +166,46 @@ impl ObjectModel {
             links,
             ..rigid
         })
+    }
+
+    /// The same object, with what is known of how well its tags' places are known, in axes of object or link about the tag's
+    /// centre. Where nothing is stated they count as exact.
+    ///
+    /// # Errors
+    /// For the first tag that the object lacks, and the first sigma that is no length or angle.
+    pub fn with_tag_sigmas(
+        mut self,
+        sigmas: impl IntoIterator<Item = (TagId, PoseSigma)>,
+    ) -> Result<Self, ObjectError> {
+        for (tag, sigma) in sigmas {
+            if !sigma.is_sound() || !self.tags.iter().any(|one| one.tag == tag) {
+                let object = self.id.clone();
+                return Err(ObjectError::TagSigma { object, tag });
+            }
+            self.tag_sigmas.insert(tag, sigma);
+        }
+        Ok(self)
+    }
+
+    /// How well the place of a tag is known, where that is stated.
+    pub fn tag_sigma(&self, tag: &TagId) -> Option<PoseSigma> {
+        self.tag_sigmas.get(tag).copied()
+    }
+
+    /// The same object with the sigmas that a former model states of tags that are where they were. What this one states
+    /// itself stays.
+    #[must_use]
+    pub fn holding_on_to(mut self, former: &Self) -> Self {
+        for (tag, sigma) in &former.tag_sigmas {
+            let place = |model: &Self| {
+                let mut tags = model.tags.iter();
+                tags.find(|one| one.tag == *tag)?.object_from_tag
+            };
+            if place(&self).is_some() && place(&self) == place(former) {
+                self.tag_sigmas.entry(*tag).or_insert(*sigma);
+            }
+        }
+        self
     }
 
     /// Its links and joints; `None` where it is rigid.

@@ -20,7 +20,7 @@ pub struct Camera {
     pub world_from_camera: Option<Pose>,
 }
 
-/// How well a camera's pose is known: one sigma an axis.
+/// How well a pose is known, a camera's or a tag's: one sigma an axis.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PoseSigma {
     /// Of its position in m.
@@ -29,12 +29,43 @@ pub struct PoseSigma {
     pub orientation_rad: f64,
 }
 
+impl PoseSigma {
+    /// Whether it leaves anything open.
+    pub(crate) fn is_some(&self) -> bool {
+        self.position_m > 0.0 || self.orientation_rad > 0.0
+    }
+
+    /// Whether both lie between 0 and 1.
+    pub(crate) fn is_sound(&self) -> bool {
+        let both = [self.position_m, self.orientation_rad];
+        both.iter().all(|sigma| (0.0..=1.0).contains(sigma))
+    }
+}
+
+/// How well a camera's lens is known, apart from what a turn of the whole camera would make up for: one sigma each.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LensSigma {
+    /// Of the focal length along both axes alike, in px.
+    pub focal_px: f64,
+    /// By how many px errors of the distortion displace the image's corners, outwards or inwards; elsewhere it goes with the cube
+    /// of the distance from the centre.
+    pub distortion_px: f64,
+}
+
 /// All cameras of a site, in the order given; the first is the reference for clocks.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Rig {
     cameras: Vec<Camera>,
     pose_sigmas: BTreeMap<CameraId, PoseSigma>,
+    lens_sigmas: BTreeMap<CameraId, LensSigma>,
+    line_delays_s: BTreeMap<CameraId, f64>,
 }
+
+/// Most pixels that a lens may be uncertain by.
+const MOST_LENS_SIGMA_PX: f64 = 100.0;
+
+/// Seconds within which a rolling shutter must have read all rows: an object is taken to move steadily for so long.
+const LONGEST_READOUT_S: f64 = 0.1;
 
 /// Why cameras make no rig.
 #[derive(Debug, Clone, PartialEq, Error)]
@@ -57,6 +88,12 @@ pub enum RigError {
     /// A sigma that is none, or of a camera that is not there.
     #[error("camera {0}: the sigmas of its pose must lie between 0 and 1 (m, rad)")]
     PoseSigma(CameraId),
+    /// A sigma of a lens that is none, or of a camera that is not there.
+    #[error("camera {0}: the sigmas of its lens must lie between 0 and 100 px")]
+    LensSigma(CameraId),
+    /// A line delay that is none, or of a camera that is not there.
+    #[error("camera {0}: the line delay must be seconds, all rows within 0.1 s")]
+    LineDelay(CameraId),
     /// A position or orientation that is not finite.
     #[error("camera {0}: world_from_camera is not finite")]
     Pose(CameraId),
@@ -77,7 +114,7 @@ impl Rig {
         }
         Ok(Self {
             cameras,
-            pose_sigmas: BTreeMap::new(),
+            ..Self::default()
         })
     }
 
@@ -91,14 +128,105 @@ impl Rig {
         sigmas: impl IntoIterator<Item = (CameraId, PoseSigma)>,
     ) -> Result<Self, RigError> {
         for (camera, sigma) in sigmas {
-            let both = [sigma.position_m, sigma.orientation_rad];
-            let sound = both.iter().all(|sigma| (0.0..=1.0).contains(sigma));
-            if !sound || self.camera(&camera).is_none() {
+            if !sigma.is_sound() || self.camera(&camera).is_none() {
                 return Err(RigError::PoseSigma(camera));
             }
             self.pose_sigmas.insert(camera, sigma);
         }
         Ok(self)
+    }
+
+    /// The same rig, with what is known of how well its cameras' lenses are known; without it they count as exact.
+    ///
+    /// # Errors
+    /// For the first camera that is not there, and the first sigma that is no number of pixels.
+    pub fn with_lens_sigmas(
+        mut self,
+        sigmas: impl IntoIterator<Item = (CameraId, LensSigma)>,
+    ) -> Result<Self, RigError> {
+        for (camera, sigma) in sigmas {
+            let both = [sigma.focal_px, sigma.distortion_px];
+            let sound = both
+                .iter()
+                .all(|sigma| (0.0..=MOST_LENS_SIGMA_PX).contains(sigma));
+            if !sound || self.camera(&camera).is_none() {
+                return Err(RigError::LensSigma(camera));
+            }
+            self.lens_sigmas.insert(camera, sigma);
+        }
+        Ok(self)
+    }
+
+    /// How well the lens of a camera is known, where that is stated.
+    pub fn lens_sigma(&self, id: &CameraId) -> Option<LensSigma> {
+        self.lens_sigmas.get(id).copied()
+    }
+
+    /// The cameras whose lenses' sigmas are stated, with these.
+    pub fn lens_sigmas(&self) -> impl Iterator<Item = (CameraId, LensSigma)> {
+        let sigmas = self.lens_sigmas.iter();
+        sigmas.map(|(camera, sigma)| (camera.clone(), *sigma))
+    }
+
+    /// The same rig with rolling shutters: seconds from a row of the camera's images to the next, below zero where the lowest
+    /// is read first. The capture time of such an image is that of its middle row. Without it, or with 0, all rows have one time.
+    ///
+    /// # Errors
+    /// For the first camera that is not there, and the first delay by which an image takes more than 0.1 s.
+    pub fn with_line_delays(
+        mut self,
+        delays_s: impl IntoIterator<Item = (CameraId, f64)>,
+    ) -> Result<Self, RigError> {
+        for (camera, delay_s) in delays_s {
+            let rows = self.camera(&camera).map(|camera| camera.resolution[1]);
+            let readout_s = delay_s.abs() * rows.map_or(f64::INFINITY, f64::from);
+            if !(0.0..=LONGEST_READOUT_S).contains(&readout_s) {
+                return Err(RigError::LineDelay(camera));
+            }
+            if delay_s != 0.0 {
+                self.line_delays_s.insert(camera, delay_s);
+            }
+        }
+        Ok(self)
+    }
+
+    /// The same cameras with what a former rig states of them and still holds: sigmas of poses and lenses that are the same,
+    /// line delays of images of the same size. What this rig states itself stays.
+    #[must_use]
+    pub fn holding_on_to(mut self, former: &Self) -> Self {
+        for camera in &self.cameras {
+            let Some(before) = former.camera(&camera.id) else {
+                continue;
+            };
+            let id = &camera.id;
+            if let Some(sigma) = former.pose_sigma(id)
+                && before.world_from_camera == camera.world_from_camera
+            {
+                self.pose_sigmas.entry(id.clone()).or_insert(sigma);
+            }
+            if let Some(sigma) = former.lens_sigma(id)
+                && before.lens == camera.lens
+            {
+                self.lens_sigmas.entry(id.clone()).or_insert(sigma);
+            }
+            if let Some(delay_s) = former.line_delay_s(id)
+                && before.resolution == camera.resolution
+            {
+                self.line_delays_s.entry(id.clone()).or_insert(delay_s);
+            }
+        }
+        self
+    }
+
+    /// The cameras whose shutters roll, with their line delays in seconds.
+    pub fn line_delays_s(&self) -> impl Iterator<Item = (CameraId, f64)> {
+        let delays = self.line_delays_s.iter();
+        delays.map(|(camera, delay_s)| (camera.clone(), *delay_s))
+    }
+
+    /// Seconds from a row of a camera's images to the next; `None` where all rows have one time.
+    pub fn line_delay_s(&self, id: &CameraId) -> Option<f64> {
+        self.line_delays_s.get(id).copied()
     }
 
     /// How well the pose of a camera is known, where that is stated.

@@ -8,11 +8,13 @@ use sextant_geometry::tag_corners_in_tag;
 
 use crate::filter::bent::unbent;
 use crate::filter::chain::{Chain, Limb};
-use crate::filter::corners::{NoiseSource, PosedCamera, View};
+use crate::filter::corners::{PosedCamera, View};
 use crate::filter::edges::EdgeModes;
+use crate::filter::normal::NoiseSource;
+use crate::filter::shutter::RollingShutter;
 use crate::{
-    CameraId, FusionOptions, ImageObservation, ModelError, ObjectId, ObjectModel, ObjectTag, Rig,
-    TagCorners, TagId,
+    CameraId, FusionOptions, ImageObservation, ModelError, ObjectId, ObjectModel, ObjectTag,
+    PoseSigma, Rig, TagCorners, TagId,
 };
 
 /// Area in px² of a tag with the usual noise.
@@ -33,6 +35,8 @@ pub(crate) struct SiteCamera {
 struct Place {
     object: usize,
     tag: ObjectTag,
+    /// How well its place is known, where that is stated.
+    sigma: Option<PoseSigma>,
     limb: Option<Limb>,
 }
 
@@ -88,11 +92,18 @@ impl Site {
     pub fn set_rig(&mut self, rig: &Rig) {
         let posed = |camera: &crate::Camera| {
             let world_from_camera = camera.world_from_camera?;
-            Some(PosedCamera::new(
-                camera.lens,
-                &world_from_camera,
-                rig.pose_sigma(&camera.id),
-            ))
+            let sigma = rig.pose_sigma(&camera.id).filter(PoseSigma::is_some);
+            let mut posed = PosedCamera::new(camera.lens, &world_from_camera, sigma);
+            posed.lens_sigma = rig.lens_sigma(&camera.id);
+            posed.reach_px = reach_px(camera);
+            posed.shutter = rig.line_delay_s(&camera.id).map(|line_delay_s| {
+                let middle_row = 0.5 * f64::from(camera.resolution[1] - 1);
+                RollingShutter {
+                    line_delay_s,
+                    middle_row,
+                }
+            });
+            Some(posed)
         };
         let site_camera = |camera: &crate::Camera| SiteCamera {
             id: camera.id.clone(),
@@ -137,6 +148,7 @@ impl Site {
                 let place = Place {
                     object: index,
                     tag: tag.clone(),
+                    sigma: object.tag_sigma(&tag.tag).filter(PoseSigma::is_some),
                     limb: chain.as_ref().and_then(limb),
                 };
                 if let Some(Place { object: first, .. }) = places.insert(tag.tag, place) {
@@ -261,7 +273,7 @@ fn view(
     let tag = &place.tag;
     let object_from_tag = tag.object_from_tag?;
     let (covariance, noise_source) = corner_noise(seen, options);
-    let misplaced = Matrix2::identity() * misplacement(camera, seen, tag.size_m);
+    let misplaced = Matrix2::identity() * misplacement(camera, seen, place);
     let covariance = covariance.map(|covariance| covariance + misplaced);
     let information = covariance.map(|covariance| covariance.try_inverse().unwrap_or_default());
     Some(View {
@@ -274,18 +286,40 @@ fn view(
         information,
         edges: EdgeModes::new(&seen.corners, &covariance)?,
         noise_source,
+        tag_sigma: place.sigma,
+        after_s: camera.shutter.map(|shutter| shutter.after_s(&seen.corners)),
     })
 }
 
-/// px² by which corners lie elsewhere because the camera does: about what cameras contradict each other by.
-fn misplacement(camera: &PosedCamera, seen: &TagCorners, size_m: f64) -> f64 {
-    let Some(sigma) = camera.sigma else {
-        return 0.0;
-    };
+/// px² by which corners lie elsewhere because camera or tag do, or because the lens is another: about what views contradict
+/// each other by.
+fn misplacement(camera: &PosedCamera, seen: &TagCorners, place: &Place) -> f64 {
     let [a, b, c, d] = seen.corners;
-    let pixels_per_metre = (0.5 * (c - a).perp(&(d - b)).abs()).sqrt() / size_m;
-    let turned = sigma.orientation_rad * camera.lens.intrinsics().fx;
-    (sigma.position_m * pixels_per_metre).powi(2) + turned.powi(2)
+    let edge_px = (0.5 * (c - a).perp(&(d - b)).abs()).sqrt();
+    let shifted = |sigma: PoseSigma| (sigma.position_m * edge_px / place.tag.size_m).powi(2);
+    let by_camera = camera.sigma.map(|sigma| {
+        let turned = sigma.orientation_rad * camera.lens.intrinsics().fx;
+        shifted(sigma) + turned.powi(2)
+    });
+    let by_tag = place.sigma.map(|sigma| {
+        let turned = sigma.orientation_rad * 0.5 * edge_px;
+        shifted(sigma) + turned.powi(2)
+    });
+    let by_lens = camera.lens_sigma.map(|sigma| {
+        let displaced = camera.displaced_by_lens(&a);
+        let focal = displaced.column(0) * sigma.focal_px;
+        let distortion = displaced.column(1) * sigma.distortion_px;
+        0.5 * (focal.norm_squared() + distortion.norm_squared())
+    });
+    [by_camera, by_tag, by_lens].into_iter().flatten().sum()
+}
+
+/// Pixels from the lens's centre to the farthest corner of the image.
+fn reach_px(camera: &crate::Camera) -> f64 {
+    let [width, height] = camera.resolution.map(|pixels| f64::from(pixels) - 1.0);
+    let numbers = camera.lens.intrinsics();
+    let farthest = |centre: f64, last: f64| centre.abs().max((last - centre).abs());
+    farthest(numbers.cx, width).hypot(farthest(numbers.cy, height))
 }
 
 /// The covariance of each corner as stated, with the floor added; the usual one where nothing or nonsense is stated.

@@ -6,11 +6,11 @@ use crate::atomic::write_keeping_former;
 use crate::document::Document;
 use crate::error::{Complaint, FileError};
 use crate::read::read_text;
-use crate::rig::pose_toml;
+use crate::rig::{SigmaTable, pose_toml, sigma_toml};
 use links::{JointTable, LinkTable, articulation_of, articulation_toml};
 use serde::Deserialize;
 use sextant_estimator::{
-    Articulation, LinkId, ObjectError, ObjectId, ObjectModel, ObjectTag, TagId,
+    Articulation, LinkId, ObjectError, ObjectId, ObjectModel, ObjectTag, PoseSigma, TagId,
 };
 use sextant_geometry::{Pose, PoseParts};
 use sextant_tag_families::Family;
@@ -43,10 +43,23 @@ struct TagTable {
     size: f64,
     /// Of a rigid object; omitted until learned.
     object_from_tag: Option<PoseParts>,
+    /// How well that is known; omitted where nobody says.
+    object_from_tag_sigma: Option<SigmaTable>,
     /// On which link it sits, where the object has links.
     link: Option<LinkId>,
     /// Takes the place of `object_from_tag` there; omitted until learned.
     link_from_tag: Option<PoseParts>,
+    link_from_tag_sigma: Option<SigmaTable>,
+}
+
+impl TagTable {
+    /// How well its place is known, and the key that says it.
+    fn sigma(&self) -> Option<(PoseSigma, &'static str)> {
+        let on_object = self.object_from_tag_sigma.as_ref();
+        let on_link = self.link_from_tag_sigma.as_ref();
+        let on_object = on_object.map(|sigma| (sigma.into(), "object_from_tag_sigma"));
+        on_object.or(on_link.map(|sigma| (sigma.into(), "link_from_tag_sigma")))
+    }
 }
 
 /// The object of a file.
@@ -88,7 +101,25 @@ fn object_of(file: &ObjectFile, document: &Document<'_>) -> Result<ObjectModel, 
             ObjectModel::articulated(file.id.clone(), articulation, on_links)
         }
     };
-    object.map_err(|error| complaint("tag", &error))
+    with_sigmas(object.map_err(|error| complaint("tag", &error))?, file)
+}
+
+fn with_sigmas(mut object: ObjectModel, file: &ObjectFile) -> Result<ObjectModel, Complaint> {
+    for (index, table) in file.tag.iter().enumerate() {
+        let Some((sigma, key)) = table.sigma() else {
+            continue;
+        };
+        let tag = TagId {
+            family: table.family,
+            id: table.id,
+        };
+        let stated = object.with_tag_sigmas([(tag, sigma)]);
+        object = stated.map_err(|error| {
+            let remedy = "write metres and radians, one sigma an axis, or leave it out";
+            Complaint::new(format!("tag[{index}].{key}"), error.to_string(), remedy)
+        })?;
+    }
+    Ok(object)
 }
 
 /// The link that a tag is on; `None` where the object is rigid.
@@ -106,6 +137,11 @@ fn link_of(
         (None, None) if table.link_from_tag.is_some() => {
             wrong(".link_from_tag", rigid, "write `object_from_tag`")
         }
+        (None, None) if table.link_from_tag_sigma.is_some() => wrong(
+            ".link_from_tag_sigma",
+            rigid,
+            "write `object_from_tag_sigma`",
+        ),
         (None, None) => Ok(None),
         (Some(_), None) => wrong(
             "",
@@ -116,6 +152,11 @@ fn link_of(
             ".object_from_tag",
             "the tag sits on a link",
             "write `link_from_tag`",
+        ),
+        (Some(_), Some(_)) if table.object_from_tag_sigma.is_some() => wrong(
+            ".object_from_tag_sigma",
+            "the tag sits on a link",
+            "write `link_from_tag_sigma`",
         ),
         (Some(tree), Some(link)) if tree.link(link).is_none() => wrong(
             ".link",
@@ -222,6 +263,9 @@ pub fn object_toml(object: &ObjectModel) -> String {
         if let Some(pose) = &tag.object_from_tag {
             let outer = if link.is_some() { "link" } else { "object" };
             let _ = writeln!(text, "{outer}_from_tag = {}", pose_toml(&pose.into()));
+            if let Some(sigma) = object.tag_sigma(&tag.tag) {
+                let _ = writeln!(text, "{outer}_from_tag_sigma = {}", sigma_toml(&sigma));
+            }
         }
     }
     text
@@ -236,118 +280,4 @@ pub fn write_object(path: &Path, object: &ObjectModel) -> Result<(), FileError> 
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    const GOOD: &str = r#"
-id = "cube"
-[[tag]]
-family = "tag36h11"
-id = 3
-size = 0.04
-object_from_tag = { position = [0, 0, 0.03], orientation = [0, 0, 0, 1] }
-
-[[tag]]
-family = "tag36h11"
-id = 4
-size = 0.0401234567890123
-"#;
-
-    fn parsed(text: &str) -> Result<ObjectModel, String> {
-        parse_object(Path::new("cube.toml"), text).map_err(|error| error.to_string())
-    }
-
-    #[test]
-    fn the_designs_file_is_read() {
-        let object = parsed(GOOD).unwrap();
-        assert_eq!(object.id().as_str(), "cube");
-        let [first, second] = object.tags() else {
-            panic!("two tags")
-        };
-        assert_eq!((first.tag.id, first.size_m), (3, 0.04));
-        assert_eq!(first.object_from_tag.unwrap().translation.z, 0.03);
-        assert_eq!(second.object_from_tag, None);
-    }
-
-    #[test]
-    fn what_is_written_is_read_back_exactly() {
-        let object = parsed(GOOD).unwrap();
-        assert_eq!(parsed(&object_toml(&object)).unwrap(), object);
-    }
-
-    #[test]
-    fn wrong_objects_are_refused_with_line_key_and_remedy() {
-        for (from, to, expected) in [
-            (
-                "id = 4",
-                "id = 3",
-                "cube.toml:11:6: tag[1].id: tag36h11:3 is there already, on line 5; each tag may be used once",
-            ),
-            (
-                "size = 0.04\n",
-                "size = 0\n",
-                "cube.toml:6:8: tag[0].size: ",
-            ),
-            (
-                "size = 0.04\n",
-                "size = -0.04\n",
-                "cube.toml:6:8: tag[0].size: ",
-            ),
-            (
-                "size = 0.04\n",
-                "size = nan\n",
-                "cube.toml:6:8: tag[0].size: ",
-            ),
-            ("size = 0.04\n", "size = inf\n", "write it in metres"),
-            (
-                "size = 0.04\n",
-                "size = \"4cm\"\n",
-                "cube.toml:6:8: tag[0].size: invalid type: string",
-            ),
-            (
-                "size = 0.04\n",
-                "",
-                "tag[0]: missing field `size`; add `size = ...`",
-            ),
-            (
-                "id = 3",
-                "id = 587",
-                "cube.toml:5:6: tag[0].id: tag36h11 has no tag 587; its ids are 0 to 586",
-            ),
-            (
-                "id = 3",
-                "id = -1",
-                "cube.toml:5:6: tag[0].id: invalid value: integer `-1`",
-            ),
-            ("id = \"cube\"", "id = \"my cube\"", "cube.toml:2:6: id: "),
-            (
-                "tag36h11",
-                "tag36h10",
-                "cube.toml:4:10: tag[0].family: unknown variant `tag36h10`",
-            ),
-            ("tag36h11", "tag36h10", "did you mean `tag36h11`?"),
-            ("size", "siez", "did you mean `size`?"),
-            (
-                "[0, 0, 0.03]",
-                "[0, inf, 0.03]",
-                "cube.toml:7:32: tag[0].object_from_tag.position: ",
-            ),
-            (
-                "[0, 0, 0, 1]",
-                "[0, 0, 0, 0]",
-                "cube.toml:7:60: tag[0].object_from_tag.orientation: this is no unit quaternion, its length is 0",
-            ),
-            ("[0, 0, 0, 1]", "[0, nan, 0, 1]", "its length is NaN"),
-        ] {
-            assert!(GOOD.contains(from));
-            let message = parsed(&GOOD.replacen(from, to, 1)).unwrap_err();
-            assert!(message.contains(expected), "{from} -> {to}: {message}");
-        }
-    }
-
-    #[test]
-    fn an_object_without_tags_is_refused() {
-        let message = parsed("id = \"cube\"\n").unwrap_err();
-        assert!(message.starts_with("cube.toml:1:6: id: the object has no tag"));
-    }
-}
+mod tests;

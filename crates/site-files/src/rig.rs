@@ -7,7 +7,7 @@ use crate::foreign::{is_foreign, read_foreign};
 use crate::object::pose_of;
 use crate::read::read_text;
 use serde::Deserialize;
-use sextant_estimator::{Camera, CameraId, PoseSigma, Rig, RigError};
+use sextant_estimator::{Camera, CameraId, LensSigma, PoseSigma, Rig, RigError};
 use sextant_geometry::{Lens, PoseParts};
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -27,20 +27,50 @@ struct CameraTable {
     /// Width, height, pixels.
     resolution: [u32; 2],
     lens: Lens,
+    /// How well that is known; omitted where nobody says.
+    lens_sigma: Option<LensSigmaTable>,
     /// Omitted until calibrated.
     world_from_camera: Option<PoseParts>,
     /// How well that is known; omitted where nobody says.
     world_from_camera_sigma: Option<SigmaTable>,
+    /// Seconds from a row to the next, of a shutter that rolls.
+    line_delay: Option<f64>,
 }
 
 /// One sigma an axis.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-struct SigmaTable {
+pub(crate) struct SigmaTable {
     /// m.
     position: f64,
     /// rad.
     orientation: f64,
+}
+
+/// One sigma each.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct LensSigmaTable {
+    /// Of fx and fy alike, px.
+    focal: f64,
+    /// At the image's corners, px.
+    distortion: f64,
+}
+
+impl From<&SigmaTable> for PoseSigma {
+    fn from(table: &SigmaTable) -> Self {
+        Self {
+            position_m: table.position,
+            orientation_rad: table.orientation,
+        }
+    }
+}
+
+pub(crate) fn sigma_toml(sigma: &PoseSigma) -> String {
+    format!(
+        "{{ position = {:?}, orientation = {:?} }}",
+        sigma.position_m, sigma.orientation_rad
+    )
 }
 
 /// The rig of a file: `rig.toml`, or a YAML file of ROS, Kalibr or OpenCV.
@@ -74,19 +104,29 @@ fn rig_of(file: &RigFile, document: &Document<'_>) -> Result<Rig, Complaint> {
     let cameras: Result<Vec<Camera>, Complaint> =
         file.camera.iter().enumerate().map(camera_of).collect();
     let rig = Rig::new(cameras?).map_err(|error| complaint("camera", &error))?;
-    with_sigmas(rig, file)
+    with_line_delays(with_sigmas(rig, file)?, file)
+}
+
+fn with_line_delays(mut rig: Rig, file: &RigFile) -> Result<Rig, Complaint> {
+    for (index, table) in file.camera.iter().enumerate() {
+        let delay = table.line_delay.map(|delay_s| (table.id.clone(), delay_s));
+        let stated = rig.with_line_delays(delay);
+        rig = stated.map_err(|error| complaint(&format!("camera[{index}]"), &error))?;
+    }
+    Ok(rig)
 }
 
 fn with_sigmas(mut rig: Rig, file: &RigFile) -> Result<Rig, Complaint> {
     for (index, table) in file.camera.iter().enumerate() {
-        let Some(sigma) = &table.world_from_camera_sigma else {
-            continue;
-        };
-        let sigma = PoseSigma {
-            position_m: sigma.position,
-            orientation_rad: sigma.orientation,
-        };
-        let stated = rig.with_pose_sigmas([(table.id.clone(), sigma)]);
+        let id = || table.id.clone();
+        let pose = table.world_from_camera_sigma.as_ref();
+        let pose = pose.map(|sigma| (id(), sigma.into()));
+        let lens = table.lens_sigma.as_ref().map(|sigma| LensSigma {
+            focal_px: sigma.focal,
+            distortion_px: sigma.distortion,
+        });
+        let stated = rig.with_pose_sigmas(pose);
+        let stated = stated.and_then(|rig| rig.with_lens_sigmas(lens.map(|sigma| (id(), sigma))));
         rig = stated.map_err(|error| complaint(&format!("camera[{index}]"), &error))?;
     }
     Ok(rig)
@@ -134,6 +174,14 @@ fn complaint(key: &str, error: &RigError) -> Complaint {
             ".world_from_camera_sigma",
             "write metres and radians, one sigma an axis, or leave it out",
         ),
+        RigError::LensSigma(_) => (
+            ".lens_sigma",
+            "write pixels, one sigma each, or leave it out",
+        ),
+        RigError::LineDelay(_) => (
+            ".line_delay",
+            "write the seconds from a row to the next, or leave it out where all rows have one time",
+        ),
         _ => ("", ""),
     };
     Complaint::new(format!("{key}{part}"), error.to_string(), remedy)
@@ -151,15 +199,21 @@ pub fn rig_toml(rig: &Rig) -> String {
             camera.id,
             lens_toml(&camera.lens)
         );
+        if let Some(sigma) = rig.lens_sigma(&camera.id) {
+            let _ = writeln!(
+                text,
+                "lens_sigma = {{ focal = {:?}, distortion = {:?} }}",
+                sigma.focal_px, sigma.distortion_px
+            );
+        }
         if let Some(pose) = &camera.world_from_camera {
             let _ = writeln!(text, "world_from_camera = {}", pose_toml(&pose.into()));
         }
         if let Some(sigma) = rig.pose_sigma(&camera.id) {
-            let _ = writeln!(
-                text,
-                "world_from_camera_sigma = {{ position = {:?}, orientation = {:?} }}",
-                sigma.position_m, sigma.orientation_rad
-            );
+            let _ = writeln!(text, "world_from_camera_sigma = {}", sigma_toml(&sigma));
+        }
+        if let Some(delay_s) = rig.line_delay_s(&camera.id) {
+            let _ = writeln!(text, "line_delay = {delay_s:?}");
         }
         text.push('\n');
     }
@@ -199,188 +253,4 @@ pub(crate) fn pose_toml(pose: &PoseParts) -> String {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    const GOOD: &str = r#"
-[[camera]]
-id = "north"
-resolution = [640, 480]
-lens = { model = "brown-conrady", fx = 600.0, fy = 600, cx = 319.5, cy = 239.5, distortion = [0, 0, 0, 0, 0] }
-world_from_camera = { position = [1.0, 0.0, 1.2], orientation = [0, 0, 0, 1] }
-
-[[camera]]
-id = "south"
-resolution = [1280, 800]
-lens = { model = "kannala-brandt", fx = 123.4567890123, fy = 600.0, cx = 639.5, cy = 399.5, distortion = [0.01, 0, 1e-7, 0] }
-"#;
-
-    fn parsed(text: &str) -> Result<Rig, String> {
-        parse_rig(Path::new("rig.toml"), text).map_err(|error| error.to_string())
-    }
-
-    fn with(from: &str, to: &str) -> String {
-        assert!(GOOD.contains(from));
-        parsed(&GOOD.replacen(from, to, 1)).unwrap_err()
-    }
-
-    #[test]
-    fn the_designs_file_is_read() {
-        let rig = parsed(GOOD).unwrap();
-        let [north, south] = rig.cameras() else {
-            panic!("two cameras")
-        };
-        assert_eq!(north.resolution, [640, 480]);
-        let at = PoseParts::from(&north.world_from_camera.unwrap());
-        assert_eq!(at.position, [1.0, 0.0, 1.2]);
-        assert_eq!(south.lens.distortion(), [0.01, 0.0, 1e-7, 0.0]);
-        assert_eq!(south.world_from_camera, None);
-    }
-
-    const WITH_SIGMA: &str =
-        "[0, 0, 0, 1] }\nworld_from_camera_sigma = { position = 0.0004, orientation = 0.0002 }";
-
-    #[test]
-    fn how_well_a_pose_is_known_may_be_stated() {
-        let rig = parsed(&GOOD.replacen("[0, 0, 0, 1] }", WITH_SIGMA, 1)).unwrap();
-        let sigma = |index: usize| rig.pose_sigma(&rig.cameras()[index].id);
-        assert_eq!(sigma(0).map(|sigma| sigma.position_m), Some(0.0004));
-        assert_eq!(sigma(1), None);
-        assert_eq!(parsed(&rig_toml(&rig)).unwrap(), rig);
-        let negative = WITH_SIGMA.replace("0.0002", "-0.0002");
-        let message = with("[0, 0, 0, 1] }", &negative);
-        assert!(
-            message.contains("camera[0].world_from_camera_sigma: "),
-            "{message}"
-        );
-    }
-
-    #[test]
-    fn what_is_written_is_read_back_exactly() {
-        let rig = parsed(GOOD).unwrap();
-        assert_eq!(parsed(&rig_toml(&rig)).unwrap(), rig);
-    }
-
-    #[test]
-    fn wrong_cameras_are_refused_with_line_key_and_remedy() {
-        for (from, to, expected) in [
-            (
-                "\"south\"",
-                "\"north\"",
-                "rig.toml:9:6: camera[1].id: camera \"north\" is there already, on line 3; give each camera",
-            ),
-            ("\"north\"", "\"North\"", "rig.toml:3:6: camera[0].id: "),
-            (
-                "[640, 480]",
-                "[640, 0]",
-                "rig.toml:4:14: camera[0].resolution: ",
-            ),
-            (
-                "[640, 480]",
-                "[640]",
-                "rig.toml:4:14: camera[0].resolution: invalid length 1",
-            ),
-            (
-                "[640, 480]",
-                "[640, 480, 3]",
-                "rig.toml:4:14: camera[0].resolution: 3 elements are too many; remove",
-            ),
-            (
-                "[1.0, 0.0, 1.2]",
-                "[1.0, 0.0, 1.2, 1.0]",
-                "rig.toml:6:34: camera[0].world_from_camera.position: 4 elements are too many",
-            ),
-            (
-                "[1280, 800]",
-                "[1280, 800, 3]",
-                "rig.toml:10:14: camera[1].resolution: 3 elements are too many",
-            ),
-            (
-                "[640, 480]",
-                "[-640, 480]",
-                "rig.toml:4:15: camera[0].resolution[0]: invalid value: integer `-640`",
-            ),
-            (
-                "resolution = [640, 480]\n",
-                "",
-                "camera[0]: missing field `resolution`; add `resolution = ...`",
-            ),
-            (
-                "resolution",
-                "resolutoin",
-                "rig.toml:4:1: camera[0].resolutoin: unknown field `resolutoin`",
-            ),
-            (
-                "fx = 600.0",
-                "fx = -600.0",
-                "rig.toml:5:8: camera[0].lens: focal length fx = -600 must be",
-            ),
-            (
-                "fx = 600.0",
-                "fx = nan",
-                "rig.toml:5:8: camera[0].lens: focal length fx = NaN must be",
-            ),
-            (
-                "cx = 319.5",
-                "cx = inf",
-                "rig.toml:5:8: camera[0].lens: cx = inf must be finite",
-            ),
-            (
-                "cx = 319.5",
-                "cx = 319.5, cz = 1",
-                "camera[0].lens: unknown field `cz`, expected one of",
-            ),
-            (
-                "brown-conrady",
-                "brown-conradi",
-                "did you mean `brown-conrady`?",
-            ),
-            (
-                "distortion = [0, 0, 0, 0, 0]",
-                "distortion = [0, 0]",
-                "rig.toml:5:8: camera[0].lens: invalid length 2",
-            ),
-            (
-                "[1.0, 0.0, 1.2]",
-                "[nan, 0.0, 1.2]",
-                "rig.toml:6:34: camera[0].world_from_camera.position: ",
-            ),
-            (
-                "orientation = [0, 0, 0, 1]",
-                "orientation = [0, 0, 0, 2]",
-                "rig.toml:6:65: camera[0].world_from_camera.orientation: ",
-            ),
-            (
-                "orientation = [0, 0, 0, 1]",
-                "orientation = [0, 0, 0, 1.002]",
-                "its length is 1.002",
-            ),
-            ("orientation", "orientatoin", "did you mean `orientation`?"),
-            (
-                "[[camera]]\nid = \"south\"",
-                "[[camra]]\nid = \"south\"",
-                "rig.toml:8:3: camra: unknown field `camra`, expected `camera`; did you mean `camera`?",
-            ),
-            ("[[camera]]", "[[camera]", "rig.toml:2:"),
-        ] {
-            let message = with(from, to);
-            assert!(message.contains(expected), "{from} -> {to}: {message}");
-        }
-    }
-
-    #[test]
-    fn a_rounded_quaternion_is_normalised() {
-        let text = GOOD.replace(
-            "orientation = [0, 0, 0, 1]",
-            "orientation = [0, 0, 0.7071, 0.7071]",
-        );
-        let rig = parsed(&text).unwrap();
-        let rotation = rig.cameras()[0].world_from_camera.unwrap().rotation;
-        assert!((rotation.quaternion().norm() - 1.0).abs() < 1e-15);
-    }
-
-    #[test]
-    fn an_empty_rig_is_refused() {
-        assert!(parsed("").unwrap_err().contains("the rig has no camera"));
-    }
-}
+mod tests;

@@ -11,7 +11,9 @@ use crate::site::SiteArguments;
 use anyhow::{Context, ensure};
 use clap::Args;
 use serde_json::json;
-use sextant_calibrator::lens::{Hint, LensOptions, LensProgress, LensSession, Selection, Taken};
+use sextant_calibrator::lens::{
+    Hint, LensCalibration, LensOptions, LensProgress, LensSession, Selection, Taken,
+};
 use sextant_estimator::{Camera, CameraId, ObjectModel, Rig};
 use sextant_geometry::{Intrinsics, Lens, LensModel};
 use sextant_process::{Exit, WithExit};
@@ -99,10 +101,7 @@ pub fn run(arguments: &LensArguments, format: Format) -> anyhow::Result<()> {
     };
     let calibration = session.solve().exit_with(Exit::Input)?;
     let camera = camera(arguments, rig, resolution)?;
-    write_rig(
-        &arguments.rig,
-        &with_lens(&known, camera, calibration.lens)?,
-    )?;
+    write_rig(&arguments.rig, &with_lens(&known, camera, &calibration)?)?;
     let report = report::Report::of(&arguments.camera, &calibration);
     if let Some(folder) = &arguments.report {
         pictures::write(folder, &calibration.maps, &report)?;
@@ -301,15 +300,17 @@ fn camera(
 }
 
 /// The rig with the camera's lens.
-fn with_lens(rig: &Rig, camera: Camera, lens: Lens) -> anyhow::Result<Rig> {
+fn with_lens(rig: &Rig, camera: Camera, found: &LensCalibration) -> anyhow::Result<Rig> {
     let mut cameras = rig.cameras().to_vec();
-    let calibrated = Camera { lens, ..camera };
+    let calibrated = Camera {
+        lens: found.lens,
+        ..camera
+    };
+    let stated = (calibrated.id.clone(), found.sigma());
     match cameras.iter_mut().find(|known| known.id == calibrated.id) {
         Some(known) => *known = calibrated,
         None => cameras.push(calibrated),
     }
-    let stated = rig.cameras().iter();
-    let sigmas = stated.filter_map(|c| Some((c.id.clone(), rig.pose_sigma(&c.id)?)));
     let calibrated = Rig::new(cameras).context("the rig with the new lens")?;
-    Ok(calibrated.with_pose_sigmas(sigmas)?)
+    Ok(calibrated.with_lens_sigmas([stated])?.holding_on_to(rig))
 }

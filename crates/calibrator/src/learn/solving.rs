@@ -15,7 +15,7 @@ use crate::intake::{ImageView, take_in};
 use crate::resection::Placed;
 use crate::verdict::listed;
 use nalgebra::DMatrix;
-use sextant_estimator::{ObjectModel, ObjectTag};
+use sextant_estimator::{ObjectModel, ObjectTag, PoseSigma};
 use sextant_geometry::Pose;
 use sextant_geometry::least_squares::Kernel;
 
@@ -325,10 +325,28 @@ impl LearnSession {
                 size_m: w.size_m,
                 object_from_tag: Some(*pose),
             });
-        Ok(ObjectModel::new(
-            self.plan.object.clone(),
-            learned.collect(),
-        )?)
+        let object = ObjectModel::new(self.plan.object.clone(), learned.collect())?;
+        let sought = (0..self.wanted.len()).filter(|at| solved.sought[*at]);
+        let stated = sought.map(|at| (self.wanted[at].tag, sigma(&solved.covariance, at)));
+        let object = object.with_tag_sigmas(stated)?;
+        Ok(match &self.plan.from {
+            Some(from) => object.holding_on_to(from),
+            None => object,
+        })
+    }
+}
+
+/// How well the place of a tag is known: the root of the mean of its axes.
+fn sigma(covariance: &DMatrix<f64>, tag: usize) -> PoseSigma {
+    let of_axes = |first: usize| {
+        let variance = (first..first + 3)
+            .map(|row| covariance[(row, row)].max(0.0))
+            .sum::<f64>();
+        (variance / 3.0).sqrt().clamp(0.0, 1.0)
+    };
+    PoseSigma {
+        position_m: of_axes(6 * tag),
+        orientation_rad: of_axes(6 * tag + 3),
     }
 }
 

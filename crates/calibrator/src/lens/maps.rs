@@ -100,9 +100,22 @@ fn middle([width, height]: [u32; 2], row: usize, column: usize) -> Point2<f64> {
 }
 
 /// How one place of the picture moves with the lens's parameters and with a turn of the camera.
-struct Movement {
-    by_parameters: Matrix2xX<f64>,
-    by_turn: Matrix2x3<f64>,
+pub(super) struct Movement {
+    pub by_parameters: Matrix2xX<f64>,
+    pub by_turn: Matrix2x3<f64>,
+}
+
+/// The middles of the cells where the lens shows something, and how they move.
+pub(super) fn movements(
+    lens: &Lens,
+    n_parameters: usize,
+    resolution: [u32; 2],
+) -> Vec<(Point2<f64>, Movement)> {
+    let cells = (0..ROWS).flat_map(|row| (0..COLUMNS).map(move |column| (row, column)));
+    let middles = cells.map(|(row, column)| middle(resolution, row, column));
+    middles
+        .filter_map(|pixel| Some((pixel, movement(lens, n_parameters, &pixel)?)))
+        .collect()
 }
 
 /// One standard deviation, by cell, of where the lens shows the ray that is seen in its middle. A turn of the camera as a whole is

@@ -86,7 +86,6 @@ fn with_lens(rig: &Rig, camera: &CameraId, found: &LensCalibration) -> Result<Ri
         Some(known) => *known = calibrated,
         None => cameras.push(calibrated),
     }
-    let stated = rig.cameras().iter();
-    let sigmas = stated.filter_map(|c| Some((c.id.clone(), rig.pose_sigma(&c.id)?)));
-    Ok(Rig::new(cameras)?.with_pose_sigmas(sigmas)?)
+    let found = Rig::new(cameras)?.with_lens_sigmas([(camera.clone(), found.sigma())])?;
+    Ok(found.holding_on_to(rig))
 }

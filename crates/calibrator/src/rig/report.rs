@@ -92,6 +92,8 @@ impl RigSession {
         let report = self.report(&found);
         let rig = Rig::new(cameras.collect())
             .and_then(|rig| rig.with_pose_sigmas(self.sigmas(&report)))
+            .and_then(|rig| rig.with_lens_sigmas(self.rig.lens_sigmas()))
+            .and_then(|rig| rig.with_line_delays(self.rig.line_delays_s()))
             .map_err(|error| RigError::Undetermined(error.to_string()))?;
         Ok(Calibrated { rig, report })
     }

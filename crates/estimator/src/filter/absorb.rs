@@ -9,9 +9,10 @@
 use nalgebra::{Cholesky, Const, SMatrix, Vector3};
 use sextant_geometry::{se3, so3};
 
+use super::configuration::joint_places;
 use super::kinematics::{Kinematics, symmetric};
 use super::motion::Innovation;
-use super::observed::Observed;
+use super::observed::{Observed, Vantage};
 use super::solve::Fit;
 
 type Factor<const D: usize> = Cholesky<f64, Const<D>>;
@@ -27,10 +28,10 @@ pub(crate) struct Absorbed {
 /// The state after the fit to what the camera saw; `None` where numbers end.
 pub(crate) fn absorb<const D: usize>(
     before: &Kinematics,
-    camera_index: usize,
+    vantage: Vantage,
     fit: &Fit<D>,
 ) -> Option<Absorbed> {
-    let expected = before.observed::<D>(camera_index);
+    let expected = before.observed_from::<D>(vantage);
     let off = fit.configuration.difference::<D>(&expected.configuration);
     let pull = Factor::<D>::new(expected.covariance)?.solve(&off);
     let step = expected.with.motion.transpose() * pull;
@@ -44,7 +45,7 @@ pub(crate) fn absorb<const D: usize>(
         joints.shift(&(expected.with.joints.transpose() * pull));
     }
     reset(&mut state, &step.fixed_rows::<3>(3).into_owned());
-    let expected = state.observed(camera_index);
+    let expected = state.observed_from(vantage);
     let (narrowing, weight) = narrow(&mut state, &expected, &fit.information)?;
     let innovation = Innovation {
         pull,
@@ -60,7 +61,7 @@ fn learn_joints<const D: usize>(state: &mut Kinematics, innovation: &Innovation<
     let Some(joints) = &mut state.joints else {
         return;
     };
-    for slot in 0..joints.moving.min(D - 6) {
+    for slot in 0..joints.moving.min(joint_places(D)) {
         let (place, at) = (6 + slot, (6 + slot, 6 + slot));
         let pull = innovation.pull[place];
         joints.learn(slot, pull, innovation.weight[at], innovation.expected[at]);

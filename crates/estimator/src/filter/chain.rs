@@ -6,31 +6,15 @@
 //! (world) moves a link at p by dp = dt + dr x (p - p_root) + sum of a x (p - c) dq (revolute) or a dq (prismatic), and turns
 //! it by dr + sum of a dq (revolute): the geometric Jacobian (Siciliano et al. 2009, Robotics, eqs. 3.26-3.30), with the
 //! other sign on the way from child to parent.
-//!
-//! Small matrices over a configuration have the size D: 6 for the root and a place for each joint; places that no joint
-//! takes have variance one and hang together with nothing.
 
 use std::sync::Arc;
 
-use nalgebra::{Matrix6, SMatrix, SVector, Vector3, Vector6};
-use sextant_geometry::{Pose, se3};
+use nalgebra::{Matrix6, SMatrix, Vector3, Vector6};
+use sextant_geometry::Pose;
 
+use super::configuration::{Configuration, Rates};
 use crate::articulation::MOST_JOINTS;
 use crate::{Articulation, Joint, JointKind};
-
-/// Values of the joints that move, in the order of the model; zero beyond them.
-pub(crate) type Values = SVector<f64, MOST_JOINTS>;
-
-/// Where an object and its joints are.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Configuration {
-    /// Index of the link whose pose it has; 0 for a rigid object.
-    pub root: usize,
-    /// World from that link.
-    pub pose: Pose,
-    /// rad or m.
-    pub joints: Values,
-}
 
 /// A joint on the way to a link.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -62,41 +46,6 @@ pub(crate) struct Chain {
 pub(crate) struct Limb {
     pub chain: Arc<Chain>,
     pub link: usize,
-}
-
-impl Configuration {
-    /// Of a rigid object.
-    pub fn rigid(pose: &Pose) -> Self {
-        Self {
-            root: 0,
-            pose: *pose,
-            joints: Values::zeros(),
-        }
-    }
-
-    /// After a small step of root and joints.
-    pub fn perturbed<const D: usize>(&self, step: &SVector<f64, D>) -> Self {
-        let mut joints = self.joints;
-        for slot in 0..D - 6 {
-            joints[slot] += step[6 + slot];
-        }
-        Self {
-            root: self.root,
-            pose: se3::perturb(&self.pose, &step.fixed_rows::<6>(0).into_owned()),
-            joints,
-        }
-    }
-
-    /// The step that leads from `other`, of the same root, to this one.
-    pub fn difference<const D: usize>(&self, other: &Self) -> SVector<f64, D> {
-        let mut off = SVector::<f64, D>::zeros();
-        off.fixed_rows_mut::<6>(0)
-            .copy_from(&se3::difference(&self.pose, &other.pose));
-        for slot in 0..D - 6 {
-            off[6 + slot] = self.joints[slot] - other.joints[slot];
-        }
-        off
-    }
 }
 
 impl Chain {
@@ -133,7 +82,18 @@ impl Chain {
             root,
             pose: self.world_from_link(at, root),
             joints: at.joints,
+            rates: Rates {
+                twist: self.twist(at, root),
+                ..at.rates
+            },
         }
+    }
+
+    /// The twist of a link.
+    pub fn twist(&self, at: &Configuration, link: usize) -> Vector6<f64> {
+        let jacobian = self.jacobian::<{ 6 + MOST_JOINTS }>(at, link);
+        jacobian.fixed_columns::<6>(0) * at.rates.twist
+            + jacobian.fixed_columns::<MOST_JOINTS>(6) * at.rates.speeds
     }
 
     /// Derivative of a link's pose by the configuration.
@@ -220,6 +180,10 @@ impl Limb {
         self.chain.world_from_link(at, self.link)
     }
 
+    pub fn twist(&self, at: &Configuration) -> Vector6<f64> {
+        self.chain.twist(at, self.link)
+    }
+
     pub fn jacobian<const D: usize>(&self, at: &Configuration) -> SMatrix<f64, 6, D> {
         self.chain.jacobian(at, self.link)
     }
@@ -268,7 +232,10 @@ fn between(from: &[Step], to: &[Step]) -> Vec<Step> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::filter::configuration::Values;
     use crate::{JointId, LinkId};
+    use nalgebra::SVector;
+    use sextant_geometry::se3;
 
     fn joint(name: &str, kind: JointKind, parent: &str, child: &str) -> Joint {
         Joint {
@@ -307,6 +274,26 @@ mod tests {
             root: 0,
             pose: Pose::new(Vector3::new(0.2, -0.1, 0.3), Vector3::new(0.5, -0.4, 0.9)),
             joints,
+            rates: Rates {
+                twist: Vector6::new(0.2, -0.4, 0.1, 1.0, 0.5, -2.0),
+                speeds: joints * 3.0,
+            },
+        }
+    }
+
+    #[test]
+    fn a_link_moves_by_its_twist() {
+        let chain = tree();
+        for (root, link) in (0..25).map(|pair| (pair / 5, pair % 5)) {
+            let at = chain.rooted(&somewhere(), root);
+            let mut rates = SVector::<f64, 14>::zeros();
+            rates.fixed_rows_mut::<6>(0).copy_from(&at.rates.twist);
+            rates.fixed_rows_mut::<8>(6).copy_from(&at.rates.speeds);
+            let ahead = chain.world_from_link(&at.perturbed(&(rates * 1e-6)), link);
+            let behind = chain.world_from_link(&at.perturbed(&(rates * -1e-6)), link);
+            let slope = se3::difference(&ahead, &behind) / 2e-6;
+            let off = (slope - chain.twist(&at, link)).amax();
+            assert!(off < 1e-7, "link {link} from {root}: {off}");
         }
     }
 
@@ -332,6 +319,9 @@ mod tests {
         let at = somewhere();
         let step = SVector::<f64, 14>::from_fn(|row, _| 0.01 * (row as f64 - 5.0));
         assert!((at.perturbed(&step).difference::<14>(&at) - step).amax() < 1e-12);
+        let with_rates = SVector::<f64, 28>::from_fn(|row, _| 0.01 * (row as f64 - 5.0));
+        let back = at.perturbed(&with_rates).difference::<28>(&at);
+        assert!((back - with_rates).amax() < 1e-12);
     }
 
     #[test]

@@ -3,16 +3,17 @@
 //! r = pi(camera_from_world (R q + t)) - u; with t += dt and R = exp(dr) R:
 //! dr/d(dt, dr) = J_pi R_cw [I | -[R q]x].
 
-use nalgebra::{
-    Matrix2, Matrix2x3, Matrix3, Matrix6, Point2, Point3, SMatrix, Vector2, Vector3, Vector6,
-};
+use nalgebra::{Matrix2, Matrix2x3, Matrix3, Point2, Point3, SMatrix, Vector2, Vector3};
 use sextant_geometry::{Lens, Pose};
 
-use super::chain::{Configuration, Limb};
+use super::chain::Limb;
+use super::configuration::Configuration;
 use super::edges::{EdgeModes, Matrix8, NoiseFactors, Vector8};
-use crate::{ClockOffset, PoseSigma, TagId};
+use super::normal::{NoiseSource, Normal, robust};
+use super::shutter::{Matrix8x6, Moving, Passage, RollingShutter};
+use crate::{ClockOffset, LensSigma, PoseSigma, TagId};
 
-type Matrix2x6 = SMatrix<f64, 2, 6>;
+pub(crate) type Matrix2x6 = SMatrix<f64, 2, 6>;
 
 /// A camera whose pose is known.
 #[derive(Debug, Clone, PartialEq)]
@@ -21,8 +22,14 @@ pub(crate) struct PosedCamera {
     pub camera_from_world: Pose,
     /// How well its pose is known, where that is stated.
     pub sigma: Option<PoseSigma>,
+    /// How well its lens is known, where that is stated.
+    pub lens_sigma: Option<LensSigma>,
+    /// Pixels from the lens's centre to the image's corners, as the lens's sigma means them.
+    pub reach_px: f64,
     /// Its centre in the world.
     pub centre: Vector3<f64>,
+    /// How its shutter rolls; `None` where all rows have one time.
+    pub shutter: Option<RollingShutter>,
     /// Its rotation as a matrix.
     turn: Matrix3<f64>,
 }
@@ -36,22 +43,39 @@ impl PosedCamera {
             camera_from_world,
             sigma,
             centre: world_from_camera.translation.vector,
+            lens_sigma: None,
+            reach_px: lens.intrinsics().cx.hypot(lens.intrinsics().cy),
+            shutter: None,
             turn,
         }
     }
-}
 
-impl PosedCamera {
+    /// How a pixel moves with a pixel more of focal length (first column) and of distortion (second), as [`LensSigma`] has them.
+    pub fn displaced_by_lens(&self, pixel: &Point2<f64>) -> Matrix2<f64> {
+        let numbers = self.lens.intrinsics();
+        let out = pixel - Point2::new(numbers.cx, numbers.cy);
+        let relative = out.norm_squared() / self.reach_px.powi(2);
+        Matrix2::from_columns(&[
+            Vector2::new(out.x / numbers.fx, out.y / numbers.fy),
+            out * (relative / self.reach_px),
+        ])
+    }
+
     /// How a view's residuals go with the corners' distances from the tag's centre: sums over the corners of residual times
     /// distance, distance squared and residual squared, px². Seen minus expected is minus (ratio - 1) times the distance.
     pub fn size_of(&self, view: &View, at: &Configuration) -> Option<[f64; 3]> {
-        let camera_from_object = self.camera_from_world * view.world_from_link(at);
-        let expected = |point: &Point3<f64>| self.lens.project(&(camera_from_object * point));
-        let centre = expected(&Point3::from(view.object_from_tag.translation.vector))?;
+        let link = view.moving(at);
+        let centre = Point3::from(view.object_from_tag.translation.vector);
         let mut sums = [0.0; 3];
-        for (corner, seen) in view.corners_in_object.iter().zip(&view.corners_in_image) {
-            let expected = expected(corner)?;
-            let (residual, distance) = (expected - seen, expected - centre);
+        for (index, seen) in view.corners_in_image.iter().enumerate() {
+            let passage = view.passage(index, &link);
+            let world_from_link = passage.map_or(link.pose, |passage| passage.pose);
+            let project = |point: &Point3<f64>| {
+                let in_world = world_from_link * point;
+                self.lens.project(&(self.camera_from_world * in_world))
+            };
+            let expected = project(&view.corners_in_object[index])?;
+            let (residual, distance) = (expected - seen, expected - project(&centre)?);
             sums[0] += residual.dot(&distance);
             sums[1] += distance.norm_squared();
             sums[2] += residual.norm_squared();
@@ -60,29 +84,30 @@ impl PosedCamera {
     }
 }
 
+/// Whitened residuals of a view's corners and their derivatives.
+pub(super) struct Linear {
+    residuals: Vector8,
+    pub jacobian: Matrix8x6,
+    by_twist: Option<Matrix8x6>,
+    /// The robust weight of each corner.
+    pub weights: [f64; 4],
+    /// By how much twice the cost exceeds the weighted square.
+    relief: f64,
+    /// Sum of squared residuals in px², no weight.
+    square_px: f64,
+}
+
+/// An object before the camera.
+struct Placed {
+    origin_in_camera: Point3<f64>,
+    /// World from object.
+    turn: Matrix3<f64>,
+}
+
 /// A corner and its derivative by (dt, dr), in pixels.
 struct Projected {
     pixel: Point2<f64>,
     jacobian: Matrix2x6,
-}
-
-/// Who states the noise of a view's corners.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum NoiseSource {
-    Detector,
-    /// It is the usual one.
-    Nobody,
-}
-
-impl NoiseSource {
-    /// Degrees of freedom of the noise's scale from view to view. What blur, light and contrast do to it a detector knows but
-    /// for a rest; where nobody states anything, it is a factor of three.
-    fn freedom(self) -> f64 {
-        match self {
-            Self::Detector => 12.0,
-            Self::Nobody => 5.0,
-        }
-    }
 }
 
 /// One tag in one image. "Object" is its link, where the object has links.
@@ -103,6 +128,10 @@ pub(crate) struct View {
     /// How the corners' errors hang together.
     pub edges: EdgeModes,
     pub noise_source: NoiseSource,
+    /// How well the tag's place is known, where that is stated.
+    pub tag_sigma: Option<PoseSigma>,
+    /// Seconds by which each corner was taken after the capture time, where the shutter rolls.
+    pub after_s: Option<[f64; 4]>,
 }
 
 impl View {
@@ -117,14 +146,36 @@ impl View {
     /// The configuration in which the tag's link is at a pose; root and joints are those of another.
     pub fn anchored(&self, world_from_link: &Pose, like: &Configuration) -> Configuration {
         let Some(limb) = &self.limb else {
-            return Configuration::rigid(world_from_link);
+            return Configuration {
+                pose: *world_from_link,
+                ..*like
+            };
         };
         let anchored = Configuration {
             root: limb.link,
             pose: *world_from_link,
-            joints: like.joints,
+            ..limb.chain.rooted(like, limb.link)
         };
         limb.chain.rooted(&anchored, like.root)
+    }
+
+    /// Where the link has gone by the time of a corner's row.
+    fn passage(&self, corner: usize, link: &Moving) -> Option<Passage> {
+        let (twist, after_s) = (link.twist?, self.after_s?);
+        Some(Passage::of(&link.pose, &twist, after_s[corner]))
+    }
+
+    /// Pose of the tag's link, and its twist where the shutter rolls.
+    pub fn moving(&self, at: &Configuration) -> Moving {
+        let twist = match (&self.after_s, &self.limb) {
+            (None, _) => None,
+            (Some(_), None) => Some(at.rates.twist),
+            (Some(_), Some(limb)) => Some(limb.twist(at)),
+        };
+        Moving {
+            pose: self.world_from_link(at),
+            twist,
+        }
     }
 }
 
@@ -139,81 +190,9 @@ pub(crate) struct Sight<'a> {
     /// Factor on the information of single corners.
     weight: f64,
     /// Makes the residuals of the four corners independent with unit variance.
-    whitener: Matrix8,
+    pub whitener: Matrix8,
     /// What is known of the camera's clock, where it is not taken at its word.
     pub clock: Option<ClockOffset>,
-}
-
-/// The quadratic model of the robust cost of some views about a pose.
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Normal {
-    /// J^T W J over (dt, dr).
-    pub information: Matrix6<f64>,
-    /// The part of it that the directions of the edges give.
-    pub of_turns: Matrix6<f64>,
-    /// J^T W r.
-    pub gradient: Vector6<f64>,
-    /// Twice the robust cost: chi-square where nothing is an outlier.
-    pub chi2: f64,
-    /// Sum of squared residuals in px², no weight.
-    pub square_px: f64,
-    /// Sums of squared whitened residuals of the edges' places and directions, each view's by its weight.
-    pub scale: [f64; 2],
-}
-
-impl Normal {
-    /// Of whitened residuals, first those of the edges' places, then of their directions.
-    fn of(residuals: &Vector8, jacobian: &SMatrix<f64, 8, 6>) -> Self {
-        let (shifts, turns) = (jacobian.fixed_rows::<4>(0), jacobian.fixed_rows::<4>(4));
-        let of_turns = turns.transpose() * turns;
-        let square = |first: usize| residuals.fixed_rows::<4>(first).norm_squared();
-        Self {
-            information: shifts.transpose() * shifts + of_turns,
-            of_turns,
-            gradient: jacobian.transpose() * residuals,
-            chi2: residuals.norm_squared(),
-            square_px: 0.0,
-            scale: [square(0), square(4)],
-        }
-    }
-
-    /// Where the noise differs from view to view: with a variance of inverse gamma distribution about the usual one the
-    /// residuals of a view are distributed as Student's t (Lange, Little, Taylor 1989, eq. 2), and a view off by much counts
-    /// little.
-    fn of_unknown_scale(self, source: NoiseSource) -> Self {
-        let freedom = source.freedom();
-        let weight = (freedom + 8.0) / (freedom + self.chi2);
-        // Where the scale is all but unknown, Fisher's information on the place is smaller by this (ibid., eq. 10); a
-        // detector's is meant as it is stated, and the weights only guard against its tails.
-        let certain = match source {
-            NoiseSource::Detector => 1.0,
-            NoiseSource::Nobody => (freedom + 8.0) / (freedom + 10.0),
-        };
-        Self {
-            information: self.information * (weight * certain),
-            of_turns: self.of_turns * (weight * certain),
-            gradient: self.gradient * weight,
-            chi2: (freedom + 8.0) * (1.0 + self.chi2 / freedom).ln(),
-            square_px: self.square_px,
-            scale: self.scale.map(|scale| scale * weight),
-        }
-    }
-}
-
-/// Squared Mahalanobis length beyond which a corner loses weight: 98.9 % of the corners of a Gaussian lie within.
-pub(crate) const ROBUST_LIMIT: f64 = 9.0;
-
-/// Weight and twice the cost of a corner at the squared Mahalanobis length `d2`: quadratic within the limit, logarithmic
-/// beyond (Gaussian core with Cauchy tails), so that one wrong corner pulls ever less.
-fn robust(d2: f64) -> (f64, f64) {
-    if d2 <= ROBUST_LIMIT {
-        (1.0, d2)
-    } else {
-        (
-            ROBUST_LIMIT / d2,
-            ROBUST_LIMIT * (1.0 + (d2 / ROBUST_LIMIT).ln()),
-        )
-    }
 }
 
 impl<'a> Sight<'a> {
@@ -241,35 +220,68 @@ impl<'a> Sight<'a> {
 impl Sight<'_> {
     /// Cost and normal equations about `world_from_object`; `None` where the tag would lie behind the camera or outside
     /// of the lens's field. A tag seen from its back has residuals all the same, which lead round to its face.
-    pub fn normal(&self, world_from_object: &Pose) -> Option<Normal> {
-        let turn = world_from_object.rotation.to_rotation_matrix().into_inner();
-        let place =
-            self.camera.camera_from_world * Point3::from(world_from_object.translation.vector);
+    pub fn normal(&self, link: &Moving) -> Option<Normal> {
+        let linear = self.linearised(link)?;
+        let normal = Normal::of(
+            &linear.residuals,
+            &linear.jacobian,
+            linear.by_twist.as_ref(),
+        );
+        let normal = normal.of_unknown_scale(self.view.noise_source);
+        Some(Normal {
+            chi2: normal.chi2 + linear.relief,
+            square_px: linear.square_px,
+            ..normal
+        })
+    }
+
+    /// The whitened residuals and their derivatives.
+    pub(super) fn linearised(&self, link: &Moving) -> Option<Linear> {
+        let mut by_twist = link.twist.map(|_| Matrix8x6::zeros());
+        let mut weights = [0.0; 4];
         let mut residuals = Vector8::zeros();
-        let mut jacobian = SMatrix::<f64, 8, 6>::zeros();
+        let mut jacobian = Matrix8x6::zeros();
         let (mut relief, mut square_px) = (0.0, 0.0);
+        let still = self.placed(&link.pose);
         for corner in 0..4 {
-            let arm = turn * self.view.corners_in_object[corner].coords;
-            let seen = self.projected(&place, &arm)?;
+            let passage = self.view.passage(corner, link);
+            let moved = passage.as_ref().map(|passage| self.placed(&passage.pose));
+            let mut seen = self.projected(corner, moved.as_ref().unwrap_or(&still))?;
             let residual = seen.pixel - self.view.corners_in_image[corner];
             let (weight, corner_relief) = self.weight(corner, &residual);
+            if let Some((passage, by_twist)) = passage.zip(by_twist.as_mut()) {
+                let (by_pose, by_rates) = passage.before(&seen.jacobian);
+                seen.jacobian = by_pose;
+                by_twist
+                    .fixed_rows_mut::<2>(2 * corner)
+                    .copy_from(&(by_rates * weight.sqrt()));
+            }
             residuals
                 .fixed_rows_mut::<2>(2 * corner)
                 .copy_from(&(residual * weight.sqrt()));
             jacobian
                 .fixed_rows_mut::<2>(2 * corner)
                 .copy_from(&(seen.jacobian * weight.sqrt()));
+            weights[corner] = weight;
             relief += corner_relief;
             square_px += residual.norm_squared();
         }
-        let (residuals, jacobian) = (self.whitener * residuals, self.whitener * jacobian);
-        let normal = Normal::of(&residuals, &jacobian);
-        let normal = normal.of_unknown_scale(self.view.noise_source);
-        Some(Normal {
-            chi2: normal.chi2 + relief,
+        Some(Linear {
+            residuals: self.whitener * residuals,
+            jacobian: self.whitener * jacobian,
+            by_twist: by_twist.map(|by_twist| self.whitener * by_twist),
+            weights,
+            relief,
             square_px,
-            ..normal
         })
+    }
+
+    fn placed(&self, world_from_link: &Pose) -> Placed {
+        let origin = Point3::from(world_from_link.translation.vector);
+        Placed {
+            origin_in_camera: self.camera.camera_from_world * origin,
+            turn: world_from_link.rotation.to_rotation_matrix().into_inner(),
+        }
     }
 
     /// The robust weight of a corner, and by how much twice the cost exceeds the weighted square.
@@ -279,9 +291,9 @@ impl Sight<'_> {
         (weight, cost - weight * d2)
     }
 
-    /// The corner at `arm` (world axes) from the object's origin, which lies at `place` in the camera's frame.
-    fn projected(&self, place: &Point3<f64>, arm: &Vector3<f64>) -> Option<Projected> {
-        let in_camera = place + self.camera.turn * arm;
+    fn projected(&self, corner: usize, object: &Placed) -> Option<Projected> {
+        let arm = object.turn * self.view.corners_in_object[corner].coords;
+        let in_camera = object.origin_in_camera + self.camera.turn * arm;
         let (pixel, by_point) = self.camera.lens.project_with_jacobian(&in_camera)?;
         let by_place: Matrix2x3<f64> = by_point * self.camera.turn;
         let (x, y) = (by_place.row(0).transpose(), by_place.row(1).transpose());

@@ -8,8 +8,9 @@ use std::sync::Arc;
 
 use nalgebra::SMatrix;
 
-use super::chain::{Chain, Configuration, Values};
+use super::chain::Chain;
 use super::clocks::MOST_CLOCKS;
+use super::configuration::{Configuration, Values};
 use super::kinematics::{Kinematics, symmetric};
 use super::motion::Learned;
 use crate::articulation::MOST_JOINTS;
@@ -185,8 +186,10 @@ impl Kinematics {
     /// Where root and joints are.
     pub fn configuration(&self) -> Configuration {
         let mut at = Configuration::rigid(&self.pose);
+        at.rates.twist = self.twist;
         if let Some(joints) = &self.joints {
             (at.root, at.joints) = (joints.root, joints.values);
+            at.rates.speeds = joints.speeds;
         }
         at
     }

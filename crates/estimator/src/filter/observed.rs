@@ -1,16 +1,25 @@
 //! The configuration as a camera saw it: a linear function of the state.
 //!
 //! With the offset o of the camera's clock and the rates x of base and joints the camera sees configuration - o x: the
-//! state times B = [I, -o I, -x].
+//! state times B = [I, -o I, -x]. Where its shutter rolls it sees the rates as well.
 
 use nalgebra::{Cholesky, Const, SMatrix, SVector};
 
-use super::chain::Configuration;
 use super::clocks::{Clocks, MOST_CLOCKS};
+use super::configuration::{Configuration, joint_places, rates_at};
 use super::joints::{JointOwn, WIDTH};
 use super::kinematics::{Covariance, Kinematics, symmetric, white_acceleration};
 use super::solve::Prior;
 use crate::articulation::MOST_JOINTS;
+
+/// From where and when a state is seen.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Vantage {
+    pub camera_index: usize,
+    /// Seconds from the capture time to the rows that show it, on the whole. The rates lead there; by what the body may have
+    /// done of itself between, what is seen is uncertain.
+    pub apart_s: f64,
+}
 
 /// What a camera sees of the state.
 #[derive(Debug, Clone, PartialEq)]
@@ -50,17 +59,30 @@ impl<const D: usize> Observed<D> {
 impl Kinematics {
     /// The configuration as the camera saw it; its clock is right unless it is part of the state.
     pub fn observed<const D: usize>(&self, camera_index: usize) -> Observed<D> {
+        self.observed_from(Vantage {
+            camera_index,
+            apart_s: 0.0,
+        })
+    }
+
+    pub fn observed_from<const D: usize>(&self, vantage: Vantage) -> Observed<D> {
         let clocked = self.clocks.as_deref();
-        let slot = clocked.and_then(|clocks| Some((clocks, clocks.slot(camera_index)?)));
+        let slot = clocked.and_then(|clocks| Some((clocks, clocks.slot(vantage.camera_index)?)));
         match slot {
-            Some((clocks, slot)) => self.observed_at_offset(clocks, slot),
-            None => self.observed_now(),
+            Some((clocks, slot)) => self.observed_at_offset((clocks, slot), vantage.apart_s),
+            None => self.observed_now(vantage.apart_s),
         }
     }
 
-    fn observed_now<const D: usize>(&self) -> Observed<D> {
-        let with = self.with::<D>(CONFIGURATION);
-        let mut covariance = with.columns(CONFIGURATION);
+    fn observed_now<const D: usize>(&self, apart_s: f64) -> Observed<D> {
+        let with = self.seen::<D>();
+        let mut covariance = with.columns(CONFIGURATION, 0);
+        if let Some(first) = rates_at(D) {
+            covariance += with.columns(RATES, first);
+        }
+        if apart_s != 0.0 {
+            covariance += self.between::<D>(apart_s);
+        }
         self.fill_free_places(&mut covariance);
         Observed {
             configuration: self.configuration(),
@@ -71,9 +93,13 @@ impl Kinematics {
 
     /// Besides B P Bᵀ what is seen is uncertain by the product of the errors of offset and rates, and by what the body may
     /// have done between.
-    fn observed_at_offset<const D: usize>(&self, clocks: &Clocks, slot: usize) -> Observed<D> {
+    fn observed_at_offset<const D: usize>(
+        &self,
+        (clocks, slot): (&Clocks, usize),
+        apart_s: f64,
+    ) -> Observed<D> {
         let (offset, rates) = (clocks.offset_s(slot), self.rates::<D>());
-        let (now, moving) = (self.with::<D>(CONFIGURATION), self.with::<D>(RATES));
+        let (now, moving) = (self.seen::<D>(), self.with::<D>(RATES, 0));
         let mut with = With {
             motion: now.motion
                 - moving.motion * offset
@@ -84,12 +110,16 @@ impl Kinematics {
         if let Some(joints) = &self.joints {
             with.joints -= rates * joints.with_clocks.column(slot).transpose();
         }
-        let linear = with.columns(CONFIGURATION)
-            - with.columns(RATES) * offset
+        let mut linear = with.columns(CONFIGURATION, 0)
+            - with.columns(RATES, 0) * offset
             - with.clocks.column(slot) * rates.transpose();
-        let product = moving.columns(RATES) * clocks.own[(slot, slot)];
+        if let Some(first) = rates_at(D) {
+            linear += with.columns(RATES, first);
+        }
+        let product = moving.columns(RATES, 0) * clocks.own[(slot, slot)];
         let apart = offset.hypot(clocks.own[(slot, slot)].max(0.0).sqrt());
-        let mut covariance = symmetric(&(linear + product + self.between::<D>(apart)));
+        let between = self.between::<D>(apart.hypot(apart_s));
+        let mut covariance = symmetric(&(linear + product + between));
         self.fill_free_places(&mut covariance);
         Observed {
             configuration: self.configuration().perturbed(&(rates * -offset)),
@@ -107,49 +137,60 @@ impl Kinematics {
             .copy_from(&noise.fixed_view::<6, 6>(0, 0));
         if let Some(joints) = &self.joints {
             let noise: JointOwn = joints.white_acceleration(dt);
-            (0..D - 6).for_each(|place| between[(6 + place, 6 + place)] = noise[(place, place)]);
+            (0..joint_places(D))
+                .for_each(|place| between[(6 + place, 6 + place)] = noise[(place, place)]);
         }
         between
     }
 
-    /// Twist and speeds.
+    /// Twist and speeds, in the places of the configuration.
     pub fn rates<const D: usize>(&self) -> SVector<f64, D> {
         let mut rates = SVector::<f64, D>::zeros();
         rates.fixed_rows_mut::<6>(0).copy_from(&self.twist);
         if let Some(joints) = &self.joints {
-            (0..D - 6).for_each(|place| rates[6 + place] = joints.speeds[place]);
+            (0..joint_places(D)).for_each(|place| rates[6 + place] = joints.speeds[place]);
         }
         rates
     }
 
-    /// Covariance of the configuration or of the rates with the parts of the state.
-    fn with<const D: usize>(&self, half: usize) -> With<D> {
+    /// Covariance of what is seen, all clocks being right, with the parts of the state.
+    fn seen<const D: usize>(&self) -> With<D> {
+        let mut seen = self.with::<D>(CONFIGURATION, 0);
+        if let Some(first) = rates_at(D) {
+            let rates = self.with::<D>(RATES, first);
+            seen.motion += rates.motion;
+            seen.joints += rates.joints;
+            seen.clocks += rates.clocks;
+        }
+        seen
+    }
+
+    /// Covariance of the configuration or of the rates with the parts of the state, in the places from `first` on.
+    fn with<const D: usize>(&self, half: usize, first: usize) -> With<D> {
         let mut with = With {
             motion: SMatrix::zeros(),
             joints: SMatrix::zeros(),
             clocks: SMatrix::zeros(),
         };
         with.motion
-            .fixed_rows_mut::<6>(0)
+            .fixed_rows_mut::<6>(first)
             .copy_from(&self.covariance.fixed_rows::<6>(6 * half));
         if let Some(clocks) = &self.clocks {
             with.clocks
-                .fixed_rows_mut::<6>(0)
+                .fixed_rows_mut::<6>(first)
                 .copy_from(&clocks.cross.fixed_rows::<6>(6 * half));
         }
         if let Some(joints) = &self.joints {
             with.joints
-                .fixed_rows_mut::<6>(0)
+                .fixed_rows_mut::<6>(first)
                 .copy_from(&joints.cross.fixed_rows::<6>(6 * half));
-            for place in 0..D - 6 {
-                let from = MOST_JOINTS * half + place;
+            for place in 0..joint_places(D) {
+                let (from, to) = (MOST_JOINTS * half + place, first + 6 + place);
                 let row = joints.cross.column(from).transpose();
-                with.motion.row_mut(6 + place).copy_from(&row);
-                with.joints
-                    .row_mut(6 + place)
-                    .copy_from(&joints.own.row(from));
+                with.motion.row_mut(to).copy_from(&row);
+                with.joints.row_mut(to).copy_from(&joints.own.row(from));
                 let row = joints.with_clocks.row(from);
-                with.clocks.row_mut(6 + place).copy_from(&row);
+                with.clocks.row_mut(to).copy_from(&row);
             }
         }
         with
@@ -158,20 +199,25 @@ impl Kinematics {
     /// Places without a joint hang together with nothing and have variance one.
     fn fill_free_places<const D: usize>(&self, covariance: &mut SMatrix<f64, D, D>) {
         let moving = self.joints.as_ref().map_or(0, |joints| joints.moving);
-        (6 + moving..D).for_each(|place| covariance[(place, place)] = 1.0);
+        for first in std::iter::once(0).chain(rates_at(D)) {
+            (moving..joint_places(D)).for_each(|joint| {
+                let place = first + 6 + joint;
+                covariance[(place, place)] = 1.0;
+            });
+        }
     }
 }
 
 impl<const D: usize> With<D> {
-    /// The columns of configuration or rates.
-    fn columns(&self, half: usize) -> SMatrix<f64, D, D> {
+    /// The columns of configuration or rates, in the places from `first` on.
+    fn columns(&self, half: usize, first: usize) -> SMatrix<f64, D, D> {
         let mut columns = SMatrix::<f64, D, D>::zeros();
         columns
-            .fixed_columns_mut::<6>(0)
+            .fixed_columns_mut::<6>(first)
             .copy_from(&self.motion.fixed_columns::<6>(6 * half));
-        for place in 0..D - 6 {
+        for place in 0..joint_places(D) {
             let column = self.joints.column(MOST_JOINTS * half + place);
-            columns.column_mut(6 + place).copy_from(&column);
+            columns.column_mut(first + 6 + place).copy_from(&column);
         }
         columns
     }

@@ -111,6 +111,9 @@ impl Kinematics {
         if let Some(clocks) = &mut self.clocks {
             clocks.cross = by_motion * clocks.cross + by_joints * joints.with_clocks;
         }
+        if let Some(considered) = &mut self.considered {
+            considered.rooted(&by_motion);
+        }
         joints.cross = cross;
         joints.root = root;
         (self.pose, self.twist) = (pose, twist);

@@ -7,8 +7,10 @@
 use nalgebra::{Cholesky, Const, SMatrix, SVector};
 use sextant_geometry::so3;
 
-use super::chain::Configuration;
-use super::corners::{Normal, Sight};
+use super::configuration::{Configuration, rates_at};
+use super::corners::Sight;
+use super::normal::Normal;
+use super::shutter::Rolling;
 
 /// Most steps of one solve; a tracked object needs two or three.
 const MOST_STEPS: usize = 20;
@@ -52,7 +54,7 @@ pub(crate) struct Fit<const D: usize> {
 impl Sight<'_> {
     /// Twice the robust cost of the view at a configuration.
     pub fn chi2(&self, at: &Configuration) -> f64 {
-        let normal = self.normal(&self.view.world_from_link(at));
+        let normal = self.normal(&self.view.moving(at));
         normal.map_or(UNSEEN, |normal| normal.chi2)
     }
 }
@@ -116,7 +118,7 @@ fn evaluate<const D: usize>(
     sights: &[Sight<'_>],
     at: &Configuration,
 ) -> Option<Point<D>> {
-    let normal = |sight: &Sight<'_>| sight.normal(&sight.view.world_from_link(at));
+    let normal = |sight: &Sight<'_>| sight.normal(&sight.view.moving(at));
     let views: Vec<_> = sights.iter().map(normal).collect();
     let unseen = views.iter().filter(|view| view.is_none()).count();
     if unseen == sights.len() && unseen > 0 {
@@ -165,6 +167,30 @@ fn add<const D: usize>(
             *gradient += jacobian.transpose() * view.gradient;
         }
     }
+    if let Some((rolling, first)) = view.rolling.as_deref().zip(rates_at(D)) {
+        add_rolling(information, gradient, (sight, rolling), (at, first));
+    }
+}
+
+/// The same for what a rolling shutter tells about the rates, whose places begin at `first`.
+fn add_rolling<const D: usize>(
+    information: &mut SMatrix<f64, D, D>,
+    gradient: &mut SVector<f64, D>,
+    (sight, rolling): (&Sight<'_>, &Rolling),
+    (at, first): (&Configuration, usize),
+) {
+    let by_configuration = match &sight.view.limb {
+        None => SMatrix::<f64, 6, D>::identity(),
+        Some(limb) => limb.jacobian::<D>(at),
+    };
+    let mut by_rates = SMatrix::<f64, 6, D>::zeros();
+    by_rates
+        .columns_mut(first, first)
+        .copy_from(&by_configuration.columns(0, first));
+    let mixed = by_configuration.transpose() * rolling.with_pose * by_rates;
+    *information +=
+        mixed + mixed.transpose() + by_rates.transpose() * rolling.information * by_rates;
+    *gradient += by_rates.transpose() * rolling.gradient;
 }
 
 /// The prior's part of the normal equations at the distance `off` from it: d log(exp(e) exp(off)) / de = J_l⁻¹(off).

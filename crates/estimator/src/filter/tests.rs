@@ -1,16 +1,19 @@
 //! The filter against numeric derivatives and against the textbook's dense update.
 
-use nalgebra::{Matrix2, Matrix6, Point2, SMatrix, Vector2, Vector3, Vector6};
+use nalgebra::{Matrix2, Matrix6, Point2, SMatrix, SVector, Vector2, Vector3, Vector6};
 use sextant_geometry::lens::Intrinsics;
 use sextant_geometry::{Lens, Pose, se3, tag_corners_in_tag};
 use sextant_tag_families::Family;
 
 use super::absorb::absorb;
-use super::chain::Configuration;
-use super::corners::{NoiseSource, PosedCamera, Sight, View};
+use super::configuration::Configuration;
+use super::corners::{PosedCamera, Sight, View};
 use super::edges::{EdgeModes, NoiseFactors};
 use super::kinematics::{Covariance, Kinematics};
 use super::motion::{Motion, Restlessness};
+use super::normal::NoiseSource;
+use super::observed::Vantage;
+use super::shutter::Moving;
 use super::solve::{Fit, solve};
 use crate::{ClockOffset, TagId};
 
@@ -53,6 +56,8 @@ fn view(camera: &PosedCamera, object_from_tag: Pose, off: [Vector2<f64>; 4]) -> 
         information: [covariance.try_inverse().unwrap(); 4],
         edges: EdgeModes::new(&corners_in_image, &[covariance; 4]).unwrap(),
         noise_source: NoiseSource::Detector,
+        tag_sigma: None,
+        after_s: None,
     }
 }
 
@@ -67,6 +72,20 @@ fn sight<'a>(camera: &'a PosedCamera, view: &'a View) -> Sight<'a> {
         },
         None,
     )
+}
+
+fn by(camera_index: usize) -> Vantage {
+    Vantage {
+        camera_index,
+        apart_s: 0.0,
+    }
+}
+
+fn still(pose: &Pose) -> Moving {
+    Moving {
+        pose: *pose,
+        twist: None,
+    }
 }
 
 fn small_offsets() -> [Vector2<f64>; 4] {
@@ -108,15 +127,51 @@ fn the_gradient_of_the_corners_is_that_of_their_cost() {
     );
     let sight = sight(&camera, &view);
     let pose = se3::perturb(&object(), &(small_step() * 0.01));
-    let normal = sight.normal(&pose).unwrap();
+    let normal = sight.normal(&still(&pose)).unwrap();
     for axis in 0..6 {
         let step = Vector6::ith(axis, 1e-6);
-        let cost = |step: &Vector6<f64>| sight.normal(&se3::perturb(&pose, step)).unwrap().chi2;
+        let cost = |step: &Vector6<f64>| {
+            let stepped = still(&se3::perturb(&pose, step));
+            sight.normal(&stepped).unwrap().chi2
+        };
         let slope = (cost(&step) - cost(&-step)) / 2e-6;
         let gradient = 2.0 * normal.gradient[axis];
         assert!(
             (slope - gradient).abs() < 1e-4 * gradient.abs().max(1.0),
             "{axis}: {slope} {gradient}"
+        );
+    }
+}
+
+#[test]
+fn a_rolling_shutters_gradient_by_pose_and_twist_is_that_of_its_cost() {
+    let camera = camera();
+    let mut view = view(
+        &camera,
+        Pose::translation(0.02, -0.01, 0.03),
+        small_offsets(),
+    );
+    view.after_s = Some([-0.004, 0.001, 0.007, 0.02]);
+    let sight = sight(&camera, &view);
+    let mut at = Configuration::rigid(&object());
+    at.rates.twist = Vector6::new(0.003, -0.002, 0.001, 0.02, -0.01, 0.015);
+    let normal = sight.normal(&view.moving(&at)).unwrap();
+    let rolling = normal.rolling.unwrap();
+    for place in 0..12 {
+        let step = SVector::<f64, 12>::ith(place, 1e-6);
+        let cost = |step: &SVector<f64, 12>| {
+            let moving = view.moving(&at.perturbed(step));
+            sight.normal(&moving).unwrap().chi2
+        };
+        let slope = (cost(&step) - cost(&-step)) / 2e-6;
+        let gradient = 2.0
+            * match place {
+                0..6 => normal.gradient[place],
+                _ => rolling.gradient[place - 6],
+            };
+        assert!(
+            (slope - gradient).abs() < 1e-3 * gradient.abs().max(1.0),
+            "{place}: {slope} {gradient}"
         );
     }
 }
@@ -211,7 +266,7 @@ fn absorbing_is_the_dense_kalman_update() {
             .unwrap();
     let step = gain * seen;
     let pose = se3::perturb(&before.pose, &step.fixed_rows::<6>(0).into_owned());
-    let after = absorb(&before, 0, &fit_at(pose, information))
+    let after = absorb(&before, by(0), &fit_at(pose, information))
         .unwrap()
         .state;
     let dense = before.covariance - gain * before.covariance.fixed_rows::<6>(0);
@@ -249,7 +304,7 @@ fn an_offset_is_learned_from_where_the_camera_sees_the_body() {
         },
     );
     let pose = se3::perturb(&known.pose, &(known.twist * -0.008));
-    let after = absorb(&known, 1, &fit_at(pose, Matrix6::identity() * 1e8))
+    let after = absorb(&known, by(1), &fit_at(pose, Matrix6::identity() * 1e8))
         .unwrap()
         .state;
     let (camera, offset) = after.clocks.as_ref().unwrap().offsets().next().unwrap();

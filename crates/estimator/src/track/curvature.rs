@@ -6,7 +6,7 @@
 
 use nalgebra::{SVector, Vector6};
 
-use crate::filter::chain::Configuration;
+use crate::filter::configuration::{Configuration, joint_places, rates_at};
 use crate::filter::corners::Sight;
 use crate::filter::kinematics::{Kinematics, symmetric};
 use crate::filter::solve::{Fit, Prior};
@@ -66,7 +66,11 @@ fn one_sigma<const D: usize>(
         .copy_from(&(axis * variance.sqrt()));
     if let Some(joints) = &state.joints {
         let joined = joints.cross.fixed_rows::<6>(0).transpose() * (axis / variance.sqrt());
-        (0..D - 6).for_each(|place| step[6 + place] = joined[place]);
+        (0..joint_places(D)).for_each(|place| step[6 + place] = joined[place]);
+    }
+    if let Some(first) = rates_at(D) {
+        let rates = state.covariance.fixed_view::<6, 6>(6, 0) * (axis / variance.sqrt());
+        step.fixed_rows_mut::<6>(first).copy_from(&rates);
     }
     step
 }

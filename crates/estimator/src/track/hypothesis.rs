@@ -7,7 +7,7 @@ use super::update::{Taken, refused, updated};
 use super::{MOST_HYPOTHESES, mirror, posture};
 use crate::FusionOptions;
 use crate::articulation::MOST_JOINTS;
-use crate::filter::chain::Configuration;
+use crate::filter::configuration::Configuration;
 use crate::filter::corners::Sight;
 use crate::filter::kinematics::{Covariance, Kinematics};
 
@@ -107,10 +107,16 @@ pub(crate) fn taken_in(
     sights: &[Sight<'_>],
     options: &FusionOptions,
 ) -> Vec<Hypothesis> {
-    match prior.joints.as_ref().map_or(0, |joints| joints.moving) {
-        0 => taken_in_by::<6>(prior, sights, options),
-        1..=2 => taken_in_by::<8>(prior, sights, options),
-        _ => taken_in_by::<{ 6 + MOST_JOINTS }>(prior, sights, options),
+    let rolling = sights.iter().any(|sight| sight.view.after_s.is_some());
+    match (
+        rolling,
+        prior.joints.as_ref().map_or(0, |joints| joints.moving),
+    ) {
+        (false, 0) => taken_in_by::<6>(prior, sights, options),
+        (false, 1..=2) => taken_in_by::<8>(prior, sights, options),
+        (false, _) => taken_in_by::<{ 6 + MOST_JOINTS }>(prior, sights, options),
+        (true, 0) => taken_in_by::<12>(prior, sights, options),
+        (true, _) => taken_in_by::<{ 2 * (6 + MOST_JOINTS) }>(prior, sights, options),
     }
 }
 

@@ -6,7 +6,8 @@ use sextant_geometry::se3;
 use super::Track;
 use super::hypothesis::Hypothesis;
 use crate::articulation::MOST_JOINTS;
-use crate::filter::chain::{Chain, Configuration};
+use crate::filter::chain::Chain;
+use crate::filter::configuration::Configuration;
 use crate::filter::joints::Joints;
 use crate::filter::kinematics::symmetric;
 use crate::{JointEstimate, LinkEstimate, Posture};
@@ -58,7 +59,10 @@ impl Track {
 
 /// A hypothesis, and the mirrored attitude while that is not settled.
 fn possible(one: &Hypothesis) -> Vec<Possible> {
-    let covariance = one.state.observed::<SIZE>(usize::MAX).covariance;
+    let mut covariance = one.state.observed::<SIZE>(usize::MAX).covariance;
+    covariance
+        .fixed_view_mut::<6, 6>(0, 0)
+        .copy_from(&one.state.pose_covariance());
     let (at, weight) = (one.state.configuration(), one.evidence.exp());
     let mut all = vec![Possible {
         at,

@@ -8,7 +8,7 @@ use sextant_geometry::{Pose, se3};
 
 use super::birth::{area, branches};
 use crate::FusionOptions;
-use crate::filter::chain::Configuration;
+use crate::filter::configuration::Configuration;
 use crate::filter::corners::Sight;
 use crate::filter::kinematics::Kinematics;
 use crate::filter::solve::Prior;

@@ -7,8 +7,9 @@
 
 use super::update::Taken;
 use crate::FusionOptions;
-use crate::filter::corners::{NoiseSource, Sight};
+use crate::filter::corners::Sight;
 use crate::filter::edges::NoiseFactors;
+use crate::filter::normal::NoiseSource;
 
 /// What a source of the stated noise is worth.
 struct Trust {

@@ -9,7 +9,8 @@ use sextant_geometry::Pose;
 
 use super::birth::{area, branches};
 use crate::articulation::MOST_JOINTS;
-use crate::filter::chain::{Chain, Configuration, Values};
+use crate::filter::chain::Chain;
+use crate::filter::configuration::{Configuration, Rates, Values};
 use crate::filter::corners::Sight;
 use crate::filter::kinematics::Kinematics;
 use crate::{Joint, JointKind};
@@ -103,6 +104,7 @@ impl Search<'_> {
             root: self.anchor,
             pose: self.world_from_anchor,
             joints: *values,
+            rates: Rates::default(),
         }
     }
 
@@ -174,6 +176,7 @@ impl Search<'_> {
             root: link,
             pose: *pose,
             joints: *values,
+            rates: Rates::default(),
         };
         let (of_parent, of_child) = if self.chain.hangs_on(link, slot) {
             (near, far)

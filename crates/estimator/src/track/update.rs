@@ -9,10 +9,12 @@ use super::curvature;
 use super::hypothesis::Hypothesis;
 use crate::FusionOptions;
 use crate::filter::absorb::absorb;
-use crate::filter::chain::Configuration;
-use crate::filter::consider::{CameraPart, Gain};
-use crate::filter::corners::{Normal, Sight};
+use crate::filter::configuration::Configuration;
+use crate::filter::consider::{Gain, Part};
+use crate::filter::corners::Sight;
 use crate::filter::kinematics::Kinematics;
+use crate::filter::normal::Normal;
+use crate::filter::observed::Vantage;
 use crate::filter::solve::{Fit, UNSEEN, solve};
 
 /// Views whose chi-square is at least this share of the worst one's are left out with it, so that many wrong views cost
@@ -134,6 +136,16 @@ fn groups(sights: &[Sight<'_>]) -> Vec<Vec<usize>> {
     groups
 }
 
+/// From where and when simultaneous views see the state.
+fn vantage(sights: &[Sight<'_>]) -> Vantage {
+    let rows = sights.iter().filter_map(|sight| sight.view.after_s);
+    let of_all: f64 = rows.flatten().map(f64::abs).sum();
+    Vantage {
+        camera_index: sights[0].camera_index,
+        apart_s: of_all / (4 * sights.len()) as f64,
+    }
+}
+
 struct GroupUpdate {
     state: Kinematics,
     evidence: f64,
@@ -148,7 +160,7 @@ fn updated_by_group<const D: usize>(
     sights: &[Sight<'_>],
     options: &FusionOptions,
 ) -> Option<GroupUpdate> {
-    let expected = prior.observed::<D>(sights[0].camera_index);
+    let expected = prior.observed_from::<D>(vantage(sights));
     let seen_prior = expected.prior()?;
     let mut part = vec![true; sights.len()];
     loop {
@@ -199,7 +211,8 @@ fn normals<const D: usize>(
     let normal = |(sight, part): (&Sight<'_>, &bool)| {
         let fitted = if *part { fitted.next().cloned() } else { None };
         let link = sight.view.world_from_link(&fit.configuration);
-        let normal = fitted.unwrap_or_else(|| sight.normal(&link));
+        let moving = || sight.view.moving(&fit.configuration);
+        let normal = fitted.unwrap_or_else(|| sight.normal(&moving()));
         normal.filter(|_| sight.faces(&link))
     };
     sights.iter().zip(part).map(normal).collect()
@@ -230,7 +243,7 @@ fn complete<const D: usize>(
     part: &[bool],
 ) -> Option<GroupUpdate> {
     let camera_index = sights[0].camera_index;
-    let absorbed = absorb(prior, camera_index, fit)?;
+    let absorbed = absorb(prior, vantage(sights), fit)?;
     let seen = absorbed.state.observed::<D>(camera_index);
     let of_base = seen.covariance.fixed_view::<6, 6>(0, 0).into_owned();
     let covariance = |sight: &Sight<'_>| match &sight.view.limb {
@@ -242,7 +255,7 @@ fn complete<const D: usize>(
         .map(|((normal, part), sight)| taken(normal.as_ref(), *part, &covariance(sight)))
         .collect();
     let mut state = absorbed.state;
-    let parts = camera_parts(&state, sights, normals, part);
+    let parts = lasting_parts(&seen.configuration, sights, normals, part);
     if !parts.is_empty() || state.considered.is_some() {
         state.consider(&gain(&state, fit, camera_index), &parts);
     }
@@ -254,7 +267,7 @@ fn complete<const D: usize>(
     })
 }
 
-/// What the errors of the cameras' poses need to know of an update. Joints are left out: the base's part of the fit.
+/// What lasting errors need to know of an update. Joints and rates are left out: the root's part of the fit.
 fn gain<const D: usize>(after: &Kinematics, fit: &Fit<D>, camera_index: usize) -> Gain {
     let seen = after.observed::<D>(camera_index);
     let clocks = after.clocks.as_deref();
@@ -266,34 +279,23 @@ fn gain<const D: usize>(after: &Kinematics, fit: &Fit<D>, camera_index: usize) -
     }
 }
 
-/// What each camera whose pose is not exact has contributed.
-fn camera_parts(
-    after: &Kinematics,
+/// What the sources of lasting errors have contributed by the views that took part.
+fn lasting_parts(
+    seen: &Configuration,
     sights: &[Sight<'_>],
     normals: &[Option<Normal>],
     part: &[bool],
-) -> Vec<CameraPart> {
-    let mut parts: Vec<CameraPart> = Vec::new();
-    for ((sight, normal), _) in sights
-        .iter()
-        .zip(normals)
-        .zip(part)
-        .filter(|(_, part)| **part)
-    {
-        let (Some(sigma), Some(normal)) = (sight.camera.sigma, normal) else {
-            continue;
-        };
-        match parts
-            .last_mut()
-            .filter(|last| last.camera_index == sight.camera_index)
-        {
-            Some(last) => last.information += normal.information,
-            None => parts.push(CameraPart {
-                camera_index: sight.camera_index,
-                sigma,
-                arm: after.pose.translation.vector - sight.camera.centre,
-                information: normal.information,
-            }),
+) -> Vec<Part> {
+    let mut parts: Vec<Part> = Vec::new();
+    let views = sights.iter().zip(normals).zip(part);
+    for ((sight, normal), _) in views.filter(|(_, part)| **part) {
+        let Some(normal) = normal else { continue };
+        for mut part in sight.lasting(seen, normal) {
+            if let Some(limb) = &sight.view.limb {
+                let by_root = limb.jacobian::<6>(seen);
+                part.pull = by_root.transpose() * part.pull;
+            }
+            part.join(&mut parts);
         }
     }
     parts

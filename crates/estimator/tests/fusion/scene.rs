@@ -155,6 +155,18 @@ impl Eye<'_> {
         pose: &Pose,
         random: &mut Random,
     ) -> ImageObservation {
+        let at = |_: f64| *pose;
+        self.image_over_time((camera, time_ns), &at, random)
+    }
+
+    /// The same by the camera's shutter: `pose` is the object's by seconds after the capture time. A corner is taken when its
+    /// row is.
+    pub fn image_over_time(
+        &self,
+        (camera, time_ns): (usize, u64),
+        pose: &dyn Fn(f64) -> Pose,
+        random: &mut Random,
+    ) -> ImageObservation {
         let camera = &self.rig.cameras()[camera];
         let tags = self
             .object
@@ -174,17 +186,30 @@ impl Eye<'_> {
         &self,
         camera: &Camera,
         tag: &ObjectTag,
-        pose: &Pose,
+        pose: &dyn Fn(f64) -> Pose,
         random: &mut Random,
     ) -> Option<TagCorners> {
-        let camera_from_tag = camera.world_from_camera?.inverse() * pose * tag.object_from_tag?;
+        let (camera_from_world, object_from_tag) =
+            (camera.world_from_camera?.inverse(), tag.object_from_tag?);
+        let line_delay_s = self.rig.line_delay_s(&camera.id).unwrap_or(0.0);
+        let middle_row = 0.5 * f64::from(camera.resolution[1] - 1);
+        let camera_from_tag = camera_from_world * pose(0.0) * object_from_tag;
         let towards = camera_from_tag.translation.vector.normalize();
         let outwards = camera_from_tag.rotation * Vector3::z();
         if -outwards.dot(&towards) < 0.2 {
             return None;
         }
-        let corners = tag_corners_in_tag(tag.size_m)
-            .map(|corner: Point3<f64>| camera.lens.project(&(camera_from_tag * corner)));
+        let corners = tag_corners_in_tag(tag.size_m).map(|corner: Point3<f64>| {
+            let mut after_s = 0.0;
+            // The row says when, and when says the row: a few rounds settle it.
+            for _ in 0..5 {
+                let camera_from_tag = camera_from_world * pose(after_s) * object_from_tag;
+                let row = camera.lens.project(&(camera_from_tag * corner))?.y;
+                after_s = (row - middle_row) * line_delay_s;
+            }
+            let camera_from_tag = camera_from_world * pose(after_s) * object_from_tag;
+            camera.lens.project(&(camera_from_tag * corner))
+        });
         let [Some(a), Some(b), Some(c), Some(d)] = corners else {
             return None;
         };

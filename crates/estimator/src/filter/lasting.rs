@@ -1,0 +1,59 @@
+//! How errors that last displace a view's corners: those of its camera's pose, of its lens and of its tag's place.
+
+use nalgebra::Matrix6;
+
+use super::configuration::Configuration;
+use super::consider::{Part, Source, by_camera, by_tag};
+use super::corners::Sight;
+use super::normal::Normal;
+use super::shutter::Matrix8x6;
+
+impl Sight<'_> {
+    /// What errors that last have contributed to this view, about the pose of the tag's link; `normal` is the view's there.
+    pub fn lasting(&self, seen: &Configuration, normal: &Normal) -> Vec<Part> {
+        let mut parts = Vec::new();
+        let link = self.view.world_from_link(seen);
+        if let Some(sigma) = self.camera.sigma {
+            let arm = link.translation.vector - self.camera.centre;
+            parts.push(Part {
+                source: Source::Camera(self.camera_index),
+                variance: sigma.variance(),
+                pull: normal.information * by_camera(&arm),
+            });
+        }
+        if let Some(sigma) = self.view.tag_sigma {
+            parts.push(Part {
+                source: Source::Tag(self.view.tag),
+                variance: sigma.variance(),
+                pull: normal.information * by_tag(&link, &self.view.object_from_tag),
+            });
+        }
+        let of_lens = self
+            .camera
+            .lens_sigma
+            .zip(self.pulled_by_lens(seen, normal));
+        parts.extend(of_lens.map(|(sigma, pull)| Part {
+            source: Source::Lens(self.camera_index),
+            variance: sigma.variance(),
+            pull,
+        }));
+        parts
+    }
+
+    /// J^T W dr/de for a pixel more of focal length and one of distortion.
+    fn pulled_by_lens(&self, seen: &Configuration, normal: &Normal) -> Option<Matrix6<f64>> {
+        self.camera.lens_sigma?;
+        let linear = self.linearised(&self.view.moving(seen))?;
+        let mut by_lens = Matrix8x6::zeros();
+        for (corner, pixel) in self.view.corners_in_image.iter().enumerate() {
+            let displaced = self.camera.displaced_by_lens(pixel) * linear.weights[corner].sqrt();
+            by_lens
+                .fixed_view_mut::<2, 2>(2 * corner, 0)
+                .copy_from(&displaced);
+        }
+        // The view's weight is in its information.
+        let plain = linear.jacobian.transpose() * linear.jacobian;
+        let weight = normal.information.trace() / plain.trace();
+        Some(linear.jacobian.transpose() * (self.whitener * by_lens) * weight)
+    }
+}

@@ -1,0 +1,208 @@
+//! What calibration leaves wrong for good is in the covariance, as far as it is stated: Monte Carlo over calibrations.
+
+use nalgebra::{UnitQuaternion, Vector3};
+use sextant_estimator::{Camera, FusionOptions, LensSigma, ObjectModel, PoseSigma, Rig};
+use sextant_geometry::lens::Intrinsics;
+use sextant_geometry::{Lens, Pose};
+
+use crate::scene::{Random, cube, feed, fusion, path_at, rig, run};
+use crate::uncertainty::nees;
+
+const MISPLACED: PoseSigma = PoseSigma {
+    position_m: 0.0005,
+    orientation_rad: 0.0005,
+};
+const MISCAST: LensSigma = LensSigma {
+    focal_px: 1.5,
+    distortion_px: 0.8,
+};
+const MISSTUCK: PoseSigma = PoseSigma {
+    position_m: 0.0003,
+    orientation_rad: 0.006,
+};
+
+/// A site as it is and as calibration says that it is.
+struct Site {
+    truth: (Rig, ObjectModel),
+    believed: (Rig, ObjectModel),
+}
+
+/// NEES per degree of freedom after 0.8 s at many sites, with what is stated about them and without.
+fn with_and_without(
+    calibrated: impl Fn(&mut Random) -> Site,
+    state: impl Fn(&Site) -> (Rig, ObjectModel),
+) -> (f64, f64) {
+    let (mut with, mut without, sites) = (0.0, 0.0, 60);
+    for seed in 0..sites {
+        let site = calibrated(&mut Random(seed + 900));
+        let at_the_end = |(rig, object): &(Rig, ObjectModel)| {
+            let mut fusion = fusion(rig, object, FusionOptions::default());
+            let mut last = None;
+            let (true_rig, true_object) = &site.truth;
+            for image in run(true_rig, true_object, 0.05, 0.8, &mut Random(seed)) {
+                last = feed(&mut fusion, image).pop().or(last);
+            }
+            let last = last.unwrap();
+            nees(&last, &path_at(last.capture_ns))
+        };
+        with += at_the_end(&state(&site)) / sites as f64;
+        without += at_the_end(&site.believed) / sites as f64;
+    }
+    println!("{with} {without}");
+    (with, without)
+}
+
+fn displaced(pose: &Pose, sigma: PoseSigma, random: &mut Random) -> Pose {
+    let mut step =
+        |sigma: f64| Vector3::new(random.gauss(), random.gauss(), random.gauss()) * sigma;
+    let (shift, turn) = (step(sigma.position_m), step(sigma.orientation_rad));
+    let turned = UnitQuaternion::from_scaled_axis(turn) * pose.rotation;
+    Pose::from_parts((pose.translation.vector + shift).into(), turned)
+}
+
+fn changed(rig: &Rig, change: impl FnMut(Camera) -> Camera) -> Rig {
+    Rig::new(rig.cameras().iter().cloned().map(change).collect()).unwrap()
+}
+
+#[test]
+fn what_is_stated_about_the_cameras_poses_is_in_the_covariance() {
+    let (with, without) = with_and_without(
+        |random| {
+            let believed = changed(&rig(3), |camera| Camera {
+                world_from_camera: camera
+                    .world_from_camera
+                    .map(|pose| displaced(&pose, MISPLACED, random)),
+                ..camera
+            });
+            Site {
+                truth: (rig(3), cube()),
+                believed: (believed, cube()),
+            }
+        },
+        |site| {
+            let (rig, object) = site.believed.clone();
+            let cameras = site.truth.0.cameras().iter();
+            let sigmas = cameras.map(|camera| (camera.id.clone(), MISPLACED));
+            (rig.with_pose_sigmas(sigmas).unwrap(), object)
+        },
+    );
+    assert!((0.5..1.5).contains(&with), "NEES {with}");
+    assert!(without > 2.0 * with, "NEES {without} against {with}");
+}
+
+/// The same lens with other errors: distortion as the sigma means it, the cube of the distance from the centre.
+fn recast(focal_px: f64, distortion_px: f64) -> Lens {
+    let numbers = Intrinsics {
+        fx: 600.0 + focal_px,
+        fy: 600.0 + focal_px,
+        cx: 319.5,
+        cy: 239.5,
+    };
+    let reach = 319.5f64.hypot(239.5) / 600.0;
+    let cubic = distortion_px / 600.0 / reach.powi(3);
+    Lens::brown_conrady(numbers, [cubic, 0.0, 0.0, 0.0, 0.0]).unwrap()
+}
+
+#[test]
+fn what_is_stated_about_the_lenses_is_in_the_covariance() {
+    let (with, without) = with_and_without(
+        |random| Site {
+            truth: (
+                changed(&rig(2), |camera| Camera {
+                    lens: recast(0.0, 0.0),
+                    ..camera
+                }),
+                cube(),
+            ),
+            believed: (
+                changed(&rig(2), |camera| Camera {
+                    lens: recast(
+                        MISCAST.focal_px * random.gauss(),
+                        MISCAST.distortion_px * random.gauss(),
+                    ),
+                    ..camera
+                }),
+                cube(),
+            ),
+        },
+        |site| {
+            let (rig, object) = site.believed.clone();
+            let cameras = site.truth.0.cameras().iter();
+            let sigmas = cameras.map(|camera| (camera.id.clone(), MISCAST));
+            (rig.with_lens_sigmas(sigmas).unwrap(), object)
+        },
+    );
+    assert!((0.5..1.5).contains(&with), "NEES {with}");
+    assert!(without > 2.0 * with, "NEES {without} against {with}");
+}
+
+#[test]
+fn what_is_stated_about_the_tags_places_is_in_the_covariance() {
+    let (with, without) = with_and_without(
+        |random| {
+            let mut tags = cube().tags().to_vec();
+            for tag in &mut tags {
+                let place = tag.object_from_tag.unwrap();
+                tag.object_from_tag = Some(displaced(&place, MISSTUCK, random));
+            }
+            Site {
+                truth: (rig(3), cube()),
+                believed: (rig(3), ObjectModel::new(cube().id().clone(), tags).unwrap()),
+            }
+        },
+        |site| {
+            let (rig, object) = site.believed.clone();
+            let sigmas: Vec<_> = object
+                .tags()
+                .iter()
+                .map(|tag| (tag.tag, MISSTUCK))
+                .collect();
+            (rig, object.with_tag_sigmas(sigmas).unwrap())
+        },
+    );
+    assert!((0.5..1.5).contains(&with), "NEES {with}");
+    assert!(without > 2.0 * with, "NEES {without} against {with}");
+}
+
+#[test]
+fn what_a_former_rig_states_holds_as_long_as_what_it_is_about() {
+    let ids: Vec<_> = rig(3).cameras().iter().map(|one| one.id.clone()).collect();
+    let all = || ids.iter().cloned();
+    let stated = rig(3)
+        .with_pose_sigmas(all().map(|id| (id, MISPLACED)))
+        .and_then(|rig| rig.with_lens_sigmas(all().map(|id| (id, MISCAST))))
+        .and_then(|rig| rig.with_line_delays(all().map(|id| (id, 2e-5))))
+        .unwrap();
+    let mut index = 0;
+    let other = changed(&rig(3), |camera| {
+        index += 1;
+        match index {
+            1 => Camera {
+                world_from_camera: Some(Pose::identity()),
+                ..camera
+            },
+            2 => Camera {
+                lens: recast(1.0, 0.0),
+                ..camera
+            },
+            _ => Camera {
+                resolution: [800, 600],
+                ..camera
+            },
+        }
+    });
+    let held = other.holding_on_to(&stated);
+    let of = |id| {
+        let (pose, lens) = (held.pose_sigma(id).is_some(), held.lens_sigma(id).is_some());
+        [pose, lens, held.line_delay_s(id).is_some()]
+    };
+    let found: Vec<[bool; 3]> = ids.iter().map(of).collect();
+    assert_eq!(
+        found,
+        [
+            [false, true, true],
+            [true, false, true],
+            [true, true, false]
+        ]
+    );
+}

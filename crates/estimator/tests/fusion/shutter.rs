@@ -1,0 +1,105 @@
+//! Rolling shutters: each row has its own time, and the twist tells where an object was by then.
+
+use nalgebra::{UnitQuaternion, Vector3};
+use sextant_estimator::{CameraId, FusionOptions, ObjectModel, Rig};
+use sextant_geometry::Pose;
+
+use crate::scene::{
+    Eye, PERIOD_NS, Random, START_NS, cube, error, exact_options, feed, fusion, position_error, rig,
+};
+
+/// Seconds a row: 14 ms an image.
+const LINE_DELAY_S: f64 = 3e-5;
+const SIGMA_PX: f64 = 0.05;
+
+fn rolling(rig: Rig) -> Rig {
+    let ids: Vec<CameraId> = rig.cameras().iter().map(|one| one.id.clone()).collect();
+    // One reads from below.
+    let delay = |index: usize| {
+        if index == 1 {
+            -LINE_DELAY_S
+        } else {
+            LINE_DELAY_S
+        }
+    };
+    let delays = ids.into_iter().enumerate();
+    let delays = delays.map(|(index, id)| (id, delay(index)));
+    rig.with_line_delays(delays).unwrap()
+}
+
+/// Swings at up to 1.1 m/s and turns at up to 3 rad/s.
+fn swift(seconds: f64) -> Pose {
+    let place = Vector3::new(
+        0.22 * (5.0 * seconds).sin(),
+        0.10 * (3.7 * seconds).cos(),
+        0.05 * (4.1 * seconds).sin(),
+    );
+    let turn = Vector3::new(0.4 * (2.3 * seconds).sin(), 0.3, 2.5 * seconds);
+    Pose::from_parts(place.into(), UnitQuaternion::from_scaled_axis(turn))
+}
+
+/// Rms error in m and NEES per degree of freedom, from 0.3 s on, by cameras that run free.
+fn followed(truth: &Rig, believed: &Rig, object: &ObjectModel) -> (f64, f64) {
+    let eye = Eye {
+        rig: truth,
+        object,
+        sigma_px: SIGMA_PX,
+    };
+    let (mut square, mut nees, mut count) = (0.0, 0.0, 0.0);
+    for seed in 0..4 {
+        let mut random = Random(seed + 70);
+        let mut fusion = fusion(believed, object, FusionOptions::default());
+        let cameras = truth.cameras().len() as u64;
+        for number in 0..60 * cameras {
+            let after_ns = number * PERIOD_NS / cameras;
+            let at_s = after_ns as f64 * 1e-9 + seed as f64;
+            let taken = ((number % cameras) as usize, START_NS + after_ns);
+            let image = eye.image_over_time(taken, &|after_s| swift(at_s + after_s), &mut random);
+            for estimate in feed(&mut fusion, image) {
+                if after_ns > 300_000_000 {
+                    let off = error(&estimate, &swift(at_s));
+                    let sure = estimate.covariance.cholesky().unwrap().solve(&off);
+                    square += position_error(&estimate, &swift(at_s)).powi(2);
+                    nees += off.dot(&sure) / 6.0;
+                    count += 1.0;
+                }
+            }
+        }
+    }
+    (f64::sqrt(square / count), nees / count)
+}
+
+#[test]
+fn a_rolling_shutter_that_is_known_costs_no_accuracy() {
+    for cameras in [2, 4] {
+        let (global, object) = (rig(cameras), cube());
+        let rolling = rolling(global.clone());
+        let best = followed(&global, &global, &object);
+        let known = followed(&rolling, &rolling, &object);
+        let unknown = followed(&rolling, &global, &object);
+        assert!(known.0 < 1.2 * best.0, "{known:?} against {best:?}");
+        assert!((0.8..1.25).contains(&known.1), "NEES {}", known.1);
+        assert!(
+            unknown.0 > 2.0 * known.0 && unknown.1 > 5.0,
+            "{unknown:?} against {known:?}"
+        );
+    }
+}
+
+/// The first image of an object that moves: nothing but the corners' own times tells how fast.
+#[test]
+fn one_image_tells_that_an_object_moves() {
+    let (rig, object) = (rolling(rig(1)), cube());
+    let eye = Eye {
+        rig: &rig,
+        object: &object,
+        sigma_px: 0.01,
+    };
+    let pose = |after_s: f64| swift(0.1 + after_s);
+    let image = eye.image_over_time((0, START_NS), &pose, &mut Random(3));
+    let mut fusion = fusion(&rig, &object, exact_options());
+    let found = feed(&mut fusion, image).pop().unwrap();
+    let off = error(&found, &pose(0.0));
+    let sure = found.covariance.cholesky().unwrap().solve(&off);
+    assert!(off.dot(&sure) / 6.0 < 4.0, "{off}");
+}
