@@ -7,6 +7,7 @@
 //! - [`RigSession`]: where every camera is, from an object carried through what they see.
 //! - [`LearnSession`]: where each tag of an object sits, from images of the object being turned.
 //! - [`Verdict`]: the judgement in words that every procedure ends with.
+//! - [`PrintedGrid`]: a flat board as it is printed.
 //! - [`lens`]: the calibration of a lens with a board of tags.
 //! - [`refinement`]: small corrections of rig and constellations from ordinary use, only such that foretell better.
 //! - [`procedure`]: the three behind one face, as terminal and page run them.
@@ -18,6 +19,7 @@ mod graph;
 mod intake;
 mod learn;
 pub mod lens;
+mod printed_grid;
 pub mod procedure;
 pub mod refinement;
 mod resection;
@@ -28,6 +30,7 @@ pub use learn::{
     Gauge, LearnError, LearnPlan, LearnProgress, LearnReport, LearnSession, Learned, LearnedTag,
     MOST_IMAGES, TagProgress,
 };
+pub use printed_grid::{GridError, PrintedGrid, STRIP_MM};
 pub use rig::{
     Calibrated, CalibratedCamera, CameraProgress, Origin, RigError, RigPlan, RigProgress,
     RigReport, RigSession,

@@ -7,12 +7,9 @@ use super::Printed;
 use super::sheet::{MARGIN, NOTE, Paper, SMALL, Sheet, label_of, length_text, printed_edge};
 use anyhow::ensure;
 use clap::Args;
-use sextant_estimator::{ObjectModel, ObjectTag, TagId};
-use sextant_geometry::Pose;
+use sextant_calibrator::{PrintedGrid, STRIP_MM};
 use sextant_tag_families::Family;
 
-/// White between the tags' own rings, where the ids stand.
-const STRIP: f64 = 3.0;
 /// Height of ruler and notes under the grid.
 const FOOT: f64 = 30.0;
 
@@ -44,9 +41,10 @@ pub fn board(arguments: &BoardArguments, id: &str, paper: Paper) -> anyhow::Resu
     let ids = super::ids_from(arguments.family, arguments.first, arguments.tags())?;
     let size = arguments.size * 1e3;
     super::check_size(size)?;
-    let pitch = printed_edge(ids[0], size) + STRIP;
+    let grid = arguments.grid();
+    let pitch = grid.pitch_mm();
     let [width, height] = paper.size();
-    let across = pitch * f64::from(arguments.columns) - STRIP;
+    let across = pitch * f64::from(arguments.columns) - STRIP_MM;
     let down = pitch * f64::from(arguments.rows);
     let room = [width - 2.0 * MARGIN, height - 2.0 * MARGIN - FOOT];
     ensure!(
@@ -56,15 +54,10 @@ pub fn board(arguments: &BoardArguments, id: &str, paper: Paper) -> anyhow::Resu
         room[0],
         room[1]
     );
-    let grid = Grid {
-        columns: arguments.columns,
-        rows: arguments.rows,
-        pitch,
-    };
-    let model = ObjectModel::new(id.parse()?, grid.tags(&ids, size))?;
+    let model = grid.object(id)?;
     let middle = [width / 2.0, height - MARGIN - down / 2.0];
     let mut sheet = Sheet::new(paper);
-    for (tag, place) in ids.iter().zip(grid.places()) {
+    for (tag, place) in ids.iter().zip(grid.places_mm()) {
         let centre = [middle[0] + place[0], middle[1] + place[1]];
         sheet.tag(*tag, centre, size);
         let below = centre[1] - printed_edge(*tag, size) / 2.0 - 0.75 * SMALL;
@@ -101,38 +94,16 @@ fn foot(sheet: &mut Sheet, arguments: &BoardArguments, size: f64) {
 
 impl BoardArguments {
     fn tags(&self) -> u32 {
-        u32::from(self.columns) * u32::from(self.rows)
-    }
-}
-
-/// Places of a grid about its middle.
-struct Grid {
-    columns: u16,
-    rows: u16,
-    pitch: f64,
-}
-
-impl Grid {
-    /// Centres from the top left, row by row, millimetres.
-    fn places(&self) -> impl Iterator<Item = [f64; 2]> {
-        let centred = move |index: u16, count: u16| {
-            self.pitch * (f64::from(index) - f64::from(count - 1) / 2.0)
-        };
-        (0..self.rows).flat_map(move |row| {
-            (0..self.columns)
-                .map(move |column| [centred(column, self.columns), -centred(row, self.rows)])
-        })
+        self.grid().tags()
     }
 
-    fn tags(&self, ids: &[TagId], size: f64) -> Vec<ObjectTag> {
-        let tags = ids
-            .iter()
-            .zip(self.places())
-            .map(|(&tag, [x, y])| ObjectTag {
-                tag,
-                size_m: size * 1e-3,
-                object_from_tag: Some(Pose::translation(x * 1e-3, y * 1e-3, 0.0)),
-            });
-        tags.collect()
+    fn grid(&self) -> PrintedGrid {
+        PrintedGrid {
+            columns: self.columns,
+            rows: self.rows,
+            size_m: self.size,
+            family: self.family,
+            first: self.first,
+        }
     }
 }
