@@ -6,12 +6,13 @@ use crate::hub::Hub;
 use crate::network;
 use crate::rejections::{Rejection, Rejections};
 use crate::server;
+use crate::wizard::{self, Desk};
 use anyhow::{Context, anyhow};
 use sextant_process::{Exit, Shutdown, WithExit, memory};
 use sextant_site_files::read_toml;
 use std::io::ErrorKind;
 use std::net::{SocketAddr, TcpListener};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;
@@ -21,6 +22,8 @@ pub(crate) struct Shared {
     pub(crate) config: ViewerConfig,
     pub(crate) hosts: HostRule,
     pub(crate) hub: Hub,
+    /// Where the wizards are served.
+    pub(crate) wizard: Desk,
     pub(crate) started: Instant,
     /// Whether the bridge has its place on the site's network now.
     pub(crate) connected: AtomicBool,
@@ -28,8 +31,14 @@ pub(crate) struct Shared {
 }
 
 impl Shared {
-    fn new(config: ViewerConfig, address: SocketAddr) -> Self {
+    fn new(config: ViewerConfig, config_file: &Path, address: SocketAddr) -> Self {
+        let beside = config_file.parent().unwrap_or(Path::new(""));
+        let folder = config
+            .folder
+            .as_ref()
+            .map(|folder| whole(&beside.join(folder)));
         Self {
+            wizard: Desk::new(folder),
             hosts: HostRule::new(address, &config.host_names),
             config,
             hub: Hub::default(),
@@ -62,8 +71,14 @@ impl Shared {
         let config: ViewerConfig =
             sextant_site_files::parse_toml(Path::new("viewer.toml"), text, |_| Ok(())).unwrap();
         let address = config.listen;
-        Self::new(config, address)
+        Self::new(config, Path::new("viewer.toml"), address)
     }
+}
+
+/// As people can find it, without the `.` that they may write for "here".
+fn whole(path: &Path) -> PathBuf {
+    let path = std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
+    path.components().collect()
 }
 
 /// Runs a viewer bridge until `shutdown`.
@@ -76,7 +91,8 @@ pub fn run(config_file: &Path, shutdown: &Shutdown) -> anyhow::Result<()> {
     let listener = listen(config.listen).exit_with(Exit::Unavailable)?;
     let address = listener.local_addr().context("the address listened on")?;
     tracing::info!("the page: http://{}/", for_browsers(address));
-    serve_both(&Arc::new(Shared::new(config, address)), listener, shutdown)
+    let shared = Arc::new(Shared::new(config, config_file, address));
+    serve_both(&shared, listener, shutdown)
 }
 
 /// Whichever part ends first, be it by a fault, takes the other with it.
@@ -93,6 +109,10 @@ fn serve_both(
                 shutdown.request();
                 result
             })?;
+        let wizard = Arc::clone(shared);
+        std::thread::Builder::new()
+            .name("wizard".into())
+            .spawn_scoped(scope, move || wizard::run(&wizard, shutdown))?;
         let served = server::run(shared, listener, shutdown);
         shutdown.request();
         let connected = network

@@ -24,6 +24,7 @@ pub(crate) enum Slot {
     FusionStatus(String),
     Clocks(String),
     BridgeStatus,
+    Wizard,
     Pose(String),
     Joints(String),
     Truth(String),

@@ -7,10 +7,10 @@ use crate::link_frames::Part;
 use crate::message::Message;
 use crate::rejections::Rejection;
 use crate::{link_frames, translate};
-use sextant_estimator::ObjectId;
+use sextant_estimator::{ImageObservation, ObjectId, ObjectModel, Rig};
 use sextant_proto::{
-    ArticulatedConfig, CameraStatus, ClockReport, FusionStatus, ObjectConfig, ObjectLinks,
-    ObjectPose, ObjectTruth, Observations, Preview, RigConfig, decode,
+    ArticulatedConfig, CameraStatus, ClockReport, ConfigAnswer, FusionStatus, ObjectConfig,
+    ObjectLinks, ObjectPose, ObjectTruth, Observations, Preview, RigConfig, decode,
 };
 use sextant_proto::{DecodeError, KeyRef, Keys, NodeKind};
 use sextant_zenoh_bus::{Item, Payload, Presence};
@@ -60,6 +60,9 @@ impl Intake {
             id: &id,
             up,
         };
+        if kind == NodeKind::Fusion {
+            self.shared.wizard.fusion_node(&id, up);
+        }
         let slot = Slot::Alive(kind.as_str().to_owned(), id.to_string());
         // A flood of tokens is bounded like everything else, and there is no payload to blame.
         let _ = self.show(slot, &message);
@@ -76,6 +79,7 @@ impl Intake {
         match key {
             KeyRef::Observations(camera) => {
                 let message: Observations = read(bytes, camera, |m: &Observations| &m.camera)?;
+                self.offer(&message);
                 let slot = Slot::Observations(camera.to_string());
                 self.show(slot, &translate::observations(&message))
             }
@@ -106,6 +110,9 @@ impl Intake {
             }
             KeyRef::ConfigRig => {
                 let message: RigConfig = decode(bytes).map_err(Rejection::Undecodable)?;
+                if let Ok(rig) = Rig::try_from(&message) {
+                    self.shared.wizard.take_rig(rig);
+                }
                 self.show(Slot::Rig, &translate::rig(&message))
             }
             KeyRef::ConfigObject(object) => {
@@ -125,8 +132,11 @@ impl Intake {
             }
             // Liveliness has its own way in; a payload there is somebody's mistake, without effect.
             KeyRef::Alive(..) => Ok(()),
-            // Between those who change the site and the fusion node.
-            KeyRef::ConfigAnswer(_) => Ok(()),
+            KeyRef::ConfigAnswer(node) => {
+                let answer = read(bytes, node, |m: &ConfigAnswer| &m.node)?;
+                self.shared.wizard.take_answer(&answer);
+                Ok(())
+            }
         }
     }
 
@@ -147,6 +157,9 @@ impl Intake {
     /// say whether it is gone.
     fn take_object(&self, object: &ObjectConfig, sender: &str) -> Result<(), Rejection> {
         if !object.tags.is_empty() {
+            if let Ok(model) = ObjectModel::try_from(object) {
+                self.shared.wizard.take_object(model);
+            }
             let slot = Slot::Object(object.id.to_string());
             return self.show(slot, &translate::object(object));
         }
@@ -181,10 +194,19 @@ impl Intake {
 
     /// The object and its links.
     fn forget(&self, object: &ObjectId) {
+        self.shared.wizard.forget_object(object);
         for id in self.shared.hub.parts_of(object.as_str()) {
             let farewell = frame_of(&Message::ObjectGone { id: &id });
             self.shared.hub.forget_object(&id, &farewell);
         }
+    }
+
+    /// To the wizard that may be at work.
+    fn offer(&self, message: &Observations) {
+        let resolution = message.resolution.map(u32::from);
+        let desk = &self.shared.wizard;
+        desk.take_resolution(&message.camera, resolution);
+        desk.offer(|| ImageObservation::from(message));
     }
 
     fn show(&self, slot: Slot, message: &Message<'_>) -> Result<(), Rejection> {

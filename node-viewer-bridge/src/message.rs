@@ -6,6 +6,7 @@ use sextant_proto::{CameraStatus, ClockReport, FusionStatus, NodeId, PoseConfig,
 use sextant_tag_families::Family;
 
 use crate::rejections::Rejections;
+use crate::wizard::Account;
 
 /// Counted up when a field changes its meaning or goes.
 pub(crate) const PROTOCOL: u32 = 1;
@@ -53,6 +54,8 @@ pub(crate) enum Message<'a> {
         resolution: [u16; 2],
         tags: Vec<TagOutline>,
     },
+    /// What a wizard is about.
+    Wizard(&'a Account),
     CameraStatus(&'a CameraStatus),
     FusionStatus(&'a FusionStatus),
     Clocks(&'a ClockReport),

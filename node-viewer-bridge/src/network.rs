@@ -3,9 +3,10 @@
 
 use crate::bridge::Shared;
 use crate::intake::Intake;
+use crate::wizard::Outgoing;
 use sextant_process::{Exit, Shutdown, WithExit};
-use sextant_proto::{Keys, NodeKind, limits};
-use sextant_zenoh_bus::{AliveWatch, Bus, BusError, CallbackSubscription};
+use sextant_proto::{Keys, Message, NodeKind, limits};
+use sextant_zenoh_bus::{AliveWatch, Bus, BusError, CallbackSubscription, Qos};
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
@@ -31,6 +32,9 @@ pub(crate) fn run(shared: &Arc<Shared>, shutdown: &Shutdown) -> anyhow::Result<(
         keys.all_config(),
         keys.all_camera_statuses(),
         keys.all_fusion_statuses(),
+        keys.all_config_answers(),
+        keys.all_clocks(),
+        keys.all_links(),
         keys.all_observations(),
         keys.all_poses(),
         keys.all_truths(),
@@ -85,12 +89,30 @@ impl Attendance<'_> {
                 self.ask_for_latest()?;
             }
             self.ask_for_pictures()?;
+            self.publish_change()?;
             if Instant::now() >= check_due {
                 self.check_connection()?;
                 check_due = Instant::now() + CHECK_PERIOD;
             }
         }
         Ok(())
+    }
+
+    /// What a person keeps of a wizard's result, under the name of this bridge.
+    fn publish_change(&self) -> anyhow::Result<()> {
+        match self.shared.wizard.take_outgoing() {
+            None => Ok(()),
+            Some(Outgoing::Rig(rig)) => self.publish(&self.keys.config_rig(), &rig),
+            Some(Outgoing::Object(object)) => {
+                self.publish(&self.keys.config_object(&object.id), &object)
+            }
+        }
+    }
+
+    fn publish<M: Message>(&self, key: &str, message: &M) -> anyhow::Result<()> {
+        let signature = format!("viewer/{}", self.shared.config.node);
+        let publisher = self.bus.publisher::<M>(key, Qos::Config)?;
+        Ok(publisher.signed(&signature).put(message)?)
     }
 
     fn ask_for_pictures(&mut self) -> anyhow::Result<()> {

@@ -6,13 +6,14 @@ use crate::hub::Slot;
 use crate::intake::frame_of;
 use crate::message::{Message, PROTOCOL};
 use crate::socket;
+use crate::wizard::{Command, MAX_COMMAND_BYTES, Refusal, RefusalKind};
 use anyhow::Context as _;
 use axum::Router;
-use axum::body::Body;
-use axum::extract::{Request, State};
+use axum::body::{Body, Bytes};
+use axum::extract::{DefaultBodyLimit, Request, State};
 use axum::http::{HeaderMap, HeaderValue, Response, StatusCode, header};
 use axum::middleware::{self, Next};
-use axum::routing::get;
+use axum::routing::{get, post};
 use axum::serve::ListenerExt;
 use sextant_process::{Shutdown, now_ns};
 use std::net::TcpListener;
@@ -84,6 +85,10 @@ fn router(context: Context) -> Router {
     Router::new()
         .route("/ws", get(socket::upgrade))
         .route("/api/state", get(state))
+        .route(
+            "/api/wizard",
+            post(wizard).layer(DefaultBodyLimit::max(MAX_COMMAND_BYTES)),
+        )
         .route("/healthz", get(health))
         .fallback(get(assets::file))
         .layer(middleware::from_fn_with_state(context.clone(), guard))
@@ -135,6 +140,37 @@ async fn state(State(context): State<Context>) -> Response<Body> {
     }
     json.push_str("]}\n");
     as_json(StatusCode::OK, json)
+}
+
+/// A person's wish about the wizards; what becomes of it is told as the message `wizard`.
+async fn wizard(State(context): State<Context>, headers: HeaderMap, body: Bytes) -> Response<Body> {
+    // No form of a foreign page can send this type without asking first.
+    if !is_json(&headers) {
+        return assets::plain(
+            StatusCode::UNSUPPORTED_MEDIA_TYPE,
+            "send application/json\n",
+        );
+    }
+    match Command::parse(&body).and_then(|command| context.shared.wizard.command(&command)) {
+        Ok(()) => as_json(StatusCode::ACCEPTED, "{}\n".into()),
+        Err(refusal) => refused(&refusal),
+    }
+}
+
+fn is_json(headers: &HeaderMap) -> bool {
+    let kind = headers.get(header::CONTENT_TYPE);
+    kind.and_then(|kind| kind.to_str().ok())
+        .and_then(|kind| kind.split(';').next())
+        .is_some_and(|kind| kind.trim().eq_ignore_ascii_case("application/json"))
+}
+
+fn refused(refusal: &Refusal) -> Response<Body> {
+    let status = match refusal.kind {
+        RefusalKind::Wrong => StatusCode::BAD_REQUEST,
+        RefusalKind::NotNow => StatusCode::CONFLICT,
+    };
+    let json = serde_json::json!({ "field": refusal.field, "cause": refusal.cause });
+    as_json(status, format!("{json}\n"))
 }
 
 async fn health(State(context): State<Context>) -> Response<Body> {

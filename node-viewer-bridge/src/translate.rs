@@ -74,7 +74,7 @@ pub(crate) fn preview(preview: &Preview) -> Vec<u8> {
     frame
 }
 
-fn camera(camera: &CameraConfig) -> RigCamera<'_> {
+pub(crate) fn camera(camera: &CameraConfig) -> RigCamera<'_> {
     RigCamera {
         id: &camera.id,
         resolution: camera.resolution,

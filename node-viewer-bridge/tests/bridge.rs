@@ -8,7 +8,10 @@
 use serde_json::Value;
 use sextant_estimator::{CameraId, ObjectId, State};
 use sextant_process::Shutdown;
-use sextant_proto::{Keys, ObjectConfig, ObjectPose, ObjectTagConfig, Preview, encode};
+use sextant_proto::{
+    CameraConfig, Keys, LensConfig, ObjectConfig, ObjectPose, ObjectTagConfig, Preview, RigConfig,
+    encode,
+};
 use sextant_tag_families::Family;
 use sextant_zenoh_bus::{Bus, BusOptions, Qos, RawLatest};
 use std::io::{Read, Write};
@@ -17,6 +20,9 @@ use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 use tungstenite::{Message, WebSocket};
 
+const JSON: &str = "Content-Type: application/json\r\n";
+const LEARN: &str =
+    r#"{"do":"start","wizard":"learn","id":"cube","tags":[{"id":3,"size_m":0.04}]}"#;
 const PATIENCE: Duration = Duration::from_secs(20);
 
 /// A site with a router and a bridge, and an object that was announced before the bridge came.
@@ -85,6 +91,52 @@ impl Site {
         let mut answer = Vec::new();
         stream.read_to_end(&mut answer).unwrap();
         String::from_utf8_lossy(&answer).into_owned()
+    }
+
+    /// Status and body of what is answered to a command.
+    fn post(&self, headers: &str, body: &str) -> (u16, String) {
+        let mut stream = TcpStream::connect(self.address).unwrap();
+        let request = format!(
+            "POST /api/wizard HTTP/1.1\r\nHost: localhost\r\n{headers}Content-Length: {}\r\nConnection: close\r\n\r\n{body}",
+            body.len()
+        );
+        // A body that is refused for its length need not be taken in.
+        let _ = stream.write_all(request.as_bytes());
+        let mut answer = Vec::new();
+        let _ = stream.read_to_end(&mut answer);
+        let answer = String::from_utf8_lossy(&answer).into_owned();
+        let (head, body) = answer.split_once("\r\n\r\n").unwrap_or_default();
+        let status = head.split(' ').nth(1).and_then(|code| code.parse().ok());
+        (status.unwrap_or(0), body.to_owned())
+    }
+
+    fn command(&self, body: &str) -> (u16, String) {
+        self.post(JSON, body)
+    }
+
+    /// Announces two cameras, as a fusion node would, and waits until the bridge knows them.
+    fn announce_rig(&self, socket: &mut WebSocket<TcpStream>) -> RawLatest {
+        let camera = |id: &str| CameraConfig {
+            id: CameraId::new(id).unwrap(),
+            resolution: [640, 480],
+            lens: LensConfig::Pinhole {
+                fx: 600.0,
+                fy: 600.0,
+                cx: 319.5,
+                cy: 239.5,
+            },
+            world_from_camera: None,
+        };
+        let rig = RigConfig {
+            cameras: vec![camera("a"), camera("b")],
+        };
+        let publisher = self
+            .bus
+            .raw_latest(&self.keys.config_rig(), Qos::Config)
+            .unwrap();
+        publisher.put(&encode(&rig).unwrap()).unwrap();
+        hear(socket, |m| m["type"] == "rig");
+        publisher
     }
 
     fn socket(&self) -> WebSocket<TcpStream> {
@@ -237,4 +289,50 @@ fn a_taken_port_ends_the_bridge_with_its_exit_code() {
     assert!(error.to_string().contains("in use"), "{error}");
     let exit = sextant_process::exit::exit_of(&error);
     assert_eq!(exit, sextant_process::Exit::Unavailable);
+}
+
+#[test]
+fn commands_come_as_json_from_the_bridges_own_page() {
+    let mut site = Site::open();
+    let (status, _) = site.post(&format!("{JSON}Origin: http://evil.example\r\n"), LEARN);
+    assert_eq!(status, 403);
+    assert_eq!(site.post("", LEARN).0, 415);
+    assert_eq!(site.post("Content-Type: text/plain\r\n", LEARN).0, 415);
+    assert_eq!(site.command(&" ".repeat(300_000)).0, 413);
+    assert_eq!(site.command("{\"do\":\"dance\"}").0, 400);
+    let (status, said) = site.command(LEARN);
+    let said: Value = serde_json::from_str(&said).unwrap();
+    assert_eq!((status, &said["field"]), (400, &"cameras".into()), "{said}");
+    site.stop();
+}
+
+#[test]
+fn one_wizard_is_seen_by_every_client_and_by_those_who_come_late() {
+    let mut site = Site::open();
+    let mut first = site.socket();
+    assert_eq!(hear(&mut first, |m| m["type"] == "wizard")["stage"], "idle");
+    let _rig = site.announce_rig(&mut first);
+    assert_eq!(site.command(LEARN).0, 202);
+    let told = hear(&mut first, |m| m["stage"] == "collecting");
+    assert_eq!(
+        (&told["wizard"], &told["subject"]),
+        (&"learn".into(), &"cube".into())
+    );
+    let late = hear(&mut site.socket(), |m| m["type"] == "wizard");
+    assert_eq!(late["stage"], "collecting");
+    let (status, said) = site.command(LEARN);
+    assert!(
+        status == 409 && said.contains("another wizard"),
+        "{status} {said}"
+    );
+    assert_eq!(site.command("{\"do\":\"solve\"}").0, 202);
+    let told = hear(&mut first, |m| m["cause"].is_string());
+    assert_eq!(told["stage"], "collecting", "{told}");
+    assert_eq!(site.command("{\"do\":\"keep\"}").0, 409);
+    assert_eq!(site.command("{\"do\":\"discard\"}").0, 202);
+    assert_eq!(
+        hear(&mut first, |m| m["stage"] == "idle")["wizard"],
+        Value::Null
+    );
+    site.stop();
 }

@@ -108,6 +108,7 @@ impl SiteFolder {
             node: NodeId::new("viewer")?,
             listen: addresses.page,
             host_names: Vec::new(),
+            folder: Some(".".into()),
             network: network.clone(),
         };
         write_toml(&self.viewer_config(), &viewer)?;

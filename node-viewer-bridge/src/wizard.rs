@@ -1,0 +1,22 @@
+//! The wizards: lenses, rigs and constellations calibrated from the page, with the images of the running site.
+//!
+//! One wizard runs at a time and every client sees the same one. A person's command is answered at once by the [`Desk`];
+//! images wait in a bounded queue for the wizard's thread, and solving has a thread of its own, so that neither the network
+//! nor the page waits for either. The procedures are `sextant_calibrator`'s, as on the command line.
+
+mod account;
+mod command;
+mod desk;
+mod known;
+mod machine;
+mod plan;
+mod publication;
+mod run;
+#[cfg(test)]
+mod samples;
+
+pub(crate) use account::Account;
+pub(crate) use command::{Command, MAX_BYTES as MAX_COMMAND_BYTES, Refusal, RefusalKind};
+pub(crate) use desk::Desk;
+pub(crate) use publication::Outgoing;
+pub(crate) use run::run;

@@ -1,0 +1,129 @@
+//! What clients are told of a wizard: the message `wizard` of `PROTOCOL.md`.
+
+use super::publication::file_of;
+use crate::message::{ObjectTag, RigCamera};
+use crate::translate;
+use serde::{Serialize, Serializer};
+use sextant_calibrator::procedure::{Kind, Outcome, Product, Progress, Report};
+use sextant_estimator::{ObjectModel, Rig};
+use sextant_proto::{ObjectConfig, RigConfig};
+
+/// The message, as it is written.
+#[derive(Debug, Serialize)]
+pub(crate) struct Account {
+    wizard: Option<Kind>,
+    stage: &'static str,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    subject: Option<String>,
+    /// What went wrong last.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    cause: Option<String>,
+    /// Images that came while the wizard was busy.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    missed: Option<u64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    progress: Option<Progress>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    result: Option<Shown>,
+}
+
+/// A result, as it is shown.
+#[derive(Debug, Serialize)]
+struct Shown {
+    report: Report,
+    model: Model,
+    /// Name and text of the file that keeps it.
+    file: String,
+    toml: String,
+    /// What became of it, a sentence each.
+    kept: Vec<String>,
+}
+
+/// What was found, to be drawn.
+#[derive(Debug)]
+enum Model {
+    Rig(Rig),
+    Object(ObjectModel),
+}
+
+impl Serialize for Model {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        #[derive(Serialize)]
+        #[serde(rename_all = "snake_case")]
+        enum Drawn<'a> {
+            Cameras(Vec<RigCamera<'a>>),
+            Tags(Vec<ObjectTag>),
+        }
+        match self {
+            Self::Rig(rig) => {
+                let message = RigConfig::from(rig);
+                let cameras = message.cameras.iter().map(translate::camera);
+                Drawn::Cameras(cameras.collect()).serialize(serializer)
+            }
+            Self::Object(object) => {
+                let message = ObjectConfig::from(object);
+                let tags = message.tags.iter().map(translate::object_tag);
+                Drawn::Tags(tags.collect()).serialize(serializer)
+            }
+        }
+    }
+}
+
+impl Account {
+    /// There is no wizard at work.
+    pub(super) fn idle() -> Self {
+        Self {
+            wizard: None,
+            stage: "idle",
+            subject: None,
+            cause: None,
+            missed: None,
+            progress: None,
+            result: None,
+        }
+    }
+
+    pub(super) fn of(kind: Kind, subject: &str, cause: Option<&str>) -> Self {
+        Self {
+            wizard: Some(kind),
+            subject: Some(subject.to_owned()),
+            cause: cause.map(str::to_owned),
+            ..Self::idle()
+        }
+    }
+
+    pub(super) fn collecting(self, progress: Progress, missed: u64) -> Self {
+        Self {
+            stage: "collecting",
+            progress: Some(progress),
+            missed: Some(missed),
+            ..self
+        }
+    }
+
+    pub(super) fn solving(self, progress: Progress) -> Self {
+        Self {
+            stage: "solving",
+            progress: Some(progress),
+            ..self
+        }
+    }
+
+    pub(super) fn solved(self, stage: &'static str, outcome: &Outcome, kept: &[String]) -> Self {
+        let (file, toml) = file_of(&outcome.product);
+        Self {
+            stage,
+            result: Some(Shown {
+                report: outcome.report.clone(),
+                model: match &outcome.product {
+                    Product::Rig(rig) => Model::Rig(rig.clone()),
+                    Product::Object(object) => Model::Object(object.clone()),
+                },
+                file,
+                toml,
+                kept: kept.to_vec(),
+            }),
+            ..self
+        }
+    }
+}

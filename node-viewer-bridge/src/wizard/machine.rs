@@ -1,0 +1,328 @@
+//! One wizard at a time, from start to a kept result: a state machine without thread, file or network. Time is an argument.
+
+use super::account::Account;
+use super::command::{Command, Refusal, Start};
+use super::known::Known;
+use super::plan::{plan, subject};
+use super::publication::{Answered, Outgoing, Publication, file_of};
+use sextant_calibrator::procedure::{Outcome, Procedure};
+use sextant_estimator::{ImageObservation, Rig};
+use sextant_proto::ConfigAnswer;
+use std::time::Instant;
+
+/// What the machine wants done elsewhere.
+#[derive(Debug)]
+pub(super) enum Job {
+    /// Solve, and report by [`Machine::solved`] with the number.
+    Solve(u64, Box<Procedure>),
+    /// Put this on the network; answers come by [`Machine::answered`].
+    Publish(Outgoing),
+    /// Write a file into the site's folder and report by [`Machine::written`].
+    Write { name: String, text: String },
+}
+
+/// The machine.
+#[derive(Debug, Default)]
+pub(super) struct Machine {
+    running: Option<Running>,
+    /// Counts solves, so that one that was given up is recognised when it ends after all.
+    solves: u64,
+    /// Whether a solve is at work, given up or not.
+    is_solver_busy: bool,
+    jobs: Vec<Job>,
+    is_news: bool,
+}
+
+#[derive(Debug)]
+struct Running {
+    procedure: Procedure,
+    subject: String,
+    /// What went wrong last.
+    cause: Option<String>,
+    phase: Phase,
+}
+
+#[derive(Debug)]
+enum Phase {
+    Collecting,
+    Solving(u64),
+    Solved(Outcome),
+    Keeping(Outcome, Option<Publication>, Vec<String>),
+    Kept(Outcome, Vec<String>),
+}
+
+/// What a command has to be judged by.
+pub(super) struct Site<'a> {
+    pub known: &'a Known,
+    /// The rig in force, or else that of the site's folder; needed to start only.
+    pub rig: &'a Rig,
+    /// Whether results have a folder to go to.
+    pub has_folder: bool,
+}
+
+impl Machine {
+    /// Obeys a command, or says why not.
+    pub(super) fn command(
+        &mut self,
+        command: &Command,
+        site: &Site<'_>,
+        now: Instant,
+    ) -> Result<(), Refusal> {
+        match command {
+            Command::Start(wish) => self.start(wish, site)?,
+            Command::Solve => self.solve()?,
+            Command::Resume => self.resume()?,
+            Command::Keep => self.keep(site, now)?,
+            Command::Discard => self.discard()?,
+        }
+        self.is_news = true;
+        Ok(())
+    }
+
+    fn start(&mut self, wish: &Start, site: &Site<'_>) -> Result<(), Refusal> {
+        if let Some(running) = &self.running
+            && !matches!(running.phase, Phase::Kept(..))
+        {
+            let subject = &running.subject;
+            return Err(Refusal::not_now(format!(
+                "another wizard is at work ({subject}): finish it or discard it first"
+            )));
+        }
+        let plan = plan(wish, site.known, site.rig)?;
+        let subject = subject(&plan);
+        let procedure = Procedure::start(site.rig.clone(), plan)
+            .map_err(|error| Refusal::wrong(field_of(wish), error))?;
+        self.running = Some(Running {
+            procedure,
+            subject,
+            cause: None,
+            phase: Phase::Collecting,
+        });
+        Ok(())
+    }
+
+    fn solve(&mut self) -> Result<(), Refusal> {
+        let is_busy = self.is_solver_busy;
+        let running = self.running_in(|phase| matches!(phase, Phase::Collecting), "to solve")?;
+        if is_busy {
+            return Err(Refusal::not_now(
+                "the solve that was given up is still at work; try again in a moment",
+            ));
+        }
+        let procedure = Box::new(running.procedure.clone());
+        running.cause = None;
+        self.solves += 1;
+        self.is_solver_busy = true;
+        self.jobs.push(Job::Solve(self.solves, procedure));
+        self.go(Phase::Solving(self.solves));
+        Ok(())
+    }
+
+    fn resume(&mut self) -> Result<(), Refusal> {
+        let may = |phase: &Phase| matches!(phase, Phase::Solving(_) | Phase::Solved(_));
+        let running = self.running_in(may, "to go on with")?;
+        running.cause = None;
+        self.go(Phase::Collecting);
+        Ok(())
+    }
+
+    fn keep(&mut self, site: &Site<'_>, now: Instant) -> Result<(), Refusal> {
+        let nodes = site.known.fusion_nodes();
+        let running = self.running_in(|phase| matches!(phase, Phase::Solved(_)), "to keep")?;
+        let Phase::Solved(outcome) = &running.phase else {
+            return Ok(());
+        };
+        if nodes.is_empty() && !site.has_folder {
+            return Err(Refusal::not_now(
+                "there is nowhere to keep it: no fusion node lives, and viewer.toml names no `folder`; download the file",
+            ));
+        }
+        let (outcome, publication) = if nodes.is_empty() {
+            (outcome.clone(), None)
+        } else {
+            let message = Outgoing::of(&outcome.product);
+            let publication = Publication::of(&message, nodes, now).map_err(Refusal::not_now)?;
+            let outcome = outcome.clone();
+            self.jobs.push(Job::Publish(message));
+            (outcome, Some(publication))
+        };
+        self.go(Phase::Keeping(outcome, publication, Vec::new()));
+        self.proceed(now, site.has_folder);
+        Ok(())
+    }
+
+    fn discard(&mut self) -> Result<(), Refusal> {
+        let is_keeping = |running: &Running| matches!(running.phase, Phase::Keeping(..));
+        if self.running.as_ref().is_some_and(is_keeping) {
+            return Err(Refusal::not_now("the result is being kept this moment"));
+        }
+        self.running = None;
+        Ok(())
+    }
+
+    /// The wizard, if it is in a phase that allows what is wished.
+    fn running_in(
+        &mut self,
+        may: impl Fn(&Phase) -> bool,
+        what_for: &str,
+    ) -> Result<&mut Running, Refusal> {
+        let running = self.running.as_mut().filter(|running| may(&running.phase));
+        running.ok_or_else(|| Refusal::not_now(format!("there is nothing {what_for} now")))
+    }
+
+    fn go(&mut self, phase: Phase) {
+        self.is_news = true;
+        if let Some(running) = &mut self.running {
+            running.phase = phase;
+        }
+    }
+
+    /// Whether images are wanted.
+    pub(super) fn is_collecting(&self) -> bool {
+        let collects = |running: &Running| matches!(running.phase, Phase::Collecting);
+        self.running.as_ref().is_some_and(collects)
+    }
+
+    /// Takes an image in, if it counts.
+    pub(super) fn image(&mut self, image: &ImageObservation) {
+        let Some(running) = &mut self.running else {
+            return;
+        };
+        if !matches!(running.phase, Phase::Collecting) || !running.procedure.counts(&image.camera) {
+            return;
+        }
+        if let Err(cause) = running.procedure.handle(image) {
+            running.cause = Some(cause.to_string());
+        }
+        self.is_news = true;
+    }
+
+    /// A solve has ended. What kept it from a result is said, and images are collected further.
+    pub(super) fn solved(&mut self, number: u64, result: Result<Outcome, String>) {
+        self.is_solver_busy = false;
+        let is_waited_for =
+            |running: &Running| matches!(running.phase, Phase::Solving(waited) if waited == number);
+        let Some(running) = self
+            .running
+            .as_mut()
+            .filter(|running| is_waited_for(running))
+        else {
+            return;
+        };
+        let phase = match result {
+            Ok(outcome) => Phase::Solved(outcome),
+            Err(cause) => {
+                running.cause = Some(cause);
+                Phase::Collecting
+            }
+        };
+        self.go(phase);
+    }
+
+    /// A fusion node has answered a change.
+    pub(super) fn answered(&mut self, answer: &ConfigAnswer) {
+        if let Some(Running {
+            phase: Phase::Keeping(_, Some(publication), _),
+            ..
+        }) = &mut self.running
+        {
+            publication.take(answer);
+        }
+    }
+
+    /// Time passes: goes on with keeping when every node has answered, or has had its time.
+    pub(super) fn tick(&mut self, now: Instant, has_folder: bool) {
+        let is_published =
+            |running: &Running| matches!(running.phase, Phase::Keeping(_, Some(_), _));
+        if self.running.as_ref().is_some_and(is_published) {
+            self.proceed(now, has_folder);
+        }
+    }
+
+    /// From published to written to kept.
+    fn proceed(&mut self, now: Instant, has_folder: bool) {
+        let Some(running) = &mut self.running else {
+            return;
+        };
+        let Phase::Keeping(outcome, publication, words) = &mut running.phase else {
+            return;
+        };
+        match publication.as_ref().map(|waiting| waiting.answered(now)) {
+            Some(Answered::NotYet) => return,
+            Some(Answered::Refused(cause)) => {
+                running.cause = Some(format!("{cause}; everything stays as it was"));
+                let outcome = outcome.clone();
+                return self.go(Phase::Solved(outcome));
+            }
+            Some(Answered::Done(said)) => words.extend(said),
+            None => words.push(
+                "no fusion node lives: it is in force when one starts with this file".to_owned(),
+            ),
+        }
+        *publication = None;
+        if has_folder {
+            let (name, text) = file_of(&outcome.product);
+            self.jobs.push(Job::Write { name, text });
+        } else {
+            let (outcome, words) = (outcome.clone(), std::mem::take(words));
+            self.go(Phase::Kept(outcome, words));
+        }
+    }
+
+    /// The file is written, or is not: a sentence each.
+    pub(super) fn written(&mut self, result: Result<String, String>) {
+        let Some(running) = &mut self.running else {
+            return;
+        };
+        let Phase::Keeping(outcome, None, words) = &mut running.phase else {
+            return;
+        };
+        let (outcome, mut words) = (outcome.clone(), std::mem::take(words));
+        match result {
+            Ok(sentence) => words.push(sentence),
+            Err(cause) => running.cause = Some(cause),
+        }
+        self.go(Phase::Kept(outcome, words));
+    }
+
+    /// What there is to do, once.
+    pub(super) fn take_jobs(&mut self) -> Vec<Job> {
+        std::mem::take(&mut self.jobs)
+    }
+
+    /// Whether there is something new to tell since the last account.
+    pub(super) fn take_news(&mut self) -> bool {
+        std::mem::take(&mut self.is_news)
+    }
+
+    /// What clients are told.
+    pub(super) fn account(&self, missed: u64) -> Account {
+        let Some(running) = &self.running else {
+            return Account::idle();
+        };
+        let account = Account::of(
+            running.procedure.kind(),
+            &running.subject,
+            running.cause.as_deref(),
+        );
+        match &running.phase {
+            Phase::Collecting => account.collecting(running.procedure.progress(), missed),
+            Phase::Solving(_) => account.solving(running.procedure.progress()),
+            Phase::Solved(outcome) => account.solved("solved", outcome, &[]),
+            Phase::Keeping(outcome, ..) => account.solved("keeping", outcome, &[]),
+            Phase::Kept(outcome, words) => account.solved("kept", outcome, words),
+        }
+    }
+}
+
+/// The field that a plan's complaint is about, as far as the wish tells.
+fn field_of(wish: &Start) -> &'static str {
+    match wish {
+        Start::Lens { .. } => "board",
+        Start::Rig { .. } => "object",
+        Start::Learn { .. } => "tags",
+    }
+}
+
+#[cfg(test)]
+mod tests;

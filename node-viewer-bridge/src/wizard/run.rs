@@ -1,0 +1,121 @@
+//! The wizard's thread: takes images in, has solves done by a thread of their own, writes files, tells clients.
+
+use super::account::Account;
+use super::machine::Job;
+use crate::bridge::Shared;
+use crate::hub::Slot;
+use crate::intake::frame_of;
+use crate::message::Message;
+use sextant_calibrator::procedure::{Outcome, Procedure};
+use sextant_estimator::ImageObservation;
+use sextant_process::Shutdown;
+use sextant_site_files::{former_of, write_keeping_former};
+use std::path::Path;
+use std::sync::mpsc::Receiver;
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+
+/// How late commands and the wish to stop are heard.
+const GLANCE: Duration = Duration::from_millis(30);
+/// Images taken in between two glances.
+const MOST_AT_ONCE: usize = 64;
+/// The least time between two accounts: as often as a person can follow.
+const ACCOUNT_PERIOD: Duration = Duration::from_millis(150);
+
+/// Runs until `shutdown`. A solve that is at work then ends with the process.
+pub(crate) fn run(shared: &Shared, shutdown: &Shutdown) {
+    let Some(images) = shared.wizard.take_worker() else {
+        return;
+    };
+    publish(shared, &Account::idle());
+    let mut worker = Worker {
+        shared,
+        solver: None,
+        account_due: Instant::now(),
+    };
+    while !shutdown.is_requested() {
+        worker.take_images(&images);
+        worker.work();
+        worker.look_at_solver();
+        worker.give_account();
+    }
+}
+
+struct Worker<'a> {
+    shared: &'a Shared,
+    solver: Option<(u64, JoinHandle<Result<Outcome, String>>)>,
+    account_due: Instant,
+}
+
+impl Worker<'_> {
+    fn take_images(&self, images: &Receiver<Box<ImageObservation>>) {
+        let Ok(first) = images.recv_timeout(GLANCE) else {
+            return;
+        };
+        self.shared.wizard.image(&first);
+        for image in images.try_iter().take(MOST_AT_ONCE) {
+            self.shared.wizard.image(&image);
+        }
+    }
+
+    fn work(&mut self) {
+        for job in self.shared.wizard.tick(Instant::now()) {
+            match job {
+                Job::Solve(number, procedure) => self.solve(number, procedure),
+                Job::Publish(outgoing) => self.shared.wizard.post(outgoing),
+                Job::Write { name, text } => self.shared.wizard.written(self.write(&name, &text)),
+            }
+        }
+    }
+
+    fn solve(&mut self, number: u64, procedure: Box<Procedure>) {
+        let solve = move || procedure.solve().map_err(|error| error.to_string());
+        let thread = std::thread::Builder::new().name("solve".into());
+        match thread.spawn(solve) {
+            Ok(solver) => self.solver = Some((number, solver)),
+            Err(error) => self.shared.wizard.solved(number, Err(error.to_string())),
+        }
+    }
+
+    fn look_at_solver(&mut self) {
+        let Some((number, solver)) = self.solver.take_if(|(_, solver)| solver.is_finished()) else {
+            return;
+        };
+        let failed = "solving failed by a fault of this program; the log says more";
+        let result = solver.join().unwrap_or_else(|_| Err(failed.to_owned()));
+        self.shared.wizard.solved(number, result);
+    }
+
+    fn write(&self, name: &str, text: &str) -> Result<String, String> {
+        let folder = self.shared.wizard.folder();
+        let path = folder.map_or_else(|| Path::new(name).to_owned(), |folder| folder.join(name));
+        write_keeping_former(&path, text.as_bytes())
+            .map_err(|error| format!("the file could not be written: {error}"))?;
+        let former = former_of(&path);
+        Ok(match former.exists() {
+            true => format!(
+                "written to {}; the former one is {}",
+                path.display(),
+                former.display()
+            ),
+            false => format!("written to {}", path.display()),
+        })
+    }
+
+    fn give_account(&mut self) {
+        if Instant::now() < self.account_due {
+            return;
+        }
+        if let Some(account) = self.shared.wizard.news() {
+            self.account_due = Instant::now() + ACCOUNT_PERIOD;
+            publish(self.shared, &account);
+        }
+    }
+}
+
+fn publish(shared: &Shared, account: &Account) {
+    // One slot: it only fails when others have filled the hub.
+    let _ = shared
+        .hub
+        .publish(&Slot::Wizard, frame_of(&Message::Wizard(account)));
+}
