@@ -5,7 +5,7 @@
 // Waits until each of the WORDS stands among the notices, and until no row shows OBJECT. Exit code 1 when one is missing.
 
 import { parseArgs } from "node:util";
-import { chromium } from "playwright-core";
+import { launch } from "./chromium.mjs";
 
 const { values: options, positionals } = parseArgs({
   allowPositionals: true,
@@ -13,9 +13,8 @@ const { values: options, positionals } = parseArgs({
 });
 const [url, ...words] = positionals;
 const timeout = Number(options.timeout) * 1000;
-const FLAGS = ["--no-sandbox", "--disable-gpu", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--disable-quic", "--no-first-run"];
 
-const browser = await chromium.launch({ executablePath: process.env.CHROMIUM ?? "/usr/bin/chromium", args: FLAGS });
+const browser = await launch();
 let missing = 0;
 try {
   const page = await browser.newPage({ viewport: { width: 1440, height: 900 } });

@@ -10,7 +10,7 @@ import { spawn } from "node:child_process";
 import { mkdir } from "node:fs/promises";
 import { join } from "node:path";
 import { parseArgs } from "node:util";
-import { chromium } from "playwright-core";
+import { launch } from "./chromium.mjs";
 
 const { values: options, positionals } = parseArgs({
   allowPositionals: true,
@@ -23,18 +23,6 @@ if (!url || !(timeout > 0)) {
   process.exit(2);
 }
 
-const FLAGS = [
-  "--no-sandbox",
-  "--disable-gpu",
-  "--use-gl=angle",
-  "--use-angle=swiftshader",
-  "--enable-unsafe-swiftshader",
-  "--disable-quic",
-  "--no-first-run",
-  "--disable-background-networking",
-  "--disable-component-update",
-  "--disable-sync",
-];
 const results = {};
 
 async function check(name, action) {
@@ -134,7 +122,7 @@ async function screenshot(page, name) {
   await page.screenshot({ path: join(options.screenshots, `${name}.png`), fullPage: name === "phone" });
 }
 
-const browser = await chromium.launch({ executablePath: process.env.CHROMIUM ?? "/usr/bin/chromium", args: FLAGS });
+const browser = await launch();
 try {
   const page = await browser.newPage({ viewport: { width: 1440, height: 900 } });
   const [errors, elsewhere] = [[], []];

@@ -1,6 +1,7 @@
 // The viewer's page: the bridge's messages go into the site's state; stage and panels show it.
 
 import "./style.css";
+import "./wizard/wizard.css";
 import { Connection, socketUrl } from "./connection.ts";
 import { Bar } from "./panels/bar.ts";
 import { CamerasPanel } from "./panels/cameras.ts";
@@ -10,6 +11,8 @@ import { createTools, rememberedOptions } from "./panels/tools.ts";
 import type { Message } from "./protocol.ts";
 import { Site } from "./site.ts";
 import { Stage } from "./stage/stage.ts";
+import { IDLE } from "./wizard/account.ts";
+import { WizardPanel } from "./wizard/panel.ts";
 
 /** The bridge sends newer figures at most this often: as often as the stage is drawn. */
 const MAX_HZ = 30;
@@ -22,6 +25,7 @@ const stage = createStage();
 const bar = new Bar(site);
 const objects = new ObjectsPanel(find("[data-testid=objects]"), site);
 const cameras = new CamerasPanel(find("[data-testid=cameras]"), site, (camera, canvas) => stage?.picture(camera, canvas));
+const wizard = new WizardPanel(find("[data-testid=wizard]"), site);
 
 function createStage(): Stage | null {
   const options = rememberedOptions();
@@ -54,7 +58,10 @@ function take(message: Message): void {
       return cameras.outlines(site.camera(message.camera), message.t_ns);
     case "hello":
       document.title = `${message.site} · Sextant`;
-      return;
+      // The bridge tells of its wizard, if there is one, right after.
+      return wizard.take(IDLE);
+    case "wizard":
+      return wizard.take(message);
     default:
       return;
   }
@@ -73,7 +80,9 @@ setInterval(() => stage?.conditions(site, seconds()), CONDITIONS_MS);
 new Connection(socketUrl(location, MAX_HZ), {
   message: take,
   preview: (preview) => {
-    if (!document.hidden) cameras.preview(preview);
+    if (document.hidden) return;
+    cameras.preview(preview);
+    wizard.preview(preview);
   },
   connected: (up) => bar.connected(up),
 }).open();

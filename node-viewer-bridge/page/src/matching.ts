@@ -24,6 +24,11 @@ export class OutlineHistory {
     this.history.length = 0;
   }
 
+  /** All that were seen in these observations, tags several times. */
+  recent(): TagOutline[] {
+    return this.history.flatMap((entry) => entry.tags);
+  }
+
   /** The outlines at capture time `t_ns`; empty when nothing near is known. */
   at(t_ns: number): TagOutline[] {
     const after = this.history.findIndex((entry) => entry.t_ns >= t_ns);

@@ -1,6 +1,9 @@
 // The bridge's messages (../PROTOCOL.md) and how they are read. Whatever does not look like a message becomes `null`.
 // Knows nothing of the page.
 
+import { fits, isFlag, isNumber, isText, listOf, numbers, orNull, shaped, type Shape } from "./shape.ts";
+import { accountShape, type WizardAccount } from "./wizard/account.ts";
+
 export type Vec3 = [number, number, number];
 /** x, y, z, w. */
 export type Quaternion = [number, number, number, number];
@@ -106,6 +109,7 @@ export type Message =
   | CameraStatus
   | FusionStatus
   | { type: "clocks"; node: string; cameras: CameraClock[] }
+  | WizardAccount
   | { type: "alive"; kind: string; id: string; up: boolean }
   | { type: "bridge_status"; now_ns: number; network: boolean; replaced: number };
 
@@ -115,22 +119,25 @@ export interface Preview {
   jpeg: Uint8Array<ArrayBuffer>;
 }
 
-type Shape = Record<string, (value: unknown) => boolean>;
-
-const isNumber = (value: unknown): boolean => typeof value === "number" && Number.isFinite(value);
-const isText = (value: unknown): boolean => typeof value === "string";
-const isFlag = (value: unknown): boolean => typeof value === "boolean";
-const listOf = (item: (value: unknown) => boolean) => (value: unknown): boolean =>
-  Array.isArray(value) && value.every(item);
-const numbers = (count: number) => (value: unknown): boolean =>
-  Array.isArray(value) && value.length === count && value.every(isNumber);
-const shaped = (shape: Shape) => (value: unknown): boolean => fits(value, shape);
-const orNull = (test: (value: unknown) => boolean) => (value: unknown): boolean => value === null || test(value);
 const isState = (value: unknown): boolean =>
   value === "initialising" || value === "tracking" || value === "coasting" || value === "lost";
 
 const transform: Shape = { position: numbers(3), orientation: numbers(4) };
 const lens: Shape = { model: isText, fx: isNumber, fy: isNumber, cx: isNumber, cy: isNumber };
+const rigCamera = shaped({
+  id: isText,
+  resolution: numbers(2),
+  lens: shaped(lens),
+  world_from_camera: orNull(shaped(transform)),
+});
+const objectTag = shaped({
+  family: isText,
+  id: isNumber,
+  size_m: isNumber,
+  printed_size_m: isNumber,
+  object_from_tag: orNull(shaped(transform)),
+  modules: listOf(isText),
+});
 const outline: Shape = {
   family: isText,
   id: isNumber,
@@ -140,22 +147,11 @@ const outline: Shape = {
 const shapes: Record<Message["type"], Shape> = {
   hello: { site: isText, version: isText, protocol: isNumber, now_ns: isNumber },
   rig: {
-    cameras: listOf(
-      shaped({ id: isText, resolution: numbers(2), lens: shaped(lens), world_from_camera: orNull(shaped(transform)) }),
-    ),
+    cameras: listOf(rigCamera),
   },
   object: {
     id: isText,
-    tags: listOf(
-      shaped({
-        family: isText,
-        id: isNumber,
-        size_m: isNumber,
-        printed_size_m: isNumber,
-        object_from_tag: orNull(shaped(transform)),
-        modules: listOf(isText),
-      }),
-    ),
+    tags: listOf(objectTag),
   },
   object_gone: { id: isText },
   pose: {
@@ -194,15 +190,10 @@ const shapes: Record<Message["type"], Shape> = {
     node: isText,
     cameras: listOf(shaped({ camera: isText, offset_s: isNumber, sigma_s: isNumber, drift: orNull(isNumber) })),
   },
+  wizard: accountShape(rigCamera, objectTag),
   alive: { kind: isText, id: isText, up: isFlag },
   bridge_status: { now_ns: isNumber, network: isFlag, replaced: isNumber },
 };
-
-function fits(value: unknown, shape: Shape): boolean {
-  if (typeof value !== "object" || value === null) return false;
-  const fields = value as Record<string, unknown>;
-  return Object.entries(shape).every(([name, test]) => test(fields[name]));
-}
 
 /** One text frame as a message; `null` for a type that this page does not know and for anything malformed. */
 export function parseMessage(text: string): Message | null {

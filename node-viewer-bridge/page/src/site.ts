@@ -98,6 +98,8 @@ export class Site {
       case "alive":
         if (message.kind === "camera") this.camera(message.id).up = message.up;
         return;
+      case "wizard":
+        return;
       case "bridge_status":
         this.network = message.network;
         return;
@@ -115,6 +117,13 @@ export class Site {
   /** The object that carries a tag. */
   ownerOf(family: string, id: number): ObjectState | null {
     return this.tagOwners.get(`${family}/${id}`) ?? null;
+  }
+
+  /** Tags of a family that cameras have seen in their last images, in order. */
+  tagsSeen(family: string): number[] {
+    const outlines = [...this.cameras.values()].flatMap((camera) => camera.outlines.recent());
+    const ids = outlines.filter((tag) => tag.family === family).map((tag) => tag.id);
+    return [...new Set(ids)].sort((a, b) => a - b);
   }
 
   /** What nodes complain of, in words. */
