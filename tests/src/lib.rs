@@ -9,9 +9,11 @@ mod fused_site;
 mod program;
 mod scene;
 mod traces;
+mod workshop;
 
 pub use demo::{Demo, Ended, send};
 pub use fused_site::{FusedSite, PATIENCE};
 pub use program::{sextant, workspace_root};
 pub use scene::{Scene, changed, tag_of};
 pub use traces::Traces;
+pub use workshop::{BOARD, FIRST_OF_CUBE, Workshop};
