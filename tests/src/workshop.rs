@@ -169,6 +169,7 @@ fn camera(name: &str, x: f64) -> SceneCamera {
         vignetting: 0.1,
         blur_px: 0.5,
         noise: 1.5,
+        line_delay_s: 0.0,
         clock: ClockFaults::default(),
         network: NetworkFaults::default(),
     }

@@ -17,8 +17,6 @@ use std::time::Instant;
 
 /// Images that wait for the wizard's thread; further ones are missed, and counted.
 const QUEUE: usize = 256;
-/// Poses that differ by less, in metres and radians, are one that was written with fewer digits.
-const SAME_POSE: f64 = 1e-6;
 
 /// One for the whole bridge.
 #[derive(Debug)]
@@ -76,30 +74,18 @@ impl Desk {
         answer
     }
 
-    /// The rig in force, with the deviations of poses that the folder's file states and messages don't carry; that of the folder
-    /// while there is no fusion node.
+    /// The rig in force, with what the folder's file states of it and messages don't carry; that of the folder while there is no
+    /// fusion node.
     fn rig_of_site(&self, known: &Known) -> Result<Rig, Refusal> {
         let file = self.folder.as_ref().map(|folder| folder.join("rig.toml"));
         let kept = match file.filter(|file| file.exists()) {
             Some(file) => read_rig(&file).map_err(Refusal::not_now)?,
             None => Rig::default(),
         };
-        let Some(rig) = &known.rig else {
-            return Ok(kept);
-        };
-        let stated = rig.cameras().iter().filter_map(|camera| {
-            let pose = kept.camera(&camera.id)?.world_from_camera?;
-            let stays = (pose.to_homogeneous() - camera.world_from_camera?.to_homogeneous()).norm()
-                < SAME_POSE;
-            kept.pose_sigma(&camera.id)
-                .filter(|_| stays)
-                .map(|sigma| (camera.id.clone(), sigma))
-        });
-        let stated: Vec<_> = stated.collect();
-        Ok(rig
-            .clone()
-            .with_pose_sigmas(stated)
-            .unwrap_or_else(|_| rig.clone()))
+        Ok(match &known.rig {
+            Some(rig) => rig.clone().holding_on_to(&kept),
+            None => kept,
+        })
     }
 
     /// An image came. Never waits: one that finds no place is missed.
