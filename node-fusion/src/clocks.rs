@@ -12,6 +12,8 @@ use std::collections::{BTreeMap, VecDeque};
 const REMEMBERED: usize = 60;
 /// Fewest offsets that make a line.
 const FEWEST: usize = 5;
+/// Seconds by which no clock drifts from one report to the next.
+const JUMP_S: f64 = 0.001;
 /// Sigma of a slope from which on it is worth telling: 50 ppm, what crystals differ by.
 const SURE: f64 = 50e-6;
 
@@ -34,6 +36,12 @@ impl ClockBook {
         let clocks = offsets.into_iter().take(limits::MAX_CAMERAS);
         let cameras = clocks.map(|(camera, clock)| {
             let history = self.cameras.entry(camera.clone()).or_default();
+            if history
+                .back()
+                .is_some_and(|(_, last)| is_jump(last, &clock))
+            {
+                history.clear();
+            }
             history.push_back((now_ns, clock));
             if history.len() > REMEMBERED {
                 history.pop_front();
@@ -50,6 +58,12 @@ impl ClockBook {
             cameras: cameras.collect(),
         }
     }
+}
+
+/// Whether the clock was set, or found to be off by something else.
+fn is_jump(before: &ClockOffset, now: &ClockOffset) -> bool {
+    let sigma_s = before.sigma_s.hypot(now.sigma_s);
+    (now.offset_s - before.offset_s).abs() > (10.0 * sigma_s).max(JUMP_S)
 }
 
 /// Seconds a second, if the history tells.
@@ -83,6 +97,22 @@ fn slope(points: &[(f64, f64)]) -> Option<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_jump_is_no_drift() {
+        let mut book = ClockBook::default();
+        let (node, camera) = (NodeId::new("f").unwrap(), CameraId::new("north").unwrap());
+        for second in 0..30 {
+            let clock = ClockOffset {
+                offset_s: if second < 20 { 0.0 } else { 0.4 },
+                sigma_s: 1e-5,
+            };
+            let offsets = BTreeMap::from([(camera.clone(), clock)]);
+            let now_ns = 1_800_000_000_000_000_000 + second * 1_000_000_000;
+            let drift = book.report(&node, offsets, now_ns).cameras[0].drift;
+            assert!(drift.is_none_or(|drift| drift.abs() < 1e-9), "{drift:?}");
+        }
+    }
 
     fn after(seconds: u64, sigma_s: f64, drift: f64) -> Option<f64> {
         let mut book = ClockBook::default();

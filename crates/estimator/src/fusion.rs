@@ -1,5 +1,6 @@
 //! The machine: images in, poses out. It has no clock and no socket; the same inputs give the same outputs.
 
+mod clock_watch;
 mod faults;
 mod intake;
 
@@ -8,12 +9,13 @@ use std::sync::Arc;
 
 use thiserror::Error;
 
+use crate::clock_search::{ClockSearch, Timely};
 use crate::health::{Fault, Health};
 use crate::site::{ObjectImage, Site};
 use crate::timeline::Timeline;
 use crate::{
-    CameraId, ClockOffset, FusionOptions, ImageObservation, ObjectEstimate, ObjectId, ObjectModel,
-    OptionsError, Rig, Statistics, TagId,
+    FusionOptions, ImageObservation, ObjectEstimate, ObjectId, ObjectModel, OptionsError, Rig,
+    Statistics, TagId,
 };
 use intake::Intake;
 
@@ -73,6 +75,11 @@ pub struct Fusion {
     timelines: Vec<Timeline>,
     intake: Intake,
     health: Health,
+    clock_search: ClockSearch,
+    /// The present, as far as it was told.
+    now_ns: u64,
+    /// When the filters' clocks are looked at next.
+    next_look_ns: u64,
     /// Capture time up to which each object's loss has been said, by object index.
     lost_said_ns: Vec<u64>,
     outputs: VecDeque<Output>,
@@ -100,13 +107,18 @@ impl Fusion {
             timelines,
             intake,
             health: Health::default(),
+            clock_search: ClockSearch::default(),
+            now_ns: 0,
+            next_look_ns: 0,
             lost_said_ns,
             outputs: VecDeque::new(),
         })
     }
 
-    /// Takes an input in; `now_ns` is the present in ns since the Unix epoch.
+    /// Takes an input in; `now_ns` is the present in ns since the Unix epoch. It never goes back.
     pub fn handle(&mut self, now_ns: u64, input: Input) {
+        self.now_ns = self.now_ns.max(now_ns);
+        let now_ns = self.now_ns;
         match input {
             Input::Image(image) => self.take_image(now_ns, &image),
             Input::Rig(rig) => self.take_rig(&rig),
@@ -138,27 +150,16 @@ impl Fusion {
         estimate.filter(ObjectEstimate::is_finite)
     }
 
-    /// What the motion has told about the clocks of cameras: the sharpest estimate of all objects.
-    pub fn clock_offsets(&self) -> BTreeMap<CameraId, ClockOffset> {
-        let mut offsets: BTreeMap<CameraId, ClockOffset> = BTreeMap::new();
-        for (camera, found) in self.timelines.iter().flat_map(Timeline::clock_offsets) {
-            let Some(camera) = self.site.cameras().get(camera) else {
-                continue;
-            };
-            if self.site.camera(&camera.id).is_none() {
-                continue;
-            }
-            let known = offsets.entry(camera.id.clone()).or_insert(found);
-            if found.sigma_s < known.sigma_s {
-                *known = found;
-            }
-        }
-        offsets
-    }
-
     /// What is wrong with the site, as far as the images tell.
     pub fn faults(&self) -> Vec<Fault> {
-        faults::all(&self.site, &self.health, &self.clock_offsets())
+        let clocks = self.clock_offsets();
+        faults::all(
+            &self.site,
+            &self.health,
+            &clocks,
+            &self.clock_search,
+            self.now_ns,
+        )
     }
 
     /// Counts since the start.
@@ -167,27 +168,44 @@ impl Fusion {
     }
 
     fn take_image(&mut self, now_ns: u64, image: &ImageObservation) {
+        let Some(image) = self.righted(now_ns, image) else {
+            return;
+        };
+        let image = &image;
         let Some(sorted) = self.intake.admit(now_ns, image, &self.site, &self.options) else {
             return;
         };
-        if let Some((camera_index, _)) = self.site.camera(&image.camera) {
-            let tags = image.tags.iter().map(|seen| seen.tag);
-            self.health
-                .look_for_twins(camera_index, image.capture_ns, tags);
-        }
+        let Some((camera_index, _)) = self.site.camera(&image.camera) else {
+            return;
+        };
+        let tags = image.tags.iter().map(|seen| seen.tag);
+        self.health
+            .look_for_twins(camera_index, image.capture_ns, tags);
+        let mut timely = Timely::Yes;
         for object in 0..self.timelines.len() {
             match sorted.objects.get(&object) {
-                Some(seen) => self.take_sight(object, image, seen),
+                Some(seen) => {
+                    if self.take_sight(object, image, seen) == Timely::No {
+                        timely = Timely::No;
+                    }
+                }
                 None => self.take_absence(object, image.capture_ns),
             }
         }
+        self.look_at_clock(camera_index, &sorted, timely);
+        self.look_at_estimates();
     }
 
-    fn take_sight(&mut self, object: usize, image: &ImageObservation, seen: &Arc<ObjectImage>) {
+    fn take_sight(
+        &mut self,
+        object: usize,
+        image: &ImageObservation,
+        seen: &Arc<ObjectImage>,
+    ) -> Timely {
         let timeline = &mut self.timelines[object];
         let Ok(settled) = timeline.insert(seen.clone(), &self.site, &self.options) else {
             self.intake.count_late(&image.camera);
-            return;
+            return Timely::No;
         };
         for instant in settled {
             self.health.take(object, instant.time_ns, &instant.views);
@@ -201,6 +219,7 @@ impl Fusion {
         self.intake
             .count_views(&image.camera, seen.views.len(), refused);
         self.say(object, image.capture_ns);
+        Timely::Yes
     }
 
     /// An image without the object's tags says nothing about a pose that others have just seen; otherwise it asks for the
@@ -222,6 +241,7 @@ impl Fusion {
     fn take_rig(&mut self, rig: &Rig) {
         self.site.set_rig(rig);
         self.health.reset();
+        self.clock_search.models_changed();
         self.intake.rig_changed(&self.site);
         for timeline in &mut self.timelines {
             timeline.settle();
@@ -234,6 +254,7 @@ impl Fusion {
             return;
         }
         self.health.reset();
+        self.clock_search.models_changed();
         let mut old: BTreeMap<ObjectId, (ObjectModel, Timeline, u64)> = BTreeMap::new();
         let parts = self
             .objects

@@ -16,6 +16,8 @@ const FEWEST: f64 = 6.0;
 /// Share of contradicting views that makes a fault, and below which it is over.
 const RAISED: f64 = 0.7;
 const CLEARED: f64 = 0.3;
+/// Share of contradicting views from which on it is asked whether the camera's clock is the cause.
+const DOUBTED: f64 = 0.5;
 /// Share of contradicting views among all others up to which these can be believed.
 const SOUND: f64 = 0.3;
 /// Relative error of a tag's size that is worth a word, and its chi-square (1 degree of freedom).
@@ -56,6 +58,13 @@ pub enum Fault {
         /// Seconds, one sigma at most a tenth of it.
         offset_s: f64,
     },
+    /// The camera's images are not taken in, since their stamps are too far from the present.
+    Untimely {
+        /// Which camera.
+        camera: CameraId,
+        /// Seconds from the newest images' stamps to their arrival; below zero where stamps lie ahead.
+        age_s: f64,
+    },
     /// The tag is in one image twice.
     DuplicateTag {
         /// Which camera saw it.
@@ -85,15 +94,40 @@ impl fmt::Display for Fault {
                     (ratio - 1.0) * 100.0
                 )
             }
-            Self::ClockOff { camera, offset_s } => {
-                write!(
-                    f,
-                    "the clock of camera {camera} is off by {:+.1} ms",
-                    offset_s * 1e3
-                )
-            }
+            Self::ClockOff { camera, offset_s } if offset_s.abs() < 0.1 => write!(
+                f,
+                "the clock of camera {camera} is off by {:+.1} ms: set its clock; poses allow for it",
+                offset_s * 1e3
+            ),
+            Self::ClockOff { camera, offset_s } => write!(
+                f,
+                "the clock of camera {camera} is {} {}: set its clock; poses allow for it",
+                span(offset_s.abs()),
+                if *offset_s > 0.0 { "ahead" } else { "behind" },
+            ),
+            Self::Untimely { camera, age_s } if *age_s < 0.0 => write!(
+                f,
+                "images of camera {camera} are stamped {} ahead of their arrival and left out: set its clock",
+                span(-age_s)
+            ),
+            Self::Untimely { camera, age_s } => write!(
+                f,
+                "images of camera {camera} arrive {} after their stamps and are left out: set its clock, or look at its network",
+                span(*age_s)
+            ),
             Self::DuplicateTag { camera, tag } => write!(f, "camera {camera} sees tag {tag} twice"),
         }
+    }
+}
+
+/// A span of time in words.
+fn span(seconds: f64) -> String {
+    const DAY: f64 = 86_400.0;
+    match seconds {
+        s if s < 120.0 => format!("{s:.2} s"),
+        s if s < 2.0 * DAY => format!("{:.1} h", s / 3600.0),
+        s if s < 700.0 * DAY => format!("{:.0} days", s / DAY),
+        s => format!("{:.1} years", s / (365.25 * DAY)),
     }
 }
 
@@ -206,6 +240,16 @@ impl Health {
     /// Forgets all: the models have changed.
     pub fn reset(&mut self) {
         *self = Self::default();
+    }
+
+    /// The cameras most of whose views contradict their tracks, by index: for whatever cause.
+    pub fn contradicted_cameras(&self) -> impl Iterator<Item = usize> {
+        let is_contradicted =
+            |count: &Count| count.views >= FEWEST / 2.0 && count.share() > DOUBTED;
+        let cameras = self.cameras.iter();
+        cameras
+            .filter(move |(_, count)| is_contradicted(count))
+            .map(|(camera, _)| *camera)
     }
 
     /// The cameras that are not where the rig says, by index.

@@ -8,11 +8,13 @@
 //! - [`Rig`], [`ObjectModel`], [`Articulation`], [`ImageObservation`]: what it works from.
 //! - [`ObjectEstimate`], [`ClockOffset`], [`Fault`], [`Statistics`]: what it tells.
 //! - Inside: `fusion` (intake, outputs), `timeline` (the window into which late images are put), `track` (one object at
-//!   one instant: rival attitudes and clocks), `filter` (the mathematics of one update), `health` (what is wrong, by name).
+//!   one instant: rival attitudes and clocks), `filter` (the mathematics of one update), `clock_search` (clocks that are far
+//!   off), `health` (what is wrong, by name).
 //!
 //! This crate knows no clock (time is an argument), no image, no network and no file.
 
 mod articulation;
+mod clock_search;
 mod estimate;
 mod filter;
 mod fusion;

@@ -58,6 +58,8 @@ pub(crate) struct Site {
 pub(crate) enum StatedClock {
     /// It is the reference, or as good as.
     Right,
+    /// It is the reference unless another is right; one sigma in seconds.
+    Reference(f64),
     /// One sigma in seconds.
     Within(f64),
     /// Nobody vouches for it.
@@ -170,6 +172,11 @@ impl Site {
         &self.objects
     }
 
+    /// Index of the camera whose clock is the reference where nobody vouches for another.
+    pub fn reference(&self) -> usize {
+        self.reference
+    }
+
     pub fn cameras(&self) -> &[SiteCamera] {
         &self.cameras
     }
@@ -218,7 +225,7 @@ impl Site {
         sorted
     }
 
-    /// The first camera of the rig is the reference, unless it says itself that its clock is off.
+    /// The first camera of the rig is the reference; where it says itself that its clock may be off, unless another's is right.
     fn stated_clock(
         &self,
         camera_index: usize,
@@ -232,6 +239,7 @@ impl Site {
             }
             ImageObservation::CLOCK_ERROR_UNKNOWN => StatedClock::Unknown,
             _ if sigma_s <= options.right_clock_s => StatedClock::Right,
+            _ if camera_index == self.reference => StatedClock::Reference(sigma_s),
             _ => StatedClock::Within(sigma_s),
         }
     }

@@ -153,4 +153,10 @@ impl Timeline {
             self.base = last.after;
         }
     }
+
+    /// So many seconds more are taken off a camera's stamps from now on.
+    pub fn shift_clock(&mut self, camera_index: usize, by_s: f64) {
+        self.settle();
+        self.base.shift_clock(camera_index, by_s);
+    }
 }

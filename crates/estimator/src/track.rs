@@ -217,6 +217,21 @@ impl Track {
                 .is_some_and(|since| seconds(since, self.time_ns) >= options.contradiction_s)
     }
 
+    /// So many seconds more are taken off a camera's stamps from now on.
+    pub fn shift_clock(&mut self, camera_index: usize, by_s: f64) {
+        self.timing.shift(camera_index, by_s);
+        for clocks in self
+            .hypotheses
+            .iter_mut()
+            .filter_map(|one| one.state.clocks.as_mut())
+        {
+            clocks.take_off(camera_index, by_s);
+        }
+        if let Some(rival) = &mut self.rival {
+            rival.shift_clock(camera_index, by_s);
+        }
+    }
+
     fn learn_noise(&mut self, best: &Hypothesis, sights: &[Sight<'_>], options: &FusionOptions) {
         let pairs = || sights.iter().zip(&best.taken);
         for (sight, taken) in pairs() {

@@ -26,26 +26,27 @@ impl Ledger {
     }
 
     /// Notes what was said after an image; returns the final poses of its capture time, ordered by object, when it was the
-    /// last one. A loss is said at a time of no image and is no pose of one.
+    /// last one. Poses at another time are of an image whose stamp was put right, alone at that time, and final at once. A loss
+    /// is said at a time of no image and is no pose of one.
     pub fn took(
         &mut self,
         capture_ns: u64,
         said: impl Iterator<Item = ObjectEstimate>,
     ) -> Vec<ObjectEstimate> {
-        let of_this_image =
-            |pose: &ObjectEstimate| pose.capture_ns == capture_ns && pose.state != State::Lost;
-        let said: Vec<_> = said.filter(of_this_image).collect();
+        let poses = said.filter(|pose| pose.state != State::Lost);
+        let (said, mut righted): (Vec<_>, Vec<_>) =
+            poses.partition(|pose| pose.capture_ns == capture_ns);
         let Some(page) = self.open.get_mut(&capture_ns) else {
-            return Vec::new();
+            return righted;
         };
         page.poses
             .extend(said.into_iter().map(|pose| (pose.object.clone(), pose)));
         page.images_to_come -= 1;
-        if page.images_to_come > 0 {
-            return Vec::new();
+        if page.images_to_come == 0 {
+            let page = self.open.remove(&capture_ns).unwrap_or_default();
+            righted.extend(page.poses.into_values());
         }
-        let page = self.open.remove(&capture_ns).unwrap_or_default();
-        page.poses.into_values().collect()
+        righted
     }
 }
 
@@ -101,10 +102,22 @@ mod tests {
     }
 
     #[test]
-    fn losses_and_poses_of_other_times_are_no_poses_of_the_image() {
+    fn losses_are_no_poses_of_an_image() {
         let mut ledger = Ledger::of([1].into_iter());
-        let said = [pose("a", 1, 0.0, State::Lost), pose("b", 9, 0.0, Tracking)];
+        let said = [
+            pose("a", 1, 0.0, State::Lost),
+            pose("b", 9, 0.0, State::Lost),
+        ];
         assert!(ledger.took(1, said.into_iter()).is_empty());
         assert!(ledger.took(1, std::iter::empty()).is_empty());
+    }
+
+    #[test]
+    fn a_pose_at_a_stamp_that_was_put_right_is_final() {
+        let mut ledger = Ledger::of([1, 1].into_iter());
+        let righted = ledger.took(1, [pose("a", 9, 2.0, Tracking)].into_iter());
+        assert_eq!(xs(&righted), [("a".into(), 9, 2.0)]);
+        let at_one = ledger.took(1, [pose("a", 1, 1.0, Tracking)].into_iter());
+        assert_eq!(xs(&at_one), [("a".into(), 1, 1.0)]);
     }
 }

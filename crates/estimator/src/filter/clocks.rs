@@ -60,6 +60,13 @@ impl Clocks {
         self.offset += by;
     }
 
+    /// So many seconds of a camera's offset are taken off its stamps instead.
+    pub fn take_off(&mut self, camera_index: usize, by_s: f64) {
+        if let Some(slot) = self.slot(camera_index) {
+            self.offset[slot] -= by_s;
+        }
+    }
+
     /// Offset and its sigma of each camera, in seconds.
     pub fn offsets(&self) -> impl Iterator<Item = (usize, ClockOffset)> {
         let one = |slot: usize| ClockOffset {

@@ -1,7 +1,8 @@
 //! The faults by the names that people know.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
+use crate::clock_search::ClockSearch;
 use crate::health::{Fault, Health};
 use crate::site::Site;
 use crate::{CameraId, ClockOffset};
@@ -11,31 +12,55 @@ const OFF_S: f64 = 0.002;
 /// Sigmas by which an offset must be known.
 const SURE: f64 = 10.0;
 
-/// All faults: cameras, tags, clocks, twins, each in order of name.
+/// Whether a clock's offset is worth a word.
+pub(crate) fn is_off(clock: &ClockOffset) -> bool {
+    clock.offset_s.abs() > OFF_S.max(SURE * clock.sigma_s)
+}
+
+/// All faults: cameras, tags, clocks, twins, each in order of name. What looks like a moved camera or tag waits while it may
+/// yet be a clock.
 pub(crate) fn all(
     site: &Site,
     health: &Health,
     clocks: &BTreeMap<CameraId, ClockOffset>,
+    search: &ClockSearch,
+    now_ns: u64,
 ) -> Vec<Fault> {
+    let is_sure = !search.is_young(now_ns);
     let camera = |index: usize| site.cameras().get(index).map(|camera| camera.id.clone());
-    let moved = health.moved_cameras().filter_map(|index| {
+    let moved = health.moved_cameras().filter(|_| is_sure);
+    let moved = moved.filter_map(|index| {
         Some(Fault::CameraMoved {
             camera: camera(index)?,
         })
     });
-    let wrong = health.wrong_tags().filter_map(|(object, tag, ratio)| {
+    let wrong = health.wrong_tags().filter(|_| is_sure);
+    let wrong = wrong.filter_map(|(object, tag, ratio)| {
         let object = site.objects().get(object)?.clone();
         Some(match ratio {
             Some(ratio) => Fault::TagSize { object, tag, ratio },
             None => Fault::TagMisplaced { object, tag },
         })
     });
+    let steady: BTreeSet<CameraId> = search
+        .offsets()
+        .map(|(index, _)| index)
+        .chain(search.long_off(now_ns).filter(|_| is_sure))
+        .filter_map(camera)
+        .collect();
     let off = clocks
         .iter()
-        .filter(|(_, clock)| clock.offset_s.abs() > OFF_S.max(SURE * clock.sigma_s));
+        .filter(|(camera, clock)| steady.contains(*camera) && is_off(clock));
     let off = off.map(|(camera, clock)| Fault::ClockOff {
         camera: camera.clone(),
         offset_s: clock.offset_s,
+    });
+    let untimely = search.untimely().filter(|_| is_sure);
+    let untimely = untimely.filter_map(|(index, age_s)| {
+        Some(Fault::Untimely {
+            camera: camera(index)?,
+            age_s,
+        })
     });
     let twins = health.twins().filter_map(|(index, tag)| {
         Some(Fault::DuplicateTag {
@@ -43,5 +68,6 @@ pub(crate) fn all(
             tag,
         })
     });
-    moved.chain(wrong).chain(off).chain(twins).collect()
+    let clocks = off.chain(untimely);
+    moved.chain(wrong).chain(clocks).chain(twins).collect()
 }

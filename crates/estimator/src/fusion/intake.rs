@@ -97,6 +97,16 @@ impl Intake {
         Some(())
     }
 
+    /// An image whose stamp is too far from the present, or in doubt.
+    pub fn count_untimely(&mut self, image: &ImageObservation, now_ns: u64) {
+        let counts = self.counts(&image.camera);
+        if image.capture_ns > now_ns {
+            counts.ahead += 1;
+        } else {
+            counts.late += 1;
+        }
+    }
+
     pub fn count_late(&mut self, camera: &CameraId) {
         self.counts(camera).late += 1;
     }

@@ -25,6 +25,7 @@ impl Track {
         options: &FusionOptions,
     ) -> Self {
         let mut next = self.stepped(time_ns, images, site, options);
+        next.timing.has_right_clock |= images.iter().any(|image| image.clock == StatedClock::Right);
         let rival = match &self.rival {
             Some(rival) => Some(rival.stepped(time_ns, images, site, options)),
             None if self.shares_shutter(time_ns, images) => {
@@ -39,7 +40,10 @@ impl Track {
             .as_ref()
             .map(|_| self.rival_since_ns.unwrap_or(time_ns));
         match rival {
-            Some(rival) => next.rivalled(rival, options),
+            Some(mut rival) => {
+                rival.timing.has_right_clock = next.timing.has_right_clock;
+                next.rivalled(rival, options)
+            }
             None => next,
         }
     }

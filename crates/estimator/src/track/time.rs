@@ -14,6 +14,8 @@ use crate::{ClockOffset, FusionOptions};
 pub(crate) struct Timing {
     /// Whether the clocks that nobody vouches for are estimated.
     pub open: bool,
+    /// Whether a camera whose clock is right has seen the object.
+    pub has_right_clock: bool,
     /// When it was last settled of which cameras' clocks that they agree, in ns.
     settled: Vec<(usize, u64)>,
     /// By camera index: what an earlier track found out.
@@ -54,9 +56,19 @@ impl Timing {
         };
         match stated {
             StatedClock::Right => None,
+            // The motion tells differences only: without a clock that is right this one is.
+            StatedClock::Reference(sigma_s) if self.has_right_clock => within(sigma_s),
+            StatedClock::Reference(_) => None,
             StatedClock::Within(sigma_s) => within(sigma_s),
             StatedClock::Unknown if self.open => within(options.unknown_clock_s),
             StatedClock::Unknown => None,
+        }
+    }
+
+    /// So many seconds more are taken off a camera's stamps from now on.
+    pub fn shift(&mut self, camera_index: usize, by_s: f64) {
+        if let Some(Some(learned)) = self.learned.get_mut(camera_index) {
+            learned.offset_s -= by_s;
         }
     }
 

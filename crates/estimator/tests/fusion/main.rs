@@ -7,6 +7,7 @@ mod arm;
 mod arm_scene;
 mod changes;
 mod clocks;
+mod far_clocks;
 mod faults;
 mod health;
 mod lasting;

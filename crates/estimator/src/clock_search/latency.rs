@@ -1,0 +1,69 @@
+//! What arrivals tell of clocks: no image arrives before it was taken, and the quickest of a camera's images arrive about as
+//! quickly as those of others, so that stamps which are wrong by seconds show in the age that images seem to have.
+
+use std::collections::{BTreeMap, VecDeque};
+
+/// Images of a camera of which the quickest counts: about a second of them.
+const REMEMBERED: usize = 32;
+
+/// The apparent ages of the cameras' last images on arrival, in ns, by camera index.
+#[derive(Debug, Default)]
+pub(super) struct Latencies(BTreeMap<usize, VecDeque<i64>>);
+
+impl Latencies {
+    /// An image with this stamp arrived at `now_ns`.
+    pub fn hear(&mut self, camera_index: usize, now_ns: u64, stamp_ns: u64) {
+        let ages = self.0.entry(camera_index).or_default();
+        if ages.len() == REMEMBERED {
+            ages.pop_front();
+        }
+        ages.push_back(now_ns.wrapping_sub(stamp_ns) as i64);
+    }
+
+    /// The camera's stamps mean something else now.
+    pub fn forget(&mut self, camera_index: usize) {
+        self.0.remove(&camera_index);
+    }
+
+    /// Cameras that have been heard.
+    pub fn cameras(&self) -> usize {
+        self.0.len()
+    }
+
+    /// Apparent age of the camera's quickest image, ns; below zero where stamps lie ahead.
+    pub fn age_ns(&self, camera_index: usize) -> Option<i64> {
+        self.0.get(&camera_index)?.iter().min().copied()
+    }
+
+    /// By how many ns the camera's stamps lie ahead of the other cameras' by that: against the middle one, or the nearer of
+    /// two.
+    pub fn lead_ns(&self, camera_index: usize) -> Option<i64> {
+        let own = self.age_ns(camera_index)?;
+        let others = self.0.keys().filter(|other| **other != camera_index);
+        let mut ages: Vec<i64> = others.filter_map(|other| self.age_ns(*other)).collect();
+        ages.sort_unstable();
+        let last = ages.len().checked_sub(1)?;
+        let leads = [last / 2, last.div_ceil(2)].map(|middle| ages[middle].saturating_sub(own));
+        leads.into_iter().min_by_key(|lead| lead.saturating_abs())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_camera_ahead_of_the_others_is_seen_by_its_quickest_image() {
+        let mut latencies = Latencies::default();
+        for (camera, ages) in [(0, [30, 12]), (1, [-88, 40]), (2, [11, 900])] {
+            for age in ages {
+                latencies.hear(camera, 5_000, 5_000_u64.wrapping_sub_signed(age));
+            }
+        }
+        assert_eq!(latencies.age_ns(1), Some(-88));
+        assert_eq!(latencies.lead_ns(1), Some(99));
+        assert_eq!(latencies.lead_ns(2), Some(1));
+        latencies.forget(1);
+        assert_eq!(latencies.lead_ns(1), None);
+    }
+}
