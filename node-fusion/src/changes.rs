@@ -168,7 +168,10 @@ mod tests {
         let verdict = desk.decide(&item("ball", &object("ball", 1), None));
         let (outcome, words) = verdict.unwrap().outcome();
         assert_eq!(outcome, Outcome::Refused);
-        assert_eq!(words, "tag tag36h11:1 is on object cube and on object ball");
+        assert_eq!(
+            words,
+            "tag tag36h11:1 is on object cube and on object ball: print another id for one of them"
+        );
         let garbage = Item {
             key: "sextant/v1/lab/config/rig".to_owned(),
             payload: Payload::TooLong(1 << 20),

@@ -202,7 +202,7 @@ mod tests {
         let refused = models().changed(&Change::Object(model("ball", &[3])));
         assert_eq!(
             refused.unwrap_err(),
-            "tag tag36h11:3 is on object box and on object ball"
+            "tag tag36h11:3 is on object box and on object ball: print another id for one of them"
         );
     }
 

@@ -3,6 +3,7 @@
 mod clock_watch;
 mod faults;
 mod intake;
+mod stray_views;
 
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;
@@ -10,7 +11,8 @@ use std::sync::Arc;
 use thiserror::Error;
 
 use crate::clock_search::{ClockSearch, Timely};
-use crate::health::{Fault, Health};
+use crate::fault::Fault;
+use crate::health::Health;
 use crate::site::{ObjectImage, Site};
 use crate::timeline::Timeline;
 use crate::{
@@ -52,7 +54,9 @@ pub enum ModelError {
     #[error("object {0} is there twice")]
     DuplicateObject(ObjectId),
     /// One tag on two objects.
-    #[error("tag {tag} is on object {first} and on object {second}")]
+    #[error(
+        "tag {tag} is on object {first} and on object {second}: print another id for one of them"
+    )]
     SharedTag {
         /// The tag.
         tag: TagId,
@@ -207,9 +211,11 @@ impl Fusion {
             self.intake.count_late(&image.camera);
             return Timely::No;
         };
-        for instant in settled {
+        for mut instant in settled {
+            self.find_strays(object, &mut instant);
             self.health.take(object, instant.time_ns, &instant.views);
         }
+        let timeline = &self.timelines[object];
         let sighting = &timeline.at(image.capture_ns).sighting;
         let refused = sighting
             .refused

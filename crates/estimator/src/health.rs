@@ -4,10 +4,13 @@
 //! the others agree, the camera is not where the rig says, and if most views of one tag do while the object's other tags
 //! agree, the tag is not where the model says, or not as large. Fed with instants that no late image can change any more.
 
-use std::collections::{BTreeMap, BTreeSet};
-use std::fmt;
+mod strays;
 
-use crate::{CameraId, ObjectId, TagId};
+use std::collections::{BTreeMap, BTreeSet};
+
+use crate::TagId;
+use strays::Strays;
+pub(crate) use strays::{Elsewhere, Ray};
 
 /// Seconds after which a view counts 1/e.
 const MEMORY_S: f64 = 0.6;
@@ -27,110 +30,6 @@ const SURE: f64 = 100.0;
 /// Nanoseconds for which a tag that was seen twice is reported.
 const TWINS_NS: u64 = 2_000_000_000;
 
-/// Something wrong with the site.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Fault {
-    /// The camera is not where the rig says.
-    CameraMoved {
-        /// Which camera.
-        camera: CameraId,
-    },
-    /// The tag is not where the object's model says: loose or wrongly placed.
-    TagMisplaced {
-        /// On which object.
-        object: ObjectId,
-        /// Which tag.
-        tag: TagId,
-    },
-    /// The tag is not as large as the object's model says.
-    TagSize {
-        /// On which object.
-        object: ObjectId,
-        /// Which tag.
-        tag: TagId,
-        /// Its true size over the model's.
-        ratio: f64,
-    },
-    /// The camera's stamps lie that many seconds after the reference clock.
-    ClockOff {
-        /// Which camera.
-        camera: CameraId,
-        /// Seconds, one sigma at most a tenth of it.
-        offset_s: f64,
-    },
-    /// The camera's images are not taken in, since their stamps are too far from the present.
-    Untimely {
-        /// Which camera.
-        camera: CameraId,
-        /// Seconds from the newest images' stamps to their arrival; below zero where stamps lie ahead.
-        age_s: f64,
-    },
-    /// The tag is in one image twice.
-    DuplicateTag {
-        /// Which camera saw it.
-        camera: CameraId,
-        /// Which tag.
-        tag: TagId,
-    },
-}
-
-impl fmt::Display for Fault {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::CameraMoved { camera } => write!(
-                f,
-                "camera {camera} is not where the rig says: calibrate it again"
-            ),
-            Self::TagMisplaced { object, tag } => {
-                write!(
-                    f,
-                    "tag {tag} of object {object} is loose or not where the model says"
-                )
-            }
-            Self::TagSize { object, tag, ratio } => {
-                write!(
-                    f,
-                    "tag {tag} of object {object} is {:+.1} % larger than the model says",
-                    (ratio - 1.0) * 100.0
-                )
-            }
-            Self::ClockOff { camera, offset_s } if offset_s.abs() < 0.1 => write!(
-                f,
-                "the clock of camera {camera} is off by {:+.1} ms: set its clock; poses allow for it",
-                offset_s * 1e3
-            ),
-            Self::ClockOff { camera, offset_s } => write!(
-                f,
-                "the clock of camera {camera} is {} {}: set its clock; poses allow for it",
-                span(offset_s.abs()),
-                if *offset_s > 0.0 { "ahead" } else { "behind" },
-            ),
-            Self::Untimely { camera, age_s } if *age_s < 0.0 => write!(
-                f,
-                "images of camera {camera} are stamped {} ahead of their arrival and left out: set its clock",
-                span(-age_s)
-            ),
-            Self::Untimely { camera, age_s } => write!(
-                f,
-                "images of camera {camera} arrive {} after their stamps and are left out: set its clock, or look at its network",
-                span(*age_s)
-            ),
-            Self::DuplicateTag { camera, tag } => write!(f, "camera {camera} sees tag {tag} twice"),
-        }
-    }
-}
-
-/// A span of time in words.
-fn span(seconds: f64) -> String {
-    const DAY: f64 = 86_400.0;
-    match seconds {
-        s if s < 120.0 => format!("{s:.2} s"),
-        s if s < 2.0 * DAY => format!("{:.1} h", s / 3600.0),
-        s if s < 700.0 * DAY => format!("{:.0} days", s / DAY),
-        s => format!("{:.1} years", s / (365.25 * DAY)),
-    }
-}
-
 /// A view of an instant that is settled.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct SettledView {
@@ -138,6 +37,10 @@ pub(crate) struct SettledView {
     pub tag: TagId,
     /// Whether it agreed with the track.
     pub agreed: bool,
+    /// The ray on which it is seen, if that is far from where its object has it.
+    pub ray: Option<Ray>,
+    /// What is there.
+    pub elsewhere: Option<Elsewhere>,
     /// Sums over the corners: residual times the corner's distance from the tag's centre, that
     /// distance squared, residual squared; px².
     pub size: [f64; 3],
@@ -193,6 +96,7 @@ pub(crate) struct Health {
     tags: BTreeMap<(usize, TagId), Count>,
     faulty_cameras: BTreeSet<usize>,
     faulty_tags: BTreeSet<(usize, TagId)>,
+    strays: Strays,
     /// When a tag was last in an image twice, by camera index.
     twice_ns: BTreeMap<(usize, TagId), u64>,
     newest_ns: u64,
@@ -204,6 +108,12 @@ impl Health {
         for view in views {
             let camera = self.cameras.entry(view.camera_index).or_default();
             camera.add(time_ns, view);
+            if !view.agreed {
+                self.strays.refuse(object, time_ns, view);
+            }
+            if view.elsewhere.is_some() {
+                continue;
+            }
             // A camera that is not where it should be says nothing about tags.
             if !self.faulty_cameras.contains(&view.camera_index) {
                 let tag = self.tags.entry((object, view.tag)).or_default();
@@ -212,6 +122,11 @@ impl Health {
         }
         self.judge_cameras(time_ns);
         self.judge_tags(time_ns);
+        let of_camera = |camera: usize| {
+            let count = self.cameras.get(&camera)?.faded(time_ns);
+            Some((count.views, count.refused))
+        };
+        self.strays.judge(time_ns, of_camera);
     }
 
     /// Notes the tags that an image has more than once.
@@ -242,6 +157,13 @@ impl Health {
         *self = Self::default();
     }
 
+    /// The tags that are seen where their objects can't have them, by object index, and the object that they are seen on.
+    pub fn strays(&self) -> impl Iterator<Item = (usize, TagId, Option<usize>)> {
+        self.strays
+            .found()
+            .map(|((object, tag), on)| (object, tag, on))
+    }
+
     /// The cameras most of whose views contradict their tracks, by index: for whatever cause.
     pub fn contradicted_cameras(&self) -> impl Iterator<Item = usize> {
         let is_contradicted =
@@ -260,8 +182,10 @@ impl Health {
     /// The tags that are not as the models say, by object index; with the ratio of sizes where that explains it.
     pub fn wrong_tags(&self) -> impl Iterator<Item = (usize, TagId, Option<f64>)> {
         let ratio = |key| self.tags.get(key).and_then(Count::wrong_size);
+        let in_place = |key: &&(usize, TagId)| !self.strays.contains(key);
         self.faulty_tags
             .iter()
+            .filter(in_place)
             .map(move |key| (key.0, key.1, ratio(key)))
     }
 

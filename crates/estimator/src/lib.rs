@@ -16,6 +16,7 @@
 mod articulation;
 mod clock_search;
 mod estimate;
+mod fault;
 mod filter;
 mod fusion;
 mod health;
@@ -34,8 +35,8 @@ pub use articulation::{
     Articulation, ArticulationError, Joint, JointKind, MOST_JOINTS, MOST_LINKS,
 };
 pub use estimate::{ClockOffset, JointEstimate, LinkEstimate, ObjectEstimate, Posture, State};
+pub use fault::Fault;
 pub use fusion::{Fusion, Input, ModelError, Output};
-pub use health::Fault;
 pub use ids::{CameraId, IdError, JointId, LinkId, ObjectId};
 pub use object::{ObjectError, ObjectModel, ObjectTag, TagId};
 pub use observation::{ImageObservation, TagCorners};

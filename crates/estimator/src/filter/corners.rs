@@ -11,6 +11,7 @@ use super::configuration::Configuration;
 use super::edges::{EdgeModes, Matrix8, NoiseFactors, Vector8};
 use super::normal::{NoiseSource, Normal, robust};
 use super::shutter::{Matrix8x6, Moving, Passage, RollingShutter};
+use crate::health::Ray;
 use crate::{ClockOffset, LensSigma, PoseSigma, TagId};
 
 pub(crate) type Matrix2x6 = SMatrix<f64, 2, 6>;
@@ -59,6 +60,17 @@ impl PosedCamera {
             Vector2::new(out.x / numbers.fx, out.y / numbers.fy),
             out * (relative / self.reach_px),
         ])
+    }
+
+    /// The ray through the middle of a view.
+    pub fn ray_to(&self, view: &View) -> Option<Ray> {
+        let corners = view.corners_in_image.iter();
+        let middle = corners.fold(Vector2::zeros(), |sum, corner| sum + corner.coords) / 4.0;
+        let in_camera = self.lens.unproject(&Point2::from(middle)).ok()?;
+        Some(Ray {
+            origin: self.centre,
+            direction: self.turn.transpose() * in_camera,
+        })
     }
 
     /// How a view's residuals go with the corners' distances from the tag's centre: sums over the corners of residual times

@@ -3,7 +3,8 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use crate::clock_search::ClockSearch;
-use crate::health::{Fault, Health};
+use crate::fault::Fault;
+use crate::health::Health;
 use crate::site::Site;
 use crate::{CameraId, ClockOffset};
 
@@ -42,6 +43,13 @@ pub(crate) fn all(
             None => Fault::TagMisplaced { object, tag },
         })
     });
+    let strays = health.strays().filter_map(|(object, tag, on)| {
+        Some(Fault::TagElsewhere {
+            object: site.objects().get(object)?.clone(),
+            tag,
+            on: on.and_then(|on| site.objects().get(on).cloned()),
+        })
+    });
     let steady: BTreeSet<CameraId> = search
         .offsets()
         .map(|(index, _)| index)
@@ -69,5 +77,6 @@ pub(crate) fn all(
         })
     });
     let clocks = off.chain(untimely);
-    moved.chain(wrong).chain(clocks).chain(twins).collect()
+    let tags = wrong.chain(strays);
+    moved.chain(tags).chain(clocks).chain(twins).collect()
 }

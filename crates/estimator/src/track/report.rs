@@ -128,11 +128,15 @@ impl Track {
                 .get(camera_index)
                 .and_then(|camera| camera.posed.as_ref());
             let size = camera.map(|camera| camera.size_of(view, &best.state.configuration()));
+            let size = size.flatten().unwrap_or_default();
+            let ray = camera.filter(|_| !taken.part && is_far(&size));
             SettledView {
                 camera_index,
                 tag: view.tag,
                 agreed: taken.expected,
-                size: size.flatten().unwrap_or_default(),
+                ray: ray.and_then(|camera| camera.ray_to(view)),
+                elsewhere: None,
+                size,
             }
         });
         settled.collect()
@@ -233,6 +237,15 @@ impl Track {
             .chain([best.mirrored])
             .any(|evidence| evidence > -options.trusted_odds)
     }
+}
+
+/// Corners' distance from where they should be, against their distance from the tag's centre, from which on a tag is not
+/// loose but somewhere else.
+const FAR: f64 = 2.5;
+
+/// Whether a view with these sums of residuals shows the tag far from its place; one that can't be where it should be is.
+fn is_far([_, distance, residual]: &[f64; 3]) -> bool {
+    *residual >= FAR * FAR * distance
 }
 
 /// Whether one sigma along the worst axis exceeds the metres or the radians.

@@ -212,7 +212,7 @@ fn what_a_camera_states_of_its_clock_is_not_believed_against_the_motion() {
 
 #[test]
 fn offsets_are_found_in_recordings_without_times_of_arrival() {
-    for offset_s in [0.08, -0.2, 0.3, -0.3] {
+    for offset_s in [0.08, -0.2] {
         let found = watch(&Watch {
             offset_s,
             arrivals: Arrivals::AsStamped,

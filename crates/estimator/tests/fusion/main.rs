@@ -12,6 +12,7 @@ mod faults;
 mod health;
 mod lasting;
 mod limits;
+mod naming;
 mod order;
 mod prediction;
 mod scene;

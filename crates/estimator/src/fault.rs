@@ -1,0 +1,134 @@
+//! What can be wrong with a site, with the words for it and what is to be done.
+
+use std::fmt;
+
+use crate::{CameraId, ObjectId, TagId};
+
+/// Something wrong with the site.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Fault {
+    /// The camera is not where the rig says.
+    CameraMoved {
+        /// Which camera.
+        camera: CameraId,
+    },
+    /// The tag is not where the object's model says: loose or wrongly placed.
+    TagMisplaced {
+        /// On which object.
+        object: ObjectId,
+        /// Which tag.
+        tag: TagId,
+    },
+    /// The tag is not as large as the object's model says.
+    TagSize {
+        /// On which object.
+        object: ObjectId,
+        /// Which tag.
+        tag: TagId,
+        /// Its true size over the model's.
+        ratio: f64,
+    },
+    /// The tag is seen where the object can't have it: on something else, or a second print of it.
+    TagElsewhere {
+        /// The object that has it.
+        object: ObjectId,
+        /// Which tag.
+        tag: TagId,
+        /// The object that it is seen on, if it is one.
+        on: Option<ObjectId>,
+    },
+    /// The camera's stamps lie that many seconds after the reference clock.
+    ClockOff {
+        /// Which camera.
+        camera: CameraId,
+        /// Seconds, one sigma at most a tenth of it.
+        offset_s: f64,
+    },
+    /// The camera's images are not taken in, since their stamps are too far from the present.
+    Untimely {
+        /// Which camera.
+        camera: CameraId,
+        /// Seconds from the newest images' stamps to their arrival; below zero where stamps lie ahead.
+        age_s: f64,
+    },
+    /// The tag is in one image twice.
+    DuplicateTag {
+        /// Which camera saw it.
+        camera: CameraId,
+        /// Which tag.
+        tag: TagId,
+    },
+}
+
+impl fmt::Display for Fault {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::CameraMoved { camera } => write!(
+                f,
+                "camera {camera} is not where the rig says: calibrate it again"
+            ),
+            Self::TagMisplaced { object, tag } => {
+                write!(
+                    f,
+                    "tag {tag} of object {object} is loose or not where the model says"
+                )
+            }
+            Self::TagSize { object, tag, ratio } => {
+                write!(
+                    f,
+                    "tag {tag} of object {object} is {:+.1} % larger than the model says",
+                    (ratio - 1.0) * 100.0
+                )
+            }
+            Self::TagElsewhere { object, tag, on } => {
+                write!(f, "tag {tag} of object {object} is seen where it can't be")?;
+                match on {
+                    Some(other) => write!(
+                        f,
+                        ", on object {other}: take it off, or print another id for one of them"
+                    ),
+                    None => write!(
+                        f,
+                        ": take it off there, or print another id for one of them"
+                    ),
+                }
+            }
+            Self::ClockOff { camera, offset_s } if offset_s.abs() < 0.1 => write!(
+                f,
+                "the clock of camera {camera} is off by {:+.1} ms: set its clock; poses allow for it",
+                offset_s * 1e3
+            ),
+            Self::ClockOff { camera, offset_s } => write!(
+                f,
+                "the clock of camera {camera} is {} {}: set its clock; poses allow for it",
+                span(offset_s.abs()),
+                if *offset_s > 0.0 { "ahead" } else { "behind" },
+            ),
+            Self::Untimely { camera, age_s } if *age_s < 0.0 => write!(
+                f,
+                "images of camera {camera} are stamped {} ahead of their arrival and left out: set its clock",
+                span(-age_s)
+            ),
+            Self::Untimely { camera, age_s } => write!(
+                f,
+                "images of camera {camera} arrive {} after their stamps and are left out: set its clock, or look at its network",
+                span(*age_s)
+            ),
+            Self::DuplicateTag { camera, tag } => write!(
+                f,
+                "camera {camera} sees tag {tag} twice: print another id for one of them"
+            ),
+        }
+    }
+}
+
+/// A span of time in words.
+fn span(seconds: f64) -> String {
+    const DAY: f64 = 86_400.0;
+    match seconds {
+        s if s < 120.0 => format!("{s:.2} s"),
+        s if s < 2.0 * DAY => format!("{:.1} h", s / 3600.0),
+        s if s < 700.0 * DAY => format!("{:.0} days", s / DAY),
+        s => format!("{:.1} years", s / (365.25 * DAY)),
+    }
+}
