@@ -28,6 +28,7 @@ export default defineConfig({
   },
   server: {
     host: "127.0.0.1",
-    proxy: { "/ws": { target: bridge, ws: true, changeOrigin: true, rewriteWsOrigin: true }, "/api": bridge },
+    // The bridge hears its own page only.
+    proxy: { "/ws": { target: bridge, ws: true, changeOrigin: true, rewriteWsOrigin: true }, "/api": { target: bridge, changeOrigin: true, headers: { origin: bridge } } },
   },
 });

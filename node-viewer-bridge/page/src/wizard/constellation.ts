@@ -10,6 +10,8 @@ const DRAG = 0.01;
 const KEY = 0.15;
 /** Below this size on the screen a tag has no room for its number. */
 const LEGIBLE_PX = 13;
+/** How far a camera's name stands from it: names are wider than high. */
+const NAME_PX = { across: 30, down: 16 };
 
 export class ConstellationView {
   readonly canvas = testId(element("canvas", "constellation"), "wizard-constellation");
@@ -99,7 +101,8 @@ function drawPatch(context: CanvasRenderingContext2D, drawn: Drawn): void {
   context.fillText(patch.name, centre[0], centre[1]);
 }
 
-function drawPyramid(context: CanvasRenderingContext2D, { patch, corners }: Drawn, apex: [number, number]): void {
+/** Its name stands behind it, where it hides none of its lines. */
+function drawPyramid(context: CanvasRenderingContext2D, { patch, corners, centre }: Drawn, apex: [number, number]): void {
   context.beginPath();
   for (const corner of corners) {
     context.moveTo(...apex);
@@ -118,7 +121,10 @@ function drawPyramid(context: CanvasRenderingContext2D, { patch, corners }: Draw
   context.font = "500 12.5px system-ui, sans-serif";
   context.textAlign = "center";
   context.fillStyle = "#e8ecf1";
-  context.fillText(patch.name, apex[0], apex[1] - 12);
+  context.textBaseline = "middle";
+  const [dx, dy] = [apex[0] - centre[0], apex[1] - centre[1]];
+  const length = Math.max(1, Math.hypot(dx, dy));
+  context.fillText(patch.name, apex[0] + (NAME_PX.across * dx) / length, apex[1] + (NAME_PX.down * dy) / length);
 }
 
 function shoelace(corners: [number, number][]): number {
