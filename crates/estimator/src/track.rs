@@ -198,8 +198,8 @@ impl Track {
                 self.seen_ns
             };
             if alone {
-                let best = next.hypotheses[0].clone();
-                next.learn_noise(&best, sights, options);
+                let noise = std::mem::take(&mut next.noise);
+                next.noise = next.hypotheses[0].taught(noise, sights, options);
             }
             let state = next.state(&next.covariance(), options);
             next.trusted |= state == State::Tracking;
@@ -231,16 +231,20 @@ impl Track {
             rival.shift_clock(camera_index, by_s);
         }
     }
+}
 
-    fn learn_noise(&mut self, best: &Hypothesis, sights: &[Sight<'_>], options: &FusionOptions) {
-        let pairs = || sights.iter().zip(&best.taken);
+impl Hypothesis {
+    /// The noise with what the views of the instant tell about it.
+    fn taught(&self, mut noise: Noise, sights: &[Sight<'_>], options: &FusionOptions) -> Noise {
+        let pairs = || sights.iter().zip(&self.taken);
         for (sight, taken) in pairs() {
             let same_image = |other: &Sight<'_>| other.camera_index == sight.camera_index;
             // Wrong among right ones: that is no noise.
             if !taken.part && pairs().any(|(other, taken)| taken.part && same_image(other)) {
                 continue;
             }
-            self.noise.learn(sight, taken, options);
+            noise.learn(sight, taken, options);
         }
+        noise
     }
 }

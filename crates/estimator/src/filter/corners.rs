@@ -234,20 +234,16 @@ impl Sight<'_> {
     /// of the lens's field. A tag seen from its back has residuals all the same, which lead round to its face.
     pub fn normal(&self, link: &Moving) -> Option<Normal> {
         let linear = self.linearised(link)?;
-        let normal = Normal::of(
-            &linear.residuals,
-            &linear.jacobian,
-            linear.by_twist.as_ref(),
-        );
-        let normal = normal.of_unknown_scale(self.view.noise_source);
-        Some(Normal {
-            chi2: normal.chi2 + linear.relief,
-            square_px: linear.square_px,
-            ..normal
-        })
+        let by_twist = linear.by_twist.as_ref();
+        let mut normal = Normal::of(&linear.residuals, &linear.jacobian, by_twist)
+            .of_unknown_scale(self.view.noise_source);
+        normal.chi2 += linear.relief;
+        normal.square_px = linear.square_px;
+        Some(normal)
     }
 
     /// The whitened residuals and their derivatives.
+    #[inline]
     pub(super) fn linearised(&self, link: &Moving) -> Option<Linear> {
         let mut by_twist = link.twist.map(|_| Matrix8x6::zeros());
         let mut weights = [0.0; 4];
@@ -255,7 +251,7 @@ impl Sight<'_> {
         let mut jacobian = Matrix8x6::zeros();
         let (mut relief, mut square_px) = (0.0, 0.0);
         let still = self.placed(&link.pose);
-        for corner in 0..4 {
+        for (corner, kept) in weights.iter_mut().enumerate() {
             let passage = self.view.passage(corner, link);
             let moved = passage.as_ref().map(|passage| self.placed(&passage.pose));
             let mut seen = self.projected(corner, moved.as_ref().unwrap_or(&still))?;
@@ -274,7 +270,7 @@ impl Sight<'_> {
             jacobian
                 .fixed_rows_mut::<2>(2 * corner)
                 .copy_from(&(seen.jacobian * weight.sqrt()));
-            weights[corner] = weight;
+            *kept = weight;
             relief += corner_relief;
             square_px += residual.norm_squared();
         }

@@ -136,6 +136,13 @@ pub(crate) fn white_acceleration(dt: f64, restlessness: Restlessness) -> Covaria
     noise
 }
 
+/// Whether a variance along some axis exceeds a limit. The trace bounds the largest eigenvalue from above and the diagonal
+/// from below, so that eigenvalues are hardly ever needed.
+pub(crate) fn is_wider_than(covariance: &Matrix3<f64>, limit: f64) -> bool {
+    covariance.trace() > limit
+        && (covariance.diagonal().max() > limit || covariance.symmetric_eigenvalues().max() > limit)
+}
+
 /// The symmetric part, so that rounding can't add up.
 pub(crate) fn symmetric<const N: usize>(matrix: &SMatrix<f64, N, N>) -> SMatrix<f64, N, N> {
     (matrix + matrix.transpose()) * 0.5

@@ -45,6 +45,7 @@ pub(crate) struct Normal {
 
 impl Normal {
     /// Of whitened residuals, first those of the edges' places, then of their directions.
+    #[inline]
     pub(super) fn of(
         residuals: &Vector8,
         jacobian: &Matrix8x6,
@@ -67,7 +68,8 @@ impl Normal {
     /// Where the noise differs from view to view: with a variance of inverse gamma distribution about the usual one the
     /// residuals of a view are distributed as Student's t (Lange, Little, Taylor 1989, eq. 2), and a view off by much counts
     /// little.
-    pub(super) fn of_unknown_scale(self, source: NoiseSource) -> Self {
+    #[inline]
+    pub(super) fn of_unknown_scale(mut self, source: NoiseSource) -> Self {
         let freedom = source.freedom();
         let weight = (freedom + 8.0) / (freedom + self.chi2);
         // Where the scale is all but unknown, Fisher's information on the place is smaller by this (ibid., eq. 10); a
@@ -76,17 +78,15 @@ impl Normal {
             NoiseSource::Detector => 1.0,
             NoiseSource::Nobody => (freedom + 8.0) / (freedom + 10.0),
         };
-        Self {
-            information: self.information * (weight * certain),
-            of_turns: self.of_turns * (weight * certain),
-            gradient: self.gradient * weight,
-            rolling: self
-                .rolling
-                .map(|rolling| Box::new(rolling.weighed(weight, certain))),
-            chi2: (freedom + 8.0) * (1.0 + self.chi2 / freedom).ln(),
-            square_px: self.square_px,
-            scale: self.scale.map(|scale| scale * weight),
+        self.information *= weight * certain;
+        self.of_turns *= weight * certain;
+        self.gradient *= weight;
+        if let Some(rolling) = &mut self.rolling {
+            **rolling = rolling.weighed(weight, certain);
         }
+        self.chi2 = (freedom + 8.0) * (1.0 + self.chi2 / freedom).ln();
+        self.scale = self.scale.map(|scale| scale * weight);
+        self
     }
 }
 

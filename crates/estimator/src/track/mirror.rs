@@ -10,7 +10,7 @@ use super::birth::{area, branches};
 use crate::FusionOptions;
 use crate::filter::configuration::Configuration;
 use crate::filter::corners::Sight;
-use crate::filter::kinematics::Kinematics;
+use crate::filter::kinematics::{Kinematics, is_wider_than};
 use crate::filter::solve::Prior;
 
 /// Radians (one sigma about the worst axis) from which on a prediction is too vague to lead to the right one of several
@@ -52,7 +52,7 @@ pub(crate) fn others<const D: usize>(
         others.starts.push(mirrored);
     }
     let turn = seen.covariance.fixed_view::<3, 3>(3, 3).into_owned();
-    if turn.symmetric_eigenvalues().max() > VAGUE.powi(2) {
+    if is_wider_than(&turn, VAGUE.powi(2)) {
         let branches = branches(largest).into_iter();
         let branches = branches.map(|link| largest.view.anchored(&link, found));
         let possible = branches.filter(|start| is_possible(&prior, start, options));

@@ -7,7 +7,7 @@ use super::hypothesis::Hypothesis;
 use super::{Track, seconds};
 use crate::filter::clocks::Clocks;
 use crate::filter::corners::Sight;
-use crate::filter::kinematics::symmetric;
+use crate::filter::kinematics::{is_wider_than, symmetric};
 use crate::health::SettledView;
 use crate::site::{ObjectImage, Site};
 use crate::{ClockOffset, FusionOptions, ObjectEstimate, ObjectId, State};
@@ -250,9 +250,6 @@ fn is_far([_, distance, residual]: &[f64; 3]) -> bool {
 
 /// Whether one sigma along the worst axis exceeds the metres or the radians.
 fn is_wider(covariance: &Matrix6<f64>, position: f64, attitude: f64) -> bool {
-    let widest = |from: usize| {
-        let block = covariance.fixed_view::<3, 3>(from, from).into_owned();
-        block.symmetric_eigenvalues().max()
-    };
-    widest(0) > position.powi(2) || widest(3) > attitude.powi(2)
+    let block = |from: usize| covariance.fixed_view::<3, 3>(from, from).into_owned();
+    is_wider_than(&block(0), position.powi(2)) || is_wider_than(&block(3), attitude.powi(2))
 }
