@@ -24,8 +24,8 @@ pub(crate) struct Reader {
     /// Most of the area within the border that can have its colour.
     pub(crate) most_solid: f32,
     index: CodeIndex,
-    /// Most modules with a bit that may have both colours, where the family has few bits.
-    most_mixed: usize,
+    /// Most modules with a bit that may be neither clearly black nor clearly white, where the family has few bits.
+    most_in_doubt: usize,
     min_contrast: f32,
     min_margin: f32,
 }
@@ -63,7 +63,7 @@ impl Reader {
             data,
             layout: Layout::new(data),
             most_solid: most_solid(data),
-            most_mixed: (data.bits.len() / LEAST_PLAIN).min(index.bits_to_spare),
+            most_in_doubt: (data.bits.len() / LEAST_PLAIN).min(index.bits_to_spare),
             index,
             min_contrast: f32::from(options.min_contrast),
             min_margin: options.min_margin,
@@ -108,15 +108,17 @@ impl Reader {
         thresholds: &Thresholds,
     ) -> bool {
         thresholds.rings_are_whole(&self.layout, modules.all(), self.data.border)
-            && self.modules_are_plain(view, map, thresholds)
+            && self.modules_are_plain(view, map, modules, thresholds)
     }
 
-    /// Whether the modules with a bit have one colour throughout, but for as many as may be in doubt: those of a tag with
-    /// more and smaller modules, which now and then show a code word of a family of few bits, have not.
+    /// Whether the modules with a bit are clearly black or clearly white and have one colour throughout, but for as many as may
+    /// be in doubt. Those of a tag with more and smaller modules, which now and then show a code word of a family of few bits,
+    /// have not, or are grey where that tag is blurred.
     fn modules_are_plain(
         &self,
         view: &View<'_>,
         map: &Homography,
+        modules: &Modules,
         thresholds: &Thresholds,
     ) -> bool {
         let mut greys = [[[0.0; POINTS]; MAX_BLOCKS]; 4];
@@ -124,22 +126,15 @@ impl Reader {
             view.sample(map, places, greys);
         }
         let clearly = CLEARLY * thresholds.contrast();
-        let is_mixed = |(i, bit): (usize, usize)| {
-            let threshold = thresholds.at(self.layout.place(bit));
-            let above = greys
-                .each_ref()
-                .map(|greys| greys.as_flattened()[i] - threshold);
-            above.iter().any(|above| *above > clearly)
-                && above.iter().any(|above| *above < -clearly)
+        let middles = self.above_threshold(modules, thresholds, USUAL_BLUR_PX);
+        let is_in_doubt = |(i, middle): (usize, f32)| {
+            let threshold = thresholds.at(self.layout.place(self.layout.bits.start + i));
+            let other = |greys: &[Points; MAX_BLOCKS]| {
+                middle.signum() * (greys.as_flattened()[i] - threshold) < -clearly
+            };
+            middle.abs() < clearly || greys.iter().any(other)
         };
-        let n_mixed = self
-            .layout
-            .bits
-            .clone()
-            .enumerate()
-            .filter(|bit| is_mixed(*bit))
-            .count();
-        n_mixed <= self.most_mixed
+        middles.enumerate().filter(|bit| is_in_doubt(*bit)).count() <= self.most_in_doubt
     }
 
     /// Black and white, as long as border and ring have them.
@@ -208,24 +203,9 @@ impl Reader {
     }
 
     /// The observed code word and its margin: the mean distance from the threshold of the weaker colour.
-    ///
-    /// What blur carries over from the neighbours, which matters where a module is hardly wider than the blur, is taken
-    /// out: the inverse of a blur by modules of that width, fitted by a power law. A tag seen from the side is narrow one
-    /// way only.
     fn bits(&self, modules: &Modules, thresholds: &Thresholds, blur_px: f32) -> (u64, f32) {
-        let greys = modules.all();
-        let [across, down] = modules
-            .size_px
-            .map(|width| (3.3 * (blur_px / width).powi(3)).min(0.5));
         let (mut code, mut sums, mut counts) = (0, [0.0, 0.0], [0, 0]);
-        for (i, beside) in self.layout.bits.clone().zip(&self.layout.beside) {
-            let mut value = greys[i] - thresholds.at(self.layout.place(i));
-            if let Some(beside) = beside {
-                let [left, right, above, below] = beside.map(|at| greys[usize::from(at)]);
-                let twice = 2.0 * greys[i];
-                let edge = across * (twice - left - right) + down * (twice - above - below);
-                value += if edge.is_nan() { 0.0 } else { edge };
-            }
+        for value in self.above_threshold(modules, thresholds, blur_px) {
             let bit = usize::from(value > 0.0);
             code = code << 1 | bit as u64;
             sums[bit] += value.abs();
@@ -233,6 +213,32 @@ impl Reader {
         }
         let mean = |bit: usize| sums[bit] / counts[bit].max(1) as f32;
         (code, mean(0).min(mean(1)))
+    }
+
+    /// How far each bit's grey is above the threshold.
+    ///
+    /// What blur carries over from the neighbours, which matters where a module is hardly wider than the blur, is taken
+    /// out: the inverse of a blur by modules of that width, fitted by a power law. A tag seen from the side is narrow one
+    /// way only.
+    fn above_threshold(
+        &self,
+        modules: &Modules,
+        thresholds: &Thresholds,
+        blur_px: f32,
+    ) -> impl Iterator<Item = f32> {
+        let greys = modules.all();
+        let [across, down] = modules
+            .size_px
+            .map(|width| (3.3 * (blur_px / width).powi(3)).min(0.5));
+        let bits = self.layout.bits.clone().zip(&self.layout.beside);
+        bits.map(move |(i, beside)| {
+            let above = greys[i] - thresholds.at(self.layout.place(i));
+            let Some(beside) = beside else { return above };
+            let [left, right, top, bottom] = beside.map(|at| greys[usize::from(at)]);
+            let twice = 2.0 * greys[i];
+            let edge = across * (twice - left - right) + down * (twice - top - bottom);
+            above + if edge.is_nan() { 0.0 } else { edge }
+        })
     }
 
     /// The code word, if it has no more wrong bits than allowed: every further attempt is a further chance for what is
@@ -284,7 +290,7 @@ impl Unread {
     }
 }
 
-/// Among so many modules with a bit one may have both colours: blur and corners a pixel off make some of those of a tag.
+/// Among so many modules with a bit one may be in doubt: blur and corners a pixel off make some of those of a tag.
 const LEAST_PLAIN: usize = 5;
 
 /// Share of the least contrast that a border may show between corners a pixel off.
@@ -303,10 +309,10 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_family_of_many_words_forgives_fewer_mixed_modules() {
-        let most_mixed = |family: Family| Reader::new(family, &Options::default()).most_mixed;
-        assert_eq!(most_mixed(Family::Tag16h5), 3);
-        assert_eq!(most_mixed(Family::Aruco4x4With50), 3);
-        assert_eq!(most_mixed(Family::Aruco4x4With1000), 1);
+    fn a_family_of_many_words_forgives_fewer_modules_in_doubt() {
+        let most_in_doubt = |family: Family| Reader::new(family, &Options::default()).most_in_doubt;
+        assert_eq!(most_in_doubt(Family::Tag16h5), 3);
+        assert_eq!(most_in_doubt(Family::Aruco4x4With50), 3);
+        assert_eq!(most_in_doubt(Family::Aruco4x4With1000), 0);
     }
 }
