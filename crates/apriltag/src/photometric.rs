@@ -51,7 +51,7 @@ const NEAR_PX: f32 = 0.15;
 
 /// After a step that moves no corner farther, the next would hardly move them by a thousandth of a pixel: each doubles the
 /// digits that are right.
-const SETTLED_PX: f32 = 0.04;
+const SETTLED_PX: f32 = 0.06;
 
 /// Residuals in standard deviations of the image's noise up to which the model explains the picture, so that what it says
 /// of the corners holds. The noise is known to a third or so; where optics or print are others than the model's, residuals
@@ -182,7 +182,7 @@ impl PatternFitter {
 
     /// Steps with a few of the pixels until the corners are about where they belong.
     fn approach(&mut self, pattern: &Pattern, state: &mut State) -> Option<()> {
-        const ENOUGH_GROUPS: usize = 16;
+        const ENOUGH_GROUPS: usize = 14;
         let every = (self.pixels.groups().len() / ENOUGH_GROUPS).max(1);
         for _ in 0..MAX_FIRST_STEPS {
             let (step, _) = self.step(pattern, state, every, START_SCALE)?;
@@ -260,11 +260,7 @@ fn linearise<const EDGES: usize>(
     equations: &mut Equations,
 ) {
     for group in pixels.groups().step_by(every) {
-        let windows = model.windows::<EDGES>(&group);
-        equations.add(
-            #[inline(always)]
-            |i| model.row::<EDGES>([group.x[i], group.y[i]], group.grey[i], windows[i]),
-        );
+        model.linearise::<EDGES>(&group, equations);
     }
 }
 

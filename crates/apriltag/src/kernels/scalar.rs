@@ -21,12 +21,17 @@ pub(super) fn tile_extrema(rows: [&[u8]; TILE], darkest: &mut [u8], brightest: &
 }
 
 pub(super) fn products(column: &[i16], others: [&[i16]; COLUMNS]) -> [i32; COLUMNS] {
-    others.map(|other| {
-        let products = column.iter().zip(other);
-        products.fold(0, |sum: i32, (&a, &b)| {
-            sum.wrapping_add(i32::from(a) * i32::from(b))
-        })
-    })
+    let [a, b, c, d] = others.map(|other| &other[..column.len()]);
+    // One by one, as compilers make no vectors of sums in an array.
+    let (mut with_a, mut with_b, mut with_c, mut with_d) = (0_i32, 0_i32, 0_i32, 0_i32);
+    for (i, &number) in column.iter().enumerate() {
+        let product = |other: &[i16]| i32::from(number) * i32::from(other[i]);
+        with_a = with_a.wrapping_add(product(a));
+        with_b = with_b.wrapping_add(product(b));
+        with_c = with_c.wrapping_add(product(c));
+        with_d = with_d.wrapping_add(product(d));
+    }
+    [with_a, with_b, with_c, with_d]
 }
 
 /// Words that are worked on together: few, since most of an image is dead and passed by.

@@ -42,6 +42,8 @@ pub(super) struct Equations {
     columns: Vec<[i16; MAX_PIXELS]>,
     /// Roots of the weights.
     roots: Vec<i16>,
+    /// Room for a group, before it is rounded.
+    rows: [[f32; GROUP]; COLUMNS + 1],
     /// Pixels in use.
     n: usize,
     /// Sum of the weights.
@@ -57,6 +59,7 @@ impl Default for Equations {
         Self {
             columns: vec![[0; MAX_PIXELS]; COLUMNS],
             roots: vec![0; MAX_PIXELS],
+            rows: [[0.0; GROUP]; COLUMNS + 1],
             n: 0,
             weight: 0.0,
             products: [[0; COLUMNS]; COLUMNS],
@@ -77,19 +80,18 @@ impl Equations {
     /// Adds a group: rows and roots of weights.
     #[inline(always)]
     pub(super) fn add(&mut self, row: impl Fn(usize) -> ([f32; COLUMNS], f32)) {
-        let (mut rows, mut roots) = ([[0.0; GROUP]; COLUMNS], [0.0; GROUP]);
         for i in 0..GROUP {
             let (row, root) = row(i);
             for k in 0..COLUMNS {
-                rows[k][i] = row[k] + SHIFT;
+                self.rows[k][i] = row[k] + SHIFT;
             }
-            roots[i] = root + SHIFT;
+            self.rows[COLUMNS][i] = root + SHIFT;
         }
         let group = self.n / GROUP;
-        for (column, row) in self.columns.iter_mut().zip(&rows) {
+        for (column, row) in self.columns.iter_mut().zip(&self.rows) {
             put(column, group, row);
         }
-        put(&mut self.roots, group, &roots);
+        put(&mut self.roots, group, &self.rows[COLUMNS]);
         self.n = (self.n + GROUP).min(MAX_PIXELS);
     }
 
@@ -178,17 +180,15 @@ impl Equations {
     #[inline(always)]
     pub(super) fn excess(&self) -> f32 {
         const HOMOGRAPHY: usize = 8;
+        let residuals = self.column(RESIDUALS).as_chunks::<GROUP>().0;
+        let leverage = (PARAMETERS as f32 / residuals.len() as f32).min(0.5);
         let mut togetherness = 0.0;
         for k in 0..HOMOGRAPHY {
-            let (columns, _) = self.column(k).as_chunks::<GROUP>();
-            let pulls = columns
-                .iter()
-                .zip(self.column(RESIDUALS).as_chunks::<GROUP>().0);
+            let column = self.column(k).as_chunks::<GROUP>().0;
+            let pulls = column.iter().zip(residuals);
             let scatter: f32 = pulls.map(|(a, b)| (dot(a, b) as f32).powi(2)).sum();
             togetherness += scatter / (self.products[k][k] as f32 * HOMOGRAPHY as f32);
         }
-        let n_groups = (self.n / GROUP) as f32;
-        let leverage = (PARAMETERS as f32 / n_groups).min(0.5);
         let variance = self.residual_variance() * (RESIDUAL / self.limit).powi(2);
         let togetherness = togetherness / ((1.0 - leverage) * variance);
         // The biweight w = (1 - x)^2 has d(w r) / dr = (1 - x) (1 - 5 x) = 5 w - 4 sqrt(w).

@@ -1,7 +1,7 @@
 //! What a pixel should show, and how that changes with everything that is fitted.
 
-use super::equations::{COLUMNS, GROUP, RESIDUAL, UNIT};
-use super::pattern::{Optics, Pattern};
+use super::equations::{COLUMNS, Equations, GROUP, RESIDUAL, UNIT};
+use super::pattern::{Coverage, Optics, Pattern, Places};
 use super::pixels::Group;
 use super::state::State;
 
@@ -53,35 +53,62 @@ impl<'a> Model<'a> {
         SIGMAS * uu.max(vv).sqrt() > 0.5 * module_px
     }
 
-    /// The modules that blur mixes at each of the pixels.
+    /// Adds the rows of a group of pixels.
     #[inline(always)]
-    pub(super) fn windows<const EDGES: usize>(&self, group: &Group<'_>) -> [u16; GROUP] {
+    pub(super) fn linearise<const EDGES: usize>(
+        &self,
+        group: &Group<'_>,
+        equations: &mut Equations,
+    ) {
+        let places = self.places(group);
+        let crossings = self.pattern.cross::<EDGES>(&places, &self.optics);
+        equations.add(
+            #[inline(always)]
+            |i| {
+                let coverage = crossings.coverage(i, self.optics.covariance);
+                let (u, v) = (places.on_square[0][i], places.on_square[1][i]);
+                let units_px = [places.unit_px[0][i], places.unit_px[1][i]];
+                self.row(
+                    [group.x[i], group.y[i], group.grey[i]],
+                    [u, v],
+                    units_px,
+                    &coverage,
+                )
+            },
+        );
+    }
+
+    #[inline(always)]
+    fn places(&self, group: &Group<'_>) -> Places {
         let [ox, oy] = self.state.homography.origin;
         let [m_u, m_v, m_w] = &self.inverse;
-        let mut positions = [0; GROUP];
+        let [u_px, v_px] = self.units_px;
+        let mut places = Places {
+            on_square: [[0.0; GROUP]; 2],
+            unit_px: [[0.0; GROUP]; 2],
+        };
         for i in 0..GROUP {
             let (x, y) = (group.x[i] - ox, group.y[i] - oy);
             let along = |m: &[f32; 3]| m[0] * x + m[1] * y + m[2];
-            let t = 1.0 / along(m_w);
-            positions[i] = self
-                .pattern
-                .position::<EDGES>([along(m_u) * t, along(m_v) * t]);
+            let w = along(m_w);
+            let (u, v) = (along(m_u) / w, along(m_v) / w);
+            places.on_square[0][i] = u;
+            places.on_square[1][i] = v;
+            places.unit_px[0][i] = w * (u_px[0] + u_px[1] * u);
+            places.unit_px[1][i] = w * (v_px[0] + v_px[1] * v);
         }
-        let mut windows = [0; GROUP];
-        for i in 0..GROUP {
-            windows[i] = self.pattern.window(positions[i]);
-        }
-        windows
+        places
     }
 
-    /// A pixel's derivatives in parts of the contrast, its residual in parts of the limit and the root of its weight, all
-    /// but the root times the root, in the units of the columns.
+    /// A pixel's derivatives in parts of the contrast and its residual in parts of the limit, times the root of its weight,
+    /// and that root, in the units of the columns.
     #[inline(always)]
-    pub(super) fn row<const EDGES: usize>(
+    fn row(
         &self,
-        [x, y]: [f32; 2],
-        grey: f32,
-        window: u16,
+        [x, y, grey]: [f32; 3],
+        [u, v]: [f32; 2],
+        units_px: [f32; 2],
+        coverage: &Coverage,
     ) -> ([f32; COLUMNS], f32) {
         let State {
             homography,
@@ -93,15 +120,6 @@ impl<'a> Model<'a> {
         } = self.state;
         let (x, y) = (x - homography.origin[0], y - homography.origin[1]);
         let [m_u, m_v, m_w] = &self.inverse;
-        let along = |m: &[f32; 3]| m[0] * x + m[1] * y + m[2];
-        let w = along(m_w);
-        let (u, v) = (along(m_u) / w, along(m_v) / w);
-        let unit_px = |[middle, slope]: [f32; 2], at: f32| w * (middle + slope * at);
-        let units_px = [unit_px(self.units_px[0], u), unit_px(self.units_px[1], v)];
-
-        let coverage = self
-            .pattern
-            .at::<EDGES>(window, [u, v], units_px, &self.optics);
         let share = coverage.value;
         let mixed = share * (1.0 - share);
         let cover = share + gain * mixed;
@@ -111,9 +129,10 @@ impl<'a> Model<'a> {
 
         let strays = (grey - expected) * self.per_limit;
         let clipped = (grey >= 254.0) & (expected > grey) | (grey <= 1.0) & (expected < grey);
-        let counts = (u.abs().max(v.abs()) <= self.reach) & !clipped;
-        let root = if counts {
-            (1.0 - strays * strays).max(0.0)
+        let beyond = 1.0 - strays * strays;
+        let within = (u.abs() <= self.reach) & (v.abs() <= self.reach);
+        let root = if within & !clipped & (beyond > 0.0) {
+            beyond
         } else {
             0.0
         };

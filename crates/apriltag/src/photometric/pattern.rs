@@ -5,7 +5,8 @@
 //! both densities: the first term of the bivariate normal distribution's tetrachoric series (Pearson, Phil. Trans. R. Soc. A
 //! 195, 1900).
 
-use super::edge::{Edge, Profile};
+use super::edge::Profile;
+use super::equations::GROUP;
 use crate::Family;
 use sextant_tag_families::white_modules;
 
@@ -70,34 +71,73 @@ impl Pattern {
         self.total * self.total * self.module_px(size_px)
     }
 
-    /// Where the modules that blur mixes at a place on the square are found.
+    /// What crosses the neighbourhood of places, with the nearest `EDGES` edges along either axis.
     #[inline(always)]
-    pub(super) fn position<const EDGES: usize>(&self, [u, v]: [f32; 2]) -> u32 {
-        let (column, row) = (self.nearest::<EDGES>(u), self.nearest::<EDGES>(v));
-        let module = |first_edge: f32| first_edge.to_bits().wrapping_sub(1) % SIZE as u32;
-        module(row) * SIZE as u32 + module(column)
-    }
-
-    pub(super) fn window(&self, position: u32) -> u16 {
-        self.windows[position as usize % (SIZE * SIZE)]
-    }
-
-    /// At a place on the square, of which a unit is so many pixels along either axis.
-    #[inline(always)]
-    pub(super) fn at<const EDGES: usize>(
+    pub(super) fn cross<const EDGES: usize>(
         &self,
-        window: u16,
-        [u, v]: [f32; 2],
-        [u_px, v_px]: [f32; 2],
+        places: &Places,
         optics: &Optics,
-    ) -> Coverage {
-        let columns = self.edges::<EDGES>(u, u_px, &optics.profiles[0]);
-        let rows = self.edges::<EDGES>(v, v_px, &optics.profiles[1]);
+    ) -> Crossings<EDGES> {
+        let mut crossings = Crossings {
+            edges: [[[[0.0; GROUP]; 3]; EDGES]; 2],
+            windows: [0; GROUP],
+        };
+        let beside = (EDGES / 2) as f32;
+        let mut positions = [0; GROUP];
+        for (axis, edges) in crossings.edges.iter_mut().enumerate() {
+            for i in 0..GROUP {
+                let place = places.on_square[axis][i] * self.half_border + self.middle;
+                let first_edge = (place - beside).clamp(1.0, (SIZE - EDGES) as f32) + SHIFT;
+                let module = first_edge.to_bits().wrapping_sub(1) % SIZE as u32;
+                positions[i] = if axis == 0 {
+                    module
+                } else {
+                    positions[i] + module * SIZE as u32
+                };
+                let away = place - (first_edge - SHIFT);
+                let module_px = places.unit_px[axis][i] / self.half_border;
+                for (k, edge) in edges.iter_mut().enumerate() {
+                    let looks = optics.profiles[axis].at((away - k as f32) * module_px);
+                    for q in 0..3 {
+                        edge[q][i] = looks[q];
+                    }
+                }
+            }
+        }
+        for i in 0..GROUP {
+            crossings.windows[i] = self.windows[positions[i] as usize % (SIZE * SIZE)];
+        }
+        crossings
+    }
+}
+
+/// Places on the square, and how many pixels a unit is there along either axis.
+pub(super) struct Places {
+    pub(super) on_square: [[f32; GROUP]; 2],
+    pub(super) unit_px: [[f32; GROUP]; 2],
+}
+
+/// The nearest edges along either axis, and the modules on both sides of them.
+pub(super) struct Crossings<const EDGES: usize> {
+    edges: [[[[f32; GROUP]; 3]; EDGES]; 2],
+    windows: [u16; GROUP],
+}
+
+impl<const EDGES: usize> Crossings<EDGES> {
+    /// At one of the places, for this covariance of the blur.
+    #[inline(always)]
+    pub(super) fn coverage(&self, at: usize, covariance: f32) -> Coverage {
+        let edge = |axis: usize, k: usize| {
+            let looks = &self.edges[axis][k];
+            [looks[0][at], looks[1][at], looks[2][at]]
+        };
         let row = |j: usize| {
-            let module = |i: usize| (i32::from(window) >> (j * WINDOW + i) & 1) as f32;
+            let window = i32::from(self.windows[at]);
+            let module = |i: usize| (window >> (j * WINDOW + i) & 1) as f32;
             let mut white = [module(0), 0.0, 0.0];
-            for (i, edge) in columns.iter().enumerate() {
+            for i in 0..EDGES {
                 let change = module(i + 1) - module(i);
+                let edge = edge(0, i);
                 for q in 0..3 {
                     white[q] += change * edge[q];
                 }
@@ -110,7 +150,8 @@ impl Pattern {
             across: [above[1], 0.0],
             with_blur: [above[2], 0.0, 0.0],
         };
-        for (j, [share, density, spread]) in rows.into_iter().enumerate() {
+        for j in 0..EDGES {
+            let [share, density, spread] = edge(1, j);
             let below = row(j + 1);
             let change: [f32; 3] = std::array::from_fn(|q| below[q] - above[q]);
             coverage.value += share * change[0];
@@ -121,29 +162,8 @@ impl Pattern {
             coverage.with_blur[2] += density * change[1];
             above = below;
         }
-        coverage.value += optics.covariance * coverage.with_blur[2];
+        coverage.value += covariance * coverage.with_blur[2];
         coverage
-    }
-
-    /// The first of the nearest edges along one axis, plus `SHIFT`.
-    #[inline(always)]
-    fn nearest<const EDGES: usize>(&self, along: f32) -> f32 {
-        let place = along * self.half_border + self.middle;
-        (place - (EDGES / 2) as f32).clamp(1.0, (SIZE - EDGES) as f32) + SHIFT
-    }
-
-    /// What the nearest edges along one axis look like at a place.
-    #[inline(always)]
-    fn edges<const EDGES: usize>(
-        &self,
-        along: f32,
-        unit_px: f32,
-        profile: &Profile,
-    ) -> [Edge; EDGES] {
-        let first_edge = self.nearest::<EDGES>(along) - SHIFT;
-        let away = along * self.half_border + self.middle - first_edge;
-        let module_px = unit_px / self.half_border;
-        std::array::from_fn(|k| profile.at((away - k as f32) * module_px))
     }
 }
 

@@ -19,11 +19,11 @@ type TileRow = [u8; TILE];
 const CHUNK: usize = 8;
 
 /// Pixels that are taken of every tile with steep ones, for black and white.
-const SAMPLES: u32 = 1 << 1 | 1 << 14;
+const SAMPLES: u32 = 1 << 5;
 
 /// Least sum of the differences between the neighbours on either side, in both directions, that makes a pixel steep, as a
 /// part of the contrast: in a sharp picture, and in a blurred one, whose edges are flatter.
-const STEEP: [f32; 2] = [0.55, 0.2];
+const STEEP: [f32; 2] = [0.6, 0.2];
 
 /// Pixels that are taken for each pixel of an edge's length: usually, and at least where the picture is sharp.
 const PIXELS_PER_LENGTH: f32 = 2.2;
@@ -112,12 +112,18 @@ impl Pixels {
         let [(left, columns), (top, rows)] = tiles(tag);
         let mut due = 0.5;
         for y in (top..).step_by(TILE).take(rows) {
-            for (k, steep) in self.steep.iter_mut().enumerate() {
-                mark_steep(tag.image, [left, y + k], least, &mut steep[..columns]);
-            }
-            let greys: [&[TileRow]; TILE] = std::array::from_fn(|k| {
-                tag.image.row(y + k)[left..][..columns * TILE].as_chunks().0
+            // With a pixel more on all sides.
+            let rows: [&[u8]; TILE + 2] = std::array::from_fn(|k| {
+                &tag.image.row(y + k - 1)[left - 1..][..columns * TILE + 2]
             });
+            for (k, steep) in self.steep.iter_mut().enumerate() {
+                mark_steep(
+                    [rows[k], rows[k + 1], rows[k + 2]],
+                    least,
+                    &mut steep[..columns],
+                );
+            }
+            let greys: [&[TileRow]; TILE] = std::array::from_fn(|k| rows[k + 1][1..].as_chunks().0);
             let steep: [&[TileRow]; TILE] = std::array::from_fn(|k| &self.steep[k][..columns]);
             for column in 0..columns {
                 let of_tile = |rows: &[&[TileRow]; TILE]| {
@@ -128,16 +134,17 @@ impl Pixels {
                         rows[3][column],
                     ]
                 };
-                let (steep, greys) = (bits(of_tile(&steep)), of_tile(&greys));
+                let steep = of_tile(&steep);
                 let tile = [(left + column * TILE) as f32, y as f32];
-                if steep == 0 || !is_within(&sides, tile) {
+                if steep.map(u32::from_le_bytes) == [0; TILE] || !is_within(&sides, tile) {
                     continue;
                 }
                 due += share;
                 if due >= 1.0 {
                     due -= 1.0;
+                    let (bits, greys) = (bits(steep) | SAMPLES, of_tile(&greys));
                     self.chosen
-                        .take(steep | SAMPLES, tag.places(tile), greys.as_flattened());
+                        .take(bits, tag.places(tile), greys.as_flattened());
                 }
             }
         }
@@ -239,31 +246,31 @@ fn bits(steep: [TileRow; TILE]) -> u32 {
     bits(a) | bits(b) << 4 | bits(c) << 8 | bits(d) << 12
 }
 
-/// Marks the steep pixels from one on.
+/// Marks the steep pixels of a row, given with the rows above and below and a pixel more on either side.
 #[inline(always)]
-fn mark_steep(image: &Image<'_>, [left, y]: [usize; 2], least: u8, steep: &mut [TileRow]) {
-    let n = steep.as_flattened().len();
-    let part = |y: usize, left: usize| &image.row(y)[left..][..n];
-    let sides = [
-        part(y, left - 1),
-        part(y, left + 1),
-        part(y - 1, left),
-        part(y + 1, left),
-    ];
+fn mark_steep(rows: [&[u8]; 3], least: u8, steep: &mut [TileRow]) {
     let (chunks, rest) = steep.as_chunks_mut::<CHUNK>();
-    for (k, chunk) in chunks.iter_mut().enumerate() {
-        mark(chunk.as_flattened_mut(), k * CHUNK * TILE, sides, least);
+    let mut first = 0;
+    for chunk in chunks {
+        mark(
+            rows.map(|row| &row[first..]),
+            least,
+            chunk.as_flattened_mut(),
+        );
+        first += CHUNK * TILE;
     }
-    let first = chunks.as_flattened().len() * TILE;
-    mark(rest.as_flattened_mut(), first, sides, least);
+    mark(
+        rows.map(|row| &row[first..]),
+        least,
+        rest.as_flattened_mut(),
+    );
 }
 
-/// Marks those pixels of a row from the first on whose neighbours (left, right, above, below) differ.
 #[inline(always)]
-fn mark(steep: &mut [u8], first: usize, sides: [&[u8]; 4], least: u8) {
+fn mark([above, here, below]: [&[u8]; 3], least: u8, steep: &mut [u8]) {
     let n = steep.len();
-    let (before, after) = (&sides[0][first..][..n], &sides[1][first..][..n]);
-    let (above, below) = (&sides[2][first..][..n], &sides[3][first..][..n]);
+    let (before, after) = (&here[..n], &here[2..][..n]);
+    let (above, below) = (&above[1..][..n], &below[1..][..n]);
     for i in 0..n {
         let across = before[i].abs_diff(after[i]);
         let down = above[i].abs_diff(below[i]);
