@@ -4,6 +4,7 @@ mod account;
 mod finder;
 mod models;
 mod observe;
+mod wire;
 
 use std::thread;
 use std::time::{Duration, Instant};
@@ -18,6 +19,7 @@ use sextant_zenoh_bus::{Bus, BusError, Latest, Publisher, Qos};
 use self::account::Account;
 use self::finder::Finder;
 use self::models::Models;
+use self::wire::Wire;
 use crate::config::CameraNodeConfig;
 use crate::preview;
 
@@ -56,9 +58,11 @@ fn detect_all(config: &CameraNodeConfig, bus: &Bus, shutdown: &Shutdown) -> anyh
     let alive = alive_token(config, bus)?;
     tracing::info!(camera = %config.camera, "detecting");
     while !shutdown.is_requested() {
-        if let Some(image) = images.wait(LONGEST_WAIT).exit_with(Exit::Unavailable)? {
+        let wait = part.wire.wait_at_most(LONGEST_WAIT, now_ns());
+        if let Some(image) = images.wait(wait).exit_with(Exit::Unavailable)? {
             part.take(&image)?;
         }
+        part.publish_arrived()?;
         part.report_if_due(bus)?;
     }
     part.report(bus)?;
@@ -79,6 +83,7 @@ struct DetectPart {
     finder: Finder,
     models: Models,
     account: Account,
+    wire: Wire,
     observations: Publisher<Observations>,
     status: Latest<CameraStatus>,
     status_due: Instant,
@@ -94,6 +99,7 @@ impl DetectPart {
                 .exit_with(Exit::Input)?,
             models: Models::watch(bus, &keys, camera)?,
             account: Account::new(camera.clone()),
+            wire: Wire::of(&config.source, camera).exit_with(Exit::Input)?,
             observations: bus.publisher(&keys.observations(camera), Qos::Observation)?,
             status: bus.latest_publisher(&keys.camera_status(camera), Qos::Status)?,
             status_due: Instant::now(),
@@ -122,7 +128,22 @@ impl DetectPart {
         let mut message = observe::observations(&header, detections, &self.models);
         observe::stamp(&mut message, &header, received_ns);
         self.account.detected(&header, detecting_ns);
-        match self.observations.put(&message) {
+        match self.wire.send(message, now_ns()) {
+            Some(message) => self.publish(&message),
+            None => Ok(()),
+        }
+    }
+
+    /// What has come through a simulated network by now.
+    fn publish_arrived(&mut self) -> anyhow::Result<()> {
+        while let Some(message) = self.wire.receive(now_ns()) {
+            self.publish(&message)?;
+        }
+        Ok(())
+    }
+
+    fn publish(&mut self, message: &Observations) -> anyhow::Result<()> {
+        match self.observations.put(message) {
             Ok(()) => self.account.published += 1,
             Err(BusError::Message { cause, .. }) => self.account.refuse(&cause),
             Err(other) => return Err(other.into()),

@@ -54,7 +54,10 @@ impl Desk {
     /// Decides on a publication; none for a key that is no configuration's, and for what a fusion node announces.
     pub fn decide(&mut self, item: &Item) -> Option<Verdict> {
         let about = self.keys.parse(&item.key)?;
-        let is_config = matches!(about, KeyRef::ConfigRig | KeyRef::ConfigObject(_));
+        let is_config = matches!(
+            about,
+            KeyRef::ConfigRig | KeyRef::ConfigObject(_) | KeyRef::ConfigArticulated(_)
+        );
         let sender = item.sender.as_deref().unwrap_or_default();
         if !is_config || sender.starts_with(ANNOUNCED) {
             return None;

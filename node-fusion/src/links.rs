@@ -15,26 +15,47 @@ pub struct LinksOutlet {
 struct Outlet {
     links: Publisher<ObjectLinks>,
     /// Answers late joiners.
-    _config: Latest<ArticulatedConfig>,
+    config: Latest<ArticulatedConfig>,
 }
 
 impl LinksOutlet {
-    /// Declares the publishers of an object and publishes what it is made of; nothing where it is rigid.
+    /// Declares the publishers of an object and keeps what it is made of for late joiners; nothing where it is rigid.
     ///
     /// # Errors
     /// When the network session has ended.
-    pub fn take(&mut self, bus: &Bus, keys: &Keys, object: &ObjectModel) -> Result<(), BusError> {
+    pub fn take(
+        &mut self,
+        bus: &Bus,
+        keys: &Keys,
+        object: &ObjectModel,
+        signature: &str,
+    ) -> Result<(), BusError> {
         let Some(message) = ArticulatedConfig::of(object) else {
             return Ok(());
         };
-        let config = bus.latest_publisher(&keys.config_articulated(object.id()), Qos::Config)?;
-        config.put(&message)?;
+        let key = keys.config_articulated(object.id());
+        let config = bus.latest_publisher(&key, Qos::Config)?.signed(signature);
+        config.keep(&message)?;
         let outlet = Outlet {
             links: bus.publisher(&keys.links(object.id()), Qos::Pose)?,
-            _config: config,
+            config,
         };
         self.objects.insert(object.id().clone(), outlet);
         Ok(())
+    }
+
+    /// Tells everyone what the object is made of; nothing where it is rigid.
+    ///
+    /// # Errors
+    /// When the network session has ended.
+    pub fn announce(&self, object: &ObjectId) -> Result<(), BusError> {
+        let outlet = self.objects.get(object);
+        outlet.map_or(Ok(()), |outlet| outlet.config.put_again())
+    }
+
+    /// Whether the object has links.
+    pub fn has(&self, object: &ObjectId) -> bool {
+        self.objects.contains_key(object)
     }
 
     /// The object is gone, or another now.

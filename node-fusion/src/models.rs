@@ -2,8 +2,8 @@
 //!
 //! In: payloads under the site's `config/` keys. Out: the models after the change. Knows no network, no file and no clock.
 
-use sextant_estimator::{Fusion, FusionOptions, ObjectId, ObjectModel, Rig};
-use sextant_proto::{KeyRef, ObjectConfig, RigConfig, decode, limits};
+use sextant_estimator::{Fusion, FusionOptions, ObjectId, ObjectModel, Rig, TagId};
+use sextant_proto::{ArticulatedConfig, KeyRef, ObjectConfig, RigConfig, decode, limits};
 
 /// What the machine works from.
 #[derive(Debug, Clone, PartialEq)]
@@ -34,6 +34,7 @@ impl Change {
         match key {
             KeyRef::ConfigRig => rig(payload),
             KeyRef::ConfigObject(id) => object(id, payload),
+            KeyRef::ConfigArticulated(id) => articulated(id, payload),
             _ => Err("no key of the configuration".to_owned()),
         }
     }
@@ -57,15 +58,28 @@ fn object(id: &ObjectId, payload: &[u8]) -> Result<Change, String> {
         return Ok(Change::Removal(message.id));
     }
     let model = ObjectModel::try_from(&message).map_err(|cause| cause.to_string())?;
-    for tag in &message.tags {
-        let ids = tag.family.data().codes.len();
-        if tag.id as usize >= ids {
-            return Err(format!(
-                "{} has no tag {}; its ids are 0 to {}",
-                tag.family,
-                tag.id,
-                ids.saturating_sub(1)
-            ));
+    with_real_tags(model)
+}
+
+fn articulated(id: &ObjectId, payload: &[u8]) -> Result<Change, String> {
+    let message: ArticulatedConfig = decode(payload).map_err(|cause| cause.to_string())?;
+    if message.id != *id {
+        return Err(format!("it describes object {}", message.id));
+    }
+    if message.tags.is_empty() {
+        return Err("no link has a tag; objects are removed under config/object".to_owned());
+    }
+    let model = ObjectModel::try_from(&message).map_err(|cause| cause.to_string())?;
+    with_real_tags(model)
+}
+
+/// The object, if its tags are there to be printed.
+fn with_real_tags(model: ObjectModel) -> Result<Change, String> {
+    for TagId { family, id } in model.tags().iter().map(|tag| tag.tag) {
+        let ids = family.data().codes.len();
+        if id as usize >= ids {
+            let last = ids.saturating_sub(1);
+            return Err(format!("{family} has no tag {id}; its ids are 0 to {last}"));
         }
     }
     Ok(Change::Object(model))
@@ -119,10 +133,7 @@ impl Models {
         let objects = |models: &Self| models.objects.iter().map(ObjectConfig::from).collect();
         let (ours, theirs): (Vec<_>, Vec<_>) = (objects(self), objects(other));
         let links = |models: &Self| -> Vec<_> {
-            let objects = models.objects.iter();
-            objects
-                .map(|object| object.articulation().cloned())
-                .collect()
+            models.objects.iter().map(ArticulatedConfig::of).collect()
         };
         RigConfig::from(&self.rig) == RigConfig::from(&other.rig)
             && ours == theirs
@@ -133,7 +144,7 @@ impl Models {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use sextant_estimator::{Camera, CameraId, ObjectTag, TagId};
+    use sextant_estimator::{Camera, CameraId, ObjectTag};
     use sextant_geometry::{Intrinsics, Lens, Pose};
     use sextant_proto::{Keys, encode};
     use sextant_tag_families::Family;

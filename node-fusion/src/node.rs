@@ -184,7 +184,9 @@ impl<'a> FusionNode<'a> {
     /// Others have seen a change that was refused: they shall know that it is not in force.
     fn announce_again(&self, about: &KeyRef) -> anyhow::Result<()> {
         match about {
-            KeyRef::ConfigObject(id) => self.outlet.announce_object(id)?,
+            KeyRef::ConfigObject(id) | KeyRef::ConfigArticulated(id) => {
+                self.outlet.announce_object(id)?;
+            }
             _ => self.outlet.announce_rig(&self.desk.models().rig)?,
         }
         Ok(())

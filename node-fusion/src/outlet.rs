@@ -84,6 +84,10 @@ impl<'a> Outlet<'a> {
     /// When the network session has ended.
     pub fn take_object(&mut self, object: &ObjectModel) -> Result<(), BusError> {
         let id = object.id();
+        if self.links.has(id) != object.articulation().is_some() {
+            // What it was made of is said by others now.
+            self.objects.remove(id);
+        }
         if !self.objects.contains_key(id) {
             let config = self.config_outlet(id)?;
             let outlet = ObjectOutlet {
@@ -94,7 +98,8 @@ impl<'a> Outlet<'a> {
             self.objects.insert(id.clone(), outlet);
         }
         self.links.forget(id);
-        self.links.take(self.bus, &self.keys, object)?;
+        let signature = self.signature.clone();
+        self.links.take(self.bus, &self.keys, object, &signature)?;
         match self.objects.get(id) {
             Some(outlet) if object.articulation().is_none() => {
                 outlet.config.keep(&ObjectConfig::from(object))
@@ -115,6 +120,7 @@ impl<'a> Outlet<'a> {
     /// When the network session has ended.
     pub fn announce_object(&self, id: &ObjectId) -> Result<(), BusError> {
         if let Some(outlet) = self.objects.get(id) {
+            self.links.announce(id)?;
             return outlet.config.put_again();
         }
         let none = ObjectConfig {

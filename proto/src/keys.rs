@@ -244,6 +244,12 @@ impl Keys {
         self.under(format_args!("config/object/*"))
     }
 
+    /// The configuration of every object of links.
+    #[must_use]
+    pub fn all_config_articulated(&self) -> String {
+        self.under(format_args!("config/articulated/*"))
+    }
+
     /// Liveliness of every node.
     #[must_use]
     pub fn all_alive(&self) -> String {

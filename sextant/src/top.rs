@@ -1,6 +1,7 @@
 //! `sextant top`: how a site fares, live: cameras, objects, and what is wrong, in words.
 
 mod board;
+mod departures;
 mod json;
 mod rows;
 mod screen;
@@ -33,9 +34,10 @@ const ANSWER: Duration = Duration::from_millis(500);
     after_help = "On a terminal the view is redrawn in place; elsewhere a block a second is printed. NO_COLOR is respected.
 With --json, a line a second: {\"site\",\"t_ns\",\"connected\",\"nodes\":[{\"kind\",\"id\",\"up\",\"age_s\"}],
 \"cameras\":[{\"id\",\"rate_hz\",\"detect_ms\":[p50,p99],\"captured\",\"dropped\",\"clock\":{\"source\",\"error_ms\",\"offset_ms\",\"sigma_ms\",
-\"drift_ppm\"},\"image_age_ms\",\"received\",\"refused\",\"late\",\"gated\",\"unknown_tags\"}],
-\"objects\":[{\"id\",\"state\",\"rate_hz\",\"position\",\"orientation\",\"sigma_mm\",\"sigma_deg\",\"cameras\",\"tags\",\"latency_ms\",\"pose_age_ms\"}],
-\"faults\":[{\"from\",\"words\"}]}; null where something is unknown. Sigmas are the expected length of the error."
+\"drift_ppm\"},\"image_age_ms\",\"received\",\"refused\",\"late\",\"gated\",\"unknown_tags\",\"gone_s\"}],
+\"objects\":[{\"id\",\"state\",\"rate_hz\",\"position\",\"orientation\",\"sigma_mm\",\"sigma_deg\",\"cameras\",\"tags\",\"latency_ms\",\"pose_age_ms\",\"gone_s\"}],
+\"faults\":[{\"from\",\"words\"}]}; null where something is unknown. gone_s: seconds since a camera
+fell silent, or since no fusion node has an object any more; after 60 s it is dropped, unless the rig has the camera. Sigmas are the expected length of the error."
 )]
 pub struct TopArguments {
     /// Look for a moment, print once, end.
@@ -126,6 +128,7 @@ impl<'a> View<'a> {
                 self.board.presence(&presence, now_ns());
             }
         }
+        self.board.see_off(now_ns());
         self.board.disconnected_s = self.router.silent_s(&self.site.bus);
     }
 

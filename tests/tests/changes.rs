@@ -211,3 +211,60 @@ fn kept_changes_survive_a_restart() {
     let found: RigConfig = found.expect("an answer")[0].decode().expect("a rig");
     assert_eq!(found, RigConfig::from(&rig));
 }
+
+/// An arm of two links.
+const ARM: &str = r#"id = "arm"
+[[link]]
+id = "upper"
+[[link]]
+id = "lower"
+[[joint]]
+id = "elbow"
+kind = "revolute"
+parent = "upper"
+child = "lower"
+axis = [0.0, 0.0, 1.0]
+[[tag]]
+family = "tag36h11"
+id = 200
+size = 0.04
+link = "upper"
+link_from_tag = { position = [0, 0, 0], orientation = [0, 0, 0, 1] }
+[[tag]]
+family = "tag36h11"
+id = 201
+size = 0.04
+link = "lower"
+link_from_tag = { position = [0, 0, 0], orientation = [0, 0, 0, 1] }
+"#;
+
+#[test]
+fn an_object_of_links_comes_is_said_and_goes() {
+    let watched = Watched::start("");
+    let file = watched.site.path("arm.toml");
+    std::fs::write(&file, ARM).expect("the folder can be written");
+    let file = file.display().to_string();
+    let command = |words: &[&str]| watched.site.run_command(words);
+    let set = command(&["config", "set", "object", &file]);
+    assert!(set.status.success(), "{}", said(&set));
+    let taken = "config/articulated/arm taken until the node ends";
+    assert!(said(&set).contains(taken), "{}", said(&set));
+    let again = command(&["config", "set", "object", &file, "--json"]);
+    assert!(
+        said(&again).contains("\"outcome\":\"same\""),
+        "{}",
+        said(&again)
+    );
+    let got = command(&["config", "get", "object", "arm"]);
+    assert!(said(&got).contains("[[joint]]"), "{}", said(&got));
+    let removed = command(&["config", "remove", "object", "arm"]);
+    assert!(removed.status.success(), "{}", said(&removed));
+    let nobody = command(&["config", "get", "object", "arm"]);
+    assert_eq!(nobody.status.code(), Some(1), "{}", said(&nobody));
+    watched.site.await_status(|status| {
+        status
+            .objects
+            .iter()
+            .all(|one| one.object.as_str() != "arm")
+    });
+}

@@ -8,7 +8,9 @@ use crate::words;
 use anyhow::{Context, bail};
 use sextant_estimator::ObjectId;
 use sextant_process::{Exit, Failure, WithExit};
-use sextant_proto::{ConfigAnswer, Message, ObjectConfig, Outcome, RigConfig, encode};
+use sextant_proto::{
+    ArticulatedConfig, ConfigAnswer, Message, ObjectConfig, Outcome, RigConfig, encode,
+};
 use sextant_site_files::{read_object, read_rig};
 use sextant_zenoh_bus::Qos;
 use std::path::Path;
@@ -30,17 +32,17 @@ pub fn set_rig(file: &Path, site: &SiteArguments, format: Format) -> anyhow::Res
 /// A wrong file, nobody who answers, a refusal.
 pub fn set_object(file: &Path, site: &SiteArguments, format: Format) -> anyhow::Result<()> {
     let object = read_object(file).exit_with(Exit::Input)?;
-    if object.articulation().is_some() {
-        let cause = anyhow::anyhow!(
-            "{}: object {} has links, which this message can't carry; name its file in fusion.toml and start the fusion node anew",
-            file.display(),
-            object.id()
-        );
-        bail!(Failure::new(Exit::Input, cause));
-    }
     let site = site.open()?;
-    let key = site.keys.config_object(object.id());
-    change(&site, &key, &ObjectConfig::from(&object), format)
+    match ArticulatedConfig::of(&object) {
+        Some(message) => {
+            let key = site.keys.config_articulated(object.id());
+            change(&site, &key, &message, format)
+        }
+        None => {
+            let key = site.keys.config_object(object.id());
+            change(&site, &key, &ObjectConfig::from(&object), format)
+        }
+    }
 }
 
 /// Asks for an object's removal.
@@ -49,9 +51,12 @@ pub fn set_object(file: &Path, site: &SiteArguments, format: Format) -> anyhow::
 /// No such object, nobody who answers, a refusal.
 pub fn remove_object(id: &ObjectId, site: &SiteArguments, format: Format) -> anyhow::Result<()> {
     let site = site.open()?;
-    let mut object = known_object(&site, id)?;
-    object.tags.clear();
-    change(&site, &site.keys.config_object(id), &object, format)
+    let known = known_object(&site, id)?;
+    let none = ObjectConfig {
+        id: known.id().clone(),
+        tags: Vec::new(),
+    };
+    change(&site, &site.keys.config_object(id), &none, format)
 }
 
 fn change<M: Message>(site: &Site, key: &str, message: &M, format: Format) -> anyhow::Result<()> {

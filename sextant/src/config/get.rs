@@ -5,7 +5,7 @@ use crate::site::{Site, SiteArguments};
 use anyhow::{anyhow, bail};
 use sextant_estimator::{ObjectId, ObjectModel, Rig};
 use sextant_process::{Exit, Failure};
-use sextant_proto::{Message, ObjectConfig, RigConfig, limits};
+use sextant_proto::{ArticulatedConfig, Message, ObjectConfig, RigConfig, limits};
 use sextant_site_files::{object_toml, rig_toml};
 use std::time::Duration;
 
@@ -34,26 +34,31 @@ pub fn rig(site: &SiteArguments, format: Format) -> anyhow::Result<()> {
 /// No such object, or one that makes no sense.
 pub fn object(id: &ObjectId, site: &SiteArguments, format: Format) -> anyhow::Result<()> {
     let site = site.open()?;
-    let message = known_object(&site, id)?;
-    let text = object_toml(&ObjectModel::try_from(&message)?);
+    let text = object_toml(&known_object(&site, id)?);
     print("object", &text, format)?;
     site.bus.close();
     Ok(())
 }
 
-/// The object of that name.
+/// The object of that name, rigid or of links.
 ///
 /// # Errors
 /// There is none, or nobody to ask.
-pub fn known_object(site: &Site, id: &ObjectId) -> anyhow::Result<ObjectConfig> {
-    let mut objects: Vec<ObjectConfig> = latest(site, &site.keys.all_config_objects())?;
-    if let Some(found) = objects.iter().position(|object| object.id == *id) {
+pub fn known_object(site: &Site, id: &ObjectId) -> anyhow::Result<ObjectModel> {
+    let mut objects = Vec::new();
+    for message in latest::<ObjectConfig>(site, &site.keys.all_config_objects())? {
+        objects.push(ObjectModel::try_from(&message)?);
+    }
+    for message in latest::<ArticulatedConfig>(site, &site.keys.all_config_articulated())? {
+        objects.push(ObjectModel::try_from(&message)?);
+    }
+    if let Some(found) = objects.iter().position(|object| object.id() == id) {
         return Ok(objects.swap_remove(found));
     }
     if objects.is_empty() && latest::<RigConfig>(site, &site.keys.config_rig())?.is_empty() {
         bail!(Failure::new(Exit::Unavailable, nobody(site)))
     }
-    let names = objects.iter().map(|object| object.id.to_string());
+    let names = objects.iter().map(|object| object.id().to_string());
     let names = names.collect::<Vec<_>>().join(", ");
     let names = if names.is_empty() {
         "none".to_owned()

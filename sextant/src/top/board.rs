@@ -49,6 +49,7 @@ impl Board {
                     self.heard(NodeKind::Camera, id.as_str(), now_ns);
                     if let Some(row) = entry(&mut self.cameras, id) {
                         row.status = Some(status);
+                        row.heard_ns = row.heard_ns.max(now_ns);
                     }
                 }
             }
@@ -57,6 +58,7 @@ impl Board {
                     && let Some(row) = entry(&mut self.cameras, id)
                 {
                     row.last_capture_ns = row.last_capture_ns.max(image.capture_ns);
+                    row.heard_ns = row.heard_ns.max(now_ns);
                 }
             }
             Some(KeyRef::Pose(id)) => {
@@ -67,7 +69,7 @@ impl Board {
             Some(KeyRef::FusionStatus(id)) => {
                 if let Ok(status) = item.decode::<FusionStatus>() {
                     self.heard(NodeKind::Fusion, id.as_str(), now_ns);
-                    self.fusion_status(id, status);
+                    self.fusion_status(id, status, now_ns);
                 }
             }
             Some(KeyRef::Clocks(_)) => {
@@ -112,7 +114,7 @@ impl Board {
     }
 
     /// The fusion nodes say which objects there are, and which cameras the rig has.
-    fn fusion_status(&mut self, node: NodeId, status: FusionStatus) {
+    fn fusion_status(&mut self, node: NodeId, status: FusionStatus, now_ns: u64) {
         for intake in &status.cameras {
             if let Some(row) = entry(&mut self.cameras, intake.camera.clone()) {
                 row.last_capture_ns = row.last_capture_ns.max(intake.last_capture_ns);
@@ -125,12 +127,7 @@ impl Board {
         if self.fusion.len() < MOST || self.fusion.contains_key(&node) {
             self.fusion.insert(node, status);
         }
-        let fusion = &self.fusion;
-        let is_there = |id: &ObjectId| {
-            let mut objects = fusion.values().flat_map(|status| &status.objects);
-            objects.any(|object| object.object == *id)
-        };
-        self.objects.retain(|id, _| is_there(id));
+        self.compare_with_statuses(now_ns);
     }
 
     fn clocks(&mut self, report: ClockReport) {
@@ -368,8 +365,17 @@ pub mod tests {
         let status = fusion_status(&["ball"], &[]);
         let key = board.keys.fusion_status(&node);
         board.take(&item(key, &status), NOW_NS);
-        let left: Vec<String> = board.objects.keys().map(ToString::to_string).collect();
-        assert_eq!(left, ["ball"]);
+        let gone = |board: &Board| -> Vec<(String, Option<u64>)> {
+            let rows = board.objects.iter();
+            rows.map(|(id, row)| (id.to_string(), row.gone_ns))
+                .collect()
+        };
+        let expected = [("ball".to_owned(), None), ("cube".to_owned(), Some(NOW_NS))];
+        assert_eq!(gone(&board), expected);
+        board.see_off(NOW_NS + 59_000_000_000);
+        assert_eq!(gone(&board), expected);
+        board.see_off(NOW_NS + 61_000_000_000);
+        assert_eq!(gone(&board), expected[..1]);
     }
 
     #[test]

@@ -57,6 +57,7 @@ fn camera(id: &str, row: &CameraRow, now_ns: u64) -> Value {
         "late": intake.map(|i| i.late),
         "gated": intake.map(|i| i.gated),
         "unknown_tags": intake.map(|i| i.unknown_tags),
+        "gone_s": row.gone_ns(now_ns).map(|gone_ns| age_ms(gone_ns, now_ns) / 1e3),
     })
 }
 
@@ -74,6 +75,7 @@ fn object(id: &str, row: &ObjectRow, now_ns: u64) -> Value {
         "tags": pose.map(|p| p.tags),
         "latency_ms": pose.map(|p| latency_ms(p.capture_ns, p.published_ns)),
         "pose_age_ms": pose.map(|p| age_ms(p.capture_ns, now_ns)),
+        "gone_s": row.gone_ns.map(|gone_ns| age_ms(gone_ns, now_ns) / 1e3),
     })
 }
 

@@ -20,6 +20,10 @@ pub struct CameraRow {
     pub intake: Option<CameraIntake>,
     /// What its images tell about its clock.
     pub clock: Option<CameraClock>,
+    /// When it was last heard itself, ns; 0 before.
+    pub heard_ns: u64,
+    /// Whether a fusion node has it in its rig.
+    pub in_rig: bool,
 }
 
 /// An object.
@@ -29,6 +33,8 @@ pub struct ObjectRow {
     pub pose: Option<Box<ObjectPose>>,
     /// When the last poses came, ns.
     arrivals_ns: VecDeque<u64>,
+    /// Since when no fusion node has it any more, ns.
+    pub gone_ns: Option<u64>,
 }
 
 /// A process of the site.
@@ -38,6 +44,14 @@ pub struct NodeRow {
     pub up: bool,
     /// When it was last heard, ns.
     pub heard_ns: u64,
+}
+
+impl CameraRow {
+    /// Since when it is silent, if it ever was heard and is missed.
+    pub fn gone_ns(&self, now_ns: u64) -> Option<u64> {
+        let age_s = now_ns.saturating_sub(self.heard_ns) as f64 * 1e-9;
+        (self.heard_ns > 0 && age_s > SILENCE_S).then_some(self.heard_ns)
+    }
 }
 
 impl ObjectRow {

@@ -119,7 +119,17 @@ fn counted(n: usize, noun: &str) -> String {
     format!("{n} {noun}{}", if n == 1 { "" } else { "s" })
 }
 
+/// Of a camera or an object that has left.
+fn gone(id: &str, since_ns: u64) -> Line {
+    let since = &words::time_of_day(since_ns)[..8];
+    let text = format!("{:<13}gone since {since} UTC", shortened(id, 12));
+    line(text, Tone::Doubtful)
+}
+
 fn camera(id: &str, row: &CameraRow, now_ns: u64) -> Line {
+    if let Some(since_ns) = row.gone_ns(now_ns) {
+        return gone(id, since_ns);
+    }
     let age_s = now_ns.saturating_sub(row.last_capture_ns) as f64 * 1e-9;
     let seen = row.last_capture_ns > 0;
     let number = |value: Option<String>| value.unwrap_or_else(|| "-".to_owned());
@@ -173,6 +183,9 @@ pub fn source(source: ClockSource) -> &'static str {
 }
 
 fn object(id: &str, row: &ObjectRow, now_ns: u64) -> Line {
+    if let Some(since_ns) = row.gone_ns {
+        return gone(id, since_ns);
+    }
     let state = row.state(now_ns);
     let tone = match state {
         State::Tracking => Tone::Plain,
@@ -318,6 +331,25 @@ mod tests {
             "  north: 2 payloads (damaged 2), 8 images too late, 10 tags not believed",
         ] {
             assert!(text.contains(part), "{part}\nis not in\n{text}");
+        }
+    }
+
+    #[test]
+    fn who_left_is_shown_with_the_time() {
+        let mut board = board();
+        for row in board.objects.values_mut() {
+            row.gone_ns = Some(NOW_NS - 1_000_000_000);
+        }
+        let lines = lines(&board, NOW_NS + 10_000_000_000, 80);
+        let texts: Vec<String> = lines.into_iter().map(|line| line.text).collect();
+        for part in [
+            "north        gone since 08:00:00 UTC",
+            "cube         gone since 07:59:59 UTC",
+        ] {
+            assert!(
+                texts.iter().any(|text| text == part),
+                "{part}\nis not in\n{texts:#?}"
+            );
         }
     }
 
