@@ -132,31 +132,14 @@ impl PatternFitter {
             None => edges.quad,
         };
         let mut state = State::start(&start, reading)?;
-        let reach = model::reach(&pattern, &state);
-        let outline = [
-            [-reach, -reach],
-            [reach, -reach],
-            [reach, reach],
-            [-reach, reach],
-        ]
-        .map(|[u, v]| state.homography.apply(u, v));
-        let seen = |place| {
-            straightened
-                .and_then(|lens| lens.pixel(place))
-                .unwrap_or(place)
-        };
-        let tag = Tag {
+        self.choose(&Tag {
             image,
-            outline: outline.map(seen),
+            outline: model::outline(&pattern, &state)
+                .map(|place| straightened.map_or(place, |lens| lens.pixel(place).unwrap_or(place))),
             contrast: state.contrast(),
             edges_px: pattern.edges_px(state.size_px()),
             straightened,
-        };
-        let pixels = &mut self.pixels;
-        self.kernels.run(
-            #[inline(always)]
-            || pixels.choose(&tag),
-        );
+        });
         self.approach(&pattern, &mut state)?;
         let (inverse, excess) = self.settle(&pattern, &mut state)?;
         let rounding = (ROUNDING / state.contrast()).powi(2);
@@ -167,10 +150,8 @@ impl PatternFitter {
             covariance: covariances.map(|corner| corner.map(|value| value * variance)),
         };
         let share = mean_variance(&fit.covariance) / mean_variance(&edges.covariance);
-        let residual = self.equations.residual_variance().sqrt() * state.contrast();
-        let explained = residual < EXPLAINED * noise_sigma.max(ROUNDING);
         let real = noise_sigma > 0.0 || state.blur_px() > LEAST_BLUR_PX;
-        let trusted = explained || share < SURER && real;
+        let trusted = self.explains(&state, noise_sigma) || share < SURER && real;
         if !trusted || !state.is_plausible(&start) {
             return None;
         }
@@ -178,6 +159,20 @@ impl PatternFitter {
             Some(straightened) => fit.seen_through(straightened),
             None => Some(fit),
         }
+    }
+
+    fn choose(&mut self, tag: &Tag<'_>) {
+        let pixels = &mut self.pixels;
+        self.kernels.run(
+            #[inline(always)]
+            || pixels.choose(tag),
+        );
+    }
+
+    /// Whether residuals are no more than noise.
+    fn explains(&self, state: &State, noise_sigma: f32) -> bool {
+        let residual = self.equations.residual_variance().sqrt() * state.contrast();
+        residual < EXPLAINED * noise_sigma.max(ROUNDING)
     }
 
     /// Steps with a few of the pixels until the corners are about where they belong.

@@ -4,6 +4,7 @@ use super::equations::{COLUMNS, Equations, GROUP, RESIDUAL, UNIT};
 use super::pattern::{Coverage, Optics, Pattern, Places};
 use super::pixels::Group;
 use super::state::State;
+use crate::quad::Quad;
 
 /// Residuals beyond this many scales count nothing at all (Tukey's biweight).
 pub(super) const TUKEY: f32 = 4.7;
@@ -187,9 +188,15 @@ fn per_scale(state: &State, [.., w]: &[[f32; 3]; 3]) -> f32 {
 
 /// How far from the middle pixels are still the pattern's own: what lies beyond the ring around the square blurs into its
 /// outer part. In half edges of the square.
-pub(super) fn reach(pattern: &Pattern, state: &State) -> f32 {
+fn reach(pattern: &Pattern, state: &State) -> f32 {
     const BLURS: f32 = 2.2;
     let blur_px = state.blur[0].max(state.blur[1]).sqrt();
     let clear = 1.0 - BLURS * blur_px / pattern.module_px(state.size_px());
     1.0 + clear.clamp(-0.5, 0.8) / pattern.half_border
+}
+
+/// Of all that shows the pattern.
+pub(super) fn outline(pattern: &Pattern, state: &State) -> Quad {
+    let r = reach(pattern, state);
+    [[-r, -r], [r, -r], [r, r], [-r, r]].map(|[u, v]| state.homography.apply(u, v))
 }
