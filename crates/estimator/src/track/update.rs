@@ -3,6 +3,8 @@
 //! Cameras whose clocks are right see the same pose and are fitted jointly. A camera whose offset is estimated sees the
 //! pose of another moment; such cameras follow one by one, in the order of the rig.
 
+use std::borrow::Cow;
+
 use nalgebra::Matrix6;
 
 use super::curvature;
@@ -69,7 +71,7 @@ pub(crate) fn updated<const D: usize>(
     let mut sum = refused(prior.clone(), sights, options);
     let mut start = start;
     for group in groups(sights) {
-        let members: Vec<Sight<'_>> = group.iter().map(|index| sights[*index]).collect();
+        let members = members(sights, &group);
         if let Some(prior) = members[0].clock {
             sum.state.know_clock(members[0].camera_index, prior);
         }
@@ -193,7 +195,19 @@ fn updated_by_group<const D: usize>(
     }
 }
 
-fn chosen<'a>(sights: &[Sight<'a>], part: &[bool]) -> Vec<Sight<'a>> {
+/// The sights of a group; nearly always there is one, of all.
+fn members<'s, 'a>(sights: &'s [Sight<'a>], group: &[usize]) -> Cow<'s, [Sight<'a>]> {
+    if group.len() == sights.len() {
+        return Cow::Borrowed(sights);
+    }
+    group.iter().map(|index| sights[*index]).collect()
+}
+
+/// The sights that take part; nearly always all.
+fn chosen<'s, 'a>(sights: &'s [Sight<'a>], part: &[bool]) -> Cow<'s, [Sight<'a>]> {
+    if part.iter().all(|part| *part) {
+        return Cow::Borrowed(sights);
+    }
     let pairs = sights.iter().zip(part);
     pairs
         .filter(|(_, part)| **part)
