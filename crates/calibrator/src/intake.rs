@@ -1,6 +1,6 @@
 //! From what an image shows to what a procedure can use: tags it looks for, each once, inside the picture, with both poses.
 
-use nalgebra::{Matrix2, Point2};
+use nalgebra::{Matrix2, Point2, Vector2};
 use sextant_estimator::{Camera, ImageObservation, TagCorners, TagId, tag_poses};
 use sextant_geometry::Pose;
 use std::collections::BTreeMap;
@@ -50,8 +50,61 @@ pub(crate) struct PassedOver {
     pub foreign: Vec<TagId>,
     /// Seen more than once in this image.
     pub doubled: Vec<TagId>,
-    /// With a corner outside of the picture that the rig states.
+    /// With its centre outside of the picture that the rig states: no such picture shows it.
     pub outside: Vec<TagId>,
+}
+
+/// Images as they come, at most so many of them. Of more, every second stretch of time is dropped and no longer kept, again and
+/// again, so that what is kept lies all over the session and cameras that fire together stay together.
+#[derive(Clone, Debug)]
+pub(crate) struct Kept {
+    images: Vec<ImageObservation>,
+    most: usize,
+    came: usize,
+    /// One stretch of so many is kept.
+    every: u64,
+}
+
+/// Long enough for a camera's images to follow one another, short enough for no movement to be missed, ns.
+const STRETCH_NS: u64 = 500_000_000;
+
+impl Kept {
+    pub(crate) fn at_most(most: usize) -> Self {
+        Self {
+            images: Vec::new(),
+            most,
+            came: 0,
+            every: 1,
+        }
+    }
+
+    pub(crate) fn push(&mut self, image: &ImageObservation) {
+        self.came += 1;
+        if !is_kept(image, self.every) {
+            return;
+        }
+        self.images.push(image.clone());
+        // Images of one stretch alone cannot be thinned; the last of them give way.
+        if self.images.len() > self.most && self.every < u64::MAX / 4 {
+            self.every *= 2;
+            let every = self.every;
+            self.images.retain(|image| is_kept(image, every));
+            self.images.truncate(self.most);
+        }
+    }
+
+    /// Images taken in, kept or not.
+    pub(crate) fn came(&self) -> usize {
+        self.came
+    }
+
+    pub(crate) fn iter(&self) -> impl Iterator<Item = &ImageObservation> {
+        self.images.iter()
+    }
+}
+
+fn is_kept(image: &ImageObservation, every: u64) -> bool {
+    (image.capture_ns / STRETCH_NS).is_multiple_of(every)
 }
 
 /// The usable part of an image.
@@ -73,8 +126,10 @@ pub(crate) fn take_in(
         };
         if count[&seen.tag] > 1 {
             over.doubled.push(seen.tag);
-        } else if !seen.corners.iter().all(|c| is_inside(c, camera.resolution)) {
+        } else if !is_inside(&centre(seen), camera.resolution) {
             over.outside.push(seen.tag);
+        } else if !seen.corners.iter().all(|c| is_inside(c, camera.resolution)) {
+            // Cut off by the picture's edge: what lies outside was guessed.
         } else if let Some(view) = TagView::of(camera, tag, &wanted[tag], seen) {
             tags.push(view);
         }
@@ -87,6 +142,14 @@ pub(crate) fn take_in(
         tags,
     };
     (view, over)
+}
+
+fn centre(seen: &TagCorners) -> Point2<f64> {
+    let sum = seen
+        .corners
+        .iter()
+        .fold(Vector2::zeros(), |sum, c| sum + c.coords);
+    Point2::from(sum / 4.0)
 }
 
 fn is_inside(corner: &Point2<f64>, [width, height]: [u32; 2]) -> bool {
@@ -115,5 +178,49 @@ impl TagView {
             .then(|| SeenTag::with_covariance(self.tag, corners, covariance, FLOOR_PX))
             .flatten()
             .unwrap_or_else(|| SeenTag::with_sigma(self.tag, corners, DEFAULT_SIGMA_PX))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use sextant_estimator::CameraId;
+
+    fn at(camera: &str, ms: u64) -> ImageObservation {
+        ImageObservation {
+            camera: CameraId::new(camera).unwrap(),
+            capture_ns: ms * 1_000_000,
+            clock_error_ns: 0,
+            exposure_ns: 0,
+            tags: Vec::new(),
+        }
+    }
+
+    #[test]
+    fn what_is_kept_lies_all_over_and_together() {
+        let mut kept = Kept::at_most(100);
+        for ms in (0..60_000).step_by(100) {
+            kept.push(&at("a", ms));
+            kept.push(&at("b", ms));
+        }
+        assert_eq!(kept.came(), 1200);
+        let of = |name: &str| -> Vec<u64> {
+            let own = kept.iter().filter(|i| i.camera.as_str() == name);
+            own.map(|i| i.capture_ns / 1_000_000).collect()
+        };
+        assert_eq!(of("a"), of("b"));
+        let times = of("a");
+        assert!((25..=50).contains(&times.len()), "{}", times.len());
+        assert!(
+            times[0] == 0 && times[times.len() - 1] > 50_000,
+            "{times:?}"
+        );
+    }
+
+    #[test]
+    fn images_of_one_moment_do_not_pile_up() {
+        let mut kept = Kept::at_most(10);
+        (0..1000).for_each(|_| kept.push(&at("a", 5)));
+        assert!(kept.iter().count() <= 11);
     }
 }

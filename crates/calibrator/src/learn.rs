@@ -3,6 +3,7 @@
 //! A [`LearnSession`] takes images one by one, tells at any time how far things are and what to do next, and solves when
 //! asked to; recorded and live images are the same to it.
 
+mod framing;
 mod gauge;
 mod places;
 mod progress;
@@ -15,7 +16,7 @@ pub use progress::{LearnProgress, TagProgress};
 pub(crate) use report::root_mean_square;
 pub use report::{LearnReport, LearnedTag};
 
-use crate::intake::Wanted;
+use crate::intake::{Kept, Wanted};
 use progress::Coverage;
 use sextant_estimator::{
     CameraId, ImageObservation, ObjectError, ObjectId, ObjectModel, Rig, TagId,
@@ -74,9 +75,25 @@ pub enum LearnError {
         /// In words.
         tags: String,
     },
+    /// A camera's images are not those of the rig's camera.
+    #[error(
+        "{part} % of the tags of camera {camera} lie outside of its {width} x {height} pixels: the rig states another resolution than these images have"
+    )]
+    Resolution {
+        /// The camera.
+        camera: CameraId,
+        /// How many of a hundred.
+        part: usize,
+        /// As the rig states it.
+        width: u32,
+        /// As the rig states it.
+        height: u32,
+    },
     /// Groups of tags that no image joins.
     #[error("the tags fall into groups that no image shows together: {groups}. {hint}")]
     NotConnected {
+        /// The groups.
+        islands: Vec<Vec<TagId>>,
         /// In words.
         groups: String,
         /// Which turn would join them.
@@ -93,6 +110,14 @@ pub enum LearnError {
     /// The gauge's tag is not among those that are learned.
     #[error("tag {0} is to be the object's origin, but is not among its tags")]
     UnknownOrigin(TagId),
+    /// No tags were named, and none were found.
+    #[error("which tags the object has was not found: {0}")]
+    NotDiscovered(String),
+    /// Nobody stated how large any tag is.
+    #[error(
+        "{0}; how large is not to be seen: measure the black square of one and state it, for example with --size NUMBER:METRES"
+    )]
+    SizeUnknown(String),
     /// The adjustment has no start.
     #[error("the tags could not be adjusted: {0}")]
     Adjustment(#[from] crate::bundle::BundleError),
@@ -107,12 +132,12 @@ pub struct LearnSession {
     rig: Rig,
     plan: LearnPlan,
     wanted: Vec<Wanted>,
-    images: Vec<ImageObservation>,
+    images: Kept,
     coverage: Coverage,
 }
 
-/// Images kept at most; further ones are ignored, since more of the same adds little.
-pub const MOST_IMAGES: usize = 6000;
+/// Images kept at most; of more, stretches of time are left out, since more of the same adds little.
+const MOST_IMAGES: usize = 6000;
 
 impl LearnSession {
     /// Nothing seen yet.
@@ -137,7 +162,7 @@ impl LearnSession {
         }
         Ok(Self {
             coverage: Coverage::of(&wanted),
-            images: Vec::new(),
+            images: Kept::at_most(MOST_IMAGES),
             rig,
             plan,
             wanted,
@@ -149,11 +174,9 @@ impl LearnSession {
         let Some(index) = self.camera_of(image) else {
             return;
         };
-        if self.images.len() < MOST_IMAGES {
-            self.coverage
-                .add((index, &self.rig.cameras()[index]), &self.wanted, image);
-            self.images.push(image.clone());
-        }
+        self.coverage
+            .add((index, &self.rig.cameras()[index]), &self.wanted, image);
+        self.images.push(image);
     }
 
     /// How far things are and what to do next.

@@ -6,6 +6,7 @@
 //! - [`bundle`]: bundle adjustment of tag corners, the core of every procedure.
 //! - [`RigSession`]: where every camera is, from an object carried through what they see.
 //! - [`LearnSession`]: where each tag of an object sits, from images of the object being turned.
+//! - [`DiscoverySession`]: the same where nobody said which tags the object has.
 //! - [`Verdict`]: the judgement in words that every procedure ends with.
 //! - [`PrintedGrid`]: a flat board as it is printed.
 //! - [`lens`]: the calibration of a lens with a board of tags.
@@ -15,6 +16,7 @@
 mod adjustment;
 pub mod bundle;
 mod constellation;
+mod discovery;
 mod graph;
 mod intake;
 mod learn;
@@ -26,13 +28,14 @@ mod resection;
 mod rig;
 mod verdict;
 
+pub use discovery::{DiscoveryPlan, DiscoverySession, Found};
 pub use learn::{
     Gauge, LearnError, LearnPlan, LearnProgress, LearnReport, LearnSession, Learned, LearnedTag,
-    MOST_IMAGES, TagProgress,
+    TagProgress,
 };
 pub use printed_grid::{GridError, PrintedGrid, STRIP_MM};
 pub use rig::{
     Calibrated, CalibratedCamera, CameraProgress, Origin, RigError, RigPlan, RigProgress,
-    RigReport, RigSession,
+    RigReport, RigSession, Up,
 };
 pub use verdict::{Grade, Verdict};

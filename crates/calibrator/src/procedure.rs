@@ -13,7 +13,10 @@ pub use outcome::{Outcome, Product, Report};
 pub use progress::{LearnDetails, LensDetails, Progress, ProgressDetails, RigDetails, SketchedTag};
 
 use crate::lens::{LensOptions, LensRefusal, LensSession, Selection};
-use crate::{LearnError, LearnPlan, LearnSession, RigError, RigPlan, RigSession};
+use crate::{
+    DiscoveryPlan, DiscoverySession, LearnError, LearnPlan, LearnSession, RigError, RigPlan,
+    RigSession,
+};
 use serde::Serialize;
 use sextant_estimator::{CameraId, ImageObservation, ObjectModel, Rig};
 use sextant_geometry::LensModel;
@@ -45,6 +48,8 @@ pub enum Plan {
     Rig(RigPlan),
     /// Where an object's tags sit.
     Learn(LearnPlan),
+    /// Which tags an object has, and where they sit.
+    Discover(DiscoveryPlan),
 }
 
 impl Plan {
@@ -66,6 +71,7 @@ impl Plan {
                 families.extend(plan.from.iter().flat_map(of_object));
                 families
             }
+            Self::Discover(plan) => plan.families.iter().copied().collect(),
         }
     }
 }
@@ -78,7 +84,7 @@ pub enum Kind {
     Lens,
     /// The cameras' poses.
     Rig,
-    /// An object's tags.
+    /// An object's tags, named or discovered.
     Learn,
 }
 
@@ -111,6 +117,7 @@ enum Session {
     Lens(Box<LensSession>, CameraId),
     Rig(Box<RigSession>),
     Learn(Box<LearnSession>),
+    Discover(Box<DiscoverySession>),
 }
 
 impl Procedure {
@@ -132,6 +139,9 @@ impl Procedure {
             }
             Plan::Rig(plan) => Session::Rig(Box::new(RigSession::new(rig.clone(), plan)?)),
             Plan::Learn(plan) => Session::Learn(Box::new(LearnSession::new(rig.clone(), plan)?)),
+            Plan::Discover(plan) => {
+                Session::Discover(Box::new(DiscoverySession::new(rig.clone(), plan)?))
+            }
         };
         Ok(Self { rig, session })
     }
@@ -141,7 +151,7 @@ impl Procedure {
         match self.session {
             Session::Lens(..) => Kind::Lens,
             Session::Rig(_) => Kind::Rig,
-            Session::Learn(_) => Kind::Learn,
+            Session::Learn(_) | Session::Discover(_) => Kind::Learn,
         }
     }
 
@@ -151,6 +161,7 @@ impl Procedure {
             Session::Lens(_, own) => own == camera,
             Session::Rig(_) => self.rig.camera(camera).is_some(),
             Session::Learn(session) => session.counts(camera),
+            Session::Discover(session) => session.counts(camera),
         }
     }
 
@@ -166,6 +177,7 @@ impl Procedure {
             Session::Lens(..) => {}
             Session::Rig(session) => session.handle(image),
             Session::Learn(session) => session.handle(image),
+            Session::Discover(session) => session.handle(image),
         }
         Ok(())
     }
@@ -176,6 +188,9 @@ impl Procedure {
             Session::Lens(session, _) => Progress::of_lens(&session.progress()),
             Session::Rig(session) => Progress::of_rig(session.progress()),
             Session::Learn(session) => Progress::of_learn(session.progress(), session.sketch()),
+            Session::Discover(session) => {
+                Progress::of_learn(session.progress(), session.sketch()).with(session.found())
+            }
         }
     }
 
@@ -188,6 +203,7 @@ impl Procedure {
             Session::Lens(session, camera) => Outcome::of_lens(&self.rig, camera, session.solve()?),
             Session::Rig(session) => Ok(Outcome::of_rig(session.solve()?)),
             Session::Learn(session) => Ok(Outcome::of_learn(session.solve()?)),
+            Session::Discover(session) => Ok(Outcome::of_learn(session.solve()?)),
         }
     }
 }

@@ -14,12 +14,13 @@ mod report;
 mod solving;
 mod stillness;
 mod trajectory;
+mod unknown_object;
 
-pub use origin::Origin;
+pub use origin::{Origin, Up};
 pub use progress::{CameraProgress, RigProgress};
 pub use report::{CalibratedCamera, RigReport};
 
-use crate::intake::Wanted;
+use crate::intake::{Kept, Wanted};
 use progress::Coverage;
 use sextant_estimator::{CameraId, ImageObservation, ObjectId, ObjectModel, Rig, TagId};
 use thiserror::Error;
@@ -132,11 +133,11 @@ pub struct RigSession {
     rig: Rig,
     plan: RigPlan,
     wanted: Vec<Wanted>,
-    images: Vec<ImageObservation>,
+    images: Kept,
     coverage: Coverage,
 }
 
-/// Images kept at most; further ones are ignored, since more of the same adds little.
+/// Images kept at most; of more, stretches of time are left out, since more of the same adds little.
 const MOST_IMAGES: usize = 60_000;
 
 impl RigSession {
@@ -161,7 +162,7 @@ impl RigSession {
         plan.origin.add_floor_tags(&mut wanted);
         Ok(Self {
             coverage: Coverage::of(&rig),
-            images: Vec::new(),
+            images: Kept::at_most(MOST_IMAGES),
             rig,
             plan,
             wanted,
@@ -173,11 +174,9 @@ impl RigSession {
         let Some(index) = self.camera_of(image) else {
             return;
         };
-        if self.images.len() < MOST_IMAGES {
-            self.coverage
-                .add((index, &self.rig.cameras()[index]), &self.wanted, image);
-            self.images.push(image.clone());
-        }
+        self.coverage
+            .add((index, &self.rig.cameras()[index]), &self.wanted, image);
+        self.images.push(image);
     }
 
     /// How far things are and what to do next.

@@ -2,8 +2,12 @@
 
 #![allow(clippy::unwrap_used, reason = "a test ends by panicking")]
 
+#[path = "procedures/discovery.rs"]
+mod discovery;
 #[path = "procedures/learn.rs"]
 mod learn;
+#[path = "procedures/learn_faults.rs"]
+mod learn_faults;
 #[path = "procedures/refinement.rs"]
 mod refinement;
 #[path = "procedures/rig.rs"]

@@ -47,6 +47,7 @@ pub(super) fn subject(plan: &Plan) -> String {
         Plan::Lens(plan) => plan.camera.to_string(),
         Plan::Rig(plan) => plan.object.id().to_string(),
         Plan::Learn(plan) => plan.object.to_string(),
+        Plan::Discover(plan) => plan.object.to_string(),
     }
 }
 

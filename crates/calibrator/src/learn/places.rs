@@ -50,6 +50,19 @@ impl Groups {
         groups
     }
 
+    /// Each image by itself.
+    pub(super) fn apart(rig: &Rig, views: &[ImageView]) -> Self {
+        Self {
+            of_views: (0..views.len()).map(|at| vec![at]).collect(),
+            group_from_camera: vec![Pose::identity(); rig.cameras().len()],
+        }
+    }
+
+    /// Whether images of several cameras are taken as one.
+    pub(super) fn joins_cameras(&self) -> bool {
+        self.of_views.iter().any(|group| group.len() > 1)
+    }
+
     /// As the constellation's consensus takes them.
     pub(super) fn seen<'a>(&self, rig: &'a Rig, views: &'a [ImageView]) -> Vec<Group<'a>> {
         let group = |of: &Vec<usize>| {

@@ -36,6 +36,19 @@ pub struct LearnProgress {
     pub hint: String,
 }
 
+impl LearnProgress {
+    /// Where it is not known yet what is wanted.
+    pub(crate) fn nothing_yet() -> Self {
+        Self {
+            images: 0,
+            joining: 0,
+            tags: Vec::new(),
+            complete: 0.0,
+            hint: String::new(),
+        }
+    }
+}
+
 /// What the images have covered.
 #[derive(Clone, Debug)]
 pub(super) struct Coverage {
@@ -48,7 +61,8 @@ pub(super) struct Coverage {
     sample: Vec<ImageView>,
     foreign: BTreeMap<TagId, usize>,
     doubled: BTreeMap<TagId, usize>,
-    outside: usize,
+    /// By camera of the rig: tags seen, and of them those outside of the picture.
+    outside: BTreeMap<usize, [usize; 2]>,
 }
 
 const DIRECTIONS: usize = 8;
@@ -58,6 +72,8 @@ const FACE_ON: f64 = 0.2;
 const ENOUGH_IMAGES: usize = 12;
 const ENOUGH_DIRECTIONS: usize = 3;
 const ENOUGH_TOGETHER: usize = 3;
+/// More of a hundred tags outside of the picture: it is another picture.
+const OUTSIDE_PERCENT: usize = 4;
 
 impl Coverage {
     pub(super) fn of(wanted: &[Wanted]) -> Self {
@@ -70,7 +86,7 @@ impl Coverage {
             sample: Vec::new(),
             foreign: BTreeMap::new(),
             doubled: BTreeMap::new(),
-            outside: 0,
+            outside: BTreeMap::new(),
         }
     }
 
@@ -83,7 +99,9 @@ impl Coverage {
         let (view, over) = take_in(camera, wanted, image);
         self.images += 1;
         self.joining += usize::from(view.tags.len() > 1);
-        self.outside += over.outside.len();
+        let [all, outside] = self.outside.entry(camera.0).or_default();
+        *all += view.tags.len() + over.outside.len();
+        *outside += over.outside.len();
         for tag in over.foreign {
             *self.foreign.entry(tag).or_default() += 1;
         }
@@ -132,9 +150,11 @@ impl Coverage {
         &self.doubled
     }
 
-    /// How many tags lay outside of the picture that the rig states.
-    pub(super) fn outside(&self) -> usize {
-        self.outside
+    /// A camera of the rig of whose tags too many of a hundred lie outside of the picture that the rig states, and how many.
+    pub(super) fn outside(&self) -> Option<(usize, usize)> {
+        let of = self.outside.iter();
+        let mut of = of.map(|(camera, [all, outside])| (*camera, outside * 100 / (*all).max(1)));
+        of.find(|(_, percent)| *percent > OUTSIDE_PERCENT)
     }
 
     fn groups(&self, n: usize) -> Vec<usize> {
@@ -213,9 +233,10 @@ pub(super) fn joining_hint(tags: &[TagProgress]) -> Option<String> {
         .map(|t| t.tag.as_str())
         .collect();
     if !unseen.is_empty() {
-        let unseen = listed(unseen);
+        let verb = if unseen.len() > 1 { "come" } else { "comes" };
         return Some(format!(
-            "Turn the object until {unseen} comes into view together with a tag seen before"
+            "Turn the object until {} {verb} into view together with a tag seen before",
+            listed(unseen)
         ));
     }
     let other = *groups

@@ -1,5 +1,6 @@
 //! How well a constellation was learned.
 
+use crate::discovery::Found;
 use crate::verdict::Verdict;
 use serde::Serialize;
 
@@ -49,6 +50,12 @@ pub struct LearnReport {
     pub kept: Vec<String>,
     /// What the images hardly determine, in words.
     pub weak: Vec<String>,
+    /// Tags whose sizes nobody stated, with what was found, metres; only of an object that was discovered.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub solved_sizes: Vec<(String, f64)>,
+    /// Which tags were found to be what; only of an object that was discovered.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub found: Option<Found>,
     /// In words.
     pub verdict: Verdict,
 }
@@ -81,12 +88,14 @@ impl LearnSession {
         let tags: Vec<LearnedTag> = sought(true).collect();
         LearnReport {
             object: self.plan.object.to_string(),
-            images: self.images.len(),
+            images: self.images.came(),
             images_used: solved.adjusted.images.len(),
             rms_px: solved.adjusted.solution.rms_px,
             noise_ratio: solved.adjusted.solution.variance_factor.sqrt(),
             kept: sought(false).map(|tag| tag.tag).collect(),
             weak: self.weak(solved),
+            solved_sizes: Vec::new(),
+            found: None,
             verdict: self.verdict(&tags, solved),
             tags,
         }

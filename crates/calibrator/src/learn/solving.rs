@@ -1,26 +1,28 @@
 //! From the images of a session to a constellation: consensus, spanning tree, adjustment, frame.
 
-use super::gauge::{Gauge, aligned, centroid};
+use super::gauge::Gauge;
 use super::places::Groups;
 use super::progress::joining_hint;
-use super::report::{size_ratios, wrong_size};
+use super::report::{LearnReport, LearnedTag, size_ratios, wrong_size};
 use super::{LearnError, LearnSession, Learned};
 use crate::adjustment::{Adjusted, Adjustment};
-use crate::bundle::{
-    BundleCamera, BundleOptions, BundleSolution, BundleTag, Freedom, KeptParameter,
-};
+use crate::bundle::{BundleCamera, BundleOptions, BundleSolution, BundleTag, Freedom};
 use crate::constellation::joined_tags;
 use crate::graph::PoseGraph;
 use crate::intake::{ImageView, take_in};
 use crate::resection::Placed;
-use crate::verdict::listed;
+use crate::verdict::{Grade, listed};
 use nalgebra::DMatrix;
-use sextant_estimator::{ObjectModel, ObjectTag, PoseSigma};
+use sextant_estimator::TagId;
 use sextant_geometry::Pose;
 use sextant_geometry::least_squares::Kernel;
 
 /// Rounds of finding the object in every image and adjusting all: the first works from the spanning tree's guess.
 const ROUNDS: usize = 2;
+/// Errors so many times what the detector states, or more than this part of a tag's images left out, are odd.
+const ODD: (f64, f64) = (1.5, 0.15);
+/// So many times smaller errors are clearly smaller.
+const CLEARLY: f64 = 1.3;
 /// A tag that fits in fewer of the images that show it is in no consistent place.
 const LEAST_FITTING: f64 = 0.4;
 
@@ -46,19 +48,44 @@ impl LearnSession {
     pub fn solve(&self) -> Result<Learned, LearnError> {
         let views = self.views();
         self.check_seen(&views)?;
-        let groups = Groups::of(&self.rig, &views);
+        let together = Groups::of(&self.rig, &views);
+        let joins_cameras = together.joins_cameras();
+        let learned = self.solve_in(views, &together);
+        if joins_cameras && learned.as_ref().map_or(true, is_odd) {
+            return self.solve_apart(learned);
+        }
+        learned
+    }
+
+    /// Each image by itself, where cameras that see the object at the same time contradict each other.
+    fn solve_apart(&self, together: Result<Learned, LearnError>) -> Result<Learned, LearnError> {
+        let views = self.views();
+        let apart = Groups::apart(&self.rig, &views);
+        let Ok(mut apart) = self.solve_in(views, &apart) else {
+            return together;
+        };
+        if let Ok(joint) = &together
+            && !is_clearer(&apart.report, &joint.report)
+        {
+            return together;
+        }
+        apart.report.verdict.add(Grade::Usable, "cameras that saw the object at the same time contradict each other, so each was used by itself: one has moved since the rig was calibrated, its clock is off, or names are swapped".to_owned());
+        Ok(apart)
+    }
+
+    fn solve_in(&self, views: Vec<ImageView>, groups: &Groups) -> Result<Learned, LearnError> {
         let fixed = self.known();
-        let mut placed = self.first_guess(&groups, &views, &fixed)?;
+        let mut placed = self.first_guess(groups, &views, &fixed)?;
         let mut last = None;
         for _ in 0..ROUNDS {
-            let adjusted = self.adjust(&groups, &views, &placed, Sizes::Stated)?;
+            let adjusted = self.adjust(groups, &views, &placed, Sizes::Stated)?;
             for (place, tag) in placed.iter_mut().zip(&adjusted.solution.bundle.tags) {
                 *place = Some((tag.object_from_tag, tag.size_m));
             }
             last = Some(adjusted);
         }
         let adjusted = last.ok_or(LearnError::NoTag)?;
-        let with_sizes = self.adjust(&groups, &views, &placed, Sizes::Sought).ok();
+        let with_sizes = self.adjust(groups, &views, &placed, Sizes::Sought).ok();
         self.check_fit(&views, &adjusted, with_sizes.as_ref().map(|a| &a.solution))?;
         let solved = self.framed(views, adjusted, with_sizes.map(|a| a.solution));
         Ok(Learned {
@@ -78,9 +105,19 @@ impl LearnSession {
     }
 
     fn check_seen(&self, views: &[ImageView]) -> Result<(), LearnError> {
+        if let Some((at, part)) = self.coverage.outside() {
+            let camera = &self.rig.cameras()[at];
+            let [width, height] = camera.resolution;
+            return Err(LearnError::Resolution {
+                camera: camera.id.clone(),
+                part,
+                width,
+                height,
+            });
+        }
         if views.is_empty() {
             return Err(LearnError::NothingSeen {
-                images: self.images.len(),
+                images: self.images.came(),
                 seen: self.what_is_seen(),
             });
         }
@@ -98,10 +135,6 @@ impl LearnSession {
     }
 
     fn what_is_seen(&self) -> String {
-        if self.coverage.outside() > 0 {
-            return ": its corners lie outside of the picture that the rig states; give the resolution of these images"
-                .to_owned();
-        }
         let foreign = self.coverage.foreign();
         if foreign.is_empty() {
             return ": no tag at all; check light, focus and distance".to_owned();
@@ -110,7 +143,7 @@ impl LearnSession {
     }
 
     /// Places of the known object's tags that stay.
-    fn known(&self) -> Vec<Option<Pose>> {
+    pub(super) fn known(&self) -> Vec<Option<Pose>> {
         let relearned = |tag| self.plan.tags.iter().any(|(t, _)| *t == tag);
         let place = |tag| {
             let object = self.plan.from.as_ref()?;
@@ -159,16 +192,18 @@ impl LearnSession {
         let mut numbers = of.clone();
         numbers.sort_unstable();
         numbers.dedup();
-        let groups = numbers.iter().map(|number| {
+        let islands = numbers.iter().map(|number| {
             let members = (0..of.len()).filter(|&at| of[at] == *number);
-            listed(members.map(|at| self.wanted[at].tag))
+            members.map(|at| self.wanted[at].tag).collect()
         });
-        let groups: Vec<String> = groups.collect();
+        let islands: Vec<Vec<TagId>> = islands.collect();
+        let groups: Vec<String> = islands.iter().map(listed).collect();
         let mut tags = self.progress().tags;
         for (tag, group) in tags.iter_mut().zip(&of) {
             tag.group = *group;
         }
         LearnError::NotConnected {
+            islands,
             groups: groups.join(" | "),
             hint: joining_hint(&tags).unwrap_or_default(),
         }
@@ -280,74 +315,20 @@ impl LearnSession {
     fn names(&self, tags: &[usize]) -> String {
         listed(tags.iter().map(|&at| self.wanted[at].tag))
     }
-
-    /// Moves everything into the frame of the result.
-    fn framed(
-        &self,
-        views: Vec<ImageView>,
-        adjusted: Adjusted,
-        with_sizes: Option<BundleSolution>,
-    ) -> Solved {
-        let tags = &adjusted.solution.bundle.tags;
-        let sought: Vec<bool> = self.known().iter().map(Option::is_none).collect();
-        let mut poses: Vec<Pose> = tags.iter().map(|tag| tag.object_from_tag).collect();
-        let mut covariance = whole_covariance(&adjusted.solution);
-        if sought.iter().all(|sought| *sought) {
-            let frame = match self.plan.gauge {
-                Gauge::Tag(tag) => {
-                    let at = self.wanted.iter().position(|w| w.tag == tag);
-                    at.map_or_else(Pose::identity, |at| poses[at])
-                }
-                Gauge::Centroid => {
-                    covariance = aligned(&covariance, &poses);
-                    Pose::translation(centroid(&poses).x, centroid(&poses).y, centroid(&poses).z)
-                }
-            };
-            poses = poses.iter().map(|pose| frame.inverse() * pose).collect();
-        }
-        Solved {
-            views,
-            adjusted,
-            with_sizes,
-            covariance,
-            poses,
-            sought,
-        }
-    }
-
-    fn object(&self, solved: &Solved) -> Result<ObjectModel, LearnError> {
-        let learned = self
-            .wanted
-            .iter()
-            .zip(&solved.poses)
-            .map(|(w, pose)| ObjectTag {
-                tag: w.tag,
-                size_m: w.size_m,
-                object_from_tag: Some(*pose),
-            });
-        let object = ObjectModel::new(self.plan.object.clone(), learned.collect())?;
-        let sought = (0..self.wanted.len()).filter(|at| solved.sought[*at]);
-        let stated = sought.map(|at| (self.wanted[at].tag, sigma(&solved.covariance, at)));
-        let object = object.with_tag_sigmas(stated)?;
-        Ok(match &self.plan.from {
-            Some(from) => object.holding_on_to(from),
-            None => object,
-        })
-    }
 }
 
-/// How well the place of a tag is known: the root of the mean of its axes.
-fn sigma(covariance: &DMatrix<f64>, tag: usize) -> PoseSigma {
-    let of_axes = |first: usize| {
-        let variance = (first..first + 3)
-            .map(|row| covariance[(row, row)].max(0.0))
-            .sum::<f64>();
-        (variance / 3.0).sqrt().clamp(0.0, 1.0)
-    };
-    PoseSigma {
-        position_m: of_axes(6 * tag),
-        orientation_rad: of_axes(6 * tag + 3),
-    }
+/// Whether a solution has clearly smaller errors than another, or as small ones with clearly less left out.
+fn is_clearer(one: &LearnReport, other: &LearnReport) -> bool {
+    let left_out = |report: &LearnReport| report.tags.iter().map(|t| t.left_out).sum::<usize>();
+    let noise = other.noise_ratio / one.noise_ratio;
+    noise > CLEARLY || noise * CLEARLY > 1.0 && 2 * left_out(one) < left_out(other)
+}
+
+/// Whether the images contradict each other more than they should.
+fn is_odd(learned: &Learned) -> bool {
+    let tags = &learned.report.tags;
+    let left_out = |tag: &LearnedTag| tag.left_out as f64 > ODD.1 * tag.images as f64;
+    learned.report.noise_ratio > ODD.0 || tags.iter().any(left_out)
 }
 
 /// What is done with the tags' sizes.
@@ -355,27 +336,6 @@ fn sigma(covariance: &DMatrix<f64>, tag: usize) -> PoseSigma {
 enum Sizes {
     Stated,
     Sought,
-}
-
-/// Six rows for every tag, zero for those that were fixed.
-fn whole_covariance(solution: &BundleSolution) -> DMatrix<f64> {
-    let n = solution.bundle.tags.len();
-    let parameters = solution.covariance.parameters();
-    let row = |parameter: &KeptParameter| match *parameter {
-        KeptParameter::TagPosition { tag, axis } => Some(6 * tag + axis),
-        KeptParameter::TagRotation { tag, axis } => Some(6 * tag + 3 + axis),
-        _ => None,
-    };
-    let mut whole = DMatrix::zeros(6 * n, 6 * n);
-    let matrix = solution.covariance.matrix();
-    for (i, of) in parameters.iter().enumerate() {
-        for (j, by) in parameters.iter().enumerate() {
-            if let (Some(i_whole), Some(j_whole)) = (row(of), row(by)) {
-                whole[(i_whole, j_whole)] = matrix[(i, j)];
-            }
-        }
-    }
-    whole
 }
 
 /// Images of one tag.

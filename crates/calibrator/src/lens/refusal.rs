@@ -14,14 +14,14 @@ pub enum LensRefusal {
         /// The tag.
         tag: TagId,
     },
-    /// A corner that the stated picture cannot have.
+    /// A tag whose centre the stated picture cannot have.
     #[error(
-        "a corner lies at ({x:.0}, {y:.0}), but the pictures are said to have {width} x {height} pixels: the images have another resolution; state theirs"
+        "a tag lies at ({x:.0}, {y:.0}), but the pictures are said to have {width} x {height} pixels: the images have another resolution; state theirs"
     )]
     Resolution {
-        /// Column of the corner.
+        /// Column of its centre.
         x: f64,
-        /// Row of the corner.
+        /// Row of its centre.
         y: f64,
         /// As stated.
         width: u32,

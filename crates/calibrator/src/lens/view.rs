@@ -2,7 +2,7 @@
 
 use super::board::Board;
 use super::refusal::LensRefusal;
-use nalgebra::Point2;
+use nalgebra::{Point2, Vector2};
 use sextant_estimator::{ImageObservation, TagCorners, TagId};
 use std::collections::BTreeMap;
 
@@ -37,7 +37,7 @@ pub(super) struct Sorted {
 
 impl Sorted {
     /// # Errors
-    /// Corners outside of the picture: it has another resolution.
+    /// A tag outside of the picture: it has another resolution.
     pub(super) fn of(
         board: &Board,
         resolution: [u32; 2],
@@ -45,7 +45,7 @@ impl Sorted {
     ) -> Result<Self, LensRefusal> {
         let mut count = BTreeMap::new();
         for tag in &image.tags {
-            check_inside(resolution, tag)?;
+            check_centre(resolution, tag)?;
             *count.entry(tag.tag).or_insert(0_u32) += 1;
         }
         let mut sorted = Self {
@@ -60,6 +60,8 @@ impl Sorted {
         for seen in &image.tags {
             match board.position(seen.tag) {
                 Some(_) if sorted.twice.contains(&seen.tag) => {}
+                // Cut off by the picture's edge: what lies outside was guessed.
+                Some(_) if !seen.corners.iter().all(|c| is_inside(resolution, c)) => {}
                 Some(tag) => sorted.view.tags.push(ViewTag {
                     tag,
                     corners: seen.corners,
@@ -73,21 +75,28 @@ impl Sorted {
     }
 }
 
-fn check_inside([width, height]: [u32; 2], tag: &TagCorners) -> Result<(), LensRefusal> {
+fn is_inside([width, height]: [u32; 2], at: &Point2<f64>) -> bool {
     let inside = |x: f64, end: u32| (-OUTSIDE_PX..=f64::from(end) + OUTSIDE_PX).contains(&x);
-    let outside = tag
+    inside(at.x, width) && inside(at.y, height)
+}
+
+/// No picture shows a tag whose middle lies outside of it.
+fn check_centre(resolution: [u32; 2], tag: &TagCorners) -> Result<(), LensRefusal> {
+    let sum = tag
         .corners
         .iter()
-        .find(|corner| !inside(corner.x, width) || !inside(corner.y, height));
-    match outside {
-        Some(corner) => Err(LensRefusal::Resolution {
-            x: corner.x,
-            y: corner.y,
-            width,
-            height,
-        }),
-        None => Ok(()),
+        .fold(Vector2::zeros(), |sum, c| sum + c.coords);
+    let centre = Point2::from(sum / 4.0);
+    if is_inside(resolution, &centre) {
+        return Ok(());
     }
+    let [width, height] = resolution;
+    Err(LensRefusal::Resolution {
+        x: centre.x,
+        y: centre.y,
+        width,
+        height,
+    })
 }
 
 fn sigma_of(tag: &TagCorners) -> f64 {
@@ -107,11 +116,7 @@ impl View {
     /// Centroid and spread (root mean square distance from it) of the corners, pixels.
     pub(super) fn extent(&self) -> (Point2<f64>, f64) {
         let n = (4 * self.tags.len()).max(1) as f64;
-        let centre = self
-            .corners()
-            .map(|p| p.coords)
-            .sum::<nalgebra::Vector2<f64>>()
-            / n;
+        let centre = self.corners().map(|p| p.coords).sum::<Vector2<f64>>() / n;
         let square = self.corners().map(|p| (p.coords - centre).norm_squared());
         (centre.into(), (square.sum::<f64>() / n).sqrt())
     }

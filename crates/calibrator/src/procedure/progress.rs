@@ -2,7 +2,7 @@
 
 use super::Kind;
 use crate::lens::{COLUMNS, Hint, LensProgress};
-use crate::{CameraProgress, LearnProgress, RigProgress, TagProgress};
+use crate::{CameraProgress, Found, LearnProgress, RigProgress, TagProgress};
 use serde::Serialize;
 
 /// How far a procedure is.
@@ -63,6 +63,9 @@ pub struct LearnDetails {
     pub tags: Vec<TagProgress>,
     /// The largest group of joined tags about as it is, for a picture; grows as tags are joined.
     pub sketch: Vec<SketchedTag>,
+    /// Which tags were found to be what, where nobody named them.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub found: Option<Found>,
 }
 
 /// A tag about where it is, in the frame of the sketch's first tag. A guess of millimetres and degrees, for a picture.
@@ -119,7 +122,15 @@ impl Progress {
                 joining: progress.joining,
                 tags: progress.tags,
                 sketch,
+                found: None,
             }),
         }
+    }
+
+    pub(super) fn with(mut self, found: Found) -> Self {
+        if let ProgressDetails::Learn(details) = &mut self.details {
+            details.found = Some(found);
+        }
+        self
     }
 }

@@ -216,7 +216,10 @@ fn only_cameras_that_count_are_counted() {
 fn an_image_of_another_resolution_is_refused_and_the_next_is_taken() {
     let mut procedure = Procedure::start(rig(), lens_plan()).unwrap();
     let mut seen = image("new", 0, &camera_from_object(0));
-    seen.tags[0].corners[0].x = 900.0;
+    seen.tags[0]
+        .corners
+        .iter_mut()
+        .for_each(|corner| corner.x += 900.0);
     let refused = procedure.handle(&seen).unwrap_err().to_string();
     assert!(refused.contains("640 x 480"), "{refused}");
     procedure

@@ -113,40 +113,64 @@ impl RigSession {
         verdict
     }
 
-    /// Sizes against spacing, where both are stated; where all sizes are wrong alike and the spacing too, nobody can tell.
+    /// Sizes against spacing, where both are stated, and those of tags that lie still against the object's; where all sizes are
+    /// wrong alike and the spacing too, nobody can tell.
     fn judge_sizes(&self, found: &Found, verdict: &mut Verdict) {
         let mut bundle = found.adjusted.adjusted.solution.bundle.clone();
         let frame = bundle
             .tags
             .iter()
             .position(|tag| tag.pose == Freedom::Fixed);
-        for (at, tag) in bundle.tags[..self.n_carried()].iter_mut().enumerate() {
+        let comparable = self.still_tags_with_size(&found.sightings.views);
+        for (at, tag) in bundle.tags.iter_mut().enumerate() {
             let scale = found.sightings.seeking_tags && Some(at) == frame;
-            tag.size = if scale { Freedom::Fixed } else { Freedom::Free };
+            let is_told = at < self.n_carried() || comparable.contains(&at);
+            tag.size = if scale || !is_told {
+                Freedom::Fixed
+            } else {
+                Freedom::Free
+            };
         }
         let Ok(solution) = solve(bundle, &super::solving::options()) else {
             return;
         };
-        let mut wrong: BTreeMap<String, Vec<&crate::intake::Wanted>> = BTreeMap::new();
-        for (at, wanted) in self.wanted[..self.n_carried()].iter().enumerate() {
+        let mut wrong: BTreeMap<(String, &str), Vec<&crate::intake::Wanted>> = BTreeMap::new();
+        for (at, wanted) in self.wanted.iter().enumerate() {
             let sigma = solution
                 .covariance
                 .sigma(KeptParameter::TagSize { tag: at });
             let off = solution.bundle.tags[at].size_m / wanted.size_m - 1.0;
             if sigma.is_some_and(|s| off.abs() > HARMLESS_SIZE && off.abs() > 5.0 * s) {
                 let word = if off > 0.0 { "larger" } else { "smaller" };
+                let by = if at >= self.n_carried() {
+                    "the carried object"
+                } else if found.sightings.seeking_tags {
+                    "the other tags"
+                } else {
+                    "their spacing"
+                };
                 wrong
-                    .entry(format!("{:.1} % {word}", off.abs() * 100.0))
+                    .entry((format!("{:.1} % {word}", off.abs() * 100.0), by))
                     .or_default()
                     .push(wanted);
             }
         }
-        for (how, tags) in wrong {
+        for ((how, by), tags) in wrong {
             verdict.add(Grade::Poor, format!(
-                "{} {how} than stated, judged by {}: measure the black squares and the spacing again",
-                listed(tags.iter().map(|w| w.tag)),
-                if found.sightings.seeking_tags { "the other tags" } else { "their spacing" }));
+                "{} {how} than stated, judged by {by}: measure the black squares and the spacing again",
+                listed(tags.iter().map(|w| w.tag))));
         }
+    }
+
+    /// What all lengths rest on, in words.
+    pub(super) fn scale(&self, found: &Found) -> String {
+        let object = self.plan.object.id();
+        if self.still_tags_with_size(&found.sightings.views).is_empty() {
+            return format!(
+                "all lengths rest on the stated sizes of {object}: were they all measured wrong alike, nothing here could tell"
+            );
+        }
+        format!("the stated sizes of {object} and of the tags that lie still were compared")
     }
 
     /// Cameras that stand where the rig had another one before.

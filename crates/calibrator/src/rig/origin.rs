@@ -5,6 +5,7 @@ use crate::intake::Wanted;
 use nalgebra::{Isometry3, Matrix3, Rotation3, Translation3, UnitQuaternion, Vector3};
 use sextant_estimator::{CameraId, Rig, TagId};
 use sextant_geometry::Pose;
+use std::f64::consts::PI;
 
 /// What the world's frame is tied to.
 #[derive(Clone, Debug, PartialEq, Default)]
@@ -19,6 +20,48 @@ pub enum Origin {
     /// Three tags that lie still: the centre of the first is the origin, the second lies on the x axis, the third on the
     /// side of positive y; z is up where they run anticlockwise as seen from above. Their size in metres.
     ThreeTags([TagId; 3], f64),
+    /// Another frame, turned about its origin by the least that makes z point up. A camera that would keep its pose is turned
+    /// with the frame.
+    Levelled(Box<Origin>, Up),
+}
+
+/// What shows which way is up, by gravity. Sizes in metres.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Up {
+    /// A tag that lies on something level: its face looks up.
+    Flat(TagId, f64),
+    /// A tag that hangs plumb and upright: its upper edge is up.
+    Upright(TagId, f64),
+    /// Two tags on a plumb line: the lower and the upper one.
+    Plumb([TagId; 2], f64),
+}
+
+impl Up {
+    fn tags(&self) -> Vec<(TagId, f64)> {
+        match self {
+            Self::Flat(tag, size_m) | Self::Upright(tag, size_m) => vec![(*tag, *size_m)],
+            Self::Plumb(tags, size_m) => tags.map(|tag| (tag, *size_m)).to_vec(),
+        }
+    }
+
+    /// Up in the frame in which the tags' poses are given.
+    fn direction(
+        &self,
+        found: impl Fn(TagId) -> Result<Pose, RigError>,
+    ) -> Result<Vector3<f64>, RigError> {
+        match self {
+            Self::Flat(tag, _) => Ok(found(*tag)?.rotation * Vector3::z()),
+            Self::Upright(tag, _) => Ok(found(*tag)?.rotation * Vector3::y()),
+            Self::Plumb([low, high], _) => {
+                let apart = found(*high)?.translation.vector - found(*low)?.translation.vector;
+                apart.try_normalize(1e-3).ok_or_else(|| {
+                    RigError::Undetermined(
+                        "the two tags of the plumb line are in one place".to_owned(),
+                    )
+                })
+            }
+        }
+    }
 }
 
 impl Origin {
@@ -27,6 +70,7 @@ impl Origin {
             Self::Camera(id) if rig.camera(id).is_none() => {
                 Err(RigError::UnknownOrigin(format!("camera {id}")))
             }
+            Self::Levelled(frame, _) => frame.check(rig),
             _ => Ok(()),
         }
     }
@@ -37,6 +81,16 @@ impl Origin {
             Self::FirstCamera | Self::Camera(_) => Vec::new(),
             Self::Tag(tag, size_m) => vec![(*tag, *size_m)],
             Self::ThreeTags(tags, size_m) => tags.map(|tag| (tag, *size_m)).to_vec(),
+            // The frame's own come first: their places in the list stay.
+            Self::Levelled(frame, up) => {
+                let mut tags = frame.tags();
+                for (tag, size_m) in up.tags() {
+                    if !tags.iter().any(|(known, _)| *known == tag) {
+                        tags.push((tag, size_m));
+                    }
+                }
+                tags
+            }
         }
     }
 
@@ -49,6 +103,7 @@ impl Origin {
     /// The camera whose pose is held while adjusting.
     pub(super) fn reference(&self, rig: &Rig) -> usize {
         let named = match self {
+            Self::Levelled(frame, _) => return frame.reference(rig),
             Self::Camera(id) => rig.cameras().iter().position(|camera| camera.id == *id),
             _ => None,
         };
@@ -62,6 +117,10 @@ impl Origin {
             let pose = floor.get(at).copied().flatten();
             pose.ok_or_else(|| RigError::UnknownOrigin(format!("tag {tag}")))
         };
+        let tag_found = |tag: TagId| {
+            let at = self.tags().iter().position(|(own, _)| *own == tag);
+            found(at.unwrap_or_default())
+        };
         match self {
             Self::FirstCamera | Self::Camera(_) => Ok(Pose::identity()),
             Self::Tag(..) => Ok(found(0)?.inverse()),
@@ -73,8 +132,19 @@ impl Origin {
                     )
                 })
             }
+            Self::Levelled(frame, up) => {
+                let world = frame.world(floor)?;
+                Ok(level(&(world.rotation * up.direction(tag_found)?)) * world)
+            }
         }
     }
+}
+
+/// The least turn about the origin that brings a direction onto z.
+fn level(up: &Vector3<f64>) -> Pose {
+    let upside_down = || UnitQuaternion::from_axis_angle(&Vector3::x_axis(), PI);
+    let turn = UnitQuaternion::rotation_between(up, &Vector3::z()).unwrap_or_else(upside_down);
+    Isometry3::from_parts(Translation3::identity(), turn)
 }
 
 /// The pose that brings the first point to the origin, the second onto +x, the third into the half plane of +y.
@@ -103,5 +173,20 @@ mod tests {
         assert!((at(points[1]) - Point3::new(2.0, 0.0, 0.0)).norm() < 1e-12);
         assert!((at(points[2]) - Point3::new(1.0, 1.0, 0.0)).norm() < 1e-12);
         assert!(frame_through([points[0], points[1], points[0]]).is_none());
+    }
+
+    #[test]
+    fn levelling_turns_no_more_than_it_must() {
+        for up in [
+            [0.0, -1.0, 0.0],
+            [0.3, 0.2, 0.9],
+            [0.0, 0.0, 1.0],
+            [0.0, 0.0, -1.0],
+        ] {
+            let up = Vector3::from(up).normalize();
+            let turn = level(&up).rotation;
+            assert!((turn * up - Vector3::z()).norm() < 1e-9);
+            assert!((turn.angle() - up.z.acos()).abs() < 1e-6);
+        }
     }
 }

@@ -63,6 +63,8 @@ pub struct RigReport {
     pub tags_left_out: Vec<(String, usize, usize)>,
     /// What the images hardly determine, in words.
     pub weak: Vec<String>,
+    /// What all lengths rest on, in words.
+    pub scale: String,
     /// In words.
     pub verdict: Verdict,
 }
@@ -135,12 +137,13 @@ impl RigSession {
         let reference = self.plan.origin.reference(&self.rig);
         RigReport {
             reference: self.rig.cameras()[reference].id.to_string(),
-            images: self.images.len(),
+            images: self.images.came(),
             images_used: found.adjusted.adjusted.images.len(),
             instants: solution.bundle.instants.len(),
             synchronised: found.synchronised,
             rms_px: solution.rms_px,
             noise_ratio: solution.variance_factor.sqrt(),
+            scale: self.scale(found),
             verdict: self.verdict(found, &cameras, (&tags_left_out, &weak)),
             cameras,
             tags_left_out,
@@ -268,6 +271,7 @@ impl Origin {
             Self::Camera(id) => format!("camera {id}"),
             Self::Tag(tag, _) => format!("tag {tag}"),
             Self::ThreeTags([a, b, c], _) => format!("tags {a}, {b} and {c}"),
+            Self::Levelled(frame, _) => format!("{}, levelled", frame.words()),
         }
     }
 }

@@ -9,11 +9,11 @@ use super::{Calibrated, RigError, RigSession, clocks, stillness};
 use crate::adjustment::Adjustment;
 use crate::bundle::{BundleCamera, BundleOptions, BundleTag, Freedom};
 use crate::intake::{ImageView, take_in};
-use crate::learn::{Gauge, LearnPlan, LearnSession};
 use crate::resection::{ObjectView, Placed, views_of_object};
 use crate::verdict::listed;
-use sextant_estimator::{Camera, CameraId, Rig};
+use sextant_estimator::CameraId;
 use sextant_geometry::Pose;
+use std::collections::BTreeSet;
 
 /// Images, what each shows, and where the object may be in each.
 pub(super) struct Sightings {
@@ -38,7 +38,7 @@ impl RigSession {
     /// When the images cannot place every camera, with the reason and a remedy.
     pub fn solve(&self) -> Result<Calibrated, RigError> {
         self.coverage
-            .check(&self.rig, &self.plan, self.images.len())?;
+            .check(&self.rig, &self.plan, self.images.came())?;
         let (sightings, first, synchronised) = self.first()?;
         let found = self.adjusted(&sightings, &first, synchronised);
         // Swapped names look like moves and like clocks that are off.
@@ -139,27 +139,6 @@ impl RigSession {
             Some((tag.object_from_tag?, tag.size_m))
         };
         Ok(((0..self.wanted.len()).map(place).collect(), !known))
-    }
-
-    /// Each image by itself: the cameras' poses are not known, those of the rig may be wrong.
-    fn learned_object(&self) -> Result<sextant_estimator::ObjectModel, RigError> {
-        let blind = self.rig.cameras().iter().map(|camera| Camera {
-            world_from_camera: None,
-            ..camera.clone()
-        });
-        let rig = Rig::new(blind.collect())
-            .map_err(|_| RigError::Undetermined("the rig is not usable".to_owned()))?;
-        let tags = self.plan.object.tags().iter();
-        let plan = LearnPlan {
-            object: self.plan.object.id().clone(),
-            tags: tags.map(|tag| (tag.tag, tag.size_m)).collect(),
-            cameras: Vec::new(),
-            gauge: Gauge::Centroid,
-            from: None,
-        };
-        let mut session = LearnSession::new(rig, plan)?;
-        self.images.iter().for_each(|image| session.handle(image));
-        Ok(session.solve()?.object)
     }
 
     fn trajectories(&self, sightings: &Sightings) -> Vec<Trajectory> {
@@ -269,8 +248,20 @@ impl RigSession {
         }
     }
 
+    /// Tags that lie still and that several cameras saw: their sizes follow from where the cameras are.
+    pub(super) fn still_tags_with_size(&self, views: &[ImageView]) -> Vec<usize> {
+        let cameras = |tag: usize| -> BTreeSet<usize> {
+            let own = views.iter().filter(|v| v.tags.iter().any(|t| t.tag == tag));
+            own.map(|view| view.camera).collect()
+        };
+        (self.n_carried()..self.wanted.len())
+            .filter(|tag| cameras(*tag).len() > 1)
+            .collect()
+    }
+
     fn bundle_tags(&self, sightings: &Sightings) -> Vec<BundleTag> {
         let frame = sightings.placed.iter().position(Option::is_some);
+        let measured = self.still_tags_with_size(&sightings.views);
         let tags = self.wanted.iter().zip(&sightings.placed).enumerate();
         let tags = tags.map(|(at, (wanted, placed))| {
             let sought = sightings.seeking_tags && placed.is_some() && Some(at) != frame;
@@ -282,7 +273,12 @@ impl RigSession {
                 } else {
                     Freedom::Fixed
                 },
-                size: Freedom::Fixed,
+                // All lengths rest on the object: a tag that lies still and is stated wrong must not bend the rig.
+                size: if measured.contains(&at) {
+                    Freedom::Free
+                } else {
+                    Freedom::Fixed
+                },
             }
         });
         tags.collect()

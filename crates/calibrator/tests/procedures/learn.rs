@@ -231,6 +231,47 @@ fn thing_with_two_sides() -> ObjectModel {
     object("thing", tags.into_iter())
 }
 
+/// Four tags on a card, of which two are folded up by 20 degrees.
+fn card() -> ObjectModel {
+    let place = |id: u32| {
+        let (x, y) = (0.05 * f64::from(id % 2), 0.05 * f64::from(id / 2));
+        let fold = Vector3::new(0.35 * f64::from(id / 2), 0.0, 0.0);
+        Isometry3::new(Vector3::new(x - 0.025, y - 0.025, 0.0), fold)
+    };
+    object("card", (0..4).map(|id| (id, 0.038, place(id))))
+}
+
+#[test]
+fn views_from_the_front_only_are_solved_right() {
+    let rig = Rig::new(vec![Camera {
+        world_from_camera: Some(above(0.0, 0.5)),
+        ..rig().cameras()[0].clone()
+    }])
+    .unwrap();
+    for seed in 60..66 {
+        let mut noise = Noise::seeded(seed);
+        let mut plan = plan(0..4);
+        plan.object = "card".parse().unwrap();
+        let mut session = LearnSession::new(blind(&rig), plan).unwrap();
+        for at in 0..60 {
+            let way = 0.3 * f64::from(at);
+            let place = Vector3::new(0.05 * way.sin(), 0.04 * (1.3 * way).cos(), 0.0);
+            let pose = Isometry3::new(place, Vector3::new(0.0, 0.0, 0.2 * way.sin()));
+            session.handle(&image(
+                &rig.cameras()[0],
+                (&card(), &pose),
+                0.1 * f64::from(at),
+                SHARP,
+                &mut noise,
+            ));
+        }
+        assert!(session.progress().complete < 1.0);
+        let found = session.solve().unwrap();
+        let (mm, deg) = errors(&found.object, &card());
+        assert!(mm < 0.8 && deg < 0.7, "{seed}: {mm} mm, {deg} degrees");
+    }
+}
+
 #[test]
 fn stated_deviations_are_honest() {
     let (mut inside, mut all) = (0, 0);

@@ -2,7 +2,7 @@
 
 use crate::scene::*;
 use nalgebra::{Isometry3, Vector3};
-use sextant_calibrator::{Calibrated, Grade, Origin, RigError, RigPlan, RigSession};
+use sextant_calibrator::{Calibrated, Grade, Origin, RigError, RigPlan, RigSession, Up};
 use sextant_estimator::{ImageObservation, ObjectModel, Rig};
 use sextant_geometry::{Pose, se3};
 
@@ -95,6 +95,78 @@ fn an_unknown_constellation_is_found_on_the_way() {
     let found = calibrated(&blind(&truth), unknown, Origin::FirstCamera, &images).unwrap();
     let (mm, deg) = errors(&found.rig, &truth);
     assert!(mm < 3.0 && deg < 0.08, "{mm} {deg}");
+}
+
+#[test]
+fn two_sides_that_no_image_joins_are_joined_by_the_cameras() {
+    let truth = rig();
+    let unknown = changed(&board(), |tag| tag.object_from_tag = None);
+    let images = walk(&truth, &board(), (90, 0.12), SHARP, 50);
+    let found = calibrated(&blind(&truth), unknown, Origin::FirstCamera, &images).unwrap();
+    let (mm, deg) = errors(&found.rig, &truth);
+    assert!(mm < 3.0 && deg < 0.1, "{mm} {deg} {}", found.report.verdict);
+}
+
+#[test]
+fn two_sides_that_nothing_joins_are_named() {
+    let truth = rig();
+    let unknown = changed(&board(), |tag| tag.object_from_tag = None);
+    let mut images = walk(&truth, &board(), (90, 0.12), SHARP, 51);
+    for (at, pair) in images.chunks_mut(4).enumerate() {
+        // First one side before all, then the other.
+        for seen in pair {
+            seen.tags.retain(|tag| (tag.tag.id < 12) == (at < 45));
+        }
+    }
+    let refused = calibrated(&blind(&truth), unknown, Origin::FirstCamera, &images).unwrap_err();
+    let refused = refused.to_string();
+    assert!(
+        refused.contains("groups that no image shows together")
+            && refused.contains("two cameras see a side each"),
+        "{refused}"
+    );
+}
+
+#[test]
+fn a_tag_on_the_floor_finds_out_a_board_that_was_enlarged_as_a_whole() {
+    let truth = rig();
+    let floor = object("floor", [(100, 0.2, Pose::identity())].into_iter());
+    let mut images = walk(&truth, &board(), (60, 0.12), SHARP, 52);
+    let enlarged = changed(&board(), |tag| {
+        tag.size_m *= 1.02;
+        tag.object_from_tag = tag.object_from_tag.map(|mut pose| {
+            pose.translation.vector *= 1.02;
+            pose
+        });
+    });
+    let alone = calibrated(
+        &blind(&truth),
+        enlarged.clone(),
+        Origin::FirstCamera,
+        &images,
+    )
+    .unwrap();
+    assert!(
+        alone.report.scale.contains("nothing here could tell"),
+        "{}",
+        alone.report.scale
+    );
+    let mut noise = Noise::seeded(53);
+    for (at, seen) in images.iter_mut().enumerate() {
+        let camera = &truth.cameras()[at % 4];
+        let more = image(camera, (&floor, &Pose::identity()), 0.0, SHARP, &mut noise);
+        seen.tags.extend(more.tags);
+    }
+    let origin = Origin::Tag(tag(100), 0.2);
+    let found = calibrated(&blind(&truth), enlarged, origin, &images).unwrap();
+    let verdict = found.report.verdict;
+    assert_eq!(verdict.grade, Grade::Poor);
+    assert!(
+        verdict
+            .to_string()
+            .contains("tag36h11:100 2.0 % larger than stated, judged by the carried object"),
+        "{verdict}"
+    );
 }
 
 #[test]
@@ -198,6 +270,87 @@ fn a_tag_on_the_floor_is_the_world() {
             "{error}"
         );
     }
+}
+
+/// A walk in a room with a tag that lies on something level, one that hangs upright and two on a plumb line.
+fn walk_by_gravity(truth: &Rig) -> Vec<ImageObservation> {
+    let hanging = |x: f64, z: f64| {
+        let turn = Vector3::new(std::f64::consts::FRAC_PI_2, 0.0, 0.0);
+        Isometry3::new(Vector3::new(x, 0.1, z), turn)
+    };
+    let lying = Isometry3::new(Vector3::new(0.2, -0.1, 0.4), Vector3::new(0.0, 0.0, 0.8));
+    let tags = [
+        (100, 0.2, lying),
+        (101, 0.2, hanging(-0.3, 0.8)),
+        (102, 0.2, hanging(0.0, 0.3)),
+        (103, 0.2, hanging(0.0, 1.0)),
+    ];
+    let still = object("still", tags.into_iter());
+    let mut images = walk(truth, &board(), (40, 0.12), SHARP, 40);
+    let mut noise = Noise::seeded(41);
+    for (at, seen) in images.iter_mut().enumerate() {
+        let camera = &truth.cameras()[at % 4];
+        let more = image(camera, (&still, &Pose::identity()), 0.0, SHARP, &mut noise);
+        seen.tags.extend(more.tags);
+    }
+    images
+}
+
+#[test]
+fn what_lies_hangs_or_stands_on_a_plumb_line_says_what_is_up() {
+    let truth = rig();
+    let images = walk_by_gravity(&truth);
+    let ups = [
+        Up::Flat(tag(100), 0.2),
+        Up::Upright(tag(101), 0.2),
+        Up::Plumb([tag(102), tag(103)], 0.2),
+    ];
+    for up in ups {
+        let origin = Origin::Levelled(Box::new(Origin::FirstCamera), up.clone());
+        let found = calibrated(&blind(&truth), board(), origin, &images).unwrap();
+        let (mm, deg) = errors(&found.rig, &truth);
+        assert!(mm < 0.8 && deg < 0.03, "{mm} {deg}");
+        let first = found.rig.cameras()[0].world_from_camera.unwrap();
+        assert!(first.translation.vector.norm() < 1e-9);
+        let up_in_camera = |pose: &Pose| pose.rotation.inverse() * Vector3::z();
+        let right = up_in_camera(&truth.cameras()[0].world_from_camera.unwrap());
+        let off = up_in_camera(&first).angle(&right).to_degrees();
+        assert!(off < 0.15, "{up:?}: {off}");
+    }
+}
+
+#[test]
+fn two_cameras_that_see_the_board_from_the_front_only_are_found() {
+    let side_by_side = [-0.15, 0.15].map(|x| above(x, 1.2));
+    let cameras = rig().cameras().to_vec();
+    let cameras = cameras.into_iter().zip(side_by_side);
+    let cameras = cameras.map(|(camera, pose)| sextant_estimator::Camera {
+        world_from_camera: Some(pose),
+        ..camera
+    });
+    let truth = Rig::new(cameras.collect()).unwrap();
+    let mut noise = Noise::seeded(42);
+    let mut images = Vec::new();
+    for at in 0..60 {
+        let way = 0.3 * f64::from(at);
+        let place = Vector3::new(
+            0.2 * way.sin(),
+            0.15 * (1.3 * way).cos(),
+            0.1 * (0.4 * way).sin(),
+        );
+        for camera in truth.cameras() {
+            let seen = (&board(), &Isometry3::new(place, Vector3::zeros()));
+            images.push(image(camera, seen, 0.1 * f64::from(at), SHARP, &mut noise));
+        }
+    }
+    let found = plainly(&truth, &images).unwrap();
+    let (mm, deg) = errors(&found.rig, &truth);
+    let stated = &found.report.cameras[1];
+    assert!(
+        mm < 3.0 * 1.8 * stated.sigma_mm && deg < 3.0 * 1.8 * stated.sigma_deg,
+        "{mm} {deg} {stated:?}"
+    );
+    assert!(mm < 2.0 && deg < 0.1, "{mm} {deg} {}", found.report.verdict);
 }
 
 /// Part of the true values within two stated deviations.

@@ -45,6 +45,11 @@ pub fn looking(from: [f64; 3], to: [f64; 3]) -> Pose {
     Isometry3::face_towards(&from, &to, &-Vector3::z())
 }
 
+/// A pose that looks straight down.
+pub fn above(x: f64, height: f64) -> Pose {
+    Isometry3::new(Vector3::new(x, 0.0, height), Vector3::new(PI, 0.0, 0.0))
+}
+
 /// Four cameras around a room of four metres, each with a lens of its own.
 pub fn rig() -> Rig {
     let camera = |at: usize| {

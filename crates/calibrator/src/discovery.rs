@@ -1,0 +1,246 @@
+//! Learning an object of which nobody said the tags: those that move as one body are its own.
+//!
+//! A tag that stands still before its camera belongs to the room, one that moves otherwise to another object. Sizes that nobody
+//! states follow from the one that is stated, since all tags of a body share its motion. Once it is known which tags those are, a
+//! [`LearnSession`] learns them; a [`DiscoverySession`] is the search around it, with the same face.
+
+mod found;
+mod rigidity;
+mod sizes;
+mod tracks;
+
+pub use found::Found;
+
+use crate::intake::Kept;
+use crate::learn::{Gauge, LearnError, LearnPlan, LearnProgress, LearnSession, Learned};
+use crate::procedure::SketchedTag;
+use crate::verdict::{Grade, listed};
+use found::Groups;
+use sextant_estimator::{CameraId, ImageObservation, ObjectId, Rig, TagId};
+use sextant_tag_families::Family;
+use sizes::Sizes;
+use tracks::Tracks;
+
+/// What is to be discovered and learned.
+#[derive(Clone, Debug)]
+pub struct DiscoveryPlan {
+    /// The object's name.
+    pub object: ObjectId,
+    /// The families of tags that count.
+    pub families: Vec<Family>,
+    /// The edge of the black square that most tags of the object have, metres.
+    pub size_m: Option<f64>,
+    /// The sizes of single tags, metres. One of them is enough where [`DiscoveryPlan::size_m`] is not known.
+    pub sizes: Vec<(TagId, f64)>,
+    /// A tag of the object, needed where several things move.
+    pub around: Option<TagId>,
+    /// Cameras whose images count; none means all of the rig.
+    pub cameras: Vec<CameraId>,
+    /// The frame of the result.
+    pub gauge: Gauge,
+}
+
+/// Discovers from images as they come.
+#[derive(Clone, Debug)]
+pub struct DiscoverySession {
+    rig: Rig,
+    plan: DiscoveryPlan,
+    images: Kept,
+    tracks: Tracks,
+    groups: Groups,
+    /// Which tags the images are searched for, with their sizes, and the learning of those.
+    inner: Option<(Sizes, LearnSession)>,
+    /// So many images are there when it is looked again who belongs together.
+    next_look: usize,
+}
+
+/// Images that are kept; of more, time is thinned out.
+const MOST_IMAGES: usize = 6000;
+/// It is looked again after so many images, and when there are so many times more than at the last look.
+const FIRST_LOOK: usize = 8;
+const NEXT_LOOK: f64 = 1.15;
+/// Rounds of learning in which the sizes that nobody stated settle.
+const SIZE_ROUNDS: usize = 3;
+/// They have settled when none changes by more than this part.
+const SETTLED: f64 = 5e-4;
+
+impl DiscoverySession {
+    /// Nothing seen yet.
+    ///
+    /// # Errors
+    /// A camera that the rig lacks.
+    pub fn new(rig: Rig, plan: DiscoveryPlan) -> Result<Self, LearnError> {
+        if let Some(unknown) = plan.cameras.iter().find(|id| rig.camera(id).is_none()) {
+            return Err(LearnError::UnknownCamera(unknown.clone()));
+        }
+        Ok(Self {
+            images: Kept::at_most(MOST_IMAGES),
+            tracks: Tracks::default(),
+            groups: Groups::default(),
+            inner: None,
+            next_look: FIRST_LOOK,
+            rig,
+            plan,
+        })
+    }
+
+    /// Whether a camera's images count.
+    pub fn counts(&self, camera: &CameraId) -> bool {
+        let chosen = self.plan.cameras.is_empty() || self.plan.cameras.contains(camera);
+        chosen && self.rig.camera(camera).is_some()
+    }
+
+    /// Takes an image in. Images of cameras that do not count are passed over.
+    pub fn handle(&mut self, image: &ImageObservation) {
+        let Some(camera) = self.rig.camera(&image.camera) else {
+            return;
+        };
+        if !self.counts(&image.camera) {
+            return;
+        }
+        self.tracks.add(camera, image, &self.plan.families);
+        self.images.push(image);
+        if let Some((_, inner)) = &mut self.inner {
+            inner.handle(image);
+        }
+        if self.images.came() >= self.next_look {
+            self.next_look = (self.images.came() as f64 * NEXT_LOOK) as usize + 1;
+            self.look();
+        }
+    }
+
+    /// Sees anew who belongs together, and begins to learn those if they are others than before.
+    fn look(&mut self) {
+        self.groups = Groups::of(&self.tracks);
+        let object = self.groups.object(self.plan.around);
+        let Some(sizes) = object.map(|tags| Sizes::of(&self.plan, tags, self.groups.joints()))
+        else {
+            self.inner = None;
+            return;
+        };
+        let is_same = |(before, _): &(Sizes, LearnSession)| before.are_nearly(&sizes);
+        if !self.inner.as_ref().is_some_and(is_same) {
+            self.inner = self.learning(&sizes).ok().map(|inner| (sizes, inner));
+        }
+    }
+
+    /// Learning of these tags from all images so far.
+    fn learning(&self, sizes: &Sizes) -> Result<LearnSession, LearnError> {
+        let gauge = match self.plan.gauge {
+            Gauge::Tag(tag) if sizes.contains(tag) => Gauge::Tag(tag),
+            _ => Gauge::Centroid,
+        };
+        let plan = LearnPlan {
+            object: self.plan.object.clone(),
+            tags: sizes.tags(),
+            cameras: self.plan.cameras.clone(),
+            gauge,
+            from: None,
+        };
+        let mut session = LearnSession::new(self.rig.clone(), plan)?;
+        self.images.iter().for_each(|image| session.handle(image));
+        Ok(session)
+    }
+
+    /// Which tags were found to be what.
+    pub fn found(&self) -> Found {
+        self.groups.found(self.plan.around)
+    }
+
+    /// How far things are and what to do next.
+    pub fn progress(&self) -> LearnProgress {
+        let mut progress = match &self.inner {
+            Some((_, inner)) => inner.progress(),
+            None => LearnProgress::nothing_yet(),
+        };
+        progress.images = self.images.came();
+        if let Some(hint) = self.hint() {
+            progress.hint = hint;
+            progress.complete = progress.complete.min(0.99);
+        }
+        progress
+    }
+
+    /// What discovery alone has to say.
+    fn hint(&self) -> Option<String> {
+        let found = self.found();
+        if found.object.is_empty() {
+            return Some(match found.others.as_slice() {
+                [] if self.tracks.is_empty() => "Show the object to the camera".to_owned(),
+                [] => "Take the object into your hand and turn it slowly before the camera, away from what stands still".to_owned(),
+                _ => found.several(),
+            });
+        }
+        if let Some((sizes, _)) = &self.inner
+            && !sizes.are_known()
+        {
+            return Some(format!(
+                "{} move as one, but how large they are is not known: end this and state a size",
+                listed(&found.object)
+            ));
+        }
+        found.loose.first().map(|loose| {
+            format!(
+                "{loose} moves too, joined with nothing yet: show it together with one of {}, or keep it away",
+                listed(&found.object)
+            )
+        })
+    }
+
+    /// About where the tags sit that were found so far.
+    pub fn sketch(&self) -> Vec<SketchedTag> {
+        let inner = self.inner.as_ref();
+        inner.map(|(_, inner)| inner.sketch()).unwrap_or_default()
+    }
+
+    /// Decides which tags the object has, and places them.
+    ///
+    /// # Errors
+    /// When nothing moves, or several things do; when no size is known; when the images cannot place every tag.
+    pub fn solve(&self) -> Result<Learned, LearnError> {
+        let mut last = self.clone();
+        last.look();
+        let found = last.found();
+        let Some(tags) = last.groups.object(self.plan.around) else {
+            return Err(LearnError::NotDiscovered(
+                found.why_none(self.images.came(), self.plan.around),
+            ));
+        };
+        let sizes = Sizes::of(&self.plan, tags, last.groups.joints());
+        if let Gauge::Tag(tag) = self.plan.gauge
+            && !sizes.contains(tag)
+        {
+            return Err(LearnError::UnknownOrigin(tag));
+        }
+        if !sizes.are_known() {
+            return Err(LearnError::SizeUnknown(sizes.in_words()));
+        }
+        let learned = last.settled(sizes)?;
+        Ok(told(learned, found))
+    }
+
+    /// Learns; sizes that nobody stated are corrected by what their corners say, until they stay.
+    fn settled(&self, mut sizes: Sizes) -> Result<Learned, LearnError> {
+        let mut learned = self.learning(&sizes)?.solve()?;
+        for _ in 0..SIZE_ROUNDS {
+            let ratios: Vec<f64> = learned.report.tags.iter().map(|t| t.size_ratio).collect();
+            if sizes.correct(&ratios) < SETTLED {
+                break;
+            }
+            learned = self.learning(&sizes)?.solve()?;
+        }
+        learned.report.solved_sizes = sizes.solved();
+        Ok(learned)
+    }
+}
+
+/// The report with what was found.
+fn told(mut learned: Learned, found: Found) -> Learned {
+    let verdict = &mut learned.report.verdict;
+    if !found.loose.is_empty() {
+        let loose = listed(&found.loose);
+        verdict.add(Grade::Good, format!("{loose} moved too, but no image joined it with the object: if it is part of it, show it together with the others"));
+    }
+    learned.report.found = Some(found);
+    learned
+}

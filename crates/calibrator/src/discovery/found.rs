@@ -1,0 +1,129 @@
+//! Who belongs together.
+
+use super::rigidity::{Joint, joint};
+use super::tracks::Tracks;
+use crate::graph::islands;
+use crate::verdict::listed;
+use serde::Serialize;
+use sextant_estimator::TagId;
+
+/// Which tags were found to be what; as text, family and number.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct Found {
+    /// The object's own, that move as one.
+    pub object: Vec<String>,
+    /// Other things that move, each as one.
+    pub others: Vec<Vec<String>>,
+    /// Tags that move and are joined with nothing.
+    pub loose: Vec<String>,
+    /// Tags that stand still before their cameras.
+    pub still: Vec<String>,
+}
+
+/// The same, as the search has it.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Groups {
+    /// Of two tags and more, that move as one; the largest first.
+    moving: Vec<Vec<TagId>>,
+    loose: Vec<TagId>,
+    still: Vec<TagId>,
+    joints: Vec<([TagId; 2], Joint)>,
+}
+
+/// Tags in fewer images are taken for errors of reading.
+const LEAST_IMAGES: usize = 3;
+
+impl Groups {
+    pub(super) fn of(tracks: &Tracks) -> Self {
+        let pairs = tracks.pairs();
+        let joints: Vec<([TagId; 2], Joint)> = pairs
+            .filter_map(|(pair, views)| Some((pair, joint(views)?)))
+            .collect();
+        let seen = tracks.tags().filter(|(_, images)| *images >= LEAST_IMAGES);
+        let seen: Vec<TagId> = seen.map(|(tag, _)| tag).collect();
+        let (moving, still): (Vec<TagId>, Vec<TagId>) =
+            seen.into_iter().partition(|tag| tracks.moves(*tag));
+        let at = |tag: TagId| moving.iter().position(|known| *known == tag);
+        let edges = joints
+            .iter()
+            .filter_map(|([a, b], _)| Some([at(*a)?, at(*b)?]));
+        let of = islands(moving.len(), edges);
+        let members = |island: usize| -> Vec<TagId> {
+            let own = moving.iter().zip(&of).filter(|(_, i)| **i == island);
+            own.map(|(tag, _)| *tag).collect()
+        };
+        let mut groups: Vec<Vec<TagId>> = (0..moving.len()).map(members).collect();
+        groups.sort_by_key(|group| std::cmp::Reverse(group.len()));
+        let loose = groups.iter().filter(|group| group.len() == 1).flatten();
+        Self {
+            loose: loose.copied().collect(),
+            moving: groups.into_iter().filter(|group| group.len() > 1).collect(),
+            still,
+            joints,
+        }
+    }
+
+    pub(super) fn joints(&self) -> &[([TagId; 2], Joint)] {
+        &self.joints
+    }
+
+    /// The object's tags: those of the one thing that moves, or of the thing around the named tag.
+    pub(super) fn object(&self, around: Option<TagId>) -> Option<&[TagId]> {
+        match (around, self.moving.as_slice()) {
+            (Some(tag), groups) => groups.iter().find(|group| group.contains(&tag)),
+            (None, [only]) => Some(only),
+            (None, _) => None,
+        }
+        .map(Vec::as_slice)
+    }
+
+    pub(super) fn found(&self, around: Option<TagId>) -> Found {
+        let names = |tags: &[TagId]| tags.iter().map(ToString::to_string).collect();
+        let object = self.object(around);
+        let others = self.moving.iter().filter(|g| Some(g.as_slice()) != object);
+        Found {
+            object: object.map(names).unwrap_or_default(),
+            others: others.map(|group| names(group)).collect(),
+            loose: names(&self.loose),
+            still: names(&self.still),
+        }
+    }
+}
+
+impl Found {
+    /// What moves, if no single thing does.
+    pub(super) fn several(&self) -> String {
+        let things = self.others.iter().map(listed);
+        let things: Vec<String> = things.collect();
+        format!(
+            "Several things move, each as one: {}; name a tag of yours, or keep the others still",
+            things.join(" | ")
+        )
+    }
+
+    /// Why there is no object.
+    pub(super) fn why_none(&self, images: usize, around: Option<TagId>) -> String {
+        if let (Some(tag), false) = (around, self.others.is_empty()) {
+            return format!(
+                "{tag} is on none of the things that move: {}",
+                self.several()
+            );
+        }
+        if !self.others.is_empty() {
+            return self.several();
+        }
+        if !self.loose.is_empty() {
+            return format!(
+                "{} moved, but no two of them as one: turn the object so that two of its tags are seen together, or name its tags",
+                listed(&self.loose)
+            );
+        }
+        if !self.still.is_empty() {
+            return format!(
+                "{} were seen, but none of them moved: turn the object before the camera, or name its tags",
+                listed(&self.still)
+            );
+        }
+        format!("{images} images, and none shows a tag: check light, focus, distance and family")
+    }
+}

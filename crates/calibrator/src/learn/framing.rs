@@ -1,0 +1,102 @@
+//! The solution in the frame of the result, as an object.
+
+use super::gauge::{Gauge, aligned, centroid};
+use super::solving::Solved;
+use super::{LearnError, LearnSession};
+use crate::adjustment::Adjusted;
+use crate::bundle::{BundleSolution, KeptParameter};
+use crate::intake::ImageView;
+use nalgebra::DMatrix;
+use sextant_estimator::{ObjectModel, ObjectTag, PoseSigma};
+use sextant_geometry::Pose;
+
+impl LearnSession {
+    /// Moves everything into the frame of the result.
+    pub(super) fn framed(
+        &self,
+        views: Vec<ImageView>,
+        adjusted: Adjusted,
+        with_sizes: Option<BundleSolution>,
+    ) -> Solved {
+        let tags = &adjusted.solution.bundle.tags;
+        let sought: Vec<bool> = self.known().iter().map(Option::is_none).collect();
+        let mut poses: Vec<Pose> = tags.iter().map(|tag| tag.object_from_tag).collect();
+        let mut covariance = whole_covariance(&adjusted.solution);
+        if sought.iter().all(|sought| *sought) {
+            let frame = match self.plan.gauge {
+                Gauge::Tag(tag) => {
+                    let at = self.wanted.iter().position(|w| w.tag == tag);
+                    at.map_or_else(Pose::identity, |at| poses[at])
+                }
+                Gauge::Centroid => {
+                    covariance = aligned(&covariance, &poses);
+                    Pose::translation(centroid(&poses).x, centroid(&poses).y, centroid(&poses).z)
+                }
+            };
+            poses = poses.iter().map(|pose| frame.inverse() * pose).collect();
+        }
+        Solved {
+            views,
+            adjusted,
+            with_sizes,
+            covariance,
+            poses,
+            sought,
+        }
+    }
+
+    pub(super) fn object(&self, solved: &Solved) -> Result<ObjectModel, LearnError> {
+        let learned = self
+            .wanted
+            .iter()
+            .zip(&solved.poses)
+            .map(|(w, pose)| ObjectTag {
+                tag: w.tag,
+                size_m: w.size_m,
+                object_from_tag: Some(*pose),
+            });
+        let object = ObjectModel::new(self.plan.object.clone(), learned.collect())?;
+        let sought = (0..self.wanted.len()).filter(|at| solved.sought[*at]);
+        let stated = sought.map(|at| (self.wanted[at].tag, sigma(&solved.covariance, at)));
+        let object = object.with_tag_sigmas(stated)?;
+        Ok(match &self.plan.from {
+            Some(from) => object.holding_on_to(from),
+            None => object,
+        })
+    }
+}
+
+/// How well the place of a tag is known: the root of the mean of its axes.
+fn sigma(covariance: &DMatrix<f64>, tag: usize) -> PoseSigma {
+    let of_axes = |first: usize| {
+        let variance = (first..first + 3)
+            .map(|row| covariance[(row, row)].max(0.0))
+            .sum::<f64>();
+        (variance / 3.0).sqrt().clamp(0.0, 1.0)
+    };
+    PoseSigma {
+        position_m: of_axes(6 * tag),
+        orientation_rad: of_axes(6 * tag + 3),
+    }
+}
+
+/// Six rows for every tag, zero for those that were fixed.
+fn whole_covariance(solution: &BundleSolution) -> DMatrix<f64> {
+    let n = solution.bundle.tags.len();
+    let parameters = solution.covariance.parameters();
+    let row = |parameter: &KeptParameter| match *parameter {
+        KeptParameter::TagPosition { tag, axis } => Some(6 * tag + axis),
+        KeptParameter::TagRotation { tag, axis } => Some(6 * tag + 3 + axis),
+        _ => None,
+    };
+    let mut whole = DMatrix::zeros(6 * n, 6 * n);
+    let matrix = solution.covariance.matrix();
+    for (i, of) in parameters.iter().enumerate() {
+        for (j, by) in parameters.iter().enumerate() {
+            if let (Some(i_whole), Some(j_whole)) = (row(of), row(by)) {
+                whole[(i_whole, j_whole)] = matrix[(i, j)];
+            }
+        }
+    }
+    whole
+}
