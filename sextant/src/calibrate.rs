@@ -1,8 +1,6 @@
 //! `sextant calibrate`: procedures that a person runs now and then.
 
 mod lens;
-pub mod live;
-pub mod recording;
 mod rig;
 
 use crate::output::Format;

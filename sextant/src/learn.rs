@@ -1,41 +1,52 @@
 //! `sextant learn`: where each tag of an object sits, from images of the object being turned.
 
-use crate::calibrate::recording::{each_image, wrong};
 use crate::output::{Format, print_line};
+use crate::procedure::{ImageArguments, Looking, wrong};
+use anyhow::bail;
 use clap::Args;
-use sextant_calibrator::{Gauge, LearnPlan, LearnReport, LearnSession};
+use sextant_calibrator::procedure::{Outcome, Plan, Procedure, Product, Report};
+use sextant_calibrator::{DiscoveryPlan, Found, Gauge, LearnPlan, LearnReport};
 use sextant_estimator::{CameraId, ObjectId, ObjectModel, TagId};
 use sextant_process::{Exit, WithExit};
 use sextant_site_files::{read_object, read_rig, write_object};
 use sextant_tag_families::Family;
-use std::collections::BTreeSet;
 use std::path::PathBuf;
 
 /// What a person may choose of `learn`.
 #[derive(Args, Debug)]
 #[command(
-    after_help = "Turn the object slowly before a camera, so that every tag is seen and neighbouring tags are seen together. Tags that no
+    after_help = "Turn the object slowly before a camera, so that every tag is seen and neighbouring tags are seen together. Without --tags those
+that move as one are taken for the object's; what stands still before the camera is not, so the camera must stand still too. Tags that no
 image joins are named, with the turn that would join them; then nothing is written. The former file is kept as FILE.former.
 
-With --json, a line on standard output: {\"object\",\"images\",\"images_used\",\"rms_px\",\"noise_ratio\",\"tags\":[{\"tag\",\"images\",\"left_out\",
-\"elsewhere\",\"sigma_mm\",\"sigma_deg\",\"sigma_axes_mm\":[3],\"sigma_axes_deg\":[3],\"rms_px\",\"size_ratio\",\"size_ratio_sigma\"}],\"kept\",\"weak\",\"verdict\":{\"grade\",\"because\"}}"
+With --live the images are those of the running site: turn the object as the lines say until there is enough, or end it with
+Ctrl-C; then it is solved. With --json they are a line a second at most: {\"kind\",\"images\",\"fraction\",\"is_enough\",\"hint\",
+\"details\":{\"joining\",\"tags\":[{\"tag\",\"images\",\"directions\",\"group\"}],\"sketch\":[{\"tag\",\"size_m\",\"position\",\"orientation\"}]}}.
+
+With --json, a last line on standard output: {\"object\",\"images\",\"images_used\",\"rms_px\",\"noise_ratio\",\"tags\":[{\"tag\",\"images\",\"left_out\",
+\"elsewhere\",\"sigma_mm\",\"sigma_deg\",\"sigma_axes_mm\":[3],\"sigma_axes_deg\":[3],\"rms_px\",\"size_ratio\",\"size_ratio_sigma\"}],\"kept\",\"weak\",
+\"solved_sizes\":[[\"tag\",metres]],\"found\":{\"object\",\"others\",\"loose\",\"still\"},\"verdict\":{\"grade\",\"because\"}}"
 )]
 pub struct LearnArguments {
-    /// The recording: DIR/CAMERA/data.csv with DIR/CAMERA/data/*.png (8-bit grey), or DIR/CAMERA/detections.jsonl.
-    #[arg(value_name = "DIR")]
-    recording: PathBuf,
+    #[command(flatten)]
+    images: ImageArguments,
     /// The cameras: a rig file. Their lenses must be known; their poses only if tags are to be joined across cameras.
     #[arg(long, value_name = "FILE")]
     rig: PathBuf,
     /// A camera whose images count; may be repeated. Without it all count.
     #[arg(long = "camera", value_name = "ID")]
     cameras: Vec<CameraId>,
-    /// The tags to be placed: numbers, or NUMBER:SIZE for a size of its own, separated by commas. Without it the tags of --from.
+    /// The tags to be placed: numbers, or NUMBER:SIZE for a size of its own, separated by commas. Without it the tags of --from;
+    /// without that, too, the tags that move as one are found.
     #[arg(long, value_name = "IDS", value_delimiter = ',', value_parser = tag_and_size)]
     tags: Vec<(u32, Option<f64>)>,
-    /// Edge of the tags' black squares, metres.
-    #[arg(long, value_name = "METRES", value_parser = size)]
-    size: Option<f64>,
+    /// Edge of the tags' black squares, metres. Where the tags are to be found, NUMBER:METRES for the one that was measured: the
+    /// other sizes follow from it.
+    #[arg(long, value_name = "METRES", value_parser = tag_or_all)]
+    size: Option<SizeOf>,
+    /// Where the tags are to be found and several things move: the number of one of the object's.
+    #[arg(long, value_name = "NUMBER", conflicts_with_all = ["tags", "from"])]
+    around: Option<u32>,
     /// The family of the tags.
     #[arg(long, default_value = "tag36h11")]
     family: Family,
@@ -51,9 +62,6 @@ pub struct LearnArguments {
     /// An object that is known already: its tags stay, those of --tags are added or learned anew.
     #[arg(long, value_name = "FILE")]
     from: Option<PathBuf>,
-    /// Threads that look for tags in pictures; the result does not depend on it.
-    #[arg(long, default_value_t = 2, value_parser = clap::value_parser!(u8).range(1..=64))]
-    threads: u8,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -79,6 +87,33 @@ fn size(text: &str) -> Result<f64, String> {
         .ok_or_else(|| "a tag's size lies between 0.001 and 100 metres".to_owned())
 }
 
+/// What a size holds for.
+#[derive(Clone, Copy, Debug)]
+enum SizeOf {
+    All(f64),
+    One(u32, f64),
+}
+
+impl SizeOf {
+    fn of(self, tag: u32) -> Option<f64> {
+        match self {
+            Self::All(size_m) => Some(size_m),
+            Self::One(id, size_m) => (id == tag).then_some(size_m),
+        }
+    }
+}
+
+fn tag_or_all(text: &str) -> Result<SizeOf, String> {
+    match text.split_once(':') {
+        None => size(text).map(SizeOf::All),
+        Some((id, own)) => {
+            let id = id.trim().parse();
+            let id = id.map_err(|_| "write METRES, or NUMBER:METRES such as 3:0.05".to_owned())?;
+            Ok(SizeOf::One(id, size(own)?))
+        }
+    }
+}
+
 fn tag_and_size(text: &str) -> Result<(u32, Option<f64>), String> {
     let (id, own) = match text.split_once(':') {
         Some((id, own)) => (id, Some(size(own)?)),
@@ -95,22 +130,31 @@ fn tag_and_size(text: &str) -> Result<(u32, Option<f64>), String> {
 /// [`Exit::Input`] for files that cannot be used and images that do not place every tag; then nothing is written.
 pub fn run(arguments: &LearnArguments, format: Format) -> anyhow::Result<()> {
     let rig = read_rig(&arguments.rig).exit_with(Exit::Input)?;
-    let plan = plan(arguments)?;
-    let families: BTreeSet<Family> = families(&plan);
-    let mut session = LearnSession::new(rig.clone(), plan).exit_with(Exit::Input)?;
-    each_image(
-        &arguments.recording,
-        &rig,
-        &arguments.cameras,
-        families.into_iter().collect(),
-        arguments.threads,
-        |image| session.handle(image),
-    )?;
-    let learned = session.solve().exit_with(Exit::Input)?;
-    write_object(&arguments.out, &learned.object)?;
+    let plan = if arguments.tags.is_empty() && arguments.from.is_none() {
+        Plan::Discover(discovery(arguments))
+    } else {
+        Plan::Learn(plan(arguments)?)
+    };
+    let looking = Looking {
+        rig: rig.clone(),
+        cameras: arguments.cameras.clone(),
+        families: plan.families(),
+    };
+    let procedure = Procedure::start(rig, plan).exit_with(Exit::Input)?;
+    let images = arguments.images.open(format)?;
+    finish(&images.outcome(procedure, &looking)?, arguments, format)
+}
+
+/// Writes the object and tells of it.
+fn finish(outcome: &Outcome, arguments: &LearnArguments, format: Format) -> anyhow::Result<()> {
+    let (Product::Object(object), Report::Learn(report)) = (&outcome.product, &outcome.report)
+    else {
+        bail!("learning gave no object");
+    };
+    write_object(&arguments.out, object)?;
     match format {
-        Format::Json => print_line(&serde_json::to_string(&learned.report)?)?,
-        Format::Text => print_line(&text(&learned.report, arguments))?,
+        Format::Json => print_line(&serde_json::to_string(report)?)?,
+        Format::Text => print_line(&text(report, arguments))?,
     }
     Ok(())
 }
@@ -139,7 +183,8 @@ fn plan(arguments: &LearnArguments) -> anyhow::Result<LearnPlan> {
             .iter()
             .flat_map(ObjectModel::tags)
             .find(|t| t.tag == tag);
-        let Some(size) = own.or(arguments.size).or(known.map(|t| t.size_m)) else {
+        let stated = own.or(arguments.size.and_then(|size| size.of(id)));
+        let Some(size) = stated.or(known.map(|t| t.size_m)) else {
             wrong(format!(
                 "the size of tag {id} is not stated; give --size, or write {id}:METRES"
             ))?;
@@ -150,35 +195,57 @@ fn plan(arguments: &LearnArguments) -> anyhow::Result<LearnPlan> {
     if tags.is_empty() {
         let all = from.iter().flat_map(ObjectModel::tags);
         tags = all
-            .map(|t| (t.tag, arguments.size.unwrap_or(t.size_m)))
+            .map(|t| {
+                (
+                    t.tag,
+                    arguments
+                        .size
+                        .and_then(|size| size.of(t.tag.id))
+                        .unwrap_or(t.size_m),
+                )
+            })
             .collect();
     }
     Ok(LearnPlan {
         object: arguments.id.clone(),
         tags,
         cameras: arguments.cameras.clone(),
-        gauge: match arguments.origin {
-            Frame::Centroid => Gauge::Centroid,
-            Frame::Tag(id) => Gauge::Tag(TagId {
-                family: arguments.family,
-                id,
-            }),
-        },
+        gauge: gauge(arguments),
         from,
     })
 }
 
-fn families(plan: &LearnPlan) -> BTreeSet<Family> {
-    let known = plan
-        .from
-        .iter()
-        .flat_map(ObjectModel::tags)
-        .map(|t| t.tag.family);
-    plan.tags
-        .iter()
-        .map(|(tag, _)| tag.family)
-        .chain(known)
-        .collect()
+/// The search for the tags that move as one.
+fn discovery(arguments: &LearnArguments) -> DiscoveryPlan {
+    let tag = |id| TagId {
+        family: arguments.family,
+        id,
+    };
+    DiscoveryPlan {
+        object: arguments.id.clone(),
+        families: vec![arguments.family],
+        size_m: match arguments.size {
+            Some(SizeOf::All(size_m)) => Some(size_m),
+            _ => None,
+        },
+        sizes: match arguments.size {
+            Some(SizeOf::One(id, size_m)) => vec![(tag(id), size_m)],
+            _ => Vec::new(),
+        },
+        around: arguments.around.map(tag),
+        cameras: arguments.cameras.clone(),
+        gauge: gauge(arguments),
+    }
+}
+
+fn gauge(arguments: &LearnArguments) -> Gauge {
+    match arguments.origin {
+        Frame::Centroid => Gauge::Centroid,
+        Frame::Tag(id) => Gauge::Tag(TagId {
+            family: arguments.family,
+            id,
+        }),
+    }
 }
 
 fn text(report: &LearnReport, arguments: &LearnArguments) -> String {
@@ -192,6 +259,14 @@ fn text(report: &LearnReport, arguments: &LearnArguments) -> String {
             tag.tag, tag.images, tag.left_out, tag.sigma_mm, tag.sigma_deg, tag.rms_px
         )
     }));
+    lines.extend(report.found.iter().flat_map(found));
+    let solved = report.solved_sizes.iter();
+    lines.extend(solved.map(|(tag, size_m)| {
+        format!(
+            "{tag}: {:.2} mm large, by comparison with what was stated",
+            size_m * 1e3
+        )
+    }));
     lines.push(format!(
         "{}: {} of {} images, {:.3} px rms; {}",
         arguments.out.display(),
@@ -200,5 +275,17 @@ fn text(report: &LearnReport, arguments: &LearnArguments) -> String {
         report.rms_px,
         report.verdict
     ));
+    lines.extend(arguments.images.handing_over("object", &arguments.out));
     lines.join("\n")
+}
+
+/// What was found where nobody named the tags.
+fn found(found: &Found) -> Vec<String> {
+    let mut lines = vec![format!("found to move as one: {}", found.object.join(", "))];
+    let others = found.others.iter();
+    lines.extend(others.map(|thing| format!("another thing: {}", thing.join(", "))));
+    if !found.still.is_empty() {
+        lines.push(format!("stood still: {}", found.still.join(", ")));
+    }
+    lines
 }

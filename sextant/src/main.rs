@@ -17,6 +17,7 @@ mod nodes;
 mod ordered;
 mod output;
 mod print;
+mod procedure;
 mod replay;
 mod site;
 mod top;

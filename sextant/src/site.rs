@@ -18,7 +18,7 @@ pub struct SiteArguments {
         long,
         env = "SEXTANT_CONNECT",
         value_name = "ENDPOINT",
-        default_value = "tcp/127.0.0.1:7447"
+        default_value = USUAL_ROUTER
     )]
     connect: String,
     /// The site's name, the middle of every key.
@@ -26,7 +26,7 @@ pub struct SiteArguments {
         long,
         env = "SEXTANT_SITE",
         value_name = "NAME",
-        default_value = "demo"
+        default_value = USUAL_SITE
     )]
     site: SiteId,
 }
@@ -41,7 +41,24 @@ pub struct Site {
     pub shutdown: Shutdown,
 }
 
+/// The router's endpoint where nobody names another.
+const USUAL_ROUTER: &str = "tcp/127.0.0.1:7447";
+/// The site's name where nobody names another.
+const USUAL_SITE: &str = "demo";
+
 impl SiteArguments {
+    /// As options of a command line, with a space before; nothing where all is as usual.
+    pub fn as_typed(&self) -> String {
+        let mut typed = String::new();
+        if self.site.to_string() != USUAL_SITE {
+            typed.push_str(&format!(" --site {}", self.site));
+        }
+        if self.connect != USUAL_ROUTER {
+            typed.push_str(&format!(" --connect {}", self.connect));
+        }
+        typed
+    }
+
     /// Connects.
     ///
     /// # Errors

@@ -1,27 +1,20 @@
 //! `sextant calibrate lens`: a camera's lens, from images of a board of tags.
 
 mod pictures;
-mod report;
+mod words;
 
-use super::live::LiveCamera;
-use super::recording::{each_image, wrong};
 use crate::output::{Format, print_line};
 use crate::print::enlarged;
-use crate::site::SiteArguments;
-use anyhow::{Context, ensure};
+use crate::procedure::{ImageArguments, Images, Looking, wrong};
+use anyhow::{bail, ensure};
 use clap::Args;
-use serde_json::json;
-use sextant_calibrator::lens::{
-    Hint, LensCalibration, LensOptions, LensProgress, LensSession, Selection, Taken,
-};
+use sextant_calibrator::lens::Selection;
+use sextant_calibrator::procedure::{LensPlan, Outcome, Plan, Procedure, Product, Report};
 use sextant_estimator::{Camera, CameraId, ObjectModel, Rig};
 use sextant_geometry::{Intrinsics, Lens, LensModel};
 use sextant_process::{Exit, WithExit};
 use sextant_recordings::{Dataset, Frame, read_grey_png};
 use sextant_site_files::{read_object, read_rig, write_rig};
-use sextant_tag_families::Family;
-use std::collections::BTreeSet;
-use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
 /// More images than this are a stream, of which those are kept that show the board otherwise than the ones before.
@@ -37,24 +30,19 @@ was not fitted to. What the images cannot determine is named, and then nothing i
 file, one that is not there yet is added; the former file is kept as FILE.former.
 
 With --live the images are those of a camera of the running site: hold the board as the lines say until there is enough, or end
-it with Ctrl-C; then the lens is solved. With --json these lines are {\"images\",\"views\",\"fraction\",\"hint\"}.
+it with Ctrl-C; then the lens is solved. With --json they are a line a second at most: {\"kind\",\"images\",\"fraction\",\"is_enough\",
+\"hint\",\"details\":{\"views\",\"coverage\":[[corners]],\"tilted\":[left,right,upper,lower]}}.
 
 The scale of the board has no say in the lens: if the printer enlarged it as a whole, the lens is the same.
 
 With --report: coverage.png, residuals.png and uncertainty.png over the picture, and lens.json.
-With --json, a line on standard output: {\"camera\",\"resolution\",\"lens\",\"sigmas\",\"rms_px\",\"noise_px\",\"images\",\"views\",\"tags\",\"wrong_tags\",
+With --json, a last line on standard output: {\"camera\",\"resolution\",\"lens\",\"sigmas\",\"rms_px\",\"noise_px\",\"images\",\"views\",\"tags\",\"wrong_tags\",
 \"suspicious\",\"models\":[{\"model\",\"held_out_rms_px\"}],\"coverage\",\"uncertainty_px\":{\"mean\",\"largest\"},
 \"cells\":[[{\"corners\",\"mean_px\",\"rms_px\",\"sigma_px\"}]],\"verdict\":{\"grade\",\"because\"}}"
 )]
 pub struct LensArguments {
-    /// The recording: DIR/CAMERA/data.csv with DIR/CAMERA/data/*.png (8-bit grey), or DIR/CAMERA/detections.jsonl.
-    #[arg(value_name = "DIR", required_unless_present = "live")]
-    recording: Option<PathBuf>,
-    /// Take the images from the running site instead.
-    #[arg(long, conflicts_with = "recording")]
-    live: bool,
     #[command(flatten)]
-    site: SiteArguments,
+    images: ImageArguments,
     /// The board: the object file that `sextant print board` wrote.
     #[arg(long, value_name = "FILE")]
     board: PathBuf,
@@ -76,9 +64,6 @@ pub struct LensArguments {
     /// A folder for pictures of coverage, residuals and uncertainty.
     #[arg(long, value_name = "DIR")]
     report: Option<PathBuf>,
-    /// Threads that look for tags in pictures; the result does not depend on it.
-    #[arg(long, default_value_t = 2, value_parser = clap::value_parser!(u8).range(1..=64))]
-    threads: u8,
 }
 
 fn resolution(text: &str) -> Result<[u32; 2], String> {
@@ -94,117 +79,64 @@ fn resolution(text: &str) -> Result<[u32; 2], String> {
 pub fn run(arguments: &LensArguments, format: Format) -> anyhow::Result<()> {
     let board = board(arguments).exit_with(Exit::Input)?;
     let known = existing(&arguments.rig).exit_with(Exit::Input)?;
-    let rig = known.cameras();
-    let (session, resolution) = match &arguments.recording {
-        Some(recording) => recorded(arguments, recording, &board, rig)?,
-        None => live(arguments, &board, format)?,
+    let mut images = arguments.images.open(format)?;
+    let (resolution, selection) = pictures_of(&mut images, arguments, &known)?;
+    let plan = Plan::Lens(LensPlan {
+        camera: arguments.camera.clone(),
+        board,
+        resolution,
+        model: arguments.model,
+        selection,
+    });
+    let looking = Looking {
+        rig: Rig::new(vec![placeholder(arguments, resolution)?])?,
+        cameras: vec![arguments.camera.clone()],
+        families: plan.families(),
     };
-    let calibration = session.solve().exit_with(Exit::Input)?;
-    let camera = camera(arguments, rig, resolution)?;
-    write_rig(&arguments.rig, &with_lens(&known, camera, &calibration)?)?;
-    let report = report::Report::of(&arguments.camera, &calibration);
+    let procedure = Procedure::start(known, plan).exit_with(Exit::Input)?;
+    finish(&images.outcome(procedure, &looking)?, arguments, format)
+}
+
+/// Writes the lens and tells of it.
+fn finish(outcome: &Outcome, arguments: &LensArguments, format: Format) -> anyhow::Result<()> {
+    let (Product::Rig(rig), Report::Lens(report)) = (&outcome.product, &outcome.report) else {
+        bail!("the calibration of a lens gave no lens");
+    };
+    write_rig(&arguments.rig, rig)?;
     if let Some(folder) = &arguments.report {
-        pictures::write(folder, &calibration.maps, &report)?;
+        pictures::write(folder, report)?;
     }
     match format {
-        Format::Json => print_line(&serde_json::to_string(&report)?)?,
-        Format::Text => print_line(&report.text(&arguments.rig))?,
+        Format::Json => print_line(&serde_json::to_string(report)?)?,
+        Format::Text => {
+            print_line(&words::text(report, &arguments.rig))?;
+            if let Some(line) = arguments.images.handing_over("rig", &arguments.rig) {
+                print_line(&line)?;
+            }
+        }
     }
     Ok(())
 }
 
-/// The images of a recording.
-fn recorded(
+/// The size of the camera's pictures, and which of them are kept.
+fn pictures_of(
+    images: &mut Images<'_>,
     arguments: &LensArguments,
-    recording: &Path,
-    board: &ObjectModel,
-    rig: &[Camera],
-) -> anyhow::Result<(LensSession, [u32; 2])> {
-    let images = images(arguments, recording)?;
-    let resolution = resolution_of(arguments, rig, &images)?;
-    let camera = camera(arguments, rig, resolution)?;
-    let options = LensOptions {
-        resolution,
-        model: arguments.model,
-        selection: if images.len() > MANY {
-            Selection::New
-        } else {
-            Selection::All
-        },
-    };
-    let mut session = LensSession::new(board, options).exit_with(Exit::Input)?;
-    let families: BTreeSet<Family> = board.tags().iter().map(|tag| tag.tag.family).collect();
-    let mut taken = Ok(());
-    each_image(
-        recording,
-        &Rig::new(vec![camera])?,
-        std::slice::from_ref(&arguments.camera),
-        families.into_iter().collect(),
-        arguments.threads,
-        |image| {
-            if taken.is_ok() {
-                taken = session.handle(image).map(|_| ());
-            }
-        },
-    )?;
-    taken.exit_with(Exit::Input)?;
-    Ok((session, resolution))
-}
-
-/// The images of a running site, with words where to hold the board next.
-fn live(
-    arguments: &LensArguments,
-    board: &ObjectModel,
-    format: Format,
-) -> anyhow::Result<(LensSession, [u32; 2])> {
-    let site = arguments.site.open()?;
-    let mut session: Option<(LensSession, [u32; 2])> = None;
-    LiveCamera::of(&site, &arguments.camera)?.each(|image| {
-        let (session, _) = match &mut session {
-            Some(session) => session,
-            None => {
-                let options = LensOptions {
-                    resolution: image.resolution,
-                    model: arguments.model,
-                    selection: Selection::New,
-                };
-                let first = LensSession::new(board, options).exit_with(Exit::Input)?;
-                session.insert((first, image.resolution))
-            }
-        };
-        if session.handle(&image.observation).exit_with(Exit::Input)? == Taken::Kept {
-            say(&session.progress(), format)?;
+    known: &Rig,
+) -> anyhow::Result<([u32; 2], Selection)> {
+    match images {
+        Images::Live(live) => Ok((live.resolution_of(&arguments.camera)?, Selection::New)),
+        Images::Recorded { folder, .. } => {
+            let frames = frames(arguments, folder)?;
+            let selection = if frames.len() > MANY {
+                Selection::New
+            } else {
+                Selection::All
+            };
+            let resolution = resolution_of(arguments, known.cameras(), &frames)?;
+            Ok((resolution, selection))
         }
-        Ok(match session.progress().hint {
-            Hint::Enough => ControlFlow::Break(()),
-            _ => ControlFlow::Continue(()),
-        })
-    })?;
-    site.bus.close();
-    session
-        .with_context(|| {
-            format!(
-                "camera \"{}\" has sent nothing; `sextant list` says who is there",
-                arguments.camera
-            )
-        })
-        .exit_with(Exit::Unavailable)
-}
-
-fn say(progress: &LensProgress, format: Format) -> anyhow::Result<()> {
-    let hint = progress.hint.to_string();
-    let line = match format {
-        Format::Json => json!({
-            "images": progress.images, "views": progress.views, "fraction": progress.fraction, "hint": hint,
-        })
-        .to_string(),
-        Format::Text => format!(
-            "{:>3.0} %  {:>3} views  {hint}",
-            100.0 * progress.fraction,
-            progress.views
-        ),
-    };
-    Ok(print_line(&line)?)
+    }
 }
 
 fn board(arguments: &LensArguments) -> anyhow::Result<ObjectModel> {
@@ -230,7 +162,7 @@ fn existing(path: &Path) -> anyhow::Result<Rig> {
 }
 
 /// What the recording has of the camera.
-fn images(arguments: &LensArguments, recording: &Path) -> anyhow::Result<Vec<Frame>> {
+fn frames(arguments: &LensArguments, recording: &Path) -> anyhow::Result<Vec<Frame>> {
     let dataset = Dataset::open(recording).exit_with(Exit::Input)?;
     let recorded = dataset
         .cameras()
@@ -277,15 +209,10 @@ fn resolution_of(
     })
 }
 
-/// The camera as the rig has it, or a new one. Its lens is not used.
-fn camera(
-    arguments: &LensArguments,
-    rig: &[Camera],
-    resolution: [u32; 2],
-) -> anyhow::Result<Camera> {
-    let known = rig.iter().find(|camera| camera.id == arguments.camera);
+/// What stands for the camera while its images are taken in; its lens is not used.
+fn placeholder(arguments: &LensArguments, resolution: [u32; 2]) -> anyhow::Result<Camera> {
     let [width, height] = resolution.map(f64::from);
-    let placeholder = Lens::pinhole(Intrinsics {
+    let lens = Lens::pinhole(Intrinsics {
         fx: width,
         fy: width,
         cx: width / 2.0,
@@ -294,23 +221,7 @@ fn camera(
     Ok(Camera {
         id: arguments.camera.clone(),
         resolution,
-        lens: placeholder.exit_with(Exit::Input)?,
-        world_from_camera: known.and_then(|camera| camera.world_from_camera),
+        lens: lens.exit_with(Exit::Input)?,
+        world_from_camera: None,
     })
-}
-
-/// The rig with the camera's lens.
-fn with_lens(rig: &Rig, camera: Camera, found: &LensCalibration) -> anyhow::Result<Rig> {
-    let mut cameras = rig.cameras().to_vec();
-    let calibrated = Camera {
-        lens: found.lens,
-        ..camera
-    };
-    let stated = (calibrated.id.clone(), found.sigma());
-    match cameras.iter_mut().find(|known| known.id == calibrated.id) {
-        Some(known) => *known = calibrated,
-        None => cameras.push(calibrated),
-    }
-    let calibrated = Rig::new(cameras).context("the rig with the new lens")?;
-    Ok(calibrated.with_lens_sigmas([stated])?.holding_on_to(rig))
 }

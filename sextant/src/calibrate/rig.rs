@@ -1,14 +1,14 @@
 //! `sextant calibrate rig`: where every camera is, from an object carried through what they see.
 
-use super::recording::{each_image, wrong};
 use crate::output::{Format, print_line};
+use crate::procedure::{ImageArguments, Looking, wrong};
+use anyhow::bail;
 use clap::Args;
-use sextant_calibrator::{Origin, RigPlan, RigReport, RigSession};
+use sextant_calibrator::procedure::{Outcome, Plan, Procedure, Product, Report};
+use sextant_calibrator::{Origin, RigPlan, RigReport, Up};
 use sextant_estimator::{CameraId, ObjectModel, TagId};
 use sextant_process::{Exit, WithExit};
 use sextant_site_files::{read_object, read_rig, write_rig};
-use sextant_tag_families::Family;
-use std::collections::BTreeSet;
 use std::path::PathBuf;
 
 /// What a person may choose of `calibrate rig`.
@@ -20,14 +20,17 @@ way. Cameras need not be synchronised: the object's motion is modelled, and cloc
 cannot determine is named, and then nothing is written. The former rig file is kept beside the new one. How well each pose is
 known relative to the reference goes along as world_from_camera_sigma, which fusion counts in.
 
-With --json, a line on standard output: {\"reference\",\"images\",\"images_used\",\"instants\",\"synchronised\",\"rms_px\",\"noise_ratio\",
+With --live the images are those of the running site: do as the lines say until there is enough, or end it with Ctrl-C; then it
+is solved. With --json they are a line a second at most: {\"kind\",\"images\",\"fraction\",\"is_enough\",\"hint\",
+\"details\":{\"cameras\":[{\"camera\",\"images\",\"seeing\",\"fields\":[12],\"distances\",\"group\"}],\"together\":[[\"a\",\"b\",images]]}}.
+
+With --json, a last line on standard output: {\"reference\",\"images\",\"images_used\",\"instants\",\"synchronised\",\"rms_px\",\"noise_ratio\",
 \"cameras\":[{\"camera\",\"images\",\"tags\",\"left_out\",\"sigma_mm\",\"sigma_deg\",\"sigma_axes_mm\":[3],\"sigma_axes_deg\":[3],\"rms_px\",\"clock_offset_ms\",\"clock_sigma_ms\"}],
-\"tags_left_out\",\"weak\",\"verdict\":{\"grade\",\"because\"}}"
+\"tags_left_out\",\"weak\",\"scale\",\"verdict\":{\"grade\",\"because\"}}"
 )]
 pub struct RigArguments {
-    /// The recording: DIR/CAMERA/data.csv with DIR/CAMERA/data/*.png (8-bit grey), or DIR/CAMERA/detections.jsonl.
-    #[arg(value_name = "DIR")]
-    recording: PathBuf,
+    #[command(flatten)]
+    images: ImageArguments,
     /// The cameras: a rig file with their lenses, into which their poses are written.
     #[arg(long, value_name = "FILE")]
     rig: PathBuf,
@@ -38,12 +41,13 @@ pub struct RigArguments {
     /// Without it the first camera keeps its pose or is the world's frame.
     #[arg(long, value_name = "FRAME", value_parser = frame)]
     origin: Option<Frame>,
-    /// Edge of the black squares of the origin's tags, metres; that of the object's tags when absent.
+    /// What gravity says is up, so that z of the world points there: `flat:NUMBER` of a tag that lies on something level,
+    /// `upright:NUMBER` of one that hangs plumb with its upper edge up, or `plumb:LOW,HIGH` of two on a plumb line.
+    #[arg(long, value_name = "TAGS", value_parser = up)]
+    up: Option<Vertical>,
+    /// Edge of the black squares of the tags of --origin and --up, metres; that of the object's tags when absent.
     #[arg(long, value_name = "METRES")]
     origin_size: Option<f64>,
-    /// Threads that look for tags in pictures; the result does not depend on it.
-    #[arg(long, default_value_t = 2, value_parser = clap::value_parser!(u8).range(1..=64))]
-    threads: u8,
 }
 
 #[derive(Clone, Debug)]
@@ -75,6 +79,25 @@ fn frame(text: &str) -> Result<Frame, String> {
     }
 }
 
+#[derive(Clone, Copy, Debug)]
+enum Vertical {
+    Flat(u32),
+    Upright(u32),
+    Plumb([u32; 2]),
+}
+
+fn up(text: &str) -> Result<Vertical, String> {
+    let usage = || "write `flat:NUMBER`, `upright:NUMBER` or `plumb:LOW,HIGH`".to_owned();
+    let (kind, tags) = text.split_once(':').ok_or_else(usage)?;
+    let tags: Result<Vec<u32>, _> = tags.split(',').map(|tag| tag.trim().parse()).collect();
+    match (kind, tags.map_err(|_| usage())?.as_slice()) {
+        ("flat", [tag]) => Ok(Vertical::Flat(*tag)),
+        ("upright", [tag]) => Ok(Vertical::Upright(*tag)),
+        ("plumb", [low, high]) => Ok(Vertical::Plumb([*low, *high])),
+        _ => Err(usage()),
+    }
+}
+
 /// Runs `sextant calibrate rig`.
 ///
 /// # Errors
@@ -89,53 +112,63 @@ pub fn run(arguments: &RigArguments, format: Format) -> anyhow::Result<()> {
             object.id()
         ))?;
     }
-    let families: BTreeSet<Family> = object.tags().iter().map(|tag| tag.tag.family).collect();
-    let plan = RigPlan {
+    let plan = Plan::Rig(RigPlan {
         origin: origin(arguments, &object)?,
         object,
+    });
+    let looking = Looking {
+        rig: rig.clone(),
+        cameras: Vec::new(),
+        families: plan.families(),
     };
-    let mut session = RigSession::new(rig.clone(), plan).exit_with(Exit::Input)?;
-    each_image(
-        &arguments.recording,
-        &rig,
-        &[],
-        families.into_iter().collect(),
-        arguments.threads,
-        |image| session.handle(image),
-    )?;
-    let calibrated = session.solve().exit_with(Exit::Input)?;
-    write_rig(&arguments.rig, &calibrated.rig)?;
+    let procedure = Procedure::start(rig, plan).exit_with(Exit::Input)?;
+    let images = arguments.images.open(format)?;
+    finish(&images.outcome(procedure, &looking)?, arguments, format)
+}
+
+/// Writes the rig and tells of it.
+fn finish(outcome: &Outcome, arguments: &RigArguments, format: Format) -> anyhow::Result<()> {
+    let (Product::Rig(rig), Report::Rig(report)) = (&outcome.product, &outcome.report) else {
+        bail!("the calibration of a rig gave no rig");
+    };
+    write_rig(&arguments.rig, rig)?;
     match format {
-        Format::Json => print_line(&serde_json::to_string(&calibrated.report)?)?,
-        Format::Text => print_line(&text(&calibrated.report, arguments))?,
+        Format::Json => print_line(&serde_json::to_string(report)?)?,
+        Format::Text => print_line(&text(report, arguments))?,
     }
     Ok(())
 }
 
 fn origin(arguments: &RigArguments, object: &ObjectModel) -> anyhow::Result<Origin> {
-    let tags = match &arguments.origin {
-        None => return Ok(Origin::FirstCamera),
-        Some(Frame::Camera(id)) => return Ok(Origin::Camera(id.clone())),
-        Some(Frame::Tags(tags)) => tags,
-    };
     let first = &object.tags()[0];
     let family = first.tag.family;
     let tag = |id: u32| TagId { family, id };
-    if let Some(own) = object
-        .tags()
-        .iter()
-        .find(|own| tags.iter().any(|&id| tag(id) == own.tag))
-    {
+    let size_m = arguments.origin_size.unwrap_or(first.size_m);
+    let frame = match &arguments.origin {
+        None => Origin::FirstCamera,
+        Some(Frame::Camera(id)) => Origin::Camera(id.clone()),
+        Some(Frame::Tags(tags)) => match *tags.as_slice() {
+            [a, b, c] => Origin::ThreeTags([a, b, c].map(tag), size_m),
+            _ => Origin::Tag(tag(tags[0]), size_m),
+        },
+    };
+    let up = arguments.up.map(|up| match up {
+        Vertical::Flat(id) => Up::Flat(tag(id), size_m),
+        Vertical::Upright(id) => Up::Upright(tag(id), size_m),
+        Vertical::Plumb(ids) => Up::Plumb(ids.map(tag), size_m),
+    });
+    let origin = match up {
+        Some(up) => Origin::Levelled(Box::new(frame), up),
+        None => frame,
+    };
+    let still = origin.tags();
+    let own = object.tags().iter().map(|own| own.tag);
+    for own in own.filter(|own| still.iter().any(|(tag, _)| tag == own)) {
         wrong(format!(
-            "tag {} is on the object that is carried; the world's frame needs a tag that lies still",
-            own.tag
+            "tag {own} is on the object that is carried; the world's frame needs a tag that lies still"
         ))?;
     }
-    let size_m = arguments.origin_size.unwrap_or(first.size_m);
-    Ok(match *tags.as_slice() {
-        [a, b, c] => Origin::ThreeTags([a, b, c].map(tag), size_m),
-        _ => Origin::Tag(tag(tags[0]), size_m),
-    })
+    Ok(origin)
 }
 
 fn text(report: &RigReport, arguments: &RigArguments) -> String {
@@ -159,8 +192,8 @@ fn text(report: &RigReport, arguments: &RigArguments) -> String {
         )
     }));
     lines.push(format!(
-        "Deviations are relative to camera {}.",
-        report.reference
+        "Deviations are relative to camera {}; {}.",
+        report.reference, report.scale
     ));
     lines.push(format!(
         "{}: {} of {} images at {} instants, {:.3} px rms; {}",
@@ -171,5 +204,6 @@ fn text(report: &RigReport, arguments: &RigArguments) -> String {
         report.rms_px,
         report.verdict
     ));
+    lines.extend(arguments.images.handing_over("rig", &arguments.rig));
     lines.join("\n")
 }

@@ -1,9 +1,9 @@
 //! Coverage, residuals and uncertainty over the picture, as pictures.
 
-use super::report::Report;
 use crate::detect::explain::canvas::{Canvas, Colour};
 use anyhow::Context;
 use sextant_calibrator::lens::{COLUMNS, LensMaps, MapCell, ROWS};
+use sextant_calibrator::procedure::LensReport;
 use sextant_recordings::write_colour_png;
 use sextant_site_files::write_atomically;
 use std::fs;
@@ -24,7 +24,8 @@ const NONE: Colour = [60, 62, 68];
 ///
 /// # Errors
 /// A folder that cannot be written.
-pub fn write(folder: &Path, maps: &LensMaps, report: &Report) -> anyhow::Result<()> {
+pub fn write(folder: &Path, report: &LensReport) -> anyhow::Result<()> {
+    let maps = &report.maps;
     fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
     let covered = |cell: &MapCell| {
         let value = f64::from(cell.corners) / 40.0;

@@ -1,13 +1,13 @@
 //! The images of a recording, as every calibration takes them in.
 
+use super::Looking;
 use crate::ordered::in_order;
 use crate::replay::sight;
 use anyhow::bail;
 use sextant_apriltag::Options;
-use sextant_estimator::{CameraId, ImageObservation, Rig};
+use sextant_estimator::{CameraId, ImageObservation};
 use sextant_process::{Exit, Failure, WithExit};
 use sextant_recordings::{Dataset, Row};
-use sextant_tag_families::Family;
 use std::path::Path;
 
 /// Hands every image of the wanted cameras (none: all) to `take`, in the order of their arrival.
@@ -16,13 +16,12 @@ use std::path::Path;
 /// [`Exit::Input`] for a recording that cannot be used, or has a camera that the rig lacks.
 pub fn each_image(
     folder: &Path,
-    rig: &Rig,
-    cameras: &[CameraId],
-    families: Vec<Family>,
+    looking: &Looking,
     threads: u8,
     mut take: impl FnMut(&ImageObservation),
 ) -> anyhow::Result<()> {
     let dataset = Dataset::open(folder).exit_with(Exit::Input)?;
+    let (rig, cameras) = (&looking.rig, &looking.cameras);
     let wanted = |id: &CameraId| cameras.is_empty() || cameras.contains(id);
     for recording in dataset.cameras().iter().filter(|c| wanted(&c.camera)) {
         if rig.camera(&recording.camera).is_none() {
@@ -42,7 +41,7 @@ pub fn each_image(
         }
     }
     let options = Options {
-        families,
+        families: looking.families.iter().copied().collect(),
         ..Options::default()
     };
     let rows = dataset.rows_by_arrival();

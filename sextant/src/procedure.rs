@@ -1,0 +1,107 @@
+//! The images of a calibration or of learning, recorded or of the running site, up to the result. The commands say what is
+//! sought; from there on both ways are the same code.
+
+mod block;
+mod live;
+mod recording;
+mod telling;
+
+pub use live::Live;
+pub use recording::wrong;
+
+use crate::output::Format;
+use crate::site::SiteArguments;
+use clap::Args;
+use recording::each_image;
+use sextant_calibrator::procedure::{Outcome, Procedure, ProcedureError};
+use sextant_estimator::{CameraId, Rig};
+use sextant_process::{Exit, WithExit};
+use sextant_tag_families::Family;
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+
+/// Where the images come from.
+#[derive(Args, Debug)]
+pub struct ImageArguments {
+    /// The recording: DIR/CAMERA/data.csv with DIR/CAMERA/data/*.png (8-bit grey), or DIR/CAMERA/detections.jsonl.
+    #[arg(value_name = "DIR", required_unless_present = "live")]
+    recording: Option<PathBuf>,
+    /// Take the images from the running site instead.
+    #[arg(long, conflicts_with = "recording")]
+    live: bool,
+    #[command(flatten)]
+    site: SiteArguments,
+    /// Threads that look for tags in recorded pictures; the result does not depend on it.
+    #[arg(long, default_value_t = 2, value_parser = clap::value_parser!(u8).range(1..=64))]
+    threads: u8,
+}
+
+/// What looks at the images.
+pub struct Looking {
+    /// Cameras with their lenses and the size of their pictures.
+    pub rig: Rig,
+    /// Those whose images count; none means all.
+    pub cameras: Vec<CameraId>,
+    /// The families of the tags that are looked for.
+    pub families: BTreeSet<Family>,
+}
+
+/// The source, opened.
+pub enum Images<'a> {
+    /// Of a folder.
+    Recorded {
+        /// The folder.
+        folder: &'a Path,
+        /// How many look for tags.
+        threads: u8,
+    },
+    /// Of the running site.
+    Live(Box<Live>),
+}
+
+impl ImageArguments {
+    /// Connects to the site, where its images are wanted.
+    ///
+    /// # Errors
+    /// [`Exit::Unavailable`] when no router answers.
+    pub fn open(&self, format: Format) -> anyhow::Result<Images<'_>> {
+        Ok(match &self.recording {
+            Some(folder) => Images::Recorded {
+                folder,
+                threads: self.threads,
+            },
+            None => Images::Live(Box::new(Live::open(self.site.open()?, format)?)),
+        })
+    }
+
+    /// What a person types to hand the result over to the running site; nothing after a recording.
+    pub fn handing_over(&self, what: &str, file: &Path) -> Option<String> {
+        let file = file.display();
+        let site = self.site.as_typed();
+        self.live
+            .then(|| format!("The site works on with what it had; to hand this over: sextant config set {what} {file}{site}"))
+    }
+}
+
+impl Images<'_> {
+    /// Runs the procedure over the images and solves it.
+    ///
+    /// # Errors
+    /// [`Exit::Input`] for images that give no result, with the cause; [`Exit::Interrupted`] for a live procedure that was ended
+    /// before anything was seen.
+    pub fn outcome(self, mut procedure: Procedure, looking: &Looking) -> anyhow::Result<Outcome> {
+        match self {
+            Self::Live(live) => live.outcome(procedure, looking),
+            Self::Recorded { folder, threads } => {
+                let mut taken: Result<(), ProcedureError> = Ok(());
+                each_image(folder, looking, threads, |image| {
+                    if taken.is_ok() {
+                        taken = procedure.handle(image);
+                    }
+                })?;
+                taken.exit_with(Exit::Input)?;
+                procedure.solve().exit_with(Exit::Input)
+            }
+        }
+    }
+}

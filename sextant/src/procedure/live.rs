@@ -1,0 +1,196 @@
+//! The images of a running site: the same observations that the fusion node gets, taken in until there is enough or Ctrl-C.
+
+use super::Looking;
+use super::telling::Teller;
+use crate::output::Format;
+use crate::site::{RouterWatch, Site};
+use anyhow::{anyhow, bail};
+use sextant_calibrator::procedure::{Outcome, Procedure};
+use sextant_estimator::{CameraId, ImageObservation};
+use sextant_process::{Exit, Failure, WithExit};
+use sextant_proto::{Observations, decode, limits};
+use sextant_zenoh_bus::{DropRule, Subscription};
+use std::collections::BTreeMap;
+use std::time::{Duration, Instant};
+
+/// Messages that wait while a picture is drawn or a solution sought; the oldest give way.
+const QUEUE: usize = 2048;
+/// How late a Ctrl-C is heard.
+const GLANCE: Duration = Duration::from_millis(50);
+/// A camera that has been silent for so long is named.
+const SILENT: Duration = Duration::from_secs(5);
+/// After a solution that failed, so many times the images are waited for.
+const MORE_IMAGES: f64 = 1.3;
+/// Cameras that are kept account of; a site has fewer.
+const MOST_CAMERAS: usize = 256;
+
+/// A running site's images.
+pub struct Live {
+    site: Site,
+    messages: Subscription,
+    router: RouterWatch,
+    teller: Teller,
+    /// When each camera was last heard, and the size of its pictures.
+    heard: BTreeMap<CameraId, (Instant, [u32; 2])>,
+    since: Instant,
+}
+
+impl Live {
+    /// Listens to every camera of a site.
+    ///
+    /// # Errors
+    /// A network that does not let us.
+    pub fn open(site: Site, format: Format) -> anyhow::Result<Self> {
+        let messages = site.bus.subscribe(
+            &site.keys.all_observations(),
+            QUEUE,
+            DropRule::Oldest,
+            limits::MAX_PAYLOAD_BYTES,
+        )?;
+        Ok(Self {
+            site,
+            messages,
+            router: RouterWatch::default(),
+            teller: Teller::new(format),
+            heard: BTreeMap::new(),
+            since: Instant::now(),
+        })
+    }
+
+    /// Waits for the first image of a camera and says how large its pictures are, width and height.
+    ///
+    /// # Errors
+    /// [`Exit::Interrupted`] when it is ended before.
+    pub fn resolution_of(&mut self, camera: &CameraId) -> anyhow::Result<[u32; 2]> {
+        while !self.site.shutdown.is_requested() {
+            self.next();
+            if let Some((_, resolution)) = self.heard.get(camera) {
+                return Ok(*resolution);
+            }
+            if self.since.elapsed() > SILENT {
+                self.teller.remark(&self.silence(camera));
+            }
+            self.router.say(&self.site.bus);
+        }
+        bail!(interrupted(self.silence(camera)))
+    }
+
+    /// Takes images in until there is enough or Ctrl-C, and solves. What cannot be solved yet is said, and goes on.
+    ///
+    /// # Errors
+    /// [`Exit::Interrupted`] where Ctrl-C came before anything was seen, [`Exit::Input`] where what was seen gives no result.
+    pub fn outcome(
+        mut self,
+        mut procedure: Procedure,
+        looking: &Looking,
+    ) -> anyhow::Result<Outcome> {
+        let mut least_images = 0;
+        loop {
+            self.collect(&mut procedure, looking, least_images)?;
+            let images = procedure.progress().images;
+            if images == 0 {
+                bail!(interrupted("ended before any image came".to_owned()));
+            }
+            self.teller.say("solving ...")?;
+            let solved = procedure.solve();
+            if solved.is_ok() || self.site.shutdown.is_requested() {
+                self.site.bus.close();
+                return solved.exit_with(Exit::Input);
+            }
+            if let Err(cause) = solved {
+                self.teller.say(&format!("not yet: {cause}"))?;
+            }
+            least_images = (images as f64 * MORE_IMAGES) as usize;
+        }
+    }
+
+    /// Until there is enough, from at least so many images, or Ctrl-C.
+    fn collect(
+        &mut self,
+        procedure: &mut Procedure,
+        looking: &Looking,
+        least_images: usize,
+    ) -> anyhow::Result<()> {
+        while !self.site.shutdown.is_requested() {
+            if let Some((image, resolution)) = self.next() {
+                check_resolution(looking, &image.camera, resolution)?;
+                procedure.handle(&image).exit_with(Exit::Input)?;
+            }
+            if self.teller.is_due() {
+                let progress = procedure.progress();
+                let remarks = self.remarks(procedure, looking);
+                self.teller.show(&progress, &remarks)?;
+                if progress.is_enough && progress.images >= least_images {
+                    return Ok(());
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// The next image, if one comes soon; messages that are none are passed over.
+    fn next(&mut self) -> Option<(ImageObservation, [u32; 2])> {
+        let item = self.messages.recv_timeout(GLANCE)?;
+        let message: Observations = decode(item.bytes()?).ok()?;
+        let resolution = message.resolution.map(u32::from);
+        let heard = (Instant::now(), resolution);
+        if self.heard.len() < MOST_CAMERAS || self.heard.contains_key(&message.camera) {
+            self.heard.insert(message.camera.clone(), heard);
+        }
+        Some((ImageObservation::from(&message), resolution))
+    }
+
+    /// What is wrong with the network and the cameras, in words.
+    fn remarks(&mut self, procedure: &Procedure, looking: &Looking) -> Vec<String> {
+        if self.router.silent_s(&self.site.bus).is_some() {
+            return vec!["no word from the router; waiting for it".to_owned()];
+        }
+        let known = looking.rig.cameras().iter().map(|camera| &camera.id);
+        let silent = known.filter(|id| procedure.counts(id)).filter(|id| {
+            let last = self.heard.get(id).map_or(self.since, |(last, _)| *last);
+            last.elapsed() > SILENT
+        });
+        let mut remarks: Vec<String> = silent
+            .map(|id| format!("camera {id} sends nothing; does it run, and is this its name?"))
+            .collect();
+        let strangers = self.heard.keys();
+        let strangers = strangers.filter(|id| looking.rig.camera(id).is_none());
+        // Where one camera alone is looked at, the others are none of its business.
+        if looking.cameras.is_empty() {
+            remarks.extend(strangers.map(|id| {
+                format!("camera {id} is not in the rig file: `sextant calibrate lens` adds it")
+            }));
+        }
+        remarks
+    }
+
+    fn silence(&self, camera: &CameraId) -> String {
+        let others: Vec<&str> = self.heard.keys().map(CameraId::as_str).collect();
+        let others = if others.is_empty() {
+            "nor does any other camera of this site".to_owned()
+        } else {
+            format!("but these do: {}", others.join(", "))
+        };
+        format!("camera {camera} sends nothing, {others}")
+    }
+}
+
+fn interrupted(cause: String) -> Failure {
+    Failure::new(Exit::Interrupted, anyhow!(cause))
+}
+
+/// A lens holds for one size of pictures only.
+fn check_resolution(
+    looking: &Looking,
+    camera: &CameraId,
+    resolution: [u32; 2],
+) -> anyhow::Result<()> {
+    let known = looking.rig.camera(camera).map(|known| known.resolution);
+    match known.filter(|known| *known != resolution) {
+        Some([width, height]) => super::wrong(format!(
+            "camera {camera} sends pictures of {} x {} pixels, but its lens in the rig file is for {width} x {height}: calibrate the lens again or set the camera back",
+            resolution[0], resolution[1]
+        )),
+        None => Ok(()),
+    }
+}
