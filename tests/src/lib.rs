@@ -8,6 +8,7 @@ mod demo;
 mod fused_site;
 mod program;
 mod scene;
+mod studio;
 mod traces;
 mod workshop;
 
@@ -15,5 +16,6 @@ pub use demo::{Demo, Ended, send};
 pub use fused_site::{FusedSite, PATIENCE};
 pub use program::{sextant, workspace_root};
 pub use scene::{Scene, changed, tag_of};
+pub use studio::{Shots, Studio, looking_at};
 pub use traces::Traces;
 pub use workshop::{BOARD, FIRST_OF_CUBE, Workshop};

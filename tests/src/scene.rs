@@ -43,12 +43,26 @@ impl Scene {
 
     /// What a camera sees at `time_ns`, as its node would publish it; the objects are where they are `seconds` after the start.
     pub fn observe(&mut self, camera: usize, seconds: f64, time_ns: u64) -> Observations {
+        let objects = self.objects.clone();
+        let placed = objects.iter().enumerate();
+        let placed: Vec<(&ObjectModel, Pose)> = placed
+            .map(|(k, object)| (object, place(k, seconds)))
+            .collect();
+        self.see(camera, &placed, time_ns)
+    }
+
+    /// The same of any objects anywhere.
+    pub fn see(
+        &mut self,
+        camera: usize,
+        objects: &[(&ObjectModel, Pose)],
+        time_ns: u64,
+    ) -> Observations {
         let seen = self.rig.cameras()[camera].clone();
         let mut tags = Vec::new();
-        for (k, object) in self.objects.clone().iter().enumerate() {
-            let world_from_object = place(k, seconds);
+        for (object, world_from_object) in objects {
             for tag in object.tags() {
-                tags.extend(self.tag(&seen, &world_from_object, tag));
+                tags.extend(self.tag(&seen, world_from_object, tag));
             }
         }
         let offset_ns = (self.clock_offsets_s[camera] * 1e9) as i64;
