@@ -10,7 +10,7 @@ use nalgebra::Matrix6;
 use serde::Serialize;
 use sextant_estimator::{Camera, CameraId, PoseSigma, Rig};
 use sextant_geometry::Pose;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// One camera of a calibrated rig.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -138,7 +138,7 @@ impl RigSession {
         RigReport {
             reference: self.rig.cameras()[reference].id.to_string(),
             images: self.images.came(),
-            images_used: found.adjusted.adjusted.images.len(),
+            images_used: used(found, |_| true),
             instants: solution.bundle.instants.len(),
             synchronised: found.synchronised,
             rms_px: solution.rms_px,
@@ -187,7 +187,7 @@ impl RigSession {
             .count();
         CalibratedCamera {
             camera: self.rig.cameras()[at].id.to_string(),
-            images: own().count(),
+            images: used(found, |camera| camera == at),
             tags: own().map(|image| image.tags.len()).sum(),
             left_out: left_out + self.unfitting(found, |view| view == at, |_| true),
             sigma_mm: root_mean_square(&axes_mm),
@@ -254,6 +254,16 @@ impl RigSession {
         })
         .collect()
     }
+}
+
+/// Images used of some cameras; one that shows the object and tags that lie still stands in the adjustment once for each.
+fn used(found: &Found, camera: impl Fn(usize) -> bool) -> usize {
+    let images = found.adjusted.adjusted.images.iter();
+    let views = images.filter(|image| camera(image.camera));
+    views
+        .map(|image| image.view)
+        .collect::<BTreeSet<usize>>()
+        .len()
 }
 
 fn rms_px(found: &Found, of: impl Fn(&crate::bundle::BundleImage) -> bool) -> f64 {
