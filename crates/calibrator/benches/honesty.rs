@@ -1,7 +1,7 @@
 //! Whether stated standard deviations are honest: of two hundred simulated calibrations each, how many true values lie within
 //! two of them. Ends with 1 where that is not between 90 and 99 %.
 //!
-//! `cargo bench -p sextant-calibrator --bench honesty`, for one of the two with `-- rig` or `-- lens`.
+//! `cargo bench -p sextant-calibrator --bench honesty`, for one of them with `-- rig`, `-- lens` or `-- learn`.
 
 #![allow(
     dead_code,
@@ -18,7 +18,7 @@ mod scene;
 
 use board_walk::BoardWalk;
 use sextant_calibrator::lens::{LensOptions, LensSession, Selection};
-use sextant_calibrator::{Origin, RigPlan, RigSession};
+use sextant_calibrator::{Gauge, LearnPlan, LearnSession, Origin, RigPlan, RigSession};
 use sextant_estimator::Rig;
 use sextant_geometry::{LensModel, se3};
 use std::ops::Range;
@@ -83,6 +83,50 @@ fn lens(seed: u64) -> Errors {
         .collect()
 }
 
+/// Six tags relative to the first, of 45 images of a thing that is turned before a camera.
+fn learn(seed: u64) -> Errors {
+    let mut camera = scene::rig().cameras()[0].clone();
+    camera.world_from_camera = Some(scene::looking([-0.4, 0.35, 0.5], [0.0, 0.0, 0.0]));
+    let truth = scene::thing();
+    let plan = LearnPlan {
+        object: truth.id().clone(),
+        tags: truth
+            .tags()
+            .iter()
+            .map(|tag| (tag.tag, tag.size_m))
+            .collect(),
+        cameras: Vec::new(),
+        gauge: Gauge::Tag(truth.tags()[0].tag),
+        from: None,
+    };
+    let rig = Rig::new(vec![camera.clone()]).unwrap();
+    let mut session = LearnSession::new(scene::blind(&rig), plan).unwrap();
+    let mut noise = scene::Noise::seeded(seed);
+    for at in 0..45 {
+        let seconds = 0.2 * f64::from(at);
+        let seen = (&truth, &scene::turned(seconds));
+        session.handle(&scene::image(
+            &camera,
+            seen,
+            seconds,
+            scene::SHARP,
+            &mut noise,
+        ));
+    }
+    let found = session.solve().unwrap();
+    let of_tag = |at: usize| {
+        let pose = |at: usize| truth.tags()[at].object_from_tag.unwrap();
+        let placed = found.object.tags()[at].object_from_tag.unwrap();
+        let error = se3::difference(&placed, &(pose(0).inverse() * pose(at)));
+        let stated = &found.report.tags[at];
+        let position = [0, 1, 2].map(|axis| error[axis] * 1e3 / stated.sigma_axes_mm[axis]);
+        let attitude =
+            [0, 1, 2].map(|axis| error[3 + axis].to_degrees() / stated.sigma_axes_deg[axis]);
+        position.into_iter().chain(attitude)
+    };
+    (1..truth.tags().len()).flat_map(of_tag).collect()
+}
+
 /// Prints the share within two deviations, of each value and of all; whether all is as it should be.
 fn judge(what: &str, calibration: impl Fn(u64) -> Errors) -> bool {
     let errors: Vec<Errors> = SEEDS.map(calibration).collect();
@@ -110,12 +154,13 @@ fn print_share(what: &str, errors: &[f64]) -> f64 {
 fn main() -> ExitCode {
     let named: Vec<String> = std::env::args().skip(1).collect();
     let wanted = |what: &str| {
-        let other = |n: &String| n != what && ["rig", "lens"].contains(&n.as_str());
+        let other = |n: &String| n != what && ["rig", "lens", "learn"].contains(&n.as_str());
         !named.iter().any(other) || named.iter().any(|n| n == what)
     };
     let honest = [
         !wanted("rig") || judge("rig", rig),
         !wanted("lens") || judge("lens", lens),
+        !wanted("learn") || judge("learn", learn),
     ];
     ExitCode::from(u8::from(honest.contains(&false)))
 }

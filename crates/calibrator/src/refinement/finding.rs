@@ -152,13 +152,9 @@ impl Change {
         for camera in cameras.iter_mut().filter(|camera| camera.id == *id) {
             camera.world_from_camera = Some(self.after);
         }
-        let sigmas = cameras.iter().filter_map(|camera| {
-            let stated = rig.pose_sigma(&camera.id)?;
-            let found = camera.id == *id;
-            Some((camera.id.clone(), if found { self.sigma } else { stated }))
-        });
-        let sigmas: Vec<(CameraId, PoseSigma)> = sigmas.collect();
-        Rig::new(cameras)?.with_pose_sigmas(sigmas)
+        let stated = rig.pose_sigma(id).map(|_| (id.clone(), self.sigma));
+        let found = Rig::new(cameras)?.with_pose_sigmas(stated)?;
+        Ok(found.holding_on_to(rig))
     }
 
     /// The object with the tag where it was found; as it is where a camera or another object's tag was moved.
@@ -174,7 +170,9 @@ impl Change {
                 for own in tags.iter_mut().filter(|own| own.tag == *tag) {
                     own.object_from_tag = Some(self.after);
                 }
-                ObjectModel::new(of.clone(), tags)
+                let stated = object.tag_sigma(tag).map(|_| (*tag, self.sigma));
+                let found = ObjectModel::new(of.clone(), tags)?.with_tag_sigmas(stated)?;
+                Ok(found.holding_on_to(object))
             }
             _ => Ok(object.clone()),
         }

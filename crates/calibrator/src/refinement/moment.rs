@@ -36,7 +36,7 @@ impl Moment {
         gathered: &Gathered,
         tunables: &RefinementOptions,
     ) -> Option<Self> {
-        if fastest_px_s(gathered) > tunables.fastest_px_s {
+        if is_fast(site, gathered, tunables.fastest_px_s) {
             return None;
         }
         let placed = site.placed(gathered.object);
@@ -173,11 +173,17 @@ fn consensus(site: &Site, views: &Views, placed: &[Placed]) -> Option<Pose> {
     best.map(|(_, _, pose)| pose)
 }
 
-/// The speed of the fastest corner between images of one camera, pixels a second; 0 where no tag is seen twice.
-fn fastest_px_s(gathered: &Gathered) -> f64 {
+/// While the rows of a rolling shutter are read, a corner may go this far, pixels.
+const SHEAR_PX: f64 = 0.2;
+
+/// Whether a corner goes faster between images of one camera than the limit, or than its shutter bears; not where no tag is
+/// seen twice.
+fn is_fast(site: &Site, gathered: &Gathered, limit_px_s: f64) -> bool {
     let mut first: BTreeMap<_, (u64, [Point2<f64>; 4])> = BTreeMap::new();
-    let mut fastest: f64 = 0.0;
     for image in &gathered.images {
+        let camera = site.camera(&image.camera);
+        let readout_s = camera.map_or(0.0, |at| site.cameras[at].readout_s);
+        let bearable_px_s = limit_px_s.min(SHEAR_PX / readout_s.max(f64::MIN_POSITIVE));
         for seen in &image.tags {
             let key = (&image.camera, seen.tag);
             let (then, corners) = *first.entry(key).or_insert((image.capture_ns, seen.corners));
@@ -187,9 +193,12 @@ fn fastest_px_s(gathered: &Gathered) -> f64 {
                     .iter()
                     .zip(&seen.corners)
                     .map(|(a, b)| (a - b).norm());
-                fastest = fastest.max(way.fold(f64::INFINITY, f64::min) / seconds);
+                let least = way.fold(f64::INFINITY, f64::min);
+                if least / seconds > bearable_px_s {
+                    return true;
+                }
             }
         }
     }
-    fastest
+    false
 }

@@ -25,6 +25,38 @@ pub struct RefinementOptions {
     pub fastest_px_s: f64,
 }
 
+impl RefinementOptions {
+    /// Whether every number is in its range.
+    ///
+    /// # Errors
+    /// The first that is not, in words.
+    pub fn check(&self) -> Result<(), String> {
+        let numbers = [
+            ("largest_move_m", self.largest_move_m, 0.0..=1.0),
+            ("largest_turn_rad", self.largest_turn_rad, 0.0..=0.5),
+            ("significance", self.significance, 2.0..=100.0),
+            ("least_gain", self.least_gain, 0.0..=1.0),
+            ("memory_s", self.memory_s, 60.0..=1e7),
+            ("fastest_px_s", self.fastest_px_s, 1.0..=1e5),
+        ];
+        for (name, value, range) in numbers {
+            if !range.contains(&value) {
+                let (from, to) = range.into_inner();
+                return Err(format!("{name} must lie between {from} and {to}"));
+            }
+        }
+        for (name, value) in [
+            ("most_used", self.most_used),
+            ("most_held_back", self.most_held_back),
+        ] {
+            if !(20..=1000).contains(&value) {
+                return Err(format!("{name} must lie between 20 and 1000"));
+            }
+        }
+        Ok(())
+    }
+}
+
 impl Default for RefinementOptions {
     fn default() -> Self {
         Self {

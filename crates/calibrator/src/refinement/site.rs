@@ -13,7 +13,7 @@ const USUAL_CAMERA: PoseSigma = PoseSigma {
     position_m: 0.003,
     orientation_rad: 0.003,
 };
-/// Of a tag: models say nothing of it.
+/// Of a tag whose model says nothing of it.
 const USUAL_TAG: PoseSigma = PoseSigma {
     position_m: 0.001,
     orientation_rad: 0.02,
@@ -38,6 +38,8 @@ pub(super) struct SiteCamera {
     pub camera: Camera,
     pub world_from_camera: Pose,
     pub sigma: PoseSigma,
+    /// Seconds from the first row of its images to the last, 0 where all have one time.
+    pub readout_s: f64,
 }
 
 /// A tag that is placed.
@@ -46,6 +48,7 @@ pub(super) struct SiteTag {
     pub tag: TagId,
     pub size_m: f64,
     pub object_from_tag: Pose,
+    pub sigma: PoseSigma,
 }
 
 /// A rigid object.
@@ -70,6 +73,8 @@ impl Site {
                 camera: camera.clone(),
                 world_from_camera: camera.world_from_camera?,
                 sigma: rig.pose_sigma(&camera.id).unwrap_or(USUAL_CAMERA),
+                readout_s: rig.line_delay_s(&camera.id).unwrap_or(0.0).abs()
+                    * f64::from(camera.resolution[1]),
             })
         });
         let mut site = Self {
@@ -84,6 +89,7 @@ impl Site {
                     tag: tag.tag,
                     size_m: tag.size_m,
                     object_from_tag: tag.object_from_tag?,
+                    sigma: object.tag_sigma(&tag.tag).unwrap_or(USUAL_TAG),
                 })
             }));
             site.objects.push(SiteObject {
@@ -190,7 +196,7 @@ impl Site {
             Place::Tag(tag) => Anchor::Tag {
                 tag,
                 object_from_tag: self.pose(place),
-                sigma: USUAL_TAG,
+                sigma: at_least(self.tags[tag].sigma),
             },
         }
     }

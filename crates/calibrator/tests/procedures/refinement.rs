@@ -52,7 +52,7 @@ impl Site {
                 refinement.handle(&seen);
             }
             if moment == 3 {
-                refinement.handle(&self.from_the_future());
+                refinement.handle(&self.stamped_wrongly());
             }
             if moment % 30 == 29 {
                 let found = refinement.find();
@@ -87,7 +87,7 @@ impl Site {
     }
 
     /// A stamp of a camera whose clock is anything.
-    fn from_the_future(&self) -> ImageObservation {
+    fn stamped_wrongly(&self) -> ImageObservation {
         let (camera, mut noise) = (&self.truth.cameras()[0], Noise::seeded(1));
         let mut seen = image(camera, (&self.object, &slowly(0.0)), 0.0, SHARP, &mut noise);
         seen.capture_ns = u64::MAX;
