@@ -256,3 +256,52 @@ fn scale(matrix: &mut Matrix, scales: &Vector) {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_matrix_times_its_inverse_is_one() {
+        let matrix: Matrix = std::array::from_fn(|i| {
+            std::array::from_fn(|j| {
+                let (i, j) = (i as f32, j as f32);
+                (1.0 + i) * (1.0 + j) * (-0.7 * (i - j).abs()).exp()
+            })
+        });
+        let inverse = inverse(&matrix).unwrap();
+        for (i, row) in matrix.iter().enumerate() {
+            for j in 0..PARAMETERS {
+                let product: f32 = row.iter().zip(&inverse).map(|(a, row)| a * row[j]).sum();
+                let expected = f32::from(i == j);
+                assert!((product - expected).abs() < 1e-3, "{i} {j}: {product}");
+            }
+        }
+    }
+
+    #[test]
+    fn residuals_after_a_step_are_less_what_the_step_explains() {
+        let mut equations = Equations::default();
+        equations.clear(1.0);
+        let derivative = |i: usize, k: usize| ((i * 7 + k * 5) % 11) as f32 - 5.0;
+        for group in 0..4 {
+            equations.add(|i| {
+                let i = group * GROUP + i;
+                let mut row: [f32; COLUMNS] =
+                    std::array::from_fn(|k| UNIT / 8.0 * derivative(i, k));
+                row[RESIDUALS] = RESIDUAL / 8.0 * 0.5 * derivative(i, 3);
+                (row, UNIT)
+            });
+        }
+        equations.finish(&Kernels::SCALAR);
+        let mut step = [0.0; PARAMETERS];
+        step[3] = 0.5;
+        equations.take_step(&step);
+        assert!(
+            equations
+                .column(RESIDUALS)
+                .iter()
+                .all(|residual| residual.abs() <= 1)
+        );
+    }
+}

@@ -277,3 +277,24 @@ fn mark([above, here, below]: [&[u8]; 3], least: u8, steep: &mut [u8]) {
         steep[i] = u8::from(across.saturating_add(down) >= least);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_tiles_bits_are_its_steep_pixels_row_after_row() {
+        let steep = [[1, 0, 0, 1], [0; 4], [0, 1, 0, 0], [1; 4]];
+        assert_eq!(bits(steep), 0b1111_0010_0000_1001);
+    }
+
+    #[test]
+    fn pixels_beside_a_step_are_steep() {
+        let row: Vec<u8> = (0..42).map(|x| if x < 21 { 20 } else { 220 }).collect();
+        let mut steep = [[9; TILE]; 10];
+        mark_steep([&row, &row, &row], 100, &mut steep);
+        // The first pixel that is marked is the row's second.
+        let expected = (0..40).map(|x| u8::from(x + 1 == 20 || x + 1 == 21));
+        assert!(steep.as_flattened().iter().copied().eq(expected));
+    }
+}
