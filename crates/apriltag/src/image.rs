@@ -120,6 +120,7 @@ impl<'a> Image<'a> {
 
     /// Row after row, with what lies between them, up to the last pixel at least.
     #[inline]
+    #[cfg(target_arch = "x86_64")]
     pub(crate) fn bytes(&self) -> (&'a [u8], usize) {
         (self.pixels, self.stride)
     }
