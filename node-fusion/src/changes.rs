@@ -76,7 +76,14 @@ impl Desk {
             Payload::Bytes(bytes) => bytes,
             Payload::TooLong(length) => return Err(format!("{length} bytes are too long")),
         };
-        let change = Change::read(about, bytes)?;
+        self.make(Change::read(about, bytes)?)
+    }
+
+    /// Makes a change, whole or not at all.
+    ///
+    /// # Errors
+    /// In words, why it can't be made.
+    pub fn make(&mut self, change: Change) -> Result<Decision, String> {
         let Some(after) = self.models.changed(&change)? else {
             return Ok(Decision::Same);
         };

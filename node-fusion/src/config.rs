@@ -1,6 +1,7 @@
 //! `fusion.toml`: what a person sets of a fusion node. Paths are relative to the file's folder.
 
 use serde::{Deserialize, Serialize};
+use sextant_calibrator::refinement::RefinementOptions;
 use sextant_proto::{NodeId, SiteId};
 use sextant_zenoh_bus::BusOptions;
 use std::path::PathBuf;
@@ -23,9 +24,51 @@ pub struct FusionConfig {
     /// this process. Default false: they hold until it ends. The former file stays as `<name>.former`.
     #[serde(default)]
     pub keep_changes: bool,
+    /// Small corrections of cameras and tags while the node works, off by default.
+    #[serde(default)]
+    pub refinement: RefinementConfig,
     /// How to reach the network; by default this node is the site's router on port 7447 of the loopback interface.
     #[serde(default = "default_network")]
     pub network: BusOptions,
+}
+
+/// Whether the site is refined from its ordinary use, and how.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct RefinementConfig {
+    /// Default false. In one fusion node of a site only: it tells the others.
+    pub enabled: bool,
+    /// Where changes are recorded. Default `refinements`.
+    pub folder: PathBuf,
+    /// Seconds from one look at what was gathered to the next. Default 60, 1 to 86400.
+    pub period_s: f64,
+    /// What is asked of a change.
+    pub limits: RefinementOptions,
+}
+
+impl Default for RefinementConfig {
+    fn default() -> Self {
+        Self {
+            enabled: false,
+            folder: "refinements".into(),
+            period_s: 60.0,
+            limits: RefinementOptions::default(),
+        }
+    }
+}
+
+impl RefinementConfig {
+    /// Whether every number is in its range.
+    ///
+    /// # Errors
+    /// The first that is not, in words.
+    pub fn check(&self) -> Result<(), String> {
+        if !(1.0..=86_400.0).contains(&self.period_s) {
+            return Err("refinement.period_s must lie between 1 and 86400".to_owned());
+        }
+        let sound = self.limits.check();
+        sound.map_err(|cause| format!("refinement.limits.{cause}"))
+    }
 }
 
 fn default_node() -> NodeId {

@@ -1,7 +1,8 @@
 //! The fusion node: a thin process around the estimator's machine.
 //!
 //! In: observations of every camera of the site, as messages on the network. Out: a pose per object after each image, the
-//! models for late joiners, a status a second. Rig and objects may be changed over the network while it works. The estimating itself is `sextant_estimator`'s; this is arguments, loop, adapters.
+//! models for late joiners, a status a second. Rig and objects may be changed over the network while it works, and refined from
+//! ordinary use. The estimating itself is `sextant_estimator`'s; this is arguments, loop, adapters.
 
 mod changes;
 mod clocks;
@@ -12,9 +13,11 @@ mod links;
 mod models;
 mod node;
 mod outlet;
+mod refinements;
+mod refining;
 mod refusals;
 mod status;
 
-pub use config::FusionConfig;
+pub use config::{FusionConfig, RefinementConfig};
 pub use intake::{Counts, Intake};
 pub use node::run;

@@ -5,10 +5,13 @@ use crate::clocks::ClockBook;
 use crate::config::FusionConfig;
 use crate::files::ModelFiles;
 use crate::intake::Intake;
-use crate::models::Change;
+use crate::models::{Change, Models};
 use crate::outlet::Outlet;
+use crate::refinements::{Record, change_of};
+use crate::refining::Refining;
 use crate::status::StatusBook;
 use anyhow::Context;
+use sextant_calibrator::refinement::Finding;
 use sextant_estimator::{CameraId, Fusion, FusionOptions, Input, Output, Rig};
 use sextant_process::{Exit, Shutdown, WithExit, memory, now_ns};
 use sextant_proto::{ConfigAnswer, KeyRef, Keys, NodeId, NodeKind, Outcome, limits};
@@ -43,9 +46,11 @@ pub fn run(config_file: &Path, shutdown: &Shutdown) -> anyhow::Result<()> {
         opened => opened.exit_with(Exit::Unavailable)?,
     };
     let keys = Keys::of(config.site.clone());
+    let refining = refining(config_file, &config, &models)?;
     let files = config.keep_changes.then_some(files);
     let desk = Desk::new(keys.clone(), models, files);
     let mut node = FusionNode::open(&bus, &config.node, machine, desk, keys)?;
+    node.refining = refining;
     let alive = bus.alive(&node.keys.alive(NodeKind::Fusion, &config.node))?;
     tracing::info!(
         cameras = node.desk.models().rig.cameras().len(),
@@ -57,6 +62,29 @@ pub fn run(config_file: &Path, shutdown: &Shutdown) -> anyhow::Result<()> {
     drop(node);
     bus.close();
     Ok(())
+}
+
+/// The thread that refines and the record of what it changes, where that is asked for.
+fn refining(
+    config_file: &Path,
+    config: &FusionConfig,
+    models: &Models,
+) -> anyhow::Result<Option<(Refining, Record)>> {
+    let wanted = &config.refinement;
+    let sound = wanted.check().map_err(anyhow::Error::msg);
+    sound
+        .with_context(|| config_file.display().to_string())
+        .exit_with(Exit::Input)?;
+    if !wanted.enabled {
+        return Ok(None);
+    }
+    let folder = config_file.parent().unwrap_or(Path::new("."));
+    let period = Duration::from_secs_f64(wanted.period_s);
+    let refining = Refining::start(models, wanted.limits, period)?;
+    Ok(Some((
+        refining,
+        Record::in_folder(folder.join(&wanted.folder)),
+    )))
 }
 
 struct FusionNode<'a> {
@@ -71,6 +99,7 @@ struct FusionNode<'a> {
     status: StatusBook,
     clocks: ClockBook,
     status_due_ns: u64,
+    refining: Option<(Refining, Record)>,
 }
 
 fn cameras_of(rig: &Rig) -> impl Iterator<Item = CameraId> {
@@ -98,6 +127,7 @@ impl<'a> FusionNode<'a> {
             status: StatusBook::new(node.clone(), &models.objects, now),
             clocks: ClockBook::default(),
             status_due_ns: now,
+            refining: None,
             node: node.clone(),
             keys,
             machine,
@@ -124,6 +154,7 @@ impl<'a> FusionNode<'a> {
                 self.status_due_ns = now + STATUS_PERIOD_NS;
                 self.report(now)?;
             }
+            self.refine()?;
         }
         Ok(())
     }
@@ -132,6 +163,9 @@ impl<'a> FusionNode<'a> {
         let status = self.status.status(&mut self.intake, &self.machine, now);
         self.outlet.status(&status)?;
         let offsets = self.machine.clock_offsets();
+        if let Some((refining, _)) = &mut self.refining {
+            refining.take_health(&self.machine.faults(), offsets.clone());
+        }
         let clocks = self.clocks.report(&self.node, offsets, now);
         Ok(self.outlet.clocks(&clocks)?)
     }
@@ -141,7 +175,12 @@ impl<'a> FusionNode<'a> {
         let (outcome, words) = verdict.outcome();
         let key = &verdict.key;
         match &verdict.decision {
-            Decision::Take(change, _) => self.put_in_force(change)?,
+            Decision::Take(change, _) => {
+                self.put_in_force(change)?;
+                if let Some((refining, _)) = &self.refining {
+                    refining.take_models(self.desk.models());
+                }
+            }
             Decision::Same => {}
             Decision::Refuse(cause) => {
                 self.status.refusals.add(key, sender, cause, now_ns());
@@ -159,6 +198,56 @@ impl<'a> FusionNode<'a> {
             outcome,
             words,
         })?;
+        Ok(())
+    }
+
+    /// Puts in force what refinement has found, recorded first.
+    fn refine(&mut self) -> anyhow::Result<()> {
+        let Some((refining, record)) = &self.refining else {
+            return Ok(());
+        };
+        let found = match refining.finding() {
+            None => return Ok(()),
+            Some(Finding::Better(found)) => found,
+            Some(other) => {
+                tracing::info!(dropped = refining.dropped(), "refinement: {other}");
+                return Ok(());
+            }
+        };
+        let models = self.desk.models();
+        let former = record.write(&found, models, now_ns());
+        let change = former.and_then(|former| Ok((former, change_of(&found, models)?)));
+        let made = change.and_then(|(former, change)| {
+            let decision = self.desk.make(change).map_err(anyhow::Error::msg)?;
+            Ok((former, decision))
+        });
+        match made {
+            Ok((former, Decision::Take(change, _))) => {
+                refining.accepted(&found);
+                let former = former.display().to_string();
+                tracing::info!(former, "refinement: {}", Finding::Better(found));
+                self.put_in_force(&change)?;
+                self.hand_out(&change)
+            }
+            Ok(_) => {
+                refining.refused();
+                Ok(())
+            }
+            Err(cause) => {
+                refining.refused();
+                tracing::warn!("refinement: a change was found but not made: {cause:#}");
+                Ok(())
+            }
+        }
+    }
+
+    /// Tells everyone of a change that nobody else has published.
+    fn hand_out(&self, change: &Change) -> anyhow::Result<()> {
+        match change {
+            Change::Rig(rig) => self.outlet.hand_out_rig(rig)?,
+            Change::Object(object) => self.outlet.hand_out_object(object)?,
+            Change::Removal(_) => {}
+        }
         Ok(())
     }
 
@@ -196,6 +285,9 @@ impl<'a> FusionNode<'a> {
         match &item.payload {
             Payload::Bytes(bytes) => {
                 if let Some(image) = self.intake.take(&item.key, bytes) {
+                    if let Some((refining, _)) = &mut self.refining {
+                        refining.show(&image);
+                    }
                     self.machine.handle(now_ns(), Input::Image(image));
                 }
             }

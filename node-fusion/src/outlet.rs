@@ -10,6 +10,9 @@ use sextant_proto::{
 use sextant_zenoh_bus::{Bus, BusError, Latest, Publisher, Qos};
 use std::collections::BTreeMap;
 
+/// Signature of what a refinement has changed: no announcement, so that other fusion nodes take it.
+const REFINED: &str = "refinement";
+
 /// Everything that this node says.
 pub struct Outlet<'a> {
     bus: &'a Bus,
@@ -76,6 +79,26 @@ impl<'a> Outlet<'a> {
     /// When the network session has ended.
     pub fn take_rig(&self, rig: &Rig) -> Result<(), BusError> {
         self.rig.keep(&RigConfig::from(rig))
+    }
+
+    /// Asks everyone, other fusion nodes too, to work from the rig, in the name of this node's refinement.
+    ///
+    /// # Errors
+    /// When the network session has ended.
+    pub fn hand_out_rig(&self, rig: &Rig) -> Result<(), BusError> {
+        let key = self.keys.config_rig();
+        let publisher = self.bus.publisher::<RigConfig>(&key, Qos::Config)?;
+        publisher.signed(REFINED).put(&RigConfig::from(rig))
+    }
+
+    /// The same of an object.
+    ///
+    /// # Errors
+    /// When the network session has ended.
+    pub fn hand_out_object(&self, object: &ObjectModel) -> Result<(), BusError> {
+        let key = self.keys.config_object(object.id());
+        let publisher = self.bus.publisher::<ObjectConfig>(&key, Qos::Config)?;
+        publisher.signed(REFINED).put(&ObjectConfig::from(object))
     }
 
     /// An object is there or has changed; everyone present has heard it, late joiners shall.

@@ -107,6 +107,7 @@ mod tests {
         let default: FusionConfig = parse_toml(Path::new("f"), minimal, |_| Ok(())).unwrap();
         let fusion: FusionConfig = read(ConfigKind::Fusion);
         assert_eq!(fusion.node, default.node);
+        assert_eq!(fusion.refinement, default.refinement);
         assert_eq!(fusion.network.listen, default.network.listen);
         is_default(&fusion.network, default.network.mode);
 

@@ -5,7 +5,7 @@
 
 use anyhow::Context;
 use node_camera::{CameraNodeConfig, SourceConfig};
-use node_fusion::FusionConfig;
+use node_fusion::{FusionConfig, RefinementConfig};
 use node_viewer_bridge::ViewerConfig;
 use sextant_estimator::{CameraId, ObjectModel, Rig};
 use sextant_iceoryx_images::{IceoryxOptions, remove_dead};
@@ -100,6 +100,7 @@ impl SiteFolder {
                 .map(|object| format!("{}.toml", object.id).into())
                 .collect(),
             keep_changes: false,
+            refinement: RefinementConfig::default(),
             network: network.clone(),
         };
         write_toml(&self.fusion_config(), &fusion)?;
