@@ -1,5 +1,6 @@
 //! `sextant calibrate lens`: a camera's lens, from images of a board of tags.
 
+mod chart;
 mod pictures;
 mod words;
 
