@@ -64,19 +64,21 @@ fn tags_of_many_bits_are_none_of_few() {
     }
 }
 
+/// Of four hundred blurred tags those that show a word of a family of fewer modules: only
+/// what is grey in them tells.
 #[test]
 fn blurred_tags_of_many_bits_are_none_of_few() {
-    let mut random = Random(24);
-    for i in 0..30 {
+    const IDS: [u32; 24] = [
+        38, 42, 69, 77, 78, 80, 121, 130, 146, 153, 162, 187, 198, 222, 255, 268, 270, 281, 340,
+        341, 351, 358, 372, 373,
+    ];
+    for id in IDS {
+        let mut random = Random(1000 + u64::from(id));
         let edge_px = random.between(14.0, 40.0);
-        let tag = tag(Family::Tag36h11, 19 * i, edge_px, &mut random);
+        let tag = tag(Family::Tag36h11, id, edge_px, &mut random);
         let pixels = draw(&tag, edge_px * random.between(0.03, 0.08), 8);
-        for family in [
-            Family::Tag16h5,
-            Family::Aruco4x4With50,
-            Family::Aruco4x4With250,
-        ] {
-            assert_eq!(detect_in(&pixels, family), [], "{family} {}", tag.id);
+        for family in [Family::Aruco4x4With250, Family::Aruco4x4With1000] {
+            assert_eq!(detect_in(&pixels, family), [], "{family} {id}");
         }
     }
 }
