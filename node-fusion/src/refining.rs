@@ -7,7 +7,7 @@ use crate::models::Models;
 use sextant_calibrator::refinement::{Change, Finding, Refinement, RefinementOptions};
 use sextant_estimator::{CameraId, ClockOffset, Fault, ImageObservation};
 use std::collections::BTreeMap;
-use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, TryRecvError, sync_channel};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
@@ -124,10 +124,7 @@ impl Refining {
 
     /// What it has found since this was asked last.
     pub fn finding(&self) -> Option<Finding> {
-        match self.findings.try_recv() {
-            Ok(finding) => Some(finding),
-            Err(TryRecvError::Empty | TryRecvError::Disconnected) => None,
-        }
+        self.findings.try_recv().ok()
     }
 
     /// The change is in force.
