@@ -72,10 +72,11 @@ impl Teller {
             return Ok(());
         }
         self.last = Some((progress.hint.clone(), progress.fraction));
-        Ok(match self.manner {
+        match self.manner {
             Manner::Json => print_line(&serde_json::to_string(progress)?)?,
             _ => print_line(&block::line(progress))?,
-        })
+        }
+        Ok(())
     }
 
     fn is_news(&self, progress: &Progress) -> bool {
