@@ -1,7 +1,7 @@
 //! The viewer bridge: what happens on a site's network, as a web page and as JSON on a WebSocket (`PROTOCOL.md`).
 //!
 //! In: everything under the site's keys. Out: HTTP on one address. It changes the site only where a person
-//! keeps what a wizard found ([`wizard`]).
+//! keeps what a wizard found (`wizard`).
 //!
 //! Invariant: no client holds up another one or the network: each has one slot per message type and id, newest wins.
 //! Invariant: nothing listens beyond the configured address, and no page but the bridge's own may read it.
