@@ -127,16 +127,19 @@ fn learn(seed: u64) -> Errors {
     (1..truth.tags().len()).flat_map(of_tag).collect()
 }
 
-/// Prints the share within two deviations, of each value and of all; whether all is as it should be.
+/// Prints the share within two deviations, of each value and of all; whether all is as it should be: values that are
+/// understated must not hide behind others that are overstated.
 fn judge(what: &str, calibration: impl Fn(u64) -> Errors) -> bool {
     let errors: Vec<Errors> = SEEDS.map(calibration).collect();
+    let mut shares = Vec::new();
     for value in 0..errors[0].len() {
         let of_value: Vec<f64> = errors.iter().map(|errors| errors[value]).collect();
-        print_share(&format!("{what}, value {value}"), &of_value);
+        shares.push(print_share(&format!("{what}, value {value}"), &of_value));
     }
     let all: Vec<f64> = errors.concat();
     let share = print_share(&format!("{what}, all"), &all);
-    (0.90..=0.99).contains(&share)
+    // A value's share of 200 itself has a deviation of 1.5 %.
+    (0.90..=0.99).contains(&share) && shares.iter().all(|share| *share > 0.88)
 }
 
 fn print_share(what: &str, errors: &[f64]) -> f64 {

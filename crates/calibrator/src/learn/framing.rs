@@ -1,6 +1,6 @@
 //! The solution in the frame of the result, as an object.
 
-use super::gauge::{Gauge, aligned, centroid};
+use super::gauge::{Gauge, aligned, centroid, turned};
 use super::solving::Solved;
 use super::{LearnError, LearnSession};
 use crate::adjustment::Adjusted;
@@ -34,6 +34,7 @@ impl LearnSession {
                 }
             };
             poses = poses.iter().map(|pose| frame.inverse() * pose).collect();
+            covariance = turned(&covariance, &frame.rotation.inverse());
         }
         Solved {
             views,

@@ -1,6 +1,6 @@
 //! The frame of a learned object, and what the deviations of its tags are in that frame.
 
-use nalgebra::{DMatrix, Matrix6, SMatrix, Vector3};
+use nalgebra::{DMatrix, Matrix6, SMatrix, UnitQuaternion, Vector3};
 use sextant_estimator::TagId;
 use sextant_geometry::{Pose, so3};
 
@@ -51,5 +51,38 @@ pub(super) fn aligned(covariance: &DMatrix<f64>, poses: &[Pose]) -> DMatrix<f64>
     &rest * covariance * rest.transpose()
 }
 
+/// The covariance of every tag's pose when the object's frame is turned: steps of poses are along the axes of that frame
+/// (FRAMES.md), and those are other ones then.
+pub(super) fn turned(
+    covariance: &DMatrix<f64>,
+    new_from_old: &UnitQuaternion<f64>,
+) -> DMatrix<f64> {
+    let matrix = new_from_old.to_rotation_matrix();
+    let mut turn = DMatrix::<f64>::zeros(covariance.nrows(), covariance.nrows());
+    for first in (0..covariance.nrows()).step_by(3) {
+        turn.fixed_view_mut::<3, 3>(first, first)
+            .copy_from(matrix.matrix());
+    }
+    &turn * covariance * turn.transpose()
+}
+
 /// Mean arm of a corner about its tag's axes, for aligning: about that of a 4 cm tag.
 const TAG_ARM_M: f64 = 0.02;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::DVector;
+    use std::f64::consts::FRAC_PI_2;
+
+    #[test]
+    fn what_is_vague_along_an_axis_stays_so_along_the_same_way_in_a_turned_frame() {
+        let old = DMatrix::from_diagonal(&DVector::from_vec(vec![1.0, 1.0, 9.0, 4.0, 1.0, 1.0]));
+        // The old z axis is the new x axis, the old x axis the new -z axis.
+        let new_from_old = UnitQuaternion::from_axis_angle(&Vector3::y_axis(), FRAC_PI_2);
+        let new = turned(&old, &new_from_old);
+        let expected =
+            DMatrix::from_diagonal(&DVector::from_vec(vec![9.0, 1.0, 1.0, 1.0, 1.0, 4.0]));
+        assert!((new - expected).amax() < 1e-12);
+    }
+}
