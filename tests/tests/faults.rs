@@ -13,6 +13,7 @@ use sextant_proto::Observations;
 use sextant_site_files::write_object;
 use std::net::TcpListener;
 use std::process::{Child, Command};
+use std::time::Duration;
 use system_tests::{FusedSite, Scene, changed, send, sextant, workspace_root};
 
 const CAMERAS: usize = 4;
@@ -24,10 +25,11 @@ fn site() -> (FusedSite, Scene) {
     (site, scene)
 }
 
-/// Lets the cameras see what is true, for so many seconds of their time; `last` may change what they say at the end.
+/// Lets the cameras see what is true, for so many seconds, each image when it is taken, since a fusion node asks itself about
+/// clocks by its own time; `last` may change what they say at the end.
 fn watch(site: &mut FusedSite, truth: &mut Scene, seconds: f64, last: impl Fn(&mut Observations)) {
     let images = (seconds * 30.0) as u64;
-    let start_ns = now_ns() - (seconds * 1e9) as u64;
+    let start_ns = now_ns();
     for image in 0..images {
         for camera in 0..CAMERAS {
             let at_ns = image * 33_333_333 + camera as u64 * 7_123_457;
@@ -35,6 +37,9 @@ fn watch(site: &mut FusedSite, truth: &mut Scene, seconds: f64, last: impl Fn(&m
             if image + 10 > images {
                 last(&mut seen);
             }
+            std::thread::sleep(Duration::from_nanos(
+                (start_ns + at_ns).saturating_sub(now_ns()),
+            ));
             site.publish(&seen);
         }
     }

@@ -161,7 +161,7 @@ impl RigSession {
             .collect();
         plan.origin.add_floor_tags(&mut wanted);
         Ok(Self {
-            coverage: Coverage::of(&rig),
+            coverage: Coverage::of(&rig, &plan.object),
             images: Kept::at_most(MOST_IMAGES),
             rig,
             plan,

@@ -5,7 +5,7 @@ use crate::graph::islands;
 use crate::intake::{PassedOver, Wanted, take_in};
 use crate::verdict::listed;
 use serde::Serialize;
-use sextant_estimator::{Camera, CameraId, ImageObservation, Rig, TagId};
+use sextant_estimator::{Camera, CameraId, ImageObservation, ObjectModel, Rig, TagId};
 use std::collections::BTreeMap;
 
 /// A camera's share of the images so far.
@@ -47,6 +47,8 @@ pub(super) struct Coverage {
     together: BTreeMap<[usize; 2], usize>,
     doubled: BTreeMap<TagId, usize>,
     foreign: BTreeMap<TagId, usize>,
+    /// Images that show each tag whose place on the object has to be found on the way.
+    unplaced: BTreeMap<TagId, usize>,
 }
 
 #[derive(Clone, Debug, Default)]
@@ -68,14 +70,22 @@ const ENOUGH_IMAGES: usize = 30;
 const ENOUGH_TOGETHER: usize = 15;
 const ENOUGH_FIELDS: usize = 6;
 const ENOUGH_DISTANCES: usize = 2;
+/// Images of a tag whose place on the object is not known.
+const ENOUGH_SHOWN: usize = 5;
 /// This many of a hundred tags outside of the picture: it is another picture.
 const OUTSIDE_PERCENT: usize = 4;
 /// A tag doubled in so many images is there twice.
 const DOUBLED: usize = 3;
 
 impl Coverage {
-    pub(super) fn of(rig: &Rig) -> Self {
+    pub(super) fn of(rig: &Rig, object: &ObjectModel) -> Self {
+        let is_known = object
+            .tags()
+            .iter()
+            .all(|tag| tag.object_from_tag.is_some());
+        let unplaced = object.tags().iter().filter(|_| !is_known);
         Self {
+            unplaced: unplaced.map(|tag| (tag.tag, 0)).collect(),
             cameras: vec![OfCamera::default(); rig.cameras().len()],
             together: BTreeMap::new(),
             doubled: BTreeMap::new(),
@@ -102,6 +112,9 @@ impl Coverage {
         own.seeing += 1;
         own.last_ns = Some(image.capture_ns);
         for tag in &view.tags {
+            if let Some(shown) = self.unplaced.get_mut(&wanted[tag.tag].tag) {
+                *shown += 1;
+            }
             let centre = tag
                 .corners
                 .corners
@@ -229,7 +242,18 @@ impl Coverage {
             .filter(|(at, g)| *at == **g)
             .count()
             .saturating_sub(1);
-        0.5 * mean + 0.5 * (1.0 - apart as f64 / (n - 1.0).max(1.0))
+        let joined = 1.0 - apart as f64 / (n - 1.0).max(1.0);
+        let hidden = self.hidden().count() as f64 / self.unplaced.len().max(1) as f64;
+        (0.5 * mean + 0.5 * joined) * (1.0 - hidden)
+    }
+
+    /// Tags of an unknown object that hardly an image shows.
+    fn hidden(&self) -> impl Iterator<Item = &TagId> {
+        let few = self
+            .unplaced
+            .iter()
+            .filter(|(_, shown)| **shown < ENOUGH_SHOWN);
+        few.map(|(tag, _)| tag)
     }
 
     fn hint(&self, rig: &Rig, groups: &[usize]) -> String {
@@ -248,6 +272,9 @@ impl Coverage {
                 "Carry the object through what camera {} sees, slowly",
                 id(blind)
             );
+        }
+        if let Some(tag) = self.hidden().next() {
+            return format!("Turn the object: hardly an image shows its tag {tag}");
         }
         let other = |at: &usize| groups[*at] != groups[0];
         if let Some(apart) = all.clone().find(other) {

@@ -226,3 +226,23 @@ fn hints_lead_from_nothing_to_enough() {
     }
     assert!(complete > 0.9, "{complete}: {}", session.progress().hint);
 }
+
+#[test]
+fn an_unknown_object_is_to_be_turned_until_every_tag_was_shown() {
+    let truth = rig();
+    let mute = tag(0);
+    let plan = RigPlan {
+        object: changed(&board(), |tag| tag.object_from_tag = None),
+        origin: Origin::FirstCamera,
+    };
+    let mut session = RigSession::new(blind(&truth), plan).unwrap();
+    for mut image in walk(&truth, &board(), (200, 0.1), SHARP, 21) {
+        image.tags.retain(|seen| seen.tag != mute);
+        session.handle(&image);
+    }
+    let progress = session.progress();
+    let shown = 1.0 - 1.0 / board().tags().len() as f64;
+    assert!(progress.complete <= shown, "{}", progress.complete);
+    let hint = format!("Turn the object: hardly an image shows its tag {mute}");
+    assert_eq!(progress.hint, hint);
+}
