@@ -177,7 +177,7 @@ impl<'a> FusionNode<'a> {
         match &verdict.decision {
             Decision::Take(change, _) => {
                 self.put_in_force(change)?;
-                if let Some((refining, _)) = &self.refining {
+                if let Some((refining, _)) = &mut self.refining {
                     refining.take_models(self.desk.models());
                 }
             }
@@ -203,7 +203,7 @@ impl<'a> FusionNode<'a> {
 
     /// Puts in force what refinement has found, recorded first.
     fn refine(&mut self) -> anyhow::Result<()> {
-        let Some((refining, record)) = &self.refining else {
+        let Some((refining, record)) = &mut self.refining else {
             return Ok(());
         };
         let found = match refining.finding() {

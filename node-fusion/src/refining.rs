@@ -1,13 +1,13 @@
 //! Refinement while running, off the live path: a thread of its own looks at the images and now and then finds a change.
 //!
 //! In: images as they come (the newest are dropped while it is busy, and counted), models as they change. Out: findings. It
-//! changes nothing itself; the node puts a change in force as any other, whole or not at all.
+//! changes nothing itself; the node puts a change in force as any other, whole or not at all. The node never waits for it.
 
 use crate::models::Models;
 use sextant_calibrator::refinement::{Change, Finding, Refinement, RefinementOptions};
 use sextant_estimator::{CameraId, ClockOffset, Fault, ImageObservation};
-use std::collections::BTreeMap;
-use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel};
+use std::collections::{BTreeMap, VecDeque};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, TrySendError, sync_channel};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
@@ -54,6 +54,8 @@ impl Health {
 #[derive(Debug)]
 pub struct Refining {
     words: Option<SyncSender<Word>>,
+    /// What must not be lost and has no room yet: the newest models, and the answer to the one change that may be open.
+    waiting: VecDeque<Word>,
     findings: Receiver<Finding>,
     thread: Option<JoinHandle<()>>,
     dropped: u64,
@@ -84,6 +86,7 @@ impl Refining {
             .spawn(move || worker.work(&heard, &told))?;
         Ok(Self {
             words: Some(words),
+            waiting: VecDeque::new(),
             findings,
             thread: Some(thread),
             dropped: 0,
@@ -104,15 +107,14 @@ impl Refining {
 
     /// Shows it an image, if the site is sound and it has time.
     pub fn show(&mut self, image: &ImageObservation) {
+        self.say_what_waits();
         if !self.health.is_sound {
             return;
         }
-        let image = self.health.set_right(image);
-        let sent = self
-            .words
-            .as_ref()
-            .map(|words| words.try_send(Word::Image(image)));
-        if !matches!(sent, Some(Ok(()))) {
+        let image = Word::Image(self.health.set_right(image));
+        // What was seen after the models changed must not be heard before that.
+        let sent = self.waiting.is_empty() && self.offer(image).is_ok();
+        if !sent {
             self.dropped = self.dropped.saturating_add(1);
         }
     }
@@ -128,25 +130,41 @@ impl Refining {
     }
 
     /// The change is in force.
-    pub fn accepted(&self, change: &Change) {
+    pub fn accepted(&mut self, change: &Change) {
         self.say(Word::Accepted(Box::new(change.clone())));
     }
 
     /// The change is not in force.
-    pub fn refused(&self) {
+    pub fn refused(&mut self) {
         self.say(Word::Refused);
     }
 
-    /// Others have changed the models.
-    pub fn take_models(&self, models: &Models) {
+    /// Others have changed the models: what waits is about former ones.
+    pub fn take_models(&mut self, models: &Models) {
+        self.waiting.clear();
         self.say(Word::Models(Box::new(models.clone())));
     }
 
-    /// Waits for room: these words are rare and must not be lost.
-    fn say(&self, word: Word) {
-        if let Some(words) = &self.words {
-            // An error means that the thread has ended, and then nobody needs to know.
-            let _ = words.send(word);
+    fn say(&mut self, word: Word) {
+        self.waiting.push_back(word);
+        self.say_what_waits();
+    }
+
+    fn say_what_waits(&mut self) {
+        while let Some(word) = self.waiting.pop_front() {
+            if let Err(word) = self.offer(word) {
+                self.waiting.push_front(word);
+                return;
+            }
+        }
+    }
+
+    /// Gives the word back where there is no room. A thread that has ended takes everything: nobody needs to know.
+    fn offer(&self, word: Word) -> Result<(), Word> {
+        let sent = self.words.as_ref().map(|words| words.try_send(word));
+        match sent {
+            Some(Err(TrySendError::Full(word))) => Err(word),
+            _ => Ok(()),
         }
     }
 }

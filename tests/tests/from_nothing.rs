@@ -68,21 +68,22 @@ fn run(folder: &Path, line: &str) -> String {
     said
 }
 
-/// Runs a line of the guide.
-fn guided(folder: &Path, line: &str) -> String {
+fn is_in_the_guide(line: &str) {
     assert!(
         GUIDE.contains(&format!("    sextant {line}\n")),
         "the guide does not say: {line}"
     );
+}
+
+/// Runs a line of the guide.
+fn guided(folder: &Path, line: &str) -> String {
+    is_in_the_guide(line);
     run(folder, line)
 }
 
 /// Runs a procedure of the guide over recorded images; it must not call its own result poor.
 fn procedure(folder: &Path, line: &str, (camera, recording): (&str, &str)) {
-    assert!(
-        GUIDE.contains(&format!("    sextant {line}\n")),
-        "the guide does not say: {line}"
-    );
+    is_in_the_guide(line);
     let line = line.replace("--camera north", &format!("--camera {camera}"));
     let line = line.replace("--live", recording);
     let said = run(folder, &line);
@@ -198,10 +199,7 @@ fn errors(poses: &str, truth: impl Fn(u64) -> Pose) -> (f64, f64, usize) {
     (rms(position) * 1e3, rms(attitude).to_degrees(), n as usize)
 }
 
-#[test]
-fn what_was_printed_ends_as_poses_in_one_frame() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let at = folder.path();
+fn print(at: &Path) {
     guided(at, "print board --first 100");
     guided(
         at,
@@ -212,75 +210,88 @@ fn what_was_printed_ends_as_poses_in_one_frame() {
         "print tags --ids 300 --size 0.12 --id floor --out floor.pdf",
     );
     guided(at, "print cube --first 0");
+}
 
-    let lenses = at.join("lenses");
+fn calibrate_lenses(at: &Path) {
+    let recording = at.join("lenses");
     let board = printed(at, "board.toml");
+    let shots = Shots {
+        images: 30,
+        rate_hz: 1.0,
+    };
     for (k, id) in CAMERAS.iter().enumerate() {
         let held = before(k).and_sheet(&board, held_before_the_lens());
-        held.record(
-            &lenses,
-            Shots {
-                images: 30,
-                rate_hz: 1.0,
-            },
-        );
+        held.record(&recording, shots);
         procedure(
             at,
             "calibrate lens --live --board board.toml --camera north --rig rig.toml",
             (id, "lenses"),
         );
     }
+}
 
-    let on_the_floor = Pose::translation(0.05, -0.04, 0.004);
+fn calibrate_the_rig(at: &Path, on_the_floor: &Pose) {
     let floor = with_place(&printed(at, "floor.toml"));
     let room = studio()
         .and_sheet(&printed(at, "wand.toml"), carried_through_the_room())
-        .and_sheet(&floor, Way::at_rest(&on_the_floor));
-    room.record(
-        &at.join("walk"),
-        Shots {
-            images: 80,
-            rate_hz: 6.7,
-        },
-    );
+        .and_sheet(&floor, Way::at_rest(on_the_floor));
+    let shots = Shots {
+        images: 80,
+        rate_hz: 6.7,
+    };
+    room.record(&at.join("walk"), shots);
     procedure(
         at,
         "calibrate rig --live --rig rig.toml --object wand.toml --origin tag:300 --origin-size 0.12",
         ("", "walk"),
     );
+}
 
-    let cube = printed(at, "cube.toml");
+/// The floor's tag lies beside, and is not the cube's.
+fn learn(at: &Path, cube: &ObjectModel) {
+    let floor = with_place(&printed(at, "floor.toml"));
     let table = Way::at_rest(&Pose::translation(0.0, 0.0, 0.004));
     let turned = before(0)
-        .and_cube(&cube, 0.06, turned_before_a_camera())
+        .and_cube(cube, 0.06, turned_before_a_camera())
         .and_sheet(&floor, table);
-    turned.record(
-        &at.join("turning"),
-        Shots {
-            images: 100,
-            rate_hz: 5.0,
-        },
-    );
+    let shots = Shots {
+        images: 100,
+        rate_hz: 5.0,
+    };
+    turned.record(&at.join("turning"), shots);
     procedure(
         at,
         "learn --live --rig rig.toml --camera north --size 0.04 --id cube --origin tag:0 --out cube.toml",
         ("north", "turning"),
     );
+}
 
-    let tracked = studio().and_cube(&cube, 0.06, held_back());
-    tracked.record(
-        &at.join("play"),
-        Shots {
-            images: 90,
-            rate_hz: 30.0,
-        },
-    );
+/// The poses of the cube on a path that was held back.
+fn track(at: &Path, cube: &ObjectModel) -> String {
+    let tracked = studio().and_cube(cube, 0.06, held_back());
+    let shots = Shots {
+        images: 90,
+        rate_hz: 30.0,
+    };
+    tracked.record(&at.join("play"), shots);
     run(
         at,
         "replay play --rig rig.toml --object cube.toml --out poses.jsonl",
     );
-    let poses = std::fs::read_to_string(at.join("poses.jsonl")).expect("poses");
-    let (mm, deg, n) = errors(&poses, |t_ns| {
+    std::fs::read_to_string(at.join("poses.jsonl")).expect("poses")
+}
+
+#[test]
+fn what_was_printed_ends_as_poses_in_one_frame() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = folder.path();
+    print(at);
+    let cube = printed(at, "cube.toml");
+    let on_the_floor = Pose::translation(0.05, -0.04, 0.004);
+    calibrate_lenses(at);
+    calibrate_the_rig(at, &on_the_floor);
+    learn(at, &cube);
+    let (mm, deg, n) = errors(&track(at, &cube), |t_ns| {
         let cube_from_tag = place_of(&cube, 0);
         on_the_floor.inverse() * held_back().world_from_object(t_ns) * cube_from_tag
     });

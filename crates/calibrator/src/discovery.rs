@@ -12,8 +12,9 @@ mod tracks;
 pub use found::Found;
 
 use crate::intake::Kept;
-use crate::learn::{Gauge, LearnError, LearnPlan, LearnProgress, LearnSession, Learned};
-use crate::procedure::SketchedTag;
+use crate::learn::{
+    Gauge, LearnError, LearnPlan, LearnProgress, LearnSession, Learned, SketchedTag,
+};
 use crate::verdict::{Grade, listed};
 use found::Groups;
 use sextant_estimator::{CameraId, ImageObservation, ObjectId, Rig, TagId};

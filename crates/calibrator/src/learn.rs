@@ -15,6 +15,7 @@ pub use gauge::Gauge;
 pub use progress::{LearnProgress, TagProgress};
 pub(crate) use report::root_mean_square;
 pub use report::{LearnReport, LearnedTag};
+pub use sketch::SketchedTag;
 
 use crate::intake::{Kept, Wanted};
 use progress::Coverage;

@@ -31,7 +31,7 @@ mod verdict;
 pub use discovery::{DiscoveryPlan, DiscoverySession, Found};
 pub use learn::{
     Gauge, LearnError, LearnPlan, LearnProgress, LearnReport, LearnSession, Learned, LearnedTag,
-    TagProgress,
+    SketchedTag, TagProgress,
 };
 pub use printed_grid::{GridError, PrintedGrid, STRIP_MM};
 pub use rig::{

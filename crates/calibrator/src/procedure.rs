@@ -10,7 +10,7 @@ mod progress;
 
 pub use lens_report::{HeldOut, LensReport, Uncertainty};
 pub use outcome::{Outcome, Product, Report};
-pub use progress::{LearnDetails, LensDetails, Progress, ProgressDetails, RigDetails, SketchedTag};
+pub use progress::{LearnDetails, LensDetails, Progress, ProgressDetails, RigDetails};
 
 use crate::lens::{LensOptions, LensRefusal, LensSession, Selection};
 use crate::{

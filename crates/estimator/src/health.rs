@@ -46,6 +46,12 @@ pub(crate) struct SettledView {
     pub size: [f64; 3],
 }
 
+/// The part of a count of then that still counts now.
+fn kept(then_ns: u64, now_ns: u64) -> f64 {
+    let age_s = now_ns.saturating_sub(then_ns) as f64 * 1e-9;
+    (-age_s / MEMORY_S).exp()
+}
+
 /// Counts that fade.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 struct Count {
@@ -57,8 +63,7 @@ struct Count {
 
 impl Count {
     fn faded(&self, now_ns: u64) -> Self {
-        let age_s = now_ns.saturating_sub(self.at_ns) as f64 * 1e-9;
-        let keep = (-age_s / MEMORY_S).exp();
+        let keep = kept(self.at_ns, now_ns);
         Self {
             at_ns: now_ns.max(self.at_ns),
             views: self.views * keep,

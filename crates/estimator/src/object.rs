@@ -208,6 +208,11 @@ impl ObjectModel {
         self
     }
 
+    /// Whether every tag's place is known.
+    pub fn is_learned(&self) -> bool {
+        self.tags.iter().all(|tag| tag.object_from_tag.is_some())
+    }
+
     /// Its links and joints; `None` where it is rigid.
     pub fn articulation(&self) -> Option<&Articulation> {
         self.articulation.as_ref()

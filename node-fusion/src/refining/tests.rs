@@ -93,12 +93,13 @@ fn image(camera: &Camera, object: &ObjectModel, seconds: f64) -> ImageObservatio
     }
 }
 
-fn first_change(refining: &mut Refining, truth: &Rig) -> Change {
+fn first_change(refining: &Refining, truth: &Rig) -> Change {
     for moment in 0..90 {
         for frame in [0.0, 0.03, 0.06, 0.09] {
             for camera in truth.cameras() {
                 let seen = image(camera, &object(), 2.0 * f64::from(moment) + frame);
-                refining.say(Word::Image(seen));
+                let words = refining.words.as_ref().unwrap();
+                words.send(Word::Image(seen)).unwrap();
             }
         }
     }
@@ -130,9 +131,9 @@ fn a_change_is_found_recorded_and_can_be_taken_back() {
         Vector3::new(0.0, 0.0005, 0.0),
     ));
     let options = RefinementOptions::default();
-    let mut refining = Refining::start(&before, options, Duration::ZERO).unwrap();
+    let refining = Refining::start(&before, options, Duration::ZERO).unwrap();
     let truth = rig(&Pose::identity());
-    let found = first_change(&mut refining, &truth);
+    let found = first_change(&refining, &truth);
     let folder = tempfile::tempdir().unwrap();
     let record = Record::in_folder(folder.path().join("refinements"));
     let former = record.write(&found, &before, 5_000_000).unwrap();
@@ -183,4 +184,34 @@ fn nothing_is_shown_while_something_is_wrong_and_clocks_are_set_right() {
     refining.take_health(&[], clocks);
     let right = refining.health.set_right(&seen);
     assert_eq!(seen.capture_ns - right.capture_ns, 4_000_000);
+}
+
+#[test]
+fn what_must_not_be_lost_waits_until_there_is_room_and_nobody_waits_for_it() {
+    let site = models(&Pose::identity());
+    let (words, heard) = sync_channel(1);
+    let (_, findings) = sync_channel(1);
+    let mut refining = Refining {
+        words: Some(words),
+        waiting: VecDeque::new(),
+        findings,
+        thread: None,
+        dropped: 0,
+        health: Health {
+            is_sound: true,
+            ..Health::default()
+        },
+    };
+    let seen = image(&site.rig.cameras()[0], &object(), 1.0);
+    refining.show(&seen);
+    refining.refused();
+    refining.take_models(&site);
+    refining.show(&seen);
+    assert_eq!(refining.dropped(), 1);
+    assert!(matches!(heard.try_recv(), Ok(Word::Image(_))));
+    refining.show(&seen);
+    assert!(matches!(heard.try_recv(), Ok(Word::Models(_))));
+    refining.show(&seen);
+    assert!(matches!(heard.try_recv(), Ok(Word::Image(_))));
+    assert_eq!(refining.dropped(), 2);
 }

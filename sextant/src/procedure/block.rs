@@ -1,9 +1,9 @@
 //! A procedure under way as lines of text: what each camera or tag lacks, and what to do next.
 
 use sextant_calibrator::procedure::{
-    Kind, LearnDetails, LensDetails, Progress, ProgressDetails, RigDetails, SketchedTag,
+    Kind, LearnDetails, LensDetails, Progress, ProgressDetails, RigDetails,
 };
-use sextant_calibrator::{CameraProgress, TagProgress};
+use sextant_calibrator::{CameraProgress, SketchedTag, TagProgress};
 
 /// Characters of the bar.
 const BAR: usize = 24;

@@ -4,7 +4,20 @@ use super::LearnSession;
 use super::places::Groups;
 use crate::constellation::joined_tags;
 use crate::graph::PoseGraph;
-use crate::procedure::SketchedTag;
+use serde::Serialize;
+
+/// A tag about where it is, in the frame of the sketch's first tag. A guess of millimetres and degrees, for a picture.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct SketchedTag {
+    /// Family and number, as text.
+    pub tag: String,
+    /// Edge of its black square, metres.
+    pub size_m: f64,
+    /// Metres.
+    pub position: [f64; 3],
+    /// Quaternion x, y, z, w.
+    pub orientation: [f64; 4],
+}
 
 impl LearnSession {
     /// The largest group of tags that images have joined so far, in the frame of its first tag; nothing before two are joined.

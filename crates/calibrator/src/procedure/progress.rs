@@ -2,7 +2,7 @@
 
 use super::Kind;
 use crate::lens::{COLUMNS, Hint, LensProgress};
-use crate::{CameraProgress, Found, LearnProgress, RigProgress, TagProgress};
+use crate::{CameraProgress, Found, LearnProgress, RigProgress, SketchedTag, TagProgress};
 use serde::Serialize;
 
 /// How far a procedure is.
@@ -66,19 +66,6 @@ pub struct LearnDetails {
     /// Which tags were found to be what, where nobody named them.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub found: Option<Found>,
-}
-
-/// A tag about where it is, in the frame of the sketch's first tag. A guess of millimetres and degrees, for a picture.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct SketchedTag {
-    /// Family and number, as text.
-    pub tag: String,
-    /// Edge of its black square, metres.
-    pub size_m: f64,
-    /// Metres.
-    pub position: [f64; 3],
-    /// Quaternion x, y, z, w.
-    pub orientation: [f64; 4],
 }
 
 impl Progress {

@@ -79,11 +79,7 @@ const DOUBLED: usize = 3;
 
 impl Coverage {
     pub(super) fn of(rig: &Rig, object: &ObjectModel) -> Self {
-        let is_known = object
-            .tags()
-            .iter()
-            .all(|tag| tag.object_from_tag.is_some());
-        let unplaced = object.tags().iter().filter(|_| !is_known);
+        let unplaced = object.tags().iter().filter(|_| !object.is_learned());
         Self {
             unplaced: unplaced.map(|tag| (tag.tag, 0)).collect(),
             cameras: vec![OfCamera::default(); rig.cameras().len()],

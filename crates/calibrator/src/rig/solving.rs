@@ -121,12 +121,7 @@ impl RigSession {
 
     /// The object's tags; learned from the images where they are not known. Tags on the floor are no part of it.
     fn placed(&self) -> Result<(Vec<Placed>, bool), RigError> {
-        let known = self
-            .plan
-            .object
-            .tags()
-            .iter()
-            .all(|t| t.object_from_tag.is_some());
+        let known = self.plan.object.is_learned();
         let object = if known {
             self.plan.object.clone()
         } else {

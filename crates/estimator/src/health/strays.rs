@@ -6,7 +6,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use nalgebra::Vector3;
 
-use super::{MEMORY_S, SettledView};
+use super::{SettledView, kept};
 use crate::TagId;
 
 /// Views, fading, from which on a stray is named, and below which it is not any more.
@@ -58,8 +58,7 @@ struct Refused {
 
 impl Refused {
     fn faded(&self, now_ns: u64) -> Self {
-        let age_s = now_ns.saturating_sub(self.at_ns) as f64 * 1e-9;
-        let keep = (-age_s / MEMORY_S).exp();
+        let keep = kept(self.at_ns, now_ns);
         Self {
             at_ns: now_ns.max(self.at_ns),
             views: self.views * keep,
