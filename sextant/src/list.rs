@@ -122,7 +122,8 @@ impl Inventory {
         for status in &self.fusion {
             for object in &status.objects {
                 let tags = self.objects.iter().find(|o| o.id == object.object);
-                let tags = tags.map_or_else(String::new, |o| format!("{} tags, ", o.tags.len()));
+                let tags =
+                    tags.map_or_else(String::new, |o| words::count(o.tags.len(), "tag") + ", ");
                 lines.push(format!(
                     "  object {:<16} {tags}{}, {:.1} poses/s",
                     object.object,

@@ -7,6 +7,7 @@ mod sheet;
 mod tags;
 
 use crate::output::{Format, print_line};
+use crate::words;
 use anyhow::ensure;
 use clap::{Args, Subcommand};
 use nalgebra::Translation3;
@@ -98,16 +99,18 @@ pub fn run(arguments: &PrintArguments, format: Format) -> anyhow::Result<()> {
             &json!({"pdf": pdf, "object": object_file, "pages": pages, "tags": tags}).to_string(),
         )?,
         (Format::Text, Some(pdf)) => print_line(&format!(
-            "{}: {pages} {} {}; print at 100 % and check the ruler\n{}: {tags} tags of {}",
+            "{}: {} on {}; print at 100 % and check the ruler\n{}: {} of {}",
             pdf.display(),
-            if pages == 1 { "page" } else { "pages" },
+            words::count(pages, "page"),
             arguments.paper.name(),
             object_file.display(),
+            words::count(tags, "tag"),
             length_text(printed.size)
         ))?,
         (Format::Text, None) => print_line(&format!(
-            "{}: {tags} tags as measured",
-            object_file.display()
+            "{}: {} as measured",
+            object_file.display(),
+            words::count(tags, "tag")
         ))?,
     }
     Ok(())

@@ -23,6 +23,14 @@ pub fn outcome(outcome: Outcome) -> &'static str {
     }
 }
 
+/// A number of things: `1 tag`, `6 tags`.
+pub fn count(number: usize, thing: &str) -> String {
+    match number {
+        1 => format!("1 {thing}"),
+        _ => format!("{number} {thing}s"),
+    }
+}
+
 /// Text without control characters, which could steer a terminal.
 pub fn plain(text: &str) -> String {
     text.chars()

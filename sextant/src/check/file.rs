@@ -3,6 +3,7 @@
 use super::Found;
 use super::together::Together;
 use crate::config::ConfigKind;
+use crate::words;
 use anyhow::{Context, bail};
 use node_camera::CameraNodeConfig;
 use node_fusion::FusionConfig;
@@ -90,9 +91,9 @@ fn object(path: &Path, together: &mut Together) -> anyhow::Result<String> {
     let tags = object.tags();
     let unlearned = tags.iter().filter(|tag| tag.object_from_tag.is_none());
     let summary = format!(
-        "\"{}\" with {} tags{}",
+        "\"{}\" with {}{}",
         object.id(),
-        tags.len(),
+        words::count(tags.len(), "tag"),
         missing(unlearned.count(), "not learned")
     );
     together.object(object);

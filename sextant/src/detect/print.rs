@@ -2,6 +2,7 @@
 
 use super::sight::Sight;
 use crate::output::Format;
+use crate::words;
 use serde::Serialize;
 use sextant_apriltag::{Detection, TrackingReport};
 use sextant_tag_families::Family;
@@ -87,10 +88,7 @@ fn json(sight: &Sight) -> String {
 }
 
 fn text(sight: &Sight) -> String {
-    let tags = match sight.detections.len() {
-        1 => "1 tag".to_owned(),
-        count => format!("{count} tags"),
-    };
+    let tags = words::count(sight.detections.len(), "tag");
     let mut text = format!("{}: {tags}, {:.2} ms", sight.path.display(), sight.ms);
     if let Some(report) = &sight.tracking {
         let _ = write!(
