@@ -71,6 +71,10 @@ pub enum SourceConfig {
         /// camera's own choice, and the time stamp is taken as it is.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         exposure_us: Option<u32>,
+        /// Microseconds from the first row to the last, of a shutter that rolls: `line_delay` of rig.toml times rows. Drivers
+        /// stamp the first row's beginning or the last one's end; the capture time is that of the middle row. Absent: 0.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        readout_us: Option<u32>,
     },
 }
 
@@ -240,6 +244,7 @@ impl SourceConfig {
             resolution: [width, height],
             rate_hz,
             exposure_us,
+            readout_us,
             ..
         } = self
         else {
@@ -248,12 +253,10 @@ impl SourceConfig {
         within("source.resolution", f64::from(*width), 16.0, 4096.0)?;
         within("source.resolution", f64::from(*height), 16.0, 3072.0)?;
         within("source.rate_hz", rate_hz.unwrap_or(1.0), 0.1, 1000.0)?;
-        within(
-            "source.exposure_us",
-            f64::from(exposure_us.unwrap_or(1)),
-            1.0,
-            1e6,
-        )
+        let exposure_us = f64::from(exposure_us.unwrap_or(1));
+        within("source.exposure_us", exposure_us, 1.0, 1e6)?;
+        let readout_us = f64::from(readout_us.unwrap_or(0));
+        within("source.readout_us", readout_us, 0.0, 1e5)
     }
 }
 
@@ -325,6 +328,10 @@ mod tests {
             (
                 "[source]\nkind = \"v4l2\"\ndevice = \"/dev/video0\"\nresolution = [8, 480]\n",
                 "camera.toml:6:14: source.resolution",
+            ),
+            (
+                "[source]\nkind = \"v4l2\"\ndevice = \"/dev/video0\"\nresolution = [640, 480]\nreadout_us = 200000\n",
+                "camera.toml:7:14: source.readout_us: 200000 is not from 0 to 100000",
             ),
             (
                 "[source]\nkind = \"images\"\nfolder = \"r\"\n[preview]\nrate_hz = 99.0\n",

@@ -109,11 +109,13 @@ pub(crate) fn open(
             resolution,
             rate_hz,
             exposure_us,
+            readout_us,
         } => {
             let wish = v4l2::Wish {
                 resolution: *resolution,
                 rate_hz: *rate_hz,
                 exposure_us: *exposure_us,
+                readout_us: *readout_us,
             };
             let opened = v4l2::V4l2Camera::open(device, &wish).map_err(SourceError::into_failure);
             Ok(Box::new(

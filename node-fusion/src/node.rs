@@ -285,6 +285,7 @@ impl<'a> FusionNode<'a> {
         match &item.payload {
             Payload::Bytes(bytes) => {
                 if let Some(image) = self.intake.take(&item.key, bytes) {
+                    let image = self.desk.models().rig.timed(image);
                     if let Some((refining, _)) = &mut self.refining {
                         refining.show(&image);
                     }

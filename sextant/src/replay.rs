@@ -101,7 +101,7 @@ fn replay(
         FusionOptions::default(),
     );
     let mut fusion = fusion.exit_with(Exit::Input)?;
-    let mut ledger = Ledger::of(rows.iter().map(|row| row.capture_ns));
+    let mut ledger = Ledger::of(rows.iter().map(|row| models.capture_ns(row)));
     let mut pace = arguments.realtime.then(Pace::start).transpose()?;
     let mut poses = Vec::new();
     in_order(
@@ -110,13 +110,14 @@ fn replay(
         || crate::detect::detector(&options),
         |detector, row| (row, sight::observation(detector, row, &models.rig)),
         |(row, seen): (&Row, anyhow::Result<ImageObservation>)| {
-            let image = seen.exit_with(Exit::Input)?;
+            let image = models.rig.timed(seen.exit_with(Exit::Input)?);
+            let capture_ns = image.capture_ns;
             if let Some(pace) = &mut pace {
                 pace.wait_for(row.arrival_ns)?;
             }
             fusion.handle(row.arrival_ns, Input::Image(image));
             let said = std::iter::from_fn(|| fusion.poll_output());
-            let finals = ledger.took(row.capture_ns, said.filter_map(pose_of));
+            let finals = ledger.took(capture_ns, said.filter_map(pose_of));
             if pace.is_some() && to_stdout {
                 finals
                     .iter()

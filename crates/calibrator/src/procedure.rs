@@ -170,6 +170,7 @@ impl Procedure {
     /// # Errors
     /// An image that shows the plan to be wrong, such as one of another resolution. It is not taken in, others may follow.
     pub fn handle(&mut self, image: &ImageObservation) -> Result<(), ProcedureError> {
+        let image = &self.rig.timed(image.clone());
         match &mut self.session {
             Session::Lens(session, camera) if image.camera == *camera => {
                 session.handle(image)?;

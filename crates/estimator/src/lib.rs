@@ -41,6 +41,6 @@ pub use ids::{CameraId, IdError, JointId, LinkId, ObjectId};
 pub use object::{ObjectError, ObjectModel, ObjectTag, TagId};
 pub use observation::{ImageObservation, TagCorners};
 pub use options::{FusionOptions, OptionsError};
-pub use rig::{Camera, LensSigma, PoseSigma, Rig, RigError};
+pub use rig::{Camera, Exposure, LensSigma, PoseSigma, Rig, RigError, Stamp};
 pub use statistics::{CameraStatistics, Statistics};
 pub use tag_poses::tag_poses;

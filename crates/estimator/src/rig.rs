@@ -7,6 +7,10 @@ use thiserror::Error;
 
 use crate::CameraId;
 
+mod exposure;
+
+pub use exposure::{Exposure, Stamp};
+
 /// One camera: how it maps points of the world to pixels.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Camera {
@@ -59,6 +63,7 @@ pub struct Rig {
     pose_sigmas: BTreeMap<CameraId, PoseSigma>,
     lens_sigmas: BTreeMap<CameraId, LensSigma>,
     line_delays_s: BTreeMap<CameraId, f64>,
+    exposures: BTreeMap<CameraId, Exposure>,
 }
 
 /// Most pixels that a lens may be uncertain by.
@@ -94,6 +99,9 @@ pub enum RigError {
     /// A line delay that is none, or of a camera that is not there.
     #[error("camera {0}: the line delay must be seconds, all rows within 0.1 s")]
     LineDelay(CameraId),
+    /// An exposure that is none, or of a camera that is not there.
+    #[error("camera {0}: the exposure must lie between 0 and 1 s")]
+    Exposure(CameraId),
     /// A position or orientation that is not finite.
     #[error("camera {0}: world_from_camera is not finite")]
     Pose(CameraId),
@@ -191,7 +199,7 @@ impl Rig {
     }
 
     /// The same cameras with what a former rig states of them and still holds: sigmas of poses and lenses that are the same,
-    /// line delays of images of the same size. What this rig states itself stays.
+    /// line delays and exposures of images of the same size. What this rig states itself stays.
     #[must_use]
     pub fn holding_on_to(mut self, former: &Self) -> Self {
         for camera in &self.cameras {
@@ -209,10 +217,14 @@ impl Rig {
             {
                 self.lens_sigmas.entry(id.clone()).or_insert(sigma);
             }
-            if let Some(delay_s) = former.line_delay_s(id)
-                && before.resolution == camera.resolution
-            {
+            if before.resolution != camera.resolution {
+                continue;
+            }
+            if let Some(delay_s) = former.line_delay_s(id) {
                 self.line_delays_s.entry(id.clone()).or_insert(delay_s);
+            }
+            if let Some(exposure) = former.exposure(id) {
+                self.exposures.entry(id.clone()).or_insert(exposure);
             }
         }
         self

@@ -7,7 +7,7 @@ use crate::foreign::{is_foreign, read_foreign};
 use crate::object::pose_of;
 use crate::read::read_text;
 use serde::Deserialize;
-use sextant_estimator::{Camera, CameraId, LensSigma, PoseSigma, Rig, RigError};
+use sextant_estimator::{Camera, CameraId, Exposure, LensSigma, PoseSigma, Rig, RigError, Stamp};
 use sextant_geometry::{Lens, PoseParts};
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -35,6 +35,10 @@ struct CameraTable {
     world_from_camera_sigma: Option<SigmaTable>,
     /// Seconds from a row to the next, of a shutter that rolls.
     line_delay: Option<f64>,
+    /// Seconds for which a row is exposed.
+    exposure: Option<f64>,
+    /// Which moment of an image its time stamp is of; the middle of the exposure where it is left out.
+    stamp: Option<Stamp>,
 }
 
 /// One sigma an axis.
@@ -104,7 +108,32 @@ fn rig_of(file: &RigFile, document: &Document<'_>) -> Result<Rig, Complaint> {
     let cameras: Result<Vec<Camera>, Complaint> =
         file.camera.iter().enumerate().map(camera_of).collect();
     let rig = Rig::new(cameras?).map_err(|error| complaint("camera", &error))?;
-    with_line_delays(with_sigmas(rig, file)?, file)
+    with_exposures(with_line_delays(with_sigmas(rig, file)?, file)?, file)
+}
+
+fn with_exposures(mut rig: Rig, file: &RigFile) -> Result<Rig, Complaint> {
+    for (index, table) in file.camera.iter().enumerate() {
+        let key = format!("camera[{index}]");
+        let Some(exposure) = exposure_of(table, &key)? else {
+            continue;
+        };
+        let stated = rig.with_exposures([(table.id.clone(), exposure)]);
+        rig = stated.map_err(|error| complaint(&key, &error))?;
+    }
+    Ok(rig)
+}
+
+fn exposure_of(table: &CameraTable, key: &str) -> Result<Option<Exposure>, Complaint> {
+    let stamp = table.stamp.unwrap_or_default();
+    match table.exposure {
+        Some(length_s) => Ok(Some(Exposure { length_s, stamp })),
+        None if stamp == Stamp::Middle => Ok(None),
+        None => Err(Complaint::new(
+            format!("{key}.stamp"),
+            "the middle of the exposure cannot be told from this moment without its length",
+            "add `exposure = ...` in seconds, 0 where the images state their own",
+        )),
+    }
 }
 
 fn with_line_delays(mut rig: Rig, file: &RigFile) -> Result<Rig, Complaint> {
@@ -182,6 +211,10 @@ fn complaint(key: &str, error: &RigError) -> Complaint {
             ".line_delay",
             "write the seconds from a row to the next, or leave it out where all rows have one time",
         ),
+        RigError::Exposure(_) => (
+            ".exposure",
+            "write the seconds for which a row is exposed, or leave it out",
+        ),
         _ => ("", ""),
     };
     Complaint::new(format!("{key}{part}"), error.to_string(), remedy)
@@ -215,6 +248,9 @@ pub fn rig_toml(rig: &Rig) -> String {
         if let Some(delay_s) = rig.line_delay_s(&camera.id) {
             let _ = writeln!(text, "line_delay = {delay_s:?}");
         }
+        if let Some(exposure) = rig.exposure(&camera.id) {
+            text += &exposure_toml(&exposure);
+        }
         text.push('\n');
     }
     text
@@ -226,6 +262,15 @@ pub fn rig_toml(rig: &Rig) -> String {
 /// What the system refuses; the old file is then untouched.
 pub fn write_rig(path: &Path, rig: &Rig) -> Result<(), FileError> {
     write_keeping_former(path, rig_toml(rig).as_bytes())
+}
+
+fn exposure_toml(exposure: &Exposure) -> String {
+    let length = format!("exposure = {:?}\n", exposure.length_s);
+    match exposure.stamp {
+        Stamp::Middle => length,
+        Stamp::Start => length + "stamp = \"start\"\n",
+        Stamp::End => length + "stamp = \"end\"\n",
+    }
 }
 
 fn lens_toml(lens: &Lens) -> String {

@@ -32,6 +32,7 @@ pub(crate) struct Wish {
     pub(crate) resolution: [u32; 2],
     pub(crate) rate_hz: Option<f64>,
     pub(crate) exposure_us: Option<u32>,
+    pub(crate) readout_us: Option<u32>,
 }
 
 /// The camera, streaming.
@@ -41,6 +42,7 @@ pub(crate) struct V4l2Camera {
     layout: Layout,
     resolution: [u16; 2],
     exposure_ns: u32,
+    readout_ns: u32,
     first_sequence: Option<u32>,
     taken: u64,
     quality: ClockQuality,
@@ -66,6 +68,7 @@ impl V4l2Camera {
             layout,
             resolution,
             exposure_ns,
+            readout_ns: wish.readout_us.unwrap_or(0).saturating_mul(1000),
             first_sequence: None,
             taken: 0,
             quality: ClockQuality::read(),
@@ -82,7 +85,7 @@ impl V4l2Camera {
         self.taken = sequence + 1;
         Capture {
             sequence,
-            capture_ns: middle_of_exposure_ns(frame.stamp, self.exposure_ns),
+            capture_ns: middle_of_exposure_ns(frame.stamp, self.exposure_ns, self.readout_ns),
             exposure_ns: self.exposure_ns,
             clock: if self.quality.synchronised {
                 ClockSource::Ntp
@@ -143,9 +146,9 @@ fn choose_layout(device: &Device, wish: &Wish) -> Result<Layout, SourceError> {
 }
 
 /// The driver stamps the start of the exposure or the end of the transfer; without a stamp of the monotonic clock there is
-/// only the time at which we got the image.
-fn middle_of_exposure_ns(stamp: Stamp, exposure_ns: u32) -> u64 {
-    let half = u64::from(exposure_ns / 2);
+/// only the time at which we got the image. The middle row is exposed half the readout after the first and before the last.
+fn middle_of_exposure_ns(stamp: Stamp, exposure_ns: u32, readout_ns: u32) -> u64 {
+    let half = (u64::from(exposure_ns) + u64::from(readout_ns)) / 2;
     match stamp {
         Stamp::StartOfExposure(monotonic_ns) => {
             wall_from_monotonic_ns(monotonic_ns).saturating_add(half)
@@ -181,6 +184,7 @@ mod tests {
         resolution: [640, 480],
         rate_hz: None,
         exposure_us: None,
+        readout_us: None,
     };
 
     fn refusal(path: &str) -> String {
@@ -199,11 +203,12 @@ mod tests {
     #[test]
     fn the_middle_of_the_exposure_lies_on_the_right_side_of_the_stamp() {
         let stamp = sextant_process::clock::monotonic_ns();
-        let start = middle_of_exposure_ns(Stamp::StartOfExposure(stamp), 10_000_000);
-        let end = middle_of_exposure_ns(Stamp::EndOfFrame(stamp), 10_000_000);
-        assert!(
-            (start - end).abs_diff(10_000_000) < 5_000_000,
-            "{start} {end}"
-        );
+        for readout_ns in [0, 20_000_000] {
+            let start =
+                middle_of_exposure_ns(Stamp::StartOfExposure(stamp), 10_000_000, readout_ns);
+            let end = middle_of_exposure_ns(Stamp::EndOfFrame(stamp), 10_000_000, readout_ns);
+            let whole = 10_000_000 + u64::from(readout_ns);
+            assert!((start - end).abs_diff(whole) < 5_000_000, "{start} {end}");
+        }
     }
 }

@@ -1,10 +1,11 @@
 //! The rig and the objects of a replay, and whether they fit the recording and each other.
 
+use super::sight;
 use anyhow::bail;
 use sextant_apriltag::Options;
 use sextant_estimator::{ObjectModel, Rig};
 use sextant_process::{Exit, Failure, WithExit};
-use sextant_recordings::Dataset;
+use sextant_recordings::{Dataset, Row};
 use sextant_site_files::{read_object, read_rig};
 use sextant_tag_families::Family;
 use std::collections::BTreeSet;
@@ -64,6 +65,13 @@ impl Models {
             }
         }
         Ok(())
+    }
+
+    /// The capture time of a row: the middle of its exposure, whichever moment its stamp is of.
+    pub fn capture_ns(&self, row: &Row) -> u64 {
+        let (camera, stamp_ns) = (&row.camera, row.capture_ns);
+        self.rig
+            .middle_of_exposure_ns(camera, stamp_ns, sight::EXPOSURE_UNKNOWN_NS)
     }
 
     /// A detector that looks for the families of the objects' tags.

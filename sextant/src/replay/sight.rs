@@ -8,7 +8,10 @@ use sextant_estimator::{Camera, ImageObservation, Rig, TagCorners, TagId};
 use sextant_recordings::{DetectedTag, Frame, Row, read_grey_png};
 use std::path::Path;
 
-/// What the image of a row shows.
+/// Recordings say nothing of their images' exposures.
+pub(super) const EXPOSURE_UNKNOWN_NS: u64 = 0;
+
+/// What the image of a row shows, with its stamp as capture time.
 ///
 /// # Errors
 /// A picture that cannot be read or has not the size that the rig states.
@@ -30,7 +33,7 @@ pub fn observation(
         camera: row.camera.clone(),
         capture_ns: row.capture_ns,
         clock_error_ns: ImageObservation::CLOCK_ERROR_UNKNOWN,
-        exposure_ns: 0,
+        exposure_ns: EXPOSURE_UNKNOWN_NS,
         tags: tags.iter().map(corners_of).collect(),
     })
 }

@@ -96,6 +96,7 @@ impl RigSession {
             .and_then(|rig| rig.with_pose_sigmas(self.sigmas(&report)))
             .and_then(|rig| rig.with_lens_sigmas(self.rig.lens_sigmas()))
             .and_then(|rig| rig.with_line_delays(self.rig.line_delays_s()))
+            .and_then(|rig| rig.with_exposures(self.rig.exposures()))
             .map_err(|error| RigError::Undetermined(error.to_string()))?;
         Ok(Calibrated { rig, report })
     }

@@ -1,7 +1,9 @@
 //! What calibration leaves wrong for good is in the covariance, as far as it is stated: Monte Carlo over calibrations.
 
 use nalgebra::{UnitQuaternion, Vector3};
-use sextant_estimator::{Camera, FusionOptions, LensSigma, ObjectModel, PoseSigma, Rig};
+use sextant_estimator::{
+    Camera, Exposure, FusionOptions, LensSigma, ObjectModel, PoseSigma, Rig, Stamp,
+};
 use sextant_geometry::lens::Intrinsics;
 use sextant_geometry::{Lens, Pose};
 
@@ -15,6 +17,10 @@ const MISPLACED: PoseSigma = PoseSigma {
 const MISCAST: LensSigma = LensSigma {
     focal_px: 1.5,
     distortion_px: 0.8,
+};
+const EXPOSED: Exposure = Exposure {
+    length_s: 0.004,
+    stamp: Stamp::End,
 };
 const MISSTUCK: PoseSigma = PoseSigma {
     position_m: 0.0003,
@@ -172,6 +178,7 @@ fn what_a_former_rig_states_holds_as_long_as_what_it_is_about() {
         .with_pose_sigmas(all().map(|id| (id, MISPLACED)))
         .and_then(|rig| rig.with_lens_sigmas(all().map(|id| (id, MISCAST))))
         .and_then(|rig| rig.with_line_delays(all().map(|id| (id, 2e-5))))
+        .and_then(|rig| rig.with_exposures(all().map(|id| (id, EXPOSED))))
         .unwrap();
     let mut index = 0;
     let other = changed(&rig(3), |camera| {
@@ -194,6 +201,7 @@ fn what_a_former_rig_states_holds_as_long_as_what_it_is_about() {
     let held = other.holding_on_to(&stated);
     let of = |id| {
         let (pose, lens) = (held.pose_sigma(id).is_some(), held.lens_sigma(id).is_some());
+        assert_eq!(held.line_delay_s(id).is_some(), held.exposure(id).is_some());
         [pose, lens, held.line_delay_s(id).is_some()]
     };
     let found: Vec<[bool; 3]> = ids.iter().map(of).collect();

@@ -1,7 +1,7 @@
 //! Rolling shutters: each row has its own time, and the twist tells where an object was by then.
 
 use nalgebra::{UnitQuaternion, Vector3};
-use sextant_estimator::{CameraId, FusionOptions, ObjectModel, Rig};
+use sextant_estimator::{CameraId, Exposure, FusionOptions, ObjectModel, Rig, Stamp};
 use sextant_geometry::Pose;
 
 use crate::scene::{
@@ -38,6 +38,17 @@ fn swift(seconds: f64) -> Pose {
     Pose::from_parts(place.into(), UnitQuaternion::from_scaled_axis(turn))
 }
 
+/// Rows are exposed for 10 ms; the cameras stamp this moment of their images.
+fn stamping(rig: &Rig, stamp: Stamp) -> Rig {
+    let length_s = 0.010;
+    let ids: Vec<CameraId> = rig.cameras().iter().map(|one| one.id.clone()).collect();
+    let exposures = ids.into_iter().map(|id| (id, Exposure { length_s, stamp }));
+    rig.clone().with_exposures(exposures).unwrap()
+}
+
+/// Seconds from the start of such an image to the middle of its middle row: half of 10 ms and of 479 rows.
+const HALF_S: f64 = 0.5 * (0.010 + 479.0 * LINE_DELAY_S);
+
 /// Rms error in m and NEES per degree of freedom, from 0.3 s on, by cameras that run free.
 fn followed(truth: &Rig, believed: &Rig, object: &ObjectModel) -> (f64, f64) {
     let eye = Eye {
@@ -54,12 +65,17 @@ fn followed(truth: &Rig, believed: &Rig, object: &ObjectModel) -> (f64, f64) {
             let after_ns = number * PERIOD_NS / cameras;
             let at_s = after_ns as f64 * 1e-9 + seed as f64;
             let taken = ((number % cameras) as usize, START_NS + after_ns);
-            let image = eye.image_over_time(taken, &|after_s| swift(at_s + after_s), &mut random);
-            for estimate in feed(&mut fusion, image) {
+            let pose = |after_s: f64| swift(at_s + after_s);
+            let mut image = eye.image_over_time(taken, &pose, &mut random);
+            image.capture_ns = stamp_ns(truth, &image.camera, image.capture_ns);
+            for estimate in feed(&mut fusion, believed.timed(image)) {
                 if after_ns > 300_000_000 {
-                    let off = error(&estimate, &swift(at_s));
+                    // Where the object was at the time that the estimate states.
+                    let stated_s = (estimate.capture_ns as f64 - START_NS as f64) * 1e-9;
+                    let truth = swift(stated_s + seed as f64);
+                    let off = error(&estimate, &truth);
                     let sure = estimate.covariance.cholesky().unwrap().solve(&off);
-                    square += position_error(&estimate, &swift(at_s)).powi(2);
+                    square += position_error(&estimate, &truth).powi(2);
                     nees += off.dot(&sure) / 6.0;
                     count += 1.0;
                 }
@@ -82,6 +98,36 @@ fn a_rolling_shutter_that_is_known_costs_no_accuracy() {
         assert!(
             unknown.0 > 2.0 * known.0 && unknown.1 > 5.0,
             "{unknown:?} against {known:?}"
+        );
+    }
+}
+
+/// What a camera of the true rig stamps an image with whose exposure has its middle then.
+fn stamp_ns(truth: &Rig, camera: &CameraId, middle_ns: u64) -> u64 {
+    let half_ns = (HALF_S * 1e9) as u64;
+    match truth.exposure(camera).map(|exposure| exposure.stamp) {
+        Some(Stamp::Start) => middle_ns - half_ns,
+        Some(Stamp::End) => middle_ns + half_ns,
+        Some(Stamp::Middle) | None => middle_ns,
+    }
+}
+
+/// 12 ms at 1 m/s: stamps of another moment than the rig says displace what moves by a centimetre.
+#[test]
+fn stamps_of_the_start_or_end_of_the_exposure_cost_nothing_where_the_rig_says_so() {
+    let (rolling, object) = (rolling(rig(3)), cube());
+    let middle = followed(&rolling, &rolling, &object);
+    for stamp in [Stamp::Start, Stamp::End] {
+        let truth = stamping(&rolling, stamp);
+        let said = followed(&truth, &truth, &object);
+        let unsaid = followed(&truth, &rolling, &object);
+        assert!(
+            (said.0 - middle.0).abs() < 0.05 * middle.0 && (0.8..1.25).contains(&said.1),
+            "{stamp:?}: {said:?} against {middle:?}"
+        );
+        assert!(
+            unsaid.0 > 0.005 && unsaid.0 > 10.0 * said.0,
+            "{stamp:?}: {unsaid:?} against {said:?}"
         );
     }
 }

@@ -79,6 +79,36 @@ fn a_shutter_may_roll() {
 }
 
 #[test]
+fn stamps_may_be_of_the_start_or_the_end_of_the_exposure() {
+    let stated = "[640, 480]\nexposure = 0.004\nstamp = \"end\"\n";
+    let rig = parsed(&GOOD.replacen("[640, 480]\n", stated, 1)).unwrap();
+    let exposure = |index: usize| rig.exposure(&rig.cameras()[index].id);
+    let read = exposure(0).map(|exposure| (exposure.length_s, exposure.stamp));
+    assert_eq!((read, exposure(1)), (Some((0.004, Stamp::End)), None));
+    assert_eq!(parsed(&rig_toml(&rig)).unwrap(), rig);
+    for (from, to, expected) in [
+        (
+            "0.004",
+            "4.0",
+            "rig.toml:5:12: camera[0].exposure: camera north: the exposure must lie between 0 and 1 s",
+        ),
+        (
+            "exposure = 0.004\n",
+            "",
+            "rig.toml:5:9: camera[0].stamp: the middle of the exposure cannot be told from this moment",
+        ),
+        (
+            "\"end\"",
+            "\"ends\"",
+            "rig.toml:6:9: camera[0].stamp: unknown variant `ends`",
+        ),
+    ] {
+        let message = with("[640, 480]\n", &stated.replace(from, to));
+        assert!(message.contains(expected), "{message}");
+    }
+}
+
+#[test]
 fn what_is_written_is_read_back_exactly() {
     let rig = parsed(GOOD).unwrap();
     assert_eq!(parsed(&rig_toml(&rig)).unwrap(), rig);
