@@ -16,7 +16,7 @@ pub use parameters::{
 };
 
 use distortion::Distortion;
-use nalgebra::{Matrix2, Matrix2x3, Point2, Point3, SMatrix, Vector2, Vector3};
+use nalgebra::{Matrix2, Matrix2x3, Point2, Point3, RowVector3, SMatrix, Vector2, Vector3};
 use serde::{Deserialize, Serialize};
 
 /// A camera's lens: pinhole, Brown-Conrady or Kannala-Brandt. Serialises as the `lens` table of `rig.toml`.
@@ -123,11 +123,16 @@ impl Lens {
         let (distorted, distorted_by_normalised) =
             self.distortion.distort_with_jacobian(&normalised.coords)?;
         let per_depth = 1.0 / point_in_camera.z;
-        let normalised_by_point =
-            Matrix2x3::new(1.0, 0.0, -normalised.x, 0.0, 1.0, -normalised.y) * per_depth;
-        let pixel_by_point =
-            self.intrinsics.scale() * distorted_by_normalised * normalised_by_point;
-        Some((self.intrinsics.pixel(&distorted), pixel_by_point))
+        // d normalised / d point = [1, 0, -x; 0, 1, -y] / z.
+        let row = |row: usize, focal: f64| {
+            let by = distorted_by_normalised.row(row) * (focal * per_depth);
+            RowVector3::new(by.x, by.y, -(by.x * normalised.x + by.y * normalised.y))
+        };
+        let rows = [row(0, self.intrinsics.fx), row(1, self.intrinsics.fy)];
+        Some((
+            self.intrinsics.pixel(&distorted),
+            Matrix2x3::from_rows(&rows),
+        ))
     }
 
     /// The derivative of the projected pixel with respect to [`Lens::parameters`], at a point of the camera frame.
