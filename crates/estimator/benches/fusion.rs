@@ -1,6 +1,7 @@
 //! What fusion costs: one image of a tracked object, a late image, a large site. `cargo bench -p sextant-estimator`.
 //!
-//! Prints microseconds of one core; the clock is read here, never in the crate.
+//! Prints microseconds of one core; the clock is read here, never in the crate. `-- NAME..` runs some cases only (1-tag, 6-tags,
+//! arm, body, late, free-running, simultaneous). Instructions of a case, which no busy machine changes: `cost.sh` beside this.
 
 #![allow(clippy::expect_used, reason = "a bench without its scene is none")]
 
@@ -134,6 +135,13 @@ fn report(name: &str, mut micros: Vec<f64>) {
     );
 }
 
+/// As [`timed`]: a name of its own, so that its instructions can be counted apart.
+#[inline(never)]
+fn timed_late(fusion: &mut Fusion, image: ImageObservation) -> f64 {
+    timed(fusion, image)
+}
+
+#[inline(never)]
 fn timed(fusion: &mut Fusion, image: ImageObservation) -> f64 {
     let now_ns = image.capture_ns + 1_000_000_000;
     let start = Instant::now();
@@ -197,21 +205,18 @@ fn stiff(arm: &ObjectModel) -> ObjectModel {
     ObjectModel::new(arm.id().clone(), tags).expect("an object")
 }
 
-fn one_image_of_an_arm() {
-    let (rig, arm, mut state) = (rig(4), arm(), 1);
-    let body = [stiff(&arm)];
-    for (name, object) in [("an arm of 3 links", &arm), ("a body", &body[0])] {
-        let objects = vec![object.clone()];
-        let mut fusion =
-            Fusion::new(rig.clone(), objects, FusionOptions::default()).expect("a machine");
-        let mut micros = Vec::new();
-        for number in 0..4000u64 {
-            let time_ns = START_NS + number * PERIOD_NS / 4;
-            let image = image(&rig, (number % 4) as usize, &body, time_ns, &mut state);
-            micros.push(timed(&mut fusion, image));
-        }
-        report(&format!("one image, {name}, 9 tags"), micros.split_off(100));
+/// Of the arm, which is followed as `object`.
+fn one_image_of(name: &str, object: ObjectModel) {
+    let (rig, body, mut state) = (rig(4), [stiff(&arm())], 1);
+    let mut fusion =
+        Fusion::new(rig.clone(), vec![object], FusionOptions::default()).expect("a machine");
+    let mut micros = Vec::new();
+    for number in 0..4000u64 {
+        let time_ns = START_NS + number * PERIOD_NS / 4;
+        let image = image(&rig, (number % 4) as usize, &body, time_ns, &mut state);
+        micros.push(timed(&mut fusion, image));
     }
+    report(&format!("one image, {name}, 9 tags"), micros.split_off(100));
 }
 
 fn late_image() {
@@ -226,20 +231,24 @@ fn late_image() {
             image(&rig, (number % 3) as usize, &objects, time_ns, &mut state),
         );
         if number > 100 && number % 10 == 0 {
-            let late = image(
-                &rig,
-                3,
-                &objects,
-                time_ns - 50 * PERIOD_NS / 4 + 1,
-                &mut state,
-            );
-            micros.push(timed(&mut fusion, late));
+            let late_ns = time_ns - 50 * PERIOD_NS / 4 + 1;
+            let late = image(&rig, 3, &objects, late_ns, &mut state);
+            micros.push(timed_late(&mut fusion, late));
         }
     }
     report("an image late by 50 images, 6 tags", micros);
 }
 
-fn large_site(simultaneous: bool) {
+/// When the cameras of a site take their images.
+#[derive(Clone, Copy)]
+enum Phase {
+    /// One after the other.
+    Free,
+    /// All at once.
+    Same,
+}
+
+fn large_site(phase: Phase) {
     let (rig, mut state) = (rig(64), 1);
     let objects: Vec<_> = (0..10).map(|index| plate(index, 2)).collect();
     let mut fusion =
@@ -248,38 +257,43 @@ fn large_site(simultaneous: bool) {
     let rounds = 60;
     for round in 0..rounds {
         for camera in 0..64 {
-            let phase = if simultaneous {
-                0
-            } else {
-                camera * PERIOD_NS / 64
+            let after_ns = match phase {
+                Phase::Free => camera * PERIOD_NS / 64,
+                Phase::Same => 0,
             };
-            let image = image(
-                &rig,
-                camera as usize,
-                &objects,
-                START_NS + round * PERIOD_NS + phase,
-                &mut state,
-            );
+            let time_ns = START_NS + round * PERIOD_NS + after_ns;
+            let image = image(&rig, camera as usize, &objects, time_ns, &mut state);
             micros.push(timed(&mut fusion, image));
         }
     }
     let warm = micros.split_off(64 * 10);
     let seconds = (rounds - 10) as f64 * PERIOD_NS as f64 * 1e-9;
     let share = warm.iter().sum::<f64>() * 1e-6 / seconds;
-    let how = if simultaneous {
-        "simultaneous"
-    } else {
-        "free-running"
+    let how = match phase {
+        Phase::Free => "free-running",
+        Phase::Same => "simultaneous",
     };
     report(&format!("64 cameras, 10 objects, 20 tags, {how}"), warm);
     println!("{:<50} {:.0} % of a core", "", share * 100.0);
 }
 
 fn main() {
-    one_image(1);
-    one_image(6);
-    one_image_of_an_arm();
-    late_image();
-    large_site(false);
-    large_site(true);
+    let cases: [(&str, fn()); 7] = [
+        ("1-tag", || one_image(1)),
+        ("6-tags", || one_image(6)),
+        ("arm", || one_image_of("an arm of 3 links", arm())),
+        ("body", || one_image_of("a body", stiff(&arm()))),
+        ("late", late_image),
+        ("free-running", || large_site(Phase::Free)),
+        ("simultaneous", || large_site(Phase::Same)),
+    ];
+    let chosen: Vec<String> = std::env::args()
+        .skip(1)
+        .filter(|argument| !argument.starts_with("--"))
+        .collect();
+    for (name, run) in cases {
+        if chosen.is_empty() || chosen.iter().any(|one| one == name) {
+            run();
+        }
+    }
 }
