@@ -3,6 +3,7 @@
 //! - [`edges`]: the noise of a tag's corners.
 //! - [`kinematics`]: the state and its prediction in time.
 //! - [`bent`]: tags seen through lenses that bend lines.
+//! - [`bodies`]: the links that are seen, and what their views say together.
 //! - [`chain`]: where links are, and how they move with base and joints.
 //! - [`configuration`]: where base and joints are, and how fast.
 //! - [`consider`]: errors of cameras' poses, lenses and tags' places; [`lasting`]: how they displace corners.
@@ -19,6 +20,7 @@
 
 pub(crate) mod absorb;
 pub(crate) mod bent;
+pub(crate) mod bodies;
 pub(crate) mod chain;
 pub(crate) mod clocks;
 pub(crate) mod configuration;

@@ -8,7 +8,7 @@
 use nalgebra::{Matrix3, Matrix6, SMatrix, Vector3, Vector6};
 use sextant_geometry::Pose;
 
-use super::kinematics::{Covariance, Kinematics, carried};
+use super::kinematics::{Covariance, Kinematics, carry};
 use crate::{LensSigma, PoseSigma, TagId};
 
 type Sensitivity = SMatrix<f64, 12, 6>;
@@ -90,7 +90,7 @@ impl Part {
 impl Considered {
     pub fn carry(&mut self, turn: &Matrix3<f64>, gain: &Matrix3<f64>, dt: f64) {
         for acting in &mut self.sources {
-            acting.sensitivity = carried(&acting.sensitivity, turn, gain, dt);
+            carry(&mut acting.sensitivity, turn, gain, dt);
         }
     }
 

@@ -3,18 +3,19 @@
 //! r = pi(camera_from_world (R q + t)) - u; with t += dt and R = exp(dr) R:
 //! dr/d(dt, dr) = J_pi R_cw [I | -[R q]x].
 
-use nalgebra::{Matrix2, Matrix2x3, Matrix3, Point2, Point3, SMatrix, Vector2, Vector3};
+use nalgebra::{Matrix2, Matrix2x3, Matrix3, Point2, Point3, Vector2, Vector3};
 use sextant_geometry::{Lens, Pose};
 
 use super::chain::Limb;
 use super::configuration::Configuration;
-use super::edges::{EdgeModes, Matrix8, NoiseFactors, Vector8};
-use super::normal::{NoiseSource, Normal, robust};
-use super::shutter::{Matrix8x6, Moving, Passage, RollingShutter};
+use super::edges::{EdgeModes, NoiseFactors, Rows};
+use super::normal::{NoiseSource, Normal, PoseRows, robust};
+use super::shutter::{Moving, Passage, RollingShutter};
 use crate::health::Ray;
 use crate::{ClockOffset, LensSigma, PoseSigma, TagId};
 
-pub(crate) type Matrix2x6 = SMatrix<f64, 2, 6>;
+/// Derivatives of x and of y by (dt, dr).
+pub(super) type Slopes = [[f64; 6]; 2];
 
 /// A camera whose pose is known.
 #[derive(Debug, Clone, PartialEq)]
@@ -98,9 +99,9 @@ impl PosedCamera {
 
 /// Whitened residuals of a view's corners and their derivatives.
 pub(super) struct Linear {
-    residuals: Vector8,
-    pub jacobian: Matrix8x6,
-    by_twist: Option<Matrix8x6>,
+    /// By the pose, with the residuals.
+    pub rows: PoseRows,
+    by_twist: Option<Rows<6>>,
     /// The robust weight of each corner.
     pub weights: [f64; 4],
     /// By how much twice the cost exceeds the weighted square.
@@ -116,10 +117,10 @@ struct Placed {
     turn: Matrix3<f64>,
 }
 
-/// A corner and its derivative by (dt, dr), in pixels.
+/// A corner and the derivatives of its x and y by (dt, dr), in pixels.
 struct Projected {
     pixel: Point2<f64>,
-    jacobian: Matrix2x6,
+    slopes: Slopes,
 }
 
 /// One tag in one image. "Object" is its link, where the object has links.
@@ -201,8 +202,6 @@ pub(crate) struct Sight<'a> {
     pub noise: NoiseFactors,
     /// Factor on the information of single corners.
     weight: f64,
-    /// Makes the residuals of the four corners independent with unit variance.
-    pub whitener: Matrix8,
     /// What is known of the camera's clock, where it is not taken at its word.
     pub clock: Option<ClockOffset>,
 }
@@ -216,14 +215,12 @@ impl<'a> Sight<'a> {
         clock: Option<ClockOffset>,
     ) -> Self {
         let weight = noise.of_corner().recip();
-        let whitener = view.edges.whitener(noise);
         Self {
             camera_index,
             camera,
             view,
             noise,
             weight,
-            whitener,
             clock,
         }
     }
@@ -235,55 +232,70 @@ impl Sight<'_> {
     pub fn normal(&self, link: &Moving) -> Option<Normal> {
         let linear = self.linearised(link)?;
         let by_twist = linear.by_twist.as_ref();
-        let mut normal = Normal::of(&linear.residuals, &linear.jacobian, by_twist)
-            .of_unknown_scale(self.view.noise_source);
+        let mut normal = Normal::of(&linear.rows, by_twist, self.view.noise_source);
         normal.chi2 += linear.relief;
         normal.square_px = linear.square_px;
         Some(normal)
     }
 
     /// The whitened residuals and their derivatives.
-    #[inline]
+    #[inline(always)]
     pub(super) fn linearised(&self, link: &Moving) -> Option<Linear> {
-        let mut by_twist = link.twist.map(|_| Matrix8x6::zeros());
-        let mut weights = [0.0; 4];
-        let mut residuals = Vector8::zeros();
-        let mut jacobian = Matrix8x6::zeros();
-        let (mut relief, mut square_px) = (0.0, 0.0);
-        let still = self.placed(&link.pose);
-        for (corner, kept) in weights.iter_mut().enumerate() {
-            let passage = self.view.passage(corner, link);
-            let moved = passage.as_ref().map(|passage| self.placed(&passage.pose));
-            let mut seen = self.projected(corner, moved.as_ref().unwrap_or(&still))?;
-            let residual = seen.pixel - self.view.corners_in_image[corner];
-            let (weight, corner_relief) = self.weight(corner, &residual);
-            if let Some((passage, by_twist)) = passage.zip(by_twist.as_mut()) {
-                let (by_pose, by_rates) = passage.before(&seen.jacobian);
-                seen.jacobian = by_pose;
-                by_twist
-                    .fixed_rows_mut::<2>(2 * corner)
-                    .copy_from(&(by_rates * weight.sqrt()));
+        let mut linear = Linear {
+            rows: [[0.0; 8]; 8],
+            by_twist: None,
+            weights: [0.0; 4],
+            relief: 0.0,
+            square_px: 0.0,
+        };
+        if link.twist.is_some() && self.view.after_s.is_some() {
+            self.fill_passing(link, &mut linear)?;
+        } else {
+            let placed = self.placed(&link.pose);
+            for corner in 0..4 {
+                self.fill(corner, &self.projected(corner, &placed)?, &mut linear);
             }
-            residuals
-                .fixed_rows_mut::<2>(2 * corner)
-                .copy_from(&(residual * weight.sqrt()));
-            jacobian
-                .fixed_rows_mut::<2>(2 * corner)
-                .copy_from(&(seen.jacobian * weight.sqrt()));
-            *kept = weight;
-            relief += corner_relief;
-            square_px += residual.norm_squared();
         }
-        Some(Linear {
-            residuals: self.whitener * residuals,
-            jacobian: self.whitener * jacobian,
-            by_twist: by_twist.map(|by_twist| self.whitener * by_twist),
-            weights,
-            relief,
-            square_px,
-        })
+        let edges = &self.view.edges;
+        linear.rows = edges.whitened(&linear.rows, self.noise);
+        Some(linear)
     }
 
+    /// The rows of a corner, not whitened.
+    #[inline(always)]
+    fn fill(&self, corner: usize, seen: &Projected, linear: &mut Linear) {
+        let residual = seen.pixel - self.view.corners_in_image[corner];
+        let (weight, relief) = self.weight(corner, &residual);
+        let root = weight.sqrt();
+        for axis in 0..2 {
+            let (row, slopes) = (&mut linear.rows[2 * corner + axis], &seen.slopes[axis]);
+            (0..6).for_each(|n| row[n] = slopes[n] * root);
+            row[6] = residual[axis] * root;
+        }
+        linear.weights[corner] = weight;
+        linear.relief += relief;
+        linear.square_px += residual.norm_squared();
+    }
+
+    /// The same of all corners where each has its own time, and whitened rows by the twist.
+    fn fill_passing(&self, link: &Moving, linear: &mut Linear) -> Option<()> {
+        let mut by_twist = [[0.0; 6]; 8];
+        for corner in 0..4 {
+            let passage = self.view.passage(corner, link)?;
+            let mut seen = self.projected(corner, &self.placed(&passage.pose))?;
+            let (by_pose, by_rates) = passage.before(&seen.slopes);
+            seen.slopes = by_pose;
+            self.fill(corner, &seen, linear);
+            let root = linear.weights[corner].sqrt();
+            for axis in 0..2 {
+                by_twist[2 * corner + axis] = by_rates[axis].map(|slope| slope * root);
+            }
+        }
+        linear.by_twist = Some(self.view.edges.whitened(&by_twist, self.noise));
+        Some(())
+    }
+
+    #[inline(always)]
     fn placed(&self, world_from_link: &Pose) -> Placed {
         let origin = Point3::from(world_from_link.translation.vector);
         Placed {
@@ -293,32 +305,34 @@ impl Sight<'_> {
     }
 
     /// The robust weight of a corner, and by how much twice the cost exceeds the weighted square.
+    #[inline(always)]
     fn weight(&self, corner: usize, residual: &Vector2<f64>) -> (f64, f64) {
         let d2 = residual.dot(&(self.view.information[corner] * residual)) * self.weight;
         let (weight, cost) = robust(d2);
         (weight, cost - weight * d2)
     }
 
+    #[inline(always)]
     fn projected(&self, corner: usize, object: &Placed) -> Option<Projected> {
         let arm = object.turn * self.view.corners_in_object[corner].coords;
         let in_camera = object.origin_in_camera + self.camera.turn * arm;
         let (pixel, by_point) = self.camera.lens.project_with_jacobian(&in_camera)?;
         let by_place: Matrix2x3<f64> = by_point * self.camera.turn;
-        let (x, y) = (by_place.row(0).transpose(), by_place.row(1).transpose());
-        // v [arm]x = (v x arm) as a row; the attitude's part is -J [arm]x.
-        let (turn_x, turn_y) = (arm.cross(&x), arm.cross(&y));
-        let jacobian = Matrix2x6::new(
-            x.x, x.y, x.z, turn_x.x, turn_x.y, turn_x.z, //
-            y.x, y.y, y.z, turn_y.x, turn_y.y, turn_y.z,
-        );
-        Some(Projected { pixel, jacobian })
+        let slopes = [0, 1].map(|axis| {
+            let place = by_place.row(axis).transpose();
+            // v [arm]x = (v x arm) as a row; the attitude's part is -J [arm]x.
+            let turn = arm.cross(&place);
+            [place.x, place.y, place.z, turn.x, turn.y, turn.z]
+        });
+        Some(Projected { pixel, slopes })
     }
 
     /// Whether the tag's printed side is turned towards the camera.
     pub fn faces(&self, world_from_object: &Pose) -> bool {
-        let camera_from_tag = self.camera_from_tag(world_from_object);
-        let outwards = camera_from_tag.rotation * Vector3::z();
-        outwards.dot(&camera_from_tag.translation.vector) < 0.0
+        let tag = &self.view.object_from_tag;
+        let outwards = world_from_object.rotation * (tag.rotation * Vector3::z());
+        let place = world_from_object * Point3::from(tag.translation.vector);
+        outwards.dot(&(place.coords - self.camera.centre)) < 0.0
     }
 
     /// Where the tag would be.

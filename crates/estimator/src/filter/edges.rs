@@ -4,10 +4,11 @@
 //! edge lies is known better than how it is turned (a line fitted along its length: 1 to 3 in variance, whereas corners
 //! found one by one give 1 to 1). How much is learned from the residuals, as a factor on the stated variance for either.
 
-use nalgebra::{Cholesky, Matrix2, Point2, SMatrix, SVector, Vector2};
+use nalgebra::{Matrix2, Point2, SMatrix, Vector2};
 
-pub(crate) type Matrix8 = SMatrix<f64, 8, 8>;
-pub(crate) type Vector8 = SVector<f64, 8>;
+/// x and y of each corner, or what follows from them: eight rows, with a number for each of N quantities that they depend on.
+pub(crate) type Rows<const N: usize> = [[f64; N]; 8];
+type Square = [[f64; 8]; 8];
 
 /// Variance of the corners' noise against what is stated.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -25,61 +26,141 @@ impl NoiseFactors {
     }
 }
 
-/// The residuals of a tag's corners as shifts and turns of its edges.
+/// The residuals of a tag's corners as shifts and turns of its edges: how a corner's displacement is both for the two edges
+/// that meet there, and how these hang together.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct EdgeModes {
-    /// From residuals (x, y of each corner) to four shifts and four turns in pixels.
-    modes: Matrix8,
-    /// Upper triangle whose square is the inverse of their covariance as stated.
-    whitener: Matrix8,
+    /// Across each edge, from a corner to the next; the length makes shifts and turns of unit noise have unit noise.
+    normals: [Vector2<f64>; 4],
+    /// Upper triangle U that makes four shifts and four turns independent with unit variance: Uᵀ U is the inverse of their
+    /// covariance as stated.
+    triangle: Square,
 }
 
 impl EdgeModes {
     /// `covariance` is each corner's as stated; `None` where the corners enclose nothing.
     pub fn new(corners: &[Point2<f64>; 4], covariance: &[Matrix2<f64>; 4]) -> Option<Self> {
-        let mut modes = Matrix8::zeros();
-        let mut stated = Matrix8::zeros();
-        for (edge, covariance) in covariance.iter().enumerate() {
-            let (from, to) = (edge, (edge + 1) % 4);
-            let along = (corners[to] - corners[from]).try_normalize(1e-9)?;
-            let normal = Vector2::new(-along.y, along.x) * std::f64::consts::FRAC_1_SQRT_2;
-            for (corner, sign) in [(from, -1.0), (to, 1.0)] {
-                let shift = normal.transpose();
-                modes
-                    .fixed_view_mut::<1, 2>(edge, 2 * corner)
-                    .copy_from(&shift);
-                modes
-                    .fixed_view_mut::<1, 2>(edge + 4, 2 * corner)
-                    .copy_from(&(shift * sign));
-            }
-            stated
-                .fixed_view_mut::<2, 2>(2 * edge, 2 * edge)
-                .copy_from(covariance);
+        let mut normals = [Vector2::zeros(); 4];
+        for (edge, normal) in normals.iter_mut().enumerate() {
+            let along = (corners[(edge + 1) % 4] - corners[edge]).try_normalize(1e-9)?;
+            *normal = Vector2::new(-along.y, along.x) * std::f64::consts::FRAC_1_SQRT_2;
         }
-        let inverse = Cholesky::new(modes * stated * modes.transpose())?.inverse();
-        let whitener = Cholesky::new(inverse)?.l().transpose();
-        whitener
-            .iter()
-            .all(|x| x.is_finite())
-            .then_some(Self { modes, whitener })
+        let triangle = inverse(&root(stated(&normals, covariance))?);
+        let numbers = triangle.iter().flatten();
+        numbers
+            .copied()
+            .all(f64::is_finite)
+            .then_some(Self { normals, triangle })
     }
 
-    /// What makes residuals of that noise independent with unit variance: first the shifts, then the turns.
-    pub fn whitener(&self, factors: NoiseFactors) -> Matrix8 {
-        let mut scaled = self.modes;
-        scaled
-            .fixed_rows_mut::<4>(0)
-            .scale_mut(factors.shift.sqrt().recip());
-        scaled
-            .fixed_rows_mut::<4>(4)
-            .scale_mut(factors.turn.sqrt().recip());
-        self.whitener * scaled
+    /// The rows of corners as rows of shifts, then of turns.
+    #[inline(always)]
+    fn modes<const N: usize>(&self, corners: &Rows<N>, factors: [f64; 2]) -> Rows<N> {
+        let mut modes = [[0.0; N]; 8];
+        for edge in 0..4 {
+            let normal = &self.normals[edge];
+            let (from, to) = (2 * edge, 2 * ((edge + 1) % 4));
+            for n in 0..N {
+                let before = normal.x * corners[from][n] + normal.y * corners[from + 1][n];
+                let after = normal.x * corners[to][n] + normal.y * corners[to + 1][n];
+                modes[edge][n] = (after + before) * factors[0];
+                modes[edge + 4][n] = (after - before) * factors[1];
+            }
+        }
+        modes
     }
+
+    /// Rows of corners made independent with unit variance, if their noise is as stated times the factors: first those of
+    /// shifts, then those of turns.
+    #[inline(always)]
+    pub fn whitened<const N: usize>(&self, corners: &Rows<N>, noise: NoiseFactors) -> Rows<N> {
+        let factors = [noise.shift, noise.turn].map(|factor| factor.sqrt().recip());
+        let modes = self.modes(corners, factors);
+        let mut whitened = [[0.0; N]; 8];
+        for (row, whitened) in whitened.iter_mut().enumerate() {
+            let mut sum = [0.0; N];
+            for (share, mode) in self.triangle[row][row..].iter().zip(&modes[row..]) {
+                (0..N).for_each(|n| sum[n] += share * mode[n]);
+            }
+            *whitened = sum;
+        }
+        whitened
+    }
+}
+
+/// Sums over the rows of a number of one times a number of the other.
+pub(super) fn product<const A: usize, const B: usize>(
+    ours: &Rows<A>,
+    others: &Rows<B>,
+) -> SMatrix<f64, A, B> {
+    let of = |a: usize, b: usize| {
+        let rows = ours.iter().zip(others);
+        rows.map(|(one, other)| one[a] * other[b]).sum::<f64>()
+    };
+    SMatrix::from_fn(of)
+}
+
+/// The covariance of shifts and turns. An edge hangs together with its neighbours by the corners that they share.
+fn stated(normals: &[Vector2<f64>; 4], covariance: &[Matrix2<f64>; 4]) -> Square {
+    let mut stated = [[0.0; 8]; 8];
+    for (edge, normal) in normals.iter().enumerate() {
+        let next = (edge + 1) % 4;
+        let of = |corner: usize| normal.dot(&(covariance[corner] * normal));
+        let (before, after) = (of(edge), of(next));
+        let shared = normal.dot(&(covariance[next] * normals[next]));
+        // The next edge begins where this one ends, which turns it the other way.
+        for (a, b, value) in [
+            (edge, edge, before + after),
+            (edge + 4, edge + 4, before + after),
+            (edge, edge + 4, after - before),
+            (edge, next, shared),
+            (edge, next + 4, -shared),
+            (edge + 4, next, shared),
+            (edge + 4, next + 4, -shared),
+        ] {
+            (stated[a][b], stated[b][a]) = (value, value);
+        }
+    }
+    stated
+}
+
+/// Upper triangle V with V Vᵀ the matrix: Cholesky's factor from the last row on. `None` where it is not positive definite.
+fn root(matrix: Square) -> Option<Square> {
+    let mut root = [[0.0; 8]; 8];
+    for column in (0..8).rev() {
+        for row in (0..=column).rev() {
+            let known = (column + 1..8).map(|at| root[row][at] * root[column][at]);
+            let left = matrix[row][column] - known.sum::<f64>();
+            if row < column {
+                root[row][column] = left / root[column][column];
+            } else if left > 0.0 {
+                root[row][column] = left.sqrt();
+            } else {
+                return None;
+            }
+        }
+    }
+    Some(root)
+}
+
+/// The inverse of an upper triangle.
+fn inverse(triangle: &Square) -> Square {
+    let mut inverse = [[0.0; 8]; 8];
+    for column in 0..8 {
+        inverse[column][column] = triangle[column][column].recip();
+        for row in (0..column).rev() {
+            let known = (row + 1..=column).map(|at| triangle[row][at] * inverse[at][column]);
+            inverse[row][column] = -known.sum::<f64>() * inverse[row][row];
+        }
+    }
+    inverse
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    type Matrix8 = SMatrix<f64, 8, 8>;
 
     fn corners() -> [Point2<f64>; 4] {
         [
@@ -97,32 +178,32 @@ mod tests {
 
     #[test]
     fn with_factors_of_one_the_noise_is_as_stated() {
-        let whitener = EdgeModes::new(&corners(), &covariances())
-            .unwrap()
-            .whitener(NoiseFactors {
-                shift: 1.0,
-                turn: 1.0,
-            });
+        let as_stated = NoiseFactors {
+            shift: 1.0,
+            turn: 1.0,
+        };
+        let modes = EdgeModes::new(&corners(), &covariances()).unwrap();
+        let corners: Rows<8> = Matrix8::identity().transpose().into();
+        let whitened = modes.whitened(&corners, as_stated);
+        let whitener = Matrix8::from_fn(|row, column| whitened[row][column]);
         let covariance = (whitener.transpose() * whitener).try_inverse().unwrap();
-        for (corner, stated) in covariances().iter().enumerate() {
-            let block = covariance.fixed_view::<2, 2>(2 * corner, 2 * corner);
-            assert!((block - stated).amax() < 1e-9);
+        let mut stated = Matrix8::zeros();
+        for (corner, covariance) in covariances().iter().enumerate() {
+            let mut block = stated.fixed_view_mut::<2, 2>(2 * corner, 2 * corner);
+            block.copy_from(covariance);
         }
+        assert!((covariance - stated).amax() < 1e-9);
     }
 
     #[test]
     fn a_shifted_edge_is_no_turn() {
-        let modes = EdgeModes::new(&corners(), &[Matrix2::identity(); 4])
-            .unwrap()
-            .modes;
+        let modes = EdgeModes::new(&corners(), &[Matrix2::identity(); 4]).unwrap();
         let along = (corners()[1] - corners()[0]).normalize();
-        let mut residual = Vector8::zeros();
+        let mut residual = [[0.0]; 8];
         for corner in [0, 1] {
-            residual
-                .fixed_rows_mut::<2>(2 * corner)
-                .copy_from(&Vector2::new(-along.y, along.x));
+            (residual[2 * corner], residual[2 * corner + 1]) = ([-along.y], [along.x]);
         }
-        let seen = modes * residual;
-        assert!((seen[0] - std::f64::consts::SQRT_2).abs() < 1e-12 && seen[4].abs() < 1e-12);
+        let seen = modes.modes(&residual, [1.0; 2]);
+        assert!((seen[0][0] - std::f64::consts::SQRT_2).abs() < 1e-12 && seen[4][0].abs() < 1e-12);
     }
 }

@@ -77,45 +77,51 @@ impl Kinematics {
         if let Some(considered) = &mut self.considered {
             considered.carry(turn, gain, dt);
         }
-        let rows = carried(&self.covariance, turn, gain, dt);
-        self.covariance = symmetric(&carried(&rows.transpose(), turn, gain, dt));
+        carry(&mut self.covariance, turn, gain, dt);
+        self.covariance.transpose_mut();
+        carry(&mut self.covariance, turn, gain, dt);
+        self.covariance = symmetric(&self.covariance);
         if let Some(clocks) = &mut self.clocks {
-            clocks.cross = carried(&clocks.cross, turn, gain, dt);
+            carry(&mut clocks.cross, turn, gain, dt);
         }
         if let Some(joints) = &mut self.joints {
-            joints.cross = carried(&joints.cross, turn, gain, dt);
+            carry(&mut joints.cross, turn, gain, dt);
             joints.advance(dt);
         }
     }
 
     /// Whether every number of it is finite.
     pub fn is_finite(&self) -> bool {
-        let pose = self
-            .pose
-            .translation
-            .vector
-            .iter()
-            .chain(self.pose.rotation.coords.iter());
-        let numbers = pose.chain(self.twist.iter()).chain(self.covariance.iter());
-        numbers.into_iter().all(|x| x.is_finite())
+        let place = self.pose.translation.vector.as_slice();
+        let numbers = [
+            place,
+            self.pose.rotation.coords.as_slice(),
+            self.twist.as_slice(),
+            self.covariance.as_slice(),
+        ];
+        numbers.into_iter().flatten().all(|x| x.is_finite())
             && self.clocks_are_finite()
             && self.joints.as_ref().is_none_or(|joints| joints.is_finite())
     }
 }
 
-/// F times a matrix, by its blocks.
-pub(super) fn carried<const N: usize>(
-    matrix: &SMatrix<f64, 12, N>,
+/// F times a matrix, column by column.
+pub(super) fn carry<const N: usize>(
+    matrix: &mut SMatrix<f64, 12, N>,
     turn: &Matrix3<f64>,
     gain: &Matrix3<f64>,
     dt: f64,
-) -> SMatrix<f64, 12, N> {
-    let mut product = *matrix;
-    let moved = matrix.fixed_rows::<3>(0) + matrix.fixed_rows::<3>(6) * dt;
-    product.fixed_rows_mut::<3>(0).copy_from(&moved);
-    let turned = turn * matrix.fixed_rows::<3>(3) + gain * matrix.fixed_rows::<3>(9);
-    product.fixed_rows_mut::<3>(3).copy_from(&turned);
-    product
+) {
+    let columns: &mut [[f64; 12]; N] = &mut matrix.data.0;
+    for column in columns {
+        let dr = Vector3::new(column[3], column[4], column[5]);
+        let dw = Vector3::new(column[9], column[10], column[11]);
+        let turned = turn * dr + gain * dw;
+        for axis in 0..3 {
+            column[axis] += column[6 + axis] * dt;
+            column[3 + axis] = turned[axis];
+        }
+    }
 }
 
 /// Integral of the white acceleration over `dt` (Bar-Shalom, Li, Kirubarajan 2001, eq. 6.2.2-4).
@@ -145,5 +151,13 @@ pub(crate) fn is_wider_than(covariance: &Matrix3<f64>, limit: f64) -> bool {
 
 /// The symmetric part, so that rounding can't add up.
 pub(crate) fn symmetric<const N: usize>(matrix: &SMatrix<f64, N, N>) -> SMatrix<f64, N, N> {
-    (matrix + matrix.transpose()) * 0.5
+    let mut symmetric = *matrix;
+    for column in 0..N {
+        for row in 0..column {
+            let mean = (matrix[(row, column)] + matrix[(column, row)]) * 0.5;
+            symmetric[(row, column)] = mean;
+            symmetric[(column, row)] = mean;
+        }
+    }
+    symmetric
 }

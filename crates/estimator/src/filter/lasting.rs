@@ -5,8 +5,8 @@ use nalgebra::Matrix6;
 use super::configuration::Configuration;
 use super::consider::{Part, Source, by_camera, by_tag};
 use super::corners::Sight;
+use super::edges::product;
 use super::normal::Normal;
-use super::shutter::Matrix8x6;
 
 impl Sight<'_> {
     /// What errors that last have contributed to this view, about the pose of the tag's link; `normal` is the view's there.
@@ -44,16 +44,22 @@ impl Sight<'_> {
     fn pulled_by_lens(&self, seen: &Configuration, normal: &Normal) -> Option<Matrix6<f64>> {
         self.camera.lens_sigma?;
         let linear = self.linearised(&self.view.moving(seen))?;
-        let mut by_lens = Matrix8x6::zeros();
+        let mut by_lens = [[0.0; 2]; 8];
         for (corner, pixel) in self.view.corners_in_image.iter().enumerate() {
             let displaced = self.camera.displaced_by_lens(pixel) * linear.weights[corner].sqrt();
-            by_lens
-                .fixed_view_mut::<2, 2>(2 * corner, 0)
-                .copy_from(&displaced);
+            for axis in 0..2 {
+                by_lens[2 * corner + axis] = [displaced[(axis, 0)], displaced[(axis, 1)]];
+            }
         }
+        let by_lens = self.view.edges.whitened(&by_lens, self.noise);
         // The view's weight is in its information.
-        let plain = linear.jacobian.transpose() * linear.jacobian;
-        let weight = normal.information.trace() / plain.trace();
-        Some(linear.jacobian.transpose() * (self.whitener * by_lens) * weight)
+        let squares = linear.rows.iter().flat_map(|row| &row[..6]);
+        let plain: f64 = squares.map(|slope| slope * slope).sum();
+        let weight = normal.information.trace() / plain;
+        let pulled = product(&linear.rows, &by_lens) * weight;
+        let mut pull = Matrix6::zeros();
+        pull.fixed_columns_mut::<2>(0)
+            .copy_from(&pulled.fixed_rows::<6>(0));
+        Some(pull)
     }
 }

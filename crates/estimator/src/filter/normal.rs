@@ -2,8 +2,12 @@
 
 use nalgebra::{Matrix6, Vector6};
 
-use super::edges::Vector8;
-use super::shutter::{Matrix8x6, Rolling};
+use super::edges::Rows;
+use super::shutter::Rolling;
+
+/// Derivatives by (dt, dr), then the residual; the last place is free.
+pub(super) type PoseRows = Rows<8>;
+const RESIDUAL: usize = 6;
 
 /// Who states the noise of a view's corners.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -20,6 +24,28 @@ impl NoiseSource {
         match self {
             Self::Detector => 12.0,
             Self::Nobody => 5.0,
+        }
+    }
+
+    /// The weight of a view by its squared whitened residuals.
+    fn weight(self, square: f64) -> f64 {
+        let freedom = self.freedom();
+        (freedom + 8.0) / (freedom + square)
+    }
+
+    /// Twice the cost of a view, by the same.
+    pub(super) fn chi2(self, square: f64) -> f64 {
+        let freedom = self.freedom();
+        (freedom + 8.0) * (1.0 + square / freedom).ln()
+    }
+
+    /// Where the scale is all but unknown, Fisher's information on the place is smaller by this (ibid., eq. 10); a
+    /// detector's is meant as it is stated, and the weights only guard against its tails.
+    fn certain(self) -> f64 {
+        let freedom = self.freedom();
+        match self {
+            Self::Detector => 1.0,
+            Self::Nobody => (freedom + 8.0) / (freedom + 10.0),
         }
     }
 }
@@ -39,55 +65,82 @@ pub(crate) struct Normal {
     pub rolling: Option<Box<Rolling>>,
     /// Sum of squared residuals in px², no weight.
     pub square_px: f64,
+    /// The squared whitened residuals, no weight.
+    square: f64,
     /// Sums of squared whitened residuals of the edges' places and directions, each view's by its weight.
     pub scale: [f64; 2],
 }
 
 impl Normal {
-    /// Of whitened residuals, first those of the edges' places, then of their directions.
-    #[inline]
-    pub(super) fn of(
-        residuals: &Vector8,
-        jacobian: &Matrix8x6,
-        by_twist: Option<&Matrix8x6>,
-    ) -> Self {
-        let (shifts, turns) = (jacobian.fixed_rows::<4>(0), jacobian.fixed_rows::<4>(4));
-        let of_turns = turns.transpose() * turns;
-        let square = |first: usize| residuals.fixed_rows::<4>(first).norm_squared();
-        Self {
-            information: shifts.transpose() * shifts + of_turns,
-            of_turns,
-            gradient: jacobian.transpose() * residuals,
-            chi2: residuals.norm_squared(),
-            rolling: by_twist.map(|by_twist| Box::new(Rolling::of(residuals, jacobian, by_twist))),
-            square_px: 0.0,
-            scale: [square(0), square(4)],
-        }
-    }
-
+    /// Of whitened rows, first those of the edges' places, then of their directions.
+    ///
     /// Where the noise differs from view to view: with a variance of inverse gamma distribution about the usual one the
     /// residuals of a view are distributed as Student's t (Lange, Little, Taylor 1989, eq. 2), and a view off by much counts
     /// little.
-    #[inline]
-    pub(super) fn of_unknown_scale(mut self, source: NoiseSource) -> Self {
-        let freedom = source.freedom();
-        let weight = (freedom + 8.0) / (freedom + self.chi2);
-        // Where the scale is all but unknown, Fisher's information on the place is smaller by this (ibid., eq. 10); a
-        // detector's is meant as it is stated, and the weights only guard against its tails.
-        let certain = match source {
-            NoiseSource::Detector => 1.0,
-            NoiseSource::Nobody => (freedom + 8.0) / (freedom + 10.0),
+    #[inline(always)]
+    pub(super) fn of(rows: &PoseRows, by_twist: Option<&Rows<6>>, source: NoiseSource) -> Self {
+        let [shifts, turns] = [products(rows, 0), products(rows, 4)];
+        let scale = [shifts[RESIDUAL][RESIDUAL], turns[RESIDUAL][RESIDUAL]];
+        let plain = scale[0] + scale[1];
+        let weight = source.weight(plain);
+        let certain = weight * source.certain();
+        let mut normal = Self {
+            information: Matrix6::zeros(),
+            of_turns: Matrix6::zeros(),
+            gradient: Vector6::zeros(),
+            chi2: source.chi2(plain),
+            rolling: by_twist.map(|by_twist| {
+                Box::new(Rolling::of(rows, by_twist).weighed(weight, source.certain()))
+            }),
+            square_px: 0.0,
+            square: plain,
+            scale: scale.map(|scale| scale * weight),
         };
-        self.information *= weight * certain;
-        self.of_turns *= weight * certain;
-        self.gradient *= weight;
-        if let Some(rolling) = &mut self.rolling {
-            **rolling = rolling.weighed(weight, certain);
+        for column in 0..6 {
+            for row in 0..6 {
+                let turns = turns[column][row] * certain;
+                normal.of_turns[(row, column)] = turns;
+                normal.information[(row, column)] = shifts[column][row] * certain + turns;
+            }
+            normal.gradient[column] = (shifts[column][RESIDUAL] + turns[column][RESIDUAL]) * weight;
         }
-        self.chi2 = (freedom + 8.0) * (1.0 + self.chi2 / freedom).ln();
-        self.scale = self.scale.map(|scale| scale * weight);
-        self
+        normal
     }
+
+    /// The weight that the view will have after a small step of its pose and its twist, against its weight here: as far as
+    /// residuals are linear.
+    pub(super) fn weight_after(
+        &self,
+        step: &Vector6<f64>,
+        of_twist: Option<Vector6<f64>>,
+        source: NoiseSource,
+    ) -> f64 {
+        let weight = source.weight(self.square);
+        let of_information = weight * source.certain();
+        let mut slope = self.gradient.dot(step);
+        let mut bend = step.dot(&(self.information * step));
+        if let Some((rolling, turn)) = self.rolling.as_ref().zip(of_twist) {
+            slope += rolling.gradient.dot(&turn);
+            bend += 2.0 * step.dot(&(rolling.with_pose * turn));
+            bend += turn.dot(&(rolling.information * turn));
+        }
+        let square = self.square + 2.0 * slope / weight + bend / of_information;
+        source.weight(square.max(0.0)) / weight
+    }
+}
+
+/// Sums over four rows, from the first one given, of the products of any two columns.
+#[inline(always)]
+fn products(rows: &PoseRows, first: usize) -> [[f64; 8]; 7] {
+    let mut sums = [[0.0; 8]; 7];
+    for column in 0..7 {
+        let mut sum = [0.0; 8];
+        for row in &rows[first..first + 4] {
+            (0..8).for_each(|other| sum[other] += row[column] * row[other]);
+        }
+        sums[column] = sum;
+    }
+    sums
 }
 
 /// Squared Mahalanobis length beyond which a corner loses weight: 98.9 % of the corners of a Gaussian lie within.

@@ -6,13 +6,12 @@
 //! calibration, sec. 3, with a constant twist over the few milliseconds of an image). With dt' = dt + tau dv and
 //! dr' = E dr + tau J_l(w tau) dw the derivatives follow by the chain rule.
 
-use nalgebra::{Matrix3, Matrix6, Point2, SMatrix, Vector6};
+use nalgebra::{Matrix3, Matrix6, Point2, RowVector3, Vector6};
 use sextant_geometry::{Pose, so3};
 
-use super::corners::Matrix2x6;
-use super::edges::Vector8;
-
-pub(crate) type Matrix8x6 = SMatrix<f64, 8, 6>;
+use super::corners::Slopes;
+use super::edges::{Rows, product};
+use super::normal::PoseRows;
 
 /// When the rows of an image are taken.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -62,18 +61,18 @@ impl Passage {
         }
     }
 
-    /// A derivative by the pose reached as derivatives by pose and twist before.
-    pub fn before(&self, by_pose: &Matrix2x6) -> (Matrix2x6, Matrix2x6) {
-        let (by_place, by_turn) = (by_pose.fixed_columns::<3>(0), by_pose.fixed_columns::<3>(3));
+    /// Derivatives by the pose reached as derivatives by pose and twist before.
+    pub fn before(&self, by_pose: &Slopes) -> (Slopes, Slopes) {
         let (mut pose, mut twist) = (*by_pose, *by_pose);
-        pose.fixed_columns_mut::<3>(3)
-            .copy_from(&(by_turn * self.by_attitude));
-        twist
-            .fixed_columns_mut::<3>(0)
-            .copy_from(&(by_place * self.after_s));
-        twist
-            .fixed_columns_mut::<3>(3)
-            .copy_from(&(by_turn * self.by_rate));
+        for (axis, slopes) in by_pose.iter().enumerate() {
+            let turn = RowVector3::from_row_slice(&slopes[3..]);
+            let (by_attitude, by_rate) = (turn * self.by_attitude, turn * self.by_rate);
+            for n in 0..3 {
+                pose[axis][3 + n] = by_attitude[n];
+                twist[axis][n] = slopes[n] * self.after_s;
+                twist[axis][3 + n] = by_rate[n];
+            }
+        }
         (pose, twist)
     }
 }
@@ -90,12 +89,22 @@ pub(crate) struct Rolling {
 }
 
 impl Rolling {
-    /// Of whitened residuals and derivatives.
-    pub fn of(residuals: &Vector8, by_pose: &Matrix8x6, by_twist: &Matrix8x6) -> Self {
+    /// Of whitened rows.
+    pub fn of(by_pose: &PoseRows, by_twist: &Rows<6>) -> Self {
+        let with_rows = product(by_pose, by_twist);
         Self {
-            with_pose: by_pose.transpose() * by_twist,
-            information: by_twist.transpose() * by_twist,
-            gradient: by_twist.transpose() * residuals,
+            with_pose: with_rows.fixed_rows::<6>(0).into_owned(),
+            information: product(by_twist, by_twist),
+            gradient: with_rows.row(6).transpose(),
+        }
+    }
+
+    /// What both say.
+    pub fn joined(&self, other: &Self) -> Self {
+        Self {
+            with_pose: self.with_pose + other.with_pose,
+            information: self.information + other.information,
+            gradient: self.gradient + other.gradient,
         }
     }
 

@@ -7,15 +7,17 @@
 use nalgebra::{Cholesky, Const, SMatrix, SVector};
 use sextant_geometry::so3;
 
-use super::configuration::{Configuration, rates_at};
+use super::bodies::{Bodies, Equations};
+use super::configuration::Configuration;
 use super::corners::Sight;
 use super::normal::Normal;
-use super::shutter::Rolling;
 
 /// Most steps of one solve; a tracked object needs two or three.
 const MOST_STEPS: usize = 20;
 /// A step below this many sigmas is not worth taking.
 const SMALL_STEP: f64 = 0.01;
+/// Most times that the weights are foreseen for one step.
+const MOST_REWEIGHINGS: usize = 5;
 /// Damping at which the search is given up: steps are far below a sigma by then.
 const MOST_DAMPING: f64 = 1e6;
 /// Twice the cost of a view that can't be seen from the pose: as bad as a view can be.
@@ -61,13 +63,14 @@ impl Sight<'_> {
 
 struct Point<const D: usize> {
     configuration: Configuration,
-    corners: SMatrix<f64, D, D>,
+    bodies: Bodies<D>,
     views: Vec<Option<Normal>>,
+    /// Of the corners, of the prior, and of both.
+    corners: Equations<D>,
+    prior: Equations<D>,
+    all: Equations<D>,
     surprise: f64,
     cost: f64,
-    /// Of prior and corners together.
-    information: SMatrix<f64, D, D>,
-    gradient: SVector<f64, D>,
 }
 
 /// The minimum reached from `start`; `None` where the sights can't see their tags even there.
@@ -79,12 +82,15 @@ pub(crate) fn solve<const D: usize>(
     let mut best = evaluate(prior, sights, start)?;
     let mut damping = 0.0;
     for _ in 0..MOST_STEPS {
-        let Some(step) = damped_step(&best, damping) else {
+        let Some(mut step) = best.all.step(damping) else {
             break;
         };
-        let length = step.dot(&(best.information * step)).sqrt();
+        let length = best.length(&step);
         if (damping == 0.0 && length < SMALL_STEP) || damping > MOST_DAMPING {
             break;
+        }
+        if damping == 0.0 {
+            step = best.reweighed(step, sights);
         }
         let next = evaluate(prior, sights, &best.configuration.perturbed(&step));
         match next.filter(|next| next.cost <= best.cost) {
@@ -97,20 +103,60 @@ pub(crate) fn solve<const D: usize>(
     }
     Some(Fit {
         configuration: best.configuration,
-        information: best.corners,
+        information: best.corners.information,
         views: best.views,
         surprise: best.surprise,
         cost: best.cost,
     })
 }
 
-fn damped_step<const D: usize>(at: &Point<D>, damping: f64) -> Option<SVector<f64, D>> {
-    let mut matrix = at.information;
-    for axis in 0..D {
-        matrix[(axis, axis)] *= 1.0 + damping;
+impl<const D: usize> Equations<D> {
+    /// To the minimum of the parabola, or less far with damping.
+    fn step(&self, damping: f64) -> Option<SVector<f64, D>> {
+        let mut matrix = self.information;
+        for axis in 0..D {
+            matrix[(axis, axis)] *= 1.0 + damping;
+        }
+        let step = -Cholesky::<f64, Const<D>>::new(matrix)?.solve(&self.gradient);
+        step.iter().all(|x| x.is_finite()).then_some(step)
     }
-    let step = -Cholesky::<f64, Const<D>>::new(matrix)?.solve(&at.gradient);
-    step.iter().all(|x| x.is_finite()).then_some(step)
+
+    fn and(&self, other: &Self) -> Self {
+        Self {
+            information: self.information + other.information,
+            gradient: self.gradient + other.gradient,
+        }
+    }
+}
+
+impl<const D: usize> Point<D> {
+    /// In sigmas.
+    fn length(&self, step: &SVector<f64, D>) -> f64 {
+        step.dot(&(self.all.information * step)).sqrt()
+    }
+
+    /// The step with the weights that the views will have after it. Where the prediction was off by more than the corners'
+    /// noise their weights rise by the way, and would only be known by looking at all corners again.
+    fn reweighed(&self, first: SVector<f64, D>, sights: &[Sight<'_>]) -> SVector<f64, D> {
+        let mut step = first;
+        for _ in 0..MOST_REWEIGHINGS {
+            let corners = self
+                .bodies
+                .equations(sights, &self.views, |body, sight, view| {
+                    let (moved, turned) = body.moved(&step);
+                    view.weight_after(&moved, turned, sight.view.noise_source)
+                });
+            let Some(next) = self.prior.and(&corners).step(0.0) else {
+                break;
+            };
+            let change = self.length(&(next - step));
+            step = next;
+            if change < 0.1 * SMALL_STEP {
+                break;
+            }
+        }
+        step
+    }
 }
 
 fn evaluate<const D: usize>(
@@ -118,91 +164,48 @@ fn evaluate<const D: usize>(
     sights: &[Sight<'_>],
     at: &Configuration,
 ) -> Option<Point<D>> {
-    let normal = |sight: &Sight<'_>| sight.normal(&sight.view.moving(at));
+    let bodies = Bodies::of(sights, at);
+    let normal = |sight: &Sight<'_>| sight.normal(&bodies.of_sight(sight)?.moving);
     let views: Vec<_> = sights.iter().map(normal).collect();
     let unseen = views.iter().filter(|view| view.is_none()).count();
     if unseen == sights.len() && unseen > 0 {
         return None;
     }
-    let mut corners = SMatrix::<f64, D, D>::zeros();
-    let mut slope = SVector::<f64, D>::zeros();
-    let mut chi2 = UNSEEN * unseen as f64;
-    for (sight, view) in sights.iter().zip(&views) {
-        let Some(view) = view else { continue };
-        chi2 += view.chi2;
-        add(&mut corners, &mut slope, (sight, view), at);
-    }
+    let seen = views.iter().flatten().map(|view| view.chi2);
+    let chi2 = UNSEEN * unseen as f64 + seen.sum::<f64>();
+    let corners = bodies.equations(sights, &views, |_, _, _| 1.0);
     let off = at.difference::<D>(&prior.configuration);
-    let (information, gradient) = prior_normal(prior, &off);
+    let of_prior = prior.equations(&off);
     let surprise = off.dot(&(prior.information * off));
     let cost = surprise + chi2;
-    cost.is_finite().then_some(Point {
+    cost.is_finite().then(|| Point {
         configuration: *at,
-        corners,
+        bodies,
         views,
+        all: corners.and(&of_prior),
+        corners,
+        prior: of_prior,
         surprise,
         cost,
-        information: information + corners,
-        gradient: gradient + slope,
     })
 }
 
-/// A view's normal equations about the pose of its link, by the chain rule about the configuration.
-fn add<const D: usize>(
-    information: &mut SMatrix<f64, D, D>,
-    gradient: &mut SVector<f64, D>,
-    (sight, view): (&Sight<'_>, &Normal),
-    at: &Configuration,
-) {
-    match &sight.view.limb {
-        None => {
-            let mut of_pose = information.fixed_view_mut::<6, 6>(0, 0);
-            of_pose += view.information;
-            let mut of_pose = gradient.fixed_rows_mut::<6>(0);
-            of_pose += view.gradient;
-        }
-        Some(limb) => {
-            let jacobian = limb.jacobian::<D>(at);
-            *information += jacobian.transpose() * view.information * jacobian;
-            *gradient += jacobian.transpose() * view.gradient;
+impl<const D: usize> Prior<D> {
+    /// Its part of the normal equations at the distance `off` from it: d log(exp(e) exp(off)) / de = J_l⁻¹(off).
+    fn equations(&self, off: &SVector<f64, D>) -> Equations<D> {
+        let turn = off.fixed_rows::<3>(3).into_owned();
+        let jacobian = so3::left_jacobian_inverse(&turn);
+        let mut information = self.information;
+        let mut gradient = self.information * off;
+        let rows = jacobian.tr_mul(&information.fixed_rows::<3>(3));
+        information.fixed_rows_mut::<3>(3).copy_from(&rows);
+        let columns = information.fixed_columns::<3>(3) * jacobian;
+        information.fixed_columns_mut::<3>(3).copy_from(&columns);
+        let turned = jacobian.tr_mul(&gradient.fixed_rows::<3>(3));
+        gradient.fixed_rows_mut::<3>(3).copy_from(&turned);
+        Equations {
+            information,
+            gradient,
         }
     }
-    if let Some((rolling, first)) = view.rolling.as_deref().zip(rates_at(D)) {
-        add_rolling(information, gradient, (sight, rolling), (at, first));
-    }
-}
-
-/// The same for what a rolling shutter tells about the rates, whose places begin at `first`.
-fn add_rolling<const D: usize>(
-    information: &mut SMatrix<f64, D, D>,
-    gradient: &mut SVector<f64, D>,
-    (sight, rolling): (&Sight<'_>, &Rolling),
-    (at, first): (&Configuration, usize),
-) {
-    let by_configuration = match &sight.view.limb {
-        None => SMatrix::<f64, 6, D>::identity(),
-        Some(limb) => limb.jacobian::<D>(at),
-    };
-    let mut by_rates = SMatrix::<f64, 6, D>::zeros();
-    by_rates
-        .columns_mut(first, first)
-        .copy_from(&by_configuration.columns(0, first));
-    let mixed = by_configuration.transpose() * rolling.with_pose * by_rates;
-    *information +=
-        mixed + mixed.transpose() + by_rates.transpose() * rolling.information * by_rates;
-    *gradient += by_rates.transpose() * rolling.gradient;
-}
-
-/// The prior's part of the normal equations at the distance `off` from it: d log(exp(e) exp(off)) / de = J_l⁻¹(off).
-fn prior_normal<const D: usize>(
-    prior: &Prior<D>,
-    off: &SVector<f64, D>,
-) -> (SMatrix<f64, D, D>, SVector<f64, D>) {
-    let mut jacobian = SMatrix::<f64, D, D>::identity();
-    let turn = off.fixed_rows::<3>(3).into_owned();
-    jacobian
-        .fixed_view_mut::<3, 3>(3, 3)
-        .copy_from(&so3::left_jacobian_inverse(&turn));
-    let weighted = jacobian.transpose() * prior.information;
-    (weighted * jacobian, weighted * off)
 }

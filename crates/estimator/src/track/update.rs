@@ -170,12 +170,12 @@ fn updated_by_group<const D: usize>(
         if active.is_empty() {
             return None;
         }
-        let fit = solve(
+        let mut fit = solve(
             &seen_prior,
             &active,
             start.unwrap_or(&expected.configuration),
         )?;
-        let normals = normals(sights, &part, &fit);
+        let normals = normals(sights, &part, &mut fit);
         let worst = worst_chi2(&normals, &part);
         if worst > options.tag_gate {
             // Just below the worst, so that at least that one goes.
@@ -215,21 +215,31 @@ fn chosen<'s, 'a>(sights: &'s [Sight<'a>], part: &[bool]) -> Cow<'s, [Sight<'a>]
         .collect()
 }
 
-/// Cost and normal equations of each view at the fit; `None` where it would have to show the tag's back.
+/// Cost and normal equations of each view at the fit, taken out of it; `None` where it would have to show the tag's back.
 fn normals<const D: usize>(
     sights: &[Sight<'_>],
     part: &[bool],
-    fit: &Fit<D>,
+    fit: &mut Fit<D>,
 ) -> Vec<Option<Normal>> {
-    let mut fitted = fit.views.iter();
-    let normal = |(sight, part): (&Sight<'_>, &bool)| {
-        let fitted = if *part { fitted.next().cloned() } else { None };
-        let link = sight.view.world_from_link(&fit.configuration);
-        let moving = || sight.view.moving(&fit.configuration);
-        let normal = fitted.unwrap_or_else(|| sight.normal(&moving()));
-        normal.filter(|_| sight.faces(&link))
-    };
-    sights.iter().zip(part).map(normal).collect()
+    let at = fit.configuration;
+    let mut normals = std::mem::take(&mut fit.views);
+    if part.iter().any(|part| !part) {
+        let mut fitted = normals.into_iter();
+        let normal = |(sight, part): (&Sight<'_>, &bool)| {
+            if *part {
+                fitted.next().flatten()
+            } else {
+                sight.normal(&sight.view.moving(&at))
+            }
+        };
+        normals = sights.iter().zip(part).map(normal).collect();
+    }
+    for (sight, normal) in sights.iter().zip(&mut normals) {
+        if !sight.faces(&sight.view.world_from_link(&at)) {
+            *normal = None;
+        }
+    }
+    normals
 }
 
 fn chi2(normal: &Option<Normal>) -> f64 {
@@ -320,8 +330,9 @@ fn taken(normal: Option<&Normal>, part: bool, covariance: &Matrix6<f64>) -> Take
         return Taken::refused();
     };
     let absorbed = |information: Matrix6<f64>| {
+        // The trace of the product: both are symmetric.
         let share = if part {
-            (information * covariance).trace()
+            information.dot(covariance)
         } else {
             0.0
         };
