@@ -25,15 +25,27 @@ pub(crate) const TILES_IN_WORD: usize = WORD / TILE;
 /// Points that are sampled at a time.
 pub(crate) const POINTS: usize = 8;
 
-/// Columns that are multiplied with another at a time.
-pub(crate) const COLUMNS: usize = 4;
+/// Rows of numbers that lie together, and how many times as many a column has at most.
+pub(crate) const ROWS: usize = 16;
+pub(crate) const MAX_GROUPS: usize = 80;
+
+/// Columns of numbers of which sums of products are taken, and with how many others at a time.
+pub(crate) const COLUMNS: usize = 19;
+pub(crate) const TOGETHER: usize = 4;
+
+pub(crate) type Column = [[i16; ROWS]; MAX_GROUPS];
 
 /// A coordinate, or the grey, of as many points.
 pub(crate) type Points = [f32; POINTS];
 
 type TileExtrema = fn(rows: [&[u8]; TILE], darkest: &mut [u8], brightest: &mut [u8]);
 type Sample = fn(image: &Image<'_>, map: &Homography, places: &[[Points; 2]], greys: &mut [Points]);
-type Products = fn(column: &[i16], others: [&[i16]; COLUMNS]) -> [i32; COLUMNS];
+type Products = fn(
+    columns: &[Column; COLUMNS],
+    n_groups: usize,
+    column: usize,
+    first: usize,
+) -> [i32; TOGETHER];
 type ThresholdWords = fn(row: &[u8], levels: &[u8], words: &mut [u64]);
 
 /// One set of kernels.
@@ -109,9 +121,15 @@ impl Kernels {
         (self.sample)(image, map, places, greys);
     }
 
-    /// Sums of the products of a column's numbers with those of others that are as long, wrapping.
-    pub(crate) fn products(&self, column: &[i16], others: [&[i16]; COLUMNS]) -> [i32; COLUMNS] {
-        (self.products)(column, others)
+    /// Sums of the products of a column's numbers with those of each of some others from the first on, wrapping.
+    pub(crate) fn products(
+        &self,
+        columns: &[Column; COLUMNS],
+        n_groups: usize,
+        column: usize,
+        first: usize,
+    ) -> [i32; TOGETHER] {
+        (self.products)(columns, n_groups, column, first)
     }
 
     /// One bit a pixel, the least significant leftmost: set where the pixel is below its tile's level.
@@ -197,11 +215,18 @@ mod tests {
         }
 
         #[test]
-        fn fast_products_equal_the_scalar_ones(columns in prop::collection::vec(prop::array::uniform5(-2000_i16..2000), 0..90)) {
-            let column = |k: usize| columns.iter().map(|row| row[k]).collect::<Vec<i16>>();
-            let (first, others) = (column(0), [1, 2, 3, 4].map(column));
-            let others = others.each_ref().map(Vec::as_slice);
-            prop_assert_eq!(Kernels::fastest().products(&first, others), Kernels::SCALAR.products(&first, others));
+        fn fast_products_equal_the_scalar_ones(
+            seed in any::<u32>(),
+            n_groups in 0..=MAX_GROUPS,
+            column in 0..COLUMNS,
+            first in 0..=COLUMNS - TOGETHER,
+        ) {
+            let mut columns = Box::new([[[0_i16; ROWS]; MAX_GROUPS]; COLUMNS]);
+            for (i, number) in columns.as_flattened_mut().as_flattened_mut().iter_mut().enumerate() {
+                *number = (seed.wrapping_mul(i as u32 ^ 0x9e37) >> 20) as i16 - 2048;
+            }
+            let products = |kernels: Kernels| kernels.products(&columns, n_groups, column, first);
+            prop_assert_eq!(products(Kernels::fastest()), products(Kernels::SCALAR));
         }
 
         #[test]

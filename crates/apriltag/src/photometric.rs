@@ -5,11 +5,11 @@
 //!
 //! The picture is light(u, v) * (black + (white - black) * response(coverage)), where coverage is the blurred pattern
 //! ([`Pattern`]), light is a plane over the tag that is 1 at its middle, and response(c) = c + gain c (1 - c) is how a
-//! camera's curve, glare and spreading ink let white grow. Gauss-Newton on 16 parameters: the homography (8), black, white,
-//! the light's slope (2), the blur's covariance (3), which takes in the lens and straight motion, and the gain. (Least
-//! squares on images: Baker & Matthews, Lucas-Kanade 20 years on, IJCV 2004.) First with a few of the pixels, then with all of
-//! them, mostly once. The parameters' covariance is that of least squares, made larger where residuals beside each other
-//! agree, which noise would not.
+//! camera's curve, glare and spreading ink let white grow. Gauss-Newton on 17 parameters: the homography (8), black, white,
+//! the light's slope (2), the blur's covariance (3), which takes in the lens and straight motion, its halo, which takes in
+//! sharpening, and the gain. (Least squares on images: Baker & Matthews, Lucas-Kanade 20 years on, IJCV 2004.) First with a
+//! few of the pixels, then with all of them, mostly once. The parameters' covariance is that of least squares, made larger
+//! where residuals beside each other agree, which noise would not.
 //!
 //! The corners are taken where residuals are no more than the image's noise; elsewhere only where they are much surer than
 //! those of the edges.

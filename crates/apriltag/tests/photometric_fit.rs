@@ -78,6 +78,49 @@ fn a_bent_grey_scale_moves_no_corner() {
     }
 }
 
+/// As a camera sharpens: what a small blur would take away is added.
+fn sharpened(pixels: &[u8], strength: f64) -> Vec<u8> {
+    const KERNEL: [f64; 3] = [0.25, 0.5, 0.25];
+    let (width, height) = (camera().width, camera().height);
+    let at = |x: usize, y: usize| f64::from(pixels[y.min(height - 1) * width + x.min(width - 1)]);
+    let blurred = |x: usize, y: usize| -> f64 {
+        let row = |y: usize| {
+            (0..3)
+                .map(|i| KERNEL[i] * at((x + i).saturating_sub(1), y))
+                .sum::<f64>()
+        };
+        (0..3)
+            .map(|k| KERNEL[k] * row((y + k).saturating_sub(1)))
+            .sum()
+    };
+    let pixel = |i: usize| {
+        let (x, y) = (i % width, i / width);
+        (at(x, y) + strength * (at(x, y) - blurred(x, y))).round() as u8
+    };
+    (0..pixels.len()).map(pixel).collect()
+}
+
+#[test]
+fn halos_of_a_sharpened_picture_move_no_corner() {
+    for (edge_px, strength) in [(17.0, 2.0), (21.0, 3.0), (26.0, 3.0)] {
+        let tag = tag(edge_px);
+        let found = detect_one(&sharpened(&draw(&tag, 0.9).pixels(0.5, 1), strength));
+        assert_eq!(found.refinement, Refinement::Photometric, "{edge_px} px");
+        let error = worst_error(&found, &tag);
+        assert!(error < 0.055, "{edge_px} px: off by {error}");
+    }
+}
+
+#[test]
+fn all_corners_of_a_large_blurred_tag_are_looked_at() {
+    let found = detect_one(&draw(&tag(64.0), 2.2).pixels(1.0, 4));
+    assert_eq!(found.refinement, Refinement::Photometric);
+    let variances = found.corner_covariance.map(|[xx, _, yy]| xx + yy);
+    let least = variances.into_iter().fold(f32::INFINITY, f32::min);
+    let most = variances.into_iter().fold(0.0, f32::max);
+    assert!(most < 4.0 * least, "variances {variances:?}");
+}
+
 #[test]
 fn a_pattern_that_is_not_where_its_border_is_has_no_say() {
     const SHIFT_PX: f64 = 0.6;

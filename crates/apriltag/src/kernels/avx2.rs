@@ -1,6 +1,9 @@
 //! The kernels with 256-bit integer vectors.
 
-use super::{COLUMNS, Kernels, Points, TILE, TILES_IN_WORD, Vectors, WORD, scalar};
+use super::{
+    COLUMNS, Column, Kernels, MAX_GROUPS, Points, TILE, TILES_IN_WORD, TOGETHER, Vectors, WORD,
+    scalar,
+};
 use crate::Image;
 use crate::homography::Homography;
 use std::arch::x86_64::*;
@@ -49,23 +52,30 @@ fn threshold_words(row: &[u8], levels: &[u8], words: &mut [u64]) {
     unsafe { threshold_words_avx2(row, levels, words) }
 }
 
-fn products(column: &[i16], others: [&[i16]; COLUMNS]) -> [i32; COLUMNS] {
+fn products(
+    columns: &[Column; COLUMNS],
+    n_groups: usize,
+    column: usize,
+    first: usize,
+) -> [i32; TOGETHER] {
     // SAFETY: `kernels` gives this function out only where AVX2 was detected.
-    unsafe { products_avx2(column, others) }
+    unsafe { products_avx2(columns, n_groups, column, first) }
 }
 
 #[target_feature(enable = "avx2")]
-fn products_avx2(column: &[i16], others: [&[i16]; COLUMNS]) -> [i32; COLUMNS] {
-    /// Numbers in a vector.
-    const NUMBERS: usize = 16;
-    let (chunks, rest) = column.as_chunks::<NUMBERS>();
-    let in_chunks = |k: usize| others[k].as_chunks::<NUMBERS>().0;
-    let (a, b, c, d) = (in_chunks(0), in_chunks(1), in_chunks(2), in_chunks(3));
-    let mut sums = [_mm256_setzero_si256(); COLUMNS];
-    for ((((chunk, a), b), c), d) in chunks.iter().zip(a).zip(b).zip(c).zip(d) {
-        // SAFETY: chunks are as long as vectors, which need not be aligned.
-        let load = |chunk: &[i16; NUMBERS]| unsafe { _mm256_loadu_si256(chunk.as_ptr().cast()) };
-        let numbers = load(chunk);
+fn products_avx2(
+    columns: &[Column; COLUMNS],
+    n_groups: usize,
+    column: usize,
+    first: usize,
+) -> [i32; TOGETHER] {
+    let column = &columns[column];
+    let [a, b, c, d] = [0, 1, 2, 3].map(|k| &columns[first + k]);
+    let mut sums = [_mm256_setzero_si256(); TOGETHER];
+    for group in 0..n_groups.min(MAX_GROUPS) {
+        // SAFETY: groups are as long as vectors, which need not be aligned.
+        let load = |column: &Column| unsafe { _mm256_loadu_si256(column[group].as_ptr().cast()) };
+        let numbers = load(column);
         for (sum, other) in sums.iter_mut().zip([a, b, c, d]) {
             *sum = _mm256_add_epi32(*sum, _mm256_madd_epi16(numbers, load(other)));
         }
@@ -80,15 +90,9 @@ fn products_avx2(column: &[i16], others: [&[i16]; COLUMNS]) -> [i32; COLUMNS] {
         _mm256_extracti128_si256::<1>(pairs),
     );
     let sums = _mm_add_epi32(halves.0, halves.1);
-    let mut products = [0_i32; COLUMNS];
+    let mut products = [0_i32; TOGETHER];
     // SAFETY: there is room for four numbers, which need not be aligned.
     unsafe { _mm_storeu_si128(products.as_mut_ptr().cast(), sums) };
-    let first = column.len() - rest.len();
-    for (product, other) in products.iter_mut().zip(others) {
-        for (a, b) in rest.iter().zip(&other[first..]) {
-            *product = product.wrapping_add(i32::from(*a) * i32::from(*b));
-        }
-    }
     products
 }
 

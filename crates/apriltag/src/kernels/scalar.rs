@@ -1,6 +1,6 @@
 //! The kernels in plain Rust: the reference for the others, written so that compilers can vectorise them.
 
-use super::{COLUMNS, Points, TILE, TILES_IN_WORD, WORD};
+use super::{COLUMNS, Column, Points, ROWS, TILE, TILES_IN_WORD, TOGETHER, WORD};
 use crate::Image;
 use crate::homography::Homography;
 
@@ -20,18 +20,25 @@ pub(super) fn tile_extrema(rows: [&[u8]; TILE], darkest: &mut [u8], brightest: &
     }
 }
 
-pub(super) fn products(column: &[i16], others: [&[i16]; COLUMNS]) -> [i32; COLUMNS] {
-    let [a, b, c, d] = others.map(|other| &other[..column.len()]);
-    // One by one, as compilers make no vectors of sums in an array.
-    let (mut with_a, mut with_b, mut with_c, mut with_d) = (0_i32, 0_i32, 0_i32, 0_i32);
-    for (i, &number) in column.iter().enumerate() {
-        let product = |other: &[i16]| i32::from(number) * i32::from(other[i]);
-        with_a = with_a.wrapping_add(product(a));
-        with_b = with_b.wrapping_add(product(b));
-        with_c = with_c.wrapping_add(product(c));
-        with_d = with_d.wrapping_add(product(d));
+pub(super) fn products(
+    columns: &[Column; COLUMNS],
+    n_groups: usize,
+    column: usize,
+    first: usize,
+) -> [i32; TOGETHER] {
+    /// In a vector, or two.
+    const LANES: usize = 8;
+    let mut sums = [[0_i32; LANES]; TOGETHER];
+    for (group, a) in columns[column][..n_groups].iter().enumerate() {
+        for (k, sums) in sums.iter_mut().enumerate() {
+            let b = &columns[first + k][group];
+            for i in 0..ROWS {
+                let product = i32::from(a[i]) * i32::from(b[i]);
+                sums[i % LANES] = sums[i % LANES].wrapping_add(product);
+            }
+        }
     }
-    [with_a, with_b, with_c, with_d]
+    sums.map(|sums| sums.into_iter().fold(0, i32::wrapping_add))
 }
 
 /// Words that are worked on together: few, since most of an image is dead and passed by.

@@ -1,68 +1,62 @@
 //! What one straight blurred edge looks like.
 //!
-//! Blur is Gaussian, followed by the pixel's own square: across an edge the square is a trapezoid, here a box as wide as the
-//! trapezoid's middle and a Gaussian with the rest of its variance.
+//! Blur is a Gaussian; what makes it another shape is told by the halo: that many times the Gaussian more, and one twice as
+//! wide that many times less. Sharpening does just that and leaves halos beside the edges; the blur of an open aperture, of
+//! motion and of the pixel's own square ends as abruptly; with glare it is the other way round.
 
-use crate::quad::Point;
-
-/// Variance of a pixel's square along either axis, in square pixels.
-pub(super) const PIXEL: f32 = 1.0 / 12.0;
-
-/// Share of the blur that lies beyond an edge, and the first and half the second derivative of that with the distance, per
-/// pixel. Half the second derivative is also the derivative with the variance, as blur obeys the heat equation.
-pub(super) type Edge = [f32; 3];
+/// Share of the blur that lies beyond an edge, its derivative with the distance, per pixel, with the Gaussian's variance, per
+/// square pixel, and with the halo.
+pub(super) type Edge = [f32; 4];
 
 /// How all edges of one direction look.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Profile {
-    sigma: f32,
     per_sigma: f32,
-    width: f32,
-    per_width: f32,
+    halo: f32,
 }
 
 impl Profile {
-    /// Of edges across the direction `[nx, ny]`, for this variance of the blur and the square together.
-    pub(super) fn new([nx, ny]: Point, variance: f32) -> Self {
-        const LEAST_VARIANCE: f32 = 0.01;
-        let width = nx.abs().max(ny.abs());
-        let sigma = (variance - width * width * PIXEL)
-            .max(LEAST_VARIANCE)
-            .sqrt();
+    pub(super) fn new(variance: f32, halo: f32) -> Self {
         Self {
-            sigma,
-            per_sigma: 1.0 / sigma,
-            width,
-            per_width: 1.0 / width,
+            per_sigma: 1.0 / variance.sqrt(),
+            halo,
         }
     }
 
     /// At a distance in pixels.
     #[inline(always)]
     pub(super) fn at(&self, distance: f32) -> Edge {
-        let (far, near) = (distance + 0.5 * self.width, distance - 0.5 * self.width);
-        let (far_share, far_density) = normal(far * self.per_sigma);
-        let (near_share, near_density) = normal(near * self.per_sigma);
-        let density = far_density - near_density;
-        let integral = far * far_share - near * near_share + self.sigma * density;
-        [
-            integral * self.per_width,
-            (far_share - near_share) * self.per_width,
-            0.5 * density * self.per_sigma * self.per_width,
-        ]
+        const FAR: f32 = 12.0;
+        let z = distance * self.per_sigma;
+        // Not by `min`, which calls a library on 32-bit ARM.
+        let x = if z.abs() < FAR { z.abs() } else { FAR };
+        let root = exp_of_negative(-0.125 * x * x);
+        let square = root * root;
+        let (density, wide_density) = (PEAK * square * square, PEAK * root * 0.5);
+        let tail = density * tail_over_density(x);
+        let wide_tail = PEAK * root * tail_over_density(x * 0.5);
+        let less = tail - wide_tail;
+        let beyond = tail + self.halo * less;
+        let density = (density + self.halo * (density - wide_density)) * self.per_sigma;
+        let (share, with_halo) = if z < 0.0 {
+            (beyond, less)
+        } else {
+            (1.0 - beyond, -less)
+        };
+        let with_variance = -0.5 * z * self.per_sigma * density;
+        [share, density, with_variance, with_halo]
     }
 }
 
-/// The normal distribution function and its density (Abramowitz & Stegun, Handbook of Mathematical Functions, 26.2.16,
-/// |error| < 1e-5).
+/// Of the normal distribution.
+const PEAK: f32 = 0.398_942_3;
+
+/// One less the normal distribution function, over its density (Abramowitz & Stegun, Handbook of Mathematical Functions,
+/// 26.2.16, |error| < 1e-5).
 #[inline(always)]
-fn normal(z: f32) -> (f32, f32) {
-    // Not by `min`, which calls a library on 32-bit ARM.
-    let x = if z.abs() < 6.0 { z.abs() } else { 6.0 };
-    let density = 0.398_942_3 * exp_of_negative(-0.5 * x * x);
+fn tail_over_density(x: f32) -> f32 {
     let t = 1.0 / (1.0 + 0.332_67 * x);
-    let tail = density * t * (0.436_183_6 + t * (-0.120_167_6 + t * 0.937_298));
-    (if z < 0.0 { tail } else { 1.0 - tail }, density)
+    t * (0.436_183_6 + t * (-0.120_167_6 + t * 0.937_298))
 }
 
 /// e^x for x from -80 to 0, without a call: 2^n is put together from its bits, 2^f for |f| <= 1/2 is a Taylor series in
@@ -92,21 +86,31 @@ mod tests {
     }
 
     #[test]
-    fn an_edges_density_and_spread_are_its_derivatives() {
+    fn an_edges_derivatives_are_those_of_its_share() {
         const STEP: f32 = 0.02;
-        let profile = Profile::new([0.8, 0.6], 0.45);
+        let (variance, halo) = (0.45, 0.4);
+        let share =
+            |distance: f32, variance: f32, halo: f32| Profile::new(variance, halo).at(distance)[0];
         for i in -100..=100 {
             let distance = 0.04 * i as f32;
-            let [share, density, spread] = profile.at(distance);
-            let (before, after) = (profile.at(distance - STEP), profile.at(distance + STEP));
-            let slope = (after[0] - before[0]) / (2.0 * STEP);
-            let bend = (after[1] - before[1]) / (4.0 * STEP);
-            assert!((share + profile.at(-distance)[0] - 1.0).abs() < 1e-4);
-            assert!(
-                (density - slope).abs() < 2e-3,
-                "{distance}: {density} {slope}"
-            );
-            assert!((spread - bend).abs() < 2e-3, "{distance}: {spread} {bend}");
+            let [value, derivatives @ ..] = Profile::new(variance, halo).at(distance);
+            assert!((value + share(-distance, variance, halo) - 1.0).abs() < 1e-4);
+            let differences = [
+                share(distance + STEP, variance, halo) - share(distance - STEP, variance, halo),
+                share(distance, variance + STEP, halo) - share(distance, variance - STEP, halo),
+                share(distance, variance, halo + STEP) - share(distance, variance, halo - STEP),
+            ];
+            for (derivative, difference) in derivatives.iter().zip(differences) {
+                let error = derivative - difference / (2.0 * STEP);
+                assert!(error.abs() < 2e-3, "{distance}: {derivative} {difference}");
+            }
         }
+    }
+
+    #[test]
+    fn a_halo_goes_beyond_white_beside_an_edge() {
+        let profile = Profile::new(1.0, 1.0);
+        assert!(profile.at(2.2)[0] > 1.03);
+        assert!(profile.at(-2.2)[0] < -0.03);
     }
 }

@@ -4,19 +4,20 @@
 //! any processor, by vector instructions that all of them have. What rounding changes in the derivatives leaves the estimate
 //! where it is, as sums of residuals times anything but themselves are zero on average where the model holds.
 
-use crate::kernels::{self, Kernels};
+use crate::kernels::{COLUMNS, Column, Kernels, MAX_GROUPS, ROWS, TOGETHER};
 
-/// Homography 8, black, white, light 2, blur 3, gain.
-pub(super) const PARAMETERS: usize = 16;
+/// Homography 8, black, white, light 2, blur 3, halo, gain.
+pub(super) const PARAMETERS: usize = COLUMNS - 2;
 
-/// Derivatives, then the residual.
-pub(super) const COLUMNS: usize = PARAMETERS + 1;
+/// The columns after those of the derivatives: residuals, and roots of the weights.
+const RESIDUALS: usize = PARAMETERS;
+const ROOTS: usize = PARAMETERS + 1;
 
 /// Most pixels.
-pub(super) const MAX_PIXELS: usize = 1280;
+pub(super) const MAX_PIXELS: usize = GROUP * MAX_GROUPS;
 
 /// Pixels that are worked on together, and neighbours.
-pub(super) const GROUP: usize = 16;
+pub(super) const GROUP: usize = ROWS;
 
 /// What derivatives of 1, and weights of 1, are in the columns.
 pub(super) const UNIT: f32 = 256.0;
@@ -27,9 +28,6 @@ pub(super) const RESIDUAL: f32 = 2048.0;
 pub(super) type Vector = [f32; PARAMETERS];
 pub(super) type Matrix = [Vector; PARAMETERS];
 
-/// The column of residuals.
-const RESIDUALS: usize = PARAMETERS;
-
 /// What is known of a parameter beforehand: how far it is away from there, give or take the spread.
 pub(super) struct Prior {
     pub(super) parameter: usize,
@@ -37,19 +35,19 @@ pub(super) struct Prior {
     pub(super) spread: f32,
 }
 
+/// A pixel's derivatives, residual and root of its weight.
+pub(super) type Row = [f32; COLUMNS];
+
 #[derive(Debug)]
 pub(super) struct Equations {
-    columns: Vec<[i16; MAX_PIXELS]>,
-    /// Roots of the weights.
-    roots: Vec<i16>,
+    columns: Box<[Column; COLUMNS]>,
+    n_groups: usize,
     /// Room for a group, before it is rounded.
-    rows: [[f32; GROUP]; COLUMNS + 1],
-    /// Pixels in use.
-    n: usize,
-    /// Sum of the weights.
-    weight: f32,
+    rows: [[f32; GROUP]; COLUMNS],
     /// Sums of products of each column with itself and those before it.
     products: [[i32; COLUMNS]; COLUMNS],
+    /// Sum of the weights.
+    weight: f32,
     /// Limit of the residuals, as a part of the contrast.
     limit: f32,
 }
@@ -57,12 +55,11 @@ pub(super) struct Equations {
 impl Default for Equations {
     fn default() -> Self {
         Self {
-            columns: vec![[0; MAX_PIXELS]; COLUMNS],
-            roots: vec![0; MAX_PIXELS],
-            rows: [[0.0; GROUP]; COLUMNS + 1],
-            n: 0,
-            weight: 0.0,
+            columns: Box::new([[[0; GROUP]; MAX_GROUPS]; COLUMNS]),
+            n_groups: 0,
+            rows: [[0.0; GROUP]; COLUMNS],
             products: [[0; COLUMNS]; COLUMNS],
+            weight: 0.0,
             limit: 1.0,
         }
     }
@@ -73,47 +70,39 @@ const SHIFT: f32 = 12_582_912.0;
 
 impl Equations {
     pub(super) fn clear(&mut self, limit: f32) {
-        self.n = 0;
+        self.n_groups = 0;
         self.limit = limit;
     }
 
-    /// Adds a group: rows and roots of weights.
+    /// Adds a group, rounded.
     #[inline(always)]
-    pub(super) fn add(&mut self, row: impl Fn(usize) -> ([f32; COLUMNS], f32)) {
+    pub(super) fn add(&mut self, row: impl Fn(usize) -> Row) {
         for i in 0..GROUP {
-            let (row, root) = row(i);
+            let row = row(i);
             for k in 0..COLUMNS {
                 self.rows[k][i] = row[k] + SHIFT;
             }
-            self.rows[COLUMNS][i] = root + SHIFT;
         }
-        let group = self.n / GROUP;
-        for (column, row) in self.columns.iter_mut().zip(&self.rows) {
-            put(column, group, row);
+        if self.n_groups < MAX_GROUPS {
+            for k in 0..COLUMNS {
+                for i in 0..GROUP {
+                    self.columns[k][self.n_groups][i] = self.rows[k][i].to_bits() as i16;
+                }
+            }
+            self.n_groups += 1;
         }
-        put(&mut self.roots, group, &self.rows[COLUMNS]);
-        self.n = (self.n + GROUP).min(MAX_PIXELS);
-    }
-
-    fn column(&self, k: usize) -> &[i16] {
-        &self.columns[k][..self.n]
     }
 
     /// Adds everything up.
-    #[inline(always)]
     pub(super) fn finish(&mut self, kernels: &Kernels) {
-        const TOGETHER: usize = kernels::COLUMNS;
         for i in 0..COLUMNS {
-            for first in (0..=i.min(PARAMETERS - 1)).step_by(TOGETHER) {
-                let others = std::array::from_fn(|k| self.column(first + k));
-                let products = kernels.products(self.column(i), others);
+            for first in (0..=i).step_by(TOGETHER) {
+                let first = first.min(COLUMNS - TOGETHER);
+                let products = kernels.products(&self.columns, self.n_groups, i, first);
                 self.products[i][first..first + TOGETHER].copy_from_slice(&products);
             }
         }
-        let residuals = self.column(RESIDUALS);
-        self.products[RESIDUALS][RESIDUALS] = dot(residuals, residuals);
-        let roots = &self.roots[..self.n];
-        self.weight = dot(roots, roots) as f32 / (UNIT * UNIT);
+        self.weight = self.products[ROOTS][ROOTS] as f32 / (UNIT * UNIT);
     }
 
     /// The Gauss-Newton step, and (J^T W J)^-1 with what is known beforehand, of derivatives in parts of the contrast.
@@ -158,15 +147,15 @@ impl Equations {
         const BITS: i32 = 8;
         let scale = (1 << BITS) as f32 * RESIDUAL / (UNIT * self.limit);
         let (derivatives, rest) = self.columns.split_at_mut(RESIDUALS);
-        let mut changes = [0_i32; MAX_PIXELS];
-        let changes = &mut changes[..self.n];
+        let mut changes = [[0_i32; GROUP]; MAX_GROUPS];
+        let changes = changes[..self.n_groups].as_flattened_mut();
         for (derivatives, change) in derivatives.iter().zip(step) {
             let factor = (change * scale) as i32;
-            for (sum, derivative) in changes.iter_mut().zip(derivatives) {
+            for (sum, derivative) in changes.iter_mut().zip(derivatives.as_flattened()) {
                 *sum = sum.wrapping_add(factor.wrapping_mul(i32::from(*derivative)));
             }
         }
-        let residuals = &mut rest[0][..self.n];
+        let residuals = &mut rest[0].as_flattened_mut()[..changes.len()];
         for (residual, change) in residuals.iter_mut().zip(changes) {
             *residual = residual.wrapping_sub((*change >> BITS) as i16);
         }
@@ -179,45 +168,33 @@ impl Equations {
     /// than J^T W J says, as weights change too (Huber, Robust Statistics, 1981, 6.6).
     #[inline(always)]
     pub(super) fn excess(&self) -> f32 {
-        const HOMOGRAPHY: usize = 8;
-        let residuals = self.column(RESIDUALS).as_chunks::<GROUP>().0;
-        let leverage = (PARAMETERS as f32 / residuals.len() as f32).min(0.5);
+        /// The homography's for size and place.
+        const LOOKED_AT: [usize; 4] = [0, 2, 4, 5];
+        let column = |k: usize| &self.columns[k][..self.n_groups];
+        // A group mostly shows one edge, which pulls one way; the homography's eight parameters give way to as many pulls.
+        let leverage = (8.0 / self.n_groups as f32).min(0.5);
         let mut togetherness = 0.0;
-        for k in 0..HOMOGRAPHY {
-            let column = self.column(k).as_chunks::<GROUP>().0;
-            let pulls = column.iter().zip(residuals);
+        for k in LOOKED_AT {
+            let pulls = column(k).iter().zip(column(RESIDUALS));
             let scatter: f32 = pulls.map(|(a, b)| (dot(a, b) as f32).powi(2)).sum();
-            togetherness += scatter / (self.products[k][k] as f32 * HOMOGRAPHY as f32);
+            togetherness += scatter / (self.products[k][k] as f32 * LOOKED_AT.len() as f32);
         }
         let variance = self.residual_variance() * (RESIDUAL / self.limit).powi(2);
         let togetherness = togetherness / ((1.0 - leverage) * variance);
+        let roots = column(ROOTS).as_flattened().iter();
+        let roots: i32 = roots.map(|&root| i32::from(root)).sum();
         // The biweight w = (1 - x)^2 has d(w r) / dr = (1 - x) (1 - 5 x) = 5 w - 4 sqrt(w).
-        let roots: i32 = self.roots[..self.n]
-            .iter()
-            .map(|&root| i32::from(root))
-            .sum();
         let slopes = 5.0 * self.weight - 4.0 * roots as f32 / UNIT;
         let flattening = self.weight / slopes.max(0.3 * self.weight);
         (togetherness * flattening.powi(2)).max(1.0)
     }
 }
 
-/// Sets a group of whole numbers, to which `SHIFT` was added.
-#[inline(always)]
-fn put(column: &mut [i16], group: usize, shifted: &[f32; GROUP]) {
-    if let Some(numbers) = column.as_chunks_mut::<GROUP>().0.get_mut(group) {
-        for i in 0..GROUP {
-            numbers[i] = shifted[i].to_bits() as i16;
-        }
-    }
-}
-
 /// Sum of products.
 #[inline(always)]
 fn dot(a: &[i16], b: &[i16]) -> i32 {
-    a.iter().zip(b).fold(0, |sum: i32, (&a, &b)| {
-        sum.wrapping_add(i32::from(a) * i32::from(b))
-    })
+    let products = a.iter().zip(b).map(|(&a, &b)| i32::from(a) * i32::from(b));
+    products.fold(0, i32::wrapping_add)
 }
 
 /// Of a symmetric positive matrix, scaled to a unit diagonal meanwhile: by Gauss and Jordan's elimination in place.
@@ -287,19 +264,20 @@ mod tests {
         for group in 0..4 {
             equations.add(|i| {
                 let i = group * GROUP + i;
-                let mut row: [f32; COLUMNS] =
-                    std::array::from_fn(|k| UNIT / 8.0 * derivative(i, k));
+                let mut row: Row = std::array::from_fn(|k| UNIT / 8.0 * derivative(i, k));
                 row[RESIDUALS] = RESIDUAL / 8.0 * 0.5 * derivative(i, 3);
-                (row, UNIT)
+                row[ROOTS] = UNIT;
+                row
             });
         }
         equations.finish(&Kernels::SCALAR);
         let mut step = [0.0; PARAMETERS];
         step[3] = 0.5;
         equations.take_step(&step);
+        let residuals = &equations.columns[RESIDUALS][..4];
         assert!(
-            equations
-                .column(RESIDUALS)
+            residuals
+                .as_flattened()
                 .iter()
                 .all(|residual| residual.abs() <= 1)
         );

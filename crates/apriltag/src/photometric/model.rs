@@ -1,6 +1,6 @@
 //! What a pixel should show, and how that changes with everything that is fitted.
 
-use super::equations::{COLUMNS, Equations, GROUP, RESIDUAL, UNIT};
+use super::equations::{Equations, GROUP, RESIDUAL, Row, UNIT};
 use super::pattern::{Coverage, Optics, Pattern, Places};
 use super::pixels::Group;
 use super::state::State;
@@ -37,7 +37,7 @@ impl<'a> Model<'a> {
             per_scale: per_scale(state, &inverse),
             pattern,
             state,
-            optics: state.optics()?,
+            optics: state.optics(),
             inverse,
             reach: reach(pattern, state),
             per_contrast: 1.0 / contrast,
@@ -110,7 +110,7 @@ impl<'a> Model<'a> {
         [u, v]: [f32; 2],
         units_px: [f32; 2],
         coverage: &Coverage,
-    ) -> ([f32; COLUMNS], f32) {
+    ) -> Row {
         let State {
             homography,
             black,
@@ -151,7 +151,7 @@ impl<'a> Model<'a> {
             |axis: usize| along_u * m_u[axis] + along_v * m_v[axis] - along_w * m_w[axis];
         let (gx, gy) = (gradient(0), gradient(1));
         let towards = -(gx * x + gy * y) * self.per_size;
-        let columns = [
+        [
             gx * u,
             gx * v,
             gx,
@@ -167,10 +167,11 @@ impl<'a> Model<'a> {
             response * coverage.with_blur[0],
             response * coverage.with_blur[1],
             response * coverage.with_blur[2],
+            response * coverage.with_halo,
             lit * mixed,
             root * strays * RESIDUAL,
-        ];
-        (columns, unit)
+            unit,
+        ]
     }
 }
 

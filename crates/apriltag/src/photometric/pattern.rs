@@ -30,12 +30,13 @@ pub(super) struct Pattern {
     middle: f32,
 }
 
-/// White's share at a place, its derivatives per pixel across the edges of either axis, and those with the blur's variance
-/// across the ones and the others and with their covariance.
+/// White's share at a place, its derivatives per pixel across the edges of either axis, those with the blur's variance
+/// across the ones and the others and with their covariance, and that with the halo.
 pub(super) struct Coverage {
     pub(super) value: f32,
     pub(super) across: [f32; 2],
     pub(super) with_blur: [f32; 3],
+    pub(super) with_halo: f32,
 }
 
 /// How blur shows: across the edges of either axis, and the covariance between both in square pixels.
@@ -79,7 +80,7 @@ impl Pattern {
         optics: &Optics,
     ) -> Crossings<EDGES> {
         let mut crossings = Crossings {
-            edges: [[[[0.0; GROUP]; 3]; EDGES]; 2],
+            edges: [[[[0.0; GROUP]; 4]; EDGES]; 2],
             windows: [0; GROUP],
         };
         let beside = (EDGES / 2) as f32;
@@ -98,7 +99,7 @@ impl Pattern {
                 let module_px = places.unit_px[axis][i] / self.half_border;
                 for (k, edge) in edges.iter_mut().enumerate() {
                     let looks = optics.profiles[axis].at((away - k as f32) * module_px);
-                    for q in 0..3 {
+                    for q in 0..4 {
                         edge[q][i] = looks[q];
                     }
                 }
@@ -119,7 +120,7 @@ pub(super) struct Places {
 
 /// The nearest edges along either axis, and the modules on both sides of them.
 pub(super) struct Crossings<const EDGES: usize> {
-    edges: [[[[f32; GROUP]; 3]; EDGES]; 2],
+    edges: [[[[f32; GROUP]; 4]; EDGES]; 2],
     windows: [u16; GROUP],
 }
 
@@ -129,16 +130,16 @@ impl<const EDGES: usize> Crossings<EDGES> {
     pub(super) fn coverage(&self, at: usize, covariance: f32) -> Coverage {
         let edge = |axis: usize, k: usize| {
             let looks = &self.edges[axis][k];
-            [looks[0][at], looks[1][at], looks[2][at]]
+            [looks[0][at], looks[1][at], looks[2][at], looks[3][at]]
         };
         let row = |j: usize| {
             let window = i32::from(self.windows[at]);
             let module = |i: usize| (window >> (j * WINDOW + i) & 1) as f32;
-            let mut white = [module(0), 0.0, 0.0];
+            let mut white = [module(0), 0.0, 0.0, 0.0];
             for i in 0..EDGES {
                 let change = module(i + 1) - module(i);
                 let edge = edge(0, i);
-                for q in 0..3 {
+                for q in 0..4 {
                     white[q] += change * edge[q];
                 }
             }
@@ -149,17 +150,19 @@ impl<const EDGES: usize> Crossings<EDGES> {
             value: above[0],
             across: [above[1], 0.0],
             with_blur: [above[2], 0.0, 0.0],
+            with_halo: above[3],
         };
         for j in 0..EDGES {
-            let [share, density, spread] = edge(1, j);
+            let [share, density, spread, halo] = edge(1, j);
             let below = row(j + 1);
-            let change: [f32; 3] = std::array::from_fn(|q| below[q] - above[q]);
+            let change: [f32; 4] = std::array::from_fn(|q| below[q] - above[q]);
             coverage.value += share * change[0];
             coverage.across[0] += share * change[1];
             coverage.across[1] += density * change[0];
             coverage.with_blur[0] += share * change[2];
             coverage.with_blur[1] += spread * change[0];
             coverage.with_blur[2] += density * change[1];
+            coverage.with_halo += share * change[3] + halo * change[0];
             above = below;
         }
         coverage.value += covariance * coverage.with_blur[2];

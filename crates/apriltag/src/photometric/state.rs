@@ -1,6 +1,6 @@
 //! Everything that is fitted.
 
-use super::edge::{PIXEL, Profile};
+use super::edge::Profile;
 use super::equations::{Matrix, Prior, Vector};
 use super::pattern::Optics;
 use crate::homography::Homography;
@@ -9,6 +9,12 @@ use crate::reading::Reading;
 
 /// Standard deviation of the blur where nothing is known: a good lens, in pixels.
 const USUAL_BLUR_PX: f32 = 0.6;
+
+/// Variance of a pixel's square along either axis, in square pixels.
+const PIXEL: f32 = 1.0 / 12.0;
+
+/// Standard deviation of the halo where nothing is known.
+const USUAL_HALO: f32 = 0.3;
 
 /// Standard deviation of the gain where nothing is known: a curve of 1 / 1.4 or ink that spreads by a seventh of a pixel.
 const USUAL_GAIN: f32 = 0.3;
@@ -29,6 +35,8 @@ pub(super) struct State {
     pub(super) light: [f32; 2],
     /// Variance of the blur, with the pixels' own, across edges of u and of v, and their covariance, in square pixels.
     pub(super) blur: [f32; 3],
+    /// How much the blur is another than a Gaussian.
+    pub(super) halo: f32,
     /// How much more than its share white has where shares are about even.
     pub(super) gain: f32,
 }
@@ -42,6 +50,7 @@ impl State {
             white: reading.white,
             light: [0.0; 2],
             blur: [0.0; 3],
+            halo: 0.0,
             gain: 0.0,
         };
         state.blur = state.usual_blur()?;
@@ -66,6 +75,7 @@ impl State {
     pub(super) fn step(&mut self, step: &Vector) -> Option<()> {
         const LEAST_BLUR: f32 = PIXEL + 0.05 * 0.05;
         const MOST_BLUR: f32 = 4.0 * 4.0;
+        const MOST_HALO: f32 = 2.0;
         const MOST_GAIN: f32 = 0.9;
         let contrast = self.contrast();
         let [homography @ .., g, h] = &mut self.homography.m;
@@ -76,13 +86,14 @@ impl State {
             .light
             .iter_mut()
             .chain(&mut self.blur)
-            .chain([&mut self.gain]);
+            .chain([&mut self.halo, &mut self.gain]);
         let parameters = parameters
             .chain(greys)
             .chain(optics.map(|value| (value, 1.0)));
         for ((value, unit), change) in parameters.zip(step) {
             *value += unit * change;
         }
+        self.halo = self.halo.clamp(-MOST_HALO, MOST_HALO);
         self.gain = self.gain.clamp(-MOST_GAIN, MOST_GAIN);
         let [uu, vv, uv] = &mut self.blur;
         *uu = uu.clamp(LEAST_BLUR, MOST_BLUR);
@@ -93,19 +104,24 @@ impl State {
     }
 
     /// The blur is near the usual one, give or take as much, and the gain near 0: matters only where the pixels don't tell.
-    pub(super) fn priors(&self) -> Option<[Prior; 4]> {
+    pub(super) fn priors(&self) -> Option<[Prior; 5]> {
         let usual = self.usual_blur()?;
         let blur = |i: usize| Prior {
             parameter: 12 + i,
             away: usual[i] - self.blur[i],
             spread: USUAL_BLUR_PX.powi(2),
         };
-        let gain = Prior {
+        let halo = Prior {
             parameter: 15,
+            away: -self.halo,
+            spread: USUAL_HALO,
+        };
+        let gain = Prior {
+            parameter: 16,
             away: -self.gain,
             spread: USUAL_GAIN,
         };
-        Some([blur(0), blur(1), blur(2), gain])
+        Some([blur(0), blur(1), blur(2), halo, gain])
     }
 
     /// Standard deviation of the blur without the pixels' own, whichever way, in pixels.
@@ -113,13 +129,12 @@ impl State {
         ((self.blur[0] + self.blur[1]) / 2.0 - PIXEL).sqrt()
     }
 
-    pub(super) fn optics(&self) -> Option<Optics> {
-        let [u, v] = self.normals()?;
+    pub(super) fn optics(&self) -> Optics {
         let [uu, vv, covariance] = self.blur;
-        Some(Optics {
-            profiles: [Profile::new(u, uu), Profile::new(v, vv)],
+        Optics {
+            profiles: [uu, vv].map(|variance| Profile::new(variance, self.halo)),
             covariance,
-        })
+        }
     }
 
     pub(super) fn contrast(&self) -> f32 {
