@@ -2,6 +2,7 @@
 
 mod account;
 mod finder;
+mod inspection;
 mod models;
 mod observe;
 mod wire;
@@ -11,13 +12,14 @@ use std::time::{Duration, Instant};
 
 use anyhow::Context;
 use sextant_apriltag::Image;
-use sextant_iceoryx_images::{ImageSubscriber, LentImage};
+use sextant_iceoryx_images::{ImageHeader, ImageSubscriber, LentImage};
 use sextant_process::{Exit, Shutdown, WithExit, now_ns};
-use sextant_proto::{CameraStatus, Keys, NodeId, NodeKind, Observations};
+use sextant_proto::{CameraStatus, DetectionReport, Keys, NodeId, NodeKind, Observations};
 use sextant_zenoh_bus::{Bus, BusError, Latest, Publisher, Qos};
 
 use self::account::Account;
 use self::finder::Finder;
+use self::inspection::Inspection;
 use self::models::Models;
 use self::wire::Wire;
 use crate::config::CameraNodeConfig;
@@ -81,10 +83,12 @@ fn alive_token(
 
 struct DetectPart {
     finder: Finder,
+    inspection: Inspection,
     models: Models,
     account: Account,
     wire: Wire,
     observations: Publisher<Observations>,
+    inspections: Publisher<DetectionReport>,
     status: Latest<CameraStatus>,
     status_due: Instant,
 }
@@ -97,10 +101,12 @@ impl DetectPart {
             finder: Finder::new(&config.detection)
                 .context("detection")
                 .exit_with(Exit::Input)?,
+            inspection: Inspection::new(),
             models: Models::watch(bus, &keys, camera)?,
             account: Account::new(camera.clone()),
             wire: Wire::of(&config.source, camera).exit_with(Exit::Input)?,
             observations: bus.publisher(&keys.observations(camera), Qos::Observation)?,
+            inspections: bus.publisher(&keys.detection_report(camera), Qos::Status)?,
             status: bus.latest_publisher(&keys.camera_status(camera), Qos::Status)?,
             status_due: Instant::now(),
         })
@@ -123,15 +129,36 @@ impl DetectPart {
                 return Ok(());
             }
         };
-        let detections = self.finder.detect(&image);
+        let is_inspected = self.inspection.is_due() && self.inspections.has_subscribers();
+        let detections = if is_inspected {
+            self.inspection.begin();
+            self.finder.detect(&image, &mut self.inspection)
+        } else {
+            self.finder.detect(&image, &mut ())
+        };
         let detecting_ns = now_ns().saturating_sub(received_ns);
         let mut message = observe::observations(&header, detections, &self.models);
         observe::stamp(&mut message, &header, received_ns);
         self.account.detected(&header, detecting_ns);
-        match self.wire.send(message, now_ns()) {
-            Some(message) => self.publish(&message),
-            None => Ok(()),
+        if let Some(message) = self.wire.send(message, now_ns()) {
+            self.publish(&message)?;
         }
+        if is_inspected {
+            self.tell_inspection(&header)?;
+        }
+        Ok(())
+    }
+
+    /// What the detector made of the last image, for those who listen.
+    fn tell_inspection(&mut self, header: &ImageHeader) -> anyhow::Result<()> {
+        let (report, searched) = (self.finder.report(), self.finder.searched());
+        let camera = self.models.camera();
+        let message = self.inspection.report(camera, header, report, searched);
+        match self.inspections.put(&message) {
+            Err(BusError::Message { cause, .. }) => self.account.refuse(&cause),
+            told => told?,
+        }
+        Ok(())
     }
 
     /// What has come through a simulated network by now.

@@ -29,6 +29,7 @@ pub(crate) enum Slot {
     Joints(String),
     Truth(String),
     Observations(String),
+    DetectionReport(String),
     Preview(String),
 }
 

@@ -9,8 +9,8 @@ use crate::rejections::Rejection;
 use crate::{link_frames, translate};
 use sextant_estimator::{ImageObservation, ObjectId, ObjectModel, Rig};
 use sextant_proto::{
-    ArticulatedConfig, CameraStatus, ClockReport, ConfigAnswer, FusionStatus, ObjectConfig,
-    ObjectLinks, ObjectPose, ObjectTruth, Observations, Preview, RigConfig, decode,
+    ArticulatedConfig, CameraStatus, ClockReport, ConfigAnswer, DetectionReport, FusionStatus,
+    ObjectConfig, ObjectLinks, ObjectPose, ObjectTruth, Observations, Preview, RigConfig, decode,
 };
 use sextant_proto::{DecodeError, KeyRef, Keys, NodeKind};
 use sextant_zenoh_bus::{Item, Payload, Presence};
@@ -92,6 +92,11 @@ impl Intake {
                 let message: CameraStatus = read(bytes, camera, |m: &CameraStatus| &m.camera)?;
                 let slot = Slot::CameraStatus(camera.to_string());
                 self.show(slot, &Message::CameraStatus(&message))
+            }
+            KeyRef::DetectionReport(camera) => {
+                let message = read(bytes, camera, |m: &DetectionReport| &m.camera)?;
+                let slot = Slot::DetectionReport(camera.to_string());
+                self.show(slot, &Message::DetectionReport(&message))
             }
             KeyRef::Pose(object) => {
                 let message: ObjectPose = read(bytes, object, |m: &ObjectPose| &m.object)?;

@@ -2,7 +2,9 @@
 
 use serde::Serialize;
 use sextant_estimator::{CameraId, JointId, ObjectId, State};
-use sextant_proto::{CameraStatus, ClockReport, FusionStatus, NodeId, PoseConfig, SiteId};
+use sextant_proto::{
+    CameraStatus, ClockReport, DetectionReport, FusionStatus, NodeId, PoseConfig, SiteId,
+};
 use sextant_tag_families::Family;
 
 use crate::rejections::Rejections;
@@ -57,6 +59,7 @@ pub(crate) enum Message<'a> {
     /// What a wizard is about.
     Wizard(&'a Account),
     CameraStatus(&'a CameraStatus),
+    DetectionReport(&'a DetectionReport),
     FusionStatus(&'a FusionStatus),
     Clocks(&'a ClockReport),
     Alive {

@@ -1,5 +1,5 @@
 //! The bridge's place on the network: subscribes to the site, asks for what was said before it came, watches who is there.
-//! Pictures are only asked for while somebody looks: cameras don't make them for nobody.
+//! Pictures, and what detectors did with them, are only asked for while somebody looks: cameras don't make them for nobody.
 
 use crate::bridge::Shared;
 use crate::intake::Intake;
@@ -74,7 +74,7 @@ struct Attendance<'a> {
     keys: Keys,
     intake: Arc<Intake>,
     shared: &'a Shared,
-    pictures: Option<CallbackSubscription>,
+    pictures: Option<[CallbackSubscription; 2]>,
     /// When somebody last looked at the page.
     watched_at: Instant,
 }
@@ -120,8 +120,11 @@ impl Attendance<'_> {
         if n_clients > 0 {
             self.watched_at = Instant::now();
             if self.pictures.is_none() {
-                let stream = self.keys.all_previews();
-                self.pictures = Some(subscribe(self.bus, &stream, &self.intake)?);
+                let subscribed = |stream: String| subscribe(self.bus, &stream, &self.intake);
+                self.pictures = Some([
+                    subscribed(self.keys.all_previews())?,
+                    subscribed(self.keys.all_detection_reports())?,
+                ]);
             }
         } else if self.watched_at.elapsed() > PICTURES_KEPT {
             self.pictures = None;

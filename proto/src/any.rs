@@ -7,6 +7,7 @@ use crate::messages::camera_status::CameraStatus;
 use crate::messages::clock_report::ClockReport;
 use crate::messages::config::{ObjectConfig, RigConfig};
 use crate::messages::config_answer::ConfigAnswer;
+use crate::messages::detection_report::DetectionReport;
 use crate::messages::fusion_status::FusionStatus;
 use crate::messages::object_links::ObjectLinks;
 use crate::messages::object_pose::{ObjectPose, ObjectTruth};
@@ -31,6 +32,7 @@ pub enum AnyMessage {
     ArticulatedConfig(ArticulatedConfig),
     ClockReport(ClockReport),
     ConfigAnswer(ConfigAnswer),
+    DetectionReport(DetectionReport),
 }
 
 impl AnyMessage {
@@ -56,6 +58,7 @@ impl AnyMessage {
             Kind::ArticulatedConfig => Self::ArticulatedConfig(decode(payload)?),
             Kind::ClockReport => Self::ClockReport(decode(payload)?),
             Kind::ConfigAnswer => Self::ConfigAnswer(decode(payload)?),
+            Kind::DetectionReport => Self::DetectionReport(decode(payload)?),
         })
     }
 
@@ -75,6 +78,7 @@ impl AnyMessage {
             Self::ArticulatedConfig(_) => Kind::ArticulatedConfig,
             Self::ClockReport(_) => Kind::ClockReport,
             Self::ConfigAnswer(_) => Kind::ConfigAnswer,
+            Self::DetectionReport(_) => Kind::DetectionReport,
         }
     }
 }

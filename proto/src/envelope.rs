@@ -40,11 +40,13 @@ pub enum Kind {
     ClockReport = 16,
     /// [`crate::ConfigAnswer`]
     ConfigAnswer = 17,
+    /// [`crate::DetectionReport`]
+    DetectionReport = 18,
 }
 
 impl Kind {
     /// Every kind, by number.
-    pub const ALL: [Self; 12] = [
+    pub const ALL: [Self; 13] = [
         Self::Observations,
         Self::Preview,
         Self::CameraStatus,
@@ -57,6 +59,7 @@ impl Kind {
         Self::ArticulatedConfig,
         Self::ClockReport,
         Self::ConfigAnswer,
+        Self::DetectionReport,
     ];
 
     /// Longest payload of this kind, header included.
@@ -65,6 +68,7 @@ impl Kind {
         match self {
             Self::Observations => 64 * 1024,
             Self::Preview => 100 * 1024,
+            Self::DetectionReport => 4 * 1024,
             Self::CameraStatus => 8 * 1024,
             Self::ObjectPose | Self::ObjectTruth | Self::ConfigAnswer => 1024,
             Self::ObjectLinks => 16 * 1024,

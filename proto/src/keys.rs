@@ -43,6 +43,7 @@ impl NodeKind {
 pub enum KeyRef {
     Observations(CameraId),
     Preview(CameraId),
+    DetectionReport(CameraId),
     CameraStatus(CameraId),
     Pose(ObjectId),
     Truth(ObjectId),
@@ -63,6 +64,7 @@ impl KeyRef {
         Some(match self {
             Self::Observations(_) => Kind::Observations,
             Self::Preview(_) => Kind::Preview,
+            Self::DetectionReport(_) => Kind::DetectionReport,
             Self::CameraStatus(_) => Kind::CameraStatus,
             Self::Pose(_) => Kind::ObjectPose,
             Self::Truth(_) => Kind::ObjectTruth,
@@ -110,6 +112,12 @@ impl Keys {
     #[must_use]
     pub fn preview(&self, camera: &CameraId) -> String {
         self.under(format_args!("camera/{camera}/preview"))
+    }
+
+    /// [`crate::DetectionReport`]s of a camera.
+    #[must_use]
+    pub fn detection_report(&self, camera: &CameraId) -> String {
+        self.under(format_args!("camera/{camera}/detection"))
     }
 
     /// [`crate::CameraStatus`] of a camera.
@@ -188,6 +196,12 @@ impl Keys {
     #[must_use]
     pub fn all_previews(&self) -> String {
         self.under(format_args!("camera/*/preview"))
+    }
+
+    /// Detection reports of every camera.
+    #[must_use]
+    pub fn all_detection_reports(&self) -> String {
+        self.under(format_args!("camera/*/detection"))
     }
 
     /// Status of every camera.
@@ -270,6 +284,7 @@ impl Keys {
         Some(match chunks.as_slice() {
             ["camera", id, "observations"] => KeyRef::Observations(CameraId::new(id).ok()?),
             ["camera", id, "preview"] => KeyRef::Preview(CameraId::new(id).ok()?),
+            ["camera", id, "detection"] => KeyRef::DetectionReport(CameraId::new(id).ok()?),
             ["camera", id, "status"] => KeyRef::CameraStatus(CameraId::new(id).ok()?),
             ["object", id, "pose"] => KeyRef::Pose(ObjectId::new(id).ok()?),
             ["object", id, "links"] => KeyRef::Links(ObjectId::new(id).ok()?),
@@ -312,6 +327,7 @@ mod tests {
         for (made, expected) in [
             (keys.observations(&camera), "camera/north/observations"),
             (keys.preview(&camera), "camera/north/preview"),
+            (keys.detection_report(&camera), "camera/north/detection"),
             (keys.camera_status(&camera), "camera/north/status"),
             (keys.pose(&object), "object/cube/pose"),
             (keys.truth(&object), "object/cube/truth"),
@@ -340,6 +356,10 @@ mod tests {
                 KeyRef::Observations(camera.clone()),
             ),
             (keys.preview(&camera), KeyRef::Preview(camera.clone())),
+            (
+                keys.detection_report(&camera),
+                KeyRef::DetectionReport(camera.clone()),
+            ),
             (
                 keys.camera_status(&camera),
                 KeyRef::CameraStatus(camera.clone()),

@@ -4,6 +4,8 @@
 pub const MAX_TAGS: usize = 256;
 /// Branches of the planar ambiguity of one tag.
 pub const MAX_TAG_POSES: usize = 2;
+/// Candidates that a detection report shows.
+pub const MAX_REJECTED: usize = 64;
 /// Cameras of one rig or one fusion node.
 pub const MAX_CAMERAS: usize = 256;
 /// Objects of one fusion node.

@@ -49,6 +49,7 @@ fn said_alike(bytes: &[u8], message: &impl Serialize) {
 fn every_message_is_the_bytes_in_its_file() {
     agrees("observations", &samples::observations());
     agrees("preview", &samples::preview());
+    agrees("detection_report", &samples::detection_report());
     agrees("camera_status", &samples::camera_status());
     agrees("object_pose", &samples::object_pose());
     agrees("object_truth", &samples::object_truth());

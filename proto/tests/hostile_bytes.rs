@@ -73,6 +73,9 @@ fn every_kind_takes_safely(payload: &[u8]) {
     taken_safely::<Observations>(payload);
     taken_safely::<Preview>(payload);
     taken_safely::<CameraStatus>(payload);
+    taken_safely::<DetectionReport>(payload);
+    taken_safely::<ClockReport>(payload);
+    taken_safely::<ConfigAnswer>(payload);
     taken_safely::<ObjectPose>(payload);
     taken_safely::<ObjectTruth>(payload);
     taken_safely::<FusionStatus>(payload);
@@ -89,6 +92,7 @@ fn sample_payloads() -> Vec<Vec<u8>> {
         encode(&samples::observations()).unwrap(),
         encode(&samples::preview()).unwrap(),
         encode(&samples::camera_status()).unwrap(),
+        encode(&samples::detection_report()).unwrap(),
         encode(&samples::object_pose()).unwrap(),
         encode(&samples::object_truth()).unwrap(),
         encode(&samples::fusion_status()).unwrap(),

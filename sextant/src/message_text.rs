@@ -1,10 +1,11 @@
 //! A message as one line for people, or as it is for programs.
 
+use crate::words;
 use serde::Serialize;
 use sextant_estimator::CameraId;
 use sextant_proto::{
-    AnyMessage, ArticulatedConfig, CameraStatus, ClockReport, ConfigAnswer, FusionStatus,
-    ObjectConfig, ObjectLinks, ObjectPose, Observations, RigConfig,
+    AnyMessage, ArticulatedConfig, CameraStatus, ClockReport, ConfigAnswer, DetectionReport,
+    FusionStatus, ObjectConfig, ObjectLinks, ObjectPose, Observations, RigConfig,
 };
 
 /// A message as programs shall see it: as the contract has it, but of a preview the length stands for the picture.
@@ -57,6 +58,7 @@ pub fn text_of(message: &AnyMessage) -> String {
         AnyMessage::ArticulatedConfig(object) => articulated_config(object),
         AnyMessage::ClockReport(report) => clock_report(report),
         AnyMessage::ConfigAnswer(answer) => config_answer(answer),
+        AnyMessage::DetectionReport(report) => detection_report(report),
     }
 }
 
@@ -65,6 +67,7 @@ pub fn capture_ns(message: &AnyMessage) -> Option<u64> {
     match message {
         AnyMessage::Observations(message) => Some(message.capture_ns),
         AnyMessage::Preview(message) => Some(message.capture_ns),
+        AnyMessage::DetectionReport(message) => Some(message.capture_ns),
         AnyMessage::ObjectPose(message) => Some(message.capture_ns),
         AnyMessage::ObjectTruth(message) => Some(message.capture_ns),
         AnyMessage::ObjectLinks(message) => Some(message.capture_ns),
@@ -94,7 +97,7 @@ fn object_pose(pose: &ObjectPose) -> String {
     };
     format!(
         "{:<12} position {x:8.4} {y:8.4} {z:8.4} m  orientation {qx:7.4} {qy:7.4} {qz:7.4} {qw:7.4}  sigma {:.2} mm {:.3} deg  cameras {} tags {}",
-        crate::words::state(pose.state),
+        words::state(pose.state),
         sigma(0) * 1e3,
         sigma(3).to_degrees(),
         pose.cameras,
@@ -116,7 +119,7 @@ fn object_links(message: &ObjectLinks) -> String {
     });
     format!(
         "{:<12} joints: {}; links: {}",
-        crate::words::state(message.state),
+        words::state(message.state),
         joints.collect::<Vec<_>>().join(", "),
         links.collect::<Vec<_>>().join(", ")
     )
@@ -135,6 +138,27 @@ fn articulated_config(object: &ArticulatedConfig) -> String {
     )
 }
 
+fn detection_report(report: &DetectionReport) -> String {
+    let (ms, rejected) = (&report.stage_ms, &report.rejected);
+    format!(
+        "image {}: {} from {}: {} no quad, {} misshapen, {} faint, {} without a code, {} hardly legible; ms: tiles {:.3} threshold {:.3} components {:.3} quads {:.3} decode {:.3} refine {:.3}",
+        report.sequence,
+        words::count(report.tags as usize, "tag"),
+        words::count(report.candidates as usize, "candidate"),
+        rejected.not_a_quad,
+        rejected.shape,
+        rejected.faint_border,
+        rejected.no_code,
+        rejected.small_margin,
+        ms.tiles,
+        ms.threshold,
+        ms.components,
+        ms.quads,
+        ms.decode,
+        ms.refine
+    )
+}
+
 fn camera_status(status: &CameraStatus) -> String {
     let mut line = format!(
         "{} on {}: {:.1} images/s, {} captured, {} detected, {} dropped, detection {:.1} ms (99 %: {:.1} ms)",
@@ -149,14 +173,14 @@ fn camera_status(status: &CameraStatus) -> String {
     );
     for message in &status.messages {
         line.push_str("; ");
-        line.push_str(&crate::words::plain(message));
+        line.push_str(&words::plain(message));
     }
     line
 }
 
 fn fusion_status(status: &FusionStatus) -> String {
     let objects = status.objects.iter().map(|object| {
-        let state = crate::words::state(object.state);
+        let state = words::state(object.state);
         format!("{} {state} {:.1}/s", object.object, object.rate_hz)
     });
     let refused: u64 = status.cameras.iter().map(|c| c.rejected.total()).sum();
@@ -169,7 +193,7 @@ fn fusion_status(status: &FusionStatus) -> String {
     );
     for fault in &status.faults {
         line.push_str("; ");
-        line.push_str(&crate::words::plain(fault));
+        line.push_str(&words::plain(fault));
     }
     line
 }
@@ -205,11 +229,11 @@ fn clock_report(report: &ClockReport) -> String {
 }
 
 fn config_answer(answer: &ConfigAnswer) -> String {
-    let key = crate::words::plain(&answer.key);
-    let outcome = crate::words::outcome(answer.outcome);
+    let key = words::plain(&answer.key);
+    let outcome = words::outcome(answer.outcome);
     match answer.words.as_str() {
         "" => format!("{key} {outcome}"),
-        words => format!("{key} {outcome}: {}", crate::words::plain(words)),
+        words => format!("{key} {outcome}: {}", words::plain(words)),
     }
 }
 

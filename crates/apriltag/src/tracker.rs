@@ -9,7 +9,7 @@ mod scan;
 mod track;
 
 use crate::area::Area;
-use crate::{Detection, Detector, Image, Options, OptionsError, Report};
+use crate::{Detection, Detector, Image, Observer, Options, OptionsError, Report};
 use scan::Scan;
 use sextant_geometry::Lens;
 pub use track::Awaited;
@@ -68,8 +68,17 @@ impl Tracker {
     ///
     /// An image of another size than the last begins a new sequence.
     pub fn detect(&mut self, image: &Image<'_>) -> &[Detection] {
+        self.detect_observed(image, &mut ())
+    }
+
+    /// Like [`Self::detect`], telling an observer what happens.
+    pub fn detect_observed(
+        &mut self,
+        image: &Image<'_>,
+        observer: &mut impl Observer,
+    ) -> &[Detection] {
         self.choose_areas(image);
-        let found = self.detector.detect_within(image, &self.areas, &mut ());
+        let found = self.detector.detect_within(image, &self.areas, observer);
         for track in &mut self.tracks {
             track.images_ago += 1;
         }

@@ -1,6 +1,6 @@
 //! Which of the detector's two ways is taken: each image by itself, or as one of a sequence.
 
-use sextant_apriltag::{Detection, Detector, Image, OptionsError, Tracker};
+use sextant_apriltag::{Detection, Detector, Image, Observer, OptionsError, Report, Tracker};
 
 use crate::config::DetectionConfig;
 
@@ -22,10 +22,30 @@ impl Finder {
     }
 
     /// The tags that were decoded in this very image.
-    pub(super) fn detect(&mut self, image: &Image<'_>) -> &[Detection] {
+    pub(super) fn detect(
+        &mut self,
+        image: &Image<'_>,
+        observer: &mut impl Observer,
+    ) -> &[Detection] {
         match self {
-            Self::EachImage(detector) => detector.detect(image),
-            Self::Tracking(tracker) => tracker.detect(image),
+            Self::EachImage(detector) => detector.detect_observed(image, observer),
+            Self::Tracking(tracker) => tracker.detect_observed(image, observer),
+        }
+    }
+
+    /// What happened to the last image.
+    pub(super) fn report(&self) -> &Report {
+        match self {
+            Self::EachImage(detector) => detector.report(),
+            Self::Tracking(tracker) => tracker.report(),
+        }
+    }
+
+    /// The share of the last image that was searched.
+    pub(super) fn searched(&self) -> f32 {
+        match self {
+            Self::EachImage(_) => 1.0,
+            Self::Tracking(tracker) => tracker.tracking_report().share,
         }
     }
 }

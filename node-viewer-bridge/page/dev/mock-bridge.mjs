@@ -48,7 +48,21 @@ function sendImage(camera, t, t_ns, withPicture) {
   const seen = seenTags(camera, t);
   const tags = seen.map(({ model, corners }) => ({ family: model.family, id: model.id, hamming: 0, margin: 80, corners }));
   if (withPicture) send(preview(camera.id, t_ns, picture(camera, seen, t)));
+  if (withPicture) send(detectionReport(camera, t_ns, seen.length));
   send({ type: "observations", camera: camera.id, sequence, t_ns, latency_ms: 9 + Math.random() * 3, resolution: camera.resolution, tags });
+}
+
+/** As many candidates as the mock can think of; the outlines wander, as they do in pictures. */
+function detectionReport(camera, t_ns, tags) {
+  const box = (x, y, edge) => [[x, y], [x + edge, y], [x + edge, y + edge], [x, y + edge]];
+  const examples = [
+    { cause: "no_code", corners: box(90, 60, 48) },
+    { cause: "faint_border", corners: box(420, 300, 30) },
+    { cause: "not_a_quad", corners: box(200, 380, 60) },
+  ];
+  const rejected = { not_a_quad: 1, shape: 0, faint_border: 1, no_code: 1, small_margin: 0 };
+  const stage_ms = { tiles: 0.01, threshold: 0.02, components: 0.03, quads: 0.01, decode: 0.05, refine: 0.02 * tags };
+  return { type: "detection_report", camera: camera.id, sequence, capture_ns: t_ns, resolution: camera.resolution, searched: 1, stage_ms, noise_sigma: 1.2, contrast_gate: 20, components: 9, candidates: tags + 3, dropped: 0, tags, rejected, examples };
 }
 
 function preview(id, t_ns, bytes) {

@@ -90,6 +90,22 @@ async function checkPictures(page) {
   });
 }
 
+/** Enlarged, a picture tells what the detector did with it; small again, it keeps quiet. */
+async function checkDetector(page) {
+  const card = page.locator("[data-testid^=camera-card-]").first();
+  const [enlarge, detector] = [card.locator(".enlarge"), card.locator(".detector")];
+  await enlarge.click();
+  await detector.waitFor({ state: "visible", timeout });
+  const told = await detector.innerText();
+  assert(/\d+ tags? of \d+ candidates?/.test(told), `the detector's story is "${told}"`);
+  const shares = await detector.locator(".stages span").evaluateAll((spans) => spans.map((span) => Number(span.style.flexGrow)));
+  assert(shares.length === 6 && shares.some((ms) => ms > 0), `the stages' times are ${shares}`);
+  await wait(page, (overlay) => Number(document.querySelector(overlay).dataset.rejected) > 0, ".camera.large canvas.overlay");
+  await screenshot(page, "detector");
+  await enlarge.click();
+  await detector.waitFor({ state: "hidden", timeout });
+}
+
 async function checkReconnect(page) {
   await page.evaluate(() => {
     const banner = document.querySelector("[data-testid=connection-banner]");
@@ -136,6 +152,7 @@ try {
   await check("the stage is drawn anew", () => checkStagePixels(page));
   await check("pictures come with outlines", () => checkPictures(page));
   await screenshot(page, "desktop");
+  await check("an enlarged picture tells what the detector did", () => checkDetector(page));
   if (options.restart) await check("it reconnects after the bridge restarts", () => checkReconnect(page));
   await check("a phone shows it all without scrolling sideways", () => checkPhone(browser));
   await check("no script failed", () => assert(errors.length === 0, errors.join("; ")));

@@ -56,6 +56,8 @@ function take(message: Message): void {
       return stage?.pose(site.object(message.object), message);
     case "observations":
       return cameras.outlines(site.camera(message.camera), message.t_ns);
+    case "detection_report":
+      return cameras.outlines(site.camera(message.camera), message.capture_ns);
     case "hello":
       document.title = `${message.site} · Sextant`;
       // The bridge tells of its wizard, if there is one, right after.

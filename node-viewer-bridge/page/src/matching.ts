@@ -1,9 +1,10 @@
 // Which tag outlines belong on a picture. Pictures and observations of a camera come on separate ways and either may be
 // skipped: outlines are those of the same capture time where there are any, else interpolated between the neighbours.
 
-import type { Observations, Point, TagOutline } from "./protocol.ts";
+import type { DetectionReport, Observations, Point, TagOutline } from "./protocol.ts";
 
 const KEPT = 48;
+const REPORTS_KEPT = 8;
 /** Neighbours further apart than this are not interpolated. */
 export const SPAN_NS = 400e6;
 /** A single observation further away than this is not shown. */
@@ -37,6 +38,31 @@ export class OutlineHistory {
     const previous = after < 0 ? this.history.at(-1) : this.history[after - 1];
     if (previous && next && next.t_ns - previous.t_ns < SPAN_NS) return interpolate(previous, next, t_ns);
     return nearest(previous, next, t_ns)?.tags ?? [];
+  }
+}
+
+/** What a camera's detector made of the last images that it told of. */
+export class ReportHistory {
+  private readonly history: DetectionReport[] = [];
+
+  add(report: DetectionReport): void {
+    this.history.push(report);
+    if (this.history.length > REPORTS_KEPT) this.history.shift();
+  }
+
+  clear(): void {
+    this.history.length = 0;
+  }
+
+  get newest(): DetectionReport | null {
+    return this.history.at(-1) ?? null;
+  }
+
+  /** The report nearest to capture time `t_ns`; none when nothing near is known. Most of what is turned down stands still. */
+  near(t_ns: number): DetectionReport | null {
+    const distance = (report: DetectionReport): number => Math.abs(report.capture_ns - t_ns);
+    const nearest = [...this.history].sort((a, b) => distance(a) - distance(b))[0];
+    return nearest && distance(nearest) <= SPAN_NS ? nearest : null;
   }
 }
 

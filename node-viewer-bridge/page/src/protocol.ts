@@ -83,6 +83,33 @@ export interface CameraStatus {
   messages: string[];
 }
 
+/** Why a candidate is no tag, in the order in which the detector asks. */
+export const CAUSES = ["not_a_quad", "shape", "faint_border", "no_code", "small_margin"] as const;
+export type Cause = (typeof CAUSES)[number];
+
+export const STAGES = ["tiles", "threshold", "components", "quads", "decode", "refine"] as const;
+export type StageName = (typeof STAGES)[number];
+
+export interface RejectedCandidate {
+  cause: Cause;
+  corners: [Point, Point, Point, Point];
+}
+
+/** What a detector made of one image. */
+export interface DetectionReport {
+  type: "detection_report";
+  camera: string;
+  capture_ns: number;
+  searched: number;
+  stage_ms: Record<StageName, number>;
+  noise_sigma: number;
+  contrast_gate: number;
+  candidates: number;
+  tags: number;
+  rejected: Record<Cause, number>;
+  examples: RejectedCandidate[];
+}
+
 /** One camera's clock, as its images tell. */
 export interface CameraClock {
   camera: string;
@@ -107,6 +134,7 @@ export type Message =
   | ({ type: "truth"; object: string; t_ns: number; error_mm: number; error_deg: number } & Transform)
   | Observations
   | CameraStatus
+  | DetectionReport
   | FusionStatus
   | { type: "clocks"; node: string; cameras: CameraClock[] }
   | WizardAccount
@@ -138,11 +166,11 @@ const objectTag = shaped({
   object_from_tag: orNull(shaped(transform)),
   modules: listOf(isText),
 });
-const outline: Shape = {
-  family: isText,
-  id: isNumber,
-  corners: (value) => Array.isArray(value) && value.length === 4 && value.every(numbers(2)),
-};
+const isQuad = (value: unknown): boolean => Array.isArray(value) && value.length === 4 && value.every(numbers(2));
+const outline: Shape = { family: isText, id: isNumber, corners: isQuad };
+const isCause = (value: unknown): boolean => CAUSES.some((cause) => cause === value);
+const numberOfEach = (names: readonly string[]): ((value: unknown) => boolean) =>
+  shaped(Object.fromEntries(names.map((name) => [name, isNumber])));
 
 const shapes: Record<Message["type"], Shape> = {
   hello: { site: isText, version: isText, protocol: isNumber, now_ns: isNumber },
@@ -184,6 +212,18 @@ const shapes: Record<Message["type"], Shape> = {
     rate_hz: isNumber,
     clock: shaped({ source: isText, error_ns: isNumber }),
     messages: listOf(isText),
+  },
+  detection_report: {
+    camera: isText,
+    capture_ns: isNumber,
+    searched: isNumber,
+    stage_ms: numberOfEach(STAGES),
+    noise_sigma: isNumber,
+    contrast_gate: isNumber,
+    candidates: isNumber,
+    tags: isNumber,
+    rejected: numberOfEach(CAUSES),
+    examples: listOf(shaped({ cause: isCause, corners: isQuad })),
   },
   fusion_status: { node: isText, faults: listOf(isText) },
   clocks: {

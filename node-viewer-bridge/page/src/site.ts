@@ -1,6 +1,6 @@
 // What this page knows of the site, built from the bridge's messages. Draws nothing.
 
-import { OutlineHistory } from "./matching.ts";
+import { OutlineHistory, ReportHistory } from "./matching.ts";
 import { RateMeter, Recent } from "./measure.ts";
 import { objectColour } from "./palette.ts";
 import type { CameraClock, CameraStatus, Message, ObjectTag, Observations, Pose, RigCamera, State } from "./protocol.ts";
@@ -21,6 +21,7 @@ export class CameraState {
   heardAt = -Infinity;
   resolution: [number, number] | null = null;
   readonly outlines = new OutlineHistory();
+  readonly reports = new ReportHistory();
   readonly rate = new RateMeter();
   readonly latency = new Recent();
 
@@ -88,6 +89,9 @@ export class Site {
         return this.observations(message, now);
       case "camera_status":
         return this.cameraStatus(message, now);
+      case "detection_report":
+        this.camera(message.camera).reports.add(message);
+        return;
       case "fusion_status":
         this.fusionFaults.set(message.node, message.faults);
         return;
@@ -149,7 +153,10 @@ export class Site {
     this.name = name;
     this.version = version;
     this.fusionFaults.clear();
-    for (const camera of this.cameras.values()) camera.outlines.clear();
+    for (const camera of this.cameras.values()) {
+      camera.outlines.clear();
+      camera.reports.clear();
+    }
   }
 
   private forget(): void {

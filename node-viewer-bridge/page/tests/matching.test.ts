@@ -1,7 +1,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { onPicture, OutlineHistory } from "../src/matching.ts";
-import type { Observations, TagOutline } from "../src/protocol.ts";
+import { onPicture, OutlineHistory, ReportHistory } from "../src/matching.ts";
+import type { DetectionReport, Observations, TagOutline } from "../src/protocol.ts";
 
 const MS = 1e6;
 
@@ -44,4 +44,19 @@ test("the centre of the first pixel scales with the picture", () => {
   assert.deepEqual(onPicture([-0.5, -0.5], [640, 480], [320, 240]), [0, 0]);
   assert.deepEqual(onPicture([639.5, 479.5], [640, 480], [320, 240]), [320, 240]);
   assert.deepEqual(onPicture([0, 0], [640, 480], [640, 480]), [0.5, 0.5]);
+});
+
+function report(ms: number): DetectionReport {
+  const stage_ms = { tiles: 0, threshold: 0, components: 0, quads: 0, decode: 0, refine: 0 };
+  const rejected = { not_a_quad: 0, shape: 0, faint_border: 0, no_code: 0, small_margin: 0 };
+  const counts = { searched: 1, noise_sigma: 1, contrast_gate: 20, candidates: 0, tags: 0, rejected, examples: [] };
+  return { type: "detection_report", camera: "north", capture_ns: ms * MS, stage_ms, ...counts };
+}
+
+test("a picture gets the detector's report that is nearest, but none from long ago", () => {
+  const history = new ReportHistory();
+  [0, 200, 400].forEach((ms) => history.add(report(ms)));
+  assert.deepEqual(history.near(290 * MS), report(200));
+  assert.equal(history.near(2000 * MS), null);
+  assert.deepEqual(history.newest, report(400));
 });

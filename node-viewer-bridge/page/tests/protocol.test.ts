@@ -33,6 +33,28 @@ test("a message with a missing or wrong field is none", () => {
   }
 });
 
+const detection = {
+  type: "detection_report",
+  camera: "north",
+  capture_ns: 1790000000000000000,
+  searched: 1,
+  stage_ms: { tiles: 0.1, threshold: 0.1, components: 0.1, quads: 0.1, decode: 0.1, refine: 0.1 },
+  noise_sigma: 1.5,
+  contrast_gate: 20,
+  candidates: 4,
+  tags: 1,
+  rejected: { not_a_quad: 1, shape: 0, faint_border: 0, no_code: 2, small_margin: 0 },
+  examples: [{ cause: "no_code", corners: [[0, 0], [1, 0], [1, 1], [0, 1]] }],
+};
+
+test("a detection report is read whole or not at all", () => {
+  assert.notEqual(read(detection), null);
+  const corners = detection.examples[0]?.corners;
+  for (const wrong of [{ examples: [{ cause: "bad_luck", corners }] }, { stage_ms: { tiles: 1 } }, { rejected: {} }]) {
+    assert.equal(read({ ...detection, ...wrong }), null, JSON.stringify(wrong));
+  }
+});
+
 test("an unknown type and text that is no message are none", () => {
   for (const text of ['{"type":"weather"}', '{"type":"toString"}', "[]", "null", "7", "{", ""]) {
     assert.equal(parseMessage(text), null, text);

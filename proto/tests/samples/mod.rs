@@ -79,6 +79,41 @@ pub fn preview() -> Preview {
     }
 }
 
+pub fn detection_report() -> DetectionReport {
+    DetectionReport {
+        camera: camera(),
+        sequence: 302,
+        capture_ns: CAPTURE_NS,
+        resolution: [640, 480],
+        searched: 0.25,
+        stage_ms: StageTimes {
+            tiles: 0.0625,
+            threshold: 0.125,
+            components: 0.25,
+            quads: 0.03125,
+            decode: 0.5,
+            refine: 0.75,
+        },
+        noise_sigma: 1.5,
+        contrast_gate: 20,
+        components: 300,
+        candidates: 12,
+        dropped: 1,
+        tags: 3,
+        rejected: RejectionCounts {
+            not_a_quad: 4,
+            shape: 2,
+            faint_border: 200,
+            no_code: 1,
+            small_margin: 5,
+        },
+        examples: vec![RejectedCandidate {
+            cause: RejectionCause::NoCode,
+            corners: [[10.5, 20.0], [30.25, 20.5], [30.0, 40.0], [-1.5, 39.5]],
+        }],
+    }
+}
+
 pub fn camera_status() -> CameraStatus {
     CameraStatus {
         camera: camera(),

@@ -3,6 +3,7 @@
 import { clockFigure, clockStory, count, fixed, magnitude, NONE } from "../format.ts";
 import type { Preview } from "../protocol.ts";
 import type { CameraState, Site } from "../site.ts";
+import { DetectorPanel } from "./detector.ts";
 import { Condition, element, testId, Text } from "./dom.ts";
 import { Picture } from "./picture.ts";
 
@@ -53,6 +54,7 @@ export class CamerasPanel {
 class CameraCard {
   readonly root: HTMLElement;
   readonly picture: Picture;
+  private readonly detector: DetectorPanel;
   private readonly condition: Condition;
   private readonly rate: Text;
   private readonly latency: Text;
@@ -66,6 +68,7 @@ class CameraCard {
   ) {
     const { id } = camera;
     this.picture = new Picture(camera, site, () => pictureShown(this.picture.canvas));
+    this.detector = new DetectorPanel(id);
     this.condition = new Condition(testId(element("span", "condition"), `camera-${id}-condition`));
     const facts = element("dl", "facts");
     this.rate = fact(facts, "Rate", "Hz", `camera-${id}-rate`);
@@ -74,7 +77,7 @@ class CameraCard {
     this.clock = fact(facts, "Clock", "", `camera-${id}-clock`);
     const heading = element("header", "", element("h3", "", id), this.condition.element);
     this.root = testId(
-      element("article", "camera", this.enlarger(), element("div", "about", heading, facts)),
+      element("article", "camera", this.enlarger(), element("div", "about", heading, facts), this.detector.root),
       `camera-card-${id}`,
     );
   }
@@ -87,6 +90,7 @@ class CameraCard {
     this.latency.set(live ? magnitude(this.camera.latency.median()) : NONE);
     this.dropped.set(this.camera.status ? count(this.camera.status.dropped) : NONE);
     this.updateClock(live);
+    this.detector.show(live && this.picture.withRejected ? this.camera.reports.newest : null);
     if (this.root.dataset["condition"] !== condition) this.root.dataset["condition"] = condition;
   }
 
@@ -106,6 +110,8 @@ class CameraCard {
     button.addEventListener("click", () => {
       const large = this.root.classList.toggle("large");
       button.setAttribute("aria-expanded", String(large));
+      this.picture.withRejected = large;
+      this.picture.redraw();
     });
     return button;
   }

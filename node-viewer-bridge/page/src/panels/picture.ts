@@ -1,9 +1,9 @@
-// A camera's live picture with tag outlines and ids over it. One picture is decoded at a time; newer ones replace waiting
+// A camera's live picture with tag outlines and ids over it, and on request what the detector turned down. One picture is decoded at a time; newer ones replace waiting
 // ones, so that a slow machine skips pictures and holds none back.
 
 import { onPicture, SPAN_NS } from "../matching.ts";
-import { STRANGER } from "../palette.ts";
-import type { Point, Preview, TagOutline } from "../protocol.ts";
+import { CAUSE, STRANGER } from "../palette.ts";
+import type { Point, Preview, RejectedCandidate, TagOutline } from "../protocol.ts";
 import type { CameraState, Site } from "../site.ts";
 import { element, testId } from "./dom.ts";
 
@@ -22,6 +22,8 @@ export class Picture {
   private waiting: Preview | null = null;
   private decoding = false;
   private overlayWanted = false;
+  /** Whether what the detector turned down is drawn too. */
+  withRejected = false;
 
   constructor(
     private readonly camera: CameraState,
@@ -97,9 +99,19 @@ export class Picture {
     this.fit(Math.round(size[0] * ratio), Math.round(size[1] * ratio));
     context.setTransform(ratio, 0, 0, ratio, 0, 0);
     context.clearRect(0, 0, ...size);
+    const place = (corner: Point): Point => onPicture(corner, image, size);
+    const rejected = this.rejected();
+    for (const candidate of rejected) drawRejected(context, candidate, place);
     const tags = this.camera.outlines.at(this.shownAt_ns);
-    for (const tag of tags) drawOutline(context, tag, this.colour(tag), (corner) => onPicture(corner, image, size));
+    for (const tag of tags) drawOutline(context, tag, this.colour(tag), place);
     this.overlay.dataset["tags"] = String(tags.length);
+    this.overlay.dataset["rejected"] = String(rejected.length);
+  }
+
+  /** What was turned down in the shown image or one beside it; those that came furthest last, so that they lie on top. */
+  private rejected(): RejectedCandidate[] {
+    if (!this.withRejected || this.shownAt_ns === null) return [];
+    return [...(this.camera.reports.near(this.shownAt_ns)?.examples ?? [])].reverse();
   }
 
   private fit(width: number, height: number): void {
@@ -127,6 +139,16 @@ function drawOutline(
   if (smaller > SMALL_PX) stroke(context, HALO, 3.5);
   stroke(context, colour, smaller > SMALL_PX ? 1.7 : 1.3);
   if (smaller > ILLEGIBLE_PX) drawId(context, String(tag.id), centre(corners), smaller, colour);
+}
+
+function drawRejected(context: CanvasRenderingContext2D, { cause, corners }: RejectedCandidate, place: (corner: Point) => Point): void {
+  context.lineJoin = "round";
+  context.beginPath();
+  for (const corner of corners) context.lineTo(...place(corner));
+  context.closePath();
+  context.setLineDash([4, 3]);
+  stroke(context, CAUSE[cause], 1.2);
+  context.setLineDash([]);
 }
 
 function stroke(context: CanvasRenderingContext2D, style: string, width: number): void {
