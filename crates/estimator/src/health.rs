@@ -201,14 +201,9 @@ impl Health {
             .map(|(key, count)| (*key, count.faded(now_ns)))
             .collect();
         let before = self.faulty_cameras.len();
+        let all = Sum::of(counts.iter().map(|(_, count)| count));
         for (camera, count) in &counts {
-            let others = counts.iter().filter(|(other, _)| other != camera);
-            judge(
-                &mut self.faulty_cameras,
-                *camera,
-                count,
-                sum(others.map(|(_, count)| count)),
-            );
+            judge(&mut self.faulty_cameras, *camera, count, &all);
         }
         if self.faulty_cameras.len() > before {
             self.tags.clear();
@@ -219,35 +214,51 @@ impl Health {
     fn judge_tags(&mut self, now_ns: u64) {
         let faded = |(key, count): (&(usize, TagId), &Count)| (*key, count.faded(now_ns));
         let counts: Vec<_> = self.tags.iter().map(faded).collect();
-        for (key, count) in &counts {
-            let others = counts
-                .iter()
-                .filter(|(other, _)| other.0 == key.0 && other != key);
-            let others: Vec<&Count> = others.map(|(_, count)| count).collect();
-            judge(
-                &mut self.faulty_tags,
-                *key,
-                count,
-                sum(others.iter().copied()),
-            );
-            let alone = others.iter().all(|other| other.wrong_size().is_none());
-            if alone && count.wrong_size().is_some() {
-                self.faulty_tags.insert(*key);
+        for of_object in counts.chunk_by(|a, b| a.0.0 == b.0.0) {
+            let all = Sum::of(of_object.iter().map(|(_, count)| count));
+            let wrong_size = |(_, count): &&((usize, TagId), Count)| count.wrong_size().is_some();
+            for (key, count) in of_object {
+                judge(&mut self.faulty_tags, *key, count, &all);
+            }
+            let mut of_wrong_size = of_object.iter().filter(wrong_size);
+            if let (Some((alone, _)), None) = (of_wrong_size.next(), of_wrong_size.next()) {
+                self.faulty_tags.insert(*alone);
             }
         }
     }
 }
 
-fn sum<'a>(counts: impl Iterator<Item = &'a Count>) -> Count {
-    counts.fold(Count::default(), |sum, count| Count {
-        views: sum.views + count.views,
-        refused: sum.refused + count.refused,
-        ..sum
-    })
+/// Of some counts: views, and how many of them contradict.
+struct Sum {
+    views: f64,
+    refused: f64,
+}
+
+impl Sum {
+    fn of<'a>(counts: impl Iterator<Item = &'a Count>) -> Self {
+        let none = Self {
+            views: 0.0,
+            refused: 0.0,
+        };
+        counts.fold(none, |sum, count| Self {
+            views: sum.views + count.views,
+            refused: sum.refused + count.refused,
+        })
+    }
+
+    /// Without one of them.
+    fn but(&self, count: &Count) -> Count {
+        Count {
+            views: self.views - count.views,
+            refused: self.refused - count.refused,
+            ..Count::default()
+        }
+    }
 }
 
 /// Raises the fault when most views contradict while the others are sound, clears it when few do.
-fn judge<K: Ord>(faults: &mut BTreeSet<K>, key: K, count: &Count, others: Count) {
+fn judge<K: Ord>(faults: &mut BTreeSet<K>, key: K, count: &Count, all: &Sum) {
+    let others = all.but(count);
     if count.views >= FEWEST
         && others.views >= FEWEST
         && count.share() > RAISED

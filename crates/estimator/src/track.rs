@@ -104,6 +104,7 @@ impl Track {
         options: &FusionOptions,
     ) -> Vec<Sight<'a>> {
         let mut sights = Vec::with_capacity(images.iter().map(|image| image.views.len()).sum());
+        let usual = self.noise.usual();
         for image in images {
             let Some(camera) = site
                 .cameras()
@@ -115,7 +116,7 @@ impl Track {
             let camera_index = image.camera_index;
             let clock = self.timing.clock(camera_index, image.clock, options);
             let sight = |view: &'a View| {
-                let factors = self.noise.factors(camera_index, view.noise_source);
+                let factors = self.noise.factors(camera_index, view.noise_source, &usual);
                 Sight::new(camera_index, camera, view, factors, clock)
             };
             sights.extend(image.views.iter().map(sight));

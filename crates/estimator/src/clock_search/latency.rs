@@ -6,18 +6,27 @@ use std::collections::{BTreeMap, VecDeque};
 /// Images of a camera of which the quickest counts: about a second of them.
 const REMEMBERED: usize = 32;
 
-/// The apparent ages of the cameras' last images on arrival, in ns, by camera index.
+/// The apparent ages of the cameras' last images on arrival, by camera index.
 #[derive(Debug, Default)]
-pub(super) struct Latencies(BTreeMap<usize, VecDeque<i64>>);
+pub(super) struct Latencies(BTreeMap<usize, Ages>);
+
+/// In ns.
+#[derive(Debug, Default)]
+struct Ages {
+    last: VecDeque<i64>,
+    /// Kept, since every image asks it of every camera.
+    least: Option<i64>,
+}
 
 impl Latencies {
     /// An image with this stamp arrived at `now_ns`.
     pub fn hear(&mut self, camera_index: usize, now_ns: u64, stamp_ns: u64) {
         let ages = self.0.entry(camera_index).or_default();
-        if ages.len() == REMEMBERED {
-            ages.pop_front();
+        if ages.last.len() == REMEMBERED {
+            ages.last.pop_front();
         }
-        ages.push_back(now_ns.wrapping_sub(stamp_ns) as i64);
+        ages.last.push_back(now_ns.wrapping_sub(stamp_ns) as i64);
+        ages.least = ages.last.iter().min().copied();
     }
 
     /// The camera's stamps mean something else now.
@@ -32,15 +41,15 @@ impl Latencies {
 
     /// Apparent age of the camera's quickest image, ns; below zero where stamps lie ahead.
     pub fn age_ns(&self, camera_index: usize) -> Option<i64> {
-        self.0.get(&camera_index)?.iter().min().copied()
+        self.0.get(&camera_index)?.least
     }
 
     /// By how many ns the camera's stamps lie ahead of the other cameras' by that: against the middle one, or the nearer of
     /// two.
     pub fn lead_ns(&self, camera_index: usize) -> Option<i64> {
         let own = self.age_ns(camera_index)?;
-        let others = self.0.keys().filter(|other| **other != camera_index);
-        let mut ages: Vec<i64> = others.filter_map(|other| self.age_ns(*other)).collect();
+        let others = self.0.iter().filter(|(other, _)| **other != camera_index);
+        let mut ages: Vec<i64> = others.filter_map(|(_, ages)| ages.least).collect();
         ages.sort_unstable();
         let last = ages.len().checked_sub(1)?;
         let leads = [last / 2, last.div_ceil(2)].map(|middle| ages[middle].saturating_sub(own));

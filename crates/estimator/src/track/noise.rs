@@ -75,26 +75,43 @@ impl Variance {
     }
 }
 
-/// A camera's own factor, drawn to what its neighbours show, and those to one.
-fn factor(all: impl Iterator<Item = Variance>, own: Variance, source: usize) -> f64 {
-    let faith = TRUSTS[source].faith;
-    let (mut sum, mut redundancy) = (0.0, faith);
+/// What all cameras show, by [`index_of`] a source: logarithms of the factors, drawn to one.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Usual {
+    shift: [f64; 2],
+    turn: [f64; 2],
+}
+
+fn usual(all: impl Iterator<Item = Variance>) -> [f64; 2] {
+    let (mut sums, mut redundancy) = ([0.0; 2], 0.0);
     for variance in all {
-        sum += variance.weighed[source];
+        sums = [0, 1].map(|source| sums[source] + variance.weighed[source]);
         redundancy += variance.redundancy;
     }
-    let usual = sum / redundancy;
-    let logarithm = (own.weighed[source] + faith * usual) / (own.redundancy + faith);
+    [0, 1].map(|source| sums[source] / (redundancy + TRUSTS[source].faith))
+}
+
+/// A camera's own factor, drawn to what all show.
+fn factor(usual: &[f64; 2], own: Variance, source: usize) -> f64 {
+    let faith = TRUSTS[source].faith;
+    let logarithm = (own.weighed[source] + faith * usual[source]) / (own.redundancy + faith);
     logarithm.exp()
 }
 
 impl Noise {
-    pub fn factors(&self, camera_index: usize, source: NoiseSource) -> NoiseFactors {
+    pub fn usual(&self) -> Usual {
+        Usual {
+            shift: usual(self.0.iter().map(|camera| camera.shift)),
+            turn: usual(self.0.iter().map(|camera| camera.turn)),
+        }
+    }
+
+    pub fn factors(&self, camera_index: usize, source: NoiseSource, usual: &Usual) -> NoiseFactors {
         let source = index_of(source);
         let own = self.0.get(camera_index).copied().unwrap_or_default();
         NoiseFactors {
-            shift: factor(self.0.iter().map(|camera| camera.shift), own.shift, source),
-            turn: factor(self.0.iter().map(|camera| camera.turn), own.turn, source),
+            shift: factor(&usual.shift, own.shift, source),
+            turn: factor(&usual.turn, own.turn, source),
         }
     }
 
