@@ -5,7 +5,8 @@
 //! themselves, at any offset ([`matching`]). An offset that is found is taken off the camera's stamps; what is left of it is
 //! a filter's business. Otherwise the camera is where it should not be, or nothing has moved yet.
 //!
-//! Bounded: a question ends after some seconds and is put again to the same cameras after ever longer rests.
+//! Bounded: a question ends after some seconds and is put again to the same cameras after ever longer rests; with an image no
+//! more than two cameras are compared.
 
 mod consensus;
 mod latency;
@@ -194,7 +195,9 @@ impl ClockSearch {
         let Some(question) = self.question.as_mut().filter(|one| one.is_due(now_ns)) else {
             return Vec::new();
         };
-        let found = question.look(now_ns, &self.latencies);
+        let Some(found) = question.look(now_ns, &self.latencies) else {
+            return Vec::new();
+        };
         let age_s = age_s(question.since_ns, now_ns);
         if !found.is_empty() || question.is_over() || age_s > QUESTION_S {
             self.close(now_ns);

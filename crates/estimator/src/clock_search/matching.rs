@@ -5,6 +5,8 @@
 //! explains the difference otherwise, a camera that is not where the rig says, is weighed against it: then b differs from a by
 //! one and the same rigid motion of the world.
 
+use std::collections::VecDeque;
+
 use nalgebra::{Matrix6, Vector3, Vector6};
 use sextant_geometry::{Pose, se3, so3};
 
@@ -52,14 +54,14 @@ pub(super) enum Match {
 }
 
 /// A body's poses by the stamps of both cameras.
-pub(super) struct Pair {
-    pub a: Vec<Sample>,
-    pub b: Vec<Sample>,
+pub(super) struct Pair<'a> {
+    pub a: &'a VecDeque<Sample>,
+    pub b: &'a VecDeque<Sample>,
 }
 
 /// Compares the motions; `implied_ns` is the offset that arrivals tell.
-pub(super) fn compare(pairs: &[Pair], implied_ns: i64) -> Match {
-    let seen = |samples: fn(&Pair) -> usize| pairs.iter().map(samples).sum::<usize>();
+pub(super) fn compare(pairs: &[Pair<'_>], implied_ns: i64) -> Match {
+    let seen = |samples: fn(&Pair<'_>) -> usize| pairs.iter().map(samples).sum::<usize>();
     if seen(|pair| pair.a.len()).min(seen(|pair| pair.b.len())) < 2 * FEWEST {
         return Match::Open;
     }
@@ -169,7 +171,7 @@ impl Cost {
 }
 
 struct Comparison<'a> {
-    pairs: &'a [Pair],
+    pairs: &'a [Pair<'a>],
 }
 
 /// Two poses of a body that should be one.
@@ -181,8 +183,8 @@ struct Difference {
 }
 
 impl Comparison<'_> {
-    /// Each of about `most` poses of b with a's at the same moment, if b's clock is off by that.
-    fn differences(&self, offset_s: f64, most: usize) -> impl Iterator<Item = Difference> {
+    /// Each of about `most` poses of b with a's about the same moment, if b's clock is off by that.
+    fn meetings(&self, offset_s: f64, most: usize) -> impl Iterator<Item = Meeting<'_>> {
         let all: usize = self.pairs.iter().map(|pair| pair.b.len()).sum();
         let every = all.div_ceil(most).max(1);
         let samples = self
@@ -191,13 +193,11 @@ impl Comparison<'_> {
             .flat_map(|pair| pair.b.iter().map(move |b| (pair, b)));
         samples
             .step_by(every)
-            .filter_map(move |(pair, b)| difference(&pair.a, b, offset_s))
+            .filter_map(move |(pair, b)| Meeting::of(pair.a, b, offset_s))
     }
 
     fn cost(&self, offset_s: f64, most: usize) -> Option<Cost> {
-        let squares = self
-            .differences(offset_s, most)
-            .map(|one| one.square(&one.off).min(MOST));
+        let squares = self.meetings(offset_s, most).filter_map(|one| one.square());
         let (sum, compared) = squares.fold((0.0, 0), |(sum, n), square| (sum + square, n + 1));
         (compared >= FEWEST).then(|| Cost {
             mean: sum / compared as f64,
@@ -239,7 +239,7 @@ impl Comparison<'_> {
         let ends = self
             .pairs
             .iter()
-            .map(|pair| pair.b.first().zip(pair.b.last()));
+            .map(|pair| pair.b.front().zip(pair.b.back()));
         let spans = ends
             .flatten()
             .map(|(first, last)| seconds(first.stamp_ns, last.stamp_ns));
@@ -259,7 +259,8 @@ impl Comparison<'_> {
 
     /// The cost at the same stamps once b has been moved as a whole: least squares over (dt, dr) of the world about its origin.
     fn cost_if_moved(&self) -> Option<Cost> {
-        let all: Vec<Difference> = self.differences(0.0, FINE).collect();
+        let meetings = self.meetings(0.0, FINE);
+        let all: Vec<Difference> = meetings.filter_map(|one| one.difference()).collect();
         if all.len() < FEWEST {
             return None;
         }
@@ -300,25 +301,71 @@ fn seconds(from_ns: u64, to_ns: u64) -> f64 {
     (i128::from(to_ns) - i128::from(from_ns)) as f64 * 1e-9
 }
 
-fn difference(a: &[Sample], b: &Sample, offset_s: f64) -> Option<Difference> {
-    let at_s = |sample: &Sample| seconds(sample.stamp_ns, b.stamp_ns) - offset_s;
-    // Seconds from a's sample to the moment; falls along a.
-    let next = a.partition_point(|sample| at_s(sample) > 0.0);
-    let (before, after) = (a.get(next.checked_sub(1)?)?, a.get(next)?);
-    let gap_s = seconds(before.stamp_ns, after.stamp_ns);
-    if gap_s > GAP_S {
-        return None;
+/// A pose of b, and those of a before and after the same moment.
+struct Meeting<'a> {
+    before: &'a Sample,
+    after: &'a Sample,
+    b: &'a Sample,
+    /// How far the moment is on the way from one to the other.
+    share: f64,
+}
+
+impl<'a> Meeting<'a> {
+    fn of(a: &'a VecDeque<Sample>, b: &'a Sample, offset_s: f64) -> Option<Self> {
+        let at_s = |sample: &Sample| seconds(sample.stamp_ns, b.stamp_ns) - offset_s;
+        // Seconds from a's sample to the moment; falls along a.
+        let next = a.partition_point(|sample| at_s(sample) > 0.0);
+        let (before, after) = (a.get(next.checked_sub(1)?)?, a.get(next)?);
+        let gap_s = seconds(before.stamp_ns, after.stamp_ns);
+        (gap_s <= GAP_S).then(|| Self {
+            before,
+            after,
+            b,
+            share: at_s(before) / gap_s,
+        })
     }
-    let share = at_s(before) / gap_s;
-    let at: Pose = before
-        .world_from_body
-        .try_lerp_slerp(&after.world_from_body, share, 1e-9)?;
-    let [metres, radians] = [RIG.0, RIG.1].map(|sigma| sigma * sigma);
-    let rig = Vector6::new(metres, metres, metres, radians, radians, radians);
-    let covariance = before.covariance + b.covariance + Matrix6::from_diagonal(&rig);
-    Some(Difference {
-        off: se3::difference(&b.world_from_body, &at),
-        information: covariance.cholesky()?.inverse(),
-        place: at.translation.vector,
-    })
+
+    /// Sum of three variances along the diagonal, from place `first` on, with those of the rig.
+    fn spread(&self, first: usize, rig: f64) -> f64 {
+        let both = [&self.before.covariance, &self.b.covariance];
+        let axes = both.map(|matrix| (first..first + 3).map(move |axis| matrix[(axis, axis)]));
+        axes.into_iter().flatten().sum::<f64>() + 3.0 * rig * rig
+    }
+
+    fn covariance(&self) -> Matrix6<f64> {
+        let [metres, radians] = [RIG.0, RIG.1].map(|sigma| sigma * sigma);
+        let rig = Vector6::new(metres, metres, metres, radians, radians, radians);
+        self.before.covariance + self.b.covariance + Matrix6::from_diagonal(&rig)
+    }
+
+    fn pose(&self) -> Option<Pose> {
+        let (from, to) = (&self.before.world_from_body, &self.after.world_from_body);
+        from.try_lerp_slerp(to, self.share, 1e-9)
+    }
+
+    fn difference(&self) -> Option<Difference> {
+        let at = self.pose()?;
+        Some(Difference {
+            off: se3::difference(&self.b.world_from_body, &at),
+            information: self.covariance().cholesky()?.inverse(),
+            place: at.translation.vector,
+        })
+    }
+
+    /// The squared distance, at most [`MOST`]. The place alone, or the attitude alone, with its variances as if along one
+    /// axis, bounds it from below: nearly everywhere on the grid that is enough.
+    fn square(&self) -> Option<f64> {
+        let place = |sample: &Sample| sample.world_from_body.translation.vector;
+        let at = place(self.before).lerp(&place(self.after), self.share);
+        let moved = (place(self.b) - at).norm_squared();
+        if moved >= MOST * self.spread(0, RIG.0) {
+            return Some(MOST);
+        }
+        let off = se3::difference(&self.b.world_from_body, &self.pose()?);
+        if off.fixed_rows::<3>(3).norm_squared() >= MOST * self.spread(3, RIG.1) {
+            return Some(MOST);
+        }
+        let root = self.covariance().cholesky()?.unpack();
+        Some(root.solve_lower_triangular(&off)?.norm_squared().min(MOST))
+    }
 }

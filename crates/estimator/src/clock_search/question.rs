@@ -1,6 +1,6 @@
 //! An open question about some cameras' clocks: what it has been shown, and what it makes of that.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
 use super::consensus::{self, Reading};
 use super::latency::Latencies;
@@ -32,6 +32,19 @@ pub(super) struct Question {
     /// Cameras that are followed, with whether somebody vouches for their clock.
     followed: BTreeMap<usize, bool>,
     shadows: BTreeMap<(usize, Body), Shadow>,
+    /// What is being looked at.
+    look: Option<Look>,
+}
+
+/// A look under way. It takes an image for each two cameras that are compared, so that none waits for all comparisons.
+#[derive(Debug)]
+struct Look {
+    /// Cameras to compare others with, the present one first.
+    bases: VecDeque<usize>,
+    /// The camera last compared with it.
+    compared: Option<usize>,
+    readings: Vec<Reading>,
+    differ: BTreeSet<usize>,
 }
 
 impl Question {
@@ -44,6 +57,7 @@ impl Question {
             read: BTreeSet::new(),
             followed: BTreeMap::new(),
             shadows: BTreeMap::new(),
+            look: None,
         }
     }
 
@@ -58,7 +72,7 @@ impl Question {
     }
 
     pub fn is_due(&self, now_ns: u64) -> bool {
-        now_ns >= self.look_ns
+        self.look.is_some() || now_ns >= self.look_ns
     }
 
     /// Whether it may be said what is wrong.
@@ -111,38 +125,63 @@ impl Question {
         }
     }
 
-    /// The clocks that are found to be wrong by now.
-    pub fn look(&mut self, now_ns: u64, latencies: &Latencies) -> Vec<(usize, ClockOffset)> {
-        // What nobody waits for any longer may take its time: a look takes some milliseconds.
-        let pause = if self.is_answered() { 5 } else { 1 };
-        self.look_ns = now_ns.saturating_add(pause * LOOK_NS);
-        let mut readings: Vec<Reading> = Vec::new();
-        let bases: Vec<usize> = self.followed.keys().copied().take(MOST_BASES).collect();
-        let mut differ: BTreeSet<usize> = BTreeSet::new();
-        for base in bases {
-            let Some(base_off) = self.begin(&mut readings, base) else {
-                continue;
-            };
-            for camera in self.followed.keys().copied() {
-                if readings.iter().any(|one| one.camera_index == camera) {
-                    continue;
-                }
-                match self.compare(base, camera, latencies) {
-                    Match::Open => {}
-                    Match::Differ => drop(differ.insert(camera)),
-                    Match::Agree => readings.push(self.reading(camera, base_off)),
-                    Match::Off(off) => {
-                        let offset_s = off.offset_s + base_off.offset_s;
-                        readings.push(self.reading(camera, ClockOffset { offset_s, ..off }));
-                    }
-                }
-            }
-            // A camera that is alone with its time, or its place, is no base for the others.
-            if readings.len() == 1 {
-                readings.clear();
+    /// The clocks that are found to be wrong by now; `None` while the look is under way.
+    pub fn look(
+        &mut self,
+        now_ns: u64,
+        latencies: &Latencies,
+    ) -> Option<Vec<(usize, ClockOffset)>> {
+        let mut look = self.look.take().unwrap_or_else(|| self.begin_look(now_ns));
+        let Some((base, base_off, camera)) = self.next_pair(&mut look) else {
+            return Some(self.conclude(now_ns, &look.readings, &look.differ));
+        };
+        match self.compare(base, camera, latencies) {
+            Match::Open => {}
+            Match::Differ => drop(look.differ.insert(camera)),
+            Match::Agree => look.readings.push(self.reading(camera, base_off)),
+            Match::Off(off) => {
+                let offset_s = off.offset_s + base_off.offset_s;
+                let off = ClockOffset { offset_s, ..off };
+                look.readings.push(self.reading(camera, off));
             }
         }
-        self.conclude(now_ns, &readings, &differ)
+        self.look = Some(look);
+        None
+    }
+
+    fn begin_look(&mut self, now_ns: u64) -> Look {
+        // What nobody waits for any longer may take its time.
+        let pause = if self.is_answered() { 5 } else { 1 };
+        self.look_ns = now_ns.saturating_add(pause * LOOK_NS);
+        Look {
+            bases: self.followed.keys().copied().take(MOST_BASES).collect(),
+            compared: None,
+            readings: Vec::new(),
+            differ: BTreeSet::new(),
+        }
+    }
+
+    /// The next two cameras to compare, and the first one's reading; `None` when all have been.
+    fn next_pair(&self, look: &mut Look) -> Option<(usize, ClockOffset, usize)> {
+        loop {
+            let base = *look.bases.front()?;
+            let base_off = self.begin(&mut look.readings, base);
+            let first = look.compared.map_or(0, |camera| camera + 1);
+            let is_read =
+                |camera: usize| look.readings.iter().any(|one| one.camera_index == camera);
+            let mut open = self.followed.range(first..).map(|(camera, _)| *camera);
+            let next = open.find(|camera| !is_read(*camera));
+            if let Some((base_off, camera)) = base_off.zip(next) {
+                look.compared = Some(camera);
+                return Some((base, base_off, camera));
+            }
+            // A camera that is alone with its time, or its place, is no base for the others.
+            if base_off.is_some() && look.readings.len() == 1 {
+                look.readings.clear();
+            }
+            look.bases.pop_front();
+            look.compared = None;
+        }
     }
 
     /// A camera to compare others with: the first one, or one whose reading is known; `None` for any other.
@@ -192,14 +231,13 @@ impl Question {
         let of_camera = self
             .shadows
             .range((camera, (0, None))..(camera + 1, (0, None)));
-        let pair = |((_, body), shadow): (&(usize, Body), &'_ Shadow)| {
-            let other = self.shadows.get(&(base, *body))?;
-            Some(Pair {
-                a: other.samples().collect(),
-                b: shadow.samples().collect(),
-            })
-        };
-        let pairs: Vec<Pair> = of_camera.filter_map(pair).collect();
+        let mut pairs = Vec::new();
+        for ((_, body), shadow) in of_camera {
+            pairs.extend(self.shadows.get(&(base, *body)).map(|other| Pair {
+                a: other.samples(),
+                b: shadow.samples(),
+            }));
+        }
         let ages = latencies.age_ns(base).zip(latencies.age_ns(camera));
         let implied_ns = ages.map_or(0, |(base, own)| base.saturating_sub(own));
         matching::compare(&pairs, implied_ns)

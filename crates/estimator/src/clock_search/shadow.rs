@@ -37,8 +37,8 @@ pub(super) struct Shadow {
 
 impl Shadow {
     /// In order of their stamps.
-    pub fn samples(&self) -> impl Iterator<Item = Sample> {
-        self.samples.iter().cloned()
+    pub fn samples(&self) -> &VecDeque<Sample> {
+        &self.samples
     }
 
     /// Takes an image with views of the body alone in; one that comes out of order is passed over.
