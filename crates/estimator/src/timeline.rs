@@ -86,11 +86,12 @@ impl Timeline {
     }
 
     fn replay(&mut self, from: Key, site: &Site, options: &FusionOptions) {
-        let mut before = self.before(from).clone();
+        let first = self.before(from).clone();
+        let mut before = &first;
         for ((time_ns, _), instant) in self.instants.range_mut(from..) {
             let images: Vec<&ObjectImage> = instant.images.values().map(Arc::as_ref).collect();
             instant.after = before.advanced(*time_ns, &images, site, options);
-            before = instant.after.clone();
+            before = &instant.after;
         }
     }
 

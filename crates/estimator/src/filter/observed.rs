@@ -54,6 +54,13 @@ impl<const D: usize> Observed<D> {
             information,
         })
     }
+
+    /// Squared Mahalanobis distance of a configuration; `None` as with [`Self::prior`].
+    pub fn surprise(&self, at: &Configuration) -> Option<f64> {
+        let off = at.difference::<D>(&self.configuration);
+        let root = Cholesky::<f64, Const<D>>::new(self.covariance)?.unpack();
+        Some(root.solve_lower_triangular(&off)?.norm_squared())
+    }
 }
 
 impl Kinematics {

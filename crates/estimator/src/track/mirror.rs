@@ -42,17 +42,23 @@ pub(crate) fn others<const D: usize>(
         return others;
     };
     let seen = predicted.observed::<D>(largest.camera_index);
+    let mirrored = mirrored(largest, found);
+    let turn = seen.covariance.fixed_view::<3, 3>(3, 3).into_owned();
+    let is_vague = is_wider_than(&turn, VAGUE.powi(2));
+    // Nearly always the prediction leaves no doubt.
+    let surprise = seen.surprise(&mirrored);
+    if !is_vague && surprise.is_none_or(|surprise| !is_likely(surprise, options)) {
+        return others;
+    }
     let Some(prior) = seen.prior() else {
         return others;
     };
-    let mirrored = mirrored(largest, found);
     if is_possible(&prior, &mirrored, options) {
         let cost = |at: &Configuration| cost(&prior, sights, at, options);
         others.mirrored_odds = 0.5 * (cost(found) - cost(&mirrored));
         others.starts.push(mirrored);
     }
-    let turn = seen.covariance.fixed_view::<3, 3>(3, 3).into_owned();
-    if is_wider_than(&turn, VAGUE.powi(2)) {
+    if is_vague {
         let branches = branches(largest).into_iter();
         let branches = branches.map(|link| largest.view.anchored(&link, found));
         let possible = branches.filter(|start| is_possible(&prior, start, options));
@@ -104,7 +110,11 @@ fn is_possible<const D: usize>(
     start: &Configuration,
     options: &FusionOptions,
 ) -> bool {
-    prior.surprise(start) < 4.0 * options.hopeless_odds
+    is_likely(prior.surprise(start), options)
+}
+
+fn is_likely(surprise: f64, options: &FusionOptions) -> bool {
+    surprise < 4.0 * options.hopeless_odds
 }
 
 /// Twice the cost of a configuration, each view's limited by its gate.

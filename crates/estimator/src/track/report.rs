@@ -1,5 +1,7 @@
 //! What is published about an object at an instant.
 
+use std::borrow::Cow;
+
 use nalgebra::Matrix6;
 use sextant_geometry::se3;
 
@@ -149,8 +151,12 @@ impl Track {
         clocks.into_iter().flat_map(Clocks::offsets)
     }
 
-    /// The track at an instant of which there is no image.
-    fn predicted(&self, time_ns: u64) -> Self {
+    /// The track at an instant of which there may be no image.
+    fn predicted(&self, time_ns: u64) -> Cow<'_, Self> {
+        let has_joints = |one: &Hypothesis| one.state.joints.is_some();
+        if time_ns == self.time_ns && !self.hypotheses.iter().any(has_joints) {
+            return Cow::Borrowed(self);
+        }
         let mut then = self.clone();
         if time_ns != self.time_ns {
             let dt = seconds(self.time_ns, time_ns);
@@ -163,7 +169,7 @@ impl Track {
         for one in &mut then.hypotheses {
             one.state.keep_within_limits();
         }
-        then
+        Cow::Owned(then)
     }
 
     /// Of all that is possible, about the likeliest: the second moments of the mixture.
