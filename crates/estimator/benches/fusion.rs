@@ -1,7 +1,7 @@
 //! What fusion costs: one image of a tracked object, a late image, a large site. `cargo bench -p sextant-estimator`.
 //!
 //! Prints microseconds of one core; the clock is read here, never in the crate. `-- NAME..` runs some cases only (1-tag, 6-tags,
-//! arm, body, late, free-running, simultaneous). Instructions of a case, which no busy machine changes: `cost.sh` beside this.
+//! arm, body, late, clock, free-running, simultaneous). Instructions of a case, which no busy machine changes: `cost.sh` beside this.
 
 #![allow(clippy::expect_used, reason = "a bench without its scene is none")]
 
@@ -18,6 +18,8 @@ use sextant_tag_families::Family;
 
 const START_NS: u64 = 1_700_000_000_000_000_000;
 const PERIOD_NS: u64 = 33_333_333;
+/// Age of an image on arrival; late ones come when they come.
+const LATENCY_NS: u64 = 30_000_000;
 
 fn rig(cameras: usize) -> Rig {
     let intrinsics = Intrinsics {
@@ -143,7 +145,7 @@ fn timed_late(fusion: &mut Fusion, image: ImageObservation) -> f64 {
 
 #[inline(never)]
 fn timed(fusion: &mut Fusion, image: ImageObservation) -> f64 {
-    let now_ns = image.capture_ns + 1_000_000_000;
+    let now_ns = image.capture_ns + LATENCY_NS;
     let start = Instant::now();
     fusion.handle(now_ns, Input::Image(image));
     while fusion.poll_output().is_some() {}
@@ -277,13 +279,44 @@ fn large_site(phase: Phase) {
     println!("{:<50} {:.0} % of a core", "", share * 100.0);
 }
 
+/// A camera whose stamps are three seconds ahead: until that is found out, what single cameras see is compared.
+fn open_clock_question() {
+    let (rig, mut state) = (rig(6), 1);
+    let objects: Vec<_> = (0..8).map(|index| plate(index, 6)).collect();
+    let mut fusion =
+        Fusion::new(rig.clone(), objects.clone(), FusionOptions::default()).expect("a machine");
+    let (mut micros, mut found) = (Vec::new(), None);
+    for number in 0..6 * 150u64 {
+        let (camera, time_ns) = (number % 6, START_NS + number * PERIOD_NS / 6);
+        let mut image = image(&rig, camera as usize, &objects, time_ns, &mut state);
+        image.clock_error_ns = ImageObservation::CLOCK_ERROR_UNKNOWN;
+        image.capture_ns += if camera == 1 { 3_000_000_000 } else { 0 };
+        let start = Instant::now();
+        fusion.handle(time_ns + LATENCY_NS, Input::Image(image));
+        while fusion.poll_output().is_some() {}
+        micros.push(start.elapsed().as_secs_f64() * 1e6);
+        if found.is_none()
+            && number > 60
+            && fusion
+                .clock_offsets()
+                .values()
+                .any(|found| found.offset_s > 1.0)
+        {
+            found = Some((time_ns - START_NS) as f64 * 1e-9);
+        }
+    }
+    report("6 cameras, 8 objects of 6 tags, a clock far off", micros);
+    println!("{:<50} found after {found:?} s", "");
+}
+
 fn main() {
-    let cases: [(&str, fn()); 7] = [
+    let cases: [(&str, fn()); 8] = [
         ("1-tag", || one_image(1)),
         ("6-tags", || one_image(6)),
         ("arm", || one_image_of("an arm of 3 links", arm())),
         ("body", || one_image_of("a body", stiff(&arm()))),
         ("late", late_image),
+        ("clock", open_clock_question),
         ("free-running", || large_site(Phase::Free)),
         ("simultaneous", || large_site(Phase::Same)),
     ];
