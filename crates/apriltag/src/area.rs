@@ -44,17 +44,15 @@ impl Area {
         ]
     }
 
-    /// Whether a component of the part goes on beyond the part's edge, for all that can be seen there: it reaches an edge
+    /// Whether what was found in the part goes on beyond the part's edge, for all that can be seen there: it reaches an edge
     /// that is not the image's.
     pub(crate) fn cuts(&self, component: &Component, image: &Image<'_>) -> bool {
-        let rows = self.height / self.row_step;
-        let cut_left = component.left == 0 && self.left > 0;
-        let cut_top = component.top == 0 && self.top > 0;
-        let cut_right =
-            component.right as usize == self.width && self.left + self.width < image.width();
-        let cut_bottom =
-            component.bottom as usize + 1 == rows && self.top + self.height < image.height();
-        cut_left || cut_top || cut_right || cut_bottom
+        let (columns, rows) = (component.columns(), component.rows());
+        let (right, bottom) = (self.left + self.width, self.top + self.height);
+        columns.start == 0 && self.left > 0
+            || rows.start == 0 && self.top > 0
+            || columns.end as usize == self.width && right < image.width()
+            || rows.end as usize >= self.height / self.row_step && bottom < image.height()
     }
 
     /// Pixels that are looked at.

@@ -9,15 +9,17 @@ use std::ops::Range;
 #[derive(Debug, Default)]
 pub(crate) struct BitPlane {
     words_in_row: usize,
+    /// Of an even number of rows.
     words: Vec<u64>,
-    /// Which words of each row have been set; the others are without bits.
+    /// Which words of each pair of rows have been set; the others are without bits.
     live: Vec<Range<usize>>,
 }
 
-/// The words of a row, and those of them beyond which there are no bits.
+/// Two rows of words, the second below the first, and those words beyond which neither has bits.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Row<'a> {
-    pub(crate) words: &'a [u64],
+pub(crate) struct RowPair<'a> {
+    pub(crate) upper: &'a [u64],
+    pub(crate) lower: &'a [u64],
     pub(crate) live: Range<usize>,
 }
 
@@ -25,8 +27,9 @@ impl BitPlane {
     /// Takes the memory that an image of a size needs.
     pub(crate) fn make_room(&mut self, width: usize, height: usize) {
         self.words_in_row = width.div_ceil(WORD);
-        self.words.resize(self.words_in_row * height, 0);
-        self.live.resize(height, 0..0);
+        self.live.resize(height.div_ceil(2), 0..0);
+        self.words
+            .resize(self.words_in_row * 2 * self.live.len(), 0);
     }
 
     /// Sets the bits of the pixels that have the border's colour: below the level of their tile, or not below it.
@@ -37,45 +40,73 @@ impl BitPlane {
         border: BorderColour,
         kernels: &Kernels,
     ) {
-        self.words.fill(0);
-        for (y, live_here) in self.live.iter_mut().enumerate() {
+        let rows = self.words.chunks_exact_mut(self.words_in_row);
+        for (y, words) in rows.enumerate() {
+            words.fill(0);
             let (levels, live) = tiles.levels_at(y);
             let live = live.start..live.end.min(self.words_in_row);
-            *live_here = live.clone();
-            if live.is_empty() {
+            self.live[y / 2] = live.clone();
+            if live.is_empty() || y == image.height() {
                 continue;
             }
             let pixels = &image.row(y)[live.start * WORD..image.width().min(live.end * WORD)];
             let levels = &levels[live.start * TILES_IN_WORD..live.end * TILES_IN_WORD];
-            let words = &mut self.words[y * self.words_in_row..][live];
-            kernels.threshold_row(pixels, levels, words);
+            kernels.threshold_row(pixels, levels, &mut words[live.clone()]);
             if border == BorderColour::White {
-                invert_live(words, levels, pixels.len());
+                invert_live(&mut words[live], levels, pixels.len());
             }
         }
     }
 
-    pub(crate) fn rows(&self) -> impl Iterator<Item = Row<'_>> {
-        let rows = self.words.chunks_exact(self.words_in_row).zip(&self.live);
-        rows.map(|(words, live)| Row {
-            words,
-            live: live.clone(),
+    /// The first and the last bit of a row that are set between two columns, and how many are; nothing where none is.
+    #[inline(always)]
+    pub(crate) fn set_within(&self, y: usize, [start, last]: [u16; 2]) -> Option<([u16; 2], u32)> {
+        let ends = [start, last].map(|column| usize::from(column) / WORD);
+        let row = &self.words[y * self.words_in_row..];
+        let (mut first_set, mut last_set, mut n) = (u16::MAX, 0, 0);
+        for (i, &word) in (ends[0]..).zip(&row[ends[0]..=ends[1]]) {
+            let mut bits = word;
+            if i == ends[0] {
+                bits &= u64::MAX << (start % WORD as u16);
+            }
+            if i == ends[1] {
+                bits &= u64::MAX >> (WORD as u16 - 1 - last % WORD as u16);
+            }
+            if bits != 0 {
+                first_set = first_set.min((i * WORD) as u16 + bits.trailing_zeros() as u16);
+                last_set = (i * WORD) as u16 + bits.ilog2() as u16;
+                n += bits.count_ones();
+            }
+        }
+        (n > 0).then_some(([first_set, last_set], n))
+    }
+
+    pub(crate) fn row_pairs(&self) -> impl Iterator<Item = RowPair<'_>> {
+        let pairs = self.words.chunks_exact(2 * self.words_in_row);
+        pairs.zip(&self.live).map(|(words, live)| {
+            let (upper, lower) = words.split_at(self.words_in_row);
+            RowPair {
+                upper,
+                lower,
+                live: live.clone(),
+            }
         })
     }
 }
 
 #[cfg(test)]
 impl BitPlane {
-    /// Of words, as many in each row.
+    /// Of words, as many in each row, of an even number of rows.
     pub(crate) fn of_rows(rows: &[Vec<u64>]) -> Self {
-        let live = |row: &Vec<u64>| match row.iter().position(|word| *word != 0) {
-            Some(first) => first..row.len(),
+        let is_live = |pair: &[Vec<u64>], i: &usize| pair[0][*i] | pair[1][*i] != 0;
+        let live = |pair: &[Vec<u64>]| match (0..pair[0].len()).find(|i| is_live(pair, i)) {
+            Some(first) => first..pair[0].len(),
             None => 0..0,
         };
         Self {
             words_in_row: rows[0].len(),
             words: rows.concat(),
-            live: rows.iter().map(live).collect(),
+            live: rows.chunks_exact(2).map(live).collect(),
         }
     }
 }

@@ -1,28 +1,37 @@
 //! Connected components of black pixels, joined run by run.
 //!
-//! In: the bit plane. Out: runs with their component, and each component's box and area. Pixels that touch at a corner
-//! are connected. (He, Chao & Suzuki, A run-based two-scan labeling algorithm, IEEE Trans. Image Processing 17, 2008; which
-//! runs touch is read off whole words here, so that processors need not guess it.)
+//! In: the bit plane, two rows at a time. Out: runs with their component, and each component's box. Pixels that touch at a
+//! corner are connected, so that of two rows what is black in either of them in columns beside each other hangs together:
+//! a run is of both rows at once. (He, Chao & Suzuki, A run-based two-scan labeling algorithm, IEEE Trans. Image Processing
+//! 17, 2008, with the blocks of Grana, Borghesani & Cucchiara, IEEE Trans. Image Processing 19, 2010; which runs touch is read
+//! off whole words here, so that processors need not guess it.)
 
 use crate::LabelledRun;
-use crate::bit_plane::{BitPlane, Row};
+use crate::bit_plane::{BitPlane, RowPair};
 use crate::kernels::{Kernels, WORD};
 use std::hint::select_unpredictable;
+use std::iter;
+use std::ops::Range;
 
-/// Black pixels beside each other in a row: the first column and the one beyond the last.
+/// Columns beside each other with a black pixel in either of two rows: the first and the one beyond the last.
 pub(crate) type Span = [u16; 2];
 
 /// Black pixels that hang together.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Component {
-    pub(crate) area: u32,
+    /// Length of all runs.
+    pub(crate) length: u32,
     pub(crate) n_runs: u32,
     pub(crate) left: u32,
     /// One beyond the last column.
     pub(crate) right: u32,
-    pub(crate) top: u32,
-    pub(crate) bottom: u32,
-    marked: bool,
+    /// First and last pair of rows.
+    pub(crate) top_pair: u32,
+    pub(crate) bottom_pair: u32,
+    /// Reaches into shade, so that more may belong to it than should.
+    pub(crate) in_shade: bool,
+    /// Is a tag's border.
+    pub(crate) settled: bool,
 }
 
 impl Component {
@@ -30,39 +39,35 @@ impl Component {
         self.right - self.left
     }
 
-    pub(crate) fn height(&self) -> u32 {
-        self.bottom - self.top + 1
+    pub(crate) fn n_pairs(&self) -> u32 {
+        self.bottom_pair - self.top_pair + 1
     }
 
-    /// Middle of the box.
-    pub(crate) fn middle(&self) -> [f32; 2] {
-        let mean = |low: u32, high: u32| (low + high) as f32 / 2.0;
-        [mean(self.left, self.right - 1), mean(self.top, self.bottom)]
+    pub(crate) fn columns(&self) -> Range<u32> {
+        self.left..self.right
     }
 
-    /// Corners of the box, clockwise from the top left.
-    pub(crate) fn corners(&self) -> [[f32; 2]; 4] {
-        let [left, right] = [self.left, self.right - 1].map(|x| x as f32);
-        let [top, bottom] = [self.top, self.bottom].map(|y| y as f32);
-        [[left, top], [right, top], [right, bottom], [left, bottom]]
+    /// Its rows, and maybe the one above and the one below.
+    pub(crate) fn rows(&self) -> Range<u32> {
+        2 * self.top_pair..2 * self.bottom_pair + 2
     }
 
-    fn begin([start, _]: Span, top: u32) -> Self {
+    fn begin([start, _]: Span, top_pair: u32) -> Self {
         Self {
             left: u32::from(start),
-            top,
+            top_pair,
             ..Self::default()
         }
     }
 
     #[inline(always)]
-    fn grow(&mut self, [start, end]: Span, y: u32) {
+    fn grow(&mut self, [start, end]: Span, pair: u32) {
         let [start, end] = [start, end].map(u32::from);
-        self.area += end - start;
+        self.length += end - start;
         self.n_runs += 1;
         self.left = select_unpredictable(start < self.left, start, self.left);
         self.right = select_unpredictable(end > self.right, end, self.right);
-        self.bottom = y;
+        self.bottom_pair = pair;
     }
 }
 
@@ -74,15 +79,15 @@ pub(crate) struct Components {
     labels: Vec<u32>,
     n_runs: usize,
     max_runs: usize,
-    /// Index of the first run of each row, and one more.
-    row_starts: Vec<u32>,
+    /// Index of the first run of each pair of rows, and one more.
+    pair_starts: Vec<u32>,
     /// Room as for runs, of which the first `n_components` count.
     components: Vec<Component>,
     n_components: usize,
 }
 
 /// Pixels of the image per run, at least: only noise has shorter runs and gaps. Rows beyond this bound are left out.
-const PIXELS_PER_RUN: usize = 4;
+const PIXELS_PER_RUN: usize = 8;
 
 impl Components {
     /// Takes the memory that an image of a size can ask for.
@@ -92,13 +97,13 @@ impl Components {
         self.spans.resize(room + AT_A_TIME, Span::default());
         self.labels.resize(room, 0);
         self.components.resize(room, Component::default());
-        make_room(&mut self.row_starts, height + 1);
+        make_room(&mut self.pair_starts, height.div_ceil(2) + 1);
     }
 
     /// Forgets what was found in another image.
     pub(crate) fn clear(&mut self) {
         (self.n_runs, self.n_components) = (0, 0);
-        self.row_starts.clear();
+        self.pair_starts.clear();
     }
 
     pub(crate) fn label(&mut self, plane: &BitPlane, kernels: &Kernels) {
@@ -112,28 +117,28 @@ impl Components {
         );
     }
 
-    /// Finds the runs of each row and joins them with those of the row above.
+    /// Finds the runs of each pair of rows and joins them with those of the pair above.
     #[inline(always)]
     fn find_runs(&mut self, plane: &BitPlane) {
-        self.row_starts.clear();
-        let mut above = (Row::default(), 0);
+        self.pair_starts.clear();
+        let mut above = (RowPair::default(), 0);
         self.n_runs = 0;
-        for row in plane.rows() {
+        for pair in plane.row_pairs() {
             let first = self.n_runs;
-            self.row_starts.push(first as u32);
-            if first + row.live.len() * WORD / 2 > self.max_runs {
-                above = (Row::default(), 0);
+            self.pair_starts.push(first as u32);
+            if first + pair.live.len() * WORD / 2 > self.max_runs {
+                above = (RowPair::default(), 0);
                 continue;
             }
-            self.n_runs += find_spans(&row, &mut self.spans[first..]);
+            self.n_runs += find_spans(&pair, &mut self.spans[first..]);
             for (label, run) in self.labels[first..self.n_runs].iter_mut().zip(first..) {
                 *label = run as u32;
             }
-            let here = (row, first);
-            join_rows(&mut self.labels, &here, &above);
+            let here = (pair, first);
+            join_pairs(&mut self.labels, &here, &above);
             above = here;
         }
-        self.row_starts.push(self.n_runs as u32);
+        self.pair_starts.push(self.n_runs as u32);
     }
 
     /// Numbers the components in the order of their first runs and measures them.
@@ -141,17 +146,17 @@ impl Components {
     fn measure(&mut self) {
         let (spans, labels) = (&self.spans[..], &mut self.labels[..]);
         let (components, mut n) = (&mut self.components[..], 0);
-        for (y, ends) in (0..).zip(self.row_starts.windows(2)) {
+        for (pair, ends) in (0..).zip(self.pair_starts.windows(2)) {
             for run in ends[0] as usize..ends[1] as usize {
                 let (span, earlier) = (spans[run], labels[run] as usize);
                 if earlier == run {
-                    components[n] = Component::begin(span, y);
+                    components[n] = Component::begin(span, pair);
                     labels[run] = n as u32;
                     n += 1;
                 } else {
                     labels[run] = labels[earlier];
                 }
-                components[labels[run] as usize].grow(span, y);
+                components[labels[run] as usize].grow(span, pair);
             }
         }
         self.n_components = n;
@@ -170,56 +175,72 @@ impl Components {
         &self.components[..self.n_components]
     }
 
-    /// The runs of each row, from left to right, and their components.
-    pub(crate) fn rows(&self) -> impl ExactSizeIterator<Item = (&[Span], &[u32])> {
-        self.row_starts.windows(2).map(|ends| {
+    /// The runs of each pair of rows, from left to right, and their components.
+    pub(crate) fn row_pairs(&self) -> impl ExactSizeIterator<Item = (&[Span], &[u32])> {
+        self.pair_starts.windows(2).map(|ends| {
             let runs = ends[0] as usize..ends[1] as usize;
             (&self.spans[runs.clone()], &self.labels[runs])
         })
     }
 
-    /// Marks the component that a pixel belongs to.
-    pub(crate) fn mark(&mut self, [x, y]: [usize; 2]) {
-        let runs = self.row_starts[y] as usize..self.row_starts[y + 1] as usize;
-        let spans = &self.spans[runs.clone()];
-        let after = spans.partition_point(|&[_, end]| usize::from(end) <= x);
-        if spans
-            .get(after)
-            .is_some_and(|&[start, _]| usize::from(start) <= x)
-        {
-            let label = self.labels[runs.start + after];
-            self.components[label as usize].marked = true;
-        }
+    /// The component that a black pixel belongs to.
+    pub(crate) fn at(&mut self, [x, y]: [usize; 2]) -> Option<&mut Component> {
+        let runs = self.pair_starts[y / 2] as usize..self.pair_starts[y / 2 + 1] as usize;
+        let before = |&[_, end]: &Span| usize::from(end) <= x;
+        let run = runs.start + self.spans[runs.clone()].partition_point(before);
+        let label = self.labels[..runs.end].get(run)?;
+        self.components.get_mut(*label as usize)
     }
 
-    pub(crate) fn marked(&self) -> impl Iterator<Item = &Component> {
-        self.all().iter().filter(|component| component.marked)
+    /// Takes a component to be what it was found to be: it need not be looked at once more.
+    pub(crate) fn settle(&mut self, label: usize) {
+        self.components[label].settled = true;
     }
 
-    /// Every run with the component that it belongs to.
-    pub(crate) fn labelled_runs(&self) -> impl Iterator<Item = LabelledRun> {
-        self.rows().zip(0..).flat_map(|((spans, labels), y)| {
-            let runs = spans.iter().zip(labels);
-            runs.map(move |(&[start, end], &component)| LabelledRun {
-                y,
-                start,
-                end,
-                component,
-            })
+    /// Black pixels beside each other, row after row, with their components.
+    pub(crate) fn labelled_runs(&self, plane: &BitPlane) -> impl Iterator<Item = LabelledRun> {
+        let pairs = (0..)
+            .step_by(2)
+            .zip(plane.row_pairs().zip(self.row_pairs()));
+        let rows =
+            pairs.flat_map(|(y, (pair, runs))| [(y, pair.upper, runs), (y + 1, pair.lower, runs)]);
+        rows.flat_map(|(y, row, (spans, labels))| {
+            spans
+                .iter()
+                .zip(labels)
+                .flat_map(move |(&span, &component)| {
+                    set_within(row, span).map(move |[start, end]| LabelledRun {
+                        y,
+                        start,
+                        end,
+                        component,
+                    })
+                })
         })
     }
+}
+
+/// Where bits beside each other are set between two columns of a row.
+fn set_within(row: &[u64], [start, end]: Span) -> impl Iterator<Item = Span> {
+    let is_set = move |x: &u16| row[usize::from(*x) / WORD] >> (usize::from(*x) % WORD) & 1 == 1;
+    let mut next = start;
+    iter::from_fn(move || {
+        let first = (next..end).find(is_set)?;
+        next = (first..end).find(|x| !is_set(x)).unwrap_or(end);
+        Some([first, next])
+    })
 }
 
 /// Places that are written at a time, be there as many or not: that costs less than a loop whose end no processor foresees.
 const AT_A_TIME: usize = 4;
 
-/// Where bits of a row begin and end to be set, in turn. Returns how many runs there are.
+/// Where bits of either row begin and end to be set, in turn. Returns how many runs there are.
 #[inline(always)]
-fn find_spans(row: &Row<'_>, spans: &mut [Span]) -> usize {
+fn find_spans(pair: &RowPair<'_>, spans: &mut [Span]) -> usize {
     let columns = spans.as_flattened_mut();
     let (mut n, mut carry) = (0, 0);
-    for i in row.live.clone() {
-        let word = row.words[i];
+    for i in pair.live.clone() {
+        let word = pair.upper[i] | pair.lower[i];
         let mut changes = word ^ (word << 1 | carry);
         carry = word >> (WORD - 1);
         let n_here = n + changes.count_ones() as usize;
@@ -235,48 +256,52 @@ fn find_spans(row: &Row<'_>, spans: &mut [Span]) -> usize {
         n = n_here;
     }
     if carry != 0 {
-        columns[n] = (row.live.end * WORD) as u16;
+        columns[n] = (pair.live.end * WORD) as u16;
         n += 1;
     }
     n / 2
 }
 
-/// A word of a row: where runs begin, and where they are or have just ended.
+/// A word with each of its bits once more a column further on, the last of them in `carry` for the next word.
 #[inline(always)]
-fn begun_and_reached(word: u64, carry: &mut u64) -> [u64; 2] {
-    let before = word << 1 | *carry;
+fn moved_on(word: u64, carry: &mut u64) -> u64 {
+    let moved = word << 1 | *carry;
     *carry = word >> (WORD - 1);
-    [word & !before, word | before]
+    moved
 }
 
-/// Joins the runs of a row with those of the row above, each with the number of its first run.
+/// Joins the runs of a pair of rows with those of the pair above, each with the number of its first run.
 ///
-/// Two runs touch where both are or have just ended; the first such place is where one of the two begins, and no other two
-/// runs have it.
+/// Rows touch where both are black or have just been. Two runs are joined at the first such place beside others, and where
+/// one of them begins.
 #[inline(always)]
-fn join_rows(
+fn join_pairs(
     labels: &mut [u32],
-    (row, first): &(Row<'_>, usize),
-    (above, first_above): &(Row<'_>, usize),
+    (pair, first): &(RowPair<'_>, usize),
+    (above, first_above): &(RowPair<'_>, usize),
 ) {
-    if row.live.is_empty() || above.live.is_empty() {
+    if pair.live.is_empty() || above.live.is_empty() {
         return;
     }
     let (mut n, mut n_above) = (*first as u32, *first_above as u32);
-    let (mut carry, mut carry_above) = (0, 0);
-    for i in row.live.start.min(above.live.start)..row.live.end.max(above.live.end) {
-        let [begun, reached] = begun_and_reached(row.words[i], &mut carry);
-        let [begun_above, reached_above] = begun_and_reached(above.words[i], &mut carry_above);
-        let mut touching = reached & reached_above & (begun | begun_above);
-        while touching != 0 {
-            let up_to_here = touching ^ (touching - 1);
-            let run = n + (begun & up_to_here).count_ones() - 1;
-            let run_above = n_above + (begun_above & up_to_here).count_ones() - 1;
+    let mut carries = [0; 5];
+    for i in pair.live.start.min(above.live.start)..pair.live.end.max(above.live.end) {
+        let [upper, lower_above, either, either_above, touching] = &mut carries;
+        let begun = |word: u64, carry| word & !moved_on(word, carry);
+        let reached = |word: u64, carry| word | moved_on(word, carry);
+        let runs = begun(pair.upper[i] | pair.lower[i], either);
+        let runs_above = begun(above.upper[i] | above.lower[i], either_above);
+        let touch = reached(pair.upper[i], upper) & reached(above.lower[i], lower_above);
+        let mut joints = begun(touch, touching) | touch & (runs | runs_above);
+        while joints != 0 {
+            let up_to_here = joints ^ (joints - 1);
+            let run = n + (runs & up_to_here).count_ones() - 1;
+            let run_above = n_above + (runs_above & up_to_here).count_ones() - 1;
             join(labels, run, run_above);
-            touching &= touching - 1;
+            joints &= joints - 1;
         }
-        n += begun.count_ones();
-        n_above += begun_above.count_ones();
+        n += runs.count_ones();
+        n_above += runs_above.count_ones();
     }
 }
 
@@ -315,6 +340,7 @@ pub(crate) fn make_room<T>(buffer: &mut Vec<T>, n: usize) {
 mod tests {
     use super::*;
     use proptest::prelude::*;
+    use std::collections::BTreeSet;
 
     /// The lowest place, row after row, of what hangs together with each set bit.
     fn flooded(rows: &[Vec<u64>]) -> Vec<usize> {
@@ -342,28 +368,34 @@ mod tests {
     proptest! {
         #[test]
         fn pixels_have_a_component_in_common_when_they_hang_together(
-            rows in prop::collection::vec(prop::collection::vec(any::<[u64; 2]>().prop_map(|[a, b]| a & b), 3), 1..8),
+            pairs in prop::collection::vec(any::<[[[u64; 2]; 3]; 2]>(), 1..5),
             fastest in any::<bool>(),
         ) {
+            let row = |row: &[[u64; 2]; 3]| row.map(|[a, b]| a & b).to_vec();
+            let rows: Vec<Vec<u64>> = pairs.as_flattened().iter().map(row).collect();
             let mut components = Components::default();
-            components.make_room(3 * WORD, 2 * rows.len());
+            components.make_room(3 * WORD, 4 * rows.len());
             let kernels = if fastest { Kernels::fastest() } else { Kernels::SCALAR };
-            components.label(&BitPlane::of_rows(&rows), &kernels);
-            let mut sizes = vec![0; components.all().len()];
-            let mut firsts = Vec::new();
-            let labels: Vec<usize> = components.labelled_runs().flat_map(|run| {
-                (run.start..run.end).map(move |_| run.component as usize)
+            let plane = BitPlane::of_rows(&rows);
+            components.label(&plane, &kernels);
+            let mut firsts = vec![None; components.all().len()];
+            let pixels: Vec<_> = components.labelled_runs(&plane).flat_map(|run| {
+                (run.start..run.end).map(move |x| (u32::from(x), u32::from(run.y), run.component as usize))
             }).collect();
             let expected = flooded(&rows);
-            for (&label, &first) in labels.iter().zip(&expected) {
-                if label == firsts.len() {
-                    firsts.push(first);
-                }
-                prop_assert_eq!(firsts[label], first);
-                sizes[label] += 1;
+            prop_assert_eq!(pixels.len(), expected.len());
+            for (&(x, y, label), &first) in pixels.iter().zip(&expected) {
+                prop_assert_eq!(*firsts[label].get_or_insert(first), first);
+                let component = &components.all()[label];
+                prop_assert!(component.columns().contains(&x) && component.rows().contains(&y));
             }
-            prop_assert_eq!(labels.len(), expected.len());
-            prop_assert_eq!(sizes, components.all().iter().map(|component| component.area).collect::<Vec<_>>());
+            let distinct: BTreeSet<_> = firsts.iter().copied().flatten().collect();
+            prop_assert_eq!(distinct.len(), firsts.len());
+            for (label, component) in components.all().iter().enumerate() {
+                let mut columns = pixels.iter().filter(|pixel| pixel.2 == label).map(|pixel| pixel.0);
+                prop_assert!(columns.clone().any(|x| x == component.columns().start));
+                prop_assert!(columns.any(|x| x + 1 == component.columns().end));
+            }
         }
     }
 }

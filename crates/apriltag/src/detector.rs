@@ -2,11 +2,11 @@
 
 use crate::area::Area;
 use crate::bit_plane::BitPlane;
-use crate::components::{Component, Components, make_room};
+use crate::components::{Components, make_room};
 use crate::kernels::Kernels;
 use crate::outlines::Outlines;
 use crate::photometric::PatternFitter;
-use crate::quad::QuadFinder;
+use crate::quad::{QuadFinder, middle};
 use crate::sighting::{Lookout, Sighting};
 use crate::tiles::{Level, Pass, Tiles};
 use crate::view::View;
@@ -121,7 +121,7 @@ impl Detector {
         self.measure(&part);
         observer.stage_ended(Stage::Tiles);
         for pass in PASSES {
-            if !self.lookout.wants(pass.border) || !self.set_levels(pass, area, &part) {
+            if !self.lookout.wants(pass.border) || !self.set_levels(pass) {
                 continue;
             }
             observer.pass_began(pass);
@@ -132,7 +132,7 @@ impl Detector {
             observer.stage_ended(Stage::Components);
             let shape = self.lookout.border_shape(pass.border);
             self.outlines.trace(&self.components, &shape);
-            observer.labelled(self.components.labelled_runs());
+            observer.labelled(self.components.labelled_runs(&self.plane));
             observer.stage_ended(Stage::Quads);
             let view = View {
                 image,
@@ -145,20 +145,17 @@ impl Detector {
     }
 
     /// Says whether there is anything to find with these levels.
-    fn set_levels(&mut self, pass: Pass, area: &Area, part: &Image<'_>) -> bool {
-        if pass.level == Level::Middle {
-            return self.tiles.set_levels(&self.kernels);
+    fn set_levels(&mut self, pass: Pass) -> bool {
+        match pass.level {
+            Level::Middle => self.tiles.seek_everywhere(),
+            Level::Shaded if self.components.all().is_empty() => return false,
+            Level::Shaded => {
+                let shape = self.lookout.border_shape(pass.border);
+                self.tiles
+                    .seek_in_shade(&mut self.components, &shape, &self.kernels);
+            }
         }
-        self.tiles
-            .mark_shade(part, &mut self.components, &self.kernels);
-        let shape = self.lookout.border_shape(pass.border);
-        let sightings = &self.sightings;
-        let unknown = |component: &&Component| {
-            let bounds = component.corners().map(|corner| area.to_image(corner));
-            shape.has_size(component) && !sightings.iter().any(|tag| tag.has_bounds(&bounds))
-        };
-        let components = self.components.marked().filter(unknown);
-        self.tiles.set_shaded_levels(components, &self.kernels)
+        self.tiles.set_levels(pass.level, &self.kernels)
     }
 
     fn begin(&mut self, image: &Image<'_>) {
@@ -203,23 +200,29 @@ impl Detector {
     }
 
     fn read_outlines(&mut self, view: &View<'_>, area: &Area, observer: &mut impl Observer) {
-        self.report.components += self.outlines.n_components();
+        self.report.components += self.components.all().len() as u32;
         self.report.runs += self.components.n_runs() as u32;
         self.report.dropped += self.outlines.n_dropped();
         let shape = self.lookout.border_shape(view.border);
         let n_known = self.sightings.len();
         for (outline, extents) in self.outlines.iter() {
-            let middle = area.to_image(outline.component.middle());
+            let bounds = outline.corners().map(|corner| area.to_image(corner));
             let known = &self.sightings[..n_known];
-            if area.cuts(&outline.component, view.image)
-                || known.iter().any(|tag| tag.covers(middle))
-            {
+            if area.cuts(&outline.component, view.image) {
+                continue;
+            }
+            if known.iter().any(|tag| tag.covers(middle(&bounds))) {
+                self.components.settle(outline.label);
                 continue;
             }
             self.report.candidates += 1;
+            let quads = &mut self.quads;
             let quad = self
-                .quads
-                .around(outline, extents, &shape)
+                .kernels
+                .run(
+                    #[inline(always)]
+                    || quads.around(outline, extents, &self.plane, &shape),
+                )
                 .map(|quad| quad.map(|corner| area.to_image(corner)));
             if let Ok(quad) = &quad {
                 self.report.quads += 1;
@@ -227,18 +230,13 @@ impl Detector {
             }
             match quad.and_then(|quad| self.lookout.sight(view, &quad)) {
                 Ok(sighting) if self.sightings.len() < MAX_SIGHTINGS => {
+                    self.components.settle(outline.label);
                     self.sightings.push(sighting)
                 }
                 Ok(_) => self.report.dropped += 1,
                 Err(reason) => {
                     self.report.rejected[reason as usize] += 1;
-                    let bounds = || {
-                        outline
-                            .component
-                            .corners()
-                            .map(|corner| area.to_image(corner))
-                    };
-                    observer.rejected(reason, &quad.unwrap_or_else(|_| bounds()));
+                    observer.rejected(reason, &quad.unwrap_or(bounds));
                 }
             }
         }

@@ -19,21 +19,20 @@ impl Hull {
     }
 
     /// From the top: down the right side and up the left (Andrew's monotone chain).
-    pub(crate) fn build(&mut self, top: u32, extents: &[Extent]) {
-        let last = extents.len() - 1;
-        let y = |i: usize| top as i32 + i as i32;
+    pub(crate) fn build(&mut self, rows: &[(i32, Extent)]) {
+        let last = rows.len() - 1;
         self.vertices.clear();
         for i in 0..=last {
-            let right = |i: usize| i32::from(extents[i].right);
+            let right = |i: usize| i32::from(rows[i].1.right);
             if i == 0 || i == last || 2 * right(i) > right(i - 1) + right(i + 1) {
-                self.extend_chain(0, [right(i), y(i)]);
+                self.extend_chain(0, [right(i), rows[i].0]);
             }
         }
         let left_chain = self.vertices.len() - 1;
         for i in (0..=last).rev() {
-            let left = |i: usize| i32::from(extents[i].left);
+            let left = |i: usize| i32::from(rows[i].1.left);
             if i == 0 || i == last || 2 * left(i) < left(i - 1) + left(i + 1) {
-                self.extend_chain(left_chain, [left(i), y(i)]);
+                self.extend_chain(left_chain, [left(i), rows[i].0]);
             }
         }
     }

@@ -1,72 +1,74 @@
-//! Candidates among the components, and the leftmost and rightmost pixel of each of their rows.
+//! Candidates among the components, and the leftmost and rightmost pixel of each of their pairs of rows.
 //!
-//! In: labelled components. Out: outlines of those that could be the black border of a tag by box and area.
+//! In: labelled components. Out: outlines of those that could be the black border of a tag by their box and runs.
 
 use crate::Rejection;
 use crate::components::{Component, Components, make_room};
 use crate::kernels::TILE;
+use crate::quad::Quad;
 
 /// A component that could be a tag's border.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Outline {
     pub(crate) component: Component,
-    /// Where its rows begin among all extents.
+    pub(crate) label: usize,
+    /// Where its pairs of rows begin among all extents.
     first_extent: usize,
 }
 
-/// First and last pixel of a component in a row.
+impl Outline {
+    /// Corners of the box, clockwise from the top left.
+    pub(crate) fn corners(&self) -> Quad {
+        let (columns, rows) = (self.component.columns(), self.component.rows());
+        let [left, right] = [columns.start, columns.end - 1].map(|x| x as f32);
+        let [top, bottom] = [rows.start, rows.end - 1].map(|y| y as f32);
+        [[left, top], [right, top], [right, bottom], [left, bottom]]
+    }
+}
+
+/// First and last pixel of a component in a pair of rows.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Extent {
     pub(crate) left: u16,
     pub(crate) right: u16,
 }
 
-impl Extent {
-    pub(crate) fn width(&self) -> u32 {
-        u32::from(self.right - self.left) + 1
-    }
-}
-
-/// Rows of all candidates together, per row of the image: a bound on memory and on time that crowded images of small
-/// tags keep well below (a hundred tags beside each other).
-const EXTENTS_PER_IMAGE_ROW: usize = 128;
-
-/// Rows of the least candidate.
-const LEAST_ROWS: usize = 2;
+/// Extents of all candidates together, per pair of rows of the image: a bound on memory and on time that crowded images of
+/// small tags keep well below (a hundred tags beside each other).
+const MOST_BESIDE: usize = 128;
 
 #[derive(Debug, Default)]
 pub(crate) struct Outlines {
     outlines: Vec<Outline>,
-    /// Rows of what is no candidate, one a row of the image, and after them those of each outline.
+    /// Extents of what is no candidate, one a pair of rows of the image, and after them those of each outline.
     extents: Vec<Extent>,
-    /// Of each label: where among the extents the image's first row would be.
+    /// Of each label: where among the extents the image's first pair of rows would be.
     offsets: Vec<u32>,
     max_extents: usize,
-    n_components: u32,
     dropped: u32,
 }
 
 impl Outlines {
     /// Takes the memory that an image of a size can ask for.
     pub(crate) fn make_room(&mut self, max_labels: usize, height: usize) {
-        self.max_extents = height * (1 + EXTENTS_PER_IMAGE_ROW);
+        self.max_extents = height.div_ceil(2) * (1 + MOST_BESIDE);
         self.extents
             .resize(self.max_extents.max(self.extents.len()), Extent::default());
-        make_room(&mut self.outlines, self.max_extents / LEAST_ROWS);
+        make_room(&mut self.outlines, self.max_extents);
         make_room(&mut self.offsets, max_labels);
     }
 
     pub(crate) fn trace(&mut self, components: &Components, shape: &BorderShape) {
         self.select(components, shape);
         let (extents, offsets) = (&mut self.extents[..], &self.offsets[..]);
-        // Of the runs of a row that belong to the same outline the last to be written stands.
-        for (y, (spans, labels)) in components.rows().enumerate() {
+        // Of the runs beside each other that belong to the same outline the last to be written stands.
+        for (pair, (spans, labels)) in components.row_pairs().enumerate() {
             let runs = spans.iter().zip(labels);
             for (&[_, end], &label) in runs.clone() {
-                extents[offsets[label as usize] as usize + y].right = end - 1;
+                extents[offsets[label as usize] as usize + pair].right = end - 1;
             }
             for (&[start, _], &label) in runs.rev() {
-                extents[offsets[label as usize] as usize + y].left = start;
+                extents[offsets[label as usize] as usize + pair].left = start;
             }
         }
     }
@@ -74,22 +76,22 @@ impl Outlines {
     fn select(&mut self, components: &Components, shape: &BorderShape) {
         self.outlines.clear();
         self.offsets.clear();
-        (self.n_components, self.dropped) = (components.all().len() as u32, 0);
-        let mut n_extents = components.rows().len();
-        for component in components.all() {
-            let height = component.height() as usize;
-            let room = n_extents + height <= self.max_extents
-                && self.outlines.len() < self.max_extents / LEAST_ROWS;
+        self.dropped = 0;
+        let mut n_extents = components.row_pairs().len();
+        for (label, component) in components.all().iter().enumerate() {
+            let n_pairs = component.n_pairs() as usize;
+            let room = n_extents + n_pairs <= self.max_extents;
             let candidate = shape.fits(component);
             self.dropped += u32::from(candidate && !room);
             let mut offset = 0;
             if candidate && room {
-                offset = n_extents - component.top as usize;
+                offset = n_extents - component.top_pair as usize;
                 self.outlines.push(Outline {
                     component: *component,
+                    label,
                     first_extent: n_extents,
                 });
-                n_extents += height;
+                n_extents += n_pairs;
             }
             self.offsets.push(offset as u32);
         }
@@ -97,17 +99,12 @@ impl Outlines {
 
     pub(crate) fn iter(&self) -> impl Iterator<Item = (&Outline, &[Extent])> {
         self.outlines.iter().map(|outline| {
-            let extents =
-                outline.first_extent..outline.first_extent + outline.component.height() as usize;
-            (outline, &self.extents[extents])
+            let n_pairs = outline.component.n_pairs() as usize;
+            (outline, &self.extents[outline.first_extent..][..n_pairs])
         })
     }
 
-    /// Components that the last image had, candidates or not.
-    pub(crate) fn n_components(&self) -> u32 {
-        self.n_components
-    }
-
+    /// Candidates of the last image for which there was no room.
     pub(crate) fn n_dropped(&self) -> u32 {
         self.dropped
     }
@@ -123,37 +120,29 @@ pub(crate) struct BorderShape {
 }
 
 impl BorderShape {
-    /// By box and area alone. A border is a closed band, so its area is at least that of a line along the box's diagonal,
-    /// there and back; a tag may be narrow when seen from the side.
+    /// By box and runs alone. A border is a closed band, so its runs are together as long as its box; a tag may be narrow
+    /// when seen from the side.
     fn fits(&self, component: &Component) -> bool {
         /// Narrowest view of a tag that can be read, as a share of its edge.
         const NARROWEST: f32 = 0.3;
         /// A row of a tag of ten modules changes colour no more often.
-        const MOST_RUNS_IN_A_ROW: u32 = 6;
-        let (width, height) = (component.width() as f32, component.height() as f32);
-        let (long, short) = (width.max(height), width.min(height));
-        let area = component.area as f32;
+        const MOST_RUNS: u32 = 6;
+        let (width, n_pairs) = (component.width(), component.n_pairs());
         self.has_size(component)
-            && short >= self.min_edge_px * NARROWEST
-            && component.n_runs <= MOST_RUNS_IN_A_ROW * component.height()
-            && area >= 2.0 * long
-            && area <= self.most_solid * width * height
+            && width.min(2 * n_pairs) as f32 >= self.min_edge_px * NARROWEST
+            && component.n_runs <= MOST_RUNS * n_pairs
+            && component.length >= width.max(2 * n_pairs)
     }
 
     pub(crate) fn has_size(&self, component: &Component) -> bool {
-        (component.width() + component.height()) as f32 >= 2.0 * self.min_edge_px
+        (component.width() + 2 * component.n_pairs()) as f32 >= 2.0 * self.min_edge_px
     }
 
-    /// By what lies between the first and the last pixel of each row: a border takes up a good part of it, and something
-    /// must be written within.
-    pub(crate) fn check_filling(
-        &self,
-        component: &Component,
-        filled: u32,
-    ) -> Result<(), Rejection> {
-        let filled = filled as f32;
-        let (area, least) = (component.area as f32, LEAST_OF_BORDER * live_border(filled));
-        if area >= least && area <= self.most_solid * filled {
+    /// By black pixels and all between the first and the last one of each row: a border takes up a good part of that, and
+    /// something must be written within.
+    pub(crate) fn check_filling(&self, n_black: u32, filled: u32) -> Result<(), Rejection> {
+        let (n_black, filled) = (n_black as f32, filled as f32);
+        if n_black >= LEAST_OF_BORDER * live_border(filled) && n_black <= self.most_solid * filled {
             Ok(())
         } else {
             Err(Rejection::NotAQuad)

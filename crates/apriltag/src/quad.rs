@@ -4,6 +4,8 @@
 //! border's corners; nothing where the outline is no quadrilateral.
 
 use crate::Rejection;
+use crate::bit_plane::BitPlane;
+use crate::components::make_room;
 use crate::hull::{Hull, Pixel};
 use crate::outlines::{BorderShape, Extent, Outline};
 
@@ -18,23 +20,38 @@ const OVERHANG_PX: f32 = 0.4;
 #[derive(Debug, Default)]
 pub(crate) struct QuadFinder {
     hull: Hull,
+    rows: Vec<(i32, Extent)>,
 }
 
 impl QuadFinder {
     /// Takes the memory that an image of a size can ask for.
     pub(crate) fn make_room(&mut self, height: usize) {
         self.hull.make_room(height);
+        make_room(&mut self.rows, height + 1);
     }
 
+    #[inline(always)]
     pub(crate) fn around(
         &mut self,
         outline: &Outline,
         extents: &[Extent],
+        plane: &BitPlane,
         shape: &BorderShape,
     ) -> Result<Quad, Rejection> {
-        let filled = extents.iter().map(Extent::width).sum();
-        shape.check_filling(&outline.component, filled)?;
-        self.hull.build(outline.component.top, extents);
+        let top = 2 * outline.component.top_pair as usize;
+        self.rows.clear();
+        let (mut filled, mut n_black) = (0, 0);
+        for (y, &Extent { left, right }) in
+            (top..).zip(extents.iter().flat_map(|extent| [extent; 2]))
+        {
+            if let Some(([left, right], n)) = plane.set_within(y, [left, right]) {
+                self.rows.push((y as i32, Extent { left, right }));
+                filled += u32::from(right - left) + 1;
+                n_black += n;
+            }
+        }
+        shape.check_filling(n_black, filled)?;
+        self.hull.build(&self.rows);
         check_convexity(&self.hull, filled)?;
         let inscribed = self.hull.largest_quad().ok_or(Rejection::NotAQuad)?;
         let inscribed = inscribed.map(to_point);

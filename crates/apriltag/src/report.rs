@@ -67,7 +67,7 @@ pub struct Report {
     pub noise_sigma: f32,
     /// Least contrast that makes a tile live, in grey levels.
     pub contrast_gate: u8,
-    /// Runs of black pixels.
+    /// Runs of black pixels, each of two rows.
     pub runs: u32,
     /// Connected components of black pixels.
     pub components: u32,

@@ -35,19 +35,6 @@ impl Sighting {
         distance(middle(&self.quad), point) < mean_edge(&self.quad) / 2.0
     }
 
-    /// Whether the tag's border is what has these bounds, clockwise from the top left.
-    pub(crate) fn has_bounds(&self, bounds: &Quad) -> bool {
-        const NEAR_PX: f32 = 3.0;
-        let extreme = |pick: fn(f32, f32) -> f32, axis: usize| {
-            let coordinates = self.quad.map(|corner| corner[axis]);
-            coordinates.into_iter().reduce(pick).unwrap_or(f32::NAN)
-        };
-        (0..2).all(|axis| {
-            let (low, high) = (extreme(f32::min, axis), extreme(f32::max, axis));
-            (low - bounds[0][axis]).abs() < NEAR_PX && (high - bounds[2][axis]).abs() < NEAR_PX
-        })
-    }
-
     /// The tag as its whole pattern shows it, where that is surer than its edges alone.
     pub(crate) fn refine(
         &self,

@@ -6,8 +6,9 @@
 //! noise costs no time further on.
 
 use crate::Image;
-use crate::components::{Component, Components};
+use crate::components::Components;
 use crate::kernels::{Kernels, TILE, TILES_IN_WORD};
+use crate::outlines::BorderShape;
 use sextant_tag_families::BorderColour;
 use std::ops::Range;
 
@@ -35,17 +36,19 @@ pub(crate) struct Tiles {
     gate: u8,
     columns: usize,
     rows: usize,
-    /// Extrema of each tile, row after row.
+    /// Words of the bit plane in a row.
+    words_in_row: usize,
+    /// Extrema of each tile, row after row, each of whole words.
     darkest: Vec<u8>,
     brightest: Vec<u8>,
-    /// Pixels below are black, 0 in tiles below the gate: rows of whole words.
+    /// All bits set where something is looked for, none elsewhere.
+    sought: Vec<u8>,
+    /// Pixels below are black, 0 in tiles below the gate.
     levels: Vec<u8>,
     /// The words of each row between which its live tiles lie.
     live_words: Vec<Range<usize>>,
     /// One row of what is worked on.
     scratch: Scratch,
-    /// 1 for tiles that get a second chance, 0 for others.
-    second_chance: Vec<u8>,
 }
 
 /// Extrema of three tiles above each other, with one more at either end, and of the 3x3 tiles around each.
@@ -60,28 +63,33 @@ impl Tiles {
     /// Takes the memory that an image of a size needs.
     pub(crate) fn make_room(&mut self, width: usize, height: usize) {
         (self.columns, self.rows) = (width / TILE, height / TILE);
-        self.darkest.resize(self.columns * self.rows, 0);
-        self.brightest.resize(self.columns * self.rows, 0);
-        self.levels.clear();
-        self.levels
-            .resize(self.words_in_row() * TILES_IN_WORD * self.rows, 0);
+        self.words_in_row = (self.columns + 1).div_ceil(TILES_IN_WORD);
+        let n_tiles = self.words_in_row * TILES_IN_WORD * self.rows;
+        for tiles in [
+            &mut self.darkest,
+            &mut self.brightest,
+            &mut self.sought,
+            &mut self.levels,
+        ] {
+            tiles.clear();
+            tiles.resize(n_tiles, 0);
+        }
         self.live_words.resize(self.rows, 0..0);
-        self.second_chance.resize(self.columns * self.rows, 0);
-        let column = (self.columns + 2).next_multiple_of(8);
-        self.scratch.column.resize(column, 0);
+        self.scratch.column.resize(self.columns + 2, 0);
         self.scratch.dark_around.resize(self.columns, 0);
         self.scratch.bright_around.resize(self.columns, 0);
     }
 
-    /// Words of the bit plane in a row; the last tile's level holds for the pixels beyond it.
-    fn words_in_row(&self) -> usize {
-        (self.columns + 1).div_ceil(TILES_IN_WORD)
+    /// Where the tiles of a row lie among all.
+    fn row(&self, row: usize) -> Range<usize> {
+        let first = row * self.words_in_row * TILES_IN_WORD;
+        first..first + self.columns
     }
 
     pub(crate) fn measure(&mut self, image: &Image<'_>, kernels: &Kernels) {
         for row in 0..self.rows {
             let rows = [0, 1, 2, 3].map(|i| image.row(row * TILE + i));
-            let tiles = row * self.columns..(row + 1) * self.columns;
+            let tiles = self.row(row);
             kernels.tile_extrema(
                 rows,
                 &mut self.darkest[tiles.clone()],
@@ -104,7 +112,7 @@ impl Tiles {
         const ASKED_ROWS: usize = 16;
         let mut counts = [0_u32; 256];
         for row in (0..self.rows).step_by(self.rows.div_ceil(ASKED_ROWS)) {
-            let tiles = row * self.columns..(row + 1) * self.columns;
+            let tiles = self.row(row);
             for (&dark, &bright) in self.darkest[tiles.clone()]
                 .iter()
                 .zip(&self.brightest[tiles])
@@ -123,85 +131,118 @@ impl Tiles {
         range.unwrap_or(0) as f32 / RANGE_IN_SIGMA
     }
 
-    /// Sets every tile's level half way between dark and bright; says whether there is a live tile.
-    pub(crate) fn set_levels(&mut self, kernels: &Kernels) -> bool {
-        for row in 0..self.rows {
-            kernels.run(|| self.set_row(row, u8::midpoint));
-            self.live_words[row] = self.find_live_words(row);
-        }
-        self.any_live()
+    /// Looks for borders everywhere.
+    pub(crate) fn seek_everywhere(&mut self) {
+        self.sought.fill(u8::MAX);
     }
 
-    /// Sets levels near the dark end where components, found with the usual levels, are to have a second chance; none
-    /// elsewhere. Says whether there is a live tile.
-    pub(crate) fn set_shaded_levels<'a>(
+    /// Looks only where components, found with the usual levels, reach into shade: more may belong to them than should.
+    pub(crate) fn seek_in_shade(
         &mut self,
-        components: impl Iterator<Item = &'a Component>,
+        components: &mut Components,
+        shape: &BorderShape,
         kernels: &Kernels,
-    ) -> bool {
-        self.second_chance.fill(0);
-        for component in components {
-            let [columns, rows] = self.tiles_of(component);
-            for row in rows {
-                self.second_chance[row * self.columns..][columns.clone()].fill(1);
+    ) {
+        kernels.run(
+            #[inline(always)]
+            || self.find_shade(),
+        );
+        self.mark_shaded(components, shape);
+        self.sought.fill(0);
+        for (pair, (spans, labels)) in components.row_pairs().enumerate() {
+            let tiles = self.row((2 * pair / TILE).min(self.rows - 1));
+            let tiles = &mut self.sought[tiles];
+            for (&[start, end], &label) in spans.iter().zip(labels) {
+                if components.all()[label as usize].in_shade {
+                    let last = tiles.len() - 1;
+                    let ends = [start, end - 1].map(|x| (usize::from(x) / TILE).min(last));
+                    for tile in &mut tiles[ends[0]..=ends[1]] {
+                        *tile = u8::MAX;
+                    }
+                }
             }
         }
+    }
+
+    /// Seeks the tiles that show shade: there is contrast in them though all of them is dark compared to what is around.
+    #[inline(always)]
+    fn find_shade(&mut self) {
+        let gate = self.gate;
+        let extrema = self.darkest.iter().zip(&self.brightest);
+        let tiles = self.sought.iter_mut().zip(extrema.zip(&self.levels));
+        for (sought, ((dark, bright), level)) in tiles {
+            *sought = u8::from(bright - dark >= gate) & u8::from(bright < level);
+        }
+    }
+
+    /// Marks the components of the tiles that show shade: all of such a tile's pixels went into one, and with them the border
+    /// of a tag that lies in that shade.
+    fn mark_shaded(&self, components: &mut Components, shape: &BorderShape) {
+        let words = self.sought.as_chunks::<TILES_IN_WORD>().0;
+        for (i, word) in words.iter().enumerate() {
+            let mut shaded = u128::from_le_bytes(*word);
+            while shaded != 0 {
+                let tile =
+                    i % self.words_in_row * TILES_IN_WORD + shaded.trailing_zeros() as usize / 8;
+                shaded &= shaded - 1;
+                let pixel = [tile, i / self.words_in_row].map(|at| at * TILE);
+                if let Some(component) = components.at(pixel) {
+                    component.in_shade = !component.settled && shape.has_size(component);
+                }
+            }
+        }
+    }
+
+    /// Sets the levels where something is looked for; says whether there is a live tile.
+    pub(crate) fn set_levels(&mut self, level: Level, kernels: &Kernels) -> bool {
         let least = self.gate / 4 * 3;
         let near_dark = move |dark: u8, bright: u8| dark + ((bright - dark) / 8).max(least);
         for row in 0..self.rows {
-            let tiles = row * self.columns..(row + 1) * self.columns;
-            if !self.second_chance[tiles.clone()].contains(&1) {
-                self.live_words[row] = 0..0;
-                continue;
+            self.live_words[row] = 0..0;
+            if self.sought[self.row(row)].contains(&u8::MAX) {
+                match level {
+                    Level::Middle => kernels.run(
+                        #[inline(always)]
+                        || self.set_row(row, u8::midpoint),
+                    ),
+                    Level::Shaded => kernels.run(
+                        #[inline(always)]
+                        || self.set_row(row, near_dark),
+                    ),
+                }
+                self.live_words[row] = self.find_live_words(row);
             }
-            kernels.run(|| self.set_row(row, near_dark));
-            let levels = row * self.words_in_row() * TILES_IN_WORD;
-            let levels = &mut self.levels[levels..][..=self.columns];
-            for (level, chance) in levels.iter_mut().zip(&self.second_chance[tiles]) {
-                *level *= chance;
-            }
-            levels[self.columns] = levels[self.columns - 1];
-            self.live_words[row] = self.find_live_words(row);
         }
-        self.any_live()
-    }
-
-    /// Columns and rows of the tiles that a component's box touches.
-    fn tiles_of(&self, component: &Component) -> [Range<usize>; 2] {
-        let range =
-            |low: u32, high: u32, n: usize| low as usize / TILE..(high as usize / TILE + 1).min(n);
-        [
-            range(component.left, component.right - 1, self.columns),
-            range(component.top, component.bottom, self.rows),
-        ]
-    }
-
-    fn any_live(&self) -> bool {
         self.live_words.iter().any(|words| !words.is_empty())
     }
 
     /// Levels of a row between the extrema of the 3x3 tiles around each.
     #[inline(always)]
     fn set_row(&mut self, row: usize, between: impl Fn(u8, u8) -> u8) {
-        let (columns, gate) = (self.columns, self.gate);
+        let gate = self.gate;
+        let rows =
+            [row.saturating_sub(1), row, (row + 1).min(self.rows - 1)].map(|row| self.row(row));
+        let tiles = rows[1].clone();
         let Scratch {
             column,
             dark_around,
             bright_around,
         } = &mut self.scratch;
-        let rows = [row.saturating_sub(1), row, (row + 1).min(self.rows - 1)];
-        let dark = rows.map(|row| &self.darkest[row * columns..][..columns]);
+        let dark = rows.clone().map(|row| &self.darkest[row]);
         spread(u8::min, dark, column, dark_around);
-        let bright = rows.map(|row| &self.brightest[row * columns..][..columns]);
+        let bright = rows.map(|row| &self.brightest[row]);
         spread(u8::max, bright, column, bright_around);
-        let first = row * (columns + 1).next_multiple_of(TILES_IN_WORD);
-        let levels = &mut self.levels[first..][..=columns];
+        let levels = &mut self.levels[tiles.start..=tiles.end];
         let around = dark_around.iter().zip(bright_around.iter());
-        for (out, (&dark, &bright)) in levels.iter_mut().zip(around) {
+        for (level, (&dark, &bright)) in levels.iter_mut().zip(around) {
             let live = bright - dark >= gate;
-            *out = if live { between(dark, bright) } else { 0 };
+            *level = if live { between(dark, bright) } else { 0 };
         }
-        levels[columns] = levels[columns - 1];
+        for (level, sought) in levels.iter_mut().zip(&self.sought[tiles.clone()]) {
+            *level &= sought;
+        }
+        // The last tile's level holds for the pixels beyond it.
+        levels[tiles.len()] = levels[tiles.len() - 1];
     }
 
     fn find_live_words(&self, row: usize) -> Range<usize> {
@@ -213,59 +254,6 @@ impl Tiles {
         }
     }
 
-    /// Marks the components, found with the usual levels, that reach into shade.
-    ///
-    /// A tile shows shade when there is contrast in it though all of it is dark compared to what is around. All of its
-    /// pixels went into one component then, and with them the border of a tag that lies in that shade.
-    pub(crate) fn mark_shade(
-        &mut self,
-        image: &Image<'_>,
-        components: &mut Components,
-        kernels: &Kernels,
-    ) {
-        for row in 0..self.rows {
-            if self.live_words[row].is_empty() {
-                continue;
-            }
-            kernels.run(|| self.find_shade(row));
-            self.scratch.column[self.columns..].fill(0);
-            let tiles = &self.scratch.column;
-            for (first, eight) in (0..).step_by(8).zip(tiles.as_chunks::<8>().0) {
-                let mut shaded = u64::from_le_bytes(*eight);
-                while shaded != 0 {
-                    let tile = [first + shaded.trailing_zeros() as usize / 8, row];
-                    shaded &= shaded - 1;
-                    if self.has_bright_side(image, tile) {
-                        components.mark(tile.map(|at| at * TILE));
-                    }
-                }
-            }
-        }
-    }
-
-    /// Whether enough of a tile is bright for its own range: the foot of a blurred edge is dark but for its last pixels.
-    fn has_bright_side(&self, image: &Image<'_>, [column, row]: [usize; 2]) -> bool {
-        const ENOUGH: usize = TILE * TILE * 3 / 8;
-        let tile = row * self.columns + column;
-        let middle = u8::midpoint(self.darkest[tile], self.brightest[tile]);
-        let rows = row * TILE..(row + 1) * TILE;
-        let pixels = rows.flat_map(|y| &image.row(y)[column * TILE..][..TILE]);
-        pixels.filter(|&&pixel| pixel > middle).count() >= ENOUGH
-    }
-
-    /// 1 in the scratch column for each tile of a row that shows shade.
-    #[inline(always)]
-    fn find_shade(&mut self, row: usize) {
-        let (columns, gate) = (self.columns, self.gate);
-        let dark = &self.darkest[row * columns..][..columns];
-        let bright = &self.brightest[row * columns..][..columns];
-        let levels = &self.levels[row * self.words_in_row() * TILES_IN_WORD..][..columns];
-        let shade = &mut self.scratch.column[..columns];
-        for (((dark, bright), level), shade) in dark.iter().zip(bright).zip(levels).zip(shade) {
-            *shade = u8::from(bright - dark >= gate) & u8::from(bright < level);
-        }
-    }
-
     /// The levels of the tiles around a row of pixels, and the words between which there are live ones.
     pub(crate) fn levels_at(&self, y: usize) -> (&[u8], Range<usize>) {
         let row = (y / TILE).min(self.rows - 1);
@@ -273,8 +261,7 @@ impl Tiles {
     }
 
     fn levels(&self, row: usize) -> &[u8] {
-        let width = self.words_in_row() * TILES_IN_WORD;
-        &self.levels[row * width..][..width]
+        &self.levels[self.row(row).start..][..self.words_in_row * TILES_IN_WORD]
     }
 }
 

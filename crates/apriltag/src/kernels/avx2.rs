@@ -16,6 +16,8 @@ pub(super) fn kernels() -> Option<Kernels> {
     (std::arch::is_x86_feature_detected!("avx2")
         && std::arch::is_x86_feature_detected!("fma")
         && std::arch::is_x86_feature_detected!("bmi1")
+        && std::arch::is_x86_feature_detected!("bmi2")
+        && std::arch::is_x86_feature_detected!("lzcnt")
         && std::arch::is_x86_feature_detected!("popcnt"))
     .then_some(Kernels {
         extrema: tile_extrema,
@@ -26,7 +28,7 @@ pub(super) fn kernels() -> Option<Kernels> {
     })
 }
 
-/// Exists only where AVX2, FMA, BMI1 and POPCNT were detected.
+/// Exists only where AVX2, FMA, BMI, LZCNT and POPCNT were detected.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Detected(());
 
@@ -37,7 +39,7 @@ impl Detected {
     }
 }
 
-#[target_feature(enable = "avx2,fma,bmi1,popcnt")]
+#[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
 fn run_avx2<T>(work: impl FnOnce() -> T) -> T {
     work()
 }
