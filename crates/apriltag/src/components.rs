@@ -243,6 +243,9 @@ fn find_spans(pair: &RowPair<'_>, spans: &mut [Span]) -> usize {
         let word = pair.upper[i] | pair.lower[i];
         let mut changes = word ^ (word << 1 | carry);
         carry = word >> (WORD - 1);
+        if changes == 0 {
+            continue;
+        }
         let n_here = n + changes.count_ones() as usize;
         for columns in columns[n..].chunks_exact_mut(AT_A_TIME) {
             for column in columns {

@@ -86,7 +86,7 @@ struct Side {
     slope_variance: f32,
 }
 
-/// Where an edge crosses a profile: place along the side, distance beyond it, steepness.
+/// Where an edge crosses a profile: place along the side, in pixels from its middle, distance beyond it, steepness.
 #[derive(Clone, Copy, Debug, Default)]
 struct Crossing {
     along: f32,
@@ -101,14 +101,13 @@ impl Side {
         let n = profiles.find_crossings(view, (a, b), &line, &mut crossings);
         let crossings = &mut crossings[..n];
         let fit = fit_robustly(crossings)?;
-        let direction = [-line.normal[1], line.normal[0]];
+        let [nx, ny] = line.normal;
+        let middle = [(a[0] + b[0]) / 2.0, (a[1] + b[1]) / 2.0];
         let point = |along: f32| {
             let beyond = fit.offset + fit.slope * (along - fit.middle);
-            let [nx, ny] = line.normal;
-            let origin = [nx * line.offset, ny * line.offset];
             [
-                origin[0] + direction[0] * along + nx * beyond,
-                origin[1] + direction[1] * along + ny * beyond,
+                middle[0] - ny * along + nx * beyond,
+                middle[1] + nx * along + ny * beyond,
             ]
         };
         Some(Self {
@@ -133,6 +132,8 @@ struct LineFit {
     middle: f32,
     offset: f32,
     slope: f32,
+    /// Root of the mean square of what crossings are beside the line.
+    scatter: f32,
     offset_variance: f32,
     slope_variance: f32,
 }
@@ -144,20 +145,10 @@ fn fit_robustly(crossings: &mut [Crossing]) -> Option<LineFit> {
     const STRAY_IN_SIGMA: f32 = 2.5;
     let mut fit = fit_line(crossings)?;
     for _ in 0..2 {
-        let residual = |crossing: &Crossing| {
-            crossing.beyond - fit.offset - fit.slope * (crossing.along - fit.middle)
-        };
-        let (sum, weight) = crossings
-            .iter()
-            .fold((0.0, 0.0), |(sum, weight), crossing| {
-                (
-                    sum + crossing.weight * residual(crossing).powi(2),
-                    weight + crossing.weight,
-                )
-            });
-        let limit = STRAY_IN_SIGMA * (sum / weight).sqrt().max(USUAL_PX);
+        let limit = STRAY_IN_SIGMA * fit.scatter.max(USUAL_PX);
         for crossing in crossings.iter_mut() {
-            if residual(crossing).abs() > limit {
+            let residual = crossing.beyond - fit.offset - fit.slope * (crossing.along - fit.middle);
+            if residual.abs() > limit {
                 crossing.weight = 0.0;
             }
         }
@@ -167,35 +158,34 @@ fn fit_robustly(crossings: &mut [Crossing]) -> Option<LineFit> {
 }
 
 fn fit_line(crossings: &[Crossing]) -> Option<LineFit> {
-    let used = || crossings.iter().filter(|crossing| crossing.weight > 0.0);
-    let n = used().count();
-    if n < 4 {
-        return None;
+    let (mut n, mut sums) = (0, [0.0; 6]);
+    for &Crossing {
+        along: x,
+        beyond: y,
+        weight,
+    } in crossings
+    {
+        n += u32::from(weight > 0.0);
+        let terms = [1.0, x, y, x * x, x * y, y * y];
+        sums = std::array::from_fn(|i| sums[i] + weight * terms[i]);
     }
-    let sums = used().fold([0.0; 3], |[w, x, y], c| {
-        [
-            w + c.weight,
-            x + c.weight * c.along,
-            y + c.weight * c.beyond,
-        ]
-    });
-    let (middle, offset) = (sums[1] / sums[0], sums[2] / sums[0]);
-    let [xx, xy, yy] = used().fold([0.0; 3], |[xx, xy, yy], c| {
-        let (x, y) = (c.along - middle, c.beyond - offset);
-        [
-            xx + c.weight * x * x,
-            xy + c.weight * x * y,
-            yy + c.weight * y * y,
-        ]
-    });
+    let [w, x, y, xx, xy, yy] = sums;
+    let (middle, offset) = (x / w, y / w);
+    let (xx, xy, yy) = (
+        xx / w - middle * middle,
+        xy / w - middle * offset,
+        yy / w - offset * offset,
+    );
     let slope = xy / xx;
-    let variance = ((yy - slope * xy) / sums[0]).max(1e-4) / (n - 2) as f32;
-    slope.is_finite().then(|| LineFit {
+    let scatter = (yy - slope * xy).max(1e-4).sqrt();
+    let offset_variance = scatter * scatter / (n as f32 - 2.0);
+    (n >= 4 && slope.is_finite()).then(|| LineFit {
         middle,
         offset,
         slope,
-        offset_variance: variance,
-        slope_variance: variance * sums[0] / xx,
+        scatter,
+        offset_variance,
+        slope_variance: offset_variance / xx,
     })
 }
 

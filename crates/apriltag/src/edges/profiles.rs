@@ -5,7 +5,7 @@
 use super::{Crossing, Search};
 use crate::homography::Homography;
 use crate::kernels::{POINTS, Points};
-use crate::quad::{Line, Point, Quad, mean_edge};
+use crate::quad::{Line, Point, Quad, distance, mean_edge};
 use crate::view::View;
 
 /// Step along the profiles, in pixels.
@@ -52,6 +52,7 @@ impl Profiles {
             origin: a,
             m: [way[0], nx, 0.0, way[1], ny, 0.0, 0.0, 0.0],
         };
+        let length = distance(a, b);
         let n_samples = 2 * self.n_steps + 1;
         let mut n = 0;
         for group in 0..self.n_groups {
@@ -64,9 +65,8 @@ impl Profiles {
             let [beyond, weight] = view.kernels.run(|| steepest(greys, view.sign()));
             for lane in 0..POINTS {
                 if weight[lane] > 0.0 {
-                    let [x, y] = map.apply(along[lane], 0.0);
                     out[n] = Crossing {
-                        along: y * nx - x * ny,
+                        along: (along[lane] - 0.5) * length,
                         beyond: beyond[lane],
                         weight: weight[lane],
                     };
