@@ -58,27 +58,9 @@ impl BitPlane {
         }
     }
 
-    /// The first and the last bit of a row that are set between two columns, and how many are; nothing where none is.
-    #[inline(always)]
-    pub(crate) fn set_within(&self, y: usize, [start, last]: [u16; 2]) -> Option<([u16; 2], u32)> {
-        let ends = [start, last].map(|column| usize::from(column) / WORD);
-        let row = &self.words[y * self.words_in_row..];
-        let (mut first_set, mut last_set, mut n) = (u16::MAX, 0, 0);
-        for (i, &word) in (ends[0]..).zip(&row[ends[0]..=ends[1]]) {
-            let mut bits = word;
-            if i == ends[0] {
-                bits &= u64::MAX << (start % WORD as u16);
-            }
-            if i == ends[1] {
-                bits &= u64::MAX >> (WORD as u16 - 1 - last % WORD as u16);
-            }
-            if bits != 0 {
-                first_set = first_set.min((i * WORD) as u16 + bits.trailing_zeros() as u16);
-                last_set = (i * WORD) as u16 + bits.ilog2() as u16;
-                n += bits.count_ones();
-            }
-        }
-        (n > 0).then_some(([first_set, last_set], n))
+    /// The words of a row.
+    pub(crate) fn row(&self, y: usize) -> &[u64] {
+        &self.words[y * self.words_in_row..][..self.words_in_row]
     }
 
     pub(crate) fn row_pairs(&self) -> impl Iterator<Item = RowPair<'_>> {
@@ -92,6 +74,42 @@ impl BitPlane {
             }
         })
     }
+}
+
+/// The first and the last bit of a row that are set between two columns, and how many are.
+#[inline(always)]
+pub(crate) fn set_between(row: &[u64], first: u16, last: u16) -> Option<(u16, u16, u32)> {
+    let (i, end) = (usize::from(first) / WORD, usize::from(last) / WORD);
+    let from_first = u64::MAX << (first % WORD as u16);
+    let up_to_last = u64::MAX >> (WORD as u16 - 1 - last % WORD as u16);
+    let mut bits = row[i] & from_first;
+    if i == end {
+        bits &= up_to_last;
+        let at = |bit: u32| (i * WORD) as u16 + bit as u16;
+        return (bits != 0).then(|| {
+            (
+                at(bits.trailing_zeros()),
+                at(bits.ilog2()),
+                bits.count_ones(),
+            )
+        });
+    }
+    let mut found = None;
+    for i in i..=end {
+        if bits != 0 {
+            let at = |bit: u32| (i * WORD) as u16 + bit as u16;
+            let (first, _, n) = found.unwrap_or((at(bits.trailing_zeros()), 0, 0));
+            found = Some((first, at(bits.ilog2()), n + bits.count_ones()));
+        }
+        bits = row.get(i + 1).map_or(0, |word| {
+            if i + 1 == end {
+                word & up_to_last
+            } else {
+                *word
+            }
+        });
+    }
+    found
 }
 
 #[cfg(test)]

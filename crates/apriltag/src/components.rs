@@ -28,8 +28,8 @@ pub(crate) struct Component {
     /// First and last pair of rows.
     pub(crate) top_pair: u32,
     pub(crate) bottom_pair: u32,
-    /// Reaches into shade, so that more may belong to it than should.
-    pub(crate) in_shade: bool,
+    /// Shows other than it should, for all that its shade or what was read in it tells.
+    pub(crate) doubtful: bool,
     /// Is a tag's border.
     pub(crate) settled: bool,
 }
@@ -192,9 +192,15 @@ impl Components {
         self.components.get_mut(*label as usize)
     }
 
-    /// Takes a component to be what it was found to be: it need not be looked at once more.
+    /// Takes a component for what it was found to be: it need not be looked at once more.
     pub(crate) fn settle(&mut self, label: usize) {
         self.components[label].settled = true;
+        self.components[label].doubtful = false;
+    }
+
+    /// Doubts that a component is what it seems.
+    pub(crate) fn doubt(&mut self, label: usize) {
+        self.components[label].doubtful = true;
     }
 
     /// Black pixels beside each other, row after row, with their components.

@@ -10,7 +10,9 @@ use crate::quad::{QuadFinder, middle};
 use crate::sighting::{Lookout, Sighting};
 use crate::tiles::{Level, Pass, Tiles};
 use crate::view::View;
-use crate::{Detection, Image, Observer, Options, OptionsError, Refinement, Report, Stage};
+use crate::{
+    Detection, Image, Observer, Options, OptionsError, Refinement, Rejection, Report, Stage,
+};
 use sextant_geometry::Lens;
 use sextant_tag_families::BorderColour;
 
@@ -146,14 +148,13 @@ impl Detector {
 
     /// Says whether there is anything to find with these levels.
     fn set_levels(&mut self, pass: Pass) -> bool {
-        match pass.level {
-            Level::Middle => self.tiles.seek_everywhere(),
-            Level::Shaded if self.components.all().is_empty() => return false,
-            Level::Shaded => {
-                let shape = self.lookout.border_shape(pass.border);
-                self.tiles
-                    .seek_in_shade(&mut self.components, &shape, &self.kernels);
+        if pass.level == Level::Shaded {
+            if self.components.all().is_empty() {
+                return false;
             }
+            let shape = self.lookout.border_shape(pass.border);
+            self.tiles
+                .seek_in_shade(&mut self.components, &shape, &self.kernels);
         }
         self.tiles.set_levels(pass.level, &self.kernels)
     }
@@ -235,6 +236,9 @@ impl Detector {
                 }
                 Ok(_) => self.report.dropped += 1,
                 Err(reason) => {
+                    if reason == Rejection::NoCode {
+                        self.components.doubt(outline.label);
+                    }
                     self.report.rejected[reason as usize] += 1;
                     observer.rejected(reason, &quad.unwrap_or(bounds));
                 }

@@ -120,8 +120,8 @@ pub(crate) struct BorderShape {
 }
 
 impl BorderShape {
-    /// By box and runs alone. A border is a closed band, so its runs are together as long as its box; a tag may be narrow
-    /// when seen from the side.
+    /// By box and runs alone. A border is a closed band around something, so its runs are together as long as its box and
+    /// somewhere lie beside each other; a tag may be narrow when seen from the side.
     fn fits(&self, component: &Component) -> bool {
         /// Narrowest view of a tag that can be read, as a share of its edge.
         const NARROWEST: f32 = 0.3;
@@ -130,6 +130,7 @@ impl BorderShape {
         let (width, n_pairs) = (component.width(), component.n_pairs());
         self.has_size(component)
             && width.min(2 * n_pairs) as f32 >= self.min_edge_px * NARROWEST
+            && component.n_runs > n_pairs
             && component.n_runs <= MOST_RUNS * n_pairs
             && component.length >= width.max(2 * n_pairs)
     }

@@ -4,7 +4,7 @@
 //! border's corners; nothing where the outline is no quadrilateral.
 
 use crate::Rejection;
-use crate::bit_plane::BitPlane;
+use crate::bit_plane::{BitPlane, set_between};
 use crate::components::make_room;
 use crate::hull::{Hull, Pixel};
 use crate::outlines::{BorderShape, Extent, Outline};
@@ -38,18 +38,7 @@ impl QuadFinder {
         plane: &BitPlane,
         shape: &BorderShape,
     ) -> Result<Quad, Rejection> {
-        let top = 2 * outline.component.top_pair as usize;
-        self.rows.clear();
-        let (mut filled, mut n_black) = (0, 0);
-        for (y, &Extent { left, right }) in
-            (top..).zip(extents.iter().flat_map(|extent| [extent; 2]))
-        {
-            if let Some(([left, right], n)) = plane.set_within(y, [left, right]) {
-                self.rows.push((y as i32, Extent { left, right }));
-                filled += u32::from(right - left) + 1;
-                n_black += n;
-            }
-        }
+        let (n_black, filled) = self.read_rows(outline, extents, plane);
         shape.check_filling(n_black, filled)?;
         self.hull.build(&self.rows);
         check_convexity(&self.hull, filled)?;
@@ -59,6 +48,24 @@ impl QuadFinder {
         let quad = circumscribe(&self.hull, &inscribed).ok_or(Rejection::Shape)?;
         check_shape(&quad, shape.min_edge_px)?;
         Ok(quad)
+    }
+
+    /// The exact extents of each row; how many pixels between them are black, and how many there are.
+    #[inline(always)]
+    fn read_rows(&mut self, outline: &Outline, extents: &[Extent], plane: &BitPlane) -> (u32, u32) {
+        self.rows.clear();
+        let (mut n_black, mut filled) = (0, 0);
+        for (pair, extent) in (outline.component.top_pair..).zip(extents) {
+            for y in [2 * pair, 2 * pair + 1] {
+                let row = plane.row(y as usize);
+                if let Some((left, right, n)) = set_between(row, extent.left, extent.right) {
+                    self.rows.push((y as i32, Extent { left, right }));
+                    n_black += n;
+                    filled += u32::from(right - left) + 1;
+                }
+            }
+        }
+        (n_black, filled)
     }
 }
 

@@ -131,11 +131,6 @@ impl Tiles {
         range.unwrap_or(0) as f32 / RANGE_IN_SIGMA
     }
 
-    /// Looks for borders everywhere.
-    pub(crate) fn seek_everywhere(&mut self) {
-        self.sought.fill(u8::MAX);
-    }
-
     /// Looks only where components, found with the usual levels, reach into shade: more may belong to them than should.
     pub(crate) fn seek_in_shade(
         &mut self,
@@ -151,12 +146,11 @@ impl Tiles {
         self.sought.fill(0);
         for (pair, (spans, labels)) in components.row_pairs().enumerate() {
             let tiles = self.row((2 * pair / TILE).min(self.rows - 1));
-            let tiles = &mut self.sought[tiles];
+            let tiles = &mut self.sought[tiles.start..=tiles.end];
             for (&[start, end], &label) in spans.iter().zip(labels) {
-                if components.all()[label as usize].in_shade {
-                    let last = tiles.len() - 1;
-                    let ends = [start, end - 1].map(|x| (usize::from(x) / TILE).min(last));
-                    for tile in &mut tiles[ends[0]..=ends[1]] {
+                if components.all()[label as usize].doubtful {
+                    let [first, last] = [start, end - 1].map(|x| usize::from(x) / TILE);
+                    for tile in &mut tiles[first..=last] {
                         *tile = u8::MAX;
                     }
                 }
@@ -187,33 +181,47 @@ impl Tiles {
                 shaded &= shaded - 1;
                 let pixel = [tile, i / self.words_in_row].map(|at| at * TILE);
                 if let Some(component) = components.at(pixel) {
-                    component.in_shade = !component.settled && shape.has_size(component);
+                    component.doubtful |= !component.settled && shape.has_size(component);
                 }
             }
         }
     }
 
-    /// Sets the levels where something is looked for; says whether there is a live tile.
+    /// Sets the levels, near the dark end only where something is sought; says whether there is a live tile.
     pub(crate) fn set_levels(&mut self, level: Level, kernels: &Kernels) -> bool {
         let least = self.gate / 4 * 3;
         let near_dark = move |dark: u8, bright: u8| dark + ((bright - dark) / 8).max(least);
         for row in 0..self.rows {
-            self.live_words[row] = 0..0;
-            if self.sought[self.row(row)].contains(&u8::MAX) {
-                match level {
-                    Level::Middle => kernels.run(
-                        #[inline(always)]
-                        || self.set_row(row, u8::midpoint),
-                    ),
-                    Level::Shaded => kernels.run(
-                        #[inline(always)]
-                        || self.set_row(row, near_dark),
-                    ),
+            match level {
+                Level::Middle => kernels.run(
+                    #[inline(always)]
+                    || self.set_row(row, u8::midpoint),
+                ),
+                Level::Shaded if self.sought[self.row(row)].contains(&u8::MAX) => kernels.run(
+                    #[inline(always)]
+                    || {
+                        self.set_row(row, near_dark);
+                        self.keep_sought(row);
+                    },
+                ),
+                Level::Shaded => {
+                    self.live_words[row] = 0..0;
+                    continue;
                 }
-                self.live_words[row] = self.find_live_words(row);
             }
+            self.live_words[row] = self.find_live_words(row);
         }
         self.live_words.iter().any(|words| !words.is_empty())
+    }
+
+    /// Sets the levels of a row to 0 where nothing is sought.
+    #[inline(always)]
+    fn keep_sought(&mut self, row: usize) {
+        let row = self.row(row);
+        let row = row.start..row.end + 1;
+        for (level, sought) in self.levels[row.clone()].iter_mut().zip(&self.sought[row]) {
+            *level &= sought;
+        }
     }
 
     /// Levels of a row between the extrema of the 3x3 tiles around each.
@@ -237,9 +245,6 @@ impl Tiles {
         for (level, (&dark, &bright)) in levels.iter_mut().zip(around) {
             let live = bright - dark >= gate;
             *level = if live { between(dark, bright) } else { 0 };
-        }
-        for (level, sought) in levels.iter_mut().zip(&self.sought[tiles.clone()]) {
-            *level &= sought;
         }
         // The last tile's level holds for the pixels beyond it.
         levels[tiles.len()] = levels[tiles.len() - 1];
