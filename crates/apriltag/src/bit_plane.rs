@@ -40,20 +40,24 @@ impl BitPlane {
         border: BorderColour,
         kernels: &Kernels,
     ) {
-        let rows = self.words.chunks_exact_mut(self.words_in_row);
-        for (y, words) in rows.enumerate() {
+        let pairs = self.words.chunks_exact_mut(2 * self.words_in_row);
+        for (pair, (words, live)) in pairs.zip(&mut self.live).enumerate() {
+            let (levels, live_tiles) = tiles.levels_at(2 * pair);
+            let here = live_tiles.start..live_tiles.end.min(self.words_in_row);
+            *live = here.clone();
             words.fill(0);
-            let (levels, live) = tiles.levels_at(y);
-            let live = live.start..live.end.min(self.words_in_row);
-            self.live[y / 2] = live.clone();
-            if live.is_empty() || y == image.height() {
+            if here.is_empty() {
                 continue;
             }
-            let pixels = &image.row(y)[live.start * WORD..image.width().min(live.end * WORD)];
-            let levels = &levels[live.start * TILES_IN_WORD..live.end * TILES_IN_WORD];
-            kernels.threshold_row(pixels, levels, &mut words[live.clone()]);
-            if border == BorderColour::White {
-                invert_live(&mut words[live], levels, pixels.len());
+            let levels = &levels[here.start * TILES_IN_WORD..here.end * TILES_IN_WORD];
+            let columns = here.start * WORD..image.width().min(here.end * WORD);
+            let rows = words.chunks_exact_mut(self.words_in_row);
+            for (words, y) in rows.zip(2 * pair..image.height()) {
+                let (pixels, words) = (&image.row(y)[columns.clone()], &mut words[here.clone()]);
+                kernels.threshold_row(pixels, levels, words);
+                if border == BorderColour::White {
+                    invert_live(words, levels, pixels.len());
+                }
             }
         }
     }

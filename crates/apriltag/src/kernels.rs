@@ -38,7 +38,6 @@ pub(crate) type Column = [[i16; ROWS]; MAX_GROUPS];
 /// A coordinate, or the grey, of as many points.
 pub(crate) type Points = [f32; POINTS];
 
-type TileExtrema = fn(rows: [&[u8]; TILE], darkest: &mut [u8], brightest: &mut [u8]);
 type Sample = fn(image: &Image<'_>, map: &Homography, places: &[[Points; 2]], greys: &mut [Points]);
 type Products = fn(
     columns: &[Column; COLUMNS],
@@ -51,7 +50,6 @@ type ThresholdWords = fn(row: &[u8], levels: &[u8], words: &mut [u64]);
 /// One set of kernels.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Kernels {
-    extrema: TileExtrema,
     threshold: ThresholdWords,
     sample: Sample,
     products: Products,
@@ -69,7 +67,6 @@ enum Vectors {
 
 impl Kernels {
     pub(crate) const SCALAR: Self = Self {
-        extrema: scalar::tile_extrema,
         threshold: scalar::threshold_words,
         sample: scalar::sample,
         products: scalar::products,
@@ -86,18 +83,6 @@ impl Kernels {
         return neon::KERNELS;
         #[cfg(not(all(target_arch = "aarch64", target_feature = "neon")))]
         Self::SCALAR
-    }
-
-    /// Least and greatest value of each tile of four rows. Pixels beyond the last whole tile are left out.
-    pub(crate) fn tile_extrema(
-        &self,
-        rows: [&[u8]; TILE],
-        darkest: &mut [u8],
-        brightest: &mut [u8],
-    ) {
-        let n_tiles = rows[0].len() / TILE;
-        let rows = rows.map(|row| &row[..n_tiles * TILE]);
-        (self.extrema)(rows, &mut darkest[..n_tiles], &mut brightest[..n_tiles]);
     }
 
     /// Runs a loop, compiled for the best vectors that there are, as far as it is inlined.
@@ -156,35 +141,13 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    fn extrema(kernels: Kernels, rows: &[Vec<u8>]) -> (Vec<u8>, Vec<u8>) {
-        let n_tiles = rows[0].len() / TILE;
-        let (mut darkest, mut brightest) = (vec![0; n_tiles], vec![0; n_tiles]);
-        kernels.tile_extrema(
-            [&rows[0], &rows[1], &rows[2], &rows[3]],
-            &mut darkest,
-            &mut brightest,
-        );
-        (darkest, brightest)
-    }
-
     fn threshold(kernels: Kernels, row: &[u8], levels: &[u8]) -> Vec<u64> {
         let mut words = vec![0; row.len().div_ceil(WORD)];
         kernels.threshold_row(row, levels, &mut words);
         words
     }
 
-    fn rows() -> impl Strategy<Value = Vec<Vec<u8>>> {
-        (1_usize..300).prop_flat_map(|width| {
-            prop::collection::vec(prop::collection::vec(any::<u8>(), width), TILE)
-        })
-    }
-
     proptest! {
-        #[test]
-        fn fast_tile_extrema_equal_the_scalar_ones(rows in rows()) {
-            prop_assert_eq!(extrema(Kernels::fastest(), &rows), extrema(Kernels::SCALAR, &rows));
-        }
-
         #[test]
         fn fast_threshold_equals_the_scalar_one(
             row in prop::collection::vec(any::<u8>(), 1..300),

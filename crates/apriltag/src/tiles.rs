@@ -7,7 +7,7 @@
 
 use crate::Image;
 use crate::components::Components;
-use crate::kernels::{Kernels, TILE, TILES_IN_WORD};
+use crate::kernels::{Kernels, TILE, TILES_IN_WORD, WORD};
 use crate::outlines::BorderShape;
 use sextant_tag_families::BorderColour;
 use std::ops::Range;
@@ -90,10 +90,11 @@ impl Tiles {
         for row in 0..self.rows {
             let rows = [0, 1, 2, 3].map(|i| image.row(row * TILE + i));
             let tiles = self.row(row);
-            kernels.tile_extrema(
-                rows,
-                &mut self.darkest[tiles.clone()],
-                &mut self.brightest[tiles],
+            let (darkest, brightest) =
+                (&mut self.darkest[tiles.clone()], &mut self.brightest[tiles]);
+            kernels.run(
+                #[inline(always)]
+                || find_extrema(rows, darkest, brightest),
             );
         }
     }
@@ -270,6 +271,41 @@ impl Tiles {
     }
 }
 
+/// Least and greatest value of each tile of four rows, block after block: compilers make vectors of loops whose length they
+/// know. Pixels beyond the last whole tile are left out.
+#[inline(always)]
+fn find_extrema(rows: [&[u8]; TILE], darkest: &mut [u8], brightest: &mut [u8]) {
+    let n_blocks = darkest.len() / TILES_IN_WORD;
+    for block in 0..n_blocks {
+        let [a, b, c, d] = rows.map(|row| &row.as_chunks::<WORD>().0[block]);
+        let [mut low, mut high] = [[0_u8; WORD]; 2];
+        for i in 0..WORD {
+            low[i] = a[i].min(b[i]).min(c[i]).min(d[i]);
+            high[i] = a[i].max(b[i]).max(c[i]).max(d[i]);
+        }
+        let tiles = block * TILES_IN_WORD..(block + 1) * TILES_IN_WORD;
+        of_fours(&low, &mut darkest[tiles.clone()], u32::min);
+        of_fours(&high, &mut brightest[tiles], u32::max);
+    }
+    for tile in n_blocks * TILES_IN_WORD..darkest.len() {
+        let pixels = rows.iter().flat_map(|row| &row[tile * TILE..][..TILE]);
+        darkest[tile] = pixels
+            .clone()
+            .fold(u8::MAX, |least, &pixel| least.min(pixel));
+        brightest[tile] = pixels.fold(0, |most, &pixel| most.max(pixel));
+    }
+}
+
+/// Of each four neighbours one.
+#[inline(always)]
+fn of_fours(columns: &[u8; WORD], tiles: &mut [u8], pick: impl Fn(u32, u32) -> u32) {
+    for (tile, four) in tiles.iter_mut().zip(columns.as_chunks::<TILE>().0) {
+        let four = u32::from_le_bytes(*four);
+        let [a, b, c, d] = [0, 8, 16, 24].map(|bits| four >> bits & 0xff);
+        *tile = pick(pick(a, b), pick(c, d)) as u8;
+    }
+}
+
 /// The extremum of three rows of tiles and of each tile's neighbours in them.
 #[inline(always)]
 fn spread(
@@ -287,5 +323,37 @@ fn spread(
     let neighbours = column[..n].iter().zip(&column[1..=n]).zip(&column[2..]);
     for (out, ((&a, &b), &c)) in around.iter_mut().zip(neighbours) {
         *out = pick(pick(a, b), c);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn rows() -> impl Strategy<Value = Vec<Vec<u8>>> {
+        (1_usize..300).prop_flat_map(|width| {
+            prop::collection::vec(prop::collection::vec(any::<u8>(), width), TILE)
+        })
+    }
+
+    proptest! {
+        #[test]
+        fn extrema_are_those_of_each_tiles_pixels(rows in rows()) {
+            let n_tiles = rows[0].len() / TILE;
+            for kernels in [Kernels::fastest(), Kernels::SCALAR] {
+                let (mut darkest, mut brightest) = (vec![0; n_tiles], vec![0; n_tiles]);
+                let pixels = [0, 1, 2, 3].map(|i| &rows[i][..]);
+                kernels.run(
+                    #[inline(always)]
+                    || find_extrema(pixels, &mut darkest, &mut brightest),
+                );
+                for tile in 0..n_tiles {
+                    let pixels = rows.iter().flat_map(|row| &row[tile * TILE..][..TILE]);
+                    prop_assert_eq!(pixels.clone().min(), Some(&darkest[tile]));
+                    prop_assert_eq!(pixels.max(), Some(&brightest[tile]));
+                }
+            }
+        }
     }
 }

@@ -1,8 +1,7 @@
 //! The kernels with 256-bit integer vectors.
 
 use super::{
-    COLUMNS, Column, Kernels, MAX_GROUPS, Points, TILE, TILES_IN_WORD, TOGETHER, Vectors, WORD,
-    scalar,
+    COLUMNS, Column, Kernels, MAX_GROUPS, Points, TILES_IN_WORD, TOGETHER, Vectors, WORD, scalar,
 };
 use crate::Image;
 use crate::homography::Homography;
@@ -20,7 +19,6 @@ pub(super) fn kernels() -> Option<Kernels> {
         && std::arch::is_x86_feature_detected!("lzcnt")
         && std::arch::is_x86_feature_detected!("popcnt"))
     .then_some(Kernels {
-        extrema: tile_extrema,
         threshold: threshold_words,
         sample,
         products,
@@ -42,11 +40,6 @@ impl Detected {
 #[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
 fn run_avx2<T>(work: impl FnOnce() -> T) -> T {
     work()
-}
-
-fn tile_extrema(rows: [&[u8]; TILE], darkest: &mut [u8], brightest: &mut [u8]) {
-    // SAFETY: `kernels` gives this function out only where AVX2 was detected.
-    unsafe { tile_extrema_avx2(rows, darkest, brightest) }
 }
 
 fn threshold_words(row: &[u8], levels: &[u8], words: &mut [u64]) {
@@ -186,41 +179,6 @@ fn load_floats(values: &[f32]) -> __m256 {
     unsafe { _mm256_loadu_ps(values.as_ptr()) }
 }
 
-/// Thirty-two tiles at a time, the last of them once more where they don't fill a vector.
-#[target_feature(enable = "avx2")]
-fn tile_extrema_avx2(rows: [&[u8]; TILE], darkest: &mut [u8], brightest: &mut [u8]) {
-    let n_tiles = darkest.len();
-    if n_tiles < LANES {
-        return scalar::tile_extrema(rows, darkest, brightest);
-    }
-    for first in (0..n_tiles).step_by(LANES) {
-        let first = first.min(n_tiles - LANES);
-        let mut low = [_mm256_setzero_si256(); TILE];
-        let mut high = low;
-        for (k, (low, high)) in low.iter_mut().zip(&mut high).enumerate() {
-            let [a, b, c, d] = rows.map(|row| load(&row[first * TILE + k * LANES..]));
-            *low = _mm256_min_epu8(_mm256_min_epu8(a, b), _mm256_min_epu8(c, d));
-            *low = _mm256_min_epu8(*low, _mm256_srli_epi32::<16>(*low));
-            *low = _mm256_min_epu8(*low, _mm256_srli_epi32::<8>(*low));
-            *high = _mm256_max_epu8(_mm256_max_epu8(a, b), _mm256_max_epu8(c, d));
-            *high = _mm256_max_epu8(*high, _mm256_srli_epi32::<16>(*high));
-            *high = _mm256_max_epu8(*high, _mm256_srli_epi32::<8>(*high));
-        }
-        store(lowest_bytes(low), &mut darkest[first..]);
-        store(lowest_bytes(high), &mut brightest[first..]);
-    }
-}
-
-/// The lowest byte of each of the 32-bit lanes of four vectors.
-#[target_feature(enable = "avx2")]
-fn lowest_bytes(lanes: [__m256i; TILE]) -> __m256i {
-    let byte = _mm256_set1_epi32(0xff);
-    let [a, b, c, d] = lanes.map(|lanes| _mm256_and_si256(lanes, byte));
-    let packed = _mm256_packus_epi16(_mm256_packus_epi32(a, b), _mm256_packus_epi32(c, d));
-    // Packing works in halves of vectors, so that groups of four bytes end up here and there.
-    _mm256_permutevar8x32_epi32(packed, _mm256_setr_epi32(0, 4, 1, 5, 2, 6, 3, 7))
-}
-
 #[target_feature(enable = "avx2")]
 fn threshold_words_avx2(row: &[u8], levels: &[u8], words: &mut [u64]) {
     let left_half = _mm256_setr_epi32(
@@ -264,13 +222,6 @@ fn load(bytes: &[u8]) -> __m256i {
     let bytes = &bytes[..LANES];
     // SAFETY: the slice holds the 32 bytes that are read; no alignment is asked for.
     unsafe { _mm256_loadu_si256(bytes.as_ptr().cast()) }
-}
-
-#[target_feature(enable = "avx2")]
-fn store(values: __m256i, bytes: &mut [u8]) {
-    let bytes = &mut bytes[..LANES];
-    // SAFETY: the slice holds the 32 bytes that are written; no alignment is asked for.
-    unsafe { _mm256_storeu_si256(bytes.as_mut_ptr().cast(), values) }
 }
 
 /// Sixteen bytes in both halves of the vector.

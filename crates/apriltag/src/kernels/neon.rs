@@ -1,51 +1,20 @@
 //! The kernels with 128-bit vectors of 64-bit ARM, which every such processor has.
 
-use super::{Kernels, TILE, TILES_IN_WORD, WORD, scalar};
+use super::{Kernels, TILE, TILES_IN_WORD, WORD};
 use std::arch::aarch64::*;
 
 /// Pixels in a vector.
 const LANES: usize = 16;
 
 pub(super) const KERNELS: Kernels = Kernels {
-    extrema: tile_extrema,
     threshold: threshold_words,
     // The sampling's arithmetic vectorises as it is; there is no instruction for the rest.
     ..Kernels::SCALAR
 };
 
-fn tile_extrema(rows: [&[u8]; TILE], darkest: &mut [u8], brightest: &mut [u8]) {
-    // SAFETY: this module is compiled only where every processor has NEON.
-    unsafe { tile_extrema_neon(rows, darkest, brightest) }
-}
-
 fn threshold_words(row: &[u8], levels: &[u8], words: &mut [u64]) {
     // SAFETY: this module is compiled only where every processor has NEON.
     unsafe { threshold_words_neon(row, levels, words) }
-}
-
-#[target_feature(enable = "neon")]
-fn tile_extrema_neon(rows: [&[u8]; TILE], darkest: &mut [u8], brightest: &mut [u8]) {
-    let n_words = rows[0].len() / WORD;
-    for i in 0..n_words {
-        let columns = |k: usize| rows.map(|row| load(&row[i * WORD + k * LANES..]));
-        let low = std::array::from_fn(|k| {
-            let [a, b, c, d] = columns(k);
-            vminq_u8(vminq_u8(a, b), vminq_u8(c, d))
-        });
-        let high = std::array::from_fn(|k| {
-            let [a, b, c, d] = columns(k);
-            vmaxq_u8(vmaxq_u8(a, b), vmaxq_u8(c, d))
-        });
-        let tiles = i * TILES_IN_WORD;
-        store(by_fours(low, |a, b| vpminq_u8(a, b)), &mut darkest[tiles..]);
-        store(
-            by_fours(high, |a, b| vpmaxq_u8(a, b)),
-            &mut brightest[tiles..],
-        );
-    }
-    let rest = rows.map(|row| &row[n_words * WORD..]);
-    let tiles = n_words * TILES_IN_WORD;
-    scalar::tile_extrema(rest, &mut darkest[tiles..], &mut brightest[tiles..]);
 }
 
 /// Each four neighbours made one.
@@ -87,11 +56,4 @@ fn load(bytes: &[u8]) -> uint8x16_t {
     let bytes = &bytes[..LANES];
     // SAFETY: the slice holds the 16 bytes that are read; no alignment is asked for.
     unsafe { vld1q_u8(bytes.as_ptr()) }
-}
-
-#[target_feature(enable = "neon")]
-fn store(vector: uint8x16_t, bytes: &mut [u8]) {
-    let bytes = &mut bytes[..LANES];
-    // SAFETY: the slice holds the 16 bytes that are written; no alignment is asked for.
-    unsafe { vst1q_u8(bytes.as_mut_ptr(), vector) }
 }

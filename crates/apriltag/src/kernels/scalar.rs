@@ -4,22 +4,6 @@ use super::{COLUMNS, Column, Points, ROWS, TILE, TILES_IN_WORD, TOGETHER, WORD};
 use crate::Image;
 use crate::homography::Homography;
 
-pub(super) fn tile_extrema(rows: [&[u8]; TILE], darkest: &mut [u8], brightest: &mut [u8]) {
-    let tiles = rows[0]
-        .chunks_exact(TILE)
-        .zip(rows[1].chunks_exact(TILE))
-        .zip(rows[2].chunks_exact(TILE).zip(rows[3].chunks_exact(TILE)));
-    for ((((a, b), (c, d)), dark), bright) in tiles.zip(darkest).zip(brightest) {
-        let (mut low, mut high) = ([0; TILE], [0; TILE]);
-        for i in 0..TILE {
-            low[i] = a[i].min(b[i]).min(c[i]).min(d[i]);
-            high[i] = a[i].max(b[i]).max(c[i]).max(d[i]);
-        }
-        *dark = low[0].min(low[1]).min(low[2].min(low[3]));
-        *bright = high[0].max(high[1]).max(high[2].max(high[3]));
-    }
-}
-
 pub(super) fn products(
     columns: &[Column; COLUMNS],
     n_groups: usize,
