@@ -123,7 +123,7 @@ impl Detector {
         self.measure(&part);
         observer.stage_ended(Stage::Tiles);
         for pass in PASSES {
-            if !self.lookout.wants(pass.border) || !self.set_levels(pass) {
+            if !self.lookout.wants(pass.border) || !self.set_levels(pass, area) {
                 continue;
             }
             observer.pass_began(pass);
@@ -147,16 +147,29 @@ impl Detector {
     }
 
     /// Says whether there is anything to find with these levels.
-    fn set_levels(&mut self, pass: Pass) -> bool {
+    fn set_levels(&mut self, pass: Pass, area: &Area) -> bool {
         if pass.level == Level::Shaded {
             if self.components.all().is_empty() {
                 return false;
             }
+            self.settle_frames(area);
             let shape = self.lookout.border_shape(pass.border);
             self.tiles
                 .seek_in_shade(&mut self.components, &shape, &self.kernels);
         }
         self.tiles.set_levels(pass.level, &self.kernels)
+    }
+
+    /// What showed no code because it is the frame around a tag is no longer doubtful.
+    fn settle_frames(&mut self, area: &Area) {
+        for (outline, _) in self.outlines.iter() {
+            let middle = middle(&outline.corners().map(|corner| area.to_image(corner)));
+            if self.components.all()[outline.label].doubtful
+                && self.sightings.iter().any(|tag| tag.covers(middle))
+            {
+                self.components.settle(outline.label);
+            }
+        }
     }
 
     fn begin(&mut self, image: &Image<'_>) {
