@@ -39,6 +39,7 @@ pub(crate) fn absorb<const D: usize>(
     state.pose = se3::perturb(&before.pose, &step.fixed_rows::<6>(0).into_owned());
     state.twist += step.fixed_rows::<6>(6);
     if let Some(clocks) = &mut state.clocks {
+        clocks.hear(vantage.camera_index);
         clocks.shift(&(expected.with.clocks.transpose() * pull));
     }
     if let Some(joints) = &mut state.joints {
@@ -114,7 +115,7 @@ fn narrow<const D: usize>(
     if let Some(clocks) = &mut state.clocks {
         let own = c.solve_lower_triangular(&expected.with.clocks)?;
         clocks.cross -= by_motion.transpose() * own;
-        clocks.own = symmetric(&(clocks.own - own.transpose() * taken * own));
+        clocks.narrow(&(own.transpose() * taken * own));
     }
     let logarithms = (0..D).map(|place| b.l_dirty()[(place, place)].ln());
     let narrowing = 2.0 * logarithms.sum::<f64>();

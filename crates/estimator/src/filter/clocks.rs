@@ -8,7 +8,7 @@ use nalgebra::{Cholesky, SMatrix, SVector};
 
 use crate::ClockOffset;
 
-use super::kinematics::Kinematics;
+use super::kinematics::{Kinematics, symmetric};
 
 /// Most offsets estimated along with one object; further cameras are taken at their word.
 pub(crate) const MOST_CLOCKS: usize = 8;
@@ -26,6 +26,10 @@ pub(crate) struct Clocks {
     pub cross: Cross,
     /// Covariance of the offsets.
     pub own: Own,
+    /// Ones at the places of the cameras that took part since a camera whose clock is right last did.
+    since_right: SVector<f64, MOST_CLOCKS>,
+    /// Ones at the places of the cameras of which the present update tells differences only.
+    adrift: SVector<f64, MOST_CLOCKS>,
 }
 
 impl Default for Clocks {
@@ -35,6 +39,8 @@ impl Default for Clocks {
             offset: SVector::zeros(),
             cross: Cross::zeros(),
             own: Own::zeros(),
+            since_right: SVector::zeros(),
+            adrift: SVector::zeros(),
         }
     }
 }
@@ -56,8 +62,34 @@ impl Clocks {
         }
     }
 
+    /// A camera is about to take part. A camera whose clock is right tells the offset of each other once; what follows without
+    /// it tells differences, for all offsets and the time of the pose might change together. A filter would believe to learn
+    /// that, too, since it is linear about one twist now and about another later (Huang, Mourikis, Roumeliotis 2010,
+    /// Observability-based rules for designing consistent EKF SLAM, sec. 3).
+    pub fn hear(&mut self, camera_index: usize) {
+        self.adrift.fill(0.0);
+        match self.slot(camera_index) {
+            None => self.since_right.fill(0.0),
+            Some(slot) if self.since_right[slot] == 0.0 => self.since_right[slot] = 1.0,
+            Some(_) => self.adrift = self.since_right,
+        }
+    }
+
+    /// The mean over the cameras adrift.
+    fn in_common(&self, of: &SVector<f64, MOST_CLOCKS>) -> f64 {
+        self.adrift.dot(of) / self.adrift.sum().max(1.0)
+    }
+
     pub fn shift(&mut self, by: &SVector<f64, MOST_CLOCKS>) {
-        self.offset += by;
+        self.offset += by - self.adrift * self.in_common(by);
+    }
+
+    /// Takes off the covariance what an update tells. With the gain K less the share in common M the covariance is
+    /// P - K S Kᵀ + M K S Kᵀ Mᵀ; that with the state is the same as ever.
+    pub fn narrow(&mut self, told: &Own) {
+        let in_common = self.in_common(&(told * self.adrift)) / self.adrift.sum().max(1.0);
+        let kept = self.adrift * self.adrift.transpose() * in_common;
+        self.own = symmetric(&(self.own - told + kept));
     }
 
     /// So many seconds of a camera's offset are taken off its stamps instead.

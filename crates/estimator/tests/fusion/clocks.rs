@@ -126,3 +126,29 @@ fn clocks_that_agree_are_left_alone() {
     );
     assert!(worst < 1e-3, "{worst}");
 }
+
+/// Nothing else tells its time, so that its images may be of a little earlier or later for all that is known.
+#[test]
+fn a_camera_alone_with_an_object_tells_nothing_of_its_own_clock() {
+    let (rig, object) = (rig(2), cube());
+    let eye = Eye {
+        rig: &rig,
+        object: &object,
+        sigma_px: 0.05,
+    };
+    for seed in 1..5 {
+        let (mut fusion, mut random) = (
+            fusion(&rig, &object, FusionOptions::default()),
+            Random(seed),
+        );
+        for round in 0..30 {
+            let time_ns = START_NS + seed * 700_000_000 + round * PERIOD_NS;
+            let mut image = eye.image(1, time_ns, &path_at(time_ns), &mut random);
+            image.clock_error_ns = 20_000_000;
+            feed(&mut fusion, image);
+        }
+        let found = fusion.clock_offsets()[&camera_id(1)];
+        assert!(found.sigma_s > 0.0199, "seed {seed}: {found:?}");
+        assert!(found.offset_s.abs() < 0.001, "seed {seed}: {found:?}");
+    }
+}
