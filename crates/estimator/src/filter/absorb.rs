@@ -47,11 +47,11 @@ pub(crate) fn absorb<const D: usize>(
     }
     reset(&mut state, &step.fixed_rows::<3>(3).into_owned());
     let expected = state.observed_from(vantage);
-    let (narrowing, weight) = narrow(&mut state, &expected, &fit.information)?;
+    let (narrowing, weight, information) = narrow(&mut state, &expected, &fit.information)?;
     let innovation = Innovation {
         pull,
         weight,
-        expected: expected.covariance,
+        information,
     };
     state.motion.learn(&innovation);
     learn_joints(&mut state, &innovation);
@@ -59,13 +59,15 @@ pub(crate) fn absorb<const D: usize>(
 }
 
 fn learn_joints<const D: usize>(state: &mut Kinematics, innovation: &Innovation<D>) {
+    let spread = state.motion.spread();
     let Some(joints) = &mut state.joints else {
         return;
     };
     for slot in 0..joints.moving.min(joint_places(D)) {
         let (place, at) = (6 + slot, (6 + slot, 6 + slot));
-        let pull = innovation.pull[place];
-        joints.learn(slot, pull, innovation.weight[at], innovation.expected[at]);
+        let alone = innovation.information[at].recip();
+        let seen = (innovation.pull[place], innovation.weight[at], alone);
+        joints.learn(slot, seen, spread);
     }
 }
 
@@ -89,12 +91,12 @@ fn reset(state: &mut Kinematics, turn: &Vector3<f64>) {
     }
 }
 
-/// Takes the information in; returns its narrowing and the inverse of the innovation's covariance.
+/// Takes the information in; returns its narrowing and the inverses of the innovation's covariance and of the prediction's.
 fn narrow<const D: usize>(
     state: &mut Kinematics,
     expected: &Observed<D>,
     information: &SMatrix<f64, D, D>,
-) -> Option<(f64, SMatrix<f64, D, D>)> {
+) -> Option<(f64, SMatrix<f64, D, D>, SMatrix<f64, D, D>)> {
     let identity = SMatrix::<f64, D, D>::identity();
     let c = Factor::<D>::new(expected.covariance)?.unpack();
     let b = Factor::<D>::new(symmetric(&(identity + c.transpose() * information * c)))?;
@@ -120,5 +122,6 @@ fn narrow<const D: usize>(
     let logarithms = (0..D).map(|place| b.l_dirty()[(place, place)].ln());
     let narrowing = 2.0 * logarithms.sum::<f64>();
     let whitened = c.solve_lower_triangular(&identity)?;
-    Some((narrowing, whitened.transpose() * taken * whitened))
+    let weight = whitened.transpose() * taken * whitened;
+    Some((narrowing, weight, whitened.transpose() * whitened))
 }

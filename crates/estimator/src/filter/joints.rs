@@ -85,9 +85,14 @@ impl Joints {
         self.own[(slot, slot)].max(0.0).sqrt()
     }
 
-    /// Takes an innovation of a value in: what was pulled, how strongly, and what was expected.
-    pub fn learn(&mut self, slot: usize, pull: f64, weight: f64, expected: f64) {
-        self.learned[slot].learn_one(pull, weight, expected);
+    /// Takes an innovation of a value in, as [`Learned::learn_one`]; `spread` is [`super::motion::Motion::spread`].
+    pub fn learn(&mut self, slot: usize, seen: (f64, f64, f64), spread: f64) {
+        let noise = self.density(slot) * spread;
+        self.learned[slot].learn_one(seen, noise);
+    }
+
+    fn density(&self, slot: usize) -> f64 {
+        self.restlessness[slot] * self.learned[slot].factor()
     }
 
     /// Values and speeds shifted by a step.
@@ -96,8 +101,8 @@ impl Joints {
         self.speeds += step.fixed_rows::<MOST_JOINTS>(MOST_JOINTS);
     }
 
-    /// F = [I dt; 0 I] on the values, and the white acceleration; the motion's part of `cross` is carried before.
-    pub fn advance(&mut self, dt: f64) {
+    /// F = [I dt; 0 I] on the values, and the white acceleration, whose densities are the usual ones times `persistence`; the motion's part of `cross` is carried before.
+    pub fn advance(&mut self, dt: f64, persistence: f64) {
         self.values += self.speeds * dt;
         let ahead = |matrix: &mut JointOwn| {
             let rows = matrix.fixed_rows::<MOST_JOINTS>(MOST_JOINTS) * dt;
@@ -113,16 +118,16 @@ impl Joints {
         let rows = self.with_clocks.fixed_rows::<MOST_JOINTS>(MOST_JOINTS) * dt;
         let mut values = self.with_clocks.fixed_rows_mut::<MOST_JOINTS>(0);
         values += rows;
-        self.own = symmetric(&(self.own + self.white_acceleration(dt)));
+        self.own = symmetric(&(self.own + self.white_acceleration(dt, persistence)));
         self.bound();
     }
 
     /// What the joints may have done of themselves in `dt` seconds, over values and speeds.
-    pub fn white_acceleration(&self, dt: f64) -> JointOwn {
+    pub fn white_acceleration(&self, dt: f64, persistence: f64) -> JointOwn {
         let dt = dt.abs();
         let mut noise = JointOwn::zeros();
         for slot in 0..self.moving {
-            let density = self.restlessness[slot] * self.learned[slot].factor();
+            let density = self.density(slot) * persistence;
             let speed = MOST_JOINTS + slot;
             noise[(slot, slot)] = density * dt.powi(3) / 3.0;
             noise[(slot, speed)] = density * dt.powi(2) / 2.0;

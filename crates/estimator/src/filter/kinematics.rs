@@ -49,7 +49,7 @@ impl Kinematics {
     /// t' = t + v dt, R' = exp(w dt) R. With R_estimate = exp(dr) R_true the error follows
     /// dr' = exp(w dt) dr + J_l(w dt) dt dw (Sola et al. 2018, A micro Lie theory, eqs. 67, 71, 94).
     pub fn predicted(&self, dt: f64) -> Self {
-        let restlessness = self.motion.restlessness();
+        let restlessness = self.motion.restlessness(dt);
         let turn = self.angular_velocity() * dt;
         let rotation = so3::exp(&turn);
         let mut pose = self.pose;
@@ -66,6 +66,7 @@ impl Kinematics {
             dt,
         );
         state.covariance += white_acceleration(dt, restlessness);
+        state.motion.advance(dt);
         if let Some(clocks) = &mut state.clocks {
             clocks.wander(dt, restlessness.clocks);
         }
@@ -86,7 +87,7 @@ impl Kinematics {
         }
         if let Some(joints) = &mut self.joints {
             carry(&mut joints.cross, turn, gain, dt);
-            joints.advance(dt);
+            joints.advance(dt, self.motion.persistence(dt));
         }
     }
 

@@ -9,6 +9,11 @@ use nalgebra::{Matrix3, SMatrix, SVector};
 
 /// Share of the predicted variance that changes with the density: between 1/4 where images rule and 1 where motion does.
 const SHARE: f64 = 0.4;
+/// Seconds for which a body goes on being accelerated as it is. No acceleration is white: over a step shorter than this what it
+/// does to the speed goes with the step, and its variance with the square, which is what a density does that goes with the step.
+const PERSISTS_S: f64 = 0.15;
+/// Steps over which the usual one is averaged.
+const USUAL_OF: f64 = 20.0;
 /// Information before anything is seen: one sigma of the default is a factor of e^(1/sqrt(this)).
 const FAITH: f64 = 0.5;
 /// Updates that are remembered.
@@ -17,7 +22,12 @@ const MEMORY: f64 = 40.0;
 const MOST_SIGMAS: f64 = 3.0;
 /// Bounds of the logarithm about the default: from a body at rest to one shaken by hand. What is livelier is no motion but
 /// images that contradict each other.
-const BOUNDS: (f64, f64) = (-7.0, 3.5);
+const BOUNDS: (f64, f64) = (-7.0, 4.5);
+
+/// Share of a predicted variance that goes with the density: what a body can't have done of itself yet was not known before.
+fn share(variance: f64, noise: f64) -> f64 {
+    SHARE.min(noise / variance.max(f64::MIN_POSITIVE))
+}
 
 /// Power density of the white acceleration.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -36,6 +46,11 @@ pub(crate) struct Motion {
     default: Restlessness,
     linear: Learned,
     angular: Learned,
+    /// Seconds since nothing was known of the speed.
+    age_s: f64,
+    /// Seconds of a step as they go, for which the densities hold, and of how many that is the mean.
+    usual_s: f64,
+    steps: f64,
 }
 
 /// An innovation and what was expected of it, for the configuration that a camera saw.
@@ -45,8 +60,8 @@ pub(crate) struct Innovation<const D: usize> {
     pub pull: SVector<f64, D>,
     /// S⁻¹.
     pub weight: SMatrix<f64, D, D>,
-    /// Covariance of the prediction.
-    pub expected: SMatrix<f64, D, D>,
+    /// Inverse of the covariance of the prediction.
+    pub information: SMatrix<f64, D, D>,
 }
 
 /// Logarithm of a density against its default.
@@ -71,29 +86,70 @@ impl Motion {
             default,
             linear: Learned::default(),
             angular: Learned::default(),
+            age_s: 0.0,
+            usual_s: 0.0,
+            steps: 0.0,
         }
     }
 
-    pub fn restlessness(&self) -> Restlessness {
+    /// Time goes by.
+    pub fn advance(&mut self, dt: f64) {
+        let dt = dt.abs();
+        self.age_s += dt;
+        if dt > 0.0 {
+            self.steps = (self.steps + 1.0).min(USUAL_OF);
+            self.usual_s += (dt.min(PERSISTS_S) - self.usual_s) / self.steps;
+        }
+    }
+
+    /// The densities that hold for a step of `dt` seconds, against those for the usual one.
+    pub fn persistence(&self, dt: f64) -> f64 {
+        if self.usual_s > 0.0 {
+            dt.abs().min(PERSISTS_S) / self.usual_s
+        } else {
+            1.0
+        }
+    }
+
+    /// The speed has changed by what is no restlessness, `dt` seconds ago.
+    pub fn begin_anew(&mut self, dt: f64) {
+        self.age_s = dt.abs();
+    }
+
+    /// The variance that a density of one has brought about in a position since the speed was unknown, at most.
+    pub fn spread(&self) -> f64 {
+        self.persistence(self.age_s) * self.age_s.powi(3) / 3.0
+    }
+
+    /// What holds for a step of `dt` seconds.
+    pub fn restlessness(&self, dt: f64) -> Restlessness {
+        let persistence = self.persistence(dt);
         Restlessness {
-            linear: self.default.linear * self.linear.factor(),
-            angular: self.default.angular * self.angular.factor(),
+            linear: self.default.linear * self.linear.factor() * persistence,
+            angular: self.default.angular * self.angular.factor() * persistence,
             clocks: self.default.clocks,
         }
     }
 
     pub fn learn<const D: usize>(&mut self, innovation: &Innovation<D>) {
-        self.linear.learn(innovation, 0);
-        self.angular.learn(innovation, 3);
+        let (density, spread) = (self.restlessness(self.age_s), self.age_s.powi(3) / 3.0);
+        self.linear.learn(innovation, 0, density.linear * spread);
+        self.angular.learn(innovation, 3, density.angular * spread);
     }
 }
 
 impl Learned {
-    /// Takes the three axes from `first` on in.
-    fn learn<const D: usize>(&mut self, innovation: &Innovation<D>, first: usize) {
+    /// Takes the three axes from `first` on in; `noise` is the variance along each that the density can have brought about.
+    ///
+    /// Of the predicted covariance that of these axes alone counts, the others being known: what hangs together with others is
+    /// none of this density's doing.
+    fn learn<const D: usize>(&mut self, innovation: &Innovation<D>, first: usize, noise: f64) {
         let block =
             |matrix: &SMatrix<f64, D, D>| matrix.fixed_view::<3, 3>(first, first).into_owned();
-        let change: Matrix3<f64> = block(&innovation.expected) * SHARE;
+        let Some(alone) = block(&innovation.information).try_inverse() else {
+            return;
+        };
+        let change: Matrix3<f64> = alone * share(alone.trace() / 3.0, noise);
         let pull = innovation.pull.fixed_rows::<3>(first);
         let relative = block(&innovation.weight) * change;
         let slope = 0.5 * (pull.dot(&(change * pull)) - relative.trace());
@@ -101,9 +157,9 @@ impl Learned {
         self.score(slope, information);
     }
 
-    /// Takes a single axis in.
-    pub fn learn_one(&mut self, pull: f64, weight: f64, expected: f64) {
-        let change = expected * SHARE;
+    /// Takes a single axis in: what was pulled, how strongly, and the variance that was expected of it alone.
+    pub fn learn_one(&mut self, (pull, weight, alone): (f64, f64, f64), noise: f64) {
+        let change = alone * share(alone, noise);
         let relative = weight * change;
         self.score(
             0.5 * (pull * change * pull - relative),
@@ -122,7 +178,8 @@ impl Learned {
         }
         let most = MOST_SIGMAS * information.max(0.0).sqrt();
         self.information = self.information * (1.0 - 1.0 / MEMORY) + information + FAITH / MEMORY;
-        let step = slope.clamp(-most, most) / self.information;
+        let drawn = slope.clamp(-most, most) - self.logarithm * FAITH / MEMORY;
+        let step = drawn / self.information;
         self.logarithm = (self.logarithm + step).clamp(BOUNDS.0, BOUNDS.1);
     }
 }

@@ -137,13 +137,13 @@ impl Kinematics {
 
     /// What base and joints may have done of themselves in `dt` seconds.
     fn between<const D: usize>(&self, dt: f64) -> SMatrix<f64, D, D> {
-        let noise: Covariance = white_acceleration(dt, self.motion.restlessness());
+        let noise: Covariance = white_acceleration(dt, self.motion.restlessness(dt));
         let mut between = SMatrix::<f64, D, D>::zeros();
         between
             .fixed_view_mut::<6, 6>(0, 0)
             .copy_from(&noise.fixed_view::<6, 6>(0, 0));
         if let Some(joints) = &self.joints {
-            let noise: JointOwn = joints.white_acceleration(dt);
+            let noise: JointOwn = joints.white_acceleration(dt, self.motion.persistence(dt));
             (0..joint_places(D))
                 .for_each(|place| between[(6 + place, 6 + place)] = noise[(place, place)]);
         }

@@ -237,7 +237,7 @@ fn the_predicted_covariance_is_that_of_predicted_errors() {
         .map(|axis| moved(&(SMatrix::ith(axis, 1e-6))) / 1e-6)
         .collect();
     let transition = SMatrix::<f64, 12, 12>::from_columns(&columns);
-    let noise = super::kinematics::white_acceleration(dt, before.motion.restlessness());
+    let noise = super::kinematics::white_acceleration(dt, before.motion.restlessness(dt));
     let expected = transition * before.covariance * transition.transpose() + noise;
     assert!((after.covariance - expected).amax() < 1e-9);
 }

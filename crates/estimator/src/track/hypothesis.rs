@@ -152,6 +152,7 @@ fn taken_in_by<const D: usize>(
 /// The prediction if the body was hit in the meantime.
 fn jolted(predicted: &Kinematics, dt: f64, options: &FusionOptions) -> Kinematics {
     let mut jolted = predicted.clone();
+    jolted.motion.begin_anew(dt);
     for axis in 0..6 {
         let acceleration = if axis < 3 {
             options.linear_jolt

@@ -15,6 +15,7 @@ mod limits;
 mod naming;
 mod order;
 mod prediction;
+mod restless;
 mod scene;
 mod shutter;
 mod stamina;

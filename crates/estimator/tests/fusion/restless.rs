@@ -1,0 +1,51 @@
+//! How restless a body is, is found out, whatever it does and whenever it is seen.
+
+use nalgebra::{UnitQuaternion, Vector3};
+use sextant_geometry::Pose;
+
+use crate::scene::{Eye, PERIOD_NS, Random, START_NS, cube, exact_options, feed, fusion, rig};
+use crate::uncertainty::nees;
+
+/// Shaken by hand: 1 m/s at 12 m/s², 5 rad/s at 50 rad/s².
+fn shaken(time_ns: u64) -> Pose {
+    let seconds = (time_ns - START_NS) as f64 * 1e-9;
+    let wave = |rate: f64, phase: f64| (rate * seconds + phase).sin();
+    let place = Vector3::new(wave(12.0, 0.3), wave(11.0, 1.0), wave(9.0, 2.0)) * 0.08;
+    let turn = Vector3::new(wave(10.0, 0.0), wave(9.0, 1.0), wave(11.0, 2.0)) * 0.5;
+    Pose::from_parts(place.into(), UnitQuaternion::from_scaled_axis(turn))
+}
+
+/// NEES per degree of freedom, on the whole, of short runs with the cameras' shutters at these phases.
+fn mean_nees(phases_ns: [u64; 3], path: impl Fn(u64) -> Pose) -> f64 {
+    let (rig, object) = (rig(3), cube());
+    let eye = Eye {
+        rig: &rig,
+        object: &object,
+        sigma_px: 0.05,
+    };
+    let mut values = Vec::new();
+    for seed in 0..12 {
+        let (mut fusion, mut random) = (fusion(&rig, &object, exact_options()), Random(seed));
+        for round in 0..18 {
+            for (camera, phase_ns) in phases_ns.into_iter().enumerate() {
+                let time_ns = START_NS + seed * 431_000_000 + round * PERIOD_NS + phase_ns;
+                let image = eye.image(camera, time_ns, &path(time_ns), &mut random);
+                let said = feed(&mut fusion, image);
+                values.extend(said.iter().map(|one| nees(one, &path(one.capture_ns))));
+            }
+        }
+    }
+    values.iter().sum::<f64>() / values.len() as f64
+}
+
+#[test]
+fn a_body_shaken_from_the_start_is_known_as_well_as_is_said() {
+    let mean = mean_nees([0, 11_000_000, 22_000_000], shaken);
+    assert!((0.7..1.5).contains(&mean), "NEES {mean}");
+}
+
+#[test]
+fn images_in_bunches_with_gaps_between_are_taken_for_what_they_are() {
+    let mean = mean_nees([0, 2_000_000, 5_000_000], shaken);
+    assert!((0.7..1.5).contains(&mean), "NEES {mean}");
+}
