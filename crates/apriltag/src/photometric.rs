@@ -140,7 +140,6 @@ impl PatternFitter {
             edges_px: pattern.edges_px(state.size_px()),
             straightened,
         });
-        self.approach(&pattern, &mut state)?;
         let (inverse, excess) = self.settle(&pattern, &mut state)?;
         let rounding = (ROUNDING / state.contrast()).powi(2);
         let variance = self.equations.residual_variance().max(rounding) * excess;
@@ -175,31 +174,27 @@ impl PatternFitter {
         residual < EXPLAINED * noise_sigma.max(ROUNDING)
     }
 
-    /// Steps with a few of the pixels until the corners are about where they belong.
-    fn approach(&mut self, pattern: &Pattern, state: &mut State) -> Option<()> {
-        const ENOUGH_GROUPS: usize = 14;
-        let every = (self.pixels.groups().len() / ENOUGH_GROUPS).max(1);
-        for _ in 0..MAX_FIRST_STEPS {
-            let (step, _) = self.step(pattern, state, every, START_SCALE)?;
-            if state.corner_motion(&step) < NEAR_PX {
-                break;
-            }
-        }
-        Some(())
-    }
-
-    /// Steps with all pixels until the corners rest; what strays much from what is usual then counts less. Returns the
-    /// inverse of the last step's matrix and by how much variances are larger than it says.
+    /// Steps with a few of the pixels until the corners are about where they belong, then with all until they rest; what
+    /// strays much from what is usual then counts less. Returns the inverse of the last step's matrix and by how much
+    /// variances are larger than it says.
     fn settle(&mut self, pattern: &Pattern, state: &mut State) -> Option<(Matrix, f32)> {
-        let mut scale = self.equations.residual_variance().sqrt().max(MODEL_SCALE);
-        let (mut step, mut inverse) = self.step(pattern, state, 1, scale)?;
-        for _ in 1..MAX_STEPS {
-            if state.corner_motion(&step) < SETTLED_PX {
-                break;
+        const ENOUGH_GROUPS: usize = 14;
+        let few = (self.pixels.groups().len() / ENOUGH_GROUPS).max(1);
+        let (mut scale, mut last) = (START_SCALE, None);
+        for (every, most_steps, rest_px) in
+            [(few, MAX_FIRST_STEPS, NEAR_PX), (1, MAX_STEPS, SETTLED_PX)]
+        {
+            for _ in 0..most_steps {
+                let (step, inverse) = self.step(pattern, state, every, scale)?;
+                scale = self.equations.residual_variance().sqrt().max(MODEL_SCALE);
+                let rests = state.corner_motion(&step) < rest_px;
+                last = Some((step, inverse));
+                if rests {
+                    break;
+                }
             }
-            scale = self.equations.residual_variance().sqrt().max(MODEL_SCALE);
-            (step, inverse) = self.step(pattern, state, 1, scale)?;
         }
+        let (step, inverse) = last?;
         let equations = &mut self.equations;
         let excess = self.kernels.run(
             #[inline(always)]
@@ -225,12 +220,10 @@ impl PatternFitter {
         equations.clear(TUKEY * scale);
         self.kernels.run(
             #[inline(always)]
-            || {
-                if model.is_crowded() {
-                    linearise::<3>(&model, pixels, every, equations);
-                } else {
-                    linearise::<1>(&model, pixels, every, equations);
-                }
+            || match model.seen_modules() {
+                ..0.5 => linearise::<1>(&model, pixels, every, equations),
+                ..1.5 => linearise::<3>(&model, pixels, every, equations),
+                _ => linearise::<5>(&model, pixels, every, equations),
             },
         );
         equations.finish(&self.kernels);

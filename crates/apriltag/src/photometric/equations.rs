@@ -28,12 +28,8 @@ pub(super) const RESIDUAL: f32 = 2048.0;
 pub(super) type Vector = [f32; PARAMETERS];
 pub(super) type Matrix = [Vector; PARAMETERS];
 
-/// What is known of a parameter beforehand: how far it is away from there, give or take the spread.
-pub(super) struct Prior {
-    pub(super) parameter: usize,
-    pub(super) away: f32,
-    pub(super) spread: f32,
-}
+/// What is known of the last parameters beforehand: how far each is away from there, give or take what.
+pub(super) type Priors = [(f32, f32); 5];
 
 /// A pixel's derivatives, residual and root of its weight.
 pub(super) type Row = [f32; COLUMNS];
@@ -107,7 +103,7 @@ impl Equations {
 
     /// The Gauss-Newton step, and (J^T W J)^-1 with what is known beforehand, of derivatives in parts of the contrast.
     #[inline(always)]
-    pub(super) fn solve(&self, priors: &[Prior]) -> Option<(Vector, Matrix)> {
+    pub(super) fn solve(&self, priors: &Priors) -> Option<(Vector, Matrix)> {
         let per_product = 1.0 / (UNIT * UNIT);
         let per_right = self.limit / (UNIT * RESIDUAL);
         let mut matrix = [[0.0; PARAMETERS]; PARAMETERS];
@@ -120,10 +116,10 @@ impl Equations {
         let mut right: Vector =
             std::array::from_fn(|i| self.products[RESIDUALS][i] as f32 * per_right);
         let variance = self.residual_variance();
-        for prior in priors {
-            let strength = variance / (prior.spread * prior.spread);
-            matrix[prior.parameter][prior.parameter] += strength;
-            right[prior.parameter] += strength * prior.away;
+        for (i, (away, spread)) in (PARAMETERS - priors.len()..).zip(priors) {
+            let strength = variance / (spread * spread);
+            matrix[i][i] += strength;
+            right[i] += strength * away;
         }
         let inverse = inverse(&matrix)?;
         let step = inverse.map(|row| row.iter().zip(&right).map(|(a, b)| a * b).sum());

@@ -1,7 +1,7 @@
 //! Everything that is fitted.
 
 use super::edge::Profile;
-use super::equations::{Matrix, Prior, Vector};
+use super::equations::{Matrix, Priors, Vector};
 use super::pattern::Optics;
 use crate::homography::Homography;
 use crate::quad::{Point, Quad, distance, mean_edge};
@@ -77,51 +77,37 @@ impl State {
         const MOST_BLUR: f32 = 4.0 * 4.0;
         const MOST_HALO: f32 = 2.0;
         const MOST_GAIN: f32 = 0.9;
-        let contrast = self.contrast();
-        let [homography @ .., g, h] = &mut self.homography.m;
-        let parameters = homography.iter_mut().map(|value| (value, 1.0));
-        let parameters = parameters.chain([(g, 1.0 / self.size_px), (h, 1.0 / self.size_px)]);
-        let greys = [(&mut self.black, contrast), (&mut self.white, contrast)];
-        let optics = self
-            .light
-            .iter_mut()
-            .chain(&mut self.blur)
-            .chain([&mut self.halo, &mut self.gain]);
-        let parameters = parameters
-            .chain(greys)
-            .chain(optics.map(|value| (value, 1.0)));
-        for ((value, unit), change) in parameters.zip(step) {
-            *value += unit * change;
+        let [.., g, h, black, white, u, v, uu, vv, uv, halo, gain] = step;
+        let (contrast, m) = (self.contrast(), &mut self.homography.m);
+        for (value, change) in m[..6].iter_mut().zip(step) {
+            *value += change;
         }
-        self.halo = self.halo.clamp(-MOST_HALO, MOST_HALO);
-        self.gain = self.gain.clamp(-MOST_GAIN, MOST_GAIN);
-        let [uu, vv, uv] = &mut self.blur;
-        *uu = uu.clamp(LEAST_BLUR, MOST_BLUR);
-        *vv = vv.clamp(LEAST_BLUR, MOST_BLUR);
-        let most = 0.9 * (*uu * *vv).sqrt();
-        *uv = uv.clamp(-most, most);
+        m[6] += g / self.size_px;
+        m[7] += h / self.size_px;
+        self.black += contrast * black;
+        self.white += contrast * white;
+        self.light = [self.light[0] + u, self.light[1] + v];
+        self.halo = (self.halo + halo).clamp(-MOST_HALO, MOST_HALO);
+        self.gain = (self.gain + gain).clamp(-MOST_GAIN, MOST_GAIN);
+        let uu = (self.blur[0] + uu).clamp(LEAST_BLUR, MOST_BLUR);
+        let vv = (self.blur[1] + vv).clamp(LEAST_BLUR, MOST_BLUR);
+        let most = 0.9 * (uu * vv).sqrt();
+        self.blur = [uu, vv, (self.blur[2] + uv).clamp(-most, most)];
         step.iter().all(|change| change.is_finite()).then_some(())
     }
 
-    /// The blur is near the usual one, give or take as much, and the gain near 0: matters only where the pixels don't tell.
-    pub(super) fn priors(&self) -> Option<[Prior; 5]> {
+    /// The blur is near the usual one, give or take as much, halo and gain near 0: matters only where the pixels don't tell.
+    pub(super) fn priors(&self) -> Option<Priors> {
+        const SPREAD: f32 = USUAL_BLUR_PX * USUAL_BLUR_PX;
         let usual = self.usual_blur()?;
-        let blur = |i: usize| Prior {
-            parameter: 12 + i,
-            away: usual[i] - self.blur[i],
-            spread: USUAL_BLUR_PX.powi(2),
-        };
-        let halo = Prior {
-            parameter: 15,
-            away: -self.halo,
-            spread: USUAL_HALO,
-        };
-        let gain = Prior {
-            parameter: 16,
-            away: -self.gain,
-            spread: USUAL_GAIN,
-        };
-        Some([blur(0), blur(1), blur(2), halo, gain])
+        let [uu, vv, uv] = [0, 1, 2].map(|i| (usual[i] - self.blur[i], SPREAD));
+        Some([
+            uu,
+            vv,
+            uv,
+            (-self.halo, USUAL_HALO),
+            (-self.gain, USUAL_GAIN),
+        ])
     }
 
     /// Standard deviation of the blur without the pixels' own, whichever way, in pixels.
