@@ -46,12 +46,14 @@ impl<'a> Model<'a> {
         })
     }
 
-    /// Edges along either axis that blur carries to a place, beside the nearest.
-    pub(super) fn is_crowded(&self) -> bool {
-        const SIGMAS: f32 = 3.3;
-        let module_px = self.pattern.module_px(self.state.size_px());
+    /// Modules beyond which an edge does not show.
+    pub(super) fn seen_modules(&self) -> f32 {
+        /// In standard deviations of the blur, without and with a halo.
+        const SEEN: [f32; 2] = [3.3, 4.4];
+        const LEAST_HALO: f32 = 0.06;
+        let seen = SEEN[usize::from(self.state.halo.abs() > LEAST_HALO)];
         let [uu, vv, _] = self.state.blur;
-        SIGMAS * uu.max(vv).sqrt() > 0.5 * module_px
+        seen * uu.max(vv).sqrt() / self.pattern.module_px(self.state.size_px())
     }
 
     /// Adds the rows of a group of pixels.

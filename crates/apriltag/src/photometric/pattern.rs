@@ -17,11 +17,11 @@ const PADDING: usize = 2;
 const SIZE: usize = 16;
 
 /// Modules along either axis that blur mixes at a place, at most: one more than edges.
-const WINDOW: usize = 4;
+const WINDOW: usize = 6;
 
 pub(super) struct Pattern {
-    /// The `WINDOW` by `WINDOW` modules from each one on, a bit each, set where white, row after row; row after row.
-    windows: [u16; SIZE * SIZE],
+    /// Of the padded pattern, a bit for each module, the lowest leftmost, set where white.
+    rows: [u32; SIZE],
     /// Modules from the square's middle to its edge.
     pub(super) half_border: f32,
     /// Modules along the print, with the ring.
@@ -55,7 +55,7 @@ impl Pattern {
         }
         continue_outwards(&mut rows, total);
         Self {
-            windows: windows(&rows),
+            rows,
             half_border: f32::from(data.border_width) / 2.0,
             total: total as f32,
             middle: total as f32 / 2.0 + PADDING as f32,
@@ -81,20 +81,15 @@ impl Pattern {
     ) -> Crossings<EDGES> {
         let mut crossings = Crossings {
             edges: [[[[0.0; GROUP]; 4]; EDGES]; 2],
-            windows: [0; GROUP],
+            rows: [[0; GROUP]; WINDOW],
         };
         let beside = (EDGES / 2) as f32;
-        let mut positions = [0; GROUP];
+        let mut first_modules = [[0; GROUP]; 2];
         for (axis, edges) in crossings.edges.iter_mut().enumerate() {
             for i in 0..GROUP {
                 let place = places.on_square[axis][i] * self.half_border + self.middle;
                 let first_edge = (place - beside).clamp(1.0, (SIZE - EDGES) as f32) + SHIFT;
-                let module = first_edge.to_bits().wrapping_sub(1) % SIZE as u32;
-                positions[i] = if axis == 0 {
-                    module
-                } else {
-                    positions[i] + module * SIZE as u32
-                };
+                first_modules[axis][i] = first_edge.to_bits().wrapping_sub(1) % SIZE as u32;
                 let away = place - (first_edge - SHIFT);
                 let module_px = places.unit_px[axis][i] / self.half_border;
                 for (k, edge) in edges.iter_mut().enumerate() {
@@ -105,8 +100,11 @@ impl Pattern {
                 }
             }
         }
+        let [columns, rows] = first_modules;
         for i in 0..GROUP {
-            crossings.windows[i] = self.windows[positions[i] as usize % (SIZE * SIZE)];
+            for (k, to) in crossings.rows[..=EDGES].iter_mut().enumerate() {
+                to[i] = self.rows[(rows[i] as usize + k) % SIZE] >> columns[i];
+            }
         }
         crossings
     }
@@ -121,7 +119,7 @@ pub(super) struct Places {
 /// The nearest edges along either axis, and the modules on both sides of them.
 pub(super) struct Crossings<const EDGES: usize> {
     edges: [[[[f32; GROUP]; 4]; EDGES]; 2],
-    windows: [u16; GROUP],
+    rows: [[u32; GROUP]; WINDOW],
 }
 
 impl<const EDGES: usize> Crossings<EDGES> {
@@ -133,8 +131,7 @@ impl<const EDGES: usize> Crossings<EDGES> {
             [looks[0][at], looks[1][at], looks[2][at], looks[3][at]]
         };
         let row = |j: usize| {
-            let window = i32::from(self.windows[at]);
-            let module = |i: usize| (window >> (j * WINDOW + i) & 1) as f32;
+            let module = |i: usize| (self.rows[j][at] >> i & 1) as i32 as f32;
             let mut white = [module(0), 0.0, 0.0, 0.0];
             for i in 0..EDGES {
                 let change = module(i + 1) - module(i);
@@ -184,17 +181,4 @@ fn continue_outwards(rows: &mut [u32; SIZE], total: usize) {
     let (top, bottom) = (rows[first], rows[last]);
     rows[..first].fill(top);
     rows[last + 1..].fill(bottom);
-}
-
-fn windows(rows: &[u32; SIZE]) -> [u16; SIZE * SIZE] {
-    const WITHIN: u32 = (1 << WINDOW) - 1;
-    let mut windows = [0; SIZE * SIZE];
-    let mut below = [0_u16; SIZE];
-    for (row, windows) in rows.iter().zip(windows.as_chunks_mut::<SIZE>().0).rev() {
-        for (column, (window, below)) in windows.iter_mut().zip(&mut below).enumerate() {
-            *window = *below << WINDOW | (row >> column & WITHIN) as u16;
-            *below = *window;
-        }
-    }
-    windows
 }
