@@ -6,6 +6,7 @@
 
 use crate::polygon::signed_area;
 use nalgebra::Point2;
+use std::ops::Range;
 
 /// An edge lower than this bounds no area worth mentioning, and its slope might be no number, px.
 const LEVEL_PX: f64 = 1e-9;
@@ -16,6 +17,8 @@ pub(crate) struct Coverage {
     height: usize,
     /// Changes of coverage; two columns more than the picture, for edges on its right border.
     changes: Vec<f32>,
+    /// What is filled counts in these rows only.
+    rows: Range<usize>,
 }
 
 /// A straight piece of an edge, going down.
@@ -38,7 +41,13 @@ impl Coverage {
             width,
             height,
             changes: vec![0.0; (width + 2) * height],
+            rows: 0..height,
         }
+    }
+
+    /// From now on what is filled counts in these rows only.
+    pub fn keep_to(&mut self, rows: Range<usize>) {
+        self.rows = rows.start..rows.end.min(self.height);
     }
 
     /// Adds `weight` times the area inside a closed line that doesn't cross itself, whichever way round it runs.
@@ -82,7 +91,8 @@ impl Coverage {
         } else {
             (to, from, -weight)
         };
-        let (y_start, y_end) = (top.y.max(0.0), bottom.y.min(self.height as f64));
+        let (first, end) = (self.rows.start as f64, self.rows.end as f64);
+        let (y_start, y_end) = (top.y.max(first), bottom.y.min(end));
         if y_start >= y_end {
             return;
         }

@@ -1,6 +1,6 @@
 //! Images of a scenario: one renderer a camera, one image a call.
 //!
-//! In: a true capture time (middle of the exposure). Out: 8-bit grey pixels, the same for the same seed, camera and time.
+//! In: a true capture time (middle of the middle row's exposure). Out: 8-bit grey pixels, the same for the same seed, camera and time.
 //! Every area is covered exactly, without supersampling: outlines are convex polygons in normalised coordinates, hidden
 //! parts are taken off by inclusion and exclusion, the lens bends what is left, and coverage adds up in the pixels. What
 //! stands still is drawn once. No heap growth after the first images.
@@ -111,7 +111,8 @@ impl Renderer {
     fn draw(&mut self, true_capture_ns: u64) {
         self.regions.clear();
         let instants = motion::instants(&self.scene, true_capture_ns);
-        for true_ns in instants.iter() {
+        for (true_ns, rows) in (0..instants.total()).map(|k| instants.at(k)) {
+            self.canvas.keep_to(rows);
             self.view
                 .place(&self.scene.model, &self.scene.camera_from_world, true_ns);
             for object in 0..self.scene.model.paths.len() {

@@ -68,7 +68,7 @@ pub struct SceneCamera {
     #[serde(default = "defaults::exposure_ns")]
     pub exposure_ns: u64,
     /// Seconds from a row to the next, below zero where the lowest is read first: the capture time is that of the middle row.
-    /// For ideal corners only; pictures are those of a global shutter. All rows together at most 0.1 s.
+    /// All rows together at most 0.1 s.
     #[serde(default)]
     pub line_delay_s: f64,
     /// Brightness: grey levels are multiplied by it; 0.05 to 20.

@@ -90,10 +90,12 @@ impl SimulatedCamera {
             .next_at_or_after(self.due_ns.saturating_add(1));
     }
 
-    /// When a real camera has the image: at the end of its exposure.
+    /// When a real camera has the image: at the end of its last row's exposure.
     fn complete_ns(&self) -> u64 {
+        let camera = self.renderer.camera();
+        let readout_ns = 2.0 * camera.row_after_s(0.0).abs() * 1e9;
         self.due_ns
-            .saturating_add(self.renderer.camera().exposure_ns / 2)
+            .saturating_add((camera.exposure_ns + readout_ns as u64) / 2)
     }
 
     fn capture(&self) -> Capture {

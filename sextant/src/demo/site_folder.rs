@@ -7,7 +7,7 @@ use anyhow::Context;
 use node_camera::{CameraNodeConfig, SourceConfig};
 use node_fusion::{FusionConfig, RefinementConfig};
 use node_viewer_bridge::ViewerConfig;
-use sextant_estimator::{CameraId, ObjectModel, Rig};
+use sextant_estimator::{CameraId, ObjectModel};
 use sextant_iceoryx_images::{IceoryxOptions, remove_dead};
 use sextant_proto::{NodeId, SiteId};
 use sextant_simulator::Scenario;
@@ -72,13 +72,7 @@ impl SiteFolder {
     }
 
     fn write_models(&self, scenario: &Scenario) -> anyhow::Result<()> {
-        let rig = Rig::new(
-            scenario
-                .cameras
-                .iter()
-                .map(super::models::camera)
-                .collect::<Result<_, _>>()?,
-        )?;
+        let rig = super::models::rig(&scenario.cameras)?;
         write_rig(&self.root.join("rig.toml"), &rig)?;
         for object in &scenario.objects {
             let model: ObjectModel = super::models::object(object)?;

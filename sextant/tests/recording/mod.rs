@@ -25,7 +25,12 @@ pub struct Recording {
 impl Recording {
     /// Two cameras that watch one object, so many images each.
     pub fn new(images: u64) -> Self {
-        let recording = Self::without_pictures();
+        Self::of(Scenario::demo(2, 1, 7), images)
+    }
+
+    /// The cameras of a scenario that watch its first object, so many images each.
+    pub fn of(scenario: Scenario, images: u64) -> Self {
+        let recording = Self::of_models(scenario);
         for camera in 0..recording.scenario.cameras.len() {
             recording.render(camera, images);
         }
@@ -34,7 +39,10 @@ impl Recording {
 
     /// The rig and the object alone.
     pub fn without_pictures() -> Self {
-        let scenario = Scenario::demo(2, 1, 7);
+        Self::of_models(Scenario::demo(2, 1, 7))
+    }
+
+    fn of_models(scenario: Scenario) -> Self {
         let folder = tempfile::tempdir().unwrap();
         let object = scenario.objects[0].id.clone();
         let cameras = scenario.cameras.iter().map(camera_of).collect();

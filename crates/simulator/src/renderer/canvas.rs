@@ -7,6 +7,7 @@ use crate::scenario::SceneCamera;
 use crate::view::View;
 use nalgebra::{Point2, Vector2};
 use sextant_geometry::{Lens, LensModel};
+use std::ops::Range;
 
 /// A bent edge is cut until its pieces are straight to this, px.
 const STRAIGHT_PX: f64 = 0.002;
@@ -68,6 +69,12 @@ impl Canvas {
             image: Bounds::of(&[Point2::origin(), Point2::new(width as f64, height as f64)]),
             pen: Pen::new(camera),
         }
+    }
+
+    /// From now on what is painted counts in these rows only.
+    pub fn keep_to(&mut self, rows: Range<usize>) {
+        self.colour.keep_to(rows.clone());
+        self.opacity.keep_to(rows);
     }
 
     /// Adds `weight` where the outline is seen and not hidden. Returns where that may be, in pixels with (0, 0) at the

@@ -225,6 +225,44 @@ fn strong_distortion_is_followed() {
     compare(&scenario, 1, 500_000_000, 100);
 }
 
+/// Each row is that of a picture whose exposure has its middle when the row's has: read from above and from below, sharp and
+/// blurred by motion.
+#[test]
+fn a_rolling_shutter_draws_each_row_at_its_time() {
+    for (exposure_ns, line_delay_s) in [(0, 3e-5), (8_000_000, -3e-5)] {
+        let mut scenario = bare(Scenario::demo(1, 2, 1));
+        for object in &mut scenario.objects {
+            object.path.period_s *= 0.2;
+        }
+        scenario.cameras[0].exposure_ns = exposure_ns;
+        let mut global = Renderer::new(&scenario, 0).unwrap();
+        scenario.cameras[0].line_delay_s = line_delay_s;
+        let mut rolling = Renderer::new(&scenario, 0).unwrap();
+        let middle_ns: u64 = 2_000_000_000;
+        let image = light(&mut rolling, middle_ns);
+        let at_once = light(&mut global, middle_ns);
+        let (width, height) = (640, 480);
+        let (mut square, mut square_at_once, mut count) = (0.0, 0.0, 0.0);
+        for row in (5..height).step_by(25) {
+            let after_ns = (row as f64 - 239.5) * line_delay_s * 1e9;
+            let row_ns = middle_ns.saturating_add_signed(after_ns.round() as i64);
+            let expected = light(&mut global, row_ns);
+            for pixel in row * width..(row + 1) * width {
+                if (expected[pixel] - LEVEL).abs() > 1.0 {
+                    square += (image[pixel] - expected[pixel]).powi(2);
+                    square_at_once += (at_once[pixel] - expected[pixel]).powi(2);
+                    count += 1.0;
+                }
+            }
+        }
+        let (rms, rms_at_once) = (f64::sqrt(square / count), f64::sqrt(square_at_once / count));
+        assert!(
+            rms < 1.0 && rms < 0.1 * rms_at_once,
+            "{rms} against {rms_at_once}"
+        );
+    }
+}
+
 #[test]
 fn blur_of_motion_is_the_mean_over_the_exposure() {
     let mut scenario = bare(Scenario::demo(1, 2, 1));
