@@ -56,7 +56,11 @@ impl Desk {
         let about = self.keys.parse(&item.key)?;
         let is_config = matches!(
             about,
-            KeyRef::ConfigRig | KeyRef::ConfigObject(_) | KeyRef::ConfigArticulated(_)
+            KeyRef::ConfigRig
+                | KeyRef::ConfigObject(_)
+                | KeyRef::ConfigArticulated(_)
+                | KeyRef::FullRig
+                | KeyRef::FullObject(_)
         );
         let sender = item.sender.as_deref().unwrap_or_default();
         if !is_config || sender.starts_with(ANNOUNCED) {
@@ -76,7 +80,7 @@ impl Desk {
             Payload::Bytes(bytes) => bytes,
             Payload::TooLong(length) => return Err(format!("{length} bytes are too long")),
         };
-        self.make(Change::read(about, bytes)?)
+        self.make(Change::read(about, bytes, &self.models)?)
     }
 
     /// Makes a change, whole or not at all.
@@ -86,10 +90,6 @@ impl Desk {
     pub fn make(&mut self, change: Change) -> Result<Decision, String> {
         let Some(after) = self.models.changed(&change)? else {
             return Ok(Decision::Same);
-        };
-        let change = match change {
-            Change::Rig(_) => Change::Rig(after.rig.clone()),
-            other => other,
         };
         let outcome = match &mut self.files {
             None => Outcome::Taken,

@@ -3,7 +3,10 @@
 //! In: payloads under the site's `config/` keys. Out: the models after the change. Knows no network, no file and no clock.
 
 use sextant_estimator::{Fusion, FusionOptions, ObjectId, ObjectModel, Rig, TagId};
-use sextant_proto::{ArticulatedConfig, KeyRef, ObjectConfig, RigConfig, decode, limits};
+use sextant_proto::{
+    ArticulatedConfig, FullObject, FullRig, KeyRef, Message, ObjectConfig, RigConfig,
+    RigConfigError, decode, limits,
+};
 
 /// What the machine works from.
 #[derive(Debug, Clone, PartialEq)]
@@ -26,51 +29,73 @@ pub enum Change {
 }
 
 impl Change {
-    /// The change that a payload asks for.
+    /// The change that a payload asks for. A message that leaves out what files state leaves in force what is stated of all that
+    /// stays.
     ///
     /// # Errors
     /// In words, why it is none.
-    pub fn read(key: &KeyRef, payload: &[u8]) -> Result<Self, String> {
+    pub fn read(key: &KeyRef, payload: &[u8], in_force: &Models) -> Result<Self, String> {
         match key {
-            KeyRef::ConfigRig => rig(payload),
-            KeyRef::ConfigObject(id) => object(id, payload),
-            KeyRef::ConfigArticulated(id) => articulated(id, payload),
+            KeyRef::ConfigRig => {
+                let rig = rig_of::<RigConfig>(payload)?;
+                Ok(Self::Rig(rig.holding_on_to(&in_force.rig)))
+            }
+            KeyRef::FullRig => Ok(Self::Rig(rig_of::<FullRig>(payload)?)),
+            KeyRef::ConfigObject(id) => match object(id, payload)? {
+                Some(object) => in_force.held(object),
+                None => Ok(Self::Removal(id.clone())),
+            },
+            KeyRef::ConfigArticulated(id) => in_force.held(articulated(id, payload)?),
+            KeyRef::FullObject(id) => with_real_tags(full_object(id, payload)?),
             _ => Err("no key of the configuration".to_owned()),
         }
     }
 }
 
-fn rig(payload: &[u8]) -> Result<Change, String> {
-    let message: RigConfig = decode(payload).map_err(|cause| cause.to_string())?;
-    if message.cameras.is_empty() {
+fn rig_of<M: Message>(payload: &[u8]) -> Result<Rig, String>
+where
+    for<'a> Rig: TryFrom<&'a M, Error = RigConfigError>,
+{
+    let message: M = decode(payload).map_err(|cause| cause.to_string())?;
+    let rig = Rig::try_from(&message).map_err(|cause| cause.to_string())?;
+    if rig.cameras().is_empty() {
         return Err("the rig has no camera".to_owned());
     }
-    let rig = Rig::try_from(&message).map_err(|cause| cause.to_string())?;
-    Ok(Change::Rig(rig))
+    Ok(rig)
 }
 
-fn object(id: &ObjectId, payload: &[u8]) -> Result<Change, String> {
+/// `None` where it says that there is no such object.
+fn object(id: &ObjectId, payload: &[u8]) -> Result<Option<ObjectModel>, String> {
     let message: ObjectConfig = decode(payload).map_err(|cause| cause.to_string())?;
-    if message.id != *id {
-        return Err(format!("it describes object {}", message.id));
-    }
+    named(&message.id, id)?;
     if message.tags.is_empty() {
-        return Ok(Change::Removal(message.id));
+        return Ok(None);
     }
     let model = ObjectModel::try_from(&message).map_err(|cause| cause.to_string())?;
-    with_real_tags(model)
+    Ok(Some(model))
 }
 
-fn articulated(id: &ObjectId, payload: &[u8]) -> Result<Change, String> {
+fn articulated(id: &ObjectId, payload: &[u8]) -> Result<ObjectModel, String> {
     let message: ArticulatedConfig = decode(payload).map_err(|cause| cause.to_string())?;
-    if message.id != *id {
-        return Err(format!("it describes object {}", message.id));
-    }
+    named(&message.id, id)?;
     if message.tags.is_empty() {
         return Err("no link has a tag; objects are removed under config/object".to_owned());
     }
-    let model = ObjectModel::try_from(&message).map_err(|cause| cause.to_string())?;
-    with_real_tags(model)
+    ObjectModel::try_from(&message).map_err(|cause| cause.to_string())
+}
+
+fn full_object(id: &ObjectId, payload: &[u8]) -> Result<ObjectModel, String> {
+    let message: FullObject = decode(payload).map_err(|cause| cause.to_string())?;
+    named(&message.id, id)?;
+    ObjectModel::try_from(&message).map_err(|cause| cause.to_string())
+}
+
+fn named(described: &ObjectId, by_key: &ObjectId) -> Result<(), String> {
+    if described == by_key {
+        Ok(())
+    } else {
+        Err(format!("it describes object {described}"))
+    }
 }
 
 /// The object, if its tags are there to be printed.
@@ -86,6 +111,15 @@ fn with_real_tags(model: ObjectModel) -> Result<Change, String> {
 }
 
 impl Models {
+    /// The change to an object whose message leaves out what is stated of its tags.
+    fn held(&self, object: ObjectModel) -> Result<Change, String> {
+        let known = self.objects.iter().find(|known| known.id() == object.id());
+        with_real_tags(match known {
+            Some(known) => object.holding_on_to(known),
+            None => object,
+        })
+    }
+
     /// The models after a change; none where nothing changes.
     ///
     /// # Errors
@@ -93,8 +127,7 @@ impl Models {
     pub fn changed(&self, change: &Change) -> Result<Option<Self>, String> {
         let mut after = self.clone();
         match change {
-            // The messages say nothing of sigmas and shutters.
-            Change::Rig(rig) => after.rig = rig.clone().holding_on_to(&self.rig),
+            Change::Rig(rig) => after.rig = rig.clone(),
             Change::Object(model) => after.put(model),
             Change::Removal(id) => after.objects.retain(|object| object.id() != id),
         }
@@ -123,28 +156,24 @@ impl Models {
             .iter_mut()
             .find(|known| known.id() == model.id())
         {
-            Some(known) => *known = model.clone().holding_on_to(known),
+            Some(known) => *known = model.clone(),
             None => self.objects.push(model.clone()),
         }
     }
 
     /// As messages: the models' own quaternions may differ in their last bit after the way over the network.
     fn are_said_alike(&self, other: &Self) -> bool {
-        let objects = |models: &Self| models.objects.iter().map(ObjectConfig::from).collect();
-        let (ours, theirs): (Vec<_>, Vec<_>) = (objects(self), objects(other));
-        let links = |models: &Self| -> Vec<_> {
-            models.objects.iter().map(ArticulatedConfig::of).collect()
+        let objects = |models: &Self| -> Vec<FullObject> {
+            models.objects.iter().map(FullObject::from).collect()
         };
-        RigConfig::from(&self.rig) == RigConfig::from(&other.rig)
-            && ours == theirs
-            && links(self) == links(other)
+        FullRig::from(&self.rig) == FullRig::from(&other.rig) && objects(self) == objects(other)
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use sextant_estimator::{Camera, CameraId, ObjectTag};
+    use sextant_estimator::{Camera, CameraId, ObjectTag, PoseSigma};
     use sextant_geometry::{Intrinsics, Lens, Pose};
     use sextant_proto::{Keys, encode};
     use sextant_tag_families::Family;
@@ -217,12 +246,49 @@ mod tests {
         );
     }
 
+    /// What messages leave out stays in force as long as it holds; the full ones say all.
+    #[test]
+    fn what_is_stated_is_held_where_a_message_leaves_it_out_and_changed_where_it_says() {
+        let (rig, object) = (cameras(&["north"]), model("cube", &[1, 2]));
+        let north = rig.cameras()[0].id.clone();
+        let first = object.tags()[0].tag;
+        let sigma = PoseSigma {
+            position_m: 0.001,
+            orientation_rad: 0.002,
+        };
+        let stated = Models {
+            rig: rig.clone().with_line_delays([(north, 2e-5)]).unwrap(),
+            objects: vec![object.clone().with_tag_sigmas([(first, sigma)]).unwrap()],
+        };
+        let cube = object.id().clone();
+        let after = |key: KeyRef, payload: &[u8]| {
+            let change = Change::read(&key, payload, &stated).unwrap();
+            stated.changed(&change).unwrap()
+        };
+        let plain_rig = encode(&RigConfig::from(&rig)).unwrap();
+        assert_eq!(after(KeyRef::ConfigRig, &plain_rig), None);
+        let plain_object = encode(&ObjectConfig::from(&object)).unwrap();
+        assert_eq!(
+            after(KeyRef::ConfigObject(cube.clone()), &plain_object),
+            None
+        );
+
+        let full_rig = encode(&FullRig::from(&rig)).unwrap();
+        let silent = after(KeyRef::FullRig, &full_rig).unwrap();
+        assert_eq!(silent.rig, rig);
+        let full_object = encode(&FullObject::from(&object)).unwrap();
+        let silent = after(KeyRef::FullObject(cube), &full_object).unwrap();
+        assert_eq!(silent.objects, [object]);
+        let back = encode(&FullRig::from(&stated.rig)).unwrap();
+        assert_eq!(after(KeyRef::FullRig, &back), None);
+    }
+
     #[test]
     fn a_payload_is_read_as_its_key_says() {
         let keys = Keys::new("site").unwrap();
         let read = |key: &str, message: &ObjectConfig| {
             let key = keys.parse(&format!("sextant/v1/site/{key}")).unwrap();
-            Change::read(&key, &encode(message).unwrap())
+            Change::read(&key, &encode(message).unwrap(), &models())
         };
         let cube = ObjectConfig::from(&model("cube", &[1]));
         let gone = ObjectConfig {

@@ -256,9 +256,12 @@ impl<'a> FusionNode<'a> {
         match change {
             Change::Rig(rig) => {
                 self.intake.take_rig(cameras_of(rig));
-                self.outlet.take_rig(rig)?;
+                self.outlet.announce_rig(rig)?;
             }
-            Change::Object(object) => self.outlet.take_object(object)?,
+            Change::Object(object) => {
+                self.outlet.take_object(object)?;
+                self.outlet.announce_object(object.id())?;
+            }
             Change::Removal(id) => self.outlet.forget_object(id),
         }
         let input = match change {
@@ -273,7 +276,7 @@ impl<'a> FusionNode<'a> {
     /// Others have seen a change that was refused: they shall know that it is not in force.
     fn announce_again(&self, about: &KeyRef) -> anyhow::Result<()> {
         match about {
-            KeyRef::ConfigObject(id) | KeyRef::ConfigArticulated(id) => {
+            KeyRef::ConfigObject(id) | KeyRef::ConfigArticulated(id) | KeyRef::FullObject(id) => {
                 self.outlet.announce_object(id)?;
             }
             _ => self.outlet.announce_rig(&self.desk.models().rig)?,

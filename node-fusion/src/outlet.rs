@@ -5,7 +5,8 @@ use crate::links::LinksOutlet;
 use crate::models::Models;
 use sextant_estimator::{ObjectEstimate, ObjectId, ObjectModel, Rig};
 use sextant_proto::{
-    ClockReport, ConfigAnswer, FusionStatus, Keys, NodeId, ObjectConfig, ObjectPose, RigConfig,
+    ClockReport, ConfigAnswer, FullObject, FullRig, FusionStatus, Keys, NodeId, ObjectConfig,
+    ObjectPose, RigConfig,
 };
 use sextant_zenoh_bus::{Bus, BusError, Latest, Publisher, Qos};
 use std::collections::BTreeMap;
@@ -21,6 +22,7 @@ pub struct Outlet<'a> {
     objects: BTreeMap<ObjectId, ObjectOutlet>,
     links: LinksOutlet,
     rig: Latest<RigConfig>,
+    full_rig: Latest<FullRig>,
     status: Latest<FusionStatus>,
     clocks: Latest<ClockReport>,
     answers: Latest<ConfigAnswer>,
@@ -31,6 +33,8 @@ struct ObjectOutlet {
     sequence: u64,
     /// Answers late joiners; silent where the object has links, which say what it is made of themselves.
     config: Latest<ObjectConfig>,
+    /// Answers late joiners who want to know all that is stated.
+    full: Latest<FullObject>,
 }
 
 impl<'a> Outlet<'a> {
@@ -46,12 +50,14 @@ impl<'a> Outlet<'a> {
     ) -> Result<Self, BusError> {
         let signature = format!("{ANNOUNCED}{node}");
         let rig = bus.latest_publisher(&keys.config_rig(), Qos::Config)?;
+        let full_rig = bus.latest_publisher(&keys.full_rig(), Qos::Config)?;
         let mut outlet = Self {
             bus,
             keys: keys.clone(),
             objects: BTreeMap::new(),
             links: LinksOutlet::default(),
             rig: rig.signed(&signature),
+            full_rig: full_rig.signed(&signature),
             signature,
             status: bus.latest_publisher(&keys.fusion_status(node), Qos::Status)?,
             clocks: bus.latest_publisher(&keys.clocks(node), Qos::Status)?,
@@ -70,15 +76,8 @@ impl<'a> Outlet<'a> {
     /// # Errors
     /// When the network session has ended.
     pub fn announce_rig(&self, rig: &Rig) -> Result<(), BusError> {
-        self.rig.put(&RigConfig::from(rig))
-    }
-
-    /// The cameras have changed; everyone present has heard it, late joiners shall.
-    ///
-    /// # Errors
-    /// When the network session has ended.
-    pub fn take_rig(&self, rig: &Rig) -> Result<(), BusError> {
-        self.rig.keep(&RigConfig::from(rig))
+        self.rig.put(&RigConfig::from(rig))?;
+        self.full_rig.put(&FullRig::from(rig))
     }
 
     /// Asks everyone, other fusion nodes too, to work from the rig, in the name of this node's refinement.
@@ -86,9 +85,9 @@ impl<'a> Outlet<'a> {
     /// # Errors
     /// When the network session has ended.
     pub fn hand_out_rig(&self, rig: &Rig) -> Result<(), BusError> {
-        let key = self.keys.config_rig();
-        let publisher = self.bus.publisher::<RigConfig>(&key, Qos::Config)?;
-        publisher.signed(REFINED).put(&RigConfig::from(rig))
+        let key = self.keys.full_rig();
+        let publisher = self.bus.publisher::<FullRig>(&key, Qos::Config)?;
+        publisher.signed(REFINED).put(&FullRig::from(rig))
     }
 
     /// The same of an object.
@@ -96,12 +95,12 @@ impl<'a> Outlet<'a> {
     /// # Errors
     /// When the network session has ended.
     pub fn hand_out_object(&self, object: &ObjectModel) -> Result<(), BusError> {
-        let key = self.keys.config_object(object.id());
-        let publisher = self.bus.publisher::<ObjectConfig>(&key, Qos::Config)?;
-        publisher.signed(REFINED).put(&ObjectConfig::from(object))
+        let key = self.keys.full_object(object.id());
+        let publisher = self.bus.publisher::<FullObject>(&key, Qos::Config)?;
+        publisher.signed(REFINED).put(&FullObject::from(object))
     }
 
-    /// An object is there or has changed; everyone present has heard it, late joiners shall.
+    /// An object is there or has changed: late joiners shall hear it.
     ///
     /// # Errors
     /// When the network session has ended.
@@ -113,22 +112,27 @@ impl<'a> Outlet<'a> {
         }
         if !self.objects.contains_key(id) {
             let config = self.config_outlet(id)?;
+            let key = self.keys.full_object(id);
+            let full = self.bus.latest_publisher(&key, Qos::Config)?;
             let outlet = ObjectOutlet {
                 poses: self.bus.publisher(&self.keys.pose(id), Qos::Pose)?,
                 sequence: 0,
                 config,
+                full: full.signed(&self.signature),
             };
             self.objects.insert(id.clone(), outlet);
         }
         self.links.forget(id);
         let signature = self.signature.clone();
         self.links.take(self.bus, &self.keys, object, &signature)?;
-        match self.objects.get(id) {
-            Some(outlet) if object.articulation().is_none() => {
-                outlet.config.keep(&ObjectConfig::from(object))
-            }
-            _ => Ok(()),
+        let Some(outlet) = self.objects.get(id) else {
+            return Ok(());
+        };
+        outlet.full.keep(&FullObject::from(object))?;
+        if object.articulation().is_none() {
+            outlet.config.keep(&ObjectConfig::from(object))?;
         }
+        Ok(())
     }
 
     /// An object is gone; everyone present has heard it.
@@ -144,6 +148,7 @@ impl<'a> Outlet<'a> {
     pub fn announce_object(&self, id: &ObjectId) -> Result<(), BusError> {
         if let Some(outlet) = self.objects.get(id) {
             self.links.announce(id)?;
+            outlet.full.put_again()?;
             return outlet.config.put_again();
         }
         let none = ObjectConfig {

@@ -9,8 +9,9 @@ use crate::rejections::Rejection;
 use crate::{link_frames, translate};
 use sextant_estimator::{ImageObservation, ObjectId, ObjectModel, Rig};
 use sextant_proto::{
-    ArticulatedConfig, CameraStatus, ClockReport, ConfigAnswer, DetectionReport, FusionStatus,
-    ObjectConfig, ObjectLinks, ObjectPose, ObjectTruth, Observations, Preview, RigConfig, decode,
+    ArticulatedConfig, CameraStatus, ClockReport, ConfigAnswer, DetectionReport, FullObject,
+    FullRig, FusionStatus, ObjectConfig, ObjectLinks, ObjectPose, ObjectTruth, Observations,
+    Preview, RigConfig, decode,
 };
 use sextant_proto::{DecodeError, KeyRef, Keys, NodeKind};
 use sextant_zenoh_bus::{Item, Payload, Presence};
@@ -116,7 +117,7 @@ impl Intake {
             KeyRef::ConfigRig => {
                 let message: RigConfig = decode(bytes).map_err(Rejection::Undecodable)?;
                 if let Ok(rig) = Rig::try_from(&message) {
-                    self.shared.wizard.take_rig(rig);
+                    self.shared.wizard.take_cameras(rig);
                 }
                 self.show(Slot::Rig, &translate::rig(&message))
             }
@@ -130,6 +131,20 @@ impl Intake {
                 link_frames::parts(&message)
                     .into_iter()
                     .try_for_each(|part| self.show_part(part))
+            }
+            KeyRef::FullRig => {
+                let message: FullRig = decode(bytes).map_err(Rejection::Undecodable)?;
+                if let Ok(rig) = Rig::try_from(&message) {
+                    self.shared.wizard.take_rig(rig);
+                }
+                Ok(())
+            }
+            KeyRef::FullObject(object) => {
+                let message: FullObject = read(bytes, object, |m: &FullObject| &m.id)?;
+                if let Ok(model) = ObjectModel::try_from(&message) {
+                    self.shared.wizard.take_object(model);
+                }
+                Ok(())
             }
             KeyRef::Links(object) => {
                 let message: ObjectLinks = read(bytes, object, |m: &ObjectLinks| &m.object)?;
@@ -163,7 +178,7 @@ impl Intake {
     fn take_object(&self, object: &ObjectConfig, sender: &str) -> Result<(), Rejection> {
         if !object.tags.is_empty() {
             if let Ok(model) = ObjectModel::try_from(object) {
-                self.shared.wizard.take_object(model);
+                self.shared.wizard.take_tags(model);
             }
             let slot = Slot::Object(object.id.to_string());
             return self.show(slot, &translate::object(object));

@@ -102,9 +102,9 @@ impl Attendance<'_> {
     fn publish_change(&self) -> anyhow::Result<()> {
         match self.shared.wizard.take_outgoing() {
             None => Ok(()),
-            Some(Outgoing::Rig(rig)) => self.publish(&self.keys.config_rig(), &rig),
+            Some(Outgoing::Rig(rig)) => self.publish(&self.keys.full_rig(), &rig),
             Some(Outgoing::Object(object)) => {
-                self.publish(&self.keys.config_object(&object.id), &object)
+                self.publish(&self.keys.full_object(&object.id), &object)
             }
         }
     }

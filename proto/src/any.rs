@@ -8,6 +8,7 @@ use crate::messages::clock_report::ClockReport;
 use crate::messages::config::{ObjectConfig, RigConfig};
 use crate::messages::config_answer::ConfigAnswer;
 use crate::messages::detection_report::DetectionReport;
+use crate::messages::full_config::{FullObject, FullRig};
 use crate::messages::fusion_status::FusionStatus;
 use crate::messages::object_links::ObjectLinks;
 use crate::messages::object_pose::{ObjectPose, ObjectTruth};
@@ -30,6 +31,8 @@ pub enum AnyMessage {
     ObjectConfig(ObjectConfig),
     ObjectLinks(ObjectLinks),
     ArticulatedConfig(ArticulatedConfig),
+    FullRig(FullRig),
+    FullObject(FullObject),
     ClockReport(ClockReport),
     ConfigAnswer(ConfigAnswer),
     DetectionReport(DetectionReport),
@@ -56,6 +59,8 @@ impl AnyMessage {
             Kind::ObjectConfig => Self::ObjectConfig(decode(payload)?),
             Kind::ObjectLinks => Self::ObjectLinks(decode(payload)?),
             Kind::ArticulatedConfig => Self::ArticulatedConfig(decode(payload)?),
+            Kind::FullRig => Self::FullRig(decode(payload)?),
+            Kind::FullObject => Self::FullObject(decode(payload)?),
             Kind::ClockReport => Self::ClockReport(decode(payload)?),
             Kind::ConfigAnswer => Self::ConfigAnswer(decode(payload)?),
             Kind::DetectionReport => Self::DetectionReport(decode(payload)?),
@@ -76,6 +81,8 @@ impl AnyMessage {
             Self::ObjectConfig(_) => Kind::ObjectConfig,
             Self::ObjectLinks(_) => Kind::ObjectLinks,
             Self::ArticulatedConfig(_) => Kind::ArticulatedConfig,
+            Self::FullRig(_) => Kind::FullRig,
+            Self::FullObject(_) => Kind::FullObject,
             Self::ClockReport(_) => Kind::ClockReport,
             Self::ConfigAnswer(_) => Kind::ConfigAnswer,
             Self::DetectionReport(_) => Kind::DetectionReport,

@@ -36,6 +36,10 @@ pub enum Kind {
     ObjectLinks = 9,
     /// [`crate::ArticulatedConfig`]
     ArticulatedConfig = 10,
+    /// [`crate::FullRig`]
+    FullRig = 11,
+    /// [`crate::FullObject`]
+    FullObject = 12,
     /// [`crate::ClockReport`]
     ClockReport = 16,
     /// [`crate::ConfigAnswer`]
@@ -46,7 +50,7 @@ pub enum Kind {
 
 impl Kind {
     /// Every kind, by number.
-    pub const ALL: [Self; 13] = [
+    pub const ALL: [Self; 15] = [
         Self::Observations,
         Self::Preview,
         Self::CameraStatus,
@@ -57,6 +61,8 @@ impl Kind {
         Self::ObjectConfig,
         Self::ObjectLinks,
         Self::ArticulatedConfig,
+        Self::FullRig,
+        Self::FullObject,
         Self::ClockReport,
         Self::ConfigAnswer,
         Self::DetectionReport,
@@ -73,9 +79,12 @@ impl Kind {
             Self::ObjectPose | Self::ObjectTruth | Self::ConfigAnswer => 1024,
             Self::ObjectLinks => 16 * 1024,
             Self::ClockReport => 32 * 1024,
-            Self::FusionStatus | Self::RigConfig | Self::ObjectConfig | Self::ArticulatedConfig => {
-                MAX_PAYLOAD_BYTES
-            }
+            Self::FusionStatus
+            | Self::RigConfig
+            | Self::ObjectConfig
+            | Self::ArticulatedConfig
+            | Self::FullRig
+            | Self::FullObject => MAX_PAYLOAD_BYTES,
         }
     }
 

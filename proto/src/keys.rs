@@ -53,6 +53,8 @@ pub enum KeyRef {
     ConfigRig,
     ConfigObject(ObjectId),
     ConfigArticulated(ObjectId),
+    FullRig,
+    FullObject(ObjectId),
     Links(ObjectId),
     Alive(NodeKind, NodeId),
 }
@@ -74,6 +76,8 @@ impl KeyRef {
             Self::ConfigRig => Kind::RigConfig,
             Self::ConfigObject(_) => Kind::ObjectConfig,
             Self::ConfigArticulated(_) => Kind::ArticulatedConfig,
+            Self::FullRig => Kind::FullRig,
+            Self::FullObject(_) => Kind::FullObject,
             Self::Links(_) => Kind::ObjectLinks,
             Self::Alive(..) => return None,
         })
@@ -174,6 +178,18 @@ impl Keys {
         self.under(format_args!("config/articulated/{object}"))
     }
 
+    /// [`crate::FullRig`].
+    #[must_use]
+    pub fn full_rig(&self) -> String {
+        self.under(format_args!("config/full/rig"))
+    }
+
+    /// [`crate::FullObject`] of an object.
+    #[must_use]
+    pub fn full_object(&self, object: &ObjectId) -> String {
+        self.under(format_args!("config/full/object/{object}"))
+    }
+
     /// [`crate::ObjectLinks`] of an articulated object.
     #[must_use]
     pub fn links(&self, object: &ObjectId) -> String {
@@ -264,6 +280,12 @@ impl Keys {
         self.under(format_args!("config/articulated/*"))
     }
 
+    /// Every object with all that is stated of it.
+    #[must_use]
+    pub fn all_full_objects(&self) -> String {
+        self.under(format_args!("config/full/object/*"))
+    }
+
     /// Liveliness of every node.
     #[must_use]
     pub fn all_alive(&self) -> String {
@@ -295,6 +317,8 @@ impl Keys {
             ["config", "rig"] => KeyRef::ConfigRig,
             ["config", "object", id] => KeyRef::ConfigObject(ObjectId::new(id).ok()?),
             ["config", "articulated", id] => KeyRef::ConfigArticulated(ObjectId::new(id).ok()?),
+            ["config", "full", "rig"] => KeyRef::FullRig,
+            ["config", "full", "object", id] => KeyRef::FullObject(ObjectId::new(id).ok()?),
             ["alive", kind, id] => {
                 let kind = NodeKind::ALL.into_iter().find(|k| k.as_str() == *kind)?;
                 KeyRef::Alive(kind, NodeId::new(id).ok()?)
@@ -337,6 +361,8 @@ mod tests {
             (keys.config_rig(), "config/rig"),
             (keys.config_object(&object), "config/object/cube"),
             (keys.config_articulated(&object), "config/articulated/cube"),
+            (keys.full_rig(), "config/full/rig"),
+            (keys.full_object(&object), "config/full/object/cube"),
             (keys.links(&object), "object/cube/links"),
             (keys.alive(NodeKind::Fusion, &node), "alive/fusion/main"),
         ] {
@@ -383,6 +409,11 @@ mod tests {
             (
                 keys.config_articulated(&object),
                 KeyRef::ConfigArticulated(object.clone()),
+            ),
+            (keys.full_rig(), KeyRef::FullRig),
+            (
+                keys.full_object(&object),
+                KeyRef::FullObject(object.clone()),
             ),
             (keys.links(&object), KeyRef::Links(object.clone())),
             (

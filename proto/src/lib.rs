@@ -46,6 +46,9 @@ pub use messages::config_answer::{ConfigAnswer, Outcome, fingerprint};
 pub use messages::detection_report::{
     DetectionReport, RejectedCandidate, RejectionCause, RejectionCounts, StageTimes,
 };
+pub use messages::full_config::{
+    ExposureConfig, FullCamera, FullObject, FullRig, FullTag, LensSigmaConfig, SigmaConfig,
+};
 pub use messages::fusion_status::{CameraIntake, FusionStatus, ObjectHealth, Rejections};
 pub use messages::object_links::{JointState, LinkPose, ObjectLinks};
 pub use messages::object_pose::{ObjectPose, ObjectTruth};

@@ -6,6 +6,7 @@ pub(crate) mod clock_report;
 pub(crate) mod config;
 pub(crate) mod config_answer;
 pub(crate) mod detection_report;
+pub(crate) mod full_config;
 pub(crate) mod fusion_status;
 pub(crate) mod object_links;
 pub(crate) mod object_pose;

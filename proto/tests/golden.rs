@@ -58,6 +58,8 @@ fn every_message_is_the_bytes_in_its_file() {
     agrees("object_config", &samples::object_config());
     agrees("object_links", &samples::object_links());
     agrees("articulated_config", &samples::articulated_config());
+    agrees("full_rig", &samples::full_rig());
+    agrees("full_object", &samples::full_object());
     agrees("clock_report", &samples::clock_report());
     agrees("config_answer", &samples::config_answer());
 }

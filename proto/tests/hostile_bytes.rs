@@ -83,6 +83,8 @@ fn every_kind_takes_safely(payload: &[u8]) {
     taken_safely::<ObjectConfig>(payload);
     taken_safely::<ObjectLinks>(payload);
     taken_safely::<ArticulatedConfig>(payload);
+    taken_safely::<FullRig>(payload);
+    taken_safely::<FullObject>(payload);
     let (_, memory) = memory_of(|| AnyMessage::decode(payload));
     assert!(memory <= MAX_DECODED_BYTES);
 }
@@ -102,6 +104,8 @@ fn sample_payloads() -> Vec<Vec<u8>> {
         encode(&samples::object_config()).unwrap(),
         encode(&samples::object_links()).unwrap(),
         encode(&samples::articulated_config()).unwrap(),
+        encode(&samples::full_rig()).unwrap(),
+        encode(&samples::full_object()).unwrap(),
     ]
 }
 
@@ -125,7 +129,7 @@ proptest! {
 
     #[test]
     fn mutated_messages(
-        which in 0_usize..10,
+        which in 0_usize..15,
         cut in 0.0_f64..1.5,
         mutations in proptest::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 0..6),
     ) {
@@ -205,6 +209,13 @@ fn full_messages_stay_within_the_memory_limit() {
     arm.joints = vec![arm.joints[0].clone(); limits::MAX_LINKS];
     arm.tags = vec![arm.tags[0].clone(); limits::MAX_OBJECT_TAGS];
     taken_safely::<ArticulatedConfig>(&encode(&arm).unwrap());
+    let mut rig = samples::full_rig();
+    rig.cameras = vec![rig.cameras[1].clone(); limits::MAX_CAMERAS];
+    taken_safely::<FullRig>(&encode(&rig).unwrap());
+    let mut arm = samples::full_object();
+    arm.joints = vec![arm.joints[0].clone(); limits::MAX_LINKS];
+    arm.tags = vec![arm.tags[0].clone(); limits::MAX_OBJECT_TAGS];
+    taken_safely::<FullObject>(&encode(&arm).unwrap());
     let mut status = samples::fusion_status();
     status.cameras = vec![status.cameras[0].clone(); limits::MAX_CAMERAS];
     status.objects = vec![status.objects[0].clone(); limits::MAX_OBJECTS];

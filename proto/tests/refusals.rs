@@ -160,6 +160,51 @@ fn an_articulated_object_that_is_none_does_not_leave() {
 }
 
 #[test]
+fn a_full_rig_or_object_that_is_none_does_not_leave() {
+    type OfRig = fn(&mut FullRig);
+    let changes: [(&str, OfRig); 6] = [
+        ("cameras", |m| m.cameras = vec![m.cameras[0].clone(); 257]),
+        ("cameras[].resolution", |m| {
+            m.cameras[0].camera.resolution = [640, 0]
+        }),
+        ("cameras[].pose_sigma", |m| {
+            m.cameras[1].pose_sigma.as_mut().unwrap().position_m = -1e-9;
+        }),
+        ("cameras[].lens_sigma", |m| {
+            m.cameras[1].lens_sigma.as_mut().unwrap().distortion_px = f64::NAN;
+        }),
+        ("cameras[].line_delay_s", |m| {
+            m.cameras[0].line_delay_s = Some(f64::INFINITY);
+        }),
+        ("cameras[].exposure", |m| {
+            m.cameras[1].exposure.as_mut().unwrap().length_s = -0.5;
+        }),
+    ];
+    for (field, change) in changes {
+        let mut message = samples::full_rig();
+        change(&mut message);
+        let refused = Err(EncodeError::OutOfRange(OutOfRange(field)));
+        assert_eq!(encode(&message), refused, "{field}");
+    }
+    type OfObject = fn(&mut FullObject);
+    let changes: [(&str, OfObject); 5] = [
+        ("tags", |m| m.tags.clear()),
+        ("tags[].link", |m| m.tags[1].link = 3),
+        ("tags[].link", |m| m.links.clear()),
+        ("tags[].size_m", |m| m.tags[0].tag.size_m = 0.0),
+        ("tags[].sigma", |m| {
+            m.tags[0].sigma.as_mut().unwrap().orientation_rad = f64::NAN;
+        }),
+    ];
+    for (field, change) in changes {
+        let mut message = samples::full_object();
+        change(&mut message);
+        let refused = Err(EncodeError::OutOfRange(OutOfRange(field)));
+        assert_eq!(encode(&message), refused, "{field}");
+    }
+}
+
+#[test]
 fn a_refused_message_leaves_the_buffer_empty() {
     let mut buffer = vec![1, 2, 3];
     let mut message = samples::object_pose();

@@ -5,7 +5,8 @@ use serde::Serialize;
 use sextant_estimator::CameraId;
 use sextant_proto::{
     AnyMessage, ArticulatedConfig, CameraStatus, ClockReport, ConfigAnswer, DetectionReport,
-    FusionStatus, ObjectConfig, ObjectLinks, ObjectPose, Observations, RigConfig,
+    FullObject, FusionStatus, ObjectConfig, ObjectLinks, ObjectPose, ObjectTagConfig, Observations,
+    RigConfig,
 };
 
 /// A message as programs shall see it: as the contract has it, but of a preview the length stands for the picture.
@@ -56,6 +57,8 @@ pub fn text_of(message: &AnyMessage) -> String {
         AnyMessage::ObjectConfig(object) => object_config(object),
         AnyMessage::ObjectLinks(links) => object_links(links),
         AnyMessage::ArticulatedConfig(object) => articulated_config(object),
+        AnyMessage::FullRig(rig) => rig_config(&RigConfig::from(rig)),
+        AnyMessage::FullObject(object) => full_object(object),
         AnyMessage::ClockReport(report) => clock_report(report),
         AnyMessage::ConfigAnswer(answer) => config_answer(answer),
         AnyMessage::DetectionReport(report) => detection_report(report),
@@ -241,9 +244,14 @@ fn object_config(object: &ObjectConfig) -> String {
     if object.tags.is_empty() {
         return "no such object any more".to_owned();
     }
-    let tags = object
-        .tags
-        .iter()
-        .map(|tag| format!("{}:{}", tag.family, tag.id));
-    format!("tags: {}", tags.collect::<Vec<_>>().join(", "))
+    tags(object.tags.iter())
+}
+
+fn full_object(object: &FullObject) -> String {
+    tags(object.tags.iter().map(|one| &one.tag))
+}
+
+fn tags<'a>(tags: impl Iterator<Item = &'a ObjectTagConfig>) -> String {
+    let names = tags.map(|tag| format!("{}:{}", tag.family, tag.id));
+    format!("tags: {}", names.collect::<Vec<_>>().join(", "))
 }

@@ -8,7 +8,7 @@ use sextant_geometry::Pose;
 use sextant_tag_families::Family;
 use thiserror::Error;
 
-use crate::rig::is_finite;
+use crate::rig::{is_finite, is_same};
 use crate::{Articulation, ArticulationError, LinkId, ObjectId, PoseSigma};
 
 /// Which tag it is: its family and its number in the family.
@@ -201,7 +201,7 @@ impl ObjectModel {
                 let mut tags = model.tags.iter();
                 tags.find(|one| one.tag == *tag)?.object_from_tag
             };
-            if place(&self).is_some() && place(&self) == place(former) {
+            if is_same(place(&self), place(former)) {
                 self.tag_sigmas.entry(*tag).or_insert(*sigma);
             }
         }

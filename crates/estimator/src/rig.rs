@@ -208,7 +208,7 @@ impl Rig {
             };
             let id = &camera.id;
             if let Some(sigma) = former.pose_sigma(id)
-                && before.world_from_camera == camera.world_from_camera
+                && is_same(before.world_from_camera, camera.world_from_camera)
             {
                 self.pose_sigmas.entry(id.clone()).or_insert(sigma);
             }
@@ -271,6 +271,20 @@ fn check(camera: &Camera) -> Result<(), RigError> {
         Some(pose) if !is_finite(pose) => Err(RigError::Pose(camera.id.clone())),
         _ => Ok(()),
     }
+}
+
+/// How far two poses may be apart, m and as quaternions, that are the same: a pose that was sent may come back with other last
+/// digits.
+const ROUNDING: f64 = 1e-9;
+
+/// Whether both are there and the same, up to rounding.
+pub(crate) fn is_same(one: Option<Pose>, other: Option<Pose>) -> bool {
+    let Some((one, other)) = one.zip(other) else {
+        return false;
+    };
+    let (a, b) = (one.rotation.coords, other.rotation.coords);
+    let apart = (one.translation.vector - other.translation.vector).norm();
+    apart <= ROUNDING && (a - b).norm().min((a + b).norm()) <= ROUNDING
 }
 
 /// Whether position and orientation are all finite.

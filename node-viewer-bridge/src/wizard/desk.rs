@@ -74,8 +74,7 @@ impl Desk {
         answer
     }
 
-    /// The rig in force, with what the folder's file states of it and messages don't carry; that of the folder while there is no
-    /// fusion node.
+    /// The rig in force, with what besides the folder's file states of it; that of the folder while there is no fusion node.
     fn rig_of_site(&self, known: &Known) -> Result<Rig, Refusal> {
         let file = self.folder.as_ref().map(|folder| folder.join("rig.toml"));
         let kept = match file.filter(|file| file.exists()) {
@@ -97,12 +96,33 @@ impl Desk {
         }
     }
 
+    /// The rig in force, with all that is stated of it.
     pub(crate) fn take_rig(&self, rig: Rig) {
         self.lock().known.rig = Some(rig);
     }
 
+    /// The cameras in force, without what is stated of them.
+    pub(crate) fn take_cameras(&self, rig: Rig) {
+        let known = &mut self.lock().known.rig;
+        *known = Some(match known.take() {
+            Some(before) => rig.holding_on_to(&before),
+            None => rig,
+        });
+    }
+
+    /// An object in force, with all that is stated of it.
     pub(crate) fn take_object(&self, object: ObjectModel) {
         self.lock().known.take_object(object);
+    }
+
+    /// The tags of an object in force, without what is stated of them.
+    pub(crate) fn take_tags(&self, object: ObjectModel) {
+        let known = &mut self.lock().known;
+        let held = match known.object(object.id()) {
+            Some(before) => object.holding_on_to(before),
+            None => object,
+        };
+        known.take_object(held);
     }
 
     pub(crate) fn forget_object(&self, id: &ObjectId) {

@@ -1,7 +1,7 @@
 //! A result on its way to the running site: published as `sextant config set` does, and what its fusion nodes answer.
 
 use sextant_calibrator::procedure::Product;
-use sextant_proto::{ConfigAnswer, NodeId, ObjectConfig, Outcome, RigConfig, encode, fingerprint};
+use sextant_proto::{ConfigAnswer, FullObject, FullRig, NodeId, Outcome, encode, fingerprint};
 use sextant_site_files::{object_toml, rig_toml};
 use std::collections::{BTreeMap, BTreeSet};
 use std::time::{Duration, Instant};
@@ -13,17 +13,17 @@ const PATIENCE: Duration = Duration::from_secs(3);
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum Outgoing {
     /// Of the rig.
-    Rig(RigConfig),
+    Rig(FullRig),
     /// Of an object.
-    Object(ObjectConfig),
+    Object(FullObject),
 }
 
 impl Outgoing {
     /// The message that puts a result into force.
     pub(super) fn of(product: &Product) -> Self {
         match product {
-            Product::Rig(rig) => Self::Rig(RigConfig::from(rig)),
-            Product::Object(object) => Self::Object(ObjectConfig::from(object)),
+            Product::Rig(rig) => Self::Rig(FullRig::from(rig)),
+            Product::Object(object) => Self::Object(FullObject::from(object)),
         }
     }
 
@@ -133,7 +133,7 @@ mod tests {
 
     #[test]
     fn every_node_is_waited_for_but_not_for_ever() {
-        let outgoing = Outgoing::Rig(RigConfig { cameras: vec![] });
+        let outgoing = Outgoing::Rig(FullRig { cameras: vec![] });
         let number = outgoing.fingerprint().unwrap();
         let nodes = ["a", "b"].map(|node| NodeId::new(node).unwrap());
         let start = Instant::now();

@@ -71,7 +71,7 @@ impl Message for ArticulatedConfig {
 }
 
 impl JointConfig {
-    fn check(&self) -> Result<(), OutOfRange> {
+    pub(crate) fn check(&self) -> Result<(), OutOfRange> {
         check::finite(&self.axis, "joints[].axis")?;
         PoseConfig::check(Some(self.parent_from_joint), "joints[].parent_from_joint")?;
         let [lowest, highest] = self.limits.unwrap_or([0.0, 1.0]);

@@ -105,7 +105,7 @@ impl Message for ObjectConfig {
 }
 
 impl CameraConfig {
-    fn check(&self) -> Result<(), OutOfRange> {
+    pub(crate) fn check(&self) -> Result<(), OutOfRange> {
         holds(!self.resolution.contains(&0), "cameras[].resolution")?;
         check::finite(&self.lens.numbers(), "cameras[].lens")?;
         PoseConfig::check(self.world_from_camera, "cameras[].world_from_camera")

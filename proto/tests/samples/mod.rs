@@ -5,7 +5,7 @@
     reason = "each test file takes the samples that it needs, and a test may panic"
 )]
 
-use sextant_estimator::{CameraId, JointId, JointKind, LinkId, ObjectId, State};
+use sextant_estimator::{CameraId, JointId, JointKind, LinkId, ObjectId, Stamp, State};
 use sextant_proto::*;
 use sextant_tag_families::Family;
 
@@ -344,5 +344,57 @@ pub fn config_answer() -> ConfigAnswer {
         fingerprint: 0x0123_4567_89ab_cdef,
         outcome: Outcome::Refused,
         words: "tag tag36h11:3 is on object cube and on object box".into(),
+    }
+}
+
+pub fn full_rig() -> FullRig {
+    let mut cameras = rig_config().cameras.into_iter();
+    let plain = |camera| FullCamera {
+        camera,
+        pose_sigma: None,
+        lens_sigma: None,
+        line_delay_s: None,
+        exposure: None,
+    };
+    let first = plain(cameras.next().unwrap());
+    let second = FullCamera {
+        pose_sigma: Some(SigmaConfig {
+            position_m: 0.000_5,
+            orientation_rad: 0.000_25,
+        }),
+        lens_sigma: Some(LensSigmaConfig {
+            focal_px: 0.25,
+            distortion_px: 0.125,
+        }),
+        line_delay_s: Some(-2.5e-5),
+        exposure: Some(ExposureConfig {
+            length_s: 0.004,
+            stamp: Stamp::End,
+        }),
+        ..plain(cameras.next().unwrap())
+    };
+    FullRig {
+        cameras: [first, second]
+            .into_iter()
+            .chain(cameras.map(plain))
+            .collect(),
+    }
+}
+
+pub fn full_object() -> FullObject {
+    let arm = articulated_config();
+    let known = SigmaConfig {
+        position_m: 0.000_125,
+        orientation_rad: 0.002,
+    };
+    let sigmas = [Some(known), None];
+    let tags = arm.tags.into_iter().zip(sigmas);
+    FullObject {
+        id: arm.id,
+        links: arm.links,
+        joints: arm.joints,
+        tags: tags
+            .map(|(LinkTagConfig { link, tag }, sigma)| FullTag { link, tag, sigma })
+            .collect(),
     }
 }

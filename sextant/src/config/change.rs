@@ -8,9 +8,7 @@ use crate::words;
 use anyhow::{Context, bail};
 use sextant_estimator::ObjectId;
 use sextant_process::{Exit, Failure, WithExit};
-use sextant_proto::{
-    ArticulatedConfig, ConfigAnswer, Message, ObjectConfig, Outcome, RigConfig, encode,
-};
+use sextant_proto::{ConfigAnswer, FullObject, FullRig, Message, ObjectConfig, Outcome, encode};
 use sextant_site_files::{read_object, read_rig};
 use sextant_zenoh_bus::Qos;
 use std::path::Path;
@@ -22,8 +20,7 @@ use std::path::Path;
 pub fn set_rig(file: &Path, site: &SiteArguments, format: Format) -> anyhow::Result<()> {
     let rig = read_rig(file).exit_with(Exit::Input)?;
     let site = site.open()?;
-    let key = site.keys.config_rig();
-    change(&site, &key, &RigConfig::from(&rig), format)
+    change(&site, &site.keys.full_rig(), &FullRig::from(&rig), format)
 }
 
 /// Publishes the object of a file.
@@ -33,16 +30,8 @@ pub fn set_rig(file: &Path, site: &SiteArguments, format: Format) -> anyhow::Res
 pub fn set_object(file: &Path, site: &SiteArguments, format: Format) -> anyhow::Result<()> {
     let object = read_object(file).exit_with(Exit::Input)?;
     let site = site.open()?;
-    match ArticulatedConfig::of(&object) {
-        Some(message) => {
-            let key = site.keys.config_articulated(object.id());
-            change(&site, &key, &message, format)
-        }
-        None => {
-            let key = site.keys.config_object(object.id());
-            change(&site, &key, &ObjectConfig::from(&object), format)
-        }
-    }
+    let key = site.keys.full_object(object.id());
+    change(&site, &key, &FullObject::from(&object), format)
 }
 
 /// Asks for an object's removal.

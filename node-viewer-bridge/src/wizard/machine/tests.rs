@@ -3,7 +3,7 @@
 use super::*;
 use crate::wizard::samples;
 use sextant_calibrator::procedure::Product;
-use sextant_proto::{NodeId, ObjectConfig, Outcome as Answer, encode, fingerprint};
+use sextant_proto::{FullObject, NodeId, Outcome as Answer, encode, fingerprint};
 use std::time::Duration;
 
 const LEARN: &str = r#"{"do":"start","wizard":"learn","id":"cube","cameras":["a"],"tags":[
@@ -93,7 +93,7 @@ impl Bench {
         let Product::Object(object) = &found.product else {
             panic!("no object");
         };
-        let payload = encode(&ObjectConfig::from(object)).unwrap();
+        let payload = encode(&FullObject::from(object)).unwrap();
         let answer = ConfigAnswer {
             node: NodeId::new(node).unwrap(),
             key: "config/object/cube".to_owned(),
