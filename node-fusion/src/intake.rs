@@ -24,7 +24,12 @@ pub struct Counts {
     pub rejected: Rejections,
     /// Messages taken when the last status was made.
     at_last_status: u64,
+    /// Seconds of statuses without a message.
+    silent_s: f64,
 }
+
+/// A camera that has sent nothing for so long while others do is named, s.
+const SILENCE_S: f64 = 3.0;
 
 impl Intake {
     /// An intake for the cameras of a rig.
@@ -100,6 +105,24 @@ impl Intake {
         self.foreign
     }
 
+    /// The cameras that had sent and send no more while others do, in words; as of the last status lines.
+    #[must_use]
+    pub fn silences(&self) -> Vec<String> {
+        if !self.cameras.values().any(|counts| counts.silent_s == 0.0) {
+            // Nobody sends: that is no camera's fault.
+            return Vec::new();
+        }
+        let gone = |counts: &Counts| counts.received > 0 && counts.silent_s >= SILENCE_S;
+        let silent = self.cameras.iter().filter(|(_, counts)| gone(counts));
+        let words = silent.map(|(camera, counts)| {
+            let seconds = counts.silent_s;
+            format!(
+                "camera {camera} has sent nothing for {seconds:.0} s: is it on, and its network?"
+            )
+        });
+        words.collect()
+    }
+
     /// The status lines of every camera, with rates over the `elapsed_s` since the last call.
     pub fn cameras(&mut self, elapsed_s: f64) -> Vec<CameraIntake> {
         self.cameras
@@ -113,6 +136,11 @@ impl Counts {
     fn status(&mut self, camera: &CameraId, elapsed_s: f64) -> CameraIntake {
         let new = self.received - self.at_last_status;
         self.at_last_status = self.received;
+        self.silent_s = if new > 0 {
+            0.0
+        } else {
+            self.silent_s + elapsed_s
+        };
         CameraIntake {
             camera: camera.clone(),
             received: self.received,
@@ -169,6 +197,33 @@ mod tests {
         let (mut intake, key) = intake();
         assert!(intake.take(&key, &message("south")).is_none());
         assert_eq!(intake.cameras(1.0)[0].rejected.wrong_camera, 1);
+    }
+
+    #[test]
+    fn a_camera_that_falls_silent_is_named_until_it_is_back() {
+        let keys = Keys::new("site").unwrap();
+        let ids = ["north", "south", "never"].map(|id| CameraId::new(id).unwrap());
+        let key_of = |id: &CameraId| keys.observations(id);
+        let (north, south) = (key_of(&ids[0]), key_of(&ids[1]));
+        let mut intake = Intake::new(keys.clone(), ids);
+        intake.take(&south, &message("south"));
+        for _ in 0..3 {
+            intake.take(&north, &message("north"));
+            intake.cameras(2.0);
+        }
+        let told = intake.silences();
+        assert_eq!(told.len(), 1, "{told:?}");
+        assert!(
+            told[0].starts_with("camera south has sent nothing for 4 s"),
+            "{told:?}"
+        );
+        // Where nobody sends the network is at fault.
+        intake.cameras(2.0);
+        assert!(intake.silences().is_empty());
+        intake.take(&south, &message("south"));
+        intake.take(&north, &message("north"));
+        intake.cameras(2.0);
+        assert!(intake.silences().is_empty());
     }
 
     #[test]

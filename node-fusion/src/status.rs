@@ -61,11 +61,10 @@ impl StatusBook {
     pub fn status(&mut self, intake: &mut Intake, machine: &Fusion, now_ns: u64) -> FusionStatus {
         let elapsed_s = now_ns.saturating_sub(self.last_ns) as f64 / 1e9;
         self.last_ns = now_ns;
-        let cameras = intake
-            .cameras(elapsed_s)
-            .into_iter()
-            .map(|camera| with_statistics(camera, machine.statistics()))
-            .collect();
+        let cameras = intake.cameras(elapsed_s).into_iter();
+        let cameras = cameras.map(|camera| with_statistics(camera, machine.statistics()));
+        let cameras = cameras.collect();
+        let others = self.others(intake, now_ns);
         FusionStatus {
             node: self.node.clone(),
             version: env!("CARGO_PKG_VERSION").to_owned(),
@@ -77,8 +76,18 @@ impl StatusBook {
                 .iter_mut()
                 .map(|(id, object)| object.health(id, elapsed_s))
                 .collect(),
-            faults: sentences(&machine.faults(), self.refusals.sentences(now_ns)),
+            faults: sentences(&machine.faults(), others),
         }
+    }
+}
+
+impl StatusBook {
+    /// Cameras that fell silent, at most half of the sentences, and changes that were refused.
+    fn others(&mut self, intake: &Intake, now_ns: u64) -> Vec<String> {
+        let mut words = intake.silences();
+        words.truncate(limits::MAX_SENTENCES / 2);
+        words.extend(self.refusals.sentences(now_ns));
+        words
     }
 }
 
@@ -103,17 +112,17 @@ impl ObjectCount {
     }
 }
 
-/// What is wrong with the site and what was refused, in as many sentences as a status may have; the last one counts the
-/// faults left out.
-fn sentences(faults: &[Fault], refusals: Vec<String>) -> Vec<String> {
-    let room = limits::MAX_SENTENCES.saturating_sub(refusals.len());
+/// What is wrong with the site and what else there is to say, in as many sentences as a status may have; the last of the first
+/// counts those left out.
+fn sentences(faults: &[Fault], others: Vec<String>) -> Vec<String> {
+    let room = limits::MAX_SENTENCES.saturating_sub(others.len());
     let left_out = faults.len().saturating_sub(room);
     let shown = faults.len().min(room) - usize::from(left_out > 0 && room > 0);
     let mut sentences: Vec<String> = faults[..shown].iter().map(Fault::to_string).collect();
     if left_out > 0 {
         sentences.push(format!("and {} faults more", faults.len() - shown));
     }
-    sentences.extend(refusals);
+    sentences.extend(others);
     sentences
         .iter()
         .map(|sentence| limits::clipped(sentence, limits::MAX_SENTENCE_BYTES))

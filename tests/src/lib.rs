@@ -15,7 +15,7 @@ mod workshop;
 pub use demo::{Demo, Ended, send};
 pub use fused_site::{FusedSite, PATIENCE};
 pub use program::{sextant, workspace_root};
-pub use scene::{Scene, changed, tag_of};
+pub use scene::{Scene, changed, place, tag_of};
 pub use studio::{Shots, Studio, looking_at};
 pub use traces::Traces;
 pub use workshop::{BOARD, FIRST_OF_CUBE, Workshop};

@@ -123,8 +123,9 @@ impl Scene {
     }
 }
 
-/// Where the k-th cube is: it swings and turns, each in its own place and rhythm.
-fn place(k: usize, seconds: f64) -> Pose {
+/// Where the k-th cube is so many seconds after the start: it swings and turns, each in its own place and rhythm.
+#[must_use]
+pub fn place(k: usize, seconds: f64) -> Pose {
     let phase = k as f64;
     let around = std::f64::consts::TAU * phase / 5.0;
     let swing = |rhythm: f64| 0.08 * (rhythm * seconds + phase).sin();

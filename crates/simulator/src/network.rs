@@ -7,6 +7,7 @@ use crate::random::{Random, key_of_name};
 use crate::scenario::Scenario;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
+use std::ops::Range;
 
 /// The most payloads under way at once; what is sent beyond it is lost, as in a full queue.
 pub const MAX_UNDER_WAY: usize = 4096;
@@ -27,6 +28,20 @@ pub struct NetworkFaults {
     pub reorder_ms: f64,
     /// Probability that a message arrives twice.
     pub duplicate: f64,
+    /// From when until when the camera is cut off, seconds after its first message: what is sent or would arrive meanwhile is
+    /// lost. Nothing is where both are the same.
+    pub partition_s: [f64; 2],
+}
+
+impl NetworkFaults {
+    /// When the camera is cut off that sent its first message then.
+    fn cut_off_ns(&self, first_sent_ns: u64) -> Range<u64> {
+        let [from, until] = self.partition_s.map(|seconds| {
+            let after_ns = (seconds.max(0.0) * 1e9).round() as u64;
+            first_sent_ns.saturating_add(after_ns)
+        });
+        from..until
+    }
 }
 
 /// A payload that has arrived.
@@ -53,6 +68,7 @@ pub struct Network<T> {
 struct Link {
     faults: NetworkFaults,
     random: Random,
+    first_sent_ns: Option<u64>,
     last_arrival_ns: u64,
 }
 
@@ -66,6 +82,7 @@ impl<T: Clone> Network<T> {
                 key_of_name("network"),
                 key_of_name(&camera.id),
             ]),
+            first_sent_ns: None,
             last_arrival_ns: 0,
         };
         Self {
@@ -134,7 +151,7 @@ struct Fate {
 
 impl Fate {
     fn is_empty(&self) -> bool {
-        self.first.is_none()
+        self.first.is_none() && self.second.is_none()
     }
 
     fn into_iter(self) -> impl Iterator<Item = u64> {
@@ -145,12 +162,14 @@ impl Fate {
 impl Link {
     /// Draws the same count of random numbers whatever the faults are, so that one fault doesn't change another's pattern.
     fn fate(&mut self, sent_ns: u64) -> Fate {
+        let since_ns = *self.first_sent_ns.get_or_insert(sent_ns);
+        let cut_off = self.faults.cut_off_ns(since_ns);
         let lost = self.random.chance(self.faults.loss);
         let doubled = self.random.chance(self.faults.duplicate);
         let held = self.random.chance(self.faults.reorder);
         let arrival_ns = sent_ns.saturating_add(self.delay_ns());
         let copy_delay_ns = self.delay_ns();
-        if lost {
+        if lost || cut_off.contains(&sent_ns) {
             return Fate {
                 first: None,
                 second: None,
@@ -162,9 +181,11 @@ impl Link {
             self.last_arrival_ns = self.last_arrival_ns.max(arrival_ns);
             self.last_arrival_ns
         };
+        let second = doubled.then(|| first.saturating_add(copy_delay_ns));
+        let arrives = |arrival_ns: &u64| !cut_off.contains(arrival_ns);
         Fate {
-            first: Some(first),
-            second: doubled.then(|| first.saturating_add(copy_delay_ns)),
+            first: Some(first).filter(arrives),
+            second: second.filter(arrives),
         }
     }
 
@@ -205,6 +226,7 @@ mod tests {
         reorder: 0.05,
         reorder_ms: 60.0,
         duplicate: 0.1,
+        partition_s: [0.0; 2],
     };
 
     #[test]
@@ -257,6 +279,30 @@ mod tests {
             reorder_ms: 50.0,
             ..jittery
         }));
+    }
+
+    #[test]
+    fn a_camera_that_is_cut_off_loses_what_falls_into_that_time_and_nothing_else() {
+        let cut = NetworkFaults {
+            partition_s: [2.0, 4.5],
+            ..BAD
+        };
+        let first_ns = |camera: usize| 1_000_000_000 + 10_000_000 * camera as u64;
+        let falls_into = |time_ns: u64, camera: usize| {
+            let from_ns = first_ns(camera) + 2_000_000_000;
+            (from_ns..from_ns + 2_500_000_000).contains(&time_ns)
+        };
+        let passes = |arrival: &Arrival<u32>| {
+            let sent_ns = arrival.capture_ns + 5_000_000;
+            ![sent_ns, arrival.arrival_ns]
+                .into_iter()
+                .any(|time_ns| falls_into(time_ns, arrival.camera))
+        };
+        // The first message of either camera passes, so that both count from it.
+        let mut without = run(BAD, 9);
+        without.retain(passes);
+        assert_eq!(run(cut, 9), without);
+        assert!((600..850).contains(&without.len()), "{}", without.len());
     }
 
     #[test]

@@ -154,7 +154,10 @@ impl SceneCamera {
         check("network.duplicate", self.network.duplicate, 0.0..=1.0)?;
         check("network.delay_ms", self.network.delay_ms, 0.0..=1e6)?;
         check("network.jitter_ms", self.network.jitter_ms, 0.0..=1e6)?;
-        check("network.reorder_ms", self.network.reorder_ms, 0.0..=1e6)
+        check("network.reorder_ms", self.network.reorder_ms, 0.0..=1e6)?;
+        let [from_s, until_s] = self.network.partition_s;
+        check("network.partition_s", from_s, 0.0..=1e9)?;
+        check("network.partition_s", until_s, from_s..=1e9)
     }
 }
 
@@ -299,6 +302,11 @@ mod tests {
         assert_eq!(
             error.to_string(),
             "rate_hz of camera \"south\" is NaN, but must be from 0.1 to 1000"
+        );
+        let error = refusal(|s| s.cameras[1].network.partition_s = [3.0, 2.0]);
+        assert!(
+            error.to_string().contains("network.partition_s of camera"),
+            "{error}"
         );
         let error = refusal(|s| s.cameras[0].exposure_ns = 1_000_000_000);
         assert!(
