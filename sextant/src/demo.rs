@@ -42,6 +42,9 @@ pub struct DemoArguments {
     /// Tagged objects that move on it.
     #[arg(long, default_value_t = 3, value_parser = clap::value_parser!(u8).range(1..=12))]
     objects: u8,
+    /// With an arm of two joints and three links in the middle, around which the others move.
+    #[arg(long)]
+    arm: bool,
     /// End after so many seconds; without it the demo runs until Ctrl-C.
     #[arg(long, value_name = "SECONDS", value_parser = parse_seconds)]
     duration: Option<Duration>,
@@ -57,6 +60,17 @@ pub struct DemoArguments {
     /// Name of the demo's site, the middle of every key on the network.
     #[arg(long, default_value = "demo", value_name = "NAME")]
     site: SiteId,
+}
+
+impl DemoArguments {
+    fn scenario(&self) -> Scenario {
+        let make = if self.arm {
+            Scenario::demo_with_arm
+        } else {
+            Scenario::demo
+        };
+        make(self.cameras.into(), self.objects.into(), self.seed.into())
+    }
 }
 
 fn parse_seconds(text: &str) -> Result<Duration, String> {
@@ -84,11 +98,7 @@ pub struct Summary {
 pub fn run(arguments: &DemoArguments, format: crate::output::Format) -> anyhow::Result<()> {
     let shutdown = Shutdown::install()?;
     let page = free_page_address(arguments.port)?;
-    let scenario = Scenario::demo(
-        arguments.cameras.into(),
-        arguments.objects.into(),
-        arguments.seed.into(),
-    );
+    let scenario = arguments.scenario();
     let bus = open_router(&shutdown)?;
     let router = bus
         .endpoints()

@@ -50,6 +50,38 @@ fn a_demo_is_accurate_and_leaves_nothing_behind() {
 }
 
 #[test]
+fn an_arm_is_one_object_among_others_and_judged_by_its_links() {
+    let demo = Demo::start(&[
+        "--arm",
+        "--objects",
+        "1",
+        "--cameras",
+        "3",
+        "--duration",
+        "6",
+    ]);
+    let id = demo.id();
+    let ended = demo.wait();
+    assert!(ended.status.success(), "{:?}", ended.status);
+    let summary = ended.summary;
+    let objects = summary["objects"].as_array().expect("objects");
+    let ids: Vec<&str> = objects
+        .iter()
+        .filter_map(|one| one["id"].as_str())
+        .collect();
+    assert_eq!(
+        ids,
+        ["arm.base", "arm.fore", "arm.upper", "cuboid"],
+        "{summary}"
+    );
+    for object in objects {
+        assert!(number(&object["position_rms_mm"]) < 6.0, "{summary}");
+        assert!(number(&object["attitude_rms_deg"]) < 3.0, "{summary}");
+    }
+    assert!(Traces::of(id).is_none(), "{:?}", Traces::of(id));
+}
+
+#[test]
 fn every_process_stays_within_its_memory() {
     let demo = Demo::start(&["--cameras", "2"]);
     for (name, id) in &demo.processes {

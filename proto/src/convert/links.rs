@@ -45,6 +45,17 @@ impl From<&LinkEstimate> for LinkPose {
     }
 }
 
+impl LinkPose {
+    /// `world_from_link`.
+    #[must_use]
+    pub fn world_from_link(&self) -> Pose {
+        Pose::from(&PoseConfig {
+            position: self.position,
+            orientation: self.orientation,
+        })
+    }
+}
+
 impl ArticulatedConfig {
     /// The message of an object; none where it is rigid.
     #[must_use]

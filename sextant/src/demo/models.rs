@@ -1,9 +1,11 @@
 //! What a site would have calibrated and learned: the rig and the constellations, taken from the scenario.
 
+use anyhow::Context;
 use sextant_estimator::{
-    Camera, CameraId, IdError, ObjectError, ObjectId, ObjectModel, ObjectTag, Rig, TagId,
+    Articulation, Camera, CameraId, IdError, Joint, JointId, JointKind, LinkId, ObjectId,
+    ObjectModel, ObjectTag, Rig, TagId,
 };
-use sextant_simulator::{SceneCamera, SceneObject};
+use sextant_simulator::{PathJointKind, Scenario, SceneCamera, SceneObject};
 
 /// The cameras as a rig file has them.
 pub fn rig(cameras: &[SceneCamera]) -> anyhow::Result<Rig> {
@@ -24,16 +26,114 @@ fn camera(camera: &SceneCamera) -> Result<Camera, IdError> {
     })
 }
 
-/// The object as an object file has it.
-pub fn object(object: &SceneObject) -> anyhow::Result<ObjectModel> {
-    let tags = object.tags.iter().map(|tag| ObjectTag {
+/// An object as fusion knows it: one of the scenario's, or several that hang together by joints, its links.
+#[derive(Debug, Clone, Copy)]
+pub struct Body<'a> {
+    links: &'a [SceneObject],
+}
+
+/// The objects of a scenario; links follow their base.
+pub fn bodies(scenario: &Scenario) -> impl Iterator<Item = Body<'_>> {
+    let together = scenario
+        .objects
+        .chunk_by(|_, next| !next.path.joints.is_empty());
+    together.map(|links| Body { links })
+}
+
+impl<'a> Body<'a> {
+    /// Its id: that of its object, or what its links' ids begin with.
+    pub fn id(&self) -> &'a str {
+        let base = self.base().id.as_str();
+        match self.links {
+            [_] => base,
+            _ => base.rsplit_once('-').map_or(base, |(id, _)| id),
+        }
+    }
+
+    /// Its object, or the link that the others hang on.
+    pub fn base(&self) -> &'a SceneObject {
+        &self.links[0]
+    }
+
+    /// Its links by name; none where it is rigid.
+    pub fn links(&self) -> impl Iterator<Item = (&'a str, &'a SceneObject)> + use<'a> {
+        let links = if self.links.len() > 1 {
+            self.links
+        } else {
+            &[]
+        };
+        links.iter().map(|link| (name_of(link), link))
+    }
+
+    /// As an object file has it.
+    pub fn model(&self) -> anyhow::Result<ObjectModel> {
+        let id = ObjectId::new(self.id())?;
+        if let [object] = self.links {
+            return Ok(ObjectModel::new(id, tags(object).collect())?);
+        }
+        let names = self.links().map(|(name, _)| LinkId::new(name));
+        let names: Vec<LinkId> = names.collect::<Result<_, _>>()?;
+        let pairs = names.windows(2).zip(&self.links[1..]);
+        let joints = pairs.map(|(pair, link)| joint(&pair[0], &pair[1], link));
+        let tree = Articulation::new(names.clone(), joints.collect::<anyhow::Result<_>>()?)?;
+        let on_links = names.iter().zip(self.links);
+        let on_links =
+            on_links.flat_map(|(name, link)| tags(link).map(move |tag| (name.clone(), tag)));
+        Ok(ObjectModel::articulated(id, tree, on_links.collect())?)
+    }
+}
+
+/// The last part of a link's id.
+fn name_of(link: &SceneObject) -> &str {
+    let id = link.id.as_str();
+    id.rsplit_once('-').map_or(id, |(_, name)| name)
+}
+
+/// The joint between a link and the one that it carries: the last on that one's path.
+fn joint(parent: &LinkId, child: &LinkId, link: &SceneObject) -> anyhow::Result<Joint> {
+    let joint = link.path.joints.last().context("a link without a joint")?;
+    Ok(Joint {
+        id: JointId::new(&joint.id)?,
+        kind: match joint.kind {
+            PathJointKind::Revolute => JointKind::Revolute,
+            PathJointKind::Prismatic => JointKind::Prismatic,
+        },
+        parent: parent.clone(),
+        child: child.clone(),
+        axis: joint.axis.into(),
+        parent_from_joint: joint.parent_from_joint,
+        limits: Some(joint.limits),
+        max_speed: None,
+    })
+}
+
+fn tags(object: &SceneObject) -> impl Iterator<Item = ObjectTag> {
+    object.tags.iter().map(|tag| ObjectTag {
         tag: TagId {
             family: tag.family,
             id: tag.id,
         },
         size_m: tag.size,
         object_from_tag: Some(tag.object_from_tag),
-    });
-    Ok(ObjectModel::new(ObjectId::new(&object.id)?, tags.collect())
-        .map_err(|cause: ObjectError| cause)?)
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_arm_among_objects_is_one_object_of_links() {
+        let scenario = Scenario::demo_with_arm(2, 2, 1);
+        let models: Vec<ObjectModel> = bodies(&scenario)
+            .map(|body| body.model().unwrap())
+            .collect();
+        let ids: Vec<&str> = models.iter().map(|model| model.id().as_str()).collect();
+        assert_eq!(ids, ["cuboid", "prism", "arm"]);
+        let tree = models[2].articulation().unwrap();
+        let links: Vec<&str> = tree.links().iter().map(LinkId::as_str).collect();
+        assert_eq!(links, ["base", "upper", "fore"]);
+        assert_eq!(tree.joints().len(), 2);
+        assert_eq!(models[2].tags().len(), 9);
+    }
 }

@@ -39,7 +39,7 @@ impl PoseError {
 }
 
 impl Score {
-    /// A score from `from_ns` on; coverage is counted in slots of one image period.
+    /// A score of these objects and links from `from_ns` on; coverage is counted in slots of one image period.
     pub fn new(objects: impl IntoIterator<Item = String>, rate_hz: f64, from_ns: u64) -> Self {
         let slot_ns = (1e9 / rate_hz) as u64;
         let objects = objects
@@ -55,19 +55,25 @@ impl Score {
         }
     }
 
-    /// Counts a pose with its error. Poses of captures before the start don't count.
-    pub fn count(&mut self, message: &ObjectPose, error: PoseError) {
-        let Some(since_ns) = message.capture_ns.checked_sub(self.from_ns) else {
+    /// Counts a pose of an object or link with its error. Poses of captures before the start don't count.
+    pub fn count(&mut self, name: &str, capture_ns: u64, error: PoseError) {
+        let Some(since_ns) = capture_ns.checked_sub(self.from_ns) else {
             return;
         };
-        let Some(object) = self.objects.get_mut(message.object.as_str()) else {
+        let Some(object) = self.objects.get_mut(name) else {
             return;
         };
         let slot = since_ns / self.slot_ns;
         self.newest_slot = self.newest_slot.max(slot);
         object.count(slot, error);
-        self.latency
-            .count(message.published_ns.saturating_sub(message.capture_ns));
+    }
+
+    /// Counts how long an object's pose took.
+    pub fn count_latency(&mut self, message: &ObjectPose) {
+        if message.capture_ns >= self.from_ns {
+            self.latency
+                .count(message.published_ns.saturating_sub(message.capture_ns));
+        }
     }
 
     /// The scores so far, sorted by object.
@@ -87,7 +93,7 @@ impl Score {
     }
 }
 
-/// An object in the summary.
+/// An object or a link in the summary.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ObjectSummary {
     /// Its name.

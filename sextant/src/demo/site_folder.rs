@@ -3,11 +3,12 @@
 //! A folder is held by a lock on a file in it. One that nobody holds is left over from a demo that was killed: the next
 //! demo removes it, with the shared memory that its processes left.
 
+use crate::demo::models::bodies;
 use anyhow::Context;
 use node_camera::{CameraNodeConfig, SourceConfig};
 use node_fusion::{FusionConfig, RefinementConfig};
 use node_viewer_bridge::ViewerConfig;
-use sextant_estimator::{CameraId, ObjectModel};
+use sextant_estimator::CameraId;
 use sextant_iceoryx_images::{IceoryxOptions, remove_dead};
 use sextant_proto::{NodeId, SiteId};
 use sextant_simulator::Scenario;
@@ -74,9 +75,9 @@ impl SiteFolder {
     fn write_models(&self, scenario: &Scenario) -> anyhow::Result<()> {
         let rig = super::models::rig(&scenario.cameras)?;
         write_rig(&self.root.join("rig.toml"), &rig)?;
-        for object in &scenario.objects {
-            let model: ObjectModel = super::models::object(object)?;
-            write_object(&self.root.join(format!("{}.toml", object.id)), &model)?;
+        for body in bodies(scenario) {
+            let file = self.root.join(format!("{}.toml", body.id()));
+            write_object(&file, &body.model()?)?;
         }
         write_toml(&self.root.join("scenario.toml"), scenario)?;
         Ok(())
@@ -88,10 +89,8 @@ impl SiteFolder {
             site: addresses.site.clone(),
             node: NodeId::new("fusion")?,
             rig: "rig.toml".into(),
-            objects: scenario
-                .objects
-                .iter()
-                .map(|object| format!("{}.toml", object.id).into())
+            objects: bodies(scenario)
+                .map(|body| format!("{}.toml", body.id()).into())
                 .collect(),
             keep_changes: false,
             refinement: RefinementConfig::default(),

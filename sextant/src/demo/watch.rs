@@ -1,6 +1,7 @@
 //! Watches the demo's network: scores each pose against the truth, publishes the truth, keeps each camera's last status.
 
 use crate::demo::Summary;
+use crate::demo::models::{Body, bodies};
 use crate::demo::processes::Processes;
 use crate::demo::score::{PoseError, Score};
 use crate::demo::site_folder::SiteFolder;
@@ -9,7 +10,9 @@ use serde::Serialize;
 use sextant_estimator::{CameraId, ObjectId};
 use sextant_geometry::{Pose, PoseParts};
 use sextant_process::{Shutdown, now_ns};
-use sextant_proto::{CameraStatus, Keys, ObjectPose, ObjectTruth, decode, limits};
+use sextant_proto::{
+    CameraStatus, Keys, LinkPose, ObjectLinks, ObjectPose, ObjectTruth, decode, limits,
+};
 use sextant_simulator::Scenario;
 use sextant_zenoh_bus::{Bus, BusError, DropRule, Publisher, Qos, Subscription};
 use std::collections::BTreeMap;
@@ -39,6 +42,7 @@ pub struct CameraSummary {
 pub struct Watch<'a> {
     scenario: &'a Scenario,
     poses: Subscription,
+    links: Subscription,
     statuses: Subscription,
     truths: BTreeMap<ObjectId, TruthOutlet>,
     cameras: BTreeMap<CameraId, CameraStatus>,
@@ -65,11 +69,7 @@ impl<'a> Watch<'a> {
         let subscribe =
             |key: String| bus.subscribe(&key, 1024, DropRule::Oldest, limits::MAX_PAYLOAD_BYTES);
         let mut truths = BTreeMap::new();
-        for id in scenario
-            .objects
-            .iter()
-            .filter_map(|object| ObjectId::new(&object.id).ok())
-        {
+        for id in bodies(scenario).filter_map(|body| ObjectId::new(body.id()).ok()) {
             let publisher = bus.publisher(&keys.truth(&id), Qos::Status)?;
             truths.insert(
                 id,
@@ -83,10 +83,11 @@ impl<'a> Watch<'a> {
             .cameras
             .first()
             .map_or(30.0, |camera| camera.rate_hz);
-        let names = scenario.objects.iter().map(|object| object.id.clone());
+        let names = bodies(scenario).flat_map(names);
         Ok(Self {
             scenario,
             poses: subscribe(keys.all_poses())?,
+            links: subscribe(keys.all_links())?,
             statuses: subscribe(keys.all_camera_statuses())?,
             truths,
             cameras: BTreeMap::new(),
@@ -144,6 +145,11 @@ impl<'a> Watch<'a> {
                 self.take_pose(&pose)?;
             }
         }
+        while let Some(item) = self.links.try_recv() {
+            if let Some(Ok(links)) = item.bytes().map(decode::<ObjectLinks>) {
+                self.take_links(&links);
+            }
+        }
         while let Some(item) = self.statuses.try_recv() {
             self.take_status(item.bytes());
         }
@@ -151,21 +157,35 @@ impl<'a> Watch<'a> {
     }
 
     fn take_pose(&mut self, message: &ObjectPose) -> anyhow::Result<()> {
-        let Some(truth) = self.truth(message) else {
+        let Some(body) = self.body(&message.object) else {
             return Ok(());
         };
+        let truth = body.base().world_from_object(message.capture_ns);
         let error = PoseError::between(&message.world_from_object(), &truth);
-        self.score.count(message, error);
+        self.score
+            .count(message.object.as_str(), message.capture_ns, error);
+        self.score.count_latency(message);
         self.publish_truth(message, &truth, error)
     }
 
-    fn truth(&self, message: &ObjectPose) -> Option<Pose> {
-        let object = self
-            .scenario
-            .objects
-            .iter()
-            .find(|object| object.id == message.object.as_str())?;
-        Some(object.path.world_from_object(message.capture_ns))
+    /// The links of an object count in place of its pose, which is that of their base.
+    fn take_links(&mut self, message: &ObjectLinks) {
+        let Some(body) = self.body(&message.object) else {
+            return;
+        };
+        for (name, link) in body.links() {
+            let of_name = |pose: &&LinkPose| pose.link.as_str() == name;
+            if let Some(pose) = message.links.iter().find(of_name) {
+                let truth = link.world_from_object(message.capture_ns);
+                let error = PoseError::between(&pose.world_from_link(), &truth);
+                let name = name_of_link(&body, name);
+                self.score.count(&name, message.capture_ns, error);
+            }
+        }
+    }
+
+    fn body(&self, id: &ObjectId) -> Option<Body<'a>> {
+        bodies(self.scenario).find(|body| body.id() == id.as_str())
     }
 
     fn publish_truth(
@@ -198,6 +218,24 @@ impl<'a> Watch<'a> {
             self.cameras.insert(status.camera.clone(), status);
         }
     }
+}
+
+/// The names under which a body is scored: its own, or those of its links.
+fn names(body: Body<'_>) -> Vec<String> {
+    let links: Vec<String> = body
+        .links()
+        .map(|(name, _)| name_of_link(&body, name))
+        .collect();
+    if links.is_empty() {
+        vec![body.id().to_owned()]
+    } else {
+        links
+    }
+}
+
+/// As the page names it.
+fn name_of_link(body: &Body<'_>, link: &str) -> String {
+    format!("{}.{link}", body.id())
 }
 
 fn summary_of(id: &CameraId, status: Option<&CameraStatus>) -> CameraSummary {

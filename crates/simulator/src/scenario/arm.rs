@@ -10,13 +10,25 @@ use sextant_geometry::Pose;
 use sextant_tag_families::Family;
 use std::f64::consts::FRAC_PI_2;
 
-/// Length and thickness of the links, m.
-const LENGTH: f64 = 0.16;
+/// Thickness of the links, m.
 const THICK: f64 = 0.056;
 /// Edge of the tags, m; a print is a quarter larger.
 const TAG: f64 = 0.04;
-/// The links' ids, and where the middle of each lies on its x axis, m.
-const LINKS: [(&str, f64); 3] = [("arm-base", 0.0), ("arm-upper", 0.07), ("arm-fore", 0.12)];
+/// The links' ids.
+const LINKS: [&str; 3] = ["arm-base", "arm-upper", "arm-fore"];
+
+/// How an arm is built and moves.
+struct Build {
+    /// Length of the links, and where the middle of each lies on its x axis, m.
+    links: [[f64; 2]; 3],
+    /// Where the elbow sits on the upper arm's x axis, m, its limits and its value.
+    elbow: (f64, [f64; 2], Wave),
+    /// Mean place of the base, and how far it swings along x and y, m.
+    place: [f64; 3],
+    swing: f64,
+    /// Number of its first tag.
+    first_tag: usize,
+}
 
 impl Scenario {
     /// The demonstration's room and cameras (1 to 16) with an arm of two joints: objects `arm-base`, `arm-upper`, `arm-fore`,
@@ -24,29 +36,57 @@ impl Scenario {
     pub fn arm(n_cameras: usize, seed: u64) -> Self {
         // The arm needs the room of four objects.
         let mut scenario = Self::demo(n_cameras, 4, seed);
-        scenario.objects = (0..LINKS.len()).map(link).collect();
+        let build = Build {
+            links: [[0.16, 0.0], [0.16, 0.07], [0.16, 0.12]],
+            elbow: (0.19, [-1.0, 1.0], Wave::still(0.0).and(3, 1.0, 1.1)),
+            place: [-0.06, 0.0, 0.12],
+            swing: 0.05,
+            first_tag: 0,
+        };
+        scenario.objects = build.objects();
         scenario
     }
 }
 
-fn link(index: usize) -> SceneObject {
-    let (id, middle) = LINKS[index];
+/// How far from the middle of the table the arm of a demonstration reaches, m.
+pub(super) const DEMO_REACH_M: f64 = 0.3;
+
+/// An arm that keeps to the middle of the table, its forearm upright; its tags are numbered from `first_tag`.
+pub(super) fn demo_arm(first_tag: usize) -> Vec<SceneObject> {
+    let build = Build {
+        links: [[0.16, 0.0], [0.13, 0.035], [0.12, 0.09]],
+        elbow: (0.14, [-2.0, -1.0], Wave::still(-1.5).and(3, 0.5, 1.1)),
+        place: [-0.05, 0.0, 0.08],
+        swing: 0.02,
+        first_tag,
+    };
+    build.objects()
+}
+
+impl Build {
+    fn objects(&self) -> Vec<SceneObject> {
+        (0..LINKS.len()).map(|index| link(self, index)).collect()
+    }
+}
+
+fn link(build: &Build, index: usize) -> SceneObject {
+    let [length, middle] = build.links[index];
     let solid = Solid::Box {
-        size: [LENGTH, THICK, THICK],
+        size: [length, THICK, THICK],
         object_from_box: Pose::translation(middle, 0.0, 0.0),
         albedo: 0.3 + 0.1 * index as f64,
     };
     // What hangs on the base must not hide its tags.
     let tags_at = if index == 0 { -0.045 } else { middle };
     SceneObject {
-        id: id.into(),
+        id: LINKS[index].into(),
         solids: vec![solid],
         tags: (0..3)
-            .map(|side| tag(3 * index + side, side, tags_at))
+            .map(|side| tag(build.first_tag + 3 * index + side, side, tags_at))
             .collect(),
         path: Path {
-            joints: joints().into_iter().take(index).collect(),
-            ..path_of_base()
+            joints: joints(build).into_iter().take(index).collect(),
+            ..path_of_base(build)
         },
     }
 }
@@ -67,15 +107,16 @@ fn tag(id: usize, side: usize, x: f64) -> SceneTag {
     }
 }
 
-fn path_of_base() -> Path {
+fn path_of_base(build: &Build) -> Path {
+    let [x, y, z] = build.place;
     let swing = |mean: f64, amplitude: f64, phase: f64| Wave::still(mean).and(1, amplitude, phase);
     Path {
         period_s: 7.5,
         turns: 0,
         position: [
-            swing(-0.06, 0.05, 0.3),
-            swing(0.0, 0.05, 1.9),
-            swing(0.12, 0.02, 0.0),
+            swing(x, build.swing, 0.3),
+            swing(y, build.swing, 1.9),
+            swing(z, 0.02, 0.0),
         ],
         yaw: swing(0.2, 0.4, 0.7),
         pitch: swing(0.0, 0.05, 2.0),
@@ -85,8 +126,9 @@ fn path_of_base() -> Path {
 }
 
 /// From the base outwards.
-fn joints() -> [PathJoint; 2] {
+fn joints(build: &Build) -> [PathJoint; 2] {
     let gap = 0.012;
+    let (elbow_at, elbow_limits, elbow_value) = build.elbow.clone();
     let joint = |id: &str, axis, place: [f64; 3], limits, value| PathJoint {
         id: id.into(),
         kind: PathJointKind::Revolute,
@@ -106,9 +148,9 @@ fn joints() -> [PathJoint; 2] {
         joint(
             "elbow",
             [0.0, 1.0, 0.0],
-            [0.19, 0.0, 0.0],
-            [-1.0, 1.0],
-            Wave::still(0.0).and(3, 1.0, 1.1),
+            [elbow_at, 0.0, 0.0],
+            elbow_limits,
+            elbow_value,
         ),
     ]
 }

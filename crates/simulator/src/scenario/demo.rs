@@ -3,6 +3,7 @@
 mod bodies;
 mod paths;
 
+use super::arm::{DEMO_REACH_M, demo_arm};
 use super::{Background, Flicker, Light, Scenario, SceneCamera, SceneObject};
 use crate::clock::ClockFaults;
 use crate::network::NetworkFaults;
@@ -46,12 +47,28 @@ impl Scenario {
     pub fn demo(n_cameras: usize, n_objects: usize, seed: u64) -> Self {
         let n_cameras = n_cameras.clamp(1, MAX_CAMERAS);
         let n_objects = n_objects.clamp(1, MAX_OBJECTS);
+        Self::in_arena(&Arena::new(n_objects), n_cameras, seed)
+    }
+
+    /// The same about an arm in the middle: the links of an object `arm`, which are objects `arm-base`, `arm-upper` and
+    /// `arm-fore` of the scenario with the joints `shoulder` and `elbow` on their paths, after the others.
+    pub fn demo_with_arm(n_cameras: usize, n_objects: usize, seed: u64) -> Self {
+        let n_cameras = n_cameras.clamp(1, MAX_CAMERAS);
+        let n_objects = n_objects.clamp(1, MAX_OBJECTS);
+        let arena = Arena::about(DEMO_REACH_M, n_objects);
+        let mut scenario = Self::in_arena(&arena, n_cameras, seed);
+        let taken = scenario.objects.iter().map(|object| object.tags.len());
+        let arm = demo_arm(taken.sum());
+        scenario.objects.extend(arm);
+        scenario
+    }
+
+    fn in_arena(arena: &Arena, n_cameras: usize, seed: u64) -> Self {
         let seed = seed & (i64::MAX as u64);
         let mut random = Random::from_keys(&[seed, key_of_name("demo")]);
-        let arena = Arena::new(n_objects);
-        let objects = demo_objects(&arena, &mut random);
+        let objects = demo_objects(arena, &mut random);
         let cameras = (0..n_cameras)
-            .map(|i| camera(i, n_cameras, &arena, &mut random))
+            .map(|i| camera(i, n_cameras, arena, &mut random))
             .collect();
         Self {
             seed,
@@ -176,6 +193,42 @@ mod tests {
     }
 
     #[test]
+    fn the_arm_keeps_clear_of_the_objects_about_it_and_of_the_table() {
+        for n_objects in 1..=MAX_OBJECTS {
+            let scenario = Scenario::demo_with_arm(4, n_objects, 7);
+            assert_eq!(scenario.validate(), Ok(()));
+            let (others, arm) = scenario.objects.split_at(n_objects);
+            for step in 0..300 {
+                let true_ns = step * 25_000_000;
+                for link in arm {
+                    let pose = link.world_from_object(true_ns);
+                    for vertex in link.solids.iter().flat_map(|solid| solid.vertices()) {
+                        let vertex = pose * vertex;
+                        assert!(vertex.z > 0.0, "{} is in the table", link.id);
+                        assert!(vertex.coords.xy().norm() < DEMO_REACH_M, "{}", link.id);
+                    }
+                }
+                for other in others {
+                    let (centre, radius) = sphere(other, true_ns);
+                    assert!(centre.xy().norm() - radius > DEMO_REACH_M, "{}", other.id);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn the_arms_links_are_nearly_always_seen() {
+        for (n_cameras, n_objects) in [(4, 3), (4, 6)] {
+            let scenario = Scenario::demo_with_arm(n_cameras, n_objects, 1);
+            let shares = shares_of(&scenario);
+            let links = &shares[n_objects..];
+            assert!(links.iter().all(|share| *share > 0.6), "{shares:?}");
+            let others = &shares[..n_objects];
+            assert!(others.iter().all(|share| *share > 0.9), "{shares:?}");
+        }
+    }
+
+    #[test]
     fn objects_never_touch_one_another_or_the_table() {
         for n_objects in 1..=MAX_OBJECTS {
             let scenario = Scenario::demo(1, n_objects, 7);
@@ -239,8 +292,12 @@ mod tests {
 
     /// For each object the share of the time in which at least two cameras see a tag of it.
     fn shares_in_view(n_cameras: usize, n_objects: usize, seed: u64) -> Vec<f64> {
-        let scenario = Scenario::demo(n_cameras, n_objects, seed);
-        let mut observer = Observer::new(&scenario, Visibility::default()).unwrap();
+        shares_of(&Scenario::demo(n_cameras, n_objects, seed))
+    }
+
+    fn shares_of(scenario: &Scenario) -> Vec<f64> {
+        let (n_cameras, n_objects) = (scenario.cameras.len(), scenario.objects.len());
+        let mut observer = Observer::new(scenario, Visibility::default()).unwrap();
         let mut random = Random::new(1);
         let steps = 60;
         let mut seen = vec![0.0; n_objects];

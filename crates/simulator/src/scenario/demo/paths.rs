@@ -22,6 +22,8 @@ const INNER: usize = 3;
 /// The space in which the objects move.
 pub(super) struct Arena {
     n_objects: usize,
+    /// Nothing comes nearer to the middle than this, m.
+    clear_m: f64,
 }
 
 struct Ring {
@@ -34,7 +36,12 @@ struct Ring {
 
 impl Arena {
     pub fn new(n_objects: usize) -> Self {
-        Self { n_objects }
+        Self::about(0.0, n_objects)
+    }
+
+    /// About something in the middle that reaches so far, m.
+    pub fn about(clear_m: f64, n_objects: usize) -> Self {
+        Self { n_objects, clear_m }
     }
 
     pub fn n_objects(&self) -> usize {
@@ -91,16 +98,21 @@ impl Arena {
         } else {
             (self.n_objects - INNER, INNER)
         };
+        let clear = |radius: f64| match self.clear_m {
+            0.0 => radius,
+            clear_m => radius.max(clear_m + SPACING_M / 2.0),
+        };
         if object < outer {
             let around = spaced_radius(outer);
             let radius = if inner > 0 {
-                around.max(spaced_radius(inner) + SPACING_M)
+                around.max(clear(spaced_radius(inner)) + SPACING_M)
             } else {
-                around
+                clear(around)
             };
             return (ring(radius, outer, 1.0), object);
         }
-        (ring(spaced_radius(inner), inner, -1.0), object - outer)
+        let radius = clear(spaced_radius(inner));
+        (ring(radius, inner, -1.0), object - outer)
     }
 }
 
