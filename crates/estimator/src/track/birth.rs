@@ -10,6 +10,7 @@ use sextant_geometry::Pose;
 use sextant_geometry::planar_pose::solve_square;
 
 use super::hypothesis::{Hypothesis, taken_in};
+use super::mirror::is_beside;
 use super::posture::by_branch;
 use crate::FusionOptions;
 use crate::filter::chain::Chain;
@@ -31,9 +32,14 @@ pub(crate) fn hypotheses(sights: &[Sight<'_>], options: &FusionOptions) -> Vec<H
     let chain = sights
         .first()
         .and_then(|sight| Some(&sight.view.limb.as_ref()?.chain));
-    let grown = |seed: &Configuration| taken_in(&unknown(seed, chain, options), sights, options);
-    let seeds = likeliest(seeds(sights), sights);
-    let mut all: Vec<Hypothesis> = seeds.iter().flat_map(grown).collect();
+    let mut all: Vec<Hypothesis> = Vec::new();
+    for seed in likeliest(seeds(sights), sights) {
+        // The tags of an object agree, mostly: one of their seeds is enough.
+        let is_beside = |one: &Hypothesis| is_beside(&seed, &one.state.configuration(), sights);
+        if !all.iter().any(is_beside) {
+            all.extend(taken_in(&unknown(&seed, chain, options), sights, options));
+        }
+    }
     for one in &mut all {
         one.settle(0.0, sights, options);
     }

@@ -61,10 +61,33 @@ pub(crate) fn others<const D: usize>(
     if is_vague {
         let branches = branches(largest).into_iter();
         let branches = branches.map(|link| largest.view.anchored(&link, found));
-        let possible = branches.filter(|start| is_possible(&prior, start, options));
-        others.starts.extend(possible);
+        for start in branches.filter(|start| is_possible(&prior, start, options)) {
+            let known = std::iter::once(found).chain(&others.starts);
+            if !known.into_iter().any(|at| is_beside(&start, at, sights)) {
+                others.starts.push(start);
+            }
+        }
     }
     others
+}
+
+/// Share of the turn to the mirrored attitude, and of the way from the camera, within which starts lead to one minimum.
+const BESIDE: (f64, f64) = (0.25, 0.03);
+
+/// Whether a search that begins at `start` would end where another one is: all links that are seen are far nearer to it than
+/// to its mirrored attitude.
+pub(crate) fn is_beside(start: &Configuration, at: &Configuration, sights: &[Sight<'_>]) -> bool {
+    let Some(largest) = sights.iter().max_by(|a, b| area(a).total_cmp(&area(b))) else {
+        return false;
+    };
+    let turned = |one: &Configuration| largest.view.world_from_link(one).rotation;
+    let apart = turned(&mirrored(largest, at)).angle_to(&turned(at));
+    sights.iter().all(|sight| {
+        let [here, there] = [start, at].map(|one| sight.view.world_from_link(one));
+        let far = (there.translation.vector - sight.camera.centre).norm();
+        let off = (here.translation.vector - there.translation.vector).norm();
+        here.rotation.angle_to(&there.rotation) < BESIDE.0 * apart && off < BESIDE.1 * far
+    })
 }
 
 /// The step to the mirrored attitude of the largest view.
