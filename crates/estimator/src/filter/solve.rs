@@ -14,7 +14,7 @@ use super::normal::Normal;
 
 /// Most steps of one solve; a tracked object needs two or three.
 const MOST_STEPS: usize = 20;
-/// A step below this many sigmas is not worth taking.
+/// After a step below this many sigmas the corners need no further look.
 const SMALL_STEP: f64 = 0.01;
 /// Most times that the weights are foreseen for one step.
 const MOST_REWEIGHINGS: usize = 5;
@@ -86,7 +86,11 @@ pub(crate) fn solve<const D: usize>(
             break;
         };
         let length = best.length(&step);
-        if (damping == 0.0 && length < SMALL_STEP) || damping > MOST_DAMPING {
+        if damping > MOST_DAMPING {
+            break;
+        }
+        if damping == 0.0 && length < SMALL_STEP {
+            best.configuration = best.configuration.perturbed(&step);
             break;
         }
         if damping == 0.0 {
