@@ -1,7 +1,7 @@
 //! Of the border's colour or not, one bit a pixel.
 
 use crate::Image;
-use crate::kernels::{Kernels, TILE, TILES_IN_WORD, WORD};
+use crate::kernels::{Kernels, TILES_IN_WORD, WORD};
 use crate::tiles::Tiles;
 use sextant_tag_families::BorderColour;
 use std::ops::Range;
@@ -23,6 +23,9 @@ pub(crate) struct RowPair<'a> {
     pub(crate) live: Range<usize>,
 }
 
+/// A row that is below every level.
+const BLACK: [u8; Image::MAX_WIDTH] = [0; Image::MAX_WIDTH];
+
 impl BitPlane {
     /// Takes the memory that an image of a size needs.
     pub(crate) fn make_room(&mut self, width: usize, height: usize) {
@@ -40,6 +43,7 @@ impl BitPlane {
         border: BorderColour,
         kernels: &Kernels,
     ) {
+        let mut live_bits = [0; Image::MAX_WIDTH / WORD];
         let pairs = self.words.chunks_exact_mut(2 * self.words_in_row);
         for (pair, (words, live)) in pairs.zip(&mut self.live).enumerate() {
             let (levels, live_tiles) = tiles.levels_at(2 * pair);
@@ -56,7 +60,14 @@ impl BitPlane {
                 let (pixels, words) = (&image.row(y)[columns.clone()], &mut words[here.clone()]);
                 kernels.threshold_row(pixels, levels, words);
                 if border == BorderColour::White {
-                    invert_live(words, levels, pixels.len());
+                    kernels.threshold_row(
+                        &BLACK[..pixels.len()],
+                        levels,
+                        &mut live_bits[here.clone()],
+                    );
+                    for (word, live) in words.iter_mut().zip(&live_bits[here.clone()]) {
+                        *word ^= live;
+                    }
                 }
             }
         }
@@ -83,35 +94,23 @@ impl BitPlane {
 /// The first and the last bit of a row that are set between two columns, and how many are.
 #[inline(always)]
 pub(crate) fn set_between(row: &[u64], first: u16, last: u16) -> Option<(u16, u16, u32)> {
-    let (i, end) = (usize::from(first) / WORD, usize::from(last) / WORD);
+    let ends = [first, last].map(|column| usize::from(column) / WORD);
     let from_first = u64::MAX << (first % WORD as u16);
     let up_to_last = u64::MAX >> (WORD as u16 - 1 - last % WORD as u16);
-    let mut bits = row[i] & from_first;
-    if i == end {
-        bits &= up_to_last;
-        let at = |bit: u32| (i * WORD) as u16 + bit as u16;
-        return (bits != 0).then(|| {
-            (
-                at(bits.trailing_zeros()),
-                at(bits.ilog2()),
-                bits.count_ones(),
-            )
-        });
-    }
     let mut found = None;
-    for i in i..=end {
+    for (i, &word) in (ends[0]..).zip(&row[ends[0]..=ends[1]]) {
+        let mut bits = word;
+        if i == ends[0] {
+            bits &= from_first;
+        }
+        if i == ends[1] {
+            bits &= up_to_last;
+        }
         if bits != 0 {
             let at = |bit: u32| (i * WORD) as u16 + bit as u16;
             let (first, _, n) = found.unwrap_or((at(bits.trailing_zeros()), 0, 0));
             found = Some((first, at(bits.ilog2()), n + bits.count_ones()));
         }
-        bits = row.get(i + 1).map_or(0, |word| {
-            if i + 1 == end {
-                word & up_to_last
-            } else {
-                *word
-            }
-        });
     }
     found
 }
@@ -130,23 +129,5 @@ impl BitPlane {
             words: rows.concat(),
             live: rows.chunks_exact(2).map(live).collect(),
         }
-    }
-}
-
-/// Turns the bits of the first `width` pixels over where their tiles have a level.
-fn invert_live(words: &mut [u64], levels: &[u8], width: usize) {
-    const TILE_BITS: u64 = (1 << TILE) - 1;
-    let levels = levels.chunks(TILES_IN_WORD);
-    for (i, (word, levels)) in words.iter_mut().zip(levels).enumerate() {
-        let live = levels.iter().rev().fold(0, |bits, &level| {
-            bits << TILE | if level > 0 { TILE_BITS } else { 0 }
-        });
-        let within = width - i * WORD;
-        let image = if within < WORD {
-            (1 << within) - 1
-        } else {
-            u64::MAX
-        };
-        *word = !*word & live & image;
     }
 }

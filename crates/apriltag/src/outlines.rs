@@ -117,6 +117,8 @@ pub(crate) struct BorderShape {
     pub(crate) min_edge_px: f32,
     /// Most of the area within the border that has its colour.
     pub(crate) most_solid: f32,
+    /// Least share of the rows that show something within the border.
+    pub(crate) least_open: f32,
 }
 
 impl BorderShape {
@@ -130,7 +132,7 @@ impl BorderShape {
         let (width, n_pairs) = (component.width(), component.n_pairs());
         self.has_size(component)
             && width.min(2 * n_pairs) as f32 >= self.min_edge_px * NARROWEST
-            && component.n_runs > n_pairs
+            && component.n_runs as f32 > (1.0 + self.least_open) * n_pairs as f32
             && component.n_runs <= MOST_RUNS * n_pairs
             && component.length >= width.max(2 * n_pairs)
     }

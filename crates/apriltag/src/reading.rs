@@ -14,6 +14,7 @@ use crate::{Options, Rejection};
 use greys::{CLEARLY, Thresholds};
 use layout::{Layout, MAX_BLOCKS};
 use sextant_tag_families::{BorderColour, Family, FamilyData};
+use std::collections::BTreeSet;
 
 /// A family with its index.
 #[derive(Debug)]
@@ -23,6 +24,8 @@ pub(crate) struct Reader {
     layout: Layout,
     /// Most of the area within the border that can have its colour.
     pub(crate) most_solid: f32,
+    /// Least share of a border's rows that show something within it.
+    pub(crate) least_open: f32,
     index: CodeIndex,
     /// Most modules with a bit that may be neither clearly black nor clearly white, where the family has few bits.
     most_in_doubt: usize,
@@ -62,7 +65,9 @@ impl Reader {
             family,
             data,
             layout: Layout::new(data),
-            most_solid: most_solid(data),
+            most_solid: 1.0
+                - LEFT_BY_BLUR * fewest_holes(data, data.border_width.pow(2), <[_]>::len),
+            least_open: LEFT_BY_BLUR * fewest_holes(data, data.border_width, fewest_rows),
             most_in_doubt: (data.bits.len() / LEAST_PLAIN).min(index.bits_to_spare),
             index,
             min_contrast: f32::from(options.min_contrast),
@@ -142,17 +147,15 @@ impl Reader {
         let thresholds = Thresholds::new(&self.layout, modules.all(), self.data.border)
             .ok_or(Unread::hopeless(Rejection::FaintBorder))?;
         let contrast = thresholds.contrast();
-        if contrast < self.min_contrast {
-            return Err(Unread {
-                reason: Rejection::FaintBorder,
-                hopeful: contrast > NEARLY * self.min_contrast,
-            });
+        let hopeful = contrast > NEARLY * self.min_contrast
+            && thresholds.rings_agree(&self.layout, modules.all(), self.data.border);
+        if hopeful && contrast >= self.min_contrast {
+            return Ok(thresholds);
         }
-        if thresholds.rings_agree(&self.layout, modules.all(), self.data.border) {
-            Ok(thresholds)
-        } else {
-            Err(Unread::hopeless(Rejection::FaintBorder))
-        }
+        Err(Unread {
+            reason: Rejection::FaintBorder,
+            hopeful,
+        })
     }
 
     /// The modules that carry bits: one sample in the middle of a small one; four around it where there is room, against
@@ -250,20 +253,28 @@ impl Reader {
     }
 }
 
-/// What blur leaves of the holes in the tag that has fewest.
-fn most_solid(data: &FamilyData) -> f32 {
-    const LEFT_BY_BLUR: f32 = 0.3;
-    let edge = data.border_width as i8;
-    let within = |&(x, y): &(i8, i8)| (0..edge).contains(&x) && (0..edge).contains(&y);
-    let bits = data.bits.iter().rev().enumerate();
-    let inner = bits
-        .filter(|(_, bit)| within(bit))
-        .fold(0, |mask, (i, _)| mask | 1 << i);
-    let holes = data.codes.iter().map(|code| match data.border {
-        BorderColour::Black => (code & inner).count_ones(),
-        BorderColour::White => (!code & inner).count_ones(),
+/// Share of the holes in a border that blur leaves.
+const LEFT_BY_BLUR: f32 = 0.3;
+
+/// Of the places within the border those without its colour, in the tag that has fewest of them by some count, and that as a
+/// share of `all`.
+fn fewest_holes(data: &FamilyData, all: u8, count: impl Fn(&[(i8, i8)]) -> usize) -> f32 {
+    let edge = 0..data.border_width as i8;
+    let holes = data.codes.iter().map(|code| {
+        let bits = data.bits.iter().rev().enumerate();
+        let holes = bits.filter(|(i, (x, y))| {
+            let white = code >> i & 1 == 1;
+            edge.contains(x) && edge.contains(y) && white == (data.border == BorderColour::Black)
+        });
+        count(&holes.map(|(_, place)| *place).collect::<Vec<_>>())
     });
-    1.0 - LEFT_BY_BLUR * holes.min().unwrap_or(0) as f32 / f32::from(data.border_width).powi(2)
+    holes.min().unwrap_or(0) as f32 / f32::from(all)
+}
+
+/// How many rows, or columns where those are fewer, some places lie in.
+fn fewest_rows(places: &[(i8, i8)]) -> usize {
+    let distinct = |at: fn(&(i8, i8)) -> i8| places.iter().map(at).collect::<BTreeSet<_>>().len();
+    distinct(|place| place.0).min(distinct(|place| place.1))
 }
 
 /// Why a tag was not read, and whether it might be with better corners: corners that are a pixel off leave border and

@@ -16,7 +16,7 @@ pub enum Stage {
     Components,
     /// Outlines of components, quads around them.
     Quads,
-    /// Border vote and code words.
+    /// Border, ring and code words.
     Decode,
     /// Corners below the pixel.
     Refine,

@@ -1,6 +1,5 @@
 //! From a quad to a tag that was read in it, and from that to a detection with corners below the pixel.
 
-use crate::border_vote::BorderVote;
 use crate::edges::{self, EdgeFit, Search};
 use crate::kernels::Kernels;
 use crate::outlines::BorderShape;
@@ -74,7 +73,6 @@ impl Sighting {
 #[derive(Debug)]
 pub(crate) struct Lookout {
     readers: Vec<Reader>,
-    border_vote: BorderVote,
     min_edge_px: f32,
 }
 
@@ -83,7 +81,6 @@ impl Lookout {
         let reader = |&family: &Family| Reader::new(family, options);
         Self {
             readers: options.families.iter().map(reader).collect(),
-            border_vote: BorderVote::new(options.min_contrast),
             min_edge_px: options.min_edge_px,
         }
     }
@@ -95,18 +92,25 @@ impl Lookout {
 
     /// What borders of a colour look like in the families that are looked for.
     pub(crate) fn border_shape(&self, border: BorderColour) -> BorderShape {
-        let readers = self.readers.iter();
-        let families = readers.filter(|reader| reader.border() == border);
+        let families = || {
+            self.readers
+                .iter()
+                .filter(|reader| reader.border() == border)
+        };
         BorderShape {
             min_edge_px: self.min_edge_px,
-            most_solid: families.map(|reader| reader.most_solid).fold(0.0, f32::max),
+            most_solid: families()
+                .map(|reader| reader.most_solid)
+                .fold(0.0, f32::max),
+            least_open: families()
+                .map(|reader| reader.least_open)
+                .fold(1.0, f32::min),
         }
     }
 
     /// Reads a tag with a border of a colour within a quad; where that fails or bits are wrong, once more after a look at
     /// where its edges are.
     pub(crate) fn sight(&self, view: &View<'_>, quad: &Quad) -> Result<Sighting, Rejection> {
-        self.border_vote.check(view, quad)?;
         let rough = match self.read(view, quad) {
             Ok(sighting) if sighting.reading.found.hamming == 0 => return Ok(sighting),
             Err(unread) if !unread.hopeful => return Err(unread.reason),
