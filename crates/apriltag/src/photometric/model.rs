@@ -48,10 +48,11 @@ impl<'a> Model<'a> {
 
     /// Modules beyond which an edge does not show.
     pub(super) fn seen_modules(&self) -> f32 {
-        /// In standard deviations of the blur, without and with a halo.
-        const SEEN: [f32; 2] = [3.3, 4.4];
-        const LEAST_HALO: f32 = 0.06;
-        let seen = SEEN[usize::from(self.state.halo.abs() > LEAST_HALO)];
+        /// In standard deviations of the blur, and how many more a unit of the halo, which reaches twice as far.
+        const SEEN: f32 = 3.2;
+        const MORE_WITH_HALO: f32 = 3.5;
+        const MOST_MORE: f32 = 1.2;
+        let seen = SEEN + (MORE_WITH_HALO * self.state.halo.abs()).min(MOST_MORE);
         let [uu, vv, _] = self.state.blur;
         seen * uu.max(vv).sqrt() / self.pattern.module_px(self.state.size_px())
     }
