@@ -137,14 +137,15 @@ impl Joints {
         noise
     }
 
-    /// Against all expectation: a blow between two images.
-    pub fn jolt(&mut self, dt: f64, options: &FusionOptions) {
+    /// Against all expectation: a blow between two images `dt` seconds apart, that counts as if it had lasted for `acting_s`.
+    pub fn jolt(&mut self, (dt, acting_s): (f64, f64), options: &FusionOptions) {
         for slot in 0..self.moving {
             let acceleration = match self.chain.moving().nth(slot).map(|joint| joint.kind) {
                 Some(JointKind::Prismatic) => options.linear_jolt,
                 _ => options.angular_jolt,
             };
-            let (way, rate) = (0.5 * acceleration * dt * dt, acceleration * dt);
+            let rate = acceleration * acting_s;
+            let way = 0.5 * rate * dt;
             let speed = MOST_JOINTS + slot;
             self.own[(slot, slot)] += way * way;
             self.own[(slot, speed)] += way * rate;

@@ -149,6 +149,9 @@ fn taken_in_by<const D: usize>(
     all
 }
 
+/// Seconds over which a jolt counts at least: a blow takes no time, and is as hard however soon the next image comes.
+pub(crate) const BLOW_S: f64 = 1.0 / 30.0;
+
 /// The prediction if the body was hit in the meantime.
 fn jolted(predicted: &Kinematics, dt: f64, options: &FusionOptions) -> Kinematics {
     let mut jolted = predicted.clone();
@@ -159,7 +162,8 @@ fn jolted(predicted: &Kinematics, dt: f64, options: &FusionOptions) -> Kinematic
         } else {
             options.angular_jolt
         };
-        let (way, speed) = (0.5 * acceleration * dt * dt, acceleration * dt);
+        let speed = acceleration * dt.max(BLOW_S);
+        let way = 0.5 * speed * dt;
         jolted.covariance[(axis, axis)] += way * way;
         jolted.covariance[(axis, axis + 6)] += way * speed;
         jolted.covariance[(axis + 6, axis)] += way * speed;
@@ -167,7 +171,7 @@ fn jolted(predicted: &Kinematics, dt: f64, options: &FusionOptions) -> Kinematic
         jolted.covariance[(axis + 6, axis + 6)] += speed * speed * 1.1;
     }
     if let Some(joints) = &mut jolted.joints {
-        joints.jolt(dt, options);
+        joints.jolt((dt, dt.max(BLOW_S)), options);
     }
     jolted
 }

@@ -214,7 +214,11 @@ impl Track {
             State::Initialising => {
                 self.sighting.tags > 0 && self.doubtful_since_ns.is_some_and(long_doubted)
             }
-            State::Coasting => !is_wider(&estimate.covariance, position, attitude),
+            // What the images of this very time contradict is no sharp prediction, whatever its covariance.
+            State::Coasting => {
+                self.contradicted_since_ns.is_none()
+                    && !is_wider(&estimate.covariance, position, attitude)
+            }
             State::Tracking | State::Lost => true,
         }
     }

@@ -1,6 +1,7 @@
 //! How restless a body is, is found out, whatever it does and whenever it is seen.
 
 use nalgebra::{UnitQuaternion, Vector3};
+use sextant_estimator::State;
 use sextant_geometry::Pose;
 
 use crate::scene::{Eye, PERIOD_NS, Random, START_NS, cube, exact_options, feed, fusion, rig};
@@ -48,4 +49,37 @@ fn a_body_shaken_from_the_start_is_known_as_well_as_is_said() {
 fn images_in_bunches_with_gaps_between_are_taken_for_what_they_are() {
     let mean = mean_nees([0, 2_000_000, 5_000_000], shaken);
     assert!((0.7..1.5).contains(&mean), "NEES {mean}");
+}
+
+/// Lies still for half a second, then flies off at 2.5 m/s and 5 rad/s from one moment to the next.
+fn struck(time_ns: u64) -> Pose {
+    let flown_s = ((time_ns - START_NS) as f64 * 1e-9 - 0.5).max(0.0);
+    let place = Vector3::new(-0.15 + 2.5 * flown_s, 0.0, 0.0);
+    let turn = Vector3::new(0.3, 5.0 * flown_s, 0.0);
+    Pose::from_parts(place.into(), UnitQuaternion::from_scaled_axis(turn))
+}
+
+#[test]
+fn nothing_is_said_for_sure_of_a_body_that_was_struck_until_it_is_followed_again() {
+    let (rig, object) = (rig(4), cube());
+    let eye = Eye {
+        rig: &rig,
+        object: &object,
+        sigma_px: 0.05,
+    };
+    for seed in 0..6 {
+        let (mut fusion, mut random) = (fusion(&rig, &object, exact_options()), Random(seed));
+        let mut followed = 0;
+        for number in 0..76 {
+            let time_ns = START_NS + seed * 3_000_000 + number * PERIOD_NS / 4;
+            let camera = (number % 4) as usize;
+            let image = eye.image(camera, time_ns, &struck(time_ns), &mut random);
+            for said in feed(&mut fusion, image) {
+                let nees = nees(&said, &struck(said.capture_ns));
+                assert!(nees < 8.0, "seed {seed}, image {number}: NEES {nees}");
+                followed += u32::from(number >= 66 && said.state == State::Tracking);
+            }
+        }
+        assert!(followed >= 8, "seed {seed}: {followed} of 10");
+    }
 }
