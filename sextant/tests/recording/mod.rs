@@ -28,15 +28,9 @@ impl Recording {
         Self::of(Scenario::demo(2, 1, 7), images)
     }
 
-<<<<<<< ours
     /// The cameras of a scenario that watch its first object, so many images each.
     pub fn of(scenario: Scenario, images: u64) -> Self {
         let recording = Self::of_models(scenario);
-=======
-    /// So many images of each camera.
-    pub fn of(scenario: Scenario, images: u64) -> Self {
-        let recording = Self::files_of(scenario);
->>>>>>> theirs
         for camera in 0..recording.scenario.cameras.len() {
             recording.render(camera, images);
         }
@@ -45,17 +39,10 @@ impl Recording {
 
     /// The rig and the object alone.
     pub fn without_pictures() -> Self {
-<<<<<<< ours
         Self::of_models(Scenario::demo(2, 1, 7))
     }
 
     fn of_models(scenario: Scenario) -> Self {
-=======
-        Self::files_of(Scenario::demo(2, 1, 7))
-    }
-
-    fn files_of(scenario: Scenario) -> Self {
->>>>>>> theirs
         let folder = tempfile::tempdir().unwrap();
         let object = scenario.objects[0].id.clone();
         let cameras = scenario.cameras.iter().map(camera_of).collect();
