@@ -17,6 +17,10 @@ pub(crate) struct Hypothesis {
     pub state: Kinematics,
     /// Logarithm of its odds against the likeliest.
     pub evidence: f64,
+    /// Of the evidence, what the corners of this instant say.
+    pub fitted: f64,
+    /// Whether the attitude is so vague that the cost of this instant's corners may be no parabola about the fit.
+    pub vague: bool,
     /// Logarithm of the odds of the mirrored attitude against this one; minus infinity where it is out of question.
     pub mirrored: f64,
     /// Logarithm of the odds against the mirrored attitude by the corners of all images so far; counted until it is trusted.
@@ -176,9 +180,24 @@ fn jolted(predicted: &Kinematics, dt: f64, options: &FusionOptions) -> Kinematic
     jolted
 }
 
+/// What the corners of an instant are worth where the cost is no parabola: it rests on covariances that are rough guesses
+/// there.
+const VAGUE_WORTH: f64 = 0.3;
+
+/// Makes less of what the corners say where one of the hypotheses is vague: of all alike, for what the corners say against
+/// all of them would else count for the vague one.
+fn discount_vague(hypotheses: &mut [Hypothesis]) {
+    if hypotheses.iter().any(|one| one.vague) {
+        for one in hypotheses {
+            one.evidence -= (1.0 - VAGUE_WORTH) * one.fitted;
+        }
+    }
+}
+
 /// Sorts by evidence, merges what has run together, gives up what is hopeless. The likeliest then has evidence zero; what
 /// it had is returned.
 pub(crate) fn weigh(hypotheses: &mut Vec<Hypothesis>, options: &FusionOptions) -> f64 {
+    discount_vague(hypotheses);
     hypotheses.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
     let Some(best) = hypotheses.first().map(|one| one.evidence) else {
         return 0.0;
@@ -216,4 +235,50 @@ fn same_joints(a: &Hypothesis, b: &Hypothesis) -> bool {
         let off = |slot: usize| a.values[slot] - b.values[slot];
         (0..a.moving).all(|slot| off(slot).powi(2) < NEAR * a.sigma(slot).powi(2))
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::filter::motion::{Motion, Restlessness};
+    use nalgebra::Vector3;
+
+    /// At a place of its own, with evidence from the corners alone.
+    fn hypothesis(metres: f64, evidence: f64, vague: bool) -> Hypothesis {
+        let state = Kinematics {
+            pose: Pose::from_parts(Vector3::x().scale(metres).into(), Default::default()),
+            twist: Vector6::zeros(),
+            covariance: Covariance::identity() * 1e-6,
+            clocks: None,
+            joints: None,
+            considered: None,
+            motion: Motion::new(Restlessness {
+                linear: 1.0,
+                angular: 1.0,
+                clocks: 1.0,
+            }),
+        };
+        Hypothesis {
+            evidence,
+            fitted: evidence,
+            vague,
+            ..refused(state, &[], &FusionOptions::default())
+        }
+    }
+
+    #[test]
+    fn what_speaks_against_all_does_not_count_for_the_vague_one() {
+        let mut both = vec![hypothesis(0.0, -44.0, true), hypothesis(1.0, -31.0, false)];
+        weigh(&mut both, &FusionOptions::default());
+        assert!(!both[0].vague);
+        let odds = VAGUE_WORTH * (-44.0 + 31.0);
+        assert!((both[1].evidence - odds).abs() < 1e-12);
+    }
+
+    #[test]
+    fn sharp_attitudes_are_weighed_by_all_that_the_corners_say() {
+        let mut both = vec![hypothesis(0.0, -44.0, false), hypothesis(1.0, -31.0, false)];
+        weigh(&mut both, &FusionOptions::default());
+        assert_eq!(both[1].evidence, -13.0);
+    }
 }

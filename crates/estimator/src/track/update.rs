@@ -30,9 +30,6 @@ const WITH_OTHERS: f64 = 1.0 / 6.0;
 /// noise underestimated at the start does not stay so.
 const REFUSED_SCALE: f64 = 6.3;
 
-/// What evidence is worth where the cost is no parabola: it rests on covariances that are rough guesses there.
-const CURVED_WORTH: f64 = 0.3;
-
 /// What became of a view in an update.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Taken {
@@ -78,6 +75,8 @@ pub(crate) fn updated<const D: usize>(
         if let Some(update) = updated_by_group::<D>(&sum.state, start.take(), &members, options) {
             let nothing = vec![false; members.len()];
             sum.evidence += update.evidence + refusal(&members, &nothing, options);
+            sum.fitted += update.fitted;
+            sum.vague |= update.vague;
             group
                 .iter()
                 .zip(&update.taken)
@@ -97,6 +96,8 @@ pub(crate) fn refused(
     Hypothesis {
         state,
         evidence: -refusal(sights, &vec![false; sights.len()], options),
+        fitted: 0.0,
+        vague: false,
         mirrored: f64::NEG_INFINITY,
         settled: 0.0,
         to_mirrored: None,
@@ -151,6 +152,10 @@ fn vantage(sights: &[Sight<'_>]) -> Vantage {
 struct GroupUpdate {
     state: Kinematics,
     evidence: f64,
+    /// Of the evidence, what the corners say.
+    fitted: f64,
+    /// Whether the attitude is so vague that the cost may be no parabola about the fit.
+    vague: bool,
     taken: Vec<Taken>,
 }
 
@@ -186,8 +191,7 @@ fn updated_by_group<const D: usize>(
         } else {
             let mut update = complete(prior, &fit, sights, &normals, &part)?;
             if !sights.iter().any(|sight| sight.clock.is_some()) {
-                let curved = curvature::widen(&mut update.state, &seen_prior, &active, &fit);
-                update.evidence *= if curved { CURVED_WORTH } else { 1.0 };
+                update.vague = curvature::widen(&mut update.state, &seen_prior, &active, &fit);
             }
             update.evidence -= refusal(sights, &part, options);
             return Some(update);
@@ -283,10 +287,12 @@ fn complete<const D: usize>(
     if !parts.is_empty() || state.considered.is_some() {
         state.consider(&gain(&state, fit, camera_index), &parts);
     }
-    let evidence = -0.5 * (fit.cost + absorbed.narrowing);
+    let fitted = -0.5 * (fit.cost + absorbed.narrowing);
     Some(GroupUpdate {
         state,
-        evidence,
+        evidence: fitted,
+        fitted,
+        vague: false,
         taken,
     })
 }
