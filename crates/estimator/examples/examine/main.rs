@@ -1,0 +1,55 @@
+//! How honest fusion is on scenes that nobody has seen: random ones by class, with exact truth.
+//!
+//! `cargo run --release -p sextant-estimator --example examine -- CLASS FROM TO` runs the seeds FROM..TO of a class (`all`: of each)
+//! and prints a line a scene and one of them all: rms of poses in mm and degrees and the worst, NEES per degree of freedom, share
+//! inside the 95 % ellipsoid, share of instants with a tracked pose, rms against the Cramér-Rao bound where two views see the body at
+//! once, poses flipped by more than 20 degrees and said to be tracked, faults named (there is none), the difference made by another
+//! order of arrival, scenes whose NEES lies in 0.7 to 1.5.
+
+mod arm;
+mod motion;
+mod random;
+mod scene;
+mod score;
+mod view;
+
+use random::Random;
+use scene::{CLASSES, Class, Scene};
+use score::{Score, examined};
+
+fn main() {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let number = |index: usize| arguments.get(index).and_then(|text| text.parse().ok());
+    let (Some(wanted), Some(from), Some(to)) = (arguments.first(), number(1), number(2)) else {
+        eprintln!("examine CLASS FROM TO, with CLASS one of");
+        CLASSES
+            .iter()
+            .for_each(|(name, _, says)| eprintln!("  {name}: {says}"));
+        std::process::exit(2);
+    };
+    for (name, class, _) in CLASSES {
+        if wanted == name || wanted == "all" {
+            examine(name, *class, from..to, wanted != "all");
+        }
+    }
+}
+
+fn examine(name: &str, class: Class, seeds: std::ops::Range<u64>, each: bool) {
+    let mut sum = Score::default();
+    for seed in seeds {
+        let scene = Scene::new(class, seed);
+        let random = &mut Random(seed);
+        let shots = scene.shots(0.0, scene.seconds, random);
+        let mut score = examined(&scene, &shots);
+        score.compare(&scene, &shots, random);
+        if each {
+            println!("{name} {seed}: {score}");
+            score
+                .faults
+                .iter()
+                .for_each(|fault| println!("    {fault}"));
+        }
+        sum.join(&score);
+    }
+    println!("{name}: {sum}");
+}

@@ -1,0 +1,300 @@
+//! What came of a scene: errors against the truth, the covariance against the errors, and what was said of faults.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fmt;
+
+use nalgebra::{Matrix6, Vector6};
+use sextant_estimator::{Fusion, FusionOptions, Input, ObjectEstimate, Output, State};
+use sextant_geometry::{Pose, se3};
+
+use crate::random::Random;
+use crate::scene::{START_NS, Scene, Shot, made};
+use crate::view::information;
+
+/// Sums over poses.
+#[derive(Default, Clone)]
+pub struct Score {
+    scenes: usize,
+    in_band: usize,
+    poses: f64,
+    square: [f64; 2],
+    worst: [f64; 2],
+    nees: f64,
+    inside: f64,
+    /// Instants at which a body was seen, and those of them with a pose.
+    seen: f64,
+    covered: f64,
+    flips: usize,
+    /// Squared errors and what they were at best, where two views see the body at once.
+    of_two: [[f64; 2]; 2],
+    /// Largest difference by order of arrival.
+    disorder: f64,
+    pub faults: BTreeSet<String>,
+    pub n_faults: usize,
+}
+
+/// 95 % of six-dimensional Gaussian errors lie within.
+const WITHIN_95: f64 = 12.592;
+/// Attitudes that are wrong by more are flipped, rad.
+const FLIP: f64 = 0.35;
+/// Seconds after which a scene is scored.
+const SETTLED_S: f64 = 0.5;
+
+fn seconds_of(time_ns: u64) -> f64 {
+    (time_ns as i128 - START_NS as i128) as f64 * 1e-9
+}
+
+/// Plays the images of a scene in and scores what comes out.
+pub fn examined(scene: &Scene, shots: &[Shot]) -> Score {
+    let mut score = Score {
+        scenes: 1,
+        ..Score::default()
+    };
+    let models = || scene.bodies.iter().map(|body| body.model.clone()).collect();
+    let mut fusion = made(Fusion::new(
+        scene.stated.clone(),
+        models(),
+        FusionOptions::default(),
+    ));
+    let mut last: BTreeMap<(usize, u64), ObjectEstimate> = BTreeMap::new();
+    for shot in shots {
+        fusion.handle(shot.arrival_ns, Input::Image(shot.image.clone()));
+        while let Some(output) = fusion.poll_output() {
+            let Output::Pose(estimate) = output else {
+                continue;
+            };
+            let body = scene
+                .bodies
+                .iter()
+                .position(|body| *body.model.id() == estimate.object);
+            last.insert((body.unwrap_or(0), estimate.capture_ns), estimate);
+        }
+        let said = fusion.faults();
+        score.faults.extend(said.iter().map(ToString::to_string));
+    }
+    score.n_faults = score.faults.len();
+    let at_best = at_best(scene, shots);
+    for ((body, time_ns), estimate) in &last {
+        let best = at_best.get(&(*body, *time_ns));
+        score.take(scene, (*body, *time_ns), estimate, best);
+    }
+    score.cover(scene, shots, &last);
+    let mean = score.nees / score.poses;
+    score.in_band = usize::from((0.7..1.5).contains(&mean));
+    score
+}
+
+/// The information of all images of an instant, where two see a rigid body.
+fn at_best(scene: &Scene, shots: &[Shot]) -> BTreeMap<(usize, u64), Matrix6<f64>> {
+    let mut sums: BTreeMap<(usize, u64), (BTreeSet<usize>, Matrix6<f64>)> = BTreeMap::new();
+    for (body, one) in scene.bodies.iter().enumerate() {
+        let of_body = |shot: &&Shot| one.arm.is_none() && sees(scene, body, shot);
+        for shot in shots.iter().filter(of_body) {
+            let id = &shot.image.camera;
+            let mut cameras = scene.truth.cameras().iter();
+            let camera = cameras.position(|camera| camera.id == *id).unwrap_or(0);
+            let sum = sums.entry((body, shot.image.capture_ns)).or_default();
+            if sum.0.insert(camera) {
+                sum.1 += information(scene, camera, body, shot.taken_s);
+            }
+        }
+    }
+    sums.retain(|_, (cameras, _)| cameras.len() > 1);
+    sums.into_iter().map(|(key, (_, sum))| (key, sum)).collect()
+}
+
+fn sees(scene: &Scene, body: usize, shot: &Shot) -> bool {
+    let tags = scene.bodies[body].model.tags();
+    let is_of = |id| tags.iter().any(|tag| tag.tag == id);
+    shot.image.tags.iter().any(|seen| is_of(seen.tag))
+}
+
+impl Score {
+    fn take(
+        &mut self,
+        scene: &Scene,
+        (body, time_ns): (usize, u64),
+        estimate: &ObjectEstimate,
+        best: Option<&Matrix6<f64>>,
+    ) {
+        let seconds = seconds_of(time_ns);
+        if seconds < SETTLED_S || estimate.state == State::Lost {
+            return;
+        }
+        let links = scene.bodies[body].links(seconds);
+        let mut errors = vec![(estimate.world_from_object, estimate.covariance, links[0])];
+        if let Some(posture) = &estimate.posture {
+            let others = posture.links.iter().zip(&links);
+            errors = others
+                .map(|(link, truth)| (link.world_from_link, link.covariance, *truth))
+                .collect();
+        }
+        for (pose, covariance, truth) in errors {
+            let off = se3::difference(&pose, &truth);
+            self.add(&off, &covariance);
+            if off.fixed_rows::<3>(3).norm() > FLIP && estimate.state == State::Tracking {
+                self.flips += 1;
+            }
+            let bound = best
+                .and_then(|information| information.cholesky())
+                .map(|root| root.inverse());
+            if let (Some(bound), State::Tracking) = (bound, estimate.state) {
+                for half in 0..2 {
+                    self.of_two[half][0] += off.fixed_rows::<3>(3 * half).norm_squared();
+                    self.of_two[half][1] += bound.fixed_view::<3, 3>(3 * half, 3 * half).trace();
+                }
+            }
+        }
+    }
+
+    fn add(&mut self, off: &Vector6<f64>, covariance: &Matrix6<f64>) {
+        let solved = covariance.cholesky().map(|root| off.dot(&root.solve(off)));
+        let nees = solved.unwrap_or(f64::INFINITY);
+        self.poses += 1.0;
+        self.nees += nees / 6.0;
+        self.inside += f64::from(u8::from(nees < WITHIN_95));
+        for half in 0..2 {
+            let error = off.fixed_rows::<3>(3 * half).norm();
+            self.square[half] += error.powi(2);
+            self.worst[half] = self.worst[half].max(error);
+        }
+    }
+
+    fn cover(
+        &mut self,
+        scene: &Scene,
+        shots: &[Shot],
+        last: &BTreeMap<(usize, u64), ObjectEstimate>,
+    ) {
+        for body in 0..scene.bodies.len() {
+            let of_body = |shot: &&Shot| shot.taken_s > SETTLED_S && sees(scene, body, shot);
+            let times: BTreeSet<u64> = shots
+                .iter()
+                .filter(of_body)
+                .map(|shot| (shot.taken_s * 1e3) as u64)
+                .collect();
+            self.seen += times.len() as f64;
+            let poses = last
+                .iter()
+                .filter(|((of, _), pose)| *of == body && pose.state == State::Tracking);
+            let poses: BTreeSet<u64> = poses
+                .map(|((_, time_ns), _)| (seconds_of(*time_ns) * 1e3) as u64)
+                .collect();
+            self.covered += times
+                .iter()
+                .filter(|time| poses.range(**time - 20..**time + 21).next().is_some())
+                .count() as f64;
+        }
+    }
+
+    pub fn join(&mut self, other: &Self) {
+        self.scenes += other.scenes;
+        self.in_band += other.in_band;
+        self.poses += other.poses;
+        self.nees += other.nees;
+        self.inside += other.inside;
+        self.seen += other.seen;
+        self.covered += other.covered;
+        self.flips += other.flips;
+        self.n_faults += other.n_faults;
+        self.disorder = self.disorder.max(other.disorder);
+        for half in 0..2 {
+            self.square[half] += other.square[half];
+            self.worst[half] = self.worst[half].max(other.worst[half]);
+            (0..2).for_each(|of| self.of_two[half][of] += other.of_two[half][of]);
+        }
+    }
+
+    /// Compares what is known at the end with what is after another order of arrival.
+    pub fn compare(&mut self, scene: &Scene, shots: &[Shot], random: &mut Random) {
+        let end_ns = shots
+            .iter()
+            .map(|shot| shot.image.capture_ns)
+            .max()
+            .unwrap_or(0);
+        let mut order: Vec<&Shot> = shots
+            .iter()
+            .filter(|shot| shot.image.capture_ns + 450_000_000 > end_ns)
+            .collect();
+        let straight = known(scene, &order, end_ns);
+        for index in (1..order.len()).rev() {
+            order.swap(index, random.count(0, index));
+        }
+        for pair in straight.iter().zip(&known(scene, &order, end_ns)) {
+            self.disorder = self.disorder.max(match pair {
+                (Some(a), Some(b)) => gap(a, b),
+                (None, None) => 0.0,
+                _ => f64::INFINITY,
+            });
+        }
+    }
+}
+
+fn gap(a: &ObjectEstimate, b: &ObjectEstimate) -> f64 {
+    let apart = |a: &Pose, b: &Pose| se3::difference(a, b).amax();
+    let of_links = a
+        .posture
+        .iter()
+        .zip(&b.posture)
+        .flat_map(|(a, b)| a.links.iter().zip(&b.links));
+    let of_links = of_links.map(|(a, b)| {
+        apart(&a.world_from_link, &b.world_from_link).max((a.covariance - b.covariance).amax())
+    });
+    let of_base = apart(&a.world_from_object, &b.world_from_object);
+    of_links.fold(
+        of_base
+            .max((a.covariance - b.covariance).amax())
+            .max((a.twist - b.twist).amax()),
+        f64::max,
+    )
+}
+
+/// What is known of all bodies at the images' times once all have come.
+fn known(scene: &Scene, shots: &[&Shot], now_ns: u64) -> Vec<Option<ObjectEstimate>> {
+    let models = || scene.bodies.iter().map(|body| body.model.clone()).collect();
+    let mut fusion = made(Fusion::new(
+        scene.stated.clone(),
+        models(),
+        FusionOptions::default(),
+    ));
+    shots
+        .iter()
+        .for_each(|shot| fusion.handle(now_ns, Input::Image(shot.image.clone())));
+    let times: BTreeSet<u64> = shots.iter().map(|shot| shot.image.capture_ns).collect();
+    let at = |time_ns: u64| {
+        scene
+            .bodies
+            .iter()
+            .map(move |body| (body.model.id(), time_ns))
+    };
+    times
+        .into_iter()
+        .flat_map(at)
+        .map(|(id, time_ns)| fusion.pose_at(id, time_ns))
+        .collect()
+}
+
+impl fmt::Display for Score {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let rms = |half: usize| (self.square[half] / self.poses).sqrt();
+        let ratio = |half: usize| (self.of_two[half][0] / self.of_two[half][1]).sqrt();
+        write!(
+            f,
+            "mm {:.4} deg {:.4} worst {:.3} {:.2}  NEES {:.3} inside {:.3}  covered {:.3}  bound {:.2} {:.2}  flips {}  faults {}  order {:.0e}  in band {} of {}",
+            rms(0) * 1e3,
+            rms(1).to_degrees(),
+            self.worst[0] * 1e3,
+            self.worst[1].to_degrees(),
+            self.nees / self.poses,
+            self.inside / self.poses,
+            self.covered / self.seen,
+            ratio(0),
+            ratio(1),
+            self.flips,
+            self.n_faults,
+            self.disorder,
+            self.in_band,
+            self.scenes,
+        )
+    }
+}
