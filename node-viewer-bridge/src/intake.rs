@@ -114,6 +114,33 @@ impl Intake {
                 let message: ClockReport = read(bytes, node, |m: &ClockReport| &m.node)?;
                 self.show(Slot::Clocks(node.to_string()), &Message::Clocks(&message))
             }
+            KeyRef::ConfigRig
+            | KeyRef::ConfigObject(_)
+            | KeyRef::ConfigArticulated(_)
+            | KeyRef::FullRig
+            | KeyRef::FullObject(_) => self.take_models(key, bytes, item.sender.as_deref()),
+            KeyRef::Links(object) => {
+                let message: ObjectLinks = read(bytes, object, |m: &ObjectLinks| &m.object)?;
+                self.show_links(&message)
+            }
+            // Liveliness has its own way in; a payload there is somebody's mistake, without effect.
+            KeyRef::Alive(..) => Ok(()),
+            KeyRef::ConfigAnswer(node) => {
+                let answer = read(bytes, node, |m: &ConfigAnswer| &m.node)?;
+                self.shared.wizard.take_answer(&answer);
+                Ok(())
+            }
+        }
+    }
+
+    /// What the site is made of: the plain messages are shown, the full ones are for the wizards.
+    fn take_models(
+        &self,
+        key: &KeyRef,
+        bytes: &[u8],
+        sender: Option<&str>,
+    ) -> Result<(), Rejection> {
+        match key {
             KeyRef::ConfigRig => {
                 let message: RigConfig = decode(bytes).map_err(Rejection::Undecodable)?;
                 if let Ok(rig) = Rig::try_from(&message) {
@@ -123,7 +150,7 @@ impl Intake {
             }
             KeyRef::ConfigObject(object) => {
                 let message: ObjectConfig = read(bytes, object, |m: &ObjectConfig| &m.id)?;
-                self.take_object(&message, item.sender.as_deref().unwrap_or_default())
+                self.take_object(&message, sender.unwrap_or_default())
             }
             KeyRef::ConfigArticulated(object) => {
                 let message: ArticulatedConfig =
@@ -146,17 +173,8 @@ impl Intake {
                 }
                 Ok(())
             }
-            KeyRef::Links(object) => {
-                let message: ObjectLinks = read(bytes, object, |m: &ObjectLinks| &m.object)?;
-                self.show_links(&message)
-            }
-            // Liveliness has its own way in; a payload there is somebody's mistake, without effect.
-            KeyRef::Alive(..) => Ok(()),
-            KeyRef::ConfigAnswer(node) => {
-                let answer = read(bytes, node, |m: &ConfigAnswer| &m.node)?;
-                self.shared.wizard.take_answer(&answer);
-                Ok(())
-            }
+            // Any other key is of something else.
+            _ => Ok(()),
         }
     }
 

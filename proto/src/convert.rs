@@ -5,5 +5,7 @@ mod full;
 mod links;
 mod observations;
 mod pose;
+#[cfg(test)]
+mod samples;
 
 pub use config::RigConfigError;

@@ -179,12 +179,9 @@ impl TryFrom<&FullObject> for ObjectModel {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use nalgebra::Vector3;
-    use sextant_estimator::{
-        Articulation, Camera, CameraId, Joint, JointId, JointKind, LinkId, ObjectId, Stamp, TagId,
-    };
+    use crate::convert::samples::{lidded_box, tag};
+    use sextant_estimator::{Camera, CameraId, ObjectId, Stamp};
     use sextant_geometry::{Intrinsics, Lens, Pose};
-    use sextant_tag_families::Family;
 
     const SIGMA: PoseSigma = PoseSigma {
         position_m: 0.001,
@@ -245,35 +242,13 @@ mod tests {
 
     #[test]
     fn objects_rigid_or_of_links_survive_the_way_there_and_back() {
-        let tag = |id| ObjectTag {
-            tag: TagId {
-                family: Family::Tag36h11,
-                id,
-            },
-            size_m: 0.04,
-            object_from_tag: Some(Pose::translation(0.0, 0.0, 0.01)),
-        };
-        let id = ObjectId::new("box").unwrap();
         let known = [(tag(4).tag, SIGMA)];
-        let rigid = ObjectModel::new(id.clone(), vec![tag(3), tag(4)]).unwrap();
+        let rigid = ObjectModel::new(ObjectId::new("box").unwrap(), vec![tag(3), tag(4)]).unwrap();
         let rigid = rigid.with_tag_sigmas(known).unwrap();
         assert_eq!(ObjectModel::try_from(&FullObject::from(&rigid)), Ok(rigid));
 
-        let [base, lid] = ["base", "lid"].map(|name| LinkId::new(name).unwrap());
-        let hinge = Joint {
-            id: JointId::new("hinge").unwrap(),
-            kind: JointKind::Revolute,
-            parent: base.clone(),
-            child: lid.clone(),
-            axis: Vector3::y(),
-            parent_from_joint: Pose::translation(0.1, 0.0, 0.2),
-            limits: Some([0.0, 1.5]),
-            max_speed: None,
-        };
-        let tree = Articulation::new(vec![base.clone(), lid.clone()], vec![hinge]).unwrap();
-        let tags = vec![(lid, tag(4)), (base, tag(3))];
-        let arm = ObjectModel::articulated(id, tree, tags).unwrap();
-        let arm = arm.with_tag_sigmas(known).unwrap();
-        assert_eq!(ObjectModel::try_from(&FullObject::from(&arm)), Ok(arm));
+        let of_links = lidded_box().with_tag_sigmas(known).unwrap();
+        let message = FullObject::from(&of_links);
+        assert_eq!(ObjectModel::try_from(&message), Ok(of_links));
     }
 }

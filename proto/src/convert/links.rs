@@ -123,35 +123,11 @@ impl TryFrom<&ArticulatedConfig> for ObjectModel {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use nalgebra::Vector3;
-    use sextant_estimator::{JointId, JointKind, LinkId, ObjectId, TagId};
-    use sextant_tag_families::Family;
+    use crate::convert::samples::lidded_box;
 
     #[test]
     fn an_articulated_object_survives_the_way_there_and_back() {
-        let [base, lid] = ["base", "lid"].map(|name| LinkId::new(name).unwrap());
-        let hinge = Joint {
-            id: JointId::new("hinge").unwrap(),
-            kind: JointKind::Revolute,
-            parent: base.clone(),
-            child: lid.clone(),
-            axis: Vector3::y(),
-            parent_from_joint: Pose::translation(0.1, 0.0, 0.2),
-            limits: Some([0.0, 1.5]),
-            max_speed: Some(3.0),
-        };
-        let tag = |id| ObjectTag {
-            tag: TagId {
-                family: Family::Tag36h11,
-                id,
-            },
-            size_m: 0.04,
-            object_from_tag: Some(Pose::translation(0.0, 0.0, 0.01)),
-        };
-        let tree = Articulation::new(vec![base.clone(), lid.clone()], vec![hinge]).unwrap();
-        let id = ObjectId::new("box").unwrap();
-        let tags = vec![(lid, tag(4)), (base, tag(3))];
-        let object = ObjectModel::articulated(id, tree, tags).unwrap();
+        let object = lidded_box();
         let message = ArticulatedConfig::of(&object).unwrap();
         assert_eq!(ObjectModel::try_from(&message), Ok(object));
     }

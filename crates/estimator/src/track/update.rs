@@ -74,7 +74,7 @@ pub(crate) fn updated<const D: usize>(
         }
         if let Some(update) = updated_by_group::<D>(&sum.state, start.take(), &members, options) {
             let nothing = vec![false; members.len()];
-            sum.evidence += update.evidence + refusal(&members, &nothing, options);
+            sum.evidence += update.fitted - update.refusal + refusal(&members, &nothing, options);
             sum.fitted += update.fitted;
             sum.vague |= update.vague;
             group
@@ -151,9 +151,10 @@ fn vantage(sights: &[Sight<'_>]) -> Vantage {
 
 struct GroupUpdate {
     state: Kinematics,
-    evidence: f64,
-    /// Of the evidence, what the corners say.
+    /// What the corners say for it: the logarithm of odds.
     fitted: f64,
+    /// Logarithm of the odds against the views that take no part.
+    refusal: f64,
     /// Whether the attitude is so vague that the cost may be no parabola about the fit.
     vague: bool,
     taken: Vec<Taken>,
@@ -193,7 +194,7 @@ fn updated_by_group<const D: usize>(
             if !sights.iter().any(|sight| sight.clock.is_some()) {
                 update.vague = curvature::widen(&mut update.state, &seen_prior, &active, &fit);
             }
-            update.evidence -= refusal(sights, &part, options);
+            update.refusal = refusal(sights, &part, options);
             return Some(update);
         }
     }
@@ -290,8 +291,8 @@ fn complete<const D: usize>(
     let fitted = -0.5 * (fit.cost + absorbed.narrowing);
     Some(GroupUpdate {
         state,
-        evidence: fitted,
         fitted,
+        refusal: 0.0,
         vague: false,
         taken,
     })
