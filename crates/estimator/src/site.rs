@@ -6,7 +6,7 @@ use std::sync::Arc;
 use nalgebra::{Matrix2, Point2};
 use sextant_geometry::tag_corners_in_tag;
 
-use crate::filter::bent::unbent;
+use crate::filter::bent;
 use crate::filter::chain::{Chain, Limb};
 use crate::filter::corners::{PosedCamera, View};
 use crate::filter::edges::EdgeModes;
@@ -290,7 +290,8 @@ fn view(
         size_m: tag.size_m,
         object_from_tag,
         corners_in_object: tag_corners_in_tag(tag.size_m).map(|corner| object_from_tag * corner),
-        corners_in_image: unbent(&camera.lens, &seen.corners),
+        corners_in_image: seen.corners,
+        bow: bent::bow(&camera.lens, &seen.corners),
         information,
         edges: EdgeModes::new(&seen.corners, &covariance)?,
         noise_source,

@@ -1,6 +1,7 @@
 //! One object at one instant: the attitudes that explain its images, and the step to the next instant.
 //!
 //! - [`hypothesis`]: one attitude, followed by a filter and weighed by its evidence.
+//! - [`bowed`]: how much of the bow of bending lenses each camera's corners have.
 //! - [`birth`]: the attitudes that an image allows when nothing is known before.
 //! - [`mirror`]: the other branch of the planar ambiguity.
 //! - [`curvature`]: covariance where the cost is flatter than its parabola.
@@ -13,6 +14,7 @@
 //! - [`update`]: a state and the views of an instant.
 
 mod birth;
+mod bowed;
 mod curvature;
 mod hypothesis;
 mod limbs;
@@ -117,7 +119,8 @@ impl Track {
             let clock = self.timing.clock(camera_index, image.clock, options);
             let sight = |view: &'a View| {
                 let factors = self.noise.factors(camera_index, view.noise_source, &usual);
-                Sight::new(camera_index, camera, view, factors, clock)
+                let bowed = self.noise.bowed(camera_index);
+                Sight::new(camera_index, camera, view, (factors, bowed), clock)
             };
             sights.extend(image.views.iter().map(sight));
         }

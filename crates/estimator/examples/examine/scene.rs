@@ -48,6 +48,17 @@ classes! {
     "arm" Arm "articulated bodies of 2 to 4 links"
 }
 
+impl Class {
+    fn is_bent(self) -> bool {
+        matches!(self, Self::Bent | Self::StronglyBent | Self::BentFitted)
+    }
+
+    /// Whether bodies move anywhere in the images.
+    fn is_wide(self) -> bool {
+        self.is_bent() || self == Self::Many
+    }
+}
+
 pub struct Body {
     pub model: ObjectModel,
     pub motion: Motion,
@@ -313,8 +324,9 @@ fn body(class: Class, index: usize, seconds: f64, random: &mut Random) -> Body {
         Class::Arm => Motion::smooth(0.2, 0.8, (0.15, 0.6), random),
         _ => Motion::smooth(0.5, std::f64::consts::PI, (0.15, 0.6), random),
     };
-    if let (Class::Many, Motion::Smooth { middle, .. }) = (class, &mut motion) {
-        middle.translation.vector = random.gaussian(0.1);
+    if let (true, Motion::Smooth { middle, .. }) = (class.is_wide(), &mut motion) {
+        // To the rims of the images.
+        middle.translation.vector = random.gaussian(0.12);
     }
     let id = made(ObjectId::new(&format!("body{index}")));
     if class == Class::Arm {

@@ -3,7 +3,8 @@
 //! Detectors take a tag for flat in a flat image: they fit one homography to the whole pattern, or straight lines to its
 //! edges. Through a lens with distortion the pattern is bent, and its best homography misses the true corners by a share of
 //! the bow: small, but the same in every image, so that no averaging takes it away. Lens and corners tell the bow, so the
-//! miss can be computed: a homography is fitted to the bent square, and where its corners lie is what a detector says.
+//! miss can be computed: a homography is fitted to the bent square, and where its corners lie is what such a detector says.
+//! Others give the very points, or something between; how much of the miss a camera's corners have is learned while running.
 
 use nalgebra::{Cholesky, Point2, SMatrix, SVector, Vector2};
 use sextant_geometry::{Homography, Lens};
@@ -21,15 +22,11 @@ const POINTS: usize = 7;
 /// A small change of a homography, as the displacement that it brings about in the tag's plane.
 type Change = SVector<f64, 8>;
 
-/// The corners without what the bow adds to them: where the lens shows the tag's true corners.
-pub(crate) fn unbent(lens: &Lens, corners: &[Point2<f64>; 4]) -> [Point2<f64>; 4] {
+/// What the bow adds to each corner that is found by a homography, in pixels; `None` where the lens bends no lines.
+pub(crate) fn bow(lens: &Lens, corners: &[Point2<f64>; 4]) -> Option<[Vector2<f64>; 4]> {
     if lens.distortion().is_empty() {
-        return *corners;
+        return None;
     }
-    corrected(lens, corners).unwrap_or(*corners)
-}
-
-fn corrected(lens: &Lens, corners: &[Point2<f64>; 4]) -> Option<[Point2<f64>; 4]> {
     let mut rays = *corners;
     for ray in &mut rays {
         *ray = lens.undistort(ray).ok()?;
@@ -37,17 +34,16 @@ fn corrected(lens: &Lens, corners: &[Point2<f64>; 4]) -> Option<[Point2<f64>; 4]
     let ray_from_tag = Homography::from_corners(&SQUARE, &rays)?;
     let pixel_from_tag = Homography::from_corners(&SQUARE, corners)?;
     let tag_from_pixel = pixel_from_tag.inverse()?;
-    let bow = |point: &Point2<f64>| {
+    let bent = |point: &Point2<f64>| {
         let pixel = lens.distort(&ray_from_tag.apply(point)?)?;
         Some(tag_from_pixel.apply(&pixel)? - point)
     };
-    let change = fitted(bow)?;
-    let mut straight = *corners;
-    for (corner, place) in straight.iter_mut().zip(&SQUARE) {
-        let missed = pixel_from_tag.apply(&(place + basis(place) * change))?;
-        *corner -= missed - *corner;
+    let change = fitted(bent)?;
+    let mut bow = [Vector2::zeros(); 4];
+    for (corner, place) in SQUARE.iter().enumerate() {
+        bow[corner] = pixel_from_tag.apply(&(place + basis(place) * change))? - corners[corner];
     }
-    Some(straight)
+    Some(bow)
 }
 
 /// The change of a homography that follows the bow best over the whole pattern, by least squares.
@@ -111,14 +107,10 @@ mod tests {
 
     #[test]
     fn a_lens_without_distortion_changes_nothing() {
-        assert_eq!(
-            unbent(&Lens::pinhole(INTRINSICS).unwrap(), &corners()),
-            corners()
-        );
+        assert_eq!(bow(&Lens::pinhole(INTRINSICS).unwrap(), &corners()), None);
         let straight = Lens::brown_conrady(INTRINSICS, [0.0; 5]).unwrap();
-        for (a, b) in unbent(&straight, &corners()).iter().zip(&corners()) {
-            assert!((a - b).norm() < 1e-9);
-        }
+        let bow = bow(&straight, &corners()).unwrap();
+        assert!(bow.iter().all(|missed| missed.norm() < 1e-9));
     }
 
     #[test]
@@ -148,10 +140,9 @@ mod tests {
             .zip(&truth)
             .map(|(a, b)| (a - b).norm())
             .fold(0.0, f64::max);
-        let left = unbent(&lens, &seen)
-            .iter()
-            .zip(&truth)
-            .map(|(a, b)| (a - b).norm())
+        let bow = bow(&lens, &seen).unwrap();
+        let left = (0..4)
+            .map(|corner| (seen[corner] - bow[corner] - truth[corner]).norm())
             .fold(0.0, f64::max);
         assert!(bias > 0.02 && left < 0.02 * bias, "{bias} {left}");
     }

@@ -3,12 +3,12 @@
 //! r = pi(camera_from_world (R q + t)) - u; with t += dt and R = exp(dr) R:
 //! dr/d(dt, dr) = J_pi R_cw [I | -[R q]x].
 
-use nalgebra::{Matrix2, Matrix2x3, Matrix3, Point2, Point3, Vector2, Vector3};
+use nalgebra::{Matrix2, Matrix2x3, Matrix3, Matrix6, Point2, Point3, Vector2, Vector3};
 use sextant_geometry::{Lens, Pose};
 
 use super::chain::Limb;
 use super::configuration::Configuration;
-use super::edges::{EdgeModes, NoiseFactors, Rows};
+use super::edges::{EdgeModes, NoiseFactors, Rows, product};
 use super::normal::{NoiseSource, Normal, PoseRows, robust};
 use super::shutter::{Moving, Passage, RollingShutter};
 use crate::health::Ray;
@@ -76,11 +76,12 @@ impl PosedCamera {
 
     /// How a view's residuals go with the corners' distances from the tag's centre: sums over the corners of residual times
     /// distance, distance squared and residual squared, px². Seen minus expected is minus (ratio - 1) times the distance.
-    pub fn size_of(&self, view: &View, at: &Configuration) -> Option<[f64; 3]> {
+    pub fn size_of(&self, view: &View, bowed: f64, at: &Configuration) -> Option<[f64; 3]> {
         let link = view.moving(at);
         let centre = Point3::from(view.object_from_tag.translation.vector);
         let mut sums = [0.0; 3];
-        for (index, seen) in view.corners_in_image.iter().enumerate() {
+        for index in 0..4 {
+            let seen = view.corner(index, bowed);
             let passage = view.passage(index, &link);
             let world_from_link = passage.map_or(link.pose, |passage| passage.pose);
             let project = |point: &Point3<f64>| {
@@ -136,6 +137,8 @@ pub(crate) struct View {
     pub corners_in_object: [Point3<f64>; 4],
     /// As seen, in pixels.
     pub corners_in_image: [Point2<f64>; 4],
+    /// What a bending lens adds to them where they are found by a homography, in pixels.
+    pub bow: Option<[Vector2<f64>; 4]>,
     /// Inverse of each corner's covariance as stated, 1/px².
     pub information: [Matrix2<f64>; 4],
     /// How the corners' errors hang together.
@@ -148,6 +151,13 @@ pub(crate) struct View {
 }
 
 impl View {
+    /// Where the lens shows a corner, if the corners have so much of what a bending lens adds.
+    #[inline(always)]
+    pub fn corner(&self, corner: usize, bowed: f64) -> Point2<f64> {
+        let seen = self.corners_in_image[corner];
+        self.bow.map_or(seen, |bow| seen - bow[corner] * bowed)
+    }
+
     /// Where the tag's link is, or the object where it is rigid.
     pub fn world_from_link(&self, at: &Configuration) -> Pose {
         match &self.limb {
@@ -200,6 +210,8 @@ pub(crate) struct Sight<'a> {
     pub view: &'a View,
     /// Of its noise against what is stated.
     pub noise: NoiseFactors,
+    /// How much of the bow its corners have.
+    pub bowed: f64,
     /// Factor on the information of single corners.
     weight: f64,
     /// What is known of the camera's clock, where it is not taken at its word.
@@ -211,7 +223,7 @@ impl<'a> Sight<'a> {
         camera_index: usize,
         camera: &'a PosedCamera,
         view: &'a View,
-        noise: NoiseFactors,
+        (noise, bowed): (NoiseFactors, f64),
         clock: Option<ClockOffset>,
     ) -> Self {
         let weight = noise.of_corner().recip();
@@ -220,6 +232,7 @@ impl<'a> Sight<'a> {
             camera,
             view,
             noise,
+            bowed,
             weight,
             clock,
         }
@@ -264,7 +277,7 @@ impl Sight<'_> {
     /// The rows of a corner, not whitened.
     #[inline(always)]
     fn fill(&self, corner: usize, seen: &Projected, linear: &mut Linear) {
-        let residual = seen.pixel - self.view.corners_in_image[corner];
+        let residual = seen.pixel - self.view.corner(corner, self.bowed);
         let (weight, relief) = self.weight(corner, &residual);
         let root = weight.sqrt();
         for axis in 0..2 {
@@ -275,6 +288,24 @@ impl Sight<'_> {
         linear.weights[corner] = weight;
         linear.relief += relief;
         linear.square_px += residual.norm_squared();
+    }
+
+    /// How much more of the bow the corners have than is allowed for, as the residuals at the fit say: twice the slope of the
+    /// logarithm of their probability, and the information. With whitened bow d, residuals e, Jacobian J and the fit's covariance
+    /// P the residuals' covariance is I - J P J', and more of the bow by a adds -a (I - J P J') d to them.
+    pub fn more_bow(&self, link: &Moving, covariance: &Matrix6<f64>) -> Option<[f64; 2]> {
+        let bow = self.view.bow?;
+        let linear = self.linearised(link)?;
+        let mut rows: Rows<1> = [[0.0]; 8];
+        for (row, of_row) in rows.iter_mut().enumerate() {
+            *of_row = [bow[row / 2][row % 2] * linear.weights[row / 2].sqrt()];
+        }
+        let rows = self.view.edges.whitened(&rows, self.noise);
+        let with = product(&linear.rows, &rows);
+        let by_pose = with.fixed_rows::<6>(0);
+        let told = by_pose.dot(&(covariance * by_pose));
+        let square: f64 = rows.iter().map(|[one]| one * one).sum();
+        Some([-with[6], (square - told).max(0.0)])
     }
 
     /// The same of all corners where each has its own time, and whitened rows by the twist.

@@ -53,6 +53,7 @@ fn view(camera: &PosedCamera, object_from_tag: Pose, off: [Vector2<f64>; 4]) -> 
         object_from_tag,
         corners_in_object,
         corners_in_image,
+        bow: None,
         information: [covariance.try_inverse().unwrap(); 4],
         edges: EdgeModes::new(&corners_in_image, &[covariance; 4]).unwrap(),
         noise_source: NoiseSource::Detector,
@@ -66,10 +67,13 @@ fn sight<'a>(camera: &'a PosedCamera, view: &'a View) -> Sight<'a> {
         0,
         camera,
         view,
-        NoiseFactors {
-            shift: 0.7,
-            turn: 1.3,
-        },
+        (
+            NoiseFactors {
+                shift: 0.7,
+                turn: 1.3,
+            },
+            0.0,
+        ),
         None,
     )
 }

@@ -77,7 +77,7 @@ fn seeds(sights: &[Sight<'_>]) -> Vec<Configuration> {
 pub(crate) fn branches(sight: &Sight<'_>) -> Vec<Pose> {
     let Ok(poses) = solve_square(
         &sight.camera.lens,
-        &sight.view.corners_in_image,
+        &[0, 1, 2, 3].map(|corner| sight.view.corner(corner, sight.bowed)),
         sight.view.size_m,
     ) else {
         return Vec::new();

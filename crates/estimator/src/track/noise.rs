@@ -5,6 +5,7 @@
 //! pass for noise: the weights of Student's t are those with which the variance is to be averaged (the EM step of Lange,
 //! Little, Taylor 1989, sec. 4).
 
+use super::bowed::Bowed;
 use super::update::Taken;
 use crate::FusionOptions;
 use crate::filter::corners::Sight;
@@ -49,6 +50,7 @@ pub(crate) struct Noise(Vec<CameraNoise>);
 struct CameraNoise {
     shift: Variance,
     turn: Variance,
+    bowed: Bowed,
 }
 
 /// What the residuals say of a factor on a stated variance.
@@ -115,6 +117,12 @@ impl Noise {
         }
     }
 
+    /// How much of the bow a camera's corners have.
+    pub fn bowed(&self, camera_index: usize) -> f64 {
+        let own = self.0.get(camera_index).copied().unwrap_or_default();
+        own.bowed.share()
+    }
+
     /// Takes a view in, whether it took part or was refused: else a noise underestimated at the start would stay so.
     pub fn learn(&mut self, sight: &Sight<'_>, taken: &Taken, options: &FusionOptions) {
         if self.0.len() <= sight.camera_index {
@@ -128,5 +136,6 @@ impl Noise {
         let (shift, turn) = (ratio(0) * sight.noise.shift, ratio(1) * sight.noise.turn);
         camera.shift.learn(shift, taken.redundancy[0], memory);
         camera.turn.learn(turn, taken.redundancy[1], memory);
+        camera.bowed.learn(sight.bowed, taken.more_bow);
     }
 }

@@ -129,7 +129,8 @@ impl Track {
                 .cameras()
                 .get(camera_index)
                 .and_then(|camera| camera.posed.as_ref());
-            let size = camera.map(|camera| camera.size_of(view, &best.state.configuration()));
+            let (at, bowed) = (best.state.configuration(), track.noise.bowed(camera_index));
+            let size = camera.map(|camera| camera.size_of(view, bowed, &at));
             let size = size.flatten().unwrap_or_default();
             let ray = camera.filter(|_| !taken.part && is_far(&size));
             SettledView {

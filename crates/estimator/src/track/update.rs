@@ -43,6 +43,8 @@ pub(crate) struct Taken {
     pub redundancy: [f64; 2],
     /// Sum of its squared residuals in px².
     pub square_px: f64,
+    /// As [`Sight::more_bow`] has it.
+    pub more_bow: [f64; 2],
 }
 
 impl Taken {
@@ -53,6 +55,7 @@ impl Taken {
             scale: [REFUSED_SCALE; 2],
             redundancy: [4.0; 2],
             square_px: 0.0,
+            more_bow: [0.0; 2],
         }
     }
 }
@@ -281,7 +284,15 @@ fn complete<const D: usize>(
     };
     let pairs = normals.iter().zip(part).zip(sights);
     let taken = pairs
-        .map(|((normal, part), sight)| taken(normal.as_ref(), *part, &covariance(sight)))
+        .map(|((normal, part), sight)| {
+            let covariance = covariance(sight);
+            let mut taken = taken(normal.as_ref(), *part, &covariance);
+            if *part && sight.view.bow.is_some() {
+                let link = sight.view.moving(&fit.configuration);
+                taken.more_bow = sight.more_bow(&link, &covariance).unwrap_or_default();
+            }
+            taken
+        })
         .collect();
     let mut state = absorbed.state;
     let parts = lasting_parts(&seen.configuration, sights, normals, part);
@@ -352,5 +363,6 @@ fn taken(normal: Option<&Normal>, part: bool, covariance: &Matrix6<f64>) -> Take
         scale: normal.scale,
         redundancy: [absorbed(of_shifts), absorbed(normal.of_turns)],
         square_px: normal.square_px,
+        more_bow: [0.0; 2],
     }
 }

@@ -5,6 +5,7 @@
 mod ambiguity;
 mod arm;
 mod arm_scene;
+mod bent;
 mod changes;
 mod clocks;
 mod far_clocks;
