@@ -33,18 +33,25 @@ pub(crate) struct Hypothesis {
 
 impl Hypothesis {
     /// What becomes of the hypothesis after `dt` seconds with the views of that instant. Where they contradict the
-    /// prediction there are two ways on: the body was hit, or the views are wrong; what follows will tell.
+    /// prediction there are two ways on: the body was hit, or the views are wrong; what follows will tell. All views of one of
+    /// several simultaneous images are enough: along its sight another camera may agree with anything.
     pub fn followed(&self, dt: f64, sights: &[Sight<'_>], options: &FusionOptions) -> Followed {
         let limbs = sights.iter().filter_map(|sight| sight.view.limb.as_ref());
         let predicted = self.state.predicted(dt);
         let predicted = predicted.well_rooted(limbs.map(|limb| limb.link));
         let mut ways = taken_in(&predicted, sights, options);
         let contradicted = ways.is_empty();
-        if contradicted {
-            ways = taken_in(&jolted(&predicted, dt, options), sights, options);
-            weaken(&mut ways, options.jolt_odds);
-            let taken = ways.iter_mut().flat_map(|way| &mut way.taken);
+        for strength in JOLTS {
+            if !ways.iter().all(|way| way.leaves_out_an_image(sights)) {
+                break;
+            }
+            let mut hit = taken_in(&jolted(&predicted, dt, strength, options), sights, options);
+            weaken(&mut hit, options.jolt_odds);
+            let taken = hit.iter_mut().flat_map(|way| &mut way.taken);
             taken.for_each(|taken| taken.expected = false);
+            ways.extend(hit);
+        }
+        if contradicted {
             ways.push(refused(predicted, sights, options));
         }
         weaken(&mut ways, -self.evidence);
@@ -56,6 +63,13 @@ impl Hypothesis {
 }
 
 impl Hypothesis {
+    /// Whether no view of one of the images took part.
+    fn leaves_out_an_image(&self, sights: &[Sight<'_>]) -> bool {
+        let pairs: Vec<_> = sights.iter().zip(&self.taken).collect();
+        let mut images = pairs.chunk_by(|(a, _), (b, _)| a.camera_index == b.camera_index);
+        images.any(|image| !image.iter().any(|(_, taken)| taken.part))
+    }
+
     /// Where this hypothesis has the root of another.
     pub fn root_of(&self, other: &Self) -> Pose {
         match &other.state.joints {
@@ -156,8 +170,11 @@ fn taken_in_by<const D: usize>(
 /// Seconds over which a jolt counts at least: a blow takes no time, and is as hard however soon the next image comes.
 pub(crate) const BLOW_S: f64 = 1.0 / 30.0;
 
-/// The prediction if the body was hit in the meantime.
-fn jolted(predicted: &Kinematics, dt: f64, options: &FusionOptions) -> Kinematics {
+/// Jolts are of any size: were only the hardest thought of, a wrong tag would often be likelier.
+const JOLTS: [f64; 2] = [0.1, 1.0];
+
+/// The prediction if the body was hit in the meantime, with a share of the hardest jolt.
+fn jolted(predicted: &Kinematics, dt: f64, strength: f64, options: &FusionOptions) -> Kinematics {
     let mut jolted = predicted.clone();
     jolted.motion.begin_anew(dt);
     for axis in 0..6 {
@@ -166,7 +183,7 @@ fn jolted(predicted: &Kinematics, dt: f64, options: &FusionOptions) -> Kinematic
         } else {
             options.angular_jolt
         };
-        let speed = acceleration * dt.max(BLOW_S);
+        let speed = strength * acceleration * dt.max(BLOW_S);
         let way = 0.5 * speed * dt;
         jolted.covariance[(axis, axis)] += way * way;
         jolted.covariance[(axis, axis + 6)] += way * speed;
@@ -175,7 +192,7 @@ fn jolted(predicted: &Kinematics, dt: f64, options: &FusionOptions) -> Kinematic
         jolted.covariance[(axis + 6, axis + 6)] += speed * speed * 1.1;
     }
     if let Some(joints) = &mut jolted.joints {
-        joints.jolt((dt, dt.max(BLOW_S)), options);
+        joints.jolt((dt, strength * dt.max(BLOW_S)), options);
     }
     jolted
 }

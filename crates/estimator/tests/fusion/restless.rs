@@ -83,3 +83,35 @@ fn nothing_is_said_for_sure_of_a_body_that_was_struck_until_it_is_followed_again
         assert!(followed >= 8, "seed {seed}: {followed} of 10");
     }
 }
+
+/// Hangs still for half a second, then flies off at 0.5 m/s towards the first camera.
+fn struck_towards_a_camera(time_ns: u64) -> Pose {
+    let flown_s = ((time_ns - START_NS) as f64 * 1e-9 - 0.5).max(0.0);
+    let place = Vector3::new(1.0, 0.0, 0.7).normalize() * (0.5 * flown_s);
+    Pose::new(place, Vector3::new(0.3, 0.2, 0.1))
+}
+
+/// A camera hardly sees how far away a body is, so that it agrees with the prediction; the other, at the same instant, does not.
+#[test]
+fn a_body_that_was_struck_is_followed_by_cameras_that_see_it_at_once() {
+    let (rig, object) = (rig(2), cube());
+    let eye = Eye {
+        rig: &rig,
+        object: &object,
+        sigma_px: 0.05,
+    };
+    for seed in 0..6 {
+        let (mut fusion, mut random) = (fusion(&rig, &object, exact_options()), Random(seed));
+        for number in 0..40 {
+            let time_ns = START_NS + seed * 3_000_000 + number * PERIOD_NS;
+            let pose = struck_towards_a_camera(time_ns);
+            let first = eye.image(0, time_ns, &pose, &mut random);
+            feed(&mut fusion, first);
+            let second = eye.image(1, time_ns, &pose, &mut random);
+            for said in feed(&mut fusion, second) {
+                let nees = nees(&said, &pose);
+                assert!(nees < 8.0, "seed {seed}, instant {number}: NEES {nees}");
+            }
+        }
+    }
+}
