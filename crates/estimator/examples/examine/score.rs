@@ -132,26 +132,6 @@ impl Score {
         for (pose, covariance, truth) in errors {
             let off = se3::difference(&pose, &truth);
             self.add(&off, &covariance);
-                let sd = |f: usize| covariance.fixed_view::<3, 3>(f, f).trace().sqrt();
-                let q = covariance
-                    .cholesky()
-                    .map(|r| off.dot(&r.solve(&off)) / 6.0)
-                    .unwrap_or(-1.0);
-                let al: f64 = std::env::var("TRACE").unwrap().parse().unwrap_or(0.0);
-                if q >= al {
-                    println!(
-                        "  {seconds:.3} b{body} {:?} c{} t{} mm {:.3} ({:.3}) mrad {:.3} ({:.3}) nees {q:.2} v {:.2}",
-                        estimate.state,
-                        estimate.cameras,
-                        estimate.tags,
-                        off.fixed_rows::<3>(0).norm() * 1e3,
-                        sd(0) * 1e3,
-                        off.fixed_rows::<3>(3).norm() * 1e3,
-                        sd(3) * 1e3,
-                        estimate.twist.fixed_rows::<3>(0).norm()
-                    );
-                }
-            }
             if off.fixed_rows::<3>(3).norm() > FLIP && estimate.state == State::Tracking {
                 self.flips += 1;
             }
