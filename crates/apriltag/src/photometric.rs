@@ -145,7 +145,7 @@ impl PatternFitter {
         let variance = self.equations.residual_variance().max(rounding) * excess;
         let covariances = state.corner_covariances(&inverse);
         let fit = PatternFit {
-            corners: state.corners(),
+            corners: state.unshaded_corners()?,
             covariance: covariances.map(|corner| corner.map(|value| value * variance)),
         };
         let share = mean_variance(&fit.covariance) / mean_variance(&edges.covariance);

@@ -78,6 +78,19 @@ fn a_bent_grey_scale_moves_no_corner() {
     }
 }
 
+#[test]
+fn light_that_falls_off_to_one_side_moves_no_corner() {
+    let tag = Tag {
+        turn_deg: [0.0, 0.0, 31.0],
+        ..tag(64.0)
+    };
+    let picture = Picture::draw(&camera(), std::slice::from_ref(&tag), 128.0);
+    let found = detect_one(&picture.lit([0.005, -0.003]).blurred(2.0).pixels(0.5, 2));
+    assert_eq!(found.refinement, Refinement::Photometric);
+    let error = worst_error(&found, &tag);
+    assert!(error < 0.015, "off by {error}");
+}
+
 /// As a camera sharpens: what a small blur would take away is added.
 fn sharpened(pixels: &[u8], strength: f64) -> Vec<u8> {
     const KERNEL: [f64; 3] = [0.25, 0.5, 0.25];

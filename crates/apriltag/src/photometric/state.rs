@@ -66,9 +66,18 @@ impl State {
 
     /// Directions in the image in which u and v grow, at the square's middle.
     fn normals(&self) -> Option<[Point; 2]> {
-        let [u, v, _] = self.inverse()?;
-        let direction = |[x, y, _]: [f32; 3]| [x / x.hypot(y), y / x.hypot(y)];
-        Some([direction(u), direction(v)])
+        let gradients = self.gradients([0.0; 2])?;
+        Some(gradients.map(|[x, y]| [x / x.hypot(y), y / x.hypot(y)]))
+    }
+
+    /// By how much u and v grow in the image, per pixel, at a place of the square.
+    fn gradients(&self, [u, v]: Point) -> Option<[Point; 2]> {
+        let [m_u, m_v, m_w] = self.inverse()?;
+        let [_, _, c, _, _, f, g, h] = self.homography.m;
+        let per_w = (g * u + h * v + 1.0) / (m_w[0] * c + m_w[1] * f + m_w[2]);
+        let gradient =
+            |m: [f32; 3], place: f32| [0, 1].map(|axis| (m[axis] - place * m_w[axis]) * per_w);
+        Some([gradient(m_u, u), gradient(m_v, v)])
     }
 
     /// Takes a step; nothing when it leads out of the numbers.
@@ -133,6 +142,28 @@ impl State {
 
     pub(super) fn corners(&self) -> Quad {
         CORNERS.map(|[u, v]| self.homography.apply(u, v))
+    }
+
+    /// The corners as they lie where light falls off to one side: blur mixes in more from the brighter side, so that all edges
+    /// show nearer to the darker one, by the blur's covariance times the light's gradient over the light (Stein's lemma).
+    pub(super) fn unshaded_corners(&self) -> Option<Quad> {
+        let [uu, vv, uv] = self.blur;
+        let [uu, vv] = [uu, vv].map(|variance| variance * (1.0 - 3.0 * self.halo));
+        let corner = |place @ [u, v]: Point| {
+            let [along_u, along_v] = self.gradients(place)?.map(|[x, y]| x.hypot(y));
+            let light = 1.0 + self.light[0] * u + self.light[1] * v;
+            let (slope_u, slope_v) = (
+                self.light[0] * along_u / light,
+                self.light[1] * along_v / light,
+            );
+            let (shift_u, shift_v) = (
+                along_u * (uu * slope_u + uv * slope_v),
+                along_v * (uv * slope_u + vv * slope_v),
+            );
+            Some(self.homography.apply(u + shift_u, v + shift_v))
+        };
+        let [a, b, c, d] = CORNERS.map(corner);
+        Some([a?, b?, c?, d?])
     }
 
     /// Every corner is in the neighbourhood that the edges leave open, and white is brighter than black.

@@ -161,6 +161,19 @@ impl Picture {
         }
     }
 
+    /// Under a light that grows along x and y by these parts a pixel, and is 1 at the middle.
+    pub fn lit(mut self, slope: [f64; 2]) -> Self {
+        for (i, grey) in self.greys.iter_mut().enumerate() {
+            let away = |at: usize, n: usize| (at as f64 - n as f64 / 2.0) / CELLS as f64;
+            let (x, y) = (
+                away(i % self.width, self.width),
+                away(i / self.width, self.height),
+            );
+            *grey *= 1.0 + slope[0] * x + slope[1] * y;
+        }
+        self
+    }
+
     /// Blurs with a Gaussian.
     pub fn blurred(&self, sigma_px: f64) -> Self {
         let sigma = sigma_px * CELLS as f64;
