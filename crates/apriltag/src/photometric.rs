@@ -62,8 +62,7 @@ const EXPLAINED: f32 = 2.0;
 /// that its corners are taken: the edges need no more than that the border is straight.
 const SURER: f32 = 0.15;
 
-/// Pictures with less blur and no noise are no camera's: what they do between pixels is not what the model says, and is only believed
-/// where it explains them.
+/// Pictures with less blur and no noise are no camera's: what they do between pixels is not what the model says.
 const LEAST_BLUR_PX: f32 = 0.1;
 
 /// Residuals that lenses, sharpening and compression leave where nothing is wrong, as a share of the contrast: pixels
@@ -150,7 +149,7 @@ impl PatternFitter {
         };
         let share = mean_variance(&fit.covariance) / mean_variance(&edges.covariance);
         let real = noise_sigma > 0.0 || state.blur_px() > LEAST_BLUR_PX;
-        let trusted = self.explains(&state, noise_sigma) || share < SURER && real;
+        let trusted = real && (self.explains(&state, noise_sigma) || share < SURER);
         if !trusted || !state.is_plausible(&start) {
             return None;
         }
@@ -220,10 +219,12 @@ impl PatternFitter {
         equations.clear(TUKEY * scale);
         self.kernels.run(
             #[inline(always)]
-            || match model.seen_modules() {
-                ..0.5 => linearise::<1>(&model, pixels, every, equations),
-                ..1.5 => linearise::<3>(&model, pixels, every, equations),
-                _ => linearise::<5>(&model, pixels, every, equations),
+            || match (model.seen_modules(), state.is_sharp()) {
+                (..0.5, true) => linearise::<1, true>(&model, pixels, every, equations),
+                (_, true) => linearise::<3, true>(&model, pixels, every, equations),
+                (..0.5, _) => linearise::<1, false>(&model, pixels, every, equations),
+                (..1.5, _) => linearise::<3, false>(&model, pixels, every, equations),
+                _ => linearise::<5, false>(&model, pixels, every, equations),
             },
         );
         equations.finish(&self.kernels);
@@ -241,14 +242,14 @@ impl PatternFitter {
 }
 
 #[inline(always)]
-fn linearise<const EDGES: usize>(
+fn linearise<const EDGES: usize, const SHARP: bool>(
     model: &Model<'_>,
     pixels: &Pixels,
     every: usize,
     equations: &mut Equations,
 ) {
     for group in pixels.groups().step_by(every) {
-        model.linearise::<EDGES>(&group, equations);
+        model.linearise::<EDGES, SHARP>(&group, equations);
     }
 }
 

@@ -91,6 +91,21 @@ fn light_that_falls_off_to_one_side_moves_no_corner() {
     assert!(error < 0.015, "off by {error}");
 }
 
+#[test]
+fn corners_of_a_picture_without_blur_are_seen_by_the_shares_of_pixels() {
+    for edge_px in [24.0, 40.0] {
+        let tag = Tag {
+            turn_deg: [0.0, 0.0, 90.0],
+            ..tag(edge_px)
+        };
+        let picture = Picture::draw(&camera(), std::slice::from_ref(&tag), 128.0);
+        let found = detect_one(&picture.pixels(1.0, 5));
+        assert_eq!(found.refinement, Refinement::Photometric, "{edge_px} px");
+        let error = worst_error(&found, &tag);
+        assert!(error < 0.02, "{edge_px} px: off by {error}");
+    }
+}
+
 /// As a camera sharpens: what a small blur would take away is added.
 fn sharpened(pixels: &[u8], strength: f64) -> Vec<u8> {
     const KERNEL: [f64; 3] = [0.25, 0.5, 0.25];

@@ -37,7 +37,7 @@ impl<'a> Model<'a> {
             per_scale: per_scale(state, &inverse),
             pattern,
             state,
-            optics: state.optics(),
+            optics: state.optics()?,
             inverse,
             reach: reach(pattern, state),
             per_contrast: 1.0 / contrast,
@@ -59,13 +59,13 @@ impl<'a> Model<'a> {
 
     /// Adds the rows of a group of pixels.
     #[inline(always)]
-    pub(super) fn linearise<const EDGES: usize>(
+    pub(super) fn linearise<const EDGES: usize, const SHARP: bool>(
         &self,
         group: &Group<'_>,
         equations: &mut Equations,
     ) {
         let places = self.places(group);
-        let crossings = self.pattern.cross::<EDGES>(&places, &self.optics);
+        let crossings = self.pattern.cross::<EDGES, SHARP>(&places, &self.optics);
         equations.add(
             #[inline(always)]
             |i| {

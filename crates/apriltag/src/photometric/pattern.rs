@@ -74,7 +74,7 @@ impl Pattern {
 
     /// What crosses the neighbourhood of places, with the nearest `EDGES` edges along either axis.
     #[inline(always)]
-    pub(super) fn cross<const EDGES: usize>(
+    pub(super) fn cross<const EDGES: usize, const SHARP: bool>(
         &self,
         places: &Places,
         optics: &Optics,
@@ -93,7 +93,7 @@ impl Pattern {
                 let away = place - (first_edge - SHIFT);
                 let module_px = places.unit_px[axis][i] / self.half_border;
                 for (k, edge) in edges.iter_mut().enumerate() {
-                    let looks = optics.profiles[axis].at((away - k as f32) * module_px);
+                    let looks = optics.profiles[axis].at::<SHARP>((away - k as f32) * module_px);
                     for q in 0..4 {
                         edge[q][i] = looks[q];
                     }

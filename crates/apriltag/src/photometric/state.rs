@@ -11,7 +11,7 @@ use crate::reading::Reading;
 const USUAL_BLUR_PX: f32 = 0.6;
 
 /// Variance of a pixel's square along either axis, in square pixels.
-const PIXEL: f32 = 1.0 / 12.0;
+pub(super) const PIXEL: f32 = 1.0 / 12.0;
 
 /// Standard deviation of the halo where nothing is known.
 const USUAL_HALO: f32 = 0.3;
@@ -124,12 +124,20 @@ impl State {
         ((self.blur[0] + self.blur[1]) / 2.0 - PIXEL).sqrt()
     }
 
-    pub(super) fn optics(&self) -> Optics {
+    pub(super) fn optics(&self) -> Option<Optics> {
         let [uu, vv, covariance] = self.blur;
-        Optics {
-            profiles: [uu, vv].map(|variance| Profile::new(variance, self.halo)),
+        let [u, v] = self.normals()?;
+        Some(Optics {
+            profiles: [(u, uu), (v, vv)]
+                .map(|(normal, variance)| Profile::new(normal, variance, self.halo)),
             covariance,
-        }
+        })
+    }
+
+    /// Whether the pixels' own square is a good part of the blur, so that its shape shows.
+    pub(super) fn is_sharp(&self) -> bool {
+        const SHARP: f32 = 2.4 * PIXEL;
+        self.blur[0].min(self.blur[1]) < SHARP
     }
 
     pub(super) fn contrast(&self) -> f32 {
