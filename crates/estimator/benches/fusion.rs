@@ -1,7 +1,7 @@
 //! What fusion costs: one image of a tracked object, a late image, a large site. `cargo bench -p sextant-estimator`.
 //!
 //! Prints microseconds of one core; the clock is read here, never in the crate. `-- NAME..` runs some cases only (1-tag, 6-tags,
-//! lasting, arm, body, late, clock, free-running, simultaneous). Instructions of a case, which no busy machine changes: `cost.sh` beside this.
+//! lasting, arm, body, late, clock, ahead, free-running, simultaneous). Instructions of a case, which no busy machine changes: `cost.sh` beside this.
 
 #![allow(clippy::expect_used, reason = "a bench without its scene is none")]
 
@@ -290,7 +290,9 @@ fn late_image() -> Vec<f64> {
         if number > 100 && number % 10 == 0 {
             let late_ns = time_ns - 50 * PERIOD_NS / 4 + 1;
             let late = image(&rig, 3, &objects, late_ns, &mut state);
-            micros.push(timed_late(&mut fusion, late));
+            // Whoever looks next pays for what came late.
+            let next = image(&rig, 3, &objects, time_ns + 1, &mut state);
+            micros.push(timed_late(&mut fusion, late) + timed_late(&mut fusion, next));
         }
     }
     micros
@@ -326,8 +328,9 @@ fn large_site(phase: Phase) -> Vec<f64> {
     micros
 }
 
-/// A camera whose stamps are three seconds ahead: until that is found out, what single cameras see is compared.
-fn open_clock_question() -> Vec<f64> {
+/// A camera whose stamps are ahead: until that is found out, what single cameras see is compared; by less than the window, and all
+/// images of the others are late.
+fn open_clock_question(ahead_ns: u64) -> Vec<f64> {
     let (rig, mut state) = (rig(6), 1);
     let objects: Vec<_> = (0..8).map(|index| plate(index, 6)).collect();
     let mut fusion =
@@ -337,7 +340,7 @@ fn open_clock_question() -> Vec<f64> {
         let (camera, time_ns) = (number % 6, START_NS + number * PERIOD_NS / 6);
         let mut image = image(&rig, camera as usize, &objects, time_ns, &mut state);
         image.clock_error_ns = ImageObservation::CLOCK_ERROR_UNKNOWN;
-        image.capture_ns += if camera == 1 { 3_000_000_000 } else { 0 };
+        image.capture_ns += if camera == 1 { ahead_ns } else { 0 };
         let start = Instant::now();
         fusion.handle(time_ns + LATENCY_NS, Input::Image(image));
         while fusion.poll_output().is_some() {}
@@ -399,7 +402,7 @@ const CASES: &[Case] = &[
     },
     Case {
         name: "late",
-        title: "an image late by 50 images, 6 tags",
+        title: "an image late by 50 images and the next, 6 tags",
         run: late_image,
         warm_up: 0,
         rate: None,
@@ -407,9 +410,16 @@ const CASES: &[Case] = &[
     Case {
         name: "clock",
         title: "6 cameras, 8 objects of 6 tags, a clock far off",
-        run: open_clock_question,
+        run: || open_clock_question(3_000_000_000),
         warm_up: 60,
         rate: None,
+    },
+    Case {
+        name: "ahead",
+        title: "the same, by 0.3 s",
+        run: || open_clock_question(300_000_000),
+        warm_up: 0,
+        rate: Some(6.0 * 30.0),
     },
     Case {
         name: "free-running",

@@ -150,7 +150,7 @@ impl Fusion {
             .timelines
             .iter()
             .find(|timeline| timeline.object() == object)?;
-        let estimate = timeline.estimate(time_ns, &self.options);
+        let estimate = timeline.estimate(time_ns, &self.site, &self.options);
         estimate.filter(ObjectEstimate::is_finite)
     }
 
@@ -215,7 +215,8 @@ impl Fusion {
             self.find_strays(object, &mut instant);
             self.health.take(object, instant.time_ns, &instant.views);
         }
-        let timeline = &self.timelines[object];
+        let timeline = &mut self.timelines[object];
+        timeline.catch_up(image.capture_ns, &self.site, &self.options);
         let sighting = &timeline.at(image.capture_ns).sighting;
         let refused = sighting
             .refused
@@ -231,6 +232,7 @@ impl Fusion {
     /// An image without the object's tags says nothing about a pose that others have just seen; otherwise it asks for the
     /// prediction.
     fn take_absence(&mut self, object: usize, capture_ns: u64) {
+        self.timelines[object].catch_up(capture_ns, &self.site, &self.options);
         let seen_ns = self.timelines[object].at(capture_ns).seen_ns;
         let unseen_s = capture_ns.saturating_sub(seen_ns) as f64 * 1e-9;
         if unseen_s > self.options.coasting_s {
@@ -239,12 +241,13 @@ impl Fusion {
     }
 
     fn say(&mut self, object: usize, capture_ns: u64) {
-        let estimate = self.timelines[object].estimate(capture_ns, &self.options);
+        let estimate = self.timelines[object].estimate(capture_ns, &self.site, &self.options);
         self.outputs
             .extend(estimate.filter(ObjectEstimate::is_finite).map(Output::Pose));
     }
 
     fn take_rig(&mut self, rig: &Rig) {
+        self.catch_up();
         self.site.set_rig(rig);
         self.health.reset();
         self.clock_search.models_changed();
@@ -255,6 +258,7 @@ impl Fusion {
     }
 
     fn take_objects(&mut self, objects: Vec<ObjectModel>) {
+        self.catch_up();
         if let Err(error) = self.site.set_objects(&objects) {
             self.outputs.push_back(Output::Refused(error));
             return;
@@ -285,6 +289,13 @@ impl Fusion {
         }
     }
 
+    /// Goes through all images that have come late.
+    fn catch_up(&mut self) {
+        for timeline in &mut self.timelines {
+            timeline.catch_up(u64::MAX, &self.site, &self.options);
+        }
+    }
+
     /// When the object will be lost, if it is seen no more.
     fn loss_ns(&self, object: usize) -> Option<u64> {
         let seen_ns = self.timelines[object].at(u64::MAX).seen_ns;
@@ -294,7 +305,12 @@ impl Fusion {
 
     fn say_losses(&mut self, now_ns: u64) {
         for object in 0..self.timelines.len() {
-            let Some(loss_ns) = self.loss_ns(object).filter(|loss_ns| now_ns >= *loss_ns) else {
+            let is_lost = |loss_ns: &u64| now_ns >= *loss_ns;
+            if self.loss_ns(object).filter(is_lost).is_none() {
+                continue;
+            }
+            self.timelines[object].catch_up(u64::MAX, &self.site, &self.options);
+            let Some(loss_ns) = self.loss_ns(object).filter(is_lost) else {
                 continue;
             };
             self.lost_said_ns[object] = self.timelines[object].at(u64::MAX).seen_ns;

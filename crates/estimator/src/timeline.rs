@@ -2,8 +2,13 @@
 //!
 //! A late image is put where it belongs and the instants after it are gone through again, so that what comes out depends
 //! on the capture times alone. Instants older than the window become the base, which nothing changes any more.
+//!
+//! They are gone through again only as far as somebody looks: where a clock is ahead all images of the other cameras are late, and
+//! each asks for its own instant only.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
+use std::ops::Bound;
 use std::sync::Arc;
 
 use crate::health::SettledView;
@@ -25,12 +30,28 @@ struct Instant {
     after: Track,
 }
 
+impl Instant {
+    /// The track after its images.
+    fn following(
+        &self,
+        before: &Track,
+        time_ns: u64,
+        site: &Site,
+        options: &FusionOptions,
+    ) -> Track {
+        let images: Vec<&ObjectImage> = self.images.values().map(Arc::as_ref).collect();
+        before.advanced(time_ns, &images, site, options)
+    }
+}
+
 /// The window of one object.
 #[derive(Debug)]
 pub(crate) struct Timeline {
     object: ObjectId,
     base: Track,
     instants: BTreeMap<Key, Instant>,
+    /// From here on the instants don't know yet of images that came late.
+    stale_from: Option<Key>,
 }
 
 /// What became of the views of an instant, for good.
@@ -50,6 +71,7 @@ impl Timeline {
             object,
             base: Track::default(),
             instants: BTreeMap::new(),
+            stale_from: None,
         }
     }
 
@@ -57,12 +79,12 @@ impl Timeline {
         &self.object
     }
 
-    /// By camera index, as of the newest image.
+    /// By camera index, as of the newest image gone through.
     pub fn clock_offsets(&self) -> impl Iterator<Item = (usize, ClockOffset)> {
-        self.at(u64::MAX).clock_offsets()
+        self.gone_through().clock_offsets()
     }
 
-    /// Inserts an image and goes through the instants from its own on.
+    /// Inserts an image, from whose instant on all is to be gone through again. What is settled by that is returned.
     pub fn insert(
         &mut self,
         image: Arc<ObjectImage>,
@@ -81,18 +103,44 @@ impl Timeline {
             after: Track::default(),
         });
         instant.images.insert(image.camera_index, image);
-        self.replay(key, site, options);
-        Ok(self.forget(window_ns, site))
+        self.stale_from = Some(self.stale_from.map_or(key, |stale| stale.min(key)));
+        Ok(self.forget(window_ns, site, options))
     }
 
-    fn replay(&mut self, from: Key, site: &Site, options: &FusionOptions) {
-        let first = self.before(from).clone();
+    /// Goes through the instants up to a time, where late images have come for them.
+    pub fn catch_up(&mut self, time_ns: u64, site: &Site, options: &FusionOptions) {
+        let upto = (time_ns, usize::MAX);
+        let Some(stale) = self.stale_from.filter(|stale| *stale <= upto) else {
+            return;
+        };
+        let first = self.before(stale).clone();
         let mut before = &first;
-        for ((time_ns, _), instant) in self.instants.range_mut(from..) {
-            let images: Vec<&ObjectImage> = instant.images.values().map(Arc::as_ref).collect();
-            instant.after = before.advanced(*time_ns, &images, site, options);
+        for ((time_ns, _), instant) in self.instants.range_mut(stale..=upto) {
+            instant.after = instant.following(before, *time_ns, site, options);
             before = &instant.after;
         }
+        let mut later = self
+            .instants
+            .range((Bound::Excluded(upto), Bound::Unbounded));
+        self.stale_from = later.next().map(|(key, _)| *key);
+    }
+
+    /// The newest track that knows of all images.
+    fn gone_through(&self) -> &Track {
+        self.before(self.stale_from.unwrap_or((u64::MAX, usize::MAX)))
+    }
+
+    /// The track at or before an instant as it is once all late images are gone through.
+    fn caught_up(&self, time_ns: u64, site: &Site, options: &FusionOptions) -> Cow<'_, Track> {
+        let upto = (time_ns, usize::MAX);
+        let Some(stale) = self.stale_from.filter(|stale| *stale <= upto) else {
+            return Cow::Borrowed(self.at(time_ns));
+        };
+        let mut track = self.before(stale).clone();
+        for ((time_ns, _), instant) in self.instants.range(stale..=upto) {
+            track = instant.following(&track, *time_ns, site, options);
+        }
+        Cow::Owned(track)
     }
 
     fn before(&self, key: Key) -> &Track {
@@ -101,8 +149,9 @@ impl Timeline {
     }
 
     /// Drops the instants older than the window, which no late image can change any more; the newest always stays.
-    fn forget(&mut self, window_ns: u64, site: &Site) -> Vec<Settled> {
+    fn forget(&mut self, window_ns: u64, site: &Site, options: &FusionOptions) -> Vec<Settled> {
         let oldest = self.newest_ns().saturating_sub(window_ns);
+        self.catch_up(oldest.saturating_sub(1), site, options);
         let kept = self.instants.split_off(&(oldest, 0));
         let gone = std::mem::replace(&mut self.instants, kept);
         let settled = gone.iter().map(|((time_ns, _), instant)| Settled {
@@ -125,7 +174,7 @@ impl Timeline {
             .map_or(self.base.time_ns, |((time_ns, _), _)| *time_ns)
     }
 
-    /// The track at or before an instant.
+    /// The track at or before an instant, as far as it was gone through.
     pub fn at(&self, time_ns: u64) -> &Track {
         self.instants
             .range(..=(time_ns, usize::MAX))
@@ -134,8 +183,13 @@ impl Timeline {
     }
 
     /// The estimate for an instant, from the images up to it.
-    pub fn estimate(&self, time_ns: u64, options: &FusionOptions) -> Option<ObjectEstimate> {
-        let track = self.at(time_ns);
+    pub fn estimate(
+        &self,
+        time_ns: u64,
+        site: &Site,
+        options: &FusionOptions,
+    ) -> Option<ObjectEstimate> {
+        let track = self.caught_up(time_ns, site, options);
         if !track.is_known_at(time_ns, options) {
             return None;
         }
@@ -148,14 +202,16 @@ impl Timeline {
             .last_estimate(&self.object, time_ns, options)
     }
 
-    /// Forgets the images, not what they taught: the models that they were read with are no longer in force.
+    /// Forgets the images, not what they taught: the models that they were read with are no longer in force. All must have been
+    /// gone through.
     pub fn settle(&mut self) {
+        self.stale_from = None;
         if let Some((_, last)) = std::mem::take(&mut self.instants).into_iter().next_back() {
             self.base = last.after;
         }
     }
 
-    /// So many seconds more are taken off a camera's stamps from now on.
+    /// So many seconds more are taken off a camera's stamps from now on. As [`Self::settle`].
     pub fn shift_clock(&mut self, camera_index: usize, by_s: f64) {
         self.settle();
         self.base.shift_clock(camera_index, by_s);

@@ -86,6 +86,7 @@ impl Fusion {
                 self.clock_search.ask(now_ns, [index].into_iter());
             } else if off_s > FAR_S && found.sigma_s < KNOWN_S && steady.contains(&index) {
                 self.clock_search.add(index, found);
+                self.catch_up();
                 for timeline in &mut self.timelines {
                     timeline.shift_clock(index, found.offset_s);
                 }

@@ -22,7 +22,7 @@ impl Fusion {
         let mut hit = others
             .filter(|(index, _)| *index != but)
             .filter(|(_, (timeline, model))| {
-                let estimate = timeline.estimate(time_ns, &self.options);
+                let estimate = timeline.estimate(time_ns, &self.site, &self.options);
                 let place = estimate.map(|one| one.world_from_object.translation.vector);
                 let distance = place.and_then(|place| ray.distance(&place));
                 distance.is_some_and(|distance| distance <= reach(model))
