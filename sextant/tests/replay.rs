@@ -33,9 +33,11 @@ fn write_detections(recording: &Recording, into: &Path) {
                 .output()
                 .unwrap();
             let said = &rows(&stdout(&output))[0];
-            let tags = said["detections"].as_array().unwrap().iter().map(
-                |tag| json!({"family": tag["family"], "id": tag["id"], "corners": tag["corners"]}),
-            );
+            let tags = said["detections"].as_array().unwrap().iter().map(|tag| {
+                let [family, id] = [&tag["family"], &tag["id"]];
+                let [corners, covariance] = [&tag["corners"], &tag["corner_covariance"]];
+                json!({"family": family, "id": id, "corners": corners, "corner_covariance": covariance})
+            });
             let numbers = [t_ns, arrival_ns].map(|number| number.parse::<u64>().unwrap());
             let line = json!({"t_ns": numbers[0], "arrival_ns": numbers[1], "detections": tags.collect::<Vec<_>>()});
             text += &format!("{line}\n");
@@ -175,7 +177,17 @@ fn detect_says_one_line_an_image_in_the_order_given() {
         .unwrap()
         .keys()
         .collect();
-    assert_eq!(keys, ["corners", "family", "hamming", "id", "margin"]);
+    assert_eq!(
+        keys,
+        [
+            "corner_covariance",
+            "corners",
+            "family",
+            "hamming",
+            "id",
+            "margin"
+        ]
+    );
     let detections = |rows: &[Value]| {
         rows.iter()
             .map(|r| r["detections"].clone())

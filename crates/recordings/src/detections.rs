@@ -31,6 +31,9 @@ pub struct DetectedTag {
     /// Noise of a corner's coordinate, one standard deviation, pixels; the estimator's own default when absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sigma_px: Option<f32>,
+    /// Covariance of each corner as (xx, xy, yy) in square pixels, in single precision as on the wire; goes before `sigma_px`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub corner_covariance: Option<[[f32; 3]; 4]>,
 }
 
 /// Corners beyond this many pixels are no corners of an image.
@@ -58,7 +61,7 @@ impl DetectionsLine {
         let line: Self = serde_json::from_str(text).map_err(|error| {
             // The position inside the line is the column; its "line 1" would mislead.
             let cause = error.to_string().replace("at line 1 column", "at column");
-            (cause, "write {\"t_ns\",\"arrival_ns\",\"detections\":[{\"family\",\"id\",\"corners\":[[x,y]x4],\"sigma_px\"}]} with finite numbers")
+            (cause, "write {\"t_ns\",\"arrival_ns\",\"detections\":[{\"family\",\"id\",\"corners\":[[x,y]x4],\"sigma_px\",\"corner_covariance\":[[xx,xy,yy]x4]}]} with finite numbers")
         })?;
         line.detections.iter().try_for_each(DetectedTag::check)?;
         Ok(line)
@@ -74,14 +77,30 @@ impl DetectedTag {
             let cause = format!("a corner of {tag} is not finite or far outside of any image");
             return Err((cause, "write pixels"));
         }
-        match self.sigma_px {
-            Some(sigma) if !(sigma > 0.0 && sigma <= MAX_PIXEL) => {
-                let cause = format!("sigma_px = {sigma} of {tag} is not above 0 and finite");
-                Err((cause, "write pixels or leave it out"))
+        if let Some(sigma) = self.sigma_px
+            && !(sigma > 0.0 && sigma <= MAX_PIXEL)
+        {
+            let cause = format!("sigma_px = {sigma} of {tag} is not above 0 and finite");
+            return Err((cause, "write pixels or leave it out"));
+        }
+        match self.corner_covariance {
+            Some(stated) if !stated.into_iter().all(is_covariance) => {
+                let cause = format!("corner_covariance of {tag} is no covariance");
+                Err((
+                    cause,
+                    "write xx, xy, yy of each corner in square pixels, xx and yy above 0, or leave it out",
+                ))
             }
             _ => Ok(()),
         }
     }
+}
+
+/// Finite and positive, up to what rounding to single precision does to a narrow one; written so that NaN is none.
+fn is_covariance([xx, xy, yy]: [f32; 3]) -> bool {
+    let [xx, xy, yy] = [xx, xy, yy].map(f64::from);
+    let is_variance = |v: f64| v > 0.0 && v <= f64::from(MAX_PIXEL).powi(2);
+    is_variance(xx) && is_variance(yy) && xy * xy <= xx * yy * (1.0 + 1e-6)
 }
 
 #[cfg(test)]
@@ -108,6 +127,7 @@ mod tests {
             (tag.id, tag.corners[0], tag.sigma_px),
             (3, [1.1, 2.0], None)
         );
+        assert_eq!(tag.corner_covariance, None);
     }
 
     #[test]
@@ -126,6 +146,12 @@ mod tests {
                     [639.499_94, 3.0],
                 ],
                 sigma_px: Some(0.037_251_3),
+                corner_covariance: Some([
+                    [odd, -1e-9, 3e-7],
+                    [0.1; 3],
+                    [1.0, 0.0, 2.0],
+                    [1e-12; 3],
+                ]),
             }],
         };
         let text = serde_json::to_string(&line).unwrap();
@@ -185,6 +211,13 @@ mod tests {
             (
                 GOOD.replace("\"hamming\":0", "\"sigma_px\":0"),
                 "detections.jsonl:1: sigma_px = 0 of tag36h11:3",
+            ),
+            (
+                GOOD.replace(
+                    "\"hamming\":0",
+                    "\"corner_covariance\":[[1,0,1],[1,0,1],[1,2,1],[1,0,1]]",
+                ),
+                "detections.jsonl:1: corner_covariance of tag36h11:3 is no covariance",
             ),
             (
                 GOOD.replace("\"t_ns\":5,", ""),

@@ -54,6 +54,7 @@ pub struct TagLine {
     hamming: u8,
     margin: f32,
     corners: [[f32; 2]; 4],
+    corner_covariance: [[f32; 3]; 4],
 }
 
 impl From<&Detection> for TagLine {
@@ -64,6 +65,7 @@ impl From<&Detection> for TagLine {
             hamming: detection.hamming,
             margin: detection.margin,
             corners: detection.corners,
+            corner_covariance: detection.corner_covariance,
         }
     }
 }

@@ -112,14 +112,15 @@ pub fn image_of(picture: &GreyImage) -> Result<Image<'_>, sextant_apriltag::Imag
     )
 }
 
-/// What is recorded of detections: corners, without the detector's own covariance. `replay` takes pictures through the same
-/// form, so that pictures and a `detections.jsonl` made of documented keys give the same poses, bit for bit.
+/// What is recorded of detections. `replay` takes pictures through the same form, so that pictures and what is recorded of
+/// them give the same poses, bit for bit.
 pub fn detected_tags(detections: &[Detection]) -> Vec<DetectedTag> {
     let tags = detections.iter().map(|detection| DetectedTag {
         family: detection.family,
         id: detection.id,
         corners: detection.corners,
         sigma_px: None,
+        corner_covariance: Some(detection.corner_covariance),
     });
     tags.collect()
 }

@@ -62,12 +62,19 @@ fn corners_of(tag: &DetectedTag) -> TagCorners {
     let point = |[x, y]: [f32; 2]| Point2::new(f64::from(x), f64::from(y));
     // Zero tells the estimator that nobody states the noise.
     let variance = tag.sigma_px.map_or(0.0, |sigma| f64::from(sigma).powi(2));
+    let round = Matrix2::from_diagonal_element(variance);
+    let stated = tag.corner_covariance.map(|corners| {
+        corners.map(|stated| {
+            let [xx, xy, yy] = stated.map(f64::from);
+            Matrix2::new(xx, xy, xy, yy)
+        })
+    });
     TagCorners {
         tag: TagId {
             family: tag.family,
             id: tag.id,
         },
         corners: tag.corners.map(point),
-        corner_covariance: [Matrix2::from_diagonal_element(variance); 4],
+        corner_covariance: stated.unwrap_or([round; 4]),
     }
 }
