@@ -1,25 +1,39 @@
 // Text at points of the world: crisp, readable by screen readers, moved by transforms only.
 
 import { type PerspectiveCamera, Vector3 } from "three";
+import { lifts } from "./apart.ts";
 
 /** How a label lies over its point: objects' names stand above theirs. */
 const RISE = { camera: "-50%", object: "-100%", axis: "-50%" };
+/** Share of the way to its new height that a lifted label goes in a frame: it glides where things pass one another. */
+const GLIDE = 0.2;
 
 export class Label {
   readonly at = new Vector3();
   visible = true;
+  /** Pixels above its point, so as not to lie over another. */
+  lift = 0;
+  private extent: { width: number; height: number } | null = null;
   private shownText = "";
   private shownTransform = "";
   private shownCondition = "";
 
   constructor(
     readonly element: HTMLElement,
-    private readonly rise: string,
+    readonly kind: keyof typeof RISE,
   ) {}
+
+  /** Width and height in pixels; asked of the page once for each text, for it costs a layout. */
+  get size(): { width: number; height: number } {
+    // What is not shown has no extent.
+    if (!this.extent?.width) this.extent = { width: this.element.offsetWidth, height: this.element.offsetHeight };
+    return this.extent;
+  }
 
   set text(text: string) {
     if (text === this.shownText) return;
     this.shownText = text;
+    this.extent = null;
     this.element.textContent = text;
   }
 
@@ -30,7 +44,7 @@ export class Label {
   }
 
   place(x: number, y: number): void {
-    const transform = `translate(${x.toFixed(1)}px, ${y.toFixed(1)}px) translate(-50%, ${this.rise})`;
+    const transform = `translate(${x.toFixed(1)}px, ${(y - this.lift).toFixed(1)}px) translate(-50%, ${RISE[this.kind]})`;
     if (transform === this.shownTransform) return;
     this.shownTransform = transform;
     this.element.style.transform = transform;
@@ -47,7 +61,7 @@ export class LabelLayer {
     const element = document.createElement("span");
     element.className = `label label-${kind}`;
     this.parent.append(element);
-    const label = new Label(element, RISE[kind]);
+    const label = new Label(element, kind);
     label.text = text;
     this.labels.add(label);
     return label;
@@ -58,13 +72,22 @@ export class LabelLayer {
     label.element.remove();
   }
 
-  /** Puts each label where the camera sees its point. */
+  /** Puts each label where the camera sees its point, objects' names above one another where they would lie over one another. */
   update(camera: PerspectiveCamera, width: number, height: number): void {
+    const names: { label: Label; x: number; y: number }[] = [];
     for (const label of this.labels) {
       const point = this.projected.copy(label.at).project(camera);
       const seen = label.visible && point.z < 1 && Math.abs(point.x) < 1.1 && Math.abs(point.y) < 1.1;
       if (label.element.hidden === seen) label.element.hidden = !seen;
-      if (seen) label.place(((point.x + 1) / 2) * width, ((1 - point.y) / 2) * height);
+      if (!seen) continue;
+      const [x, y] = [((point.x + 1) / 2) * width, ((1 - point.y) / 2) * height];
+      if (label.kind === "object") names.push({ label, x, y });
+      else label.place(x, y);
     }
+    const wanted = lifts(names.map(({ label, x, y }) => ({ x, bottom: y, ...label.size })));
+    names.forEach(({ label, x, y }, index) => {
+      label.lift += ((wanted[index] ?? 0) - label.lift) * GLIDE;
+      label.place(x, y);
+    });
   }
 }
