@@ -54,9 +54,9 @@ const NEAR_PX: f32 = 0.15;
 const SETTLED_PX: f32 = 0.06;
 
 /// Residuals in standard deviations of the image's noise up to which the model explains the picture, so that what it says
-/// of the corners holds. The noise is known to a third or so; where optics or print are others than the model's, residuals
-/// are several times as large.
-const EXPLAINED: f32 = 2.0;
+/// of the corners holds, within its covariance. Steps between pixels, sharpening and compression leave several times the noise
+/// that flat parts show; where print or optics are others than the model's, residuals are ten times as large and more.
+const EXPLAINED: f32 = 5.0;
 
 /// Where the model does not explain the picture, the share of the edges' variance below which the pattern's must be, so
 /// that its corners are taken: the edges need no more than that the border is straight.
@@ -150,7 +150,7 @@ impl PatternFitter {
         let share = mean_variance(&fit.covariance) / mean_variance(&edges.covariance);
         let real = noise_sigma > 0.0 || state.blur_px() > LEAST_BLUR_PX;
         let trusted = real && (self.explains(&state, noise_sigma) || share < SURER);
-        if !trusted || !state.is_plausible(&start) {
+        if !trusted || !state.is_plausible(&start, pattern.module_px(state.size_px())) {
             return None;
         }
         match straightened {

@@ -174,9 +174,9 @@ impl State {
         Some([a?, b?, c?, d?])
     }
 
-    /// Every corner is in the neighbourhood that the edges leave open, and white is brighter than black.
-    pub(super) fn is_plausible(&self, start: &Quad) -> bool {
-        let limit = 0.5 + 0.03 * mean_edge(start);
+    /// Every corner is about where it seemed to be when the code was read, and white is brighter than black.
+    pub(super) fn is_plausible(&self, start: &Quad, module_px: f32) -> bool {
+        let limit = 0.5 + module_px;
         let near = |(&a, &b): (&Point, &Point)| distance(a, b) < limit;
         self.corners().iter().zip(start).all(near) && self.contrast() > 0.0
     }
