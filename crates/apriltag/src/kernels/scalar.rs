@@ -10,19 +10,21 @@ pub(super) fn products(
     column: usize,
     first: usize,
 ) -> [i32; TOGETHER] {
+    std::array::from_fn(|k| product(&columns[column][..n_groups], &columns[first + k]))
+}
+
+#[inline(always)]
+fn product(column: &[[i16; ROWS]], other: &Column) -> i32 {
     /// In a vector, or two.
     const LANES: usize = 8;
-    let mut sums = [[0_i32; LANES]; TOGETHER];
-    for (group, a) in columns[column][..n_groups].iter().enumerate() {
-        for (k, sums) in sums.iter_mut().enumerate() {
-            let b = &columns[first + k][group];
-            for i in 0..ROWS {
-                let product = i32::from(a[i]) * i32::from(b[i]);
-                sums[i % LANES] = sums[i % LANES].wrapping_add(product);
-            }
+    let mut sums = [0_i32; LANES];
+    for (a, b) in column.iter().zip(other) {
+        for i in 0..ROWS {
+            let product = i32::from(a[i]) * i32::from(b[i]);
+            sums[i % LANES] = sums[i % LANES].wrapping_add(product);
         }
     }
-    sums.map(|sums| sums.into_iter().fold(0, i32::wrapping_add))
+    sums.into_iter().fold(0, i32::wrapping_add)
 }
 
 /// Words that are worked on together: few, since most of an image is dead and passed by.
