@@ -1,7 +1,8 @@
 //! Of the border's colour or not, one bit a pixel.
 
 use crate::Image;
-use crate::kernels::{Kernels, TILES_IN_WORD, WORD};
+use crate::components::Span;
+use crate::kernels::{Kernels, TILE, TILES_IN_WORD, WORD};
 use crate::tiles::Tiles;
 use sextant_tag_families::BorderColour;
 use std::ops::Range;
@@ -11,7 +12,7 @@ pub(crate) struct BitPlane {
     words_in_row: usize,
     /// Of an even number of rows.
     words: Vec<u64>,
-    /// Which words of each pair of rows have been set; the others are without bits.
+    /// Which words of each row of tiles have been set; the others are without bits.
     live: Vec<Range<usize>>,
 }
 
@@ -30,9 +31,9 @@ impl BitPlane {
     /// Takes the memory that an image of a size needs.
     pub(crate) fn make_room(&mut self, width: usize, height: usize) {
         self.words_in_row = width.div_ceil(WORD);
-        self.live.resize(height.div_ceil(2), 0..0);
+        self.live.resize(height.div_ceil(TILE), 0..0);
         self.words
-            .resize(self.words_in_row * 2 * self.live.len(), 0);
+            .resize(self.words_in_row * height.next_multiple_of(2), 0);
     }
 
     /// Sets the bits of the pixels that have the border's colour: below the level of their tile, or not below it.
@@ -44,10 +45,10 @@ impl BitPlane {
         kernels: &Kernels,
     ) {
         let mut live_bits = [0; Image::MAX_WIDTH / WORD];
-        let pairs = self.words.chunks_exact_mut(2 * self.words_in_row);
-        for (pair, (words, live)) in pairs.zip(&mut self.live).enumerate() {
-            let (levels, live_tiles) = tiles.levels_at(2 * pair);
-            let here = live_tiles.start..live_tiles.end.min(self.words_in_row);
+        let rows_of_tiles = self.words.chunks_mut(TILE * self.words_in_row);
+        for (row, (words, live)) in rows_of_tiles.zip(&mut self.live).enumerate() {
+            let (levels, live_words) = tiles.levels(row);
+            let here = live_words.start..live_words.end.min(self.words_in_row);
             *live = here.clone();
             words.fill(0);
             if here.is_empty() {
@@ -55,17 +56,16 @@ impl BitPlane {
             }
             let levels = &levels[here.start * TILES_IN_WORD..here.end * TILES_IN_WORD];
             let columns = here.start * WORD..image.width().min(here.end * WORD);
+            let live_bits = &mut live_bits[here.clone()];
+            if border == BorderColour::White {
+                kernels.threshold_row(&BLACK[columns.clone()], levels, live_bits);
+            }
             let rows = words.chunks_exact_mut(self.words_in_row);
-            for (words, y) in rows.zip(2 * pair..image.height()) {
-                let (pixels, words) = (&image.row(y)[columns.clone()], &mut words[here.clone()]);
-                kernels.threshold_row(pixels, levels, words);
+            for (words, y) in rows.zip(row * TILE..image.height()) {
+                let words = &mut words[here.clone()];
+                kernels.threshold_row(&image.row(y)[columns.clone()], levels, words);
                 if border == BorderColour::White {
-                    kernels.threshold_row(
-                        &BLACK[..pixels.len()],
-                        levels,
-                        &mut live_bits[here.clone()],
-                    );
-                    for (word, live) in words.iter_mut().zip(&live_bits[here.clone()]) {
+                    for (word, live) in words.iter_mut().zip(&*live_bits) {
                         *word ^= live;
                     }
                 }
@@ -80,54 +80,51 @@ impl BitPlane {
 
     pub(crate) fn row_pairs(&self) -> impl Iterator<Item = RowPair<'_>> {
         let pairs = self.words.chunks_exact(2 * self.words_in_row);
-        pairs.zip(&self.live).map(|(words, live)| {
+        pairs.enumerate().map(|(pair, words)| {
             let (upper, lower) = words.split_at(self.words_in_row);
-            RowPair {
-                upper,
-                lower,
-                live: live.clone(),
-            }
+            let live = self.live[2 * pair / TILE].clone();
+            RowPair { upper, lower, live }
         })
     }
 }
 
-/// The first and the last bit of a row that are set between two columns, and how many are.
+/// The first bit of a row that is set within a span, the one beyond the last, and how many are; an empty span where none are.
 #[inline(always)]
-pub(crate) fn set_between(row: &[u64], first: u16, last: u16) -> Option<(u16, u16, u32)> {
-    let ends = [first, last].map(|column| usize::from(column) / WORD);
-    let from_first = u64::MAX << (first % WORD as u16);
-    let up_to_last = u64::MAX >> (WORD as u16 - 1 - last % WORD as u16);
-    let mut found = None;
-    for (i, &word) in (ends[0]..).zip(&row[ends[0]..=ends[1]]) {
-        let mut bits = word;
-        if i == ends[0] {
-            bits &= from_first;
+pub(crate) fn set_between(row: &[u64], [start, end]: Span) -> (Span, u32) {
+    let [start, last] = [start, end - 1].map(usize::from);
+    let (mut first, mut beyond, mut n) = (0, 0, 0);
+    let mut mask = u64::MAX << (start % WORD);
+    let mut i = start / WORD;
+    while i <= last / WORD {
+        if i == last / WORD {
+            mask &= u64::MAX >> (WORD - 1 - last % WORD);
         }
-        if i == ends[1] {
-            bits &= up_to_last;
-        }
+        let bits = row[i] & mask;
         if bits != 0 {
-            let at = |bit: u32| (i * WORD) as u16 + bit as u16;
-            let (first, _, n) = found.unwrap_or((at(bits.trailing_zeros()), 0, 0));
-            found = Some((first, at(bits.ilog2()), n + bits.count_ones()));
+            let here = i * WORD + bits.trailing_zeros() as usize;
+            first = if n == 0 { here } else { first };
+            beyond = i * WORD + WORD - bits.leading_zeros() as usize;
+            n += bits.count_ones();
         }
+        mask = u64::MAX;
+        i += 1;
     }
-    found
+    ([first as u16, beyond as u16], n)
 }
 
 #[cfg(test)]
 impl BitPlane {
     /// Of words, as many in each row, of an even number of rows.
     pub(crate) fn of_rows(rows: &[Vec<u64>]) -> Self {
-        let is_live = |pair: &[Vec<u64>], i: &usize| pair[0][*i] | pair[1][*i] != 0;
-        let live = |pair: &[Vec<u64>]| match (0..pair[0].len()).find(|i| is_live(pair, i)) {
-            Some(first) => first..pair[0].len(),
+        let is_live = |rows: &[Vec<u64>], i: usize| rows.iter().any(|row| row[i] != 0);
+        let live = |rows: &[Vec<u64>]| match (0..rows[0].len()).find(|i| is_live(rows, *i)) {
+            Some(first) => first..rows[0].len(),
             None => 0..0,
         };
         Self {
             words_in_row: rows[0].len(),
             words: rows.concat(),
-            live: rows.chunks_exact(2).map(live).collect(),
+            live: rows.chunks(TILE).map(live).collect(),
         }
     }
 }

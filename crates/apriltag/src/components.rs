@@ -9,6 +9,7 @@
 use crate::LabelledRun;
 use crate::bit_plane::{BitPlane, RowPair};
 use crate::kernels::{Kernels, WORD};
+use crate::quad::Quad;
 use std::hint::select_unpredictable;
 use std::iter;
 use std::ops::Range;
@@ -26,8 +27,9 @@ pub(crate) struct Component {
     /// One beyond the last column.
     pub(crate) right: u32,
     /// First and last pair of rows.
-    pub(crate) top_pair: u32,
-    pub(crate) bottom_pair: u32,
+    top_pair: u32,
+    bottom_pair: u32,
+    last_run: u32,
     /// Shows other than it should, for all that its shade or what was read in it tells.
     pub(crate) doubtful: bool,
     /// Is a tag's border.
@@ -52,10 +54,19 @@ impl Component {
         2 * self.top_pair..2 * self.bottom_pair + 2
     }
 
-    fn begin([start, _]: Span, top_pair: u32) -> Self {
+    /// Corners of the box, clockwise from the top left.
+    pub(crate) fn corners(&self) -> Quad {
+        let (columns, rows) = (self.columns(), self.rows());
+        let [left, right] = [columns.start, columns.end - 1].map(|x| x as f32);
+        let [top, bottom] = [rows.start, rows.end - 1].map(|y| y as f32);
+        [[left, top], [right, top], [right, bottom], [left, bottom]]
+    }
+
+    fn begin([start, _]: Span, top_pair: u32, run: u32) -> Self {
         Self {
             left: u32::from(start),
             top_pair,
+            last_run: run,
             ..Self::default()
         }
     }
@@ -77,6 +88,8 @@ pub(crate) struct Components {
     spans: Vec<Span>,
     /// Of each run: an earlier one that it hangs together with, or itself; in the end its component.
     labels: Vec<u32>,
+    /// Of each run but a component's first: the last of its component before.
+    runs_before: Vec<u32>,
     n_runs: usize,
     max_runs: usize,
     /// Index of the first run of each pair of rows, and one more.
@@ -96,6 +109,7 @@ impl Components {
         let room = self.labels.len().max(self.max_runs);
         self.spans.resize(room + AT_A_TIME, Span::default());
         self.labels.resize(room, 0);
+        self.runs_before.resize(room, 0);
         self.components.resize(room, Component::default());
         make_room(&mut self.pair_starts, height.div_ceil(2) + 1);
     }
@@ -144,26 +158,29 @@ impl Components {
     /// Numbers the components in the order of their first runs and measures them.
     #[inline(always)]
     fn measure(&mut self) {
-        let (spans, labels) = (&self.spans[..], &mut self.labels[..]);
-        let (components, mut n) = (&mut self.components[..], 0);
+        let (labels, components) = (&mut self.labels[..], &mut self.components[..]);
+        let mut n = 0;
         for (pair, ends) in (0..).zip(self.pair_starts.windows(2)) {
-            for run in ends[0] as usize..ends[1] as usize {
-                let (span, earlier) = (spans[run], labels[run] as usize);
-                if earlier == run {
-                    components[n] = Component::begin(span, pair);
-                    labels[run] = n as u32;
+            let runs = ends[0] as usize..ends[1] as usize;
+            let befores = &mut self.runs_before[runs.clone()];
+            let each = self.spans[runs].iter().zip(befores);
+            for (run, (&span, before)) in (ends[0]..ends[1]).zip(each) {
+                let earlier = labels[run as usize];
+                let label = if earlier == run {
+                    components[n] = Component::begin(span, pair, run);
                     n += 1;
+                    n as u32 - 1
                 } else {
-                    labels[run] = labels[earlier];
-                }
-                components[labels[run] as usize].grow(span, pair);
+                    labels[earlier as usize]
+                };
+                labels[run as usize] = label;
+                let component = &mut components[label as usize];
+                *before = component.last_run;
+                component.last_run = run;
+                component.grow(span, pair);
             }
         }
         self.n_components = n;
-    }
-
-    pub(crate) fn max_labels(&self) -> usize {
-        self.max_runs
     }
 
     pub(crate) fn n_runs(&self) -> usize {
@@ -175,21 +192,53 @@ impl Components {
         &self.components[..self.n_components]
     }
 
+    /// The runs of a component and their pairs of rows, the last ones first.
+    #[inline(always)]
+    pub(crate) fn runs_of(&self, component: &Component) -> impl Iterator<Item = (usize, Span)> {
+        let (mut run, mut pair) = (component.last_run as usize, component.bottom_pair as usize);
+        (0..component.n_runs).map(move |_| {
+            // There is one in each pair from the first to the last, as they hang together.
+            pair -= usize::from(run < self.pair_starts[pair] as usize);
+            let span = self.spans[run];
+            run = self.runs_before[run] as usize;
+            (pair, span)
+        })
+    }
+
+    /// From where to where the runs of a component reach in each of its pairs of rows, the last one first.
+    #[inline(always)]
+    pub(crate) fn extents_of(&self, component: &Component) -> impl Iterator<Item = (usize, Span)> {
+        let mut run = component.last_run as usize;
+        let pairs = component.top_pair as usize..component.bottom_pair as usize + 1;
+        pairs.rev().map(move |pair| {
+            let first_of_pair = self.pair_starts[pair] as usize;
+            let [mut start, end] = self.spans[run];
+            let mut before = self.runs_before[run] as usize;
+            while (first_of_pair..run).contains(&before) {
+                run = before;
+                start = self.spans[run][0];
+                before = self.runs_before[run] as usize;
+            }
+            run = before;
+            (pair, [start, end])
+        })
+    }
+
     /// The runs of each pair of rows, from left to right, and their components.
-    pub(crate) fn row_pairs(&self) -> impl ExactSizeIterator<Item = (&[Span], &[u32])> {
+    fn row_pairs(&self) -> impl Iterator<Item = (&[Span], &[u32])> {
         self.pair_starts.windows(2).map(|ends| {
             let runs = ends[0] as usize..ends[1] as usize;
             (&self.spans[runs.clone()], &self.labels[runs])
         })
     }
 
-    /// The component that a black pixel belongs to.
-    pub(crate) fn at(&mut self, [x, y]: [usize; 2]) -> Option<&mut Component> {
+    /// The run that a black pixel belongs to: its component, and where it ends.
+    pub(crate) fn at(&self, [x, y]: [usize; 2]) -> Option<(usize, usize)> {
         let runs = self.pair_starts[y / 2] as usize..self.pair_starts[y / 2 + 1] as usize;
         let before = |&[_, end]: &Span| usize::from(end) <= x;
         let run = runs.start + self.spans[runs.clone()].partition_point(before);
         let label = self.labels[..runs.end].get(run)?;
-        self.components.get_mut(*label as usize)
+        Some((*label as usize, usize::from(self.spans[run][1])))
     }
 
     /// Takes a component for what it was found to be: it need not be looked at once more.
@@ -198,9 +247,10 @@ impl Components {
         self.components[label].doubtful = false;
     }
 
-    /// Doubts that a component is what it seems.
+    /// Doubts that a component is what it seems, unless that is settled.
     pub(crate) fn doubt(&mut self, label: usize) {
-        self.components[label].doubtful = true;
+        let component = &mut self.components[label];
+        component.doubtful = !component.settled;
     }
 
     /// Black pixels beside each other, row after row, with their components.
@@ -284,24 +334,29 @@ fn moved_on(word: u64, carry: &mut u64) -> u64 {
 /// Rows touch where both are black or have just been. Two runs are joined at the first such place beside others, and where
 /// one of them begins.
 #[inline(always)]
-fn join_pairs(
+fn join_pairs<'a>(
     labels: &mut [u32],
-    (pair, first): &(RowPair<'_>, usize),
-    (above, first_above): &(RowPair<'_>, usize),
+    (pair, first): &(RowPair<'a>, usize),
+    (above, first_above): &(RowPair<'a>, usize),
 ) {
     if pair.live.is_empty() || above.live.is_empty() {
         return;
     }
     let (mut n, mut n_above) = (*first as u32, *first_above as u32);
     let mut carries = [0; 5];
-    for i in pair.live.start.min(above.live.start)..pair.live.end.max(above.live.end) {
-        let [upper, lower_above, either, either_above, touching] = &mut carries;
+    let live = pair.live.start.min(above.live.start)..pair.live.end.max(above.live.end);
+    let words_of = |rows: &RowPair<'a>| {
+        let [upper, lower] = [rows.upper, rows.lower].map(|row| &row[live.clone()]);
+        upper.iter().zip(lower)
+    };
+    for ((upper, lower), (upper_above, lower_above)) in words_of(pair).zip(words_of(above)) {
+        let [of_upper, of_lower_above, of_runs, of_runs_above, of_touch] = &mut carries;
         let begun = |word: u64, carry| word & !moved_on(word, carry);
         let reached = |word: u64, carry| word | moved_on(word, carry);
-        let runs = begun(pair.upper[i] | pair.lower[i], either);
-        let runs_above = begun(above.upper[i] | above.lower[i], either_above);
-        let touch = reached(pair.upper[i], upper) & reached(above.lower[i], lower_above);
-        let mut joints = begun(touch, touching) | touch & (runs | runs_above);
+        let runs = begun(upper | lower, of_runs);
+        let runs_above = begun(upper_above | lower_above, of_runs_above);
+        let touch = reached(*upper, of_upper) & reached(*lower_above, of_lower_above);
+        let mut joints = begun(touch, of_touch) | touch & (runs | runs_above);
         while joints != 0 {
             let up_to_here = joints ^ (joints - 1);
             let run = n + (runs & up_to_here).count_ones() - 1;

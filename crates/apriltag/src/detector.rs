@@ -4,9 +4,8 @@ use crate::area::Area;
 use crate::bit_plane::BitPlane;
 use crate::components::{Components, make_room};
 use crate::kernels::Kernels;
-use crate::outlines::Outlines;
 use crate::photometric::PatternFitter;
-use crate::quad::{QuadFinder, middle};
+use crate::quad::{Quad, QuadFinder, middle};
 use crate::sighting::{Lookout, Sighting};
 use crate::tiles::{Level, Pass, Tiles};
 use crate::view::View;
@@ -18,6 +17,9 @@ use sextant_tag_families::BorderColour;
 
 /// Tags in an image before those seen twice are sorted out, at most; the report counts what is dropped.
 const MAX_SIGHTINGS: usize = 1024;
+
+/// Components in a pass that could be a tag's border, at most; the report counts what is dropped.
+const MAX_CANDIDATES: usize = 4096;
 
 /// How black and white are told apart, one after the other.
 const PASSES: [Pass; 3] = [
@@ -35,6 +37,15 @@ const PASSES: [Pass; 3] = [
     },
 ];
 
+/// A component that could be a tag's border, and the quad around it, in the image.
+#[derive(Debug)]
+struct Candidate {
+    label: usize,
+    /// Corners of its box.
+    bounds: Quad,
+    quad: Result<Quad, Rejection>,
+}
+
 /// Finds tags, image after image; keeps its memory between images.
 #[derive(Debug)]
 pub struct Detector {
@@ -48,7 +59,7 @@ pub struct Detector {
     tiles: Tiles,
     plane: BitPlane,
     components: Components,
-    outlines: Outlines,
+    candidates: Vec<Candidate>,
     quads: QuadFinder,
     patterns: PatternFitter,
     sightings: Vec<Sighting>,
@@ -70,7 +81,7 @@ impl Detector {
             tiles: Tiles::default(),
             plane: BitPlane::default(),
             components: Components::default(),
-            outlines: Outlines::default(),
+            candidates: Vec::new(),
             quads: QuadFinder::default(),
             patterns: PatternFitter::new(kernels),
             sightings: Vec::new(),
@@ -123,7 +134,7 @@ impl Detector {
         self.measure(&part);
         observer.stage_ended(Stage::Tiles);
         for pass in PASSES {
-            if !self.lookout.wants(pass.border) || !self.set_levels(pass, area) {
+            if !self.lookout.wants(pass.border) || !self.set_levels(pass) {
                 continue;
             }
             observer.pass_began(pass);
@@ -131,28 +142,27 @@ impl Detector {
                 .threshold(&part, &self.tiles, pass.border, &self.kernels);
             observer.stage_ended(Stage::Threshold);
             self.components.label(&self.plane, &self.kernels);
-            observer.stage_ended(Stage::Components);
-            let shape = self.lookout.border_shape(pass.border);
-            self.outlines.trace(&self.components, &shape);
             observer.labelled(self.components.labelled_runs(&self.plane));
-            observer.stage_ended(Stage::Quads);
+            observer.stage_ended(Stage::Components);
             let view = View {
                 image,
                 border: pass.border,
                 kernels: self.kernels,
             };
-            self.read_outlines(&view, area, observer);
+            self.find_quads(&view, area);
+            observer.stage_ended(Stage::Quads);
+            self.read_quads(&view, observer);
             observer.stage_ended(Stage::Decode);
         }
     }
 
     /// Says whether there is anything to find with these levels.
-    fn set_levels(&mut self, pass: Pass, area: &Area) -> bool {
+    fn set_levels(&mut self, pass: Pass) -> bool {
         if pass.level == Level::Shaded {
             if self.components.all().is_empty() {
                 return false;
             }
-            self.settle_frames(area);
+            self.settle_frames();
             let shape = self.lookout.border_shape(pass.border);
             self.tiles
                 .seek_in_shade(&mut self.components, &shape, &self.kernels);
@@ -161,13 +171,12 @@ impl Detector {
     }
 
     /// What showed no code because it is the frame around a tag is no longer doubtful.
-    fn settle_frames(&mut self, area: &Area) {
-        for (outline, _) in self.outlines.iter() {
-            let middle = middle(&outline.corners().map(|corner| area.to_image(corner)));
-            if self.components.all()[outline.label].doubtful
-                && self.sightings.iter().any(|tag| tag.covers(middle))
+    fn settle_frames(&mut self) {
+        for candidate in &self.candidates {
+            if self.components.all()[candidate.label].doubtful
+                && covers(&self.sightings, &candidate.bounds)
             {
-                self.components.settle(outline.label);
+                self.components.settle(candidate.label);
             }
         }
     }
@@ -180,6 +189,7 @@ impl Detector {
         }
         make_room(&mut self.sightings, MAX_SIGHTINGS);
         make_room(&mut self.detections, MAX_SIGHTINGS);
+        make_room(&mut self.candidates, MAX_CANDIDATES);
         self.report = Report {
             noise_sigma: f32::INFINITY,
             ..Report::default()
@@ -208,49 +218,63 @@ impl Detector {
         self.tiles.make_room(width, height);
         self.plane.make_room(width, height);
         self.components.make_room(width, height);
-        self.outlines
-            .make_room(self.components.max_labels(), height);
         self.quads.make_room(height);
     }
 
-    fn read_outlines(&mut self, view: &View<'_>, area: &Area, observer: &mut impl Observer) {
+    /// Candidates among the components, but for those within tags that were read in a pass before.
+    fn find_quads(&mut self, view: &View<'_>, area: &Area) {
         self.report.components += self.components.all().len() as u32;
         self.report.runs += self.components.n_runs() as u32;
-        self.report.dropped += self.outlines.n_dropped();
+        self.candidates.clear();
         let shape = self.lookout.border_shape(view.border);
-        let n_known = self.sightings.len();
-        for (outline, extents) in self.outlines.iter() {
-            let bounds = outline.corners().map(|corner| area.to_image(corner));
-            let known = &self.sightings[..n_known];
-            if area.cuts(&outline.component, view.image) {
+        for label in 0..self.components.all().len() {
+            let component = &self.components.all()[label];
+            if !shape.fits(component) || area.cuts(component, view.image) {
                 continue;
             }
-            if known.iter().any(|tag| tag.covers(middle(&bounds))) {
-                self.components.settle(outline.label);
-                continue;
-            }
-            self.report.candidates += 1;
-            let quads = &mut self.quads;
-            let quad = self
-                .kernels
-                .run(
+            let bounds = component.corners().map(|corner| area.to_image(corner));
+            if covers(&self.sightings, &bounds) {
+                self.components.settle(label);
+            } else if self.candidates.len() == MAX_CANDIDATES {
+                self.report.dropped += 1;
+            } else {
+                let (quads, components, plane) = (&mut self.quads, &self.components, &self.plane);
+                let component = &components.all()[label];
+                let quad = view.kernels.run(
                     #[inline(always)]
-                    || quads.around(outline, extents, &self.plane, &shape),
-                )
-                .map(|quad| quad.map(|corner| area.to_image(corner)));
+                    || quads.around(component, components, plane, &shape),
+                );
+                let quad = quad.map(|quad| quad.map(|corner| area.to_image(corner)));
+                self.candidates.push(Candidate {
+                    label,
+                    bounds,
+                    quad,
+                });
+            }
+        }
+    }
+
+    fn read_quads(&mut self, view: &View<'_>, observer: &mut impl Observer) {
+        self.report.candidates += self.candidates.len() as u32;
+        for &Candidate {
+            label,
+            bounds,
+            quad,
+        } in &self.candidates
+        {
             if let Ok(quad) = &quad {
                 self.report.quads += 1;
                 observer.quad_found(quad);
             }
             match quad.and_then(|quad| self.lookout.sight(view, &quad)) {
                 Ok(sighting) if self.sightings.len() < MAX_SIGHTINGS => {
-                    self.components.settle(outline.label);
+                    self.components.settle(label);
                     self.sightings.push(sighting)
                 }
                 Ok(_) => self.report.dropped += 1,
                 Err(reason) => {
                     if reason == Rejection::NoCode {
-                        self.components.doubt(outline.label);
+                        self.components.doubt(label);
                     }
                     self.report.rejected[reason as usize] += 1;
                     observer.rejected(reason, &quad.unwrap_or(bounds));
@@ -305,4 +329,10 @@ impl Detector {
     pub fn report(&self) -> &Report {
         &self.report
     }
+}
+
+/// Whether a tag that was read covers the middle of a box.
+fn covers(sightings: &[Sighting], bounds: &Quad) -> bool {
+    let middle = middle(bounds);
+    sightings.iter().any(|tag| tag.covers(middle))
 }

@@ -138,7 +138,7 @@ struct LineFit {
     slope_variance: f32,
 }
 
-/// Weighted least squares, three times, each time without those that stray.
+/// Weighted least squares, up to three times, each time without those that stray.
 fn fit_robustly(crossings: &mut [Crossing]) -> Option<LineFit> {
     /// Scatter of crossings that no noise need explain, in pixels.
     const USUAL_PX: f32 = 0.05;
@@ -146,11 +146,19 @@ fn fit_robustly(crossings: &mut [Crossing]) -> Option<LineFit> {
     let mut fit = fit_line(crossings)?;
     for _ in 0..2 {
         let limit = STRAY_IN_SIGMA * fit.scatter.max(USUAL_PX);
-        for crossing in crossings.iter_mut() {
+        let mut n_strays = 0;
+        for crossing in crossings
+            .iter_mut()
+            .filter(|crossing| crossing.weight > 0.0)
+        {
             let residual = crossing.beyond - fit.offset - fit.slope * (crossing.along - fit.middle);
             if residual.abs() > limit {
                 crossing.weight = 0.0;
+                n_strays += 1;
             }
+        }
+        if n_strays == 0 {
+            break;
         }
         fit = fit_line(crossings)?;
     }

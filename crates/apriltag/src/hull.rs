@@ -3,7 +3,7 @@
 //! In: the leftmost and rightmost pixel of each row. Out: vertices at centres of pixels, clockwise as seen (y runs down).
 
 use crate::components::make_room;
-use crate::outlines::Extent;
+use crate::quad::Extent;
 
 pub(crate) type Pixel = [i32; 2];
 
@@ -18,23 +18,29 @@ impl Hull {
         make_room(&mut self.vertices, 2 * height + 1);
     }
 
-    /// From the top: down the right side and up the left (Andrew's monotone chain).
-    pub(crate) fn build(&mut self, rows: &[(i32, Extent)]) {
-        let last = rows.len() - 1;
+    /// Of rows from the last to the first: down the right side and up the left (Andrew's monotone chain).
+    #[inline(always)]
+    pub(crate) fn build(&mut self, rows: &[Extent]) {
         self.vertices.clear();
-        for i in 0..=last {
-            let right = |i: usize| i32::from(rows[i].1.right);
-            if i == 0 || i == last || 2 * right(i) > right(i - 1) + right(i + 1) {
-                self.extend_chain(0, [right(i), rows[i].0]);
+        let ([last, ..], [.., first]) = (rows, rows) else {
+            return;
+        };
+        let vertex = |row: &Extent, x: u16| [x, row.row].map(i32::from);
+        self.vertices.push(vertex(first, first.right));
+        for [below, here, above] in rows.array_windows().rev() {
+            if 2 * u32::from(here.right) > u32::from(above.right) + u32::from(below.right) {
+                self.extend_chain(0, vertex(here, here.right));
             }
         }
+        self.extend_chain(0, vertex(last, last.right));
         let left_chain = self.vertices.len() - 1;
-        for i in (0..=last).rev() {
-            let left = |i: usize| i32::from(rows[i].1.left);
-            if i == 0 || i == last || 2 * left(i) < left(i - 1) + left(i + 1) {
-                self.extend_chain(left_chain, [left(i), rows[i].0]);
+        self.extend_chain(left_chain, vertex(last, last.left));
+        for [below, here, above] in rows.array_windows() {
+            if 2 * u32::from(here.left) < u32::from(above.left) + u32::from(below.left) {
+                self.extend_chain(left_chain, vertex(here, here.left));
             }
         }
+        self.extend_chain(left_chain, vertex(first, first.left));
     }
 
     #[inline]
@@ -52,10 +58,13 @@ impl Hull {
     }
 
     pub(crate) fn area(&self) -> f32 {
-        let next = self.vertices.iter().cycle().skip(1);
-        let pairs = self.vertices.iter().zip(next);
-        let twice: i32 = pairs.map(|(a, b)| a[0] * b[1] - a[1] * b[0]).sum();
-        twice as f32 / 2.0
+        let [first, .., last] = self.vertices[..] else {
+            return 0.0;
+        };
+        let twice = |a: Pixel, b: Pixel| a[0] * b[1] - a[1] * b[0];
+        let sides = self.vertices.array_windows();
+        let sum = sides.map(|&[a, b]| twice(a, b)).sum::<i32>() + twice(last, first);
+        sum as f32 / 2.0
     }
 
     /// Four vertices that span a (locally) largest area.

@@ -11,6 +11,7 @@
 
 mod area;
 mod bit_plane;
+mod border_shape;
 mod code_index;
 mod components;
 mod detection;
@@ -21,7 +22,7 @@ mod hull;
 mod image;
 mod kernels;
 mod options;
-mod outlines;
+
 mod photometric;
 mod quad;
 mod reading;

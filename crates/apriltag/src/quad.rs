@@ -1,13 +1,13 @@
-//! The quadrilateral around an outline.
+//! The quadrilateral around a component.
 //!
-//! In: the leftmost and rightmost pixel of each row. Out: four corners, clockwise as seen, within about a pixel of the
+//! In: a component's runs. Out: four corners, clockwise as seen, within about a pixel of the
 //! border's corners; nothing where the outline is no quadrilateral.
 
 use crate::Rejection;
 use crate::bit_plane::{BitPlane, set_between};
-use crate::components::make_room;
+use crate::border_shape::BorderShape;
+use crate::components::{Component, Components, Span};
 use crate::hull::{Hull, Pixel};
-use crate::outlines::{BorderShape, Extent, Outline};
 
 pub(crate) type Point = [f32; 2];
 
@@ -17,30 +17,46 @@ pub(crate) type Quad = [Point; 4];
 /// How far the border reaches beyond the centres of its outermost pixels on average, in pixels.
 const OVERHANG_PX: f32 = 0.4;
 
+/// First and last pixel of an outline in a row or a pair of rows.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Extent {
+    pub(crate) row: u16,
+    pub(crate) left: u16,
+    pub(crate) right: u16,
+}
+
 #[derive(Debug, Default)]
 pub(crate) struct QuadFinder {
     hull: Hull,
-    rows: Vec<(i32, Extent)>,
+    pairs: Vec<Extent>,
+    rows: Vec<Extent>,
 }
 
 impl QuadFinder {
     /// Takes the memory that an image of a size can ask for.
     pub(crate) fn make_room(&mut self, height: usize) {
         self.hull.make_room(height);
-        make_room(&mut self.rows, height + 1);
+        for extents in [&mut self.pairs, &mut self.rows] {
+            extents.resize(extents.len().max(height + 2), Extent::default());
+        }
     }
 
+    /// The quad around a component, by its runs and what of the plane is black within them.
     #[inline(always)]
     pub(crate) fn around(
         &mut self,
-        outline: &Outline,
-        extents: &[Extent],
+        component: &Component,
+        components: &Components,
         plane: &BitPlane,
         shape: &BorderShape,
     ) -> Result<Quad, Rejection> {
-        let (n_black, filled) = self.read_rows(outline, extents, plane);
+        // Most of what is no quad shows it in pairs of rows already.
+        let (n_pairs, filled) = self.read_pairs(components.extents_of(component));
+        self.hull.build(&self.pairs[..n_pairs]);
+        check_convexity(&self.hull, filled)?;
+        let (n_rows, n_black, filled) = self.read_rows(n_pairs, plane);
         shape.check_filling(n_black, filled)?;
-        self.hull.build(&self.rows);
+        self.hull.build(&self.rows[..n_rows]);
         check_convexity(&self.hull, filled)?;
         let inscribed = self.hull.largest_quad().ok_or(Rejection::NotAQuad)?;
         let inscribed = inscribed.map(to_point);
@@ -50,22 +66,36 @@ impl QuadFinder {
         Ok(quad)
     }
 
-    /// The exact extents of each row; how many pixels between them are black, and how many there are.
+    /// The extents of pairs of rows; how many columns they take up in all.
     #[inline(always)]
-    fn read_rows(&mut self, outline: &Outline, extents: &[Extent], plane: &BitPlane) -> (u32, u32) {
-        self.rows.clear();
-        let (mut n_black, mut filled) = (0, 0);
-        for (pair, extent) in (outline.component.top_pair..).zip(extents) {
-            for y in [2 * pair, 2 * pair + 1] {
-                let row = plane.row(y as usize);
-                if let Some((left, right, n)) = set_between(row, extent.left, extent.right) {
-                    self.rows.push((y as i32, Extent { left, right }));
-                    n_black += n;
-                    filled += u32::from(right - left) + 1;
-                }
+    fn read_pairs(&mut self, extents: impl Iterator<Item = (usize, Span)>) -> (usize, u32) {
+        let (mut n, mut filled) = (0, 0);
+        for (at, (pair, [left, end])) in self.pairs.iter_mut().zip(extents) {
+            let (row, right) = (pair as u16, end - 1);
+            *at = Extent { row, left, right };
+            n += 1;
+            filled += u32::from(end - left);
+        }
+        (n, filled)
+    }
+
+    /// The exact extents of each row; how many rows, how many black pixels, and how many between the ends of rows.
+    #[inline(always)]
+    fn read_rows(&mut self, n_pairs: usize, plane: &BitPlane) -> (usize, u32, u32) {
+        let rows = &mut self.rows[..];
+        let (mut n_rows, mut n_black, mut filled) = (0, 0, 0);
+        for pair in &self.pairs[..n_pairs] {
+            for row in [2 * pair.row + 1, 2 * pair.row] {
+                let words = plane.row(usize::from(row));
+                let ([left, end], n) = set_between(words, [pair.left, pair.right + 1]);
+                let right = end.wrapping_sub(1);
+                rows[n_rows] = Extent { row, left, right };
+                n_rows += usize::from(n > 0);
+                n_black += n;
+                filled += u32::from(end - left);
             }
         }
-        (n_black, filled)
+        (n_rows, n_black, filled)
     }
 }
 

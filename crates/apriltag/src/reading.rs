@@ -133,7 +133,7 @@ impl Reader {
         let clearly = CLEARLY * thresholds.contrast();
         let middles = self.above_threshold(modules, thresholds, USUAL_BLUR_PX);
         let is_in_doubt = |(i, middle): (usize, f32)| {
-            let threshold = thresholds.at(self.layout.place(self.layout.bits.start + i));
+            let threshold = thresholds.at(self.layout.from_middle[self.layout.bits.start + i]);
             let other = |greys: &[Points; MAX_BLOCKS]| {
                 middle.signum() * (greys.as_flattened()[i] - threshold) < -clearly
             };
@@ -235,7 +235,7 @@ impl Reader {
             .map(|width| (3.3 * (blur_px / width).powi(3)).min(0.5));
         let bits = self.layout.bits.clone().zip(&self.layout.beside);
         bits.map(move |(i, beside)| {
-            let above = greys[i] - thresholds.at(self.layout.place(i));
+            let above = greys[i] - thresholds.at(self.layout.from_middle[i]);
             let Some(beside) = beside else { return above };
             let [left, right, top, bottom] = beside.map(|at| greys[usize::from(at)]);
             let twice = 2.0 * greys[i];

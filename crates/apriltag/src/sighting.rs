@@ -1,8 +1,8 @@
 //! From a quad to a tag that was read in it, and from that to a detection with corners below the pixel.
 
+use crate::border_shape::BorderShape;
 use crate::edges::{self, EdgeFit, Search};
 use crate::kernels::Kernels;
-use crate::outlines::BorderShape;
 use crate::photometric::PatternFitter;
 use crate::quad::{Point, Quad, distance, mean_edge, middle};
 use crate::reading::{Reader, Reading, Unread};

@@ -6,9 +6,9 @@
 //! noise costs no time further on.
 
 use crate::Image;
+use crate::border_shape::BorderShape;
 use crate::components::Components;
 use crate::kernels::{Kernels, TILE, TILES_IN_WORD, WORD};
-use crate::outlines::BorderShape;
 use sextant_tag_families::BorderColour;
 use std::ops::Range;
 
@@ -38,25 +38,18 @@ pub(crate) struct Tiles {
     rows: usize,
     /// Words of the bit plane in a row.
     words_in_row: usize,
-    /// Extrema of each tile, row after row, each of whole words.
+    /// Extrema of each tile, row after row, each of whole words: what the last tile has holds for the pixels beyond it.
     darkest: Vec<u8>,
     brightest: Vec<u8>,
     /// All bits set where something is looked for, none elsewhere.
     sought: Vec<u8>,
     /// Pixels below are black, 0 in tiles below the gate.
     levels: Vec<u8>,
-    /// The words of each row between which its live tiles lie.
+    /// The words of each row between which its live tiles lie; before levels are set, those that are sought.
     live_words: Vec<Range<usize>>,
-    /// One row of what is worked on.
-    scratch: Scratch,
-}
-
-/// Extrema of three tiles above each other, with one more at either end, and of the 3x3 tiles around each.
-#[derive(Debug, Default)]
-struct Scratch {
-    column: Vec<u8>,
-    dark_around: Vec<u8>,
-    bright_around: Vec<u8>,
+    /// Extrema of three tiles above each other, with one more at either end.
+    dark_column: Vec<u8>,
+    bright_column: Vec<u8>,
 }
 
 impl Tiles {
@@ -64,7 +57,7 @@ impl Tiles {
     pub(crate) fn make_room(&mut self, width: usize, height: usize) {
         (self.columns, self.rows) = (width / TILE, height / TILE);
         self.words_in_row = (self.columns + 1).div_ceil(TILES_IN_WORD);
-        let n_tiles = self.words_in_row * TILES_IN_WORD * self.rows;
+        let in_row = self.words_in_row * TILES_IN_WORD;
         for tiles in [
             &mut self.darkest,
             &mut self.brightest,
@@ -72,31 +65,37 @@ impl Tiles {
             &mut self.levels,
         ] {
             tiles.clear();
-            tiles.resize(n_tiles, 0);
+            tiles.resize(in_row * self.rows, 0);
         }
         self.live_words.resize(self.rows, 0..0);
-        self.scratch.column.resize(self.columns + 2, 0);
-        self.scratch.dark_around.resize(self.columns, 0);
-        self.scratch.bright_around.resize(self.columns, 0);
+        self.dark_column.resize(in_row + 2, 0);
+        self.bright_column.resize(in_row + 2, 0);
     }
 
-    /// Where the tiles of a row lie among all.
+    /// Where the tiles of a row lie among all, to the end of its last word.
     fn row(&self, row: usize) -> Range<usize> {
-        let first = row * self.words_in_row * TILES_IN_WORD;
-        first..first + self.columns
+        let in_row = self.words_in_row * TILES_IN_WORD;
+        row * in_row..(row + 1) * in_row
+    }
+
+    /// Where the tiles of a row lie that show pixels.
+    fn whole_tiles(&self, row: usize) -> Range<usize> {
+        let start = self.row(row).start;
+        start..start + self.columns
     }
 
     pub(crate) fn measure(&mut self, image: &Image<'_>, kernels: &Kernels) {
-        for row in 0..self.rows {
-            let rows = [0, 1, 2, 3].map(|i| image.row(row * TILE + i));
-            let tiles = self.row(row);
-            let (darkest, brightest) =
-                (&mut self.darkest[tiles.clone()], &mut self.brightest[tiles]);
-            kernels.run(
-                #[inline(always)]
-                || find_extrema(rows, darkest, brightest),
-            );
-        }
+        kernels.run(
+            #[inline(always)]
+            || {
+                for row in 0..self.rows {
+                    let rows = [0, 1, 2, 3].map(|i| image.row(row * TILE + i));
+                    let tiles = self.whole_tiles(row);
+                    let darkest = &mut self.darkest[tiles.clone()];
+                    find_extrema(rows, darkest, &mut self.brightest[tiles]);
+                }
+            },
+        );
     }
 
     pub(crate) fn set_gate(&mut self, gate: u8) {
@@ -113,14 +112,11 @@ impl Tiles {
         const ASKED_ROWS: usize = 16;
         let mut counts = [0_u32; 256];
         for row in (0..self.rows).step_by(self.rows.div_ceil(ASKED_ROWS)) {
-            let tiles = self.row(row);
-            for (&dark, &bright) in self.darkest[tiles.clone()]
-                .iter()
-                .zip(&self.brightest[tiles])
-            {
-                if dark > 0 && bright < u8::MAX {
-                    counts[usize::from(bright - dark)] += 1;
-                }
+            let tiles = self.whole_tiles(row);
+            let brightest = &self.brightest[tiles.clone()];
+            for (&dark, &bright) in self.darkest[tiles].iter().zip(brightest) {
+                let is_clipped = dark == 0 || bright == u8::MAX;
+                counts[usize::from(bright - dark)] += u32::from(!is_clipped);
             }
         }
         let mut left = counts.iter().sum::<u32>() * PERCENTILE / 100;
@@ -145,16 +141,14 @@ impl Tiles {
         );
         self.mark_shaded(components, shape);
         self.sought.fill(0);
-        for (pair, (spans, labels)) in components.row_pairs().enumerate() {
-            let tiles = self.row((2 * pair / TILE).min(self.rows - 1));
-            let tiles = &mut self.sought[tiles.start..=tiles.end];
-            for (&[start, end], &label) in spans.iter().zip(labels) {
-                if components.all()[label as usize].doubtful {
-                    let [first, last] = [start, end - 1].map(|x| usize::from(x) / TILE);
-                    for tile in &mut tiles[first..=last] {
-                        *tile = u8::MAX;
-                    }
-                }
+        self.live_words.fill(0..0);
+        for component in components.all().iter().filter(|found| found.doubtful) {
+            for (pair, [start, end]) in components.runs_of(component) {
+                let row = (2 * pair / TILE).min(self.rows - 1);
+                let [first, last] = [start, end - 1].map(|x| usize::from(x) / TILE);
+                let tiles = self.row(row).start;
+                self.sought[tiles + first..tiles + last + 1].fill(u8::MAX);
+                self.live_words[row] = 0..self.words_in_row;
             }
         }
     }
@@ -173,16 +167,16 @@ impl Tiles {
     /// Marks the components of the tiles that show shade: all of such a tile's pixels went into one, and with them the border
     /// of a tag that lies in that shade.
     fn mark_shaded(&self, components: &mut Components, shape: &BorderShape) {
-        let words = self.sought.as_chunks::<TILES_IN_WORD>().0;
-        for (i, word) in words.iter().enumerate() {
-            let mut shaded = u128::from_le_bytes(*word);
-            while shaded != 0 {
-                let tile =
-                    i % self.words_in_row * TILES_IN_WORD + shaded.trailing_zeros() as usize / 8;
-                shaded &= shaded - 1;
-                let pixel = [tile, i / self.words_in_row].map(|at| at * TILE);
-                if let Some(component) = components.at(pixel) {
-                    component.doubtful |= !component.settled && shape.has_size(component);
+        for row in 0..self.rows {
+            let tiles = &self.sought[self.row(row)];
+            let mut next = 0;
+            while let Some(tile) = next_shaded(tiles, next) {
+                next = tile + 1;
+                if let Some((label, end)) = components.at([tile * TILE, row * TILE]) {
+                    if shape.has_size(&components.all()[label]) {
+                        components.doubt(label);
+                    }
+                    next = next.max(end / TILE);
                 }
             }
         }
@@ -190,69 +184,57 @@ impl Tiles {
 
     /// Sets the levels, near the dark end only where something is sought; says whether there is a live tile.
     pub(crate) fn set_levels(&mut self, level: Level, kernels: &Kernels) -> bool {
-        let least = self.gate / 4 * 3;
-        let near_dark = move |dark: u8, bright: u8| dark + ((bright - dark) / 8).max(least);
-        for row in 0..self.rows {
-            match level {
-                Level::Middle => kernels.run(
-                    #[inline(always)]
-                    || self.set_row(row, u8::midpoint),
-                ),
-                Level::Shaded if self.sought[self.row(row)].contains(&u8::MAX) => kernels.run(
-                    #[inline(always)]
-                    || {
-                        self.set_row(row, near_dark);
-                        self.keep_sought(row);
-                    },
-                ),
-                Level::Shaded => {
-                    self.live_words[row] = 0..0;
-                    continue;
-                }
-            }
-            self.live_words[row] = self.find_live_words(row);
+        if level == Level::Middle {
+            self.live_words.fill(0..self.words_in_row);
         }
+        kernels.run(
+            #[inline(always)]
+            || {
+                for row in 0..self.rows {
+                    if !self.live_words[row].is_empty() {
+                        self.set_row(row, level);
+                        self.live_words[row] = self.find_live_words(row);
+                    }
+                }
+            },
+        );
         self.live_words.iter().any(|words| !words.is_empty())
     }
 
-    /// Sets the levels of a row to 0 where nothing is sought.
+    /// Levels of a row between the extrema of the 3x3 tiles around each, word after word: compilers make vectors of loops
+    /// whose length they know.
     #[inline(always)]
-    fn keep_sought(&mut self, row: usize) {
-        let row = self.row(row);
-        let row = row.start..row.end + 1;
-        for (level, sought) in self.levels[row.clone()].iter_mut().zip(&self.sought[row]) {
-            *level &= sought;
-        }
-    }
-
-    /// Levels of a row between the extrema of the 3x3 tiles around each.
-    #[inline(always)]
-    fn set_row(&mut self, row: usize, between: impl Fn(u8, u8) -> u8) {
-        let gate = self.gate;
+    fn set_row(&mut self, row: usize, level: Level) {
+        let (tiles, last) = (self.row(row), self.columns - 1);
+        let (gate, least) = (self.gate, self.gate / 4 * 3);
         let rows =
             [row.saturating_sub(1), row, (row + 1).min(self.rows - 1)].map(|row| self.row(row));
-        let tiles = rows[1].clone();
-        let Scratch {
-            column,
-            dark_around,
-            bright_around,
-        } = &mut self.scratch;
         let dark = rows.clone().map(|row| &self.darkest[row]);
-        spread(u8::min, dark, column, dark_around);
+        spread_down(u8::min, dark, last, &mut self.dark_column);
         let bright = rows.map(|row| &self.brightest[row]);
-        spread(u8::max, bright, column, bright_around);
-        let levels = &mut self.levels[tiles.start..=tiles.end];
-        let around = dark_around.iter().zip(bright_around.iter());
-        for (level, (&dark, &bright)) in levels.iter_mut().zip(around) {
-            let live = bright - dark >= gate;
-            *level = if live { between(dark, bright) } else { 0 };
+        spread_down(u8::max, bright, last, &mut self.bright_column);
+        let levels = &mut self.levels[tiles.clone()];
+        let words = levels.as_chunks_mut::<TILES_IN_WORD>().0.iter_mut();
+        let sought = self.sought[tiles].as_chunks::<TILES_IN_WORD>().0;
+        for (i, (levels, sought)) in words.zip(sought).enumerate() {
+            let dark = spread_across(u8::min, &self.dark_column, i);
+            let bright = spread_across(u8::max, &self.bright_column, i);
+            let range: [u8; TILES_IN_WORD] = std::array::from_fn(|i| bright[i] - dark[i]);
+            *levels = match level {
+                Level::Middle => std::array::from_fn(|i| dark[i] + range[i] / 2),
+                Level::Shaded => {
+                    std::array::from_fn(|i| (dark[i] + (range[i] / 8).max(least)) & sought[i])
+                }
+            };
+            *levels = std::array::from_fn(|i| if range[i] >= gate { levels[i] } else { 0 });
         }
         // The last tile's level holds for the pixels beyond it.
-        levels[tiles.len()] = levels[tiles.len() - 1];
+        levels[last + 1] = levels[last];
+        levels[last + 2..].fill(0);
     }
 
     fn find_live_words(&self, row: usize) -> Range<usize> {
-        let words = self.levels(row).as_chunks::<TILES_IN_WORD>().0;
+        let words = self.levels[self.row(row)].as_chunks::<TILES_IN_WORD>().0;
         let live = |word: &[u8; TILES_IN_WORD]| u128::from_ne_bytes(*word) != 0;
         match words.iter().position(live) {
             Some(first) => first..words.iter().rposition(live).unwrap_or(first) + 1,
@@ -260,15 +242,27 @@ impl Tiles {
         }
     }
 
-    /// The levels of the tiles around a row of pixels, and the words between which there are live ones.
-    pub(crate) fn levels_at(&self, y: usize) -> (&[u8], Range<usize>) {
-        let row = (y / TILE).min(self.rows - 1);
-        (self.levels(row), self.live_words[row].clone())
+    /// The levels of a row of tiles, the last of which holds for the pixels below it, and the words between which there are
+    /// live ones.
+    pub(crate) fn levels(&self, row: usize) -> (&[u8], Range<usize>) {
+        let row = row.min(self.rows - 1);
+        (&self.levels[self.row(row)], self.live_words[row].clone())
     }
+}
 
-    fn levels(&self, row: usize) -> &[u8] {
-        &self.levels[self.row(row).start..][..self.words_in_row * TILES_IN_WORD]
+/// The first tile from one on that shows shade.
+fn next_shaded(tiles: &[u8], from: usize) -> Option<usize> {
+    let first = from / TILES_IN_WORD;
+    let words = tiles.as_chunks::<TILES_IN_WORD>().0.iter().enumerate();
+    let mut mask = u128::MAX << (8 * (from % TILES_IN_WORD));
+    for (i, word) in words.skip(first) {
+        let shaded = u128::from_le_bytes(*word) & mask;
+        if shaded != 0 {
+            return Some(i * TILES_IN_WORD + shaded.trailing_zeros() as usize / 8);
+        }
+        mask = u128::MAX;
     }
+    None
 }
 
 /// Least and greatest value of each tile of four rows, block after block: compilers make vectors of loops whose length they
@@ -306,24 +300,22 @@ fn of_fours(columns: &[u8; WORD], tiles: &mut [u8], pick: impl Fn(u32, u32) -> u
     }
 }
 
-/// The extremum of three rows of tiles and of each tile's neighbours in them.
+/// The extremum of three tiles above each other, with that of the first and the last one once more beside them.
 #[inline(always)]
-fn spread(
-    pick: impl Fn(u8, u8) -> u8,
-    [above, here, below]: [&[u8]; 3],
-    column: &mut [u8],
-    around: &mut [u8],
-) {
-    let n = around.len();
-    let tiles = above.iter().zip(here).zip(below);
-    for (out, ((&a, &b), &c)) in column[1..=n].iter_mut().zip(tiles) {
-        *out = pick(pick(a, b), c);
+fn spread_down(pick: impl Fn(u8, u8) -> u8, rows: [&[u8]; 3], last: usize, column: &mut [u8]) {
+    let [above, here, below] = rows.map(|row| row.as_chunks::<TILES_IN_WORD>().0);
+    let words = column[1..].as_chunks_mut::<TILES_IN_WORD>().0;
+    for (((out, a), b), c) in words.iter_mut().zip(above).zip(here).zip(below) {
+        *out = std::array::from_fn(|i| pick(pick(a[i], b[i]), c[i]));
     }
-    (column[0], column[n + 1]) = (column[1], column[n]);
-    let neighbours = column[..n].iter().zip(&column[1..=n]).zip(&column[2..]);
-    for (out, ((&a, &b), &c)) in around.iter_mut().zip(neighbours) {
-        *out = pick(pick(a, b), c);
-    }
+    (column[0], column[last + 2]) = (column[1], column[last + 1]);
+}
+
+/// The extremum of each tile of a word and its neighbours.
+#[inline(always)]
+fn spread_across(pick: impl Fn(u8, u8) -> u8, column: &[u8], word: usize) -> [u8; TILES_IN_WORD] {
+    let near = &column[word * TILES_IN_WORD..][..TILES_IN_WORD + 2];
+    std::array::from_fn(|i| pick(pick(near[i], near[i + 1]), near[i + 2]))
 }
 
 #[cfg(test)]

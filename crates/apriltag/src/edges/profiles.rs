@@ -107,7 +107,8 @@ fn steepest(profiles: &[Points], sign: f32) -> [Points; 2] {
         let here = rise(k);
         for lane in 0..POINTS {
             let near = (k as f32 - peak[lane]).abs() <= STEEP_STEPS as f32;
-            let rise = if near { here[lane].max(0.0) } else { 0.0 };
+            let steep = near && here[lane] > 0.0;
+            let rise = if steep { here[lane] } else { 0.0 };
             sum[lane] += rise;
             moment[lane] += rise * (k as f32 - middle);
         }

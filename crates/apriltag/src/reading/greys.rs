@@ -45,9 +45,10 @@ impl Thresholds {
         const LEAST_SHARE: f32 = 0.75;
         let white_share = |modules: &Range<usize>| {
             let (mut white, mut all) = (0, 0);
-            for i in modules.clone() {
-                white += u32::from(greys[i] > self.at(layout.place(i)));
-                all += u32::from(!greys[i].is_nan());
+            let places = &layout.from_middle[modules.clone()];
+            for (&place, &grey) in places.iter().zip(&greys[modules.clone()]) {
+                white += u32::from(grey > self.at(place));
+                all += u32::from(!grey.is_nan());
             }
             white as f32 / all as f32
         };
@@ -72,10 +73,11 @@ impl Thresholds {
             BorderColour::Black => 1.0,
             BorderColour::White => -1.0,
         };
-        let lacks = |i: usize, sign: f32| sign * (greys[i] - self.at(layout.place(i))) <= clearly;
+        let lacks =
+            |i: usize, sign: f32| sign * (greys[i] - self.at(layout.from_middle[i])) <= clearly;
         let border = layout.border.clone().filter(|&i| lacks(i, -sign));
         let ring = layout.ring.clone().filter(|&i| lacks(i, sign));
-        let lost = border.chain(ring).map(|i| layout.place(i));
+        let lost = border.chain(ring).map(|i| layout.from_middle[i]);
         let [mut left, mut right, mut top, mut bottom] = [false; 4];
         for [x, y] in lost {
             (left, right) = (left || x <= 0.0, right || x >= 0.0);
@@ -95,22 +97,23 @@ impl GreyPlane {
     /// Least squares over places that lie symmetrically about the middle, so that mean and slopes part. Where some are
     /// outside the image, the mean alone.
     fn fit(layout: &Layout, greys: &[f32], modules: Range<usize>) -> Option<Self> {
-        let (mut n, mut sum, mut moments, mut squares) = (0.0_f32, 0.0, [0.0; 2], 0.0);
-        for i in modules.clone() {
-            let ([x, y], grey) = (layout.place(i), greys[i]);
-            if !grey.is_nan() {
-                n += 1.0;
-                sum += grey;
-                moments = [moments[0] + x * grey, moments[1] + y * grey];
-                squares += x * x;
-            }
+        let (places, greys) = (&layout.from_middle[modules.clone()], &greys[modules]);
+        let (mut sum, mut moments, mut squares) = (0.0, [0.0; 2], 0.0);
+        for (&[x, y], &grey) in places.iter().zip(greys) {
+            sum += grey;
+            moments = [moments[0] + x * grey, moments[1] + y * grey];
+            squares += x * x;
         }
-        let complete = n as usize == modules.len();
-        let slope = moments.map(|moment| if complete { moment / squares } else { 0.0 });
-        (n > 0.0).then(|| Self {
-            mean: sum / n,
-            slope,
-        })
+        if !f32::is_nan(sum) {
+            let (mean, slope) = (sum / greys.len() as f32, moments.map(|at| at / squares));
+            return Some(Self { mean, slope });
+        }
+        let (mut n, mut sum) = (0.0, 0.0);
+        for grey in greys.iter().filter(|grey| !grey.is_nan()) {
+            (n, sum) = (n + 1.0, sum + grey);
+        }
+        let (mean, slope) = (sum / n, [0.0; 2]);
+        (n > 0.0).then_some(Self { mean, slope })
     }
 
     fn midway(&self, other: &Self) -> Self {

@@ -1,6 +1,7 @@
 //! The modules of a family that are looked at: border, ring around it, bits.
 
 use crate::kernels::{POINTS, Points};
+use crate::quad::Point;
 use sextant_tag_families::FamilyData;
 use std::ops::Range;
 
@@ -19,8 +20,8 @@ pub(super) struct Layout {
     pub(super) bits: Range<usize>,
     /// Of each bit that has them: the modules to the left and right, above and below.
     pub(super) beside: Vec<Option<[u8; 4]>>,
-    /// Middle of the tag, either way.
-    middle: f32,
+    /// Of each module that is looked at, from the middle of the tag.
+    pub(super) from_middle: Vec<Point>,
 }
 
 impl Layout {
@@ -44,19 +45,16 @@ impl Layout {
             border,
             ring,
             bits,
-            middle: f32::from(width) / 2.0,
+            from_middle: modules
+                .iter()
+                .map(|module| module.map(|at| f32::from(at) + 0.5 - f32::from(width) / 2.0))
+                .collect(),
         }
     }
 
     /// Blocks of border and ring.
     pub(super) fn ring_blocks(&self) -> usize {
         self.bits.start / POINTS
-    }
-
-    /// Of a module, from the middle of the tag.
-    pub(super) fn place(&self, module: usize) -> [f32; 2] {
-        let [u, v] = &self.places[module / POINTS];
-        [u, v].map(|axis| axis[module % POINTS] - self.middle)
     }
 }
 
