@@ -195,13 +195,14 @@ impl Track {
             } else {
                 sighting
             };
-            let alone = next.hypotheses.len() == 1;
+            // What was hit or not is no doubt about which corners are which.
+            let of_one_attitude = next.is_of_one_attitude(options);
             next.seen_ns = if next.took_part {
                 time_ns
             } else {
                 self.seen_ns
             };
-            if alone {
+            if of_one_attitude {
                 let noise = std::mem::take(&mut next.noise);
                 next.noise = next.hypotheses[0].taught(noise, sights, options);
             }
@@ -243,8 +244,10 @@ impl Hypothesis {
         let pairs = || sights.iter().zip(&self.taken);
         for (sight, taken) in pairs() {
             let same_image = |other: &Sight<'_>| other.camera_index == sight.camera_index;
+            let image = || pairs().filter(|(other, _)| same_image(other));
+            let right = image().filter(|(_, taken)| taken.part).count();
             // Wrong among right ones: that is no noise.
-            if !taken.part && pairs().any(|(other, taken)| taken.part && same_image(other)) {
+            if !taken.part && 2 * right > image().count() {
                 continue;
             }
             noise.learn(sight, taken, options);

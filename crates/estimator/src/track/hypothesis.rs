@@ -81,6 +81,16 @@ impl Hypothesis {
         }
     }
 
+    /// Whether another hypothesis has another attitude.
+    pub fn is_turned_from(&self, other: &Self, options: &FusionOptions) -> bool {
+        let turn = self
+            .state
+            .pose
+            .rotation
+            .angle_to(&other.root_of(self).rotation);
+        turn > options.vague_attitude
+    }
+
     /// The mirrored attitude as a step and its weight against this one, while it is not settled.
     pub fn twin(&self) -> Option<(Vector6<f64>, f64)> {
         Some((self.to_mirrored?, (-self.settled.max(0.0)).exp()))

@@ -3,7 +3,9 @@
 //! A residual after the update is smaller than the noise by the share of it that the pose took up. Of the four shifts (or
 //! turns) of a view's edges the redundancy r = 4 - tr(L P⁺) is left (Förstner 1979, reliability of blocks). Outliers must not
 //! pass for noise: the weights of Student's t are those with which the variance is to be averaged (the EM step of Lange,
-//! Little, Taylor 1989, sec. 4).
+//! Little, Taylor 1989, sec. 4). Such an average moves slowly where the noise is another by far, since no view weighs much: where
+//! nobody states it each view gives a step of scoring on the logarithm instead, with the information that a view of Student's t
+//! has of its scale (ibid., sec. 3).
 
 use super::bowed::Bowed;
 use super::update::Taken;
@@ -57,23 +59,38 @@ struct CameraNoise {
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 struct Variance {
     chi2: f64,
+    /// Of the factor, by steps of scoring.
+    logarithm: f64,
     redundancy: f64,
-    /// Logarithm of the factor, weighed by the degrees of freedom: a prior that is ten times too large would rule a mean for
-    /// long. As each source's bounds have it; kept, since every view asks it of every camera.
+    /// Logarithm of the factor by [`index_of`] a source, weighed by the degrees of freedom: a prior that is ten times too large
+    /// would rule a mean for long. Within each source's bounds; kept, since every view asks it of every camera.
     weighed: [f64; 2],
 }
 
+/// 8 over the mean of 13 x / (5 + x) where x is of chi-square with 8 degrees of freedom: what the weights of views of which nobody
+/// states the noise take from Gaussian residuals.
+const OF_GAUSSIAN: f64 = 1.06;
+/// Information of eight Gaussian residuals on the logarithm of their scale over that of such a view: (5 + 10) / 5.
+const STEEPNESS: f64 = 3.0;
+
 impl Variance {
-    fn weighed_by(&self, trust: &Trust) -> f64 {
-        let factor = self.chi2 / self.redundancy.max(f64::MIN_POSITIVE);
-        self.redundancy * factor.clamp(trust.bounds.0, trust.bounds.1).ln()
+    fn weighed(&self) -> [f64; 2] {
+        let mean = self.chi2 / self.redundancy.max(f64::MIN_POSITIVE);
+        let logarithms = [mean.max(f64::MIN_POSITIVE).ln(), self.logarithm];
+        [0, 1].map(|source| {
+            let (least, most) = TRUSTS[source].bounds;
+            self.redundancy * logarithms[source].clamp(least.ln(), most.ln())
+        })
     }
 
-    fn learn(&mut self, ratio: f64, redundancy: f64, memory: f64) {
+    /// Takes a view in that was whitened with a factor; its residuals are of `ratio` times that variance.
+    fn learn(&mut self, factor: f64, ratio: f64, redundancy: f64, memory: f64) {
         let keep = (1.0 - redundancy / memory).clamp(0.0, 1.0);
-        self.chi2 = self.chi2 * keep + ratio * redundancy;
+        self.chi2 = self.chi2 * keep + factor * ratio * redundancy;
         self.redundancy = self.redundancy * keep + redundancy;
-        self.weighed = TRUSTS.map(|trust| self.weighed_by(trust));
+        let step = STEEPNESS * (OF_GAUSSIAN * ratio - 1.0);
+        self.logarithm += (factor.ln() + step - self.logarithm) * redundancy / self.redundancy;
+        self.weighed = self.weighed();
     }
 }
 
@@ -133,9 +150,10 @@ impl Noise {
         let memory = 0.5 * options.noise_memory;
         // Against what the residuals were whitened with.
         let ratio = |kind: usize| taken.scale[kind] / taken.redundancy[kind];
-        let (shift, turn) = (ratio(0) * sight.noise.shift, ratio(1) * sight.noise.turn);
-        camera.shift.learn(shift, taken.redundancy[0], memory);
-        camera.turn.learn(turn, taken.redundancy[1], memory);
+        let (shift, turn) = (sight.noise.shift, sight.noise.turn);
+        let [of_shift, of_turn] = taken.redundancy;
+        camera.shift.learn(shift, ratio(0), of_shift, memory);
+        camera.turn.learn(turn, ratio(1), of_turn, memory);
         camera.bowed.learn(sight.bowed, taken.more_bow);
     }
 }

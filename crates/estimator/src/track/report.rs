@@ -224,6 +224,12 @@ impl Track {
         }
     }
 
+    /// Whether all that is followed has about the same attitude.
+    pub(super) fn is_of_one_attitude(&self, options: &FusionOptions) -> bool {
+        let mut pairs = self.hypotheses.iter().zip(self.hypotheses.iter().skip(1));
+        pairs.all(|(a, b)| !a.is_turned_from(b, options))
+    }
+
     /// Whether another attitude, followed or merely possible, is not unlikely enough.
     fn is_ambiguous(&self, options: &FusionOptions) -> bool {
         let Some(best) = self.hypotheses.first() else {
@@ -232,17 +238,9 @@ impl Track {
         if best.settled < options.trusted_odds {
             return true;
         }
-        let elsewhere = |other: &Hypothesis| {
-            let turn = best
-                .state
-                .pose
-                .rotation
-                .angle_to(&other.root_of(best).rotation);
-            turn > options.vague_attitude
-        };
         let others = self.hypotheses.iter().skip(1);
         let rivals = others
-            .filter(|other| elsewhere(other))
+            .filter(|other| best.is_turned_from(other, options))
             .map(|other| other.evidence);
         rivals
             .chain([best.mirrored])

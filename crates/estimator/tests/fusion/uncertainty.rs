@@ -1,6 +1,6 @@
 //! The covariance is what the errors are: Monte Carlo with known noise.
 
-use nalgebra::{Vector2, Vector6};
+use nalgebra::{Matrix2, Vector2, Vector6};
 use sextant_estimator::{FusionOptions, ObjectEstimate, State};
 use sextant_geometry::Pose;
 
@@ -141,4 +141,25 @@ fn a_prediction_by_33_ms_stays_within_5_mm_and_its_covariance_grows() {
     let ahead = fusion.pose_at(&cube_id(), newest_ns + 33_000_000).unwrap();
     assert!(position_error(&ahead, &path_at(ahead.capture_ns)) < 5e-3);
     assert_eq!(ahead.state, State::Coasting);
+}
+
+/// Six times as usual: most views are refused at first, and those that are not seem quieter than they are.
+#[test]
+fn much_noise_that_nobody_states_is_found_out_within_half_a_second() {
+    let (rig, object) = (rig(4), cube());
+    let mut values = Vec::new();
+    for seed in 0..6 {
+        let mut fusion = fusion(&rig, &object, FusionOptions::default());
+        for mut image in run(&rig, &object, 0.3, 1.5, &mut Random(seed + 40)) {
+            for tag in &mut image.tags {
+                tag.corner_covariance = [Matrix2::zeros(); 4];
+            }
+            let time_ns = image.capture_ns;
+            let said = feed(&mut fusion, image);
+            let late = said.iter().filter(|_| time_ns > START_NS + 500_000_000);
+            values.extend(late.map(|estimate| nees(estimate, &path_at(time_ns))));
+        }
+    }
+    let mean = values.iter().sum::<f64>() / values.len() as f64;
+    assert!((0.7..1.4).contains(&mean), "NEES {mean}");
 }
