@@ -54,16 +54,20 @@ const NEAR_PX: f32 = 0.15;
 const SETTLED_PX: f32 = 0.06;
 
 /// Residuals in standard deviations of the image's noise up to which the model explains the picture, so that what it says
-/// of the corners holds, within its covariance. Steps between pixels, sharpening and compression leave several times the noise
-/// that flat parts show; where print or optics are others than the model's, residuals are ten times as large and more.
-const EXPLAINED: f32 = 5.0;
+/// of the corners holds. The noise is known to a third or so.
+const EXPLAINED: f32 = 2.0;
 
-/// Where the model does not explain the picture, the share of the edges' variance below which the pattern's must be, so
-/// that its corners are taken: the edges need no more than that the border is straight.
+/// The same up to which its covariance says what the corners are worth, and the surer ones are taken: aliasing, sharpening and
+/// compression leave several times the noise that flat parts show. Where print or optics are others than the model's, residuals
+/// are ten times as large and more.
+const TOLD: f32 = 8.0;
+
+/// Beyond that, the share of the edges' variance below which the pattern's must be: the edges need no more than that the
+/// border is straight.
 const SURER: f32 = 0.15;
 
 /// Pictures with less blur and no noise are no camera's: what they do between pixels is not what the model says.
-const LEAST_BLUR_PX: f32 = 0.1;
+const LEAST_BLUR_PX: f32 = 0.25;
 
 /// Residuals that lenses, sharpening and compression leave where nothing is wrong, as a share of the contrast: pixels
 /// that stray no further than these are not held to be hidden or lit by something else.
@@ -149,8 +153,15 @@ impl PatternFitter {
         };
         let share = mean_variance(&fit.covariance) / mean_variance(&edges.covariance);
         let real = noise_sigma > 0.0 || state.blur_px() > LEAST_BLUR_PX;
-        let trusted = real && (self.explains(&state, noise_sigma) || share < SURER);
-        if !trusted || !state.is_plausible(&start, pattern.module_px(state.size_px())) {
+        let most_share = match self.residual(&state) / noise_sigma.max(ROUNDING) {
+            ..EXPLAINED => f32::INFINITY,
+            ..TOLD => 1.0,
+            _ => SURER,
+        };
+        if !real
+            || share > most_share
+            || !state.is_plausible(&start, pattern.module_px(state.size_px()))
+        {
             return None;
         }
         match straightened {
@@ -167,10 +178,9 @@ impl PatternFitter {
         );
     }
 
-    /// Whether residuals are no more than noise.
-    fn explains(&self, state: &State, noise_sigma: f32) -> bool {
-        let residual = self.equations.residual_variance().sqrt() * state.contrast();
-        residual < EXPLAINED * noise_sigma.max(ROUNDING)
+    /// In grey levels.
+    fn residual(&self, state: &State) -> f32 {
+        self.equations.residual_variance().sqrt() * state.contrast()
     }
 
     /// Steps with a few of the pixels until the corners are about where they belong, then with all until they rest; what
