@@ -187,7 +187,7 @@ impl PatternFitter {
     /// strays much from what is usual then counts less. Returns the inverse of the last step's matrix and by how much
     /// variances are larger than it says.
     fn settle(&mut self, pattern: &Pattern, state: &mut State) -> Option<(Matrix, f32)> {
-        const ENOUGH_GROUPS: usize = 14;
+        const ENOUGH_GROUPS: usize = 10;
         let few = (self.pixels.groups().len() / ENOUGH_GROUPS).max(1);
         let (mut scale, mut last) = (START_SCALE, None);
         for (every, most_steps, rest_px) in
