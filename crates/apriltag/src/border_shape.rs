@@ -3,6 +3,7 @@
 use crate::Rejection;
 use crate::components::Component;
 use crate::kernels::TILE;
+use crate::quad::require;
 
 /// What the borders that are looked for can look like.
 #[derive(Clone, Copy, Debug)]
@@ -39,11 +40,8 @@ impl BorderShape {
     /// something must be written within.
     pub(crate) fn check_filling(&self, n_black: u32, filled: u32) -> Result<(), Rejection> {
         let (n_black, filled) = (n_black as f32, filled as f32);
-        if n_black >= LEAST_OF_BORDER * live_border(filled) && n_black <= self.most_solid * filled {
-            Ok(())
-        } else {
-            Err(Rejection::NotAQuad)
-        }
+        let share = LEAST_OF_BORDER * live_border(filled)..=self.most_solid * filled;
+        require(share.contains(&n_black), Rejection::NotAQuad)
     }
 }
 

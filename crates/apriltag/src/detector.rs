@@ -23,19 +23,14 @@ const MAX_CANDIDATES: usize = 4096;
 
 /// How black and white are told apart, one after the other.
 const PASSES: [Pass; 3] = [
-    Pass {
-        border: BorderColour::Black,
-        level: Level::Middle,
-    },
-    Pass {
-        border: BorderColour::Black,
-        level: Level::Shaded,
-    },
-    Pass {
-        border: BorderColour::White,
-        level: Level::Middle,
-    },
+    pass(BorderColour::Black, Level::Middle),
+    pass(BorderColour::Black, Level::Shaded),
+    pass(BorderColour::White, Level::Middle),
 ];
+
+const fn pass(border: BorderColour, level: Level) -> Pass {
+    Pass { border, level }
+}
 
 /// A component that could be a tag's border, and the quad around it, in the image.
 #[derive(Debug)]

@@ -24,30 +24,12 @@ impl Homography {
         let determinant = right[0] * below[1] - below[0] * right[1];
         let g = (sum[0] * below[1] - below[0] * sum[1]) / determinant;
         let h = (right[0] * sum[1] - sum[0] * right[1]) / determinant;
-        let m = [
-            b[0] * (1.0 + g),
-            d[0] * (1.0 + h),
-            0.0,
-            b[1] * (1.0 + g),
-            d[1] * (1.0 + h),
-            0.0,
-            g,
-            h,
-        ];
         let scale = 1.0 / modules;
-        let m = [
-            m[0] * scale,
-            m[1] * scale,
-            m[2],
-            m[3] * scale,
-            m[4] * scale,
-            m[5],
-            m[6] * scale,
-            m[7] * scale,
-        ];
-        m.iter()
-            .all(|value| value.is_finite())
-            .then_some(Self { origin, m })
+        let [bx, by] = [0, 1].map(|axis| b[axis] * (1.0 + g) * scale);
+        let [dx, dy] = [0, 1].map(|axis| d[axis] * (1.0 + h) * scale);
+        let m = [bx, dx, 0.0, by, dy, 0.0, g * scale, h * scale];
+        let finite = m.iter().all(|value| value.is_finite());
+        finite.then_some(Self { origin, m })
     }
 
     /// Maps the corners of the square -1..1 to a quad, with the square's middle as the origin.
@@ -64,9 +46,8 @@ impl Homography {
         let (d, e) = (d * scale - middle[1] * g, e * scale - middle[1] * h);
         let m = [a, b, 0.0, d, e, 0.0, g, h];
         let origin = [corner[0] + middle[0], corner[1] + middle[1]];
-        m.iter()
-            .all(|value| value.is_finite())
-            .then_some(Self { origin, m })
+        let finite = m.iter().all(|value| value.is_finite());
+        finite.then_some(Self { origin, m })
     }
 
     #[inline]

@@ -51,7 +51,8 @@ type ThresholdWords = fn(row: &[u8], levels: &[u8], words: &mut [u64]);
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Kernels {
     threshold: ThresholdWords,
-    sample: Sample,
+    /// Grey by bilinear interpolation where places (u, v) are mapped to; NaN outside the image.
+    pub(crate) sample: Sample,
     products: Products,
     vectors: Vectors,
 }
@@ -93,17 +94,6 @@ impl Kernels {
             #[cfg(target_arch = "x86_64")]
             Vectors::Avx2(detected) => detected.run(work),
         }
-    }
-
-    /// Grey by bilinear interpolation where places (u, v) are mapped to; NaN outside the image.
-    pub(crate) fn sample(
-        &self,
-        image: &Image<'_>,
-        map: &Homography,
-        places: &[[Points; 2]],
-        greys: &mut [Points],
-    ) {
-        (self.sample)(image, map, places, greys);
     }
 
     /// Sums of the products of a column's numbers with those of each of some others from the first on, wrapping.
@@ -170,7 +160,7 @@ mod tests {
             if let Some(map) = Homography::square_to_quad(&quad, 1.0) {
                 let sample = |kernels: Kernels| {
                     let mut greys = vec![[0.0; POINTS]; places.len()];
-                    kernels.sample(&image, &map, &places, &mut greys);
+                    (kernels.sample)(&image, &map, &places, &mut greys);
                     greys.into_flattened().into_iter().map(f32::to_bits).collect::<Vec<_>>()
                 };
                 prop_assert_eq!(sample(Kernels::fastest()), sample(Kernels::SCALAR));

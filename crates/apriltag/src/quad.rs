@@ -60,7 +60,6 @@ impl QuadFinder {
         check_convexity(&self.hull, filled)?;
         let inscribed = self.hull.largest_quad().ok_or(Rejection::NotAQuad)?;
         let inscribed = inscribed.map(to_point);
-        check_cover(&self.hull, &inscribed)?;
         let quad = circumscribe(&self.hull, &inscribed).ok_or(Rejection::Shape)?;
         check_shape(&quad, shape.min_edge_px)?;
         Ok(quad)
@@ -99,6 +98,10 @@ impl QuadFinder {
     }
 }
 
+pub(crate) fn require(holds: bool, otherwise: Rejection) -> Result<(), Rejection> {
+    holds.then_some(()).ok_or(otherwise)
+}
+
 fn to_point(pixel: Pixel) -> Point {
     pixel.map(|coordinate| coordinate as f32)
 }
@@ -106,11 +109,10 @@ fn to_point(pixel: Pixel) -> Point {
 /// A border closes around what is within it; part of a side may be occluded.
 fn check_convexity(hull: &Hull, filled: u32) -> Result<(), Rejection> {
     const LEAST_SHARE: f32 = 0.80;
-    if filled as f32 >= LEAST_SHARE * hull.area() {
-        Ok(())
-    } else {
-        Err(Rejection::NotAQuad)
-    }
+    require(
+        filled as f32 >= LEAST_SHARE * hull.area(),
+        Rejection::NotAQuad,
+    )
 }
 
 /// Twice the area of the triangle; positive when clockwise as seen.
@@ -124,19 +126,6 @@ pub(crate) fn twice_area(quad: &Quad) -> f32 {
 
 pub(crate) fn distance(a: Point, b: Point) -> f32 {
     ((a[0] - b[0]).powi(2) + (a[1] - b[1]).powi(2)).sqrt()
-}
-
-/// The quad must take up the hull, but for what rounded corners and jagged edges cost.
-fn check_cover(hull: &Hull, quad: &Quad) -> Result<(), Rejection> {
-    const JAGS_PX: f32 = 0.75;
-    let (hull_area, quad_area) = (hull.area(), twice_area(quad) / 2.0);
-    let covered =
-        quad_area > 0.0 && hull_area - quad_area < 0.06 * hull_area + JAGS_PX * perimeter(quad);
-    if covered {
-        Ok(())
-    } else {
-        Err(Rejection::NotAQuad)
-    }
 }
 
 fn perimeter(quad: &Quad) -> f32 {
@@ -197,11 +186,7 @@ pub(crate) fn check_shape(quad: &Quad, min_edge_px: f32) -> Result<(), Rejection
         let turn = cross(quad[(i + 3) % 4], quad[i], quad[(i + 1) % 4]);
         turn > MIN_SINE * sides[(i + 3) % 4] * sides[i]
     });
-    if long_enough && convex {
-        Ok(())
-    } else {
-        Err(Rejection::Shape)
-    }
+    require(long_enough && convex, Rejection::Shape)
 }
 
 /// The points p with `normal . p = offset`; the normal has length 1.

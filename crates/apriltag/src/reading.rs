@@ -97,23 +97,16 @@ impl Reader {
         self.sample_bits(view, &map, &mut modules)
             .ok_or(Unread::hopeful(Rejection::NoCode))?;
         let reading = self.recognise(&modules, &thresholds)?;
-        if self.index.is_weak && !self.is_beyond_doubt(view, &map, &modules, &thresholds) {
-            return Err(Unread::hopeful(Rejection::NoCode));
+        // Letters and texture show a code word of few bits now and then, so that the word alone is no evidence: border, ring
+        // and bits must be all that a tag's are. The frame has three times as many modules as the word.
+        let is_beyond_doubt = !self.index.is_weak
+            || thresholds.rings_are_whole(&self.layout, modules.all(), self.data.border)
+                && self.modules_are_plain(view, &map, &modules, &thresholds);
+        if is_beyond_doubt {
+            Ok(reading)
+        } else {
+            Err(Unread::hopeful(Rejection::NoCode))
         }
-        Ok(reading)
-    }
-
-    /// Whether border, ring and bits are all that a tag's are: letters and texture show a code word of few bits now and
-    /// then, so that the word alone is no evidence; the frame has three times as many modules as the word.
-    fn is_beyond_doubt(
-        &self,
-        view: &View<'_>,
-        map: &Homography,
-        modules: &Modules,
-        thresholds: &Thresholds,
-    ) -> bool {
-        thresholds.rings_are_whole(&self.layout, modules.all(), self.data.border)
-            && self.modules_are_plain(view, map, modules, thresholds)
     }
 
     /// Whether the modules with a bit are clearly black or clearly white and have one colour throughout, but for as many as may
@@ -182,17 +175,17 @@ impl Reader {
     /// The code word under usual blur or, failing that, under strong blur.
     fn recognise(&self, modules: &Modules, thresholds: &Thresholds) -> Result<Reading, Unread> {
         let (usual, clarity) = self.bits(modules, thresholds, USUAL_BLUR_PX);
-        let (found, margin) = self
-            .decode(usual, u32::MAX)
-            .map(|found| (found, clarity))
-            .or_else(|| {
-                let (strong, margin) = self.bits(modules, thresholds, STRONG_BLUR_PX);
-                Some((self.decode(strong, 1)?, margin))
-            })
-            .ok_or(Unread {
-                reason: Rejection::NoCode,
-                hopeful: clarity > LEAST_CLARITY * thresholds.contrast(),
-            })?;
+        let found = self.index.find(usual).map(|found| (found, clarity));
+        // Fewer wrong bits: every further attempt is a further chance for what is no tag.
+        let or_blurred = || {
+            let (strong, margin) = self.bits(modules, thresholds, STRONG_BLUR_PX);
+            let found = self.index.find(strong)?;
+            (found.hamming <= 1).then_some((found, margin))
+        };
+        let (found, margin) = found.or_else(or_blurred).ok_or(Unread {
+            reason: Rejection::NoCode,
+            hopeful: clarity > LEAST_CLARITY * thresholds.contrast(),
+        })?;
         if margin < self.min_margin {
             return Err(Unread::hopeful(Rejection::SmallMargin));
         }
@@ -242,14 +235,6 @@ impl Reader {
             let edge = across * (twice - left - right) + down * (twice - top - bottom);
             above + if edge.is_nan() { 0.0 } else { edge }
         })
-    }
-
-    /// The code word, if it has no more wrong bits than allowed: every further attempt is a further chance for what is
-    /// no tag.
-    fn decode(&self, observed: u64, max_hamming: u32) -> Option<Match> {
-        self.index
-            .find(observed)
-            .filter(|found| found.hamming <= max_hamming)
     }
 }
 

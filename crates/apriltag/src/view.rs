@@ -23,6 +23,6 @@ impl View<'_> {
 
     /// Grey where places are mapped to, NaN outside the image.
     pub(crate) fn sample(&self, map: &Homography, places: &[[Points; 2]], greys: &mut [Points]) {
-        self.kernels.sample(self.image, map, places, greys);
+        (self.kernels.sample)(self.image, map, places, greys);
     }
 }

@@ -17,15 +17,6 @@ fn threshold_words(row: &[u8], levels: &[u8], words: &mut [u64]) {
     unsafe { threshold_words_neon(row, levels, words) }
 }
 
-/// Each four neighbours made one.
-#[inline(always)]
-fn by_fours(
-    [a, b, c, d]: [uint8x16_t; 4],
-    pairs: impl Fn(uint8x16_t, uint8x16_t) -> uint8x16_t,
-) -> uint8x16_t {
-    pairs(pairs(a, b), pairs(c, d))
-}
-
 #[target_feature(enable = "neon")]
 fn threshold_words_neon(row: &[u8], levels: &[u8], words: &mut [u64]) {
     /// Places of the tiles of the first sixteen pixels.
@@ -41,13 +32,13 @@ fn threshold_words_neon(row: &[u8], levels: &[u8], words: &mut [u64]) {
             *word = 0;
             continue;
         }
-        let below = std::array::from_fn(|k| {
+        let [a, b, c, d] = std::array::from_fn(|k| {
             let tiles = vaddq_u8(first, vdupq_n_u8((k * LANES / TILE) as u8));
             let levels = vqtbl1q_u8(levels, tiles);
             vandq_u8(vcltq_u8(load(&pixels[k * LANES..]), levels), bits)
         });
-        let halves = by_fours(below, |a, b| vpaddq_u8(a, b));
-        *word = vgetq_lane_u64::<0>(vreinterpretq_u64_u8(vpaddq_u8(halves, halves)));
+        let pairs = vpaddq_u8(vpaddq_u8(a, b), vpaddq_u8(c, d));
+        *word = vgetq_lane_u64::<0>(vreinterpretq_u64_u8(vpaddq_u8(pairs, pairs)));
     }
 }
 
