@@ -12,6 +12,13 @@ pub enum Fault {
         /// Which camera.
         camera: CameraId,
     },
+    /// One of the two is not where the rig says; no third sees what they see.
+    CamerasDisagree {
+        /// The one.
+        a: CameraId,
+        /// The other.
+        b: CameraId,
+    },
     /// The tag is not where the object's model says: loose or wrongly placed.
     TagMisplaced {
         /// On which object.
@@ -67,17 +74,24 @@ impl fmt::Display for Fault {
                 f,
                 "camera {camera} is not where the rig says: calibrate it again"
             ),
+            Self::CamerasDisagree { a, b } => write!(
+                f,
+                "cameras {a} and {b} contradict each other, one is not where the rig says: calibrate both again, or let a third see the same"
+            ),
             Self::TagMisplaced { object, tag } => {
                 write!(
                     f,
-                    "tag {tag} of object {object} is loose or not where the model says"
+                    "tag {tag} of object {object} is loose or not where the model says: stick it back, or learn the object again"
                 )
             }
             Self::TagSize { object, tag, ratio } => {
+                let (percent, how) = match (ratio - 1.0) * 100.0 {
+                    larger if larger > 0.0 => (larger, "larger"),
+                    smaller => (-smaller, "smaller"),
+                };
                 write!(
                     f,
-                    "tag {tag} of object {object} is {:+.1} % larger than the model says",
-                    (ratio - 1.0) * 100.0
+                    "tag {tag} of object {object} is {percent:.1} % {how} than the model says: measure it and correct its size there"
                 )
             }
             Self::TagElsewhere { object, tag, on } => {

@@ -14,7 +14,7 @@ use crate::clock_search::{ClockSearch, Timely};
 use crate::fault::Fault;
 use crate::health::Health;
 use crate::site::{ObjectImage, Site};
-use crate::timeline::Timeline;
+use crate::timeline::{Attention, Timeline};
 use crate::{
     FusionOptions, ImageObservation, ObjectEstimate, ObjectId, ObjectModel, OptionsError, Rig,
     Statistics, TagId,
@@ -197,6 +197,7 @@ impl Fusion {
             }
         }
         self.look_at_clock(camera_index, &sorted, timely);
+        self.look_at_jumps();
         self.look_at_estimates();
     }
 
@@ -207,7 +208,13 @@ impl Fusion {
         seen: &Arc<ObjectImage>,
     ) -> Timely {
         let timeline = &mut self.timelines[object];
-        let Ok(settled) = timeline.insert(seen.clone(), &self.site, &self.options) else {
+        let attention = if self.health.is_alert() {
+            Attention::All
+        } else {
+            Attention::Some
+        };
+        let settled = timeline.insert(seen.clone(), &self.site, &self.options, attention);
+        let Ok(settled) = settled else {
             self.intake.count_late(&image.camera);
             return Timely::No;
         };

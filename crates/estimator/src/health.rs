@@ -1,32 +1,39 @@
-//! What is wrong with the site, by name: which camera was moved, which tag is loose, wrongly measured or there twice.
+//! What is wrong with the site, by name: which camera was moved, which tag is loose, wrongly measured or there twice, which clock
+//! is off.
 //!
-//! A view that contradicts its track takes no part. Rarely that is a wrong detection; if most views of one camera do while
-//! the others agree, the camera is not where the rig says, and if most views of one tag do while the object's other tags
-//! agree, the tag is not where the model says, or not as large. Fed with instants that no late image can change any more.
+//! Fed with instants that no late image can change any more. What the views of a tag by a camera contradict is explained by the
+//! fault that foretells it best ([`suspects`]), if those that have nothing to do with that fault go on to agree ([`support`]).
 
+mod guess;
 mod strays;
+mod support;
+mod suspects;
+mod testimony;
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use crate::TagId;
 use strays::Strays;
 pub(crate) use strays::{Elsewhere, Ray};
+use support::Support;
+use suspects::{Cause, Counts, Suspects};
+pub(crate) use testimony::Testimony;
 
 /// Seconds after which a view counts 1/e.
 const MEMORY_S: f64 = 0.6;
 /// Views, counted with that memory, from which on a share means something.
-const FEWEST: f64 = 6.0;
-/// Share of contradicting views that makes a fault, and below which it is over.
-const RAISED: f64 = 0.7;
-const CLEARED: f64 = 0.3;
+const FEWEST: f64 = 3.0;
 /// Share of contradicting views from which on it is asked whether the camera's clock is the cause.
 const DOUBTED: f64 = 0.5;
-/// Share of contradicting views among all others up to which these can be believed.
-const SOUND: f64 = 0.3;
-/// Relative error of a tag's size that is worth a word, and its chi-square (1 degree of freedom).
+/// Angles by which a camera displaces what it sees, or turns it, that are worth a word.
+const MOVED: [f64; 2] = [0.0026, 0.0087];
+/// Metres and radians of a tag that are.
+const MISPLACED: [f64; 2] = [0.001, 0.035];
+/// Relative error of a tag's size that is.
 const WRONG_SIZE: f64 = 0.01;
-const SURE: f64 = 100.0;
 
+/// Nanoseconds after a hit by another camera's image for which a body's speed tells nothing of clocks.
+const HIT_NS: u64 = 300_000_000;
 /// Nanoseconds for which a tag that was seen twice is reported.
 const TWINS_NS: u64 = 2_000_000_000;
 
@@ -37,13 +44,14 @@ pub(crate) struct SettledView {
     pub tag: TagId,
     /// Whether it agreed with the track.
     pub agreed: bool,
+    /// Whether it took part, but as if the object had been hit.
+    pub hit: bool,
     /// The ray on which it is seen, if that is far from where its object has it.
     pub ray: Option<Ray>,
     /// What is there.
     pub elsewhere: Option<Elsewhere>,
-    /// Sums over the corners: residual times the corner's distance from the tag's centre, that
-    /// distance squared, residual squared; px².
-    pub size: [f64; 3],
+    /// What it says of faults, if it was asked.
+    pub testimony: Option<Testimony>,
 }
 
 /// The part of a count of then that still counts now.
@@ -58,7 +66,6 @@ struct Count {
     at_ns: u64,
     views: f64,
     refused: f64,
-    size: [f64; 3],
 }
 
 impl Count {
@@ -68,39 +75,41 @@ impl Count {
             at_ns: now_ns.max(self.at_ns),
             views: self.views * keep,
             refused: self.refused * keep,
-            size: self.size.map(|sum| sum * keep),
         }
     }
 
-    fn add(&mut self, now_ns: u64, view: &SettledView) {
+    fn add(&mut self, now_ns: u64, agreed: bool) {
         *self = self.faded(now_ns);
         self.views += 1.0;
-        self.refused += if view.agreed { 0.0 } else { 1.0 };
-        self.size = [0, 1, 2].map(|index| self.size[index] + view.size[index]);
+        self.refused += if agreed { 0.0 } else { 1.0 };
     }
 
     fn share(&self) -> f64 {
         self.refused / self.views.max(f64::MIN_POSITIVE)
     }
+}
 
-    /// Size over the model's, where that is another beyond chance.
-    fn wrong_size(&self) -> Option<f64> {
-        let [cross, radius, residual] = self.size;
-        let error = -cross / radius;
-        // The residuals that a wrong size leaves are chance: eight coordinates a view.
-        let chance = (residual - cross * cross / radius).max(0.0) / (8.0 * self.views);
-        let sure = self.views >= FEWEST && cross * cross > SURE * radius * chance;
-        (sure && error.abs() > WRONG_SIZE).then_some(1.0 + error)
-    }
+/// A camera that is not where the rig says.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) struct Moved {
+    pub camera: usize,
+    /// The only other camera that it contradicts: it may be that one as well.
+    pub or: Option<usize>,
+    /// Whether its clock is out of question.
+    pub timely: bool,
 }
 
 /// The counts of a site, and what is wrong by them.
 #[derive(Debug, Default)]
 pub(crate) struct Health {
     cameras: BTreeMap<usize, Count>,
-    tags: BTreeMap<(usize, TagId), Count>,
-    faulty_cameras: BTreeSet<usize>,
-    faulty_tags: BTreeSet<(usize, TagId)>,
+    suspects: Suspects,
+    of_cameras: Support<usize>,
+    of_tags: Support<TagId>,
+    /// By object, when it last seemed to be hit, and by which camera's image.
+    hit: BTreeMap<usize, (u64, usize)>,
+    /// By camera that may have been moved, those that it contradicts.
+    against: BTreeMap<usize, BTreeSet<usize>>,
     strays: Strays,
     /// When a tag was last in an image twice, by camera index.
     twice_ns: BTreeMap<(usize, TagId), u64>,
@@ -110,28 +119,83 @@ pub(crate) struct Health {
 impl Health {
     /// Takes the views of one object at a settled instant in.
     pub fn take(&mut self, object: usize, time_ns: u64, views: &[SettledView]) {
+        self.count(object, time_ns, views);
         for view in views {
-            let camera = self.cameras.entry(view.camera_index).or_default();
-            camera.add(time_ns, view);
-            if !view.agreed {
-                self.strays.refuse(object, time_ns, view);
-            }
-            if view.elsewhere.is_some() {
-                continue;
-            }
-            // A camera that is not where it should be says nothing about tags.
-            if !self.faulty_cameras.contains(&view.camera_index) {
-                let tag = self.tags.entry((object, view.tag)).or_default();
-                tag.add(time_ns, view);
-            }
+            self.hear(object, time_ns, view);
         }
-        self.judge_cameras(time_ns);
-        self.judge_tags(time_ns);
+        if self.suspects.is_alert() {
+            let against = &self.against;
+            let one_to_one = |camera: usize| against.get(&camera).is_none_or(|all| all.len() < 2);
+            self.suspects.judge(time_ns, one_to_one);
+            self.note_whom_moved_cameras_contradict(object, time_ns);
+        }
         let of_camera = |camera: usize| {
             let count = self.cameras.get(&camera)?.faded(time_ns);
             Some((count.views, count.refused))
         };
         self.strays.judge(time_ns, of_camera);
+    }
+
+    /// Who agrees and who contradicts.
+    fn count(&mut self, object: usize, time_ns: u64, views: &[SettledView]) {
+        for view in views {
+            let camera = self.cameras.entry(view.camera_index).or_default();
+            camera.add(time_ns, view.agreed);
+            if self.of_tags.note(object, view.tag, time_ns, view.agreed) {
+                self.suspects.unsettle_tag((object, view.tag));
+            }
+            if view.hit {
+                self.hit.insert(object, (time_ns, view.camera_index));
+            }
+            if !view.agreed {
+                self.strays.refuse(object, time_ns, view);
+            }
+        }
+        for image in views.chunk_by(|a, b| a.camera_index == b.camera_index) {
+            let camera = image[0].camera_index;
+            let agreed = image.iter().any(|view| view.agreed);
+            if self.of_cameras.note(object, camera, time_ns, agreed) {
+                self.suspects.unsettle_camera(camera);
+            }
+        }
+    }
+
+    fn hear(&mut self, object: usize, time_ns: u64, view: &SettledView) {
+        let Some(testimony) = &view.testimony else {
+            return;
+        };
+        let mut cameras = self.of_cameras.of(object, view.camera_index, time_ns);
+        let mut tags = self.of_tags.of(object, view.tag, time_ns);
+        let hit = self.hit.get(&object).copied().unwrap_or_default();
+        let is_steady = hit.1 == view.camera_index || hit.0.saturating_add(HIT_NS) < time_ns;
+        let is_near = view.elsewhere.is_none();
+        let camera_is_wrong = self.of_cameras.contradicts(object, view.camera_index);
+        let camera = cameras.next().is_some() && (is_near || camera_is_wrong);
+        let counts = Counts {
+            camera,
+            clock: camera && is_steady,
+            tag: tags.next().is_some() && is_near,
+        };
+        let tag = (object, view.tag);
+        self.suspects
+            .take(view.camera_index, tag, testimony, counts);
+    }
+
+    fn note_whom_moved_cameras_contradict(&mut self, object: usize, time_ns: u64) {
+        let found: Vec<Cause> = self.suspects.found().collect();
+        self.against
+            .retain(|camera, _| found.contains(&Cause::Camera(*camera)));
+        for cause in found {
+            if let Cause::Camera(camera) = cause {
+                let against = self.against.entry(camera).or_default();
+                against.extend(self.of_cameras.of(object, camera, time_ns));
+            }
+        }
+    }
+
+    /// Whether something may be wrong, so that all images are to be looked at.
+    pub fn is_alert(&self) -> bool {
+        self.suspects.is_alert()
     }
 
     /// Notes the tags that an image has more than once.
@@ -171,101 +235,59 @@ impl Health {
 
     /// The cameras most of whose views contradict their tracks, by index: for whatever cause.
     pub fn contradicted_cameras(&self) -> impl Iterator<Item = usize> {
-        let is_contradicted =
-            |count: &Count| count.views >= FEWEST / 2.0 && count.share() > DOUBTED;
+        let is_contradicted = |count: &Count| count.views >= FEWEST && count.share() > DOUBTED;
         let cameras = self.cameras.iter();
         cameras
             .filter(move |(_, count)| is_contradicted(count))
             .map(|(camera, _)| *camera)
     }
 
-    /// The cameras that are not where the rig says, by index.
-    pub fn moved_cameras(&self) -> impl Iterator<Item = usize> {
-        self.faulty_cameras.iter().copied()
+    /// The cameras that are not where the rig says.
+    pub fn moved_cameras(&self) -> impl Iterator<Item = Moved> {
+        let moved = |cause| match cause {
+            Cause::Camera(camera) => {
+                let angles = self.suspects.camera(camera)?;
+                let mut against = self.against.get(&camera)?.iter().copied();
+                let first = against.next()?;
+                let or = against.next().is_none().then_some(first);
+                let worth = angles[0] > MOVED[0] || angles[1] > MOVED[1];
+                let timely = !self.suspects.may_be_clock(camera);
+                worth.then_some(Moved { camera, or, timely })
+            }
+            _ => None,
+        };
+        self.suspects.found().filter_map(moved)
     }
 
     /// The tags that are not as the models say, by object index; with the ratio of sizes where that explains it.
     pub fn wrong_tags(&self) -> impl Iterator<Item = (usize, TagId, Option<f64>)> {
-        let ratio = |key| self.tags.get(key).and_then(Count::wrong_size);
-        let in_place = |key: &&(usize, TagId)| !self.strays.contains(key);
-        self.faulty_tags
-            .iter()
-            .filter(in_place)
-            .map(move |key| (key.0, key.1, ratio(key)))
-    }
-
-    fn judge_cameras(&mut self, now_ns: u64) {
-        let counts: Vec<(usize, Count)> = self
-            .cameras
-            .iter()
-            .map(|(key, count)| (*key, count.faded(now_ns)))
-            .collect();
-        let before = self.faulty_cameras.len();
-        let all = Sum::of(counts.iter().map(|(_, count)| count));
-        for (camera, count) in &counts {
-            judge(&mut self.faulty_cameras, *camera, count, &all);
-        }
-        if self.faulty_cameras.len() > before {
-            self.tags.clear();
-            self.faulty_tags.clear();
-        }
-    }
-
-    fn judge_tags(&mut self, now_ns: u64) {
-        let faded = |(key, count): (&(usize, TagId), &Count)| (*key, count.faded(now_ns));
-        let counts: Vec<_> = self.tags.iter().map(faded).collect();
-        for of_object in counts.chunk_by(|a, b| a.0.0 == b.0.0) {
-            let all = Sum::of(of_object.iter().map(|(_, count)| count));
-            let wrong_size = |(_, count): &&((usize, TagId), Count)| count.wrong_size().is_some();
-            for (key, count) in of_object {
-                judge(&mut self.faulty_tags, *key, count, &all);
+        let wrong = |cause| match cause {
+            Cause::Size(tag) if !self.strays.contains(&tag) => {
+                let more = self.suspects.size(tag)?;
+                let worth = more.abs() > WRONG_SIZE;
+                worth.then_some((tag.0, tag.1, Some(1.0 + more)))
             }
-            let mut of_wrong_size = of_object.iter().filter(wrong_size);
-            if let (Some((alone, _)), None) = (of_wrong_size.next(), of_wrong_size.next()) {
-                self.faulty_tags.insert(*alone);
+            Cause::Place(tag) if !self.strays.contains(&tag) => {
+                let [place, turn] = self.suspects.place(tag)?;
+                let worth = place > MISPLACED[0] || turn > MISPLACED[1];
+                worth.then_some((tag.0, tag.1, None))
             }
-        }
-    }
-}
-
-/// Of some counts: views, and how many of them contradict.
-struct Sum {
-    views: f64,
-    refused: f64,
-}
-
-impl Sum {
-    fn of<'a>(counts: impl Iterator<Item = &'a Count>) -> Self {
-        let none = Self {
-            views: 0.0,
-            refused: 0.0,
+            _ => None,
         };
-        counts.fold(none, |sum, count| Self {
-            views: sum.views + count.views,
-            refused: sum.refused + count.refused,
-        })
+        self.suspects.found().filter_map(wrong)
     }
 
-    /// Without one of them.
-    fn but(&self, count: &Count) -> Count {
-        Count {
-            views: self.views - count.views,
-            refused: self.refused - count.refused,
-            ..Count::default()
-        }
+    /// The cameras whose stamps explain what they contradict, by index, with the seconds that they lie after the truth.
+    pub fn clocks(&self) -> impl Iterator<Item = (usize, f64)> {
+        let of_clock = |cause| match cause {
+            Cause::Clock(camera) => Some((camera, self.suspects.clock(camera)?)),
+            _ => None,
+        };
+        self.suspects.found().filter_map(of_clock)
     }
-}
 
-/// Raises the fault when most views contradict while the others are sound, clears it when few do.
-fn judge<K: Ord>(faults: &mut BTreeSet<K>, key: K, count: &Count, all: &Sum) {
-    let others = all.but(count);
-    if count.views >= FEWEST
-        && others.views >= FEWEST
-        && count.share() > RAISED
-        && others.share() < SOUND
-    {
-        faults.insert(key);
-    } else if count.views >= FEWEST && count.share() < CLEARED {
-        faults.remove(&key);
+    /// A camera's stamps mean something else now.
+    pub fn forget_camera(&mut self, camera: usize) {
+        self.suspects.forget_camera(camera);
     }
 }

@@ -7,13 +7,13 @@
 //! each asks for its own instant only.
 
 use std::borrow::Cow;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Bound;
 use std::sync::Arc;
 
 use crate::health::SettledView;
 use crate::site::{ObjectImage, Site};
-use crate::track::Track;
+use crate::track::{Around, Track};
 use crate::{ClockOffset, FusionOptions, ObjectEstimate, ObjectId};
 
 /// Cameras whose simultaneous images are taken jointly; further ones follow in the order of the rig, so that one more
@@ -42,6 +42,13 @@ impl Instant {
         let images: Vec<&ObjectImage> = self.images.values().map(Arc::as_ref).collect();
         before.advanced(time_ns, &images, site, options)
     }
+
+    /// Its camera, if it is one.
+    fn camera(&self) -> Option<usize> {
+        let mut cameras = self.images.keys().copied();
+        let first = cameras.next();
+        first.filter(|_| cameras.next().is_none())
+    }
 }
 
 /// The window of one object.
@@ -52,7 +59,24 @@ pub(crate) struct Timeline {
     instants: BTreeMap<Key, Instant>,
     /// From here on the instants don't know yet of images that came late.
     stale_from: Option<Key>,
+    /// Settled images of each camera, by its index.
+    settled: Vec<usize>,
+    /// The camera of the last settled instant, if it was one, and cameras one after the other whose images were last expected.
+    last_camera: Option<usize>,
+    agreed: BTreeSet<(usize, usize)>,
 }
+
+/// How closely views are looked at for what is wrong.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Attention {
+    /// Each.
+    All,
+    /// Those of an image now and then, since a fault stays.
+    Some,
+}
+
+/// Images of a camera of which one is looked at.
+const NOW_AND_THEN: usize = 5;
 
 /// What became of the views of an instant, for good.
 #[derive(Debug, Clone, PartialEq)]
@@ -72,6 +96,9 @@ impl Timeline {
             base: Track::default(),
             instants: BTreeMap::new(),
             stale_from: None,
+            settled: Vec::new(),
+            last_camera: None,
+            agreed: BTreeSet::new(),
         }
     }
 
@@ -90,6 +117,7 @@ impl Timeline {
         image: Arc<ObjectImage>,
         site: &Site,
         options: &FusionOptions,
+        attention: Attention,
     ) -> Result<Vec<Settled>, TooLate> {
         let time_ns = image.capture_ns;
         let window_ns = (options.window_s * 1e9) as u64;
@@ -104,7 +132,7 @@ impl Timeline {
         });
         instant.images.insert(image.camera_index, image);
         self.stale_from = Some(self.stale_from.map_or(key, |stale| stale.min(key)));
-        Ok(self.forget(window_ns, site, options))
+        Ok(self.forget(window_ns, site, options, attention))
     }
 
     /// Goes through the instants up to a time, where late images have come for them.
@@ -149,22 +177,80 @@ impl Timeline {
     }
 
     /// Drops the instants older than the window, which no late image can change any more; the newest always stays.
-    fn forget(&mut self, window_ns: u64, site: &Site, options: &FusionOptions) -> Vec<Settled> {
+    fn forget(
+        &mut self,
+        window_ns: u64,
+        site: &Site,
+        options: &FusionOptions,
+        attention: Attention,
+    ) -> Vec<Settled> {
         let oldest = self.newest_ns().saturating_sub(window_ns);
         self.catch_up(oldest.saturating_sub(1), site, options);
         let kept = self.instants.split_off(&(oldest, 0));
         let gone = std::mem::replace(&mut self.instants, kept);
-        let settled = gone.iter().map(|((time_ns, _), instant)| Settled {
-            time_ns: *time_ns,
-            views: instant
+        let mut settled = Vec::with_capacity(gone.len());
+        let mut instants = gone.into_iter().peekable();
+        while let Some(((time_ns, _), instant)) = instants.next() {
+            let images: Vec<&ObjectImage> = instant.images.values().map(Arc::as_ref).collect();
+            for image in &images {
+                self.count(image.camera_index);
+            }
+            let asked = |camera: usize| {
+                attention == Attention::All || self.settled[camera].is_multiple_of(NOW_AND_THEN)
+            };
+            let next = instants.peek().map(|(_, next)| next);
+            let next = next.or_else(|| self.instants.first_key_value().map(|(_, next)| next));
+            let hit = instant.after.took_part_as_if_hit();
+            let around = hit.then(|| self.around(&instant, next)).flatten();
+            let views = instant
                 .after
-                .settled_views(instant.images.values().map(Arc::as_ref), site),
-        });
-        let settled = settled.collect();
-        if let Some((_, last)) = gone.into_iter().next_back() {
-            self.base = last.after;
+                .settled_views(&images, site, options, asked, around);
+            let camera = instant.camera();
+            if let Some(pair) = self.last_camera.zip(camera) {
+                let pair = (pair.0.min(pair.1), pair.0.max(pair.1));
+                if views.iter().any(|view| view.agreed) {
+                    self.agreed.insert(pair);
+                } else {
+                    self.agreed.remove(&pair);
+                }
+            }
+            settled.push(Settled { time_ns, views });
+            self.last_camera = camera;
+            self.base = instant.after;
         }
         settled
+    }
+
+    /// The tracks next to an instant of one camera, if they are by others that agree with each other.
+    fn around<'a>(&'a self, instant: &Instant, next: Option<&'a Instant>) -> Option<Around<'a>> {
+        let (camera, before, after) = (instant.camera()?, self.last_camera?, next?.camera()?);
+        let others = before != camera && after != camera;
+        (others && self.agree(before, after, camera)).then_some(Around {
+            before: &self.base,
+            after: &next?.after,
+        })
+    }
+
+    /// Whether two cameras agree by what they, and others but one, saw one after the other.
+    fn agree(&self, one: usize, other: usize, but: usize) -> bool {
+        let (mut reached, mut open) = (BTreeSet::from([one, but]), vec![one]);
+        while let Some(camera) = open.pop() {
+            let pairs = self.agreed.iter();
+            let next = pairs.filter_map(|(a, b)| match camera {
+                camera if camera == *a => Some(*b),
+                camera if camera == *b => Some(*a),
+                _ => None,
+            });
+            open.extend(next.filter(|next| reached.insert(*next)));
+        }
+        reached.contains(&other)
+    }
+
+    fn count(&mut self, camera_index: usize) {
+        if self.settled.len() <= camera_index {
+            self.settled.resize(camera_index + 1, camera_index);
+        }
+        self.settled[camera_index] += 1;
     }
 
     /// Capture time of the newest image, 0 before the first.
@@ -209,6 +295,12 @@ impl Timeline {
         if let Some((_, last)) = std::mem::take(&mut self.instants).into_iter().next_back() {
             self.base = last.after;
         }
+    }
+
+    /// Clocks may have jumped, by so many seconds (one sigma). As [`Self::settle`].
+    pub fn doubt_clocks(&mut self, cameras: &[usize], sigma_s: f64) {
+        self.settle();
+        self.base.doubt_clocks(cameras, sigma_s);
     }
 
     /// So many seconds more are taken off a camera's stamps from now on. As [`Self::settle`].

@@ -10,6 +10,7 @@
 //! - [`posture`]: values of joints of which little is known.
 //! - [`report`]: what is published about the instant.
 //! - [`rivalry`]: whether the cameras' clocks agree.
+//! - [`settled`]: what became of the views, and what they say of faults.
 //! - [`time`]: what is known about them.
 //! - [`update`]: a state and the views of an instant.
 
@@ -23,6 +24,7 @@ mod noise;
 mod posture;
 mod report;
 mod rivalry;
+mod settled;
 mod time;
 mod update;
 
@@ -34,6 +36,7 @@ use noise::Noise;
 use time::Timing;
 
 pub(crate) use report::Sighting;
+pub(crate) use settled::Around;
 
 /// What is known about an object at an instant. A value: the next instant's is made from it, never in place.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -220,6 +223,19 @@ impl Track {
             || self
                 .contradicted_since_ns
                 .is_some_and(|since| seconds(since, self.time_ns) >= options.contradiction_s)
+    }
+
+    /// Clocks may have jumped, by so many seconds (one sigma).
+    pub fn doubt_clocks(&mut self, cameras: &[usize], sigma_s: f64) {
+        let states = self.hypotheses.iter_mut().map(|one| &mut one.state);
+        for clocks in states.filter_map(|state| state.clocks.as_mut()) {
+            cameras
+                .iter()
+                .for_each(|camera| clocks.doubt(*camera, sigma_s));
+        }
+        if let Some(rival) = &mut self.rival {
+            rival.doubt_clocks(cameras, sigma_s);
+        }
     }
 
     /// So many seconds more are taken off a camera's stamps from now on.

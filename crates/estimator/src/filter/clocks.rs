@@ -92,6 +92,13 @@ impl Clocks {
         self.own = symmetric(&(self.own - told + kept));
     }
 
+    /// A camera's clock may have jumped, by so many seconds (one sigma).
+    pub fn doubt(&mut self, camera_index: usize, sigma_s: f64) {
+        if let Some(slot) = self.slot(camera_index) {
+            self.own[(slot, slot)] += sigma_s.powi(2);
+        }
+    }
+
     /// So many seconds of a camera's offset are taken off its stamps instead.
     pub fn take_off(&mut self, camera_index: usize, by_s: f64) {
         if let Some(slot) = self.slot(camera_index) {

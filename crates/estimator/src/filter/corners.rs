@@ -240,6 +240,14 @@ impl<'a> Sight<'a> {
 }
 
 impl Sight<'_> {
+    /// The same, no corner being an outlier.
+    pub fn without_outliers(self) -> Self {
+        Self {
+            weight: 0.0,
+            ..self
+        }
+    }
+
     /// Cost and normal equations about `world_from_object`; `None` where the tag would lie behind the camera or outside
     /// of the lens's field. A tag seen from its back has residuals all the same, which lead round to its face.
     pub fn normal(&self, link: &Moving) -> Option<Normal> {

@@ -107,6 +107,11 @@ impl Normal {
         normal
     }
 
+    /// The view's weight.
+    pub fn weight(&self) -> f64 {
+        self.scale.iter().sum::<f64>() / self.square.max(f64::MIN_POSITIVE)
+    }
+
     /// The weight that the view will have after a small step of its pose and its twist, against its weight here: as far as
     /// residuals are linear.
     pub(super) fn weight_after(

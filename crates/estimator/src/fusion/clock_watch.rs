@@ -47,13 +47,35 @@ impl Fusion {
     pub(super) fn look_at_clock(&mut self, camera_index: usize, sorted: &Sorted, timely: Timely) {
         let now_ns = self.now_ns;
         self.clock_search.count(camera_index, now_ns, timely);
-        self.clock_search
-            .suspect(now_ns, self.health.contradicted_cameras());
+        let contradicted = self.health.contradicted_cameras();
+        let suspects = contradicted.chain(self.health.clocks().map(|(camera, _)| camera));
+        self.clock_search.suspect(now_ns, suspects);
         self.clock_search
             .watch(camera_index, sorted, &self.site, &self.options);
         let found = self.clock_search.look(now_ns);
         if !found.is_empty() {
             self.begin_anew();
+        }
+    }
+
+    /// A clock that has jumped is learned anew where filters estimate its offset; all others are, where it is the one that the
+    /// others are measured by.
+    pub(super) fn look_at_jumps(&mut self) {
+        let jumped: Vec<(usize, f64)> = self.health.clocks().collect();
+        let near = jumped.iter().filter(|(_, by_s)| by_s.abs() < ASTRAY_S);
+        for camera in near.map(|(camera, _)| *camera) {
+            let mut estimated: Vec<usize> = self.estimated_offsets().into_keys().collect();
+            if estimated.contains(&camera) {
+                estimated = vec![camera];
+            }
+            if estimated.is_empty() {
+                continue;
+            }
+            self.catch_up();
+            for timeline in &mut self.timelines {
+                timeline.doubt_clocks(&estimated, self.options.unknown_clock_s);
+            }
+            self.health.forget_camera(camera);
         }
     }
 

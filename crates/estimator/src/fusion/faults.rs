@@ -29,14 +29,20 @@ pub(crate) fn all(
 ) -> Vec<Fault> {
     let is_sure = !search.is_young(now_ns);
     let camera = |index: usize| site.cameras().get(index).map(|camera| camera.id.clone());
-    let moved = health.moved_cameras().filter(|_| is_sure);
-    let moved = moved.filter_map(|index| {
-        Some(Fault::CameraMoved {
-            camera: camera(index)?,
+    let moved = health.moved_cameras().filter(|one| one.timely || is_sure);
+    let moved = moved.filter_map(|one| {
+        let one_of = |other: usize| Some((one.camera.min(other), one.camera.max(other)));
+        Some(match one.or.and_then(one_of) {
+            None => Fault::CameraMoved {
+                camera: camera(one.camera)?,
+            },
+            Some((a, b)) => Fault::CamerasDisagree {
+                a: camera(a)?,
+                b: camera(b)?,
+            },
         })
     });
-    let wrong = health.wrong_tags().filter(|_| is_sure);
-    let wrong = wrong.filter_map(|(object, tag, ratio)| {
+    let wrong = health.wrong_tags().filter_map(|(object, tag, ratio)| {
         let object = site.objects().get(object)?.clone();
         Some(match ratio {
             Some(ratio) => Fault::TagSize { object, tag, ratio },

@@ -10,8 +10,6 @@ use super::{Track, seconds};
 use crate::filter::clocks::Clocks;
 use crate::filter::corners::Sight;
 use crate::filter::kinematics::{is_wider_than, symmetric};
-use crate::health::SettledView;
-use crate::site::{ObjectImage, Site};
 use crate::{ClockOffset, FusionOptions, ObjectEstimate, ObjectId, State};
 
 /// What the images of an instant contributed.
@@ -110,39 +108,6 @@ impl Track {
             rms_px: self.sighting.rms_px(),
             posture: self.posture(),
         })
-    }
-
-    /// What became of the views of this instant; none while the attitude is in doubt.
-    pub fn settled_views<'a>(
-        &self,
-        images: impl Iterator<Item = &'a ObjectImage>,
-        site: &Site,
-    ) -> Vec<SettledView> {
-        let track = self.leading();
-        let Some(best) = track.hypotheses.first().filter(|_| track.trusted) else {
-            return Vec::new();
-        };
-        let views =
-            images.flat_map(|image| image.views.iter().map(|view| (image.camera_index, view)));
-        let settled = views.zip(&best.taken).map(|((camera_index, view), taken)| {
-            let camera = site
-                .cameras()
-                .get(camera_index)
-                .and_then(|camera| camera.posed.as_ref());
-            let (at, bowed) = (best.state.configuration(), track.noise.bowed(camera_index));
-            let size = camera.map(|camera| camera.size_of(view, bowed, &at));
-            let size = size.flatten().unwrap_or_default();
-            let ray = camera.filter(|_| !taken.part && is_far(&size));
-            SettledView {
-                camera_index,
-                tag: view.tag,
-                agreed: taken.expected,
-                ray: ray.and_then(|camera| camera.ray_to(view)),
-                elsewhere: None,
-                size,
-            }
-        });
-        settled.collect()
     }
 
     /// The clocks' offsets by camera index.
@@ -246,15 +211,6 @@ impl Track {
             .chain([best.mirrored])
             .any(|evidence| evidence > -options.trusted_odds)
     }
-}
-
-/// Corners' distance from where they should be, against their distance from the tag's centre, from which on a tag is not
-/// loose but somewhere else.
-const FAR: f64 = 2.5;
-
-/// Whether a view with these sums of residuals shows the tag far from its place; one that can't be where it should be is.
-fn is_far([_, distance, residual]: &[f64; 3]) -> bool {
-    *residual >= FAR * FAR * distance
 }
 
 /// Whether one sigma along the worst axis exceeds the metres or the radians.

@@ -80,20 +80,33 @@ impl Site {
 /// Watches a site that turns from what the machine believes into another: the faults named, each with the seconds from the
 /// change to its first naming. `spoil` does what a model can't say to an image.
 fn named(truth: &Site, seed: u64, spoil: impl Fn(&mut ImageObservation)) -> Vec<(f64, Fault)> {
-    let (before, mut random) = (site(), Random(seed));
+    watched(&site(), truth, seed, spoil, CHANGE_S + WATCHED_S).0
+}
+
+/// The same of a site that the machine believes to be `before`, which it is again in the end; and the faults at `end_s`.
+fn watched(
+    before: &Site,
+    truth: &Site,
+    seed: u64,
+    spoil: impl Fn(&mut ImageObservation),
+    end_s: f64,
+) -> (Vec<(f64, Fault)>, Vec<Fault>) {
+    let mut random = Random(seed);
     let objects = vec![before.a.clone(), before.b.clone()];
     let mut fusion = Fusion::new(before.rig.clone(), objects, FusionOptions::default()).unwrap();
     let mut named: Vec<(f64, Fault)> = Vec::new();
-    let rounds = ((CHANGE_S + WATCHED_S) * 1e9) as u64 / PERIOD_NS;
-    for (round, camera) in (0..rounds).flat_map(|round| (0..4).map(move |camera| (round, camera))) {
-        let after_ns = round * PERIOD_NS + camera as u64 * PERIOD_NS / 4;
+    let rounds = (end_s * 1e9) as u64 / PERIOD_NS;
+    let cameras = before.rig.cameras().len();
+    let images = (0..rounds).flat_map(|round| (0..cameras).map(move |camera| (round, camera)));
+    for (round, camera) in images {
+        let after_ns = round * PERIOD_NS + camera as u64 * PERIOD_NS / cameras as u64;
         let seconds = after_ns as f64 * 1e-9;
-        let image = if seconds < CHANGE_S {
-            before.image(camera, seed, seconds, &mut random)
-        } else {
+        let image = if (CHANGE_S..CHANGE_S + WATCHED_S).contains(&seconds) {
             let mut image = truth.image(camera, seed, seconds, &mut random);
             spoil(&mut image);
             image
+        } else {
+            before.image(camera, seed, seconds, &mut random)
         };
         fusion.handle(image.capture_ns + 10_000_000, Input::Image(image));
         while let Some(Output::Pose(_)) = fusion.poll_output() {}
@@ -104,7 +117,7 @@ fn named(truth: &Site, seed: u64, spoil: impl Fn(&mut ImageObservation)) -> Vec<
             }
         }
     }
-    named
+    (named, fusion.faults())
 }
 
 /// Sizes are estimates, the last of which counts.
@@ -137,6 +150,31 @@ fn with_tag(object: &ObjectModel, tag: u32, change: impl Fn(&mut ObjectTag)) -> 
     ObjectModel::new(object.id().clone(), tags).unwrap()
 }
 
+/// The site with its second camera turned by a degree.
+fn bumped(before: &Site, about: Vector3<f64>) -> Site {
+    let mut cameras: Vec<Camera> = before.rig.cameras().to_vec();
+    let turn = UnitQuaternion::from_scaled_axis(about * 1f64.to_radians());
+    let bump = Pose::from_parts(Vector3::zeros().into(), turn);
+    cameras[1].world_from_camera = cameras[1].world_from_camera.map(|pose| pose * bump);
+    Site {
+        rig: Rig::new(cameras).unwrap(),
+        ..before.clone()
+    }
+}
+
+/// The site with the first tag of its first object slipped.
+fn slipped(before: &Site, (x, y, z): (f64, f64, f64)) -> Site {
+    let slipped = |tag: &mut ObjectTag| {
+        tag.object_from_tag = tag
+            .object_from_tag
+            .map(|pose| pose * Pose::translation(x, y, z));
+    };
+    Site {
+        a: with_tag(&before.a, 0, slipped),
+        ..before.clone()
+    }
+}
+
 #[test]
 fn a_camera_bumped_by_a_degree_is_named_within_two_seconds() {
     let about = [
@@ -146,14 +184,7 @@ fn a_camera_bumped_by_a_degree_is_named_within_two_seconds() {
         -Vector3::y(),
     ];
     for (seed, about) in (1..).zip(about) {
-        let mut cameras: Vec<Camera> = rig(4).cameras().to_vec();
-        let turn = UnitQuaternion::from_scaled_axis(about * 1f64.to_radians());
-        let bump = Pose::from_parts(Vector3::zeros().into(), turn);
-        cameras[1].world_from_camera = cameras[1].world_from_camera.map(|pose| pose * bump);
-        let truth = Site {
-            rig: Rig::new(cameras).unwrap(),
-            ..site()
-        };
+        let truth = bumped(&site(), about);
         let moved = Fault::CameraMoved {
             camera: camera_id(1),
         };
@@ -174,16 +205,8 @@ fn a_tag_that_slips_by_3_mm_is_named_within_two_and_a_half_seconds() {
         (0.0, 0.003, 0.001),
         (-0.002, -0.002, 0.0),
     ];
-    for (seed, (x, y, z)) in (1..).zip(by) {
-        let slipped = |tag: &mut ObjectTag| {
-            tag.object_from_tag = tag
-                .object_from_tag
-                .map(|pose| pose * Pose::translation(x, y, z));
-        };
-        let truth = Site {
-            a: with_tag(&site().a, 0, slipped),
-            ..site()
-        };
+    for (seed, by) in (1..).zip(by) {
+        let truth = slipped(&site(), by);
         let misplaced = Fault::TagMisplaced {
             object: id("a"),
             tag: tag_id(0),
@@ -195,6 +218,58 @@ fn a_tag_that_slips_by_3_mm_is_named_within_two_and_a_half_seconds() {
             |fault| *fault == misplaced,
             &format!("seed {seed}"),
         );
+    }
+}
+
+#[test]
+fn of_two_cameras_it_is_said_that_one_was_moved() {
+    let before = Site {
+        rig: Rig::new(rig(4).cameras()[..2].to_vec()).unwrap(),
+        ..site()
+    };
+    let [a, b] = [0, 1].map(camera_id);
+    let disagree = Fault::CamerasDisagree { a, b };
+    for (seed, about) in [(1, Vector3::x()), (2, Vector3::y())] {
+        let truth = bumped(&before, about);
+        let (found, _) = watched(&before, &truth, seed, nothing, CHANGE_S + WATCHED_S);
+        let case = format!("seed {seed}");
+        assert_only(&found, 2.5, |fault| *fault == disagree, &case);
+    }
+}
+
+#[test]
+fn a_camera_and_a_tag_that_are_wrong_at_once_are_both_named() {
+    let truth = slipped(&bumped(&site(), Vector3::y()), (0.003, 0.0, 0.0));
+    let (camera, object, tag) = (camera_id(1), id("a"), tag_id(0));
+    for seed in 1..3 {
+        let found = named(&truth, seed, nothing);
+        let both = [
+            Fault::CameraMoved {
+                camera: camera.clone(),
+            },
+            Fault::TagMisplaced {
+                object: object.clone(),
+                tag,
+            },
+        ];
+        assert_eq!(found.len(), 2, "seed {seed}: {found:?}");
+        assert!(
+            found.iter().all(|(_, fault)| both.contains(fault)),
+            "seed {seed}: {found:?}"
+        );
+    }
+}
+
+#[test]
+fn a_fault_is_over_when_it_is_mended() {
+    let before = site();
+    let end_s = CHANGE_S + WATCHED_S + 3.0;
+    for truth in [
+        bumped(&before, Vector3::y()),
+        slipped(&before, (0.0, 0.003, 0.0)),
+    ] {
+        let (found, left) = watched(&before, &truth, 3, nothing, end_s);
+        assert_eq!((found.len(), left), (1, vec![]), "{found:?}");
     }
 }
 

@@ -1,0 +1,96 @@
+//! The parameters of a fault, as far as views tell them, and whether they foretell further views.
+
+use nalgebra::{Cholesky, Const, SMatrix, SVector};
+
+use super::testimony::Told;
+
+/// Views after which one counts 1/e.
+const MEMORY: f64 = 30.0;
+/// Half the squared sigmas as which a single view can speak for a fault or against it: one wrong view is no fault.
+const MOST: f64 = 10.0;
+/// Of eight coordinates: what a view is expected to leave.
+const USUAL: f64 = 8.0;
+/// Views over which what is left is averaged, and by which factor one can exceed the mean.
+const RECENT: f64 = 3.0;
+const MORE: f64 = 10.0;
+/// What may be left of squared residuals: against the usual ones, and as a share.
+const EXPLAINED: f64 = 5.0;
+const REST: f64 = 0.03;
+/// Share of what was learned that is kept at a change.
+const UNSETTLED: f64 = 0.05;
+/// Degrees of freedom of the weights of views by what is left of them.
+const FREEDOM: f64 = 12.0;
+
+/// The parameters of a fault.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Guess<const D: usize> {
+    /// Sigmas of what is thought possible.
+    usual: SVector<f64, D>,
+    information: SMatrix<f64, D, D>,
+    pull: SVector<f64, D>,
+    /// Mean squared residual that it leaves, against the usual one, and that there was.
+    left: f64,
+    found: f64,
+}
+
+impl<const D: usize> Guess<D> {
+    /// Nothing is known yet; `usual` are the sigmas of what is thought possible.
+    pub fn new(usual: SVector<f64, D>) -> Self {
+        Self {
+            usual,
+            information: SMatrix::zeros(),
+            pull: SVector::zeros(),
+            left: 1.0,
+            found: 1.0,
+        }
+    }
+
+    /// The likeliest parameters.
+    pub fn at(&self) -> SVector<f64, D> {
+        let mut information = self.information;
+        for place in 0..D {
+            information[(place, place)] += self.usual[place].powi(-2);
+        }
+        let factor = Cholesky::<f64, Const<D>>::new(information);
+        factor.map_or(SVector::zeros(), |factor| factor.solve(&self.pull))
+    }
+
+    /// What the views remembered say for these parameters and against none, as a logarithm of odds.
+    pub fn strength(&self) -> f64 {
+        0.5 * self.pull.dot(&self.at())
+    }
+
+    /// How much better the parameters so far foretell a view than no fault does, as a logarithm of odds; the view is learned
+    /// from after that. `square` is its weighted sum of squared residuals, of that weight.
+    pub fn gain(&mut self, told: &Told<D>, (square, weight): (f64, f64)) -> f64 {
+        let at = self.at();
+        let gain = told.pull.dot(&at) - 0.5 * at.dot(&(told.information * at));
+        let left = (square - 2.0 * gain).max(0.0) / weight;
+        let follow = |mean: &mut f64, square: f64| {
+            *mean += ((square / USUAL).min(MORE * *mean) - *mean) / RECENT;
+        };
+        follow(&mut self.left, left);
+        follow(&mut self.found, square / weight);
+        // What is alike in all views is no outlier, however large.
+        let vote = (FREEDOM + USUAL) / (FREEDOM + left / self.left.max(1.0));
+        self.learn(told, vote.min(1.0) / weight);
+        gain.clamp(-MOST, MOST)
+    }
+
+    /// Whether nothing else is needed to explain what the views show: to about their noise, or nearly all of much.
+    pub fn explains(&self) -> bool {
+        self.left < EXPLAINED.max(self.found * REST)
+    }
+
+    /// Something has changed: what was learned before it counts little.
+    pub fn unsettle(&mut self) {
+        self.information *= UNSETTLED;
+        self.pull *= UNSETTLED;
+    }
+
+    fn learn(&mut self, told: &Told<D>, vote: f64) {
+        let keep = 1.0 - 1.0 / MEMORY;
+        self.information = self.information * keep + told.information * vote;
+        self.pull = self.pull * keep + told.pull * vote;
+    }
+}

@@ -1,0 +1,385 @@
+//! Which faults explain what the views of a site contradict: cameras and tags displaced, tags of another size, clocks off.
+//!
+//! Each fault's parameters are learned from the views, and each view is foretold by them before it is learned from: what that
+//! gains over no fault is evidence for it (Dawid 1984, Present position and potential developments: the prequential approach). The
+//! evidence is kept by camera and tag, so that what one fault explains is not counted for another.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use nalgebra::{Vector1, Vector6};
+
+use super::guess::Guess;
+use super::testimony::Testimony;
+use crate::TagId;
+
+/// Evidence, a logarithm of odds, from which on a fault is said, and below which it is over.
+const RAISED: f64 = 40.0;
+const CLEARED: f64 = 10.0;
+/// The same for a tag while, or shortly after, a camera contradicts others, which spoils tracks: several, or one alone, of which
+/// either may be right.
+const RAISED_AMID: [f64; 2] = [100.0, f64::INFINITY];
+const AMID_NS: u64 = 2_000_000_000;
+/// Evidence that is worth watching all images.
+const ALERT: f64 = 5.0;
+/// Evidence by which a fault must exceed another that explains the same; as which it counts that a fault is of one parameter.
+const MARGIN: f64 = 15.0;
+const SIMPLE: f64 = 10.0;
+/// Share of the evidence against a camera that its clock must explain to be suspected.
+const CLOCK_SHARE: f64 = 0.2;
+/// Nanoseconds between two decisions.
+const PAUSE_NS: u64 = 30_000_000;
+/// Views over which angles are averaged.
+const RECENT: f64 = 10.0;
+/// Views after which one counts 1/e.
+const MEMORY: f64 = 30.0;
+/// Sigmas of what is possible: metres and radians of a camera, of a tag; share of a size; seconds.
+const CAMERA: [f64; 2] = [0.1, 0.1];
+const PLACE: [f64; 2] = [0.02, 0.2];
+const SIZE: f64 = 0.1;
+const CLOCK: f64 = 0.1;
+
+/// An object and one of its tags.
+type Tag = (usize, TagId);
+
+/// What may be wrong.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Cause {
+    Clock(usize),
+    Camera(usize),
+    Size(Tag),
+    Place(Tag),
+}
+
+/// Evidence of the views of one tag by one camera, for each of the causes that they may have.
+#[derive(Debug, Clone, Copy, Default)]
+struct Cell([f64; 4]);
+
+#[derive(Debug)]
+struct OfCamera {
+    moved: Guess<6>,
+    clock: Guess<1>,
+    /// Angles by which it displaces what is seen, lately.
+    angles: [f64; 2],
+}
+
+impl Default for OfCamera {
+    fn default() -> Self {
+        Self {
+            moved: Guess::new(usual(CAMERA)),
+            clock: Guess::new(Vector1::new(CLOCK)),
+            angles: [0.0; 2],
+        }
+    }
+}
+
+#[derive(Debug)]
+struct OfTag {
+    place: Guess<6>,
+    size: Guess<1>,
+    /// Metres and radians by which it may be displaced by what is stated.
+    stated: [f64; 2],
+}
+
+impl Default for OfTag {
+    fn default() -> Self {
+        Self {
+            place: Guess::new(usual(PLACE)),
+            size: Guess::new(Vector1::new(SIZE)),
+            stated: [0.0; 2],
+        }
+    }
+}
+
+/// All that may be wrong with a site.
+#[derive(Debug, Default)]
+pub(super) struct Suspects {
+    cells: BTreeMap<(usize, Tag), Cell>,
+    cameras: BTreeMap<usize, OfCamera>,
+    tags: BTreeMap<Tag, OfTag>,
+    found: BTreeSet<Cause>,
+    /// Whether something may be wrong.
+    alert: bool,
+    judged_ns: u64,
+    /// Until when a camera's contradiction may show in other views, and what tags' evidence must reach until then.
+    amid_until_ns: u64,
+    raised_amid: f64,
+}
+
+fn usual([metres, radians]: [f64; 2]) -> Vector6<f64> {
+    Vector6::new(metres, metres, metres, radians, radians, radians)
+}
+
+/// For which causes a view's evidence counts.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Counts {
+    pub camera: bool,
+    pub clock: bool,
+    pub tag: bool,
+}
+
+impl Suspects {
+    /// What a view says of its camera and its tag.
+    pub fn take(&mut self, camera: usize, tag: Tag, one: &Testimony, counts: Counts) {
+        let (mut gains, square) = ([0.0; 4], (one.square, one.weight));
+        if counts.camera || self.cameras.contains_key(&camera) {
+            let of = self.cameras.entry(camera).or_default();
+            if one.twist != Vector6::zeros() {
+                gains[0] = of.clock.gain(&one.of_clock(), square);
+            }
+            gains[1] = of.moved.gain(&one.of_camera(), square);
+            let angles = one.angles(&of.moved.at());
+            of.angles = [0, 1].map(|n| of.angles[n] + (angles[n] - of.angles[n]) / RECENT);
+        }
+        // A camera that is wrong says nothing about tags.
+        let of_camera = [Cause::Clock(camera), Cause::Camera(camera)];
+        let is_sound = !of_camera.iter().any(|cause| self.found.contains(cause));
+        if is_sound && (counts.tag || self.tags.contains_key(&tag)) {
+            let of = self.tags.entry(tag).or_default();
+            gains[2] = of.size.gain(&one.of_size(), square);
+            of.stated = one.may_be_displaced();
+            gains[3] = of.place.gain(&one.of_place(), square);
+        }
+        let counted = [counts.clock, counts.camera, counts.tag, counts.tag];
+        let cell = self.cells.entry((camera, tag)).or_default();
+        for ((evidence, gain), counts) in cell.0.iter_mut().zip(gains).zip(counted) {
+            let gain = if counts { gain } else { gain.min(0.0) };
+            *evidence += gain - *evidence / MEMORY;
+            self.alert |= *evidence > ALERT;
+        }
+    }
+
+    /// A camera begins to contradict.
+    pub fn unsettle_camera(&mut self, camera: usize) {
+        let of = self.cameras.get_mut(&camera);
+        if let Some(of) = of.filter(|of| of.moved.strength() < ALERT) {
+            of.moved.unsettle();
+            of.clock.unsettle();
+        }
+    }
+
+    /// A tag begins to contradict.
+    pub fn unsettle_tag(&mut self, tag: Tag) {
+        let of = self.tags.get_mut(&tag);
+        if let Some(of) = of.filter(|of| of.place.strength() < ALERT) {
+            of.place.unsettle();
+            of.size.unsettle();
+        }
+    }
+
+    /// Whether something may be wrong, so that all images are to be looked at.
+    pub fn is_alert(&self) -> bool {
+        self.alert
+    }
+
+    pub fn found(&self) -> impl Iterator<Item = Cause> {
+        self.found.iter().copied()
+    }
+
+    /// Decides anew what is wrong, now and then while there is something: the cause that explains most, then what explains most
+    /// of the rest. `is_one_to_one` tells of a camera whether it contradicts but one other.
+    pub fn judge(&mut self, time_ns: u64, is_one_to_one: impl Fn(usize) -> bool) {
+        if !self.alert || time_ns.abs_diff(self.judged_ns) < PAUSE_NS {
+            return;
+        }
+        self.judged_ns = time_ns;
+        self.drop_weak();
+        self.find(time_ns < self.amid_until_ns);
+        if self.found.iter().any(is_of_camera) {
+            self.amid_until_ns = time_ns.saturating_add(AMID_NS);
+            let of_two = |cause: &Cause| matches!(cause, Cause::Camera(one) if is_one_to_one(*one));
+            self.raised_amid = RAISED_AMID[usize::from(self.found.iter().any(of_two))];
+        } else if self.amid_until_ns > 0 && time_ns >= self.amid_until_ns {
+            self.amid_until_ns = 0;
+            self.forget_tags();
+        }
+        let mut all = self.cells.values().flat_map(|cell| &cell.0);
+        let amid = self.amid_until_ns > 0;
+        self.alert = amid || !self.found.is_empty() || all.any(|evidence| *evidence > ALERT);
+    }
+
+    fn find(&mut self, mut amid: bool) {
+        let mut open: Vec<(usize, Tag)> = self.cells.keys().copied().collect();
+        let mut found = BTreeSet::new();
+        loop {
+            let mut causes = self.causes(&open);
+            causes.retain(|(cause, _)| !found.iter().any(|other| spoils(other, cause)));
+            causes.sort_by(|a, b| b.1.total_cmp(&a.1));
+            amid |= found.iter().any(is_of_camera);
+            let known = |(cause, evidence): &(Cause, f64)| {
+                self.found.contains(cause) && *evidence >= CLEARED + MARGIN
+            };
+            let is_new = || self.stands_out(&causes, &open, amid);
+            let first = causes.first().filter(|_| is_new());
+            let Some((cause, _)) = first.or_else(|| causes.iter().find(|one| known(one))) else {
+                break;
+            };
+            open.retain(|cell| !covers(cause, cell));
+            found.insert(*cause);
+        }
+        self.found = found;
+    }
+
+    /// Whether the first of the causes is beyond doubt, though it was not known.
+    fn stands_out(&self, causes: &[(Cause, f64)], open: &[(usize, Tag)], amid: bool) -> bool {
+        let Some(((cause, evidence), others)) = causes.split_first() else {
+            return false;
+        };
+        let enough = match cause {
+            Cause::Size(_) | Cause::Place(_) if amid => self.raised_amid.max(RAISED_AMID[0]),
+            _ => RAISED,
+        };
+        let is_rival = |other: &Cause| share(cause, other, open) && !is_part(cause, other);
+        let rival = others.iter().find(|(other, _)| is_rival(other));
+        let alone = rival.is_none_or(|(_, other)| *other <= evidence - MARGIN);
+        *evidence >= enough && alone && self.explains(cause)
+    }
+
+    /// What was held against tags while tracks were spoilt, unless it was found to be wrong.
+    fn forget_tags(&mut self) {
+        let found = &self.found;
+        let is_found =
+            |tag: &Tag| found.contains(&Cause::Size(*tag)) || found.contains(&Cause::Place(*tag));
+        self.tags.retain(|tag, _| is_found(tag));
+        let others = self.cells.iter_mut().filter(|((_, tag), _)| !is_found(tag));
+        others.for_each(|(_, cell)| cell.0[2..].fill(0.0));
+    }
+
+    /// What its own parameters speak for no more is over.
+    fn drop_weak(&mut self) {
+        let mut cells = std::mem::take(&mut self.cells);
+        for ((camera, tag), cell) in &mut cells {
+            for (cause, evidence) in causes_of(*camera, *tag).iter().zip(&mut cell.0) {
+                if *evidence > ALERT && self.strength(cause) < ALERT {
+                    *evidence = 0.0;
+                }
+            }
+        }
+        self.cells = cells;
+    }
+
+    fn explains(&self, cause: &Cause) -> bool {
+        let explains = match cause {
+            Cause::Clock(camera) => self.cameras.get(camera).map(|of| of.clock.explains()),
+            Cause::Camera(camera) => self.cameras.get(camera).map(|of| of.moved.explains()),
+            Cause::Size(tag) => self.tags.get(tag).map(|of| of.size.explains()),
+            Cause::Place(tag) => self.tags.get(tag).map(|of| of.place.explains()),
+        };
+        explains.unwrap_or_default()
+    }
+
+    fn strength(&self, cause: &Cause) -> f64 {
+        let strength = match cause {
+            Cause::Clock(camera) => self.cameras.get(camera).map(|of| of.clock.strength()),
+            Cause::Camera(camera) => self.cameras.get(camera).map(|of| of.moved.strength()),
+            Cause::Size(tag) => self.tags.get(tag).map(|of| of.size.strength()),
+            Cause::Place(tag) => self.tags.get(tag).map(|of| of.place.strength()),
+        };
+        strength.unwrap_or_default()
+    }
+
+    /// The causes that some evidence speaks for, and how much: never more than their own parameters do.
+    fn causes(&self, open: &[(usize, Tag)]) -> Vec<(Cause, f64)> {
+        let mut sums: BTreeMap<Cause, f64> = BTreeMap::new();
+        for cell in open {
+            let (camera, tag) = *cell;
+            for (cause, evidence) in causes_of(camera, tag).iter().zip(self.cells[cell].0) {
+                *sums.entry(*cause).or_default() += evidence;
+            }
+        }
+        let counted = |(cause, sum): (Cause, f64)| {
+            let sum = sum.min(self.strength(&cause));
+            let simple = matches!(cause, Cause::Clock(_) | Cause::Size(_));
+            let known = self.found.contains(&cause);
+            let more =
+                [(simple, SIMPLE), (known, MARGIN)].map(|(is, more)| if is { more } else { 0.0 });
+            (cause, sum + more.iter().sum::<f64>())
+        };
+        let some = sums.into_iter().filter(|(_, sum)| *sum > 0.0);
+        some.map(counted).collect()
+    }
+
+    /// The angles by which a camera's displacement displaces and turns what it sees beyond what is stated, in radians.
+    pub fn camera(&self, camera: usize) -> Option<[f64; 2]> {
+        Some(self.cameras.get(&camera)?.angles)
+    }
+
+    /// Seconds by which a camera's stamps lie after the truth.
+    pub fn clock(&self, camera: usize) -> Option<f64> {
+        Some(self.cameras.get(&camera)?.clock.at()[0])
+    }
+
+    /// Whether an offset of the clock explains much of what the camera's displacement does.
+    pub fn may_be_clock(&self, camera: usize) -> bool {
+        let of_camera = self.cells.iter().filter(|((one, _), _)| *one == camera);
+        let [clock, moved] = of_camera.fold([0.0; 2], |sum, (_, cell)| {
+            [sum[0] + cell.0[0], sum[1] + cell.0[1]]
+        });
+        clock > CLOCK_SHARE * moved
+    }
+
+    /// Metres and radians by which a tag is displaced beyond what may be by what is stated.
+    pub fn place(&self, tag: Tag) -> Option<[f64; 2]> {
+        let of = self.tags.get(&tag)?;
+        let displaced = of.place.at();
+        Some([0, 1].map(|part| displaced.fixed_rows::<3>(3 * part).norm() - of.stated[part]))
+    }
+
+    /// Share by which the tag is larger.
+    pub fn size(&self, tag: Tag) -> Option<f64> {
+        Some(self.tags.get(&tag)?.size.at()[0])
+    }
+
+    /// Forgets what is held against a camera: its stamps mean something else now.
+    pub fn forget_camera(&mut self, camera: usize) {
+        self.cells.retain(|(one, _), _| *one != camera);
+        self.cameras.remove(&camera);
+        let of_camera = [Cause::Clock(camera), Cause::Camera(camera)];
+        self.found.retain(|cause| !of_camera.contains(cause));
+    }
+}
+
+/// The causes of a cell's evidence, in its order.
+fn causes_of(camera: usize, tag: Tag) -> [Cause; 4] {
+    [
+        Cause::Clock(camera),
+        Cause::Camera(camera),
+        Cause::Size(tag),
+        Cause::Place(tag),
+    ]
+}
+
+fn covers(cause: &Cause, (camera, tag): &(usize, Tag)) -> bool {
+    match cause {
+        Cause::Clock(one) | Cause::Camera(one) => one == camera,
+        Cause::Size(one) | Cause::Place(one) => one == tag,
+    }
+}
+
+fn is_of_camera(cause: &Cause) -> bool {
+    matches!(cause, Cause::Clock(_) | Cause::Camera(_))
+}
+
+/// Whether what one cause does to a track would pass for the other: a tag that is wrong pulls at its whole object.
+fn spoils(one: &Cause, other: &Cause) -> bool {
+    match (one, other) {
+        (Cause::Size(a) | Cause::Place(a), Cause::Size(b) | Cause::Place(b)) => a.0 == b.0,
+        _ => false,
+    }
+}
+
+/// Whether the first is the second with fewer parameters.
+fn is_part(simple: &Cause, of: &Cause) -> bool {
+    match (simple, of) {
+        (Cause::Clock(one), Cause::Camera(other)) => one == other,
+        (Cause::Size(one), Cause::Place(other)) => one == other,
+        _ => false,
+    }
+}
+
+/// Whether two causes would explain some of the same views.
+fn share(a: &Cause, b: &Cause, cells: &[(usize, Tag)]) -> bool {
+    cells.iter().any(|cell| covers(a, cell) && covers(b, cell))
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,236 @@
+//! What became of the views of an instant, for good, and what they say of faults.
+
+use super::update::Taken;
+use super::{Track, seconds};
+use crate::FusionOptions;
+use crate::articulation::MOST_JOINTS;
+use crate::filter::configuration::Configuration;
+use crate::filter::corners::{Sight, View};
+use crate::filter::shutter::Moving;
+use crate::health::{SettledView, Testimony};
+use crate::site::{ObjectImage, Site};
+use nalgebra::{Matrix6, SMatrix, Vector6};
+use sextant_geometry::se3;
+
+/// Places of the configuration of an object with links.
+const WITH_JOINTS: usize = 6 + MOST_JOINTS;
+
+/// The tracks at the instants next to one at which the object seems to have been hit, by cameras that agree with each other.
+pub(crate) struct Around<'a> {
+    pub before: &'a Track,
+    pub after: &'a Track,
+}
+
+/// m/s² and rad/s² that a body may be accelerated by between two instants next to one.
+const BETWEEN: [f64; 2] = [10.0, 100.0];
+
+/// Where an object is in the eyes of a camera.
+struct Seen {
+    configuration: Configuration,
+    /// Whether its velocity is known well enough to tell time by.
+    tells_time: bool,
+    covariance: SMatrix<f64, WITH_JOINTS, WITH_JOINTS>,
+    of_base: Matrix6<f64>,
+}
+
+/// Variance of a velocity, as a share of its square, up to which it tells time.
+const TELLS_TIME: f64 = 0.05;
+
+/// Where a view's link is.
+struct Place {
+    link: Moving,
+    /// Zero where it is not known well.
+    twist: Vector6<f64>,
+    covariance: Matrix6<f64>,
+}
+
+impl Track {
+    /// Whether the object seems to have been hit before this instant.
+    pub fn took_part_as_if_hit(&self) -> bool {
+        let best = self.leading().hypotheses.first();
+        best.is_some_and(|best| best.taken.iter().any(is_hit))
+    }
+
+    /// What became of the views of this instant; none while the attitude is in doubt. `asked` are the cameras whose views are
+    /// to say what they know of faults; those that took no part always do.
+    pub fn settled_views(
+        &self,
+        images: &[&ObjectImage],
+        site: &Site,
+        options: &FusionOptions,
+        asked: impl Fn(usize) -> bool,
+        around: Option<Around<'_>>,
+    ) -> Vec<SettledView> {
+        let track = self.leading();
+        let Some(best) = track.hypotheses.first().filter(|_| track.trusted) else {
+            return Vec::new();
+        };
+        let sights = track.sights(images, site, options);
+        let pairs = sights.iter().zip(&best.taken);
+        let mut seen: Option<(usize, Seen)> = None;
+        let around = around.and_then(|around| around.seen(track.time_ns));
+        let settled = pairs.map(|(sight, taken)| {
+            let camera_index = sight.camera_index;
+            let mut view = SettledView {
+                camera_index,
+                tag: sight.view.tag,
+                agreed: taken.expected,
+                hit: is_hit(taken),
+                ray: None,
+                elsewhere: None,
+                testimony: None,
+            };
+            if let Some(around) = around.as_ref().filter(|_| view.hit) {
+                let place = Place::between(around, sight.view);
+                view.testimony = testimony(sight, Role::Aside, &place);
+                return view;
+            }
+            if taken.part && !asked(camera_index) {
+                return view;
+            }
+            if seen.as_ref().is_none_or(|(of, _)| *of != camera_index) {
+                seen = Some((camera_index, track.seen_by(camera_index)));
+            }
+            let Some((_, seen)) = &seen else { return view };
+            if !taken.part {
+                let size = sight
+                    .camera
+                    .size_of(sight.view, sight.bowed, &seen.configuration);
+                let far = is_far(&size.unwrap_or_default());
+                view.ray = far.then(|| sight.camera.ray_to(sight.view)).flatten();
+            }
+            let role = if taken.part { Role::Part } else { Role::Aside };
+            view.testimony = testimony(sight, role, &Place::of(seen, sight.view));
+            view
+        });
+        settled.collect()
+    }
+
+    fn seen_by(&self, camera_index: usize) -> Seen {
+        let state = &self.hypotheses[0].state;
+        let unknown = state.covariance.fixed_view::<3, 3>(6, 6).trace();
+        let tells_time = unknown < TELLS_TIME * state.velocity().norm_squared();
+        if state.joints.is_some() {
+            let seen = state.observed::<WITH_JOINTS>(camera_index);
+            return Seen {
+                tells_time,
+                configuration: seen.configuration,
+                of_base: seen.covariance.fixed_view::<6, 6>(0, 0).into_owned(),
+                covariance: seen.covariance,
+            };
+        }
+        let seen = state.observed::<6>(camera_index);
+        Seen {
+            tells_time,
+            configuration: seen.configuration,
+            covariance: SMatrix::zeros(),
+            of_base: seen.covariance,
+        }
+    }
+}
+
+/// Where an object was seen before and after, how much of the time between has passed, and its seconds.
+struct Between {
+    ends: [Seen; 2],
+    share: f64,
+    span_s: f64,
+}
+
+impl Around<'_> {
+    fn seen(&self, time_ns: u64) -> Option<Between> {
+        let [before, after] = [self.before, self.after].map(|track| {
+            let track = track.leading();
+            let known = !track.hypotheses.is_empty() && track.trusted;
+            known.then(|| (track.time_ns, track.seen_by(usize::MAX)))
+        });
+        let ((from_ns, from), (to_ns, to)) = (before?, after?);
+        let span_s = seconds(from_ns, to_ns);
+        let share = seconds(from_ns, time_ns) / span_s;
+        let ends = [from, to];
+        let between = Between {
+            ends,
+            share,
+            span_s,
+        };
+        (0.0..=1.0).contains(&share).then_some(between)
+    }
+}
+
+impl Place {
+    fn of(seen: &Seen, view: &View) -> Self {
+        let at = &seen.configuration;
+        let (twist, covariance) = match &view.limb {
+            None => (at.rates.twist, seen.of_base),
+            Some(limb) => (limb.twist(at), limb.covariance(at, &seen.covariance)),
+        };
+        Self {
+            link: view.moving(at),
+            twist: if seen.tells_time {
+                twist
+            } else {
+                Vector6::zeros()
+            },
+            covariance,
+        }
+    }
+
+    /// Where it was, if nothing hit it: on the way from the one to the other.
+    fn between(between: &Between, view: &View) -> Self {
+        let [from, to] = [0, 1].map(|end| Self::of(&between.ends[end], view));
+        let (share, span_s) = (between.share, between.span_s);
+        let step = se3::difference(&to.link.pose, &from.link.pose);
+        let twist = step / span_s;
+        let mut covariance =
+            from.covariance * (1.0 - share).powi(2) + to.covariance * share.powi(2);
+        let lag = 0.5 * share * (1.0 - share) * span_s.powi(2);
+        for place in 0..6 {
+            covariance[(place, place)] += (BETWEEN[place / 3] * lag).powi(2);
+        }
+        let link = Moving {
+            pose: se3::perturb(&from.link.pose, &(step * share)),
+            twist: from.link.twist.map(|_| twist),
+        };
+        Self {
+            link,
+            twist,
+            covariance,
+        }
+    }
+}
+
+/// Whether a view is part of what is known of the pose.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Role {
+    Part,
+    Aside,
+}
+
+fn is_hit(taken: &Taken) -> bool {
+    taken.part && !taken.expected
+}
+
+fn testimony(sight: &Sight<'_>, role: Role, place: &Place) -> Option<Testimony> {
+    let normal = sight.without_outliers().normal(&place.link)?;
+    let world_from_link = place.link.pose;
+    let told = Testimony {
+        information: normal.information,
+        gradient: normal.gradient,
+        square: normal.scale.iter().sum(),
+        weight: normal.weight(),
+        world_from_link,
+        twist: place.twist,
+        world_from_tag: world_from_link * sight.view.object_from_tag,
+        centre: sight.camera.centre,
+        stated: [sight.camera.sigma, sight.view.tag_sigma],
+    };
+    told.apart_from(&place.covariance, role == Role::Part)
+}
+
+/// Corners' distance from where they should be, against their distance from the tag's centre, from which on a tag is not
+/// loose but somewhere else.
+const FAR: f64 = 2.5;
+
+/// Whether a view with these sums of residuals shows the tag far from its place; one that can't be where it should be is.
+fn is_far([_, distance, residual]: &[f64; 3]) -> bool {
+    *residual >= FAR * FAR * distance
+}
