@@ -5,13 +5,17 @@
 //! inside the 95 % ellipsoid, share of instants with a tracked pose, rms against the Cramér-Rao bound where two views see the body at
 //! once, poses flipped by more than 20 degrees and said to be tracked, faults named (there is none), the difference made by another
 //! order of arrival, scenes whose NEES lies in 0.7 to 1.5.
+//!
+//! `-- faults KIND FROM TO` and `-- quiet MINUTES FROM TO` ask whether what goes wrong is named ([`faults`]).
 
 mod arm;
+mod faults;
 mod motion;
 mod random;
 mod scene;
 mod score;
 mod view;
+mod wrong;
 
 use random::Random;
 use scene::{CLASSES, Class, Scene};
@@ -20,8 +24,21 @@ use score::{Score, examined};
 fn main() {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let number = |index: usize| arguments.get(index).and_then(|text| text.parse().ok());
+    if let (Some(what @ ("faults" | "quiet")), Some(of), Some(from), Some(to)) = (
+        arguments.first().map(String::as_str),
+        arguments.get(1),
+        number(2),
+        number(3),
+    ) {
+        return match what {
+            "faults" => faults::examine(of, from..to),
+            _ => faults::watch(of.parse().unwrap_or(10.0), from..to),
+        };
+    }
     let (Some(wanted), Some(from), Some(to)) = (arguments.first(), number(1), number(2)) else {
-        eprintln!("examine CLASS FROM TO, with CLASS one of");
+        eprintln!(
+            "examine faults KIND FROM TO, examine quiet MINUTES FROM TO, examine CLASS FROM TO; CLASS is one of"
+        );
         CLASSES
             .iter()
             .for_each(|(name, _, says)| eprintln!("  {name}: {says}"));

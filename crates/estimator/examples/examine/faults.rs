@@ -1,0 +1,259 @@
+//! Faults that come and go while a site runs: named right, in time, and not otherwise?
+//!
+//! `examine faults KIND FROM TO` injects one after three seconds, mends it after eight more and watches six more. The rule, stated
+//! beforehand: a fault must be named within its bound of time in which it can be told, nothing else may ever be named, and it
+//! must not be named any longer once its mending could be told for three seconds. It can be told
+//! - that a camera was moved (1 degree): while two other cameras see the body that it sees; within 2 s. Of two cameras that
+//!   disagree it must be said just that;
+//! - that a tag slipped (3 mm) or is of another size (2 %): while it and two other tags of its body are seen; within 3 s;
+//! - that a clock jumped (5 to 200 ms): while it and another camera see a body that moves by 0.1 m/s; within 3 s;
+//! - that a tag is there twice (a second print): while one image shows both; within 3 s;
+//! - that a tag is on another body (as well): while that one is seen; within 3 s.
+//!
+//! `examine quiet MINUTES FROM TO` watches sites without a fault.
+
+use std::collections::BTreeMap;
+use std::fmt;
+
+use sextant_estimator::{Fault, Fusion, FusionOptions, ImageObservation, Input};
+
+use crate::motion::Motion;
+use crate::random::Random;
+use crate::scene::{CLASSES, Class, PERIOD_NS, START_NS, Scene, made};
+use crate::wrong::{KINDS, Kind, Wrong};
+
+/// When it comes, when it is mended and when the scene ends, s.
+pub const CHANGE_S: f64 = 3.0;
+const MENDED_S: f64 = 11.0;
+const END_S: f64 = 17.0;
+/// Seconds in which its end can be told after which a fault must not be named any more.
+const OVER_S: f64 = 3.0;
+/// Scenes, by turns; true where nothing moves.
+const SCENES: [(Class, bool); 10] = [
+    (Class::Base, false),
+    (Class::Many, false),
+    (Class::Pair, false),
+    (Class::Free, false),
+    (Class::Base, true),
+    (Class::OtherNoise, false),
+    (Class::UnstatedNoise, false),
+    (Class::Arm, false),
+    (Class::Late, false),
+    (Class::Fast, false),
+];
+
+fn scene_of(kind: Option<Kind>, seed: u64) -> (Scene, String) {
+    let (class, still) = match kind {
+        Some(Kind::Shared) => (Class::Many, false),
+        _ => SCENES[seed as usize % SCENES.len()],
+    };
+    let still = still && kind != Some(Kind::Clock);
+    let mut scene = Scene::new(class, 1_000_000 + seed);
+    for body in scene.bodies.iter_mut().filter(|_| still) {
+        body.motion = Motion::smooth(0.0, 0.0, (0.2, 0.6), &mut Random(seed));
+    }
+    let name = CLASSES.iter().find(|one| one.1 == class);
+    let name = name.map_or("", |one| one.0);
+    let noise = scene.sigma_px;
+    let words = format!(
+        "{seed} {name}{} n={} {noise:.2} px",
+        if still { " still" } else { "" },
+        scene.clocks.len()
+    );
+    (scene, words)
+}
+
+/// A fault that was named.
+struct Named {
+    key: String,
+    /// Seconds from the change, and those of them that told it.
+    first_s: f64,
+    told_s: f64,
+    last_s: f64,
+    right: bool,
+    doubt: bool,
+}
+
+impl fmt::Display for Named {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (key, first_s, told_s, last_s) = (&self.key, self.first_s, self.told_s, self.last_s);
+        write!(f, "{key} {first_s:.1} ({told_s:.1} told) to {last_s:.1}")
+    }
+}
+
+/// A fault without its numbers.
+fn key_of(fault: &Fault) -> String {
+    match fault {
+        Fault::TagSize { tag, .. } => format!("size {tag}"),
+        Fault::ClockOff { camera, .. } => format!("clock {camera}"),
+        Fault::CameraMoved { camera } => format!("moved {camera}"),
+        Fault::CamerasDisagree { a, b } => format!("disagree {a} {b}"),
+        Fault::TagMisplaced { tag, .. } => format!("misplaced {tag}"),
+        Fault::TagElsewhere { tag, on, .. } => {
+            format!("elsewhere {tag}{}", if on.is_some() { " on" } else { "" })
+        }
+        Fault::DuplicateTag { tag, camera } => format!("twice {tag} {camera}"),
+        Fault::Untimely { camera, .. } => format!("untimely {camera}"),
+    }
+}
+
+fn fusion_of(scene: &Scene) -> Fusion {
+    let models = scene.bodies.iter().map(|body| body.model.clone()).collect();
+    made(Fusion::new(
+        scene.stated.clone(),
+        models,
+        FusionOptions::default(),
+    ))
+}
+
+/// A scene with a fault, as it plays.
+struct Play {
+    wrong: Wrong,
+    kind: Kind,
+    /// As it is without the fault.
+    scene: Scene,
+    named: Vec<Named>,
+    /// Seconds that told the fault, and its end.
+    told_s: f64,
+    over_s: f64,
+    /// The period under way, and its images by camera.
+    round: u64,
+    images: BTreeMap<usize, ImageObservation>,
+}
+
+impl Play {
+    /// An image comes; whenever all of a period have come, it is known whether they told.
+    fn look(&mut self, taken_s: f64, image: &ImageObservation) {
+        let period_s = PERIOD_NS as f64 * 1e-9;
+        let round = (taken_s / period_s) as u64;
+        if round > self.round {
+            // Where nothing is there twice, its end is told by any image.
+            let by_any = matches!(self.kind, Kind::Twice | Kind::Shared) && taken_s > MENDED_S;
+            let told = by_any || self.wrong.is_told(&self.scene, &self.images, taken_s);
+            match taken_s {
+                _ if !told => {}
+                CHANGE_S..MENDED_S => self.told_s += period_s,
+                MENDED_S.. => self.over_s += period_s,
+                _ => {}
+            }
+            (self.round, self.images) = (round, BTreeMap::new());
+        }
+        let mut cameras = self.scene.truth.cameras().iter();
+        let camera = cameras.position(|one| one.id == image.camera);
+        self.images.insert(camera.unwrap_or(0), image.clone());
+    }
+
+    fn hear(&mut self, at_s: f64, fault: &Fault) {
+        let key = key_of(fault);
+        match self.named.iter_mut().find(|one| one.key == key) {
+            Some(known) => known.last_s = at_s,
+            None => self.named.push(Named {
+                key,
+                first_s: at_s,
+                told_s: self.told_s,
+                last_s: at_s,
+                right: self.wrong.is_named_by(&self.scene, fault),
+                doubt: self.wrong.is_in_doubt_by(&self.scene, fault),
+            }),
+        }
+    }
+
+    fn verdict(&self) -> &'static str {
+        let bound_s = if self.kind == Kind::Camera { 2.0 } else { 3.0 };
+        let may_be_told = self.told_s >= bound_s;
+        let is_right = |one: &&Named| one.right || (one.doubt && !may_be_told);
+        let end_s = END_S - CHANGE_S - 0.2;
+        let stays = self.over_s > OVER_S && self.named.iter().any(|one| one.last_s > end_s);
+        match self.named.iter().find(is_right) {
+            _ if self.named.iter().any(|one| !one.right && !one.doubt) => "WRONG",
+            _ if stays => "STAYS",
+            Some(one) if one.told_s > bound_s => "LATE",
+            Some(_) => "right",
+            None if may_be_told => "MISSED",
+            None => "untold",
+        }
+    }
+}
+
+/// Plays a fault; the verdict and a line about it.
+fn played(kind: Kind, seed: u64) -> (&'static str, String) {
+    let (mut scene, words) = scene_of(Some(kind), seed);
+    let random = &mut Random(seed ^ 0x5eed);
+    let mut wrong = Wrong::of(kind, &scene, random);
+    if wrong.camera >= scene.clocks.len() {
+        return ("none", words);
+    }
+    let mut fusion = fusion_of(&scene);
+    let mut shots = scene.shots(0.0, CHANGE_S, random);
+    wrong.come(&mut scene, random);
+    shots.extend(scene.shots(CHANGE_S, MENDED_S, random));
+    let (scene, _) = scene_of(Some(kind), seed);
+    shots.extend(scene.shots(MENDED_S, END_S, random));
+    let mut play = Play {
+        wrong,
+        kind,
+        scene,
+        named: Vec::new(),
+        told_s: 0.0,
+        over_s: 0.0,
+        round: 0,
+        images: BTreeMap::new(),
+    };
+    for shot in shots {
+        play.look(shot.taken_s, &shot.image);
+        fusion.handle(shot.arrival_ns, Input::Image(shot.image));
+        while fusion.poll_output().is_some() {}
+        let at_s = (shot.arrival_ns - START_NS) as f64 * 1e-9 - CHANGE_S;
+        for fault in fusion.faults() {
+            play.hear(at_s, &fault);
+        }
+    }
+    let verdict = play.verdict();
+    let (wrong, told_s) = (&play.wrong, play.told_s);
+    let named: Vec<String> = play.named.iter().map(ToString::to_string).collect();
+    let line = format!(
+        "{words}: camera {} {} {}, told {told_s:.1} s: {verdict}: {}",
+        wrong.camera,
+        wrong.tag,
+        wrong.words,
+        named.join(", ")
+    );
+    (verdict, line)
+}
+
+/// `examine faults KIND FROM TO`.
+pub fn examine(name: &str, seeds: std::ops::Range<u64>) {
+    for (_, kind) in KINDS.iter().filter(|one| one.0 == name || name == "all") {
+        let mut sums: BTreeMap<&str, usize> = BTreeMap::new();
+        for seed in seeds.clone() {
+            let (verdict, line) = played(*kind, seed);
+            *sums.entry(verdict).or_default() += 1;
+            println!("{line}");
+        }
+        println!("{name}: {sums:?}");
+    }
+}
+
+/// `examine quiet MINUTES FROM TO`.
+pub fn watch(minutes: f64, seeds: std::ops::Range<u64>) {
+    let mut alarms = 0;
+    for seed in seeds {
+        let (scene, words) = scene_of(None, seed);
+        let (mut fusion, random) = (fusion_of(&scene), &mut Random(seed));
+        let mut named: BTreeMap<String, [f64; 2]> = BTreeMap::new();
+        for span in 0..(minutes * 6.0) as u32 {
+            let from_s = f64::from(span) * 10.0;
+            for shot in scene.shots(from_s, from_s + 10.0, random) {
+                fusion.handle(shot.arrival_ns, Input::Image(shot.image));
+                while fusion.poll_output().is_some() {}
+                for fault in fusion.faults() {
+                    let at = named.entry(key_of(&fault)).or_insert([shot.taken_s; 2]);
+                    at[1] = shot.taken_s;
+                }
+            }
+        }
+        alarms += usize::from(!named.is_empty());
+        println!("{words}: {named:.1?}");
+    }
+    println!("sites with a false alarm: {alarms}");
+}
