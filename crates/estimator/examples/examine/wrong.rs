@@ -76,7 +76,7 @@ impl Wrong {
             Kind::Slip => self.change_tag(
                 scene,
                 |tag, random| {
-                    let angle = random.within(0.0, 6.28);
+                    let angle = random.within(0.0, std::f64::consts::TAU);
                     let by = Pose::translation(0.003 * angle.cos(), 0.003 * angle.sin(), 0.0);
                     tag.object_from_tag = tag.object_from_tag.map(|place| place * by);
                 },
