@@ -11,8 +11,8 @@
 //! few of the pixels, then with all of them, mostly once. The parameters' covariance is that of least squares, made larger
 //! where residuals beside each other agree, which noise would not.
 //!
-//! The corners are taken where residuals are no more than the image's noise; elsewhere only where they are much surer than
-//! those of the edges.
+//! The corners are taken where residuals are no more than the image's noise, and where they are some times as large only if
+//! they are surer than those of the edges.
 
 #![allow(
     clippy::needless_range_loop,
@@ -57,14 +57,10 @@ const SETTLED_PX: f32 = 0.06;
 /// of the corners holds. The noise is known to a third or so.
 const EXPLAINED: f32 = 2.0;
 
-/// The same up to which its covariance says what the corners are worth, and the surer ones are taken: aliasing, sharpening and
-/// compression leave several times the noise that flat parts show. Where print or optics are others than the model's, residuals
-/// are ten times as large and more.
+/// The same up to which its covariance says what the corners are worth, and the surer ones of both are taken: aliasing,
+/// sharpening and compression leave several times the noise that flat parts show. Where print or optics are others than the
+/// model's, residuals are ten times as large and more; the edges need no more than that the border is straight.
 const TOLD: f32 = 8.0;
-
-/// Beyond that, the share of the edges' variance below which the pattern's must be: the edges need no more than that the
-/// border is straight.
-const SURER: f32 = 0.15;
 
 /// Pictures with less blur and no noise are no camera's: what they do between pixels is not what the model says.
 const LEAST_BLUR_PX: f32 = 0.25;
@@ -151,17 +147,13 @@ impl PatternFitter {
             corners: state.unshaded_corners()?,
             covariance: covariances.map(|corner| corner.map(|value| value * variance)),
         };
-        let share = mean_variance(&fit.covariance) / mean_variance(&edges.covariance);
         let real = noise_sigma > 0.0 || state.blur_px() > LEAST_BLUR_PX;
-        let most_share = match self.residual(&state) / noise_sigma.max(ROUNDING) {
-            ..EXPLAINED => f32::INFINITY,
-            ..TOLD => 1.0,
-            _ => SURER,
-        };
-        if !real
-            || share > most_share
-            || !state.is_plausible(&start, pattern.module_px(state.size_px()))
-        {
+        let surer = mean_variance(&fit.covariance) < mean_variance(&edges.covariance);
+        let most_noises = if surer { TOLD } else { EXPLAINED };
+        let residual = self.equations.residual_variance().sqrt() * state.contrast();
+        let explained = residual < most_noises * noise_sigma.max(ROUNDING);
+        let module_px = pattern.module_px(state.size_px());
+        if !(real && explained && state.is_plausible(&start, module_px)) {
             return None;
         }
         match straightened {
@@ -176,11 +168,6 @@ impl PatternFitter {
             #[inline(always)]
             || pixels.choose(tag),
         );
-    }
-
-    /// In grey levels.
-    fn residual(&self, state: &State) -> f32 {
-        self.equations.residual_variance().sqrt() * state.contrast()
     }
 
     /// Steps with a few of the pixels until the corners are about where they belong, then with all until they rest; what
