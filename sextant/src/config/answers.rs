@@ -4,13 +4,13 @@ use crate::site::Site;
 use anyhow::{anyhow, bail};
 use sextant_process::{Exit, Failure};
 use sextant_proto::{ConfigAnswer, KeyRef, NodeId, NodeKind, fingerprint, limits};
-use sextant_zenoh_bus::{DropRule, Item, Presence, Subscription};
+use sextant_zenoh_bus::{DropRule, Presence, Subscription};
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 
 /// Answers of others that wait; the oldest give way.
 const QUEUE: usize = 256;
-/// Tokens of living nodes come within this after the question.
+/// Tokens of living nodes come within this after the question; the first is waited for longer.
 const TOKENS: Duration = Duration::from_millis(500);
 /// How long the nodes may take to answer.
 const PATIENCE: Duration = Duration::from_secs(3);
@@ -23,6 +23,8 @@ pub struct Answers<'a> {
     subscription: Subscription,
     nodes: Vec<NodeId>,
     fingerprint: u64,
+    /// What each had answered last before the question: to the same payload, perhaps, but not to this one.
+    before: Vec<ConfigAnswer>,
     heard: BTreeMap<NodeId, ConfigAnswer>,
 }
 
@@ -49,6 +51,7 @@ impl<'a> Answers<'a> {
             subscription,
             nodes,
             fingerprint: fingerprint(payload),
+            before: last(site, PATIENCE)?,
             heard: BTreeMap::new(),
         })
     }
@@ -81,35 +84,39 @@ impl<'a> Answers<'a> {
 
     /// Answers come by themselves; one that came before the network knew of this listener is asked for.
     fn look(&mut self) -> anyhow::Result<()> {
-        match self.subscription.recv_timeout(GLANCE) {
-            Some(item) => self.take(&item),
-            None => {
-                let key = self.site.keys.all_config_answers();
-                let last = self
-                    .site
-                    .bus
-                    .latest(&key, limits::MAX_PAYLOAD_BYTES, GLANCE)?;
-                last.iter().for_each(|item| self.take(item));
-            }
+        let come = self.subscription.recv_timeout(GLANCE);
+        let answers = match come {
+            Some(item) => item.decode().into_iter().collect(),
+            None => new_among(last(self.site, GLANCE)?, &self.before),
+        };
+        let ours = |answer: &ConfigAnswer| answer.fingerprint == self.fingerprint;
+        for answer in answers.into_iter().filter(ours) {
+            self.heard.insert(answer.node.clone(), answer);
         }
         Ok(())
     }
+}
 
-    fn take(&mut self, item: &Item) {
-        if let Ok(answer) = item.decode::<ConfigAnswer>()
-            && answer.fingerprint == self.fingerprint
-        {
-            self.heard.insert(answer.node.clone(), answer);
-        }
-    }
+/// The last answer of each node, to whomever.
+fn last(site: &Site, timeout: Duration) -> anyhow::Result<Vec<ConfigAnswer>> {
+    let key = site.keys.all_config_answers();
+    let items = site.bus.latest(&key, limits::MAX_PAYLOAD_BYTES, timeout)?;
+    Ok(items.iter().filter_map(|item| item.decode().ok()).collect())
+}
+
+/// Those that have been given since. A node that says the very same again is heard by the subscription.
+fn new_among(answers: Vec<ConfigAnswer>, before: &[ConfigAnswer]) -> Vec<ConfigAnswer> {
+    let is_new = |answer: &ConfigAnswer| !before.contains(answer);
+    answers.into_iter().filter(is_new).collect()
 }
 
 /// The fusion nodes that live.
 fn living(site: &Site) -> anyhow::Result<Vec<NodeId>> {
     let watch = site.bus.watch_alive(&site.keys.all_alive())?;
-    let deadline = Instant::now() + TOKENS;
+    let asked = Instant::now();
     let mut nodes = Vec::new();
-    while Instant::now() < deadline && !site.shutdown.is_requested() {
+    let patience = |nodes: &[NodeId]| if nodes.is_empty() { PATIENCE } else { TOKENS };
+    while asked.elapsed() < patience(&nodes) && !site.shutdown.is_requested() {
         let Some(Presence::Joined(key)) = watch.recv_timeout(GLANCE) else {
             continue;
         };
@@ -120,4 +127,25 @@ fn living(site: &Site) -> anyhow::Result<Vec<NodeId>> {
         }
     }
     Ok(nodes)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use sextant_proto::Outcome;
+
+    #[test]
+    fn what_was_answered_before_is_no_answer_now() {
+        let answer = |outcome| ConfigAnswer {
+            node: NodeId::new("main").unwrap(),
+            key: "config/rig".to_owned(),
+            fingerprint: fingerprint(b"rig"),
+            outcome,
+            words: String::new(),
+        };
+        let (taken, same) = (answer(Outcome::Taken), answer(Outcome::Same));
+        let before = [taken.clone()];
+        assert_eq!(new_among(vec![taken], &before), []);
+        assert_eq!(new_among(vec![same.clone()], &before), [same]);
+    }
 }
