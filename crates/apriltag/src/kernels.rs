@@ -29,22 +29,19 @@ pub(crate) const POINTS: usize = 8;
 pub(crate) const ROWS: usize = 16;
 pub(crate) const MAX_GROUPS: usize = 80;
 
-/// Columns of numbers of which sums of products are taken, and with how many others at a time.
+/// Columns of numbers of which sums of products are taken.
 pub(crate) const COLUMNS: usize = 19;
-pub(crate) const TOGETHER: usize = 4;
 
 pub(crate) type Column = [[i16; ROWS]; MAX_GROUPS];
+
+/// Sums of the products of each column with itself and those before it; what stands after the diagonal is nothing.
+pub(crate) type Sums = [[i32; COLUMNS]; COLUMNS];
 
 /// A coordinate, or the grey, of as many points.
 pub(crate) type Points = [f32; POINTS];
 
 type Sample = fn(image: &Image<'_>, map: &Homography, places: &[[Points; 2]], greys: &mut [Points]);
-type Products = fn(
-    columns: &[Column; COLUMNS],
-    n_groups: usize,
-    column: usize,
-    first: usize,
-) -> [i32; TOGETHER];
+type Products = fn(columns: &[Column; COLUMNS], n_groups: usize, sums: &mut Sums);
 type ThresholdWords = fn(row: &[u8], levels: &[u8], words: &mut [u64]);
 
 /// One set of kernels.
@@ -53,7 +50,8 @@ pub(crate) struct Kernels {
     threshold: ThresholdWords,
     /// Grey by bilinear interpolation where places (u, v) are mapped to; NaN outside the image.
     pub(crate) sample: Sample,
-    products: Products,
+    /// Of the first so many groups of the columns, wrapping.
+    pub(crate) products: Products,
     vectors: Vectors,
 }
 
@@ -94,17 +92,6 @@ impl Kernels {
             #[cfg(target_arch = "x86_64")]
             Vectors::Avx2(detected) => detected.run(work),
         }
-    }
-
-    /// Sums of the products of a column's numbers with those of each of some others from the first on, wrapping.
-    pub(crate) fn products(
-        &self,
-        columns: &[Column; COLUMNS],
-        n_groups: usize,
-        column: usize,
-        first: usize,
-    ) -> [i32; TOGETHER] {
-        (self.products)(columns, n_groups, column, first)
     }
 
     /// One bit a pixel, the least significant leftmost: set where the pixel is below its tile's level.
@@ -171,14 +158,17 @@ mod tests {
         fn fast_products_equal_the_scalar_ones(
             seed in any::<u32>(),
             n_groups in 0..=MAX_GROUPS,
-            column in 0..COLUMNS,
-            first in 0..=COLUMNS - TOGETHER,
         ) {
             let mut columns = Box::new([[[0_i16; ROWS]; MAX_GROUPS]; COLUMNS]);
             for (i, number) in columns.as_flattened_mut().as_flattened_mut().iter_mut().enumerate() {
                 *number = (seed.wrapping_mul(i as u32 ^ 0x9e37) >> 20) as i16 - 2048;
             }
-            let products = |kernels: Kernels| kernels.products(&columns, n_groups, column, first);
+            let products = |kernels: Kernels| {
+                let mut sums = [[0; COLUMNS]; COLUMNS];
+                (kernels.products)(&columns, n_groups, &mut sums);
+                let row = |i: usize| sums[i][..=i].to_vec();
+                (0..COLUMNS).map(row).collect::<Vec<_>>()
+            };
             prop_assert_eq!(products(Kernels::fastest()), products(Kernels::SCALAR));
         }
 

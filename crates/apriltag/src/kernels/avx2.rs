@@ -1,7 +1,7 @@
 //! The kernels with 256-bit integer vectors.
 
 use super::{
-    COLUMNS, Column, Kernels, MAX_GROUPS, Points, TILES_IN_WORD, TOGETHER, Vectors, WORD, scalar,
+    COLUMNS, Column, Kernels, MAX_GROUPS, Points, ROWS, Sums, TILES_IN_WORD, Vectors, WORD, scalar,
 };
 use crate::Image;
 use crate::homography::Homography;
@@ -47,33 +47,44 @@ fn threshold_words(row: &[u8], levels: &[u8], words: &mut [u64]) {
     unsafe { threshold_words_avx2(row, levels, words) }
 }
 
-fn products(
-    columns: &[Column; COLUMNS],
-    n_groups: usize,
-    column: usize,
-    first: usize,
-) -> [i32; TOGETHER] {
+fn products(columns: &[Column; COLUMNS], n_groups: usize, sums: &mut Sums) {
     // SAFETY: `kernels` gives this function out only where AVX2 was detected.
-    unsafe { products_avx2(columns, n_groups, column, first) }
+    unsafe { products_avx2(columns, n_groups, sums) }
+}
+
+/// Columns whose products with another are summed together.
+const TOGETHER: usize = 4;
+
+#[target_feature(enable = "avx2")]
+fn products_avx2(columns: &[Column; COLUMNS], n_groups: usize, sums: &mut Sums) {
+    for (i, column) in columns.iter().enumerate() {
+        for first in (0..=i).step_by(TOGETHER) {
+            let first = first.min(COLUMNS - TOGETHER);
+            let others = std::array::from_fn(|k| &columns[first + k]);
+            let products = products_with(column, others, n_groups.min(MAX_GROUPS));
+            sums[i][first..first + TOGETHER].copy_from_slice(&products);
+        }
+    }
 }
 
 #[target_feature(enable = "avx2")]
-fn products_avx2(
-    columns: &[Column; COLUMNS],
-    n_groups: usize,
-    column: usize,
-    first: usize,
-) -> [i32; TOGETHER] {
-    let column = &columns[column];
-    let [a, b, c, d] = [0, 1, 2, 3].map(|k| &columns[first + k]);
+fn products_with(column: &Column, others: [&Column; TOGETHER], n_groups: usize) -> [i32; TOGETHER] {
+    // SAFETY: groups are as long as vectors, which need not be aligned.
+    let load = |group: &[i16; ROWS]| unsafe { _mm256_loadu_si256(group.as_ptr().cast()) };
     let mut sums = [_mm256_setzero_si256(); TOGETHER];
-    for group in 0..n_groups.min(MAX_GROUPS) {
-        // SAFETY: groups are as long as vectors, which need not be aligned.
-        let load = |column: &Column| unsafe { _mm256_loadu_si256(column[group].as_ptr().cast()) };
-        let numbers = load(column);
-        for (sum, other) in sums.iter_mut().zip([a, b, c, d]) {
-            *sum = _mm256_add_epi32(*sum, _mm256_madd_epi16(numbers, load(other)));
+    let mut add = |group: usize| {
+        let numbers = load(&column[group]);
+        for (sum, other) in sums.iter_mut().zip(others) {
+            *sum = _mm256_add_epi32(*sum, _mm256_madd_epi16(numbers, load(&other[group])));
         }
+    };
+    // Two at a time, for a loop so short.
+    for pair in 0..n_groups / 2 {
+        add(2 * pair);
+        add(2 * pair + 1);
+    }
+    if n_groups % 2 == 1 {
+        add(n_groups - 1);
     }
     // The four vectors' lanes are added up side by side.
     let pairs = _mm256_hadd_epi32(

@@ -1,16 +1,15 @@
 //! The kernels in plain Rust: the reference for the others, written so that compilers can vectorise them.
 
-use super::{COLUMNS, Column, Points, ROWS, TILE, TILES_IN_WORD, TOGETHER, WORD};
+use super::{COLUMNS, Column, Points, ROWS, Sums, TILE, TILES_IN_WORD, WORD};
 use crate::Image;
 use crate::homography::Homography;
 
-pub(super) fn products(
-    columns: &[Column; COLUMNS],
-    n_groups: usize,
-    column: usize,
-    first: usize,
-) -> [i32; TOGETHER] {
-    std::array::from_fn(|k| product(&columns[column][..n_groups], &columns[first + k]))
+pub(super) fn products(columns: &[Column; COLUMNS], n_groups: usize, sums: &mut Sums) {
+    for (i, column) in columns.iter().enumerate() {
+        for (sum, other) in sums[i].iter_mut().zip(&columns[..=i]) {
+            *sum = product(&column[..n_groups], other);
+        }
+    }
 }
 
 #[inline(always)]

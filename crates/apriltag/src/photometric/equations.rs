@@ -4,7 +4,7 @@
 //! any processor, by vector instructions that all of them have. What rounding changes in the derivatives leaves the estimate
 //! where it is, as sums of residuals times anything but themselves are zero on average where the model holds.
 
-use crate::kernels::{COLUMNS, Column, Kernels, MAX_GROUPS, ROWS, TOGETHER};
+use crate::kernels::{COLUMNS, Column, Kernels, MAX_GROUPS, ROWS, Sums};
 
 /// Homography 8, black, white, light 2, blur 3, halo, gain.
 pub(super) const PARAMETERS: usize = COLUMNS - 2;
@@ -40,8 +40,7 @@ pub(super) struct Equations {
     n_groups: usize,
     /// Room for a group, before it is rounded.
     rows: [[f32; GROUP]; COLUMNS],
-    /// Sums of products of each column with itself and those before it.
-    products: [[i32; COLUMNS]; COLUMNS],
+    products: Sums,
     /// Sum of the weights.
     weight: f32,
     /// Limit of the residuals, as a part of the contrast.
@@ -91,13 +90,7 @@ impl Equations {
 
     /// Adds everything up.
     pub(super) fn finish(&mut self, kernels: &Kernels) {
-        for i in 0..COLUMNS {
-            for first in (0..=i).step_by(TOGETHER) {
-                let first = first.min(COLUMNS - TOGETHER);
-                let products = kernels.products(&self.columns, self.n_groups, i, first);
-                self.products[i][first..first + TOGETHER].copy_from_slice(&products);
-            }
-        }
+        (kernels.products)(&self.columns, self.n_groups, &mut self.products);
         self.weight = self.products[ROOTS][ROOTS] as f32 / (UNIT * UNIT);
     }
 
