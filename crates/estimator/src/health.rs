@@ -25,6 +25,8 @@ const MEMORY_S: f64 = 0.6;
 const FEWEST: f64 = 3.0;
 /// Share of contradicting views from which on it is asked whether the camera's clock is the cause.
 const DOUBTED: f64 = 0.5;
+/// The same down to which a camera that was found to be moved stays so.
+const RIGHTED: f64 = 0.3;
 /// Angles by which a camera displaces what it sees, or turns it, that are worth a word.
 const MOVED: [f64; 2] = [0.0026, 0.0087];
 /// Metres and radians of a tag that are.
@@ -36,6 +38,8 @@ const WRONG_SIZE: f64 = 0.01;
 const HIT_NS: u64 = 300_000_000;
 /// Nanoseconds for which a tag that was seen twice is reported.
 const TWINS_NS: u64 = 2_000_000_000;
+/// Nanoseconds for which a camera contradicts after which no question about clocks keeps it from being named.
+const OLD_NS: u64 = 1_000_000_000;
 
 /// A view of an instant that is settled.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -108,6 +112,10 @@ pub(crate) struct Health {
     of_tags: Support<TagId>,
     /// By object, when it last seemed to be hit, and by which camera's image.
     hit: BTreeMap<usize, (u64, usize)>,
+    /// Cameras that seem to have been moved. Such a one stays while most of its views contradict: a track that gives way to some of
+    /// them, by doubting its clock, makes what they foretell weaker, not the camera right.
+    /// With the time since when, ns.
+    moved: BTreeMap<usize, u64>,
     /// By camera that may have been moved, those that it contradicts.
     against: BTreeMap<usize, BTreeSet<usize>>,
     strays: Strays,
@@ -182,14 +190,20 @@ impl Health {
     }
 
     fn note_whom_moved_cameras_contradict(&mut self, object: usize, time_ns: u64) {
-        let found: Vec<Cause> = self.suspects.found().collect();
-        self.against
-            .retain(|camera, _| found.contains(&Cause::Camera(*camera)));
-        for cause in found {
-            if let Cause::Camera(camera) = cause {
-                let against = self.against.entry(camera).or_default();
-                against.extend(self.of_cameras.of(object, camera, time_ns));
+        let cameras = &self.cameras;
+        let is_wrong = |camera: &usize| cameras.get(camera).is_some_and(|of| of.share() > RIGHTED);
+        self.moved.retain(|camera, _| is_wrong(camera));
+        for camera in self.suspects.found().filter_map(of_moved) {
+            let angles = self.suspects.camera(camera).unwrap_or_default();
+            if angles[0] > MOVED[0] || angles[1] > MOVED[1] {
+                self.moved.entry(camera).or_insert(time_ns);
             }
+        }
+        self.against
+            .retain(|camera, _| self.moved.contains_key(camera));
+        for camera in self.moved.keys() {
+            let against = self.against.entry(*camera).or_default();
+            against.extend(self.of_cameras.of(object, *camera, time_ns));
         }
     }
 
@@ -244,19 +258,15 @@ impl Health {
 
     /// The cameras that are not where the rig says.
     pub fn moved_cameras(&self) -> impl Iterator<Item = Moved> {
-        let moved = |cause| match cause {
-            Cause::Camera(camera) => {
-                let angles = self.suspects.camera(camera)?;
-                let mut against = self.against.get(&camera)?.iter().copied();
-                let first = against.next()?;
-                let or = against.next().is_none().then_some(first);
-                let worth = angles[0] > MOVED[0] || angles[1] > MOVED[1];
-                let timely = !self.suspects.may_be_clock(camera);
-                worth.then_some(Moved { camera, or, timely })
-            }
-            _ => None,
+        let moved = |(&camera, &since_ns): (&usize, &u64)| {
+            let mut against = self.against.get(&camera)?.iter().copied();
+            let first = against.next()?;
+            let or = against.next().is_none().then_some(first);
+            let is_old = self.newest_ns.saturating_sub(since_ns) > OLD_NS;
+            let timely = is_old || !self.suspects.may_be_clock(camera);
+            Some(Moved { camera, or, timely })
         };
-        self.suspects.found().filter_map(moved)
+        self.moved.iter().filter_map(moved)
     }
 
     /// The tags that are not as the models say, by object index; with the ratio of sizes where that explains it.
@@ -289,5 +299,12 @@ impl Health {
     /// A camera's stamps mean something else now.
     pub fn forget_camera(&mut self, camera: usize) {
         self.suspects.forget_camera(camera);
+    }
+}
+
+fn of_moved(cause: Cause) -> Option<usize> {
+    match cause {
+        Cause::Camera(camera) => Some(camera),
+        _ => None,
     }
 }

@@ -56,10 +56,16 @@ pub(crate) fn all(
             on: on.and_then(|on| site.objects().get(on).cloned()),
         })
     });
+    // Offsets are allowed for: a camera that contradicts all the same has another fault.
+    let contradicted = health.contradicted_cameras();
+    let moved_ones = health.moved_cameras().map(|one| one.camera);
+    let wrong_ones: BTreeSet<usize> = contradicted.chain(moved_ones).collect();
+    let long_off = search.long_off(now_ns);
+    let long_off = long_off.filter(|index| is_sure && !wrong_ones.contains(index));
     let steady: BTreeSet<CameraId> = search
         .offsets()
         .map(|(index, _)| index)
-        .chain(search.long_off(now_ns).filter(|_| is_sure))
+        .chain(long_off)
         .filter_map(camera)
         .collect();
     let off = clocks
