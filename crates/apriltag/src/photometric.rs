@@ -62,6 +62,10 @@ const EXPLAINED: f32 = 2.0;
 /// model's, residuals are ten times as large and more; the edges need no more than that the border is straight.
 const TOLD: f32 = 8.0;
 
+/// Share of the pixels' weight from which a picture explained down to the noise is the tag's wherever its corners seemed to
+/// be: beside a ground as dark as its border, a corner is easily taken for one that lies modules away.
+const MOST_OF_IT: f32 = 0.5;
+
 /// Pictures with less blur and no noise are no camera's: what they do between pixels is not what the model says.
 const LEAST_BLUR_PX: f32 = 0.25;
 
@@ -151,9 +155,13 @@ impl PatternFitter {
         let surer = mean_variance(&fit.covariance) < mean_variance(&edges.covariance);
         let most_noises = if surer { TOLD } else { EXPLAINED };
         let residual = self.equations.residual_variance().sqrt() * state.contrast();
-        let explained = residual < most_noises * noise_sigma.max(ROUNDING);
-        let module_px = pattern.module_px(state.size_px());
-        if !(real && explained && state.is_plausible(&start, module_px)) {
+        let noises = residual / noise_sigma.max(ROUNDING);
+        let farthest = if noises < EXPLAINED && self.equations.share() > MOST_OF_IT {
+            state.size_px() / 2.0
+        } else {
+            pattern.module_px(state.size_px()) + 0.5
+        };
+        if !(real && noises < most_noises && state.is_plausible(&start, farthest)) {
             return None;
         }
         match straightened {

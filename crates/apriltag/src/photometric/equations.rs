@@ -123,6 +123,11 @@ impl Equations {
         self.weight > 2.0 * PARAMETERS as f32
     }
 
+    /// Of the pixels' weight, how much counts.
+    pub(super) fn share(&self) -> f32 {
+        self.weight / (self.n_groups * GROUP) as f32
+    }
+
     /// Of the residuals, in parts of the contrast squared.
     pub(super) fn residual_variance(&self) -> f32 {
         let squares = self.products[RESIDUALS][RESIDUALS] as f32;

@@ -174,10 +174,9 @@ impl State {
         Some([a?, b?, c?, d?])
     }
 
-    /// Every corner is about where it seemed to be when the code was read, and white is brighter than black.
-    pub(super) fn is_plausible(&self, start: &Quad, module_px: f32) -> bool {
-        let limit = 0.5 + module_px;
-        let near = |(&a, &b): (&Point, &Point)| distance(a, b) < limit;
+    /// No corner is farther from where it seemed to be when the code was read, and white is brighter than black.
+    pub(super) fn is_plausible(&self, start: &Quad, farthest_px: f32) -> bool {
+        let near = |(&a, &b): (&Point, &Point)| distance(a, b) < farthest_px;
         self.corners().iter().zip(start).all(near) && self.contrast() > 0.0
     }
 
