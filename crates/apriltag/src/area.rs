@@ -6,7 +6,7 @@
 use crate::Image;
 use crate::components::Component;
 use crate::kernels::TILE;
-use crate::quad::Point;
+use crate::quad::Quad;
 
 /// A rectangle of an image, or every so many-th row of one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -36,12 +36,14 @@ impl Area {
         image.part(self)
     }
 
-    /// From a place in the part to one in the image.
-    pub(crate) fn to_image(self, [x, y]: Point) -> Point {
-        [
-            self.left as f32 + x,
-            self.top as f32 + y * self.row_step as f32,
-        ]
+    /// From the part to the image.
+    pub(crate) fn quad_to_image(&self, quad: Quad) -> Quad {
+        quad.map(|[x, y]| {
+            [
+                self.left as f32 + x,
+                self.top as f32 + y * self.row_step as f32,
+            ]
+        })
     }
 
     /// Whether what was found in the part goes on beyond the part's edge, for all that can be seen there: it reaches an edge

@@ -36,7 +36,7 @@ pub(crate) struct Component {
     /// Shows other than it should, for all that its shade or what was read in it tells.
     pub(crate) doubtful: bool,
     /// Is a tag's border.
-    pub(crate) settled: bool,
+    settled: bool,
 }
 
 impl Component {
@@ -63,6 +63,10 @@ impl Component {
         let [left, right] = [columns.start, columns.end - 1].map(|x| x as f32);
         let [top, bottom] = [rows.start, rows.end - 1].map(|y| y as f32);
         [[left, top], [right, top], [right, bottom], [left, bottom]]
+    }
+
+    fn settle(&mut self) {
+        (self.settled, self.doubtful) = (true, false);
     }
 
     fn begin([start, _]: Span, top_pair: u32, run: u32) -> Self {
@@ -195,19 +199,6 @@ impl Components {
         &self.components[..self.n_components]
     }
 
-    /// The runs of a component and their pairs of rows, the last ones first.
-    #[inline(always)]
-    pub(crate) fn runs_of(&self, component: &Component) -> impl Iterator<Item = (usize, Span)> {
-        let (mut run, mut pair) = (component.last_run as usize, component.bottom_pair as usize);
-        (0..component.n_runs).map(move |_| {
-            // There is one in each pair from the first to the last, as they hang together.
-            pair -= usize::from(run < self.pair_starts[pair] as usize);
-            let span = self.spans[run];
-            run = self.runs_before[run] as usize;
-            (pair, span)
-        })
-    }
-
     /// From where to where the runs of a component reach in each of its pairs of rows, the last one first.
     #[inline(always)]
     pub(crate) fn extents_of(&self, component: &Component) -> impl Iterator<Item = (usize, Span)> {
@@ -244,16 +235,22 @@ impl Components {
         Some((*label as usize, usize::from(self.spans[run][1])))
     }
 
-    /// Takes a component for what it was found to be: it need not be looked at once more.
-    pub(crate) fn settle(&mut self, label: usize) {
-        self.components[label].settled = true;
-        self.components[label].doubtful = false;
-    }
-
     /// Doubts that a component is what it seems, unless that is settled.
     pub(crate) fn doubt(&mut self, label: usize) {
         let component = &mut self.components[label];
         component.doubtful = !component.settled;
+    }
+
+    /// Takes a component for what it was found to be: it need not be looked at once more.
+    pub(crate) fn settle(&mut self, label: usize) {
+        self.components[label].settle();
+    }
+
+    /// Takes components in doubt for what they were found to be.
+    pub(crate) fn settle_doubts(&mut self, is_known: impl Fn(&Component) -> bool) {
+        let components = self.components[..self.n_components].iter_mut();
+        let doubts = components.filter(|found| found.doubtful && is_known(found));
+        doubts.for_each(Component::settle);
     }
 
     /// Black pixels beside each other, row after row, with their components.

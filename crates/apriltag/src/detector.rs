@@ -2,7 +2,8 @@
 
 use crate::area::Area;
 use crate::bit_plane::BitPlane;
-use crate::components::{Components, make_room};
+use crate::border_shape::BorderShape;
+use crate::components::{Component, Components, make_room};
 use crate::kernels::Kernels;
 use crate::photometric::PatternFitter;
 use crate::quad::{Quad, QuadFinder, middle};
@@ -15,11 +16,8 @@ use crate::{
 use sextant_geometry::Lens;
 use sextant_tag_families::BorderColour;
 
-/// Tags in an image before those seen twice are sorted out, at most; the report counts what is dropped.
+/// Tags in an image, at most; the report counts what is dropped.
 const MAX_SIGHTINGS: usize = 1024;
-
-/// Components in a pass that could be a tag's border, at most; the report counts what is dropped.
-const MAX_CANDIDATES: usize = 4096;
 
 /// How black and white are told apart, one after the other.
 const PASSES: [Pass; 3] = [
@@ -30,15 +28,6 @@ const PASSES: [Pass; 3] = [
 
 const fn pass(border: BorderColour, level: Level) -> Pass {
     Pass { border, level }
-}
-
-/// A component that could be a tag's border, and the quad around it, in the image.
-#[derive(Debug)]
-struct Candidate {
-    label: usize,
-    /// Corners of its box.
-    bounds: Quad,
-    quad: Result<Quad, Rejection>,
 }
 
 /// Finds tags, image after image; keeps its memory between images.
@@ -54,7 +43,6 @@ pub struct Detector {
     tiles: Tiles,
     plane: BitPlane,
     components: Components,
-    candidates: Vec<Candidate>,
     quads: QuadFinder,
     patterns: PatternFitter,
     sightings: Vec<Sighting>,
@@ -76,7 +64,6 @@ impl Detector {
             tiles: Tiles::default(),
             plane: BitPlane::default(),
             components: Components::default(),
-            candidates: Vec::new(),
             quads: QuadFinder::default(),
             patterns: PatternFitter::new(kernels),
             sightings: Vec::new(),
@@ -118,7 +105,6 @@ impl Detector {
         for area in areas {
             self.search(image, area, observer);
         }
-        self.drop_doubles();
         self.locate(image, observer);
         observer.stage_ended(Stage::Refine);
         &self.detections
@@ -129,7 +115,7 @@ impl Detector {
         self.measure(&part);
         observer.stage_ended(Stage::Tiles);
         for pass in PASSES {
-            if !self.lookout.wants(pass.border) || !self.set_levels(pass) {
+            if !self.lookout.wants(pass.border) || !self.set_levels(pass, area) {
                 continue;
             }
             observer.pass_began(pass);
@@ -144,36 +130,32 @@ impl Detector {
                 border: pass.border,
                 kernels: self.kernels,
             };
-            self.find_quads(&view, area);
-            observer.stage_ended(Stage::Quads);
-            self.read_quads(&view, observer);
-            observer.stage_ended(Stage::Decode);
+            self.report.components += self.components.all().len() as u32;
+            self.report.runs += self.components.n_runs() as u32;
+            let shape = self.lookout.border_shape(pass.border);
+            for label in 0..self.components.all().len() {
+                if shape.fits(&self.components.all()[label]) {
+                    self.examine(label, &shape, &view, area, observer);
+                }
+            }
         }
     }
 
     /// Says whether there is anything to find with these levels.
-    fn set_levels(&mut self, pass: Pass) -> bool {
+    fn set_levels(&mut self, pass: Pass, area: &Area) -> bool {
         if pass.level == Level::Shaded {
             if self.components.all().is_empty() {
                 return false;
             }
-            self.settle_frames();
+            // What showed no code because it is the frame around a tag.
+            let known =
+                |found: &Component| is_known(&self.sightings, &area.quad_to_image(found.corners()));
+            self.components.settle_doubts(known);
             let shape = self.lookout.border_shape(pass.border);
             self.tiles
                 .seek_in_shade(&mut self.components, &shape, &self.kernels);
         }
         self.tiles.set_levels(pass.level, &self.kernels)
-    }
-
-    /// What showed no code because it is the frame around a tag is no longer doubtful.
-    fn settle_frames(&mut self) {
-        for candidate in &self.candidates {
-            if self.components.all()[candidate.label].doubtful
-                && covers(&self.sightings, &candidate.bounds)
-            {
-                self.components.settle(candidate.label);
-            }
-        }
     }
 
     fn begin(&mut self, image: &Image<'_>) {
@@ -184,7 +166,6 @@ impl Detector {
         }
         make_room(&mut self.sightings, MAX_SIGHTINGS);
         make_room(&mut self.detections, MAX_SIGHTINGS);
-        make_room(&mut self.candidates, MAX_CANDIDATES);
         self.report = Report {
             noise_sigma: f32::INFINITY,
             ..Report::default()
@@ -216,89 +197,50 @@ impl Detector {
         self.quads.make_room(height);
     }
 
-    /// Candidates among the components, but for those within tags that were read in a pass before.
-    fn find_quads(&mut self, view: &View<'_>, area: &Area) {
-        self.report.components += self.components.all().len() as u32;
-        self.report.runs += self.components.n_runs() as u32;
-        self.candidates.clear();
-        let shape = self.lookout.border_shape(view.border);
-        for label in 0..self.components.all().len() {
-            let component = &self.components.all()[label];
-            if !shape.fits(component) || area.cuts(component, view.image) {
-                continue;
-            }
-            let bounds = component.corners().map(|corner| area.to_image(corner));
-            if covers(&self.sightings, &bounds) {
+    /// Reads the tag whose border a component seems to be, but for those within tags that were read before.
+    fn examine(
+        &mut self,
+        label: usize,
+        shape: &BorderShape,
+        view: &View<'_>,
+        area: &Area,
+        observer: &mut impl Observer,
+    ) {
+        let component = &self.components.all()[label];
+        if area.cuts(component, view.image) {
+            return;
+        }
+        let bounds = area.quad_to_image(component.corners());
+        if is_known(&self.sightings, &bounds) {
+            return;
+        }
+        self.report.candidates += 1;
+        let (quads, components, plane) = (&mut self.quads, &self.components, &self.plane);
+        let quad = view.kernels.run(
+            #[inline(always)]
+            || quads.around(component, components, plane, shape),
+        );
+        let quad = quad.map(|quad| area.quad_to_image(quad));
+        observer.stage_ended(Stage::Quads);
+        if let Ok(quad) = &quad {
+            self.report.quads += 1;
+            observer.quad_found(quad);
+        }
+        match quad.and_then(|quad| self.lookout.sight(view, &quad)) {
+            Ok(sighting) if self.sightings.len() < MAX_SIGHTINGS => {
                 self.components.settle(label);
-            } else if self.candidates.len() == MAX_CANDIDATES {
-                self.report.dropped += 1;
-            } else {
-                let (quads, components, plane) = (&mut self.quads, &self.components, &self.plane);
-                let component = &components.all()[label];
-                let quad = view.kernels.run(
-                    #[inline(always)]
-                    || quads.around(component, components, plane, &shape),
-                );
-                let quad = quad.map(|quad| quad.map(|corner| area.to_image(corner)));
-                self.candidates.push(Candidate {
-                    label,
-                    bounds,
-                    quad,
-                });
+                self.sightings.push(sighting);
             }
-        }
-    }
-
-    fn read_quads(&mut self, view: &View<'_>, observer: &mut impl Observer) {
-        self.report.candidates += self.candidates.len() as u32;
-        for &Candidate {
-            label,
-            bounds,
-            quad,
-        } in &self.candidates
-        {
-            if let Ok(quad) = &quad {
-                self.report.quads += 1;
-                observer.quad_found(quad);
-            }
-            match quad.and_then(|quad| self.lookout.sight(view, &quad)) {
-                Ok(sighting) if self.sightings.len() < MAX_SIGHTINGS => {
-                    self.components.settle(label);
-                    self.sightings.push(sighting)
+            Ok(_) => self.report.dropped += 1,
+            Err(reason) => {
+                if reason == Rejection::NoCode {
+                    self.components.doubt(label);
                 }
-                Ok(_) => self.report.dropped += 1,
-                Err(reason) => {
-                    if reason == Rejection::NoCode {
-                        self.components.doubt(label);
-                    }
-                    self.report.rejected[reason as usize] += 1;
-                    observer.rejected(reason, &quad.unwrap_or(bounds));
-                }
+                self.report.rejected[reason as usize] += 1;
+                observer.rejected(reason, &quad.unwrap_or(bounds));
             }
         }
-    }
-
-    /// Of the same tag seen twice, the sighting with fewer wrong bits, then the larger margin, stands.
-    fn drop_doubles(&mut self) {
-        self.sightings.sort_unstable_by(|a, b| {
-            let (a, b) = (&a.reading, &b.reading);
-            a.found
-                .hamming
-                .cmp(&b.found.hamming)
-                .then(b.margin.total_cmp(&a.margin))
-        });
-        let mut kept = 0;
-        for i in 0..self.sightings.len() {
-            let sighting = self.sightings[i];
-            if !self.sightings[..kept]
-                .iter()
-                .any(|other| other.is_same_tag(&sighting))
-            {
-                self.sightings[kept] = sighting;
-                kept += 1;
-            }
-        }
-        self.sightings.truncate(kept);
+        observer.stage_ended(Stage::Decode);
     }
 
     /// Corners below the pixel for every sighting; detections in order.
@@ -327,7 +269,7 @@ impl Detector {
 }
 
 /// Whether a tag that was read covers the middle of a box.
-fn covers(sightings: &[Sighting], bounds: &Quad) -> bool {
+fn is_known(sightings: &[Sighting], bounds: &Quad) -> bool {
     let middle = middle(bounds);
     sightings.iter().any(|tag| tag.covers(middle))
 }

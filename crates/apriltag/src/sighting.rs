@@ -24,11 +24,6 @@ pub(crate) struct Sighting {
 }
 
 impl Sighting {
-    pub(crate) fn is_same_tag(&self, other: &Self) -> bool {
-        let same = |a: &Reading, b: &Reading| a.family == b.family && a.found.id == b.found.id;
-        same(&self.reading, &other.reading) && self.covers(middle(&other.quad))
-    }
-
     /// Whether a point lies well within the tag.
     pub(crate) fn covers(&self, point: Point) -> bool {
         distance(middle(&self.quad), point) < mean_edge(&self.quad) / 2.0

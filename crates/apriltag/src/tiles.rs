@@ -143,7 +143,7 @@ impl Tiles {
         self.sought.fill(0);
         self.live_words.fill(0..0);
         for component in components.all().iter().filter(|found| found.doubtful) {
-            for (pair, [start, end]) in components.runs_of(component) {
+            for (pair, [start, end]) in components.extents_of(component) {
                 let row = (2 * pair / TILE).min(self.rows - 1);
                 let [first, last] = [start, end - 1].map(|x| usize::from(x) / TILE);
                 let tiles = self.row(row).start;
