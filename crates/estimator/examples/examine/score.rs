@@ -27,6 +27,8 @@ pub struct Score {
     flips: usize,
     /// Squared errors and what they were at best, where two views see the body at once.
     of_two: [[f64; 2]; 2],
+    /// Errors of poses foreseen by [`AHEAD_S`], m and rad.
+    ahead: [Vec<f64>; 2],
     /// Largest difference by order of arrival.
     disorder: f64,
     pub faults: BTreeSet<String>,
@@ -37,6 +39,8 @@ pub struct Score {
 const WITHIN_95: f64 = 12.592;
 /// Attitudes that are wrong by more are flipped, rad.
 const FLIP: f64 = 0.35;
+/// Seconds by which poses are foreseen.
+const AHEAD_S: f64 = 0.033;
 /// Seconds after which a scene is scored.
 const SETTLED_S: f64 = 0.5;
 
@@ -56,27 +60,28 @@ pub fn examined(scene: &Scene, shots: &[Shot]) -> Score {
         models(),
         FusionOptions::default(),
     ));
-    let mut last: BTreeMap<(usize, u64), ObjectEstimate> = BTreeMap::new();
+    let (mut last, mut told) = (BTreeMap::new(), Told::new());
     for shot in shots {
+        tell(scene, shot, &mut told);
         fusion.handle(shot.arrival_ns, Input::Image(shot.image.clone()));
         while let Some(output) = fusion.poll_output() {
             let Output::Pose(estimate) = output else {
                 continue;
             };
-            let body = scene
-                .bodies
-                .iter()
-                .position(|body| *body.model.id() == estimate.object);
-            last.insert((body.unwrap_or(0), estimate.capture_ns), estimate);
+            let mut bodies = scene.bodies.iter();
+            let body = bodies.position(|body| *body.model.id() == estimate.object);
+            let key = (body.unwrap_or(0), estimate.capture_ns);
+            let best = told.get(&key).filter(|(cameras, _)| cameras.len() > 1);
+            let best = best.map(|(_, sum)| *sum);
+            last.insert(key, Said { estimate, best });
         }
+        score.foresee(scene, shot, &fusion);
         let said = fusion.faults();
         score.faults.extend(said.iter().map(ToString::to_string));
     }
     score.n_faults = score.faults.len();
-    let at_best = at_best(scene, shots);
-    for ((body, time_ns), estimate) in &last {
-        let best = at_best.get(&(*body, *time_ns));
-        score.take(scene, (*body, *time_ns), estimate, best);
+    for ((body, time_ns), said) in &last {
+        score.take(scene, (*body, *time_ns), said);
     }
     score.cover(scene, shots, &last);
     let mean = score.nees / score.poses;
@@ -84,23 +89,28 @@ pub fn examined(scene: &Scene, shots: &[Shot]) -> Score {
     score
 }
 
-/// The information of all images of an instant, where two see a rigid body.
-fn at_best(scene: &Scene, shots: &[Shot]) -> BTreeMap<(usize, u64), Matrix6<f64>> {
-    let mut sums: BTreeMap<(usize, u64), (BTreeSet<usize>, Matrix6<f64>)> = BTreeMap::new();
+/// By body and capture time: the cameras whose images of a rigid body have come, and their information.
+type Told = BTreeMap<(usize, u64), (BTreeSet<usize>, Matrix6<f64>)>;
+
+/// A pose as it was last said of an instant.
+struct Said {
+    estimate: ObjectEstimate,
+    /// The information of the images that had come by then, where two see the body.
+    best: Option<Matrix6<f64>>,
+}
+
+fn tell(scene: &Scene, shot: &Shot, told: &mut Told) {
+    let mut cameras = scene.truth.cameras().iter();
+    let camera = cameras.position(|camera| camera.id == shot.image.camera);
+    let camera = camera.unwrap_or(0);
     for (body, one) in scene.bodies.iter().enumerate() {
-        let of_body = |shot: &&Shot| one.arm.is_none() && sees(scene, body, shot);
-        for shot in shots.iter().filter(of_body) {
-            let id = &shot.image.camera;
-            let mut cameras = scene.truth.cameras().iter();
-            let camera = cameras.position(|camera| camera.id == *id).unwrap_or(0);
-            let sum = sums.entry((body, shot.image.capture_ns)).or_default();
+        if one.arm.is_none() && sees(scene, body, shot) {
+            let sum = told.entry((body, shot.image.capture_ns)).or_default();
             if sum.0.insert(camera) {
                 sum.1 += information(scene, camera, body, shot.taken_s);
             }
         }
     }
-    sums.retain(|_, (cameras, _)| cameras.len() > 1);
-    sums.into_iter().map(|(key, (_, sum))| (key, sum)).collect()
 }
 
 fn sees(scene: &Scene, body: usize, shot: &Shot) -> bool {
@@ -114,8 +124,7 @@ impl Score {
         &mut self,
         scene: &Scene,
         (body, time_ns): (usize, u64),
-        estimate: &ObjectEstimate,
-        best: Option<&Matrix6<f64>>,
+        Said { estimate, best }: &Said,
     ) {
         let seconds = seconds_of(time_ns);
         if seconds < SETTLED_S || estimate.state == State::Lost {
@@ -135,13 +144,28 @@ impl Score {
             if off.fixed_rows::<3>(3).norm() > FLIP && estimate.state == State::Tracking {
                 self.flips += 1;
             }
-            let bound = best
-                .and_then(|information| information.cholesky())
-                .map(|root| root.inverse());
+            let bound = best.and_then(Matrix6::cholesky).map(|root| root.inverse());
             if let (Some(bound), State::Tracking) = (bound, estimate.state) {
                 for half in 0..2 {
                     self.of_two[half][0] += off.fixed_rows::<3>(3 * half).norm_squared();
                     self.of_two[half][1] += bound.fixed_view::<3, 3>(3 * half, 3 * half).trace();
+                }
+            }
+        }
+    }
+
+    /// Asks for the poses a little after an image, where clocks are right.
+    fn foresee(&mut self, scene: &Scene, shot: &Shot, fusion: &Fusion) {
+        let time_ns = shot.image.capture_ns + (AHEAD_S * 1e9) as u64;
+        for (body, one) in scene.bodies.iter().enumerate() {
+            if shot.taken_s < SETTLED_S || !sees(scene, body, shot) {
+                continue;
+            }
+            if let Some(ahead) = fusion.pose_at(one.model.id(), time_ns) {
+                let truth = one.links(shot.taken_s + AHEAD_S)[0];
+                let off = se3::difference(&ahead.world_from_object, &truth);
+                for half in 0..2 {
+                    self.ahead[half].push(off.fixed_rows::<3>(3 * half).norm());
                 }
             }
         }
@@ -160,12 +184,7 @@ impl Score {
         }
     }
 
-    fn cover(
-        &mut self,
-        scene: &Scene,
-        shots: &[Shot],
-        last: &BTreeMap<(usize, u64), ObjectEstimate>,
-    ) {
+    fn cover(&mut self, scene: &Scene, shots: &[Shot], last: &BTreeMap<(usize, u64), Said>) {
         for body in 0..scene.bodies.len() {
             let of_body = |shot: &&Shot| shot.taken_s > SETTLED_S && sees(scene, body, shot);
             let times: BTreeSet<u64> = shots
@@ -176,7 +195,7 @@ impl Score {
             self.seen += times.len() as f64;
             let poses = last
                 .iter()
-                .filter(|((of, _), pose)| *of == body && pose.state == State::Tracking);
+                .filter(|((of, _), said)| *of == body && said.estimate.state == State::Tracking);
             let poses: BTreeSet<u64> = poses
                 .map(|((_, time_ns), _)| (seconds_of(*time_ns) * 1e3) as u64)
                 .collect();
@@ -199,6 +218,7 @@ impl Score {
         self.n_faults += other.n_faults;
         self.disorder = self.disorder.max(other.disorder);
         for half in 0..2 {
+            self.ahead[half].extend(&other.ahead[half]);
             self.square[half] += other.square[half];
             self.worst[half] = self.worst[half].max(other.worst[half]);
             (0..2).for_each(|of| self.of_two[half][of] += other.of_two[half][of]);
@@ -278,9 +298,15 @@ impl fmt::Display for Score {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let rms = |half: usize| (self.square[half] / self.poses).sqrt();
         let ratio = |half: usize| (self.of_two[half][0] / self.of_two[half][1]).sqrt();
+        let ahead = |half: usize| {
+            let mut errors = self.ahead[half].clone();
+            errors.sort_by(f64::total_cmp);
+            let of_95 = errors.get(errors.len() * 95 / 100);
+            of_95.copied().unwrap_or(f64::NAN)
+        };
         write!(
             f,
-            "mm {:.4} deg {:.4} worst {:.3} {:.2}  NEES {:.3} inside {:.3}  covered {:.3}  bound {:.2} {:.2}  flips {}  faults {}  order {:.0e}  in band {} of {}",
+            "mm {:.4} deg {:.4} worst {:.3} {:.2}  NEES {:.3} inside {:.3}  covered {:.3}  bound {:.2} {:.2}  ahead {:.2} {:.2}  flips {}  faults {}  order {:.0e}  in band {} of {}",
             rms(0) * 1e3,
             rms(1).to_degrees(),
             self.worst[0] * 1e3,
@@ -290,6 +316,8 @@ impl fmt::Display for Score {
             self.covered / self.seen,
             ratio(0),
             ratio(1),
+            ahead(0) * 1e3,
+            ahead(1).to_degrees(),
             self.flips,
             self.n_faults,
             self.disorder,
