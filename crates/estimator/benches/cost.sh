@@ -14,7 +14,7 @@ trap 'rm -f "$out"' EXIT
 images() {
     case $1 in
         late) echo 390 ;;
-        clock | ahead) echo 900 ;;
+        clock | ahead | behind) echo 900 ;;
         free-running | simultaneous) echo 3840 ;;
         *) echo 4000 ;;
     esac
@@ -34,7 +34,7 @@ if [ "${1:-}" = --stages ]; then
         head -40
     exit
 fi
-[ $# -gt 0 ] || set -- 1-tag 6-tags lasting arm body late clock ahead free-running simultaneous
+[ $# -gt 0 ] || set -- 1-tag 6-tags lasting arm body late clock ahead behind free-running simultaneous
 for case in "$@"; do
     count "$case" | awk -v case="$case" -v images="$(images "$case")" '{ printf "%-14s %9.1f\n", case, $1 / images / 1000 }'
 done

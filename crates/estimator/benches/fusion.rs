@@ -329,8 +329,8 @@ fn large_site(phase: Phase) -> Vec<f64> {
 }
 
 /// A camera whose stamps are ahead: until that is found out, what single cameras see is compared; by less than the window, and all
-/// images of the others are late.
-fn open_clock_question(ahead_ns: u64) -> Vec<f64> {
+/// images of the others would be late.
+fn open_clock_question(ahead_ns: i64) -> Vec<f64> {
     let (rig, mut state) = (rig(6), 1);
     let objects: Vec<_> = (0..8).map(|index| plate(index, 6)).collect();
     let mut fusion =
@@ -340,7 +340,8 @@ fn open_clock_question(ahead_ns: u64) -> Vec<f64> {
         let (camera, time_ns) = (number % 6, START_NS + number * PERIOD_NS / 6);
         let mut image = image(&rig, camera as usize, &objects, time_ns, &mut state);
         image.clock_error_ns = ImageObservation::CLOCK_ERROR_UNKNOWN;
-        image.capture_ns += if camera == 1 { ahead_ns } else { 0 };
+        let off_ns = if camera == 1 { ahead_ns } else { 0 };
+        image.capture_ns = image.capture_ns.saturating_add_signed(off_ns);
         let start = Instant::now();
         fusion.handle(time_ns + LATENCY_NS, Input::Image(image));
         while fusion.poll_output().is_some() {}
@@ -418,6 +419,13 @@ const CASES: &[Case] = &[
         name: "ahead",
         title: "the same, by 0.3 s",
         run: || open_clock_question(300_000_000),
+        warm_up: 0,
+        rate: Some(6.0 * 30.0),
+    },
+    Case {
+        name: "behind",
+        title: "the same, behind by 0.3 s",
+        run: || open_clock_question(-300_000_000),
         warm_up: 0,
         rate: Some(6.0 * 30.0),
     },

@@ -86,9 +86,16 @@ impl ClockSearch {
         self.found.iter().map(|(camera, found)| (*camera, *found))
     }
 
-    /// An image arrived, its stamp put right.
+    /// An image arrived, its stamp put right. Where a camera's images arrive before they were taken, and others' don't, the question
+    /// is put at once: until it is answered all images of the others would be late, and hers contradict them.
     pub fn hear(&mut self, camera_index: usize, now_ns: u64, stamp_ns: u64) {
         self.latencies.hear(camera_index, now_ns, stamp_ns);
+        let is_early = |age_ns: i64| age_ns < -TELLING_NS;
+        if self.latencies.age_ns(camera_index).is_some_and(is_early)
+            && self.latencies.lead_ns(camera_index) > Some(TELLING_NS)
+        {
+            self.ask(now_ns, std::iter::once(camera_index));
+        }
     }
 
     /// Whether a camera's images are to be kept from the tracks: its stamps would shut out the others', or are in doubt and

@@ -287,6 +287,32 @@ fn a_camera_whose_images_come_untimely_is_named_without_any_motion() {
     }
 }
 
+/// Images that come before they were taken would make all others late. Where nothing moves they are let in in the end.
+#[test]
+fn a_camera_ahead_of_its_arrivals_is_kept_away_until_it_is_found_out_or_all_is_still() {
+    let ahead = Watch {
+        offset_s: 0.3,
+        ..FOUR
+    };
+    let named_s = watch(&ahead).named_s;
+    assert!(named_s.is_some_and(|named_s| named_s < 0.7), "{named_s:?}");
+    let (rig, object, mut random) = (rig(4), cube(), Random(9));
+    let eye = Eye {
+        rig: &rig,
+        object: &object,
+        sigma_px: 0.05,
+    };
+    let mut fusion = fusion(&rig, &object, FusionOptions::default());
+    for (arrival_ns, _, image) in images(&ahead, &eye, &mut random) {
+        let camera = (0..4).find(|index| camera_id(*index) == image.camera);
+        let still = path_at(START_NS);
+        let image = eye.image(camera.unwrap(), image.capture_ns, &still, &mut random);
+        fusion.handle(arrival_ns, Input::Image(image));
+    }
+    let counts = &fusion.statistics().cameras[&camera_id(WRONG)];
+    assert!(counts.used_tags > 20 && counts.ahead > 100, "{counts:?}");
+}
+
 /// Differences are all that the motion tells: clocks that state the same error must not walk off together.
 #[test]
 fn clocks_that_agree_stay_where_they_are_whatever_they_state() {
