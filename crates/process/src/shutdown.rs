@@ -10,6 +10,8 @@ use std::time::{Duration, Instant};
 
 use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
 
+use crate::Exit;
+
 /// A cheap handle on the wish to stop; all clones are one.
 #[derive(Debug, Clone)]
 pub struct Shutdown {
@@ -19,6 +21,8 @@ pub struct Shutdown {
 #[derive(Debug)]
 struct State {
     requested: Arc<AtomicBool>,
+    /// While set, SIGINT ends the process on the spot.
+    is_interruptible: Arc<AtomicBool>,
     /// Readable from the request on; never read, so that every waiter wakes.
     readable: UnixStream,
     writable: UnixStream,
@@ -28,6 +32,9 @@ impl Shutdown {
     /// Catches SIGINT, SIGTERM and SIGHUP from now on.
     pub fn install() -> std::io::Result<Self> {
         let shutdown = Self::manual()?;
+        let is_interruptible = Arc::clone(&shutdown.state.is_interruptible);
+        let code = Exit::Interrupted as i32;
+        signal_hook::flag::register_conditional_shutdown(SIGINT, code, is_interruptible)?;
         for signal in [SIGINT, SIGTERM, SIGHUP] {
             signal_hook::flag::register(signal, Arc::clone(&shutdown.state.requested))?;
             signal_hook::low_level::pipe::register(signal, shutdown.state.writable.try_clone()?)?;
@@ -43,6 +50,7 @@ impl Shutdown {
         Ok(Self {
             state: Arc::new(State {
                 requested,
+                is_interruptible: Arc::new(AtomicBool::new(false)),
                 readable,
                 writable,
             }),
@@ -54,6 +62,15 @@ impl Shutdown {
         self.state.requested.store(true, Ordering::SeqCst);
         // A full pipe is readable already, which is all that is wanted.
         let _ = (&self.state.writable).write(&[0]);
+    }
+
+    /// Does what cannot be asked on its way whether it shall stop: Ctrl-C ends the process during it, with
+    /// [`Exit::Interrupted`] and without any clearing up.
+    pub fn interruptible<T>(&self, work: impl FnOnce() -> T) -> T {
+        self.state.is_interruptible.store(true, Ordering::SeqCst);
+        let done = work();
+        self.state.is_interruptible.store(false, Ordering::SeqCst);
+        done
     }
 
     /// Whether the process shall stop.
@@ -121,5 +138,25 @@ mod tests {
         let shutdown = Shutdown::install().unwrap();
         signal_hook::low_level::raise(SIGTERM).unwrap();
         assert!(shutdown.wait(Duration::from_secs(60)));
+    }
+
+    /// Runs this very test once more as a process of its own, which is what Ctrl-C ends.
+    #[test]
+    fn ctrl_c_ends_interruptible_work_and_no_other() {
+        const CHILD: &str = "SEXTANT_TEST_INTERRUPTIBLE";
+        const NAME: &str = "shutdown::tests::ctrl_c_ends_interruptible_work_and_no_other";
+        if std::env::var_os(CHILD).is_some() {
+            let shutdown = Shutdown::install().unwrap();
+            signal_hook::low_level::raise(SIGINT).unwrap();
+            assert!(shutdown.is_requested());
+            shutdown.interruptible(|| signal_hook::low_level::raise(SIGINT).unwrap());
+            unreachable!("the second SIGINT came during interruptible work");
+        }
+        let child = std::process::Command::new(std::env::current_exe().unwrap())
+            .args([NAME, "--exact"])
+            .env(CHILD, "1")
+            .output()
+            .unwrap();
+        assert_eq!(child.status.code(), Some(Exit::Interrupted as i32));
     }
 }

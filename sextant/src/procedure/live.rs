@@ -75,7 +75,8 @@ impl Live {
         bail!(interrupted(self.silence(camera)))
     }
 
-    /// Takes images in until there is enough or Ctrl-C, and solves. What cannot be solved yet is said, and goes on.
+    /// Takes images in until there is enough or Ctrl-C, and solves; Ctrl-C while it solves gives up. What cannot be solved yet
+    /// is said, and goes on.
     ///
     /// # Errors
     /// [`Exit::Interrupted`] where Ctrl-C came before anything was seen, [`Exit::Input`] where what was seen gives no result.
@@ -92,7 +93,7 @@ impl Live {
                 bail!(interrupted("ended before any image came".to_owned()));
             }
             self.teller.say("solving ...")?;
-            let solved = procedure.solve();
+            let solved = self.site.shutdown.interruptible(|| procedure.solve());
             if solved.is_ok() || self.site.shutdown.is_requested() {
                 self.site.bus.close();
                 return solved.exit_with(Exit::Input);
