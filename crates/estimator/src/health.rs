@@ -114,8 +114,8 @@ pub(crate) struct Health {
     hit: BTreeMap<usize, (u64, usize)>,
     /// Cameras that seem to have been moved. Such a one stays while most of its views contradict: a track that gives way to some of
     /// them, by doubting its clock, makes what they foretell weaker, not the camera right.
-    /// With the time since when, ns.
-    moved: BTreeMap<usize, u64>,
+    /// With the time since when, ns, and whether its clock is out of question.
+    moved: BTreeMap<usize, (u64, bool)>,
     /// By camera that may have been moved, those that it contradicts.
     against: BTreeMap<usize, BTreeSet<usize>>,
     strays: Strays,
@@ -196,7 +196,8 @@ impl Health {
         for camera in self.suspects.found().filter_map(of_moved) {
             let angles = self.suspects.camera(camera).unwrap_or_default();
             if angles[0] > MOVED[0] || angles[1] > MOVED[1] {
-                self.moved.entry(camera).or_insert(time_ns);
+                let (_, timely) = self.moved.entry(camera).or_insert((time_ns, false));
+                *timely |= !self.suspects.may_be_clock(camera);
             }
         }
         self.against
@@ -258,12 +259,12 @@ impl Health {
 
     /// The cameras that are not where the rig says.
     pub fn moved_cameras(&self) -> impl Iterator<Item = Moved> {
-        let moved = |(&camera, &since_ns): (&usize, &u64)| {
+        let moved = |(&camera, &(since_ns, timely)): (&usize, &(u64, bool))| {
             let mut against = self.against.get(&camera)?.iter().copied();
             let first = against.next()?;
             let or = against.next().is_none().then_some(first);
             let is_old = self.newest_ns.saturating_sub(since_ns) > OLD_NS;
-            let timely = is_old || !self.suspects.may_be_clock(camera);
+            let timely = timely || is_old;
             Some(Moved { camera, or, timely })
         };
         self.moved.iter().filter_map(moved)

@@ -297,10 +297,14 @@ impl Timeline {
         }
     }
 
-    /// Clocks may have jumped, by so many seconds (one sigma). As [`Self::settle`].
-    pub fn doubt_clocks(&mut self, cameras: &[usize], sigma_s: f64) {
-        self.settle();
-        self.base.doubt_clocks(cameras, sigma_s);
+    /// Clocks may have jumped, by so many seconds (one sigma). As [`Self::settle`]. Whether anything was held of them.
+    pub fn doubt_clocks(&mut self, cameras: &[usize], sigma_s: f64) -> bool {
+        let held = self.gone_through().holds_clocks(cameras);
+        if held {
+            self.settle();
+            self.base.doubt_clocks(cameras, sigma_s);
+        }
+        held
     }
 
     /// So many seconds more are taken off a camera's stamps from now on. As [`Self::settle`].

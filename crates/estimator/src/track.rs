@@ -63,6 +63,8 @@ pub(crate) struct Track {
     rival: Option<Box<Track>>,
     /// Since when there is a rival, in ns.
     rival_since_ns: Option<u64>,
+    /// How much better than the rival this one has lately foretold the images, as a logarithm of odds.
+    ahead: f64,
     /// Whether a view of the last images took part.
     took_part: bool,
     /// What the images of this instant contributed.
@@ -190,6 +192,7 @@ impl Track {
             ..Self::default()
         };
         if let Some(best) = next.hypotheses.first() {
+            next.total -= best.widened(sights);
             let sighting = Sighting::of(best, sights);
             next.took_part = sighting.tags > 0;
             let same_instant = self.time_ns == time_ns && !self.hypotheses.is_empty();
@@ -225,8 +228,18 @@ impl Track {
                 .is_some_and(|since| seconds(since, self.time_ns) >= options.contradiction_s)
     }
 
+    /// Whether anything is held of the clocks of some cameras but what they say themselves.
+    pub fn holds_clocks(&self, cameras: &[usize]) -> bool {
+        let mut estimated = self.clock_offsets();
+        self.timing.has_settled(cameras) || estimated.any(|(camera, _)| cameras.contains(&camera))
+    }
+
     /// Clocks may have jumped, by so many seconds (one sigma).
     pub fn doubt_clocks(&mut self, cameras: &[usize], sigma_s: f64) {
+        self.timing.unsettle(cameras);
+        for one in &mut self.hypotheses {
+            one.doubted.retain(|(camera, _)| !cameras.contains(camera));
+        }
         let states = self.hypotheses.iter_mut().map(|one| &mut one.state);
         for clocks in states.filter_map(|state| state.clocks.as_mut()) {
             cameras
@@ -255,6 +268,15 @@ impl Track {
 }
 
 impl Hypothesis {
+    /// By how much the logarithm of the probability of corners is less where their noise is found to be larger than stated.
+    fn widened(&self, sights: &[Sight<'_>]) -> f64 {
+        let pairs = sights.iter().zip(&self.taken);
+        let part = pairs.filter(|(_, taken)| taken.part);
+        // Four degrees of freedom of either, half a logarithm of the variance each.
+        part.map(|(sight, _)| 2.0 * (sight.noise.shift * sight.noise.turn).ln())
+            .sum()
+    }
+
     /// The noise with what the views of the instant tell about it.
     fn taught(&self, mut noise: Noise, sights: &[Sight<'_>], options: &FusionOptions) -> Noise {
         let pairs = || sights.iter().zip(&self.taken);
@@ -262,8 +284,9 @@ impl Hypothesis {
             let same_image = |other: &Sight<'_>| other.camera_index == sight.camera_index;
             let image = || pairs().filter(|(other, _)| same_image(other));
             let right = image().filter(|(_, taken)| taken.part).count();
-            // Wrong among right ones: that is no noise.
-            if !taken.part && 2 * right > image().count() {
+            // Wrong among right ones, or again while others are right: that is no noise.
+            let is_fault = 2 * right > image().count() || self.is_wrong(sight.camera_index);
+            if !taken.part && is_fault {
                 continue;
             }
             noise.learn(sight, taken, options);

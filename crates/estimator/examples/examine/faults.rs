@@ -10,7 +10,10 @@
 //! - that a tag is there twice (a second print): while one image shows both; within 3 s;
 //! - that a tag is on another body (as well): while that one is seen; within 3 s.
 //!
-//! `examine quiet MINUTES FROM TO` watches sites without a fault.
+//! `KIND+unvouched`: nobody says anything about clocks; `KIND+first`: it is wrong from the first image on; `KIND+first+unvouched`. Of what
+//! is right the share of images is printed after which it was named, from its first naming to its last.
+//!
+//! `examine quiet MINUTES FROM TO` watches sites without a fault, `quiet+unvouched` such of whose clocks nobody says anything.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -42,7 +45,26 @@ const SCENES: [(Class, bool); 10] = [
     (Class::Fast, false),
 ];
 
-fn scene_of(kind: Option<Kind>, seed: u64) -> (Scene, String) {
+/// What is wrong, since when, and whether anybody says how well clocks are known.
+#[derive(Clone, Copy)]
+struct Case {
+    kind: Option<Kind>,
+    change_s: f64,
+    unvouched: bool,
+}
+
+impl Case {
+    fn new(kind: Option<Kind>, how: &str) -> Self {
+        Self {
+            kind,
+            change_s: if how.contains("first") { 0.0 } else { CHANGE_S },
+            unvouched: how.contains("unvouched"),
+        }
+    }
+}
+
+fn scene_of(case: Case, seed: u64) -> (Scene, String) {
+    let kind = case.kind;
     let (class, still) = match kind {
         Some(Kind::Shared) => (Class::Many, false),
         _ => SCENES[seed as usize % SCENES.len()],
@@ -51,6 +73,9 @@ fn scene_of(kind: Option<Kind>, seed: u64) -> (Scene, String) {
     let mut scene = Scene::new(class, 1_000_000 + seed);
     for body in scene.bodies.iter_mut().filter(|_| still) {
         body.motion = Motion::smooth(0.0, 0.0, (0.2, 0.6), &mut Random(seed));
+    }
+    for clock in scene.clocks.iter_mut().filter(|_| case.unvouched) {
+        clock.stated_error_ns = ImageObservation::CLOCK_ERROR_UNKNOWN;
     }
     let name = CLASSES.iter().find(|one| one.1 == class);
     let name = name.map_or("", |one| one.0);
@@ -70,6 +95,11 @@ struct Named {
     first_s: f64,
     told_s: f64,
     last_s: f64,
+    /// Images after which it was named, and those before the first of them.
+    images: u32,
+    before: u32,
+    /// Share of images since the first naming up to the last.
+    steady: f64,
     right: bool,
     doubt: bool,
 }
@@ -77,7 +107,11 @@ struct Named {
 impl fmt::Display for Named {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (key, first_s, told_s, last_s) = (&self.key, self.first_s, self.told_s, self.last_s);
-        write!(f, "{key} {first_s:.1} ({told_s:.1} told) to {last_s:.1}")
+        write!(f, "{key} {first_s:.1} ({told_s:.1} told) to {last_s:.1}")?;
+        if self.right {
+            write!(f, " {:.0} %", 100.0 * self.steady)?;
+        }
+        Ok(())
     }
 }
 
@@ -110,6 +144,9 @@ fn fusion_of(scene: &Scene) -> Fusion {
 struct Play {
     wrong: Wrong,
     kind: Kind,
+    change_s: f64,
+    /// Images so far.
+    seen: u32,
     /// As it is without the fault.
     scene: Scene,
     named: Vec<Named>,
@@ -124,6 +161,7 @@ struct Play {
 impl Play {
     /// An image comes; whenever all of a period have come, it is known whether they told.
     fn look(&mut self, taken_s: f64, image: &ImageObservation) {
+        self.seen += 1;
         let period_s = PERIOD_NS as f64 * 1e-9;
         let round = (taken_s / period_s) as u64;
         if round > self.round {
@@ -132,8 +170,8 @@ impl Play {
             let told = by_any || self.wrong.is_told(&self.scene, &self.images, taken_s);
             match taken_s {
                 _ if !told => {}
-                CHANGE_S..MENDED_S => self.told_s += period_s,
                 MENDED_S.. => self.over_s += period_s,
+                _ if taken_s >= self.change_s => self.told_s += period_s,
                 _ => {}
             }
             (self.round, self.images) = (round, BTreeMap::new());
@@ -146,12 +184,19 @@ impl Play {
     fn hear(&mut self, at_s: f64, fault: &Fault) {
         let key = key_of(fault);
         match self.named.iter_mut().find(|one| one.key == key) {
-            Some(known) => known.last_s = at_s,
+            Some(known) => {
+                known.last_s = at_s;
+                known.images += 1;
+                known.steady = f64::from(known.images) / f64::from(self.seen - known.before);
+            }
             None => self.named.push(Named {
                 key,
                 first_s: at_s,
                 told_s: self.told_s,
                 last_s: at_s,
+                images: 1,
+                before: self.seen - 1,
+                steady: 1.0,
                 right: self.wrong.is_named_by(&self.scene, fault),
                 doubt: self.wrong.is_in_doubt_by(&self.scene, fault),
             }),
@@ -162,7 +207,7 @@ impl Play {
         let bound_s = if self.kind == Kind::Camera { 2.0 } else { 3.0 };
         let may_be_told = self.told_s >= bound_s;
         let is_right = |one: &&Named| one.right || (one.doubt && !may_be_told);
-        let end_s = END_S - CHANGE_S - 0.2;
+        let end_s = END_S - self.change_s - 0.2;
         let stays = self.over_s > OVER_S && self.named.iter().any(|one| one.last_s > end_s);
         match self.named.iter().find(is_right) {
             _ if self.named.iter().any(|one| !one.right && !one.doubt) => "WRONG",
@@ -176,22 +221,26 @@ impl Play {
 }
 
 /// Plays a fault; the verdict and a line about it.
-fn played(kind: Kind, seed: u64) -> (&'static str, String) {
-    let (mut scene, words) = scene_of(Some(kind), seed);
+fn played(kind: Kind, how: &str, seed: u64) -> (&'static str, String) {
+    let case = Case::new(Some(kind), how);
+    let change_s = case.change_s;
+    let (mut scene, words) = scene_of(case, seed);
     let random = &mut Random(seed ^ 0x5eed);
     let mut wrong = Wrong::of(kind, &scene, random);
     if wrong.camera >= scene.clocks.len() {
         return ("none", words);
     }
     let mut fusion = fusion_of(&scene);
-    let mut shots = scene.shots(0.0, CHANGE_S, random);
+    let mut shots = scene.shots(0.0, change_s, random);
     wrong.come(&mut scene, random);
-    shots.extend(scene.shots(CHANGE_S, MENDED_S, random));
-    let (scene, _) = scene_of(Some(kind), seed);
+    shots.extend(scene.shots(change_s, MENDED_S, random));
+    let (scene, _) = scene_of(case, seed);
     shots.extend(scene.shots(MENDED_S, END_S, random));
     let mut play = Play {
         wrong,
         kind,
+        change_s,
+        seen: 0,
         scene,
         named: Vec::new(),
         told_s: 0.0,
@@ -203,7 +252,7 @@ fn played(kind: Kind, seed: u64) -> (&'static str, String) {
         play.look(shot.taken_s, &shot.image);
         fusion.handle(shot.arrival_ns, Input::Image(shot.image));
         while fusion.poll_output().is_some() {}
-        let at_s = (shot.arrival_ns - START_NS) as f64 * 1e-9 - CHANGE_S;
+        let at_s = (shot.arrival_ns - START_NS) as f64 * 1e-9 - change_s;
         for fault in fusion.faults() {
             play.hear(at_s, &fault);
         }
@@ -223,10 +272,11 @@ fn played(kind: Kind, seed: u64) -> (&'static str, String) {
 
 /// `examine faults KIND FROM TO`.
 pub fn examine(name: &str, seeds: std::ops::Range<u64>) {
+    let (name, how) = name.split_once('+').unwrap_or((name, ""));
     for (_, kind) in KINDS.iter().filter(|one| one.0 == name || name == "all") {
         let mut sums: BTreeMap<&str, usize> = BTreeMap::new();
         for seed in seeds.clone() {
-            let (verdict, line) = played(*kind, seed);
+            let (verdict, line) = played(*kind, how, seed);
             *sums.entry(verdict).or_default() += 1;
             println!("{line}");
         }
@@ -235,10 +285,11 @@ pub fn examine(name: &str, seeds: std::ops::Range<u64>) {
 }
 
 /// `examine quiet MINUTES FROM TO`.
-pub fn watch(minutes: f64, seeds: std::ops::Range<u64>) {
+pub fn watch(how: &str, minutes: f64, seeds: std::ops::Range<u64>) {
+    let case = Case::new(None, how);
     let mut alarms = 0;
     for seed in seeds {
-        let (scene, words) = scene_of(None, seed);
+        let (scene, words) = scene_of(case, seed);
         let (mut fusion, random) = (fusion_of(&scene), &mut Random(seed));
         let mut named: BTreeMap<String, [f64; 2]> = BTreeMap::new();
         for span in 0..(minutes * 6.0) as u32 {

@@ -32,7 +32,11 @@ fn main() {
     ) {
         return match what {
             "faults" => faults::examine(of, from..to),
-            _ => faults::watch(of.parse().unwrap_or(10.0), from..to),
+            _ => faults::watch(
+                &what["quiet".len()..].replace('+', ""),
+                of.parse().unwrap_or(10.0),
+                from..to,
+            ),
         };
     }
     let (Some(wanted), Some(from), Some(to)) = (arguments.first(), number(1), number(2)) else {

@@ -72,6 +72,18 @@ impl Kinematics {
         })
     }
 
+    /// The configuration as the camera saw it if its clock's offset is what it is thought to be, however uncertain that is.
+    pub fn observed_on_time<const D: usize>(&self, camera_index: usize) -> Observed<D> {
+        let clocked = self.clocks.as_deref();
+        let offset = clocked.and_then(|clocks| Some(clocks.offset_s(clocks.slot(camera_index)?)));
+        let mut observed = self.observed_now::<D>(0.0);
+        if let Some(offset) = offset {
+            let step = self.rates::<D>() * -offset;
+            observed.configuration = observed.configuration.perturbed(&step);
+        }
+        observed
+    }
+
     pub fn observed_from<const D: usize>(&self, vantage: Vantage) -> Observed<D> {
         let clocked = self.clocks.as_deref();
         let slot = clocked.and_then(|clocks| Some((clocks, clocks.slot(vantage.camera_index)?)));

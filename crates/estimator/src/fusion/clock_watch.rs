@@ -48,7 +48,10 @@ impl Fusion {
         let now_ns = self.now_ns;
         self.clock_search.count(camera_index, now_ns, timely);
         let contradicted = self.health.contradicted_cameras();
-        let suspects = contradicted.chain(self.health.clocks().map(|(camera, _)| camera));
+        let moved = self.health.moved_cameras().filter(|one| !one.timely);
+        let suspects = contradicted
+            .chain(moved.map(|one| one.camera))
+            .chain(self.health.clocks().map(|(camera, _)| camera));
         self.clock_search.suspect(now_ns, suspects);
         self.clock_search
             .watch(camera_index, sorted, &self.site, &self.options);
@@ -58,24 +61,25 @@ impl Fusion {
         }
     }
 
-    /// A clock that has jumped is learned anew where filters estimate its offset; all others are, where it is the one that the
-    /// others are measured by.
+    /// A clock that has jumped is learned anew where filters estimate its offset or took it to agree with the others; all others are,
+    /// where it is the one that the others are measured by.
     pub(super) fn look_at_jumps(&mut self) {
         let jumped: Vec<(usize, f64)> = self.health.clocks().collect();
         let near = jumped.iter().filter(|(_, by_s)| by_s.abs() < ASTRAY_S);
         for camera in near.map(|(camera, _)| *camera) {
-            let mut estimated: Vec<usize> = self.estimated_offsets().into_keys().collect();
-            if estimated.contains(&camera) {
-                estimated = vec![camera];
-            }
-            if estimated.is_empty() {
-                continue;
+            let mut doubted: Vec<usize> = self.estimated_offsets().into_keys().collect();
+            if doubted.is_empty() || doubted.contains(&camera) {
+                doubted = vec![camera];
             }
             self.catch_up();
+            let sigma_s = self.options.unknown_clock_s;
+            let mut held = false;
             for timeline in &mut self.timelines {
-                timeline.doubt_clocks(&estimated, self.options.unknown_clock_s);
+                held |= timeline.doubt_clocks(&doubted, sigma_s);
             }
-            self.health.forget_camera(camera);
+            if held {
+                self.health.forget_camera(camera);
+            }
         }
     }
 

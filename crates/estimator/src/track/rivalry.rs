@@ -12,6 +12,9 @@ use crate::site::{ObjectImage, Site, StatedClock};
 /// Logarithm of the odds for agreeing clocks before anything is seen: most of them do.
 const AGREEMENT: f64 = 3.0;
 
+/// Seconds after which what was foretold counts 1/e: what the rival does not know at first is forgotten.
+const RECENT_S: f64 = 0.2;
+
 /// Sigma in seconds of an offset that is known.
 const KNOWN_S: f64 = 0.001;
 
@@ -41,6 +44,13 @@ impl Track {
             .map(|_| self.rival_since_ns.unwrap_or(time_ns));
         match rival {
             Some(mut rival) => {
+                let before = self
+                    .rival
+                    .as_deref()
+                    .map_or(self.total, |rival| rival.total);
+                let gain = (next.total - self.total) - (rival.total - before);
+                let keep = (-seconds(self.time_ns, time_ns) / RECENT_S).exp();
+                next.ahead = self.ahead * keep + gain;
                 rival.timing.has_right_clock = next.timing.has_right_clock;
                 next.rivalled(rival, options)
             }
@@ -77,10 +87,13 @@ impl Track {
             .rival_since_ns
             .map_or(0.0, |since_ns| seconds(since_ns, self.time_ns));
         let asked: Vec<usize> = self.asked(&rival).collect();
-        let agreement = rival.agreement(&asked, options);
+        let best = rival.hypotheses.first();
+        let mut heard = asked.clone();
+        heard.retain(|camera| best.is_some_and(|best| !best.doubts(*camera)));
+        let agreement = rival.agreement(&heard, options);
         let known = agreement.filter(|agreement| agreement.sigma_s < KNOWN_S);
         let odds = known.map_or(0.0, |known| known.odds + AGREEMENT);
-        if odds < -options.trusted_odds {
+        if odds < -options.trusted_odds && self.ahead < options.trusted_odds {
             rival.rival_since_ns = None;
             return rival;
         }
@@ -88,7 +101,9 @@ impl Track {
             Some(_) => options.clock_patience_s,
             None => options.clock_recheck_s,
         };
-        if odds > options.trusted_odds || age_s > patience_s {
+        let is_refuted = age_s > 2.0 * RECENT_S && self.ahead > options.hopeless_odds;
+        let is_behind = self.ahead < -options.hopeless_odds;
+        if !is_behind && (odds > options.trusted_odds || is_refuted || age_s > patience_s) {
             self.timing.settle(self.time_ns, asked.into_iter());
             self.rival_since_ns = None;
         } else {

@@ -6,6 +6,8 @@ use crate::FusionOptions;
 use crate::articulation::MOST_JOINTS;
 use crate::filter::configuration::Configuration;
 use crate::filter::corners::{Sight, View};
+use crate::filter::kinematics::Kinematics;
+use crate::filter::observed::Observed;
 use crate::filter::shutter::Moving;
 use crate::health::{SettledView, Testimony};
 use crate::site::{ObjectImage, Site};
@@ -67,7 +69,7 @@ impl Track {
         };
         let sights = track.sights(images, site, options);
         let pairs = sights.iter().zip(&best.taken);
-        let mut seen: Option<(usize, Seen)> = None;
+        let mut seen: Option<(usize, Role, Seen)> = None;
         let around = around.and_then(|around| around.seen(track.time_ns));
         let settled = pairs.map(|(sight, taken)| {
             let camera_index = sight.camera_index;
@@ -88,10 +90,15 @@ impl Track {
             if taken.part && !asked(camera_index) {
                 return view;
             }
-            if seen.as_ref().is_none_or(|(of, _)| *of != camera_index) {
-                seen = Some((camera_index, track.seen_by(camera_index)));
+            let role = if taken.part { Role::Part } else { Role::Aside };
+            let is_same =
+                |(of, as_role, _): &(usize, Role, Seen)| (*of, *as_role) == (camera_index, role);
+            if !seen.as_ref().is_some_and(is_same) {
+                seen = Some((camera_index, role, track.seen_by(camera_index, role)));
             }
-            let Some((_, seen)) = &seen else { return view };
+            let Some((_, _, seen)) = &seen else {
+                return view;
+            };
             if !taken.part {
                 let size = sight
                     .camera
@@ -99,19 +106,19 @@ impl Track {
                 let far = is_far(&size.unwrap_or_default());
                 view.ray = far.then(|| sight.camera.ray_to(sight.view)).flatten();
             }
-            let role = if taken.part { Role::Part } else { Role::Aside };
             view.testimony = testimony(sight, role, &Place::of(seen, sight.view));
             view
         });
         settled.collect()
     }
 
-    fn seen_by(&self, camera_index: usize) -> Seen {
+    /// That a clock may be off is one of the faults in question: it excuses no view that took no part.
+    fn seen_by(&self, camera_index: usize, role: Role) -> Seen {
         let state = &self.hypotheses[0].state;
         let unknown = state.covariance.fixed_view::<3, 3>(6, 6).trace();
         let tells_time = unknown < TELLS_TIME * state.velocity().norm_squared();
         if state.joints.is_some() {
-            let seen = state.observed::<WITH_JOINTS>(camera_index);
+            let seen = observed::<WITH_JOINTS>(state, camera_index, role);
             return Seen {
                 tells_time,
                 configuration: seen.configuration,
@@ -119,13 +126,20 @@ impl Track {
                 covariance: seen.covariance,
             };
         }
-        let seen = state.observed::<6>(camera_index);
+        let seen = observed::<6>(state, camera_index, role);
         Seen {
             tells_time,
             configuration: seen.configuration,
             covariance: SMatrix::zeros(),
             of_base: seen.covariance,
         }
+    }
+}
+
+fn observed<const D: usize>(state: &Kinematics, camera_index: usize, role: Role) -> Observed<D> {
+    match role {
+        Role::Part => state.observed(camera_index),
+        Role::Aside => state.observed_on_time(camera_index),
     }
 }
 
@@ -141,7 +155,7 @@ impl Around<'_> {
         let [before, after] = [self.before, self.after].map(|track| {
             let track = track.leading();
             let known = !track.hypotheses.is_empty() && track.trusted;
-            known.then(|| (track.time_ns, track.seen_by(usize::MAX)))
+            known.then(|| (track.time_ns, track.seen_by(usize::MAX, Role::Aside)))
         });
         let ((from_ns, from), (to_ns, to)) = (before?, after?);
         let span_s = seconds(from_ns, to_ns);

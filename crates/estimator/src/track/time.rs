@@ -31,6 +31,17 @@ impl Timing {
         }
     }
 
+    /// That they agree is in question again.
+    pub fn unsettle(&mut self, cameras: &[usize]) {
+        self.settled.retain(|(camera, _)| !cameras.contains(camera));
+    }
+
+    /// Whether it was settled of one of some cameras.
+    pub fn has_settled(&self, cameras: &[usize]) -> bool {
+        let mut settled = self.settled.iter();
+        settled.any(|(camera, _)| cameras.contains(camera))
+    }
+
     /// Whether that is known of a camera's clock.
     pub fn is_settled(&self, camera_index: usize, time_ns: u64, options: &FusionOptions) -> bool {
         let mut settled = self.settled.iter();

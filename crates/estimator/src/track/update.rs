@@ -104,6 +104,7 @@ pub(crate) fn refused(
         mirrored: f64::NEG_INFINITY,
         settled: 0.0,
         to_mirrored: None,
+        doubted: Vec::new(),
         taken: vec![Taken::refused(); sights.len()],
     }
 }
@@ -118,16 +119,19 @@ fn refusal(sights: &[Sight<'_>], part: &[bool], options: &FusionOptions) -> f64 
         .zip(part.iter().copied())
         .collect();
     for image in pairs.chunk_by(|a, b| a.0 == b.0) {
-        let refused = image.iter().filter(|(_, part)| !part).count() as f64;
-        let all = refused as usize == image.len();
-        odds += options.refused_odds
-            * if all {
-                1.0 + (refused - 1.0) * WITH_OTHERS
-            } else {
-                refused
-            };
+        let refused = image.iter().filter(|(_, part)| !part).count();
+        odds += if refused == image.len() {
+            image_refusal(refused, options)
+        } else {
+            options.refused_odds * refused as f64
+        };
     }
     odds
+}
+
+/// The same of all views of an image.
+pub(super) fn image_refusal(views: usize, options: &FusionOptions) -> f64 {
+    options.refused_odds * (1.0 + (views as f64 - 1.0) * WITH_OTHERS)
 }
 
 /// Indices of the sights that see the same moment; those of right clocks first.

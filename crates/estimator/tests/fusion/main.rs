@@ -20,5 +20,6 @@ mod restless;
 mod scene;
 mod shutter;
 mod stamina;
+mod standing;
 mod states;
 mod uncertainty;
