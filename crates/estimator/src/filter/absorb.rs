@@ -12,17 +12,40 @@ use sextant_geometry::{se3, so3};
 use super::configuration::joint_places;
 use super::kinematics::{Kinematics, symmetric};
 use super::motion::Innovation;
-use super::observed::{Observed, Vantage};
+use super::observed::{Observed, Vantage, With};
 use super::solve::Fit;
 
 type Factor<const D: usize> = Cholesky<f64, Const<D>>;
 
 /// A state that has taken a fit in.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Absorbed {
+pub(crate) struct Absorbed<const D: usize> {
     pub state: Kinematics,
     /// ln det(I + S L): how much the corners narrowed the prior; its half is the Occam factor of the evidence.
     pub narrowing: f64,
+    /// M.
+    with: With<D>,
+    /// (I + S L)⁻¹.
+    left: SMatrix<f64, D, D>,
+}
+
+impl<const D: usize> Absorbed<D> {
+    /// By how much the parts of the state follow a gradient of the corners: (I + S L)⁻¹ M, transposed. That is H P⁺ where S is no
+    /// more than H P Hᵀ.
+    pub fn gain(&self) -> With<D> {
+        let mut gain = With {
+            motion: self.left * self.with.motion,
+            joints: SMatrix::zeros(),
+            clocks: SMatrix::zeros(),
+        };
+        if self.state.joints.is_some() {
+            gain.joints = self.left * self.with.joints;
+        }
+        if self.state.clocks.is_some() {
+            gain.clocks = self.left * self.with.clocks;
+        }
+        gain
+    }
 }
 
 /// The state after the fit to what the camera saw; `None` where numbers end.
@@ -30,7 +53,7 @@ pub(crate) fn absorb<const D: usize>(
     before: &Kinematics,
     vantage: Vantage,
     fit: &Fit<D>,
-) -> Option<Absorbed> {
+) -> Option<Absorbed<D>> {
     let expected = before.observed_from::<D>(vantage);
     let off = fit.configuration.difference::<D>(&expected.configuration);
     let pull = Factor::<D>::new(expected.covariance)?.solve(&off);
@@ -47,15 +70,20 @@ pub(crate) fn absorb<const D: usize>(
     }
     reset(&mut state, &step.fixed_rows::<3>(3).into_owned());
     let expected = state.observed_from(vantage);
-    let (narrowing, weight, information) = narrow(&mut state, &expected, &fit.information)?;
+    let narrowed = narrow(&mut state, &expected, &fit.information)?;
     let innovation = Innovation {
         pull,
-        weight,
-        information,
+        weight: narrowed.weight,
+        information: narrowed.information,
     };
     state.motion.learn(&innovation);
     learn_joints(&mut state, &innovation);
-    state.is_finite().then_some(Absorbed { state, narrowing })
+    state.is_finite().then_some(Absorbed {
+        state,
+        narrowing: narrowed.narrowing,
+        with: expected.with,
+        left: narrowed.left,
+    })
 }
 
 fn learn_joints<const D: usize>(state: &mut Kinematics, innovation: &Innovation<D>) {
@@ -91,16 +119,26 @@ fn reset(state: &mut Kinematics, turn: &Vector3<f64>) {
     }
 }
 
-/// Takes the information in; returns its narrowing and the inverses of the innovation's covariance and of the prediction's.
+/// What became of the prediction.
+struct Narrowed<const D: usize> {
+    narrowing: f64,
+    /// Inverses of the innovation's covariance and of the prediction's.
+    weight: SMatrix<f64, D, D>,
+    information: SMatrix<f64, D, D>,
+    left: SMatrix<f64, D, D>,
+}
+
+/// Takes the information in.
 fn narrow<const D: usize>(
     state: &mut Kinematics,
     expected: &Observed<D>,
     information: &SMatrix<f64, D, D>,
-) -> Option<(f64, SMatrix<f64, D, D>, SMatrix<f64, D, D>)> {
+) -> Option<Narrowed<D>> {
     let identity = SMatrix::<f64, D, D>::identity();
     let c = Factor::<D>::new(expected.covariance)?.unpack();
     let b = Factor::<D>::new(symmetric(&(identity + c.transpose() * information * c)))?;
-    let taken = identity - b.inverse();
+    let left = b.inverse();
+    let taken = identity - left;
     let motion = c.solve_lower_triangular(&expected.with.motion)?;
     let by_motion = taken * motion;
     state.covariance = symmetric(&(state.covariance - motion.transpose() * by_motion));
@@ -123,5 +161,10 @@ fn narrow<const D: usize>(
     let narrowing = 2.0 * logarithms.sum::<f64>();
     let whitened = c.solve_lower_triangular(&identity)?;
     let weight = whitened.transpose() * taken * whitened;
-    Some((narrowing, weight, whitened.transpose() * whitened))
+    Some(Narrowed {
+        narrowing,
+        weight,
+        information: whitened.transpose() * whitened,
+        left: c * left * whitened,
+    })
 }

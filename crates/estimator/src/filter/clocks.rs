@@ -8,6 +8,7 @@ use nalgebra::{Cholesky, SMatrix, SVector};
 
 use crate::ClockOffset;
 
+use super::consider::OfClocks;
 use super::kinematics::{Kinematics, symmetric};
 
 /// Most offsets estimated along with one object; further cameras are taken at their word.
@@ -82,6 +83,11 @@ impl Clocks {
 
     pub fn shift(&mut self, by: &SVector<f64, MOST_CLOCKS>) {
         self.offset += by - self.adrift * self.in_common(by);
+    }
+
+    /// What changes of the offsets, column by column, are less what the cameras adrift have in common.
+    pub fn told_apart(&self, by: &OfClocks) -> OfClocks {
+        by - self.adrift * (self.adrift.tr_mul(by) / self.adrift.sum().max(1.0))
     }
 
     /// Takes off the covariance what an update tells. With the gain K less the share in common M the covariance is

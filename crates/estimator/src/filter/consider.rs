@@ -2,16 +2,25 @@
 //! averages away (consider parameters; Schmidt 1966, Application of state-space methods to navigation problems).
 //!
 //! They are not estimated. How much the state would be off by a given error e of a source is carried along, S = d state / d e:
-//! S' = F S in a prediction, S' = S - G (L H S + K) in an update with G = P⁺ Hᵀ, the information L of all corners and
+//! S' = F S in a prediction, S' = S - G (L H S + K) in an update with its gain G, the information L of all corners and
 //! K = J^T W dr/de of those that the source displaces. The covariance that is published is P + S C Sᵀ over all sources.
 
-use nalgebra::{Matrix3, Matrix6, SMatrix, Vector3, Vector6};
+use nalgebra::{Matrix3, Matrix6, SMatrix, SVector, Vector3, Vector6};
 use sextant_geometry::Pose;
 
+use super::clocks::{Clocks, MOST_CLOCKS};
+use super::configuration::{joint_places, rates_at};
+use super::joints::{JointCross, WIDTH};
 use super::kinematics::{Covariance, Kinematics, carry};
+use super::observed::With;
+use crate::articulation::MOST_JOINTS;
 use crate::{LensSigma, PoseSigma, TagId};
 
 type Sensitivity = SMatrix<f64, 12, 6>;
+/// Of the joints' values and speeds.
+type OfJoints = SMatrix<f64, WIDTH, 6>;
+/// Of the clocks' offsets.
+pub(super) type OfClocks = SMatrix<f64, MOST_CLOCKS, 6>;
 
 /// Share of a variance below which a source that no view shows any more is forgotten.
 const FORGOTTEN: f64 = 1e-4;
@@ -39,26 +48,32 @@ struct Acting {
     /// Of each number of the error.
     variance: Vector6<f64>,
     sensitivity: Sensitivity,
+    /// `None` for a rigid object. Joints hang together with the pose so closely that it would run away without them, and so do clocks
+    /// while little is known of them.
+    of_joints: Option<Box<OfJoints>>,
+    of_clocks: Option<Box<OfClocks>>,
 }
 
 /// What the corners that a source displaces said in an update.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Part {
+pub(crate) struct Part<const D: usize> {
     pub source: Source,
     pub variance: Vector6<f64>,
-    /// J^T W dr/de about the pose that was seen.
-    pub pull: Matrix6<f64>,
+    /// J^T W dr/de about what was seen; of the rates nothing, which the few milliseconds of an image hardly matter for.
+    pub pull: SMatrix<f64, D, 6>,
 }
 
 /// An update, as far as the sensitivities need it.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Gain {
-    /// P⁺ Hᵀ.
-    pub covariance: SMatrix<f64, 12, 6>,
-    /// Seconds by which the pose that was seen lies before the state's.
-    pub offset_s: f64,
+pub(crate) struct Gain<const D: usize> {
+    /// As [`super::absorb::Absorbed::gain`] has it.
+    pub with: With<D>,
+    /// Place of the camera's clock and seconds by which what was seen lies before the state, where that is estimated.
+    pub clock: Option<(usize, f64)>,
+    /// Of the configuration.
+    pub rates: SVector<f64, D>,
     /// Of all corners.
-    pub information: Matrix6<f64>,
+    pub information: SMatrix<f64, D, D>,
 }
 
 impl PoseSigma {
@@ -77,7 +92,23 @@ impl LensSigma {
     }
 }
 
-impl Part {
+impl Part<6> {
+    /// About the configuration by which a link's pose changes so; `None` where it is the object's.
+    pub fn about<const D: usize>(&self, link: Option<&SMatrix<f64, 6, D>>) -> Part<D> {
+        let mut pull = SMatrix::<f64, D, 6>::zeros();
+        match link {
+            Some(link) => pull.copy_from(&link.tr_mul(&self.pull)),
+            None => pull.fixed_rows_mut::<6>(0).copy_from(&self.pull),
+        }
+        Part {
+            source: self.source,
+            variance: self.variance,
+            pull,
+        }
+    }
+}
+
+impl<const D: usize> Part<D> {
     /// Adds a part to those of the same source.
     pub fn join(self, parts: &mut Vec<Self>) {
         match parts.iter_mut().find(|other| other.source == self.source) {
@@ -91,41 +122,55 @@ impl Considered {
     pub fn carry(&mut self, turn: &Matrix3<f64>, gain: &Matrix3<f64>, dt: f64) {
         for acting in &mut self.sources {
             carry(&mut acting.sensitivity, turn, gain, dt);
+            if let Some(of_joints) = &mut acting.of_joints {
+                let gone = of_joints.fixed_rows::<MOST_JOINTS>(MOST_JOINTS) * dt;
+                let mut values = of_joints.fixed_rows_mut::<MOST_JOINTS>(0);
+                values += gone;
+            }
         }
     }
 
-    /// About another root; `by_motion` is what the former one's motion does to it. Joints are left out.
-    pub fn rooted(&mut self, by_motion: &Covariance) {
+    /// About another root; `by_motion` and `by_joints` are what the former one's motion and the joints do to it.
+    pub fn rooted(&mut self, by_motion: &Covariance, by_joints: &JointCross) {
         for acting in &mut self.sources {
             acting.sensitivity = by_motion * acting.sensitivity;
+            if let Some(of_joints) = &acting.of_joints {
+                acting.sensitivity += by_joints * **of_joints;
+            }
         }
     }
 
-    fn take(&mut self, gain: &Gain, parts: &[Part]) {
+    fn take<const D: usize>(&mut self, gain: &Gain<D>, parts: &[Part<D>], clocks: Option<&Clocks>) {
         for part in parts {
             if !self.sources.iter().any(|one| one.source == part.source) {
                 self.sources.push(Acting {
                     source: part.source,
                     variance: part.variance,
                     sensitivity: Sensitivity::zeros(),
+                    of_joints: (joint_places(D) > 0).then(|| Box::new(OfJoints::zeros())),
+                    of_clocks: None,
                 });
             }
         }
         for acting in &mut self.sources {
-            let sensitivity = &mut acting.sensitivity;
-            let seen =
-                sensitivity.fixed_rows::<6>(0) - sensitivity.fixed_rows::<6>(6) * gain.offset_s;
-            let mut pull = gain.information * seen;
+            let mut pull = gain.information * acting.seen_in(gain);
             if let Some(part) = parts.iter().find(|part| part.source == acting.source) {
                 pull += part.pull;
                 acting.variance = part.variance;
             }
-            *sensitivity -= gain.covariance * pull;
+            acting.sensitivity -= gain.with.motion.tr_mul(&pull);
+            if let Some(of_joints) = &mut acting.of_joints {
+                **of_joints -= gain.with.joints.tr_mul(&pull);
+            }
+            if let Some(clocks) = clocks {
+                let of_clocks = acting.of_clocks.get_or_insert_default();
+                **of_clocks -= clocks.told_apart(&gain.with.clocks.tr_mul(&pull));
+            }
         }
     }
 
     /// Forgets sources that act no more, next to the variances of the state.
-    fn forget(&mut self, variances: &SMatrix<f64, 12, 1>, parts: &[Part]) {
+    fn forget<const D: usize>(&mut self, variances: &SMatrix<f64, 12, 1>, parts: &[Part<D>]) {
         self.sources.retain(|acting| {
             let squares = acting.sensitivity.map(|slope| slope * slope);
             let caused = squares * acting.variance;
@@ -134,13 +179,56 @@ impl Considered {
         });
     }
 
-    /// Covariance of the pose by them.
-    fn covariance(&self) -> Matrix6<f64> {
+    /// Covariance of the configuration by them.
+    fn covariance<const D: usize>(&self) -> SMatrix<f64, D, D> {
         let caused = |acting: &Acting| {
-            let pose = acting.sensitivity.fixed_rows::<6>(0);
-            pose * Matrix6::from_diagonal(&acting.variance) * pose.transpose()
+            let mut seen = acting.seen::<D>(0.0);
+            for (mut column, variance) in seen.column_iter_mut().zip(&acting.variance) {
+                column *= variance.sqrt();
+            }
+            seen * seen.transpose()
         };
         self.sources.iter().map(caused).sum()
+    }
+}
+
+impl Acting {
+    /// Of what an update is about.
+    fn seen_in<const D: usize>(&self, gain: &Gain<D>) -> SMatrix<f64, D, 6> {
+        let Some((slot, offset_s)) = gain.clock else {
+            return self.seen(0.0);
+        };
+        let seen = self.seen(offset_s);
+        match &self.of_clocks {
+            Some(of_clocks) => seen - gain.rates * of_clocks.row(slot),
+            None => seen,
+        }
+    }
+
+    /// Of what is seen so many seconds before the state.
+    fn seen<const D: usize>(&self, offset_s: f64) -> SMatrix<f64, D, 6> {
+        let mut seen = SMatrix::<f64, D, 6>::zeros();
+        let (pose, twist) = (
+            self.sensitivity.fixed_rows::<6>(0),
+            self.sensitivity.fixed_rows::<6>(6),
+        );
+        seen.fixed_rows_mut::<6>(0)
+            .copy_from(&(pose - twist * offset_s));
+        if let Some(first) = rates_at(D) {
+            seen.fixed_rows_mut::<6>(first).copy_from(&twist);
+        }
+        let Some(of_joints) = &self.of_joints else {
+            return seen;
+        };
+        for slot in 0..joint_places(D) {
+            let (value, speed) = (of_joints.row(slot), of_joints.row(MOST_JOINTS + slot));
+            seen.row_mut(6 + slot)
+                .copy_from(&(value - speed * offset_s));
+            if let Some(first) = rates_at(D) {
+                seen.row_mut(first + 6 + slot).copy_from(&speed);
+            }
+        }
+        seen
     }
 }
 
@@ -174,18 +262,21 @@ pub(crate) fn by_tag(world_from_link: &Pose, link_from_tag: &Pose) -> Matrix6<f6
 
 impl Kinematics {
     /// Notes what lasting errors did in an update.
-    pub fn consider(&mut self, gain: &Gain, parts: &[Part]) {
+    pub fn consider<const D: usize>(&mut self, gain: &Gain<D>, parts: &[Part<D>]) {
         let considered = self.considered.get_or_insert_default();
-        considered.take(gain, parts);
+        considered.take(gain, parts, self.clocks.as_deref());
         considered.forget(&self.covariance.diagonal(), parts);
     }
 
     /// Covariance of the pose, with what is wrong for good.
     pub fn pose_covariance(&self) -> Matrix6<f64> {
         let own = self.covariance.fixed_view::<6, 6>(0, 0).into_owned();
-        match &self.considered {
-            Some(considered) => own + considered.covariance(),
-            None => own,
-        }
+        own + self.lasting_covariance::<6>()
+    }
+
+    /// Covariance of the configuration by what is wrong for good.
+    pub fn lasting_covariance<const D: usize>(&self) -> SMatrix<f64, D, D> {
+        let considered = self.considered.as_ref();
+        considered.map_or_else(SMatrix::zeros, |considered| considered.covariance())
     }
 }

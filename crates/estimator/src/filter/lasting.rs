@@ -10,7 +10,7 @@ use super::normal::Normal;
 
 impl Sight<'_> {
     /// What errors that last have contributed to this view, about the pose of the tag's link; `normal` is the view's there.
-    pub fn lasting(&self, seen: &Configuration, normal: &Normal) -> Vec<Part> {
+    pub fn lasting(&self, seen: &Configuration, normal: &Normal) -> Vec<Part<6>> {
         let mut parts = Vec::new();
         let link = self.view.world_from_link(seen);
         if let Some(sigma) = self.camera.sigma {

@@ -112,7 +112,7 @@ impl Kinematics {
             clocks.cross = by_motion * clocks.cross + by_joints * joints.with_clocks;
         }
         if let Some(considered) = &mut self.considered {
-            considered.rooted(&by_motion);
+            considered.rooted(&by_motion, &by_joints);
         }
         joints.cross = cross;
         joints.root = root;

@@ -59,10 +59,8 @@ impl Track {
 
 /// A hypothesis, and the mirrored attitude while that is not settled.
 fn possible(one: &Hypothesis) -> Vec<Possible> {
-    let mut covariance = one.state.observed::<SIZE>(usize::MAX).covariance;
-    covariance
-        .fixed_view_mut::<6, 6>(0, 0)
-        .copy_from(&one.state.pose_covariance());
+    let own = one.state.observed::<SIZE>(usize::MAX).covariance;
+    let covariance = own + one.state.lasting_covariance();
     let (at, weight) = (one.state.configuration(), one.evidence.exp());
     let mut all = vec![Possible {
         at,
@@ -111,7 +109,8 @@ fn variances(hypotheses: &[Hypothesis], best: &Joints, slot: usize) -> (f64, f64
         let speed = MOST_JOINTS + slot;
         let off_value = joints.values[slot] - best.values[slot];
         let off_speed = joints.speeds[slot] - best.speeds[slot];
-        value += weight * (joints.own[(slot, slot)] + off_value.powi(2));
+        let lasting = one.state.lasting_covariance::<SIZE>()[(6 + slot, 6 + slot)];
+        value += weight * (joints.own[(slot, slot)] + lasting + off_value.powi(2));
         velocity += weight * (joints.own[(speed, speed)] + off_speed.powi(2));
         weights += weight;
     }

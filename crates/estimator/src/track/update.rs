@@ -10,7 +10,7 @@ use nalgebra::Matrix6;
 use super::curvature;
 use super::hypothesis::Hypothesis;
 use crate::FusionOptions;
-use crate::filter::absorb::absorb;
+use crate::filter::absorb::{Absorbed, absorb};
 use crate::filter::configuration::Configuration;
 use crate::filter::consider::{Gain, Part};
 use crate::filter::corners::Sight;
@@ -279,7 +279,7 @@ fn complete<const D: usize>(
     part: &[bool],
 ) -> Option<GroupUpdate> {
     let camera_index = sights[0].camera_index;
-    let absorbed = absorb(prior, vantage(sights), fit)?;
+    let mut absorbed = absorb(prior, vantage(sights), fit)?;
     let seen = absorbed.state.observed::<D>(camera_index);
     let of_base = seen.covariance.fixed_view::<6, 6>(0, 0).into_owned();
     let covariance = |sight: &Sight<'_>| match &sight.view.limb {
@@ -298,12 +298,13 @@ fn complete<const D: usize>(
             taken
         })
         .collect();
-    let mut state = absorbed.state;
-    let parts = lasting_parts(&seen.configuration, sights, normals, part);
-    if !parts.is_empty() || state.considered.is_some() {
-        state.consider(&gain(&state, fit, camera_index), &parts);
+    let parts = lasting_parts::<D>(&seen.configuration, sights, normals, part);
+    if !parts.is_empty() || absorbed.state.considered.is_some() {
+        let gain = gain(&absorbed, fit, camera_index);
+        absorbed.state.consider(&gain, &parts);
     }
     let fitted = -0.5 * (fit.cost + absorbed.narrowing);
+    let state = absorbed.state;
     Some(GroupUpdate {
         state,
         fitted,
@@ -313,35 +314,34 @@ fn complete<const D: usize>(
     })
 }
 
-/// What lasting errors need to know of an update. Joints and rates are left out: the root's part of the fit.
-fn gain<const D: usize>(after: &Kinematics, fit: &Fit<D>, camera_index: usize) -> Gain {
-    let seen = after.observed::<D>(camera_index);
-    let clocks = after.clocks.as_deref();
-    let offset_s = clocks.and_then(|clocks| Some(clocks.offset_s(clocks.slot(camera_index)?)));
+/// What lasting errors need to know of an update.
+fn gain<const D: usize>(absorbed: &Absorbed<D>, fit: &Fit<D>, camera_index: usize) -> Gain<D> {
+    let clocks = absorbed.state.clocks.as_deref();
+    let slot = clocks.and_then(|clocks| Some((clocks, clocks.slot(camera_index)?)));
     Gain {
-        covariance: seen.with.motion.fixed_rows::<6>(0).transpose(),
-        offset_s: offset_s.unwrap_or_default(),
-        information: fit.information.fixed_view::<6, 6>(0, 0).into_owned(),
+        with: absorbed.gain(),
+        clock: slot.map(|(clocks, slot)| (slot, clocks.offset_s(slot))),
+        rates: absorbed.state.rates(),
+        information: fit.information,
     }
 }
 
 /// What the sources of lasting errors have contributed by the views that took part.
-fn lasting_parts(
+fn lasting_parts<const D: usize>(
     seen: &Configuration,
     sights: &[Sight<'_>],
     normals: &[Option<Normal>],
     part: &[bool],
-) -> Vec<Part> {
-    let mut parts: Vec<Part> = Vec::new();
+) -> Vec<Part<D>> {
+    let mut parts: Vec<Part<D>> = Vec::new();
     let views = sights.iter().zip(normals).zip(part);
     for ((sight, normal), _) in views.filter(|(_, part)| **part) {
         let Some(normal) = normal else { continue };
-        for mut part in sight.lasting(seen, normal) {
-            if let Some(limb) = &sight.view.limb {
-                let by_root = limb.jacobian::<6>(seen);
-                part.pull = by_root.transpose() * part.pull;
-            }
-            part.join(&mut parts);
+        let lasting = sight.lasting(seen, normal);
+        let limb = sight.view.limb.as_ref().filter(|_| !lasting.is_empty());
+        let by_configuration = limb.map(|limb| limb.jacobian::<D>(seen));
+        for part in lasting {
+            part.about(by_configuration.as_ref()).join(&mut parts);
         }
     }
     parts

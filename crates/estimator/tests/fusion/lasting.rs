@@ -2,12 +2,14 @@
 
 use nalgebra::{UnitQuaternion, Vector3};
 use sextant_estimator::{
-    Camera, Exposure, FusionOptions, LensSigma, ObjectModel, PoseSigma, Rig, Stamp,
+    Camera, Exposure, FusionOptions, ImageObservation, LensSigma, ObjectModel, PoseSigma, Rig,
+    Stamp,
 };
 use sextant_geometry::lens::Intrinsics;
-use sextant_geometry::{Lens, Pose};
+use sextant_geometry::{Lens, Pose, se3};
 
-use crate::scene::{Random, cube, feed, fusion, path_at, rig, run};
+use crate::arm_scene::{self, ALL, arm};
+use crate::scene::{Random, camera_id, cube, feed, fusion, path_at, rig, run};
 use crate::uncertainty::nees;
 
 const MISPLACED: PoseSigma = PoseSigma {
@@ -94,6 +96,41 @@ fn what_is_stated_about_the_cameras_poses_is_in_the_covariance() {
     );
     assert!((0.5..1.5).contains(&with), "NEES {with}");
     assert!(without > 2.0 * with, "NEES {without} against {with}");
+}
+
+/// Whether or not the cameras' clocks are to be found out beside the joints.
+#[test]
+fn what_is_stated_about_the_cameras_poses_holds_for_the_links_of_an_arm() {
+    let truth = rig(3);
+    let sigmas = || (0..3).map(|camera| (camera_id(camera), MISPLACED));
+    for clock_error_ns in [0, ImageObservation::CLOCK_ERROR_UNKNOWN] {
+        let mut all = Vec::new();
+        for seed in 0..20 {
+            let random = &mut Random(seed + 300);
+            let believed = changed(&truth, |camera| Camera {
+                world_from_camera: camera
+                    .world_from_camera
+                    .map(|pose| displaced(&pose, MISPLACED, random)),
+                ..camera
+            });
+            let believed = believed.with_pose_sigmas(sigmas()).unwrap();
+            let mut fusion = fusion(&believed, &arm(), FusionOptions::default());
+            let mut last = None;
+            for mut image in arm_scene::run(&truth, 0.8, |_| ALL, seed) {
+                image.clock_error_ns = clock_error_ns;
+                last = feed(&mut fusion, image).pop().or(last);
+            }
+            let last = last.unwrap();
+            let (base, values) = arm_scene::at(last.capture_ns);
+            let links = last.posture.unwrap().links.into_iter();
+            for (link, truth) in links.zip(arm_scene::links(&base, values)) {
+                let off = se3::difference(&link.world_from_link, &truth);
+                all.push(off.dot(&link.covariance.cholesky().unwrap().solve(&off)) / 6.0);
+            }
+        }
+        let mean = all.iter().sum::<f64>() / all.len() as f64;
+        assert!((0.5..1.5).contains(&mean), "NEES {mean}");
+    }
 }
 
 /// The same lens with other errors: distortion as the sigma means it, the cube of the distance from the centre.
