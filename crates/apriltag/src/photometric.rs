@@ -5,11 +5,12 @@
 //!
 //! The picture is light(u, v) * (black + (white - black) * response(coverage)), where coverage is the blurred pattern
 //! ([`Pattern`]), light is a plane over the tag that is 1 at its middle, and response(c) = c + gain c (1 - c) is how a
-//! camera's curve, glare and spreading ink let white grow. Gauss-Newton on 17 parameters: the homography (8), black, white,
+//! camera's curve, glare and spreading ink let white grow. Gauss-Newton on 18 parameters: the homography (8), black, white,
 //! the light's slope (2), the blur's covariance (3), which takes in the lens and straight motion, its halo, which takes in
-//! sharpening, and the gain. (Least squares on images: Baker & Matthews, Lucas-Kanade 20 years on, IJCV 2004.) First with a
-//! few of the pixels, then with all of them, mostly once. The parameters' covariance is that of least squares, made larger
-//! where residuals beside each other agree, which noise would not.
+//! sharpening, the gain, and how much blur mixes in of what the image shows beyond the ring. (Least squares on images: Baker
+//! & Matthews, Lucas-Kanade 20 years on, IJCV 2004.) First with a few of the pixels, then with all of them, mostly once. The
+//! parameters' covariance is that of least squares, made larger where residuals beside each other agree, which noise would
+//! not.
 //!
 //! The corners are taken where residuals are no more than the image's noise, and where they are some times as large only if
 //! they are surer than those of the edges.
@@ -32,26 +33,50 @@ use crate::edges::EdgeFit;
 use crate::kernels::Kernels;
 use crate::quad::Quad;
 use crate::reading::Reading;
-use equations::{Equations, Matrix, Vector};
-use model::{Model, TUKEY};
+use equations::{Equations, Factor, Vector};
+use model::{FAR_APART, Model, TUKEY};
 use pattern::Pattern;
 use pixels::{Pixels, Tag};
 use sextant_geometry::Lens;
 use state::State;
 use straightened::Straightened;
 
-/// Most steps with all pixels.
-const MAX_STEPS: usize = 6;
+/// Steps of one kind.
+struct Stage {
+    /// One of so many groups of pixels is looked at.
+    every: usize,
+    most_steps: usize,
+    /// After a step that moves no corner farther and leaves the blur, no more are taken.
+    rest_px: f32,
+    /// By how much farther pixels may stray where too few agree.
+    wider: f32,
+    /// Standard deviation of the halo where nothing is known.
+    usual_halo: f32,
+}
 
-/// Most steps with a few of the pixels.
-const MAX_FIRST_STEPS: usize = 3;
+impl Stage {
+    /// With a few of the pixels: after such a step one with all of them is likely to settle it. Halos are held small as long
+    /// as the blur is not known: one of -1 makes the same of it as twice the width, from where the fit would not come back.
+    fn first(every: usize) -> Self {
+        Self {
+            every,
+            most_steps: 5,
+            rest_px: 0.15,
+            wider: 2.0,
+            usual_halo: 0.1,
+        }
+    }
 
-/// After a step with a few pixels that moves no corner farther, one with all of them is likely to settle it.
-const NEAR_PX: f32 = 0.15;
-
-/// After a step that moves no corner farther, the next would hardly move them by a thousandth of a pixel: each doubles the
-/// digits that are right.
-const SETTLED_PX: f32 = 0.06;
+    /// With all pixels: after such a step the next would hardly move corners by a thousandth of a pixel, as each doubles the
+    /// digits that are right.
+    const LAST: Self = Self {
+        every: 1,
+        most_steps: 6,
+        rest_px: 0.06,
+        wider: 1.0,
+        usual_halo: 0.3,
+    };
+}
 
 /// Residuals in standard deviations of the image's noise up to which the model explains the picture, so that what it says
 /// of the corners holds. The noise is known to a third or so.
@@ -65,6 +90,9 @@ const TOLD: f32 = 8.0;
 /// Share of the pixels' weight from which a picture explained down to the noise is the tag's wherever its corners seemed to
 /// be: beside a ground as dark as its border, a corner is easily taken for one that lies modules away.
 const MOST_OF_IT: f32 = 0.5;
+
+/// Share from which it may be the tag's at all. Of a tag that is hidden in part, more is seen.
+const LEAST_OF_IT: f32 = 0.25;
 
 /// Pictures with less blur and no noise are no camera's: what they do between pixels is not what the model says.
 const LEAST_BLUR_PX: f32 = 0.25;
@@ -135,18 +163,18 @@ impl PatternFitter {
             None => edges.quad,
         };
         let mut state = State::start(&start, reading)?;
-        self.choose(&Tag {
+        let tag = Tag {
             image,
-            outline: model::outline(&pattern, &state)
-                .map(|place| straightened.map_or(place, |lens| lens.pixel(place).unwrap_or(place))),
+            outline: model::outline(&pattern, &state),
             contrast: state.contrast(),
             edges_px: pattern.edges_px(state.size_px()),
             straightened,
-        });
-        let (inverse, excess) = self.settle(&pattern, &mut state)?;
+        };
+        self.choose(&tag);
+        let (factor, excess) = self.settle(&tag, &pattern, &mut state)?;
         let rounding = (ROUNDING / state.contrast()).powi(2);
         let variance = self.equations.residual_variance().max(rounding) * excess;
-        let covariances = state.corner_covariances(&inverse);
+        let covariances = state.corner_covariances(&factor);
         let fit = PatternFit {
             corners: state.unshaded_corners()?,
             covariance: covariances.map(|corner| corner.map(|value| value * variance)),
@@ -156,12 +184,14 @@ impl PatternFitter {
         let most_noises = if surer { TOLD } else { EXPLAINED };
         let residual = self.equations.residual_variance().sqrt() * state.contrast();
         let noises = residual / noise_sigma.max(ROUNDING);
-        let farthest = if noises < EXPLAINED && self.equations.share() > MOST_OF_IT {
+        let share = self.equations.share();
+        let farthest = if noises < EXPLAINED && share > MOST_OF_IT {
             state.size_px() / 2.0
         } else {
             pattern.module_px(state.size_px()) + 0.5
         };
-        if !(real && noises < most_noises && state.is_plausible(&start, farthest)) {
+        let explained = noises < most_noises && share > LEAST_OF_IT;
+        if !(real && explained && state.is_plausible(&start, farthest)) {
             return None;
         }
         match straightened {
@@ -179,26 +209,36 @@ impl PatternFitter {
     }
 
     /// Steps with a few of the pixels until the corners are about where they belong, then with all until they rest; what
-    /// strays much from what is usual then counts less. Returns the inverse of the last step's matrix and by how much
+    /// strays much from what is usual then counts less. Where too few of the few agree, corners are farther off than was
+    /// thought. Returns the factor of the last step's matrix and by how much
     /// variances are larger than it says.
-    fn settle(&mut self, pattern: &Pattern, state: &mut State) -> Option<(Matrix, f32)> {
+    fn settle(
+        &mut self,
+        tag: &Tag<'_>,
+        pattern: &Pattern,
+        state: &mut State,
+    ) -> Option<(Factor, f32)> {
         const ENOUGH_GROUPS: usize = 10;
         let few = (self.pixels.groups().len() / ENOUGH_GROUPS).max(1);
         let (mut scale, mut last) = (START_SCALE, None);
-        for (every, most_steps, rest_px) in
-            [(few, MAX_FIRST_STEPS, NEAR_PX), (1, MAX_STEPS, SETTLED_PX)]
-        {
-            for _ in 0..most_steps {
-                let (step, inverse) = self.step(pattern, state, every, scale)?;
+        for stage in [Stage::first(few), Stage::LAST] {
+            let model = Model::new(pattern, state, scale)?;
+            if model.seen_modules() > FAR_APART {
+                self.pixels.look_beyond(tag, &model);
+            }
+            for _ in 0..stage.most_steps {
+                last = self.step(pattern, state, &stage, scale);
+                let Some((step, _)) = &last else {
+                    scale *= stage.wider;
+                    continue;
+                };
                 scale = self.equations.residual_variance().sqrt().max(MODEL_SCALE);
-                let rests = state.corner_motion(&step) < rest_px;
-                last = Some((step, inverse));
-                if rests {
+                if state.corner_motion(step) < stage.rest_px && !State::blurs(step) {
                     break;
                 }
             }
         }
-        let (step, inverse) = last?;
+        let (step, factor) = last?;
         let equations = &mut self.equations;
         let excess = self.kernels.run(
             #[inline(always)]
@@ -207,42 +247,42 @@ impl PatternFitter {
                 equations.excess()
             },
         );
-        Some((inverse, excess))
+        Some((factor, excess))
     }
 
-    /// One Gauss-Newton step with every so many groups, pixels straying by more than a share of the contrast counting less.
-    /// Returns the step and the inverse of its matrix.
+    /// One Gauss-Newton step, pixels straying by more than a share of the contrast counting less.
+    /// Returns the step and the factor of its matrix.
     fn step(
         &mut self,
         pattern: &Pattern,
         state: &mut State,
-        every: usize,
+        stage: &Stage,
         scale: f32,
-    ) -> Option<(Vector, Matrix)> {
+    ) -> Option<(Vector, Factor)> {
         let model = Model::new(pattern, state, scale)?;
         let (pixels, equations) = (&self.pixels, &mut self.equations);
         equations.clear(TUKEY * scale);
         self.kernels.run(
             #[inline(always)]
             || match (model.seen_modules(), state.is_sharp()) {
-                (..0.5, true) => linearise::<1, true>(&model, pixels, every, equations),
-                (_, true) => linearise::<3, true>(&model, pixels, every, equations),
-                (..0.5, _) => linearise::<1, false>(&model, pixels, every, equations),
-                (..1.5, _) => linearise::<3, false>(&model, pixels, every, equations),
-                _ => linearise::<5, false>(&model, pixels, every, equations),
+                (..FAR_APART, true) => linearise::<1, true>(&model, pixels, stage.every, equations),
+                (_, true) => linearise::<3, true>(&model, pixels, stage.every, equations),
+                (..FAR_APART, _) => linearise::<1, false>(&model, pixels, stage.every, equations),
+                (..1.5, _) => linearise::<3, false>(&model, pixels, stage.every, equations),
+                _ => linearise::<5, false>(&model, pixels, stage.every, equations),
             },
         );
         equations.finish(&self.kernels);
         if !equations.is_determined() {
             return None;
         }
-        let priors = state.priors()?;
-        let (step, inverse) = self.kernels.run(
+        let priors = state.priors(stage.usual_halo)?;
+        let (step, factor) = self.kernels.run(
             #[inline(always)]
             || equations.solve(&priors),
-        )?;
+        );
         state.step(&step)?;
-        Some((step, inverse))
+        Some((step, factor))
     }
 }
 

@@ -106,6 +106,22 @@ fn corners_of_a_picture_without_blur_are_seen_by_the_shares_of_pixels() {
     }
 }
 
+#[test]
+fn the_ground_that_blur_mixes_into_the_ring_moves_no_corner() {
+    for (ground, edge_px, blur_px) in [(10.0, 24.0, 1.0), (10.0, 30.0, 1.6), (90.0, 18.0, 0.9)] {
+        let tag = Tag {
+            turn_deg: [50.0, -15.0, 31.0],
+            margin: 0.0,
+            ..tag(edge_px)
+        };
+        let picture = Picture::draw(&camera(), std::slice::from_ref(&tag), ground);
+        let found = detect_one(&picture.blurred(blur_px).pixels(1.0, 6));
+        assert_eq!(found.refinement, Refinement::Photometric, "{edge_px} px");
+        let error = worst_error(&found, &tag);
+        assert!(error < 0.08, "{edge_px} px: off by {error}");
+    }
+}
+
 /// As a camera sharpens: what a small blur would take away is added.
 fn sharpened(pixels: &[u8], strength: f64) -> Vec<u8> {
     const KERNEL: [f64; 3] = [0.25, 0.5, 0.25];

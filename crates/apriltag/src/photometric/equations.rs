@@ -6,12 +6,11 @@
 
 use crate::kernels::{COLUMNS, Column, Kernels, MAX_GROUPS, ROWS, Sums};
 
-/// Homography 8, black, white, light 2, blur 3, halo, gain.
-pub(super) const PARAMETERS: usize = COLUMNS - 2;
+/// Homography 8, black, white, light 2, blur 3, halo, gain, ground.
+pub(super) const PARAMETERS: usize = COLUMNS - 1;
 
-/// The columns after those of the derivatives: residuals, and roots of the weights.
+/// The column after those of the derivatives.
 const RESIDUALS: usize = PARAMETERS;
-const ROOTS: usize = PARAMETERS + 1;
 
 /// Most pixels.
 pub(super) const MAX_PIXELS: usize = GROUP * MAX_GROUPS;
@@ -25,21 +24,25 @@ pub(super) const UNIT: f32 = 256.0;
 /// What residuals as large as the limit are.
 pub(super) const RESIDUAL: f32 = 2048.0;
 
+/// The homography's parameters, which are the first.
+const HOMOGRAPHY: usize = 8;
+
 pub(super) type Vector = [f32; PARAMETERS];
-pub(super) type Matrix = [Vector; PARAMETERS];
 
 /// What is known of the last parameters beforehand: how far each is away from there, give or take what.
-pub(super) type Priors = [(f32, f32); 5];
+pub(super) type Priors = [(f32, f32); 6];
 
 /// A pixel's derivatives, residual and root of its weight.
-pub(super) type Row = [f32; COLUMNS];
+pub(super) type Row = [f32; COLUMNS + 1];
 
 #[derive(Debug)]
 pub(super) struct Equations {
     columns: Box<[Column; COLUMNS]>,
+    /// Of the pixels' weights.
+    roots: Box<Column>,
     n_groups: usize,
     /// Room for a group, before it is rounded.
-    rows: [[f32; GROUP]; COLUMNS],
+    rows: [[f32; GROUP]; COLUMNS + 1],
     products: Sums,
     /// Sum of the weights.
     weight: f32,
@@ -51,8 +54,9 @@ impl Default for Equations {
     fn default() -> Self {
         Self {
             columns: Box::new([[[0; GROUP]; MAX_GROUPS]; COLUMNS]),
+            roots: Box::new([[0; GROUP]; MAX_GROUPS]),
             n_groups: 0,
-            rows: [[0.0; GROUP]; COLUMNS],
+            rows: [[0.0; GROUP]; COLUMNS + 1],
             products: [[0; COLUMNS]; COLUMNS],
             weight: 0.0,
             limit: 1.0,
@@ -74,7 +78,7 @@ impl Equations {
     pub(super) fn add(&mut self, row: impl Fn(usize) -> Row) {
         for i in 0..GROUP {
             let row = row(i);
-            for k in 0..COLUMNS {
+            for k in 0..COLUMNS + 1 {
                 self.rows[k][i] = row[k] + SHIFT;
             }
         }
@@ -84,6 +88,9 @@ impl Equations {
                     self.columns[k][self.n_groups][i] = self.rows[k][i].to_bits() as i16;
                 }
             }
+            for i in 0..GROUP {
+                self.roots[self.n_groups][i] = self.rows[COLUMNS][i].to_bits() as i16;
+            }
             self.n_groups += 1;
         }
     }
@@ -91,32 +98,35 @@ impl Equations {
     /// Adds everything up.
     pub(super) fn finish(&mut self, kernels: &Kernels) {
         (kernels.products)(&self.columns, self.n_groups, &mut self.products);
-        self.weight = self.products[ROOTS][ROOTS] as f32 / (UNIT * UNIT);
+        let roots = self.roots[..self.n_groups].as_flattened();
+        self.weight = kernels.run(
+            #[inline(always)]
+            || dot(roots, roots),
+        ) as f32
+            / (UNIT * UNIT);
     }
 
-    /// The Gauss-Newton step, and (J^T W J)^-1 with what is known beforehand, of derivatives in parts of the contrast.
+    /// The Gauss-Newton step and what it is worth, with what is known beforehand.
     #[inline(always)]
-    pub(super) fn solve(&self, priors: &Priors) -> Option<(Vector, Matrix)> {
+    pub(super) fn solve(&self, priors: &Priors) -> (Vector, Factor) {
         let per_product = 1.0 / (UNIT * UNIT);
         let per_right = self.limit / (UNIT * RESIDUAL);
-        let mut matrix = [[0.0; PARAMETERS]; PARAMETERS];
+        let mut system = [[0.0; WIDTH]; PARAMETERS];
         for i in 0..PARAMETERS {
             for j in 0..=i {
-                matrix[i][j] = self.products[i][j] as f32 * per_product;
-                matrix[j][i] = matrix[i][j];
+                system[i][j] = self.products[i][j] as f32 * per_product;
+                system[j][i] = system[i][j];
             }
+            system[i][PARAMETERS] = self.products[RESIDUALS][i] as f32 * per_right;
         }
-        let mut right: Vector =
-            std::array::from_fn(|i| self.products[RESIDUALS][i] as f32 * per_right);
         let variance = self.residual_variance();
         for (i, (away, spread)) in (PARAMETERS - priors.len()..).zip(priors) {
             let strength = variance / (spread * spread);
-            matrix[i][i] += strength;
-            right[i] += strength * away;
+            system[i][i] += strength;
+            system[i][PARAMETERS] += strength * away;
         }
-        let inverse = inverse(&matrix)?;
-        let step = inverse.map(|row| row.iter().zip(&right).map(|(a, b)| a * b).sum());
-        Some((step, inverse))
+        eliminate(&mut system);
+        (step(&system), Factor::new(&system))
     }
 
     pub(super) fn is_determined(&self) -> bool {
@@ -175,7 +185,7 @@ impl Equations {
         }
         let variance = self.residual_variance() * (RESIDUAL / self.limit).powi(2);
         let togetherness = togetherness / ((1.0 - leverage) * variance);
-        let roots = column(ROOTS).as_flattened().iter();
+        let roots = self.roots[..self.n_groups].as_flattened().iter();
         let roots: i32 = roots.map(|&root| i32::from(root)).sum();
         // The biweight w = (1 - x)^2 has d(w r) / dr = (1 - x) (1 - 5 x) = 5 w - 4 sqrt(w).
         let slopes = 5.0 * self.weight - 4.0 * roots as f32 / UNIT;
@@ -191,40 +201,61 @@ fn dot(a: &[i16], b: &[i16]) -> i32 {
     products.fold(0, i32::wrapping_add)
 }
 
-/// Of a symmetric positive matrix, scaled to a unit diagonal meanwhile: by Gauss and Jordan's elimination in place.
+/// Numbers in a row of a symmetric system and its right side, filled up to whole vectors.
+const WIDTH: usize = 24;
+
+type System = [[f32; WIDTH]; PARAMETERS];
+
+/// Leaves a triangle: nothing after the diagonal, each row from the last one on being taken off those before it.
 #[inline(always)]
-fn inverse(matrix: &Matrix) -> Option<Matrix> {
+fn eliminate(system: &mut System) {
     const LEAST_PIVOT: f32 = 1e-6;
-    let scales: Vector = std::array::from_fn(|i| 1.0 / matrix[i][i].sqrt());
-    let mut rows = *matrix;
-    scale(&mut rows, &scales);
-    for k in 0..PARAMETERS {
-        let mut pivot = rows[k];
-        let per_pivot = 1.0 / pivot[k].max(LEAST_PIVOT);
-        pivot[k] = 1.0;
-        for value in &mut pivot {
-            *value *= per_pivot;
-        }
-        for row in &mut rows {
-            let factor = row[k];
-            row[k] = 0.0;
-            for (value, pivot) in row.iter_mut().zip(&pivot) {
+    let diagonal: Vector = std::array::from_fn(|i| system[i][i]);
+    for k in (0..PARAMETERS).rev() {
+        system[k][k] = system[k][k].max(LEAST_PIVOT * diagonal[k]);
+        let row = system[k];
+        let per_pivot = 1.0 / row[k];
+        for other in &mut system[..k] {
+            let factor = other[k] * per_pivot;
+            for (value, pivot) in other.iter_mut().zip(&row) {
                 *value -= factor * pivot;
             }
         }
-        rows[k] = pivot;
     }
-    scale(&mut rows, &scales);
-    let finite = rows.as_flattened().iter().all(|value| value.is_finite());
-    finite.then_some(rows)
 }
 
 #[inline(always)]
-fn scale(matrix: &mut Matrix, scales: &Vector) {
-    for (row, scale) in matrix.iter_mut().zip(scales) {
-        for (value, other) in row.iter_mut().zip(scales) {
-            *value *= scale * other;
+fn step(system: &System) -> Vector {
+    let mut step = [0.0; PARAMETERS];
+    for (k, row) in system.iter().enumerate() {
+        let known: f32 = row[..k].iter().zip(&step).map(|(a, b)| a * b).sum();
+        step[k] = (row[PARAMETERS] - known) / row[k];
+    }
+    step
+}
+
+/// What is left of the normal equations for the homography when all else is eliminated, T^T D^-1 T by its triangle T, of
+/// which D is the diagonal.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Factor([[f32; HOMOGRAPHY]; HOMOGRAPHY]);
+
+impl Factor {
+    fn new(system: &System) -> Self {
+        Self(std::array::from_fn(|i| {
+            std::array::from_fn(|j| system[i][j])
+        }))
+    }
+
+    /// D^(1/2) T^-T j: products of what this makes of two rows are the covariance of what they take from the parameters.
+    pub(super) fn whiten(&self, mut row: [f32; HOMOGRAPHY]) -> [f32; HOMOGRAPHY] {
+        for (k, triangle) in self.0.iter().enumerate().rev() {
+            let share = row[k] / triangle[k];
+            for j in 0..k {
+                row[j] -= share * triangle[j];
+            }
+            row[k] = share * triangle[k].sqrt();
         }
+        row
     }
 }
 
@@ -232,20 +263,35 @@ fn scale(matrix: &mut Matrix, scales: &Vector) {
 mod tests {
     use super::*;
 
-    #[test]
-    fn a_matrix_times_its_inverse_is_one() {
-        let matrix: Matrix = std::array::from_fn(|i| {
-            std::array::from_fn(|j| {
-                let (i, j) = (i as f32, j as f32);
-                (1.0 + i) * (1.0 + j) * (-0.7 * (i - j).abs()).exp()
+    fn system(right: usize) -> System {
+        std::array::from_fn(|i| {
+            std::array::from_fn(|j| match j {
+                ..PARAMETERS => {
+                    let (i, j) = (i as f32, j as f32);
+                    (1.0 + i) * (1.0 + j) * (-0.7 * (i - j).abs()).exp()
+                }
+                PARAMETERS => f32::from(i == right),
+                _ => 0.0,
             })
-        });
-        let inverse = inverse(&matrix).unwrap();
-        for (i, row) in matrix.iter().enumerate() {
-            for j in 0..PARAMETERS {
-                let product: f32 = row.iter().zip(&inverse).map(|(a, row)| a * row[j]).sum();
-                let expected = f32::from(i == j);
-                assert!((product - expected).abs() < 1e-3, "{i} {j}: {product}");
+        })
+    }
+
+    #[test]
+    fn steps_solve_the_equations_and_show_the_covariance() {
+        for right in 0..HOMOGRAPHY {
+            let mut triangle = system(right);
+            eliminate(&mut triangle);
+            let solved = step(&triangle);
+            let factor = Factor::new(&triangle);
+            let unit = |k: usize| factor.whiten(std::array::from_fn(|i| f32::from(i == k)));
+            for (i, row) in system(right).iter().enumerate() {
+                let sum: f32 = row.iter().zip(&solved).map(|(a, b)| a * b).sum();
+                assert!((sum - f32::from(i == right)).abs() < 1e-3, "{i}: {sum}");
+            }
+            for k in 0..HOMOGRAPHY {
+                let products = unit(k).into_iter().zip(unit(right)).map(|(a, b)| a * b);
+                let covariance: f32 = products.sum();
+                assert!((covariance - solved[k]).abs() < 1e-3 * solved[right]);
             }
         }
     }
@@ -260,7 +306,7 @@ mod tests {
                 let i = group * GROUP + i;
                 let mut row: Row = std::array::from_fn(|k| UNIT / 8.0 * derivative(i, k));
                 row[RESIDUALS] = RESIDUAL / 8.0 * 0.5 * derivative(i, 3);
-                row[ROOTS] = UNIT;
+                row[COLUMNS] = UNIT;
                 row
             });
         }

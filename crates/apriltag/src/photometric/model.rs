@@ -4,10 +4,16 @@ use super::equations::{Equations, GROUP, RESIDUAL, Row, UNIT};
 use super::pattern::{Coverage, Optics, Pattern, Places};
 use super::pixels::Group;
 use super::state::State;
-use crate::quad::Quad;
+use crate::quad::{Point, Quad};
 
 /// Residuals beyond this many scales count nothing at all (Tukey's biweight).
 pub(super) const TUKEY: f32 = 4.7;
+
+/// Standard deviations of the blur beyond which an edge does not show.
+const SEEN: f32 = 3.2;
+
+/// Modules beyond which edges show no farther than to the middle between two.
+pub(super) const FAR_APART: f32 = 0.5;
 
 /// The state and what follows from it for all pixels.
 pub(super) struct Model<'a> {
@@ -15,8 +21,10 @@ pub(super) struct Model<'a> {
     state: &'a State,
     optics: Optics,
     inverse: [[f32; 3]; 3],
-    /// Places farther from the square's middle count nothing.
-    reach: f32,
+    /// Standard deviations of the blur across the edges of either axis.
+    sigmas_px: [f32; 2],
+    /// Pixels nearer to the ring's outer edges, across those of either axis, count nothing.
+    least_inside_px: [f32; 2],
     /// Pixels per unit of u, over the denominator: at the middle, and its change along u; and those of v.
     units_px: [[f32; 2]; 2],
     /// Over the product of the map's denominator and that of its inverse, the same everywhere; negative.
@@ -39,7 +47,8 @@ impl<'a> Model<'a> {
             state,
             optics: state.optics()?,
             inverse,
-            reach: reach(pattern, state),
+            sigmas_px: [state.blur[0].sqrt(), state.blur[1].sqrt()],
+            least_inside_px: least_inside_px(pattern, state),
             per_contrast: 1.0 / contrast,
             per_size: 1.0 / state.size_px(),
             per_limit: 1.0 / (TUKEY * scale * contrast),
@@ -48,13 +57,7 @@ impl<'a> Model<'a> {
 
     /// Modules beyond which an edge does not show.
     pub(super) fn seen_modules(&self) -> f32 {
-        /// In standard deviations of the blur, and how many more a unit of the halo, which reaches twice as far.
-        const SEEN: f32 = 3.2;
-        const MORE_WITH_HALO: f32 = 3.5;
-        const MOST_MORE: f32 = 1.2;
-        let seen = SEEN + (MORE_WITH_HALO * self.state.halo.abs()).min(MOST_MORE);
-        let [uu, vv, _] = self.state.blur;
-        seen * uu.max(vv).sqrt() / self.pattern.module_px(self.state.size_px())
+        seen_modules(self.pattern, self.state)
     }
 
     /// Adds the rows of a group of pixels.
@@ -64,26 +67,59 @@ impl<'a> Model<'a> {
         group: &Group<'_>,
         equations: &mut Equations,
     ) {
-        let places = self.places(group);
+        let places = self.places([group.x, group.y]);
         let crossings = self.pattern.cross::<EDGES, SHARP>(&places, &self.optics);
+        let rim = (EDGES > 1).then(
+            #[inline(always)]
+            || self.pattern.rim::<SHARP>(&places, &self.optics),
+        );
         equations.add(
             #[inline(always)]
             |i| {
-                let coverage = crossings.coverage(i, self.optics.covariance);
-                let (u, v) = (places.on_square[0][i], places.on_square[1][i]);
-                let units_px = [places.unit_px[0][i], places.unit_px[1][i]];
-                self.row(
-                    [group.x[i], group.y[i], group.grey[i]],
-                    [u, v],
-                    units_px,
-                    &coverage,
-                )
+                let mut coverage = crossings.coverage(i, self.optics.covariance);
+                if let Some(rim) = &rim {
+                    let outwards = self.outwards(&places, i);
+                    let light = self.light(outwards);
+                    let more = (group.beyond[i] / light - self.state.white) * self.per_contrast;
+                    rim.mix(i, outwards, more, self.state.ground, &mut coverage);
+                }
+                self.row(group, &places, i, &coverage)
             },
         );
     }
 
     #[inline(always)]
-    fn places(&self, group: &Group<'_>) -> Places {
+    fn light(&self, [u, v]: [f32; 2]) -> f32 {
+        1.0 + self.state.light[0] * u + self.state.light[1] * v
+    }
+
+    /// Where the ground beyond the ring's outer edge shows, from pixels that feel it; elsewhere the pixels themselves.
+    pub(super) fn beyond(&self, pixels: [&[f32; GROUP]; 2]) -> [Point; GROUP] {
+        let places = self.places(pixels);
+        std::array::from_fn(|i| {
+            let [u, v] = self.outwards(&places, i);
+            self.state.homography.apply(u, v)
+        })
+    }
+
+    /// The same on the square.
+    #[inline(always)]
+    fn outwards(&self, places: &Places, i: usize) -> [f32; 2] {
+        const FELT: f32 = 4.0;
+        const BEYOND: f32 = 2.0;
+        std::array::from_fn(|axis| {
+            let (place, unit_px) = (places.on_square[axis][i], places.unit_px[axis][i]);
+            let sigma = self.sigmas_px[axis] / unit_px;
+            if self.pattern.ring - place.abs() < FELT * sigma {
+                (self.pattern.ring + BEYOND * sigma).copysign(place)
+            } else {
+                place
+            }
+        })
+    }
+
+    #[inline(always)]
+    fn places(&self, [x_px, y_px]: [&[f32; GROUP]; 2]) -> Places {
         let [ox, oy] = self.state.homography.origin;
         let [m_u, m_v, m_w] = &self.inverse;
         let [u_px, v_px] = self.units_px;
@@ -92,7 +128,7 @@ impl<'a> Model<'a> {
             unit_px: [[0.0; GROUP]; 2],
         };
         for i in 0..GROUP {
-            let (x, y) = (group.x[i] - ox, group.y[i] - oy);
+            let (x, y) = (x_px[i] - ox, y_px[i] - oy);
             let along = |m: &[f32; 3]| m[0] * x + m[1] * y + m[2];
             let w = along(m_w);
             let (u, v) = (along(m_u) / w, along(m_v) / w);
@@ -107,34 +143,32 @@ impl<'a> Model<'a> {
     /// A pixel's derivatives in parts of the contrast and its residual in parts of the limit, times the root of its weight,
     /// and that root, in the units of the columns.
     #[inline(always)]
-    fn row(
-        &self,
-        [x, y, grey]: [f32; 3],
-        [u, v]: [f32; 2],
-        units_px: [f32; 2],
-        coverage: &Coverage,
-    ) -> Row {
+    fn row(&self, group: &Group<'_>, places: &Places, i: usize, coverage: &Coverage) -> Row {
         let State {
             homography,
             black,
             white,
-            light,
             gain,
             ..
         } = self.state;
+        let (x, y, grey) = (group.x[i], group.y[i], group.grey[i]);
+        let [u, v] = [places.on_square[0][i], places.on_square[1][i]];
+        let units_px = [places.unit_px[0][i], places.unit_px[1][i]];
         let (x, y) = (x - homography.origin[0], y - homography.origin[1]);
         let [m_u, m_v, m_w] = &self.inverse;
         let share = coverage.value;
         let mixed = share * (1.0 - share);
         let cover = share + gain * mixed;
-        let light = 1.0 + light[0] * u + light[1] * v;
+        let light = self.light([u, v]);
         let contrast = (white - black) * light;
         let expected = black * light + contrast * cover;
 
         let strays = (grey - expected) * self.per_limit;
         let clipped = (grey >= 254.0) & (expected > grey) | (grey <= 1.0) & (expected < grey);
         let beyond = 1.0 - strays * strays;
-        let within = (u.abs() <= self.reach) & (v.abs() <= self.reach);
+        let inside_px = |place: f32, unit_px: f32| (self.pattern.ring - place.abs()) * unit_px;
+        let within = (inside_px(u, units_px[0]) > self.least_inside_px[0])
+            & (inside_px(v, units_px[1]) > self.least_inside_px[1]);
         let root = if within & !clipped & (beyond > 0.0) {
             beyond
         } else {
@@ -172,6 +206,7 @@ impl<'a> Model<'a> {
             response * coverage.with_blur[2],
             response * coverage.with_halo,
             lit * mixed,
+            response * coverage.with_ground,
             root * strays * RESIDUAL,
             unit,
         ]
@@ -190,17 +225,31 @@ fn per_scale(state: &State, [.., w]: &[[f32; 3]; 3]) -> f32 {
     -1.0 / (w[0] * c + w[1] * f + w[2])
 }
 
-/// How far from the middle pixels are still the pattern's own: what lies beyond the ring around the square blurs into its
-/// outer part. In half edges of the square.
-fn reach(pattern: &Pattern, state: &State) -> f32 {
-    const BLURS: f32 = 2.2;
-    let blur_px = state.blur[0].max(state.blur[1]).sqrt();
-    let clear = 1.0 - BLURS * blur_px / pattern.module_px(state.size_px());
-    1.0 + clear.clamp(-0.5, 0.8) / pattern.half_border
+/// Modules beyond which an edge does not show.
+fn seen_modules(pattern: &Pattern, state: &State) -> f32 {
+    /// How many more a unit of the halo shows an edge, which reaches twice as far.
+    const MORE_WITH_HALO: f32 = 3.5;
+    const MOST_MORE: f32 = 1.2;
+    let seen = SEEN + (MORE_WITH_HALO * state.halo.abs()).min(MOST_MORE);
+    let [uu, vv, _] = state.blur;
+    seen * uu.max(vv).sqrt() / pattern.module_px(state.size_px())
+}
+
+/// How near to the ring's outer edge pixels are looked at, across the edges of either axis: where the ground is not mixed in,
+/// only where it does not show.
+fn least_inside_px(pattern: &Pattern, state: &State) -> [f32; 2] {
+    const MIXED: f32 = 1.0;
+    let sigmas = if seen_modules(pattern, state) < FAR_APART {
+        SEEN
+    } else {
+        MIXED
+    };
+    [state.blur[0], state.blur[1]].map(|variance| sigmas * variance.sqrt())
 }
 
 /// Of all that shows the pattern.
 pub(super) fn outline(pattern: &Pattern, state: &State) -> Quad {
-    let r = reach(pattern, state);
+    let [inside_px, _] = least_inside_px(pattern, state);
+    let r = pattern.ring - 2.0 * inside_px / state.size_px();
     [[-r, -r], [r, -r], [r, r], [-r, r]].map(|[u, v]| state.homography.apply(u, v))
 }

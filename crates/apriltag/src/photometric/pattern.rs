@@ -5,7 +5,7 @@
 //! both densities: the first term of the bivariate normal distribution's tetrachoric series (Pearson, Phil. Trans. R. Soc. A
 //! 195, 1900).
 
-use super::edge::Profile;
+use super::edge::{Edge, Profile};
 use super::equations::GROUP;
 use crate::Family;
 use sextant_tag_families::white_modules;
@@ -24,8 +24,8 @@ pub(super) struct Pattern {
     rows: [u32; SIZE],
     /// Modules from the square's middle to its edge.
     pub(super) half_border: f32,
-    /// Modules along the print, with the ring.
-    total: f32,
+    /// Half edges of the square from its middle to the ring's outer edge.
+    pub(super) ring: f32,
     /// Column of the padded pattern in which the square's middle lies.
     middle: f32,
 }
@@ -37,6 +37,8 @@ pub(super) struct Coverage {
     pub(super) across: [f32; 2],
     pub(super) with_blur: [f32; 3],
     pub(super) with_halo: f32,
+    /// The derivative with how much of the ground is mixed in.
+    pub(super) with_ground: f32,
 }
 
 /// How blur shows: across the edges of either axis, and the covariance between both in square pixels.
@@ -57,7 +59,7 @@ impl Pattern {
         Self {
             rows,
             half_border: f32::from(data.border_width) / 2.0,
-            total: total as f32,
+            ring: total as f32 / f32::from(data.border_width),
             middle: total as f32 / 2.0 + PADDING as f32,
         }
     }
@@ -69,7 +71,7 @@ impl Pattern {
 
     /// Length of all edges between black and white, which are about half of those between modules.
     pub(super) fn edges_px(&self, size_px: f32) -> f32 {
-        self.total * self.total * self.module_px(size_px)
+        (2.0 * self.half_border * self.ring).powi(2) * self.module_px(size_px)
     }
 
     /// What crosses the neighbourhood of places, with the nearest `EDGES` edges along either axis.
@@ -107,6 +109,19 @@ impl Pattern {
             }
         }
         crossings
+    }
+
+    #[inline(always)]
+    pub(super) fn rim<const SHARP: bool>(&self, places: &Places, optics: &Optics) -> Rim {
+        let mut edges = [[[0.0; 4]; GROUP]; 2];
+        for axis in 0..2 {
+            for i in 0..GROUP {
+                let inside = self.ring - places.on_square[axis][i].abs();
+                edges[axis][i] =
+                    optics.profiles[axis].at::<SHARP>(inside * places.unit_px[axis][i]);
+            }
+        }
+        Rim { edges }
     }
 }
 
@@ -148,6 +163,7 @@ impl<const EDGES: usize> Crossings<EDGES> {
             across: [above[1], 0.0],
             with_blur: [above[2], 0.0, 0.0],
             with_halo: above[3],
+            with_ground: 0.0,
         };
         for j in 0..EDGES {
             let [share, density, spread, halo] = edge(1, j);
@@ -164,6 +180,37 @@ impl<const EDGES: usize> Crossings<EDGES> {
         }
         coverage.value += covariance * coverage.with_blur[2];
         coverage
+    }
+}
+
+/// How the ring's outer edges look from places, the nearest one of either axis.
+pub(super) struct Rim {
+    edges: [[Edge; GROUP]; 2],
+}
+
+impl Rim {
+    /// Mixes in what lies beyond the ring: so much of the ground, of which all is so many parts of the contrast more than the
+    /// ring.
+    #[inline(always)]
+    pub(super) fn mix(
+        &self,
+        at: usize,
+        outwards: [f32; 2],
+        all: f32,
+        much: f32,
+        coverage: &mut Coverage,
+    ) {
+        let [u, v] = [self.edges[0][at], self.edges[1][at]];
+        let more = all * much;
+        let share = 1.0 - u[0] * v[0];
+        coverage.value += more * share;
+        coverage.with_ground = all * share;
+        for (axis, [own, other]) in [[u, v], [v, u]].into_iter().enumerate() {
+            let more = more * other[0];
+            coverage.across[axis] += more * own[1].copysign(outwards[axis]);
+            coverage.with_blur[axis] -= more * own[2];
+            coverage.with_halo -= more * own[3];
+        }
     }
 }
 

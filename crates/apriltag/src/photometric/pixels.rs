@@ -2,9 +2,10 @@
 //! place, and a few of the flat ones beside them, for black and white.
 
 use super::equations::{GROUP, MAX_PIXELS};
+use super::model::Model;
 use super::straightened::Straightened;
 use crate::Image;
-use crate::quad::{Line, Quad};
+use crate::quad::{Line, Point, Quad};
 use std::ops::Range;
 
 /// Pixels along a tile's edge. Tiles are taken one after the other, so that groups hold neighbours.
@@ -32,12 +33,14 @@ pub(super) struct Group<'a> {
     pub(super) x: &'a [f32; GROUP],
     pub(super) y: &'a [f32; GROUP],
     pub(super) grey: &'a [f32; GROUP],
+    /// Greys a little beyond the ring's outer edge, from pixels near it; before it was looked for, and elsewhere, their own.
+    pub(super) beyond: &'a [f32; GROUP],
 }
 
 /// A tag in an image as it seems to lie.
 pub(super) struct Tag<'a> {
     pub(super) image: &'a Image<'a>,
-    /// Of all that shows the pattern, in the image.
+    /// Of all that shows the pattern, straightened.
     pub(super) outline: Quad,
     /// White less black.
     pub(super) contrast: f32,
@@ -46,11 +49,27 @@ pub(super) struct Tag<'a> {
     pub(super) straightened: Option<&'a Straightened>,
 }
 
+impl Tag<'_> {
+    /// Where the image shows a place.
+    fn pixel(&self, place: Point) -> Point {
+        let pixel = self.straightened.map(|lens| lens.pixel(place));
+        pixel.flatten().unwrap_or(place)
+    }
+
+    /// Grey of the pixel nearest to a place.
+    fn nearest(&self, place: Point) -> u8 {
+        let [x, y] = self.pixel(place).map(|at| (at + 0.5).max(0.0) as usize);
+        let (width, height) = (self.image.width(), self.image.height());
+        self.image.row(y.min(height - 1))[x.min(width - 1)]
+    }
+}
+
 #[derive(Debug)]
 pub(super) struct Pixels {
     x: Vec<f32>,
     y: Vec<f32>,
     grey: Vec<f32>,
+    beyond: Vec<f32>,
     taken: Taken,
     /// Of the tiles around a tag, row after row.
     steep: Vec<Steep>,
@@ -63,6 +82,7 @@ impl Default for Pixels {
             x: room(),
             y: room(),
             grey: room(),
+            beyond: room(),
             taken: Taken {
                 pixels: vec![0; MAX_PIXELS],
                 n: 0,
@@ -75,13 +95,21 @@ impl Default for Pixels {
 impl Pixels {
     pub(super) fn groups(&self) -> impl ExactSizeIterator<Item = Group<'_>> {
         let n = self.taken.n.next_multiple_of(GROUP);
-        let places = self.x[..n]
-            .as_chunks()
-            .0
-            .iter()
-            .zip(self.y[..n].as_chunks().0);
-        let pixels = places.zip(self.grey[..n].as_chunks().0);
-        pixels.map(|((x, y), grey)| Group { x, y, grey })
+        let places = (self.x[..n].as_chunks().0.iter()).zip(self.y[..n].as_chunks().0);
+        let greys = (self.grey[..n].as_chunks().0.iter()).zip(self.beyond[..n].as_chunks().0);
+        let pixels = places.zip(greys);
+        pixels.map(|((x, y), (grey, beyond))| Group { x, y, grey, beyond })
+    }
+
+    /// Looks at the greys beyond the ring.
+    pub(super) fn look_beyond(&mut self, tag: &Tag<'_>, model: &Model<'_>) {
+        let n = self.taken.n.next_multiple_of(GROUP);
+        let places = (self.x[..n].as_chunks().0.iter()).zip(self.y[..n].as_chunks().0);
+        for ((x, y), greys) in places.zip(self.beyond[..n].as_chunks_mut::<GROUP>().0) {
+            for (place, grey) in model.beyond([x, y]).into_iter().zip(greys) {
+                *grey = f32::from(tag.nearest(place));
+            }
+        }
     }
 
     /// Gathers the pixels to look at.
@@ -168,9 +196,11 @@ impl Pixels {
             );
             *grey = (pixel >> GREY) as f32;
         }
-        for i in *n..n.next_multiple_of(GROUP) {
+        let end = n.next_multiple_of(GROUP);
+        for i in *n..end {
             (self.x[i], self.y[i], self.grey[i]) = (self.x[n - 1], self.y[n - 1], NO_GREY);
         }
+        self.beyond[..end].copy_from_slice(&self.grey[..end]);
         if let Some(straightened) = tag.straightened {
             for (x, y) in self.x.iter_mut().zip(&mut self.y).take(*n) {
                 [*x, *y] = straightened.place([*x, *y]).unwrap_or([*x, *y]);
@@ -229,7 +259,8 @@ struct Tiles {
 
 impl Tiles {
     fn around(tag: &Tag<'_>) -> Self {
-        let Tag { image, outline, .. } = tag;
+        let image = tag.image;
+        let outline = tag.outline.map(|place| tag.pixel(place));
         let [(left, columns), (top, rows)] =
             [(0, image.width()), (1, image.height())].map(|(axis, size)| {
                 let along = outline.map(|corner| corner[axis]);

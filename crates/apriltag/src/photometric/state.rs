@@ -1,7 +1,7 @@
 //! Everything that is fitted.
 
 use super::edge::Profile;
-use super::equations::{Matrix, Priors, Vector};
+use super::equations::{Factor, Priors, Vector};
 use super::pattern::Optics;
 use crate::homography::Homography;
 use crate::quad::{Point, Quad, distance, mean_edge};
@@ -13,11 +13,11 @@ const USUAL_BLUR_PX: f32 = 0.6;
 /// Variance of a pixel's square along either axis, in square pixels.
 pub(super) const PIXEL: f32 = 1.0 / 12.0;
 
-/// Standard deviation of the halo where nothing is known.
-const USUAL_HALO: f32 = 0.3;
-
 /// Standard deviation of the gain where nothing is known: a curve of 1 / 1.4 or ink that spreads by a seventh of a pixel.
 const USUAL_GAIN: f32 = 0.3;
+
+/// Standard deviation of the ground's grey, in parts of the contrast, where nothing is known.
+const USUAL_GROUND: f32 = 0.5;
 
 /// Corners of the square in its own coordinates.
 const CORNERS: [Point; 4] = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]];
@@ -39,6 +39,8 @@ pub(super) struct State {
     pub(super) halo: f32,
     /// How much more than its share white has where shares are about even.
     pub(super) gain: f32,
+    /// How much of what lies beyond the ring the blur mixes in.
+    pub(super) ground: f32,
 }
 
 impl State {
@@ -52,6 +54,7 @@ impl State {
             blur: [0.0; 3],
             halo: 0.0,
             gain: 0.0,
+            ground: 1.0,
         };
         state.blur = state.usual_blur()?;
         Some(state)
@@ -86,7 +89,11 @@ impl State {
         const MOST_BLUR: f32 = 4.0 * 4.0;
         const MOST_HALO: f32 = 2.0;
         const MOST_GAIN: f32 = 0.9;
-        let [.., g, h, black, white, u, v, uu, vv, uv, halo, gain] = step;
+        const MOST_GROUND: f32 = 5.0;
+        if !step.iter().all(|change| change.is_finite()) {
+            return None;
+        }
+        let [.., g, h, black, white, u, v, uu, vv, uv, halo, gain, ground] = step;
         let (contrast, m) = (self.contrast(), &mut self.homography.m);
         for (value, change) in m[..6].iter_mut().zip(step) {
             *value += change;
@@ -98,15 +105,16 @@ impl State {
         self.light = [self.light[0] + u, self.light[1] + v];
         self.halo = (self.halo + halo).clamp(-MOST_HALO, MOST_HALO);
         self.gain = (self.gain + gain).clamp(-MOST_GAIN, MOST_GAIN);
+        self.ground = (self.ground + ground).clamp(-MOST_GROUND, MOST_GROUND);
         let uu = (self.blur[0] + uu).clamp(LEAST_BLUR, MOST_BLUR);
         let vv = (self.blur[1] + vv).clamp(LEAST_BLUR, MOST_BLUR);
         let most = 0.9 * (uu * vv).sqrt();
         self.blur = [uu, vv, (self.blur[2] + uv).clamp(-most, most)];
-        step.iter().all(|change| change.is_finite()).then_some(())
+        Some(())
     }
 
     /// The blur is near the usual one, give or take as much, halo and gain near 0: matters only where the pixels don't tell.
-    pub(super) fn priors(&self) -> Option<Priors> {
+    pub(super) fn priors(&self, usual_halo: f32) -> Option<Priors> {
         const SPREAD: f32 = USUAL_BLUR_PX * USUAL_BLUR_PX;
         let usual = self.usual_blur()?;
         let [uu, vv, uv] = [0, 1, 2].map(|i| (usual[i] - self.blur[i], SPREAD));
@@ -114,8 +122,9 @@ impl State {
             uu,
             vv,
             uv,
-            (-self.halo, USUAL_HALO),
+            (-self.halo, usual_halo),
             (-self.gain, USUAL_GAIN),
+            (1.0 - self.ground, USUAL_GROUND),
         ])
     }
 
@@ -189,14 +198,19 @@ impl State {
             .fold(0.0, f32::max)
     }
 
-    /// Of the corners, given that of the parameters.
-    pub(super) fn corner_covariances(&self, covariance: &Matrix) -> [[f32; 3]; 4] {
+    /// Whether a step changes the blur, in square pixels, so much that the next changes it again: that of a good lens changes
+    /// by less.
+    pub(super) fn blurs(step: &Vector) -> bool {
+        const SETTLED: f32 = 0.25;
+        let [.., uu, vv, _, _, _, _] = step;
+        uu.abs().max(vv.abs()) > SETTLED
+    }
+
+    /// Of the corners, given what is known of the parameters.
+    pub(super) fn corner_covariances(&self, factor: &Factor) -> [[f32; 3]; 4] {
         CORNERS.map(|corner| {
-            let [x, y] = self.jacobian(corner);
-            let with =
-                |row: &[f32; 8]| -> [f32; 8] { std::array::from_fn(|i| dot(row, &covariance[i])) };
-            let (with_x, with_y) = (with(&x), with(&y));
-            [dot(&x, &with_x), dot(&x, &with_y), dot(&y, &with_y)]
+            let [x, y] = self.jacobian(corner).map(|row| factor.whiten(row));
+            [dot(&x, &x), dot(&x, &y), dot(&y, &y)]
         })
     }
 
