@@ -227,8 +227,9 @@ impl ClockSearch {
         self.rests.remove(&camera_index);
     }
 
-    /// What a filter has found out in addition is taken off as well.
+    /// What others have found out in addition is taken off as well. An open question has been shown other stamps.
     pub fn add(&mut self, camera_index: usize, more: ClockOffset) {
+        self.question = None;
         self.apply(camera_index, more);
     }
 

@@ -62,11 +62,11 @@ impl Fusion {
     }
 
     /// A clock that has jumped is learned anew where filters estimate its offset or took it to agree with the others; all others are,
-    /// where it is the one that the others are measured by.
+    /// where it is the one that the others are measured by. Where it was vouched for, what was found is taken off its stamps.
     pub(super) fn look_at_jumps(&mut self) {
         let jumped: Vec<(usize, f64)> = self.health.clocks().collect();
         let near = jumped.iter().filter(|(_, by_s)| by_s.abs() < ASTRAY_S);
-        for camera in near.map(|(camera, _)| *camera) {
+        for (camera, by_s) in near.copied() {
             let mut doubted: Vec<usize> = self.estimated_offsets().into_keys().collect();
             if doubted.is_empty() || doubted.contains(&camera) {
                 doubted = vec![camera];
@@ -77,9 +77,15 @@ impl Fusion {
             for timeline in &mut self.timelines {
                 held |= timeline.doubt_clocks(&doubted, sigma_s);
             }
-            if held {
-                self.health.forget_camera(camera);
+            if !held {
+                // What was seen with the old stamps must not be held against the new ones.
+                self.timelines.iter_mut().for_each(Timeline::settle);
+                let sigma_s = KNOWN_S;
+                let offset_s = by_s;
+                self.clock_search
+                    .add(camera, ClockOffset { offset_s, sigma_s });
             }
+            self.health.forget_camera(camera);
         }
     }
 

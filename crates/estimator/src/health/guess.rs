@@ -13,9 +13,8 @@ const USUAL: f64 = 8.0;
 /// Views over which what is left is averaged, and by which factor one can exceed the mean.
 const RECENT: f64 = 3.0;
 const MORE: f64 = 10.0;
-/// What may be left of squared residuals: against the usual ones, and as a share.
+/// What may be left of squared residuals against the usual ones.
 const EXPLAINED: f64 = 5.0;
-const REST: f64 = 0.03;
 /// Share of what was learned that is kept at a change.
 const UNSETTLED: f64 = 0.05;
 /// Degrees of freedom of the weights of views by what is left of them.
@@ -77,9 +76,9 @@ impl<const D: usize> Guess<D> {
         gain.clamp(-MOST, MOST)
     }
 
-    /// Whether nothing else is needed to explain what the views show: to about their noise, or nearly all of much.
-    pub fn explains(&self) -> bool {
-        self.left < EXPLAINED.max(self.found * REST)
+    /// Whether nothing else is needed to explain what the views show: to about their noise, or all of much but a share.
+    pub fn explains(&self, rest: f64) -> bool {
+        self.left < EXPLAINED.max(self.found * rest)
     }
 
     /// Something has changed: what was learned before it counts little.

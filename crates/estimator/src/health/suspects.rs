@@ -24,6 +24,10 @@ const ALERT: f64 = 5.0;
 /// Evidence by which a fault must exceed another that explains the same; as which it counts that a fault is of one parameter.
 const MARGIN: f64 = 15.0;
 const SIMPLE: f64 = 10.0;
+/// Share of squared residuals that may be left; by a clock several times as much, since motion is taken to be uniform for its offset and its
+/// velocity counts where one sigma is up to a fifth of it.
+const REST: f64 = 0.03;
+const REST_OF_CLOCK: f64 = 0.15;
 /// Share of the evidence against a camera that its clock must explain to be suspected.
 const CLOCK_SHARE: f64 = 0.2;
 /// Nanoseconds between two decisions.
@@ -259,10 +263,13 @@ impl Suspects {
 
     fn explains(&self, cause: &Cause) -> bool {
         let explains = match cause {
-            Cause::Clock(camera) => self.cameras.get(camera).map(|of| of.clock.explains()),
-            Cause::Camera(camera) => self.cameras.get(camera).map(|of| of.moved.explains()),
-            Cause::Size(tag) => self.tags.get(tag).map(|of| of.size.explains()),
-            Cause::Place(tag) => self.tags.get(tag).map(|of| of.place.explains()),
+            Cause::Clock(camera) => self
+                .cameras
+                .get(camera)
+                .map(|of| of.clock.explains(REST_OF_CLOCK)),
+            Cause::Camera(camera) => self.cameras.get(camera).map(|of| of.moved.explains(REST)),
+            Cause::Size(tag) => self.tags.get(tag).map(|of| of.size.explains(REST)),
+            Cause::Place(tag) => self.tags.get(tag).map(|of| of.place.explains(REST)),
         };
         explains.unwrap_or_default()
     }
