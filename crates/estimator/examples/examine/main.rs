@@ -24,7 +24,7 @@ use score::{Score, examined};
 fn main() {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let number = |index: usize| arguments.get(index).and_then(|text| text.parse().ok());
-    if let (Some(what @ ("faults" | "quiet")), Some(of), Some(from), Some(to)) = (
+    if let (Some(what @ ("faults" | "quiet" | "quiet+unvouched")), Some(of), Some(from), Some(to)) = (
         arguments.first().map(String::as_str),
         arguments.get(1),
         number(2),
