@@ -92,6 +92,19 @@ fn light_that_falls_off_to_one_side_moves_no_corner() {
 }
 
 #[test]
+fn light_that_falls_off_to_one_side_moves_no_corner_through_a_curve_either() {
+    for (power, most) in [(0.5, 0.033), (0.7, 0.025), (1.3, 0.04)] {
+        let tag = tag(64.0);
+        let picture = Picture::draw(&camera(), std::slice::from_ref(&tag), 128.0);
+        let straight = picture.lit([0.004, -0.002]).blurred(2.0).pixels(0.0, 2);
+        let found = detect_one(&through(|grey| grey.powf(power), &straight, 0.5));
+        assert_eq!(found.refinement, Refinement::Photometric);
+        let error = worst_error(&found, &tag);
+        assert!(error < most, "power {power}: off by {error}");
+    }
+}
+
+#[test]
 fn corners_of_a_picture_without_blur_are_seen_by_the_shares_of_pixels() {
     for edge_px in [24.0, 40.0] {
         let tag = Tag {

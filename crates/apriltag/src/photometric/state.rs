@@ -165,7 +165,8 @@ impl State {
     /// show nearer to the darker one, by the blur's covariance times the light's gradient over the light (Stein's lemma).
     pub(super) fn unshaded_corners(&self) -> Option<Quad> {
         let [uu, vv, uv] = self.blur;
-        let [uu, vv] = [uu, vv].map(|variance| variance * (1.0 - 3.0 * self.halo));
+        let (power, of_halo) = (self.inverse_power(), 1.0 - 3.0 * self.halo);
+        let [uu, vv, uv] = [uu * of_halo, vv * of_halo, uv].map(|variance| variance * power);
         let corner = |place @ [u, v]: Point| {
             let [along_u, along_v] = self.gradients(place)?.map(|[x, y]| x.hypot(y));
             let light = 1.0 + self.light[0] * u + self.light[1] * v;
@@ -181,6 +182,15 @@ impl State {
         };
         let [a, b, c, d] = CORNERS.map(corner);
         Some([a?, b?, c?, d?])
+    }
+
+    /// What undoes the camera's curve, if it is a power p of the light, as far as the gain tells: of relative slopes it leaves p
+    /// times as much. The mean of power 1/p of black and white lies by (1/p - 1) (white - black)^2 / (8 mean) above the middle,
+    /// to first order, and so by a quarter of the gain times their difference.
+    fn inverse_power(&self) -> f32 {
+        const MOST: f32 = 2.5;
+        let power = 1.0 + self.gain * (self.white + self.black) / self.contrast();
+        power.clamp(1.0 / MOST, MOST)
     }
 
     /// No corner is farther from where it seemed to be when the code was read, and white is brighter than black.
