@@ -45,6 +45,7 @@ classes! {
     "unstated-poses" UnstatedPoses "camera poses are wrong by 0.2 mm and 0.2 mrad, and nobody says so"
     "unstated-noise" UnstatedNoise "noise that nobody states"
     "other-noise" OtherNoise "noise of 0.4 to 2.5 times what is stated"
+    "noisy-camera" NoisyCamera "one camera's noise is 3 to 8 times what is stated"
     "arm" Arm "articulated bodies of 2 to 4 links"
 }
 
@@ -100,6 +101,8 @@ pub struct Scene {
     pub clocks: Vec<Clock>,
     pub sigma_px: f64,
     pub stated_sigma_px: Option<f64>,
+    /// The camera whose noise is so many times that of the others.
+    pub noisy: Option<(usize, f64)>,
     pub way: Way,
     /// Whether corners are those of a homography fitted to the bent tag.
     pub fitted: bool,
@@ -127,7 +130,7 @@ impl Scene {
         })
             .map(|index| body(class, index, seconds, random))
             .collect();
-        let late = class == Class::Late;
+        let (late, cameras) = (class == Class::Late, truth.cameras().len());
         Self {
             stated: stated(class, &truth, random),
             clocks: clocks(class, truth.cameras().len(), random),
@@ -139,6 +142,8 @@ impl Scene {
                 Class::OtherNoise => Some(sigma_px / random.log_within(0.4, 2.5)),
                 _ => Some(sigma_px),
             },
+            noisy: (class == Class::NoisyCamera)
+                .then(|| (seed as usize % cameras, random.within(3.0, 8.0))),
             way: Way {
                 most_s: if late { 0.4 } else { 0.012 },
                 lost: if late { 0.05 } else { 0.0 },
@@ -146,6 +151,14 @@ impl Scene {
             },
             fitted: class == Class::BentFitted,
             seconds,
+        }
+    }
+
+    /// Deviation of a camera's corners, px.
+    pub fn noise_px(&self, camera: usize) -> f64 {
+        match self.noisy {
+            Some((noisy, times)) if noisy == camera => self.sigma_px * times,
+            _ => self.sigma_px,
         }
     }
 

@@ -17,10 +17,11 @@ pub fn tags(scene: &Scene, camera: usize, taken_s: f64, random: &mut Random) -> 
     let stated = scene
         .stated_sigma_px
         .map_or(0.0, |sigma_px| sigma_px.powi(2));
+    let noise_px = scene.noise_px(camera);
     let mut seen = Vec::new();
     for body in 0..scene.bodies.len() {
         for (tag, corners) in visible(scene, camera, body, taken_s) {
-            let mut noise = || Vector2::new(random.gauss(), random.gauss()) * scene.sigma_px;
+            let mut noise = || Vector2::new(random.gauss(), random.gauss()) * noise_px;
             seen.push(TagCorners {
                 tag: tag.tag,
                 corners: corners.map(|corner| corner + noise()),
@@ -186,7 +187,7 @@ pub fn information(scene: &Scene, camera: usize, body: usize, taken_s: f64) -> M
                     slopes.set_column(place, &((after - before) / 2e-5));
                 }
             }
-            sum += slopes.transpose() * slopes / scene.sigma_px.powi(2);
+            sum += slopes.transpose() * slopes / scene.noise_px(camera).powi(2);
         }
     }
     sum
