@@ -284,9 +284,13 @@ impl Hypothesis {
             let same_image = |other: &Sight<'_>| other.camera_index == sight.camera_index;
             let image = || pairs().filter(|(other, _)| same_image(other));
             let right = image().filter(|(_, taken)| taken.part).count();
-            // Wrong among right ones, or again while others are right: that is no noise.
-            let is_fault = 2 * right > image().count() || self.is_wrong(sight.camera_index);
-            if !taken.part && is_fault {
+            let may_be_noise =
+                || Noise::can_explain(sight, &sight.view.moving(&self.state.configuration()));
+            // Wrong among right ones is no noise, nor is what is off by more than noise again and again while others are right.
+            let is_fault = || {
+                2 * right > image().count() || self.is_wrong(sight.camera_index) && !may_be_noise()
+            };
+            if !taken.part && is_fault() {
                 continue;
             }
             noise.learn(sight, taken, options);

@@ -107,6 +107,11 @@ impl Normal {
         normal
     }
 
+    /// Sum of squared whitened residuals, no weight.
+    pub fn square(&self) -> f64 {
+        self.square
+    }
+
     /// The view's weight.
     pub fn weight(&self) -> f64 {
         self.scale.iter().sum::<f64>() / self.square.max(f64::MIN_POSITIVE)

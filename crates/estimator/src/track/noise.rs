@@ -13,6 +13,7 @@ use crate::FusionOptions;
 use crate::filter::corners::Sight;
 use crate::filter::edges::NoiseFactors;
 use crate::filter::normal::NoiseSource;
+use crate::filter::shutter::Moving;
 
 /// What a source of the stated noise is worth.
 struct Trust {
@@ -66,6 +67,9 @@ struct Variance {
     /// would rule a mean for long. Within each source's bounds; kept, since every view asks it of every camera.
     weighed: [f64; 2],
 }
+
+/// Of a view's corners.
+const COORDINATES: f64 = 8.0;
 
 /// 8 over the mean of 13 x / (5 + x) where x is of chi-square with 8 degrees of freedom: what the weights of views of which nobody
 /// states the noise take from Gaussian residuals.
@@ -132,6 +136,14 @@ impl Noise {
             shift: factor(&usual.shift, own.shift, source),
             turn: factor(&usual.turn, own.turn, source),
         }
+    }
+
+    /// Whether what a view leaves, seen from a pose of its link, is no more than the largest noise that there can be.
+    pub fn can_explain(sight: &Sight<'_>, link: &Moving) -> bool {
+        let NoiseFactors { shift, turn } = sight.noise;
+        let (_, most) = TRUSTS[index_of(sight.view.noise_source)].bounds;
+        let square = sight.normal(link).map(|normal| normal.square());
+        square.is_some_and(|square| square * (shift * turn).sqrt() < COORDINATES * most)
     }
 
     /// How much of the bow a camera's corners have.
