@@ -71,30 +71,24 @@ impl CodeIndex {
         (code >> (part * self.part_bits)) as usize & ((1 << self.part_bits) - 1)
     }
 
-    /// The nearest code word within the allowed distance; exact ones first, then fewer turns, then smaller ids.
+    /// The nearest code word within the allowed distance; exact ones first, then fewer turns, then those found by earlier parts.
     pub(crate) fn find(&self, observed: u64) -> Option<Match> {
-        (0..4)
-            .filter_map(|turns| self.find_upright(rotate_code(observed, self.n_bits, turns), turns))
-            .min_by_key(|found| found.hamming)
-    }
-
-    fn find_upright(&self, observed: u64, turns: u32) -> Option<Match> {
-        let candidates = (0..PARTS).flat_map(|part| {
-            let value = self.part(observed, part);
-            let range = self.starts[part][value] as usize..self.starts[part][value + 1] as usize;
-            &self.ids[part][range]
-        });
-        let matches = candidates.map(|&id| {
-            let hamming = (self.codes[usize::from(id)] ^ observed).count_ones();
-            Match {
-                id: u32::from(id),
-                hamming,
-                turns,
+        let mut nearest = None;
+        let mut allowed = self.max_hamming + 1;
+        for turns in 0..4 {
+            let upright = rotate_code(observed, self.n_bits, turns);
+            for (part, (starts, ids)) in self.starts.iter().zip(&self.ids).enumerate() {
+                let value = self.part(upright, part);
+                for &id in &ids[starts[value] as usize..starts[value + 1] as usize] {
+                    let hamming = (self.codes[usize::from(id)] ^ upright).count_ones();
+                    if hamming < allowed {
+                        let id = u32::from(id);
+                        (allowed, nearest) = (hamming, Some(Match { id, hamming, turns }));
+                    }
+                }
             }
-        });
-        matches
-            .filter(|found| found.hamming <= self.max_hamming)
-            .min_by_key(|found| found.hamming)
+        }
+        nearest
     }
 }
 

@@ -71,14 +71,16 @@ impl Hull {
     pub(crate) fn largest_quad(&self) -> Option<[Pixel; 4]> {
         let hull = &self.vertices;
         let mut corners = self.first_guess();
-        for _ in 0..2 {
-            let before = corners;
-            for i in 0..4 {
-                let (last, next) = (hull[corners[(i + 3) % 4]], hull[corners[(i + 1) % 4]]);
-                corners[i] = self.farthest_beyond(last, next);
-            }
-            if corners == before {
-                break;
+        // Whether a corner is the farthest from the line through its neighbours, as the last two guessed are.
+        let mut is_farthest = [false, true, false, true];
+        for i in (0..4).chain(0..4) {
+            if !is_farthest[i] {
+                let (last, next) = ((i + 3) % 4, (i + 1) % 4);
+                let found = self.farthest_beyond(hull[corners[last]], hull[corners[next]]);
+                if found != corners[i] {
+                    (is_farthest[last], is_farthest[next]) = (false, false);
+                }
+                (corners[i], is_farthest[i]) = (found, true);
             }
         }
         corners.sort_unstable();

@@ -96,12 +96,13 @@ impl Reader {
         let thresholds = self.thresholds(&modules)?;
         self.sample_bits(view, &map, &mut modules)
             .ok_or(Unread::hopeful(Rejection::NoCode))?;
-        let reading = self.recognise(&modules, &thresholds)?;
+        let bits = Bits::new(&self.layout, &modules, &thresholds);
+        let reading = self.recognise(&bits, &thresholds)?;
         // Letters and texture show a code word of few bits now and then, so that the word alone is no evidence: border, ring
         // and bits must be all that a tag's are. The frame has three times as many modules as the word.
         let is_beyond_doubt = !self.index.is_weak
             || thresholds.rings_are_whole(&self.layout, modules.all(), self.data.border)
-                && self.modules_are_plain(view, &map, &modules, &thresholds);
+                && self.modules_are_plain(view, &map, &bits, &thresholds);
         if is_beyond_doubt {
             Ok(reading)
         } else {
@@ -116,7 +117,7 @@ impl Reader {
         &self,
         view: &View<'_>,
         map: &Homography,
-        modules: &Modules,
+        bits: &Bits,
         thresholds: &Thresholds,
     ) -> bool {
         let mut greys = [[[0.0; POINTS]; MAX_BLOCKS]; 4];
@@ -124,7 +125,7 @@ impl Reader {
             view.sample(map, places, greys);
         }
         let clearly = CLEARLY * thresholds.contrast();
-        let middles = self.above_threshold(modules, thresholds, USUAL_BLUR_PX);
+        let middles = bits.without_blur(USUAL_BLUR_PX);
         let is_in_doubt = |(i, middle): (usize, f32)| {
             let threshold = thresholds.at(self.layout.from_middle[self.layout.bits.start + i]);
             let other = |greys: &[Points; MAX_BLOCKS]| {
@@ -173,12 +174,12 @@ impl Reader {
     }
 
     /// The code word under usual blur or, failing that, under strong blur.
-    fn recognise(&self, modules: &Modules, thresholds: &Thresholds) -> Result<Reading, Unread> {
-        let (usual, clarity) = self.bits(modules, thresholds, USUAL_BLUR_PX);
+    fn recognise(&self, bits: &Bits, thresholds: &Thresholds) -> Result<Reading, Unread> {
+        let (usual, clarity) = bits.word(USUAL_BLUR_PX);
         let found = self.index.find(usual).map(|found| (found, clarity));
         // Fewer wrong bits: every further attempt is a further chance for what is no tag.
         let or_blurred = || {
-            let (strong, margin) = self.bits(modules, thresholds, STRONG_BLUR_PX);
+            let (strong, margin) = bits.word(STRONG_BLUR_PX);
             let found = self.index.find(strong)?;
             (found.hamming <= 1).then_some((found, margin))
         };
@@ -197,18 +198,58 @@ impl Reader {
             white: thresholds.white,
         })
     }
+}
+
+/// The modules with a bit: how far the grey of each is above the threshold, and by how much it is brighter than the modules to
+/// its sides and than those above and below it, twice.
+struct Bits {
+    above: [[f32; 3]; MOST_BITS],
+    count: usize,
+    /// Width and height of a module.
+    size_px: [f32; 2],
+}
+
+/// A code word is 64 bits at most.
+const MOST_BITS: usize = 64;
+
+impl Bits {
+    fn new(layout: &Layout, modules: &Modules, thresholds: &Thresholds) -> Self {
+        let greys = modules.all();
+        let mut above = [[0.0; 3]; MOST_BITS];
+        let seen = greys[layout.bits.clone()].iter();
+        let places = layout.from_middle[layout.bits.clone()].iter();
+        let bits = seen.zip(places).zip(&layout.beside);
+        for (above, ((&grey, &place), beside)) in above.iter_mut().zip(bits) {
+            let [left, right, top, bottom] = beside.map(|at| greys[usize::from(at)]);
+            let twice = 2.0 * grey;
+            *above = [
+                grey - thresholds.at(place),
+                twice - left - right,
+                twice - top - bottom,
+            ];
+        }
+        Self {
+            above,
+            count: layout.bits.len(),
+            size_px: modules.size_px,
+        }
+    }
 
     /// The observed code word and its margin: the mean distance from the threshold of the weaker colour.
-    fn bits(&self, modules: &Modules, thresholds: &Thresholds, blur_px: f32) -> (u64, f32) {
-        let (mut code, mut sums, mut counts) = (0, [0.0, 0.0], [0, 0]);
-        for value in self.above_threshold(modules, thresholds, blur_px) {
-            let bit = usize::from(value > 0.0);
-            code = code << 1 | bit as u64;
-            sums[bit] += value.abs();
-            counts[bit] += 1;
+    fn word(&self, blur_px: f32) -> (u64, f32) {
+        let (mut code, mut sum, mut distances) = (0_u64, 0.0, 0.0);
+        for value in self.without_blur(blur_px) {
+            code = code << 1 | u64::from(value > 0.0);
+            sum += value;
+            distances += value.abs();
         }
-        let mean = |bit: usize| sums[bit] / counts[bit].max(1) as f32;
-        (code, mean(0).min(mean(1)))
+        let white = code.count_ones();
+        let mean = |twice: f32, count: u32| twice / (2 * count.max(1)) as f32;
+        let of_white = mean(distances + sum, white);
+        (
+            code,
+            of_white.min(mean(distances - sum, self.count as u32 - white)),
+        )
     }
 
     /// How far each bit's grey is above the threshold.
@@ -216,23 +257,12 @@ impl Reader {
     /// What blur carries over from the neighbours, which matters where a module is hardly wider than the blur, is taken
     /// out: the inverse of a blur by modules of that width, fitted by a power law. A tag seen from the side is narrow one
     /// way only.
-    fn above_threshold(
-        &self,
-        modules: &Modules,
-        thresholds: &Thresholds,
-        blur_px: f32,
-    ) -> impl Iterator<Item = f32> {
-        let greys = modules.all();
-        let [across, down] = modules
+    fn without_blur(&self, blur_px: f32) -> impl Iterator<Item = f32> {
+        let [across, down] = self
             .size_px
             .map(|width| (3.3 * (blur_px / width).powi(3)).min(0.5));
-        let bits = self.layout.bits.clone().zip(&self.layout.beside);
-        bits.map(move |(i, beside)| {
-            let above = greys[i] - thresholds.at(self.layout.from_middle[i]);
-            let Some(beside) = beside else { return above };
-            let [left, right, top, bottom] = beside.map(|at| greys[usize::from(at)]);
-            let twice = 2.0 * greys[i];
-            let edge = across * (twice - left - right) + down * (twice - top - bottom);
+        self.above[..self.count].iter().map(move |[above, x, y]| {
+            let edge = across * x + down * y;
             above + if edge.is_nan() { 0.0 } else { edge }
         })
     }

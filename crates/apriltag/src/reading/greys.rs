@@ -94,19 +94,32 @@ struct GreyPlane {
 }
 
 impl GreyPlane {
-    /// Least squares over places that lie symmetrically about the middle, so that mean and slopes part. Where some are
-    /// outside the image, the mean alone.
+    /// Least squares over a square ring, module by module of all four sides, each a quarter turn from the one before: mean and
+    /// slopes part. Where some are outside the image, the mean alone.
     fn fit(layout: &Layout, greys: &[f32], modules: Range<usize>) -> Option<Self> {
         let (places, greys) = (&layout.from_middle[modules.clone()], &greys[modules]);
-        let (mut sum, mut moments, mut squares) = (0.0, [0.0; 2], 0.0);
-        for (&[x, y], &grey) in places.iter().zip(greys) {
-            sum += grey;
-            moments = [moments[0] + x * grey, moments[1] + y * grey];
-            squares += x * x;
+        // By side: the sum of the greys, and of the greys times how far along their side they lie.
+        let (mut sums, mut along, mut squares, mut reach) = ([0.0; 4], [0.0; 4], 0.0, 0.0);
+        for (places, greys) in places.chunks_exact(4).zip(greys.chunks_exact(4)) {
+            let [at, out] = places[0];
+            for side in 0..4 {
+                sums[side] += greys[side];
+                along[side] += at * greys[side];
+            }
+            squares += at * at + out * out;
+            reach = out;
         }
+        let [top, right, bottom, left] = sums;
+        let sum = top + right + bottom + left;
         if !f32::is_nan(sum) {
-            let (mean, slope) = (sum / greys.len() as f32, moments.map(|at| at / squares));
-            return Some(Self { mean, slope });
+            let moments = [
+                along[0] - along[2] + reach * (left - right),
+                along[1] - along[3] + reach * (top - bottom),
+            ];
+            return Some(Self {
+                mean: sum / greys.len() as f32,
+                slope: moments.map(|moment| moment / (2.0 * squares)),
+            });
         }
         let (mut n, mut sum) = (0.0, 0.0);
         for grey in greys.iter().filter(|grey| !grey.is_nan()) {

@@ -18,8 +18,8 @@ pub(super) struct Layout {
     pub(super) border: Range<usize>,
     pub(super) ring: Range<usize>,
     pub(super) bits: Range<usize>,
-    /// Of each bit that has them: the modules to the left and right, above and below.
-    pub(super) beside: Vec<Option<[u8; 4]>>,
+    /// Of each bit the modules to the left and right, above and below; itself where one is missing.
+    pub(super) beside: Vec<[u8; 4]>,
     /// Of each module that is looked at, from the middle of the tag.
     pub(super) from_middle: Vec<Point>,
 }
@@ -38,9 +38,9 @@ impl Layout {
         Self {
             places: blocks(&modules, [0.0; 2]),
             around: around.map(|aside| blocks(&modules[bits.clone()], aside)),
-            beside: modules[bits.clone()]
-                .iter()
-                .map(|&module| beside(module, &modules))
+            beside: bits
+                .clone()
+                .map(|i| beside(modules[i], &modules).unwrap_or([i as u8; 4]))
                 .collect(),
             border,
             ring,
@@ -78,7 +78,7 @@ fn beside([x, y]: [i16; 2], modules: &[[i16; 2]]) -> Option<[u8; 4]> {
     Some([left, right, above, below].map(|at| at as u8))
 }
 
-/// Column and row of each module of a square ring.
+/// Column and row of each module of a square ring: one of the top side, then those that quarter turns make of it, and so on.
 fn ring_modules(first: i16, last: i16) -> Vec<[i16; 2]> {
     let corner_to_corner = (first..last).map(|i| (i, first + last - i));
     let four = |(i, back)| [[i, first], [last, i], [back, last], [first, back]];
