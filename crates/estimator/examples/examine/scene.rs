@@ -45,8 +45,8 @@ classes! {
     "unstated-poses" UnstatedPoses "camera poses are wrong by 0.2 mm and 0.2 mrad, and nobody says so"
     "unstated-noise" UnstatedNoise "noise that nobody states"
     "other-noise" OtherNoise "noise of 0.4 to 2.5 times what is stated"
-    "noisy-camera" NoisyCamera "one camera's noise is 3 to 8 times what is stated"
     "arm" Arm "articulated bodies of 2 to 4 links"
+    "noisy-camera" NoisyCamera "one camera's noise is 3 to 8 times what is stated"
 }
 
 impl Class {
