@@ -56,6 +56,29 @@ pub(crate) fn all(
             on: on.and_then(|on| site.objects().get(on).cloned()),
         })
     });
+    let twins = health.twins().filter_map(|(index, tag)| {
+        Some(Fault::DuplicateTag {
+            camera: camera(index)?,
+            tag,
+        })
+    });
+    let tags = wrong.chain(strays);
+    let mut all: Vec<Fault> = moved.chain(tags).collect();
+    all.extend(of_clocks(site, health, clocks, search, now_ns));
+    all.extend(twins);
+    all
+}
+
+/// Clocks that are steadily off, then cameras whose images are of no use for their age.
+fn of_clocks(
+    site: &Site,
+    health: &Health,
+    clocks: &BTreeMap<CameraId, ClockOffset>,
+    search: &ClockSearch,
+    now_ns: u64,
+) -> Vec<Fault> {
+    let is_sure = !search.is_young(now_ns);
+    let camera = |index: usize| site.cameras().get(index).map(|camera| camera.id.clone());
     // Offsets are allowed for: a camera that contradicts all the same has another fault.
     let contradicted = health.contradicted_cameras();
     let moved_ones = health.moved_cameras().map(|one| one.camera);
@@ -82,13 +105,5 @@ pub(crate) fn all(
             age_s,
         })
     });
-    let twins = health.twins().filter_map(|(index, tag)| {
-        Some(Fault::DuplicateTag {
-            camera: camera(index)?,
-            tag,
-        })
-    });
-    let clocks = off.chain(untimely);
-    let tags = wrong.chain(strays);
-    moved.chain(tags).chain(clocks).chain(twins).collect()
+    off.chain(untimely).collect()
 }

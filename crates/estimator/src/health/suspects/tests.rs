@@ -1,3 +1,5 @@
+//! Which suspect is found, by what views tell.
+
 use super::*;
 use crate::health::testimony::Testimony;
 use nalgebra::{Matrix6, UnitQuaternion, Vector3};
