@@ -2,7 +2,7 @@
 
 use crate::Image;
 use crate::components::Span;
-use crate::kernels::{Kernels, TILE, TILES_IN_WORD, WORD};
+use crate::kernels::{TILE, TILES_IN_WORD, WORD, threshold_row};
 use crate::tiles::Tiles;
 use sextant_tag_families::BorderColour;
 use std::ops::Range;
@@ -37,13 +37,8 @@ impl BitPlane {
     }
 
     /// Sets the bits of the pixels that have the border's colour: below the level of their tile, or not below it.
-    pub(crate) fn threshold(
-        &mut self,
-        image: &Image<'_>,
-        tiles: &Tiles,
-        border: BorderColour,
-        kernels: &Kernels,
-    ) {
+    #[inline(always)]
+    pub(crate) fn threshold(&mut self, image: &Image<'_>, tiles: &Tiles, border: BorderColour) {
         let mut live_bits = [0; Image::MAX_WIDTH / WORD];
         let rows_of_tiles = self.words.chunks_mut(TILE * self.words_in_row);
         for (row, (words, live)) in rows_of_tiles.zip(&mut self.live).enumerate() {
@@ -58,12 +53,12 @@ impl BitPlane {
             let columns = here.start * WORD..image.width().min(here.end * WORD);
             let live_bits = &mut live_bits[here.clone()];
             if border == BorderColour::White {
-                kernels.threshold_row(&BLACK[columns.clone()], levels, live_bits);
+                threshold_row(&BLACK[columns.clone()], levels, live_bits);
             }
             let rows = words.chunks_exact_mut(self.words_in_row);
             for (words, y) in rows.zip(row * TILE..image.height()) {
                 let words = &mut words[here.clone()];
-                kernels.threshold_row(&image.row(y)[columns.clone()], levels, words);
+                threshold_row(&image.row(y)[columns.clone()], levels, words);
                 if border == BorderColour::White {
                     for (word, live) in words.iter_mut().zip(&*live_bits) {
                         *word ^= live;

@@ -10,7 +10,7 @@ mod runs;
 
 use crate::LabelledRun;
 use crate::bit_plane::{BitPlane, RowPair};
-use crate::kernels::{Kernels, WORD};
+use crate::kernels::{WORD, vectorised};
 use crate::quad::Quad;
 use runs::{AT_A_TIME, find_spans, join_pairs};
 use std::hint::select_unpredictable;
@@ -127,12 +127,12 @@ impl Components {
         self.pair_starts.clear();
     }
 
-    pub(crate) fn label(&mut self, plane: &BitPlane, kernels: &Kernels) {
-        kernels.run(
+    pub(crate) fn label(&mut self, plane: &BitPlane) {
+        vectorised(
             #[inline(always)]
             || self.find_runs(plane),
         );
-        kernels.run(
+        vectorised(
             #[inline(always)]
             || self.measure(),
         );
@@ -326,15 +326,13 @@ mod tests {
         #[test]
         fn pixels_have_a_component_in_common_when_they_hang_together(
             pairs in prop::collection::vec(any::<[[[u64; 2]; 3]; 2]>(), 1..5),
-            fastest in any::<bool>(),
         ) {
             let row = |row: &[[u64; 2]; 3]| row.map(|[a, b]| a & b).to_vec();
             let rows: Vec<Vec<u64>> = pairs.as_flattened().iter().map(row).collect();
             let mut components = Components::default();
             components.make_room(3 * WORD, 4 * rows.len());
-            let kernels = if fastest { Kernels::fastest() } else { Kernels::SCALAR };
             let plane = BitPlane::of_rows(&rows);
-            components.label(&plane, &kernels);
+            components.label(&plane);
             let mut firsts = vec![None; components.all().len()];
             let pixels: Vec<_> = components.labelled_runs(&plane).flat_map(|run| {
                 (run.start..run.end).map(move |x| (u32::from(x), u32::from(run.y), run.component as usize))

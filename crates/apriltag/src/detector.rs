@@ -4,7 +4,7 @@ use crate::area::Area;
 use crate::bit_plane::BitPlane;
 use crate::border_shape::BorderShape;
 use crate::components::{Component, Components, make_room};
-use crate::kernels::Kernels;
+use crate::kernels::vectorised;
 use crate::photometric::PatternFitter;
 use crate::quad::{Quad, QuadFinder, middle};
 use crate::sighting::{Lookout, Sighting};
@@ -35,7 +35,6 @@ const fn pass(border: BorderColour, level: Level) -> Pass {
 pub struct Detector {
     options: Options,
     lookout: Lookout,
-    kernels: Kernels,
     /// Width and height of the last image.
     image_size: (usize, usize),
     /// Width and height of the area that is searched.
@@ -54,18 +53,16 @@ impl Detector {
     /// Checks the options and prepares the families' tables.
     pub fn new(options: Options) -> Result<Self, OptionsError> {
         options.check()?;
-        let kernels = Kernels::fastest();
         Ok(Self {
             lookout: Lookout::new(&options),
             options,
-            kernels,
             image_size: (0, 0),
             area_size: (0, 0),
             tiles: Tiles::default(),
             plane: BitPlane::default(),
             components: Components::default(),
             quads: QuadFinder::default(),
-            patterns: PatternFitter::new(kernels),
+            patterns: PatternFitter::default(),
             sightings: Vec::new(),
             detections: Vec::new(),
             report: Report::default(),
@@ -119,16 +116,18 @@ impl Detector {
                 continue;
             }
             observer.pass_began(pass);
-            self.plane
-                .threshold(&part, &self.tiles, pass.border, &self.kernels);
+            let (plane, tiles) = (&mut self.plane, &self.tiles);
+            vectorised(
+                #[inline(always)]
+                || plane.threshold(&part, tiles, pass.border),
+            );
             observer.stage_ended(Stage::Threshold);
-            self.components.label(&self.plane, &self.kernels);
+            self.components.label(&self.plane);
             observer.labelled(self.components.labelled_runs(&self.plane));
             observer.stage_ended(Stage::Components);
             let view = View {
                 image,
                 border: pass.border,
-                kernels: self.kernels,
             };
             self.report.components += self.components.all().len() as u32;
             self.report.runs += self.components.n_runs() as u32;
@@ -152,10 +151,9 @@ impl Detector {
                 |found: &Component| is_known(&self.sightings, &area.quad_to_image(found.corners()));
             self.components.settle_doubts(known);
             let shape = self.lookout.border_shape(pass.border);
-            self.tiles
-                .seek_in_shade(&mut self.components, &shape, &self.kernels);
+            self.tiles.seek_in_shade(&mut self.components, &shape);
         }
-        self.tiles.set_levels(pass.level, &self.kernels)
+        self.tiles.set_levels(pass.level)
     }
 
     fn begin(&mut self, image: &Image<'_>) {
@@ -176,7 +174,7 @@ impl Detector {
     fn measure(&mut self, part: &Image<'_>) {
         self.make_room((part.width(), part.height()));
         self.components.clear();
-        self.tiles.measure(part, &self.kernels);
+        self.tiles.measure(part);
         let noise_sigma = self.tiles.noise_sigma().min(self.report.noise_sigma);
         let gate = (noise_sigma * self.options.min_contrast_in_sigma).min(64.0) as u8;
         let contrast_gate = gate.max(self.options.min_contrast);
@@ -216,7 +214,7 @@ impl Detector {
         }
         self.report.candidates += 1;
         let (quads, components, plane) = (&mut self.quads, &self.components, &self.plane);
-        let quad = view.kernels.run(
+        let quad = vectorised(
             #[inline(always)]
             || quads.around(component, components, plane, shape),
         );
@@ -248,7 +246,7 @@ impl Detector {
         for sighting in &self.sightings {
             let patterns =
                 (self.options.refinement == Refinement::Photometric).then_some(&mut self.patterns);
-            let detection = sighting.refine(image, self.kernels, patterns, self.report.noise_sigma);
+            let detection = sighting.refine(image, patterns, self.report.noise_sigma);
             observer.refined(&sighting.quad, &detection);
             self.detections.push(detection);
         }

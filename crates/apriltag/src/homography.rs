@@ -3,6 +3,7 @@
 //! `sextant-geometry` has the double-precision one; here thousands of points an image are mapped, also on processors
 //! whose double-precision arithmetic is slow.
 
+use crate::kernels::Points;
 use crate::quad::{Point, Quad};
 
 /// Maps modules (u right, v down, (0, 0) at the top left corner of the border) to pixels.
@@ -48,6 +49,16 @@ impl Homography {
         let origin = [corner[0] + middle[0], corner[1] + middle[1]];
         let finite = m.iter().all(|value| value.is_finite());
         finite.then_some(Self { origin, m })
+    }
+
+    #[inline(always)]
+    pub(crate) fn apply_to_points(&self, [u, v]: &[Points; 2]) -> [Points; 2] {
+        let (m, [x, y]) = (&self.m, self.origin);
+        let w: Points = std::array::from_fn(|i| 1.0 / (m[6] * u[i] + m[7] * v[i] + 1.0));
+        [
+            std::array::from_fn(|i| x + (m[0] * u[i] + m[1] * v[i] + m[2]) * w[i]),
+            std::array::from_fn(|i| y + (m[3] * u[i] + m[4] * v[i] + m[5]) * w[i]),
+        ]
     }
 
     #[inline]

@@ -1,4 +1,4 @@
-//! A borrowed grey image and how to read it between pixels.
+//! A borrowed grey image.
 //!
 //! Pixel (0, 0) is the *centre* of the top left pixel; x runs right, y down.
 
@@ -24,8 +24,8 @@ pub enum ImageError {
         /// Rows.
         height: usize,
     },
-    /// Rows would overlap.
-    #[error("a stride of {stride} bytes is shorter than a row of {width} pixels")]
+    /// Rows would overlap, or lie too far apart.
+    #[error("a stride of {stride} bytes is none of rows of {width} pixels: {width} to 1048576 are")]
     Stride {
         /// Bytes from one row to the next.
         stride: usize,
@@ -49,6 +49,8 @@ impl<'a> Image<'a> {
     pub const MAX_WIDTH: usize = 4096;
     /// Greatest height.
     pub const MAX_HEIGHT: usize = 3072;
+    /// Greatest distance of rows, in bytes: places of pixels are numbers of 32 bits.
+    pub const MAX_STRIDE: usize = 1 << 20;
 
     /// `pixels` row after row, `stride` bytes apart; the last row may end with its last pixel.
     pub fn new(
@@ -61,24 +63,19 @@ impl<'a> Image<'a> {
         if !in_range(width, Self::MAX_WIDTH) || !in_range(height, Self::MAX_HEIGHT) {
             return Err(ImageError::Size { width, height });
         }
-        if stride < width {
+        if !(width..=Self::MAX_STRIDE).contains(&stride) {
             return Err(ImageError::Stride { stride, width });
         }
-        match (height - 1)
-            .checked_mul(stride)
-            .and_then(|rows| rows.checked_add(width))
-        {
-            Some(needed) if needed <= pixels.len() => Ok(Self {
-                pixels,
-                width,
-                height,
-                stride,
-            }),
-            needed => Err(ImageError::TooShort {
-                found: pixels.len(),
-                needed: needed.unwrap_or(usize::MAX),
-            }),
+        let (needed, found) = ((height - 1) * stride + width, pixels.len());
+        if found < needed {
+            return Err(ImageError::TooShort { found, needed });
         }
+        Ok(Self {
+            pixels: &pixels[..needed],
+            width,
+            height,
+            stride,
+        })
     }
 
     /// Pixels in a row.
@@ -112,38 +109,10 @@ impl<'a> Image<'a> {
         }
     }
 
-    /// Whether a point lies among the pixels' centres.
+    /// Row after row, with what lies between them, up to the last pixel at least; bytes from one row to the next.
     #[inline]
-    pub(crate) fn contains(&self, [x, y]: [f32; 2]) -> bool {
-        x >= 0.0 && y >= 0.0 && x <= (self.width - 1) as f32 && y <= (self.height - 1) as f32
-    }
-
-    /// Row after row, with what lies between them, up to the last pixel at least.
-    #[inline]
-    #[cfg(target_arch = "x86_64")]
     pub(crate) fn bytes(&self) -> (&'a [u8], usize) {
         (self.pixels, self.stride)
-    }
-
-    /// The grey value at a point by bilinear interpolation; NaN outside the pixels' centres.
-    #[inline]
-    pub(crate) fn sample(&self, [x, y]: [f32; 2]) -> f32 {
-        if !self.contains([x, y]) {
-            return f32::NAN;
-        }
-        let (column, row) = (
-            (x as u32 as usize).min(self.width - 2),
-            (y as u32 as usize).min(self.height - 2),
-        );
-        let (fx, fy) = (x - column as f32, y - row as f32);
-        let at = row * self.stride + column;
-        let four = &self.pixels[at..at + self.stride + 2];
-        let mix = |a: u8, b: u8| f32::from(a) + fx * (f32::from(b) - f32::from(a));
-        let (top, bottom) = (
-            mix(four[0], four[1]),
-            mix(four[self.stride], four[self.stride + 1]),
-        );
-        top + fy * (bottom - top)
     }
 }
 
@@ -179,16 +148,5 @@ mod tests {
             }
         );
         assert!(Image::new(&bytes, 16, 16, usize::MAX).is_err());
-    }
-
-    #[test]
-    fn integers_are_the_centres_of_pixels() {
-        let bytes: Vec<u8> = (0..=255).collect();
-        let image = Image::new(&bytes, 16, 16, 16).unwrap();
-        assert_eq!(image.sample([3.0, 2.0]), 35.0);
-        assert_eq!(image.sample([3.5, 2.5]), 43.5);
-        assert_eq!(image.sample([15.0, 15.0]), 255.0);
-        assert!(image.sample([15.01, 2.0]).is_nan());
-        assert!(image.sample([f32::NAN, 2.0]).is_nan());
     }
 }

@@ -1,16 +1,13 @@
-//! The loops that take most of the time, once an instruction set.
+//! The loops that take most of the time, each once, in plain Rust that compilers make vectors of.
 //!
-//! [`scalar`] says what is meant; the others give the same bytes faster. Dispatch happens here and only here.
+//! On x86-64 they are compiled twice: for every such processor, and for those with AVX2; both give the same bytes. Which one
+//! runs is decided here and only here. On 32-bit and 64-bit ARM the target tells which vectors there are.
 
 use crate::Image;
 use crate::homography::Homography;
 
-mod scalar;
-
 #[cfg(target_arch = "x86_64")]
 mod avx2;
-#[cfg(all(target_arch = "aarch64", target_feature = "neon"))]
-mod neon;
 
 /// Edge of a tile in pixels. Four is the largest for which the nine tiles around a pixel span no more than a small
 /// tag (11 px), so that its black border and its white ring are always among them.
@@ -40,77 +37,166 @@ pub(crate) type Sums = [[i32; COLUMNS]; COLUMNS];
 /// A coordinate, or the grey, of as many points.
 pub(crate) type Points = [f32; POINTS];
 
-type Sample = fn(image: &Image<'_>, map: &Homography, places: &[[Points; 2]], greys: &mut [Points]);
-type Products = fn(columns: &[Column; COLUMNS], n_groups: usize, sums: &mut Sums);
-type ThresholdWords = fn(row: &[u8], levels: &[u8], words: &mut [u64]);
-
-/// One set of kernels.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Kernels {
-    threshold: ThresholdWords,
-    /// Grey by bilinear interpolation where places (u, v) are mapped to; NaN outside the image.
-    pub(crate) sample: Sample,
-    /// Of the first so many groups of the columns, wrapping.
-    pub(crate) products: Products,
-    vectors: Vectors,
-}
-
-/// Vector instructions that plain loops may be compiled to.
-#[derive(Clone, Copy, Debug)]
-enum Vectors {
-    /// Those that every processor of the target has.
-    Usual,
+/// Does work, compiled for the best vectors that the processor has, as far as it is inlined.
+#[inline(always)]
+pub(crate) fn vectorised<T>(work: impl FnOnce() -> T) -> T {
     #[cfg(target_arch = "x86_64")]
-    Avx2(avx2::Detected),
+    if avx2::is_there() {
+        // SAFETY: it is there.
+        return unsafe { avx2::run(work) };
+    }
+    work()
 }
 
-impl Kernels {
-    pub(crate) const SCALAR: Self = Self {
-        threshold: scalar::threshold_words,
-        sample: scalar::sample,
-        products: scalar::products,
-        vectors: Vectors::Usual,
-    };
-
-    /// The fastest that this processor can run.
-    pub(crate) fn fastest() -> Self {
-        #[cfg(target_arch = "x86_64")]
-        if let Some(kernels) = avx2::kernels() {
-            return kernels;
-        }
-        #[cfg(all(target_arch = "aarch64", target_feature = "neon"))]
-        return neon::KERNELS;
-        #[cfg(not(all(target_arch = "aarch64", target_feature = "neon")))]
-        Self::SCALAR
+/// One bit a pixel, the least significant leftmost: set where the pixel is below its tile's level.
+/// `levels` holds whole words of tiles.
+#[inline(always)]
+pub(crate) fn threshold_row(row: &[u8], levels: &[u8], words: &mut [u64]) {
+    let levels = levels.as_chunks::<TILES_IN_WORD>().0;
+    let (whole, rest) = row.as_chunks::<WORD>();
+    for ((word, pixels), levels) in words.iter_mut().zip(whole).zip(levels) {
+        *word = threshold_word(pixels, levels);
     }
+    if !rest.is_empty() {
+        let mut padded = [u8::MAX; WORD];
+        padded[..rest.len()].copy_from_slice(rest);
+        words[whole.len()] = threshold_word(&padded, &levels[whole.len()]);
+    }
+}
 
-    /// Runs a loop, compiled for the best vectors that there are, as far as it is inlined.
-    #[inline(always)]
-    pub(crate) fn run<T>(&self, work: impl FnOnce() -> T) -> T {
-        match self.vectors {
-            Vectors::Usual => work(),
-            #[cfg(target_arch = "x86_64")]
-            Vectors::Avx2(detected) => detected.run(work),
+#[inline(always)]
+fn threshold_word(pixels: &[u8; WORD], levels: &[u8; TILES_IN_WORD]) -> u64 {
+    /// A byte for each pixel of a tile.
+    const EACH_PIXEL: u32 = 0x0101_0101;
+    let mut wide = [[0; TILE]; TILES_IN_WORD];
+    for (wide, &level) in wide.iter_mut().zip(levels) {
+        *wide = (u32::from(level) * EACH_PIXEL).to_ne_bytes();
+    }
+    let mut below = [0; WORD];
+    for (below, (pixel, level)) in below.iter_mut().zip(pixels.iter().zip(wide.as_flattened())) {
+        *below = if pixel < level { u8::MAX } else { 0 };
+    }
+    top_bits(&below)
+}
+
+/// The top bit of each byte; the bytes are all or nothing.
+#[inline(always)]
+#[cfg(target_arch = "x86_64")]
+fn top_bits(bytes: &[u8; WORD]) -> u64 {
+    use std::arch::x86_64::{_mm_loadu_si128, _mm_movemask_epi8};
+    let quarters = bytes.as_chunks::<16>().0.iter().rev();
+    quarters.fold(0, |bits, quarter| {
+        // SAFETY: every such processor has SSE2; the quarter holds the 16 bytes that are read, which need not be aligned.
+        let here = unsafe { _mm_movemask_epi8(_mm_loadu_si128(quarter.as_ptr().cast())) };
+        bits << 16 | u64::from(here as u16)
+    })
+}
+
+/// The top bit of each byte; the bytes are all or nothing. First the bits of each tile are gathered, which is done in
+/// vectors, then tiles put beside each other.
+#[inline(always)]
+#[cfg(not(target_arch = "x86_64"))]
+fn top_bits(bytes: &[u8; WORD]) -> u64 {
+    const BIT_OF_PIXEL: u32 = u32::from_ne_bytes([1, 2, 4, 8]);
+    let tiles: [u8; TILES_IN_WORD] = std::array::from_fn(|i| {
+        let tile = u32::from_ne_bytes(bytes.as_chunks::<TILE>().0[i]) & BIT_OF_PIXEL;
+        let pairs = tile | tile >> 16;
+        (pairs | pairs >> 8) as u8 & 0xf
+    });
+    let tiles = tiles.iter().rev();
+    tiles.fold(0, |word, &bits| word << TILE | u64::from(bits))
+}
+
+/// Grey by bilinear interpolation where places (u, v) are mapped to; NaN outside the image.
+#[inline(always)]
+pub(crate) fn sample(
+    image: &Image<'_>,
+    map: &Homography,
+    places: &[[Points; 2]],
+    greys: &mut [Points],
+) {
+    for (places, greys) in places.iter().zip(greys) {
+        *greys = bilinear(image, &map.apply_to_points(places));
+    }
+}
+
+#[inline(always)]
+fn bilinear(image: &Image<'_>, [x, y]: &[Points; 2]) -> Points {
+    let (column, right) = split(x, image.width());
+    let (row, down) = split(y, image.height());
+    let (pixels, stride) = image.bytes();
+    let below = &pixels[stride..];
+    let (above, last) = (&pixels[..below.len()], below.len() - 2);
+    let at: [u32; POINTS] = std::array::from_fn(|i| {
+        row[i]
+            .wrapping_mul(stride as u32)
+            .wrapping_add(column[i])
+            .min(last as u32)
+    });
+    let [mut above_pairs, mut below_pairs] = [[0; POINTS]; 2];
+    for i in 0..POINTS {
+        // SAFETY: both are as long as `below`, and no place is beyond the last one where a pair begins in it.
+        let pair =
+            |pixels: &[u8]| unsafe { pixels.as_ptr().add(at[i] as usize).cast::<[u8; 2]>().read() };
+        above_pairs[i] = u16::from_le_bytes(pair(above));
+        below_pairs[i] = u16::from_le_bytes(pair(below));
+    }
+    let above = between(&above_pairs, &right);
+    let below = between(&below_pairs, &right);
+    let [width, height] = [image.width(), image.height()].map(|size| (size - 1) as f32);
+    std::array::from_fn(|i| {
+        let inside = (x[i] >= 0.0) & (x[i] <= width) & (y[i] >= 0.0) & (y[i] <= height);
+        let grey = above[i] + down[i] * (below[i] - above[i]);
+        if inside { grey } else { f32::NAN }
+    })
+}
+
+/// Grey between the two pixels of each pair.
+#[inline(always)]
+fn between(pairs: &[u16; POINTS], part: &Points) -> Points {
+    std::array::from_fn(|i| {
+        let (left, right) = (f32::from(pairs[i] & 0xff), f32::from(pairs[i] >> 8));
+        left + part[i] * (right - left)
+    })
+}
+
+/// Of each coordinate the pixel before it, which has another one beside it, and how far it is beyond that one; in the image.
+#[inline(always)]
+fn split(at: &Points, size: usize) -> ([u32; POINTS], Points) {
+    let at = at.map(|at| at.max(0.0).min((size - 1) as f32));
+    let whole: [i32; POINTS] = std::array::from_fn(|i| {
+        // SAFETY: from 0 to the size of an image, NaN made 0. A checked conversion keeps compilers from making vectors.
+        let whole: i32 = unsafe { at[i].to_int_unchecked() };
+        whole.min(size as i32 - 2)
+    });
+    let part = std::array::from_fn(|i| at[i] - whole[i] as f32);
+    (whole.map(|at| at as u32), part)
+}
+
+/// Sums of products of the first so many groups of the columns, wrapping.
+pub(crate) fn products(columns: &[Column; COLUMNS], n_groups: usize, sums: &mut Sums) {
+    #[cfg(target_arch = "x86_64")]
+    if avx2::is_there() {
+        // SAFETY: it is there.
+        return unsafe { avx2::products(columns, n_groups, sums) };
+    }
+    plain_products(columns, n_groups, sums);
+}
+
+fn plain_products(columns: &[Column; COLUMNS], n_groups: usize, sums: &mut Sums) {
+    for (i, column) in columns.iter().enumerate() {
+        for (sum, other) in sums[i].iter_mut().zip(&columns[..=i]) {
+            let [column, other] = [column, other].map(|column| column[..n_groups].as_flattened());
+            *sum = dot(column, other);
         }
     }
+}
 
-    /// One bit a pixel, the least significant leftmost: set where the pixel is below its tile's level.
-    /// `levels` holds whole words of tiles.
-    pub(crate) fn threshold_row(&self, row: &[u8], levels: &[u8], words: &mut [u64]) {
-        let (whole, rest) = row.split_at(row.len() / WORD * WORD);
-        let n_whole = whole.len() / WORD;
-        (self.threshold)(
-            whole,
-            &levels[..n_whole * TILES_IN_WORD],
-            &mut words[..n_whole],
-        );
-        if !rest.is_empty() {
-            let mut padded = [u8::MAX; WORD];
-            padded[..rest.len()].copy_from_slice(rest);
-            let levels = &levels[n_whole * TILES_IN_WORD..][..TILES_IN_WORD];
-            (self.threshold)(&padded, levels, &mut words[n_whole..=n_whole]);
-        }
-    }
+/// Sum of products, wrapping.
+#[inline(always)]
+pub(crate) fn dot(a: &[i16], b: &[i16]) -> i32 {
+    let products = a.iter().zip(b).map(|(&a, &b)| i32::from(a) * i32::from(b));
+    products.fold(0, i32::wrapping_add)
 }
 
 #[cfg(test)]
@@ -118,23 +204,30 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    fn threshold(kernels: Kernels, row: &[u8], levels: &[u8]) -> Vec<u64> {
-        let mut words = vec![0; row.len().div_ceil(WORD)];
-        kernels.threshold_row(row, levels, &mut words);
-        words
+    /// What work gives with the usual vectors, and with the best.
+    fn both<T>(work: impl Fn() -> T) -> [T; 2] {
+        [work(), vectorised(&work)]
     }
 
     proptest! {
         #[test]
-        fn fast_threshold_equals_the_scalar_one(
+        fn a_bit_is_set_exactly_where_a_pixel_is_below_its_level(
             row in prop::collection::vec(any::<u8>(), 1..300),
             levels in prop::collection::vec(prop_oneof![Just(0), any::<u8>()], 5 * TILES_IN_WORD),
         ) {
-            prop_assert_eq!(threshold(Kernels::fastest(), &row, &levels), threshold(Kernels::SCALAR, &row, &levels));
+            let bits = both(#[inline(always)] || {
+                let mut words = vec![0; row.len().div_ceil(WORD)];
+                threshold_row(&row, &levels, &mut words);
+                words
+            });
+            for (words, x) in bits.iter().flat_map(|words| (0..words.len() * WORD).map(move |x| (words, x))) {
+                let expected = x < row.len() && row[x] < levels[x / TILE];
+                prop_assert_eq!(words[x / WORD] >> (x % WORD) & 1 == 1, expected, "pixel {}", x);
+            }
         }
 
         #[test]
-        fn fast_samples_equal_the_scalar_ones(
+        fn samples_lie_between_pixels(
             seed in any::<u8>(),
             stride in 17_usize..80,
             cut in 0_usize..8,
@@ -145,17 +238,30 @@ mod tests {
             let bytes: Vec<u8> = (0..(height - 1) * stride + width).map(|i| (i * 97 + i / 7) as u8 ^ seed).collect();
             let image = Image::new(&bytes, width, height, stride).unwrap();
             if let Some(map) = Homography::square_to_quad(&quad, 1.0) {
-                let sample = |kernels: Kernels| {
+                let [usual, best] = both(#[inline(always)] || {
                     let mut greys = vec![[0.0; POINTS]; places.len()];
-                    (kernels.sample)(&image, &map, &places, &mut greys);
-                    greys.into_flattened().into_iter().map(f32::to_bits).collect::<Vec<_>>()
-                };
-                prop_assert_eq!(sample(Kernels::fastest()), sample(Kernels::SCALAR));
+                    sample(&image, &map, &places, &mut greys);
+                    greys.into_flattened()
+                });
+                let points = places.iter().flat_map(|[u, v]| (0..POINTS).map(|i| map.apply(u[i], v[i])));
+                for ((point, usual), best) in points.zip(usual).zip(best) {
+                    prop_assert_eq!(usual.to_bits(), best.to_bits());
+                    let [x, y] = point.map(f64::from);
+                    let inside = (0.0..=(width - 1) as f64).contains(&x) && (0.0..=(height - 1) as f64).contains(&y);
+                    prop_assert_eq!(usual.is_nan(), !inside);
+                    if inside {
+                        let (column, row) = ((x as usize).min(width - 2), (y as usize).min(height - 2));
+                        let pixel = |i: usize, k: usize| f64::from(image.row(row + k)[column + i]);
+                        let across = |k: usize| pixel(0, k) + (x - column as f64) * (pixel(1, k) - pixel(0, k));
+                        let expected = across(0) + (y - row as f64) * (across(1) - across(0));
+                        prop_assert!((f64::from(usual) - expected).abs() < 1e-3);
+                    }
+                }
             }
         }
 
         #[test]
-        fn fast_products_equal_the_scalar_ones(
+        fn products_are_those_of_each_two_columns(
             seed in any::<u32>(),
             n_groups in 0..=MAX_GROUPS,
         ) {
@@ -163,24 +269,15 @@ mod tests {
             for (i, number) in columns.as_flattened_mut().as_flattened_mut().iter_mut().enumerate() {
                 *number = (seed.wrapping_mul(i as u32 ^ 0x9e37) >> 20) as i16 - 2048;
             }
-            let products = |kernels: Kernels| {
+            let sums = [plain_products, products].map(|products| {
                 let mut sums = [[0; COLUMNS]; COLUMNS];
-                (kernels.products)(&columns, n_groups, &mut sums);
-                let row = |i: usize| sums[i][..=i].to_vec();
-                (0..COLUMNS).map(row).collect::<Vec<_>>()
-            };
-            prop_assert_eq!(products(Kernels::fastest()), products(Kernels::SCALAR));
-        }
-
-        #[test]
-        fn a_bit_is_set_exactly_where_a_pixel_is_below_its_level(
-            row in prop::collection::vec(any::<u8>(), 1..300),
-            levels in prop::collection::vec(any::<u8>(), 5 * TILES_IN_WORD),
-        ) {
-            let words = threshold(Kernels::SCALAR, &row, &levels);
-            for x in 0..words.len() * WORD {
-                let expected = x < row.len() && row[x] < levels[x / TILE];
-                prop_assert_eq!(words[x / WORD] >> (x % WORD) & 1 == 1, expected, "pixel {}", x);
+                products(&columns, n_groups, &mut sums);
+                sums
+            });
+            let column = |i: usize| columns[i][..n_groups].as_flattened().iter().map(|number| i32::from(*number));
+            for (i, k) in (0..COLUMNS).flat_map(|i| (0..=i).map(move |k| (i, k))) {
+                let expected = column(i).zip(column(k)).map(|(a, b)| a * b).fold(0, i32::wrapping_add);
+                prop_assert_eq!(sums.map(|sums| sums[i][k]), [expected; 2]);
             }
         }
     }

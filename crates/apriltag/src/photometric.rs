@@ -30,7 +30,7 @@ mod straightened;
 
 use crate::Image;
 use crate::edges::EdgeFit;
-use crate::kernels::Kernels;
+use crate::kernels::vectorised;
 use crate::quad::Quad;
 use crate::reading::Reading;
 use equations::{Equations, Factor, Vector};
@@ -128,25 +128,15 @@ impl PatternFit {
 }
 
 /// Fits patterns; keeps its memory between tags.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub(crate) struct PatternFitter {
     pixels: Pixels,
     equations: Equations,
-    kernels: Kernels,
     /// What bends the tags' edges, if it is known.
     pub(crate) lens: Option<Lens>,
 }
 
 impl PatternFitter {
-    pub(crate) fn new(kernels: Kernels) -> Self {
-        Self {
-            pixels: Pixels::default(),
-            equations: Equations::default(),
-            kernels,
-            lens: None,
-        }
-    }
-
     pub(crate) fn fit(
         &mut self,
         image: &Image<'_>,
@@ -202,7 +192,7 @@ impl PatternFitter {
 
     fn choose(&mut self, tag: &Tag<'_>) {
         let pixels = &mut self.pixels;
-        self.kernels.run(
+        vectorised(
             #[inline(always)]
             || pixels.choose(tag),
         );
@@ -240,7 +230,7 @@ impl PatternFitter {
         }
         let (step, factor) = last?;
         let equations = &mut self.equations;
-        let excess = self.kernels.run(
+        let excess = vectorised(
             #[inline(always)]
             || {
                 equations.take_step(&step);
@@ -262,7 +252,7 @@ impl PatternFitter {
         let model = Model::new(pattern, state, scale)?;
         let (pixels, equations) = (&self.pixels, &mut self.equations);
         equations.clear(TUKEY * scale);
-        self.kernels.run(
+        vectorised(
             #[inline(always)]
             || match (model.seen_modules(), state.is_sharp()) {
                 (..FAR_APART, true) => linearise::<1, true>(&model, pixels, stage.every, equations),
@@ -272,12 +262,12 @@ impl PatternFitter {
                 _ => linearise::<5, false>(&model, pixels, stage.every, equations),
             },
         );
-        equations.finish(&self.kernels);
+        equations.finish();
         if !equations.is_determined() {
             return None;
         }
         let priors = state.priors(stage.usual_halo)?;
-        let (step, factor) = self.kernels.run(
+        let (step, factor) = vectorised(
             #[inline(always)]
             || equations.solve(&priors),
         );

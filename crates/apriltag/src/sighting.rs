@@ -2,7 +2,6 @@
 
 use crate::border_shape::BorderShape;
 use crate::edges::{self, EdgeFit, Search};
-use crate::kernels::Kernels;
 use crate::photometric::PatternFitter;
 use crate::quad::{Point, Quad, distance, mean_edge, middle};
 use crate::reading::{Reader, Reading, Unread};
@@ -33,14 +32,12 @@ impl Sighting {
     pub(crate) fn refine(
         &self,
         image: &Image<'_>,
-        kernels: Kernels,
         patterns: Option<&mut PatternFitter>,
         noise_sigma: f32,
     ) -> Detection {
         let view = View {
             image,
             border: self.reading.family.data().border,
-            kernels,
         };
         let coarse = coarse_edges(&view, &self.quad);
         let pattern =

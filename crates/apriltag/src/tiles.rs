@@ -8,7 +8,7 @@
 use crate::Image;
 use crate::border_shape::BorderShape;
 use crate::components::Components;
-use crate::kernels::{Kernels, TILE, TILES_IN_WORD, WORD};
+use crate::kernels::{TILE, TILES_IN_WORD, WORD, vectorised};
 use sextant_tag_families::BorderColour;
 use std::ops::Range;
 
@@ -84,8 +84,8 @@ impl Tiles {
         start..start + self.columns
     }
 
-    pub(crate) fn measure(&mut self, image: &Image<'_>, kernels: &Kernels) {
-        kernels.run(
+    pub(crate) fn measure(&mut self, image: &Image<'_>) {
+        vectorised(
             #[inline(always)]
             || {
                 for row in 0..self.rows {
@@ -129,13 +129,8 @@ impl Tiles {
     }
 
     /// Looks only where components, found with the usual levels, reach into shade: more may belong to them than should.
-    pub(crate) fn seek_in_shade(
-        &mut self,
-        components: &mut Components,
-        shape: &BorderShape,
-        kernels: &Kernels,
-    ) {
-        kernels.run(
+    pub(crate) fn seek_in_shade(&mut self, components: &mut Components, shape: &BorderShape) {
+        vectorised(
             #[inline(always)]
             || self.find_shade(),
         );
@@ -183,11 +178,11 @@ impl Tiles {
     }
 
     /// Sets the levels, near the dark end only where something is sought; says whether there is a live tile.
-    pub(crate) fn set_levels(&mut self, level: Level, kernels: &Kernels) -> bool {
+    pub(crate) fn set_levels(&mut self, level: Level) -> bool {
         if level == Level::Middle {
             self.live_words.fill(0..self.words_in_row);
         }
-        kernels.run(
+        vectorised(
             #[inline(always)]
             || {
                 for row in 0..self.rows {
@@ -333,13 +328,11 @@ mod tests {
         #[test]
         fn extrema_are_those_of_each_tiles_pixels(rows in rows()) {
             let n_tiles = rows[0].len() / TILE;
-            for kernels in [Kernels::fastest(), Kernels::SCALAR] {
+            for best in [false, true] {
                 let (mut darkest, mut brightest) = (vec![0; n_tiles], vec![0; n_tiles]);
                 let pixels = [0, 1, 2, 3].map(|i| &rows[i][..]);
-                kernels.run(
-                    #[inline(always)]
-                    || find_extrema(pixels, &mut darkest, &mut brightest),
-                );
+                let mut find = || find_extrema(pixels, &mut darkest, &mut brightest);
+                if best { vectorised(&mut find) } else { find() }
                 for tile in 0..n_tiles {
                     let pixels = rows.iter().flat_map(|row| &row[tile * TILE..][..TILE]);
                     prop_assert_eq!(pixels.clone().min(), Some(&darkest[tile]));

@@ -2,14 +2,13 @@
 
 use crate::Image;
 use crate::homography::Homography;
-use crate::kernels::{Kernels, Points};
+use crate::kernels::{Points, sample, vectorised};
 use sextant_tag_families::BorderColour;
 
 #[derive(Clone, Copy)]
 pub(crate) struct View<'a> {
     pub(crate) image: &'a Image<'a>,
     pub(crate) border: BorderColour,
-    pub(crate) kernels: Kernels,
 }
 
 impl View<'_> {
@@ -23,6 +22,9 @@ impl View<'_> {
 
     /// Grey where places are mapped to, NaN outside the image.
     pub(crate) fn sample(&self, map: &Homography, places: &[[Points; 2]], greys: &mut [Points]) {
-        (self.kernels.sample)(self.image, map, places, greys);
+        vectorised(
+            #[inline(always)]
+            || sample(self.image, map, places, greys),
+        );
     }
 }

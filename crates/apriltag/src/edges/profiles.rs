@@ -4,7 +4,7 @@
 
 use super::{Crossing, Search};
 use crate::homography::Homography;
-use crate::kernels::{POINTS, Points};
+use crate::kernels::{POINTS, Points, vectorised};
 use crate::quad::{Line, Point, Quad, distance, mean_edge};
 use crate::view::View;
 
@@ -62,7 +62,7 @@ impl Profiles {
             let mut greys = [[0.0; POINTS]; MAX_SAMPLES];
             view.sample(&map, &places[..n_samples], &mut greys[..n_samples]);
             let greys = &greys[..n_samples];
-            let [beyond, weight] = view.kernels.run(|| steepest(greys, view.sign()));
+            let [beyond, weight] = vectorised(|| steepest(greys, view.sign()));
             for lane in 0..POINTS {
                 if weight[lane] > 0.0 {
                     out[n] = Crossing {

@@ -4,7 +4,7 @@
 //! any processor, by vector instructions that all of them have. What rounding changes in the derivatives leaves the estimate
 //! where it is, as sums of residuals times anything but themselves are zero on average where the model holds.
 
-use crate::kernels::{COLUMNS, Column, Kernels, MAX_GROUPS, ROWS, Sums};
+use crate::kernels::{COLUMNS, Column, MAX_GROUPS, ROWS, Sums, dot, products, vectorised};
 
 /// Homography 8, black, white, light 2, blur 3, halo, gain, ground.
 pub(super) const PARAMETERS: usize = COLUMNS - 1;
@@ -96,14 +96,14 @@ impl Equations {
     }
 
     /// Adds everything up.
-    pub(super) fn finish(&mut self, kernels: &Kernels) {
-        (kernels.products)(&self.columns, self.n_groups, &mut self.products);
+    pub(super) fn finish(&mut self) {
+        products(&self.columns, self.n_groups, &mut self.products);
         let roots = self.roots[..self.n_groups].as_flattened();
-        self.weight = kernels.run(
+        let weight = vectorised(
             #[inline(always)]
             || dot(roots, roots),
-        ) as f32
-            / (UNIT * UNIT);
+        );
+        self.weight = weight as f32 / (UNIT * UNIT);
     }
 
     /// The Gauss-Newton step and what it is worth, with what is known beforehand.
@@ -192,13 +192,6 @@ impl Equations {
         let flattening = self.weight / slopes.max(0.3 * self.weight);
         (togetherness * flattening.powi(2)).max(1.0)
     }
-}
-
-/// Sum of products.
-#[inline(always)]
-fn dot(a: &[i16], b: &[i16]) -> i32 {
-    let products = a.iter().zip(b).map(|(&a, &b)| i32::from(a) * i32::from(b));
-    products.fold(0, i32::wrapping_add)
 }
 
 /// Numbers in a row of a symmetric system and its right side, filled up to whole vectors.
@@ -310,7 +303,7 @@ mod tests {
                 row
             });
         }
-        equations.finish(&Kernels::SCALAR);
+        equations.finish();
         let mut step = [0.0; PARAMETERS];
         step[3] = 0.5;
         equations.take_step(&step);
