@@ -31,11 +31,6 @@ impl Area {
         }
     }
 
-    /// Its pixels. It must lie within the image.
-    pub(crate) fn of<'a>(&self, image: &Image<'a>) -> Image<'a> {
-        image.part(self)
-    }
-
     /// From the part to the image.
     pub(crate) fn quad_to_image(&self, quad: Quad) -> Quad {
         quad.map(|[x, y]| {
@@ -74,16 +69,6 @@ impl Area {
             height,
             row_step: 1,
         })
-    }
-
-    /// With as much more above it that it begins with a whole tile.
-    pub(crate) fn on_tiles(self) -> Self {
-        let top = self.top / TILE * TILE;
-        Self {
-            top,
-            height: self.height + self.top - top,
-            ..self
-        }
     }
 
     /// Whether all of another area is looked at in this one.

@@ -108,7 +108,7 @@ impl Detector {
     }
 
     fn search(&mut self, image: &Image<'_>, area: &Area, observer: &mut impl Observer) {
-        let part = area.of(image);
+        let part = image.part(area);
         self.measure(&part);
         observer.stage_ended(Stage::Tiles);
         for pass in PASSES {

@@ -66,41 +66,33 @@ pub enum OptionsError {
 
 impl Options {
     pub(crate) fn check(&self) -> Result<(), OptionsError> {
-        self.check_families()?;
-        within("max_hamming", f32::from(self.max_hamming), 0.0, 2.0)?;
-        within("min_edge_px", self.min_edge_px, 6.0, 1000.0)?;
-        within("min_contrast", f32::from(self.min_contrast), 4.0, 128.0)?;
-        within(
-            "min_contrast_in_sigma",
-            self.min_contrast_in_sigma,
-            3.0,
-            20.0,
-        )?;
-        within("min_margin", self.min_margin, 0.0, 100.0)
-    }
-
-    fn check_families(&self) -> Result<(), OptionsError> {
         if self.families.is_empty() {
             return Err(OptionsError::NoFamily);
         }
         let twice = |i: &usize| self.families[..*i].contains(&self.families[*i]);
-        match (0..self.families.len()).find(twice) {
-            Some(i) => Err(OptionsError::FamilyTwice(self.families[i])),
+        if let Some(i) = (0..self.families.len()).find(twice) {
+            return Err(OptionsError::FamilyTwice(self.families[i]));
+        }
+        let in_sigma = self.min_contrast_in_sigma;
+        let ranges = [
+            ("max_hamming", f32::from(self.max_hamming), 0.0, 2.0),
+            ("min_edge_px", self.min_edge_px, 6.0, 1000.0),
+            ("min_contrast", f32::from(self.min_contrast), 4.0, 128.0),
+            ("min_contrast_in_sigma", in_sigma, 3.0, 20.0),
+            ("min_margin", self.min_margin, 0.0, 100.0),
+        ];
+        match ranges
+            .into_iter()
+            .find(|&(_, value, min, max)| !(min..=max).contains(&value))
+        {
+            Some((key, value, min, max)) => Err(OptionsError::OutOfRange {
+                key,
+                value,
+                min,
+                max,
+            }),
             None => Ok(()),
         }
-    }
-}
-
-fn within(key: &'static str, value: f32, min: f32, max: f32) -> Result<(), OptionsError> {
-    if (min..=max).contains(&value) {
-        Ok(())
-    } else {
-        Err(OptionsError::OutOfRange {
-            key,
-            value,
-            min,
-            max,
-        })
     }
 }
 

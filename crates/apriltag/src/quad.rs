@@ -128,10 +128,6 @@ pub(crate) fn distance(a: Point, b: Point) -> f32 {
     ((a[0] - b[0]).powi(2) + (a[1] - b[1]).powi(2)).sqrt()
 }
 
-fn perimeter(quad: &Quad) -> f32 {
-    (0..4).map(|i| distance(quad[i], quad[(i + 1) % 4])).sum()
-}
-
 /// Mean of the corners.
 pub(crate) fn middle(quad: &Quad) -> Point {
     let mean = |axis: usize| quad.iter().map(|corner| corner[axis]).sum::<f32>() / 4.0;
@@ -146,7 +142,8 @@ pub(crate) fn widths(quad: &Quad) -> [f32; 2] {
 }
 
 pub(crate) fn mean_edge(quad: &Quad) -> f32 {
-    perimeter(quad) / 4.0
+    let sides = (0..4).map(|i| distance(quad[i], quad[(i + 1) % 4]));
+    sides.sum::<f32>() / 4.0
 }
 
 /// Moves each side outwards, half way to the farthest vertex beyond it and by the overhang.

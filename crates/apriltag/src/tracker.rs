@@ -80,24 +80,21 @@ impl Tracker {
         self.choose_areas(image);
         let found = self.detector.detect_within(image, &self.areas, observer);
         for track in &mut self.tracks {
-            track.images_ago += 1;
+            track.tag.images_ago += 1;
         }
         let mut followed = 0;
         for detection in found {
             followed += u32::from(take_up(&mut self.tracks, detection));
         }
-        self.tracks.retain(|track| track.images_ago <= MOST_MISSED);
+        self.tracks
+            .retain(|track| track.tag.images_ago <= MOST_MISSED);
         let n_pixels: usize = self.areas.iter().map(Area::n_pixels).sum();
         self.report = TrackingReport {
             areas: self.areas.len() as u32,
             share: n_pixels as f32 / Area::whole(image).n_pixels() as f32,
             followed,
             discovered: found.len() as u32 - followed,
-            awaited: self
-                .tracks
-                .iter()
-                .filter(|track| track.images_ago > 0)
-                .count() as u32,
+            awaited: self.tracks.iter().filter_map(Track::awaited).count() as u32,
         };
         found
     }

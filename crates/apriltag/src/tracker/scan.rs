@@ -5,6 +5,7 @@
 
 use crate::Image;
 use crate::area::Area;
+use crate::kernels::TILE;
 
 /// Bands from the top of an image to its bottom.
 const BANDS: usize = 8;
@@ -41,12 +42,13 @@ impl Scan {
         }
         let shared = image.height() / SHARED;
         let height = (image.height() + (BANDS - 1) * shared).div_ceil(BANDS);
+        let bottom = step * (image.height() - height) / (BANDS - 1) + height;
+        let top = (bottom - height) / TILE * TILE;
         Area {
-            top: step * (image.height() - height) / (BANDS - 1),
-            height,
+            top,
+            height: bottom - top,
             ..whole
         }
-        .on_tiles()
     }
 }
 

@@ -3,7 +3,7 @@
 //! Each corner goes on as far as it went between the last two images that showed it, per image.
 
 use crate::area::Area;
-use crate::quad::{Point, Quad, distance, mean_edge, middle};
+use crate::quad::{Quad, distance, mean_edge, middle};
 use crate::{Detection, Image};
 use sextant_tag_families::Family;
 
@@ -36,42 +36,38 @@ pub struct Awaited {
 
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Track {
-    family: Family,
-    id: u32,
-    /// As last decoded.
-    corners: Quad,
+    /// As last decoded, and how many images ago.
+    pub(super) tag: Awaited,
     /// Pixels an image, where the tag was decoded more than once.
     velocity: Option<Quad>,
-    /// Images since it was decoded.
-    pub(super) images_ago: u32,
 }
 
 impl Track {
     pub(super) fn begin(detection: &Detection) -> Self {
         Self {
-            family: detection.family,
-            id: detection.id,
-            corners: detection.corners,
+            tag: Awaited {
+                family: detection.family,
+                id: detection.id,
+                corners: detection.corners,
+                images_ago: 0,
+            },
             velocity: None,
-            images_ago: 0,
         }
     }
 
     /// Takes up where the tag is now.
     pub(super) fn follow(&mut self, detection: &Detection) {
-        let step = |axis: usize, i: usize| {
-            (detection.corners[i][axis] - self.corners[i][axis]) / self.images_ago as f32
-        };
-        self.velocity = Some(std::array::from_fn(|i| [step(0, i), step(1, i)]));
-        self.corners = detection.corners;
-        self.images_ago = 0;
+        let (last, images) = (self.tag.corners, self.tag.images_ago as f32);
+        let step = |i: usize, axis: usize| (detection.corners[i][axis] - last[i][axis]) / images;
+        *self = Self::begin(detection);
+        self.velocity = Some(std::array::from_fn(|i| [step(i, 0), step(i, 1)]));
     }
 
     /// Where the corners should be so many images after the last that showed the tag.
     fn corners_after(&self, images: u32) -> Quad {
         let step = |i: usize, axis: usize| {
             let velocity = self.velocity.map_or(0.0, |velocity| velocity[i][axis]);
-            self.corners[i][axis] + velocity * images as f32
+            self.tag.corners[i][axis] + velocity * images as f32
         };
         std::array::from_fn(|i| [step(i, 0), step(i, 1)])
     }
@@ -87,9 +83,9 @@ impl Track {
 
     /// Where to look for the tag in the next image; nothing when it should be outside.
     pub(super) fn region(&self, image: &Image<'_>) -> Option<Area> {
-        let corners = self.corners_after(self.images_ago + 1);
-        let around =
-            RING_PX + RING_SHARE * mean_edge(&corners) + self.uncertainty_px(self.images_ago + 1);
+        let images = self.tag.images_ago + 1;
+        let corners = self.corners_after(images);
+        let around = RING_PX + RING_SHARE * mean_edge(&corners) + self.uncertainty_px(images);
         let bounds = |axis: usize| {
             let places = corners.iter().map(|corner| corner[axis]);
             let low = places.clone().fold(f32::INFINITY, f32::min);
@@ -102,23 +98,22 @@ impl Track {
     /// From where the tag should be to a detection that can be of it; nothing when that can't be, or when the tag has been
     /// found in this image already.
     pub(super) fn distance(&self, detection: &Detection) -> Option<f32> {
-        let known = (self.family, self.id) == (detection.family, detection.id);
-        let distance = distance(self.middle_now(), detection.centre());
-        let near =
-            distance <= self.uncertainty_px(self.images_ago) + mean_edge(&self.corners) / 2.0;
-        (known && self.images_ago > 0 && near).then_some(distance)
-    }
-
-    fn middle_now(&self) -> Point {
-        middle(&self.corners_after(self.images_ago))
+        let Awaited {
+            family,
+            id,
+            corners,
+            images_ago,
+        } = self.tag;
+        let known = (family, id) == (detection.family, detection.id);
+        let distance = distance(middle(&self.corners_after(images_ago)), detection.centre());
+        let near = distance <= self.uncertainty_px(images_ago) + mean_edge(&corners) / 2.0;
+        (known && images_ago > 0 && near).then_some(distance)
     }
 
     pub(super) fn awaited(&self) -> Option<Awaited> {
-        (self.images_ago > 0).then(|| Awaited {
-            family: self.family,
-            id: self.id,
-            corners: self.corners_after(self.images_ago),
-            images_ago: self.images_ago,
+        (self.tag.images_ago > 0).then(|| Awaited {
+            corners: self.corners_after(self.tag.images_ago),
+            ..self.tag
         })
     }
 }
@@ -143,11 +138,11 @@ mod tests {
     #[test]
     fn a_tag_is_expected_where_it_goes() {
         let mut track = Track::begin(&seen_at(100.0, 50.0));
-        track.images_ago = 2;
+        track.tag.images_ago = 2;
         track.follow(&seen_at(110.0, 46.0));
         assert_eq!(track.corners_after(3)[0], [125.0, 40.0]);
         assert_eq!(track.awaited(), None);
-        track.images_ago = 3;
+        track.tag.images_ago = 3;
         assert_eq!(
             track.awaited().map(|tag| (tag.corners[2], tag.images_ago)),
             Some(([145.0, 60.0], 3))
@@ -175,7 +170,7 @@ mod tests {
     fn another_tag_or_one_far_off_is_not_it() {
         let mut track = Track::begin(&seen_at(100.0, 50.0));
         assert_eq!(track.distance(&seen_at(100.0, 50.0)), None);
-        track.images_ago = 1;
+        track.tag.images_ago = 1;
         assert_eq!(track.distance(&seen_at(124.0, 50.0)), Some(24.0));
         assert_eq!(track.distance(&seen_at(160.0, 50.0)), None);
         assert_eq!(
