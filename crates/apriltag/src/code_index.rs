@@ -29,9 +29,9 @@ pub(crate) struct CodeIndex {
     pub(crate) is_weak: bool,
     /// Bits that may be in doubt while the word still says something.
     pub(crate) bits_to_spare: usize,
-    /// For each part and each value of it: where its ids begin in `ids`.
-    starts: [Vec<u32>; PARTS],
+    /// For each part: the ids in its order, and where those with each of its values begin.
     ids: [Vec<u16>; PARTS],
+    starts: [Vec<u32>; PARTS],
 }
 
 impl CodeIndex {
@@ -48,27 +48,28 @@ impl CodeIndex {
             max_hamming: most,
             is_weak: chance(family, 0) > MOST_CHANCE,
             bits_to_spare: bits_to_spare(family),
-            starts: Default::default(),
             ids: Default::default(),
+            starts: Default::default(),
         };
-        for part in 0..PARTS {
-            index.build(part);
-        }
+        index.ids = std::array::from_fn(|part| {
+            let mut ids: Vec<u16> = (0..family.codes.len() as u16).collect();
+            ids.sort_by_key(|&id| index.part_of(id, part));
+            ids
+        });
+        index.starts = std::array::from_fn(|part| {
+            let below = |id: &u16, value: u64| index.part_of(*id, part) < value;
+            let start = |value| index.ids[part].partition_point(|id| below(id, value)) as u32;
+            (0..=1 << part_bits).map(start).collect()
+        });
         index
     }
 
-    fn build(&mut self, part: usize) {
-        let mut ids: Vec<u16> = (0..self.codes.len() as u16).collect();
-        ids.sort_by_key(|&id| self.part(self.codes[usize::from(id)], part));
-        let below = |value: usize| {
-            ids.partition_point(|&id| self.part(self.codes[usize::from(id)], part) < value) as u32
-        };
-        self.starts[part] = (0..=1 << self.part_bits).map(below).collect();
-        self.ids[part] = ids;
+    fn part_of(&self, id: u16, part: usize) -> u64 {
+        self.part(self.codes[usize::from(id)], part)
     }
 
-    fn part(&self, code: u64, part: usize) -> usize {
-        (code >> (part * self.part_bits)) as usize & ((1 << self.part_bits) - 1)
+    fn part(&self, code: u64, part: usize) -> u64 {
+        code >> (part * self.part_bits) & ((1 << self.part_bits) - 1)
     }
 
     /// The nearest code word within the allowed distance; exact ones first, then fewer turns, then those found by earlier parts.
@@ -77,8 +78,8 @@ impl CodeIndex {
         let mut allowed = self.max_hamming + 1;
         for turns in 0..4 {
             let upright = rotate_code(observed, self.n_bits, turns);
-            for (part, (starts, ids)) in self.starts.iter().zip(&self.ids).enumerate() {
-                let value = self.part(upright, part);
+            for (part, (ids, starts)) in self.ids.iter().zip(&self.starts).enumerate() {
+                let value = self.part(upright, part) as usize;
                 for &id in &ids[starts[value] as usize..starts[value + 1] as usize] {
                     let hamming = (self.codes[usize::from(id)] ^ upright).count_ones();
                     if hamming < allowed {

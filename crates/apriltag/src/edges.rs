@@ -14,32 +14,8 @@ use profiles::{MAX_GROUPS, Profiles};
 /// with the rows or columns all profiles meet the pixels' grid alike and err alike.
 const SHARED_ERROR_PX: f32 = 0.015;
 
-/// How far to look from a side and how closely.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Search {
-    /// Distance to either side, in pixels.
-    reach_px: f32,
-    /// Groups of profiles along a side, at most.
-    most_groups: usize,
-}
-
-impl Search {
-    /// From the quad around an outline to within a fraction of a pixel.
-    pub(crate) fn coarse(module_px: f32) -> Self {
-        Self {
-            reach_px: (0.75 * module_px).clamp(1.5, 4.0),
-            most_groups: 1,
-        }
-    }
-
-    /// From there as well as lines can tell.
-    pub(crate) fn fine() -> Self {
-        Self {
-            reach_px: 2.0,
-            most_groups: MAX_GROUPS,
-        }
-    }
-}
+/// Covariance of corners that only the outline tells: half a pixel either way.
+const OUTLINE_COVARIANCE: [f32; 3] = [0.25, 0.0, 0.25];
 
 /// How far a corner may come to lie from where it was, in reaches: where sides meet at a sharp angle, farther than they
 /// move themselves.
@@ -52,15 +28,29 @@ pub(crate) struct EdgeFit {
     pub(crate) covariance: [[f32; 3]; 4],
 }
 
+/// From the quad around an outline to within a fraction of a pixel, as well as lines through a few places on the border's edges
+/// tell; where they tell nothing, the quad as it is.
+pub(crate) fn fit_coarsely(view: &View<'_>, quad: &Quad) -> EdgeFit {
+    let outline = EdgeFit {
+        quad: *quad,
+        covariance: [OUTLINE_COVARIANCE; 4],
+    };
+    fit(view, quad, &Profiles::coarse(quad)).unwrap_or(outline)
+}
+
+/// From within a fraction of a pixel as well as lines can tell.
+pub(crate) fn fit_finely(view: &View<'_>, quad: &Quad) -> Option<EdgeFit> {
+    fit(view, quad, &Profiles::fine(quad))
+}
+
 /// Fits a line to each side.
-pub(crate) fn fit(view: &View<'_>, quad: &Quad, search: Search) -> Option<EdgeFit> {
-    let profiles = Profiles::new(quad, search);
+fn fit(view: &View<'_>, quad: &Quad, profiles: &Profiles) -> Option<EdgeFit> {
     let mut sides = [Side::default(); 4];
     for (i, side) in sides.iter_mut().enumerate() {
-        *side = Side::fit(view, (quad[i], quad[(i + 1) % 4]), &profiles)?;
+        *side = Side::fit(view, (quad[i], quad[(i + 1) % 4]), profiles)?;
     }
     let corners = intersect_sides(&sides.map(|side| side.line))?;
-    let limit = FARTHEST_REACHES * search.reach_px;
+    let limit = FARTHEST_REACHES * profiles.reach_px;
     if corners
         .iter()
         .zip(quad)

@@ -1,18 +1,16 @@
-//! Reading a tag within a quad: grey models, bits, code word.
+//! Reading a tag within a quad: black and white, bits, code word.
 //!
 //! In: an image and a quad. Out: which tag it is and how the quad's corners must be turned.
 
-mod greys;
 mod layout;
+mod modules;
 
 use crate::code_index::{CodeIndex, Match};
-use crate::homography::Homography;
-use crate::kernels::{POINTS, Points};
-use crate::quad::{Quad, widths};
+use crate::quad::Quad;
 use crate::view::View;
 use crate::{Options, Rejection};
-use greys::{CLEARLY, Thresholds};
-use layout::{Layout, MAX_BLOCKS};
+use layout::Layout;
+use modules::{Modules, USUAL_BLUR_PX};
 use sextant_tag_families::{BorderColour, Family, FamilyData};
 use std::collections::BTreeSet;
 
@@ -44,19 +42,6 @@ pub(crate) struct Reading {
     pub(crate) white: f32,
 }
 
-/// Grey at the modules' middles in the order of the layout, NaN outside the image.
-struct Modules {
-    greys: [Points; MAX_BLOCKS],
-    /// Width and height of a module, each at right angles to its sides.
-    size_px: [f32; 2],
-}
-
-impl Modules {
-    fn all(&self) -> &[f32] {
-        self.greys.as_flattened()
-    }
-}
-
 impl Reader {
     pub(crate) fn new(family: Family, options: &Options) -> Self {
         let data = family.data();
@@ -80,190 +65,55 @@ impl Reader {
     }
 
     pub(crate) fn read(&self, view: &View<'_>, quad: &Quad) -> Result<Reading, Unread> {
-        let border = f32::from(self.data.border_width);
-        let map =
-            Homography::square_to_quad(quad, border).ok_or(Unread::hopeless(Rejection::Shape))?;
-        let mut modules = Modules {
-            greys: [[0.0; POINTS]; MAX_BLOCKS],
-            size_px: widths(quad).map(|width| width / border),
-        };
-        let n_rings = self.layout.ring_blocks();
-        view.sample(
-            &map,
-            &self.layout.places[..n_rings],
-            &mut modules.greys[..n_rings],
-        );
-        let thresholds = self.thresholds(&modules)?;
-        self.sample_bits(view, &map, &mut modules)
-            .ok_or(Unread::hopeful(Rejection::NoCode))?;
-        let bits = Bits::new(&self.layout, &modules, &thresholds);
-        let reading = self.recognise(&bits, &thresholds)?;
+        let mut modules = Modules::new(view, &self.layout, quad).map_err(Unread::Hopeless)?;
+        let contrast = modules.contrast();
+        if contrast <= NEARLY * self.min_contrast || !modules.rings_agree() {
+            return Err(Unread::Hopeless(Rejection::FaintBorder));
+        }
+        if contrast < self.min_contrast {
+            return Err(Unread::Hopeful(Rejection::FaintBorder));
+        }
+        if !modules.sample_bits() {
+            return Err(Unread::Hopeful(Rejection::NoCode));
+        }
+        let reading = self.recognise(&modules)?;
         // Letters and texture show a code word of few bits now and then, so that the word alone is no evidence: border, ring
         // and bits must be all that a tag's are. The frame has three times as many modules as the word.
-        let is_beyond_doubt = !self.index.is_weak
-            || thresholds.rings_are_whole(&self.layout, modules.all(), self.data.border)
-                && self.modules_are_plain(view, &map, &bits, &thresholds);
-        if is_beyond_doubt {
-            Ok(reading)
-        } else {
-            Err(Unread::hopeful(Rejection::NoCode))
+        if self.index.is_weak
+            && !(modules.rings_are_whole() && modules.n_in_doubt() <= self.most_in_doubt)
+        {
+            return Err(Unread::Hopeful(Rejection::NoCode));
         }
-    }
-
-    /// Whether the modules with a bit are clearly black or clearly white and have one colour throughout, but for as many as may
-    /// be in doubt. Those of a tag with more and smaller modules, which now and then show a code word of a family of few bits,
-    /// have not, or are grey where that tag is blurred.
-    fn modules_are_plain(
-        &self,
-        view: &View<'_>,
-        map: &Homography,
-        bits: &Bits,
-        thresholds: &Thresholds,
-    ) -> bool {
-        let mut greys = [[[0.0; POINTS]; MAX_BLOCKS]; 4];
-        for (greys, places) in greys.iter_mut().zip(&self.layout.around) {
-            view.sample(map, places, greys);
-        }
-        let clearly = CLEARLY * thresholds.contrast();
-        let middles = bits.without_blur(USUAL_BLUR_PX);
-        let is_in_doubt = |(i, middle): (usize, f32)| {
-            let threshold = thresholds.at(self.layout.from_middle[self.layout.bits.start + i]);
-            let other = |greys: &[Points; MAX_BLOCKS]| {
-                middle.signum() * (greys.as_flattened()[i] - threshold) < -clearly
-            };
-            middle.abs() < clearly || greys.iter().any(other)
-        };
-        middles.enumerate().filter(|bit| is_in_doubt(*bit)).count() <= self.most_in_doubt
-    }
-
-    /// Black and white, as long as border and ring have them.
-    fn thresholds(&self, modules: &Modules) -> Result<Thresholds, Unread> {
-        let thresholds = Thresholds::new(&self.layout, modules.all(), self.data.border)
-            .ok_or(Unread::hopeless(Rejection::FaintBorder))?;
-        let contrast = thresholds.contrast();
-        let hopeful = contrast > NEARLY * self.min_contrast
-            && thresholds.rings_agree(&self.layout, modules.all(), self.data.border);
-        if hopeful && contrast >= self.min_contrast {
-            return Ok(thresholds);
-        }
-        Err(Unread {
-            reason: Rejection::FaintBorder,
-            hopeful,
-        })
-    }
-
-    /// The modules that carry bits: one sample in the middle of a small one; four around it where there is room, against
-    /// noise. Nothing when one lies outside the image.
-    fn sample_bits(&self, view: &View<'_>, map: &Homography, modules: &mut Modules) -> Option<()> {
-        const ROOMY_PX: f32 = 4.0;
-        let layout = &self.layout;
-        let bits = &mut modules.greys[layout.ring_blocks()..layout.places.len()];
-        if modules.size_px[0].min(modules.size_px[1]) < ROOMY_PX {
-            view.sample(map, &layout.places[layout.ring_blocks()..], bits);
-        } else {
-            let mut greys = [[0.0; POINTS]; MAX_BLOCKS];
-            for places in &layout.around {
-                view.sample(map, places, &mut greys);
-                for (sum, grey) in bits.as_flattened_mut().iter_mut().zip(greys.as_flattened()) {
-                    *sum += grey / layout.around.len() as f32;
-                }
-            }
-        }
-        let outside = bits.as_flattened().iter().any(|grey| grey.is_nan());
-        (!outside).then_some(())
+        Ok(reading)
     }
 
     /// The code word under usual blur or, failing that, under strong blur.
-    fn recognise(&self, bits: &Bits, thresholds: &Thresholds) -> Result<Reading, Unread> {
-        let (usual, clarity) = bits.word(USUAL_BLUR_PX);
+    fn recognise(&self, modules: &Modules<'_>) -> Result<Reading, Unread> {
+        let (usual, clarity) = modules.word(USUAL_BLUR_PX);
         let found = self.index.find(usual).map(|found| (found, clarity));
         // Fewer wrong bits: every further attempt is a further chance for what is no tag.
         let or_blurred = || {
-            let (strong, margin) = bits.word(STRONG_BLUR_PX);
+            let (strong, margin) = modules.word(STRONG_BLUR_PX);
             let found = self.index.find(strong)?;
             (found.hamming <= 1).then_some((found, margin))
         };
-        let (found, margin) = found.or_else(or_blurred).ok_or(Unread {
-            reason: Rejection::NoCode,
-            hopeful: clarity > LEAST_CLARITY * thresholds.contrast(),
-        })?;
+        let is_clear = clarity > LEAST_CLARITY * modules.contrast();
+        let unread = if is_clear {
+            Unread::Hopeful
+        } else {
+            Unread::Hopeless
+        };
+        let (found, margin) = found.or_else(or_blurred).ok_or(unread(Rejection::NoCode))?;
         if margin < self.min_margin {
-            return Err(Unread::hopeful(Rejection::SmallMargin));
+            return Err(Unread::Hopeful(Rejection::SmallMargin));
         }
+        let [black, white] = modules.black_and_white();
         Ok(Reading {
             family: self.family,
             found,
             margin,
-            black: thresholds.black,
-            white: thresholds.white,
-        })
-    }
-}
-
-/// The modules with a bit: how far the grey of each is above the threshold, and by how much it is brighter than the modules to
-/// its sides and than those above and below it, twice.
-struct Bits {
-    above: [[f32; 3]; MOST_BITS],
-    count: usize,
-    /// Width and height of a module.
-    size_px: [f32; 2],
-}
-
-/// A code word is 64 bits at most.
-const MOST_BITS: usize = 64;
-
-impl Bits {
-    fn new(layout: &Layout, modules: &Modules, thresholds: &Thresholds) -> Self {
-        let greys = modules.all();
-        let mut above = [[0.0; 3]; MOST_BITS];
-        let seen = greys[layout.bits.clone()].iter();
-        let places = layout.from_middle[layout.bits.clone()].iter();
-        let bits = seen.zip(places).zip(&layout.beside);
-        for (above, ((&grey, &place), beside)) in above.iter_mut().zip(bits) {
-            let [left, right, top, bottom] = beside.map(|at| greys[usize::from(at)]);
-            let twice = 2.0 * grey;
-            *above = [
-                grey - thresholds.at(place),
-                twice - left - right,
-                twice - top - bottom,
-            ];
-        }
-        Self {
-            above,
-            count: layout.bits.len(),
-            size_px: modules.size_px,
-        }
-    }
-
-    /// The observed code word and its margin: the mean distance from the threshold of the weaker colour.
-    fn word(&self, blur_px: f32) -> (u64, f32) {
-        let (mut code, mut sum, mut distances) = (0_u64, 0.0, 0.0);
-        for value in self.without_blur(blur_px) {
-            code = code << 1 | u64::from(value > 0.0);
-            sum += value;
-            distances += value.abs();
-        }
-        let white = code.count_ones();
-        let mean = |twice: f32, count: u32| twice / (2 * count.max(1)) as f32;
-        let of_white = mean(distances + sum, white);
-        (
-            code,
-            of_white.min(mean(distances - sum, self.count as u32 - white)),
-        )
-    }
-
-    /// How far each bit's grey is above the threshold.
-    ///
-    /// What blur carries over from the neighbours, which matters where a module is hardly wider than the blur, is taken
-    /// out: the inverse of a blur by modules of that width, fitted by a power law. A tag seen from the side is narrow one
-    /// way only.
-    fn without_blur(&self, blur_px: f32) -> impl Iterator<Item = f32> {
-        let [across, down] = self
-            .size_px
-            .map(|width| (3.3 * (blur_px / width).powi(3)).min(0.5));
-        self.above[..self.count].iter().map(move |[above, x, y]| {
-            let edge = across * x + down * y;
-            above + if edge.is_nan() { 0.0 } else { edge }
+            black,
+            white,
         })
     }
 }
@@ -295,23 +145,15 @@ fn fewest_rows(places: &[(i8, i8)]) -> usize {
 /// Why a tag was not read, and whether it might be with better corners: corners that are a pixel off leave border and
 /// ring mostly right, and bits of both colours.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Unread {
-    pub(crate) reason: Rejection,
-    pub(crate) hopeful: bool,
+pub(crate) enum Unread {
+    Hopeful(Rejection),
+    Hopeless(Rejection),
 }
 
 impl Unread {
-    pub(crate) fn hopeful(reason: Rejection) -> Self {
-        Self {
-            reason,
-            hopeful: true,
-        }
-    }
-
-    pub(crate) fn hopeless(reason: Rejection) -> Self {
-        Self {
-            reason,
-            hopeful: false,
+    pub(crate) fn reason(self) -> Rejection {
+        match self {
+            Self::Hopeful(reason) | Self::Hopeless(reason) => reason,
         }
     }
 }
@@ -326,8 +168,7 @@ const NEARLY: f32 = 0.5;
 /// a fifth between corners several pixels off; next to nothing where there are no bits of one colour.
 const LEAST_CLARITY: f32 = 0.1;
 
-/// Blur that most images have and blur of a lens out of focus or a hand that shook, as standard deviations in pixels.
-const USUAL_BLUR_PX: f32 = 0.75;
+/// Blur of a lens out of focus or a hand that shook, as a standard deviation in pixels.
 const STRONG_BLUR_PX: f32 = 2.0;
 
 #[cfg(test)]

@@ -1,19 +1,13 @@
 //! From a quad to a tag that was read in it, and from that to a detection with corners below the pixel.
 
 use crate::border_shape::BorderShape;
-use crate::edges::{self, EdgeFit, Search};
+use crate::edges;
 use crate::photometric::PatternFitter;
 use crate::quad::{Point, Quad, distance, mean_edge, middle};
 use crate::reading::{Reader, Reading, Unread};
 use crate::view::View;
 use crate::{Detection, Image, Options, Refinement, Rejection};
 use sextant_tag_families::{BorderColour, Family};
-
-/// Modules along the border of the most usual family, for what need not be exact.
-const USUAL_MODULES: f32 = 8.0;
-
-/// Covariance of corners that only the outline tells: half a pixel either way.
-const OUTLINE_COVARIANCE: [f32; 3] = [0.25, 0.0, 0.25];
 
 /// A tag that was read, with its corners to about a pixel, in the order of the upright tag.
 #[derive(Clone, Copy, Debug)]
@@ -39,13 +33,13 @@ impl Sighting {
             image,
             border: self.reading.family.data().border,
         };
-        let coarse = coarse_edges(&view, &self.quad);
+        let coarse = edges::fit_coarsely(&view, &self.quad);
         let pattern =
             patterns.and_then(|patterns| patterns.fit(image, &self.reading, &coarse, noise_sigma));
         let (corners, corner_covariance, refinement) = match pattern {
             Some(fit) => (fit.corners, fit.covariance, Refinement::Photometric),
             None => {
-                let fine = edges::fit(&view, &coarse.quad, Search::fine()).unwrap_or(coarse);
+                let fine = edges::fit_finely(&view, &coarse.quad).unwrap_or(coarse);
                 (fine.quad, fine.covariance, Refinement::Edges)
             }
         };
@@ -103,51 +97,40 @@ impl Lookout {
     /// Reads a tag with a border of a colour within a quad; where that fails or bits are wrong, once more after a look at
     /// where its edges are.
     pub(crate) fn sight(&self, view: &View<'_>, quad: &Quad) -> Result<Sighting, Rejection> {
-        let rough = match self.read(view, quad) {
-            Ok(sighting) if sighting.reading.found.hamming == 0 => return Ok(sighting),
-            Err(unread) if !unread.hopeful => return Err(unread.reason),
-            rough => rough.map_err(|unread| unread.reason),
-        };
-        let edges = coarse_edges(view, quad);
-        let better = self.read(view, &edges.quad);
-        match (better.map_err(|unread| unread.reason), rough) {
-            (Ok(better), Ok(rough))
-                if better.reading.found.hamming > rough.reading.found.hamming =>
-            {
-                Ok(rough)
-            }
-            (Err(_), Ok(rough)) => Ok(rough),
-            (better, _) => better,
+        let rough = self.read(view, quad);
+        match &rough {
+            Ok(sighting) if sighting.reading.found.hamming > 0 => {}
+            Err(Unread::Hopeful(_)) => {}
+            _ => return rough.map_err(Unread::reason),
         }
+        let better = self.read(view, &edges::fit_coarsely(view, quad).quad);
+        let wrong = |read: &Result<Sighting, _>| match read {
+            Ok(sighting) => sighting.reading.found.hamming,
+            Err(_) => u32::MAX,
+        };
+        let best = if wrong(&rough) < wrong(&better) {
+            rough
+        } else {
+            better
+        };
+        best.map_err(Unread::reason)
     }
 
     /// The reading of the first family that has one; hopeful as long as any family is.
     fn read(&self, view: &View<'_>, quad: &Quad) -> Result<Sighting, Unread> {
-        let mut unread = Unread::hopeless(Rejection::NoCode);
+        let mut unread = Unread::Hopeless(Rejection::NoCode);
         let readers = self.readers.iter();
         for reader in readers.filter(|reader| reader.border() == view.border) {
-            match reader.read(view, quad) {
-                Ok(reading) => {
+            unread = match (reader.read(view, quad), unread) {
+                (Ok(reading), _) => {
                     let mut quad = *quad;
                     quad.rotate_left(reading.found.turns as usize);
                     return Ok(Sighting { reading, quad });
                 }
-                Err(Unread { reason, hopeful }) => {
-                    unread.reason = reason;
-                    unread.hopeful |= hopeful;
-                }
+                (Err(Unread::Hopeless(reason)), Unread::Hopeful(_)) => Unread::Hopeful(reason),
+                (Err(unread), _) => unread,
             }
         }
         Err(unread)
     }
-}
-
-/// As well as lines through a few places on the border's edges tell; where they tell nothing, the quad as it is.
-fn coarse_edges(view: &View<'_>, quad: &Quad) -> EdgeFit {
-    let search = Search::coarse(mean_edge(quad) / USUAL_MODULES);
-    let outline = EdgeFit {
-        quad: *quad,
-        covariance: [OUTLINE_COVARIANCE; 4],
-    };
-    edges::fit(view, quad, search).unwrap_or(outline)
 }

@@ -2,7 +2,7 @@
 //!
 //! Profiles are worked on side by side, as many as a vector holds points.
 
-use super::{Crossing, Search};
+use super::Crossing;
 use crate::homography::Homography;
 use crate::kernels::{POINTS, Points, vectorised};
 use crate::quad::{Line, Point, Quad, distance, mean_edge};
@@ -22,19 +22,35 @@ pub(super) const MAX_GROUPS: usize = 3;
 
 const MAX_SAMPLES: usize = 2 * MAX_STEPS + 1;
 
+/// Modules along the border of the most usual family, for what need not be exact.
+const USUAL_MODULES: f32 = 8.0;
+
 /// Profiles at right angles to a side.
 pub(super) struct Profiles {
     n_groups: usize,
     /// To either side.
     n_steps: usize,
+    pub(super) reach_px: f32,
 }
 
 impl Profiles {
+    /// A few, no longer than a module.
+    pub(super) fn coarse(quad: &Quad) -> Self {
+        let module_px = mean_edge(quad) / USUAL_MODULES;
+        Self::new(quad, (0.75 * module_px).clamp(1.5, 4.0), 1)
+    }
+
+    /// As many as there may be.
+    pub(super) fn fine(quad: &Quad) -> Self {
+        Self::new(quad, 2.0, MAX_GROUPS)
+    }
+
     /// No more than one a pixel.
-    pub(super) fn new(quad: &Quad, search: Search) -> Self {
+    fn new(quad: &Quad, reach_px: f32, most_groups: usize) -> Self {
         Self {
-            n_groups: (mean_edge(quad) as usize / POINTS).clamp(1, search.most_groups),
-            n_steps: ((search.reach_px / STEP_PX) as usize).clamp(STEEP_STEPS, MAX_STEPS),
+            n_groups: (mean_edge(quad) as usize / POINTS).clamp(1, most_groups),
+            n_steps: ((reach_px / STEP_PX) as usize).clamp(STEEP_STEPS, MAX_STEPS),
+            reach_px,
         }
     }
 

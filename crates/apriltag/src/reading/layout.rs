@@ -10,6 +10,8 @@ pub(super) const MAX_BLOCKS: usize = 144 / POINTS;
 
 #[derive(Debug)]
 pub(super) struct Layout {
+    /// Modules along the border.
+    pub(super) border_width: f32,
     /// Middles of the modules, u right, v down, from the border's top left corner. Border and ring fill whole blocks, and
     /// so do the bits; what pads them counts for nothing.
     pub(super) places: Vec<[Points; 2]>,
@@ -36,6 +38,7 @@ impl Layout {
         modules.extend(data.bits.iter().map(|&(x, y)| [i16::from(x), i16::from(y)]));
         let around = [[-0.2, -0.2], [0.2, -0.2], [-0.2, 0.2], [0.2, 0.2]];
         Self {
+            border_width: f32::from(data.border_width),
             places: blocks(&modules, [0.0; 2]),
             around: around.map(|aside| blocks(&modules[bits.clone()], aside)),
             beside: bits

@@ -1,89 +1,194 @@
-//! What black and white are all over a tag: planes through the greys of its border and of the ring around it, as in
-//! AprilTag 2 (Wang & Olson, IROS 2016).
+//! What is seen of a tag's modules, and what black and white are all over the tag: planes through the greys of its border and
+//! of the ring around it, as in AprilTag 2 (Wang & Olson, IROS 2016).
 
-use super::layout::Layout;
-use crate::quad::Point;
-use sextant_tag_families::BorderColour;
+use super::layout::{Layout, MAX_BLOCKS};
+use crate::Rejection;
+use crate::homography::Homography;
+use crate::kernels::{POINTS, Points};
+use crate::quad::{Point, Quad, widths};
+use crate::view::View;
 use std::ops::Range;
 
 /// Share of the contrast beyond the threshold that makes black or white of a place.
-pub(super) const CLEARLY: f32 = 0.15;
+const CLEARLY: f32 = 0.15;
 
-/// Grey between black and white all over the tag, and the means of both.
-pub(super) struct Thresholds {
-    middle: GreyPlane,
-    pub(super) black: f32,
-    pub(super) white: f32,
+/// Blur that most images have, as a standard deviation in pixels.
+pub(super) const USUAL_BLUR_PX: f32 = 0.75;
+
+/// The modules of a family as they lie within a quad.
+pub(super) struct Modules<'a> {
+    view: &'a View<'a>,
+    layout: &'a Layout,
+    map: Homography,
+    /// Width and height of a module, each at right angles to its sides.
+    size_px: [f32; 2],
+    /// At the modules' middles in the order of the layout, NaN outside the image.
+    greys: [Points; MAX_BLOCKS],
+    /// Mean greys.
+    border: f32,
+    ring: f32,
+    /// Halfway between black and white.
+    threshold: GreyPlane,
 }
 
-impl Thresholds {
-    pub(super) fn new(layout: &Layout, greys: &[f32], colour: BorderColour) -> Option<Self> {
-        let border = GreyPlane::fit(layout, greys, layout.border.clone())?;
-        let ring = GreyPlane::fit(layout, greys, layout.ring.clone())?;
-        let (black, white) = match colour {
-            BorderColour::Black => (border.mean, ring.mean),
-            BorderColour::White => (ring.mean, border.mean),
+impl<'a> Modules<'a> {
+    /// Border and ring.
+    pub(super) fn new(
+        view: &'a View<'a>,
+        layout: &'a Layout,
+        quad: &Quad,
+    ) -> Result<Self, Rejection> {
+        let map = Homography::square_to_quad(quad, layout.border_width).ok_or(Rejection::Shape)?;
+        let (mut greys, n_rings) = ([[0.0; POINTS]; MAX_BLOCKS], layout.ring_blocks());
+        view.sample(&map, &layout.places[..n_rings], &mut greys[..n_rings]);
+        let plane = |modules: &Range<usize>| {
+            let places = &layout.from_middle[modules.clone()];
+            let plane = GreyPlane::fit(places, &greys.as_flattened()[modules.clone()]);
+            plane.ok_or(Rejection::FaintBorder)
         };
-        Some(Self {
-            middle: border.midway(&ring),
-            black,
-            white,
+        let (border, ring) = (plane(&layout.border)?, plane(&layout.ring)?);
+        Ok(Self {
+            border: border.mean,
+            ring: ring.mean,
+            threshold: border.midway(&ring),
+            view,
+            layout,
+            map,
+            size_px: widths(quad).map(|width| width / layout.border_width),
+            greys,
         })
     }
 
-    pub(super) fn contrast(&self) -> f32 {
-        self.white - self.black
+    /// Mean greys of black and white.
+    pub(super) fn black_and_white(&self) -> [f32; 2] {
+        let (border, ring) = (self.border, self.ring);
+        [border.min(ring), border.max(ring)]
     }
 
-    /// Halfway between black and white at a place, in modules from the middle of the tag.
-    pub(super) fn at(&self, place: Point) -> f32 {
-        self.middle.at(place)
+    /// From the border outwards, negative where that goes the wrong way.
+    pub(super) fn contrast(&self) -> f32 {
+        self.view.sign() * (self.ring - self.border)
+    }
+
+    /// How far the greys of modules are above the threshold.
+    fn above(&self, modules: &Range<usize>) -> impl Iterator<Item = f32> {
+        let greys = &self.greys.as_flattened()[modules.clone()];
+        let places = self.layout.from_middle[modules.clone()].iter();
+        places
+            .zip(greys)
+            .map(|(&place, grey)| grey - self.threshold.at(place))
+    }
+
+    /// The modules of border and ring, and the sign of what they should be above the threshold.
+    fn rings(&self) -> [(&Range<usize>, f32); 2] {
+        let sign = self.view.sign();
+        [(&self.layout.border, -sign), (&self.layout.ring, sign)]
     }
 
     /// Border and ring must by and large have the colours that they should; an occluded corner is forgiven.
-    pub(super) fn rings_agree(&self, layout: &Layout, greys: &[f32], colour: BorderColour) -> bool {
+    pub(super) fn rings_agree(&self) -> bool {
         const LEAST_SHARE: f32 = 0.75;
-        let white_share = |modules: &Range<usize>| {
-            let (mut white, mut all) = (0, 0);
-            let places = &layout.from_middle[modules.clone()];
-            for (&place, &grey) in places.iter().zip(&greys[modules.clone()]) {
-                white += u32::from(grey > self.at(place));
-                all += u32::from(!grey.is_nan());
+        self.rings().into_iter().all(|(modules, sign)| {
+            let (mut right, mut all) = (0, 0);
+            for above in self.above(modules) {
+                right += u32::from(sign * above > 0.0);
+                all += u32::from(!above.is_nan());
             }
-            white as f32 / all as f32
-        };
-        let (border, ring) = (white_share(&layout.border), white_share(&layout.ring));
-        let (black, white) = match colour {
-            BorderColour::Black => (border, ring),
-            BorderColour::White => (ring, border),
-        };
-        black <= 1.0 - LEAST_SHARE && white >= LEAST_SHARE
+            right as f32 >= LEAST_SHARE * all as f32
+        })
     }
 
     /// Border and ring must clearly have their colours all around, as far as they are in the image and but for what is hidden
     /// in one quarter of the tag: a letter's strokes leave gaps, bend or touch what stands beside them.
-    pub(super) fn rings_are_whole(
-        &self,
-        layout: &Layout,
-        greys: &[f32],
-        colour: BorderColour,
-    ) -> bool {
+    pub(super) fn rings_are_whole(&self) -> bool {
         let clearly = CLEARLY * self.contrast();
-        let sign = match colour {
-            BorderColour::Black => 1.0,
-            BorderColour::White => -1.0,
-        };
-        let lacks =
-            |i: usize, sign: f32| sign * (greys[i] - self.at(layout.from_middle[i])) <= clearly;
-        let border = layout.border.clone().filter(|&i| lacks(i, -sign));
-        let ring = layout.ring.clone().filter(|&i| lacks(i, sign));
-        let lost = border.chain(ring).map(|i| layout.from_middle[i]);
         let [mut left, mut right, mut top, mut bottom] = [false; 4];
-        for [x, y] in lost {
-            (left, right) = (left || x <= 0.0, right || x >= 0.0);
-            (top, bottom) = (top || y <= 0.0, bottom || y >= 0.0);
+        for (modules, sign) in self.rings() {
+            let places = self.layout.from_middle[modules.clone()].iter();
+            let lost = self.above(modules).zip(places);
+            for (_, [x, y]) in lost.filter(|(above, _)| sign * above <= clearly) {
+                (left, right) = (left || *x <= 0.0, right || *x >= 0.0);
+                (top, bottom) = (top || *y <= 0.0, bottom || *y >= 0.0);
+            }
         }
         !(left && right || top && bottom)
+    }
+
+    /// The modules that carry bits: one sample in the middle of a small one; four around it where there is room, against
+    /// noise. Says whether all lie in the image.
+    pub(super) fn sample_bits(&mut self) -> bool {
+        const ROOMY_PX: f32 = 4.0;
+        let (layout, n_rings) = (self.layout, self.layout.ring_blocks());
+        let bits = &mut self.greys[n_rings..layout.places.len()];
+        if self.size_px[0].min(self.size_px[1]) < ROOMY_PX {
+            let places = &layout.places[n_rings..];
+            self.view.sample(&self.map, places, bits);
+        } else {
+            let mut greys = [[0.0; POINTS]; MAX_BLOCKS];
+            for places in &layout.around {
+                self.view.sample(&self.map, places, &mut greys);
+                for (sum, grey) in bits.as_flattened_mut().iter_mut().zip(greys.as_flattened()) {
+                    *sum += grey / layout.around.len() as f32;
+                }
+            }
+        }
+        !bits.as_flattened().iter().any(|grey| grey.is_nan())
+    }
+
+    /// The observed code word and its margin: the mean distance from the threshold of the weaker colour.
+    pub(super) fn word(&self, blur_px: f32) -> (u64, f32) {
+        let (mut code, mut sum, mut distances) = (0_u64, 0.0, 0.0);
+        for value in self.bits(blur_px) {
+            code = code << 1 | u64::from(value > 0.0);
+            sum += value;
+            distances += value.abs();
+        }
+        let white = code.count_ones();
+        let black = self.layout.bits.len() as u32 - white;
+        let mean = |twice: f32, count: u32| twice / (2 * count.max(1)) as f32;
+        let (of_white, of_black) = (mean(distances + sum, white), mean(distances - sum, black));
+        (code, of_white.min(of_black))
+    }
+
+    /// How far each bit's grey is above the threshold.
+    ///
+    /// What blur carries over from the neighbours, which matters where a module is hardly wider than the blur, is taken
+    /// out: the inverse of a blur by modules of that width, fitted by a power law. A tag seen from the side is narrow one
+    /// way only.
+    fn bits(&self, blur_px: f32) -> impl Iterator<Item = f32> {
+        let greys = self.greys.as_flattened();
+        let shares = self.size_px.map(|width| 3.3 * (blur_px / width).powi(3));
+        let [across, down] = shares.map(|share| share.min(0.5));
+        let bits = &self.layout.bits;
+        let modules = greys[bits.clone()].iter().zip(&self.layout.beside);
+        self.above(bits)
+            .zip(modules)
+            .map(move |(above, (grey, beside))| {
+                let [left, right, top, bottom] = beside.map(|at| greys[usize::from(at)]);
+                let twice = 2.0 * grey;
+                let edge = across * (twice - left - right) + down * (twice - top - bottom);
+                above + if edge.is_nan() { 0.0 } else { edge }
+            })
+    }
+
+    /// Modules with a bit that are not clearly black or clearly white, or not throughout. Those of a tag with more and smaller
+    /// modules, which now and then show a code word of a family of few bits, are not, or are grey where that tag is blurred.
+    pub(super) fn n_in_doubt(&self) -> usize {
+        let mut around = [[[0.0; POINTS]; MAX_BLOCKS]; 4];
+        for (greys, places) in around.iter_mut().zip(&self.layout.around) {
+            self.view.sample(&self.map, places, greys);
+        }
+        let clearly = CLEARLY * self.contrast();
+        let is_in_doubt = |(i, middle): &(usize, f32)| {
+            let place = self.layout.from_middle[self.layout.bits.start + i];
+            let threshold = self.threshold.at(place);
+            let other = |greys: &[Points; MAX_BLOCKS]| {
+                middle.signum() * (greys.as_flattened()[*i] - threshold) < -clearly
+            };
+            middle.abs() < clearly || around.iter().any(other)
+        };
+        let middles = self.bits(USUAL_BLUR_PX).enumerate();
+        middles.filter(is_in_doubt).count()
     }
 }
 
@@ -96,8 +201,7 @@ struct GreyPlane {
 impl GreyPlane {
     /// Least squares over a square ring, module by module of all four sides, each a quarter turn from the one before: mean and
     /// slopes part. Where some are outside the image, the mean alone.
-    fn fit(layout: &Layout, greys: &[f32], modules: Range<usize>) -> Option<Self> {
-        let (places, greys) = (&layout.from_middle[modules.clone()], &greys[modules]);
+    fn fit(places: &[Point], greys: &[f32]) -> Option<Self> {
         // By side: the sum of the greys, and of the greys times how far along their side they lie.
         let (mut sums, mut along, mut squares, mut reach) = ([0.0; 4], [0.0; 4], 0.0, 0.0);
         for (places, greys) in places.chunks_exact(4).zip(greys.chunks_exact(4)) {
