@@ -87,29 +87,51 @@ impl ClockSearch {
     }
 
     /// An image arrived, its stamp put right. Where a camera's images arrive before they were taken, and others' don't, the question
-    /// is put at once: until it is answered all images of the others would be late, and hers contradict them.
+    /// is put at once: until it is answered all images of the others would be late, and hers contradict them. Where they come later
+    /// than the others', it is put once: she may be slow, or the past is gone through again in vain.
     pub fn hear(&mut self, camera_index: usize, now_ns: u64, stamp_ns: u64) {
         self.latencies.hear(camera_index, now_ns, stamp_ns);
-        let is_early = |age_ns: i64| age_ns < -TELLING_NS;
-        if self.latencies.age_ns(camera_index).is_some_and(is_early)
-            && self.latencies.lead_ns(camera_index) > Some(TELLING_NS)
-        {
+        let lead_ns = self.latencies.lead_ns(camera_index).unwrap_or(0);
+        let age_ns = self.latencies.age_ns(camera_index);
+        let is_early = lead_ns > TELLING_NS && age_ns < Some(-TELLING_NS);
+        let is_late = lead_ns < -TELLING_NS && self.latencies.are_equal(camera_index);
+        if is_early || (is_late && !self.rests.contains_key(&camera_index)) {
             self.ask(now_ns, std::iter::once(camera_index));
         }
     }
 
+    /// Cameras whose images have arrived.
+    pub fn cameras(&self) -> usize {
+        self.latencies.cameras()
+    }
+
     /// Whether a camera's images are to be kept from the tracks: its stamps would shut out the others', or are in doubt and
-    /// arrive as if they were wrong.
+    /// arrive as if they were ahead.
     pub fn is_set_aside(&self, camera_index: usize, site: &Site, options: &FusionOptions) -> bool {
         let Some(lead_ns) = self.latencies.lead_ns(camera_index) else {
             return false;
         };
-        // Of two, the reference is right.
-        let may_lie = self.latencies.cameras() > 2 || site.reference() != camera_index;
-        let question = self.question.as_ref();
-        let doubted = question.is_some_and(|question| question.is_open_about(camera_index));
         let shuts_out = lead_ns as f64 * 1e-9 > options.window_s;
-        may_lie && (shuts_out || (doubted && lead_ns.saturating_abs() > TELLING_NS))
+        let is_ahead = self.is_open_about(camera_index) && lead_ns > TELLING_NS;
+        self.may_lie(camera_index, site) && (shuts_out || is_ahead)
+    }
+
+    /// Whether a camera's images are not worth going back for: its stamps are in doubt and arrive as if they were behind.
+    pub fn is_behind(&self, camera_index: usize, site: &Site) -> bool {
+        let lead_ns = self.latencies.lead_ns(camera_index);
+        self.is_open_about(camera_index)
+            && lead_ns.is_some_and(|lead_ns| lead_ns < -TELLING_NS)
+            && self.may_lie(camera_index, site)
+    }
+
+    fn is_open_about(&self, camera_index: usize) -> bool {
+        let question = self.question.as_ref();
+        question.is_some_and(|question| question.is_open_about(camera_index))
+    }
+
+    /// Of two, the reference is right.
+    fn may_lie(&self, camera_index: usize, site: &Site) -> bool {
+        self.cameras() > 2 || site.reference() != camera_index
     }
 
     /// Counts an image that came in time, or did not.

@@ -208,6 +208,11 @@ impl Fusion {
         seen: &Arc<ObjectImage>,
     ) -> Timely {
         let timeline = &mut self.timelines[object];
+        let is_past = image.capture_ns < timeline.newest_ns();
+        if is_past && self.clock_search.is_behind(seen.camera_index, &self.site) {
+            self.intake.count_late(&image.camera);
+            return Timely::No;
+        }
         let attention = if self.health.is_alert() {
             Attention::All
         } else {

@@ -11,6 +11,7 @@
 //! - [`report`]: what is published about the instant.
 //! - [`rivalry`]: whether the cameras' clocks agree.
 //! - [`settled`]: what became of the views, and what they say of faults.
+//! - [`standing`]: which cameras go on to contradict.
 //! - [`time`]: what is known about them.
 //! - [`update`]: a state and the views of an instant.
 
@@ -25,6 +26,7 @@ mod posture;
 mod report;
 mod rivalry;
 mod settled;
+mod standing;
 mod time;
 mod update;
 
@@ -138,7 +140,8 @@ impl Track {
         let followed: Vec<_> = self.hypotheses.iter().map(follow).collect();
         let contradicted = followed.iter().all(|one| one.contradicted);
         let mut ways: Vec<_> = followed.into_iter().flat_map(|one| one.ways).collect();
-        if contradicted {
+        let is_wrong = |sight: &Sight<'_>| self.hypotheses[0].standing.is_wrong(sight.camera_index);
+        if contradicted && !sights.iter().all(is_wrong) {
             // Put elsewhere while nobody looked: worth its odds if the views agree among themselves.
             let mut elsewhere = birth::hypotheses(sights, options);
             hypothesis::weaken(&mut elsewhere, options.jolt_odds);
@@ -238,7 +241,7 @@ impl Track {
     pub fn doubt_clocks(&mut self, cameras: &[usize], sigma_s: f64) {
         self.timing.unsettle(cameras);
         for one in &mut self.hypotheses {
-            one.doubted.retain(|(camera, _)| !cameras.contains(camera));
+            one.standing.clear(cameras);
         }
         let states = self.hypotheses.iter_mut().map(|one| &mut one.state);
         for clocks in states.filter_map(|state| state.clocks.as_mut()) {
@@ -288,7 +291,8 @@ impl Hypothesis {
                 || Noise::can_explain(sight, &sight.view.moving(&self.state.configuration()));
             // Wrong among right ones is no noise, nor is what is off by more than noise again and again while others are right.
             let is_fault = || {
-                2 * right > image().count() || self.is_wrong(sight.camera_index) && !may_be_noise()
+                2 * right > image().count()
+                    || self.standing.is_wrong(sight.camera_index) && !may_be_noise()
             };
             if !taken.part && is_fault() {
                 continue;

@@ -5,6 +5,10 @@ use std::collections::{BTreeMap, VecDeque};
 
 /// Images of a camera of which the quickest counts: about a second of them.
 const REMEMBERED: usize = 32;
+/// Images at least that all come equally late where that lasts, and ns by which they may differ: less than images are apart, so that
+/// some which are held up and then come all at once are none.
+const LASTING: usize = 3;
+const EQUALLY_NS: i64 = 15_000_000;
 
 /// The apparent ages of the cameras' last images on arrival, by camera index.
 #[derive(Debug, Default)]
@@ -32,6 +36,15 @@ impl Latencies {
     /// The camera's stamps mean something else now.
     pub fn forget(&mut self, camera_index: usize) {
         self.0.remove(&camera_index);
+    }
+
+    /// Whether the camera's last images came equally late.
+    pub fn are_equal(&self, camera_index: usize) -> bool {
+        let ages = self.0.get(&camera_index).map(|ages| ages.last.iter().rev());
+        let last: Vec<i64> = ages.into_iter().flatten().take(LASTING).copied().collect();
+        let range = last.iter().min().zip(last.iter().max());
+        let equal = range.is_some_and(|(least, most)| most.saturating_sub(*least) < EQUALLY_NS);
+        equal && last.len() == LASTING
     }
 
     /// Cameras that have been heard.
@@ -72,7 +85,21 @@ mod tests {
         assert_eq!(latencies.age_ns(1), Some(-88));
         assert_eq!(latencies.lead_ns(1), Some(99));
         assert_eq!(latencies.lead_ns(2), Some(1));
+        assert!(!latencies.are_equal(0));
         latencies.forget(1);
         assert_eq!(latencies.lead_ns(1), None);
+    }
+
+    #[test]
+    fn images_that_come_at_once_after_a_pause_are_not_equally_late() {
+        let mut latencies = Latencies::default();
+        let second = 1_000_000_000;
+        for image in 0..3 {
+            let stamp_ns = second + image * 33_000_000;
+            latencies.hear(0, 2 * second, stamp_ns);
+            latencies.hear(1, stamp_ns + 300_000_000 + image, stamp_ns);
+        }
+        assert!(!latencies.are_equal(0));
+        assert!(latencies.are_equal(1));
     }
 }

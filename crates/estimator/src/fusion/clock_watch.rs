@@ -63,7 +63,11 @@ impl Fusion {
 
     /// A clock that has jumped is learned anew where filters estimate its offset or took it to agree with the others; all others are,
     /// where it is the one that the others are measured by. Where it was vouched for, what was found is taken off its stamps.
+    /// Where most cameras contradict, it is the tracks that are wrong.
     pub(super) fn look_at_jumps(&mut self) {
+        if 2 * self.health.contradicted_cameras().count() > self.clock_search.cameras() {
+            return;
+        }
         let jumped: Vec<(usize, f64)> = self.health.clocks().collect();
         let near = jumped.iter().filter(|(_, by_s)| by_s.abs() < ASTRAY_S);
         for (camera, by_s) in near.copied() {

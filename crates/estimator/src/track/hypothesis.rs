@@ -3,6 +3,7 @@
 use nalgebra::Vector6;
 use sextant_geometry::{Pose, se3};
 
+use super::standing::Standing;
 use super::update::{Taken, image_refusal, refused, updated};
 use super::{MOST_HYPOTHESES, mirror, posture};
 use crate::FusionOptions;
@@ -27,8 +28,8 @@ pub(crate) struct Hypothesis {
     pub settled: f64,
     /// The step to the mirrored attitude, while that is not settled.
     pub to_mirrored: Option<Vector6<f64>>,
-    /// Cameras of whose last image no view took part, by index, with whether another's did since a camera came to be doubted.
-    pub doubted: Vec<(usize, bool)>,
+    /// Which cameras go on to contradict it.
+    pub standing: Standing,
     /// What became of each view at the last instant.
     pub taken: Vec<Taken>,
 }
@@ -58,7 +59,7 @@ impl Hypothesis {
         }
         weaken(&mut ways, -self.evidence);
         for way in &mut ways {
-            way.doubt(&self.doubted, sights, options);
+            way.doubt(&self.standing, sights, options);
             way.settle(self.settled, sights, options);
         }
         Followed { ways, contradicted }
@@ -66,17 +67,6 @@ impl Hypothesis {
 }
 
 impl Hypothesis {
-    /// Whether the last image of a camera took no part.
-    pub fn doubts(&self, camera_index: usize) -> bool {
-        let mut doubted = self.doubted.iter();
-        doubted.any(|(camera, _)| *camera == camera_index)
-    }
-
-    /// Whether its images go on to be wrong while others' are right.
-    pub fn is_wrong(&self, camera_index: usize) -> bool {
-        self.doubted.contains(&(camera_index, true))
-    }
-
     /// Whether no view of one of the images took part.
     fn leaves_out_an_image(&self, sights: &[Sight<'_>]) -> bool {
         let pairs: Vec<_> = sights.iter().zip(&self.taken).collect();
@@ -84,32 +74,23 @@ impl Hypothesis {
         images.any(|image| !image.iter().any(|(_, taken)| taken.part))
     }
 
-    /// Remembers whose images took no part. What makes all views of an image wrong is likely to stay, as a body that is hit anew
-    /// each time is not: while others are right, a further image costs a jolt's odds and what its views would say of themselves.
-    fn doubt(&mut self, before: &[(usize, bool)], sights: &[Sight<'_>], options: &FusionOptions) {
-        if before.is_empty() && self.taken.iter().all(|taken| taken.part) {
+    /// Remembers whose images took no part. A further one of a camera that is wrong costs a jolt's odds and what its views would say of
+    /// themselves.
+    fn doubt(&mut self, before: &Standing, sights: &[Sight<'_>], options: &FusionOptions) {
+        if !before.is_in_doubt() && self.taken.iter().all(|taken| taken.part) {
             return;
         }
-        let (mut doubted, mut cheaper) = (before.to_vec(), 0.0);
+        self.standing.clone_from(before);
         let pairs: Vec<_> = sights.iter().zip(&self.taken).collect();
         for image in pairs.chunk_by(|(a, _), (b, _)| a.camera_index == b.camera_index) {
             let camera = image[0].0.camera_index;
             let part = image.iter().any(|(_, taken)| taken.part);
-            let known = doubted.iter().position(|(one, _)| *one == camera);
-            match known {
-                Some(known) if part => drop(doubted.swap_remove(known)),
-                Some(known) if doubted[known].1 => {
-                    let again = options.jolt_odds + USUAL * image.len() as f64;
-                    cheaper += (image_refusal(image.len(), options) - again).max(0.0);
-                    continue;
-                }
-                None if !part => doubted.push((camera, false)),
-                _ => {}
+            if !part && self.standing.is_wrong(camera) {
+                let again = options.jolt_odds + USUAL * image.len() as f64;
+                self.evidence += (image_refusal(image.len(), options) - again).max(0.0);
             }
-            doubted.iter_mut().for_each(|(_, others)| *others = part);
+            self.standing.note(camera, part);
         }
-        self.evidence += cheaper;
-        self.doubted = doubted;
     }
 
     /// Where this hypothesis has the root of another.

@@ -89,7 +89,7 @@ impl Track {
         let asked: Vec<usize> = self.asked(&rival).collect();
         let best = rival.hypotheses.first();
         let mut heard = asked.clone();
-        heard.retain(|camera| best.is_some_and(|best| !best.doubts(*camera)));
+        heard.retain(|camera| best.is_some_and(|best| !best.standing.doubts(*camera)));
         let agreement = rival.agreement(&heard, options);
         let known = agreement.filter(|agreement| agreement.sigma_s < KNOWN_S);
         let odds = known.map_or(0.0, |known| known.odds + AGREEMENT);

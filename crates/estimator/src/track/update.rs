@@ -9,6 +9,7 @@ use nalgebra::Matrix6;
 
 use super::curvature;
 use super::hypothesis::Hypothesis;
+use super::standing::Standing;
 use crate::FusionOptions;
 use crate::filter::absorb::{Absorbed, absorb};
 use crate::filter::configuration::Configuration;
@@ -104,7 +105,7 @@ pub(crate) fn refused(
         mirrored: f64::NEG_INFINITY,
         settled: 0.0,
         to_mirrored: None,
-        doubted: Vec::new(),
+        standing: Standing::default(),
         taken: vec![Taken::refused(); sights.len()],
     }
 }

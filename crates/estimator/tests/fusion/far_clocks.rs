@@ -313,6 +313,29 @@ fn a_camera_ahead_of_its_arrivals_is_kept_away_until_it_is_found_out_or_all_is_s
     assert!(counts.used_tags > 20 && counts.ahead > 100, "{counts:?}");
 }
 
+/// Images that come late may be of a clock that is behind, until it is found that it is not.
+#[test]
+fn a_slow_camera_whose_clock_is_right_is_gone_back_for_once_that_is_known() {
+    let (rig, object, mut random) = (rig(4), cube(), Random(9));
+    let eye = Eye {
+        rig: &rig,
+        object: &object,
+        sigma_px: 0.05,
+    };
+    let mut images = images(&FOUR, &eye, &mut random);
+    for (arrival_ns, _, image) in &mut images {
+        *arrival_ns += u64::from(image.camera == camera_id(WRONG)) * 300_000_000;
+    }
+    images.sort_by_key(|(arrival_ns, _, _)| *arrival_ns);
+    let mut fusion = fusion(&rig, &object, FusionOptions::default());
+    for (arrival_ns, _, image) in images {
+        fusion.handle(arrival_ns, Input::Image(image));
+        assert_eq!(fusion.faults(), []);
+    }
+    let counts = &fusion.statistics().cameras[&camera_id(WRONG)];
+    assert!((1..30).contains(&counts.late), "{counts:?}");
+}
+
 /// Differences are all that the motion tells: clocks that state the same error must not walk off together.
 #[test]
 fn clocks_that_agree_stay_where_they_are_whatever_they_state() {
