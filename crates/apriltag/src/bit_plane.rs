@@ -68,6 +68,11 @@ impl BitPlane {
         }
     }
 
+    /// The words of each row.
+    pub(crate) fn rows(&self) -> impl Iterator<Item = &[u64]> {
+        self.words.chunks_exact(self.words_in_row)
+    }
+
     /// The words of a row.
     pub(crate) fn row(&self, y: usize) -> &[u64] {
         &self.words[y * self.words_in_row..][..self.words_in_row]

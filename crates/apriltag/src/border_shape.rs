@@ -17,6 +17,15 @@ pub(crate) struct BorderShape {
 }
 
 impl BorderShape {
+    /// What looks like the one or the other.
+    pub(crate) fn or(&self, other: &Self) -> Self {
+        Self {
+            most_solid: self.most_solid.max(other.most_solid),
+            least_open: self.least_open.min(other.least_open),
+            ..*self
+        }
+    }
+
     /// By box and runs alone. A border is a closed band around something, so its runs are together as long as its box and
     /// somewhere lie beside each other; a tag may be narrow when seen from the side.
     pub(crate) fn fits(&self, component: &Component) -> bool {

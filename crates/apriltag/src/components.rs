@@ -65,10 +65,6 @@ impl Component {
         [[left, top], [right, top], [right, bottom], [left, bottom]]
     }
 
-    fn settle(&mut self) {
-        (self.settled, self.doubtful) = (true, false);
-    }
-
     fn begin([start, _]: Span, top_pair: u32, run: u32) -> Self {
         Self {
             left: u32::from(start),
@@ -218,14 +214,6 @@ impl Components {
         })
     }
 
-    /// The runs of each pair of rows, from left to right, and their components.
-    fn row_pairs(&self) -> impl Iterator<Item = (&[Span], &[u32])> {
-        self.pair_starts.windows(2).map(|ends| {
-            let runs = ends[0] as usize..ends[1] as usize;
-            (&self.spans[runs.clone()], &self.labels[runs])
-        })
-    }
-
     /// The run that a black pixel belongs to: its component, and where it ends.
     pub(crate) fn at(&self, [x, y]: [usize; 2]) -> Option<(usize, usize)> {
         let runs = self.pair_starts[y / 2] as usize..self.pair_starts[y / 2 + 1] as usize;
@@ -243,46 +231,42 @@ impl Components {
 
     /// Takes a component for what it was found to be: it need not be looked at once more.
     pub(crate) fn settle(&mut self, label: usize) {
-        self.components[label].settle();
+        self.components[label].settled = true;
     }
 
-    /// Takes components in doubt for what they were found to be.
+    /// Takes components in doubt for what they are known to be.
     pub(crate) fn settle_doubts(&mut self, is_known: impl Fn(&Component) -> bool) {
         let components = self.components[..self.n_components].iter_mut();
-        let doubts = components.filter(|found| found.doubtful && is_known(found));
-        doubts.for_each(Component::settle);
+        for found in components.filter(|found| found.doubtful) {
+            found.settled = is_known(found);
+            found.doubtful = !found.settled;
+        }
     }
 
     /// Black pixels beside each other, row after row, with their components.
     pub(crate) fn labelled_runs(&self, plane: &BitPlane) -> impl Iterator<Item = LabelledRun> {
-        let pairs = (0..)
-            .step_by(2)
-            .zip(plane.row_pairs().zip(self.row_pairs()));
-        let rows =
-            pairs.flat_map(|(y, (pair, runs))| [(y, pair.upper, runs), (y + 1, pair.lower, runs)]);
-        rows.flat_map(|(y, row, (spans, labels))| {
-            spans
-                .iter()
-                .zip(labels)
-                .flat_map(move |(&span, &component)| {
-                    set_within(row, span).map(move |[start, end]| LabelledRun {
-                        y,
-                        start,
-                        end,
-                        component,
-                    })
+        plane.rows().zip(0..).flat_map(move |(row, y)| {
+            runs_in(row).filter_map(move |[start, end]| {
+                let (component, _) = self.at([start, y].map(usize::from))?;
+                Some(LabelledRun {
+                    y,
+                    start,
+                    end,
+                    component: component as u32,
                 })
+            })
         })
     }
 }
 
-/// Where bits beside each other are set between two columns of a row.
-fn set_within(row: &[u64], [start, end]: Span) -> impl Iterator<Item = Span> {
-    let is_set = move |x: &u16| row[usize::from(*x) / WORD] >> (usize::from(*x) % WORD) & 1 == 1;
-    let mut next = start;
+/// Where bits beside each other are set in a row.
+fn runs_in(row: &[u64]) -> impl Iterator<Item = Span> {
+    let is_set = |x: &u16| row[usize::from(*x) / WORD] >> (usize::from(*x) % WORD) & 1 == 1;
+    let width = (row.len() * WORD) as u16;
+    let mut next = 0;
     iter::from_fn(move || {
-        let first = (next..end).find(is_set)?;
-        next = (first..end).find(|x| !is_set(x)).unwrap_or(end);
+        let first = (next..width).find(is_set)?;
+        next = (first..width).find(|x| !is_set(x)).unwrap_or(width);
         Some([first, next])
     })
 }

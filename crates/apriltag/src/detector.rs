@@ -112,7 +112,10 @@ impl Detector {
         self.measure(&part);
         observer.stage_ended(Stage::Tiles);
         for pass in PASSES {
-            if !self.lookout.wants(pass.border) || !self.set_levels(pass, area) {
+            let Some(shape) = self.lookout.border_shape(pass.border) else {
+                continue;
+            };
+            if !self.set_levels(pass.level, &shape, area) {
                 continue;
             }
             observer.pass_began(pass);
@@ -131,7 +134,6 @@ impl Detector {
             };
             self.report.components += self.components.all().len() as u32;
             self.report.runs += self.components.n_runs() as u32;
-            let shape = self.lookout.border_shape(pass.border);
             for label in 0..self.components.all().len() {
                 if shape.fits(&self.components.all()[label]) {
                     self.examine(label, &shape, &view, area, observer);
@@ -141,8 +143,8 @@ impl Detector {
     }
 
     /// Says whether there is anything to find with these levels.
-    fn set_levels(&mut self, pass: Pass, area: &Area) -> bool {
-        if pass.level == Level::Shaded {
+    fn set_levels(&mut self, level: Level, shape: &BorderShape, area: &Area) -> bool {
+        if level == Level::Shaded {
             if self.components.all().is_empty() {
                 return false;
             }
@@ -150,10 +152,9 @@ impl Detector {
             let known =
                 |found: &Component| is_known(&self.sightings, &area.quad_to_image(found.corners()));
             self.components.settle_doubts(known);
-            let shape = self.lookout.border_shape(pass.border);
-            self.tiles.seek_in_shade(&mut self.components, &shape);
+            self.tiles.seek_in_shade(&mut self.components, shape);
         }
-        self.tiles.set_levels(pass.level)
+        self.tiles.set_levels(level)
     }
 
     fn begin(&mut self, image: &Image<'_>) {

@@ -186,17 +186,24 @@ pub(crate) fn products(columns: &[Column; COLUMNS], n_groups: usize, sums: &mut 
 fn plain_products(columns: &[Column; COLUMNS], n_groups: usize, sums: &mut Sums) {
     for (i, column) in columns.iter().enumerate() {
         for (sum, other) in sums[i].iter_mut().zip(&columns[..=i]) {
-            let [column, other] = [column, other].map(|column| column[..n_groups].as_flattened());
-            *sum = dot(column, other);
+            *sum = dot(&column[..n_groups], &other[..n_groups]);
         }
     }
 }
 
 /// Sum of products, wrapping.
 #[inline(always)]
-pub(crate) fn dot(a: &[i16], b: &[i16]) -> i32 {
-    let products = a.iter().zip(b).map(|(&a, &b)| i32::from(a) * i32::from(b));
-    products.fold(0, i32::wrapping_add)
+fn dot(a: &[[i16; ROWS]], b: &[[i16; ROWS]]) -> i32 {
+    /// In a vector, or two: those of 32-bit ARM are not found where there is but one sum.
+    const LANES: usize = 8;
+    let mut sums = [0_i32; LANES];
+    for (a, b) in a.iter().zip(b) {
+        for i in 0..ROWS {
+            let product = i32::from(a[i]) * i32::from(b[i]);
+            sums[i % LANES] = sums[i % LANES].wrapping_add(product);
+        }
+    }
+    sums.into_iter().fold(0, i32::wrapping_add)
 }
 
 #[cfg(test)]

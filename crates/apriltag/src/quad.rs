@@ -17,7 +17,7 @@ pub(crate) type Quad = [Point; 4];
 /// How far the border reaches beyond the centres of its outermost pixels on average, in pixels.
 const OVERHANG_PX: f32 = 0.4;
 
-/// First and last pixel of an outline in a row or a pair of rows.
+/// First and last pixel of an outline in a row.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Extent {
     pub(crate) row: u16,
@@ -28,7 +28,6 @@ pub(crate) struct Extent {
 #[derive(Debug, Default)]
 pub(crate) struct QuadFinder {
     hull: Hull,
-    pairs: Vec<Extent>,
     rows: Vec<Extent>,
 }
 
@@ -36,9 +35,8 @@ impl QuadFinder {
     /// Takes the memory that an image of a size can ask for.
     pub(crate) fn make_room(&mut self, height: usize) {
         self.hull.make_room(height);
-        for extents in [&mut self.pairs, &mut self.rows] {
-            extents.resize(extents.len().max(height + 2), Extent::default());
-        }
+        let most = self.rows.len().max(height + 2);
+        self.rows.resize(most, Extent::default());
     }
 
     /// The quad around a component, by its runs and what of the plane is black within them.
@@ -50,11 +48,7 @@ impl QuadFinder {
         plane: &BitPlane,
         shape: &BorderShape,
     ) -> Result<Quad, Rejection> {
-        // Most of what is no quad shows it in pairs of rows already.
-        let (n_pairs, filled) = self.read_pairs(components.extents_of(component));
-        self.hull.build(&self.pairs[..n_pairs]);
-        check_convexity(&self.hull, filled)?;
-        let (n_rows, n_black, filled) = self.read_rows(n_pairs, plane);
+        let (n_rows, n_black, filled) = self.read_rows(components.extents_of(component), plane);
         shape.check_filling(n_black, filled)?;
         self.hull.build(&self.rows[..n_rows]);
         check_convexity(&self.hull, filled)?;
@@ -65,30 +59,19 @@ impl QuadFinder {
         Ok(quad)
     }
 
-    /// The extents of pairs of rows; how many columns they take up in all.
-    #[inline(always)]
-    fn read_pairs(&mut self, extents: impl Iterator<Item = (usize, Span)>) -> (usize, u32) {
-        let (mut n, mut filled) = (0, 0);
-        for (at, (pair, [left, end])) in self.pairs.iter_mut().zip(extents) {
-            let (row, right) = (pair as u16, end - 1);
-            *at = Extent { row, left, right };
-            n += 1;
-            filled += u32::from(end - left);
-        }
-        (n, filled)
-    }
-
     /// The exact extents of each row; how many rows, how many black pixels, and how many between the ends of rows.
     #[inline(always)]
-    fn read_rows(&mut self, n_pairs: usize, plane: &BitPlane) -> (usize, u32, u32) {
-        let rows = &mut self.rows[..];
+    fn read_rows(
+        &mut self,
+        extents: impl Iterator<Item = (usize, Span)>,
+        plane: &BitPlane,
+    ) -> (usize, u32, u32) {
         let (mut n_rows, mut n_black, mut filled) = (0, 0, 0);
-        for pair in &self.pairs[..n_pairs] {
-            for row in [2 * pair.row + 1, 2 * pair.row] {
-                let words = plane.row(usize::from(row));
-                let ([left, end], n) = set_between(words, [pair.left, pair.right + 1]);
-                let right = end.wrapping_sub(1);
-                rows[n_rows] = Extent { row, left, right };
+        for (pair, span) in extents {
+            for row in [2 * pair + 1, 2 * pair] {
+                let ([left, end], n) = set_between(plane.row(row), span);
+                let (row, right) = (row as u16, end.wrapping_sub(1));
+                self.rows[n_rows] = Extent { row, left, right };
                 n_rows += usize::from(n > 0);
                 n_black += n;
                 filled += u32::from(end - left);

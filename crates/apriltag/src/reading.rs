@@ -5,6 +5,7 @@
 mod layout;
 mod modules;
 
+use crate::border_shape::BorderShape;
 use crate::code_index::{CodeIndex, Match};
 use crate::quad::Quad;
 use crate::view::View;
@@ -20,10 +21,7 @@ pub(crate) struct Reader {
     pub(crate) family: Family,
     data: &'static FamilyData,
     layout: Layout,
-    /// Most of the area within the border that can have its colour.
-    pub(crate) most_solid: f32,
-    /// Least share of a border's rows that show something within it.
-    pub(crate) least_open: f32,
+    pub(crate) shape: BorderShape,
     index: CodeIndex,
     /// Most modules with a bit that may be neither clearly black nor clearly white, where the family has few bits.
     most_in_doubt: usize,
@@ -45,14 +43,19 @@ pub(crate) struct Reading {
 impl Reader {
     pub(crate) fn new(family: Family, options: &Options) -> Self {
         let data = family.data();
-        let index = CodeIndex::new(data, options.max_hamming);
+        let (index, area) = (
+            CodeIndex::new(data, options.max_hamming),
+            data.border_width.pow(2),
+        );
         Self {
             family,
             data,
             layout: Layout::new(data),
-            most_solid: 1.0
-                - LEFT_BY_BLUR * fewest_holes(data, data.border_width.pow(2), <[_]>::len),
-            least_open: LEFT_BY_BLUR * fewest_holes(data, data.border_width, fewest_rows),
+            shape: BorderShape {
+                min_edge_px: options.min_edge_px,
+                most_solid: 1.0 - LEFT_BY_BLUR * fewest_holes(data, area, <[_]>::len),
+                least_open: LEFT_BY_BLUR * fewest_holes(data, data.border_width, fewest_rows),
+            },
             most_in_doubt: (data.bits.len() / LEAST_PLAIN).min(index.bits_to_spare),
             index,
             min_contrast: f32::from(options.min_contrast),

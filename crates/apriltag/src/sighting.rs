@@ -59,7 +59,6 @@ impl Sighting {
 #[derive(Debug)]
 pub(crate) struct Lookout {
     readers: Vec<Reader>,
-    min_edge_px: f32,
 }
 
 impl Lookout {
@@ -67,31 +66,20 @@ impl Lookout {
         let reader = |&family: &Family| Reader::new(family, options);
         Self {
             readers: options.families.iter().map(reader).collect(),
-            min_edge_px: options.min_edge_px,
         }
     }
 
-    /// Whether a family is looked for that has a border of this colour.
-    pub(crate) fn wants(&self, border: BorderColour) -> bool {
-        self.readers.iter().any(|reader| reader.border() == border)
+    /// The families that are looked for with a border of a colour.
+    fn readers(&self, border: BorderColour) -> impl Iterator<Item = &Reader> {
+        self.readers
+            .iter()
+            .filter(move |reader| reader.border() == border)
     }
 
-    /// What borders of a colour look like in the families that are looked for.
-    pub(crate) fn border_shape(&self, border: BorderColour) -> BorderShape {
-        let families = || {
-            self.readers
-                .iter()
-                .filter(|reader| reader.border() == border)
-        };
-        BorderShape {
-            min_edge_px: self.min_edge_px,
-            most_solid: families()
-                .map(|reader| reader.most_solid)
-                .fold(0.0, f32::max),
-            least_open: families()
-                .map(|reader| reader.least_open)
-                .fold(1.0, f32::min),
-        }
+    /// What borders of a colour look like in the families that are looked for; nothing where none has such a border.
+    pub(crate) fn border_shape(&self, border: BorderColour) -> Option<BorderShape> {
+        let shapes = self.readers(border).map(|reader| reader.shape);
+        shapes.reduce(|a, b| a.or(&b))
     }
 
     /// Reads a tag with a border of a colour within a quad; where that fails or bits are wrong, once more after a look at
@@ -119,8 +107,7 @@ impl Lookout {
     /// The reading of the first family that has one; hopeful as long as any family is.
     fn read(&self, view: &View<'_>, quad: &Quad) -> Result<Sighting, Unread> {
         let mut unread = Unread::Hopeless(Rejection::NoCode);
-        let readers = self.readers.iter();
-        for reader in readers.filter(|reader| reader.border() == view.border) {
+        for reader in self.readers(view.border) {
             unread = match (reader.read(view, quad), unread) {
                 (Ok(reading), _) => {
                     let mut quad = *quad;

@@ -163,15 +163,22 @@ impl Tiles {
     /// of a tag that lies in that shade.
     fn mark_shaded(&self, components: &mut Components, shape: &BorderShape) {
         for row in 0..self.rows {
-            let tiles = &self.sought[self.row(row)];
+            let words = self.sought[self.row(row)].as_chunks::<TILES_IN_WORD>().0;
+            let some = words
+                .iter()
+                .enumerate()
+                .filter(|(_, word)| **word != [0; TILES_IN_WORD]);
+            let tiles = some.flat_map(|(i, word)| (i * TILES_IN_WORD..).zip(word));
             let mut next = 0;
-            while let Some(tile) = next_shaded(tiles, next) {
-                next = tile + 1;
+            for (tile, _) in tiles.filter(|(_, shaded)| **shaded != 0) {
+                if tile < next {
+                    continue;
+                }
                 if let Some((label, end)) = components.at([tile * TILE, row * TILE]) {
                     if shape.has_size(&components.all()[label]) {
                         components.doubt(label);
                     }
-                    next = next.max(end / TILE);
+                    next = end / TILE;
                 }
             }
         }
@@ -243,21 +250,6 @@ impl Tiles {
         let row = row.min(self.rows - 1);
         (&self.levels[self.row(row)], self.live_words[row].clone())
     }
-}
-
-/// The first tile from one on that shows shade.
-fn next_shaded(tiles: &[u8], from: usize) -> Option<usize> {
-    let first = from / TILES_IN_WORD;
-    let words = tiles.as_chunks::<TILES_IN_WORD>().0.iter().enumerate();
-    let mut mask = u128::MAX << (8 * (from % TILES_IN_WORD));
-    for (i, word) in words.skip(first) {
-        let shaded = u128::from_le_bytes(*word) & mask;
-        if shaded != 0 {
-            return Some(i * TILES_IN_WORD + shaded.trailing_zeros() as usize / 8);
-        }
-        mask = u128::MAX;
-    }
-    None
 }
 
 /// Least and greatest value of each tile of four rows, block after block: compilers make vectors of loops whose length they

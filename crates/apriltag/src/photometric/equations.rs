@@ -4,7 +4,7 @@
 //! any processor, by vector instructions that all of them have. What rounding changes in the derivatives leaves the estimate
 //! where it is, as sums of residuals times anything but themselves are zero on average where the model holds.
 
-use crate::kernels::{COLUMNS, Column, MAX_GROUPS, ROWS, Sums, dot, products, vectorised};
+use crate::kernels::{COLUMNS, Column, MAX_GROUPS, ROWS, Sums, products, vectorised};
 
 /// Homography 8, black, white, light 2, blur 3, halo, gain, ground.
 pub(super) const PARAMETERS: usize = COLUMNS - 1;
@@ -192,6 +192,13 @@ impl Equations {
         let flattening = self.weight / slopes.max(0.3 * self.weight);
         (togetherness * flattening.powi(2)).max(1.0)
     }
+}
+
+/// Sum of products.
+#[inline(always)]
+fn dot(a: &[i16], b: &[i16]) -> i32 {
+    let products = a.iter().zip(b).map(|(&a, &b)| i32::from(a) * i32::from(b));
+    products.fold(0, i32::wrapping_add)
 }
 
 /// Numbers in a row of a symmetric system and its right side, filled up to whole vectors.
