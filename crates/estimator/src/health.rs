@@ -129,6 +129,9 @@ impl Health {
     pub fn take(&mut self, object: usize, time_ns: u64, views: &[SettledView]) {
         self.count(object, time_ns, views);
         for view in views {
+            if !view.agreed && self.others_agree(object, time_ns, view) {
+                self.strays.refuse(object, time_ns, view);
+            }
             self.hear(object, time_ns, view);
         }
         if self.suspects.is_alert() {
@@ -155,9 +158,6 @@ impl Health {
             if view.hit {
                 self.hit.insert(object, (time_ns, view.camera_index));
             }
-            if !view.agreed {
-                self.strays.refuse(object, time_ns, view);
-            }
         }
         for image in views.chunk_by(|a, b| a.camera_index == b.camera_index) {
             let camera = image[0].camera_index;
@@ -166,6 +166,13 @@ impl Health {
                 self.suspects.unsettle_camera(camera);
             }
         }
+    }
+
+    /// Whether other tags or cameras go on to agree with the object's track: else it is the track that is wrong.
+    fn others_agree(&self, object: usize, time_ns: u64, view: &SettledView) -> bool {
+        let mut cameras = self.of_cameras.of(object, view.camera_index, time_ns);
+        let mut tags = self.of_tags.of(object, view.tag, time_ns);
+        cameras.next().is_some() || tags.next().is_some()
     }
 
     fn hear(&mut self, object: usize, time_ns: u64, view: &SettledView) {
