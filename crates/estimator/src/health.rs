@@ -4,6 +4,7 @@
 //! Fed with instants that no late image can change any more. What the views of a tag by a camera contradict is explained by the
 //! fault that foretells it best ([`suspects`]), if those that have nothing to do with that fault go on to agree ([`support`]).
 
+mod accused;
 mod guess;
 mod strays;
 mod support;

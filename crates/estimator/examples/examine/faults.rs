@@ -10,10 +10,11 @@
 //! - that a tag is there twice (a second print): while one image shows both; within 3 s;
 //! - that a tag is on another body (as well): while that one is seen; within 3 s.
 //!
-//! `KIND+unvouched`: nobody says anything about clocks; `KIND+first`: it is wrong from the first image on; `KIND+first+unvouched`. Of what
-//! is right the share of images is printed after which it was named, from its first naming to its last.
+//! `KIND+unvouched`: nobody says anything about clocks; `KIND+first`: it is wrong from the first image on; `KIND+stated`: cameras' poses are
+//! wrong by what is stated; any of them together. Of what is right the share of images is printed after which it was named, from its first naming to its last.
 //!
-//! `examine quiet MINUTES FROM TO` watches sites without a fault, `quiet+unvouched` such of whose clocks nobody says anything.
+//! `examine quiet MINUTES FROM TO` watches sites without a fault, `quiet+unvouched` such of whose clocks nobody says anything, `quiet+stated`
+//! such whose cameras' poses are wrong by what is stated.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -45,12 +46,13 @@ const SCENES: [(Class, bool); 10] = [
     (Class::Fast, false),
 ];
 
-/// What is wrong, since when, and whether anybody says how well clocks are known.
+/// What is wrong, since when, whether anybody says how well clocks are known, and whether cameras' poses are wrong by what is stated.
 #[derive(Clone, Copy)]
 struct Case {
     kind: Option<Kind>,
     change_s: f64,
     unvouched: bool,
+    stated: bool,
 }
 
 impl Case {
@@ -59,6 +61,7 @@ impl Case {
             kind,
             change_s: if how.contains("first") { 0.0 } else { CHANGE_S },
             unvouched: how.contains("unvouched"),
+            stated: how.contains("stated"),
         }
     }
 }
@@ -67,6 +70,7 @@ fn scene_of(case: Case, seed: u64) -> (Scene, String) {
     let kind = case.kind;
     let (class, still) = match kind {
         Some(Kind::Shared) => (Class::Many, false),
+        _ if case.stated => (Class::StatedPoses, false),
         _ => SCENES[seed as usize % SCENES.len()],
     };
     let still = still && kind != Some(Kind::Clock);

@@ -24,19 +24,15 @@ use score::{Score, examined};
 fn main() {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let number = |index: usize| arguments.get(index).and_then(|text| text.parse().ok());
-    if let (Some(what @ ("faults" | "quiet" | "quiet+unvouched")), Some(of), Some(from), Some(to)) = (
+    if let (Some(what), Some(of), Some(from), Some(to)) = (
         arguments.first().map(String::as_str),
         arguments.get(1),
         number(2),
         number(3),
     ) {
-        return match what {
-            "faults" => faults::examine(of, from..to),
-            _ => faults::watch(
-                &what["quiet".len()..].replace('+', ""),
-                of.parse().unwrap_or(10.0),
-                from..to,
-            ),
+        return match what.split_once('+').unwrap_or((what, "")) {
+            ("faults", _) => faults::examine(of, from..to),
+            (_, how) => faults::watch(how, of.parse().unwrap_or(10.0), from..to),
         };
     }
     let (Some(wanted), Some(from), Some(to)) = (arguments.first(), number(1), number(2)) else {

@@ -63,6 +63,14 @@ pub(crate) struct Part<const D: usize> {
     pub pull: SMatrix<f64, D, 6>,
 }
 
+/// What an error of a source does to a link's pose as a view shows it.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Displacing {
+    pub source: Source,
+    pub variance: Vector6<f64>,
+    pub by: Matrix6<f64>,
+}
+
 /// An update, as far as the sensitivities need it.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Gain<const D: usize> {
@@ -192,6 +200,13 @@ impl Considered {
     }
 }
 
+impl Displacing {
+    /// Covariance by a source that displaces the link like that.
+    fn covariance(variance: &Vector6<f64>, by: &Matrix6<f64>) -> Matrix6<f64> {
+        by * Matrix6::from_diagonal(variance) * by.transpose()
+    }
+}
+
 impl Acting {
     /// Of what an update is about.
     fn seen_in<const D: usize>(&self, gain: &Gain<D>) -> SMatrix<f64, D, 6> {
@@ -234,7 +249,7 @@ impl Acting {
 
 /// What an error of a camera's pose (its axes those of the world) does to a pose that it sees at `arm` from its centre:
 /// dt = dt_c + dr_c x arm, dr = dr_c. The corners are displaced as if the object had moved the other way.
-pub(crate) fn by_camera(arm: &Vector3<f64>) -> Matrix6<f64> {
+pub(super) fn by_camera(arm: &Vector3<f64>) -> Matrix6<f64> {
     let mut displacement = Matrix6::identity();
     displacement
         .fixed_view_mut::<3, 3>(0, 3)
@@ -244,7 +259,7 @@ pub(crate) fn by_camera(arm: &Vector3<f64>) -> Matrix6<f64> {
 
 /// How a link would have to move for an error of a tag's place on it (its axes those of the link) to displace the tag's
 /// corners as it does: by dt + dr x (p - c), with the tag's centre at c.
-pub(crate) fn by_tag(world_from_link: &Pose, link_from_tag: &Pose) -> Matrix6<f64> {
+pub(super) fn by_tag(world_from_link: &Pose, link_from_tag: &Pose) -> Matrix6<f64> {
     let turn = world_from_link.rotation.to_rotation_matrix().into_inner();
     let arm = turn * link_from_tag.translation.vector;
     let mut displacement = Matrix6::zeros();
@@ -272,6 +287,32 @@ impl Kinematics {
     pub fn pose_covariance(&self) -> Matrix6<f64> {
         let own = self.covariance.fixed_view::<6, 6>(0, 0).into_owned();
         own + self.lasting_covariance::<6>()
+    }
+
+    /// Covariance of the displacement in which a view shows a link, by what is wrong for good: of the state and of the view itself,
+    /// whose own sources these are. `link` is the derivative of its pose by the configuration; `None` where it is the object's.
+    pub fn lasting_displacement<const D: usize>(
+        &self,
+        link: Option<&SMatrix<f64, 6, D>>,
+        own: &[Displacing],
+    ) -> Matrix6<f64> {
+        let acting = self.considered.iter().flat_map(|all| &all.sources);
+        let is_of = |source: Source| move |one: &&Displacing| one.source == source;
+        let of_state = acting.clone().map(|one| {
+            let seen = one.seen::<D>(0.0);
+            let shown = own.iter().find(is_of(one.source)).map(|own| own.by);
+            let of_link = match link {
+                Some(link) => link * seen,
+                None => seen.fixed_rows::<6>(0).into_owned(),
+            };
+            let by = of_link + shown.unwrap_or_default();
+            Displacing::covariance(&one.variance, &by)
+        });
+        let others = own
+            .iter()
+            .filter(|own| !acting.clone().any(|one| one.source == own.source));
+        let of_view = others.map(|own| Displacing::covariance(&own.variance, &own.by));
+        of_state.chain(of_view).sum()
     }
 
     /// Covariance of the configuration by what is wrong for good.

@@ -1,9 +1,10 @@
 //! How errors that last displace a view's corners: those of its camera's pose, of its lens and of its tag's place.
 
 use nalgebra::Matrix6;
+use sextant_geometry::Pose;
 
 use super::configuration::Configuration;
-use super::consider::{Part, Source, by_camera, by_tag};
+use super::consider::{Displacing, Part, Source, by_camera, by_tag};
 use super::corners::Sight;
 use super::edges::product;
 use super::normal::Normal;
@@ -11,23 +12,14 @@ use super::normal::Normal;
 impl Sight<'_> {
     /// What errors that last have contributed to this view, about the pose of the tag's link; `normal` is the view's there.
     pub fn lasting(&self, seen: &Configuration, normal: &Normal) -> Vec<Part<6>> {
-        let mut parts = Vec::new();
-        let link = self.view.world_from_link(seen);
-        if let Some(sigma) = self.camera.sigma {
-            let arm = link.translation.vector - self.camera.centre;
-            parts.push(Part {
-                source: Source::Camera(self.camera_index),
-                variance: sigma.variance(),
-                pull: normal.information * by_camera(&arm),
-            });
-        }
-        if let Some(sigma) = self.view.tag_sigma {
-            parts.push(Part {
-                source: Source::Tag(self.view.tag),
-                variance: sigma.variance(),
-                pull: normal.information * by_tag(&link, &self.view.object_from_tag),
-            });
-        }
+        let world_from_link = self.view.world_from_link(seen);
+        let displacing = self.displacing(&world_from_link);
+        let part = |one: Displacing| Part {
+            source: one.source,
+            variance: one.variance,
+            pull: normal.information * one.by,
+        };
+        let mut parts: Vec<_> = displacing.map(part).collect();
         let of_lens = self
             .camera
             .lens_sigma
@@ -38,6 +30,21 @@ impl Sight<'_> {
             pull,
         }));
         parts
+    }
+
+    /// What errors of its camera's pose and of its tag's place do to the link's pose as this view shows it.
+    pub fn displacing(&self, world_from_link: &Pose) -> impl Iterator<Item = Displacing> {
+        let of_camera = self.camera.sigma.map(|sigma| Displacing {
+            source: Source::Camera(self.camera_index),
+            variance: sigma.variance(),
+            by: by_camera(&(world_from_link.translation.vector - self.camera.centre)),
+        });
+        let of_tag = self.view.tag_sigma.map(|sigma| Displacing {
+            source: Source::Tag(self.view.tag),
+            variance: sigma.variance(),
+            by: by_tag(world_from_link, &self.view.object_from_tag),
+        });
+        of_camera.into_iter().chain(of_tag)
     }
 
     /// J^T W dr/de for a pixel more of focal length and one of distortion.

@@ -20,6 +20,9 @@ const UNSETTLED: f64 = 0.05;
 /// Degrees of freedom of the weights of views by what is left of them.
 const FREEDOM: f64 = 12.0;
 
+/// Of the trace of a covariance: added to it, so that it has an inverse.
+const FLOOR: f64 = 1e-9;
+
 /// The parameters of a fault.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Guess<const D: usize> {
@@ -27,6 +30,8 @@ pub(super) struct Guess<const D: usize> {
     usual: SVector<f64, D>,
     information: SMatrix<f64, D, D>,
     pull: SVector<f64, D>,
+    /// Covariance of what may be by what is stated.
+    stated: SMatrix<f64, D, D>,
     /// Mean squared residual that it leaves, against the usual one, and that there was.
     left: f64,
     found: f64,
@@ -39,6 +44,7 @@ impl<const D: usize> Guess<D> {
             usual,
             information: SMatrix::zeros(),
             pull: SVector::zeros(),
+            stated: SMatrix::zeros(),
             left: 1.0,
             found: 1.0,
         }
@@ -46,11 +52,12 @@ impl<const D: usize> Guess<D> {
 
     /// The likeliest parameters.
     pub fn at(&self) -> SVector<f64, D> {
-        let mut information = self.information;
-        for place in 0..D {
-            information[(place, place)] += self.usual[place].powi(-2);
-        }
-        let factor = Cholesky::<f64, Const<D>>::new(information);
+        let usual = self.usual.map(|sigma| sigma.powi(-2));
+        self.likeliest(SMatrix::from_diagonal(&usual))
+    }
+
+    fn likeliest(&self, prior: SMatrix<f64, D, D>) -> SVector<f64, D> {
+        let factor = Cholesky::<f64, Const<D>>::new(self.information + prior);
         factor.map_or(SVector::zeros(), |factor| factor.solve(&self.pull))
     }
 
@@ -59,10 +66,20 @@ impl<const D: usize> Guess<D> {
         0.5 * self.pull.dot(&self.at())
     }
 
+    /// The same for errors that are no larger than stated.
+    pub fn strength_of_stated(&self) -> f64 {
+        let floor = SMatrix::from_diagonal_element(self.stated.trace() * FLOOR);
+        let prior = Cholesky::<f64, Const<D>>::new(self.stated + floor);
+        prior.map_or(0.0, |prior| {
+            0.5 * self.pull.dot(&self.likeliest(prior.inverse()))
+        })
+    }
+
     /// How much better the parameters so far foretell a view than no fault does, as a logarithm of odds; the view is learned
     /// from after that. `square` is its weighted sum of squared residuals, of that weight.
     pub fn gain(&mut self, told: &Told<D>, (square, weight): (f64, f64)) -> f64 {
         let at = self.at();
+        self.stated = told.stated;
         let gain = told.pull.dot(&at) - 0.5 * at.dot(&(told.information * at));
         let left = (square - 2.0 * gain).max(0.0) / weight;
         let follow = |mean: &mut f64, square: f64| {

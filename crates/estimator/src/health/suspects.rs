@@ -6,9 +6,9 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use nalgebra::{Vector1, Vector6};
+use nalgebra::Vector6;
 
-use super::guess::Guess;
+use super::accused::{ALERT, Accused};
 use super::testimony::Testimony;
 use crate::TagId;
 
@@ -19,15 +19,9 @@ const CLEARED: f64 = 10.0;
 /// either may be right.
 const RAISED_AMID: [f64; 2] = [100.0, f64::INFINITY];
 const AMID_NS: u64 = 2_000_000_000;
-/// Evidence that is worth watching all images.
-const ALERT: f64 = 5.0;
 /// Evidence by which a fault must exceed another that explains the same; as which it counts that a fault is of one parameter.
 const MARGIN: f64 = 15.0;
 const SIMPLE: f64 = 10.0;
-/// Share of squared residuals that may be left; by a clock several times as much, since motion is taken to be uniform for its offset and its
-/// velocity counts where one sigma is up to a fifth of it.
-const REST: f64 = 0.03;
-const REST_OF_CLOCK: f64 = 0.15;
 /// Share of the evidence against a camera that its clock must explain to be suspected.
 const CLOCK_SHARE: f64 = 0.2;
 /// Nanoseconds between two decisions.
@@ -36,12 +30,6 @@ const PAUSE_NS: u64 = 30_000_000;
 const RECENT: f64 = 10.0;
 /// Views after which one counts 1/e.
 const MEMORY: f64 = 30.0;
-/// Sigmas of what is possible: metres and radians of a camera, of a tag; share of a size; seconds.
-const CAMERA: [f64; 2] = [0.1, 0.1];
-const PLACE: [f64; 2] = [0.02, 0.2];
-const SIZE: f64 = 0.1;
-const CLOCK: f64 = 0.1;
-
 /// An object and one of its tags.
 type Tag = (usize, TagId);
 
@@ -58,48 +46,14 @@ pub(super) enum Cause {
 #[derive(Debug, Clone, Copy, Default)]
 struct Cell([f64; 4]);
 
-#[derive(Debug)]
-struct OfCamera {
-    moved: Guess<6>,
-    clock: Guess<1>,
-    /// Angles by which it displaces what is seen, lately.
-    angles: [f64; 2],
-}
-
-impl Default for OfCamera {
-    fn default() -> Self {
-        Self {
-            moved: Guess::new(usual(CAMERA)),
-            clock: Guess::new(Vector1::new(CLOCK)),
-            angles: [0.0; 2],
-        }
-    }
-}
-
-#[derive(Debug)]
-struct OfTag {
-    place: Guess<6>,
-    size: Guess<1>,
-    /// Metres and radians by which it may be displaced by what is stated.
-    stated: [f64; 2],
-}
-
-impl Default for OfTag {
-    fn default() -> Self {
-        Self {
-            place: Guess::new(usual(PLACE)),
-            size: Guess::new(Vector1::new(SIZE)),
-            stated: [0.0; 2],
-        }
-    }
-}
-
 /// All that may be wrong with a site.
 #[derive(Debug, Default)]
 pub(super) struct Suspects {
     cells: BTreeMap<(usize, Tag), Cell>,
-    cameras: BTreeMap<usize, OfCamera>,
-    tags: BTreeMap<Tag, OfTag>,
+    cameras: BTreeMap<usize, Accused>,
+    tags: BTreeMap<Tag, Accused>,
+    /// Angles by which each camera displaces what is seen, lately.
+    angles: BTreeMap<usize, [f64; 2]>,
     found: BTreeSet<Cause>,
     /// Whether something may be wrong.
     alert: bool,
@@ -107,10 +61,6 @@ pub(super) struct Suspects {
     /// Until when a camera's contradiction may show in other views, and what tags' evidence must reach until then.
     amid_until_ns: u64,
     raised_amid: f64,
-}
-
-fn usual([metres, radians]: [f64; 2]) -> Vector6<f64> {
-    Vector6::new(metres, metres, metres, radians, radians, radians)
 }
 
 /// For which causes a view's evidence counts.
@@ -126,22 +76,24 @@ impl Suspects {
     pub fn take(&mut self, camera: usize, tag: Tag, one: &Testimony, counts: Counts) {
         let (mut gains, square) = ([0.0; 4], (one.square, one.weight));
         if counts.camera || self.cameras.contains_key(&camera) {
-            let of = self.cameras.entry(camera).or_default();
+            let of = self.cameras.entry(camera).or_insert_with(Accused::camera);
             if one.twist != Vector6::zeros() {
-                gains[0] = of.clock.gain(&one.of_clock(), square);
+                gains[0] = of.simple.gain(&one.of_clock(), square);
             }
-            gains[1] = of.moved.gain(&one.of_camera(), square);
-            let angles = one.angles(&of.moved.at());
-            of.angles = [0, 1].map(|n| of.angles[n] + (angles[n] - of.angles[n]) / RECENT);
+            gains[1] = of.whole.gain(&one.of_camera(), square);
+            let (angles, now) = (
+                self.angles.entry(camera).or_default(),
+                one.angles(&of.whole.at()),
+            );
+            *angles = [0, 1].map(|n| angles[n] + (now[n] - angles[n]) / RECENT);
         }
         // A camera that is wrong says nothing about tags.
         let of_camera = [Cause::Clock(camera), Cause::Camera(camera)];
         let is_sound = !of_camera.iter().any(|cause| self.found.contains(cause));
         if is_sound && (counts.tag || self.tags.contains_key(&tag)) {
-            let of = self.tags.entry(tag).or_default();
-            gains[2] = of.size.gain(&one.of_size(), square);
-            of.stated = one.may_be_displaced();
-            gains[3] = of.place.gain(&one.of_place(), square);
+            let of = self.tags.entry(tag).or_insert_with(Accused::tag);
+            gains[2] = of.simple.gain(&one.of_size(), square);
+            gains[3] = of.whole.gain(&one.of_place(), square);
         }
         let counted = [counts.clock, counts.camera, counts.tag, counts.tag];
         let cell = self.cells.entry((camera, tag)).or_default();
@@ -154,20 +106,12 @@ impl Suspects {
 
     /// A camera begins to contradict.
     pub fn unsettle_camera(&mut self, camera: usize) {
-        let of = self.cameras.get_mut(&camera);
-        if let Some(of) = of.filter(|of| of.moved.strength() < ALERT) {
-            of.moved.unsettle();
-            of.clock.unsettle();
-        }
+        self.cameras.entry(camera).and_modify(Accused::unsettle);
     }
 
     /// A tag begins to contradict.
     pub fn unsettle_tag(&mut self, tag: Tag) {
-        let of = self.tags.get_mut(&tag);
-        if let Some(of) = of.filter(|of| of.place.strength() < ALERT) {
-            of.place.unsettle();
-            of.size.unsettle();
-        }
+        self.tags.entry(tag).and_modify(Accused::unsettle);
     }
 
     /// Whether something may be wrong, so that all images are to be looked at.
@@ -261,27 +205,21 @@ impl Suspects {
         self.cells = cells;
     }
 
+    fn accused(&self, cause: &Cause) -> Option<&Accused> {
+        match cause {
+            Cause::Clock(camera) | Cause::Camera(camera) => self.cameras.get(camera),
+            Cause::Size(tag) | Cause::Place(tag) => self.tags.get(tag),
+        }
+    }
+
     fn explains(&self, cause: &Cause) -> bool {
-        let explains = match cause {
-            Cause::Clock(camera) => self
-                .cameras
-                .get(camera)
-                .map(|of| of.clock.explains(REST_OF_CLOCK)),
-            Cause::Camera(camera) => self.cameras.get(camera).map(|of| of.moved.explains(REST)),
-            Cause::Size(tag) => self.tags.get(tag).map(|of| of.size.explains(REST)),
-            Cause::Place(tag) => self.tags.get(tag).map(|of| of.place.explains(REST)),
-        };
-        explains.unwrap_or_default()
+        let accused = self.accused(cause);
+        accused.is_some_and(|of| of.explain()[usize::from(!is_simple(cause))])
     }
 
     fn strength(&self, cause: &Cause) -> f64 {
-        let strength = match cause {
-            Cause::Clock(camera) => self.cameras.get(camera).map(|of| of.clock.strength()),
-            Cause::Camera(camera) => self.cameras.get(camera).map(|of| of.moved.strength()),
-            Cause::Size(tag) => self.tags.get(tag).map(|of| of.size.strength()),
-            Cause::Place(tag) => self.tags.get(tag).map(|of| of.place.strength()),
-        };
-        strength.unwrap_or_default()
+        let accused = self.accused(cause);
+        accused.map_or(0.0, |of| of.strengths()[usize::from(!is_simple(cause))])
     }
 
     /// The causes that some evidence speaks for, and how much: never more than their own parameters do.
@@ -295,7 +233,7 @@ impl Suspects {
         }
         let counted = |(cause, sum): (Cause, f64)| {
             let sum = sum.min(self.strength(&cause));
-            let simple = matches!(cause, Cause::Clock(_) | Cause::Size(_));
+            let simple = is_simple(&cause);
             let known = self.found.contains(&cause);
             let more =
                 [(simple, SIMPLE), (known, MARGIN)].map(|(is, more)| if is { more } else { 0.0 });
@@ -305,14 +243,14 @@ impl Suspects {
         some.map(counted).collect()
     }
 
-    /// The angles by which a camera's displacement displaces and turns what it sees beyond what is stated, in radians.
+    /// The angles by which a camera's displacement displaces and turns what it sees, in radians.
     pub fn camera(&self, camera: usize) -> Option<[f64; 2]> {
-        Some(self.cameras.get(&camera)?.angles)
+        self.angles.get(&camera).copied()
     }
 
     /// Seconds by which a camera's stamps lie after the truth.
     pub fn clock(&self, camera: usize) -> Option<f64> {
-        Some(self.cameras.get(&camera)?.clock.at()[0])
+        Some(self.cameras.get(&camera)?.simple.at()[0])
     }
 
     /// Whether an offset of the clock explains much of what the camera's displacement does.
@@ -324,22 +262,22 @@ impl Suspects {
         clock > CLOCK_SHARE * moved
     }
 
-    /// Metres and radians by which a tag is displaced beyond what may be by what is stated.
+    /// Metres and radians by which a tag is displaced.
     pub fn place(&self, tag: Tag) -> Option<[f64; 2]> {
-        let of = self.tags.get(&tag)?;
-        let displaced = of.place.at();
-        Some([0, 1].map(|part| displaced.fixed_rows::<3>(3 * part).norm() - of.stated[part]))
+        let displaced = self.tags.get(&tag)?.whole.at();
+        Some([0, 1].map(|part| displaced.fixed_rows::<3>(3 * part).norm()))
     }
 
     /// Share by which the tag is larger.
     pub fn size(&self, tag: Tag) -> Option<f64> {
-        Some(self.tags.get(&tag)?.size.at()[0])
+        Some(self.tags.get(&tag)?.simple.at()[0])
     }
 
     /// Forgets what is held against a camera: its stamps mean something else now.
     pub fn forget_camera(&mut self, camera: usize) {
         self.cells.retain(|(one, _), _| *one != camera);
         self.cameras.remove(&camera);
+        self.angles.remove(&camera);
         let of_camera = [Cause::Clock(camera), Cause::Camera(camera)];
         self.found.retain(|cause| !of_camera.contains(cause));
     }
@@ -364,6 +302,11 @@ fn covers(cause: &Cause, (camera, tag): &(usize, Tag)) -> bool {
 
 fn is_of_camera(cause: &Cause) -> bool {
     matches!(cause, Cause::Clock(_) | Cause::Camera(_))
+}
+
+/// Whether it has one parameter.
+fn is_simple(cause: &Cause) -> bool {
+    matches!(cause, Cause::Clock(_) | Cause::Size(_))
 }
 
 /// Whether what one cause does to a track would pass for the other: a tag that is wrong pulls at its whole object.

@@ -2,16 +2,12 @@
 //!
 //! A view's residuals r with its weights W and derivatives K by the link's pose are known by N = Kᵀ W K and g = Kᵀ W r. That the
 //! link is not known better than its covariance P takes from them: with the view among what P knows, N - N P N and g are left;
-//! without it N (I + P N)⁻¹ and (I + N P)⁻¹ g (the Schur complement of the pose). A fault displaces what is seen by
-//! K T x, x its parameters, so that r = -K T x: it is known by Tᵀ N T and -Tᵀ g.
+//! without it N (I + P N)⁻¹ and (I + N P)⁻¹ g (the Schur complement of the pose). What is stated of cameras' poses and tags' places
+//! takes from them likewise, view by view, and from the sum of squares; what it makes all views show is no fault either, as far as
+//! it is likely. A fault displaces what is seen by K T x, x its parameters, so that r = -K T x: it is known by Tᵀ N T and -Tᵀ g.
 
 use nalgebra::{Matrix3, Matrix6, SMatrix, SVector, Vector3, Vector6};
 use sextant_geometry::{Pose, so3};
-
-use crate::PoseSigma;
-
-/// Sigmas by which what is stated may be wrong.
-const STATED: f64 = 4.0;
 
 /// What one view says.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -28,8 +24,8 @@ pub(crate) struct Testimony {
     pub world_from_tag: Pose,
     /// The camera's centre in the world.
     pub centre: Vector3<f64>,
-    /// How well the camera's pose and the tag's place are said to be known.
-    pub stated: [Option<PoseSigma>; 2],
+    /// Covariance of the displacement that may be by what is stated of all cameras' poses and tags' places.
+    pub stated: Matrix6<f64>,
 }
 
 /// The same as the parameters of a fault see it.
@@ -37,21 +33,32 @@ pub(crate) struct Testimony {
 pub(super) struct Told<const D: usize> {
     pub information: SMatrix<f64, D, D>,
     pub pull: SVector<f64, D>,
+    /// Covariance of the parameters by what is stated to be uncertain.
+    pub stated: SMatrix<f64, D, D>,
 }
 
 impl Testimony {
-    /// Takes off what the pose's own uncertainty explains; `None` where nothing is left.
+    /// Takes off what the pose's own uncertainty and what is stated explain; `None` where nothing is left.
     pub fn apart_from(mut self, covariance: &Matrix6<f64>, took_part: bool) -> Option<Self> {
-        let n = self.information;
+        let gradient = self.gradient;
+        self.allow_for(&self.stated.clone())?;
+        self.square -= gradient.dot(&(self.stated * self.gradient));
         if took_part {
+            let n = self.information;
             self.information = n - n * covariance * n;
         } else {
-            let inverse = (Matrix6::identity() + n * covariance).try_inverse()?;
-            self.information = inverse * n;
-            self.gradient = inverse * self.gradient;
+            self.allow_for(covariance)?;
         }
         let mut numbers = self.information.iter().chain(self.gradient.iter());
         (self.weight > 0.0 && numbers.all(|x| x.is_finite())).then_some(self)
+    }
+
+    fn allow_for(&mut self, covariance: &Matrix6<f64>) -> Option<()> {
+        let n = self.information;
+        let inverse = (Matrix6::identity() + n * covariance).try_inverse()?;
+        self.information = inverse * n;
+        self.gradient = inverse * self.gradient;
+        Some(())
     }
 
     fn told<const D: usize>(&self, by: &SMatrix<f64, 6, D>) -> Told<D> {
@@ -59,7 +66,18 @@ impl Testimony {
         Told {
             information: by.transpose() * turned,
             pull: -(by.transpose() * self.gradient),
+            stated: SMatrix::zeros(),
         }
+    }
+
+    /// The same with what may be by what is stated.
+    fn told_against_stated(&self, by: &Matrix6<f64>) -> Told<6> {
+        let mut told = self.told(by);
+        if self.stated != Matrix6::zeros() {
+            let back = by.try_inverse().unwrap_or_default();
+            told.stated = back * self.stated * back.transpose();
+        }
+        told
     }
 
     fn origin(&self) -> Vector3<f64> {
@@ -71,7 +89,7 @@ impl Testimony {
         let mut by = -Matrix6::identity();
         let arm = so3::hat(&(self.origin() - self.centre));
         by.fixed_view_mut::<3, 3>(0, 3).copy_from(&arm);
-        self.told(&by)
+        self.told_against_stated(&by)
     }
 
     /// The tag is displaced on its object: dt, dr about its centre, axes of the tag.
@@ -86,12 +104,7 @@ impl Testimony {
         by.fixed_view_mut::<3, 3>(0, 0).copy_from(&turn);
         by.fixed_view_mut::<3, 3>(3, 3).copy_from(&turn);
         by.fixed_view_mut::<3, 3>(0, 3).copy_from(&(-arm * turn));
-        self.told(&by)
-    }
-
-    /// Metres and radians by which the tag may be displaced by what is stated.
-    pub(super) fn may_be_displaced(&self) -> [f64; 2] {
-        stated(self.stated[1])
+        self.told_against_stated(&by)
     }
 
     /// The tag is larger by a share of its size: as if it were nearer by that share of its distance.
@@ -105,21 +118,12 @@ impl Testimony {
         self.told(&(-self.twist))
     }
 
-    /// By which angles the camera's displacement displaces the tag in its eyes and turns it, beyond what may be by what is stated.
+    /// By which angles the camera's displacement displaces the tag in its eyes and turns it.
     pub(super) fn angles(&self, displaced: &Vector6<f64>) -> [f64; 2] {
         let (moved, turned) = (displaced.fixed_rows::<3>(0), displaced.fixed_rows::<3>(3));
         let away = self.world_from_tag.translation.vector - self.centre;
         let step = moved + turned.cross(&away);
         let distance = away.norm().max(1e-9);
-        let [position, turn] = stated(self.stated[0]);
-        let angle = turn + position / distance;
-        [step.norm() / distance - angle, turned.norm() - turn]
+        [step.norm() / distance, turned.norm()]
     }
-}
-
-/// Metres and radians that may be by what is stated.
-fn stated(sigma: Option<PoseSigma>) -> [f64; 2] {
-    sigma.map_or([0.0; 2], |sigma| {
-        [sigma.position_m, sigma.orientation_rad].map(|sigma| STATED * sigma)
-    })
 }

@@ -27,7 +27,8 @@ pub(crate) struct Around<'a> {
 const BETWEEN: [f64; 2] = [10.0, 100.0];
 
 /// Where an object is in the eyes of a camera.
-struct Seen {
+struct Seen<'a> {
+    state: &'a Kinematics,
     configuration: Configuration,
     /// Whether its velocity is known well enough to tell time by.
     tells_time: bool,
@@ -39,7 +40,8 @@ struct Seen {
 const TELLS_TIME: f64 = 0.05;
 
 /// Where a view's link is.
-struct Place {
+struct Place<'a> {
+    state: &'a Kinematics,
     link: Moving,
     /// Zero where it is not known well.
     twist: Vector6<f64>,
@@ -69,7 +71,7 @@ impl Track {
         };
         let sights = track.sights(images, site, options);
         let pairs = sights.iter().zip(&best.taken);
-        let mut seen: Option<(usize, Role, Seen)> = None;
+        let mut seen: Option<(usize, Role, Seen<'_>)> = None;
         let around = around.and_then(|around| around.seen(track.time_ns));
         let settled = pairs.map(|(sight, taken)| {
             let camera_index = sight.camera_index;
@@ -91,8 +93,9 @@ impl Track {
                 return view;
             }
             let role = if taken.part { Role::Part } else { Role::Aside };
-            let is_same =
-                |(of, as_role, _): &(usize, Role, Seen)| (*of, *as_role) == (camera_index, role);
+            let is_same = |(of, as_role, _): &(usize, Role, Seen<'_>)| {
+                (*of, *as_role) == (camera_index, role)
+            };
             if !seen.as_ref().is_some_and(is_same) {
                 seen = Some((camera_index, role, track.seen_by(camera_index, role)));
             }
@@ -113,13 +116,14 @@ impl Track {
     }
 
     /// That a clock may be off is one of the faults in question: it excuses no view that took no part.
-    fn seen_by(&self, camera_index: usize, role: Role) -> Seen {
+    fn seen_by(&self, camera_index: usize, role: Role) -> Seen<'_> {
         let state = &self.hypotheses[0].state;
         let unknown = state.covariance.fixed_view::<3, 3>(6, 6).trace();
         let tells_time = unknown < TELLS_TIME * state.velocity().norm_squared();
         if state.joints.is_some() {
             let seen = observed::<WITH_JOINTS>(state, camera_index, role);
             return Seen {
+                state,
                 tells_time,
                 configuration: seen.configuration,
                 of_base: seen.covariance.fixed_view::<6, 6>(0, 0).into_owned(),
@@ -128,6 +132,7 @@ impl Track {
         }
         let seen = observed::<6>(state, camera_index, role);
         Seen {
+            state,
             tells_time,
             configuration: seen.configuration,
             covariance: SMatrix::zeros(),
@@ -144,14 +149,14 @@ fn observed<const D: usize>(state: &Kinematics, camera_index: usize, role: Role)
 }
 
 /// Where an object was seen before and after, how much of the time between has passed, and its seconds.
-struct Between {
-    ends: [Seen; 2],
+struct Between<'a> {
+    ends: [Seen<'a>; 2],
     share: f64,
     span_s: f64,
 }
 
-impl Around<'_> {
-    fn seen(&self, time_ns: u64) -> Option<Between> {
+impl<'a> Around<'a> {
+    fn seen(&self, time_ns: u64) -> Option<Between<'a>> {
         let [before, after] = [self.before, self.after].map(|track| {
             let track = track.leading();
             let known = !track.hypotheses.is_empty() && track.trusted;
@@ -170,14 +175,15 @@ impl Around<'_> {
     }
 }
 
-impl Place {
-    fn of(seen: &Seen, view: &View) -> Self {
+impl<'a> Place<'a> {
+    fn of(seen: &Seen<'a>, view: &View) -> Self {
         let at = &seen.configuration;
         let (twist, covariance) = match &view.limb {
             None => (at.rates.twist, seen.of_base),
             Some(limb) => (limb.twist(at), limb.covariance(at, &seen.covariance)),
         };
         Self {
+            state: seen.state,
             link: view.moving(at),
             twist: if seen.tells_time {
                 twist
@@ -189,7 +195,7 @@ impl Place {
     }
 
     /// Where it was, if nothing hit it: on the way from the one to the other.
-    fn between(between: &Between, view: &View) -> Self {
+    fn between(between: &Between<'a>, view: &View) -> Self {
         let [from, to] = [0, 1].map(|end| Self::of(&between.ends[end], view));
         let (share, span_s) = (between.share, between.span_s);
         let step = se3::difference(&to.link.pose, &from.link.pose);
@@ -205,6 +211,7 @@ impl Place {
             twist: from.link.twist.map(|_| twist),
         };
         Self {
+            state: from.state,
             link,
             twist,
             covariance,
@@ -223,7 +230,7 @@ fn is_hit(taken: &Taken) -> bool {
     taken.part && !taken.expected
 }
 
-fn testimony(sight: &Sight<'_>, role: Role, place: &Place) -> Option<Testimony> {
+fn testimony(sight: &Sight<'_>, role: Role, place: &Place<'_>) -> Option<Testimony> {
     let normal = sight.without_outliers().normal(&place.link)?;
     let world_from_link = place.link.pose;
     let told = Testimony {
@@ -235,9 +242,21 @@ fn testimony(sight: &Sight<'_>, role: Role, place: &Place) -> Option<Testimony> 
         twist: place.twist,
         world_from_tag: world_from_link * sight.view.object_from_tag,
         centre: sight.camera.centre,
-        stated: [sight.camera.sigma, sight.view.tag_sigma],
+        stated: stated(sight, place),
     };
     told.apart_from(&place.covariance, role == Role::Part)
+}
+
+/// Covariance of the displacement in which the view shows its link by what is stated to be uncertain for good.
+fn stated(sight: &Sight<'_>, place: &Place<'_>) -> Matrix6<f64> {
+    let own: Vec<_> = sight.displacing(&place.link.pose).collect();
+    match &sight.view.limb {
+        None => place.state.lasting_displacement::<6>(None, &own),
+        Some(limb) => {
+            let link = limb.jacobian::<WITH_JOINTS>(&place.state.configuration());
+            place.state.lasting_displacement(Some(&link), &own)
+        }
+    }
 }
 
 /// Corners' distance from where they should be, against their distance from the tag's centre, from which on a tag is not

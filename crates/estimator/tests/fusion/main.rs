@@ -11,6 +11,7 @@ mod clocks;
 mod far_clocks;
 mod faults;
 mod health;
+mod innocent;
 mod lasting;
 mod limits;
 mod naming;

@@ -1,0 +1,68 @@
+//! What one camera or one tag may be accused of, and what speaks for it.
+
+use nalgebra::{Vector1, Vector6};
+
+use super::guess::Guess;
+
+/// Evidence that is worth watching all images.
+pub(super) const ALERT: f64 = 5.0;
+/// Share of squared residuals that may be left; by a clock several times as much, since motion is taken to be uniform for its offset and its
+/// velocity counts where one sigma is up to a fifth of it.
+const REST: f64 = 0.03;
+const REST_OF_CLOCK: f64 = 0.15;
+/// Sigmas of what is possible: metres and radians of a camera, of a tag; share of a size; seconds.
+const CAMERA: [f64; 2] = [0.1, 0.1];
+const PLACE: [f64; 2] = [0.02, 0.2];
+const SIZE: f64 = 0.1;
+const CLOCK: f64 = 0.1;
+
+/// What a camera or a tag may be accused of: an error of one parameter, its clock's offset or its size, or a displacement.
+#[derive(Debug)]
+pub(super) struct Accused {
+    pub simple: Guess<1>,
+    pub whole: Guess<6>,
+    /// Shares of squared residuals that either may leave.
+    rests: [f64; 2],
+}
+
+impl Accused {
+    pub fn camera() -> Self {
+        Self {
+            simple: Guess::new(Vector1::new(CLOCK)),
+            whole: Guess::new(usual(CAMERA)),
+            rests: [REST_OF_CLOCK, REST],
+        }
+    }
+
+    pub fn tag() -> Self {
+        Self {
+            simple: Guess::new(Vector1::new(SIZE)),
+            whole: Guess::new(usual(PLACE)),
+            rests: [REST; 2],
+        }
+    }
+
+    /// What either explains more than errors that are no larger than stated.
+    pub fn strengths(&self) -> [f64; 2] {
+        let stated = self.whole.strength_of_stated();
+        [self.simple.strength(), self.whole.strength()].map(|own| own - stated)
+    }
+
+    /// Whether nothing but either is needed.
+    pub fn explain(&self) -> [bool; 2] {
+        let [simple, whole] = self.rests;
+        [self.simple.explains(simple), self.whole.explains(whole)]
+    }
+
+    /// It begins to contradict.
+    pub fn unsettle(&mut self) {
+        if self.strengths()[1] < ALERT {
+            self.whole.unsettle();
+            self.simple.unsettle();
+        }
+    }
+}
+
+fn usual([metres, radians]: [f64; 2]) -> Vector6<f64> {
+    Vector6::new(metres, metres, metres, radians, radians, radians)
+}
