@@ -12,7 +12,7 @@ use crate::LabelledRun;
 use crate::bit_plane::{BitPlane, RowPair};
 use crate::kernels::{WORD, vectorised};
 use crate::quad::Quad;
-use runs::{AT_A_TIME, find_spans, join_pairs};
+use runs::{find_spans, join_pairs};
 use std::hint::select_unpredictable;
 use std::iter;
 use std::ops::Range;
@@ -87,7 +87,7 @@ impl Component {
 
 #[derive(Debug, Default)]
 pub(crate) struct Components {
-    /// Room for `max_runs` at least and a few more, of which the first `n_runs` count.
+    /// Room for `max_runs` at least, of which the first `n_runs` count.
     spans: Vec<Span>,
     /// Of each run: an earlier one that it hangs together with, or itself; in the end its component.
     labels: Vec<u32>,
@@ -110,7 +110,7 @@ impl Components {
     pub(crate) fn make_room(&mut self, width: usize, height: usize) {
         self.max_runs = width * height / PIXELS_PER_RUN;
         let room = self.labels.len().max(self.max_runs);
-        self.spans.resize(room + AT_A_TIME, Span::default());
+        self.spans.resize(room, Span::default());
         self.labels.resize(room, 0);
         self.runs_before.resize(room, 0);
         self.components.resize(room, Component::default());

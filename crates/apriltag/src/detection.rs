@@ -1,5 +1,6 @@
 //! What the detector says about a tag.
 
+use crate::quad::middle;
 use sextant_tag_families::Family;
 
 /// A decoded tag in the image.
@@ -35,7 +36,6 @@ pub enum Refinement {
 impl Detection {
     /// Mean of the corners, in pixels.
     pub fn centre(&self) -> [f32; 2] {
-        let mean = |axis: usize| self.corners.iter().map(|corner| corner[axis]).sum::<f32>() / 4.0;
-        [mean(0), mean(1)]
+        middle(&self.corners)
     }
 }

@@ -7,9 +7,6 @@ use crate::bit_plane::RowPair;
 use crate::kernels::WORD;
 use std::hint::select_unpredictable;
 
-/// Places that are written at a time, be there as many or not: that costs less than a loop whose end no processor foresees.
-pub(super) const AT_A_TIME: usize = 4;
-
 /// Where bits of either row begin and end to be set, in turn. Returns how many runs there are.
 #[inline(always)]
 pub(super) fn find_spans(pair: &RowPair<'_>, spans: &mut [Span]) -> usize {
@@ -19,20 +16,11 @@ pub(super) fn find_spans(pair: &RowPair<'_>, spans: &mut [Span]) -> usize {
         let word = pair.upper[i] | pair.lower[i];
         let mut changes = word ^ (word << 1 | carry);
         carry = word >> (WORD - 1);
-        if changes == 0 {
-            continue;
+        while changes != 0 {
+            columns[n] = (i * WORD) as u16 + changes.trailing_zeros() as u16;
+            changes &= changes - 1;
+            n += 1;
         }
-        let n_here = n + changes.count_ones() as usize;
-        for columns in columns[n..].chunks_exact_mut(AT_A_TIME) {
-            for column in columns {
-                *column = (i * WORD) as u16 + changes.trailing_zeros() as u16;
-                changes &= changes.wrapping_sub(1);
-            }
-            if changes == 0 {
-                break;
-            }
-        }
-        n = n_here;
     }
     if carry != 0 {
         columns[n] = (pair.live.end * WORD) as u16;
