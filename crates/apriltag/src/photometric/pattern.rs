@@ -1,63 +1,66 @@
 //! How white a blurred tag is at a place, and how that changes.
 //!
-//! The square -1..1 carries `border_width` modules; the ring around it belongs to the pattern, and beyond that ring the
-//! paper is taken to go on. Where edges ([`Profile`]) cross, the two shares are multiplied, plus the blur's covariance times
-//! both densities: the first term of the bivariate normal distribution's tetrachoric series (Pearson, Phil. Trans. R. Soc. A
-//! 195, 1900).
+//! The square -1..1 carries `border_width` modules; the ring around it belongs to the pattern. Beyond that ring is white and a
+//! ground's grey besides. Where edges ([`Profile`]) cross, the two shares are multiplied, plus the blur's covariance times both
+//! densities: the first term of the bivariate normal distribution's tetrachoric series (Pearson, Phil. Trans. R. Soc. A 195,
+//! 1900).
 
 use super::edge::{Edge, Profile};
 use super::equations::GROUP;
 use crate::Family;
 use sextant_tag_families::white_modules;
 
-/// Modules that are added around the printed tag, continuing its outermost ring.
+/// Modules around the printed tag that are looked up like its own.
 const PADDING: usize = 2;
 
 /// Modules of the padded pattern along either axis, at most.
 const SIZE: usize = 16;
 
-/// Modules along either axis that blur mixes at a place, at most: one more than edges.
-const WINDOW: usize = 6;
+/// Rows of modules that blur mixes at a place, at most: one more than edges.
+const WINDOW: usize = 4;
 
 pub(super) struct Pattern {
     /// Of the padded pattern, a bit for each module, the lowest leftmost, set where white.
     rows: [u32; SIZE],
+    /// The same for what is printed, along either axis.
+    inside: u32,
     /// Modules from the square's middle to its edge.
-    pub(super) half_border: f32,
+    half_border: f32,
     /// Half edges of the square from its middle to the ring's outer edge.
     pub(super) ring: f32,
     /// Column of the padded pattern in which the square's middle lies.
     middle: f32,
 }
 
-/// White's share at a place, its derivatives per pixel across the edges of either axis, those with the blur's variance
-/// across the ones and the others and with their covariance, and that with the halo.
-pub(super) struct Coverage {
-    pub(super) value: f32,
-    pub(super) across: [f32; 2],
-    pub(super) with_blur: [f32; 3],
-    pub(super) with_halo: f32,
-    /// The derivative with how much of the ground is mixed in.
-    pub(super) with_ground: f32,
+/// Places on the square, and how many pixels a unit is there along either axis.
+pub(super) struct Places {
+    pub(super) on_square: [[f32; GROUP]; 2],
+    pub(super) unit_px: [[f32; GROUP]; 2],
 }
 
 /// How blur shows: across the edges of either axis, and the covariance between both in square pixels.
 pub(super) struct Optics {
     pub(super) profiles: [Profile; 2],
     pub(super) covariance: f32,
+    /// How much farther the edges of either axis lie than they show, in pixels.
+    pub(super) shift_px: [f32; 2],
+    /// How much brighter than white it is beyond the ring.
+    pub(super) ground: f32,
 }
 
 impl Pattern {
     pub(super) fn new(family: Family, id: u32) -> Self {
         let data = family.data();
         let total = usize::from(data.total_width);
-        let mut rows = [0_u32; SIZE];
+        let inside = ((1 << total) - 1) << PADDING;
+        let mut rows = [!0; SIZE];
+        rows[PADDING..PADDING + total].fill(!inside);
         for (x, y) in white_modules(family, id) {
             rows[y + PADDING] |= 1 << (x + PADDING);
         }
-        continue_outwards(&mut rows, total);
         Self {
             rows,
+            inside,
             half_border: f32::from(data.border_width) / 2.0,
             ring: total as f32 / f32::from(data.border_width),
             middle: total as f32 / 2.0 + PADDING as f32,
@@ -76,7 +79,7 @@ impl Pattern {
 
     /// What crosses the neighbourhood of places, with the nearest `EDGES` edges along either axis.
     #[inline(always)]
-    pub(super) fn cross<const EDGES: usize, const SHARP: bool>(
+    pub(super) fn cross<const EDGES: usize>(
         &self,
         places: &Places,
         optics: &Optics,
@@ -84,6 +87,7 @@ impl Pattern {
         let mut crossings = Crossings {
             edges: [[[[0.0; GROUP]; 4]; EDGES]; 2],
             rows: [[0; GROUP]; WINDOW],
+            inside: [[0; GROUP]; 2],
         };
         let beside = (EDGES / 2) as f32;
         let mut first_modules = [[0; GROUP]; 2];
@@ -92,10 +96,12 @@ impl Pattern {
                 let place = places.on_square[axis][i] * self.half_border + self.middle;
                 let first_edge = (place - beside).clamp(1.0, (SIZE - EDGES) as f32) + SHIFT;
                 first_modules[axis][i] = first_edge.to_bits().wrapping_sub(1) % SIZE as u32;
+                crossings.inside[axis][i] = self.inside >> first_modules[axis][i];
                 let away = place - (first_edge - SHIFT);
                 let module_px = places.unit_px[axis][i] / self.half_border;
                 for (k, edge) in edges.iter_mut().enumerate() {
-                    let looks = optics.profiles[axis].at::<SHARP>((away - k as f32) * module_px);
+                    let distance = (away - k as f32) * module_px + optics.shift_px[axis];
+                    let looks = optics.profiles[axis].at(distance);
                     for q in 0..4 {
                         edge[q][i] = looks[q];
                     }
@@ -110,122 +116,86 @@ impl Pattern {
         }
         crossings
     }
-
-    #[inline(always)]
-    pub(super) fn rim<const SHARP: bool>(&self, places: &Places, optics: &Optics) -> Rim {
-        let mut edges = [[[0.0; 4]; GROUP]; 2];
-        for axis in 0..2 {
-            for i in 0..GROUP {
-                let inside = self.ring - places.on_square[axis][i].abs();
-                edges[axis][i] =
-                    optics.profiles[axis].at::<SHARP>(inside * places.unit_px[axis][i]);
-            }
-        }
-        Rim { edges }
-    }
 }
 
-/// Places on the square, and how many pixels a unit is there along either axis.
-pub(super) struct Places {
-    pub(super) on_square: [[f32; GROUP]; 2],
-    pub(super) unit_px: [[f32; GROUP]; 2],
-}
-
-/// The nearest edges along either axis, and the modules on both sides of them.
+/// The nearest edges along either axis, the modules on both sides of them, and which of these are printed.
 pub(super) struct Crossings<const EDGES: usize> {
     edges: [[[[f32; GROUP]; 4]; EDGES]; 2],
     rows: [[u32; GROUP]; WINDOW],
+    inside: [[u32; GROUP]; 2],
 }
 
 impl<const EDGES: usize> Crossings<EDGES> {
-    /// At one of the places, for this covariance of the blur.
+    /// At one of the places.
     #[inline(always)]
-    pub(super) fn coverage(&self, at: usize, covariance: f32) -> Coverage {
-        let edge = |axis: usize, k: usize| {
-            let looks = &self.edges[axis][k];
-            [looks[0][at], looks[1][at], looks[2][at], looks[3][at]]
-        };
-        let row = |j: usize| {
-            let module = |i: usize| (self.rows[j][at] >> i & 1) as i32 as f32;
-            let mut white = [module(0), 0.0, 0.0, 0.0];
-            for i in 0..EDGES {
-                let change = module(i + 1) - module(i);
-                let edge = edge(0, i);
-                for q in 0..4 {
-                    white[q] += change * edge[q];
-                }
-            }
-            white
-        };
-        let mut above = row(0);
+    pub(super) fn coverage(&self, at: usize, optics: &Optics) -> Coverage {
+        let [u, v]: [[Edge; EDGES]; 2] = [0, 1].map(|axis| {
+            std::array::from_fn(|k| std::array::from_fn(|q| self.edges[axis][k][q][at]))
+        });
+        let mut above = across(self.rows[0][at], &u);
         let mut coverage = Coverage {
             value: above[0],
             across: [above[1], 0.0],
             with_blur: [above[2], 0.0, 0.0],
-            with_halo: above[3],
+            with_shape: above[3],
             with_ground: 0.0,
         };
-        for j in 0..EDGES {
-            let [share, density, spread, halo] = edge(1, j);
-            let below = row(j + 1);
-            let change: [f32; 4] = std::array::from_fn(|q| below[q] - above[q]);
-            coverage.value += share * change[0];
-            coverage.across[0] += share * change[1];
-            coverage.across[1] += density * change[0];
-            coverage.with_blur[0] += share * change[2];
-            coverage.with_blur[1] += spread * change[0];
-            coverage.with_blur[2] += density * change[1];
-            coverage.with_halo += share * change[3] + halo * change[0];
+        for (j, edge) in v.iter().enumerate() {
+            let below = across(self.rows[j + 1][at], &u);
+            coverage.add(&std::array::from_fn(|q| below[q] - above[q]), edge);
             above = below;
         }
-        coverage.value += covariance * coverage.with_blur[2];
+        if EDGES > 1 {
+            let [inside_u, inside_v] = [
+                across(self.inside[0][at], &u),
+                across(self.inside[1][at], &v),
+            ];
+            coverage.value += optics.ground;
+            coverage.with_ground = 1.0 - inside_u[0] * inside_v[0];
+            coverage.add(&inside_u.map(|inside| -optics.ground * inside), &inside_v);
+        }
+        coverage.value += optics.covariance * coverage.with_blur[2];
         coverage
     }
 }
 
-/// How the ring's outer edges look from places, the nearest one of either axis.
-pub(super) struct Rim {
-    edges: [[Edge; GROUP]; 2],
+/// How much of a row of modules that are set shows, and how that changes.
+#[inline(always)]
+fn across<const EDGES: usize>(modules: u32, edges: &[Edge; EDGES]) -> Edge {
+    let module = |i: usize| (modules >> i & 1) as i32 as f32;
+    let mut set = [module(0), 0.0, 0.0, 0.0];
+    for (i, edge) in edges.iter().enumerate() {
+        let change = module(i + 1) - module(i);
+        for q in 0..4 {
+            set[q] += change * edge[q];
+        }
+    }
+    set
 }
 
-impl Rim {
-    /// Mixes in what lies beyond the ring: so much of the ground, of which all is so many parts of the contrast more than the
-    /// ring.
+/// White's share at a place, its derivatives per pixel across the edges of either axis, those with the blur's variance
+/// across the ones and the others and with their covariance, with its shape and with the ground.
+pub(super) struct Coverage {
+    pub(super) value: f32,
+    pub(super) across: [f32; 2],
+    pub(super) with_blur: [f32; 3],
+    pub(super) with_shape: f32,
+    pub(super) with_ground: f32,
+}
+
+impl Coverage {
+    /// Adds what shows along u of what shows along v.
     #[inline(always)]
-    pub(super) fn mix(
-        &self,
-        at: usize,
-        outwards: [f32; 2],
-        all: f32,
-        much: f32,
-        coverage: &mut Coverage,
-    ) {
-        let [u, v] = [self.edges[0][at], self.edges[1][at]];
-        let more = all * much;
-        let share = 1.0 - u[0] * v[0];
-        coverage.value += more * share;
-        coverage.with_ground = all * share;
-        for (axis, [own, other]) in [[u, v], [v, u]].into_iter().enumerate() {
-            let more = more * other[0];
-            coverage.across[axis] += more * own[1].copysign(outwards[axis]);
-            coverage.with_blur[axis] -= more * own[2];
-            coverage.with_halo -= more * own[3];
-        }
+    fn add(&mut self, u: &Edge, v: &Edge) {
+        self.value += u[0] * v[0];
+        self.across[0] += u[1] * v[0];
+        self.across[1] += u[0] * v[1];
+        self.with_blur[0] += u[2] * v[0];
+        self.with_blur[1] += u[0] * v[2];
+        self.with_blur[2] += u[1] * v[1];
+        self.with_shape += u[3] * v[0] + u[0] * v[3];
     }
 }
 
 /// Adding it leaves the nearest whole number in the lowest bits.
 const SHIFT: f32 = 12_582_912.0;
-
-/// Fills the padding around the printed tag with the colour of its rim.
-fn continue_outwards(rows: &mut [u32; SIZE], total: usize) {
-    let (first, last) = (PADDING, PADDING + total - 1);
-    for row in &mut rows[first..=last] {
-        for k in 0..PADDING {
-            *row |= (*row >> first & 1) << k | (*row >> last & 1) << (last + 1 + k);
-        }
-    }
-    let (top, bottom) = (rows[first], rows[last]);
-    rows[..first].fill(top);
-    rows[last + 1..].fill(bottom);
-}
