@@ -57,3 +57,25 @@ fn whichever_camera_stands_wrong_from_the_start_is_named_and_stays_so() {
         }
     }
 }
+
+#[test]
+fn nobody_else_is_accused_of_it() {
+    let about = [Vector3::x(), Vector3::y(), -Vector3::x(), -Vector3::y()];
+    for (seed, (wrong, about)) in
+        (1..6).flat_map(|seed| (0..).zip(&about).map(move |one| (seed, one)))
+    {
+        let camera = camera_id(wrong);
+        let moved = Fault::CameraMoved { camera };
+        let faults = named(wrong, about, seed);
+        let other = faults
+            .iter()
+            .find(|(_, all)| all.iter().any(|one| *one != moved));
+        assert_eq!(other, None, "seed {seed}, camera {wrong}");
+        let last = faults.last().map(|(_, all)| all.as_slice());
+        assert_eq!(
+            last,
+            Some([moved].as_slice()),
+            "seed {seed}, camera {wrong}"
+        );
+    }
+}
