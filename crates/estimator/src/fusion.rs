@@ -16,8 +16,8 @@ use crate::health::Health;
 use crate::site::{ObjectImage, Site};
 use crate::timeline::{Attention, Timeline};
 use crate::{
-    FusionOptions, ImageObservation, ObjectEstimate, ObjectId, ObjectModel, OptionsError, Rig,
-    Statistics, TagId,
+    ClockOffset, FusionOptions, ImageObservation, ObjectEstimate, ObjectId, ObjectModel,
+    OptionsError, Rig, Statistics, TagId,
 };
 use intake::Intake;
 
@@ -84,6 +84,8 @@ pub struct Fusion {
     now_ns: u64,
     /// When the filters' clocks are looked at next.
     next_look_ns: u64,
+    /// What they said at the last looks, oldest first, by camera index.
+    earlier_offsets: VecDeque<BTreeMap<usize, ClockOffset>>,
     /// Capture time up to which each object's loss has been said, by object index.
     lost_said_ns: Vec<u64>,
     outputs: VecDeque<Output>,
@@ -114,6 +116,7 @@ impl Fusion {
             clock_search: ClockSearch::default(),
             now_ns: 0,
             next_look_ns: 0,
+            earlier_offsets: VecDeque::new(),
             lost_said_ns,
             outputs: VecDeque::new(),
         })

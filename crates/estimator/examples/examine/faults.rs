@@ -13,6 +13,8 @@
 //! `KIND+unvouched`: nobody says anything about clocks; `KIND+first`: it is wrong from the first image on; `KIND+stated`: cameras' poses are
 //! wrong by what is stated; any of them together. Of what is right the share of images is printed after which it was named, from its first naming to its last.
 //!
+//! Of a clock's jump it is printed by how many sigma it stands out at least in the images that tell it within its bound.
+//!
 //! `examine quiet MINUTES FROM TO` watches sites without a fault, `quiet+unvouched` such of whose clocks nobody says anything, `quiet+stated`
 //! such whose cameras' poses are wrong by what is stated.
 
@@ -32,6 +34,8 @@ const MENDED_S: f64 = 11.0;
 const END_S: f64 = 17.0;
 /// Seconds in which its end can be told after which a fault must not be named any more.
 const OVER_S: f64 = 3.0;
+/// Seconds in which a fault can be told by which it must be named, but a camera that was moved.
+const BOUND_S: f64 = 3.0;
 /// Scenes, by turns; true where nothing moves.
 const SCENES: [(Class, bool); 10] = [
     (Class::Base, false),
@@ -157,6 +161,8 @@ struct Play {
     /// Seconds that told the fault, and its end.
     told_s: f64,
     over_s: f64,
+    /// What has told of a clock's offset within the bound, 1/s².
+    information: f64,
     /// The period under way, and its images by camera.
     round: u64,
     images: BTreeMap<usize, ImageObservation>,
@@ -175,7 +181,13 @@ impl Play {
             match taken_s {
                 _ if !told => {}
                 MENDED_S.. => self.over_s += period_s,
-                _ if taken_s >= self.change_s => self.told_s += period_s,
+                _ if taken_s >= self.change_s => {
+                    self.told_s += period_s;
+                    if self.told_s <= BOUND_S {
+                        let more = self.wrong.information(&self.scene, &self.images, taken_s);
+                        self.information += more;
+                    }
+                }
                 _ => {}
             }
             (self.round, self.images) = (round, BTreeMap::new());
@@ -208,7 +220,11 @@ impl Play {
     }
 
     fn verdict(&self) -> &'static str {
-        let bound_s = if self.kind == Kind::Camera { 2.0 } else { 3.0 };
+        let bound_s = if self.kind == Kind::Camera {
+            2.0
+        } else {
+            BOUND_S
+        };
         let may_be_told = self.told_s >= bound_s;
         let is_right = |one: &&Named| one.right || (one.doubt && !may_be_told);
         let end_s = END_S - self.change_s - 0.2;
@@ -249,6 +265,7 @@ fn played(kind: Kind, how: &str, seed: u64) -> (&'static str, String) {
         named: Vec::new(),
         told_s: 0.0,
         over_s: 0.0,
+        information: 0.0,
         round: 0,
         images: BTreeMap::new(),
     };
@@ -264,8 +281,15 @@ fn played(kind: Kind, how: &str, seed: u64) -> (&'static str, String) {
     let verdict = play.verdict();
     let (wrong, told_s) = (&play.wrong, play.told_s);
     let named: Vec<String> = play.named.iter().map(ToString::to_string).collect();
+    let sigmas = match kind {
+        Kind::Clock => format!(
+            ", {:.0} sigma",
+            wrong.jump_s.abs() * play.information.sqrt()
+        ),
+        _ => String::new(),
+    };
     let line = format!(
-        "{words}: camera {} {} {}, told {told_s:.1} s: {verdict}: {}",
+        "{words}: camera {} {} {}, told {told_s:.1} s{sigmas}: {verdict}: {}",
         wrong.camera,
         wrong.tag,
         wrong.words,

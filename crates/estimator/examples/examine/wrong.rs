@@ -2,14 +2,15 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use nalgebra::{UnitQuaternion, Vector3};
+use nalgebra::{Matrix6, UnitQuaternion, Vector3};
 use sextant_estimator::{Fault, ImageObservation, ObjectModel, ObjectTag, Rig, TagId};
-use sextant_geometry::Pose;
+use sextant_geometry::{Pose, se3};
 
 use crate::faults::CHANGE_S;
 use crate::motion::{Motion, Wave};
 use crate::random::Random;
 use crate::scene::{Body, Scene, made};
+use crate::view::information;
 
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
@@ -38,6 +39,8 @@ pub struct Wrong {
     pub tag: TagId,
     /// What it is, in words.
     pub words: String,
+    /// Seconds by which the clock jumps.
+    pub jump_s: f64,
 }
 
 impl Wrong {
@@ -66,6 +69,7 @@ impl Wrong {
             body,
             tag,
             words,
+            jump_s: 0.0,
         }
     }
 
@@ -93,6 +97,7 @@ impl Wrong {
                 let sign = if random.count(0, 1) == 0 { 1.0 } else { -1.0 };
                 let by_s = sign * random.log_within(0.005, 0.2);
                 scene.clocks[self.camera].offset_s += by_s;
+                self.jump_s = by_s;
                 self.words = format!("{:.1} ms", by_s * 1e3);
             }
             Kind::Twice => self.print_again(scene, random),
@@ -218,6 +223,36 @@ impl Wrong {
                 .values()
                 .any(|image| image.tags.iter().filter(|tag| tag.tag == self.tag).count() > 1),
         }
+    }
+
+    /// What the images of all cameras within a period tell of the offset of its camera's clock, 1/s²: each by itself and without what is
+    /// known of the motion, so that it is the least. Of the camera's N and the others' M about a body with twist v it is
+    /// vᵀ (N⁻¹ + M⁻¹)⁻¹ v.
+    pub fn information(
+        &self,
+        scene: &Scene,
+        images: &BTreeMap<usize, ImageObservation>,
+        at_s: f64,
+    ) -> f64 {
+        const STEP_S: f64 = 1e-3;
+        let own = |body: usize| information(scene, self.camera, body, at_s);
+        let others = |body: usize| {
+            let others = images.keys().filter(|other| **other != self.camera);
+            others
+                .map(|other| information(scene, *other, body, at_s))
+                .sum::<Matrix6<f64>>()
+        };
+        let told = |body: usize| {
+            let (n, m) = (own(body), others(body));
+            let at = |s: f64| scene.bodies[body].links(s)[0];
+            let v = se3::difference(&at(at_s + STEP_S), &at(at_s)) / STEP_S;
+            Some((n * v).dot(&(n + m).cholesky()?.solve(&(m * v))))
+        };
+        let seen = images.contains_key(&self.camera);
+        (0..scene.bodies.len())
+            .filter(|_| seen)
+            .filter_map(told)
+            .sum()
     }
 
     pub fn is_named_by(&self, scene: &Scene, fault: &Fault) -> bool {

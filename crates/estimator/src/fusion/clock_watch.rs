@@ -16,6 +16,10 @@ const KNOWN_S: f64 = 0.001;
 const ASTRAY_S: f64 = 0.06;
 /// Nanoseconds between two looks at what the filters say.
 const LOOK_NS: u64 = 100_000_000;
+/// Looks over which an estimate is compared, sigmas by which it may change, and by what share of the time clocks drift (one sigma).
+const LOOKS: usize = 20;
+const STEADY_SIGMAS: f64 = 5.0;
+const DRIFT: f64 = 5e-5;
 
 impl Fusion {
     /// The image with its stamp put right, unless it is kept from the tracks.
@@ -75,13 +79,7 @@ impl Fusion {
             if doubted.is_empty() || doubted.contains(&camera) {
                 doubted = vec![camera];
             }
-            self.catch_up();
-            let sigma_s = self.options.unknown_clock_s;
-            let mut held = false;
-            for timeline in &mut self.timelines {
-                held |= timeline.doubt_clocks(&doubted, sigma_s);
-            }
-            if !held {
+            if !self.doubt_clocks(&doubted) {
                 // What was seen with the old stamps must not be held against the new ones.
                 self.timelines.iter_mut().for_each(Timeline::settle);
                 let sigma_s = KNOWN_S;
@@ -93,8 +91,21 @@ impl Fusion {
         }
     }
 
+    /// Clocks may have jumped by as much as clocks differ; whether anything was held of them.
+    fn doubt_clocks(&mut self, cameras: &[usize]) -> bool {
+        self.catch_up();
+        self.earlier_offsets.clear();
+        let sigma_s = self.options.unknown_clock_s;
+        let mut held = false;
+        for timeline in &mut self.timelines {
+            held |= timeline.doubt_clocks(cameras, sigma_s);
+        }
+        held
+    }
+
     /// What was learned with wrong stamps is worth nothing.
     fn begin_anew(&mut self) {
+        self.earlier_offsets.clear();
         self.health.reset();
         for timeline in &mut self.timelines {
             *timeline = Timeline::new(timeline.object().clone());
@@ -110,6 +121,10 @@ impl Fusion {
         }
         self.next_look_ns = now_ns.saturating_add(LOOK_NS);
         let estimated = self.estimated_offsets();
+        let astray = self.led_astray(&estimated);
+        if !astray.is_empty() {
+            self.doubt_clocks(&astray);
+        }
         let off = estimated.iter().filter(|(_, clock)| faults::is_off(clock));
         let off: BTreeSet<usize> = off.map(|(index, _)| *index).collect();
         self.clock_search.note_off(now_ns, &off);
@@ -122,12 +137,28 @@ impl Fusion {
                 self.clock_search.ask(now_ns, [index].into_iter());
             } else if off_s > FAR_S && found.sigma_s < KNOWN_S && steady.contains(&index) {
                 self.clock_search.add(index, found);
+                self.earlier_offsets.clear();
                 self.catch_up();
                 for timeline in &mut self.timelines {
                     timeline.shift_clock(index, found.offset_s);
                 }
             }
         }
+    }
+
+    /// The cameras whose estimates go on to change by more than their covariance and a clock's drift allow: what is learned of a clock
+    /// that has jumped since pulls a sure estimate but slowly.
+    fn led_astray(&mut self, estimated: &BTreeMap<usize, ClockOffset>) -> Vec<usize> {
+        let span_s = (LOOKS as u64 * LOOK_NS) as f64 * 1e-9;
+        self.earlier_offsets.push_back(estimated.clone());
+        let earlier = self.earlier_offsets.len() > LOOKS;
+        let earlier = earlier.then(|| self.earlier_offsets.pop_front()).flatten();
+        let has_changed = |(camera, then): (usize, ClockOffset)| {
+            let by_s = (estimated.get(&camera)?.offset_s - then.offset_s).abs();
+            (by_s > STEADY_SIGMAS * then.sigma_s.hypot(DRIFT * span_s)).then_some(camera)
+        };
+        let earlier = earlier.into_iter().flatten();
+        earlier.filter_map(has_changed).collect()
     }
 
     /// What the filters estimate of the stamps as they are put right, by camera index.
