@@ -17,7 +17,7 @@ use std::ops::Range;
 pub enum Level {
     /// Half way: where black and white are all there is.
     Middle,
-    /// Near the dark end: where something brighter than a tag's white stands beside the tag.
+    /// Nearer to the dark end: where something brighter than a tag's white stands beside the tag.
     Shaded,
 }
 
@@ -41,6 +41,8 @@ pub(crate) struct Tiles {
     /// Extrema of each tile, row after row, each of whole words: what the last tile has holds for the pixels beyond it.
     darkest: Vec<u8>,
     brightest: Vec<u8>,
+    /// The brightest of each tile that shows shade, 0 of others.
+    shade: Vec<u8>,
     /// All bits set where something is looked for, none elsewhere.
     sought: Vec<u8>,
     /// Pixels below are black, 0 in tiles below the gate.
@@ -50,6 +52,7 @@ pub(crate) struct Tiles {
     /// Extrema of three tiles above each other, with one more at either end.
     dark_column: Vec<u8>,
     bright_column: Vec<u8>,
+    shade_column: Vec<u8>,
 }
 
 impl Tiles {
@@ -61,6 +64,7 @@ impl Tiles {
         for tiles in [
             &mut self.darkest,
             &mut self.brightest,
+            &mut self.shade,
             &mut self.sought,
             &mut self.levels,
         ] {
@@ -70,6 +74,7 @@ impl Tiles {
         self.live_words.resize(self.rows, 0..0);
         self.dark_column.resize(in_row + 2, 0);
         self.bright_column.resize(in_row + 2, 0);
+        self.shade_column.resize(in_row + 2, 0);
     }
 
     /// Where the tiles of a row lie among all, to the end of its last word.
@@ -153,9 +158,10 @@ impl Tiles {
     fn find_shade(&mut self) {
         let gate = self.gate;
         let extrema = self.darkest.iter().zip(&self.brightest);
-        let tiles = self.sought.iter_mut().zip(extrema.zip(&self.levels));
-        for (sought, ((dark, bright), level)) in tiles {
-            *sought = u8::from(bright - dark >= gate) & u8::from(bright < level);
+        let tiles = self.shade.iter_mut().zip(extrema.zip(&self.levels));
+        for (shade, ((dark, bright), level)) in tiles {
+            let shows_shade = u8::from(bright - dark >= gate) & u8::from(bright < level);
+            *shade = bright * shows_shade;
         }
     }
 
@@ -163,14 +169,14 @@ impl Tiles {
     /// of a tag that lies in that shade.
     fn mark_shaded(&self, components: &mut Components, shape: &BorderShape) {
         for row in 0..self.rows {
-            let words = self.sought[self.row(row)].as_chunks::<TILES_IN_WORD>().0;
+            let words = self.shade[self.row(row)].as_chunks::<TILES_IN_WORD>().0;
             let some = words
                 .iter()
                 .enumerate()
                 .filter(|(_, word)| **word != [0; TILES_IN_WORD]);
             let tiles = some.flat_map(|(i, word)| (i * TILES_IN_WORD..).zip(word));
             let mut next = 0;
-            for (tile, _) in tiles.filter(|(_, shaded)| **shaded != 0) {
+            for (tile, _) in tiles.filter(|(_, shade)| **shade != 0) {
                 if tile < next {
                     continue;
                 }
@@ -213,8 +219,12 @@ impl Tiles {
             [row.saturating_sub(1), row, (row + 1).min(self.rows - 1)].map(|row| self.row(row));
         let dark = rows.clone().map(|row| &self.darkest[row]);
         spread_down(u8::min, dark, last, &mut self.dark_column);
-        let bright = rows.map(|row| &self.brightest[row]);
+        let bright = rows.clone().map(|row| &self.brightest[row]);
         spread_down(u8::max, bright, last, &mut self.bright_column);
+        if level == Level::Shaded {
+            let shade = rows.map(|row| &self.shade[row]);
+            spread_down(u8::max, shade, last, &mut self.shade_column);
+        }
         let levels = &mut self.levels[tiles.clone()];
         let words = levels.as_chunks_mut::<TILES_IN_WORD>().0.iter_mut();
         let sought = self.sought[tiles].as_chunks::<TILES_IN_WORD>().0;
@@ -224,8 +234,14 @@ impl Tiles {
             let range: [u8; TILES_IN_WORD] = std::array::from_fn(|i| bright[i] - dark[i]);
             *levels = match level {
                 Level::Middle => std::array::from_fn(|i| dark[i] + range[i] / 2),
+                // A tag's white is no brighter than what shows shade; where nothing does, than all there is.
                 Level::Shaded => {
-                    std::array::from_fn(|i| (dark[i] + (range[i] / 8).max(least)) & sought[i])
+                    let shade = spread_across(u8::max, &self.shade_column, i);
+                    std::array::from_fn(|i| {
+                        let in_shade = shade[i].saturating_sub(dark[i]);
+                        let most = if in_shade >= gate { in_shade } else { range[i] };
+                        (dark[i] + (most / 3).max(least)) & sought[i]
+                    })
                 }
             };
             *levels = std::array::from_fn(|i| if range[i] >= gate { levels[i] } else { 0 });

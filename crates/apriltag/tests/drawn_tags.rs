@@ -169,6 +169,31 @@ fn a_shaded_tag_beside_a_lit_one_is_read() {
 }
 
 #[test]
+fn a_small_tag_on_a_dark_body_before_a_bright_wall_is_read() {
+    for turn in 0..18 {
+        for tilt_deg in [0.0, 30.0, 45.0] {
+            let tag = Tag {
+                position_m: [0.001 * f64::from(turn), 0.0, 1.2],
+                turn_deg: [tilt_deg, 0.0, 10.0 * f64::from(turn)],
+                greys: [7.0, 95.0],
+                margin: 0.0,
+                ..Tag::new(3)
+            };
+            let body = Tag {
+                size_m: 0.052,
+                greys: [38.0; 2],
+                ..tag.clone()
+            };
+            let pixels = Picture::draw(&camera(), &[tag, body], 190.0)
+                .blurred(0.5)
+                .pixels(1.5, 3);
+            let ids = detect(&pixels, &camera()).len();
+            assert_eq!(ids, 1, "turned by {turn}0, tilted by {tilt_deg} degrees");
+        }
+    }
+}
+
+#[test]
 fn families_of_every_layout_are_read() {
     for family in [
         Family::Tag36h11,
