@@ -30,6 +30,13 @@ const fn pass(border: BorderColour, level: Level) -> Pass {
     Pass { border, level }
 }
 
+/// What is looked for in a pass, and where.
+struct Search<'a> {
+    view: View<'a>,
+    shape: BorderShape,
+    area: &'a Area,
+}
+
 /// Finds tags, image after image; keeps its memory between images.
 #[derive(Debug)]
 pub struct Detector {
@@ -132,11 +139,12 @@ impl Detector {
                 image,
                 border: pass.border,
             };
+            let search = Search { view, shape, area };
             self.report.components += self.components.all().len() as u32;
             self.report.runs += self.components.n_runs() as u32;
             for label in 0..self.components.all().len() {
-                if shape.fits(&self.components.all()[label]) {
-                    self.examine(label, &shape, &view, area, observer);
+                if search.shape.fits(&self.components.all()[label]) {
+                    self.examine(label, &search, observer);
                 }
             }
         }
@@ -197,14 +205,8 @@ impl Detector {
     }
 
     /// Reads the tag whose border a component seems to be, but for those within tags that were read before.
-    fn examine(
-        &mut self,
-        label: usize,
-        shape: &BorderShape,
-        view: &View<'_>,
-        area: &Area,
-        observer: &mut impl Observer,
-    ) {
+    fn examine(&mut self, label: usize, search: &Search<'_>, observer: &mut impl Observer) {
+        let Search { view, shape, area } = search;
         let component = &self.components.all()[label];
         if area.cuts(component, view.image) {
             return;
