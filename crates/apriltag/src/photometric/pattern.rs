@@ -129,10 +129,24 @@ impl<const EDGES: usize> Crossings<EDGES> {
     /// At one of the places.
     #[inline(always)]
     pub(super) fn coverage(&self, at: usize, optics: &Optics) -> Coverage {
-        let [u, v]: [[Edge; EDGES]; 2] = [0, 1].map(|axis| {
-            std::array::from_fn(|k| std::array::from_fn(|q| self.edges[axis][k][q][at]))
-        });
-        let mut above = across(self.rows[0][at], &u);
+        let edge = |axis: usize, k: usize| {
+            let looks = &self.edges[axis][k];
+            [looks[0][at], looks[1][at], looks[2][at], looks[3][at]]
+        };
+        // How much of a row of modules that are set shows, and how that changes.
+        let across = |axis: usize, modules: u32| {
+            let module = |i: usize| (modules >> i & 1) as i32 as f32;
+            let mut set = [module(0), 0.0, 0.0, 0.0];
+            for i in 0..EDGES {
+                let change = module(i + 1) - module(i);
+                let edge = edge(axis, i);
+                for q in 0..4 {
+                    set[q] += change * edge[q];
+                }
+            }
+            set
+        };
+        let mut above = across(0, self.rows[0][at]);
         let mut coverage = Coverage {
             value: above[0],
             across: [above[1], 0.0],
@@ -140,37 +154,21 @@ impl<const EDGES: usize> Crossings<EDGES> {
             with_shape: above[3],
             with_ground: 0.0,
         };
-        for (j, edge) in v.iter().enumerate() {
-            let below = across(self.rows[j + 1][at], &u);
-            coverage.add(&std::array::from_fn(|q| below[q] - above[q]), edge);
+        for j in 0..EDGES {
+            let below = across(0, self.rows[j + 1][at]);
+            let change: Edge = std::array::from_fn(|q| below[q] - above[q]);
+            coverage.add(&change, &edge(1, j));
             above = below;
         }
         if EDGES > 1 {
-            let [inside_u, inside_v] = [
-                across(self.inside[0][at], &u),
-                across(self.inside[1][at], &v),
-            ];
+            let [u, v] = [across(0, self.inside[0][at]), across(1, self.inside[1][at])];
             coverage.value += optics.ground;
-            coverage.with_ground = 1.0 - inside_u[0] * inside_v[0];
-            coverage.add(&inside_u.map(|inside| -optics.ground * inside), &inside_v);
+            coverage.with_ground = 1.0 - u[0] * v[0];
+            coverage.add(&u.map(|inside| -optics.ground * inside), &v);
         }
         coverage.value += optics.covariance * coverage.with_blur[2];
         coverage
     }
-}
-
-/// How much of a row of modules that are set shows, and how that changes.
-#[inline(always)]
-fn across<const EDGES: usize>(modules: u32, edges: &[Edge; EDGES]) -> Edge {
-    let module = |i: usize| (modules >> i & 1) as i32 as f32;
-    let mut set = [module(0), 0.0, 0.0, 0.0];
-    for (i, edge) in edges.iter().enumerate() {
-        let change = module(i + 1) - module(i);
-        for q in 0..4 {
-            set[q] += change * edge[q];
-        }
-    }
-    set
 }
 
 /// White's share at a place, its derivatives per pixel across the edges of either axis, those with the blur's variance
