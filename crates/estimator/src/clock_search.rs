@@ -87,8 +87,8 @@ impl ClockSearch {
     }
 
     /// An image arrived, its stamp put right. Where a camera's images arrive before they were taken, and others' don't, the question
-    /// is put at once: until it is answered all images of the others would be late, and hers contradict them. Where they come later
-    /// than the others', it is put once: she may be slow, or the past is gone through again in vain.
+    /// is put at once: until it is answered all images of the others would be late, and its own contradict them. Where they come later
+    /// than the others', it is put once: the camera may be slow, or the past is gone through again in vain.
     pub fn hear(&mut self, camera_index: usize, now_ns: u64, stamp_ns: u64) {
         self.latencies.hear(camera_index, now_ns, stamp_ns);
         let lead_ns = self.latencies.lead_ns(camera_index).unwrap_or(0);
