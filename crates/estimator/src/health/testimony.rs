@@ -2,9 +2,9 @@
 //!
 //! A view's residuals r with its weights W and derivatives K by the link's pose are known by N = Kᵀ W K and g = Kᵀ W r. That the
 //! link is not known better than its covariance P takes from them: with the view among what P knows, N - N P N and g are left;
-//! without it N (I + P N)⁻¹ and (I + N P)⁻¹ g (the Schur complement of the pose). What is stated of cameras' poses and tags' places
-//! takes from them likewise, view by view, and from the sum of squares; what it makes all views show is no fault either, as far as
-//! it is likely. A fault displaces what is seen by K T x, x its parameters, so that r = -K T x: it is known by Tᵀ N T and -Tᵀ g.
+//! without it N (I + P N)⁻¹ and (I + N P)⁻¹ g are (the Schur complement of the pose), and of the sum of squares what g P g of both
+//! leaves: else what the pose's uncertainty explains would seem to be left by every fault. What is stated of cameras' poses and
+//! tags' places takes from them likewise, view by view; what it makes all views show is no fault either, as far as it is likely. A fault displaces what is seen by K T x, x its parameters, so that r = -K T x: it is known by Tᵀ N T and -Tᵀ g.
 
 use nalgebra::{Matrix3, Matrix6, SMatrix, SVector, Vector3, Vector6};
 use sextant_geometry::{Pose, so3};
@@ -40,9 +40,7 @@ pub(super) struct Told<const D: usize> {
 impl Testimony {
     /// Takes off what the pose's own uncertainty and what is stated explain; `None` where nothing is left.
     pub fn apart_from(mut self, covariance: &Matrix6<f64>, took_part: bool) -> Option<Self> {
-        let gradient = self.gradient;
         self.allow_for(&self.stated.clone())?;
-        self.square -= gradient.dot(&(self.stated * self.gradient));
         if took_part {
             let n = self.information;
             self.information = n - n * covariance * n;
@@ -54,10 +52,11 @@ impl Testimony {
     }
 
     fn allow_for(&mut self, covariance: &Matrix6<f64>) -> Option<()> {
-        let n = self.information;
+        let (n, gradient) = (self.information, self.gradient);
         let inverse = (Matrix6::identity() + n * covariance).try_inverse()?;
         self.information = inverse * n;
-        self.gradient = inverse * self.gradient;
+        self.gradient = inverse * gradient;
+        self.square -= gradient.dot(&(covariance * self.gradient));
         Some(())
     }
 

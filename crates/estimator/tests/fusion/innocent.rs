@@ -1,4 +1,5 @@
-//! What is no fault is named by nobody: bodies that are thrown, cameras that stand as well as is stated.
+//! What is no fault is named by nobody: bodies that are thrown, cameras that stand as well as is stated. What is one among such
+//! cameras is.
 
 use nalgebra::{UnitQuaternion, Vector3};
 use sextant_estimator::{Camera, Fault, Fusion, FusionOptions, Input, PoseSigma, Rig};
@@ -6,28 +7,32 @@ use sextant_geometry::Pose;
 
 use crate::scene::{Eye, PERIOD_NS, Random, START_NS, camera_id, cube, fusion, path, poses, rig};
 
+/// When what is true of the cameras changes, seconds.
+const CHANGE_S: f64 = 2.0;
+
 fn vector(random: &mut Random, sigma: f64) -> Vector3<f64> {
     Vector3::from_fn(|_, _| random.gauss() * sigma)
 }
 
-/// Faults by any of the images of five seconds of a cube, each camera at a phase of its own, with the seconds from the start.
+/// Faults by any of the images of five seconds of a cube, each camera at a phase of its own, with the seconds from the start. What is
+/// true of the cameras changes after two seconds.
 fn named(
     fusion: &mut Fusion,
-    truth: &Rig,
+    [before, after]: [&Rig; 2],
     pose: &dyn Fn(f64) -> Pose,
     random: &mut Random,
 ) -> Vec<(f64, Fault)> {
-    let (rig, object, sigma_px) = (truth, &cube(), 0.05);
-    let eye = Eye {
-        rig,
-        object,
-        sigma_px,
-    };
-    let cameras = rig.cameras().len();
+    let (object, sigma_px) = (&cube(), 0.05);
+    let cameras = before.cameras().len();
     let mut named = Vec::new();
     for image in 0..150 * cameras as u64 {
         let after_ns = image * PERIOD_NS / cameras as u64;
         let (seconds, time_ns) = (after_ns as f64 * 1e-9, START_NS + after_ns);
+        let eye = Eye {
+            rig: if seconds < CHANGE_S { before } else { after },
+            object,
+            sigma_px,
+        };
         let image = eye.image(image as usize % cameras, time_ns, &pose(seconds), random);
         fusion.handle(time_ns + 10_000_000, Input::Image(image));
         drop(poses(fusion));
@@ -62,7 +67,7 @@ fn tags_of_a_body_that_is_thrown_are_on_it() {
         let (rig, mut random) = (rig(6), Random(seed));
         let mut fusion = fusion(&rig, &cube(), FusionOptions::default());
         let flight = thrown(&mut random);
-        let faults = named(&mut fusion, &rig, &flight, &mut random);
+        let faults = named(&mut fusion, [&rig; 2], &flight, &mut random);
         assert!(faults.is_empty(), "seed {seed}: {:?}", faults[0]);
     }
 }
@@ -75,21 +80,56 @@ fn with_poses(rig: &Rig, change: impl FnMut(usize) -> Pose) -> Rig {
     Rig::new(cameras).unwrap()
 }
 
+/// Cameras that stand as well as that, and how the rig states them, if it does.
+fn imprecise(sigma: PoseSigma, is_stated: bool, random: &mut Random) -> (Rig, Rig) {
+    let truth = with_poses(&rig(4), |_| {
+        let turn = UnitQuaternion::from_scaled_axis(vector(random, sigma.orientation_rad));
+        Pose::from_parts(vector(random, sigma.position_m).into(), turn)
+    });
+    let said = (0..4).map(|camera| (camera_id(camera), sigma));
+    let rig = rig(4).with_pose_sigmas(said.filter(|_| is_stated));
+    (truth, rig.unwrap())
+}
+
 #[test]
 fn a_camera_that_stands_as_well_as_is_stated_is_not_named() {
     for seed in 1..7 {
         let random = &mut Random(seed);
-        let said = PoseSigma {
+        let sigma = PoseSigma {
             position_m: 0.001,
             orientation_rad: 0.001,
         };
-        let stated = rig(4).with_pose_sigmas((0..4).map(|camera| (camera_id(camera), said)));
-        let mut fusion = fusion(&stated.unwrap(), &cube(), FusionOptions::default());
-        let truth = with_poses(&rig(4), |_| {
-            let turn = UnitQuaternion::from_scaled_axis(vector(random, said.orientation_rad));
-            Pose::from_parts(vector(random, said.position_m).into(), turn)
-        });
-        let faults = named(&mut fusion, &truth, &path, random);
+        let (truth, rig) = imprecise(sigma, true, random);
+        let mut fusion = fusion(&rig, &cube(), FusionOptions::default());
+        let faults = named(&mut fusion, [&truth; 2], &path, random);
         assert!(faults.is_empty(), "seed {seed}: {:?}", faults[0]);
+    }
+}
+
+#[test]
+fn a_camera_bumped_by_a_degree_is_named_among_cameras_that_are_not_quite_where_they_should_be() {
+    for (is_stated, sigma) in [(false, 0.0003), (true, 0.0005)] {
+        let sigma = PoseSigma {
+            position_m: sigma,
+            orientation_rad: sigma,
+        };
+        for seed in 1..8 {
+            let random = &mut Random(seed);
+            let (truth, rig) = imprecise(sigma, is_stated, random);
+            let mut fusion = fusion(&rig, &cube(), FusionOptions::default());
+            let wrong = seed as usize % 4;
+            let about = vector(random, 1.0).normalize() * 1.0_f64.to_radians();
+            let bumped = with_poses(&truth, |camera| match camera == wrong {
+                true => Pose::rotation(about),
+                false => Pose::identity(),
+            });
+            let faults = named(&mut fusion, [&truth, &bumped], &path, random);
+            let camera = camera_id(wrong);
+            let moved = Fault::CameraMoved { camera };
+            let other = faults.iter().find(|(_, fault)| *fault != moved);
+            assert_eq!(other, None, "seed {seed}");
+            let first = faults.first().map(|(seconds, _)| seconds - CHANGE_S);
+            assert!(first.is_some_and(|after| after < 2.0), "{seed}: {first:?}");
+        }
     }
 }
