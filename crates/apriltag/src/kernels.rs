@@ -42,7 +42,7 @@ pub(crate) type Points = [f32; POINTS];
 pub(crate) fn vectorised<T>(work: impl FnOnce() -> T) -> T {
     #[cfg(target_arch = "x86_64")]
     if avx2::is_there() {
-        // SAFETY: it is there.
+        // SAFETY: the processor has AVX2 and what came with it.
         return unsafe { avx2::run(work) };
     }
     work()
@@ -177,7 +177,7 @@ fn split(at: &Points, size: usize) -> ([u32; POINTS], Points) {
 pub(crate) fn products(columns: &[Column; COLUMNS], n_groups: usize, sums: &mut Sums) {
     #[cfg(target_arch = "x86_64")]
     if avx2::is_there() {
-        // SAFETY: it is there.
+        // SAFETY: the processor has AVX2 and what came with it.
         return unsafe { avx2::products(columns, n_groups, sums) };
     }
     plain_products(columns, n_groups, sums);

@@ -62,6 +62,9 @@ const MODEL_SCALE: f32 = 0.03;
 /// The same before the first step, when corners may be a few tenths of a pixel off.
 const START_SCALE: f32 = 0.12;
 
+/// Added to a number, it leaves the nearest whole one in the lowest bits.
+const SHIFT: f32 = 12_582_912.0;
+
 /// Standard deviation of what rounding to whole grey levels adds.
 const ROUNDING: f32 = 0.29;
 

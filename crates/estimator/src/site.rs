@@ -181,6 +181,10 @@ impl Site {
         &self.cameras
     }
 
+    pub fn camera_id(&self, index: usize) -> Option<CameraId> {
+        Some(self.cameras.get(index)?.id.clone())
+    }
+
     pub fn camera(&self, id: &CameraId) -> Option<(usize, &SiteCamera)> {
         let index = *self.camera_index.get(id)?;
         Some((index, &self.cameras[index]))

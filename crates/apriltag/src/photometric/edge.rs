@@ -4,6 +4,7 @@
 //! which its fourth cumulant shows. That of the pixel's own square is known. The rest is fitted: sharpening, the blur of an
 //! open aperture and that of motion end more abruptly than a Gaussian, glare less so.
 
+use super::SHIFT;
 use crate::quad::Point;
 
 /// Variance of a pixel's square along either axis, in square pixels.
@@ -76,8 +77,6 @@ fn tail_over_density(x: f32) -> f32 {
 /// f ln 2 (|relative error| < 5e-5).
 #[inline(always)]
 fn exp_of_negative(x: f32) -> f32 {
-    /// Adding it leaves the nearest whole number in the lowest bits.
-    const SHIFT: f32 = 12_582_912.0;
     let power = x * std::f32::consts::LOG2_E;
     let shifted = power + SHIFT;
     let y = (power - (shifted - SHIFT)) * std::f32::consts::LN_2;

@@ -4,6 +4,7 @@
 //! any processor, by vector instructions that all of them have. What rounding changes in the derivatives leaves the estimate
 //! where it is, as sums of residuals times anything but themselves are zero on average where the model holds.
 
+use super::SHIFT;
 use super::state::{BLACK, HOMOGRAPHY, PARAMETERS, Prior, Vector, WHITE};
 use crate::kernels::{COLUMNS, Column, MAX_GROUPS, ROWS, Sums, products};
 
@@ -54,8 +55,6 @@ impl Equations {
     /// Adds a group, rounded.
     #[inline(always)]
     pub(super) fn add(&mut self, row: impl Fn(usize) -> Row) {
-        /// Adding it leaves the nearest whole number in the lowest bits.
-        const SHIFT: f32 = 12_582_912.0;
         for i in 0..GROUP {
             let row = row(i);
             for k in 0..COLUMNS {

@@ -5,6 +5,7 @@
 //! densities: the first term of the bivariate normal distribution's tetrachoric series (Pearson, Phil. Trans. R. Soc. A 195,
 //! 1900).
 
+use super::SHIFT;
 use super::edge::{Edge, Profile};
 use super::equations::GROUP;
 use crate::Family;
@@ -194,6 +195,3 @@ impl Coverage {
         self.with_shape += u[3] * v[0] + u[0] * v[3];
     }
 }
-
-/// Adding it leaves the nearest whole number in the lowest bits.
-const SHIFT: f32 = 12_582_912.0;

@@ -28,7 +28,7 @@ pub(crate) fn all(
     now_ns: u64,
 ) -> Vec<Fault> {
     let is_sure = !search.is_young(now_ns);
-    let camera = |index: usize| site.cameras().get(index).map(|camera| camera.id.clone());
+    let camera = |index: usize| site.camera_id(index);
     let moved = health.moved_cameras().filter(|one| one.timely || is_sure);
     let moved = moved.filter_map(|one| {
         let one_of = |other: usize| Some((one.camera.min(other), one.camera.max(other)));
@@ -78,7 +78,7 @@ fn of_clocks(
     now_ns: u64,
 ) -> Vec<Fault> {
     let is_sure = !search.is_young(now_ns);
-    let camera = |index: usize| site.cameras().get(index).map(|camera| camera.id.clone());
+    let camera = |index: usize| site.camera_id(index);
     // Offsets are allowed for: a camera that contradicts all the same has another fault.
     let contradicted = health.contradicted_cameras();
     let moved_ones = health.moved_cameras().map(|one| one.camera);

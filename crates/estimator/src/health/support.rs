@@ -9,7 +9,7 @@ const LATELY_NS: u64 = 1_000_000_000;
 
 /// One camera's or tag's agreement with an object's track.
 #[derive(Debug, Clone, Copy, Default)]
-struct Standing {
+struct Agreement {
     agreed_ns: u64,
     /// Since when it contradicts.
     since_ns: Option<u64>,
@@ -17,7 +17,7 @@ struct Standing {
 
 /// By object, of its cameras or its tags.
 #[derive(Debug)]
-pub(super) struct Support<K>(BTreeMap<(usize, K), Standing>);
+pub(super) struct Support<K>(BTreeMap<(usize, K), Agreement>);
 
 impl<K> Default for Support<K> {
     fn default() -> Self {
@@ -28,21 +28,21 @@ impl<K> Default for Support<K> {
 impl<K: Ord + Copy> Support<K> {
     /// Notes whether one agrees at an instant; whether it begins to contradict.
     pub fn note(&mut self, object: usize, one: K, time_ns: u64, agreed: bool) -> bool {
-        let standing = self.0.entry((object, one)).or_default();
+        let agreement = self.0.entry((object, one)).or_default();
         if agreed {
-            standing.agreed_ns = standing.agreed_ns.max(time_ns);
-            standing.since_ns = None;
+            agreement.agreed_ns = agreement.agreed_ns.max(time_ns);
+            agreement.since_ns = None;
             return false;
         }
-        let begins = standing.since_ns.is_none();
-        standing.since_ns.get_or_insert(time_ns);
+        let begins = agreement.since_ns.is_none();
+        agreement.since_ns.get_or_insert(time_ns);
         begins
     }
 
     /// Whether one contradicts the object's track.
     pub fn contradicts(&self, object: usize, one: K) -> bool {
-        let standing = self.0.get(&(object, one));
-        standing.is_some_and(|own| own.since_ns.is_some())
+        let agreement = self.0.get(&(object, one));
+        agreement.is_some_and(|own| own.since_ns.is_some())
     }
 
     /// The others that agree with the object's track, since this one contradicts or lately.
@@ -52,7 +52,7 @@ impl<K: Ord + Copy> Support<K> {
         let after_ns = since_ns.unwrap_or(0).max(lately_ns);
         let of_object = self.0.iter().filter(move |((of, _), _)| *of == object);
         of_object
-            .filter(move |((_, other), standing)| *other != one && standing.agreed_ns > after_ns)
+            .filter(move |((_, other), agreement)| *other != one && agreement.agreed_ns > after_ns)
             .map(|((_, other), _)| *other)
     }
 }

@@ -64,9 +64,7 @@ impl Hypothesis {
         }
         Followed { ways, contradicted }
     }
-}
 
-impl Hypothesis {
     /// Whether no view of one of the images took part.
     fn leaves_out_an_image(&self, sights: &[Sight<'_>]) -> bool {
         let pairs: Vec<_> = sights.iter().zip(&self.taken).collect();
