@@ -9,8 +9,8 @@
 //! the light's slope (2), the blur's covariance (3), which takes in the lens and straight motion, its shape, which takes in
 //! sharpening, the grey that blur mixes in from beyond the ring, and the gain. (Least squares on images: Baker & Matthews,
 //! Lucas-Kanade 20 years on, IJCV 2004.) First with a few of the pixels, then with all of them, mostly once. The
-//! parameters' covariance is that of least squares, made larger where residuals beside each other agree, which noise would
-//! not.
+//! parameters' covariance is that of least squares, made larger where residuals along a line of the pattern agree, which
+//! noise would not.
 
 #![allow(
     clippy::needless_range_loop,
@@ -38,22 +38,14 @@ use sextant_geometry::Lens;
 use state::State;
 use straightened::Straightened;
 
-/// Residuals in standard deviations of the image's noise up to which the model explains the picture, so that what it says
-/// of the corners holds, also where they seemed to be elsewhere: beside a ground as dark as its border, a corner is easily
-/// taken for one that lies modules away. The noise is known to a third or so.
-const EXPLAINED: f32 = 2.0;
+/// Residuals in standard deviations of the image's noise up to which its covariance says what the corners are worth:
+/// aliasing, sharpening and compression leave several times the noise that flat parts show. Where print or optics are others
+/// than the model's, residuals are ten times as large and more; the edges need no more than that the border is straight.
+const MOST_NOISES: f32 = 8.0;
 
-/// The same up to which its covariance says what the corners are worth, and the surer ones of both are taken: aliasing,
-/// sharpening and compression leave several times the noise that flat parts show. Where print or optics are others than the
-/// model's, residuals are ten times as large and more; the edges need no more than that the border is straight.
-const TOLD: f32 = 8.0;
-
-/// Share of the pixels' weight from which a picture may be the tag's at all. Of a tag that is hidden in part, more is seen.
-const LEAST_OF_IT: f32 = 0.25;
-
-/// Pictures with less blur, as a variance in square pixels, and no noise are no camera's: what they do between pixels is not
-/// what the model says.
-const LEAST_BLUR: f32 = edge::PIXEL + 0.25 * 0.25;
+/// By how much the edges' variance may be larger than what they state: how far their lines scatter does not tell what blur
+/// brings to all of a line from beside the border.
+const UNSTATED: f32 = 4.0;
 
 /// Residuals that lenses, sharpening and compression leave where nothing is wrong, as a share of the contrast: pixels
 /// that stray no further than these are not held to be hidden or lit by something else.
@@ -130,17 +122,9 @@ impl PatternFitter {
         let covariance = state.corner_covariances(&solution);
         let covariance = covariance.map(|corner| corner.map(|value| value * variance));
 
-        let real = noise_sigma > 0.0 || state.blur()[0] > LEAST_BLUR;
-        let seen = self.equations.share() > LEAST_OF_IT;
         let noises = residual / noise_sigma.max(ROUNDING);
-        let surer = mean_variance(&covariance) < mean_variance(&edges.covariance);
-        let (explained, farthest_px) = if noises < EXPLAINED {
-            (true, state.size_px / 2.0)
-        } else {
-            let module_px = pattern.module_px(state.size_px);
-            (noises < TOLD && surer, module_px + 0.5)
-        };
-        if !(real && seen && explained && state.is_plausible(&start, farthest_px)) {
+        let surer = mean_variance(&covariance) < UNSTATED * mean_variance(&edges.covariance);
+        if !(noises < MOST_NOISES && surer && state.is_plausible(&start)) {
             return None;
         }
         let fit = PatternFit {

@@ -168,6 +168,42 @@ fn halos_of_a_sharpened_picture_move_no_corner() {
     }
 }
 
+/// Mean of the errors squared over the stated covariance, per degree of freedom.
+fn normalised_error(detection: &Detection, tag: &Tag) -> f64 {
+    let corners = detection.corners.iter().zip(tag.corners(&camera()));
+    let errors = corners.map(|(c, t)| [f64::from(c[0]) - t[0], f64::from(c[1]) - t[1]]);
+    let normalised = errors
+        .zip(detection.corner_covariance)
+        .map(|([x, y], stated)| {
+            let [xx, xy, yy] = stated.map(f64::from);
+            (x * x * yy - 2.0 * x * y * xy + y * y * xx) / (xx * yy - xy * xy)
+        });
+    normalised.sum::<f64>() / 8.0
+}
+
+/// Mean normalised error of tags of many sizes, turned by so much.
+fn mean_normalised_error(turn_deg: f64, blur_px: f64, change: impl Fn(&[u8]) -> Vec<u8>) -> f64 {
+    const N: u32 = 16;
+    let errors = (0..N).map(|i| {
+        let tag = Tag {
+            turn_deg: [0.0, 0.0, turn_deg],
+            ..tag(26.0 + 2.3 * f64::from(i))
+        };
+        let found = detect_one(&change(&draw(&tag, blur_px).pixels(0.7, 7)));
+        normalised_error(&found, &tag)
+    });
+    errors.sum::<f64>() / f64::from(N)
+}
+
+#[test]
+fn covariances_know_of_pictures_that_are_not_what_is_fitted() {
+    let halos = mean_normalised_error(31.0, 0.8, |pixels| sharpened(pixels, 3.0));
+    assert!(halos < 2.0, "sharpened: {halos}");
+    // Where modules are whole pixels, all edges err alike.
+    let grid = mean_normalised_error(0.0, 0.01, <[u8]>::to_vec);
+    assert!(grid < 4.0, "axis-aligned, without blur: {grid}");
+}
+
 #[test]
 fn all_corners_of_a_large_blurred_tag_are_looked_at() {
     let found = detect_one(&draw(&tag(64.0), 2.2).pixels(1.0, 4));

@@ -153,6 +153,7 @@ impl<'a> Model<'a> {
             response * coverage.with_ground,
             contrast * mixed,
             root * strays * RESIDUAL,
+            self.pattern.line([u, v], coverage.across),
         ]
     }
 }

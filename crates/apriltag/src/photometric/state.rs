@@ -170,9 +170,10 @@ impl State {
         CORNERS.map(|[u, v]| self.homography().apply(u, v))
     }
 
-    /// No corner is farther from where it seemed to be when the code was read, and white is brighter than black.
-    pub(super) fn is_plausible(&self, start: &Quad, farthest_px: f32) -> bool {
-        let near = |(&a, &b): (&Point, &Point)| distance(a, b) < farthest_px;
+    /// No corner is half an edge from where it seemed to be when the code was read, and white is brighter than black. Beside a
+    /// ground as dark as its border, a corner is easily taken for one that lies modules away.
+    pub(super) fn is_plausible(&self, start: &Quad) -> bool {
+        let near = |(&a, &b): (&Point, &Point)| distance(a, b) < self.size_px / 2.0;
         self.corners().iter().zip(start).all(near) && self.contrast() > 0.0
     }
 
