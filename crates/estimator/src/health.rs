@@ -6,6 +6,7 @@
 
 mod accused;
 mod guess;
+mod lasting;
 mod strays;
 mod support;
 mod suspects;
@@ -14,11 +15,12 @@ mod testimony;
 use std::collections::{BTreeMap, BTreeSet};
 
 use crate::TagId;
+use lasting::Lasting;
 use strays::Strays;
 pub(crate) use strays::{Elsewhere, Ray};
 use support::Support;
 use suspects::{Cause, Counts, Suspects};
-pub(crate) use testimony::Testimony;
+pub(crate) use testimony::{Account, Testimony};
 
 /// Seconds after which a view counts 1/e.
 const MEMORY_S: f64 = 0.6;
@@ -43,7 +45,7 @@ const TWINS_NS: u64 = 2_000_000_000;
 const OLD_NS: u64 = 1_000_000_000;
 
 /// A view of an instant that is settled.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub(crate) struct SettledView {
     pub camera_index: usize,
     pub tag: TagId,
@@ -56,7 +58,7 @@ pub(crate) struct SettledView {
     /// What is there.
     pub elsewhere: Option<Elsewhere>,
     /// What it says of faults, if it was asked.
-    pub testimony: Option<Testimony>,
+    pub account: Option<Account>,
 }
 
 /// The part of a count of then that still counts now.
@@ -109,6 +111,7 @@ pub(crate) struct Moved {
 pub(crate) struct Health {
     cameras: BTreeMap<usize, Count>,
     suspects: Suspects,
+    lasting: Lasting,
     of_cameras: Support<usize>,
     of_tags: Support<TagId>,
     /// By object, when it last seemed to be hit, and by which camera's image.
@@ -177,7 +180,10 @@ impl Health {
     }
 
     fn hear(&mut self, object: usize, time_ns: u64, view: &SettledView) {
-        let Some(testimony) = &view.testimony else {
+        let Some(account) = &view.account else {
+            return;
+        };
+        let Some(testimony) = self.told(time_ns, view.camera_index, account) else {
             return;
         };
         let mut cameras = self.of_cameras.of(object, view.camera_index, time_ns);
@@ -194,7 +200,28 @@ impl Health {
         };
         let tag = (object, view.tag);
         self.suspects
-            .take(view.camera_index, tag, testimony, counts);
+            .take(view.camera_index, tag, &testimony, counts);
+    }
+
+    /// What a view says apart from what stated errors explain, of which it teaches while nothing seems to be wrong.
+    fn told(&mut self, time_ns: u64, camera: usize, account: &Account) -> Option<Testimony> {
+        if account.displacing.is_empty() {
+            return account.told();
+        }
+        let account = account.rescaled(self.lasting.noise(camera));
+        let mut expected = self.lasting.expected(&account.displacing);
+        for one in &account.displacing {
+            let other = one.of_camera().filter(|other| *other != camera);
+            if let Some(error) = other.and_then(|other| self.suspects.error_of(other)) {
+                expected.allow_for(&(one.by * error));
+            }
+        }
+        let told = account.apart_from(&expected)?;
+        if !self.suspects.is_alert() {
+            self.lasting.learn(time_ns, &account, &expected);
+            self.lasting.learn_noise(camera, told.square / told.weight);
+        }
+        Some(told)
     }
 
     fn note_whom_moved_cameras_contradict(&mut self, object: usize, time_ns: u64) {

@@ -201,9 +201,17 @@ impl Considered {
 }
 
 impl Displacing {
-    /// Covariance by a source that displaces the link like that.
-    fn covariance(variance: &Vector6<f64>, by: &Matrix6<f64>) -> Matrix6<f64> {
-        by * Matrix6::from_diagonal(variance) * by.transpose()
+    /// The camera whose pose's error it is.
+    pub fn of_camera(&self) -> Option<usize> {
+        match self.source {
+            Source::Camera(camera) => Some(camera),
+            _ => None,
+        }
+    }
+
+    /// Covariance of the displacement.
+    pub fn covariance(&self) -> Matrix6<f64> {
+        self.by * Matrix6::from_diagonal(&self.variance) * self.by.transpose()
     }
 }
 
@@ -289,30 +297,30 @@ impl Kinematics {
         own + self.lasting_covariance::<6>()
     }
 
-    /// Covariance of the displacement in which a view shows a link, by what is wrong for good: of the state and of the view itself,
-    /// whose own sources these are. `link` is the derivative of its pose by the configuration; `None` where it is the object's.
-    pub fn lasting_displacement<const D: usize>(
+    /// What errors that last do to a link's pose as a view shows it: through the state and in the view itself, whose own sources
+    /// these are. `link` is the derivative of its pose by the configuration; `None` where it is the object's.
+    pub fn displacing<const D: usize>(
         &self,
         link: Option<&SMatrix<f64, 6, D>>,
-        own: &[Displacing],
-    ) -> Matrix6<f64> {
+        mut own: Vec<Displacing>,
+    ) -> Vec<Displacing> {
         let acting = self.considered.iter().flat_map(|all| &all.sources);
-        let is_of = |source: Source| move |one: &&Displacing| one.source == source;
-        let of_state = acting.clone().map(|one| {
+        for one in acting {
             let seen = one.seen::<D>(0.0);
-            let shown = own.iter().find(is_of(one.source)).map(|own| own.by);
-            let of_link = match link {
+            let by = match link {
                 Some(link) => link * seen,
                 None => seen.fixed_rows::<6>(0).into_owned(),
             };
-            let by = of_link + shown.unwrap_or_default();
-            Displacing::covariance(&one.variance, &by)
-        });
-        let others = own
-            .iter()
-            .filter(|own| !acting.clone().any(|one| one.source == own.source));
-        let of_view = others.map(|own| Displacing::covariance(&own.variance, &own.by));
-        of_state.chain(of_view).sum()
+            match own.iter_mut().find(|own| own.source == one.source) {
+                Some(own) => own.by += by,
+                None => own.push(Displacing {
+                    source: one.source,
+                    variance: one.variance,
+                    by,
+                }),
+            }
+        }
+        own
     }
 
     /// Covariance of the configuration by what is wrong for good.

@@ -10,6 +10,8 @@ pub(super) const ALERT: f64 = 5.0;
 /// velocity counts where one sigma is up to a fifth of it.
 const REST: f64 = 0.03;
 const REST_OF_CLOCK: f64 = 0.15;
+/// Half the squared sigmas of an error beyond which it is not as is stated.
+const UNLIKELY: f64 = 12.5;
 /// Sigmas of what is possible: metres and radians of a camera, of a tag; share of a size; seconds.
 const CAMERA: [f64; 2] = [0.1, 0.1];
 const PLACE: [f64; 2] = [0.02, 0.2];
@@ -42,10 +44,11 @@ impl Accused {
         }
     }
 
-    /// What either explains more than errors that are no larger than stated.
+    /// What either explains, if errors as large as is stated do not.
     pub fn strengths(&self) -> [f64; 2] {
         let stated = self.whole.strength_of_stated();
-        [self.simple.strength(), self.whole.strength()].map(|own| own - stated)
+        let strengths = [self.simple.strength(), self.whole.strength()];
+        strengths.map(|own| if own < stated + UNLIKELY { 0.0 } else { own })
     }
 
     /// Whether nothing but either is needed.

@@ -9,7 +9,7 @@ const MEMORY: f64 = 30.0;
 /// Half the squared sigmas as which a single view can speak for a fault or against it: one wrong view is no fault.
 const MOST: f64 = 10.0;
 /// Of eight coordinates: what a view is expected to leave.
-const USUAL: f64 = 8.0;
+pub(super) const USUAL: f64 = 8.0;
 /// Views over which what is left is averaged, and by which factor one can exceed the mean.
 const RECENT: f64 = 3.0;
 const MORE: f64 = 10.0;
@@ -18,10 +18,10 @@ const EXPLAINED: f64 = 5.0;
 /// Share of what was learned that is kept at a change.
 const UNSETTLED: f64 = 0.05;
 /// Degrees of freedom of the weights of views by what is left of them.
-const FREEDOM: f64 = 12.0;
+pub(super) const FREEDOM: f64 = 12.0;
 
-/// Of the trace of a covariance: added to it, so that it has an inverse.
-const FLOOR: f64 = 1e-9;
+/// Least variance of what is stated.
+const LEAST: f64 = 1e-18;
 
 /// The parameters of a fault.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -30,8 +30,8 @@ pub(super) struct Guess<const D: usize> {
     usual: SVector<f64, D>,
     information: SMatrix<f64, D, D>,
     pull: SVector<f64, D>,
-    /// Covariance of what may be by what is stated.
-    stated: SMatrix<f64, D, D>,
+    /// Variances of what may be by what is stated.
+    stated: SVector<f64, D>,
     /// Mean squared residual that it leaves, against the usual one, and that there was.
     left: f64,
     found: f64,
@@ -44,7 +44,7 @@ impl<const D: usize> Guess<D> {
             usual,
             information: SMatrix::zeros(),
             pull: SVector::zeros(),
-            stated: SMatrix::zeros(),
+            stated: SVector::zeros(),
             left: 1.0,
             found: 1.0,
         }
@@ -68,11 +68,11 @@ impl<const D: usize> Guess<D> {
 
     /// The same for errors that are no larger than stated.
     pub fn strength_of_stated(&self) -> f64 {
-        let floor = SMatrix::from_diagonal_element(self.stated.trace() * FLOOR);
-        let prior = Cholesky::<f64, Const<D>>::new(self.stated + floor);
-        prior.map_or(0.0, |prior| {
-            0.5 * self.pull.dot(&self.likeliest(prior.inverse()))
-        })
+        if self.stated.max() <= 0.0 {
+            return 0.0;
+        }
+        let prior = SMatrix::from_diagonal(&self.stated.map(|of| of.max(LEAST).recip()));
+        0.5 * self.pull.dot(&self.likeliest(prior))
     }
 
     /// How much better the parameters so far foretell a view than no fault does, as a logarithm of odds; the view is learned

@@ -262,6 +262,13 @@ impl Suspects {
         clock > CLOCK_SHARE * moved
     }
 
+    /// How a camera that was found to be moved is displaced.
+    pub fn error_of(&self, camera: usize) -> Option<Vector6<f64>> {
+        let is_found = self.found.contains(&Cause::Camera(camera));
+        let accused = self.cameras.get(&camera).filter(|_| is_found)?;
+        Some(accused.whole.at())
+    }
+
     /// Metres and radians by which a tag is displaced.
     pub fn place(&self, tag: Tag) -> Option<[f64; 2]> {
         let displaced = self.tags.get(&tag)?.whole.at();

@@ -3,11 +3,16 @@
 //! A view's residuals r with its weights W and derivatives K by the link's pose are known by N = Kᵀ W K and g = Kᵀ W r. That the
 //! link is not known better than its covariance P takes from them: with the view among what P knows, N - N P N and g are left;
 //! without it N (I + P N)⁻¹ and (I + N P)⁻¹ g are (the Schur complement of the pose), and of the sum of squares what g P g of both
-//! leaves: else what the pose's uncertainty explains would seem to be left by every fault. What is stated of cameras' poses and
-//! tags' places takes from them likewise, view by view; what it makes all views show is no fault either, as far as it is likely. A fault displaces what is seen by K T x, x its parameters, so that r = -K T x: it is known by Tᵀ N T and -Tᵀ g.
+//! leaves: else what the pose's uncertainty explains would seem to be left by every fault. Errors that are stated displace the link by
+//! B e as the view shows it, which adds N B e to g; what is expected of that is taken off, and what is unknown of it likewise
+//! ([`super::lasting`]). A fault displaces what is seen by K T x, x its parameters, so that r = -K T x: it is known by Tᵀ N T and -Tᵀ g.
 
 use nalgebra::{Matrix3, Matrix6, SMatrix, SVector, Vector3, Vector6};
 use sextant_geometry::{Pose, so3};
+
+use super::guess::{FREEDOM, USUAL};
+use super::lasting::Expected;
+use crate::filter::consider::Displacing;
 
 /// What one view says.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -24,8 +29,8 @@ pub(crate) struct Testimony {
     pub world_from_tag: Pose,
     /// The camera's centre in the world.
     pub centre: Vector3<f64>,
-    /// Covariance of the displacement that may be by what is stated of all cameras' poses and tags' places.
-    pub stated: Matrix6<f64>,
+    /// Variances that are stated of its camera's pose and of its tag's place; zero where nothing is.
+    pub stated: [Vector6<f64>; 2],
 }
 
 /// The same as the parameters of a fault see it.
@@ -33,22 +38,108 @@ pub(crate) struct Testimony {
 pub(super) struct Told<const D: usize> {
     pub information: SMatrix<f64, D, D>,
     pub pull: SVector<f64, D>,
-    /// Covariance of the parameters by what is stated to be uncertain.
-    pub stated: SMatrix<f64, D, D>,
+    /// Variances of the parameters by what is stated to be uncertain.
+    pub stated: SVector<f64, D>,
+}
+
+/// What one view says before what is known of the pose and of lasting errors is taken off.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Account {
+    pub testimony: Testimony,
+    /// Of the link's pose, and whether the view is part of what is known of it.
+    pub covariance: Matrix6<f64>,
+    pub took_part: bool,
+    /// What lasting errors do to it.
+    pub displacing: Vec<Displacing>,
+}
+
+/// The same, were the lasting errors known: the information apart from the pose's uncertainty, the gradient, and how this goes with the
+/// displacement of the link.
+pub(super) struct Conditional {
+    pub information: Matrix6<f64>,
+    pub gradient: Vector6<f64>,
+    pub slope: Matrix6<f64>,
+}
+
+impl Account {
+    /// Where the noise is that share of what the track takes it for, and with it what is unknown of the pose.
+    pub(super) fn rescaled(&self, share: f64) -> Self {
+        let mut rescaled = self.clone();
+        rescaled.testimony.scale(share.recip());
+        rescaled.covariance *= share;
+        rescaled
+    }
+
+    /// What is left of it where the errors are as is expected, no view counting less than another.
+    fn plain(&self, expected: &Expected) -> Option<Testimony> {
+        let mut plain = self.testimony;
+        let weight = plain.weight.recip();
+        plain.scale(weight);
+        let by = plain.information * expected.displacement;
+        plain.square += expected.displacement.dot(&(by - 2.0 * plain.gradient));
+        plain.gradient -= by;
+        weight.is_finite().then_some(plain)
+    }
+
+    /// The same, were the errors known.
+    pub(super) fn conditional(&self, expected: &Expected) -> Option<Conditional> {
+        let mut at = self.plain(expected)?;
+        let slope = at.information;
+        at.allow_for_pose(&self.covariance, self.took_part)?;
+        Some(Conditional {
+            information: at.information,
+            gradient: at.gradient,
+            slope: if self.took_part {
+                slope
+            } else {
+                at.information
+            },
+        })
+    }
+
+    /// What it says where no errors are stated; `None` where nothing is left.
+    pub(super) fn told(&self) -> Option<Testimony> {
+        let mut told = self.testimony;
+        told.allow_for_pose(&self.covariance, self.took_part)?;
+        told.is_sound().then_some(told)
+    }
+
+    /// The same apart from what the errors explain. How much a view counts is by what these leave.
+    pub(super) fn apart_from(&self, expected: &Expected) -> Option<Testimony> {
+        let mut told = self.plain(expected)?;
+        told.allow_for(&expected.covariance)?;
+        told.weigh();
+        told.allow_for_pose(&self.covariance, self.took_part)?;
+        told.is_sound().then_some(told)
+    }
 }
 
 impl Testimony {
-    /// Takes off what the pose's own uncertainty and what is stated explain; `None` where nothing is left.
-    pub fn apart_from(mut self, covariance: &Matrix6<f64>, took_part: bool) -> Option<Self> {
-        self.allow_for(&self.stated.clone())?;
+    fn is_sound(&self) -> bool {
+        let mut numbers = self.information.iter().chain(self.gradient.iter());
+        self.weight > 0.0 && numbers.all(|x| x.is_finite())
+    }
+
+    fn scale(&mut self, by: f64) {
+        self.information *= by;
+        self.gradient *= by;
+        self.square *= by;
+    }
+
+    /// A view of which much is left counts little, as where corners are fitted.
+    fn weigh(&mut self) {
+        self.weight = (FREEDOM + USUAL) / (FREEDOM + self.square.max(0.0));
+        self.scale(self.weight);
+    }
+
+    /// Takes off what the pose's own uncertainty explains.
+    fn allow_for_pose(&mut self, covariance: &Matrix6<f64>, took_part: bool) -> Option<()> {
         if took_part {
             let n = self.information;
             self.information = n - n * covariance * n;
-        } else {
-            self.allow_for(covariance)?;
+            return Some(());
         }
-        let mut numbers = self.information.iter().chain(self.gradient.iter());
-        (self.weight > 0.0 && numbers.all(|x| x.is_finite())).then_some(self)
+        self.allow_for(covariance)
     }
 
     fn allow_for(&mut self, covariance: &Matrix6<f64>) -> Option<()> {
@@ -65,18 +156,8 @@ impl Testimony {
         Told {
             information: by.transpose() * turned,
             pull: -(by.transpose() * self.gradient),
-            stated: SMatrix::zeros(),
+            stated: SVector::zeros(),
         }
-    }
-
-    /// The same with what may be by what is stated.
-    fn told_against_stated(&self, by: &Matrix6<f64>) -> Told<6> {
-        let mut told = self.told(by);
-        if self.stated != Matrix6::zeros() {
-            let back = by.try_inverse().unwrap_or_default();
-            told.stated = back * self.stated * back.transpose();
-        }
-        told
     }
 
     fn origin(&self) -> Vector3<f64> {
@@ -88,7 +169,10 @@ impl Testimony {
         let mut by = -Matrix6::identity();
         let arm = so3::hat(&(self.origin() - self.centre));
         by.fixed_view_mut::<3, 3>(0, 3).copy_from(&arm);
-        self.told_against_stated(&by)
+        Told {
+            stated: self.stated[0],
+            ..self.told(&by)
+        }
     }
 
     /// The tag is displaced on its object: dt, dr about its centre, axes of the tag.
@@ -103,7 +187,10 @@ impl Testimony {
         by.fixed_view_mut::<3, 3>(0, 0).copy_from(&turn);
         by.fixed_view_mut::<3, 3>(3, 3).copy_from(&turn);
         by.fixed_view_mut::<3, 3>(0, 3).copy_from(&(-arm * turn));
-        self.told_against_stated(&by)
+        Told {
+            stated: self.stated[1],
+            ..self.told(&by)
+        }
     }
 
     /// The tag is larger by a share of its size: as if it were nearer by that share of its distance.

@@ -2,15 +2,16 @@
 
 use super::update::Taken;
 use super::{Track, seconds};
-use crate::FusionOptions;
 use crate::articulation::MOST_JOINTS;
 use crate::filter::configuration::Configuration;
+use crate::filter::consider::Displacing;
 use crate::filter::corners::{Sight, View};
 use crate::filter::kinematics::Kinematics;
 use crate::filter::observed::Observed;
 use crate::filter::shutter::Moving;
-use crate::health::{SettledView, Testimony};
+use crate::health::{Account, SettledView, Testimony};
 use crate::site::{ObjectImage, Site};
+use crate::{FusionOptions, PoseSigma};
 use nalgebra::{Matrix6, SMatrix, Vector6};
 use sextant_geometry::se3;
 
@@ -82,11 +83,11 @@ impl Track {
                 hit: is_hit(taken),
                 ray: None,
                 elsewhere: None,
-                testimony: None,
+                account: None,
             };
             if let Some(around) = around.as_ref().filter(|_| view.hit) {
                 let place = Place::between(around, sight.view);
-                view.testimony = testimony(sight, Role::Aside, &place);
+                view.account = account(sight, Role::Aside, &place);
                 return view;
             }
             if taken.part && !asked(camera_index) {
@@ -109,7 +110,7 @@ impl Track {
                 let far = is_far(&size.unwrap_or_default());
                 view.ray = far.then(|| sight.camera.ray_to(sight.view)).flatten();
             }
-            view.testimony = testimony(sight, role, &Place::of(seen, sight.view));
+            view.account = account(sight, role, &Place::of(seen, sight.view));
             view
         });
         settled.collect()
@@ -230,10 +231,10 @@ fn is_hit(taken: &Taken) -> bool {
     taken.part && !taken.expected
 }
 
-fn testimony(sight: &Sight<'_>, role: Role, place: &Place<'_>) -> Option<Testimony> {
+fn account(sight: &Sight<'_>, role: Role, place: &Place<'_>) -> Option<Account> {
     let normal = sight.without_outliers().normal(&place.link)?;
     let world_from_link = place.link.pose;
-    let told = Testimony {
+    let testimony = Testimony {
         information: normal.information,
         gradient: normal.gradient,
         square: normal.scale.iter().sum(),
@@ -242,19 +243,25 @@ fn testimony(sight: &Sight<'_>, role: Role, place: &Place<'_>) -> Option<Testimo
         twist: place.twist,
         world_from_tag: world_from_link * sight.view.object_from_tag,
         centre: sight.camera.centre,
-        stated: stated(sight, place),
+        stated: [sight.camera.sigma, sight.view.tag_sigma]
+            .map(|sigma| sigma.map_or(Vector6::zeros(), PoseSigma::variance)),
     };
-    told.apart_from(&place.covariance, role == Role::Part)
+    Some(Account {
+        testimony,
+        covariance: place.covariance,
+        took_part: role == Role::Part,
+        displacing: displacing(sight, place),
+    })
 }
 
-/// Covariance of the displacement in which the view shows its link by what is stated to be uncertain for good.
-fn stated(sight: &Sight<'_>, place: &Place<'_>) -> Matrix6<f64> {
+/// What errors that last do to the link's pose as the view shows it.
+fn displacing(sight: &Sight<'_>, place: &Place<'_>) -> Vec<Displacing> {
     let own: Vec<_> = sight.displacing(&place.link.pose).collect();
     match &sight.view.limb {
-        None => place.state.lasting_displacement::<6>(None, &own),
+        None => place.state.displacing::<6>(None, own),
         Some(limb) => {
             let link = limb.jacobian::<WITH_JOINTS>(&place.state.configuration());
-            place.state.lasting_displacement(Some(&link), &own)
+            place.state.displacing(Some(&link), own)
         }
     }
 }

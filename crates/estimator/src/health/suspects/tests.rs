@@ -47,7 +47,7 @@ fn view(camera: usize, id: u32, round: u32, displaced: Vector6<f64>) -> Testimon
         twist: Vector6::new(0.3, 0.1, 0.0, 0.0, 0.0, 0.5),
         world_from_tag,
         centre: centre(camera),
-        stated: Matrix6::zeros(),
+        stated: [Vector6::zeros(); 2],
     }
 }
 
