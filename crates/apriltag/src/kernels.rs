@@ -193,7 +193,7 @@ fn plain_products(columns: &[Column; COLUMNS], n_groups: usize, sums: &mut Sums)
 
 /// Sum of products, wrapping.
 #[inline(always)]
-fn dot(a: &[[i16; ROWS]], b: &[[i16; ROWS]]) -> i32 {
+pub(crate) fn dot(a: &[[i16; ROWS]], b: &[[i16; ROWS]]) -> i32 {
     /// In a vector, or two: those of 32-bit ARM are not found where there is but one sum.
     const LANES: usize = 8;
     let mut sums = [0_i32; LANES];

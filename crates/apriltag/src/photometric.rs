@@ -26,9 +26,7 @@ mod state;
 mod straightened;
 
 use crate::Image;
-use crate::edges::EdgeFit;
-use crate::kernels::vectorised;
-use crate::quad::Quad;
+use crate::edges::Corners;
 use crate::reading::Reading;
 use equations::{Equations, Solution};
 use model::{Model, TUKEY};
@@ -60,23 +58,6 @@ const SHIFT: f32 = 12_582_912.0;
 /// Standard deviation of what rounding to whole grey levels adds.
 const ROUNDING: f32 = 0.29;
 
-/// Corners, upright, and their covariance.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct PatternFit {
-    pub(crate) corners: Quad,
-    pub(crate) covariance: [[f32; 3]; 4],
-}
-
-impl PatternFit {
-    /// The same where the lens shows it.
-    fn seen_through(mut self, straightened: &Straightened) -> Option<Self> {
-        for (corner, covariance) in self.corners.iter_mut().zip(&mut self.covariance) {
-            (*corner, *covariance) = straightened.corner(*corner, *covariance)?;
-        }
-        Some(self)
-    }
-}
-
 /// Fits patterns; keeps its memory between tags.
 #[derive(Debug, Default)]
 pub(crate) struct PatternFitter {
@@ -87,13 +68,15 @@ pub(crate) struct PatternFitter {
 }
 
 impl PatternFitter {
+    /// Where the pattern of a tag lies that was read, by its edges and the image's noise.
+    #[inline(always)]
     pub(crate) fn fit(
         &mut self,
         image: &Image<'_>,
         reading: &Reading,
-        edges: &EdgeFit,
+        edges: &Corners,
         noise_sigma: f32,
-    ) -> Option<PatternFit> {
+    ) -> Option<Corners> {
         let pattern = Pattern::new(reading.family, reading.found.id);
         let lens = self.lens.as_ref();
         let straightened = lens.and_then(|lens| Straightened::around(lens, &edges.quad));
@@ -107,11 +90,8 @@ impl PatternFitter {
         if let Some(straightened) = &straightened {
             outline = outline.map(|place| straightened.pixel(place).unwrap_or(place));
         }
-        let pixels = &mut self.pixels;
-        vectorised(
-            #[inline(always)]
-            || pixels.choose(image, &outline, levels, pattern.edges_px(state.size_px)),
-        );
+        let edges_px = pattern.edges_px(state.size_px);
+        self.pixels.choose(image, &outline, levels, edges_px);
         if let Some(straightened) = &straightened {
             self.pixels.straighten(straightened);
         }
@@ -127,19 +107,22 @@ impl PatternFitter {
         if !(noises < MOST_NOISES && surer && state.is_plausible(&start)) {
             return None;
         }
-        let fit = PatternFit {
-            corners: state.corners(),
+        let mut corners = Corners {
+            quad: state.corners(),
             covariance,
         };
-        match &straightened {
-            Some(straightened) => fit.seen_through(straightened),
-            None => Some(fit),
+        if let Some(straightened) = &straightened {
+            for (corner, covariance) in corners.quad.iter_mut().zip(&mut corners.covariance) {
+                (*corner, *covariance) = straightened.corner(*corner, *covariance)?;
+            }
         }
+        Some(corners)
     }
 
     /// Steps with a few of the pixels until the corners are about where they belong, then with all until they rest; what
-    /// strays much from what is usual then counts less. Where too few agree, corners are farther off than was thought.
+    /// strays much from what is usual then counts less.
     /// Returns the last step and by how much variances are larger than it says.
+    #[inline(always)]
     fn settle(
         &mut self,
         pattern: &Pattern,
@@ -156,52 +139,34 @@ impl PatternFitter {
         for (every, rest_px) in [few, 1].into_iter().zip(REST_PX) {
             for _ in 0..MOST_STEPS {
                 self.linearise(&Model::new(pattern, state, scale, levels)?, scale, every);
-                let (equations, priors) = (&self.equations, state.priors()?);
-                last = vectorised(
-                    #[inline(always)]
-                    || equations.solve(&priors),
-                );
-                let Some(Solution { step, .. }) = &last else {
-                    scale *= 2.0;
-                    continue;
-                };
-                state.step(step)?;
-                scale = equations.residual_variance().sqrt().max(MODEL_SCALE);
-                if state.motion(step) < rest_px {
+                let solution = self.equations.solve(&state.priors());
+                state.step(&solution.step)?;
+                scale = self.equations.residual_variance().sqrt().max(MODEL_SCALE);
+                let motion_px = state.motion(&solution.step);
+                last = Some(solution);
+                if motion_px < rest_px {
                     break;
                 }
             }
         }
         let solution = last?;
-        let equations = &mut self.equations;
-        let excess = vectorised(
-            #[inline(always)]
-            || {
-                equations.take_step(&solution.step);
-                equations.excess()
-            },
-        );
-        Some((solution, excess))
+        self.equations.take_step(&solution.step);
+        Some((solution, self.equations.excess()))
     }
 
     /// The equations of one of so many groups of pixels, those straying by more than a share of the contrast counting less.
+    #[inline(always)]
     fn linearise(&mut self, model: &Model<'_>, scale: f32, every: usize) {
         let equations = &mut self.equations;
         equations.clear(TUKEY * scale);
-        let groups = self.pixels.groups().iter().step_by(every);
-        vectorised(
-            #[inline(always)]
-            || {
-                let far_apart = model.is_far_apart();
-                for group in groups {
-                    if far_apart {
-                        model.linearise::<1>(group, equations);
-                    } else {
-                        model.linearise::<3>(group, equations);
-                    }
-                }
-            },
-        );
+        let far_apart = model.is_far_apart();
+        for group in self.pixels.groups().iter().step_by(every) {
+            if far_apart {
+                model.linearise::<1>(group, equations);
+            } else {
+                model.linearise::<3>(group, equations);
+            }
+        }
         equations.finish();
     }
 }

@@ -2,6 +2,7 @@
 
 use crate::border_shape::BorderShape;
 use crate::edges;
+use crate::kernels::vectorised;
 use crate::photometric::PatternFitter;
 use crate::quad::{Point, Quad, distance, mean_edge, middle};
 use crate::reading::{Reader, Reading, Unread};
@@ -34,13 +35,17 @@ impl Sighting {
             border: self.reading.family.data().border,
         };
         let coarse = edges::fit_coarsely(&view, &self.quad);
-        let pattern =
-            patterns.and_then(|patterns| patterns.fit(image, &self.reading, &coarse, noise_sigma));
-        let (corners, corner_covariance, refinement) = match pattern {
-            Some(fit) => (fit.corners, fit.covariance, Refinement::Photometric),
+        let pattern = patterns.and_then(|patterns| {
+            vectorised(
+                #[inline(always)]
+                || patterns.fit(image, &self.reading, &coarse, noise_sigma),
+            )
+        });
+        let (corners, refinement) = match pattern {
+            Some(corners) => (corners, Refinement::Photometric),
             None => {
                 let fine = edges::fit_finely(&view, &coarse.quad).unwrap_or(coarse);
-                (fine.quad, fine.covariance, Refinement::Edges)
+                (fine, Refinement::Edges)
             }
         };
         Detection {
@@ -48,8 +53,8 @@ impl Sighting {
             id: self.reading.found.id,
             hamming: self.reading.found.hamming as u8,
             margin: self.reading.margin,
-            corners,
-            corner_covariance,
+            corners: corners.quad,
+            corner_covariance: corners.covariance,
             refinement,
         }
     }

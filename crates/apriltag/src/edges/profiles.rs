@@ -5,7 +5,7 @@
 use super::Crossing;
 use crate::homography::Homography;
 use crate::kernels::{POINTS, Points, vectorised};
-use crate::quad::{Line, Point, Quad, distance, mean_edge};
+use crate::quad::{Point, Quad, distance, mean_edge};
 use crate::view::View;
 
 /// Step along the profiles, in pixels.
@@ -30,7 +30,6 @@ pub(super) struct Profiles {
     n_groups: usize,
     /// To either side.
     n_steps: usize,
-    pub(super) reach_px: f32,
 }
 
 impl Profiles {
@@ -50,19 +49,18 @@ impl Profiles {
         Self {
             n_groups: (mean_edge(quad) as usize / POINTS).clamp(1, most_groups),
             n_steps: ((reach_px / STEP_PX) as usize).clamp(STEEP_STEPS, MAX_STEPS),
-            reach_px,
         }
     }
 
-    /// Where an edge crosses the profiles over a line from a to b, as far as they lie in the image; how many do.
+    /// Where an edge crosses the profiles over a line from a to b with this normal, as far as they lie in the image; how many do.
     pub(super) fn find_crossings(
         &self,
         view: &View<'_>,
         (a, b): (Point, Point),
-        line: &Line,
+        [nx, ny]: Point,
         out: &mut [Crossing; MAX_GROUPS * POINTS],
     ) -> usize {
-        let (way, [nx, ny]) = ([b[0] - a[0], b[1] - a[1]], line.normal);
+        let way = [b[0] - a[0], b[1] - a[1]];
         // u along the side, from 0 to 1, v beyond it in pixels.
         let map = Homography {
             origin: a,

@@ -7,7 +7,7 @@
 use super::SHIFT;
 use super::pattern::LINES;
 use super::state::{BLACK, HOMOGRAPHY, PARAMETERS, Prior, Vector, WHITE};
-use crate::kernels::{COLUMNS, Column, MAX_GROUPS, ROWS, Sums, products};
+use crate::kernels::{COLUMNS, Column, MAX_GROUPS, ROWS, Sums, dot, products};
 
 /// The column after those of the derivatives.
 const RESIDUALS: usize = PARAMETERS;
@@ -83,13 +83,9 @@ impl Equations {
         products(&self.columns, self.n_groups, &mut self.products);
     }
 
-    /// The Gauss-Newton step and what it is worth, with what is known of the last parameters beforehand; nothing where too few
-    /// pixels count.
+    /// The Gauss-Newton step and what it is worth, with what is known of the last parameters beforehand.
     #[inline(always)]
-    pub(super) fn solve<const N: usize>(&self, priors: &[Prior; N]) -> Option<Solution> {
-        if self.weight() < 2.0 * PARAMETERS as f32 {
-            return None;
-        }
+    pub(super) fn solve<const N: usize>(&self, priors: &[Prior; N]) -> Solution {
         let per_product = 1.0 / (UNIT * UNIT);
         let per_right = self.limit / (UNIT * RESIDUAL);
         let mut system = [[0.0; WIDTH]; PARAMETERS];
@@ -106,7 +102,7 @@ impl Equations {
             system[i][i] += strength;
             system[i][PARAMETERS] += strength * prior.away;
         }
-        Some(Solution::of(system))
+        Solution::of(system)
     }
 
     /// Sum of the pixels' weights: to black and white together, each pixel's derivative is the root of its own.
@@ -129,16 +125,16 @@ impl Equations {
         const BITS: i32 = 8;
         let scale = (1 << BITS) as f32 * RESIDUAL / (UNIT * self.limit);
         let (derivatives, rest) = self.columns.split_at_mut(RESIDUALS);
-        let residuals = rest[0][..self.n_groups].as_flattened_mut();
+        let residuals = &mut rest[0][..self.n_groups];
         let mut changes = [[0_i32; GROUP]; MAX_GROUPS];
-        let changes = &mut changes.as_flattened_mut()[..residuals.len()];
+        let changes = changes[..self.n_groups].as_flattened_mut();
         for (derivatives, change) in derivatives.iter().zip(step) {
             let factor = (change * scale) as i32;
             for (sum, derivative) in changes.iter_mut().zip(derivatives.as_flattened()) {
                 *sum = sum.wrapping_add(factor.wrapping_mul(i32::from(*derivative)));
             }
         }
-        for (residual, change) in residuals.iter_mut().zip(changes) {
+        for (residual, change) in residuals.as_flattened_mut().iter_mut().zip(changes) {
             *residual = residual.wrapping_sub((*change >> BITS) as i16);
         }
         self.products[RESIDUALS][RESIDUALS] = dot(residuals, residuals);
@@ -154,20 +150,21 @@ impl Equations {
         /// Share of the scatter of the lines' pulls that the parameters leave, as they give way to them: one less the leverage,
         /// 0.48 +- 0.04 over drawn pictures.
         const LEFT: f32 = 0.48;
-        let (mut pulls, mut information) = ([0_i32; LINES], 0);
+        let (mut pulls, mut information) = ([0_i32; LINES], [0_i32; GROUP]);
         for group in 0..self.n_groups {
             let [x, y, residuals] = [2, 5, RESIDUALS].map(|k| &self.columns[k][group]);
-            let (mut steepness, mut pull) = ([0; GROUP], [0; GROUP]);
+            let mut pull = [0; GROUP];
             for i in 0..GROUP {
-                steepness[i] = x[i].wrapping_abs().wrapping_add(y[i].wrapping_abs());
-                pull[i] = i32::from(steepness[i]) * i32::from(residuals[i]);
+                let steepness = i32::from(x[i].wrapping_abs().wrapping_add(y[i].wrapping_abs()));
+                information[i] = information[i].wrapping_add(steepness * steepness);
+                pull[i] = steepness * i32::from(residuals[i]);
             }
-            information += dot(&steepness, &steepness);
             for (line, pull) in self.lines[group].iter().zip(pull) {
                 let sum = &mut pulls[*line as usize % LINES];
                 *sum = sum.wrapping_add(pull);
             }
         }
+        let information = information.into_iter().fold(0, i32::wrapping_add);
         let scatter: f32 = pulls.iter().map(|pull| (*pull as f32).powi(2)).sum();
         let variance = self.residual_variance() / (self.limit * self.limit);
         let togetherness = scatter / (LEFT * information as f32 * variance * RESIDUAL * RESIDUAL);
@@ -175,13 +172,6 @@ impl Equations {
         let flattening = 1.0 / (1.0 - 5.0 * variance).max(0.3);
         (togetherness * flattening.powi(2)).max(1.0)
     }
-}
-
-/// Sum of products.
-#[inline(always)]
-fn dot(a: &[i16], b: &[i16]) -> i32 {
-    let products = a.iter().zip(b).map(|(&a, &b)| i32::from(a) * i32::from(b));
-    products.fold(0, i32::wrapping_add)
 }
 
 /// Numbers in a row of a symmetric system and its right side, filled up to whole vectors.

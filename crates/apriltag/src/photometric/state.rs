@@ -54,6 +54,8 @@ pub(super) struct State {
     pub(super) origin: Point,
     /// Length in which the homography's denominator is measured, so that all its parameters are pixels.
     pub(super) size_px: f32,
+    /// The last parameters where nothing is known.
+    usual: [f32; PARAMETERS - BLUR],
 }
 
 impl State {
@@ -71,27 +73,23 @@ impl State {
             values,
             origin,
             size_px,
+            usual: [0.0; _],
         };
-        let usual = state.usual()?;
-        state.values[BLUR..].copy_from_slice(&usual);
+        // A round blur.
+        let [(u, _), (v, _)] = state.normals()?;
+        let variance = USUAL_BLUR_PX.powi(2) + PIXEL;
+        let covariance = variance * (u[0] * v[0] + u[1] * v[1]);
+        state.usual[..3].copy_from_slice(&[variance, variance, covariance]);
+        state.values[BLUR..].copy_from_slice(&state.usual);
         Some(state)
     }
 
-    /// The last parameters where nothing is known: of a round blur.
-    fn usual(&self) -> Option<[f32; PARAMETERS - BLUR]> {
-        let [(u, _), (v, _)] = self.normals()?;
-        let variance = USUAL_BLUR_PX.powi(2) + PIXEL;
-        let covariance = variance * (u[0] * v[0] + u[1] * v[1]);
-        Some([variance, variance, covariance, 0.0, 0.0, 0.0])
-    }
-
     /// Matters only where the pixels don't tell.
-    pub(super) fn priors(&self) -> Option<[Prior; PARAMETERS - BLUR]> {
-        let usual = self.usual()?;
-        Some(std::array::from_fn(|i| Prior {
-            away: usual[i] - self.values[BLUR + i],
+    pub(super) fn priors(&self) -> [Prior; PARAMETERS - BLUR] {
+        std::array::from_fn(|i| Prior {
+            away: self.usual[i] - self.values[BLUR + i],
             spread: RANGES[i][2],
-        }))
+        })
     }
 
     /// Directions in the image in which u and v grow, at the square's middle, and by how much, per pixel.
@@ -111,33 +109,15 @@ impl State {
         for (value, [least, most, _]) in self.values[BLUR..].iter_mut().zip(RANGES) {
             *value = value.clamp(least, most);
         }
-        let [uu, vv, uv] = &mut self.values[BLUR..BLUR + 3] else {
-            return None;
-        };
-        let most = 0.9 * (*uu * *vv).sqrt();
-        *uv = uv.clamp(-most, most);
         Some(())
     }
 
     pub(super) fn optics(&self) -> Option<Optics> {
-        let [
-            ..,
-            black,
-            white,
-            light_u,
-            light_v,
-            uu,
-            vv,
-            uv,
-            shape,
-            ground,
-            gain,
-        ] = self.values;
+        let [.., light_u, light_v, uu, vv, uv, shape, ground, _] = self.values;
         let [(u, u_per_px), (v, v_per_px)] = self.normals()?;
         // Blur mixes in more from the brighter side, so that edges show nearer to the darker one, by the blur's covariance times
         // the light's slope (Stein's lemma).
-        let power = inverse_power(gain * (white + black) / (white - black));
-        let [slope_u, slope_v] = [light_u * u_per_px * power, light_v * v_per_px * power];
+        let [slope_u, slope_v] = [light_u * u_per_px, light_v * v_per_px];
         Some(Optics {
             profiles: [Profile::new(u, uu, shape), Profile::new(v, vv, shape)],
             covariance: uv,
@@ -177,13 +157,11 @@ impl State {
         self.corners().iter().zip(start).all(near) && self.contrast() > 0.0
     }
 
-    /// Greatest distance that a step moves a corner. A change of the blur that changes the next step as much counts like one.
+    /// Greatest distance that a step moves a corner.
     pub(super) fn motion(&self, step: &Vector) -> f32 {
-        const PER_BLUR: f32 = 0.25;
         let motion = |[x, y]: [[f32; 8]; 2]| dot(&x, step).hypot(dot(&y, step));
         let motions = CORNERS.map(|corner| motion(self.jacobian(corner)));
-        let blurring = step[BLUR].abs().max(step[BLUR + 1].abs());
-        motions.into_iter().fold(PER_BLUR * blurring, f32::max)
+        motions.into_iter().fold(0.0, f32::max)
     }
 
     /// Of the corners, given what is known of the parameters.
@@ -222,14 +200,6 @@ impl State {
             .is_finite()
             .then_some(rows.map(|row| row.map(|value| value * scale)))
     }
-}
-
-/// What undoes the camera's curve, if it is a power p of the light, as far as the gain tells: of relative slopes it leaves p
-/// times as much. The mean of power 1/p of black and white lies by (1/p - 1) (white - black)^2 / (8 mean) above the middle,
-/// to first order, and so by a quarter of the gain times their difference.
-fn inverse_power(gained: f32) -> f32 {
-    const MOST: f32 = 2.5;
-    (1.0 + gained).clamp(1.0 / MOST, MOST)
 }
 
 /// Sum of products, as far as the shorter one goes.
