@@ -120,8 +120,7 @@ impl PatternFitter {
     }
 
     /// Steps with a few of the pixels until the corners are about where they belong, then with all until they rest; what
-    /// strays much from what is usual then counts less.
-    /// Returns the last step and by how much variances are larger than it says.
+    /// strays much from what is usual then counts less. Returns the last step and by how much variances are larger than it says.
     #[inline(always)]
     fn settle(
         &mut self,
@@ -132,7 +131,7 @@ impl PatternFitter {
         const ENOUGH_GROUPS: usize = 10;
         // After a step with a few pixels that moves no corner farther, one with all of them is likely to settle it; after such a
         // one with all the next would hardly move corners by a thousandth of a pixel, as each doubles the digits that are right.
-        const REST_PX: [f32; 2] = [0.15, 0.06];
+        const REST_PX: [f32; 2] = [0.2, 0.06];
         const MOST_STEPS: usize = 6;
         let few = (self.pixels.groups().len() / ENOUGH_GROUPS).max(1);
         let (mut scale, mut last) = (START_SCALE, None);
