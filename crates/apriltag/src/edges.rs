@@ -60,7 +60,7 @@ struct Side {
 }
 
 impl Side {
-    /// From a to b, by weighted least squares, once more without those crossings that stray.
+    /// From a to b, by weighted least squares, twice more without those crossings that stray.
     fn fit(view: &View<'_>, (a, b): (Point, Point), profiles: &Profiles) -> Option<Self> {
         /// Scatter of crossings that no noise need explain, in pixels.
         const USUAL_PX: f32 = 0.05;
@@ -69,14 +69,16 @@ impl Side {
         let mut crossings = [Crossing::default(); MAX_GROUPS * POINTS];
         let n = profiles.find_crossings(view, (a, b), [nx, ny], &mut crossings);
         let crossings = &mut crossings[..n];
-        let all = LineFit::through(crossings)?;
-        let limit = STRAY_IN_SIGMA * all.scatter.max(USUAL_PX);
-        for crossing in crossings.iter_mut() {
-            if (crossing.beyond - all.at(crossing.along)).abs() > limit {
-                crossing.weight = 0.0;
+        let mut fit = LineFit::through(crossings)?;
+        for _ in 0..2 {
+            let limit = STRAY_IN_SIGMA * fit.scatter.max(USUAL_PX);
+            for crossing in crossings.iter_mut() {
+                if (crossing.beyond - fit.at(crossing.along)).abs() > limit {
+                    crossing.weight = 0.0;
+                }
             }
+            fit = LineFit::through(crossings)?;
         }
-        let fit = LineFit::through(crossings)?;
         let half = distance(a, b) / 2.0;
         let moved = |[x, y]: Point, beyond: f32| [x + nx * beyond, y + ny * beyond];
         Some(Self {

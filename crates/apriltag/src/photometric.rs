@@ -43,7 +43,7 @@ const MOST_NOISES: f32 = 8.0;
 
 /// By how much the edges' variance may be larger than what they state: how far their lines scatter does not tell what blur
 /// brings to all of a line from beside the border.
-const UNSTATED: f32 = 4.0;
+const UNSTATED: f32 = 9.0;
 
 /// Residuals that lenses, sharpening and compression leave where nothing is wrong, as a share of the contrast: pixels
 /// that stray no further than these are not held to be hidden or lit by something else.
