@@ -72,10 +72,18 @@ impl Side {
         let mut fit = LineFit::through(crossings)?;
         for _ in 0..2 {
             let limit = STRAY_IN_SIGMA * fit.scatter.max(USUAL_PX);
-            for crossing in crossings.iter_mut() {
+            let mut any_strays = false;
+            for crossing in crossings
+                .iter_mut()
+                .filter(|crossing| crossing.weight > 0.0)
+            {
                 if (crossing.beyond - fit.at(crossing.along)).abs() > limit {
                     crossing.weight = 0.0;
+                    any_strays = true;
                 }
+            }
+            if !any_strays {
+                break;
             }
             fit = LineFit::through(crossings)?;
         }
