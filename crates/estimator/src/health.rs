@@ -217,7 +217,7 @@ impl Health {
             }
         }
         let told = account.apart_from(&expected)?;
-        if !self.suspects.is_alert() {
+        if self.suspects.is_calm() {
             self.lasting.learn(time_ns, &account, &expected);
             self.lasting.learn_noise(camera, told.square / told.weight);
         }

@@ -10,6 +10,9 @@ pub(super) const ALERT: f64 = 5.0;
 /// velocity counts where one sigma is up to a fifth of it.
 const REST: f64 = 0.03;
 const REST_OF_CLOCK: f64 = 0.15;
+/// Views after which one counts 1/e: a tag is seen by several cameras.
+const MEMORY: f64 = 30.0;
+const MEMORY_OF_TAG: f64 = 60.0;
 /// Half the squared sigmas of an error beyond which it is not as is stated.
 const UNLIKELY: f64 = 12.5;
 /// Sigmas of what is possible: metres and radians of a camera, of a tag; share of a size; seconds.
@@ -30,16 +33,16 @@ pub(super) struct Accused {
 impl Accused {
     pub fn camera() -> Self {
         Self {
-            simple: Guess::new(Vector1::new(CLOCK)),
-            whole: Guess::new(usual(CAMERA)),
+            simple: Guess::new(Vector1::new(CLOCK), MEMORY),
+            whole: Guess::new(usual(CAMERA), MEMORY),
             rests: [REST_OF_CLOCK, REST],
         }
     }
 
     pub fn tag() -> Self {
         Self {
-            simple: Guess::new(Vector1::new(SIZE)),
-            whole: Guess::new(usual(PLACE)),
+            simple: Guess::new(Vector1::new(SIZE), MEMORY_OF_TAG),
+            whole: Guess::new(usual(PLACE), MEMORY_OF_TAG),
             rests: [REST; 2],
         }
     }
@@ -47,8 +50,15 @@ impl Accused {
     /// What either explains, if errors as large as is stated do not.
     pub fn strengths(&self) -> [f64; 2] {
         let stated = self.whole.strength_of_stated();
+        let is_likely = |own: f64| stated > 0.0 && own < stated + UNLIKELY;
         let strengths = [self.simple.strength(), self.whole.strength()];
-        strengths.map(|own| if own < stated + UNLIKELY { 0.0 } else { own })
+        strengths.map(|own| if is_likely(own) { 0.0 } else { own })
+    }
+
+    /// Whether its displacement is one of a fault even where another fault spoils what is known of the errors that are stated.
+    pub fn is_beyond_doubt(&self) -> bool {
+        let stated = self.whole.strength_of_stated();
+        stated == 0.0 || self.whole.strength() > stated + 2.0 * UNLIKELY
     }
 
     /// Whether nothing but either is needed.

@@ -4,8 +4,6 @@ use nalgebra::{Cholesky, Const, SMatrix, SVector};
 
 use super::testimony::Told;
 
-/// Views after which one counts 1/e.
-const MEMORY: f64 = 30.0;
 /// Half the squared sigmas as which a single view can speak for a fault or against it: one wrong view is no fault.
 const MOST: f64 = 10.0;
 /// Of eight coordinates: what a view is expected to leave.
@@ -26,6 +24,8 @@ const LEAST: f64 = 1e-18;
 /// The parameters of a fault.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Guess<const D: usize> {
+    /// Views after which one counts 1/e.
+    memory: f64,
     /// Sigmas of what is thought possible.
     usual: SVector<f64, D>,
     information: SMatrix<f64, D, D>,
@@ -38,9 +38,11 @@ pub(super) struct Guess<const D: usize> {
 }
 
 impl<const D: usize> Guess<D> {
-    /// Nothing is known yet; `usual` are the sigmas of what is thought possible.
-    pub fn new(usual: SVector<f64, D>) -> Self {
+    /// Nothing is known yet; `usual` are the sigmas of what is thought possible, `memory` the views after
+    /// which one counts 1/e.
+    pub fn new(usual: SVector<f64, D>, memory: f64) -> Self {
         Self {
+            memory,
             usual,
             information: SMatrix::zeros(),
             pull: SVector::zeros(),
@@ -105,7 +107,7 @@ impl<const D: usize> Guess<D> {
     }
 
     fn learn(&mut self, told: &Told<D>, vote: f64) {
-        let keep = 1.0 - 1.0 / MEMORY;
+        let keep = 1.0 - 1.0 / self.memory;
         self.information = self.information * keep + told.information * vote;
         self.pull = self.pull * keep + told.pull * vote;
     }

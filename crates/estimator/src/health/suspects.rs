@@ -22,6 +22,8 @@ const AMID_NS: u64 = 2_000_000_000;
 /// Evidence by which a fault must exceed another that explains the same; as which it counts that a fault is of one parameter.
 const MARGIN: f64 = 15.0;
 const SIMPLE: f64 = 10.0;
+/// Evidence up to which views teach what lasting errors are: more may be a fault's beginning.
+const CALM: f64 = 3.0;
 /// Share of the evidence against a camera that its clock must explain to be suspected.
 const CLOCK_SHARE: f64 = 0.2;
 /// Nanoseconds between two decisions.
@@ -104,6 +106,12 @@ impl Suspects {
         }
     }
 
+    /// Whether nothing seems to be wrong, nor begins to.
+    pub fn is_calm(&self) -> bool {
+        let mut all = self.cells.values().flat_map(|cell| &cell.0);
+        self.found.is_empty() && all.all(|evidence| *evidence < CALM)
+    }
+
     /// A camera begins to contradict.
     pub fn unsettle_camera(&mut self, camera: usize) {
         self.cameras.entry(camera).and_modify(Accused::unsettle);
@@ -179,7 +187,11 @@ impl Suspects {
         let is_rival = |other: &Cause| share(cause, other, open) && !is_part(cause, other);
         let rival = others.iter().find(|(other, _)| is_rival(other));
         let alone = rival.is_none_or(|(_, other)| *other <= evidence - MARGIN);
-        *evidence >= enough && alone && self.explains(cause)
+        let of_first = !self.found.iter().any(|found| found != cause);
+        let is_clear = || self.accused(cause).is_some_and(Accused::is_beyond_doubt);
+        let is_camera = matches!(cause, Cause::Camera(_));
+        let clear = of_first || !is_camera || is_clear();
+        *evidence >= enough && alone && clear && self.explains(cause)
     }
 
     /// What was held against tags while tracks were spoilt, unless it was found to be wrong.

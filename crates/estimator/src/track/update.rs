@@ -16,6 +16,7 @@ use crate::filter::configuration::Configuration;
 use crate::filter::consider::{Gain, Part};
 use crate::filter::corners::Sight;
 use crate::filter::kinematics::Kinematics;
+use crate::filter::lasting::surprise;
 use crate::filter::normal::Normal;
 use crate::filter::observed::Vantage;
 use crate::filter::solve::{Fit, UNSEEN, solve};
@@ -189,13 +190,15 @@ fn updated_by_group<const D: usize>(
             &active,
             start.unwrap_or(&expected.configuration),
         )?;
-        let normals = normals(sights, &part, &mut fit);
+        let normals = normals(sights, &part, &mut fit, options.tag_gate);
         let worst = worst_chi2(&normals, &part);
         if worst > options.tag_gate {
             // Just below the worst, so that at least that one goes.
             let limit = options.tag_gate.max(worst * ALMOST_AS_BAD);
             leave_out(&mut part, &normals, limit);
-        } else if fit.surprise > options.prediction_gate {
+        } else if fit.surprise > options.prediction_gate
+            && surprise(prior, &seen_prior, &fit, &active[0]) > options.prediction_gate
+        {
             return None;
         } else {
             let mut update = complete(prior, &fit, sights, &normals, &part)?;
@@ -228,11 +231,13 @@ fn chosen<'s, 'a>(sights: &'s [Sight<'a>], part: &[bool]) -> Cow<'s, [Sight<'a>]
         .collect()
 }
 
-/// Cost and normal equations of each view at the fit, taken out of it; `None` where it would have to show the tag's back.
+/// Cost and normal equations of each view at the fit, taken out of it; `None` where it would have to show the tag's back. What exceeds
+/// the gate is without what stated errors explain.
 fn normals<const D: usize>(
     sights: &[Sight<'_>],
     part: &[bool],
     fit: &mut Fit<D>,
+    gate: f64,
 ) -> Vec<Option<Normal>> {
     let at = fit.configuration;
     let mut normals = std::mem::take(&mut fit.views);
@@ -247,9 +252,12 @@ fn normals<const D: usize>(
         };
         normals = sights.iter().zip(part).map(normal).collect();
     }
-    for (sight, normal) in sights.iter().zip(&mut normals) {
-        if !sight.faces(&sight.view.world_from_link(&at)) {
-            *normal = None;
+    for (sight, view) in sights.iter().zip(&mut normals) {
+        let link = sight.view.world_from_link(&at);
+        match view {
+            _ if !sight.faces(&link) => *view = None,
+            Some(normal) if normal.chi2 > gate => normal.chi2 = sight.chi2_apart(normal, &link),
+            _ => {}
         }
     }
     normals
