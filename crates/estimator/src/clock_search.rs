@@ -52,6 +52,8 @@ pub(crate) struct ClockSearch {
     off_since_ns: BTreeMap<usize, u64>,
     question: Option<Question>,
     rests: BTreeMap<usize, Rest>,
+    /// Cameras for whose clocks somebody vouches, by index.
+    vouched: BTreeSet<usize>,
 }
 
 /// How many of a camera's images came in time; fading.
@@ -79,6 +81,31 @@ impl ClockSearch {
                 .saturating_add_signed(off_ns.saturating_neg());
             image.clock_error_ns = (LEFT_S.max(3.0 * found.sigma_s) * 1e9) as u64;
         }
+    }
+
+    /// Somebody vouches for a camera's clock, or nobody does.
+    pub fn note_vouched(&mut self, camera_index: usize, vouched: bool) {
+        if vouched {
+            self.vouched.insert(camera_index);
+        } else {
+            self.vouched.remove(&camera_index);
+        }
+    }
+
+    /// Whose clocks to doubt where one camera's seems to be off: of two the reference is right, and so it is unless several are vouched
+    /// for that agree with each other.
+    pub fn doubted(&self, camera_index: usize, site: &Site) -> Vec<usize> {
+        let is_reference = camera_index == site.reference();
+        if !is_reference || (self.vouched.len() > 2 && self.vouched.contains(&camera_index)) {
+            return vec![camera_index];
+        }
+        self.all_but(camera_index)
+    }
+
+    /// The other cameras.
+    pub fn all_but(&self, camera_index: usize) -> Vec<usize> {
+        let all = self.latencies.all();
+        all.filter(|other| *other != camera_index).collect()
     }
 
     /// The cameras whose stamps are put right, by index.

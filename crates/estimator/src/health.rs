@@ -41,6 +41,10 @@ const WRONG_SIZE: f64 = 0.01;
 const HIT_NS: u64 = 300_000_000;
 /// Nanoseconds for which a tag that was seen twice is reported.
 const TWINS_NS: u64 = 2_000_000_000;
+/// Instants at which an object seemed to be hit, fading, that are too many to be hits.
+const OFTEN: f64 = 2.5;
+/// Nanoseconds for which a clock that was doubted is not doubted again but on evidence of its own.
+const REST_NS: u64 = 2_000_000_000;
 /// Nanoseconds for which a camera contradicts after which no question about clocks keeps it from being named.
 const OLD_NS: u64 = 1_000_000_000;
 
@@ -116,6 +120,8 @@ pub(crate) struct Health {
     of_tags: Support<TagId>,
     /// By object, when it last seemed to be hit, and by which camera's image.
     hit: BTreeMap<usize, (u64, usize)>,
+    /// By object, how often it lately seemed to be hit.
+    hits: BTreeMap<usize, Count>,
     /// Cameras that seem to have been moved. Such a one stays while most of its views contradict: a track that gives way to some of
     /// them, by doubting its clock, makes what they foretell weaker, not the camera right.
     /// With the time since when, ns, and whether its clock is out of question.
@@ -123,6 +129,10 @@ pub(crate) struct Health {
     /// By camera that may have been moved, those that it contradicts.
     against: BTreeMap<usize, BTreeSet<usize>>,
     strays: Strays,
+    /// When it was last tried whether it is a camera's clock that is wrong, ns, by camera index.
+    doubted_ns: BTreeMap<usize, u64>,
+    /// When an object last seemed to be hit again and again, ns.
+    hit_often_ns: u64,
     /// When a tag was last in an image twice, by camera index.
     twice_ns: BTreeMap<(usize, TagId), u64>,
     newest_ns: u64,
@@ -153,6 +163,10 @@ impl Health {
 
     /// Who agrees and who contradicts.
     fn count(&mut self, object: usize, time_ns: u64, views: &[SettledView]) {
+        if !views.is_empty() {
+            let is_hit = views.iter().any(|view| view.hit);
+            self.hits.entry(object).or_default().add(time_ns, !is_hit);
+        }
         for view in views {
             let camera = self.cameras.entry(view.camera_index).or_default();
             camera.add(time_ns, view.agreed);
@@ -332,9 +346,41 @@ impl Health {
         self.suspects.found().filter_map(of_clock)
     }
 
-    /// A camera's stamps mean something else now.
-    pub fn forget_camera(&mut self, camera: usize) {
-        self.suspects.forget_camera(camera);
+    /// Whether an object seems to be hit again and again: that is how clocks look that do not agree, unless it is a camera that was
+    /// moved.
+    pub fn is_hit_often(&mut self, now_ns: u64) -> bool {
+        let mut hits = self.hits.values();
+        let often = self.moved.is_empty() && hits.any(|count| count.refused > OFTEN);
+        let due = often && self.hit_often_ns.saturating_add(REST_NS) <= now_ns;
+        if due {
+            self.hit_often_ns = now_ns;
+            self.hits.clear();
+        }
+        due
+    }
+
+    /// The cameras of which it is now to be tried whether it is their clocks that are wrong: those whose clocks explain what they
+    /// contradict, and those (`by_any`) against which anything speaks. What is held against one goes on to count meanwhile, for it may
+    /// as well have been moved; but not where its clock explains it, nor where several are in doubt, which makes the track another one.
+    pub fn doubtful_clocks(&mut self, now_ns: u64, by_any: bool) -> BTreeSet<usize> {
+        let is_recent = |then_ns: &u64| then_ns.saturating_add(REST_NS) >= now_ns;
+        let may_be_doubted = |camera: &usize| {
+            let rested = !self.doubted_ns.get(camera).is_some_and(is_recent);
+            by_any && rested && !self.moved.contains_key(camera)
+        };
+        let clocks: BTreeSet<usize> = self.clocks().map(|(camera, _)| camera).collect();
+        let suspected = self.suspects.suspected_cameras().filter(may_be_doubted);
+        let doubtful: BTreeSet<usize> = suspected.chain(clocks.iter().copied()).collect();
+        for camera in &doubtful {
+            self.doubted_ns.insert(*camera, now_ns);
+        }
+        let several = self.doubted_ns.values().filter(|at| is_recent(at)).count() > 1;
+        for camera in &doubtful {
+            if several || clocks.contains(camera) {
+                self.suspects.forget_camera(*camera);
+            }
+        }
+        doubtful
     }
 }
 

@@ -190,6 +190,17 @@ impl Site {
         Some((index, &self.cameras[index]))
     }
 
+    /// Whether cameras, lenses or tags are stated to be uncertain for good.
+    pub fn states_errors(&self) -> bool {
+        let posed = self
+            .cameras
+            .iter()
+            .filter_map(|camera| camera.posed.as_ref());
+        let mut of_cameras =
+            posed.map(|camera| camera.sigma.is_some() || camera.lens_sigma.is_some());
+        of_cameras.any(|stated| stated) || self.places.values().any(|place| place.sigma.is_some())
+    }
+
     /// The views of an image by object; what can't be used is counted.
     pub fn sort(
         &self,

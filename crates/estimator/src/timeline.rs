@@ -297,14 +297,10 @@ impl Timeline {
         }
     }
 
-    /// Clocks may have jumped, by so many seconds (one sigma). As [`Self::settle`]. Whether anything was held of them.
-    pub fn doubt_clocks(&mut self, cameras: &[usize], sigma_s: f64) -> bool {
-        let held = self.gone_through().holds_clocks(cameras);
-        if held {
-            self.settle();
-            self.base.doubt_clocks(cameras, sigma_s);
-        }
-        held
+    /// Clocks may have jumped, by so many seconds (one sigma), before the window: it is to be gone through again.
+    pub fn doubt_clocks(&mut self, cameras: &[usize], sigma_s: f64) {
+        self.base.doubt_clocks(cameras, sigma_s);
+        self.stale_from = self.instants.keys().next().copied();
     }
 
     /// So many seconds more are taken off a camera's stamps from now on. As [`Self::settle`].

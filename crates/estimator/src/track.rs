@@ -231,27 +231,27 @@ impl Track {
                 .is_some_and(|since| seconds(since, self.time_ns) >= options.contradiction_s)
     }
 
-    /// Whether anything is held of the clocks of some cameras but what they say themselves.
-    pub fn holds_clocks(&self, cameras: &[usize]) -> bool {
-        let mut estimated = self.clock_offsets();
-        self.timing.has_settled(cameras) || estimated.any(|(camera, _)| cameras.contains(&camera))
-    }
-
     /// Clocks may have jumped, by so many seconds (one sigma).
     pub fn doubt_clocks(&mut self, cameras: &[usize], sigma_s: f64) {
-        self.timing.unsettle(cameras);
-        for one in &mut self.hypotheses {
-            one.standing.clear(cameras);
-        }
+        self.timing.doubt(cameras);
         let states = self.hypotheses.iter_mut().map(|one| &mut one.state);
         for clocks in states.filter_map(|state| state.clocks.as_mut()) {
             cameras
                 .iter()
                 .for_each(|camera| clocks.doubt(*camera, sigma_s));
         }
+        if self.timing.open {
+            self.clear_standing(cameras);
+        }
         if let Some(rival) = &mut self.rival {
             rival.doubt_clocks(cameras, sigma_s);
         }
+    }
+
+    /// These cameras contradict no more.
+    fn clear_standing(&mut self, cameras: &[usize]) {
+        let hypotheses = self.hypotheses.iter_mut();
+        hypotheses.for_each(|one| one.standing.clear(cameras));
     }
 
     /// So many seconds more are taken off a camera's stamps from now on.

@@ -47,7 +47,12 @@ impl Latencies {
         equal && last.len() == LASTING
     }
 
-    /// Cameras that have been heard.
+    /// Cameras that have been heard, by index.
+    pub fn all(&self) -> impl Iterator<Item = usize> {
+        self.0.keys().copied()
+    }
+
+    /// How many they are.
     pub fn cameras(&self) -> usize {
         self.0.len()
     }

@@ -112,22 +112,15 @@ impl Clocks {
         }
     }
 
-    /// Offset and its sigma of each camera, in seconds.
-    pub fn offsets(&self) -> impl Iterator<Item = (usize, ClockOffset)> {
-        let one = |slot: usize| ClockOffset {
-            offset_s: self.offset[slot],
-            sigma_s: self.own[(slot, slot)].max(0.0).sqrt(),
-        };
-        self.cameras
-            .iter()
-            .enumerate()
-            .map(move |(slot, camera)| (*camera, one(slot)))
+    /// The cameras whose offsets are estimated.
+    pub fn cameras(&self) -> impl Iterator<Item = usize> {
+        self.cameras.iter().copied()
     }
 
     /// Logarithm of the odds for offsets of zero against offsets of `prior_s` (one sigma each), and the largest sigma; of the
-    /// cameras given. By what the estimate says of zero against what was said of it before (Savage-Dickey
-    /// ratio; Dickey 1971, The weighted likelihood ratio, sec. 2). `None` without such a camera.
-    pub fn agreement(&self, prior_s: f64, among: &[usize]) -> Option<Agreement> {
+    /// cameras given. `all` is the covariance of all offsets. By what the estimate says of zero against what was said of it before
+    /// (Savage-Dickey ratio; Dickey 1971, The weighted likelihood ratio, sec. 2). `None` without such a camera.
+    fn agreement(&self, all: &Own, prior_s: f64, among: &[usize]) -> Option<Agreement> {
         let (mut own, mut offset) = (Own::identity(), SVector::<f64, MOST_CLOCKS>::zeros());
         let slots: Vec<usize> = among
             .iter()
@@ -136,9 +129,9 @@ impl Clocks {
         let mut sigma_s: f64 = 0.0;
         for (row, of_row) in slots.iter().enumerate() {
             offset[row] = self.offset[*of_row] / prior_s;
-            sigma_s = sigma_s.max(self.own[(*of_row, *of_row)].max(0.0).sqrt());
+            sigma_s = sigma_s.max(all[(*of_row, *of_row)].max(0.0).sqrt());
             for (column, of_column) in slots.iter().enumerate() {
-                own[(row, column)] = self.own[(*of_row, *of_column)] / prior_s.powi(2);
+                own[(row, column)] = all[(*of_row, *of_column)] / prior_s.powi(2);
             }
         }
         let factor = Cholesky::new(own).filter(|_| !slots.is_empty())?;
@@ -178,6 +171,33 @@ impl Kinematics {
             clocks.offset[slot] = prior.offset_s;
             clocks.own[(slot, slot)] = prior.sigma_s.powi(2);
         }
+    }
+
+    /// Covariance of the offsets, with what is wrong for good.
+    fn clock_covariance(&self) -> Own {
+        let own = self
+            .clocks
+            .as_ref()
+            .map_or(Own::zeros(), |clocks| clocks.own);
+        own + self.lasting_covariance_of_clocks()
+    }
+
+    /// Offset and its sigma of each camera, in seconds.
+    pub fn clock_offsets(&self) -> impl Iterator<Item = (usize, ClockOffset)> {
+        let covariance = self.clock_covariance();
+        let clocks = self.clocks.iter();
+        let offsets = clocks.flat_map(|clocks| clocks.cameras.iter().zip(&clocks.offset));
+        offsets.enumerate().map(move |(slot, (camera, offset_s))| {
+            let sigma_s = covariance[(slot, slot)].max(0.0).sqrt();
+            let offset_s = *offset_s;
+            (*camera, ClockOffset { offset_s, sigma_s })
+        })
+    }
+
+    /// Whether the clocks of some cameras agree, if `prior_s` (one sigma) was known before; `None` where none is estimated.
+    pub fn clock_agreement(&self, prior_s: f64, among: &[usize]) -> Option<Agreement> {
+        let clocks = self.clocks.as_ref()?;
+        clocks.agreement(&self.clock_covariance(), prior_s, among)
     }
 
     /// Whether every number of the offsets is finite.

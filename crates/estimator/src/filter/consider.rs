@@ -8,7 +8,7 @@
 use nalgebra::{Matrix3, Matrix6, SMatrix, SVector, Vector3, Vector6};
 use sextant_geometry::Pose;
 
-use super::clocks::{Clocks, MOST_CLOCKS};
+use super::clocks::{Clocks, MOST_CLOCKS, Own};
 use super::configuration::{joint_places, rates_at};
 use super::joints::{JointCross, WIDTH};
 use super::kinematics::{Covariance, Kinematics, carry};
@@ -321,6 +321,17 @@ impl Kinematics {
             }
         }
         own
+    }
+
+    /// Covariance of the clocks' offsets by what is wrong for good.
+    pub(super) fn lasting_covariance_of_clocks(&self) -> Own {
+        let acting = self.considered.iter().flat_map(|all| &all.sources);
+        let caused = |one: &Acting| {
+            let of_clocks = one.of_clocks.as_deref()?;
+            let variance = Matrix6::from_diagonal(&one.variance);
+            Some(of_clocks * variance * of_clocks.transpose())
+        };
+        acting.filter_map(caused).sum()
     }
 
     /// Covariance of the configuration by what is wrong for good.

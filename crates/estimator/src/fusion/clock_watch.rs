@@ -34,6 +34,9 @@ impl Fusion {
         };
         self.clock_search.right(index, &mut image);
         self.clock_search.hear(index, now_ns, image.capture_ns);
+        let stated_s = image.clock_error_ns as f64 * 1e-9;
+        let vouched = stated_s <= self.options.right_clock_s;
+        self.clock_search.note_vouched(index, vouched);
         let ahead = image.capture_ns > now_ns.saturating_add((self.options.ahead_s * 1e9) as u64);
         let aside = self
             .clock_search
@@ -65,42 +68,32 @@ impl Fusion {
         }
     }
 
-    /// A clock that has jumped is learned anew where filters estimate its offset or took it to agree with the others; all others are,
-    /// where it is the one that the others are measured by. Where it was vouched for, what was found is taken off its stamps.
+    /// What a camera contradicts may be its clock, whoever vouches for it: that is tried while it may be anything else. So may be what
+    /// looks as if a body were hit again and again.
     /// Where most cameras contradict, it is the tracks that are wrong.
     pub(super) fn look_at_jumps(&mut self) {
         if 2 * self.health.contradicted_cameras().count() > self.clock_search.cameras() {
             return;
         }
-        let jumped: Vec<(usize, f64)> = self.health.clocks().collect();
-        let near = jumped.iter().filter(|(_, by_s)| by_s.abs() < ASTRAY_S);
-        for (camera, by_s) in near.copied() {
-            let mut doubted: Vec<usize> = self.estimated_offsets().into_keys().collect();
-            if doubted.is_empty() || doubted.contains(&camera) {
-                doubted = vec![camera];
-            }
-            if !self.doubt_clocks(&doubted) {
-                // What was seen with the old stamps must not be held against the new ones.
-                self.timelines.iter_mut().for_each(Timeline::settle);
-                let sigma_s = KNOWN_S;
-                let offset_s = by_s;
-                self.clock_search
-                    .add(camera, ClockOffset { offset_s, sigma_s });
-            }
-            self.health.forget_camera(camera);
+        // Clocks that are free would explain stated errors, too: there only what speaks for a clock does.
+        let by_any = !self.site.states_errors();
+        if by_any && self.health.is_hit_often(self.now_ns) {
+            let all = self.clock_search.all_but(self.site.reference());
+            self.doubt_clocks(&all);
+        }
+        for camera in self.health.doubtful_clocks(self.now_ns, by_any) {
+            let doubted = self.clock_search.doubted(camera, &self.site);
+            self.doubt_clocks(&doubted);
         }
     }
 
-    /// Clocks may have jumped by as much as clocks differ; whether anything was held of them.
-    fn doubt_clocks(&mut self, cameras: &[usize]) -> bool {
-        self.catch_up();
+    /// Clocks may have jumped by as much as clocks differ.
+    fn doubt_clocks(&mut self, cameras: &[usize]) {
         self.earlier_offsets.clear();
         let sigma_s = self.options.unknown_clock_s;
-        let mut held = false;
         for timeline in &mut self.timelines {
-            held |= timeline.doubt_clocks(cameras, sigma_s);
+            timeline.doubt_clocks(cameras, sigma_s);
         }
-        held
     }
 
     /// What was learned with wrong stamps is worth nothing.

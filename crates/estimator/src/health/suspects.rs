@@ -15,6 +15,8 @@ use crate::TagId;
 /// Evidence, a logarithm of odds, from which on a fault is said, and below which it is over.
 const RAISED: f64 = 40.0;
 const CLEARED: f64 = 10.0;
+/// The same from which on it is tried whether it is a camera's clock.
+const SUSPECTED: f64 = 15.0;
 /// The same for a tag while, or shortly after, a camera contradicts others, which spoils tracks: several, or one alone, of which
 /// either may be right.
 const RAISED_AMID: [f64; 2] = [100.0, f64::INFINITY];
@@ -279,6 +281,18 @@ impl Suspects {
         let is_found = self.found.contains(&Cause::Camera(camera));
         let accused = self.cameras.get(&camera).filter(|_| is_found)?;
         Some(accused.whole.at())
+    }
+
+    /// The cameras against which, or whose clocks, something speaks.
+    pub fn suspected_cameras(&self) -> impl Iterator<Item = usize> {
+        let mut sums: BTreeMap<usize, [f64; 2]> = BTreeMap::new();
+        for ((camera, _), cell) in &self.cells {
+            let sum = sums.entry(*camera).or_default();
+            *sum = [sum[0] + cell.0[0], sum[1] + cell.0[1]];
+        }
+        let suspected = |sum: &[f64; 2]| sum.iter().any(|evidence| *evidence > SUSPECTED);
+        let suspected = sums.into_iter().filter(move |(_, sum)| suspected(sum));
+        suspected.map(|(camera, _)| camera)
     }
 
     /// Metres and radians by which a tag is displaced.

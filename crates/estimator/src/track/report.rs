@@ -7,7 +7,6 @@ use sextant_geometry::se3;
 
 use super::hypothesis::Hypothesis;
 use super::{Track, seconds};
-use crate::filter::clocks::Clocks;
 use crate::filter::corners::Sight;
 use crate::filter::kinematics::{is_wider_than, symmetric};
 use crate::{ClockOffset, FusionOptions, ObjectEstimate, ObjectId, State};
@@ -113,8 +112,7 @@ impl Track {
     /// The clocks' offsets by camera index.
     pub fn clock_offsets(&self) -> impl Iterator<Item = (usize, ClockOffset)> {
         let best = self.leading().hypotheses.first();
-        let clocks = best.and_then(|best| best.state.clocks.as_deref());
-        clocks.into_iter().flat_map(Clocks::offsets)
+        best.into_iter().flat_map(|best| best.state.clock_offsets())
     }
 
     /// The track at an instant of which there may be no image.

@@ -1,5 +1,5 @@
-//! Do the clocks that nobody vouches for agree? Two tracks of the same object are followed, one that takes the clocks at
-//! their word and a rival that estimates their offsets, until the evidence is for one of them.
+//! Do the clocks agree that nobody vouches for, or that are in doubt for what their cameras contradict? Two tracks of the same object are
+//! followed, one that takes the clocks at their word and a rival that estimates their offsets, until the evidence is for one of them.
 //!
 //! The evidence is what the rival has found out: offsets that might as well be zero, or not. (How well either explains the
 //! images says less: a track with wrong clocks refuses views, and one that knows nothing of its clocks pays for that.)
@@ -15,6 +15,9 @@ const AGREEMENT: f64 = 3.0;
 /// Seconds after which what was foretold counts 1/e: what the rival does not know at first is forgotten.
 const RECENT_S: f64 = 0.2;
 
+/// Seconds, of images, for which clocks are tried that were taken to agree.
+const TRIAL_S: f64 = 1.0;
+
 /// Sigma in seconds of an offset that is known.
 const KNOWN_S: f64 = 0.001;
 
@@ -28,11 +31,13 @@ impl Track {
         options: &FusionOptions,
     ) -> Self {
         let mut next = self.stepped(time_ns, images, site, options);
-        next.timing.has_right_clock |= images.iter().any(|image| image.clock == StatedClock::Right);
+        let is_right = |image: &&ObjectImage| next.believed(image) == StatedClock::Right;
+        next.timing.has_right_clock |= images.iter().any(is_right);
         let rival = match &self.rival {
             Some(rival) => Some(rival.stepped(time_ns, images, site, options)),
             None if self.shares_shutter(time_ns, images) => {
-                next.timing.settle(time_ns, unvouched(images));
+                let unvouched: Vec<usize> = next.unvouched(images).collect();
+                next.timing.settle(time_ns, unvouched.into_iter());
                 None
             }
             None => self
@@ -62,7 +67,7 @@ impl Track {
     /// triggers or stamps them all.
     fn shares_shutter(&self, time_ns: u64, images: &[&ObjectImage]) -> bool {
         let others = self.time_ns == time_ns && self.took_part;
-        (images.len() > 1 || others) && unvouched(images).next().is_some()
+        (images.len() > 1 || others) && self.unvouched(images).next().is_some()
     }
 
     /// This track, as it were with clocks to be estimated; `None` where there is no question, or it is settled.
@@ -73,11 +78,12 @@ impl Track {
         options: &FusionOptions,
     ) -> Option<Self> {
         let asked = |camera| !self.timing.is_settled(camera, time_ns, options);
-        if self.timing.open || !unvouched(images).any(asked) {
+        if self.timing.open || !self.unvouched(images).any(asked) {
             return None;
         }
         let mut rival = self.clone();
         rival.timing.open = true;
+        rival.clear_standing(self.timing.doubted());
         Some(rival)
     }
 
@@ -93,18 +99,24 @@ impl Track {
         let agreement = rival.agreement(&heard, options);
         let known = agreement.filter(|agreement| agreement.sigma_s < KNOWN_S);
         let odds = known.map_or(0.0, |known| known.odds + AGREEMENT);
+        let is_trial = self.timing.are_doubted(&asked);
         if odds < -options.trusted_odds && self.ahead < options.trusted_odds {
             rival.rival_since_ns = None;
             return rival;
         }
         let patience_s = match known {
+            _ if is_trial => TRIAL_S,
             Some(_) => options.clock_patience_s,
             None => options.clock_recheck_s,
         };
         let is_refuted = age_s > 2.0 * RECENT_S && self.ahead > options.hopeless_odds;
-        let is_behind = self.ahead < -options.hopeless_odds;
+        let is_over = is_trial && age_s > TRIAL_S;
+        let is_behind = !is_over && self.ahead < -options.hopeless_odds;
         if !is_behind && (odds > options.trusted_odds || is_refuted || age_s > patience_s) {
-            self.timing.settle(self.time_ns, asked.into_iter());
+            let tried: Vec<usize> = self.timing.doubted().to_vec();
+            let tried = tried.into_iter().filter(|_| is_trial);
+            self.timing
+                .settle(self.time_ns, asked.into_iter().chain(tried));
             self.rival_since_ns = None;
         } else {
             self.rival = Some(Box::new(rival));
@@ -119,11 +131,7 @@ impl Track {
                 .hypotheses
                 .first()
                 .and_then(|best| best.state.clocks.as_deref());
-            clocks
-                .into_iter()
-                .flat_map(Clocks::offsets)
-                .map(|(camera, _)| camera)
-                .collect()
+            clocks.into_iter().flat_map(Clocks::cameras).collect()
         };
         let vouched = cameras(self);
         cameras(rival)
@@ -133,21 +141,23 @@ impl Track {
 
     /// Whether the clocks of these cameras agree, by the likeliest attitude.
     fn agreement(&self, asked: &[usize], options: &FusionOptions) -> Option<Agreement> {
-        let clocks = self.hypotheses.first()?.state.clocks.as_deref()?;
-        clocks.agreement(options.unknown_clock_s, asked)
+        let best = self.hypotheses.first()?;
+        best.state.clock_agreement(options.unknown_clock_s, asked)
     }
 
     /// What is to be published: the rival while it lives, for it knows what it does not know.
     pub(super) fn leading(&self) -> &Self {
         self.rival.as_deref().unwrap_or(self)
     }
-}
 
-/// The cameras among these images whose clocks nobody vouches for.
-fn unvouched<'a>(images: &'a [&ObjectImage]) -> impl Iterator<Item = usize> + 'a {
-    let unknown = |image: &&&ObjectImage| image.clock == StatedClock::Unknown;
-    images
-        .iter()
-        .filter(unknown)
-        .map(|image| image.camera_index)
+    fn believed(&self, image: &ObjectImage) -> StatedClock {
+        self.timing.believed(image.camera_index, image.clock)
+    }
+
+    /// The cameras among these images whose clocks nobody vouches for, or not to be believed.
+    fn unvouched<'a>(&'a self, images: &'a [&ObjectImage]) -> impl Iterator<Item = usize> + 'a {
+        let unknown = |image: &&&ObjectImage| self.believed(image) == StatedClock::Unknown;
+        let unknown = images.iter().filter(unknown);
+        unknown.map(|image| image.camera_index)
+    }
 }

@@ -18,6 +18,8 @@ pub(crate) struct Timing {
     pub has_right_clock: bool,
     /// When it was last settled of which cameras' clocks that they agree, in ns.
     settled: Vec<(usize, u64)>,
+    /// Cameras whose clocks are in doubt, whoever vouches for them.
+    doubted: Vec<usize>,
     /// By camera index: what an earlier track found out.
     learned: Vec<Option<ClockOffset>>,
 }
@@ -28,18 +30,33 @@ impl Timing {
         for camera in cameras {
             self.settled.retain(|(other, _)| *other != camera);
             self.settled.push((camera, time_ns));
+            self.doubted.retain(|other| *other != camera);
         }
     }
 
-    /// That they agree is in question again.
-    pub fn unsettle(&mut self, cameras: &[usize]) {
+    /// That they agree is in question again, whoever vouches for it.
+    pub fn doubt(&mut self, cameras: &[usize]) {
         self.settled.retain(|(camera, _)| !cameras.contains(camera));
+        self.doubted.retain(|camera| !cameras.contains(camera));
+        self.doubted.extend(cameras);
     }
 
-    /// Whether it was settled of one of some cameras.
-    pub fn has_settled(&self, cameras: &[usize]) -> bool {
-        let mut settled = self.settled.iter();
-        settled.any(|(camera, _)| cameras.contains(camera))
+    /// Cameras whose clocks are in doubt, whoever vouches for them.
+    pub fn doubted(&self) -> &[usize] {
+        &self.doubted
+    }
+
+    /// Whether these are in doubt.
+    pub fn are_doubted(&self, cameras: &[usize]) -> bool {
+        cameras.iter().all(|camera| self.doubted.contains(camera))
+    }
+
+    /// What is said about a camera's clock, as far as that is believed.
+    pub fn believed(&self, camera_index: usize, stated: StatedClock) -> StatedClock {
+        match stated {
+            StatedClock::Right if self.doubted.contains(&camera_index) => StatedClock::Unknown,
+            _ => stated,
+        }
     }
 
     /// Whether that is known of a camera's clock.
@@ -65,7 +82,7 @@ impl Timing {
             };
             Some(learned.unwrap_or(stated))
         };
-        match stated {
+        match self.believed(camera_index, stated) {
             StatedClock::Right => None,
             // The motion tells differences only: without a clock that is right this one is.
             StatedClock::Reference(sigma_s) if self.has_right_clock => within(sigma_s),
@@ -85,7 +102,7 @@ impl Timing {
 
     /// Keeps what a track that ends has found out about the clocks.
     pub fn learn(&mut self, state: &Kinematics) {
-        for (camera_index, prior) in state.clocks.iter().flat_map(|clocks| clocks.offsets()) {
+        for (camera_index, prior) in state.clock_offsets() {
             if self.learned.len() <= camera_index {
                 self.learned.resize(camera_index + 1, None);
             }

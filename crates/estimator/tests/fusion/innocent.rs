@@ -127,7 +127,7 @@ fn a_camera_bumped_by_a_degree_is_named_among_cameras_that_are_not_quite_where_t
             let camera = camera_id(wrong);
             let moved = Fault::CameraMoved { camera };
             let other = faults.iter().find(|(_, fault)| *fault != moved);
-            assert_eq!(other, None, "seed {seed}");
+            assert_eq!(other, None, "stated {is_stated}, seed {seed}");
             let first = faults.first().map(|(seconds, _)| seconds - CHANGE_S);
             assert!(first.is_some_and(|after| after < 2.0), "{seed}: {first:?}");
         }
