@@ -45,6 +45,10 @@ const MOST_NOISES: f32 = 8.0;
 /// brings to all of a line from beside the border.
 const UNSTATED: f32 = 9.0;
 
+/// Pictures with less blur, as a variance in square pixels, and no noise are no camera's: what they do between pixels is not
+/// what the model says, and edges along their rows and columns are exact.
+const LEAST_BLUR: f32 = edge::PIXEL + 0.25 * 0.25;
+
 /// Residuals that lenses, sharpening and compression leave where nothing is wrong, as a share of the contrast: pixels
 /// that stray no further than these are not held to be hidden or lit by something else.
 const MODEL_SCALE: f32 = 0.03;
@@ -103,8 +107,9 @@ impl PatternFitter {
         let covariance = covariance.map(|corner| corner.map(|value| value * variance));
 
         let noises = residual / noise_sigma.max(ROUNDING);
+        let real = noise_sigma > 0.0 || state.blur()[0] > LEAST_BLUR;
         let surer = mean_variance(&covariance) < UNSTATED * mean_variance(&edges.covariance);
-        if !(noises < MOST_NOISES && surer && state.is_plausible(&start)) {
+        if !(real && noises < MOST_NOISES && surer && state.is_plausible(&start)) {
             return None;
         }
         let mut corners = Corners {
