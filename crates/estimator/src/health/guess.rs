@@ -38,8 +38,7 @@ pub(super) struct Guess<const D: usize> {
 }
 
 impl<const D: usize> Guess<D> {
-    /// Nothing is known yet; `usual` are the sigmas of what is thought possible, `memory` the views after
-    /// which one counts 1/e.
+    /// Nothing is known yet; `usual` are the sigmas of what is thought possible, `memory` the views after which one counts 1/e.
     pub fn new(usual: SVector<f64, D>, memory: f64) -> Self {
         Self {
             memory,

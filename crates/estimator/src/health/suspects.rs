@@ -189,11 +189,11 @@ impl Suspects {
         let is_rival = |other: &Cause| share(cause, other, open) && !is_part(cause, other);
         let rival = others.iter().find(|(other, _)| is_rival(other));
         let alone = rival.is_none_or(|(_, other)| *other <= evidence - MARGIN);
-        let of_first = !self.found.iter().any(|found| found != cause);
+        // Another fault spoils what is known of the errors that are stated of a camera.
+        let may_be_spoilt =
+            matches!(cause, Cause::Camera(_)) && self.found.iter().any(|found| found != cause);
         let is_clear = || self.accused(cause).is_some_and(Accused::is_beyond_doubt);
-        let is_camera = matches!(cause, Cause::Camera(_));
-        let clear = of_first || !is_camera || is_clear();
-        *evidence >= enough && alone && clear && self.explains(cause)
+        *evidence >= enough && alone && (!may_be_spoilt || is_clear()) && self.explains(cause)
     }
 
     /// What was held against tags while tracks were spoilt, unless it was found to be wrong.

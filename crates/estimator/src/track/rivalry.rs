@@ -37,7 +37,7 @@ impl Track {
             Some(rival) => Some(rival.stepped(time_ns, images, site, options)),
             None if self.shares_shutter(time_ns, images) => {
                 let unvouched: Vec<usize> = next.unvouched(images).collect();
-                next.timing.settle(time_ns, unvouched.into_iter());
+                next.timing.settle(time_ns, &unvouched);
                 None
             }
             None => self
@@ -113,10 +113,11 @@ impl Track {
         let is_over = is_trial && age_s > TRIAL_S;
         let is_behind = !is_over && self.ahead < -options.hopeless_odds;
         if !is_behind && (odds > options.trusted_odds || is_refuted || age_s > patience_s) {
-            let tried: Vec<usize> = self.timing.doubted().to_vec();
-            let tried = tried.into_iter().filter(|_| is_trial);
-            self.timing
-                .settle(self.time_ns, asked.into_iter().chain(tried));
+            let mut settled = asked;
+            if is_trial {
+                settled.extend(self.timing.doubted());
+            }
+            self.timing.settle(self.time_ns, &settled);
             self.rival_since_ns = None;
         } else {
             self.rival = Some(Box::new(rival));

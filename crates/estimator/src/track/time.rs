@@ -26,11 +26,11 @@ pub(crate) struct Timing {
 
 impl Timing {
     /// Notes that the clocks of these cameras agree.
-    pub fn settle(&mut self, time_ns: u64, cameras: impl Iterator<Item = usize>) {
+    pub fn settle(&mut self, time_ns: u64, cameras: &[usize]) {
         for camera in cameras {
-            self.settled.retain(|(other, _)| *other != camera);
-            self.settled.push((camera, time_ns));
-            self.doubted.retain(|other| *other != camera);
+            self.settled.retain(|(other, _)| other != camera);
+            self.settled.push((*camera, time_ns));
+            self.doubted.retain(|other| other != camera);
         }
     }
 
