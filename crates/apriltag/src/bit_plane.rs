@@ -1,10 +1,11 @@
 //! Of the border's colour or not, one bit a pixel.
 
-use crate::Image;
 use crate::components::Span;
-use crate::kernels::{TILE, TILES_IN_WORD, WORD, threshold_row};
+use crate::kernels::{
+    LINE_REACH, LINE_SPAN, PaddedRow, TILE, WORD, find_black_and_lines, threshold_row,
+};
 use crate::tiles::Tiles;
-use sextant_tag_families::BorderColour;
+use crate::{Image, Pass};
 use std::ops::Range;
 
 #[derive(Debug, Default)]
@@ -14,6 +15,8 @@ pub(crate) struct BitPlane {
     words: Vec<u64>,
     /// Which words of each row of tiles have been set; the others are without bits.
     live: Vec<Range<usize>>,
+    /// A row of tiles of the image, with the rows within a line's reach above and below.
+    rows: Vec<PaddedRow>,
 }
 
 /// Two rows of words, the second below the first, and those words beyond which neither has bits.
@@ -24,9 +27,6 @@ pub(crate) struct RowPair<'a> {
     pub(crate) live: Range<usize>,
 }
 
-/// A row that is below every level.
-const BLACK: [u8; Image::MAX_WIDTH] = [0; Image::MAX_WIDTH];
-
 impl BitPlane {
     /// Takes the memory that an image of a size needs.
     pub(crate) fn make_room(&mut self, width: usize, height: usize) {
@@ -34,12 +34,20 @@ impl BitPlane {
         self.live.resize(height.div_ceil(TILE), 0..0);
         self.words
             .resize(self.words_in_row * height.next_multiple_of(2), 0);
+        self.rows.resize(TILE + 2 * LINE_REACH, [0; _]);
     }
 
-    /// Sets the bits of the pixels that have the border's colour: below the level of their tile, or not below it.
+    /// Sets the bits of the pixels that have the border's colour.
     #[inline(always)]
-    pub(crate) fn threshold(&mut self, image: &Image<'_>, tiles: &Tiles, border: BorderColour) {
-        let mut live_bits = [0; Image::MAX_WIDTH / WORD];
+    pub(crate) fn threshold(&mut self, image: &Image<'_>, tiles: &Tiles, pass: Pass) {
+        let beyond = match pass {
+            Pass::Black | Pass::Blurred => u8::MAX,
+            Pass::White => 0,
+        };
+        for row in &mut self.rows {
+            row[..LINE_REACH].fill(beyond);
+            row[LINE_REACH + image.width()..][..WORD].fill(beyond);
+        }
         let rows_of_tiles = self.words.chunks_mut(TILE * self.words_in_row);
         for (row, (words, live)) in rows_of_tiles.zip(&mut self.live).enumerate() {
             let (levels, live_words) = tiles.levels(row);
@@ -49,19 +57,21 @@ impl BitPlane {
             if here.is_empty() {
                 continue;
             }
-            let levels = &levels[here.start * TILES_IN_WORD..here.end * TILES_IN_WORD];
-            let columns = here.start * WORD..image.width().min(here.end * WORD);
-            let live_bits = &mut live_bits[here.clone()];
-            if border == BorderColour::White {
-                threshold_row(&BLACK[columns.clone()], levels, live_bits);
-            }
-            let rows = words.chunks_exact_mut(self.words_in_row);
-            for (words, y) in rows.zip(row * TILE..image.height()) {
-                let words = &mut words[here.clone()];
-                threshold_row(&image.row(y)[columns.clone()], levels, words);
-                if border == BorderColour::White {
-                    for (word, live) in words.iter_mut().zip(&*live_bits) {
-                        *word ^= live;
+            take_rows(image, row * TILE, &mut self.rows);
+            let (levels, first) = (&levels[here.clone()], here.start * WORD);
+            let words = words.chunks_exact_mut(self.words_in_row);
+            let n_rows = image.height() - row * TILE;
+            for (words, rows) in words.zip(self.rows.array_windows()).take(n_rows) {
+                let rows: [_; LINE_SPAN] = rows.each_ref().map(|row| &row[first..]);
+                let (pixels, words) = (&rows[LINE_REACH][LINE_REACH..], &mut words[here.clone()]);
+                match pass {
+                    Pass::Black => find_black_and_lines(rows, levels, words),
+                    Pass::Blurred => {
+                        threshold_row(pixels, levels, |pixel, level| pixel < level, words)
+                    }
+                    Pass::White => {
+                        let is_white = |pixel, level| (level > 0) & (pixel >= level);
+                        threshold_row(pixels, levels, is_white, words);
                     }
                 }
             }
@@ -85,6 +95,16 @@ impl BitPlane {
             let live = self.live[2 * pair / TILE].clone();
             RowPair { upper, lower, live }
         })
+    }
+}
+
+/// The rows of a row of tiles and those within a line's reach above and below; where the image has none, the last ones again.
+fn take_rows(image: &Image<'_>, first: usize, rows: &mut [PaddedRow]) {
+    for (i, row) in rows.iter_mut().enumerate() {
+        let y = (first + i)
+            .saturating_sub(LINE_REACH)
+            .min(image.height() - 1);
+        row[LINE_REACH..][..image.width()].copy_from_slice(image.row(y));
     }
 }
 
@@ -125,6 +145,7 @@ impl BitPlane {
             words_in_row: rows[0].len(),
             words: rows.concat(),
             live: rows.chunks(TILE).map(live).collect(),
+            ..Self::default()
         }
     }
 }

@@ -33,10 +33,6 @@ pub(crate) struct Component {
     top_pair: u32,
     bottom_pair: u32,
     last_run: u32,
-    /// Shows other than it should, for all that its shade or what was read in it tells.
-    pub(crate) doubtful: bool,
-    /// Is a tag's border.
-    settled: bool,
 }
 
 impl Component {
@@ -115,12 +111,6 @@ impl Components {
         self.runs_before.resize(room, 0);
         self.components.resize(room, Component::default());
         make_room(&mut self.pair_starts, height.div_ceil(2) + 1);
-    }
-
-    /// Forgets what was found in another image.
-    pub(crate) fn clear(&mut self) {
-        (self.n_runs, self.n_components) = (0, 0);
-        self.pair_starts.clear();
     }
 
     pub(crate) fn label(&mut self, plane: &BitPlane) {
@@ -221,26 +211,6 @@ impl Components {
         let run = runs.start + self.spans[runs.clone()].partition_point(before);
         let label = self.labels[..runs.end].get(run)?;
         Some((*label as usize, usize::from(self.spans[run][1])))
-    }
-
-    /// Doubts that a component is what it seems, unless that is settled.
-    pub(crate) fn doubt(&mut self, label: usize) {
-        let component = &mut self.components[label];
-        component.doubtful = !component.settled;
-    }
-
-    /// Takes a component for what it was found to be: it need not be looked at once more.
-    pub(crate) fn settle(&mut self, label: usize) {
-        self.components[label].settled = true;
-    }
-
-    /// Takes components in doubt for what they are known to be.
-    pub(crate) fn settle_doubts(&mut self, is_known: impl Fn(&Component) -> bool) {
-        let components = self.components[..self.n_components].iter_mut();
-        for found in components.filter(|found| found.doubtful) {
-            found.settled = is_known(found);
-            found.doubtful = !found.settled;
-        }
     }
 
     /// Black pixels beside each other, row after row, with their components.

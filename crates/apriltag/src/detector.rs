@@ -3,32 +3,18 @@
 use crate::area::Area;
 use crate::bit_plane::BitPlane;
 use crate::border_shape::BorderShape;
-use crate::components::{Component, Components, make_room};
+use crate::components::{Components, make_room};
 use crate::kernels::vectorised;
 use crate::photometric::PatternFitter;
 use crate::quad::{Quad, QuadFinder, middle};
 use crate::sighting::{Lookout, Sighting};
-use crate::tiles::{Level, Pass, Tiles};
+use crate::tiles::Tiles;
 use crate::view::View;
-use crate::{
-    Detection, Image, Observer, Options, OptionsError, Refinement, Rejection, Report, Stage,
-};
+use crate::{Detection, Image, Observer, Options, OptionsError, Pass, Refinement, Report, Stage};
 use sextant_geometry::Lens;
-use sextant_tag_families::BorderColour;
 
 /// Tags in an image, at most; the report counts what is dropped.
 const MAX_SIGHTINGS: usize = 1024;
-
-/// How black and white are told apart, one after the other.
-const PASSES: [Pass; 3] = [
-    pass(BorderColour::Black, Level::Middle),
-    pass(BorderColour::Black, Level::Shaded),
-    pass(BorderColour::White, Level::Middle),
-];
-
-const fn pass(border: BorderColour, level: Level) -> Pass {
-    Pass { border, level }
-}
 
 /// What is looked for in a pass, and where.
 struct Search<'a> {
@@ -116,20 +102,28 @@ impl Detector {
 
     fn search(&mut self, image: &Image<'_>, area: &Area, observer: &mut impl Observer) {
         let part = image.part(area);
-        self.measure(&part);
+        let some_live = self.measure(&part);
         observer.stage_ended(Stage::Tiles);
-        for pass in PASSES {
-            let Some(shape) = self.lookout.border_shape(pass.border) else {
+        if !some_live {
+            return;
+        }
+        for pass in Pass::ALL {
+            let Some(shape) = self.lookout.border_shape(pass.border()) else {
                 continue;
             };
-            if !self.set_levels(pass.level, &shape, area) {
+            let Report {
+                contrast_gate,
+                noise_sigma,
+                ..
+            } = self.report;
+            if pass == Pass::Blurred && !self.tiles.are_soft(contrast_gate, noise_sigma) {
                 continue;
             }
             observer.pass_began(pass);
             let (plane, tiles) = (&mut self.plane, &self.tiles);
             vectorised(
                 #[inline(always)]
-                || plane.threshold(&part, tiles, pass.border),
+                || plane.threshold(&part, tiles, pass),
             );
             observer.stage_ended(Stage::Threshold);
             self.components.label(&self.plane);
@@ -137,7 +131,7 @@ impl Detector {
             observer.stage_ended(Stage::Components);
             let view = View {
                 image,
-                border: pass.border,
+                border: pass.border(),
             };
             let search = Search { view, shape, area };
             self.report.components += self.components.all().len() as u32;
@@ -148,21 +142,6 @@ impl Detector {
                 }
             }
         }
-    }
-
-    /// Says whether there is anything to find with these levels.
-    fn set_levels(&mut self, level: Level, shape: &BorderShape, area: &Area) -> bool {
-        if level == Level::Shaded {
-            if self.components.all().is_empty() {
-                return false;
-            }
-            // What showed no code because it is the frame around a tag.
-            let known =
-                |found: &Component| is_known(&self.sightings, &area.quad_to_image(found.corners()));
-            self.components.settle_doubts(known);
-            self.tiles.seek_in_shade(&mut self.components, shape);
-        }
-        self.tiles.set_levels(level)
     }
 
     fn begin(&mut self, image: &Image<'_>) {
@@ -179,16 +158,15 @@ impl Detector {
         };
     }
 
-    /// The tiles of a part and the least contrast that counts in it.
-    fn measure(&mut self, part: &Image<'_>) {
+    /// The tiles of a part and the least contrast that counts in it; says whether there is as much anywhere.
+    fn measure(&mut self, part: &Image<'_>) -> bool {
         self.make_room((part.width(), part.height()));
-        self.components.clear();
         self.tiles.measure(part);
         let noise_sigma = self.tiles.noise_sigma().min(self.report.noise_sigma);
         let gate = (noise_sigma * self.options.min_contrast_in_sigma).min(64.0) as u8;
         let contrast_gate = gate.max(self.options.min_contrast);
-        self.tiles.set_gate(contrast_gate);
         (self.report.noise_sigma, self.report.contrast_gate) = (noise_sigma, contrast_gate);
+        self.tiles.set_levels(contrast_gate)
     }
 
     /// All memory that an area of this size can ask for, when the size is new; nothing from the heap where it is part of
@@ -228,15 +206,9 @@ impl Detector {
             observer.quad_found(quad);
         }
         match quad.and_then(|quad| self.lookout.sight(view, &quad)) {
-            Ok(sighting) if self.sightings.len() < MAX_SIGHTINGS => {
-                self.components.settle(label);
-                self.sightings.push(sighting);
-            }
+            Ok(sighting) if self.sightings.len() < MAX_SIGHTINGS => self.sightings.push(sighting),
             Ok(_) => self.report.dropped += 1,
             Err(reason) => {
-                if reason == Rejection::NoCode {
-                    self.components.doubt(label);
-                }
                 self.report.rejected[reason as usize] += 1;
                 observer.rejected(reason, &quad.unwrap_or(bounds));
             }

@@ -5,6 +5,7 @@
 
 use crate::Image;
 use crate::homography::Homography;
+use std::array;
 
 #[cfg(target_arch = "x86_64")]
 mod avx2;
@@ -18,6 +19,12 @@ pub(crate) const WORD: usize = 64;
 
 /// Tiles in a word of the bit plane.
 pub(crate) const TILES_IN_WORD: usize = WORD / TILE;
+
+/// How far to either side of a pixel a dark line through it ends, at most.
+pub(crate) const LINE_REACH: usize = 3;
+
+/// A pixel with as many to either side as a line reaches.
+pub(crate) const LINE_SPAN: usize = 2 * LINE_REACH + 1;
 
 /// Points that are sampled at a time.
 pub(crate) const POINTS: usize = 8;
@@ -48,41 +55,100 @@ pub(crate) fn vectorised<T>(work: impl FnOnce() -> T) -> T {
     work()
 }
 
-/// One bit a pixel, the least significant leftmost: set where the pixel is below its tile's level.
-/// `levels` holds whole words of tiles.
+/// A row with what lies to either side of it within a line's reach, bright beyond the image: its pixels begin after as many.
+pub(crate) type PaddedRow = [u8; LINE_REACH + Image::MAX_WIDTH + WORD];
+
+/// What is told for each tile of a word.
+pub(crate) type TilesOfWord = [u8; TILES_IN_WORD];
+
+/// What parts black from white in the tiles of a word: 0 where nothing stands out from the noise.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Levels {
+    pub(crate) low: TilesOfWord,
+    pub(crate) middle: TilesOfWord,
+    /// How much darker than what is on both sides of it a line is at least.
+    pub(crate) depth: TilesOfWord,
+}
+
+/// One bit a pixel, the least significant leftmost: whether it is told by the pixel and the middle level of its tile.
 #[inline(always)]
-pub(crate) fn threshold_row(row: &[u8], levels: &[u8], words: &mut [u64]) {
-    let levels = levels.as_chunks::<TILES_IN_WORD>().0;
-    let (whole, rest) = row.as_chunks::<WORD>();
-    for ((word, pixels), levels) in words.iter_mut().zip(whole).zip(levels) {
-        *word = threshold_word(pixels, levels);
+pub(crate) fn threshold_row(
+    row: &[u8],
+    levels: &[Levels],
+    is_set: impl Fn(u8, u8) -> bool,
+    words: &mut [u64],
+) {
+    let pixels: &[Pixels] = row.as_chunks().0;
+    for ((word, pixels), levels) in words.iter_mut().zip(pixels).zip(levels) {
+        let (middle, mut bits) = (for_each_pixel(&levels.middle), [0; WORD]);
+        for i in 0..WORD {
+            bits[i] = all_or_nothing(is_set(pixels[i], middle[i]));
+        }
+        *word = top_bits(&bits);
     }
-    if !rest.is_empty() {
-        let mut padded = [u8::MAX; WORD];
-        padded[..rest.len()].copy_from_slice(rest);
-        words[whole.len()] = threshold_word(&padded, &levels[whole.len()]);
+}
+
+/// One bit a pixel, likewise: set where it is below its tile's low level, or below the middle one and part of a dark line:
+/// darker by its depth than what lies within reach on both sides, be it left and right or above and below. `rows` are the
+/// row, from as many pixels before the first word as a line reaches, and as many above and below it.
+#[inline(always)]
+pub(crate) fn find_black_and_lines(rows: [&[u8]; LINE_SPAN], levels: &[Levels], words: &mut [u64]) {
+    let beside: [&[Pixels]; LINE_SPAN] = array::from_fn(|i| rows[LINE_REACH][i..].as_chunks().0);
+    let above: [&[Pixels]; LINE_SPAN] = rows.map(|row| row[LINE_REACH..].as_chunks().0);
+    for (k, (word, levels)) in words.iter_mut().zip(levels).enumerate() {
+        let (across, down) = (nearer_side(&beside, k), nearer_side(&above, k));
+        let sides: Pixels = array::from_fn(|i| across[i].max(down[i]));
+        *word = black_or_line(&beside[LINE_REACH][k], &sides, levels);
     }
 }
 
 #[inline(always)]
-fn threshold_word(pixels: &[u8; WORD], levels: &[u8; TILES_IN_WORD]) -> u64 {
+fn black_or_line(pixels: &Pixels, sides: &Pixels, levels: &Levels) -> u64 {
+    let (low, middle) = (for_each_pixel(&levels.low), for_each_pixel(&levels.middle));
+    let (depths, mut black) = (for_each_pixel(&levels.depth), [0; WORD]);
+    for i in 0..WORD {
+        let depth = sides[i].saturating_sub(pixels[i]);
+        let line = all_or_nothing(pixels[i] < middle[i]) & all_or_nothing(depth >= depths[i]);
+        black[i] = line | all_or_nothing(pixels[i] < low[i]);
+    }
+    top_bits(&black)
+}
+
+/// The pixels of a word.
+type Pixels = [u8; WORD];
+
+/// What tiles have, for each of their pixels.
+#[inline(always)]
+fn for_each_pixel(tiles: &TilesOfWord) -> Pixels {
     /// A byte for each pixel of a tile.
     const EACH_PIXEL: u32 = 0x0101_0101;
-    let mut wide = [[0; TILE]; TILES_IN_WORD];
-    for (wide, &level) in wide.iter_mut().zip(levels) {
-        *wide = (u32::from(level) * EACH_PIXEL).to_ne_bytes();
+    let mut wide = [0; WORD];
+    for (wide, &tile) in wide.as_chunks_mut::<TILE>().0.iter_mut().zip(tiles) {
+        *wide = (u32::from(tile) * EACH_PIXEL).to_ne_bytes();
     }
-    let mut below = [0; WORD];
-    for (below, (pixel, level)) in below.iter_mut().zip(pixels.iter().zip(wide.as_flattened())) {
-        *below = if pixel < level { u8::MAX } else { 0 };
+    wide
+}
+
+#[inline(always)]
+fn all_or_nothing(is_set: bool) -> u8 {
+    if is_set { u8::MAX } else { 0 }
+}
+
+/// Of the brightest pixels to either side the darker one.
+#[inline(always)]
+fn nearer_side(&[a, b, c, _, d, e, f]: &[&[Pixels]; LINE_SPAN], k: usize) -> Pixels {
+    let (a, b, c, d, e, f) = (&a[k], &b[k], &c[k], &d[k], &e[k], &f[k]);
+    let mut sides = [0; WORD];
+    for i in 0..WORD {
+        sides[i] = a[i].max(b[i]).max(c[i]).min(d[i].max(e[i]).max(f[i]));
     }
-    top_bits(&below)
+    sides
 }
 
 /// The top bit of each byte; the bytes are all or nothing.
 #[inline(always)]
 #[cfg(target_arch = "x86_64")]
-fn top_bits(bytes: &[u8; WORD]) -> u64 {
+fn top_bits(bytes: &Pixels) -> u64 {
     use std::arch::x86_64::{_mm_loadu_si128, _mm_movemask_epi8};
     let quarters = bytes.as_chunks::<16>().0.iter().rev();
     quarters.fold(0, |bits, quarter| {
@@ -96,9 +162,9 @@ fn top_bits(bytes: &[u8; WORD]) -> u64 {
 /// vectors, then tiles put beside each other.
 #[inline(always)]
 #[cfg(not(target_arch = "x86_64"))]
-fn top_bits(bytes: &[u8; WORD]) -> u64 {
+fn top_bits(bytes: &Pixels) -> u64 {
     const BIT_OF_PIXEL: u32 = u32::from_ne_bytes([1, 2, 4, 8]);
-    let tiles: [u8; TILES_IN_WORD] = std::array::from_fn(|i| {
+    let tiles: [u8; TILES_IN_WORD] = array::from_fn(|i| {
         let tile = u32::from_ne_bytes(bytes.as_chunks::<TILE>().0[i]) & BIT_OF_PIXEL;
         let pairs = tile | tile >> 16;
         (pairs | pairs >> 8) as u8 & 0xf
@@ -127,7 +193,7 @@ fn bilinear(image: &Image<'_>, [x, y]: &[Points; 2]) -> Points {
     let (pixels, stride) = image.bytes();
     let below = &pixels[stride..];
     let (above, last) = (&pixels[..below.len()], below.len() - 2);
-    let at: [u32; POINTS] = std::array::from_fn(|i| {
+    let at: [u32; POINTS] = array::from_fn(|i| {
         row[i]
             .wrapping_mul(stride as u32)
             .wrapping_add(column[i])
@@ -144,7 +210,7 @@ fn bilinear(image: &Image<'_>, [x, y]: &[Points; 2]) -> Points {
     let above = between(&above_pairs, &right);
     let below = between(&below_pairs, &right);
     let [width, height] = [image.width(), image.height()].map(|size| (size - 1) as f32);
-    std::array::from_fn(|i| {
+    array::from_fn(|i| {
         let inside = (x[i] >= 0.0) & (x[i] <= width) & (y[i] >= 0.0) & (y[i] <= height);
         let grey = above[i] + down[i] * (below[i] - above[i]);
         if inside { grey } else { f32::NAN }
@@ -154,7 +220,7 @@ fn bilinear(image: &Image<'_>, [x, y]: &[Points; 2]) -> Points {
 /// Grey between the two pixels of each pair.
 #[inline(always)]
 fn between(pairs: &[u16; POINTS], part: &Points) -> Points {
-    std::array::from_fn(|i| {
+    array::from_fn(|i| {
         let (left, right) = (f32::from(pairs[i] & 0xff), f32::from(pairs[i] >> 8));
         left + part[i] * (right - left)
     })
@@ -164,12 +230,12 @@ fn between(pairs: &[u16; POINTS], part: &Points) -> Points {
 #[inline(always)]
 fn split(at: &Points, size: usize) -> ([u32; POINTS], Points) {
     let at = at.map(|at| at.max(0.0).min((size - 1) as f32));
-    let whole: [i32; POINTS] = std::array::from_fn(|i| {
+    let whole: [i32; POINTS] = array::from_fn(|i| {
         // SAFETY: from 0 to the size of an image, NaN made 0. A checked conversion keeps compilers from making vectors.
         let whole: i32 = unsafe { at[i].to_int_unchecked() };
         whole.min(size as i32 - 2)
     });
-    let part = std::array::from_fn(|i| at[i] - whole[i] as f32);
+    let part = array::from_fn(|i| at[i] - whole[i] as f32);
     (whole.map(|at| at as u32), part)
 }
 
@@ -210,6 +276,20 @@ pub(crate) fn dot(a: &[[i16; ROWS]], b: &[[i16; ROWS]]) -> i32 {
 mod tests {
     use super::*;
     use proptest::prelude::*;
+    use std::ops::Range;
+
+    fn levels(value: impl Strategy<Value = u8> + Clone) -> impl Strategy<Value = Levels> {
+        let tiles = prop::array::uniform16(value);
+        (tiles.clone(), tiles.clone(), tiles).prop_map(|(low, middle, depth)| Levels {
+            low,
+            middle,
+            depth,
+        })
+    }
+
+    fn bit(words: &[u64], x: usize) -> bool {
+        words[x / WORD] >> (x % WORD) & 1 == 1
+    }
 
     /// What work gives with the usual vectors, and with the best.
     fn both<T>(work: impl Fn() -> T) -> [T; 2] {
@@ -218,18 +298,46 @@ mod tests {
 
     proptest! {
         #[test]
-        fn a_bit_is_set_exactly_where_a_pixel_is_below_its_level(
-            row in prop::collection::vec(any::<u8>(), 1..300),
-            levels in prop::collection::vec(prop_oneof![Just(0), any::<u8>()], 5 * TILES_IN_WORD),
+        fn a_bit_is_what_is_told_by_the_pixel_and_its_level(
+            row in prop::collection::vec(any::<u8>(), WORD..5 * WORD),
+            levels in prop::collection::vec(levels(any::<u8>()), 5),
+        ) {
+            let is_set: [fn(u8, u8) -> bool; 2] = [|pixel, level| pixel < level, |pixel, level| pixel >= level];
+            for is_set in is_set {
+                let bits = both(#[inline(always)] || {
+                    let mut words = vec![0; row.len() / WORD];
+                    threshold_row(&row, &levels, is_set, &mut words);
+                    words
+                });
+                for (words, x) in bits.iter().flat_map(|words| (0..words.len() * WORD).map(move |x| (words, x))) {
+                    let level = levels[x / WORD].middle[x % WORD / TILE];
+                    prop_assert_eq!(bit(words, x), is_set(row[x], level), "pixel {}", x);
+                }
+            }
+        }
+
+        #[test]
+        fn a_bit_is_set_where_a_pixel_is_black_or_the_brightest_near_it_on_both_sides_are_brighter_than_it(
+            rows in prop::array::uniform7(prop::collection::vec(0_u8..40, 2 * WORD + 2 * LINE_REACH)),
+            levels in prop::collection::vec(levels(1_u8..40), 2),
         ) {
             let bits = both(#[inline(always)] || {
-                let mut words = vec![0; row.len().div_ceil(WORD)];
-                threshold_row(&row, &levels, &mut words);
+                let mut words = vec![0; 2];
+                find_black_and_lines(rows.each_ref().map(|row| &row[..]), &levels, &mut words);
                 words
             });
-            for (words, x) in bits.iter().flat_map(|words| (0..words.len() * WORD).map(move |x| (words, x))) {
-                let expected = x < row.len() && row[x] < levels[x / TILE];
-                prop_assert_eq!(words[x / WORD] >> (x % WORD) & 1 == 1, expected, "pixel {}", x);
+            for (words, x) in bits.iter().flat_map(|words| (0..2 * WORD).map(move |x| (words, x))) {
+                let (levels, tile) = (&levels[x / WORD], x % WORD / TILE);
+                let at = |across: usize, down: usize| rows[down][x + across];
+                let brightest = |pixel: &dyn Fn(usize) -> u8, side: Range<usize>| side.map(pixel).max().unwrap();
+                let sides: [&dyn Fn(usize) -> u8; 2] = [&|i| at(i, LINE_REACH), &|i| at(LINE_REACH, i)];
+                let here = at(LINE_REACH, LINE_REACH);
+                let is_line = sides.into_iter().any(|pixel| {
+                    let nearer = brightest(pixel, 0..LINE_REACH).min(brightest(pixel, LINE_REACH + 1..LINE_SPAN));
+                    nearer.saturating_sub(here) >= levels.depth[tile]
+                });
+                let expected = here < levels.low[tile] || here < levels.middle[tile] && is_line;
+                prop_assert_eq!(bit(words, x), expected, "pixel {}", x);
             }
         }
 

@@ -100,7 +100,7 @@ impl Reader {
             let found = self.index.find(strong)?;
             (found.hamming <= 1).then_some((found, margin))
         };
-        let is_clear = clarity > LEAST_CLARITY * modules.contrast();
+        let is_clear = clarity > LEAST_CLARITY * modules.contrast() && modules.are_small();
         let unread = if is_clear {
             Unread::Hopeful
         } else {
@@ -169,7 +169,7 @@ const NEARLY: f32 = 0.5;
 
 /// Mean distance of a tag's bits of either colour from the threshold, as a share of the contrast: half in a sharp picture,
 /// a fifth between corners several pixels off; next to nothing where there are no bits of one colour.
-const LEAST_CLARITY: f32 = 0.1;
+const LEAST_CLARITY: f32 = 0.25;
 
 /// Blur of a lens out of focus or a hand that shook, as a standard deviation in pixels.
 const STRONG_BLUR_PX: f32 = 2.0;

@@ -3,9 +3,9 @@
 //! The detector reads no clock. An observer that wants stage times takes the time whenever a stage ends.
 
 use crate::Detection;
-pub use crate::tiles::{Level, Pass};
+use sextant_tag_families::BorderColour;
 
-/// The stages of detection, in their order; the ones from `Threshold` to `Decode` may come again for the second chance.
+/// The stages of detection, in their order; the ones from `Threshold` to `Decode` come again in every [`Pass`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Stage {
     /// Minima and maxima of tiles, noise, contrast gate.
@@ -32,6 +32,31 @@ impl Stage {
         Self::Decode,
         Self::Refine,
     ];
+}
+
+/// The ways in which pixels of a border are told from others, each a pass over the image.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Pass {
+    /// Black borders: what is hardly brighter than the darkest around it, which parts a tag in shade, too, from what is bright
+    /// beside it, and dark lines.
+    Black,
+    /// Black borders of a blurred image: what is darker than halfway between the darkest and the brightest around it.
+    Blurred,
+    /// White borders: what is brighter than halfway.
+    White,
+}
+
+impl Pass {
+    /// Every pass in order.
+    pub const ALL: [Self; 3] = [Self::Black, Self::Blurred, Self::White];
+
+    /// Colour of the borders that are looked for.
+    pub fn border(self) -> BorderColour {
+        match self {
+            Self::Black | Self::Blurred => BorderColour::Black,
+            Self::White => BorderColour::White,
+        }
+    }
 }
 
 /// Why a component was not a tag.

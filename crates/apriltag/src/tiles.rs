@@ -1,58 +1,29 @@
-//! Tiles of 4x4 pixels: what is dark and bright around each, whether that is more than noise, and the level that
-//! separates black from white there.
+//! Tiles of 4x4 pixels: what is dark and bright around each, whether that is more than noise, and the levels that separate
+//! black from white there.
 //!
-//! In: an image. Out: a level for each tile, 0 where nothing stands out from the noise. As in AprilTag 2 (Wang & Olson,
+//! In: an image. Out: levels for each tile, 0 where nothing stands out from the noise. As in AprilTag 2 (Wang & Olson,
 //! IROS 2016, section III-A) the extrema are taken over the 3x3 tiles around each; the gate is measured here, so that
 //! noise costs no time further on.
 
 use crate::Image;
-use crate::border_shape::BorderShape;
-use crate::components::Components;
-use crate::kernels::{TILE, TILES_IN_WORD, WORD, vectorised};
-use sextant_tag_families::BorderColour;
+use crate::kernels::{Levels, TILE, TILES_IN_WORD, TilesOfWord, WORD, vectorised};
+use std::array;
 use std::ops::Range;
-
-/// Where between the darkest and the brightest value around a tile the level lies.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Level {
-    /// Half way: where black and white are all there is.
-    Middle,
-    /// Nearer to the dark end: where something brighter than a tag's white stands beside the tag.
-    Shaded,
-}
-
-/// One way to tell the pixels of a border from others.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Pass {
-    /// Colour of the borders that are looked for.
-    pub border: BorderColour,
-    /// Where black is parted from white.
-    pub level: Level,
-}
 
 #[derive(Debug, Default)]
 pub(crate) struct Tiles {
-    /// Least contrast of a live tile, in grey levels.
-    gate: u8,
     columns: usize,
     rows: usize,
-    /// Words of the bit plane in a row.
     words_in_row: usize,
-    /// Extrema of each tile, row after row, each of whole words: what the last tile has holds for the pixels beyond it.
-    darkest: Vec<u8>,
-    brightest: Vec<u8>,
-    /// The brightest of each tile that shows shade, 0 of others.
-    shade: Vec<u8>,
-    /// All bits set where something is looked for, none elsewhere.
-    sought: Vec<u8>,
-    /// Pixels below are black, 0 in tiles below the gate.
-    levels: Vec<u8>,
-    /// The words of each row between which its live tiles lie; before levels are set, those that are sought.
+    /// Extrema of each tile, row after row, with one tile at least beyond the last: neither dark nor bright.
+    darkest: Vec<TilesOfWord>,
+    brightest: Vec<TilesOfWord>,
+    levels: Vec<Levels>,
+    /// The words of each row between which its live tiles lie.
     live_words: Vec<Range<usize>>,
     /// Extrema of three tiles above each other, with one more at either end.
     dark_column: Vec<u8>,
     bright_column: Vec<u8>,
-    shade_column: Vec<u8>,
 }
 
 impl Tiles {
@@ -60,32 +31,24 @@ impl Tiles {
     pub(crate) fn make_room(&mut self, width: usize, height: usize) {
         (self.columns, self.rows) = (width / TILE, height / TILE);
         self.words_in_row = (self.columns + 1).div_ceil(TILES_IN_WORD);
-        let in_row = self.words_in_row * TILES_IN_WORD;
-        for tiles in [
-            &mut self.darkest,
-            &mut self.brightest,
-            &mut self.shade,
-            &mut self.sought,
-            &mut self.levels,
-        ] {
-            tiles.clear();
-            tiles.resize(in_row * self.rows, 0);
-        }
-        self.live_words.resize(self.rows, 0..0);
-        self.dark_column.resize(in_row + 2, 0);
-        self.bright_column.resize(in_row + 2, 0);
-        self.shade_column.resize(in_row + 2, 0);
+        let n_words = self.words_in_row * self.rows;
+        renew(&mut self.darkest, n_words, [u8::MAX; _]);
+        renew(&mut self.brightest, n_words, [0; _]);
+        renew(&mut self.levels, n_words, Levels::default());
+        renew(&mut self.live_words, self.rows, 0..0);
+        let column = self.words_in_row * TILES_IN_WORD + 2;
+        renew(&mut self.dark_column, column, u8::MAX);
+        renew(&mut self.bright_column, column, 0);
     }
 
-    /// Where the tiles of a row lie among all, to the end of its last word.
+    /// Where the words of a row lie among all.
     fn row(&self, row: usize) -> Range<usize> {
-        let in_row = self.words_in_row * TILES_IN_WORD;
-        row * in_row..(row + 1) * in_row
+        row * self.words_in_row..(row + 1) * self.words_in_row
     }
 
     /// Where the tiles of a row lie that show pixels.
     fn whole_tiles(&self, row: usize) -> Range<usize> {
-        let start = self.row(row).start;
+        let start = self.row(row).start * TILES_IN_WORD;
         start..start + self.columns
     }
 
@@ -96,15 +59,11 @@ impl Tiles {
                 for row in 0..self.rows {
                     let rows = [0, 1, 2, 3].map(|i| image.row(row * TILE + i));
                     let tiles = self.whole_tiles(row);
-                    let darkest = &mut self.darkest[tiles.clone()];
-                    find_extrema(rows, darkest, &mut self.brightest[tiles]);
+                    let darkest = &mut self.darkest.as_flattened_mut()[tiles.clone()];
+                    find_extrema(rows, darkest, &mut self.brightest.as_flattened_mut()[tiles]);
                 }
             },
         );
-    }
-
-    pub(crate) fn set_gate(&mut self, gate: u8) {
-        self.gate = gate;
     }
 
     /// Standard deviation of the noise in grey levels, from the ranges of the flattest tiles.
@@ -118,8 +77,9 @@ impl Tiles {
         let mut counts = [0_u32; 256];
         for row in (0..self.rows).step_by(self.rows.div_ceil(ASKED_ROWS)) {
             let tiles = self.whole_tiles(row);
-            let brightest = &self.brightest[tiles.clone()];
-            for (&dark, &bright) in self.darkest[tiles].iter().zip(brightest) {
+            let brightest = &self.brightest.as_flattened()[tiles.clone()];
+            let darkest = &self.darkest.as_flattened()[tiles];
+            for (&dark, &bright) in darkest.iter().zip(brightest) {
                 let is_clipped = dark == 0 || bright == u8::MAX;
                 counts[usize::from(bright - dark)] += u32::from(!is_clipped);
             }
@@ -133,139 +93,120 @@ impl Tiles {
         range.unwrap_or(0) as f32 / RANGE_IN_SIGMA
     }
 
-    /// Looks only where components, found with the usual levels, reach into shade: more may belong to them than should.
-    pub(crate) fn seek_in_shade(&mut self, components: &mut Components, shape: &BorderShape) {
-        vectorised(
-            #[inline(always)]
-            || self.find_shade(),
-        );
-        self.mark_shaded(components, shape);
-        self.sought.fill(0);
-        self.live_words.fill(0..0);
-        for component in components.all().iter().filter(|found| found.doubtful) {
-            for (pair, [start, end]) in components.extents_of(component) {
-                let row = (2 * pair / TILE).min(self.rows - 1);
-                let [first, last] = [start, end - 1].map(|x| usize::from(x) / TILE);
-                let tiles = self.row(row).start;
-                self.sought[tiles + first..tiles + last + 1].fill(u8::MAX);
-                self.live_words[row] = 0..self.words_in_row;
-            }
-        }
-    }
-
-    /// Seeks the tiles that show shade: there is contrast in them though all of them is dark compared to what is around.
-    #[inline(always)]
-    fn find_shade(&mut self) {
-        let gate = self.gate;
-        let extrema = self.darkest.iter().zip(&self.brightest);
-        let tiles = self.shade.iter_mut().zip(extrema.zip(&self.levels));
-        for (shade, ((dark, bright), level)) in tiles {
-            let shows_shade = u8::from(bright - dark >= gate) & u8::from(bright < level);
-            *shade = bright * shows_shade;
-        }
-    }
-
-    /// Marks the components of the tiles that show shade: all of such a tile's pixels went into one, and with them the border
-    /// of a tag that lies in that shade.
-    fn mark_shaded(&self, components: &mut Components, shape: &BorderShape) {
-        for row in 0..self.rows {
-            let words = self.shade[self.row(row)].as_chunks::<TILES_IN_WORD>().0;
-            let some = words
-                .iter()
-                .enumerate()
-                .filter(|(_, word)| **word != [0; TILES_IN_WORD]);
-            let tiles = some.flat_map(|(i, word)| (i * TILES_IN_WORD..).zip(word));
-            let mut next = 0;
-            for (tile, _) in tiles.filter(|(_, shade)| **shade != 0) {
-                if tile < next {
-                    continue;
-                }
-                if let Some((label, end)) = components.at([tile * TILE, row * TILE]) {
-                    if shape.has_size(&components.all()[label]) {
-                        components.doubt(label);
-                    }
-                    next = end / TILE;
-                }
-            }
-        }
-    }
-
-    /// Sets the levels, near the dark end only where something is sought; says whether there is a live tile.
-    pub(crate) fn set_levels(&mut self, level: Level) -> bool {
-        if level == Level::Middle {
-            self.live_words.fill(0..self.words_in_row);
-        }
+    /// Sets the levels of tiles where black and white are apart by a gate at least; says whether there is one.
+    ///
+    /// The low ones lie a quarter up what the tile itself shows, as long as that is not much less than what stands around it,
+    /// and beyond the noise of black.
+    pub(crate) fn set_levels(&mut self, gate: u8) -> bool {
         vectorised(
             #[inline(always)]
             || {
                 for row in 0..self.rows {
-                    if !self.live_words[row].is_empty() {
-                        self.set_row(row, level);
-                        self.live_words[row] = self.find_live_words(row);
-                    }
+                    self.set_row(row, gate);
                 }
             },
         );
         self.live_words.iter().any(|words| !words.is_empty())
     }
 
-    /// Levels of a row between the extrema of the 3x3 tiles around each, word after word: compilers make vectors of loops
-    /// whose length they know.
     #[inline(always)]
-    fn set_row(&mut self, row: usize, level: Level) {
-        let (tiles, last) = (self.row(row), self.columns - 1);
-        let (gate, least) = (self.gate, self.gate / 4 * 3);
+    fn set_row(&mut self, row: usize, gate: u8) {
+        let (words, beyond_noise) = (self.row(row), gate / 4 * 3);
+        self.spread_rows(row);
+        let columns = [&self.dark_column[..], &self.bright_column];
+        let extrema = self.darkest[words.clone()]
+            .iter()
+            .zip(&self.brightest[words.clone()]);
+        let mut live = 0..0;
+        for (i, (levels, extrema)) in self.levels[words].iter_mut().zip(extrema).enumerate() {
+            let [dark, around, within] = ranges(columns, i, extrema);
+            let level = |i: usize, up: u8| if around[i] >= gate { dark[i] + up } else { 0 };
+            levels.depth = array::from_fn(|i| (around[i] / 8).max(beyond_noise));
+            let up: TilesOfWord = array::from_fn(|i| levels.depth[i].max(within[i] / 4));
+            levels.low = array::from_fn(|i| level(i, up[i]));
+            levels.middle = array::from_fn(|i| level(i, around[i] / 2));
+            if u128::from_ne_bytes(levels.low) != 0 {
+                live = if live.is_empty() { i } else { live.start }..i + 1;
+            }
+        }
+        self.live_words[row] = live;
+    }
+
+    /// Whether the image is blurred: along sharp edges a quarter of the live tiles show nearly all of the step in grey around
+    /// them, less its noise; where blur goes over two pixels, a tenth.
+    pub(crate) fn are_soft(&mut self, gate: u8, noise_sigma: f32) -> bool {
+        let noise = (2.0 * noise_sigma) as u8;
+        let (mut n_live, mut n_steep) = (0, 0);
+        let mut count = |around: &TilesOfWord, within: &TilesOfWord| {
+            let (mut live, mut steep) = (0_u8, 0_u8);
+            for (&around, &within) in around.iter().zip(within) {
+                let (step, is_live) = (around.saturating_sub(noise), around >= gate);
+                live += u8::from(is_live);
+                steep += u8::from(is_live & (within >= step - step / 4));
+            }
+            n_live += u32::from(live);
+            n_steep += u32::from(steep);
+        };
+        vectorised(
+            #[inline(always)]
+            || {
+                for row in (0..self.rows).step_by(2) {
+                    let live_words = self.live_words[row].clone();
+                    if live_words.is_empty() {
+                        continue;
+                    }
+                    self.spread_rows(row);
+                    let (words, columns) =
+                        (self.row(row), [&self.dark_column[..], &self.bright_column]);
+                    let [darkest, brightest] =
+                        [&self.darkest, &self.brightest].map(|tiles| &tiles[words.clone()]);
+                    for i in live_words {
+                        let [_, around, within] = ranges(columns, i, (&darkest[i], &brightest[i]));
+                        count(&around, &within);
+                    }
+                }
+            },
+        );
+        5 * n_steep < n_live
+    }
+
+    /// The extrema of each tile of a row and those above and below it.
+    #[inline(always)]
+    fn spread_rows(&mut self, row: usize) {
         let rows =
             [row.saturating_sub(1), row, (row + 1).min(self.rows - 1)].map(|row| self.row(row));
         let dark = rows.clone().map(|row| &self.darkest[row]);
-        spread_down(u8::min, dark, last, &mut self.dark_column);
-        let bright = rows.clone().map(|row| &self.brightest[row]);
-        spread_down(u8::max, bright, last, &mut self.bright_column);
-        if level == Level::Shaded {
-            let shade = rows.map(|row| &self.shade[row]);
-            spread_down(u8::max, shade, last, &mut self.shade_column);
-        }
-        let levels = &mut self.levels[tiles.clone()];
-        let words = levels.as_chunks_mut::<TILES_IN_WORD>().0.iter_mut();
-        let sought = self.sought[tiles].as_chunks::<TILES_IN_WORD>().0;
-        for (i, (levels, sought)) in words.zip(sought).enumerate() {
-            let dark = spread_across(u8::min, &self.dark_column, i);
-            let bright = spread_across(u8::max, &self.bright_column, i);
-            let range: [u8; TILES_IN_WORD] = std::array::from_fn(|i| bright[i] - dark[i]);
-            *levels = match level {
-                Level::Middle => std::array::from_fn(|i| dark[i] + range[i] / 2),
-                // A tag's white is no brighter than what shows shade; where nothing does, than all there is.
-                Level::Shaded => {
-                    let shade = spread_across(u8::max, &self.shade_column, i);
-                    std::array::from_fn(|i| {
-                        let in_shade = shade[i].saturating_sub(dark[i]);
-                        let most = if in_shade >= gate { in_shade } else { range[i] };
-                        (dark[i] + (most / 3).max(least)) & sought[i]
-                    })
-                }
-            };
-            *levels = std::array::from_fn(|i| if range[i] >= gate { levels[i] } else { 0 });
-        }
-        // The last tile's level holds for the pixels beyond it.
-        levels[last + 1] = levels[last];
-        levels[last + 2..].fill(0);
-    }
-
-    fn find_live_words(&self, row: usize) -> Range<usize> {
-        let words = self.levels[self.row(row)].as_chunks::<TILES_IN_WORD>().0;
-        let live = |word: &[u8; TILES_IN_WORD]| u128::from_ne_bytes(*word) != 0;
-        match words.iter().position(live) {
-            Some(first) => first..words.iter().rposition(live).unwrap_or(first) + 1,
-            None => 0..0,
-        }
+        spread_down(u8::min, dark, &mut self.dark_column);
+        let bright = rows.map(|row| &self.brightest[row]);
+        spread_down(u8::max, bright, &mut self.bright_column);
     }
 
     /// The levels of a row of tiles, the last of which holds for the pixels below it, and the words between which there are
     /// live ones.
-    pub(crate) fn levels(&self, row: usize) -> (&[u8], Range<usize>) {
+    pub(crate) fn levels(&self, row: usize) -> (&[Levels], Range<usize>) {
         let row = row.min(self.rows - 1);
         (&self.levels[self.row(row)], self.live_words[row].clone())
     }
+}
+
+/// Of each tile of a word: the darkest value of the 3x3 tiles around it, how much brighter the brightest is, and as much within
+/// the tile. In: the columns' extrema of a row, the word's place in it, the extrema of its tiles.
+#[inline(always)]
+fn ranges(
+    [dark, bright]: [&[u8]; 2],
+    word: usize,
+    (darkest, brightest): (&TilesOfWord, &TilesOfWord),
+) -> [TilesOfWord; 3] {
+    let dark = spread_across(u8::min, dark, word);
+    let bright = spread_across(u8::max, bright, word);
+    let around = array::from_fn(|i| bright[i].saturating_sub(dark[i]));
+    let within = array::from_fn(|i| brightest[i].saturating_sub(darkest[i]));
+    [dark, around, within]
+}
+
+fn renew<T: Clone>(buffer: &mut Vec<T>, n: usize, value: T) {
+    buffer.clear();
+    buffer.resize(n, value);
 }
 
 /// Least and greatest value of each tile of four rows, block after block: compilers make vectors of loops whose length they
@@ -303,22 +244,21 @@ fn of_fours(columns: &[u8; WORD], tiles: &mut [u8], pick: impl Fn(u32, u32) -> u
     }
 }
 
-/// The extremum of three tiles above each other, with that of the first and the last one once more beside them.
+/// The extremum of three tiles above each other.
 #[inline(always)]
-fn spread_down(pick: impl Fn(u8, u8) -> u8, rows: [&[u8]; 3], last: usize, column: &mut [u8]) {
-    let [above, here, below] = rows.map(|row| row.as_chunks::<TILES_IN_WORD>().0);
-    let words = column[1..].as_chunks_mut::<TILES_IN_WORD>().0;
+fn spread_down(pick: impl Fn(u8, u8) -> u8, rows: [&[TilesOfWord]; 3], column: &mut [u8]) {
+    let [above, here, below] = rows;
+    let words: &mut [TilesOfWord] = column[1..].as_chunks_mut().0;
     for (((out, a), b), c) in words.iter_mut().zip(above).zip(here).zip(below) {
-        *out = std::array::from_fn(|i| pick(pick(a[i], b[i]), c[i]));
+        *out = array::from_fn(|i| pick(pick(a[i], b[i]), c[i]));
     }
-    (column[0], column[last + 2]) = (column[1], column[last + 1]);
 }
 
 /// The extremum of each tile of a word and its neighbours.
 #[inline(always)]
-fn spread_across(pick: impl Fn(u8, u8) -> u8, column: &[u8], word: usize) -> [u8; TILES_IN_WORD] {
+fn spread_across(pick: impl Fn(u8, u8) -> u8, column: &[u8], word: usize) -> TilesOfWord {
     let near = &column[word * TILES_IN_WORD..][..TILES_IN_WORD + 2];
-    std::array::from_fn(|i| pick(pick(near[i], near[i + 1]), near[i + 2]))
+    array::from_fn(|i| pick(pick(near[i], near[i + 1]), near[i + 2]))
 }
 
 #[cfg(test)]

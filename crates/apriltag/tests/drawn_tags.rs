@@ -194,6 +194,22 @@ fn a_small_tag_on_a_dark_body_before_a_bright_wall_is_read() {
 }
 
 #[test]
+fn a_small_tag_out_of_focus_is_read() {
+    for turn in 0..18 {
+        let tag = Tag {
+            position_m: [0.001 * f64::from(turn), 0.0, 0.80],
+            turn_deg: [20.0, 0.0, 10.0 * f64::from(turn)],
+            ..Tag::new(56)
+        };
+        let pixels = Picture::draw(&camera(), &[tag], 120.0)
+            .blurred(2.0)
+            .pixels(1.0, 3);
+        let ids = detect(&pixels, &camera()).len();
+        assert_eq!(ids, 1, "turned by {turn}0 degrees");
+    }
+}
+
+#[test]
 fn families_of_every_layout_are_read() {
     for family in [
         Family::Tag36h11,

@@ -15,6 +15,9 @@ const CLEARLY: f32 = 0.15;
 /// Blur that most images have, as a standard deviation in pixels.
 pub(super) const USUAL_BLUR_PX: f32 = 0.75;
 
+/// Width of a module from which on there is room in it for more than one sample.
+const ROOMY_PX: f32 = 4.0;
+
 /// The modules of a family as they lie within a quad.
 pub(super) struct Modules<'a> {
     view: &'a View<'a>,
@@ -114,10 +117,14 @@ impl<'a> Modules<'a> {
         !(left && right || top && bottom)
     }
 
+    /// Whether corners a pixel off can spoil what is read.
+    pub(super) fn are_small(&self) -> bool {
+        self.size_px[0].min(self.size_px[1]) < ROOMY_PX
+    }
+
     /// The modules that carry bits: one sample in the middle of a small one; four around it where there is room, against
     /// noise. Says whether all lie in the image.
     pub(super) fn sample_bits(&mut self) -> bool {
-        const ROOMY_PX: f32 = 4.0;
         let (layout, n_rings) = (self.layout, self.layout.ring_blocks());
         let bits = &mut self.greys[n_rings..layout.places.len()];
         if self.size_px[0].min(self.size_px[1]) < ROOMY_PX {

@@ -1,8 +1,6 @@
 //! What the detector told of one image, and how long its stages took.
 
-use sextant_apriltag::{
-    BorderColour, Detection, LabelledRun, Level, Observer, Pass, Rejection, Stage,
-};
+use sextant_apriltag::{Detection, LabelledRun, Observer, Pass, Rejection, Stage};
 use std::time::Instant;
 
 /// Four points of the picture, pixels.
@@ -33,11 +31,10 @@ pub struct PassRecord {
 impl PassRecord {
     /// In words.
     pub fn name(&self) -> &'static str {
-        match (self.pass.border, self.pass.level) {
-            (BorderColour::Black, Level::Middle) => "black",
-            (BorderColour::Black, Level::Shaded) => "black-shaded",
-            (BorderColour::White, Level::Middle) => "white",
-            (BorderColour::White, Level::Shaded) => "white-shaded",
+        match self.pass {
+            Pass::Black => "black",
+            Pass::Blurred => "black-blurred",
+            Pass::White => "white",
         }
     }
 }
