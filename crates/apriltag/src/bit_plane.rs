@@ -1,6 +1,5 @@
 //! Of the border's colour or not, one bit a pixel.
 
-use crate::components::Span;
 use crate::kernels::{
     LINE_REACH, LINE_SPAN, PaddedRow, TILE, WORD, find_black_and_lines, threshold_row,
 };
@@ -83,9 +82,13 @@ impl BitPlane {
         self.words.chunks_exact(self.words_in_row)
     }
 
-    /// The words of a row.
-    pub(crate) fn row(&self, y: usize) -> &[u64] {
-        &self.words[y * self.words_in_row..][..self.words_in_row]
+    /// Of each row from one on a word of columns from one on; those beyond the last column are anything.
+    #[inline(always)]
+    pub(crate) fn strip(&self, column: usize, row: usize) -> impl Iterator<Item = u64> {
+        let (word, shift) = (column / WORD, column % WORD);
+        let next = (word + 1).min(self.words_in_row - 1);
+        let rows = self.words[row * self.words_in_row..].chunks_exact(self.words_in_row);
+        rows.map(move |row| row[word] >> shift | row[next] << 1 << (WORD - 1 - shift))
     }
 
     pub(crate) fn row_pairs(&self) -> impl Iterator<Item = RowPair<'_>> {
@@ -106,30 +109,6 @@ fn take_rows(image: &Image<'_>, first: usize, rows: &mut [PaddedRow]) {
             .min(image.height() - 1);
         row[LINE_REACH..][..image.width()].copy_from_slice(image.row(y));
     }
-}
-
-/// The first bit of a row that is set within a span, the one beyond the last, and how many are; an empty span where none are.
-#[inline(always)]
-pub(crate) fn set_between(row: &[u64], [start, end]: Span) -> (Span, u32) {
-    let [start, last] = [start, end - 1].map(usize::from);
-    let (mut first, mut beyond, mut n) = (0, 0, 0);
-    let mut mask = u64::MAX << (start % WORD);
-    let mut i = start / WORD;
-    while i <= last / WORD {
-        if i == last / WORD {
-            mask &= u64::MAX >> (WORD - 1 - last % WORD);
-        }
-        let bits = row[i] & mask;
-        if bits != 0 {
-            let here = i * WORD + bits.trailing_zeros() as usize;
-            first = if n == 0 { here } else { first };
-            beyond = i * WORD + WORD - bits.leading_zeros() as usize;
-            n += bits.count_ones();
-        }
-        mask = u64::MAX;
-        i += 1;
-    }
-    ([first as u16, beyond as u16], n)
 }
 
 #[cfg(test)]

@@ -12,27 +12,32 @@ use crate::LabelledRun;
 use crate::bit_plane::{BitPlane, RowPair};
 use crate::kernels::{WORD, vectorised};
 use crate::quad::Quad;
-use runs::{find_spans, join_pairs};
-use std::hint::select_unpredictable;
+use runs::{UNLABELLED, find_spans, join_pairs};
 use std::iter;
+use std::mem;
 use std::ops::Range;
 
 /// Columns beside each other with a black pixel in either of two rows: the first and the one beyond the last.
 pub(crate) type Span = [u16; 2];
 
-/// Black pixels that hang together.
+/// Black pixels that hang together; until all runs have been found, a part of them.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Component {
     /// Length of all runs.
     pub(crate) length: u32,
+    left: u32,
+    /// None in a part that another one has taken in.
     pub(crate) n_runs: u32,
-    pub(crate) left: u32,
     /// One beyond the last column.
-    pub(crate) right: u32,
+    right: u32,
     /// First and last pair of rows.
-    top_pair: u32,
-    bottom_pair: u32,
+    top_pair: u16,
+    bottom_pair: u16,
+    /// Where the way through all runs begins and ends.
     last_run: u32,
+    first_run: u32,
+    /// An earlier part that this one hangs together with, or itself.
+    earlier: u32,
 }
 
 impl Component {
@@ -41,7 +46,7 @@ impl Component {
     }
 
     pub(crate) fn n_pairs(&self) -> u32 {
-        self.bottom_pair - self.top_pair + 1
+        u32::from(self.bottom_pair - self.top_pair) + 1
     }
 
     pub(crate) fn columns(&self) -> Range<u32> {
@@ -50,7 +55,7 @@ impl Component {
 
     /// Its rows, and maybe the one above and the one below.
     pub(crate) fn rows(&self) -> Range<u32> {
-        2 * self.top_pair..2 * self.bottom_pair + 2
+        2 * u32::from(self.top_pair)..2 * u32::from(self.bottom_pair) + 2
     }
 
     /// Corners of the box, clockwise from the top left.
@@ -61,41 +66,61 @@ impl Component {
         [[left, top], [right, top], [right, bottom], [left, bottom]]
     }
 
-    fn begin([start, _]: Span, top_pair: u32, run: u32) -> Self {
+    fn begin(number: u32, top_pair: u16, run: u32) -> Self {
         Self {
-            left: u32::from(start),
+            left: u32::MAX,
             top_pair,
             last_run: run,
+            first_run: run,
+            earlier: number,
             ..Self::default()
         }
     }
 
     #[inline(always)]
-    fn grow(&mut self, [start, end]: Span, pair: u32) {
+    fn grow(&mut self, [start, end]: Span, pair: u16) {
         let [start, end] = [start, end].map(u32::from);
         self.length += end - start;
         self.n_runs += 1;
-        self.left = select_unpredictable(start < self.left, start, self.left);
-        self.right = select_unpredictable(end > self.right, end, self.right);
+        self.left = self.left.min(start);
+        self.right = self.right.max(end);
         self.bottom_pair = pair;
     }
+
+    /// Takes in a later part. The way through its runs goes on through those here.
+    fn absorb(&mut self, part: &mut Self, steps: &mut [Step]) {
+        self.length += part.length;
+        self.n_runs += mem::take(&mut part.n_runs);
+        self.left = self.left.min(part.left);
+        self.right = self.right.max(part.right);
+        self.bottom_pair = self.bottom_pair.max(part.bottom_pair);
+        steps[part.first_run as usize].before = self.last_run;
+        self.last_run = part.last_run;
+    }
+}
+
+/// A run on the way through those of its component.
+#[derive(Clone, Copy, Debug, Default)]
+struct Step {
+    pair: u16,
+    /// The run before it; the first one itself.
+    before: u32,
 }
 
 #[derive(Debug, Default)]
 pub(crate) struct Components {
     /// Room for `max_runs` at least, of which the first `n_runs` count.
     spans: Vec<Span>,
-    /// Of each run: an earlier one that it hangs together with, or itself; in the end its component.
+    /// Of each run: the part of a component that it belongs to.
     labels: Vec<u32>,
-    /// Of each run but a component's first: the last of its component before.
-    runs_before: Vec<u32>,
+    steps: Vec<Step>,
     n_runs: usize,
     max_runs: usize,
     /// Index of the first run of each pair of rows, and one more.
     pair_starts: Vec<u32>,
-    /// Room as for runs, of which the first `n_components` count.
-    components: Vec<Component>,
-    n_components: usize,
+    /// In the order of their first runs. Room as for runs, of which the first `n_parts` count.
+    parts: Vec<Component>,
+    n_parts: usize,
 }
 
 /// Pixels of the image per run, at least: only noise has shorter runs and gaps. Rows beyond this bound are left out.
@@ -108,29 +133,26 @@ impl Components {
         let room = self.labels.len().max(self.max_runs);
         self.spans.resize(room, Span::default());
         self.labels.resize(room, 0);
-        self.runs_before.resize(room, 0);
-        self.components.resize(room, Component::default());
+        self.steps.resize(room, Step::default());
+        self.parts.resize(room, Component::default());
         make_room(&mut self.pair_starts, height.div_ceil(2) + 1);
     }
 
     pub(crate) fn label(&mut self, plane: &BitPlane) {
+        (self.n_runs, self.n_parts) = (0, 0);
+        self.pair_starts.clear();
         vectorised(
             #[inline(always)]
             || self.find_runs(plane),
         );
-        vectorised(
-            #[inline(always)]
-            || self.measure(),
-        );
+        self.gather_parts();
     }
 
-    /// Finds the runs of each pair of rows and joins them with those of the pair above.
+    /// Finds the runs of each pair of rows, joins them with those of the pair above and measures the parts.
     #[inline(always)]
     fn find_runs(&mut self, plane: &BitPlane) {
-        self.pair_starts.clear();
         let mut above = (RowPair::default(), 0);
-        self.n_runs = 0;
-        for pair in plane.row_pairs() {
+        for (pair, number) in plane.row_pairs().zip(0..) {
             let first = self.n_runs;
             self.pair_starts.push(first as u32);
             if first + pair.live.len() * WORD / 2 > self.max_runs {
@@ -138,91 +160,98 @@ impl Components {
                 continue;
             }
             self.n_runs += find_spans(&pair, &mut self.spans[first..]);
-            for (label, run) in self.labels[first..self.n_runs].iter_mut().zip(first..) {
-                *label = run as u32;
-            }
+            self.labels[first..self.n_runs].fill(UNLABELLED);
             let here = (pair, first);
-            join_pairs(&mut self.labels, &here, &above);
+            join_pairs(&mut self.labels, &mut self.parts, &here, &above);
             above = here;
+            self.measure(first, number);
         }
         self.pair_starts.push(self.n_runs as u32);
     }
 
-    /// Numbers the components in the order of their first runs and measures them.
-    #[inline(always)]
-    fn measure(&mut self) {
-        let (labels, components) = (&mut self.labels[..], &mut self.components[..]);
-        let mut n = 0;
-        for (pair, ends) in (0..).zip(self.pair_starts.windows(2)) {
-            let runs = ends[0] as usize..ends[1] as usize;
-            let befores = &mut self.runs_before[runs.clone()];
-            let each = self.spans[runs].iter().zip(befores);
-            for (run, (&span, before)) in (ends[0]..ends[1]).zip(each) {
-                let earlier = labels[run as usize];
-                let label = if earlier == run {
-                    components[n] = Component::begin(span, pair, run);
-                    n += 1;
-                    n as u32 - 1
-                } else {
-                    labels[earlier as usize]
-                };
-                labels[run as usize] = label;
-                let component = &mut components[label as usize];
-                *before = component.last_run;
-                component.last_run = run;
-                component.grow(span, pair);
+    /// Adds the last pair of rows to the parts. A run that touches none before begins one. On its own, because among the
+    /// loops of its caller there are too few registers for this one.
+    #[inline(never)]
+    fn measure(&mut self, first: usize, pair: u16) {
+        let runs = first..self.n_runs;
+        let labels = &mut self.labels[runs.clone()];
+        let steps = &mut self.steps[runs.clone()];
+        let each = self.spans[runs].iter().zip(labels).zip(steps);
+        for (run, ((&span, label), step)) in (first as u32..).zip(each) {
+            if *label == UNLABELLED {
+                *label = self.n_parts as u32;
+                self.parts[self.n_parts] = Component::begin(*label, pair, run);
+                self.n_parts += 1;
+            }
+            let part = &mut self.parts[*label as usize];
+            let before = mem::replace(&mut part.last_run, run);
+            *step = Step { pair, before };
+            part.grow(span, pair);
+        }
+    }
+
+    /// Makes components of the parts: the first part of each takes in the others.
+    fn gather_parts(&mut self) {
+        for part in (0..self.n_parts).rev() {
+            let (before, here) = self.parts.split_at_mut(part);
+            if let Some(earlier) = before.get_mut(here[0].earlier as usize) {
+                earlier.absorb(&mut here[0], &mut self.steps);
             }
         }
-        self.n_components = n;
     }
 
     pub(crate) fn n_runs(&self) -> usize {
         self.n_runs
     }
 
-    /// All components, by label.
-    pub(crate) fn all(&self) -> &[Component] {
-        &self.components[..self.n_components]
+    pub(crate) fn n_components(&self) -> usize {
+        self.all().iter().filter(|part| part.n_runs > 0).count()
     }
 
-    /// From where to where the runs of a component reach in each of its pairs of rows, the last one first.
+    /// All components, each by the number of its first part; between them parts without runs.
+    pub(crate) fn all(&self) -> &[Component] {
+        &self.parts[..self.n_parts]
+    }
+
+    /// From where to where the runs of a component reach in each of its pairs of rows.
     #[inline(always)]
-    pub(crate) fn extents_of(&self, component: &Component) -> impl Iterator<Item = (usize, Span)> {
-        let mut run = component.last_run as usize;
-        let pairs = component.top_pair as usize..component.bottom_pair as usize + 1;
-        pairs.rev().map(move |pair| {
-            let first_of_pair = self.pair_starts[pair] as usize;
-            let [mut start, end] = self.spans[run];
-            let mut before = self.runs_before[run] as usize;
-            while (first_of_pair..run).contains(&before) {
-                run = before;
-                start = self.spans[run][0];
-                before = self.runs_before[run] as usize;
+    pub(crate) fn read_extents(&self, component: &Component, extents: &mut [Span]) {
+        extents.fill([u16::MAX, 0]);
+        let mut run = component.last_run;
+        loop {
+            let Step { pair, before } = self.steps[run as usize];
+            let [start, end] = self.spans[run as usize];
+            let [first, beyond] = &mut extents[usize::from(pair - component.top_pair)];
+            (*first, *beyond) = (start.min(*first), end.max(*beyond));
+            if before == run {
+                return;
             }
             run = before;
-            (pair, [start, end])
-        })
+        }
     }
 
-    /// The run that a black pixel belongs to: its component, and where it ends.
-    pub(crate) fn at(&self, [x, y]: [usize; 2]) -> Option<(usize, usize)> {
+    /// The component of a run that a black pixel belongs to.
+    pub(crate) fn at(&self, [x, y]: [usize; 2]) -> Option<u32> {
         let runs = self.pair_starts[y / 2] as usize..self.pair_starts[y / 2 + 1] as usize;
         let before = |&[_, end]: &Span| usize::from(end) <= x;
         let run = runs.start + self.spans[runs.clone()].partition_point(before);
-        let label = self.labels[..runs.end].get(run)?;
-        Some((*label as usize, usize::from(self.spans[run][1])))
+        let mut part = &self.parts[*self.labels[..runs.end].get(run)? as usize];
+        while part.n_runs == 0 {
+            part = &self.parts[part.earlier as usize];
+        }
+        Some(part.earlier)
     }
 
     /// Black pixels beside each other, row after row, with their components.
     pub(crate) fn labelled_runs(&self, plane: &BitPlane) -> impl Iterator<Item = LabelledRun> {
         plane.rows().zip(0..).flat_map(move |(row, y)| {
             runs_in(row).filter_map(move |[start, end]| {
-                let (component, _) = self.at([start, y].map(usize::from))?;
+                let component = self.at([start, y].map(usize::from))?;
                 Some(LabelledRun {
                     y,
                     start,
                     end,
-                    component: component as u32,
+                    component,
                 })
             })
         })
@@ -299,11 +328,21 @@ mod tests {
                 prop_assert!(component.columns().contains(&x) && component.rows().contains(&y));
             }
             let distinct: BTreeSet<_> = firsts.iter().copied().flatten().collect();
-            prop_assert_eq!(distinct.len(), firsts.len());
-            for (label, component) in components.all().iter().enumerate() {
-                let mut columns = pixels.iter().filter(|pixel| pixel.2 == label).map(|pixel| pixel.0);
-                prop_assert!(columns.clone().any(|x| x == component.columns().start));
-                prop_assert!(columns.any(|x| x + 1 == component.columns().end));
+            prop_assert_eq!(distinct.len(), firsts.iter().flatten().count());
+            prop_assert_eq!(distinct.len(), components.n_components());
+            let found = components.all().iter().enumerate();
+            for (label, component) in found.filter(|(_, part)| part.n_runs > 0) {
+                let mut expected = vec![[u16::MAX, 0]; component.n_pairs() as usize];
+                for (x, y, _) in pixels.iter().filter(|pixel| pixel.2 == label) {
+                    let [first, beyond] = &mut expected[(*y - component.rows().start) as usize / 2];
+                    (*first, *beyond) = ((*x as u16).min(*first), (*x as u16 + 1).max(*beyond));
+                }
+                let mut extents = expected.clone();
+                components.read_extents(component, &mut extents);
+                prop_assert_eq!(&extents, &expected);
+                let columns = component.columns();
+                prop_assert!(expected.iter().any(|span| u32::from(span[0]) == columns.start));
+                prop_assert!(expected.iter().any(|span| u32::from(span[1]) == columns.end));
             }
         }
     }

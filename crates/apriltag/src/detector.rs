@@ -134,7 +134,7 @@ impl Detector {
                 border: pass.border(),
             };
             let search = Search { view, shape, area };
-            self.report.components += self.components.all().len() as u32;
+            self.report.components += self.components.n_components() as u32;
             self.report.runs += self.components.n_runs() as u32;
             for label in 0..self.components.all().len() {
                 if search.shape.fits(&self.components.all()[label]) {

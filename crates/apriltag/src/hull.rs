@@ -1,82 +1,75 @@
 //! The convex hull of an outline and the four of its vertices that span most of it.
 //!
-//! In: the leftmost and rightmost pixel of each row. Out: vertices at centres of pixels, clockwise as seen (y runs down).
+//! In: from where to where it reaches in each row. Out: vertices at centres of pixels, clockwise as seen (y runs down).
 
-use crate::components::make_room;
-use crate::quad::Extent;
+use crate::components::{Span, make_room};
 
 pub(crate) type Pixel = [i32; 2];
 
 #[derive(Debug, Default)]
 pub(crate) struct Hull {
+    /// All of them twice, so that the way from any to any other is a slice.
     vertices: Vec<Pixel>,
 }
 
 impl Hull {
     /// Takes the memory that an image of a size can ask for.
     pub(crate) fn make_room(&mut self, height: usize) {
-        make_room(&mut self.vertices, 2 * height + 1);
+        make_room(&mut self.vertices, 4 * height + 2);
     }
 
-    /// Of rows from the last to the first: down the right side and up the left (Andrew's monotone chain).
+    /// Of rows from one on, of which the first and the last may be empty: down the right side and up the left (Andrew's
+    /// monotone chain).
     #[inline(always)]
-    pub(crate) fn build(&mut self, rows: &[Extent]) {
+    pub(crate) fn build(&mut self, top: u32, rows: &[Span]) {
         self.vertices.clear();
-        let ([last, ..], [.., first]) = (rows, rows) else {
-            return;
-        };
-        let vertex = |row: &Extent, x: u16| [x, row.row].map(i32::from);
-        self.vertices.push(vertex(first, first.right));
-        for [below, here, above] in rows.array_windows().rev() {
-            if 2 * u32::from(here.right) > u32::from(above.right) + u32::from(below.right) {
-                self.extend_chain(0, vertex(here, here.right));
+        let is_empty = |i: usize| usize::from(rows[i][1] == 0);
+        let (first, last) = (is_empty(0), rows.len() - 1 - is_empty(rows.len() - 1));
+        let vertex =
+            |i: usize, end: usize| [i32::from(rows[i][end]) - end as i32, top as i32 + i as i32];
+        let vertices = &mut self.vertices;
+        vertices.push(vertex(first, 1));
+        for (i, [above, here, below]) in (first + 1..last).zip(rows[first..].array_windows()) {
+            if 2 * here[1] > above[1] + below[1] {
+                extend_chain(vertices, 0, vertex(i, 1));
             }
         }
-        self.extend_chain(0, vertex(last, last.right));
-        let left_chain = self.vertices.len() - 1;
-        self.extend_chain(left_chain, vertex(last, last.left));
-        for [below, here, above] in rows.array_windows() {
-            if 2 * u32::from(here.left) < u32::from(above.left) + u32::from(below.left) {
-                self.extend_chain(left_chain, vertex(here, here.left));
-            }
-        }
-        self.extend_chain(left_chain, vertex(first, first.left));
-    }
-
-    #[inline]
-    fn extend_chain(&mut self, first: usize, point: Pixel) {
-        while let [.., a, b] = self.vertices[first..]
-            && cross(a, b, point) <= 0
+        extend_chain(vertices, 0, vertex(last, 1));
+        let left_chain = vertices.len() - 1;
+        extend_chain(vertices, left_chain, vertex(last, 0));
+        for (i, [above, here, below]) in (first + 1..last)
+            .zip(rows[first..=last].array_windows())
+            .rev()
         {
-            self.vertices.pop();
+            if 2 * here[0] < above[0] + below[0] {
+                extend_chain(vertices, left_chain, vertex(i, 0));
+            }
         }
-        self.vertices.push(point);
+        extend_chain(vertices, left_chain, vertex(first, 0));
+        vertices.extend_from_within(..);
     }
 
-    pub(crate) fn vertices(&self) -> &[Pixel] {
-        &self.vertices
+    /// The vertices from one to another, both of them counted, clockwise.
+    pub(crate) fn between(&self, from: usize, to: usize) -> &[Pixel] {
+        let round = usize::from(to <= from) * self.vertices.len() / 2;
+        &self.vertices[from..=to + round]
     }
 
     pub(crate) fn area(&self) -> f32 {
-        let [first, .., last] = self.vertices[..] else {
-            return 0.0;
-        };
         let twice = |a: Pixel, b: Pixel| a[0] * b[1] - a[1] * b[0];
-        let sides = self.vertices.array_windows();
-        let sum = sides.map(|&[a, b]| twice(a, b)).sum::<i32>() + twice(last, first);
-        sum as f32 / 2.0
+        let sides = self.vertices.array_windows().take(self.vertices.len() / 2);
+        sides.map(|&[a, b]| twice(a, b)).sum::<i32>() as f32 / 2.0
     }
 
-    /// Four vertices that span a (locally) largest area.
-    pub(crate) fn largest_quad(&self) -> Option<[Pixel; 4]> {
-        let hull = &self.vertices;
+    /// Four vertices that span a (locally) largest area, clockwise.
+    pub(crate) fn largest_quad(&self) -> Option<[usize; 4]> {
         let mut corners = self.first_guess();
         // Whether a corner is the farthest from the line through its neighbours, as the last two guessed are.
         let mut is_farthest = [false, true, false, true];
         for i in (0..4).chain(0..4) {
             if !is_farthest[i] {
                 let (last, next) = ((i + 3) % 4, (i + 1) % 4);
-                let found = self.farthest_beyond(hull[corners[last]], hull[corners[next]]);
+                let found = self.farthest_between(corners[last], corners[next]);
                 if found != corners[i] {
                     (is_farthest[last], is_farthest[next]) = (false, false);
                 }
@@ -85,36 +78,49 @@ impl Hull {
         }
         corners.sort_unstable();
         let distinct = corners.windows(2).all(|pair| pair[0] != pair[1]);
-        distinct.then(|| corners.map(|i| hull[i]))
+        distinct.then_some(corners)
     }
 
     /// The vertex farthest from the first, the one farthest from that, and those farthest to either side.
     fn first_guess(&self) -> [usize; 4] {
-        let hull = &self.vertices;
-        let a = self.farthest(|point| distance_squared(point, hull[0]));
-        let c = self.farthest(|point| distance_squared(point, hull[a]));
-        let b = self.farthest_beyond(hull[a], hull[c]);
-        let d = self.farthest_beyond(hull[c], hull[a]);
+        let n = self.vertices.len() / 2;
+        let farthest_from = |i: usize| {
+            let point = self.vertices[i];
+            farthest(&self.vertices[..n], |other| distance_squared(other, point))
+        };
+        let a = farthest_from(0);
+        let c = farthest_from(a);
+        let [b, d] = [(a, c), (c, a)].map(|(from, to)| self.farthest_between(from, to));
         [a, b, c, d]
     }
 
-    /// Index of the vertex farthest to the left, as seen, of the way from one point to another.
-    fn farthest_beyond(&self, from: Pixel, to: Pixel) -> usize {
-        let normal = [to[1] - from[1], from[0] - to[0]];
-        self.farthest(|point| normal[0] * point[0] + normal[1] * point[1])
+    /// Of the vertices from one to another the one farthest from the line through both.
+    fn farthest_between(&self, from: usize, to: usize) -> usize {
+        let n = self.vertices.len() / 2;
+        let [a, b] = [from, to].map(|i| self.vertices[i]);
+        let normal = [b[1] - a[1], a[0] - b[0]];
+        let value = |point: Pixel| normal[0] * point[0] + normal[1] * point[1];
+        let found = from + farthest(self.between(from, to), value);
+        if found < n { found } else { found - n }
     }
+}
 
-    /// Index of the vertex with the greatest value.
-    fn farthest(&self, value: impl Fn(Pixel) -> i32) -> usize {
-        let mut best = (0, i32::MIN);
-        for (i, &point) in self.vertices.iter().enumerate() {
-            let here = value(point);
-            if here > best.1 {
-                best = (i, here);
-            }
-        }
-        best.0
+/// Index of the first point with the greatest value.
+#[inline(always)]
+fn farthest(points: &[Pixel], value: impl Fn(Pixel) -> i32) -> usize {
+    let indices = (0..points.len()).rev();
+    indices.max_by_key(|&i| value(points[i])).unwrap_or(0)
+}
+
+/// Adds a vertex to those from one on, instead of those that it hides.
+#[inline]
+fn extend_chain(vertices: &mut Vec<Pixel>, first: usize, point: Pixel) {
+    while let [.., a, b] = vertices[first..]
+        && cross(a, b, point) <= 0
+    {
+        vertices.pop();
     }
+    vertices.push(point);
 }
 
 /// Twice the area of the triangle; positive when clockwise as seen.

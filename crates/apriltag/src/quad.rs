@@ -4,10 +4,11 @@
 //! border's corners; nothing where the outline is no quadrilateral.
 
 use crate::Rejection;
-use crate::bit_plane::{BitPlane, set_between};
+use crate::bit_plane::BitPlane;
 use crate::border_shape::BorderShape;
 use crate::components::{Component, Components, Span};
 use crate::hull::{Hull, Pixel};
+use crate::kernels::WORD;
 
 pub(crate) type Point = [f32; 2];
 
@@ -17,26 +18,22 @@ pub(crate) type Quad = [Point; 4];
 /// How far the border reaches beyond the centres of its outermost pixels on average, in pixels.
 const OVERHANG_PX: f32 = 0.4;
 
-/// First and last pixel of an outline in a row.
-#[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Extent {
-    pub(crate) row: u16,
-    pub(crate) left: u16,
-    pub(crate) right: u16,
-}
-
 #[derive(Debug, Default)]
 pub(crate) struct QuadFinder {
     hull: Hull,
-    rows: Vec<Extent>,
+    /// From where to where a component's runs reach in each of its pairs of rows.
+    extents: Vec<Span>,
+    /// From where to where there is black within that, in each row of each pair; nowhere in a row that is all white there.
+    rows: Vec<[Span; 2]>,
 }
 
 impl QuadFinder {
     /// Takes the memory that an image of a size can ask for.
     pub(crate) fn make_room(&mut self, height: usize) {
         self.hull.make_room(height);
-        let most = self.rows.len().max(height + 2);
-        self.rows.resize(most, Extent::default());
+        let n_pairs = self.extents.len().max(height.div_ceil(2));
+        self.extents.resize(n_pairs, Span::default());
+        self.rows.resize(n_pairs, Default::default());
     }
 
     /// The quad around a component, by its runs and what of the plane is black within them.
@@ -48,36 +45,45 @@ impl QuadFinder {
         plane: &BitPlane,
         shape: &BorderShape,
     ) -> Result<Quad, Rejection> {
-        let (n_rows, n_black, filled) = self.read_rows(components.extents_of(component), plane);
+        let n_pairs = component.n_pairs() as usize;
+        components.read_extents(component, &mut self.extents[..n_pairs]);
+        let n_black = self.read_rows(component, plane);
+        let rows = self.rows[..n_pairs].as_flattened();
+        let filled = rows.iter().map(|[left, end]| u32::from(end - left)).sum();
         shape.check_filling(n_black, filled)?;
-        self.hull.build(&self.rows[..n_rows]);
+        self.hull.build(component.rows().start, rows);
         check_convexity(&self.hull, filled)?;
-        let inscribed = self.hull.largest_quad().ok_or(Rejection::NotAQuad)?;
-        let inscribed = inscribed.map(to_point);
-        let quad = circumscribe(&self.hull, &inscribed).ok_or(Rejection::Shape)?;
+        let corners = self.hull.largest_quad().ok_or(Rejection::NotAQuad)?;
+        let quad = circumscribe(&self.hull, corners).ok_or(Rejection::Shape)?;
         check_shape(&quad, shape.min_edge_px)?;
         Ok(quad)
     }
 
-    /// The exact extents of each row; how many rows, how many black pixels, and how many between the ends of rows.
+    /// From where to where black reaches in each row, a strip of columns after the other; returns how many pixels are black.
     #[inline(always)]
-    fn read_rows(
-        &mut self,
-        extents: impl Iterator<Item = (usize, Span)>,
-        plane: &BitPlane,
-    ) -> (usize, u32, u32) {
-        let (mut n_rows, mut n_black, mut filled) = (0, 0, 0);
-        for (pair, span) in extents {
-            for row in [2 * pair + 1, 2 * pair] {
-                let ([left, end], n) = set_between(plane.row(row), span);
-                let (row, right) = (row as u16, end.wrapping_sub(1));
-                self.rows[n_rows] = Extent { row, left, right };
-                n_rows += usize::from(n > 0);
-                n_black += n;
-                filled += u32::from(end - left);
+    fn read_rows(&mut self, component: &Component, plane: &BitPlane) -> u32 {
+        let rows = &mut self.rows[..component.n_pairs() as usize];
+        rows.fill(Default::default());
+        let mut n_black = 0;
+        for column in component.columns().step_by(WORD) {
+            // All columns of the strip from one on.
+            let within = |x: u16| u32::from(x).saturating_sub(column);
+            let from = |x: u16| u64::MAX.checked_shl(within(x)).unwrap_or(0);
+            let mut words = plane.strip(column as usize, component.rows().start as usize);
+            for (rows, &[start, end]) in rows.iter_mut().zip(&self.extents) {
+                let mask = from(start) & !from(end);
+                for ([left, beyond], word) in rows.iter_mut().zip(&mut words) {
+                    let black = word & mask;
+                    if black != 0 {
+                        let first = (column + black.trailing_zeros()) as u16;
+                        *left = if *beyond == 0 { first } else { *left };
+                        *beyond = (column + u64::BITS - black.leading_zeros()) as u16;
+                        n_black += black.count_ones();
+                    }
+                }
             }
         }
-        (n_rows, n_black, filled)
+        n_black
     }
 }
 
@@ -129,16 +135,15 @@ pub(crate) fn mean_edge(quad: &Quad) -> f32 {
     sides.sum::<f32>() / 4.0
 }
 
-/// Moves each side outwards, half way to the farthest vertex beyond it and by the overhang.
-fn circumscribe(hull: &Hull, quad: &Quad) -> Option<Quad> {
+/// Moves the sides between four vertices outwards, each half way to the farthest vertex beyond it and by the overhang.
+fn circumscribe(hull: &Hull, corners: [usize; 4]) -> Option<Quad> {
     let mut moved = [Line::default(); 4];
     for (i, line) in moved.iter_mut().enumerate() {
-        *line = Line::through(quad[i], quad[(i + 1) % 4])?;
-        let beyond = hull
-            .vertices()
-            .iter()
-            .map(|&vertex| line.distance(to_point(vertex)))
-            .fold(0.0, f32::max);
+        let side = hull.between(corners[i], corners[(i + 1) % 4]);
+        let [first, .., last] = side else { return None };
+        *line = Line::through(to_point(*first), to_point(*last))?;
+        let distances = side.iter().map(|vertex| line.distance(to_point(*vertex)));
+        let beyond = distances.fold(0.0, |a, b| if b > a { b } else { a });
         line.offset += beyond / 2.0 + OVERHANG_PX;
     }
     intersect_sides(&moved)
@@ -195,5 +200,40 @@ impl Line {
         let x = (self.offset * other.normal[1] - other.offset * self.normal[1]) / determinant;
         let y = (other.offset * self.normal[0] - self.offset * other.normal[0]) / determinant;
         (x.is_finite() && y.is_finite()).then_some([x, y])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn rows_reach_as_far_as_there_is_black_between_the_ends_of_runs(
+            pairs in prop::collection::vec(any::<[[[u64; 3]; 3]; 2]>(), 1..6),
+        ) {
+            let row = |row: &[[u64; 3]; 3]| row.map(|[a, b, c]| a | b & c).to_vec();
+            let rows: Vec<Vec<u64>> = pairs.as_flattened().iter().map(row).collect();
+            let plane = BitPlane::of_rows(&rows);
+            let (mut components, mut finder) = (Components::default(), QuadFinder::default());
+            components.make_room(3 * WORD, 4 * rows.len());
+            finder.make_room(rows.len());
+            components.label(&plane);
+            for component in components.all().iter().filter(|part| part.n_runs > 0) {
+                components.read_extents(component, &mut finder.extents);
+                let mut n_black = 0;
+                let found = finder.read_rows(component, &plane);
+                for (i, y) in component.rows().enumerate() {
+                    let [start, end] = finder.extents[i / 2];
+                    let is_black = |x: &u16| rows[y as usize][usize::from(*x) / WORD] >> (x % 64) & 1 == 1;
+                    let black: Vec<u16> = (start..end).filter(is_black).collect();
+                    let reach = black.first().zip(black.last()).map_or([0; 2], |(a, b)| [*a, *b + 1]);
+                    prop_assert_eq!(finder.rows[i / 2][i % 2], reach);
+                    n_black += black.len() as u32;
+                }
+                prop_assert_eq!(found, n_black);
+            }
+        }
     }
 }

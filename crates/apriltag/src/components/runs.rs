@@ -1,11 +1,14 @@
 //! Runs in the words of a pair of rows, and which of them touch those of the pair above.
 //!
-//! In: two rows of bits, or four. Out: where runs begin and end; labels by which runs that touch hang together.
+//! In: two rows of bits, or four. Out: where runs begin and end; which parts of components runs are of and which parts hang
+//! together.
 
-use super::Span;
+use super::{Component, Span};
 use crate::bit_plane::RowPair;
 use crate::kernels::WORD;
-use std::hint::select_unpredictable;
+
+/// The label of a run that is of no part yet.
+pub(super) const UNLABELLED: u32 = u32::MAX;
 
 /// Where bits of either row begin and end to be set, in turn. Returns how many runs there are.
 #[inline(always)]
@@ -37,13 +40,15 @@ fn moved_on(word: u64, carry: &mut u64) -> u64 {
     moved
 }
 
-/// Joins the runs of a pair of rows with those of the pair above, each with the number of its first run.
+/// Joins the runs of a pair of rows with those of the pair above, each with the number of its first run: they become of the
+/// same part, or their parts one.
 ///
 /// Rows touch where both are black or have just been. Two runs are joined at the first such place beside others, and where
 /// one of them begins.
 #[inline(always)]
 pub(super) fn join_pairs<'a>(
     labels: &mut [u32],
+    parts: &mut [Component],
     (pair, first): &(RowPair<'a>, usize),
     (above, first_above): &(RowPair<'a>, usize),
 ) {
@@ -69,7 +74,12 @@ pub(super) fn join_pairs<'a>(
             let up_to_here = joints ^ (joints - 1);
             let run = n + (runs & up_to_here).count_ones() - 1;
             let run_above = n_above + (runs_above & up_to_here).count_ones() - 1;
-            join(labels, run, run_above);
+            let (part, above) = (labels[run as usize], labels[run_above as usize]);
+            labels[run as usize] = match part {
+                UNLABELLED => above,
+                _ if part == above => part,
+                _ => join(parts, part, above),
+            };
             joints &= joints - 1;
         }
         n += runs.count_ones();
@@ -77,27 +87,20 @@ pub(super) fn join_pairs<'a>(
     }
 }
 
-/// Lets two runs hang together: the first run of either component goes by that of the other.
-#[inline(always)]
-fn join(labels: &mut [u32], a: u32, b: u32) {
-    let (a, b) = (first_run(labels, a), first_run(labels, b));
-    let (later, earlier) = (
-        select_unpredictable(a > b, a, b),
-        select_unpredictable(a > b, b, a),
-    );
-    labels[later as usize] = earlier;
+/// Lets two parts hang together: the first part of either component goes by that of the other, which is returned.
+fn join(parts: &mut [Component], a: u32, b: u32) -> u32 {
+    let (a, b) = (first_part(parts, a), first_part(parts, b));
+    parts[a.max(b) as usize].earlier = a.min(b);
+    a.min(b)
 }
 
-/// The first run of a run's component, with the path to it halved. Most runs know it, be it themselves or another.
-#[inline(always)]
-fn first_run(labels: &mut [u32], mut run: u32) -> u32 {
-    loop {
-        let earlier = labels[run as usize];
-        let earliest = labels[earlier as usize];
-        if earliest == earlier {
-            return earliest;
-        }
-        labels[run as usize] = earliest;
-        run = earliest;
+/// The first part that a part is known to hang together with; the way to it is halved.
+fn first_part(parts: &mut [Component], mut part: u32) -> u32 {
+    while parts[part as usize].earlier != part {
+        let earlier = parts[part as usize].earlier;
+        let earliest = parts[earlier as usize].earlier;
+        parts[part as usize].earlier = earliest;
+        part = earliest;
     }
+    part
 }
