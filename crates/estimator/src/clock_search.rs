@@ -121,10 +121,17 @@ impl ClockSearch {
         let lead_ns = self.latencies.lead_ns(camera_index).unwrap_or(0);
         let age_ns = self.latencies.age_ns(camera_index);
         let is_early = lead_ns > TELLING_NS && age_ns < Some(-TELLING_NS);
-        let is_late = lead_ns < -TELLING_NS && self.latencies.are_equal(camera_index);
+        let last_lead_ns = self.latencies.last_lead_ns(camera_index);
+        let is_late = last_lead_ns.is_some_and(|lead_ns| lead_ns < -TELLING_NS);
         if is_early || (is_late && !self.rests.contains_key(&camera_index)) {
             self.ask(now_ns, std::iter::once(camera_index));
         }
+    }
+
+    /// Whether a camera's last images came steadily later or earlier than the others'.
+    pub fn is_out_of_step(&self, camera_index: usize) -> bool {
+        let lead_ns = self.latencies.last_lead_ns(camera_index);
+        lead_ns.is_some_and(|lead_ns| lead_ns.saturating_abs() > TELLING_NS)
     }
 
     /// Cameras whose images have arrived.

@@ -38,13 +38,13 @@ impl Latencies {
         self.0.remove(&camera_index);
     }
 
-    /// Whether the camera's last images came equally late.
-    pub fn are_equal(&self, camera_index: usize) -> bool {
-        let ages = self.0.get(&camera_index).map(|ages| ages.last.iter().rev());
-        let last: Vec<i64> = ages.into_iter().flatten().take(LASTING).copied().collect();
-        let range = last.iter().min().zip(last.iter().max());
-        let equal = range.is_some_and(|(least, most)| most.saturating_sub(*least) < EQUALLY_NS);
-        equal && last.len() == LASTING
+    /// The age of the quickest of the camera's last images, if these came equally late.
+    fn equal_age_ns(&self, camera_index: usize) -> Option<i64> {
+        let ages = self.0.get(&camera_index)?.last.iter().rev();
+        let last: Vec<i64> = ages.take(LASTING).copied().collect();
+        let (least, most) = last.iter().min().zip(last.iter().max())?;
+        let equal = most.saturating_sub(*least) < EQUALLY_NS && last.len() == LASTING;
+        equal.then_some(*least)
     }
 
     /// Cameras that have been heard, by index.
@@ -65,7 +65,15 @@ impl Latencies {
     /// By how many ns the camera's stamps lie ahead of the other cameras' by that: against the middle one, or the nearer of
     /// two.
     pub fn lead_ns(&self, camera_index: usize) -> Option<i64> {
-        let own = self.age_ns(camera_index)?;
+        self.lead_at(camera_index, self.age_ns(camera_index)?)
+    }
+
+    /// The same by the camera's last images, if these came equally late.
+    pub fn last_lead_ns(&self, camera_index: usize) -> Option<i64> {
+        self.lead_at(camera_index, self.equal_age_ns(camera_index)?)
+    }
+
+    fn lead_at(&self, camera_index: usize, own: i64) -> Option<i64> {
         let others = self.0.iter().filter(|(other, _)| **other != camera_index);
         let mut ages: Vec<i64> = others.filter_map(|(_, ages)| ages.least).collect();
         ages.sort_unstable();
@@ -90,9 +98,22 @@ mod tests {
         assert_eq!(latencies.age_ns(1), Some(-88));
         assert_eq!(latencies.lead_ns(1), Some(99));
         assert_eq!(latencies.lead_ns(2), Some(1));
-        assert!(!latencies.are_equal(0));
+        assert_eq!(latencies.last_lead_ns(0), None);
         latencies.forget(1);
         assert_eq!(latencies.lead_ns(1), None);
+    }
+
+    #[test]
+    fn a_camera_that_falls_behind_is_seen_by_its_last_images() {
+        let mut latencies = Latencies::default();
+        for image in 0..40 {
+            let stamp_ns = image * 33_000_000;
+            let age_ns = if image < 37 { 10_000_000 } else { 110_000_000 };
+            latencies.hear(0, stamp_ns + 10_000_000, stamp_ns);
+            latencies.hear(1, stamp_ns + age_ns, stamp_ns);
+        }
+        assert_eq!(latencies.lead_ns(1), Some(0));
+        assert_eq!(latencies.last_lead_ns(1), Some(-100_000_000));
     }
 
     #[test]
@@ -104,7 +125,7 @@ mod tests {
             latencies.hear(0, 2 * second, stamp_ns);
             latencies.hear(1, stamp_ns + 300_000_000 + image, stamp_ns);
         }
-        assert!(!latencies.are_equal(0));
-        assert!(latencies.are_equal(1));
+        assert_eq!(latencies.last_lead_ns(0), None);
+        assert!(latencies.last_lead_ns(1).is_some());
     }
 }

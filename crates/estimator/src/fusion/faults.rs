@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use crate::clock_search::ClockSearch;
 use crate::fault::Fault;
-use crate::health::Health;
+use crate::health::{Health, Moved};
 use crate::site::Site;
 use crate::{CameraId, ClockOffset};
 
@@ -19,7 +19,7 @@ pub(crate) fn is_off(clock: &ClockOffset) -> bool {
 }
 
 /// All faults: cameras, tags, clocks, twins, each in order of name. What looks like a moved camera or tag waits while it may
-/// yet be a clock.
+/// yet be a clock, for which arrivals that have changed speak, too.
 pub(crate) fn all(
     site: &Site,
     health: &Health,
@@ -29,7 +29,9 @@ pub(crate) fn all(
 ) -> Vec<Fault> {
     let is_sure = !search.is_young(now_ns);
     let camera = |index: usize| site.camera_id(index);
-    let moved = health.moved_cameras().filter(|one| one.timely || is_sure);
+    let is_timely = |one: &Moved| one.timely && !search.is_out_of_step(one.camera);
+    let moved = health.moved_cameras();
+    let moved = moved.filter(|one| is_sure || is_timely(one));
     let moved = moved.filter_map(|one| {
         let one_of = |other: usize| Some((one.camera.min(other), one.camera.max(other)));
         Some(match one.or.and_then(one_of) {
