@@ -268,7 +268,7 @@ impl Fusion {
         self.clock_search.models_changed();
         self.intake.rig_changed(&self.site);
         for timeline in &mut self.timelines {
-            timeline.settle();
+            timeline.models_changed();
         }
     }
 
@@ -293,7 +293,7 @@ impl Fusion {
             let (timeline, said) = match old.remove(model.id()) {
                 Some((before, timeline, said)) if before == model => (timeline, said),
                 Some((before, mut timeline, said)) if have_one_frame(&before, &model) => {
-                    timeline.settle();
+                    timeline.models_changed();
                     (timeline, said)
                 }
                 _ => (Timeline::new(model.id().clone()), 0),

@@ -13,8 +13,10 @@ mod suspects;
 mod testimony;
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
 
 use crate::TagId;
+use crate::filter::learned::Learned;
 use lasting::Lasting;
 use strays::Strays;
 pub(crate) use strays::{Elsewhere, Ray};
@@ -283,6 +285,11 @@ impl Health {
     /// The tags that a camera has lately seen twice.
     pub fn twins(&self) -> impl Iterator<Item = (usize, TagId)> {
         self.twice_ns.keys().copied()
+    }
+
+    /// What has been learned of stated errors.
+    pub fn lasting(&self) -> Arc<Learned> {
+        self.lasting.learned()
     }
 
     /// Forgets all: the models have changed.

@@ -11,6 +11,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Bound;
 use std::sync::Arc;
 
+use crate::filter::learned::Learned;
 use crate::health::SettledView;
 use crate::site::{ObjectImage, Site};
 use crate::track::{Around, Track};
@@ -297,9 +298,16 @@ impl Timeline {
         }
     }
 
+    /// Cameras or tags have changed, and with them what lasting errors are. As [`Self::settle`].
+    pub fn models_changed(&mut self) {
+        self.settle();
+        self.base.know_lasting(&Arc::default());
+    }
+
     /// Clocks may have jumped, by so many seconds (one sigma), before the window: it is to be gone through again.
-    pub fn doubt_clocks(&mut self, cameras: &[usize], sigma_s: f64) {
-        self.base.doubt_clocks(cameras, sigma_s);
+    /// What is known of lasting errors is what they are judged by.
+    pub fn doubt_clocks(&mut self, cameras: &[usize], sigma_s: f64, lasting: &Arc<Learned>) {
+        self.base.doubt_clocks(cameras, sigma_s, lasting);
         self.stale_from = self.instants.keys().next().copied();
     }
 

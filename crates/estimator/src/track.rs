@@ -30,7 +30,10 @@ mod standing;
 mod time;
 mod update;
 
+use std::sync::Arc;
+
 use crate::filter::corners::{Sight, View};
+use crate::filter::learned::Learned;
 use crate::site::{ObjectImage, Site};
 use crate::{FusionOptions, State};
 use hypothesis::Hypothesis;
@@ -232,8 +235,9 @@ impl Track {
     }
 
     /// Clocks may have jumped, by so many seconds (one sigma).
-    pub fn doubt_clocks(&mut self, cameras: &[usize], sigma_s: f64) {
+    pub fn doubt_clocks(&mut self, cameras: &[usize], sigma_s: f64, lasting: &Arc<Learned>) {
         self.timing.doubt(cameras);
+        self.know_lasting(lasting);
         let states = self.hypotheses.iter_mut().map(|one| &mut one.state);
         for clocks in states.filter_map(|state| state.clocks.as_mut()) {
             cameras
@@ -244,7 +248,15 @@ impl Track {
             self.clear_standing(cameras);
         }
         if let Some(rival) = &mut self.rival {
-            rival.doubt_clocks(cameras, sigma_s);
+            rival.doubt_clocks(cameras, sigma_s, lasting);
+        }
+    }
+
+    /// Clocks are judged by what is known of lasting errors now.
+    pub fn know_lasting(&mut self, lasting: &Arc<Learned>) {
+        self.timing.lasting = Arc::clone(lasting);
+        if let Some(rival) = &mut self.rival {
+            rival.know_lasting(lasting);
         }
     }
 

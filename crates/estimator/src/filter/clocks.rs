@@ -10,6 +10,7 @@ use crate::ClockOffset;
 
 use super::consider::OfClocks;
 use super::kinematics::{Kinematics, symmetric};
+use super::learned::Learned;
 
 /// Most offsets estimated along with one object; further cameras are taken at their word.
 pub(crate) const MOST_CLOCKS: usize = 8;
@@ -51,7 +52,7 @@ impl Default for Clocks {
 pub(crate) struct Agreement {
     /// Logarithm of the odds for it.
     pub odds: f64,
-    /// The largest sigma of an offset, in seconds.
+    /// The largest sigma of an offset, in seconds, but for what is wrong for good.
     pub sigma_s: f64,
 }
 
@@ -118,9 +119,14 @@ impl Clocks {
     }
 
     /// Logarithm of the odds for offsets of zero against offsets of `prior_s` (one sigma each), and the largest sigma; of the
-    /// cameras given. `all` is the covariance of all offsets. By what the estimate says of zero against what was said of it before
+    /// cameras given. `off` are all offsets and `all` is their covariance. By what the estimate says of zero against what was said of it before
     /// (Savage-Dickey ratio; Dickey 1971, The weighted likelihood ratio, sec. 2). `None` without such a camera.
-    fn agreement(&self, all: &Own, prior_s: f64, among: &[usize]) -> Option<Agreement> {
+    fn agreement(
+        &self,
+        (off, all): &(SVector<f64, MOST_CLOCKS>, Own),
+        prior_s: f64,
+        among: &[usize],
+    ) -> Option<Agreement> {
         let (mut own, mut offset) = (Own::identity(), SVector::<f64, MOST_CLOCKS>::zeros());
         let slots: Vec<usize> = among
             .iter()
@@ -128,8 +134,8 @@ impl Clocks {
             .collect();
         let mut sigma_s: f64 = 0.0;
         for (row, of_row) in slots.iter().enumerate() {
-            offset[row] = self.offset[*of_row] / prior_s;
-            sigma_s = sigma_s.max(all[(*of_row, *of_row)].max(0.0).sqrt());
+            offset[row] = off[*of_row] / prior_s;
+            sigma_s = sigma_s.max(self.own[(*of_row, *of_row)].max(0.0).sqrt());
             for (column, of_column) in slots.iter().enumerate() {
                 own[(row, column)] = all[(*of_row, *of_column)] / prior_s.powi(2);
             }
@@ -173,31 +179,35 @@ impl Kinematics {
         }
     }
 
-    /// Covariance of the offsets, with what is wrong for good.
-    fn clock_covariance(&self) -> Own {
-        let own = self
-            .clocks
-            .as_ref()
-            .map_or(Own::zeros(), |clocks| clocks.own);
-        own + self.lasting_covariance_of_clocks()
+    /// The offsets and their covariance, with what is wrong for good as far as that is known.
+    fn clocks_apart(&self, clocks: &Clocks, learned: &Learned) -> (SVector<f64, MOST_CLOCKS>, Own) {
+        let (off, covariance) = self.lasting_of_clocks(learned);
+        (clocks.offset - off, clocks.own + covariance)
     }
 
     /// Offset and its sigma of each camera, in seconds.
-    pub fn clock_offsets(&self) -> impl Iterator<Item = (usize, ClockOffset)> {
-        let covariance = self.clock_covariance();
-        let clocks = self.clocks.iter();
-        let offsets = clocks.flat_map(|clocks| clocks.cameras.iter().zip(&clocks.offset));
-        offsets.enumerate().map(move |(slot, (camera, offset_s))| {
+    pub fn clock_offsets(&self, learned: &Learned) -> Vec<(usize, ClockOffset)> {
+        let Some(clocks) = self.clocks.as_deref() else {
+            return Vec::new();
+        };
+        let (offset, covariance) = self.clocks_apart(clocks, learned);
+        let off = |(slot, camera): (usize, usize)| {
+            let offset_s = offset[slot];
             let sigma_s = covariance[(slot, slot)].max(0.0).sqrt();
-            let offset_s = *offset_s;
-            (*camera, ClockOffset { offset_s, sigma_s })
-        })
+            (camera, ClockOffset { offset_s, sigma_s })
+        };
+        clocks.cameras().enumerate().map(off).collect()
     }
 
     /// Whether the clocks of some cameras agree, if `prior_s` (one sigma) was known before; `None` where none is estimated.
-    pub fn clock_agreement(&self, prior_s: f64, among: &[usize]) -> Option<Agreement> {
-        let clocks = self.clocks.as_ref()?;
-        clocks.agreement(&self.clock_covariance(), prior_s, among)
+    pub fn clock_agreement(
+        &self,
+        prior_s: f64,
+        among: &[usize],
+        learned: &Learned,
+    ) -> Option<Agreement> {
+        let clocks = self.clocks.as_deref()?;
+        clocks.agreement(&self.clocks_apart(clocks, learned), prior_s, among)
     }
 
     /// Whether every number of the offsets is finite.

@@ -12,6 +12,7 @@ use super::clocks::{Clocks, MOST_CLOCKS, Own};
 use super::configuration::{joint_places, rates_at};
 use super::joints::{JointCross, WIDTH};
 use super::kinematics::{Covariance, Kinematics, carry};
+use super::learned::Learned;
 use super::observed::With;
 use crate::articulation::MOST_JOINTS;
 use crate::{LensSigma, PoseSigma, TagId};
@@ -218,12 +219,21 @@ impl Displacing {
 impl Acting {
     /// Of what an update is about.
     fn seen_in<const D: usize>(&self, gain: &Gain<D>) -> SMatrix<f64, D, 6> {
-        let Some((slot, offset_s)) = gain.clock else {
+        self.seen_by(gain.clock, &gain.rates)
+    }
+
+    /// Of what a camera sees whose clock has that place and offset, at those rates.
+    fn seen_by<const D: usize>(
+        &self,
+        clock: Option<(usize, f64)>,
+        rates: &SVector<f64, D>,
+    ) -> SMatrix<f64, D, 6> {
+        let Some((slot, offset_s)) = clock else {
             return self.seen(0.0);
         };
         let seen = self.seen(offset_s);
         match &self.of_clocks {
-            Some(of_clocks) => seen - gain.rates * of_clocks.row(slot),
+            Some(of_clocks) => seen - rates * of_clocks.row(slot),
             None => seen,
         }
     }
@@ -297,16 +307,21 @@ impl Kinematics {
         own + self.lasting_covariance::<6>()
     }
 
-    /// What errors that last do to a link's pose as a view shows it: through the state and in the view itself, whose own sources
-    /// these are. `link` is the derivative of its pose by the configuration; `None` where it is the object's.
+    /// What errors that last do to a link's pose as a view by a camera shows it: through the state and in the view itself, whose own
+    /// sources these are. `link` is the derivative of its pose by the configuration; `None` where it is the object's.
     pub fn displacing<const D: usize>(
         &self,
+        camera_index: usize,
         link: Option<&SMatrix<f64, 6, D>>,
         mut own: Vec<Displacing>,
     ) -> Vec<Displacing> {
         let acting = self.considered.iter().flat_map(|all| &all.sources);
+        let clocks = self.clocks.as_deref();
+        let clock = clocks.and_then(|clocks| Some((clocks, clocks.slot(camera_index)?)));
+        let clock = clock.map(|(clocks, slot)| (slot, clocks.offset_s(slot)));
+        let rates = self.rates::<D>();
         for one in acting {
-            let seen = one.seen::<D>(0.0);
+            let seen = one.seen_by(clock, &rates);
             let by = match link {
                 Some(link) => link * seen,
                 None => seen.fixed_rows::<6>(0).into_owned(),
@@ -323,15 +338,13 @@ impl Kinematics {
         own
     }
 
-    /// Covariance of the clocks' offsets by what is wrong for good.
-    pub(super) fn lasting_covariance_of_clocks(&self) -> Own {
+    /// What is wrong for good has done to the clocks' offsets, as far as that is known: mean and covariance.
+    pub(super) fn lasting_of_clocks(&self, learned: &Learned) -> (SVector<f64, MOST_CLOCKS>, Own) {
         let acting = self.considered.iter().flat_map(|all| &all.sources);
-        let caused = |one: &Acting| {
+        learned.of_clocks(acting.filter_map(|one| {
             let of_clocks = one.of_clocks.as_deref()?;
-            let variance = Matrix6::from_diagonal(&one.variance);
-            Some(of_clocks * variance * of_clocks.transpose())
-        };
-        acting.filter_map(caused).sum()
+            Some((one.source, &one.variance, of_clocks))
+        }))
     }
 
     /// Covariance of the configuration by what is wrong for good.

@@ -103,7 +103,7 @@ pub(crate) fn surprise<const D: usize>(
 ) -> f64 {
     let own = sight.displacing(&fit.configuration.pose);
     let own = own.filter(|one| one.of_camera().is_some()).collect();
-    let displacing = before.displacing::<6>(None, own);
+    let displacing = before.displacing::<6>(sight.camera_index, None, own);
     let lasting: Matrix6<f64> = displacing.iter().map(Displacing::covariance).sum();
     let apart = || {
         let mut covariance = expected.information.try_inverse()?;

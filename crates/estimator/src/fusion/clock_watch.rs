@@ -90,8 +90,9 @@ impl Fusion {
     fn doubt_clocks(&mut self, cameras: &[usize]) {
         self.earlier_offsets.clear();
         let sigma_s = self.options.unknown_clock_s;
+        let lasting = self.health.lasting();
         for timeline in &mut self.timelines {
-            timeline.doubt_clocks(cameras, sigma_s);
+            timeline.doubt_clocks(cameras, sigma_s, &lasting);
         }
     }
 

@@ -6,12 +6,14 @@
 //! bumped, teaches nothing of them.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
-use nalgebra::{Cholesky, Const, DMatrix, DVector, Dyn, Matrix6, OMatrix, U6, Vector6};
+use nalgebra::{Cholesky, Const, Dyn, Matrix6, OMatrix, U6, Vector6};
 
 use super::guess::USUAL;
 use super::testimony::Account;
 use crate::filter::consider::{Displacing, Source};
+use crate::filter::learned::Learned;
 
 /// Most sources that are learned about: all their errors hang together, and further ones stay as they are stated.
 const MOST_SOURCES: usize = 12;
@@ -38,10 +40,7 @@ type Columns = OMatrix<f64, Dyn, U6>;
 /// What is known of the errors.
 #[derive(Debug, Default)]
 pub(super) struct Lasting {
-    /// With the variances that are stated.
-    sources: Vec<(Source, Vector6<f64>)>,
-    mean: DVector<f64>,
-    covariance: DMatrix<f64>,
+    learned: Arc<Learned>,
     at_ns: u64,
     /// By camera, the variance of its noise against what the track takes it for.
     noise: BTreeMap<usize, f64>,
@@ -67,13 +66,14 @@ impl Lasting {
     /// What is expected of a view that errors displace so.
     pub fn expected(&mut self, displacing: &[Displacing]) -> Expected {
         let known: Vec<_> = displacing.iter().map(|one| self.place(one)).collect();
+        let learned = &*self.learned;
         let of_known = || displacing.iter().zip(&known);
-        let mut with = Columns::zeros(self.mean.len());
+        let mut with = Columns::zeros(learned.mean.len());
         let mut displacement = Vector6::zeros();
         for (one, first) in of_known() {
             let Some(first) = *first else { continue };
-            displacement += one.by * self.mean.fixed_rows::<6>(first);
-            with += self.covariance.fixed_columns::<6>(first) * one.by.transpose();
+            displacement += one.by * learned.mean.fixed_rows::<6>(first);
+            with += learned.covariance.fixed_columns::<6>(first) * one.by.transpose();
         }
         let mut covariance = Matrix6::zeros();
         for (one, first) in of_known() {
@@ -96,23 +96,22 @@ impl Lasting {
         if matches!(of.source, Source::Lens(_)) {
             return None;
         }
-        let known = self.sources.iter().position(|one| one.0 == of.source);
-        let index = known.or_else(|| self.add(of))?;
-        Some(6 * index)
+        self.learned.place(of.source).or_else(|| self.add(of))
     }
 
     fn add(&mut self, of: &Displacing) -> Option<usize> {
-        let index = self.sources.len();
+        let index = self.learned.sources.len();
         if index >= MOST_SOURCES {
             return None;
         }
         let (from, to) = (6 * index, 6 * index + 6);
-        self.sources.push((of.source, of.variance));
-        self.mean.resize_vertically_mut(to, 0.0);
-        self.covariance.resize_mut(to, to, 0.0);
-        let mut own = self.covariance.fixed_view_mut::<6, 6>(from, from);
+        let learned = Arc::make_mut(&mut self.learned);
+        learned.sources.push((of.source, of.variance));
+        learned.mean.resize_vertically_mut(to, 0.0);
+        learned.covariance.resize_mut(to, to, 0.0);
+        let mut own = learned.covariance.fixed_view_mut::<6, 6>(from, from);
         own.copy_from(&Matrix6::from_diagonal(&of.variance));
-        Some(index)
+        Some(from)
     }
 
     /// Learns from a view of which that was expected.
@@ -135,8 +134,9 @@ impl Lasting {
         if gradient.dot(&single.solve(&gradient)) < GATE {
             let with = &expected.with * slope.transpose() / ALIKE;
             let gain = &with * alike.inverse();
-            self.mean += &gain * (gradient / ALIKE);
-            self.covariance -= &gain * with.transpose();
+            let learned = Arc::make_mut(&mut self.learned);
+            learned.mean += &gain * (gradient / ALIKE);
+            learned.covariance -= &gain * with.transpose();
         }
     }
 
@@ -147,12 +147,19 @@ impl Lasting {
         }
         self.at_ns = time_ns;
         let keep = (-gone_s / FADES_S).exp();
-        self.mean *= keep;
-        self.covariance = (&self.covariance + self.covariance.transpose()) * (0.5 * keep.powi(2));
-        let stated = self.sources.iter().flat_map(|(_, variance)| variance);
+        let learned = Arc::make_mut(&mut self.learned);
+        learned.mean *= keep;
+        let covariance = &mut learned.covariance;
+        *covariance = (&*covariance + covariance.transpose()) * (0.5 * keep.powi(2));
+        let stated = learned.sources.iter().flat_map(|(_, variance)| variance);
         for (place, variance) in stated.enumerate() {
-            self.covariance[(place, place)] += variance * (1.0 - keep.powi(2));
+            covariance[(place, place)] += variance * (1.0 - keep.powi(2));
         }
+    }
+
+    /// What is known now.
+    pub fn learned(&self) -> Arc<Learned> {
+        Arc::clone(&self.learned)
     }
 
     /// Variance of a camera's noise against what the track takes it for.

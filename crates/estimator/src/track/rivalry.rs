@@ -143,7 +143,9 @@ impl Track {
     /// Whether the clocks of these cameras agree, by the likeliest attitude.
     fn agreement(&self, asked: &[usize], options: &FusionOptions) -> Option<Agreement> {
         let best = self.hypotheses.first()?;
-        best.state.clock_agreement(options.unknown_clock_s, asked)
+        let lasting = &self.timing.lasting;
+        let prior_s = options.unknown_clock_s;
+        best.state.clock_agreement(prior_s, asked, lasting)
     }
 
     /// What is to be published: the rival while it lives, for it knows what it does not know.

@@ -30,6 +30,7 @@ const BETWEEN: [f64; 2] = [10.0, 100.0];
 /// Where an object is in the eyes of a camera.
 struct Seen<'a> {
     state: &'a Kinematics,
+    camera_index: usize,
     configuration: Configuration,
     /// Whether its velocity is known well enough to tell time by.
     tells_time: bool,
@@ -43,6 +44,7 @@ const TELLS_TIME: f64 = 0.05;
 /// Where a view's link is.
 struct Place<'a> {
     state: &'a Kinematics,
+    camera_index: usize,
     link: Moving,
     /// Zero where it is not known well.
     twist: Vector6<f64>,
@@ -125,6 +127,7 @@ impl Track {
             let seen = observed::<WITH_JOINTS>(state, camera_index, role);
             return Seen {
                 state,
+                camera_index,
                 tells_time,
                 configuration: seen.configuration,
                 of_base: seen.covariance.fixed_view::<6, 6>(0, 0).into_owned(),
@@ -134,6 +137,7 @@ impl Track {
         let seen = observed::<6>(state, camera_index, role);
         Seen {
             state,
+            camera_index,
             tells_time,
             configuration: seen.configuration,
             covariance: SMatrix::zeros(),
@@ -185,6 +189,7 @@ impl<'a> Place<'a> {
         };
         Self {
             state: seen.state,
+            camera_index: seen.camera_index,
             link: view.moving(at),
             twist: if seen.tells_time {
                 twist
@@ -213,6 +218,7 @@ impl<'a> Place<'a> {
         };
         Self {
             state: from.state,
+            camera_index: from.camera_index,
             link,
             twist,
             covariance,
@@ -258,10 +264,10 @@ fn account(sight: &Sight<'_>, role: Role, place: &Place<'_>) -> Option<Account> 
 fn displacing(sight: &Sight<'_>, place: &Place<'_>) -> Vec<Displacing> {
     let own: Vec<_> = sight.displacing(&place.link.pose).collect();
     match &sight.view.limb {
-        None => place.state.displacing::<6>(None, own),
+        None => place.state.displacing::<6>(place.camera_index, None, own),
         Some(limb) => {
             let link = limb.jacobian::<WITH_JOINTS>(&place.state.configuration());
-            place.state.displacing(Some(&link), own)
+            place.state.displacing(place.camera_index, Some(&link), own)
         }
     }
 }
