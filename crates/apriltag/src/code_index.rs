@@ -117,13 +117,12 @@ fn bits_to_spare(family: &FamilyData) -> usize {
 /// Chance of random bits to be a code word of the family under some turn but for so many wrong bits.
 fn chance(family: &FamilyData, wrong: u32) -> f64 {
     let n_bits = family.bits.len() as u32;
-    let mut near = vec![1.0_f64];
+    let (mut near, mut nearer) = (1.0, 1.0);
     for wrong in 1..=wrong {
-        let last = near[near.len() - 1];
-        near.push(last * f64::from(n_bits - wrong + 1) / f64::from(wrong));
+        near *= f64::from(n_bits - wrong + 1) / f64::from(wrong);
+        nearer += near;
     }
-    let n_words = (4 * family.codes.len()) as f64 / 2_f64.powi(n_bits as i32);
-    n_words * near.iter().sum::<f64>()
+    (4 * family.codes.len()) as f64 / 2_f64.powi(n_bits as i32) * nearer
 }
 
 #[cfg(test)]

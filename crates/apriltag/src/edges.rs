@@ -66,9 +66,8 @@ impl Side {
         const USUAL_PX: f32 = 0.05;
         const STRAY_IN_SIGMA: f32 = 2.5;
         let [nx, ny] = Line::through(a, b)?.normal;
-        let mut crossings = [Crossing::default(); MAX_GROUPS * POINTS];
-        let n = profiles.find_crossings(view, (a, b), [nx, ny], &mut crossings);
-        let crossings = &mut crossings[..n];
+        let mut crossings = [[Crossing::default(); POINTS]; MAX_GROUPS];
+        let crossings = profiles.find_crossings(view, (a, b), [nx, ny], &mut crossings);
         let mut fit = LineFit::through(crossings)?;
         for _ in 0..2 {
             let limit = STRAY_IN_SIGMA * fit.scatter.max(USUAL_PX);

@@ -174,41 +174,43 @@ fn top_bits(bytes: &Pixels) -> u64 {
 }
 
 /// Grey by bilinear interpolation where places (u, v) are mapped to; NaN outside the image.
-#[inline(always)]
 pub(crate) fn sample(
     image: &Image<'_>,
     map: &Homography,
     places: &[[Points; 2]],
-    greys: &mut [Points],
+    greys: &mut [f32],
 ) {
-    for (places, greys) in places.iter().zip(greys) {
-        *greys = bilinear(image, &map.apply_to_points(places));
+    let points = places.iter().map(|places| map.apply_to_points(places));
+    let points = points.zip(greys.as_chunks_mut().0);
+    #[cfg(target_arch = "x86_64")]
+    if avx2::is_there() && i32::try_from(image.bytes().0.len()).is_ok() {
+        // SAFETY: the processor has AVX2, the pairs are within the image, and that has fewer bytes than 2^31.
+        let pairs = |pixels: &_, stride, at: &_| unsafe { avx2::pairs(pixels, stride, at) };
+        let work = || points.for_each(|(at, grey)| *grey = bilinear(image, at, pairs));
+        // SAFETY: the processor has AVX2 and what came with it.
+        return unsafe { avx2::run(work) };
     }
+    points.for_each(|(at, grey)| *grey = bilinear(image, at, pairs));
 }
 
 #[inline(always)]
-fn bilinear(image: &Image<'_>, [x, y]: &[Points; 2]) -> Points {
-    let (column, right) = split(x, image.width());
-    let (row, down) = split(y, image.height());
+fn bilinear(
+    image: &Image<'_>,
+    [x, y]: [Points; 2],
+    pairs: impl Fn(&[u8], usize, &[u32; POINTS]) -> [Pairs; 2],
+) -> Points {
+    let (column, right) = split(&x, image.width());
+    let (row, down) = split(&y, image.height());
     let (pixels, stride) = image.bytes();
-    let below = &pixels[stride..];
-    let (above, last) = (&pixels[..below.len()], below.len() - 2);
+    let last = pixels.len() - stride - 2;
     let at: [u32; POINTS] = array::from_fn(|i| {
         row[i]
             .wrapping_mul(stride as u32)
             .wrapping_add(column[i])
             .min(last as u32)
     });
-    let [mut above_pairs, mut below_pairs] = [[0; POINTS]; 2];
-    for i in 0..POINTS {
-        // SAFETY: both are as long as `below`, and no place is beyond the last one where a pair begins in it.
-        let pair =
-            |pixels: &[u8]| unsafe { pixels.as_ptr().add(at[i] as usize).cast::<[u8; 2]>().read() };
-        above_pairs[i] = u16::from_le_bytes(pair(above));
-        below_pairs[i] = u16::from_le_bytes(pair(below));
-    }
-    let above = between(&above_pairs, &right);
-    let below = between(&below_pairs, &right);
+    let [above, below] = pairs(pixels, stride, &at);
+    let (above, below) = (between(&above, &right), between(&below, &right));
     let [width, height] = [image.width(), image.height()].map(|size| (size - 1) as f32);
     array::from_fn(|i| {
         let inside = (x[i] >= 0.0) & (x[i] <= width) & (y[i] >= 0.0) & (y[i] <= height);
@@ -217,11 +219,26 @@ fn bilinear(image: &Image<'_>, [x, y]: &[Points; 2]) -> Points {
     })
 }
 
+/// Of as many points two neighbours in a row, the left one lowest; what else there is counts for nothing.
+type Pairs = [u32; POINTS];
+
+/// The pairs that begin at some places, none beyond the last one with a pair in the row below, and those in that row.
+#[inline(always)]
+fn pairs(pixels: &[u8], stride: usize, at: &[u32; POINTS]) -> [Pairs; 2] {
+    let pair = |begin| {
+        // SAFETY: bilinear, and nobody else, asks for pairs, which are all among the pixels.
+        let pair = unsafe { pixels.as_ptr().add(begin).cast::<[u8; 2]>().read() };
+        u32::from(u16::from_le_bytes(pair))
+    };
+    [0, stride].map(|below| at.map(|at| pair(at as usize + below)))
+}
+
 /// Grey between the two pixels of each pair.
 #[inline(always)]
-fn between(pairs: &[u16; POINTS], part: &Points) -> Points {
+fn between(pairs: &Pairs, part: &Points) -> Points {
     array::from_fn(|i| {
-        let (left, right) = (f32::from(pairs[i] & 0xff), f32::from(pairs[i] >> 8));
+        let (left, right) = (pairs[i] as u8, (pairs[i] >> 8) as u8);
+        let (left, right) = (f32::from(left), f32::from(right));
         left + part[i] * (right - left)
     })
 }
@@ -353,11 +370,9 @@ mod tests {
             let bytes: Vec<u8> = (0..(height - 1) * stride + width).map(|i| (i * 97 + i / 7) as u8 ^ seed).collect();
             let image = Image::new(&bytes, width, height, stride).unwrap();
             if let Some(map) = Homography::square_to_quad(&quad, 1.0) {
-                let [usual, best] = both(#[inline(always)] || {
-                    let mut greys = vec![[0.0; POINTS]; places.len()];
-                    sample(&image, &map, &places, &mut greys);
-                    greys.into_flattened()
-                });
+                let mut best = vec![0.0; POINTS * places.len()];
+                sample(&image, &map, &places, &mut best);
+                let usual: Vec<_> = places.iter().flat_map(|places| bilinear(&image, map.apply_to_points(places), pairs)).collect();
                 let points = places.iter().flat_map(|[u, v]| (0..POINTS).map(|i| map.apply(u[i], v[i])));
                 for ((point, usual), best) in points.zip(usual).zip(best) {
                     prop_assert_eq!(usual.to_bits(), best.to_bits());

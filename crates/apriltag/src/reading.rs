@@ -67,6 +67,7 @@ impl Reader {
         self.data.border
     }
 
+    #[inline(always)]
     pub(crate) fn read(&self, view: &View<'_>, quad: &Quad) -> Result<Reading, Unread> {
         let mut modules = Modules::new(view, &self.layout, quad).map_err(Unread::Hopeless)?;
         let contrast = modules.contrast();
@@ -91,13 +92,14 @@ impl Reader {
     }
 
     /// The code word under usual blur or, failing that, under strong blur.
+    #[inline(always)]
     fn recognise(&self, modules: &Modules<'_>) -> Result<Reading, Unread> {
         let (usual, clarity) = modules.word(USUAL_BLUR_PX);
         let found = self.index.find(usual).map(|found| (found, clarity));
         // Fewer wrong bits: every further attempt is a further chance for what is no tag.
         let or_blurred = || {
             let (strong, margin) = modules.word(STRONG_BLUR_PX);
-            let found = self.index.find(strong)?;
+            let found = (strong != usual).then(|| self.index.find(strong))??;
             (found.hamming <= 1).then_some((found, margin))
         };
         let is_clear = clarity > LEAST_CLARITY * modules.contrast() && modules.are_small();
@@ -165,7 +167,7 @@ impl Unread {
 const LEAST_PLAIN: usize = 5;
 
 /// Share of the least contrast that a border may show between corners a pixel off.
-const NEARLY: f32 = 0.5;
+const NEARLY: f32 = 0.8;
 
 /// Mean distance of a tag's bits of either colour from the threshold, as a share of the contrast: half in a sharp picture,
 /// a fifth between corners several pixels off; next to nothing where there are no bits of one colour.

@@ -90,30 +90,29 @@ impl Lookout {
     /// Reads a tag with a border of a colour within a quad; where that fails or bits are wrong, once more after a look at
     /// where its edges are.
     pub(crate) fn sight(&self, view: &View<'_>, quad: &Quad) -> Result<Sighting, Rejection> {
-        let rough = self.read(view, quad);
-        match &rough {
-            Ok(sighting) if sighting.reading.found.hamming > 0 => {}
-            Err(Unread::Hopeful(_)) => {}
-            _ => return rough.map_err(Unread::reason),
-        }
-        let better = self.read(view, &edges::fit_coarsely(view, quad).quad);
         let wrong = |read: &Result<Sighting, _>| match read {
             Ok(sighting) => sighting.reading.found.hamming,
             Err(_) => u32::MAX,
         };
-        let best = if wrong(&rough) < wrong(&better) {
-            rough
-        } else {
-            better
-        };
-        best.map_err(Unread::reason)
+        let mut read = self.read(view, quad);
+        if wrong(&read) > 0 && !matches!(read, Err(Unread::Hopeless(_))) {
+            let again = self.read(view, &edges::fit_coarsely(view, quad).quad);
+            if wrong(&again) <= wrong(&read) {
+                read = again;
+            }
+        }
+        read.map_err(Unread::reason)
     }
 
     /// The reading of the first family that has one; hopeful as long as any family is.
     fn read(&self, view: &View<'_>, quad: &Quad) -> Result<Sighting, Unread> {
         let mut unread = Unread::Hopeless(Rejection::NoCode);
         for reader in self.readers(view.border) {
-            unread = match (reader.read(view, quad), unread) {
+            let read = vectorised(
+                #[inline(always)]
+                || reader.read(view, quad),
+            );
+            unread = match (read, unread) {
                 (Ok(reading), _) => {
                     let mut quad = *quad;
                     quad.rotate_left(reading.found.turns as usize);

@@ -1,8 +1,6 @@
-//! An image in which borders of a colour are looked for, and how it is sampled.
+//! An image in which borders of a colour are looked for.
 
 use crate::Image;
-use crate::homography::Homography;
-use crate::kernels::{Points, sample, vectorised};
 use sextant_tag_families::BorderColour;
 
 #[derive(Clone, Copy)]
@@ -18,13 +16,5 @@ impl View<'_> {
             BorderColour::Black => 1.0,
             BorderColour::White => -1.0,
         }
-    }
-
-    /// Grey where places are mapped to, NaN outside the image.
-    pub(crate) fn sample(&self, map: &Homography, places: &[[Points; 2]], greys: &mut [Points]) {
-        vectorised(
-            #[inline(always)]
-            || sample(self.image, map, places, greys),
-        );
     }
 }

@@ -4,7 +4,7 @@
 
 use super::Crossing;
 use crate::homography::Homography;
-use crate::kernels::{POINTS, Points, vectorised};
+use crate::kernels::{POINTS, Points, sample, vectorised};
 use crate::quad::{Point, Quad, distance, mean_edge};
 use crate::view::View;
 
@@ -52,14 +52,14 @@ impl Profiles {
         }
     }
 
-    /// Where an edge crosses the profiles over a line from a to b with this normal, as far as they lie in the image; how many do.
-    pub(super) fn find_crossings(
+    /// Where an edge crosses the profiles over a line from a to b with this normal; of no weight where they leave the image.
+    pub(super) fn find_crossings<'a>(
         &self,
         view: &View<'_>,
         (a, b): (Point, Point),
         [nx, ny]: Point,
-        out: &mut [Crossing; MAX_GROUPS * POINTS],
-    ) -> usize {
+        out: &'a mut [[Crossing; POINTS]; MAX_GROUPS],
+    ) -> &'a mut [Crossing] {
         let way = [b[0] - a[0], b[1] - a[1]];
         // u along the side, from 0 to 1, v beyond it in pixels.
         let map = Homography {
@@ -68,27 +68,26 @@ impl Profiles {
         };
         let length = distance(a, b);
         let n_samples = 2 * self.n_steps + 1;
-        let mut n = 0;
-        for group in 0..self.n_groups {
+        let out = &mut out[..self.n_groups];
+        for (group, crossings) in out.iter_mut().enumerate() {
             let along = self.along(group);
             let away = |step: usize| (step as f32 - self.n_steps as f32) * STEP_PX;
             let places: [_; MAX_SAMPLES] = std::array::from_fn(|k| [along, [away(k); POINTS]]);
             let mut greys = [[0.0; POINTS]; MAX_SAMPLES];
-            view.sample(&map, &places[..n_samples], &mut greys[..n_samples]);
-            let greys = &greys[..n_samples];
+            let greys = &mut greys[..n_samples];
+            sample(view.image, &map, &places, greys.as_flattened_mut());
             let [beyond, weight] = vectorised(|| steepest(greys, view.sign()));
-            for lane in 0..POINTS {
-                if weight[lane] > 0.0 {
-                    out[n] = Crossing {
-                        along: (along[lane] - 0.5) * length,
-                        beyond: beyond[lane],
-                        weight: weight[lane],
-                    };
-                    n += 1;
-                }
-            }
+            let found = |lane: usize| Crossing {
+                along: (along[lane] - 0.5) * length,
+                beyond: beyond[lane],
+                weight: weight[lane],
+            };
+            *crossings = std::array::from_fn(|lane| match weight[lane] {
+                0.0 => Crossing::default(),
+                _ => found(lane),
+            });
         }
-        n
+        out.as_flattened_mut()
     }
 
     /// Away from a side's ends, where the other sides blur in.

@@ -1,12 +1,11 @@
 //! The modules of a family that are looked at: border, ring around it, bits.
 
 use crate::kernels::{POINTS, Points};
-use crate::quad::Point;
 use sextant_tag_families::FamilyData;
 use std::ops::Range;
 
-/// Most modules that are looked at, in blocks of points.
-pub(super) const MAX_BLOCKS: usize = 144 / POINTS;
+/// Most modules that are looked at: as many as a byte counts.
+pub(super) const MAX_MODULES: usize = 256;
 
 #[derive(Debug)]
 pub(super) struct Layout {
@@ -22,8 +21,8 @@ pub(super) struct Layout {
     pub(super) bits: Range<usize>,
     /// Of each bit the modules to the left and right, above and below; itself where one is missing.
     pub(super) beside: Vec<[u8; 4]>,
-    /// Of each module that is looked at, from the middle of the tag.
-    pub(super) from_middle: Vec<Point>,
+    /// Right of the middle of the tag and below it, of each module that is looked at.
+    from_middle: [Vec<f32>; 2],
 }
 
 impl Layout {
@@ -48,11 +47,16 @@ impl Layout {
             border,
             ring,
             bits,
-            from_middle: modules
-                .iter()
-                .map(|module| module.map(|at| f32::from(at) + 0.5 - f32::from(width) / 2.0))
-                .collect(),
+            from_middle: [0, 1].map(|axis| {
+                let from_middle = |module: &[i16; 2]| f32::from(2 * module[axis] + 1 - width) / 2.0;
+                modules.iter().map(from_middle).collect()
+            }),
         }
+    }
+
+    /// How far right of the middle of the tag and below it modules are.
+    pub(super) fn off_middle(&self, modules: &Range<usize>) -> [&[f32]; 2] {
+        self.from_middle.each_ref().map(|at| &at[modules.clone()])
     }
 
     /// Blocks of border and ring.

@@ -1,10 +1,10 @@
 //! What is seen of a tag's modules, and what black and white are all over the tag: planes through the greys of its border and
 //! of the ring around it, as in AprilTag 2 (Wang & Olson, IROS 2016).
 
-use super::layout::{Layout, MAX_BLOCKS};
+use super::layout::{Layout, MAX_MODULES};
 use crate::Rejection;
 use crate::homography::Homography;
-use crate::kernels::{POINTS, Points};
+use crate::kernels::sample;
 use crate::quad::{Point, Quad, widths};
 use crate::view::View;
 use std::ops::Range;
@@ -25,40 +25,46 @@ pub(super) struct Modules<'a> {
     map: Homography,
     /// Width and height of a module, each at right angles to its sides.
     size_px: [f32; 2],
-    /// At the modules' middles in the order of the layout, NaN outside the image.
-    greys: [Points; MAX_BLOCKS],
     /// Mean greys.
     border: f32,
     ring: f32,
     /// Halfway between black and white.
     threshold: GreyPlane,
+    /// How far the greys of the modules, in the order of the layout, are above the threshold; NaN outside the image.
+    above: [f32; MAX_MODULES],
 }
 
 impl<'a> Modules<'a> {
     /// Border and ring.
+    #[inline(always)]
     pub(super) fn new(
         view: &'a View<'a>,
         layout: &'a Layout,
         quad: &Quad,
     ) -> Result<Self, Rejection> {
         let map = Homography::square_to_quad(quad, layout.border_width).ok_or(Rejection::Shape)?;
-        let (mut greys, n_rings) = ([[0.0; POINTS]; MAX_BLOCKS], layout.ring_blocks());
-        view.sample(&map, &layout.places[..n_rings], &mut greys[..n_rings]);
+        let mut above = [0.0; MAX_MODULES];
+        sample(
+            view.image,
+            &map,
+            &layout.places[..layout.ring_blocks()],
+            &mut above,
+        );
         let plane = |modules: &Range<usize>| {
-            let places = &layout.from_middle[modules.clone()];
-            let plane = GreyPlane::fit(places, &greys.as_flattened()[modules.clone()]);
-            plane.ok_or(Rejection::FaintBorder)
+            GreyPlane::fit(&above[modules.clone()]).ok_or(Rejection::FaintBorder)
         };
         let (border, ring) = (plane(&layout.border)?, plane(&layout.ring)?);
+        let threshold = border.midway(&ring);
+        threshold.take_from(&mut above, layout, &(0..layout.bits.start));
         Ok(Self {
-            border: border.mean,
-            ring: ring.mean,
-            threshold: border.midway(&ring),
             view,
             layout,
             map,
             size_px: widths(quad).map(|width| width / layout.border_width),
-            greys,
+            border: border.mean,
+            ring: ring.mean,
+            threshold,
+            above,
         })
     }
 
@@ -73,15 +79,6 @@ impl<'a> Modules<'a> {
         self.view.sign() * (self.ring - self.border)
     }
 
-    /// How far the greys of modules are above the threshold.
-    fn above(&self, modules: &Range<usize>) -> impl Iterator<Item = f32> {
-        let greys = &self.greys.as_flattened()[modules.clone()];
-        let places = self.layout.from_middle[modules.clone()].iter();
-        places
-            .zip(greys)
-            .map(|(&place, grey)| grey - self.threshold.at(place))
-    }
-
     /// The modules of border and ring, and the sign of what they should be above the threshold.
     fn rings(&self) -> [(&Range<usize>, f32); 2] {
         let sign = self.view.sign();
@@ -89,11 +86,12 @@ impl<'a> Modules<'a> {
     }
 
     /// Border and ring must by and large have the colours that they should; an occluded corner is forgiven.
+    #[inline(always)]
     pub(super) fn rings_agree(&self) -> bool {
         const LEAST_SHARE: f32 = 0.75;
         self.rings().into_iter().all(|(modules, sign)| {
             let (mut right, mut all) = (0, 0);
-            for above in self.above(modules) {
+            for above in &self.above[modules.clone()] {
                 right += u32::from(sign * above > 0.0);
                 all += u32::from(!above.is_nan());
             }
@@ -107,9 +105,9 @@ impl<'a> Modules<'a> {
         let clearly = CLEARLY * self.contrast();
         let [mut left, mut right, mut top, mut bottom] = [false; 4];
         for (modules, sign) in self.rings() {
-            let places = self.layout.from_middle[modules.clone()].iter();
-            let lost = self.above(modules).zip(places);
-            for (_, [x, y]) in lost.filter(|(above, _)| sign * above <= clearly) {
+            let [x, y] = self.layout.off_middle(modules);
+            let modules = self.above[modules.clone()].iter().zip(x.iter().zip(y));
+            for (_, (x, y)) in modules.filter(|(above, _)| sign * **above <= clearly) {
                 (left, right) = (left || *x <= 0.0, right || *x >= 0.0);
                 (top, bottom) = (top || *y <= 0.0, bottom || *y >= 0.0);
             }
@@ -124,25 +122,28 @@ impl<'a> Modules<'a> {
 
     /// The modules that carry bits: one sample in the middle of a small one; four around it where there is room, against
     /// noise. Says whether all lie in the image.
+    #[inline(always)]
     pub(super) fn sample_bits(&mut self) -> bool {
-        let (layout, n_rings) = (self.layout, self.layout.ring_blocks());
-        let bits = &mut self.greys[n_rings..layout.places.len()];
+        let Layout { bits, around, .. } = self.layout;
+        let above = &mut self.above[bits.start..];
         if self.size_px[0].min(self.size_px[1]) < ROOMY_PX {
-            let places = &layout.places[n_rings..];
-            self.view.sample(&self.map, places, bits);
+            let places = &self.layout.places[self.layout.ring_blocks()..];
+            sample(self.view.image, &self.map, places, above);
         } else {
-            let mut greys = [[0.0; POINTS]; MAX_BLOCKS];
-            for places in &layout.around {
-                self.view.sample(&self.map, places, &mut greys);
-                for (sum, grey) in bits.as_flattened_mut().iter_mut().zip(greys.as_flattened()) {
-                    *sum += grey / layout.around.len() as f32;
+            for places in around {
+                let mut greys = [0.0; MAX_MODULES];
+                sample(self.view.image, &self.map, places, &mut greys);
+                for (sum, grey) in above[..bits.len()].iter_mut().zip(greys) {
+                    *sum += grey / around.len() as f32;
                 }
             }
         }
-        !bits.as_flattened().iter().any(|grey| grey.is_nan())
+        self.threshold.take_from(above, self.layout, bits);
+        !above[..bits.len()].iter().any(|above| above.is_nan())
     }
 
     /// The observed code word and its margin: the mean distance from the threshold of the weaker colour.
+    #[inline(always)]
     pub(super) fn word(&self, blur_px: f32) -> (u64, f32) {
         let (mut code, mut sum, mut distances) = (0_u64, 0.0, 0.0);
         for value in self.bits(blur_px) {
@@ -162,36 +163,31 @@ impl<'a> Modules<'a> {
     /// What blur carries over from the neighbours, which matters where a module is hardly wider than the blur, is taken
     /// out: the inverse of a blur by modules of that width, fitted by a power law. A tag seen from the side is narrow one
     /// way only.
+    #[inline(always)]
     fn bits(&self, blur_px: f32) -> impl Iterator<Item = f32> {
-        let greys = self.greys.as_flattened();
         let shares = self.size_px.map(|width| 3.3 * (blur_px / width).powi(3));
         let [across, down] = shares.map(|share| share.min(0.5));
-        let bits = &self.layout.bits;
-        let modules = greys[bits.clone()].iter().zip(&self.layout.beside);
-        self.above(bits)
-            .zip(modules)
-            .map(move |(above, (grey, beside))| {
-                let [left, right, top, bottom] = beside.map(|at| greys[usize::from(at)]);
-                let twice = 2.0 * grey;
-                let edge = across * (twice - left - right) + down * (twice - top - bottom);
-                above + if edge.is_nan() { 0.0 } else { edge }
-            })
+        let bits = self.above[self.layout.bits.clone()].iter();
+        bits.zip(&self.layout.beside).map(move |(bit, beside)| {
+            let [left, right, top, bottom] = beside.map(|at| self.above[usize::from(at)]);
+            let twice = 2.0 * bit;
+            let edge = across * (twice - left - right) + down * (twice - top - bottom);
+            bit + if edge.is_nan() { 0.0 } else { edge }
+        })
     }
 
     /// Modules with a bit that are not clearly black or clearly white, or not throughout. Those of a tag with more and smaller
     /// modules, which now and then show a code word of a family of few bits, are not, or are grey where that tag is blurred.
     pub(super) fn n_in_doubt(&self) -> usize {
-        let mut around = [[[0.0; POINTS]; MAX_BLOCKS]; 4];
-        for (greys, places) in around.iter_mut().zip(&self.layout.around) {
-            self.view.sample(&self.map, places, greys);
+        let mut around = [[0.0; MAX_MODULES]; 4];
+        for (above, places) in around.iter_mut().zip(&self.layout.around) {
+            sample(self.view.image, &self.map, places, above);
+            self.threshold
+                .take_from(above, self.layout, &self.layout.bits);
         }
         let clearly = CLEARLY * self.contrast();
         let is_in_doubt = |(i, middle): &(usize, f32)| {
-            let place = self.layout.from_middle[self.layout.bits.start + i];
-            let threshold = self.threshold.at(place);
-            let other = |greys: &[Points; MAX_BLOCKS]| {
-                middle.signum() * (greys.as_flattened()[*i] - threshold) < -clearly
-            };
+            let other = |above: &[f32; MAX_MODULES]| middle.signum() * above[*i] < -clearly;
             middle.abs() < clearly || around.iter().any(other)
         };
         let middles = self.bits(USUAL_BLUR_PX).enumerate();
@@ -208,17 +204,20 @@ struct GreyPlane {
 impl GreyPlane {
     /// Least squares over a square ring, module by module of all four sides, each a quarter turn from the one before: mean and
     /// slopes part. Where some are outside the image, the mean alone.
-    fn fit(places: &[Point], greys: &[f32]) -> Option<Self> {
+    #[inline(always)]
+    fn fit(greys: &[f32]) -> Option<Self> {
+        let fours = greys.as_chunks::<4>().0;
+        // From the middle to the top side and to its left end.
+        let reach = fours.len() as f32 / -2.0;
         // By side: the sum of the greys, and of the greys times how far along their side they lie.
-        let (mut sums, mut along, mut squares, mut reach) = ([0.0; 4], [0.0; 4], 0.0, 0.0);
-        for (places, greys) in places.chunks_exact(4).zip(greys.chunks_exact(4)) {
-            let [at, out] = places[0];
+        let (mut sums, mut along, mut at, mut squares) = ([0.0; 4], [0.0; 4], reach, 0.0);
+        for greys in fours {
             for side in 0..4 {
                 sums[side] += greys[side];
                 along[side] += at * greys[side];
             }
-            squares += at * at + out * out;
-            reach = out;
+            squares += at * at + reach * reach;
+            at += 1.0;
         }
         let [top, right, bottom, left] = sums;
         let sum = top + right + bottom + left;
@@ -248,7 +247,13 @@ impl GreyPlane {
         }
     }
 
-    fn at(&self, place: Point) -> f32 {
-        self.mean + self.slope[0] * place[0] + self.slope[1] * place[1]
+    /// Makes the greys of modules what they are above the plane.
+    #[inline(always)]
+    fn take_from(&self, greys: &mut [f32], layout: &Layout, modules: &Range<usize>) {
+        let (mean, [right, down]) = (self.mean, self.slope);
+        let [x, y] = layout.off_middle(modules);
+        for ((grey, x), y) in greys.iter_mut().zip(x).zip(y) {
+            *grey -= mean + right * x + down * y;
+        }
     }
 }
