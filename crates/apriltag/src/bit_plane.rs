@@ -5,6 +5,7 @@ use crate::kernels::{
 };
 use crate::tiles::Tiles;
 use crate::{Image, Pass};
+use std::array;
 use std::ops::Range;
 
 #[derive(Debug, Default)]
@@ -14,7 +15,7 @@ pub(crate) struct BitPlane {
     words: Vec<u64>,
     /// Which words of each row of tiles have been set; the others are without bits.
     live: Vec<Range<usize>>,
-    /// A row of tiles of the image, with the rows within a line's reach above and below.
+    /// Rows of the image, each in the place of one that is no longer needed.
     rows: Vec<PaddedRow>,
 }
 
@@ -33,7 +34,7 @@ impl BitPlane {
         self.live.resize(height.div_ceil(TILE), 0..0);
         self.words
             .resize(self.words_in_row * height.next_multiple_of(2), 0);
-        self.rows.resize(TILE + 2 * LINE_REACH, [0; _]);
+        self.rows.resize(ROWS, [0; _]);
     }
 
     /// Sets the bits of the pixels that have the border's colour.
@@ -47,6 +48,7 @@ impl BitPlane {
             row[..LINE_REACH].fill(beyond);
             row[LINE_REACH + image.width()..][..WORD].fill(beyond);
         }
+        let mut taken = 0;
         let rows_of_tiles = self.words.chunks_mut(TILE * self.words_in_row);
         for (row, (words, live)) in rows_of_tiles.zip(&mut self.live).enumerate() {
             let (levels, live_words) = tiles.levels(row);
@@ -56,12 +58,16 @@ impl BitPlane {
             if here.is_empty() {
                 continue;
             }
-            take_rows(image, row * TILE, &mut self.rows);
+            let ys = row * TILE..image.height().min((row + 1) * TILE);
+            take_rows(
+                image,
+                taken.max(ys.start)..ys.end + 2 * LINE_REACH,
+                &mut self.rows,
+            );
+            taken = ys.end + 2 * LINE_REACH;
             let (levels, first) = (&levels[here.clone()], here.start * WORD);
-            let words = words.chunks_exact_mut(self.words_in_row);
-            let n_rows = image.height() - row * TILE;
-            for (words, rows) in words.zip(self.rows.array_windows()).take(n_rows) {
-                let rows: [_; LINE_SPAN] = rows.each_ref().map(|row| &row[first..]);
+            for (y, words) in ys.zip(words.chunks_exact_mut(self.words_in_row)) {
+                let rows: [_; LINE_SPAN] = array::from_fn(|i| &self.rows[(y + i) % ROWS][first..]);
                 let (pixels, words) = (&rows[LINE_REACH][LINE_REACH..], &mut words[here.clone()]);
                 match pass {
                     Pass::Black => find_black_and_lines(rows, levels, words),
@@ -101,13 +107,14 @@ impl BitPlane {
     }
 }
 
-/// The rows of a row of tiles and those within a line's reach above and below; where the image has none, the last ones again.
-fn take_rows(image: &Image<'_>, first: usize, rows: &mut [PaddedRow]) {
-    for (i, row) in rows.iter_mut().enumerate() {
-        let y = (first + i)
-            .saturating_sub(LINE_REACH)
-            .min(image.height() - 1);
-        row[LINE_REACH..][..image.width()].copy_from_slice(image.row(y));
+/// Rows that are at hand: those of a row of tiles and those within a line's reach above and below.
+const ROWS: usize = 16;
+
+/// Takes rows, counted from as many above the image as a line reaches; where the image has none, the last ones again.
+fn take_rows(image: &Image<'_>, rows: Range<usize>, taken: &mut [PaddedRow]) {
+    for row in rows {
+        let y = row.saturating_sub(LINE_REACH).min(image.height() - 1);
+        taken[row % ROWS][LINE_REACH..][..image.width()].copy_from_slice(image.row(y));
     }
 }
 

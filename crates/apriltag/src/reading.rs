@@ -169,8 +169,8 @@ const LEAST_PLAIN: usize = 5;
 /// Share of the least contrast that a border may show between corners a pixel off.
 const NEARLY: f32 = 0.8;
 
-/// Mean distance of a tag's bits of either colour from the threshold, as a share of the contrast: half in a sharp picture,
-/// a fifth between corners several pixels off; next to nothing where there are no bits of one colour.
+/// Mean distance of a tag's bits of either colour from the threshold, as a share of the contrast: half in a sharp picture, less
+/// where blur or corners more than a pixel off mix neighbours; next to nothing where there are no bits of one colour.
 const LEAST_CLARITY: f32 = 0.25;
 
 /// Blur of a lens out of focus or a hand that shook, as a standard deviation in pixels.
