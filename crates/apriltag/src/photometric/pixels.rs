@@ -40,23 +40,23 @@ struct Tile {
 #[derive(Debug)]
 pub(super) struct Pixels {
     groups: Vec<Group>,
-    /// Of these, how many are in use.
-    n_groups: usize,
+    /// Of each pixel that is looked at its column, with the row above it in the higher bits, and its grey.
+    places: Vec<u32>,
+    greys: Vec<u8>,
     tiles: Vec<Tile>,
     /// Of a row of tiles, a byte for each column of pixels, a bit for each row: set where the pixel is steep.
     steep: Vec<[u8; TILE]>,
 }
 
+/// Pixels that are looked at, at most.
+const MOST: usize = MAX_GROUPS * GROUP;
+
 impl Default for Pixels {
     fn default() -> Self {
-        let empty = Group {
-            x: [0.0; GROUP],
-            y: [0.0; GROUP],
-            grey: [0.0; GROUP],
-        };
         Self {
-            groups: vec![empty; MAX_GROUPS],
-            n_groups: 0,
+            groups: Vec::with_capacity(MAX_GROUPS),
+            places: vec![0; MOST + AREA],
+            greys: vec![0; MOST + AREA],
             tiles: Vec::with_capacity(Image::MAX_WIDTH * Image::MAX_HEIGHT / AREA),
             steep: vec![[0; TILE]; Image::MAX_WIDTH / TILE],
         }
@@ -65,7 +65,7 @@ impl Default for Pixels {
 
 impl Pixels {
     pub(super) fn groups(&self) -> &[Group] {
-        &self.groups[..self.n_groups]
+        &self.groups
     }
 
     /// Gathers the pixels to look at of a tag with this outline, contrast and length of all edges. In a sharp picture more of
@@ -85,31 +85,42 @@ impl Pixels {
                 n_steep = self.tiles.iter().map(|tile| tile.steep.count_ones()).sum();
             }
         }
-        let share =
-            ((MAX_GROUPS * GROUP) as f32 / (n_steep + self.tiles.len() as u32) as f32).min(1.0);
+        let share = (MOST as f32 / (n_steep + self.tiles.len() as u32) as f32).min(1.0);
+        let (pixels, stride) = image.bytes();
+        let beyond_first: [_; AREA] = from_fn(|at| {
+            let (column, row) = (at / TILE, at % TILE);
+            ((row << 16 | column) as u32, row * stride + column)
+        });
+        let (places, greys) = (&mut self.places[..], &mut self.greys[..]);
         let (mut n, mut due) = (0, 0.5);
         for tile in &self.tiles {
             due += share;
-            if due < 1.0 {
+            if due < 1.0 || n >= MOST {
                 continue;
             }
             due -= 1.0;
-            let (x, y) = (usize::from(tile.x), usize::from(tile.y));
-            let greys: [[u8; TILE]; TILE] =
-                from_fn(|k| *image.row(y + k)[x..].first_chunk().unwrap_or(&[0; TILE]));
+            let first = usize::from(tile.y) * stride + usize::from(tile.x);
+            let place = u32::from(tile.x) | u32::from(tile.y) << 16;
             let mut steep = tile.steep | SAMPLE;
-            while steep != 0 && n < MAX_GROUPS * GROUP {
-                let at = steep.trailing_zeros() as usize % AREA;
-                let (column, row) = (at / TILE, at % TILE);
-                let group = &mut self.groups[n / GROUP];
-                group.x[n % GROUP] = (x + column) as f32;
-                group.y[n % GROUP] = (y + row) as f32;
-                group.grey[n % GROUP] = f32::from(greys[row][column]);
+            while steep != 0 {
+                let (aside, beyond) = beyond_first[steep.trailing_zeros() as usize % AREA];
+                (places[n], greys[n]) = (place + aside, pixels[first + beyond]);
                 steep &= steep - 1;
                 n += 1;
             }
         }
-        self.n_groups = n / GROUP;
+        self.groups.clear();
+        let places = places[..n.min(MOST)].as_chunks::<GROUP>().0;
+        let greys = greys.as_chunks::<GROUP>().0;
+        for (places, greys) in places.iter().zip(greys) {
+            let [mut x, mut y, mut grey] = [[0.0; GROUP]; 3];
+            for i in 0..GROUP {
+                x[i] = (places[i] & 0xffff) as i32 as f32;
+                y[i] = (places[i] >> 16) as i32 as f32;
+                grey[i] = f32::from(greys[i]);
+            }
+            self.groups.push(Group { x, y, grey });
+        }
     }
 
     /// Finds the tiles with steep pixels among those that are within the outline, or nearly; all but those at the image's rim, as
@@ -158,7 +169,7 @@ impl Pixels {
 
     /// Moves the pixels to where they would be without the lens.
     pub(super) fn straighten(&mut self, straightened: &Straightened) {
-        for Group { x, y, .. } in &mut self.groups[..self.n_groups] {
+        for Group { x, y, .. } in &mut self.groups {
             for (x, y) in x.iter_mut().zip(y) {
                 [*x, *y] = straightened.place([*x, *y]).unwrap_or([*x, *y]);
             }
