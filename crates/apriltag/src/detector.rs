@@ -111,12 +111,8 @@ impl Detector {
             let Some(shape) = self.lookout.border_shape(pass.border()) else {
                 continue;
             };
-            let Report {
-                contrast_gate,
-                noise_sigma,
-                ..
-            } = self.report;
-            if pass == Pass::Blurred && !self.tiles.are_soft(contrast_gate, noise_sigma) {
+            let (gate, noise_sigma) = (self.report.contrast_gate, self.report.noise_sigma);
+            if pass == Pass::Blurred && !self.tiles.are_soft(gate, noise_sigma) {
                 continue;
             }
             observer.pass_began(pass);

@@ -55,7 +55,8 @@ pub(crate) fn vectorised<T>(work: impl FnOnce() -> T) -> T {
     work()
 }
 
-/// A row with what lies to either side of it within a line's reach, bright beyond the image: its pixels begin after as many.
+/// A row with what lies to either side of it within a line's reach, without the border's colour beyond the image: its pixels
+/// begin after as many.
 pub(crate) type PaddedRow = [u8; LINE_REACH + Image::MAX_WIDTH + WORD];
 
 /// What is told for each tile of a word.
@@ -190,6 +191,8 @@ pub(crate) fn sample(
         // SAFETY: the processor has AVX2 and what came with it.
         return unsafe { avx2::run(work) };
     }
+    // SAFETY: the pairs are within the image.
+    let pairs = |pixels: &_, stride, at: &_| unsafe { pairs(pixels, stride, at) };
     points.for_each(|(at, grey)| *grey = bilinear(image, at, pairs));
 }
 
@@ -222,11 +225,14 @@ fn bilinear(
 /// Of as many points two neighbours in a row, the left one lowest; what else there is counts for nothing.
 type Pairs = [u32; POINTS];
 
-/// The pairs that begin at some places, none beyond the last one with a pair in the row below, and those in that row.
+/// Pairs that begin at some places, and those a row below.
+///
+/// # Safety
+/// The pairs a row below must be among the pixels.
 #[inline(always)]
-fn pairs(pixels: &[u8], stride: usize, at: &[u32; POINTS]) -> [Pairs; 2] {
+unsafe fn pairs(pixels: &[u8], stride: usize, at: &[u32; POINTS]) -> [Pairs; 2] {
     let pair = |begin| {
-        // SAFETY: bilinear, and nobody else, asks for pairs, which are all among the pixels.
+        // SAFETY: both bytes are among the pixels, by the caller's word.
         let pair = unsafe { pixels.as_ptr().add(begin).cast::<[u8; 2]>().read() };
         u32::from(u16::from_le_bytes(pair))
     };
@@ -372,7 +378,10 @@ mod tests {
             if let Some(map) = Homography::square_to_quad(&quad, 1.0) {
                 let mut best = vec![0.0; POINTS * places.len()];
                 sample(&image, &map, &places, &mut best);
-                let usual: Vec<_> = places.iter().flat_map(|places| bilinear(&image, map.apply_to_points(places), pairs)).collect();
+                // SAFETY: the pairs are within the image.
+                let pairs = |pixels: &_, stride, at: &_| unsafe { pairs(pixels, stride, at) };
+                let points = places.iter().map(|places| map.apply_to_points(places));
+                let usual: Vec<_> = points.flat_map(|at| bilinear(&image, at, pairs)).collect();
                 let points = places.iter().flat_map(|[u, v]| (0..POINTS).map(|i| map.apply(u[i], v[i])));
                 for ((point, usual), best) in points.zip(usual).zip(best) {
                     prop_assert_eq!(usual.to_bits(), best.to_bits());

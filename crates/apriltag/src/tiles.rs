@@ -133,7 +133,8 @@ impl Tiles {
     }
 
     /// Whether the image is blurred: along sharp edges a quarter of the live tiles show nearly all of the step in grey around
-    /// them, less its noise; where blur goes over two pixels, a tenth.
+    /// them, less its noise; where blur goes over two pixels, a tenth. A fifth is the limit: to take a sharp image for a blurred
+    /// one costs time, the other way round tags.
     pub(crate) fn are_soft(&mut self, gate: u8, noise_sigma: f32) -> bool {
         let noise = (2.0 * noise_sigma) as u8;
         let (mut n_live, mut n_steep) = (0, 0);

@@ -92,8 +92,8 @@ impl ClockSearch {
         }
     }
 
-    /// Whose clocks to doubt where one camera's seems to be off: of two the reference is right, and so it is unless several are vouched
-    /// for that agree with each other.
+    /// Whose clocks to doubt where one camera's seems to be off: of two the reference is right, and so it is unless several are
+    /// vouched for that agree with each other.
     pub fn doubted(&self, camera_index: usize, site: &Site) -> Vec<usize> {
         let is_reference = camera_index == site.reference();
         if !is_reference || (self.vouched.len() > 2 && self.vouched.contains(&camera_index)) {

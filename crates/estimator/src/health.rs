@@ -353,8 +353,8 @@ impl Health {
         self.suspects.found().filter_map(of_clock)
     }
 
-    /// Whether an object seems to be hit again and again, which is said once: that is how clocks look that do not agree, unless it is a
-    /// camera that was moved.
+    /// Whether an object seems to be hit again and again, which is said once: that is how clocks look that do not agree, unless
+    /// it is a camera that was moved.
     pub fn take_frequent_hits(&mut self, now_ns: u64) -> bool {
         let mut hits = self.hits.values();
         let often = self.moved.is_empty() && hits.any(|count| count.refused > OFTEN);
@@ -366,9 +366,10 @@ impl Health {
         due
     }
 
-    /// The cameras of which it is now, and then not for a while, to be tried whether it is their clocks that are wrong: those whose clocks explain what they
-    /// contradict, and those (`by_any`) against which anything speaks. What is held against one goes on to count meanwhile, for it may
-    /// as well have been moved; but not where its clock explains it, nor where several are in doubt, which makes the track another one.
+    /// The cameras of which it is now, and then not for a while, to be tried whether it is their clocks that are wrong: those
+    /// whose clocks explain what they contradict, and those (`by_any`) against which anything speaks. What is held against one
+    /// goes on to count meanwhile, for it may as well have been moved; but not where its clock explains it, nor where several are
+    /// in doubt, which makes the track another one.
     pub fn take_doubtful_clocks(&mut self, now_ns: u64, by_any: bool) -> BTreeSet<usize> {
         let is_recent = |then_ns: &u64| then_ns.saturating_add(REST_NS) >= now_ns;
         let may_be_doubted = |camera: &usize| {

@@ -119,8 +119,8 @@ impl Clocks {
     }
 
     /// Logarithm of the odds for offsets of zero against offsets of `prior_s` (one sigma each), and the largest sigma; of the
-    /// cameras given. `off` are all offsets and `all` is their covariance. By what the estimate says of zero against what was said of it before
-    /// (Savage-Dickey ratio; Dickey 1971, The weighted likelihood ratio, sec. 2). `None` without such a camera.
+    /// cameras given. `off` are all offsets and `all` is their covariance. By what the estimate says of zero against what was
+    /// said of it before (Savage-Dickey ratio; Dickey 1971, The weighted likelihood ratio, sec. 2). `None` without such a camera.
     fn agreement(
         &self,
         (off, all): &(SVector<f64, MOST_CLOCKS>, Own),

@@ -21,8 +21,8 @@ impl Learned {
         Some(6 * index)
     }
 
-    /// What errors that act so on the clocks' offsets have done to these: mean and covariance. Of those that nothing is learned about, the
-    /// variances are given.
+    /// What errors that act so on the clocks' offsets have done to these: mean and covariance. Of those that nothing is learned
+    /// about, the variances are given.
     pub fn of_clocks<'a>(
         &self,
         acting: impl Iterator<Item = (Source, &'a Vector6<f64>, &'a OfClocks)>,

@@ -1,5 +1,6 @@
-//! Do the clocks agree that nobody vouches for, or that are in doubt for what their cameras contradict? Two tracks of the same object are
-//! followed, one that takes the clocks at their word and a rival that estimates their offsets, until the evidence is for one of them.
+//! Do the clocks agree that nobody vouches for, or that are in doubt for what their cameras contradict? Two tracks of the same
+//! object are followed, one that takes the clocks at their word and a rival that estimates their offsets, until the evidence is
+//! for one of them.
 //!
 //! The evidence is what the rival has found out: offsets that might as well be zero, or not. (How well either explains the
 //! images says less: a track with wrong clocks refuses views, and one that knows nothing of its clocks pays for that.)
