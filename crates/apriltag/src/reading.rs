@@ -70,8 +70,9 @@ impl Reader {
     #[inline(always)]
     pub(crate) fn read(&self, view: &View<'_>, quad: &Quad) -> Result<Reading, Unread> {
         let mut modules = Modules::new(view, &self.layout, quad).map_err(Unread::Hopeless)?;
-        let contrast = modules.contrast();
-        if contrast <= NEARLY * self.min_contrast || !modules.rings_agree() {
+        let (contrast, right) = (modules.contrast(), modules.right_in_rings());
+        let rings_agree = right.into_iter().all(|share| share >= LEAST_RIGHT);
+        if contrast <= NEARLY * self.min_contrast || !rings_agree {
             return Err(Unread::Hopeless(Rejection::FaintBorder));
         }
         if contrast < self.min_contrast {
@@ -80,7 +81,8 @@ impl Reader {
         if !modules.sample_bits() {
             return Err(Unread::Hopeful(Rejection::NoCode));
         }
-        let reading = self.recognise(&modules)?;
+        let rings_are_right = (right[0] + right[1]) / 2.0 >= MOSTLY_RIGHT;
+        let reading = self.recognise(&modules, rings_are_right)?;
         // Letters and texture show a code word of few bits now and then, so that the word alone is no evidence: border, ring
         // and bits must be all that a tag's are. The frame has three times as many modules as the word.
         if self.index.is_weak
@@ -93,7 +95,7 @@ impl Reader {
 
     /// The code word under usual blur or, failing that, under strong blur.
     #[inline(always)]
-    fn recognise(&self, modules: &Modules<'_>) -> Result<Reading, Unread> {
+    fn recognise(&self, modules: &Modules<'_>, rings_are_right: bool) -> Result<Reading, Unread> {
         let (usual, clarity) = modules.word(USUAL_BLUR_PX);
         let found = self.index.find(usual).map(|found| (found, clarity));
         // Fewer wrong bits: every further attempt is a further chance for what is no tag.
@@ -103,7 +105,7 @@ impl Reader {
             (found.hamming <= 1).then_some((found, margin))
         };
         let is_clear = clarity > LEAST_CLARITY * modules.contrast() && modules.are_small();
-        let unread = if is_clear {
+        let unread = if rings_are_right && is_clear {
             Unread::Hopeful
         } else {
             Unread::Hopeless
@@ -165,6 +167,12 @@ impl Unread {
 
 /// Among so many modules with a bit one may be in doubt: blur and corners a pixel off make some of those of a tag.
 const LEAST_PLAIN: usize = 5;
+
+/// Share of the modules of border and of ring that have their colours at least: an occluded corner is forgiven.
+const LEAST_RIGHT: f32 = 0.75;
+
+/// As much of both together where better corners may help: those a pixel off leave it so in all but tags hidden in part.
+const MOSTLY_RIGHT: f32 = 0.85;
 
 /// Share of the least contrast that a border may show between corners a pixel off.
 const NEARLY: f32 = 0.8;

@@ -85,17 +85,16 @@ impl<'a> Modules<'a> {
         [(&self.layout.border, -sign), (&self.layout.ring, sign)]
     }
 
-    /// Border and ring must by and large have the colours that they should; an occluded corner is forgiven.
+    /// Share of the modules of border and of ring, as far as they are in the image, that have the colour that they should.
     #[inline(always)]
-    pub(super) fn rings_agree(&self) -> bool {
-        const LEAST_SHARE: f32 = 0.75;
-        self.rings().into_iter().all(|(modules, sign)| {
+    pub(super) fn right_in_rings(&self) -> [f32; 2] {
+        self.rings().map(|(modules, sign)| {
             let (mut right, mut all) = (0, 0);
             for above in &self.above[modules.clone()] {
                 right += u32::from(sign * above > 0.0);
                 all += u32::from(!above.is_nan());
             }
-            right as f32 >= LEAST_SHARE * all as f32
+            right as f32 / all as f32
         })
     }
 
