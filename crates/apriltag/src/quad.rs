@@ -52,7 +52,7 @@ impl QuadFinder {
         let filled = rows.iter().map(|[left, end]| u32::from(end - left)).sum();
         shape.check_filling(n_black, filled)?;
         self.hull.build(component.rows().start, rows);
-        check_convexity(&self.hull, filled)?;
+        check_convexity(component, &self.hull, filled)?;
         let corners = self.hull.largest_quad().ok_or(Rejection::NotAQuad)?;
         let quad = circumscribe(&self.hull, corners).ok_or(Rejection::Shape)?;
         check_shape(&quad, shape.min_edge_px)?;
@@ -95,13 +95,13 @@ fn to_point(pixel: Pixel) -> Point {
     pixel.map(|coordinate| coordinate as f32)
 }
 
-/// A border closes around what is within it; part of a side may be occluded.
-fn check_convexity(hull: &Hull, filled: u32) -> Result<(), Rejection> {
-    const LEAST_SHARE: f32 = 0.80;
-    require(
-        filled as f32 >= LEAST_SHARE * hull.area(),
-        Rejection::NotAQuad,
-    )
+/// A border closes around what is within it; part of a side may be occluded. Pixels reach half a pixel beyond the hull of their
+/// centres, all along its perimeter, which is twice its longer extent at least.
+fn check_convexity(component: &Component, hull: &Hull, filled: u32) -> Result<(), Rejection> {
+    const LEAST_SHARE: f32 = 0.75;
+    let beyond = component.width().max(2 * component.n_pairs());
+    let whole = hull.area() + beyond as f32;
+    require(filled as f32 >= LEAST_SHARE * whole, Rejection::NotAQuad)
 }
 
 /// Twice the area of the triangle; positive when clockwise as seen.
