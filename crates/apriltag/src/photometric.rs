@@ -30,7 +30,7 @@ use crate::edges::Corners;
 use crate::reading::Reading;
 use equations::{Equations, Solution};
 use model::{Model, TUKEY};
-use pattern::Pattern;
+use pattern::{MOST_EDGES, Pattern};
 use pixels::Pixels;
 use sextant_geometry::Lens;
 use state::State;
@@ -163,12 +163,12 @@ impl PatternFitter {
     fn linearise(&mut self, model: &Model<'_>, scale: f32, every: usize) {
         let equations = &mut self.equations;
         equations.clear(TUKEY * scale);
-        let far_apart = model.is_far_apart();
+        let n_edges = model.n_edges();
         for group in self.pixels.groups().iter().step_by(every) {
-            if far_apart {
-                model.linearise::<1>(group, equations);
-            } else {
-                model.linearise::<3>(group, equations);
+            match n_edges {
+                1 => model.linearise::<1>(group, equations),
+                2 => model.linearise::<2>(group, equations),
+                _ => model.linearise::<MOST_EDGES>(group, equations),
             }
         }
         equations.finish();

@@ -1,7 +1,7 @@
 //! What a pixel should show, and how that changes with everything that is fitted.
 
 use super::equations::{Equations, GROUP, RESIDUAL, Row, UNIT};
-use super::pattern::{Coverage, Optics, Pattern, Places};
+use super::pattern::{Coverage, MOST_EDGES, Optics, Pattern, Places};
 use super::pixels::Group;
 use super::state::State;
 use crate::quad::Quad;
@@ -49,8 +49,9 @@ impl<'a> Model<'a> {
         })
     }
 
-    pub(super) fn is_far_apart(&self) -> bool {
-        is_far_apart(self.pattern, self.state)
+    /// How many edges of either axis show at a place, at most.
+    pub(super) fn n_edges(&self) -> usize {
+        n_edges(self.pattern, self.state)
     }
 
     /// Adds the rows of a group of pixels.
@@ -158,15 +159,16 @@ impl<'a> Model<'a> {
     }
 }
 
-/// Whether edges show no farther than to the middle between two.
-fn is_far_apart(pattern: &Pattern, state: &State) -> bool {
+/// How many edges of either axis show at a place, at most: one where they show no farther than to the middle between two.
+fn n_edges(pattern: &Pattern, state: &State) -> usize {
     let [uu, vv] = state.blur();
-    SEEN * uu.max(vv).sqrt() < 0.5 * pattern.module_px(state.size_px)
+    let modules = SEEN * uu.max(vv).sqrt() / pattern.module_px(state.size_px);
+    (1 + (2.0 * modules) as usize).min(MOST_EDGES)
 }
 
-/// Where edges are far apart the ground is left alone, and where it shows.
+/// Where but one edge shows at a place the ground is left alone, and where it shows.
 fn rim_px(pattern: &Pattern, state: &State) -> [f32; 2] {
-    let sigmas = if is_far_apart(pattern, state) {
+    let sigmas = if n_edges(pattern, state) == 1 {
         SEEN
     } else {
         RIM

@@ -21,8 +21,8 @@ const SIZE: usize = 16;
 /// Numbers of lines: along either axis, and for edges that grow brighter and darker.
 pub(super) const LINES: usize = 4 * SIZE;
 
-/// Rows of modules that blur mixes at a place, at most: one more than edges.
-const WINDOW: usize = 4;
+/// Edges of either axis that blur mixes at a place, at most.
+pub(super) const MOST_EDGES: usize = 3;
 
 pub(super) struct Pattern {
     /// Of the padded pattern, a bit for each module, the lowest leftmost, set where white.
@@ -103,10 +103,10 @@ impl Pattern {
     ) -> Crossings<EDGES> {
         let mut crossings = Crossings {
             edges: [[[[0.0; GROUP]; 4]; EDGES]; 2],
-            rows: [[0; GROUP]; WINDOW],
+            rows: [[0; GROUP]; MOST_EDGES + 1],
             inside: [[0; GROUP]; 2],
         };
-        let beside = (EDGES / 2) as f32;
+        let beside = (EDGES - 1) as f32 / 2.0;
         let mut first_modules = [[0; GROUP]; 2];
         for (axis, edges) in crossings.edges.iter_mut().enumerate() {
             for i in 0..GROUP {
@@ -138,7 +138,7 @@ impl Pattern {
 /// The nearest edges along either axis, the modules on both sides of them, and which of these are printed.
 pub(super) struct Crossings<const EDGES: usize> {
     edges: [[[[f32; GROUP]; 4]; EDGES]; 2],
-    rows: [[u32; GROUP]; WINDOW],
+    rows: [[u32; GROUP]; MOST_EDGES + 1],
     inside: [[u32; GROUP]; 2],
 }
 
