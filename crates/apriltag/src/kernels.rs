@@ -38,8 +38,11 @@ pub(crate) const COLUMNS: usize = 19;
 
 pub(crate) type Column = [[i16; ROWS]; MAX_GROUPS];
 
+/// Numbers in a row of their sums, filled up to whole vectors.
+pub(crate) const WIDTH: usize = 24;
+
 /// Sums of the products of each column with itself and those before it; what stands after the diagonal is nothing.
-pub(crate) type Sums = [[i32; COLUMNS]; COLUMNS];
+pub(crate) type Sums = [[i32; WIDTH]; COLUMNS];
 
 /// A coordinate, or the grey, of as many points.
 pub(crate) type Points = [f32; POINTS];
@@ -409,7 +412,7 @@ mod tests {
                 *number = (seed.wrapping_mul(i as u32 ^ 0x9e37) >> 20) as i16 - 2048;
             }
             let sums = [plain_products, products].map(|products| {
-                let mut sums = [[0; COLUMNS]; COLUMNS];
+                let mut sums = [[0; WIDTH]; COLUMNS];
                 products(&columns, n_groups, &mut sums);
                 sums
             });

@@ -28,7 +28,7 @@ mod straightened;
 use crate::Image;
 use crate::edges::Corners;
 use crate::reading::Reading;
-use equations::{Equations, Solution};
+use equations::Equations;
 use model::{Model, TUKEY};
 use pattern::{MOST_EDGES, Pattern};
 use pixels::Pixels;
@@ -99,11 +99,11 @@ impl PatternFitter {
         if let Some(straightened) = &straightened {
             self.pixels.straighten(straightened);
         }
-        let (solution, excess) = self.settle(&pattern, levels, &mut state)?;
+        let excess = self.settle(&pattern, levels, &mut state)?;
 
         let residual = levels * self.equations.residual_variance().sqrt();
         let variance = (residual.max(ROUNDING) / levels).powi(2) * excess;
-        let covariance = state.corner_covariances(&solution);
+        let covariance = state.corner_covariances(&self.equations);
         let covariance = covariance.map(|corner| corner.map(|value| value * variance));
 
         let noises = residual / noise_sigma.max(ROUNDING);
@@ -125,37 +125,29 @@ impl PatternFitter {
     }
 
     /// Steps with a few of the pixels until the corners are about where they belong, then with all until they rest; what
-    /// strays much from what is usual then counts less. Returns the last step and by how much variances are larger than it says.
+    /// strays much from what is usual then counts less. Returns by how much variances are larger than the last equations say.
     #[inline(always)]
-    fn settle(
-        &mut self,
-        pattern: &Pattern,
-        levels: f32,
-        state: &mut State,
-    ) -> Option<(Solution, f32)> {
+    fn settle(&mut self, pattern: &Pattern, levels: f32, state: &mut State) -> Option<f32> {
         const ENOUGH_GROUPS: usize = 10;
         // After a step with a few pixels that moves no corner farther, one with all of them is likely to settle it; after such a
         // one with all the next would hardly move corners by a thousandth of a pixel, as each doubles the digits that are right.
         const REST_PX: [f32; 2] = [0.2, 0.06];
         const MOST_STEPS: usize = 6;
         let few = (self.pixels.groups().len() / ENOUGH_GROUPS).max(1);
-        let (mut scale, mut last) = (START_SCALE, None);
+        let (mut scale, mut step) = (START_SCALE, [0.0; _]);
         for (every, rest_px) in [few, 1].into_iter().zip(REST_PX) {
             for _ in 0..MOST_STEPS {
                 self.linearise(&Model::new(pattern, state, scale, levels)?, scale, every);
-                let solution = self.equations.solve(&state.priors());
-                state.step(&solution.step)?;
+                step = self.equations.solve(&state.priors());
+                state.step(&step)?;
                 scale = self.equations.residual_variance().sqrt().max(MODEL_SCALE);
-                let motion_px = state.motion(&solution.step);
-                last = Some(solution);
-                if motion_px < rest_px {
+                if state.motion(&step) < rest_px {
                     break;
                 }
             }
         }
-        let solution = last?;
-        self.equations.take_step(&solution.step);
-        Some((solution, self.equations.excess()))
+        self.equations.take_step(&step);
+        Some(self.equations.excess())
     }
 
     /// The equations of one of so many groups of pixels, those straying by more than a share of the contrast counting less.

@@ -38,24 +38,32 @@ pub(super) unsafe fn pairs(pixels: &[u8], stride: usize, at: &[u32; POINTS]) -> 
     }
 }
 
-/// Columns whose products with another are summed together.
+/// Columns whose products with another are summed together; fewer at the diagonal.
 const TOGETHER: usize = 4;
 
 /// Sums of products of neighbours have an instruction that compilers do not find.
 #[target_feature(enable = "avx2")]
 pub(super) fn products(columns: &[Column; COLUMNS], n_groups: usize, sums: &mut Sums) {
     for (i, column) in columns.iter().enumerate() {
-        for first in (0..=i).step_by(TOGETHER) {
-            let first = first.min(COLUMNS - TOGETHER);
-            let others = std::array::from_fn(|k| &columns[first + k]);
-            let products = products_with(column, others, n_groups.min(MAX_GROUPS));
-            sums[i][first..first + TOGETHER].copy_from_slice(&products);
+        let sums = sums[i].as_chunks_mut().0;
+        for (others, sums) in columns[..=i].chunks(TOGETHER).zip(sums) {
+            *sums = match others {
+                [a] => products_with(column, [a], n_groups),
+                [a, b] => products_with(column, [a, b], n_groups),
+                [a, b, c] => products_with(column, [a, b, c], n_groups),
+                [a, b, c, d, ..] => products_with(column, [a, b, c, d], n_groups),
+                [] => continue,
+            };
         }
     }
 }
 
 #[target_feature(enable = "avx2")]
-fn products_with(column: &Column, others: [&Column; TOGETHER], n_groups: usize) -> [i32; TOGETHER] {
+fn products_with<const N: usize>(
+    column: &Column,
+    others: [&Column; N],
+    n_groups: usize,
+) -> [i32; TOGETHER] {
     // SAFETY: groups are as long as vectors, which need not be aligned.
     let load = |group: &[i16; ROWS]| unsafe { _mm256_loadu_si256(group.as_ptr().cast()) };
     let mut sums = [_mm256_setzero_si256(); TOGETHER];
@@ -65,14 +73,14 @@ fn products_with(column: &Column, others: [&Column; TOGETHER], n_groups: usize) 
             *sum = _mm256_add_epi32(*sum, _mm256_madd_epi16(numbers, load(&other[group])));
         }
     };
-    // Two at a time, for a loop so short.
-    for pair in 0..n_groups / 2 {
-        add(2 * pair);
-        add(2 * pair + 1);
+    // Several at a time, for a loop so short.
+    const AT_A_TIME: usize = 4;
+    let n_groups = n_groups.min(MAX_GROUPS);
+    let many = n_groups / AT_A_TIME * AT_A_TIME;
+    for first in (0..many).step_by(AT_A_TIME) {
+        (first..first + AT_A_TIME).for_each(&mut add);
     }
-    if n_groups % 2 == 1 {
-        add(n_groups - 1);
-    }
+    (many..n_groups).for_each(&mut add);
     // The four vectors' lanes are added up side by side.
     let pairs = _mm256_hadd_epi32(
         _mm256_hadd_epi32(sums[0], sums[1]),

@@ -7,7 +7,7 @@
 use super::SHIFT;
 use super::pattern::LINES;
 use super::state::{BLACK, HOMOGRAPHY, PARAMETERS, Prior, Vector, WHITE};
-use crate::kernels::{COLUMNS, Column, MAX_GROUPS, ROWS, Sums, dot, products};
+use crate::kernels::{COLUMNS, Column, MAX_GROUPS, ROWS, Sums, WIDTH, dot, products};
 
 /// The column after those of the derivatives.
 const RESIDUALS: usize = PARAMETERS;
@@ -33,6 +33,10 @@ pub(super) struct Equations {
     /// Room for a group, before it is rounded.
     rows: [[f32; GROUP]; COLUMNS + 1],
     products: Sums,
+    /// The normal equations up to the diagonal, and their right side after the last column; what stands between them is nothing.
+    /// When solved, a triangle T with the diagonal D: of what is left of them for the first parameters when all else is
+    /// eliminated, T^T D^-1 T is the matrix.
+    system: [[f32; WIDTH]; PARAMETERS],
     /// Limit of the residuals, as a part of the contrast.
     limit: f32,
 }
@@ -44,7 +48,8 @@ impl Default for Equations {
             lines: Box::new([[0; GROUP]; MAX_GROUPS]),
             n_groups: 0,
             rows: [[0.0; GROUP]; COLUMNS + 1],
-            products: [[0; COLUMNS]; COLUMNS],
+            products: [[0; WIDTH]; COLUMNS],
+            system: [[0.0; WIDTH]; PARAMETERS],
             limit: 1.0,
         }
     }
@@ -83,26 +88,63 @@ impl Equations {
         products(&self.columns, self.n_groups, &mut self.products);
     }
 
-    /// The Gauss-Newton step and what it is worth, with what is known of the last parameters beforehand.
+    /// The Gauss-Newton step, with what is known of the last parameters beforehand.
     #[inline(always)]
-    pub(super) fn solve<const N: usize>(&self, priors: &[Prior; N]) -> Solution {
+    pub(super) fn solve<const N: usize>(&mut self, priors: &[Prior; N]) -> Vector {
         let per_product = 1.0 / (UNIT * UNIT);
         let per_right = self.limit / (UNIT * RESIDUAL);
-        let mut system = [[0.0; WIDTH]; PARAMETERS];
-        for i in 0..PARAMETERS {
-            for j in 0..=i {
-                system[i][j] = self.products[i][j] as f32 * per_product;
-                system[j][i] = system[i][j];
-            }
-            system[i][PARAMETERS] = self.products[RESIDUALS][i] as f32 * per_right;
-        }
         let variance = self.residual_variance();
+        for (row, products) in self.system.iter_mut().zip(&self.products) {
+            for (value, product) in row.iter_mut().zip(products) {
+                *value = *product as f32 * per_product;
+            }
+        }
+        for (row, product) in self.system.iter_mut().zip(&self.products[RESIDUALS]) {
+            row[PARAMETERS] = *product as f32 * per_right;
+        }
         for (i, prior) in (PARAMETERS - N..).zip(priors) {
             let strength = variance / (prior.spread * prior.spread);
-            system[i][i] += strength;
-            system[i][PARAMETERS] += strength * prior.away;
+            self.system[i][i] += strength;
+            self.system[i][PARAMETERS] += strength * prior.away;
         }
-        Solution::of(system)
+        self.eliminate()
+    }
+
+    /// Takes each row, from the last one on, off those before it; returns the solution. Of a symmetric matrix the numbers up to
+    /// the diagonal are enough.
+    #[inline(always)]
+    fn eliminate(&mut self) -> Vector {
+        const LEAST_PIVOT: f32 = 1e-6;
+        let diagonal: Vector = std::array::from_fn(|i| self.system[i][i]);
+        for k in (0..PARAMETERS).rev() {
+            self.system[k][k] = self.system[k][k].max(LEAST_PIVOT * diagonal[k]);
+            let row = self.system[k];
+            let per_pivot = 1.0 / row[k];
+            for (other, value) in self.system[..k].iter_mut().zip(&row) {
+                let factor = value * per_pivot;
+                for (value, pivot) in other.iter_mut().zip(&row) {
+                    *value -= factor * pivot;
+                }
+            }
+        }
+        let mut solution = [0.0; PARAMETERS];
+        for (k, row) in self.system.iter().enumerate() {
+            let known: f32 = row[..k].iter().zip(&solution).map(|(a, b)| a * b).sum();
+            solution[k] = (row[PARAMETERS] - known) / row[k];
+        }
+        solution
+    }
+
+    /// D^(1/2) T^-T j: products of what this makes of two rows are the covariance of what they take from the homography.
+    pub(super) fn whiten(&self, mut row: [f32; HOMOGRAPHY]) -> [f32; HOMOGRAPHY] {
+        for (k, triangle) in self.system[..HOMOGRAPHY].iter().enumerate().rev() {
+            let share = row[k] / triangle[k];
+            for j in 0..k {
+                row[j] -= share * triangle[j];
+            }
+            row[k] = share * triangle[k].sqrt();
+        }
+        row
     }
 
     /// Sum of the pixels' weights: to black and white together, each pixel's derivative is the root of its own.
@@ -174,57 +216,6 @@ impl Equations {
     }
 }
 
-/// Numbers in a row of a symmetric system and its right side, filled up to whole vectors.
-const WIDTH: usize = 24;
-
-/// The system when each row from the last one on is taken off those before it: a triangle T with nothing after the diagonal D.
-/// Of what is left of the normal equations for the first parameters when all else is eliminated, T^T D^-1 T is the matrix.
-#[derive(Clone, Debug)]
-pub(super) struct Solution {
-    pub(super) step: Vector,
-    triangle: [[f32; WIDTH]; PARAMETERS],
-}
-
-impl Solution {
-    #[inline(always)]
-    fn of(mut system: [[f32; WIDTH]; PARAMETERS]) -> Self {
-        const LEAST_PIVOT: f32 = 1e-6;
-        let diagonal: Vector = std::array::from_fn(|i| system[i][i]);
-        for k in (0..PARAMETERS).rev() {
-            system[k][k] = system[k][k].max(LEAST_PIVOT * diagonal[k]);
-            let row = system[k];
-            let per_pivot = 1.0 / row[k];
-            for other in &mut system[..k] {
-                let factor = other[k] * per_pivot;
-                for (value, pivot) in other.iter_mut().zip(&row) {
-                    *value -= factor * pivot;
-                }
-            }
-        }
-        let mut step = [0.0; PARAMETERS];
-        for (k, row) in system.iter().enumerate() {
-            let known: f32 = row[..k].iter().zip(&step).map(|(a, b)| a * b).sum();
-            step[k] = (row[PARAMETERS] - known) / row[k];
-        }
-        Self {
-            step,
-            triangle: system,
-        }
-    }
-
-    /// D^(1/2) T^-T j: products of what this makes of two rows are the covariance of what they take from the homography.
-    pub(super) fn whiten(&self, mut row: [f32; HOMOGRAPHY]) -> [f32; HOMOGRAPHY] {
-        for (k, triangle) in self.triangle[..HOMOGRAPHY].iter().enumerate().rev() {
-            let share = row[k] / triangle[k];
-            for j in 0..k {
-                row[j] -= share * triangle[j];
-            }
-            row[k] = share * triangle[k].sqrt();
-        }
-        row
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -245,16 +236,20 @@ mod tests {
     #[test]
     fn steps_solve_the_equations_and_show_the_covariance() {
         for right in 0..HOMOGRAPHY {
-            let solution = Solution::of(system(right));
-            let unit = |k: usize| solution.whiten(std::array::from_fn(|i| f32::from(i == k)));
+            let mut equations = Equations {
+                system: system(right),
+                ..Equations::default()
+            };
+            let step = equations.eliminate();
+            let unit = |k: usize| equations.whiten(std::array::from_fn(|i| f32::from(i == k)));
             for (i, row) in system(right).iter().enumerate() {
-                let sum: f32 = row.iter().zip(&solution.step).map(|(a, b)| a * b).sum();
+                let sum: f32 = row.iter().zip(&step).map(|(a, b)| a * b).sum();
                 assert!((sum - f32::from(i == right)).abs() < 1e-3, "{i}: {sum}");
             }
             for k in 0..HOMOGRAPHY {
                 let products = unit(k).into_iter().zip(unit(right)).map(|(a, b)| a * b);
                 let covariance: f32 = products.sum();
-                assert!((covariance - solution.step[k]).abs() < 1e-3 * solution.step[right]);
+                assert!((covariance - step[k]).abs() < 1e-3 * step[right]);
             }
         }
     }

@@ -25,8 +25,9 @@ pub(super) const LINES: usize = 4 * SIZE;
 pub(super) const MOST_EDGES: usize = 3;
 
 pub(super) struct Pattern {
-    /// Of the padded pattern, a bit for each module, the lowest leftmost, set where white.
-    rows: [u32; SIZE],
+    /// Of each row of the padded pattern and the one below it, a bit for each module, the lowest leftmost, set where white: those
+    /// of the row below in the upper half.
+    pairs: [u32; SIZE],
     /// The same for what is printed, along either axis.
     inside: u32,
     /// Modules from the square's middle to its edge.
@@ -58,13 +59,13 @@ impl Pattern {
         let data = family.data();
         let total = usize::from(data.total_width);
         let inside = ((1 << total) - 1) << PADDING;
-        let mut rows = [!0; SIZE];
-        rows[PADDING..PADDING + total].fill(!inside);
+        let mut rows = [u32::MAX >> SIZE; SIZE];
+        rows[PADDING..PADDING + total].fill(u32::MAX >> SIZE & !inside);
         for (x, y) in white_modules(family, id) {
             rows[y + PADDING] |= 1 << (x + PADDING);
         }
         Self {
-            rows,
+            pairs: std::array::from_fn(|i| rows[i] | rows[(i + 1) % SIZE] << SIZE),
             inside,
             half_border: f32::from(data.border_width) / 2.0,
             ring: total as f32 / f32::from(data.border_width),
@@ -103,7 +104,7 @@ impl Pattern {
     ) -> Crossings<EDGES> {
         let mut crossings = Crossings {
             edges: [[[[0.0; GROUP]; 4]; EDGES]; 2],
-            rows: [[0; GROUP]; MOST_EDGES + 1],
+            pairs: [[0; GROUP]; MOST_EDGES / 2 + 1],
             inside: [[0; GROUP]; 2],
         };
         let beside = (EDGES - 1) as f32 / 2.0;
@@ -127,8 +128,8 @@ impl Pattern {
         }
         let [columns, rows] = first_modules;
         for i in 0..GROUP {
-            for (k, to) in crossings.rows[..=EDGES].iter_mut().enumerate() {
-                to[i] = self.rows[(rows[i] as usize + k) % SIZE] >> columns[i];
+            for (k, pair) in crossings.pairs[..=EDGES / 2].iter_mut().enumerate() {
+                pair[i] = self.pairs[(rows[i] as usize + 2 * k) % SIZE] >> columns[i];
             }
         }
         crossings
@@ -138,7 +139,8 @@ impl Pattern {
 /// The nearest edges along either axis, the modules on both sides of them, and which of these are printed.
 pub(super) struct Crossings<const EDGES: usize> {
     edges: [[[[f32; GROUP]; 4]; EDGES]; 2],
-    rows: [[u32; GROUP]; MOST_EDGES + 1],
+    /// Each row of them with the next one, as in the pattern.
+    pairs: [[u32; GROUP]; MOST_EDGES / 2 + 1],
     inside: [[u32; GROUP]; 2],
 }
 
@@ -163,7 +165,8 @@ impl<const EDGES: usize> Crossings<EDGES> {
             }
             set
         };
-        let mut above = across(0, self.rows[0][at]);
+        let row = |k: usize| self.pairs[k / 2][at] >> (k % 2 * SIZE);
+        let mut above = across(0, row(0));
         let mut coverage = Coverage {
             value: above[0],
             across: [above[1], 0.0],
@@ -172,7 +175,7 @@ impl<const EDGES: usize> Crossings<EDGES> {
             with_ground: 0.0,
         };
         for j in 0..EDGES {
-            let below = across(0, self.rows[j + 1][at]);
+            let below = across(0, row(j + 1));
             let change: Edge = std::array::from_fn(|q| below[q] - above[q]);
             coverage.add(&change, &edge(1, j));
             above = below;

@@ -29,21 +29,37 @@ pub(super) struct Group {
     pub(super) grey: [f32; GROUP],
 }
 
-/// A tile with steep pixels: its first pixel, and a bit for each, column after column, set where it is steep.
-#[derive(Clone, Copy, Debug)]
+/// A pixel in one number: its column in the lowest bits, its row from this bit on, its grey from that on.
+type Packed = u32;
+const ROW: u32 = Image::MAX_WIDTH.ilog2();
+const GREY: u32 = 2 * ROW;
+const _: () = assert!(Image::MAX_HEIGHT <= 1 << ROW && Image::MAX_WIDTH <= 1 << ROW);
+
+/// What is to be added for each pixel of a tile, column after column.
+const ASIDE: [Packed; AREA] = {
+    let mut aside = [0; AREA];
+    let mut at = 0;
+    while at < AREA {
+        aside[at] = (at / TILE + ((at % TILE) << ROW)) as Packed;
+        at += 1;
+    }
+    aside
+};
+
+/// A tile with steep pixels: its first pixel, without the grey, and a bit for each, column after column, set where it is steep.
+#[derive(Clone, Copy, Debug, Default)]
 struct Tile {
-    x: u16,
-    y: u16,
+    first: Packed,
     steep: u32,
 }
 
 #[derive(Debug)]
 pub(super) struct Pixels {
     groups: Vec<Group>,
-    /// Of each pixel that is looked at its column, with the row above it in the higher bits, and its grey.
-    places: Vec<u32>,
-    greys: Vec<u8>,
+    /// The pixels that are looked at.
+    packed: Box<[Packed; MOST + AREA]>,
     tiles: Vec<Tile>,
+    n_tiles: usize,
     /// Of a row of tiles, a byte for each column of pixels, a bit for each row: set where the pixel is steep.
     steep: Vec<[u8; TILE]>,
 }
@@ -53,11 +69,12 @@ const MOST: usize = MAX_GROUPS * GROUP;
 
 impl Default for Pixels {
     fn default() -> Self {
+        const MOST_TILES: usize = Image::MAX_WIDTH * Image::MAX_HEIGHT / AREA;
         Self {
             groups: Vec::with_capacity(MAX_GROUPS),
-            places: vec![0; MOST + AREA],
-            greys: vec![0; MOST + AREA],
-            tiles: Vec::with_capacity(Image::MAX_WIDTH * Image::MAX_HEIGHT / AREA),
+            packed: Box::new([0; MOST + AREA]),
+            tiles: vec![Tile::default(); MOST_TILES],
+            n_tiles: 0,
             steep: vec![[0; TILE]; Image::MAX_WIDTH / TILE],
         }
     }
@@ -82,45 +99,54 @@ impl Pixels {
         for steep in STEEP {
             if n_steep as f32 <= edges_px {
                 self.mark(image, outline, (steep * contrast).clamp(1.0, 255.0) as u8);
-                n_steep = self.tiles.iter().map(|tile| tile.steep.count_ones()).sum();
+                let tiles = &self.tiles[..self.n_tiles];
+                n_steep = tiles.iter().map(|tile| tile.steep.count_ones()).sum();
             }
         }
-        let share = (MOST as f32 / (n_steep + self.tiles.len() as u32) as f32).min(1.0);
+        let n = self.list(image, n_steep + self.n_tiles as u32);
+        self.groups.clear();
+        for packed in self.packed[..n].as_chunks::<GROUP>().0 {
+            let mut group = Group {
+                x: [0.0; GROUP],
+                y: [0.0; GROUP],
+                grey: [0.0; GROUP],
+            };
+            for i in 0..GROUP {
+                let bits = |from: u32, n: u32| (packed[i] >> from & ((1 << n) - 1)) as i32 as f32;
+                group.x[i] = bits(0, ROW);
+                group.y[i] = bits(ROW, ROW);
+                group.grey[i] = bits(GREY, u8::BITS);
+            }
+            self.groups.push(group);
+        }
+    }
+
+    /// Lists the pixels of the tiles that are marked, as many as there are, or of some of these. Returns how many pixels are listed.
+    #[inline(always)]
+    fn list(&mut self, image: &Image<'_>, n_marked: u32) -> usize {
+        let share = (MOST as f32 / n_marked as f32).min(1.0);
         let (pixels, stride) = image.bytes();
-        let beyond_first: [_; AREA] = from_fn(|at| {
-            let (column, row) = (at / TILE, at % TILE);
-            ((row << 16 | column) as u32, row * stride + column)
-        });
-        let (places, greys) = (&mut self.places[..], &mut self.greys[..]);
+        let beyond: [u32; AREA] = from_fn(|at| (at % TILE * stride + at / TILE) as u32);
+        let packed = &mut *self.packed;
         let (mut n, mut due) = (0, 0.5);
-        for tile in &self.tiles {
+        for Tile { first, steep } in &self.tiles[..self.n_tiles] {
             due += share;
             if due < 1.0 || n >= MOST {
                 continue;
             }
             due -= 1.0;
-            let first = usize::from(tile.y) * stride + usize::from(tile.x);
-            let place = u32::from(tile.x) | u32::from(tile.y) << 16;
-            let mut steep = tile.steep | SAMPLE;
+            let (x, y) = (first % (1 << ROW), first >> ROW);
+            let first_pixel = y as usize * stride + x as usize;
+            let mut steep = steep | SAMPLE;
             while steep != 0 {
-                let (aside, beyond) = beyond_first[steep.trailing_zeros() as usize % AREA];
-                (places[n], greys[n]) = (place + aside, pixels[first + beyond]);
+                let at = steep.trailing_zeros() as usize % AREA;
+                let grey = Packed::from(pixels[first_pixel + beyond[at] as usize]);
+                packed[n] = (first + ASIDE[at]) | grey << GREY;
                 steep &= steep - 1;
                 n += 1;
             }
         }
-        self.groups.clear();
-        let places = places[..n.min(MOST)].as_chunks::<GROUP>().0;
-        let greys = greys.as_chunks::<GROUP>().0;
-        for (places, greys) in places.iter().zip(greys) {
-            let [mut x, mut y, mut grey] = [[0.0; GROUP]; 3];
-            for i in 0..GROUP {
-                x[i] = (places[i] & 0xffff) as i32 as f32;
-                y[i] = (places[i] >> 16) as i32 as f32;
-                grey[i] = f32::from(greys[i]);
-            }
-            self.groups.push(Group { x, y, grey });
-        }
+        n.min(MOST)
     }
 
     /// Finds the tiles with steep pixels among those that are within the outline, or nearly; all but those at the image's rim, as
@@ -128,43 +154,58 @@ impl Pixels {
     #[inline(always)]
     fn mark(&mut self, image: &Image<'_>, outline: &Quad, least: u8) {
         const MIDDLE: f32 = (TILE - 1) as f32 / 2.0;
+        const NEARLY_PX: f32 = TILE as f32 / 2.0;
         let sides: [_; 4] = from_fn(|i| Line::through(outline[i], outline[(i + 1) % 4]));
-        let [(left, right), (top, bottom)] =
-            [(0, image.width()), (1, image.height())].map(|(axis, size)| {
-                let along = outline.map(|corner| corner[axis]);
-                let low = along.into_iter().fold(f32::INFINITY, f32::min).max(1.0) as usize;
-                let high = along.into_iter().fold(0.0, f32::max) as usize + TILE;
-                (low.min(size - 1), high.min(size - 1))
-            });
-        let columns = right.saturating_sub(left) / TILE;
-        self.tiles.clear();
-        for y in (top..bottom.saturating_sub(TILE - 1)).step_by(TILE) {
-            let steep = &mut self.steep[..columns];
-            steep.fill([0; TILE]);
-            let rows: [_; TILE + 2] =
-                from_fn(|k| &image.row(y + k - 1)[left - 1..][..columns * TILE + 2]);
-            for k in 0..TILE {
-                mark_steep(
-                    [rows[k], rows[k + 1], rows[k + 2]],
-                    least,
-                    1 << k,
-                    steep.as_flattened_mut(),
-                );
-            }
-            for (column, &steep) in steep.iter().enumerate() {
-                let x = left + column * TILE;
-                let middle = [x as f32 + MIDDLE, y as f32 + MIDDLE];
-                let within = |side: &Line| side.distance(middle) < TILE as f32 / 2.0;
-                if steep != [0; TILE] && sides.iter().flatten().all(within) {
-                    let (x, y) = (x as u16, y as u16);
-                    self.tiles.push(Tile {
-                        x,
-                        y,
-                        steep: bits(steep),
-                    });
+        let [first, end] = [image.width(), image.height()].map(|size| size - 1 - TILE);
+        let rows = outline.map(|corner| corner[1]);
+        let top = rows.into_iter().fold(f32::INFINITY, f32::min).max(1.0) as usize;
+        let bottom = rows.into_iter().fold(0.0, f32::max) as usize;
+        self.n_tiles = 0;
+        for y in (top..=bottom.min(end)).step_by(TILE) {
+            // Columns in which tiles begin.
+            let (mut left, mut right) = (1.0_f32, first as f32);
+            for Line { normal, offset } in sides.iter().flatten() {
+                let beyond = offset + NEARLY_PX - normal[1] * (y as f32 + MIDDLE);
+                let bound = beyond / normal[0] - MIDDLE;
+                if normal[0] > 0.0 {
+                    right = right.min(bound);
+                } else if normal[0] < 0.0 {
+                    left = left.max(bound);
                 }
             }
+            if left <= right {
+                let columns = ((right - left) / TILE as f32) as usize + 1;
+                self.mark_row(image, [left as usize, y], columns, least);
+            }
         }
+    }
+
+    /// Finds those of as many tiles of a row.
+    #[inline(always)]
+    fn mark_row(&mut self, image: &Image<'_>, [left, y]: [usize; 2], columns: usize, least: u8) {
+        /// Pixels that vectors hold; more pixels than are asked for take less time than single ones.
+        const VECTOR: usize = 32;
+        let n = (columns * TILE).next_multiple_of(VECTOR);
+        let n = n.min((image.width() - 1 - left) / TILE * TILE);
+        let steep = &mut self.steep[..n / TILE];
+        steep.fill([0; TILE]);
+        for k in 0..TILE {
+            let [above, here, below] = [y + k - 1, y + k, y + k + 1].map(|y| image.row(y));
+            let rows = [&above[left - 1..], &here[left - 1..], &below[left - 1..]];
+            mark_steep(rows, least, 1 << k, steep.as_flattened_mut());
+        }
+        let mut first = (left | y << ROW) as Packed;
+        let tiles = &mut self.tiles[self.n_tiles..][..columns];
+        let mut n = 0;
+        for &steep in &steep[..columns] {
+            tiles[n] = Tile {
+                first,
+                steep: bits(steep),
+            };
+            n += usize::from(steep != [0; TILE]);
+            first += TILE as Packed;
+        }
+        self.n_tiles += n;
     }
 
     /// Moves the pixels to where they would be without the lens.

@@ -1,7 +1,7 @@
 //! Everything that is fitted.
 
 use super::edge::{PIXEL, Profile};
-use super::equations::Solution;
+use super::equations::Equations;
 use super::pattern::Optics;
 use crate::homography::Homography;
 use crate::quad::{Point, Quad, distance, mean_edge};
@@ -177,10 +177,10 @@ impl State {
         motions.into_iter().fold(0.0, f32::max)
     }
 
-    /// Of the corners, given what is known of the parameters.
-    pub(super) fn corner_covariances(&self, solution: &Solution) -> [[f32; 3]; 4] {
+    /// Of the corners, by what the solved equations tell of the parameters.
+    pub(super) fn corner_covariances(&self, equations: &Equations) -> [[f32; 3]; 4] {
         CORNERS.map(|corner| {
-            let [x, y] = self.jacobian(corner).map(|row| solution.whiten(row));
+            let [x, y] = self.jacobian(corner).map(|row| equations.whiten(row));
             [dot(&x, &x), dot(&x, &y), dot(&y, &y)]
         })
     }
