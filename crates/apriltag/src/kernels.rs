@@ -266,7 +266,7 @@ fn split(at: &Points, size: usize) -> ([u32; POINTS], Points) {
 }
 
 /// Sums of products of the first so many groups of the columns, wrapping.
-pub(crate) fn products(columns: &[Column; COLUMNS], n_groups: usize, sums: &mut Sums) {
+pub(crate) fn products(columns: &[Column], n_groups: usize, sums: &mut Sums) {
     #[cfg(target_arch = "x86_64")]
     if avx2::is_there() {
         // SAFETY: the processor has AVX2 and what came with it.
@@ -275,7 +275,7 @@ pub(crate) fn products(columns: &[Column; COLUMNS], n_groups: usize, sums: &mut 
     plain_products(columns, n_groups, sums);
 }
 
-fn plain_products(columns: &[Column; COLUMNS], n_groups: usize, sums: &mut Sums) {
+fn plain_products(columns: &[Column], n_groups: usize, sums: &mut Sums) {
     for (i, column) in columns.iter().enumerate() {
         for (sum, other) in sums[i].iter_mut().zip(&columns[..=i]) {
             *sum = dot(&column[..n_groups], &other[..n_groups]);
@@ -413,7 +413,7 @@ mod tests {
             }
             let sums = [plain_products, products].map(|products| {
                 let mut sums = [[0; WIDTH]; COLUMNS];
-                products(&columns, n_groups, &mut sums);
+                products(&columns[..], n_groups, &mut sums);
                 sums
             });
             let column = |i: usize| columns[i][..n_groups].as_flattened().iter().map(|number| i32::from(*number));

@@ -33,7 +33,7 @@ use model::{Model, TUKEY};
 use pattern::{MOST_EDGES, Pattern};
 use pixels::Pixels;
 use sextant_geometry::Lens;
-use state::State;
+use state::{PARAMETERS, State};
 use straightened::Straightened;
 
 /// Residuals in standard deviations of the image's noise up to which its covariance says what the corners are worth:
@@ -163,7 +163,12 @@ impl PatternFitter {
                 _ => model.linearise::<MOST_EDGES>(group, equations),
             }
         }
-        equations.finish();
+        // The ground, the last parameter, shows only where more than one edge does.
+        equations.finish(if n_edges == 1 {
+            PARAMETERS - 1
+        } else {
+            PARAMETERS
+        });
     }
 }
 

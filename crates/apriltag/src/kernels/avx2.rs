@@ -1,6 +1,6 @@
 //! What compilers need to be told to make use of AVX2.
 
-use super::{COLUMNS, Column, MAX_GROUPS, POINTS, Pairs, ROWS, Sums};
+use super::{Column, MAX_GROUPS, POINTS, Pairs, ROWS, Sums};
 use std::arch::x86_64::*;
 use std::mem::transmute;
 use std::sync::LazyLock;
@@ -43,9 +43,9 @@ const TOGETHER: usize = 4;
 
 /// Sums of products of neighbours have an instruction that compilers do not find.
 #[target_feature(enable = "avx2")]
-pub(super) fn products(columns: &[Column; COLUMNS], n_groups: usize, sums: &mut Sums) {
-    for (i, column) in columns.iter().enumerate() {
-        let sums = sums[i].as_chunks_mut().0;
+pub(super) fn products(columns: &[Column], n_groups: usize, sums: &mut Sums) {
+    for (i, (column, sums)) in columns.iter().zip(sums).enumerate() {
+        let sums = sums.as_chunks_mut().0;
         for (others, sums) in columns[..=i].chunks(TOGETHER).zip(sums) {
             *sums = match others {
                 [a] => products_with(column, [a], n_groups),

@@ -9,8 +9,8 @@ use super::pattern::LINES;
 use super::state::{BLACK, HOMOGRAPHY, PARAMETERS, Prior, Vector, WHITE};
 use crate::kernels::{COLUMNS, Column, MAX_GROUPS, ROWS, Sums, WIDTH, dot, products};
 
-/// The column after those of the derivatives.
-const RESIDUALS: usize = PARAMETERS;
+/// The column of the residuals; those of the derivatives come after it.
+const RESIDUALS: usize = 0;
 
 /// Pixels that are worked on together, and neighbours.
 pub(super) const GROUP: usize = ROWS;
@@ -21,7 +21,7 @@ pub(super) const UNIT: f32 = 256.0;
 /// What residuals as large as the limit are.
 pub(super) const RESIDUAL: f32 = 2048.0;
 
-/// A pixel's derivatives, residual and line.
+/// A pixel's residual, derivatives and line.
 pub(super) type Row = [f32; COLUMNS + 1];
 
 #[derive(Debug)]
@@ -33,7 +33,7 @@ pub(super) struct Equations {
     /// Room for a group, before it is rounded.
     rows: [[f32; GROUP]; COLUMNS + 1],
     products: Sums,
-    /// The normal equations up to the diagonal, and their right side after the last column; what stands between them is nothing.
+    /// Of each of the normal equations its right side and then what stands up to the diagonal; what stands after it is nothing.
     /// When solved, a triangle T with the diagonal D: of what is left of them for the first parameters when all else is
     /// eliminated, T^T D^-1 T is the matrix.
     system: [[f32; WIDTH]; PARAMETERS],
@@ -83,29 +83,27 @@ impl Equations {
         }
     }
 
-    /// Adds everything up.
-    pub(super) fn finish(&mut self) {
-        products(&self.columns, self.n_groups, &mut self.products);
+    /// Adds everything up, for as many parameters; pixels tell nothing of those after them.
+    pub(super) fn finish(&mut self, n_parameters: usize) {
+        self.products[1 + n_parameters..].fill([0; WIDTH]);
+        let columns = &self.columns[..1 + n_parameters];
+        products(columns, self.n_groups, &mut self.products);
     }
 
     /// The Gauss-Newton step, with what is known of the last parameters beforehand.
     #[inline(always)]
     pub(super) fn solve<const N: usize>(&mut self, priors: &[Prior; N]) -> Vector {
-        let per_product = 1.0 / (UNIT * UNIT);
-        let per_right = self.limit / (UNIT * RESIDUAL);
         let variance = self.residual_variance();
-        for (row, products) in self.system.iter_mut().zip(&self.products) {
+        for (row, products) in self.system.iter_mut().zip(&self.products[1..]) {
             for (value, product) in row.iter_mut().zip(products) {
-                *value = *product as f32 * per_product;
+                *value = *product as f32 * (1.0 / (UNIT * UNIT));
             }
-        }
-        for (row, product) in self.system.iter_mut().zip(&self.products[RESIDUALS]) {
-            row[PARAMETERS] = *product as f32 * per_right;
+            row[0] *= self.limit * UNIT / RESIDUAL;
         }
         for (i, prior) in (PARAMETERS - N..).zip(priors) {
             let strength = variance / (prior.spread * prior.spread);
-            self.system[i][i] += strength;
-            self.system[i][PARAMETERS] += strength * prior.away;
+            self.system[i][1 + i] += strength;
+            self.system[i][0] += strength * prior.away;
         }
         self.eliminate()
     }
@@ -115,12 +113,12 @@ impl Equations {
     #[inline(always)]
     fn eliminate(&mut self) -> Vector {
         const LEAST_PIVOT: f32 = 1e-6;
-        let diagonal: Vector = std::array::from_fn(|i| self.system[i][i]);
+        let diagonal: Vector = std::array::from_fn(|i| self.system[i][1 + i]);
         for k in (0..PARAMETERS).rev() {
-            self.system[k][k] = self.system[k][k].max(LEAST_PIVOT * diagonal[k]);
+            self.system[k][1 + k] = self.system[k][1 + k].max(LEAST_PIVOT * diagonal[k]);
             let row = self.system[k];
-            let per_pivot = 1.0 / row[k];
-            for (other, value) in self.system[..k].iter_mut().zip(&row) {
+            let per_pivot = 1.0 / row[1 + k];
+            for (other, value) in self.system[..k].iter_mut().zip(&row[1..]) {
                 let factor = value * per_pivot;
                 for (value, pivot) in other.iter_mut().zip(&row) {
                     *value -= factor * pivot;
@@ -129,15 +127,15 @@ impl Equations {
         }
         let mut solution = [0.0; PARAMETERS];
         for (k, row) in self.system.iter().enumerate() {
-            let known: f32 = row[..k].iter().zip(&solution).map(|(a, b)| a * b).sum();
-            solution[k] = (row[PARAMETERS] - known) / row[k];
+            let known = row[1..=k].iter().zip(&solution).map(|(a, b)| a * b);
+            solution[k] = (row[0] - known.sum::<f32>()) / row[1 + k];
         }
         solution
     }
 
     /// D^(1/2) T^-T j: products of what this makes of two rows are the covariance of what they take from the homography.
     pub(super) fn whiten(&self, mut row: [f32; HOMOGRAPHY]) -> [f32; HOMOGRAPHY] {
-        for (k, triangle) in self.system[..HOMOGRAPHY].iter().enumerate().rev() {
+        for (k, [_, triangle @ ..]) in self.system[..HOMOGRAPHY].iter().enumerate().rev() {
             let share = row[k] / triangle[k];
             for j in 0..k {
                 row[j] -= share * triangle[j];
@@ -149,7 +147,7 @@ impl Equations {
 
     /// Sum of the pixels' weights: to black and white together, each pixel's derivative is the root of its own.
     fn weight(&self) -> f32 {
-        let product = |i: usize, j: usize| self.products[i][j] as f32;
+        let product = |i: usize, j: usize| self.products[1 + i][1 + j] as f32;
         let square = product(BLACK, BLACK) + 2.0 * product(WHITE, BLACK) + product(WHITE, WHITE);
         square / (UNIT * UNIT)
     }
@@ -166,8 +164,8 @@ impl Equations {
     pub(super) fn take_step(&mut self, step: &Vector) {
         const BITS: i32 = 8;
         let scale = (1 << BITS) as f32 * RESIDUAL / (UNIT * self.limit);
-        let (derivatives, rest) = self.columns.split_at_mut(RESIDUALS);
-        let residuals = &mut rest[0][..self.n_groups];
+        let (residuals, derivatives) = self.columns.split_at_mut(1);
+        let residuals = &mut residuals[0][..self.n_groups];
         let mut changes = [[0_i32; GROUP]; MAX_GROUPS];
         let changes = changes[..self.n_groups].as_flattened_mut();
         for (derivatives, change) in derivatives.iter().zip(step) {
@@ -194,7 +192,7 @@ impl Equations {
         const LEFT: f32 = 0.48;
         let (mut pulls, mut information) = ([0_i32; LINES], [0_i32; GROUP]);
         for group in 0..self.n_groups {
-            let [x, y, residuals] = [2, 5, RESIDUALS].map(|k| &self.columns[k][group]);
+            let [x, y, residuals] = [3, 6, RESIDUALS].map(|k| &self.columns[k][group]);
             let mut pull = [0; GROUP];
             for i in 0..GROUP {
                 let steepness = i32::from(x[i].wrapping_abs().wrapping_add(y[i].wrapping_abs()));
@@ -223,12 +221,11 @@ mod tests {
     fn system(right: usize) -> [[f32; WIDTH]; PARAMETERS] {
         std::array::from_fn(|i| {
             std::array::from_fn(|j| match j {
-                ..PARAMETERS => {
-                    let (i, j) = (i as f32, j as f32);
+                0 => f32::from(i == right),
+                _ => {
+                    let (i, j) = (i as f32, j as f32 - 1.0);
                     (1.0 + i) * (1.0 + j) * (-0.7 * (i - j).abs()).exp()
                 }
-                PARAMETERS => f32::from(i == right),
-                _ => 0.0,
             })
         })
     }
@@ -243,7 +240,7 @@ mod tests {
             let step = equations.eliminate();
             let unit = |k: usize| equations.whiten(std::array::from_fn(|i| f32::from(i == k)));
             for (i, row) in system(right).iter().enumerate() {
-                let sum: f32 = row.iter().zip(&step).map(|(a, b)| a * b).sum();
+                let sum: f32 = row[1..].iter().zip(&step).map(|(a, b)| a * b).sum();
                 assert!((sum - f32::from(i == right)).abs() < 1e-3, "{i}: {sum}");
             }
             for k in 0..HOMOGRAPHY {
@@ -263,11 +260,11 @@ mod tests {
             equations.add(|i| {
                 let i = group * GROUP + i;
                 let mut row: Row = std::array::from_fn(|k| UNIT / 8.0 * derivative(i, k));
-                row[RESIDUALS] = RESIDUAL / 8.0 * 0.5 * derivative(i, 3);
+                row[RESIDUALS] = RESIDUAL / 8.0 * 0.5 * derivative(i, 1 + 3);
                 row
             });
         }
-        equations.finish();
+        equations.finish(PARAMETERS);
         let mut step = [0.0; PARAMETERS];
         step[3] = 0.5;
         equations.take_step(&step);

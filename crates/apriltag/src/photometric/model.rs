@@ -97,7 +97,7 @@ impl<'a> Model<'a> {
             size_px,
             ..
         } = self.state;
-        let [.., black, white, light_u, light_v, _, _, _, _, _, gain] = values;
+        let [.., black, white, light_u, light_v, _, _, _, _, gain, _] = values;
         let (x, y, level) = (
             group.x[i] - origin[0],
             group.y[i] - origin[1],
@@ -135,6 +135,7 @@ impl<'a> Model<'a> {
         let (gx, gy) = (gradient(0), gradient(1));
         let towards = -(gx * x + gy * y) / size_px;
         [
+            root * strays * RESIDUAL,
             gx * u,
             gx * v,
             gx,
@@ -151,9 +152,8 @@ impl<'a> Model<'a> {
             response * coverage.with_blur[1],
             response * coverage.with_blur[2],
             response * coverage.with_shape,
-            response * coverage.with_ground,
             contrast * mixed,
-            root * strays * RESIDUAL,
+            response * coverage.with_ground,
             self.pattern.line([u, v], coverage.across),
         ]
     }

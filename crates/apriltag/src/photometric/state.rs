@@ -6,8 +6,8 @@ use super::pattern::Optics;
 use crate::homography::Homography;
 use crate::quad::{Point, Quad, distance, mean_edge};
 
-/// What is fitted: homography (8), black, white, the light's slope (2), the blur's covariance (3), its shape, the ground, the
-/// gain.
+/// What is fitted: homography (8), black, white, the light's slope (2), the blur's covariance (3), its shape, the gain, the
+/// ground.
 pub(super) const PARAMETERS: usize = 18;
 pub(super) type Vector = [f32; PARAMETERS];
 pub(super) const HOMOGRAPHY: usize = 8;
@@ -29,11 +29,11 @@ const RANGES: [[f32; 3]; PARAMETERS - BLUR] = {
         [-16.0, 16.0, USUAL_BLUR_PX * USUAL_BLUR_PX],
         // Its shape, a twenty-fourth of the excess kurtosis.
         [-0.33, 0.33, 0.02],
-        // How much brighter than white it is beyond the ring, in parts of the contrast.
-        [-5.0, 5.0, 0.5],
         // How much more than its share white has where shares are about even: a curve of 1 / 1.4 or ink that spreads by a
         // seventh of a pixel.
         [-0.9, 0.9, 0.3],
+        // How much brighter than white it is beyond the ring, in parts of the contrast.
+        [-5.0, 5.0, 0.5],
     ]
 };
 
@@ -123,8 +123,8 @@ impl State {
             vv,
             uv,
             shape,
-            ground,
             gain,
+            ground,
         ] = self.values;
         let [(u, u_per_px), (v, v_per_px)] = self.normals()?;
         // Blur mixes in more from the brighter side, so that edges show nearer to the darker one, by the blur's covariance times
