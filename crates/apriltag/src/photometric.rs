@@ -45,10 +45,6 @@ const MOST_NOISES: f32 = 8.0;
 /// brings to all of a line from beside the border.
 const UNSTATED: f32 = 9.0;
 
-/// Pictures with less blur, as a variance in square pixels, and no noise are no camera's: what they do between pixels is not
-/// what the model says, and edges along their rows and columns are exact.
-const LEAST_BLUR: f32 = edge::PIXEL + 0.25 * 0.25;
-
 /// Residuals that lenses, sharpening and compression leave where nothing is wrong, as a share of the contrast: pixels
 /// that stray no further than these are not held to be hidden or lit by something else.
 const MODEL_SCALE: f32 = 0.03;
@@ -107,7 +103,9 @@ impl PatternFitter {
         let covariance = covariance.map(|corner| corner.map(|value| value * variance));
 
         let noises = residual / noise_sigma.max(ROUNDING);
-        let real = noise_sigma > 0.0 || state.blur()[0] > LEAST_BLUR;
+        // Sharp pictures without noise are no camera's: where all edges cross their pixels alike, a fit may come to rest beside
+        // them, and edges along rows and columns are exact.
+        let real = noise_sigma > 0.0 || !state.is_sharp();
         let surer = mean_variance(&covariance) < UNSTATED * mean_variance(&edges.covariance);
         if !(real && noises < MOST_NOISES && surer && state.is_plausible(&start)) {
             return None;
@@ -157,10 +155,12 @@ impl PatternFitter {
         equations.clear(TUKEY * scale);
         let n_edges = model.n_edges();
         for group in self.pixels.groups().iter().step_by(every) {
-            match n_edges {
-                1 => model.linearise::<1>(group, equations),
-                2 => model.linearise::<2>(group, equations),
-                _ => model.linearise::<MOST_EDGES>(group, equations),
+            match (n_edges, model.state.is_sharp()) {
+                (1, false) => model.linearise::<1, false>(group, equations),
+                (1, true) => model.linearise::<1, true>(group, equations),
+                (2, false) => model.linearise::<2, false>(group, equations),
+                (2, true) => model.linearise::<2, true>(group, equations),
+                _ => model.linearise::<MOST_EDGES, false>(group, equations),
             }
         }
         // The ground, the last parameter, shows only where more than one edge does.

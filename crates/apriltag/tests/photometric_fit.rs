@@ -199,9 +199,9 @@ fn mean_normalised_error(turn_deg: f64, blur_px: f64, change: impl Fn(&[u8]) -> 
 fn covariances_know_of_pictures_that_are_not_what_is_fitted() {
     let halos = mean_normalised_error(31.0, 0.8, |pixels| sharpened(pixels, 3.0));
     assert!(halos < 2.0, "sharpened: {halos}");
-    // Where modules are whole pixels, all edges err alike.
-    let grid = mean_normalised_error(0.0, 0.01, <[u8]>::to_vec);
-    assert!(grid < 4.0, "axis-aligned, without blur: {grid}");
+    // Hardly turned, as what is drawn has a grid of its own.
+    let grid = mean_normalised_error(0.3, 0.01, <[u8]>::to_vec);
+    assert!(grid < 1.7, "along the grid, without blur: {grid}");
 }
 
 #[test]

@@ -2,7 +2,8 @@
 //!
 //! Blur is a Gaussian and the next term of Edgeworth's series (Cramér, Mathematical Methods of Statistics, 1946, 17.7), by
 //! which its fourth cumulant shows. That of the pixel's own square is known. The rest is fitted: sharpening, the blur of an
-//! open aperture and that of motion end more abruptly than a Gaussian, glare less so.
+//! open aperture and that of motion end more abruptly than a Gaussian, glare less so. Where blur is so small that the pixel's
+//! square shows, a term is not enough: an edge is a ramp as wide as the square, blurred by a Gaussian, which all else is in.
 
 use super::SHIFT;
 use crate::quad::Point;
@@ -20,6 +21,10 @@ pub(super) struct Profile {
     per_sigma: f32,
     /// A twenty-fourth of the excess kurtosis.
     shape: f32,
+    /// Distance, across the edge, between the two sides of a pixel's square that are most along it, and the standard deviation
+    /// of all blur besides.
+    width: f32,
+    beside_width: f32,
 }
 
 impl Profile {
@@ -28,20 +33,43 @@ impl Profile {
     pub(super) fn new([nx, ny]: Point, variance: f32, shape: f32) -> Self {
         // The fourth cumulant of a box is -width^4 / 120, and those of the square's sides along and across add up.
         let of_square = (nx.powi(4) + ny.powi(4)) / (120.0 * 24.0);
+        let width = nx.abs().max(ny.abs());
         Self {
             per_sigma: 1.0 / variance.sqrt(),
             shape: shape - of_square / (variance * variance),
+            width,
+            beside_width: (variance - width * width * PIXEL).sqrt(),
         }
     }
 
-    /// At a distance in pixels.
+    /// At a distance in pixels, blurred or sharp.
     #[inline(always)]
-    pub(super) fn at(&self, distance: f32) -> Edge {
-        let z = bounded(distance * self.per_sigma);
+    pub(super) fn at<const SHARP: bool>(&self, distance: f32) -> Edge {
+        if SHARP {
+            self.sharp_at(distance)
+        } else {
+            self.blurred_at(distance)
+        }
+    }
+
+    /// The mean of the normal distribution function from one side of the square to the other. The blur's shape does not show.
+    #[inline(always)]
+    fn sharp_at(&self, distance: f32) -> Edge {
+        let (half, per_width) = (0.5 * self.width, 1.0 / self.width);
+        let far = until(distance + half, self.beside_width);
+        let near = until(distance - half, self.beside_width);
+        [
+            (far[0] - near[0]) * per_width,
+            (far[1] - near[1]) * per_width,
+            (far[2] - near[2]) * per_width,
+            0.0,
+        ]
+    }
+
+    #[inline(always)]
+    fn blurred_at(&self, distance: f32) -> Edge {
+        let (z, density, share) = normal(distance * self.per_sigma);
         let square = z * z;
-        let density = PEAK * exp_of_negative(-0.5 * square);
-        let tail = density * tail_over_density(z.abs());
-        let share = if z < 0.0 { tail } else { 1.0 - tail };
         // Hermite's polynomials of third and fourth order.
         let with_shape = -z * (square - 3.0) * density;
         let fourth = square * (square - 6.0) + 3.0;
@@ -53,6 +81,28 @@ impl Profile {
             with_shape,
         ]
     }
+}
+
+/// Of a blurred step its integral up to a distance, itself and its derivative with the blur's variance.
+#[inline(always)]
+fn until(distance: f32, sigma: f32) -> [f32; 3] {
+    let (z, density, share) = normal(distance / sigma);
+    let tail = if z < 0.0 { share } else { 1.0 - share };
+    let beyond = if distance > 0.0 { distance } else { 0.0 };
+    [
+        beyond + sigma * (density - z.abs() * tail),
+        share,
+        0.5 * density / sigma,
+    ]
+}
+
+/// The argument, within bounds, and of the normal distribution its density and itself.
+#[inline(always)]
+fn normal(z: f32) -> (f32, f32, f32) {
+    let z = bounded(z);
+    let density = PEAK * exp_of_negative(-0.5 * z * z);
+    let tail = density * tail_over_density(z.abs());
+    (z, density, if z < 0.0 { tail } else { 1.0 - tail })
 }
 
 /// As far from the middle as the exponential goes. Not by `clamp`, which calls a library on 32-bit ARM.
@@ -97,47 +147,85 @@ mod tests {
         }
     }
 
-    #[test]
-    fn an_edges_derivatives_are_those_of_its_share() {
+    /// At the distances of an edge: what it looks like, against differences of what its share is then.
+    fn check_derivatives(at: impl Fn(f32, f32, f32) -> Edge, variance: f32, n: usize) {
         const STEP: f32 = 0.02;
-        let at = |distance: f32, variance: f32, shape: f32| {
-            let per_sigma = 1.0 / variance.sqrt();
-            Profile { per_sigma, shape }.at(distance)
-        };
-        let share = |distance, variance, shape| at(distance, variance, shape)[0];
-        let (variance, shape) = (0.45, 0.06);
+        const SHAPE: f32 = 0.06;
         for i in -100..=100 {
             let distance = 0.04 * i as f32;
-            let [value, derivatives @ ..] = at(distance, variance, shape);
-            assert!((value + share(-distance, variance, shape) - 1.0).abs() < 1e-4);
-            let differences = [
-                share(distance + STEP, variance, shape) - share(distance - STEP, variance, shape),
-                share(distance, variance + STEP, shape) - share(distance, variance - STEP, shape),
-                share(distance, variance, shape + STEP) - share(distance, variance, shape - STEP),
-            ];
-            for (derivative, difference) in derivatives.iter().zip(differences) {
-                let error = derivative - difference / (2.0 * STEP);
-                assert!(error.abs() < 2e-3, "{distance}: {derivative} {difference}");
+            let slope = |[distance_step, variance_step, shape_step]: [f32; 3]| {
+                let share = |sign: f32| {
+                    let (distance, variance) = (
+                        distance + sign * distance_step,
+                        variance + sign * variance_step,
+                    );
+                    at(distance, variance, SHAPE + sign * shape_step)[0]
+                };
+                (share(1.0) - share(-1.0)) / (2.0 * STEP)
+            };
+            let [value, derivatives @ ..] = at(distance, variance, SHAPE);
+            assert!((value + at(-distance, variance, SHAPE)[0] - 1.0).abs() < 1e-4);
+            let steps = [[STEP, 0.0, 0.0], [0.0, STEP, 0.0], [0.0, 0.0, STEP]];
+            for (derivative, step) in derivatives.iter().zip(steps).take(n) {
+                let error = derivative - slope(step);
+                assert!(
+                    error.abs() < 2e-3,
+                    "{distance}: {derivative} {}",
+                    slope(step)
+                );
             }
         }
     }
 
     #[test]
-    fn an_edge_that_ends_abruptly_goes_beyond_white_beside_it() {
-        let profile = Profile::new([1.0, 0.0], 1.0, -0.2);
-        assert!(profile.at(2.2)[0] > 1.01);
-        assert!(profile.at(-2.2)[0] < -0.01);
+    fn an_edges_derivatives_are_those_of_its_share() {
+        let blurred = |distance: f32, variance: f32, shape: f32| {
+            let profile = Profile {
+                shape,
+                ..Profile::new([1.0, 0.0], variance, shape)
+            };
+            profile.at::<false>(distance)
+        };
+        check_derivatives(blurred, 0.45, 3);
+        let sharp = |distance: f32, variance: f32, shape: f32| {
+            Profile::new([0.8, 0.6], variance, shape).at::<true>(distance)
+        };
+        check_derivatives(sharp, 0.25, 2);
     }
 
     #[test]
-    fn an_edge_of_a_sharp_picture_is_nearly_a_pixels_share() {
-        for (i, most) in [(0, 0.001), (2, 0.03), (4, 0.03), (6, 0.03)] {
+    fn an_edge_that_ends_abruptly_goes_beyond_white_beside_it() {
+        let profile = Profile::new([1.0, 0.0], 1.0, -0.2);
+        assert!(profile.at::<false>(2.2)[0] > 1.01);
+        assert!(profile.at::<false>(-2.2)[0] < -0.01);
+    }
+
+    #[test]
+    fn an_edge_of_a_sharp_picture_is_a_pixels_share() {
+        let profile = Profile::new([1.0, 0.0], PIXEL + 0.05 * 0.05, 0.0);
+        for i in -30..=30 {
             let distance = 0.1 * i as f32;
-            let share = Profile::new([1.0, 0.0], PIXEL + 0.01, 0.0).at(distance)[0];
-            assert!(
-                (share - 0.5 - distance.min(0.5)).abs() < most,
-                "{distance}: {share}"
-            );
+            let share = profile.at::<true>(distance)[0];
+            let ramp = (0.5 + distance).clamp(0.0, 1.0);
+            assert!((share - ramp).abs() < 0.021, "{distance}: {share}");
+        }
+    }
+
+    #[test]
+    fn where_squares_hardly_show_an_edge_is_what_it_is_when_sharp() {
+        for angle in [0.0_f32, 0.4, 0.78] {
+            let profile = Profile::new([angle.cos(), angle.sin()], PIXEL + 0.3 * 0.3, 0.0);
+            for i in -40..=40 {
+                let distance = 0.05 * i as f32;
+                let (sharp, blurred) =
+                    (profile.at::<true>(distance), profile.at::<false>(distance));
+                assert!(
+                    (sharp[0] - blurred[0]).abs() < 0.004,
+                    "{distance}: {} {}",
+                    sharp[0],
+                    blurred[0]
+                );
+            }
         }
     }
 }

@@ -19,7 +19,7 @@ const RIM: f32 = 1.25;
 /// The state and what follows from it for all pixels.
 pub(super) struct Model<'a> {
     pattern: &'a Pattern,
-    state: &'a State,
+    pub(super) state: &'a State,
     optics: Optics,
     inverse: [[f32; 3]; 3],
     /// Pixels nearer to the ring's outer edges, across those of either axis, count nothing.
@@ -56,9 +56,13 @@ impl<'a> Model<'a> {
 
     /// Adds the rows of a group of pixels.
     #[inline(always)]
-    pub(super) fn linearise<const EDGES: usize>(&self, group: &Group, equations: &mut Equations) {
+    pub(super) fn linearise<const EDGES: usize, const SHARP: bool>(
+        &self,
+        group: &Group,
+        equations: &mut Equations,
+    ) {
         let places = self.places(group);
-        let crossings = self.pattern.cross::<EDGES>(&places, &self.optics);
+        let crossings = self.pattern.cross::<EDGES, SHARP>(&places, &self.optics);
         equations.add(
             #[inline(always)]
             |i| self.row(group, &places, i, &crossings.coverage(i, &self.optics)),

@@ -97,7 +97,7 @@ impl Pattern {
 
     /// What crosses the neighbourhood of places, with the nearest `EDGES` edges along either axis.
     #[inline(always)]
-    pub(super) fn cross<const EDGES: usize>(
+    pub(super) fn cross<const EDGES: usize, const SHARP: bool>(
         &self,
         places: &Places,
         optics: &Optics,
@@ -119,7 +119,7 @@ impl Pattern {
                 let module_px = places.unit_px[axis][i] / self.half_border;
                 for (k, edge) in edges.iter_mut().enumerate() {
                     let distance = (away - k as f32) * module_px + optics.shift_px[axis];
-                    let looks = optics.profiles[axis].at(distance);
+                    let looks = optics.profiles[axis].at::<SHARP>(distance);
                     for q in 0..4 {
                         edge[q][i] = looks[q];
                     }

@@ -18,6 +18,10 @@ const BLUR: usize = 12;
 /// Standard deviation of the blur where nothing is known: a good lens, in pixels.
 const USUAL_BLUR_PX: f32 = 0.6;
 
+/// Blur with the pixels' own, as a variance in square pixels, below which the first terms of a series miss by more than
+/// 0.003 px what squares look like.
+const SHARP_BLUR: f32 = PIXEL + 0.3 * 0.3;
+
 /// The last parameters' least and greatest value, and the standard deviation about the usual one where nothing is known.
 const RANGES: [[f32; 3]; PARAMETERS - BLUR] = {
     const BLURS: [f32; 3] = [LEAST_BLUR, 16.0, USUAL_BLUR_PX * USUAL_BLUR_PX];
@@ -142,6 +146,12 @@ impl State {
     /// Variance of the blur across the edges of u and of v, in square pixels.
     pub(super) fn blur(&self) -> [f32; 2] {
         [self.values[BLUR], self.values[BLUR + 1]]
+    }
+
+    /// Whether the pixels' squares show in the edges of u or of v.
+    pub(super) fn is_sharp(&self) -> bool {
+        let [uu, vv] = self.blur();
+        uu.min(vv) < SHARP_BLUR
     }
 
     pub(super) fn contrast(&self) -> f32 {
