@@ -14,7 +14,8 @@ use crate::clock_search::{ClockSearch, Timely};
 use crate::fault::Fault;
 use crate::health::Health;
 use crate::site::{ObjectImage, Site};
-use crate::timeline::{Attention, Timeline};
+use crate::timeline::{Attention, Settled, Timeline};
+use crate::track::Track;
 use crate::{
     ClockOffset, FusionOptions, ImageObservation, ObjectEstimate, ObjectId, ObjectModel,
     OptionsError, Rig, Statistics, TagId,
@@ -226,10 +227,7 @@ impl Fusion {
             self.intake.count_late(&image.camera);
             return Timely::No;
         };
-        for mut instant in settled {
-            self.find_strays(object, &mut instant);
-            self.health.take(object, instant.time_ns, &instant.views);
-        }
+        self.take_settled(object, settled);
         let timeline = &mut self.timelines[object];
         timeline.catch_up(image.capture_ns, &self.site, &self.options);
         let sighting = &timeline.at(image.capture_ns).sighting;
@@ -242,6 +240,27 @@ impl Fusion {
             .count_views(&image.camera, seen.views.len(), refused);
         self.say(object, image.capture_ns);
         Timely::Yes
+    }
+
+    /// Nothing changes these instants any more.
+    fn take_settled(&mut self, object: usize, settled: Vec<Settled>) {
+        let states_errors = self.site.states_errors();
+        let Some(last_ns) = settled.last().map(|instant| instant.time_ns) else {
+            return;
+        };
+        for mut instant in settled {
+            self.find_strays(object, &mut instant);
+            self.health.take(object, instant.time_ns, &instant.views);
+            if states_errors {
+                self.health.remember(object, instant);
+            }
+        }
+        if states_errors {
+            let tracks = self.timelines.iter().map(Timeline::settled_track);
+            let tracks: Vec<&Track> = tracks.collect();
+            self.health
+                .look_for_the_wrong(last_ns, &tracks, &self.site, &self.options);
+        }
     }
 
     /// An image without the object's tags says nothing about a pose that others have just seen; otherwise it asks for the

@@ -5,8 +5,13 @@
 //! fault that foretells it best ([`suspects`]), if those that have nothing to do with that fault go on to agree ([`support`]).
 
 mod accused;
+mod contest;
+mod contested;
+mod count;
 mod guess;
+mod joint;
 mod lasting;
+mod recall;
 mod strays;
 mod support;
 mod suspects;
@@ -17,15 +22,16 @@ use std::sync::Arc;
 
 use crate::TagId;
 use crate::filter::learned::Learned;
+use contest::Contest;
+use count::{Count, kept};
 use lasting::Lasting;
+use recall::Recall;
 use strays::Strays;
 pub(crate) use strays::{Elsewhere, Ray};
 use support::Support;
 use suspects::{Cause, Counts, Suspects};
 pub(crate) use testimony::{Account, Testimony};
 
-/// Seconds after which a view counts 1/e.
-const MEMORY_S: f64 = 0.6;
 /// Views, counted with that memory, from which on a share means something.
 const FEWEST: f64 = 3.0;
 /// Share of contradicting views from which on it is asked whether the camera's clock is the cause.
@@ -67,41 +73,6 @@ pub(crate) struct SettledView {
     pub account: Option<Account>,
 }
 
-/// The part of a count of then that still counts now.
-fn kept(then_ns: u64, now_ns: u64) -> f64 {
-    let age_s = now_ns.saturating_sub(then_ns) as f64 * 1e-9;
-    (-age_s / MEMORY_S).exp()
-}
-
-/// Counts that fade.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-struct Count {
-    at_ns: u64,
-    views: f64,
-    refused: f64,
-}
-
-impl Count {
-    fn faded(&self, now_ns: u64) -> Self {
-        let keep = kept(self.at_ns, now_ns);
-        Self {
-            at_ns: now_ns.max(self.at_ns),
-            views: self.views * keep,
-            refused: self.refused * keep,
-        }
-    }
-
-    fn add(&mut self, now_ns: u64, agreed: bool) {
-        *self = self.faded(now_ns);
-        self.views += 1.0;
-        self.refused += if agreed { 0.0 } else { 1.0 };
-    }
-
-    fn share(&self) -> f64 {
-        self.refused / self.views.max(f64::MIN_POSITIVE)
-    }
-}
-
 /// A camera that is not where the rig says.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) struct Moved {
@@ -138,6 +109,11 @@ pub(crate) struct Health {
     /// When a tag was last in an image twice, by camera index.
     twice_ns: BTreeMap<(usize, TagId), u64>,
     newest_ns: u64,
+    /// By object, its last settled images, where errors are stated.
+    recalls: BTreeMap<usize, Recall>,
+    contest: Option<Contest>,
+    /// Until when no contest is held, ns.
+    rests_until_ns: u64,
 }
 
 impl Health {

@@ -75,6 +75,20 @@ pub(crate) struct ObjectImage {
     pub views: Vec<View>,
 }
 
+impl ObjectImage {
+    /// The part of it with such views, by camera and tag.
+    pub fn of(&self, which: impl Fn(usize, TagId) -> bool) -> Self {
+        let views = self.views.iter();
+        let views = views.filter(|view| which(self.camera_index, view.tag));
+        Self {
+            views: views.cloned().collect(),
+            camera_index: self.camera_index,
+            capture_ns: self.capture_ns,
+            clock: self.clock,
+        }
+    }
+}
+
 /// An image, sorted by objects.
 #[derive(Debug, Default)]
 pub(crate) struct Sorted {

@@ -84,6 +84,8 @@ const NOW_AND_THEN: usize = 5;
 pub(crate) struct Settled {
     pub time_ns: u64,
     pub views: Vec<SettledView>,
+    /// By camera index: taken jointly.
+    pub images: BTreeMap<usize, Arc<ObjectImage>>,
 }
 
 /// An image that came too late to be inserted.
@@ -215,7 +217,11 @@ impl Timeline {
                     self.agreed.remove(&pair);
                 }
             }
-            settled.push(Settled { time_ns, views });
+            settled.push(Settled {
+                time_ns,
+                views,
+                images: instant.images,
+            });
             self.last_camera = camera;
             self.base = instant.after;
         }
@@ -252,6 +258,11 @@ impl Timeline {
             self.settled.resize(camera_index + 1, camera_index);
         }
         self.settled[camera_index] += 1;
+    }
+
+    /// The track that no late image can change any more.
+    pub fn settled_track(&self) -> &Track {
+        &self.base
     }
 
     /// Capture time of the newest image, 0 before the first.

@@ -131,6 +131,7 @@ impl Fusion {
             } else if off_s > FAR_S && found.sigma_s < KNOWN_S && steady.contains(&index) {
                 self.clock_search.add(index, found);
                 self.earlier_offsets.clear();
+                self.health.forget_past();
                 self.catch_up();
                 for timeline in &mut self.timelines {
                     timeline.shift_clock(index, found.offset_s);

@@ -38,7 +38,7 @@ const LEAST: f64 = 0.04;
 type Columns = OMatrix<f64, Dyn, U6>;
 
 /// What is known of the errors.
-#[derive(Debug, Default)]
+#[derive(Debug, Clone, Default)]
 pub(super) struct Lasting {
     learned: Arc<Learned>,
     at_ns: u64,
@@ -52,6 +52,15 @@ pub(super) struct Expected {
     pub displacement: Vector6<f64>,
     pub covariance: Matrix6<f64>,
     /// Covariance of the errors with it.
+    with: Columns,
+}
+
+/// What a view, or several, show beyond what was expected.
+struct Innovation {
+    gradient: Vector6<f64>,
+    noise: Matrix6<f64>,
+    /// What is unknown of it by the errors, and how it goes with them.
+    by_errors: Matrix6<f64>,
     with: Columns,
 }
 
@@ -120,10 +129,35 @@ impl Lasting {
         let Some(known) = account.conditional(expected) else {
             return;
         };
-        let (slope, gradient) = (known.slope, known.gradient);
-        let by_errors = slope * expected.covariance * slope.transpose();
+        let slope = known.slope.transpose();
+        self.absorb(&Innovation {
+            gradient: known.gradient,
+            noise: known.information,
+            by_errors: known.slope * expected.covariance * slope,
+            with: &expected.with * slope,
+        });
+    }
+
+    /// Learns from views taken together: their gradient apart from what was expected of it, and the covariance of its noise.
+    pub fn learn_jointly(
+        &mut self,
+        time_ns: u64,
+        (gradient, noise): (Vector6<f64>, Matrix6<f64>),
+        expected: Expected,
+    ) {
+        self.fade(time_ns);
+        self.absorb(&Innovation {
+            gradient,
+            noise,
+            by_errors: expected.covariance,
+            with: expected.with,
+        });
+    }
+
+    fn absorb(&mut self, of: &Innovation) {
+        let gradient = of.gradient;
         let innovation = |share: f64| {
-            let covariance = known.information * share + by_errors * share.powi(2);
+            let covariance = of.noise * share + of.by_errors * share.powi(2);
             let floor = Matrix6::identity() * (covariance.trace() * FLOOR);
             Cholesky::<f64, Const<6>>::new(covariance + floor)
         };
@@ -132,7 +166,7 @@ impl Lasting {
         };
         // Not below: NaN teaches nothing either.
         if gradient.dot(&single.solve(&gradient)) < GATE {
-            let with = &expected.with * slope.transpose() / ALIKE;
+            let with = &of.with / ALIKE;
             let gain = &with * alike.inverse();
             let learned = Arc::make_mut(&mut self.learned);
             learned.mean += &gain * (gradient / ALIKE);

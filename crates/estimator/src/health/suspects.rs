@@ -13,10 +13,10 @@ use super::testimony::Testimony;
 use crate::TagId;
 
 /// Evidence, a logarithm of odds, from which on a fault is said, and below which it is over.
-const RAISED: f64 = 40.0;
+pub(super) const RAISED: f64 = 40.0;
 const CLEARED: f64 = 10.0;
 /// The same from which on it is tried whether it is a camera's clock.
-const SUSPECTED: f64 = 15.0;
+pub(super) const SUSPECTED: f64 = 15.0;
 /// The same for a tag while, or shortly after, a camera contradicts others, which spoils tracks: several, or one alone, of which
 /// either may be right.
 const RAISED_AMID: [f64; 2] = [100.0, f64::INFINITY];
@@ -65,6 +65,8 @@ pub(super) struct Suspects {
     /// Until when a camera's contradiction may show in other views, and what tags' evidence must reach until then.
     amid_until_ns: u64,
     raised_amid: f64,
+    /// Where a contest is held of who is wrong: the tags that may be named by evidence alone.
+    admitted: Option<Vec<Tag>>,
 }
 
 /// For which causes a view's evidence counts.
@@ -166,8 +168,10 @@ impl Suspects {
             let known = |(cause, evidence): &(Cause, f64)| {
                 self.found.contains(cause) && *evidence >= CLEARED + MARGIN
             };
-            let is_new = || self.stands_out(&causes, &open, amid);
-            let first = causes.first().filter(|_| is_new());
+            let is_new = |one: &&(Cause, f64)| {
+                self.is_admitted(&one.0, amid) && self.stands_out(&causes, &open, amid)
+            };
+            let first = causes.first().filter(is_new);
             let Some((cause, _)) = first.or_else(|| causes.iter().find(|one| known(one))) else {
                 break;
             };
@@ -175,6 +179,14 @@ impl Suspects {
             found.insert(*cause);
         }
         self.found = found;
+    }
+
+    /// Whether a cause may be named by evidence alone.
+    fn is_admitted(&self, cause: &Cause, amid: bool) -> bool {
+        self.admitted.as_ref().is_none_or(|tags| match cause {
+            Cause::Size(tag) | Cause::Place(tag) => !amid && tags.contains(tag),
+            Cause::Clock(_) | Cause::Camera(_) => false,
+        })
     }
 
     /// Whether the first of the causes is beyond doubt, though it was not known.
@@ -364,5 +376,6 @@ fn share(a: &Cause, b: &Cause, cells: &[(usize, Tag)]) -> bool {
     cells.iter().any(|cell| covers(a, cell) && covers(b, cell))
 }
 
+mod convicted;
 #[cfg(test)]
 mod tests;

@@ -120,7 +120,7 @@ impl Testimony {
         self.weight > 0.0 && numbers.all(|x| x.is_finite())
     }
 
-    fn scale(&mut self, by: f64) {
+    pub(super) fn scale(&mut self, by: f64) {
         self.information *= by;
         self.gradient *= by;
         self.square *= by;

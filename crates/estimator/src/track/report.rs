@@ -117,7 +117,7 @@ impl Track {
     }
 
     /// The track at an instant of which there may be no image.
-    fn predicted(&self, time_ns: u64) -> Cow<'_, Self> {
+    pub(super) fn predicted(&self, time_ns: u64) -> Cow<'_, Self> {
         let has_joints = |one: &Hypothesis| one.state.joints.is_some();
         if time_ns == self.time_ns && !self.hypotheses.iter().any(has_joints) {
             return Cow::Borrowed(self);

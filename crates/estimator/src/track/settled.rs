@@ -118,6 +118,31 @@ impl Track {
         settled.collect()
     }
 
+    /// What views say of it that are kept from this track, at or after its instant; none while the attitude is in doubt.
+    pub fn views_aside(
+        &self,
+        image: &ObjectImage,
+        site: &Site,
+        options: &FusionOptions,
+    ) -> Vec<SettledView> {
+        let then = self.leading().predicted(image.capture_ns);
+        if then.hypotheses.is_empty() || !then.trusted {
+            return Vec::new();
+        }
+        let seen = then.seen_by(image.camera_index, Role::Aside);
+        let sights = then.sights(&[image], site, options);
+        let aside = |sight: &Sight<'_>| SettledView {
+            camera_index: image.camera_index,
+            tag: sight.view.tag,
+            agreed: false,
+            hit: false,
+            ray: None,
+            elsewhere: None,
+            account: account(sight, Role::Aside, &Place::of(&seen, sight.view)),
+        };
+        sights.iter().map(aside).collect()
+    }
+
     /// That a clock may be off is one of the faults in question: it excuses no view that took no part.
     fn seen_by(&self, camera_index: usize, role: Role) -> Seen<'_> {
         let state = &self.hypotheses[0].state;

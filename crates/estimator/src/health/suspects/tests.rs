@@ -53,7 +53,13 @@ fn view(camera: usize, id: u32, round: u32, displaced: Vector6<f64>) -> Testimon
 
 /// What is found after some rounds of three cameras and three tags, each displaced as is said.
 fn found(displaced: impl Fn(usize, u32, u32) -> Vector6<f64>) -> Vec<Cause> {
-    let mut suspects = Suspects::default();
+    found_by(Suspects::default(), displaced)
+}
+
+fn found_by(
+    mut suspects: Suspects,
+    displaced: impl Fn(usize, u32, u32) -> Vector6<f64>,
+) -> Vec<Cause> {
     for round in 0..30 {
         for camera in 0..3 {
             for id in 0..3 {
@@ -91,6 +97,19 @@ fn what_all_cameras_see_elsewhere_is_the_tag() {
         Vector6::new(step.x, step.y, step.z, 0.0, 0.0, 0.0) * f64::from(u8::from(id == 2))
     });
     assert_eq!(slipped, [Cause::Place(tag(2))]);
+}
+
+#[test]
+fn while_a_contest_decides_evidence_names_but_whom_it_admits() {
+    let step = Vector6::new(0.003, 0.001, 0.0, 0.0, 0.0, 0.0);
+    let slipped = |_, id, _| step * f64::from(u8::from(id == 2));
+    let found_among = |tags: Vec<Tag>| {
+        let mut suspects = Suspects::default();
+        suspects.admit(tags);
+        found_by(suspects, slipped)
+    };
+    assert_eq!(found_among(vec![tag(1)]), []);
+    assert_eq!(found_among(vec![tag(2)]), [Cause::Place(tag(2))]);
 }
 
 #[test]

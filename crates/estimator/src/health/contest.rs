@@ -1,0 +1,321 @@
+//! Who is wrong where views contradict one another: the one without whom all others agree.
+//!
+//! After a fault a track follows what is wrong in part, and innocent ones contradict it as loudly. So from before the suspicion on the
+//! object is tracked anew without the images of each camera, and without the views of each tag, that may be to blame, and what
+//! remains is scored: by how far each image is from what is expected of it ([`super::joint`]). To leave a camera out excuses where all that
+//! it sees seems to be, not how its views lie to each other. What is left out is held against that track, which it can't spoil,
+//! and must be explained by a fault of its own.
+//!
+//! Bounded: an image takes each of the tracks a few instants further, those of one object and of few contenders.
+
+use std::collections::BTreeMap;
+
+use super::accused::Accused;
+use super::joint::{Joint, are_joint};
+use super::lasting::Lasting;
+use super::recall::{Instant, Recall};
+use super::suspects::RAISED;
+use super::testimony::Testimony;
+use super::{Account, SettledView};
+use crate::site::{ObjectImage, Site};
+use crate::track::Track;
+use crate::{FusionOptions, TagId};
+
+/// Contenders at most.
+const MOST: usize = 16;
+/// Instants that a track is taken on at most with each that comes.
+const STEPS: usize = 6;
+/// Share of the misfit that must be gone without the one that is named, and the most that may be left of what is left without another.
+const GONE: f64 = 0.7;
+const LESS: f64 = 0.5;
+/// Share of the misfit by which another may explain more than a tag that other evidence speaks against, and as a logarithm of odds.
+const HARDLY_MORE: f64 = 0.2;
+const ABOUT_AS_MUCH: f64 = 10.0;
+/// Nanoseconds of a contest before which it says nothing of tags.
+const YOUNG_NS: u64 = 200_000_000;
+/// Views over which angles are averaged, and after which evidence counts 1/e.
+const RECENT: f64 = 10.0;
+const MEMORY: f64 = 30.0;
+
+/// What is left out of a track.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum LeftOut {
+    Camera(usize),
+    Tag(TagId),
+}
+
+/// The contest about one object.
+#[derive(Debug)]
+pub(super) struct Contest {
+    pub object: usize,
+    since_ns: u64,
+    /// As it was known before.
+    lasting: Lasting,
+    /// What is known to be wrong, and left out of all tracks.
+    known: Vec<LeftOut>,
+    /// Cameras that it is among.
+    cameras: usize,
+    /// The track of all that remain, and those without one of them.
+    all: Contender,
+    contenders: Vec<Contender>,
+    /// Instants that there are.
+    instants: usize,
+}
+
+/// A track without one that may be wrong.
+#[derive(Debug)]
+pub(super) struct Contender {
+    pub left_out: Option<LeftOut>,
+    track: Track,
+    /// What its images have shown of stated errors.
+    lasting: Lasting,
+    /// Instants that it has been taken through.
+    done: usize,
+    /// By which what remains contradicts, as a logarithm of odds.
+    misfit: f64,
+    /// Fault of what is left out, and what speaks for it by camera and tag: for one parameter and for a displacement.
+    pub accused: Accused,
+    pub cells: BTreeMap<(usize, TagId), [f64; 2]>,
+    /// By which a camera displaces what it sees, and turns it.
+    pub angles: [f64; 2],
+}
+
+impl LeftOut {
+    fn covers(self, camera: usize, tag: TagId) -> bool {
+        match self {
+            Self::Camera(own) => own == camera,
+            Self::Tag(own) => own == tag,
+        }
+    }
+}
+
+impl Contest {
+    pub fn new(object: usize, now_ns: u64, lasting: &Lasting, recall: &Recall) -> Self {
+        Self {
+            object,
+            since_ns: now_ns,
+            lasting: lasting.clone(),
+            known: Vec::new(),
+            cameras: 0,
+            all: Contender::new(None, recall.start(), lasting),
+            contenders: Vec::new(),
+            instants: 0,
+        }
+    }
+
+    /// Who may be wrong: those who are new join in. `known` is wrong for certain.
+    pub fn call(
+        &mut self,
+        known: Vec<LeftOut>,
+        cameras: &[usize],
+        tags: &[TagId],
+        recall: &Recall,
+    ) {
+        if known != self.known {
+            self.known = known;
+            self.all = Contender::new(None, recall.start(), &self.lasting);
+            self.contenders.clear();
+        }
+        let cameras = cameras.iter().map(|camera| LeftOut::Camera(*camera));
+        let cameras: Vec<_> = cameras.filter(|one| !self.known.contains(one)).collect();
+        self.cameras = cameras.len();
+        for one in cameras
+            .into_iter()
+            .chain(tags.iter().copied().map(LeftOut::Tag))
+        {
+            let has = |other: &Contender| other.left_out == Some(one);
+            let is_new = !self.known.contains(&one) && !self.contenders.iter().any(has);
+            if is_new && self.contenders.len() < MOST {
+                let contender = Contender::new(Some(one), recall.start(), &self.lasting);
+                self.contenders.push(contender);
+            }
+        }
+    }
+
+    /// Takes the tracks further on.
+    pub fn advance(&mut self, recall: &Recall, site: &Site, options: &FusionOptions) {
+        // One camera alone contradicts nobody.
+        if self.cameras < 2 {
+            return;
+        }
+        self.instants = recall.len();
+        let known = &self.known;
+        for one in std::iter::once(&mut self.all).chain(&mut self.contenders) {
+            for _ in 0..STEPS {
+                let Some(instant) = recall.instant(one.done) else {
+                    break;
+                };
+                one.take(instant, known, site, options);
+            }
+        }
+    }
+
+    /// The contenders by how much is gone without them, the most first, but those who have not caught up; `None` while the track of all
+    /// has not.
+    fn ranked(&self) -> Option<Vec<(f64, &Contender)>> {
+        let is_level = |one: &&Contender| one.done == self.instants;
+        if self.cameras < 2 || !is_level(&&self.all) {
+            return None;
+        }
+        let ranked = self.contenders.iter().filter(is_level);
+        let mut ranked: Vec<_> = ranked
+            .map(|one| (self.all.misfit - one.misfit, one))
+            .collect();
+        ranked.sort_by(|a, b| b.0.total_cmp(&a.0));
+        Some(ranked)
+    }
+
+    /// The one that is wrong, if that is clear. Of two cameras nobody can tell which it is: either stands for both.
+    pub fn verdict(&self) -> Option<LeftOut> {
+        let ranked = self.ranked()?;
+        let ((gone, first), others) = ranked.split_first()?;
+        let of_two = |one: &Contender| {
+            let is_camera = |of: &Contender| matches!(of.left_out, Some(LeftOut::Camera(_)));
+            self.cameras == 2 && is_camera(first) && is_camera(one)
+        };
+        let rival = others.iter().find(|(_, one)| !of_two(one));
+        let left_by_rival = rival.map_or(self.all.misfit, |(_, one)| one.misfit);
+        let stands_out = *gone > RAISED.max(GONE * self.all.misfit)
+            && first.misfit < left_by_rival - RAISED
+            && first.misfit < LESS * left_by_rival;
+        let explains = || first.accused.explain().contains(&true);
+        (stands_out && first.evidence() > RAISED && explains())
+            .then_some(first.left_out)
+            .flatten()
+    }
+
+    /// The contender for whom that is left out.
+    pub fn into_contender(self, left_out: LeftOut) -> Option<Contender> {
+        let mut all = self.contenders.into_iter();
+        all.find(|one| one.left_out == Some(left_out))
+    }
+
+    /// Tags than which no other explains much more.
+    pub fn tags(&self, now_ns: u64) -> Vec<(usize, TagId)> {
+        let is_old = now_ns > self.since_ns.saturating_add(YOUNG_NS);
+        let ranked = self.ranked().filter(|_| is_old).unwrap_or_default();
+        let most = ranked.first().map_or(0.0, |(gone, _)| *gone);
+        let enough = most - ABOUT_AS_MUCH.max(HARDLY_MORE * self.all.misfit);
+        let ranked = ranked.into_iter().filter(move |(gone, _)| *gone >= enough);
+        let tag_of = |(_, one): (f64, &Contender)| match one.left_out {
+            Some(LeftOut::Tag(tag)) => Some((self.object, tag)),
+            _ => None,
+        };
+        ranked.filter_map(tag_of).collect()
+    }
+}
+
+impl Contender {
+    fn new(left_out: Option<LeftOut>, track: Track, lasting: &Lasting) -> Self {
+        Self {
+            left_out,
+            track,
+            lasting: lasting.clone(),
+            done: 0,
+            misfit: 0.0,
+            accused: match left_out {
+                Some(LeftOut::Tag(_)) => Accused::tag(),
+                _ => Accused::camera(),
+            },
+            cells: BTreeMap::new(),
+            angles: [0.0; 2],
+        }
+    }
+
+    fn take(&mut self, instant: &Instant, known: &[LeftOut], site: &Site, options: &FusionOptions) {
+        self.done += 1;
+        let is_known = |camera, tag| known.iter().any(|one| one.covers(camera, tag));
+        let is_own = |camera, tag| self.left_out.is_some_and(|one| one.covers(camera, tag));
+        let images = instant.images.values();
+        let part = |own: bool| {
+            let of = move |camera, tag| !is_known(camera, tag) && is_own(camera, tag) == own;
+            let parts = images.clone().map(|image| image.of(of));
+            let parts = parts.filter(|image| !image.views.is_empty());
+            parts.collect::<Vec<ObjectImage>>()
+        };
+        let (rest, own) = (part(false), part(true));
+        if !rest.is_empty() {
+            let rest: Vec<&ObjectImage> = rest.iter().collect();
+            self.track = self.track.advanced(instant.time_ns, &rest, site, options);
+            let views = self
+                .track
+                .settled_views(&rest, site, options, |_| true, None);
+            self.score(&views, options);
+        }
+        for image in own {
+            let views = self.track.views_aside(&image, site, options);
+            self.accuse(&views, options);
+        }
+    }
+
+    /// What remains contradicts by so much; a single image by no more than one that takes no part.
+    fn score(&mut self, views: &[SettledView], options: &FusionOptions) {
+        for image in views.chunk_by(are_joint) {
+            let hit = image.iter().any(|view| view.hit);
+            self.misfit += if hit { options.jolt_odds } else { 0.0 };
+            if let Some(joint) = Joint::of(image, &mut self.lasting) {
+                let most = options.refused_odds;
+                self.misfit += joint.shared.min(most) + joint.apart.min(most);
+                joint.teach(self.track.time_ns, &mut self.lasting);
+            }
+        }
+    }
+
+    /// Hears what is left out.
+    fn accuse(&mut self, views: &[SettledView], options: &FusionOptions) {
+        if let Some(LeftOut::Camera(_)) = self.left_out {
+            for image in views.chunk_by(are_joint) {
+                let joint = Joint::of(image, &mut self.lasting);
+                let apart = joint.map_or(0.0, |joint| joint.apart);
+                self.misfit += apart.min(options.refused_odds);
+            }
+        }
+        for view in views {
+            let account = view.account.as_ref();
+            if let Some(told) = account.and_then(|one| told(view, one, &mut self.lasting)) {
+                self.hear((view.camera_index, view.tag), &told);
+            }
+        }
+    }
+
+    fn hear(&mut self, cell: (usize, TagId), told: &Testimony) {
+        let square = (told.square, told.weight);
+        let Accused { simple, whole, .. } = &mut self.accused;
+        let gains = match self.left_out {
+            Some(LeftOut::Tag(_)) => [
+                simple.gain(&told.of_size(), square),
+                whole.gain(&told.of_place(), square),
+            ],
+            _ => [
+                simple.gain(&told.of_clock(), square),
+                whole.gain(&told.of_camera(), square),
+            ],
+        };
+        let now = told.angles(&whole.at());
+        for (angle, now) in self.angles.iter_mut().zip(now) {
+            *angle += (now - *angle) / RECENT;
+        }
+        let cell = self.cells.entry(cell).or_default();
+        for (evidence, gain) in cell.iter_mut().zip(gains) {
+            *evidence += gain - *evidence / MEMORY;
+        }
+    }
+
+    /// What speaks for a fault of one parameter, and for a displacement: never more than their own parameters do.
+    pub fn evidences(&self) -> [f64; 2] {
+        let strengths = self.accused.strengths();
+        let sum = |cause: usize| self.cells.values().map(|cell| cell[cause]).sum::<f64>();
+        [0, 1].map(|cause| sum(cause).min(strengths[cause]))
+    }
+
+    fn evidence(&self) -> f64 {
+        let [simple, whole] = self.evidences();
+        simple.max(whole)
+    }
+}
+
+fn told(view: &SettledView, account: &Account, lasting: &mut Lasting) -> Option<Testimony> {
+    let account = account.rescaled(lasting.noise(view.camera_index));
+    let expected = lasting.expected(&account.displacing);
+    account.apart_from(&expected)
+}

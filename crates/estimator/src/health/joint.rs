@@ -1,0 +1,189 @@
+//! How far an image is from what a track and stated errors let expect, all its views of a link taken together: one view after the
+//! other hides what they share, for each is held against a pose that the others have pulled.
+//!
+//! Of the views' N and g (see [`super::testimony`]) the sums count. What a common displacement explains of the sum of squares is
+//! gᵀ N⁻¹ g. Of that, g is expected to be N B e for the stated errors e, and its covariance is N + N P N, with the views among what P
+//! knows N - N P N, besides what is unknown of e.
+
+use nalgebra::{Cholesky, Const, Matrix6, Vector6};
+
+use super::SettledView;
+use super::lasting::{Expected, Lasting};
+use super::testimony::Account;
+use crate::filter::consider::Displacing;
+
+/// Share of N that is left at least where a pose follows views closely, so that there is an inverse.
+const LEFT: f64 = 1e-3;
+
+/// What joint views show.
+#[derive(Debug)]
+pub(super) struct Joint {
+    /// Half the squared sigmas, beyond as many as are usual, of a displacement that the views share, and of what no displacement of all
+    /// explains.
+    pub shared: f64,
+    pub apart: f64,
+    /// Gradient beyond what is expected of it, and covariance of its noise.
+    off: Vector6<f64>,
+    covariance: Matrix6<f64>,
+    expected: Expected,
+}
+
+/// Whether two views next to each other are of one link in one image.
+pub(super) fn are_joint(one: &SettledView, other: &SettledView) -> bool {
+    let link = |view: &SettledView| {
+        let account = view.account.as_ref()?;
+        Some((account.took_part, account.testimony.world_from_link))
+    };
+    one.camera_index == other.camera_index && link(one).is_some() && link(one) == link(other)
+}
+
+impl Joint {
+    /// Of views that are joint; `None` where they say nothing.
+    pub fn of(views: &[SettledView], lasting: &mut Lasting) -> Option<Self> {
+        let noise = lasting.noise(views.first()?.camera_index);
+        let accounts = views.iter().filter_map(|view| view.account.as_ref());
+        let sum = Sum::of(accounts.map(|account| account.rescaled(noise)))?;
+        let n = sum.information;
+        let by_pose = n * sum.covariance * n;
+        let covariance = if sum.took_part {
+            n * (1.0 + LEFT) - by_pose
+        } else {
+            n + by_pose
+        };
+        let expected = lasting.expected(&sum.displacing);
+        let known = Cholesky::<f64, Const<6>>::new(n)?;
+        let all = Cholesky::<f64, Const<6>>::new(covariance + expected.covariance)?;
+        let off = sum.gradient - expected.displacement;
+        let explained = sum.gradient.dot(&known.solve(&sum.gradient));
+        let shared = beyond(off.dot(&all.solve(&off)), 6.0);
+        let apart = beyond(sum.square - explained, 8.0 * sum.views - 6.0);
+        (shared + apart).is_finite().then_some(Self {
+            shared,
+            apart,
+            off,
+            covariance,
+            expected,
+        })
+    }
+
+    /// What they show of stated errors is learned.
+    pub fn teach(self, time_ns: u64, lasting: &mut Lasting) {
+        lasting.learn_jointly(time_ns, (self.off, self.covariance), self.expected);
+    }
+}
+
+fn beyond(square: f64, usual: f64) -> f64 {
+    (0.5 * (square - usual)).max(0.0)
+}
+
+/// What joint views say together.
+struct Sum {
+    views: f64,
+    information: Matrix6<f64>,
+    gradient: Vector6<f64>,
+    square: f64,
+    covariance: Matrix6<f64>,
+    took_part: bool,
+    /// What lasting errors do to the gradient.
+    displacing: Vec<Displacing>,
+}
+
+impl Sum {
+    fn of(mut accounts: impl Iterator<Item = Account>) -> Option<Self> {
+        let first = accounts.next()?;
+        let mut sum = Self {
+            views: 0.0,
+            information: Matrix6::zeros(),
+            gradient: Vector6::zeros(),
+            square: 0.0,
+            covariance: first.covariance,
+            took_part: first.took_part,
+            displacing: Vec::new(),
+        };
+        std::iter::once(first)
+            .chain(accounts)
+            .for_each(|account| sum.add(account));
+        Some(sum)
+    }
+
+    fn add(&mut self, account: Account) {
+        let mut view = account.testimony;
+        // The pose knows of views that take part as they were weighed; others count in full.
+        if !self.took_part {
+            view.scale(view.weight.recip());
+        }
+        self.views += 1.0;
+        self.information += view.information;
+        self.gradient += view.gradient;
+        self.square += view.square;
+        for one in account.displacing {
+            let by = view.information * one.by;
+            let mut known = self.displacing.iter_mut();
+            match known.find(|own| own.source == one.source) {
+                Some(own) => own.by += by,
+                None => self.displacing.push(Displacing { by, ..one }),
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::TagId;
+    use crate::health::testimony::Testimony;
+    use nalgebra::Vector3;
+    use sextant_geometry::Pose;
+    use sextant_tag_families::Family;
+
+    const INFORMATION: f64 = 1e6;
+
+    /// A view of a link that seems to be displaced by so much along x.
+    fn view(id: u32, metres: f64) -> SettledView {
+        let information = Matrix6::identity() * INFORMATION;
+        let displaced = Vector6::x() * metres;
+        let testimony = Testimony {
+            information,
+            gradient: information * displaced,
+            square: 8.0 + displaced.dot(&(information * displaced)),
+            weight: 1.0,
+            world_from_link: Pose::identity(),
+            twist: Vector6::zeros(),
+            world_from_tag: Pose::identity(),
+            centre: Vector3::x(),
+            stated: [Vector6::zeros(); 2],
+        };
+        SettledView {
+            camera_index: 0,
+            tag: TagId {
+                family: Family::Tag36h11,
+                id,
+            },
+            agreed: false,
+            hit: false,
+            ray: None,
+            elsewhere: None,
+            account: Some(Account {
+                testimony,
+                covariance: Matrix6::identity() * 1e-9,
+                took_part: false,
+                displacing: Vec::new(),
+            }),
+        }
+    }
+
+    #[test]
+    fn what_all_views_share_is_told_from_what_they_do_not() {
+        let of = |by: [f64; 2]| {
+            let views = [view(0, by[0]), view(1, by[1])];
+            assert!(are_joint(&views[0], &views[1]));
+            let joint = Joint::of(&views, &mut Lasting::default()).expect("they say something");
+            [joint.shared, joint.apart]
+        };
+        assert_eq!(of([0.0, 0.0]), [0.0, 3.0]);
+        let [shared, apart] = of([0.02, 0.02]);
+        assert!(shared > 300.0 && (apart - 3.0).abs() < 1e-6);
+        let [shared, apart] = of([0.02, -0.02]);
+        assert!(shared == 0.0 && apart > 300.0);
+    }
+}
