@@ -129,7 +129,9 @@ impl Track {
         if then.hypotheses.is_empty() || !then.trusted {
             return Vec::new();
         }
-        let seen = then.seen_by(image.camera_index, Role::Aside);
+        let mut seen = then.seen_by(image.camera_index, Role::Aside);
+        // How well its velocity tells time shows in what it foretells.
+        seen.tells_time = true;
         let sights = then.sights(&[image], site, options);
         let aside = |sight: &Sight<'_>| SettledView {
             camera_index: image.camera_index,
