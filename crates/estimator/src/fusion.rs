@@ -261,7 +261,6 @@ impl Fusion {
             self.health
                 .look_for_the_wrong(last_ns, &tracks, &self.site, &self.options);
         }
-        self.site.is_suspect = self.health.is_alert();
     }
 
     /// An image without the object's tags says nothing about a pose that others have just seen; otherwise it asks for the

@@ -49,8 +49,6 @@ pub(crate) struct Site {
     camera_index: BTreeMap<CameraId, usize>,
     /// Index of the camera whose clock is the reference: the rig's first.
     reference: usize,
-    /// Whether something may be wrong with all this.
-    pub is_suspect: bool,
     objects: Vec<ObjectId>,
     places: BTreeMap<TagId, Place>,
 }

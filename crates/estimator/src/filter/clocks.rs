@@ -168,12 +168,6 @@ impl Clocks {
 }
 
 impl Kinematics {
-    /// Variance of the velocity, as a share of its square: how well it tells time.
-    pub fn speed_uncertainty(&self) -> f64 {
-        let unknown = self.covariance.fixed_view::<3, 3>(6, 6).trace();
-        unknown / self.velocity().norm_squared()
-    }
-
     /// Makes the camera's offset a part of the state, if there is room and it is not one already.
     pub fn know_clock(&mut self, camera_index: usize, prior: ClockOffset) {
         let clocks = self.clocks.get_or_insert_default();

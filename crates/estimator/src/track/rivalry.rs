@@ -19,9 +19,6 @@ const RECENT_S: f64 = 0.2;
 /// Seconds, of images, for which clocks are tried that were taken to agree.
 const TRIAL_S: f64 = 1.0;
 
-/// Variance of a velocity, as a share of its square, up to which clocks are tried for no other reason.
-const UNCERTAIN: f64 = 1.0;
-
 /// Sigma in seconds of an offset that is known.
 const KNOWN_S: f64 = 0.001;
 
@@ -63,25 +60,7 @@ impl Track {
                 rival.timing.has_right_clock = next.timing.has_right_clock;
                 next.rivalled(rival, options)
             }
-            None => {
-                next.try_clocks(time_ns, site);
-                next
-            }
-        }
-    }
-
-    /// Tries clocks as a matter of routine where motion tells them, for one that is off by little drags the track along and
-    /// nothing contradicts; but not where something may be wrong that a clock would explain, too, nor a camera alone.
-    fn try_clocks(&mut self, time_ns: u64, site: &Site) {
-        let is_moot = site.is_suspect || site.states_errors() || site.cameras().len() < 2;
-        let best = self.hypotheses.first().filter(|_| self.trusted);
-        let is_told = best.is_some_and(|best| {
-            !best.standing.is_in_doubt() && best.state.speed_uncertainty() < UNCERTAIN
-        });
-        if is_told && !is_moot && self.timing.is_due(time_ns) {
-            let all = 0..site.cameras().len();
-            let others: Vec<usize> = all.filter(|camera| *camera != site.reference()).collect();
-            self.timing.try_again(&others);
+            None => next,
         }
     }
 
@@ -170,10 +149,9 @@ impl Track {
         best.state.clock_agreement(prior_s, asked, lasting)
     }
 
-    /// What is to be published: the rival while it lives, for it knows what it does not know; but where it is a matter of routine.
+    /// What is to be published: the rival while it lives, for it knows what it does not know.
     pub(super) fn leading(&self) -> &Self {
-        let rival = self.rival.as_deref();
-        rival.filter(|_| !self.timing.is_routine()).unwrap_or(self)
+        self.rival.as_deref().unwrap_or(self)
     }
 
     fn believed(&self, image: &ObjectImage) -> StatedClock {

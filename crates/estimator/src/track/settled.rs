@@ -148,7 +148,8 @@ impl Track {
     /// That a clock may be off is one of the faults in question: it excuses no view that took no part.
     fn seen_by(&self, camera_index: usize, role: Role) -> Seen<'_> {
         let state = &self.hypotheses[0].state;
-        let tells_time = state.speed_uncertainty() < TELLS_TIME;
+        let unknown = state.covariance.fixed_view::<3, 3>(6, 6).trace();
+        let tells_time = unknown < TELLS_TIME * state.velocity().norm_squared();
         if state.joints.is_some() {
             let seen = observed::<WITH_JOINTS>(state, camera_index, role);
             return Seen {

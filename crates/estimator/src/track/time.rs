@@ -12,9 +12,6 @@ use crate::filter::learned::Learned;
 use crate::site::StatedClock;
 use crate::{ClockOffset, FusionOptions};
 
-/// Seconds after which clocks are tried again that nothing speaks against: less than faults are to be told in.
-const ROUTINE_S: f64 = 1.5;
-
 /// What is held of the clocks.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(crate) struct Timing {
@@ -26,10 +23,6 @@ pub(crate) struct Timing {
     settled: Vec<(usize, u64)>,
     /// Cameras whose clocks are in doubt, whoever vouches for them.
     doubted: Vec<usize>,
-    /// Whether these are tried as a matter of routine, though nothing speaks against them.
-    is_routine: bool,
-    /// When clocks were last tried, in ns, or could have been for the first time.
-    tried_ns: Option<u64>,
     /// By camera index: what an earlier track found out.
     learned: Vec<Option<ClockOffset>>,
     /// What was known of lasting errors when clocks were last doubted.
@@ -44,8 +37,6 @@ impl Timing {
             self.settled.push((*camera, time_ns));
             self.doubted.retain(|other| other != camera);
         }
-        self.is_routine &= !self.doubted.is_empty();
-        self.tried_ns = Some(time_ns);
     }
 
     /// That they agree is in question again, whoever vouches for it.
@@ -53,24 +44,6 @@ impl Timing {
         self.settled.retain(|(camera, _)| !cameras.contains(camera));
         self.doubted.retain(|camera| !cameras.contains(camera));
         self.doubted.extend(cameras);
-        self.is_routine = false;
-    }
-
-    /// Tries clocks once more as a matter of routine.
-    pub fn try_again(&mut self, cameras: &[usize]) {
-        self.doubt(cameras);
-        self.is_routine = true;
-    }
-
-    /// Whether it is time for that.
-    pub fn is_due(&mut self, time_ns: u64) -> bool {
-        let since_ns = *self.tried_ns.get_or_insert(time_ns);
-        !self.open && self.doubted.is_empty() && seconds(since_ns, time_ns) > ROUTINE_S
-    }
-
-    /// Whether clocks are in doubt as a matter of routine only.
-    pub fn is_routine(&self) -> bool {
-        self.is_routine
     }
 
     /// Cameras whose clocks are in doubt, whoever vouches for them.

@@ -127,28 +127,6 @@ fn clocks_that_agree_are_left_alone() {
     assert!(worst < 1e-3, "{worst}");
 }
 
-/// Noise hides what such a clock contradicts, and somebody vouches for it: it is found since clocks are tried now and then.
-#[test]
-fn a_clock_that_is_off_by_little_is_found_though_nothing_contradicts() {
-    let (rig, object) = (rig(4), cube());
-    let eye = Eye {
-        rig: &rig,
-        object: &object,
-        sigma_px: 0.5,
-    };
-    for seed in 1..4 {
-        let (fusion, _) = watch_with(&eye, &[0, 0, 6_000_000, 0], 0, 5, seed);
-        let offsets = fusion.clock_offsets();
-        let found = offsets.get(&camera_id(2)).map(|found| found.offset_s);
-        assert!(
-            found.is_some_and(|offset_s| (offset_s - 0.006).abs() < 0.001),
-            "seed {seed}: {offsets:?}"
-        );
-        let (fusion, _) = watch_with(&eye, &[0; 4], 0, 5, seed);
-        assert!(fusion.clock_offsets().is_empty(), "seed {seed}");
-    }
-}
-
 /// Nothing else tells its time, so that its images may be of a little earlier or later for all that is known.
 #[test]
 fn a_camera_alone_with_an_object_tells_nothing_of_its_own_clock() {
