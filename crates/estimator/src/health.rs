@@ -2,15 +2,16 @@
 //! is off.
 //!
 //! Fed with instants that no late image can change any more. What the views of a tag by a camera contradict is explained by the
-//! fault that foretells it best ([`suspects`]), if those that have nothing to do with that fault go on to agree ([`support`]).
+//! fault that foretells it best ([`suspects`]), if those that have nothing to do with that fault go on to agree ([`support`]). Where
+//! errors are stated, who is wrong is found by leaving each suspect out ([`inquiry`], [`contest`]).
 
 mod accused;
 mod contest;
-mod contested;
 mod count;
 mod guess;
-mod joint;
+mod inquiry;
 mod lasting;
+mod misfit;
 mod recall;
 mod strays;
 mod support;

@@ -2,17 +2,17 @@
 //!
 //! After a fault a track follows what is wrong in part, and innocent ones contradict it as loudly. So from before the suspicion on the
 //! object is tracked anew without the images of each camera, and without the views of each tag, that may be to blame, and what
-//! remains is scored: by how far each image is from what is expected of it ([`super::joint`]). To leave a camera out excuses where all that
+//! remains is scored: by how far each image is from what is expected of it ([`super::misfit`]). To leave a camera out excuses where all that
 //! it sees seems to be, not how its views lie to each other. What is left out is held against that track, which it can't spoil,
 //! and must be explained by a fault of its own.
 //!
-//! Bounded: an image takes each of the tracks a few instants further, those of one object and of few contenders.
+//! Bounded: each image takes each of the tracks a few instants further, those of one object and of few contenders.
 
 use std::collections::BTreeMap;
 
 use super::accused::Accused;
-use super::joint::{Joint, are_joint};
 use super::lasting::Lasting;
+use super::misfit::{Misfit, are_of_one_link};
 use super::recall::{Instant, Recall};
 use super::suspects::RAISED;
 use super::testimony::Testimony;
@@ -250,13 +250,13 @@ impl Contender {
 
     /// What remains contradicts by so much; a single image by no more than one that takes no part.
     fn score(&mut self, views: &[SettledView], options: &FusionOptions) {
-        for image in views.chunk_by(are_joint) {
+        for image in views.chunk_by(are_of_one_link) {
             let hit = image.iter().any(|view| view.hit);
             self.misfit += if hit { options.jolt_odds } else { 0.0 };
-            if let Some(joint) = Joint::of(image, &mut self.lasting) {
+            if let Some(misfit) = Misfit::of(image, &mut self.lasting) {
                 let most = options.refused_odds;
-                self.misfit += joint.shared.min(most) + joint.apart.min(most);
-                joint.teach(self.track.time_ns, &mut self.lasting);
+                self.misfit += misfit.shared.min(most) + misfit.apart.min(most);
+                misfit.teach(self.track.time_ns, &mut self.lasting);
             }
         }
     }
@@ -264,9 +264,9 @@ impl Contender {
     /// Hears what is left out.
     fn accuse(&mut self, views: &[SettledView], options: &FusionOptions) {
         if let Some(LeftOut::Camera(_)) = self.left_out {
-            for image in views.chunk_by(are_joint) {
-                let joint = Joint::of(image, &mut self.lasting);
-                let apart = joint.map_or(0.0, |joint| joint.apart);
+            for image in views.chunk_by(are_of_one_link) {
+                let misfit = Misfit::of(image, &mut self.lasting);
+                let apart = misfit.map_or(0.0, |misfit| misfit.apart);
                 self.misfit += apart.min(options.refused_odds);
             }
         }

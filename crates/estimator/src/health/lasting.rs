@@ -139,7 +139,7 @@ impl Lasting {
     }
 
     /// Learns from views taken together: their gradient apart from what was expected of it, and the covariance of its noise.
-    pub fn learn_jointly(
+    pub fn learn_together(
         &mut self,
         time_ns: u64,
         (gradient, noise): (Vector6<f64>, Matrix6<f64>),
@@ -213,8 +213,6 @@ impl Lasting {
 mod tests {
     use super::*;
     use crate::health::testimony::Testimony;
-    use nalgebra::Vector3;
-    use sextant_geometry::Pose;
 
     const SIGMA: f64 = 0.001;
 
@@ -229,17 +227,7 @@ mod tests {
             by: *by,
         });
         Account {
-            testimony: Testimony {
-                information,
-                gradient: information * displaced,
-                square: displaced.dot(&(information * displaced)),
-                weight: 1.0,
-                world_from_link: Pose::identity(),
-                twist: Vector6::zeros(),
-                world_from_tag: Pose::identity(),
-                centre: Vector3::x(),
-                stated: [Vector6::zeros(); 2],
-            },
+            testimony: Testimony::of_displaced(information, &displaced),
             covariance: Matrix6::zeros(),
             took_part: false,
             displacing: displacing.collect(),

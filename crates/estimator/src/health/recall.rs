@@ -12,7 +12,7 @@ const SPACING_NS: u64 = 500_000_000;
 const BETWEEN: usize = 300;
 const MOST: usize = 1500;
 
-/// Images that are taken jointly.
+/// Images that are taken at once.
 #[derive(Debug, Clone)]
 pub(super) struct Instant {
     pub time_ns: u64,

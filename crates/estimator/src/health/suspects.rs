@@ -4,6 +4,8 @@
 //! gains over no fault is evidence for it (Dawid 1984, Present position and potential developments: the prequential approach). The
 //! evidence is kept by camera and tag, so that what one fault explains is not counted for another.
 
+mod convicted;
+
 use std::collections::{BTreeMap, BTreeSet};
 
 use nalgebra::Vector6;
@@ -376,6 +378,5 @@ fn share(a: &Cause, b: &Cause, cells: &[(usize, Tag)]) -> bool {
     cells.iter().any(|cell| covers(a, cell) && covers(b, cell))
 }
 
-mod convicted;
 #[cfg(test)]
 mod tests;

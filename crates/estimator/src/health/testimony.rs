@@ -114,6 +114,24 @@ impl Account {
     }
 }
 
+#[cfg(test)]
+impl Testimony {
+    /// Of a link at the origin that seems to be displaced by so much, without noise.
+    pub fn of_displaced(information: Matrix6<f64>, displaced: &Vector6<f64>) -> Self {
+        Self {
+            information,
+            gradient: information * displaced,
+            square: displaced.dot(&(information * displaced)),
+            weight: 1.0,
+            world_from_link: Pose::identity(),
+            twist: Vector6::zeros(),
+            world_from_tag: Pose::identity(),
+            centre: Vector3::x(),
+            stated: [Vector6::zeros(); 2],
+        }
+    }
+}
+
 impl Testimony {
     fn is_sound(&self) -> bool {
         let mut numbers = self.information.iter().chain(self.gradient.iter());

@@ -15,9 +15,9 @@ use crate::filter::consider::Displacing;
 /// Share of N that is left at least where a pose follows views closely, so that there is an inverse.
 const LEFT: f64 = 1e-3;
 
-/// What joint views show.
+/// What views of a link in an image show together.
 #[derive(Debug)]
-pub(super) struct Joint {
+pub(super) struct Misfit {
     /// Half the squared sigmas, beyond as many as are usual, of a displacement that the views share, and of what no displacement of all
     /// explains.
     pub shared: f64,
@@ -29,7 +29,7 @@ pub(super) struct Joint {
 }
 
 /// Whether two views next to each other are of one link in one image.
-pub(super) fn are_joint(one: &SettledView, other: &SettledView) -> bool {
+pub(super) fn are_of_one_link(one: &SettledView, other: &SettledView) -> bool {
     let link = |view: &SettledView| {
         let account = view.account.as_ref()?;
         Some((account.took_part, account.testimony.world_from_link))
@@ -37,8 +37,8 @@ pub(super) fn are_joint(one: &SettledView, other: &SettledView) -> bool {
     one.camera_index == other.camera_index && link(one).is_some() && link(one) == link(other)
 }
 
-impl Joint {
-    /// Of views that are joint; `None` where they say nothing.
+impl Misfit {
+    /// Of views of one link in one image; `None` where they say nothing.
     pub fn of(views: &[SettledView], lasting: &mut Lasting) -> Option<Self> {
         let noise = lasting.noise(views.first()?.camera_index);
         let accounts = views.iter().filter_map(|view| view.account.as_ref());
@@ -68,7 +68,7 @@ impl Joint {
 
     /// What they show of stated errors is learned.
     pub fn teach(self, time_ns: u64, lasting: &mut Lasting) {
-        lasting.learn_jointly(time_ns, (self.off, self.covariance), self.expected);
+        lasting.learn_together(time_ns, (self.off, self.covariance), self.expected);
     }
 }
 
@@ -76,7 +76,7 @@ fn beyond(square: f64, usual: f64) -> f64 {
     (0.5 * (square - usual)).max(0.0)
 }
 
-/// What joint views say together.
+/// What such views say together.
 struct Sum {
     views: f64,
     information: Matrix6<f64>,
@@ -132,8 +132,6 @@ mod tests {
     use super::*;
     use crate::TagId;
     use crate::health::testimony::Testimony;
-    use nalgebra::Vector3;
-    use sextant_geometry::Pose;
     use sextant_tag_families::Family;
 
     const INFORMATION: f64 = 1e6;
@@ -142,17 +140,8 @@ mod tests {
     fn view(id: u32, metres: f64) -> SettledView {
         let information = Matrix6::identity() * INFORMATION;
         let displaced = Vector6::x() * metres;
-        let testimony = Testimony {
-            information,
-            gradient: information * displaced,
-            square: 8.0 + displaced.dot(&(information * displaced)),
-            weight: 1.0,
-            world_from_link: Pose::identity(),
-            twist: Vector6::zeros(),
-            world_from_tag: Pose::identity(),
-            centre: Vector3::x(),
-            stated: [Vector6::zeros(); 2],
-        };
+        let mut testimony = Testimony::of_displaced(information, &displaced);
+        testimony.square += 8.0;
         SettledView {
             camera_index: 0,
             tag: TagId {
@@ -176,9 +165,9 @@ mod tests {
     fn what_all_views_share_is_told_from_what_they_do_not() {
         let of = |by: [f64; 2]| {
             let views = [view(0, by[0]), view(1, by[1])];
-            assert!(are_joint(&views[0], &views[1]));
-            let joint = Joint::of(&views, &mut Lasting::default()).expect("they say something");
-            [joint.shared, joint.apart]
+            assert!(are_of_one_link(&views[0], &views[1]));
+            let misfit = Misfit::of(&views, &mut Lasting::default()).expect("they say something");
+            [misfit.shared, misfit.apart]
         };
         assert_eq!(of([0.0, 0.0]), [0.0, 3.0]);
         let [shared, apart] = of([0.02, 0.02]);
