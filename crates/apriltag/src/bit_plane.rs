@@ -1,7 +1,7 @@
 //! Of the border's colour or not, one bit a pixel.
 
 use crate::kernels::{
-    LINE_REACH, LINE_SPAN, PaddedRow, TILE, WORD, find_black_and_lines, threshold_row,
+    LINE_REACH, PaddedRow, PaddedRows, TILE, WORD, is_black_or_line, is_bright, is_dark, threshold,
 };
 use crate::tiles::Tiles;
 use crate::{Image, Pass};
@@ -11,7 +11,7 @@ use std::ops::Range;
 #[derive(Debug, Default)]
 pub(crate) struct BitPlane {
     words_in_row: usize,
-    /// Of an even number of rows.
+    /// Of whole rows of tiles.
     words: Vec<u64>,
     /// Which words of each row of tiles have been set; the others are without bits.
     live: Vec<Range<usize>>,
@@ -33,7 +33,7 @@ impl BitPlane {
         self.words_in_row = width.div_ceil(WORD);
         self.live.resize(height.div_ceil(TILE), 0..0);
         self.words
-            .resize(self.words_in_row * height.next_multiple_of(2), 0);
+            .resize(self.words_in_row * height.next_multiple_of(TILE), 0);
         self.rows.resize(ROWS, [0; _]);
     }
 
@@ -49,7 +49,7 @@ impl BitPlane {
             row[LINE_REACH + image.width()..][..WORD].fill(beyond);
         }
         let mut taken = 0;
-        let rows_of_tiles = self.words.chunks_mut(TILE * self.words_in_row);
+        let rows_of_tiles = self.words.chunks_exact_mut(TILE * self.words_in_row);
         for (row, (words, live)) in rows_of_tiles.zip(&mut self.live).enumerate() {
             let (levels, live_words) = tiles.levels(row);
             let here = live_words.start..live_words.end.min(self.words_in_row);
@@ -58,29 +58,18 @@ impl BitPlane {
             if here.is_empty() {
                 continue;
             }
-            let ys = row * TILE..image.height().min((row + 1) * TILE);
-            take_rows(
-                image,
-                taken.max(ys.start)..ys.end + 2 * LINE_REACH,
-                &mut self.rows,
-            );
-            taken = ys.end + 2 * LINE_REACH;
-            let (levels, first) = (&levels[here.clone()], here.start * WORD);
-            for (y, words) in ys.zip(words.chunks_exact_mut(self.words_in_row)) {
-                let rows: [_; LINE_SPAN] = array::from_fn(|i| &self.rows[(y + i) % ROWS][first..]);
-                let (pixels, words) = (&rows[LINE_REACH][LINE_REACH..], &mut words[here.clone()]);
-                match pass {
-                    Pass::Black => find_black_and_lines(rows, levels, words),
-                    Pass::Blurred => {
-                        threshold_row(pixels, levels, |pixel, level| pixel < level, words)
-                    }
-                    Pass::White => {
-                        let is_white = |pixel, level| (level > 0) & (pixel >= level);
-                        threshold_row(pixels, levels, is_white, words);
-                    }
-                }
+            let ys = row * TILE..(row + 1) * TILE + 2 * LINE_REACH;
+            take_rows(image, taken.max(ys.start)..ys.end, &mut self.rows);
+            taken = ys.end;
+            let rows: PaddedRows<'_> = array::from_fn(|i| &self.rows[(ys.start + i) % ROWS]);
+            let (levels, first) = (&levels[here.clone()], here.start);
+            match pass {
+                Pass::Black => threshold(&rows, levels, first, words, is_black_or_line),
+                Pass::Blurred => threshold(&rows, levels, first, words, is_dark),
+                Pass::White => threshold(&rows, levels, first, words, is_bright),
             }
         }
+        self.words[image.height() * self.words_in_row..].fill(0);
     }
 
     /// The words of each row.

@@ -74,52 +74,85 @@ pub(crate) struct Levels {
     pub(crate) depth: TilesOfWord,
 }
 
-/// One bit a pixel, the least significant leftmost: whether it is told by the pixel and the middle level of its tile.
+/// The rows of pixels of a row of tiles, and as many above and below them as a line reaches.
+pub(crate) type PaddedRows<'a> = [&'a PaddedRow; TILE + 2 * LINE_REACH];
+
+/// Sets the words of a row of tiles, row of pixels after row, from the first on that levels are given for: one bit a pixel,
+/// the least significant leftmost. `is_set` tells them, by the first pixel's place among the tiles' and by low levels,
+/// middle ones and depths of lines for each pixel.
 #[inline(always)]
-pub(crate) fn threshold_row(
-    row: &[u8],
+pub(crate) fn threshold(
+    rows: &PaddedRows<'_>,
     levels: &[Levels],
-    is_set: impl Fn(u8, u8) -> bool,
+    first: usize,
     words: &mut [u64],
+    is_set: impl Fn(&PaddedRows<'_>, [usize; 2], &[Pixels; 3]) -> Pixels,
 ) {
-    let pixels: &[Pixels] = row.as_chunks().0;
-    for ((word, pixels), levels) in words.iter_mut().zip(pixels).zip(levels) {
-        let (middle, mut bits) = (for_each_pixel(&levels.middle), [0; WORD]);
-        for i in 0..WORD {
-            bits[i] = all_or_nothing(is_set(pixels[i], middle[i]));
+    let words_in_row = words.len() / TILE;
+    for (word, levels) in (first..).zip(levels) {
+        // No image is wider: compilers need not see to it again that all is within the rows.
+        let x = (word * WORD).min(Image::MAX_WIDTH - WORD);
+        let levels = [
+            for_each_pixel(&levels.low),
+            for_each_pixel(&levels.middle),
+            for_each_pixel(&levels.depth),
+        ];
+        for y in 0..TILE {
+            words[y * words_in_row + word] = top_bits(&is_set(rows, [x, y], &levels));
         }
-        *word = top_bits(&bits);
     }
 }
 
-/// One bit a pixel, likewise: set where it is below its tile's low level, or below the middle one and part of a dark line:
-/// darker by its depth than what lies within reach on both sides, be it left and right or above and below. `rows` are the
-/// row, from as many pixels before the first word as a line reaches, and as many above and below it.
+/// The pixels of a word from a place on.
 #[inline(always)]
-pub(crate) fn find_black_and_lines(rows: [&[u8]; LINE_SPAN], levels: &[Levels], words: &mut [u64]) {
-    let beside: [&[Pixels]; LINE_SPAN] = array::from_fn(|i| rows[LINE_REACH][i..].as_chunks().0);
-    let above: [&[Pixels]; LINE_SPAN] = rows.map(|row| row[LINE_REACH..].as_chunks().0);
-    for (k, (word, levels)) in words.iter_mut().zip(levels).enumerate() {
-        let (across, down) = (nearer_side(&beside, k), nearer_side(&above, k));
-        let sides: Pixels = array::from_fn(|i| across[i].max(down[i]));
-        *word = black_or_line(&beside[LINE_REACH][k], &sides, levels);
-    }
+fn pixels<'a>(rows: &PaddedRows<'a>, [x, y]: [usize; 2]) -> &'a Pixels {
+    &rows[y][x..].as_chunks().0[0]
 }
 
+/// Below the middle level.
 #[inline(always)]
-fn black_or_line(pixels: &Pixels, sides: &Pixels, levels: &Levels) -> u64 {
-    let (low, middle) = (for_each_pixel(&levels.low), for_each_pixel(&levels.middle));
-    let (depths, mut black) = (for_each_pixel(&levels.depth), [0; WORD]);
+pub(crate) fn is_dark(
+    rows: &PaddedRows<'_>,
+    [x, y]: [usize; 2],
+    [_, middle, _]: &[Pixels; 3],
+) -> Pixels {
+    let pixels = pixels(rows, [x + LINE_REACH, y + LINE_REACH]);
+    array::from_fn(|i| all_or_nothing(pixels[i] < middle[i]))
+}
+
+/// Not below the middle level, where there is one.
+#[inline(always)]
+pub(crate) fn is_bright(
+    rows: &PaddedRows<'_>,
+    [x, y]: [usize; 2],
+    [_, middle, _]: &[Pixels; 3],
+) -> Pixels {
+    let pixels = pixels(rows, [x + LINE_REACH, y + LINE_REACH]);
+    array::from_fn(|i| all_or_nothing((middle[i] > 0) & (pixels[i] >= middle[i])))
+}
+
+/// Below the low level, or below the middle one and part of a dark line: darker by its depth than what lies within reach on
+/// both sides, be it left and right or above and below.
+#[inline(always)]
+pub(crate) fn is_black_or_line(
+    rows: &PaddedRows<'_>,
+    [x, y]: [usize; 2],
+    [low, middle, depths]: &[Pixels; 3],
+) -> Pixels {
+    let across = nearer_side(|i| pixels(rows, [x + i, y + LINE_REACH]));
+    let down = nearer_side(|i| pixels(rows, [x + LINE_REACH, y + i]));
+    let pixels = pixels(rows, [x + LINE_REACH, y + LINE_REACH]);
+    let mut black = [0; WORD];
     for i in 0..WORD {
-        let depth = sides[i].saturating_sub(pixels[i]);
+        let depth = across[i].max(down[i]).saturating_sub(pixels[i]);
         let line = all_or_nothing(pixels[i] < middle[i]) & all_or_nothing(depth >= depths[i]);
         black[i] = line | all_or_nothing(pixels[i] < low[i]);
     }
-    top_bits(&black)
+    black
 }
 
-/// The pixels of a word.
-type Pixels = [u8; WORD];
+/// What there is for each pixel of a word.
+pub(crate) type Pixels = [u8; WORD];
 
 /// What tiles have, for each of their pixels.
 #[inline(always)]
@@ -140,8 +173,8 @@ fn all_or_nothing(is_set: bool) -> u8 {
 
 /// Of the brightest pixels to either side the darker one.
 #[inline(always)]
-fn nearer_side(&[a, b, c, _, d, e, f]: &[&[Pixels]; LINE_SPAN], k: usize) -> Pixels {
-    let (a, b, c, d, e, f) = (&a[k], &b[k], &c[k], &d[k], &e[k], &f[k]);
+fn nearer_side<'a>(pixels: impl Fn(usize) -> &'a Pixels) -> Pixels {
+    let [a, b, c, _, d, e, f]: [_; LINE_SPAN] = array::from_fn(pixels);
     let mut sides = [0; WORD];
     for i in 0..WORD {
         sides[i] = a[i].max(b[i]).max(c[i]).min(d[i].max(e[i]).max(f[i]));
@@ -317,6 +350,19 @@ mod tests {
         words[x / WORD] >> (x % WORD) & 1 == 1
     }
 
+    /// The words of a row of tiles, three in each row of pixels.
+    #[inline(always)]
+    fn words(
+        rows: &PaddedRows<'_>,
+        levels: &[Levels],
+        first: usize,
+        is_set: impl Fn(&PaddedRows<'_>, [usize; 2], &[Pixels; 3]) -> Pixels,
+    ) -> Vec<u64> {
+        let mut words = vec![0; 3 * TILE];
+        threshold(rows, levels, first, &mut words, is_set);
+        words
+    }
+
     /// What work gives with the usual vectors, and with the best.
     fn both<T>(work: impl Fn() -> T) -> [T; 2] {
         [work(), vectorised(&work)]
@@ -324,46 +370,42 @@ mod tests {
 
     proptest! {
         #[test]
-        fn a_bit_is_what_is_told_by_the_pixel_and_its_level(
-            row in prop::collection::vec(any::<u8>(), WORD..5 * WORD),
-            levels in prop::collection::vec(levels(any::<u8>()), 5),
+        fn a_bit_is_what_is_told_by_the_pixels_and_the_levels_of_their_tile(
+            rows in prop::collection::vec(prop::collection::vec(0_u8..40, 3 * WORD + 2 * LINE_REACH), TILE + 2 * LINE_REACH),
+            levels in prop::collection::vec(levels(0_u8..40), 2),
+            first in 0_usize..2,
         ) {
-            let is_set: [fn(u8, u8) -> bool; 2] = [|pixel, level| pixel < level, |pixel, level| pixel >= level];
-            for is_set in is_set {
-                let bits = both(#[inline(always)] || {
-                    let mut words = vec![0; row.len() / WORD];
-                    threshold_row(&row, &levels, is_set, &mut words);
-                    words
-                });
-                for (words, x) in bits.iter().flat_map(|words| (0..words.len() * WORD).map(move |x| (words, x))) {
-                    let level = levels[x / WORD].middle[x % WORD / TILE];
-                    prop_assert_eq!(bit(words, x), is_set(row[x], level), "pixel {}", x);
-                }
+            let mut padded = vec![[0; _]; rows.len()];
+            for (padded, row) in padded.iter_mut().zip(&rows) {
+                padded[..row.len()].copy_from_slice(row);
             }
-        }
-
-        #[test]
-        fn a_bit_is_set_where_a_pixel_is_black_or_the_brightest_near_it_on_both_sides_are_brighter_than_it(
-            rows in prop::array::uniform7(prop::collection::vec(0_u8..40, 2 * WORD + 2 * LINE_REACH)),
-            levels in prop::collection::vec(levels(1_u8..40), 2),
-        ) {
-            let bits = both(#[inline(always)] || {
-                let mut words = vec![0; 2];
-                find_black_and_lines(rows.each_ref().map(|row| &row[..]), &levels, &mut words);
-                words
-            });
-            for (words, x) in bits.iter().flat_map(|words| (0..2 * WORD).map(move |x| (words, x))) {
-                let (levels, tile) = (&levels[x / WORD], x % WORD / TILE);
-                let at = |across: usize, down: usize| rows[down][x + across];
+            let padded: PaddedRows<'_> = array::from_fn(|i| &padded[i]);
+            let [dark, bright, black] = [
+                both(#[inline(always)] || words(&padded, &levels, first, is_dark)),
+                both(#[inline(always)] || words(&padded, &levels, first, is_bright)),
+                both(#[inline(always)] || words(&padded, &levels, first, is_black_or_line)),
+            ];
+            for (x, y) in (0..3 * WORD).flat_map(|x| (0..TILE).map(move |y| (x, y))) {
+                let (here, tile) = (rows[y + LINE_REACH][x + LINE_REACH], x % WORD / TILE);
                 let brightest = |pixel: &dyn Fn(usize) -> u8, side: Range<usize>| side.map(pixel).max().unwrap();
-                let sides: [&dyn Fn(usize) -> u8; 2] = [&|i| at(i, LINE_REACH), &|i| at(LINE_REACH, i)];
-                let here = at(LINE_REACH, LINE_REACH);
-                let is_line = sides.into_iter().any(|pixel| {
+                let sides: [&dyn Fn(usize) -> u8; 2] = [&|i| rows[y + LINE_REACH][x + i], &|i| rows[y + i][x + LINE_REACH]];
+                let depth = sides.map(|pixel| {
                     let nearer = brightest(pixel, 0..LINE_REACH).min(brightest(pixel, LINE_REACH + 1..LINE_SPAN));
-                    nearer.saturating_sub(here) >= levels.depth[tile]
+                    nearer.saturating_sub(here)
                 });
-                let expected = here < levels.low[tile] || here < levels.middle[tile] && is_line;
-                prop_assert_eq!(bit(words, x), expected, "pixel {}", x);
+                let is_line = |least: u8| depth.into_iter().any(|depth| depth >= least);
+                let levels = (x / WORD).checked_sub(first).and_then(|word| levels.get(word));
+                let [low, middle, least] = levels.map_or([0; 3], |levels| [levels.low, levels.middle, levels.depth].map(|tiles| tiles[tile]));
+                let expected = [
+                    (&dark, here < middle),
+                    (&bright, middle > 0 && here >= middle),
+                    (&black, here < low || here < middle && is_line(least)),
+                ];
+                for (words, is_set) in expected {
+                    for words in words {
+                        prop_assert_eq!(bit(&words[3 * y..], x), is_set, "pixel {} {}", x, y);
+                    }
+                }
             }
         }
 
