@@ -111,7 +111,7 @@ struct Step {
 pub(crate) struct Components {
     /// Room for `max_runs` at least, of which the first `n_runs` count.
     spans: Vec<Span>,
-    /// Of each run: the part of a component that it belongs to.
+    /// Of each run: the part of a component that it belongs to. Those after the first `n_runs` have none.
     labels: Vec<u32>,
     steps: Vec<Step>,
     n_runs: usize,
@@ -132,15 +132,13 @@ impl Components {
         self.max_runs = width * height / PIXELS_PER_RUN;
         let room = self.labels.len().max(self.max_runs);
         self.spans.resize(room, Span::default());
-        self.labels.resize(room, 0);
+        self.labels.resize(room, UNLABELLED);
         self.steps.resize(room, Step::default());
         self.parts.resize(room, Component::default());
         make_room(&mut self.pair_starts, height.div_ceil(2) + 1);
     }
 
     pub(crate) fn label(&mut self, plane: &BitPlane) {
-        (self.n_runs, self.n_parts) = (0, 0);
-        self.pair_starts.clear();
         vectorised(
             #[inline(always)]
             || self.find_runs(plane),
@@ -151,6 +149,9 @@ impl Components {
     /// Finds the runs of each pair of rows, joins them with those of the pair above and measures the parts.
     #[inline(always)]
     fn find_runs(&mut self, plane: &BitPlane) {
+        self.labels[..self.n_runs].fill(UNLABELLED);
+        (self.n_runs, self.n_parts) = (0, 0);
+        self.pair_starts.clear();
         let mut above = (RowPair::default(), 0);
         for (pair, number) in plane.row_pairs().zip(0..) {
             let first = self.n_runs;
@@ -160,7 +161,6 @@ impl Components {
                 continue;
             }
             self.n_runs += find_spans(&pair, &mut self.spans[first..]);
-            self.labels[first..self.n_runs].fill(UNLABELLED);
             let here = (pair, first);
             join_pairs(&mut self.labels, &mut self.parts, &here, &above);
             above = here;
@@ -178,7 +178,7 @@ impl Components {
         let steps = &mut self.steps[runs.clone()];
         let each = self.spans[runs].iter().zip(labels).zip(steps);
         for (run, ((&span, label), step)) in (first as u32..).zip(each) {
-            if *label == UNLABELLED {
+            if *label as usize >= self.parts.len() {
                 *label = self.n_parts as u32;
                 self.parts[self.n_parts] = Component::begin(*label, pair, run);
                 self.n_parts += 1;

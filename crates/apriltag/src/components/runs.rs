@@ -6,38 +6,41 @@
 use super::{Component, Span};
 use crate::bit_plane::RowPair;
 use crate::kernels::WORD;
+use std::mem;
 
-/// The label of a run that is of no part yet.
-pub(super) const UNLABELLED: u32 = u32::MAX;
+/// The label of a run that is of no part yet. Its bytes differ, for what fills memory with one byte over and over is
+/// slower to call than a loop of vectors is.
+pub(super) const UNLABELLED: u32 = 1 << 31;
 
-/// Where bits of either row begin and end to be set, in turn. Returns how many runs there are.
+/// Where bits of either row begin and end to be set. Returns how many runs there are.
 #[inline(always)]
 pub(super) fn find_spans(pair: &RowPair<'_>, spans: &mut [Span]) -> usize {
-    let columns = spans.as_flattened_mut();
-    let (mut n, mut carry) = (0, 0);
+    let (mut n, mut before) = (0, 0);
     for i in pair.live.clone() {
         let word = pair.upper[i] | pair.lower[i];
-        let mut changes = word ^ (word << 1 | carry);
-        carry = word >> (WORD - 1);
-        while changes != 0 {
-            columns[n] = (i * WORD) as u16 + changes.trailing_zeros() as u16;
-            changes &= changes - 1;
+        let column = |bits: u64| (i * WORD) as u16 + bits.trailing_zeros() as u16;
+        let moved = moved_on(word, &mut before);
+        let (mut begun, mut ended) = (word & !moved, moved & !word);
+        // A run of the word before that reached this one.
+        if moved & 1 != 0 {
+            spans[n - 1][1] = column(ended);
+            ended &= ended.wrapping_sub(1);
+        }
+        while begun != 0 {
+            // One that does not end here reaches the next word at least.
+            spans[n] = [column(begun), column(ended)];
+            begun &= begun - 1;
+            ended &= ended.wrapping_sub(1);
             n += 1;
         }
     }
-    if carry != 0 {
-        columns[n] = (pair.live.end * WORD) as u16;
-        n += 1;
-    }
-    n / 2
+    n
 }
 
-/// A word with each of its bits once more a column further on, the last of them in `carry` for the next word.
+/// A word with each of its bits a column further on, by the word before it, which it becomes for the next one.
 #[inline(always)]
-fn moved_on(word: u64, carry: &mut u64) -> u64 {
-    let moved = word << 1 | *carry;
-    *carry = word >> (WORD - 1);
-    moved
+fn moved_on(word: u64, before: &mut u64) -> u64 {
+    word << 1 | mem::replace(before, word) >> (WORD - 1)
 }
 
 /// Joins the runs of a pair of rows with those of the pair above, each with the number of its first run: they become of the
@@ -56,16 +59,16 @@ pub(super) fn join_pairs<'a>(
         return;
     }
     let (mut n, mut n_above) = (*first as u32, *first_above as u32);
-    let mut carries = [0; 5];
+    let mut before = [0; 5];
     let live = pair.live.start.min(above.live.start)..pair.live.end.max(above.live.end);
     let words_of = |rows: &RowPair<'a>| {
         let [upper, lower] = [rows.upper, rows.lower].map(|row| &row[live.clone()]);
         upper.iter().zip(lower)
     };
     for ((upper, lower), (upper_above, lower_above)) in words_of(pair).zip(words_of(above)) {
-        let [of_upper, of_lower_above, of_runs, of_runs_above, of_touch] = &mut carries;
-        let begun = |word: u64, carry| word & !moved_on(word, carry);
-        let reached = |word: u64, carry| word | moved_on(word, carry);
+        let [of_upper, of_lower_above, of_runs, of_runs_above, of_touch] = &mut before;
+        let begun = |word: u64, before| word & !moved_on(word, before);
+        let reached = |word: u64, before| word | moved_on(word, before);
         let runs = begun(upper | lower, of_runs);
         let runs_above = begun(upper_above | lower_above, of_runs_above);
         let touch = reached(*upper, of_upper) & reached(*lower_above, of_lower_above);
