@@ -3,12 +3,12 @@
 //! `sextant-geometry` has the double-precision one; here thousands of points an image are mapped, also on processors
 //! whose double-precision arithmetic is slow.
 
-use crate::kernels::Points;
-use crate::quad::{Point, Quad};
+use crate::kernels::{POINTS, Points};
+use crate::quad::{Point, Quad, middle};
 
-/// Maps modules (u right, v down, (0, 0) at the top left corner of the border) to pixels.
+/// Maps a square's coordinates (u right, v down) to pixels.
 ///
-/// pixel = origin + (m0 u + m1 v + m2, m3 u + m4 v + m5) / (m6 u + m7 v + 1); the origin, a corner, keeps the numbers small.
+/// pixel = origin + (m0 u + m1 v + m2, m3 u + m4 v + m5) / (m6 u + m7 v + 1); the origin, nearby, keeps the numbers small.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Homography {
     pub(crate) origin: Point,
@@ -16,37 +16,31 @@ pub(crate) struct Homography {
 }
 
 impl Homography {
-    /// Maps the corners of a square of `modules` to a quad (Heckbert, Fundamentals of Texture Mapping, 1989, section 2.2.3).
-    pub(crate) fn square_to_quad(quad: &Quad, modules: f32) -> Option<Self> {
-        let origin = quad[0];
-        let [_, b, c, d] = quad.map(|corner| [corner[0] - origin[0], corner[1] - origin[1]]);
-        let (right, below) = ([b[0] - c[0], b[1] - c[1]], [d[0] - c[0], d[1] - c[1]]);
-        let sum = [c[0] - b[0] - d[0], c[1] - b[1] - d[1]];
-        let determinant = right[0] * below[1] - below[0] * right[1];
-        let g = (sum[0] * below[1] - below[0] * sum[1]) / determinant;
-        let h = (right[0] * sum[1] - sum[0] * right[1]) / determinant;
-        let scale = 1.0 / modules;
-        let [bx, by] = [0, 1].map(|axis| b[axis] * (1.0 + g) * scale);
-        let [dx, dy] = [0, 1].map(|axis| d[axis] * (1.0 + h) * scale);
-        let m = [bx, dx, 0.0, by, dy, 0.0, g * scale, h * scale];
-        let finite = m.iter().all(|value| value.is_finite());
-        finite.then_some(Self { origin, m })
-    }
-
-    /// Maps the corners of the square -1..1 to a quad, with the square's middle as the origin.
-    pub(crate) fn centred_square_to_quad(quad: &Quad) -> Option<Self> {
-        let Self {
-            origin: corner,
-            m: [a, b, _, d, e, _, g, h],
-        } = Self::square_to_quad(quad, 2.0)?;
-        // With u = u' + 1 and v = v' + 1 the denominator is g u' + h v' + (g + h + 1).
-        let scale = 1.0 / (g + h + 1.0);
-        let middle = [(a + b) * scale, (d + e) * scale];
-        let (g, h) = (g * scale, h * scale);
-        let (a, b) = (a * scale - middle[0] * g, b * scale - middle[0] * h);
-        let (d, e) = (d * scale - middle[1] * g, e * scale - middle[1] * h);
-        let m = [a, b, 0.0, d, e, 0.0, g, h];
-        let origin = [corner[0] + middle[0], corner[1] + middle[1]];
+    /// Maps the corners of the square -1..1 to a quad.
+    ///
+    /// Over these corners u, v, u v and 1 are orthogonal. What a corner p is times its denominator w = g u + h v + 1 is linear
+    /// in u and v, so that the sum of u v w p is nothing, which tells g and h, and those of u w p, v w p and w p the rest.
+    pub(crate) fn square_to_quad(quad: &Quad) -> Option<Self> {
+        let origin = middle(quad);
+        let means = |axis: usize| {
+            let [a, b, c, d] = quad.map(|corner| (corner[axis] - origin[axis]) / 4.0);
+            [b + c - a - d, c + d - a - b, a + c - b - d]
+        };
+        let ([ux, vx, uvx], [uy, vy, uvy]) = (means(0), means(1));
+        let determinant = ux * vy - vx * uy;
+        let g = (uvx * uy - ux * uvy) / determinant;
+        let h = (vx * uvy - uvx * vy) / determinant;
+        let (x, y) = (g * ux + h * vx, g * uy + h * vy);
+        let m = [
+            ux + h * uvx,
+            vx + g * uvx,
+            x,
+            uy + h * uvy,
+            vy + g * uvy,
+            y,
+            g,
+            h,
+        ];
         let finite = m.iter().all(|value| value.is_finite());
         finite.then_some(Self { origin, m })
     }
@@ -61,14 +55,9 @@ impl Homography {
         ]
     }
 
-    #[inline]
     pub(crate) fn apply(&self, u: f32, v: f32) -> Point {
-        let m = &self.m;
-        let w = 1.0 / (m[6] * u + m[7] * v + 1.0);
-        [
-            self.origin[0] + (m[0] * u + m[1] * v + m[2]) * w,
-            self.origin[1] + (m[3] * u + m[4] * v + m[5]) * w,
-        ]
+        self.apply_to_points(&[[u; POINTS], [v; POINTS]])
+            .map(|points| points[0])
     }
 }
 
@@ -79,23 +68,7 @@ mod tests {
     #[test]
     fn the_squares_corners_land_on_the_quads() {
         let quad = [[102.0, 57.0], [161.5, 63.25], [150.0, 120.0], [98.0, 101.5]];
-        let homography = Homography::square_to_quad(&quad, 8.0).unwrap();
-        for (corner, [u, v]) in quad
-            .iter()
-            .zip([[0.0, 0.0], [8.0, 0.0], [8.0, 8.0], [0.0, 8.0]])
-        {
-            let mapped = homography.apply(u, v);
-            assert!(
-                (mapped[0] - corner[0]).abs() < 1e-4 && (mapped[1] - corner[1]).abs() < 1e-4,
-                "{mapped:?} {corner:?}"
-            );
-        }
-    }
-
-    #[test]
-    fn the_centred_squares_corners_land_on_the_quads() {
-        let quad = [[102.0, 57.0], [161.5, 63.25], [150.0, 120.0], [98.0, 101.5]];
-        let homography = Homography::centred_square_to_quad(&quad).unwrap();
+        let homography = Homography::square_to_quad(&quad).unwrap();
         for (corner, [u, v]) in
             quad.iter()
                 .zip([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
@@ -110,6 +83,6 @@ mod tests {
 
     #[test]
     fn a_degenerate_quad_has_no_homography() {
-        assert!(Homography::square_to_quad(&[[1.0, 1.0]; 4], 8.0).is_none());
+        assert!(Homography::square_to_quad(&[[1.0, 1.0]; 4]).is_none());
     }
 }

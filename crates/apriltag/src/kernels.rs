@@ -420,7 +420,7 @@ mod tests {
             let (width, height) = (stride - cut.min(stride - 16), 50);
             let bytes: Vec<u8> = (0..(height - 1) * stride + width).map(|i| (i * 97 + i / 7) as u8 ^ seed).collect();
             let image = Image::new(&bytes, width, height, stride).unwrap();
-            if let Some(map) = Homography::square_to_quad(&quad, 1.0) {
+            if let Some(map) = Homography::square_to_quad(&quad) {
                 let mut best = vec![0.0; POINTS * places.len()];
                 sample(&image, &map, &places, &mut best);
                 // SAFETY: the pairs are within the image.

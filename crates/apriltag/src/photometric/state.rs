@@ -65,7 +65,7 @@ pub(super) struct State {
 impl State {
     /// By corners and what is black, in parts of the contrast.
     pub(super) fn start(quad: &Quad, black: f32) -> Option<Self> {
-        let Homography { origin, m } = Homography::centred_square_to_quad(quad)?;
+        let Homography { origin, m } = Homography::square_to_quad(quad)?;
         let size_px = mean_edge(quad);
         let mut values = [0.0; PARAMETERS];
         values[..HOMOGRAPHY].copy_from_slice(&m);

@@ -11,8 +11,8 @@ pub(super) const MAX_MODULES: usize = 256;
 pub(super) struct Layout {
     /// Modules along the border.
     pub(super) border_width: f32,
-    /// Middles of the modules, u right, v down, from the border's top left corner. Border and ring fill whole blocks, and
-    /// so do the bits; what pads them counts for nothing.
+    /// Middles of the modules on the square -1..1 of the border. Border and ring fill whole blocks, and so do the bits; what
+    /// pads them counts for nothing.
     pub(super) places: Vec<[Points; 2]>,
     /// The bits once more, at four places around each middle.
     pub(super) around: [Vec<[Points; 2]>; 4],
@@ -38,8 +38,8 @@ impl Layout {
         let around = [[-0.2, -0.2], [0.2, -0.2], [-0.2, 0.2], [0.2, 0.2]];
         Self {
             border_width: f32::from(data.border_width),
-            places: blocks(&modules, [0.0; 2]),
-            around: around.map(|aside| blocks(&modules[bits.clone()], aside)),
+            places: blocks(&modules, [0.0; 2], width),
+            around: around.map(|aside| blocks(&modules[bits.clone()], aside, width)),
             beside: bits
                 .clone()
                 .map(|i| beside(modules[i], &modules).unwrap_or([i as u8; 4]))
@@ -65,12 +65,12 @@ impl Layout {
     }
 }
 
-/// The middles of modules, moved aside.
-fn blocks(modules: &[[i16; 2]], aside: [f32; 2]) -> Vec<[Points; 2]> {
+/// The middles of modules, of so many along the border, moved aside.
+fn blocks(modules: &[[i16; 2]], aside: [f32; 2], width: i16) -> Vec<[Points; 2]> {
     let block = |block: &[[i16; 2]]| {
         let coordinate = |i: usize, axis: usize| {
             let module = block.get(i).unwrap_or(&block[0]);
-            f32::from(module[axis]) + 0.5 + aside[axis]
+            (f32::from(2 * module[axis] + 1 - width) + 2.0 * aside[axis]) / f32::from(width)
         };
         [0, 1].map(|axis| std::array::from_fn(|i| coordinate(i, axis)))
     };

@@ -42,7 +42,7 @@ impl<'a> Modules<'a> {
         layout: &'a Layout,
         quad: &Quad,
     ) -> Result<Self, Rejection> {
-        let map = Homography::square_to_quad(quad, layout.border_width).ok_or(Rejection::Shape)?;
+        let map = Homography::square_to_quad(quad).ok_or(Rejection::Shape)?;
         let mut above = [0.0; MAX_MODULES];
         sample(
             view.image,
