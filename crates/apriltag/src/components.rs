@@ -116,8 +116,6 @@ pub(crate) struct Components {
     steps: Vec<Step>,
     n_runs: usize,
     max_runs: usize,
-    /// Index of the first run of each pair of rows, and one more.
-    pair_starts: Vec<u32>,
     /// In the order of their first runs. Room as for runs, of which the first `n_parts` count.
     parts: Vec<Component>,
     n_parts: usize,
@@ -135,7 +133,6 @@ impl Components {
         self.labels.resize(room, UNLABELLED);
         self.steps.resize(room, Step::default());
         self.parts.resize(room, Component::default());
-        make_room(&mut self.pair_starts, height.div_ceil(2) + 1);
     }
 
     pub(crate) fn label(&mut self, plane: &BitPlane) {
@@ -151,11 +148,9 @@ impl Components {
     fn find_runs(&mut self, plane: &BitPlane) {
         self.labels[..self.n_runs].fill(UNLABELLED);
         (self.n_runs, self.n_parts) = (0, 0);
-        self.pair_starts.clear();
         let mut above = (RowPair::default(), 0);
         for (pair, number) in plane.row_pairs().zip(0..) {
             let first = self.n_runs;
-            self.pair_starts.push(first as u32);
             if first + pair.live.len() * WORD / 2 > self.max_runs {
                 above = (RowPair::default(), 0);
                 continue;
@@ -166,7 +161,6 @@ impl Components {
             above = here;
             self.measure(first, number);
         }
-        self.pair_starts.push(self.n_runs as u32);
     }
 
     /// Adds the last pair of rows to the parts. A run that touches none before begins one. On its own, because among the
@@ -230,24 +224,26 @@ impl Components {
         }
     }
 
-    /// The component of a run that a black pixel belongs to.
-    pub(crate) fn at(&self, [x, y]: [usize; 2]) -> Option<u32> {
-        let runs = self.pair_starts[y / 2] as usize..self.pair_starts[y / 2 + 1] as usize;
-        let before = |&[_, end]: &Span| usize::from(end) <= x;
-        let run = runs.start + self.spans[runs.clone()].partition_point(before);
-        let mut part = &self.parts[*self.labels[..runs.end].get(run)? as usize];
-        while part.n_runs == 0 {
-            part = &self.parts[part.earlier as usize];
+    /// The component that a part belongs to.
+    fn component_of(&self, part: u32) -> u32 {
+        let Component {
+            n_runs, earlier, ..
+        } = self.parts[part as usize];
+        if n_runs > 0 {
+            part
+        } else {
+            self.component_of(earlier)
         }
-        Some(part.earlier)
     }
 
-    /// Black pixels beside each other, row after row, with their components.
+    /// Black pixels beside each other in a row, with their components.
     pub(crate) fn labelled_runs(&self, plane: &BitPlane) -> impl Iterator<Item = LabelledRun> {
-        plane.rows().zip(0..).flat_map(move |(row, y)| {
-            runs_in(row).filter_map(move |[start, end]| {
-                let component = self.at([start, y].map(usize::from))?;
-                Some(LabelledRun {
+        (0..self.n_runs).flat_map(move |run| {
+            let (first_row, span) = (2 * self.steps[run].pair, self.spans[run]);
+            let component = self.component_of(self.labels[run]);
+            let rows = plane.rows().zip(0..).skip(first_row.into()).take(2);
+            rows.flat_map(move |(row, y)| {
+                runs_in(row, span).map(move |[start, end]| LabelledRun {
                     y,
                     start,
                     end,
@@ -258,14 +254,12 @@ impl Components {
     }
 }
 
-/// Where bits beside each other are set in a row.
-fn runs_in(row: &[u64]) -> impl Iterator<Item = Span> {
+/// Where bits beside each other are set in a part of a row.
+fn runs_in(row: &[u64], [mut next, end]: Span) -> impl Iterator<Item = Span> {
     let is_set = |x: &u16| row[usize::from(*x) / WORD] >> (usize::from(*x) % WORD) & 1 == 1;
-    let width = (row.len() * WORD) as u16;
-    let mut next = 0;
     iter::from_fn(move || {
-        let first = (next..width).find(is_set)?;
-        next = (first..width).find(|x| !is_set(x)).unwrap_or(width);
+        let first = (next..end).find(is_set)?;
+        next = (first..end).find(|x| !is_set(x)).unwrap_or(end);
         Some([first, next])
     })
 }
@@ -317,9 +311,10 @@ mod tests {
             let plane = BitPlane::of_rows(&rows);
             components.label(&plane);
             let mut firsts = vec![None; components.all().len()];
-            let pixels: Vec<_> = components.labelled_runs(&plane).flat_map(|run| {
+            let mut pixels: Vec<_> = components.labelled_runs(&plane).flat_map(|run| {
                 (run.start..run.end).map(move |x| (u32::from(x), u32::from(run.y), run.component as usize))
             }).collect();
+            pixels.sort_by_key(|(x, y, _)| (*y, *x));
             let expected = flooded(&rows);
             prop_assert_eq!(pixels.len(), expected.len());
             for (&(x, y, label), &first) in pixels.iter().zip(&expected) {

@@ -142,7 +142,7 @@ pub trait Observer {
         let _ = pass;
     }
 
-    /// All pixels of the border's colour, row after row, by component.
+    /// All pixels of the border's colour, by component.
     fn labelled(&mut self, runs: impl Iterator<Item = LabelledRun>) {
         let _ = runs;
     }
