@@ -28,8 +28,6 @@ struct Search<'a> {
 pub struct Detector {
     options: Options,
     lookout: Lookout,
-    /// Width and height of the last image.
-    image_size: (usize, usize),
     /// Width and height of the area that is searched.
     area_size: (usize, usize),
     tiles: Tiles,
@@ -49,7 +47,6 @@ impl Detector {
         Ok(Self {
             lookout: Lookout::new(&options),
             options,
-            image_size: (0, 0),
             area_size: (0, 0),
             tiles: Tiles::default(),
             plane: BitPlane::default(),
@@ -91,7 +88,7 @@ impl Detector {
         areas: &[Area],
         observer: &mut impl Observer,
     ) -> &[Detection] {
-        self.begin(image);
+        self.begin();
         for area in areas {
             self.search(image, area, observer);
         }
@@ -140,12 +137,7 @@ impl Detector {
         }
     }
 
-    fn begin(&mut self, image: &Image<'_>) {
-        let size = (image.width(), image.height());
-        if self.image_size != size {
-            self.image_size = size;
-            self.make_room(size);
-        }
+    fn begin(&mut self) {
         make_room(&mut self.sightings, MAX_SIGHTINGS);
         make_room(&mut self.detections, MAX_SIGHTINGS);
         self.report = Report {
