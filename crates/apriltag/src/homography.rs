@@ -55,6 +55,7 @@ impl Homography {
         ]
     }
 
+    #[inline(always)]
     pub(crate) fn apply(&self, u: f32, v: f32) -> Point {
         self.apply_to_points(&[[u; POINTS], [v; POINTS]])
             .map(|points| points[0])

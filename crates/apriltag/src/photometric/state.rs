@@ -5,6 +5,7 @@ use super::equations::Equations;
 use super::pattern::Optics;
 use crate::homography::Homography;
 use crate::quad::{Point, Quad, distance, mean_edge};
+use nalgebra::Matrix3;
 
 /// What is fitted: homography (8), black, white, the light's slope (2), the blur's covariance (3), its shape, the gain, the
 /// ground.
@@ -212,16 +213,9 @@ impl State {
     /// From pixels, relative to the origin, to the square: rows of the matrix.
     pub(super) fn inverse(&self) -> Option<[[f32; 3]; 3]> {
         let [a, b, c, d, e, f, g, h] = self.homography().m;
-        #[rustfmt::skip]
-        let rows = [
-            [e - f * h, c * h - b, b * f - c * e],
-            [f * g - d, a - c * g, c * d - a * f],
-            [d * h - e * g, b * g - a * h, a * e - b * d],
-        ];
-        let scale = 1.0 / (a * rows[0][0] + b * rows[1][0] + c * rows[2][0]);
-        scale
-            .is_finite()
-            .then_some(rows.map(|row| row.map(|value| value * scale)))
+        let inverse = Matrix3::new(a, b, c, d, e, f, g, h, 1.0).try_inverse()?;
+        let finite = inverse.iter().all(|value| value.is_finite());
+        finite.then_some(inverse.transpose().into())
     }
 }
 
