@@ -108,8 +108,7 @@ impl Detector {
             let Some(shape) = self.lookout.border_shape(pass.border()) else {
                 continue;
             };
-            let (gate, noise_sigma) = (self.report.contrast_gate, self.report.noise_sigma);
-            if pass == Pass::Blurred && !self.tiles.are_soft(gate, noise_sigma) {
+            if pass == Pass::Blurred && !self.tiles.are_soft() {
                 continue;
             }
             observer.pass_began(pass);
@@ -154,7 +153,7 @@ impl Detector {
         let gate = (noise_sigma * self.options.min_contrast_in_sigma).min(64.0) as u8;
         let contrast_gate = gate.max(self.options.min_contrast);
         (self.report.noise_sigma, self.report.contrast_gate) = (noise_sigma, contrast_gate);
-        self.tiles.set_levels(contrast_gate)
+        self.tiles.set_levels(contrast_gate, noise_sigma)
     }
 
     /// All memory that an area of this size can ask for, when the size is new; nothing from the heap where it is part of

@@ -21,6 +21,10 @@ pub(crate) struct Tiles {
     levels: Vec<Levels>,
     /// The words of each row between which its live tiles lie.
     live_words: Vec<Range<usize>>,
+    /// In every other row, by place in a word: how many tiles are live, and how many of them show nearly all of the step in grey
+    /// around them, less its noise.
+    n_live: [u16; TILES_IN_WORD],
+    n_steep: [u16; TILES_IN_WORD],
     /// Extrema of three tiles above each other, with one more at either end.
     dark_column: Vec<u8>,
     bright_column: Vec<u8>,
@@ -97,12 +101,13 @@ impl Tiles {
     ///
     /// The low ones lie a quarter up what the tile itself shows, as long as that is not much less than what stands around it,
     /// and beyond the noise of black.
-    pub(crate) fn set_levels(&mut self, gate: u8) -> bool {
+    pub(crate) fn set_levels(&mut self, gate: u8, noise_sigma: f32) -> bool {
+        (self.n_live, self.n_steep) = Default::default();
         vectorised(
             #[inline(always)]
             || {
                 for row in 0..self.rows {
-                    self.set_row(row, gate);
+                    self.set_row(row, gate, (2.0 * noise_sigma) as u8);
                 }
             },
         );
@@ -110,16 +115,21 @@ impl Tiles {
     }
 
     #[inline(always)]
-    fn set_row(&mut self, row: usize, gate: u8) {
+    fn set_row(&mut self, row: usize, gate: u8, noise: u8) {
         let (words, beyond_noise) = (self.row(row), gate / 4 * 3);
         self.spread_rows(row);
-        let columns = [&self.dark_column[..], &self.bright_column];
         let extrema = self.darkest[words.clone()]
             .iter()
             .zip(&self.brightest[words.clone()]);
-        let mut live = 0..0;
-        for (i, (levels, extrema)) in self.levels[words].iter_mut().zip(extrema).enumerate() {
-            let [dark, around, within] = ranges(columns, i, extrema);
+        let (mut live, mut n_live, mut n_steep) =
+            (0..0, [0_u8; TILES_IN_WORD], [0_u8; TILES_IN_WORD]);
+        let levels = self.levels[words].iter_mut().zip(extrema);
+        for (i, (levels, (darkest, brightest))) in levels.enumerate() {
+            let dark = spread_across(u8::min, &self.dark_column, i);
+            let bright = spread_across(u8::max, &self.bright_column, i);
+            // How much brighter than the darkest the brightest is, around a tile and within it.
+            let around: TilesOfWord = array::from_fn(|i| bright[i].saturating_sub(dark[i]));
+            let within: TilesOfWord = array::from_fn(|i| brightest[i].saturating_sub(darkest[i]));
             let level = |i: usize, up: u8| if around[i] >= gate { dark[i] + up } else { 0 };
             levels.depth = array::from_fn(|i| (around[i] / 8).max(beyond_noise));
             let up: TilesOfWord = array::from_fn(|i| levels.depth[i].max(within[i] / 4));
@@ -127,48 +137,27 @@ impl Tiles {
             levels.middle = array::from_fn(|i| level(i, around[i] / 2));
             if u128::from_ne_bytes(levels.low) != 0 {
                 live = if live.is_empty() { i } else { live.start }..i + 1;
+                for i in 0..TILES_IN_WORD {
+                    let (step, is_live) = (around[i].saturating_sub(noise), around[i] >= gate);
+                    n_live[i] += u8::from(is_live);
+                    n_steep[i] += u8::from(is_live & (within[i] >= step - step / 4));
+                }
             }
         }
         self.live_words[row] = live;
+        if row.is_multiple_of(2) {
+            for i in 0..TILES_IN_WORD {
+                self.n_live[i] += u16::from(n_live[i]);
+                self.n_steep[i] += u16::from(n_steep[i]);
+            }
+        }
     }
 
-    /// Whether the image is blurred: along sharp edges a quarter of the live tiles show nearly all of the step in grey around
-    /// them, less its noise; where blur goes over two pixels, a tenth. A fifth is the limit: to take a sharp image for a blurred
-    /// one costs time, the other way round tags.
-    pub(crate) fn are_soft(&mut self, gate: u8, noise_sigma: f32) -> bool {
-        let noise = (2.0 * noise_sigma) as u8;
-        let (mut n_live, mut n_steep) = (0, 0);
-        let mut count = |around: &TilesOfWord, within: &TilesOfWord| {
-            let (mut live, mut steep) = (0_u8, 0_u8);
-            for (&around, &within) in around.iter().zip(within) {
-                let (step, is_live) = (around.saturating_sub(noise), around >= gate);
-                live += u8::from(is_live);
-                steep += u8::from(is_live & (within >= step - step / 4));
-            }
-            n_live += u32::from(live);
-            n_steep += u32::from(steep);
-        };
-        vectorised(
-            #[inline(always)]
-            || {
-                for row in (0..self.rows).step_by(2) {
-                    let live_words = self.live_words[row].clone();
-                    if live_words.is_empty() {
-                        continue;
-                    }
-                    self.spread_rows(row);
-                    let (words, columns) =
-                        (self.row(row), [&self.dark_column[..], &self.bright_column]);
-                    let [darkest, brightest] =
-                        [&self.darkest, &self.brightest].map(|tiles| &tiles[words.clone()]);
-                    for i in live_words {
-                        let [_, around, within] = ranges(columns, i, (&darkest[i], &brightest[i]));
-                        count(&around, &within);
-                    }
-                }
-            },
-        );
-        5 * n_steep < n_live
+    /// Whether the image is blurred: along sharp edges a quarter of the live tiles are steep; where blur goes over two pixels, a
+    /// tenth. A fifth is the limit: to take a sharp image for a blurred one costs time, the other way round tags.
+    pub(crate) fn are_soft(&self) -> bool {
+        let sum = |counts: &[u16]| counts.iter().map(|&count| u32::from(count)).sum::<u32>();
+        5 * sum(&self.n_steep) < sum(&self.n_live)
     }
 
     /// The extrema of each tile of a row and those above and below it.
@@ -188,21 +177,6 @@ impl Tiles {
         let row = row.min(self.rows - 1);
         (&self.levels[self.row(row)], self.live_words[row].clone())
     }
-}
-
-/// Of each tile of a word: the darkest value of the 3x3 tiles around it, how much brighter the brightest is, and as much within
-/// the tile. In: the columns' extrema of a row, the word's place in it, the extrema of its tiles.
-#[inline(always)]
-fn ranges(
-    [dark, bright]: [&[u8]; 2],
-    word: usize,
-    (darkest, brightest): (&TilesOfWord, &TilesOfWord),
-) -> [TilesOfWord; 3] {
-    let dark = spread_across(u8::min, dark, word);
-    let bright = spread_across(u8::max, bright, word);
-    let around = array::from_fn(|i| bright[i].saturating_sub(dark[i]));
-    let within = array::from_fn(|i| brightest[i].saturating_sub(darkest[i]));
-    [dark, around, within]
 }
 
 fn renew<T: Clone>(buffer: &mut Vec<T>, n: usize, value: T) {
