@@ -23,8 +23,6 @@ pub(crate) type Span = [u16; 2];
 /// Black pixels that hang together; until all runs have been found, a part of them.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Component {
-    /// Length of all runs.
-    pub(crate) length: u32,
     left: u32,
     /// None in a part that another one has taken in.
     pub(crate) n_runs: u32,
@@ -80,7 +78,6 @@ impl Component {
     #[inline(always)]
     fn grow(&mut self, [start, end]: Span, pair: u16) {
         let [start, end] = [start, end].map(u32::from);
-        self.length += end - start;
         self.n_runs += 1;
         self.left = self.left.min(start);
         self.right = self.right.max(end);
@@ -89,7 +86,6 @@ impl Component {
 
     /// Takes in a later part. The way through its runs goes on through those here.
     fn absorb(&mut self, part: &mut Self, steps: &mut [Step]) {
-        self.length += part.length;
         self.n_runs += mem::take(&mut part.n_runs);
         self.left = self.left.min(part.left);
         self.right = self.right.max(part.right);

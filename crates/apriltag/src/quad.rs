@@ -50,7 +50,8 @@ impl QuadFinder {
         let n_black = self.read_rows(component, plane);
         let rows = self.rows[..n_pairs].as_flattened();
         let filled = rows.iter().map(|[left, end]| u32::from(end - left)).sum();
-        shape.check_filling(n_black, filled)?;
+        let is_open = n_black as f32 <= shape.most_solid * filled as f32;
+        require(is_open, Rejection::NotAQuad)?;
         self.hull.build(component.rows().start, rows);
         check_convexity(component, &self.hull, filled)?;
         let corners = self.hull.largest_quad().ok_or(Rejection::NotAQuad)?;
