@@ -15,7 +15,7 @@ const CLEARLY: f32 = 0.15;
 /// Blur that most images have, as a standard deviation in pixels.
 pub(super) const USUAL_BLUR_PX: f32 = 0.75;
 
-/// Width of a module from which on there is room in it for more than one sample.
+/// Width of a module from which on corners a pixel off leave its middle within it, and blur leaves it its grey.
 const ROOMY_PX: f32 = 4.0;
 
 /// The modules of a family as they lie within a quad.
@@ -119,24 +119,13 @@ impl<'a> Modules<'a> {
         self.size_px[0].min(self.size_px[1]) < ROOMY_PX
     }
 
-    /// The modules that carry bits: one sample in the middle of a small one; four around it where there is room, against
-    /// noise. Says whether all lie in the image.
+    /// The middles of the modules that carry bits. Says whether all lie in the image.
     #[inline(always)]
     pub(super) fn sample_bits(&mut self) -> bool {
-        let Layout { bits, around, .. } = self.layout;
+        let bits = &self.layout.bits;
         let above = &mut self.above[bits.start..];
-        if self.size_px[0].min(self.size_px[1]) < ROOMY_PX {
-            let places = &self.layout.places[self.layout.ring_blocks()..];
-            sample(self.view.image, &self.map, places, above);
-        } else {
-            for places in around {
-                let mut greys = [0.0; MAX_MODULES];
-                sample(self.view.image, &self.map, places, &mut greys);
-                for (sum, grey) in above[..bits.len()].iter_mut().zip(greys) {
-                    *sum += grey / around.len() as f32;
-                }
-            }
-        }
+        let places = &self.layout.places[self.layout.ring_blocks()..];
+        sample(self.view.image, &self.map, places, above);
         self.threshold.take_from(above, self.layout, bits);
         !above[..bits.len()].iter().any(|above| above.is_nan())
     }
