@@ -64,17 +64,8 @@ impl Hull {
     /// Four vertices that span a (locally) largest area, clockwise.
     pub(crate) fn largest_quad(&self) -> Option<[usize; 4]> {
         let mut corners = self.first_guess();
-        // Whether a corner is the farthest from the line through its neighbours, as the last two guessed are.
-        let mut is_farthest = [false, true, false, true];
-        for i in (0..4).chain(0..4) {
-            if !is_farthest[i] {
-                let (last, next) = ((i + 3) % 4, (i + 1) % 4);
-                let found = self.farthest_between(corners[last], corners[next]);
-                if found != corners[i] {
-                    (is_farthest[last], is_farthest[next]) = (false, false);
-                }
-                (corners[i], is_farthest[i]) = (found, true);
-            }
+        for i in [0, 2, 1, 3] {
+            corners[i] = self.farthest_between(corners[(i + 3) % 4], corners[(i + 1) % 4]);
         }
         corners.sort_unstable();
         let distinct = corners.windows(2).all(|pair| pair[0] != pair[1]);
