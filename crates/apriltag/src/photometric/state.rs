@@ -118,24 +118,11 @@ impl State {
     }
 
     pub(super) fn optics(&self) -> Option<Optics> {
-        let [
-            ..,
-            black,
-            white,
-            light_u,
-            light_v,
-            uu,
-            vv,
-            uv,
-            shape,
-            gain,
-            ground,
-        ] = self.values;
+        let [.., light_u, light_v, uu, vv, uv, shape, _, ground] = self.values;
         let [(u, u_per_px), (v, v_per_px)] = self.normals()?;
         // Blur mixes in more from the brighter side, so that edges show nearer to the darker one, by the blur's covariance times
         // the light's slope (Stein's lemma).
-        let power = inverse_power(gain * (white + black) / (white - black));
-        let [slope_u, slope_v] = [light_u * u_per_px * power, light_v * v_per_px * power];
+        let [slope_u, slope_v] = [light_u * u_per_px, light_v * v_per_px];
         Some(Optics {
             profiles: [Profile::new(u, uu, shape), Profile::new(v, vv, shape)],
             covariance: uv,
@@ -217,14 +204,6 @@ impl State {
         let finite = inverse.iter().all(|value| value.is_finite());
         finite.then_some(inverse.transpose().into())
     }
-}
-
-/// What undoes the camera's curve, if it is a power p of the light, as far as the gain tells: of relative slopes it leaves p
-/// times as much. The mean of power 1/p of black and white lies by (1/p - 1) (white - black)^2 / (8 mean) above the middle,
-/// to first order, and so by a quarter of the gain times their difference.
-fn inverse_power(gained: f32) -> f32 {
-    const MOST: f32 = 2.5;
-    (1.0 + gained).clamp(1.0 / MOST, MOST)
 }
 
 /// Sum of products, as far as the shorter one goes.
