@@ -88,14 +88,16 @@ impl<'a> Modules<'a> {
     /// Share of the modules of border and of ring, as far as they are in the image, that have the colour that they should.
     #[inline(always)]
     pub(super) fn right_in_rings(&self) -> [f32; 2] {
-        self.rings().map(|(modules, sign)| {
+        let mut shares = [0.0; 2];
+        for (share, (modules, sign)) in shares.iter_mut().zip(self.rings()) {
             let (mut right, mut all) = (0, 0);
             for above in &self.above[modules.clone()] {
                 right += u32::from(sign * above > 0.0);
                 all += u32::from(!above.is_nan());
             }
-            right as f32 / all as f32
-        })
+            *share = right as f32 / all as f32;
+        }
+        shares
     }
 
     /// Border and ring must clearly have their colours all around, as far as they are in the image and but for what is hidden
