@@ -72,11 +72,6 @@ impl BitPlane {
         self.words[image.height() * self.words_in_row..].fill(0);
     }
 
-    /// The words of each row.
-    pub(crate) fn rows(&self) -> impl Iterator<Item = &[u64]> {
-        self.words.chunks_exact(self.words_in_row)
-    }
-
     /// Of each row from one on a word of columns from one on; those beyond the last column are anything.
     #[inline(always)]
     pub(crate) fn strip(&self, column: usize, row: usize) -> impl Iterator<Item = u64> {

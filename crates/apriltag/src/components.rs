@@ -237,8 +237,9 @@ impl Components {
         (0..self.n_runs).flat_map(move |run| {
             let (first_row, span) = (2 * self.steps[run].pair, self.spans[run]);
             let component = self.component_of(self.labels[run]);
-            let rows = plane.rows().zip(0..).skip(first_row.into()).take(2);
-            rows.flat_map(move |(row, y)| {
+            let pair = plane.row_pairs().nth(self.steps[run].pair.into());
+            let rows = pair.into_iter().flat_map(|pair| [pair.upper, pair.lower]);
+            rows.zip(first_row..).flat_map(move |(row, y)| {
                 runs_in(row, span).map(move |[start, end]| LabelledRun {
                     y,
                     start,

@@ -61,28 +61,22 @@ impl Hull {
         sides.map(|&[a, b]| twice(a, b)).sum::<i32>() as f32 / 2.0
     }
 
-    /// Four vertices that span a (locally) largest area, clockwise.
+    /// Four vertices that span a (locally) largest area, clockwise: one far out, the one farthest from that, those farthest to
+    /// either side of both, and each once more by its neighbours.
     pub(crate) fn largest_quad(&self) -> Option<[usize; 4]> {
-        let mut corners = self.first_guess();
-        for i in [0, 2, 1, 3] {
-            corners[i] = self.farthest_between(corners[(i + 3) % 4], corners[(i + 1) % 4]);
-        }
-        corners.sort_unstable();
-        let distinct = corners.windows(2).all(|pair| pair[0] != pair[1]);
-        distinct.then_some(corners)
-    }
-
-    /// The vertex farthest from the first, the one farthest from that, and those farthest to either side.
-    fn first_guess(&self) -> [usize; 4] {
         let n = self.vertices.len() / 2;
         let farthest_from = |i: usize| {
             let point = self.vertices[i];
             farthest(&self.vertices[..n], |other| distance_squared(other, point))
         };
         let a = farthest_from(0);
-        let c = farthest_from(a);
-        let [b, d] = [(a, c), (c, a)].map(|(from, to)| self.farthest_between(from, to));
-        [a, b, c, d]
+        let mut corners = [a, 0, farthest_from(a), 0];
+        for i in [1, 3, 0, 2, 1, 3] {
+            corners[i] = self.farthest_between(corners[(i + 3) % 4], corners[(i + 1) % 4]);
+        }
+        corners.sort_unstable();
+        let distinct = corners.windows(2).all(|pair| pair[0] != pair[1]);
+        distinct.then_some(corners)
     }
 
     /// Of the vertices from one to another the one farthest from the line through both.
