@@ -60,7 +60,7 @@ struct Side {
 }
 
 impl Side {
-    /// From a to b, by weighted least squares, twice more without those crossings that stray.
+    /// From a to b, by weighted least squares, once more without those crossings that stray.
     fn fit(view: &View<'_>, (a, b): (Point, Point), profiles: &Profiles) -> Option<Self> {
         /// Scatter of crossings that no noise need explain, in pixels.
         const USUAL_PX: f32 = 0.05;
@@ -69,21 +69,14 @@ impl Side {
         let mut crossings = [[Crossing::default(); POINTS]; MAX_GROUPS];
         let crossings = profiles.find_crossings(view, (a, b), [nx, ny], &mut crossings);
         let mut fit = LineFit::through(crossings)?;
-        for _ in 0..2 {
-            let limit = STRAY_IN_SIGMA * fit.scatter.max(USUAL_PX);
-            let mut any_strays = false;
-            for crossing in crossings
-                .iter_mut()
-                .filter(|crossing| crossing.weight > 0.0)
-            {
-                if (crossing.beyond - fit.at(crossing.along)).abs() > limit {
-                    crossing.weight = 0.0;
-                    any_strays = true;
-                }
+        let limit = STRAY_IN_SIGMA * fit.scatter.max(USUAL_PX);
+        let mut any_strays = false;
+        for crossing in &mut *crossings {
+            if (crossing.beyond - fit.at(crossing.along)).abs() > limit {
+                (crossing.weight, any_strays) = (0.0, true);
             }
-            if !any_strays {
-                break;
-            }
+        }
+        if any_strays {
             fit = LineFit::through(crossings)?;
         }
         let half = distance(a, b) / 2.0;
