@@ -84,16 +84,18 @@ impl Account {
     /// The same, were the errors known.
     pub(super) fn conditional(&self, expected: &Expected) -> Option<Conditional> {
         let mut at = self.plain(expected)?;
-        let slope = at.information;
-        at.allow_for_pose(&self.covariance, self.took_part)?;
+        let n = at.information;
+        if self.took_part {
+            // The pose follows the view by w P N, so that g's noise is N + (1 - 2 w) N P N: N - N P N of one that counted in full.
+            let followed = self.testimony.weight.min(1.0);
+            at.information = n + n * self.covariance * n * (1.0 - 2.0 * followed);
+        } else {
+            at.allow_for(&self.covariance)?;
+        }
         Some(Conditional {
             information: at.information,
             gradient: at.gradient,
-            slope: if self.took_part {
-                slope
-            } else {
-                at.information
-            },
+            slope: if self.took_part { n } else { at.information },
         })
     }
 
@@ -229,5 +231,32 @@ impl Testimony {
         let step = moved + turned.cross(&away);
         let distance = away.norm().max(1e-9);
         [step.norm() / distance, turned.norm()]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::health::lasting::Lasting;
+
+    #[test]
+    fn what_a_view_shows_of_errors_is_noisy_however_little_it_counted() {
+        let n = Matrix6::identity() * 1e6;
+        for weight in [0.01, 0.3, 1.0, 1.6] {
+            // Of the pose this view tells nine tenths.
+            let mut testimony = Testimony::of_displaced(n, &Vector6::zeros());
+            testimony.scale(weight);
+            testimony.weight = weight;
+            let account = Account {
+                testimony,
+                covariance: Matrix6::identity() * (0.9 / (1e6 * weight)),
+                took_part: true,
+                displacing: Vec::new(),
+            };
+            let expected = Lasting::default().expected(&[]);
+            let known = account.conditional(&expected).expect("it says something");
+            let noise = known.information.symmetric_eigenvalues().min();
+            assert!(noise > 0.0, "{weight}: {noise}");
+        }
     }
 }
