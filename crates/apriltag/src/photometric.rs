@@ -153,9 +153,8 @@ impl PatternFitter {
     fn linearise(&mut self, model: &Model<'_>, scale: f32, every: usize) {
         let equations = &mut self.equations;
         equations.clear(TUKEY * scale);
-        let n_edges = model.n_edges();
         for group in self.pixels.groups().iter().step_by(every) {
-            match (n_edges, model.state.is_sharp()) {
+            match (model.n_edges, model.state.is_sharp()) {
                 (1, false) => model.linearise::<1, false>(group, equations),
                 (1, true) => model.linearise::<1, true>(group, equations),
                 (2, false) => model.linearise::<2, false>(group, equations),
@@ -164,7 +163,7 @@ impl PatternFitter {
             }
         }
         // The ground, the last parameter, shows only where more than one edge does.
-        equations.finish(if n_edges == 1 {
+        equations.finish(if model.n_edges == 1 {
             PARAMETERS - 1
         } else {
             PARAMETERS

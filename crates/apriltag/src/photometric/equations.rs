@@ -6,7 +6,7 @@
 
 use super::SHIFT;
 use super::pattern::LINES;
-use super::state::{BLACK, HOMOGRAPHY, PARAMETERS, Prior, Vector, WHITE};
+use super::state::{BLACK, HOMOGRAPHY, PARAMETERS, Vector, WHITE};
 use crate::kernels::{COLUMNS, Column, MAX_GROUPS, ROWS, Sums, WIDTH, dot, products};
 
 /// The column of the residuals; those of the derivatives come after it.
@@ -92,7 +92,7 @@ impl Equations {
 
     /// The Gauss-Newton step, with what is known of the last parameters beforehand.
     #[inline(always)]
-    pub(super) fn solve<const N: usize>(&mut self, priors: &[Prior; N]) -> Vector {
+    pub(super) fn solve<const N: usize>(&mut self, priors: &[[f32; 2]; N]) -> Vector {
         let variance = self.residual_variance();
         for (row, products) in self.system.iter_mut().zip(&self.products[1..]) {
             for (value, product) in row.iter_mut().zip(products) {
@@ -100,10 +100,10 @@ impl Equations {
             }
             row[0] *= self.limit * UNIT / RESIDUAL;
         }
-        for (i, prior) in (PARAMETERS - N..).zip(priors) {
-            let strength = variance / (prior.spread * prior.spread);
+        for (i, [away, spread]) in (PARAMETERS - N..).zip(priors) {
+            let strength = variance / (spread * spread);
             self.system[i][1 + i] += strength;
-            self.system[i][0] += strength * prior.away;
+            self.system[i][0] += strength * away;
         }
         self.eliminate()
     }

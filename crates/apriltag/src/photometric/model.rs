@@ -21,6 +21,8 @@ pub(super) struct Model<'a> {
     pattern: &'a Pattern,
     pub(super) state: &'a State,
     optics: Optics,
+    /// How many edges of either axis show at a place, at most.
+    pub(super) n_edges: usize,
     inverse: [[f32; 3]; 3],
     /// Pixels nearer to the ring's outer edges, across those of either axis, count nothing.
     rim_px: [f32; 2],
@@ -42,16 +44,12 @@ impl<'a> Model<'a> {
             pattern,
             state,
             optics: state.optics()?,
+            n_edges: n_edges(pattern, state),
             inverse: state.inverse()?,
             rim_px: rim_px(pattern, state),
             levels,
             limit: TUKEY * scale,
         })
-    }
-
-    /// How many edges of either axis show at a place, at most.
-    pub(super) fn n_edges(&self) -> usize {
-        n_edges(self.pattern, self.state)
     }
 
     /// Adds the rows of a group of pixels.

@@ -45,12 +45,6 @@ const RANGES: [[f32; 3]; PARAMETERS - BLUR] = {
 /// Corners of the square in its own coordinates.
 const CORNERS: [Point; 4] = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]];
 
-/// How far a parameter is from the usual value, and that value's standard deviation.
-pub(super) struct Prior {
-    pub(super) away: f32,
-    pub(super) spread: f32,
-}
-
 #[derive(Clone, Copy, Debug)]
 pub(super) struct State {
     /// In pixels, parts of the contrast at the start, and what [`RANGES`] says.
@@ -89,12 +83,10 @@ impl State {
         Some(state)
     }
 
-    /// Matters only where the pixels don't tell.
-    pub(super) fn priors(&self) -> [Prior; PARAMETERS - BLUR] {
-        std::array::from_fn(|i| Prior {
-            away: self.usual[i] - self.values[BLUR + i],
-            spread: RANGES[i][2],
-        })
+    /// Of each of the last parameters how far it is from the usual value, and that value's standard deviation. Matters only
+    /// where the pixels don't tell.
+    pub(super) fn priors(&self) -> [[f32; 2]; PARAMETERS - BLUR] {
+        std::array::from_fn(|i| [self.usual[i] - self.values[BLUR + i], RANGES[i][2]])
     }
 
     /// Directions in the image in which u and v grow, at the square's middle, and by how much, per pixel.
