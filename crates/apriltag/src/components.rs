@@ -168,6 +168,7 @@ impl Components {
         let steps = &mut self.steps[runs.clone()];
         let each = self.spans[runs].iter().zip(labels).zip(steps);
         for (run, ((&span, label), step)) in (first as u32..).zip(each) {
+            // Unlabelled, which is beyond all parts.
             if *label as usize >= self.parts.len() {
                 *label = self.n_parts as u32;
                 self.parts[self.n_parts] = Component::begin(*label, pair, run);
@@ -221,15 +222,11 @@ impl Components {
     }
 
     /// The component that a part belongs to.
-    fn component_of(&self, part: u32) -> u32 {
-        let Component {
-            n_runs, earlier, ..
-        } = self.parts[part as usize];
-        if n_runs > 0 {
-            part
-        } else {
-            self.component_of(earlier)
+    fn component_of(&self, mut part: u32) -> u32 {
+        while self.parts[part as usize].n_runs == 0 {
+            part = self.parts[part as usize].earlier;
         }
+        part
     }
 
     /// Black pixels beside each other in a row, with their components.

@@ -137,6 +137,7 @@ impl Tiles {
             levels.middle = array::from_fn(|i| level(i, around[i] / 2));
             if u128::from_ne_bytes(levels.low) != 0 {
                 live = if live.is_empty() { i } else { live.start }..i + 1;
+                // A row has no more words than a byte counts.
                 for i in 0..TILES_IN_WORD {
                     let (step, is_live) = (around[i].saturating_sub(noise), around[i] >= gate);
                     n_live[i] += u8::from(is_live);
