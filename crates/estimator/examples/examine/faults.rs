@@ -11,12 +11,12 @@
 //! - that a tag is on another body (as well): while that one is seen; within 3 s.
 //!
 //! `KIND+unvouched`: nobody says anything about clocks; `KIND+first`: it is wrong from the first image on; `KIND+stated`: cameras' poses are
-//! wrong by what is stated; any of them together. Of what is right the share of images is printed after which it was named, from its first naming to its last.
+//! wrong by what is stated, and `KIND+calibrated` by as little as a calibration leaves and states; any of them together. Of what is right the share of images is printed after which it was named, from its first naming to its last.
 //!
 //! Of a clock's jump it is printed by how many sigma it stands out at least in the images that tell it within its bound.
 //!
 //! `examine quiet MINUTES FROM TO` watches sites without a fault, `quiet+unvouched` such of whose clocks nobody says anything, `quiet+stated`
-//! such whose cameras' poses are wrong by what is stated.
+//! and `quiet+calibrated` such whose cameras' poses are wrong by what is stated.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -50,13 +50,20 @@ const SCENES: [(Class, bool); 10] = [
     (Class::Fast, false),
 ];
 
-/// What is wrong, since when, whether anybody says how well clocks are known, and whether cameras' poses are wrong by what is stated.
+/// Scenes whose cameras' poses are wrong by what is stated.
+const STATED: [(&str, Class); 2] = [
+    ("stated", Class::StatedPoses),
+    ("calibrated", Class::CalibratedPoses),
+];
+
+/// What is wrong, since when, whether anybody says how well clocks are known, and how cameras' poses are wrong by what is stated, if
+/// they are.
 #[derive(Clone, Copy)]
 struct Case {
     kind: Option<Kind>,
     change_s: f64,
     unvouched: bool,
-    stated: bool,
+    stated: Option<Class>,
 }
 
 impl Case {
@@ -65,16 +72,19 @@ impl Case {
             kind,
             change_s: if how.contains("first") { 0.0 } else { CHANGE_S },
             unvouched: how.contains("unvouched"),
-            stated: how.contains("stated"),
+            stated: STATED
+                .into_iter()
+                .find(|(word, _)| how.contains(word))
+                .map(|(_, class)| class),
         }
     }
 }
 
 fn scene_of(case: Case, seed: u64) -> (Scene, String) {
     let kind = case.kind;
-    let (class, still) = match kind {
-        Some(Kind::Shared) => (Class::Many, false),
-        _ if case.stated => (Class::StatedPoses, false),
+    let (class, still) = match (kind, case.stated) {
+        (Some(Kind::Shared), _) => (Class::Many, false),
+        (_, Some(stated)) => (stated, false),
         _ => SCENES[seed as usize % SCENES.len()],
     };
     let still = still && kind != Some(Kind::Clock);
