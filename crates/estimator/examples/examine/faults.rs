@@ -11,7 +11,8 @@
 //! - that a tag is on another body (as well): while that one is seen; within 3 s.
 //!
 //! `KIND+unvouched`: nobody says anything about clocks; `KIND+first`: it is wrong from the first image on; `KIND+stated`: cameras' poses are
-//! wrong by what is stated, and `KIND+calibrated` by as little as a calibration leaves and states; any of them together. Of what is right the share of images is printed after which it was named, from its first naming to its last.
+//! wrong by what is stated, and `KIND+calibrated` by as little as a calibration leaves and states; any of them together. Of what is right
+//! the share of images is printed after which it was named, from its first naming to its last.
 //!
 //! Of a clock's jump it is printed by how many sigma it stands out at least in the images that tell it within its bound.
 //!

@@ -14,7 +14,7 @@ use super::accused::Accused;
 use super::lasting::Lasting;
 use super::misfit::{Misfit, are_of_one_link};
 use super::recall::{Instant, Recall};
-use super::suspects::RAISED;
+use super::suspects::{MEMORY, RAISED, RECENT};
 use super::testimony::Testimony;
 use super::{Account, SettledView};
 use crate::site::{ObjectImage, Site};
@@ -33,9 +33,6 @@ const HARDLY_MORE: f64 = 0.2;
 const ABOUT_AS_MUCH: f64 = 10.0;
 /// Nanoseconds of a contest before which it says nothing of tags.
 const YOUNG_NS: u64 = 200_000_000;
-/// Views over which angles are averaged, and after which evidence counts 1/e.
-const RECENT: f64 = 10.0;
-const MEMORY: f64 = 30.0;
 
 /// What is left out of a track.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

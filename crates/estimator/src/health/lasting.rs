@@ -132,7 +132,7 @@ impl Lasting {
         let slope = known.slope.transpose();
         self.absorb(&Innovation {
             gradient: known.gradient,
-            noise: known.information,
+            noise: known.noise,
             by_errors: known.slope * expected.covariance * slope,
             with: &expected.with * slope,
         });

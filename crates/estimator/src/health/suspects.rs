@@ -33,9 +33,9 @@ const CLOCK_SHARE: f64 = 0.2;
 /// Nanoseconds between two decisions.
 const PAUSE_NS: u64 = 30_000_000;
 /// Views over which angles are averaged.
-const RECENT: f64 = 10.0;
+pub(super) const RECENT: f64 = 10.0;
 /// Views after which one counts 1/e.
-const MEMORY: f64 = 30.0;
+pub(super) const MEMORY: f64 = 30.0;
 /// An object and one of its tags.
 type Tag = (usize, TagId);
 

@@ -53,11 +53,11 @@ pub(crate) struct Account {
     pub displacing: Vec<Displacing>,
 }
 
-/// The same, were the lasting errors known: the information apart from the pose's uncertainty, the gradient, and how this goes with the
-/// displacement of the link.
+/// The same, were the lasting errors known: the gradient apart from what is unknown of the pose, the covariance of its noise, and how it
+/// goes with the displacement of the link.
 pub(super) struct Conditional {
-    pub information: Matrix6<f64>,
     pub gradient: Vector6<f64>,
+    pub noise: Matrix6<f64>,
     pub slope: Matrix6<f64>,
 }
 
@@ -84,18 +84,20 @@ impl Account {
     /// The same, were the errors known.
     pub(super) fn conditional(&self, expected: &Expected) -> Option<Conditional> {
         let mut at = self.plain(expected)?;
-        let n = at.information;
-        if self.took_part {
-            // The pose follows the view by w P N, so that g's noise is N + (1 - 2 w) N P N: N - N P N of one that counted in full.
-            let followed = self.testimony.weight.min(1.0);
-            at.information = n + n * self.covariance * n * (1.0 - 2.0 * followed);
-        } else {
+        if !self.took_part {
             at.allow_for(&self.covariance)?;
+            return Some(Conditional {
+                gradient: at.gradient,
+                noise: at.information,
+                slope: at.information,
+            });
         }
+        // The pose follows the view by w P N, so that g's noise is N + (1 - 2 w) N P N: N - N P N of one that counted in full.
+        let (n, followed) = (at.information, self.testimony.weight.min(1.0));
         Some(Conditional {
-            information: at.information,
             gradient: at.gradient,
-            slope: if self.took_part { n } else { at.information },
+            noise: n + n * self.covariance * n * (1.0 - 2.0 * followed),
+            slope: n,
         })
     }
 
@@ -255,7 +257,7 @@ mod tests {
             };
             let expected = Lasting::default().expected(&[]);
             let known = account.conditional(&expected).expect("it says something");
-            let noise = known.information.symmetric_eigenvalues().min();
+            let noise = known.noise.symmetric_eigenvalues().min();
             assert!(noise > 0.0, "{weight}: {noise}");
         }
     }
