@@ -170,6 +170,10 @@ impl Equations {
         let changes = changes[..self.n_groups].as_flattened_mut();
         for (derivatives, change) in derivatives.iter().zip(step) {
             let factor = (change * scale) as i32;
+            // What but one edge at a place does not tell.
+            if factor == 0 {
+                continue;
+            }
             for (sum, derivative) in changes.iter_mut().zip(derivatives.as_flattened()) {
                 *sum = sum.wrapping_add(factor.wrapping_mul(i32::from(*derivative)));
             }

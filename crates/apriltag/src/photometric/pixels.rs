@@ -136,11 +136,11 @@ impl Pixels {
             }
             due -= 1.0;
             let (x, y) = (first % (1 << ROW), first >> ROW);
-            let first_pixel = y as usize * stride + x as usize;
+            let pixels = &pixels[y as usize * stride + x as usize..];
             let mut steep = steep | SAMPLE;
             while steep != 0 {
                 let at = steep.trailing_zeros() as usize % AREA;
-                let grey = Packed::from(pixels[first_pixel + beyond[at] as usize]);
+                let grey = Packed::from(pixels[beyond[at] as usize]);
                 packed[n] = (first + ASIDE[at]) | grey << GREY;
                 steep &= steep - 1;
                 n += 1;
