@@ -56,6 +56,18 @@ impl Component {
         2 * u32::from(self.top_pair)..2 * u32::from(self.bottom_pair) + 2
     }
 
+    /// Whether it can be a tag's border with this mean edge at least, by its box and runs. A border is a closed band around
+    /// something, so somewhere, in this share of its rows at least, its runs lie beside each other; a tag may be narrow when
+    /// seen from the side.
+    pub(crate) fn may_be_border(&self, min_edge_px: f32, least_open: f32) -> bool {
+        /// Narrowest view of a tag that can be read, as a share of its edge.
+        const NARROWEST: f32 = 0.3;
+        let (width, n_pairs) = (self.width(), self.n_pairs());
+        (width + 2 * n_pairs) as f32 >= 2.0 * min_edge_px
+            && width.min(2 * n_pairs) as f32 >= min_edge_px * NARROWEST
+            && self.n_runs as f32 > (1.0 + least_open) * n_pairs as f32
+    }
+
     /// Corners of the box, clockwise from the top left.
     pub(crate) fn corners(&self) -> Quad {
         let (columns, rows) = (self.columns(), self.rows());

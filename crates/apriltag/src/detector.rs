@@ -2,7 +2,6 @@
 
 use crate::area::Area;
 use crate::bit_plane::BitPlane;
-use crate::border_shape::BorderShape;
 use crate::components::{Components, make_room};
 use crate::kernels::vectorised;
 use crate::photometric::PatternFitter;
@@ -15,13 +14,6 @@ use sextant_geometry::Lens;
 
 /// Tags in an image, at most; the report counts what is dropped.
 const MAX_SIGHTINGS: usize = 1024;
-
-/// What is looked for in a pass, and where.
-struct Search<'a> {
-    view: View<'a>,
-    shape: BorderShape,
-    area: &'a Area,
-}
 
 /// Finds tags, image after image; keeps its memory between images.
 #[derive(Debug)]
@@ -105,7 +97,7 @@ impl Detector {
             return;
         }
         for pass in Pass::ALL {
-            let Some(shape) = self.lookout.border_shape(pass.border()) else {
+            let Some(least_open) = self.lookout.least_open(pass.border()) else {
                 continue;
             };
             if pass == Pass::Blurred && !self.tiles.are_soft() {
@@ -125,12 +117,12 @@ impl Detector {
                 image,
                 border: pass.border(),
             };
-            let search = Search { view, shape, area };
             self.report.components += self.components.n_components() as u32;
             self.report.runs += self.components.n_runs() as u32;
             for label in 0..self.components.all().len() {
-                if search.shape.fits(&self.components.all()[label]) {
-                    self.examine(label, &search, observer);
+                let component = &self.components.all()[label];
+                if component.may_be_border(self.options.min_edge_px, least_open) {
+                    self.examine(label, &view, area, observer);
                 }
             }
         }
@@ -170,8 +162,13 @@ impl Detector {
     }
 
     /// Reads the tag whose border a component seems to be, but for those within tags that were read before.
-    fn examine(&mut self, label: usize, search: &Search<'_>, observer: &mut impl Observer) {
-        let Search { view, shape, area } = search;
+    fn examine(
+        &mut self,
+        label: usize,
+        view: &View<'_>,
+        area: &Area,
+        observer: &mut impl Observer,
+    ) {
         let component = &self.components.all()[label];
         if area.cuts(component, view.image) {
             return;
@@ -182,9 +179,10 @@ impl Detector {
         }
         self.report.candidates += 1;
         let (quads, components, plane) = (&mut self.quads, &self.components, &self.plane);
+        let min_edge_px = self.options.min_edge_px;
         let quad = vectorised(
             #[inline(always)]
-            || quads.around(component, components, plane, shape),
+            || quads.around(component, components, plane, min_edge_px),
         );
         let quad = quad.map(|quad| area.quad_to_image(quad));
         observer.stage_ended(Stage::Quads);

@@ -11,7 +11,6 @@
 
 mod area;
 mod bit_plane;
-mod border_shape;
 mod code_index;
 mod components;
 mod detection;

@@ -5,7 +5,6 @@
 mod layout;
 mod modules;
 
-use crate::border_shape::BorderShape;
 use crate::code_index::{CodeIndex, Match};
 use crate::quad::Quad;
 use crate::view::View;
@@ -19,9 +18,9 @@ use std::collections::BTreeSet;
 #[derive(Debug)]
 pub(crate) struct Reader {
     pub(crate) family: Family,
-    data: &'static FamilyData,
     layout: Layout,
-    pub(crate) shape: BorderShape,
+    /// Least share of the rows of its border in which something shows.
+    pub(crate) least_open: f32,
     index: CodeIndex,
     /// Most modules with a bit that may be neither clearly black nor clearly white, where the family has few bits.
     most_in_doubt: usize,
@@ -43,19 +42,11 @@ pub(crate) struct Reading {
 impl Reader {
     pub(crate) fn new(family: Family, options: &Options) -> Self {
         let data = family.data();
-        let (index, area) = (
-            CodeIndex::new(data, options.max_hamming),
-            data.border_width.pow(2),
-        );
+        let index = CodeIndex::new(data, options.max_hamming);
         Self {
             family,
-            data,
             layout: Layout::new(data),
-            shape: BorderShape {
-                min_edge_px: options.min_edge_px,
-                most_solid: 1.0 - LEFT_BY_BLUR * fewest_holes(data, area, <[_]>::len),
-                least_open: LEFT_BY_BLUR * fewest_holes(data, data.border_width, fewest_rows),
-            },
+            least_open: least_open(data),
             most_in_doubt: (data.bits.len() / LEAST_PLAIN).min(index.bits_to_spare),
             index,
             min_contrast: f32::from(options.min_contrast),
@@ -64,7 +55,7 @@ impl Reader {
     }
 
     pub(crate) fn border(&self) -> BorderColour {
-        self.data.border
+        self.family.data().border
     }
 
     #[inline(always)]
@@ -125,28 +116,21 @@ impl Reader {
     }
 }
 
-/// Share of the holes in a border that blur leaves.
-const LEFT_BY_BLUR: f32 = 0.3;
-
-/// Of the places within the border those without its colour, in the tag that has fewest of them by some count, and that as a
-/// share of `all`.
-fn fewest_holes(data: &FamilyData, all: u8, count: impl Fn(&[(i8, i8)]) -> usize) -> f32 {
+/// Share of the rows of a border, or of its columns where those are fewer, that show something within it: in the code word
+/// where those are fewest, as far as blur leaves it.
+fn least_open(data: &FamilyData) -> f32 {
+    const LEFT_BY_BLUR: f32 = 0.3;
     let edge = 0..data.border_width as i8;
-    let holes = data.codes.iter().map(|code| {
+    let open = data.codes.iter().map(|code| {
         let bits = data.bits.iter().rev().enumerate();
         let holes = bits.filter(|(i, (x, y))| {
             let white = code >> i & 1 == 1;
             edge.contains(x) && edge.contains(y) && white == (data.border == BorderColour::Black)
         });
-        count(&holes.map(|(_, place)| *place).collect::<Vec<_>>())
+        let (columns, rows): (BTreeSet<_>, BTreeSet<_>) = holes.map(|(_, place)| *place).unzip();
+        columns.len().min(rows.len())
     });
-    holes.min().unwrap_or(0) as f32 / f32::from(all)
-}
-
-/// How many rows, or columns where those are fewer, some places lie in.
-fn fewest_rows(places: &[(i8, i8)]) -> usize {
-    let distinct = |at: fn(&(i8, i8)) -> i8| places.iter().map(at).collect::<BTreeSet<_>>().len();
-    distinct(|place| place.0).min(distinct(|place| place.1))
+    LEFT_BY_BLUR * open.min().unwrap_or(0) as f32 / f32::from(data.border_width)
 }
 
 /// Why a tag was not read, and whether it might be with better corners: corners that are a pixel off leave border and

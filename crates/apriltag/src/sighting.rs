@@ -1,6 +1,5 @@
 //! From a quad to a tag that was read in it, and from that to a detection with corners below the pixel.
 
-use crate::border_shape::BorderShape;
 use crate::edges;
 use crate::kernels::vectorised;
 use crate::photometric::PatternFitter;
@@ -81,10 +80,11 @@ impl Lookout {
             .filter(move |reader| reader.border() == border)
     }
 
-    /// What borders of a colour look like in the families that are looked for; nothing where none has such a border.
-    pub(crate) fn border_shape(&self, border: BorderColour) -> Option<BorderShape> {
-        let shapes = self.readers(border).map(|reader| reader.shape);
-        shapes.reduce(|a, b| a.or(&b))
+    /// Least share of its rows in which something shows within a border of a colour, in the families that are looked for;
+    /// nothing where none has such a border.
+    pub(crate) fn least_open(&self, border: BorderColour) -> Option<f32> {
+        let open = self.readers(border).map(|reader| reader.least_open);
+        open.reduce(f32::min)
     }
 
     /// Reads a tag with a border of a colour within a quad; where that fails or bits are wrong, once more after a look at
