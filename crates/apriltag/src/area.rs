@@ -70,25 +70,6 @@ impl Area {
             row_step: 1,
         })
     }
-
-    /// Whether all of another area is looked at in this one.
-    pub(crate) fn holds(&self, other: &Self) -> bool {
-        self.row_step == 1 && self.joined(other) == *self
-    }
-
-    /// The least area around both, every row of it.
-    pub(crate) fn joined(&self, other: &Self) -> Self {
-        let (left, top) = (self.left.min(other.left), self.top.min(other.top));
-        let right = (self.left + self.width).max(other.left + other.width);
-        let bottom = (self.top + self.height).max(other.top + other.height);
-        Self {
-            left,
-            top,
-            width: right - left,
-            height: bottom - top,
-            row_step: 1,
-        }
-    }
 }
 
 /// First pixel and number of pixels, of `size`, from `low` to `high`.

@@ -37,4 +37,4 @@ pub use image::{Image, ImageError};
 pub use options::{Options, OptionsError};
 pub use report::{LabelledRun, Observer, Pass, Rejection, Report, Stage};
 pub use sextant_tag_families::{BorderColour, Family};
-pub use tracker::{Awaited, Tracker, TrackingReport};
+pub use tracker::{Tracker, TrackingReport};

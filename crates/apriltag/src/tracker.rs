@@ -1,9 +1,8 @@
 //! Tags from image to image, looking at parts of each image only.
 //!
 //! In: images one after the other, of one camera, at an even pace. Out: the tags that were decoded in the very image, as
-//! [`crate::Detector`] reports them; apart from them the [`Awaited`], which it decoded shortly before. Each image is
-//! searched where known tags should be ([`track`]) and in one further part of it, so that in ten images all of it is
-//! looked at ([`scan`]).
+//! [`crate::Detector`] reports them. Each image is searched where known tags should be ([`track`]) and in one further
+//! part of it, so that in ten images all of it is looked at ([`scan`]).
 
 mod scan;
 mod track;
@@ -12,7 +11,6 @@ use crate::area::Area;
 use crate::{Detection, Detector, Image, Observer, Options, OptionsError, Report};
 use scan::Scan;
 use sextant_geometry::Lens;
-pub use track::Awaited;
 use track::{MOST_MISSED, Track};
 
 /// Tags that are followed at the same time, at most; with more, all of each image is searched.
@@ -80,21 +78,20 @@ impl Tracker {
         self.choose_areas(image);
         let found = self.detector.detect_within(image, &self.areas, observer);
         for track in &mut self.tracks {
-            track.tag.images_ago += 1;
+            track.images_ago += 1;
         }
         let mut followed = 0;
         for detection in found {
             followed += u32::from(take_up(&mut self.tracks, detection));
         }
-        self.tracks
-            .retain(|track| track.tag.images_ago <= MOST_MISSED);
+        self.tracks.retain(|track| track.images_ago <= MOST_MISSED);
         let n_pixels: usize = self.areas.iter().map(Area::n_pixels).sum();
         self.report = TrackingReport {
             areas: self.areas.len() as u32,
             share: n_pixels as f32 / Area::whole(image).n_pixels() as f32,
             followed,
             discovered: found.len() as u32 - followed,
-            awaited: self.tracks.iter().filter_map(Track::awaited).count() as u32,
+            awaited: (self.tracks.iter().filter(|track| track.images_ago > 0)).count() as u32,
         };
         found
     }
@@ -111,21 +108,13 @@ impl Tracker {
             return;
         }
         self.areas.push(self.scan.next(image));
-        for track in &self.tracks {
-            if let Some(region) = track.region(image) {
-                add(&mut self.areas, region);
-            }
-        }
+        let regions = self.tracks.iter().filter_map(|track| track.region(image));
+        self.areas.extend(regions);
         let n_pixels: usize = self.areas.iter().map(Area::n_pixels).sum();
         if self.tracks.len() == MAX_TRACKS || 2 * n_pixels >= whole.n_pixels() {
             self.areas.clear();
             self.areas.push(whole);
         }
-    }
-
-    /// Tags that were not decoded in the last image but in one of the three before, with where they should have been.
-    pub fn awaited(&self) -> impl Iterator<Item = Awaited> {
-        self.tracks.iter().filter_map(Track::awaited)
     }
 
     /// What was looked at in the last image.
@@ -153,19 +142,4 @@ fn take_up(tracks: &mut Vec<Track>, detection: &Detection) -> bool {
         tracks.push(Track::begin(detection));
     }
     false
-}
-
-/// Adds a region to the scan's part of the image and the other regions, joined with those beside it where that is less to
-/// look at.
-fn add(areas: &mut Vec<Area>, mut region: Area) {
-    if areas[0].holds(&region) {
-        return;
-    }
-    let joins = |region: &Area, other: &Area| {
-        region.joined(other).n_pixels() <= region.n_pixels() + other.n_pixels()
-    };
-    while let Some(i) = (1..areas.len()).find(|&i| joins(&region, &areas[i])) {
-        region = region.joined(&areas.swap_remove(i));
-    }
-    areas.push(region);
 }

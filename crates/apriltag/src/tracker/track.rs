@@ -5,7 +5,6 @@
 use crate::area::Area;
 use crate::quad::{Quad, distance, mean_edge, middle};
 use crate::{Detection, Image};
-use sextant_tag_families::Family;
 
 /// Images without a tag after which it is forgotten.
 pub(super) const MOST_MISSED: u32 = 3;
@@ -21,71 +20,52 @@ const ASIDE_SHARE: f32 = 0.5;
 const RING_SHARE: f32 = 0.25;
 const RING_PX: f32 = 8.0;
 
-/// A tag that was decoded in one of the images before, though not in the last one.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Awaited {
-    /// The tag's family.
-    pub family: Family,
-    /// The tag's number within its family.
-    pub id: u32,
-    /// Where its corners would be, had it gone on as before: a guess, not a measurement.
-    pub corners: [[f32; 2]; 4],
-    /// Images since it was decoded: 1 to 3.
-    pub images_ago: u32,
-}
-
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Track {
     /// As last decoded, and how many images ago.
-    pub(super) tag: Awaited,
-    /// Pixels an image, where the tag was decoded more than once.
-    velocity: Option<Quad>,
+    tag: Detection,
+    pub(super) images_ago: u32,
+    /// Of each corner, in pixels an image.
+    velocity: Quad,
+    /// How far the tag may be from where it should be, in pixels an image.
+    aside_px: f32,
 }
 
 impl Track {
-    pub(super) fn begin(detection: &Detection) -> Self {
+    pub(super) fn begin(tag: &Detection) -> Self {
         Self {
-            tag: Awaited {
-                family: detection.family,
-                id: detection.id,
-                corners: detection.corners,
-                images_ago: 0,
-            },
-            velocity: None,
+            tag: *tag,
+            images_ago: 0,
+            velocity: [[0.0; 2]; 4],
+            aside_px: FIRST_STEP_PX,
         }
     }
 
     /// Takes up where the tag is now.
-    pub(super) fn follow(&mut self, detection: &Detection) {
-        let (last, images) = (self.tag.corners, self.tag.images_ago as f32);
-        let step = |i: usize, axis: usize| (detection.corners[i][axis] - last[i][axis]) / images;
-        *self = Self::begin(detection);
-        self.velocity = Some(std::array::from_fn(|i| [step(i, 0), step(i, 1)]));
+    pub(super) fn follow(&mut self, tag: &Detection) {
+        let (last, images) = (&self.tag.corners, self.images_ago as f32);
+        let step = |i: usize, axis: usize| (tag.corners[i][axis] - last[i][axis]) / images;
+        let velocity: Quad = std::array::from_fn(|i| [step(i, 0), step(i, 1)]);
+        let steps = velocity.iter().map(|[x, y]| x.hypot(*y));
+        *self = Self {
+            velocity,
+            aside_px: ASIDE_PX + ASIDE_SHARE * steps.fold(0.0, f32::max),
+            ..Self::begin(tag)
+        };
     }
 
     /// Where the corners should be so many images after the last that showed the tag.
     fn corners_after(&self, images: u32) -> Quad {
-        let step = |i: usize, axis: usize| {
-            let velocity = self.velocity.map_or(0.0, |velocity| velocity[i][axis]);
-            self.tag.corners[i][axis] + velocity * images as f32
-        };
-        std::array::from_fn(|i| [step(i, 0), step(i, 1)])
-    }
-
-    /// How far the tag may be from where it should be so many images after the last that showed it.
-    fn uncertainty_px(&self, images: u32) -> f32 {
-        let step = self.velocity.map_or(FIRST_STEP_PX, |velocity| {
-            let steps = velocity.iter().map(|[x, y]| x.hypot(*y));
-            ASIDE_PX + ASIDE_SHARE * steps.fold(0.0, f32::max)
-        });
-        step * images as f32
+        let (last, velocity) = (&self.tag.corners, &self.velocity);
+        let place = |i: usize, axis: usize| last[i][axis] + velocity[i][axis] * images as f32;
+        std::array::from_fn(|i| [place(i, 0), place(i, 1)])
     }
 
     /// Where to look for the tag in the next image; nothing when it should be outside.
     pub(super) fn region(&self, image: &Image<'_>) -> Option<Area> {
-        let images = self.tag.images_ago + 1;
+        let images = self.images_ago + 1;
         let corners = self.corners_after(images);
-        let around = RING_PX + RING_SHARE * mean_edge(&corners) + self.uncertainty_px(images);
+        let around = RING_PX + RING_SHARE * mean_edge(&corners) + self.aside_px * images as f32;
         let bounds = |axis: usize| {
             let places = corners.iter().map(|corner| corner[axis]);
             let low = places.clone().fold(f32::INFINITY, f32::min);
@@ -98,23 +78,12 @@ impl Track {
     /// From where the tag should be to a detection that can be of it; nothing when that can't be, or when the tag has been
     /// found in this image already.
     pub(super) fn distance(&self, detection: &Detection) -> Option<f32> {
-        let Awaited {
-            family,
-            id,
-            corners,
-            images_ago,
-        } = self.tag;
-        let known = (family, id) == (detection.family, detection.id);
-        let distance = distance(middle(&self.corners_after(images_ago)), detection.centre());
-        let near = distance <= self.uncertainty_px(images_ago) + mean_edge(&corners) / 2.0;
-        (known && images_ago > 0 && near).then_some(distance)
-    }
-
-    pub(super) fn awaited(&self) -> Option<Awaited> {
-        (self.tag.images_ago > 0).then(|| Awaited {
-            corners: self.corners_after(self.tag.images_ago),
-            ..self.tag
-        })
+        let known = (self.tag.family, self.tag.id) == (detection.family, detection.id);
+        let expected = middle(&self.corners_after(self.images_ago));
+        let distance = distance(expected, detection.centre());
+        let aside_px = self.aside_px * self.images_ago as f32;
+        let near = distance <= aside_px + mean_edge(&self.tag.corners) / 2.0;
+        (known && self.images_ago > 0 && near).then_some(distance)
     }
 }
 
@@ -122,6 +91,7 @@ impl Track {
 mod tests {
     use super::*;
     use crate::Refinement;
+    use sextant_tag_families::Family;
 
     fn seen_at(x: f32, y: f32) -> Detection {
         Detection {
@@ -138,15 +108,10 @@ mod tests {
     #[test]
     fn a_tag_is_expected_where_it_goes() {
         let mut track = Track::begin(&seen_at(100.0, 50.0));
-        track.tag.images_ago = 2;
+        track.images_ago = 2;
         track.follow(&seen_at(110.0, 46.0));
         assert_eq!(track.corners_after(3)[0], [125.0, 40.0]);
-        assert_eq!(track.awaited(), None);
-        track.tag.images_ago = 3;
-        assert_eq!(
-            track.awaited().map(|tag| (tag.corners[2], tag.images_ago)),
-            Some(([145.0, 60.0], 3))
-        );
+        assert_eq!(track.corners_after(3)[2], [145.0, 60.0]);
     }
 
     #[test]
@@ -170,7 +135,7 @@ mod tests {
     fn another_tag_or_one_far_off_is_not_it() {
         let mut track = Track::begin(&seen_at(100.0, 50.0));
         assert_eq!(track.distance(&seen_at(100.0, 50.0)), None);
-        track.tag.images_ago = 1;
+        track.images_ago = 1;
         assert_eq!(track.distance(&seen_at(124.0, 50.0)), Some(24.0));
         assert_eq!(track.distance(&seen_at(160.0, 50.0)), None);
         assert_eq!(
