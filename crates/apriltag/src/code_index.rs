@@ -29,9 +29,8 @@ pub(crate) struct CodeIndex {
     pub(crate) is_weak: bool,
     /// Bits that may be in doubt while the word still says something.
     pub(crate) bits_to_spare: usize,
-    /// For each part: the ids in its order, and where those with each of its values begin.
-    ids: [Vec<u16>; PARTS],
-    starts: [Vec<u32>; PARTS],
+    /// The code words with each value of each part, as their ids.
+    ids: Vec<Vec<u16>>,
 }
 
 impl CodeIndex {
@@ -48,28 +47,21 @@ impl CodeIndex {
             max_hamming: most,
             is_weak: chance(family, 0) > MOST_CHANCE,
             bits_to_spare: bits_to_spare(family),
-            ids: Default::default(),
-            starts: Default::default(),
+            ids: vec![Vec::new(); PARTS << part_bits],
         };
-        index.ids = std::array::from_fn(|part| {
-            let mut ids: Vec<u16> = (0..family.codes.len() as u16).collect();
-            ids.sort_by_key(|&id| index.part_of(id, part));
-            ids
-        });
-        index.starts = std::array::from_fn(|part| {
-            let below = |id: &u16, value: u64| index.part_of(*id, part) < value;
-            let start = |value| index.ids[part].partition_point(|id| below(id, value)) as u32;
-            (0..=1 << part_bits).map(start).collect()
-        });
+        for (id, &code) in (0..).zip(index.codes) {
+            for part in 0..PARTS {
+                let place = index.place(code, part);
+                index.ids[place].push(id);
+            }
+        }
         index
     }
 
-    fn part_of(&self, id: u16, part: usize) -> u64 {
-        self.part(self.codes[usize::from(id)], part)
-    }
-
-    fn part(&self, code: u64, part: usize) -> u64 {
-        code >> (part * self.part_bits) & ((1 << self.part_bits) - 1)
+    /// Where the ids with a part of a code word are.
+    fn place(&self, code: u64, part: usize) -> usize {
+        let value = code >> (part * self.part_bits) & ((1 << self.part_bits) - 1);
+        part << self.part_bits | value as usize
     }
 
     /// The nearest code word within the allowed distance; exact ones first, then fewer turns, then those found by earlier parts.
@@ -78,9 +70,8 @@ impl CodeIndex {
         let mut allowed = self.max_hamming + 1;
         for turns in 0..4 {
             let upright = rotate_code(observed, self.n_bits, turns);
-            for (part, (ids, starts)) in self.ids.iter().zip(&self.starts).enumerate() {
-                let value = self.part(upright, part) as usize;
-                for &id in &ids[starts[value] as usize..starts[value + 1] as usize] {
+            for part in 0..PARTS {
+                for &id in &self.ids[self.place(upright, part)] {
                     let hamming = (self.codes[usize::from(id)] ^ upright).count_ones();
                     if hamming < allowed {
                         let id = u32::from(id);
