@@ -81,6 +81,11 @@ impl BitPlane {
         rows.map(move |row| row[word] >> shift | row[next] << 1 << (WORD - 1 - shift))
     }
 
+    pub(crate) fn is_set(&self, [x, y]: [u16; 2]) -> bool {
+        let (x, y) = (usize::from(x), usize::from(y));
+        self.words[y * self.words_in_row + x / WORD] >> (x % WORD) & 1 == 1
+    }
+
     pub(crate) fn row_pairs(&self) -> impl Iterator<Item = RowPair<'_>> {
         let pairs = self.words.chunks_exact(2 * self.words_in_row);
         pairs.enumerate().map(|(pair, words)| {

@@ -8,12 +8,10 @@
 
 mod runs;
 
-use crate::LabelledRun;
 use crate::bit_plane::{BitPlane, RowPair};
 use crate::kernels::{WORD, vectorised};
 use crate::quad::Quad;
 use runs::{UNLABELLED, find_spans, join_pairs};
-use std::iter;
 use std::mem;
 use std::ops::Range;
 
@@ -241,33 +239,22 @@ impl Components {
         part
     }
 
-    /// Black pixels beside each other in a row, with their components.
-    pub(crate) fn labelled_runs(&self, plane: &BitPlane) -> impl Iterator<Item = LabelledRun> {
+    /// Black pixels, column and row, with their components.
+    pub(crate) fn labelled_pixels(
+        &self,
+        plane: &BitPlane,
+    ) -> impl Iterator<Item = ([u16; 2], u32)> {
         (0..self.n_runs).flat_map(move |run| {
-            let (first_row, span) = (2 * self.steps[run].pair, self.spans[run]);
+            let (row, [start, end]) = (2 * self.steps[run].pair, self.spans[run]);
+            let places = [row, row + 1].map(|y| (start..end).map(move |x| [x, y]));
             let component = self.component_of(self.labels[run]);
-            let pair = plane.row_pairs().nth(self.steps[run].pair.into());
-            let rows = pair.into_iter().flat_map(|pair| [pair.upper, pair.lower]);
-            rows.zip(first_row..).flat_map(move |(row, y)| {
-                runs_in(row, span).map(move |[start, end]| LabelledRun {
-                    y,
-                    start,
-                    end,
-                    component,
-                })
-            })
+            let black = places
+                .into_iter()
+                .flatten()
+                .filter(|place| plane.is_set(*place));
+            black.map(move |place| (place, component))
         })
     }
-}
-
-/// Where bits beside each other are set in a part of a row.
-fn runs_in(row: &[u64], [mut next, end]: Span) -> impl Iterator<Item = Span> {
-    let is_set = |x: &u16| row[usize::from(*x) / WORD] >> (usize::from(*x) % WORD) & 1 == 1;
-    iter::from_fn(move || {
-        let first = (next..end).find(is_set)?;
-        next = (first..end).find(|x| !is_set(x)).unwrap_or(end);
-        Some([first, next])
-    })
 }
 
 /// Takes memory for so many elements, once.
@@ -317,9 +304,8 @@ mod tests {
             let plane = BitPlane::of_rows(&rows);
             components.label(&plane);
             let mut firsts = vec![None; components.all().len()];
-            let mut pixels: Vec<_> = components.labelled_runs(&plane).flat_map(|run| {
-                (run.start..run.end).map(move |x| (u32::from(x), u32::from(run.y), run.component as usize))
-            }).collect();
+            let pixel = |([x, y], component): ([u16; 2], u32)| (u32::from(x), u32::from(y), component as usize);
+            let mut pixels: Vec<_> = components.labelled_pixels(&plane).map(pixel).collect();
             pixels.sort_by_key(|(x, y, _)| (*y, *x));
             let expected = flooded(&rows);
             prop_assert_eq!(pixels.len(), expected.len());

@@ -111,7 +111,7 @@ impl Detector {
             );
             observer.stage_ended(Stage::Threshold);
             self.components.label(&self.plane);
-            observer.labelled(self.components.labelled_runs(&self.plane));
+            observer.labelled(self.components.labelled_pixels(&self.plane));
             observer.stage_ended(Stage::Components);
             let view = View {
                 image,

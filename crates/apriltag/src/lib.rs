@@ -35,6 +35,6 @@ pub use detection::{Detection, Refinement};
 pub use detector::Detector;
 pub use image::{Image, ImageError};
 pub use options::{Options, OptionsError};
-pub use report::{LabelledRun, Observer, Pass, Rejection, Report, Stage};
+pub use report::{Observer, Pass, Rejection, Report, Stage};
 pub use sextant_tag_families::{BorderColour, Family};
 pub use tracker::{Tracker, TrackingReport};

@@ -115,19 +115,6 @@ impl Report {
     }
 }
 
-/// Pixels of the border's colour beside each other in a row.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct LabelledRun {
-    /// Row.
-    pub y: u16,
-    /// First column.
-    pub start: u16,
-    /// One beyond the last column.
-    pub end: u16,
-    /// The component that the run belongs to: a number that no other component of the pass has.
-    pub component: u32,
-}
-
 /// Takes part in a detection without steering it.
 ///
 /// A pass over the image begins with [`Self::pass_began`]; what is told until the next one belongs to it.
@@ -142,9 +129,9 @@ pub trait Observer {
         let _ = pass;
     }
 
-    /// All pixels of the border's colour, by component.
-    fn labelled(&mut self, runs: impl Iterator<Item = LabelledRun>) {
-        let _ = runs;
+    /// All pixels of the border's colour: column and row of each, and its component, a number that no other one of the pass has.
+    fn labelled(&mut self, pixels: impl Iterator<Item = ([u16; 2], u32)>) {
+        let _ = pixels;
     }
 
     /// A quad was found around a candidate; corners in pixels, clockwise from any.

@@ -2,7 +2,7 @@
 
 use super::canvas::{Canvas, Colour, View, extent};
 use super::record::{PassRecord, Quad, Record};
-use sextant_apriltag::{Detection, LabelledRun, Rejection};
+use sextant_apriltag::{Detection, Rejection};
 use sextant_recordings::GreyImage;
 use std::collections::BTreeMap;
 
@@ -54,14 +54,13 @@ pub fn threshold(picture: &GreyImage, pass: &PassRecord) -> Canvas {
         ..*picture
     };
     let mut plane = flat(255);
-    for run in &pass.runs {
-        let row = usize::from(run.y) * picture.width;
-        plane.pixels[row + usize::from(run.start)..row + usize::from(run.end)].fill(0);
+    for ([x, y], _) in &pass.pixels {
+        plane.pixels[usize::from(*y) * picture.width + usize::from(*x)] = 0;
     }
     let legend = vec![
         (
             [0; 3],
-            format!("pixels of the border colour: {} runs", pass.runs.len()),
+            format!("pixels of the border colour: {}", pass.pixels.len()),
         ),
         (WORDS, "all others".to_owned()),
     ];
@@ -71,8 +70,8 @@ pub fn threshold(picture: &GreyImage, pass: &PassRecord) -> Canvas {
 /// Each component of those pixels in a colour of its own.
 pub fn components(picture: &GreyImage, pass: &PassRecord) -> Canvas {
     let mut areas: BTreeMap<u32, usize> = BTreeMap::new();
-    for run in &pass.runs {
-        *areas.entry(run.component).or_default() += usize::from(run.end - run.start);
+    for (_, component) in &pass.pixels {
+        *areas.entry(*component).or_default() += 1;
     }
     let largest = areas.values().max().copied().unwrap_or(0);
     let legend = vec![(
@@ -84,14 +83,8 @@ pub fn components(picture: &GreyImage, pass: &PassRecord) -> Canvas {
     )];
     let (mut canvas, view) = on_picture(picture, dim, &legend);
     let edge = |value: u16, i: usize| (f32::from(value) * view.scale + view.to[i]) as usize;
-    for &LabelledRun {
-        y,
-        start,
-        end,
-        component,
-    } in &pass.runs
-    {
-        let area = [edge(start, 0)..edge(end, 0), edge(y, 1)..edge(y + 1, 1)];
+    for &([x, y], component) in &pass.pixels {
+        let area = [edge(x, 0)..edge(x + 1, 0), edge(y, 1)..edge(y + 1, 1)];
         canvas.fill(area, colour_of(component));
     }
     canvas

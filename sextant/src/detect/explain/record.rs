@@ -1,6 +1,6 @@
 //! What the detector told of one image, and how long its stages took.
 
-use sextant_apriltag::{Detection, LabelledRun, Observer, Pass, Rejection, Stage};
+use sextant_apriltag::{Detection, Observer, Pass, Rejection, Stage};
 use std::time::Instant;
 
 /// Four points of the picture, pixels.
@@ -20,8 +20,8 @@ pub struct Record {
 pub struct PassRecord {
     /// What it looked for.
     pub pass: Pass,
-    /// Pixels of the border's colour.
-    pub runs: Vec<LabelledRun>,
+    /// Pixels of the border's colour: column and row, component.
+    pub pixels: Vec<([u16; 2], u32)>,
     /// Quads around candidates.
     pub quads: Vec<Quad>,
     /// Candidates that were no tag.
@@ -55,15 +55,15 @@ impl Observer for Record {
     fn pass_began(&mut self, pass: Pass) {
         self.passes.push(PassRecord {
             pass,
-            runs: Vec::new(),
+            pixels: Vec::new(),
             quads: Vec::new(),
             rejected: Vec::new(),
         });
     }
 
-    fn labelled(&mut self, runs: impl Iterator<Item = LabelledRun>) {
+    fn labelled(&mut self, pixels: impl Iterator<Item = ([u16; 2], u32)>) {
         if let Some(pass) = self.passes.last_mut() {
-            pass.runs.extend(runs);
+            pass.pixels.extend(pixels);
         }
     }
 

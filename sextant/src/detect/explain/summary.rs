@@ -41,7 +41,7 @@ struct Counts {
 #[derive(Serialize)]
 struct PassCounts {
     name: &'static str,
-    runs: usize,
+    pixels: usize,
     quads: usize,
     rejected: usize,
 }
@@ -105,7 +105,7 @@ impl From<&PassRecord> for PassCounts {
     fn from(pass: &PassRecord) -> Self {
         Self {
             name: pass.name(),
-            runs: pass.runs.len(),
+            pixels: pass.pixels.len(),
             quads: pass.quads.len(),
             rejected: pass.rejected.len(),
         }
