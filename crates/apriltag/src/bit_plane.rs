@@ -1,7 +1,7 @@
 //! Of the border's colour or not, one bit a pixel.
 
 use crate::kernels::{
-    LINE_REACH, PaddedRow, PaddedRows, TILE, WORD, is_black_or_line, is_bright, is_dark, threshold,
+    LINE_REACH, PaddedRow, PaddedRows, TILE, WORD, is_beyond, is_black_or_line, threshold,
 };
 use crate::tiles::Tiles;
 use crate::{Image, Pass};
@@ -65,8 +65,8 @@ impl BitPlane {
             let (levels, first) = (&levels[here.clone()], here.start);
             match pass {
                 Pass::Black => threshold(&rows, levels, first, words, is_black_or_line),
-                Pass::Blurred => threshold(&rows, levels, first, words, is_dark),
-                Pass::White => threshold(&rows, levels, first, words, is_bright),
+                Pass::Blurred => threshold(&rows, levels, first, words, is_beyond::<true>),
+                Pass::White => threshold(&rows, levels, first, words, is_beyond::<false>),
             }
         }
         self.words[image.height() * self.words_in_row..].fill(0);

@@ -109,26 +109,15 @@ fn pixels<'a>(rows: &PaddedRows<'a>, [x, y]: [usize; 2]) -> &'a Pixels {
     &rows[y][x..].as_chunks().0[0]
 }
 
-/// Below the middle level.
+/// On one side of the middle level, where there is one: below it or not.
 #[inline(always)]
-pub(crate) fn is_dark(
+pub(crate) fn is_beyond<const DARK: bool>(
     rows: &PaddedRows<'_>,
     [x, y]: [usize; 2],
     [_, middle, _]: &[Pixels; 3],
 ) -> Pixels {
     let pixels = pixels(rows, [x + LINE_REACH, y + LINE_REACH]);
-    array::from_fn(|i| all_or_nothing(pixels[i] < middle[i]))
-}
-
-/// Not below the middle level, where there is one.
-#[inline(always)]
-pub(crate) fn is_bright(
-    rows: &PaddedRows<'_>,
-    [x, y]: [usize; 2],
-    [_, middle, _]: &[Pixels; 3],
-) -> Pixels {
-    let pixels = pixels(rows, [x + LINE_REACH, y + LINE_REACH]);
-    array::from_fn(|i| all_or_nothing((middle[i] > 0) & (pixels[i] >= middle[i])))
+    array::from_fn(|i| all_or_nothing((middle[i] > 0) & ((pixels[i] < middle[i]) == DARK)))
 }
 
 /// Below the low level, or below the middle one and part of a dark line: darker by its depth than what lies within reach on
@@ -381,8 +370,8 @@ mod tests {
             }
             let padded: PaddedRows<'_> = array::from_fn(|i| &padded[i]);
             let [dark, bright, black] = [
-                both(#[inline(always)] || words(&padded, &levels, first, is_dark)),
-                both(#[inline(always)] || words(&padded, &levels, first, is_bright)),
+                both(#[inline(always)] || words(&padded, &levels, first, is_beyond::<true>)),
+                both(#[inline(always)] || words(&padded, &levels, first, is_beyond::<false>)),
                 both(#[inline(always)] || words(&padded, &levels, first, is_black_or_line)),
             ];
             for (x, y) in (0..3 * WORD).flat_map(|x| (0..TILE).map(move |y| (x, y))) {

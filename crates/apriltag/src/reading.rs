@@ -60,17 +60,19 @@ impl Reader {
 
     #[inline(always)]
     pub(crate) fn read(&self, view: &View<'_>, quad: &Quad) -> Result<Reading, Unread> {
-        let mut modules = Modules::new(view, &self.layout, quad).map_err(Unread::Hopeless)?;
+        let mut modules =
+            Modules::new(view, &self.layout, quad).map_err(|reason| unread(reason, false))?;
         let (contrast, right) = (modules.contrast(), modules.right_in_rings());
         let rings_agree = right.into_iter().all(|share| share >= LEAST_RIGHT);
-        if contrast <= NEARLY * self.min_contrast || !rings_agree {
-            return Err(Unread::Hopeless(Rejection::FaintBorder));
-        }
-        if contrast < self.min_contrast {
-            return Err(Unread::Hopeful(Rejection::FaintBorder));
+        let is_nearly_clear = contrast > NEARLY * self.min_contrast;
+        if !rings_agree || contrast < self.min_contrast {
+            return Err(unread(
+                Rejection::FaintBorder,
+                rings_agree && is_nearly_clear,
+            ));
         }
         if !modules.sample_bits() {
-            return Err(Unread::Hopeful(Rejection::NoCode));
+            return Err(unread(Rejection::NoCode, true));
         }
         let rings_are_right = (right[0] + right[1]) / 2.0 >= MOSTLY_RIGHT;
         let reading = self.recognise(&modules, rings_are_right)?;
@@ -79,7 +81,7 @@ impl Reader {
         if self.index.is_weak
             && !(modules.rings_are_whole() && modules.n_in_doubt() <= self.most_in_doubt)
         {
-            return Err(Unread::Hopeful(Rejection::NoCode));
+            return Err(unread(Rejection::NoCode, true));
         }
         Ok(reading)
     }
@@ -96,14 +98,10 @@ impl Reader {
             (found.hamming <= 1).then_some((found, margin))
         };
         let is_clear = clarity > LEAST_CLARITY * modules.contrast() && modules.are_small();
-        let unread = if rings_are_right && is_clear {
-            Unread::Hopeful
-        } else {
-            Unread::Hopeless
-        };
-        let (found, margin) = found.or_else(or_blurred).ok_or(unread(Rejection::NoCode))?;
+        let no_code = unread(Rejection::NoCode, rings_are_right && is_clear);
+        let (found, margin) = found.or_else(or_blurred).ok_or(no_code)?;
         if margin < self.min_margin {
-            return Err(Unread::Hopeful(Rejection::SmallMargin));
+            return Err(unread(Rejection::SmallMargin, true));
         }
         let [black, white] = modules.black_and_white();
         Ok(Reading {
@@ -136,17 +134,13 @@ fn least_open(data: &FamilyData) -> f32 {
 /// Why a tag was not read, and whether it might be with better corners: corners that are a pixel off leave border and
 /// ring mostly right, and bits of both colours.
 #[derive(Clone, Copy, Debug)]
-pub(crate) enum Unread {
-    Hopeful(Rejection),
-    Hopeless(Rejection),
+pub(crate) struct Unread {
+    pub(crate) reason: Rejection,
+    pub(crate) hopeful: bool,
 }
 
-impl Unread {
-    pub(crate) fn reason(self) -> Rejection {
-        match self {
-            Self::Hopeful(reason) | Self::Hopeless(reason) => reason,
-        }
-    }
+fn unread(reason: Rejection, hopeful: bool) -> Unread {
+    Unread { reason, hopeful }
 }
 
 /// Among so many modules with a bit one may be in doubt: blur and corners a pixel off make some of those of a tag.

@@ -95,31 +95,36 @@ impl Lookout {
             Err(_) => u32::MAX,
         };
         let mut read = self.read(view, quad);
-        if wrong(&read) > 0 && !matches!(read, Err(Unread::Hopeless(_))) {
+        if wrong(&read) > 0 && !matches!(read, Err(Unread { hopeful: false, .. })) {
             let again = self.read(view, &edges::fit_coarsely(view, quad).quad);
             if wrong(&again) <= wrong(&read) {
                 read = again;
             }
         }
-        read.map_err(Unread::reason)
+        read.map_err(|unread| unread.reason)
     }
 
     /// The reading of the first family that has one; hopeful as long as any family is.
     fn read(&self, view: &View<'_>, quad: &Quad) -> Result<Sighting, Unread> {
-        let mut unread = Unread::Hopeless(Rejection::NoCode);
+        let mut unread = Unread {
+            reason: Rejection::NoCode,
+            hopeful: false,
+        };
         for reader in self.readers(view.border) {
             let read = vectorised(
                 #[inline(always)]
                 || reader.read(view, quad),
             );
-            unread = match (read, unread) {
-                (Ok(reading), _) => {
+            match read {
+                Ok(reading) => {
                     let mut quad = *quad;
                     quad.rotate_left(reading.found.turns as usize);
                     return Ok(Sighting { reading, quad });
                 }
-                (Err(Unread::Hopeless(reason)), Unread::Hopeful(_)) => Unread::Hopeful(reason),
-                (Err(unread), _) => unread,
+                Err(Unread { reason, hopeful }) => {
+                    unread.reason = reason;
+                    unread.hopeful |= hopeful;
+                }
             }
         }
         Err(unread)
