@@ -21,8 +21,6 @@ pub(super) struct Layout {
     pub(super) bits: Range<usize>,
     /// Of each bit the modules to the left and right, above and below; itself where one is missing.
     pub(super) beside: Vec<[u8; 4]>,
-    /// Right of the middle of the tag and below it, of each module that is looked at.
-    from_middle: [Vec<f32>; 2],
 }
 
 impl Layout {
@@ -47,16 +45,7 @@ impl Layout {
             border,
             ring,
             bits,
-            from_middle: [0, 1].map(|axis| {
-                let from_middle = |module: &[i16; 2]| f32::from(2 * module[axis] + 1 - width) / 2.0;
-                modules.iter().map(from_middle).collect()
-            }),
         }
-    }
-
-    /// How far right of the middle of the tag and below it modules are.
-    pub(super) fn off_middle(&self, modules: &Range<usize>) -> [&[f32]; 2] {
-        self.from_middle.each_ref().map(|at| &at[modules.clone()])
     }
 
     /// Blocks of border and ring.

@@ -4,7 +4,7 @@
 use super::layout::{Layout, MAX_MODULES};
 use crate::Rejection;
 use crate::homography::Homography;
-use crate::kernels::sample;
+use crate::kernels::{POINTS, Points, sample};
 use crate::quad::{Point, Quad, widths};
 use crate::view::View;
 use std::ops::Range;
@@ -51,11 +51,12 @@ impl<'a> Modules<'a> {
             &mut above,
         );
         let plane = |modules: &Range<usize>| {
-            GreyPlane::fit(&above[modules.clone()]).ok_or(Rejection::FaintBorder)
+            let plane = GreyPlane::fit(&above[modules.clone()], layout.border_width);
+            plane.ok_or(Rejection::FaintBorder)
         };
         let (border, ring) = (plane(&layout.border)?, plane(&layout.ring)?);
         let threshold = border.midway(&ring);
-        threshold.take_from(&mut above, layout, &(0..layout.bits.start));
+        threshold.take_from(&mut above, &layout.places[..layout.ring_blocks()]);
         Ok(Self {
             view,
             layout,
@@ -106,11 +107,10 @@ impl<'a> Modules<'a> {
         let clearly = CLEARLY * self.contrast();
         let [mut left, mut right, mut top, mut bottom] = [false; 4];
         for (modules, sign) in self.rings() {
-            let [x, y] = self.layout.off_middle(modules);
-            let modules = self.above[modules.clone()].iter().zip(x.iter().zip(y));
-            for (_, (x, y)) in modules.filter(|(above, _)| sign * **above <= clearly) {
-                (left, right) = (left || *x <= 0.0, right || *x >= 0.0);
-                (top, bottom) = (top || *y <= 0.0, bottom || *y >= 0.0);
+            for i in modules.clone().filter(|i| sign * self.above[*i] <= clearly) {
+                let [u, v] = self.layout.places[i / POINTS].map(|at| at[i % POINTS]);
+                (left, right) = (left || u <= 0.0, right || u >= 0.0);
+                (top, bottom) = (top || v <= 0.0, bottom || v >= 0.0);
             }
         }
         !(left && right || top && bottom)
@@ -128,7 +128,7 @@ impl<'a> Modules<'a> {
         let above = &mut self.above[bits.start..];
         let places = &self.layout.places[self.layout.ring_blocks()..];
         sample(self.view.image, &self.map, places, above);
-        self.threshold.take_from(above, self.layout, bits);
+        self.threshold.take_from(above, places);
         !above[..bits.len()].iter().any(|above| above.is_nan())
     }
 
@@ -172,8 +172,7 @@ impl<'a> Modules<'a> {
         let mut around = [[0.0; MAX_MODULES]; 4];
         for (above, places) in around.iter_mut().zip(&self.layout.around) {
             sample(self.view.image, &self.map, places, above);
-            self.threshold
-                .take_from(above, self.layout, &self.layout.bits);
+            self.threshold.take_from(above, places);
         }
         let clearly = CLEARLY * self.contrast();
         let is_in_doubt = |(i, middle): &(usize, f32)| {
@@ -185,7 +184,7 @@ impl<'a> Modules<'a> {
     }
 }
 
-/// grey = mean + slope . place
+/// grey = mean + slope . place on the square -1..1
 struct GreyPlane {
     mean: f32,
     slope: Point,
@@ -195,10 +194,10 @@ impl GreyPlane {
     /// Least squares over a square ring, module by module of all four sides, each a quarter turn from the one before: mean and
     /// slopes part. Where some are outside the image, the mean alone.
     #[inline(always)]
-    fn fit(greys: &[f32]) -> Option<Self> {
+    fn fit(greys: &[f32], border_width: f32) -> Option<Self> {
         let fours = greys.as_chunks::<4>().0;
         // From the middle to the top side and to its left end.
-        let reach = fours.len() as f32 / -2.0;
+        let reach = fours.len() as f32 / -border_width;
         // By side: the sum of the greys, and of the greys times how far along their side they lie.
         let (mut sums, mut along, mut at, mut squares) = ([0.0; 4], [0.0; 4], reach, 0.0);
         for greys in fours {
@@ -207,7 +206,7 @@ impl GreyPlane {
                 along[side] += at * greys[side];
             }
             squares += at * at + reach * reach;
-            at += 1.0;
+            at += 2.0 / border_width;
         }
         let [top, right, bottom, left] = sums;
         let sum = top + right + bottom + left;
@@ -237,13 +236,13 @@ impl GreyPlane {
         }
     }
 
-    /// Makes the greys of modules what they are above the plane.
+    /// Makes the greys at places what they are above the plane.
     #[inline(always)]
-    fn take_from(&self, greys: &mut [f32], layout: &Layout, modules: &Range<usize>) {
+    fn take_from(&self, greys: &mut [f32], places: &[[Points; 2]]) {
         let (mean, [right, down]) = (self.mean, self.slope);
-        let [x, y] = layout.off_middle(modules);
-        for ((grey, x), y) in greys.iter_mut().zip(x).zip(y) {
-            *grey -= mean + right * x + down * y;
+        let greys: &mut [Points] = greys.as_chunks_mut().0;
+        for (greys, [u, v]) in greys.iter_mut().zip(places) {
+            *greys = std::array::from_fn(|i| greys[i] - (mean + right * u[i] + down * v[i]));
         }
     }
 }
