@@ -20,8 +20,6 @@ const MAX_SIGHTINGS: usize = 1024;
 pub struct Detector {
     options: Options,
     lookout: Lookout,
-    /// Width and height of the area that is searched.
-    area_size: (usize, usize),
     tiles: Tiles,
     plane: BitPlane,
     components: Components,
@@ -39,7 +37,6 @@ impl Detector {
         Ok(Self {
             lookout: Lookout::new(&options),
             options,
-            area_size: (0, 0),
             tiles: Tiles::default(),
             plane: BitPlane::default(),
             components: Components::default(),
@@ -137,28 +134,19 @@ impl Detector {
         };
     }
 
-    /// The tiles of a part and the least contrast that counts in it; says whether there is as much anywhere.
+    /// The tiles of a part and the least contrast that counts in it; says whether there is as much anywhere. Takes all memory that
+    /// a part of this size can ask for: nothing from the heap where there was room for a larger one.
     fn measure(&mut self, part: &Image<'_>) -> bool {
-        self.make_room((part.width(), part.height()));
+        let (width, height) = (part.width(), part.height());
+        self.plane.make_room(width, height);
+        self.components.make_room(width, height);
+        self.quads.make_room(height);
         self.tiles.measure(part);
         let noise_sigma = self.tiles.noise_sigma().min(self.report.noise_sigma);
         let gate = (noise_sigma * self.options.min_contrast_in_sigma).min(64.0) as u8;
         let contrast_gate = gate.max(self.options.min_contrast);
         (self.report.noise_sigma, self.report.contrast_gate) = (noise_sigma, contrast_gate);
         self.tiles.set_levels(contrast_gate, noise_sigma)
-    }
-
-    /// All memory that an area of this size can ask for, when the size is new; nothing from the heap where it is part of
-    /// one that there was room for.
-    fn make_room(&mut self, (width, height): (usize, usize)) {
-        if self.area_size == (width, height) {
-            return;
-        }
-        self.area_size = (width, height);
-        self.tiles.make_room(width, height);
-        self.plane.make_room(width, height);
-        self.components.make_room(width, height);
-        self.quads.make_room(height);
     }
 
     /// Reads the tag whose border a component seems to be, but for those within tags that were read before.

@@ -25,24 +25,21 @@ pub(crate) struct Tiles {
     /// around them, less its noise.
     n_live: [u16; TILES_IN_WORD],
     n_steep: [u16; TILES_IN_WORD],
-    /// Extrema of three tiles above each other, with one more at either end.
-    dark_column: Vec<u8>,
-    bright_column: Vec<u8>,
 }
+
+/// The extremum of three tiles above each other, for each of a row, with one more at either end.
+type Column = [u8; Image::MAX_WIDTH / TILE + TILES_IN_WORD + 2];
 
 impl Tiles {
     /// Takes the memory that an image of a size needs.
-    pub(crate) fn make_room(&mut self, width: usize, height: usize) {
+    fn make_room(&mut self, width: usize, height: usize) {
         (self.columns, self.rows) = (width / TILE, height / TILE);
         self.words_in_row = (self.columns + 1).div_ceil(TILES_IN_WORD);
         let n_words = self.words_in_row * self.rows;
         renew(&mut self.darkest, n_words, [u8::MAX; _]);
         renew(&mut self.brightest, n_words, [0; _]);
-        renew(&mut self.levels, n_words, Levels::default());
-        renew(&mut self.live_words, self.rows, 0..0);
-        let column = self.words_in_row * TILES_IN_WORD + 2;
-        renew(&mut self.dark_column, column, u8::MAX);
-        renew(&mut self.bright_column, column, 0);
+        self.levels.resize(n_words, Levels::default());
+        self.live_words.resize(self.rows, 0..0);
     }
 
     /// Where the words of a row lie among all.
@@ -57,6 +54,7 @@ impl Tiles {
     }
 
     pub(crate) fn measure(&mut self, image: &Image<'_>) {
+        self.make_room(image.width(), image.height());
         vectorised(
             #[inline(always)]
             || {
@@ -103,11 +101,12 @@ impl Tiles {
     /// and beyond the noise of black.
     pub(crate) fn set_levels(&mut self, gate: u8, noise_sigma: f32) -> bool {
         (self.n_live, self.n_steep) = Default::default();
+        let mut columns = [[u8::MAX; _], [0; _]];
         vectorised(
             #[inline(always)]
             || {
                 for row in 0..self.rows {
-                    self.set_row(row, gate, (2.0 * noise_sigma) as u8);
+                    self.set_row(row, gate, (2.0 * noise_sigma) as u8, &mut columns);
                 }
             },
         );
@@ -115,9 +114,11 @@ impl Tiles {
     }
 
     #[inline(always)]
-    fn set_row(&mut self, row: usize, gate: u8, noise: u8) {
+    fn set_row(&mut self, row: usize, gate: u8, noise: u8, columns: &mut [Column; 2]) {
         let (words, beyond_noise) = (self.row(row), gate / 4 * 3);
-        self.spread_rows(row);
+        let [dark_column, bright_column] = columns;
+        self.spread_down(u8::min, &self.darkest, row, dark_column);
+        self.spread_down(u8::max, &self.brightest, row, bright_column);
         let extrema = self.darkest[words.clone()]
             .iter()
             .zip(&self.brightest[words.clone()]);
@@ -125,8 +126,8 @@ impl Tiles {
             (0..0, [0_u8; TILES_IN_WORD], [0_u8; TILES_IN_WORD]);
         let levels = self.levels[words].iter_mut().zip(extrema);
         for (i, (levels, (darkest, brightest))) in levels.enumerate() {
-            let dark = spread_across(u8::min, &self.dark_column, i);
-            let bright = spread_across(u8::max, &self.bright_column, i);
+            let dark = spread_across(u8::min, dark_column, i);
+            let bright = spread_across(u8::max, bright_column, i);
             // How much brighter than the darkest the brightest is, around a tile and within it.
             let around: TilesOfWord = array::from_fn(|i| bright[i].saturating_sub(dark[i]));
             let within: TilesOfWord = array::from_fn(|i| brightest[i].saturating_sub(darkest[i]));
@@ -161,15 +162,21 @@ impl Tiles {
         5 * sum(&self.n_steep) < sum(&self.n_live)
     }
 
-    /// The extrema of each tile of a row and those above and below it.
+    /// The extremum of each tile of a row and those above and below it.
     #[inline(always)]
-    fn spread_rows(&mut self, row: usize) {
-        let rows =
-            [row.saturating_sub(1), row, (row + 1).min(self.rows - 1)].map(|row| self.row(row));
-        let dark = rows.clone().map(|row| &self.darkest[row]);
-        spread_down(u8::min, dark, &mut self.dark_column);
-        let bright = rows.map(|row| &self.brightest[row]);
-        spread_down(u8::max, bright, &mut self.bright_column);
+    fn spread_down(
+        &self,
+        pick: impl Fn(u8, u8) -> u8,
+        extrema: &[TilesOfWord],
+        row: usize,
+        column: &mut Column,
+    ) {
+        let rows = [row.saturating_sub(1), row, (row + 1).min(self.rows - 1)];
+        let [above, here, below] = rows.map(|row| &extrema[self.row(row)]);
+        let words: &mut [TilesOfWord] = column[1..].as_chunks_mut().0;
+        for (((out, a), b), c) in words.iter_mut().zip(above).zip(here).zip(below) {
+            *out = array::from_fn(|i| pick(pick(a[i], b[i]), c[i]));
+        }
     }
 
     /// The levels of a row of tiles, the last of which holds for the pixels below it, and the words between which there are
@@ -220,19 +227,9 @@ fn of_fours(columns: &[u8; WORD], tiles: &mut [u8], pick: impl Fn(u32, u32) -> u
     }
 }
 
-/// The extremum of three tiles above each other.
-#[inline(always)]
-fn spread_down(pick: impl Fn(u8, u8) -> u8, rows: [&[TilesOfWord]; 3], column: &mut [u8]) {
-    let [above, here, below] = rows;
-    let words: &mut [TilesOfWord] = column[1..].as_chunks_mut().0;
-    for (((out, a), b), c) in words.iter_mut().zip(above).zip(here).zip(below) {
-        *out = array::from_fn(|i| pick(pick(a[i], b[i]), c[i]));
-    }
-}
-
 /// The extremum of each tile of a word and its neighbours.
 #[inline(always)]
-fn spread_across(pick: impl Fn(u8, u8) -> u8, column: &[u8], word: usize) -> TilesOfWord {
+fn spread_across(pick: impl Fn(u8, u8) -> u8, column: &Column, word: usize) -> TilesOfWord {
     let near = &column[word * TILES_IN_WORD..][..TILES_IN_WORD + 2];
     array::from_fn(|i| pick(pick(near[i], near[i + 1]), near[i + 2]))
 }
