@@ -9,7 +9,7 @@
 mod runs;
 
 use crate::bit_plane::{BitPlane, RowPair};
-use crate::kernels::{WORD, vectorised};
+use crate::kernels::{WORD, vectorise};
 use crate::quad::Quad;
 use runs::{UNLABELLED, find_spans, join_pairs};
 use std::mem;
@@ -142,10 +142,7 @@ impl Components {
     }
 
     pub(crate) fn label(&mut self, plane: &BitPlane) {
-        vectorised(
-            #[inline(always)]
-            || self.find_runs(plane),
-        );
+        vectorise!(self.find_runs(plane));
         self.gather_parts();
     }
 

@@ -3,7 +3,7 @@
 use crate::area::Area;
 use crate::bit_plane::BitPlane;
 use crate::components::{Components, make_room};
-use crate::kernels::vectorised;
+use crate::kernels::vectorise;
 use crate::photometric::PatternFitter;
 use crate::quad::{Quad, QuadFinder, middle};
 use crate::sighting::{Lookout, Sighting};
@@ -101,11 +101,7 @@ impl Detector {
                 continue;
             }
             observer.pass_began(pass);
-            let (plane, tiles) = (&mut self.plane, &self.tiles);
-            vectorised(
-                #[inline(always)]
-                || plane.threshold(&part, tiles, pass),
-            );
+            vectorise!(self.plane.threshold(&part, &self.tiles, pass));
             observer.stage_ended(Stage::Threshold);
             self.components.label(&self.plane);
             observer.labelled(self.components.labelled_pixels(&self.plane));
@@ -166,11 +162,10 @@ impl Detector {
             return;
         }
         self.report.candidates += 1;
-        let (quads, components, plane) = (&mut self.quads, &self.components, &self.plane);
-        let min_edge_px = self.options.min_edge_px;
-        let quad = vectorised(
-            #[inline(always)]
-            || quads.around(component, components, plane, min_edge_px),
+        let (components, min_edge_px) = (&self.components, self.options.min_edge_px);
+        let quad = vectorise!(
+            self.quads
+                .around(component, components, &self.plane, min_edge_px)
         );
         let quad = quad.map(|quad| area.quad_to_image(quad));
         observer.stage_ended(Stage::Quads);

@@ -58,6 +58,17 @@ pub(crate) fn vectorised<T>(work: impl FnOnce() -> T) -> T {
     work()
 }
 
+/// The same of an expression, which is inlined.
+macro_rules! vectorise {
+    ($work:expr) => {
+        $crate::kernels::vectorised(
+            #[inline(always)]
+            || $work,
+        )
+    };
+}
+pub(crate) use vectorise;
+
 /// A row with what lies to either side of it within a line's reach, without the border's colour beyond the image: its pixels
 /// begin after as many.
 pub(crate) type PaddedRow = [u8; LINE_REACH + Image::MAX_WIDTH + WORD];

@@ -1,7 +1,7 @@
 //! From a quad to a tag that was read in it, and from that to a detection with corners below the pixel.
 
 use crate::edges;
-use crate::kernels::vectorised;
+use crate::kernels::vectorise;
 use crate::photometric::PatternFitter;
 use crate::quad::{Point, Quad, distance, mean_edge, middle};
 use crate::reading::{Reader, Reading, Unread};
@@ -35,10 +35,7 @@ impl Sighting {
         };
         let coarse = edges::fit_coarsely(&view, &self.quad);
         let pattern = patterns.and_then(|patterns| {
-            vectorised(
-                #[inline(always)]
-                || patterns.fit(image, &self.reading, &coarse, noise_sigma),
-            )
+            vectorise!(patterns.fit(image, &self.reading, &coarse, noise_sigma))
         });
         let (corners, refinement) = match pattern {
             Some(corners) => (corners, Refinement::Photometric),
@@ -111,10 +108,7 @@ impl Lookout {
             hopeful: false,
         };
         for reader in self.readers(view.border) {
-            let read = vectorised(
-                #[inline(always)]
-                || reader.read(view, quad),
-            );
+            let read = vectorise!(reader.read(view, quad));
             match read {
                 Ok(reading) => {
                     let mut quad = *quad;

@@ -6,7 +6,7 @@
 //! noise costs no time further on.
 
 use crate::Image;
-use crate::kernels::{Levels, TILE, TILES_IN_WORD, TilesOfWord, WORD, vectorised};
+use crate::kernels::{Levels, TILE, TILES_IN_WORD, TilesOfWord, WORD, vectorise};
 use std::array;
 use std::ops::Range;
 
@@ -55,17 +55,14 @@ impl Tiles {
 
     pub(crate) fn measure(&mut self, image: &Image<'_>) {
         self.make_room(image.width(), image.height());
-        vectorised(
-            #[inline(always)]
-            || {
-                for row in 0..self.rows {
-                    let rows = [0, 1, 2, 3].map(|i| image.row(row * TILE + i));
-                    let tiles = self.whole_tiles(row);
-                    let darkest = &mut self.darkest.as_flattened_mut()[tiles.clone()];
-                    find_extrema(rows, darkest, &mut self.brightest.as_flattened_mut()[tiles]);
-                }
-            },
-        );
+        vectorise!({
+            for row in 0..self.rows {
+                let rows = [0, 1, 2, 3].map(|i| image.row(row * TILE + i));
+                let tiles = self.whole_tiles(row);
+                let darkest = &mut self.darkest.as_flattened_mut()[tiles.clone()];
+                find_extrema(rows, darkest, &mut self.brightest.as_flattened_mut()[tiles]);
+            }
+        });
     }
 
     /// Standard deviation of the noise in grey levels, from the ranges of the flattest tiles.
@@ -102,14 +99,11 @@ impl Tiles {
     pub(crate) fn set_levels(&mut self, gate: u8, noise_sigma: f32) -> bool {
         (self.n_live, self.n_steep) = Default::default();
         let mut columns = [[u8::MAX; _], [0; _]];
-        vectorised(
-            #[inline(always)]
-            || {
-                for row in 0..self.rows {
-                    self.set_row(row, gate, (2.0 * noise_sigma) as u8, &mut columns);
-                }
-            },
-        );
+        vectorise!({
+            for row in 0..self.rows {
+                self.set_row(row, gate, (2.0 * noise_sigma) as u8, &mut columns);
+            }
+        });
         self.live_words.iter().any(|words| !words.is_empty())
     }
 
@@ -237,6 +231,7 @@ fn spread_across(pick: impl Fn(u8, u8) -> u8, column: &Column, word: usize) -> T
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::kernels::vectorised;
     use proptest::prelude::*;
 
     fn rows() -> impl Strategy<Value = Vec<Vec<u8>>> {
