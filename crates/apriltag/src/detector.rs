@@ -5,7 +5,7 @@ use crate::bit_plane::BitPlane;
 use crate::components::{Components, make_room};
 use crate::kernels::vectorise;
 use crate::photometric::PatternFitter;
-use crate::quad::{Quad, QuadFinder, middle};
+use crate::quad::{QuadFinder, middle};
 use crate::sighting::{Lookout, Sighting};
 use crate::tiles::Tiles;
 use crate::view::View;
@@ -77,7 +77,12 @@ impl Detector {
         areas: &[Area],
         observer: &mut impl Observer,
     ) -> &[Detection] {
-        self.begin();
+        make_room(&mut self.sightings, MAX_SIGHTINGS);
+        make_room(&mut self.detections, MAX_SIGHTINGS);
+        self.report = Report {
+            noise_sigma: f32::INFINITY,
+            ..Report::default()
+        };
         for area in areas {
             self.search(image, area, observer);
         }
@@ -121,15 +126,6 @@ impl Detector {
         }
     }
 
-    fn begin(&mut self) {
-        make_room(&mut self.sightings, MAX_SIGHTINGS);
-        make_room(&mut self.detections, MAX_SIGHTINGS);
-        self.report = Report {
-            noise_sigma: f32::INFINITY,
-            ..Report::default()
-        };
-    }
-
     /// The tiles of a part and the least contrast that counts in it; says whether there is as much anywhere. Takes all memory that
     /// a part of this size can ask for: nothing from the heap where there was room for a larger one.
     fn measure(&mut self, part: &Image<'_>) -> bool {
@@ -158,7 +154,8 @@ impl Detector {
             return;
         }
         let bounds = area.quad_to_image(component.corners());
-        if is_known(&self.sightings, &bounds) {
+        let middle = middle(&bounds);
+        if self.sightings.iter().any(|tag| tag.covers(middle)) {
             return;
         }
         self.report.candidates += 1;
@@ -207,10 +204,4 @@ impl Detector {
     pub fn report(&self) -> &Report {
         &self.report
     }
-}
-
-/// Whether a tag that was read covers the middle of a box.
-fn is_known(sightings: &[Sighting], bounds: &Quad) -> bool {
-    let middle = middle(bounds);
-    sightings.iter().any(|tag| tag.covers(middle))
 }

@@ -81,10 +81,8 @@ impl Options {
             ("min_contrast_in_sigma", in_sigma, 3.0, 20.0),
             ("min_margin", self.min_margin, 0.0, 100.0),
         ];
-        match ranges
-            .into_iter()
-            .find(|&(_, value, min, max)| !(min..=max).contains(&value))
-        {
+        let is_outside = |&(_, value, min, max): &(_, f32, f32, f32)| !(min..=max).contains(&value);
+        match ranges.into_iter().find(is_outside) {
             Some((key, value, min, max)) => Err(OptionsError::OutOfRange {
                 key,
                 value,
