@@ -2,7 +2,7 @@
 
 use crate::area::Area;
 use crate::bit_plane::BitPlane;
-use crate::components::{Components, make_room};
+use crate::components::{Component, Components, make_room};
 use crate::kernels::vectorise;
 use crate::photometric::PatternFitter;
 use crate::quad::{QuadFinder, middle};
@@ -118,9 +118,9 @@ impl Detector {
             self.report.components += self.components.n_components() as u32;
             self.report.runs += self.components.n_runs() as u32;
             for label in 0..self.components.all().len() {
-                let component = &self.components.all()[label];
+                let component = self.components.all()[label];
                 if component.may_be_border(self.options.min_edge_px, least_open) {
-                    self.examine(label, &view, area, observer);
+                    self.examine(&component, &view, area, observer);
                 }
             }
         }
@@ -144,12 +144,11 @@ impl Detector {
     /// Reads the tag whose border a component seems to be, but for those within tags that were read before.
     fn examine(
         &mut self,
-        label: usize,
+        component: &Component,
         view: &View<'_>,
         area: &Area,
         observer: &mut impl Observer,
     ) {
-        let component = &self.components.all()[label];
         if area.cuts(component, view.image) {
             return;
         }

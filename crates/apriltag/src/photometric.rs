@@ -81,7 +81,7 @@ impl PatternFitter {
         let lens = self.lens.as_ref();
         let straightened = lens.and_then(|lens| Straightened::around(lens, &edges.quad));
         let start = match &straightened {
-            Some(straightened) => straightened.quad(&edges.quad)?,
+            Some(straightened) => edges.quad.map(|corner| straightened.place(corner)),
             None => edges.quad,
         };
         let levels = (reading.white - reading.black).max(1.0);

@@ -212,7 +212,7 @@ impl Pixels {
     pub(super) fn straighten(&mut self, straightened: &Straightened) {
         for Group { x, y, .. } in &mut self.groups {
             for (x, y) in x.iter_mut().zip(y) {
-                [*x, *y] = straightened.place([*x, *y]).unwrap_or([*x, *y]);
+                [*x, *y] = straightened.place([*x, *y]);
             }
         }
     }

@@ -31,18 +31,14 @@ impl Straightened {
         })
     }
 
-    /// The straightened place of a pixel.
-    pub(super) fn place(&self, [x, y]: Point) -> Option<Point> {
+    /// The straightened place of a pixel; the pixel itself where the lens does not say where it looks.
+    pub(super) fn place(&self, [x, y]: Point) -> Point {
         let pixel = Point2::new(f64::from(x), f64::from(y));
-        let normalised = self.lens.undistort(&pixel).ok()?.coords;
-        let place = self.middle + self.pixel_by_normalised * (normalised - self.normalised);
-        Some([place.x as f32, place.y as f32])
-    }
-
-    /// Those of a quad's corners.
-    pub(super) fn quad(&self, quad: &Quad) -> Option<Quad> {
-        let [a, b, c, d] = quad.map(|corner| self.place(corner));
-        Some([a?, b?, c?, d?])
+        let Ok(normalised) = self.lens.undistort(&pixel) else {
+            return [x, y];
+        };
+        let away = self.pixel_by_normalised * (normalised.coords - self.normalised);
+        (self.middle + away).cast().into()
     }
 
     /// Where the lens shows a straightened place.
@@ -50,7 +46,7 @@ impl Straightened {
         let away = Vector2::new(f64::from(x), f64::from(y)) - self.middle;
         let normalised = self.normalised + self.normalised_by_pixel * away;
         let pixel = self.lens.distort(&Point2::from(normalised))?;
-        Some([pixel.x as f32, pixel.y as f32])
+        Some(pixel.coords.cast().into())
     }
 
     /// A straightened corner and its covariance, as the lens shows them.
@@ -93,7 +89,7 @@ mod tests {
             [560.0, 80.0],
             [455.5, 210.25],
         ] {
-            let exact = straightened.place(pixel).unwrap();
+            let exact = straightened.place(pixel);
             let back = straightened.pixel(exact).unwrap();
             assert!(
                 (back[0] - pixel[0]).hypot(back[1] - pixel[1]) < 1e-3,
