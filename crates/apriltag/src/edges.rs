@@ -68,17 +68,14 @@ impl Side {
         let [nx, ny] = Line::through(a, b)?.normal;
         let mut crossings = [[Crossing::default(); POINTS]; MAX_GROUPS];
         let crossings = profiles.find_crossings(view, (a, b), [nx, ny], &mut crossings);
-        let mut fit = LineFit::through(crossings)?;
+        let fit = LineFit::through(crossings)?;
         let limit = STRAY_IN_SIGMA * fit.scatter.max(USUAL_PX);
-        let mut any_strays = false;
         for crossing in &mut *crossings {
             if (crossing.beyond - fit.at(crossing.along)).abs() > limit {
-                (crossing.weight, any_strays) = (0.0, true);
+                crossing.weight = 0.0;
             }
         }
-        if any_strays {
-            fit = LineFit::through(crossings)?;
-        }
+        let fit = LineFit::through(crossings)?;
         let half = distance(a, b) / 2.0;
         let moved = |[x, y]: Point, beyond: f32| [x + nx * beyond, y + ny * beyond];
         Some(Self {

@@ -66,8 +66,10 @@ impl Hull {
     pub(crate) fn largest_quad(&self) -> Option<[usize; 4]> {
         let n = self.vertices.len() / 2;
         let farthest_from = |i: usize| {
-            let point = self.vertices[i];
-            farthest(&self.vertices[..n], |other| distance_squared(other, point))
+            let [x, y] = self.vertices[i];
+            farthest(&self.vertices[..n], |to| {
+                (to[0] - x).pow(2) + (to[1] - y).pow(2)
+            })
         };
         let a = farthest_from(0);
         let mut corners = [a, 0, farthest_from(a), 0];
@@ -111,8 +113,4 @@ fn extend_chain(vertices: &mut Vec<Pixel>, first: usize, point: Pixel) {
 /// Twice the area of the triangle; positive when clockwise as seen.
 fn cross(a: Pixel, b: Pixel, c: Pixel) -> i32 {
     (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
-}
-
-fn distance_squared(a: Pixel, b: Pixel) -> i32 {
-    (a[0] - b[0]).pow(2) + (a[1] - b[1]).pow(2)
 }

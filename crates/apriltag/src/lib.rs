@@ -21,7 +21,6 @@ mod hull;
 mod image;
 mod kernels;
 mod options;
-
 mod photometric;
 mod quad;
 mod reading;

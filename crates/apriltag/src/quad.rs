@@ -17,6 +17,9 @@ pub(crate) type Quad = [Point; 4];
 /// How far the border reaches beyond the centres of its outermost pixels on average, in pixels.
 const OVERHANG_PX: f32 = 0.4;
 
+/// Share of the hull of a border's outline that lies within it.
+const LEAST_FILLED: f32 = 0.75;
+
 #[derive(Debug, Default)]
 pub(crate) struct QuadFinder {
     hull: Hull,
@@ -48,9 +51,12 @@ impl QuadFinder {
         components.read_extents(component, &mut self.extents[..n_pairs]);
         self.read_rows(component, plane);
         let rows = self.rows[..n_pairs].as_flattened();
-        let filled = rows.iter().map(|[left, end]| u32::from(end - left)).sum();
+        let filled: u32 = rows.iter().map(|[left, end]| u32::from(end - left)).sum();
         self.hull.build(component.rows().start, rows);
-        check_convexity(component, &self.hull, filled)?;
+        // A border closes around what is within it; part of a side may be occluded. Pixels reach half a pixel beyond the hull of
+        // their centres, all along its perimeter, which is twice its longer extent at least.
+        let whole = self.hull.area() + component.width().max(2 * component.n_pairs()) as f32;
+        require(filled as f32 >= LEAST_FILLED * whole, Rejection::NotAQuad)?;
         let corners = self.hull.largest_quad().ok_or(Rejection::NotAQuad)?;
         let quad = circumscribe(&self.hull, corners).ok_or(Rejection::Shape)?;
         check_shape(&quad, min_edge_px)?;
@@ -90,22 +96,9 @@ fn to_point(pixel: Pixel) -> Point {
     pixel.map(|coordinate| coordinate as f32)
 }
 
-/// A border closes around what is within it; part of a side may be occluded. Pixels reach half a pixel beyond the hull of their
-/// centres, all along its perimeter, which is twice its longer extent at least.
-fn check_convexity(component: &Component, hull: &Hull, filled: u32) -> Result<(), Rejection> {
-    const LEAST_SHARE: f32 = 0.75;
-    let beyond = component.width().max(2 * component.n_pairs());
-    let whole = hull.area() + beyond as f32;
-    require(filled as f32 >= LEAST_SHARE * whole, Rejection::NotAQuad)
-}
-
 /// Twice the area of the triangle; positive when clockwise as seen.
 fn cross(a: Point, b: Point, c: Point) -> f32 {
     (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
-}
-
-pub(crate) fn twice_area(quad: &Quad) -> f32 {
-    cross(quad[0], quad[1], quad[2]) + cross(quad[0], quad[2], quad[3])
 }
 
 pub(crate) fn distance(a: Point, b: Point) -> f32 {
@@ -121,8 +114,8 @@ pub(crate) fn middle(quad: &Quad) -> Point {
 /// Mean distances between the left and the right side and between the upper and the lower one.
 pub(crate) fn widths(quad: &Quad) -> [f32; 2] {
     let side = |i: usize| distance(quad[i], quad[(i + 1) % 4]);
-    let area = twice_area(quad);
-    [area / (side(1) + side(3)), area / (side(0) + side(2))]
+    let twice_area = cross(quad[0], quad[1], quad[2]) + cross(quad[0], quad[2], quad[3]);
+    [side(1) + side(3), side(0) + side(2)].map(|sides| twice_area / sides)
 }
 
 pub(crate) fn mean_edge(quad: &Quad) -> f32 {

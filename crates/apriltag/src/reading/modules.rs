@@ -55,7 +55,10 @@ impl<'a> Modules<'a> {
             plane.ok_or(Rejection::FaintBorder)
         };
         let (border, ring) = (plane(&layout.border)?, plane(&layout.ring)?);
-        let threshold = border.midway(&ring);
+        let threshold = GreyPlane {
+            mean: (border.mean + ring.mean) / 2.0,
+            slope: [0, 1].map(|axis| (border.slope[axis] + ring.slope[axis]) / 2.0),
+        };
         threshold.take_from(&mut above, &layout.places[..layout.ring_blocks()]);
         Ok(Self {
             view,
@@ -226,14 +229,6 @@ impl GreyPlane {
         }
         let (mean, slope) = (sum / n, [0.0; 2]);
         (n > 0.0).then_some(Self { mean, slope })
-    }
-
-    fn midway(&self, other: &Self) -> Self {
-        let mean = |a: f32, b: f32| (a + b) / 2.0;
-        Self {
-            mean: mean(self.mean, other.mean),
-            slope: [0, 1].map(|axis| mean(self.slope[axis], other.slope[axis])),
-        }
     }
 
     /// Makes the greys at places what they are above the plane.
