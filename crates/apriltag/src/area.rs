@@ -8,16 +8,13 @@ use crate::components::Component;
 use crate::kernels::TILE;
 use crate::quad::Quad;
 
-/// A rectangle of an image, or every so many-th row of one.
+/// A rectangle of an image.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Area {
     pub(crate) left: usize,
     pub(crate) top: usize,
     pub(crate) width: usize,
-    /// Rows of the image that it reaches over.
     pub(crate) height: usize,
-    /// From one row that is looked at to the next.
-    pub(crate) row_step: usize,
 }
 
 impl Area {
@@ -27,18 +24,12 @@ impl Area {
             top: 0,
             width: image.width(),
             height: image.height(),
-            row_step: 1,
         }
     }
 
     /// From the part to the image.
     pub(crate) fn quad_to_image(&self, quad: Quad) -> Quad {
-        quad.map(|[x, y]| {
-            [
-                self.left as f32 + x,
-                self.top as f32 + y * self.row_step as f32,
-            ]
-        })
+        quad.map(|[x, y]| [self.left as f32 + x, self.top as f32 + y])
     }
 
     /// Whether what was found in the part goes on beyond the part's edge, for all that can be seen there: it reaches an edge
@@ -49,12 +40,11 @@ impl Area {
         columns.start == 0 && self.left > 0
             || rows.start == 0 && self.top > 0
             || columns.end as usize == self.width && right < image.width()
-            || rows.end as usize >= self.height / self.row_step && bottom < image.height()
+            || rows.end as usize >= self.height && bottom < image.height()
     }
 
-    /// Pixels that are looked at.
     pub(crate) fn n_pixels(&self) -> usize {
-        self.width * (self.height / self.row_step)
+        self.width * self.height
     }
 
     /// What lies between two columns and between two rows of an image, and so much more that it begins with whole tiles and
@@ -67,7 +57,6 @@ impl Area {
             top,
             width,
             height,
-            row_step: 1,
         })
     }
 }

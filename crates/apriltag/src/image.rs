@@ -104,8 +104,8 @@ impl<'a> Image<'a> {
         Self {
             pixels: &self.pixels[area.top * self.stride + area.left..],
             width: area.width,
-            height: area.height / area.row_step,
-            stride: self.stride * area.row_step,
+            height: area.height,
+            stride: self.stride,
         }
     }
 

@@ -1,7 +1,7 @@
 //! Which part of an image is searched for tags that are not known yet.
 //!
-//! Bands from top to bottom that reach into one another, so that small tags lie wholly in one of them; then every other row
-//! of the whole image, where tags too tall for that are seen pressed flat, as if from the side.
+//! Bands from top to bottom that reach into one another, so that small tags lie wholly in one of them; then the whole image,
+//! for tags too tall for that.
 
 use crate::Image;
 use crate::area::Area;
@@ -11,11 +11,8 @@ use crate::kernels::TILE;
 const BANDS: usize = 8;
 
 /// Rows that neighbouring bands share, as a part of the image's height. Taller tags, and those that move towards the scan
-/// by what is left, are seen in every other row.
+/// by what is left, are seen in the whole image.
 const SHARED: usize = 8;
-
-/// Of the rows, when all of the image is looked over.
-const ROW_STEP: usize = 2;
 
 /// Images lower than this are searched whole: bands of them would be hardly higher than what they share.
 const LEAST_HEIGHT: usize = 128;
@@ -28,17 +25,10 @@ pub(super) struct Scan {
 
 impl Scan {
     pub(super) fn next(&mut self, image: &Image<'_>) -> Area {
-        let whole = Area::whole(image);
-        if image.height() < LEAST_HEIGHT {
-            return whole;
-        }
-        let step = self.step;
+        let (whole, step) = (Area::whole(image), self.step);
         self.step = (step + 1) % (BANDS + 1);
-        if step == BANDS {
-            return Area {
-                row_step: ROW_STEP,
-                ..whole
-            };
+        if step == BANDS || image.height() < LEAST_HEIGHT {
+            return whole;
         }
         let shared = image.height() / SHARED;
         let height = (image.height() + (BANDS - 1) * shared).div_ceil(BANDS);
@@ -65,7 +55,7 @@ mod tests {
             let mut bottom = height / SHARED;
             for _ in 0..BANDS {
                 let band = scan.next(&image);
-                assert_eq!((band.left, band.width, band.row_step), (0, width, 1));
+                assert_eq!((band.left, band.width), (0, width));
                 assert!(
                     band.top + height / SHARED <= bottom,
                     "{width}x{height} {band:?}"
@@ -77,8 +67,7 @@ mod tests {
                 bottom = band.top + band.height;
             }
             assert_eq!(bottom, height);
-            let over_all = scan.next(&image);
-            assert_eq!((over_all.height, over_all.row_step), (height, ROW_STEP));
+            assert_eq!(scan.next(&image), Area::whole(&image));
             assert_eq!(scan.next(&image).top, 0);
         }
     }
