@@ -19,7 +19,7 @@ const LOOK_NS: u64 = 100_000_000;
 /// Looks over which an estimate is compared, sigmas by which it may change, and by what share of the time clocks drift (one sigma).
 const LOOKS: usize = 20;
 const STEADY_SIGMAS: f64 = 5.0;
-const DRIFT: f64 = 5e-5;
+const DRIFT: f64 = 2e-5;
 
 impl Fusion {
     /// The image with its stamp put right, unless it is kept from the tracks.
@@ -140,16 +140,20 @@ impl Fusion {
         }
     }
 
-    /// The cameras whose estimates go on to change by more than their covariance and a clock's drift allow: what is learned of a clock
-    /// that has jumped since pulls a sure estimate but slowly.
+    /// The cameras whose estimates go on to change by more than what was learned meanwhile and a clock's drift allow: a clock that has
+    /// jumped since pulls a sure estimate but slowly. (What an estimate changes by is what its variance has become less by.)
     fn led_astray(&mut self, estimated: &BTreeMap<usize, ClockOffset>) -> Vec<usize> {
         let span_s = (LOOKS as u64 * LOOK_NS) as f64 * 1e-9;
+        let wandered = self.options.clock_wander * span_s + (DRIFT * span_s).powi(2);
         self.earlier_offsets.push_back(estimated.clone());
         let earlier = self.earlier_offsets.len() > LOOKS;
         let earlier = earlier.then(|| self.earlier_offsets.pop_front()).flatten();
         let has_changed = |(camera, then): (usize, ClockOffset)| {
-            let by_s = (estimated.get(&camera)?.offset_s - then.offset_s).abs();
-            (by_s > STEADY_SIGMAS * then.sigma_s.hypot(DRIFT * span_s)).then_some(camera)
+            let now = estimated.get(&camera)?;
+            let told = (then.sigma_s.powi(2) - now.sigma_s.powi(2)).max(0.0);
+            let sigma_s = (told + wandered).sqrt();
+            let by_s = (now.offset_s - then.offset_s).abs();
+            (by_s > STEADY_SIGMAS * sigma_s).then_some(camera)
         };
         let earlier = earlier.into_iter().flatten();
         earlier.filter_map(has_changed).collect()

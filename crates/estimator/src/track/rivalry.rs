@@ -101,7 +101,12 @@ impl Track {
         let known = agreement.filter(|agreement| agreement.sigma_s < KNOWN_S);
         let odds = known.map_or(0.0, |known| known.odds + AGREEMENT);
         let is_trial = self.timing.are_doubted(&asked);
-        if odds < -options.trusted_odds && self.ahead < options.trusted_odds {
+        let is_trial_over = is_trial && age_s > TRIAL_S;
+        // What is not known closely may yet be told from nothing, if the images say so as well.
+        let is_told = |of: Agreement| of.odds + AGREEMENT < -options.trusted_odds;
+        let is_won =
+            is_trial_over && self.ahead < -options.hopeless_odds && agreement.is_some_and(is_told);
+        if is_won || (odds < -options.trusted_odds && self.ahead < options.trusted_odds) {
             rival.rival_since_ns = None;
             return rival;
         }
@@ -111,8 +116,7 @@ impl Track {
             None => options.clock_recheck_s,
         };
         let is_refuted = age_s > 2.0 * RECENT_S && self.ahead > options.hopeless_odds;
-        let is_over = is_trial && age_s > TRIAL_S;
-        let is_behind = !is_over && self.ahead < -options.hopeless_odds;
+        let is_behind = !is_trial_over && self.ahead < -options.hopeless_odds;
         if !is_behind && (odds > options.trusted_odds || is_refuted || age_s > patience_s) {
             let mut settled = asked;
             if is_trial {
