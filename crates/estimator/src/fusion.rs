@@ -244,23 +244,18 @@ impl Fusion {
 
     /// Nothing changes these instants any more.
     fn take_settled(&mut self, object: usize, settled: Vec<Settled>) {
-        let states_errors = self.site.states_errors();
         let Some(last_ns) = settled.last().map(|instant| instant.time_ns) else {
             return;
         };
         for mut instant in settled {
             self.find_strays(object, &mut instant);
             self.health.take(object, instant.time_ns, &instant.views);
-            if states_errors {
-                self.health.remember(object, instant);
-            }
+            self.health.remember(object, instant);
         }
-        if states_errors {
-            let tracks = self.timelines.iter().map(Timeline::settled_track);
-            let tracks: Vec<&Track> = tracks.collect();
-            self.health
-                .look_for_the_wrong(last_ns, &tracks, &self.site, &self.options);
-        }
+        let tracks = self.timelines.iter().map(Timeline::settled_track);
+        let tracks: Vec<&Track> = tracks.collect();
+        self.health
+            .look_for_the_wrong(last_ns, &tracks, &self.site, &self.options);
     }
 
     /// An image without the object's tags says nothing about a pose that others have just seen; otherwise it asks for the

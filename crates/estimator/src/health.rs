@@ -2,8 +2,8 @@
 //! is off.
 //!
 //! Fed with instants that no late image can change any more. What the views of a tag by a camera contradict is explained by the
-//! fault that foretells it best ([`suspects`]), if those that have nothing to do with that fault go on to agree ([`support`]). Where
-//! errors are stated, who is wrong is found by leaving each suspect out ([`inquiry`], [`contest`]).
+//! fault that foretells it best ([`suspects`]), if those that have nothing to do with that fault go on to agree ([`support`]). Who is
+//! wrong is found by leaving each suspect out ([`inquiry`], [`contest`]).
 
 mod accused;
 mod contest;
@@ -25,6 +25,7 @@ use crate::TagId;
 use crate::filter::learned::Learned;
 use contest::Contest;
 use count::{Count, kept};
+use inquiry::Weariness;
 use lasting::Lasting;
 use recall::Recall;
 use strays::Strays;
@@ -110,11 +111,12 @@ pub(crate) struct Health {
     /// When a tag was last in an image twice, by camera index.
     twice_ns: BTreeMap<(usize, TagId), u64>,
     newest_ns: u64,
-    /// By object, its last settled images, where errors are stated.
+    /// By object, its last settled images.
     recalls: BTreeMap<usize, Recall>,
     contest: Option<Contest>,
     /// Until when no contest is held, ns.
     rests_until_ns: u64,
+    weariness: Weariness,
 }
 
 impl Health {
@@ -128,9 +130,7 @@ impl Health {
             self.hear(object, time_ns, view);
         }
         if self.suspects.is_alert() {
-            let against = &self.against;
-            let one_to_one = |camera: usize| against.get(&camera).is_none_or(|all| all.len() < 2);
-            self.suspects.judge(time_ns, one_to_one);
+            self.suspects.judge(time_ns);
             self.note_whom_moved_cameras_contradict(object, time_ns);
         }
         let of_camera = |camera: usize| {

@@ -76,8 +76,10 @@ pub(crate) enum Attention {
     Some,
 }
 
+/// Nanoseconds without a sight for which a track foretells where its object is.
+const LATELY_NS: u64 = 100_000_000;
 /// Images of a camera of which one is looked at.
-const NOW_AND_THEN: usize = 5;
+const NOW_AND_THEN: usize = 2;
 
 /// What became of the views of an instant, for good.
 #[derive(Debug, Clone, PartialEq)]
@@ -316,8 +318,19 @@ impl Timeline {
     }
 
     /// Clocks may have jumped, by so many seconds (one sigma), before the window: it is to be gone through again.
-    /// What is known of lasting errors is what they are judged by.
-    pub fn doubt_clocks(&mut self, cameras: &[usize], sigma_s: f64, lasting: &Arc<Learned>) {
+    /// What is known of lasting errors is what they are judged by. What their images have done to the track since would lead the
+    /// estimate astray: it begins at the track `without` them, if that has lately seen the object.
+    pub fn doubt_clocks(
+        &mut self,
+        cameras: &[usize],
+        sigma_s: f64,
+        lasting: &Arc<Learned>,
+        without: Option<Track>,
+    ) {
+        let lately_ns = self.base.time_ns.saturating_sub(LATELY_NS);
+        if let Some(track) = without.filter(|track| track.seen_ns > lately_ns) {
+            self.base = track;
+        }
         self.base.doubt_clocks(cameras, sigma_s, lasting);
         self.stale_from = self.instants.keys().next().copied();
     }

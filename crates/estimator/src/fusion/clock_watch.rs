@@ -91,8 +91,10 @@ impl Fusion {
         self.earlier_offsets.clear();
         let sigma_s = self.options.unknown_clock_s;
         let lasting = self.health.lasting();
-        for timeline in &mut self.timelines {
-            timeline.doubt_clocks(cameras, sigma_s, &lasting);
+        for (object, timeline) in self.timelines.iter_mut().enumerate() {
+            let (site, options) = (&self.site, &self.options);
+            let without = self.health.without(object, cameras, site, options);
+            timeline.doubt_clocks(cameras, sigma_s, &lasting, without);
         }
     }
 

@@ -55,12 +55,6 @@ impl Accused {
         strengths.map(|own| if is_likely(own) { 0.0 } else { own })
     }
 
-    /// Whether its displacement is one of a fault even where another fault spoils what is known of the errors that are stated.
-    pub fn is_beyond_doubt(&self) -> bool {
-        let stated = self.whole.strength_of_stated();
-        stated == 0.0 || self.whole.strength() > stated + 2.0 * UNLIKELY
-    }
-
     /// Whether nothing but either is needed.
     pub fn explain(&self) -> [bool; 2] {
         let [simple, whole] = self.rests;

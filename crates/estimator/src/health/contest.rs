@@ -14,10 +14,10 @@ use super::accused::Accused;
 use super::lasting::Lasting;
 use super::misfit::{Misfit, are_of_one_link};
 use super::recall::{Instant, Recall};
-use super::suspects::{MEMORY, RAISED, RECENT};
+use super::suspects::{Admitted, MEMORY, RAISED, RECENT};
 use super::testimony::Testimony;
 use super::{Account, SettledView};
-use crate::site::{ObjectImage, Site};
+use crate::site::{ObjectImage, Site, StatedClock};
 use crate::track::Track;
 use crate::{FusionOptions, TagId};
 
@@ -33,6 +33,8 @@ const HARDLY_MORE: f64 = 0.2;
 const ABOUT_AS_MUCH: f64 = 10.0;
 /// Nanoseconds of a contest before which it says nothing of tags.
 const YOUNG_NS: u64 = 200_000_000;
+/// The same after which it is enough to explain more than others do.
+const LONG_NS: u64 = 1_000_000_000;
 
 /// What is left out of a track.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -46,6 +48,8 @@ pub(super) enum LeftOut {
 pub(super) struct Contest {
     pub object: usize,
     since_ns: u64,
+    /// How long it has been held, ns.
+    age_ns: u64,
     /// As it was known before.
     lasting: Lasting,
     /// What is known to be wrong, and left out of all tracks.
@@ -64,6 +68,8 @@ pub(super) struct Contest {
 pub(super) struct Contender {
     pub left_out: Option<LeftOut>,
     track: Track,
+    /// Whether it began with what motion has told of clocks.
+    knows_clocks: bool,
     /// What its images have shown of stated errors.
     lasting: Lasting,
     /// Instants that it has been taken through.
@@ -91,12 +97,13 @@ impl Contest {
         Self {
             object,
             since_ns: now_ns,
+            age_ns: 0,
             lasting: lasting.clone(),
             known: Vec::new(),
             cameras: 0,
             all: Contender::new(None, recall.start(), lasting),
             contenders: Vec::new(),
-            instants: 0,
+            instants: recall.len(),
         }
     }
 
@@ -114,8 +121,10 @@ impl Contest {
             self.contenders.clear();
         }
         let cameras = cameras.iter().map(|camera| LeftOut::Camera(*camera));
-        let cameras: Vec<_> = cameras.filter(|one| !self.known.contains(one)).collect();
+        let mut cameras: Vec<_> = cameras.filter(|one| !self.known.contains(one)).collect();
         self.cameras = cameras.len();
+        // One camera alone contradicts nobody.
+        cameras.retain(|_| self.cameras > 1);
         for one in cameras
             .into_iter()
             .chain(tags.iter().copied().map(LeftOut::Tag))
@@ -130,15 +139,13 @@ impl Contest {
     }
 
     /// Takes the tracks further on.
-    pub fn advance(&mut self, recall: &Recall, site: &Site, options: &FusionOptions) {
-        // One camera alone contradicts nobody.
-        if self.cameras < 2 {
-            return;
-        }
+    pub fn advance(&mut self, now_ns: u64, recall: &Recall, site: &Site, options: &FusionOptions) {
+        self.age_ns = now_ns.saturating_sub(self.since_ns);
+        let come = recall.len().saturating_sub(self.instants).max(1);
         self.instants = recall.len();
         let known = &self.known;
         for one in std::iter::once(&mut self.all).chain(&mut self.contenders) {
-            for _ in 0..STEPS {
+            for _ in 0..STEPS * come {
                 let Some(instant) = recall.instant(one.done) else {
                     break;
                 };
@@ -151,7 +158,7 @@ impl Contest {
     /// has not.
     fn ranked(&self) -> Option<Vec<(f64, &Contender)>> {
         let is_level = |one: &&Contender| one.done == self.instants;
-        if self.cameras < 2 || !is_level(&&self.all) {
+        if !is_level(&&self.all) {
             return None;
         }
         let ranked = self.contenders.iter().filter(is_level);
@@ -172,9 +179,13 @@ impl Contest {
         };
         let rival = others.iter().find(|(_, one)| !of_two(one));
         let left_by_rival = rival.map_or(self.all.misfit, |(_, one)| one.misfit);
-        let stands_out = *gone > RAISED.max(GONE * self.all.misfit)
+        let gone_by_rival = rival.map_or(0.0, |(gone, _)| *gone);
+        let explains_most = *gone > GONE * self.all.misfit && first.misfit < LESS * left_by_rival;
+        // What nobody explains may be errors that nobody states.
+        let explains_more = self.is_long() && gone_by_rival < LESS * gone;
+        let stands_out = *gone > RAISED
             && first.misfit < left_by_rival - RAISED
-            && first.misfit < LESS * left_by_rival;
+            && (explains_most || explains_more);
         let explains = || first.accused.explain().contains(&true);
         (stands_out && first.evidence() > RAISED && explains())
             .then_some(first.left_out)
@@ -187,9 +198,22 @@ impl Contest {
         all.find(|one| one.left_out == Some(left_out))
     }
 
-    /// Tags than which no other explains much more.
-    pub fn tags(&self, now_ns: u64) -> Vec<(usize, TagId)> {
-        let is_old = now_ns > self.since_ns.saturating_add(YOUNG_NS);
+    /// Whether it has been held for longer than a single fault takes.
+    fn is_long(&self) -> bool {
+        self.age_ns > LONG_NS
+    }
+
+    /// What evidence alone may name: sizes of tags than which no other explains much more, and whatever is loud where nobody alone seems
+    /// to be wrong and errors are not stated.
+    pub fn admitted(&self, site: &Site) -> Admitted {
+        Admitted {
+            sizes: self.likely_tags(),
+            loud: !site.states_errors(),
+        }
+    }
+
+    fn likely_tags(&self) -> Vec<(usize, TagId)> {
+        let is_old = self.age_ns > YOUNG_NS;
         let ranked = self.ranked().filter(|_| is_old).unwrap_or_default();
         let most = ranked.first().map_or(0.0, |(gone, _)| *gone);
         let enough = most - ABOUT_AS_MUCH.max(HARDLY_MORE * self.all.misfit);
@@ -206,6 +230,7 @@ impl Contender {
     fn new(left_out: Option<LeftOut>, track: Track, lasting: &Lasting) -> Self {
         Self {
             left_out,
+            knows_clocks: track.knows_clocks(),
             track,
             lasting: lasting.clone(),
             done: 0,
@@ -230,13 +255,24 @@ impl Contender {
             let parts = parts.filter(|image| !image.views.is_empty());
             parts.collect::<Vec<ObjectImage>>()
         };
-        let (rest, own) = (part(false), part(true));
+        let (mut rest, own) = (part(false), part(true));
+        if !self.knows_clocks {
+            let out = |camera| {
+                let camera = LeftOut::Camera(camera);
+                self.left_out == Some(camera) || known.contains(&camera)
+            };
+            put_first_in_charge(&mut rest, site, out);
+        }
         if !rest.is_empty() {
             let rest: Vec<&ObjectImage> = rest.iter().collect();
             self.track = self.track.advanced(instant.time_ns, &rest, site, options);
             let views = self
                 .track
                 .settled_views(&rest, site, options, |_| true, None);
+            if views.is_empty() {
+                // Where even the attitude is in doubt nothing is explained.
+                self.misfit += options.refused_odds;
+            }
             self.score(&views, options);
         }
         for image in own {
@@ -308,6 +344,18 @@ impl Contender {
     fn evidence(&self) -> f64 {
         let [simple, whole] = self.evidences();
         simple.max(whole)
+    }
+}
+
+/// Where the reference is left out of what is told of clocks, the first of the others is: else what contradicts would pass for the
+/// offset that all of them have in common.
+fn put_first_in_charge(images: &mut [ObjectImage], site: &Site, out: impl Fn(usize) -> bool) {
+    let first = (0..site.cameras().len()).find(|camera| !out(*camera));
+    let is_first = |image: &&mut ObjectImage| Some(image.camera_index) == first;
+    let is_open = |image: &&mut ObjectImage| image.clock == StatedClock::Unknown;
+    if out(site.reference()) {
+        let first = images.iter_mut().filter(is_first).filter(is_open);
+        first.for_each(|image| image.clock = StatedClock::Right);
     }
 }
 

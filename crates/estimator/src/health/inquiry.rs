@@ -1,10 +1,10 @@
-//! Where errors are stated, a contest decides who is named ([`super::contest`]): evidence by the track that is published can't tell there
-//! who spoils it.
+//! A contest decides who is named ([`super::contest`]): evidence by the track that is published can't tell who spoils it. Without one it
+//! names but sizes of tags, and what is loud.
 
 use super::contest::Contest;
 use super::count::Count;
 use super::recall::{Instant, Recall};
-use super::suspects::SUSPECTED;
+use super::suspects::{Admitted, SUSPECTED};
 use super::{Health, OFTEN};
 use crate::FusionOptions;
 use crate::site::Site;
@@ -13,6 +13,31 @@ use crate::track::Track;
 
 /// Nanoseconds between a contest that has found one and the next.
 const PAUSE_NS: u64 = 500_000_000;
+/// Nanoseconds of contests in vain after which none is held, and how often as many until the next.
+const PATIENCE_NS: u64 = 5_000_000_000;
+const REST: u64 = 9;
+
+/// For how long contests have been held: where errors are not stated, views contradict for ever.
+#[derive(Debug, Default)]
+pub(super) struct Weariness {
+    at_ns: u64,
+    spent_ns: u64,
+    rests: bool,
+}
+
+impl Weariness {
+    /// Whether a contest may be held now; `is_held` tells whether one has been since.
+    fn allows(&mut self, now_ns: u64, is_held: bool) -> bool {
+        let gone_ns = now_ns.saturating_sub(std::mem::replace(&mut self.at_ns, now_ns));
+        self.spent_ns = if is_held {
+            self.spent_ns.saturating_add(gone_ns)
+        } else {
+            self.spent_ns.saturating_sub(gone_ns / REST)
+        };
+        self.rests = self.spent_ns > PATIENCE_NS || (self.rests && self.spent_ns > 0);
+        !self.rests
+    }
+}
 
 impl Health {
     /// Remembers an object's images at a settled instant.
@@ -22,6 +47,17 @@ impl Health {
             time_ns: instant.time_ns,
             images: instant.images,
         });
+    }
+
+    /// The settled track of an object, had these cameras been blind since before anything seemed to be wrong.
+    pub fn without(
+        &self,
+        object: usize,
+        cameras: &[usize],
+        site: &Site,
+        options: &FusionOptions,
+    ) -> Option<Track> {
+        self.recalls.get(&object)?.without(cameras, site, options)
     }
 
     /// What is remembered is worth nothing any more.
@@ -39,7 +75,8 @@ impl Health {
         site: &Site,
         options: &FusionOptions,
     ) {
-        if !self.is_something_unknown(now_ns) {
+        let is_held = self.contest.is_some();
+        if !self.weariness.allows(now_ns, is_held) || !self.is_something_unknown(now_ns) {
             self.contest = None;
         } else if self.recalls.values().any(Recall::is_full) {
             self.forget_past();
@@ -49,7 +86,7 @@ impl Health {
             }
             return;
         }
-        self.suspects.admit(Vec::new());
+        self.suspects.admit(Admitted::default());
         for (object, track) in tracks.iter().enumerate() {
             self.recalls.entry(object).or_default().mark(track);
         }
@@ -80,8 +117,8 @@ impl Health {
         let cameras: Vec<usize> = self.cameras.keys().copied().collect();
         let tags = self.suspects.suspected_tags(object);
         contest.call(self.suspects.known(object), &cameras, &tags, recall);
-        contest.advance(recall, site, options);
-        self.suspects.admit(contest.tags(now_ns));
+        contest.advance(now_ns, recall, site, options);
+        self.suspects.admit(contest.admitted(site));
         match contest.verdict() {
             Some(one) => {
                 self.rests_until_ns = now_ns.saturating_add(PAUSE_NS);
@@ -89,5 +126,27 @@ impl Health {
             }
             None => self.contest = Some(contest),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SECOND_NS: u64 = 1_000_000_000;
+
+    #[test]
+    fn of_what_nobody_explains_one_grows_weary_and_recovers() {
+        let mut weariness = Weariness::default();
+        let mut allowed = Vec::new();
+        let mut is_held = false;
+        for second in 1..=120 {
+            is_held = weariness.allows(second * SECOND_NS, is_held);
+            allowed.push(is_held);
+        }
+        let held = allowed.iter().filter(|held| **held).count();
+        assert!(allowed[..6].iter().all(|held| *held));
+        assert!((12..=18).contains(&held), "{held}");
+        assert!(allowed[60..].contains(&true));
     }
 }

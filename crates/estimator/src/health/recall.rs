@@ -1,13 +1,17 @@
 //! What is remembered of an object's last second, so that a fault that is noticed late can be looked at from before it came.
 
+use std::borrow::Cow;
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;
 
-use crate::site::ObjectImage;
+use crate::FusionOptions;
+use crate::site::{ObjectImage, Site};
 use crate::track::Track;
 
 /// Nanoseconds between two marks.
 const SPACING_NS: u64 = 500_000_000;
+/// Nanoseconds after a mark for which it is gone back to at once.
+const FRESH_NS: u64 = 2_000_000_000;
 /// Instants between two marks, and in all, at most: the second is some four seconds of ten cameras.
 const BETWEEN: usize = 300;
 const MOST: usize = 1500;
@@ -35,8 +39,32 @@ impl Recall {
 
     /// The track to begin with.
     pub fn start(&self) -> Track {
-        let known = self.marks.iter().flatten().next();
-        known.cloned().unwrap_or_default()
+        self.mark_before().cloned().unwrap_or_default()
+    }
+
+    fn mark_before(&self) -> Option<&Track> {
+        self.marks.iter().flatten().next()
+    }
+
+    /// The track after the last instant, had these cameras been blind since the beginning; `None` where nothing was noted, or long ago.
+    pub fn without(
+        &self,
+        cameras: &[usize],
+        site: &Site,
+        options: &FusionOptions,
+    ) -> Option<Track> {
+        let last_ns = self.instants.back()?.time_ns;
+        let is_fresh = |mark: &&Track| last_ns < mark.time_ns.saturating_add(FRESH_NS);
+        let mut track = Cow::Borrowed(self.mark_before().filter(is_fresh)?);
+        for instant in &self.instants {
+            let others = instant.images.values().map(Arc::as_ref);
+            let others = others.filter(|image| !cameras.contains(&image.camera_index));
+            let others: Vec<&ObjectImage> = others.collect();
+            if !others.is_empty() {
+                track = Cow::Owned(track.advanced(instant.time_ns, &others, site, options));
+            }
+        }
+        Some(track.into_owned())
     }
 
     /// One of the instants since then.
@@ -56,7 +84,10 @@ impl Recall {
 
     /// Notes how the track is while nothing is wrong.
     pub fn mark(&mut self, track: &Track) {
-        let newest_ns = self.marks[1].as_ref().map_or(0, |mark| mark.time_ns);
+        // What is wrong from the first image on is not known at once: the first mark waits as well.
+        let first_ns = self.instants.front().map_or(0, |one| one.time_ns);
+        let newest = self.marks[1].as_ref();
+        let newest_ns = newest.map_or(first_ns.saturating_add(SPACING_NS), |mark| mark.time_ns);
         let is_due = track.time_ns >= newest_ns.saturating_add(SPACING_NS);
         if is_due || self.instants.len() > BETWEEN {
             let [_, newer] = std::mem::take(&mut self.marks);
@@ -78,6 +109,19 @@ mod tests {
     }
 
     #[test]
+    fn for_a_second_it_reaches_back_to_the_beginning() {
+        let mut recall = Recall::default();
+        for step in 1..=10 {
+            let time_ns = step * 100_000_000;
+            let images = BTreeMap::new();
+            recall.add(Instant { time_ns, images });
+            recall.mark(&track(time_ns));
+        }
+        assert_eq!(recall.start(), Track::default());
+        assert_eq!(recall.len(), 10);
+    }
+
+    #[test]
     fn it_reaches_back_to_the_mark_before_the_last() {
         let mut recall = Recall::default();
         for step in 1..=24 {
@@ -87,8 +131,8 @@ mod tests {
             recall.mark(&track(time_ns));
         }
         let first = recall.instant(0).map(|instant| instant.time_ns);
-        assert_eq!(recall.start().time_ns, 1_500_000_000);
-        assert_eq!(first, Some(1_600_000_000));
-        assert_eq!(recall.len(), 9);
+        assert_eq!(recall.start().time_ns, 1_600_000_000);
+        assert_eq!(first, Some(1_700_000_000));
+        assert_eq!(recall.len(), 8);
     }
 }

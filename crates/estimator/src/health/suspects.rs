@@ -17,11 +17,11 @@ use crate::TagId;
 /// Evidence, a logarithm of odds, from which on a fault is said, and below which it is over.
 pub(super) const RAISED: f64 = 40.0;
 const CLEARED: f64 = 10.0;
+/// The same from which on it is no error of calibration that nobody states.
+const LOUD: f64 = 300.0;
 /// The same from which on it is tried whether it is a camera's clock.
 pub(super) const SUSPECTED: f64 = 15.0;
-/// The same for a tag while, or shortly after, a camera contradicts others, which spoils tracks: several, or one alone, of which
-/// either may be right.
-const RAISED_AMID: [f64; 2] = [100.0, f64::INFINITY];
+/// Nanoseconds after a camera contradicted others, which spoils tracks, in which no evidence names a tag.
 const AMID_NS: u64 = 2_000_000_000;
 /// Evidence by which a fault must exceed another that explains the same; as which it counts that a fault is of one parameter.
 const MARGIN: f64 = 15.0;
@@ -64,11 +64,18 @@ pub(super) struct Suspects {
     /// Whether something may be wrong.
     alert: bool,
     judged_ns: u64,
-    /// Until when a camera's contradiction may show in other views, and what tags' evidence must reach until then.
+    /// Until when a camera's contradiction may show in other views.
     amid_until_ns: u64,
-    raised_amid: f64,
-    /// Where a contest is held of who is wrong: the tags that may be named by evidence alone.
-    admitted: Option<Vec<Tag>>,
+    admitted: Admitted,
+}
+
+/// What may be named by evidence alone.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub(super) struct Admitted {
+    /// Tags whose sizes may be.
+    pub sizes: Vec<Tag>,
+    /// Whether whatever is loud may be.
+    pub loud: bool,
 }
 
 /// For which causes a view's evidence counts.
@@ -138,8 +145,8 @@ impl Suspects {
     }
 
     /// Decides anew what is wrong, now and then while there is something: the cause that explains most, then what explains most
-    /// of the rest. `is_one_to_one` tells of a camera whether it contradicts but one other.
-    pub fn judge(&mut self, time_ns: u64, is_one_to_one: impl Fn(usize) -> bool) {
+    /// of the rest.
+    pub fn judge(&mut self, time_ns: u64) {
         if !self.alert || time_ns.abs_diff(self.judged_ns) < PAUSE_NS {
             return;
         }
@@ -148,8 +155,6 @@ impl Suspects {
         self.find(time_ns < self.amid_until_ns);
         if self.found.iter().any(is_of_camera) {
             self.amid_until_ns = time_ns.saturating_add(AMID_NS);
-            let of_two = |cause: &Cause| matches!(cause, Cause::Camera(one) if is_one_to_one(*one));
-            self.raised_amid = RAISED_AMID[usize::from(self.found.iter().any(of_two))];
         } else if self.amid_until_ns > 0 && time_ns >= self.amid_until_ns {
             self.amid_until_ns = 0;
             self.forget_tags();
@@ -163,15 +168,14 @@ impl Suspects {
         let mut open: Vec<(usize, Tag)> = self.cells.keys().copied().collect();
         let mut found = BTreeSet::new();
         loop {
-            let mut causes = self.causes(&open);
+            let mut causes = self.sorted_causes(&open);
             causes.retain(|(cause, _)| !found.iter().any(|other| spoils(other, cause)));
-            causes.sort_by(|a, b| b.1.total_cmp(&a.1));
             amid |= found.iter().any(is_of_camera);
             let known = |(cause, evidence): &(Cause, f64)| {
                 self.found.contains(cause) && *evidence >= CLEARED + MARGIN
             };
             let is_new = |one: &&(Cause, f64)| {
-                self.is_admitted(&one.0, amid) && self.stands_out(&causes, &open, amid)
+                self.is_admitted(one, amid) && self.stands_out(&causes, &open)
             };
             let first = causes.first().filter(is_new);
             let Some((cause, _)) = first.or_else(|| causes.iter().find(|one| known(one))) else {
@@ -184,30 +188,20 @@ impl Suspects {
     }
 
     /// Whether a cause may be named by evidence alone.
-    fn is_admitted(&self, cause: &Cause, amid: bool) -> bool {
-        self.admitted.as_ref().is_none_or(|tags| match cause {
-            Cause::Size(tag) | Cause::Place(tag) => !amid && tags.contains(tag),
-            Cause::Clock(_) | Cause::Camera(_) => false,
-        })
+    fn is_admitted(&self, (cause, evidence): &(Cause, f64), amid: bool) -> bool {
+        let is_loud = self.admitted.loud && *evidence > LOUD;
+        is_loud || !amid && matches!(cause, Cause::Size(tag) if self.admitted.sizes.contains(tag))
     }
 
     /// Whether the first of the causes is beyond doubt, though it was not known.
-    fn stands_out(&self, causes: &[(Cause, f64)], open: &[(usize, Tag)], amid: bool) -> bool {
+    fn stands_out(&self, causes: &[(Cause, f64)], open: &[(usize, Tag)]) -> bool {
         let Some(((cause, evidence), others)) = causes.split_first() else {
             return false;
-        };
-        let enough = match cause {
-            Cause::Size(_) | Cause::Place(_) if amid => self.raised_amid.max(RAISED_AMID[0]),
-            _ => RAISED,
         };
         let is_rival = |other: &Cause| share(cause, other, open) && !is_part(cause, other);
         let rival = others.iter().find(|(other, _)| is_rival(other));
         let alone = rival.is_none_or(|(_, other)| *other <= evidence - MARGIN);
-        // Another fault spoils what is known of the errors that are stated of a camera.
-        let may_be_spoilt =
-            matches!(cause, Cause::Camera(_)) && self.found.iter().any(|found| found != cause);
-        let is_clear = || self.accused(cause).is_some_and(Accused::is_beyond_doubt);
-        *evidence >= enough && alone && (!may_be_spoilt || is_clear()) && self.explains(cause)
+        *evidence >= RAISED && alone && self.explains(cause)
     }
 
     /// What was held against tags while tracks were spoilt, unless it was found to be wrong.
@@ -248,6 +242,13 @@ impl Suspects {
     fn strength(&self, cause: &Cause) -> f64 {
         let accused = self.accused(cause);
         accused.map_or(0.0, |of| of.strengths()[usize::from(!is_simple(cause))])
+    }
+
+    /// The same, the most evidence first.
+    fn sorted_causes(&self, open: &[(usize, Tag)]) -> Vec<(Cause, f64)> {
+        let mut causes = self.causes(open);
+        causes.sort_by(|a, b| b.1.total_cmp(&a.1));
+        causes
     }
 
     /// The causes that some evidence speaks for, and how much: never more than their own parameters do.

@@ -153,6 +153,11 @@ impl Track {
         best.state.clock_agreement(prior_s, asked, lasting)
     }
 
+    /// Whether the clocks that nobody vouches for are known not to agree, and by how much.
+    pub fn knows_clocks(&self) -> bool {
+        self.timing.open
+    }
+
     /// What is to be published: the rival while it lives, for it knows what it does not know.
     pub(super) fn leading(&self) -> &Self {
         self.rival.as_deref().unwrap_or(self)

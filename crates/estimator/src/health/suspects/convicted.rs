@@ -1,7 +1,7 @@
 //! What a contest takes from the suspects and what it tells them.
 
 use super::super::contest::{Contender, LeftOut};
-use super::{ALERT, Cause, SIMPLE, Suspects, Tag, covers};
+use super::{ALERT, Admitted, Cause, SIMPLE, Suspects, Tag, covers};
 use crate::TagId;
 
 impl Suspects {
@@ -45,9 +45,9 @@ impl Suspects {
         self.found.iter().filter_map(left_out).collect()
     }
 
-    /// A contest is held where something is wrong: evidence may name but these tags.
-    pub fn admit(&mut self, tags: Vec<Tag>) {
-        self.admitted = Some(tags);
+    /// Evidence alone may name but these.
+    pub fn admit(&mut self, admitted: Admitted) {
+        self.admitted = admitted;
     }
 
     /// It is this one: a single parameter of it if that explains as much.
