@@ -79,7 +79,7 @@ pub(crate) enum Attention {
 /// Nanoseconds without a sight for which a track foretells where its object is.
 const LATELY_NS: u64 = 100_000_000;
 /// Images of a camera of which one is looked at.
-const NOW_AND_THEN: usize = 2;
+const NOW_AND_THEN: usize = 3;
 
 /// What became of the views of an instant, for good.
 #[derive(Debug, Clone, PartialEq)]

@@ -23,18 +23,25 @@ pub(super) struct Instant {
     pub images: BTreeMap<usize, Arc<ObjectImage>>,
 }
 
+/// Stale instants that are dropped with each that comes: one image need not wait for all.
+const DROPPED: usize = 4;
+
 /// One object's.
 #[derive(Debug, Default)]
 pub(super) struct Recall {
     /// The tracks at the last two marks, the older first.
     marks: [Option<Track>; 2],
-    /// Since the older mark.
+    /// Since the older mark, behind those that are to be dropped.
     instants: VecDeque<Instant>,
+    stale: usize,
 }
 
 impl Recall {
     pub fn add(&mut self, instant: Instant) {
         self.instants.push_back(instant);
+        let dropped = self.stale.min(DROPPED);
+        drop(self.instants.drain(..dropped));
+        self.stale -= dropped;
     }
 
     /// The track to begin with.
@@ -56,7 +63,7 @@ impl Recall {
         let last_ns = self.instants.back()?.time_ns;
         let is_fresh = |mark: &&Track| last_ns < mark.time_ns.saturating_add(FRESH_NS);
         let mut track = Cow::Borrowed(self.mark_before().filter(is_fresh)?);
-        for instant in &self.instants {
+        for instant in self.instants.range(self.stale..) {
             let others = instant.images.values().map(Arc::as_ref);
             let others = others.filter(|image| !cameras.contains(&image.camera_index));
             let others: Vec<&ObjectImage> = others.collect();
@@ -69,31 +76,31 @@ impl Recall {
 
     /// One of the instants since then.
     pub fn instant(&self, index: usize) -> Option<&Instant> {
-        self.instants.get(index)
+        self.instants.get(self.stale + index)
     }
 
     /// How many there are.
     pub fn len(&self) -> usize {
-        self.instants.len()
+        self.instants.len() - self.stale
     }
 
     /// Whether it can hold no more.
     pub fn is_full(&self) -> bool {
-        self.instants.len() >= MOST
+        self.len() >= MOST
     }
 
     /// Notes how the track is while nothing is wrong.
     pub fn mark(&mut self, track: &Track) {
         // What is wrong from the first image on is not known at once: the first mark waits as well.
-        let first_ns = self.instants.front().map_or(0, |one| one.time_ns);
+        let first_ns = self.instant(0).map_or(0, |one| one.time_ns);
         let newest = self.marks[1].as_ref();
         let newest_ns = newest.map_or(first_ns.saturating_add(SPACING_NS), |mark| mark.time_ns);
         let is_due = track.time_ns >= newest_ns.saturating_add(SPACING_NS);
-        if is_due || self.instants.len() > BETWEEN {
+        if is_due || self.len() > BETWEEN {
             let [_, newer] = std::mem::take(&mut self.marks);
             let since_ns = newer.as_ref().map_or(track.time_ns, |mark| mark.time_ns);
             self.marks = [newer, Some(track.clone())];
-            self.instants.retain(|one| one.time_ns > since_ns);
+            self.stale = self.instants.partition_point(|one| one.time_ns <= since_ns);
         }
     }
 }
