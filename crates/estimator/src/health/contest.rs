@@ -172,12 +172,17 @@ impl Contest {
     /// The one that is wrong, if that is clear. Of two cameras nobody can tell which it is: either stands for both.
     pub fn verdict(&self) -> Option<LeftOut> {
         let ranked = self.ranked()?;
-        let ((gone, first), others) = ranked.split_first()?;
+        let (most, _) = ranked.first()?;
+        // Who leaves out more explains as much, but not by a fault of its own.
+        let mut faulty = ranked.iter().filter(|(_, one)| one.is_faulty());
+        let (gone, first) = faulty
+            .next()
+            .filter(|(gone, _)| *gone > most - ABOUT_AS_MUCH)?;
         let of_two = |one: &Contender| {
             let is_camera = |of: &Contender| matches!(of.left_out, Some(LeftOut::Camera(_)));
             self.cameras == 2 && is_camera(first) && is_camera(one)
         };
-        let rival = others.iter().find(|(_, one)| !of_two(one));
+        let rival = faulty.find(|(_, one)| !of_two(one));
         let left_by_rival = rival.map_or(self.all.misfit, |(_, one)| one.misfit);
         let gone_by_rival = rival.map_or(0.0, |(gone, _)| *gone);
         let explains_most = *gone > GONE * self.all.misfit && first.misfit < LESS * left_by_rival;
@@ -186,10 +191,7 @@ impl Contest {
         let stands_out = *gone > RAISED
             && first.misfit < left_by_rival - RAISED
             && (explains_most || explains_more);
-        let explains = || first.accused.explain().contains(&true);
-        (stands_out && first.evidence() > RAISED && explains())
-            .then_some(first.left_out)
-            .flatten()
+        stands_out.then_some(first.left_out).flatten()
     }
 
     /// The contender for whom that is left out.
@@ -339,6 +341,11 @@ impl Contender {
         let strengths = self.accused.strengths();
         let sum = |cause: usize| self.cells.values().map(|cell| cell[cause]).sum::<f64>();
         [0, 1].map(|cause| sum(cause).min(strengths[cause]))
+    }
+
+    /// Whether what is left out has a fault that explains it.
+    fn is_faulty(&self) -> bool {
+        self.evidence() > RAISED && self.accused.explain().contains(&true)
     }
 
     fn evidence(&self) -> f64 {
