@@ -28,7 +28,7 @@ const STEPS: usize = 6;
 /// Share of the misfit that must be gone without the one that is named, and the most that may be left of what is left without another.
 const GONE: f64 = 0.7;
 const LESS: f64 = 0.5;
-/// Share of the misfit by which another may explain more than a tag that other evidence speaks against, and as a logarithm of odds.
+/// Share of the misfit by which another may explain more than one that other evidence speaks against, and as a logarithm of odds.
 const HARDLY_MORE: f64 = 0.2;
 const ABOUT_AS_MUCH: f64 = 10.0;
 /// Nanoseconds of a contest before which it says nothing of tags.
@@ -214,11 +214,16 @@ impl Contest {
         }
     }
 
+    /// What must be gone without one who explains about as much as the most.
+    fn about(&self, most: f64) -> f64 {
+        most - ABOUT_AS_MUCH.max(HARDLY_MORE * self.all.misfit)
+    }
+
     fn likely_tags(&self) -> Vec<(usize, TagId)> {
         let is_old = self.age_ns > YOUNG_NS;
         let ranked = self.ranked().filter(|_| is_old).unwrap_or_default();
         let most = ranked.first().map_or(0.0, |(gone, _)| *gone);
-        let enough = most - ABOUT_AS_MUCH.max(HARDLY_MORE * self.all.misfit);
+        let enough = self.about(most);
         let ranked = ranked.into_iter().filter(move |(gone, _)| *gone >= enough);
         let tag_of = |(_, one): (f64, &Contender)| match one.left_out {
             Some(LeftOut::Tag(tag)) => Some((self.object, tag)),
