@@ -17,6 +17,7 @@ mod strays;
 mod support;
 mod suspects;
 mod testimony;
+mod weariness;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -25,7 +26,6 @@ use crate::TagId;
 use crate::filter::learned::Learned;
 use contest::Contest;
 use count::{Count, kept};
-use inquiry::Weariness;
 use lasting::Lasting;
 use recall::Recall;
 use strays::Strays;
@@ -33,6 +33,7 @@ pub(crate) use strays::{Elsewhere, Ray};
 use support::Support;
 use suspects::{Cause, Counts, Suspects};
 pub(crate) use testimony::{Account, Testimony};
+use weariness::Weariness;
 
 /// Views, counted with that memory, from which on a share means something.
 const FEWEST: f64 = 3.0;

@@ -205,8 +205,8 @@ impl Contest {
         self.age_ns > LONG_NS
     }
 
-    /// What evidence alone may name: sizes of tags than which no other explains much more, and whatever is loud where nobody alone seems
-    /// to be wrong and errors are not stated.
+    /// What evidence alone may name: sizes of tags than which no other explains much more, and whatever is loud where errors are not
+    /// stated.
     pub fn admitted(&self, site: &Site) -> Admitted {
         Admitted {
             sizes: self.likely_tags(),

@@ -1,5 +1,5 @@
-//! A contest decides who is named ([`super::contest`]): evidence by the track that is published can't tell who spoils it. Without one it
-//! names but sizes of tags, and what is loud.
+//! Who is wrong is asked while something may be ([`super::contest`]): evidence by the track that is published can't tell who spoils it.
+//! Without a verdict it names but sizes of tags, and what is loud.
 
 use super::contest::Contest;
 use super::count::Count;
@@ -13,31 +13,6 @@ use crate::track::Track;
 
 /// Nanoseconds between a contest that has found one and the next.
 const PAUSE_NS: u64 = 500_000_000;
-/// Nanoseconds of contests in vain after which none is held, and how often as many until the next.
-const PATIENCE_NS: u64 = 5_000_000_000;
-const REST: u64 = 9;
-
-/// For how long contests have been held: where errors are not stated, views contradict for ever.
-#[derive(Debug, Default)]
-pub(super) struct Weariness {
-    at_ns: u64,
-    spent_ns: u64,
-    rests: bool,
-}
-
-impl Weariness {
-    /// Whether a contest may be held now; `is_held` tells whether one has been since.
-    fn allows(&mut self, now_ns: u64, is_held: bool) -> bool {
-        let gone_ns = now_ns.saturating_sub(std::mem::replace(&mut self.at_ns, now_ns));
-        self.spent_ns = if is_held {
-            self.spent_ns.saturating_add(gone_ns)
-        } else {
-            self.spent_ns.saturating_sub(gone_ns / REST)
-        };
-        self.rests = self.spent_ns > PATIENCE_NS || (self.rests && self.spent_ns > 0);
-        !self.rests
-    }
-}
 
 impl Health {
     /// Remembers an object's images at a settled instant.
@@ -126,27 +101,5 @@ impl Health {
             }
             None => self.contest = Some(contest),
         }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    const SECOND_NS: u64 = 1_000_000_000;
-
-    #[test]
-    fn of_what_nobody_explains_one_grows_weary_and_recovers() {
-        let mut weariness = Weariness::default();
-        let mut allowed = Vec::new();
-        let mut is_held = false;
-        for second in 1..=120 {
-            is_held = weariness.allows(second * SECOND_NS, is_held);
-            allowed.push(is_held);
-        }
-        let held = allowed.iter().filter(|held| **held).count();
-        assert!(allowed[..6].iter().all(|held| *held));
-        assert!((12..=18).contains(&held), "{held}");
-        assert!(allowed[60..].contains(&true));
     }
 }

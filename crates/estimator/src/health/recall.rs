@@ -15,6 +15,8 @@ const FRESH_NS: u64 = 2_000_000_000;
 /// Instants between two marks, and in all, at most: the second is some four seconds of ten cameras.
 const BETWEEN: usize = 300;
 const MOST: usize = 1500;
+/// Stale instants that are dropped with each that comes: one image need not wait for all.
+const DROPPED: usize = 4;
 
 /// Images that are taken at once.
 #[derive(Debug, Clone)]
@@ -22,9 +24,6 @@ pub(super) struct Instant {
     pub time_ns: u64,
     pub images: BTreeMap<usize, Arc<ObjectImage>>,
 }
-
-/// Stale instants that are dropped with each that comes: one image need not wait for all.
-const DROPPED: usize = 4;
 
 /// One object's.
 #[derive(Debug, Default)]
@@ -115,28 +114,27 @@ mod tests {
         track
     }
 
-    #[test]
-    fn for_a_second_it_reaches_back_to_the_beginning() {
+    /// So many instants and marks, each a tenth of a second after the last.
+    fn remembered(steps: u64) -> Recall {
         let mut recall = Recall::default();
-        for step in 1..=10 {
-            let time_ns = step * 100_000_000;
+        for time_ns in (1..=steps).map(|step| step * 100_000_000) {
             let images = BTreeMap::new();
             recall.add(Instant { time_ns, images });
             recall.mark(&track(time_ns));
         }
+        recall
+    }
+
+    #[test]
+    fn for_a_second_it_reaches_back_to_the_beginning() {
+        let recall = remembered(10);
         assert_eq!(recall.start(), Track::default());
         assert_eq!(recall.len(), 10);
     }
 
     #[test]
     fn it_reaches_back_to_the_mark_before_the_last() {
-        let mut recall = Recall::default();
-        for step in 1..=24 {
-            let time_ns = step * 100_000_000;
-            let images = BTreeMap::new();
-            recall.add(Instant { time_ns, images });
-            recall.mark(&track(time_ns));
-        }
+        let recall = remembered(24);
         let first = recall.instant(0).map(|instant| instant.time_ns);
         assert_eq!(recall.start().time_ns, 1_600_000_000);
         assert_eq!(first, Some(1_700_000_000));

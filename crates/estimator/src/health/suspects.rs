@@ -21,7 +21,7 @@ const CLEARED: f64 = 10.0;
 const LOUD: f64 = 300.0;
 /// The same from which on it is tried whether it is a camera's clock.
 pub(super) const SUSPECTED: f64 = 15.0;
-/// Nanoseconds after a camera contradicted others, which spoils tracks, in which no evidence names a tag.
+/// Nanoseconds after a camera contradicted others, which spoils tracks, in which none but loud evidence names a tag.
 const AMID_NS: u64 = 2_000_000_000;
 /// Evidence by which a fault must exceed another that explains the same; as which it counts that a fault is of one parameter.
 const MARGIN: f64 = 15.0;

@@ -51,7 +51,6 @@ fn view(camera: usize, id: u32, round: u32, displaced: Vector6<f64>) -> Testimon
     }
 }
 
-/// What is found after some rounds of three cameras and three tags, each displaced as is said.
 /// What has been told, of which the last of a second has been decided.
 fn told(mut suspects: Suspects, displaced: impl Fn(usize, u32, u32) -> Vector6<f64>) -> Suspects {
     for round in 0..30 {
