@@ -173,11 +173,8 @@ impl Contest {
     pub fn verdict(&self) -> Option<LeftOut> {
         let ranked = self.ranked()?;
         let (most, _) = ranked.first()?;
-        // Who leaves out more explains as much, but not by a fault of its own.
         let mut faulty = ranked.iter().filter(|(_, one)| one.is_faulty());
-        let (gone, first) = faulty
-            .next()
-            .filter(|(gone, _)| *gone > most - ABOUT_AS_MUCH)?;
+        let (gone, first) = faulty.next()?;
         let of_two = |one: &Contender| {
             let is_camera = |of: &Contender| matches!(of.left_out, Some(LeftOut::Camera(_)));
             self.cameras == 2 && is_camera(first) && is_camera(one)
@@ -185,9 +182,11 @@ impl Contest {
         let rival = faulty.find(|(_, one)| !of_two(one));
         let left_by_rival = rival.map_or(self.all.misfit, |(_, one)| one.misfit);
         let gone_by_rival = rival.map_or(0.0, |(gone, _)| *gone);
+        // Who has no fault of his own leaves out more and so a little less misfit: he is no rival of one who explains nearly all.
         let explains_most = *gone > GONE * self.all.misfit && first.misfit < LESS * left_by_rival;
         // What nobody explains may be errors that nobody states.
-        let explains_more = self.is_long() && gone_by_rival < LESS * gone;
+        let is_first = *gone > most - ABOUT_AS_MUCH;
+        let explains_more = self.is_long() && is_first && gone_by_rival < LESS * gone;
         let stands_out = *gone > RAISED
             && first.misfit < left_by_rival - RAISED
             && (explains_most || explains_more);
