@@ -120,34 +120,22 @@ impl Report {
 /// A pass over the image begins with [`Self::pass_began`]; what is told until the next one belongs to it.
 pub trait Observer {
     /// A stage has just ended.
-    fn stage_ended(&mut self, stage: Stage) {
-        let _ = stage;
-    }
+    fn stage_ended(&mut self, _stage: Stage) {}
 
     /// A pass begins; the next one uses another threshold.
-    fn pass_began(&mut self, pass: Pass) {
-        let _ = pass;
-    }
+    fn pass_began(&mut self, _pass: Pass) {}
 
     /// All pixels of the border's colour: column and row of each, and its component, a number that no other one of the pass has.
-    fn labelled(&mut self, pixels: impl Iterator<Item = ([u16; 2], u32)>) {
-        let _ = pixels;
-    }
+    fn labelled(&mut self, _pixels: impl Iterator<Item = ([u16; 2], u32)>) {}
 
     /// A quad was found around a candidate; corners in pixels, clockwise from any.
-    fn quad_found(&mut self, corners: &[[f32; 2]; 4]) {
-        let _ = corners;
-    }
+    fn quad_found(&mut self, _corners: &[[f32; 2]; 4]) {}
 
     /// A candidate was turned down; corners of its quad, or of its box where it has none, in pixels, clockwise from any.
-    fn rejected(&mut self, reason: Rejection, corners: &[[f32; 2]; 4]) {
-        let _ = (reason, corners);
-    }
+    fn rejected(&mut self, _reason: Rejection, _corners: &[[f32; 2]; 4]) {}
 
     /// The corners of a tag were found below the pixel; `before` are those with which it was read, in the same order.
-    fn refined(&mut self, before: &[[f32; 2]; 4], tag: &Detection) {
-        let _ = (before, tag);
-    }
+    fn refined(&mut self, _before: &[[f32; 2]; 4], _tag: &Detection) {}
 }
 
 impl Observer for () {}
