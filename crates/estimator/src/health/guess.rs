@@ -87,7 +87,7 @@ impl<const D: usize> Guess<D> {
             *mean += ((square / USUAL).min(MORE * *mean) - *mean) / RECENT;
         };
         follow(&mut self.left, left);
-        follow(&mut self.found, square / weight);
+        follow(&mut self.found, square.max(0.0) / weight);
         // What is alike in all views is no outlier, however large.
         let vote = (FREEDOM + USUAL) / (FREEDOM + left / self.left.max(1.0));
         self.learn(told, vote.min(1.0) / weight);
@@ -109,5 +109,36 @@ impl<const D: usize> Guess<D> {
         let keep = 1.0 - 1.0 / self.memory;
         self.information = self.information * keep + told.information * vote;
         self.pull = self.pull * keep + told.pull * vote;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A view that shows the parameter at 1.
+    fn told() -> Told<1> {
+        Told {
+            information: SMatrix::from_element(1e3),
+            pull: SVector::from_element(1e3),
+            stated: SVector::zeros(),
+        }
+    }
+
+    #[test]
+    fn views_that_leave_less_than_nothing_do_not_outweigh_what_others_leave() {
+        let mut guess = Guess::<1>::new(SVector::from_element(10.0), 30.0);
+        let nothing = Told {
+            pull: SVector::zeros(),
+            ..told()
+        };
+        for _ in 0..50 {
+            guess.gain(&nothing, (-4.0, 1.0));
+        }
+        // All of much but a share.
+        for _ in 0..50 {
+            guess.gain(&told(), (1040.0, 1.0));
+        }
+        assert!(guess.explains(0.1));
     }
 }
