@@ -33,7 +33,7 @@ const HARDLY_MORE: f64 = 0.2;
 const ABOUT_AS_MUCH: f64 = 10.0;
 /// Nanoseconds of a contest before which it says nothing of tags.
 const YOUNG_NS: u64 = 200_000_000;
-/// The same after which it is enough to explain more than others do.
+/// The same after which it is enough to explain half, and more than others do.
 const LONG_NS: u64 = 1_000_000_000;
 
 /// What is left out of a track.
@@ -183,10 +183,12 @@ impl Contest {
         let left_by_rival = rival.map_or(self.all.misfit, |(_, one)| one.misfit);
         let gone_by_rival = rival.map_or(0.0, |(gone, _)| *gone);
         // Who has no fault of his own leaves out more and so a little less misfit: he is no rival of one who explains nearly all.
-        let explains_most = *gone > GONE * self.all.misfit && first.misfit < LESS * left_by_rival;
-        // What nobody explains may be errors that nobody states.
+        let explains = |share: f64| *gone > share * self.all.misfit;
+        let explains_most = explains(GONE) && first.misfit < LESS * left_by_rival;
+        // What nobody explains may be errors that nobody states, or that are as stated.
         let is_first = *gone > most - ABOUT_AS_MUCH;
-        let explains_more = self.is_long() && is_first && gone_by_rival < LESS * gone;
+        let explains_more =
+            self.is_long() && is_first && explains(LESS) && gone_by_rival < LESS * gone;
         let stands_out = *gone > RAISED
             && first.misfit < left_by_rival - RAISED
             && (explains_most || explains_more);
