@@ -13,8 +13,8 @@ const REST_OF_CLOCK: f64 = 0.15;
 /// Views after which one counts 1/e: a tag is seen by several cameras.
 const MEMORY: f64 = 30.0;
 const MEMORY_OF_TAG: f64 = 60.0;
-/// Half the squared sigmas of an error beyond which it is not as is stated.
-const UNLIKELY: f64 = 12.5;
+/// Half the squared sigmas of an error beyond which it is not as is stated: of six numbers one in 10⁸ by chance.
+const UNLIKELY: f64 = 25.0;
 /// Sigmas of what is possible: metres and radians of a camera, of a tag; share of a size; seconds.
 const CAMERA: [f64; 2] = [0.1, 0.1];
 const PLACE: [f64; 2] = [0.02, 0.2];
