@@ -9,7 +9,8 @@
 //! the light's slope (2), the blur's covariance (3), which takes in the lens and straight motion, its shape, which takes in
 //! sharpening, the grey that blur mixes in from beyond the ring, and the gain. (Least squares on images: Baker & Matthews,
 //! Lucas-Kanade 20 years on, IJCV 2004.) First with a few of the pixels, then with all of them, mostly once. The
-//! parameters' covariance is that of least squares, made larger by what residuals do not tell.
+//! parameters' covariance is that of least squares, made larger where residuals along a line of the pattern agree, which
+//! noise would not.
 
 #![allow(
     clippy::needless_range_loop,
@@ -26,7 +27,6 @@ mod straightened;
 
 use crate::Image;
 use crate::edges::Corners;
-use crate::kernels::MAX_GROUPS;
 use crate::reading::Reading;
 use equations::Equations;
 use model::{Model, TUKEY};
@@ -39,7 +39,7 @@ use straightened::Straightened;
 /// Residuals in standard deviations of the image's noise up to which its covariance says what the corners are worth:
 /// aliasing, sharpening and compression leave several times the noise that flat parts show. Where print or optics are others
 /// than the model's, residuals are ten times as large and more; the edges need no more than that the border is straight.
-const MOST_NOISES: f32 = 5.0;
+const MOST_NOISES: f32 = 8.0;
 
 /// By how much the edges' variance may be larger than what they state: how far their lines scatter does not tell what blur
 /// brings to all of a line from beside the border.
@@ -57,11 +57,6 @@ const SHIFT: f32 = 12_582_912.0;
 
 /// Standard deviation of what rounding to whole grey levels adds.
 const ROUNDING: f32 = 0.29;
-
-/// By how much corners' variance is larger than that of least squares: pixels' weights give way too (Huber, Robust Statistics,
-/// 1981, 6.6), and what the model does not know of optics, print and light moves neighbours alike. So it is on average over drawn
-/// pictures with exact truth; a factor of its own for each tag weighs tags no better against one another.
-const UNTOLD: f32 = 1.9;
 
 /// Fits patterns; keeps its memory between tags.
 #[derive(Debug, Default)]
@@ -95,14 +90,15 @@ impl PatternFitter {
         if let Some(straightened) = &straightened {
             outline = outline.map(|place| straightened.pixel(place).unwrap_or(place));
         }
-        self.pixels.choose(image, &outline, levels);
+        let edges_px = pattern.edges_px(state.size_px);
+        self.pixels.choose(image, &outline, levels, edges_px);
         if let Some(straightened) = &straightened {
             self.pixels.straighten(straightened);
         }
-        self.settle(&pattern, levels, &mut state)?;
+        let excess = self.settle(&pattern, levels, &mut state)?;
 
-        let residual = (levels * self.equations.variance_left.sqrt()).max(ROUNDING);
-        let variance = UNTOLD * (residual / levels).powi(2);
+        let residual = levels * self.equations.residual_variance().sqrt();
+        let variance = (residual.max(ROUNDING) / levels).powi(2) * excess;
         let covariance = state.corner_covariances(&self.equations);
         let covariance = covariance.map(|corner| corner.map(|value| value * variance));
 
@@ -127,39 +123,37 @@ impl PatternFitter {
     }
 
     /// Steps with a few of the pixels until the corners are about where they belong, then with all until they rest; what
-    /// strays much from what is usual then counts less.
+    /// strays much from what is usual then counts less. Returns by how much variances are larger than the last equations say.
     #[inline(always)]
-    fn settle(&mut self, pattern: &Pattern, levels: f32, state: &mut State) -> Option<()> {
-        const ENOUGH_GROUPS: usize = 8;
+    fn settle(&mut self, pattern: &Pattern, levels: f32, state: &mut State) -> Option<f32> {
+        const ENOUGH_GROUPS: usize = 10;
         // After a step with a few pixels that moves no corner farther, one with all of them is likely to settle it; after such a
         // one with all the next would hardly move corners by a thousandth of a pixel, as each doubles the digits that are right.
         const REST_PX: [f32; 2] = [0.2, 0.06];
         const MOST_STEPS: usize = 6;
-        let mut scale = START_SCALE;
-        for (most_groups, rest_px) in [ENOUGH_GROUPS, MAX_GROUPS].into_iter().zip(REST_PX) {
+        let few = (self.pixels.groups().len() / ENOUGH_GROUPS).max(1);
+        let (mut scale, mut step) = (START_SCALE, [0.0; _]);
+        for (every, rest_px) in [few, 1].into_iter().zip(REST_PX) {
             for _ in 0..MOST_STEPS {
-                self.linearise(
-                    &Model::new(pattern, state, scale, levels)?,
-                    scale,
-                    most_groups,
-                );
-                let step = self.equations.solve(&state.priors());
+                self.linearise(&Model::new(pattern, state, scale, levels)?, scale, every);
+                step = self.equations.solve(&state.priors());
                 state.step(&step)?;
-                scale = self.equations.variance.sqrt().max(MODEL_SCALE);
+                scale = self.equations.residual_variance().sqrt().max(MODEL_SCALE);
                 if state.motion(&step) < rest_px {
                     break;
                 }
             }
         }
-        Some(())
+        self.equations.take_step(&step);
+        Some(self.equations.excess())
     }
 
-    /// The equations of so many groups of pixels, those straying by more than a share of the contrast counting less.
+    /// The equations of one of so many groups of pixels, those straying by more than a share of the contrast counting less.
     #[inline(always)]
-    fn linearise(&mut self, model: &Model<'_>, scale: f32, most_groups: usize) {
+    fn linearise(&mut self, model: &Model<'_>, scale: f32, every: usize) {
         let equations = &mut self.equations;
         equations.clear(TUKEY * scale);
-        for group in self.pixels.groups().iter().take(most_groups) {
+        for group in self.pixels.groups().iter().step_by(every) {
             match (model.n_edges, model.state.is_sharp()) {
                 (1, false) => model.linearise::<1, false>(group, equations),
                 (1, true) => model.linearise::<1, true>(group, equations),

@@ -1,6 +1,6 @@
 //! What compilers need to be told to make use of AVX2.
 
-use super::{Lanes, POINTS, Pairs, ROWS};
+use super::{Column, MAX_GROUPS, POINTS, Pairs, ROWS, Sums};
 use std::arch::x86_64::*;
 use std::mem::transmute;
 use std::sync::LazyLock;
@@ -38,13 +38,61 @@ pub(super) unsafe fn pairs(pixels: &[u8], stride: usize, at: &[u32; POINTS]) -> 
     }
 }
 
-/// Adds the products of as many numbers to their sums, by an instruction that compilers do not find.
+/// Columns whose products with another are summed together; fewer at the diagonal.
+const TOGETHER: usize = 4;
+
+/// Sums of products of neighbours have an instruction that compilers do not find.
 #[target_feature(enable = "avx2")]
-pub(super) fn add_products(sums: Lanes, a: &[i16; ROWS], b: &[i16; ROWS]) -> Lanes {
-    // SAFETY: numbers of 16 bits and of 32, as many as vectors hold.
-    unsafe {
-        let [a, b] = [a, b].map(|numbers| transmute::<[i16; ROWS], __m256i>(*numbers));
-        let sums = transmute::<Lanes, __m256i>(sums);
-        transmute::<__m256i, Lanes>(_mm256_add_epi32(sums, _mm256_madd_epi16(a, b)))
+pub(super) fn products(columns: &[Column], n_groups: usize, sums: &mut Sums) {
+    for (i, (column, sums)) in columns.iter().zip(sums).enumerate() {
+        let sums = sums.as_chunks_mut().0;
+        for (others, sums) in columns[..=i].chunks(TOGETHER).zip(sums) {
+            *sums = match others {
+                [a] => products_with(column, [a], n_groups),
+                [a, b] => products_with(column, [a, b], n_groups),
+                [a, b, c] => products_with(column, [a, b, c], n_groups),
+                [a, b, c, d, ..] => products_with(column, [a, b, c, d], n_groups),
+                [] => continue,
+            };
+        }
     }
+}
+
+#[target_feature(enable = "avx2")]
+fn products_with<const N: usize>(
+    column: &Column,
+    others: [&Column; N],
+    n_groups: usize,
+) -> [i32; TOGETHER] {
+    // SAFETY: groups are as long as vectors, which need not be aligned.
+    let load = |group: &[i16; ROWS]| unsafe { _mm256_loadu_si256(group.as_ptr().cast()) };
+    let mut sums = [_mm256_setzero_si256(); TOGETHER];
+    let mut add = |group: usize| {
+        let numbers = load(&column[group]);
+        for (sum, other) in sums.iter_mut().zip(others) {
+            *sum = _mm256_add_epi32(*sum, _mm256_madd_epi16(numbers, load(&other[group])));
+        }
+    };
+    // Several at a time, for a loop so short.
+    const AT_A_TIME: usize = 4;
+    let n_groups = n_groups.min(MAX_GROUPS);
+    let many = n_groups / AT_A_TIME * AT_A_TIME;
+    for first in (0..many).step_by(AT_A_TIME) {
+        (first..first + AT_A_TIME).for_each(&mut add);
+    }
+    (many..n_groups).for_each(&mut add);
+    // The four vectors' lanes are added up side by side.
+    let pairs = _mm256_hadd_epi32(
+        _mm256_hadd_epi32(sums[0], sums[1]),
+        _mm256_hadd_epi32(sums[2], sums[3]),
+    );
+    let halves = (
+        _mm256_castsi256_si128(pairs),
+        _mm256_extracti128_si256::<1>(pairs),
+    );
+    let sums = _mm_add_epi32(halves.0, halves.1);
+    let mut products = [0_i32; TOGETHER];
+    // SAFETY: there is room for four numbers, which need not be aligned.
+    unsafe { _mm_storeu_si128(products.as_mut_ptr().cast(), sums) };
+    products
 }

@@ -156,6 +156,7 @@ impl<'a> Model<'a> {
             response * coverage.with_shape,
             contrast * mixed,
             response * coverage.with_ground,
+            self.pattern.line([u, v], coverage.across),
         ]
     }
 }

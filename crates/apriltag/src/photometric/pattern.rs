@@ -9,6 +9,7 @@ use super::SHIFT;
 use super::edge::{Edge, Profile};
 use super::equations::GROUP;
 use crate::Family;
+use crate::quad::Point;
 use sextant_tag_families::white_modules;
 
 /// Modules around the printed tag that are looked up like its own.
@@ -16,6 +17,9 @@ const PADDING: usize = 2;
 
 /// Modules of the padded pattern along either axis, at most.
 const SIZE: usize = 16;
+
+/// Numbers of lines: along either axis, and for edges that grow brighter and darker.
+pub(super) const LINES: usize = 4 * SIZE;
 
 /// Edges of either axis that blur mixes at a place, at most.
 pub(super) const MOST_EDGES: usize = 3;
@@ -72,6 +76,23 @@ impl Pattern {
     /// Width of a module when the square's is this.
     pub(super) fn module_px(&self, size_px: f32) -> f32 {
         size_px / (2.0 * self.half_border)
+    }
+
+    /// Length of all edges between black and white, which are about half of those between modules.
+    pub(super) fn edges_px(&self, size_px: f32) -> f32 {
+        (2.0 * self.half_border * self.ring).powi(2) * self.module_px(size_px)
+    }
+
+    /// The number of the line between modules at a place by how its grey changes across those of either axis.
+    #[inline(always)]
+    pub(super) fn line(&self, [u, v]: Point, across: Point) -> f32 {
+        let across_u = across[0].abs() > across[1].abs();
+        let place = if across_u { u } else { v };
+        let change = if across_u { across[0] } else { across[1] };
+        let line = place * self.half_border + self.middle + SHIFT - SHIFT;
+        let axis = if across_u { 0.0 } else { 2.0 };
+        let grows = if change > 0.0 { 1.0 } else { 0.0 };
+        4.0 * line + axis + grows
     }
 
     /// What crosses the neighbourhood of places, with the nearest `EDGES` edges along either axis.

@@ -1,60 +1,81 @@
 //! Which of a tag's pixels are looked at: those where the image is steep, which hold nearly all that it tells of the tag's
-//! place, and a few all over the tag, for black and white.
+//! place, and a few of the flat ones beside them, for black and white.
 
 use super::equations::GROUP;
 use super::straightened::Straightened;
 use crate::Image;
-use crate::kernels::{MAX_GROUPS, all_or_nothing, top_bits};
+use crate::kernels::MAX_GROUPS;
 use crate::quad::{Line, Quad};
 use std::array::from_fn;
 
-/// Pixels that are looked at, at most.
-const MOST: u32 = (MAX_GROUPS * GROUP) as u32;
+/// Pixels along a tile's edge. Tiles are taken one after the other, so that groups hold neighbours.
+const TILE: usize = 4;
 
-/// Distance between the pixels of a grid that are looked at, steep or not.
-const GRID: usize = 4;
+/// Pixels in a tile.
+const AREA: usize = TILE * TILE;
 
-/// Least difference between the neighbours on either side that makes a pixel steep, as a part of the contrast.
-const STEEP: f32 = 0.35;
+/// The pixel that is taken of every tile with steep ones, for black and white.
+const SAMPLE: u32 = 1 << 5;
 
-/// A bit for each pixel of a block that is on the grid.
-const EACH_OF_GRID: u32 = 0x1111_1111;
+/// Least difference between the neighbours on either side that makes a pixel steep, as a part of the contrast: in a sharp
+/// picture, and in a blurred one, whose edges are flatter.
+const STEEP: [f32; 2] = [0.6, 0.2];
 
-/// Rows at the lower rim, from which blocks reach beyond the pixels of an image.
-const RIM: usize = 4;
-
-/// Pixels beside each other that are asked at once.
-const BLOCK: usize = 32;
-
-/// Pixels: their places, straightened if there is a lens, and their greys.
-#[derive(Clone, Copy, Debug, Default)]
+/// Neighbouring pixels: their places, straightened if there is a lens, and their greys.
+#[derive(Clone, Copy, Debug)]
 pub(super) struct Group {
     pub(super) x: [f32; GROUP],
     pub(super) y: [f32; GROUP],
     pub(super) grey: [f32; GROUP],
 }
 
-/// The place of the first of pixels beside each other, and a bit for each, the least significant leftmost, set where it is to
-/// be looked at.
-#[derive(Clone, Copy, Debug)]
-struct Block {
-    x: u16,
-    y: u16,
-    marks: u32,
+/// A pixel in one number: its column in the lowest bits, its row from this bit on, its grey from that on.
+type Packed = u32;
+const ROW: u32 = Image::MAX_WIDTH.ilog2();
+const GREY: u32 = 2 * ROW;
+const _: () = assert!(Image::MAX_HEIGHT <= 1 << ROW && Image::MAX_WIDTH <= 1 << ROW);
+
+/// What is to be added for each pixel of a tile, column after column.
+const ASIDE: [Packed; AREA] = {
+    let mut aside = [0; AREA];
+    let mut at = 0;
+    while at < AREA {
+        aside[at] = (at / TILE + ((at % TILE) << ROW)) as Packed;
+        at += 1;
+    }
+    aside
+};
+
+/// A tile with steep pixels: its first pixel, without the grey, and a bit for each, column after column, set where it is steep.
+#[derive(Clone, Copy, Debug, Default)]
+struct Tile {
+    first: Packed,
+    steep: u32,
 }
 
 #[derive(Debug)]
 pub(super) struct Pixels {
     groups: Vec<Group>,
-    blocks: Vec<Block>,
+    /// The pixels that are looked at.
+    packed: Box<[Packed; MOST + AREA]>,
+    tiles: Vec<Tile>,
+    n_tiles: usize,
+    /// Of a row of tiles, a byte for each column of pixels, a bit for each row: set where the pixel is steep.
+    steep: Vec<[u8; TILE]>,
 }
+
+/// Pixels that are looked at, at most.
+const MOST: usize = MAX_GROUPS * GROUP;
 
 impl Default for Pixels {
     fn default() -> Self {
-        const MOST_BLOCKS: usize = (Image::MAX_WIDTH / BLOCK + 1) * Image::MAX_HEIGHT;
+        const MOST_TILES: usize = Image::MAX_WIDTH * Image::MAX_HEIGHT / AREA;
         Self {
             groups: Vec::with_capacity(MAX_GROUPS),
-            blocks: Vec::with_capacity(MOST_BLOCKS),
+            packed: Box::new([0; MOST + AREA]),
+            tiles: vec![Tile::default(); MOST_TILES],
+            n_tiles: 0,
+            steep: vec![[0; TILE]; Image::MAX_WIDTH / TILE],
         }
     }
 }
@@ -64,69 +85,127 @@ impl Pixels {
         &self.groups
     }
 
-    /// Gathers the pixels to look at of a tag with this outline and contrast: all that are steep, or some of these, evenly. Each
-    /// group has some from all over the tag.
+    /// Gathers the pixels to look at of a tag with this outline, contrast and length of all edges. In a sharp picture more of
+    /// them than that length are steep.
     #[inline(always)]
-    pub(super) fn choose(&mut self, image: &Image<'_>, outline: &Quad, contrast: f32) {
-        self.mark(image, outline, (STEEP * contrast).clamp(1.0, 255.0) as u8);
-        let marks = self.blocks.iter().map(|block| block.marks.count_ones());
-        let n_marked: u32 = marks.sum();
-        let n_groups = MOST.min(n_marked) / GROUP as u32;
-        let share = f64::from(n_groups * GROUP as u32) / f64::from(n_marked);
-        self.groups.clear();
-        self.groups.resize(n_groups as usize, Group::default());
-        let mut due = 0.0;
-        for Block { x, y, mut marks } in self.blocks.iter().copied() {
-            let row = image.row(usize::from(y));
-            while marks != 0 {
-                let x = usize::from(x) + marks.trailing_zeros() as usize;
-                marks &= marks - 1;
-                let number = due as u32;
-                due += share;
-                if number != due as u32 {
-                    let group = &mut self.groups[(number % n_groups) as usize];
-                    let i = (number / n_groups) as usize;
-                    group.x[i] = x as f32;
-                    group.y[i] = f32::from(y);
-                    group.grey[i] = f32::from(row[x]);
-                }
+    pub(super) fn choose(
+        &mut self,
+        image: &Image<'_>,
+        outline: &Quad,
+        contrast: f32,
+        edges_px: f32,
+    ) {
+        let mut n_steep = 0;
+        for steep in STEEP {
+            if n_steep as f32 <= edges_px {
+                self.mark(image, outline, (steep * contrast).clamp(1.0, 255.0) as u8);
+                let tiles = &self.tiles[..self.n_tiles];
+                n_steep = tiles.iter().map(|tile| tile.steep.count_ones()).sum();
             }
+        }
+        let n = self.list(image, n_steep + self.n_tiles as u32);
+        self.groups.clear();
+        for packed in self.packed[..n].as_chunks::<GROUP>().0 {
+            let mut group = Group {
+                x: [0.0; GROUP],
+                y: [0.0; GROUP],
+                grey: [0.0; GROUP],
+            };
+            for i in 0..GROUP {
+                let bits = |from: u32, n: u32| (packed[i] >> from & ((1 << n) - 1)) as i32 as f32;
+                group.x[i] = bits(0, ROW);
+                group.y[i] = bits(ROW, ROW);
+                group.grey[i] = bits(GREY, u8::BITS);
+            }
+            self.groups.push(group);
         }
     }
 
-    /// Marks the pixels within the outline that are steep or on the grid; none at the image's rim, as those there have no
-    /// neighbours.
+    /// Lists the pixels of the tiles that are marked, as many as there are, or of some of these. Returns how many pixels are listed.
+    #[inline(always)]
+    fn list(&mut self, image: &Image<'_>, n_marked: u32) -> usize {
+        let share = (MOST as f32 / n_marked as f32).min(1.0);
+        let (pixels, stride) = image.bytes();
+        let beyond: [u32; AREA] = from_fn(|at| (at % TILE * stride + at / TILE) as u32);
+        let packed = &mut *self.packed;
+        let (mut n, mut due) = (0, 0.5);
+        for Tile { first, steep } in &self.tiles[..self.n_tiles] {
+            due += share;
+            if due < 1.0 || n >= MOST {
+                continue;
+            }
+            due -= 1.0;
+            let (x, y) = (first % (1 << ROW), first >> ROW);
+            let pixels = &pixels[y as usize * stride + x as usize..];
+            let mut steep = steep | SAMPLE;
+            while steep != 0 {
+                let at = steep.trailing_zeros() as usize % AREA;
+                let grey = Packed::from(pixels[beyond[at] as usize]);
+                packed[n] = (first + ASIDE[at]) | grey << GREY;
+                steep &= steep - 1;
+                n += 1;
+            }
+        }
+        n.min(MOST)
+    }
+
+    /// Finds the tiles with steep pixels among those that are within the outline, or nearly; all but those at the image's rim, as
+    /// pixels there have no neighbours.
     #[inline(always)]
     fn mark(&mut self, image: &Image<'_>, outline: &Quad, least: u8) {
-        let (pixels, stride) = image.bytes();
+        const MIDDLE: f32 = (TILE - 1) as f32 / 2.0;
+        const NEARLY_PX: f32 = TILE as f32 / 2.0;
         let sides: [_; 4] = from_fn(|i| Line::through(outline[i], outline[(i + 1) % 4]));
+        let [first, end] = [image.width(), image.height()].map(|size| size - 1 - TILE);
         let rows = outline.map(|corner| corner[1]);
         let top = rows.into_iter().fold(f32::INFINITY, f32::min).max(1.0) as usize;
         let bottom = rows.into_iter().fold(0.0, f32::max) as usize;
-        self.blocks.clear();
-        for y in top..=bottom.min(image.height() - RIM) {
-            let (mut left, mut right) = (1.0_f32, (image.width() - 2) as f32);
+        self.n_tiles = 0;
+        for y in (top..=bottom.min(end)).step_by(TILE) {
+            // Columns in which tiles begin.
+            let (mut left, mut right) = (1.0_f32, first as f32);
             for Line { normal, offset } in sides.iter().flatten() {
-                let bound = (offset - normal[1] * y as f32) / normal[0];
+                let beyond = offset + NEARLY_PX - normal[1] * (y as f32 + MIDDLE);
+                let bound = beyond / normal[0] - MIDDLE;
                 if normal[0] > 0.0 {
                     right = right.min(bound);
                 } else if normal[0] < 0.0 {
                     left = left.max(bound);
                 }
             }
-            let grid = if y.is_multiple_of(GRID) {
-                EACH_OF_GRID
-            } else {
-                0
-            };
-            let end = (right + 1.0) as usize;
-            for x in (left as usize..end).step_by(BLOCK) {
-                let steep = steep_pixels(&pixels[(y - 1) * stride + x - 1..], stride, least);
-                let marks = (steep | grid) & u32::MAX >> BLOCK.saturating_sub(end - x);
-                let (x, y) = (x as u16, y as u16);
-                self.blocks.push(Block { x, y, marks });
+            if left <= right {
+                let columns = ((right - left) / TILE as f32) as usize + 1;
+                self.mark_row(image, [left as usize, y], columns, least);
             }
         }
+    }
+
+    /// Finds those of as many tiles of a row.
+    #[inline(always)]
+    fn mark_row(&mut self, image: &Image<'_>, [left, y]: [usize; 2], columns: usize, least: u8) {
+        /// Pixels that vectors hold; more pixels than are asked for take less time than single ones.
+        const VECTOR: usize = 32;
+        let n = (columns * TILE).next_multiple_of(VECTOR);
+        let n = n.min((image.width() - 1 - left) / TILE * TILE);
+        let steep = &mut self.steep[..n / TILE];
+        steep.fill([0; TILE]);
+        for k in 0..TILE {
+            let [above, here, below] = [y + k - 1, y + k, y + k + 1].map(|y| image.row(y));
+            let rows = [&above[left - 1..], &here[left - 1..], &below[left - 1..]];
+            mark_steep(rows, least, 1 << k, steep.as_flattened_mut());
+        }
+        let mut first = (left | y << ROW) as Packed;
+        let tiles = &mut self.tiles[self.n_tiles..][..columns];
+        let mut n = 0;
+        for &steep in &steep[..columns] {
+            tiles[n] = Tile {
+                first,
+                steep: bits(steep),
+            };
+            n += usize::from(steep != [0; TILE]);
+            first += TILE as Packed;
+        }
+        self.n_tiles += n;
     }
 
     /// Moves the pixels to where they would be without the lens.
@@ -139,21 +218,27 @@ impl Pixels {
     }
 }
 
-/// A bit for each pixel of a block that is steep. Before it there is a pixel more in its row, the second of the given ones; along
-/// and across edges alike: the greater difference and half the smaller one are nearly the length of both.
+/// A bit for each pixel of a tile, column after column.
 #[inline(always)]
-fn steep_pixels(rows: &[u8], stride: usize, least: u8) -> u32 {
-    let block = |from: usize| &rows[from..].as_chunks::<BLOCK>().0[0];
-    let (above, below) = (block(1), block(2 * stride + 1));
-    let (before, after) = (block(stride), block(stride + 2));
-    let mut steep = [0; BLOCK];
-    for i in 0..BLOCK {
+fn bits(steep: [u8; TILE]) -> u32 {
+    let columns = u32::from_le_bytes(steep);
+    let pairs = (columns | columns >> 4) & 0x00ff_00ff;
+    (pairs | pairs >> 8) & 0xffff
+}
+
+/// Sets a bit for the steep pixels of a row, given with the rows above and below and a pixel more on either side. Along and
+/// across edges alike: the greater difference and half the smaller one are nearly the length of both.
+#[inline(always)]
+fn mark_steep([above, here, below]: [&[u8]; 3], least: u8, bit: u8, steep: &mut [u8]) {
+    let n = steep.len();
+    let (before, after) = (&here[..n], &here[2..][..n]);
+    let (above, below) = (&above[1..][..n], &below[1..][..n]);
+    for i in 0..n {
         let across = before[i].abs_diff(after[i]);
         let down = above[i].abs_diff(below[i]);
         let length = across.max(down).saturating_add(across.min(down) / 2);
-        steep[i] = all_or_nothing(length >= least);
+        steep[i] |= if length >= least { bit } else { 0 };
     }
-    top_bits(&steep) as u32
 }
 
 #[cfg(test)]
@@ -161,9 +246,17 @@ mod tests {
     use super::*;
 
     #[test]
+    fn a_tiles_bits_are_its_steep_pixels_column_after_column() {
+        assert_eq!(bits([0b1111, 0b0010, 0, 0b1001]), 0b1001_0000_0010_1111);
+    }
+
+    #[test]
     fn pixels_beside_a_step_are_steep() {
-        let row: [u8; BLOCK + 2] = from_fn(|x| if x < 7 { 20 } else { 220 });
-        // The first pixel that is told of is the row's second.
-        assert_eq!(steep_pixels(&[row; 3].concat(), row.len(), 100), 0b11 << 5);
+        let row: Vec<u8> = (0..42).map(|x| if x < 21 { 20 } else { 220 }).collect();
+        let mut steep = [1; 40];
+        mark_steep([&row, &row, &row], 100, 4, &mut steep);
+        // The first pixel that is marked is the row's second.
+        let expected = (0..40).map(|x| if x + 1 == 20 || x + 1 == 21 { 5 } else { 1 });
+        assert!(steep.iter().copied().eq(expected));
     }
 }
