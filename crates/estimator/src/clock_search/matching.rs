@@ -29,6 +29,8 @@ const MOST: f64 = 200.0;
 const FITS: f64 = 24.0;
 /// Neighbouring poses share their errors: so many count as one.
 const SHARED: f64 = 3.0;
+/// One of so many poses is thought to be where something happened but once.
+const FASTEST: usize = 10;
 /// Difference of chi-square that decides.
 const DECIDES: f64 = 40.0;
 /// Local minima of the grid that are looked at more closely.
@@ -223,15 +225,15 @@ impl Comparison<'_> {
         Some(best)
     }
 
-    /// One sigma of the offset by the curvature of chi-square; `None` where it has no minimum.
+    /// One sigma of the offset by the motion of the poses that it brings together; `None` where there is none. Without the fastest: the
+    /// step of a body at rest, or of what its camera shows of it, happened at one moment and tells nothing at any other.
     fn sigma_s(&self, offset_s: f64) -> Option<f64> {
-        const BESIDE_S: f64 = 0.005;
-        let [before, at, after] =
-            [-BESIDE_S, 0.0, BESIDE_S].map(|by| self.cost(offset_s + by, FINE));
-        let (before, at, after) = (before?, at?, after?);
-        let curvature = (before.mean - 2.0 * at.mean + after.mean) / BESIDE_S.powi(2);
-        let curvature = curvature * at.compared as f64 / SHARED;
-        (curvature > 0.0).then(|| (2.0 / curvature).sqrt())
+        let told = self.meetings(offset_s, FINE).filter_map(|one| one.told());
+        let mut told: Vec<f64> = told.collect();
+        told.sort_by(f64::total_cmp);
+        told.truncate(told.len() - told.len().div_ceil(FASTEST));
+        let information = told.iter().sum::<f64>() / SHARED;
+        (information > 0.0).then(|| information.sqrt().recip())
     }
 
     /// Seconds over which b is known.
@@ -343,6 +345,14 @@ impl<'a> Meeting<'a> {
         from.try_lerp_slerp(to, self.share, 1e-9)
     }
 
+    /// What it tells of the offset, 1/s².
+    fn told(&self) -> Option<f64> {
+        let (from, to) = (&self.before, &self.after);
+        let moved = se3::difference(&to.world_from_body, &from.world_from_body);
+        let rate = moved / seconds(from.stamp_ns, to.stamp_ns);
+        Some(rate.dot(&self.covariance().cholesky()?.solve(&rate)))
+    }
+
     fn difference(&self) -> Option<Difference> {
         let at = self.pose()?;
         Some(Difference {
@@ -369,3 +379,6 @@ impl<'a> Meeting<'a> {
         Some(root.solve_lower_triangular(&off)?.norm_squared().min(MOST))
     }
 }
+
+#[cfg(test)]
+mod tests;
