@@ -347,7 +347,7 @@ impl<'a> Meeting<'a> {
 
     /// What it tells of the offset, 1/s².
     fn told(&self) -> Option<f64> {
-        let (from, to) = (&self.before, &self.after);
+        let (from, to) = (self.before, self.after);
         let moved = se3::difference(&to.world_from_body, &from.world_from_body);
         let rate = moved / seconds(from.stamp_ns, to.stamp_ns);
         Some(rate.dot(&self.covariance().cholesky()?.solve(&rate)))

@@ -182,7 +182,7 @@ impl Contest {
         let rival = faulty.find(|(_, one)| !of_two(one));
         let left_by_rival = rival.map_or(self.all.misfit, |(_, one)| one.misfit);
         let gone_by_rival = rival.map_or(0.0, |(gone, _)| *gone);
-        // Who has no fault of his own leaves out more and so a little less misfit: he is no rival of one who explains nearly all.
+        // One without a fault of its own may explain a little more, for it leaves out more: it is no rival of one that explains nearly all.
         let explains = |share: f64| *gone > share * self.all.misfit;
         let explains_most = explains(GONE) && first.misfit < LESS * left_by_rival;
         // What nobody explains may be errors that nobody states, or that are as stated.
