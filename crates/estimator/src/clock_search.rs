@@ -99,11 +99,6 @@ impl ClockSearch {
         if !is_reference || (self.vouched.len() > 2 && self.vouched.contains(&camera_index)) {
             return vec![camera_index];
         }
-        self.all_but(camera_index)
-    }
-
-    /// The other cameras.
-    pub fn all_but(&self, camera_index: usize) -> Vec<usize> {
         let all = self.latencies.all();
         all.filter(|other| *other != camera_index).collect()
     }

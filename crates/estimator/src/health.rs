@@ -13,6 +13,7 @@ mod inquiry;
 mod lasting;
 mod misfit;
 mod recall;
+mod restless;
 mod strays;
 mod support;
 mod suspects;
@@ -28,6 +29,7 @@ use contest::Contest;
 use count::{Count, kept};
 use lasting::Lasting;
 use recall::Recall;
+use restless::Restless;
 use strays::Strays;
 pub(crate) use strays::{Elsewhere, Ray};
 use support::Support;
@@ -54,8 +56,6 @@ const HIT_NS: u64 = 300_000_000;
 const TWINS_NS: u64 = 2_000_000_000;
 /// Instants at which an object seemed to be hit, fading, that are too many to be hits.
 const OFTEN: f64 = 2.5;
-/// Nanoseconds for which a clock that was doubted is not doubted again but on evidence of its own.
-const REST_NS: u64 = 2_000_000_000;
 /// Nanoseconds for which a camera contradicts after which no question about clocks keeps it from being named.
 const OLD_NS: u64 = 1_000_000_000;
 
@@ -105,10 +105,6 @@ pub(crate) struct Health {
     /// By camera that may have been moved, those that it contradicts.
     against: BTreeMap<usize, BTreeSet<usize>>,
     strays: Strays,
-    /// When it was last tried whether it is a camera's clock that is wrong, ns, by camera index.
-    doubted_ns: BTreeMap<usize, u64>,
-    /// When an object last seemed to be hit again and again, ns.
-    hit_often_ns: u64,
     /// When a tag was last in an image twice, by camera index.
     twice_ns: BTreeMap<(usize, TagId), u64>,
     newest_ns: u64,
@@ -118,6 +114,7 @@ pub(crate) struct Health {
     /// Until when no contest is held, ns.
     rests_until_ns: u64,
     weariness: Weariness,
+    restless: Restless,
 }
 
 impl Health {
@@ -322,51 +319,22 @@ impl Health {
         self.suspects.found().filter_map(wrong)
     }
 
-    /// The cameras whose stamps explain what they contradict, by index, with the seconds that they lie after the truth.
-    pub fn clocks(&self) -> impl Iterator<Item = (usize, f64)> {
+    /// The cameras whose stamps explain what they contradict, by index.
+    pub fn clocks(&self) -> impl Iterator<Item = usize> {
         let of_clock = |cause| match cause {
-            Cause::Clock(camera) => Some((camera, self.suspects.clock(camera)?)),
+            Cause::Clock(camera) => Some(camera),
             _ => None,
         };
         self.suspects.found().filter_map(of_clock)
     }
 
-    /// Whether an object seems to be hit again and again, which is said once: that is how clocks look that do not agree, unless
-    /// it is a camera that was moved.
-    pub fn take_frequent_hits(&mut self, now_ns: u64) -> bool {
-        let mut hits = self.hits.values();
-        let often = self.moved.is_empty() && hits.any(|count| count.refused > OFTEN);
-        let due = often && self.hit_often_ns.saturating_add(REST_NS) <= now_ns;
-        if due {
-            self.hit_often_ns = now_ns;
-            self.hits.clear();
+    /// The same, and what is held against them is forgotten: their clocks are estimated from now on.
+    pub fn take_clocks(&mut self) -> Vec<usize> {
+        let clocks: Vec<usize> = self.clocks().collect();
+        for camera in &clocks {
+            self.suspects.forget_camera(*camera);
         }
-        due
-    }
-
-    /// The cameras of which it is now, and then not for a while, to be tried whether it is their clocks that are wrong: those
-    /// whose clocks explain what they contradict, and those (`by_any`) against which anything speaks. What is held against one
-    /// goes on to count meanwhile, for it may as well have been moved; but not where its clock explains it, nor where several are
-    /// in doubt, which makes the track another one.
-    pub fn take_doubtful_clocks(&mut self, now_ns: u64, by_any: bool) -> BTreeSet<usize> {
-        let is_recent = |then_ns: &u64| then_ns.saturating_add(REST_NS) >= now_ns;
-        let may_be_doubted = |camera: &usize| {
-            let rested = !self.doubted_ns.get(camera).is_some_and(is_recent);
-            by_any && rested && !self.moved.contains_key(camera)
-        };
-        let clocks: BTreeSet<usize> = self.clocks().map(|(camera, _)| camera).collect();
-        let suspected = self.suspects.suspected_cameras().filter(may_be_doubted);
-        let doubtful: BTreeSet<usize> = suspected.chain(clocks.iter().copied()).collect();
-        for camera in &doubtful {
-            self.doubted_ns.insert(*camera, now_ns);
-        }
-        let several = self.doubted_ns.values().filter(|at| is_recent(at)).count() > 1;
-        for camera in &doubtful {
-            if several || clocks.contains(camera) {
-                self.suspects.forget_camera(*camera);
-            }
-        }
-        doubtful
+        clocks
     }
 }
 

@@ -121,6 +121,11 @@ impl Motion {
         self.persistence(self.age_s) * self.age_s.powi(3) / 3.0
     }
 
+    /// The linear density against its default.
+    pub fn factor(&self) -> f64 {
+        self.linear.factor()
+    }
+
     /// What holds for a step of `dt` seconds.
     pub fn restlessness(&self, dt: f64) -> Restlessness {
         let persistence = self.persistence(dt);

@@ -58,7 +58,7 @@ impl Fusion {
         let moved = self.health.moved_cameras().filter(|one| !one.timely);
         let suspects = contradicted
             .chain(moved.map(|one| one.camera))
-            .chain(self.health.clocks().map(|(camera, _)| camera));
+            .chain(self.health.clocks());
         self.clock_search.suspect(now_ns, suspects);
         self.clock_search
             .watch(camera_index, sorted, &self.site, &self.options);
@@ -68,19 +68,13 @@ impl Fusion {
         }
     }
 
-    /// What a camera contradicts may be its clock, whoever vouches for it: that is tried while it may be anything else. So may be what
-    /// looks as if a body were hit again and again. Where most cameras contradict, it is the tracks that are wrong.
+    /// What a camera contradicts may be its clock, whoever vouches for it. Where most cameras contradict, it is the tracks that are
+    /// wrong.
     pub(super) fn look_at_jumps(&mut self) {
         if 2 * self.health.contradicted_cameras().count() > self.clock_search.cameras() {
             return;
         }
-        // Clocks that are free would explain stated errors, too: there only what speaks for a clock does.
-        let by_any = !self.site.states_errors();
-        if by_any && self.health.take_frequent_hits(self.now_ns) {
-            let all = self.clock_search.all_but(self.site.reference());
-            self.doubt_clocks(&all);
-        }
-        for camera in self.health.take_doubtful_clocks(self.now_ns, by_any) {
+        for camera in self.health.take_clocks() {
             let doubted = self.clock_search.doubted(camera, &self.site);
             self.doubt_clocks(&doubted);
         }

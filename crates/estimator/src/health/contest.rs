@@ -1,47 +1,43 @@
 //! Who is wrong where views contradict one another: the one without whom all others agree.
 //!
 //! After a fault a track follows what is wrong in part, and innocent ones contradict it as loudly. So from before the suspicion on the
-//! object is tracked anew without the images of each camera, and without the views of each tag, that may be to blame, and what
-//! remains is scored: by how far each image is from what is expected of it ([`super::misfit`]). To leave a camera out excuses where all that
-//! it sees seems to be, not how its views lie to each other. What is left out is held against that track, which it can't spoil,
-//! and must be explained by a fault of its own.
+//! object is tracked anew without the images of each camera, without the views of each tag, and with each camera's clock estimated,
+//! that may be to blame, and what remains is scored: by how far each image is from what is expected of it ([`super::misfit`]), and, for
+//! a motion that is restless enough explains anything, by how vague that is. What is left out is held against that track, which it
+//! can't spoil, and must be explained by a fault of its own.
 //!
 //! Bounded: each image takes each of the tracks a few instants further, those of one object and of few contenders.
 
-use std::collections::BTreeMap;
+mod contender;
 
-use super::accused::Accused;
 use super::lasting::Lasting;
-use super::misfit::{Misfit, are_of_one_link};
-use super::recall::{Instant, Recall};
-use super::suspects::{Admitted, MEMORY, RAISED, RECENT};
-use super::testimony::Testimony;
-use super::{Account, SettledView};
-use crate::site::{ObjectImage, Site, StatedClock};
-use crate::track::Track;
+use super::recall::Recall;
+use super::suspects::{Admitted, CLOCK_SHARE, RAISED, SUSPECTED};
+use crate::site::Site;
 use crate::{FusionOptions, TagId};
+use contender::Cost;
+pub(super) use contender::{Contender, LeftOut};
 
-/// Contenders at most.
-const MOST: usize = 16;
+/// Contenders at most: cameras and their clocks, tags.
+pub(super) const MOST_OF_CAMERAS: usize = 16;
+const MOST_OF_TAGS: usize = 8;
 /// Instants that a track is taken on at most with each that comes.
 const STEPS: usize = 6;
-/// Share of the misfit that must be gone without the one that is named, and the most that may be left of what is left without another.
+/// Share of the cost that must be gone without the one that is named, and the most that may be left of what is left without another.
 const GONE: f64 = 0.7;
 const LESS: f64 = 0.5;
-/// Share of the misfit by which another may explain more than one that other evidence speaks against, and as a logarithm of odds.
+/// Share of the cost by which another may explain more than one that other evidence speaks against, and as a logarithm of odds.
 const HARDLY_MORE: f64 = 0.2;
 const ABOUT_AS_MUCH: f64 = 10.0;
 /// Nanoseconds of a contest before which it says nothing of tags.
 const YOUNG_NS: u64 = 200_000_000;
 /// The same after which it is enough to explain half, and more than others do.
 const LONG_NS: u64 = 1_000_000_000;
-
-/// What is left out of a track.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum LeftOut {
-    Camera(usize),
-    Tag(TagId),
-}
+/// Images of a camera from which on it is told whether its clock is off, and up to which more are waited for; what each may cost more than
+/// if it were left out.
+const FEWEST: usize = 5;
+const ENOUGH: usize = 15;
+const MORE: f64 = 1.0;
 
 /// The contest about one object.
 #[derive(Debug)]
@@ -59,37 +55,12 @@ pub(super) struct Contest {
     /// The track of all that remain, and those without one of them.
     all: Contender,
     contenders: Vec<Contender>,
-    /// Instants that there are.
+    /// Instants that there are, and that there were when it began.
     instants: usize,
-}
-
-/// A track without one that may be wrong.
-#[derive(Debug)]
-pub(super) struct Contender {
-    pub left_out: Option<LeftOut>,
-    track: Track,
-    /// Whether it began with what motion has told of clocks.
-    knows_clocks: bool,
-    /// What its images have shown of stated errors.
-    lasting: Lasting,
-    /// Instants that it has been taken through.
-    done: usize,
-    /// By which what remains contradicts, as a logarithm of odds.
-    misfit: f64,
-    /// Fault of what is left out, and what speaks for it by camera and tag: for one parameter and for a displacement.
-    pub accused: Accused,
-    pub cells: BTreeMap<(usize, TagId), [f64; 2]>,
-    /// By which a camera displaces what it sees, and turns it.
-    pub angles: [f64; 2],
-}
-
-impl LeftOut {
-    fn covers(self, camera: usize, tag: TagId) -> bool {
-        match self {
-            Self::Camera(own) => own == camera,
-            Self::Tag(own) => own == tag,
-        }
-    }
+    before: usize,
+    /// Whether the object has become restless, and whether errors are stated.
+    restless: bool,
+    stated: bool,
 }
 
 impl Contest {
@@ -101,10 +72,18 @@ impl Contest {
             lasting: lasting.clone(),
             known: Vec::new(),
             cameras: 0,
-            all: Contender::new(None, recall.start(), lasting),
+            all: Contender::new(None, recall.start(), lasting, 0),
             contenders: Vec::new(),
             instants: recall.len(),
+            before: recall.len(),
+            restless: false,
+            stated: false,
         }
+    }
+
+    /// The object has become far more restless than it was.
+    pub fn note_restless(&mut self) {
+        self.restless = true;
     }
 
     /// Who may be wrong: those who are new join in. `known` is wrong for certain.
@@ -114,25 +93,39 @@ impl Contest {
         cameras: &[usize],
         tags: &[TagId],
         recall: &Recall,
+        reference: usize,
     ) {
         if known != self.known {
             self.known = known;
-            self.all = Contender::new(None, recall.start(), &self.lasting);
+            self.all = Contender::new(None, recall.start(), &self.lasting, 0);
             self.contenders.clear();
         }
-        let cameras = cameras.iter().map(|camera| LeftOut::Camera(*camera));
-        let mut cameras: Vec<_> = cameras.filter(|one| !self.known.contains(one)).collect();
+        let is_open = |camera: &usize| !self.known.contains(&LeftOut::Camera(*camera));
+        let cameras: Vec<usize> = cameras.iter().copied().filter(is_open).collect();
         self.cameras = cameras.len();
         // One camera alone contradicts nobody.
-        cameras.retain(|_| self.cameras > 1);
-        for one in cameras
-            .into_iter()
-            .chain(tags.iter().copied().map(LeftOut::Tag))
-        {
-            let has = |other: &Contender| other.left_out == Some(one);
-            let is_new = !self.known.contains(&one) && !self.contenders.iter().any(has);
-            if is_new && self.contenders.len() < MOST {
-                let contender = Contender::new(Some(one), recall.start(), &self.lasting);
+        let several = cameras.len() > 1;
+        let cameras = cameras.into_iter().filter(|_| several);
+        // Where nobody vouches for another the reference is right by definition.
+        let is_told = recall.has_right_clock_beside(reference);
+        let of_camera = |camera: usize| {
+            let clock = Some(LeftOut::Clock(camera)).filter(|_| camera != reference || is_told);
+            std::iter::once(LeftOut::Camera(camera)).chain(clock)
+        };
+        self.join(cameras.flat_map(of_camera), MOST_OF_CAMERAS, recall);
+        self.join(tags.iter().copied().map(LeftOut::Tag), MOST_OF_TAGS, recall);
+    }
+
+    /// Those of a kind who are new join in, up to so many.
+    fn join(&mut self, ones: impl Iterator<Item = LeftOut>, most: usize, recall: &Recall) {
+        for one in ones {
+            let is_alike = |other: &LeftOut| other.camera().is_some() == one.camera().is_some();
+            let joined = self.contenders.iter().filter_map(|other| other.left_out);
+            let mut alike = joined.filter(is_alike);
+            let has_room = alike.clone().count() < most;
+            if has_room && alike.all(|other| other != one) && !self.known.contains(&one) {
+                let start = recall.start();
+                let contender = Contender::new(Some(one), start, &self.lasting, self.before);
                 self.contenders.push(contender);
             }
         }
@@ -141,6 +134,7 @@ impl Contest {
     /// Takes the tracks further on.
     pub fn advance(&mut self, now_ns: u64, recall: &Recall, site: &Site, options: &FusionOptions) {
         self.age_ns = now_ns.saturating_sub(self.since_ns);
+        self.stated = site.states_errors();
         let come = recall.len().saturating_sub(self.instants).max(1);
         self.instants = recall.len();
         let known = &self.known;
@@ -154,17 +148,43 @@ impl Contest {
         }
     }
 
-    /// The contenders by how much is gone without them, the most first, but those who have not caught up; `None` while the track of all
-    /// has not.
+    /// The contenders that have caught up.
+    fn level(&self) -> impl Iterator<Item = &Contender> {
+        let contenders = self.contenders.iter();
+        contenders.filter(|one| one.done == self.instants)
+    }
+
+    /// What a track costs more than any must. Of the misfit that is what noise alone explains, where nothing else is to be expected;
+    /// vagueness counts where it has grown, and not what a track is vaguer than that of all for what is left out of it.
+    fn cost(&self, one: &Contender) -> f64 {
+        let least = |of: fn(&Cost) -> f64| {
+            let level = self.level().map(|one| of(&one.cost));
+            level.fold(of(&self.all.cost), f64::min)
+        };
+        let usual = if self.stated {
+            0.0
+        } else {
+            self.all.cost.usual
+        };
+        let misfit = one.cost.misfit - usual.min(least(|of| of.misfit));
+        if self.restless {
+            misfit + one.cost.vague.min(self.all.cost.vague) - least(|of| of.vague)
+        } else {
+            misfit
+        }
+    }
+
+    /// The contenders by how much is gone without them, the most first, but those who have not caught up, and clocks that are not off;
+    /// `None` while the track of all has not caught up.
     fn ranked(&self) -> Option<Vec<(f64, &Contender)>> {
-        let is_level = |one: &&Contender| one.done == self.instants;
-        if !is_level(&&self.all) {
+        if self.all.done != self.instants {
             return None;
         }
-        let ranked = self.contenders.iter().filter(is_level);
-        let mut ranked: Vec<_> = ranked
-            .map(|one| (self.all.misfit - one.misfit, one))
-            .collect();
+        let all = self.cost(&self.all);
+        let possible = self
+            .level()
+            .filter(|one| one.images_tried().is_none() || one.is_faulty());
+        let mut ranked: Vec<_> = possible.map(|one| (all - self.cost(one), one)).collect();
         ranked.sort_by(|a, b| b.0.total_cmp(&a.0));
         Some(ranked)
     }
@@ -175,24 +195,59 @@ impl Contest {
         let (most, _) = ranked.first()?;
         let mut faulty = ranked.iter().filter(|(_, one)| one.is_faulty());
         let (gone, first) = faulty.next()?;
-        let of_two = |one: &Contender| {
-            let is_camera = |of: &Contender| matches!(of.left_out, Some(LeftOut::Camera(_)));
-            self.cameras == 2 && is_camera(first) && is_camera(one)
+        // Of one camera, and of two, either stands for both.
+        let is_rival = |one: &Contender| match (first.camera(), one.camera()) {
+            (Some(own), Some(other)) => own != other && self.cameras != 2,
+            _ => true,
         };
-        let rival = faulty.find(|(_, one)| !of_two(one));
-        let left_by_rival = rival.map_or(self.all.misfit, |(_, one)| one.misfit);
+        let rival = faulty.find(|(_, one)| is_rival(one));
+        let (all, left) = (self.cost(&self.all), self.cost(first));
+        let left_by_rival = rival.map_or(all, |(_, one)| self.cost(one));
         let gone_by_rival = rival.map_or(0.0, |(gone, _)| *gone);
         // One without a fault of its own may explain a little more, for it leaves out more: it is no rival of one that explains nearly all.
-        let explains = |share: f64| *gone > share * self.all.misfit;
-        let explains_most = explains(GONE) && first.misfit < LESS * left_by_rival;
+        let explains_most = *gone > GONE * all && left < LESS * left_by_rival;
         // What nobody explains may be errors that nobody states, or that are as stated.
         let is_first = *gone > most - ABOUT_AS_MUCH;
         let explains_more =
-            self.is_long() && is_first && explains(LESS) && gone_by_rival < LESS * gone;
-        let stands_out = *gone > RAISED
-            && first.misfit < left_by_rival - RAISED
-            && (explains_most || explains_more);
-        stands_out.then_some(first.left_out).flatten()
+            self.is_long() && is_first && *gone > LESS * all && gone_by_rival < LESS * gone;
+        let stands_out =
+            *gone > RAISED && left < left_by_rival - RAISED && (explains_most || explains_more);
+        let left_out = first.left_out.filter(|_| stands_out)?;
+        match first.camera() {
+            Some(camera) => self.place_or_clock(camera, left_out),
+            None => Some(left_out),
+        }
+    }
+
+    /// Whether a camera is not where it should be, or its clock is off; `None` where that can't be told yet. Either may explain what it
+    /// shows for a while: then evidence decides.
+    fn place_or_clock(&self, camera: usize, first: LeftOut) -> Option<LeftOut> {
+        let of = |left_out| {
+            let mut contenders = self.contenders.iter();
+            contenders.find(|one| one.left_out == Some(left_out))
+        };
+        let (Some(moved), Some(clock)) = (of(LeftOut::Camera(camera)), of(LeftOut::Clock(camera)))
+        else {
+            return Some(first);
+        };
+        let images = clock.images_tried()?;
+        let may_wait = |for_images: usize| images < for_images && !self.is_long();
+        if may_wait(FEWEST) {
+            return None;
+        }
+        let more = self.cost(clock) - self.cost(moved);
+        let as_much = moved.is_faulty() && more > -ABOUT_AS_MUCH;
+        let is_moved = moved.left_out.filter(|own| as_much || *own == first);
+        let [by_clock, by_move] = moved.accused.explain();
+        let [of_clock, of_move] = moved.evidences();
+        let fits = clock.is_faulty() && more < ABOUT_AS_MUCH.max(MORE * images as f64);
+        if !fits || of_clock.max(of_move) < SUSPECTED || (by_move && !by_clock) {
+            return is_moved;
+        }
+        if !by_move || of_clock > CLOCK_SHARE * of_move {
+            return clock.left_out;
+        }
+        is_moved.filter(|_| !may_wait(ENOUGH))
     }
 
     /// The contender for whom that is left out.
@@ -206,18 +261,18 @@ impl Contest {
         self.age_ns > LONG_NS
     }
 
-    /// What evidence alone may name: sizes of tags than which no other explains much more, and whatever is loud where errors are not
-    /// stated.
-    pub fn admitted(&self, site: &Site) -> Admitted {
-        Admitted {
-            sizes: self.likely_tags(),
-            loud: !site.states_errors(),
-        }
-    }
-
     /// What must be gone without one who explains about as much as the most.
     fn about(&self, most: f64) -> f64 {
-        most - ABOUT_AS_MUCH.max(HARDLY_MORE * self.all.misfit)
+        most - ABOUT_AS_MUCH.max(HARDLY_MORE * self.cost(&self.all))
+    }
+
+    /// What evidence alone may name: sizes of tags than which no other explains much more, and, since it may be several, whatever is
+    /// loud where errors are not stated and there has been no verdict for long.
+    pub fn admitted(&self) -> Admitted {
+        Admitted {
+            sizes: self.likely_tags(),
+            loud: self.is_long() && !self.stated,
+        }
     }
 
     fn likely_tags(&self) -> Vec<(usize, TagId)> {
@@ -232,148 +287,4 @@ impl Contest {
         };
         ranked.filter_map(tag_of).collect()
     }
-}
-
-impl Contender {
-    fn new(left_out: Option<LeftOut>, track: Track, lasting: &Lasting) -> Self {
-        Self {
-            left_out,
-            knows_clocks: track.knows_clocks(),
-            track,
-            lasting: lasting.clone(),
-            done: 0,
-            misfit: 0.0,
-            accused: match left_out {
-                Some(LeftOut::Tag(_)) => Accused::tag(),
-                _ => Accused::camera(),
-            },
-            cells: BTreeMap::new(),
-            angles: [0.0; 2],
-        }
-    }
-
-    fn take(&mut self, instant: &Instant, known: &[LeftOut], site: &Site, options: &FusionOptions) {
-        self.done += 1;
-        let is_known = |camera, tag| known.iter().any(|one| one.covers(camera, tag));
-        let is_own = |camera, tag| self.left_out.is_some_and(|one| one.covers(camera, tag));
-        let images = instant.images.values();
-        let part = |own: bool| {
-            let of = move |camera, tag| !is_known(camera, tag) && is_own(camera, tag) == own;
-            let parts = images.clone().map(|image| image.of(of));
-            let parts = parts.filter(|image| !image.views.is_empty());
-            parts.collect::<Vec<ObjectImage>>()
-        };
-        let (mut rest, own) = (part(false), part(true));
-        if !self.knows_clocks {
-            let out = |camera| {
-                let camera = LeftOut::Camera(camera);
-                self.left_out == Some(camera) || known.contains(&camera)
-            };
-            put_first_in_charge(&mut rest, site, out);
-        }
-        if !rest.is_empty() {
-            let rest: Vec<&ObjectImage> = rest.iter().collect();
-            self.track = self.track.advanced(instant.time_ns, &rest, site, options);
-            let views = self
-                .track
-                .settled_views(&rest, site, options, |_| true, None);
-            if views.is_empty() {
-                // Where even the attitude is in doubt nothing is explained.
-                self.misfit += options.refused_odds;
-            }
-            self.score(&views, options);
-        }
-        for image in own {
-            let views = self.track.views_aside(&image, site, options);
-            self.accuse(&views, options);
-        }
-    }
-
-    /// What remains contradicts by so much; a single image by no more than one that takes no part.
-    fn score(&mut self, views: &[SettledView], options: &FusionOptions) {
-        for image in views.chunk_by(are_of_one_link) {
-            let hit = image.iter().any(|view| view.hit);
-            self.misfit += if hit { options.jolt_odds } else { 0.0 };
-            if let Some(misfit) = Misfit::of(image, &mut self.lasting) {
-                let most = options.refused_odds;
-                self.misfit += misfit.shared.min(most) + misfit.apart.min(most);
-                misfit.teach(self.track.time_ns, &mut self.lasting);
-            }
-        }
-    }
-
-    /// Hears what is left out.
-    fn accuse(&mut self, views: &[SettledView], options: &FusionOptions) {
-        if let Some(LeftOut::Camera(_)) = self.left_out {
-            for image in views.chunk_by(are_of_one_link) {
-                let misfit = Misfit::of(image, &mut self.lasting);
-                let apart = misfit.map_or(0.0, |misfit| misfit.apart);
-                self.misfit += apart.min(options.refused_odds);
-            }
-        }
-        for view in views {
-            let account = view.account.as_ref();
-            if let Some(told) = account.and_then(|one| told(view, one, &mut self.lasting)) {
-                self.hear((view.camera_index, view.tag), &told);
-            }
-        }
-    }
-
-    fn hear(&mut self, cell: (usize, TagId), told: &Testimony) {
-        let square = (told.square, told.weight);
-        let Accused { simple, whole, .. } = &mut self.accused;
-        let gains = match self.left_out {
-            Some(LeftOut::Tag(_)) => [
-                simple.gain(&told.of_size(), square),
-                whole.gain(&told.of_place(), square),
-            ],
-            _ => [
-                simple.gain(&told.of_clock(), square),
-                whole.gain(&told.of_camera(), square),
-            ],
-        };
-        let now = told.angles(&whole.at());
-        for (angle, now) in self.angles.iter_mut().zip(now) {
-            *angle += (now - *angle) / RECENT;
-        }
-        let cell = self.cells.entry(cell).or_default();
-        for (evidence, gain) in cell.iter_mut().zip(gains) {
-            *evidence += gain - *evidence / MEMORY;
-        }
-    }
-
-    /// What speaks for a fault of one parameter, and for a displacement: never more than their own parameters do.
-    pub fn evidences(&self) -> [f64; 2] {
-        let strengths = self.accused.strengths();
-        let sum = |cause: usize| self.cells.values().map(|cell| cell[cause]).sum::<f64>();
-        [0, 1].map(|cause| sum(cause).min(strengths[cause]))
-    }
-
-    /// Whether what is left out has a fault that explains it.
-    fn is_faulty(&self) -> bool {
-        self.evidence() > RAISED && self.accused.explain().contains(&true)
-    }
-
-    fn evidence(&self) -> f64 {
-        let [simple, whole] = self.evidences();
-        simple.max(whole)
-    }
-}
-
-/// Where the reference is left out of what is told of clocks, the first of the others is: else what contradicts would pass for the
-/// offset that all of them have in common.
-fn put_first_in_charge(images: &mut [ObjectImage], site: &Site, out: impl Fn(usize) -> bool) {
-    let first = (0..site.cameras().len()).find(|camera| !out(*camera));
-    let is_first = |image: &&mut ObjectImage| Some(image.camera_index) == first;
-    let is_open = |image: &&mut ObjectImage| image.clock == StatedClock::Unknown;
-    if out(site.reference()) {
-        let first = images.iter_mut().filter(is_first).filter(is_open);
-        first.for_each(|image| image.clock = StatedClock::Right);
-    }
-}
-
-fn told(view: &SettledView, account: &Account, lasting: &mut Lasting) -> Option<Testimony> {
-    let account = account.rescaled(lasting.noise(view.camera_index));
-    let expected = lasting.expected(&account.displacing);
-    account.apart_from(&expected)
 }

@@ -1,7 +1,7 @@
 //! Who is wrong is asked while something may be ([`super::contest`]): evidence by the track that is published can't tell who spoils it.
-//! Without a verdict it names but sizes of tags, and what is loud.
+//! Without a verdict it names but sizes of tags, and in the long run what is loud.
 
-use super::contest::Contest;
+use super::contest::{Contest, MOST_OF_CAMERAS};
 use super::count::Count;
 use super::recall::{Instant, Recall};
 use super::suspects::{Admitted, SUSPECTED};
@@ -50,16 +50,25 @@ impl Health {
         site: &Site,
         options: &FusionOptions,
     ) {
-        let is_held = self.contest.is_some();
-        if !self.weariness.allows(now_ns, is_held) || !self.is_something_unknown(now_ns) {
-            self.contest = None;
-        } else if self.recalls.values().any(Recall::is_full) {
-            self.forget_past();
-        } else {
-            if now_ns >= self.rests_until_ns {
-                self.hold_contest(now_ns, site, options);
+        for (object, track) in tracks.iter().enumerate() {
+            let then = self.recalls.get(&object).and_then(Recall::restlessness);
+            self.restless
+                .note(object, now_ns, track.restlessness(), then);
+        }
+        let is_unknown = self.is_something_unknown(now_ns);
+        let is_held = self.contest.is_some() && is_unknown;
+        let is_allowed = self.weariness.allows(now_ns, is_held);
+        let suspected = is_unknown.then(|| self.suspects.most_suspected());
+        let object = suspected.or_else(|| self.restless_among_few(now_ns));
+        match object.filter(|_| is_allowed) {
+            None => self.contest = None,
+            Some(_) if self.recalls.values().any(Recall::is_full) => self.forget_past(),
+            Some(object) => {
+                if now_ns >= self.rests_until_ns {
+                    self.hold_contest(object, now_ns, site, options);
+                }
+                return;
             }
-            return;
         }
         self.suspects.admit(Admitted::default());
         for (object, track) in tracks.iter().enumerate() {
@@ -79,21 +88,41 @@ impl Health {
         is_hit || self.contradicted_cameras().next().is_some()
     }
 
-    fn hold_contest(&mut self, now_ns: u64, site: &Site, options: &FusionOptions) {
-        let object = match &self.contest {
-            Some(contest) => contest.object,
-            None => self.suspects.most_suspected(),
+    /// An object that has become restless, seen by so few cameras that any of them can contend: one among many makes no object so.
+    fn restless_among_few(&self, now_ns: u64) -> Option<usize> {
+        let are_few = |object: &usize| {
+            let recall = self.recalls.get(object);
+            recall.is_some_and(|recall| 2 * recall.cameras().len() <= MOST_OF_CAMERAS)
         };
+        self.restless.objects(now_ns).find(are_few)
+    }
+
+    /// About an object, unless one is held.
+    fn hold_contest(&mut self, object: usize, now_ns: u64, site: &Site, options: &FusionOptions) {
+        let held = self.contest.as_ref();
+        let object = held.map_or(object, |contest| contest.object);
         let Some(recall) = self.recalls.get(&object) else {
             return;
         };
         let begin = || Contest::new(object, now_ns, &self.lasting, recall);
         let mut contest = self.contest.take().unwrap_or_else(begin);
-        let cameras: Vec<usize> = self.cameras.keys().copied().collect();
-        let tags = self.suspects.suspected_tags(object);
-        contest.call(self.suspects.known(object), &cameras, &tags, recall);
+        if self.restless.is(object, now_ns) {
+            contest.note_restless();
+        }
+        let mut cameras: Vec<usize> = recall.cameras().into_iter().collect();
+        let agreed = |camera: &usize| {
+            self.cameras
+                .get(camera)
+                .map_or(1.0, |own| 1.0 - own.share())
+        };
+        cameras.sort_by(|a, b| agreed(a).total_cmp(&agreed(b)));
+        let (known, tags) = (
+            self.suspects.known(object),
+            self.suspects.suspected_tags(object),
+        );
+        contest.call(known, &cameras, &tags, recall, site.reference());
         contest.advance(now_ns, recall, site, options);
-        self.suspects.admit(contest.admitted(site));
+        self.suspects.admit(contest.admitted());
         match contest.verdict() {
             Some(one) => {
                 self.rests_until_ns = now_ns.saturating_add(PAUSE_NS);

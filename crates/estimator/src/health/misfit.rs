@@ -14,6 +14,8 @@ use crate::filter::consider::Displacing;
 
 /// Share of N that is left at least where a pose follows views closely, so that there is an inverse.
 const LEFT: f64 = 1e-3;
+/// What half a sum of squares of noise exceeds its mean by, where it does, over the root of its degrees of freedom: 1 / 2 sqrt(pi).
+const BY_NOISE: f64 = 0.282;
 
 /// What views of a link in an image show together.
 #[derive(Debug)]
@@ -22,6 +24,10 @@ pub(super) struct Misfit {
     /// explains.
     pub shared: f64,
     pub apart: f64,
+    /// By how much less sure the pose was than the views are: half the logarithm of by how much more likely they would be, were it known.
+    pub vague: f64,
+    /// What noise alone makes of `shared` and `apart` on the average.
+    pub usual: f64,
     /// Gradient beyond what is expected of it, and covariance of its noise.
     off: Vector6<f64>,
     covariance: Matrix6<f64>,
@@ -55,11 +61,18 @@ impl Misfit {
         let all = Cholesky::<f64, Const<6>>::new(covariance + expected.covariance)?;
         let off = sum.gradient - expected.displacement;
         let explained = sum.gradient.dot(&known.solve(&sum.gradient));
+        let freedom = 8.0 * sum.views - 6.0;
         let shared = beyond(off.dot(&all.solve(&off)), 6.0);
-        let apart = beyond(sum.square - explained, 8.0 * sum.views - 6.0);
-        (shared + apart).is_finite().then_some(Self {
+        let apart = beyond(sum.square - explained, freedom);
+        let usual = BY_NOISE * (6.0_f64.sqrt() + freedom.sqrt());
+        let spread =
+            Cholesky::<f64, Const<6>>::new(covariance)?.ln_determinant() - known.ln_determinant();
+        let vague = 0.5 * if sum.took_part { -spread } else { spread };
+        (shared + apart + vague).is_finite().then_some(Self {
             shared,
             apart,
+            vague,
+            usual,
             off,
             covariance,
             expected,
@@ -158,6 +171,27 @@ mod tests {
                 took_part: false,
                 displacing: Vec::new(),
             }),
+        }
+    }
+
+    /// Of a track that knows six numbers with `variance` apart from the view, or with it.
+    fn vague(variance: f64, took_part: bool) -> f64 {
+        let mut view = view(0, 0.0);
+        let account = view.account.as_mut().expect("it has one");
+        account.covariance = Matrix6::identity() * variance;
+        account.took_part = took_part;
+        let misfit = Misfit::of(&[view], &mut Lasting::default());
+        misfit.expect("it says something").vague
+    }
+
+    #[test]
+    fn a_track_is_as_vague_before_a_view_as_it_was_by_what_is_left_after_it() {
+        for times in [0.1, 1.0, 10.0] {
+            let before = times / INFORMATION;
+            let after = (INFORMATION + before.recip()).recip();
+            let expected = 3.0 * (1.0 + times).ln();
+            assert!((vague(before, false) - expected).abs() < 1e-9, "{times}");
+            assert!((vague(after, true) - expected).abs() < 0.05, "{times}");
         }
     }
 

@@ -1,11 +1,11 @@
 //! What is remembered of an object's last second, so that a fault that is noticed late can be looked at from before it came.
 
 use std::borrow::Cow;
-use std::collections::{BTreeMap, VecDeque};
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::sync::Arc;
 
 use crate::FusionOptions;
-use crate::site::{ObjectImage, Site};
+use crate::site::{ObjectImage, Site, StatedClock};
 use crate::track::Track;
 
 /// Nanoseconds between two marks.
@@ -46,6 +46,29 @@ impl Recall {
     /// The track to begin with.
     pub fn start(&self) -> Track {
         self.mark_before().cloned().unwrap_or_default()
+    }
+
+    /// How restless the object was.
+    pub fn restlessness(&self) -> Option<f64> {
+        self.mark_before()?.restlessness()
+    }
+
+    fn images(&self) -> impl Iterator<Item = &ObjectImage> {
+        let instants = self.instants.range(self.stale..);
+        let images = instants.flat_map(|instant| instant.images.values());
+        images.map(Arc::as_ref)
+    }
+
+    /// The cameras that have seen the object since then, by index.
+    pub fn cameras(&self) -> BTreeSet<usize> {
+        self.images().map(|image| image.camera_index).collect()
+    }
+
+    /// Whether the clock of another camera than this is right.
+    pub fn has_right_clock_beside(&self, camera: usize) -> bool {
+        let is_right = |image: &ObjectImage| image.clock == StatedClock::Right;
+        self.images()
+            .any(|image| is_right(image) && image.camera_index != camera)
     }
 
     fn mark_before(&self) -> Option<&Track> {

@@ -17,19 +17,19 @@ use crate::TagId;
 /// Evidence, a logarithm of odds, from which on a fault is said, and below which it is over.
 pub(super) const RAISED: f64 = 40.0;
 const CLEARED: f64 = 10.0;
-/// The same from which on it is no error of calibration that nobody states.
-const LOUD: f64 = 300.0;
-/// The same from which on it is tried whether it is a camera's clock.
+/// The same from which on it is asked who is wrong.
 pub(super) const SUSPECTED: f64 = 15.0;
 /// Nanoseconds after a camera contradicted others, which spoils tracks, in which none but loud evidence names a tag.
 const AMID_NS: u64 = 2_000_000_000;
+/// The same from which on it is no error of calibration that nobody states.
+const LOUD: f64 = 300.0;
 /// Evidence by which a fault must exceed another that explains the same; as which it counts that a fault is of one parameter.
 const MARGIN: f64 = 15.0;
 const SIMPLE: f64 = 10.0;
 /// Evidence up to which views teach what lasting errors are: more may be a fault's beginning.
 const CALM: f64 = 3.0;
 /// Share of the evidence against a camera that its clock must explain to be suspected.
-const CLOCK_SHARE: f64 = 0.2;
+pub(super) const CLOCK_SHARE: f64 = 0.2;
 /// Nanoseconds between two decisions.
 const PAUSE_NS: u64 = 30_000_000;
 /// Views over which angles are averaged.
@@ -187,7 +187,7 @@ impl Suspects {
         self.found = found;
     }
 
-    /// Whether a cause may be named by evidence alone.
+    /// Whether evidence alone may name a cause.
     fn is_admitted(&self, (cause, evidence): &(Cause, f64), amid: bool) -> bool {
         let is_loud = self.admitted.loud && *evidence > LOUD;
         is_loud || !amid && matches!(cause, Cause::Size(tag) if self.admitted.sizes.contains(tag))
@@ -277,11 +277,6 @@ impl Suspects {
         self.angles.get(&camera).copied()
     }
 
-    /// Seconds by which a camera's stamps lie after the truth.
-    pub fn clock(&self, camera: usize) -> Option<f64> {
-        Some(self.cameras.get(&camera)?.simple.at()[0])
-    }
-
     /// Whether an offset of the clock explains much of what the camera's displacement does.
     pub fn may_be_clock(&self, camera: usize) -> bool {
         let of_camera = self.cells.iter().filter(|((one, _), _)| *one == camera);
@@ -296,18 +291,6 @@ impl Suspects {
         let is_found = self.found.contains(&Cause::Camera(camera));
         let accused = self.cameras.get(&camera).filter(|_| is_found)?;
         Some(accused.whole.at())
-    }
-
-    /// The cameras against which, or whose clocks, something speaks.
-    pub fn suspected_cameras(&self) -> impl Iterator<Item = usize> {
-        let mut sums: BTreeMap<usize, [f64; 2]> = BTreeMap::new();
-        for ((camera, _), cell) in &self.cells {
-            let sum = sums.entry(*camera).or_default();
-            *sum = [sum[0] + cell.0[0], sum[1] + cell.0[1]];
-        }
-        let suspected = |sum: &[f64; 2]| sum.iter().any(|evidence| *evidence > SUSPECTED);
-        let suspected = sums.into_iter().filter(move |(_, sum)| suspected(sum));
-        suspected.map(|(camera, _)| camera)
     }
 
     /// Metres and radians by which a tag is displaced.

@@ -58,6 +58,12 @@ impl Track {
         best.is_some_and(|best| best.taken.iter().any(is_hit))
     }
 
+    /// The density of acceleration learned, against its default.
+    pub fn restlessness(&self) -> Option<f64> {
+        let best = self.leading().hypotheses.first()?;
+        Some(best.state.motion.factor())
+    }
+
     /// What became of the views of this instant; none while the attitude is in doubt. `asked` are the cameras whose views are
     /// to say what they know of faults; those that took no part always do.
     pub fn settled_views(

@@ -57,9 +57,12 @@ impl Suspects {
         };
         let [simple, whole] = one.evidences();
         let [by_simple, by_whole] = one.accused.explain();
-        let is_simple = by_simple && (!by_whole || simple + SIMPLE > whole);
+        let is_clock = matches!(left_out, LeftOut::Clock(_));
+        let is_simple = is_clock || by_simple && (!by_whole || simple + SIMPLE > whole);
         let (first, causes) = match left_out {
-            LeftOut::Camera(camera) => (0, [Cause::Clock(camera), Cause::Camera(camera)]),
+            LeftOut::Camera(camera) | LeftOut::Clock(camera) => {
+                (0, [Cause::Clock(camera), Cause::Camera(camera)])
+            }
             LeftOut::Tag(tag) => {
                 let tag = (object, tag);
                 (2, [Cause::Size(tag), Cause::Place(tag)])
@@ -70,7 +73,7 @@ impl Suspects {
             cell.0[first..first + 2].copy_from_slice(&evidence);
         }
         match left_out {
-            LeftOut::Camera(camera) => {
+            LeftOut::Camera(camera) | LeftOut::Clock(camera) => {
                 self.angles.insert(camera, one.angles);
                 self.cameras.insert(camera, one.accused);
             }
