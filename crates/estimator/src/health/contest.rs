@@ -61,6 +61,8 @@ pub(super) struct Contest {
     /// Whether the object has become restless, and whether errors are stated.
     restless: bool,
     stated: bool,
+    /// Whether something speaks against what is seen of the object.
+    suspected: bool,
 }
 
 impl Contest {
@@ -78,12 +80,19 @@ impl Contest {
             before: recall.len(),
             restless: false,
             stated: false,
+            suspected: false,
         }
     }
 
-    /// The object has become far more restless than it was.
-    pub fn note_restless(&mut self) {
-        self.restless = true;
+    /// Something speaks against what is seen of the object, or it has become far more restless than it was.
+    pub fn note(&mut self, suspected: bool, restless: bool) {
+        self.suspected |= suspected;
+        self.restless |= restless;
+    }
+
+    /// Whether it goes on where something speaks against what is seen of that object.
+    pub fn keeps_to(&self, object: usize) -> bool {
+        self.object == object || self.suspected
     }
 
     /// Who may be wrong: those who are new join in. `known` is wrong for certain.
@@ -286,5 +295,36 @@ impl Contest {
             _ => None,
         };
         ranked.filter_map(tag_of).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn about_a_body_that_is_but_restless_it_ends_where_another_is_suspected() {
+        let mut contest = Contest::new(0, 0, &Lasting::default(), &Recall::default());
+        contest.note(false, true);
+        assert!(contest.keeps_to(0) && !contest.keeps_to(1));
+        contest.note(true, true);
+        assert!(contest.keeps_to(1));
+    }
+
+    #[test]
+    fn those_who_contend_are_few_and_the_reference_is_right_where_nobody_vouches_for_another() {
+        let recall = Recall::default();
+        let mut contest = Contest::new(0, 0, &Lasting::default(), &recall);
+        contest.call(Vec::new(), &[0], &[], &recall, 0);
+        assert_eq!(contest.contenders.len(), 0, "one camera contradicts nobody");
+        contest.call(Vec::new(), &[1, 0], &[], &recall, 0);
+        let left_out = contest.contenders.iter().filter_map(|one| one.left_out);
+        let all: Vec<LeftOut> = left_out.collect();
+        let [moved, other] = [LeftOut::Camera(1), LeftOut::Camera(0)];
+        assert_eq!(all, [moved, LeftOut::Clock(1), other]);
+        let many: Vec<usize> = (0..50).collect();
+        contest.call(Vec::new(), &many, &[], &recall, 0);
+        contest.call(Vec::new(), &many, &[], &recall, 0);
+        assert_eq!(contest.contenders.len(), MOST_OF_CAMERAS);
     }
 }

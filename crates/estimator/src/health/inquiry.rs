@@ -59,13 +59,16 @@ impl Health {
         let is_held = self.contest.is_some() && is_unknown;
         let is_allowed = self.weariness.allows(now_ns, is_held);
         let suspected = is_unknown.then(|| self.suspects.most_suspected());
+        if let Some(object) = suspected {
+            self.contest.take_if(|held| !held.keeps_to(object));
+        }
         let object = suspected.or_else(|| self.restless_among_few(now_ns));
         match object.filter(|_| is_allowed) {
             None => self.contest = None,
             Some(_) if self.recalls.values().any(Recall::is_full) => self.forget_past(),
             Some(object) => {
                 if now_ns >= self.rests_until_ns {
-                    self.hold_contest(object, now_ns, site, options);
+                    self.hold_contest((object, is_unknown), now_ns, site, options);
                 }
                 return;
             }
@@ -97,8 +100,14 @@ impl Health {
         self.restless.objects(now_ns).find(are_few)
     }
 
-    /// About an object, unless one is held.
-    fn hold_contest(&mut self, object: usize, now_ns: u64, site: &Site, options: &FusionOptions) {
+    /// About an object, that is suspected or but restless, unless one is held.
+    fn hold_contest(
+        &mut self,
+        (object, is_suspected): (usize, bool),
+        now_ns: u64,
+        site: &Site,
+        options: &FusionOptions,
+    ) {
         let held = self.contest.as_ref();
         let object = held.map_or(object, |contest| contest.object);
         let Some(recall) = self.recalls.get(&object) else {
@@ -106,9 +115,7 @@ impl Health {
         };
         let begin = || Contest::new(object, now_ns, &self.lasting, recall);
         let mut contest = self.contest.take().unwrap_or_else(begin);
-        if self.restless.is(object, now_ns) {
-            contest.note_restless();
-        }
+        contest.note(is_suspected, self.restless.is(object, now_ns));
         let mut cameras: Vec<usize> = recall.cameras().into_iter().collect();
         let agreed = |camera: &usize| {
             self.cameras
