@@ -16,8 +16,6 @@ pub const HEADER_BYTES: usize = 4;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 #[repr(u8)]
 pub enum Kind {
-    /// [`crate::Observations`]
-    Observations = 1,
     /// [`crate::Preview`]
     Preview = 2,
     /// [`crate::CameraStatus`]
@@ -46,12 +44,13 @@ pub enum Kind {
     ConfigAnswer = 17,
     /// [`crate::DetectionReport`]
     DetectionReport = 18,
+    /// [`crate::Observations`]
+    Observations = 19,
 }
 
 impl Kind {
     /// Every kind, by number.
     pub const ALL: [Self; 15] = [
-        Self::Observations,
         Self::Preview,
         Self::CameraStatus,
         Self::ObjectPose,
@@ -66,13 +65,14 @@ impl Kind {
         Self::ClockReport,
         Self::ConfigAnswer,
         Self::DetectionReport,
+        Self::Observations,
     ];
 
     /// Longest payload of this kind, header included.
     #[must_use]
     pub const fn max_bytes(self) -> usize {
         match self {
-            Self::Observations => 64 * 1024,
+            Self::Observations => 80 * 1024,
             Self::Preview => 100 * 1024,
             Self::DetectionReport => 4 * 1024,
             Self::CameraStatus => 8 * 1024,

@@ -47,7 +47,7 @@ fn unchecked(change: impl FnOnce(&mut Observations)) -> Result<Observations, Dec
 #[test]
 fn values_out_of_range_neither_enter_nor_leave() {
     type Change = fn(&mut Observations);
-    let changes: [(&str, Change); 10] = [
+    let changes: [(&str, Change); 12] = [
         ("tags[].corners", |m| m.tags[1].corners[2][0] = f32::NAN),
         ("tags[].corners", |m| {
             m.tags[1].corners[2][1] = f32::INFINITY
@@ -56,6 +56,12 @@ fn values_out_of_range_neither_enter_nor_leave() {
         ("tags[].margin", |m| m.tags[0].margin = f32::NAN),
         ("tags[].corner_covariance", |m| {
             m.tags[0].corner_covariance[3] = [1.0, 2.0, 1.0];
+        }),
+        ("tags[].corner_cross_covariance", |m| {
+            m.tags[1].corner_cross_covariance[5][3] = f32::NAN;
+        }),
+        ("tags[].corner_cross_covariance", |m| {
+            m.tags[0].corner_cross_covariance[2][1] = 0.1;
         }),
         ("tags[].poses[].position", |m| {
             m.tags[0].poses[0].position[1] = f32::NEG_INFINITY;

@@ -24,7 +24,7 @@ pub use sight::{detected_tags, image_of};
 #[derive(Args, Debug)]
 #[command(group = ArgGroup::new("written").args(["dataset", "explain"]))]
 #[command(after_help = "With --json, a line an image:
-  {\"file\",\"ms\",\"detections\":[{\"family\",\"id\",\"hamming\",\"margin\",\"corners\":[[x,y]x4],\"corner_covariance\":[[xx,xy,yy]x4]}]}
+  {\"file\",\"ms\",\"detections\":[{\"family\",\"id\",\"hamming\",\"margin\",\"corners\":[[x,y]x4],\"corner_covariance\":[[xx,xy,yy]x4],\"corner_cross_covariance\":[[xx,xy,yx,yy]x6]}]}
 Corners run from the top left clockwise, pixels, (0, 0) at the centre of the top-left one, covariances in square pixels. `ms` is the time of the detection
 alone, without reading the file: of one run, or with --reps N the median of N runs after one that does not count.
 With --tracking a line also has \"tracking\":{\"areas\",\"share\",\"followed\",\"discovered\",\"awaited\"}: the parts of the picture

@@ -36,7 +36,8 @@ fn write_detections(recording: &Recording, into: &Path) {
             let tags = said["detections"].as_array().unwrap().iter().map(|tag| {
                 let [family, id] = [&tag["family"], &tag["id"]];
                 let [corners, covariance] = [&tag["corners"], &tag["corner_covariance"]];
-                json!({"family": family, "id": id, "corners": corners, "corner_covariance": covariance})
+                let between = &tag["corner_cross_covariance"];
+                json!({"family": family, "id": id, "corners": corners, "corner_covariance": covariance, "corner_cross_covariance": between})
             });
             let numbers = [t_ns, arrival_ns].map(|number| number.parse::<u64>().unwrap());
             let line = json!({"t_ns": numbers[0], "arrival_ns": numbers[1], "detections": tags.collect::<Vec<_>>()});
@@ -181,6 +182,7 @@ fn detect_says_one_line_an_image_in_the_order_given() {
         keys,
         [
             "corner_covariance",
+            "corner_cross_covariance",
             "corners",
             "family",
             "hamming",

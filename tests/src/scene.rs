@@ -104,6 +104,7 @@ impl Scene {
             margin: 60.0,
             corners,
             corner_covariance: [[SIGMA_PX.powi(2) as f32, 0.0, SIGMA_PX.powi(2) as f32]; 4],
+            corner_cross_covariance: [[0.0; 4]; 6],
             poses: Vec::new(),
         })
     }

@@ -139,6 +139,7 @@ fn observation(seen: &sextant_simulator::ObservedTag) -> TagObservation {
             .corners
             .map(|corner| [corner.x as f32, corner.y as f32]),
         corner_covariance: [[variance, 0.0, variance]; 4],
+        corner_cross_covariance: [[0.0; 4]; 6],
         poses: Vec::new(),
     }
 }

@@ -19,6 +19,9 @@ pub struct Detection {
     pub corners: [[f32; 2]; 4],
     /// Covariance of each corner as (xx, xy, yy) in square pixels.
     pub corner_covariance: [[f32; 3]; 4],
+    /// Covariance between the corners of each of [`sextant_geometry::CORNER_PAIRS`] in square pixels: x of the one with x and with y of the
+    /// other, then y of the one with both.
+    pub corner_cross_covariance: [[f32; 4]; 6],
     /// What the corners come from.
     pub refinement: Refinement,
 }

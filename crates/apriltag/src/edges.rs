@@ -17,11 +17,21 @@ const SHARED_ERROR_PX: f32 = 0.015;
 /// Covariance of corners that only the outline tells: half a pixel either way.
 const OUTLINE_COVARIANCE: [f32; 3] = [0.25, 0.0, 0.25];
 
-/// Corners and their covariance (xx, xy, yy).
+/// Corners, their covariance (xx, xy, yy) and that between them, as a [`crate::Detection`] has them.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Corners {
     pub(crate) quad: Quad,
     pub(crate) covariance: [[f32; 3]; 4],
+    /// Nothing where lines alone tell: what profiles of an edge share is known too badly.
+    pub(crate) cross_covariance: [[f32; 4]; 6],
+}
+
+impl Corners {
+    /// Of all corners along either axis.
+    pub(crate) fn mean_variance(&self) -> f32 {
+        let traces = self.covariance.iter().map(|[xx, _, yy]| xx + yy);
+        traces.sum::<f32>() / 8.0
+    }
 }
 
 /// From the quad around an outline to within a fraction of a pixel, as well as lines through a few places on the border's edges
@@ -30,6 +40,7 @@ pub(crate) fn fit_coarsely(view: &View<'_>, quad: &Quad) -> Corners {
     let outline = Corners {
         quad: *quad,
         covariance: [OUTLINE_COVARIANCE; 4],
+        cross_covariance: Default::default(),
     };
     fit(view, quad, &Profiles::coarse(quad)).unwrap_or(outline)
 }
@@ -49,7 +60,11 @@ fn fit(view: &View<'_>, quad: &Quad, profiles: &Profiles) -> Option<Corners> {
     let covariance: [[f32; 3]; 4] =
         std::array::from_fn(|i| corner_covariance(&sides[(i + 3) % 4], &sides[i]));
     let finite = covariance.iter().flatten().all(|value| value.is_finite());
-    finite.then_some(Corners { quad, covariance })
+    finite.then_some(Corners {
+        quad,
+        covariance,
+        cross_covariance: Default::default(),
+    })
 }
 
 /// A fitted side: its line, and the variance of its distance from where it begins and from where it ends.

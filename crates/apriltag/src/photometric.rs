@@ -32,8 +32,8 @@ use equations::Equations;
 use model::{Model, TUKEY};
 use pattern::{MOST_EDGES, Pattern};
 use pixels::Pixels;
-use sextant_geometry::Lens;
-use state::{PARAMETERS, State};
+use sextant_geometry::{CORNER_PAIRS, Lens};
+use state::{PARAMETERS, Row, State, dot};
 use straightened::Straightened;
 
 /// Residuals in standard deviations of the image's noise up to which its covariance says what the corners are worth:
@@ -99,27 +99,40 @@ impl PatternFitter {
 
         let residual = levels * self.equations.residual_variance().sqrt();
         let variance = (residual.max(ROUNDING) / levels).powi(2) * excess;
-        let covariance = state.corner_covariances(&self.equations);
-        let covariance = covariance.map(|corner| corner.map(|value| value * variance));
+        let mut rows = state.corner_rows(&self.equations);
+        let squares = rows.as_flattened().iter().map(|row| dot(row, row));
+        let mean_variance = variance * squares.sum::<f32>() / 8.0;
 
         let noises = residual / noise_sigma.max(ROUNDING);
         // Sharp pictures without noise are no camera's: where all edges cross their pixels alike, a fit may come to rest beside
         // them, and edges along rows and columns are exact.
         let real = noise_sigma > 0.0 || !state.is_sharp();
-        let surer = mean_variance(&covariance) < UNSTATED * mean_variance(&edges.covariance);
+        let surer = mean_variance < UNSTATED * edges.mean_variance();
         if !(real && noises < MOST_NOISES && surer && state.is_plausible(&start)) {
             return None;
         }
-        let mut corners = Corners {
-            quad: state.corners(),
-            covariance,
-        };
+        let mut quad = state.corners();
         if let Some(straightened) = &straightened {
-            for (corner, covariance) in corners.quad.iter_mut().zip(&mut corners.covariance) {
-                (*corner, *covariance) = straightened.corner(*corner, *covariance)?;
+            for (corner, rows) in quad.iter_mut().zip(&mut rows) {
+                (*corner, *rows) = straightened.shown(*corner, *rows)?;
             }
         }
-        Some(corners)
+        let shared = |a: &Row, b: &Row| variance * dot(a, b);
+        Some(Corners {
+            quad,
+            covariance: rows
+                .each_ref()
+                .map(|[x, y]| [shared(x, x), shared(x, y), shared(y, y)]),
+            cross_covariance: CORNER_PAIRS.map(|pair| {
+                let [[ax, ay], [bx, by]] = pair.map(|corner| &rows[corner]);
+                [
+                    shared(ax, bx),
+                    shared(ax, by),
+                    shared(ay, bx),
+                    shared(ay, by),
+                ]
+            }),
+        })
     }
 
     /// Steps with a few of the pixels until the corners are about where they belong, then with all until they rest; what
@@ -169,9 +182,4 @@ impl PatternFitter {
             PARAMETERS
         });
     }
-}
-
-/// Of all corners along either axis.
-fn mean_variance(covariance: &[[f32; 3]; 4]) -> f32 {
-    covariance.iter().map(|[xx, _, yy]| xx + yy).sum::<f32>() / 8.0
 }

@@ -51,6 +51,7 @@ impl Sighting {
             margin: self.reading.margin,
             corners: corners.quad,
             corner_covariance: corners.covariance,
+            corner_cross_covariance: corners.cross_covariance,
             refinement,
         }
     }

@@ -5,7 +5,9 @@
 mod drawing;
 
 use drawing::{Camera, Picture, Random, Tag};
+use nalgebra::{Matrix2, SMatrix, SVector};
 use sextant_apriltag::{Detection, Detector, Family, Image, Options, Refinement};
+use sextant_geometry::CORNER_PAIRS;
 
 fn camera() -> Camera {
     Camera::new(200, 150)
@@ -303,11 +305,32 @@ fn a_stride_changes_nothing() {
     assert_eq!(detector.detect(&image), detect(&pixels, &camera));
 }
 
-#[test]
-fn stated_covariances_are_what_errors_are() {
+/// Covariance of x and y of each corner in turn.
+fn joint_covariance(found: &Detection) -> SMatrix<f64, 8, 8> {
+    let mut joint = SMatrix::<f64, 8, 8>::zeros();
+    for (corner, [xx, xy, yy]) in found.corner_covariance.into_iter().enumerate() {
+        let own = Matrix2::new(xx, xy, xy, yy).cast();
+        joint
+            .fixed_view_mut::<2, 2>(2 * corner, 2 * corner)
+            .copy_from(&own);
+    }
+    for ([a, b], cross) in CORNER_PAIRS.into_iter().zip(found.corner_cross_covariance) {
+        let cross: Matrix2<f64> = Matrix2::from_row_slice(&cross).cast();
+        joint.fixed_view_mut::<2, 2>(2 * a, 2 * b).copy_from(&cross);
+        joint
+            .fixed_view_mut::<2, 2>(2 * b, 2 * a)
+            .copy_from(&cross.transpose());
+    }
+    joint
+}
+
+/// Over many drawn tags: squared errors of all corners per degree of freedom, of the tag's place and of its turn in the image, against
+/// what the joint covariance says of each.
+fn normalised_errors() -> [f64; 3] {
     let (camera, mut random) = (Camera::new(120, 112), Random(7));
-    let (mut sum, mut n) = (0.0, 0.0);
-    for trial in 0..16 {
+    let mut sums = [0.0; 3];
+    const TRIALS: u32 = 60;
+    for trial in 0..TRIALS {
         let tag = Tag {
             position_m: [
                 random.between(-0.01, 0.01),
@@ -322,26 +345,34 @@ fn stated_covariances_are_what_errors_are() {
             ..Tag::new(trial * 9)
         };
         let picture = Picture::draw(&camera, std::slice::from_ref(&tag), 128.0).blurred(0.6);
-        let found = detect(&picture.pixels(2.0, u64::from(trial) + 1), &camera);
+        let pixels = picture.pixels(2.0, u64::from(trial) + 1);
+        let found = detect(&pixels, &camera);
         assert_eq!(found.len(), 1, "trial {trial}");
-        for ((corner, truth), [xx, xy, yy]) in found[0]
-            .corners
-            .iter()
-            .zip(tag.corners(&camera))
-            .zip(found[0].corner_covariance.map(|c| c.map(f64::from)))
-        {
-            let (dx, dy) = (
-                f64::from(corner[0]) - truth[0],
-                f64::from(corner[1]) - truth[1],
-            );
-            sum += (dx * dx * yy - 2.0 * dx * dy * xy + dy * dy * xx) / (xx * yy - xy * xy) / 2.0;
-            n += 1.0;
+        let (seen, truth) = (found[0].corners, tag.corners(&camera));
+        let error = SVector::from_fn(|i, _| f64::from(seen[i / 2][i % 2]) - truth[i / 2][i % 2]);
+        let middle = found[0].centre();
+        let turn = SVector::from_fn(|i, _| match i % 2 {
+            0 => f64::from(middle[1] - seen[i / 2][1]),
+            _ => f64::from(seen[i / 2][0] - middle[0]),
+        });
+        let place = |axis: usize| SVector::from_fn(|i, _| f64::from(u8::from(i % 2 == axis)));
+        let joint = joint_covariance(&found[0]);
+        let along = |what: SVector<f64, 8>| what.dot(&error).powi(2) / what.dot(&(joint * what));
+        let all = error.dot(&(joint.cholesky().unwrap().solve(&error))) / 8.0;
+        let of_place = 0.5 * (along(place(0)) + along(place(1)));
+        for (sum, one) in sums.iter_mut().zip([all, of_place, along(turn)]) {
+            *sum += one;
         }
     }
-    let normalised_error_squared = sum / n;
+    sums.map(|sum| sum / f64::from(TRIALS))
+}
+
+#[test]
+fn stated_covariances_are_what_errors_are() {
+    let errors = normalised_errors();
     assert!(
-        (0.6..1.6).contains(&normalised_error_squared),
-        "{normalised_error_squared}"
+        errors.iter().all(|one| (0.6..1.6).contains(one)),
+        "{errors:?}"
     );
 }
 

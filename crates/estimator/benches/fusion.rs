@@ -114,6 +114,7 @@ fn image(
                     tag: tag.tag,
                     corners,
                     corner_covariance: [Matrix2::identity() * 0.0025; 4],
+                    corner_cross_covariance: [Matrix2::zeros(); 6],
                 });
             }
         }

@@ -1,6 +1,7 @@
 //! What one image shows: the corners of its tags, in pixels, with capture time and its error.
 
-use nalgebra::{Matrix2, Point2};
+use nalgebra::{Matrix2, Point2, SMatrix};
+use sextant_geometry::CORNER_PAIRS;
 
 use crate::{CameraId, TagId};
 
@@ -13,6 +14,41 @@ pub struct TagCorners {
     pub corners: [Point2<f64>; 4],
     /// Covariance of each corner in px², as the detector states it; an all-zero matrix where it says nothing.
     pub corner_covariance: [Matrix2<f64>; 4],
+    /// Covariance between the corners of each of [`sextant_geometry::CORNER_PAIRS`] in px², rows of the first one; all zero where their
+    /// errors are independent, or nobody knows.
+    pub corner_cross_covariance: [Matrix2<f64>; 6],
+}
+
+impl TagCorners {
+    /// Whether it is said how the errors of corners hang together.
+    pub(crate) fn is_joint(&self) -> bool {
+        self.corner_cross_covariance
+            .iter()
+            .any(|cross| *cross != Matrix2::zeros())
+    }
+
+    /// Covariance of x and y of each corner in turn, px².
+    pub(crate) fn covariance(&self) -> SMatrix<f64, 8, 8> {
+        let mut all = self.own_covariance();
+        for ([a, b], cross) in CORNER_PAIRS.iter().zip(&self.corner_cross_covariance) {
+            all.fixed_view_mut::<2, 2>(2 * a, 2 * b).copy_from(cross);
+            let transposed = cross.transpose();
+            all.fixed_view_mut::<2, 2>(2 * b, 2 * a)
+                .copy_from(&transposed);
+        }
+        all
+    }
+
+    /// The same of corners whose errors are independent.
+    pub(crate) fn own_covariance(&self) -> SMatrix<f64, 8, 8> {
+        let mut all = SMatrix::<f64, 8, 8>::zeros();
+        for (corner, own) in self.corner_covariance.iter().enumerate() {
+            let symmetric = (own + own.transpose()) * 0.5;
+            let mut block = all.fixed_view_mut::<2, 2>(2 * corner, 2 * corner);
+            block.copy_from(&symmetric);
+        }
+        all
+    }
 }
 
 /// The tags of one image.

@@ -9,7 +9,7 @@ use sextant_geometry::tag_corners_in_tag;
 use crate::filter::bent;
 use crate::filter::chain::{Chain, Limb};
 use crate::filter::corners::{PosedCamera, View};
-use crate::filter::edges::EdgeModes;
+use crate::filter::edges::{EdgeModes, Matrix8};
 use crate::filter::normal::NoiseSource;
 use crate::filter::shutter::RollingShutter;
 use crate::{
@@ -290,14 +290,11 @@ fn ordered(mut views: Vec<View>) -> Vec<View> {
 /// Whether all corners are numbers, and lie in the image or not farther outside than it is large.
 fn is_sound(seen: &TagCorners, [width, height]: [u32; 2]) -> bool {
     let within = |x: f64, size: u32| (-f64::from(size)..=2.0 * f64::from(size)).contains(&x);
-    let covariance = seen
-        .corner_covariance
-        .iter()
-        .flat_map(|matrix| matrix.iter());
+    let covariance = seen.covariance();
     seen.corners
         .iter()
         .all(|corner| within(corner.x, width) && within(corner.y, height))
-        && covariance.clone().all(|x| x.is_finite())
+        && covariance.iter().all(|x| x.is_finite())
 }
 
 /// The view of a tag whose place on the object is known, if its corners enclose something.
@@ -309,10 +306,20 @@ fn view(
 ) -> Option<View> {
     let tag = &place.tag;
     let object_from_tag = tag.object_from_tag?;
-    let (covariance, noise_source) = corner_noise(seen, options);
-    let misplaced = Matrix2::identity() * misplacement(camera, seen, place);
-    let covariance = covariance.map(|covariance| covariance + misplaced);
-    let information = covariance.map(|covariance| covariance.try_inverse().unwrap_or_default());
+    let (noise, noise_source) = corner_noise(seen, options);
+    let misplaced = misplacement(camera, seen, place);
+    let [joint, own] = noise.map(|noise| noise + Matrix8::identity() * misplaced);
+    let modes = |covariance: &Matrix8| EdgeModes::new(&seen.corners, covariance);
+    let is_stated = noise_source == NoiseSource::Detector && seen.is_joint();
+    let of_joint = Some(joint)
+        .filter(|_| is_stated)
+        .and_then(|joint| modes(&joint));
+    let is_joint = of_joint.is_some();
+    let edges = of_joint.or_else(|| modes(&own))?;
+    let information = [0, 2, 4, 6].map(|x| {
+        let of_corner: Matrix2<f64> = own.fixed_view::<2, 2>(x, x).into();
+        of_corner.try_inverse().unwrap_or_default()
+    });
     Some(View {
         tag: tag.tag,
         limb: place.limb.clone(),
@@ -322,7 +329,8 @@ fn view(
         corners_in_image: seen.corners,
         bow: bent::bow(&camera.lens, &seen.corners),
         information,
-        edges: EdgeModes::new(&seen.corners, &covariance)?,
+        edges,
+        is_joint,
         noise_source,
         tag_sigma: place.sigma,
         after_s: camera.shutter.map(|shutter| shutter.after_s(&seen.corners)),
@@ -360,25 +368,22 @@ fn reach_px(camera: &crate::Camera) -> f64 {
     farthest(numbers.cx, width).hypot(farthest(numbers.cy, height))
 }
 
-/// The covariance of each corner as stated, with the floor added; the usual one where nothing or nonsense is stated.
-fn corner_noise(seen: &TagCorners, options: &FusionOptions) -> ([Matrix2<f64>; 4], NoiseSource) {
-    let floor = Matrix2::identity() * options.corner_floor_px.powi(2);
-    let stated = seen
-        .corner_covariance
-        .map(|stated| (stated + stated.transpose()) * 0.5);
+/// The covariance of x and y of each corner in turn as stated, with the floor added, and where that is none the one without what is
+/// said of pairs; the usual one where nothing or nonsense is stated.
+fn corner_noise(seen: &TagCorners, options: &FusionOptions) -> ([Matrix8; 2], NoiseSource) {
+    let floor = Matrix8::identity() * options.corner_floor_px.powi(2);
     let is_sensible = |stated: &Matrix2<f64>| {
-        stated.trace() > 0.0
-            && stated.determinant() > 0.0
-            && (stated + floor).iter().all(|x| x.is_finite())
+        let symmetric = (stated + stated.transpose()) * 0.5;
+        symmetric.trace() > 0.0 && symmetric.determinant() > 0.0
     };
-    if stated.iter().all(is_sensible) {
-        (stated.map(|stated| stated + floor), NoiseSource::Detector)
+    let stated = [seen.covariance(), seen.own_covariance()].map(|stated| stated + floor);
+    let is_finite = stated[0].iter().all(|x| x.is_finite());
+    if is_finite && seen.corner_covariance.iter().all(is_sensible) {
+        (stated, NoiseSource::Detector)
     } else {
         let variance = usual_variance(&seen.corners, options);
-        (
-            [Matrix2::identity() * variance + floor; 4],
-            NoiseSource::Nobody,
-        )
+        let usual = Matrix8::identity() * variance + floor;
+        ([usual; 2], NoiseSource::Nobody)
     }
 }
 

@@ -3,6 +3,7 @@
 //! Pure functions of `f64`; no clock, no image, no file, no network. Metres, radians, pixels; the frames and signs are
 //! those of `FRAMES.md`, which has a test for each of its sentences.
 
+pub mod corner_pairs;
 pub mod homography;
 pub mod least_squares;
 pub mod lens;
@@ -13,6 +14,7 @@ pub mod so3;
 mod stumpff;
 pub mod tag_frame;
 
+pub use corner_pairs::{CORNER_PAIRS, wrong_corner_pair};
 pub use homography::Homography;
 pub use lens::{Intrinsics, Lens, LensError, LensModel, LensParameters, UnprojectError};
 pub use pose::{Pose, PoseError, PoseParts};

@@ -3,6 +3,7 @@
 use crate::error::RecordingError;
 use crate::lines::{Ascending, each_line};
 use serde::{Deserialize, Serialize};
+use sextant_geometry::wrong_corner_pair;
 use sextant_tag_families::Family;
 use std::path::Path;
 
@@ -34,6 +35,10 @@ pub struct DetectedTag {
     /// Covariance of each corner as (xx, xy, yy) in square pixels, in single precision as on the wire; goes before `sigma_px`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub corner_covariance: Option<[[f32; 3]; 4]>,
+    /// Covariance between the corners of each of [`sextant_geometry::CORNER_PAIRS`] in square pixels: x of the one with x and with y of
+    /// the other, then y of the one with both; independent when absent. Counts beside `corner_covariance` only.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub corner_cross_covariance: Option<[[f32; 4]; 6]>,
 }
 
 /// Corners beyond this many pixels are no corners of an image.
@@ -61,7 +66,7 @@ impl DetectionsLine {
         let line: Self = serde_json::from_str(text).map_err(|error| {
             // The position inside the line is the column; its "line 1" would mislead.
             let cause = error.to_string().replace("at line 1 column", "at column");
-            (cause, "write {\"t_ns\",\"arrival_ns\",\"detections\":[{\"family\",\"id\",\"corners\":[[x,y]x4],\"sigma_px\",\"corner_covariance\":[[xx,xy,yy]x4]}]} with finite numbers")
+            (cause, "write {\"t_ns\",\"arrival_ns\",\"detections\":[{\"family\",\"id\",\"corners\":[[x,y]x4],\"sigma_px\",\"corner_covariance\":[[xx,xy,yy]x4],\"corner_cross_covariance\":[[xx,xy,yx,yy]x6]}]} with finite numbers")
         })?;
         line.detections.iter().try_for_each(DetectedTag::check)?;
         Ok(line)
@@ -91,8 +96,26 @@ impl DetectedTag {
                     "write xx, xy, yy of each corner in square pixels, xx and yy above 0, or leave it out",
                 ))
             }
-            _ => Ok(()),
+            _ => self.check_pairs(&tag),
         }
+    }
+
+    fn check_pairs(&self, tag: &str) -> Result<(), (String, &'static str)> {
+        let Some(crosses) = self.corner_cross_covariance else {
+            return Ok(());
+        };
+        let Some(own) = self.corner_covariance else {
+            let cause = format!("{tag} has corner_cross_covariance, but no corner_covariance");
+            return Err((cause, "write both, or leave it out"));
+        };
+        let Some([a, b]) = wrong_corner_pair(&own, &crosses) else {
+            return Ok(());
+        };
+        let cause = format!("corner_cross_covariance of {tag} is none of the corners {a} and {b}");
+        Err((
+            cause,
+            "write xx, xy, yx, yy of the corners 0 and 1, 0 and 2, 0 and 3, 1 and 2, 1 and 3, 2 and 3 in square pixels, no product above that of the corners' own variances, or leave it out",
+        ))
     }
 }
 
@@ -109,6 +132,14 @@ mod tests {
     use std::fs;
 
     const GOOD: &str = r#"{"t_ns":5,"detections":[{"family":"tag36h11","id":3,"hamming":0,"margin":70.5,"corners":[[1.1,2],[3,2],[3,4],[1,4]]}]}"#;
+
+    const OWN: &str = "\"corner_covariance\":[[1,0,1],[1,0,1],[1,0,1],[1,0,1]]";
+
+    /// Corners 1 and 3 share so much in x, others half of their own.
+    fn crossing(shared: &str) -> String {
+        let half = "[0.5,0,0,-0.5]";
+        format!("\"corner_cross_covariance\":[{half},{half},{half},{half},[{shared},0,0,0],{half}]")
+    }
 
     fn read(text: &str) -> Result<Vec<DetectionsLine>, String> {
         let folder = tempfile::tempdir().unwrap();
@@ -152,6 +183,7 @@ mod tests {
                     [1.0, 0.0, 2.0],
                     [1e-12; 3],
                 ]),
+                corner_cross_covariance: Some([[1e-13, -1e-13, odd * 1e-20, 0.0]; 6]),
             }],
         };
         let text = serde_json::to_string(&line).unwrap();
@@ -218,6 +250,14 @@ mod tests {
                     "\"corner_covariance\":[[1,0,1],[1,0,1],[1,2,1],[1,0,1]]",
                 ),
                 "detections.jsonl:1: corner_covariance of tag36h11:3 is no covariance",
+            ),
+            (
+                GOOD.replace("\"hamming\":0", &format!("{OWN},{}", crossing("1.5"))),
+                "detections.jsonl:1: corner_cross_covariance of tag36h11:3 is none of the corners 1 and 3",
+            ),
+            (
+                GOOD.replace("\"hamming\":0", &crossing("0.5")),
+                "detections.jsonl:1: tag36h11:3 has corner_cross_covariance, but no corner_covariance",
             ),
             (
                 GOOD.replace("\"t_ns\":5,", ""),

@@ -80,6 +80,7 @@ fn tag(detection: &Detection, lens: Option<&Lens>, models: &Models) -> TagObserv
         margin: detection.margin,
         corners: detection.corners,
         corner_covariance: detection.corner_covariance,
+        corner_cross_covariance: detection.corner_cross_covariance,
         poses,
     }
 }

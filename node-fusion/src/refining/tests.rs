@@ -82,6 +82,7 @@ fn image(camera: &Camera, object: &ObjectModel, seconds: f64) -> ImageObservatio
             tag: tag.tag,
             corners,
             corner_covariance: [Matrix2::zeros(); 4],
+            corner_cross_covariance: [Matrix2::zeros(); 6],
         }
     });
     ImageObservation {

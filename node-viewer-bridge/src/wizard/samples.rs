@@ -66,6 +66,7 @@ pub(super) fn image(step: u64) -> ImageObservation {
             tag: tag.tag,
             corners: corners.map(|corner| lens.project(&(camera_from_tag * corner)).unwrap()),
             corner_covariance: [Matrix2::zeros(); 4],
+            corner_cross_covariance: [Matrix2::zeros(); 6],
         }
     });
     ImageObservation {

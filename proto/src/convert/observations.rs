@@ -31,6 +31,9 @@ impl From<&TagObservation> for TagCorners {
                 let (xx, xy, yy) = (f64::from(xx), f64::from(xy), f64::from(yy));
                 Matrix2::new(xx, xy, xy, yy)
             }),
+            corner_cross_covariance: tag
+                .corner_cross_covariance
+                .map(|cross| Matrix2::from_row_slice(&cross.map(f64::from))),
         }
     }
 }

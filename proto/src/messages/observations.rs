@@ -7,6 +7,7 @@ use crate::messages::camera_status::ClockQuality;
 use crate::wire;
 use serde::{Deserialize, Serialize};
 use sextant_estimator::CameraId;
+use sextant_geometry::wrong_corner_pair;
 use sextant_tag_families::Family;
 
 /// One image's tags. Sent for every image, also for one without a tag: "nothing seen" is news.
@@ -57,6 +58,9 @@ pub struct TagObservation {
     pub corners: [[f32; 2]; 4],
     /// Covariance of each corner as xx, xy, yy; square pixels.
     pub corner_covariance: [[f32; 3]; 4],
+    /// Covariance between the corners of each of [`sextant_geometry::CORNER_PAIRS`]: x of the one with x and with y of the other, then y of the one with
+    /// both; square pixels. All zero where their errors are independent, or nobody knows.
+    pub corner_cross_covariance: [[f32; 4]; 6],
     /// `camera_from_tag` in both branches of the planar ambiguity, the better first; empty without a known size or lens.
     #[serde(deserialize_with = "wire::list::at_most::<_, _, MAX_TAG_POSES>")]
     pub poses: Vec<TagPose>,
@@ -108,6 +112,8 @@ impl TagObservation {
         for covariance in self.corner_covariance {
             check::covariance_2x2(covariance, "tags[].corner_covariance")?;
         }
+        let wrong = wrong_corner_pair(&self.corner_covariance, &self.corner_cross_covariance);
+        holds(wrong.is_none(), "tags[].corner_cross_covariance")?;
         holds(self.poses.len() <= MAX_TAG_POSES, "tags[].poses")?;
         self.poses.iter().try_for_each(TagPose::check)
     }

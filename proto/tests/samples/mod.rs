@@ -54,6 +54,7 @@ pub fn observations() -> Observations {
                 margin: 61.5,
                 corners,
                 corner_covariance: [[0.0025, -0.000_5, 0.005]; 4],
+                corner_cross_covariance: [[0.000_25, -0.001, 0.000_5, -0.000_25]; 6],
                 poses: vec![pose(0.0625), pose(1.75)],
             },
             TagObservation {
@@ -63,6 +64,7 @@ pub fn observations() -> Observations {
                 margin: 88.0,
                 corners,
                 corner_covariance: [[0.0, 0.0, 0.0]; 4],
+                corner_cross_covariance: [[0.0; 4]; 6],
                 poses: vec![],
             },
         ],

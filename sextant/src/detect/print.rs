@@ -55,6 +55,7 @@ pub struct TagLine {
     margin: f32,
     corners: [[f32; 2]; 4],
     corner_covariance: [[f32; 3]; 4],
+    corner_cross_covariance: [[f32; 4]; 6],
 }
 
 impl From<&Detection> for TagLine {
@@ -66,6 +67,7 @@ impl From<&Detection> for TagLine {
             margin: detection.margin,
             corners: detection.corners,
             corner_covariance: detection.corner_covariance,
+            corner_cross_covariance: detection.corner_cross_covariance,
         }
     }
 }

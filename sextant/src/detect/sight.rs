@@ -121,6 +121,7 @@ pub fn detected_tags(detections: &[Detection]) -> Vec<DetectedTag> {
         corners: detection.corners,
         sigma_px: None,
         corner_covariance: Some(detection.corner_covariance),
+        corner_cross_covariance: Some(detection.corner_cross_covariance),
     });
     tags.collect()
 }

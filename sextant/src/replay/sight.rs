@@ -76,5 +76,9 @@ fn corners_of(tag: &DetectedTag) -> TagCorners {
         },
         corners: tag.corners.map(point),
         corner_covariance: stated.unwrap_or([round; 4]),
+        corner_cross_covariance: tag
+            .corner_cross_covariance
+            .unwrap_or_default()
+            .map(|cross| Matrix2::from_row_slice(&cross.map(f64::from))),
     }
 }

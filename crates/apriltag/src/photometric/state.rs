@@ -12,6 +12,7 @@ use nalgebra::Matrix3;
 pub(super) const PARAMETERS: usize = 18;
 pub(super) type Vector = [f32; PARAMETERS];
 pub(super) const HOMOGRAPHY: usize = 8;
+pub(super) type Row = [f32; HOMOGRAPHY];
 pub(super) const BLACK: usize = 8;
 pub(super) const WHITE: usize = 9;
 const BLUR: usize = 12;
@@ -167,12 +168,10 @@ impl State {
         motions.into_iter().fold(0.0, f32::max)
     }
 
-    /// Of the corners, by what the solved equations tell of the parameters.
-    pub(super) fn corner_covariances(&self, equations: &Equations) -> [[f32; 3]; 4] {
-        CORNERS.map(|corner| {
-            let [x, y] = self.jacobian(corner).map(|row| equations.whiten(row));
-            [dot(&x, &x), dot(&x, &y), dot(&y, &y)]
-        })
+    /// How x and y of each corner depend on eight independent numbers of unit variance, by what the solved equations tell of the
+    /// parameters: products of rows are covariances.
+    pub(super) fn corner_rows(&self, equations: &Equations) -> [[Row; 2]; 4] {
+        CORNERS.map(|corner| self.jacobian(corner).map(|row| equations.whiten(row)))
     }
 
     /// Change of the image of a place with the homography's parameters: rows for x and y.
@@ -199,6 +198,6 @@ impl State {
 }
 
 /// Sum of products, as far as the shorter one goes.
-fn dot(a: &[f32; 8], b: &[f32]) -> f32 {
+pub(super) fn dot(a: &[f32; 8], b: &[f32]) -> f32 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }

@@ -3,6 +3,7 @@
 //! Straightened places are where a pinhole camera would see what the lens shows at a pixel, moved, turned and scaled so that
 //! around the tag's middle they are the pixels themselves.
 
+use super::state::Row;
 use crate::quad::{Point, Quad, middle};
 use nalgebra::{Matrix2, Point2, Vector2};
 use sextant_geometry::Lens;
@@ -49,21 +50,16 @@ impl Straightened {
         Some(pixel.coords.cast().into())
     }
 
-    /// A straightened corner and its covariance, as the lens shows them.
-    pub(super) fn corner(
-        &self,
-        [x, y]: Point,
-        [xx, xy, yy]: [f32; 3],
-    ) -> Option<(Point, [f32; 3])> {
+    /// Where the lens shows a straightened place, and what that depends on, by what the place depends on.
+    pub(super) fn shown(&self, [x, y]: Point, [of_x, of_y]: [Row; 2]) -> Option<(Point, [Row; 2])> {
         const STEP_PX: f32 = 0.5;
         let (left, right) = (self.pixel([x - STEP_PX, y])?, self.pixel([x + STEP_PX, y])?);
         let (above, below) = (self.pixel([x, y - STEP_PX])?, self.pixel([x, y + STEP_PX])?);
-        let slope = |axis: usize| [right[axis] - left[axis], below[axis] - above[axis]];
-        let product =
-            |[a, b]: [f32; 2], [c, d]: [f32; 2]| a * c * xx + (a * d + b * c) * xy + b * d * yy;
-        let (p, q) = (slope(0), slope(1));
-        let covariance = [product(p, p), product(p, q), product(q, q)];
-        Some((self.pixel([x, y])?, covariance))
+        let shown = [0, 1].map(|axis| {
+            let (by_x, by_y) = (right[axis] - left[axis], below[axis] - above[axis]);
+            std::array::from_fn(|n| by_x * of_x[n] + by_y * of_y[n])
+        });
+        Some((self.pixel([x, y])?, shown))
     }
 }
 

@@ -101,6 +101,7 @@ mod tests {
             margin: 50.0,
             corners: [[x, y], [x + 20.0, y], [x + 20.0, y + 20.0], [x, y + 20.0]],
             corner_covariance: [[1e-4, 0.0, 1e-4]; 4],
+            corner_cross_covariance: [[0.0; 4]; 6],
             refinement: Refinement::Photometric,
         }
     }

@@ -65,6 +65,7 @@ fn image(camera: &str, step: usize, camera_from_object: &Pose) -> ImageObservati
             tag: own.tag,
             corners,
             corner_covariance: [nalgebra::Matrix2::zeros(); 4],
+            corner_cross_covariance: [nalgebra::Matrix2::zeros(); 6],
         }
     });
     ImageObservation {

@@ -209,6 +209,7 @@ pub fn image(
             tag: tag.tag,
             corners: shaken,
             corner_covariance: [Matrix2::zeros(); 4],
+            corner_cross_covariance: [Matrix2::zeros(); 6],
         })
     });
     ImageObservation {

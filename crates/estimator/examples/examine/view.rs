@@ -26,6 +26,7 @@ pub fn tags(scene: &Scene, camera: usize, taken_s: f64, random: &mut Random) -> 
                 tag: tag.tag,
                 corners: corners.map(|corner| corner + noise()),
                 corner_covariance: [Matrix2::identity() * stated; 4],
+                corner_cross_covariance: [Matrix2::zeros(); 6],
             });
         }
     }

@@ -143,6 +143,8 @@ pub(crate) struct View {
     pub information: [Matrix2<f64>; 4],
     /// How the corners' errors hang together.
     pub edges: EdgeModes,
+    /// Whether that is stated.
+    pub is_joint: bool,
     pub noise_source: NoiseSource,
     /// How well the tag's place is known, where that is stated.
     pub tag_sigma: Option<PoseSigma>,

@@ -4,11 +4,12 @@
 //! edge lies is known better than how it is turned (a line fitted along its length: 1 to 3 in variance, whereas corners
 //! found one by one give 1 to 1). How much is learned from the residuals, as a factor on the stated variance for either.
 
-use nalgebra::{Matrix2, Point2, SMatrix, Vector2};
+use nalgebra::{Point2, SMatrix, Vector2};
 
 /// x and y of each corner, or what follows from them: eight rows, with a number for each of N quantities that they depend on.
 pub(crate) type Rows<const N: usize> = [[f64; N]; 8];
-type Square = [[f64; 8]; 8];
+pub(crate) type Matrix8 = SMatrix<f64, 8, 8>;
+type Square = Rows<8>;
 
 /// Variance of the corners' noise against what is stated.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -38,19 +39,24 @@ pub(crate) struct EdgeModes {
 }
 
 impl EdgeModes {
-    /// `covariance` is each corner's as stated; `None` where the corners enclose nothing.
-    pub fn new(corners: &[Point2<f64>; 4], covariance: &[Matrix2<f64>; 4]) -> Option<Self> {
+    /// `covariance` is that of x and y of each corner in turn, as stated; `None` where the corners enclose
+    /// nothing, or that is none.
+    pub fn new(corners: &[Point2<f64>; 4], covariance: &Matrix8) -> Option<Self> {
         let mut normals = [Vector2::zeros(); 4];
         for (edge, normal) in normals.iter_mut().enumerate() {
             let along = (corners[(edge + 1) % 4] - corners[edge]).try_normalize(1e-9)?;
             *normal = Vector2::new(-along.y, along.x) * std::f64::consts::FRAC_1_SQRT_2;
         }
-        let triangle = inverse(&root(stated(&normals, covariance))?);
-        let numbers = triangle.iter().flatten();
-        numbers
-            .copied()
-            .all(f64::is_finite)
-            .then_some(Self { normals, triangle })
+        let mut modes = Self {
+            normals,
+            triangle: [[0.0; 8]; 8],
+        };
+        // The matrix is symmetric: its columns are its rows.
+        let of_columns = modes.modes(&covariance.data.0, [1.0; 2]);
+        let of_rows = std::array::from_fn(|row| of_columns.map(|column| column[row]));
+        modes.triangle = inverse(&root(modes.modes(&of_rows, [1.0; 2]))?);
+        let mut numbers = modes.triangle.iter().flatten();
+        numbers.all(|number| number.is_finite()).then_some(modes)
     }
 
     /// The rows of corners as rows of shifts, then of turns.
@@ -100,30 +106,6 @@ pub(super) fn product<const A: usize, const B: usize>(
     SMatrix::from_fn(of)
 }
 
-/// The covariance of shifts and turns. An edge hangs together with its neighbours by the corners that they share.
-fn stated(normals: &[Vector2<f64>; 4], covariance: &[Matrix2<f64>; 4]) -> Square {
-    let mut stated = [[0.0; 8]; 8];
-    for (edge, normal) in normals.iter().enumerate() {
-        let next = (edge + 1) % 4;
-        let of = |corner: usize| normal.dot(&(covariance[corner] * normal));
-        let (before, after) = (of(edge), of(next));
-        let shared = normal.dot(&(covariance[next] * normals[next]));
-        // The next edge begins where this one ends, which turns it the other way.
-        for (a, b, value) in [
-            (edge, edge, before + after),
-            (edge + 4, edge + 4, before + after),
-            (edge, edge + 4, after - before),
-            (edge, next, shared),
-            (edge, next + 4, -shared),
-            (edge + 4, next, shared),
-            (edge + 4, next + 4, -shared),
-        ] {
-            (stated[a][b], stated[b][a]) = (value, value);
-        }
-    }
-    stated
-}
-
 /// Upper triangle V with V Vᵀ the matrix: Cholesky's factor from the last row on. `None` where it is not positive definite.
 fn root(matrix: Square) -> Option<Square> {
     let mut root = [[0.0; 8]; 8];
@@ -160,8 +142,6 @@ fn inverse(triangle: &Square) -> Square {
 mod tests {
     use super::*;
 
-    type Matrix8 = SMatrix<f64, 8, 8>;
-
     fn corners() -> [Point2<f64>; 4] {
         [
             (100.0, 100.0),
@@ -172,8 +152,18 @@ mod tests {
         .map(|(x, y)| Point2::new(x, y))
     }
 
-    fn covariances() -> [Matrix2<f64>; 4] {
-        [0.01, 0.02, 0.03, 0.04].map(|v| Matrix2::new(v, 0.2 * v, 0.2 * v, 1.5 * v))
+    /// Each corner has its own, and hangs together with the others.
+    fn covariance() -> Matrix8 {
+        let factor = |row: usize, column: usize| {
+            let own = if row == column {
+                0.1 + 0.02 * row as f64
+            } else {
+                0.0
+            };
+            own + 0.01 * ((3 * row + 5 * column) % 7) as f64
+        };
+        let factor = Matrix8::from_fn(factor);
+        factor * factor.transpose()
     }
 
     #[test]
@@ -182,22 +172,17 @@ mod tests {
             shift: 1.0,
             turn: 1.0,
         };
-        let modes = EdgeModes::new(&corners(), &covariances()).unwrap();
+        let modes = EdgeModes::new(&corners(), &covariance()).unwrap();
         let corners: Rows<8> = Matrix8::identity().transpose().into();
         let whitened = modes.whitened(&corners, as_stated);
         let whitener = Matrix8::from_fn(|row, column| whitened[row][column]);
-        let covariance = (whitener.transpose() * whitener).try_inverse().unwrap();
-        let mut stated = Matrix8::zeros();
-        for (corner, covariance) in covariances().iter().enumerate() {
-            let mut block = stated.fixed_view_mut::<2, 2>(2 * corner, 2 * corner);
-            block.copy_from(covariance);
-        }
-        assert!((covariance - stated).amax() < 1e-9);
+        let stated = (whitener.transpose() * whitener).try_inverse().unwrap();
+        assert!((stated - covariance()).amax() < 1e-9);
     }
 
     #[test]
     fn a_shifted_edge_is_no_turn() {
-        let modes = EdgeModes::new(&corners(), &[Matrix2::identity(); 4]).unwrap();
+        let modes = EdgeModes::new(&corners(), &Matrix8::identity()).unwrap();
         let along = (corners()[1] - corners()[0]).normalize();
         let mut residual = [[0.0]; 8];
         for corner in [0, 1] {

@@ -8,7 +8,7 @@ use sextant_tag_families::Family;
 use super::absorb::absorb;
 use super::configuration::Configuration;
 use super::corners::{PosedCamera, Sight, View};
-use super::edges::{EdgeModes, NoiseFactors};
+use super::edges::{EdgeModes, Matrix8, NoiseFactors};
 use super::kinematics::{Covariance, Kinematics};
 use super::learned::Learned;
 use super::motion::{Motion, Restlessness};
@@ -56,11 +56,21 @@ fn view(camera: &PosedCamera, object_from_tag: Pose, off: [Vector2<f64>; 4]) -> 
         corners_in_image,
         bow: None,
         information: [covariance.try_inverse().unwrap(); 4],
-        edges: EdgeModes::new(&corners_in_image, &[covariance; 4]).unwrap(),
+        edges: EdgeModes::new(&corners_in_image, &of_all(&covariance)).unwrap(),
+        is_joint: false,
         noise_source: NoiseSource::Detector,
         tag_sigma: None,
         after_s: None,
     }
+}
+
+/// Of x and y of each corner in turn, all alike and independent.
+fn of_all(covariance: &Matrix2<f64>) -> Matrix8 {
+    let of = |row: usize, column: usize| match row / 2 == column / 2 {
+        true => covariance[(row % 2, column % 2)],
+        false => 0.0,
+    };
+    Matrix8::from_fn(of)
 }
 
 fn sight<'a>(camera: &'a PosedCamera, view: &'a View) -> Sight<'a> {

@@ -161,7 +161,14 @@ impl Noise {
         let camera = &mut self.0[sight.camera_index];
         let memory = 0.5 * options.noise_memory;
         // Against what the residuals were whitened with.
-        let ratio = |kind: usize| taken.scale[kind] / taken.redundancy[kind];
+        let ratio = |kind: usize| {
+            // Where it is stated how corners hang together, shifts and turns are off by the same factor.
+            if sight.view.is_joint {
+                taken.scale.iter().sum::<f64>() / taken.redundancy.iter().sum::<f64>()
+            } else {
+                taken.scale[kind] / taken.redundancy[kind]
+            }
+        };
         let (shift, turn) = (sight.noise.shift, sight.noise.turn);
         let [of_shift, of_turn] = taken.redundancy;
         camera.shift.learn(shift, ratio(0), of_shift, memory);

@@ -126,6 +126,7 @@ pub fn image(
                 tag: tag.tag,
                 corners: corners.map(&mut noisy),
                 corner_covariance: [Matrix2::identity() * SIGMA_PX.powi(2); 4],
+                corner_cross_covariance: [Matrix2::zeros(); 6],
             });
         }
     }

@@ -84,6 +84,7 @@ fn tag() -> impl Strategy<Value = TagCorners> {
         tag: tag_id(id),
         corners: corners.map(|(x, y)| Point2::new(x, y)),
         corner_covariance: covariances.map(|(xx, xy, yy)| Matrix2::new(xx, xy, xy, yy)),
+        corner_cross_covariance: [Matrix2::zeros(); 6],
     })
 }
 

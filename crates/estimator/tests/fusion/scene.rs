@@ -225,6 +225,7 @@ impl Eye<'_> {
             tag: tag.tag,
             corners,
             corner_covariance: [covariance; 4],
+            corner_cross_covariance: [Matrix2::zeros(); 6],
         })
     }
 }

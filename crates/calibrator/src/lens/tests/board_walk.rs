@@ -133,6 +133,7 @@ impl BoardWalk {
                 },
                 corners,
                 corner_covariance: [Matrix2::zeros(); 4],
+                corner_cross_covariance: [Matrix2::zeros(); 6],
             })
         });
         ImageObservation {
