@@ -3,7 +3,8 @@
 //!
 //! They are not estimated. How much the state would be off by a given error e of a source is carried along, S = d state / d e:
 //! S' = F S in a prediction, S' = S - G (L H S + K) in an update with its gain G, the information L of all corners and
-//! K = J^T W dr/de of those that the source displaces. The covariance that is published is P + S C Sᵀ over all sources.
+//! K = J^T W dr/de of those that the source displaces. The covariance that is published is P + S C Sᵀ over all sources, P being made as
+//! large as Fisher's information of the robust views says ([`OF_FISHER`]).
 
 use nalgebra::{Matrix3, Matrix6, SMatrix, SVector, Vector3, Vector6};
 use sextant_geometry::Pose;
@@ -13,6 +14,7 @@ use super::configuration::{joint_places, rates_at};
 use super::joints::{JointCross, WIDTH};
 use super::kinematics::{Covariance, Kinematics, carry};
 use super::learned::Learned;
+use super::normal::OF_FISHER;
 use super::observed::With;
 use crate::articulation::MOST_JOINTS;
 use crate::{LensSigma, PoseSigma, TagId};
@@ -304,7 +306,7 @@ impl Kinematics {
     /// Covariance of the pose, with what is wrong for good.
     pub fn pose_covariance(&self) -> Matrix6<f64> {
         let own = self.covariance.fixed_view::<6, 6>(0, 0).into_owned();
-        own + self.lasting_covariance::<6>()
+        own * OF_FISHER + self.lasting_covariance::<6>()
     }
 
     /// What errors that last do to a link's pose as a view by a camera shows it: through the state and in the view itself, whose own

@@ -17,12 +17,18 @@ pub(crate) enum NoiseSource {
     Nobody,
 }
 
+/// Degrees of freedom of the scale of a noise that a detector states.
+const STATED: f64 = 12.0;
+/// The covariance of a fit to such views by Fisher's information (Lange, Little, Taylor 1989, eq. 10), against the inverse of the cost's curvature: at a
+/// fit weights are larger than they should be on average, as the residuals of few corners are small there.
+pub(crate) const OF_FISHER: f64 = (STATED + 10.0) / (STATED + 8.0);
+
 impl NoiseSource {
     /// Degrees of freedom of the noise's scale from view to view. What blur, light and contrast do to it a detector knows but
     /// for a rest; where nobody states anything, it is a factor of three.
     fn freedom(self) -> f64 {
         match self {
-            Self::Detector => 12.0,
+            Self::Detector => STATED,
             Self::Nobody => 5.0,
         }
     }
@@ -39,8 +45,8 @@ impl NoiseSource {
         (freedom + 8.0) * (1.0 + square / freedom).ln()
     }
 
-    /// Where the scale is all but unknown, Fisher's information on the place is smaller by this (ibid., eq. 10); a
-    /// detector's is meant as it is stated, and the weights only guard against its tails.
+    /// Where the scale is all but unknown, Fisher's information is that much smaller from the beginning; what a detector states is
+    /// compared as it is meant, and [`OF_FISHER`] counts when poses are told.
     fn certain(self) -> f64 {
         let freedom = self.freedom();
         match self {
