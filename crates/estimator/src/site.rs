@@ -327,7 +327,7 @@ fn view(
         object_from_tag,
         corners_in_object: tag_corners_in_tag(tag.size_m).map(|corner| object_from_tag * corner),
         corners_in_image: seen.corners,
-        bow: bent::bow(&camera.lens, &seen.corners),
+        bow: bent::bow(&camera.lens, tag.tag, &seen.corners),
         information,
         edges,
         is_joint,

@@ -8,6 +8,9 @@
 
 use nalgebra::{Cholesky, Point2, SMatrix, SVector, Vector2};
 use sextant_geometry::{Homography, Lens};
+use sextant_tag_families::white_modules;
+
+use crate::TagId;
 
 /// The tag's corners in its own plane: top left, top right, bottom right, bottom left, y down.
 const SQUARE: [Point2<f64>; 4] = [
@@ -16,14 +19,18 @@ const SQUARE: [Point2<f64>; 4] = [
     Point2::new(1.0, 1.0),
     Point2::new(-1.0, 1.0),
 ];
-/// Points along either side of the pattern at which its bow is looked at.
-const POINTS: usize = 7;
+/// Modules along either side of a printed tag, at most, and one beyond.
+const MOST_MODULES: usize = 16;
 
 /// A small change of a homography, as the displacement that it brings about in the tag's plane.
 type Change = SVector<f64, 8>;
 
 /// What the bow adds to each corner that is found by a homography, in pixels; `None` where the lens bends no lines.
-pub(crate) fn bow(lens: &Lens, corners: &[Point2<f64>; 4]) -> Option<[Vector2<f64>; 4]> {
+pub(crate) fn bow(
+    lens: &Lens,
+    tag: TagId,
+    corners: &[Point2<f64>; 4],
+) -> Option<[Vector2<f64>; 4]> {
     if lens.distortion().is_empty() {
         return None;
     }
@@ -38,7 +45,7 @@ pub(crate) fn bow(lens: &Lens, corners: &[Point2<f64>; 4]) -> Option<[Vector2<f6
         let pixel = lens.distort(&ray_from_tag.apply(point)?)?;
         Some(tag_from_pixel.apply(&pixel)? - point)
     };
-    let change = fitted(bent)?;
+    let change = fitted(tag, bent)?;
     let mut bow = [Vector2::zeros(); 4];
     for (corner, place) in SQUARE.iter().enumerate() {
         bow[corner] = pixel_from_tag.apply(&(place + basis(place) * change))? - corners[corner];
@@ -46,16 +53,33 @@ pub(crate) fn bow(lens: &Lens, corners: &[Point2<f64>; 4]) -> Option<[Vector2<f6
     Some(bow)
 }
 
-/// The change of a homography that follows the bow best over the whole pattern, by least squares.
-fn fitted(bow: impl Fn(&Point2<f64>) -> Option<Vector2<f64>>) -> Option<Change> {
+/// The change of a homography that follows the bow best, by least squares over the edges between the modules of the tag, which show
+/// how far they have gone across.
+fn fitted(tag: TagId, bow: impl Fn(&Point2<f64>) -> Option<Vector2<f64>>) -> Option<Change> {
+    let data = tag.family.data();
+    let (modules, border) = (usize::from(data.total_width), f64::from(data.border_width));
+    let mut rows = [0_u32; MOST_MODULES];
+    for (x, y) in white_modules(tag.family, tag.id) {
+        rows[y] |= 1 << x;
+    }
+    let from_middle = |at: f64| (2.0 * at - modules as f64) / border;
     let mut matrix = SMatrix::<f64, 8, 8>::zeros();
     let mut vector = Change::zeros();
-    let along = |index: usize| 2.0 * index as f64 / (POINTS - 1) as f64 - 1.0;
-    for index in 0..POINTS * POINTS {
-        let point = Point2::new(along(index % POINTS), along(index / POINTS));
-        let basis = basis(&point);
-        matrix += basis.transpose() * basis;
-        vector += basis.transpose() * bow(&point)?;
+    for line in 1..modules {
+        for module in 0..modules {
+            let (line_at, module_at) = (from_middle(line as f64), from_middle(module as f64 + 0.5));
+            let beside = (rows[module] >> (line - 1) ^ rows[module] >> line) & 1;
+            let above = (rows[line - 1] ^ rows[line]) >> module & 1;
+            let edges = [
+                (beside, Point2::new(line_at, module_at)),
+                (above, Point2::new(module_at, line_at)),
+            ];
+            for (axis, (_, point)) in edges.iter().enumerate().filter(|(_, edge)| edge.0 > 0) {
+                let across = basis(point).row(axis).transpose();
+                matrix += across * across.transpose();
+                vector += across * bow(point)?[axis];
+            }
+        }
     }
     Some(Cholesky::new(matrix)?.solve(&vector))
 }
@@ -87,12 +111,18 @@ fn basis(point: &Point2<f64>) -> SMatrix<f64, 2, 8> {
 mod tests {
     use super::*;
     use sextant_geometry::lens::Intrinsics;
+    use sextant_tag_families::Family;
 
     const INTRINSICS: Intrinsics = Intrinsics {
         fx: 600.0,
         fy: 600.0,
         cx: 320.0,
         cy: 240.0,
+    };
+
+    const TAG: TagId = TagId {
+        family: Family::Tag36h11,
+        id: 7,
     };
 
     fn corners() -> [Point2<f64>; 4] {
@@ -107,9 +137,10 @@ mod tests {
 
     #[test]
     fn a_lens_without_distortion_changes_nothing() {
-        assert_eq!(bow(&Lens::pinhole(INTRINSICS).unwrap(), &corners()), None);
+        let pinhole = Lens::pinhole(INTRINSICS).unwrap();
+        assert_eq!(bow(&pinhole, TAG, &corners()), None);
         let straight = Lens::brown_conrady(INTRINSICS, [0.0; 5]).unwrap();
-        let bow = bow(&straight, &corners()).unwrap();
+        let bow = bow(&straight, TAG, &corners()).unwrap();
         assert!(bow.iter().all(|missed| missed.norm() < 1e-9));
     }
 
@@ -128,7 +159,7 @@ mod tests {
                 let pixel = lens.distort(&ray_from_tag.apply(point)?)?;
                 Some(tag_from_pixel.apply(&pixel)? - point)
             };
-            let change = fitted(miss).unwrap();
+            let change = fitted(TAG, miss).unwrap();
             seen = SQUARE.map(|place| {
                 pixel_from_tag
                     .apply(&(place + basis(&place) * change))
@@ -140,7 +171,7 @@ mod tests {
             .zip(&truth)
             .map(|(a, b)| (a - b).norm())
             .fold(0.0, f64::max);
-        let bow = bow(&lens, &seen).unwrap();
+        let bow = bow(&lens, TAG, &seen).unwrap();
         let left = (0..4)
             .map(|corner| (seen[corner] - bow[corner] - truth[corner]).norm())
             .fold(0.0, f64::max);
