@@ -65,19 +65,21 @@ fn fitted(tag: TagId, bow: impl Fn(&Point2<f64>) -> Option<Vector2<f64>>) -> Opt
     let from_middle = |at: f64| (2.0 * at - modules as f64) / border;
     let mut matrix = SMatrix::<f64, 8, 8>::zeros();
     let mut vector = Change::zeros();
+    let mut follow = |point: Point2<f64>, axis: usize| {
+        let across = basis(&point).row(axis).transpose();
+        matrix += across * across.transpose();
+        vector += across * bow(&point)?[axis];
+        Some(())
+    };
     for line in 1..modules {
+        let line_at = from_middle(line as f64);
         for module in 0..modules {
-            let (line_at, module_at) = (from_middle(line as f64), from_middle(module as f64 + 0.5));
-            let beside = (rows[module] >> (line - 1) ^ rows[module] >> line) & 1;
-            let above = (rows[line - 1] ^ rows[line]) >> module & 1;
-            let edges = [
-                (beside, Point2::new(line_at, module_at)),
-                (above, Point2::new(module_at, line_at)),
-            ];
-            for (axis, (_, point)) in edges.iter().enumerate().filter(|(_, edge)| edge.0 > 0) {
-                let across = basis(point).row(axis).transpose();
-                matrix += across * across.transpose();
-                vector += across * bow(point)?[axis];
+            let module_at = from_middle(module as f64 + 0.5);
+            if (rows[module] >> (line - 1) ^ rows[module] >> line) & 1 == 1 {
+                follow(Point2::new(line_at, module_at), 0)?;
+            }
+            if (rows[line - 1] ^ rows[line]) >> module & 1 == 1 {
+                follow(Point2::new(module_at, line_at), 1)?;
             }
         }
     }

@@ -39,8 +39,7 @@ pub(crate) struct EdgeModes {
 }
 
 impl EdgeModes {
-    /// `covariance` is that of x and y of each corner in turn, as stated; `None` where the corners enclose
-    /// nothing, or that is none.
+    /// `covariance` is that of x and y of each corner in turn, as stated; `None` where the corners enclose nothing, or that is none.
     pub fn new(corners: &[Point2<f64>; 4], covariance: &Matrix8) -> Option<Self> {
         let mut normals = [Vector2::zeros(); 4];
         for (edge, normal) in normals.iter_mut().enumerate() {

@@ -19,8 +19,8 @@ pub(crate) enum NoiseSource {
 
 /// Degrees of freedom of the scale of a noise that a detector states.
 const STATED: f64 = 12.0;
-/// The covariance of a fit to such views by Fisher's information (Lange, Little, Taylor 1989, eq. 10), against the inverse of the cost's curvature: at a
-/// fit weights are larger than they should be on average, as the residuals of few corners are small there.
+/// The covariance of a fit to such views by Fisher's information (Lange, Little, Taylor 1989, eq. 10), against the inverse of the
+/// cost's curvature: at a fit weights are larger than they should be on average, as the residuals of few corners are small there.
 pub(crate) const OF_FISHER: f64 = (STATED + 10.0) / (STATED + 8.0);
 
 impl NoiseSource {
