@@ -76,6 +76,7 @@ pub(crate) fn absorb<const D: usize>(
         weight: narrowed.weight,
         information: narrowed.information,
     };
+    state.news = 1.0 - narrowed.left.trace() / D as f64;
     state.motion.learn(&innovation);
     learn_joints(&mut state, &innovation);
     state.is_finite().then_some(Absorbed {

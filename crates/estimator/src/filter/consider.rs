@@ -3,8 +3,8 @@
 //!
 //! They are not estimated. How much the state would be off by a given error e of a source is carried along, S = d state / d e:
 //! S' = F S in a prediction, S' = S - G (L H S + K) in an update with its gain G, the information L of all corners and
-//! K = J^T W dr/de of those that the source displaces. The covariance that is published is P + S C Sᵀ over all sources, P being made as
-//! large as Fisher's information of the robust views says ([`OF_FISHER`]).
+//! K = J^T W dr/de of those that the source displaces. The covariance that is published is P + S C Sᵀ over all sources, P being as large
+//! as Fisher's information of the last views makes it ([`Kinematics::own_told`]).
 
 use nalgebra::{Matrix3, Matrix6, SMatrix, SVector, Vector3, Vector6};
 use sextant_geometry::Pose;
@@ -303,10 +303,15 @@ impl Kinematics {
         considered.forget(&self.covariance.diagonal(), parts);
     }
 
+    /// By how much the covariance that is told is larger than that of the filter: as far as the last views brought it about.
+    pub fn own_told(&self) -> f64 {
+        1.0 + (OF_FISHER - 1.0) * self.news
+    }
+
     /// Covariance of the pose, with what is wrong for good.
     pub fn pose_covariance(&self) -> Matrix6<f64> {
         let own = self.covariance.fixed_view::<6, 6>(0, 0).into_owned();
-        own * OF_FISHER + self.lasting_covariance::<6>()
+        own * self.own_told() + self.lasting_covariance::<6>()
     }
 
     /// What errors that last do to a link's pose as a view by a camera shows it: through the state and in the view itself, whose own

@@ -31,6 +31,8 @@ pub(crate) struct Kinematics {
     pub motion: Motion,
     /// What errors of the cameras' poses did to it, where these are stated.
     pub considered: Option<Box<Considered>>,
+    /// Share of what is known that the last views brought.
+    pub news: f64,
 }
 
 impl Kinematics {

@@ -124,6 +124,7 @@ fn state(offset: &Vector6<f64>) -> Kinematics {
         clocks: None,
         joints: None,
         considered: None,
+        news: 0.0,
         motion: Motion::new(restlessness),
     }
 }

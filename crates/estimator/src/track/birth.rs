@@ -116,6 +116,7 @@ fn unknown(
         clocks: None,
         joints: chain.map(|chain| Box::new(Joints::unknown(chain, seed, options))),
         considered: None,
+        news: 0.0,
         motion: Motion::new(restlessness(options)),
     }
 }

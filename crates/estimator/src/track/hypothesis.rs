@@ -303,6 +303,7 @@ mod tests {
             clocks: None,
             joints: None,
             considered: None,
+            news: 0.0,
             motion: Motion::new(Restlessness {
                 linear: 1.0,
                 angular: 1.0,

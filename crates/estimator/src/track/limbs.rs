@@ -10,7 +10,6 @@ use crate::filter::chain::Chain;
 use crate::filter::configuration::Configuration;
 use crate::filter::joints::Joints;
 use crate::filter::kinematics::symmetric;
-use crate::filter::normal::OF_FISHER;
 use crate::{JointEstimate, LinkEstimate, Posture};
 
 /// Of a configuration.
@@ -61,7 +60,7 @@ impl Track {
 /// A hypothesis, and the mirrored attitude while that is not settled.
 fn possible(one: &Hypothesis) -> Vec<Possible> {
     let own = one.state.observed::<SIZE>(usize::MAX).covariance;
-    let covariance = own * OF_FISHER + one.state.lasting_covariance();
+    let covariance = own * one.state.own_told() + one.state.lasting_covariance();
     let (at, weight) = (one.state.configuration(), one.evidence.exp());
     let mut all = vec![Possible {
         at,
@@ -106,13 +105,13 @@ fn variances(hypotheses: &[Hypothesis], best: &Joints, slot: usize) -> (f64, f64
         let Some(joints) = &one.state.joints else {
             continue;
         };
-        let weight = one.evidence.exp();
+        let (weight, told) = (one.evidence.exp(), one.state.own_told());
         let speed = MOST_JOINTS + slot;
         let off_value = joints.values[slot] - best.values[slot];
         let off_speed = joints.speeds[slot] - best.speeds[slot];
         let lasting = one.state.lasting_covariance::<SIZE>()[(6 + slot, 6 + slot)];
-        value += weight * (OF_FISHER * joints.own[(slot, slot)] + lasting + off_value.powi(2));
-        velocity += weight * (OF_FISHER * joints.own[(speed, speed)] + off_speed.powi(2));
+        value += weight * (told * joints.own[(slot, slot)] + lasting + off_value.powi(2));
+        velocity += weight * (told * joints.own[(speed, speed)] + off_speed.powi(2));
         weights += weight;
     }
     (value / weights, velocity / weights)
