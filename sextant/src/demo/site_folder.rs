@@ -9,18 +9,21 @@ use node_camera::{CameraNodeConfig, SourceConfig};
 use node_fusion::{FusionConfig, RefinementConfig};
 use node_viewer_bridge::ViewerConfig;
 use sextant_estimator::CameraId;
-use sextant_iceoryx_images::{IceoryxOptions, remove_dead};
+use sextant_iceoryx_images::{IceoryxOptions, ImagesError, Leftovers, remove_dead};
 use sextant_proto::{NodeId, SiteId};
 use sextant_simulator::Scenario;
 use sextant_site_files::{write_object, write_rig, write_toml};
 use sextant_zenoh_bus::BusOptions;
-use std::fs::{self, File, TryLockError};
+use std::fs::{self, File};
 use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
 
 const PREFIX: &str = "sextant-demo-";
 const LOCK: &str = "lock";
 /// Shared memory's own folder may have 40 bytes, of which the demo's name takes up to 24.
 const LONGEST_PARENT: usize = 16;
+/// How long a killed process may take until it has let go of shared memory.
+const ENDING: Duration = Duration::from_secs(1);
 
 /// Where the demo's parts are to be found on the network.
 pub struct Addresses<'a> {
@@ -178,27 +181,82 @@ fn remove_leftovers(parent: &Path) {
         return;
     };
     for root in entries.flatten().map(|entry| entry.path()) {
-        let ours = root
+        let is_ours = root
             .file_name()
             .is_some_and(|name| name.to_string_lossy().starts_with(PREFIX));
-        if ours && is_abandoned(&root) {
+        if is_ours && let Some(_lock) = take_abandoned(&root) {
             tracing::info!(folder = %root.display(), "removing what a killed demo left");
             remove_site(&root, &shared_memory_of(&root));
         }
     }
 }
 
-fn is_abandoned(root: &Path) -> bool {
-    // A folder without its lock file is one that is being made this moment, or was half removed: let alone.
-    File::open(root.join(LOCK))
-        .is_ok_and(|lock| !matches!(lock.try_lock(), Err(TryLockError::WouldBlock)))
+/// The lock of a folder that nobody holds. A folder without its lock file is one that is being made this moment, or was
+/// half removed: let alone.
+fn take_abandoned(root: &Path) -> Option<File> {
+    let lock = File::open(root.join(LOCK)).ok()?;
+    lock.try_lock().is_ok().then_some(lock)
 }
 
+/// Removes the folder last: without it nobody would find what is left in shared memory.
 fn remove_site(root: &Path, shared_memory: &IceoryxOptions) {
-    if let Err(cause) = remove_dead(shared_memory) {
-        tracing::warn!(%cause, "the demo's shared memory can't be removed");
+    match remove_all_dead(shared_memory) {
+        Ok(left) if left.alive + left.failed > 0 => {
+            tracing::warn!(
+                folder = %root.display(),
+                ?left,
+                "the demo's shared memory can't be removed yet; the next demo tries again"
+            );
+            return;
+        }
+        Ok(_) => {}
+        Err(cause) => tracing::warn!(%cause, "the demo's shared memory can't be removed"),
     }
     if let Err(cause) = fs::remove_dir_all(root) {
         tracing::warn!(folder = %root.display(), %cause, "the demo's folder can't be removed");
+    }
+}
+
+/// Waits for processes that are ending this moment: a killed one lets go of its memory a little later.
+fn remove_all_dead(shared_memory: &IceoryxOptions) -> Result<Leftovers, ImagesError> {
+    let deadline = Instant::now() + ENDING;
+    loop {
+        let left = remove_dead(shared_memory)?;
+        if left.alive == 0 || Instant::now() >= deadline {
+            return Ok(left);
+        }
+        std::thread::sleep(ENDING / 50);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use sextant_iceoryx_images::ImageSubscriber;
+
+    use super::*;
+
+    #[test]
+    fn what_somebody_still_uses_waits_for_the_next_demo() {
+        let parent = tempfile::tempdir_in("/tmp").unwrap();
+        let root = parent.path().join(format!("{PREFIX}0"));
+        fs::create_dir(&root).unwrap();
+        File::create(root.join(LOCK)).unwrap();
+        let user = ImageSubscriber::open(&shared_memory_of(&root), "north").unwrap();
+        remove_leftovers(parent.path());
+        assert!(root.is_dir());
+        drop(user);
+        remove_leftovers(parent.path());
+        assert!(!root.exists());
+    }
+
+    #[test]
+    fn a_living_demo_keeps_its_folder() {
+        let parent = tempfile::tempdir_in("/tmp").unwrap();
+        let root = parent.path().join(format!("{PREFIX}0"));
+        fs::create_dir(&root).unwrap();
+        let lock = File::create(root.join(LOCK)).unwrap();
+        lock.try_lock().unwrap();
+        remove_leftovers(parent.path());
+        assert!(root.is_dir());
     }
 }
