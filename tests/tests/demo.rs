@@ -16,19 +16,38 @@ const MEMORY: &[(&str, u64)] = &[
     ("viewer", 60 * MIB),
 ];
 
+/// Images that come later than this, in ms, are near the end of fusion's window: beyond it poses are foreseen, not seen.
+const LIVE_MS: f64 = 400.0;
+
 fn number(value: &Value) -> f64 {
     value
         .as_f64()
         .unwrap_or_else(|| panic!("{value} is no number"))
 }
 
+/// What a demo with these arguments says at its end, once the machine is not too busy with other work to follow live.
+fn live_summary(arguments: &[&str]) -> Value {
+    let mut latencies = Vec::new();
+    for _ in 0..3 {
+        let demo = Demo::start(arguments);
+        let id = demo.id();
+        let ended = demo.wait();
+        assert!(ended.status.success(), "{:?}", ended.status);
+        assert!(Traces::of(id).is_none(), "{:?}", Traces::of(id));
+        let latency_ms = number(&ended.summary["latency_ms"]["p99"]);
+        if latency_ms < LIVE_MS {
+            return ended.summary;
+        }
+        latencies.push(latency_ms);
+    }
+    panic!(
+        "this machine is too busy for a live demo: 99 % within {latencies:?} ms, at most {LIVE_MS} are asked"
+    );
+}
+
 #[test]
 fn a_demo_is_accurate_and_leaves_nothing_behind() {
-    let demo = Demo::start(&["--duration", "8"]);
-    let id = demo.id();
-    let ended = demo.wait();
-    assert!(ended.status.success(), "{:?}", ended.status);
-    let summary = ended.summary;
+    let summary = live_summary(&["--duration", "8"]);
     let cameras = summary["cameras"].as_array().expect("cameras");
     let objects = summary["objects"].as_array().expect("objects");
     assert_eq!((cameras.len(), objects.len()), (4, 3), "{summary}");
@@ -46,12 +65,11 @@ fn a_demo_is_accurate_and_leaves_nothing_behind() {
         assert!(number(&object["position_rms_mm"]) < 3.0, "{summary}");
         assert!(number(&object["attitude_rms_deg"]) < 1.0, "{summary}");
     }
-    assert!(Traces::of(id).is_none(), "{:?}", Traces::of(id));
 }
 
 #[test]
 fn an_arm_is_one_object_among_others_and_judged_by_its_links() {
-    let demo = Demo::start(&[
+    let summary = live_summary(&[
         "--arm",
         "--objects",
         "1",
@@ -60,10 +78,6 @@ fn an_arm_is_one_object_among_others_and_judged_by_its_links() {
         "--duration",
         "6",
     ]);
-    let id = demo.id();
-    let ended = demo.wait();
-    assert!(ended.status.success(), "{:?}", ended.status);
-    let summary = ended.summary;
     let objects = summary["objects"].as_array().expect("objects");
     let ids: Vec<&str> = objects
         .iter()
@@ -78,7 +92,6 @@ fn an_arm_is_one_object_among_others_and_judged_by_its_links() {
         assert!(number(&object["position_rms_mm"]) < 6.0, "{summary}");
         assert!(number(&object["attitude_rms_deg"]) < 3.0, "{summary}");
     }
-    assert!(Traces::of(id).is_none(), "{:?}", Traces::of(id));
 }
 
 #[test]
