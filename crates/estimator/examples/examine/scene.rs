@@ -28,6 +28,9 @@ classes! {
     "base" Base "2 to 6 cameras around a cube or an irregular body, up to 0.5 m/s and 180 deg/s; half of them fire at once"
     "lone" Lone "one camera"
     "pair" Pair "two cameras"
+    "still" Still "bodies that never move"
+    "still-lone" StillLone "the same, one camera"
+    "slow" Slow "up to 0.02 m/s and 7 deg/s"
     "fast" Fast "up to 1.5 m/s and 360 deg/s"
     "jerks" Jerks "speeds change within 30 to 100 ms"
     "stop-and-go" StopAndGo "rest, haste, rest"
@@ -214,7 +217,7 @@ fn looking(from: Vector3<f64>, at: Vector3<f64>) -> Pose {
 /// Cameras in a ring about the origin.
 fn rig(class: Class, random: &mut Random) -> Rig {
     let n_cameras = match class {
-        Class::Lone => 1,
+        Class::Lone | Class::StillLone => 1,
         Class::Pair => 2,
         _ => random.count(2, 6),
     };
@@ -332,6 +335,8 @@ fn clocks(class: Class, n_cameras: usize, random: &mut Random) -> Vec<Clock> {
 
 fn body(class: Class, index: usize, seconds: f64, random: &mut Random) -> Body {
     let mut motion = match class {
+        Class::Still | Class::StillLone => Motion::smooth(0.0, 0.0, (0.15, 0.6), random),
+        Class::Slow => Motion::smooth(0.02, 0.12, (0.15, 0.6), random),
         Class::Fast => Motion::smooth(1.5, std::f64::consts::TAU, (0.3, 1.2), random),
         Class::Jerks => Motion::jerky(seconds, random),
         Class::StopAndGo => Motion::stop_and_go(seconds, random),
