@@ -28,9 +28,6 @@ classes! {
     "base" Base "2 to 6 cameras around a cube or an irregular body, up to 0.5 m/s and 180 deg/s; half of them fire at once"
     "lone" Lone "one camera"
     "pair" Pair "two cameras"
-    "still" Still "bodies that never move"
-    "still-lone" StillLone "the same, one camera"
-    "slow" Slow "up to 0.02 m/s and 7 deg/s"
     "fast" Fast "up to 1.5 m/s and 360 deg/s"
     "jerks" Jerks "speeds change within 30 to 100 ms"
     "stop-and-go" StopAndGo "rest, haste, rest"
@@ -51,6 +48,9 @@ classes! {
     "other-noise" OtherNoise "noise of 0.4 to 2.5 times what is stated"
     "arm" Arm "articulated bodies of 2 to 4 links"
     "noisy-camera" NoisyCamera "one camera's noise is 3 to 8 times what is stated"
+    "still" Still "bodies that never move"
+    "still-lone" StillLone "the same, one camera"
+    "slow" Slow "up to 0.02 m/s and 7 deg/s"
 }
 
 impl Class {
