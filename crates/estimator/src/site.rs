@@ -1,26 +1,22 @@
 //! Rig and objects as the filters need them: looked up by index, with everything that follows from the models computed once.
 
+mod stated_noise;
+
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use nalgebra::{Matrix2, Point2};
 use sextant_geometry::tag_corners_in_tag;
 
 use crate::filter::bent;
 use crate::filter::chain::{Chain, Limb};
 use crate::filter::corners::{PosedCamera, View};
-use crate::filter::edges::{EdgeModes, Matrix8};
-use crate::filter::normal::NoiseSource;
 use crate::filter::shutter::RollingShutter;
 use crate::{
     CameraId, FusionOptions, ImageObservation, ModelError, ObjectId, ObjectModel, ObjectTag,
     PoseSigma, Rig, TagCorners, TagId,
 };
 
-/// Area in px² of a tag with the usual noise.
-const USUAL_AREA: f64 = 400.0;
-/// Smallest and largest tag, against that area, to which the noise follows.
-const USUAL_BOUNDS: (f64, f64) = (0.1, 10.0);
+use stated_noise::{StatedNoise, area_px2};
 
 /// A camera of the rig; `posed` is missing until it is calibrated.
 #[derive(Debug, Clone)]
@@ -306,20 +302,7 @@ fn view(
 ) -> Option<View> {
     let tag = &place.tag;
     let object_from_tag = tag.object_from_tag?;
-    let (noise, noise_source) = corner_noise(seen, options);
-    let misplaced = misplacement(camera, seen, place);
-    let [joint, own] = noise.map(|noise| noise + Matrix8::identity() * misplaced);
-    let modes = |covariance: &Matrix8| EdgeModes::new(&seen.corners, covariance);
-    let is_stated = noise_source == NoiseSource::Detector && seen.is_joint();
-    let of_joint = Some(joint)
-        .filter(|_| is_stated)
-        .and_then(|joint| modes(&joint));
-    let is_joint = of_joint.is_some();
-    let edges = of_joint.or_else(|| modes(&own))?;
-    let information = [0, 2, 4, 6].map(|x| {
-        let of_corner: Matrix2<f64> = own.fixed_view::<2, 2>(x, x).into();
-        of_corner.try_inverse().unwrap_or_default()
-    });
+    let noise = StatedNoise::of(seen, misplacement(camera, seen, place), options)?;
     Some(View {
         tag: tag.tag,
         limb: place.limb.clone(),
@@ -328,10 +311,10 @@ fn view(
         corners_in_object: tag_corners_in_tag(tag.size_m).map(|corner| object_from_tag * corner),
         corners_in_image: seen.corners,
         bow: bent::bow(&camera.lens, tag.tag, &seen.corners),
-        information,
-        edges,
-        is_joint,
-        noise_source,
+        information: noise.information,
+        edges: noise.edges,
+        is_joint: noise.is_joint,
+        noise_source: noise.source,
         tag_sigma: place.sigma,
         after_s: camera.shutter.map(|shutter| shutter.after_s(&seen.corners)),
     })
@@ -340,8 +323,7 @@ fn view(
 /// px² by which corners lie elsewhere because camera or tag do, or because the lens is another: about what views contradict
 /// each other by.
 fn misplacement(camera: &PosedCamera, seen: &TagCorners, place: &Place) -> f64 {
-    let [a, b, c, d] = seen.corners;
-    let edge_px = (0.5 * (c - a).perp(&(d - b)).abs()).sqrt();
+    let edge_px = area_px2(&seen.corners).sqrt();
     let shifted = |sigma: PoseSigma| (sigma.position_m * edge_px / place.tag.size_m).powi(2);
     let by_camera = camera.sigma.map(|sigma| {
         let turned = sigma.orientation_rad * camera.lens.intrinsics().fx;
@@ -352,7 +334,7 @@ fn misplacement(camera: &PosedCamera, seen: &TagCorners, place: &Place) -> f64 {
         shifted(sigma) + turned.powi(2)
     });
     let by_lens = camera.lens_sigma.map(|sigma| {
-        let displaced = camera.displaced_by_lens(&a);
+        let displaced = camera.displaced_by_lens(&seen.corners[0]);
         let focal = displaced.column(0) * sigma.focal_px;
         let distortion = displaced.column(1) * sigma.distortion_px;
         0.5 * (focal.norm_squared() + distortion.norm_squared())
@@ -366,31 +348,4 @@ fn reach_px(camera: &crate::Camera) -> f64 {
     let numbers = camera.lens.intrinsics();
     let farthest = |centre: f64, last: f64| centre.abs().max((last - centre).abs());
     farthest(numbers.cx, width).hypot(farthest(numbers.cy, height))
-}
-
-/// The covariance of x and y of each corner in turn as stated, with the floor added, and where that is none the one without what is
-/// said of pairs; the usual one where nothing or nonsense is stated.
-fn corner_noise(seen: &TagCorners, options: &FusionOptions) -> ([Matrix8; 2], NoiseSource) {
-    let floor = Matrix8::identity() * options.corner_floor_px.powi(2);
-    let is_sensible = |stated: &Matrix2<f64>| {
-        let symmetric = (stated + stated.transpose()) * 0.5;
-        symmetric.trace() > 0.0 && symmetric.determinant() > 0.0
-    };
-    let stated = [seen.covariance(), seen.own_covariance()].map(|stated| stated + floor);
-    let is_finite = stated[0].iter().all(|x| x.is_finite());
-    if is_finite && seen.corner_covariance.iter().all(is_sensible) {
-        (stated, NoiseSource::Detector)
-    } else {
-        let variance = usual_variance(&seen.corners, options);
-        let usual = Matrix8::identity() * variance + floor;
-        ([usual; 2], NoiseSource::Nobody)
-    }
-}
-
-/// The usual noise of a tag's corners in px²: the larger the tag, the more pixels its corners are made from.
-fn usual_variance(corners: &[Point2<f64>; 4], options: &FusionOptions) -> f64 {
-    let [a, b, c, d] = corners;
-    let area = 0.5 * (c - a).perp(&(d - b)).abs();
-    let relative = (area / USUAL_AREA).clamp(USUAL_BOUNDS.0, USUAL_BOUNDS.1);
-    options.corner_sigma_px.powi(2) * relative.powf(-1.5)
 }

@@ -235,12 +235,18 @@ mod tests {
 
     use super::*;
 
-    #[test]
-    fn what_somebody_still_uses_waits_for_the_next_demo() {
+    /// A parent folder, a demo's in it, and its lock file.
+    fn left() -> (tempfile::TempDir, PathBuf, File) {
         let parent = tempfile::tempdir_in("/tmp").unwrap();
         let root = parent.path().join(format!("{PREFIX}0"));
         fs::create_dir(&root).unwrap();
-        File::create(root.join(LOCK)).unwrap();
+        let lock = File::create(root.join(LOCK)).unwrap();
+        (parent, root, lock)
+    }
+
+    #[test]
+    fn what_somebody_still_uses_waits_for_the_next_demo() {
+        let (parent, root, _) = left();
         let user = ImageSubscriber::open(&shared_memory_of(&root), "north").unwrap();
         remove_leftovers(parent.path());
         assert!(root.is_dir());
@@ -251,10 +257,7 @@ mod tests {
 
     #[test]
     fn a_living_demo_keeps_its_folder() {
-        let parent = tempfile::tempdir_in("/tmp").unwrap();
-        let root = parent.path().join(format!("{PREFIX}0"));
-        fs::create_dir(&root).unwrap();
-        let lock = File::create(root.join(LOCK)).unwrap();
+        let (parent, root, lock) = left();
         lock.try_lock().unwrap();
         remove_leftovers(parent.path());
         assert!(root.is_dir());

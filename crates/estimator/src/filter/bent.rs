@@ -127,6 +127,12 @@ mod tests {
         id: 7,
     };
 
+    #[test]
+    fn tags_of_every_family_have_room() {
+        let widths = Family::ALL.map(|family| usize::from(family.data().total_width));
+        assert!(widths.iter().all(|&width| width < MOST_MODULES));
+    }
+
     fn corners() -> [Point2<f64>; 4] {
         [
             (500.0, 350.0),

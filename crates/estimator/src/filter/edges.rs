@@ -46,33 +46,13 @@ impl EdgeModes {
             let along = (corners[(edge + 1) % 4] - corners[edge]).try_normalize(1e-9)?;
             *normal = Vector2::new(-along.y, along.x) * std::f64::consts::FRAC_1_SQRT_2;
         }
-        let mut modes = Self {
-            normals,
-            triangle: [[0.0; 8]; 8],
-        };
         // The matrix is symmetric: its columns are its rows.
-        let of_columns = modes.modes(&covariance.data.0, [1.0; 2]);
+        let of_columns = modes(&normals, &covariance.data.0, [1.0; 2]);
         let of_rows = std::array::from_fn(|row| of_columns.map(|column| column[row]));
-        modes.triangle = inverse(&root(modes.modes(&of_rows, [1.0; 2]))?);
-        let mut numbers = modes.triangle.iter().flatten();
-        numbers.all(|number| number.is_finite()).then_some(modes)
-    }
-
-    /// The rows of corners as rows of shifts, then of turns.
-    #[inline(always)]
-    fn modes<const N: usize>(&self, corners: &Rows<N>, factors: [f64; 2]) -> Rows<N> {
-        let mut modes = [[0.0; N]; 8];
-        for edge in 0..4 {
-            let normal = &self.normals[edge];
-            let (from, to) = (2 * edge, 2 * ((edge + 1) % 4));
-            for n in 0..N {
-                let before = normal.x * corners[from][n] + normal.y * corners[from + 1][n];
-                let after = normal.x * corners[to][n] + normal.y * corners[to + 1][n];
-                modes[edge][n] = (after + before) * factors[0];
-                modes[edge + 4][n] = (after - before) * factors[1];
-            }
-        }
-        modes
+        let triangle = inverse(&root(modes(&normals, &of_rows, [1.0; 2]))?);
+        let mut numbers = triangle.iter().flatten();
+        let is_finite = numbers.all(|number| number.is_finite());
+        is_finite.then_some(Self { normals, triangle })
     }
 
     /// Rows of corners made independent with unit variance, if their noise is as stated times the factors: first those of
@@ -80,7 +60,7 @@ impl EdgeModes {
     #[inline(always)]
     pub fn whitened<const N: usize>(&self, corners: &Rows<N>, noise: NoiseFactors) -> Rows<N> {
         let factors = [noise.shift, noise.turn].map(|factor| factor.sqrt().recip());
-        let modes = self.modes(corners, factors);
+        let modes = modes(&self.normals, corners, factors);
         let mut whitened = [[0.0; N]; 8];
         for (row, whitened) in whitened.iter_mut().enumerate() {
             let mut sum = [0.0; N];
@@ -91,6 +71,26 @@ impl EdgeModes {
         }
         whitened
     }
+}
+
+/// The rows of corners as rows of shifts of the edges across these normals, then of their turns.
+#[inline(always)]
+fn modes<const N: usize>(
+    normals: &[Vector2<f64>; 4],
+    corners: &Rows<N>,
+    factors: [f64; 2],
+) -> Rows<N> {
+    let mut modes = [[0.0; N]; 8];
+    for (edge, normal) in normals.iter().enumerate() {
+        let (from, to) = (2 * edge, 2 * ((edge + 1) % 4));
+        for n in 0..N {
+            let before = normal.x * corners[from][n] + normal.y * corners[from + 1][n];
+            let after = normal.x * corners[to][n] + normal.y * corners[to + 1][n];
+            modes[edge][n] = (after + before) * factors[0];
+            modes[edge + 4][n] = (after - before) * factors[1];
+        }
+    }
+    modes
 }
 
 /// Sums over the rows of a number of one times a number of the other.
@@ -187,7 +187,7 @@ mod tests {
         for corner in [0, 1] {
             (residual[2 * corner], residual[2 * corner + 1]) = ([-along.y], [along.x]);
         }
-        let seen = modes.modes(&residual, [1.0; 2]);
+        let seen = super::modes(&modes.normals, &residual, [1.0; 2]);
         assert!((seen[0][0] - std::f64::consts::SQRT_2).abs() < 1e-12 && seen[4][0].abs() < 1e-12);
     }
 }
