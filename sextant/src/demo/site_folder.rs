@@ -200,21 +200,15 @@ fn take_abandoned(root: &Path) -> Option<File> {
 
 /// Removes the folder last: without it nobody would find what is left in shared memory.
 fn remove_site(root: &Path, shared_memory: &IceoryxOptions) {
-    match remove_all_dead(shared_memory) {
-        Ok(left) if left.alive + left.failed > 0 => {
-            tracing::warn!(
-                folder = %root.display(),
-                ?left,
-                "the demo's shared memory can't be removed yet; the next demo tries again"
-            );
-            return;
-        }
-        Ok(_) => {}
-        Err(cause) => tracing::warn!(%cause, "the demo's shared memory can't be removed"),
-    }
-    if let Err(cause) = fs::remove_dir_all(root) {
-        tracing::warn!(folder = %root.display(), %cause, "the demo's folder can't be removed");
-    }
+    let cause = match remove_all_dead(shared_memory) {
+        Ok(left) if left.alive + left.failed == 0 => match fs::remove_dir_all(root) {
+            Ok(()) => return,
+            Err(cause) => cause.to_string(),
+        },
+        Ok(left) => format!("its shared memory is still in use: {left:?}"),
+        Err(cause) => cause.to_string(),
+    };
+    tracing::warn!(folder = %root.display(), %cause, "a demo's folder stays; the next demo tries again");
 }
 
 /// Waits for processes that are ending this moment: a killed one lets go of its memory a little later.
@@ -253,6 +247,15 @@ mod tests {
         drop(user);
         remove_leftovers(parent.path());
         assert!(!root.exists());
+    }
+
+    #[test]
+    fn what_no_demo_can_have_made_stays() {
+        let (parent, root, _) = left();
+        let notes = root.with_file_name(format!("{PREFIX}Notes"));
+        fs::rename(&root, &notes).unwrap();
+        remove_leftovers(parent.path());
+        assert!(notes.is_dir());
     }
 
     #[test]
