@@ -15,6 +15,7 @@ use sextant_simulator::Scenario;
 use sextant_site_files::{write_object, write_rig, write_toml};
 use sextant_zenoh_bus::BusOptions;
 use std::fs::{self, File};
+use std::io;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
@@ -57,9 +58,7 @@ impl SiteFolder {
 
     fn empty(parent: &Path, scenario: &Scenario) -> anyhow::Result<Self> {
         let root = parent.join(format!("{PREFIX}{}", std::process::id()));
-        fs::create_dir(&root)?;
-        let lock = File::create(root.join(LOCK))?;
-        lock.try_lock()?;
+        let lock = make_held(&root)?;
         fs::create_dir(root.join("logs"))?;
         let ids = |names: Vec<&String>| {
             names
@@ -155,6 +154,19 @@ impl Drop for SiteFolder {
     }
 }
 
+/// A folder that is held from the moment on that it has its name: another demo that starts would take it for abandoned.
+fn make_held(root: &Path) -> io::Result<File> {
+    let name = root.file_name().unwrap_or_default().to_string_lossy();
+    let nascent = root.with_file_name(format!(".{name}"));
+    // From a process of the same number that was killed right here.
+    let _ = fs::remove_dir_all(&nascent);
+    fs::create_dir(&nascent)?;
+    let lock = File::create(nascent.join(LOCK))?;
+    lock.try_lock()?;
+    fs::rename(&nascent, root)?;
+    Ok(lock)
+}
+
 /// The temporary folder, unless its name is too long for the sockets in it.
 fn parent_folder() -> PathBuf {
     let parent = std::env::temp_dir();
@@ -191,8 +203,7 @@ fn remove_leftovers(parent: &Path) {
     }
 }
 
-/// The lock of a folder that nobody holds. A folder without its lock file is one that is being made this moment, or was
-/// half removed: let alone.
+/// The lock of a folder that nobody holds. A folder without its lock file is one that is being removed: let alone.
 fn take_abandoned(root: &Path) -> Option<File> {
     let lock = File::open(root.join(LOCK)).ok()?;
     lock.try_lock().is_ok().then_some(lock)
@@ -203,6 +214,7 @@ fn remove_site(root: &Path, shared_memory: &IceoryxOptions) {
     let cause = match remove_all_dead(shared_memory) {
         Ok(left) if left.alive + left.failed == 0 => match fs::remove_dir_all(root) {
             Ok(()) => return,
+            Err(cause) if cause.kind() == io::ErrorKind::NotFound => return,
             Err(cause) => cause.to_string(),
         },
         Ok(left) => format!("its shared memory is still in use: {left:?}"),
@@ -225,6 +237,8 @@ fn remove_all_dead(shared_memory: &IceoryxOptions) -> Result<Leftovers, ImagesEr
 
 #[cfg(test)]
 mod tests {
+    use std::sync::atomic::{AtomicBool, Ordering};
+
     use sextant_iceoryx_images::ImageSubscriber;
 
     use super::*;
@@ -256,6 +270,27 @@ mod tests {
         fs::rename(&root, &notes).unwrap();
         remove_leftovers(parent.path());
         assert!(notes.is_dir());
+    }
+
+    #[test]
+    fn a_demo_that_starts_is_not_taken_for_abandoned() {
+        let parent = tempfile::tempdir_in("/tmp").unwrap();
+        let root = parent.path().join(format!("{PREFIX}0"));
+        let is_over = AtomicBool::new(false);
+        std::thread::scope(|scope| {
+            scope.spawn(|| {
+                while !is_over.load(Ordering::Relaxed) {
+                    remove_leftovers(parent.path());
+                }
+            });
+            let made = (0..500).all(|_| {
+                let lock = make_held(&root);
+                let made = lock.is_ok() && fs::create_dir(root.join("logs")).is_ok();
+                fs::remove_dir_all(&root).is_ok() && made
+            });
+            is_over.store(true, Ordering::Relaxed);
+            assert!(made);
+        });
     }
 
     #[test]
