@@ -139,7 +139,7 @@ fn replay(
 fn pose_of(output: Output) -> Option<ObjectEstimate> {
     match output {
         Output::Pose(estimate) => Some(estimate),
-        Output::Refused(_) => None,
+        Output::Refused(_) | Output::ClockStep { .. } => None,
     }
 }
 

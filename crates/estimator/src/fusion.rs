@@ -31,6 +31,11 @@ pub enum Input {
     Rig(Rig),
     /// The objects have changed: taken whole or refused whole.
     Objects(Vec<ObjectModel>),
+    /// The clock behind `now_ns` was set: all times before it are by another clock.
+    ClockStep {
+        /// By how many ns it was set forward; below zero where it was set back.
+        by_ns: i64,
+    },
     /// Time has passed.
     Tick,
 }
@@ -46,6 +51,11 @@ pub enum Output {
     Pose(ObjectEstimate),
     /// New objects contradict each other; the old ones stay.
     Refused(ModelError),
+    /// The clock was set: all tracks and windows start anew.
+    ClockStep {
+        /// By how many ns it was set forward; below zero where it was set back.
+        by_ns: i64,
+    },
 }
 
 /// Why objects can't be tracked together.
@@ -123,14 +133,18 @@ impl Fusion {
         })
     }
 
-    /// Takes an input in; `now_ns` is the present in ns since the Unix epoch. It never goes back.
+    /// Takes an input in; `now_ns` is the present in ns since the Unix epoch. It goes back with [`Input::ClockStep`] only.
     pub fn handle(&mut self, now_ns: u64, input: Input) {
-        self.now_ns = self.now_ns.max(now_ns);
+        self.now_ns = match input {
+            Input::ClockStep { .. } => now_ns,
+            _ => self.now_ns.max(now_ns),
+        };
         let now_ns = self.now_ns;
         match input {
             Input::Image(image) => self.take_image(now_ns, &image),
             Input::Rig(rig) => self.take_rig(&rig),
             Input::Objects(objects) => self.take_objects(objects),
+            Input::ClockStep { by_ns } => self.take_clock_step(by_ns),
             Input::Tick => {}
         }
         self.say_losses(now_ns);
@@ -176,6 +190,12 @@ impl Fusion {
     }
 
     fn take_image(&mut self, now_ns: u64, image: &ImageObservation) {
+        if self
+            .intake
+            .is_from_before_step(now_ns, image, &self.options)
+        {
+            return;
+        }
         let Some(image) = self.righted(now_ns, image) else {
             return;
         };
@@ -318,6 +338,23 @@ impl Fusion {
         }
     }
 
+    /// Stamps before and after the step can't be compared: which cameras share the clock that was set is not known, so that tracks,
+    /// windows and clock offsets start anew. Objects that were known are lost until they are seen again.
+    fn take_clock_step(&mut self, by_ns: i64) {
+        self.catch_up();
+        for object in 0..self.timelines.len() {
+            if self.loss_ns(object).is_some() {
+                self.say_lost(object, self.timelines[object].newest_ns());
+            }
+        }
+        self.begin_anew();
+        self.clock_search = ClockSearch::default();
+        self.intake.clock_stepped(self.now_ns);
+        self.next_look_ns = 0;
+        self.lost_said_ns.fill(0);
+        self.outputs.push_back(Output::ClockStep { by_ns });
+    }
+
     /// Goes through all images that have come late.
     fn catch_up(&mut self) {
         for timeline in &mut self.timelines {
@@ -343,10 +380,14 @@ impl Fusion {
                 continue;
             };
             self.lost_said_ns[object] = self.timelines[object].at(u64::MAX).seen_ns;
-            let lost = self.timelines[object].last_estimate(loss_ns, &self.options);
-            self.outputs
-                .extend(lost.filter(ObjectEstimate::is_finite).map(Output::Pose));
+            self.say_lost(object, loss_ns);
         }
+    }
+
+    fn say_lost(&mut self, object: usize, time_ns: u64) {
+        let lost = self.timelines[object].last_estimate(time_ns, &self.options);
+        self.outputs
+            .extend(lost.filter(ObjectEstimate::is_finite).map(Output::Pose));
     }
 }
 

@@ -93,7 +93,7 @@ impl Fusion {
     }
 
     /// What was learned with wrong stamps is worth nothing.
-    fn begin_anew(&mut self) {
+    pub(super) fn begin_anew(&mut self) {
         self.earlier_offsets.clear();
         self.health.reset();
         for timeline in &mut self.timelines {

@@ -11,6 +11,8 @@ pub(crate) struct Intake {
     statistics: Statistics,
     /// Capture times of each camera's images within the window, to know duplicates.
     recent_ns: BTreeMap<CameraId, BTreeSet<u64>>,
+    /// When the clock was last set, by the clock as it is since; 0 where it never was.
+    stepped_ns: u64,
 }
 
 /// Most capture times remembered of a camera, however long the window.
@@ -21,6 +23,7 @@ impl Intake {
         let mut intake = Self {
             statistics: Statistics::default(),
             recent_ns: BTreeMap::new(),
+            stepped_ns: 0,
         };
         intake.rig_changed(site);
         intake
@@ -42,6 +45,32 @@ impl Intake {
             .cameras
             .retain(|id, _| site.camera(id).is_some());
         self.recent_ns.retain(|id, _| site.camera(id).is_some());
+    }
+
+    /// The clock was set to `now_ns`: the capture times of former images are by another clock.
+    pub fn clock_stepped(&mut self, now_ns: u64) {
+        self.stepped_ns = now_ns;
+        self.recent_ns.values_mut().for_each(BTreeSet::clear);
+        for counts in self.statistics.cameras.values_mut() {
+            counts.last_capture_ns = 0;
+        }
+    }
+
+    /// Whether an image was under way when the clock was set: for a window after that, stamps that don't lie between the step and the
+    /// present are taken to be by the former clock. Such images are counted.
+    pub fn is_from_before_step(
+        &mut self,
+        now_ns: u64,
+        image: &ImageObservation,
+        options: &FusionOptions,
+    ) -> bool {
+        let window_ns = (options.window_s * 1e9) as u64;
+        let is_recent = self.stepped_ns > 0 && now_ns < self.stepped_ns.saturating_add(window_ns);
+        let is_before = is_recent && !(self.stepped_ns..=now_ns).contains(&image.capture_ns);
+        if is_before && self.statistics.cameras.contains_key(&image.camera) {
+            self.count_untimely(image, now_ns);
+        }
+        is_before
     }
 
     /// The image sorted by objects, if it is to be taken in.

@@ -7,6 +7,7 @@ mod arm;
 mod arm_scene;
 mod bent;
 mod changes;
+mod clock_step;
 mod clocks;
 mod far_clocks;
 mod faults;

@@ -252,7 +252,7 @@ pub fn feed(fusion: &mut Fusion, image: ImageObservation) -> Vec<ObjectEstimate>
 pub fn poses(fusion: &mut Fusion) -> Vec<ObjectEstimate> {
     let pose = |output: Output| match output {
         Output::Pose(estimate) => Some(estimate),
-        Output::Refused(_) => None,
+        _ => None,
     };
     std::iter::from_fn(|| fusion.poll_output())
         .filter_map(pose)
