@@ -24,7 +24,7 @@ pub fn sextant() -> Command {
         .join("sextant");
     assert!(
         program.is_file(),
-        "{} is missing: run `cargo build --release --package sextant` first",
+        "{} is missing: run `cargo build --release --bin sextant` first",
         program.display()
     );
     Command::new(program)
