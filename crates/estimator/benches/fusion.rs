@@ -45,7 +45,9 @@ fn rig(cameras: usize) -> Rig {
             )),
         }
     };
-    Rig::new((0..cameras).map(camera).collect()).expect("a rig")
+    Rig::new((0..cameras).map(camera).collect())
+        .expect("a rig")
+        .exact()
 }
 
 /// A plate whose tags lie side by side, all facing up.
@@ -67,6 +69,7 @@ fn plate(index: usize, tags: usize) -> ObjectModel {
         (0..tags).map(tag).collect(),
     )
     .expect("an object")
+    .exact()
 }
 
 fn pose(index: usize, time_ns: u64) -> Pose {
@@ -249,7 +252,9 @@ fn arm() -> ObjectModel {
         (link(links[index / 3]), tag)
     });
     let id = ObjectId::new("arm").expect("a name");
-    ObjectModel::articulated(id, tree, on_links.collect()).expect("an arm")
+    ObjectModel::articulated(id, tree, on_links.collect())
+        .expect("an arm")
+        .exact()
 }
 
 /// The arm as one body, its joints at zero: what the cameras see.
@@ -260,7 +265,9 @@ fn stiff(arm: &ObjectModel) -> ObjectModel {
         let from_link = Pose::translation(0.12 * link, 0.0, 0.0);
         tag.object_from_tag = tag.object_from_tag.map(|pose| from_link * pose);
     }
-    ObjectModel::new(arm.id().clone(), tags).expect("an object")
+    ObjectModel::new(arm.id().clone(), tags)
+        .expect("an object")
+        .exact()
 }
 
 /// Of the arm, which is followed as `object`.

@@ -3,6 +3,7 @@
 mod clock_watch;
 mod faults;
 mod intake;
+mod self_calibrating;
 mod stray_views;
 
 use std::collections::{BTreeMap, VecDeque};
@@ -13,6 +14,7 @@ use thiserror::Error;
 use crate::clock_search::{ClockSearch, Timely};
 use crate::fault::Fault;
 use crate::health::Health;
+use crate::self_calibration::SelfCalibration;
 use crate::site::{ObjectImage, Site};
 use crate::timeline::{Attention, Settled, Timeline};
 use crate::track::Track;
@@ -91,6 +93,9 @@ pub struct Fusion {
     intake: Intake,
     health: Health,
     clock_search: ClockSearch,
+    self_calibration: SelfCalibration,
+    /// Capture time up to which instants were offered to self-calibration, by object index.
+    offered_ns: Vec<Option<u64>>,
     /// The present, as far as it was told.
     now_ns: u64,
     /// When the filters' clocks are looked at next.
@@ -125,6 +130,8 @@ impl Fusion {
             intake,
             health: Health::default(),
             clock_search: ClockSearch::default(),
+            self_calibration: SelfCalibration::default(),
+            offered_ns: Vec::new(),
             now_ns: 0,
             next_look_ns: 0,
             earlier_offsets: VecDeque::new(),
@@ -200,6 +207,7 @@ impl Fusion {
             return;
         };
         let image = &image;
+        self.self_calibrate(image.capture_ns);
         let Some(sorted) = self.intake.admit(now_ns, image, &self.site, &self.options) else {
             return;
         };
@@ -250,6 +258,8 @@ impl Fusion {
         self.take_settled(object, settled);
         let timeline = &mut self.timelines[object];
         timeline.catch_up(image.capture_ns, &self.site, &self.options);
+        self.self_calibrate_from_start(object, image.capture_ns);
+        let timeline = &mut self.timelines[object];
         let sighting = &timeline.at(image.capture_ns).sighting;
         let refused = sighting
             .refused
@@ -291,6 +301,7 @@ impl Fusion {
 
     fn say(&mut self, object: usize, capture_ns: u64) {
         let estimate = self.timelines[object].estimate(capture_ns, &self.site, &self.options);
+        let estimate = estimate.map(|estimate| self.with_frame(object, estimate));
         self.outputs
             .extend(estimate.filter(ObjectEstimate::is_finite).map(Output::Pose));
     }
@@ -298,6 +309,7 @@ impl Fusion {
     fn take_rig(&mut self, rig: &Rig) {
         self.catch_up();
         self.site.set_rig(rig);
+        self.forget_calibration();
         self.health.reset();
         self.clock_search.models_changed();
         self.intake.rig_changed(&self.site);
@@ -312,6 +324,7 @@ impl Fusion {
             self.outputs.push_back(Output::Refused(error));
             return;
         }
+        self.forget_calibration();
         self.health.reset();
         self.clock_search.models_changed();
         let mut old: BTreeMap<ObjectId, (ObjectModel, Timeline, u64)> = BTreeMap::new();

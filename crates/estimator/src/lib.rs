@@ -25,6 +25,7 @@ mod object;
 mod observation;
 mod options;
 mod rig;
+mod self_calibration;
 mod site;
 mod statistics;
 mod tag_poses;

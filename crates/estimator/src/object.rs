@@ -47,6 +47,7 @@ pub struct ObjectModel {
     /// Index of each tag's link; empty for a rigid object.
     links: Vec<usize>,
     tag_sigmas: BTreeMap<TagId, PoseSigma>,
+    size_sigmas: BTreeMap<TagId, f64>,
 }
 
 /// Why tags make no object.
@@ -86,6 +87,16 @@ pub enum ObjectError {
     /// A sigma that is none, or of a tag that is not there.
     #[error("object {object}: the sigmas of tag {tag} must lie between 0 and 1 (m, rad)")]
     TagSigma {
+        /// The object.
+        object: ObjectId,
+        /// The tag.
+        tag: TagId,
+    },
+    /// A sigma of a size that is none, or of a tag that is not there.
+    #[error(
+        "object {object}: the sigma of the size of tag {tag} must lie between 0 and 1, a share of the size"
+    )]
+    SizeSigma {
         /// The object.
         object: ObjectId,
         /// The tag.
@@ -136,6 +147,7 @@ impl ObjectModel {
             articulation: None,
             links: Vec::new(),
             tag_sigmas: BTreeMap::new(),
+            size_sigmas: BTreeMap::new(),
         })
     }
 
@@ -185,6 +197,40 @@ impl ObjectModel {
             self.tag_sigmas.insert(tag, sigma);
         }
         Ok(self)
+    }
+
+    /// The same object, with the sigmas of its tags' sizes as shares of these.
+    ///
+    /// # Errors
+    /// For the first tag that the object lacks, and the first sigma that is not between 0 and 1.
+    pub fn with_size_sigmas(
+        mut self,
+        sigmas: impl IntoIterator<Item = (TagId, f64)>,
+    ) -> Result<Self, ObjectError> {
+        for (tag, sigma) in sigmas {
+            let is_known = self.tags.iter().any(|one| one.tag == tag);
+            if !is_known || !(0.0..=1.0).contains(&sigma) {
+                let object = self.id.clone();
+                return Err(ObjectError::SizeSigma { object, tag });
+            }
+            self.size_sigmas.insert(tag, sigma);
+        }
+        Ok(self)
+    }
+
+    /// Sigma of a tag's size as a share of it, where that is given.
+    pub fn size_sigma(&self, tag: &TagId) -> Option<f64> {
+        self.size_sigmas.get(tag).copied()
+    }
+
+    /// The same object with every figure exact of which no sigma is given: for simulations.
+    #[must_use]
+    pub fn exact(mut self) -> Self {
+        for tag in &self.tags {
+            self.tag_sigmas.entry(tag.tag).or_insert(PoseSigma::NONE);
+            self.size_sigmas.entry(tag.tag).or_insert(0.0);
+        }
+        self
     }
 
     /// How well the place of a tag is known, where that is stated.

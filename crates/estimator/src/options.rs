@@ -43,9 +43,9 @@ options! {
     /// Seconds by which a capture time may lie ahead of the present: clocks differ, but an image from the far future would
     /// push everything else out of the window.
     ahead_s = 1.0 in 0.0 ..= 60.0;
-    /// Pixels of corner noise (one sigma an axis) of a tag 20 px wide where the detector states none: detectors reach 0.02 to
-    /// 0.2 on sharp images. The noise of each camera is estimated from here.
-    corner_sigma_px = 0.05 in 0.001 ..= 10.0;
+    /// Pixels of corner noise (one sigma an axis) of a tag 20 px wide where the detector gives none: other detectors leave 0.2 to 1
+    /// on real images. The noise of each camera is estimated from here.
+    corner_sigma_px = 0.2 in 0.001 ..= 10.0;
     /// Pixels added to every stated corner noise: lens and print are never known better.
     corner_floor_px = 0.003 in 0.0 ..= 10.0;
     /// Corner residuals that the estimate of a camera's noise remembers: many for a steady figure, few for a quick one.

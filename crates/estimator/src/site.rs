@@ -5,15 +5,16 @@ mod stated_noise;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use sextant_geometry::tag_corners_in_tag;
+use sextant_geometry::{Lens, Pose, tag_corners_in_tag};
 
 use crate::filter::bent;
 use crate::filter::chain::{Chain, Limb};
 use crate::filter::corners::{PosedCamera, View};
 use crate::filter::shutter::RollingShutter;
+use crate::self_calibration::{CameraCorrection, Corrections, ObjectFrame};
 use crate::{
-    CameraId, FusionOptions, ImageObservation, ModelError, ObjectId, ObjectModel, ObjectTag,
-    PoseSigma, Rig, TagCorners, TagId,
+    CameraId, FusionOptions, ImageObservation, LensSigma, ModelError, ObjectId, ObjectModel,
+    ObjectTag, PoseSigma, Rig, TagCorners, TagId,
 };
 
 use stated_noise::{StatedNoise, area_px2};
@@ -23,15 +24,33 @@ use stated_noise::{StatedNoise, area_px2};
 pub(crate) struct SiteCamera {
     pub id: CameraId,
     pub resolution: [u32; 2],
+    /// As the file has it.
+    file: Option<FileCamera>,
+    /// As it is worked with: the file's with the errors that are known taken off.
     pub posed: Option<PosedCamera>,
+}
+
+/// Lens and pose of a camera with their priors.
+#[derive(Debug, Clone)]
+struct FileCamera {
+    lens: Lens,
+    world_from_camera: Pose,
+    sigma: PoseSigma,
+    lens_sigma: LensSigma,
+    reach_px: f64,
+    shutter: Option<RollingShutter>,
 }
 
 /// Where a tag belongs.
 #[derive(Debug, Clone)]
 struct Place {
     object: usize,
+    /// As the file has it, with the priors of its pose and of the logarithm of its size.
+    file: ObjectTag,
+    prior: PoseSigma,
+    size_prior: f64,
+    /// As it is worked with: the file's with the errors that are known taken off, and how well its place is known.
     tag: ObjectTag,
-    /// How well its place is known, where that is stated.
     sigma: Option<PoseSigma>,
     limb: Option<Limb>,
 }
@@ -47,6 +66,8 @@ pub(crate) struct Site {
     reference: usize,
     objects: Vec<ObjectId>,
     places: BTreeMap<TagId, Place>,
+    /// How well each object's frame is tied to its tags, by object index.
+    frames: BTreeMap<usize, ObjectFrame>,
 }
 
 /// What is said about a camera's clock.
@@ -60,6 +81,17 @@ pub(crate) enum StatedClock {
     Within(f64),
     /// Nobody vouches for it.
     Unknown,
+}
+
+impl StatedClock {
+    /// One sigma of its error, s.
+    pub fn sigma_s(self, options: &FusionOptions) -> f64 {
+        match self {
+            Self::Right => 0.0,
+            Self::Reference(sigma_s) | Self::Within(sigma_s) => sigma_s,
+            Self::Unknown => options.unknown_clock_s,
+        }
+    }
 }
 
 /// What one image shows of one object.
@@ -102,29 +134,36 @@ impl Site {
     }
 
     pub fn set_rig(&mut self, rig: &Rig) {
-        let posed = |camera: &crate::Camera| {
-            let world_from_camera = camera.world_from_camera?;
-            let sigma = rig.pose_sigma(&camera.id).filter(PoseSigma::is_some);
-            let mut posed = PosedCamera::new(camera.lens, &world_from_camera, sigma);
-            posed.lens_sigma = rig.lens_sigma(&camera.id);
-            posed.reach_px = reach_px(camera);
-            posed.shutter = rig.line_delay_s(&camera.id).map(|line_delay_s| {
-                let middle_row = 0.5 * f64::from(camera.resolution[1] - 1);
-                RollingShutter {
+        let file = |camera: &crate::Camera| {
+            let middle_row = 0.5 * f64::from(camera.resolution[1] - 1);
+            let line_delay_s = rig.line_delay_s(&camera.id);
+            Some(FileCamera {
+                lens: camera.lens,
+                world_from_camera: camera.world_from_camera?,
+                sigma: rig.pose_sigma(&camera.id).unwrap_or(PoseSigma::OF_CAMERA),
+                lens_sigma: rig
+                    .lens_sigma(&camera.id)
+                    .unwrap_or_else(|| LensSigma::usual(&camera.lens)),
+                reach_px: reach_px(camera),
+                shutter: line_delay_s.map(|line_delay_s| RollingShutter {
                     line_delay_s,
                     middle_row,
-                }
-            });
-            Some(posed)
+                }),
+            })
         };
-        let site_camera = |camera: &crate::Camera| SiteCamera {
-            id: camera.id.clone(),
-            resolution: camera.resolution,
-            posed: posed(camera),
+        let site_camera = |camera: &crate::Camera| {
+            let file = file(camera);
+            SiteCamera {
+                id: camera.id.clone(),
+                resolution: camera.resolution,
+                posed: file.as_ref().map(FileCamera::uncorrected),
+                file,
+            }
         };
         for camera in &mut self.cameras {
-            camera.posed = None;
+            (camera.file, camera.posed) = (None, None);
         }
+        self.frames.clear();
         self.camera_index.clear();
         for camera in rig.cameras().iter().map(site_camera) {
             let known = self.cameras.iter().position(|known| known.id == camera.id);
@@ -157,10 +196,14 @@ impl Site {
                         link: object.link_of(tag_index)?,
                     })
                 };
+                let prior = object.tag_sigma(&tag.tag).unwrap_or(PoseSigma::OF_TAG);
                 let place = Place {
                     object: index,
+                    file: tag.clone(),
+                    prior,
+                    size_prior: object.size_sigma(&tag.tag).unwrap_or(USUAL_SIZE_SIGMA),
                     tag: tag.clone(),
-                    sigma: object.tag_sigma(&tag.tag).filter(PoseSigma::is_some),
+                    sigma: Some(prior).filter(PoseSigma::is_some),
                     limb: chain.as_ref().and_then(limb),
                 };
                 if let Some(Place { object: first, .. }) = places.insert(tag.tag, place) {
@@ -175,7 +218,126 @@ impl Site {
         }
         self.objects = objects.iter().map(|object| object.id().clone()).collect();
         self.places = places;
+        self.frames.clear();
         Ok(())
+    }
+
+    /// Whether no figure of rig and objects may be wrong.
+    pub fn is_exact(&self) -> bool {
+        let files = self
+            .cameras
+            .iter()
+            .filter_map(|camera| camera.file.as_ref());
+        let mut cameras = files.map(|file| file.sigma.is_some() || file.lens_sigma.is_some());
+        let mut tags = self.places.values();
+        let open = |place: &Place| place.prior.is_some() || place.size_prior > 0.0;
+        !cameras.any(|open| open) && !tags.any(open)
+    }
+
+    /// Takes the errors of the files off the models, as far as they are known.
+    pub fn correct(&mut self, corrections: &Corrections) {
+        for (camera, correction) in &corrections.cameras {
+            let corrected = self.corrected_camera(*camera, correction);
+            if let Some(camera) = self.cameras.get_mut(*camera) {
+                camera.posed = corrected.or(camera.posed.take());
+            }
+        }
+        for (tag, correction) in &corrections.tags {
+            if let Some(place) = self.places.get_mut(tag) {
+                place.tag = correction.tag(&place.file);
+                place.sigma = Some(correction.sigma).filter(PoseSigma::is_some);
+            }
+        }
+        self.frames.clone_from(&corrections.frames);
+    }
+
+    /// A camera of the rig with its errors taken off.
+    pub fn corrected_camera(
+        &self,
+        index: usize,
+        correction: &CameraCorrection,
+    ) -> Option<PosedCamera> {
+        Some(
+            self.cameras
+                .get(index)?
+                .file
+                .as_ref()?
+                .corrected(correction),
+        )
+    }
+
+    /// Priors of a camera's pose and of its focal length (px) and first coefficient of the distortion; nothing is open where there is no
+    /// such camera.
+    pub fn camera_priors(&self, index: usize) -> (PoseSigma, [f64; 2]) {
+        let file = self
+            .cameras
+            .get(index)
+            .and_then(|camera| camera.file.as_ref());
+        file.map_or((PoseSigma::NONE, [0.0; 2]), |file| {
+            let distortion = file.lens_sigma.distortion_px * self.distortion_per_px(index);
+            (file.sigma, [file.lens_sigma.focal_px, distortion])
+        })
+    }
+
+    /// First coefficient of a camera's distortion that moves the corners of its image by a pixel; 0 where its lens has none.
+    pub fn distortion_per_px(&self, index: usize) -> f64 {
+        let file = self
+            .cameras
+            .get(index)
+            .and_then(|camera| camera.file.as_ref());
+        let bending = file.filter(|file| !file.lens.distortion().is_empty());
+        bending.map_or(0.0, |file| {
+            let focal = file.lens.intrinsics().fx;
+            (focal * (file.reach_px / focal).powi(3)).recip()
+        })
+    }
+
+    /// Priors of a tag's pose and of the logarithm of its size.
+    pub fn tag_priors(&self, tag: &TagId) -> (PoseSigma, f64) {
+        let place = self.places.get(tag);
+        place.map_or((PoseSigma::NONE, 0.0), |place| {
+            (place.prior, place.size_prior)
+        })
+    }
+
+    /// `world_from_camera` as the rig's file has it.
+    pub fn file_pose(&self, index: usize) -> Option<&Pose> {
+        Some(&self.cameras.get(index)?.file.as_ref()?.world_from_camera)
+    }
+
+    /// A tag as the object's file has it.
+    pub fn file_tag(&self, tag: &TagId) -> Option<&ObjectTag> {
+        Some(&self.places.get(tag)?.file)
+    }
+
+    /// How well an object's frame is tied to its tags; `None` before that is known.
+    pub fn frame(&self, object: usize) -> Option<&ObjectFrame> {
+        self.frames.get(&object)
+    }
+
+    /// The same views by the models in force.
+    pub fn remodelled(&self, image: &ObjectImage, options: &FusionOptions) -> ObjectImage {
+        let posed = self.cameras[image.camera_index].posed.as_ref();
+        let again = |old: &View| {
+            let place = self.places.get(&old.tag)?;
+            view(place, &old.seen, posed?, options)
+        };
+        let views = image.views.iter();
+        ObjectImage {
+            views: views.filter_map(again).collect(),
+            ..image.clone()
+        }
+    }
+
+    /// A view whitened by the detector's noise alone.
+    pub fn for_calibration(&self, old: &View, options: &FusionOptions) -> Option<View> {
+        let noise = StatedNoise::of(&old.seen, 0.0, options)?;
+        Some(View {
+            information: noise.information,
+            edges: noise.edges,
+            is_joint: noise.is_joint,
+            ..old.clone()
+        })
     }
 
     pub fn objects(&self) -> &[ObjectId] {
@@ -270,6 +432,25 @@ impl Site {
     }
 }
 
+/// Sigma of the logarithm of a printed tag's size: printers scale by some tenths of a per cent.
+const USUAL_SIZE_SIGMA: f64 = 0.005;
+
+impl FileCamera {
+    fn uncorrected(&self) -> PosedCamera {
+        self.corrected(&CameraCorrection::none(self.sigma, self.lens_sigma))
+    }
+
+    fn corrected(&self, correction: &CameraCorrection) -> PosedCamera {
+        let pose = correction.pose(&self.world_from_camera);
+        let sigma = Some(correction.sigma).filter(PoseSigma::is_some);
+        let mut posed = PosedCamera::new(correction.lens(&self.lens), &pose, sigma);
+        posed.lens_sigma = Some(correction.lens_sigma).filter(LensSigma::is_some);
+        posed.reach_px = self.reach_px;
+        posed.shutter = self.shutter;
+        posed
+    }
+}
+
 /// The views in an order that does not depend on the detector's: by tag, then by position.
 fn ordered(mut views: Vec<View>) -> Vec<View> {
     views.sort_by(|a, b| {
@@ -310,6 +491,7 @@ fn view(
         object_from_tag,
         corners_in_object: tag_corners_in_tag(tag.size_m).map(|corner| object_from_tag * corner),
         corners_in_image: seen.corners,
+        seen: seen.clone(),
         bow: bent::bow(&camera.lens, tag.tag, &seen.corners),
         information: noise.information,
         edges: noise.edges,

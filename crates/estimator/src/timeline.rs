@@ -11,6 +11,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Bound;
 use std::sync::Arc;
 
+use sextant_geometry::Pose;
+
 use crate::filter::learned::Learned;
 use crate::health::SettledView;
 use crate::site::{ObjectImage, Site};
@@ -315,6 +317,33 @@ impl Timeline {
     pub fn models_changed(&mut self) {
         self.settle();
         self.base.know_lasting(&Arc::default());
+    }
+
+    /// The instants after one time and before another, oldest first: the track after each, and its images.
+    pub fn between(
+        &self,
+        after_ns: Option<u64>,
+        before_ns: u64,
+    ) -> impl Iterator<Item = (&Track, Vec<&ObjectImage>)> {
+        let from = (after_ns.map_or(0, |after| after.saturating_add(1)), 0);
+        let instants = self.instants.range(from..from.max((before_ns, 0)));
+        instants.map(|(_, instant)| {
+            let images = instant.images.values().map(Arc::as_ref).collect();
+            (&instant.after, images)
+        })
+    }
+
+    /// The models have been corrected: the window is gone through again with them, from a track that was moved along.
+    pub fn remodel(&mut self, moved: Option<(Pose, Pose)>, site: &Site, options: &FusionOptions) {
+        for instant in self.instants.values_mut() {
+            for image in instant.images.values_mut() {
+                *image = Arc::new(site.remodelled(image, options));
+            }
+        }
+        if let Some((before, after)) = moved {
+            self.base.move_along(&before, &after);
+        }
+        self.stale_from = self.instants.keys().next().copied();
     }
 
     /// Clocks may have jumped, by so many seconds (one sigma), before the window: it is to be gone through again.

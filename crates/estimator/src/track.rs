@@ -32,7 +32,11 @@ mod update;
 
 use std::sync::Arc;
 
+use nalgebra::{Matrix6, Vector6};
+use sextant_geometry::{Pose, se3};
+
 use crate::filter::corners::{Sight, View};
+use crate::filter::kinematics::{Kinematics, white_acceleration};
 use crate::filter::learned::Learned;
 use crate::site::{ObjectImage, Site};
 use crate::{FusionOptions, State};
@@ -40,6 +44,7 @@ use hypothesis::Hypothesis;
 use noise::Noise;
 use time::Timing;
 
+pub(crate) use birth::{area, branches};
 pub(crate) use report::Sighting;
 pub(crate) use settled::Around;
 
@@ -72,9 +77,17 @@ pub(crate) struct Track {
     ahead: f64,
     /// Whether a view of the last images took part.
     took_part: bool,
+    /// When a view of each camera last took part, by camera index, ns.
+    participation: Vec<(usize, u64)>,
     /// What the images of this instant contributed.
     pub sighting: Sighting,
 }
+
+/// Share of its square by which the step of a corrected model counts as a variance of the pose.
+const UNCERTAIN_MOTION: f64 = 0.25;
+
+/// Nanoseconds for which a camera's agreement counts against another that contradicts: three images.
+const LATELY_NS: u64 = 100_000_000;
 
 /// Most attitudes followed at a time.
 const MOST_HYPOTHESES: usize = 4;
@@ -96,12 +109,55 @@ impl Track {
         let followed = self
             .is_known_at(time_ns, options)
             .then(|| self.followed(time_ns, &sights, options));
-        match followed {
-            Some(track) if track.took_part => track,
-            Some(track) if !track.is_contradicted(options) => track,
-            Some(_) => self.born(time_ns, &sights, options),
-            None => self.forgotten().born(time_ns, &sights, options),
+        let Some(followed) = followed else {
+            return self.forgotten().born(time_ns, &sights, options);
+        };
+        if followed.took_part && followed.agrees_with_most(&sights) {
+            return followed;
         }
+        if !followed.took_part && followed.is_contradicted(options) {
+            return self.born(time_ns, &sights, options);
+        }
+        if self.others_agree_lately(time_ns, &sights) {
+            return followed;
+        }
+        let born = self.born(time_ns, &sights, options);
+        let is_better =
+            born.has_agreeing_tags(&sights) && born.sighting.tags > followed.sighting.tags;
+        if is_better { born } else { followed }
+    }
+
+    /// Whether the views that took part are at least as many as the others.
+    fn agrees_with_most(&self, sights: &[Sight<'_>]) -> bool {
+        let part = self.hypotheses.first().map_or(0, |best| {
+            best.taken.iter().filter(|taken| taken.part).count()
+        });
+        2 * part >= sights.len()
+    }
+
+    /// Whether a camera that is not among those of the sights has lately agreed with the track and does so still.
+    fn others_agree_lately(&self, time_ns: u64, sights: &[Sight<'_>]) -> bool {
+        let Some(best) = self.hypotheses.first() else {
+            return false;
+        };
+        self.participation.iter().any(|(camera, part_ns)| {
+            let is_late = part_ns.saturating_add(LATELY_NS) >= time_ns;
+            is_late
+                && !best.standing.doubts(*camera)
+                && !sights.iter().any(|sight| sight.camera_index == *camera)
+        })
+    }
+
+    /// Whether two tags of one image agree with one another.
+    fn has_agreeing_tags(&self, sights: &[Sight<'_>]) -> bool {
+        let taken = self.hypotheses.first().map(|best| &best.taken);
+        let pairs = taken.into_iter().flat_map(|taken| sights.iter().zip(taken));
+        let mut cameras: Vec<usize> = pairs
+            .filter(|(_, taken)| taken.part)
+            .map(|(sight, _)| sight.camera_index)
+            .collect();
+        cameras.sort_unstable();
+        cameras.windows(2).any(|pair| pair[0] == pair[1])
     }
 
     /// Whether anything is known at that instant.
@@ -194,6 +250,7 @@ impl Track {
             noise: self.noise.clone(),
             trusted: self.trusted,
             timing: self.timing.clone(),
+            participation: self.participation.clone(),
             total: self.total + evidence,
             ..Self::default()
         };
@@ -201,6 +258,20 @@ impl Track {
             next.total -= best.widened(sights);
             let sighting = Sighting::of(best, sights);
             next.took_part = sighting.tags > 0;
+            let pairs = sights.iter().zip(&best.taken);
+            let part = pairs.filter(|(_, taken)| taken.part);
+            let cameras: Vec<usize> = part.map(|(sight, _)| sight.camera_index).collect();
+            next.participation
+                .retain(|(camera, _)| !cameras.contains(camera));
+            for camera in cameras {
+                if next
+                    .participation
+                    .last()
+                    .is_none_or(|(last, _)| *last != camera)
+                {
+                    next.participation.push((camera, time_ns));
+                }
+            }
             let same_instant = self.time_ns == time_ns && !self.hypotheses.is_empty();
             next.sighting = if same_instant {
                 self.sighting.joined(sighting)
@@ -260,6 +331,30 @@ impl Track {
         }
     }
 
+    /// What is known of the motion at this instant, as self-calibration takes it; `None` where the object is unknown or has joints.
+    pub fn for_calibration(&self) -> Option<KnownMotion<'_>> {
+        let track = self.leading();
+        let state = &track.hypotheses.first()?.state;
+        state
+            .joints
+            .is_none()
+            .then_some(KnownMotion { track, state })
+    }
+
+    /// The models were corrected, by which the object went from one pose to the other: what is known goes along.
+    pub fn move_along(&mut self, before: &Pose, after: &Pose) {
+        let motion = after * before.inverse();
+        let step = se3::difference(after, before);
+        for state in self.hypotheses.iter_mut().map(|one| &mut one.state) {
+            state.pose = motion * state.pose;
+            let mut of_pose = state.covariance.fixed_view_mut::<6, 6>(0, 0);
+            of_pose += step * step.transpose() * UNCERTAIN_MOTION;
+        }
+        if let Some(rival) = &mut self.rival {
+            rival.move_along(before, after);
+        }
+    }
+
     /// These cameras contradict no more.
     fn clear_standing(&mut self, cameras: &[usize]) {
         let hypotheses = self.hypotheses.iter_mut();
@@ -279,6 +374,50 @@ impl Track {
         if let Some(rival) = &mut self.rival {
             rival.shift_clock(camera_index, by_s);
         }
+    }
+}
+
+/// Where an object is and how it moves.
+pub(crate) struct KnownMotion<'a> {
+    track: &'a Track,
+    state: &'a Kinematics,
+}
+
+impl KnownMotion<'_> {
+    pub fn pose(&self) -> Pose {
+        self.state.pose
+    }
+
+    /// Velocity and angular velocity, m/s and rad/s in world axes.
+    pub fn twist(&self) -> Vector6<f64> {
+        self.state.twist
+    }
+
+    /// Share of the distortion bias in a camera's corners.
+    pub fn bowed(&self, camera_index: usize) -> f64 {
+        self.track.noise.bowed(camera_index)
+    }
+
+    /// How the object moves from one image to another: the step (dt, dr) and its covariance, clocks included; `None` where both are of one
+    /// time.
+    pub fn between(
+        &self,
+        from: &ObjectImage,
+        to: &ObjectImage,
+        options: &FusionOptions,
+    ) -> Option<(Vector6<f64>, Matrix6<f64>)> {
+        if from.capture_ns == to.capture_ns {
+            return None;
+        }
+        let dt = seconds(from.capture_ns, to.capture_ns);
+        let of_clocks = [from, to].map(|image| image.clock.sigma_s(options).powi(2));
+        let of_twist = self.state.covariance.fixed_view::<6, 6>(6, 6).into_owned();
+        let accelerated = white_acceleration(dt, self.state.motion.restlessness(dt));
+        let twist = self.state.twist;
+        let covariance = of_twist * dt.powi(2)
+            + accelerated.fixed_view::<6, 6>(0, 0)
+            + twist * twist.transpose() * (of_clocks[0] + of_clocks[1]);
+        Some((twist * dt, covariance))
     }
 }
 

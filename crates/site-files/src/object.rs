@@ -25,6 +25,9 @@ const QUATERNION_TOLERANCE: f64 = 1e-3;
 #[serde(deny_unknown_fields)]
 struct ObjectFile {
     id: ObjectId,
+    /// Whether every figure is exact of which no sigma is given: a simulation.
+    #[serde(default)]
+    exact: bool,
     /// None for a rigid object.
     #[serde(default)]
     link: Vec<LinkTable>,
@@ -41,6 +44,8 @@ struct TagTable {
     id: u32,
     /// Edge of the black square, metres.
     size: f64,
+    /// How well that is known, one sigma in metres; omitted where nobody says.
+    size_sigma: Option<f64>,
     /// Of a rigid object; omitted until learned.
     object_from_tag: Option<PoseParts>,
     /// How well that is known; omitted where nobody says.
@@ -101,17 +106,27 @@ fn object_of(file: &ObjectFile, document: &Document<'_>) -> Result<ObjectModel, 
             ObjectModel::articulated(file.id.clone(), articulation, on_links)
         }
     };
-    with_sigmas(object.map_err(|error| complaint("tag", &error))?, file)
+    let object = with_sigmas(object.map_err(|error| complaint("tag", &error))?, file)?;
+    Ok(if file.exact { object.exact() } else { object })
 }
 
 fn with_sigmas(mut object: ObjectModel, file: &ObjectFile) -> Result<ObjectModel, Complaint> {
     for (index, table) in file.tag.iter().enumerate() {
-        let Some((sigma, key)) = table.sigma() else {
-            continue;
-        };
         let tag = TagId {
             family: table.family,
             id: table.id,
+        };
+        let of_size = table.size_sigma.map(|sigma| (tag, sigma / table.size));
+        object = object.with_size_sigmas(of_size).map_err(|error| {
+            let remedy = "write metres, one sigma, or leave it out";
+            Complaint::new(
+                format!("tag[{index}].size_sigma"),
+                error.to_string(),
+                remedy,
+            )
+        })?;
+        let Some((sigma, key)) = table.sigma() else {
+            continue;
         };
         let stated = object.with_tag_sigmas([(tag, sigma)]);
         object = stated.map_err(|error| {
@@ -254,6 +269,9 @@ pub fn object_toml(object: &ObjectModel) -> String {
             "\n[[tag]]\nfamily = \"{family}\"\nid = {id}\nsize = {:?}\n",
             tag.size_m
         );
+        if let Some(share) = object.size_sigma(&tag.tag) {
+            let _ = writeln!(text, "size_sigma = {:?}", share * tag.size_m);
+        }
         let link = object
             .link_of(index)
             .and_then(|link| tree?.links().get(link));

@@ -16,6 +16,9 @@ use std::path::Path;
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct RigFile {
+    /// Whether every figure is exact of which no sigma is given: a simulation.
+    #[serde(default)]
+    exact: bool,
     #[serde(default)]
     camera: Vec<CameraTable>,
 }
@@ -108,7 +111,8 @@ fn rig_of(file: &RigFile, document: &Document<'_>) -> Result<Rig, Complaint> {
     let cameras: Result<Vec<Camera>, Complaint> =
         file.camera.iter().enumerate().map(camera_of).collect();
     let rig = Rig::new(cameras?).map_err(|error| complaint("camera", &error))?;
-    with_exposures(with_line_delays(with_sigmas(rig, file)?, file)?, file)
+    let rig = with_exposures(with_line_delays(with_sigmas(rig, file)?, file)?, file)?;
+    Ok(if file.exact { rig.exact() } else { rig })
 }
 
 fn with_exposures(mut rig: Rig, file: &RigFile) -> Result<Rig, Complaint> {

@@ -269,7 +269,7 @@ impl Acting {
 
 /// What an error of a camera's pose (its axes those of the world) does to a pose that it sees at `arm` from its centre:
 /// dt = dt_c + dr_c x arm, dr = dr_c. The corners are displaced as if the object had moved the other way.
-pub(super) fn by_camera(arm: &Vector3<f64>) -> Matrix6<f64> {
+pub(crate) fn by_camera(arm: &Vector3<f64>) -> Matrix6<f64> {
     let mut displacement = Matrix6::identity();
     displacement
         .fixed_view_mut::<3, 3>(0, 3)
@@ -279,7 +279,7 @@ pub(super) fn by_camera(arm: &Vector3<f64>) -> Matrix6<f64> {
 
 /// How a link would have to move for an error of a tag's place on it (its axes those of the link) to displace the tag's
 /// corners as it does: by dt + dr x (p - c), with the tag's centre at c.
-pub(super) fn by_tag(world_from_link: &Pose, link_from_tag: &Pose) -> Matrix6<f64> {
+pub(crate) fn by_tag(world_from_link: &Pose, link_from_tag: &Pose) -> Matrix6<f64> {
     let turn = world_from_link.rotation.to_rotation_matrix().into_inner();
     let arm = turn * link_from_tag.translation.vector;
     let mut displacement = Matrix6::zeros();

@@ -4,7 +4,7 @@
 //! dr/d(dt, dr) = J_pi R_cw [I | -[R q]x].
 
 use nalgebra::{Matrix2, Matrix2x3, Matrix3, Matrix6, Point2, Point3, Vector2, Vector3};
-use sextant_geometry::{Lens, Pose};
+use sextant_geometry::{Lens, Pose, tag_corners_in_tag};
 
 use super::chain::Limb;
 use super::configuration::Configuration;
@@ -12,7 +12,7 @@ use super::edges::{EdgeModes, NoiseFactors, Rows, product};
 use super::normal::{NoiseSource, Normal, PoseRows, robust};
 use super::shutter::{Moving, Passage, RollingShutter};
 use crate::health::Ray;
-use crate::{ClockOffset, LensSigma, PoseSigma, TagId};
+use crate::{ClockOffset, LensSigma, ObjectTag, PoseSigma, TagCorners, TagId};
 
 /// Derivatives of x and of y by (dt, dr).
 pub(super) type Slopes = [[f64; 6]; 2];
@@ -137,6 +137,8 @@ pub(crate) struct View {
     pub corners_in_object: [Point3<f64>; 4],
     /// As seen, in pixels.
     pub corners_in_image: [Point2<f64>; 4],
+    /// The same with the covariance that the detector gives.
+    pub seen: TagCorners,
     /// What a bending lens adds to them where they are found by a homography, in pixels.
     pub bow: Option<[Vector2<f64>; 4]>,
     /// Inverse of each corner's covariance as stated, 1/px².
@@ -153,6 +155,17 @@ pub(crate) struct View {
 }
 
 impl View {
+    /// Takes another place and size of the tag.
+    pub fn set_model(&mut self, tag: &ObjectTag) {
+        let Some(object_from_tag) = tag.object_from_tag else {
+            return;
+        };
+        self.size_m = tag.size_m;
+        self.object_from_tag = object_from_tag;
+        self.corners_in_object =
+            tag_corners_in_tag(tag.size_m).map(|corner| object_from_tag * corner);
+    }
+
     /// Where the lens shows a corner, if the corners have so much of what a bending lens adds.
     #[inline(always)]
     pub fn corner(&self, corner: usize, bowed: f64) -> Point2<f64> {
@@ -334,6 +347,32 @@ impl Sight<'_> {
         }
         linear.by_twist = Some(self.view.edges.whitened(&by_twist, self.noise));
         Some(())
+    }
+
+    /// Whitened rows by the pose, the focal length (px), the first coefficient of the distortion and the logarithm of the tag's size; the
+    /// residual comes last. `None` where the tag cannot be seen from there.
+    pub fn calibration_rows(&self, link: &Moving) -> Option<Rows<10>> {
+        let mut rows = [[0.0; 10]; 8];
+        let centre = self.view.object_from_tag.translation.vector;
+        for corner in 0..4 {
+            let passage = self.view.passage(corner, link);
+            let placed = self.placed(&passage.map_or(link.pose, |passage| passage.pose));
+            let seen = self.projected(corner, &placed)?;
+            let residual = seen.pixel - self.view.corner(corner, self.bowed);
+            let in_object = self.view.corners_in_object[corner].coords;
+            let in_camera = placed.origin_in_camera + self.camera.turn * (placed.turn * in_object);
+            let by_lens = self.camera.lens.parameter_jacobian(&in_camera)?;
+            let from_centre = placed.turn * (in_object - centre);
+            for axis in 0..2 {
+                let (row, slopes) = (&mut rows[2 * corner + axis], &seen.slopes[axis]);
+                row[..6].copy_from_slice(slopes);
+                row[6] = by_lens[(axis, 0)] + by_lens[(axis, 1)];
+                row[7] = by_lens[(axis, 4)];
+                row[8] = (0..3).map(|n| slopes[n] * from_centre[n]).sum();
+                row[9] = residual[axis];
+            }
+        }
+        Some(self.view.edges.whitened(&rows, self.noise))
     }
 
     #[inline(always)]

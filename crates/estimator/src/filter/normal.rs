@@ -34,13 +34,13 @@ impl NoiseSource {
     }
 
     /// The weight of a view by its squared whitened residuals.
-    fn weight(self, square: f64) -> f64 {
+    pub fn weight(self, square: f64) -> f64 {
         let freedom = self.freedom();
         (freedom + 8.0) / (freedom + square)
     }
 
     /// Twice the cost of a view, by the same.
-    pub(super) fn chi2(self, square: f64) -> f64 {
+    pub fn chi2(self, square: f64) -> f64 {
         let freedom = self.freedom();
         (freedom + 8.0) * (1.0 + square / freedom).ln()
     }

@@ -16,7 +16,7 @@ use super::normal::NoiseSource;
 use super::observed::Vantage;
 use super::shutter::Moving;
 use super::solve::{Fit, solve};
-use crate::{ClockOffset, TagId};
+use crate::{ClockOffset, TagCorners, TagId};
 
 fn camera() -> PosedCamera {
     let intrinsics = Intrinsics {
@@ -54,6 +54,15 @@ fn view(camera: &PosedCamera, object_from_tag: Pose, off: [Vector2<f64>; 4]) -> 
         object_from_tag,
         corners_in_object,
         corners_in_image,
+        seen: TagCorners {
+            tag: TagId {
+                family: Family::Tag36h11,
+                id: 0,
+            },
+            corners: corners_in_image,
+            corner_covariance: [covariance; 4],
+            corner_cross_covariance: [Matrix2::zeros(); 6],
+        },
         bow: None,
         information: [covariance.try_inverse().unwrap(); 4],
         edges: EdgeModes::new(&corners_in_image, &of_all(&covariance)).unwrap(),

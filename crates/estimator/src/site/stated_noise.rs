@@ -65,7 +65,7 @@ fn corners_of(noise: &Matrix8) -> [Matrix2<f64>; 4] {
 /// The usual noise of a tag's corners in px²: the larger the tag, the more pixels its corners are made from.
 fn usual_variance(corners: &[Point2<f64>; 4], options: &FusionOptions) -> f64 {
     let relative = (area_px2(corners) / USUAL_AREA).clamp(USUAL_BOUNDS.0, USUAL_BOUNDS.1);
-    options.corner_sigma_px.powi(2) * relative.powf(-1.5)
+    options.corner_sigma_px.powi(2) * relative.powf(-0.5)
 }
 
 /// What the corners enclose.

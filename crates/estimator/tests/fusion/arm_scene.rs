@@ -60,7 +60,9 @@ pub fn arm() -> ObjectModel {
             ));
         }
     }
-    ObjectModel::articulated(ObjectId::new("arm").unwrap(), tree, tags).unwrap()
+    ObjectModel::articulated(ObjectId::new("arm").unwrap(), tree, tags)
+        .unwrap()
+        .exact()
 }
 
 /// Base pose and joint values, `seconds` after the start.

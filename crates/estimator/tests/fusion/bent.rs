@@ -19,7 +19,9 @@ fn bending(rig: &Rig) -> Rig {
             .map(|pose| pose * Pose::rotation(Vector3::new(0.15, -0.25, 0.0))),
         ..camera.clone()
     };
-    Rig::new(rig.cameras().iter().map(bending).collect()).unwrap()
+    Rig::new(rig.cameras().iter().map(bending).collect())
+        .unwrap()
+        .exact()
 }
 
 /// Corners of the homography (with a one at its end) that follows the whole bent tag best, by linear least squares.

@@ -17,7 +17,9 @@ fn objects_that_share_a_tag_are_refused_and_the_old_ones_stay() {
     before
         .iter()
         .for_each(|image| drop(feed(&mut fusion, image.clone())));
-    let twin = ObjectModel::new(ObjectId::new("twin").unwrap(), object.tags().to_vec()).unwrap();
+    let twin = ObjectModel::new(ObjectId::new("twin").unwrap(), object.tags().to_vec())
+        .unwrap()
+        .exact();
     fusion.handle(START_NS, Input::Objects(vec![object.clone(), twin]));
     assert!(matches!(
         fusion.poll_output(),
@@ -57,7 +59,7 @@ fn an_object_that_keeps_a_tag_in_its_place_keeps_its_track() {
     let change = |change: &dyn Fn(&mut ObjectTag)| {
         let mut tags = object.tags().to_vec();
         tags.iter_mut().for_each(change);
-        Input::Objects(vec![ObjectModel::new(cube_id(), tags).unwrap()])
+        Input::Objects(vec![ObjectModel::new(cube_id(), tags).unwrap().exact()])
     };
     let first = object.tags()[0].tag;
     let one_larger = |tag: &mut ObjectTag| tag.size_m *= if tag.tag == first { 1.1 } else { 1.0 };
@@ -80,7 +82,7 @@ fn what_was_learned_about_a_camera_stays_with_it_when_the_rigs_order_changes() {
     let reordered = || {
         let mut cameras = whole.cameras().to_vec();
         cameras.rotate_left(1);
-        Rig::new(cameras).unwrap()
+        Rig::new(cameras).unwrap().exact()
     };
     let mut changed = fusion(&whole, &object, FusionOptions::default());
     let mut left_alone = fusion(&whole, &object, FusionOptions::default());
@@ -98,7 +100,7 @@ fn what_was_learned_about_a_camera_stays_with_it_when_the_rigs_order_changes() {
 #[test]
 fn a_new_rig_is_used_from_the_next_image_on() {
     let (whole, object) = (rig(3), cube());
-    let first = Rig::new(whole.cameras()[..2].to_vec()).unwrap();
+    let first = Rig::new(whole.cameras()[..2].to_vec()).unwrap().exact();
     let mut fusion = fusion(&first, &object, FusionOptions::default());
     for (index, image) in run(&whole, &object, 0.1, 1.0, &mut Random(6))
         .into_iter()

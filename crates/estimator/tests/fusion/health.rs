@@ -22,7 +22,7 @@ fn faults(rig_in_truth: &Rig, object_in_truth: &ObjectModel, seconds: f64) -> Ve
 fn cube_with(change: impl Fn(&mut ObjectTag)) -> ObjectModel {
     let mut tags = cube().tags().to_vec();
     change(&mut tags[0]);
-    ObjectModel::new(cube_id(), tags).unwrap()
+    ObjectModel::new(cube_id(), tags).unwrap().exact()
 }
 
 #[test]
@@ -42,7 +42,7 @@ fn a_camera_that_was_bumped_is_named() {
         UnitQuaternion::from_scaled_axis(Vector3::new(0.0, 0.0175, 0.0)),
     );
     cameras[2].world_from_camera = cameras[2].world_from_camera.map(|pose| pose * bump);
-    let found = faults(&Rig::new(cameras).unwrap(), &cube(), 2.0);
+    let found = faults(&Rig::new(cameras).unwrap().exact(), &cube(), 2.0);
     assert_eq!(
         found,
         [Fault::CameraMoved {

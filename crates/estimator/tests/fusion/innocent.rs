@@ -77,7 +77,7 @@ fn with_poses(rig: &Rig, change: impl FnMut(usize) -> Pose) -> Rig {
     for (camera, by) in cameras.iter_mut().zip((0..).map(change)) {
         camera.world_from_camera = camera.world_from_camera.map(|pose| pose * by);
     }
-    Rig::new(cameras).unwrap()
+    Rig::new(cameras).unwrap().exact()
 }
 
 /// Cameras that stand as well as that, and how the rig states them, if it does.

@@ -69,6 +69,10 @@ fn displaced(pose: &Pose, sigma: PoseSigma, random: &mut Random) -> Pose {
 }
 
 fn changed(rig: &Rig, change: impl FnMut(Camera) -> Camera) -> Rig {
+    unstated(rig, change).exact()
+}
+
+fn unstated(rig: &Rig, change: impl FnMut(Camera) -> Camera) -> Rig {
     Rig::new(rig.cameras().iter().cloned().map(change).collect()).unwrap()
 }
 
@@ -190,7 +194,10 @@ fn what_is_stated_about_the_tags_places_is_in_the_covariance() {
             }
             Site {
                 truth: (rig(3), cube()),
-                believed: (rig(3), ObjectModel::new(cube().id().clone(), tags).unwrap()),
+                believed: (
+                    rig(3),
+                    ObjectModel::new(cube().id().clone(), tags).unwrap().exact(),
+                ),
             }
         },
         |site| {
@@ -218,7 +225,7 @@ fn what_a_former_rig_states_holds_as_long_as_what_it_is_about() {
         .and_then(|rig| rig.with_exposures(all().map(|id| (id, EXPOSED))))
         .unwrap();
     let mut index = 0;
-    let other = changed(&rig(3), |camera| {
+    let other = unstated(&rig(3), |camera| {
         index += 1;
         match index {
             1 => Camera {

@@ -24,7 +24,9 @@ fn twin_cube(name: &str, first_tag: u32) -> ObjectModel {
         tag: tag_id(first_tag + tag.tag.id),
         ..tag.clone()
     };
-    ObjectModel::new(id(name), cube().tags().iter().map(tag).collect()).unwrap()
+    ObjectModel::new(id(name), cube().tags().iter().map(tag).collect())
+        .unwrap()
+        .exact()
 }
 
 /// The site as the machine believes it to be, or as it is.
@@ -147,7 +149,7 @@ fn assert_only(
 fn with_tag(object: &ObjectModel, tag: u32, change: impl Fn(&mut ObjectTag)) -> ObjectModel {
     let mut tags = object.tags().to_vec();
     change(tags.iter_mut().find(|one| one.tag == tag_id(tag)).unwrap());
-    ObjectModel::new(object.id().clone(), tags).unwrap()
+    ObjectModel::new(object.id().clone(), tags).unwrap().exact()
 }
 
 /// The site with its second camera turned by a degree.
@@ -157,7 +159,7 @@ fn bumped(before: &Site, about: Vector3<f64>) -> Site {
     let bump = Pose::from_parts(Vector3::zeros().into(), turn);
     cameras[1].world_from_camera = cameras[1].world_from_camera.map(|pose| pose * bump);
     Site {
-        rig: Rig::new(cameras).unwrap(),
+        rig: Rig::new(cameras).unwrap().exact(),
         ..before.clone()
     }
 }
@@ -224,7 +226,7 @@ fn a_tag_that_slips_by_3_mm_is_named_within_two_and_a_half_seconds() {
 #[test]
 fn of_two_cameras_it_is_said_that_one_was_moved() {
     let before = Site {
-        rig: Rig::new(rig(4).cameras()[..2].to_vec()).unwrap(),
+        rig: Rig::new(rig(4).cameras()[..2].to_vec()).unwrap().exact(),
         ..site()
     };
     let [a, b] = [0, 1].map(camera_id);
@@ -338,7 +340,9 @@ fn a_tag_of_one_object_on_another_is_named_with_both_within_two_seconds() {
             _ => tag.clone(),
         };
         let truth = Site {
-            b: ObjectModel::new(id("b"), site().b.tags().iter().map(relabelled).collect()).unwrap(),
+            b: ObjectModel::new(id("b"), site().b.tags().iter().map(relabelled).collect())
+                .unwrap()
+                .exact(),
             a: with_tag(&site().a, 0, |tag| tag.tag = tag_id(99)),
             ..site()
         };
@@ -369,7 +373,9 @@ fn two_objects_that_share_a_tag_are_named_within_two_seconds() {
             _ => tag.clone(),
         };
         let truth = Site {
-            b: ObjectModel::new(id("b"), site().b.tags().iter().map(relabelled).collect()).unwrap(),
+            b: ObjectModel::new(id("b"), site().b.tags().iter().map(relabelled).collect())
+                .unwrap()
+                .exact(),
             ..site()
         };
         let found = named(&truth, seed, nothing);

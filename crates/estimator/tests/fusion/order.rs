@@ -50,7 +50,9 @@ fn with_everything(seed: u64) -> Show {
         lens: Lens::brown_conrady(camera.lens.intrinsics(), [-0.3, 0.1, 0.0, 0.0, 0.0]).unwrap(),
         ..camera.clone()
     };
-    let rig = Rig::new(rig(3).cameras().iter().map(bent).collect()).unwrap();
+    let rig = Rig::new(rig(3).cameras().iter().map(bent).collect())
+        .unwrap()
+        .exact();
     let ids: Vec<_> = rig.cameras().iter().map(|one| one.id.clone()).collect();
     let rig = rig
         .with_line_delays(ids.iter().map(|id| (id.clone(), 2e-5)))

@@ -81,7 +81,9 @@ pub fn rig(cameras: usize) -> Rig {
             world_from_camera: Some(looking_from(Vector3::new(angle.cos(), angle.sin(), 0.7))),
         }
     };
-    Rig::new((0..cameras).map(camera).collect()).unwrap()
+    Rig::new((0..cameras).map(camera).collect())
+        .unwrap()
+        .exact()
 }
 
 /// A cube of 6 cm edge with a tag of 4 cm on each side.
@@ -107,7 +109,9 @@ pub fn cube() -> ObjectModel {
             object_from_tag: Some(Pose::from_parts(place.into(), turn)),
         }
     };
-    ObjectModel::new(cube_id(), turns.into_iter().enumerate().map(tag).collect()).unwrap()
+    ObjectModel::new(cube_id(), turns.into_iter().enumerate().map(tag).collect())
+        .unwrap()
+        .exact()
 }
 
 /// A card with one tag, its face along z of the object.
@@ -117,7 +121,7 @@ pub fn card() -> ObjectModel {
         size_m: 0.04,
         object_from_tag: Some(Pose::identity()),
     };
-    ObjectModel::new(cube_id(), vec![tag]).unwrap()
+    ObjectModel::new(cube_id(), vec![tag]).unwrap().exact()
 }
 
 /// World from the moving cube, `seconds` after the start: up to 0.4 m/s and 2 rad/s.

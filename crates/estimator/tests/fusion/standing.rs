@@ -12,7 +12,7 @@ fn with_turned(rig: &Rig, camera: usize, about: &Vector3<f64>) -> Rig {
     let turn = UnitQuaternion::from_scaled_axis(about * 1f64.to_radians());
     let by = Pose::from_parts(Vector3::zeros().into(), turn);
     cameras[camera].world_from_camera = cameras[camera].world_from_camera.map(|pose| pose * by);
-    Rig::new(cameras).unwrap()
+    Rig::new(cameras).unwrap().exact()
 }
 
 /// Faults after each image, with the seconds since the first one.

@@ -37,6 +37,15 @@ fn the_designs_file_is_read() {
     assert_eq!(south.world_from_camera, None);
 }
 
+#[test]
+fn a_simulated_rig_is_exact() {
+    let rig = parsed(&format!("exact = true\n{GOOD}")).unwrap();
+    for camera in rig.cameras() {
+        assert_eq!(rig.pose_sigma(&camera.id).unwrap().position_m, 0.0);
+        assert_eq!(rig.lens_sigma(&camera.id).unwrap().focal_px, 0.0);
+    }
+}
+
 const WITH_SIGMA: &str =
     "[0, 0, 0, 1] }\nworld_from_camera_sigma = { position = 0.0004, orientation = 0.0002 }";
 
@@ -212,7 +221,7 @@ fn wrong_cameras_are_refused_with_line_key_and_remedy() {
         (
             "[[camera]]\nid = \"south\"",
             "[[camra]]\nid = \"south\"",
-            "rig.toml:8:3: camra: unknown field `camra`, expected `camera`; did you mean `camera`?",
+            "rig.toml:8:3: camra: unknown field `camra`, expected `exact` or `camera`; did you mean `camera`?",
         ),
         ("[[camera]]", "[[camera]", "rig.toml:2:"),
     ] {

@@ -1,0 +1,133 @@
+//! Self-calibration beside the trackers: instants go to it, its corrections go into the site and into what is known of the objects.
+
+use std::collections::BTreeMap;
+
+use super::Fusion;
+use crate::self_calibration::{Keyframe, KeyframeView, Way};
+use crate::site::{ObjectImage, Site};
+use crate::timeline::Timeline;
+use crate::track::Track;
+use crate::{FusionOptions, ObjectEstimate};
+
+/// Images no further apart than this, ns, make one keyframe: less than a period of most cameras.
+const TOGETHER_NS: u64 = 25_000_000;
+
+/// An image is not tied to others where the object's way between them is known no better, m.
+const VAGUE_M: f64 = 0.0005;
+
+impl Fusion {
+    /// Offers the newest instant of an object that has only just appeared, so that even its first poses are corrected.
+    pub(super) fn self_calibrate_from_start(&mut self, object: usize, capture_ns: u64) {
+        if self.self_calibration.is_beginning(object) {
+            self.self_calibrate(capture_ns.saturating_add(1));
+            let timeline = &mut self.timelines[object];
+            timeline.catch_up(capture_ns, &self.site, &self.options);
+        }
+    }
+
+    /// Offers the instants before a time; takes the corrections over where there are any.
+    pub(super) fn self_calibrate(&mut self, before_ns: u64) {
+        // What may be a fault is no imperfection: it is named before it is learned.
+        let is_suspect = self.health.is_alert() && !self.self_calibration.is_young();
+        if self.site.is_exact() || is_suspect {
+            return;
+        }
+        self.offered_ns.resize(self.timelines.len(), None);
+        for object in 0..self.timelines.len() {
+            self.offer_instants(object, before_ns);
+        }
+        if let Some(corrections) = self.self_calibration.adjust(&self.site) {
+            self.site.correct(&corrections);
+            self.health.reset();
+            for (object, timeline) in self.timelines.iter_mut().enumerate() {
+                let newest = self.self_calibration.newest(object);
+                let moved = newest.map(|newest| (newest.before, newest.pose));
+                timeline.remodel(moved, &self.site, &self.options);
+            }
+            self.self_calibration.settle();
+        }
+    }
+
+    fn offer_instants(&mut self, object: usize, before_ns: u64) {
+        let timeline = &self.timelines[object];
+        let mut offered_ns = self.offered_ns[object];
+        for (track, images) in timeline.between(offered_ns, before_ns) {
+            // The newest instant may have further images yet.
+            if track.time_ns.saturating_add(1) < before_ns {
+                offered_ns = Some(track.time_ns);
+            }
+            let images = with_newest_of_others(timeline, track.time_ns, images);
+            if let Some(keyframe) = keyframe(object, (track, &images), &self.site, &self.options) {
+                self.self_calibration.offer(keyframe, &self.site);
+            }
+        }
+        self.offered_ns[object] = offered_ns;
+    }
+
+    /// The files have changed.
+    pub(super) fn forget_calibration(&mut self) {
+        self.self_calibration.reset();
+        self.offered_ns.clear();
+    }
+
+    /// With the uncertainty of the object's own frame and of the common scale.
+    pub(super) fn with_frame(&self, object: usize, mut estimate: ObjectEstimate) -> ObjectEstimate {
+        if let Some(frame) = self.site.frame(object) {
+            estimate.covariance += frame.covariance_of(&estimate.world_from_object);
+        }
+        estimate
+    }
+}
+
+/// The images of an instant, and of other cameras those taken last before it.
+fn with_newest_of_others<'a>(
+    timeline: &'a Timeline,
+    time_ns: u64,
+    mut images: Vec<&'a ObjectImage>,
+) -> Vec<&'a ObjectImage> {
+    let earliest_ns = time_ns.checked_sub(TOGETHER_NS);
+    let earlier = timeline.between(earliest_ns, time_ns);
+    let mut newest: BTreeMap<usize, &ObjectImage> = BTreeMap::new();
+    for image in earlier.flat_map(|(_, images)| images) {
+        newest.insert(image.camera_index, image);
+    }
+    newest.retain(|camera, _| !images.iter().any(|image| image.camera_index == *camera));
+    images.extend(newest.into_values());
+    images
+}
+
+/// An instant as self-calibration takes it; `None` where it cannot tell anything.
+fn keyframe(
+    object: usize,
+    (track, images): (&Track, &[&ObjectImage]),
+    site: &Site,
+    options: &FusionOptions,
+) -> Option<Keyframe> {
+    let motion = track.for_calibration()?;
+    let mut views = Vec::new();
+    for image in images {
+        let way = motion.between(images[0], image, options);
+        let way = way.map(|(step, covariance)| Way { step, covariance });
+        let is_vague =
+            |way: &Way| way.covariance.fixed_view::<3, 3>(0, 0).trace() > VAGUE_M.powi(2);
+        if way.as_ref().is_some_and(is_vague) {
+            continue;
+        }
+        views.extend(image.views.iter().filter_map(|view| {
+            Some(KeyframeView {
+                camera_index: image.camera_index,
+                view: site.for_calibration(view, options)?,
+                bowed: motion.bowed(image.camera_index),
+                twist: view.after_s.map(|_| motion.twist()),
+                way: way.clone(),
+            })
+        }));
+    }
+    (views.len() > 1).then_some(Keyframe {
+        object,
+        time_ns: track.time_ns,
+        pose: motion.pose(),
+        before: motion.pose(),
+        views,
+    })
+}

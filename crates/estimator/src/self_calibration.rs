@@ -1,0 +1,88 @@
+//! Self-calibration: errors of the camera poses, lenses, tag poses and tag sizes in the site's files, estimated from ordinary images.
+//!
+//! A bounded set of keyframes (one object at one instant, as all cameras saw it) is adjusted jointly with the errors of the site, each
+//! of which has a zero-mean Gaussian prior: the sigma given in the file, or the default of how such a number comes about. The scale of
+//! each class of priors is estimated as well ([`variance_components`]), so that a site whose files are exact is recognised as such and
+//! stays untouched, and one whose files are off by centimetres is corrected by as much. What comes out are [`Corrections`] for the
+//! models that the trackers work with, and the covariance that is left.
+//!
+//! The images determine neither the world frame nor the frame of an object: a rig that is wrong as a whole is another world frame. The
+//! errors are therefore estimated with the least norm in units of their priors, and the covariance that is left excludes the motions of
+//! the whole site ([`gauge`]). The uncertainty of an object's own frame and of the common scale is reported apart.
+
+mod adjustment;
+mod corrections;
+mod gauge;
+mod keyframes;
+mod layout;
+mod variance_components;
+
+pub(crate) use corrections::{CameraCorrection, Corrections, ObjectFrame};
+pub(crate) use keyframes::{Keyframe, KeyframeView, Way};
+
+use adjustment::Adjustment;
+use keyframes::{FIRST, Keyframes};
+
+use crate::site::Site;
+
+/// Share by which the number of keyframes grows between adjustments: early ones change much, late ones little.
+const GROWTH: f64 = 0.2;
+
+/// Keyframes with which the site's imperfections are known but for details.
+const YOUNG: usize = 10;
+
+/// Keyframes and what they say about the site.
+#[derive(Debug, Default)]
+pub(crate) struct SelfCalibration {
+    keyframes: Keyframes,
+    adjustment: Adjustment,
+    /// Keyframes added since the last adjustment.
+    added: usize,
+}
+
+impl SelfCalibration {
+    /// Whether so little is known of an object that its newest instant is worth adjusting with each of its images.
+    pub fn is_beginning(&self, object: usize) -> bool {
+        self.keyframes.count(object) < FIRST
+    }
+
+    /// Whether so little is known of the site that contradictions are most likely its imperfections.
+    pub fn is_young(&self) -> bool {
+        self.keyframes.len() < YOUNG
+    }
+
+    /// Offers an instant of an object; it is kept where it shows something new, and where one pose explains what it shows.
+    pub fn offer(&mut self, mut keyframe: Keyframe, site: &Site) {
+        self.adjustment.align(&mut keyframe, site);
+        if self.keyframes.offer(keyframe) {
+            self.added += 1;
+        }
+    }
+
+    /// Adjusts the site if enough is new; `None` where nothing changes.
+    pub fn adjust(&mut self, site: &Site) -> Option<Corrections> {
+        let enough = (GROWTH * self.keyframes.len() as f64).max(1.0);
+        if (self.added as f64) < enough {
+            return None;
+        }
+        self.added = 0;
+        self.adjustment.run(&mut self.keyframes, site)
+    }
+
+    /// The pose of an object in its newest keyframe as the trackers had it, and as it is after the last adjustment.
+    pub fn newest(&self, object: usize) -> Option<&Keyframe> {
+        self.keyframes.newest(object)
+    }
+
+    /// The trackers have taken the corrections over.
+    pub fn settle(&mut self) {
+        for keyframe in self.keyframes.iter_mut() {
+            keyframe.before = keyframe.pose;
+        }
+    }
+
+    /// Forgets everything: the files have changed.
+    pub fn reset(&mut self) {
+        *self = Self::default();
+    }
+}

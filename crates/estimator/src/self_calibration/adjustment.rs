@@ -1,0 +1,667 @@
+//! The adjustment: Gauss-Newton over the errors of the site and the pose of each keyframe, the poses eliminated (Schur complement).
+
+use std::collections::BTreeMap;
+
+use nalgebra::{Const, Dyn};
+use nalgebra::{DMatrix, DVector, Matrix6, OMatrix, SMatrix, SVector, Vector6};
+use sextant_geometry::{Pose, se3};
+
+use super::corrections::{CameraCorrection, Corrections, ObjectFrame, TagCorrection};
+use super::gauge::Gauge;
+use super::keyframes::{Keyframe, KeyframeView, Keyframes};
+use super::layout::{CLASSES, Class, Layout, OF_CAMERA, OF_TAG};
+use super::variance_components::Scales;
+use crate::filter::consider::{by_camera, by_tag};
+use crate::filter::corners::{PosedCamera, Sight};
+use crate::filter::edges::NoiseFactors;
+use crate::filter::normal::NoiseSource;
+use crate::filter::shutter::Moving;
+use crate::filter::solve::UNSEEN;
+use crate::site::Site;
+use crate::track::{area, branches};
+use crate::{LensSigma, PoseSigma, TagId};
+
+/// Steps of one adjustment; most begin next to the minimum, those of few keyframes do not.
+const STEPS: usize = 4;
+const FIRST_STEPS: usize = 12;
+const FEW: usize = 8;
+/// Degrees of freedom as which a detector's own noise counts, and the default noise where none is given.
+const FAITH: [f64; 2] = [30.0, 4.0];
+/// Bounds of the factor on the variance of corners.
+const BOUNDS: (f64, f64) = (1e-3, 1e4);
+/// Bound of the factor on variances by which correlated errors are told from independent ones.
+const LEAST_INDEPENDENCE: f64 = 0.01;
+/// Views as which one counts: what a detector, a lens or a print gets wrong is much the same in views from similar poses.
+const ALIKE: f64 = 4.0;
+/// Coordinates of a view.
+const COORDINATES: f64 = 8.0;
+/// Median of chi-square with eight degrees of freedom.
+const MEDIAN: f64 = 7.34;
+/// Information that keeps the pose of a keyframe definite, 1/m^2 and 1/rad^2.
+const LEAST_INFORMATION: f64 = 1e-6;
+
+/// Steps by which a keyframe's pose is brought to its views, and tags of which it may begin.
+const ALIGNING_STEPS: usize = 6;
+const MOST_STARTS: usize = 2;
+/// Logarithm of the odds beyond which it is decided whether the files are exact.
+const DECISIVE_ODDS: f64 = 7.0;
+
+/// By pose displacement, focal length, distortion and log size.
+const OF_VIEW: usize = 9;
+type ViewMatrix = SMatrix<f64, OF_VIEW, OF_VIEW>;
+type ViewVector = SVector<f64, OF_VIEW>;
+type Coupling = OMatrix<f64, Const<6>, Dyn>;
+
+/// The errors of the site as far as they are known.
+#[derive(Debug, Default)]
+pub(super) struct Adjustment {
+    cameras: BTreeMap<usize, SVector<f64, OF_CAMERA>>,
+    tags: BTreeMap<TagId, SVector<f64, OF_TAG>>,
+    scales: Scales,
+    /// Factor on the variance of each camera's corners.
+    noise: BTreeMap<usize, f64>,
+}
+
+/// What the views of all keyframes say, and the square of each.
+struct Equations {
+    information: DMatrix<f64>,
+    gradient: DVector<f64>,
+    eliminated: Vec<Eliminated>,
+}
+
+/// The pose of one keyframe, eliminated.
+struct Eliminated {
+    inverse: Matrix6<f64>,
+    gradient: Vector6<f64>,
+    columns: Vec<usize>,
+    coupling: Coupling,
+}
+
+/// Whitened squares of the views.
+type Squares = Vec<f64>;
+
+impl Adjustment {
+    /// Adjusts all keyframes; `None` where numbers end.
+    pub fn run(&mut self, keyframes: &mut Keyframes, site: &Site) -> Option<Corrections> {
+        let layout = Layout::of(keyframes, site);
+        let mut errors = self.gather(&layout);
+        let (mut covariance, mut eliminated) = (DMatrix::zeros(0, 0), Vec::new());
+        let (mut information, mut precisions) = (DMatrix::zeros(0, 0), DVector::zeros(0));
+        let steps = if keyframes.len() < FEW {
+            FIRST_STEPS
+        } else {
+            STEPS
+        };
+        for step_index in 0..steps {
+            let cameras = self.models(&layout, &errors, site);
+            self.place_tags(keyframes, &layout, &errors, site);
+            let squares = self.squares(keyframes, &cameras);
+            if step_index == 0 {
+                self.learn_noise(keyframes, &cameras);
+            }
+            let excess = excess(&squares);
+            let precision = layout.precision(&self.scales.0);
+            let mut equations = self.equations(keyframes, &cameras, &layout, excess);
+            for at in 0..layout.len() {
+                equations.information[(at, at)] += precision[at];
+                equations.gradient[at] += precision[at] * errors[at];
+            }
+            let factor = equations.information.clone().cholesky()?;
+            let step = -factor.solve(&equations.gradient);
+            if !step.iter().all(|x| x.is_finite()) {
+                return None;
+            }
+            errors += &step;
+            for (keyframe, own) in keyframes.iter_mut().zip(&equations.eliminated) {
+                keyframe.pose = se3::perturb(&keyframe.pose, &own.step(&step));
+            }
+            covariance = factor.inverse();
+            information = equations.information;
+            precisions = precision;
+            eliminated = equations.eliminated;
+            self.scales = self.scales.updated(&layout, &errors, &covariance);
+        }
+        self.scatter(&layout, &errors);
+        if is_exact(&layout, &errors, &information, &precisions) {
+            return Some(Corrections::exact(&layout));
+        }
+        self.corrections(&layout, &errors, (&covariance, &eliminated), site)
+    }
+
+    /// Brings a keyframe's pose to where it explains its views best by the models in force, whichever of the tracker's pose and those of
+    /// single tags that is nearest to.
+    pub fn align(&self, keyframe: &mut Keyframe, site: &Site) {
+        let posed = |one: &KeyframeView| {
+            Some((
+                one.camera_index,
+                site.cameras().get(one.camera_index)?.posed.clone()?,
+            ))
+        };
+        let cameras: BTreeMap<usize, PosedCamera> =
+            keyframe.views.iter().filter_map(posed).collect();
+        let mut best: Option<(f64, Pose)> = None;
+        for start in starts(keyframe, &cameras) {
+            let mut trial = keyframe.clone();
+            trial.pose = start;
+            self.settle(&mut trial, &cameras);
+            let cost = self.cost(&trial, &cameras);
+            if best.is_none_or(|(least, _)| cost < least) {
+                best = Some((cost, trial.pose));
+            }
+        }
+        if let Some((_, pose)) = best {
+            keyframe.pose = pose;
+        }
+    }
+
+    /// Brings the pose to the minimum next to it.
+    fn settle(&self, keyframe: &mut Keyframe, cameras: &BTreeMap<usize, PosedCamera>) {
+        for _ in 0..ALIGNING_STEPS {
+            let Some(step) = self.alignment_step(keyframe, cameras) else {
+                break;
+            };
+            keyframe.pose = se3::perturb(&keyframe.pose, &step);
+        }
+    }
+
+    /// Gauss-Newton step of the pose alone.
+    fn alignment_step(
+        &self,
+        keyframe: &Keyframe,
+        cameras: &BTreeMap<usize, PosedCamera>,
+    ) -> Option<Vector6<f64>> {
+        let mut information = Matrix6::identity() * LEAST_INFORMATION;
+        let mut gradient = Vector6::zeros();
+        for one in &keyframe.views {
+            let Some(rows) = self.rows(keyframe, one, cameras) else {
+                continue;
+            };
+            let (matrix, pull) = normal(&rows, one, 1.0);
+            information += matrix.fixed_view::<6, 6>(0, 0);
+            gradient += pull.fixed_rows::<6>(0);
+        }
+        let step = -information.cholesky()?.solve(&gradient);
+        step.iter().all(|x| x.is_finite()).then_some(step)
+    }
+
+    /// Twice the robust cost of a keyframe.
+    fn cost(&self, keyframe: &Keyframe, cameras: &BTreeMap<usize, PosedCamera>) -> f64 {
+        let cost = |one: &KeyframeView| {
+            let rows = self.rows(keyframe, one, cameras);
+            rows.map_or(UNSEEN, |rows| {
+                let square = rows.iter().map(|row| row[OF_VIEW].powi(2)).sum();
+                one.view.noise_source.chi2(square)
+            })
+        };
+        keyframe.views.iter().map(cost).sum()
+    }
+
+    fn gather(&self, layout: &Layout) -> DVector<f64> {
+        let mut errors = DVector::zeros(layout.len());
+        for (camera, first) in &layout.cameras {
+            let known = self.cameras.get(camera).copied().unwrap_or_default();
+            errors.fixed_rows_mut::<OF_CAMERA>(*first).copy_from(&known);
+        }
+        for (tag, (_, first)) in &layout.tags {
+            let known = self.tags.get(tag).copied().unwrap_or_default();
+            errors.fixed_rows_mut::<OF_TAG>(*first).copy_from(&known);
+        }
+        errors
+    }
+
+    fn scatter(&mut self, layout: &Layout, errors: &DVector<f64>) {
+        for (camera, first) in &layout.cameras {
+            let known = errors.fixed_rows::<OF_CAMERA>(*first).into_owned();
+            self.cameras.insert(*camera, known);
+        }
+        for (tag, (_, first)) in &layout.tags {
+            let known = errors.fixed_rows::<OF_TAG>(*first).into_owned();
+            self.tags.insert(*tag, known);
+        }
+    }
+
+    /// The cameras with their errors taken off.
+    fn models(
+        &self,
+        layout: &Layout,
+        errors: &DVector<f64>,
+        site: &Site,
+    ) -> BTreeMap<usize, PosedCamera> {
+        let cameras = layout.cameras.iter().filter_map(|(camera, first)| {
+            let correction =
+                camera_correction(&errors.fixed_rows::<OF_CAMERA>(*first).into_owned());
+            Some((*camera, site.corrected_camera(*camera, &correction)?))
+        });
+        cameras.collect()
+    }
+
+    fn place_tags(
+        &self,
+        keyframes: &mut Keyframes,
+        layout: &Layout,
+        errors: &DVector<f64>,
+        site: &Site,
+    ) {
+        for one in keyframes
+            .iter_mut()
+            .flat_map(|keyframe| &mut keyframe.views)
+        {
+            let Some((_, first)) = layout.tags.get(&one.view.tag) else {
+                continue;
+            };
+            let correction = tag_correction(&errors.fixed_rows::<OF_TAG>(*first).into_owned());
+            if let Some(tag) = site.file_tag(&one.view.tag) {
+                one.view.set_model(&correction.tag(tag));
+            }
+        }
+    }
+
+    fn factor(&self, camera: usize) -> f64 {
+        self.noise.get(&camera).copied().unwrap_or(1.0)
+    }
+
+    fn squares(&self, keyframes: &Keyframes, cameras: &BTreeMap<usize, PosedCamera>) -> Squares {
+        let mut squares = Vec::new();
+        for keyframe in keyframes.iter() {
+            for one in &keyframe.views {
+                let Some(rows) = self.rows(keyframe, one, cameras) else {
+                    continue;
+                };
+                let square = rows.iter().map(|row| row[OF_VIEW].powi(2)).sum();
+                squares.push(square);
+            }
+        }
+        squares
+    }
+
+    /// Whitened rows of a view, the residual in the last column; `None` where the camera cannot see the tag's face.
+    fn rows(
+        &self,
+        keyframe: &Keyframe,
+        one: &KeyframeView,
+        cameras: &BTreeMap<usize, PosedCamera>,
+    ) -> Option<[[f64; OF_VIEW + 1]; 8]> {
+        let camera = cameras.get(&one.camera_index)?;
+        let factor = self.factor(one.camera_index);
+        let noise = NoiseFactors {
+            shift: factor,
+            turn: factor,
+        };
+        let sight = Sight::new(
+            one.camera_index,
+            camera,
+            &one.view,
+            (noise, one.bowed),
+            None,
+        );
+        let moving = Moving {
+            pose: keyframe.pose,
+            twist: one.twist,
+        };
+        sight
+            .faces(&keyframe.pose)
+            .then(|| sight.calibration_rows(&moving))?
+    }
+
+    /// Learns the noise of each camera from what its images leave by themselves, whatever is wrong with the other cameras.
+    fn learn_noise(&mut self, keyframes: &Keyframes, cameras: &BTreeMap<usize, PosedCamera>) {
+        let mut sums: BTreeMap<usize, (f64, f64)> = BTreeMap::new();
+        for keyframe in keyframes.iter() {
+            for views in keyframe
+                .views
+                .chunk_by(|a, b| a.camera_index == b.camera_index)
+            {
+                let camera = views[0].camera_index;
+                let mut alone = Keyframe {
+                    views: views.to_vec(),
+                    ..keyframe.clone()
+                };
+                self.settle(&mut alone, cameras);
+                let faith = FAITH[usize::from(views[0].view.noise_source == NoiseSource::Nobody)];
+                let (sum, freedom) = sums.entry(camera).or_insert((faith, faith));
+                for one in views {
+                    let Some(rows) = self.rows(&alone, one, cameras) else {
+                        continue;
+                    };
+                    let square: f64 = rows.iter().map(|row| row[OF_VIEW].powi(2)).sum();
+                    *sum += one.view.noise_source.weight(square) * square * self.factor(camera);
+                    *freedom += COORDINATES - 6.0 / views.len() as f64;
+                }
+            }
+        }
+        for (camera, (sum, freedom)) in sums {
+            self.noise
+                .insert(camera, (sum / freedom).clamp(BOUNDS.0, BOUNDS.1));
+        }
+    }
+
+    fn equations(
+        &self,
+        keyframes: &Keyframes,
+        cameras: &BTreeMap<usize, PosedCamera>,
+        layout: &Layout,
+        excess: f64,
+    ) -> Equations {
+        let mut equations = Equations {
+            information: DMatrix::zeros(layout.len(), layout.len()),
+            gradient: DVector::zeros(layout.len()),
+            eliminated: Vec::with_capacity(keyframes.len()),
+        };
+        for keyframe in keyframes.iter() {
+            let mut own = Matrix6::identity() * LEAST_INFORMATION;
+            let mut gradient = Vector6::zeros();
+            let mut couplings: BTreeMap<usize, SMatrix<f64, 6, OF_CAMERA>> = BTreeMap::new();
+            for one in &keyframe.views {
+                let rows = self.rows(keyframe, one, cameras);
+                let (Some(rows), Some(camera)) = (rows, cameras.get(&one.camera_index)) else {
+                    continue;
+                };
+                let (matrix, pull) = normal(&rows, one, excess);
+                own += matrix.fixed_view::<6, 6>(0, 0);
+                gradient += pull.fixed_rows::<6>(0);
+                let of_camera = camera_map(&(keyframe.pose.translation.vector - camera.centre));
+                let of_tag = tag_map(&by_tag(
+                    &one.pose(&keyframe.pose),
+                    &one.view.object_from_tag,
+                ));
+                let at_camera = layout.cameras[&one.camera_index];
+                let at_tag = layout.tags[&one.view.tag].1;
+                equations.add(at_camera, at_tag, (&matrix, &pull), (&of_camera, &of_tag));
+                let with_camera = matrix.fixed_rows::<6>(0) * of_camera;
+                *couplings.entry(at_camera).or_insert_with(SMatrix::zeros) += with_camera;
+                let with_tag = matrix.fixed_rows::<6>(0) * of_tag;
+                let mut coupling = couplings
+                    .entry(at_tag)
+                    .or_insert_with(SMatrix::zeros)
+                    .fixed_columns_mut::<OF_TAG>(0);
+                coupling += with_tag;
+            }
+            equations.eliminate(own, gradient, &couplings, layout);
+        }
+        equations
+    }
+
+    fn corrections(
+        &self,
+        layout: &Layout,
+        errors: &DVector<f64>,
+        (covariance, keyframes): (&DMatrix<f64>, &[Eliminated]),
+        site: &Site,
+    ) -> Option<Corrections> {
+        let precision = layout.precision(&self.scales.0);
+        let gauge = Gauge::of(layout, &precision, site);
+        let relative = gauge.relative(covariance)?;
+        let independent = independence(&relative, keyframes);
+        let variance = |at: usize| relative[(at, at)].max(0.0) * independent;
+        let pose_sigma = |first: usize| PoseSigma {
+            position_m: ((0..3).map(|axis| variance(first + axis)).sum::<f64>() / 3.0).sqrt(),
+            orientation_rad: ((3..6).map(|axis| variance(first + axis)).sum::<f64>() / 3.0).sqrt(),
+        };
+        let mut corrections = Corrections::default();
+        for (camera, first) in &layout.cameras {
+            let mut one = camera_correction(&errors.fixed_rows::<OF_CAMERA>(*first).into_owned());
+            one.sigma = pose_sigma(*first);
+            one.lens_sigma = LensSigma {
+                focal_px: variance(first + 6).sqrt(),
+                distortion_px: match site.distortion_per_px(*camera) {
+                    per_px if per_px > 0.0 => variance(first + 7).sqrt() / per_px,
+                    _ => 0.0,
+                },
+            };
+            corrections.cameras.insert(*camera, one);
+        }
+        for (tag, (object, first)) in &layout.tags {
+            let mut one = tag_correction(&errors.fixed_rows::<OF_TAG>(*first).into_owned());
+            one.sigma = pose_sigma(*first);
+            corrections.tags.insert(*tag, one);
+            if let Some(covariance) = gauge.frame_covariance(*object) {
+                let frame = ObjectFrame {
+                    covariance,
+                    scale_variance: gauge.scale_variance(),
+                    centre: gauge.centre,
+                };
+                corrections.frames.insert(*object, frame);
+            }
+        }
+        Some(corrections)
+    }
+}
+
+/// Whether nothing is wrong with the files: the evidence for errors as found is not decisive, and that against errors as large as their
+/// priors is. The evidence is Laplace's approximation against no errors at all, with the information and the precision at the minimum.
+fn is_exact(
+    layout: &Layout,
+    errors: &DVector<f64>,
+    information: &DMatrix<f64>,
+    precision: &DVector<f64>,
+) -> bool {
+    let pull = information * errors;
+    let odds = |precision_then: &DVector<f64>| {
+        let change = DMatrix::from_diagonal(&(precision_then - precision));
+        let factor = (information + change).cholesky()?;
+        let determinant = 2.0 * factor.l_dirty().diagonal().map(f64::ln).sum();
+        let fitted = pull.dot(&factor.solve(&pull));
+        Some(0.5 * (fitted - determinant + precision_then.map(f64::ln).sum()))
+    };
+    let usual = layout.precision(&[1.0; CLASSES.len()]);
+    let found = odds(precision).is_none_or(|odds| odds > DECISIVE_ODDS);
+    let excluded = odds(&usual).is_some_and(|odds| odds < -DECISIVE_ODDS);
+    excluded && !found
+}
+
+/// Where a keyframe's pose may be: as it was tracked, and by each branch of its largest tags.
+fn starts(keyframe: &Keyframe, cameras: &BTreeMap<usize, PosedCamera>) -> Vec<Pose> {
+    let noise = NoiseFactors {
+        shift: 1.0,
+        turn: 1.0,
+    };
+    let views = keyframe.views.iter();
+    let sights = views.filter_map(|one| {
+        let camera = cameras.get(&one.camera_index)?;
+        Some(Sight::new(
+            one.camera_index,
+            camera,
+            &one.view,
+            (noise, one.bowed),
+            None,
+        ))
+    });
+    let mut sights: Vec<Sight<'_>> = sights.collect();
+    sights.sort_by(|a, b| area(b).total_cmp(&area(a)));
+    let branches = sights.iter().take(MOST_STARTS).flat_map(branches);
+    std::iter::once(keyframe.pose).chain(branches).collect()
+}
+
+/// By how much all views exceed their noise: a start far off is approached with as much noise, so that no view is an outlier yet.
+fn excess(squares: &Squares) -> f64 {
+    let mut all: Vec<f64> = squares.clone();
+    all.sort_by(f64::total_cmp);
+    let median = all.get(all.len() / 2).copied().unwrap_or(MEDIAN);
+    (median / MEDIAN).max(1.0)
+}
+
+fn camera_correction(errors: &SVector<f64, OF_CAMERA>) -> CameraCorrection {
+    CameraCorrection {
+        step: errors.fixed_rows::<6>(0).into_owned(),
+        focal_px: errors[6],
+        distortion: errors[7],
+        sigma: PoseSigma {
+            position_m: 0.0,
+            orientation_rad: 0.0,
+        },
+        lens_sigma: LensSigma {
+            focal_px: 0.0,
+            distortion_px: 0.0,
+        },
+    }
+}
+
+fn tag_correction(errors: &SVector<f64, OF_TAG>) -> TagCorrection {
+    TagCorrection {
+        step: errors.fixed_rows::<6>(0).into_owned(),
+        log_size: errors[6].clamp(-0.5, 0.5),
+        sigma: PoseSigma {
+            position_m: 0.0,
+            orientation_rad: 0.0,
+        },
+    }
+}
+
+/// How a camera's errors act on a view that is `arm` from its centre.
+fn camera_map(arm: &nalgebra::Vector3<f64>) -> SMatrix<f64, OF_VIEW, OF_CAMERA> {
+    let mut map = SMatrix::<f64, OF_VIEW, OF_CAMERA>::zeros();
+    map.fixed_view_mut::<6, 6>(0, 0).copy_from(&by_camera(arm));
+    map[(6, 6)] = 1.0;
+    map[(7, 7)] = 1.0;
+    map
+}
+
+fn tag_map(by_pose: &Matrix6<f64>) -> SMatrix<f64, OF_VIEW, OF_TAG> {
+    let mut map = SMatrix::<f64, OF_VIEW, OF_TAG>::zeros();
+    map.fixed_view_mut::<6, 6>(0, 0).copy_from(by_pose);
+    map[(8, 6)] = 1.0;
+    map
+}
+
+/// J' W J and J' W r with the weight of the view; a step of the object that is not known exactly is marginalised.
+fn normal(
+    rows: &[[f64; OF_VIEW + 1]; 8],
+    one: &KeyframeView,
+    excess: f64,
+) -> (ViewMatrix, ViewVector) {
+    let rows = SMatrix::<f64, 8, { OF_VIEW + 1 }>::from_fn(|row, column| rows[row][column]);
+    let residual = rows.column(OF_VIEW).into_owned();
+    let slopes = rows.fixed_columns::<OF_VIEW>(0);
+    let weight = one
+        .view
+        .noise_source
+        .weight(residual.norm_squared() / excess)
+        / ALIKE;
+    let (matrix, pull) = (
+        slopes.tr_mul(&slopes) * weight,
+        slopes.tr_mul(&residual) * weight,
+    );
+    let Some(way) = &one.way else {
+        return (matrix, pull);
+    };
+    // N - N (N + Q^-1)^-1 N = N (I + Q N)^-1, for the displacement and what goes with it.
+    let of_pose = matrix.fixed_view::<6, 6>(0, 0).into_owned();
+    let Some(inverse) = (Matrix6::identity() + way.covariance * of_pose).try_inverse() else {
+        return (ViewMatrix::zeros(), ViewVector::zeros());
+    };
+    let taken = inverse * way.covariance;
+    let with_pose = matrix.fixed_rows::<6>(0).into_owned();
+    (
+        matrix - with_pose.tr_mul(&(taken * with_pose)),
+        pull - with_pose.tr_mul(&(taken * pull.fixed_rows::<6>(0))),
+    )
+}
+
+impl Equations {
+    fn add(
+        &mut self,
+        at_camera: usize,
+        at_tag: usize,
+        (matrix, pull): (&ViewMatrix, &SVector<f64, OF_VIEW>),
+        (of_camera, of_tag): (
+            &SMatrix<f64, OF_VIEW, OF_CAMERA>,
+            &SMatrix<f64, OF_VIEW, OF_TAG>,
+        ),
+    ) {
+        let with_camera = matrix * of_camera;
+        let with_tag = matrix * of_tag;
+        let mut own = self
+            .information
+            .fixed_view_mut::<OF_CAMERA, OF_CAMERA>(at_camera, at_camera);
+        own += of_camera.tr_mul(&with_camera);
+        let mut own = self
+            .information
+            .fixed_view_mut::<OF_TAG, OF_TAG>(at_tag, at_tag);
+        own += of_tag.tr_mul(&with_tag);
+        let across = of_camera.tr_mul(&with_tag);
+        let mut upper = self
+            .information
+            .fixed_view_mut::<OF_CAMERA, OF_TAG>(at_camera, at_tag);
+        upper += across;
+        let mut lower = self
+            .information
+            .fixed_view_mut::<OF_TAG, OF_CAMERA>(at_tag, at_camera);
+        lower += across.transpose();
+        let mut gradient = self.gradient.fixed_rows_mut::<OF_CAMERA>(at_camera);
+        gradient += of_camera.tr_mul(pull);
+        let mut gradient = self.gradient.fixed_rows_mut::<OF_TAG>(at_tag);
+        gradient += of_tag.tr_mul(pull);
+    }
+
+    /// The Schur complement of a keyframe's pose.
+    fn eliminate(
+        &mut self,
+        own: Matrix6<f64>,
+        gradient: Vector6<f64>,
+        couplings: &BTreeMap<usize, SMatrix<f64, 6, OF_CAMERA>>,
+        layout: &Layout,
+    ) {
+        let inverse = own.try_inverse().unwrap_or_else(Matrix6::zeros);
+        let mut columns = Vec::new();
+        let mut coupling = Coupling::zeros(OF_CAMERA * couplings.len());
+        for (first, block) in couplings {
+            let width = if layout.classes[*first] == Class::CameraPose {
+                OF_CAMERA
+            } else {
+                OF_TAG
+            };
+            coupling
+                .columns_mut(columns.len(), width)
+                .copy_from(&block.columns(0, width));
+            columns.extend(*first..first + width);
+        }
+        let coupling = coupling.columns(0, columns.len()).into_owned();
+        let weighted = inverse * &coupling;
+        let taken = coupling.tr_mul(&weighted);
+        let pulled = weighted.tr_mul(&gradient);
+        for (i, row) in columns.iter().enumerate() {
+            for (j, column) in columns.iter().enumerate() {
+                self.information[(*row, *column)] -= taken[(i, j)];
+            }
+            self.gradient[*row] -= pulled[i];
+        }
+        self.eliminated.push(Eliminated {
+            inverse,
+            gradient,
+            columns,
+            coupling,
+        });
+    }
+}
+
+/// By how much less errors that are correlated do to the poses of keyframes than independent ones with the same variances: the trackers
+/// take them as independent. A mean of the ratios of position and attitude.
+fn independence(covariance: &DMatrix<f64>, keyframes: &[Eliminated]) -> f64 {
+    let mut sums = [[0.0; 2]; 2];
+    for keyframe in keyframes {
+        let by_errors = keyframe.inverse * &keyframe.coupling;
+        for (i, row) in keyframe.columns.iter().enumerate() {
+            for (j, column) in keyframe.columns.iter().enumerate() {
+                let shared = covariance[(*row, *column)];
+                for axis in 0..6 {
+                    let caused = by_errors[(axis, i)] * by_errors[(axis, j)] * shared;
+                    sums[axis / 3][0] += caused;
+                    sums[axis / 3][1] += if i == j { caused } else { 0.0 };
+                }
+            }
+        }
+    }
+    let ratio = |[whole, own]: [f64; 2]| if own > 0.0 { whole / own } else { 1.0 };
+    (0.5 * (ratio(sums[0]) + ratio(sums[1]))).clamp(LEAST_INDEPENDENCE, 1.0)
+}
+
+impl Eliminated {
+    /// The step of the pose that goes with one of the errors.
+    fn step(&self, errors: &DVector<f64>) -> Vector6<f64> {
+        let own = DVector::from_iterator(
+            self.columns.len(),
+            self.columns.iter().map(|at| errors[*at]),
+        );
+        -self.inverse * (self.gradient + &self.coupling * own)
+    }
+}

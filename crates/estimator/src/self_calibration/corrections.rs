@@ -1,0 +1,137 @@
+//! What self-calibration changes in the models: one step from the file's value for each, with the sigma that is left.
+
+use std::collections::BTreeMap;
+
+use nalgebra::{Matrix6, Vector3, Vector6};
+use sextant_geometry::{Lens, Pose, se3};
+
+use super::layout::Layout;
+use crate::{LensSigma, ObjectTag, PoseSigma, TagId};
+
+/// Errors of the site's files as estimated.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub(crate) struct Corrections {
+    /// By camera index.
+    pub cameras: BTreeMap<usize, CameraCorrection>,
+    pub tags: BTreeMap<TagId, TagCorrection>,
+    /// By object index.
+    pub frames: BTreeMap<usize, ObjectFrame>,
+}
+
+/// Of one camera.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct CameraCorrection {
+    /// From the file's `world_from_camera`, (dt, dr) as FRAMES.md has them, m and rad.
+    pub step: Vector6<f64>,
+    /// Added to fx and fy, px.
+    pub focal_px: f64,
+    /// Added to the first coefficient of the distortion.
+    pub distortion: f64,
+    /// What is left, relative to the other cameras.
+    pub sigma: PoseSigma,
+    pub lens_sigma: LensSigma,
+}
+
+/// Of one tag.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct TagCorrection {
+    /// From the file's `object_from_tag`, in axes of the object about the tag's centre, m and rad.
+    pub step: Vector6<f64>,
+    /// Logarithm of the size over the file's.
+    pub log_size: f64,
+    /// What is left, relative to the object's other tags.
+    pub sigma: PoseSigma,
+}
+
+/// How well the frame in which an object's pose is reported is tied to the object and to metres.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct ObjectFrame {
+    /// Covariance of the object's frame by its tags' poses in the file, in axes of the object about its origin.
+    pub covariance: Matrix6<f64>,
+    /// Variance of the common scale of the site, by which distances from `centre` in the world are uncertain.
+    pub scale_variance: f64,
+    pub centre: Vector3<f64>,
+}
+
+impl Corrections {
+    /// Nothing is wrong with the files.
+    pub(super) fn exact(layout: &Layout) -> Self {
+        let nothing = LensSigma {
+            focal_px: 0.0,
+            distortion_px: 0.0,
+        };
+        let camera = CameraCorrection::none(PoseSigma::NONE, nothing);
+        let tag = TagCorrection {
+            step: Vector6::zeros(),
+            log_size: 0.0,
+            sigma: PoseSigma::NONE,
+        };
+        Self {
+            cameras: layout
+                .cameras
+                .keys()
+                .map(|index| (*index, camera))
+                .collect(),
+            tags: layout.tags.keys().map(|id| (*id, tag)).collect(),
+            frames: BTreeMap::new(),
+        }
+    }
+}
+
+impl CameraCorrection {
+    /// The file's values stand.
+    pub fn none(sigma: PoseSigma, lens_sigma: LensSigma) -> Self {
+        Self {
+            step: Vector6::zeros(),
+            focal_px: 0.0,
+            distortion: 0.0,
+            sigma,
+            lens_sigma,
+        }
+    }
+
+    pub fn pose(&self, world_from_camera: &Pose) -> Pose {
+        se3::perturb(world_from_camera, &self.step)
+    }
+
+    /// The file's lens with the correction; the file's where that would be no lens.
+    pub fn lens(&self, lens: &Lens) -> Lens {
+        let mut numbers = lens.parameters();
+        let n_intrinsics = 4;
+        numbers[0] += self.focal_px;
+        numbers[1] += self.focal_px;
+        if let Some(first) = numbers.get_mut(n_intrinsics) {
+            *first += self.distortion;
+        }
+        Lens::from_parameters(lens.model(), &numbers).unwrap_or(*lens)
+    }
+}
+
+impl TagCorrection {
+    pub fn tag(&self, tag: &ObjectTag) -> ObjectTag {
+        let place = tag.object_from_tag.as_ref();
+        ObjectTag {
+            size_m: tag.size_m * self.log_size.exp(),
+            object_from_tag: place.map(|pose| se3::perturb(pose, &self.step)),
+            ..tag.clone()
+        }
+    }
+}
+
+impl ObjectFrame {
+    /// What it adds to the covariance of the object's pose in the world.
+    pub fn covariance_of(&self, world_from_object: &Pose) -> Matrix6<f64> {
+        let turn = world_from_object.rotation.to_rotation_matrix();
+        let mut turns = Matrix6::zeros();
+        for at in [0, 3] {
+            turns
+                .fixed_view_mut::<3, 3>(at, at)
+                .copy_from(turn.matrix());
+        }
+        let mut covariance = turns * self.covariance * turns.transpose();
+        let arm = world_from_object.translation.vector - self.centre;
+        let mut of_position = covariance.fixed_view_mut::<3, 3>(0, 0);
+        of_position += arm * arm.transpose() * self.scale_variance;
+        covariance
+    }
+}

@@ -1,0 +1,132 @@
+//! Keyframes: a bounded set of instants that show each object in many poses.
+
+use std::collections::BTreeSet;
+
+use nalgebra::{Matrix6, Vector6};
+use sextant_geometry::{Pose, se3};
+
+use crate::TagId;
+use crate::filter::corners::View;
+
+/// Most keyframes of an object.
+const MOST_OF_AN_OBJECT: usize = 40;
+/// Most keyframes of all objects.
+const MOST: usize = 240;
+/// Poses nearer than this, m and rad, show nothing new.
+const NEAR: (f64, f64) = (0.03, 0.12);
+/// The first keyframes of an object are taken whatever they show: they tell how exact the site's files are.
+pub(super) const FIRST: usize = 4;
+
+/// One object at one instant, in all images of it.
+#[derive(Debug, Clone)]
+pub(crate) struct Keyframe {
+    /// Index of the object.
+    pub object: usize,
+    /// Capture time, ns.
+    pub time_ns: u64,
+    /// `world_from_object` as adjusted last.
+    pub pose: Pose,
+    /// As it was before the last adjustment.
+    pub before: Pose,
+    pub views: Vec<KeyframeView>,
+}
+
+/// One tag in one image.
+#[derive(Debug, Clone)]
+pub(crate) struct KeyframeView {
+    pub camera_index: usize,
+    /// Whitened by the detector's noise alone.
+    pub view: View,
+    /// Share of the distortion bias that the corners contain.
+    pub bowed: f64,
+    /// Twist of the object, m/s and rad/s in world axes, where the shutter rolls.
+    pub twist: Option<Vector6<f64>>,
+    /// How the object moved from the keyframe's time until the image, where that was taken at another time.
+    pub way: Option<Way>,
+}
+
+/// A step (dt, dr) of the object's pose in world axes, m and rad, with its covariance.
+#[derive(Debug, Clone)]
+pub(crate) struct Way {
+    pub step: Vector6<f64>,
+    pub covariance: Matrix6<f64>,
+}
+
+/// The keyframes of all objects, oldest first.
+#[derive(Debug, Default)]
+pub(super) struct Keyframes(Vec<Keyframe>);
+
+impl KeyframeView {
+    /// Where the object is in this view if it is at a pose in the keyframe.
+    pub fn pose(&self, keyframe: &Pose) -> Pose {
+        match &self.way {
+            Some(way) => se3::perturb(keyframe, &way.step),
+            None => *keyframe,
+        }
+    }
+}
+
+impl Keyframe {
+    fn pairs(&self) -> BTreeSet<(usize, TagId)> {
+        let views = self.views.iter();
+        views.map(|one| (one.camera_index, one.view.tag)).collect()
+    }
+
+    fn is_near(&self, other: &Self) -> bool {
+        let apart = self.pose.inverse() * other.pose;
+        apart.translation.vector.norm() < NEAR.0 && apart.rotation.angle() < NEAR.1
+    }
+}
+
+impl Keyframes {
+    pub fn len(&self) -> usize {
+        self.0.len()
+    }
+
+    pub fn iter(&self) -> impl Iterator<Item = &Keyframe> {
+        self.0.iter()
+    }
+
+    pub fn iter_mut(&mut self) -> impl Iterator<Item = &mut Keyframe> {
+        self.0.iter_mut()
+    }
+
+    /// How many there are of an object.
+    pub fn count(&self, object: usize) -> usize {
+        self.0.iter().filter(|one| one.object == object).count()
+    }
+
+    pub fn newest(&self, object: usize) -> Option<&Keyframe> {
+        self.0.iter().rev().find(|one| one.object == object)
+    }
+
+    /// Keeps a keyframe that shows the object in a new pose, or to another camera or by another tag than a near one. Where there are too
+    /// many, the oldest goes.
+    pub fn offer(&mut self, new: Keyframe) -> bool {
+        let is_same = |one: &Keyframe| (one.object, one.time_ns) == (new.object, new.time_ns);
+        if let Some(same) = self.0.iter_mut().find(|one| is_same(one)) {
+            let is_more = new.views.len() > same.views.len();
+            if is_more {
+                *same = new;
+            }
+            return is_more;
+        }
+        let own = || self.0.iter().filter(|one| one.object == new.object);
+        let pairs = new.pairs();
+        let near = own().filter(|one| one.is_near(&new));
+        let is_shown = near.map(Keyframe::pairs).any(|near| pairs.is_subset(&near));
+        let n_own = own().count();
+        if n_own >= FIRST && is_shown {
+            return false;
+        }
+        if n_own >= MOST_OF_AN_OBJECT || self.0.len() >= MOST {
+            let full = n_own >= MOST_OF_AN_OBJECT;
+            let goes = |one: &Keyframe| !full || one.object == new.object;
+            if let Some(oldest) = self.0.iter().position(goes) {
+                self.0.remove(oldest);
+            }
+        }
+        self.0.push(new);
+        true
+    }
+}
