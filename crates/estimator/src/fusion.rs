@@ -363,6 +363,7 @@ impl Fusion {
         self.begin_anew();
         self.clock_search = ClockSearch::default();
         self.intake.clock_stepped(self.now_ns);
+        self.offered_ns.clear();
         self.next_look_ns = 0;
         self.lost_said_ns.fill(0);
         self.outputs.push_back(Output::ClockStep { by_ns });
