@@ -290,7 +290,7 @@ impl Track {
                 next.noise = next.hypotheses[0].taught(noise, sights, options);
             }
             let state = next.state(&next.covariance(), options);
-            next.trusted |= state == State::Tracking;
+            next.trusted |= state == State::Tracking && !next.is_ambiguous(options);
             let doubtful = state == State::Initialising;
             next.doubtful_since_ns = doubtful.then(|| self.doubtful_since_ns.unwrap_or(time_ns));
         }

@@ -161,7 +161,7 @@ impl Track {
 
     pub fn state(&self, covariance: &Matrix6<f64>, options: &FusionOptions) -> State {
         let vague = is_wider(covariance, options.vague_position, options.vague_attitude);
-        if vague || self.is_ambiguous(options) {
+        if vague {
             State::Initialising
         } else if self.sighting.tags == 0 {
             State::Coasting
@@ -195,7 +195,7 @@ impl Track {
     }
 
     /// Whether another attitude, followed or merely possible, is not unlikely enough.
-    fn is_ambiguous(&self, options: &FusionOptions) -> bool {
+    pub(super) fn is_ambiguous(&self, options: &FusionOptions) -> bool {
         let Some(best) = self.hypotheses.first() else {
             return false;
         };
