@@ -89,6 +89,9 @@ const UNCERTAIN_MOTION: f64 = 0.25;
 /// Nanoseconds for which a camera's agreement counts against another that contradicts: three images.
 const LATELY_NS: u64 = 100_000_000;
 
+/// Factors on the variance of corners by which tags are tried to agree: blur and vibration come with a hit.
+const MORE_NOISE: [f64; 3] = [1.0, 10.0, 100.0];
+
 /// Most attitudes followed at a time.
 const MOST_HYPOTHESES: usize = 4;
 
@@ -121,10 +124,29 @@ impl Track {
         if self.others_agree_lately(time_ns, &sights) {
             return followed;
         }
-        let born = self.born(time_ns, &sights, options);
-        let is_better =
-            born.has_agreeing_tags(&sights) && born.sighting.tags > followed.sighting.tags;
-        if is_better { born } else { followed }
+        let born = self.born_by_agreement(time_ns, &sights, options);
+        born.filter(|born| born.sighting.tags > followed.sighting.tags)
+            .unwrap_or(followed)
+    }
+
+    /// The object anew from two or more tags of an image that agree with one another, with as much more noise as they need for that.
+    fn born_by_agreement(
+        &self,
+        time_ns: u64,
+        sights: &[Sight<'_>],
+        options: &FusionOptions,
+    ) -> Option<Self> {
+        let same_camera = |pair: &[Sight<'_>]| pair[0].camera_index == pair[1].camera_index;
+        if !sights.windows(2).any(same_camera) {
+            return None;
+        }
+        let born = |factor: &f64| {
+            let noisier = sights.iter().map(|sight| sight.noisier(*factor));
+            let noisier: Vec<Sight<'_>> = noisier.collect();
+            let born = self.born(time_ns, &noisier, options);
+            born.has_agreeing_tags(&noisier).then_some(born)
+        };
+        MORE_NOISE.iter().find_map(born)
     }
 
     /// Whether the views that took part are at least as many as the others.

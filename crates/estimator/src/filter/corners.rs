@@ -255,6 +255,20 @@ impl<'a> Sight<'a> {
 }
 
 impl Sight<'_> {
+    /// The same with so many times the variance of its corners.
+    pub fn noisier(self, factor: f64) -> Self {
+        let noise = NoiseFactors {
+            shift: self.noise.shift * factor,
+            turn: self.noise.turn * factor,
+        };
+        let weight = noise.of_corner().recip();
+        Self {
+            noise,
+            weight,
+            ..self
+        }
+    }
+
     /// The same, no corner being an outlier.
     pub fn without_outliers(self) -> Self {
         Self {
