@@ -225,6 +225,9 @@ impl CameraNodeConfig {
         within("preview.max_width", max_width.into(), 64.0, 4096.0)?;
         sextant_apriltag::Detector::new(self.detection.options())
             .map_err(|cause| Complaint::new("detection", cause.to_string(), ""))?;
+        self.network
+            .check()
+            .map_err(|cause| Complaint::new("network", cause.to_string(), ""))?;
         self.source.check()
     }
 }

@@ -36,6 +36,7 @@ const LONGEST_WAIT: Duration = Duration::from_millis(100);
 pub fn run(config_file: &Path, shutdown: &Shutdown) -> anyhow::Result<()> {
     memory::keep_heap_small();
     let config: FusionConfig = read_toml(config_file).exit_with(Exit::Input)?;
+    config.network.check().exit_with(Exit::Input)?;
     let (files, models) = ModelFiles::read(config_file, &config)?;
     let options = FusionOptions::default();
     let machine = Fusion::new(models.rig.clone(), models.objects.clone(), options)

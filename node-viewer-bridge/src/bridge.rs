@@ -88,6 +88,7 @@ fn whole(path: &Path) -> PathBuf {
 pub fn run(config_file: &Path, shutdown: &Shutdown) -> anyhow::Result<()> {
     memory::keep_heap_small();
     let config: ViewerConfig = read_toml(config_file).exit_with(Exit::Input)?;
+    config.network.check().exit_with(Exit::Input)?;
     let listener = listen(config.listen).exit_with(Exit::Unavailable)?;
     let address = listener.local_addr().context("the address listened on")?;
     tracing::info!("the page: http://{}/", for_browsers(address));

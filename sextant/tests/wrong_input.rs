@@ -283,6 +283,42 @@ fn unknown_keys_of_nodes_are_refused_with_their_line() {
 }
 
 #[test]
+fn network_settings_without_code_behind_them_are_refused_by_every_node() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("rig.toml"), "").unwrap();
+    let nodes = [
+        ("fusion", "site = \"a\"\nrig = \"rig.toml\"\n"),
+        ("viewer", "site = \"a\"\nlisten = \"127.0.0.1:0\"\n"),
+        (
+            "camera",
+            "site = \"a\"\ncamera = \"b\"\n[source]\nkind = \"images\"\nfolder = \"r\"\n",
+        ),
+    ];
+    let settings = [
+        (
+            "[network.overrides]\n\"transport/auth/usrpwd/user\" = \"'a'\"\n",
+            "auth_usrpwd",
+        ),
+        (
+            "[network]\nmode = \"router\"\nlisten = [\"tls/127.0.0.1:0\"]\n",
+            "without zenoh's protocol \"tls\"",
+        ),
+    ];
+    for (node, head) in nodes {
+        for (setting, expected) in settings {
+            let config = folder.path().join("config.toml");
+            fs::write(&config, format!("{head}{setting}")).unwrap();
+            let run = |arguments: &[&str]| sextant().args(arguments).arg(&config).output().unwrap();
+            refused(&run(&[node, "--config"]), 3, expected);
+            let checked = run(&["check"]);
+            assert_eq!(checked.status.code(), Some(3), "{}", stderr(&checked));
+            let words = stderr(&checked) + &String::from_utf8_lossy(&checked.stdout);
+            assert!(words.contains(expected), "{words}");
+        }
+    }
+}
+
+#[test]
 fn wrong_usage_has_its_own_code() {
     for arguments in [
         &["detect"][..],

@@ -1,6 +1,7 @@
 //! From our options to zenoh's configuration. Every option that changes behaviour is set here, since zenoh's defaults
 //! differ between its releases.
 
+use crate::compiled::{check_overrides, check_values};
 use crate::{BusError, BusOptions, Mode};
 
 /// Batch of one link's queues in bytes (zenoh: 65535). A preview of 100 kB is four batches; every priority in use owns
@@ -13,6 +14,7 @@ pub(crate) fn zenoh_config(
     listen: &[String],
 ) -> Result<zenoh::Config, BusError> {
     check_ranges(options)?;
+    check_overrides(options)?;
     let mut config = zenoh::Config::default();
     let fixed = topology(options, listen)
         .into_iter()
@@ -26,6 +28,7 @@ pub(crate) fn zenoh_config(
             .insert_json5(key, &value)
             .map_err(|cause| option_error(key, &value, &cause.to_string()))?;
     }
+    check_values(&config)?;
     Ok(config)
 }
 

@@ -14,6 +14,14 @@ pub enum BusError {
         /// Zenoh's reason.
         cause: String,
     },
+    /// An override is refused; its value may be a secret and is not repeated.
+    #[error("network override {key}: {cause}")]
+    Override {
+        /// The override's path.
+        key: String,
+        /// Why it is refused, and what to do.
+        cause: String,
+    },
     /// Another program listens there.
     #[error(
         "cannot listen on {endpoint}: the address is in use; choose another port, or end the program that holds it"

@@ -5,6 +5,7 @@
 //! code that may block runs on a zenoh thread.
 
 mod bus;
+mod compiled;
 mod config;
 mod error;
 mod liveliness;

@@ -12,6 +12,7 @@ use serde_json::Value;
 use sextant_recordings::DetectionsLine;
 use sextant_simulator::Scenario;
 use sextant_site_files::{Complaint, read_object, read_rig, read_toml, read_toml_checked};
+use sextant_zenoh_bus::BusOptions;
 use std::path::Path;
 
 /// Checks a file, and the files that it names.
@@ -114,6 +115,7 @@ fn camera(path: &Path) -> anyhow::Result<String> {
 
 fn fusion(path: &Path) -> anyhow::Result<String> {
     let config: FusionConfig = read_toml(path)?;
+    network(path, &config.network)?;
     let folder = path.parent().unwrap_or(Path::new(""));
     let mut together = Together::default();
     rig(&folder.join(&config.rig), &mut together)?;
@@ -131,6 +133,10 @@ fn fusion(path: &Path) -> anyhow::Result<String> {
     ))
 }
 
+fn network(path: &Path, options: &BusOptions) -> anyhow::Result<()> {
+    options.check().with_context(|| path.display().to_string())
+}
+
 fn scenario(path: &Path) -> anyhow::Result<String> {
     let sound = |scenario: &Scenario| {
         let flaw = scenario.validate();
@@ -146,6 +152,7 @@ fn scenario(path: &Path) -> anyhow::Result<String> {
 
 fn viewer(path: &Path) -> anyhow::Result<String> {
     let config: ViewerConfig = read_toml(path)?;
+    network(path, &config.network)?;
     Ok(format!(
         "\"{}\" of site \"{}\" on {}",
         config.node, config.site, config.listen

@@ -1,0 +1,280 @@
+//! What this build of zenoh cannot do. Zenoh accepts settings whose code is not compiled in and ignores them: a router with users and
+//! passwords in its configuration stays open to everyone. Such settings are refused, with the reason.
+//!
+//! The tables follow the features of zenoh in the workspace's `Cargo.toml`; with a new feature its lines go.
+
+use crate::{BusError, BusOptions};
+use serde_json::Value;
+
+/// The one protocol of endpoints that is compiled in (`transport_tcp`).
+const PROTOCOL: &str = "tcp";
+
+/// Sections of zenoh's configuration without code behind them, and the features that would bring it.
+const ABSENT: &[(&str, &str)] = &[
+    ("transport/auth/usrpwd", "auth_usrpwd"),
+    ("transport/auth/pubkey", "auth_pubkey"),
+    ("transport/link/tls", "transport_tls"),
+    ("transport/link/unixpipe", "transport_unixpipe"),
+    ("transport/shared_memory", "shared-memory"),
+    ("transport/unicast/compression", "transport_compression"),
+    ("transport/unicast/max_links", "transport_multilink"),
+    ("transport/multicast", "transport_udp"),
+    ("plugins", "plugins"),
+    ("plugins_loading", "plugins"),
+    ("stats", "stats"),
+];
+
+/// Properties of access control's subjects that only absent code can establish.
+const ABSENT_SUBJECTS: &[(&str, &str)] = &[
+    ("usernames", "auth_usrpwd"),
+    ("cert_common_names", "transport_tls"),
+];
+
+/// Refuses overrides of sections that have no code, and of sections around them, which would replace our fixed options unseen.
+pub(crate) fn check_overrides(options: &BusOptions) -> Result<(), BusError> {
+    for key in options.overrides.keys() {
+        let path = segments(key);
+        for (section, feature) in ABSENT {
+            let absent = segments(section);
+            if path.starts_with(&absent) {
+                return Err(not_compiled_in(key, feature));
+            }
+            if absent.starts_with(&path) {
+                return Err(BusError::Override {
+                    key: key.clone(),
+                    cause: "it would replace a whole section; give each setting by its full path"
+                        .into(),
+                });
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Refuses endpoints of other protocols and rules that can never apply, wherever they come from.
+pub(crate) fn check_values(config: &zenoh::Config) -> Result<(), BusError> {
+    for key in ["connect/endpoints", "listen/endpoints"] {
+        for text in texts(&value(config, key)) {
+            // Beside endpoints there are words for how to choose among several.
+            if let Some((protocol, _)) = text.split_once('/') {
+                check_protocol(key, &text, protocol)?;
+            }
+        }
+    }
+    for key in ["transport/link/protocols", "access_control/subjects"] {
+        let found = value(config, key);
+        let protocols = match key {
+            "access_control/subjects" => members(&found, "link_protocols"),
+            _ => texts(&found),
+        };
+        for protocol in protocols {
+            check_protocol(key, &protocol, &protocol)?;
+        }
+    }
+    let subjects = value(config, "access_control/subjects");
+    for (property, feature) in ABSENT_SUBJECTS {
+        if !members(&subjects, property).is_empty() {
+            let key = format!("access_control/subjects/{property}");
+            return Err(not_compiled_in(&key, feature));
+        }
+    }
+    Ok(())
+}
+
+fn check_protocol(key: &str, whole: &str, protocol: &str) -> Result<(), BusError> {
+    if protocol == PROTOCOL {
+        return Ok(());
+    }
+    Err(BusError::Option {
+        key: key.to_owned(),
+        value: whole.to_owned(),
+        cause: format!(
+            "this program is built without zenoh's protocol \"{protocol}\"; it speaks {PROTOCOL}/ADDRESS:PORT only"
+        ),
+    })
+}
+
+fn not_compiled_in(key: &str, feature: &str) -> BusError {
+    BusError::Override {
+        key: key.to_owned(),
+        cause: format!(
+            "this program is built without zenoh's feature {feature}, so that the setting would have no effect; remove it"
+        ),
+    }
+}
+
+fn segments(path: &str) -> Vec<&str> {
+    path.split('/').filter(|part| !part.is_empty()).collect()
+}
+
+fn value(config: &zenoh::Config, key: &str) -> Value {
+    let json = config.get_json(key).unwrap_or_default();
+    serde_json::from_str(&json).unwrap_or_default()
+}
+
+/// Every text in a list, or in the lists of a value that differs by mode.
+fn texts(value: &Value) -> Vec<String> {
+    match value {
+        Value::String(text) => vec![text.clone()],
+        Value::Array(items) => items.iter().flat_map(texts).collect(),
+        Value::Object(items) => items.values().flat_map(texts).collect(),
+        _ => Vec::new(),
+    }
+}
+
+fn members(subjects: &Value, property: &str) -> Vec<String> {
+    let subjects = subjects.as_array().into_iter().flatten();
+    subjects
+        .flat_map(|subject| texts(&subject[property]))
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Mode;
+
+    /// Why a router with this override does not start.
+    fn refusal(key: &str, value: &str) -> Option<String> {
+        let mut options = BusOptions::router_on("tcp/127.0.0.1:7447");
+        options.overrides.insert(key.into(), value.into());
+        options.check().err().map(|error| error.to_string())
+    }
+
+    #[test]
+    fn authentication_is_refused_with_the_feature_that_is_missing() {
+        for (key, value, feature) in [
+            ("transport/auth/usrpwd/user", "\"a\"", "auth_usrpwd"),
+            (
+                "transport/auth/usrpwd",
+                "{user: \"a\", password: \"p\"}",
+                "auth_usrpwd",
+            ),
+            (
+                "/transport//auth/usrpwd/dictionary_file",
+                "\"users\"",
+                "auth_usrpwd",
+            ),
+            (
+                "transport/auth/pubkey/public_key_file",
+                "\"key\"",
+                "auth_pubkey",
+            ),
+            ("transport/link/tls/enable_mtls", "true", "transport_tls"),
+            (
+                "transport/link/tls/listen_private_key_base64",
+                "\"a2V5\"",
+                "transport_tls",
+            ),
+            (
+                "transport/unicast/compression/enabled",
+                "true",
+                "transport_compression",
+            ),
+            ("transport/shared_memory/enabled", "true", "shared-memory"),
+            ("plugins/storage_manager", "{}", "plugins"),
+        ] {
+            let words = refusal(key, value).unwrap_or_else(|| panic!("{key} is accepted"));
+            assert!(words.contains(feature) && words.contains(key), "{words}");
+        }
+    }
+
+    #[test]
+    fn a_refusal_does_not_print_the_password() {
+        let words = refusal("transport/auth/usrpwd/password", "\"secret\"").unwrap();
+        assert!(!words.contains("secret"), "{words}");
+    }
+
+    #[test]
+    fn a_section_around_absent_code_cannot_be_replaced() {
+        for key in [
+            "",
+            "/",
+            "transport",
+            "transport/auth",
+            "transport/link",
+            "transport/unicast",
+        ] {
+            let words = refusal(key, "{}").unwrap_or_else(|| panic!("{key:?} is accepted"));
+            assert!(words.contains("full path"), "{words}");
+        }
+    }
+
+    #[test]
+    fn endpoints_of_other_protocols_are_refused_wherever_they_stand() {
+        for protocol in [
+            "tls",
+            "quic",
+            "udp",
+            "ws",
+            "unixsock-stream",
+            "unixpipe",
+            "vsock",
+            "serial",
+        ] {
+            let endpoint = format!("{protocol}/127.0.0.1:7447");
+            for options in [
+                BusOptions::client_of(&endpoint),
+                BusOptions::router_on(&endpoint),
+            ] {
+                let error = options.check().unwrap_err().to_string();
+                assert!(error.contains(&format!("\"{protocol}\"")), "{error}");
+            }
+            for (key, value) in [
+                ("listen/endpoints", format!("[\"{endpoint}\"]")),
+                ("connect/endpoints", format!("{{router: [\"{endpoint}\"]}}")),
+                (
+                    "connect/endpoints",
+                    format!(
+                        "[{{strategy: \"allOf\", locators: [\"tcp/127.0.0.1:1\", \"{endpoint}\"]}}]"
+                    ),
+                ),
+                ("transport/link/protocols", format!("[\"{protocol}\"]")),
+            ] {
+                let words = refusal(key, &value).unwrap_or_else(|| panic!("{key} = {value}"));
+                assert!(words.contains(&format!("\"{protocol}\"")), "{words}");
+            }
+        }
+    }
+
+    #[test]
+    fn rules_for_users_that_nobody_can_prove_to_be_are_refused() {
+        let subjects = |property: &str| format!("[{{id: \"a\", {property}}}]");
+        for (property, expected) in [
+            ("usernames: [\"a\"]", "auth_usrpwd"),
+            ("cert_common_names: [\"a\"]", "transport_tls"),
+            ("link_protocols: [\"tls\"]", "tls"),
+        ] {
+            let words = refusal("access_control/subjects", &subjects(property)).unwrap();
+            assert!(words.contains(expected), "{words}");
+        }
+        assert_eq!(
+            refusal("access_control/subjects", &subjects("interfaces: [\"lo\"]")),
+            None
+        );
+    }
+
+    #[test]
+    fn what_is_compiled_in_is_taken() {
+        for (key, value) in [
+            ("transport/link/tcp/so_sndbuf", "65000"),
+            ("transport/link/protocols", "[\"tcp\"]"),
+            ("listen/endpoints", "[\"tcp/127.0.0.1:7448\"]"),
+            (
+                "connect/endpoints",
+                "[{strategy: \"allOf\", locators: [\"tcp/127.0.0.1:1\"]}]",
+            ),
+            ("access_control/enabled", "false"),
+        ] {
+            assert_eq!(refusal(key, value), None, "{key}");
+        }
+        for mode in [Mode::Client, Mode::Peer, Mode::Router] {
+            BusOptions {
+                mode,
+                ..BusOptions::default()
+            }
+            .check()
+            .unwrap();
+        }
+    }
+}
