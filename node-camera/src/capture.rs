@@ -2,7 +2,7 @@
 
 use anyhow::Context;
 use sextant_iceoryx_images::{ImageHeader, ImagePublisher, ImagesError};
-use sextant_process::{Exit, Shutdown, WithExit, now_ns};
+use sextant_process::{Exit, Shutdown, WithExit, fail_point, now_ns, watchdog};
 
 use crate::config::CameraNodeConfig;
 use crate::source::{self, Capture, ImageSource, Next, SourceError};
@@ -66,6 +66,8 @@ impl Lender {
     ) -> anyhow::Result<Next> {
         let mut blank = self.images.blank(self.bytes)?;
         loop {
+            fail_point!("capture");
+            watchdog::feed();
             let (header, pixels) = blank.parts();
             let next = source
                 .next(pixels, shutdown)

@@ -13,7 +13,7 @@ use std::time::{Duration, Instant};
 use anyhow::Context;
 use sextant_apriltag::Image;
 use sextant_iceoryx_images::{ImageHeader, ImageSubscriber, LentImage};
-use sextant_process::{Exit, Shutdown, WithExit, now_ns};
+use sextant_process::{Exit, Shutdown, WithExit, fail_point, now_ns, watchdog};
 use sextant_proto::{CameraStatus, DetectionReport, Keys, NodeId, NodeKind, Observations};
 use sextant_zenoh_bus::{Bus, BusError, Latest, Publisher, Qos};
 
@@ -35,7 +35,11 @@ const STATUS_PERIOD: Duration = Duration::from_secs(1);
 /// # Errors
 /// A network or shared memory that can't be had.
 pub(crate) fn run(config: &CameraNodeConfig, shutdown: &Shutdown) -> anyhow::Result<()> {
-    let bus = match Bus::open_unless(&config.network, &|| shutdown.is_requested()) {
+    let stop = || {
+        watchdog::feed();
+        shutdown.is_requested()
+    };
+    let bus = match Bus::open_unless(&config.network, &stop) {
         Err(BusError::Abandoned { .. }) => return Ok(()),
         opened => opened.exit_with(Exit::Unavailable)?,
     };
@@ -60,6 +64,8 @@ fn detect_all(config: &CameraNodeConfig, bus: &Bus, shutdown: &Shutdown) -> anyh
     let alive = alive_token(config, bus)?;
     tracing::info!(camera = %config.camera, "detecting");
     while !shutdown.is_requested() {
+        fail_point!("detect");
+        watchdog::feed();
         let wait = part.wire.wait_at_most(LONGEST_WAIT, now_ns());
         if let Some(image) = images.wait(wait).exit_with(Exit::Unavailable)? {
             part.take(&image)?;

@@ -12,6 +12,8 @@
 mod capture;
 mod config;
 mod detect;
+#[cfg(test)]
+mod panic_tests;
 mod preview;
 mod run;
 mod source;

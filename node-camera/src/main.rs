@@ -4,7 +4,7 @@ use std::process::ExitCode;
 
 use clap::Parser;
 use node_camera::{CameraArguments, run};
-use sextant_process::{Shutdown, report};
+use sextant_process::{Shutdown, panics, report};
 
 /// Captures the images of one camera, finds tags in them and publishes what it sees.
 #[derive(Parser)]
@@ -15,6 +15,7 @@ struct Arguments {
 }
 
 fn main() -> ExitCode {
+    panics::end_the_process();
     let arguments = Arguments::parse();
     report(
         Shutdown::install()

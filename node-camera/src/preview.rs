@@ -7,7 +7,7 @@ use std::thread::{Scope, ScopedJoinHandle};
 use std::time::Duration;
 
 use sextant_iceoryx_images::{ImageSubscriber, LentImage};
-use sextant_process::{Shutdown, background};
+use sextant_process::{Shutdown, background, fail_point};
 use sextant_proto::{Keys, Preview};
 use sextant_zenoh_bus::{Bus, Publisher, Qos};
 
@@ -45,6 +45,7 @@ fn show(config: &CameraNodeConfig, bus: &Bus, shutdown: &Shutdown) -> anyhow::Re
     let mut jpeg = JpegMaker::new(config.preview.quality, config.preview.max_width);
     let period = Duration::from_secs_f64(1.0 / config.preview.rate_hz);
     while !shutdown.wait(period) {
+        fail_point!("preview");
         if !publisher.has_subscribers() {
             continue;
         }

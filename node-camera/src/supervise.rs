@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 
 use anyhow::{Context, anyhow};
 use sextant_process::children::{ChildProcess, stop_all};
-use sextant_process::{Exit, Failure, Shutdown, WithExit};
+use sextant_process::{Exit, Failure, Shutdown, WithExit, watchdog};
 
 use crate::run::Part;
 
@@ -40,6 +40,7 @@ pub(crate) fn run(config: &Path, subcommand: &[&str], shutdown: &Shutdown) -> an
 
 fn look_after(parts: &mut [Supervised; 2], shutdown: &Shutdown) -> anyhow::Result<()> {
     while !shutdown.wait(LOOK_PERIOD) {
+        watchdog::feed();
         for part in parts.iter_mut() {
             if part.look()? == Outcome::Finished {
                 shutdown.wait(LAST_IMAGES);

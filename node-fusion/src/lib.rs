@@ -13,6 +13,8 @@ mod links;
 mod models;
 mod node;
 mod outlet;
+#[cfg(test)]
+mod panic_tests;
 mod refinements;
 mod refining;
 mod refusals;

@@ -1,7 +1,7 @@
 //! The fusion node as a program of its own; `sextant fusion` is the same.
 
 use clap::Parser;
-use sextant_process::{Shutdown, logging, report};
+use sextant_process::{Shutdown, logging, panics, report};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -15,6 +15,7 @@ struct Arguments {
 }
 
 fn main() -> ExitCode {
+    panics::end_the_process();
     let arguments = Arguments::parse();
     logging::init("fusion");
     report(

@@ -13,7 +13,7 @@ use crate::status::StatusBook;
 use anyhow::Context;
 use sextant_calibrator::refinement::Finding;
 use sextant_estimator::{CameraId, Fusion, FusionOptions, Input, Output, Rig};
-use sextant_process::{Exit, Shutdown, WithExit, memory, now_ns};
+use sextant_process::{Exit, Shutdown, WithExit, fail_point, memory, now_ns, watchdog};
 use sextant_proto::{ConfigAnswer, KeyRef, Keys, NodeId, NodeKind, Outcome, limits};
 use sextant_site_files::read_toml;
 use sextant_zenoh_bus::{Bus, BusError, DropRule, Item, Payload, Subscription};
@@ -42,7 +42,11 @@ pub fn run(config_file: &Path, shutdown: &Shutdown) -> anyhow::Result<()> {
     let machine = Fusion::new(models.rig.clone(), models.objects.clone(), options)
         .with_context(|| format!("{}: objects", config_file.display()))
         .exit_with(Exit::Input)?;
-    let bus = match Bus::open_unless(&config.network, &|| shutdown.is_requested()) {
+    let stop = || {
+        watchdog::feed();
+        shutdown.is_requested()
+    };
+    let bus = match Bus::open_unless(&config.network, &stop) {
         Err(BusError::Abandoned { .. }) => return Ok(()),
         opened => opened.exit_with(Exit::Unavailable)?,
     };
@@ -138,6 +142,8 @@ impl<'a> FusionNode<'a> {
 
     fn work(&mut self, shutdown: &Shutdown) -> anyhow::Result<()> {
         while !shutdown.is_requested() {
+            fail_point!("fusion");
+            watchdog::feed();
             if let Some(item) = self.observations.recv_timeout(self.wait_at_most(now_ns())) {
                 self.take(&item);
             }
@@ -208,10 +214,17 @@ impl<'a> FusionNode<'a> {
             return Ok(());
         };
         let found = match refining.finding() {
-            None => return Ok(()),
-            Some(Finding::Better(found)) => found,
-            Some(other) => {
+            Ok(None) => return Ok(()),
+            Ok(Some(Finding::Better(found))) => found,
+            Ok(Some(other)) => {
                 tracing::info!(dropped = refining.dropped(), "refinement: {other}");
+                return Ok(());
+            }
+            Err(cause) => {
+                tracing::error!(
+                    "refinement failed by a defect of this program and is off until the next start; fusion goes on: {cause}"
+                );
+                self.refining = None;
                 return Ok(());
             }
         };

@@ -6,8 +6,11 @@
 use crate::models::Models;
 use sextant_calibrator::refinement::{Change, Finding, Refinement, RefinementOptions};
 use sextant_estimator::{CameraId, ClockOffset, Fault, ImageObservation};
+use sextant_process::{fail_point, panics::contained};
 use std::collections::{BTreeMap, VecDeque};
-use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, TrySendError, sync_channel};
+use std::sync::mpsc::{
+    Receiver, RecvTimeoutError, SyncSender, TryRecvError, TrySendError, sync_channel,
+};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
@@ -57,7 +60,7 @@ pub struct Refining {
     /// What must not be lost and has no room yet: the newest models, and the answer to the one change that may be open.
     waiting: VecDeque<Word>,
     findings: Receiver<Finding>,
-    thread: Option<JoinHandle<()>>,
+    thread: Option<JoinHandle<Result<(), String>>>,
     dropped: u64,
     health: Health,
 }
@@ -83,7 +86,7 @@ impl Refining {
         };
         let thread = std::thread::Builder::new()
             .name("refining".to_owned())
-            .spawn(move || worker.work(&heard, &told))?;
+            .spawn(move || contained(move || worker.work(&heard, &told)))?;
         Ok(Self {
             words: Some(words),
             waiting: VecDeque::new(),
@@ -125,8 +128,23 @@ impl Refining {
     }
 
     /// What it has found since this was asked last.
-    pub fn finding(&self) -> Option<Finding> {
-        self.findings.try_recv().ok()
+    ///
+    /// # Errors
+    /// Why it has ended: it panicked, which holds up nobody else.
+    pub fn finding(&mut self) -> Result<Option<Finding>, String> {
+        match self.findings.try_recv() {
+            Ok(finding) => Ok(Some(finding)),
+            Err(TryRecvError::Empty) => Ok(None),
+            Err(TryRecvError::Disconnected) => Err(self.failure()),
+        }
+    }
+
+    fn failure(&mut self) -> String {
+        let ended = self.thread.take().map(JoinHandle::join);
+        match ended {
+            Some(Ok(Err(panicked))) => panicked,
+            _ => "its thread has ended".to_owned(),
+        }
     }
 
     /// The change is in force.
@@ -173,7 +191,7 @@ impl Drop for Refining {
     fn drop(&mut self) {
         self.words = None;
         if let Some(thread) = self.thread.take() {
-            // It ends with the channel; a panic of it has been reported by itself.
+            // It ends with the channel.
             let _ = thread.join();
         }
     }
@@ -196,6 +214,7 @@ struct Worker {
 impl Worker {
     fn work(mut self, heard: &Receiver<Word>, told: &SyncSender<Finding>) {
         loop {
+            fail_point!("refining");
             match heard.recv_timeout(PATIENCE) {
                 Ok(word) => self.take(word),
                 Err(RecvTimeoutError::Timeout) => {}

@@ -8,6 +8,7 @@ use crate::message::Message;
 use crate::rejections::Rejection;
 use crate::{link_frames, translate};
 use sextant_estimator::{ImageObservation, ObjectId, ObjectModel, Rig};
+use sextant_process::fail_point;
 use sextant_proto::{
     ArticulatedConfig, CameraStatus, ClockReport, ConfigAnswer, DetectionReport, FullObject,
     FullRig, FusionStatus, ObjectConfig, ObjectLinks, ObjectPose, ObjectTruth, Observations,
@@ -38,6 +39,7 @@ impl Intake {
 
     /// A message of the network. Keys below the site that mean nothing to us belong to others and are passed over.
     pub(crate) fn take(&self, item: &Item) {
+        fail_point!("intake");
         let Some(key) = self.keys.parse(&item.key) else {
             return;
         };

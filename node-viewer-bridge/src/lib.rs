@@ -17,6 +17,8 @@ mod link_frames;
 mod message;
 mod network;
 mod outbox;
+#[cfg(test)]
+mod panic_tests;
 mod rejections;
 mod server;
 mod socket;

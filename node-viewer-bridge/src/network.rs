@@ -4,7 +4,7 @@
 use crate::bridge::Shared;
 use crate::intake::Intake;
 use crate::wizard::Outgoing;
-use sextant_process::{Exit, Shutdown, WithExit};
+use sextant_process::{Exit, Shutdown, WithExit, fail_point};
 use sextant_proto::{Keys, Message, NodeKind, limits};
 use sextant_zenoh_bus::{AliveWatch, Bus, BusError, CallbackSubscription, Qos};
 use std::sync::Arc;
@@ -83,6 +83,7 @@ impl Attendance<'_> {
     fn keep(&mut self, watch: &AliveWatch, shutdown: &Shutdown) -> anyhow::Result<()> {
         let mut check_due = Instant::now();
         while !shutdown.is_requested() {
+            fail_point!("network");
             if let Some(presence) = watch.recv_timeout(LONGEST_WAIT)
                 && self.intake.presence(&presence) == Some(NodeKind::Fusion)
             {

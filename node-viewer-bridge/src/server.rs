@@ -15,7 +15,7 @@ use axum::http::{HeaderMap, HeaderValue, Response, StatusCode, header};
 use axum::middleware::{self, Next};
 use axum::routing::{get, post};
 use axum::serve::ListenerExt;
-use sextant_process::{Shutdown, now_ns};
+use sextant_process::{Shutdown, fail_point, now_ns, watchdog};
 use std::net::TcpListener;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
@@ -77,6 +77,7 @@ async fn serve(
 
 async fn requested(shutdown: &Shutdown) {
     while !shutdown.is_requested() {
+        watchdog::feed();
         tokio::time::sleep(SHUTDOWN_LOOK).await;
     }
 }
@@ -200,6 +201,7 @@ async fn tell_status(shared: Arc<Shared>) {
     let mut due = tokio::time::interval(STATUS_PERIOD);
     loop {
         due.tick().await;
+        fail_point!("server");
         let (clients, replaced) = shared.hub.counts();
         let status = Message::BridgeStatus {
             now_ns: now_ns(),

@@ -25,6 +25,7 @@ const EXIT_CODES: &str = "Exit codes:
   2    wrong usage of the command line
   3    a file that was given is missing or wrong
   4    a port, camera or service is in use or out of reach
+  101  a defect of this program: a thread panicked
   130  interrupted before the result was there
 
 Errors go to standard error with cause and remedy; SEXTANT_LOG filters the log of the nodes (for example `debug`).";

@@ -28,6 +28,7 @@ use clap::Parser;
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
+    sextant_process::panics::end_the_process();
     match arguments::run(&Arguments::parse()) {
         Err(error) if output::is_broken_pipe(&error) => ExitCode::SUCCESS,
         result => sextant_process::report(result),

@@ -16,6 +16,8 @@ pub enum Exit {
     Input = 3,
     /// A port, camera or service is in use or out of reach.
     Unavailable = 4,
+    /// A thread panicked: a defect of the program (Rust's own code for it).
+    Panic = 101,
     /// Interrupted before the result was there.
     Interrupted = 130,
 }

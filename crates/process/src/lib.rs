@@ -7,8 +7,10 @@ pub mod clock;
 pub mod exit;
 pub mod logging;
 pub mod memory;
+pub mod panics;
 pub mod shutdown;
 pub mod terminal;
+pub mod watchdog;
 
 pub use clock::{ClockQuality, now_ns};
 pub use exit::{Exit, Failure, WithExit, report};

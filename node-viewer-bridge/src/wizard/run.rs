@@ -8,7 +8,7 @@ use crate::intake::frame_of;
 use crate::message::Message;
 use sextant_calibrator::procedure::{Outcome, Procedure};
 use sextant_estimator::ImageObservation;
-use sextant_process::Shutdown;
+use sextant_process::{Shutdown, fail_point, panics::contained};
 use sextant_site_files::{former_of, write_keeping_former};
 use std::path::Path;
 use std::sync::mpsc::Receiver;
@@ -34,6 +34,7 @@ pub(crate) fn run(shared: &Shared, shutdown: &Shutdown) {
         account_due: Instant::now(),
     };
     while !shutdown.is_requested() {
+        fail_point!("wizard");
         worker.take_images(&images);
         worker.work();
         worker.look_at_solver();
@@ -41,9 +42,12 @@ pub(crate) fn run(shared: &Shared, shutdown: &Shutdown) {
     }
 }
 
+/// What a solve came to.
+type Solved = Result<Outcome, String>;
+
 struct Worker<'a> {
     shared: &'a Shared,
-    solver: Option<(u64, JoinHandle<Result<Outcome, String>>)>,
+    solver: Option<(u64, JoinHandle<Result<Solved, String>>)>,
     account_due: Instant,
 }
 
@@ -69,9 +73,12 @@ impl Worker<'_> {
     }
 
     fn solve(&mut self, number: u64, procedure: Box<Procedure>) {
-        let solve = move || procedure.solve().map_err(|error| error.to_string());
+        let solve = move || {
+            fail_point!("solve");
+            procedure.solve().map_err(|error| error.to_string())
+        };
         let thread = std::thread::Builder::new().name("solve".into());
-        match thread.spawn(solve) {
+        match thread.spawn(move || contained(solve)) {
             Ok(solver) => self.solver = Some((number, solver)),
             Err(error) => self.shared.wizard.solved(number, Err(error.to_string())),
         }
@@ -81,8 +88,9 @@ impl Worker<'_> {
         let Some((number, solver)) = self.solver.take_if(|(_, solver)| solver.is_finished()) else {
             return;
         };
-        let failed = "solving failed by a fault of this program; the log says more";
-        let result = solver.join().unwrap_or_else(|_| Err(failed.to_owned()));
+        let failed = "solving failed by a defect of this program; the log says more";
+        let solved = solver.join().unwrap_or_else(|_| Err(String::new()));
+        let result = solved.unwrap_or_else(|_| Err(failed.to_owned()));
         self.shared.wizard.solved(number, result);
     }
 

@@ -1,0 +1,126 @@
+//! A panic ends the process, whichever thread it is in: a node that has lost a thread would go on looking alive, and whoever
+//! supervises it would not start it again. Only work that is announced as [`contained`] may panic; that is reported to its caller.
+
+use std::any::Any;
+use std::cell::Cell;
+use std::panic::{AssertUnwindSafe, PanicHookInfo, catch_unwind};
+
+use crate::Exit;
+
+thread_local! {
+    static IS_CONTAINED: Cell<bool> = const { Cell::new(false) };
+}
+
+/// From now on a panic of any thread, also of a library's, prints where it was and ends the process with [`Exit::Panic`]. Nothing is
+/// unwound and no destructor runs: state that a defect has left half changed is not written anywhere.
+pub fn end_the_process() {
+    let print = std::panic::take_hook();
+    std::panic::set_hook(Box::new(move |info| {
+        print(info);
+        if !IS_CONTAINED.get() {
+            eprintln!("error: {}", last_words(info));
+            // SAFETY: _exit ends the process at once and touches no memory of ours.
+            unsafe { libc::_exit(Exit::Panic as i32) };
+        }
+    }));
+}
+
+fn last_words(info: &PanicHookInfo<'_>) -> String {
+    let thread = std::thread::current();
+    format!(
+        "the thread \"{}\" panicked, so this process ends: {}; this is a defect of the program, please report it",
+        thread.name().unwrap_or("without a name"),
+        message(info.payload())
+    )
+}
+
+/// Does work whose panic ends nothing else: long calculations on what people have recorded. The values that it shares with others must be
+/// as good half changed as whole; best it shares none.
+///
+/// # Errors
+/// The panic's message, when it panicked.
+pub fn contained<T>(work: impl FnOnce() -> T) -> Result<T, String> {
+    let outer = IS_CONTAINED.replace(true);
+    let done = catch_unwind(AssertUnwindSafe(work));
+    IS_CONTAINED.set(outer);
+    done.map_err(|payload| message(payload.as_ref()))
+}
+
+fn message(payload: &(dyn Any + Send)) -> String {
+    let text = payload
+        .downcast_ref::<&str>()
+        .map(|text| (*text).to_owned());
+    text.or_else(|| payload.downcast_ref::<String>().cloned())
+        .unwrap_or_else(|| "no message".to_owned())
+}
+
+/// Panics in a test's process where the variable `SEXTANT_TEST_PANIC` names this place. Compiled into the unit tests of the crate that
+/// writes it and into nothing else.
+#[macro_export]
+macro_rules! fail_point {
+    ($place:literal) => {
+        #[cfg(test)]
+        if std::env::var_os("SEXTANT_TEST_PANIC").is_some_and(|place| place == $place) {
+            panic!(concat!("the fail point ", $place));
+        }
+    };
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::process::{Command, Output};
+
+    const CHILD: &str = "SEXTANT_TEST_PANICKING";
+
+    /// Runs the test of this name once more, as a process of its own.
+    fn run_again(name: &str) -> Output {
+        Command::new(std::env::current_exe().unwrap())
+            .args([&format!("panics::tests::{name}"), "--exact", "--nocapture"])
+            .env(CHILD, "1")
+            .output()
+            .unwrap()
+    }
+
+    fn is_child() -> bool {
+        let is_child = std::env::var_os(CHILD).is_some();
+        if is_child {
+            end_the_process();
+        }
+        is_child
+    }
+
+    #[test]
+    fn a_panic_of_any_thread_ends_the_process_with_a_message() {
+        if is_child() {
+            let thread = std::thread::Builder::new().name("worker".into());
+            let _ = thread.spawn(|| panic!("of all {}", 7)).unwrap().join();
+            unreachable!("the process has ended");
+        }
+        let output = run_again("a_panic_of_any_thread_ends_the_process_with_a_message");
+        assert_eq!(output.status.code(), Some(Exit::Panic as i32));
+        let words = String::from_utf8(output.stderr).unwrap();
+        assert!(words.contains("\"worker\" panicked"), "{words}");
+        assert!(words.contains("of all 7"), "{words}");
+    }
+
+    #[test]
+    fn contained_work_reports_its_panic_and_the_process_goes_on() {
+        if is_child() {
+            let thread = std::thread::spawn(|| contained(|| -> u8 { panic!("of all {}", 7) }));
+            assert_eq!(thread.join().unwrap(), Err("of all 7".to_owned()));
+            assert_eq!(contained(|| contained(|| 1)), Ok(Ok(1)));
+            // What comes after contained work is contained no more.
+            let _ = std::thread::spawn(|| {
+                assert_eq!(contained(|| 2), Ok(2));
+                panic!("after it");
+            })
+            .join();
+            unreachable!("the process has ended");
+        }
+        let output = run_again("contained_work_reports_its_panic_and_the_process_goes_on");
+        let words = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(Exit::Panic as i32), "{words}");
+        assert!(words.contains("ends: after it"), "{words}");
+    }
+}
