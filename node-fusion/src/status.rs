@@ -64,7 +64,9 @@ impl StatusBook {
         let cameras = intake.cameras(elapsed_s).into_iter();
         let cameras = cameras.map(|camera| with_statistics(camera, machine.statistics()));
         let cameras = cameras.collect();
-        let others = self.others(intake, now_ns);
+        let mut others = self.others(intake, now_ns);
+        let imperfections = machine.imperfections().iter().map(ToString::to_string);
+        others.extend(imperfections.take(limits::MAX_SENTENCES / 4));
         FusionStatus {
             node: self.node.clone(),
             version: env!("CARGO_PKG_VERSION").to_owned(),

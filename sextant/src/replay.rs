@@ -14,7 +14,7 @@ use ledger::Ledger;
 use models::Models;
 use poses_file::PosesFile;
 use sextant_estimator::{
-    Fusion, FusionOptions, ImageObservation, Input, ObjectEstimate, Output, Statistics,
+    Fusion, FusionOptions, ImageObservation, Input, ObjectEstimate, Output,
 };
 use sextant_process::{Exit, Failure, Shutdown, WithExit};
 use sextant_recordings::{Dataset, Row, pose_json};
@@ -73,11 +73,11 @@ pub fn run(arguments: &ReplayArguments, format: Format) -> anyhow::Result<()> {
     let models = Models::read(&arguments.rig, &arguments.objects)?;
     let dataset = Dataset::open(&arguments.recording).exit_with(Exit::Input)?;
     models.check_cameras(&dataset, &arguments.recording)?;
-    let (poses, statistics) = replay(arguments, &models, &dataset, file.is_none())?;
+    let (poses, fusion) = replay(arguments, &models, &dataset, file.is_none())?;
     if let Some(file) = &file {
         file.write(&poses)?;
     }
-    let summary = Summary::of(&dataset, &models.objects, &poses, &statistics);
+    let summary = Summary::of(&dataset, &models.objects, &poses, &fusion);
     match format {
         Format::Text => eprintln!("{}", summary.text()),
         Format::Json if file.is_some() => print_line(&serde_json::to_string(&summary)?)?,
@@ -92,7 +92,7 @@ fn replay(
     models: &Models,
     dataset: &Dataset,
     to_stdout: bool,
-) -> anyhow::Result<(Vec<ObjectEstimate>, Statistics)> {
+) -> anyhow::Result<(Vec<ObjectEstimate>, Fusion)> {
     let rows = dataset.rows_by_arrival();
     let options = models.detector_options();
     let fusion = Fusion::new(
@@ -133,7 +133,7 @@ fn replay(
             .iter()
             .try_for_each(|pose| print_line(&pose_json(pose)))?;
     }
-    Ok((poses, fusion.statistics().clone()))
+    Ok((poses, fusion))
 }
 
 fn pose_of(output: Output) -> Option<ObjectEstimate> {

@@ -19,8 +19,8 @@ use crate::site::{ObjectImage, Site};
 use crate::timeline::{Attention, Settled, Timeline};
 use crate::track::Track;
 use crate::{
-    ClockOffset, FusionOptions, ImageObservation, ObjectEstimate, ObjectId, ObjectModel,
-    OptionsError, Rig, Statistics, TagId,
+    ClockOffset, FusionOptions, ImageObservation, Imperfection, ObjectEstimate, ObjectId,
+    ObjectModel, OptionsError, Rig, Statistics, TagId,
 };
 use intake::Intake;
 
@@ -189,6 +189,11 @@ impl Fusion {
             &self.clock_search,
             self.now_ns,
         )
+    }
+
+    /// What the images show to be imperfect in the files of rig and objects; poses allow for it.
+    pub fn imperfections(&self) -> &[Imperfection] {
+        self.self_calibration.imperfections()
     }
 
     /// Counts since the start.

@@ -6,10 +6,10 @@
 //!
 //! - [`Fusion`]: the machine; [`Input`] in, [`Output`] out, every tunable a field of [`FusionOptions`].
 //! - [`Rig`], [`ObjectModel`], [`Articulation`], [`ImageObservation`]: what it works from.
-//! - [`ObjectEstimate`], [`ClockOffset`], [`Fault`], [`Statistics`]: what it tells.
+//! - [`ObjectEstimate`], [`ClockOffset`], [`Fault`], [`Imperfection`], [`Statistics`]: what it reports.
 //! - Inside: `fusion` (intake, outputs), `timeline` (the window into which late images are put), `track` (one object at
 //!   one instant: rival attitudes and clocks), `filter` (the mathematics of one update), `clock_search` (clocks that are far
-//!   off), `health` (what is wrong, by name).
+//!   off), `self_calibration` (how wrong the files are), `health` (what is wrong, by name).
 //!
 //! This crate knows no clock (time is an argument), no image, no network and no file.
 
@@ -21,6 +21,7 @@ mod filter;
 mod fusion;
 mod health;
 mod ids;
+mod imperfection;
 mod object;
 mod observation;
 mod options;
@@ -39,6 +40,7 @@ pub use estimate::{ClockOffset, JointEstimate, LinkEstimate, ObjectEstimate, Pos
 pub use fault::Fault;
 pub use fusion::{Fusion, Input, ModelError, Output};
 pub use ids::{CameraId, IdError, JointId, LinkId, ObjectId};
+pub use imperfection::Imperfection;
 pub use object::{ObjectError, ObjectModel, ObjectTag, TagId};
 pub use observation::{ImageObservation, TagCorners};
 pub use options::{FusionOptions, OptionsError};

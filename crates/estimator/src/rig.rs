@@ -50,6 +50,14 @@ impl PoseSigma {
         orientation_rad: 0.017,
     };
 
+    /// So many times as large.
+    pub(crate) fn times(self, factor: f64) -> Self {
+        Self {
+            position_m: self.position_m * factor,
+            orientation_rad: self.orientation_rad * factor,
+        }
+    }
+
     /// Whether it leaves anything open.
     pub(crate) fn is_some(&self) -> bool {
         self.position_m > 0.0 || self.orientation_rad > 0.0
@@ -79,6 +87,14 @@ impl LensSigma {
         Self {
             focal_px: 0.003 * lens.intrinsics().fx,
             distortion_px: if is_bending { 0.5 } else { 0.0 },
+        }
+    }
+
+    /// So many times as large.
+    pub(crate) fn times(self, factor: f64) -> Self {
+        Self {
+            focal_px: self.focal_px * factor,
+            distortion_px: self.distortion_px * factor,
         }
     }
 

@@ -13,6 +13,7 @@
 mod adjustment;
 mod corrections;
 mod gauge;
+mod imperfections;
 mod keyframes;
 mod layout;
 mod variance_components;
@@ -23,6 +24,7 @@ pub(crate) use keyframes::{Keyframe, KeyframeView, Way};
 use adjustment::Adjustment;
 use keyframes::{FIRST, Keyframes};
 
+use crate::Imperfection;
 use crate::site::Site;
 
 /// Share by which the number of keyframes grows between adjustments: early ones change much, late ones little.
@@ -38,6 +40,7 @@ pub(crate) struct SelfCalibration {
     adjustment: Adjustment,
     /// Keyframes added since the last adjustment.
     added: usize,
+    imperfections: Vec<Imperfection>,
 }
 
 impl SelfCalibration {
@@ -66,7 +69,15 @@ impl SelfCalibration {
             return None;
         }
         self.added = 0;
-        self.adjustment.run(&mut self.keyframes, site)
+        let corrections = self.adjustment.run(&mut self.keyframes, site)?;
+        let newest = self.keyframes.iter().last();
+        self.imperfections = imperfections::imperfections(&corrections, site, newest);
+        Some(corrections)
+    }
+
+    /// What the files have wrong that is worth a word.
+    pub fn imperfections(&self) -> &[Imperfection] {
+        &self.imperfections
     }
 
     /// The pose of an object in its newest keyframe as the trackers had it, and as it is after the last adjustment.

@@ -236,17 +236,22 @@ impl Site {
 
     /// Takes the errors of the files off the models, as far as they are known.
     pub fn correct(&mut self, corrections: &Corrections) {
-        for (camera, correction) in &corrections.cameras {
-            let corrected = self.corrected_camera(*camera, correction);
-            if let Some(camera) = self.cameras.get_mut(*camera) {
-                camera.posed = corrected.or(camera.posed.take());
-            }
+        let [of_cameras, of_lenses, of_tags] = corrections.unseen;
+        for (index, camera) in self.cameras.iter_mut().enumerate() {
+            camera.posed = camera.file.as_ref().map(|file| {
+                let unseen = || {
+                    let lens_sigma = file.lens_sigma.times(of_lenses);
+                    CameraCorrection::none(file.sigma.times(of_cameras), lens_sigma)
+                };
+                let known = corrections.cameras.get(&index).copied();
+                file.corrected(&known.unwrap_or_else(unseen))
+            });
         }
-        for (tag, correction) in &corrections.tags {
-            if let Some(place) = self.places.get_mut(tag) {
-                place.tag = correction.tag(&place.file);
-                place.sigma = Some(correction.sigma).filter(PoseSigma::is_some);
-            }
+        for (tag, place) in &mut self.places {
+            let known = corrections.tags.get(tag);
+            place.tag = known.map_or_else(|| place.file.clone(), |one| one.tag(&place.file));
+            let sigma = known.map_or_else(|| place.prior.times(of_tags), |one| one.sigma);
+            place.sigma = Some(sigma).filter(PoseSigma::is_some);
         }
         self.frames.clone_from(&corrections.frames);
     }
@@ -303,6 +308,16 @@ impl Site {
     /// `world_from_camera` as the rig's file has it.
     pub fn file_pose(&self, index: usize) -> Option<&Pose> {
         Some(&self.cameras.get(index)?.file.as_ref()?.world_from_camera)
+    }
+
+    /// The lens of a camera as the rig's file has it.
+    pub fn file_lens(&self, index: usize) -> Option<&Lens> {
+        Some(&self.cameras.get(index)?.file.as_ref()?.lens)
+    }
+
+    /// The object that has a tag.
+    pub fn object_of(&self, tag: &TagId) -> Option<&ObjectId> {
+        self.objects.get(self.places.get(tag)?.object)
     }
 
     /// A tag as the object's file has it.

@@ -1,7 +1,7 @@
 //! A word on what was done, and what of the recording did not count.
 
 use serde::Serialize;
-use sextant_estimator::{CameraId, ObjectEstimate, ObjectId, ObjectModel, Statistics};
+use sextant_estimator::{CameraId, Fusion, ObjectEstimate, ObjectId, ObjectModel, Statistics};
 use sextant_recordings::{CameraRecording, Dataset};
 
 /// What a replay ends with.
@@ -10,6 +10,8 @@ pub struct Summary {
     images: usize,
     cameras: Vec<Camera>,
     objects: Vec<Object>,
+    /// What the images show to be wrong with the site, or imperfect in its files, each with the remedy.
+    notices: Vec<String>,
 }
 
 #[derive(Debug, Serialize)]
@@ -36,8 +38,12 @@ impl Summary {
         dataset: &Dataset,
         objects: &[ObjectModel],
         poses: &[ObjectEstimate],
-        statistics: &Statistics,
+        fusion: &Fusion,
     ) -> Self {
+        let statistics = fusion.statistics();
+        let faults = fusion.faults();
+        let notices = faults.iter().map(ToString::to_string);
+        let imperfections = fusion.imperfections().iter().map(ToString::to_string);
         let objects = objects.iter().map(|object| Object {
             id: object.id().clone(),
             poses: poses.iter().filter(|p| p.object == *object.id()).count(),
@@ -51,6 +57,7 @@ impl Summary {
             images: cameras.iter().map(|camera| camera.images).sum(),
             cameras,
             objects: objects.collect(),
+            notices: notices.chain(imperfections).collect(),
         }
     }
 
@@ -69,6 +76,7 @@ impl Summary {
             ),
             poses => format!("{}: {poses} poses", object.id),
         }));
+        lines.extend(self.notices.iter().cloned());
         lines.join("\n")
     }
 }

@@ -397,7 +397,11 @@ impl Adjustment {
             position_m: ((0..3).map(|axis| variance(first + axis)).sum::<f64>() / 3.0).sqrt(),
             orientation_rad: ((3..6).map(|axis| variance(first + axis)).sum::<f64>() / 3.0).sqrt(),
         };
-        let mut corrections = Corrections::default();
+        let classes = [Class::CameraPose, Class::Lens, Class::TagPose];
+        let mut corrections = Corrections {
+            unseen: classes.map(|class| self.scales.0[class as usize]),
+            ..Corrections::default()
+        };
         for (camera, first) in &layout.cameras {
             let mut one = camera_correction(&errors.fixed_rows::<OF_CAMERA>(*first).into_owned());
             one.sigma = pose_sigma(*first);

@@ -16,6 +16,8 @@ pub(crate) struct Corrections {
     pub tags: BTreeMap<TagId, TagCorrection>,
     /// By object index.
     pub frames: BTreeMap<usize, ObjectFrame>,
+    /// Against its prior, the sigma of what no keyframe shows yet: of cameras' poses, of lenses and of tags' poses.
+    pub unseen: [f64; 3],
 }
 
 /// Of one camera.
@@ -74,6 +76,7 @@ impl Corrections {
                 .collect(),
             tags: layout.tags.keys().map(|id| (*id, tag)).collect(),
             frames: BTreeMap::new(),
+            unseen: [0.0; 3],
         }
     }
 }

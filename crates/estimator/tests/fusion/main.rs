@@ -12,6 +12,7 @@ mod clocks;
 mod far_clocks;
 mod faults;
 mod health;
+mod imperfect;
 mod innocent;
 mod lasting;
 mod limits;

@@ -1,0 +1,79 @@
+//! What the images show to be imperfect in the site's files: no fault, since no figure in a person's file is exact, but worth a word.
+
+use std::fmt;
+
+use crate::{CameraId, ObjectId, TagId};
+
+/// An error of a rig's or an object's file that poses allow for.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Imperfection {
+    /// By the rig's file two cameras see an object in different places.
+    CamerasDisagree {
+        /// The one.
+        a: CameraId,
+        /// The other.
+        b: CameraId,
+        /// How far apart, m.
+        apart_m: f64,
+    },
+    /// A tag is not where the object's file has it.
+    TagOff {
+        /// On which object.
+        object: ObjectId,
+        /// The tag that is off most.
+        tag: TagId,
+        /// By how much, m.
+        position_m: f64,
+        /// By how much, rad.
+        orientation_rad: f64,
+    },
+    /// A tag is not as large as the object's file says.
+    SizeOff {
+        /// On which object.
+        object: ObjectId,
+        /// The tag that is off most.
+        tag: TagId,
+        /// Its size as estimated over that in the file.
+        ratio: f64,
+    },
+    /// The focal length of a camera is not as the rig's file has it.
+    FocalLengthOff {
+        /// Which camera.
+        camera: CameraId,
+        /// As estimated over that in the file.
+        ratio: f64,
+    },
+}
+
+impl fmt::Display for Imperfection {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::CamerasDisagree { a, b, apart_m } => write!(
+                f,
+                "cameras {a} and {b} disagree by {:.1} mm: run `sextant calibrate rig`; poses allow for it",
+                apart_m * 1e3
+            ),
+            Self::TagOff {
+                object,
+                tag,
+                position_m,
+                orientation_rad,
+            } => write!(
+                f,
+                "tag {tag} of object {object} is {:.1} mm and {:.1} degrees off its place in the file: run `sextant learn`; poses allow for it",
+                position_m * 1e3,
+                orientation_rad.to_degrees()
+            ),
+            Self::SizeOff { object, tag, ratio } => write!(
+                f,
+                "tag {tag} of object {object} is {:+.1} % off its size in the file: measure it, or run `sextant learn`; poses allow for it",
+                (ratio - 1.0) * 100.0
+            ),
+            Self::FocalLengthOff { camera, ratio } => write!(
+                f,
+                "the focal length of camera {camera} is {:+.2} % off that in the rig file: run `sextant calibrate lens`; poses allow for it",
+                (ratio - 1.0) * 100.0
+            ),
+        }
+    }
+}
