@@ -13,9 +13,7 @@ use clap::Args;
 use ledger::Ledger;
 use models::Models;
 use poses_file::PosesFile;
-use sextant_estimator::{
-    Fusion, FusionOptions, ImageObservation, Input, ObjectEstimate, Output,
-};
+use sextant_estimator::{Fusion, FusionOptions, ImageObservation, Input, ObjectEstimate, Output};
 use sextant_process::{Exit, Failure, Shutdown, WithExit};
 use sextant_recordings::{Dataset, Row, pose_json};
 use std::path::PathBuf;
