@@ -1,23 +1,33 @@
 //! A meeting place of processes: iceoryx2's configuration for it, and the lock under which it is entered, left and tidied.
 //!
-//! The lock is a `flock` on the root folder itself, so that it leaves no file. It is held only for the moments of opening
-//! and closing; the last one out removes the folder, and the lock makes sure that nobody is just coming in.
+//! The root folder is this user's own; any other is refused. The lock is a `flock` on it, so that it leaves no file. It is
+//! held only for the moments of opening and closing; the last one out removes the folder, and the lock makes sure that
+//! nobody is just coming in.
 
-use std::fs::{self, File};
+use std::ffi::CStr;
+use std::fs::{self, File, TryLockError};
 use std::io;
-use std::os::fd::AsRawFd;
 use std::os::unix::fs::{DirBuilderExt, MetadataExt};
 use std::path::{Path, PathBuf};
 use std::sync::Once;
+use std::time::{Duration, Instant};
 
 use iceoryx2::prelude::{
     Config, FileName, LogLevel, Path as IceoryxPath, SemanticString, set_log_level,
 };
 
+use crate::folder::{open_own_folder, open_own_folder_in};
 use crate::{IceoryxOptions, ImagesError};
 
 /// Longest root in bytes. A socket's path has 107: root, a slash, our prefix (20 at most), an id (39), `.event` (6).
-const MAX_ROOT_BYTES: usize = 40;
+pub(crate) const MAX_ROOT_BYTES: usize = 40;
+/// iceoryx2's folders in the root.
+pub(crate) const NODES: &CStr = c"nodes";
+pub(crate) const SERVICES: &CStr = c"services";
+/// Between two tries to get the lock, which others hold for milliseconds.
+const LOCK_PERIOD: Duration = Duration::from_millis(10);
+/// How long leaving and tidying wait for the lock: a process that ends must end.
+const BRIEFLY: Duration = Duration::from_secs(1);
 /// How much of the given prefix shows in file names; the rest counts through the hash.
 const SHOWN_PREFIX_BYTES: usize = 10;
 
@@ -45,37 +55,80 @@ impl Domain {
         })
     }
 
-    /// Enters the lock, making the folder when it is missing.
-    pub(crate) fn lock(&self) -> Result<DomainLock, ImagesError> {
-        self.try_lock()
-            .map_err(|cause| root_error(&self.root, cause.to_string()))
+    /// Enters the lock, making the folder when it is missing. Gives up when `stop` says true.
+    ///
+    /// # Errors
+    /// [`ImagesError::Root`] for a folder that is not this user's own, [`ImagesError::Abandoned`] after `stop`.
+    pub(crate) fn lock(&self, stop: &dyn Fn() -> bool) -> Result<DomainLock, ImagesError> {
+        let locked = self.wait_for_lock(stop);
+        let locked = locked.map_err(|cause| root_error(&self.root, cause.to_string()))?;
+        locked.ok_or_else(|| ImagesError::Abandoned {
+            root: self.root.clone(),
+        })
     }
 
-    fn try_lock(&self) -> io::Result<DomainLock> {
+    /// Enters the lock, or gives up after a second.
+    pub(crate) fn lock_briefly(&self) -> Result<DomainLock, ImagesError> {
+        let deadline = Instant::now() + BRIEFLY;
+        self.lock(&|| Instant::now() >= deadline)
+    }
+
+    fn wait_for_lock(&self, stop: &dyn Fn() -> bool) -> io::Result<Option<DomainLock>> {
         loop {
             make_folder(&self.root)?;
-            let folder = match File::open(&self.root) {
+            let folder = match open_own_folder(&self.root) {
                 Err(cause) if cause.kind() == io::ErrorKind::NotFound => continue,
                 opened => opened?,
             };
-            exclusive(&folder)?;
+            if !exclusive(&folder, stop)? {
+                return Ok(None);
+            }
             // Whoever held the lock before may have removed the folder that we opened.
-            match fs::metadata(&self.root) {
+            match fs::symlink_metadata(&self.root) {
                 Ok(now) if now.ino() == folder.metadata()?.ino() => {
-                    return Ok(DomainLock { _folder: folder });
+                    check_inside(&folder)?;
+                    return Ok(Some(DomainLock { folder }));
                 }
-                Ok(_) => {}
-                Err(cause) if cause.kind() == io::ErrorKind::NotFound => {}
-                Err(cause) => return Err(cause),
+                Err(cause) if cause.kind() != io::ErrorKind::NotFound => return Err(cause),
+                _ => {}
             }
         }
     }
 }
 
+/// Locks a folder; false when `stop` says true before it is free.
+fn exclusive(folder: &File, stop: &dyn Fn() -> bool) -> io::Result<bool> {
+    loop {
+        match folder.try_lock() {
+            Ok(()) => return Ok(true),
+            Err(TryLockError::WouldBlock) if stop() => return Ok(false),
+            Err(TryLockError::WouldBlock) => std::thread::sleep(LOCK_PERIOD),
+            Err(TryLockError::Error(cause)) => return Err(cause),
+        }
+    }
+}
+
+/// iceoryx2 follows links: there must be none to follow.
+fn check_inside(root: &File) -> io::Result<()> {
+    for name in [NODES, SERVICES] {
+        match open_own_folder_in(root, name) {
+            Err(cause) if cause.kind() != io::ErrorKind::NotFound => {
+                let name = name.to_string_lossy();
+                return Err(io::Error::new(
+                    cause.kind(),
+                    format!("{name} in it: {cause}"),
+                ));
+            }
+            _ => {}
+        }
+    }
+    Ok(())
+}
+
 /// Held while a process enters, leaves or tidies; released on drop.
 #[derive(Debug)]
 pub(crate) struct DomainLock {
-    _folder: File,
+    pub(crate) folder: File,
 }
 
 /// Ids that may stand in names of services and files.
@@ -93,11 +146,13 @@ pub(crate) fn check_name(what: &'static str, value: &str) -> Result<(), ImagesEr
     }
 }
 
-/// The one name of a folder, whether or not it exists yet: absolute, links followed as far as there are any.
+/// The one name of a folder, whether or not it exists yet: absolute, links on the way to it followed as far as there are
+/// any. The folder itself may be none.
 fn absolute(root: &Path) -> Result<PathBuf, ImagesError> {
     let given = std::path::absolute(root).map_err(|cause| root_error(root, cause.to_string()))?;
     let found = given
         .ancestors()
+        .skip(1)
         .find_map(|part| Some((part, part.canonicalize().ok()?)));
     let root: PathBuf = match found {
         Some((part, real)) => real
@@ -133,19 +188,6 @@ fn make_folder(root: &Path) -> io::Result<()> {
         .recursive(true)
         .mode(0o700)
         .create(root)
-}
-
-fn exclusive(folder: &File) -> io::Result<()> {
-    loop {
-        // SAFETY: flock touches no memory of ours; the descriptor stays open through the borrow.
-        if unsafe { libc::flock(folder.as_raw_fd(), libc::LOCK_EX) } == 0 {
-            return Ok(());
-        }
-        let cause = io::Error::last_os_error();
-        if cause.kind() != io::ErrorKind::Interrupted {
-            return Err(cause);
-        }
-    }
 }
 
 fn root_error(root: &Path, cause: String) -> ImagesError {
@@ -212,10 +254,49 @@ mod tests {
     }
 
     #[test]
+    fn a_root_is_made_for_its_user_alone_and_a_link_to_one_is_refused() {
+        let parent = tempfile::tempdir_in("/tmp").unwrap();
+        let (real, link) = (parent.path().join("r"), parent.path().join("l"));
+        let lock = |root: &Path| {
+            Domain::new(&options(&root.display().to_string(), "x"))
+                .unwrap()
+                .lock(&|| true)
+        };
+        lock(&real).unwrap();
+        assert_eq!(fs::metadata(&real).unwrap().mode() & 0o777, 0o700);
+        std::os::unix::fs::symlink(&real, &link).unwrap();
+        let refusal = lock(&link).unwrap_err().to_string();
+        assert!(refusal.contains("link"), "{refusal}");
+        std::os::unix::fs::symlink(parent.path(), real.join("nodes")).unwrap();
+        let refusal = lock(&real).unwrap_err().to_string();
+        assert!(refusal.contains("nodes"), "{refusal}");
+    }
+
+    #[test]
+    fn a_lock_that_another_holds_is_waited_for_until_asked_to_stop() {
+        let parent = tempfile::tempdir_in("/tmp").unwrap();
+        let domain = Domain::new(&options(
+            &parent.path().join("r").display().to_string(),
+            "x",
+        ));
+        let domain = domain.unwrap();
+        let held = domain.lock(&|| false).unwrap();
+        let asked = std::cell::Cell::new(0);
+        let stop = || asked.replace(asked.get() + 1) == 3;
+        let refusal = domain.lock(&stop).unwrap_err();
+        assert!(
+            matches!(refusal, ImagesError::Abandoned { .. }),
+            "{refusal}"
+        );
+        drop(held);
+        domain.lock(&|| true).unwrap();
+    }
+
+    #[test]
     fn a_folder_that_cannot_be_made_is_named() {
         let error = Domain::new(&options("/proc/none", "x"))
             .unwrap()
-            .lock()
+            .lock(&|| false)
             .unwrap_err();
         assert!(error.to_string().contains("/proc/none"), "{error}");
     }

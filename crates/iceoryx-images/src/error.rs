@@ -14,6 +14,15 @@ pub enum ImagesError {
         /// Why, and what to do.
         cause: String,
     },
+    /// The caller gave up while another process held the folder's lock.
+    #[error(
+        "shared memory folder {}: gave up waiting while another process held it locked",
+        root.display()
+    )]
+    Abandoned {
+        /// The folder.
+        root: PathBuf,
+    },
     /// A camera id or prefix that cannot name shared memory.
     #[error("{what} {value:?} cannot name shared memory: use up to 32 of a-z, 0-9, _ and -")]
     Name {

@@ -1,13 +1,14 @@
 //! What killed processes leave behind, and its removal.
 
-use std::fs;
+use std::fs::{self, File};
 use std::path::Path;
 use std::time::Duration;
 
 use iceoryx2::node::{Node, NodeState};
 use iceoryx2::prelude::{CallbackProgression, ipc};
 
-use crate::domain::{Domain, DomainLock};
+use crate::domain::{Domain, DomainLock, NODES, SERVICES};
+use crate::folder::{open_own_folder_in, own_entries, remove_empty_folder, remove_own_files};
 use crate::{IceoryxOptions, ImagesError};
 
 /// Where POSIX shared memory appears as files.
@@ -29,21 +30,29 @@ pub struct Leftovers {
 }
 
 /// Removes what dead processes left in a meeting place: their ports, their images, and, when nobody is alive there, every
-/// file with its name, the folder included.
+/// file with its name, and the folder if nothing else is in it.
+///
+/// # Errors
+/// A folder that is not this user's own, or that another process holds locked for longer than a second.
 pub fn remove_dead(options: &IceoryxOptions) -> Result<Leftovers, ImagesError> {
     let domain = Domain::new(options)?;
-    if !domain.root.exists() && files_in(Path::new(SHARED_MEMORY), &domain.prefix).is_empty() {
+    if fs::symlink_metadata(&domain.root).is_err() && !has_shared_memory(&domain) {
         return Ok(Leftovers::default());
     }
-    let lock = domain.lock()?;
+    let lock = domain.lock_briefly()?;
     Ok(tidy(&domain, &lock))
 }
 
+fn has_shared_memory(domain: &Domain) -> bool {
+    let folder = File::open(SHARED_MEMORY);
+    folder.is_ok_and(|folder| !own_entries(&folder, &domain.prefix, false).is_empty())
+}
+
 /// Removes dead nodes politely, then, when nobody is left, all files. The lock says that nobody is coming in meanwhile.
-pub(crate) fn tidy(domain: &Domain, _lock: &DomainLock) -> Leftovers {
+pub(crate) fn tidy(domain: &Domain, lock: &DomainLock) -> Leftovers {
     let mut found = remove_dead_nodes(domain);
     if found.alive == 0 && found.failed == 0 {
-        found.files = remove_all_files(domain);
+        found.files = remove_all_files(domain, lock);
     }
     found
 }
@@ -71,42 +80,34 @@ fn remove_dead_nodes(domain: &Domain) -> Leftovers {
     found
 }
 
-fn remove_all_files(domain: &Domain) -> usize {
-    let mut removed = 0;
-    let service_folder = domain.root.join("services");
-    let node_folder = domain.root.join("nodes");
-    for folder in [
-        Path::new(SHARED_MEMORY),
-        &service_folder,
-        &node_folder,
-        &domain.root,
-    ] {
-        for file in files_in(folder, &domain.prefix) {
-            removed += usize::from(fs::remove_file(file).is_ok());
+/// Removes the files with this place's prefix, then the folders that are empty: another prefix's files keep theirs.
+fn remove_all_files(domain: &Domain, lock: &DomainLock) -> usize {
+    let prefix = &domain.prefix;
+    let mut removed =
+        File::open(SHARED_MEMORY).map_or(0, |folder| remove_own_files(&folder, prefix));
+    for name in [SERVICES, NODES] {
+        let Ok(folder) = open_own_folder_in(&lock.folder, name) else {
+            continue;
+        };
+        removed += remove_own_files(&folder, prefix);
+        if name == NODES {
+            removed += remove_node_folders(&folder, prefix);
         }
+        remove_empty_folder(&lock.folder, name);
     }
-    remove_empty_folders(&node_folder);
-    for folder in [&service_folder, &node_folder, &domain.root] {
-        // A folder with something in it that is not ours stays.
-        let _ = fs::remove_dir(folder);
-    }
+    removed += remove_own_files(&lock.folder, prefix);
+    let _ = fs::remove_dir(Path::new(&domain.root));
     removed
 }
 
-/// Each node has a folder of its own below `nodes`, whose files carry the prefix as well.
-fn remove_empty_folders(nodes: &Path) {
-    for entry in fs::read_dir(nodes).into_iter().flatten().flatten() {
-        let _ = fs::remove_dir_all(entry.path());
+/// Each node has a folder of its own below `nodes`, named without the prefix; its files carry it.
+fn remove_node_folders(nodes: &File, prefix: &str) -> usize {
+    let mut removed = 0;
+    for name in own_entries(nodes, "", true) {
+        if let Ok(folder) = open_own_folder_in(nodes, &name) {
+            removed += remove_own_files(&folder, prefix);
+            remove_empty_folder(nodes, &name);
+        }
     }
-}
-
-fn files_in(folder: &Path, prefix: &str) -> Vec<std::path::PathBuf> {
-    fs::read_dir(folder)
-        .into_iter()
-        .flatten()
-        .flatten()
-        .filter(|entry| entry.file_name().to_string_lossy().starts_with(prefix))
-        .filter(|entry| entry.file_type().is_ok_and(|kind| !kind.is_dir()))
-        .map(|entry| entry.path())
-        .collect()
+    removed
 }

@@ -6,6 +6,7 @@
 
 mod domain;
 mod error;
+mod folder;
 mod header;
 mod leftovers;
 mod options;
@@ -14,6 +15,7 @@ mod service;
 mod subscriber;
 
 pub use error::ImagesError;
+pub use folder::open_own_folder;
 pub use header::{ClockSource, FORMAT_GREY8, ImageHeader};
 pub use leftovers::{Leftovers, remove_dead};
 pub use options::IceoryxOptions;

@@ -1,16 +1,22 @@
 //! The `[shared_memory]` section of a camera's configuration: where processes of one host meet.
 
-use std::path::PathBuf;
+use std::ffi::OsStr;
+use std::path::{Path, PathBuf};
 
+use rustix::process::geteuid;
 use serde::{Deserialize, Serialize};
+
+use crate::domain::MAX_ROOT_BYTES;
+use crate::folder::open_own_folder;
 
 /// The meeting place. Processes that name the same one share images; others never interfere, since the names of all
 /// shared memory derive from both values.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct IceoryxOptions {
-    /// Folder of the bookkeeping files; made when missing, removed when the last process leaves. At most 40 bytes, since
-    /// socket paths are short. All processes must run as the same user.
+    /// Folder of the bookkeeping files, of this process's user alone; made when missing, removed when the last process
+    /// leaves. At most 40 bytes, since socket paths are short. All processes must run as the same user. Default:
+    /// `$XDG_RUNTIME_DIR/sextant` where that is a folder of this user, else `/tmp/sextant-<user id>`.
     pub root: PathBuf,
     /// Start of every name in `/dev/shm`, up to 32 of a-z, 0-9, _ and -.
     pub prefix: String,
@@ -19,8 +25,39 @@ pub struct IceoryxOptions {
 impl Default for IceoryxOptions {
     fn default() -> Self {
         Self {
-            root: PathBuf::from("/tmp/sextant"),
+            root: default_root(std::env::var_os("XDG_RUNTIME_DIR").as_deref()),
             prefix: "sextant".to_owned(),
+        }
+    }
+}
+
+/// Another user's folder, as `sudo` may pass it on, is not taken.
+fn default_root(runtime_folder: Option<&OsStr>) -> PathBuf {
+    let folder = runtime_folder
+        .map(Path::new)
+        .filter(|folder| folder.is_absolute() && open_own_folder(folder).is_ok());
+    folder
+        .map(|folder| folder.join("sextant"))
+        .filter(|root| root.as_os_str().len() <= MAX_ROOT_BYTES)
+        .unwrap_or_else(|| format!("/tmp/sextant-{}", geteuid().as_raw()).into())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_default_root_is_a_folder_of_this_user_alone() {
+        let runtime = tempfile::tempdir_in("/tmp").unwrap();
+        let own = default_root(Some(runtime.path().as_os_str()));
+        assert_eq!(own, runtime.path().join("sextant"));
+        let fallback = default_root(None);
+        assert_eq!(
+            fallback,
+            Path::new(&format!("/tmp/sextant-{}", geteuid().as_raw()))
+        );
+        for unfit in ["", "tmp", "/none", "/dev/null", "/tmp"] {
+            assert_eq!(default_root(Some(OsStr::new(unfit))), fallback, "{unfit}");
         }
     }
 }

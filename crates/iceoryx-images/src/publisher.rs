@@ -48,7 +48,21 @@ impl ImagePublisher {
         camera: &str,
         max_bytes: usize,
     ) -> Result<Self, ImagesError> {
-        let (services, ports) = Services::open(options, camera, |images, wake_up| {
+        Self::open_unless(options, camera, max_bytes, &|| false)
+    }
+
+    /// The same; while other processes are coming in or leaving it waits until `stop` says true (asked a hundred times a
+    /// second).
+    ///
+    /// # Errors
+    /// As [`Self::open`], and [`ImagesError::Abandoned`] after `stop`.
+    pub fn open_unless(
+        options: &IceoryxOptions,
+        camera: &str,
+        max_bytes: usize,
+        stop: &dyn Fn() -> bool,
+    ) -> Result<Self, ImagesError> {
+        let (services, ports) = Services::open(options, camera, stop, |images, wake_up| {
             let images = images
                 .publisher_builder()
                 .initial_max_slice_len(max_bytes.max(1))

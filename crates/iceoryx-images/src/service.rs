@@ -44,15 +44,17 @@ struct Open {
 
 impl Services {
     /// Opens or creates both services and, still under the lock, lets `ports` make its ports on them. When leftovers of
-    /// dead processes are in the way they are removed and everything is tried once more.
+    /// dead processes are in the way they are removed and everything is tried once more. Waits for the lock until `stop`
+    /// says true.
     pub(crate) fn open<P>(
         options: &IceoryxOptions,
         camera: &str,
+        stop: &dyn Fn() -> bool,
         ports: impl Fn(&Images, &WakeUp) -> Result<P, ImagesError>,
     ) -> Result<(Self, P), ImagesError> {
         check_name("camera", camera)?;
         let domain = Domain::new(options)?;
-        let lock = domain.lock()?;
+        let lock = domain.lock(stop)?;
         let attempt = || {
             let open = Open::new(&domain, camera)?;
             let ports = ports(&open.images, &open.wake_up)?;
@@ -79,9 +81,10 @@ impl Services {
         }
     }
 
-    /// Drops `ports` and everything else under the lock, and tidies when nobody is left.
+    /// Drops `ports` and everything else under the lock, and tidies when nobody is left. Where another process does not let
+    /// go of the lock, the next one to open tidies.
     pub(crate) fn leave<P>(&mut self, ports: Option<P>) {
-        let lock = self.domain.lock();
+        let lock = self.domain.lock_briefly();
         drop(ports);
         drop(self.open.take());
         match lock {

@@ -50,7 +50,20 @@ impl ImageSubscriber {
     /// Becomes a reader of a camera's images, whether or not anyone lends them yet; a lender that comes, or comes back, is
     /// found by itself.
     pub fn open(options: &IceoryxOptions, camera: &str) -> Result<Self, ImagesError> {
-        let (services, ports) = Services::open(options, camera, |images, wake_up| {
+        Self::open_unless(options, camera, &|| false)
+    }
+
+    /// The same; while other processes are coming in or leaving it waits until `stop` says true (asked a hundred times a
+    /// second).
+    ///
+    /// # Errors
+    /// As [`Self::open`], and [`ImagesError::Abandoned`] after `stop`.
+    pub fn open_unless(
+        options: &IceoryxOptions,
+        camera: &str,
+        stop: &dyn Fn() -> bool,
+    ) -> Result<Self, ImagesError> {
+        let (services, ports) = Services::open(options, camera, stop, |images, wake_up| {
             let images = images
                 .subscriber_builder()
                 .set_degradation_handler(note_degradation)

@@ -10,7 +10,8 @@
 
 use std::fs;
 use std::io::{BufRead, BufReader};
-use std::path::PathBuf;
+use std::os::unix::fs::{chown, symlink};
+use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::time::{Duration, Instant};
@@ -364,6 +365,78 @@ fn another_place_is_not_touched() {
     let mut subscriber = here.subscriber();
     lend(&publisher, 2);
     assert_eq!(take(&mut subscriber), 2);
+}
+
+#[test]
+fn a_site_that_closes_leaves_another_in_the_same_root_as_it_is() {
+    let (here, mut there) = (Place::new(), Place::new());
+    there.options.root.clone_from(&here.options.root);
+    let publisher = here.publisher();
+    let files = files_below(&here.options.root);
+    drop(there.publisher());
+    kill(there.child("lender"));
+    assert_eq!(remove_dead(&there.options).unwrap().removed, 1);
+    assert_eq!(there.shared_memory_files(), []);
+    assert_eq!(files_below(&here.options.root), files);
+    let mut subscriber = here.subscriber();
+    lend(&publisher, 1);
+    assert_eq!(take(&mut subscriber), 1);
+    drop((publisher, subscriber));
+    here.assert_nothing_remains();
+}
+
+/// Paths of everything in a folder, sorted.
+fn files_below(folder: &Path) -> Vec<PathBuf> {
+    let mut found = Vec::new();
+    for entry in fs::read_dir(folder).unwrap().map(Result::unwrap) {
+        if entry.file_type().unwrap().is_dir() {
+            found.extend(files_below(&entry.path()));
+        }
+        found.push(entry.path());
+    }
+    found.sort();
+    found
+}
+
+#[test]
+fn nothing_behind_a_planted_link_is_removed() {
+    let place = Place::new();
+    let precious = place.folder.path().join("precious");
+    let file = precious.join("1/thesis.txt");
+    fs::create_dir_all(file.parent().unwrap()).unwrap();
+    fs::write(&file, "years").unwrap();
+    let nodes = place.options.root.join("nodes");
+
+    fs::create_dir_all(&nodes).unwrap();
+    let planted = nodes.join("1");
+    symlink(file.parent().unwrap(), &planted).unwrap();
+    drop(place.publisher());
+    remove_dead(&place.options).unwrap();
+    assert!(fs::symlink_metadata(&planted).is_ok() && file.exists());
+
+    fs::remove_dir_all(&nodes).unwrap();
+    symlink(&precious, &nodes).unwrap();
+    let refusal = remove_dead(&place.options).unwrap_err();
+    assert!(matches!(refusal, ImagesError::Root { .. }), "{refusal}");
+    assert!(ImagePublisher::open(&place.options, "north", BYTES).is_err());
+    assert!(fs::symlink_metadata(&nodes).is_ok() && file.exists());
+
+    fs::remove_dir_all(&place.options.root).unwrap();
+    symlink(&precious, &place.options.root).unwrap();
+    assert!(ImagePublisher::open(&place.options, "north", BYTES).is_err());
+    assert!(fs::symlink_metadata(&place.options.root).is_ok() && file.exists());
+}
+
+/// Only the superuser can give a folder away; as anybody else this looks at the root's own.
+#[test]
+fn another_users_folder_is_refused() {
+    let mut place = Place::new();
+    fs::create_dir(&place.options.root).unwrap();
+    if chown(&place.options.root, Some(12_345), None).is_err() {
+        place.options.root = "/proc/1".into();
+    }
+    let refusal = ImagePublisher::open(&place.options, "north", BYTES).unwrap_err();
+    assert!(refusal.to_string().contains("belongs to user"), "{refusal}");
 }
 
 #[test]

@@ -1,7 +1,8 @@
 //! The demo's site on disk: a temporary folder with every file that a person would have written, gone when the demo is.
 //!
 //! A folder is held by a lock on a file in it. One that nobody holds is left over from a demo that was killed: the next
-//! demo removes it, with the shared memory that its processes left.
+//! demo of the same user removes it, with the shared memory that its processes left. Anybody may put things into the
+//! temporary folder, so that what is removed is this user's own folder with a demo's name, and no link is followed.
 
 use crate::demo::models::bodies;
 use anyhow::Context;
@@ -9,13 +10,16 @@ use node_camera::{CameraNodeConfig, SourceConfig};
 use node_fusion::{FusionConfig, RefinementConfig};
 use node_viewer_bridge::ViewerConfig;
 use sextant_estimator::CameraId;
-use sextant_iceoryx_images::{IceoryxOptions, ImagesError, Leftovers, remove_dead};
+use sextant_iceoryx_images::{
+    IceoryxOptions, ImagesError, Leftovers, open_own_folder, remove_dead,
+};
 use sextant_proto::{NodeId, SiteId};
 use sextant_simulator::Scenario;
 use sextant_site_files::{write_object, write_rig, write_toml};
 use sextant_zenoh_bus::BusOptions;
-use std::fs::{self, File};
+use std::fs::{self, DirBuilder, File};
 use std::io;
+use std::os::unix::fs::DirBuilderExt;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
@@ -160,7 +164,7 @@ fn make_held(root: &Path) -> io::Result<File> {
     let nascent = root.with_file_name(format!(".{name}"));
     // From a process of the same number that was killed right here.
     let _ = fs::remove_dir_all(&nascent);
-    fs::create_dir(&nascent)?;
+    DirBuilder::new().mode(0o700).create(&nascent)?;
     let lock = File::create(nascent.join(LOCK))?;
     lock.try_lock()?;
     fs::rename(&nascent, root)?;
@@ -193,19 +197,36 @@ fn remove_leftovers(parent: &Path) {
         return;
     };
     for root in entries.flatten().map(|entry| entry.path()) {
-        let is_ours = root
-            .file_name()
-            .is_some_and(|name| name.to_string_lossy().starts_with(PREFIX));
-        if is_ours && let Some(_lock) = take_abandoned(&root) {
+        if is_a_demos(&root)
+            && let Some(_lock) = take_abandoned(&root)
+        {
             tracing::info!(folder = %root.display(), "removing what a killed demo left");
             remove_site(&root, &shared_memory_of(&root));
         }
     }
 }
 
-/// The lock of a folder that nobody holds. A folder without its lock file is one that is being removed: let alone.
+/// Whether a folder has the name that [`SiteFolder`] gives: the prefix and a process id.
+fn is_a_demos(root: &Path) -> bool {
+    let name = root.file_name().unwrap_or_default().to_string_lossy();
+    let number = name.strip_prefix(PREFIX);
+    number.is_some_and(|number| {
+        number
+            .parse::<u32>()
+            .is_ok_and(|id| id.to_string() == number)
+    })
+}
+
+/// The lock of this user's own folder that nobody holds. A folder without its lock file is one that is being removed: let
+/// alone.
 fn take_abandoned(root: &Path) -> Option<File> {
-    let lock = File::open(root.join(LOCK)).ok()?;
+    open_own_folder(root).ok()?;
+    let path = root.join(LOCK);
+    // What is no plain file may wait for ever to be opened.
+    if !fs::symlink_metadata(&path).ok()?.is_file() {
+        return None;
+    }
+    let lock = File::open(path).ok()?;
     lock.try_lock().is_ok().then_some(lock)
 }
 
@@ -237,6 +258,7 @@ fn remove_all_dead(shared_memory: &IceoryxOptions) -> Result<Leftovers, ImagesEr
 
 #[cfg(test)]
 mod tests {
+    use std::os::unix::fs::{PermissionsExt, symlink};
     use std::sync::atomic::{AtomicBool, Ordering};
 
     use sextant_iceoryx_images::ImageSubscriber;
@@ -265,11 +287,42 @@ mod tests {
 
     #[test]
     fn what_no_demo_can_have_made_stays() {
+        for name in ["Notes", "notes", "007", "-1", ""] {
+            let (parent, root, _) = left();
+            let notes = root.with_file_name(format!("{PREFIX}{name}"));
+            fs::rename(&root, &notes).unwrap();
+            remove_leftovers(parent.path());
+            assert!(notes.is_dir(), "{name}");
+        }
+    }
+
+    #[test]
+    fn what_others_planted_stays() {
         let (parent, root, _) = left();
-        let notes = root.with_file_name(format!("{PREFIX}Notes"));
-        fs::rename(&root, &notes).unwrap();
+        let precious = parent.path().join("precious");
+        fs::rename(&root, &precious).unwrap();
+        symlink(&precious, &root).unwrap();
         remove_leftovers(parent.path());
-        assert!(notes.is_dir());
+        assert!(precious.join(LOCK).is_file() && fs::symlink_metadata(&root).is_ok());
+
+        let (parent, root, _) = left();
+        fs::set_permissions(&root, fs::Permissions::from_mode(0o777)).unwrap();
+        remove_leftovers(parent.path());
+        assert!(root.is_dir());
+    }
+
+    #[test]
+    fn a_lock_that_is_no_file_holds_nobody_up() {
+        let (parent, root, _) = left();
+        let lock = root.join(LOCK);
+        fs::remove_file(&lock).unwrap();
+        let _socket = std::os::unix::net::UnixListener::bind(&lock).unwrap();
+        remove_leftovers(parent.path());
+        fs::remove_file(&lock).unwrap();
+        let made = std::process::Command::new("mkfifo").arg(&lock).status();
+        assert!(made.unwrap().success());
+        remove_leftovers(parent.path());
+        assert!(root.is_dir());
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! What a site needs of this machine: its clock, shared memory, temporary files, cameras.
 
 use crate::doctor::Finding;
-use sextant_iceoryx_images::IceoryxOptions;
+use sextant_iceoryx_images::{IceoryxOptions, open_own_folder};
 use sextant_process::ClockQuality;
 use std::fs::{self, OpenOptions};
 use std::io::ErrorKind;
@@ -84,9 +84,16 @@ fn size_of_mount(mounts: &str, folder: &Path) -> Option<u64> {
     kilobytes.checked_mul(1024)
 }
 
-/// The folder where the processes of a camera meet.
+/// The folder where the processes of a camera meet: this user's own, or one that can be made.
 fn bookkeeping(root: &Path) -> Finding {
     let name = root.display();
+    let remedy = "all processes of a camera run as one user; remove what another user left, or name another folder in [shared_memory]";
+    if fs::symlink_metadata(root).is_ok() {
+        return match open_own_folder(root) {
+            Ok(_) => Finding::ok("folder", format!("{name} is this user's own")),
+            Err(cause) => Finding::fault("folder", format!("{name}: {cause}"), remedy),
+        };
+    }
     let existing = root.ancestors().find(|folder| folder.is_dir());
     let probe =
         existing.map(|folder| folder.join(format!(".sextant-doctor-{}", std::process::id())));
@@ -95,12 +102,10 @@ fn bookkeeping(root: &Path) -> Finding {
         let _ = fs::remove_file(probe);
     }
     match result {
-        Some(Ok(())) => Finding::ok("folder", format!("{name} can be written")),
-        Some(Err(cause)) => Finding::fault(
-            "folder",
-            format!("{name} can't be written: {cause}"),
-            "all processes of a camera run as one user; remove what another user left, or name another folder in [shared_memory]",
-        ),
+        Some(Ok(())) => Finding::ok("folder", format!("{name} can be made")),
+        Some(Err(cause)) => {
+            Finding::fault("folder", format!("{name} can't be made: {cause}"), remedy)
+        }
         None => Finding::fault("folder", format!("{name} has no parent"), "make it"),
     }
 }
