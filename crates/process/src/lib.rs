@@ -5,12 +5,17 @@ pub mod background;
 pub mod children;
 pub mod clock;
 pub mod exit;
+pub mod host;
 pub mod logging;
 pub mod memory;
 pub mod panics;
 pub mod shutdown;
 pub mod terminal;
 pub mod watchdog;
+mod rate_limit;
+pub mod shutdown;
+pub mod terminal;
+pub mod whole_lines;
 
 pub use clock::{ClockQuality, now_ns};
 pub use exit::{Exit, Failure, WithExit, report};

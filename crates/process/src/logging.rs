@@ -1,13 +1,24 @@
 //! Logging of a process: `tracing` to stderr, one line an event. `SEXTANT_LOG` (else `RUST_LOG`) filters in the syntax of
 //! `tracing-subscriber`; colour only on a terminal and never with `NO_COLOR`. Stdout stays free for results.
+//!
+//! One place in the code logs ten lines at once at most, then one in half a minute, which counts those left out; debug and
+//! trace, which somebody asked for, are not limited. A line that cannot be written whole, as on a full disk, is left out.
 
-use std::io::IsTerminal;
+use std::fs::File;
+use std::io::{self, IsTerminal};
+use std::os::fd::AsFd;
+use std::sync::{Mutex, PoisonError};
+use std::time::Instant;
 
-use tracing::{Event, Subscriber};
+use tracing::callsite::Identifier;
+use tracing::{Event, Level, Subscriber};
 use tracing_subscriber::EnvFilter;
 use tracing_subscriber::fmt::format::{Format, Full, Writer};
 use tracing_subscriber::fmt::{FmtContext, FormatEvent, FormatFields};
 use tracing_subscriber::registry::LookupSpan;
+
+use crate::rate_limit::RateLimit;
+use crate::whole_lines::write_line;
 
 /// What is logged when no environment variable says otherwise: our own events, and only complaints of the libraries.
 const DEFAULT_FILTER: &str = "info,zenoh=error,iceoryx2=error";
@@ -15,15 +26,16 @@ const DEFAULT_FILTER: &str = "info,zenoh=error,iceoryx2=error";
 /// Starts logging; `role` (as "camera north detect") stands at the head of each line when several processes share a
 /// terminal. A second call changes nothing.
 pub fn init(role: &str) {
-    let colour = std::io::stderr().is_terminal()
+    let colour = io::stderr().is_terminal()
         && std::env::var_os("NO_COLOR").is_none_or(|value| value.is_empty());
     let subscriber = tracing_subscriber::fmt()
         .with_env_filter(filter())
-        .with_writer(std::io::stderr)
+        .with_writer(|| StandardError)
         .with_ansi(colour)
         .event_format(Headed {
             role: role.to_owned(),
             line: Format::default().with_target(false),
+            limit: RateLimit::new(),
         })
         .finish();
     // The second call of a process finds a subscriber and leaves it.
@@ -34,6 +46,18 @@ pub fn init(role: &str) {
 struct Headed {
     role: String,
     line: Format<Full>,
+    limit: RateLimit<Identifier>,
+}
+
+impl Headed {
+    /// How many lines of the event's place were left out before it; none when it is to be left out as well.
+    fn admit(&self, event: &Event<'_>) -> Option<u64> {
+        let metadata = event.metadata();
+        if *metadata.level() > Level::INFO {
+            return Some(0);
+        }
+        self.limit.admit(metadata.callsite(), Instant::now())
+    }
 }
 
 impl<S, N> FormatEvent<S, N> for Headed
@@ -47,10 +71,34 @@ where
         mut writer: Writer<'_>,
         event: &Event<'_>,
     ) -> std::fmt::Result {
+        let Some(left_out) = self.admit(event) else {
+            return Ok(());
+        };
         if !self.role.is_empty() {
             write!(writer, "[{}] ", self.role)?;
         }
+        if left_out > 0 {
+            write!(writer, "({left_out} like this left out) ")?;
+        }
         self.line.format_event(context, writer, event)
+    }
+}
+
+/// Standard error, a line a write. Never fails: there is nowhere left to complain to.
+struct StandardError;
+
+impl io::Write for StandardError {
+    fn write(&mut self, line: &[u8]) -> io::Result<usize> {
+        static LINES: Mutex<()> = Mutex::new(());
+        let _one_at_a_time = LINES.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Ok(stderr) = io::stderr().as_fd().try_clone_to_owned() {
+            let _ = write_line(&File::from(stderr), line);
+        }
+        Ok(line.len())
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
     }
 }
 
@@ -60,4 +108,33 @@ fn filter() -> EnvFilter {
         .filter_map(|name| EnvFilter::try_from_env(name).ok())
         .next()
         .unwrap_or_else(|| EnvFilter::new(DEFAULT_FILTER))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::process::Command;
+
+    /// Runs this very test once more as a process of its own, whose standard error is looked at.
+    #[test]
+    fn a_warning_with_every_image_is_logged_a_few_times() {
+        const CHILD: &str = "SEXTANT_TEST_FLOOD";
+        const NAME: &str = "logging::tests::a_warning_with_every_image_is_logged_a_few_times";
+        if std::env::var_os(CHILD).is_some() {
+            init("north");
+            (0..1000).for_each(|image| tracing::warn!(image, "it is too dark"));
+            tracing::warn!("it is another thing");
+            return;
+        }
+        let child = Command::new(std::env::current_exe().unwrap())
+            .args([NAME, "--exact", "--nocapture"])
+            .env(CHILD, "1")
+            .env("SEXTANT_LOG", "info")
+            .output()
+            .unwrap();
+        let log = String::from_utf8(child.stderr).unwrap();
+        let lines = |what| log.lines().filter(|line| line.contains(what)).count();
+        assert_eq!(lines("it is too dark"), 10, "{log}");
+        assert_eq!(lines("it is another thing"), 1, "{log}");
+    }
 }
