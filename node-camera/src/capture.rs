@@ -15,8 +15,12 @@ pub(crate) fn run(config: &CameraNodeConfig, shutdown: &Shutdown) -> anyhow::Res
     let mut source = source::open(&config.source, &config.camera)?;
     let [width, height] = source.resolution();
     let bytes = usize::from(width) * usize::from(height);
-    let images = ImagePublisher::open(&config.shared_memory, config.camera.as_str(), bytes)
-        .exit_with(Exit::Unavailable)?;
+    let stop = || shutdown.is_requested();
+    let (place, camera) = (&config.shared_memory, config.camera.as_str());
+    let images = match ImagePublisher::open_unless(place, camera, bytes, &stop) {
+        Err(ImagesError::Abandoned { .. }) => return Ok(()),
+        opened => opened.exit_with(Exit::Unavailable)?,
+    };
     tracing::info!(camera = %config.camera, width, height, "capturing");
     let mut lender = Lender {
         images,

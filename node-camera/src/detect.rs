@@ -12,10 +12,11 @@ use std::time::{Duration, Instant};
 
 use anyhow::Context;
 use sextant_apriltag::Image;
-use sextant_iceoryx_images::{ImageHeader, ImageSubscriber, LentImage};
+use sextant_iceoryx_images::{ImageHeader, ImageSubscriber, ImagesError, LentImage};
+use sextant_process::host::host_name;
 use sextant_process::{Exit, Shutdown, WithExit, fail_point, now_ns, watchdog};
 use sextant_proto::{CameraStatus, DetectionReport, Keys, NodeId, NodeKind, Observations};
-use sextant_zenoh_bus::{Bus, BusError, Latest, Publisher, Qos};
+use sextant_zenoh_bus::{Bus, BusError, HeldName, Latest, Publisher, Qos};
 
 use self::account::Account;
 use self::finder::Finder;
@@ -43,9 +44,13 @@ pub(crate) fn run(config: &CameraNodeConfig, shutdown: &Shutdown) -> anyhow::Res
         Err(BusError::Abandoned { .. }) => return Ok(()),
         opened => opened.exit_with(Exit::Unavailable)?,
     };
+    // Before anything is published: another process may have this camera's name.
+    let Some(mut name) = hold_name(config, &bus, shutdown)? else {
+        return Ok(());
+    };
     let result = thread::scope(|scope| {
         let preview = preview::start(scope, config, &bus, shutdown)?;
-        let result = detect_all(config, &bus, shutdown);
+        let result = detect_all(config, &bus, &mut name, shutdown);
         // Whatever ends detection ends the preview.
         shutdown.request();
         if preview.is_some_and(|thread| thread.join().is_err()) {
@@ -53,13 +58,23 @@ pub(crate) fn run(config: &CameraNodeConfig, shutdown: &Shutdown) -> anyhow::Res
         }
         result
     });
+    drop(name);
     bus.close();
     result
 }
 
-fn detect_all(config: &CameraNodeConfig, bus: &Bus, shutdown: &Shutdown) -> anyhow::Result<()> {
-    let mut images = ImageSubscriber::open(&config.shared_memory, config.camera.as_str())
-        .exit_with(Exit::Unavailable)?;
+fn detect_all(
+    config: &CameraNodeConfig,
+    bus: &Bus,
+    name: &mut HeldName,
+    shutdown: &Shutdown,
+) -> anyhow::Result<()> {
+    let stop = || shutdown.is_requested();
+    let (place, camera) = (&config.shared_memory, config.camera.as_str());
+    let mut images = match ImageSubscriber::open_unless(place, camera, &stop) {
+        Err(ImagesError::Abandoned { .. }) => return Ok(()),
+        opened => opened.exit_with(Exit::Unavailable)?,
+    };
     let mut part = DetectPart::new(config, bus)?;
     let alive = alive_token(config, bus)?;
     tracing::info!(camera = %config.camera, "detecting");
@@ -71,9 +86,9 @@ fn detect_all(config: &CameraNodeConfig, bus: &Bus, shutdown: &Shutdown) -> anyh
             part.take(&image)?;
         }
         part.publish_arrived()?;
-        part.report_if_due(bus)?;
+        part.report_if_due(bus, name)?;
     }
-    part.report(bus)?;
+    part.report(bus, name)?;
     drop(alive);
     Ok(())
 }
@@ -85,6 +100,18 @@ fn alive_token(
     let key = Keys::of(config.site.clone())
         .alive(NodeKind::Camera, &NodeId::new(config.camera.as_str())?);
     Ok(bus.alive(&key)?)
+}
+
+/// The camera's name, of which there is one at a site; none when the process shall end before it is free.
+fn hold_name(
+    config: &CameraNodeConfig,
+    bus: &Bus,
+    shutdown: &Shutdown,
+) -> anyhow::Result<Option<HeldName>> {
+    let id = NodeId::new(config.camera.as_str())?;
+    let key = Keys::of(config.site.clone()).holder(NodeKind::Camera, &id);
+    bus.hold_name(&key, &host_name(), &|| shutdown.is_requested())
+        .exit_with(Exit::Unavailable)
 }
 
 struct DetectPart {
@@ -184,16 +211,17 @@ impl DetectPart {
         Ok(())
     }
 
-    fn report_if_due(&mut self, bus: &Bus) -> anyhow::Result<()> {
+    fn report_if_due(&mut self, bus: &Bus, name: &mut HeldName) -> anyhow::Result<()> {
         if Instant::now() < self.status_due {
             return Ok(());
         }
         self.status_due = Instant::now() + STATUS_PERIOD;
-        self.report(bus)
+        self.report(bus, name)
     }
 
-    fn report(&mut self, bus: &Bus) -> anyhow::Result<()> {
+    fn report(&mut self, bus: &Bus, name: &mut HeldName) -> anyhow::Result<()> {
         self.models.update(bus);
+        self.account.others = name.others().into_iter().map(str::to_owned).collect();
         let status = self.account.status(self.models.complaint());
         self.status.put(&status)?;
         Ok(())

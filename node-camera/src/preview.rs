@@ -4,9 +4,9 @@
 mod jpeg;
 
 use std::thread::{Scope, ScopedJoinHandle};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
-use sextant_iceoryx_images::{ImageSubscriber, LentImage};
+use sextant_iceoryx_images::{ImageSubscriber, ImagesError, LentImage};
 use sextant_process::{Shutdown, background, fail_point};
 use sextant_proto::{Keys, Preview};
 use sextant_zenoh_bus::{Bus, Publisher, Qos};
@@ -16,6 +16,8 @@ use crate::config::CameraNodeConfig;
 
 /// The longest sleep: how late a wish to stop is heard.
 const LONGEST_WAIT: Duration = Duration::from_millis(100);
+/// Before pictures are tried again after an error: doubled each time in a row, up to the second.
+const RETRY_DELAYS: [Duration; 2] = [Duration::from_millis(500), Duration::from_secs(30)];
 
 /// Starts the thread, unless the configuration wants no pictures.
 pub(crate) fn start<'scope>(
@@ -30,18 +32,44 @@ pub(crate) fn start<'scope>(
     let thread = std::thread::Builder::new()
         .name("preview".into())
         .spawn_scoped(scope, move || {
-            if let Err(cause) = show(config, bus, shutdown) {
-                tracing::warn!("no pictures any more: {cause:#}");
+            if let Err(cause) = background::lower_this_thread() {
+                tracing::warn!(%cause, "previews have the priority of detection");
             }
+            keep_trying(shutdown, RETRY_DELAYS, || show(config, bus, shutdown));
         })?;
     Ok(Some(thread))
 }
 
+/// Works until it ends without an error, or `shutdown`.
+fn keep_trying(
+    shutdown: &Shutdown,
+    [first, longest]: [Duration; 2],
+    mut work: impl FnMut() -> anyhow::Result<()>,
+) {
+    let mut delay = first;
+    loop {
+        let started = Instant::now();
+        let Err(cause) = work() else { return };
+        if started.elapsed() >= longest {
+            delay = first;
+        }
+        tracing::warn!(again_in = ?delay, "no pictures: {cause:#}");
+        if shutdown.wait(delay) {
+            return;
+        }
+        delay = (delay * 2).min(longest);
+    }
+}
+
 fn show(config: &CameraNodeConfig, bus: &Bus, shutdown: &Shutdown) -> anyhow::Result<()> {
-    background::lower_this_thread()?;
     let key = Keys::of(config.site.clone()).preview(&config.camera);
     let publisher: Publisher<Preview> = bus.publisher(&key, Qos::Preview)?;
-    let mut images = ImageSubscriber::open(&config.shared_memory, config.camera.as_str())?;
+    let stop = || shutdown.is_requested();
+    let (place, camera) = (&config.shared_memory, config.camera.as_str());
+    let mut images = match ImageSubscriber::open_unless(place, camera, &stop) {
+        Err(ImagesError::Abandoned { .. }) => return Ok(()),
+        opened => opened?,
+    };
     let mut jpeg = JpegMaker::new(config.preview.quality, config.preview.max_width);
     let period = Duration::from_secs_f64(1.0 / config.preview.rate_hz);
     while !shutdown.wait(period) {
@@ -76,4 +104,27 @@ fn picture(
             header.stride as usize,
         )?,
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn pictures_are_tried_again_after_each_error_until_the_process_ends() {
+        let shutdown = Shutdown::manual().unwrap();
+        let mut tries = 0;
+        keep_trying(&shutdown, [Duration::ZERO; 2], || {
+            tries += 1;
+            match tries {
+                1..=2 => anyhow::bail!("no place for another reader"),
+                _ => Ok(()),
+            }
+        });
+        assert_eq!(tries, 3);
+        keep_trying(&shutdown, RETRY_DELAYS, || {
+            shutdown.request();
+            anyhow::bail!("an error at the end")
+        });
+    }
 }

@@ -1,14 +1,18 @@
 //! Where images come from: one trait, three sources. Images are filled straight into shared memory.
 
 mod images;
+mod reopening;
 mod simulator;
 pub(crate) mod v4l2;
+
+use std::time::Duration;
 
 use anyhow::Context;
 use sextant_estimator::CameraId;
 use sextant_iceoryx_images::ClockSource;
 use sextant_process::{Exit, Failure, Shutdown, WithExit};
 
+use self::reopening::Reopening;
 use crate::config::SourceConfig;
 
 /// A camera, real or not.
@@ -117,7 +121,13 @@ pub(crate) fn open(
                 exposure_us: *exposure_us,
                 readout_us: *readout_us,
             };
-            let opened = v4l2::V4l2Camera::open(device, &wish).map_err(SourceError::into_failure);
+            let device = device.clone();
+            let open = move || {
+                let opened = v4l2::V4l2Camera::open(&device, &wish)?;
+                Ok(Box::new(opened) as Box<dyn ImageSource>)
+            };
+            let period = rate_hz.map(|rate_hz| Duration::from_secs_f64(1.0 / rate_hz));
+            let opened = Reopening::new(open, period).map_err(SourceError::into_failure);
             Ok(Box::new(
                 opened.with_context(|| format!("camera {camera}"))?,
             ))

@@ -71,13 +71,17 @@ impl Site {
         self.folder.path().join("camera.toml")
     }
 
-    fn start(&self, part: Option<&str>) -> ChildProcess {
+    fn command(&self, part: Option<&str>) -> Command {
         let mut command = Command::new(env!("CARGO_BIN_EXE_node-camera"));
         command.arg("--config").arg(self.config_file());
         if let Some(part) = part {
             command.args(["--part", part]);
         }
-        ChildProcess::spawn(part.unwrap_or("both"), &mut command).unwrap()
+        command
+    }
+
+    fn start(&self, part: Option<&str>) -> ChildProcess {
+        ChildProcess::spawn(part.unwrap_or("both"), &mut self.command(part)).unwrap()
     }
 
     fn subscribe(&self, key: &str) -> Subscription {
@@ -264,6 +268,60 @@ fn a_killed_capture_comes_back_to_the_same_detection() {
     stop(again);
     stop(detect);
     site.assert_nothing_remains();
+}
+
+#[test]
+fn a_second_camera_of_one_name_is_refused_with_the_others_host() {
+    let site = Site::new();
+    let subscription = site.subscribe(&site.keys.observations(&site.camera));
+    let both = site.start(None);
+    site.next_observations(&subscription, |_| true);
+    let second = site.command(Some("detect")).output().unwrap();
+    assert_eq!(second.status.code(), Some(4));
+    let (words, host) = (
+        String::from_utf8(second.stderr).unwrap(),
+        sextant_process::host::host_name(),
+    );
+    let expected = format!("camera {} runs on host {host} already", site.camera);
+    assert!(words.contains(&expected), "{words}");
+    stop(both);
+    site.assert_nothing_remains();
+}
+
+#[test]
+fn a_lock_that_another_process_holds_delays_no_end() {
+    let site = Site::new();
+    let root = &site.shared_memory.root;
+    fs::create_dir(root).unwrap();
+    let lock = fs::File::open(root).unwrap();
+    for part in ["capture", "detect"] {
+        lock.lock().unwrap();
+        let waiting = site.start(Some(part));
+        let descriptors = format!("/proc/{}/fd", waiting.id());
+        until("it is at the lock", || {
+            let open = fs::read_dir(&descriptors).into_iter().flatten().flatten();
+            open.map(|entry| fs::read_link(entry.path()).unwrap_or_default())
+                .any(|path| path == *root)
+        });
+        stop(waiting);
+        lock.unlock().unwrap();
+    }
+    let subscription = site.subscribe(&site.keys.observations(&site.camera));
+    let both = site.start(None);
+    site.next_observations(&subscription, |_| true);
+    lock.lock().unwrap();
+    stop(both);
+    lock.unlock().unwrap();
+    sextant_iceoryx_images::remove_dead(&site.shared_memory).unwrap();
+    site.assert_nothing_remains();
+}
+
+fn until(what: &str, mut condition: impl FnMut() -> bool) {
+    let deadline = Instant::now() + PATIENCE;
+    while !condition() {
+        assert!(Instant::now() < deadline, "never happened: {what}");
+        std::thread::sleep(Duration::from_millis(5));
+    }
 }
 
 #[test]

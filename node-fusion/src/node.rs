@@ -13,10 +13,11 @@ use crate::status::StatusBook;
 use anyhow::Context;
 use sextant_calibrator::refinement::Finding;
 use sextant_estimator::{CameraId, Fusion, FusionOptions, Input, Output, Rig};
+use sextant_process::host::host_name;
 use sextant_process::{Exit, Shutdown, WithExit, fail_point, memory, now_ns, watchdog};
 use sextant_proto::{ConfigAnswer, KeyRef, Keys, NodeId, NodeKind, Outcome, limits};
 use sextant_site_files::read_toml;
-use sextant_zenoh_bus::{Bus, BusError, DropRule, Item, Payload, Subscription};
+use sextant_zenoh_bus::{Bus, BusError, DropRule, HeldName, Item, Payload, Subscription};
 use std::path::Path;
 use std::time::Duration;
 
@@ -51,11 +52,17 @@ pub fn run(config_file: &Path, shutdown: &Shutdown) -> anyhow::Result<()> {
         opened => opened.exit_with(Exit::Unavailable)?,
     };
     let keys = Keys::of(config.site.clone());
+    let holder = keys.holder(NodeKind::Fusion, &config.node);
+    let held = bus.hold_name(&holder, &host_name(), &|| shutdown.is_requested());
+    let Some(name) = held.exit_with(Exit::Unavailable)? else {
+        return Ok(());
+    };
     let refining = refining(config_file, &config, &models)?;
     let files = config.keep_changes.then_some(files);
     let desk = Desk::new(keys.clone(), models, files);
     let mut node = FusionNode::open(&bus, &config.node, machine, desk, keys)?;
     node.refining = refining;
+    node.name = Some(name);
     let alive = bus.alive(&node.keys.alive(NodeKind::Fusion, &config.node))?;
     tracing::info!(
         cameras = node.desk.models().rig.cameras().len(),
@@ -105,6 +112,8 @@ struct FusionNode<'a> {
     clocks: ClockBook,
     status_due_ns: u64,
     refining: Option<(Refining, Record)>,
+    /// Held for as long as the node works.
+    name: Option<HeldName>,
 }
 
 fn cameras_of(rig: &Rig) -> impl Iterator<Item = CameraId> {
@@ -133,6 +142,7 @@ impl<'a> FusionNode<'a> {
             clocks: ClockBook::default(),
             status_due_ns: now,
             refining: None,
+            name: None,
             node: node.clone(),
             keys,
             machine,
@@ -167,6 +177,9 @@ impl<'a> FusionNode<'a> {
     }
 
     fn report(&mut self, now: u64) -> anyhow::Result<()> {
+        if let Some(name) = &mut self.name {
+            self.status.namesakes = name.others().into_iter().map(str::to_owned).collect();
+        }
         let status = self.status.status(&mut self.intake, &self.machine, now);
         self.outlet.status(&status)?;
         let offsets = self.machine.clock_offsets();

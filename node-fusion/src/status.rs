@@ -16,6 +16,8 @@ pub struct StatusBook {
     objects: BTreeMap<ObjectId, ObjectCount>,
     /// Changes that were refused of late.
     pub refusals: Refusals,
+    /// Hosts of other fusion nodes of the same name.
+    pub namesakes: Vec<String>,
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -34,6 +36,7 @@ impl StatusBook {
             last_ns: now_ns,
             objects: BTreeMap::new(),
             refusals: Refusals::default(),
+            namesakes: Vec::new(),
         };
         book.take_objects(objects);
         book
@@ -89,6 +92,12 @@ impl StatusBook {
         let mut words = intake.silences();
         words.truncate(limits::MAX_SENTENCES / 2);
         words.extend(self.refusals.sentences(now_ns));
+        if !self.namesakes.is_empty() {
+            let (node, hosts) = (&self.node, self.namesakes.join(", "));
+            words.push(format!(
+                "fusion node {node} also runs on host {hosts}: end one of them"
+            ));
+        }
         words
     }
 }

@@ -202,6 +202,12 @@ impl Keys {
         self.under(format_args!("alive/{}/{id}", kind.as_str()))
     }
 
+    /// Under which the one process that runs a node holds its name: `<key>/<session>/<host>`, a liveliness token.
+    #[must_use]
+    pub fn holder(&self, kind: NodeKind, id: &NodeId) -> String {
+        self.under(format_args!("holder/{}/{id}", kind.as_str()))
+    }
+
     /// Observations of every camera.
     #[must_use]
     pub fn all_observations(&self) -> String {

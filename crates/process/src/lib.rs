@@ -9,12 +9,10 @@ pub mod host;
 pub mod logging;
 pub mod memory;
 pub mod panics;
-pub mod shutdown;
-pub mod terminal;
-pub mod watchdog;
 mod rate_limit;
 pub mod shutdown;
 pub mod terminal;
+pub mod watchdog;
 pub mod whole_lines;
 
 pub use clock::{ClockQuality, now_ns};

@@ -27,6 +27,7 @@ const PRESENCE_CAPACITY: usize = 1024;
 pub struct Bus {
     session: Option<zenoh::Session>,
     mode: Mode,
+    lease: Duration,
     endpoints: Vec<String>,
 }
 
@@ -49,6 +50,7 @@ impl Bus {
         Ok(Self {
             session: Some(session),
             mode: options.mode,
+            lease: Duration::from_millis(options.lease_ms.into()),
             endpoints,
         })
     }
@@ -201,7 +203,12 @@ impl Bus {
             .map_err(|cause| key_error(key_expr, &cause))
     }
 
-    fn session(&self) -> Result<&zenoh::Session, BusError> {
+    /// After how long a silent link counts as dead.
+    pub(crate) fn lease(&self) -> Duration {
+        self.lease
+    }
+
+    pub(crate) fn session(&self) -> Result<&zenoh::Session, BusError> {
         self.session
             .as_ref()
             .ok_or_else(|| BusError::Session("the session is closed".into()))
@@ -313,7 +320,7 @@ fn presence(sample: &zenoh::sample::Sample) -> Presence {
     }
 }
 
-fn key_error(key: &str, cause: &zenoh::Error) -> BusError {
+pub(crate) fn key_error(key: &str, cause: &zenoh::Error) -> BusError {
     BusError::Key {
         key: key.to_owned(),
         cause: cause.to_string(),

@@ -47,6 +47,16 @@ pub enum BusError {
     /// The session could not be opened.
     #[error("cannot open the network session: {0}")]
     Open(String),
+    /// Another process of the site has the name that this one wants.
+    #[error(
+        "{name} runs on host {host} already: end it there, or give this one another name in its configuration"
+    )]
+    NameTaken {
+        /// What was to be run, as in "camera north".
+        name: String,
+        /// The host of the process that has the name.
+        host: String,
+    },
     /// A key or key expression is malformed.
     #[error("key {key:?}: {cause}")]
     Key {

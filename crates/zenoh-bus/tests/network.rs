@@ -49,6 +49,76 @@ fn put_until_received(bus: &Bus, key: &str, subscription: &Subscription) -> Vec<
 }
 
 #[test]
+fn a_name_has_one_holder_and_the_second_hears_on_which_host() {
+    let router = router();
+    let options = BusOptions {
+        lease_ms: 500,
+        ..BusOptions::client_of(&router.endpoints()[0])
+    };
+    let (first, second) = (Bus::open(&options).unwrap(), Bus::open(&options).unwrap());
+    let never = || false;
+    let held = first
+        .hold_name("a/holder/camera/north", "desk", &never)
+        .unwrap();
+    let other = second
+        .hold_name("a/holder/camera/south", "bench", &never)
+        .unwrap();
+    assert!(held.is_some() && other.is_some());
+    let refusal = second
+        .hold_name("a/holder/camera/north", "bench", &never)
+        .unwrap_err();
+    let words = refusal.to_string();
+    assert!(
+        words.starts_with("camera north runs on host desk already"),
+        "{words}"
+    );
+    let stopped = second.hold_name("a/holder/camera/north", "bench", &|| true);
+    assert!(stopped.unwrap().is_none());
+    drop(held);
+    let succeeded = second.hold_name("a/holder/camera/north", "bench", &never);
+    assert!(succeeded.unwrap().is_some());
+}
+
+#[test]
+fn of_two_that_want_a_name_at_once_one_has_it() {
+    let router = router();
+    let clients = [client_of(&router), client_of(&router)];
+    for round in 0..10 {
+        let key = format!("a/holder/camera/c{round}");
+        let is_held = AtomicBool::new(false);
+        let stop = || is_held.load(Ordering::SeqCst);
+        let hold = |client: &Bus| {
+            let held = client.hold_name(&key, "desk", &stop).unwrap();
+            if held.is_some() {
+                assert!(!is_held.swap(true, Ordering::SeqCst), "held twice");
+            }
+            held
+        };
+        std::thread::scope(|scope| {
+            let holders = clients
+                .each_ref()
+                .map(|client| scope.spawn(|| hold(client)));
+            // Both are kept until both have been answered.
+            let held = holders.map(|holder| holder.join().unwrap());
+            assert_eq!(held.iter().flatten().count(), 1);
+        });
+    }
+}
+
+#[test]
+fn who_took_a_name_while_the_network_was_parted_is_noticed() {
+    let router = router();
+    let (client, parted) = (client_of(&router), client_of(&router));
+    let held = client.hold_name("a/holder/camera/north", "desk", &|| false);
+    let mut held = held.unwrap().unwrap();
+    assert!(held.others().is_empty());
+    let token = parted.alive("a/holder/camera/north/77/bench").unwrap();
+    until("the other is seen", || held.others() == ["bench"]);
+    drop(token);
+    until("the other is gone", || held.others().is_empty());
+}
+
+#[test]
 fn what_one_client_puts_the_other_receives() {
     let router = router();
     let (sender, receiver) = (client_of(&router), client_of(&router));

@@ -5,6 +5,7 @@ use std::time::Instant;
 
 use sextant_estimator::CameraId;
 use sextant_iceoryx_images::ImageHeader;
+use sextant_process::host::host_name;
 use sextant_proto::{CameraStatus, ClockQuality, limits};
 
 use super::observe;
@@ -34,6 +35,8 @@ pub(super) struct Account {
     window: VecDeque<(Instant, u64)>,
     sorted: Vec<u64>,
     refusal: Option<String>,
+    /// Hosts that run a camera of the same name.
+    pub(super) others: Vec<String>,
 }
 
 impl Account {
@@ -41,7 +44,7 @@ impl Account {
     pub(super) fn new(camera: CameraId) -> Self {
         Self {
             camera,
-            host: host_name(),
+            host: limits::clipped(&host_name(), limits::MAX_NAME_BYTES),
             started: Instant::now(),
             earlier: 0,
             stream: 0,
@@ -53,6 +56,7 @@ impl Account {
             window: VecDeque::with_capacity(WINDOW),
             sorted: Vec::with_capacity(WINDOW),
             refusal: None,
+            others: Vec::new(),
         }
     }
 
@@ -137,17 +141,21 @@ impl Account {
         let silence_s = self.last_image.elapsed().as_secs_f64();
         let silence = (silence_s > SILENCE_S)
             .then(|| format!("no image from the capturing part for {silence_s:.0} s"));
-        let all = [complaint.map(str::to_owned), self.refusal.clone(), silence];
+        let others = (!self.others.is_empty()).then(|| {
+            let hosts = self.others.join(", ");
+            format!("a camera of this name also runs on host {hosts}: end one of them")
+        });
+        let all = [
+            complaint.map(str::to_owned),
+            self.refusal.clone(),
+            silence,
+            others,
+        ];
         all.into_iter()
             .flatten()
             .map(|sentence| limits::clipped(&sentence, limits::MAX_SENTENCE_BYTES))
             .collect()
     }
-}
-
-fn host_name() -> String {
-    let name = std::fs::read_to_string("/proc/sys/kernel/hostname").unwrap_or_default();
-    limits::clipped(name.trim(), limits::MAX_NAME_BYTES)
 }
 
 #[cfg(test)]

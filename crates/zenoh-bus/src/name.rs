@@ -1,0 +1,168 @@
+//! Names that one process of a site holds at a time: a token each, with the session and the host of its holder in its key.
+
+use std::collections::BTreeMap;
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::{Duration, Instant};
+
+use zenoh::Wait;
+
+use crate::bus::key_error;
+use crate::liveliness::{AliveToken, AliveWatch, Presence};
+use crate::{Bus, BusError};
+
+/// How long those who answer for the network may take to list the holders of a name.
+const ANSWER: Duration = Duration::from_secs(1);
+/// How long a name may stay taken beyond a link's lease before it is refused: the holder may have died with its host.
+const MARGIN: Duration = Duration::from_secs(1);
+/// Between two tries, and by how much it differs from one process to another, so that two that start at once part.
+const RETRY: Duration = Duration::from_millis(100);
+
+/// A name of the site that this process holds until it drops this.
+#[derive(Debug)]
+pub struct HeldName {
+    _token: AliveToken,
+    watch: AliveWatch,
+    own: String,
+    /// Hosts of others who hold the name, by key: the network was parted when they took it, or they are being refused.
+    others: BTreeMap<String, String>,
+}
+
+impl HeldName {
+    /// Hosts of other processes that hold the same name now, which is possible only where the network was parted when they
+    /// took it.
+    pub fn others(&mut self) -> Vec<&str> {
+        while let Some(change) = self.watch.try_recv() {
+            match change {
+                Presence::Joined(key) if key != self.own => {
+                    let host = host_of(&key).to_owned();
+                    self.others.insert(key, host);
+                }
+                Presence::Joined(_) => {}
+                Presence::Left(key) => drop(self.others.remove(&key)),
+            }
+        }
+        self.others.values().map(String::as_str).collect()
+    }
+}
+
+impl Bus {
+    /// Takes the name that `key` stands for, for this process on the host `host`. While another process holds it this waits
+    /// for a little longer than a dead link's lease; none when `stop` says true meanwhile.
+    ///
+    /// A name is taken by declaring a token and then asking for those of others: of two that do so at once at least one
+    /// sees the other, and who sees another withdraws and tries again.
+    ///
+    /// # Errors
+    /// [`BusError::NameTaken`] with the host of the other holder.
+    pub fn hold_name(
+        &self,
+        key: &str,
+        host: &str,
+        stop: &dyn Fn() -> bool,
+    ) -> Result<Option<HeldName>, BusError> {
+        let session = self.session()?.zid();
+        let own = format!("{key}/{session}/{}", as_chunk(host));
+        let retry = RETRY + RETRY * u32::from(session.to_le_bytes()[0]) / 256;
+        let deadline = Instant::now() + self.lease() + MARGIN;
+        loop {
+            let token = self.alive(&own)?;
+            let others = self.tokens(&format!("{key}/*/*"))?;
+            let Some(other) = others.into_iter().find(|other| *other != own) else {
+                return Ok(Some(HeldName {
+                    _token: token,
+                    watch: self.watch_alive(&format!("{key}/*/*"))?,
+                    own,
+                    others: BTreeMap::new(),
+                }));
+            };
+            drop(token);
+            if Instant::now() >= deadline {
+                return Err(BusError::NameTaken {
+                    name: name_of(key),
+                    host: host_of(&other).to_owned(),
+                });
+            }
+            if stop() {
+                return Ok(None);
+            }
+            std::thread::sleep(retry);
+        }
+    }
+
+    /// The keys of the tokens on `key_expr` that are alive now.
+    fn tokens(&self, key_expr: &str) -> Result<Vec<String>, BusError> {
+        let found = Arc::new(Mutex::new(Vec::new()));
+        let (done, wait) = std::sync::mpsc::channel::<()>();
+        let answers = Arc::clone(&found);
+        self.session()?
+            .liveliness()
+            .get(key_expr)
+            .timeout(ANSWER)
+            .callback(move |reply| {
+                // `done` is dropped with this closure, when the last answer has come.
+                let _open = &done;
+                if let Ok(sample) = reply.result() {
+                    let mut found = answers.lock().unwrap_or_else(PoisonError::into_inner);
+                    found.push(sample.key_expr().as_str().to_owned());
+                }
+            })
+            .wait()
+            .map_err(|cause| key_error(key_expr, &cause))?;
+        let _ = wait.recv_timeout(ANSWER + Duration::from_millis(500));
+        Ok(std::mem::take(
+            &mut *found.lock().unwrap_or_else(PoisonError::into_inner),
+        ))
+    }
+}
+
+/// A host's name as a chunk of a key, which has no `/`, `*`, `$`, `?` and `#`.
+fn as_chunk(host: &str) -> String {
+    let allowed =
+        |letter: char| letter.is_ascii_alphanumeric() || matches!(letter, '-' | '.' | '_');
+    let chunk: String = host
+        .chars()
+        .map(|letter| if allowed(letter) { letter } else { '_' })
+        .collect();
+    if chunk.is_empty() {
+        "unknown".to_owned()
+    } else {
+        chunk
+    }
+}
+
+fn host_of(token: &str) -> &str {
+    token.rsplit('/').next().unwrap_or_default()
+}
+
+/// The last two chunks of the key, as in "camera north".
+fn name_of(key: &str) -> String {
+    let mut chunks: Vec<&str> = key.rsplit('/').take(2).collect();
+    chunks.reverse();
+    chunks.join(" ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn any_host_name_is_a_chunk_of_a_key() {
+        for (host, chunk) in [
+            ("desk-1.lan", "desk-1.lan"),
+            ("a/*$?#b", "a_____b"),
+            ("", "unknown"),
+        ] {
+            assert_eq!(as_chunk(host), chunk);
+            zenoh::key_expr::KeyExpr::new(chunk).unwrap();
+        }
+    }
+
+    #[test]
+    fn a_name_is_told_as_people_say_it() {
+        assert_eq!(
+            name_of("sextant/v1/demo/holder/camera/north"),
+            "camera north"
+        );
+        assert_eq!(host_of("holder/camera/north/ab12/desk"), "desk");
+    }
+}
