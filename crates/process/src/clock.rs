@@ -26,14 +26,100 @@ pub fn monotonic_ns() -> u64 {
         + u64::try_from(time.tv_nsec).unwrap_or(0)
 }
 
-/// Wire time of an instant of the monotonic clock, by the offset of the two clocks at this moment (the monotonic clock is
-/// read on both sides of the wall clock, so a preemption between the reads costs half its length, not all of it).
+/// Both clocks at one moment.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Reading {
+    /// Wire time, ns.
+    pub wall_ns: u64,
+    /// `CLOCK_MONOTONIC`, ns.
+    pub monotonic_ns: u64,
+}
+
+impl Reading {
+    /// Reads the monotonic clock on both sides of the wall clock, so that a preemption between the reads costs half its length, and
+    /// again where that was long.
+    pub fn take() -> Self {
+        let take = || {
+            let before = monotonic_ns();
+            let wall_ns = now_ns();
+            let spent_ns = monotonic_ns().saturating_sub(before);
+            let monotonic_ns = before + spent_ns / 2;
+            (
+                spent_ns,
+                Self {
+                    wall_ns,
+                    monotonic_ns,
+                },
+            )
+        };
+        let (mut spent_ns, mut best) = take();
+        for _ in 0..MOST_READS {
+            if spent_ns < QUICK_NS {
+                break;
+            }
+            let next = take();
+            if next.0 < spent_ns {
+                (spent_ns, best) = next;
+            }
+        }
+        best
+    }
+
+    /// Wire time of an instant of the monotonic clock, by the offset of the two clocks at this moment.
+    fn wall_at_ns(&self, monotonic_ns: u64) -> u64 {
+        let age = i128::from(self.monotonic_ns) - i128::from(monotonic_ns);
+        u64::try_from(i128::from(self.wall_ns) - age).unwrap_or(0)
+    }
+}
+
+/// Reads of both clocks that took less are exact enough, ns; and how often a longer one is repeated.
+const QUICK_NS: u64 = 1_000_000;
+const MOST_READS: usize = 8;
+
+/// Wire time of an instant of the monotonic clock, by the offset of the two clocks at this moment.
 pub fn wall_from_monotonic_ns(instant_ns: u64) -> u64 {
-    let before = monotonic_ns();
-    let wall = now_ns();
-    let after = monotonic_ns();
-    let age = (before + (after - before) / 2) as i128 - i128::from(instant_ns);
-    u64::try_from(i128::from(wall) - age).unwrap_or(0)
+    Reading::take().wall_at_ns(instant_ns)
+}
+
+/// Wire time that passes as the monotonic clock does until it is asked for steps of the wall clock. The kernel slews both clocks
+/// alike: their difference changes where the wall clock is set, and by a suspension of the machine.
+#[derive(Debug, Clone)]
+pub struct SteadyClock {
+    read: fn() -> Reading,
+    since: Reading,
+}
+
+impl SteadyClock {
+    /// Smaller steps are followed without a report, ns: readings err by less.
+    pub const LEAST_STEP_NS: u64 = 10_000_000;
+
+    /// A clock by such readings ([`Reading::take`]).
+    pub fn new(read: fn() -> Reading) -> Self {
+        Self {
+            read,
+            since: read(),
+        }
+    }
+
+    /// The monotonic clock, ns: what timers run on.
+    pub fn monotonic_ns(&self) -> u64 {
+        (self.read)().monotonic_ns
+    }
+
+    /// Wire time as of the last [`Self::take_step`], ns.
+    pub fn now_ns(&self) -> u64 {
+        self.since.wall_at_ns(self.monotonic_ns())
+    }
+
+    /// By how many ns the wall clock was set forward since this was asked last, below zero where it was set back; `None` where it
+    /// was not. From then on [`Self::now_ns`] is by the new time.
+    pub fn take_step(&mut self) -> Option<i64> {
+        let now = (self.read)();
+        let by = i128::from(now.wall_ns) - i128::from(self.since.wall_at_ns(now.monotonic_ns));
+        self.since = now;
+        let is_step = by.unsigned_abs() >= u128::from(Self::LEAST_STEP_NS);
+        is_step.then(|| by.clamp(i64::MIN.into(), i64::MAX.into()) as i64)
+    }
 }
 
 /// How far the wall clock may be off.
@@ -86,6 +172,7 @@ const UNSTATED_ERROR_US: i64 = 5_000;
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::cell::Cell;
 
     #[test]
     fn wire_time_is_of_this_century() {
@@ -97,6 +184,55 @@ mod tests {
         let (before, instant) = (now_ns(), monotonic_ns());
         let wall = wall_from_monotonic_ns(instant);
         assert!(wall.abs_diff(before) < 1_000_000_000);
+    }
+
+    thread_local! {
+        static READING: Cell<Reading> = const {
+            Cell::new(Reading {
+                wall_ns: 1_000_000_000_000,
+                monotonic_ns: 5_000_000_000,
+            })
+        };
+    }
+
+    fn pass(wall_ns: i64, monotonic_ns: u64) {
+        let Reading {
+            wall_ns: wall,
+            monotonic_ns: monotonic,
+        } = READING.get();
+        READING.set(Reading {
+            wall_ns: wall.saturating_add_signed(wall_ns),
+            monotonic_ns: monotonic + monotonic_ns,
+        });
+    }
+
+    #[test]
+    fn steady_time_goes_on_until_a_step_is_taken_and_then_by_the_new_time() {
+        let second = 1_000_000_000;
+        let mut clock = SteadyClock::new(|| READING.get());
+        let start_ns = clock.now_ns();
+        pass(second, second as u64);
+        assert_eq!(clock.take_step(), None);
+        pass(-30 * second, second as u64);
+        assert_eq!(clock.now_ns(), start_ns + 2 * second as u64);
+        assert_eq!(clock.take_step(), Some(-31 * second));
+        assert_eq!(clock.now_ns(), READING.get().wall_ns);
+        assert_eq!(clock.take_step(), None);
+    }
+
+    #[test]
+    fn small_steps_are_followed_without_a_report() {
+        let mut clock = SteadyClock::new(|| READING.get());
+        for _ in 0..3 {
+            pass(-6_000_000, 0);
+            assert_eq!(clock.take_step(), None);
+            assert_eq!(clock.now_ns(), READING.get().wall_ns);
+        }
+    }
+
+    #[test]
+    fn the_clocks_of_this_machine_are_not_set_meanwhile() {
+        assert_eq!(SteadyClock::new(Reading::take).take_step(), None);
     }
 
     #[test]
