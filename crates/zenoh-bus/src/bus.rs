@@ -11,7 +11,7 @@ use zenoh::Wait;
 use crate::config::zenoh_config;
 use crate::liveliness::{AliveToken, AliveWatch, Presence};
 use crate::publisher::{LastValue, Latest, Publisher, RawLatest, RawPublisher, answer};
-use crate::queue::{DropRule, Queue};
+use crate::queue::{DropRule, Queue, StreamBounds};
 use crate::subscription::{CallbackSubscription, Item, Subscription};
 use crate::{BusError, BusOptions, Mode, Qos, query, runtime};
 
@@ -120,9 +120,31 @@ impl Bus {
         rule: DropRule,
         max_bytes: usize,
     ) -> Result<Subscription, BusError> {
-        let queue = Subscription::queue(capacity, rule);
+        self.subscribe_by(key_expr, max_bytes, Queue::new(capacity, rule))
+    }
+
+    /// Messages of a stream on `key_expr` in a queue within `bounds`; those over `max_bytes` are announced, not copied.
+    pub fn subscribe_stream(
+        &self,
+        key_expr: &str,
+        bounds: StreamBounds,
+        max_bytes: usize,
+    ) -> Result<Subscription, BusError> {
+        self.subscribe_by(key_expr, max_bytes, Queue::stream(bounds))
+    }
+
+    fn subscribe_by(
+        &self,
+        key_expr: &str,
+        max_bytes: usize,
+        queue: Queue<Item>,
+    ) -> Result<Subscription, BusError> {
+        let queue = Arc::new(queue);
         let intake = Arc::clone(&queue);
-        let subscriber = self.subscriber(key_expr, max_bytes, move |item| intake.push(item))?;
+        let subscriber = self.subscriber(key_expr, max_bytes, move |item| {
+            let bytes = item.held_bytes();
+            intake.push_sized(item, bytes, Instant::now());
+        })?;
         Ok(Subscription {
             queue,
             _subscriber: subscriber,

@@ -25,5 +25,5 @@ pub use name::HeldName;
 pub use options::{BusOptions, Mode};
 pub use publisher::{Latest, Publisher, RawLatest, RawPublisher};
 pub use qos::Qos;
-pub use queue::{DropRule, QueueCounts};
+pub use queue::{DropRule, QueueCounts, StreamBounds};
 pub use subscription::{CallbackSubscription, Item, Payload, Subscription};

@@ -23,10 +23,25 @@ pub struct QueueCounts {
     pub dropped: u64,
 }
 
+/// Bounds of a queue of a stream whose items are worth less the longer they wait.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct StreamBounds {
+    /// Most items.
+    pub items: usize,
+    /// Most bytes of all items together; the oldest give way.
+    pub bytes: usize,
+    /// Longest wait. Once the oldest item has waited for longer, its reader is overloaded: all give way but those of the newest
+    /// eighth of this time, so that what is read next is new again.
+    pub wait: Duration,
+}
+
+/// Share of the longest wait that is left to a reader that was overloaded.
+const LEFT: u32 = 8;
+
 /// A bounded queue of `T`.
 #[derive(Debug)]
 pub(crate) struct Queue<T> {
-    capacity: usize,
+    bounds: StreamBounds,
     rule: DropRule,
     state: Mutex<State<T>>,
     arrival: Condvar,
@@ -34,19 +49,75 @@ pub(crate) struct Queue<T> {
 
 #[derive(Debug)]
 struct State<T> {
-    items: VecDeque<T>,
+    items: VecDeque<Waiting<T>>,
+    bytes: usize,
     counts: QueueCounts,
+}
+
+#[derive(Debug)]
+struct Waiting<T> {
+    item: T,
+    bytes: usize,
+    since: Instant,
+}
+
+impl<T> State<T> {
+    fn pop(&mut self) -> Option<Waiting<T>> {
+        let first = self.items.pop_front()?;
+        self.bytes -= first.bytes;
+        Some(first)
+    }
+
+    fn drop_oldest(&mut self) {
+        self.pop();
+        self.counts.dropped += 1;
+    }
+
+    /// The oldest item at `now`, once those that waited too long have given way; the newest stays always.
+    fn next(&mut self, longest: Duration, now: Instant) -> Option<T> {
+        let waited = |one: &Waiting<T>| now.saturating_duration_since(one.since);
+        if self
+            .items
+            .front()
+            .is_some_and(|first| waited(first) > longest)
+        {
+            while self.items.len() > 1
+                && self
+                    .items
+                    .front()
+                    .is_some_and(|first| waited(first) > longest / LEFT)
+            {
+                self.drop_oldest();
+            }
+        }
+        Some(self.pop()?.item)
+    }
 }
 
 impl<T> Queue<T> {
     /// A queue of at most `capacity` items (at least one).
     pub(crate) fn new(capacity: usize, rule: DropRule) -> Self {
+        let bounds = StreamBounds {
+            items: capacity,
+            bytes: usize::MAX,
+            wait: Duration::MAX,
+        };
+        Self::bounded(bounds, rule)
+    }
+
+    /// A queue of a stream.
+    pub(crate) fn stream(bounds: StreamBounds) -> Self {
+        Self::bounded(bounds, DropRule::Oldest)
+    }
+
+    fn bounded(bounds: StreamBounds, rule: DropRule) -> Self {
         let state = State {
             items: VecDeque::new(),
+            bytes: 0,
             counts: QueueCounts::default(),
         };
         Self {
-            capacity: capacity.max(1),
+            bounds,
             rule,
             state: Mutex::new(state),
             arrival: Condvar::new(),
@@ -55,23 +126,41 @@ impl<T> Queue<T> {
 
     /// Takes an item in, at the cost of another one where the queue is full.
     pub(crate) fn push(&self, item: T) {
+        self.push_sized(item, 0, Instant::now());
+    }
+
+    /// The same of an item of so many bytes that arrives `now`. One that is larger than all bytes waits alone.
+    pub(crate) fn push_sized(&self, item: T, bytes: usize, now: Instant) {
         let mut state = self.lock();
         state.counts.received += 1;
-        if state.items.len() == self.capacity {
+        let is_full = state.items.len() >= self.bounds.items.max(1);
+        if is_full && self.rule == DropRule::Newest {
             state.counts.dropped += 1;
-            if self.rule == DropRule::Newest {
-                return;
-            }
-            state.items.pop_front();
+            return;
         }
-        state.items.push_back(item);
+        if is_full {
+            state.drop_oldest();
+        }
+        while !state.items.is_empty() && state.bytes.saturating_add(bytes) > self.bounds.bytes {
+            state.drop_oldest();
+        }
+        state.bytes = state.bytes.saturating_add(bytes);
+        state.items.push_back(Waiting {
+            item,
+            bytes,
+            since: now,
+        });
         drop(state);
         self.arrival.notify_one();
     }
 
     /// The oldest item, if there is one.
     pub(crate) fn try_pop(&self) -> Option<T> {
-        self.lock().items.pop_front()
+        self.pop_at(Instant::now())
+    }
+
+    fn pop_at(&self, now: Instant) -> Option<T> {
+        self.lock().next(self.bounds.wait, now)
     }
 
     /// The oldest item, waiting for one for at most `timeout`.
@@ -79,7 +168,7 @@ impl<T> Queue<T> {
         let deadline = Instant::now().checked_add(timeout);
         let mut state = self.lock();
         loop {
-            if let Some(item) = state.items.pop_front() {
+            if let Some(item) = state.next(self.bounds.wait, Instant::now()) {
                 return Some(item);
             }
             let left = deadline.map_or(Duration::MAX, |end| {
@@ -135,6 +224,47 @@ mod tests {
         (1..=5).for_each(|item| queue.push(item));
         assert_eq!(drain(&queue), [1, 2]);
         assert_eq!(queue.counts().dropped, 3);
+    }
+
+    const BOUNDS: StreamBounds = StreamBounds {
+        items: 100,
+        bytes: 1000,
+        wait: Duration::from_millis(400),
+    };
+
+    #[test]
+    fn ten_times_as_many_bytes_as_fit_leave_the_newest() {
+        let (queue, now) = (Queue::stream(BOUNDS), Instant::now());
+        for item in 0..100 {
+            queue.push_sized(item, 100, now);
+            assert!(queue.lock().bytes <= 1000);
+        }
+        queue.push_sized(100, 5000, now);
+        assert_eq!(drain(&queue), [100]);
+        (101..=120).for_each(|item| queue.push_sized(item, 100, now));
+        assert_eq!(drain(&queue), (111..=120).collect::<Vec<_>>());
+        assert_eq!(queue.lock().bytes, 0);
+        assert_eq!(queue.counts().dropped, 110);
+    }
+
+    #[test]
+    fn who_reads_too_slowly_goes_on_with_the_newest() {
+        let (queue, start) = (Queue::stream(BOUNDS), Instant::now());
+        let at = |ms: u64| start + Duration::from_millis(ms);
+        (0..40).for_each(|item: u32| queue.push_sized(item, 1, at(10 * u64::from(item))));
+        assert_eq!(queue.pop_at(at(400)), Some(0));
+        assert_eq!(queue.counts().dropped, 0);
+        // The second one has waited for 401 ms; what came before 361 ms gives way.
+        assert_eq!(queue.pop_at(at(411)), Some(37));
+        assert_eq!(queue.counts().dropped, 36);
+    }
+
+    #[test]
+    fn after_a_stall_the_newest_is_left() {
+        let (queue, start) = (Queue::stream(BOUNDS), Instant::now());
+        (0..5).for_each(|item: u32| queue.push_sized(item, 1, start));
+        assert_eq!(queue.pop_at(start + Duration::from_secs(9)), Some(4));
+        assert_eq!(queue.pop_at(start + Duration::from_secs(9)), None);
     }
 
     #[test]

@@ -1,4 +1,4 @@
-//! Taking messages in: bounded in number by the queue, in size by the caller's limit.
+//! Taking messages in: bounded in number, bytes and waiting time by the queue, in size by the caller's limit.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -7,7 +7,7 @@ use sextant_proto::{DecodeError, Message, decode};
 use zenoh::bytes::ZBytes;
 use zenoh::sample::{Sample, SampleKind};
 
-use crate::queue::{DropRule, Queue, QueueCounts};
+use crate::queue::{Queue, QueueCounts};
 
 /// The bytes of a message.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -39,6 +39,12 @@ impl Item {
             Payload::Bytes(bytes) => Some(bytes),
             Payload::TooLong(_) => None,
         }
+    }
+
+    /// Memory that it holds.
+    pub(crate) fn held_bytes(&self) -> usize {
+        let payload = self.bytes().map_or(0, <[u8]>::len);
+        size_of::<Self>() + self.key.len() + payload + self.sender.as_ref().map_or(0, String::len)
     }
 
     /// The message in it, if it is one of that kind and keeps its contract.
@@ -95,10 +101,6 @@ impl Subscription {
     /// What arrived and what was dropped because nobody took it in time.
     pub fn counts(&self) -> QueueCounts {
         self.queue.counts()
-    }
-
-    pub(crate) fn queue(capacity: usize, rule: DropRule) -> Arc<Queue<Item>> {
-        Arc::new(Queue::new(capacity, rule))
     }
 }
 
