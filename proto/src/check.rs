@@ -1,8 +1,8 @@
 //! Ranges that hold for every message that enters or leaves: finite floats, unit quaternions, bounded lists.
 
 use crate::limits::{
-    MAX_DISTANCE_M, MAX_NAME_BYTES, MAX_SENTENCE_BYTES, MAX_SENTENCES, MAX_TIME_NS,
-    QUATERNION_TOLERANCE,
+    MAX_DISTANCE_M, MAX_NAME_BYTES, MAX_PLACEMENT_M, MAX_SENTENCE_BYTES, MAX_SENTENCES,
+    MAX_TIME_NS, QUATERNION_TOLERANCE,
 };
 
 /// A value outside its documented range.
@@ -38,6 +38,11 @@ pub(crate) fn time(ns: u64, field: &'static str) -> Checked {
 
 pub(crate) fn position(metres: [f64; 3], field: &'static str) -> Checked {
     holds(metres.iter().all(|v| v.abs() <= MAX_DISTANCE_M), field)
+}
+
+/// As [`position`], of what is written in a rig or an object.
+pub(crate) fn placement(metres: [f64; 3], field: &'static str) -> Checked {
+    holds(metres.iter().all(|v| v.abs() <= MAX_PLACEMENT_M), field)
 }
 
 pub(crate) fn orientation(xyzw: [f64; 4], field: &'static str) -> Checked {

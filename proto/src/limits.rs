@@ -32,8 +32,11 @@ pub const MAX_DECODED_BYTES: usize = 256 * 1024;
 pub const MAX_TIME_NS: u64 = i64::MAX as u64;
 /// Corners lie within this many pixels of the image's first pixel, on either side.
 pub const MAX_PIXEL: f32 = 65_536.0;
-/// Positions lie within this distance of the frame's origin, metres.
+/// Positions of objects and links lie within this distance of the world's origin along each axis, metres.
 pub const MAX_DISTANCE_M: f64 = 1.0e6;
+/// Positions in rigs and objects (cameras, tags, joints) lie within this distance of their frame's origin along each axis, metres: a
+/// tenth of [`MAX_DISTANCE_M`], so that what an accepted camera sees can be published.
+pub const MAX_PLACEMENT_M: f64 = 1.0e5;
 /// A quaternion's length differs from 1 by at most this.
 pub const QUATERNION_TOLERANCE: f64 = 1.0e-3;
 

@@ -239,3 +239,23 @@ fn every_reason_is_counted_under_its_name() {
     assert_eq!(rejections, expected);
     assert_eq!(rejections.total(), 6);
 }
+
+#[test]
+fn cameras_stand_nearer_than_what_they_see() {
+    let mut rig = samples::rig_config();
+    let mut pose = samples::object_pose();
+    let far = [0.0, -1.0e5, 0.0];
+    let too_far = [0.0, -1.1e5, 0.0];
+    let mut placed = |position| {
+        rig.cameras[0].world_from_camera = Some(PoseConfig {
+            position,
+            orientation: [0.0, 0.0, 0.0, 1.0],
+        });
+        encode(&rig).map(drop)
+    };
+    assert_eq!(placed(far), Ok(()));
+    let refused = OutOfRange("cameras[].world_from_camera");
+    assert_eq!(placed(too_far), Err(EncodeError::OutOfRange(refused)));
+    pose.position = too_far;
+    assert!(encode(&pose).is_ok());
+}

@@ -1,5 +1,6 @@
 //! Articulated objects and their estimates to messages, and the objects back.
 
+use crate::convert::covariance;
 use crate::messages::articulated_config::{ArticulatedConfig, JointConfig, LinkTagConfig};
 use crate::messages::config::{ObjectTagConfig, PoseConfig};
 use crate::messages::object_links::{JointState, LinkPose, ObjectLinks};
@@ -17,9 +18,9 @@ impl ObjectLinks {
         let joints = posture.joints.iter().map(|joint| JointState {
             joint: joint.joint.clone(),
             value: joint.value,
-            variance: joint.variance,
+            variance: joint.variance.clamp(0.0, f64::INFINITY),
             velocity: joint.velocity,
-            velocity_variance: joint.velocity_variance,
+            velocity_variance: joint.velocity_variance.clamp(0.0, f64::INFINITY),
         });
         Some(Self {
             object: pose.object.clone(),
@@ -40,7 +41,7 @@ impl From<&LinkEstimate> for LinkPose {
             link: estimate.link.clone(),
             position: pose.position,
             orientation: pose.orientation,
-            covariance: std::array::from_fn(|k| estimate.covariance[(k / 6, k % 6)]),
+            covariance: covariance::published(&estimate.covariance),
         }
     }
 }

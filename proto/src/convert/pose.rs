@@ -1,5 +1,6 @@
 //! Rigid motions and estimates to messages, and poses back.
 
+use crate::convert::covariance;
 use crate::messages::config::PoseConfig;
 use crate::messages::object_pose::ObjectPose;
 use nalgebra::{Quaternion, Translation3, UnitQuaternion};
@@ -28,7 +29,8 @@ impl From<&PoseConfig> for Pose {
 }
 
 impl ObjectPose {
-    /// The message of an estimate: the `sequence`-th of its object, handed to the network at `published_ns`.
+    /// The message of an estimate: the `sequence`-th of its object, handed to the network at `published_ns`. Its covariance is the
+    /// nearest positive semi-definite one.
     #[must_use]
     pub fn from_estimate(estimate: &ObjectEstimate, sequence: u64, published_ns: u64) -> Self {
         let pose = PoseConfig::from(&estimate.world_from_object);
@@ -40,7 +42,7 @@ impl ObjectPose {
             state: estimate.state,
             position: pose.position,
             orientation: pose.orientation,
-            covariance: std::array::from_fn(|k| estimate.covariance[(k / 6, k % 6)]),
+            covariance: covariance::published(&estimate.covariance),
             twist: estimate.twist.into(),
             cameras: u16::try_from(estimate.cameras).unwrap_or(u16::MAX),
             tags: u16::try_from(estimate.tags).unwrap_or(u16::MAX),

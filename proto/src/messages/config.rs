@@ -125,7 +125,7 @@ impl ObjectTagConfig {
 impl PoseConfig {
     pub(crate) fn check(pose: Option<Self>, field: &'static str) -> Result<(), OutOfRange> {
         let Some(pose) = pose else { return Ok(()) };
-        check::position(pose.position, field)?;
+        check::placement(pose.position, field)?;
         check::orientation(pose.orientation, field)
     }
 }

@@ -41,7 +41,7 @@ pub struct CameraIntake {
     pub rejected: Rejections,
     /// Tags that belong to no object.
     pub unknown_tags: u64,
-    /// Images too old for the estimator's window.
+    /// Images too old for the estimator's window, or on arrival.
     pub late: u64,
     /// Tags that the estimator did not believe.
     pub gated: u64,
