@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 use sextant_calibrator::refinement::RefinementOptions;
+use sextant_estimator::FusionOptions;
 use sextant_proto::{NodeId, SiteId};
 use sextant_zenoh_bus::BusOptions;
 use std::path::PathBuf;
@@ -24,6 +25,10 @@ pub struct FusionConfig {
     /// this process. Default false: they hold until it ends. The former file stays as `<name>.former`.
     #[serde(default)]
     pub keep_changes: bool,
+    /// Seconds by which an observation may be older than usual when it is read; older ones are dropped and counted. Also the
+    /// longest wait of an observation in this process. Default 0.5, the estimator's window: what is older is no news; 0.05 to 60.
+    #[serde(default = "default_max_age_s")]
+    pub max_age_s: f64,
     /// Small corrections of cameras and tags while the node works, off by default.
     #[serde(default)]
     pub refinement: RefinementConfig,
@@ -57,6 +62,19 @@ impl Default for RefinementConfig {
     }
 }
 
+impl FusionConfig {
+    /// Whether every number is in its range.
+    ///
+    /// # Errors
+    /// The first that is not, in words.
+    pub fn check(&self) -> Result<(), String> {
+        if !(0.05..=60.0).contains(&self.max_age_s) {
+            return Err("max_age_s must lie between 0.05 and 60".to_owned());
+        }
+        self.refinement.check()
+    }
+}
+
 impl RefinementConfig {
     /// Whether every number is in its range.
     ///
@@ -74,6 +92,10 @@ impl RefinementConfig {
 fn default_node() -> NodeId {
     #[allow(clippy::expect_used, reason = "a literal of the right form")]
     NodeId::new("fusion").expect("an id")
+}
+
+fn default_max_age_s() -> f64 {
+    FusionOptions::default().window_s
 }
 
 fn default_network() -> BusOptions {

@@ -1,10 +1,12 @@
 //! From bytes on a key to an observation, or to a count: nothing that arrives is lost without a number.
 //!
-//! In: key and payload as the network gave them. Out: the image's observation in the estimator's types. Knows neither
-//! network nor clock.
+//! In: key and payload as the network gave them. Out: the image's observation in the estimator's types, unless it is too old. Knows
+//! neither network nor clock.
 
+use crate::ages::Ages;
 use sextant_estimator::{CameraId, ImageObservation};
-use sextant_proto::{CameraIntake, KeyRef, Keys, Observations, Rejections, decode};
+use sextant_process::ClockQuality;
+use sextant_proto::{CameraIntake, ClockSource, KeyRef, Keys, Observations, Rejections, decode};
 use std::collections::BTreeMap;
 
 /// Takes messages apart and keeps count, per camera of the rig.
@@ -13,6 +15,33 @@ pub struct Intake {
     keys: Keys,
     cameras: BTreeMap<CameraId, Counts>,
     foreign: Rejections,
+    /// By how many ns an observation may be older than usual.
+    max_age_ns: u64,
+}
+
+/// When a message is read.
+#[derive(Debug, Clone, Copy)]
+pub struct Arrival {
+    /// Wire time by this host's clock, ns.
+    pub now_ns: u64,
+    /// The monotonic clock, ns.
+    pub monotonic_ns: u64,
+    /// How good this host's clock is.
+    pub clock: ClockQuality,
+}
+
+impl Arrival {
+    fn age_ns(&self, capture_ns: u64) -> i64 {
+        let age = i128::from(self.now_ns) - i128::from(capture_ns);
+        age.clamp(i64::MIN.into(), i64::MAX.into()) as i64
+    }
+
+    /// By how much this clock and a camera's may differ, three sigma; `None` where either is not disciplined.
+    fn clocks_ns(&self, camera: sextant_proto::ClockQuality) -> Option<u64> {
+        let disciplined = matches!(camera.source, ClockSource::Ntp | ClockSource::Ptp);
+        let sigma_ns = camera.error_ns.saturating_add(self.clock.error_ns);
+        (disciplined && self.clock.synchronised).then(|| sigma_ns.saturating_mul(3))
+    }
 }
 
 /// What one camera sent.
@@ -22,8 +51,12 @@ pub struct Counts {
     pub received: u64,
     /// Messages dropped, by cause.
     pub rejected: Rejections,
-    /// Messages taken when the last status was made.
+    /// Observations that were too old on arrival.
+    pub too_old: u64,
+    ages: Ages,
+    /// Messages taken, and those too old, when the last status was made.
     at_last_status: u64,
+    too_old_before: u64,
     /// Seconds of statuses without a message.
     silent_s: f64,
 }
@@ -32,9 +65,9 @@ pub struct Counts {
 const SILENCE_S: f64 = 3.0;
 
 impl Intake {
-    /// An intake for the cameras of a rig.
+    /// An intake for the cameras of a rig; observations may be older than usual by `max_age_s` seconds.
     #[must_use]
-    pub fn new(keys: Keys, cameras: impl IntoIterator<Item = CameraId>) -> Self {
+    pub fn new(keys: Keys, cameras: impl IntoIterator<Item = CameraId>, max_age_s: f64) -> Self {
         let cameras = cameras
             .into_iter()
             .map(|camera| (camera, Counts::default()))
@@ -43,6 +76,14 @@ impl Intake {
             keys,
             cameras,
             foreign: Rejections::default(),
+            max_age_ns: (max_age_s * 1e9) as u64,
+        }
+    }
+
+    /// The host's clock was set: former ages mean nothing.
+    pub fn clock_stepped(&mut self) {
+        for counts in self.cameras.values_mut() {
+            counts.ages = Ages::default();
         }
     }
 
@@ -57,33 +98,36 @@ impl Intake {
     }
 
     /// The observation of a message, or nothing and a count.
-    pub fn take(&mut self, key: &str, payload: &[u8]) -> Option<ImageObservation> {
+    pub fn take(
+        &mut self,
+        key: &str,
+        payload: &[u8],
+        arrival: Arrival,
+    ) -> Option<ImageObservation> {
         let Some(KeyRef::Observations(camera)) = self.keys.parse(key) else {
             self.foreign.wrong_kind = self.foreign.wrong_kind.saturating_add(1);
             return None;
         };
-        let counts = self.cameras.get_mut(&camera);
-        let (received, rejected) = match counts {
-            Some(counts) => (Some(&mut counts.received), &mut counts.rejected),
-            None => (None, &mut self.foreign),
-        };
-        match decode::<Observations>(payload) {
-            Ok(message) if message.camera == camera => {
-                match received {
-                    Some(received) => *received = received.saturating_add(1),
-                    None => rejected.wrong_camera = rejected.wrong_camera.saturating_add(1),
+        let mut counts = self.cameras.get_mut(&camera);
+        let message = match decode::<Observations>(payload) {
+            Ok(message) if message.camera == camera => message,
+            refused => {
+                let rejected = counts.map_or(&mut self.foreign, |counts| &mut counts.rejected);
+                match refused {
+                    Ok(_) => rejected.wrong_camera = rejected.wrong_camera.saturating_add(1),
+                    Err(why) => rejected.count(&why),
                 }
-                Some(ImageObservation::from(&message))
+                return None;
             }
-            Ok(_) => {
-                rejected.wrong_camera = rejected.wrong_camera.saturating_add(1);
-                None
-            }
-            Err(why) => {
-                rejected.count(&why);
-                None
-            }
+        };
+        match &mut counts {
+            Some(counts) => counts.received = counts.received.saturating_add(1),
+            None => self.foreign.wrong_camera = self.foreign.wrong_camera.saturating_add(1),
         }
+        if counts.is_some_and(|counts| counts.is_too_old(&message, arrival, self.max_age_ns)) {
+            return None;
+        }
+        Some(ImageObservation::from(&message))
     }
 
     /// A message that the network layer refused to copy because of its length.
@@ -123,6 +167,21 @@ impl Intake {
         words.collect()
     }
 
+    /// The cameras whose observations were too old on arrival, in words; as of the last status lines.
+    #[must_use]
+    pub fn too_old(&self) -> Option<String> {
+        let cameras = self.cameras.iter();
+        let more = cameras.filter(|(_, counts)| counts.too_old > counts.too_old_before);
+        let cameras = more.map(|(camera, counts)| format!("{camera} {}", counts.too_old));
+        let cameras: Vec<String> = cameras.collect();
+        (!cameras.is_empty()).then(|| {
+            format!(
+                "observations dropped because they arrived too late, since the start: {}. Is the network held up, or a clock off?",
+                cameras.join(", ")
+            )
+        })
+    }
+
     /// The status lines of every camera, with rates over the `elapsed_s` since the last call.
     pub fn cameras(&mut self, elapsed_s: f64) -> Vec<CameraIntake> {
         self.cameras
@@ -133,9 +192,22 @@ impl Intake {
 }
 
 impl Counts {
+    /// Whether an observation is too old; counts it then.
+    fn is_too_old(&mut self, message: &Observations, arrival: Arrival, max_age_ns: u64) -> bool {
+        let excess_ns = self.ages.excess_ns(
+            arrival.age_ns(message.capture_ns),
+            arrival.monotonic_ns,
+            arrival.clocks_ns(message.clock),
+        );
+        let is_too_old = u64::try_from(excess_ns).is_ok_and(|excess_ns| excess_ns > max_age_ns);
+        self.too_old += u64::from(is_too_old);
+        is_too_old
+    }
+
     fn status(&mut self, camera: &CameraId, elapsed_s: f64) -> CameraIntake {
         let new = self.received - self.at_last_status;
         self.at_last_status = self.received;
+        self.too_old_before = self.too_old;
         self.silent_s = if new > 0 {
             0.0
         } else {
@@ -146,7 +218,7 @@ impl Counts {
             received: self.received,
             rejected: self.rejected,
             unknown_tags: 0,
-            late: 0,
+            late: self.too_old,
             gated: 0,
             last_capture_ns: 0,
             rate_hz: if elapsed_s > 0.0 {
@@ -161,13 +233,25 @@ impl Counts {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use sextant_proto::{ClockQuality, Timing, encode};
+    use sextant_proto::{Timing, encode};
 
     fn intake() -> (Intake, String) {
         let keys = Keys::new("site").unwrap();
         let north = CameraId::new("north").unwrap();
         let key = keys.observations(&north);
-        (Intake::new(keys, [north]), key)
+        (Intake::new(keys, [north], 0.5), key)
+    }
+
+    /// Read so many ns after the capture of [`message`].
+    fn after(age_ns: u64) -> Arrival {
+        Arrival {
+            now_ns: 1 + age_ns,
+            monotonic_ns: 1_000_000_000,
+            clock: ClockQuality {
+                synchronised: true,
+                error_ns: 0,
+            },
+        }
     }
 
     fn message(camera: &str) -> Vec<u8> {
@@ -176,7 +260,7 @@ mod tests {
             sequence: 1,
             capture_ns: 1,
             exposure_ns: 0,
-            clock: ClockQuality::default(),
+            clock: sextant_proto::ClockQuality::default(),
             resolution: [640, 480],
             timing: Timing::default(),
             tags: Vec::new(),
@@ -187,15 +271,50 @@ mod tests {
     #[test]
     fn a_good_message_is_received() {
         let (mut intake, key) = intake();
-        assert!(intake.take(&key, &message("north")).is_some());
+        assert!(intake.take(&key, &message("north"), after(0)).is_some());
         let status = &intake.cameras(2.0)[0];
         assert_eq!((status.received, status.rate_hz), (1, 0.5));
     }
 
     #[test]
+    fn what_was_held_up_is_dropped_and_counted_and_the_next_is_taken() {
+        let (mut intake, key) = intake();
+        let usual = message("north");
+        assert!(intake.take(&key, &usual, after(20_000_000)).is_some());
+        assert!(intake.take(&key, &usual, after(3_000_000_000)).is_none());
+        assert!(intake.take(&key, &usual, after(500_000_000)).is_some());
+        let words = intake.too_old().unwrap();
+        assert!(words.contains("since the start: north 1."), "{words}");
+        let status = &intake.cameras(1.0)[0];
+        assert_eq!((status.received, status.late), (3, 1));
+        assert_eq!(intake.too_old(), None);
+        // By another clock the same age is usual.
+        intake.clock_stepped();
+        assert!(intake.take(&key, &usual, after(3_000_000_000)).is_some());
+    }
+
+    #[test]
+    fn where_both_clocks_are_disciplined_the_age_itself_counts() {
+        let (mut intake, key) = intake();
+        let mut held_up = decode::<Observations>(&message("north")).unwrap();
+        let mut take = |source: ClockSource| {
+            held_up.clock = sextant_proto::ClockQuality {
+                source,
+                error_ns: 1_000_000,
+            };
+            intake.clock_stepped();
+            let bytes = encode(&held_up).unwrap();
+            intake.take(&key, &bytes, after(3_000_000_000)).is_some()
+        };
+        assert!(!take(ClockSource::Ntp));
+        assert!(take(ClockSource::FreeRunning));
+        assert!(take(ClockSource::Unknown));
+    }
+
+    #[test]
     fn a_message_on_another_cameras_key_is_refused() {
         let (mut intake, key) = intake();
-        assert!(intake.take(&key, &message("south")).is_none());
+        assert!(intake.take(&key, &message("south"), after(0)).is_none());
         assert_eq!(intake.cameras(1.0)[0].rejected.wrong_camera, 1);
     }
 
@@ -205,10 +324,10 @@ mod tests {
         let ids = ["north", "south", "never"].map(|id| CameraId::new(id).unwrap());
         let key_of = |id: &CameraId| keys.observations(id);
         let (north, south) = (key_of(&ids[0]), key_of(&ids[1]));
-        let mut intake = Intake::new(keys.clone(), ids);
-        intake.take(&south, &message("south"));
+        let mut intake = Intake::new(keys.clone(), ids, 0.5);
+        intake.take(&south, &message("south"), after(0));
         for _ in 0..3 {
-            intake.take(&north, &message("north"));
+            intake.take(&north, &message("north"), after(0));
             intake.cameras(2.0);
         }
         let told = intake.silences();
@@ -220,8 +339,8 @@ mod tests {
         // Where nobody sends the network is at fault.
         intake.cameras(2.0);
         assert!(intake.silences().is_empty());
-        intake.take(&south, &message("south"));
-        intake.take(&north, &message("north"));
+        intake.take(&south, &message("south"), after(0));
+        intake.take(&north, &message("north"), after(0));
         intake.cameras(2.0);
         assert!(intake.silences().is_empty());
     }
@@ -229,7 +348,7 @@ mod tests {
     #[test]
     fn cameras_that_stay_in_the_rig_keep_their_counts() {
         let (mut intake, key) = intake();
-        intake.take(&key, &message("north"));
+        intake.take(&key, &message("north"), after(0));
         let ids = ["north", "south"].map(|id| CameraId::new(id).unwrap());
         intake.take_rig(ids.clone());
         let received = |intake: &mut Intake| -> Vec<u64> {
@@ -248,7 +367,7 @@ mod tests {
     fn garbage_of_a_camera_that_the_rig_lacks_is_counted_as_foreign() {
         let (mut intake, _) = intake();
         let key = "sextant/v1/site/camera/stranger/observations";
-        assert!(intake.take(key, b"garbage").is_none());
+        assert!(intake.take(key, b"garbage", after(0)).is_none());
         intake.count_too_long(key);
         assert_eq!(
             (intake.foreign().bad_magic, intake.foreign().too_long),

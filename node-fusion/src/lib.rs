@@ -4,6 +4,7 @@
 //! models for late joiners, a status a second. Rig and objects may be changed over the network while it works, and refined from
 //! ordinary use. The estimating itself is `sextant_estimator`'s; this is arguments, loop, adapters.
 
+mod ages;
 mod changes;
 mod clocks;
 mod config;
@@ -12,6 +13,7 @@ mod intake;
 mod links;
 mod models;
 mod node;
+mod notices;
 mod outlet;
 #[cfg(test)]
 mod panic_tests;
@@ -21,5 +23,5 @@ mod refusals;
 mod status;
 
 pub use config::{FusionConfig, RefinementConfig};
-pub use intake::{Counts, Intake};
+pub use intake::{Arrival, Counts, Intake};
 pub use node::run;

@@ -5,7 +5,7 @@
 use sextant_estimator::{Fusion, FusionOptions, ObjectId, ObjectModel, Rig, TagId};
 use sextant_proto::{
     ArticulatedConfig, FullObject, FullRig, KeyRef, Message, ObjectConfig, RigConfig,
-    RigConfigError, decode, limits,
+    RigConfigError, decode, encode, limits,
 };
 
 /// What the machine works from.
@@ -147,7 +147,21 @@ impl Models {
             FusionOptions::default(),
         )
         .map_err(|cause| cause.to_string())?;
+        after.check()?;
         Ok(Some(after))
+    }
+
+    /// Whether the models can be told to others: within the limits of messages.
+    ///
+    /// # Errors
+    /// In words, what is beyond them.
+    pub fn check(&self) -> Result<(), String> {
+        encode(&FullRig::from(&self.rig)).map_err(|cause| format!("the rig: {cause}"))?;
+        for object in &self.objects {
+            encode(&FullObject::from(object))
+                .map_err(|cause| format!("object {}: {cause}", object.id()))?;
+        }
+        Ok(())
     }
 
     fn put(&mut self, model: &ObjectModel) {
@@ -175,7 +189,7 @@ mod tests {
     use super::*;
     use sextant_estimator::{Camera, CameraId, ObjectTag, PoseSigma};
     use sextant_geometry::{Intrinsics, Lens, Pose};
-    use sextant_proto::{Keys, encode};
+    use sextant_proto::Keys;
     use sextant_tag_families::Family;
 
     fn model(id: &str, tags: &[u32]) -> ObjectModel {
@@ -244,6 +258,20 @@ mod tests {
             refused.unwrap_err(),
             "tag tag36h11:3 is on object box and on object ball: print another id for one of them"
         );
+    }
+
+    #[test]
+    fn a_camera_too_far_away_to_publish_what_it_sees_is_refused() {
+        let mut far = cameras(&["north"]).cameras().to_vec();
+        far[0].world_from_camera = Some(Pose::translation(0.0, 9.0e5, 0.0));
+        let far = Rig::new(far).unwrap();
+        let refused = models().changed(&Change::Rig(far.clone())).unwrap_err();
+        assert!(refused.contains("cameras[].world_from_camera"), "{refused}");
+        let models = Models {
+            rig: far,
+            ..models()
+        };
+        assert!(models.check().unwrap_err().starts_with("the rig: "));
     }
 
     /// What messages leave out stays in force as long as it holds; the full ones say all.

@@ -4,25 +4,32 @@ use crate::changes::{Decision, Desk, Verdict};
 use crate::clocks::ClockBook;
 use crate::config::FusionConfig;
 use crate::files::ModelFiles;
-use crate::intake::Intake;
+use crate::intake::{Arrival, Intake};
 use crate::models::{Change, Models};
 use crate::outlet::Outlet;
 use crate::refinements::{Record, change_of};
 use crate::refining::Refining;
-use crate::status::StatusBook;
+use crate::status::{Losses, StatusBook};
 use anyhow::Context;
 use sextant_calibrator::refinement::Finding;
 use sextant_estimator::{CameraId, Fusion, FusionOptions, Input, Output, Rig};
 use sextant_process::host::host_name;
-use sextant_process::{Exit, Shutdown, WithExit, fail_point, memory, now_ns, watchdog};
+use sextant_process::{
+    ClockQuality, Exit, Reading, Shutdown, SteadyClock, WithExit, fail_point, memory, now_ns,
+    watchdog,
+};
 use sextant_proto::{ConfigAnswer, KeyRef, Keys, NodeId, NodeKind, Outcome, limits};
 use sextant_site_files::read_toml;
-use sextant_zenoh_bus::{Bus, BusError, DropRule, HeldName, Item, Payload, Subscription};
+use sextant_zenoh_bus::{
+    Bus, BusError, DropRule, HeldName, Item, Payload, StreamBounds, Subscription,
+};
 use std::path::Path;
 use std::time::Duration;
 
-/// Observations that wait while the machine works: two seconds of 64 cameras at 30 images a second; the oldest gives way.
-const QUEUE: usize = 4096;
+/// Observations that wait while the machine works, and their bytes: a second of 64 cameras at 30 images a second with 20 tags each.
+/// They wait for as long as they may be old at most.
+const QUEUE: usize = 2048;
+const QUEUE_BYTES: usize = 8 << 20;
 /// Changes of rig and objects that wait: more than a site has objects that change at one time.
 const CHANGE_QUEUE: usize = 256;
 /// Between two statuses.
@@ -38,7 +45,17 @@ pub fn run(config_file: &Path, shutdown: &Shutdown) -> anyhow::Result<()> {
     memory::keep_heap_small();
     let config: FusionConfig = read_toml(config_file).exit_with(Exit::Input)?;
     config.network.check().exit_with(Exit::Input)?;
+    config
+        .check()
+        .map_err(anyhow::Error::msg)
+        .with_context(|| config_file.display().to_string())
+        .exit_with(Exit::Input)?;
     let (files, models) = ModelFiles::read(config_file, &config)?;
+    models
+        .check()
+        .map_err(anyhow::Error::msg)
+        .with_context(|| format!("{}: cannot be published", config_file.display()))
+        .exit_with(Exit::Input)?;
     let options = FusionOptions::default();
     let machine = Fusion::new(models.rig.clone(), models.objects.clone(), options)
         .with_context(|| format!("{}: objects", config_file.display()))
@@ -59,8 +76,9 @@ pub fn run(config_file: &Path, shutdown: &Shutdown) -> anyhow::Result<()> {
     };
     let refining = refining(config_file, &config, &models)?;
     let files = config.keep_changes.then_some(files);
-    let desk = Desk::new(keys.clone(), models, files);
-    let mut node = FusionNode::open(&bus, &config.node, machine, desk, keys)?;
+    let desk = Desk::new(keys, models, files);
+    let clock = SteadyClock::new(Reading::take);
+    let mut node = FusionNode::open(&bus, &config, machine, desk, clock)?;
     node.refining = refining;
     node.name = Some(name);
     let alive = bus.alive(&node.keys.alive(NodeKind::Fusion, &config.node))?;
@@ -83,10 +101,6 @@ fn refining(
     models: &Models,
 ) -> anyhow::Result<Option<(Refining, Record)>> {
     let wanted = &config.refinement;
-    let sound = wanted.check().map_err(anyhow::Error::msg);
-    sound
-        .with_context(|| config_file.display().to_string())
-        .exit_with(Exit::Input)?;
     if !wanted.enabled {
         return Ok(None);
     }
@@ -110,6 +124,11 @@ struct FusionNode<'a> {
     outlet: Outlet<'a>,
     status: StatusBook,
     clocks: ClockBook,
+    /// All timers of the node are by its monotonic side; the machine's time is its steady one.
+    clock: SteadyClock,
+    /// How good this host's clock is, as of the last status.
+    clock_quality: ClockQuality,
+    /// Monotonic.
     status_due_ns: u64,
     refining: Option<(Refining, Record)>,
     /// Held for as long as the node works.
@@ -123,23 +142,29 @@ fn cameras_of(rig: &Rig) -> impl Iterator<Item = CameraId> {
 impl<'a> FusionNode<'a> {
     fn open(
         bus: &'a Bus,
-        node: &NodeId,
+        config: &FusionConfig,
         machine: Fusion,
         desk: Desk,
-        keys: Keys,
+        clock: SteadyClock,
     ) -> anyhow::Result<Self> {
-        let subscribe = |key: String, capacity| {
-            bus.subscribe(&key, capacity, DropRule::Oldest, limits::MAX_PAYLOAD_BYTES)
+        let (keys, node) = (Keys::of(config.site.clone()), &config.node);
+        let bounds = StreamBounds {
+            items: QUEUE,
+            bytes: QUEUE_BYTES,
+            wait: Duration::from_secs_f64(config.max_age_s),
         };
-        let now = now_ns();
+        let longest = limits::MAX_PAYLOAD_BYTES;
+        let now = clock.monotonic_ns();
         let models = desk.models();
         Ok(Self {
-            observations: subscribe(keys.all_observations(), QUEUE)?,
-            changes: subscribe(keys.all_config(), CHANGE_QUEUE)?,
-            intake: Intake::new(keys.clone(), cameras_of(&models.rig)),
+            observations: bus.subscribe_stream(&keys.all_observations(), bounds, longest)?,
+            changes: bus.subscribe(&keys.all_config(), CHANGE_QUEUE, DropRule::Oldest, longest)?,
+            intake: Intake::new(keys.clone(), cameras_of(&models.rig), config.max_age_s),
             outlet: Outlet::open(bus, &keys, node, models)?,
             status: StatusBook::new(node.clone(), &models.objects, now),
             clocks: ClockBook::default(),
+            clock_quality: ClockQuality::read(),
+            clock,
             status_due_ns: now,
             refining: None,
             name: None,
@@ -152,35 +177,60 @@ impl<'a> FusionNode<'a> {
 
     fn work(&mut self, shutdown: &Shutdown) -> anyhow::Result<()> {
         while !shutdown.is_requested() {
-            fail_point!("fusion");
-            watchdog::feed();
-            if let Some(item) = self.observations.recv_timeout(self.wait_at_most(now_ns())) {
-                self.take(&item);
-            }
-            while let Some(item) = self.changes.try_recv() {
-                if let Some(verdict) = self.desk.decide(&item) {
-                    self.carry_out(&verdict, item.sender.as_deref())?;
-                }
-            }
-            let now = now_ns();
-            if self.machine.poll_timeout().is_some_and(|due| due <= now) {
-                self.machine.handle(now, Input::Tick);
-            }
-            self.publish_poses()?;
-            if now >= self.status_due_ns {
-                self.status_due_ns = now + STATUS_PERIOD_NS;
-                self.report(now)?;
-            }
-            self.refine()?;
+            self.turn()?;
         }
         Ok(())
     }
 
+    /// Waits for an observation, then does all that is due.
+    fn turn(&mut self) -> anyhow::Result<()> {
+        fail_point!("fusion");
+        watchdog::feed();
+        let item = self.observations.recv_timeout(self.wait_at_most());
+        self.follow_clock();
+        if let Some(item) = item {
+            self.take(&item);
+        }
+        while let Some(item) = self.changes.try_recv() {
+            if let Some(verdict) = self.desk.decide(&item) {
+                self.carry_out(&verdict, item.sender.as_deref())?;
+            }
+        }
+        let now = self.clock.now_ns();
+        if self.machine.poll_timeout().is_some_and(|due| due <= now) {
+            self.machine.handle(now, Input::Tick);
+        }
+        self.publish_poses()?;
+        let now = self.clock.monotonic_ns();
+        if now >= self.status_due_ns {
+            self.status_due_ns = now + STATUS_PERIOD_NS;
+            self.report(now)?;
+        }
+        self.refine()
+    }
+
+    /// Where this host's clock was set, everything that compares stamps with it starts anew.
+    fn follow_clock(&mut self) {
+        if let Some(by_ns) = self.clock.take_step() {
+            self.intake.clock_stepped();
+            let now = self.clock.now_ns();
+            self.machine.handle(now, Input::ClockStep { by_ns });
+        }
+    }
+
+    /// `now` is monotonic.
     fn report(&mut self, now: u64) -> anyhow::Result<()> {
         if let Some(name) = &mut self.name {
             self.status.namesakes = name.others().into_iter().map(str::to_owned).collect();
         }
-        let status = self.status.status(&mut self.intake, &self.machine, now);
+        self.clock_quality = ClockQuality::read();
+        let losses = Losses {
+            unread: self.observations.counts().dropped,
+            unpublished: self.outlet.unpublished().clone(),
+        };
+        let status = self
+            .status
+            .status(&mut self.intake, &self.machine, losses, now);
         self.outlet.status(&status)?;
         let offsets = self.machine.clock_offsets();
         if let Some((refining, _)) = &mut self.refining {
@@ -203,7 +253,8 @@ impl<'a> FusionNode<'a> {
             }
             Decision::Same => {}
             Decision::Refuse(cause) => {
-                self.status.refusals.add(key, sender, cause, now_ns());
+                let now = self.clock.monotonic_ns();
+                self.status.refusals.add(key, sender, cause, now);
                 self.announce_again(&verdict.about)?;
             }
         }
@@ -296,7 +347,7 @@ impl<'a> FusionNode<'a> {
             Change::Object(_) | Change::Removal(_) => Input::Objects(models.objects.clone()),
         };
         self.status.take_objects(&models.objects);
-        self.machine.handle(now_ns(), input);
+        self.machine.handle(self.clock.now_ns(), input);
         Ok(())
     }
 
@@ -314,12 +365,18 @@ impl<'a> FusionNode<'a> {
     fn take(&mut self, item: &Item) {
         match &item.payload {
             Payload::Bytes(bytes) => {
-                if let Some(image) = self.intake.take(&item.key, bytes) {
+                let arrival = Arrival {
+                    now_ns: self.clock.now_ns(),
+                    monotonic_ns: self.clock.monotonic_ns(),
+                    clock: self.clock_quality,
+                };
+                if let Some(image) = self.intake.take(&item.key, bytes, arrival) {
                     let image = self.desk.models().rig.timed(image);
                     if let Some((refining, _)) = &mut self.refining {
                         refining.show(&image);
                     }
-                    self.machine.handle(now_ns(), Input::Image(image));
+                    self.machine
+                        .handle(self.clock.now_ns(), Input::Image(image));
                 }
             }
             Payload::TooLong(_) => self.intake.count_too_long(&item.key),
@@ -330,8 +387,13 @@ impl<'a> FusionNode<'a> {
         while let Some(output) = self.machine.poll_output() {
             match output {
                 Output::Pose(estimate) => {
-                    self.outlet.pose(&estimate, now_ns())?;
-                    self.status.count(&estimate);
+                    if self.outlet.pose(&estimate, self.clock.now_ns())? {
+                        self.status.count(&estimate);
+                    }
+                }
+                Output::ClockStep { by_ns } => {
+                    let now = self.clock.monotonic_ns();
+                    self.status.clock_stepped(by_ns, now);
                 }
                 other => tracing::warn!(?other, "the estimator says"),
             }
@@ -339,12 +401,13 @@ impl<'a> FusionNode<'a> {
         Ok(())
     }
 
-    fn wait_at_most(&self, now: u64) -> Duration {
-        let due = self
-            .machine
-            .poll_timeout()
-            .unwrap_or(u64::MAX)
-            .min(self.status_due_ns);
-        Duration::from_nanos(due.saturating_sub(now)).min(LONGEST_WAIT)
+    fn wait_at_most(&self) -> Duration {
+        let due = self.machine.poll_timeout().unwrap_or(u64::MAX);
+        let wait = due.saturating_sub(self.clock.now_ns());
+        let status = self.status_due_ns.saturating_sub(self.clock.monotonic_ns());
+        Duration::from_nanos(wait.min(status)).min(LONGEST_WAIT)
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -26,6 +26,31 @@ pub struct Outlet<'a> {
     status: Latest<FusionStatus>,
     clocks: Latest<ClockReport>,
     answers: Latest<ConfigAnswer>,
+    unpublished: Unpublished,
+}
+
+/// Messages that break their own contract, a pose out of range for example: they don't leave.
+#[derive(Debug, Default, Clone, PartialEq, Eq)]
+pub struct Unpublished {
+    /// How many since the process started.
+    pub messages: u64,
+    /// Why the last one was.
+    pub cause: String,
+}
+
+impl Unpublished {
+    /// Whether the message was published; one that can't be encoded is counted and dropped.
+    fn passed(&mut self, sent: Result<(), BusError>) -> Result<bool, BusError> {
+        match sent {
+            Ok(()) => Ok(true),
+            Err(broken @ BusError::Message { .. }) => {
+                self.messages = self.messages.saturating_add(1);
+                self.cause = broken.to_string();
+                Ok(false)
+            }
+            Err(other) => Err(other),
+        }
+    }
 }
 
 struct ObjectOutlet {
@@ -62,6 +87,7 @@ impl<'a> Outlet<'a> {
             status: bus.latest_publisher(&keys.fusion_status(node), Qos::Status)?,
             clocks: bus.latest_publisher(&keys.clocks(node), Qos::Status)?,
             answers: bus.latest_publisher(&keys.config_answer(node), Qos::Config)?,
+            unpublished: Unpublished::default(),
         };
         outlet.announce_rig(&models.rig)?;
         for object in &models.objects {
@@ -158,42 +184,50 @@ impl<'a> Outlet<'a> {
         self.config_outlet(id)?.put(&none)
     }
 
-    /// Publishes an estimate at `now_ns`.
+    /// Publishes an estimate at `now_ns`; whether it could be encoded.
     ///
     /// # Errors
     /// When the network session has ended.
-    pub fn pose(&mut self, estimate: &ObjectEstimate, now_ns: u64) -> Result<(), BusError> {
+    pub fn pose(&mut self, estimate: &ObjectEstimate, now_ns: u64) -> Result<bool, BusError> {
         let Some(outlet) = self.objects.get_mut(&estimate.object) else {
-            return Ok(());
+            return Ok(false);
         };
+        let message = ObjectPose::from_estimate(estimate, outlet.sequence + 1, now_ns);
+        if !self.unpublished.passed(outlet.poses.put(&message))? {
+            return Ok(false);
+        }
         outlet.sequence += 1;
-        let message = ObjectPose::from_estimate(estimate, outlet.sequence, now_ns);
-        outlet.poses.put(&message)?;
-        self.links.publish(estimate, &message)
+        self.unpublished
+            .passed(self.links.publish(estimate, &message))
     }
 
     /// Publishes the status.
     ///
     /// # Errors
     /// When the network session has ended.
-    pub fn status(&self, status: &FusionStatus) -> Result<(), BusError> {
-        self.status.put(status)
+    pub fn status(&mut self, status: &FusionStatus) -> Result<(), BusError> {
+        self.unpublished.passed(self.status.put(status)).map(drop)
     }
 
     /// Publishes what is known of the clocks.
     ///
     /// # Errors
     /// When the network session has ended.
-    pub fn clocks(&self, report: &ClockReport) -> Result<(), BusError> {
-        self.clocks.put(report)
+    pub fn clocks(&mut self, report: &ClockReport) -> Result<(), BusError> {
+        self.unpublished.passed(self.clocks.put(report)).map(drop)
     }
 
     /// Answers whoever published a change.
     ///
     /// # Errors
     /// When the network session has ended.
-    pub fn answer(&self, answer: &ConfigAnswer) -> Result<(), BusError> {
-        self.answers.put(answer)
+    pub fn answer(&mut self, answer: &ConfigAnswer) -> Result<(), BusError> {
+        self.unpublished.passed(self.answers.put(answer)).map(drop)
+    }
+
+    /// The messages that could not be published.
+    pub fn unpublished(&self) -> &Unpublished {
+        &self.unpublished
     }
 
     fn config_outlet(&self, id: &ObjectId) -> Result<Latest<ObjectConfig>, BusError> {

@@ -2,6 +2,8 @@
 //! is wrong with the site and which changes of it were refused.
 
 use crate::intake::Intake;
+use crate::notices::{Kind, Notices};
+use crate::outlet::Unpublished;
 use crate::refusals::Refusals;
 use sextant_estimator::{Fault, Fusion, ObjectEstimate, ObjectId, ObjectModel, State, Statistics};
 use sextant_proto::{CameraIntake, FusionStatus, NodeId, ObjectHealth, limits};
@@ -18,6 +20,18 @@ pub struct StatusBook {
     pub refusals: Refusals,
     /// Hosts of other fusion nodes of the same name.
     pub namesakes: Vec<String>,
+    notices: Notices,
+    /// What was lost until the last status.
+    losses: Losses,
+}
+
+/// What was lost since the process started.
+#[derive(Debug, Default, Clone, PartialEq, Eq)]
+pub struct Losses {
+    /// Observations dropped unread.
+    pub unread: u64,
+    /// Messages that could not be published.
+    pub unpublished: Unpublished,
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -27,7 +41,7 @@ struct ObjectCount {
 }
 
 impl StatusBook {
-    /// A book that begins at `now_ns`; every object is lost until it is seen.
+    /// A book that begins at `now_ns`, by the monotonic clock as all times here; every object is lost until it is seen.
     #[must_use]
     pub fn new(node: NodeId, objects: &[ObjectModel], now_ns: u64) -> Self {
         let mut book = Self {
@@ -37,6 +51,8 @@ impl StatusBook {
             objects: BTreeMap::new(),
             refusals: Refusals::default(),
             namesakes: Vec::new(),
+            notices: Notices::default(),
+            losses: Losses::default(),
         };
         book.take_objects(objects);
         book
@@ -60,8 +76,28 @@ impl StatusBook {
         }
     }
 
+    /// The clock of this host was set forward by so many ns, or back.
+    pub fn clock_stepped(&mut self, by_ns: i64, now_ns: u64) {
+        let way = if by_ns < 0 { "back" } else { "forward" };
+        let seconds = by_ns.unsigned_abs() as f64 * 1e-9;
+        let words = format!(
+            "the clock of this machine was set {way} by {seconds:.3} s: tracking starts anew"
+        );
+        self.notices.give(Kind::ClockStep, words, now_ns);
+    }
+
     /// The status at `now_ns`; rates are over the time since the last one.
-    pub fn status(&mut self, intake: &mut Intake, machine: &Fusion, now_ns: u64) -> FusionStatus {
+    pub fn status(
+        &mut self,
+        intake: &mut Intake,
+        machine: &Fusion,
+        losses: Losses,
+        now_ns: u64,
+    ) -> FusionStatus {
+        if let Some(words) = intake.too_old() {
+            self.notices.give(Kind::TooOld, words, now_ns);
+        }
+        self.note_losses(losses, now_ns);
         let elapsed_s = now_ns.saturating_sub(self.last_ns) as f64 / 1e9;
         self.last_ns = now_ns;
         let cameras = intake.cameras(elapsed_s).into_iter();
@@ -87,10 +123,28 @@ impl StatusBook {
 }
 
 impl StatusBook {
-    /// Cameras that fell silent, at most half of the sentences, and changes that were refused.
+    fn note_losses(&mut self, losses: Losses, now_ns: u64) {
+        let unread = losses.unread - self.losses.unread;
+        if unread > 0 {
+            let words = format!(
+                "overload: {unread} observations dropped unread ({} since the start). Fewer images a second, fewer cameras or a faster machine help",
+                losses.unread
+            );
+            self.notices.give(Kind::Overload, words, now_ns);
+        }
+        let Unpublished { messages, cause } = &losses.unpublished;
+        if *messages > self.losses.unpublished.messages {
+            let words = format!("{messages} messages could not be published, last: {cause}");
+            self.notices.give(Kind::Unpublished, words, now_ns);
+        }
+        self.losses = losses;
+    }
+
+    /// Cameras that fell silent, at most half of the sentences, what happened to this node, and changes that were refused.
     fn others(&mut self, intake: &Intake, now_ns: u64) -> Vec<String> {
         let mut words = intake.silences();
         words.truncate(limits::MAX_SENTENCES / 2);
+        words.extend(self.notices.sentences(now_ns));
         words.extend(self.refusals.sentences(now_ns));
         if !self.namesakes.is_empty() {
             let (node, hosts) = (&self.node, self.namesakes.join(", "));
@@ -144,7 +198,7 @@ fn sentences(faults: &[Fault], others: Vec<String>) -> Vec<String> {
 fn with_statistics(mut camera: CameraIntake, statistics: &Statistics) -> CameraIntake {
     if let Some(counts) = statistics.cameras.get(&camera.camera) {
         camera.unknown_tags = counts.unknown_tags;
-        camera.late = counts.late;
+        camera.late = camera.late.saturating_add(counts.late);
         camera.gated = counts.gated_tags;
         camera.last_capture_ns = counts.last_capture_ns;
     }

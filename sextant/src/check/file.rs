@@ -9,6 +9,7 @@ use node_camera::CameraNodeConfig;
 use node_fusion::FusionConfig;
 use node_viewer_bridge::ViewerConfig;
 use serde_json::Value;
+use sextant_proto::{FullObject, FullRig, encode};
 use sextant_recordings::DetectionsLine;
 use sextant_simulator::Scenario;
 use sextant_site_files::{Complaint, read_object, read_rig, read_toml, read_toml_checked};
@@ -76,6 +77,7 @@ fn kind_of(content: &Value) -> Option<ConfigKind> {
 
 fn rig(path: &Path, together: &mut Together) -> anyhow::Result<String> {
     let rig = read_rig(path)?;
+    encode(&FullRig::from(&rig)).with_context(|| path.display().to_string())?;
     let cameras = rig.cameras();
     let uncalibrated = cameras.iter().filter(|c| c.world_from_camera.is_none());
     let summary = format!(
@@ -89,6 +91,7 @@ fn rig(path: &Path, together: &mut Together) -> anyhow::Result<String> {
 
 fn object(path: &Path, together: &mut Together) -> anyhow::Result<String> {
     let object = read_object(path)?;
+    encode(&FullObject::from(&object)).with_context(|| path.display().to_string())?;
     let tags = object.tags();
     let unlearned = tags.iter().filter(|tag| tag.object_from_tag.is_none());
     let summary = format!(
@@ -116,6 +119,8 @@ fn camera(path: &Path) -> anyhow::Result<String> {
 fn fusion(path: &Path) -> anyhow::Result<String> {
     let config: FusionConfig = read_toml(path)?;
     network(path, &config.network)?;
+    let sound = config.check().map_err(anyhow::Error::msg);
+    sound.with_context(|| path.display().to_string())?;
     let folder = path.parent().unwrap_or(Path::new(""));
     let mut together = Together::default();
     rig(&folder.join(&config.rig), &mut together)?;

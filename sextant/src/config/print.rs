@@ -108,6 +108,7 @@ mod tests {
         let fusion: FusionConfig = read(ConfigKind::Fusion);
         assert_eq!(fusion.node, default.node);
         assert_eq!(fusion.refinement, default.refinement);
+        assert_eq!(fusion.max_age_s, default.max_age_s);
         assert_eq!(fusion.network.listen, default.network.listen);
         is_default(&fusion.network, default.network.mode);
 

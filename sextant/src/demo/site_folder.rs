@@ -9,7 +9,7 @@ use anyhow::Context;
 use node_camera::{CameraNodeConfig, SourceConfig};
 use node_fusion::{FusionConfig, RefinementConfig};
 use node_viewer_bridge::ViewerConfig;
-use sextant_estimator::CameraId;
+use sextant_estimator::{CameraId, FusionOptions};
 use sextant_iceoryx_images::{
     IceoryxOptions, ImagesError, Leftovers, open_own_folder, remove_dead,
 };
@@ -99,6 +99,7 @@ impl SiteFolder {
                 .map(|body| format!("{}.toml", body.id()).into())
                 .collect(),
             keep_changes: false,
+            max_age_s: FusionOptions::default().window_s,
             refinement: RefinementConfig::default(),
             network: network.clone(),
         };

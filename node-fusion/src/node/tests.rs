@@ -1,0 +1,271 @@
+//! The node's turns on a network of its own, by a clock that the test sets.
+
+use super::*;
+use nalgebra::{Matrix6, Vector6};
+use sextant_estimator::{Camera, ObjectEstimate, ObjectId, ObjectModel, ObjectTag, State, TagId};
+use sextant_geometry::{Intrinsics, Lens, Pose};
+use sextant_proto::{FusionStatus, ObjectPose, Observations, Timing};
+use sextant_site_files::parse_toml;
+use sextant_tag_families::Family;
+use sextant_zenoh_bus::{BusOptions, Publisher, Qos};
+use std::cell::Cell;
+
+const SECOND_NS: u64 = 1_000_000_000;
+const PERIOD_NS: u64 = 33_333_333;
+const DELAY_NS: u64 = 10_000_000;
+
+thread_local! {
+    static READING: Cell<Reading> = const {
+        Cell::new(Reading {
+            wall_ns: 1_800_000_000 * SECOND_NS,
+            monotonic_ns: 1000 * SECOND_NS,
+        })
+    };
+}
+
+fn pass(ns: u64) {
+    let Reading {
+        wall_ns,
+        monotonic_ns,
+    } = READING.get();
+    READING.set(Reading {
+        wall_ns: wall_ns + ns,
+        monotonic_ns: monotonic_ns + ns,
+    });
+}
+
+fn set_wall(by_ns: i64) {
+    let Reading {
+        wall_ns,
+        monotonic_ns,
+    } = READING.get();
+    READING.set(Reading {
+        wall_ns: wall_ns.saturating_add_signed(by_ns),
+        monotonic_ns,
+    });
+}
+
+fn north() -> CameraId {
+    CameraId::new("north").unwrap()
+}
+
+fn cube() -> ObjectModel {
+    let tag = ObjectTag {
+        tag: TagId {
+            family: Family::Tag36h11,
+            id: 1,
+        },
+        size_m: 0.04,
+        object_from_tag: Some(Pose::identity()),
+    };
+    ObjectModel::new(ObjectId::new("cube").unwrap(), vec![tag]).unwrap()
+}
+
+fn models() -> Models {
+    let intrinsics = Intrinsics {
+        fx: 600.0,
+        fy: 600.0,
+        cx: 319.5,
+        cy: 239.5,
+    };
+    let camera = Camera {
+        id: north(),
+        resolution: [640, 480],
+        lens: Lens::pinhole(intrinsics).unwrap(),
+        world_from_camera: Some(Pose::identity()),
+    };
+    Models {
+        rig: Rig::new(vec![camera]).unwrap(),
+        objects: vec![cube()],
+    }
+}
+
+/// A node, and a camera of one test.
+struct Bench<'a> {
+    node: FusionNode<'a>,
+    camera: Publisher<Observations>,
+    statuses: Subscription,
+    poses: Subscription,
+    sent: u64,
+}
+
+fn router() -> Bus {
+    Bus::open(&BusOptions::router_on("tcp/127.0.0.1:0")).unwrap()
+}
+
+impl<'a> Bench<'a> {
+    fn new(bus: &'a Bus) -> Self {
+        let text = "site = \"lab\"\nrig = \"rig.toml\"\n";
+        let config: FusionConfig = parse_toml(Path::new("fusion.toml"), text, |_| Ok(())).unwrap();
+        let models = models();
+        let (rig, objects) = (models.rig.clone(), models.objects.clone());
+        let machine = Fusion::new(rig, objects, FusionOptions::default()).unwrap();
+        let keys = Keys::of(config.site.clone());
+        let desk = Desk::new(keys.clone(), models, None);
+        let clock = SteadyClock::new(|| READING.get());
+        let listen = |key: &str| {
+            bus.subscribe(key, 10_000, DropRule::Oldest, limits::MAX_PAYLOAD_BYTES)
+                .unwrap()
+        };
+        Self {
+            statuses: listen(&keys.all_fusion_statuses()),
+            poses: listen(&keys.all_poses()),
+            camera: bus
+                .publisher(&keys.observations(&north()), Qos::Config)
+                .unwrap(),
+            node: FusionNode::open(bus, &config, machine, desk, clock).unwrap(),
+            sent: 0,
+        }
+    }
+
+    /// An image that was taken so long ago.
+    fn send(&mut self, age_ns: u64) {
+        self.sent += 1;
+        let message = Observations {
+            camera: north(),
+            sequence: self.sent,
+            capture_ns: READING.get().wall_ns - age_ns,
+            exposure_ns: 0,
+            clock: sextant_proto::ClockQuality::default(),
+            resolution: [640, 480],
+            timing: Timing::default(),
+            tags: Vec::new(),
+        };
+        self.camera.put(&message).unwrap();
+    }
+
+    /// Images of a second, each handled as it comes.
+    fn run_a_second(&mut self) {
+        for _ in 0..30 {
+            pass(PERIOD_NS);
+            self.send(DELAY_NS);
+            self.node.turn().unwrap();
+        }
+    }
+
+    /// The statuses that were published since this was asked last.
+    fn statuses(&mut self) -> Vec<FusionStatus> {
+        let items = std::iter::from_fn(|| self.statuses.try_recv());
+        items.map(|item| item.decode().unwrap()).collect()
+    }
+
+    /// The next status.
+    fn status(&mut self) -> FusionStatus {
+        self.statuses();
+        pass(SECOND_NS);
+        self.node.turn().unwrap();
+        self.statuses().pop().unwrap()
+    }
+}
+
+#[test]
+fn after_the_clock_is_set_back_images_are_fused_and_statuses_go_on() {
+    let bus = router();
+    let mut bench = Bench::new(&bus);
+    bench.run_a_second();
+    bench.statuses();
+    set_wall(-(3600 * SECOND_NS as i64));
+    bench.run_a_second();
+    bench.run_a_second();
+    let statuses = bench.statuses();
+    assert_eq!(statuses.len(), 2, "{statuses:?}");
+    let last = bench.status();
+    assert_eq!(last.cameras[0].received, 90);
+    // The one that was under way.
+    assert!(last.cameras[0].late <= 1, "{last:?}");
+    assert!(last.cameras[0].last_capture_ns < READING.get().wall_ns);
+    assert_eq!(last.uptime_s, 3);
+    let notices = last.faults.iter().filter(|words| words.contains("clock"));
+    let notices: Vec<&String> = notices.collect();
+    assert_eq!(
+        notices,
+        ["the clock of this machine was set back by 3600.000 s: tracking starts anew"]
+    );
+    assert_eq!(bench.node.machine.statistics().cameras[&north()].images, 89);
+}
+
+#[test]
+fn observations_that_were_held_up_are_dropped_and_shown() {
+    let bus = router();
+    let mut bench = Bench::new(&bus);
+    bench.run_a_second();
+    pass(3 * SECOND_NS);
+    for image in 0..90 {
+        bench.send(DELAY_NS + (90 - image) * PERIOD_NS);
+        bench.node.turn().unwrap();
+    }
+    let status = bench.status();
+    // All but those of the last half second.
+    assert_eq!(status.cameras[0].late, 75);
+    let shown = status
+        .faults
+        .iter()
+        .any(|words| words.contains("too late, since the start: north 75."));
+    assert!(shown, "{:?}", status.faults);
+    assert_eq!(bench.node.machine.statistics().cameras[&north()].images, 45);
+}
+
+#[test]
+fn a_flood_drops_the_oldest_and_is_shown() {
+    let bus = router();
+    let mut bench = Bench::new(&bus);
+    (0..QUEUE + 1000).for_each(|_| bench.send(DELAY_NS));
+    let status = bench.status();
+    let overload = status
+        .faults
+        .iter()
+        .find(|words| words.starts_with("overload"));
+    assert!(overload.is_some(), "{:?}", status.faults);
+    assert!(bench.node.observations.counts().dropped >= 1000);
+}
+
+fn estimate(x_m: f64, variance: f64) -> ObjectEstimate {
+    ObjectEstimate {
+        object: cube().id().clone(),
+        capture_ns: READING.get().wall_ns,
+        world_from_object: Pose::translation(x_m, 0.0, 0.0),
+        covariance: Matrix6::from_diagonal(&Vector6::new(1e-6, variance, 1e-6, 1e-6, 1e-6, 1e-6)),
+        twist: Vector6::zeros(),
+        state: State::Tracking,
+        cameras: 1,
+        tags: 1,
+        rms_px: 0.1,
+        posture: None,
+    }
+}
+
+#[test]
+fn a_pose_that_cannot_be_encoded_is_dropped_and_counted_and_the_next_is_published() {
+    let bus = router();
+    let mut bench = Bench::new(&bus);
+    bench.status();
+    let now_ns = READING.get().wall_ns;
+    assert!(
+        !bench
+            .node
+            .outlet
+            .pose(&estimate(2.0e6, 1e-6), now_ns)
+            .unwrap()
+    );
+    assert!(
+        bench
+            .node
+            .outlet
+            .pose(&estimate(1.0, -1e-12), now_ns)
+            .unwrap()
+    );
+    let published = std::iter::from_fn(|| bench.poses.try_recv());
+    let published: Vec<ObjectPose> = published.map(|item| item.decode().unwrap()).collect();
+    assert_eq!(published.len(), 1);
+    assert_eq!(
+        (published[0].sequence, published[0].covariance[7]),
+        (1, 0.0)
+    );
+    let status = bench.status();
+    let words = "1 messages could not be published, last: message for sextant/v1/lab/object/cube/pose: `position` is out of range";
+    assert!(
+        status.faults.iter().any(|fault| fault == words),
+        "{:?}",
+        status.faults
+    );
+}
