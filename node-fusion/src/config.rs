@@ -22,7 +22,8 @@ pub struct FusionConfig {
     #[serde(default)]
     pub objects: Vec<PathBuf>,
     /// Whether changes of rig and objects that come over the network are written into these files, so that they outlive
-    /// this process. Default false: they hold until it ends. The former file stays as `<name>.former`.
+    /// this process. Default false: they hold until it ends. A new object goes into `objects/<object>.toml`; the former file
+    /// stays as `<name>.former`, older ones are numbered.
     #[serde(default)]
     pub keep_changes: bool,
     /// Seconds by which an observation may be older than usual when it is read; older ones are dropped and counted. Also the

@@ -1,15 +1,16 @@
 //! The files that the models came from, and those that accepted changes go to.
 //!
-//! A file is replaced atomically, and the former one stays beside it as `<name>.former`. A new object gets the file
-//! `<object>.toml` beside `fusion.toml`, whose list of objects follows; everything else in `fusion.toml` stays as it is.
+//! A file is replaced atomically, and only by another version of what is in it; former versions stay beside it as
+//! `<name>.former`, `<name>.former.2` and so on. A new object gets the file `objects/<object>.toml` beside `fusion.toml`, whose
+//! list of objects follows; everything else in `fusion.toml` stays as it is.
 
 use crate::config::FusionConfig;
 use crate::models::{Change, Models};
 use sextant_estimator::ObjectId;
 use sextant_process::{Exit, WithExit};
 use sextant_site_files::{
-    FileError, former_of, read_object, read_rig, read_text, with_value, write_keeping_former,
-    write_object, write_rig,
+    FileError, keep_object, keep_rig, object_file, read_object, read_rig, read_text, retire_object,
+    with_value, write_keeping_former,
 };
 use std::path::{Path, PathBuf};
 
@@ -49,15 +50,15 @@ impl ModelFiles {
     /// Makes a change outlive the process.
     ///
     /// # Errors
-    /// What the system refuses; what is in force then is what is in the files.
+    /// What the system refuses, and a file in the way that is something else; what is in force then is what is in the files.
     pub fn keep(&mut self, change: &Change) -> Result<(), FileError> {
         match change {
-            Change::Rig(rig) => write_rig(&self.folder.join(&self.rig), rig),
+            Change::Rig(rig) => keep_rig(&self.folder.join(&self.rig), rig),
             Change::Object(model) => {
                 let known = self.objects.iter().find(|(_, id)| id == model.id());
-                let name = known.map_or_else(|| file_of(model.id()), |(name, _)| name.clone());
+                let name = known.map_or_else(|| object_file(model.id()), |(name, _)| name.clone());
                 let is_new = known.is_none();
-                write_object(&self.folder.join(&name), model)?;
+                keep_object(&self.folder.join(&name), model)?;
                 if is_new {
                     let mut objects = self.objects.clone();
                     objects.push((name, model.id().clone()));
@@ -69,7 +70,8 @@ impl ModelFiles {
                 let (gone, left) = self.objects.iter().cloned().partition(|(_, of)| of == id);
                 self.list(left)?;
                 let gone: Vec<(PathBuf, ObjectId)> = gone;
-                gone.iter().try_for_each(|(name, _)| self.put_away(name))
+                gone.iter()
+                    .try_for_each(|(name, id)| retire_object(&self.folder.join(name), id))
             }
         }
     }
@@ -83,17 +85,6 @@ impl ModelFiles {
         self.objects = objects;
         Ok(())
     }
-
-    /// Nobody reads the file any more: its content stays as the former one.
-    fn put_away(&self, name: &Path) -> Result<(), FileError> {
-        let file = self.folder.join(name);
-        std::fs::rename(&file, former_of(&file))
-            .map_err(|source| FileError::Unwritable { path: file, source })
-    }
-}
-
-fn file_of(object: &ObjectId) -> PathBuf {
-    format!("{object}.toml").into()
 }
 
 /// A path as a TOML string: of the two forms the one without escapes where it can be.
@@ -186,11 +177,58 @@ mod tests {
         assert!(former.contains("id = 7"), "{former}");
     }
 
+    /// Objects are named freely over the network, also like the node's own files.
+    #[test]
+    fn an_object_of_any_name_leaves_all_other_files_alone() {
+        let site = Site::new();
+        let mut mine = Vec::new();
+        for name in ["viewer.toml", "camera.toml", "rig.toml"] {
+            if name != "rig.toml" {
+                fs::write(site.path(name), "site = \"lab\"\n").unwrap();
+            }
+            mine.push((name, fs::read_to_string(site.path(name)).unwrap()));
+        }
+        for (tag, name) in (10..).zip(["fusion", "viewer", "rig", "camera"]) {
+            let object = change(name, tag);
+            let (after_restart, made) = site.kept(&object);
+            assert_eq!(after_restart, made, "{name}");
+            let (after_restart, made) = site.kept(&change(name, tag + 100));
+            assert_eq!(after_restart, made, "{name}");
+            assert!(site.path(&format!("objects/{name}.toml")).exists());
+        }
+        for (name, text) in mine {
+            assert_eq!(fs::read_to_string(site.path(name)).unwrap(), text, "{name}");
+        }
+        let text = fs::read_to_string(site.path("fusion.toml")).unwrap();
+        assert!(text.starts_with("# the lab\nsite = \"lab\"\n"), "{text}");
+    }
+
+    #[test]
+    fn a_file_that_is_no_object_is_not_replaced() {
+        let site = Site::new();
+        let (mut files, _) = site.read();
+        fs::create_dir(site.path("objects")).unwrap();
+        for name in ["objects/ball.toml", "things/cube.toml"] {
+            fs::write(site.path(name), "mine\n").unwrap();
+        }
+        for id in ["ball", "cube"] {
+            let refusal = files.keep(&change(id, 7)).unwrap_err();
+            assert!(
+                refusal.to_string().contains("is left as it is"),
+                "{refusal}"
+            );
+        }
+        for name in ["objects/ball.toml", "things/cube.toml"] {
+            assert_eq!(fs::read_to_string(site.path(name)).unwrap(), "mine\n");
+        }
+    }
+
     #[test]
     fn an_unwritable_file_is_a_refusal() {
         let site = Site::new();
         let (mut files, _) = site.read();
         fs::remove_dir_all(site.path("things")).unwrap();
+        fs::write(site.path("things"), "a file").unwrap();
         assert!(files.keep(&change("cube", 7)).is_err());
     }
 

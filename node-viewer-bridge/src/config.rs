@@ -23,8 +23,8 @@ pub struct ViewerConfig {
     /// under other names are refused, so that no foreign web page can read the site through a visitor's browser.
     #[serde(default)]
     pub host_names: Vec<String>,
-    /// Where the wizards keep what they found, beside this file or absolute: `rig.toml`, and `<object>.toml` for each learned
-    /// object; what was there is kept as `FILE.former`. Without it they keep results on the running site only.
+    /// Where the wizards keep what they found, beside this file or absolute: `rig.toml`, and `objects/<object>.toml` for each
+    /// learned object; what was there is kept as `FILE.former`, older versions are numbered. Without it they keep results on the running site only.
     #[serde(default)]
     pub folder: Option<PathBuf>,
     /// How to reach the network; by default a client of the router on port 7447 of this machine.

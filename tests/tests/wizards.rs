@@ -227,7 +227,10 @@ fn a_lens_a_rig_and_an_object_are_calibrated_from_the_page() {
         check_rig(&rig_file, &truth.rig());
         assert!(former_of(&rig_file).exists(), "{}", rig_file.display());
     }
-    for object_file in [folder.path().join("cube.toml"), site.path("cube.toml")] {
+    for object_file in [
+        folder.path().join("objects/cube.toml"),
+        site.path("cube.toml"),
+    ] {
         check_object(&object_file, &truth.cube());
     }
 }

@@ -25,26 +25,71 @@ pub fn write_atomically(path: &Path, content: &[u8]) -> Result<(), FileError> {
     written.map_err(unwritable)
 }
 
-/// Writes a file as [`write_atomically`] does and keeps the former one beside it, as `rig.toml.former`. A file that says the
-/// same already stays as it is, and so does what was kept before.
+/// Former versions of a file that are kept beside it; older ones are removed.
+pub const FORMER_VERSIONS: usize = 9;
+
+/// Writes a file as [`write_atomically`] does and keeps the former versions beside it, as [`former_of`] and
+/// [`former_version`] name them. A file that says the same already stays as it is, and so do its former versions.
 ///
 /// # Errors
-/// As [`write_atomically`]; the old file is then untouched.
+/// As [`write_atomically`], and for a file that cannot be read; the old file is then untouched.
 pub fn write_keeping_former(path: &Path, content: &[u8]) -> Result<(), FileError> {
+    let unwritable = |source| FileError::Unwritable {
+        path: path.to_owned(),
+        source,
+    };
     match fs::read(path) {
         Ok(former) if former == content => return Ok(()),
-        Ok(former) => write_atomically(&former_of(path), &former)?,
-        // Nothing to keep, or nothing that can be read: writing says which.
-        Err(_) => {}
+        Ok(former) => {
+            make_room_for_former(path).map_err(unwritable)?;
+            write_atomically(&former_of(path), &former)?;
+        }
+        Err(error) if error.kind() == io::ErrorKind::NotFound => {}
+        Err(error) => return Err(unwritable(error)),
     }
     write_atomically(path, content)
 }
 
-/// Where the former content of a file is kept.
+/// Takes a file away: it becomes the newest of its former versions.
+///
+/// # Errors
+/// What the system refuses.
+pub fn retire(path: &Path) -> Result<(), FileError> {
+    let retired = make_room_for_former(path).and_then(|()| fs::rename(path, former_of(path)));
+    retired.map_err(|source| FileError::Unwritable {
+        path: path.to_owned(),
+        source,
+    })
+}
+
+/// Where the newest former version of a file is kept: `rig.toml.former`.
 pub fn former_of(path: &Path) -> PathBuf {
+    former_version(path, 1)
+}
+
+/// Where a former version is kept, 1 being the newest: `rig.toml.former`, `rig.toml.former.2`, up to [`FORMER_VERSIONS`].
+pub fn former_version(path: &Path, number: usize) -> PathBuf {
     let mut name = path.as_os_str().to_owned();
     name.push(".former");
+    if number > 1 {
+        name.push(format!(".{number}"));
+    }
     name.into()
+}
+
+/// Renumbers the former versions, so that the newest place is free; the oldest is overwritten.
+fn make_room_for_former(path: &Path) -> io::Result<()> {
+    for number in (1..FORMER_VERSIONS).rev() {
+        let (newer, older) = (
+            former_version(path, number),
+            former_version(path, number + 1),
+        );
+        match fs::rename(newer, older) {
+            Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(error),
+            _ => {}
+        }
+    }
+    Ok(())
 }
 
 fn replace(temporary: &Path, target: &Path, content: &[u8]) -> io::Result<()> {
@@ -104,17 +149,49 @@ mod tests {
     }
 
     #[test]
-    fn the_former_content_is_kept_until_another_takes_its_place() {
+    fn former_versions_are_numbered_from_the_newest() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("rig.toml");
-        let former = || fs::read(former_of(&path)).ok();
-        write_keeping_former(&path, b"first").unwrap();
-        assert_eq!(former(), None);
-        write_keeping_former(&path, b"second").unwrap();
-        assert_eq!(former().unwrap(), b"first");
-        write_keeping_former(&path, b"second").unwrap();
-        assert_eq!(former().unwrap(), b"first");
-        assert_eq!(names_in(folder.path()), ["rig.toml", "rig.toml.former"]);
+        for content in ["first", "second", "second", "third"] {
+            write_keeping_former(&path, content.as_bytes()).unwrap();
+        }
+        let former = |number| fs::read(former_version(&path, number)).unwrap();
+        assert_eq!(
+            [former(1), former(2)],
+            [b"second".to_vec(), b"first".to_vec()]
+        );
+        retire(&path).unwrap();
+        let names = ["rig.toml.former", "rig.toml.former.2", "rig.toml.former.3"];
+        assert_eq!(names_in(folder.path()), names);
+        assert_eq!(
+            [former(1), former(3)],
+            [b"third".to_vec(), b"first".to_vec()]
+        );
+    }
+
+    #[test]
+    fn ten_times_as_many_versions_as_are_kept_leave_the_newest() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("rig.toml");
+        let n = 10 * FORMER_VERSIONS;
+        for version in 0..=n {
+            write_keeping_former(&path, version.to_string().as_bytes()).unwrap();
+        }
+        assert_eq!(names_in(folder.path()).len(), 1 + FORMER_VERSIONS);
+        for number in 1..=FORMER_VERSIONS {
+            let former = fs::read_to_string(former_version(&path, number)).unwrap();
+            assert_eq!(former, (n - number).to_string());
+        }
+    }
+
+    #[test]
+    fn what_cannot_be_read_is_not_replaced() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("rig.toml");
+        // A link to itself: reading fails, and not because nothing is there.
+        std::os::unix::fs::symlink(&path, &path).unwrap();
+        assert!(write_keeping_former(&path, b"new").is_err());
+        assert!(fs::symlink_metadata(&path).unwrap().is_symlink());
     }
 
     #[test]

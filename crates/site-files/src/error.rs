@@ -20,6 +20,16 @@ pub enum FileError {
     /// It says something wrong.
     #[error(transparent)]
     Wrong(Box<Wrong>),
+    /// What stands in its place is something else and is left alone.
+    #[error("{}: is left as it is, since it is no file of {expected} ({cause}); move it away", path.display())]
+    Occupied {
+        /// The file.
+        path: PathBuf,
+        /// What was to be written: `the rig`, `object cube`.
+        expected: String,
+        /// How that is known.
+        cause: String,
+    },
     /// It cannot be written; the old one, if there was one, is untouched.
     #[error("{}: cannot be written: {}", path.display(), cause_of(source))]
     Unwritable {
@@ -92,7 +102,9 @@ impl FileError {
     /// The file that it is about.
     pub fn path(&self) -> &Path {
         match self {
-            Self::Unreadable { path, .. } | Self::Unwritable { path, .. } => path,
+            Self::Unreadable { path, .. }
+            | Self::Occupied { path, .. }
+            | Self::Unwritable { path, .. } => path,
             Self::Wrong(wrong) => &wrong.path,
         }
     }

@@ -6,7 +6,8 @@
 //! - [`read_toml`], [`read_toml_checked`], [`write_toml`]: any other configuration, with the same kind of error.
 //! - [`with_value`]: one value of a text changed, comments kept.
 //! - [`write_atomically`]: a file that is either the old one or the new one, never half of one.
-//! - [`write_keeping_former`]: the same, and what it replaces kept as [`former_of`] says.
+//! - [`write_keeping_former`]: the same, and what it replaces kept as [`former_of`] says, in bounded number.
+//! - [`keep_rig`], [`keep_object`]: for programs that save by themselves; they replace a rig or that object, never anything else.
 //!
 //! Every complaint names file, line, column and key, says what is wrong and what to do: [`FileError`].
 //! Metres, pixels, quaternions x, y, z, w, as in the files; no network and no clock here.
@@ -17,14 +18,18 @@ mod edit;
 mod error;
 mod foreign;
 mod hint;
+mod keep;
 mod object;
 mod read;
 mod rig;
 
-pub use atomic::{former_of, write_atomically, write_keeping_former};
+pub use atomic::{
+    FORMER_VERSIONS, former_of, former_version, write_atomically, write_keeping_former,
+};
 pub use edit::with_value;
 pub use error::{Complaint, FileError, Wrong};
 pub use foreign::{ForeignFormat, foreign_text, is_foreign, parse_foreign, read_foreign};
+pub use keep::{keep_object, keep_rig, object_file, retire_object};
 pub use object::{object_toml, parse_object, read_object, write_object};
 pub use read::{parse_toml, read_text, read_toml, read_toml_checked, write_toml};
 pub use rig::{parse_rig, read_rig, rig_toml, write_rig};

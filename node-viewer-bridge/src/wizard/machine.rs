@@ -4,8 +4,8 @@ use super::account::Account;
 use super::command::{Command, Refusal, Start};
 use super::known::Known;
 use super::plan::{plan, subject};
-use super::publication::{Answered, Outgoing, Publication, file_of};
-use sextant_calibrator::procedure::{Outcome, Procedure};
+use super::publication::{Answered, Outgoing, Publication};
+use sextant_calibrator::procedure::{Outcome, Procedure, Product};
 use sextant_estimator::{ImageObservation, Rig};
 use sextant_proto::ConfigAnswer;
 use std::time::Instant;
@@ -17,8 +17,8 @@ pub(super) enum Job {
     Solve(u64, Box<Procedure>),
     /// Put this on the network; answers come by [`Machine::answered`].
     Publish(Outgoing),
-    /// Write a file into the site's folder and report by [`Machine::written`].
-    Write { name: String, text: String },
+    /// Write it into a file of the site's folder and report by [`Machine::written`].
+    Write(Product),
 }
 
 /// The machine.
@@ -261,8 +261,7 @@ impl Machine {
         }
         *publication = None;
         if has_folder {
-            let (name, text) = file_of(&outcome.product);
-            self.jobs.push(Job::Write { name, text });
+            self.jobs.push(Job::Write(outcome.product.clone()));
         } else {
             let (outcome, words) = (outcome.clone(), std::mem::take(words));
             self.go(Phase::Kept(outcome, words));

@@ -6,10 +6,10 @@ use crate::bridge::Shared;
 use crate::hub::Slot;
 use crate::intake::frame_of;
 use crate::message::Message;
-use sextant_calibrator::procedure::{Outcome, Procedure};
+use sextant_calibrator::procedure::{Outcome, Procedure, Product};
 use sextant_estimator::ImageObservation;
 use sextant_process::{Shutdown, fail_point, panics::contained};
-use sextant_site_files::{former_of, write_keeping_former};
+use sextant_site_files::{former_of, keep_object, keep_rig, object_file};
 use std::path::Path;
 use std::sync::mpsc::Receiver;
 use std::thread::JoinHandle;
@@ -67,7 +67,7 @@ impl Worker<'_> {
             match job {
                 Job::Solve(number, procedure) => self.solve(number, procedure),
                 Job::Publish(outgoing) => self.shared.wizard.post(outgoing),
-                Job::Write { name, text } => self.shared.wizard.written(self.write(&name, &text)),
+                Job::Write(product) => self.shared.wizard.written(self.write(&product)),
             }
         }
     }
@@ -94,20 +94,11 @@ impl Worker<'_> {
         self.shared.wizard.solved(number, result);
     }
 
-    fn write(&self, name: &str, text: &str) -> Result<String, String> {
-        let folder = self.shared.wizard.folder();
-        let path = folder.map_or_else(|| Path::new(name).to_owned(), |folder| folder.join(name));
-        write_keeping_former(&path, text.as_bytes())
-            .map_err(|error| format!("the file could not be written: {error}"))?;
-        let former = former_of(&path);
-        Ok(match former.exists() {
-            true => format!(
-                "written to {}; the former one is {}",
-                path.display(),
-                former.display()
-            ),
-            false => format!("written to {}", path.display()),
-        })
+    fn write(&self, product: &Product) -> Result<String, String> {
+        match self.shared.wizard.folder() {
+            Some(folder) => write_into(folder, product),
+            None => Err("viewer.toml names no `folder`".to_owned()),
+        }
     }
 
     fn give_account(&mut self) {
@@ -121,9 +112,62 @@ impl Worker<'_> {
     }
 }
 
+/// Writes what a wizard found into the site's folder; a sentence that says where it is.
+fn write_into(folder: &Path, product: &Product) -> Result<String, String> {
+    let (path, written) = match product {
+        Product::Rig(rig) => {
+            let path = folder.join("rig.toml");
+            let written = keep_rig(&path, rig);
+            (path, written)
+        }
+        Product::Object(object) => {
+            let path = folder.join(object_file(object.id()));
+            let written = keep_object(&path, object);
+            (path, written)
+        }
+    };
+    written.map_err(|error| format!("the file could not be written: {error}"))?;
+    let former = former_of(&path);
+    Ok(match former.exists() {
+        true => format!(
+            "written to {}; the former one is {}",
+            path.display(),
+            former.display()
+        ),
+        false => format!("written to {}", path.display()),
+    })
+}
+
 fn publish(shared: &Shared, account: &Account) {
     // One slot: it only fails when others have filled the hub.
     let _ = shared
         .hub
         .publish(&Slot::Wizard, frame_of(&Message::Wizard(account)));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::wizard::samples;
+    use sextant_estimator::{ObjectId, ObjectModel};
+    use std::fs;
+
+    #[test]
+    fn a_result_of_any_name_leaves_the_configuration_alone() {
+        let folder = tempfile::tempdir().unwrap();
+        let viewer = folder.path().join("viewer.toml");
+        fs::write(&viewer, "site = \"lab\"\n").unwrap();
+        let tags = samples::cube().tags().to_vec();
+        let id = ObjectId::new("viewer").unwrap();
+        let product = Product::Object(ObjectModel::new(id, tags).unwrap());
+        let said = write_into(folder.path(), &product).unwrap();
+        assert!(said.ends_with("objects/viewer.toml"), "{said}");
+        assert_eq!(fs::read_to_string(&viewer).unwrap(), "site = \"lab\"\n");
+
+        fs::write(folder.path().join("rig.toml"), "mine\n").unwrap();
+        let said = write_into(folder.path(), &Product::Rig(samples::rig())).unwrap_err();
+        assert!(said.contains("rig.toml: is left as it is"), "{said}");
+        let kept = fs::read_to_string(folder.path().join("rig.toml")).unwrap();
+        assert_eq!(kept, "mine\n");
+    }
 }

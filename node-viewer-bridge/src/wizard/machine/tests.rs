@@ -2,7 +2,6 @@
 
 use super::*;
 use crate::wizard::samples;
-use sextant_calibrator::procedure::Product;
 use sextant_proto::{FullObject, NodeId, Outcome as Answer, encode, fingerprint};
 use std::time::Duration;
 
@@ -116,7 +115,9 @@ fn a_wizard_goes_from_start_to_a_kept_result() {
     assert_eq!(bench.stage(), "keeping");
     bench.answer("main", Answer::Kept);
     let jobs = bench.machine.take_jobs();
-    assert!(matches!(&jobs[..], [Job::Write { name, .. }] if name == "cube.toml"));
+    assert!(
+        matches!(&jobs[..], [Job::Write(Product::Object(cube))] if cube.id().as_str() == "cube")
+    );
     bench.machine.written(Ok("written".to_owned()));
     assert_eq!(bench.stage(), "kept");
     assert_eq!(bench.told()["result"]["kept"].as_array().unwrap().len(), 2);
@@ -194,7 +195,7 @@ fn a_silent_node_is_named_and_does_not_keep_the_file_from_being_written() {
     bench
         .machine
         .tick(bench.now + Duration::from_secs(10), true);
-    assert!(matches!(bench.machine.take_jobs()[..], [Job::Write { .. }]));
+    assert!(matches!(bench.machine.take_jobs()[..], [Job::Write(_)]));
     bench.machine.written(Err("the disk is full".to_owned()));
     let told = bench.told();
     assert!(
