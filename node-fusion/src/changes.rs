@@ -2,14 +2,21 @@
 
 use crate::files::ModelFiles;
 use crate::models::{Change, Models};
+use crate::pace::Pace;
 use sextant_proto::{KeyRef, Keys, Outcome, fingerprint, limits};
 use sextant_zenoh_bus::{Item, Payload};
+use std::time::Instant;
+
+/// Announcements and other messages that are no changes, passed over in one turn.
+const PASSED_OVER: usize = 256;
 
 /// Who decides on changes, and what is in force.
 pub struct Desk {
     keys: Keys,
     models: Models,
     files: Option<ModelFiles>,
+    /// Floods of changes shall not keep images waiting.
+    pace: Pace,
 }
 
 /// What becomes of a publication under a `config/` key.
@@ -43,6 +50,7 @@ impl Desk {
             keys,
             models,
             files,
+            pace: Pace::default(),
         }
     }
 
@@ -51,8 +59,35 @@ impl Desk {
         &self.models
     }
 
+    /// The next publication that is to be decided on, if one is due at `now`; what is no change is passed over. Nothing is taken
+    /// from the queue before it is due.
+    pub fn next(&self, now: Instant, queue: impl FnMut() -> Option<Item>) -> Option<Item> {
+        if !self.pace.is_due(now) {
+            return None;
+        }
+        let mut items = std::iter::from_fn(queue).take(PASSED_OVER);
+        items.find(|item| self.change_of(item).is_some())
+    }
+
+    /// A change was handled from `begun` to `ended`: the next one waits.
+    pub fn rest(&mut self, begun: Instant, ended: Instant) {
+        self.pace.rest(begun, ended);
+    }
+
     /// Decides on a publication; none for a key that is no configuration's, and for what a fusion node announces.
     pub fn decide(&mut self, item: &Item) -> Option<Verdict> {
+        let about = self.change_of(item)?;
+        let decision = self.decision(&about, &item.payload);
+        Some(Verdict {
+            key: below_site(&item.key).to_owned(),
+            about,
+            fingerprint: item.bytes().map_or(0, fingerprint),
+            decision: decision.unwrap_or_else(Decision::Refuse),
+        })
+    }
+
+    /// What somebody wants changed; none for what is no key of the configuration, and for what a fusion node announces.
+    fn change_of(&self, item: &Item) -> Option<KeyRef> {
         let about = self.keys.parse(&item.key)?;
         let is_config = matches!(
             about,
@@ -63,16 +98,7 @@ impl Desk {
                 | KeyRef::FullObject(_)
         );
         let sender = item.sender.as_deref().unwrap_or_default();
-        if !is_config || sender.starts_with(ANNOUNCED) {
-            return None;
-        }
-        let decision = self.decision(&about, &item.payload);
-        Some(Verdict {
-            key: below_site(&item.key).to_owned(),
-            about,
-            fingerprint: item.bytes().map_or(0, fingerprint),
-            decision: decision.unwrap_or_else(Decision::Refuse),
-        })
+        (is_config && !sender.starts_with(ANNOUNCED)).then_some(about)
     }
 
     fn decision(&mut self, about: &KeyRef, payload: &Payload) -> Result<Decision, String> {
@@ -132,6 +158,7 @@ mod tests {
     use sextant_proto::{ObjectConfig, encode};
     use sextant_site_files::{parse_object, parse_rig};
     use std::path::Path;
+    use std::time::Duration;
 
     const RIG: &str = "[[camera]]\nid = \"north\"\nresolution = [640, 480]\nlens = { model = \"pinhole\", fx = 600.0, fy = 600.0, cx = 319.5, cy = 239.5 }\n";
 
@@ -190,6 +217,35 @@ mod tests {
         let refused = desk.decide(&garbage).unwrap().outcome();
         assert_eq!(refused.0, Outcome::Refused);
         assert_eq!(*desk.models(), before);
+    }
+
+    /// Ten times as many changes as the queue holds: one is taken, and the next only after a pause.
+    #[test]
+    fn a_flood_of_changes_is_taken_one_at_a_time() {
+        let mut desk = desk();
+        let announced = item("cube", &object("cube", 1), Some("fusion/main"));
+        let change = item("cube", &object("cube", 1), Some("somebody"));
+        let flood = (0..2560).map(|n| if n % 2 == 0 { &announced } else { &change });
+        let mut queue = flood.cloned();
+        let start = Instant::now();
+        assert_eq!(desk.next(start, || queue.next()), Some(change.clone()));
+        assert_eq!(queue.len(), 2558);
+        let slow = Duration::from_millis(20);
+        desk.rest(start, start + slow);
+        assert_eq!(desk.next(start + slow, || queue.next()), None);
+        assert_eq!(desk.next(start + 9 * slow, || queue.next()), None);
+        assert_eq!(queue.len(), 2558);
+        assert!(desk.next(start + 10 * slow, || queue.next()).is_some());
+        assert_eq!(queue.len(), 2556);
+    }
+
+    #[test]
+    fn what_is_no_change_is_passed_over_in_bounded_number() {
+        let desk = desk();
+        let announced = item("cube", &object("cube", 1), Some("fusion/main"));
+        let mut queue = std::iter::repeat_n(announced, 10 * PASSED_OVER);
+        assert_eq!(desk.next(Instant::now(), || queue.next()), None);
+        assert_eq!(queue.len(), 9 * PASSED_OVER);
     }
 
     #[test]

@@ -15,6 +15,7 @@ mod models;
 mod node;
 mod notices;
 mod outlet;
+mod pace;
 #[cfg(test)]
 mod panic_tests;
 mod refinements;

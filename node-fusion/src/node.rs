@@ -24,7 +24,7 @@ use sextant_zenoh_bus::{
     Bus, BusError, DropRule, HeldName, Item, Payload, StreamBounds, Subscription,
 };
 use std::path::Path;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 /// Observations that wait while the machine works, and their bytes: a second of 64 cameras at 30 images a second with 20 tags each.
 /// They wait for as long as they may be old at most.
@@ -191,11 +191,7 @@ impl<'a> FusionNode<'a> {
         if let Some(item) = item {
             self.take(&item);
         }
-        while let Some(item) = self.changes.try_recv() {
-            if let Some(verdict) = self.desk.decide(&item) {
-                self.carry_out(&verdict, item.sender.as_deref())?;
-            }
-        }
+        self.take_change()?;
         let now = self.clock.now_ns();
         if self.machine.poll_timeout().is_some_and(|due| due <= now) {
             self.machine.handle(now, Input::Tick);
@@ -216,6 +212,19 @@ impl<'a> FusionNode<'a> {
             let now = self.clock.now_ns();
             self.machine.handle(now, Input::ClockStep { by_ns });
         }
+    }
+
+    /// One change a turn, and none for a while after it: images go first.
+    fn take_change(&mut self) -> anyhow::Result<()> {
+        let begun = Instant::now();
+        let Some(item) = self.desk.next(begun, || self.changes.try_recv()) else {
+            return Ok(());
+        };
+        if let Some(verdict) = self.desk.decide(&item) {
+            self.carry_out(&verdict, item.sender.as_deref())?;
+        }
+        self.desk.rest(begun, Instant::now());
+        Ok(())
     }
 
     /// `now` is monotonic.
