@@ -24,6 +24,9 @@ use crate::{
 };
 use intake::Intake;
 
+/// Cameras that are remembered, of former rigs as well; when there are more, everything begins anew.
+const MOST_CAMERAS: usize = 1024;
+
 /// What can be told to the machine.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Input {
@@ -312,6 +315,9 @@ impl Fusion {
     }
 
     fn take_rig(&mut self, rig: &Rig) {
+        if self.site.n_cameras_with(rig) > MOST_CAMERAS {
+            self.forget_all(rig);
+        }
         self.catch_up();
         self.site.set_rig(rig);
         self.forget_calibration();
@@ -320,6 +326,19 @@ impl Fusion {
         self.intake.rig_changed(&self.site);
         for timeline in &mut self.timelines {
             timeline.models_changed();
+        }
+    }
+
+    /// Forgets all that was learned, tracks included: too many cameras have come and gone.
+    fn forget_all(&mut self, rig: &Rig) {
+        let anew = Self::new(rig.clone(), self.objects.clone(), self.options.clone());
+        // The objects and the options are in force already, so that nothing can be wrong with them.
+        if let Ok(anew) = anew {
+            *self = Self {
+                now_ns: self.now_ns,
+                outputs: std::mem::take(&mut self.outputs),
+                ..anew
+            };
         }
     }
 
@@ -415,4 +434,38 @@ fn have_one_frame(before: &ObjectModel, after: &ObjectModel) -> bool {
     let mut placed = before.tags().iter();
     let as_before = before.articulation() == after.articulation();
     as_before && placed.any(|tag| tag.object_from_tag.is_some() && after.tags().contains(tag))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Camera, CameraId};
+    use sextant_geometry::{Intrinsics, Lens};
+
+    #[test]
+    fn a_flood_of_rigs_ends_at_the_bound() {
+        let lens = Lens::pinhole(Intrinsics {
+            fx: 600.0,
+            fy: 600.0,
+            cx: 319.5,
+            cy: 239.5,
+        })
+        .unwrap();
+        let rig = |n: usize| {
+            let camera = |k: usize| Camera {
+                id: CameraId::new(&format!("c{n}-{k}")).unwrap(),
+                resolution: [640, 480],
+                lens,
+                world_from_camera: None,
+            };
+            Rig::new((0..256).map(camera).collect()).unwrap()
+        };
+        let mut fusion = Fusion::new(rig(0), Vec::new(), FusionOptions::default()).unwrap();
+        for n in 1..10 * MOST_CAMERAS / 256 {
+            fusion.handle(n as u64, Input::Rig(rig(n)));
+            assert!(fusion.site.cameras().len() <= MOST_CAMERAS);
+            assert!(fusion.site.camera(&rig(n).cameras()[255].id).is_some());
+        }
+        assert_eq!(fusion.statistics().cameras.len(), 256);
+    }
 }

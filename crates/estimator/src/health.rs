@@ -54,6 +54,8 @@ const WRONG_SIZE: f64 = 0.01;
 const HIT_NS: u64 = 300_000_000;
 /// Nanoseconds for which a tag that was seen twice is reported.
 const TWINS_NS: u64 = 2_000_000_000;
+/// Such tags at one time; further ones are passed over.
+const MOST_TWINS: usize = 1024;
 /// Instants at which an object seemed to be hit, fading, that are too many to be hits.
 const OFTEN: f64 = 2.5;
 /// Nanoseconds for which a camera contradicts after which no question about clocks keeps it from being named.
@@ -249,8 +251,10 @@ impl Health {
         let mut seen = BTreeSet::new();
         self.newest_ns = self.newest_ns.max(time_ns);
         for tag in tags {
-            if !seen.insert(tag) {
-                self.twice_ns.insert((camera_index, tag), time_ns);
+            let key = (camera_index, tag);
+            let has_room = self.twice_ns.len() < MOST_TWINS || self.twice_ns.contains_key(&key);
+            if !seen.insert(tag) && has_room {
+                self.twice_ns.insert(key, time_ns);
             }
         }
         let oldest_ns = self.newest_ns.saturating_sub(TWINS_NS);

@@ -133,6 +133,12 @@ impl Site {
         Ok(site)
     }
 
+    /// How many cameras it knows once a rig is in force.
+    pub fn n_cameras_with(&self, rig: &Rig) -> usize {
+        let is_new = |camera: &&crate::Camera| !self.cameras.iter().any(|one| one.id == camera.id);
+        self.cameras.len() + rig.cameras().iter().filter(is_new).count()
+    }
+
     pub fn set_rig(&mut self, rig: &Rig) {
         let file = |camera: &crate::Camera| {
             let middle_row = 0.5 * f64::from(camera.resolution[1] - 1);

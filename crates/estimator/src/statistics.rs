@@ -9,7 +9,7 @@ use crate::CameraId;
 pub struct CameraStatistics {
     /// Images taken in.
     pub images: u64,
-    /// Images that came a second time.
+    /// Images that came a second time, or within 2 ms of another one.
     pub duplicates: u64,
     /// Images older than the window, or than what is known already.
     pub late: u64,

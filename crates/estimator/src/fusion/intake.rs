@@ -15,6 +15,9 @@ pub(crate) struct Intake {
     stepped_ns: u64,
 }
 
+/// Least time between two images of a camera, ns: no camera of a site is as fast as 500 images a second. It bounds how many images
+/// a window holds, whatever their stamps say.
+const LEAST_INTERVAL_NS: u64 = 2_000_000;
 /// Most capture times remembered of a camera, however long the window.
 const MOST_RECENT: usize = 4096;
 
@@ -110,10 +113,13 @@ impl Intake {
             return None;
         }
         let recent = self.recent_ns.entry(image.camera.clone()).or_default();
-        if !recent.insert(image.capture_ns) {
+        let earliest = image.capture_ns.saturating_sub(LEAST_INTERVAL_NS - 1);
+        let latest = image.capture_ns.saturating_add(LEAST_INTERVAL_NS - 1);
+        if recent.range(earliest..=latest).next().is_some() {
             self.counts(&image.camera).duplicates += 1;
             return None;
         }
+        recent.insert(image.capture_ns);
         let newest = recent.last().copied().unwrap_or(0);
         let oldest = newest.saturating_sub((options.window_s * 1e9) as u64);
         while recent.len() > MOST_RECENT || recent.first().is_some_and(|first| *first < oldest) {

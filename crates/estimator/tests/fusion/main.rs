@@ -11,6 +11,7 @@ mod clock_step;
 mod clocks;
 mod far_clocks;
 mod faults;
+mod floods;
 mod health;
 mod imperfect;
 mod innocent;
