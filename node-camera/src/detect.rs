@@ -5,6 +5,7 @@ mod finder;
 mod inspection;
 mod models;
 mod observe;
+mod sizes;
 mod wire;
 
 use std::thread;

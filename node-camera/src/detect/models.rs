@@ -1,16 +1,19 @@
 //! What the detecting part knows of the site: its camera's lens and the sizes of all tags, as the fusion node publishes
 //! them. Without them it publishes corners alone, which is all that fusion needs.
 
-use std::collections::BTreeMap;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use sextant_estimator::{CameraId, ObjectModel, Rig, TagId};
 use sextant_geometry::Lens;
 use sextant_proto::{ArticulatedConfig, KeyRef, Keys, ObjectConfig, RigConfig, limits};
 use sextant_zenoh_bus::{Bus, BusError, DropRule, Item, Subscription};
 
+use super::sizes::{Full, Sizes};
+
 /// How long to wait for the models of a fusion node that is there.
 const ANSWER_TIMEOUT: Duration = Duration::from_millis(500);
+/// Between two times that everything is asked for because there was no room for an object: asking holds detection up.
+const ASK_PERIOD: Duration = Duration::from_secs(60);
 /// A rig and more objects than a site has; the oldest gives way, and a later question fetches it again.
 const QUEUE: usize = 256;
 
@@ -20,9 +23,11 @@ pub(super) struct Models {
     camera: CameraId,
     subscription: Subscription,
     was_connected: bool,
+    asked: Instant,
+    /// Whether an object found no room since everything was asked for.
+    is_short_of_room: bool,
     lens: Option<(Lens, [u32; 2])>,
-    /// Sizes in metres by object, and then by tag: an object that changes takes its own tags along.
-    objects: BTreeMap<String, BTreeMap<TagId, f64>>,
+    sizes: Sizes,
     complaint: Option<String>,
 }
 
@@ -40,18 +45,22 @@ impl Models {
             camera: camera.clone(),
             subscription,
             was_connected: false,
+            asked: Instant::now(),
+            is_short_of_room: false,
             lens: None,
-            objects: BTreeMap::new(),
+            sizes: Sizes::default(),
             complaint: None,
         };
         models.update(bus);
         Ok(models)
     }
 
-    /// Takes in what has changed. After a lost connection everything is asked for again.
+    /// Takes in what has changed. After a lost connection everything is asked for again, and so it is now and then while there
+    /// is no room: objects that nobody answers for are forgotten then.
     pub(super) fn update(&mut self, bus: &Bus) {
         let is_connected = bus.is_connected();
-        if is_connected && !self.was_connected {
+        let is_back = is_connected && !self.was_connected;
+        if is_back || self.is_short_of_room && self.asked.elapsed() >= ASK_PERIOD {
             self.ask(bus);
         }
         self.was_connected = is_connected;
@@ -71,12 +80,9 @@ impl Models {
         (*resolution == [u32::from(width), u32::from(height)]).then_some(lens)
     }
 
-    /// Edge of a tag's black square in metres. Of two objects that claim a tag the first by name has it.
+    /// Edge of a tag's black square in metres.
     pub(super) fn size_m(&self, tag: &TagId) -> Option<f64> {
-        self.objects
-            .values()
-            .find_map(|tags| tags.get(tag))
-            .copied()
+        self.sizes.size_m(tag)
     }
 
     /// What a person should know about the models.
@@ -85,12 +91,18 @@ impl Models {
     }
 
     fn ask(&mut self, bus: &Bus) {
+        self.asked = Instant::now();
+        self.is_short_of_room = false;
         match bus.latest(
             &self.keys.all_config(),
             limits::MAX_PAYLOAD_BYTES,
             ANSWER_TIMEOUT,
         ) {
-            Ok(items) => items.iter().for_each(|item| self.take(item)),
+            Ok(items) if items.is_empty() => {}
+            Ok(items) => {
+                self.sizes.clear();
+                items.iter().for_each(|item| self.take(item));
+            }
             Err(cause) => tracing::warn!(%cause, "the site's models can't be asked for"),
         }
     }
@@ -125,23 +137,23 @@ impl Models {
     fn take_object(&mut self, object: &str, item: &Item) -> Result<(), String> {
         let message: ObjectConfig = item.decode().map_err(|cause| cause.to_string())?;
         if message.tags.is_empty() {
-            self.objects.remove(object);
+            self.sizes.remove(object);
             return Ok(());
         }
         let model = ObjectModel::try_from(&message).map_err(|cause| cause.to_string())?;
-        self.take_sizes(object, &model);
-        Ok(())
+        self.take_sizes(object, &model)
     }
 
     fn take_links(&mut self, object: &str, item: &Item) -> Result<(), String> {
         let message: ArticulatedConfig = item.decode().map_err(|cause| cause.to_string())?;
         let model = ObjectModel::try_from(&message).map_err(|cause| cause.to_string())?;
-        self.take_sizes(object, &model);
-        Ok(())
+        self.take_sizes(object, &model)
     }
 
-    fn take_sizes(&mut self, object: &str, model: &ObjectModel) {
-        let tags = model.tags().iter().map(|tag| (tag.tag, tag.size_m));
-        self.objects.insert(object.to_owned(), tags.collect());
+    fn take_sizes(&mut self, object: &str, model: &ObjectModel) -> Result<(), String> {
+        self.sizes.take(object, model).map_err(|Full| {
+            self.is_short_of_room = true;
+            "more objects or tags than a site has; its sizes are not taken in".to_owned()
+        })
     }
 }
