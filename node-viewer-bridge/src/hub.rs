@@ -1,12 +1,26 @@
 //! The newest frame of everything, and the clients that want to hear of it.
+//!
+//! Each kind of slot has room for so many ids, and all frames together for so many bytes. Drop rule: what finds no room is
+//! refused and counted; a slot of which nothing was heard for [`EXPIRY`] is forgotten.
 
 use crate::outbox::Outbox;
 use axum::extract::ws;
-use std::collections::{BTreeMap, BTreeSet};
+use sextant_zenoh_bus::{BoundedMap, Full};
+use std::collections::BTreeSet;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
 
 /// One WebSocket frame, shared by all clients without a copy.
 pub(crate) type Frame = ws::Message;
+
+/// Bytes of a frame.
+pub(crate) fn length(frame: &Frame) -> usize {
+    match frame {
+        Frame::Text(text) => text.len(),
+        Frame::Binary(bytes) => bytes.len(),
+        _ => 0,
+    }
+}
 
 /// A text frame.
 #[cfg(test)]
@@ -33,12 +47,43 @@ pub(crate) enum Slot {
     Preview(String),
 }
 
-/// Slots that the bridge keeps: a site of a hundred cameras and a few hundred objects. More is somebody's mistake.
-const MAX_SLOTS: usize = 2048;
-/// Pictures that the bridge keeps; at most 100 kB each.
-const MAX_PREVIEWS: usize = 128;
+/// Ids that are kept of each kind of slot, in the order of [`Slot`].
+const ROOM: [usize; 14] = [
+    1, 2048, 256, 256, 64, 64, 1, 1, 2048, 1024, 1024, 256, 256, 128,
+];
+/// Bytes of all frames that are kept.
+const MAX_BYTES: usize = 32 << 20;
+/// How long a slot stays of which nothing is heard.
+const EXPIRY: Duration = Duration::from_secs(300);
 /// Clients at one time.
 const MAX_CLIENTS: usize = 64;
+
+impl Slot {
+    /// Place in [`ROOM`].
+    fn kind(&self) -> usize {
+        match self {
+            Self::Rig => 0,
+            Self::Object(_) => 1,
+            Self::Alive(..) => 2,
+            Self::CameraStatus(_) => 3,
+            Self::FusionStatus(_) => 4,
+            Self::Clocks(_) => 5,
+            Self::BridgeStatus => 6,
+            Self::Wizard => 7,
+            Self::Pose(_) => 8,
+            Self::Joints(_) => 9,
+            Self::Truth(_) => 10,
+            Self::Observations(_) => 11,
+            Self::DetectionReport(_) => 12,
+            Self::Preview(_) => 13,
+        }
+    }
+
+    /// Whether it is said once and holds until something else is said.
+    fn lasts(&self) -> bool {
+        matches!(self, Self::Rig | Self::BridgeStatus | Self::Wizard)
+    }
+}
 
 /// Everything newest, for new clients, and the outboxes of the present ones.
 #[derive(Debug, Default)]
@@ -46,33 +91,61 @@ pub(crate) struct Hub {
     state: Mutex<State>,
 }
 
-#[derive(Debug, Default)]
+#[derive(Debug)]
 struct State {
-    newest: BTreeMap<Slot, Frame>,
-    n_previews: usize,
+    /// By kind.
+    newest: [BoundedMap<Slot, Frame>; ROOM.len()],
+    bytes: usize,
     clients: Vec<Arc<Outbox>>,
     replaced_before: u64,
 }
 
-/// The bridge keeps no more slots.
-#[derive(Debug, PartialEq, Eq)]
-pub(crate) struct Full;
+impl Default for State {
+    fn default() -> Self {
+        Self {
+            newest: ROOM.map(|room| BoundedMap::new(room, EXPIRY)),
+            bytes: 0,
+            clients: Vec::new(),
+            replaced_before: 0,
+        }
+    }
+}
 
 impl Hub {
     /// Hands a frame to every client and keeps it for later ones.
     pub(crate) fn publish(&self, slot: &Slot, frame: Frame) -> Result<(), Full> {
         let mut state = self.lock();
-        state.keep(slot, &frame)?;
-        for client in &state.clients {
-            client.put(slot, frame.clone());
-        }
+        state.keep(Instant::now(), slot, &frame, slot.lasts())?;
+        state.hand_out(slot, &frame);
         Ok(())
+    }
+
+    /// As [`Self::publish`], of a frame that holds until the next of its slot.
+    pub(crate) fn publish_lasting(&self, slot: &Slot, frame: Frame) -> Result<(), Full> {
+        let mut state = self.lock();
+        state.keep(Instant::now(), slot, &frame, true)?;
+        state.hand_out(slot, &frame);
+        Ok(())
+    }
+
+    /// These objects and their links exist, as a fusion node says.
+    pub(crate) fn confirm_objects(&self, objects: &BTreeSet<&str>) {
+        let is_one = |slot: &Slot| match slot {
+            Slot::Object(id) => objects.contains(id.split('.').next().unwrap_or(id)),
+            _ => false,
+        };
+        self.lock().newest[Slot::Object(String::new()).kind()].touch_where(Instant::now(), is_one);
+    }
+
+    /// Forgets what nothing was heard of for long.
+    pub(crate) fn expire(&self, now: Instant) {
+        self.lock().expire(now);
     }
 
     /// The ids under which clients know an object and its links: its own, and those that go on with a dot.
     pub(crate) fn parts_of(&self, object: &str) -> Vec<String> {
         let state = self.lock();
-        let ids = state.newest.keys().filter_map(|slot| match slot {
+        let ids = state.newest().filter_map(|(slot, _)| match slot {
             Slot::Object(id) | Slot::Pose(id) => Some(id),
             _ => None,
         });
@@ -84,19 +157,21 @@ impl Hub {
         std::iter::once(object.to_owned()).chain(links).collect()
     }
 
-    /// An object is gone: later clients don't hear of it, the present ones get this frame last.
+    /// An object is gone: later clients don't hear of it, the present ones get this frame last. Nobody is told of one that
+    /// nobody has heard of.
     pub(crate) fn forget_object(&self, id: &str, farewell: &Frame) {
         let slots =
             [Slot::Object, Slot::Pose, Slot::Joints, Slot::Truth].map(|slot| slot(id.to_owned()));
         let mut state = self.lock();
+        let mut was_known = false;
         for slot in &slots {
-            state.newest.remove(slot);
+            was_known |= state.remove(slot);
             for client in &state.clients {
                 client.withdraw(slot);
             }
         }
-        for client in &state.clients {
-            client.put(&slots[0], farewell.clone());
+        if was_known {
+            state.hand_out(&slots[0], farewell);
         }
     }
 
@@ -107,7 +182,7 @@ impl Hub {
             return None;
         }
         let outbox = Arc::new(Outbox::default());
-        for (slot, frame) in &state.newest {
+        for (slot, frame) in state.newest() {
             outbox.put(slot, frame.clone());
         }
         state.clients.push(Arc::clone(&outbox));
@@ -123,11 +198,12 @@ impl Hub {
 
     /// The newest text of every slot.
     pub(crate) fn newest_texts(&self) -> Vec<ws::Utf8Bytes> {
-        let texts = |frame: &Frame| match frame {
+        // Frames are shared: nothing but references is copied under the lock.
+        let texts = |(_, frame): (&Slot, &Frame)| match frame {
             Frame::Text(text) => Some(text.clone()),
             _ => None,
         };
-        self.lock().newest.values().filter_map(texts).collect()
+        self.lock().newest().filter_map(texts).collect()
     }
 
     /// Present clients, and frames that clients have ever skipped.
@@ -144,18 +220,47 @@ impl Hub {
 }
 
 impl State {
-    fn keep(&mut self, slot: &Slot, frame: &Frame) -> Result<(), Full> {
-        if let Some(kept) = self.newest.get_mut(slot) {
-            *kept = frame.clone();
-            return Ok(());
-        }
-        let is_preview = matches!(slot, Slot::Preview(_));
-        if self.newest.len() >= MAX_SLOTS || is_preview && self.n_previews >= MAX_PREVIEWS {
+    fn newest(&self) -> impl Iterator<Item = (&Slot, &Frame)> {
+        self.newest.iter().flat_map(BoundedMap::iter)
+    }
+
+    fn keep(
+        &mut self,
+        now: Instant,
+        slot: &Slot,
+        frame: &Frame,
+        is_lasting: bool,
+    ) -> Result<(), Full> {
+        let before = self.newest[slot.kind()].get(slot).map_or(0, length);
+        if self.bytes - before + length(frame) > MAX_BYTES {
             return Err(Full);
         }
-        self.n_previews += usize::from(is_preview);
-        self.newest.insert(slot.clone(), frame.clone());
+        let kind = &mut self.newest[slot.kind()];
+        let gave_way = match is_lasting {
+            true => kind.insert_lasting(now, slot.clone(), frame.clone())?,
+            false => kind.insert(now, slot.clone(), frame.clone())?,
+        };
+        self.bytes = self.bytes + length(frame) - gave_way.as_ref().map_or(0, length);
         Ok(())
+    }
+
+    fn remove(&mut self, slot: &Slot) -> bool {
+        let removed = self.newest[slot.kind()].remove(slot);
+        self.bytes -= removed.as_ref().map_or(0, length);
+        removed.is_some()
+    }
+
+    fn expire(&mut self, now: Instant) {
+        for kind in &mut self.newest {
+            let expired: usize = kind.expire(now).iter().map(length).sum();
+            self.bytes -= expired;
+        }
+    }
+
+    fn hand_out(&self, slot: &Slot, frame: &Frame) {
+        for client in &self.clients {
+            client.put(slot, frame.clone());
+        }
     }
 }
 
@@ -213,15 +318,84 @@ mod tests {
         assert_eq!(hub.counts(), (0, 2));
     }
 
+    fn bytes_kept(hub: &Hub) -> usize {
+        let state = hub.lock();
+        let sum: usize = state.newest().map(|(_, frame)| length(frame)).sum();
+        assert_eq!(sum, state.bytes);
+        sum
+    }
+
     #[test]
-    fn a_flood_of_ids_ends_at_the_bound() {
+    fn a_flood_of_one_kind_ends_at_its_bound_and_leaves_room_for_the_others() {
         let hub = Hub::default();
-        let previews = (0..2 * MAX_PREVIEWS).map(|n| Slot::Preview(format!("p{n}")));
-        let refused = previews.filter(|slot| hub.publish(slot, text("")).is_err());
-        assert_eq!(refused.count(), MAX_PREVIEWS);
-        let poses = (0..2 * MAX_SLOTS).map(|n| Slot::Pose(format!("o{n}")));
-        let kept = poses.filter(|slot| hub.publish(slot, text("")).is_ok());
-        assert_eq!(kept.count(), MAX_SLOTS - MAX_PREVIEWS);
+        type Make = fn(String) -> Slot;
+        let kinds: [(Make, usize); 4] = [
+            (Slot::Preview, 128),
+            (Slot::Pose, 2048),
+            (Slot::CameraStatus, 256),
+            (|id| Slot::Alive("camera".to_owned(), id), 256),
+        ];
+        for (make, room) in kinds {
+            let slots = (0..10 * room).map(|n| make(n.to_string()));
+            let kept = slots.filter(|slot| hub.publish(slot, text("x")).is_ok());
+            assert_eq!(kept.count(), room);
+        }
+        assert_eq!(bytes_kept(&hub), 128 + 2048 + 256 + 256);
+    }
+
+    #[test]
+    fn a_flood_of_large_frames_ends_at_the_bytes() {
+        let hub = Hub::default();
+        let large = Frame::Binary(vec![0; MAX_BYTES / 16].into());
+        let slots = (0..160).map(|n| Slot::Object(n.to_string()));
+        let kept = slots.filter(|slot| hub.publish(slot, large.clone()).is_ok());
+        assert_eq!(kept.count(), 16);
+        // Those that are kept may go on.
+        hub.publish(&Slot::Object("3".to_owned()), large).unwrap();
+        assert_eq!(bytes_kept(&hub), MAX_BYTES);
+    }
+
+    #[test]
+    fn what_nothing_is_heard_of_is_forgotten() {
+        let hub = Hub::default();
+        let object = |id: &str| Slot::Object(id.to_owned());
+        for slot in [object("forged"), Slot::Rig, Slot::Pose("cube".to_owned())] {
+            hub.publish(&slot, text("x")).unwrap();
+        }
+        let node = Slot::Alive("fusion".to_owned(), "main".to_owned());
+        hub.publish_lasting(&node, text("up")).unwrap();
+        let published = Instant::now();
+        for id in ["arm", "arm.upper"] {
+            hub.publish(&object(id), text("x")).unwrap();
+        }
+        while Instant::now() == published {}
+        hub.confirm_objects(&BTreeSet::from(["arm"]));
+        hub.expire(published + EXPIRY);
+        let state = hub.lock();
+        let kept: Vec<&Slot> = state.newest().map(|(slot, _)| slot).collect();
+        assert_eq!(
+            kept,
+            [&Slot::Rig, &object("arm"), &object("arm.upper"), &node]
+        );
+    }
+
+    #[test]
+    fn farewells_to_objects_that_nobody_knows_reach_nobody() {
+        let hub = Hub::default();
+        let client = hub.join().unwrap();
+        for n in 0..20_480 {
+            hub.forget_object(&n.to_string(), &text("gone"));
+        }
+        assert_eq!(client.len(), 0);
+        // Nor do those to objects that came and went fill the outbox of a client that does not read.
+        for n in 0..20_480 {
+            let id = n.to_string();
+            hub.publish(&Slot::Object(id.clone()), text("object"))
+                .unwrap();
+            hub.forget_object(&id, &text("gone"));
+        }
+        assert!(client.has_overflowed());
+        assert_eq!((client.len(), bytes_kept(&hub)), (0, 0));
     }
 
     #[test]

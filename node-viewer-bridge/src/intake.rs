@@ -16,7 +16,9 @@ use sextant_proto::{
 };
 use sextant_proto::{DecodeError, KeyRef, Keys, NodeKind};
 use sextant_zenoh_bus::{Item, Payload, Presence};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::collections::BTreeSet;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::Instant;
 
 /// Signature of what fusion nodes announce (proto/CONTRACT.md).
 const ANNOUNCED: &str = "fusion/";
@@ -67,8 +69,12 @@ impl Intake {
             self.shared.wizard.fusion_node(&id, up);
         }
         let slot = Slot::Alive(kind.as_str().to_owned(), id.to_string());
+        let (hub, frame) = (&self.shared.hub, frame_of(&message));
         // A flood of tokens is bounded like everything else, and there is no payload to blame.
-        let _ = self.show(slot, &message);
+        let _ = match up {
+            true => hub.publish_lasting(&slot, frame),
+            false => hub.publish(&slot, frame),
+        };
         up.then_some(kind)
     }
 
@@ -184,13 +190,19 @@ impl Intake {
     fn take_status(&self, status: &FusionStatus) -> Result<(), Rejection> {
         let slot = Slot::FusionStatus(status.node.to_string());
         self.show(slot, &Message::FusionStatus(status))?;
-        let mut inventory = self
-            .inventory
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner);
-        let gone = inventory.take(status);
+        let objects = status.objects.iter().map(|object| object.object.as_str());
+        let objects: BTreeSet<&str> = objects.collect();
+        self.shared.hub.confirm_objects(&objects);
+        self.shared.wizard.confirm_objects(&objects);
+        let gone = self.inventory().take(Instant::now(), status);
         gone.iter().for_each(|object| self.forget(object));
         Ok(())
+    }
+
+    fn inventory(&self) -> MutexGuard<'_, Inventory> {
+        self.inventory
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner)
     }
 
     /// One without tags is none: a fusion node says so. Where somebody else asks for its removal, the fusion nodes' statuses
@@ -246,7 +258,7 @@ impl Intake {
         let resolution = message.resolution.map(u32::from);
         let desk = &self.shared.wizard;
         desk.take_resolution(&message.camera, resolution);
-        desk.offer(|| ImageObservation::from(message));
+        desk.offer(|| with_real_tags(ImageObservation::from(message)));
     }
 
     fn show(&self, slot: Slot, message: &Message<'_>) -> Result<(), Rejection> {
@@ -259,6 +271,14 @@ impl Intake {
             .publish(&slot, frame)
             .map_err(|_| Rejection::TooMany)
     }
+}
+
+/// The image without tags that their families don't have: procedures keep account of every tag that they see.
+fn with_real_tags(mut image: ImageObservation) -> ImageObservation {
+    image
+        .tags
+        .retain(|seen| (seen.tag.id as usize) < seen.tag.family.data().codes.len());
+    image
 }
 
 /// A message as a text frame.

@@ -3,27 +3,38 @@
 
 use sextant_estimator::ObjectId;
 use sextant_proto::{FusionStatus, NodeId};
-use std::collections::{BTreeMap, BTreeSet};
+use sextant_zenoh_bus::BoundedMap;
+use std::collections::BTreeSet;
+use std::time::{Duration, Instant};
 
-/// Fusion nodes that are kept in mind; more is somebody's mistake.
+/// Fusion nodes that are kept in mind.
 const MAX_NODES: usize = 64;
+/// A node that has sent no status for so long gives way to another one.
+const EXPIRY: Duration = Duration::from_secs(60);
 
 /// The objects of each fusion node.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub(crate) struct Inventory {
-    objects: BTreeMap<NodeId, BTreeSet<ObjectId>>,
+    objects: BoundedMap<NodeId, BTreeSet<ObjectId>>,
+}
+
+impl Default for Inventory {
+    fn default() -> Self {
+        Self {
+            objects: BoundedMap::new(MAX_NODES, EXPIRY),
+        }
+    }
 }
 
 impl Inventory {
     /// Takes a status in; the objects that its node had and that nobody has any more.
-    pub(crate) fn take(&mut self, status: &FusionStatus) -> Vec<ObjectId> {
-        if self.objects.len() >= MAX_NODES && !self.objects.contains_key(&status.node) {
-            return Vec::new();
-        }
-        let now = status.objects.iter().map(|object| object.object.clone());
-        let before = self.objects.insert(status.node.clone(), now.collect());
-        let is_gone = |object: &ObjectId| !self.objects.values().any(|has| has.contains(object));
-        before.into_iter().flatten().filter(is_gone).collect()
+    pub(crate) fn take(&mut self, now: Instant, status: &FusionStatus) -> Vec<ObjectId> {
+        let objects = status.objects.iter().map(|object| object.object.clone());
+        let node = status.node.clone();
+        let before = self.objects.insert(now, node, objects.collect());
+        let is_gone = |object: &ObjectId| !self.objects.iter().any(|(_, has)| has.contains(object));
+        let before = before.ok().flatten().into_iter().flatten();
+        before.filter(is_gone).collect()
     }
 }
 
@@ -56,14 +67,31 @@ mod tests {
     use super::samples::status;
     use super::*;
 
+    fn ids(names: &[&str]) -> Vec<ObjectId> {
+        let id = |name: &&str| ObjectId::new(name).unwrap();
+        names.iter().map(id).collect()
+    }
+
     #[test]
     fn an_object_is_gone_when_no_node_has_it_any_more() {
-        let mut inventory = Inventory::default();
-        assert!(inventory.take(&status("a", &["cube", "box"])).is_empty());
-        assert!(inventory.take(&status("b", &["cube"])).is_empty());
-        let gone = inventory.take(&status("a", &[]));
-        assert_eq!(gone, [ObjectId::new("box").unwrap()]);
-        let gone = inventory.take(&status("b", &[]));
-        assert_eq!(gone, [ObjectId::new("cube").unwrap()]);
+        let (mut inventory, now) = (Inventory::default(), Instant::now());
+        let mut gone = |node, objects: &[&str]| inventory.take(now, &status(node, objects));
+        assert!(gone("a", &["cube", "box"]).is_empty());
+        assert!(gone("b", &["cube"]).is_empty());
+        assert_eq!(gone("a", &[]), ids(&["box"]));
+        assert_eq!(gone("b", &[]), ids(&["cube"]));
+    }
+
+    #[test]
+    fn a_flood_of_nodes_neither_grows_it_nor_shuts_others_out_for_good() {
+        let (mut inventory, start) = (Inventory::default(), Instant::now());
+        for n in 0..10 * MAX_NODES {
+            inventory.take(start, &status(&format!("n{n}"), &["cube"]));
+        }
+        assert_eq!(inventory.objects.len(), MAX_NODES);
+        let later = start + EXPIRY;
+        inventory.take(later, &status("real", &["box"]));
+        let gone = inventory.take(later, &status("real", &[]));
+        assert_eq!(gone, ids(&["box"]));
     }
 }

@@ -9,6 +9,7 @@
 mod assets;
 mod bridge;
 mod config;
+mod connections;
 mod guard;
 mod hub;
 mod intake;

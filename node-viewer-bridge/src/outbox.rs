@@ -1,9 +1,18 @@
-//! What waits for one client: one slot per message type and id, the newest of each. Never larger than the site has slots.
+//! What waits for one client: one slot per message type and id, the newest of each.
+//!
+//! Drop rule: a newer frame takes the place of an unsent one of its slot. A client for which more waits than the bounds below
+//! has fallen behind for good: all of it is dropped and the connection is to be closed. A page then connects anew and gets the
+//! newest of everything.
 
-use crate::hub::{Frame, Slot};
+use crate::hub::{Frame, Slot, length};
 use std::collections::{HashMap, VecDeque};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use tokio::sync::Notify;
+
+/// Frames that wait at most: the newest of everything that the hub keeps, and some farewells.
+pub(crate) const MAX_FRAMES: usize = 8192;
+/// Bytes that wait at most.
+pub(crate) const MAX_BYTES: usize = 48 << 20;
 
 /// The frames that one client has not been sent yet, in the order in which their slots became due.
 #[derive(Debug, Default)]
@@ -16,17 +25,43 @@ pub(crate) struct Outbox {
 struct Waiting {
     order: VecDeque<Slot>,
     frames: HashMap<Slot, Frame>,
+    bytes: usize,
     replaced: u64,
+    has_overflowed: bool,
+}
+
+impl Waiting {
+    fn insert(&mut self, slot: &Slot, frame: Frame) {
+        self.bytes += length(&frame);
+        match self.frames.insert(slot.clone(), frame) {
+            Some(before) => {
+                self.bytes -= length(&before);
+                self.replaced += 1;
+            }
+            None => self.order.push_back(slot.clone()),
+        }
+        if self.frames.len() > MAX_FRAMES || self.bytes > MAX_BYTES {
+            *self = Self {
+                replaced: self.replaced + self.frames.len() as u64,
+                has_overflowed: true,
+                ..Self::default()
+            };
+        }
+    }
+
+    fn remove(&mut self, slot: &Slot) -> Option<Frame> {
+        let frame = self.frames.remove(slot)?;
+        self.bytes -= length(&frame);
+        Some(frame)
+    }
 }
 
 impl Outbox {
     /// Puts a frame in, in the place of an unsent one of the same slot.
     pub(crate) fn put(&self, slot: &Slot, frame: Frame) {
         let mut waiting = self.lock();
-        if waiting.frames.insert(slot.clone(), frame).is_some() {
-            waiting.replaced += 1;
-        } else {
-            waiting.order.push_back(slot.clone());
+        if !waiting.has_overflowed {
+            waiting.insert(slot, frame);
         }
         drop(waiting);
         self.arrival.notify_one();
@@ -35,7 +70,7 @@ impl Outbox {
     /// Takes an unsent frame of a slot back.
     pub(crate) fn withdraw(&self, slot: &Slot) {
         let mut waiting = self.lock();
-        if waiting.frames.remove(slot).is_some() {
+        if waiting.remove(slot).is_some() {
             waiting.order.retain(|other| other != slot);
         }
     }
@@ -44,7 +79,7 @@ impl Outbox {
     pub(crate) fn take(&self) -> Option<Frame> {
         let mut waiting = self.lock();
         let slot = waiting.order.pop_front()?;
-        waiting.frames.remove(&slot)
+        waiting.remove(&slot)
     }
 
     /// How many frames wait.
@@ -52,9 +87,14 @@ impl Outbox {
         self.lock().order.len()
     }
 
-    /// Returns as soon as something waits.
+    /// Whether too much waited: nothing is taken in any more.
+    pub(crate) fn has_overflowed(&self) -> bool {
+        self.lock().has_overflowed
+    }
+
+    /// Returns as soon as something waits, or too much did.
     pub(crate) async fn filled(&self) {
-        while self.len() == 0 {
+        while self.len() == 0 && !self.has_overflowed() {
             self.arrival.notified().await;
         }
     }
@@ -100,5 +140,33 @@ mod tests {
         }
         assert_eq!(outbox.len(), 1);
         assert_eq!(drain(&outbox), [text("999")]);
+    }
+
+    #[test]
+    fn a_client_for_which_too_much_waits_is_given_up() {
+        let outbox = Outbox::default();
+        for id in 0..10 * MAX_FRAMES {
+            outbox.put(&Slot::Object(id.to_string()), text("gone"));
+        }
+        assert!(outbox.has_overflowed());
+        assert_eq!((outbox.len(), outbox.take()), (0, None));
+
+        let outbox = Outbox::default();
+        let large = Frame::Binary(vec![0; MAX_BYTES / 8].into());
+        for id in 0..80 {
+            outbox.put(&Slot::Preview(id.to_string()), large.clone());
+        }
+        assert!(outbox.has_overflowed());
+    }
+
+    #[test]
+    fn what_is_taken_makes_room() {
+        let outbox = Outbox::default();
+        let large = Frame::Binary(vec![0; MAX_BYTES].into());
+        for id in 0..10 {
+            outbox.put(&Slot::Preview(id.to_string()), large.clone());
+            assert!(outbox.take().is_some());
+        }
+        assert!(!outbox.has_overflowed());
     }
 }

@@ -2,6 +2,7 @@
 
 use crate::assets;
 use crate::bridge::Shared;
+use crate::connections::Connections;
 use crate::hub::Slot;
 use crate::intake::frame_of;
 use crate::message::{Message, PROTOCOL};
@@ -14,16 +15,17 @@ use axum::extract::{DefaultBodyLimit, Request, State};
 use axum::http::{HeaderMap, HeaderValue, Response, StatusCode, header};
 use axum::middleware::{self, Next};
 use axum::routing::{get, post};
-use axum::serve::ListenerExt;
+use futures_util::stream;
 use sextant_process::{Shutdown, fail_point, now_ns, watchdog};
+use std::convert::Infallible;
 use std::net::TcpListener;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 use tokio::sync::watch;
 
-/// How long open requests may still take after the wish to stop.
-const GRACE: Duration = Duration::from_millis(500);
+/// Threads for commands, which may read files; further commands wait.
+const COMMAND_THREADS: usize = 2;
 /// How late a wish to stop is heard.
 const SHUTDOWN_LOOK: Duration = Duration::from_millis(50);
 const STATUS_PERIOD: Duration = Duration::from_secs(1);
@@ -36,7 +38,7 @@ pub(crate) struct Context {
     pub(crate) stopping: watch::Receiver<bool>,
 }
 
-/// Serves until `shutdown`. One thread is enough: it hands out bytes that others made.
+/// Serves until `shutdown`. One thread is enough: it hands out bytes that others made. It never waits for a file.
 pub(crate) fn run(
     shared: &Arc<Shared>,
     listener: TcpListener,
@@ -44,6 +46,7 @@ pub(crate) fn run(
 ) -> anyhow::Result<()> {
     let runtime = tokio::runtime::Builder::new_current_thread()
         .enable_all()
+        .max_blocking_threads(COMMAND_THREADS)
         .build()
         .context("starting the server")?;
     runtime.block_on(serve(Arc::clone(shared), listener, shutdown))
@@ -55,24 +58,19 @@ async fn serve(
     shutdown: &Shutdown,
 ) -> anyhow::Result<()> {
     let (stop, stopping) = watch::channel(false);
-    let listener = tokio::net::TcpListener::from_std(listener)?.tap_io(|connection| {
-        // Frames are small and want to arrive now; without it they would only wait for acknowledgements.
-        let _ = connection.set_nodelay(true);
-    });
+    let listener = tokio::net::TcpListener::from_std(listener)?;
     let context = Context { shared, stopping };
     let status = tokio::spawn(tell_status(Arc::clone(&context.shared)));
-    let mut ended = context.stopping.clone();
-    let server = axum::serve(listener, router(context)).with_graceful_shutdown(async move {
-        let _ = ended.wait_for(|stopped| *stopped).await;
-    });
-    let server = tokio::spawn(async move { server.await });
-    requested(shutdown).await;
+    let mut connections = Connections::new(context.stopping.clone());
+    let router = router(context);
+    tokio::select! {
+        () = requested(shutdown) => {}
+        () = connections.accept(&listener, &router) => {}
+    }
     stop.send_replace(true);
     status.abort();
-    match tokio::time::timeout(GRACE, server).await {
-        Ok(served) => served?.context("serving"),
-        Err(_) => Ok(()),
-    }
+    connections.end().await;
+    Ok(())
 }
 
 async fn requested(shutdown: &Shutdown) {
@@ -131,16 +129,22 @@ pub(crate) fn hello(shared: &Shared) -> Message<'_> {
     }
 }
 
+/// The newest of everything. The texts are those that clients share: they are handed to the connection one by one, as fast as it
+/// takes them, and not copied before.
 async fn state(State(context): State<Context>) -> Response<Body> {
     let hello = serde_json::to_string(&hello(&context.shared)).unwrap_or_default();
-    let texts = context.shared.hub.newest_texts();
-    let mut json = format!("{{\"messages\":[{hello}");
-    for text in &texts {
-        json.push_str(",\n");
-        json.push_str(text.as_str());
-    }
-    json.push_str("]}\n");
-    as_json(StatusCode::OK, json)
+    let first = Bytes::from(format!("{{\"messages\":[{hello}"));
+    let texts = context.shared.hub.newest_texts().into_iter();
+    let others = texts.flat_map(|text| [Bytes::from_static(b",\n"), text.into()]);
+    let last = Bytes::from_static(b"]}\n");
+    let parts: Vec<Bytes> = std::iter::once(first).chain(others).chain([last]).collect();
+    let length: usize = parts.iter().map(Bytes::len).sum();
+    let parts = parts.into_iter().map(Ok::<_, Infallible>);
+    let mut response = as_json(StatusCode::OK, Body::from_stream(stream::iter(parts)));
+    response
+        .headers_mut()
+        .insert(header::CONTENT_LENGTH, length.into());
+    response
 }
 
 /// A person's wish about the wizards; what becomes of it is told as the message `wizard`.
@@ -152,9 +156,15 @@ async fn wizard(State(context): State<Context>, headers: HeaderMap, body: Bytes)
             "send application/json\n",
         );
     }
-    match Command::parse(&body).and_then(|command| context.shared.wizard.command(&command)) {
-        Ok(()) => as_json(StatusCode::ACCEPTED, "{}\n".into()),
-        Err(refusal) => refused(&refusal),
+    let shared = context.shared;
+    let obey = move || Command::parse(&body).and_then(|command| shared.wizard.command(&command));
+    match tokio::task::spawn_blocking(obey).await {
+        Ok(Ok(())) => as_json(StatusCode::ACCEPTED, "{}\n".into()),
+        Ok(Err(refusal)) => refused(&refusal),
+        Err(_) => assets::plain(
+            StatusCode::INTERNAL_SERVER_ERROR,
+            "the command failed by a fault of this program; the log says more\n",
+        ),
     }
 }
 
@@ -171,7 +181,7 @@ fn refused(refusal: &Refusal) -> Response<Body> {
         RefusalKind::NotNow => StatusCode::CONFLICT,
     };
     let json = serde_json::json!({ "field": refusal.field, "cause": refusal.cause });
-    as_json(status, format!("{json}\n"))
+    as_json(status, format!("{json}\n").into())
 }
 
 async fn health(State(context): State<Context>) -> Response<Body> {
@@ -184,8 +194,8 @@ async fn health(State(context): State<Context>) -> Response<Body> {
     }
 }
 
-fn as_json(status: StatusCode, json: String) -> Response<Body> {
-    let mut response = Response::new(Body::from(json));
+fn as_json(status: StatusCode, json: Body) -> Response<Body> {
+    let mut response = Response::new(json);
     *response.status_mut() = status;
     let headers = response.headers_mut();
     headers.insert(
@@ -196,12 +206,13 @@ fn as_json(status: StatusCode, json: String) -> Response<Body> {
     response
 }
 
-/// Gives an account of the bridge once a second; clients take it as a heartbeat.
+/// Gives an account of the bridge once a second, which clients take as a heartbeat, and forgets what is old.
 async fn tell_status(shared: Arc<Shared>) {
     let mut due = tokio::time::interval(STATUS_PERIOD);
     loop {
         due.tick().await;
         fail_point!("server");
+        shared.hub.expire(Instant::now());
         let (clients, replaced) = shared.hub.counts();
         let status = Message::BridgeStatus {
             now_ns: now_ns(),

@@ -76,7 +76,7 @@ impl Drop for Seat {
     }
 }
 
-/// The connection is over.
+/// The connection is over, or is to be.
 struct Gone;
 
 async fn converse(
@@ -118,6 +118,9 @@ async fn stop(stopping: &mut watch::Receiver<bool>) {
 
 /// Writes as many frames as wait now: what comes meanwhile belongs to the next round.
 async fn empty(socket: &mut WebSocket, outbox: &Outbox) -> Result<(), Gone> {
+    if outbox.has_overflowed() {
+        return Err(Gone);
+    }
     for _ in 0..outbox.len() {
         if let Some(frame) = outbox.take() {
             send(socket, frame).await?;

@@ -9,13 +9,14 @@ use serde_json::Value;
 use sextant_estimator::{CameraId, ObjectId, State};
 use sextant_process::Shutdown;
 use sextant_proto::{
-    CameraConfig, Keys, LensConfig, ObjectConfig, ObjectPose, ObjectTagConfig, Preview, RigConfig,
-    encode,
+    CameraConfig, ClockQuality, Keys, LensConfig, ObjectConfig, ObjectPose, ObjectTagConfig,
+    Observations, Preview, RigConfig, Timing, encode,
 };
 use sextant_tag_families::Family;
 use sextant_zenoh_bus::{Bus, BusOptions, Qos, RawLatest};
 use std::io::{Read, Write};
 use std::net::{SocketAddr, TcpListener, TcpStream};
+use std::path::Path;
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 use tungstenite::{Message, WebSocket};
@@ -24,6 +25,8 @@ const JSON: &str = "Content-Type: application/json\r\n";
 const LEARN: &str =
     r#"{"do":"start","wizard":"learn","id":"cube","tags":[{"id":3,"size_m":0.04}]}"#;
 const PATIENCE: Duration = Duration::from_secs(20);
+/// Three seconds of a camera.
+const IMAGES: u64 = 90;
 
 /// A site with a router and a bridge, and an object that was announced before the bridge came.
 struct Site {
@@ -33,11 +36,16 @@ struct Site {
     shutdown: Shutdown,
     bridge: Option<JoinHandle<anyhow::Result<()>>>,
     _object: RawLatest,
-    _folder: tempfile::TempDir,
+    folder: tempfile::TempDir,
 }
 
 impl Site {
     fn open() -> Self {
+        Self::open_with("", |_| {})
+    }
+
+    /// With more in viewer.toml, and in its folder.
+    fn open_with(more: &str, prepare: impl FnOnce(&Path)) -> Self {
         let bus = Bus::open(&BusOptions::router_on("tcp/127.0.0.1:0")).unwrap();
         let keys = Keys::new("demo").unwrap();
         let object = bus
@@ -58,9 +66,10 @@ impl Site {
         let file = folder.path().join("viewer.toml");
         let endpoint = &bus.endpoints()[0];
         let text = format!(
-            "site = \"demo\"\nlisten = \"{address}\"\n[network]\nconnect = [\"{endpoint}\"]\n"
+            "site = \"demo\"\nlisten = \"{address}\"\n{more}\n[network]\nconnect = [\"{endpoint}\"]\n"
         );
         std::fs::write(&file, text).unwrap();
+        prepare(folder.path());
         let shutdown = Shutdown::manual().unwrap();
         let bridge = std::thread::spawn({
             let shutdown = shutdown.clone();
@@ -73,7 +82,7 @@ impl Site {
             shutdown,
             bridge: Some(bridge),
             _object: object,
-            _folder: folder,
+            folder,
         };
         eventually(|| {
             site.get("/healthz", "localhost")
@@ -144,6 +153,39 @@ impl Site {
         stream.set_read_timeout(Some(PATIENCE)).unwrap();
         let url = format!("ws://{}/ws", self.address);
         tungstenite::client(url, stream).unwrap().0
+    }
+
+    /// Publishes images, a preview and observations of each; the observations are heard before the next image.
+    fn see_all_images(&self, reader: &mut WebSocket<TcpStream>) {
+        let camera = CameraId::new("north").unwrap();
+        let (seen, previews) = (self.keys.observations(&camera), self.keys.preview(&camera));
+        let seen = self.bus.raw_publisher(&seen, Qos::Config).unwrap();
+        let previews = self.bus.raw_publisher(&previews, Qos::Preview).unwrap();
+        eventually(|| previews.has_subscribers());
+        for sequence in 0..IMAGES {
+            let preview = Preview {
+                camera: camera.clone(),
+                sequence,
+                capture_ns: sequence + 1,
+                resolution: [640, 480],
+                jpeg: vec![0; 90_000],
+            };
+            previews.put(&encode(&preview).unwrap()).unwrap();
+            let message = Observations {
+                camera: camera.clone(),
+                sequence,
+                capture_ns: sequence + 1,
+                exposure_ns: 0,
+                clock: ClockQuality::default(),
+                resolution: [640, 480],
+                timing: Timing::default(),
+                tags: Vec::new(),
+            };
+            seen.put(&encode(&message).unwrap()).unwrap();
+            hear(reader, |m| {
+                m["type"] == "observations" && m["sequence"] == sequence
+            });
+        }
     }
 
     fn put_pose(&self, sequence: u64) {
@@ -334,5 +376,69 @@ fn one_wizard_is_seen_by_every_client_and_by_those_who_come_late() {
         hear(&mut first, |m| m["stage"] == "idle")["wizard"],
         Value::Null
     );
+    site.stop();
+}
+
+/// 200 connections that say nothing or half a header, one that asks for everything and does not read, a WebSocket that does not
+/// read: every image arrives, the page is served, and those that say nothing are shown out.
+#[test]
+fn idle_connections_and_slow_readers_hold_nobody_up() {
+    let mut site = Site::open();
+    let mut idle: Vec<TcpStream> = (0..200)
+        .map(|n| {
+            let mut stream = TcpStream::connect(site.address).unwrap();
+            if n % 2 == 0 {
+                stream.write_all(b"GET / HTTP/1.1\r\nHost: lo").unwrap();
+            }
+            stream
+        })
+        .collect();
+    let mut greedy = TcpStream::connect(site.address).unwrap();
+    let request = b"GET /api/state HTTP/1.1\r\nHost: localhost\r\n\r\n";
+    greedy.write_all(request).unwrap();
+    let stuck = site.socket();
+    let mut reader = site.socket();
+    site.see_all_images(&mut reader);
+    assert!(
+        site.get("/healthz", "localhost")
+            .starts_with("HTTP/1.1 200")
+    );
+    for stream in &mut idle {
+        stream.set_read_timeout(Some(PATIENCE)).unwrap();
+        // Whatever is said about half a header, the connection ends.
+        let ended = stream.read_to_end(&mut Vec::new());
+        let is_open = ended.is_err_and(|error| error.kind() == std::io::ErrorKind::WouldBlock);
+        assert!(!is_open, "an idle connection stays open");
+    }
+    drop((greedy, stuck));
+    site.stop();
+}
+
+/// While a command waits for a file, everything else goes on.
+#[test]
+fn a_file_that_does_not_answer_holds_nobody_up() {
+    let site = Site::open_with("folder = \".\"", |folder| {
+        let made = std::process::Command::new("mkfifo")
+            .arg(folder.join("rig.toml"))
+            .status();
+        assert!(made.unwrap().success());
+    });
+    let fifo = site.folder.path().join("rig.toml");
+    let mut reader = site.socket();
+    let answer = std::thread::scope(|scope| {
+        let command = scope.spawn(|| site.command(LEARN));
+        // This returns as soon as the bridge has opened the file to read it.
+        let mut file = std::fs::OpenOptions::new().write(true).open(&fifo).unwrap();
+        site.see_all_images(&mut reader);
+        assert!(
+            site.get("/healthz", "localhost")
+                .starts_with("HTTP/1.1 200")
+        );
+        file.write_all(b"mine").unwrap();
+        drop(file);
+        command.join().unwrap()
+    });
+    assert_eq!(answer.0, 409, "{}", answer.1);
+    let mut site = site;
     site.stop();
 }

@@ -117,7 +117,7 @@ mod tests {
         assert_eq!(read_object(&former_of(&path)).unwrap(), object("cube", 1));
         for (content, cause) in [
             (object_toml(&object("box", 1)), "it describes object box"),
-            ("site = \"lab\"\n".to_owned(), "unknown key"),
+            ("site = \"lab\"\n".to_owned(), "unknown field `site`"),
             (String::new(), "id"),
         ] {
             fs::write(&path, &content).unwrap();

@@ -4,6 +4,7 @@
 //! Invariant: a zenoh callback only copies into a bounded queue (or answers a query from a stored value); no caller's
 //! code that may block runs on a zenoh thread.
 
+mod bounded_map;
 mod bus;
 mod compiled;
 mod config;
@@ -18,6 +19,7 @@ mod queue;
 mod runtime;
 mod subscription;
 
+pub use bounded_map::{BoundedMap, Full};
 pub use bus::Bus;
 pub use error::BusError;
 pub use liveliness::{AliveToken, AliveWatch, Presence};

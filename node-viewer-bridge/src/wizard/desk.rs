@@ -1,4 +1,7 @@
 //! The desk: where commands are answered, images and news of the site handed in, and the wizard's thread finds its work.
+//!
+//! The network's threads take the lock of what is known, and that of the answers, only: neither is ever held while a file is
+//! read, an image is looked at or a command obeyed.
 
 use super::account::Account;
 use super::command::{Command, Refusal};
@@ -9,6 +12,7 @@ use sextant_calibrator::procedure::Outcome;
 use sextant_estimator::{CameraId, ImageObservation, ObjectId, ObjectModel, Rig};
 use sextant_proto::{ConfigAnswer, NodeId};
 use sextant_site_files::read_rig;
+use std::collections::{BTreeSet, VecDeque};
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
@@ -17,11 +21,15 @@ use std::time::Instant;
 
 /// Images that wait for the wizard's thread; further ones are missed, and counted.
 const QUEUE: usize = 256;
+/// Answers that wait for it; the oldest give way.
+const MOST_ANSWERS: usize = 256;
 
 /// One for the whole bridge.
 #[derive(Debug)]
 pub(crate) struct Desk {
-    state: Mutex<State>,
+    machine: Mutex<Machine>,
+    known: Mutex<Known>,
+    answers: Mutex<VecDeque<ConfigAnswer>>,
     /// Where results are kept.
     folder: Option<PathBuf>,
     images: SyncSender<Box<ImageObservation>>,
@@ -32,17 +40,13 @@ pub(crate) struct Desk {
     outgoing: Mutex<Option<Outgoing>>,
 }
 
-#[derive(Debug, Default)]
-struct State {
-    machine: Machine,
-    known: Known,
-}
-
 impl Desk {
     pub(crate) fn new(folder: Option<PathBuf>) -> Self {
         let (images, worker) = sync_channel(QUEUE);
         Self {
-            state: Mutex::default(),
+            machine: Mutex::default(),
+            known: Mutex::default(),
+            answers: Mutex::default(),
             folder,
             images,
             worker: Mutex::new(Some(worker)),
@@ -52,16 +56,16 @@ impl Desk {
         }
     }
 
-    /// Obeys a command, or says why not.
+    /// Obeys a command, or says why not. May read a file.
     pub(crate) fn command(&self, command: &Command) -> Result<(), Refusal> {
-        let mut state = self.lock();
-        let State { machine, known } = &mut *state;
+        let known = self.known().clone();
         let rig = match command {
-            Command::Start(_) => self.rig_of_site(known)?,
+            Command::Start(_) => self.rig_of_site(&known)?,
             _ => Rig::default(),
         };
+        let mut machine = self.machine();
         let site = Site {
-            known,
+            known: &known,
             rig: &rig,
             has_folder: self.folder.is_some(),
         };
@@ -98,12 +102,12 @@ impl Desk {
 
     /// The rig in force, with all that is stated of it.
     pub(crate) fn take_rig(&self, rig: Rig) {
-        self.lock().known.rig = Some(rig);
+        self.known().rig = Some(rig);
     }
 
     /// The cameras in force, without what is stated of them.
     pub(crate) fn take_cameras(&self, rig: Rig) {
-        let known = &mut self.lock().known.rig;
+        let known = &mut self.known().rig;
         *known = Some(match known.take() {
             Some(before) => rig.holding_on_to(&before),
             None => rig,
@@ -112,12 +116,12 @@ impl Desk {
 
     /// An object in force, with all that is stated of it.
     pub(crate) fn take_object(&self, object: ObjectModel) {
-        self.lock().known.take_object(object);
+        self.known().take_object(object);
     }
 
     /// The tags of an object in force, without what is stated of them.
     pub(crate) fn take_tags(&self, object: ObjectModel) {
-        let known = &mut self.lock().known;
+        let mut known = self.known();
         let held = match known.object(object.id()) {
             Some(before) => object.holding_on_to(before),
             None => object,
@@ -125,20 +129,29 @@ impl Desk {
         known.take_object(held);
     }
 
+    /// These objects exist, as a fusion node says.
+    pub(crate) fn confirm_objects(&self, objects: &BTreeSet<&str>) {
+        self.known().confirm_objects(objects);
+    }
+
     pub(crate) fn forget_object(&self, id: &ObjectId) {
-        self.lock().known.forget_object(id);
+        self.known().forget_object(id);
     }
 
     pub(crate) fn take_resolution(&self, camera: &CameraId, resolution: [u32; 2]) {
-        self.lock().known.take_resolution(camera, resolution);
+        self.known().take_resolution(camera, resolution);
     }
 
     pub(crate) fn fusion_node(&self, id: &NodeId, up: bool) {
-        self.lock().known.fusion_node(id, up);
+        self.known().fusion_node(id, up);
     }
 
     pub(crate) fn take_answer(&self, answer: &ConfigAnswer) {
-        self.lock().machine.answered(answer);
+        let mut answers = locked(&self.answers);
+        if answers.len() == MOST_ANSWERS {
+            answers.pop_front();
+        }
+        answers.push_back(answer.clone());
     }
 
     /// What is to be put on the network, once.
@@ -160,36 +173,42 @@ impl Desk {
     }
 
     pub(super) fn image(&self, image: &ImageObservation) {
-        self.lock().machine.image(image);
+        self.machine().image(image);
     }
 
     pub(super) fn solved(&self, number: u64, result: Result<Outcome, String>) {
-        let mut state = self.lock();
-        state.machine.solved(number, result);
-        let wanted = state.machine.is_collecting();
+        let mut machine = self.machine();
+        machine.solved(number, result);
+        let wanted = machine.is_collecting();
         self.is_collecting.store(wanted, Ordering::Relaxed);
     }
 
     pub(super) fn written(&self, result: Result<String, String>) {
-        self.lock().machine.written(result);
+        self.machine().written(result);
     }
 
     pub(super) fn tick(&self, now: Instant) -> Vec<Job> {
-        let mut state = self.lock();
-        state.machine.tick(now, self.folder.is_some());
-        state.machine.take_jobs()
+        let answers = std::mem::take(&mut *locked(&self.answers));
+        let mut machine = self.machine();
+        answers.iter().for_each(|answer| machine.answered(answer));
+        machine.tick(now, self.folder.is_some());
+        machine.take_jobs()
     }
 
     /// What to tell clients, if there is something new.
     pub(super) fn news(&self) -> Option<Account> {
-        let mut state = self.lock();
+        let mut machine = self.machine();
         let missed = self.missed.load(Ordering::Relaxed);
-        let is_news = state.machine.take_news();
-        is_news.then(|| state.machine.account(missed))
+        let is_news = machine.take_news();
+        is_news.then(|| machine.account(missed))
     }
 
-    fn lock(&self) -> MutexGuard<'_, State> {
-        locked(&self.state)
+    fn machine(&self) -> MutexGuard<'_, Machine> {
+        locked(&self.machine)
+    }
+
+    fn known(&self) -> MutexGuard<'_, Known> {
+        locked(&self.known)
     }
 }
 

@@ -2,19 +2,36 @@
 
 use sextant_estimator::{CameraId, ObjectId, ObjectModel, Rig};
 use sextant_proto::NodeId;
-use std::collections::{BTreeMap, BTreeSet};
+use sextant_zenoh_bus::BoundedMap;
+use std::collections::BTreeSet;
+use std::time::{Duration, Instant};
 
-/// Cameras, objects and nodes kept in mind; more is somebody's mistake.
+/// Cameras, objects and nodes kept in mind.
 const MOST: usize = 512;
+/// Tags of all objects kept in mind.
+const MOST_TAGS: usize = 16_384;
+/// What nothing was heard of for so long gives way to something else.
+const EXPIRY: Duration = Duration::from_secs(60);
 
 /// The site, as its fusion nodes and cameras tell.
-#[derive(Debug, Default)]
+#[derive(Debug, Clone)]
 pub(crate) struct Known {
     /// The rig in force, once somebody announced one.
     pub rig: Option<Rig>,
-    objects: BTreeMap<ObjectId, ObjectModel>,
-    resolutions: BTreeMap<CameraId, [u32; 2]>,
+    objects: BoundedMap<ObjectId, ObjectModel>,
+    resolutions: BoundedMap<CameraId, [u32; 2]>,
     fusion_nodes: BTreeSet<NodeId>,
+}
+
+impl Default for Known {
+    fn default() -> Self {
+        Self {
+            rig: None,
+            objects: BoundedMap::new(MOST, EXPIRY),
+            resolutions: BoundedMap::new(MOST, EXPIRY),
+            fusion_nodes: BTreeSet::new(),
+        }
+    }
 }
 
 impl Known {
@@ -22,10 +39,21 @@ impl Known {
         self.objects.get(id)
     }
 
+    /// Takes an object in, if there is room for it and its tags.
     pub(crate) fn take_object(&mut self, model: ObjectModel) {
-        if self.objects.len() < MOST || self.objects.contains_key(model.id()) {
-            self.objects.insert(model.id().clone(), model);
+        let others = self.objects.iter().filter(|(id, _)| *id != model.id());
+        let tags: usize = others.map(|(_, other)| other.tags().len()).sum();
+        if tags + model.tags().len() <= MOST_TAGS {
+            let _ = self
+                .objects
+                .insert(Instant::now(), model.id().clone(), model);
         }
+    }
+
+    /// These objects exist, as a fusion node says.
+    pub(crate) fn confirm_objects(&mut self, objects: &BTreeSet<&str>) {
+        let is_one = |id: &ObjectId| objects.contains(id.as_str());
+        self.objects.touch_where(Instant::now(), is_one);
     }
 
     pub(crate) fn forget_object(&mut self, id: &ObjectId) {
@@ -39,11 +67,9 @@ impl Known {
     }
 
     pub(crate) fn take_resolution(&mut self, camera: &CameraId, resolution: [u32; 2]) {
-        if let Some(known) = self.resolutions.get_mut(camera) {
-            *known = resolution;
-        } else if self.resolutions.len() < MOST {
-            self.resolutions.insert(camera.clone(), resolution);
-        }
+        let _ = self
+            .resolutions
+            .insert(Instant::now(), camera.clone(), resolution);
     }
 
     pub(crate) fn fusion_node(&mut self, id: &NodeId, up: bool) {
@@ -57,5 +83,45 @@ impl Known {
     /// Those who answer changes.
     pub(crate) fn fusion_nodes(&self) -> &BTreeSet<NodeId> {
         &self.fusion_nodes
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::wizard::samples;
+
+    #[test]
+    fn floods_of_ids_end_at_the_bounds() {
+        let mut known = Known::default();
+        for n in 0..10 * MOST {
+            let name = format!("x{n}");
+            let tags = samples::cube().tags().to_vec();
+            let id = ObjectId::new(&name).unwrap();
+            known.take_object(ObjectModel::new(id, tags).unwrap());
+            known.take_resolution(&CameraId::new(&name).unwrap(), [640, 480]);
+            known.fusion_node(&NodeId::new(&name).unwrap(), true);
+        }
+        assert_eq!(known.objects.len(), MOST);
+        assert_eq!(known.resolutions.len(), MOST);
+        assert_eq!(known.fusion_nodes.len(), MOST);
+    }
+
+    #[test]
+    fn a_flood_of_tags_ends_at_the_bound() {
+        let mut known = Known::default();
+        let tag = samples::cube().tags()[0].clone();
+        let tags: Vec<_> = (0..1024)
+            .map(|id| {
+                let mut tag = tag.clone();
+                tag.tag.id = id;
+                tag
+            })
+            .collect();
+        for n in 0..10 * MOST_TAGS / tags.len() {
+            let id = ObjectId::new(&format!("x{n}")).unwrap();
+            known.take_object(ObjectModel::new(id, tags.clone()).unwrap());
+        }
+        assert_eq!(known.objects.len(), MOST_TAGS / tags.len());
     }
 }

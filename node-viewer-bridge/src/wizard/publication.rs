@@ -9,6 +9,9 @@ use std::time::{Duration, Instant};
 /// How long the nodes may take to answer.
 const PATIENCE: Duration = Duration::from_secs(3);
 
+/// Answers taken of nodes that were not waited for.
+const MOST_ANSWERS: usize = 64;
+
 /// A change for the network.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum Outgoing {
@@ -58,7 +61,7 @@ pub(super) enum Answered {
     Done(Vec<String>),
 }
 
-/// Name and text of the file that keeps a result.
+/// Name and text of the file that a person may download.
 pub(super) fn file_of(product: &Product) -> (String, String) {
     match product {
         Product::Rig(rig) => ("rig.toml".to_owned(), rig_toml(rig)),
@@ -82,7 +85,8 @@ impl Publication {
     }
 
     pub(super) fn take(&mut self, answer: &ConfigAnswer) {
-        if answer.fingerprint == self.fingerprint {
+        let has_room = self.answers.len() < MOST_ANSWERS || self.silent.contains(&answer.node);
+        if answer.fingerprint == self.fingerprint && has_room {
             self.silent.remove(&answer.node);
             self.answers.insert(answer.node.clone(), answer.clone());
         }
@@ -148,5 +152,20 @@ mod tests {
         publication.take(&answer("b", number, Outcome::Refused));
         let refused = publication.answered(start);
         assert_eq!(refused, Answered::Refused("b refused it: no".to_owned()));
+    }
+
+    #[test]
+    fn a_flood_of_answers_ends_at_the_bound_and_hides_none_that_is_waited_for() {
+        let outgoing = Outgoing::Rig(FullRig { cameras: vec![] });
+        let number = outgoing.fingerprint().unwrap();
+        let awaited = BTreeSet::from([NodeId::new("real").unwrap()]);
+        let start = Instant::now();
+        let mut publication = Publication::of(&outgoing, &awaited, start).unwrap();
+        for n in 0..10 * MOST_ANSWERS {
+            publication.take(&answer(&format!("n{n}"), number, Outcome::Kept));
+        }
+        assert_eq!(publication.answers.len(), MOST_ANSWERS);
+        publication.take(&answer("real", number, Outcome::Kept));
+        assert_eq!(publication.answers.len(), MOST_ANSWERS + 1);
     }
 }

@@ -1,0 +1,159 @@
+//! Values by ids that the network names: bounded in number, whoever names them, and forgotten when nobody does any more.
+//!
+//! Drop rule: a new id that finds no room takes the place of the entry that was longest untouched, if that is for at least the
+//! expiry; otherwise the new one is refused. So a flood of forged ids neither grows the map nor drives out what is in use.
+
+use std::collections::BTreeMap;
+use std::time::{Duration, Instant};
+
+/// A map of bounded size.
+#[derive(Debug, Clone)]
+pub struct BoundedMap<K, V> {
+    capacity: usize,
+    expiry: Duration,
+    entries: BTreeMap<K, Held<V>>,
+}
+
+#[derive(Debug, Clone)]
+struct Held<V> {
+    value: V,
+    /// When it was last inserted or touched; none for what stays until it is removed.
+    touched: Option<Instant>,
+}
+
+/// All places are taken by entries in use.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[error("no more ids are kept")]
+pub struct Full;
+
+impl<K: Ord + Clone, V> BoundedMap<K, V> {
+    /// A map of at most `capacity` entries, which may be dropped once untouched for `expiry`.
+    pub fn new(capacity: usize, expiry: Duration) -> Self {
+        Self {
+            capacity,
+            expiry,
+            entries: BTreeMap::new(),
+        }
+    }
+
+    /// Inserts or replaces a value; the one that gives way, of the same id or dropped for its age.
+    ///
+    /// # Errors
+    /// [`Full`] for a new id while all others are in use.
+    pub fn insert(&mut self, now: Instant, key: K, value: V) -> Result<Option<V>, Full> {
+        self.put(now, key, value, Some(now))
+    }
+
+    /// As [`Self::insert`], of a value that stays until it is removed or inserted otherwise.
+    ///
+    /// # Errors
+    /// As [`Self::insert`].
+    pub fn insert_lasting(&mut self, now: Instant, key: K, value: V) -> Result<Option<V>, Full> {
+        self.put(now, key, value, None)
+    }
+
+    fn put(
+        &mut self,
+        now: Instant,
+        key: K,
+        value: V,
+        touched: Option<Instant>,
+    ) -> Result<Option<V>, Full> {
+        let mut dropped = None;
+        if self.entries.len() >= self.capacity && !self.entries.contains_key(&key) {
+            let oldest = self.oldest_expired(now).ok_or(Full)?;
+            dropped = self.entries.remove(&oldest);
+        }
+        let replaced = self.entries.insert(key, Held { value, touched });
+        Ok(replaced.or(dropped).map(|held| held.value))
+    }
+
+    fn oldest_expired(&self, now: Instant) -> Option<K> {
+        let ages = self.entries.iter();
+        let ages = ages.filter_map(|(key, held)| Some((key, held.touched?)));
+        let (key, touched) = ages.min_by_key(|(_, touched)| *touched)?;
+        (now.saturating_duration_since(touched) >= self.expiry).then(|| key.clone())
+    }
+
+    /// These entries are in use.
+    pub fn touch_where(&mut self, now: Instant, is_used: impl Fn(&K) -> bool) {
+        for (key, held) in &mut self.entries {
+            if let Some(touched) = held.touched.as_mut().filter(|_| is_used(key)) {
+                *touched = now;
+            }
+        }
+    }
+
+    /// Removes everything that was untouched for the expiry, whether or not room is needed; what it was.
+    pub fn expire(&mut self, now: Instant) -> Vec<V> {
+        let expiry = self.expiry;
+        let expired = self.entries.extract_if(.., |_, held| {
+            held.touched
+                .is_some_and(|touched| now.saturating_duration_since(touched) >= expiry)
+        });
+        expired.map(|(_, held)| held.value).collect()
+    }
+
+    /// Removes an entry.
+    pub fn remove(&mut self, key: &K) -> Option<V> {
+        Some(self.entries.remove(key)?.value)
+    }
+
+    /// Removes everything.
+    pub fn clear(&mut self) {
+        self.entries.clear();
+    }
+
+    /// The value of an id.
+    pub fn get(&self, key: &K) -> Option<&V> {
+        Some(&self.entries.get(key)?.value)
+    }
+
+    /// All entries, by id.
+    pub fn iter(&self) -> impl Iterator<Item = (&K, &V)> {
+        self.entries.iter().map(|(key, held)| (key, &held.value))
+    }
+
+    /// How many there are.
+    pub fn len(&self) -> usize {
+        self.entries.len()
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.entries.is_empty()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const EXPIRY: Duration = Duration::from_secs(60);
+
+    #[test]
+    fn ten_times_as_many_ids_as_there_is_room_for_drive_nothing_out() {
+        let (mut map, now) = (BoundedMap::new(8, EXPIRY), Instant::now());
+        let refused = (0..80).filter(|id| map.insert(now, *id, ()).is_err());
+        assert_eq!(refused.count(), 72);
+        assert_eq!(map.insert(now, 3, ()), Ok(Some(())));
+        let ids: Vec<i32> = map.iter().map(|(id, ())| *id).collect();
+        assert_eq!(ids, [0, 1, 2, 3, 4, 5, 6, 7]);
+    }
+
+    #[test]
+    fn the_longest_untouched_gives_way_once_it_is_old_enough() {
+        let (mut map, start) = (BoundedMap::new(3, EXPIRY), Instant::now());
+        map.insert_lasting(start, "lasting", ()).unwrap();
+        map.insert(start, "old", ()).unwrap();
+        map.insert(start, "used", ()).unwrap();
+        let later = start + EXPIRY;
+        map.touch_where(later, |id| *id == "used");
+        assert_eq!(map.insert(later, "new", ()), Ok(Some(())));
+        assert_eq!(map.insert(later, "newer", ()), Err(Full));
+        let ids: Vec<&str> = map.iter().map(|(id, ())| *id).collect();
+        assert_eq!(ids, ["lasting", "new", "used"]);
+        assert_eq!(map.expire(later + EXPIRY).len(), 2);
+        assert_eq!((map.len(), map.get(&"lasting")), (1, Some(&())));
+    }
+}
