@@ -35,6 +35,7 @@ use std::sync::Arc;
 use nalgebra::{Matrix6, Vector6};
 use sextant_geometry::{Pose, se3};
 
+use crate::filter::configuration::Configuration;
 use crate::filter::corners::{Sight, View};
 use crate::filter::kinematics::{Kinematics, white_acceleration};
 use crate::filter::learned::Learned;
@@ -353,14 +354,16 @@ impl Track {
         }
     }
 
-    /// What is known of the motion at this instant, as self-calibration takes it; `None` where the object is unknown or has joints.
+    /// What is known of the motion at this instant, as self-calibration takes it; `None` where the object is unknown.
     pub fn for_calibration(&self) -> Option<KnownMotion<'_>> {
         let track = self.leading();
         let state = &track.hypotheses.first()?.state;
-        state
-            .joints
-            .is_none()
-            .then_some(KnownMotion { track, state })
+        let configuration = state.configuration();
+        Some(KnownMotion {
+            track,
+            state,
+            configuration,
+        })
     }
 
     /// The models were corrected, by which the object went from one pose to the other: what is known goes along.
@@ -403,16 +406,19 @@ impl Track {
 pub(crate) struct KnownMotion<'a> {
     track: &'a Track,
     state: &'a Kinematics,
+    configuration: Configuration,
 }
 
 impl KnownMotion<'_> {
-    pub fn pose(&self) -> Pose {
-        self.state.pose
+    /// Pose of a view's link in the world, or of the object where it is rigid.
+    pub fn pose(&self, view: &View) -> Pose {
+        view.world_from_link(&self.configuration)
     }
 
-    /// Velocity and angular velocity, m/s and rad/s in world axes.
-    pub fn twist(&self) -> Vector6<f64> {
-        self.state.twist
+    /// Its velocity and angular velocity, m/s and rad/s in world axes.
+    pub fn twist(&self, view: &View) -> Vector6<f64> {
+        let limb = view.limb.as_ref();
+        limb.map_or(self.state.twist, |limb| limb.twist(&self.configuration))
     }
 
     /// Share of the distortion bias in a camera's corners.
@@ -420,12 +426,12 @@ impl KnownMotion<'_> {
         self.track.noise.bowed(camera_index)
     }
 
-    /// How the object moves from one image to another: the step (dt, dr) and its covariance, clocks included; `None` where both are of one
-    /// time.
+    /// How a view's link moves from one image to another: the step (dt, dr) and its covariance, clocks included; `None` where both are of
+    /// one time.
     pub fn between(
         &self,
-        from: &ObjectImage,
-        to: &ObjectImage,
+        [from, to]: [&ObjectImage; 2],
+        view: &View,
         options: &FusionOptions,
     ) -> Option<(Vector6<f64>, Matrix6<f64>)> {
         if from.capture_ns == to.capture_ns {
@@ -435,7 +441,7 @@ impl KnownMotion<'_> {
         let of_clocks = [from, to].map(|image| image.clock.sigma_s(options).powi(2));
         let of_twist = self.state.covariance.fixed_view::<6, 6>(6, 6).into_owned();
         let accelerated = white_acceleration(dt, self.state.motion.restlessness(dt));
-        let twist = self.state.twist;
+        let twist = self.twist(view);
         let covariance = of_twist * dt.powi(2)
             + accelerated.fixed_view::<6, 6>(0, 0)
             + twist * twist.transpose() * (of_clocks[0] + of_clocks[1]);

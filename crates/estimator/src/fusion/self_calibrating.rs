@@ -12,9 +12,6 @@ use crate::{FusionOptions, ObjectEstimate};
 /// Images no further apart than this, ns, make one keyframe: less than a period of most cameras.
 const TOGETHER_NS: u64 = 25_000_000;
 
-/// An image is not tied to others where the object's way between them is known no better, m.
-const VAGUE_M: f64 = 0.0005;
-
 impl Fusion {
     /// Offers the newest instant of an object that has only just appeared, so that even its first poses are corrected.
     pub(super) fn self_calibrate_from_start(&mut self, object: usize, capture_ns: u64) {
@@ -57,7 +54,7 @@ impl Fusion {
                 offered_ns = Some(track.time_ns);
             }
             let images = with_newest_of_others(timeline, track.time_ns, images);
-            if let Some(keyframe) = keyframe(object, (track, &images), &self.site, &self.options) {
+            for keyframe in keyframes(object, (track, &images), &self.site, &self.options) {
                 self.self_calibration.offer(keyframe, &self.site);
             }
         }
@@ -96,38 +93,49 @@ fn with_newest_of_others<'a>(
     images
 }
 
-/// An instant as self-calibration takes it; `None` where it cannot tell anything.
-fn keyframe(
+/// An instant as self-calibration takes it, a keyframe for each rigid body: the object, or each of its links. None of what cannot tell
+/// anything.
+fn keyframes(
     object: usize,
     (track, images): (&Track, &[&ObjectImage]),
     site: &Site,
     options: &FusionOptions,
-) -> Option<Keyframe> {
-    let motion = track.for_calibration()?;
-    let mut views = Vec::new();
+) -> Vec<Keyframe> {
+    let Some(motion) = track.for_calibration() else {
+        return Vec::new();
+    };
+    let mut bodies: BTreeMap<usize, Keyframe> = BTreeMap::new();
     for image in images {
-        let way = motion.between(images[0], image, options);
-        let way = way.map(|(step, covariance)| Way { step, covariance });
-        let is_vague =
-            |way: &Way| way.covariance.fixed_view::<3, 3>(0, 0).trace() > VAGUE_M.powi(2);
-        if way.as_ref().is_some_and(is_vague) {
-            continue;
-        }
-        views.extend(image.views.iter().filter_map(|view| {
-            Some(KeyframeView {
+        for view in &image.views {
+            let way = motion.between([images[0], image], view, options);
+            let way = way.map(|(step, covariance)| Way { step, covariance });
+            if way.as_ref().is_some_and(Way::is_long) {
+                continue;
+            }
+            let Some(whitened) = site.for_calibration(view, options) else {
+                continue;
+            };
+            let link = view.limb.as_ref().map_or(0, |limb| limb.link);
+            let keyframe = bodies.entry(link).or_insert_with(|| {
+                let pose = motion.pose(view);
+                Keyframe {
+                    object,
+                    link,
+                    time_ns: track.time_ns,
+                    pose,
+                    before: pose,
+                    views: Vec::new(),
+                }
+            });
+            keyframe.views.push(KeyframeView {
                 camera_index: image.camera_index,
-                view: site.for_calibration(view, options)?,
+                view: whitened,
                 bowed: motion.bowed(image.camera_index),
-                twist: view.after_s.map(|_| motion.twist()),
-                way: way.clone(),
-            })
-        }));
+                twist: view.after_s.map(|_| motion.twist(view)),
+                way,
+            });
+        }
     }
-    (views.len() > 1).then_some(Keyframe {
-        object,
-        time_ns: track.time_ns,
-        pose: motion.pose(),
-        before: motion.pose(),
-        views,
-    })
+    let bodies = bodies.into_values();
+    bodies.filter(|body| body.views.len() > 1).collect()
 }

@@ -414,17 +414,18 @@ impl Adjustment {
             };
             corrections.cameras.insert(*camera, one);
         }
-        for (tag, (object, first)) in &layout.tags {
+        for (tag, (body, first)) in &layout.tags {
             let mut one = tag_correction(&errors.fixed_rows::<OF_TAG>(*first).into_owned());
             one.sigma = pose_sigma(*first);
             corrections.tags.insert(*tag, one);
-            if let Some(covariance) = gauge.frame_covariance(*object) {
+            if let Some(covariance) = gauge.frame_covariance(*body) {
                 let frame = ObjectFrame {
                     covariance,
                     scale_variance: gauge.scale_variance(),
                     centre: gauge.centre,
                 };
-                corrections.frames.insert(*object, frame);
+                // The pose that is published is that of the object, or of its first link.
+                corrections.frames.entry(body.0).or_insert(frame);
             }
         }
         Some(corrections)

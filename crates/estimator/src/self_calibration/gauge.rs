@@ -7,6 +7,7 @@
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 use sextant_geometry::so3;
 
+use super::keyframes::Body;
 use super::layout::Layout;
 use crate::TagId;
 use crate::site::Site;
@@ -15,8 +16,8 @@ use crate::site::Site;
 pub(super) struct Gauge {
     basis: DMatrix<f64>,
     precision: DVector<f64>,
-    /// Objects in the order of their columns.
-    objects: Vec<usize>,
+    /// Bodies in the order of their columns.
+    bodies: Vec<Body>,
     /// Mean of the cameras' centres: the common scale is about it.
     pub centre: Vector3<f64>,
 }
@@ -33,10 +34,10 @@ impl Gauge {
             .map(|pose| pose.translation.vector)
             .collect();
         let centre = centres.iter().sum::<Vector3<f64>>() / centres.len().max(1) as f64;
-        let mut objects: Vec<usize> = layout.tags.values().map(|(object, _)| *object).collect();
-        objects.sort_unstable();
-        objects.dedup();
-        let n_columns = OF_WORLD + 1 + 6 * objects.len();
+        let mut bodies: Vec<Body> = layout.tags.values().map(|(body, _)| *body).collect();
+        bodies.sort_unstable();
+        bodies.dedup();
+        let n_columns = OF_WORLD + 1 + 6 * bodies.len();
         let mut basis = DMatrix::zeros(layout.len(), n_columns);
         for (camera, first) in &layout.cameras {
             let Some(pose) = site.file_pose(*camera) else {
@@ -47,11 +48,9 @@ impl Gauge {
             let mut scale = basis.fixed_view_mut::<3, 1>(*first, OF_WORLD);
             scale.copy_from(&arm);
         }
-        for (tag, (object, first)) in &layout.tags {
-            let (Some(at), place) = (
-                objects.iter().position(|one| one == object),
-                place(site, tag),
-            ) else {
+        for (tag, (body, first)) in &layout.tags {
+            let (Some(at), place) = (bodies.iter().position(|one| one == body), place(site, tag))
+            else {
                 continue;
             };
             rigid(&mut basis, (*first, OF_WORLD + 1 + 6 * at), &place);
@@ -62,7 +61,7 @@ impl Gauge {
         Self {
             basis,
             precision: precision.clone(),
-            objects,
+            bodies,
             centre,
         }
     }
@@ -76,9 +75,9 @@ impl Gauge {
         Some(&projection * covariance * projection.transpose())
     }
 
-    /// Covariance of an object's frame by the priors of its tags.
-    pub fn frame_covariance(&self, object: usize) -> Option<nalgebra::Matrix6<f64>> {
-        let at = self.objects.iter().position(|one| *one == object)?;
+    /// Covariance of a body's frame by the priors of its tags.
+    pub fn frame_covariance(&self, body: Body) -> Option<nalgebra::Matrix6<f64>> {
+        let at = self.bodies.iter().position(|one| *one == body)?;
         let first = OF_WORLD + 1 + 6 * at;
         let information = self.information(&self.weighted());
         information

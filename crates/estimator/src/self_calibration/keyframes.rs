@@ -17,14 +17,15 @@ const NEAR: (f64, f64) = (0.03, 0.12);
 /// The first keyframes of an object are taken whatever they show: they tell how exact the site's files are.
 pub(super) const FIRST: usize = 4;
 
-/// One object at one instant, in all images of it.
+/// One rigid body, an object or a link of it, at one instant in all images of it.
 #[derive(Debug, Clone)]
 pub(crate) struct Keyframe {
-    /// Index of the object.
+    /// Index of the object, and of its link; 0 where it is rigid.
     pub object: usize,
+    pub link: usize,
     /// Capture time, ns.
     pub time_ns: u64,
-    /// `world_from_object` as adjusted last.
+    /// `world_from_object`, or from the link, as adjusted last.
     pub pose: Pose,
     /// As it was before the last adjustment.
     pub before: Pose,
@@ -52,9 +53,28 @@ pub(crate) struct Way {
     pub covariance: Matrix6<f64>,
 }
 
+/// Object and link: what is rigid.
+pub(super) type Body = (usize, usize);
+
 /// The keyframes of all objects, oldest first.
 #[derive(Debug, Default)]
 pub(super) struct Keyframes(Vec<Keyframe>);
+
+/// Images are tied to others only where the object hardly moves between them, m and rad: what is wrong with the prediction of a motion
+/// would pass for errors of the cameras.
+const LONG_WAY: (f64, f64) = (0.0005, 0.01);
+
+impl Way {
+    /// Whether the step, or what is not known of it, is too large to tie images.
+    pub fn is_long(&self) -> bool {
+        let far = |first: usize, limit: f64| {
+            let step = self.step.fixed_rows::<3>(first).norm_squared();
+            let variance = self.covariance.fixed_view::<3, 3>(first, first).trace();
+            step + variance > limit.powi(2)
+        };
+        far(0, LONG_WAY.0) || far(3, LONG_WAY.1)
+    }
+}
 
 impl KeyframeView {
     /// Where the object is in this view if it is at a pose in the keyframe.
@@ -67,6 +87,11 @@ impl KeyframeView {
 }
 
 impl Keyframe {
+    /// Object and link.
+    pub fn body(&self) -> Body {
+        (self.object, self.link)
+    }
+
     fn pairs(&self) -> BTreeSet<(usize, TagId)> {
         let views = self.views.iter();
         views.map(|one| (one.camera_index, one.view.tag)).collect()
@@ -103,7 +128,7 @@ impl Keyframes {
     /// Keeps a keyframe that shows the object in a new pose, or to another camera or by another tag than a near one. Where there are too
     /// many, the oldest goes.
     pub fn offer(&mut self, new: Keyframe) -> bool {
-        let is_same = |one: &Keyframe| (one.object, one.time_ns) == (new.object, new.time_ns);
+        let is_same = |one: &Keyframe| (one.body(), one.time_ns) == (new.body(), new.time_ns);
         if let Some(same) = self.0.iter_mut().find(|one| is_same(one)) {
             let is_more = new.views.len() > same.views.len();
             if is_more {
@@ -111,7 +136,7 @@ impl Keyframes {
             }
             return is_more;
         }
-        let own = || self.0.iter().filter(|one| one.object == new.object);
+        let own = || self.0.iter().filter(|one| one.body() == new.body());
         let pairs = new.pairs();
         let near = own().filter(|one| one.is_near(&new));
         let is_shown = near.map(Keyframe::pairs).any(|near| pairs.is_subset(&near));
@@ -121,7 +146,7 @@ impl Keyframes {
         }
         if n_own >= MOST_OF_AN_OBJECT || self.0.len() >= MOST {
             let full = n_own >= MOST_OF_AN_OBJECT;
-            let goes = |one: &Keyframe| !full || one.object == new.object;
+            let goes = |one: &Keyframe| !full || one.body() == new.body();
             if let Some(oldest) = self.0.iter().position(goes) {
                 self.0.remove(oldest);
             }

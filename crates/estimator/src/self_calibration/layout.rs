@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use nalgebra::DVector;
 
-use super::keyframes::Keyframes;
+use super::keyframes::{Body, Keyframes};
 use crate::TagId;
 use crate::site::Site;
 
@@ -37,8 +37,8 @@ pub(super) const CLASSES: [Class; 4] = [
 pub(super) struct Layout {
     /// First place of each camera's errors.
     pub cameras: BTreeMap<usize, usize>,
-    /// Object and first place of each tag's errors.
-    pub tags: BTreeMap<TagId, (usize, usize)>,
+    /// Body and first place of each tag's errors.
+    pub tags: BTreeMap<TagId, (Body, usize)>,
     /// Sigma of each prior at scale one; [`EXACT`] where nothing is open.
     pub sigmas: DVector<f64>,
     pub classes: Vec<Class>,
@@ -51,7 +51,7 @@ impl Layout {
         for keyframe in keyframes.iter() {
             for one in &keyframe.views {
                 layout.cameras.entry(one.camera_index).or_default();
-                let tag = (keyframe.object, 0);
+                let tag = (keyframe.body(), 0);
                 layout.tags.entry(one.view.tag).or_insert(tag);
             }
         }

@@ -7,7 +7,7 @@ use sextant_estimator::{
 use sextant_geometry::{Pose, se3};
 
 use crate::scene::{
-    Eye, PERIOD_NS, Random, START_NS, cube, error, feed, fusion, path, path_at, rig,
+    Eye, PERIOD_NS, Random, START_NS, cube, error, feed, fusion, path, path_at, rig, run,
 };
 
 fn vector(random: &mut Random, sigma: f64) -> Vector3<f64> {
@@ -183,4 +183,27 @@ fn a_hit_body_has_a_pose_in_the_very_next_image() {
             assert!(is_there, "instant {instant}: {pose:?}");
         }
     }
+}
+
+/// Cameras whose shutters run free see a moving body at different times: no reason to move the cameras.
+#[test]
+fn exact_files_are_recognised_where_shutters_run_free() {
+    let (rig, object) = (rig(4), cube());
+    let files = Rig::new(rig.cameras().to_vec()).unwrap();
+    let tags = ObjectModel::new(object.id().clone(), object.tags().to_vec()).unwrap();
+    let mut learned = fusion(&files, &tags, FusionOptions::default());
+    let mut worst: f64 = 0.0;
+    for mut image in run(&rig, &object, 0.05, 4.0, &mut Random(5)) {
+        image.clock_error_ns = 0;
+        let late = image.capture_ns > START_NS + 1_000_000_000;
+        for pose in feed(&mut learned, image).into_iter().filter(|_| late) {
+            worst = worst.max(
+                error(&pose, &path_at(pose.capture_ns))
+                    .fixed_rows::<3>(0)
+                    .norm(),
+            );
+        }
+    }
+    assert_eq!(learned.imperfections(), []);
+    assert!(worst < 0.001, "{worst} m");
 }
