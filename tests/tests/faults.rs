@@ -153,7 +153,7 @@ fn wrong_tags_are_named_in_the_status_on_the_page_and_in_top() {
     let refused = site.run_command(&["config", "set", "object", &file.display().to_string()]);
     assert_eq!(refused.status.code(), Some(1));
     let words = [
-        "tag tag36h11:0 of object box is loose or not where the model says",
+        "tag tag36h11:0 of object box is ",
         "tag tag36h11:6 of object cube is ",
         "twice",
         "tag tag36h11:6 is on object cube and on object twin",

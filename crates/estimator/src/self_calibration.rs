@@ -41,6 +41,8 @@ pub(crate) struct SelfCalibration {
     /// Keyframes added since the last adjustment.
     added: usize,
     imperfections: Vec<Imperfection>,
+    /// What the trackers work with.
+    applied: Option<Corrections>,
 }
 
 impl SelfCalibration {
@@ -72,6 +74,14 @@ impl SelfCalibration {
         let corrections = self.adjustment.run(&mut self.keyframes, site)?;
         let newest = self.keyframes.iter().last();
         self.imperfections = imperfections::imperfections(&corrections, site, newest);
+        if self
+            .applied
+            .as_ref()
+            .is_some_and(|applied| corrections.is_close(applied))
+        {
+            return None;
+        }
+        self.applied = Some(corrections.clone());
         Some(corrections)
     }
 

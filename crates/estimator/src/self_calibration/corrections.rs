@@ -81,7 +81,57 @@ impl Corrections {
     }
 }
 
+/// Factor by which a sigma must change to matter.
+const OTHER_SIGMA: f64 = 1.4;
+
+impl Corrections {
+    /// Whether others are the same but for what is uncertain anyway: no step differs by more than its sigma, and no sigma by much.
+    pub(super) fn is_close(&self, other: &Self) -> bool {
+        let cameras = self.cameras.iter().all(|(camera, one)| {
+            let other = other.cameras.get(camera);
+            other.map_or(one.is_nothing(), |other| {
+                is_close((&one.step, &one.sigma), (&other.step, &other.sigma))
+                    && (one.focal_px - other.focal_px).abs() <= one.lens_sigma.focal_px
+            })
+        });
+        let tags = self.tags.iter().all(|(tag, one)| {
+            let other = other.tags.get(tag);
+            other.map_or(one.is_nothing(), |other| {
+                is_close((&one.step, &one.sigma), (&other.step, &other.sigma))
+                    && (one.log_size - other.log_size).abs() <= CLOSE_SIZE
+            })
+        });
+        cameras && tags
+    }
+}
+
+/// Share of a size that does not matter.
+const CLOSE_SIZE: f64 = 0.0005;
+
+fn is_close(
+    (step, sigma): (&Vector6<f64>, &PoseSigma),
+    (other, before): (&Vector6<f64>, &PoseSigma),
+) -> bool {
+    let apart = step - other;
+    let near = |first: usize, sigma: f64| apart.fixed_rows::<3>(first).amax() <= sigma;
+    let alike = |one: f64, other: f64| one <= other * OTHER_SIGMA && other <= one * OTHER_SIGMA;
+    near(0, sigma.position_m)
+        && near(3, sigma.orientation_rad)
+        && alike(sigma.position_m, before.position_m)
+        && alike(sigma.orientation_rad, before.orientation_rad)
+}
+
+impl TagCorrection {
+    fn is_nothing(&self) -> bool {
+        self.step == Vector6::zeros() && self.log_size == 0.0 && !self.sigma.is_some()
+    }
+}
+
 impl CameraCorrection {
+    fn is_nothing(&self) -> bool {
+        self.step == Vector6::zeros() && !self.sigma.is_some() && !self.lens_sigma.is_some()
+    }
+
     /// The file's values stand.
     pub fn none(sigma: PoseSigma, lens_sigma: LensSigma) -> Self {
         Self {
