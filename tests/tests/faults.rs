@@ -18,10 +18,16 @@ use system_tests::{FusedSite, Scene, changed, send, sextant, workspace_root};
 
 const CAMERAS: usize = 4;
 
-/// A site whose fusion node believes in the scene as it is made.
+/// A site whose files are exact, as the fusion node knows: what contradicts them is a fault, no imperfection.
 fn site() -> (FusedSite, Scene) {
     let scene = Scene::new(CAMERAS, &["box", "cube"]);
-    let site = FusedSite::start(&scene.rig, &scene.objects, "");
+    let objects: Vec<ObjectModel> = scene
+        .objects
+        .iter()
+        .cloned()
+        .map(ObjectModel::exact)
+        .collect();
+    let site = FusedSite::start(&scene.rig.clone().exact(), &objects, "");
     (site, scene)
 }
 
@@ -153,7 +159,7 @@ fn wrong_tags_are_named_in_the_status_on_the_page_and_in_top() {
     let refused = site.run_command(&["config", "set", "object", &file.display().to_string()]);
     assert_eq!(refused.status.code(), Some(1));
     let words = [
-        "tag tag36h11:0 of object box is ",
+        "tag tag36h11:0 of object box is loose or not where the model says",
         "tag tag36h11:6 of object cube is ",
         "twice",
         "tag tag36h11:6 is on object cube and on object twin",

@@ -163,6 +163,9 @@ fn assert_named(statuses: &[FusionStatus]) {
     let back = |status: &FusionStatus| !is_named(status) && status.cameras[CUT_OFF].rate_hz > 0.0;
     assert!(statuses[named..].iter().any(back), "{:?}", statuses.last());
     let others = statuses.iter().flat_map(|status| &status.faults);
-    let others: Vec<&String> = others.filter(|fault| !fault.starts_with(&name)).collect();
+    // This network is bad enough for images that are too late, which is said, too.
+    let late = "observations dropped because they arrived too late";
+    let is_other = |fault: &&String| !fault.starts_with(&name) && !fault.starts_with(late);
+    let others: Vec<&String> = others.filter(is_other).collect();
     assert!(others.is_empty(), "{others:?}");
 }
