@@ -17,6 +17,9 @@ const MARGIN: Duration = Duration::from_secs(1);
 /// Between two tries, and by how much it differs from one process to another, so that two that start at once part.
 const RETRY: Duration = Duration::from_millis(100);
 
+/// Other holders of one name that are remembered.
+const MOST_OTHERS: usize = 16;
+
 /// A name of the site that this process holds until it drops this.
 #[derive(Debug)]
 pub struct HeldName {
@@ -32,16 +35,21 @@ impl HeldName {
     /// took it.
     pub fn others(&mut self) -> Vec<&str> {
         while let Some(change) = self.watch.try_recv() {
-            match change {
-                Presence::Joined(key) if key != self.own => {
-                    let host = host_of(&key).to_owned();
-                    self.others.insert(key, host);
-                }
-                Presence::Joined(_) => {}
-                Presence::Left(key) => drop(self.others.remove(&key)),
-            }
+            note(&mut self.others, &self.own, change);
         }
         self.others.values().map(String::as_str).collect()
+    }
+}
+
+/// Notes that somebody took a name or gave it back.
+fn note(others: &mut BTreeMap<String, String>, own: &str, change: Presence) {
+    match change {
+        Presence::Joined(key) if key != own && others.len() < MOST_OTHERS => {
+            let host = host_of(&key).to_owned();
+            others.insert(key, host);
+        }
+        Presence::Joined(_) => {}
+        Presence::Left(key) => drop(others.remove(&key)),
     }
 }
 
@@ -155,6 +163,18 @@ mod tests {
             assert_eq!(as_chunk(host), chunk);
             zenoh::key_expr::KeyExpr::new(chunk).unwrap();
         }
+    }
+
+    #[test]
+    fn a_flood_of_holders_ends_at_the_bound() {
+        let mut others = BTreeMap::new();
+        let key = |n: usize| format!("holder/camera/north/{n}/desk");
+        for n in 0..10 * MOST_OTHERS {
+            note(&mut others, &key(0), Presence::Joined(key(n)));
+        }
+        assert_eq!(others.len(), MOST_OTHERS);
+        note(&mut others, &key(0), Presence::Left(key(1)));
+        assert_eq!(others.len(), MOST_OTHERS - 1);
     }
 
     #[test]
