@@ -1,6 +1,6 @@
 //! The chores themselves: each a short list of commands.
 
-use crate::tools::{locate, run, run_in};
+use crate::tools::{run, run_in};
 use std::fs;
 use std::path::Path;
 
@@ -39,23 +39,6 @@ pub fn docs() -> Result<(), String> {
             "--workspace",
             "--no-deps",
             "--quiet",
-        ],
-    )
-}
-
-pub fn deny() -> Result<(), String> {
-    if locate("cargo-deny").is_none() {
-        run("cargo", &["install", "cargo-deny", "--locked", "--quiet"])?;
-    }
-    run(
-        "cargo",
-        &[
-            "deny",
-            "--all-features",
-            "check",
-            "licenses",
-            "bans",
-            "sources",
         ],
     )
 }

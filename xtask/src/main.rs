@@ -3,6 +3,7 @@
 //! No dependency but the standard library, so that the first chore on a fresh machine starts in seconds.
 
 mod chores;
+mod dependencies;
 mod tools;
 
 use std::process::ExitCode;
@@ -17,7 +18,12 @@ const CHORES: &[(&str, &str, Chore)] = &[
         "everything that can fail: page, workspace, whole system in a browser, boards' processor",
         test,
     ),
-    ("ci", "test, and format, lint, docs, deny, cross builds", ci),
+    (
+        "check",
+        "everything beside tests: format, lint, documentation, dependencies, cross builds",
+        check,
+    ),
+    ("ci", "test, then check", ci),
     ("fmt", "formatting is rustfmt's", chores::fmt),
     ("lint", "clippy, warnings are errors", chores::lint),
     (
@@ -28,7 +34,17 @@ const CHORES: &[(&str, &str, Chore)] = &[
     (
         "deny",
         "licences, bans and sources of every dependency",
-        chores::deny,
+        dependencies::deny,
+    ),
+    (
+        "advisories",
+        "no dependency has a known fault; passed over, with a word, where the database is out of reach",
+        dependencies::advisories,
+    ),
+    (
+        "sbom",
+        "what the program is made of, as CycloneDX: target/sbom/sextant.cdx.json",
+        dependencies::sbom,
     ),
     (
         "page",
@@ -61,17 +77,12 @@ fn test() -> Result<(), String> {
     run_in_order(&["page", "workspace", "arm"])
 }
 
+fn check() -> Result<(), String> {
+    run_in_order(&["fmt", "lint", "docs", "deny", "advisories", "sbom", "cross"])
+}
+
 fn ci() -> Result<(), String> {
-    run_in_order(&[
-        "fmt",
-        "lint",
-        "docs",
-        "deny",
-        "page",
-        "workspace",
-        "arm",
-        "cross",
-    ])
+    test().and_then(|()| check())
 }
 
 fn run_in_order(words: &[&str]) -> Result<(), String> {
@@ -106,6 +117,7 @@ fn main() -> ExitCode {
     let outcome = match words.as_slice() {
         [] => Err(usage("")),
         ["test"] => test(),
+        ["check"] => check(),
         ["ci"] => ci(),
         chosen => run_in_order(chosen),
     };

@@ -1,6 +1,6 @@
 //! Programs that are not Rust's: which chore needs which, found, installed where that is possible, or named.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
 /// A program that a chore calls.
@@ -28,6 +28,11 @@ const CHROMIUM: Tool = Tool {
     package: Some("chromium"),
     remedy: "install Chromium",
 };
+const UNSHARE: Tool = Tool {
+    program: "unshare",
+    package: Some("util-linux"),
+    remedy: "install util-linux",
+};
 const QEMU_ARM: Tool = Tool {
     program: "qemu-arm",
     package: Some("qemu-user"),
@@ -53,7 +58,7 @@ const GCC_AARCH64: Tool = Tool {
 fn needs(chore: &str) -> &'static [Tool] {
     match chore {
         "page" => &[NODE, NPM],
-        "workspace" => &[NODE, CHROMIUM],
+        "workspace" => &[NODE, CHROMIUM, UNSHARE],
         "arm" => &[QEMU_ARM, QEMU_AARCH64, GCC_ARM, GCC_AARCH64],
         "cross" => &[GCC_ARM, GCC_AARCH64],
         _ => &[],
@@ -131,6 +136,61 @@ pub fn locate(program: &str) -> Option<PathBuf> {
         .find(|file| file.is_file())
 }
 
+/// An extension of cargo, in exactly this version.
+pub struct CargoTool {
+    pub name: &'static str,
+    pub version: &'static str,
+}
+
+impl CargoTool {
+    /// The program of this version: the one on the path, else one of our own below `target`, installed where it is missing.
+    pub fn program(&self) -> Result<String, String> {
+        let folder = root().join("target/tools");
+        let own = folder.join("bin").join(self.name);
+        let installed = locate(self.name).filter(|file| self.is(file));
+        if let Some(program) = installed.or_else(|| Some(own.clone()).filter(|file| self.is(file)))
+        {
+            return Ok(program.display().to_string());
+        }
+        println!("xtask: installing {} {}", self.name, self.version);
+        let folder = folder.display().to_string();
+        // As they come, both are optimised as a whole, which takes longer than all that they do here.
+        run(
+            "env",
+            &[
+                "CARGO_PROFILE_RELEASE_LTO=off",
+                "CARGO_PROFILE_RELEASE_CODEGEN_UNITS=16",
+                "CARGO_PROFILE_RELEASE_OPT_LEVEL=1",
+                "cargo",
+                "install",
+                self.name,
+                "--version",
+                self.version,
+                "--locked",
+                "--quiet",
+                "--root",
+                &folder,
+            ],
+        )?;
+        Ok(own.display().to_string())
+    }
+
+    fn is(&self, program: &Path) -> bool {
+        let Self { name, version } = self;
+        // Cargo calls an extension with its own name first, and some ask for that.
+        let subcommand = name.trim_start_matches("cargo-");
+        let says = |arguments: &[&str]| {
+            let output = Command::new(program).args(arguments).output();
+            output.is_ok_and(|output| {
+                String::from_utf8_lossy(&output.stdout)
+                    .split_whitespace()
+                    .any(|word| word == *version)
+            })
+        };
+        says(&["--version"]) || says(&[subcommand, "--version"])
+    }
+}
+
 fn add_target(target: &str) -> Result<(), String> {
     let listed = Command::new("rustup")
         .args(["target", "list", "--installed"])
@@ -145,6 +205,11 @@ fn add_target(target: &str) -> Result<(), String> {
     run("rustup", &["target", "add", target])
 }
 
+/// The workspace's root.
+pub fn root() -> &'static Path {
+    Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/.."))
+}
+
 /// Runs a program in the workspace's root and fails with its command line.
 pub fn run(program: &str, arguments: &[&str]) -> Result<(), String> {
     run_in(".", program, arguments)
@@ -152,10 +217,9 @@ pub fn run(program: &str, arguments: &[&str]) -> Result<(), String> {
 
 /// Runs a program in a folder below the workspace's root.
 pub fn run_in(folder: &str, program: &str, arguments: &[&str]) -> Result<(), String> {
-    let root = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
     let status = Command::new(program)
         .args(arguments)
-        .current_dir(format!("{root}/{folder}"))
+        .current_dir(root().join(folder))
         .status()
         .map_err(|cause| format!("{program}: {cause}"))?;
     if status.success() {
