@@ -10,6 +10,7 @@ mod program;
 mod scene;
 mod studio;
 mod traces;
+mod unit_view;
 mod workshop;
 
 pub use demo::{Demo, Ended, send};
@@ -18,4 +19,5 @@ pub use program::{sextant, workspace_root};
 pub use scene::{Scene, changed, place, tag_of};
 pub use studio::{Shots, Studio, looking_at};
 pub use traces::Traces;
+pub use unit_view::{Unit, prepare_machine};
 pub use workshop::{BOARD, FIRST_OF_CUBE, Workshop};
