@@ -73,12 +73,15 @@ const CHORES: &[(&str, &str, Chore)] = &[
     ),
 ];
 
+const TEST: &[&str] = &["page", "workspace", "arm"];
+const CHECK: &[&str] = &["fmt", "lint", "docs", "deny", "advisories", "sbom", "cross"];
+
 fn test() -> Result<(), String> {
-    run_in_order(&["page", "workspace", "arm"])
+    run_in_order(TEST)
 }
 
 fn check() -> Result<(), String> {
-    run_in_order(&["fmt", "lint", "docs", "deny", "advisories", "sbom", "cross"])
+    run_in_order(CHECK)
 }
 
 fn ci() -> Result<(), String> {
@@ -127,5 +130,28 @@ fn main() -> ExitCode {
             eprintln!("xtask: {cause}");
             ExitCode::FAILURE
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// `.ci/run` is `test` and `check`; what is in neither is measured, not checked.
+    #[test]
+    fn continuous_integration_runs_each_chore_once() {
+        let chores = CHORES.iter().map(|chore| chore.0);
+        let mut once: Vec<_> = chores
+            .filter(|word| !["test", "check", "ci", "bench"].contains(word))
+            .collect();
+        let mut run = [TEST, CHECK].concat();
+        once.sort_unstable();
+        run.sort_unstable();
+        assert_eq!(run, once);
+        let script = include_str!("../../.ci/run");
+        let steps = script
+            .lines()
+            .filter_map(|line| line.strip_prefix("cargo xtask "));
+        assert_eq!(steps.collect::<Vec<_>>(), ["test", "check"]);
     }
 }
