@@ -89,11 +89,15 @@ fn ci() -> Result<(), String> {
 }
 
 fn run_in_order(words: &[&str]) -> Result<(), String> {
+    let chores = words
+        .iter()
+        .map(|word| find(word).ok_or_else(|| usage(word)));
+    let chores: Vec<_> = chores.collect::<Result<_, _>>()?;
     tools::require_all(words)?;
-    for word in words {
+    for (word, what, run) in chores {
         let started = Instant::now();
-        println!("xtask {word}: {}", find(word).map_or("", |c| c.1));
-        find(word).ok_or_else(|| usage(word))?.2().map_err(|cause| format!("{word}: {cause}"))?;
+        println!("xtask {word}: {what}");
+        run().map_err(|cause| format!("{word}: {cause}"))?;
         println!("xtask {word}: done in {} s", started.elapsed().as_secs());
     }
     Ok(())
