@@ -16,15 +16,17 @@ use std::path::PathBuf;
 #[derive(Args, Debug)]
 #[command(
     after_help = "Turn the object slowly before a camera, so that every tag is seen and neighbouring tags are seen together. Without --tags those
-that move as one are taken for the object's; what stands still before the camera is not, so the camera must stand still too. Tags that no
-image joins are named, with the turn that would join them; then nothing is written. The former file is kept as FILE.former.
+that move as one are taken for the object's; what stands still before the camera is not, so the camera must stand still too. Tags that cannot
+be placed are left out and named, with the turn that would join them; the exit code is 4 then, and with --strict nothing is written.
+Sizes are adjusted within half a per cent or what the images show of such errors; the lens is, too, but stays as it is in the rig file.
+The former file is kept as FILE.former.
 
 With --live the images are those of the running site: turn the object as the lines say until there is enough, or end it with
 Ctrl-C; then it is solved. With --json they are a line a second at most: {\"kind\",\"images\",\"fraction\",\"is_enough\",\"hint\",
 \"details\":{\"joining\",\"tags\":[{\"tag\",\"images\",\"directions\",\"group\"}],\"sketch\":[{\"tag\",\"size_m\",\"position\",\"orientation\"}]}}.
 
 With --json, a last line on standard output: {\"object\",\"images\",\"images_used\",\"rms_px\",\"noise_ratio\",\"tags\":[{\"tag\",\"images\",\"left_out\",
-\"elsewhere\",\"sigma_mm\",\"sigma_deg\",\"sigma_axes_mm\":[3],\"sigma_axes_deg\":[3],\"rms_px\",\"size_ratio\",\"size_ratio_sigma\"}],\"kept\",\"weak\",
+\"elsewhere\",\"sigma_mm\",\"sigma_deg\",\"sigma_axes_mm\":[3],\"sigma_axes_deg\":[3],\"rms_px\",\"size_ratio\",\"size_ratio_sigma\"}],\"kept\",\"weak\",\"unsolved\",
 \"solved_sizes\":[[\"tag\",metres]],\"found\":{\"object\",\"others\",\"loose\",\"still\"},\"verdict\":{\"grade\",\"because\"}}"
 )]
 pub struct LearnArguments {
@@ -127,7 +129,8 @@ fn tag_and_size(text: &str) -> Result<(u32, Option<f64>), String> {
 /// Runs `sextant learn`.
 ///
 /// # Errors
-/// [`Exit::Input`] for files that cannot be used and images that do not place every tag; then nothing is written.
+/// [`Exit::Input`] for files that cannot be used and images that place no tags; then nothing is written. [`Exit::Unavailable`] after a
+/// partial result.
 pub fn run(arguments: &LearnArguments, format: Format) -> anyhow::Result<()> {
     let rig = read_rig(&arguments.rig).exit_with(Exit::Input)?;
     let plan = if arguments.tags.is_empty() && arguments.from.is_none() {
@@ -151,12 +154,14 @@ fn finish(outcome: &Outcome, arguments: &LearnArguments, format: Format) -> anyh
     else {
         bail!("learning gave no object");
     };
-    write_object(&arguments.out, object)?;
-    match format {
-        Format::Json => print_line(&serde_json::to_string(report)?)?,
-        Format::Text => print_line(&text(report, arguments))?,
-    }
-    Ok(())
+    arguments.images.keep(outcome, || {
+        write_object(&arguments.out, object)?;
+        match format {
+            Format::Json => print_line(&serde_json::to_string(report)?)?,
+            Format::Text => print_line(&text(report, arguments))?,
+        }
+        Ok(())
+    })
 }
 
 fn plan(arguments: &LearnArguments) -> anyhow::Result<LearnPlan> {

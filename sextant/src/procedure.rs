@@ -11,11 +11,12 @@ pub use recording::wrong;
 
 use crate::output::Format;
 use crate::site::SiteArguments;
+use anyhow::{anyhow, bail};
 use clap::Args;
 use recording::each_image;
 use sextant_calibrator::procedure::{Outcome, Procedure, ProcedureError};
 use sextant_estimator::{CameraId, Rig};
-use sextant_process::{Exit, WithExit};
+use sextant_process::{Exit, Failure, WithExit};
 use sextant_tag_families::Family;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -34,6 +35,9 @@ pub struct ImageArguments {
     /// Threads that look for tags in recorded pictures; the result does not depend on it.
     #[arg(long, default_value_t = 2, value_parser = clap::value_parser!(u8).range(1..=64))]
     threads: u8,
+    /// Refuse a partial result: without it, what can be solved is written, the rest stays as it was, is named, and the exit code is 4.
+    #[arg(long)]
+    strict: bool,
 }
 
 /// What looks at the images.
@@ -72,6 +76,30 @@ impl ImageArguments {
             },
             None => Images::Live(Box::new(Live::open(self.site.open()?, format)?)),
         })
+    }
+
+    /// Writes a result by `write`, unless it is partial and `--strict` was given.
+    ///
+    /// # Errors
+    /// Those of `write`; [`Exit::Unavailable`] after a partial result was written, [`Exit::Input`] where it is refused.
+    pub fn keep(
+        &self,
+        outcome: &Outcome,
+        write: impl FnOnce() -> anyhow::Result<()>,
+    ) -> anyhow::Result<()> {
+        let unsolved = outcome.unsolved();
+        if unsolved.is_empty() {
+            return write();
+        }
+        let unsolved = unsolved.join("; ");
+        if self.strict {
+            bail!(Failure::new(Exit::Input, anyhow!("{unsolved}")));
+        }
+        write()?;
+        bail!(Failure::new(
+            Exit::Unavailable,
+            anyhow!("partial: {unsolved}")
+        ))
     }
 
     /// What a person types to hand the result over to the running site; nothing after a recording.

@@ -5,6 +5,7 @@ use crate::bundle::{
     Instant, Motion, solve,
 };
 use crate::intake::ImageView;
+use crate::priors::Priors;
 use crate::resection::edge_px;
 use nalgebra::Vector6;
 use sextant_geometry::Pose;
@@ -53,20 +54,62 @@ pub(crate) struct Adjustment {
     pub instants: Vec<Instant>,
     pub images: Vec<UsedImage>,
     pub motion: Option<Motion>,
+    pub priors: Priors,
+    /// By camera: the noise of its corners in units of what is given; empty before the first solution.
+    pub noise: Vec<f64>,
 }
 
 /// What came of it.
 pub(crate) struct Adjusted {
     pub solution: BundleSolution,
-    /// The images that were used, in the order of the bundle's.
-    pub images: Vec<UsedImage>,
+    /// At the solution, without what does not fit; its images are in the order of the bundle's.
+    pub adjustment: Adjustment,
     pub misfits: Vec<Misfit>,
 }
 
-/// A tag whose squared error (eight degrees of freedom) exceeds this many times the variance of all is wrong: five sigma.
-const GATE: f64 = 45.0;
-/// Rounds of leaving out and solving again.
-const ROUNDS: usize = 4;
+impl Adjusted {
+    /// The solution with what did not fit, too.
+    pub(crate) fn with_misfits(&self) -> Adjustment {
+        let mut whole = self.adjustment.clone();
+        for misfit in &self.misfits {
+            let mut images = whole.images.iter_mut();
+            if let Some(image) = images.find(|image| image.view == misfit.view) {
+                image.tags.push(misfit.seen);
+            }
+        }
+        whole
+    }
+
+    /// Images of which something fits.
+    pub(crate) fn used(&self) -> impl Iterator<Item = &UsedImage> {
+        let images = self.adjustment.images.iter();
+        images.filter(|image| !image.tags.is_empty())
+    }
+
+    /// The corners' noise in units of what is given, over all cameras.
+    pub(crate) fn noise_ratio(&self) -> f64 {
+        let mut squares = (0.0, 0.0);
+        for image in &self.adjustment.images {
+            let noise = self.adjustment.noise[image.camera];
+            squares.0 += image.tags.len() as f64 * noise * noise;
+            squares.1 += image.tags.len() as f64;
+        }
+        (squares.0 / f64::max(squares.1, 1.0)).sqrt()
+    }
+}
+
+/// A tag whose squared error (eight degrees of freedom) exceeds this many times the noise's is wrong: seven sigma. Less is for the
+/// robust loss.
+const GATE: f64 = 400.0;
+/// Median of a sum of eight squared normal deviates.
+const MEDIAN_OF_EIGHT: f64 = 7.344;
+/// Noise below this part of what is given is not believed.
+const LEAST_NOISE: f64 = 0.05;
+/// Rounds of solving, and the change of noise and scales, as a logarithm, that ends them.
+const ROUNDS: usize = 10;
+const SETTLED: f64 = 0.05;
+/// The first rounds only find the noise.
+const FIRST: usize = 2;
 
 impl Instant {
     /// At rest.
@@ -80,23 +123,33 @@ impl Instant {
 }
 
 impl Adjustment {
-    /// Solves, leaves out what does not fit, and solves again until all fits.
+    /// Solves again and again, with the noise and the scales of the priors that each solution shows, and without what does not fit.
     pub(crate) fn solve(
         mut self,
         views: &[ImageView],
         options: &BundleOptions,
     ) -> Result<Adjusted, BundleError> {
         let mut misfits = Vec::new();
+        self.drop_empty();
+        self.measure_noise(&self.bundle(views), 0.0);
         let mut round = 0;
         loop {
             round += 1;
-            self.drop_empty();
             let solution = solve(self.bundle(views), options)?;
-            let wrong = wrong_tags(&solution, &self.images, views);
-            if wrong.is_empty() || round == ROUNDS {
+            self.cameras.clone_from(&solution.bundle.cameras);
+            self.tags.clone_from(&solution.bundle.tags);
+            self.instants.clone_from(&solution.bundle.instants);
+            let mut change = self.measure_noise(&solution.bundle, self.parameters());
+            let mut wrong = Vec::new();
+            if round >= FIRST {
+                change = change.max(self.priors.learn(&solution));
+                wrong = wrong_tags(&solution, &self.images, views);
+            }
+            let settled = round > FIRST && wrong.is_empty() && change < SETTLED;
+            if settled || round == ROUNDS {
                 return Ok(Adjusted {
                     solution,
-                    images: self.images,
+                    adjustment: self,
                     misfits,
                 });
             }
@@ -107,25 +160,36 @@ impl Adjustment {
                 }
             }
             misfits.extend(wrong);
-            self.cameras = solution.bundle.cameras;
-            self.tags = solution.bundle.tags;
-            self.instants = solution.bundle.instants;
         }
     }
 
-    /// Solves with everything in.
-    pub(crate) fn solve_once(
-        mut self,
-        views: &[ImageView],
-        options: &BundleOptions,
-    ) -> Result<Adjusted, BundleError> {
-        self.drop_empty();
-        let solution = solve(self.bundle(views), options)?;
-        Ok(Adjusted {
-            solution,
-            images: self.images,
-            misfits: Vec::new(),
-        })
+    /// How many numbers the images have to determine.
+    fn parameters(&self) -> f64 {
+        (self.instants.len() * if self.motion.is_some() { 12 } else { 6 }) as f64
+    }
+
+    /// The noise of each camera's corners in units of what is given, by the median tag; the change, as a logarithm.
+    fn measure_noise(&mut self, bundle: &Bundle, parameters: f64) -> f64 {
+        self.noise.resize(self.cameras.len(), 1.0);
+        let mut sums = vec![Vec::new(); self.cameras.len()];
+        for residual in bundle.residuals() {
+            let camera = bundle.images[residual.image].camera;
+            sums[camera].push(residual.chi_square);
+        }
+        let rows = 8.0 * sums.iter().map(Vec::len).sum::<usize>() as f64;
+        let free = ((rows - parameters) / rows.max(1.0)).max(0.2);
+        let mut change = 0.0_f64;
+        for (noise, sums) in self.noise.iter_mut().zip(&mut sums) {
+            sums.sort_by(f64::total_cmp);
+            let Some(median) = sums.get(sums.len() / 2) else {
+                continue;
+            };
+            let factor = (median / (MEDIAN_OF_EIGHT * free)).sqrt();
+            let next = (*noise * factor).max(LEAST_NOISE);
+            change = change.max((next / *noise).ln().abs());
+            *noise = next;
+        }
+        change
     }
 
     /// Images without a tag and instants without an image go.
@@ -143,13 +207,19 @@ impl Adjustment {
     }
 
     pub(crate) fn bundle(&self, views: &[ImageView]) -> Bundle {
+        let seen = |view: &ImageView, at: usize| {
+            let mut seen = view.tags[at].seen();
+            let noise = self.noise.get(view.camera).copied().unwrap_or(1.0);
+            seen.whitening.iter_mut().for_each(|w| *w /= noise);
+            seen
+        };
         let images = self.images.iter().map(|image| {
             let view = &views[image.view];
             BundleImage {
                 camera: image.camera,
                 instant: image.instant,
                 seconds_after_instant: image.seconds_after_instant,
-                tags: image.tags.iter().map(|&at| view.tags[at].seen()).collect(),
+                tags: image.tags.iter().map(|&at| seen(view, at)).collect(),
             }
         });
         Bundle {
@@ -158,13 +228,13 @@ impl Adjustment {
             instants: self.instants.clone(),
             images: images.collect(),
             motion: self.motion,
-            anchors: Vec::new(),
+            anchors: self.priors.anchors(),
         }
     }
 }
 
 fn wrong_tags(solution: &BundleSolution, images: &[UsedImage], views: &[ImageView]) -> Vec<Misfit> {
-    let gate = GATE * solution.variance_factor;
+    let gate = GATE;
     let wrong = solution.bundle.residuals().filter(|r| r.chi_square > gate);
     let misfits = wrong.map(|residual| {
         let image = &images[residual.image];

@@ -4,6 +4,9 @@
 //! mirrored ones turn with the view. So each pair votes over its images, the strongest pairs make a spanning tree, and the
 //! tree places every tag relative to its root.
 
+use crate::bundle::{
+    Bundle, BundleCamera, BundleImage, BundleOptions, BundleTag, Freedom, Instant, SeenTag, solve,
+};
 use crate::graph::PoseGraph;
 use crate::intake::{TagView, Wanted};
 use crate::resection::{edge_px, tag_error_px};
@@ -24,12 +27,20 @@ pub(crate) type Group<'a> = Vec<GroupedView<'a>>;
 
 /// Groups looked at of one pair: more add little.
 const MOST_GROUPS: usize = 40;
-/// A pair's guess may be off by this part of the tag's size in the image, and by pixels.
-const BOUND: (f64, f64) = (0.5, 4.0);
+/// A pair's guess may be off by this part of the tag's size in the image, and by pixels; and once it was adjusted to all groups.
+const LOOSE: (f64, f64) = (0.5, 4.0);
+const TIGHT: (f64, f64) = (0.15, 2.0);
+/// Guesses that are adjusted, and by how much they differ at least, radians.
+const MOST_CANDIDATES: usize = 4;
+const APART_RAD: f64 = 0.15;
+/// A rival that explains the groups worse by this sum of squares, in pixels, halves the strength.
+const CLEAR: f64 = 20.0;
+/// Noise that a guess is adjusted with, pixels.
+const ROUGH_PX: f64 = 1.0;
 /// Less agreement than this (in groups) joins nothing.
 const LEAST_STRENGTH: f64 = 0.5;
 
-/// Tags joined by every pair's consensus; strength is the number of agreeing groups.
+/// Tags joined by every pair's consensus; strength is the number of agreeing groups, less where a rival agrees with them too.
 pub(crate) fn joined_tags(groups: &[Group<'_>], wanted: &[Wanted]) -> PoseGraph {
     let mut pairs: BTreeMap<[usize; 2], Vec<[GroupedView<'_>; 2]>> = BTreeMap::new();
     for group in groups {
@@ -64,7 +75,7 @@ pub(crate) fn joined_tags(groups: &[Group<'_>], wanted: &[Wanted]) -> PoseGraph 
 }
 
 /// At most [`MOST_GROUPS`], evenly from all.
-fn thinned<T: Copy>(views: Vec<T>) -> Vec<T> {
+pub(crate) fn thinned<T: Copy>(views: Vec<T>) -> Vec<T> {
     let n = views.len();
     if n <= MOST_GROUPS {
         return views;
@@ -74,29 +85,114 @@ fn thinned<T: Copy>(views: Vec<T>) -> Vec<T> {
         .collect()
 }
 
-/// The relative pose that most groups agree with, and how many do.
+/// The relative pose that explains the groups best, and how many it explains. Candidates are refined on all groups before they are
+/// compared: a mirrored one explains single images nearly as well as the right one where perspective is weak.
 fn consensus(views: &[[GroupedView<'_>; 2]], sizes: [f64; 2]) -> Option<(f64, Pose)> {
-    let mut best: Option<(f64, Pose)> = None;
+    let mut candidates: Vec<(f64, Pose)> = Vec::new();
     for [a, b] in views {
         for of_a in &a.view.branches {
             for of_b in &b.view.branches {
                 let group_from_a = a.group_from_camera * of_a;
                 let candidate = group_from_a.inverse() * (b.group_from_camera * of_b);
-                let votes = views.iter().map(|pair| vote(pair, &candidate, sizes));
-                let votes = votes.sum::<f64>();
-                if best.as_ref().is_none_or(|(most, _)| votes > *most) {
-                    best = Some((votes, candidate));
-                }
+                let votes = views
+                    .iter()
+                    .map(|pair| vote(pair, &candidate, sizes, LOOSE));
+                candidates.push((votes.sum(), candidate));
             }
         }
     }
-    best.filter(|(votes, _)| *votes >= LEAST_STRENGTH)
+    candidates.sort_by(|a, b| b.0.total_cmp(&a.0));
+    let mut apart: Vec<Pose> = Vec::new();
+    for (votes, pose) in candidates {
+        let is_new = |other: &Pose| other.rotation.angle_to(&pose.rotation) > APART_RAD;
+        if votes >= LEAST_STRENGTH && apart.len() < MOST_CANDIDATES && apart.iter().all(is_new) {
+            apart.push(pose);
+        }
+    }
+    let judged = apart.iter().filter_map(|pose| refined(views, pose, sizes));
+    let mut judged: Vec<(f64, Pose)> = judged.collect();
+    judged.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let (cost, best) = *judged.first()?;
+    let votes = views.iter().map(|pair| vote(pair, &best, sizes, TIGHT));
+    let votes = votes.sum::<f64>();
+    // Where another candidate explains the groups as well, the best of them may be the wrong one.
+    let is_other = |pose: &Pose| pose.rotation.angle_to(&best.rotation) > APART_RAD;
+    let rival = judged.iter().find(|(_, pose)| is_other(pose));
+    let clear = rival.map_or(1.0, |(other, _)| (other - cost) / (other - cost + CLEAR));
+    (votes >= LEAST_STRENGTH).then_some((votes * clear, best))
+}
+
+/// The relative pose adjusted to all groups, with the first tag as the object's frame, and the sum of the robust squares.
+fn refined(views: &[[GroupedView<'_>; 2]], pose: &Pose, sizes: [f64; 2]) -> Option<(f64, Pose)> {
+    let tag = |at: usize, object_from_tag: Pose| BundleTag {
+        object_from_tag,
+        size_m: sizes[at],
+        pose: if at == 0 {
+            Freedom::Fixed
+        } else {
+            Freedom::Free
+        },
+        size: Freedom::Fixed,
+    };
+    let mut bundle = Bundle {
+        tags: vec![tag(0, Pose::identity()), tag(1, *pose)],
+        ..Bundle::default()
+    };
+    for (instant, pair) in views.iter().enumerate() {
+        let [a, b] = pair;
+        let of_a = a
+            .view
+            .branches
+            .iter()
+            .map(|a_pose| a.group_from_camera * a_pose);
+        let of_b = b.view.branches.iter();
+        let of_b = of_b.map(|b_pose| b.group_from_camera * b_pose * pose.inverse());
+        let error = |group_from_object: &Pose| -> f64 {
+            let places = [Pose::identity(), *pose].into_iter().zip(sizes);
+            let errors = pair.iter().zip(places).map(|(seen, (place, size_m))| {
+                let at = seen.group_from_camera.inverse() * group_from_object * place;
+                tag_error_px(seen.lens, &at, size_m, &seen.view.corners.corners).unwrap_or(1e3)
+            });
+            errors.sum()
+        };
+        let nearest = of_a
+            .chain(of_b)
+            .min_by(|x, y| error(x).total_cmp(&error(y)))?;
+        for (tag, seen) in pair.iter().enumerate() {
+            bundle.cameras.push(BundleCamera {
+                pose: Freedom::Fixed,
+                ..BundleCamera::with_known_lens(*seen.lens, seen.group_from_camera)
+            });
+            bundle.images.push(BundleImage {
+                camera: bundle.cameras.len() - 1,
+                instant,
+                seconds_after_instant: 0.0,
+                tags: vec![SeenTag::with_sigma(
+                    tag,
+                    seen.view.corners.corners,
+                    ROUGH_PX,
+                )],
+            });
+        }
+        bundle.instants.push(Instant::at(0.0, nearest));
+    }
+    let options = BundleOptions {
+        max_iterations: 15,
+        ..BundleOptions::default()
+    };
+    let solution = solve(bundle, &options).ok()?;
+    Some((solution.cost, solution.bundle.tags[1].object_from_tag))
 }
 
 /// From 0 to 1: how well each tag of the pair predicts the other's corners, by its better branch.
-fn vote([a, b]: &[GroupedView<'_>; 2], a_from_b: &Pose, [size_a, size_b]: [f64; 2]) -> f64 {
-    let forth = predicted(a, b, a_from_b, size_b);
-    let back = predicted(b, a, &a_from_b.inverse(), size_a);
+fn vote(
+    [a, b]: &[GroupedView<'_>; 2],
+    a_from_b: &Pose,
+    [size_a, size_b]: [f64; 2],
+    bound: (f64, f64),
+) -> f64 {
+    let forth = predicted(a, b, a_from_b, (size_b, bound));
+    let back = predicted(b, a, &a_from_b.inverse(), (size_a, bound));
     0.5 * (forth + back)
 }
 
@@ -104,11 +200,11 @@ fn predicted(
     known: &GroupedView<'_>,
     other: &GroupedView<'_>,
     known_from_other: &Pose,
-    size_m: f64,
+    (size_m, (part, px)): (f64, (f64, f64)),
 ) -> f64 {
     let camera_from_known = other.group_from_camera.inverse() * known.group_from_camera;
     let corners = &other.view.corners.corners;
-    let bound = BOUND.0 * edge_px(corners) + BOUND.1;
+    let bound = part * edge_px(corners) + px;
     let votes = known.view.branches.iter().filter_map(|branch| {
         let pose = camera_from_known * branch * known_from_other;
         let error = tag_error_px(other.lens, &pose, size_m, corners)?;

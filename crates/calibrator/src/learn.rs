@@ -7,6 +7,7 @@ mod framing;
 mod gauge;
 mod places;
 mod progress;
+mod replacing;
 mod report;
 mod sketch;
 mod solving;
@@ -18,6 +19,7 @@ pub use report::{LearnReport, LearnedTag};
 pub use sketch::SketchedTag;
 
 use crate::intake::{Kept, Wanted};
+use crate::verdict::listed;
 use progress::Coverage;
 use sextant_estimator::{
     CameraId, ImageObservation, ObjectError, ObjectId, ObjectModel, Rig, TagId,
@@ -70,11 +72,12 @@ pub enum LearnError {
     },
     /// Tags that no image shows.
     #[error(
-        "no image shows {tags}: turn the object so that a camera sees every tag, or leave them out"
+        "no image shows {}: turn the object so that a camera sees every tag, or leave them out",
+        listed(tags)
     )]
     NeverSeen {
-        /// In words.
-        tags: String,
+        /// Which.
+        tags: Vec<TagId>,
     },
     /// A camera's images are not those of the rig's camera.
     #[error(
@@ -101,10 +104,10 @@ pub enum LearnError {
         hint: String,
     },
     /// Tags that are in no consistent place.
-    #[error("{tags} cannot be placed: {cause}")]
+    #[error("{} cannot be placed: {cause}", listed(tags))]
     Inconsistent {
-        /// In words.
-        tags: String,
+        /// Which.
+        tags: Vec<TagId>,
         /// What is probably wrong.
         cause: String,
     },
@@ -139,6 +142,8 @@ pub struct LearnSession {
 
 /// Images kept at most; of more, stretches of time are left out, since more of the same adds little.
 const MOST_IMAGES: usize = 6000;
+/// Fewer tags make no constellation.
+const LEAST_TAGS: usize = 2;
 
 impl LearnSession {
     /// Nothing seen yet.
@@ -178,6 +183,19 @@ impl LearnSession {
         self.coverage
             .add((index, &self.rig.cameras()[index]), &self.wanted, image);
         self.images.push(image);
+    }
+
+    /// The same images with fewer tags to be placed; `None` where too few are left or the frame's is not among them.
+    fn without(&self, tags: &[TagId]) -> Option<Self> {
+        let mut plan = self.plan.clone();
+        plan.tags.retain(|(tag, _)| !tags.contains(tag));
+        let placed = plan.tags.len() + plan.from.as_ref().map_or(0, |from| from.tags().len());
+        if plan.tags.len() == self.plan.tags.len() || placed < LEAST_TAGS {
+            return None;
+        }
+        let mut fewer = Self::new(self.rig.clone(), plan).ok()?;
+        self.images.iter().for_each(|image| fewer.handle(image));
+        Some(fewer)
     }
 
     /// How far things are and what to do next.

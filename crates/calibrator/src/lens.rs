@@ -32,6 +32,7 @@ pub use hint::{Hint, Place, Side};
 pub use maps::{LensMaps, MapCell};
 pub use refusal::LensRefusal;
 pub use session::{LensOptions, LensProgress, LensSession, Selection, Taken};
+pub(crate) use sigma::lens_sigma;
 
 #[cfg(test)]
 mod tests;

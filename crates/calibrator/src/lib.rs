@@ -22,6 +22,7 @@ mod intake;
 mod learn;
 pub mod lens;
 mod printed_grid;
+mod priors;
 pub mod procedure;
 pub mod refinement;
 mod resection;

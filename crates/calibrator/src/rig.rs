@@ -87,9 +87,11 @@ pub enum RigError {
         images: usize,
     },
     /// Cameras that cannot be joined with the rest.
-    #[error("{cameras} with the rest: {hint}")]
+    #[error("{cameras}: {hint}")]
     NotConnected {
-        /// Who, in words.
+        /// Who.
+        apart: Vec<CameraId>,
+        /// The same, in words.
         cameras: String,
         /// What to do.
         hint: String,

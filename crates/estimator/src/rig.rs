@@ -40,12 +40,12 @@ impl PoseSigma {
         orientation_rad: 0.0,
     };
     /// Of a camera whose place was measured by hand.
-    pub(crate) const OF_CAMERA: Self = Self {
+    pub const OF_CAMERA: Self = Self {
         position_m: 0.01,
         orientation_rad: 0.01,
     };
     /// Of a tag that was glued on by hand.
-    pub(crate) const OF_TAG: Self = Self {
+    pub const OF_TAG: Self = Self {
         position_m: 0.001,
         orientation_rad: 0.017,
     };

@@ -14,7 +14,7 @@ pub enum Exit {
     Usage = 2,
     /// A file that was given is missing or wrong.
     Input = 3,
-    /// A port, camera or service is in use or out of reach.
+    /// A port, camera or service is in use or out of reach; or a calibration is partial: part of what it was asked for was not to be had.
     Unavailable = 4,
     /// A thread panicked: a defect of the program (Rust's own code for it).
     Panic = 101,

@@ -16,9 +16,11 @@ use std::path::PathBuf;
 #[command(
     after_help = "Carry the object slowly through what the cameras see, nearer and further, tilted to and fro, and for a while where two cameras
 see it at once; cameras that never do are joined through others. Tags of the object without object_from_tag are placed on the
-way. Cameras need not be synchronised: the object's motion is modelled, and clocks that are off are found. What the images
-cannot determine is named, and then nothing is written. The former rig file is kept beside the new one. How well each pose is
-known relative to the reference goes along as world_from_camera_sigma, which fusion counts in.
+way. Cameras need not be synchronised: the object's motion is modelled, and clocks that are off are found. No number in the files is
+taken as exact: with the poses come the lenses, as far as the images tell better, and the places and sizes of the object's tags are
+adjusted on the way, each within what its sigma or a default allows. Cameras that the images cannot place keep what the file says of
+them and are named; the exit code is 4 then, and with --strict nothing is written. The former rig file is kept beside the new one. How
+well each pose is known relative to the reference goes along as world_from_camera_sigma, each lens as lens_sigma, which fusion counts in.
 
 With --live the images are those of the running site: do as the lines say until there is enough, or end it with Ctrl-C; then it
 is solved. With --json they are a line a second at most: {\"kind\",\"images\",\"fraction\",\"is_enough\",\"hint\",
@@ -26,7 +28,7 @@ is solved. With --json they are a line a second at most: {\"kind\",\"images\",\"
 
 With --json, a last line on standard output: {\"reference\",\"images\",\"images_used\",\"instants\",\"synchronised\",\"rms_px\",\"noise_ratio\",
 \"cameras\":[{\"camera\",\"images\",\"tags\",\"left_out\",\"sigma_mm\",\"sigma_deg\",\"sigma_axes_mm\":[3],\"sigma_axes_deg\":[3],\"rms_px\",\"clock_offset_ms\",\"clock_sigma_ms\"}],
-\"tags_left_out\",\"weak\",\"scale\",\"verdict\":{\"grade\",\"because\"}}"
+\"tags_left_out\",\"weak\",\"unsolved\",\"scale\",\"verdict\":{\"grade\",\"because\"}}"
 )]
 pub struct RigArguments {
     #[command(flatten)]
@@ -101,7 +103,8 @@ fn up(text: &str) -> Result<Vertical, String> {
 /// Runs `sextant calibrate rig`.
 ///
 /// # Errors
-/// [`Exit::Input`] for files that cannot be used and images that do not place every camera; then nothing is written.
+/// [`Exit::Input`] for files that cannot be used and images that place no cameras; then nothing is written. [`Exit::Unavailable`] after a
+/// partial result.
 pub fn run(arguments: &RigArguments, format: Format) -> anyhow::Result<()> {
     let rig = read_rig(&arguments.rig).exit_with(Exit::Input)?;
     let object = read_object(&arguments.object).exit_with(Exit::Input)?;
@@ -131,12 +134,14 @@ fn finish(outcome: &Outcome, arguments: &RigArguments, format: Format) -> anyhow
     let (Product::Rig(rig), Report::Rig(report)) = (&outcome.product, &outcome.report) else {
         bail!("the calibration of a rig gave no rig");
     };
-    write_rig(&arguments.rig, rig)?;
-    match format {
-        Format::Json => print_line(&serde_json::to_string(report)?)?,
-        Format::Text => print_line(&text(report, arguments))?,
-    }
-    Ok(())
+    arguments.images.keep(outcome, || {
+        write_rig(&arguments.rig, rig)?;
+        match format {
+            Format::Json => print_line(&serde_json::to_string(report)?)?,
+            Format::Text => print_line(&text(report, arguments))?,
+        }
+        Ok(())
+    })
 }
 
 fn origin(arguments: &RigArguments, object: &ObjectModel) -> anyhow::Result<Origin> {

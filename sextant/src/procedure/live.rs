@@ -94,13 +94,15 @@ impl Live {
             }
             self.teller.say("solving ...")?;
             let solved = self.site.shutdown.interruptible(|| procedure.solve());
-            if solved.is_ok() || self.site.shutdown.is_requested() {
+            let missing = match &solved {
+                Ok(outcome) => outcome.unsolved().join("; "),
+                Err(cause) => cause.to_string(),
+            };
+            if missing.is_empty() || self.site.shutdown.is_requested() {
                 self.site.bus.close();
                 return solved.exit_with(Exit::Input);
             }
-            if let Err(cause) = solved {
-                self.teller.say(&format!("not yet: {cause}"))?;
-            }
+            self.teller.say(&format!("not yet: {missing}"))?;
             least_images = (images as f64 * MORE_IMAGES) as usize;
         }
     }

@@ -1,15 +1,16 @@
-//! What is known of kept parameters before the images: poses with their deviations, as further squares.
+//! What is known of kept parameters before the images: values with their deviations, as further squares.
 //!
 //! The error of a pose is its step of FRAMES.md from where it is believed to be (`dt`, `dr` over the outer frame's axes); the
 //! solver's step is a twist `(v, w)` of the outer frame, so that `dt` grows by `v - t x w` and `dr`, for small errors, by `w`.
+//! The error of a size is that of its logarithm, as its step is.
 
-use super::layout::Layout;
+use super::layout::{KeptParameter, Layout};
 use super::state::Bundle;
 use nalgebra::{DMatrix, DVector, Matrix6, Vector6};
 use sextant_estimator::PoseSigma;
 use sextant_geometry::{Pose, se3, so3};
 
-/// A belief about a kept parameter; without effect where the parameter is not sought.
+/// A prior of a kept parameter; without effect where the parameter is not sought.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Anchor {
     /// Where a camera is.
@@ -30,6 +31,26 @@ pub enum Anchor {
         /// One deviation an axis.
         sigma: PoseSigma,
     },
+    /// How large a tag is.
+    Size {
+        /// Index into [`Bundle::tags`].
+        tag: usize,
+        /// Metres.
+        size_m: f64,
+        /// One deviation, as a part of the size.
+        sigma: f64,
+    },
+    /// A lens parameter.
+    Lens {
+        /// Index into [`Bundle::cameras`].
+        camera: usize,
+        /// Index into `Lens::parameters`.
+        parameter: usize,
+        /// In the parameter's unit.
+        value: f64,
+        /// One deviation, in the same unit.
+        sigma: f64,
+    },
 }
 
 /// Adds every anchor to the equations of the kept parameters; gives the sum of their squares.
@@ -40,66 +61,57 @@ pub(super) fn hold(
     gradient: &mut DVector<f64>,
 ) -> f64 {
     for anchor in &bundle.anchors {
-        match anchor {
-            Anchor::Camera { camera, sigma, .. } => {
-                let columns = layout.cameras[*camera].pose;
-                hold_pose(bundle, anchor, sigma, columns, (kept, gradient));
-            }
-            Anchor::Tag { tag, sigma, .. } => {
-                let columns = layout.tags[*tag].pose;
-                hold_pose(bundle, anchor, sigma, columns, (kept, gradient));
-            }
+        let scalar = |at: Option<usize>| at.map(|at| (at, 1));
+        let (pose, columns) = match *anchor {
+            Anchor::Camera { camera, .. } => (
+                Some(&bundle.cameras[camera].world_from_camera),
+                layout.cameras[camera].pose.map(|at| (at, 6)),
+            ),
+            Anchor::Tag { tag, .. } => (
+                Some(&bundle.tags[tag].object_from_tag),
+                layout.tags[tag].pose.map(|at| (at, 6)),
+            ),
+            Anchor::Size { tag, .. } => (None, scalar(layout.tags[tag].size)),
+            Anchor::Lens {
+                camera, parameter, ..
+            } => (None, scalar(layout.cameras[camera].lens_column(parameter))),
+        };
+        let Some((at, width)) = columns else { continue };
+        let mut by_step = Matrix6::identity();
+        if let Some(pose) = pose {
+            by_step
+                .fixed_view_mut::<3, 3>(0, 3)
+                .copy_from(&-so3::hat(&pose.translation.vector));
         }
+        let weights = Matrix6::from_diagonal(&anchor.sigmas().map(|sigma| sigma.powi(-2)));
+        let weighted = by_step.transpose() * weights;
+        let mut own = kept.view_mut((at, at), (width, width));
+        own += (weighted * by_step).view((0, 0), (width, width));
+        let mut pull = gradient.rows_mut(at, width);
+        pull += (weighted * anchor.error(bundle)).rows(0, width);
     }
     rho(bundle)
-}
-
-fn hold_pose(
-    bundle: &Bundle,
-    anchor: &Anchor,
-    sigma: &PoseSigma,
-    columns: Option<usize>,
-    (kept, gradient): (&mut DMatrix<f64>, &mut DVector<f64>),
-) {
-    let Some(at) = columns else { return };
-    let (pose, believed) = anchor.poses(bundle);
-    let mut by_step = Matrix6::identity();
-    by_step
-        .fixed_view_mut::<3, 3>(0, 3)
-        .copy_from(&-so3::hat(&pose.translation.vector));
-    let weights = Matrix6::from_diagonal(&weights(sigma));
-    let weighted = by_step.transpose() * weights;
-    let mut own = kept.fixed_view_mut::<6, 6>(at, at);
-    own += weighted * by_step;
-    let mut pull = gradient.fixed_rows_mut::<6>(at);
-    pull += weighted * se3::difference(pose, believed);
 }
 
 /// The sum of the squares of all anchors.
 pub(super) fn rho(bundle: &Bundle) -> f64 {
     let squares = bundle.anchors.iter().map(|anchor| {
-        let (Anchor::Camera { sigma, .. } | Anchor::Tag { sigma, .. }) = anchor;
-        let (pose, believed) = anchor.poses(bundle);
-        let error = se3::difference(pose, believed);
-        error.component_mul(&error).dot(&weights(sigma))
+        let errors = anchor.error(bundle).component_div(&anchor.sigmas());
+        errors.norm_squared()
     });
     squares.sum()
 }
 
-fn weights(sigma: &PoseSigma) -> Vector6<f64> {
-    let (position, orientation) = (sigma.position_m.powi(-2), sigma.orientation_rad.powi(-2));
-    Vector6::from_fn(|axis, _| if axis < 3 { position } else { orientation })
-}
-
 impl Anchor {
-    /// The pose in the bundle and where it is believed to be.
-    fn poses<'a>(&'a self, bundle: &'a Bundle) -> (&'a Pose, &'a Pose) {
+    /// How far the bundle is from what is believed, in the anchor's own units; a single number comes first.
+    pub(crate) fn error(&self, bundle: &Bundle) -> Vector6<f64> {
+        let single = |error: f64| Vector6::new(error, 0.0, 0.0, 0.0, 0.0, 0.0);
         match self {
             Self::Camera {
                 camera,
                 world_from_camera,
                 ..
-            } => (
+            } => se3::difference(
                 &bundle.cameras[*camera].world_from_camera,
                 world_from_camera,
             ),
@@ -107,24 +119,75 @@ impl Anchor {
                 tag,
                 object_from_tag,
                 ..
-            } => (&bundle.tags[*tag].object_from_tag, object_from_tag),
+            } => se3::difference(&bundle.tags[*tag].object_from_tag, object_from_tag),
+            Self::Size { tag, size_m, .. } => single((bundle.tags[*tag].size_m / size_m).ln()),
+            Self::Lens {
+                camera,
+                parameter,
+                value,
+                ..
+            } => single(bundle.cameras[*camera].lens.parameters()[*parameter] - value),
+        }
+    }
+
+    /// One deviation of each of those; of a single number six times the same.
+    pub(crate) fn sigmas(&self) -> Vector6<f64> {
+        match *self {
+            Self::Camera { sigma, .. } | Self::Tag { sigma, .. } => {
+                let (position, orientation) = (sigma.position_m, sigma.orientation_rad);
+                Vector6::from_fn(|axis, _| if axis < 3 { position } else { orientation })
+            }
+            Self::Size { sigma, .. } | Self::Lens { sigma, .. } => Vector6::repeat(sigma),
+        }
+    }
+
+    /// With its deviations multiplied: that of a position or a number, and that of an orientation.
+    pub(crate) fn scaled(mut self, first: f64, orientation: f64) -> Self {
+        match &mut self {
+            Self::Camera { sigma, .. } | Self::Tag { sigma, .. } => {
+                sigma.position_m *= first;
+                sigma.orientation_rad *= orientation;
+            }
+            Self::Size { sigma, .. } | Self::Lens { sigma, .. } => *sigma *= first,
+        }
+        self
+    }
+
+    /// The parameters that it is about, in the order of its errors.
+    pub(crate) fn parameters(&self) -> Vec<KeptParameter> {
+        let axes = || 0..3;
+        match *self {
+            Self::Camera { camera, .. } => {
+                let position = axes().map(|axis| KeptParameter::CameraPosition { camera, axis });
+                let rotation = axes().map(|axis| KeptParameter::CameraRotation { camera, axis });
+                position.chain(rotation).collect()
+            }
+            Self::Tag { tag, .. } => {
+                let position = axes().map(|axis| KeptParameter::TagPosition { tag, axis });
+                let rotation = axes().map(|axis| KeptParameter::TagRotation { tag, axis });
+                position.chain(rotation).collect()
+            }
+            Self::Size { tag, .. } => vec![KeptParameter::TagSize { tag }],
+            Self::Lens {
+                camera, parameter, ..
+            } => vec![KeptParameter::Lens { camera, parameter }],
         }
     }
 
     /// Whether it names something that is there and its deviations are usable.
     pub(super) fn is_sound(&self, bundle: &Bundle) -> bool {
         let usable = |sigma: f64| sigma > 0.0 && sigma.powi(-2).is_finite();
-        match self {
-            Self::Camera { camera, sigma, .. } => {
-                *camera < bundle.cameras.len()
-                    && usable(sigma.position_m)
-                    && usable(sigma.orientation_rad)
-            }
-            Self::Tag { tag, sigma, .. } => {
-                *tag < bundle.tags.len()
-                    && usable(sigma.position_m)
-                    && usable(sigma.orientation_rad)
-            }
-        }
+        let is_there = match self {
+            Self::Camera { camera, .. } => *camera < bundle.cameras.len(),
+            Self::Tag { tag, .. } => *tag < bundle.tags.len(),
+            Self::Size { tag, size_m, .. } => *tag < bundle.tags.len() && *size_m > 0.0,
+            Self::Lens {
+                camera, parameter, ..
+            } => bundle
+                .cameras
+                .get(*camera)
+                .is_some_and(|camera| *parameter < camera.lens.n_parameters()),
+        };
+        is_there && self.sigmas().iter().all(|&sigma| usable(sigma))
     }
 }

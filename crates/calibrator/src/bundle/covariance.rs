@@ -12,6 +12,7 @@ use sextant_geometry::{Pose, so3};
 pub struct KeptCovariance {
     parameters: Vec<KeptParameter>,
     matrix: DMatrix<f64>,
+    information: DMatrix<f64>,
 }
 
 impl KeptCovariance {
@@ -24,12 +25,22 @@ impl KeptCovariance {
     ) -> Self {
         let parameters = layout.parameters();
         let steps = steps_from_framed(bundle, layout);
-        let mut information = steps.transpose() * information * &steps;
+        let information = steps.transpose() * information * &steps;
+        let mut with_prior = information.clone();
         for (at, parameter) in parameters.iter().enumerate() {
-            information[(at, at)] += prior.sigma(bundle, parameter).powi(-2);
+            with_prior[(at, at)] += prior.sigma(bundle, parameter).powi(-2);
         }
-        let matrix = inverse(information, |at| prior.sigma(bundle, &parameters[at]));
-        Self { parameters, matrix }
+        let matrix = inverse(with_prior, |at| prior.sigma(bundle, &parameters[at]));
+        Self {
+            parameters,
+            matrix,
+            information,
+        }
+    }
+
+    /// What images and anchors say, without the bound: the inverse of the matrix where everything is determined.
+    pub(crate) fn information(&self) -> &DMatrix<f64> {
+        &self.information
     }
 
     /// What each row and column of [`KeptCovariance::matrix`] is.

@@ -114,6 +114,12 @@ impl CameraColumns {
     pub(super) fn width(&self) -> usize {
         self.moving() + self.lens_parameters.len()
     }
+
+    /// That of a lens parameter, where it is sought.
+    pub(super) fn lens_column(&self, parameter: usize) -> Option<usize> {
+        let at = self.lens_parameters.iter().position(|&p| p == parameter);
+        at.map(|at| self.lens + at)
+    }
 }
 
 impl Layout {

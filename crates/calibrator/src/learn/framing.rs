@@ -12,12 +12,7 @@ use sextant_geometry::Pose;
 
 impl LearnSession {
     /// Moves everything into the frame of the result.
-    pub(super) fn framed(
-        &self,
-        views: Vec<ImageView>,
-        adjusted: Adjusted,
-        with_sizes: Option<BundleSolution>,
-    ) -> Solved {
+    pub(super) fn framed(&self, views: Vec<ImageView>, adjusted: Adjusted) -> Solved {
         let tags = &adjusted.solution.bundle.tags;
         let sought: Vec<bool> = self.known().iter().map(Option::is_none).collect();
         let mut poses: Vec<Pose> = tags.iter().map(|tag| tag.object_from_tag).collect();
@@ -39,7 +34,6 @@ impl LearnSession {
         Solved {
             views,
             adjusted,
-            with_sizes,
             covariance,
             poses,
             sought,
@@ -47,19 +41,24 @@ impl LearnSession {
     }
 
     pub(super) fn object(&self, solved: &Solved) -> Result<ObjectModel, LearnError> {
-        let learned = self
-            .wanted
-            .iter()
-            .zip(&solved.poses)
-            .map(|(w, pose)| ObjectTag {
-                tag: w.tag,
-                size_m: w.size_m,
-                object_from_tag: Some(*pose),
-            });
+        let tags = &solved.adjusted.solution.bundle.tags;
+        let sizes = tags.iter().map(|tag| tag.size_m);
+        let learned = self.wanted.iter().zip(solved.poses.iter().zip(sizes));
+        let learned = learned.map(|(w, (pose, size_m))| ObjectTag {
+            tag: w.tag,
+            size_m,
+            object_from_tag: Some(*pose),
+        });
         let object = ObjectModel::new(self.plan.object.clone(), learned.collect())?;
         let sought = (0..self.wanted.len()).filter(|at| solved.sought[*at]);
         let stated = sought.map(|at| (self.wanted[at].tag, sigma(&solved.covariance, at)));
-        let object = object.with_tag_sigmas(stated)?;
+        let size = |at: usize| {
+            let covariance = &solved.adjusted.solution.covariance;
+            let sigma = covariance.sigma(KeptParameter::TagSize { tag: at })?;
+            Some((self.wanted[at].tag, sigma.min(1.0)))
+        };
+        let sizes = (0..self.wanted.len()).filter_map(size);
+        let object = object.with_tag_sigmas(stated)?.with_size_sigmas(sizes)?;
         Ok(match &self.plan.from {
             Some(from) => object.holding_on_to(from),
             None => object,

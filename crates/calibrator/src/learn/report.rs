@@ -50,6 +50,8 @@ pub struct LearnReport {
     pub kept: Vec<String>,
     /// What the images hardly determine, in words.
     pub weak: Vec<String>,
+    /// Tags that could not be placed and are left out, with the reason and the remedy; empty where all were.
+    pub unsolved: Vec<String>,
     /// Tags whose sizes nobody stated, with what was found, metres; only of an object that was discovered.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub solved_sizes: Vec<(String, f64)>,
@@ -62,15 +64,14 @@ pub struct LearnReport {
 
 use super::LearnSession;
 use super::solving::{Solved, fitting};
-use crate::bundle::{BundleSolution, KeptParameter};
-use crate::intake::Wanted;
+use crate::bundle::KeptParameter;
 use crate::verdict::{Grade, listed};
 
 /// A tag known better than this is well placed (metres, radians); three times as much is still of use.
 const WELL_PLACED: (f64, f64) = (0.0003, 0.004);
 /// Fewer images of a tag leave its place to chance.
 const FEW_IMAGES: usize = 5;
-/// Sizes that disagree by less do no harm.
+/// Sizes that differ by less from what is given do no harm.
 const HARMLESS_SIZE: f64 = 0.004;
 /// More of a tag's images left out is worth a word.
 const MANY_LEFT_OUT: f64 = 0.15;
@@ -89,11 +90,12 @@ impl LearnSession {
         LearnReport {
             object: self.plan.object.to_string(),
             images: self.images.came(),
-            images_used: solved.adjusted.images.len(),
+            images_used: solved.adjusted.used().count(),
             rms_px: solved.adjusted.solution.rms_px,
-            noise_ratio: solved.adjusted.solution.variance_factor.sqrt(),
+            noise_ratio: solved.adjusted.noise_ratio(),
             kept: sought(false).map(|tag| tag.tag).collect(),
             weak: self.weak(solved),
+            unsolved: Vec::new(),
             solved_sizes: Vec::new(),
             found: None,
             verdict: self.verdict(&tags, solved),
@@ -102,13 +104,17 @@ impl LearnSession {
     }
 
     fn tag(&self, solved: &Solved, at: usize) -> LearnedTag {
+        let solution = &solved.adjusted.solution;
         let counts = fitting(self.wanted.len(), &solved.views, &solved.adjusted)[at];
         let axes = |first: usize| {
             let row = 6 * at + first;
             [row, row + 1, row + 2].map(|r| solved.covariance[(r, r)].max(0.0).sqrt())
         };
         let (axes_mm, axes_deg) = (axes(0).map(|s| s * 1e3), axes(3).map(f64::to_degrees));
-        let (ratio, sigma) = size_ratios(&self.wanted, solved.with_sizes.as_ref())[at];
+        let size_m = solution.bundle.tags[at].size_m;
+        let sigma = solution
+            .covariance
+            .sigma(KeptParameter::TagSize { tag: at });
         LearnedTag {
             tag: self.wanted[at].tag.to_string(),
             images: counts.seen,
@@ -119,8 +125,8 @@ impl LearnSession {
             sigma_axes_mm: axes_mm,
             sigma_axes_deg: axes_deg,
             rms_px: rms_of(solved, at),
-            size_ratio: ratio,
-            size_ratio_sigma: sigma,
+            size_ratio: size_m / self.wanted[at].size_m,
+            size_ratio_sigma: sigma.unwrap_or(0.0),
         }
     }
 
@@ -177,9 +183,7 @@ impl LearnSession {
                 ),
             );
         }
-        for tag in tags {
-            self.judge_size(tag, &mut verdict);
-        }
+        judge_sizes(tags, &mut verdict);
         for (tag, count) in self.coverage.doubled() {
             verdict.add(
                 Grade::Usable,
@@ -191,44 +195,24 @@ impl LearnSession {
         }
         verdict
     }
+}
 
-    fn judge_size(&self, tag: &LearnedTag, verdict: &mut Verdict) {
-        if let Some(wrong) = wrong_size((tag.size_ratio, tag.size_ratio_sigma)) {
-            verdict.add(Grade::Poor, format!("{} is {wrong}", tag.tag));
+/// Sizes that are not as given: estimated, and worth a word.
+fn judge_sizes(tags: &[LearnedTag], verdict: &mut Verdict) {
+    for tag in tags {
+        let off = tag.size_ratio - 1.0;
+        if off.abs() > HARMLESS_SIZE && off.abs() > 4.0 * tag.size_ratio_sigma {
+            let word = if off > 0.0 { "larger" } else { "smaller" };
+            verdict.add(
+                Grade::Usable,
+                format!(
+                    "{} is {:.1} % {word} than given, which was allowed for: measure its black square",
+                    tag.tag,
+                    off.abs() * 100.0
+                ),
+            );
         }
     }
-}
-
-/// Every tag's size by comparison with the middle one of all, as a part of the stated one, and one deviation of that.
-pub(super) fn size_ratios(wanted: &[Wanted], solution: Option<&BundleSolution>) -> Vec<(f64, f64)> {
-    let Some(solution) = solution else {
-        return vec![(1.0, 0.0); wanted.len()];
-    };
-    let tags = wanted.iter().zip(&solution.bundle.tags).enumerate();
-    let ratios = tags.map(|(tag, (wanted, found))| {
-        let sigma = solution.covariance.sigma(KeptParameter::TagSize { tag });
-        (found.size_m / wanted.size_m, sigma.unwrap_or(0.0))
-    });
-    let ratios: Vec<(f64, f64)> = ratios.collect();
-    let mut sorted: Vec<f64> = ratios.iter().map(|(ratio, _)| *ratio).collect();
-    sorted.sort_by(f64::total_cmp);
-    let middle = sorted.get(sorted.len() / 2).copied().unwrap_or(1.0);
-    ratios
-        .iter()
-        .map(|(ratio, sigma)| (ratio / middle, *sigma))
-        .collect()
-}
-
-/// What is wrong with a tag's size, if anything.
-pub(super) fn wrong_size((ratio, sigma): (f64, f64)) -> Option<String> {
-    let off = (ratio - 1.0).abs();
-    (off > HARMLESS_SIZE && off > 4.0 * sigma).then(|| {
-        format!(
-            "{:.1} % {} than stated by comparison with the other tags: measure its black square again",
-            off * 100.0,
-            if ratio > 1.0 { "larger" } else { "smaller" }
-        )
-    })
 }
 
 /// Of three deviations.

@@ -3,22 +3,24 @@
 use super::gauge::Gauge;
 use super::places::Groups;
 use super::progress::joining_hint;
-use super::report::{LearnReport, LearnedTag, size_ratios, wrong_size};
+use super::replacing::better_place;
+use super::report::{LearnReport, LearnedTag};
 use super::{LearnError, LearnSession, Learned};
 use crate::adjustment::{Adjusted, Adjustment};
-use crate::bundle::{BundleCamera, BundleOptions, BundleSolution, BundleTag, Freedom};
+use crate::bundle::{BundleCamera, BundleOptions, BundleTag, Freedom};
 use crate::constellation::joined_tags;
 use crate::graph::PoseGraph;
 use crate::intake::{ImageView, take_in};
+use crate::priors::Priors;
 use crate::resection::Placed;
 use crate::verdict::{Grade, listed};
 use nalgebra::DMatrix;
 use sextant_estimator::TagId;
 use sextant_geometry::Pose;
-use sextant_geometry::least_squares::Kernel;
+use std::collections::BTreeSet;
 
 /// Rounds of finding the object in every image and adjusting all: the first works from the spanning tree's guess.
-const ROUNDS: usize = 2;
+const ROUNDS: usize = 4;
 /// Errors so many times what the detector states, or more than this part of a tag's images left out, are odd.
 const ODD: (f64, f64) = (1.5, 0.15);
 /// So many times smaller errors are clearly smaller.
@@ -30,8 +32,6 @@ const LEAST_FITTING: f64 = 0.4;
 pub(super) struct Solved {
     pub views: Vec<ImageView>,
     pub adjusted: Adjusted,
-    /// With the sizes sought too; where there is more than one tag.
-    pub with_sizes: Option<BundleSolution>,
     /// Over the tags of the session that were sought, six each, in the frame of the result.
     pub covariance: DMatrix<f64>,
     /// `object_from_tag` in the frame of the result.
@@ -41,11 +41,45 @@ pub(super) struct Solved {
 }
 
 impl LearnSession {
-    /// Places the tags.
+    /// Places the tags. Those that the images cannot place are left out and named in [`LearnReport::unsolved`].
     ///
     /// # Errors
-    /// When the images cannot place every tag, with the reason and a remedy.
+    /// When no tags can be placed, with the reason and a remedy.
     pub fn solve(&self) -> Result<Learned, LearnError> {
+        let refused = match self.solve_all() {
+            Err(refused) => refused,
+            learned => return learned,
+        };
+        let others = |tags: &[TagId]| {
+            let all = self.plan.tags.iter().map(|(tag, _)| *tag);
+            all.filter(|tag| !tags.contains(tag)).collect()
+        };
+        let lost: Vec<TagId> = match &refused {
+            LearnError::NeverSeen { tags } | LearnError::Inconsistent { tags, .. } => tags.clone(),
+            LearnError::NotConnected { islands, .. } => {
+                let size = |island: &&Vec<TagId>| island.len();
+                islands
+                    .iter()
+                    .max_by_key(size)
+                    .map_or(Vec::new(), |i| others(i))
+            }
+            _ => return Err(refused),
+        };
+        let Some(fewer) = self.without(&lost) else {
+            return Err(refused);
+        };
+        let mut learned = fewer.solve().map_err(|_| refused.clone())?;
+        learned.report.unsolved.insert(0, refused.to_string());
+        learned
+            .report
+            .verdict
+            .add(Grade::Usable, refused.to_string());
+        learned.report.images = self.images.came();
+        Ok(learned)
+    }
+
+    /// Places every tag.
+    fn solve_all(&self) -> Result<Learned, LearnError> {
         let views = self.views();
         self.check_seen(&views)?;
         let together = Groups::of(&self.rig, &views);
@@ -76,18 +110,23 @@ impl LearnSession {
     fn solve_in(&self, views: Vec<ImageView>, groups: &Groups) -> Result<Learned, LearnError> {
         let fixed = self.known();
         let mut placed = self.first_guess(groups, &views, &fixed)?;
-        let mut last = None;
-        for _ in 0..ROUNDS {
-            let adjusted = self.adjust(groups, &views, &placed, Sizes::Stated)?;
-            for (place, tag) in placed.iter_mut().zip(&adjusted.solution.bundle.tags) {
-                *place = Some((tag.object_from_tag, tag.size_m));
+        let mut adjusted = self.adjust(groups, &views, &placed)?;
+        for _ in 1..ROUNDS {
+            let mut is_better = false;
+            for (at, place) in placed.iter_mut().enumerate() {
+                let tag = &adjusted.solution.bundle.tags[at];
+                let other = better_place(&adjusted, &views, at);
+                let other = other.filter(|_| tag.pose == Freedom::Free);
+                is_better |= other.is_some();
+                *place = Some((other.unwrap_or(tag.object_from_tag), tag.size_m));
             }
-            last = Some(adjusted);
+            if !is_better && adjusted.misfits.is_empty() {
+                break;
+            }
+            adjusted = self.adjust(groups, &views, &placed)?;
         }
-        let adjusted = last.ok_or(LearnError::NoTag)?;
-        let with_sizes = self.adjust(groups, &views, &placed, Sizes::Sought).ok();
-        self.check_fit(&views, &adjusted, with_sizes.as_ref().map(|a| &a.solution))?;
-        let solved = self.framed(views, adjusted, with_sizes.map(|a| a.solution));
+        self.check_fit(&views, &adjusted)?;
+        let solved = self.framed(views, adjusted);
         Ok(Learned {
             object: self.object(&solved)?,
             report: self.report(&solved),
@@ -129,9 +168,7 @@ impl LearnSession {
         if never.is_empty() {
             return Ok(());
         }
-        Err(LearnError::NeverSeen {
-            tags: listed(never),
-        })
+        Err(LearnError::NeverSeen { tags: never })
     }
 
     fn what_is_seen(&self) -> String {
@@ -214,7 +251,6 @@ impl LearnSession {
         groups: &Groups,
         views: &[ImageView],
         placed: &[Placed],
-        sizes: Sizes,
     ) -> Result<Adjusted, LearnError> {
         let (instants, images) = groups.instants(&self.rig, views, placed);
         let cameras = self.rig.cameras().iter().zip(&groups.group_from_camera);
@@ -222,41 +258,57 @@ impl LearnSession {
             pose: Freedom::Fixed,
             ..BundleCamera::with_known_lens(camera.lens, *pose)
         });
-        let fixed = self.fixed_tags(placed, views);
-        let tags = placed.iter().zip(&fixed).map(|(placed, fixed)| {
-            let (object_from_tag, size_m) = placed.unwrap_or_default();
-            let sought = if *fixed {
-                Freedom::Fixed
-            } else {
-                Freedom::Free
-            };
-            BundleTag {
-                object_from_tag,
-                size_m,
-                pose: sought,
-                size: if sizes == Sizes::Sought {
-                    sought
-                } else {
-                    Freedom::Fixed
-                },
+        let mut cameras: Vec<BundleCamera> = cameras.collect();
+        let tags = placed
+            .iter()
+            .zip(&self.wanted)
+            .map(|(placed, wanted)| BundleTag {
+                object_from_tag: placed.map_or_else(Pose::identity, |(pose, _)| pose),
+                size_m: wanted.size_m,
+                pose: Freedom::Fixed,
+                size: Freedom::Fixed,
+            });
+        let mut tags: Vec<BundleTag> = tags.collect();
+        let mut priors = Priors::default();
+        self.free_cameras(groups, views, &mut cameras, &mut priors);
+        let known = self.known();
+        for (at, fixed) in self.fixed_tags(placed, views).into_iter().enumerate() {
+            if known[at].is_none() {
+                priors.free_size(&mut tags, at, None);
             }
-        });
+            if !fixed {
+                tags[at].pose = Freedom::Free;
+            }
+        }
         let adjustment = Adjustment {
-            cameras: cameras.collect(),
-            tags: tags.collect(),
+            cameras,
+            tags,
             instants,
             images,
             motion: None,
+            priors,
+            noise: Vec::new(),
         };
-        if sizes == Sizes::Sought {
-            // Wrong sizes make a tag an outlier everywhere: it must be heard, not left out.
-            let options = BundleOptions {
-                kernel: Kernel::Huber { width: 3.0 },
-                ..BundleOptions::default()
-            };
-            return Ok(adjustment.solve_once(views, &options)?);
-        }
         Ok(adjustment.solve(views, &BundleOptions::default())?)
+    }
+
+    /// Lenses, and where cameras see the object together the poses of all but the first.
+    fn free_cameras(
+        &self,
+        groups: &Groups,
+        views: &[ImageView],
+        cameras: &mut [BundleCamera],
+        priors: &mut Priors,
+    ) {
+        let used: BTreeSet<usize> = views.iter().map(|view| view.camera).collect();
+        for (number, &at) in used.iter().enumerate() {
+            let camera = &self.rig.cameras()[at];
+            let sigma = self.rig.lens_sigma(&camera.id);
+            priors.free_lens(cameras, at, camera.resolution, sigma);
+            if number > 0 && groups.joins_cameras() {
+                priors.free_camera(cameras, at, self.rig.pose_sigma(&camera.id));
+            }
+        }
     }
 
     /// Those of the known object or, without one, the tag that is the frame.
@@ -280,12 +332,7 @@ impl LearnSession {
         (0..placed.len()).map(|at| Some(at) == frame).collect()
     }
 
-    fn check_fit(
-        &self,
-        views: &[ImageView],
-        adjusted: &Adjusted,
-        with_sizes: Option<&BundleSolution>,
-    ) -> Result<(), LearnError> {
+    fn check_fit(&self, views: &[ImageView], adjusted: &Adjusted) -> Result<(), LearnError> {
         let counts = fitting(self.wanted.len(), views, adjusted);
         let lost: Vec<usize> = (0..counts.len())
             .filter(|&at| (counts[at].fits as f64) < LEAST_FITTING * counts[at].seen as f64)
@@ -293,27 +340,15 @@ impl LearnSession {
         if lost.is_empty() {
             return Ok(());
         }
-        let sizes = size_ratios(&self.wanted, with_sizes);
-        let wrong_size = lost
-            .iter()
-            .find_map(|&at| Some((at, wrong_size(sizes[at])?)));
         let moved = lost.iter().any(|&at| self.known()[at].is_some());
-        let (tags, cause) = match wrong_size {
-            Some((at, wrong)) => (self.wanted[at].tag.to_string(), format!("it is {wrong}")),
-            None if moved => (
-                self.names(&lost),
-                "not where the given object has them, so they have moved: name them with --tags to learn them anew".to_owned(),
-            ),
-            None => (
-                self.names(&lost),
-                "the images put them in different places; is a tag loose, bent, or there twice?".to_owned(),
-            ),
+        let tags = lost.iter().map(|&at| self.wanted[at].tag).collect();
+        let cause = if moved {
+            "not where the given object has them, so they have moved: name them with --tags to learn them anew".to_owned()
+        } else {
+            "the images put them in different places; is a tag loose, bent, or there twice?"
+                .to_owned()
         };
         Err(LearnError::Inconsistent { tags, cause })
-    }
-
-    fn names(&self, tags: &[usize]) -> String {
-        listed(tags.iter().map(|&at| self.wanted[at].tag))
     }
 }
 
@@ -329,13 +364,6 @@ fn is_odd(learned: &Learned) -> bool {
     let tags = &learned.report.tags;
     let left_out = |tag: &LearnedTag| tag.left_out as f64 > ODD.1 * tag.images as f64;
     learned.report.noise_ratio > ODD.0 || tags.iter().any(left_out)
-}
-
-/// What is done with the tags' sizes.
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Sizes {
-    Stated,
-    Sought,
 }
 
 /// Images of one tag.

@@ -16,38 +16,49 @@ const MOST_PX: f64 = 100.0;
 impl LensCalibration {
     /// One sigma of focal length and distortion, in pixels.
     pub fn sigma(&self) -> LensSigma {
-        let covariance = self.covariance_of_modes();
-        let sigma = |mode: usize| {
-            let variance = covariance
-                .as_ref()
-                .map_or(f64::NAN, |all| all[(mode, mode)]);
-            let sigma = variance.max(0.0).sqrt();
-            if sigma.is_finite() {
-                sigma.min(MOST_PX)
-            } else {
-                MOST_PX
-            }
-        };
-        LensSigma {
-            focal_px: sigma(3),
-            distortion_px: sigma(4),
-        }
+        lens_sigma(&self.lens, self.resolution, &self.covariance)
     }
+}
 
-    /// Of the turn, the focal length and the distortion; `None` where the picture does not tell them apart.
-    fn covariance_of_modes(&self) -> Option<Matrix5<f64>> {
-        let n = self.covariance.nrows();
-        let reach_px = reach_px(&self.lens, self.resolution);
-        let (mut normal, mut right) = (Matrix5::zeros(), DMatrix::zeros(5, n));
-        for (pixel, movement) in movements(&self.lens, n, self.resolution) {
-            let modes = modes(&self.lens, &pixel, (&movement, reach_px));
-            normal += modes.transpose() * modes;
-            right += modes.transpose() * &movement.by_parameters;
+/// One sigma of focal length and distortion, in pixels, from the covariance of all parameters.
+pub(crate) fn lens_sigma(
+    lens: &Lens,
+    resolution: [u32; 2],
+    covariance: &DMatrix<f64>,
+) -> LensSigma {
+    let modes = covariance_of_modes(lens, resolution, covariance);
+    let sigma = |mode: usize| {
+        let variance = modes.as_ref().map_or(f64::NAN, |all| all[(mode, mode)]);
+        let sigma = variance.max(0.0).sqrt();
+        if sigma.is_finite() {
+            sigma.min(MOST_PX)
+        } else {
+            MOST_PX
         }
-        let by_parameters = normal.try_inverse()? * right;
-        let covariance = &by_parameters * &self.covariance * by_parameters.transpose();
-        Some(SMatrix::from_fn(|row, column| covariance[(row, column)]))
+    };
+    LensSigma {
+        focal_px: sigma(3),
+        distortion_px: sigma(4),
     }
+}
+
+/// Of the turn, the focal length and the distortion; `None` where the picture does not tell them apart.
+fn covariance_of_modes(
+    lens: &Lens,
+    resolution: [u32; 2],
+    covariance: &DMatrix<f64>,
+) -> Option<Matrix5<f64>> {
+    let n = covariance.nrows();
+    let reach_px = reach_px(lens, resolution);
+    let (mut normal, mut right) = (Matrix5::zeros(), DMatrix::zeros(5, n));
+    for (pixel, movement) in movements(lens, n, resolution) {
+        let modes = modes(lens, &pixel, (&movement, reach_px));
+        normal += modes.transpose() * modes;
+        right += modes.transpose() * &movement.by_parameters;
+    }
+    let by_parameters = normal.try_inverse()? * right;
+    let covariance = &by_parameters * covariance * by_parameters.transpose();
+    Some(SMatrix::from_fn(|row, column| covariance[(row, column)]))
 }
 
 /// How a place of the picture moves with a turn about each axis, with a pixel of focal length and one of distortion.

@@ -41,6 +41,15 @@ pub enum Product {
 }
 
 impl Outcome {
+    /// What could not be solved and stays as it was, with reasons and remedies; empty where all was.
+    pub fn unsolved(&self) -> &[String] {
+        match &self.report {
+            Report::Lens(_) => &[],
+            Report::Rig(report) => &report.unsolved,
+            Report::Learn(report) => &report.unsolved,
+        }
+    }
+
     /// The lens goes into the rig: into its camera, which keeps its pose, or into a new one without.
     pub(super) fn of_lens(
         rig: &Rig,

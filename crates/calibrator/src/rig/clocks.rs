@@ -1,12 +1,12 @@
 //! The cameras' clocks: sought always where shutters run free, and where they are synchronised only if the images say so.
 
+use super::RigError;
 use super::instants::give_twists;
-use super::solving::{Sightings, options};
-use super::{RigError, stillness};
+use super::solving::options;
+use super::stillness::left_by;
 use crate::adjustment::{Adjusted, Adjustment};
-use crate::bundle::{Freedom, KeptParameter, Motion, solve};
+use crate::bundle::{Bundle, Freedom, KeptParameter, Motion, solve};
 use crate::intake::ImageView;
-use sextant_estimator::Rig;
 
 /// A person's hand: half a metre per second is reached or lost in a third of a second.
 const CARRIED: Motion = Motion {
@@ -19,7 +19,7 @@ const SIGNIFICANT: f64 = 6.0;
 const HARMFUL_S: f64 = 0.002;
 /// Instants that are asked about the clocks.
 pub(super) const ASKED: usize = 300;
-/// One explanation is nearly as good as another if it leaves less than so many times its error, clearly better beyond.
+/// One explanation is clearly better than another if it leaves less than its error divided by this.
 pub(super) const BETTER: f64 = 1.5;
 
 /// A camera's clock: seconds to be added to its time, one standard deviation.
@@ -29,19 +29,12 @@ pub(super) struct Clock {
     pub sigma_s: f64,
 }
 
-/// The adjustment with its clocks, and what it was made of.
-pub(super) struct Clocked {
-    pub adjusted: Adjusted,
-    /// As it was before tags were left out, at the estimates found.
-    pub whole: Adjustment,
-}
-
 /// By camera; `None` where the clock was taken as it is.
 pub(super) type Clocks = Vec<Option<Clock>>;
 
 /// Clocks that are clearly off although shutters are synchronised; `None` if none is.
-pub(super) fn off(whole: &Adjustment, views: &[ImageView]) -> Result<Option<Clocks>, RigError> {
-    let mut asked = asked_clocks(whole, views)?;
+fn off(adjusted: &Adjustment, views: &[ImageView]) -> Result<Option<Clocks>, RigError> {
+    let mut asked = asked_clocks(adjusted, views)?;
     for clock in &mut asked {
         *clock = clock
             .filter(|c| c.offset_s.abs() > HARMFUL_S && c.offset_s.abs() > SIGNIFICANT * c.sigma_s);
@@ -49,53 +42,48 @@ pub(super) fn off(whole: &Adjustment, views: &[ImageView]) -> Result<Option<Cloc
     Ok(asked.iter().any(Option::is_some).then_some(asked))
 }
 
-/// Synchronised shutters: clocks are taken as they are but for those that are off.
-///
-/// A camera that moved looks like a wrong clock, and with few images a second the object's modelled motion bends to fit
-/// anything: a move that explains the images nearly as well is believed first.
+/// Synchronised shutters with clocks that are off, where those explain the images clearly better than clocks that agree; `None` if
+/// they don't. As the start of an adjustment, with its first solution.
 pub(super) fn of_synchronised(
-    rig: &Rig,
-    whole: Adjustment,
-    sightings: &Sightings,
-    off: Option<Clocks>,
-) -> Result<(Clocked, Clocks), RigError> {
-    let views = &sightings.views;
-    let adjusted = whole.clone().solve(views, &options())?;
-    let Some(off) = off else {
-        let clocks = vec![None; whole.cameras.len()];
-        return Ok((Clocked { adjusted, whole }, clocks));
+    still: &Adjusted,
+    views: &[ImageView],
+) -> Result<Option<(Adjustment, Bundle)>, RigError> {
+    let Some(off) = off(&still.adjustment, views)? else {
+        return Ok(None);
     };
-    let still = Clocked { adjusted, whole };
-    let halves = stillness::halves(rig, &still, sightings)?;
-    let mut moving = still.whole;
+    let mut moving = still.with_misfits();
+    let agreeing = moving.bundle(views);
     moving.motion = Some(CARRIED);
+    give_twists(&mut moving.instants);
     for (camera, clock) in moving.cameras.iter_mut().zip(off) {
         if let Some(clock) = clock {
             camera.clock = Freedom::Free;
             camera.clock_offset_s = clock.offset_s;
         }
     }
-    let start = moving.bundle(views);
-    let explained = solve(start, &options())?.cost;
-    match halves.moved {
-        Some(moved) if halves.cost < BETTER * explained => Err(moved),
-        _ => solved(moving, views),
-    }
+    let explained = solve(moving.bundle(views), &options())?.bundle;
+    let left = left_by(&agreeing, &explained, moving.cameras.len());
+    let [agreeing, left] = left.map(|cameras| cameras.iter().sum::<f64>());
+    Ok((left * BETTER < agreeing).then_some((moving, explained)))
 }
 
 /// Free-running shutters: the object moves between images, and every clock but the reference's is sought.
 pub(super) fn of_free_running(
     mut whole: Adjustment,
     views: &[ImageView],
-) -> Result<(Clocked, Clocks), RigError> {
+) -> Result<(Adjusted, Clocks), RigError> {
     free_clocks(&mut whole);
     solved(whole, views)
 }
 
-fn solved(whole: Adjustment, views: &[ImageView]) -> Result<(Clocked, Clocks), RigError> {
-    let adjusted = whole.clone().solve(views, &options())?;
+/// With the clocks that are free.
+pub(super) fn solved(
+    whole: Adjustment,
+    views: &[ImageView],
+) -> Result<(Adjusted, Clocks), RigError> {
+    let adjusted = whole.solve(views, &options())?;
     let clocks = clocks(&adjusted.solution);
-    Ok((Clocked { adjusted, whole }, clocks))
+    Ok((adjusted, clocks))
 }
 
 fn free_clocks(whole: &mut Adjustment) {

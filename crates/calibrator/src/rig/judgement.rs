@@ -2,7 +2,7 @@
 
 use super::RigSession;
 use super::report::{CalibratedCamera, Found};
-use crate::bundle::{Freedom, KeptParameter, WeakDirection, solve};
+use crate::bundle::{KeptParameter, WeakDirection};
 use crate::verdict::{Grade, Verdict, listed};
 use nalgebra::Vector3;
 use sextant_geometry::Pose;
@@ -17,7 +17,7 @@ const HARMLESS_SIZE: f64 = 0.004;
 impl RigSession {
     pub(super) fn weak(&self, found: &Found) -> Vec<String> {
         let mut words: Vec<String> = Vec::new();
-        for direction in &found.adjusted.adjusted.solution.weak {
+        for direction in &found.adjusted.solution.weak {
             if let Some(text) = self
                 .named(found, direction)
                 .filter(|text| !words.contains(text))
@@ -50,7 +50,7 @@ impl RigSession {
             }
         }
         let id = &self.rig.cameras()[camera].id;
-        let solved = &found.adjusted.adjusted.solution.bundle.cameras[camera];
+        let solved = &found.adjusted.solution.bundle.cameras[camera];
         let along = |v: Vector3<f64>| {
             let in_camera = solved.world_from_camera.inverse_transform_vector(&v);
             in_camera.z.abs() > 0.8 * in_camera.norm()
@@ -88,6 +88,9 @@ impl RigSession {
         for text in weak {
             verdict.add(Grade::Poor, text.clone());
         }
+        for text in &found.sightings.unplaced {
+            verdict.add(Grade::Usable, text.clone());
+        }
         judge_deviations(cameras, &mut verdict);
         for camera in cameras {
             if let (Some(ms), Some(sigma)) = (camera.clock_offset_ms, camera.clock_sigma_ms)
@@ -113,27 +116,9 @@ impl RigSession {
         verdict
     }
 
-    /// Sizes against spacing, where both are stated, and those of tags that lie still against the object's; where all sizes are
-    /// wrong alike and the spacing too, nobody can tell.
+    /// Sizes that the images show to be other than given, which the adjustment allows for.
     fn judge_sizes(&self, found: &Found, verdict: &mut Verdict) {
-        let mut bundle = found.adjusted.adjusted.solution.bundle.clone();
-        let frame = bundle
-            .tags
-            .iter()
-            .position(|tag| tag.pose == Freedom::Fixed);
-        let comparable = self.still_tags_with_size(&found.sightings.views);
-        for (at, tag) in bundle.tags.iter_mut().enumerate() {
-            let scale = found.sightings.seeking_tags && Some(at) == frame;
-            let is_told = at < self.n_carried() || comparable.contains(&at);
-            tag.size = if scale || !is_told {
-                Freedom::Fixed
-            } else {
-                Freedom::Free
-            };
-        }
-        let Ok(solution) = solve(bundle, &super::solving::options()) else {
-            return;
-        };
+        let solution = &found.adjusted.solution;
         let mut wrong: BTreeMap<(String, &str), Vec<&crate::intake::Wanted>> = BTreeMap::new();
         for (at, wanted) in self.wanted.iter().enumerate() {
             let sigma = solution
@@ -149,15 +134,13 @@ impl RigSession {
                 } else {
                     "their spacing"
                 };
-                wrong
-                    .entry((format!("{:.1} % {word}", off.abs() * 100.0), by))
-                    .or_default()
-                    .push(wanted);
+                let how = format!("{:.1} % {word}", off.abs() * 100.0);
+                wrong.entry((how, by)).or_default().push(wanted);
             }
         }
         for ((how, by), tags) in wrong {
-            verdict.add(Grade::Poor, format!(
-                "{} {how} than stated, judged by {by}: measure the black squares and the spacing again",
+            verdict.add(Grade::Usable, format!(
+                "{} {how} than given, judged by {by}, which was allowed for: measure the black squares and the spacing",
                 listed(tags.iter().map(|w| w.tag))));
         }
     }
@@ -175,7 +158,7 @@ impl RigSession {
 
     /// Cameras that stand where the rig had another one before.
     fn judge_names(&self, found: &Found, verdict: &mut Verdict) {
-        let solved = &found.adjusted.adjusted.solution.bundle.cameras;
+        let solved = &found.adjusted.solution.bundle.cameras;
         let cameras = self.rig.cameras();
         for a in 0..cameras.len() {
             for b in a + 1..cameras.len() {

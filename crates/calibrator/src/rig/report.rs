@@ -1,14 +1,17 @@
 //! How well a rig was calibrated, and the rig itself in the world's frame.
 
-use super::clocks::{Clocked, Clocks};
+use super::clocks::Clocks;
 use super::origin::Origin;
 use super::solving::Sightings;
 use super::{Calibrated, RigError, RigSession};
+use crate::adjustment::Adjusted;
+use crate::bundle::Freedom;
 use crate::learn::root_mean_square;
+use crate::lens::lens_sigma;
 use crate::verdict::Verdict;
 use nalgebra::Matrix6;
 use serde::Serialize;
-use sextant_estimator::{Camera, CameraId, PoseSigma, Rig};
+use sextant_estimator::{Camera, CameraId, LensSigma, PoseSigma, Rig};
 use sextant_geometry::Pose;
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -63,6 +66,8 @@ pub struct RigReport {
     pub tags_left_out: Vec<(String, usize, usize)>,
     /// What the images hardly determine, in words.
     pub weak: Vec<String>,
+    /// Cameras that could not be placed and keep what the rig said of them, with the reason and the remedy.
+    pub unsolved: Vec<String>,
     /// What all lengths rest on, in words.
     pub scale: String,
     /// In words.
@@ -72,7 +77,7 @@ pub struct RigReport {
 /// What solving found.
 pub(super) struct Found {
     pub sightings: Sightings,
-    pub adjusted: Clocked,
+    pub adjusted: Adjusted,
     pub clocks: Clocks,
     pub synchronised: bool,
 }
@@ -83,18 +88,19 @@ const SEEN_OFTEN: usize = 8;
 
 impl RigSession {
     pub(super) fn finish(&self, found: Found) -> Result<Calibrated, RigError> {
-        let bundle = &found.adjusted.adjusted.solution.bundle;
+        let bundle = &found.adjusted.solution.bundle;
         let floor = self.floor_poses(&found);
         let world = self.plan.origin.world(&floor)?;
         let cameras = self.rig.cameras().iter().zip(&bundle.cameras);
         let cameras = cameras.map(|(camera, solved)| Camera {
             world_from_camera: Some(world * solved.world_from_camera),
+            lens: solved.lens,
             ..camera.clone()
         });
         let report = self.report(&found);
         let rig = Rig::new(cameras.collect())
             .and_then(|rig| rig.with_pose_sigmas(self.sigmas(&report)))
-            .and_then(|rig| rig.with_lens_sigmas(self.rig.lens_sigmas()))
+            .and_then(|rig| rig.with_lens_sigmas(self.lens_sigmas(&found)))
             .and_then(|rig| rig.with_line_delays(self.rig.line_delays_s()))
             .and_then(|rig| rig.with_exposures(self.rig.exposures()))
             .map_err(|error| RigError::Undetermined(error.to_string()))?;
@@ -114,9 +120,35 @@ impl RigSession {
         named.collect()
     }
 
+    /// How well each focal length and distortion is known by now.
+    fn lens_sigmas(&self, found: &Found) -> Vec<(CameraId, LensSigma)> {
+        let solution = &found.adjusted.solution;
+        let cameras = self.rig.cameras().iter().zip(&solution.bundle.cameras);
+        let known = cameras.enumerate().filter_map(|(at, (camera, solved))| {
+            let covariance = solution.covariance.lens(at);
+            let free = solved
+                .free_lens
+                .0
+                .iter()
+                .filter(|free| **free == Freedom::Free);
+            let whole = covariance.nrows() == solved.lens.n_parameters() && free.count() > 0;
+            let sigma = whole.then(|| lens_sigma(&solved.lens, camera.resolution, &covariance))?;
+            Some((camera.id.clone(), sigma))
+        });
+        let fixed = self.rig.lens_sigmas().filter(|(id, _)| {
+            let at = self
+                .rig
+                .cameras()
+                .iter()
+                .position(|camera| camera.id == *id);
+            at.is_some_and(|at| solution.covariance.lens(at).is_empty())
+        });
+        known.chain(fixed).collect()
+    }
+
     /// Where each tag of the floor stands in the frame of the adjustment.
     fn floor_poses(&self, found: &Found) -> Vec<Option<Pose>> {
-        let bundle = &found.adjusted.adjusted.solution.bundle;
+        let bundle = &found.adjusted.solution.bundle;
         let n = self.n_carried();
         let of = |tag: usize| {
             let image = bundle
@@ -129,7 +161,7 @@ impl RigSession {
     }
 
     fn report(&self, found: &Found) -> RigReport {
-        let solution = &found.adjusted.adjusted.solution;
+        let solution = &found.adjusted.solution;
         let cameras: Vec<CalibratedCamera> = (0..self.rig.cameras().len())
             .map(|at| self.camera(found, at))
             .collect();
@@ -143,17 +175,18 @@ impl RigSession {
             instants: solution.bundle.instants.len(),
             synchronised: found.synchronised,
             rms_px: solution.rms_px,
-            noise_ratio: solution.variance_factor.sqrt(),
+            noise_ratio: found.adjusted.noise_ratio(),
             scale: self.scale(found),
             verdict: self.verdict(found, &cameras, (&tags_left_out, &weak)),
             cameras,
             tags_left_out,
             weak,
+            unsolved: Vec::new(),
         }
     }
 
     fn camera(&self, found: &Found, at: usize) -> CalibratedCamera {
-        let adjusted = &found.adjusted.adjusted;
+        let adjusted = &found.adjusted;
         let own = || {
             adjusted
                 .solution
@@ -218,7 +251,7 @@ impl RigSession {
         let seen: usize = views.iter().filter(|v| camera(v.camera)).map(wanted).sum();
         let taken = found
             .adjusted
-            .whole
+            .adjustment
             .images
             .iter()
             .filter(|i| camera(i.camera));
@@ -229,13 +262,7 @@ impl RigSession {
     fn tags_left_out(&self, found: &Found) -> Vec<(String, usize, usize)> {
         let views = &found.sightings.views;
         let mut gated: BTreeMap<usize, usize> = BTreeMap::new();
-        for misfit in found
-            .adjusted
-            .adjusted
-            .misfits
-            .iter()
-            .filter(|m| m.is_elsewhere())
-        {
+        for misfit in found.adjusted.misfits.iter().filter(|m| m.is_elsewhere()) {
             *gated
                 .entry(views[misfit.view].tags[misfit.seen].tag)
                 .or_default() += 1;
@@ -259,7 +286,7 @@ impl RigSession {
 
 /// Images used of some cameras; one that shows the object and tags that lie still stands in the adjustment once for each.
 fn used(found: &Found, camera: impl Fn(usize) -> bool) -> usize {
-    let images = found.adjusted.adjusted.images.iter();
+    let images = found.adjusted.used();
     let views = images.filter(|image| camera(image.camera));
     views
         .map(|image| image.view)
@@ -268,7 +295,7 @@ fn used(found: &Found, camera: impl Fn(usize) -> bool) -> usize {
 }
 
 fn rms_px(found: &Found, of: impl Fn(&crate::bundle::BundleImage) -> bool) -> f64 {
-    let bundle = &found.adjusted.adjusted.solution.bundle;
+    let bundle = &found.adjusted.solution.bundle;
     let own = bundle.residuals().filter(|r| of(&bundle.images[r.image]));
     let squares: Vec<f64> = own.map(|r| r.rms_px().powi(2)).collect();
     (squares.iter().sum::<f64>() / squares.len().max(1) as f64).sqrt()

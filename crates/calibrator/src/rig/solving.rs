@@ -1,17 +1,18 @@
 //! From the images of a session to the cameras' poses: consensus, spanning tree, adjustment, clocks, frame.
 
-use super::clocks::{Clocked, Clocks};
+use super::clocks::Clocks;
 use super::instants::{carried, floor};
 use super::pairs::joined_cameras;
 use super::report::Found;
 use super::trajectory::{Moments, Trajectory};
 use super::{Calibrated, RigError, RigSession, clocks, stillness};
-use crate::adjustment::Adjustment;
+use crate::adjustment::{Adjusted, Adjustment};
 use crate::bundle::{BundleCamera, BundleOptions, BundleTag, Freedom};
 use crate::intake::{ImageView, take_in};
+use crate::priors::Priors;
 use crate::resection::{ObjectView, Placed, views_of_object};
-use crate::verdict::listed;
-use sextant_estimator::CameraId;
+use crate::verdict::{Grade, listed};
+use sextant_estimator::{Camera, CameraId, Rig};
 use sextant_geometry::Pose;
 use std::collections::BTreeSet;
 
@@ -24,32 +25,68 @@ pub(super) struct Sightings {
     pub n_carried: usize,
     /// Whether the object's tags were unknown and are sought too.
     pub seeking_tags: bool,
+    /// Tags of an unknown object that could not be placed, in words.
+    pub unplaced: Vec<String>,
 }
 
-/// A ratio of errors to stated noise above which the cameras' names are doubted.
-const SUSPICIOUS: f64 = 2.5;
+/// A focal length that is off by more than this part puts the cameras' names in doubt.
+const SUSPICIOUS: f64 = 0.015;
 /// More than this part of images with a partner at the same time: shutters are synchronised.
 const SYNCHRONISED: f64 = 0.5;
 
 impl RigSession {
-    /// Finds the cameras.
+    /// Finds the cameras. Those that the images cannot place keep what the rig says of them and are named in
+    /// [`RigReport::unsolved`](super::RigReport::unsolved).
     ///
     /// # Errors
-    /// When the images cannot place every camera, with the reason and a remedy.
+    /// When no two cameras can be placed, with the reason and a remedy.
     pub fn solve(&self) -> Result<Calibrated, RigError> {
+        let refused = match self.solve_all() {
+            Err(refused) => refused,
+            calibrated => return calibrated,
+        };
+        let RigError::NotConnected { apart, .. } = &refused else {
+            return Err(refused);
+        };
+        let Some(fewer) = self.without(apart) else {
+            return Err(refused);
+        };
+        let mut found = fewer.solve()?;
+        found.report.unsolved.insert(0, refused.to_string());
+        found.report.verdict.add(Grade::Usable, refused.to_string());
+        found.report.images = self.images.came();
+        found.rig = self.with_former(&found.rig)?;
+        Ok(found)
+    }
+
+    /// The rig with all cameras: those that were not found as they were.
+    fn with_former(&self, found: &Rig) -> Result<Rig, RigError> {
+        let cameras = self.rig.cameras().iter();
+        let cameras = cameras.map(|camera| found.camera(&camera.id).unwrap_or(camera).clone());
+        let sigmas = found
+            .cameras()
+            .iter()
+            .filter_map(|camera| Some((camera.id.clone(), found.pose_sigma(&camera.id)?)));
+        let rig = Rig::new(cameras.collect())
+            .and_then(|rig| rig.with_pose_sigmas(sigmas))
+            .and_then(|rig| rig.with_lens_sigmas(found.lens_sigmas()))
+            .map_err(|error| RigError::Undetermined(error.to_string()))?;
+        Ok(rig.holding_on_to(&self.rig))
+    }
+
+    /// Finds every camera.
+    fn solve_all(&self) -> Result<Calibrated, RigError> {
         self.coverage
             .check(&self.rig, &self.plan, self.images.came())?;
         let (sightings, first, synchronised) = self.first()?;
         let found = self.adjusted(&sightings, &first, synchronised);
-        // Swapped names look like moves and like clocks that are off.
-        let suspicious = match &found {
-            Ok((adjusted, clocks)) => {
-                let odd = adjusted.adjusted.solution.variance_factor > SUSPICIOUS * SUSPICIOUS;
-                odd || synchronised && clocks.iter().any(Option::is_some)
-            }
-            Err(_) => true,
-        };
-        if suspicious && let Some(swapped) = self.swapped_names(&sightings, &first) {
+        // Swapped names look like moves, like clocks that are off and like lenses that are wrong.
+        let suspicious = found.as_ref().map_or(true, |(_, clocks)| {
+            synchronised && clocks.iter().any(Option::is_some)
+        });
+        if (suspicious || self.doubts_lenses(&found))
+            && let Some(swapped) = self.swapped_names(&sightings, &first)
+        {
             return Err(swapped);
         }
         let (adjusted, clocks) = found?;
@@ -61,21 +98,53 @@ impl RigSession {
         })
     }
 
+    /// Whether a focal length came out further off than any calibration is.
+    fn doubts_lenses(&self, found: &Result<(Adjusted, Clocks), RigError>) -> bool {
+        let Ok((adjusted, _)) = found else {
+            return true;
+        };
+        let solved = &adjusted.solution.bundle.cameras;
+        let off = self
+            .rig
+            .cameras()
+            .iter()
+            .zip(solved)
+            .map(|(was, is)| is.lens.intrinsics().fx / was.lens.intrinsics().fx - 1.0);
+        off.into_iter().any(|off: f64| off.abs() > SUSPICIOUS)
+    }
+
     fn adjusted(
         &self,
         sightings: &Sightings,
         first: &Adjustment,
         synchronised: bool,
-    ) -> Result<(Clocked, Clocks), RigError> {
+    ) -> Result<(Adjusted, Clocks), RigError> {
+        let views = &sightings.views;
         stillness::check_at_start(&self.rig, sightings, first)?;
-        let (adjusted, clocks) = if synchronised {
-            let off = clocks::off(first, &sightings.views)?;
-            clocks::of_synchronised(&self.rig, first.clone(), sightings, off)?
-        } else {
-            clocks::of_free_running(first.clone(), &sightings.views)?
-        };
-        stillness::check(&self.rig, &adjusted, sightings)?;
-        Ok((adjusted, clocks))
+        if !synchronised {
+            let found = clocks::of_free_running(first.clone(), views)?;
+            let moved = stillness::moved(&self.rig, &found.0, sightings)?;
+            return moved.map_or(Ok(found), |(moved, _)| Err(moved));
+        }
+        let still = first.clone().solve(views, &options())?;
+        let moved = stillness::moved(&self.rig, &still, sightings)?;
+        let clocks = clocks::of_synchronised(&still, views)?;
+        // A camera that moved looks like a clock that is off, and with few images a second the modelled motion bends to fit anything:
+        // a move that explains the images nearly as well is believed first.
+        let n = self.rig.cameras().len();
+        match (moved, clocks) {
+            (None, None) => Ok((still, vec![None; n])),
+            (Some((moved, _)), None) => Err(moved),
+            (None, Some((start, _))) => clocks::solved(start, views),
+            (Some((moved, apart)), Some((start, timed))) => {
+                let left = stillness::left_by(&apart, &timed, n);
+                let [apart, timed] = left.map(|cameras| cameras.iter().sum::<f64>());
+                if apart < clocks::BETTER * timed {
+                    return Err(moved);
+                }
+                clocks::solved(start, views)
+            }
+        }
     }
 
     /// The start of the adjustment, and whether shutters are synchronised.
@@ -94,7 +163,7 @@ impl RigSession {
     }
 
     fn sightings(&self) -> Result<Sightings, RigError> {
-        let (placed, seeking_tags) = self.placed()?;
+        let (placed, seeking_tags, unplaced) = self.placed()?;
         let views = self.views();
         let object = views.iter().map(|view| {
             let lens = &self.rig.cameras()[view.camera].lens;
@@ -106,6 +175,7 @@ impl RigSession {
             placed,
             n_carried: self.n_carried(),
             seeking_tags,
+            unplaced,
         })
     }
 
@@ -120,10 +190,10 @@ impl RigSession {
     }
 
     /// The object's tags; learned from the images where they are not known. Tags on the floor are no part of it.
-    fn placed(&self) -> Result<(Vec<Placed>, bool), RigError> {
+    fn placed(&self) -> Result<(Vec<Placed>, bool, Vec<String>), RigError> {
         let known = self.plan.object.is_learned();
-        let object = if known {
-            self.plan.object.clone()
+        let (object, unplaced) = if known {
+            (self.plan.object.clone(), Vec::new())
         } else {
             self.learned_object()?
         };
@@ -133,7 +203,8 @@ impl RigSession {
             let tag = tag.filter(|_| at < self.n_carried())?;
             Some((tag.object_from_tag?, tag.size_m))
         };
-        Ok(((0..self.wanted.len()).map(place).collect(), !known))
+        let placed = (0..self.wanted.len()).map(place).collect();
+        Ok((placed, !known, unplaced))
     }
 
     fn trajectories(&self, sightings: &Sightings) -> Vec<Trajectory> {
@@ -153,14 +224,18 @@ impl RigSession {
     /// `world_from_camera` of every camera, roughly.
     fn joined(&self, trajectories: &[Trajectory], moments: Moments) -> Result<Vec<Pose>, RigError> {
         let pairs = joined_cameras(trajectories, moments);
-        let reference = self.plan.origin.reference(&self.rig);
         let of = pairs.islands();
+        let size = |at: &usize| of.iter().filter(|island| *island == at).count();
+        let largest = of
+            .iter()
+            .max_by_key(|at| (size(at), std::cmp::Reverse(**at)));
         let apart: Vec<usize> = (0..of.len())
-            .filter(|&at| of[at] != of[reference])
+            .filter(|&at| Some(&of[at]) != largest)
             .collect();
         if !apart.is_empty() {
-            return Err(self.not_connected(trajectories, &of, &apart));
+            return Err(self.not_connected(trajectories, &apart));
         }
+        let reference = self.plan.origin.reference(&self.rig);
         let world = self.rig.cameras()[reference]
             .world_from_camera
             .unwrap_or_default();
@@ -171,53 +246,60 @@ impl RigSession {
             .collect())
     }
 
-    fn not_connected(
-        &self,
-        trajectories: &[Trajectory],
-        of: &[usize],
-        apart: &[usize],
-    ) -> RigError {
+    fn not_connected(&self, trajectories: &[Trajectory], apart: &[usize]) -> RigError {
         let id = |at: usize| &self.rig.cameras()[at].id;
-        let blind: Vec<&CameraId> = apart
-            .iter()
-            .filter(|at| trajectories[**at].is_empty())
-            .map(|&at| id(at))
-            .collect();
-        if !blind.is_empty() {
-            return RigError::NotConnected {
-                cameras: format!(
-                    "camera {} never saw the object, so it shares no view",
-                    listed(blind)
-                ),
-                hint: "carry the object through what it sees, or take it out of the rig file"
-                    .to_owned(),
-            };
-        }
-        let island = of[apart[0]];
-        let lost: Vec<usize> = apart
-            .iter()
-            .copied()
-            .filter(|&at| of[at] == island)
-            .collect();
-        let rest: Vec<&CameraId> = (0..of.len())
-            .filter(|at| !lost.contains(at))
-            .map(id)
-            .collect();
-        let (word, verb) = if lost.len() > 1 {
-            ("cameras", "share")
-        } else {
-            ("camera", "shares")
+        let (blind, lost): (Vec<usize>, Vec<usize>) =
+            apart.iter().partition(|at| trajectories[**at].is_empty());
+        let rest = (0..trajectories.len()).filter(|at| !apart.contains(at));
+        let rest = listed(rest.map(id));
+        let words = |who: &[usize]| {
+            if who.len() > 1 {
+                ("cameras", "")
+            } else {
+                ("camera", "s")
+            }
         };
-        RigError::NotConnected {
-            cameras: format!(
-                "{word} {} {verb} no view",
-                listed(lost.iter().map(|&at| id(at)))
-            ),
-            hint: format!(
-                "hold the object where one of them and one of {} see it at the same time",
-                listed(rest)
-            ),
+        let mut cameras = Vec::new();
+        if !blind.is_empty() {
+            let names = listed(blind.iter().map(|&at| id(at)));
+            cameras.push(format!("{} {names} never saw the object", words(&blind).0));
         }
+        if !lost.is_empty() {
+            let (word, s) = words(&lost);
+            let names = listed(lost.iter().map(|&at| id(at)));
+            cameras.push(format!("{word} {names} share{s} no view with {rest}"));
+        }
+        RigError::NotConnected {
+            apart: apart.iter().map(|&at| id(at).clone()).collect(),
+            cameras: cameras.join(", "),
+            hint: if lost.is_empty() {
+                "carry the object through what it sees, or take it out of the rig file".to_owned()
+            } else {
+                format!(
+                    "hold the object where one of them and one of {rest} see it at the same time"
+                )
+            },
+        }
+    }
+
+    /// The same images with fewer cameras; `None` where less than two are left or the frame's is not among them.
+    fn without(&self, apart: &[CameraId]) -> Option<Self> {
+        let cameras = self.rig.cameras().iter();
+        let rest: Vec<Camera> = cameras
+            .filter(|c| !apart.contains(&c.id))
+            .cloned()
+            .collect();
+        if rest.len() < 2 || rest.len() == self.rig.cameras().len() {
+            return None;
+        }
+        let rig = Rig::new(rest).ok()?.with_lens_sigmas(
+            self.rig
+                .lens_sigmas()
+                .filter(|(camera, _)| !apart.contains(camera)),
+        );
+        let mut fewer = Self::new(rig.ok()?, self.plan.clone()).ok()?;
+        self.images.iter().for_each(|image| fewer.handle(image));
+        Some(fewer)
     }
 
     fn adjustment(&self, sightings: &Sightings, start: &[Pose]) -> Adjustment {
@@ -232,14 +314,22 @@ impl RigSession {
             ..BundleCamera::with_known_lens(camera.lens, *pose)
         });
         let cameras: Vec<BundleCamera> = cameras.collect();
+        let mut cameras: Vec<BundleCamera> = cameras;
         let (mut instants, mut images) = floor(sightings, &cameras);
         carried(sightings, &cameras, &mut instants, &mut images);
+        let mut priors = Priors::default();
+        for (at, camera) in self.rig.cameras().iter().enumerate() {
+            let sigma = self.rig.lens_sigma(&camera.id);
+            priors.free_lens(&mut cameras, at, camera.resolution, sigma);
+        }
         Adjustment {
-            tags: self.bundle_tags(sightings),
+            tags: self.bundle_tags(sightings, &mut priors),
             cameras,
             instants,
             images,
             motion: None,
+            priors,
+            noise: Vec::new(),
         }
     }
 
@@ -254,29 +344,32 @@ impl RigSession {
             .collect()
     }
 
-    fn bundle_tags(&self, sightings: &Sightings) -> Vec<BundleTag> {
+    fn bundle_tags(&self, sightings: &Sightings, priors: &mut Priors) -> Vec<BundleTag> {
         let frame = sightings.placed.iter().position(Option::is_some);
         let measured = self.still_tags_with_size(&sightings.views);
-        let tags = self.wanted.iter().zip(&sightings.placed).enumerate();
-        let tags = tags.map(|(at, (wanted, placed))| {
-            let sought = sightings.seeking_tags && placed.is_some() && Some(at) != frame;
-            BundleTag {
-                object_from_tag: placed.map_or_else(Pose::identity, |(pose, _)| pose),
-                size_m: wanted.size_m,
-                pose: if sought {
-                    Freedom::Free
-                } else {
-                    Freedom::Fixed
-                },
-                // All lengths rest on the object: a tag that lies still and is stated wrong must not bend the rig.
-                size: if measured.contains(&at) {
-                    Freedom::Free
-                } else {
-                    Freedom::Fixed
-                },
-            }
+        let tags = self.wanted.iter().zip(&sightings.placed);
+        let tags = tags.map(|(wanted, placed)| BundleTag {
+            object_from_tag: placed.map_or_else(Pose::identity, |(pose, _)| pose),
+            size_m: wanted.size_m,
+            pose: Freedom::Fixed,
+            size: Freedom::Fixed,
         });
-        tags.collect()
+        let mut tags: Vec<BundleTag> = tags.collect();
+        for (at, placed) in sightings.placed.iter().enumerate() {
+            match placed {
+                Some(_) if !sightings.seeking_tags => {
+                    let sigma = self.plan.object.tag_sigma(&self.wanted[at].tag);
+                    priors.free_pose(&mut tags, at, sigma);
+                }
+                Some(_) if Some(at) != frame => tags[at].pose = Freedom::Free,
+                _ => {}
+            }
+            if placed.is_some() || measured.contains(&at) {
+                let sigma = self.plan.object.size_sigma(&self.wanted[at].tag);
+                priors.free_size(&mut tags, at, sigma);
+            }
+        }
+        tags
     }
 }
 

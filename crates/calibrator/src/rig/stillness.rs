@@ -1,12 +1,12 @@
 //! Whether every camera stayed where it was, and whether each is the one its name says.
 
-use super::clocks::{ASKED, BETTER, Clocked};
+use super::clocks::{ASKED, BETTER};
 use super::solving::{Sightings, options};
 use super::{RigError, RigSession};
 use crate::adjustment::{Adjusted, Adjustment};
-use crate::bundle::{BundleCamera, Freedom, solve};
+use crate::bundle::{Bundle, BundleCamera, FreeLens, Freedom, solve};
 use nalgebra::{Matrix6, Vector6};
-use sextant_estimator::Rig;
+use sextant_estimator::{Camera, Rig};
 use sextant_geometry::{Pose, se3};
 
 /// A camera whose images fit in one half of the time and not in the other has moved far.
@@ -17,6 +17,8 @@ const ENOUGH: usize = 6;
 /// A move smaller than this does no harm: metres, radians. Further, it must exceed its deviation by so many.
 const HARMLESS: (f64, f64) = (0.003, 0.004);
 const SIGNIFICANT: f64 = 6.0;
+/// Lenses whose focal lengths differ by less, as a part of them, may as well be known badly as be swapped.
+const LENSES_DIFFER: f64 = 0.03;
 /// Pairs of cameras that are tried at most.
 const MOST_SWAPS: usize = 30;
 
@@ -99,42 +101,21 @@ fn median(moves: Vec<(f64, f64)>) -> (f64, f64) {
     (middle(mm), middle(deg))
 }
 
-/// The adjustment with a pose of its own for either half of each camera's images; the reference is taken to stand still.
-pub(super) struct Halves {
-    /// Sum of the robust squares.
-    pub cost: f64,
-    /// The camera whose two poses differ most, if any do.
-    pub moved: Option<RigError>,
-}
-
-/// Finds a camera that moved a little.
-pub(super) fn check(rig: &Rig, found: &Clocked, sightings: &Sightings) -> Result<(), RigError> {
-    halves(rig, found, sightings)?.moved.map_or(Ok(()), Err)
-}
-
-/// Gives each camera a pose for either half of its images, and compares the two.
-pub(super) fn halves(
+/// Finds a camera that moved a little: a pose of its own for either half of its images explains them clearly better, and the two
+/// differ by what matters. The reference is taken to stand still. With the adjustment that allows for the move.
+pub(super) fn moved(
     rig: &Rig,
-    found: &Clocked,
+    found: &Adjusted,
     sightings: &Sightings,
-) -> Result<Halves, RigError> {
+) -> Result<Option<(RigError, Bundle)>, RigError> {
     let n = rig.cameras().len();
-    let halves = in_halves(&found.whole, &found.adjusted, sightings);
-    let split: Vec<bool> = (0..n)
-        .map(|at| {
-            let count = |camera: usize| {
-                halves
-                    .images
-                    .iter()
-                    .filter(|i| i.camera == camera && !i.tags.is_empty())
-                    .count()
-            };
-            count(at) >= ENOUGH && count(at + n) >= ENOUGH
-        })
-        .collect();
+    let whole = &found.with_misfits();
+    let halves = in_halves(whole, sightings);
+    let count = |camera: usize| halves.images.iter().filter(|i| i.camera == camera).count();
     let solution = solve(halves.bundle(&sightings.views), &options())?;
+    let [before, after] = left_by(&whole.bundle(&sightings.views), &solution.bundle, n);
     let mut moves: Vec<(usize, f64, f64)> = Vec::new();
-    for at in (0..n).filter(|&at| split[at]) {
+    for at in 0..n {
         let poses = [at, at + n].map(|c| solution.bundle.cameras[c].world_from_camera);
         let of = |c: usize| solution.covariance.camera(c).unwrap_or_else(Matrix6::zeros);
         let apart = se3::difference(&poses[1], &poses[0]);
@@ -143,13 +124,39 @@ pub(super) fn halves(
         };
         let sigmas = (apart.dot(&(information * apart)) / 6.0).max(0.0).sqrt();
         let (mm, deg) = move_between(&poses[0], &poses[1]);
-        if sigmas > SIGNIFICANT && harm(mm, deg) > 1.0 {
+        let enough = count(at) >= ENOUGH && count(at + n) >= ENOUGH;
+        let explains = before[at] > BETTER * after[at];
+        if enough && explains && sigmas > SIGNIFICANT && harm(mm, deg) > 1.0 {
             moves.push((at, mm, deg));
         }
     }
-    Ok(Halves {
-        cost: solution.cost,
-        moved: who_moved(rig, &found.whole, moves),
+    let named = who_moved(rig, whole, moves);
+    Ok(named.map(|moved| (moved, solution.bundle)))
+}
+
+/// What two explanations of the same images leave, camera by camera: sums of robust squares, in units of the noise by the explanation
+/// that leaves less. Cameras beyond the first `n` are the second halves of those.
+pub(super) fn left_by(one: &Bundle, other: &Bundle, n: usize) -> [Vec<f64>; 2] {
+    let squares = [one, other].map(|bundle| {
+        let mut squares = vec![Vec::new(); n];
+        for residual in bundle.residuals() {
+            squares[bundle.images[residual.image].camera % n].push(residual.chi_square);
+        }
+        squares
+            .iter_mut()
+            .for_each(|own| own.sort_by(f64::total_cmp));
+        squares
+    });
+    let median = |own: &Vec<f64>| own.get(own.len() / 2).copied().unwrap_or(1.0);
+    let unit = |at: usize| median(&squares[0][at]).min(median(&squares[1][at]));
+    let units: Vec<f64> = (0..n).map(unit).collect();
+    squares.each_ref().map(|squares| {
+        let cameras = squares.iter().zip(&units);
+        let sums = cameras.map(|(own, unit)| {
+            let kernel = options().kernel;
+            own.iter().map(|square| kernel.rho(square / unit)).sum()
+        });
+        sums.collect()
     })
 }
 
@@ -214,16 +221,15 @@ fn who_moved(rig: &Rig, whole: &Adjustment, moves: Vec<(usize, f64, f64)>) -> Op
 }
 
 /// Every camera twice: as it is for the first half of its images, and again behind the last camera for the second.
-fn in_halves(whole: &Adjustment, adjusted: &Adjusted, sightings: &Sightings) -> Adjustment {
+fn in_halves(whole: &Adjustment, sightings: &Sightings) -> Adjustment {
     let n = whole.cameras.len();
     let mut halves = whole.clone();
-    halves.cameras = adjusted.solution.bundle.cameras.clone();
     for camera in &mut halves.cameras {
         camera.clock = Freedom::Fixed;
+        camera.free_lens = FreeLens::FIXED;
     }
     // The reference, fixed, stays so: what moved is told relative to it.
-    let again = halves.cameras.iter().cloned();
-    let again: Vec<BundleCamera> = again.collect();
+    let again: Vec<BundleCamera> = halves.cameras.clone();
     halves.cameras.extend(again);
     for camera in 0..n {
         let middle = likeliest_move(whole, sightings, camera);
@@ -245,6 +251,9 @@ impl RigSession {
     ) -> Option<RigError> {
         let error = |first: &Adjustment, sightings: &Sightings| {
             let mut part = first.clone();
+            for camera in &mut part.cameras {
+                camera.free_lens = FreeLens::FIXED;
+            }
             part.images.retain(|image| image.instant < ASKED);
             part.instants.truncate(ASKED);
             solve(part.bundle(&sightings.views), &options())
@@ -274,7 +283,9 @@ impl RigSession {
 
     fn swappable(&self, a: usize, b: usize) -> bool {
         let (a, b) = (&self.rig.cameras()[a], &self.rig.cameras()[b]);
-        a.lens != b.lens && a.resolution == b.resolution
+        let focal = |camera: &Camera| camera.lens.intrinsics().fx;
+        let apart = (focal(a) / focal(b)).ln().abs();
+        a.resolution == b.resolution && (apart > LENSES_DIFFER || a.lens.model() != b.lens.model())
     }
 
     fn swapped(&self, a: usize, b: usize) -> RigError {

@@ -5,30 +5,23 @@
 //! same time, place the other.
 
 use super::{Origin, RigError, RigPlan, RigSession};
-use crate::learn::{Gauge, LearnError, LearnPlan, LearnSession};
+use crate::learn::{Gauge, LearnError, LearnPlan, LearnSession, Learned};
 use sextant_estimator::{Camera, ObjectModel, ObjectTag, Rig, TagId};
 
 impl RigSession {
-    /// The object with every tag in its place.
-    pub(super) fn learned_object(&self) -> Result<ObjectModel, RigError> {
-        match self.learned_with(self.blind()?) {
-            Err(LearnError::NotConnected {
-                islands,
-                groups,
-                hint,
-            }) => self.joined_across(&islands).ok_or_else(|| {
-                let hint = format!(
-                    "{hint}; or let two cameras see a side each at the same time, and each of them the same side at other times"
-                );
-                let apart = LearnError::NotConnected {
-                    islands,
-                    groups,
-                    hint,
-                };
-                RigError::Object(apart)
-            }),
-            learned => Ok(learned?),
+    /// The object, and which of its tags could not be placed, in words.
+    pub(super) fn learned_object(&self) -> Result<(ObjectModel, Vec<String>), RigError> {
+        let learned = self.learned_with(self.blind()?)?;
+        if learned.report.unsolved.is_empty() {
+            return Ok((learned.object, Vec::new()));
         }
+        let joined = self.joined_across(&learned.object);
+        Ok(joined.unwrap_or_else(|| {
+            let hint = "or let two cameras see a side each at the same time, and each of them the same side at other times";
+            let unsolved = learned.report.unsolved.iter();
+            let words = unsolved.map(|unsolved| format!("{unsolved}; {hint}"));
+            (learned.object, words.collect())
+        }))
     }
 
     /// The poses of the rig may be wrong: without them.
@@ -41,7 +34,7 @@ impl RigSession {
             .map_err(|_| RigError::Undetermined("the rig is not usable".to_owned()))
     }
 
-    fn learned_with(&self, rig: Rig) -> Result<ObjectModel, LearnError> {
+    fn learned_with(&self, rig: Rig) -> Result<Learned, LearnError> {
         let tags = self.plan.object.tags().iter();
         let plan = LearnPlan {
             object: self.plan.object.id().clone(),
@@ -52,24 +45,21 @@ impl RigSession {
         };
         let mut session = LearnSession::new(rig, plan)?;
         self.images.iter().for_each(|image| session.handle(image));
-        Ok(session.solve()?.object)
+        session.solve()
     }
 
-    /// By way of the cameras, once one of the groups has placed those.
-    fn joined_across(&self, islands: &[Vec<TagId>]) -> Option<ObjectModel> {
-        let seen = |island: &&Vec<TagId>| {
-            let tags = self.images.iter().flat_map(|image| &image.tags);
-            tags.filter(|seen| island.contains(&seen.tag)).count()
-        };
-        let most = islands.iter().max_by_key(seen)?;
-        let side = self.part_of_object(most)?;
+    /// By way of the cameras, once the part of it that images join has placed those.
+    fn joined_across(&self, part: &ObjectModel) -> Option<(ObjectModel, Vec<String>)> {
+        let tags: Vec<TagId> = part.tags().iter().map(|tag| tag.tag).collect();
         let plan = RigPlan {
-            object: side,
+            object: self.part_of_object(&tags)?,
             origin: Origin::FirstCamera,
         };
         let mut session = RigSession::new(self.blind().ok()?, plan).ok()?;
         self.images.iter().for_each(|image| session.handle(image));
-        self.learned_with(session.solve().ok()?.rig).ok()
+        let joined = self.learned_with(session.solve().ok()?.rig).ok()?;
+        let more = joined.object.tags().len() > tags.len();
+        more.then_some((joined.object, joined.report.unsolved))
     }
 
     fn part_of_object(&self, tags: &[TagId]) -> Option<ObjectModel> {

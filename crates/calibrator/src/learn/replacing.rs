@@ -1,0 +1,62 @@
+//! Second thoughts about where tags sit: once most tags are in place, each image that shows a tag beside others proposes a place for it.
+//! A tag that was first placed by the mirror image of its true pose is found so.
+
+use crate::adjustment::Adjusted;
+use crate::constellation::thinned;
+use crate::intake::{ImageView, TagView};
+use crate::resection::{edge_px, tag_error_px};
+use sextant_geometry::{Lens, Pose};
+
+/// A tag beside others.
+#[derive(Clone, Copy)]
+struct Sighting<'a> {
+    lens: &'a Lens,
+    camera_from_object: Pose,
+    view: &'a TagView,
+}
+
+/// Images between which nothing is lost: a proposal agrees with an image within this part of the tag's edge there.
+const NEAR: f64 = 0.1;
+/// A new place must agree with so many times the images of the former one.
+const CLEARLY: f64 = 1.1;
+
+/// The place of a tag that most images agree with, where they clearly prefer another than the adjustment's.
+pub(super) fn better_place(adjusted: &Adjusted, views: &[ImageView], tag: usize) -> Option<Pose> {
+    let bundle = &adjusted.solution.bundle;
+    let sightings = adjusted.adjustment.images.iter().filter_map(|image| {
+        let others = image.tags.iter().map(|&at| views[image.view].tags[at].tag);
+        if others.filter(|other| *other != tag).count() == 0 {
+            return None;
+        }
+        let camera = &bundle.cameras[image.camera];
+        let world_from_object = bundle.instants[image.instant].world_from_object;
+        Some(Sighting {
+            lens: &camera.lens,
+            camera_from_object: camera.world_from_camera.inverse() * world_from_object,
+            view: views[image.view].tags.iter().find(|view| view.tag == tag)?,
+        })
+    });
+    let sightings = thinned(sightings.collect());
+    let size_m = bundle.tags[tag].size_m;
+    let votes = |place: &Pose| -> f64 {
+        let votes = sightings.iter().map(|seen| {
+            let corners = &seen.view.corners.corners;
+            let error = tag_error_px(
+                seen.lens,
+                &(seen.camera_from_object * place),
+                size_m,
+                corners,
+            );
+            let bound = NEAR * edge_px(corners);
+            error.map_or(0.0, |error| (1.0 - error / bound).max(0.0))
+        });
+        votes.sum()
+    };
+    let proposals = sightings.iter().flat_map(|seen| {
+        let branches = seen.view.branches.iter();
+        branches.map(|branch| seen.camera_from_object.inverse() * branch)
+    });
+    let scored = proposals.map(|place| (votes(&place), place));
+    let (most, best) = scored.max_by(|a, b| a.0.total_cmp(&b.0))?;
+    (most > CLEARLY * votes(&bundle.tags[tag].object_from_tag) + 0.5).then_some(best)
+}

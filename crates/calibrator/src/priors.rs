@@ -1,0 +1,306 @@
+//! What is known of lenses, tag poses and tag sizes before the images, and how wrong such numbers are at this site.
+//!
+//! Each number has a prior: the sigma beside it in the file or, without one, a default by how such a number comes about. Numbers of one
+//! kind share a scale by which their sigmas are multiplied, a variance component that the images determine (D. MacKay, Bayesian
+//! interpolation, 1992; its fixed point, with Jeffreys' prior on the scale): at a site whose files are exact it falls to next to
+//! nothing, where tags were glued on by hand it rises. Where the images say nothing about a kind, the scale stays one.
+
+use crate::bundle::{Anchor, BundleCamera, BundleSolution, BundleTag, Freedom, KeptParameter};
+use nalgebra::{DMatrix, DVector, Point2};
+use sextant_estimator::{LensSigma, PoseSigma};
+use std::collections::BTreeMap;
+
+/// Of a printed tag's size, as a part of it.
+pub(crate) const TAG_SIZE: f64 = 0.005;
+/// Of a focal length, as a part of it: calibrated on another day.
+const FOCAL: f64 = 0.002;
+/// Of the principal point, and of each distortion coefficient by how far it displaces a corner of the image: parts of the image's width.
+const CENTRE: f64 = 0.003;
+const DISTORTION: f64 = 0.002;
+/// A scale grows by no more than this beyond one, that of lenses by no more than the second.
+const MOST_SCALE: [f64; 2] = [30.0, 10.0];
+/// A scale falls by half at most for every number that the images determine, and never below this.
+const LEAST_SCALE: f64 = 1e-3;
+/// Fewer numbers that the images determine say nothing about a scale.
+const LEAST_DETERMINED: f64 = 1.5;
+/// Steps towards the scales for one linearisation, and the change that ends them.
+const STEPS: usize = 12;
+const SETTLED: f64 = 0.03;
+
+/// Numbers that share a scale.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+enum Kind {
+    TagPosition,
+    TagRotation,
+    TagSize,
+    Focal,
+    Centre,
+    Distortion,
+    CameraPosition,
+    CameraRotation,
+}
+
+impl Kind {
+    fn of(parameter: KeptParameter) -> Self {
+        match parameter {
+            KeptParameter::TagPosition { .. } => Self::TagPosition,
+            KeptParameter::TagRotation { .. } => Self::TagRotation,
+            KeptParameter::TagSize { .. } => Self::TagSize,
+            KeptParameter::Lens { parameter, .. } if parameter < 2 => Self::Focal,
+            KeptParameter::Lens { parameter, .. } if parameter < 4 => Self::Centre,
+            KeptParameter::Lens { .. } => Self::Distortion,
+            KeptParameter::CameraPosition { .. } | KeptParameter::Clock { .. } => {
+                Self::CameraPosition
+            }
+            KeptParameter::CameraRotation { .. } => Self::CameraRotation,
+        }
+    }
+}
+
+/// The priors of an adjustment and their scales.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Priors {
+    /// With sigmas as given or by default, and whether given.
+    anchors: Vec<(Anchor, bool)>,
+    scales: BTreeMap<(Kind, bool), f64>,
+}
+
+/// One number with a prior, at a solution.
+struct Member {
+    row: usize,
+    error: f64,
+    /// By default or as given, not scaled.
+    sigma: f64,
+    kind: (Kind, bool),
+}
+
+impl Priors {
+    /// Frees a tag's pose about where it is, unless that is exact.
+    pub(crate) fn free_pose(
+        &mut self,
+        tags: &mut [BundleTag],
+        tag: usize,
+        sigma: Option<PoseSigma>,
+    ) {
+        if sigma.is_some_and(|s| s.position_m <= 0.0 || s.orientation_rad <= 0.0) {
+            return;
+        }
+        tags[tag].pose = Freedom::Free;
+        let anchor = Anchor::Tag {
+            tag,
+            object_from_tag: tags[tag].object_from_tag,
+            sigma: sigma.unwrap_or(PoseSigma::OF_TAG),
+        };
+        self.anchors.push((anchor, sigma.is_some()));
+    }
+
+    /// Frees a tag's size about what it is, unless that is exact; `sigma` as a part of it.
+    pub(crate) fn free_size(&mut self, tags: &mut [BundleTag], tag: usize, sigma: Option<f64>) {
+        if sigma.is_some_and(|sigma| sigma <= 0.0) {
+            return;
+        }
+        tags[tag].size = Freedom::Free;
+        let anchor = Anchor::Size {
+            tag,
+            size_m: tags[tag].size_m,
+            sigma: sigma.unwrap_or(TAG_SIZE),
+        };
+        self.anchors.push((anchor, sigma.is_some()));
+    }
+
+    /// Frees a camera's lens about what it is, unless that is exact.
+    pub(crate) fn free_lens(
+        &mut self,
+        cameras: &mut [BundleCamera],
+        camera: usize,
+        resolution: [u32; 2],
+        sigma: Option<LensSigma>,
+    ) {
+        if sigma.is_some_and(|s| s.focal_px <= 0.0 && s.distortion_px <= 0.0) {
+            return;
+        }
+        let lens = cameras[camera].lens;
+        let fx = lens.intrinsics().fx;
+        let [width, height] = resolution.map(|pixels| f64::from(pixels) - 1.0);
+        let corner = lens.unproject(&Point2::new(width, height));
+        let by_parameter = corner
+            .ok()
+            .and_then(|ray| lens.parameter_jacobian(&ray.into()));
+        for (parameter, value) in lens.parameters().into_iter().enumerate() {
+            let (sigma, given) = match parameter {
+                0 | 1 => (sigma.map_or(FOCAL * fx, |s| s.focal_px), sigma.is_some()),
+                2 | 3 => (CENTRE * width, false),
+                _ => {
+                    let displaced = sigma.map_or(DISTORTION * width, |s| s.distortion_px);
+                    let by = by_parameter.map_or(fx, |by| by.column(parameter).norm());
+                    (displaced / by, sigma.is_some())
+                }
+            };
+            if sigma.is_finite() && sigma > 0.0 {
+                cameras[camera].free_lens.0[parameter] = Freedom::Free;
+                let anchor = Anchor::Lens {
+                    camera,
+                    parameter,
+                    value,
+                    sigma,
+                };
+                self.anchors.push((anchor, given));
+            }
+        }
+    }
+
+    /// Frees a camera's pose about where it is.
+    pub(crate) fn free_camera(
+        &mut self,
+        cameras: &mut [BundleCamera],
+        camera: usize,
+        sigma: Option<PoseSigma>,
+    ) {
+        cameras[camera].pose = Freedom::Free;
+        let anchor = Anchor::Camera {
+            camera,
+            world_from_camera: cameras[camera].world_from_camera,
+            sigma: sigma.unwrap_or(PoseSigma::OF_CAMERA),
+        };
+        self.anchors.push((anchor, sigma.is_some()));
+    }
+
+    /// With the sigmas that this site shows.
+    pub(crate) fn anchors(&self) -> Vec<Anchor> {
+        let scaled = self.anchors.iter().map(|(anchor, given)| {
+            let kinds: Vec<Kind> = anchor.parameters().into_iter().map(Kind::of).collect();
+            let scale = |at: usize| {
+                let kind = kinds.get(at).or(kinds.first());
+                kind.map_or(1.0, |kind| self.scale(&(*kind, *given)))
+            };
+            anchor.scaled(scale(0), scale(3))
+        });
+        scaled.collect()
+    }
+
+    fn scale(&self, kind: &(Kind, bool)) -> f64 {
+        self.scales.get(kind).copied().unwrap_or(1.0)
+    }
+
+    /// Learns the scales from a solution; the largest change, as a logarithm.
+    pub(crate) fn learn(&mut self, solution: &BundleSolution) -> f64 {
+        let members = self.members(solution);
+        if members.is_empty() {
+            return 0.0;
+        }
+        let before = self.scales.clone();
+        let mut information = solution.covariance.information().clone();
+        let mut errors = DVector::zeros(information.nrows());
+        for member in &members {
+            errors[member.row] = member.error;
+        }
+        let pull = &information * errors;
+        for member in &members {
+            let sigma = member.sigma * self.scale(&member.kind);
+            information[(member.row, member.row)] -= sigma.powi(-2);
+        }
+        let limits = self.limits(&members, &information);
+        for _ in 0..STEPS {
+            let change = self.step(&members, (&information, &pull), &limits);
+            if change.is_none_or(|change| change < SETTLED) {
+                break;
+            }
+        }
+        let changes = self.scales.iter().map(|(kind, scale)| {
+            let before = before.get(kind).copied().unwrap_or(1.0);
+            (scale / before).ln().abs()
+        });
+        changes.fold(0.0, f64::max)
+    }
+
+    fn members(&self, solution: &BundleSolution) -> Vec<Member> {
+        let rows = solution.covariance.parameters().iter().enumerate();
+        let rows: BTreeMap<KeptParameter, usize> = rows.map(|(row, p)| (*p, row)).collect();
+        let members = self.anchors.iter().flat_map(|(anchor, given)| {
+            let (errors, sigmas) = (anchor.error(&solution.bundle), anchor.sigmas());
+            let rows = &rows;
+            let parameters = anchor.parameters().into_iter().enumerate();
+            parameters.filter_map(move |(at, parameter)| {
+                Some(Member {
+                    row: *rows.get(&parameter)?,
+                    error: errors[at],
+                    sigma: sigmas[at],
+                    kind: (Kind::of(parameter), *given),
+                })
+            })
+        });
+        members.collect()
+    }
+
+    /// The least scale of each kind of whose scale the images say anything.
+    fn limits(
+        &self,
+        members: &[Member],
+        information: &DMatrix<f64>,
+    ) -> BTreeMap<(Kind, bool), f64> {
+        let mut determined: BTreeMap<(Kind, bool), f64> = BTreeMap::new();
+        let unscaled = Self::default();
+        let covariance = unscaled.with_members(members, information).cholesky();
+        let Some(covariance) = covariance.map(|factor| factor.inverse()) else {
+            return determined;
+        };
+        for member in members {
+            let left = covariance[(member.row, member.row)] / member.sigma.powi(2);
+            *determined.entry(member.kind).or_default() += 1.0 - left.min(1.0);
+        }
+        determined.retain(|_, number| *number >= LEAST_DETERMINED);
+        for ((_, given), number) in &mut determined {
+            *number = if *given {
+                1.0
+            } else {
+                (-*number).exp2().max(LEAST_SCALE)
+            };
+        }
+        determined
+    }
+
+    fn with_members(&self, members: &[Member], information: &DMatrix<f64>) -> DMatrix<f64> {
+        let mut whole = information.clone();
+        for member in members {
+            let sigma = member.sigma * self.scale(&member.kind);
+            whole[(member.row, member.row)] += sigma.powi(-2);
+        }
+        for row in 0..whole.nrows() {
+            whole[(row, row)] *= 1.0 + 1e-12;
+            whole[(row, row)] += f64::MIN_POSITIVE;
+        }
+        whole
+    }
+
+    /// One step of the fixed point; the largest change, as a logarithm.
+    fn step(
+        &mut self,
+        members: &[Member],
+        (information, pull): (&DMatrix<f64>, &DVector<f64>),
+        limits: &BTreeMap<(Kind, bool), f64>,
+    ) -> Option<f64> {
+        let covariance = self
+            .with_members(members, information)
+            .cholesky()?
+            .inverse();
+        let errors = &covariance * pull;
+        let mut sums: BTreeMap<(Kind, bool), (f64, f64)> = BTreeMap::new();
+        for member in members {
+            let sum = sums.entry(member.kind).or_default();
+            let sigma = member.sigma * self.scale(&member.kind);
+            sum.0 += (errors[member.row] / member.sigma).powi(2);
+            sum.1 += (1.0 - covariance[(member.row, member.row)] / sigma.powi(2)).max(0.0);
+        }
+        let mut change = 0.0_f64;
+        for (kind, (squares, determined)) in sums {
+            if let Some(least) = limits.get(&kind) {
+                let is_lens = matches!(kind.0, Kind::Focal | Kind::Centre | Kind::Distortion);
+                let most = MOST_SCALE[usize::from(is_lens)];
+                let scale = (squares / (determined + 2.0)).sqrt().clamp(*least, most);
+                change = change.max((scale / self.scale(&kind)).ln().abs());
+                self.scales.insert(kind, scale);
+            }
+        }
+        Some(change)
+    }
+}
