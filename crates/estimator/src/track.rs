@@ -125,37 +125,38 @@ impl Track {
         if self.others_agree_lately(time_ns, &sights) {
             return followed;
         }
-        let born = self.born_by_agreement(time_ns, &sights, options);
-        born.filter(|born| born.sighting.tags > followed.sighting.tags)
+        let agreed = self.agreed(time_ns, &sights, options);
+        agreed
+            .filter(|agreed| agreed.sighting.tags > followed.sighting.tags)
             .unwrap_or(followed)
     }
 
-    /// The object anew from two or more tags of an image that agree with one another, with as much more noise as they need for that.
-    fn born_by_agreement(
-        &self,
-        time_ns: u64,
-        sights: &[Sight<'_>],
-        options: &FusionOptions,
-    ) -> Option<Self> {
+    /// The object by two or more tags of an image that agree with one another, with as much more noise as they need for that: as it
+    /// moved before, or else anew.
+    fn agreed(&self, time_ns: u64, sights: &[Sight<'_>], options: &FusionOptions) -> Option<Self> {
         let same_camera = |pair: &[Sight<'_>]| pair[0].camera_index == pair[1].camera_index;
         if !sights.windows(2).any(same_camera) {
             return None;
         }
-        let born = |factor: &f64| {
+        let agreed = |factor: &f64| {
             let noisier = sights.iter().map(|sight| sight.noisier(*factor));
             let noisier: Vec<Sight<'_>> = noisier.collect();
+            let followed = self.followed(time_ns, &noisier, options);
+            if followed.has_agreeing_tags(&noisier) {
+                return Some(followed);
+            }
             let born = self.born(time_ns, &noisier, options);
             born.has_agreeing_tags(&noisier).then_some(born)
         };
-        MORE_NOISE.iter().find_map(born)
+        MORE_NOISE.iter().find_map(agreed)
     }
 
-    /// Whether the views that took part are at least as many as the others.
+    /// Whether the views that took part are more than the others.
     fn agrees_with_most(&self, sights: &[Sight<'_>]) -> bool {
         let part = self.hypotheses.first().map_or(0, |best| {
             best.taken.iter().filter(|taken| taken.part).count()
         });
-        2 * part >= sights.len()
+        2 * part > sights.len()
     }
 
     /// Whether a camera that is not among those of the sights has lately agreed with the track and does so still.
