@@ -81,6 +81,12 @@ pub struct LensSigma {
 }
 
 impl LensSigma {
+    /// Of a lens that is known exactly.
+    pub(crate) const NONE: Self = Self {
+        focal_px: 0.0,
+        distortion_px: 0.0,
+    };
+
     /// Of a lens that was calibrated on another day: 0.3 % of the focal length, half a pixel in the corners of the image.
     pub(crate) fn usual(lens: &Lens) -> Self {
         let is_bending = !lens.distortion().is_empty();

@@ -290,6 +290,13 @@ impl Site {
         })
     }
 
+    /// Prior of a camera's lens; none where there is no such camera.
+    pub fn lens_prior(&self, index: usize) -> LensSigma {
+        let file = self.cameras.get(index);
+        file.and_then(|camera| camera.file.as_ref())
+            .map_or(LensSigma::NONE, |file| file.lens_sigma)
+    }
+
     /// First coefficient of a camera's distortion that moves the corners of its image by a pixel; 0 where its lens has none.
     pub fn distortion_per_px(&self, index: usize) -> f64 {
         let file = self

@@ -46,6 +46,9 @@ const MOST_STARTS: usize = 2;
 /// Logarithm of the odds beyond which it is decided whether the files are exact.
 const DECISIVE_ODDS: f64 = 7.0;
 
+/// Files suffice while they leave no more than this many times what the images leave anyway: twice as large residuals.
+const SUFFICIENT: f64 = 3.0;
+
 /// By pose displacement, focal length, distortion and log size.
 const OF_VIEW: usize = 9;
 type ViewMatrix = SMatrix<f64, OF_VIEW, OF_VIEW>;
@@ -67,6 +70,8 @@ struct Equations {
     information: DMatrix<f64>,
     gradient: DVector<f64>,
     eliminated: Vec<Eliminated>,
+    /// What the views leave: the sum of their squares.
+    left: f64,
 }
 
 /// The pose of one keyframe, eliminated.
@@ -87,6 +92,7 @@ impl Adjustment {
         let mut errors = self.gather(&layout);
         let (mut covariance, mut eliminated) = (DMatrix::zeros(0, 0), Vec::new());
         let (mut information, mut precisions) = (DMatrix::zeros(0, 0), DVector::zeros(0));
+        let mut left = 0.0;
         let steps = if keyframes.len() < FEW {
             FIRST_STEPS
         } else {
@@ -118,6 +124,7 @@ impl Adjustment {
             covariance = factor.inverse();
             information = equations.information;
             precisions = precision;
+            left = equations.left;
             eliminated = equations.eliminated;
             self.scales = self.scales.updated(&layout, &errors, &covariance);
         }
@@ -125,7 +132,12 @@ impl Adjustment {
         if is_exact(&layout, &errors, &information, &precisions) {
             return Some(Corrections::exact(&layout));
         }
-        self.corrections(&layout, &errors, (&covariance, &eliminated), site)
+        let corrections = self.corrections(&layout, &errors, (&covariance, &eliminated), site)?;
+        Some(if files_suffice(&errors, &information, &precisions, left) {
+            corrections.considered()
+        } else {
+            corrections
+        })
     }
 
     /// Brings a keyframe's pose to where it explains its views best by the models in force, whichever of the tracker's pose and those of
@@ -176,7 +188,7 @@ impl Adjustment {
             let Some(rows) = self.rows(keyframe, one, cameras) else {
                 continue;
             };
-            let (matrix, pull) = normal(&rows, one, 1.0);
+            let (matrix, pull, _) = normal(&rows, one, 1.0);
             information += matrix.fixed_view::<6, 6>(0, 0);
             gradient += pull.fixed_rows::<6>(0);
         }
@@ -346,6 +358,7 @@ impl Adjustment {
             information: DMatrix::zeros(layout.len(), layout.len()),
             gradient: DVector::zeros(layout.len()),
             eliminated: Vec::with_capacity(keyframes.len()),
+            left: 0.0,
         };
         for keyframe in keyframes.iter() {
             let mut own = Matrix6::identity() * LEAST_INFORMATION;
@@ -356,9 +369,10 @@ impl Adjustment {
                 let (Some(rows), Some(camera)) = (rows, cameras.get(&one.camera_index)) else {
                     continue;
                 };
-                let (matrix, pull) = normal(&rows, one, excess);
+                let (matrix, pull, square) = normal(&rows, one, excess);
                 own += matrix.fixed_view::<6, 6>(0, 0);
                 gradient += pull.fixed_rows::<6>(0);
+                equations.left += square;
                 let of_camera = camera_map(&(keyframe.pose.translation.vector - camera.centre));
                 let of_tag = tag_map(&by_tag(
                     &one.pose(&keyframe.pose),
@@ -405,12 +419,17 @@ impl Adjustment {
         for (camera, first) in &layout.cameras {
             let mut one = camera_correction(&errors.fixed_rows::<OF_CAMERA>(*first).into_owned());
             one.sigma = pose_sigma(*first);
-            one.lens_sigma = LensSigma {
-                focal_px: variance(first + 6).sqrt(),
-                distortion_px: match site.distortion_per_px(*camera) {
-                    per_px if per_px > 0.0 => variance(first + 7).sqrt() / per_px,
-                    _ => 0.0,
-                },
+            one.lens_sigma = if layout.is_open(first + 6) || layout.is_open(first + 7) {
+                LensSigma {
+                    focal_px: variance(first + 6).sqrt(),
+                    distortion_px: match site.distortion_per_px(*camera) {
+                        per_px if per_px > 0.0 => variance(first + 7).sqrt() / per_px,
+                        _ => 0.0,
+                    },
+                }
+            } else {
+                site.lens_prior(*camera)
+                    .times(self.scales.0[Class::Lens as usize])
             };
             corrections.cameras.insert(*camera, one);
         }
@@ -454,6 +473,19 @@ fn is_exact(
     excluded && !found
 }
 
+/// Whether the files leave hardly more than the errors as found do: what remains is not theirs, and correcting them would follow it.
+fn files_suffice(
+    errors: &DVector<f64>,
+    information: &DMatrix<f64>,
+    precision: &DVector<f64>,
+    left: f64,
+) -> bool {
+    // The gradient of the squares and of the prior cancel at the minimum.
+    let prior = precision.dot(&errors.component_mul(errors));
+    let more = prior + errors.dot(&(information * errors));
+    more <= SUFFICIENT * left
+}
+
 /// Where a keyframe's pose may be: as it was tracked, and by each branch of its largest tags.
 fn starts(keyframe: &Keyframe, cameras: &BTreeMap<usize, PosedCamera>) -> Vec<Pose> {
     let noise = NoiseFactors {
@@ -490,14 +522,8 @@ fn camera_correction(errors: &SVector<f64, OF_CAMERA>) -> CameraCorrection {
         step: errors.fixed_rows::<6>(0).into_owned(),
         focal_px: errors[6],
         distortion: errors[7],
-        sigma: PoseSigma {
-            position_m: 0.0,
-            orientation_rad: 0.0,
-        },
-        lens_sigma: LensSigma {
-            focal_px: 0.0,
-            distortion_px: 0.0,
-        },
+        sigma: PoseSigma::NONE,
+        lens_sigma: LensSigma::NONE,
     }
 }
 
@@ -505,10 +531,7 @@ fn tag_correction(errors: &SVector<f64, OF_TAG>) -> TagCorrection {
     TagCorrection {
         step: errors.fixed_rows::<6>(0).into_owned(),
         log_size: errors[6].clamp(-0.5, 0.5),
-        sigma: PoseSigma {
-            position_m: 0.0,
-            orientation_rad: 0.0,
-        },
+        sigma: PoseSigma::NONE,
     }
 }
 
@@ -528,12 +551,12 @@ fn tag_map(by_pose: &Matrix6<f64>) -> SMatrix<f64, OF_VIEW, OF_TAG> {
     map
 }
 
-/// J' W J and J' W r with the weight of the view; a step of the object that is not known exactly is marginalised.
+/// J' W J, J' W r and r' W r with the weight of the view; a step of the object that is not known exactly is marginalised.
 fn normal(
     rows: &[[f64; OF_VIEW + 1]; 8],
     one: &KeyframeView,
     excess: f64,
-) -> (ViewMatrix, ViewVector) {
+) -> (ViewMatrix, ViewVector, f64) {
     let rows = SMatrix::<f64, 8, { OF_VIEW + 1 }>::from_fn(|row, column| rows[row][column]);
     let residual = rows.column(OF_VIEW).into_owned();
     let slopes = rows.fixed_columns::<OF_VIEW>(0);
@@ -542,23 +565,25 @@ fn normal(
         .noise_source
         .weight(residual.norm_squared() / excess)
         / ALIKE;
-    let (matrix, pull) = (
+    let (matrix, pull, square) = (
         slopes.tr_mul(&slopes) * weight,
         slopes.tr_mul(&residual) * weight,
+        residual.norm_squared() * weight,
     );
     let Some(way) = &one.way else {
-        return (matrix, pull);
+        return (matrix, pull, square);
     };
     // N - N (N + Q^-1)^-1 N = N (I + Q N)^-1, for the displacement and what goes with it.
     let of_pose = matrix.fixed_view::<6, 6>(0, 0).into_owned();
     let Some(inverse) = (Matrix6::identity() + way.covariance * of_pose).try_inverse() else {
-        return (ViewMatrix::zeros(), ViewVector::zeros());
+        return (ViewMatrix::zeros(), ViewVector::zeros(), 0.0);
     };
     let taken = inverse * way.covariance;
     let with_pose = matrix.fixed_rows::<6>(0).into_owned();
     (
         matrix - with_pose.tr_mul(&(taken * with_pose)),
         pull - with_pose.tr_mul(&(taken * pull.fixed_rows::<6>(0))),
+        square,
     )
 }
 

@@ -58,11 +58,7 @@ pub(crate) struct ObjectFrame {
 impl Corrections {
     /// Nothing is wrong with the files.
     pub(super) fn exact(layout: &Layout) -> Self {
-        let nothing = LensSigma {
-            focal_px: 0.0,
-            distortion_px: 0.0,
-        };
-        let camera = CameraCorrection::none(PoseSigma::NONE, nothing);
+        let camera = CameraCorrection::none(PoseSigma::NONE, LensSigma::NONE);
         let tag = TagCorrection {
             step: Vector6::zeros(),
             log_size: 0.0,
@@ -78,6 +74,32 @@ impl Corrections {
             frames: BTreeMap::new(),
             unseen: [0.0; 3],
         }
+    }
+}
+
+impl Corrections {
+    /// The errors as uncertainty of the files' values, which stay.
+    pub(super) fn considered(mut self) -> Self {
+        for one in self.cameras.values_mut() {
+            one.sigma = with_step(one.sigma, &one.step);
+            one.lens_sigma.focal_px = one.lens_sigma.focal_px.hypot(one.focal_px);
+            one.step = Vector6::zeros();
+            (one.focal_px, one.distortion) = (0.0, 0.0);
+        }
+        for one in self.tags.values_mut() {
+            one.sigma = with_step(one.sigma, &one.step);
+            one.step = Vector6::zeros();
+            one.log_size = 0.0;
+        }
+        self
+    }
+}
+
+fn with_step(sigma: PoseSigma, step: &Vector6<f64>) -> PoseSigma {
+    let an_axis = |first: usize| (step.fixed_rows::<3>(first).norm_squared() / 3.0).sqrt();
+    PoseSigma {
+        position_m: sigma.position_m.hypot(an_axis(0)),
+        orientation_rad: sigma.orientation_rad.hypot(an_axis(3)),
     }
 }
 

@@ -92,6 +92,11 @@ impl Keyframe {
         (self.object, self.link)
     }
 
+    /// The cameras that saw it.
+    pub fn cameras(&self) -> BTreeSet<usize> {
+        self.views.iter().map(|one| one.camera_index).collect()
+    }
+
     fn pairs(&self) -> BTreeSet<(usize, TagId)> {
         let views = self.views.iter();
         views.map(|one| (one.camera_index, one.view.tag)).collect()

@@ -1,6 +1,6 @@
 //! Where each error of the site stands in the vector of all errors, with the sigma of its prior.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use nalgebra::DVector;
 
@@ -48,11 +48,16 @@ impl Layout {
     pub fn of(keyframes: &Keyframes, site: &Site) -> Self {
         let mut layout = Self::default();
         let mut sigmas = Vec::new();
+        let mut joined = BTreeSet::new();
         for keyframe in keyframes.iter() {
             for one in &keyframe.views {
                 layout.cameras.entry(one.camera_index).or_default();
                 let tag = (keyframe.body(), 0);
                 layout.tags.entry(one.view.tag).or_insert(tag);
+            }
+            let cameras = keyframe.cameras();
+            if cameras.len() > 1 {
+                joined.extend(cameras);
             }
         }
         for (camera, first) in &mut layout.cameras {
@@ -60,7 +65,9 @@ impl Layout {
             let (pose, lens) = site.camera_priors(*camera);
             let [position, orientation] = [pose.position_m, pose.orientation_rad];
             sigmas.extend([position; 3].iter().chain(&[orientation; 3]));
-            sigmas.extend(lens);
+            // What one camera alone sees it explains as well by the shape of the object.
+            let is_joined = joined.contains(camera);
+            sigmas.extend(lens.map(|sigma| if is_joined { sigma } else { 0.0 }));
             layout.classes.extend([Class::CameraPose; 6]);
             layout.classes.extend([Class::Lens; 2]);
         }
