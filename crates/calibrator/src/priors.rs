@@ -17,7 +17,8 @@ const FOCAL: f64 = 0.002;
 /// Of the principal point, and of each distortion coefficient by how far it displaces a corner of the image: parts of the image's width.
 const CENTRE: f64 = 0.003;
 const DISTORTION: f64 = 0.002;
-/// A scale grows by no more than this beyond one, that of lenses by no more than the second.
+/// A scale grows by no more than this beyond one, that of lenses by no more than the second, and not at all where the object is held:
+/// lenses would take on what is wrong with it.
 const MOST_SCALE: [f64; 2] = [30.0, 10.0];
 /// A scale falls by half at most for every number that the images determine, and never below this.
 const LEAST_SCALE: f64 = 1e-3;
@@ -75,37 +76,26 @@ struct Member {
 }
 
 impl Priors {
-    /// Frees a tag's pose about where it is, unless that is exact.
-    pub(crate) fn free_pose(
-        &mut self,
-        tags: &mut [BundleTag],
-        tag: usize,
-        sigma: Option<PoseSigma>,
-    ) {
-        if sigma.is_some_and(|s| s.position_m <= 0.0 || s.orientation_rad <= 0.0) {
-            return;
-        }
+    /// Frees a tag's pose about where it is.
+    pub(crate) fn free_pose(&mut self, tags: &mut [BundleTag], tag: usize) {
         tags[tag].pose = Freedom::Free;
         let anchor = Anchor::Tag {
             tag,
             object_from_tag: tags[tag].object_from_tag,
-            sigma: sigma.unwrap_or(PoseSigma::OF_TAG),
+            sigma: PoseSigma::OF_TAG,
         };
-        self.anchors.push((anchor, sigma.is_some()));
+        self.anchors.push((anchor, false));
     }
 
-    /// Frees a tag's size about what it is, unless that is exact; `sigma` as a part of it.
-    pub(crate) fn free_size(&mut self, tags: &mut [BundleTag], tag: usize, sigma: Option<f64>) {
-        if sigma.is_some_and(|sigma| sigma <= 0.0) {
-            return;
-        }
+    /// Frees a tag's size about what it is.
+    pub(crate) fn free_size(&mut self, tags: &mut [BundleTag], tag: usize) {
         tags[tag].size = Freedom::Free;
         let anchor = Anchor::Size {
             tag,
             size_m: tags[tag].size_m,
-            sigma: sigma.unwrap_or(TAG_SIZE),
+            sigma: TAG_SIZE,
         };
-        self.anchors.push((anchor, sigma.is_some()));
+        self.anchors.push((anchor, false));
     }
 
     /// Frees a camera's lens about what it is, unless that is exact.
@@ -213,6 +203,12 @@ impl Priors {
         changes.fold(0.0, f64::max)
     }
 
+    /// Whether neither place nor size of any tag is sought about a prior.
+    fn holds_tags(&self) -> bool {
+        let of_tag = |anchor: &Anchor| matches!(anchor, Anchor::Tag { .. } | Anchor::Size { .. });
+        !self.anchors.iter().any(|(anchor, _)| of_tag(anchor))
+    }
+
     fn members(&self, solution: &BundleSolution) -> Vec<Member> {
         let rows = solution.covariance.parameters().iter().enumerate();
         let rows: BTreeMap<KeptParameter, usize> = rows.map(|(row, p)| (*p, row)).collect();
@@ -295,7 +291,11 @@ impl Priors {
         for (kind, (squares, determined)) in sums {
             if let Some(least) = limits.get(&kind) {
                 let is_lens = matches!(kind.0, Kind::Focal | Kind::Centre | Kind::Distortion);
-                let most = MOST_SCALE[usize::from(is_lens)];
+                let most = match (is_lens, self.holds_tags()) {
+                    (false, _) => MOST_SCALE[0],
+                    (true, false) => MOST_SCALE[1],
+                    (true, true) => 1.0,
+                };
                 let scale = (squares / (determined + 2.0)).sqrt().clamp(*least, most);
                 change = change.max((scale / self.scale(&kind)).ln().abs());
                 self.scales.insert(kind, scale);

@@ -274,7 +274,7 @@ impl LearnSession {
         let known = self.known();
         for (at, fixed) in self.fixed_tags(placed, views).into_iter().enumerate() {
             if known[at].is_none() {
-                priors.free_size(&mut tags, at, None);
+                priors.free_size(&mut tags, at);
             }
             if !fixed {
                 tags[at].pose = Freedom::Free;

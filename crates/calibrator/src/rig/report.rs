@@ -107,16 +107,15 @@ impl RigSession {
         Ok(Calibrated { rig, report })
     }
 
-    /// As stated in the report: relative to the reference, which has none. Where a tag is the world's frame, how well that was
+    /// As in the report: relative to the reference, of which it is zero. Where a tag is the world's frame, how well that was
     /// seen is not in it, since it moves all cameras as one.
     fn sigmas(&self, report: &RigReport) -> Vec<(CameraId, PoseSigma)> {
         let cameras = self.rig.cameras().iter().zip(&report.cameras);
-        let others = cameras.filter(|(_, stated)| stated.camera != report.reference);
         let sigma = |stated: &CalibratedCamera| PoseSigma {
             position_m: stated.sigma_mm * 1e-3,
             orientation_rad: stated.sigma_deg.to_radians(),
         };
-        let named = others.map(|(camera, stated)| (camera.id.clone(), sigma(stated)));
+        let named = cameras.map(|(camera, stated)| (camera.id.clone(), sigma(stated)));
         named.collect()
     }
 

@@ -313,8 +313,7 @@ impl RigSession {
             },
             ..BundleCamera::with_known_lens(camera.lens, *pose)
         });
-        let cameras: Vec<BundleCamera> = cameras.collect();
-        let mut cameras: Vec<BundleCamera> = cameras;
+        let mut cameras: Vec<BundleCamera> = cameras.collect();
         let (mut instants, mut images) = floor(sightings, &cameras);
         carried(sightings, &cameras, &mut instants, &mut images);
         let mut priors = Priors::default();
@@ -344,6 +343,7 @@ impl RigSession {
             .collect()
     }
 
+    /// The tags. Those with a sigma in the file were learned: they stay, so that rig and object go on to fit each other.
     fn bundle_tags(&self, sightings: &Sightings, priors: &mut Priors) -> Vec<BundleTag> {
         let frame = sightings.placed.iter().position(Option::is_some);
         let measured = self.still_tags_with_size(&sightings.views);
@@ -358,15 +358,19 @@ impl RigSession {
         for (at, placed) in sightings.placed.iter().enumerate() {
             match placed {
                 Some(_) if !sightings.seeking_tags => {
-                    let sigma = self.plan.object.tag_sigma(&self.wanted[at].tag);
-                    priors.free_pose(&mut tags, at, sigma);
+                    let is_learned = self.plan.object.tag_sigma(&self.wanted[at].tag).is_some();
+                    if !is_learned {
+                        priors.free_pose(&mut tags, at);
+                    }
                 }
                 Some(_) if Some(at) != frame => tags[at].pose = Freedom::Free,
                 _ => {}
             }
             if placed.is_some() || measured.contains(&at) {
-                let sigma = self.plan.object.size_sigma(&self.wanted[at].tag);
-                priors.free_size(&mut tags, at, sigma);
+                let is_learned = self.plan.object.size_sigma(&self.wanted[at].tag).is_some();
+                if !is_learned {
+                    priors.free_size(&mut tags, at);
+                }
             }
         }
         tags
