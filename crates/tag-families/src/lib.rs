@@ -12,4 +12,4 @@ mod table;
 
 pub use family::{Family, UnknownFamily};
 pub use pattern::{module_is_white, rotate_code, white_modules};
-pub use table::{BorderColour, FamilyData};
+pub use table::{Board, BorderColour, FamilyData};

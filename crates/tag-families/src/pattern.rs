@@ -1,6 +1,6 @@
 //! What a printed tag looks like, and what becomes of its code word when it is turned.
 
-use crate::{BorderColour, Family};
+use crate::{Board, BorderColour, Family, FamilyData};
 
 /// Colour of a module of the printed, upright tag; row 0 is the top, column 0 the left, white ring included.
 ///
@@ -18,7 +18,7 @@ pub fn module_is_white(family: Family, id: u32, x: usize, y: usize) -> bool {
     let (x, y) = (x as i8 - margin, y as i8 - margin);
     match data.bits.iter().rev().position(|&bit| bit == (x, y)) {
         Some(significance) => code >> significance & 1 == 1,
-        None => ring_is_white(data.border, data.border_width as i8, x, y),
+        None => ring_is_white(data, x, y),
     }
 }
 
@@ -33,7 +33,7 @@ pub fn white_modules(family: Family, id: u32) -> impl Iterator<Item = (usize, us
         BorderColour::White => (0, data.border_width as i8 - 1),
     };
     let code = data.codes.get(id as usize).copied();
-    let ring = (first..last).flat_map(move |i| {
+    let ring = (first + i8::from(corners_are_black(data))..last).flat_map(move |i| {
         [
             (i, first),
             (last, i),
@@ -50,13 +50,20 @@ pub fn white_modules(family: Family, id: u32) -> impl Iterator<Item = (usize, us
         .map(move |(x, y)| on_print(x, y))
 }
 
-/// The square's ring and the ring around it have opposite colours; what carries no data elsewhere is black.
-fn ring_is_white(border: BorderColour, border_width: i8, x: i8, y: i8) -> bool {
-    let ring = x.min(y).min(border_width - 1 - x).min(border_width - 1 - y);
-    match border {
-        BorderColour::Black => ring == -1,
+/// The square's ring and the ring around it have opposite colours, but for squares that touch the corners of an AprilGrid's tag;
+/// what carries no data elsewhere is black.
+fn ring_is_white(data: &FamilyData, x: i8, y: i8) -> bool {
+    let inwards = |at: i8| at.min(data.border_width as i8 - 1 - at);
+    let ring = inwards(x).min(inwards(y));
+    let is_corner = inwards(x) == inwards(y);
+    match data.border {
+        BorderColour::Black => ring == -1 && !(is_corner && corners_are_black(data)),
         BorderColour::White => ring == 0,
     }
+}
+
+fn corners_are_black(data: &FamilyData) -> bool {
+    data.board == Some(Board::Aprilgrid)
 }
 
 /// The code word of the tag's picture turned by `turns` quarter turns counter-clockwise.
@@ -111,6 +118,18 @@ mod tests {
     }
 
     #[test]
+    fn tag36h11b2_id_0_is_that_of_an_aprilgrid() {
+        let expected = ["#..........#", ".##########.", ".##########."];
+        let seen = picture(Family::Tag36h11b2, 0);
+        let plain = picture(Family::Tag36h11, 0);
+        assert_eq!(seen[..3], expected);
+        assert_eq!((&seen[9], &seen[11]), (&seen[1], &seen[0]));
+        for y in 0..6 {
+            assert_eq!(seen[y + 3], format!(".##{}##.", &plain[y + 2][2..8]));
+        }
+    }
+
+    #[test]
     fn turning_the_code_turns_the_picture() {
         for family in Family::ALL {
             let data = family.data();
@@ -129,7 +148,7 @@ mod tests {
 
     #[test]
     fn four_quarter_turns_are_none() {
-        for n_bits in [16, 25, 36, 41] {
+        for n_bits in [16, 25, 36, 41, 49] {
             let code = 0x1234_5678_9abc & ((1 << n_bits) - 1);
             let turned = (0..4).fold(code, |code, _| rotate_code(code, n_bits, 1));
             assert_eq!(turned, code);

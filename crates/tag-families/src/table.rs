@@ -1,8 +1,8 @@
 //! The data of one family and the reader of its file.
 //!
 //! A file is words between white space; `#` begins a comment until the end of its line. In this order:
-//! `total-width N`, `border-width N`, `border black|white`, `min-hamming N`, `bits N` and N pairs `x y`
-//! (most significant bit of the code word first), `codes N` and N hexadecimal code words.
+//! `total-width N`, `border-width N`, `border black|white`, `min-hamming N`, for tags of such boards `board aprilgrid`, `bits N`
+//! and N pairs `x y` (most significant bit of the code word first), `codes N` and N hexadecimal code words.
 //! It is read at compile time: a malformed file does not build.
 
 /// Colour of the ring that forms the tag's square.
@@ -12,6 +12,17 @@ pub enum BorderColour {
     Black,
     /// White square within black (AprilTag 3's "reversed border").
     White,
+}
+
+/// Calibration boards with tags of their own.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Board {
+    /// Kalibr's AprilGrid: black squares touch the corners of each tag, so that the corner modules of its ring are black.
+    Aprilgrid,
+    /// OpenCV's ChArUco board: a marker in the middle of each white square of a chessboard. The tag is that white square: its
+    /// corners are corners of the chessboard, and its size is the square's edge. The layout is the marker's, of any share of the
+    /// square.
+    Charuco,
 }
 
 /// Code words and layout of a family. Module (0, 0) is the top left module of the border of the upright tag.
@@ -29,12 +40,22 @@ pub struct FamilyData {
     pub border: BorderColour,
     /// Least number of bits in which two different tags (under any rotation) differ.
     pub min_hamming: u8,
+    /// The board that the family's tags are part of, where it is for one.
+    pub board: Option<Board>,
 }
 
 impl FamilyData {
     /// Modules between the edge of the printed tag and the border.
     pub const fn margin(&self) -> i8 {
         ((self.total_width - self.border_width) / 2) as i8
+    }
+
+    /// The same tags as the squares of a ChArUco board.
+    pub(crate) const fn on_charuco(self) -> Self {
+        Self {
+            board: Some(Board::Charuco),
+            ..self
+        }
     }
 }
 
@@ -46,6 +67,7 @@ pub(crate) struct Table<const CODES: usize, const BITS: usize> {
     border_width: u8,
     border: BorderColour,
     min_hamming: u8,
+    board: Option<Board>,
 }
 
 impl<const CODES: usize, const BITS: usize> Table<CODES, BITS> {
@@ -57,6 +79,7 @@ impl<const CODES: usize, const BITS: usize> Table<CODES, BITS> {
             border_width: self.border_width,
             border: self.border,
             min_hamming: self.min_hamming,
+            board: self.board,
         }
     }
 }
@@ -86,6 +109,11 @@ pub(crate) const fn parse<const CODES: usize, const BITS: usize>(
         _ => panic!("the border is black or white"),
     };
     let min_hamming = words.field(b"min-hamming") as u8;
+    let board = match words.optional(b"board") {
+        Some(b"aprilgrid") => Some(Board::Aprilgrid),
+        Some(_) => panic!("the only board with a layout of its own is aprilgrid"),
+        None => None,
+    };
 
     assert!(words.field(b"bits") == BITS as i64, "number of bits");
     let mut bits = [(0, 0); BITS];
@@ -110,9 +138,11 @@ pub(crate) const fn parse<const CODES: usize, const BITS: usize>(
         border_width,
         border,
         min_hamming,
+        board,
     }
 }
 
+#[derive(Clone, Copy)]
 struct Words<'a> {
     file: &'a [u8],
     at: usize,
@@ -143,13 +173,20 @@ impl<'a> Words<'a> {
     }
 
     const fn keyword(&mut self, keyword: &[u8]) {
-        let word = self.next();
-        assert!(word.len() == keyword.len(), "another keyword was expected");
-        let mut i = 0;
-        while i < word.len() {
-            assert!(word[i] == keyword[i], "another keyword was expected");
-            i += 1;
+        assert!(
+            is_same(self.next(), keyword),
+            "another keyword was expected"
+        );
+    }
+
+    /// The word after a keyword, if that is what comes next.
+    const fn optional(&mut self, keyword: &[u8]) -> Option<&'a [u8]> {
+        let before = *self;
+        if is_same(self.next(), keyword) {
+            return Some(self.next());
         }
+        *self = before;
+        None
     }
 
     const fn field(&mut self, keyword: &[u8]) -> i64 {
@@ -167,6 +204,14 @@ impl<'a> Words<'a> {
     const fn hexadecimal(&mut self) -> u64 {
         number(self.next(), 16)
     }
+}
+
+const fn is_same(a: &[u8], b: &[u8]) -> bool {
+    let mut i = 0;
+    while i < a.len() && i < b.len() && a[i] == b[i] {
+        i += 1;
+    }
+    i == a.len() && i == b.len()
 }
 
 const fn number(digits: &[u8], radix: u32) -> u64 {
@@ -202,6 +247,11 @@ mod tests {
             (table.border, table.bits, table.codes),
             (BorderColour::White, [(1, 1), (-1, 3)], [2])
         );
+        assert_eq!(table.board, None);
+        let text = str::from_utf8(SMALL).unwrap();
+        let on_board = text.replace("bits 2", "board aprilgrid\nbits 2");
+        let table: Table<1, 2> = parse(on_board.as_bytes());
+        assert_eq!(table.board, Some(Board::Aprilgrid));
     }
 
     #[test]
