@@ -70,6 +70,7 @@ fn options(bytes: &mut Bytes<'_>) -> Options {
         max_hamming: bytes.below(3) as u8,
         min_edge_px: 6.0 + bytes.below(20) as f32,
         min_contrast: 4 + bytes.below(125) as u8,
+        min_dim_contrast: 4 + bytes.below(125) as u8,
         min_contrast_in_sigma: 3.0 + bytes.below(17) as f32,
         min_margin: bytes.below(20) as f32,
         refinement: [Refinement::Photometric, Refinement::Edges][bytes.below(2)],

@@ -13,6 +13,8 @@ pub(crate) struct BitPlane {
     words_in_row: usize,
     /// Of whole rows of tiles.
     words: Vec<u64>,
+    /// A row as it was before it was eroded.
+    above: Vec<u64>,
     /// Which words of each row of tiles have been set; the others are without bits.
     live: Vec<Range<usize>>,
     /// Rows of the image, each in the place of one that is no longer needed.
@@ -31,6 +33,7 @@ impl BitPlane {
     /// Takes the memory that an image of a size needs.
     pub(crate) fn make_room(&mut self, width: usize, height: usize) {
         self.words_in_row = width.div_ceil(WORD);
+        self.above.resize(self.words_in_row, 0);
         self.live.resize(height.div_ceil(TILE), 0..0);
         self.words
             .resize(self.words_in_row * height.next_multiple_of(TILE), 0);
@@ -41,7 +44,7 @@ impl BitPlane {
     #[inline(always)]
     pub(crate) fn threshold(&mut self, image: &Image<'_>, tiles: &Tiles, pass: Pass) {
         let beyond = match pass {
-            Pass::Black | Pass::Blurred => u8::MAX,
+            Pass::Black | Pass::Blurred | Pass::Eroded => u8::MAX,
             Pass::White => 0,
         };
         for row in &mut self.rows {
@@ -65,11 +68,40 @@ impl BitPlane {
             let (levels, first) = (&levels[here.clone()], here.start);
             match pass {
                 Pass::Black => threshold(&rows, levels, first, words, is_black_or_line),
-                Pass::Blurred => threshold(&rows, levels, first, words, is_beyond::<true>),
+                Pass::Blurred | Pass::Eroded => {
+                    threshold(&rows, levels, first, words, is_beyond::<true>);
+                }
                 Pass::White => threshold(&rows, levels, first, words, is_beyond::<false>),
             }
         }
         self.words[image.height() * self.words_in_row..].fill(0);
+        if pass == Pass::Eroded {
+            self.erode();
+        }
+    }
+
+    /// Clears bits beside, above or below one that is not set, and those between two diagonally that are not: corners that touch within
+    /// a pixel stay joined there otherwise. What lies beyond the image is not set.
+    #[inline(always)]
+    fn erode(&mut self) {
+        self.above.fill(0);
+        let n = self.words_in_row;
+        let at = |row: &[u64], i: usize| row.get(i).copied().unwrap_or(0);
+        for row in 0..self.words.len() / n {
+            let (here, below) = self.words[row * n..].split_at_mut(n);
+            let mut before = [0; 3];
+            for i in 0..n {
+                let words = [self.above[i], here[i], at(below, i)];
+                let after = [at(&self.above, i + 1), at(here, i + 1), at(below, i + 1)];
+                let left = |row: usize| words[row] << 1 | before[row] >> (WORD - 1);
+                let right = |row: usize| words[row] >> 1 | after[row] << (WORD - 1);
+                let beside = left(1) & right(1) & words[0] & words[2];
+                let across = (left(0) | right(2)) & (right(0) | left(2));
+                here[i] &= beside & across;
+                self.above[i] = words[1];
+                before = words;
+            }
+        }
     }
 
     /// Of each row from one on a word of columns from one on; those beyond the last column are anything.

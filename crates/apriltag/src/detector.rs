@@ -2,18 +2,35 @@
 
 use crate::area::Area;
 use crate::bit_plane::BitPlane;
+use crate::board_corners::share_corners;
 use crate::components::{Component, Components, make_room};
 use crate::kernels::vectorise;
 use crate::photometric::PatternFitter;
-use crate::quad::{QuadFinder, middle};
+use crate::quad::{Outline, QuadFinder, middle};
 use crate::sighting::{Lookout, Sighting};
 use crate::tiles::Tiles;
 use crate::view::View;
-use crate::{Detection, Image, Observer, Options, OptionsError, Pass, Refinement, Report, Stage};
+use crate::{
+    Detection, Image, Observer, Options, OptionsError, Pass, Refinement, Rejection, Report, Stage,
+};
 use sextant_geometry::Lens;
 
 /// Tags in an image, at most; the report counts what is dropped.
 const MAX_SIGHTINGS: usize = 1024;
+
+/// Standard deviations of noise in the least contrast of dim images: noise alone hardly reaches as many, so that flat dim images cost no
+/// more than flat bright ones.
+const DIM_IN_SIGMA: f32 = 8.0;
+
+/// How far a border reaches beyond the centres of its outermost pixels on average, in pixels.
+const OVERHANG_PX: f32 = 0.4;
+
+/// A part of an image in which tags are looked for in a pass.
+struct Part<'a> {
+    image: &'a Image<'a>,
+    area: &'a Area,
+    pass: Pass,
+}
 
 /// Finds tags, image after image; keeps its memory between images.
 #[derive(Debug)]
@@ -21,6 +38,8 @@ pub struct Detector {
     options: Options,
     lookout: Lookout,
     tiles: Tiles,
+    /// Whether the part that is searched is.
+    is_dim: bool,
     plane: BitPlane,
     components: Components,
     quads: QuadFinder,
@@ -38,6 +57,7 @@ impl Detector {
             lookout: Lookout::new(&options),
             options,
             tiles: Tiles::default(),
+            is_dim: false,
             plane: BitPlane::default(),
             components: Components::default(),
             quads: QuadFinder::default(),
@@ -99,7 +119,7 @@ impl Detector {
             return;
         }
         for pass in Pass::ALL {
-            let Some(least_open) = self.lookout.least_open(pass.border()) else {
+            let Some(least_open) = self.lookout.least_open(pass) else {
                 continue;
             };
             if pass == Pass::Blurred && !self.tiles.are_soft() {
@@ -111,16 +131,12 @@ impl Detector {
             self.components.label(&self.plane);
             observer.labelled(self.components.labelled_pixels(&self.plane));
             observer.stage_ended(Stage::Components);
-            let view = View {
-                image,
-                border: pass.border(),
-            };
             self.report.components += self.components.n_components() as u32;
             self.report.runs += self.components.n_runs() as u32;
             for label in 0..self.components.all().len() {
                 let component = self.components.all()[label];
                 if component.may_be_border(self.options.min_edge_px, least_open) {
-                    self.examine(&component, &view, area, observer);
+                    self.examine(&component, &Part { image, area, pass }, observer);
                 }
             }
         }
@@ -135,21 +151,37 @@ impl Detector {
         self.quads.make_room(height);
         self.tiles.measure(part);
         let noise_sigma = self.tiles.noise_sigma().min(self.report.noise_sigma);
-        let gate = (noise_sigma * self.options.min_contrast_in_sigma).min(64.0) as u8;
-        let contrast_gate = gate.max(self.options.min_contrast);
+        let over_noise = |in_sigma: f32| (noise_sigma * in_sigma).min(64.0) as u8;
+        let gate = over_noise(self.options.min_contrast_in_sigma).max(self.options.min_contrast);
+        let dim_gate = over_noise(DIM_IN_SIGMA).max(self.options.min_dim_contrast);
+        // Nothing that is darker is a tag with more contrast: paper is at least a quarter brighter than what is printed on it.
+        self.is_dim = self.tiles.are_below(gate.saturating_mul(4));
+        let contrast_gate = if self.is_dim {
+            dim_gate.min(gate)
+        } else {
+            gate
+        };
         (self.report.noise_sigma, self.report.contrast_gate) = (noise_sigma, contrast_gate);
         self.tiles.set_levels(contrast_gate, noise_sigma)
+    }
+
+    /// What black and white of a tag must differ by, where the tiles that show them need not.
+    fn min_contrast(&self) -> u8 {
+        let options = &self.options;
+        match self.is_dim {
+            true => options.min_dim_contrast.min(options.min_contrast),
+            false => options.min_contrast,
+        }
     }
 
     /// Reads the tag whose border a component seems to be, but for those within tags that were read before.
     fn examine(
         &mut self,
         component: &Component,
-        view: &View<'_>,
-        area: &Area,
+        &Part { image, area, pass }: &Part<'_>,
         observer: &mut impl Observer,
     ) {
-        if area.cuts(component, view.image) {
+        if area.cuts(component, image) {
             return;
         }
         let bounds = area.quad_to_image(component.corners());
@@ -158,18 +190,24 @@ impl Detector {
             return;
         }
         self.report.candidates += 1;
-        let (components, min_edge_px) = (&self.components, self.options.min_edge_px);
-        let quad = vectorise!(
-            self.quads
-                .around(component, components, &self.plane, min_edge_px)
-        );
+        let outline = Outline {
+            min_edge_px: self.options.min_edge_px,
+            overhang_px: OVERHANG_PX + f32::from(pass == Pass::Eroded),
+        };
+        let (components, plane) = (&self.components, &self.plane);
+        let quad = vectorise!(self.quads.around(component, components, plane, outline));
         let quad = quad.map(|quad| area.quad_to_image(quad));
         observer.stage_ended(Stage::Quads);
         if let Ok(quad) = &quad {
             self.report.quads += 1;
             observer.quad_found(quad);
         }
-        match quad.and_then(|quad| self.lookout.sight(view, &quad)) {
+        let view = View {
+            image,
+            border: pass.border(),
+            min_contrast: f32::from(self.min_contrast()),
+        };
+        match quad.and_then(|quad| self.lookout.sight(pass, &view, &quad)) {
             Ok(sighting) if self.sightings.len() < MAX_SIGHTINGS => self.sightings.push(sighting),
             Ok(_) => self.report.dropped += 1,
             Err(reason) => {
@@ -185,10 +223,18 @@ impl Detector {
         for sighting in &self.sightings {
             let patterns =
                 (self.options.refinement == Refinement::Photometric).then_some(&mut self.patterns);
-            let detection = sighting.refine(image, patterns, self.report.noise_sigma);
-            observer.refined(&sighting.quad, &detection);
-            self.detections.push(detection);
+            match sighting.refine(image, patterns, self.report.noise_sigma) {
+                Some(detection) => {
+                    observer.refined(&sighting.quad, &detection);
+                    self.detections.push(detection);
+                }
+                None => {
+                    self.report.rejected[Rejection::FaintBorder as usize] += 1;
+                    observer.rejected(Rejection::FaintBorder, &sighting.quad);
+                }
+            }
         }
+        share_corners(&mut self.detections);
         self.detections.sort_unstable_by(|a, b| {
             let ([ax, ay], [bx, by]) = (a.centre(), b.centre());
             (a.family, a.id)

@@ -11,6 +11,7 @@
 
 mod area;
 mod bit_plane;
+mod board_corners;
 mod code_index;
 mod components;
 mod detection;
@@ -25,6 +26,7 @@ mod photometric;
 mod quad;
 mod reading;
 mod report;
+mod saddle;
 mod sighting;
 mod tiles;
 mod tracker;

@@ -15,9 +15,13 @@ pub struct Options {
     /// Shortest edge of a tag in pixels, 6 to 1000 (default 8). Below 8 a module of `tag36h11` is narrower than a pixel,
     /// and nobody reads it; raise it to save time where all tags are near.
     pub min_edge_px: f32,
-    /// Least difference between black and white in grey levels, 4 to 128 (default 20). Lower finds tags in
-    /// darker rooms and costs time in flat, noisy images.
+    /// Least difference between black and white in grey levels, 4 to 128 (default 20). Lower finds tags behind haze or glare and costs
+    /// time wherever there is texture.
     pub min_contrast: u8,
+    /// The same in dim images, where next to nothing is bright enough for a tag of that contrast, 4 to 128 (default 8) and never more
+    /// than `min_contrast`: below, rounding to whole grey levels leaves little of a tag. It is at least eight standard deviations of
+    /// the image's noise there.
+    pub min_dim_contrast: u8,
     /// Least difference between black and white in standard deviations of the image's noise, 3 to 20 (default 6.5: the
     /// range of the 144 pixels around a tile exceeds it in one flat tile of 25).
     pub min_contrast_in_sigma: f32,
@@ -34,6 +38,7 @@ impl Default for Options {
             max_hamming: 2,
             min_edge_px: 8.0,
             min_contrast: 20,
+            min_dim_contrast: 8,
             min_contrast_in_sigma: 6.5,
             min_margin: 4.0,
             refinement: Refinement::default(),
@@ -78,6 +83,12 @@ impl Options {
             ("max_hamming", f32::from(self.max_hamming), 0.0, 2.0),
             ("min_edge_px", self.min_edge_px, 6.0, 1000.0),
             ("min_contrast", f32::from(self.min_contrast), 4.0, 128.0),
+            (
+                "min_dim_contrast",
+                f32::from(self.min_dim_contrast),
+                4.0,
+                128.0,
+            ),
             ("min_contrast_in_sigma", in_sigma, 3.0, 20.0),
             ("min_margin", self.min_margin, 0.0, 100.0),
         ];

@@ -166,14 +166,13 @@ impl PatternFitter {
     fn linearise(&mut self, model: &Model<'_>, scale: f32, every: usize) {
         let equations = &mut self.equations;
         equations.clear(TUKEY * scale);
-        for group in self.pixels.groups().iter().step_by(every) {
-            match (model.n_edges, model.state.is_sharp()) {
-                (1, false) => model.linearise::<1, false>(group, equations),
-                (1, true) => model.linearise::<1, true>(group, equations),
-                (2, false) => model.linearise::<2, false>(group, equations),
-                (2, true) => model.linearise::<2, true>(group, equations),
-                _ => model.linearise::<MOST_EDGES, false>(group, equations),
-            }
+        let groups = self.pixels.groups().iter().step_by(every);
+        match (model.n_edges, model.state.is_sharp()) {
+            (1, false) => model.linearise::<1, false>(groups, equations),
+            (1, true) => model.linearise::<1, true>(groups, equations),
+            (2, false) => model.linearise::<2, false>(groups, equations),
+            (2, true) => model.linearise::<2, true>(groups, equations),
+            _ => model.linearise::<MOST_EDGES, false>(groups, equations),
         }
         // The ground, the last parameter, shows only where more than one edge does.
         equations.finish(if model.n_edges == 1 {

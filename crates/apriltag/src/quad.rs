@@ -14,8 +14,14 @@ pub(crate) type Point = [f32; 2];
 /// Corners clockwise as seen (y runs down).
 pub(crate) type Quad = [Point; 4];
 
-/// How far the border reaches beyond the centres of its outermost pixels on average, in pixels.
-const OVERHANG_PX: f32 = 0.4;
+/// What is asked of a quad around a component.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Outline {
+    /// Least mean edge, in pixels.
+    pub(crate) min_edge_px: f32,
+    /// How far the border reaches beyond the centres of the component's outermost pixels on average, in pixels.
+    pub(crate) overhang_px: f32,
+}
 
 /// Share of the hull of a border's outline that lies within it.
 const LEAST_FILLED: f32 = 0.75;
@@ -45,7 +51,7 @@ impl QuadFinder {
         component: &Component,
         components: &Components,
         plane: &BitPlane,
-        min_edge_px: f32,
+        outline: Outline,
     ) -> Result<Quad, Rejection> {
         let n_pairs = component.n_pairs() as usize;
         components.read_extents(component, &mut self.extents[..n_pairs]);
@@ -58,8 +64,9 @@ impl QuadFinder {
         let whole = self.hull.area() + component.width().max(2 * component.n_pairs()) as f32;
         require(filled as f32 >= LEAST_FILLED * whole, Rejection::NotAQuad)?;
         let corners = self.hull.largest_quad().ok_or(Rejection::NotAQuad)?;
-        let quad = circumscribe(&self.hull, corners).ok_or(Rejection::Shape)?;
-        check_shape(&quad, min_edge_px)?;
+        let quad =
+            circumscribe(&self.hull, corners, outline.overhang_px).ok_or(Rejection::Shape)?;
+        check_shape(&quad, outline.min_edge_px)?;
         Ok(quad)
     }
 
@@ -124,7 +131,7 @@ pub(crate) fn mean_edge(quad: &Quad) -> f32 {
 }
 
 /// Moves the sides between four vertices outwards, each half way to the farthest vertex beyond it and by the overhang.
-fn circumscribe(hull: &Hull, corners: [usize; 4]) -> Option<Quad> {
+fn circumscribe(hull: &Hull, corners: [usize; 4], overhang_px: f32) -> Option<Quad> {
     let mut moved = [Line::default(); 4];
     for (i, line) in moved.iter_mut().enumerate() {
         let side = hull.between(corners[i], corners[(i + 1) % 4]);
@@ -132,7 +139,7 @@ fn circumscribe(hull: &Hull, corners: [usize; 4]) -> Option<Quad> {
         *line = Line::through(to_point(*first), to_point(*last))?;
         let distances = side.iter().map(|vertex| line.distance(to_point(*vertex)));
         let beyond = distances.fold(0.0, |a, b| if b > a { b } else { a });
-        line.offset += beyond / 2.0 + OVERHANG_PX;
+        line.offset += beyond / 2.0 + overhang_px;
     }
     intersect_sides(&moved)
 }

@@ -8,23 +8,25 @@ mod modules;
 use crate::code_index::{CodeIndex, Match};
 use crate::quad::Quad;
 use crate::view::View;
-use crate::{Options, Rejection};
+use crate::{Options, Pass, Rejection};
 use layout::Layout;
 use modules::{Modules, USUAL_BLUR_PX};
-use sextant_tag_families::{BorderColour, Family, FamilyData};
+use sextant_tag_families::{Board, BorderColour, Family, FamilyData};
 use std::collections::BTreeSet;
 
 /// A family with its index.
 #[derive(Debug)]
 pub(crate) struct Reader {
     pub(crate) family: Family,
+    border: BorderColour,
+    /// Whether black squares touch the tags' borders.
+    is_touched: bool,
     layout: Layout,
     /// Least share of the rows of its border in which something shows.
     pub(crate) least_open: f32,
     index: CodeIndex,
     /// Most modules with a bit that may be neither clearly black nor clearly white, where the family has few bits.
     most_in_doubt: usize,
-    min_contrast: f32,
     min_margin: f32,
 }
 
@@ -45,17 +47,19 @@ impl Reader {
         let index = CodeIndex::new(data, options.max_hamming);
         Self {
             family,
+            border: data.border,
+            is_touched: data.board == Some(Board::Aprilgrid),
             layout: Layout::new(data),
             least_open: least_open(data),
             most_in_doubt: (data.bits.len() / LEAST_PLAIN).min(index.bits_to_spare),
             index,
-            min_contrast: f32::from(options.min_contrast),
             min_margin: options.min_margin,
         }
     }
 
-    pub(crate) fn border(&self) -> BorderColour {
-        self.family.data().border
+    /// Whether the family's tags may show in a pass.
+    pub(crate) fn takes_part_in(&self, pass: Pass) -> bool {
+        self.border == pass.border() && (pass != Pass::Eroded || self.is_touched)
     }
 
     #[inline(always)]
@@ -64,8 +68,8 @@ impl Reader {
             Modules::new(view, &self.layout, quad).map_err(|reason| unread(reason, false))?;
         let (contrast, right) = (modules.contrast(), modules.right_in_rings());
         let rings_agree = right.into_iter().all(|share| share >= LEAST_RIGHT);
-        let is_nearly_clear = contrast > NEARLY * self.min_contrast;
-        if !rings_agree || contrast < self.min_contrast {
+        let is_nearly_clear = contrast > NEARLY * view.min_contrast;
+        if !rings_agree || contrast < view.min_contrast {
             return Err(unread(
                 Rejection::FaintBorder,
                 rings_agree && is_nearly_clear,
@@ -102,6 +106,10 @@ impl Reader {
         let (found, margin) = found.or_else(or_blurred).ok_or(no_code)?;
         if margin < self.min_margin {
             return Err(unread(Rejection::SmallMargin, true));
+        }
+        let word = self.index.as_seen(&found);
+        if self.border == BorderColour::Black && !modules.white_ends_at_the_border(word) {
+            return Err(unread(Rejection::NoCode, true));
         }
         let [black, white] = modules.black_and_white();
         Ok(Reading {

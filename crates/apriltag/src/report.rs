@@ -37,6 +37,9 @@ impl Stage {
 /// The ways in which pixels of a border are told from others, each a pass over the image.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Pass {
+    /// Black borders that black squares touch, on an AprilGrid: what is darker than halfway and so are its neighbours, which parts
+    /// a tag from the squares at its corners.
+    Eroded,
     /// Black borders: what is hardly brighter than the darkest around it, which parts a tag in shade, too, from what is bright
     /// beside it, and dark lines.
     Black,
@@ -48,12 +51,12 @@ pub enum Pass {
 
 impl Pass {
     /// Every pass in order.
-    pub const ALL: [Self; 3] = [Self::Black, Self::Blurred, Self::White];
+    pub const ALL: [Self; 4] = [Self::Eroded, Self::Black, Self::Blurred, Self::White];
 
     /// Colour of the borders that are looked for.
     pub fn border(self) -> BorderColour {
         match self {
-            Self::Black | Self::Blurred => BorderColour::Black,
+            Self::Black | Self::Blurred | Self::Eroded => BorderColour::Black,
             Self::White => BorderColour::White,
         }
     }
@@ -66,7 +69,7 @@ pub enum Rejection {
     NotAQuad,
     /// The quad is too small, too narrow or too skewed.
     Shape,
-    /// Inside and outside of the quad's edges lack contrast.
+    /// Inside and outside of the quad's edges lack contrast; or no corner of a chessboard is where a ChArUco marker's family has one.
     FaintBorder,
     /// No code word of any family is near enough.
     NoCode,

@@ -1,13 +1,14 @@
 //! From a quad to a tag that was read in it, and from that to a detection with corners below the pixel.
 
+use crate::board_corners;
 use crate::edges;
 use crate::kernels::vectorise;
 use crate::photometric::PatternFitter;
 use crate::quad::{Point, Quad, distance, mean_edge, middle};
 use crate::reading::{Reader, Reading, Unread};
 use crate::view::View;
-use crate::{Detection, Image, Options, Refinement, Rejection};
-use sextant_tag_families::{BorderColour, Family};
+use crate::{Detection, Image, Options, Pass, Refinement, Rejection};
+use sextant_tag_families::Family;
 
 /// A tag that was read, with its corners to about a pixel, in the order of the upright tag.
 #[derive(Clone, Copy, Debug)]
@@ -22,16 +23,18 @@ impl Sighting {
         distance(middle(&self.quad), point) < mean_edge(&self.quad) / 2.0
     }
 
-    /// The tag as its whole pattern shows it, where that is surer than its edges alone.
+    /// The tag as its whole pattern shows it, where that is surer than its edges alone; as part of a board as that shows it, if it
+    /// is one there.
     pub(crate) fn refine(
         &self,
         image: &Image<'_>,
         patterns: Option<&mut PatternFitter>,
         noise_sigma: f32,
-    ) -> Detection {
+    ) -> Option<Detection> {
         let view = View {
             image,
             border: self.reading.family.data().border,
+            min_contrast: 0.0,
         };
         let coarse = edges::fit_coarsely(&view, &self.quad);
         let pattern = patterns.and_then(|patterns| {
@@ -44,7 +47,7 @@ impl Sighting {
                 (fine, Refinement::Edges)
             }
         };
-        Detection {
+        let mut tag = Detection {
             family: self.reading.family,
             id: self.reading.found.id,
             hamming: self.reading.found.hamming as u8,
@@ -53,7 +56,8 @@ impl Sighting {
             corner_covariance: corners.covariance,
             corner_cross_covariance: corners.cross_covariance,
             refinement,
-        }
+        };
+        board_corners::refine(image, &self.reading, &mut tag).then_some(tag)
     }
 }
 
@@ -71,30 +75,34 @@ impl Lookout {
         }
     }
 
-    /// The families that are looked for with a border of a colour.
-    fn readers(&self, border: BorderColour) -> impl Iterator<Item = &Reader> {
-        self.readers
-            .iter()
-            .filter(move |reader| reader.border() == border)
+    /// The families that are looked for in a pass.
+    fn readers(&self, pass: Pass) -> impl Iterator<Item = &Reader> {
+        let readers = self.readers.iter();
+        readers.filter(move |reader| reader.takes_part_in(pass))
     }
 
-    /// Least share of its rows in which something shows within a border of a colour, in the families that are looked for;
-    /// nothing where none has such a border.
-    pub(crate) fn least_open(&self, border: BorderColour) -> Option<f32> {
-        let open = self.readers(border).map(|reader| reader.least_open);
+    /// Least share of its rows in which something shows within a border, in the families that are looked for in a pass; nothing
+    /// where there are none.
+    pub(crate) fn least_open(&self, pass: Pass) -> Option<f32> {
+        let open = self.readers(pass).map(|reader| reader.least_open);
         open.reduce(f32::min)
     }
 
-    /// Reads a tag with a border of a colour within a quad; where that fails or bits are wrong, once more after a look at
+    /// Reads a tag of one of a pass's families within a quad; where that fails or bits are wrong, once more after a look at
     /// where its edges are.
-    pub(crate) fn sight(&self, view: &View<'_>, quad: &Quad) -> Result<Sighting, Rejection> {
+    pub(crate) fn sight(
+        &self,
+        pass: Pass,
+        view: &View<'_>,
+        quad: &Quad,
+    ) -> Result<Sighting, Rejection> {
         let wrong = |read: &Result<Sighting, _>| match read {
             Ok(sighting) => sighting.reading.found.hamming,
             Err(_) => u32::MAX,
         };
-        let mut read = self.read(view, quad);
+        let mut read = self.read(pass, view, quad);
         if wrong(&read) > 0 && !matches!(read, Err(Unread { hopeful: false, .. })) {
-            let again = self.read(view, &edges::fit_coarsely(view, quad).quad);
+            let again = self.read(pass, view, &edges::fit_coarsely(view, quad).quad);
             if wrong(&again) <= wrong(&read) {
                 read = again;
             }
@@ -103,12 +111,12 @@ impl Lookout {
     }
 
     /// The reading of the first family that has one; hopeful as long as any family is.
-    fn read(&self, view: &View<'_>, quad: &Quad) -> Result<Sighting, Unread> {
+    fn read(&self, pass: Pass, view: &View<'_>, quad: &Quad) -> Result<Sighting, Unread> {
         let mut unread = Unread {
             reason: Rejection::NoCode,
             hopeful: false,
         };
-        for reader in self.readers(view.border) {
+        for reader in self.readers(pass) {
             let read = vectorise!(reader.read(view, quad));
             match read {
                 Ok(reading) => {

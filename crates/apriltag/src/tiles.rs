@@ -72,9 +72,9 @@ impl Tiles {
     pub(crate) fn noise_sigma(&self) -> f32 {
         const PERCENTILE: u32 = 10;
         const RANGE_IN_SIGMA: f32 = 2.6;
-        const ASKED_ROWS: usize = 16;
+        const SAMPLED_ROWS: usize = 16;
         let mut counts = [0_u32; 256];
-        for row in (0..self.rows).step_by(self.rows.div_ceil(ASKED_ROWS)) {
+        for row in (0..self.rows).step_by(self.rows.div_ceil(SAMPLED_ROWS)) {
             let tiles = self.whole_tiles(row);
             let brightest = &self.brightest.as_flattened()[tiles.clone()];
             let darkest = &self.darkest.as_flattened()[tiles];
@@ -90,6 +90,19 @@ impl Tiles {
             here
         });
         range.unwrap_or(0) as f32 / RANGE_IN_SIGMA
+    }
+
+    /// Whether all but a hundredth of the tiles show nothing as bright as this; looks at some rows of tiles only.
+    pub(crate) fn are_below(&self, bright: u8) -> bool {
+        const SAMPLED_ROWS: usize = 8;
+        let rows = (0..self.rows).step_by(self.rows.div_ceil(SAMPLED_ROWS));
+        let (mut n, mut n_below) = (0, 0);
+        for row in rows {
+            let brightest = &self.brightest.as_flattened()[self.whole_tiles(row)];
+            n += brightest.len();
+            n_below += brightest.iter().filter(|grey| **grey < bright).count();
+        }
+        100 * (n - n_below) <= n
     }
 
     /// Sets the levels of tiles where black and white are apart by a gate at least; says whether there is one.

@@ -7,6 +7,8 @@ use sextant_tag_families::BorderColour;
 pub(crate) struct View<'a> {
     pub(crate) image: &'a Image<'a>,
     pub(crate) border: BorderColour,
+    /// Least difference between black and white, in grey levels.
+    pub(crate) min_contrast: f32,
 }
 
 impl View<'_> {

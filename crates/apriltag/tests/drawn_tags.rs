@@ -22,6 +22,10 @@ fn detect_with(options: Options, pixels: &[u8], camera: &Camera) -> Vec<Detectio
     Detector::new(options).unwrap().detect(&image).to_vec()
 }
 
+fn ids(found: &[Detection]) -> Vec<u32> {
+    found.iter().map(|found| found.id).collect()
+}
+
 fn draw(tag: &Tag) -> Vec<u8> {
     Picture::draw(&camera(), std::slice::from_ref(tag), 128.0)
         .blurred(0.5)
@@ -208,6 +212,27 @@ fn a_small_tag_out_of_focus_is_read() {
             .pixels(1.0, 3);
         let ids = detect(&pixels, &camera()).len();
         assert_eq!(ids, 1, "turned by {turn}0 degrees");
+    }
+}
+
+/// Dim light, as a camera with little noise shows it: black 10, white 22 to 28.
+#[test]
+fn dim_tags_are_read_where_they_stand_out_of_the_noise() {
+    let mut random = Random(36);
+    for i in 0..24 {
+        let tag = Tag {
+            position_m: [0.0, 0.0, 0.04 * 600.0 / random.between(24.0, 45.0)],
+            turn_deg: [
+                20.0,
+                random.between(-30.0, 30.0),
+                random.between(0.0, 360.0),
+            ],
+            greys: [10.0, random.between(22.0, 28.0)],
+            ..Tag::new(i)
+        };
+        let picture = Picture::draw(&camera(), &[tag], 15.0).blurred(0.6);
+        let found = detect(&picture.pixels(1.2, u64::from(i)), &camera());
+        assert_eq!(ids(&found), [i]);
     }
 }
 

@@ -1,7 +1,7 @@
 //! What a pixel should show, and how that changes with everything that is fitted.
 
 use super::equations::{Equations, GROUP, RESIDUAL, Row, UNIT};
-use super::pattern::{Coverage, MOST_EDGES, Optics, Pattern, Places};
+use super::pattern::{Coverage, Crossings, MOST_EDGES, Optics, Pattern, Places};
 use super::pixels::Group;
 use super::state::State;
 use crate::quad::Quad;
@@ -52,19 +52,22 @@ impl<'a> Model<'a> {
         })
     }
 
-    /// Adds the rows of a group of pixels.
+    /// Adds the rows of groups of pixels.
     #[inline(always)]
-    pub(super) fn linearise<const EDGES: usize, const SHARP: bool>(
+    pub(super) fn linearise<'g, const EDGES: usize, const SHARP: bool>(
         &self,
-        group: &Group,
+        groups: impl Iterator<Item = &'g Group>,
         equations: &mut Equations,
     ) {
-        let places = self.places(group);
-        let crossings = self.pattern.cross::<EDGES, SHARP>(&places, &self.optics);
-        equations.add(
-            #[inline(always)]
-            |i| self.row(group, &places, i, &crossings.coverage(i, &self.optics)),
-        );
+        let mut crossings = Crossings::<EDGES>::default();
+        for group in groups {
+            let places = self.places(group);
+            crossings.find::<SHARP>(self.pattern, &places, &self.optics);
+            equations.add(
+                #[inline(always)]
+                |i| self.row(group, &places, i, &crossings.coverage(i, &self.optics)),
+            );
+        }
     }
 
     #[inline(always)]

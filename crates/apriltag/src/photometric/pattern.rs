@@ -94,29 +94,45 @@ impl Pattern {
         let grows = if change > 0.0 { 1.0 } else { 0.0 };
         4.0 * line + axis + grows
     }
+}
 
-    /// What crosses the neighbourhood of places, with the nearest `EDGES` edges along either axis.
-    #[inline(always)]
-    pub(super) fn cross<const EDGES: usize, const SHARP: bool>(
-        &self,
-        places: &Places,
-        optics: &Optics,
-    ) -> Crossings<EDGES> {
-        let mut crossings = Crossings {
+/// The nearest edges along either axis, the modules on both sides of them, and which of these are printed.
+pub(super) struct Crossings<const EDGES: usize> {
+    edges: [[[[f32; GROUP]; 4]; EDGES]; 2],
+    /// Each row of them with the next one, as in the pattern.
+    pairs: [[u32; GROUP]; MOST_EDGES / 2 + 1],
+    inside: [[u32; GROUP]; 2],
+}
+
+impl<const EDGES: usize> Default for Crossings<EDGES> {
+    fn default() -> Self {
+        Self {
             edges: [[[[0.0; GROUP]; 4]; EDGES]; 2],
             pairs: [[0; GROUP]; MOST_EDGES / 2 + 1],
             inside: [[0; GROUP]; 2],
-        };
+        }
+    }
+}
+
+impl<const EDGES: usize> Crossings<EDGES> {
+    /// Finds what crosses the neighbourhood of places, with the nearest `EDGES` edges along either axis.
+    #[inline(always)]
+    pub(super) fn find<const SHARP: bool>(
+        &mut self,
+        pattern: &Pattern,
+        places: &Places,
+        optics: &Optics,
+    ) {
         let beside = (EDGES - 1) as f32 / 2.0;
         let mut first_modules = [[0; GROUP]; 2];
-        for (axis, edges) in crossings.edges.iter_mut().enumerate() {
+        for (axis, edges) in self.edges.iter_mut().enumerate() {
             for i in 0..GROUP {
-                let place = places.on_square[axis][i] * self.half_border + self.middle;
+                let place = places.on_square[axis][i] * pattern.half_border + pattern.middle;
                 let first_edge = (place - beside).clamp(1.0, (SIZE - EDGES) as f32) + SHIFT;
                 first_modules[axis][i] = first_edge.to_bits().wrapping_sub(1) % SIZE as u32;
-                crossings.inside[axis][i] = self.inside >> first_modules[axis][i];
+                self.inside[axis][i] = pattern.inside >> first_modules[axis][i];
                 let away = place - (first_edge - SHIFT);
-                let module_px = places.unit_px[axis][i] / self.half_border;
+                let module_px = places.unit_px[axis][i] / pattern.half_border;
                 for (k, edge) in edges.iter_mut().enumerate() {
                     let distance = (away - k as f32) * module_px + optics.shift_px[axis];
                     let looks = optics.profiles[axis].at::<SHARP>(distance);
@@ -128,23 +144,12 @@ impl Pattern {
         }
         let [columns, rows] = first_modules;
         for i in 0..GROUP {
-            for (k, pair) in crossings.pairs[..=EDGES / 2].iter_mut().enumerate() {
-                pair[i] = self.pairs[(rows[i] as usize + 2 * k) % SIZE] >> columns[i];
+            for (k, pair) in self.pairs[..=EDGES / 2].iter_mut().enumerate() {
+                pair[i] = pattern.pairs[(rows[i] as usize + 2 * k) % SIZE] >> columns[i];
             }
         }
-        crossings
     }
-}
 
-/// The nearest edges along either axis, the modules on both sides of them, and which of these are printed.
-pub(super) struct Crossings<const EDGES: usize> {
-    edges: [[[[f32; GROUP]; 4]; EDGES]; 2],
-    /// Each row of them with the next one, as in the pattern.
-    pairs: [[u32; GROUP]; MOST_EDGES / 2 + 1],
-    inside: [[u32; GROUP]; 2],
-}
-
-impl<const EDGES: usize> Crossings<EDGES> {
     /// At one of the places.
     #[inline(always)]
     pub(super) fn coverage(&self, at: usize, optics: &Optics) -> Coverage {

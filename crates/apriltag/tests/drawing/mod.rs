@@ -6,7 +6,7 @@
 use nalgebra::Point2;
 use sextant_apriltag::Family;
 use sextant_geometry::Lens;
-use sextant_tag_families::module_is_white;
+use sextant_tag_families::{Board, module_is_white};
 
 /// Rays along either side of a pixel.
 const RAYS: usize = 16;
@@ -28,6 +28,9 @@ pub struct Tag {
     pub wrong: Vec<(usize, usize)>,
     /// Paper around the printed tag, in modules.
     pub margin: f64,
+    /// What the tag's board has beside it, as a share of its edge: of a ChArUco board's square the marker's edge, of an AprilGrid's
+    /// tag the edge of the squares at its corners.
+    pub share: f64,
 }
 
 impl Tag {
@@ -41,6 +44,7 @@ impl Tag {
             greys: [30.0, 220.0],
             wrong: Vec::new(),
             margin: 1.0,
+            share: 0.3,
         }
     }
 
@@ -73,11 +77,19 @@ impl Tag {
         let point = [0, 1, 2].map(|i| ray[i] * depth - self.position_m[i]);
         let data = self.family.data();
         let (border, total) = (f64::from(data.border_width), f64::from(data.total_width));
-        let [x, y] =
-            [axes[0], axes[1]].map(|axis| dot(point, axis) / self.size_m * border + total / 2.0);
+        let place = [axes[0], axes[1]].map(|axis| dot(point, axis) / self.size_m);
+        let of_marker = if data.board == Some(Board::Charuco) {
+            self.share
+        } else {
+            1.0
+        };
+        let [x, y] = place.map(|place| place / of_marker * border + total / 2.0);
         let paper = -self.margin..total + self.margin;
         if depth <= 0.0 || !paper.contains(&x) || !paper.contains(&y) {
             return None;
+        }
+        if self.is_black_beside(place) {
+            return Some(self.greys[0]);
         }
         let on_tag = (0.0..total).contains(&x) && (0.0..total).contains(&y);
         let module = (x.max(0.0) as usize, y.max(0.0) as usize);
@@ -85,6 +97,24 @@ impl Tag {
             || module_is_white(self.family, self.id, module.0, module.1)
                 != self.wrong.contains(&module);
         Some(self.greys[usize::from(white)])
+    }
+}
+
+impl Tag {
+    /// Whether the tag's board is black at a place beside it, in edges of the tag from its middle.
+    fn is_black_beside(&self, place: [f64; 2]) -> bool {
+        let beyond = place.map(|place| place.abs() - 0.5);
+        match self.family.data().board {
+            Some(Board::Aprilgrid) => beyond
+                .iter()
+                .all(|beyond| (0.0..self.share).contains(beyond)),
+            Some(Board::Charuco) => {
+                let square = place.map(|place| (place + 0.5).floor() as i32);
+                let is_beside = square.iter().all(|at| (-1..=1).contains(at));
+                is_beside && (square[0] + square[1]) % 2 != 0
+            }
+            None => false,
+        }
     }
 }
 

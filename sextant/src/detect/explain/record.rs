@@ -34,6 +34,7 @@ impl PassRecord {
         match self.pass {
             Pass::Black => "black",
             Pass::Blurred => "black-blurred",
+            Pass::Eroded => "black-eroded",
             Pass::White => "white",
         }
     }

@@ -1,0 +1,200 @@
+//! Corners of tags that are part of a calibration board: the saddle points there, which black and white squares make.
+//!
+//! In: an image and a tag with its corners from its pattern or its edges. Out: the corners that its family has, from saddle
+//! points where they show; elsewhere what the tag lets expect, which is less sure.
+
+use crate::Image;
+use crate::detection::Detection;
+use crate::homography::Homography;
+use crate::kernels::{POINTS, Points, sample};
+use crate::quad::{Point, Quad, distance, mean_edge, widths};
+use crate::reading::Reading;
+use crate::saddle::{self, Guess, RADIUS_PX};
+use sextant_tag_families::Board;
+
+/// Standard deviation of a corner that shows no saddle point: spreading ink and glare move a tag's edges, and lenses bend what is
+/// read beyond it; in pixels, and as a share of the edge.
+const UNSEEN_PX: f32 = 0.2;
+const UNSEEN_SHARE: f32 = 0.01;
+
+/// Corners of different squares that are nearer than this are one, in pixels.
+const ONE_PX: f32 = 1.0;
+
+/// Gives a tag the corners that its family has; says whether it is a tag of the family.
+pub(crate) fn refine(image: &Image<'_>, reading: &Reading, tag: &mut Detection) -> bool {
+    match tag.family.data().board {
+        None => true,
+        Some(Board::Aprilgrid) => {
+            let module = 2.0 / f32::from(tag.family.data().border_width);
+            // A border of two modules lies within a corner, a square of two and more beyond it. What hides a corner spoils the edges'
+            // fit, too, which wrong bits tell.
+            take_saddles(image, reading, tag, 1.0, 1.6 * module) == 4 || tag.hamming == 0
+        }
+        Some(Board::Charuco) => {
+            let reach = square_around(image, reading, &tag.corners);
+            reach.is_some_and(|reach| take_saddles(image, reading, tag, reach, reach - 1.0) > 0)
+        }
+    }
+}
+
+/// Half the edge of the white square around a marker, in half edges of the marker: where white ends on most sides.
+fn square_around(image: &Image<'_>, reading: &Reading, marker: &Quad) -> Option<f32> {
+    /// Shares of a marker's half edge at which a white square may end.
+    const NEAREST: f32 = 1.05;
+    const FARTHEST: f32 = 2.4;
+    const STEP: f32 = 0.05;
+    const STEPS: usize = ((FARTHEST - NEAREST) / STEP) as usize;
+    /// Two places on each side: how far along it, as a share of its half.
+    const ASIDE: f32 = 0.3;
+    const MOST_APART: f32 = 0.06;
+    let map = Homography::square_to_quad(marker)?;
+    let aside: Points = std::array::from_fn(|i| if i % 2 == 0 { ASIDE } else { -ASIDE });
+    let places: [[Points; 2]; STEPS] = std::array::from_fn(|step| {
+        let away = NEAREST + step as f32 * STEP;
+        let at = |i: usize| match i / 2 {
+            0 => [aside[i], -away],
+            1 => [away, aside[i]],
+            2 => [aside[i], away],
+            _ => [-away, aside[i]],
+        };
+        [0, 1].map(|axis| std::array::from_fn(|i| at(i)[axis]))
+    });
+    let mut greys = [[0.0; POINTS]; STEPS];
+    sample(image, &map, &places, greys.as_flattened_mut());
+    let middle = (reading.black + reading.white) / 2.0;
+    let end = |i: usize| {
+        let white = (0..STEPS).find(|&step| greys[step][i] > middle)?;
+        let step = (white..STEPS).find(|&step| greys[step][i] <= middle)?;
+        let (last, first) = (greys[step - 1][i], greys[step][i]);
+        let share = (last - middle) / (last - first);
+        share
+            .is_finite()
+            .then_some(NEAREST + STEP * (step as f32 - 1.0 + share))
+    };
+    let ends: [Option<f32>; POINTS] = std::array::from_fn(end);
+    let agreeing = |end: f32| {
+        let near = move |other: &f32| (other - end).abs() <= MOST_APART * end;
+        ends.into_iter().flatten().filter(near)
+    };
+    let most = ends
+        .into_iter()
+        .flatten()
+        .max_by_key(|&end| agreeing(end).count())?;
+    let n = agreeing(most).count();
+    (n >= 2).then(|| agreeing(most).sum::<f32>() / n as f32)
+}
+
+/// Moves the corners to this many half edges from the tag's middle and to the saddle points there, around which nothing else
+/// shows within so many half edges. Returns how many saddle points there are; without any, and where they are, corners stay.
+fn take_saddles(
+    image: &Image<'_>,
+    reading: &Reading,
+    tag: &mut Detection,
+    reach: f32,
+    clear: f32,
+) -> usize {
+    let Some(map) = Homography::square_to_quad(&tag.corners) else {
+        return 0;
+    };
+    let [least, most] = RADIUS_PX;
+    let [width, height] = widths(&tag.corners);
+    let radius_px = (clear * width.min(height) / 2.0).clamp(least, most);
+    let step = reading.white - reading.black;
+    let is_white = reach > 1.0;
+    let expected = [[-1, -1], [1, -1], [1, 1], [-1, 1]].map(|corner| {
+        let [u, v] = corner.map(|sign: i8| reach * f32::from(sign));
+        (
+            map.apply(u, v),
+            [map.apply(0.9 * u, v), map.apply(u, 0.9 * v)],
+        )
+    });
+    let saddles = expected.map(|(place, along): (Point, [Point; 2])| {
+        let guess = Guess {
+            place,
+            edges: along.map(|[x, y]| [x - place[0], y - place[1]]),
+            step: if is_white { step } else { -step },
+            radius_px,
+        };
+        saddle::find(image, &guess)
+    });
+    let n = saddles.iter().flatten().count();
+    if n == 0 {
+        return 0;
+    }
+    let unseen = (UNSEEN_PX + UNSEEN_SHARE * mean_edge(&tag.corners)).powi(2);
+    for (corner, saddle) in saddles.iter().enumerate() {
+        let covariance = &mut tag.corner_covariance[corner];
+        (tag.corners[corner], *covariance) = match saddle {
+            Some(saddle) => (saddle.place, saddle.covariance),
+            None => {
+                let [xx, xy, yy] = covariance.map(|own| own * reach * reach);
+                (expected[corner].0, [xx + unseen, xy, yy + unseen])
+            }
+        };
+    }
+    tag.corner_cross_covariance = Default::default();
+    n
+}
+
+/// A corner of a chessboard is one of two white squares, each of which says what is known of it: together they must not say it
+/// twice.
+pub(crate) fn share_corners(tags: &mut [Detection]) {
+    let is_square = |tag: &Detection| tag.family.data().board == Some(Board::Charuco);
+    for i in 0..tags.len() {
+        for corner in 0..4 {
+            let here = tags[i].corners[corner];
+            let others = tags[..i].iter().chain(&tags[i + 1..]);
+            let squares = others.filter(|tag| is_square(tag));
+            let same = squares.flat_map(|tag| tag.corners);
+            let n = same.filter(|other| distance(*other, here) < ONE_PX).count();
+            if is_square(&tags[i]) && n > 0 {
+                let times = (n + 1) as f32;
+                tags[i].corner_covariance[corner] =
+                    tags[i].corner_covariance[corner].map(|value| times * value);
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Refinement;
+    use sextant_tag_families::Family;
+
+    fn square(family: Family, x: f32) -> Detection {
+        Detection {
+            family,
+            id: 5,
+            hamming: 0,
+            margin: 50.0,
+            corners: [[x, 20.0], [x + 20.0, 20.0], [x + 20.0, 40.0], [x, 40.0]],
+            corner_covariance: [[1e-4, 2e-5, 3e-4]; 4],
+            corner_cross_covariance: [[0.0; 4]; 6],
+            refinement: Refinement::Photometric,
+        }
+    }
+
+    #[test]
+    fn what_two_squares_say_of_their_corner_is_said_once() {
+        let mut tags = [
+            square(Family::Charuco4x4With50, 20.0),
+            square(Family::Charuco4x4With50, 40.3),
+            square(Family::Tag36h11, 40.0),
+        ];
+        tags[1].corners[3] = [40.2, 60.0];
+        share_corners(&mut tags);
+        let is_shared = |tag: usize, corner: usize| {
+            let times = tags[tag].corner_covariance[corner][0] / 1e-4;
+            (times - 1.0).abs() > 1e-3
+        };
+        let shared = [0, 1, 2].map(|tag| [0, 1, 2, 3].map(|corner| is_shared(tag, corner)));
+        let expected = [
+            [false, true, false, false],
+            [true, false, false, false],
+            [false; 4],
+        ];
+        assert_eq!(shared, expected);
+        assert_eq!(tags[0].corner_covariance[1], [2e-4, 4e-5, 6e-4]);
+    }
+}

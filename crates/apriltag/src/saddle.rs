@@ -1,0 +1,261 @@
+//! A saddle point below the pixel: where two edges cross, black and white facing each other across it.
+//!
+//! In: an image, about where the saddle lies, how its edges run, and how far around it nothing else shows. Out: its place and
+//! that place's covariance; nothing where the image shows something else there.
+//!
+//! Grey is mean + swing E(a) E(b), where a and b are the distances from the two edges in standard deviations of the blur and E is the
+//! odd step that blur makes of an edge. Gauss-Newton on seven parameters: the place, the edges' directions, the blur, mean and
+//! swing. A camera's curve, glare and spreading ink move edges but not the saddle: what they do is the same across it.
+
+use crate::Image;
+use crate::quad::{Point, distance};
+use nalgebra::{SMatrix, SVector};
+
+const PARAMETERS: usize = 7;
+
+type Vector = SVector<f32, PARAMETERS>;
+type Matrix = SMatrix<f32, PARAMETERS, PARAMETERS>;
+
+/// Least radius around a saddle with pixels enough for all parameters, and the greatest beyond which lenses bend edges.
+pub(crate) const RADIUS_PX: [f32; 2] = [2.2, 5.0];
+
+/// Largest residual of a saddle, as a share of the swing: sharp pictures leave 0.15; where three of the four sides around a place have
+/// one colour, the best fit leaves 1.4.
+const MOST_RESIDUAL: f32 = 0.3;
+
+/// Range of the swing as a share of half the tag's contrast. A fit to something else often has a swing far beyond it and a wide blur.
+const SWING: std::ops::RangeInclusive<f32> = 0.5..=1.6;
+
+/// Largest blur of a saddle, as a share of the radius: more of it leaves no flat side within the radius.
+const MOST_BLUR: f32 = 0.4;
+
+/// Standard deviation of a saddle's place that noise does not tell, in pixels, as edges are not quite straight.
+const FLOOR_PX: f32 = 0.005;
+
+/// Standard deviation of what rounding to whole grey levels adds.
+const ROUNDING: f32 = 0.29;
+
+/// What is known of a saddle before it is looked at.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Guess {
+    pub(crate) place: Point,
+    /// Along the edges, of any length; between them lies what is brighter where the swing is positive.
+    pub(crate) edges: [Point; 2],
+    /// How much brighter it is there than beside it, in grey levels; negative where it is darker.
+    pub(crate) step: f32,
+    /// How far around it nothing else shows, in pixels.
+    pub(crate) radius_px: f32,
+}
+
+/// Where a saddle lies, in pixels, and the covariance of that (xx, xy, yy).
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Saddle {
+    pub(crate) place: Point,
+    pub(crate) covariance: [f32; 3],
+}
+
+/// Finds the saddle, if there is one.
+#[inline(always)]
+pub(crate) fn find(image: &Image<'_>, guess: &Guess) -> Option<Saddle> {
+    const MOST_STEPS: usize = 8;
+    const REST_PX: f32 = 0.01;
+    let mut model = Model::start(guess)?;
+    let mut window = Window::around(image, guess.place, guess.radius_px)?;
+    for _ in 0..MOST_STEPS {
+        let step = window.equations(&model).solve()?;
+        model = model.after(&step);
+        if distance(model.place, guess.place) > guess.radius_px {
+            return None;
+        }
+        window = Window::around(image, model.place, guess.radius_px)?;
+        if step[0].hypot(step[1]) < REST_PX {
+            break;
+        }
+    }
+    let equations = window.equations(&model);
+    let residual = equations.residual()?;
+    let is_saddle = SWING.contains(&(2.0 * model.swing / guess.step))
+        && model.blur_px < MOST_BLUR * guess.radius_px
+        && residual < MOST_RESIDUAL * model.swing.abs()
+        && model.is_plausible(guess);
+    let by_noise = equations.matrix.cholesky()?.inverse() * residual.max(ROUNDING).powi(2);
+    let floor = FLOOR_PX * FLOOR_PX;
+    let [xx, xy, yy] = [(0, 0), (0, 1), (1, 1)].map(|at| by_noise[at]);
+    let covariance = [xx + floor, xy, yy + floor];
+    let is_known = covariance.iter().all(|value| value.is_finite()) && xx + yy < 0.5;
+    (is_saddle && is_known).then_some(Saddle {
+        place: model.place,
+        covariance,
+    })
+}
+
+/// The pixels around a place.
+struct Window<'a> {
+    image: &'a Image<'a>,
+    place: Point,
+    radius_px: f32,
+}
+
+impl<'a> Window<'a> {
+    /// Nothing where it is not whole.
+    fn around(image: &'a Image<'a>, place: Point, radius_px: f32) -> Option<Self> {
+        let [width, height] = [image.width(), image.height()].map(|size| (size - 1) as f32);
+        let within = |at: f32, last: f32| at >= radius_px && at <= last - radius_px;
+        (within(place[0], width) && within(place[1], height)).then_some(Self {
+            image,
+            place,
+            radius_px,
+        })
+    }
+
+    #[inline(always)]
+    fn equations(&self, model: &Model) -> Equations {
+        let mut equations = Equations::default();
+        let [x, y] = self.place;
+        let squared = self.radius_px * self.radius_px;
+        let span = |at: f32| (at - self.radius_px).ceil() as usize..=(at + self.radius_px) as usize;
+        for row in span(y) {
+            let greys = self.image.row(row);
+            for column in span(x) {
+                let at = [column as f32, row as f32];
+                if (at[0] - x).powi(2) + (at[1] - y).powi(2) <= squared {
+                    let (grey, derivatives) = model.grey(at);
+                    equations.add(&derivatives, f32::from(greys[column]) - grey);
+                }
+            }
+        }
+        equations
+    }
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Model {
+    place: Point,
+    /// Directions of the edges, in radians.
+    angles: [f32; 2],
+    blur_px: f32,
+    mean: f32,
+    swing: f32,
+}
+
+impl Model {
+    fn start(guess: &Guess) -> Option<Self> {
+        const USUAL_BLUR_PX: f32 = 0.8;
+        let angles = guess.edges.map(|[x, y]| y.atan2(x));
+        // Grey and swing come about in the first step, in which all else hardly moves.
+        let model = Self {
+            place: guess.place,
+            angles,
+            blur_px: USUAL_BLUR_PX,
+            mean: 128.0,
+            swing: guess.step / 2.0,
+        };
+        angles
+            .iter()
+            .all(|angle| angle.is_finite())
+            .then_some(model)
+    }
+
+    /// Grey at a place, and its derivatives with the place's two coordinates, both angles, blur, mean and swing.
+    #[inline(always)]
+    fn grey(&self, [x, y]: Point) -> (f32, Vector) {
+        let away = [x - self.place[0], y - self.place[1]];
+        // The second edge is passed the other way round, so that between both the product is positive.
+        let [a, b] = [0, 1].map(|edge| {
+            let (sin, cos) = self.angles[edge].sin_cos();
+            let turn = if edge == 0 { 1.0 } else { -1.0 };
+            let normal = [-sin * turn, cos * turn];
+            let beyond = normal[0] * away[0] + normal[1] * away[1];
+            let along = (cos * away[0] + sin * away[1]) * turn;
+            let (step, slope) = step(beyond / self.blur_px);
+            (normal, beyond, along, step, slope / self.blur_px)
+        });
+        let swing = self.swing;
+        let (by_a, by_b) = (swing * a.4 * b.3, swing * a.3 * b.4);
+        let derivatives = [
+            -(by_a * a.0[0] + by_b * b.0[0]),
+            -(by_a * a.0[1] + by_b * b.0[1]),
+            -by_a * a.2,
+            -by_b * b.2,
+            -(by_a * a.1 + by_b * b.1) / self.blur_px,
+            1.0,
+            a.3 * b.3,
+        ];
+        (self.mean + swing * a.3 * b.3, Vector::from(derivatives))
+    }
+
+    fn after(&self, step: &Vector) -> Self {
+        const MOST_PX: f32 = 1.0;
+        const MOST_TURN: f32 = 0.2;
+        let moved = |at: f32, by: f32, most: f32| at + by.clamp(-most, most);
+        Self {
+            place: [0, 1].map(|axis| moved(self.place[axis], step[axis], MOST_PX)),
+            angles: [0, 1].map(|edge| moved(self.angles[edge], step[2 + edge], MOST_TURN)),
+            blur_px: moved(self.blur_px, step[4], 0.3).clamp(0.3, 4.0),
+            mean: self.mean + step[5],
+            swing: self.swing + step[6],
+        }
+    }
+
+    /// Whether the edges run about as they should.
+    fn is_plausible(&self, guess: &Guess) -> bool {
+        const MOST_TURN_SINE: f32 = 0.4;
+        let turned = |edge: usize| {
+            let [x, y] = guess.edges[edge];
+            let (sin, cos) = self.angles[edge].sin_cos();
+            (x * sin - y * cos) / x.hypot(y)
+        };
+        (0..2).all(|edge| turned(edge).abs() < MOST_TURN_SINE)
+    }
+}
+
+/// What blur makes of an edge, from -1 to 1: about the error function of x / sqrt 2. And its slope.
+#[inline(always)]
+fn step(x: f32) -> (f32, f32) {
+    // tanh(0.798 (x + 0.0447 x^3)) by its continued fraction.
+    const SCALE: f32 = 0.797_884_6;
+    const CUBE: f32 = 0.044_715;
+    const END: f32 = 3.0;
+    let x = x.clamp(-4.0, 4.0);
+    let inner = (SCALE * (x + CUBE * x * x * x)).clamp(-END, END);
+    let square = inner * inner;
+    let step = inner * (27.0 + square) / (27.0 + 9.0 * square);
+    let slope = (1.0 - step * step) * SCALE * (1.0 + 3.0 * CUBE * x * x);
+    (step, slope.max(0.0))
+}
+
+#[derive(Default)]
+struct Equations {
+    matrix: Matrix,
+    vector: Vector,
+    squares: f32,
+    n: usize,
+}
+
+impl Equations {
+    #[inline(always)]
+    fn add(&mut self, derivatives: &Vector, residual: f32) {
+        self.matrix.syger(1.0, derivatives, derivatives, 1.0);
+        self.vector.axpy(residual, derivatives, 1.0);
+        self.squares += residual * residual;
+        self.n += 1;
+    }
+
+    fn solve(&self) -> Option<Vector> {
+        Some(self.damped().cholesky()?.solve(&self.vector))
+    }
+
+    fn damped(&self) -> Matrix {
+        let mut matrix = self.matrix;
+        for i in 0..PARAMETERS {
+            matrix[(i, i)] *= 1.0 + 1e-4;
+        }
+        matrix
+    }
+
+    /// Standard deviation of the residuals, in grey levels.
+    fn residual(&self) -> Option<f32> {
+        let spare = self.n.checked_sub(PARAMETERS).filter(|spare| *spare > 0)?;
+        Some((self.squares / spare as f32).sqrt())
+    }
+}
