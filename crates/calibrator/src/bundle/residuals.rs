@@ -20,7 +20,7 @@ pub struct TagResidual {
     pub image: usize,
     /// Index into the image's tags.
     pub seen: usize,
-    /// Model less seen corner, pixels; `None` where the model's corner cannot be seen.
+    /// Model less seen corner, pixels; `None` where the model's corner cannot be seen, and for corners of zero weight.
     pub corners_px: [Option<Vector2<f64>>; 4],
     /// Sum over its corners of the squared errors in units of their stated noise: 8 expected.
     pub chi_square: f64,
@@ -199,11 +199,14 @@ impl Bundle {
 
     fn residual(&self, view: &View, (image, at): (usize, usize), seen: &SeenTag) -> TagResidual {
         let tag = &self.tags[seen.tag];
-        let corners_px = errors_px(view, &tag.object_from_tag, tag.size_m, seen);
+        let mut corners_px = errors_px(view, &tag.object_from_tag, tag.size_m, seen);
         let squares = corners_px.iter().zip(&seen.whitening);
         let chi_square = squares
             .map(|(error, whitening)| error.map_or(UNSEEN, |e| (whitening * e).norm_squared()))
             .sum();
+        for (error, whitening) in corners_px.iter_mut().zip(&seen.whitening) {
+            *error = error.filter(|_| *whitening != Matrix2::zeros());
+        }
         TagResidual {
             image,
             seen: at,

@@ -76,7 +76,7 @@ pub struct SeenTag {
     pub tag: usize,
     /// Top left, top right, bottom right, bottom left, pixels.
     pub corners: [Point2<f64>; 4],
-    /// `W` of each corner with `W' W` the inverse of its covariance, 1/pixel.
+    /// `W` of each corner with `W' W` the inverse of its covariance, 1/pixel; zero for a corner that does not count.
     pub whitening: [Matrix2<f64>; 4],
 }
 
@@ -167,6 +167,15 @@ impl SeenTag {
             tag,
             corners,
             whitening: [Matrix2::from_diagonal_element(1.0 / sigma_px); 4],
+        }
+    }
+
+    /// As [`Self::with_sigma`], one sigma a corner; an infinite one gives a corner no weight.
+    pub fn with_sigmas(tag: usize, corners: [Point2<f64>; 4], sigmas_px: [f64; 4]) -> Self {
+        Self {
+            tag,
+            corners,
+            whitening: sigmas_px.map(|sigma| Matrix2::from_diagonal_element(1.0 / sigma)),
         }
     }
 

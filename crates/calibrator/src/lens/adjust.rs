@@ -93,11 +93,12 @@ pub(super) fn adjust(
         let Some((pose, tags)) = pose else { continue };
         let seen = tags.iter().map(|&tag| {
             let tag = &view.tags[tag];
-            let sigma = match parameters.noise {
-                Noise::Common(sigma) => sigma,
-                Noise::Stated(scale) => tag.sigma_px * scale,
-            };
-            SeenTag::with_sigma(tag.tag, tag.corners, sigma)
+            let sigmas_px = tag.sigmas_px.map(|sigma_px| match parameters.noise {
+                Noise::Common(common_px) if sigma_px.is_finite() => common_px,
+                Noise::Common(_) => sigma_px,
+                Noise::Stated(scale) => sigma_px * scale,
+            });
+            SeenTag::with_sigmas(tag.tag, tag.corners, sigmas_px)
         });
         bundle.images.push(BundleImage {
             camera: 0,

@@ -176,14 +176,16 @@ impl Fit {
                 let fitting = (0..view.tags.len()).filter(|&at| {
                     let seen = &view.tags[at];
                     let corners = board.tags[seen.tag].corners.iter().zip(&seen.corners);
-                    let square: f64 = corners
-                        .map(|(on_board, in_image)| {
-                            let projected = lens.project(&(pose * on_board));
-                            projected.map_or(f64::INFINITY, |p| (p - in_image).norm_squared())
-                        })
-                        .sum();
-                    let sigma = seen.sigma_px * self.scale;
-                    square <= WRONG * sigma * sigma
+                    let squares =
+                        corners
+                            .zip(seen.sigmas_px)
+                            .map(|((on_board, in_image), sigma)| {
+                                let projected = lens.project(&(pose * on_board));
+                                projected.map_or(f64::INFINITY, |p| {
+                                    ((p - in_image) / sigma).norm_squared()
+                                })
+                            });
+                    squares.sum::<f64>() <= WRONG * self.scale * self.scale
                 });
                 let fitting: Vec<usize> = fitting.collect();
                 (fitting.len() >= LEAST_TAGS).then_some((pose, fitting))
@@ -256,11 +258,9 @@ impl Fit {
 
 /// Squared errors of a tag in units of its stated noise.
 fn chi_square(views: &[View], view: usize, tag: usize, residual: &TagResidual) -> f64 {
-    let sigma = views[view].tags[tag].sigma_px;
-    let squares = residual
-        .corners_px
-        .iter()
-        .flatten()
-        .map(|e| e.norm_squared());
-    squares.sum::<f64>() / (sigma * sigma)
+    let sigmas = views[view].tags[tag].sigmas_px;
+    let errors = residual.corners_px.iter().zip(sigmas);
+    errors
+        .filter_map(|(error, sigma)| error.map(|e| (e / sigma).norm_squared()))
+        .sum()
 }

@@ -7,7 +7,10 @@ use super::*;
 use crate::verdict::Grade;
 use board_walk::{BoardWalk, board, fisheye, ordinary};
 use difference::mean_difference;
+use nalgebra::Matrix2;
+use sextant_estimator::{ObjectId, ObjectModel};
 use sextant_geometry::{Lens, LensModel};
+use sextant_tag_families::Family;
 
 fn options(model: Option<LensModel>) -> LensOptions {
     LensOptions {
@@ -117,6 +120,30 @@ fn a_third_of_wrong_tags_does_no_harm() {
             .to_string()
             .contains("lay elsewhere than the board says")
     );
+}
+
+/// As at the rim of a ChArUco board: the detector extrapolates a corner and says that it is unsure.
+#[test]
+fn corners_that_do_not_show_do_no_harm() {
+    let truth = ordinary();
+    let mut board = board(1.0, 1.0).tags().to_vec();
+    let family = Family::Tag36h11b2;
+    board.iter_mut().for_each(|tag| tag.tag.family = family);
+    let board = ObjectModel::new(ObjectId::new("board").unwrap(), board).unwrap();
+    let mut session = LensSession::new(&board, options(None)).unwrap();
+    for mut image in BoardWalk::new(truth, 9).images() {
+        for seen in &mut image.tags {
+            let corner = seen.tag.id as usize % 4;
+            seen.tag.family = family;
+            seen.corners[corner].x += 1.5;
+            seen.corner_covariance[corner] = Matrix2::identity();
+        }
+        session.handle(&image).unwrap();
+    }
+    let found = session.solve().unwrap();
+    assert_eq!(found.wrong_tags, 0);
+    assert!((found.noise_px - 0.1).abs() < 0.01, "{}", found.noise_px);
+    assert!(mean_difference(&truth, &found.lens) < 0.1);
 }
 
 #[test]

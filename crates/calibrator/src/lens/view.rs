@@ -19,7 +19,8 @@ pub(super) struct ViewTag {
     /// Index into the board's tags.
     pub tag: usize,
     pub corners: [Point2<f64>; 4],
-    pub sigma_px: f64,
+    /// Infinite for corners that the image does not show.
+    pub sigmas_px: [f64; 4],
 }
 
 /// An image of the board.
@@ -65,7 +66,7 @@ impl Sorted {
                 Some(tag) => sorted.view.tags.push(ViewTag {
                     tag,
                     corners: seen.corners,
-                    sigma_px: sigma_of(seen),
+                    sigmas_px: sigmas_of(seen),
                 }),
                 None => sorted.foreign.push(seen.tag),
             }
@@ -99,13 +100,33 @@ fn check_centre(resolution: [u32; 2], tag: &TagCorners) -> Result<(), LensRefusa
     })
 }
 
-fn sigma_of(tag: &TagCorners) -> f64 {
-    let variance = tag.corner_covariance.iter().map(|c| c.trace()).sum::<f64>() / 8.0;
-    if variance > 0.0 {
+/// The corners that an image shows. A corner of a board's tag that is no saddle point there, at the board's rim or behind something,
+/// is extrapolated from the rest of the tag through a lens that is not known yet: it must not count.
+fn shown_corners(seen: &TagCorners) -> [bool; 4] {
+    /// Variance of a corner in terms of its tag's best one from which it was extrapolated.
+    const EXTRAPOLATED: f64 = 25.0;
+    let variances = seen.corner_covariance.map(|covariance| covariance.trace());
+    let best = variances.iter().copied().fold(f64::INFINITY, f64::min);
+    let of_board = seen.tag.family.data().board.is_some();
+    variances.map(|variance| !of_board || variance <= EXTRAPOLATED * best)
+}
+
+/// One sigma for all corners that show: those of a tag share most of what causes it.
+fn sigmas_of(tag: &TagCorners) -> [f64; 4] {
+    let shown = shown_corners(tag);
+    let of_shown = tag.corner_covariance.iter().zip(shown);
+    let sum: f64 = of_shown
+        .filter(|(_, shows)| *shows)
+        .map(|(covariance, _)| covariance.trace())
+        .sum();
+    let n = shown.into_iter().filter(|shows| *shows).count();
+    let variance = sum / (2 * n.max(1)) as f64;
+    let sigma = if variance > 0.0 {
         variance.sqrt().clamp(*SIGMA_PX.start(), *SIGMA_PX.end())
     } else {
         USUAL_SIGMA_PX
-    }
+    };
+    shown.map(|shows| if shows { sigma } else { f64::INFINITY })
 }
 
 impl View {

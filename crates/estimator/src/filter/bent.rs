@@ -25,13 +25,14 @@ const MOST_MODULES: usize = 16;
 /// A small change of a homography, as the displacement that it brings about in the tag's plane.
 type Change = SVector<f64, 8>;
 
-/// What the bow adds to each corner that is found by a homography, in pixels; `None` where the lens bends no lines.
+/// What the bow adds to each corner that is found by a homography, in pixels; `None` where the lens bends no lines, and for boards'
+/// tags, whose corners are saddle points by themselves.
 pub(crate) fn bow(
     lens: &Lens,
     tag: TagId,
     corners: &[Point2<f64>; 4],
 ) -> Option<[Vector2<f64>; 4]> {
-    if lens.distortion().is_empty() {
+    if lens.distortion().is_empty() || tag.family.data().board.is_some() {
         return None;
     }
     let mut rays = *corners;
