@@ -1,21 +1,25 @@
-//! `sextant convert`: lenses and poses to and from ROS, Kalibr and OpenCV.
+//! `sextant convert`: lenses and poses to and from ROS, Kalibr and OpenCV, and their calibration boards.
 
 use crate::output::{Format, print_line};
+use crate::words;
 use anyhow::{Context, bail, ensure};
 use clap::{Args, ValueEnum};
 use serde_json::json;
-use sextant_estimator::{Camera, CameraId, Rig};
+use sextant_estimator::{Camera, CameraId, ObjectModel, Rig};
 use sextant_geometry::Lens;
 use sextant_process::{Exit, Failure, WithExit};
 use sextant_site_files::{
-    ForeignFormat, foreign_text, is_foreign, read_rig, rig_toml, write_keeping_former,
+    ForeignFormat, foreign_text, is_foreign, object_toml, read_board, read_rig, rig_toml,
+    write_keeping_former,
 };
 use std::path::{Path, PathBuf};
 
 /// What a person may choose of `convert`.
 #[derive(Args, Debug)]
 #[command(
-    after_help = "FROM is rig.toml, a ROS camera_info, a Kalibr camchain or OpenCV's YAML; which one is seen from what it says.
+    after_help = "FROM is rig.toml, a ROS camera_info, a Kalibr camchain or OpenCV's YAML; which one is seen from what it says. Or it describes
+a board: Kalibr's target.yaml of an AprilGrid, or a ChArUco board by squaresX, squaresY, squareLength, markerLength and dictionary;
+then the board's object file is written. Wherever an object file is asked for, such a file will do, too.
 Into a rig.toml that exists, cameras are merged: one of the same id gets the new lens and keeps its pose where FROM has none.
 The former file is kept beside it as rig.toml.former.
 
@@ -24,6 +28,7 @@ from its edge (AprilTag's own library in C) are half a pixel larger: state --pix
 
 For example: sextant convert ost.yaml --camera north --out rig.toml
              sextant convert camchain.yaml --out rig.toml
+             sextant convert target.yaml --out board.toml
              sextant convert rig.toml --to kalibr --out camchain.yaml
              sextant convert rig.toml --to ros --camera north --out north.yaml"
 )]
@@ -71,6 +76,9 @@ enum PixelOrigin {
 /// # Errors
 /// [`Exit::Input`] for a file that cannot be used or says what the other format cannot.
 pub fn run(arguments: &ConvertArguments, format: Format) -> anyhow::Result<()> {
+    if let Some(board) = board(arguments)? {
+        return write_board(arguments, &board, format);
+    }
     let rig = read_rig(&arguments.from).exit_with(Exit::Input)?;
     let mut cameras = chosen(arguments, &rig).exit_with(Exit::Input)?;
     let shift = match (arguments.pixel_origin, is_foreign(&arguments.from)) {
@@ -92,6 +100,45 @@ pub fn run(arguments: &ConvertArguments, format: Format) -> anyhow::Result<()> {
     };
     write_keeping_former(out, text.as_bytes())?;
     say(out, &cameras, format)
+}
+
+/// The board that FROM describes, named after the file to write, if it describes one.
+fn board(arguments: &ConvertArguments) -> anyhow::Result<Option<ObjectModel>> {
+    if !is_foreign(&arguments.from) {
+        return Ok(None);
+    }
+    let named = arguments.out.as_ref().and_then(|out| out.file_stem());
+    let named = named.and_then(|stem| stem.to_str()?.parse().ok());
+    let id = match named {
+        Some(id) => id,
+        None => "board".parse()?,
+    };
+    read_board(&arguments.from, &id).exit_with(Exit::Input)
+}
+
+fn write_board(
+    arguments: &ConvertArguments,
+    board: &ObjectModel,
+    format: Format,
+) -> anyhow::Result<()> {
+    if arguments.to != Target::Toml {
+        let from = arguments.from.display();
+        let error = anyhow::anyhow!("{from} describes a board; only --to toml takes that");
+        return Err(error).exit_with(Exit::Usage);
+    }
+    let text = object_toml(board);
+    let Some(out) = &arguments.out else {
+        return Ok(print_line(text.trim_end())?);
+    };
+    write_keeping_former(out, text.as_bytes())?;
+    let tags = board.tags().len();
+    let line = match format {
+        Format::Json => {
+            json!({"file": out, "object": board.id().as_str(), "tags": tags}).to_string()
+        }
+        Format::Text => format!("{}: {}", out.display(), words::count(tags, "tag")),
+    };
+    Ok(print_line(&line)?)
 }
 
 fn say(out: &Path, cameras: &[Camera], format: Format) -> anyhow::Result<()> {
@@ -175,6 +222,7 @@ fn merged(out: Option<&Path>, cameras: &[Camera]) -> anyhow::Result<String> {
 mod tests {
     use super::*;
     use sextant_geometry::Pose;
+    use sextant_site_files::read_object;
 
     const CAMERA_INFO: &str = "image_width: 640\nimage_height: 480\ncamera_name: left\ncamera_matrix: {rows: 3, cols: 3, \
         data: [600.0, 0.0, 320.0, 0.0, 601.0, 240.0, 0.0, 0.0, 1.0]}\ndistortion_model: plumb_bob\n\
@@ -217,6 +265,25 @@ mod tests {
         assert_eq!(camera.lens.intrinsics().cx, 319.5);
         let former = std::fs::read_to_string(sextant_site_files::former_of(&rig)).unwrap();
         assert!(former.contains("cx = 320.0"));
+    }
+
+    #[test]
+    fn a_board_becomes_an_object_file() {
+        let folder = tempfile::tempdir().unwrap();
+        let target = folder.path().join("target.yaml");
+        let kalibrs =
+            "target_type: 'aprilgrid'\ntagCols: 6\ntagRows: 5\ntagSize: 0.088\ntagSpacing: 0.3\n";
+        std::fs::write(&target, kalibrs).unwrap();
+        let out = folder.path().join("grid.toml");
+        run(&arguments(&target, &out), Format::Text).unwrap();
+        let board = read_object(&out).unwrap();
+        assert_eq!((board.id().as_str(), board.tags().len()), ("grid", 30));
+        let there = ConvertArguments {
+            to: Target::Kalibr,
+            ..arguments(&target, &out)
+        };
+        let error = run(&there, Format::Text).unwrap_err();
+        assert!(error.to_string().contains("only --to toml"), "{error}");
     }
 
     #[test]

@@ -1,6 +1,7 @@
 //! `sextant print`: boards, tags and cubes on paper in true size, and the object file that says what was printed.
 
 mod board;
+mod calibration_boards;
 mod cube;
 mod pdf;
 mod sheet;
@@ -8,7 +9,7 @@ mod tags;
 
 use crate::output::{Format, print_line};
 use crate::words;
-use anyhow::ensure;
+use anyhow::{bail, ensure};
 use clap::{Args, Subcommand};
 use nalgebra::Translation3;
 use pdf::Page;
@@ -16,7 +17,7 @@ use serde_json::json;
 use sextant_estimator::{ObjectModel, ObjectTag, TagId};
 use sextant_process::{Exit, WithExit};
 use sextant_site_files::{object_toml, write_atomically, write_keeping_former};
-use sextant_tag_families::Family;
+use sextant_tag_families::{Board, Family};
 use sheet::{Paper, length_text};
 use std::path::PathBuf;
 
@@ -31,6 +32,8 @@ then only the object file is written, all of it enlarged or shrunk by what was m
 
 For example: sextant print board
              sextant print board --measured-size 0.0277
+             sextant print aprilgrid --columns 6 --rows 6 --size 0.022
+             sextant print charuco --family charuco5x5-100
              sextant print tags --ids 3-9 --size 0.03 --out gamepad.pdf
              sextant print cube --edge 0.06 --size 0.04 --first 10"
 )]
@@ -40,10 +43,10 @@ pub struct PrintArguments {
     /// The paper.
     #[arg(long, value_enum, default_value = "a4", global = true)]
     paper: Paper,
-    /// The PDF; the object file stands beside it with the ending .toml. Default: board.pdf, tags.pdf or cube.pdf.
+    /// The PDF; the object file stands beside it with the ending .toml. Default: board.pdf, tags.pdf and so on.
     #[arg(long, value_name = "FILE.pdf", global = true)]
     out: Option<PathBuf>,
-    /// Id of the object. Default: board, tags or cube.
+    /// Id of the object. Default: board, tags and so on.
     #[arg(long, value_name = "ID", global = true)]
     id: Option<String>,
     /// Edge of a black square as measured on the print, metres.
@@ -55,6 +58,10 @@ pub struct PrintArguments {
 enum What {
     /// A flat board, to calibrate lenses and rigs with.
     Board(board::BoardArguments),
+    /// Kalibr's AprilGrid, for calibrating with Kalibr and with Sextant.
+    Aprilgrid(calibration_boards::AprilgridArguments),
+    /// OpenCV's ChArUco board, for calibrating with OpenCV and with Sextant.
+    Charuco(calibration_boards::CharucoArguments),
     /// Single tags to cut out and stick on things.
     Tags(tags::TagsArguments),
     /// A cube to fold, a tag on each face.
@@ -120,6 +127,8 @@ impl What {
     fn word(&self) -> &'static str {
         match self {
             Self::Board(_) => "board",
+            Self::Aprilgrid(_) => "aprilgrid",
+            Self::Charuco(_) => "charuco",
             Self::Tags(_) => "tags",
             Self::Cube(_) => "cube",
         }
@@ -128,6 +137,8 @@ impl What {
     fn printed(&self, id: &str, paper: Paper) -> anyhow::Result<Printed> {
         match self {
             Self::Board(arguments) => board::board(arguments, id, paper),
+            Self::Aprilgrid(arguments) => calibration_boards::aprilgrid(arguments, id, paper),
+            Self::Charuco(arguments) => calibration_boards::charuco(arguments, id, paper),
             Self::Tags(arguments) => tags::tags(arguments, id, paper),
             Self::Cube(arguments) => cube::cube(arguments, id, paper),
         }
@@ -184,6 +195,13 @@ fn ids_from(family: Family, first: u32, count: u32) -> anyhow::Result<Vec<TagId>
 }
 
 fn tag_of(family: Family, id: u32) -> anyhow::Result<TagId> {
+    if let Some(board) = family.data().board {
+        let command = match board {
+            Board::Aprilgrid => "aprilgrid",
+            Board::Charuco => "charuco",
+        };
+        bail!("tags of {family} are part of a board; print one with `sextant print {command}`");
+    }
     let last = family.data().codes.len() - 1;
     ensure!(
         id as usize <= last,

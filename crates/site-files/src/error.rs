@@ -77,6 +77,17 @@ impl Complaint {
     }
 }
 
+impl Wrong {
+    /// What is wrong with a file as a whole.
+    pub(crate) fn with_all(path: &Path, complaint: Complaint) -> Self {
+        Self {
+            path: path.to_owned(),
+            place: None,
+            complaint,
+        }
+    }
+}
+
 impl fmt::Display for Wrong {
     /// `file:line:column: key: cause; remedy`
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {

@@ -60,20 +60,8 @@ pub fn read_foreign(path: &Path) -> Result<(ForeignFormat, Rig), FileError> {
 /// # Errors
 /// As [`read_foreign`].
 pub fn parse_foreign(path: &Path, text: &str) -> Result<(ForeignFormat, Rig), FileError> {
-    let wrong = |complaint| Wrong {
-        path: path.to_owned(),
-        place: None,
-        complaint,
-    };
-    let document: Value = yaml_serde::from_str(&opencv::as_plain_yaml(text)).map_err(|error| {
-        let place = error.location().map(|at| (at.line(), at.column()));
-        let cause = format!("malformed YAML: {error}");
-        let complaint = Complaint::new("", cause, "export it again from the tool that made it");
-        Wrong {
-            place,
-            ..wrong(complaint)
-        }
-    })?;
+    let document = parse_yaml(path, text)?;
+    let wrong = |complaint| Wrong::with_all(path, complaint);
     let format = format_of(&document, text).ok_or_else(|| {
         wrong(Complaint::new(
             "",
@@ -89,6 +77,19 @@ pub fn parse_foreign(path: &Path, text: &str) -> Result<(ForeignFormat, Rig), Fi
     };
     let rig = cameras.and_then(|cameras| Rig::new(cameras).map_err(|error| refused(&error)));
     Ok((format, rig.map_err(wrong)?))
+}
+
+/// The YAML of a text, also as OpenCV writes it.
+pub(crate) fn parse_yaml(path: &Path, text: &str) -> Result<Value, FileError> {
+    yaml_serde::from_str(&opencv::as_plain_yaml(text)).map_err(|error| {
+        let cause = format!("malformed YAML: {error}");
+        Wrong {
+            path: path.to_owned(),
+            place: error.location().map(|at| (at.line(), at.column())),
+            complaint: Complaint::new("", cause, "export it again from the tool that made it"),
+        }
+        .into()
+    })
 }
 
 /// The text of a camera in a format that knows one.
@@ -129,14 +130,14 @@ fn refused(error: &RigError) -> Complaint {
 }
 
 /// Name of a file without folder and ending.
-fn stem_of(path: &Path) -> &str {
+pub(crate) fn stem_of(path: &Path) -> &str {
     path.file_stem()
         .and_then(|stem| stem.to_str())
         .unwrap_or("camera")
 }
 
-/// A camera's name out of whatever a tool calls it: small letters, other characters as `_`.
-fn name_of(said: &str) -> String {
+/// A name out of whatever a tool calls a camera or a file: small letters, other characters as `_`.
+pub(crate) fn name_of(said: &str) -> String {
     let name: String = said
         .chars()
         .take(32)

@@ -2,6 +2,7 @@
 //!
 //! - [`read_rig`], [`read_object`]: files to the estimator's models, every number checked.
 //! - [`write_rig`], [`write_object`]: models to files; numbers keep every digit.
+//! - [`AprilGrid`], [`CharucoBoard`]: boards of Kalibr and OpenCV; [`read_object`] takes their files as well.
 //! - [`read_foreign`], [`foreign_text`]: calibrations of ROS, Kalibr and OpenCV; [`read_rig`] takes them as well.
 //! - [`read_toml`], [`read_toml_checked`], [`write_toml`]: any other configuration, with the same kind of error.
 //! - [`with_value`]: one value of a text changed, comments kept.
@@ -13,6 +14,7 @@
 //! Metres, pixels, quaternions x, y, z, w, as in the files; no network and no clock here.
 
 mod atomic;
+mod boards;
 mod document;
 mod edit;
 mod error;
@@ -26,6 +28,7 @@ mod rig;
 pub use atomic::{
     FORMER_VERSIONS, former_of, former_version, write_atomically, write_keeping_former,
 };
+pub use boards::{AprilGrid, BoardError, CharucoBoard, UpperLeft, read_board};
 pub use edit::with_value;
 pub use error::{Complaint, FileError, Wrong};
 pub use foreign::{ForeignFormat, foreign_text, is_foreign, parse_foreign, read_foreign};

@@ -3,14 +3,16 @@
 mod links;
 
 use crate::atomic::write_keeping_former;
+use crate::boards::parse_board;
 use crate::document::Document;
-use crate::error::{Complaint, FileError};
+use crate::error::{Complaint, FileError, Wrong};
+use crate::foreign::{is_foreign, name_of, stem_of};
 use crate::read::read_text;
 use crate::rig::{SigmaTable, pose_toml, sigma_toml};
 use links::{JointTable, LinkTable, articulation_of, articulation_toml};
 use serde::Deserialize;
 use sextant_estimator::{
-    Articulation, LinkId, ObjectError, ObjectId, ObjectModel, ObjectTag, PoseSigma, TagId,
+    Articulation, IdError, LinkId, ObjectError, ObjectId, ObjectModel, ObjectTag, PoseSigma, TagId,
 };
 use sextant_geometry::{Pose, PoseParts};
 use sextant_tag_families::Family;
@@ -67,12 +69,23 @@ impl TagTable {
     }
 }
 
-/// The object of a file.
+/// The object of a file; of a YAML file the board that another tool's file describes, named after the file.
 ///
 /// # Errors
 /// A file that is missing, malformed, or describes no object; with line, column, key and remedy.
 pub fn read_object(path: &Path) -> Result<ObjectModel, FileError> {
-    parse_object(path, &read_text(path)?)
+    let text = read_text(path)?;
+    if !is_foreign(path) {
+        return parse_object(path, &text);
+    }
+    let wrong = |cause: String, remedy| Wrong::with_all(path, Complaint::new("", cause, remedy));
+    let id = name_of(stem_of(path)).parse();
+    let id = id.map_err(|error: IdError| wrong(error.to_string(), "rename the file"))?;
+    let board = parse_board(path, &text, &id)?;
+    Ok(board.ok_or_else(|| {
+        let known = "known are Kalibr's target.yaml (target_type: aprilgrid) and ChArUco boards (squaresX, squaresY, squareLength, markerLength, dictionary)";
+        wrong("this is no board that is known".to_owned(), known)
+    })?)
 }
 
 /// The object of a text; `path` is for the messages.

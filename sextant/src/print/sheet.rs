@@ -3,7 +3,7 @@
 use super::pdf::{Area, Mark, Page, Stroke};
 use clap::ValueEnum;
 use sextant_estimator::TagId;
-use sextant_tag_families::module_is_white;
+use sextant_tag_families::{Board, module_is_white};
 
 /// What most printers leave white at each edge, millimetres.
 pub const MARGIN: f64 = 10.0;
@@ -62,18 +62,21 @@ impl Sheet {
         self.page
     }
 
-    /// A tag, upright, with its centre at a place; `size` is the edge of its black square.
+    /// A tag, upright, with its centre at a place; `size` is the edge of its black square, of a ChArUco board's marker. Squares at the
+    /// corners of an AprilGrid's tag are not part of it: [`Self::squares`].
     pub fn tag(&mut self, tag: TagId, centre: [f64; 2], size: f64) {
         let across = usize::from(tag.family.data().total_width);
         let module = module_of(tag, size);
         let half = module * across as f64 / 2.0;
         let [left, top] = [centre[0] - half, centre[1] + half];
+        let ring = usize::from(tag.family.data().board == Some(Board::Aprilgrid));
+        let end = across - ring;
         let mut areas = Vec::new();
-        for row in 0..across {
+        for row in ring..end {
             let black = |column: usize| !module_is_white(tag.family, tag.id, column, row);
-            let mut column = 0;
-            while column < across {
-                let run = (column..across).take_while(|&c| black(c)).count();
+            let mut column = ring;
+            while column < end {
+                let run = (column..end).take_while(|&c| black(c)).count();
                 if run > 0 {
                     areas.push(Area {
                         x: left + column as f64 * module,
@@ -86,6 +89,19 @@ impl Sheet {
             }
         }
         self.page.marks.push(Mark::Black(areas));
+    }
+
+    /// Black squares by their lower left corners.
+    pub fn squares(&mut self, corners: impl Iterator<Item = [f64; 2]>, edge: f64) {
+        let area = |[x, y]: [f64; 2]| Area {
+            x,
+            y,
+            width: edge,
+            height: edge,
+        };
+        self.page
+            .marks
+            .push(Mark::Black(corners.map(area).collect()));
     }
 
     /// A line of words.

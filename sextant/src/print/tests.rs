@@ -1,6 +1,7 @@
 //! What is printed, read back from the PDF itself, drawn as pixels and looked at by the detector.
 
 use super::*;
+use nalgebra::Vector2;
 use sextant_apriltag::{Detector, Image, Options};
 use sextant_geometry::tag_corners_in_tag;
 use std::collections::BTreeMap;
@@ -157,6 +158,101 @@ fn single_tags_of_every_border_are_seen_in_their_size_on_all_pages() {
             assert!(top_left[1] > bottom_right[1] && top_left[0] < top_right[0]);
         }
     }
+}
+
+/// Corners as the detector sees them where the object file says, up to where the board lies on the paper.
+fn assert_seen_as_described(printed: &Printed, family: Family) {
+    let seen = pictures(&pdf::pdf("", &printed.pages))[0].tags(family);
+    assert_eq!(seen.len(), printed.model.tags().len());
+    let described = |tag: &ObjectTag| {
+        let corners = tag_corners_in_tag(tag.size_m);
+        corners.map(|corner| (tag.object_from_tag.unwrap() * corner).coords.xy() * 1e3)
+    };
+    // A board whose y runs down is seen from its back otherwise.
+    let first = &printed.model.tags()[0];
+    let is_upright = first.object_from_tag.unwrap().rotation.w.abs() > 0.5;
+    let up = if is_upright { 1.0 } else { -1.0 };
+    let origin = described(first)[2];
+    let all = || printed.model.tags().iter().flat_map(described);
+    let (low, high) = all().fold((origin, origin), |(low, high), at| {
+        (low.inf(&at), high.sup(&at))
+    });
+    // At the rim of a chessboard no saddle point shows: corners are extrapolated.
+    let most = |place: &Vector2<f64>| {
+        let inside = (place - low).min() > 0.1 && (high - place).min() > 0.1;
+        let shows = inside || family == Family::Tag36h11b2;
+        if shows { 0.03 } else { 0.4 }
+    };
+    for tag in printed.model.tags() {
+        for (corner, place) in described(tag).iter().enumerate() {
+            let from = seen[&first.tag.id][2];
+            let expected = [
+                from[0] + place.x - origin.x,
+                from[1] + up * (place.y - origin.y),
+            ];
+            let away = apart(expected, seen[&tag.tag.id][corner]);
+            assert!(away < most(place), "{} {corner}: {away} mm", tag.tag);
+        }
+    }
+}
+
+#[test]
+fn an_aprilgrid_is_seen_as_its_object_file_says() {
+    for (paper, spacing) in [(Paper::A4, 0.3), (Paper::Letter, 0.2)] {
+        let arguments = calibration_boards::AprilgridArguments {
+            columns: 6,
+            rows: 6,
+            size: 0.022,
+            spacing,
+            first: 4,
+        };
+        let printed = calibration_boards::aprilgrid(&arguments, "grid", paper).unwrap();
+        assert_seen_as_described(&printed, Family::Tag36h11b2);
+    }
+}
+
+#[test]
+fn a_charuco_board_is_seen_as_its_object_file_says() {
+    for (columns, marker, name) in [(5, 0.75, "charuco5x5-100"), (4, 0.6, "charuco4x4-50")] {
+        let arguments = calibration_boards::CharucoArguments {
+            columns,
+            rows: 6,
+            size: 0.033,
+            marker,
+            family: name.parse().unwrap(),
+        };
+        let printed = calibration_boards::charuco(&arguments, "board", Paper::A4).unwrap();
+        assert_seen_as_described(&printed, arguments.family);
+    }
+}
+
+#[test]
+fn boards_that_are_none_are_refused_with_the_reason() {
+    let mut arguments = board_arguments();
+    arguments.family = Family::Tag36h11b2;
+    let error = board::board(&arguments, "board", Paper::A4).err().unwrap();
+    assert!(
+        error.to_string().contains("`sextant print aprilgrid`"),
+        "{error}"
+    );
+    let charuco = calibration_boards::CharucoArguments {
+        columns: 5,
+        rows: 7,
+        size: 0.033,
+        marker: 0.95,
+        family: Family::Charuco4x4With50,
+    };
+    let refused = |arguments: &_| {
+        let printed = calibration_boards::charuco(arguments, "board", Paper::A4);
+        printed.err().unwrap().to_string()
+    };
+    assert!(refused(&charuco).contains("markers of 0.95 of a square"));
+    let large = calibration_boards::CharucoArguments {
+        size: 0.05,
+        marker: 0.75,
+        ..charuco
+    };
+    assert!(refused(&large).contains("take fewer columns or rows"));
 }
 
 #[test]
