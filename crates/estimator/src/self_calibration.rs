@@ -12,6 +12,7 @@
 
 mod adjustment;
 mod corrections;
+mod design_effect;
 mod gauge;
 mod imperfections;
 mod keyframes;

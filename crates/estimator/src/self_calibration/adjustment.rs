@@ -7,6 +7,7 @@ use nalgebra::{DMatrix, DVector, Matrix6, OMatrix, SMatrix, SVector, Vector6};
 use sextant_geometry::{Pose, se3};
 
 use super::corrections::{CameraCorrection, Corrections, ObjectFrame, TagCorrection};
+use super::design_effect::DesignEffect;
 use super::gauge::Gauge;
 use super::keyframes::{Keyframe, KeyframeView, Keyframes};
 use super::layout::{CLASSES, Class, Layout, OF_CAMERA, OF_TAG};
@@ -31,8 +32,6 @@ const FAITH: [f64; 2] = [30.0, 4.0];
 const BOUNDS: (f64, f64) = (1e-3, 1e4);
 /// Bound of the factor on variances by which correlated errors are told from independent ones.
 const LEAST_INDEPENDENCE: f64 = 0.01;
-/// Views as which one counts: what a detector, a lens or a print gets wrong is much the same in views from similar poses.
-const ALIKE: f64 = 4.0;
 /// Coordinates of a view.
 const COORDINATES: f64 = 8.0;
 /// Median of chi-square with eight degrees of freedom.
@@ -63,6 +62,7 @@ pub(super) struct Adjustment {
     scales: Scales,
     /// Factor on the variance of each camera's corners.
     noise: BTreeMap<usize, f64>,
+    design_effect: DesignEffect,
 }
 
 /// What the views of all keyframes say, and the square of each.
@@ -129,6 +129,9 @@ impl Adjustment {
             self.scales = self.scales.updated(&layout, &errors, &covariance);
         }
         self.scatter(&layout, &errors);
+        let determined = |at: usize| 1.0 - covariance[(at, at)] * precisions[at];
+        let determined = (0..layout.len()).map(determined).sum();
+        self.design_effect.learn(keyframes, determined, left);
         if is_exact(&layout, &errors, &information, &precisions) {
             return Some(Corrections::exact(&layout));
         }
@@ -188,7 +191,7 @@ impl Adjustment {
             let Some(rows) = self.rows(keyframe, one, cameras) else {
                 continue;
             };
-            let (matrix, pull, _) = normal(&rows, one, 1.0);
+            let (matrix, pull, _) = normal(&rows, one, (1.0, 1.0));
             information += matrix.fixed_view::<6, 6>(0, 0);
             gradient += pull.fixed_rows::<6>(0);
         }
@@ -369,7 +372,7 @@ impl Adjustment {
                 let (Some(rows), Some(camera)) = (rows, cameras.get(&one.camera_index)) else {
                     continue;
                 };
-                let (matrix, pull, square) = normal(&rows, one, excess);
+                let (matrix, pull, square) = normal(&rows, one, (excess, self.design_effect.0));
                 own += matrix.fixed_view::<6, 6>(0, 0);
                 gradient += pull.fixed_rows::<6>(0);
                 equations.left += square;
@@ -555,7 +558,7 @@ fn tag_map(by_pose: &Matrix6<f64>) -> SMatrix<f64, OF_VIEW, OF_TAG> {
 fn normal(
     rows: &[[f64; OF_VIEW + 1]; 8],
     one: &KeyframeView,
-    excess: f64,
+    (excess, design_effect): (f64, f64),
 ) -> (ViewMatrix, ViewVector, f64) {
     let rows = SMatrix::<f64, 8, { OF_VIEW + 1 }>::from_fn(|row, column| rows[row][column]);
     let residual = rows.column(OF_VIEW).into_owned();
@@ -564,7 +567,7 @@ fn normal(
         .view
         .noise_source
         .weight(residual.norm_squared() / excess)
-        / ALIKE;
+        / design_effect;
     let (matrix, pull, square) = (
         slopes.tr_mul(&slopes) * weight,
         slopes.tr_mul(&residual) * weight,

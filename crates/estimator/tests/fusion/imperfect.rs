@@ -97,7 +97,7 @@ fn cameras_placed_by_hand_are_corrected_within_a_second() {
         let (learned, as_given) = [&learned, &as_given]
             .map(|all| worst_way_error(&all[30..]))
             .into();
-        assert!(learned < 0.0006, "seed {seed}: {learned} m");
+        assert!(learned < 0.001, "seed {seed}: {learned} m");
         assert!(
             as_given > 3.0 * learned,
             "seed {seed}: {as_given} against {learned} m"
