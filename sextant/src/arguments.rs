@@ -3,7 +3,7 @@
 use crate::output::Format;
 use crate::{
     calibrate, check, config, convert, demo, detect, doctor, echo, hz, learn, list, nodes, print,
-    replay, top,
+    replay, simulate, top,
 };
 use clap::{Parser, Subcommand};
 use node_camera::CameraArguments;
@@ -34,6 +34,8 @@ Errors go to standard error with cause and remedy; SEXTANT_LOG filters the log o
 enum Command {
     /// A whole site without hardware: simulated cameras, everything else real, a page to watch it.
     Demo(demo::DemoArguments),
+    /// Render a recording with truth, and the site's files as a person would have them.
+    Simulate(simulate::SimulateArguments),
     /// Find tags in pictures.
     Detect(detect::DetectArguments),
     /// Run a recording through the estimator.
@@ -80,6 +82,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     };
     match &arguments.command {
         Command::Demo(arguments) => demo::run(arguments, format),
+        Command::Simulate(arguments) => simulate::run(arguments, format),
         Command::Detect(arguments) => detect::run(arguments, format),
         Command::Replay(arguments) => replay::run(arguments, format),
         Command::Calibrate(arguments) => calibrate::run(arguments, format),

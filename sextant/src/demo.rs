@@ -1,11 +1,11 @@
-//! `sextant demo`: a whole site in one command, without any hardware.
+//! `sextant demo`: a whole site in one command, without any hardware, its files as wrong as those of a real one.
 //!
 //! Simulated cameras render images of moving tagged objects; from there on everything is real: shared memory, detector,
 //! network, fusion, page, each in the process that a site would run. The parent is the site's router, knows the simulator's
 //! truth, and tells how far the estimates are from it.
 
+mod alignment;
 mod browser;
-mod models;
 mod processes;
 mod readiness;
 mod score;
@@ -13,13 +13,13 @@ mod site_folder;
 mod terminal;
 mod watch;
 
+use crate::simulate::Demonstration;
 use anyhow::{Context, bail};
 use clap::Args;
 use processes::Processes;
 use serde::Serialize;
 use sextant_process::{Exit, Failure, Shutdown, WithExit};
 use sextant_proto::{Keys, SiteId};
-use sextant_simulator::Scenario;
 use sextant_zenoh_bus::{Bus, BusError, BusOptions};
 use site_folder::{Addresses, SiteFolder};
 use std::net::{Ipv4Addr, SocketAddr, TcpListener};
@@ -36,15 +36,8 @@ const ROUTER_TRIES: usize = 3;
 /// What a person may choose of the demo.
 #[derive(Args, Debug)]
 pub struct DemoArguments {
-    /// Simulated cameras around the table.
-    #[arg(long, default_value_t = 4, value_parser = clap::value_parser!(u8).range(1..=16))]
-    cameras: u8,
-    /// Tagged objects that move on it.
-    #[arg(long, default_value_t = 3, value_parser = clap::value_parser!(u8).range(1..=12))]
-    objects: u8,
-    /// With an arm of two joints and three links in the middle, around which the others move.
-    #[arg(long)]
-    arm: bool,
+    #[command(flatten)]
+    site: Demonstration,
     /// End after so many seconds; without it the demo runs until Ctrl-C.
     #[arg(long, value_name = "SECONDS", value_parser = parse_seconds)]
     duration: Option<Duration>,
@@ -54,23 +47,9 @@ pub struct DemoArguments {
     /// Port of the web page on this machine.
     #[arg(long, default_value_t = 8600)]
     port: u16,
-    /// Seed of the scene: the same seed, the same images.
-    #[arg(long, default_value_t = 1)]
-    seed: u32,
     /// Name of the demo's site, the middle of every key on the network.
-    #[arg(long, default_value = "demo", value_name = "NAME")]
-    site: SiteId,
-}
-
-impl DemoArguments {
-    fn scenario(&self) -> Scenario {
-        let make = if self.arm {
-            Scenario::demo_with_arm
-        } else {
-            Scenario::demo
-        };
-        make(self.cameras.into(), self.objects.into(), self.seed.into())
-    }
+    #[arg(long = "site", default_value = "demo", value_name = "NAME")]
+    name: SiteId,
 }
 
 fn parse_seconds(text: &str) -> Result<Duration, String> {
@@ -98,7 +77,7 @@ pub struct Summary {
 pub fn run(arguments: &DemoArguments, format: crate::output::Format) -> anyhow::Result<()> {
     let shutdown = Shutdown::install()?;
     let page = free_page_address(arguments.port)?;
-    let scenario = arguments.scenario();
+    let scenario = arguments.site.scenario();
     let bus = open_router(&shutdown)?;
     let router = bus
         .endpoints()
@@ -108,13 +87,13 @@ pub fn run(arguments: &DemoArguments, format: crate::output::Format) -> anyhow::
     let folder = SiteFolder::create(
         &scenario,
         &Addresses {
-            site: &arguments.site,
+            site: &arguments.name,
             router: &router,
             page,
         },
     )?;
     let mut processes = Processes::start(&folder)?;
-    let keys = Keys::of(arguments.site.clone());
+    let keys = Keys::of(arguments.name.clone());
     let terminal = terminal::Terminal::new(format);
 
     readiness::wait(&bus, &keys, folder.cameras(), &mut processes, &shutdown)?;
@@ -122,6 +101,9 @@ pub fn run(arguments: &DemoArguments, format: crate::output::Format) -> anyhow::
         let url = format!("http://{page}");
         let opened = !arguments.no_browser && browser::open(&url);
         terminal.ready(&url, opened, &router, &processes.ids());
+        if let Some(errors) = arguments.site.imperfections() {
+            terminal.imperfect(errors);
+        }
     }
     let mut watch = Watch::start(&bus, &keys, &scenario, &terminal)?;
     let outcome = watch.until_end(arguments.duration, &mut processes, &shutdown);

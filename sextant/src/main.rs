@@ -19,6 +19,7 @@ mod output;
 mod print;
 mod procedure;
 mod replay;
+mod simulate;
 mod site;
 mod top;
 mod words;

@@ -6,8 +6,7 @@ use sextant_estimator::ObjectModel;
 use sextant_geometry::{Lens, Pose};
 use sextant_recordings::{GreyImage, write_grey_png};
 use sextant_simulator::{
-    Background, ClockFaults, Flicker, Light, NetworkFaults, Path, Renderer, Scenario, SceneCamera,
-    SceneObject, SceneTag, Solid,
+    Background, Light, Path, Renderer, Scenario, SceneCamera, SceneObject, SceneTag, Solid,
 };
 use std::fs;
 
@@ -70,11 +69,9 @@ impl Studio {
     }
 
     fn and(mut self, model: &ObjectModel, solid: Solid, path: Path) -> Self {
-        let tags = model.tags().iter().map(|tag| SceneTag {
-            family: tag.tag.family,
-            id: tag.tag.id,
-            size: tag.size_m,
-            object_from_tag: tag.object_from_tag.expect("printed things are known"),
+        let tags = model.tags().iter().map(|tag| {
+            let place = tag.object_from_tag.expect("printed things are known");
+            SceneTag::new(tag.tag.family, tag.tag.id, tag.size_m, place)
         });
         self.objects.push(SceneObject {
             id: model.id().to_string(),
@@ -134,21 +131,10 @@ fn taken_ns(at: u32, shots: Shots) -> u64 {
 
 fn camera((id, lens, world_from_camera): (&str, Lens, Pose)) -> SceneCamera {
     SceneCamera {
-        id: id.to_owned(),
-        resolution: [640, 480],
-        lens,
-        world_from_camera,
-        rate_hz: 30.0,
-        phase: 0.0,
         exposure_ns: 2_000_000,
-        line_delay_s: 0.0,
-        gain: 1.0,
-        flicker: Flicker::default(),
         vignetting: 0.1,
         blur_px: 0.6,
-        noise: 2.0,
-        clock: ClockFaults::default(),
-        network: NetworkFaults::default(),
+        ..SceneCamera::new(id, [640, 480], lens, world_from_camera)
     }
 }
 

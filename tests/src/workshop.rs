@@ -7,8 +7,8 @@ use sextant_estimator::{Camera, CameraId, ObjectId, ObjectModel, ObjectTag, Rig,
 use sextant_geometry::{Intrinsics, Lens, Pose};
 use sextant_proto::{ClockQuality, ClockSource, Observations, TagObservation, Timing};
 use sextant_simulator::{
-    Background, ClockFaults, Flicker, Harmonic, Light, NetworkFaults, Observer, Occlusion, Path,
-    Random, Scenario, SceneCamera, SceneObject, SceneTag, Solid, Visibility, Wave,
+    Background, Harmonic, Light, Observer, Occlusion, Path, Random, Scenario, SceneCamera,
+    SceneObject, SceneTag, Solid, Visibility, Wave,
 };
 use sextant_tag_families::Family;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
@@ -157,22 +157,13 @@ fn camera(name: &str, x: f64) -> SceneCamera {
         cx: 322.5,
         cy: 236.0,
     };
+    let lens = Lens::brown_conrady(intrinsics, [-0.11, 0.05, 3e-4, -2e-4, 0.0]).expect("a lens");
+    let world_from_camera = Pose::from_parts(place.into(), turn);
     SceneCamera {
-        id: name.to_owned(),
-        resolution: [640, 480],
-        lens: Lens::brown_conrady(intrinsics, [-0.11, 0.05, 3e-4, -2e-4, 0.0]).expect("a lens"),
-        world_from_camera: Pose::from_parts(place.into(), turn),
-        rate_hz: 30.0,
-        phase: 0.0,
         exposure_ns: 2_000_000,
-        gain: 1.0,
-        flicker: Flicker::default(),
         vignetting: 0.1,
-        blur_px: 0.5,
         noise: 1.5,
-        line_delay_s: 0.0,
-        clock: ClockFaults::default(),
-        network: NetworkFaults::default(),
+        ..SceneCamera::new(name, [640, 480], lens, world_from_camera)
     }
 }
 
@@ -192,11 +183,9 @@ fn wave(mean: f64, swings: &[(u32, f64)]) -> Wave {
 /// The board: its face towards the wall, carried to every edge of the middle camera's picture and tilted every way.
 fn board() -> SceneObject {
     let model = BOARD.object("board").expect("a board");
-    let tags = model.tags().iter().map(|tag| SceneTag {
-        family: tag.tag.family,
-        id: tag.tag.id,
-        size: tag.size_m,
-        object_from_tag: tag.object_from_tag.expect("a place"),
+    let tags = model.tags().iter().map(|tag| {
+        let place = tag.object_from_tag.expect("a place");
+        SceneTag::new(tag.tag.family, tag.tag.id, tag.size_m, place)
     });
     SceneObject {
         id: "board".to_owned(),
@@ -218,6 +207,7 @@ fn board() -> SceneObject {
             pitch: wave(0.0, &[(4, 0.2)]),
             roll: wave(FRAC_PI_2, &[(17, 0.5)]),
             joints: Vec::new(),
+            events: Vec::new(),
         },
     }
 }
@@ -235,12 +225,8 @@ fn cube() -> SceneObject {
     let tag = |(id, (about_x, about_y)): (u32, (f64, f64))| {
         let turn = UnitQuaternion::from_euler_angles(about_x, about_y, 0.0);
         let place = turn * Vector3::new(0.0, 0.0, EDGE_M / 2.0);
-        SceneTag {
-            family: Family::Tag36h11,
-            id,
-            size: TAG_M,
-            object_from_tag: Pose::from_parts(place.into(), turn),
-        }
+        let object_from_tag = Pose::from_parts(place.into(), turn);
+        SceneTag::new(Family::Tag36h11, id, TAG_M, object_from_tag)
     };
     SceneObject {
         id: "cube".to_owned(),
@@ -262,6 +248,7 @@ fn cube() -> SceneObject {
             pitch: wave(0.0, &[(2, 1.2)]),
             roll: wave(0.0, &[(1, 3.0)]),
             joints: Vec::new(),
+            events: Vec::new(),
         },
     }
 }

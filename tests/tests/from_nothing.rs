@@ -100,6 +100,7 @@ fn way(period_s: f64, [x, y, z]: [Wave; 3], [yaw, pitch, roll]: [Wave; 3]) -> Wa
         pitch,
         roll,
         joints: Vec::new(),
+        events: Vec::new(),
     }
 }
 

@@ -5,7 +5,7 @@ use serde::Serialize;
 use sextant_estimator::{
     JointEstimate, JointId, LinkEstimate, LinkId, ObjectEstimate, ObjectId, State,
 };
-use sextant_geometry::PoseParts;
+use sextant_geometry::{Pose, PoseParts};
 
 #[derive(Serialize)]
 struct PoseLine<'a> {
@@ -91,11 +91,13 @@ fn row_major(covariance: &Matrix6<f64>) -> Vec<f64> {
 
 /// Seconds, metres, x y z w; nanoseconds and nanometres are kept.
 pub fn pose_tum(estimate: &ObjectEstimate) -> String {
-    let parts = PoseParts::from(&estimate.world_from_object);
-    let (seconds, nanos) = (
-        estimate.capture_ns / 1_000_000_000,
-        estimate.capture_ns % 1_000_000_000,
-    );
+    tum_line(estimate.capture_ns, &estimate.world_from_object)
+}
+
+/// The same of any pose at a time in ns.
+pub fn tum_line(t_ns: u64, world_from_object: &Pose) -> String {
+    let parts = PoseParts::from(world_from_object);
+    let (seconds, nanos) = (t_ns / 1_000_000_000, t_ns % 1_000_000_000);
     let mut line = format!("{seconds}.{nanos:09}");
     for number in parts.position.iter().chain(&parts.orientation) {
         line.push_str(&format!(" {number:.9}"));
@@ -107,7 +109,6 @@ pub fn pose_tum(estimate: &ObjectEstimate) -> String {
 mod tests {
     use super::*;
     use nalgebra::Vector6;
-    use sextant_geometry::Pose;
 
     fn estimate() -> ObjectEstimate {
         ObjectEstimate {

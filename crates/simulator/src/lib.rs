@@ -10,6 +10,7 @@ mod coverage;
 mod model;
 mod network;
 mod observe;
+mod optics;
 mod path;
 mod polygon;
 mod pose_format;
@@ -21,10 +22,11 @@ mod view;
 pub use clock::{Clock, ClockFaults, Schedule};
 pub use network::{Arrival, MAX_UNDER_WAY, Network, NetworkFaults};
 pub use observe::{ObservedTag, Observer, Occlusion, Visibility};
-pub use path::{Harmonic, Path, PathJoint, PathJointKind, Wave};
+pub use path::{Harmonic, Path, PathEvent, PathJoint, PathJointKind, Wave};
 pub use random::Random;
 pub use renderer::{Renderer, WrongImageSize};
 pub use scenario::{
-    Background, Face, Flicker, Light, Scenario, ScenarioError, SceneCamera, SceneObject, SceneTag,
+    AutoExposure, Background, CameraFileError, Curl, Displacement, Face, Flicker, Imperfections,
+    LensResidual, Light, Mosaic, Scenario, ScenarioError, SceneCamera, SceneObject, SceneTag,
     Solid,
 };

@@ -3,8 +3,9 @@
 //! Made once from a valid scenario; object frames, metres. Light is not known here: prints are steps of albedo.
 
 use crate::path::Path;
-use crate::scenario::{Face, Scenario, SceneObject, SceneTag, Solid};
-use nalgebra::{Point3, Vector3};
+use crate::polygon::{Polygon, convex_hull};
+use crate::scenario::{Displacement, Face, Scenario, SceneObject, SceneTag, Solid};
+use nalgebra::{Point2, Point3, Vector2, Vector3};
 use sextant_geometry::Pose;
 use sextant_tag_families::{BorderColour, Family, module_is_white};
 
@@ -12,6 +13,8 @@ use sextant_tag_families::{BorderColour, Family, module_is_white};
 pub(crate) const PAPER: f64 = 0.9;
 /// Share of the light that printer's black sends back.
 pub(crate) const INK: f64 = 0.06;
+/// Flat strips of which a bent sheet is made: each is off the cylinder by the sagitta / STRIPS^2, 8 um of 2 mm.
+const STRIPS: usize = 16;
 
 /// All solids of all objects.
 pub(crate) struct Model {
@@ -35,14 +38,27 @@ pub(crate) struct Print {
     pub tag: usize,
     /// Index of the face in its solid.
     pub face: usize,
+    /// Whether the sheet lies in the face as its file says; else it may jut out, and what does is cut off.
+    pub is_flush: bool,
     /// In the order of printing: the whole sheet first.
     pub areas: Vec<Area>,
 }
 
-/// A rectangle of a print; it changes the albedo of what lies below it by `step`.
+/// A convex part of a print; it changes the albedo of what lies below it by `step`.
 pub(crate) struct Area {
-    pub corners: [Point3<f64>; 4],
+    pub corners: Vec<Point3<f64>>,
     pub step: f64,
+    /// Of an area that isn't in the face's plane.
+    pub facet: Option<Facet>,
+}
+
+/// The plane of a strip of bent paper.
+#[derive(Clone, Copy)]
+pub(crate) struct Facet {
+    /// Unit vector out of the paper, in the object's frame.
+    pub normal: Vector3<f64>,
+    /// Albedo of the face that the area covers: 0 for ink, which covers paper of its own strip.
+    pub face_albedo: f64,
 }
 
 impl Model {
@@ -73,6 +89,7 @@ fn solids_of(index: usize, object: &SceneObject) -> Vec<SolidModel> {
             solids[solid].prints.push(Print {
                 tag: tag_index,
                 face,
+                is_flush: tag.curl.sagitta == 0.0 && tag.glue_error == Displacement::default(),
                 areas,
             });
         }
@@ -112,15 +129,15 @@ fn areas_of(tag: &SceneTag, albedo_below: f64) -> Vec<Area> {
         end: [total; 2],
     };
     let black_square = matches!(data.border, BorderColour::Black);
-    let mut areas = vec![area(tag, sheet, PAPER - albedo_below)];
+    let mut areas = area(tag, sheet, (PAPER - albedo_below, albedo_below));
     if black_square {
-        areas.push(area(tag, square, INK - PAPER));
+        areas.extend(area(tag, square, (INK - PAPER, 0.0)));
     }
     let base_is_white = |x, y| !(black_square && square.holds(x, y));
     for run in runs(tag.family, tag.id, total, base_is_white) {
         let white = module_is_white(tag.family, tag.id, run.start[0], run.start[1]);
         let step = if white { PAPER - INK } else { INK - PAPER };
-        areas.push(area(tag, run, step));
+        areas.extend(area(tag, run, (step, 0.0)));
     }
     areas
 }
@@ -163,28 +180,82 @@ fn runs(
     runs
 }
 
-fn area(tag: &SceneTag, modules: Modules, step: f64) -> Area {
+/// A rectangle of modules: one area where the sheet is flat, one a strip where it is bent.
+fn area(tag: &SceneTag, modules: Modules, (step, face_albedo): (f64, f64)) -> Vec<Area> {
     let data = tag.family.data();
-    let module = tag.size / f64::from(data.border_width);
+    let module = tag.true_size() / f64::from(data.border_width);
     let half = f64::from(data.total_width) / 2.0;
     // Modules run right and down, the tag frame right and up.
-    let corner = |x: usize, y: usize| {
-        tag.object_from_tag
-            * Point3::new((x as f64 - half) * module, (half - y as f64) * module, 0.0)
-    };
+    let corner = |x: usize, y: usize| [(x as f64 - half) * module, (half - y as f64) * module];
     let Modules {
         start: [left, top],
         end: [right, bottom],
     } = modules;
-    Area {
-        corners: [
-            corner(left, top),
-            corner(right, top),
-            corner(right, bottom),
-            corner(left, bottom),
-        ],
-        step,
+    let corners = [
+        corner(left, top),
+        corner(right, top),
+        corner(right, bottom),
+        corner(left, bottom),
+    ];
+    if tag.curl.sagitta != 0.0 {
+        return bent(tag, &corners.map(Point2::from), (step, face_albedo));
     }
+    let object_from_tag = tag.true_object_from_tag();
+    let in_object = corners.map(|[x, y]| object_from_tag * Point3::new(x, y, 0.0));
+    vec![Area {
+        corners: in_object.to_vec(),
+        step,
+        facet: None,
+    }]
+}
+
+/// The strips of a rectangle of bent paper.
+fn bent(tag: &SceneTag, corners: &[Point2<f64>; 4], (step, face_albedo): (f64, f64)) -> Vec<Area> {
+    let edge = tag.printed_size();
+    let half = tag.curl.half_width(edge);
+    let along = Vector2::new(libm::cos(tag.curl.direction), libm::sin(tag.curl.direction));
+    let across = Vector2::new(-along.y, along.x);
+    let flat = convex_hull(&mut corners.clone());
+    let strip = |index: usize| {
+        let border = |i: usize| (2.0 * i as f64 / STRIPS as f64 - 1.0) * half;
+        let (start, end) = (border(index), border(index + 1));
+        let window = |u: f64, v: f64| Point2::from(along * u + across * v);
+        let mut window =
+            [(start, -edge), (end, -edge), (end, edge), (start, edge)].map(|(u, v)| window(u, v));
+        let part = flat.clipped(&convex_hull(&mut window));
+        let on_arc = |u: f64, v: f64| tag.sheet_point((along * u + across * v).into());
+        let in_object = |corner: &Point2<f64>| {
+            let (u, v) = (corner.coords.dot(&along), corner.coords.dot(&across));
+            let share = (u - start) / (end - start);
+            let from = on_arc(start, v);
+            from + (on_arc(end, v) - from) * share
+        };
+        let normal = (on_arc(end, 0.0) - on_arc(start, 0.0))
+            .cross(&(on_arc(start, edge) - on_arc(start, 0.0)));
+        strip_area(
+            &part,
+            in_object,
+            step,
+            Facet {
+                normal: normal.normalize(),
+                face_albedo,
+            },
+        )
+    };
+    (0..STRIPS).filter_map(strip).collect()
+}
+
+fn strip_area(
+    part: &Polygon,
+    in_object: impl Fn(&Point2<f64>) -> Point3<f64>,
+    step: f64,
+    facet: Facet,
+) -> Option<Area> {
+    (part.area() > 0.0).then(|| Area {
+        corners: part.corners().iter().map(in_object).collect(),
+        step,
+        facet: Some(facet),
+    })
 }
 
 /// Light on a surface with this normal (world axes): ambient plus the lamp by Lambert's law.
@@ -205,12 +276,7 @@ mod tests {
     #[test]
     fn areas_of_a_tag_add_up_to_its_picture() {
         for family in Family::ALL {
-            let tag = SceneTag {
-                family,
-                id: 5,
-                size: 0.08,
-                object_from_tag: Pose::identity(),
-            };
+            let tag = SceneTag::new(family, 5, 0.08, Pose::identity());
             let areas = areas_of(&tag, 0.4);
             let data = family.data();
             let total = usize::from(data.total_width);
@@ -222,9 +288,9 @@ mod tests {
                             start: [x, y],
                             end: [x + 1, y + 1],
                         },
-                        0.0,
-                    )
-                    .corners;
+                        (0.0, 0.0),
+                    );
+                    let centre = &centre[0].corners;
                     let centre = nalgebra::center(&centre[0], &centre[2]);
                     let inside = |a: &&Area| {
                         (a.corners[0].x..a.corners[1].x).contains(&centre.x)

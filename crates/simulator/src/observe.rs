@@ -4,6 +4,7 @@
 //! top left, top right, bottom right, bottom left of the black square.
 
 use crate::model::Model;
+use crate::optics::Optics;
 use crate::random::Random;
 use crate::scenario::{Scenario, ScenarioError, SceneCamera, SceneObject, SceneTag};
 use crate::view::{PlacedSolid, View, normalised_polygon};
@@ -150,7 +151,7 @@ impl Observer {
         if self.visibility.occlusion == Occlusion::Ignored {
             return false;
         }
-        let camera_from_tag = placed.camera_from_object * tag.object_from_tag;
+        let camera_from_tag = placed.camera_from_object * tag.true_object_from_tag();
         let sheet = tag_corners_in_tag(tag.printed_size()).map(|corner| camera_from_tag * corner);
         let sheet = normalised_polygon(sheet.into_iter());
         let hides = |&hider: &usize| sheet.clipped(&self.view.solids[hider].outline).area() > 0.0;
@@ -183,11 +184,9 @@ fn project(
     tag: &SceneTag,
 ) -> Option<[Point2<f64>; 4]> {
     let mut corners = [Point2::origin(); 4];
-    for (corner, point) in corners.iter_mut().zip(tag_corners_in_tag(tag.size)) {
-        let seen_after = |after_s: f64| {
-            let point: Point3<f64> = camera_from_object(after_s) * tag.object_from_tag * point;
-            camera.lens.project(&point)
-        };
+    let optics = Optics::of(camera);
+    for (corner, point) in corners.iter_mut().zip(tag.corners_in_object()) {
+        let seen_after = |after_s: f64| optics.project(&(camera_from_object(after_s) * point));
         *corner = seen_after(0.0)?;
         if camera.line_delay_s != 0.0 {
             // The row says when, and when says the row.
@@ -203,7 +202,10 @@ impl SceneObject {
     /// The corners of a tag's black square in the world at a true time; none for a tag that the object lacks.
     pub fn tag_corners_in_world(&self, tag: usize, true_ns: u64) -> Option<[Point3<f64>; 4]> {
         let tag = self.tags.get(tag)?;
-        let world_from_tag = self.world_from_object(true_ns) * tag.object_from_tag;
-        Some(tag_corners_in_tag(tag.size).map(|corner| world_from_tag * corner))
+        let world_from_object = self.world_from_object(true_ns);
+        Some(
+            tag.corners_in_object()
+                .map(|corner| world_from_object * corner),
+        )
     }
 }

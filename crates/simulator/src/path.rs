@@ -5,8 +5,10 @@
 //! A link of an articulated object goes with its base, with the joints from there to it on top.
 //! In: true time in ns. Out: `world_from_object` and the twist (v, w) in world axes, metres and radians (per second).
 
+mod event;
 mod joint;
 
+pub use event::PathEvent;
 pub use joint::{PathJoint, PathJointKind};
 
 use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion, Vector3, Vector6};
@@ -36,6 +38,9 @@ pub struct Path {
     /// Joints from there to this object, in order; none for a body of its own.
     #[serde(rename = "joint", default, skip_serializing_if = "Vec::is_empty")]
     pub joints: Vec<PathJoint>,
+    /// Hits and throws in each period, at most 16; none cuts the period's end.
+    #[serde(rename = "event", default, skip_serializing_if = "Vec::is_empty")]
+    pub events: Vec<PathEvent>,
 }
 
 /// A periodic function: `mean + sum of amplitude * sin(order * TAU * t / period + phase)`.
@@ -78,6 +83,7 @@ impl Path {
             pitch: Wave::still(pitch),
             roll: Wave::still(roll),
             joints: Vec::new(),
+            events: Vec::new(),
         }
     }
 
@@ -101,6 +107,16 @@ impl Path {
     fn pose_and_twist(&self, true_ns: u64) -> (Isometry3<f64>, Vector6<f64>) {
         let (angle, rate) = (self.angle(true_ns), TAU / self.period_s);
         let (mut pose, mut twist) = (self.pose_of_base(angle), self.twist_of_base(angle));
+        let time_s = angle / rate;
+        for event in self.events.iter().filter_map(|event| event.at(time_s)) {
+            let carried = event.rotation * twist.fixed_rows::<3>(3);
+            let linear = twist.fixed_rows::<3>(0) + event.velocity;
+            let angular = carried + event.angular_velocity;
+            pose.translation.vector += event.offset;
+            pose.rotation = event.rotation * pose.rotation;
+            twist.fixed_rows_mut::<3>(0).copy_from(&linear);
+            twist.fixed_rows_mut::<3>(3).copy_from(&angular);
+        }
         for joint in &self.joints {
             (pose, twist) = joint.child((&pose, &twist), angle, rate);
         }
@@ -147,7 +163,8 @@ impl Path {
             .iter()
             .chain([&self.yaw, &self.pitch, &self.roll]);
         let joints = self.joints.iter().flat_map(PathJoint::numbers);
-        waves.flat_map(Wave::numbers).chain(joints)
+        let events = self.events.iter().flat_map(PathEvent::numbers);
+        waves.flat_map(Wave::numbers).chain(joints).chain(events)
     }
 }
 
@@ -236,18 +253,50 @@ mod tests {
         })
     }
 
+    fn event() -> impl Strategy<Value = PathEvent> {
+        let vector = || [-1.0..1.0, -1.0..1.0, -1.0..1.0];
+        let hit = (0.0..1.0, 0.1..1.0, vector(), vector());
+        let hit = hit.prop_map(|(at_s, duration_s, velocity, spin)| PathEvent::Hit {
+            at_s,
+            duration_s,
+            velocity,
+            spin,
+        });
+        let throw = (0.0..1.0, 0.5..1.0, -1i32..2);
+        let throw = throw.prop_map(|(at_s, duration_s, turns)| PathEvent::Throw {
+            at_s,
+            duration_s,
+            turns,
+            axis: [0.6, 0.0, 0.8],
+        });
+        prop_oneof![hit, throw]
+    }
+
+    /// Whether a velocity jumps within 0.2 ms of a time.
+    fn jumps(path: &Path, t_ns: u64) -> bool {
+        let period_ns = (path.period_s * 1e9).round() as u64;
+        let time_s = (t_ns % period_ns) as f64 * 1e-9;
+        let mut times = path.events.iter().flat_map(|event| {
+            let [at_s, duration_s] = event.times_s();
+            [0.0, 0.5, 1.0].map(|share| at_s + share * duration_s)
+        });
+        times.any(|at_s| (time_s - at_s).abs() < 2e-4)
+    }
+
     fn path() -> impl Strategy<Value = Path> {
         let angles = (wave(), wave(), wave());
         let joints = prop::collection::vec(joint(), 0..3);
+        let events = prop::collection::vec(event(), 0..3);
         (
             2.0..20.0,
             -2i32..3,
             [wave(), wave(), wave()],
             angles,
             joints,
+            events,
         )
             .prop_map(
-                |(period_s, turns, position, (yaw, pitch, roll), joints)| Path {
+                |(period_s, turns, position, (yaw, pitch, roll), joints, events)| Path {
                     period_s,
                     turns,
                     position,
@@ -255,6 +304,7 @@ mod tests {
                     pitch,
                     roll,
                     joints,
+                    events,
                 },
             )
     }
@@ -262,6 +312,7 @@ mod tests {
     proptest! {
         #[test]
         fn twist_is_the_derivative_of_the_pose(path in path(), t_ns in 1_000_000_000u64..60_000_000_000) {
+            prop_assume!(!jumps(&path, t_ns));
             let step_ns = 100_000;
             let before = path.world_from_object(t_ns - step_ns);
             let after = path.world_from_object(t_ns + step_ns);
@@ -280,6 +331,36 @@ mod tests {
             let later = path.world_from_object(t_ns + period_ns);
             prop_assert_eq!(now, later);
         }
+    }
+
+    #[test]
+    fn a_throw_is_a_parabola_and_a_hit_rebounds_half_way() {
+        let mut path = Path::at_rest(&Isometry3::translation(1.0, 2.0, 0.5));
+        let at_s = 0.1;
+        let second = |s: f64| (s * 1e9_f64).round() as u64;
+        path.events = vec![PathEvent::Throw {
+            at_s,
+            duration_s: 0.5,
+            turns: 1,
+            axis: [1.0, 0.0, 0.0],
+        }];
+        let top = path.world_from_object(second(0.35));
+        assert!((top.translation.z - 0.5 - 9.81 / 8.0 * 0.25).abs() < 1e-9);
+        assert!((top.rotation.angle() - std::f64::consts::PI).abs() < 1e-6);
+        assert!((path.twist(second(0.1))[2] - 9.81 * 0.25).abs() < 1e-6);
+        assert_eq!(path.twist(second(0.7)), Vector6::zeros());
+        path.events = vec![PathEvent::Hit {
+            at_s,
+            duration_s: 0.4,
+            velocity: [0.0, 2.0, 0.0],
+            spin: [0.0, 0.0, 3.0],
+        }];
+        let far = path.world_from_object(second(0.3));
+        assert!((far.translation.y - 2.4).abs() < 1e-9);
+        assert!((far.rotation.angle() - 0.6).abs() < 1e-9);
+        let (out, back) = (path.twist(second(0.29)), path.twist(second(0.31)));
+        assert!((out[1] - 2.0).abs() < 1e-12 && (back[1] + 2.0).abs() < 1e-12);
+        assert!((out[5] - 3.0).abs() < 1e-12 && (back[5] + 3.0).abs() < 1e-12);
     }
 
     #[test]

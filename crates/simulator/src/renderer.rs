@@ -6,10 +6,14 @@
 //! stands still is drawn once. No heap growth after the first images.
 
 mod backdrop;
+mod bayer;
 mod canvas;
 mod decals;
+mod disk;
 #[cfg(test)]
 mod exactness;
+mod exposure;
+mod jpeg;
 mod motion;
 mod psf;
 mod regions;
@@ -19,15 +23,21 @@ mod shadows;
 mod still;
 mod texture;
 
-use crate::model::{Model, SolidModel, light_on};
+use crate::model::{Area, Model, SolidModel, light_on};
+use crate::optics::Optics;
+use crate::polygon::{Polygon, convex_hull};
 use crate::scenario::{Light, Scenario, ScenarioError, SceneCamera};
 use crate::view::{PlacedSolid, View, normalised_polygon};
 use backdrop::Backdrop;
+use bayer::Demosaic;
 use canvas::{Canvas, Hiders, Layer};
+use exposure::Exposure;
+use jpeg::Jpeg;
 use regions::Regions;
 use sensor::Sensor;
 use sextant_geometry::Pose;
 use shadows::Shadows;
+use still::Still;
 
 /// The pixels given don't fit the camera's resolution.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
@@ -48,11 +58,14 @@ pub struct Renderer {
     regions: Regions,
     backdrop: Backdrop,
     sensor: Sensor,
+    demosaic: Option<Demosaic>,
+    jpeg: Option<Jpeg>,
 }
 
 /// What doesn't change from image to image.
 struct Scene {
     camera: SceneCamera,
+    optics: Optics,
     camera_from_world: Pose,
     light: Light,
     model: Model,
@@ -69,14 +82,24 @@ impl Renderer {
             return Err(ScenarioError::NoSuchCamera(camera));
         };
         let model = Model::new(scenario);
+        let still = Still::new(scenario, camera);
+        let mut sharp = still.draw();
+        let exposure = Exposure::metered(camera, &sharp);
+        exposure.apply(&mut sharp);
+        let mut field = still.field();
+        exposure.apply(&mut field);
+        let camera = &exposure.camera;
         Ok(Self {
             view: View::new(&model),
             shadows: Shadows::new(scenario),
             canvas: Canvas::new(camera),
             regions: Regions::new(camera.resolution, model.solids.len() + model.paths.len()),
-            backdrop: Backdrop::new(scenario, camera),
-            sensor: Sensor::new(scenario.seed, camera),
+            backdrop: Backdrop::new(camera, field, sharp),
+            sensor: Sensor::new(scenario, camera),
+            demosaic: Demosaic::of(camera),
+            jpeg: Jpeg::of(camera),
             scene: Scene {
+                optics: Optics::of(camera),
                 camera: camera.clone(),
                 camera_from_world: camera.world_from_camera.inverse(),
                 light: scenario.light,
@@ -85,7 +108,7 @@ impl Renderer {
         })
     }
 
-    /// The camera whose images these are.
+    /// The camera whose images these are, with the exposure and the noise that its auto exposure brings about.
     pub fn camera(&self) -> &SceneCamera {
         &self.scene.camera
     }
@@ -104,6 +127,12 @@ impl Renderer {
         self.sensor
             .expose(self.backdrop.frame(), true_capture_ns, image);
         self.backdrop.restore(&self.regions);
+        if let Some(demosaic) = &mut self.demosaic {
+            demosaic.apply(image);
+        }
+        if let Some(jpeg) = &mut self.jpeg {
+            jpeg.apply(image);
+        }
         Ok(())
     }
 
@@ -160,6 +189,13 @@ impl Renderer {
             let normal = &model.faces[face].normal;
             let light = weight * light_on(&self.scene.light, &placed.world_from_object, normal);
             draw_face(&mut self.canvas, model, placed, hiders, (face, light));
+            draw_displaced(
+                &mut self.canvas,
+                &self.scene,
+                (solid, placed),
+                hiders,
+                (face, weight),
+            );
         }
     }
 }
@@ -181,10 +217,51 @@ fn draw_face(
     let areas = model
         .prints
         .iter()
-        .filter(|print| print.face == face)
+        .filter(|print| print.face == face && print.is_flush)
         .flat_map(|print| &print.areas);
     for area in areas {
         let outline = project(&mut area.corners.iter().copied());
         canvas.paint(Layer::Colour, &outline, hiders, light * area.step);
     }
+}
+
+/// Prints that were glued on crookedly or are bent, cut off where they would jut out over the face's outline.
+fn draw_displaced(
+    canvas: &mut Canvas,
+    scene: &Scene,
+    (solid, placed): (usize, &PlacedSolid),
+    hiders: Hiders,
+    (face, weight): (usize, f64),
+) {
+    let model = &scene.model.solids[solid];
+    let is_displaced = |print: &&crate::model::Print| print.face == face && !print.is_flush;
+    let mut prints = model.prints.iter().filter(is_displaced).peekable();
+    if prints.peek().is_none() {
+        return;
+    }
+    let in_camera = |corner: &nalgebra::Point3<f64>| placed.camera_from_object * corner;
+    let corners = model.faces[face].corners.iter();
+    let mut outline = normalised_polygon(corners.map(|&i| in_camera(&model.vertices[i])));
+    let window = convex_hull(outline.corners_mut());
+    let light_of = |normal| weight * light_on(&scene.light, &placed.world_from_object, normal);
+    let face_light = light_of(&model.faces[face].normal);
+    for area in prints.flat_map(|print| &print.areas) {
+        let light = match &area.facet {
+            None => face_light * area.step,
+            Some(facet) if is_seen(area, &facet.normal, placed) => {
+                let reflected = area.step + facet.face_albedo;
+                light_of(&facet.normal) * reflected - face_light * facet.face_albedo
+            }
+            Some(_) => continue,
+        };
+        let outline: Polygon = normalised_polygon(area.corners.iter().map(in_camera));
+        canvas.paint(Layer::Colour, &outline.clipped(&window), hiders, light);
+    }
+}
+
+/// True where the camera looks at the front of a strip of paper.
+fn is_seen(area: &Area, normal: &nalgebra::Vector3<f64>, placed: &PlacedSolid) -> bool {
+    let pose = &placed.camera_from_object;
+    let corner = area.corners.first().map(|corner| pose * corner);
+    corner.is_some_and(|corner| (pose.rotation * normal).dot(&corner.coords) < 0.0)
 }

@@ -1,15 +1,19 @@
 //! A scenario: everything about a simulated site, as plain data (`scenario.toml`).
 //!
 //! Cameras, objects with their tags and paths, light, background, and the faults of clocks and network. Metres, radians,
-//! grey levels from 0 to 255; frames as everywhere (`world_from_camera`, `object_from_tag`). The rig that a site would
-//! calibrate are the first four fields of each [`SceneCamera`]; the constellation that it would learn are an object's tags.
+//! grey levels from 0 to 255; frames as everywhere (`world_from_camera`, `object_from_tag`). Faults are off where a key is left
+//! out. What the site's files say is [`Scenario::as_written`], what it truly is [`Scenario::as_built`].
 
 mod arm;
 mod demo;
+mod faults;
+mod imperfections;
 mod solid;
 mod solid_validity;
 mod validation;
 
+pub use faults::{AutoExposure, CameraFileError, Curl, Displacement, LensResidual, Mosaic};
+pub use imperfections::Imperfections;
 pub use solid::{Face, Solid};
 pub use validation::ScenarioError;
 
@@ -58,6 +62,12 @@ pub struct SceneCamera {
     /// Where the camera is.
     #[serde(with = "pose_format")]
     pub world_from_camera: Pose,
+    /// What the lens does beyond its model.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub lens_residual: LensResidual,
+    /// How the rig file differs from `lens` and `world_from_camera`.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub file_error: CameraFileError,
     /// Images per second; 0.1 to 1000.
     #[serde(default = "defaults::rate_hz")]
     pub rate_hz: f64,
@@ -71,6 +81,9 @@ pub struct SceneCamera {
     /// All rows together at most 0.1 s.
     #[serde(default)]
     pub line_delay_s: f64,
+    /// Exposure and gain that follow the brightness of the background; none: both stay as they are.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub auto_exposure: Option<AutoExposure>,
     /// Brightness: grey levels are multiplied by it; 0.05 to 20.
     #[serde(default = "defaults::gain")]
     pub gain: f64,
@@ -83,9 +96,21 @@ pub struct SceneCamera {
     /// Standard deviation of the lens's blur, px; 0 to 5.
     #[serde(default = "defaults::blur_px")]
     pub blur_px: f64,
+    /// Radius of the disk into which a lens out of focus spreads a point, px; 0 to 8.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub defocus_px: f64,
     /// Standard deviation of the noise, grey levels; 0 to 50.
     #[serde(default = "defaults::noise")]
     pub noise: f64,
+    /// Standard deviation of the photons' noise at level 255, grey levels; its square falls with the light. 0 to 50.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub shot_noise: f64,
+    /// How colours reach the grey image.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub mosaic: Mosaic,
+    /// Quality of the JPEG through which images go, 1 to 100; none: they are not compressed.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub jpeg_quality: Option<u8>,
     /// The camera's clock.
     #[serde(default)]
     pub clock: ClockFaults,
@@ -94,7 +119,7 @@ pub struct SceneCamera {
     pub network: NetworkFaults,
 }
 
-/// Brightness that swings: gain is multiplied by `1 + amplitude * sin(TAU * rate * t)`.
+/// Brightness that swings: it is multiplied by `1 + amplitude * sin(TAU * rate * t)`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Flicker {
@@ -133,6 +158,15 @@ pub struct SceneTag {
     /// Where it sits: on a face of a solid, its z axis out of the face.
     #[serde(with = "pose_format")]
     pub object_from_tag: Pose,
+    /// Printed size by `size`, 0.9 to 1.1: printers scale, alike for all tags of a sheet.
+    #[serde(default = "defaults::print_scale", skip_serializing_if = "is_one")]
+    pub print_scale: f64,
+    /// Where it was glued on, from `object_from_tag`, in the tag's frame; up to 20 mm and 0.3 rad.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub glue_error: Displacement,
+    /// How the paper is bent.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub curl: Curl,
 }
 
 /// The light of the room. White paper that faces the lamp has grey level `230 * (ambient + lamp)` at gain 1.
@@ -147,6 +181,10 @@ pub struct Light {
     pub lamp: f64,
     /// Radius of the lamp's pool of light about the world's z axis, m: there it has fallen to 3/4. 0.1 to 1000.
     pub pool_radius: f64,
+    /// All light that swings, as lamps on mains do at 100 or 120 Hz: less the longer the exposure, in bands where the shutter
+    /// rolls.
+    #[serde(skip_serializing_if = "is_default")]
+    pub flicker: Flicker,
     /// How much of the light a shadow on the table takes away, 0 (no shadows) to 1.
     pub shadow: f64,
 }
@@ -176,6 +214,7 @@ impl Default for Light {
             ambient: 0.48,
             lamp: 0.47,
             pool_radius: 2.0,
+            flicker: Flicker::default(),
             shadow: 0.45,
         }
     }
@@ -232,7 +271,19 @@ impl SceneObject {
     }
 }
 
+fn is_default<T: Default + PartialEq>(value: &T) -> bool {
+    *value == T::default()
+}
+
+fn is_one(value: &f64) -> bool {
+    *value == 1.0
+}
+
 mod defaults {
+    pub fn print_scale() -> f64 {
+        1.0
+    }
+
     pub fn rate_hz() -> f64 {
         30.0
     }

@@ -3,7 +3,7 @@
 use super::Found;
 use super::together::Together;
 use crate::config::ConfigKind;
-use crate::words;
+use crate::{simulate, words};
 use anyhow::{Context, bail};
 use node_camera::CameraNodeConfig;
 use node_fusion::FusionConfig;
@@ -11,8 +11,7 @@ use node_viewer_bridge::ViewerConfig;
 use serde_json::Value;
 use sextant_proto::{FullObject, FullRig, encode};
 use sextant_recordings::DetectionsLine;
-use sextant_simulator::Scenario;
-use sextant_site_files::{Complaint, read_object, read_rig, read_toml, read_toml_checked};
+use sextant_site_files::{read_object, read_rig, read_toml};
 use sextant_zenoh_bus::BusOptions;
 use std::path::Path;
 
@@ -143,11 +142,7 @@ fn network(path: &Path, options: &BusOptions) -> anyhow::Result<()> {
 }
 
 fn scenario(path: &Path) -> anyhow::Result<String> {
-    let sound = |scenario: &Scenario| {
-        let flaw = scenario.validate();
-        flaw.map_err(|error| Complaint::new("", error.to_string(), ""))
-    };
-    let scenario: Scenario = read_toml_checked(path, sound)?;
+    let scenario = simulate::read(path)?;
     Ok(format!(
         "{} cameras, {} objects",
         scenario.cameras.len(),
@@ -167,6 +162,7 @@ fn viewer(path: &Path) -> anyhow::Result<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use sextant_simulator::Scenario;
     use sextant_site_files::parse_toml;
 
     #[test]

@@ -1,8 +1,9 @@
 //! How well the demo does: estimated poses against the simulator's truth, per object, and the latency of all.
 //!
-//! In: poses as published, with the true pose at their capture time. Out: rms errors, coverage, percentiles. Memory is
-//! constant however long a demo runs.
+//! In: poses as published, with the true pose at their capture time. Out: rms errors of the last seconds beside the published
+//! sigmas, coverage, percentiles. Memory is constant however long a demo runs.
 
+use crate::demo::alignment::{PosePairs, Rms};
 use serde::Serialize;
 use sextant_geometry::{Pose, se3};
 use sextant_proto::ObjectPose;
@@ -16,6 +17,29 @@ pub struct Score {
     newest_slot: u64,
     objects: BTreeMap<String, ObjectScore>,
     latency: Latency,
+    frame: WorldFrame,
+}
+
+/// In which frame estimates are compared with the truth.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum WorldFrame {
+    /// In the world's: the files of the cameras are exact.
+    Exact,
+    /// In the one that fits best: that of cameras whose files are off.
+    Fitted,
+}
+
+/// A pose as published, and the truth at its capture time.
+#[derive(Debug, Clone, Copy)]
+pub struct Judged<'a> {
+    /// Middle of the exposure, ns.
+    pub capture_ns: u64,
+    /// The estimate.
+    pub estimate: &'a Pose,
+    /// Its covariance, 6x6 row-major over (x, y, z, rx, ry, rz).
+    pub covariance: &'a [f64; 36],
+    /// The true pose.
+    pub truth: &'a Pose,
 }
 
 /// One object's error at one capture time.
@@ -40,7 +64,12 @@ impl PoseError {
 
 impl Score {
     /// A score of these objects and links from `from_ns` on; coverage is counted in slots of one image period.
-    pub fn new(objects: impl IntoIterator<Item = String>, rate_hz: f64, from_ns: u64) -> Self {
+    pub fn new(
+        objects: impl IntoIterator<Item = String>,
+        rate_hz: f64,
+        from_ns: u64,
+        frame: WorldFrame,
+    ) -> Self {
         let slot_ns = (1e9 / rate_hz) as u64;
         let objects = objects
             .into_iter()
@@ -52,12 +81,13 @@ impl Score {
             newest_slot: 0,
             objects,
             latency: Latency::default(),
+            frame,
         }
     }
 
-    /// Counts a pose of an object or link with its error. Poses of captures before the start don't count.
-    pub fn count(&mut self, name: &str, capture_ns: u64, error: PoseError) {
-        let Some(since_ns) = capture_ns.checked_sub(self.from_ns) else {
+    /// Counts a pose of an object or link. Poses of captures before the start don't count.
+    pub fn count(&mut self, name: &str, judged: &Judged) {
+        let Some(since_ns) = judged.capture_ns.checked_sub(self.from_ns) else {
             return;
         };
         let Some(object) = self.objects.get_mut(name) else {
@@ -65,7 +95,18 @@ impl Score {
         };
         let slot = since_ns / self.slot_ns;
         self.newest_slot = self.newest_slot.max(slot);
-        object.count(slot, error);
+        object.count(slot, judged);
+    }
+
+    /// The motion from the true world frame to the one of the estimates.
+    pub fn site_from_world(&self) -> Pose {
+        let fitted = match self.frame {
+            WorldFrame::Exact => None,
+            WorldFrame::Fitted => {
+                PosePairs::alignment(self.objects.values().map(|object| &object.pairs))
+            }
+        };
+        fitted.unwrap_or_else(Pose::identity)
     }
 
     /// Counts how long an object's pose took.
@@ -78,9 +119,11 @@ impl Score {
 
     /// The scores so far, sorted by object.
     pub fn objects(&self) -> Vec<ObjectSummary> {
-        self.objects
-            .iter()
-            .map(|(id, score)| score.summary(id, self.newest_slot + 1))
+        let site_from_world = self.site_from_world();
+        let n_slots = self.newest_slot + 1;
+        let objects = self.objects.iter();
+        objects
+            .map(|(id, score)| score.summary(id, n_slots, &site_from_world))
             .collect()
     }
 
@@ -102,10 +145,14 @@ pub struct ObjectSummary {
     pub poses: u64,
     /// Share of image periods with a pose.
     pub coverage: f64,
-    /// Root mean square distance of the origins; none without a pose.
+    /// Root mean square distance of the origins over the last seconds; none without a pose.
     pub position_rms_mm: Option<f64>,
+    /// What the published covariances say of it: root of their traces' mean.
+    pub position_sigma_mm: Option<f64>,
     /// Root mean square angle; none without a pose.
     pub attitude_rms_deg: Option<f64>,
+    /// What the published covariances say of it.
+    pub attitude_sigma_deg: Option<f64>,
 }
 
 /// Latency from capture to the published pose in ms; none without a pose.
@@ -120,21 +167,22 @@ pub struct LatencySummary {
 #[derive(Debug, Default)]
 struct ObjectScore {
     poses: u64,
-    position_sum_m2: f64,
-    attitude_sum_rad2: f64,
+    pairs: PosePairs,
     slots: Slots,
 }
 
 impl ObjectScore {
-    fn count(&mut self, slot: u64, error: PoseError) {
+    fn count(&mut self, slot: u64, judged: &Judged) {
         self.poses += 1;
-        self.position_sum_m2 += error.position_m.powi(2);
-        self.attitude_sum_rad2 += error.attitude_rad.powi(2);
+        let estimate = (judged.estimate, judged.covariance);
+        self.pairs.add(judged.capture_ns, estimate, judged.truth);
         self.slots.mark(slot);
     }
 
-    fn summary(&self, id: &str, n_slots: u64) -> ObjectSummary {
-        let rms = |sum: f64| (self.poses > 0).then(|| (sum / self.poses as f64).sqrt());
+    fn summary(&self, id: &str, n_slots: u64, site_from_world: &Pose) -> ObjectSummary {
+        let (errors, sigmas) = (self.pairs.errors(site_from_world), self.pairs.sigmas());
+        let millimetres = |rms: Option<Rms>| rms.map(|rms| rms.position_m * 1e3);
+        let degrees = |rms: Option<Rms>| rms.map(|rms| rms.attitude_rad.to_degrees());
         ObjectSummary {
             id: id.to_owned(),
             poses: self.poses,
@@ -143,8 +191,10 @@ impl ObjectScore {
             } else {
                 0.0
             },
-            position_rms_mm: rms(self.position_sum_m2).map(|m| m * 1e3),
-            attitude_rms_deg: rms(self.attitude_sum_rad2).map(f64::to_degrees),
+            position_rms_mm: millimetres(errors),
+            position_sigma_mm: millimetres(sigmas),
+            attitude_rms_deg: degrees(errors),
+            attitude_sigma_deg: degrees(sigmas),
         }
     }
 }
@@ -239,7 +289,7 @@ mod tests {
 
     #[test]
     fn an_object_without_a_pose_has_no_error_and_no_coverage() {
-        let score = Score::new(["cube".to_owned()], 30.0, 0);
+        let score = Score::new(["cube".to_owned()], 30.0, 0, WorldFrame::Fitted);
         let summary = &score.objects()[0];
         assert_eq!((summary.coverage, summary.position_rms_mm), (0.0, None));
     }

@@ -4,7 +4,7 @@
 //! demo of the same user removes it, with the shared memory that its processes left. Anybody may put things into the
 //! temporary folder, so that what is removed is this user's own folder with a demo's name, and no link is followed.
 
-use crate::demo::models::bodies;
+use crate::simulate::{models::bodies, site_files};
 use anyhow::Context;
 use node_camera::{CameraNodeConfig, SourceConfig};
 use node_fusion::{FusionConfig, RefinementConfig};
@@ -15,7 +15,7 @@ use sextant_iceoryx_images::{
 };
 use sextant_proto::{NodeId, SiteId};
 use sextant_simulator::Scenario;
-use sextant_site_files::{write_object, write_rig, write_toml};
+use sextant_site_files::write_toml;
 use sextant_zenoh_bus::BusOptions;
 use std::fs::{self, DirBuilder, File};
 use std::io;
@@ -79,12 +79,7 @@ impl SiteFolder {
     }
 
     fn write_models(&self, scenario: &Scenario) -> anyhow::Result<()> {
-        let rig = super::models::rig(&scenario.cameras)?;
-        write_rig(&self.root.join("rig.toml"), &rig)?;
-        for body in bodies(scenario) {
-            let file = self.root.join(format!("{}.toml", body.id()));
-            write_object(&file, &body.model()?)?;
-        }
+        site_files::write(&self.root, scenario)?;
         write_toml(&self.root.join("scenario.toml"), scenario)?;
         Ok(())
     }

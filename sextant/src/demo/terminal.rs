@@ -5,6 +5,7 @@ use crate::demo::score::{ObjectSummary, Score};
 use crate::output::Format;
 use sextant_estimator::CameraId;
 use sextant_proto::CameraStatus;
+use sextant_simulator::Imperfections;
 use std::cell::Cell;
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -65,6 +66,25 @@ impl Terminal {
             "    poses     sextant echo --connect {router} OBJECT"
         ));
         say("    stop      Ctrl-C\n");
+    }
+
+    /// What is wrong with the site's files.
+    pub fn imperfect(&self, errors: &Imperfections) {
+        if self.format == Format::Json {
+            return;
+        }
+        say(&format!(
+            "  The site's files are off as hand-made ones are: cameras {:.0} mm and {:.1} deg an axis, focal lengths {:.1} %,",
+            errors.camera_position * 1e3,
+            errors.camera_rotation.to_degrees(),
+            errors.focal * 1e2,
+        ));
+        say(&format!(
+            "  tags {:.1} mm and {:.1} deg, prints {:.1} %. Fusion learns that from the images; --exact is a site without errors.\n",
+            errors.tag_position * 1e3,
+            errors.tag_rotation.to_degrees(),
+            errors.print_scale * 1e2,
+        ));
     }
 
     /// The state of things, when it is due.
@@ -128,21 +148,21 @@ fn table(
 fn write_objects(text: &mut String, objects: &[ObjectSummary]) {
     let _ = writeln!(
         text,
-        "  {:<12} {:>8} {:>9} {:>15} {:>16}",
-        "object", "poses", "covered", "position rms", "attitude rms"
+        "  {:<12} {:>8} {:>9} {:>14} {:>10} {:>14} {:>10}",
+        "object", "poses", "covered", "true error", "sigma", "true error", "sigma"
     );
     for object in objects {
         let number = |value: Option<f64>, unit: &str| {
             value.map_or_else(|| "-".to_owned(), |v| format!("{v:.3} {unit}"))
         };
-        let (position, attitude) = (
-            number(object.position_rms_mm, "mm"),
-            number(object.attitude_rms_deg, "deg"),
-        );
+        let position = number(object.position_rms_mm, "mm");
+        let position_sigma = number(object.position_sigma_mm, "mm");
+        let attitude = number(object.attitude_rms_deg, "deg");
+        let attitude_sigma = number(object.attitude_sigma_deg, "deg");
         let covered = format!("{:.1} %", object.coverage * 100.0);
         let _ = writeln!(
             text,
-            "  {:<12} {:>8} {covered:>9} {position:>15} {attitude:>16}",
+            "  {:<12} {:>8} {covered:>9} {position:>14} {position_sigma:>10} {attitude:>14} {attitude_sigma:>10}",
             object.id, object.poses
         );
     }

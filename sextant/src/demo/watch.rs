@@ -1,11 +1,11 @@
 //! Watches the demo's network: scores each pose against the truth, publishes the truth, keeps each camera's last status.
 
 use crate::demo::Summary;
-use crate::demo::models::{Body, bodies};
 use crate::demo::processes::Processes;
-use crate::demo::score::{PoseError, Score};
+use crate::demo::score::{Judged, PoseError, Score, WorldFrame};
 use crate::demo::site_folder::SiteFolder;
 use crate::demo::terminal::Terminal;
+use crate::simulate::models::{Body, bodies};
 use serde::Serialize;
 use sextant_estimator::{CameraId, ObjectId};
 use sextant_geometry::{Pose, PoseParts};
@@ -13,7 +13,7 @@ use sextant_process::{Shutdown, now_ns};
 use sextant_proto::{
     CameraStatus, Keys, LinkPose, ObjectLinks, ObjectPose, ObjectTruth, decode, limits,
 };
-use sextant_simulator::Scenario;
+use sextant_simulator::{CameraFileError, Scenario, SceneCamera};
 use sextant_zenoh_bus::{Bus, BusError, DropRule, Publisher, Qos, Subscription};
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
@@ -84,6 +84,12 @@ impl<'a> Watch<'a> {
             .first()
             .map_or(30.0, |camera| camera.rate_hz);
         let names = bodies(scenario).flat_map(names);
+        let is_exact = |camera: &SceneCamera| camera.file_error == CameraFileError::default();
+        let frame = if scenario.cameras.iter().all(is_exact) {
+            WorldFrame::Exact
+        } else {
+            WorldFrame::Fitted
+        };
         Ok(Self {
             scenario,
             poses: subscribe(keys.all_poses())?,
@@ -91,7 +97,7 @@ impl<'a> Watch<'a> {
             statuses: subscribe(keys.all_camera_statuses())?,
             truths,
             cameras: BTreeMap::new(),
-            score: Score::new(names, rate_hz, now_ns()),
+            score: Score::new(names, rate_hz, now_ns(), frame),
             terminal,
         })
     }
@@ -161,11 +167,15 @@ impl<'a> Watch<'a> {
             return Ok(());
         };
         let truth = body.base().world_from_object(message.capture_ns);
-        let error = PoseError::between(&message.world_from_object(), &truth);
-        self.score
-            .count(message.object.as_str(), message.capture_ns, error);
+        let judged = Judged {
+            capture_ns: message.capture_ns,
+            estimate: &message.world_from_object(),
+            covariance: &message.covariance,
+            truth: &truth,
+        };
+        self.score.count(message.object.as_str(), &judged);
         self.score.count_latency(message);
-        self.publish_truth(message, &truth, error)
+        self.publish_truth(message, &truth)
     }
 
     /// The links of an object count in place of its pose, which is that of their base.
@@ -177,9 +187,13 @@ impl<'a> Watch<'a> {
             let of_name = |pose: &&LinkPose| pose.link.as_str() == name;
             if let Some(pose) = message.links.iter().find(of_name) {
                 let truth = link.world_from_object(message.capture_ns);
-                let error = PoseError::between(&pose.world_from_link(), &truth);
-                let name = name_of_link(&body, name);
-                self.score.count(&name, message.capture_ns, error);
+                let judged = Judged {
+                    capture_ns: message.capture_ns,
+                    estimate: &pose.world_from_link(),
+                    covariance: &pose.covariance,
+                    truth: &truth,
+                };
+                self.score.count(&name_of_link(&body, name), &judged);
             }
         }
     }
@@ -188,12 +202,8 @@ impl<'a> Watch<'a> {
         bodies(self.scenario).find(|body| body.id() == id.as_str())
     }
 
-    fn publish_truth(
-        &mut self,
-        message: &ObjectPose,
-        truth: &Pose,
-        error: PoseError,
-    ) -> anyhow::Result<()> {
+    /// In the world frame of the estimates, where the page draws it beside them.
+    fn publish_truth(&mut self, message: &ObjectPose, truth: &Pose) -> anyhow::Result<()> {
         let Some(outlet) = self.truths.get_mut(&message.object) else {
             return Ok(());
         };
@@ -201,7 +211,9 @@ impl<'a> Watch<'a> {
             return Ok(());
         }
         outlet.due_ns = message.capture_ns + TRUTH_PERIOD_NS;
-        let parts = PoseParts::from(truth);
+        let truth = self.score.site_from_world() * truth;
+        let error = PoseError::between(&message.world_from_object(), &truth);
+        let parts = PoseParts::from(&truth);
         outlet.publisher.put(&ObjectTruth {
             object: message.object.clone(),
             capture_ns: message.capture_ns,

@@ -4,11 +4,11 @@
 //! of each image only the regions where something moves are composed and blurred anew.
 
 use super::canvas::Canvas;
+use super::disk::Disk;
 use super::psf::Psf;
 use super::regions::{Rectangle, Regions};
 use super::sensor::STEPS;
-use super::still::Still;
-use crate::scenario::{Scenario, SceneCamera};
+use crate::scenario::SceneCamera;
 
 /// The frame's largest number, well within an i16: light beyond it is cut off.
 const BRIGHTEST: f32 = 510.0;
@@ -17,6 +17,7 @@ const BRIGHTEST: f32 = 510.0;
 pub(super) struct Backdrop {
     width: usize,
     psf: Psf,
+    defocus: Disk,
     /// Grey level of the objects' light of strength 1: gain, vignetting and the lamp's pool.
     field: Vec<f32>,
     sharp: Vec<f32>,
@@ -28,30 +29,35 @@ pub(super) struct Backdrop {
 /// Room for one region while it is composed.
 struct Work {
     composed: Vec<f32>,
+    defocused: Vec<f32>,
     blurred_rows: Vec<f32>,
     colour: Vec<f32>,
     opacity: Vec<f32>,
 }
 
 impl Backdrop {
-    pub fn new(scenario: &Scenario, camera: &SceneCamera) -> Self {
+    /// From the objects' light and the still picture at each pixel, in grey levels.
+    pub fn new(camera: &SceneCamera, field: Vec<f32>, sharp: Vec<f32>) -> Self {
         let [width, height] = camera.resolution.map(|n| n as usize);
         let psf = Psf::gaussian(camera.blur_px);
-        let padded = (width + 2 * psf.radius()) * (height + 2 * psf.radius());
-        let still = Still::new(scenario, camera);
+        let defocus = Disk::new(camera.defocus_px);
+        let rim = 2 * (psf.radius() + defocus.radius());
+        let padded = (width + rim) * (height + rim);
         let mut backdrop = Self {
             width,
-            field: still.field(),
-            sharp: still.draw(),
+            field,
+            sharp,
             blurred: vec![0; width * height],
             frame: vec![0; width * height],
             work: Work {
                 composed: vec![0.0; padded],
+                defocused: vec![0.0; if defocus.radius() > 0 { padded } else { 0 }],
                 blurred_rows: vec![0.0; padded],
                 colour: vec![0.0; width],
                 opacity: vec![0.0; width],
             },
             psf,
+            defocus,
         };
         let whole = Rectangle::whole(camera.resolution);
         backdrop.copy_sharp(&whole, camera.resolution);
@@ -62,7 +68,7 @@ impl Backdrop {
 
     /// How far a change of the sharp image changes the blurred one, px.
     pub fn reach(&self) -> usize {
-        self.psf.radius()
+        self.psf.radius() + self.defocus.radius()
     }
 
     /// The image's light in 64ths of a grey level.
@@ -97,7 +103,7 @@ impl Backdrop {
     fn copy_sharp(&mut self, rectangle: &Rectangle, resolution: [u32; 2]) {
         let [left, right] = rectangle.columns();
         let [top, bottom] = rectangle.rows();
-        let radius = self.psf.radius();
+        let radius = self.reach();
         let stride = right - left + 2 * radius;
         let (last_x, last_y) = (resolution[0] as usize - 1, resolution[1] as usize - 1);
         let rows = self
@@ -116,7 +122,7 @@ impl Backdrop {
 
     /// Sharp objects before the sharp backdrop of `changed`.
     fn compose_region(&mut self, canvas: &mut Canvas, region: &Rectangle, changed: &Rectangle) {
-        let radius = self.psf.radius();
+        let radius = self.reach();
         let stride = changed.columns()[1] - changed.columns()[0] + 2 * radius;
         let [left, right] = region.columns();
         let [top, bottom] = region.rows();
@@ -148,11 +154,20 @@ impl Backdrop {
         let (n, stride) = (right - left, right - left + 2 * radius);
         let Work {
             composed,
+            defocused,
             blurred_rows,
             colour,
             ..
         } = &mut self.work;
-        let rows = composed
+        let spread = if self.defocus.radius() > 0 {
+            let rim = 2 * (radius + self.defocus.radius());
+            let used = (n + rim) * (bottom - top + rim);
+            self.defocus.blur(&composed[..used], n + rim, defocused);
+            defocused
+        } else {
+            composed
+        };
+        let rows = spread
             .chunks_exact(stride)
             .zip(blurred_rows.chunks_exact_mut(n));
         for (row, out) in rows.take(bottom - top + 2 * radius) {

@@ -2,11 +2,11 @@
 
 use super::regions::Rectangle;
 use crate::coverage::Coverage;
+use crate::optics::Optics;
 use crate::polygon::{Bounds, Polygon};
 use crate::scenario::SceneCamera;
 use crate::view::View;
 use nalgebra::{Point2, Vector2};
-use sextant_geometry::{Lens, LensModel};
 use std::ops::Range;
 
 /// A bent edge is cut until its pieces are straight to this, px.
@@ -136,7 +136,7 @@ impl Canvas {
 
 /// Draws outlines through the lens.
 struct Pen {
-    lens: Lens,
+    optics: Optics,
     traced: Vec<Point2<f64>>,
 }
 
@@ -150,7 +150,7 @@ struct End {
 impl Pen {
     fn new(camera: &SceneCamera) -> Self {
         Self {
-            lens: camera.lens,
+            optics: Optics::of(camera),
             traced: Vec::with_capacity(256),
         }
     }
@@ -175,7 +175,7 @@ impl Pen {
         End {
             normalised,
             pixel: self
-                .lens
+                .optics
                 .distort(&normalised)
                 .map(|pixel| pixel + to_corner),
         }
@@ -202,7 +202,7 @@ impl Pen {
         let (Some(a), Some(b)) = (from.pixel, to.pixel) else {
             return;
         };
-        if cuts > 0 && self.lens.model() != LensModel::Pinhole {
+        if cuts > 0 && !self.optics.is_straight() {
             let middle = self.end(nalgebra::center(&from.normalised, &to.normalised));
             // Only what is off the straight line counts, not where along it the middle comes to lie.
             let off_line = middle.pixel.map_or(0.0, |m| (b - a).perp(&(m - a)).abs());

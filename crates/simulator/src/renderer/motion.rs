@@ -124,14 +124,19 @@ pub(super) fn instants(scene: &Scene, true_capture_ns: u64) -> Instants {
 fn way_px(scene: &Scene, solid: &SolidModel, time_ns: Range<u64>) -> f64 {
     let path = &scene.model.paths[solid.object];
     let pose_at = |true_ns| scene.camera_from_world * path.world_from_object(true_ns);
-    let (start, end) = (pose_at(time_ns.start), pose_at(time_ns.end));
-    let lens = &scene.camera.lens;
-    let ways = solid.vertices.iter().filter_map(|vertex| {
-        let (from, to) = (
-            lens.project(&(start * vertex))?,
-            lens.project(&(end * vertex))?,
-        );
-        Some((to - from).norm())
-    });
-    ways.fold(0.0, f64::max)
+    let longest = |start_ns, end_ns| {
+        let (start, end) = (pose_at(start_ns), pose_at(end_ns));
+        let ways = solid.vertices.iter().filter_map(|vertex| {
+            let from = scene.optics.project(&(start * vertex))?;
+            let to = scene.optics.project(&(end * vertex))?;
+            Some((to - from).norm())
+        });
+        ways.fold(0.0, f64::max)
+    };
+    if path.events.is_empty() {
+        return longest(time_ns.start, time_ns.end);
+    }
+    // What rebounds within the time may end where it began.
+    let middle_ns = time_ns.start + (time_ns.end - time_ns.start) / 2;
+    longest(time_ns.start, middle_ns) + longest(middle_ns, time_ns.end)
 }

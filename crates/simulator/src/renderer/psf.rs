@@ -44,6 +44,13 @@ impl Psf {
     }
 }
 
+/// Adds values times a tap.
+pub(super) fn weigh_add(out: &mut [f32], values: &[f32], tap: f32) {
+    for (out, value) in out.iter_mut().zip(values) {
+        *out += tap * value;
+    }
+}
+
 fn weigh(out: &mut [f32], values: &[f32], tap: f32) {
     for (out, value) in out.iter_mut().zip(values) {
         *out = tap * value;

@@ -1,10 +1,12 @@
-//! The sensor: brightness that swings, noise, and eight bits.
+//! The sensor: brightness that swings, noise of electronics and photons, and eight bits.
 //!
+//! The camera's own flicker changes images as a whole; that of the light acts over each row's exposure, and auto exposure
+//! makes up for what it was a lag ago.
 //! Integers only from the frame on, in 64ths of a grey level, so that the bytes are the same everywhere. Noise comes from a
 //! table of normal numbers: each block of a row adds two runs of it that begin at random places.
 
 use crate::random::{Random, key_of_name};
-use crate::scenario::{Flicker, SceneCamera};
+use crate::scenario::{Flicker, Scenario, SceneCamera};
 use std::f64::consts::TAU;
 
 /// Steps of the frame's numbers in a grey level.
@@ -14,27 +16,41 @@ const STEP_BITS: u32 = 6;
 const BLOCK: usize = 64;
 /// Places in the table where a run may begin; a power of two.
 const PLACES: usize = 1 << 14;
-/// Fractional bits of the brightness.
+/// Fractional bits of the brightness and of the noise's scale.
 const BRIGHTNESS_BITS: u32 = 12;
+/// Grey levels of light that the noise is known for.
+const LEVELS: usize = 512;
+
+/// The loudest noise, grey levels: its sums stay within 32 bits.
+const LOUDEST: f64 = 80.0;
+
+/// Light below this share of the usual is not made up for.
+const DARKEST: f64 = 0.05;
 
 /// Makes bytes of light.
 pub(super) struct Sensor {
-    width: usize,
-    flicker: Flicker,
+    camera: SceneCamera,
+    light_flicker: Flicker,
     keys: [u64; 2],
+    /// Noise at level 255.
     noise: Vec<i16>,
+    /// Noise at each level of light by that.
+    noise_scale: Vec<i32>,
 }
 
 impl Sensor {
-    pub fn new(seed: u64, camera: &SceneCamera) -> Self {
-        let keys = [seed, key_of_name(&camera.id)];
+    /// The sensor of a scenario's camera, which may have got another exposure and other noise.
+    pub fn new(scenario: &Scenario, camera: &SceneCamera) -> Self {
+        let keys = [scenario.seed, key_of_name(&camera.id)];
         let mut random = Random::from_keys(&[keys[0], keys[1], key_of_name("noise table")]);
         // Two runs are added, hence the root.
-        let sigma = camera.noise * STEPS / std::f64::consts::SQRT_2;
+        let at_white = camera.noise.hypot(camera.shot_noise).min(LOUDEST);
+        let sigma = at_white * STEPS / std::f64::consts::SQRT_2;
         let noise = || (random.normal() * sigma).round() as i16;
         Self {
-            width: camera.resolution[0] as usize,
-            flicker: camera.flicker,
+            camera: camera.clone(),
+            light_flicker: scenario.light.flicker,
+            noise_scale: noise_scale(camera),
             keys,
             noise: std::iter::repeat_with(noise).take(PLACES + BLOCK).collect(),
         }
@@ -42,20 +58,15 @@ impl Sensor {
 
     /// The image that the frame gives at this time.
     pub fn expose(&self, frame: &[i16], true_capture_ns: u64, image: &mut [u8]) {
-        let brightness = self.brightness(true_capture_ns);
+        let width = self.camera.resolution[0] as usize;
         let mut random = Random::from_keys(&[self.keys[0], self.keys[1], true_capture_ns]);
-        let rows = frame
-            .chunks_exact(self.width)
-            .zip(image.chunks_exact_mut(self.width));
-        for (frame, image) in rows {
+        let rows = frame.chunks_exact(width).zip(image.chunks_exact_mut(width));
+        for (y, (frame, image)) in rows.enumerate() {
+            let brightness = self.brightness(true_capture_ns, y);
             for (light, pixels) in frame.chunks(BLOCK).zip(image.chunks_mut(BLOCK)) {
                 let bits = random.bits();
-                expose_block(
-                    light,
-                    brightness,
-                    [self.run(bits), self.run(bits >> 32)],
-                    pixels,
-                );
+                let noise = [self.run(bits), self.run(bits >> 32)];
+                self.expose_block(light, brightness, noise, pixels);
             }
         }
     }
@@ -65,25 +76,69 @@ impl Sensor {
         &self.noise[start..start + BLOCK]
     }
 
-    fn brightness(&self, true_ns: u64) -> i32 {
-        let one = f64::from(1 << BRIGHTNESS_BITS);
-        if self.flicker.amplitude == 0.0 || self.flicker.rate_hz == 0.0 {
-            return one as i32;
+    fn brightness(&self, true_capture_ns: u64, row: usize) -> i32 {
+        let mut factor = 1.0 + swing(&self.camera.flicker, true_capture_ns);
+        if self.light_flicker.amplitude != 0.0 {
+            factor *= self.light(true_capture_ns, row as f64);
+            if let Some(auto) = self.camera.auto_exposure {
+                let lag_ns = (auto.lag_s * 1e9).round() as u64;
+                let middle = 0.5 * f64::from(self.camera.resolution[1] - 1);
+                let metered = self.light(true_capture_ns.saturating_sub(lag_ns), middle);
+                factor /= metered.max(DARKEST);
+            }
         }
-        let period_ns = ((1e9 / self.flicker.rate_hz).round() as u64).max(1);
-        let angle = (true_ns % period_ns) as f64 / period_ns as f64 * TAU;
-        (one * (1.0 + self.flicker.amplitude * libm::sin(angle))).round() as i32
+        (f64::from(1 << BRIGHTNESS_BITS) * factor).round() as i32
+    }
+
+    /// Mean of the light over the exposure of a row, by its usual strength.
+    fn light(&self, true_capture_ns: u64, row: f64) -> f64 {
+        let after_ns = (self.camera.row_after_s(row) * 1e9).round() as i64;
+        let half_angle =
+            0.5 * TAU * self.light_flicker.rate_hz * self.camera.exposure_ns as f64 * 1e-9;
+        let share = if half_angle > 0.0 {
+            libm::sin(half_angle) / half_angle
+        } else {
+            1.0
+        };
+        let row_ns = true_capture_ns.saturating_add_signed(after_ns);
+        1.0 + share * swing(&self.light_flicker, row_ns)
+    }
+
+    fn expose_block(&self, light: &[i16], brightness: i32, noise: [&[i16]; 2], pixels: &mut [u8]) {
+        let half = 1 << (STEP_BITS - 1);
+        let noise = noise[0].iter().zip(noise[1]);
+        for ((pixel, &light), (&a, &b)) in pixels.iter_mut().zip(light).zip(noise) {
+            let level = (i32::from(light) * brightness) >> BRIGHTNESS_BITS;
+            let scale = self.noise_scale[((level >> STEP_BITS) as usize).min(LEVELS - 1)];
+            let noise = ((i32::from(a) + i32::from(b)) * scale) >> BRIGHTNESS_BITS;
+            let level = (level + noise + half) >> STEP_BITS;
+            *pixel = level.clamp(0, 255) as u8;
+        }
     }
 }
 
-fn expose_block(light: &[i16], brightness: i32, noise: [&[i16]; 2], pixels: &mut [u8]) {
-    let half = 1 << (STEP_BITS - 1);
-    let noise = noise[0].iter().zip(noise[1]);
-    for ((pixel, &light), (&a, &b)) in pixels.iter_mut().zip(light).zip(noise) {
-        let level = (i32::from(light) * brightness) >> BRIGHTNESS_BITS;
-        let level = (level + i32::from(a) + i32::from(b) + half) >> STEP_BITS;
-        *pixel = level.clamp(0, 255) as u8;
+/// What a flicker adds to a brightness of 1 at a time.
+fn swing(flicker: &Flicker, true_ns: u64) -> f64 {
+    if flicker.amplitude == 0.0 || flicker.rate_hz == 0.0 {
+        return 0.0;
     }
+    let period_ns = ((1e9 / flicker.rate_hz).round() as u64).max(1);
+    let angle = (true_ns % period_ns) as f64 / period_ns as f64 * TAU;
+    flicker.amplitude * libm::sin(angle)
+}
+
+/// The noise at each level of light by that at level 255: that of photons grows with the root of the light.
+fn noise_scale(camera: &SceneCamera) -> Vec<i32> {
+    let one = f64::from(1 << BRIGHTNESS_BITS);
+    let at_white = camera.noise.hypot(camera.shot_noise);
+    let scale = |level: usize| {
+        if camera.shot_noise == 0.0 {
+            return one as i32;
+        }
+        let photons = camera.shot_noise * f64::sqrt(level as f64 / 255.0);
+        (one * camera.noise.hypot(photons) / at_white).round() as i32
+    };
+    (0..LEVELS).map(scale).collect()
 }
 
 #[cfg(test)]
@@ -92,13 +147,24 @@ mod tests {
     use crate::scenario::Scenario;
 
     fn exposed(change: impl FnOnce(&mut SceneCamera), level: f64, true_ns: u64) -> Vec<u8> {
-        let mut camera = Scenario::demo(1, 1, 1).cameras.remove(0);
+        exposed_in(Flicker::default(), change, level, true_ns)
+    }
+
+    fn exposed_in(
+        light_flicker: Flicker,
+        change: impl FnOnce(&mut SceneCamera),
+        level: f64,
+        true_ns: u64,
+    ) -> Vec<u8> {
+        let mut scenario = Scenario::demo(1, 1, 5);
+        scenario.light.flicker = light_flicker;
+        let mut camera = scenario.cameras[0].clone();
         camera.flicker = Flicker::default();
         change(&mut camera);
         let n_pixels = (camera.resolution[0] * camera.resolution[1]) as usize;
         let frame = vec![(level * STEPS).round() as i16; n_pixels];
         let mut image = vec![0; n_pixels];
-        Sensor::new(5, &camera).expose(&frame, true_ns, &mut image);
+        Sensor::new(&scenario, &camera).expose(&frame, true_ns, &mut image);
         image
     }
 
@@ -153,5 +219,80 @@ mod tests {
             [flicker(0), flicker(250_000_000), flicker(750_000_000)],
             [100, 110, 90]
         );
+    }
+
+    #[test]
+    fn lamps_on_mains_leave_bands_where_the_shutter_rolls() {
+        let flicker = Flicker {
+            amplitude: 0.3,
+            rate_hz: 100.0,
+        };
+        let rows = |line_delay_s: f64, exposure_ns: u64| {
+            let change = |camera: &mut SceneCamera| {
+                camera.noise = 0.0;
+                (camera.line_delay_s, camera.exposure_ns) = (line_delay_s, exposure_ns);
+            };
+            let image = exposed_in(flicker, change, 100.0, 1_000_000_000);
+            image.chunks(640).map(|row| row[0]).collect::<Vec<_>>()
+        };
+        let spread = |rows: &[u8]| rows.iter().max().unwrap() - rows.iter().min().unwrap();
+        assert_eq!(spread(&rows(0.0, 1_000_000)), 0);
+        let bands = rows(3e-5, 1_000_000);
+        assert!((55..=60).contains(&spread(&bands)), "{}", spread(&bands));
+        // A period of 10 ms is 333 rows.
+        assert!(
+            bands[..147]
+                .iter()
+                .zip(&bands[333..])
+                .all(|(a, b)| a.abs_diff(*b) <= 1)
+        );
+        assert!(
+            spread(&rows(3e-5, 10_000_000)) <= 1,
+            "a whole period is even"
+        );
+    }
+
+    #[test]
+    fn auto_exposure_makes_up_for_the_light_of_a_lag_ago() {
+        let flicker = Flicker {
+            amplitude: 0.5,
+            rate_hz: 1.0,
+        };
+        let level = |lag_s: f64, true_ns: u64| {
+            let change = |camera: &mut SceneCamera| {
+                camera.noise = 0.0;
+                camera.auto_exposure = Some(crate::AutoExposure {
+                    target: 100.0,
+                    max_exposure_ns: 4_000_000,
+                    max_gain: 4.0,
+                    lag_s,
+                });
+            };
+            exposed_in(flicker, change, 100.0, true_ns)[0]
+        };
+        assert_eq!(
+            [level(0.0, 250_000_000), level(0.0, 750_000_000)],
+            [100, 100]
+        );
+        assert_eq!(
+            [level(0.5, 1_250_000_000), level(0.5, 1_750_000_000)],
+            [255, 33]
+        );
+    }
+
+    #[test]
+    fn noise_of_photons_grows_with_the_root_of_the_light() {
+        let sigma = |level| {
+            let image = exposed(
+                |camera| (camera.noise, camera.shot_noise) = (0.0, 8.0),
+                level,
+                7,
+            );
+            let n = image.len() as f64;
+            let squares = image.iter().map(|&v| (f64::from(v) - level).powi(2));
+            f64::sqrt(squares.sum::<f64>() / n - 1.0 / 12.0)
+        };
+        assert!((sigma(200.0) - 8.0 * f64::sqrt(200.0 / 255.0)).abs() < 0.1);
+        assert!((sigma(50.0) - 8.0 * f64::sqrt(50.0 / 255.0)).abs() < 0.1);
     }
 }

@@ -1,6 +1,7 @@
 //! The still picture behind the objects, and the light that objects get: drawn once for a camera, by rays.
 
 use super::room::Room;
+use crate::optics::Optics;
 use crate::scenario::{Light, Scenario, SceneCamera};
 use nalgebra::{Point2, Point3, Vector2, Vector3};
 
@@ -25,9 +26,10 @@ pub(super) struct Still<'a> {
 
 impl<'a> Still<'a> {
     pub fn new(scenario: &'a Scenario, camera: &'a SceneCamera) -> Self {
-        let normalised = |pixel: Point2<f64>| match camera.lens.undistort(&pixel) {
-            Ok(point) => [point.x as f32, point.y as f32],
-            Err(_) => [f32::NAN; 2],
+        let optics = Optics::of(camera);
+        let normalised = |pixel: Point2<f64>| match optics.undistort(&pixel) {
+            Some(point) => [point.x as f32, point.y as f32],
+            None => [f32::NAN; 2],
         };
         Self {
             camera,

@@ -99,12 +99,8 @@ fn tag(id: usize, side: usize, x: f64) -> SceneTag {
         _ => about(0, FRAC_PI_2),
     };
     let place = turn * Vector3::new(0.0, 0.0, THICK / 2.0) + Vector3::new(x, 0.0, 0.0);
-    SceneTag {
-        family: Family::Tag36h11,
-        id: id as u32,
-        size: TAG,
-        object_from_tag: Pose::from_parts(Translation3::from(place), turn),
-    }
+    let object_from_tag = Pose::from_parts(Translation3::from(place), turn);
+    SceneTag::new(Family::Tag36h11, id as u32, TAG, object_from_tag)
 }
 
 fn path_of_base(build: &Build) -> Path {
@@ -122,6 +118,7 @@ fn path_of_base(build: &Build) -> Path {
         pitch: swing(0.0, 0.05, 2.0),
         roll: swing(0.0, 0.05, 1.0),
         joints: Vec::new(),
+        events: Vec::new(),
     }
 }
 

@@ -5,8 +5,6 @@ mod paths;
 
 use super::arm::{DEMO_REACH_M, demo_arm};
 use super::{Background, Flicker, Light, Scenario, SceneCamera, SceneObject};
-use crate::clock::ClockFaults;
-use crate::network::NetworkFaults;
 use crate::random::{Random, key_of_name};
 use nalgebra::{Matrix3, Rotation3, Translation3, UnitQuaternion, Vector3};
 use paths::Arena;
@@ -104,15 +102,11 @@ fn camera(index: usize, n_cameras: usize, arena: &Arena, random: &mut Random) ->
         libm::sin(height),
     );
     let target = Vector3::new(0.0, 0.0, TARGET_Z);
+    let id = COMPASS[(index * MAX_CAMERAS + n_cameras / 2) / n_cameras % MAX_CAMERAS];
+    let lens = lens(arena.focal_px(), random);
+    let world_from_camera = looking(target + offset * distance, target);
     SceneCamera {
-        id: COMPASS[(index * MAX_CAMERAS + n_cameras / 2) / n_cameras % MAX_CAMERAS].into(),
-        resolution: RESOLUTION,
-        lens: lens(arena.focal_px(), random),
-        world_from_camera: looking(target + offset * distance, target),
-        rate_hz: 30.0,
         phase: index as f64 / n_cameras as f64,
-        exposure_ns: 4_000_000,
-        line_delay_s: 0.0,
         gain: random.between(0.88, 1.02),
         flicker: Flicker {
             amplitude: 0.02,
@@ -121,8 +115,7 @@ fn camera(index: usize, n_cameras: usize, arena: &Arena, random: &mut Random) ->
         vignetting: random.between(0.12, 0.25),
         blur_px: random.between(0.45, 0.65),
         noise: random.between(1.5, 2.5),
-        clock: ClockFaults::default(),
-        network: NetworkFaults::default(),
+        ..SceneCamera::new(id, RESOLUTION, lens, world_from_camera)
     }
 }
 

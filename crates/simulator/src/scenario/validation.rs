@@ -1,6 +1,9 @@
 //! What makes a scenario possible. Every error names the field and says what would be right.
 
-use super::{Background, Face, Scenario, SceneCamera, SceneObject, SceneTag};
+use super::{
+    AutoExposure, Background, Face, Flicker, Scenario, SceneCamera, SceneObject, SceneTag,
+};
+use crate::path::PathEvent;
 use nalgebra::Point3;
 use sextant_tag_families::Family;
 use std::collections::BTreeSet;
@@ -68,6 +71,7 @@ const MAX_SOLIDS: usize = 8;
 const MAX_OBJECTS: usize = 64;
 const MAX_CAMERAS: usize = 64;
 const MAX_TAGS: usize = 64;
+const MAX_EVENTS: usize = 16;
 
 impl Scenario {
     /// Checks everything that rendering relies on.
@@ -106,7 +110,16 @@ impl super::Light {
         within("light.ambient", self.ambient, 0.0..=2.0)?;
         within("light.lamp", self.lamp, 0.0..=2.0)?;
         within("light.pool_radius", self.pool_radius, 0.1..=1000.0)?;
+        self.flicker
+            .validate(|name| format!("light.flicker.{name}"))?;
         within("light.shadow", self.shadow, 0.0..=1.0)
+    }
+}
+
+impl Flicker {
+    fn validate(&self, field: impl Fn(&str) -> String) -> Result<(), ScenarioError> {
+        within(&field("amplitude"), self.amplitude, 0.0..=0.9)?;
+        within(&field("rate_hz"), self.rate_hz, 0.0..=1000.0)
     }
 }
 
@@ -143,11 +156,20 @@ impl SceneCamera {
         let longest = 0.1 / f64::from(self.resolution[1]);
         check("line_delay_s", self.line_delay_s, -longest..=longest)?;
         check("gain", self.gain, 0.05..=20.0)?;
-        check("flicker.amplitude", self.flicker.amplitude, 0.0..=0.9)?;
-        check("flicker.rate_hz", self.flicker.rate_hz, 0.0..=1000.0)?;
+        self.flicker
+            .validate(|name| field(&format!("flicker.{name}")))?;
         check("vignetting", self.vignetting, 0.0..=0.9)?;
         check("blur_px", self.blur_px, 0.0..=5.0)?;
+        check("defocus_px", self.defocus_px, 0.0..=8.0)?;
         check("noise", self.noise, 0.0..=50.0)?;
+        check("shot_noise", self.shot_noise, 0.0..=50.0)?;
+        let quality = f64::from(self.jpeg_quality.unwrap_or(100));
+        check("jpeg_quality", quality, 1.0..=100.0)?;
+        self.validate_lens_residual()?;
+        self.validate_file_error()?;
+        if let Some(auto) = &self.auto_exposure {
+            self.validate_auto_exposure(auto)?;
+        }
         check("clock.drift_ppm", self.clock.drift_ppm, -1000.0..=1000.0)?;
         check("network.loss", self.network.loss, 0.0..=1.0)?;
         check("network.reorder", self.network.reorder, 0.0..=1.0)?;
@@ -158,6 +180,43 @@ impl SceneCamera {
         let [from_s, until_s] = self.network.partition_s;
         check("network.partition_s", from_s, 0.0..=1e9)?;
         check("network.partition_s", until_s, from_s..=1e9)
+    }
+
+    fn check(
+        &self,
+        name: &str,
+        value: f64,
+        allowed: RangeInclusive<f64>,
+    ) -> Result<(), ScenarioError> {
+        let field = format!("{name} of camera \"{}\"", self.id);
+        within(&field, value, allowed)
+    }
+
+    fn validate_lens_residual(&self) -> Result<(), ScenarioError> {
+        let residual = &self.lens_residual;
+        self.check("lens_residual.radial_px", residual.radial_px, -3.0..=3.0)?;
+        let mut prism = residual.prism_px.into_iter();
+        prism.try_for_each(|px| self.check("lens_residual.prism_px", px, -5.0..=5.0))
+    }
+
+    fn validate_file_error(&self) -> Result<(), ScenarioError> {
+        let error = &self.file_error;
+        for metres in error.position {
+            self.check("file_error.position", metres, -1.0..=1.0)?;
+        }
+        for radians in error.rotation {
+            self.check("file_error.rotation", radians, -0.5..=0.5)?;
+        }
+        self.check("file_error.focal", error.focal, -0.1..=0.1)
+    }
+
+    fn validate_auto_exposure(&self, auto: &AutoExposure) -> Result<(), ScenarioError> {
+        self.check("auto_exposure.target", auto.target, 5.0..=250.0)?;
+        let longest_ns = auto.max_exposure_ns as f64;
+        let allowed = 1.0..=1e9 / self.rate_hz;
+        self.check("auto_exposure.max_exposure_ns", longest_ns, allowed)?;
+        self.check("auto_exposure.max_gain", auto.max_gain, 1.0..=64.0)?;
+        self.check("auto_exposure.lag_s", auto.lag_s, 0.0..=10.0)
     }
 }
 
@@ -173,6 +232,7 @@ impl SceneObject {
             let length = nalgebra::Vector3::from(joint.axis).norm();
             within(&field("path.joint.axis's length"), length, 0.999..=1.001)?;
         }
+        self.validate_events()?;
         for (index, solid) in self.solids.iter().enumerate() {
             within(&field("albedo"), solid.albedo(), 0.0..=1.0)?;
             solid.validate().map_err(|cause| ScenarioError::Solid {
@@ -184,10 +244,36 @@ impl SceneObject {
         self.tags.iter().try_for_each(|tag| self.validate_tag(tag))
     }
 
+    fn validate_events(&self) -> Result<(), ScenarioError> {
+        let field = |name: &str| format!("path.event{name} of object \"{}\"", self.id);
+        count(&field(""), self.path.events.len(), 0..=MAX_EVENTS)?;
+        for event in &self.path.events {
+            let [at_s, duration_s] = event.times_s();
+            let period_s = self.path.period_s;
+            within(&field(".duration_s"), duration_s, 1e-3..=period_s)?;
+            within(&field(".at_s"), at_s, 0.0..=period_s - duration_s)?;
+            if let PathEvent::Throw { axis, .. } = event {
+                let length = nalgebra::Vector3::from(*axis).norm();
+                within(&field(".axis's length"), length, 0.999..=1.001)?;
+            }
+        }
+        Ok(())
+    }
+
     fn validate_tag(&self, tag: &SceneTag) -> Result<(), ScenarioError> {
         let field = |name: &str| format!("{name} of tag {} of object \"{}\"", tag.id, self.id);
         within(&field("size"), tag.size, 1e-3..=10.0)?;
         let n_codes = tag.family.data().codes.len();
+        within(&field("print_scale"), tag.print_scale, 0.9..=1.1)?;
+        for metres in tag.glue_error.position {
+            within(&field("glue_error.position"), metres, -0.02..=0.02)?;
+        }
+        for radians in tag.glue_error.rotation {
+            within(&field("glue_error.rotation"), radians, -0.3..=0.3)?;
+        }
+        let most = tag.printed_size() / 8.0;
+        within(&field("curl.sagitta"), tag.curl.sagitta, -most..=most)?;
+        within(&field("curl.direction"), tag.curl.direction, -10.0..=10.0)?;
         within(&field("id"), f64::from(tag.id), 0.0..=n_codes as f64 - 1.0)?;
         match self.face_of(tag) {
             Some(_) => Ok(()),
@@ -214,15 +300,19 @@ impl SceneObject {
 }
 
 impl SceneTag {
-    /// Edge of the whole print with its white margin, m.
+    /// Edge of the whole print with its white margin as it was printed, m.
     pub fn printed_size(&self) -> f64 {
-        let data = self.family.data();
-        self.size * f64::from(data.total_width) / f64::from(data.border_width)
+        self.true_size() * self.sheet_by_size()
     }
 
-    /// Corners of the print with its white margin, in the object's frame.
+    fn sheet_by_size(&self) -> f64 {
+        let data = self.family.data();
+        f64::from(data.total_width) / f64::from(data.border_width)
+    }
+
+    /// Corners of the print with its white margin as its file has it, in the object's frame.
     fn printed_corners(&self) -> [Point3<f64>; 4] {
-        let half = self.printed_size() / 2.0;
+        let half = self.size * self.sheet_by_size() / 2.0;
         let corner = |x: f64, y: f64| self.object_from_tag * Point3::new(x * half, y * half, 0.0);
         [
             corner(-1.0, 1.0),
@@ -318,6 +408,67 @@ mod tests {
         assert!(error.to_string().contains("size of tag"));
         let error = refusal(|s| s.objects[0].path.position[1].mean = f64::INFINITY);
         assert!(error.to_string().contains("path of object"));
+    }
+
+    #[test]
+    fn faults_out_of_range_are_refused_with_their_name() {
+        type Break = fn(&mut Scenario);
+        let cases: [(Break, &str); 9] = [
+            (
+                |s| s.cameras[0].lens_residual.prism_px[1] = 9.0,
+                "lens_residual.prism_px of camera \"north\" is 9, but must be from -5 to 5",
+            ),
+            (
+                |s| s.cameras[0].file_error.focal = 1.0,
+                "file_error.focal of camera \"north\"",
+            ),
+            (
+                |s| s.cameras[0].jpeg_quality = Some(0),
+                "jpeg_quality of camera \"north\" is 0, but must be from 1 to 100",
+            ),
+            (
+                |s| s.cameras[0].defocus_px = 80.0,
+                "defocus_px of camera \"north\"",
+            ),
+            (
+                |s| {
+                    s.cameras[0].auto_exposure = Some(AutoExposure {
+                        target: 100.0,
+                        max_exposure_ns: 40_000_000,
+                        max_gain: 2.0,
+                        lag_s: 0.0,
+                    });
+                },
+                "auto_exposure.max_exposure_ns of camera \"north\"",
+            ),
+            (
+                |s| s.light.flicker.amplitude = 2.0,
+                "light.flicker.amplitude is 2",
+            ),
+            (
+                |s| s.objects[0].tags[0].print_scale = 2.0,
+                "print_scale of tag 0 of object \"cuboid\"",
+            ),
+            (
+                |s| s.objects[0].tags[0].curl.sagitta = 0.02,
+                "curl.sagitta of tag 0 of object \"cuboid\"",
+            ),
+            (
+                |s| {
+                    s.objects[0].path.events = vec![PathEvent::Throw {
+                        at_s: s.objects[0].path.period_s,
+                        duration_s: 0.5,
+                        turns: 1,
+                        axis: [0.0, 0.0, 1.0],
+                    }];
+                },
+                "path.event.at_s of object \"cuboid\"",
+            ),
+        ];
+        for (break_it, expected) in cases {
+            let error = refusal(break_it).to_string();
+            assert!(error.starts_with(expected), "{error}");
+        }
     }
 
     #[test]

@@ -190,14 +190,9 @@ fn tag(place: &Place, random: &mut Random) -> SceneTag {
     let spin = FRAC_PI_2 * random.below(4) as f64 + random.between(-CROOKED, CROOKED);
     let rotation = UnitQuaternion::from_rotation_matrix(&axes) * about(2, spin);
     let size = (place.room * FILL / PRINT_BY_SIZE).clamp(TAG_SIZES[0], TAG_SIZES[1]);
-    SceneTag {
-        family: Family::Tag36h11,
-        id: 0,
-        // Whole millimetres, as printed.
-        size: (size * 1000.0).floor() / 1000.0,
-        object_from_tag: Pose::from_parts(
-            Translation3::from(Point3::from(place.centre).coords),
-            rotation,
-        ),
-    }
+    // Whole millimetres, as printed.
+    let size = (size * 1000.0).floor() / 1000.0;
+    let centre = Translation3::from(Point3::from(place.centre).coords);
+    let object_from_tag = Pose::from_parts(centre, rotation);
+    SceneTag::new(Family::Tag36h11, 0, size, object_from_tag)
 }

@@ -88,6 +88,7 @@ impl Arena {
             pitch,
             roll,
             joints: Vec::new(),
+            events: Vec::new(),
         }
     }
 
