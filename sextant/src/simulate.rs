@@ -58,7 +58,8 @@ pub struct Demonstration {
     #[arg(long, default_value_t = 1)]
     seed: u32,
     /// Rig and object files that are exactly right. Without it they are off as those of a real site: cameras by 3 mm and 0.3
-    /// degrees an axis, focal lengths and prints by 0.3 %, glued tags by 0.4 mm and 0.4 degrees.
+    /// degrees an axis, focal lengths and prints by 0.3 %, glued tags by 0.4 mm and 0.4 degrees; its cameras are triggered
+    /// together, those of an exact site one after the other.
     #[arg(long)]
     exact: bool,
 }
@@ -72,10 +73,16 @@ impl Demonstration {
             Scenario::demo
         };
         let scenario = make(self.cameras.into(), self.objects.into(), self.seed.into());
-        match self.imperfections() {
-            Some(errors) => scenario.with_imperfections(errors),
-            None => scenario,
-        }
+        let Some(errors) = self.imperfections() else {
+            return scenario;
+        };
+        let mut scenario = scenario.with_imperfections(errors);
+        // Triggered together: while objects move, images of different times don't tell how cameras stand to each other.
+        scenario
+            .cameras
+            .iter_mut()
+            .for_each(|camera| camera.phase = 0.0);
+        scenario
     }
 
     /// How wrong its files are, if they are.
