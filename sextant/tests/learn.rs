@@ -76,11 +76,23 @@ fn turning_a_thing_gives_the_places_of_its_tags() {
 }
 
 #[test]
+fn a_tag_that_no_image_shows_is_left_out_and_named() {
+    let folder = turned(|id| id != 4, 20);
+    let folder = folder.path();
+    refused(&learn(folder, &TAGS), 4, "36h11:4");
+    let text = fs::read_to_string(folder.join("cap.toml")).unwrap();
+    assert!(
+        text.contains("id = 0\n") && !text.contains("id = 4\n"),
+        "{text}"
+    );
+}
+
+#[test]
 fn wrong_input_is_named_and_nothing_is_written() {
     let folder = turned(|id| id != 4, 20);
     let folder = folder.path();
     let refuses = |more: &[&str], expected: &str| refused(&learn(folder, more), 3, expected);
-    refuses(&TAGS, "36h11:4");
+    refuses(&[TAGS.as_slice(), &["--strict"]].concat(), "36h11:4");
     refuses(&["--tags", "0,1"], "the size of tag 0 is not stated");
     refuses(&["--from", "none.toml"], "none.toml");
     let of = |camera: &'static str| [TAGS.as_slice(), &["--camera", camera]].concat();

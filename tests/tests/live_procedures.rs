@@ -199,8 +199,8 @@ fn cameras_are_placed_while_an_object_is_carried() {
 #[test]
 fn ctrl_c_before_there_is_enough_says_what_is_missing_and_writes_nothing() {
     let mut followed = Followed::start();
-    let mut running =
-        followed.run("learn --rig rig.toml --tags 0,1,99 --size 0.04 --id box --out found.toml");
+    let mut running = followed
+        .run("learn --rig rig.toml --tags 0,1,99 --size 0.04 --id box --out found.toml --strict");
     let deadline = Instant::now() + PATIENCE;
     while !running.words().contains("tag36h11:99 comes into view") {
         assert!(Instant::now() < deadline, "no hint: {}", running.words());
