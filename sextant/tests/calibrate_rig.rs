@@ -81,8 +81,9 @@ fn a_walk_gives_the_poses_and_how_well_they_are_known() {
     let text = stdout(&calibrate(folder, &["--origin", "camera:north"]));
     assert!(text.contains("relative to camera north"), "{text}");
     let again = read_rig(&folder.join("rig.toml")).unwrap();
-    assert_eq!(again.pose_sigma(&again.cameras()[1].id), None);
-    assert!(again.pose_sigma(&again.cameras()[0].id).is_some());
+    let sigma = |at: usize| again.pose_sigma(&again.cameras()[at].id).unwrap();
+    assert_eq!(sigma(1).position_m, 0.0);
+    assert!(sigma(0).position_m > 0.0);
     assert_eq!(text_of(folder, "rig.toml.former"), before);
 }
 
