@@ -13,6 +13,7 @@
 mod adjustment;
 mod corrections;
 mod design_effect;
+mod evidence;
 mod gauge;
 mod imperfections;
 mod keyframes;

@@ -8,6 +8,7 @@ use sextant_geometry::{Pose, se3};
 
 use super::corrections::{CameraCorrection, Corrections, ObjectFrame, TagCorrection};
 use super::design_effect::DesignEffect;
+use super::evidence::{Evidence, NOTHING};
 use super::gauge::Gauge;
 use super::keyframes::{Keyframe, KeyframeView, Keyframes};
 use super::layout::{CLASSES, Class, Layout, OF_CAMERA, OF_TAG};
@@ -42,12 +43,6 @@ const LEAST_INFORMATION: f64 = 1e-6;
 /// Steps by which a keyframe's pose is brought to its views, and tags of which it may begin.
 const ALIGNING_STEPS: usize = 6;
 const MOST_STARTS: usize = 2;
-/// Logarithm of the odds beyond which it is decided whether the files are exact.
-const DECISIVE_ODDS: f64 = 7.0;
-
-/// Files suffice while they leave no more than this many times what the images leave anyway: twice as large residuals.
-const SUFFICIENT: f64 = 3.0;
-
 /// By pose displacement, focal length, distortion and log size.
 const OF_VIEW: usize = 9;
 type ViewMatrix = SMatrix<f64, OF_VIEW, OF_VIEW>;
@@ -106,7 +101,17 @@ impl Adjustment {
                 self.learn_noise(keyframes, &cameras);
             }
             let excess = excess(&squares);
-            let precision = layout.precision(&self.scales.0);
+            let mut scales = self.scales.0;
+            if step_index > 0 && keyframes.len() >= FEW {
+                let evidence = Evidence::of(&layout, &errors, &information, &precisions);
+                for class in CLASSES
+                    .into_iter()
+                    .filter(|class| evidence.excludes(*class))
+                {
+                    scales[class as usize] = NOTHING;
+                }
+            }
+            let precision = layout.precision(&scales);
             let mut equations = self.equations(keyframes, &cameras, &layout, excess);
             for at in 0..layout.len() {
                 equations.information[(at, at)] += precision[at];
@@ -132,11 +137,12 @@ impl Adjustment {
         let determined = |at: usize| 1.0 - covariance[(at, at)] * precisions[at];
         let determined = (0..layout.len()).map(determined).sum();
         self.design_effect.learn(keyframes, determined, left);
-        if is_exact(&layout, &errors, &information, &precisions) {
+        let evidence = Evidence::of(&layout, &errors, &information, &precisions);
+        if evidence.excludes_all() {
             return Some(Corrections::exact(&layout));
         }
         let corrections = self.corrections(&layout, &errors, (&covariance, &eliminated), site)?;
-        Some(if files_suffice(&errors, &information, &precisions, left) {
+        Some(if evidence.suffices(left) {
             corrections.considered()
         } else {
             corrections
@@ -452,41 +458,6 @@ impl Adjustment {
         }
         Some(corrections)
     }
-}
-
-/// Whether nothing is wrong with the files: the evidence for errors as found is not decisive, and that against errors as large as their
-/// priors is. The evidence is Laplace's approximation against no errors at all, with the information and the precision at the minimum.
-fn is_exact(
-    layout: &Layout,
-    errors: &DVector<f64>,
-    information: &DMatrix<f64>,
-    precision: &DVector<f64>,
-) -> bool {
-    let pull = information * errors;
-    let odds = |precision_then: &DVector<f64>| {
-        let change = DMatrix::from_diagonal(&(precision_then - precision));
-        let factor = (information + change).cholesky()?;
-        let determinant = 2.0 * factor.l_dirty().diagonal().map(f64::ln).sum();
-        let fitted = pull.dot(&factor.solve(&pull));
-        Some(0.5 * (fitted - determinant + precision_then.map(f64::ln).sum()))
-    };
-    let usual = layout.precision(&[1.0; CLASSES.len()]);
-    let found = odds(precision).is_none_or(|odds| odds > DECISIVE_ODDS);
-    let excluded = odds(&usual).is_some_and(|odds| odds < -DECISIVE_ODDS);
-    excluded && !found
-}
-
-/// Whether the files leave hardly more than the errors as found do: what remains is not theirs, and correcting them would follow it.
-fn files_suffice(
-    errors: &DVector<f64>,
-    information: &DMatrix<f64>,
-    precision: &DVector<f64>,
-    left: f64,
-) -> bool {
-    // The gradient of the squares and of the prior cancel at the minimum.
-    let prior = precision.dot(&errors.component_mul(errors));
-    let more = prior + errors.dot(&(information * errors));
-    more <= SUFFICIENT * left
 }
 
 /// Where a keyframe's pose may be: as it was tracked, and by each branch of its largest tags.

@@ -1,0 +1,92 @@
+//! Whether there are errors at all: Laplace's approximation of the evidence, with the information and the errors at the minimum, for other
+//! prior precisions than those they were found with.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::layout::{CLASSES, Class, Layout};
+
+/// Logarithm of the odds beyond which it is decided.
+const DECISIVE_ODDS: f64 = 7.0;
+/// A scale at which a class has no errors.
+pub(super) const NOTHING: f64 = 1e-3;
+/// Files suffice while they leave no more than this many times what the images leave anyway: twice as large residuals.
+const SUFFICIENT: f64 = 3.0;
+
+/// What an adjustment came to.
+pub(super) struct Evidence<'a> {
+    layout: &'a Layout,
+    errors: &'a DVector<f64>,
+    /// Of the views and the priors.
+    information: &'a DMatrix<f64>,
+    /// Of the priors.
+    precision: &'a DVector<f64>,
+    pull: DVector<f64>,
+}
+
+impl<'a> Evidence<'a> {
+    pub fn of(
+        layout: &'a Layout,
+        errors: &'a DVector<f64>,
+        information: &'a DMatrix<f64>,
+        precision: &'a DVector<f64>,
+    ) -> Self {
+        Self {
+            layout,
+            errors,
+            information,
+            precision,
+            pull: information * errors,
+        }
+    }
+
+    /// Logarithm of the odds of errors of such precisions against none; `None` where numbers end.
+    fn odds(&self, precision: &DVector<f64>) -> Option<f64> {
+        let change = DMatrix::from_diagonal(&(precision - self.precision));
+        let factor = (self.information + change).cholesky()?;
+        let determinant = 2.0 * factor.l_dirty().diagonal().map(f64::ln).sum();
+        let fitted = self.pull.dot(&factor.solve(&self.pull));
+        Some(0.5 * (fitted - determinant + precision.map(f64::ln).sum()))
+    }
+
+    /// The precisions with those of one class at another scale.
+    fn with(&self, class: Class, scale: f64) -> DVector<f64> {
+        let mut precision = self.precision.clone();
+        let scaled = self.layout.precision(&[scale; CLASSES.len()]);
+        for at in self.layout.places(class) {
+            precision[at] = scaled[at];
+        }
+        precision
+    }
+
+    /// Whether nothing is wrong with the files: the evidence for errors as found is not decisive, and that against errors as large as
+    /// their priors is.
+    pub fn excludes_all(&self) -> bool {
+        let usual = self.layout.precision(&[1.0; CLASSES.len()]);
+        let found = self.odds(self.precision).is_none_or(is_decisive);
+        let excluded = self.odds(&usual).is_some_and(|odds| is_decisive(-odds));
+        excluded && !found
+    }
+
+    /// The same of one class, whatever is wrong with the others.
+    pub fn excludes(&self, class: Class) -> bool {
+        let odds = |scale| self.odds(&self.with(class, scale));
+        let (Some(found), Some(usual), Some(nothing)) =
+            (self.odds(self.precision), odds(1.0), odds(NOTHING))
+        else {
+            return false;
+        };
+        is_decisive(nothing - usual) && !is_decisive(found - nothing)
+    }
+
+    /// Whether the files leave hardly more than the errors as found do, which leave `left`: what remains is not theirs, and correcting
+    /// them would follow it.
+    pub fn suffices(&self, left: f64) -> bool {
+        // The gradients of the squares and of the prior cancel at the minimum.
+        let prior = self.precision.dot(&self.errors.component_mul(self.errors));
+        prior + self.errors.dot(&self.pull) <= SUFFICIENT * left
+    }
+}
+
+fn is_decisive(odds: f64) -> bool {
+    odds > DECISIVE_ODDS
+}
