@@ -2,7 +2,7 @@
 
 use crate::{CameraArguments, CameraNodeConfig, Part, SourceConfig, run};
 use sextant_estimator::CameraId;
-use sextant_iceoryx_images::IceoryxOptions;
+use sextant_iceoryx_images::{IceoryxOptions, remove_dead};
 use sextant_process::children::ChildProcess;
 use sextant_process::{Exit, Shutdown, panics};
 use sextant_proto::SiteId;
@@ -38,6 +38,15 @@ fn the_node_itself() {
     run(&arguments, &[], &Shutdown::install().unwrap()).unwrap();
 }
 
+/// Removes what a process that panicked left in shared memory.
+struct SharedMemory(IceoryxOptions);
+
+impl Drop for SharedMemory {
+    fn drop(&mut self) {
+        let _ = remove_dead(&self.0);
+    }
+}
+
 /// A simulated camera; the detecting part is its own router.
 fn config(folder: &Path) -> CameraNodeConfig {
     let scenario = Scenario::demo(1, 2, 1);
@@ -64,7 +73,9 @@ fn a_panic_of_any_thread_ends_its_part() {
     ] {
         let folder = tempfile::tempdir_in("/tmp").unwrap();
         let file = folder.path().join("camera.toml");
-        write_toml(&file, &config(folder.path())).unwrap();
+        let config = config(folder.path());
+        write_toml(&file, &config).unwrap();
+        let _shared_memory = SharedMemory(config.shared_memory.clone());
         let mut command = Command::new(std::env::current_exe().unwrap());
         command
             .args(["panic_tests::the_node_itself", "--exact", "--nocapture"])
