@@ -38,7 +38,7 @@ pub struct Detector {
     options: Options,
     lookout: Lookout,
     tiles: Tiles,
-    /// Whether the part that is searched is.
+    /// Whether the part of the image being searched is dim.
     is_dim: bool,
     plane: BitPlane,
     components: Components,
@@ -154,7 +154,7 @@ impl Detector {
         let over_noise = |in_sigma: f32| (noise_sigma * in_sigma).min(64.0) as u8;
         let gate = over_noise(self.options.min_contrast_in_sigma).max(self.options.min_contrast);
         let dim_gate = over_noise(DIM_IN_SIGMA).max(self.options.min_dim_contrast);
-        // Nothing that is darker is a tag with more contrast: paper is at least a quarter brighter than what is printed on it.
+        // Paper is at least a quarter brighter than what is printed on it, so an image with no bright tile has no tag of high contrast.
         self.is_dim = self.tiles.are_below(gate.saturating_mul(4));
         let contrast_gate = if self.is_dim {
             dim_gate.min(gate)
@@ -165,7 +165,7 @@ impl Detector {
         self.tiles.set_levels(contrast_gate, noise_sigma)
     }
 
-    /// What black and white of a tag must differ by, where the tiles that show them need not.
+    /// Least difference between black and white of a tag, in grey levels; tiles have a gate of their own.
     fn min_contrast(&self) -> u8 {
         let options = &self.options;
         match self.is_dim {

@@ -29,13 +29,13 @@ const SWING: std::ops::RangeInclusive<f32> = 0.5..=1.6;
 /// Largest blur of a saddle, as a share of the radius: more of it leaves no flat side within the radius.
 const MOST_BLUR: f32 = 0.4;
 
-/// Standard deviation of a saddle's place that noise does not tell, in pixels, as edges are not quite straight.
+/// Standard deviation of a saddle's position beside that of the noise, in pixels: edges are not quite straight.
 const FLOOR_PX: f32 = 0.005;
 
 /// Standard deviation of what rounding to whole grey levels adds.
 const ROUNDING: f32 = 0.29;
 
-/// What is known of a saddle before it is looked at.
+/// Initial guess of a saddle.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Guess {
     pub(crate) place: Point,
@@ -142,7 +142,7 @@ impl Model {
     fn start(guess: &Guess) -> Option<Self> {
         const USUAL_BLUR_PX: f32 = 0.8;
         let angles = guess.edges.map(|[x, y]| y.atan2(x));
-        // Grey and swing come about in the first step, in which all else hardly moves.
+        // Mean and swing enter linearly: the first step finds them.
         let model = Self {
             place: guess.place,
             angles,

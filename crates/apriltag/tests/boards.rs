@@ -5,7 +5,7 @@
 mod drawing;
 
 use drawing::{Camera, Picture, Random, Tag};
-use sextant_apriltag::{Detection, Detector, Family, Image, Options};
+use sextant_apriltag::{Detection, Family};
 use sextant_geometry::{Intrinsics, Lens};
 
 const SIZE: usize = 120;
@@ -16,26 +16,14 @@ fn draw(camera: &Camera, tags: &[Tag], blur_px: f64) -> Vec<u8> {
 }
 
 fn detect(pixels: &[u8], families: &[Family]) -> Vec<Detection> {
-    let image = Image::new(pixels, SIZE, SIZE, SIZE).unwrap();
-    let options = Options {
-        families: families.to_vec(),
-        ..Options::default()
-    };
-    Detector::new(options).unwrap().detect(&image).to_vec()
+    drawing::detect(pixels, SIZE, families)
 }
 
 /// A tag so many pixels wide, turned at random, and its board around it.
 fn tag(family: Family, id: u32, edge_px: f64, random: &mut Random) -> Tag {
     Tag {
-        family,
-        position_m: [0.0, 0.0, 0.04 * 600.0 / edge_px],
-        turn_deg: [
-            random.between(-35.0, 35.0),
-            random.between(-35.0, 35.0),
-            random.between(0.0, 360.0),
-        ],
         margin: 12.0,
-        ..Tag::new(id)
+        ..Tag::turned((family, id), edge_px, 35.0, random)
     }
 }
 

@@ -5,7 +5,7 @@
 mod drawing;
 
 use drawing::{Camera, Picture, Random, Tag};
-use sextant_apriltag::{Detection, Detector, Family, Image, Options};
+use sextant_apriltag::{Detection, Family};
 
 fn detect(tag: &Tag, family: Family, seed: u64) -> Vec<Detection> {
     detect_in(&draw(tag, 0.5, seed), family)
@@ -20,26 +20,12 @@ fn draw(tag: &Tag, blur_px: f64, seed: u64) -> Vec<u8> {
 }
 
 fn detect_in(pixels: &[u8], family: Family) -> Vec<Detection> {
-    let image = Image::new(pixels, SIZE, SIZE, SIZE).unwrap();
-    let options = Options {
-        families: vec![family],
-        ..Options::default()
-    };
-    Detector::new(options).unwrap().detect(&image).to_vec()
+    drawing::detect(pixels, SIZE, &[family])
 }
 
 /// A tag so many pixels wide, turned at random.
 fn tag(family: Family, id: u32, edge_px: f64, random: &mut Random) -> Tag {
-    Tag {
-        family,
-        position_m: [0.0, 0.0, 0.04 * 600.0 / edge_px],
-        turn_deg: [
-            random.between(-40.0, 40.0),
-            random.between(-40.0, 40.0),
-            random.between(0.0, 360.0),
-        ],
-        ..Tag::new(id)
-    }
+    Tag::turned((family, id), edge_px, 40.0, random)
 }
 
 #[test]

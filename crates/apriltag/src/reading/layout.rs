@@ -43,8 +43,7 @@ pub(super) struct Ring {
 pub(super) struct Rim {
     /// Outermost bits, once for each side on which the border lies.
     pub(super) bits: Vec<[RimBit; POINTS]>,
-    /// Of each the middle that it has where the border is the other one, and a place halfway between where it ends in the one and in
-    /// the other.
+    /// Two sample points for each bit: its middle under the other border width, and a point halfway between its outer ends under both.
     pub(super) places: [Vec<[Points; 2]>; 2],
     pub(super) shows_white: bool,
 }

@@ -175,8 +175,9 @@ impl<'a> Modules<'a> {
     /// Whether white reaches as far from the middle as the family's bits do, in the mean of a word's outermost white ones.
     #[inline(always)]
     pub(super) fn white_ends_at_the_border(&self, code: u64) -> bool {
-        /// Share of what white is above black at a place that is white or black by which border it is: of two thousand tags 0.6 and
-        /// more, and 0.45 and less; of the least ones, of which no other border lets any be read, half.
+        /// Grey at a sample point that is white under one border width and black under the other, between 0 (black) and 1 (white). Two
+        /// thousand tags gave 0.6 and more where it is white, 0.45 and less where it is black. The smallest tags may have 0.45, since no
+        /// smaller tag of the other border width can be read.
         const LEAST_WHITE: [f32; 2] = [0.6, 0.45];
         const MOST_BLACK: f32 = 0.45;
         /// As large a share of the bits that were read leaves no doubt.

@@ -4,7 +4,7 @@
 #![allow(dead_code, clippy::unwrap_used)]
 
 use nalgebra::Point2;
-use sextant_apriltag::Family;
+use sextant_apriltag::{Detection, Detector, Family, Image, Options};
 use sextant_geometry::Lens;
 use sextant_tag_families::{Board, module_is_white};
 
@@ -33,7 +33,36 @@ pub struct Tag {
     pub share: f64,
 }
 
+/// What the detector finds in a square picture with these families.
+pub fn detect(pixels: &[u8], size: usize, families: &[Family]) -> Vec<Detection> {
+    let image = Image::new(pixels, size, size, size).unwrap();
+    let options = Options {
+        families: families.to_vec(),
+        ..Options::default()
+    };
+    Detector::new(options).unwrap().detect(&image).to_vec()
+}
+
 impl Tag {
+    /// A tag so many pixels wide in the middle of the picture, tilted by up to so many degrees and turned at random.
+    pub fn turned(
+        (family, id): (Family, u32),
+        edge_px: f64,
+        tilt_deg: f64,
+        random: &mut Random,
+    ) -> Self {
+        Self {
+            family,
+            position_m: [0.0, 0.0, 0.04 * 600.0 / edge_px],
+            turn_deg: [
+                random.between(-tilt_deg, tilt_deg),
+                random.between(-tilt_deg, tilt_deg),
+                random.between(0.0, 360.0),
+            ],
+            ..Self::new(id)
+        }
+    }
+
     pub fn new(id: u32) -> Self {
         Self {
             id,
