@@ -5,12 +5,14 @@
     reason = "a test fails by panicking, its helpers too"
 )]
 
+mod messages;
+
 use serde_json::Value;
-use sextant_estimator::{CameraId, ObjectId, State};
+use sextant_estimator::{CameraId, ObjectId};
 use sextant_process::Shutdown;
 use sextant_proto::{
-    CameraConfig, ClockQuality, Keys, LensConfig, ObjectConfig, ObjectPose, ObjectTagConfig,
-    Observations, Preview, RigConfig, Timing, encode,
+    CameraConfig, ClockQuality, Keys, LensConfig, ObjectConfig, ObjectTagConfig, Observations,
+    Preview, RigConfig, Timing, encode,
 };
 use sextant_tag_families::Family;
 use sextant_zenoh_bus::{Bus, BusOptions, Qos, RawLatest};
@@ -189,7 +191,7 @@ impl Site {
     }
 
     fn put_pose(&self, sequence: u64) {
-        let pose = pose(sequence);
+        let pose = messages::pose(&cube(), sequence);
         let publisher = self.bus.raw_publisher(&self.keys.pose(&cube()), Qos::Pose);
         publisher.unwrap().put(&encode(&pose).unwrap()).unwrap();
     }
@@ -205,23 +207,6 @@ impl Site {
 
 fn cube() -> ObjectId {
     ObjectId::new("cube").unwrap()
-}
-
-fn pose(sequence: u64) -> ObjectPose {
-    ObjectPose {
-        object: cube(),
-        sequence,
-        capture_ns: 1,
-        published_ns: 2,
-        state: State::Tracking,
-        position: [1.0, 2.0, 3.0],
-        orientation: [0.0, 0.0, 0.0, 1.0],
-        covariance: [0.0; 36],
-        twist: [0.0; 6],
-        cameras: 1,
-        tags: 1,
-        rms_px: 0.1,
-    }
 }
 
 fn free_address() -> SocketAddr {

@@ -6,12 +6,12 @@
     reason = "a test fails by panicking, its helpers too"
 )]
 
+mod messages;
+
 use serde_json::Value;
-use sextant_estimator::{CameraId, ObjectId, State};
+use sextant_estimator::{CameraId, ObjectId};
 use sextant_process::{Shutdown, memory};
-use sextant_proto::{
-    ClockQuality, Keys, NodeId, NodeKind, ObjectPose, Observations, Preview, Timing, encode,
-};
+use sextant_proto::{ClockQuality, Keys, NodeId, NodeKind, Observations, Preview, Timing, encode};
 use sextant_zenoh_bus::{Bus, BusOptions, Qos};
 use std::net::{TcpListener, TcpStream};
 use std::ops::Range;
@@ -60,7 +60,7 @@ impl Flood {
     fn settle(&mut self, reader: &mut WebSocket<TcpStream>) -> u64 {
         self.sequence += 1;
         let object = ObjectId::new("x0").unwrap();
-        let pose = encode(&pose(&object, 1000 + self.sequence)).unwrap();
+        let pose = encode(&messages::pose(&object, 1000 + self.sequence)).unwrap();
         self.put(&self.keys.pose(&object), &pose);
         let is_marker = |message: &Value| {
             message["type"] == "pose" && message["sequence"] == 1000 + self.sequence
@@ -72,23 +72,6 @@ impl Flood {
                 return memory::pss_bytes(std::process::id()).unwrap();
             }
         }
-    }
-}
-
-fn pose(object: &ObjectId, sequence: u64) -> ObjectPose {
-    ObjectPose {
-        object: object.clone(),
-        sequence,
-        capture_ns: 1,
-        published_ns: 2,
-        state: State::Tracking,
-        position: [1.0, 2.0, 3.0],
-        orientation: [0.0, 0.0, 0.0, 1.0],
-        covariance: [0.0; 36],
-        twist: [0.0; 6],
-        cameras: 1,
-        tags: 1,
-        rms_px: 0.1,
     }
 }
 
