@@ -20,7 +20,7 @@ use crate::timeline::{Attention, Settled, Timeline};
 use crate::track::Track;
 use crate::{
     ClockOffset, FusionOptions, ImageObservation, Imperfection, ObjectEstimate, ObjectId,
-    ObjectModel, OptionsError, Rig, Statistics, TagId,
+    ObjectModel, OptionsError, Proposal, Rig, Statistics, TagId,
 };
 use intake::Intake;
 
@@ -91,6 +91,7 @@ pub enum ModelError {
 pub struct Fusion {
     site: Site,
     options: FusionOptions,
+    rig: Rig,
     objects: Vec<ObjectModel>,
     timelines: Vec<Timeline>,
     intake: Intake,
@@ -128,6 +129,7 @@ impl Fusion {
         Ok(Self {
             site,
             options,
+            rig,
             objects,
             timelines,
             intake,
@@ -197,6 +199,17 @@ impl Fusion {
     /// What the images show to be imperfect in the files of rig and objects; poses allow for it.
     pub fn imperfections(&self) -> &[Imperfection] {
         self.self_calibration.imperfections()
+    }
+
+    /// A calibration that explains images better than that in force; `None` while there is no clearly better one, or while a fault of a
+    /// camera or a tag is named. Takes some milliseconds.
+    pub fn proposal(&self) -> Option<Proposal> {
+        let is_of_clock =
+            |fault: &Fault| matches!(fault, Fault::ClockOff { .. } | Fault::Untimely { .. });
+        let (corrections, held_back) = self.self_calibration.proposal(&self.site)?;
+        let models = (&self.rig, &self.objects[..]);
+        let proposal = Proposal::of(models, (&corrections, held_back), &self.site);
+        self.faults().iter().all(is_of_clock).then_some(proposal)
     }
 
     /// Counts since the start.
@@ -320,6 +333,7 @@ impl Fusion {
         }
         self.catch_up();
         self.site.set_rig(rig);
+        self.rig = rig.clone();
         self.forget_calibration();
         self.health.reset();
         self.clock_search.models_changed();

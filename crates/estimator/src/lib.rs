@@ -6,7 +6,7 @@
 //!
 //! - [`Fusion`]: the machine; [`Input`] in, [`Output`] out, every tunable a field of [`FusionOptions`].
 //! - [`Rig`], [`ObjectModel`], [`Articulation`], [`ImageObservation`]: what it works from.
-//! - [`ObjectEstimate`], [`ClockOffset`], [`Fault`], [`Imperfection`], [`Statistics`]: what it reports.
+//! - [`ObjectEstimate`], [`ClockOffset`], [`Fault`], [`Imperfection`], [`Proposal`], [`Statistics`]: what it reports.
 //! - Inside: `fusion` (intake, outputs), `timeline` (the window into which late images are put), `track` (one object at
 //!   one instant: rival attitudes and clocks), `filter` (the mathematics of one update), `clock_search` (clocks that are far
 //!   off), `self_calibration` (how wrong the files are), `health` (what is wrong, by name).
@@ -25,6 +25,7 @@ mod imperfection;
 mod object;
 mod observation;
 mod options;
+mod proposal;
 mod rig;
 mod self_calibration;
 mod site;
@@ -44,6 +45,8 @@ pub use imperfection::Imperfection;
 pub use object::{ObjectError, ObjectModel, ObjectTag, TagId};
 pub use observation::{ImageObservation, TagCorners};
 pub use options::{FusionOptions, OptionsError};
+pub use proposal::Proposal;
 pub use rig::{Camera, Exposure, LensSigma, PoseSigma, Rig, RigError, Stamp};
+pub use self_calibration::HeldBack;
 pub use statistics::{CameraStatistics, Statistics};
 pub use tag_poses::tag_poses;

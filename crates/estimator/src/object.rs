@@ -233,6 +233,18 @@ impl ObjectModel {
         self
     }
 
+    /// The same object with another place and size of a tag, and the sigma of the place; unchanged where they are no such.
+    #[must_use]
+    pub(crate) fn with_tag(mut self, corrected: ObjectTag, sigma: PoseSigma) -> Self {
+        let mut tags = self.tags.iter_mut();
+        let known = tags.find(|tag| tag.tag == corrected.tag);
+        if let Some(tag) = known.filter(|_| check(&self.id, &corrected).is_ok()) {
+            self.tag_sigmas.insert(corrected.tag, sigma);
+            *tag = corrected;
+        }
+        self
+    }
+
     /// How well the place of a tag is known, where that is stated.
     pub fn tag_sigma(&self, tag: &TagId) -> Option<PoseSigma> {
         self.tag_sigmas.get(tag).copied()

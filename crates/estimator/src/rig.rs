@@ -121,7 +121,7 @@ pub struct Rig {
 }
 
 /// Most pixels that a lens may be uncertain by.
-const MOST_LENS_SIGMA_PX: f64 = 100.0;
+pub(crate) const MOST_LENS_SIGMA_PX: f64 = 100.0;
 
 /// Seconds within which a rolling shutter must have read all rows: an object is taken to move steadily for so long.
 const LONGEST_READOUT_S: f64 = 0.1;
@@ -232,6 +232,27 @@ impl Rig {
                 .entry(id.clone())
                 .or_insert(PoseSigma::NONE);
             self.lens_sigmas.entry(id.clone()).or_insert(nothing);
+        }
+        self
+    }
+
+    /// The same rig with another pose and lens of a camera, and their sigmas; unchanged where they are no such.
+    #[must_use]
+    pub(crate) fn with_camera(
+        mut self,
+        corrected: Camera,
+        sigma: PoseSigma,
+        lens_sigma: Option<LensSigma>,
+    ) -> Self {
+        let mut cameras = self.cameras.iter_mut();
+        let known = cameras.find(|camera| camera.id == corrected.id);
+        if let Some(camera) = known.filter(|_| check(&corrected).is_ok()) {
+            let id = corrected.id.clone();
+            *camera = corrected;
+            self.pose_sigmas.insert(id.clone(), sigma);
+            if let Some(lens_sigma) = lens_sigma {
+                self.lens_sigmas.insert(id, lens_sigma);
+            }
         }
         self
     }

@@ -15,15 +15,18 @@ mod corrections;
 mod design_effect;
 mod evidence;
 mod gauge;
+mod held_back;
 mod imperfections;
 mod keyframes;
 mod layout;
 mod variance_components;
 
 pub(crate) use corrections::{CameraCorrection, Corrections, ObjectFrame};
+pub use held_back::HeldBack;
 pub(crate) use keyframes::{Keyframe, KeyframeView, Way};
 
 use adjustment::Adjustment;
+use held_back::HeldBackKeyframes;
 use keyframes::{FIRST, Keyframes};
 
 use crate::Imperfection;
@@ -39,10 +42,13 @@ const YOUNG: usize = 10;
 #[derive(Debug, Default)]
 pub(crate) struct SelfCalibration {
     keyframes: Keyframes,
+    held_back: HeldBackKeyframes,
     adjustment: Adjustment,
     /// Keyframes added since the last adjustment.
     added: usize,
     imperfections: Vec<Imperfection>,
+    /// As adjusted last.
+    newest: Option<Corrections>,
     /// What the trackers work with.
     applied: Option<Corrections>,
 }
@@ -58,9 +64,13 @@ impl SelfCalibration {
         self.keyframes.len() < YOUNG
     }
 
-    /// Offers an instant of an object; it is kept where it shows something new, and where one pose explains what it shows.
+    /// Offers an instant of an object; it is kept where it shows something new, and where one pose explains what it shows. Some are held
+    /// back from the adjustment and judge it.
     pub fn offer(&mut self, mut keyframe: Keyframe, site: &Site) {
         self.adjustment.align(&mut keyframe, site);
+        let Some(keyframe) = self.held_back.offer(keyframe, &self.keyframes) else {
+            return;
+        };
         if self.keyframes.offer(keyframe) {
             self.added += 1;
         }
@@ -76,6 +86,7 @@ impl SelfCalibration {
         let corrections = self.adjustment.run(&mut self.keyframes, site)?;
         let newest = self.keyframes.iter().last();
         self.imperfections = imperfections::imperfections(&corrections, site, newest);
+        self.newest = Some(corrections.clone());
         if self
             .applied
             .as_ref()
@@ -90,6 +101,17 @@ impl SelfCalibration {
     /// What the files have wrong that is worth a word.
     pub fn imperfections(&self) -> &[Imperfection] {
         &self.imperfections
+    }
+
+    /// The corrections that are more than negligible, with what the images that are held back say of them; `None` unless these are
+    /// explained clearly better.
+    pub fn proposal(&self, site: &Site) -> Option<(Corrections, HeldBack)> {
+        let corrections = self.newest.as_ref()?.for_files(site);
+        if corrections.cameras.is_empty() && corrections.tags.is_empty() {
+            return None;
+        }
+        let judged = self.held_back.judge(&self.adjustment, &corrections, site);
+        Some((corrections, judged?))
     }
 
     /// The pose of an object in its newest keyframe as the trackers had it, and as it is after the last adjustment.

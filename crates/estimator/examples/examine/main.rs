@@ -6,12 +6,14 @@
 //! once, error of poses foreseen by 33 ms that 95 % do not exceed, poses flipped by more than 20 degrees and said to be tracked, faults
 //! named (there is none), the difference made by another order of arrival, scenes whose NEES lies in 0.7 to 1.5.
 //!
+//! `-- refine FROM TO` asks what a proposed calibration is worth ([`refine`]).
 //! `-- faults KIND FROM TO` and `-- quiet MINUTES FROM TO` ask whether what goes wrong is named ([`faults`]).
 
 mod arm;
 mod faults;
 mod motion;
 mod random;
+mod refine;
 mod scene;
 mod score;
 mod view;
@@ -37,13 +39,16 @@ fn main() {
     }
     let (Some(wanted), Some(from), Some(to)) = (arguments.first(), number(1), number(2)) else {
         eprintln!(
-            "examine faults KIND FROM TO, examine quiet MINUTES FROM TO, examine CLASS FROM TO; CLASS is one of"
+            "examine refine FROM TO, examine faults KIND FROM TO, examine quiet MINUTES FROM TO, examine CLASS FROM TO; CLASS is one of"
         );
         CLASSES
             .iter()
             .for_each(|(name, _, says)| eprintln!("  {name}: {says}"));
         std::process::exit(2);
     };
+    if wanted == "refine" {
+        return refine::examine(from..to);
+    }
     for (name, class, _) in CLASSES {
         if wanted == name || wanted == "all" {
             examine(name, *class, from..to, wanted != "all");

@@ -288,6 +288,11 @@ impl Sight<'_> {
         Some(normal)
     }
 
+    /// Sum of the squared distances of the corners from where they are expected, px².
+    pub fn square_px(&self, link: &Moving) -> Option<f64> {
+        Some(self.linearised(link)?.square_px)
+    }
+
     /// The whitened residuals and their derivatives.
     #[inline(always)]
     pub(super) fn linearised(&self, link: &Moving) -> Option<Linear> {

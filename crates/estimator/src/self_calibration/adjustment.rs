@@ -175,6 +175,20 @@ impl Adjustment {
         }
     }
 
+    /// The square of each view's residuals at the pose that explains the keyframe best, px^2; `None` of views that cannot be explained.
+    pub fn squares_px(
+        &self,
+        mut keyframe: Keyframe,
+        cameras: &BTreeMap<usize, PosedCamera>,
+    ) -> Vec<Option<f64>> {
+        self.settle(&mut keyframe, cameras);
+        let square = |one: &KeyframeView| {
+            let (sight, moving) = self.sight(&keyframe, one, cameras)?;
+            sight.square_px(&moving)
+        };
+        keyframe.views.iter().map(square).collect()
+    }
+
     /// Brings the pose to the minimum next to it.
     fn settle(&self, keyframe: &mut Keyframe, cameras: &BTreeMap<usize, PosedCamera>) {
         for _ in 0..ALIGNING_STEPS {
@@ -302,6 +316,17 @@ impl Adjustment {
         one: &KeyframeView,
         cameras: &BTreeMap<usize, PosedCamera>,
     ) -> Option<[[f64; OF_VIEW + 1]; 8]> {
+        let (sight, moving) = self.sight(keyframe, one, cameras)?;
+        sight.calibration_rows(&moving)
+    }
+
+    /// A view with its camera, and its body as it moves; `None` where the camera cannot see the tag's face.
+    fn sight<'a>(
+        &self,
+        keyframe: &Keyframe,
+        one: &'a KeyframeView,
+        cameras: &'a BTreeMap<usize, PosedCamera>,
+    ) -> Option<(Sight<'a>, Moving)> {
         let camera = cameras.get(&one.camera_index)?;
         let factor = self.factor(one.camera_index);
         let noise = NoiseFactors {
@@ -319,9 +344,7 @@ impl Adjustment {
             pose: keyframe.pose,
             twist: one.twist,
         };
-        sight
-            .faces(&keyframe.pose)
-            .then(|| sight.calibration_rows(&moving))?
+        sight.faces(&keyframe.pose).then_some((sight, moving))
     }
 
     /// Learns the noise of each camera from what its images leave by themselves, whatever is wrong with the other cameras.
@@ -422,6 +445,7 @@ impl Adjustment {
         };
         let classes = [Class::CameraPose, Class::Lens, Class::TagPose];
         let mut corrections = Corrections {
+            independence: independent.sqrt(),
             unseen: classes.map(|class| self.scales.0[class as usize]),
             ..Corrections::default()
         };

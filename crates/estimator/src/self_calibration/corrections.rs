@@ -6,6 +6,8 @@ use nalgebra::{Matrix6, Vector3, Vector6};
 use sextant_geometry::{Lens, Pose, se3};
 
 use super::layout::Layout;
+use crate::rig::MOST_LENS_SIGMA_PX;
+use crate::site::Site;
 use crate::{LensSigma, ObjectTag, PoseSigma, TagId};
 
 /// Errors of the site's files as estimated.
@@ -18,6 +20,8 @@ pub(crate) struct Corrections {
     pub frames: BTreeMap<usize, ObjectFrame>,
     /// Against its prior, the sigma of what no keyframe shows yet: of cameras' poses, of lenses and of tags' poses.
     pub unseen: [f64; 3],
+    /// Factor on all sigmas: errors that are correlated do less than independent ones with the same variances.
+    pub independence: f64,
 }
 
 /// Of one camera.
@@ -73,11 +77,73 @@ impl Corrections {
             tags: layout.tags.keys().map(|id| (*id, tag)).collect(),
             frames: BTreeMap::new(),
             unseen: [0.0; 3],
+            independence: 1.0,
         }
     }
 }
 
+/// Steps smaller than such a share of a default sigma are no correction: the share at which a class has no errors, and rounding.
+const NEGLIGIBLE: f64 = 2e-3;
+/// Share of a default sigma that no figure in a file is better than: a site warms up, is cleaned and is touched.
+const LEAST_SIGMA: f64 = 0.05;
+
 impl Corrections {
+    /// What is more than negligible, each with its own sigma as a file gives it.
+    pub(super) fn for_files(&self, site: &Site) -> Self {
+        let own = |sigma: PoseSigma, least: PoseSigma| {
+            let (own, least) = (
+                sigma.times(self.independence.recip()),
+                least.times(LEAST_SIGMA),
+            );
+            PoseSigma {
+                position_m: own.position_m.clamp(least.position_m, 1.0),
+                orientation_rad: own.orientation_rad.clamp(least.orientation_rad, 1.0),
+            }
+        };
+        let camera = |(camera, one): (&usize, &CameraCorrection)| {
+            let usual = LensSigma::usual(site.file_lens(*camera)?);
+            let bends = one.focal_px.abs() > usual.focal_px * NEGLIGIBLE || one.distortion != 0.0;
+            let (focal_px, distortion) = if bends {
+                (one.focal_px, one.distortion)
+            } else {
+                (0.0, 0.0)
+            };
+            let left = one.lens_sigma.times(self.independence.recip());
+            let known = CameraCorrection {
+                step: one.step,
+                focal_px,
+                distortion,
+                sigma: own(one.sigma, PoseSigma::OF_CAMERA),
+                lens_sigma: LensSigma {
+                    focal_px: left
+                        .focal_px
+                        .max(usual.focal_px * LEAST_SIGMA)
+                        .min(MOST_LENS_SIGMA_PX),
+                    distortion_px: left
+                        .distortion_px
+                        .max(usual.distortion_px * LEAST_SIGMA)
+                        .min(MOST_LENS_SIGMA_PX),
+                },
+            };
+            let is_some = known.has_lens() || is_step(&one.step, PoseSigma::OF_CAMERA);
+            is_some.then_some((*camera, known))
+        };
+        let tag = |(tag, one): (&TagId, &TagCorrection)| {
+            let is_some =
+                one.log_size.abs() > NEGLIGIBLE_SIZE || is_step(&one.step, PoseSigma::OF_TAG);
+            let known = TagCorrection {
+                sigma: own(one.sigma, PoseSigma::OF_TAG),
+                ..*one
+            };
+            is_some.then_some((*tag, known))
+        };
+        Self {
+            cameras: self.cameras.iter().filter_map(camera).collect(),
+            tags: self.tags.iter().filter_map(tag).collect(),
+            ..Self::default()
+        }
+    }
+
     /// The errors as uncertainty of the files' values, which stay.
     pub(super) fn considered(mut self) -> Self {
         for one in self.cameras.values_mut() {
@@ -127,8 +193,14 @@ impl Corrections {
     }
 }
 
-/// Share of a size that does not matter.
+/// Share of a size that does not matter, and that is nothing.
 const CLOSE_SIZE: f64 = 0.0005;
+const NEGLIGIBLE_SIZE: f64 = 1e-5;
+
+fn is_step(step: &Vector6<f64>, usual: PoseSigma) -> bool {
+    let far = |first: usize, usual: f64| step.fixed_rows::<3>(first).norm() > NEGLIGIBLE * usual;
+    far(0, usual.position_m) || far(3, usual.orientation_rad)
+}
 
 fn is_close(
     (step, sigma): (&Vector6<f64>, &PoseSigma),
@@ -150,6 +222,20 @@ impl TagCorrection {
 }
 
 impl CameraCorrection {
+    /// The file's values are exact.
+    pub const NONE: Self = Self {
+        step: Vector6::new(0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
+        focal_px: 0.0,
+        distortion: 0.0,
+        sigma: PoseSigma::NONE,
+        lens_sigma: LensSigma::NONE,
+    };
+
+    /// Whether the lens is corrected.
+    pub fn has_lens(&self) -> bool {
+        self.focal_px != 0.0 || self.distortion != 0.0
+    }
+
     fn is_nothing(&self) -> bool {
         self.step == Vector6::zeros() && !self.sigma.is_some() && !self.lens_sigma.is_some()
     }

@@ -130,6 +130,22 @@ impl Keyframes {
         self.0.iter().rev().find(|one| one.object == object)
     }
 
+    fn own(&self, like: &Keyframe) -> impl Iterator<Item = &Keyframe> {
+        self.0.iter().filter(|one| one.body() == like.body())
+    }
+
+    /// Whether a keyframe of the same body shows nothing new.
+    pub fn show(&self, new: &Keyframe) -> bool {
+        let pairs = new.pairs();
+        let near = self.own(new).filter(|one| one.is_near(new));
+        near.map(Keyframe::pairs).any(|near| pairs.is_subset(&near))
+    }
+
+    /// Whether an instant of a body is among them.
+    pub fn has(&self, instant: &Keyframe) -> bool {
+        self.own(instant).any(|one| one.time_ns == instant.time_ns)
+    }
+
     /// Keeps a keyframe that shows the object in a new pose, or to another camera or by another tag than a near one. Where there are too
     /// many, the oldest goes.
     pub fn offer(&mut self, new: Keyframe) -> bool {
@@ -141,12 +157,8 @@ impl Keyframes {
             }
             return is_more;
         }
-        let own = || self.0.iter().filter(|one| one.body() == new.body());
-        let pairs = new.pairs();
-        let near = own().filter(|one| one.is_near(&new));
-        let is_shown = near.map(Keyframe::pairs).any(|near| pairs.is_subset(&near));
-        let n_own = own().count();
-        if n_own >= FIRST && is_shown {
+        let n_own = self.own(&new).count();
+        if n_own >= FIRST && self.show(&new) {
             return false;
         }
         if n_own >= MOST_OF_AN_OBJECT || self.0.len() >= MOST {

@@ -21,7 +21,7 @@ fn off(pose: &Pose, position_m: f64, orientation_rad: f64, random: &mut Random) 
 }
 
 /// The rig as somebody measured it by hand.
-fn measured(rig: &Rig, position_m: f64, orientation_rad: f64, random: &mut Random) -> Rig {
+pub fn measured(rig: &Rig, position_m: f64, orientation_rad: f64, random: &mut Random) -> Rig {
     let camera = |camera: &Camera| Camera {
         world_from_camera: camera
             .world_from_camera
@@ -32,7 +32,7 @@ fn measured(rig: &Rig, position_m: f64, orientation_rad: f64, random: &mut Rando
 }
 
 /// The object with tags glued on by hand.
-fn glued(
+pub fn glued(
     object: &ObjectModel,
     position_m: f64,
     orientation_rad: f64,
@@ -48,7 +48,7 @@ fn glued(
 }
 
 /// What is published of images that all cameras take at once.
-fn watched(
+pub fn watched(
     fusion: &mut Fusion,
     truth: (&Rig, &ObjectModel),
     n_instants: u64,

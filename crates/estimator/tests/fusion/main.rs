@@ -20,6 +20,7 @@ mod limits;
 mod naming;
 mod order;
 mod prediction;
+mod proposal;
 mod restless;
 mod scene;
 mod shutter;

@@ -1,0 +1,62 @@
+//! A refined calibration of the site, as ordinary use has shown it.
+
+use crate::self_calibration::Corrections;
+use crate::site::Site;
+use crate::{HeldBack, ObjectModel, Rig};
+
+/// The models with the errors taken off that self-calibration has found in them. Corrected poses and lenses have the sigmas that are left;
+/// everything else is as it was.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Proposal {
+    /// The cameras; `None` where none changes.
+    pub rig: Option<Rig>,
+    /// The objects that change.
+    pub objects: Vec<ObjectModel>,
+    /// How much better images are explained that had no part in the estimate.
+    pub held_back: HeldBack,
+}
+
+impl Proposal {
+    pub(crate) fn of(
+        (rig, objects): (&Rig, &[ObjectModel]),
+        (corrections, held_back): (&Corrections, HeldBack),
+        site: &Site,
+    ) -> Self {
+        let corrected = corrected_rig(rig, corrections, site);
+        let changed = |object: &ObjectModel| {
+            let corrected = corrected_object(object, corrections);
+            (corrected != *object).then_some(corrected)
+        };
+        Self {
+            rig: (corrected != *rig).then_some(corrected),
+            objects: objects.iter().filter_map(changed).collect(),
+            held_back,
+        }
+    }
+}
+
+fn corrected_rig(rig: &Rig, corrections: &Corrections, site: &Site) -> Rig {
+    let mut corrected = rig.clone();
+    for camera in rig.cameras() {
+        let known = site.camera(&camera.id);
+        let Some(one) = known.and_then(|(index, _)| corrections.cameras.get(&index)) else {
+            continue;
+        };
+        let mut camera = camera.clone();
+        camera.world_from_camera = camera.world_from_camera.map(|pose| one.pose(&pose));
+        camera.lens = one.lens(&camera.lens);
+        let lens_sigma = one.has_lens().then_some(one.lens_sigma);
+        corrected = corrected.with_camera(camera, one.sigma, lens_sigma);
+    }
+    corrected
+}
+
+fn corrected_object(object: &ObjectModel, corrections: &Corrections) -> ObjectModel {
+    let mut corrected = object.clone();
+    for tag in object.tags() {
+        if let Some(one) = corrections.tags.get(&tag.tag) {
+            corrected = corrected.with_tag(one.tag(tag), one.sigma);
+        }
+    }
+    corrected
+}

@@ -1,0 +1,172 @@
+//! Keyframes held back from the adjustment: they judge whether corrections of the files explain images that had no part in them.
+//!
+//! Each of them is explained once with the models of the files and once with the corrected ones, the best pose found anew each time. With
+//! g = ln(rms before / rms after) of a keyframe, corrections are better where the mean of g over the keyframes is at least [`LEAST_GAIN`]
+//! and at least [`SIGNIFICANT`] times its standard error (a paired t test; logarithms, so that no single bad image decides).
+
+use std::collections::BTreeMap;
+
+use super::adjustment::Adjustment;
+use super::corrections::{CameraCorrection, Corrections};
+use super::keyframes::{Keyframe, KeyframeView, Keyframes};
+use crate::filter::corners::PosedCamera;
+use crate::site::Site;
+
+/// Keyframes of an object before any is held back: the first ones are needed more for the adjustment.
+const LEAST_ADJUSTED: usize = 20;
+/// Of so many further ones, one is held back.
+const PERIOD: usize = 4;
+/// Most keyframes; the oldest go.
+const MOST: usize = 48;
+/// Fewer keyframes judge nothing.
+const LEAST: usize = 8;
+/// Mean logarithm of the residuals before over those after.
+const LEAST_GAIN: f64 = 0.05;
+/// Mean over standard error: one in several hundred by chance.
+const SIGNIFICANT: f64 = 3.0;
+/// Corners of a view.
+const CORNERS: f64 = 4.0;
+/// Smallest square of a keyframe that is told from zero, px^2.
+const LEAST_SQUARE: f64 = 1e-12;
+
+/// How images that had no part in a correction are explained before and after it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct HeldBack {
+    /// Number of instants at which an object was seen.
+    pub n_images: usize,
+    /// Rms distance between corners as seen and as expected, by the files, px.
+    pub before_px: f64,
+    /// With the correction, px.
+    pub after_px: f64,
+}
+
+/// Keyframes that the adjustment never sees, oldest first.
+#[derive(Debug, Default)]
+pub(super) struct HeldBackKeyframes {
+    keyframes: Vec<Keyframe>,
+    /// New keyframes since the last that was held back.
+    passed: usize,
+}
+
+/// Squares of one keyframe by the views that both models explain, px^2, and the number of these.
+struct Pair {
+    before: f64,
+    after: f64,
+    n_views: usize,
+}
+
+impl HeldBackKeyframes {
+    /// Holds a keyframe back, or gives it back for the adjustment.
+    pub fn offer(&mut self, new: Keyframe, adjusted: &Keyframes) -> Option<Keyframe> {
+        let is_same = |one: &Keyframe| (one.body(), one.time_ns) == (new.body(), new.time_ns);
+        if let Some(same) = self.keyframes.iter_mut().find(|one| is_same(one)) {
+            if new.views.len() > same.views.len() {
+                *same = new;
+            }
+            return None;
+        }
+        let is_well_known = adjusted.count(new.object) >= LEAST_ADJUSTED;
+        if !is_well_known || adjusted.has(&new) || adjusted.show(&new) {
+            return Some(new);
+        }
+        self.passed += 1;
+        if self.passed < PERIOD {
+            return Some(new);
+        }
+        self.passed = 0;
+        if self.keyframes.len() >= MOST {
+            self.keyframes.remove(0);
+        }
+        self.keyframes.push(new);
+        None
+    }
+
+    /// What the keyframes say of corrections; `None` unless they are explained clearly better.
+    pub fn judge(
+        &self,
+        adjustment: &Adjustment,
+        corrections: &Corrections,
+        site: &Site,
+    ) -> Option<HeldBack> {
+        let nothing = Corrections::default();
+        let pairs = self.keyframes.iter().filter_map(|keyframe| {
+            let squares = |corrections| {
+                let (keyframe, cameras) = corrected(keyframe, corrections, site);
+                adjustment.squares_px(keyframe, &cameras)
+            };
+            Pair::of(&squares(&nothing), &squares(corrections))
+        });
+        let pairs: Vec<Pair> = pairs.collect();
+        is_better(&pairs).then(|| HeldBack {
+            n_images: pairs.len(),
+            before_px: rms_px(&pairs, |pair| pair.before),
+            after_px: rms_px(&pairs, |pair| pair.after),
+        })
+    }
+}
+
+impl Pair {
+    fn of(before: &[Option<f64>], after: &[Option<f64>]) -> Option<Self> {
+        let both = before.iter().zip(after);
+        let both = both.filter_map(|(before, after)| (*before).zip(*after));
+        let mut pair = Self {
+            before: 0.0,
+            after: 0.0,
+            n_views: 0,
+        };
+        for (before, after) in both {
+            pair.before += before;
+            pair.after += after;
+            pair.n_views += 1;
+        }
+        // The pose takes up nearly all that a single view shows.
+        (pair.n_views > 1).then_some(pair)
+    }
+
+    fn gain(&self) -> f64 {
+        0.5 * (self.before.max(LEAST_SQUARE) / self.after.max(LEAST_SQUARE)).ln()
+    }
+}
+
+fn is_better(pairs: &[Pair]) -> bool {
+    if pairs.len() < LEAST {
+        return false;
+    }
+    let n = pairs.len() as f64;
+    let mean = pairs.iter().map(Pair::gain).sum::<f64>() / n;
+    let squares = pairs.iter().map(|pair| (pair.gain() - mean).powi(2));
+    let standard_error = (squares.sum::<f64>() / (n - 1.0) / n).sqrt();
+    let falls = rms_px(pairs, |pair| pair.after) < rms_px(pairs, |pair| pair.before);
+    falls && mean >= LEAST_GAIN && mean >= SIGNIFICANT * standard_error
+}
+
+fn rms_px(pairs: &[Pair], square: impl Fn(&Pair) -> f64) -> f64 {
+    let n_views: usize = pairs.iter().map(|pair| pair.n_views).sum();
+    let sum: f64 = pairs.iter().map(square).sum();
+    (sum / (CORNERS * n_views.max(1) as f64)).sqrt()
+}
+
+/// A keyframe and its cameras with corrections of the files' models.
+fn corrected(
+    keyframe: &Keyframe,
+    corrections: &Corrections,
+    site: &Site,
+) -> (Keyframe, BTreeMap<usize, PosedCamera>) {
+    let mut keyframe = keyframe.clone();
+    for one in &mut keyframe.views {
+        let correction = corrections.tags.get(&one.view.tag);
+        if let Some(tag) = site.file_tag(&one.view.tag) {
+            let tag = correction.map_or_else(|| tag.clone(), |correction| correction.tag(tag));
+            one.view.set_model(&tag);
+        }
+    }
+    let camera = |one: &KeyframeView| {
+        let camera = one.camera_index;
+        let correction = corrections.cameras.get(&camera).copied();
+        let correction = correction.unwrap_or(CameraCorrection::NONE);
+        let posed = site.corrected_camera(camera, &correction)?;
+        Some((camera, posed))
+    };
+    let cameras = keyframe.views.iter().filter_map(camera).collect();
+    (keyframe, cameras)
+}

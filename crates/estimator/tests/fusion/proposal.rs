@@ -1,0 +1,115 @@
+//! A refined calibration is proposed where images that had no part in it are explained better by it.
+
+use sextant_estimator::{Fusion, FusionOptions, Input, ObjectModel, Proposal, Rig};
+use sextant_geometry::{Pose, se3};
+
+use crate::imperfect::{glued, measured, watched};
+use crate::scene::{Random, cube, fusion, rig};
+
+/// Half a minute of images.
+const INSTANTS: u64 = 900;
+
+/// Worst distance, in m and rad alike, of the first of some poses to the others against the truth: no common frame matters for it.
+fn worst_apart(poses: &[Pose], truth: &[Pose]) -> f64 {
+    let apart = |poses: &[Pose], index: usize| poses[0].inverse() * poses[index];
+    let off = |index| se3::difference(&apart(poses, index), &apart(truth, index)).amax();
+    (1..poses.len()).map(off).fold(0.0, f64::max)
+}
+
+fn cameras(rig: &Rig) -> Vec<Pose> {
+    let cameras = rig.cameras().iter();
+    cameras.filter_map(|one| one.world_from_camera).collect()
+}
+
+fn tags(object: &ObjectModel) -> Vec<Pose> {
+    let tags = object.tags().iter();
+    tags.filter_map(|one| one.object_from_tag).collect()
+}
+
+/// The tags but the third, at the bottom of the cube.
+fn seen(object: &ObjectModel) -> Vec<Pose> {
+    let mut tags = tags(object);
+    tags.remove(2);
+    tags
+}
+
+fn files(rig: &Rig, object: &ObjectModel) -> (Rig, ObjectModel) {
+    let rig = Rig::new(rig.cameras().to_vec()).unwrap();
+    let object = ObjectModel::new(object.id().clone(), object.tags().to_vec()).unwrap();
+    (rig, object)
+}
+
+fn proposed(fusion: &mut Fusion, truth: (&Rig, &ObjectModel), seed: u64) -> Option<Proposal> {
+    watched(fusion, truth, INSTANTS, &mut Random(seed));
+    fusion.proposal()
+}
+
+#[test]
+fn wrong_cameras_and_tags_are_proposed_nearer_to_the_truth() {
+    for seed in 1..4 {
+        let (truth, object) = (rig(4), cube());
+        let random = &mut Random(seed);
+        let believed = measured(&truth, 0.005, 0.005, random);
+        let stuck = glued(&object, 0.001, 0.017, random);
+        let mut machine = fusion(&believed, &stuck, FusionOptions::default());
+        let proposal = proposed(&mut machine, (&truth, &object), seed).unwrap();
+        let held_back = proposal.held_back;
+        assert!(held_back.n_images >= 8, "seed {seed}: {held_back:?}");
+        assert!(
+            held_back.after_px < 0.2 * held_back.before_px,
+            "seed {seed}: {held_back:?}"
+        );
+        let rig = proposal.rig.as_ref().unwrap();
+        let before = worst_apart(&cameras(&believed), &cameras(&truth));
+        let after = worst_apart(&cameras(rig), &cameras(&truth));
+        assert!(after < 0.2 * before, "seed {seed}: {after} of {before}");
+        let [model] = &proposal.objects[..] else {
+            panic!("seed {seed}: {proposal:?}");
+        };
+        let [before, after] =
+            [&stuck, model].map(|model| worst_apart(&seen(model), &seen(&object)));
+        assert!(after < 0.3 * before, "seed {seed}: {after} of {before}");
+        let sigmas = rig
+            .cameras()
+            .iter()
+            .map(|camera| rig.pose_sigma(&camera.id));
+        assert!(sigmas.flatten().all(|sigma| sigma.position_m < 0.005));
+        assert_eq!(machine.proposal(), Some(proposal), "asking changes nothing");
+    }
+}
+
+#[test]
+fn tags_alone_are_corrected_without_moving_a_camera() {
+    let (truth, object) = (rig(4), cube());
+    let stuck = glued(&object, 0.001, 0.017, &mut Random(5));
+    let (files, _) = files(&truth, &object);
+    let mut machine = fusion(&files, &stuck, FusionOptions::default());
+    let proposal = proposed(&mut machine, (&truth, &object), 5).unwrap();
+    assert_eq!(proposal.objects.len(), 1);
+    let rig = proposal.rig.unwrap_or(files);
+    let moved = worst_apart(&cameras(&rig), &cameras(&truth));
+    assert!(moved < 0.0005, "{moved}");
+}
+
+#[test]
+fn nothing_is_proposed_for_an_exact_site() {
+    let (truth, object) = (rig(4), cube());
+    let (rig, model) = files(&truth, &object);
+    let mut machine = fusion(&rig, &model, FusionOptions::default());
+    assert_eq!(proposed(&mut machine, (&truth, &object), 3), None);
+}
+
+#[test]
+fn what_was_taken_is_not_proposed_again() {
+    let (truth, object) = (rig(4), cube());
+    let random = &mut Random(2);
+    let believed = measured(&truth, 0.005, 0.005, random);
+    let stuck = glued(&object, 0.001, 0.017, random);
+    let mut machine = fusion(&believed, &stuck, FusionOptions::default());
+    let proposal = proposed(&mut machine, (&truth, &object), 2).unwrap();
+    let (rig, objects) = (proposal.rig.unwrap(), proposal.objects);
+    machine.handle(0, Input::Rig(rig.clone()));
+    assert_eq!(machine.proposal(), None, "nothing is seen yet");
+    let mut refined = fusion(&rig, &objects[0], FusionOptions::default());
+    assert_eq!(proposed(&mut refined, (&truth, &object), 12), None);
+}
