@@ -1,6 +1,7 @@
 //! The desk where changes of the rig and the objects are handed in: each is taken whole or refused whole, and answered.
 
 use crate::files::ModelFiles;
+use crate::formers::Formers;
 use crate::models::{Change, Models};
 use crate::pace::Pace;
 use sextant_proto::{KeyRef, Keys, Outcome, fingerprint, limits};
@@ -15,6 +16,7 @@ pub struct Desk {
     keys: Keys,
     models: Models,
     files: Option<ModelFiles>,
+    formers: Formers,
     /// Floods of changes shall not keep images waiting.
     pace: Pace,
 }
@@ -49,6 +51,9 @@ impl Desk {
         Self {
             keys,
             models,
+            formers: files
+                .as_ref()
+                .map_or_else(Formers::default, ModelFiles::formers),
             files,
             pace: Pace::default(),
         }
@@ -57,6 +62,11 @@ impl Desk {
     /// What is in force.
     pub fn models(&self) -> &Models {
         &self.models
+    }
+
+    /// What was in force before.
+    pub fn formers(&self) -> &Formers {
+        &self.formers
     }
 
     /// The next publication that is to be decided on, if one is due at `now`; what is no change is passed over. Nothing is taken
@@ -74,10 +84,10 @@ impl Desk {
         self.pace.rest(begun, ended);
     }
 
-    /// Decides on a publication; none for a key that is no configuration's, and for what a fusion node announces.
-    pub fn decide(&mut self, item: &Item) -> Option<Verdict> {
+    /// Decides on a publication at `now_ns` since the Unix epoch; none for a key that is no configuration's, and for what a fusion node announces.
+    pub fn decide(&mut self, item: &Item, now_ns: u64) -> Option<Verdict> {
         let about = self.change_of(item)?;
-        let decision = self.decision(&about, &item.payload);
+        let decision = self.decision(&about, &item.payload, now_ns);
         Some(Verdict {
             key: below_site(&item.key).to_owned(),
             about,
@@ -101,19 +111,24 @@ impl Desk {
         (is_config && !sender.starts_with(ANNOUNCED)).then_some(about)
     }
 
-    fn decision(&mut self, about: &KeyRef, payload: &Payload) -> Result<Decision, String> {
+    fn decision(
+        &mut self,
+        about: &KeyRef,
+        payload: &Payload,
+        now_ns: u64,
+    ) -> Result<Decision, String> {
         let bytes = match payload {
             Payload::Bytes(bytes) => bytes,
             Payload::TooLong(length) => return Err(format!("{length} bytes are too long")),
         };
-        self.make(Change::read(about, bytes, &self.models)?)
+        self.make(Change::read(about, bytes, &self.models)?, now_ns)
     }
 
-    /// Makes a change, whole or not at all.
+    /// Makes a change at `now_ns`, whole or not at all.
     ///
     /// # Errors
     /// In words, why it can't be made.
-    pub fn make(&mut self, change: Change) -> Result<Decision, String> {
+    pub fn make(&mut self, change: Change, now_ns: u64) -> Result<Decision, String> {
         let Some(after) = self.models.changed(&change)? else {
             return Ok(Decision::Same);
         };
@@ -125,6 +140,7 @@ impl Desk {
                 Outcome::Kept
             }
         };
+        self.formers.note(&change, &self.models, now_ns);
         self.models = after;
         Ok(Decision::Take(change, outcome))
     }
@@ -186,23 +202,23 @@ mod tests {
     fn a_change_is_taken_once_and_then_the_same() {
         let mut desk = desk();
         let cube = item("cube", &object("cube", 1), Some("somebody"));
-        let verdict = desk.decide(&cube).unwrap();
+        let verdict = desk.decide(&cube, 1).unwrap();
         assert!(matches!(
             verdict.decision,
             Decision::Take(Change::Object(_), Outcome::Taken)
         ));
         assert_eq!(verdict.key, "config/object/cube");
         assert_eq!(verdict.fingerprint, fingerprint(cube.bytes().unwrap()));
-        assert_eq!(desk.decide(&cube).unwrap().decision, Decision::Same);
+        assert_eq!(desk.decide(&cube, 1).unwrap().decision, Decision::Same);
         assert_eq!(desk.models().objects.len(), 1);
     }
 
     #[test]
     fn what_is_refused_leaves_everything_as_it_was() {
         let mut desk = desk();
-        desk.decide(&item("cube", &object("cube", 1), None));
+        desk.decide(&item("cube", &object("cube", 1), None), 1);
         let before = desk.models().clone();
-        let verdict = desk.decide(&item("ball", &object("ball", 1), None));
+        let verdict = desk.decide(&item("ball", &object("ball", 1), None), 1);
         let (outcome, words) = verdict.unwrap().outcome();
         assert_eq!(outcome, Outcome::Refused);
         assert_eq!(
@@ -214,7 +230,7 @@ mod tests {
             payload: Payload::TooLong(1 << 20),
             sender: None,
         };
-        let refused = desk.decide(&garbage).unwrap().outcome();
+        let refused = desk.decide(&garbage, 1).unwrap().outcome();
         assert_eq!(refused.0, Outcome::Refused);
         assert_eq!(*desk.models(), before);
     }
@@ -252,11 +268,11 @@ mod tests {
     fn announcements_and_other_keys_are_no_changes() {
         let mut desk = desk();
         let announced = item("cube", &object("cube", 1), Some("fusion/other"));
-        assert!(desk.decide(&announced).is_none());
+        assert!(desk.decide(&announced, 1).is_none());
         let elsewhere = Item {
             key: "sextant/v1/lab/config/else".to_owned(),
             ..announced
         };
-        assert!(desk.decide(&elsewhere).is_none());
+        assert!(desk.decide(&elsewhere, 1).is_none());
     }
 }

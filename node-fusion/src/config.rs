@@ -1,7 +1,6 @@
 //! `fusion.toml`: what a person sets of a fusion node. Paths are relative to the file's folder.
 
 use serde::{Deserialize, Serialize};
-use sextant_calibrator::refinement::RefinementOptions;
 use sextant_estimator::FusionOptions;
 use sextant_proto::{NodeId, SiteId};
 use sextant_zenoh_bus::BusOptions;
@@ -30,37 +29,25 @@ pub struct FusionConfig {
     /// longest wait of an observation in this process. Default 0.5, the estimator's window: what is older is no news; 0.05 to 60.
     #[serde(default = "default_max_age_s")]
     pub max_age_s: f64,
-    /// Small corrections of cameras and tags while the node works, off by default.
+    /// Whether a calibration is proposed, or put in force, that explains the images of ordinary use better. Default `propose`.
     #[serde(default)]
-    pub refinement: RefinementConfig,
+    pub refinement: Refinement,
     /// How to reach the network; by default this node is the site's router on port 7447 of the loopback interface.
     #[serde(default = "default_network")]
     pub network: BusOptions,
 }
 
-/// Whether the site is refined from its ordinary use, and how.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct RefinementConfig {
-    /// Default false. In one fusion node of a site only: it tells the others.
-    pub enabled: bool,
-    /// Where changes are recorded. Default `refinements`.
-    pub folder: PathBuf,
-    /// Seconds from one look at what was gathered to the next. Default 60, 1 to 86400.
-    pub period_s: f64,
-    /// What is asked of a change.
-    pub limits: RefinementOptions,
-}
-
-impl Default for RefinementConfig {
-    fn default() -> Self {
-        Self {
-            enabled: false,
-            folder: "refinements".into(),
-            period_s: 60.0,
-            limits: RefinementOptions::default(),
-        }
-    }
+/// What becomes of a refined calibration that ordinary use has shown.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Refinement {
+    /// Nothing is proposed.
+    Off,
+    /// It is proposed, and a person may apply it.
+    #[default]
+    Propose,
+    /// The node puts it in force by itself. In one fusion node of a site only: the others are informed.
+    Apply,
 }
 
 impl FusionConfig {
@@ -72,21 +59,7 @@ impl FusionConfig {
         if !(0.05..=60.0).contains(&self.max_age_s) {
             return Err("max_age_s must lie between 0.05 and 60".to_owned());
         }
-        self.refinement.check()
-    }
-}
-
-impl RefinementConfig {
-    /// Whether every number is in its range.
-    ///
-    /// # Errors
-    /// The first that is not, in words.
-    pub fn check(&self) -> Result<(), String> {
-        if !(1.0..=86_400.0).contains(&self.period_s) {
-            return Err("refinement.period_s must lie between 1 and 86400".to_owned());
-        }
-        let sound = self.limits.check();
-        sound.map_err(|cause| format!("refinement.limits.{cause}"))
+        Ok(())
     }
 }
 

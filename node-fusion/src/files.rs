@@ -5,14 +5,16 @@
 //! list of objects follows; everything else in `fusion.toml` stays as it is.
 
 use crate::config::FusionConfig;
+use crate::formers::{Former, Formers};
 use crate::models::{Change, Models};
 use sextant_estimator::ObjectId;
 use sextant_process::{Exit, WithExit};
 use sextant_site_files::{
-    FileError, keep_object, keep_rig, object_file, read_object, read_rig, read_text, retire_object,
-    with_value, write_keeping_former,
+    FileError, former_of, keep_object, keep_rig, object_file, read_object, read_rig, read_text,
+    retire_object, with_value, write_keeping_former,
 };
 use std::path::{Path, PathBuf};
+use std::time::UNIX_EPOCH;
 
 /// Where the models are kept.
 #[derive(Debug)]
@@ -45,6 +47,19 @@ impl ModelFiles {
             objects: files,
         };
         Ok((files, Models { rig, objects }))
+    }
+
+    /// The former versions beside the files, as of the time when these replaced them. What cannot be read is left out.
+    pub fn formers(&self) -> Formers {
+        let rig = former(&self.folder.join(&self.rig), read_rig);
+        let objects = self.objects.iter().filter_map(|(file, id)| {
+            let former = former(&self.folder.join(file), read_object)?;
+            (former.model.id() == id).then(|| (id.clone(), former))
+        });
+        Formers {
+            rig,
+            objects: objects.collect(),
+        }
     }
 
     /// Makes a change outlive the process.
@@ -84,6 +99,25 @@ impl ModelFiles {
         write_keeping_former(&self.config, text.as_bytes())?;
         self.objects = objects;
         Ok(())
+    }
+}
+
+fn former<M>(file: &Path, read: impl Fn(&Path) -> Result<M, FileError>) -> Option<Former<M>> {
+    let former = former_of(file);
+    if !former.exists() {
+        return None;
+    }
+    let modified = std::fs::metadata(file).and_then(|data| data.modified());
+    let since = modified.ok()?.duration_since(UNIX_EPOCH).ok()?;
+    match read(&former) {
+        Ok(model) => Some(Former {
+            model,
+            changed_ns: u64::try_from(since.as_nanos()).ok()?,
+        }),
+        Err(cause) => {
+            tracing::warn!("`sextant config revert` cannot take it back: {cause:#}");
+            None
+        }
     }
 }
 

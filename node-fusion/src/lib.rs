@@ -1,14 +1,15 @@
 //! The fusion node: a thin process around the estimator's machine.
 //!
 //! In: observations of every camera of the site, as messages on the network. Out: a pose per object after each image, the
-//! models for late joiners, a status a second. Rig and objects may be changed over the network while it works, and refined from
-//! ordinary use. The estimating itself is `sextant_estimator`'s; this is arguments, loop, adapters.
+//! models for late joiners, a status a second. Rig and objects may be changed over the network while it works; a refined calibration
+//! is proposed from ordinary use. The estimating itself is `sextant_estimator`'s; this is arguments, loop, adapters.
 
 mod ages;
 mod changes;
 mod clocks;
 mod config;
 mod files;
+mod formers;
 mod intake;
 mod links;
 mod models;
@@ -18,11 +19,10 @@ mod outlet;
 mod pace;
 #[cfg(test)]
 mod panic_tests;
-mod refinements;
-mod refining;
+mod proposing;
 mod refusals;
 mod status;
 
-pub use config::{FusionConfig, RefinementConfig};
+pub use config::{FusionConfig, Refinement};
 pub use intake::{Arrival, Counts, Intake};
 pub use node::run;

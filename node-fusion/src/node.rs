@@ -2,21 +2,18 @@
 
 use crate::changes::{Decision, Desk, Verdict};
 use crate::clocks::ClockBook;
-use crate::config::FusionConfig;
+use crate::config::{FusionConfig, Refinement};
 use crate::files::ModelFiles;
 use crate::intake::{Arrival, Intake};
-use crate::models::{Change, Models};
+use crate::models::Change;
 use crate::outlet::Outlet;
-use crate::refinements::{Record, change_of};
-use crate::refining::Refining;
+use crate::proposing;
 use crate::status::{Losses, StatusBook};
 use anyhow::Context;
-use sextant_calibrator::refinement::Finding;
-use sextant_estimator::{CameraId, Fusion, FusionOptions, Input, Output, Rig};
+use sextant_estimator::{CameraId, Fusion, FusionOptions, Input, Output, Proposal, Rig};
 use sextant_process::host::host_name;
 use sextant_process::{
-    ClockQuality, Exit, Reading, Shutdown, SteadyClock, WithExit, fail_point, memory, now_ns,
-    watchdog,
+    ClockQuality, Exit, Reading, Shutdown, SteadyClock, WithExit, fail_point, memory, watchdog,
 };
 use sextant_proto::{ConfigAnswer, KeyRef, Keys, NodeId, NodeKind, Outcome, limits};
 use sextant_site_files::read_toml;
@@ -74,12 +71,10 @@ pub fn run(config_file: &Path, shutdown: &Shutdown) -> anyhow::Result<()> {
     let Some(name) = held.exit_with(Exit::Unavailable)? else {
         return Ok(());
     };
-    let refining = refining(config_file, &config, &models)?;
     let files = config.keep_changes.then_some(files);
     let desk = Desk::new(keys, models, files);
     let clock = SteadyClock::new(Reading::take);
     let mut node = FusionNode::open(&bus, &config, machine, desk, clock)?;
-    node.refining = refining;
     node.name = Some(name);
     let alive = bus.alive(&node.keys.alive(NodeKind::Fusion, &config.node))?;
     tracing::info!(
@@ -92,25 +87,6 @@ pub fn run(config_file: &Path, shutdown: &Shutdown) -> anyhow::Result<()> {
     drop(node);
     bus.close();
     Ok(())
-}
-
-/// The thread that refines and the record of what it changes, where that is asked for.
-fn refining(
-    config_file: &Path,
-    config: &FusionConfig,
-    models: &Models,
-) -> anyhow::Result<Option<(Refining, Record)>> {
-    let wanted = &config.refinement;
-    if !wanted.enabled {
-        return Ok(None);
-    }
-    let folder = config_file.parent().unwrap_or(Path::new("."));
-    let period = Duration::from_secs_f64(wanted.period_s);
-    let refining = Refining::start(models, wanted.limits, period)?;
-    Ok(Some((
-        refining,
-        Record::in_folder(folder.join(&wanted.folder)),
-    )))
 }
 
 struct FusionNode<'a> {
@@ -130,7 +106,9 @@ struct FusionNode<'a> {
     clock_quality: ClockQuality,
     /// Monotonic.
     status_due_ns: u64,
-    refining: Option<(Refining, Record)>,
+    refinement: Refinement,
+    /// As published last.
+    proposed: Option<Proposal>,
     /// Held for as long as the node works.
     name: Option<HeldName>,
 }
@@ -156,17 +134,21 @@ impl<'a> FusionNode<'a> {
         let longest = limits::MAX_PAYLOAD_BYTES;
         let now = clock.monotonic_ns();
         let models = desk.models();
+        let mut outlet = Outlet::open(bus, &keys, node, models)?;
+        outlet.formers(desk.formers())?;
+        outlet.proposal(&proposing::message(None, node, 0)?)?;
         Ok(Self {
             observations: bus.subscribe_stream(&keys.all_observations(), bounds, longest)?,
             changes: bus.subscribe(&keys.all_config(), CHANGE_QUEUE, DropRule::Oldest, longest)?,
             intake: Intake::new(keys.clone(), cameras_of(&models.rig), config.max_age_s),
-            outlet: Outlet::open(bus, &keys, node, models)?,
+            outlet,
             status: StatusBook::new(node.clone(), &models.objects, now),
             clocks: ClockBook::default(),
             clock_quality: ClockQuality::read(),
             clock,
             status_due_ns: now,
-            refining: None,
+            refinement: config.refinement,
+            proposed: None,
             name: None,
             node: node.clone(),
             keys,
@@ -200,9 +182,10 @@ impl<'a> FusionNode<'a> {
         let now = self.clock.monotonic_ns();
         if now >= self.status_due_ns {
             self.status_due_ns = now + STATUS_PERIOD_NS;
+            self.refine()?;
             self.report(now)?;
         }
-        self.refine()
+        Ok(())
     }
 
     /// Where this host's clock was set, everything that compares stamps with it starts anew.
@@ -220,7 +203,7 @@ impl<'a> FusionNode<'a> {
         let Some(item) = self.desk.next(begun, || self.changes.try_recv()) else {
             return Ok(());
         };
-        if let Some(verdict) = self.desk.decide(&item) {
+        if let Some(verdict) = self.desk.decide(&item, self.clock.now_ns()) {
             self.carry_out(&verdict, item.sender.as_deref())?;
         }
         self.desk.rest(begun, Instant::now());
@@ -242,9 +225,6 @@ impl<'a> FusionNode<'a> {
             .status(&mut self.intake, &self.machine, losses, now);
         self.outlet.status(&status)?;
         let offsets = self.machine.clock_offsets();
-        if let Some((refining, _)) = &mut self.refining {
-            refining.take_health(&self.machine.faults(), offsets.clone());
-        }
         let clocks = self.clocks.report(&self.node, offsets, now);
         Ok(self.outlet.clocks(&clocks)?)
     }
@@ -254,12 +234,7 @@ impl<'a> FusionNode<'a> {
         let (outcome, words) = verdict.outcome();
         let key = &verdict.key;
         match &verdict.decision {
-            Decision::Take(change, _) => {
-                self.put_in_force(change)?;
-                if let Some((refining, _)) = &mut self.refining {
-                    refining.take_models(self.desk.models());
-                }
-            }
+            Decision::Take(change, _) => self.put_in_force(change)?,
             Decision::Same => {}
             Decision::Refuse(cause) => {
                 let now = self.clock.monotonic_ns();
@@ -281,51 +256,49 @@ impl<'a> FusionNode<'a> {
         Ok(())
     }
 
-    /// Puts in force what refinement has found, recorded first.
+    /// Publishes the refined calibration that ordinary use has shown, or puts it in force, as configured.
     fn refine(&mut self) -> anyhow::Result<()> {
-        let Some((refining, record)) = &mut self.refining else {
+        let proposal = match self.refinement {
+            Refinement::Off => None,
+            Refinement::Propose | Refinement::Apply => self.machine.proposal(),
+        };
+        match (self.refinement, proposal) {
+            (Refinement::Apply, Some(proposal)) => self.apply(proposal),
+            (_, proposal) => self.propose(proposal),
+        }
+    }
+
+    fn propose(&mut self, proposal: Option<Proposal>) -> anyhow::Result<()> {
+        if proposal == self.proposed {
             return Ok(());
-        };
-        let found = match refining.finding() {
-            Ok(None) => return Ok(()),
-            Ok(Some(Finding::Better(found))) => found,
-            Ok(Some(other)) => {
-                tracing::info!(dropped = refining.dropped(), "refinement: {other}");
-                return Ok(());
-            }
-            Err(cause) => {
-                tracing::error!(
-                    "refinement failed by a defect of this program and is off until the next start; fusion goes on: {cause}"
-                );
-                self.refining = None;
-                return Ok(());
-            }
-        };
-        let models = self.desk.models();
-        let former = record.write(&found, models, now_ns());
-        let change = former.and_then(|former| Ok((former, change_of(&found, models)?)));
-        let made = change.and_then(|(former, change)| {
-            let decision = self.desk.make(change).map_err(anyhow::Error::msg)?;
-            Ok((former, decision))
-        });
-        match made {
-            Ok((former, Decision::Take(change, _))) => {
-                refining.accepted(&found);
-                let former = former.display().to_string();
-                tracing::info!(former, "refinement: {}", Finding::Better(found));
-                self.put_in_force(&change)?;
-                self.hand_out(&change)
-            }
-            Ok(_) => {
-                refining.refused();
-                Ok(())
-            }
-            Err(cause) => {
-                refining.refused();
-                tracing::warn!("refinement: a change was found but not made: {cause:#}");
-                Ok(())
+        }
+        if let (Some(proposal), None) = (&proposal, &self.proposed) {
+            tracing::info!("{}", proposing::sentence(&proposal.held_back));
+        }
+        let message = proposing::message(proposal.as_ref(), &self.node, self.clock.now_ns());
+        self.status.proposed = proposal.as_ref().map(|proposal| proposal.held_back);
+        self.proposed = proposal;
+        match message {
+            Ok(message) => self.outlet.proposal(&message)?,
+            Err(cause) => tracing::warn!("a refined calibration cannot be published: {cause}"),
+        }
+        Ok(())
+    }
+
+    fn apply(&mut self, proposal: Proposal) -> anyhow::Result<()> {
+        let figures = proposing::figures(&proposal.held_back);
+        for change in proposing::changes(proposal) {
+            match self.desk.make(change, self.clock.now_ns()) {
+                Ok(Decision::Take(change, _)) => {
+                    self.put_in_force(&change)?;
+                    self.hand_out(&change)?;
+                }
+                Ok(_) => {}
+                Err(cause) => tracing::warn!("a refinement was not made: {cause}"),
             }
         }
+        tracing::info!("refined: {figures}; `sextant config revert` takes it back");
+        Ok(())
     }
 
     /// Tells everyone of a change that nobody else has published.
@@ -357,7 +330,9 @@ impl<'a> FusionNode<'a> {
         };
         self.status.take_objects(&models.objects);
         self.machine.handle(self.clock.now_ns(), input);
-        Ok(())
+        self.outlet.formers(self.desk.formers())?;
+        // What was proposed was about the former models.
+        self.propose(None)
     }
 
     /// Others have seen a change that was refused: they shall know that it is not in force.
@@ -381,9 +356,6 @@ impl<'a> FusionNode<'a> {
                 };
                 if let Some(image) = self.intake.take(&item.key, bytes, arrival) {
                     let image = self.desk.models().rig.timed(image);
-                    if let Some((refining, _)) = &mut self.refining {
-                        refining.show(&image);
-                    }
                     self.machine
                         .handle(self.clock.now_ns(), Input::Image(image));
                 }

@@ -1,15 +1,17 @@
 //! The publishers of a fusion node: a pose per object, the models for late joiners, status, clocks, answers.
 
 use crate::changes::ANNOUNCED;
+use crate::formers::Formers;
 use crate::links::LinksOutlet;
 use crate::models::Models;
 use sextant_estimator::{ObjectEstimate, ObjectId, ObjectModel, Rig};
 use sextant_proto::{
     ClockReport, ConfigAnswer, FullObject, FullRig, FusionStatus, Keys, NodeId, ObjectConfig,
-    ObjectPose, RigConfig,
+    ObjectPose, Proposal, RigConfig,
 };
 use sextant_zenoh_bus::{Bus, BusError, Latest, Publisher, Qos};
 use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
 
 /// Signature of what a refinement has changed: no announcement, so that other fusion nodes take it.
 const REFINED: &str = "refinement";
@@ -18,6 +20,7 @@ const REFINED: &str = "refinement";
 pub struct Outlet<'a> {
     bus: &'a Bus,
     keys: Keys,
+    node: NodeId,
     signature: String,
     objects: BTreeMap<ObjectId, ObjectOutlet>,
     links: LinksOutlet,
@@ -26,6 +29,10 @@ pub struct Outlet<'a> {
     status: Latest<FusionStatus>,
     clocks: Latest<ClockReport>,
     answers: Latest<ConfigAnswer>,
+    proposal: Latest<Proposal>,
+    former: Latest<Proposal>,
+    former_rig: Latest<FullRig>,
+    former_objects: BTreeMap<ObjectId, Latest<FullObject>>,
     unpublished: Unpublished,
 }
 
@@ -87,6 +94,11 @@ impl<'a> Outlet<'a> {
             status: bus.latest_publisher(&keys.fusion_status(node), Qos::Status)?,
             clocks: bus.latest_publisher(&keys.clocks(node), Qos::Status)?,
             answers: bus.latest_publisher(&keys.config_answer(node), Qos::Config)?,
+            proposal: bus.latest_publisher(&keys.proposal(node), Qos::Config)?,
+            former: bus.latest_publisher(&keys.former(node), Qos::Config)?,
+            former_rig: bus.latest_publisher(&keys.former_rig(node), Qos::Config)?,
+            former_objects: BTreeMap::new(),
+            node: node.clone(),
             unpublished: Unpublished::default(),
         };
         outlet.announce_rig(&models.rig)?;
@@ -223,6 +235,45 @@ impl<'a> Outlet<'a> {
     /// When the network session has ended.
     pub fn answer(&mut self, answer: &ConfigAnswer) -> Result<(), BusError> {
         self.unpublished.passed(self.answers.put(answer)).map(drop)
+    }
+
+    /// Publishes a refined calibration, or that there is none.
+    ///
+    /// # Errors
+    /// When the network session has ended.
+    pub fn proposal(&mut self, proposal: &Proposal) -> Result<(), BusError> {
+        let sent = self.proposal.put(proposal);
+        self.unpublished.passed(sent).map(drop)
+    }
+
+    /// Publishes what takes the last change back.
+    ///
+    /// # Errors
+    /// When the network session has ended.
+    pub fn formers(&mut self, formers: &Formers) -> Result<(), BusError> {
+        if let Some(former) = &formers.rig {
+            let sent = self.former_rig.put(&FullRig::from(&former.model));
+            self.unpublished.passed(sent)?;
+        }
+        self.former_objects
+            .retain(|id, _| formers.objects.contains_key(id));
+        for (id, former) in &formers.objects {
+            let outlet = match self.former_objects.entry(id.clone()) {
+                Entry::Occupied(known) => known.into_mut(),
+                Entry::Vacant(place) => {
+                    let key = self.keys.former_object(&self.node, id);
+                    place.insert(self.bus.latest_publisher(&key, Qos::Config)?)
+                }
+            };
+            let sent = outlet.put(&FullObject::from(&former.model));
+            self.unpublished.passed(sent)?;
+        }
+        let last = formers.last(&self.node).map_err(|cause| BusError::Message {
+            key: self.former.key().to_owned(),
+            cause: cause.to_string(),
+        });
+        let sent = last.and_then(|last| self.former.put(&last));
+        self.unpublished.passed(sent).map(drop)
     }
 
     /// The messages that could not be published.

@@ -1,9 +1,9 @@
-//! Every thread of this node panics, each in a process of its own: the process ends and says so. Only refinement's failure is contained.
+//! Every thread of this node panics, each in a process of its own: the process ends and says so.
 
 use crate::run;
 use sextant_process::children::ChildProcess;
 use sextant_process::{Exit, Shutdown, logging, panics};
-use std::io::{BufRead, BufReader, Read};
+use std::io::Read;
 use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
@@ -25,8 +25,7 @@ fn the_node_itself() {
 /// A fusion node, its own router, that panics in this place.
 fn start(folder: &Path, place: &str) -> ChildProcess {
     let config = folder.join("fusion.toml");
-    let text = "site = \"lab\"\nrig = \"rig.toml\"\n[refinement]\nenabled = true\n\
-                [network]\nmode = \"router\"\nlisten = [\"tcp/127.0.0.1:0\"]\n";
+    let text = "site = \"lab\"\nrig = \"rig.toml\"\n[network]\nmode = \"router\"\nlisten = [\"tcp/127.0.0.1:0\"]\n";
     let rig = "[[camera]]\nid = \"north\"\nresolution = [640, 480]\n\
                lens = { model = \"brown-conrady\", fx = 600, fy = 600, cx = 320, cy = 240, distortion = [0, 0, 0, 0, 0] }\n";
     std::fs::write(&config, text).unwrap();
@@ -55,18 +54,4 @@ fn a_panic_of_the_loop_ends_the_process() {
         words.contains("process ends: the fail point fusion"),
         "{words}"
     );
-}
-
-#[test]
-fn a_panic_of_refinement_is_reported_and_fusion_goes_on() {
-    let folder = tempfile::tempdir().unwrap();
-    let mut node = start(folder.path(), "refining");
-    let stderr = BufReader::new(node.child_mut().stderr.take().unwrap());
-    let reported = stderr.lines().map(Result::unwrap).find(|line| {
-        line.contains("refinement failed") && line.contains("the fail point refining")
-    });
-    assert!(reported.is_some(), "the node ended without a report");
-    node.ask_to_stop();
-    let status = node.wait_until(Instant::now() + PATIENCE).unwrap();
-    assert_eq!(status.and_then(|status| status.code()), Some(0));
 }

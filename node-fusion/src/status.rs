@@ -4,8 +4,11 @@
 use crate::intake::Intake;
 use crate::notices::{Kind, Notices};
 use crate::outlet::Unpublished;
+use crate::proposing;
 use crate::refusals::Refusals;
-use sextant_estimator::{Fault, Fusion, ObjectEstimate, ObjectId, ObjectModel, State, Statistics};
+use sextant_estimator::{
+    Fault, Fusion, HeldBack, ObjectEstimate, ObjectId, ObjectModel, State, Statistics,
+};
 use sextant_proto::{CameraIntake, FusionStatus, NodeId, ObjectHealth, limits};
 use std::collections::BTreeMap;
 
@@ -20,6 +23,8 @@ pub struct StatusBook {
     pub refusals: Refusals,
     /// Hosts of other fusion nodes of the same name.
     pub namesakes: Vec<String>,
+    /// What a refined calibration is worth that may be put in force.
+    pub proposed: Option<HeldBack>,
     notices: Notices,
     /// What was lost until the last status.
     losses: Losses,
@@ -51,6 +56,7 @@ impl StatusBook {
             objects: BTreeMap::new(),
             refusals: Refusals::default(),
             namesakes: Vec::new(),
+            proposed: None,
             notices: Notices::default(),
             losses: Losses::default(),
         };
@@ -106,6 +112,7 @@ impl StatusBook {
         let mut others = self.others(intake, now_ns);
         let imperfections = machine.imperfections().iter().map(ToString::to_string);
         others.extend(imperfections.take(limits::MAX_SENTENCES / 4));
+        others.extend(self.proposed.as_ref().map(proposing::sentence));
         FusionStatus {
             node: self.node.clone(),
             version: env!("CARGO_PKG_VERSION").to_owned(),

@@ -39,6 +39,8 @@ pub(crate) enum Slot {
     Clocks(String),
     BridgeStatus,
     Wizard,
+    Proposal(String),
+    Former(String),
     Pose(String),
     Joints(String),
     Truth(String),
@@ -48,8 +50,8 @@ pub(crate) enum Slot {
 }
 
 /// Ids that are kept of each kind of slot, in the order of [`Slot`].
-const ROOM: [usize; 14] = [
-    1, 2048, 256, 256, 64, 64, 1, 1, 2048, 1024, 1024, 256, 256, 128,
+const ROOM: [usize; 16] = [
+    1, 2048, 256, 256, 64, 64, 1, 1, 64, 64, 2048, 1024, 1024, 256, 256, 128,
 ];
 /// Bytes of all frames that are kept.
 const MAX_BYTES: usize = 32 << 20;
@@ -70,18 +72,23 @@ impl Slot {
             Self::Clocks(_) => 5,
             Self::BridgeStatus => 6,
             Self::Wizard => 7,
-            Self::Pose(_) => 8,
-            Self::Joints(_) => 9,
-            Self::Truth(_) => 10,
-            Self::Observations(_) => 11,
-            Self::DetectionReport(_) => 12,
-            Self::Preview(_) => 13,
+            Self::Proposal(_) => 8,
+            Self::Former(_) => 9,
+            Self::Pose(_) => 10,
+            Self::Joints(_) => 11,
+            Self::Truth(_) => 12,
+            Self::Observations(_) => 13,
+            Self::DetectionReport(_) => 14,
+            Self::Preview(_) => 15,
         }
     }
 
     /// Whether it is said once and holds until something else is said.
     fn lasts(&self) -> bool {
-        matches!(self, Self::Rig | Self::BridgeStatus | Self::Wizard)
+        matches!(
+            self,
+            Self::Rig | Self::BridgeStatus | Self::Wizard | Self::Proposal(_) | Self::Former(_)
+        )
     }
 }
 

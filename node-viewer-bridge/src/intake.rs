@@ -4,15 +4,16 @@ use crate::bridge::Shared;
 use crate::hub::{Frame, Slot};
 use crate::inventory::Inventory;
 use crate::link_frames::Part;
-use crate::message::Message;
+use crate::message::{Message, Models};
 use crate::rejections::Rejection;
+use crate::wizard::Offer;
 use crate::{link_frames, translate};
 use sextant_estimator::{ImageObservation, ObjectId, ObjectModel, Rig};
 use sextant_process::fail_point;
 use sextant_proto::{
     ArticulatedConfig, CameraStatus, ClockReport, ConfigAnswer, DetectionReport, FullObject,
-    FullRig, FusionStatus, ObjectConfig, ObjectLinks, ObjectPose, ObjectTruth, Observations,
-    Preview, RigConfig, decode,
+    FullRig, FusionStatus, NodeId, ObjectConfig, ObjectLinks, ObjectPose, ObjectTruth,
+    Observations, Preview, Proposal, RigConfig, decode,
 };
 use sextant_proto::{DecodeError, KeyRef, Keys, NodeKind};
 use sextant_zenoh_bus::{Item, Payload, Presence};
@@ -66,6 +67,9 @@ impl Intake {
             up,
         };
         if kind == NodeKind::Fusion {
+            if !up {
+                self.forget_offers(&id);
+            }
             self.shared.wizard.fusion_node(&id, up);
         }
         let slot = Slot::Alive(kind.as_str().to_owned(), id.to_string());
@@ -138,6 +142,45 @@ impl Intake {
                 self.shared.wizard.take_answer(&answer);
                 Ok(())
             }
+            KeyRef::Proposal(node) => {
+                let proposal = read(bytes, node, |m: &Proposal| &m.node)?;
+                self.take_offer(Offer::Refinement, proposal)
+            }
+            KeyRef::Former(node) => {
+                let proposal = read(bytes, node, |m: &Proposal| &m.node)?;
+                self.take_offer(Offer::Former, proposal)
+            }
+            // What is former is taken back together.
+            KeyRef::FormerRig(_) | KeyRef::FormerObject(..) => Ok(()),
+        }
+    }
+
+    /// What a fusion node offers to be put in force.
+    fn take_offer(&self, offer: Offer, proposal: Proposal) -> Result<(), Rejection> {
+        let objects = proposal.full_objects().map_err(Rejection::Undecodable)?;
+        let models = Models {
+            node: &proposal.node,
+            t_ns: proposal.t_ns,
+            rig: proposal.rig.is_some(),
+            objects: objects.into_iter().map(|object| object.id).collect(),
+            n_images: proposal.n_images,
+            before_px: proposal.before_px,
+            after_px: proposal.after_px,
+        };
+        let node = proposal.node.to_string();
+        match offer {
+            Offer::Refinement => self.show(Slot::Proposal(node), &Message::Proposal(models)),
+            Offer::Former => self.show(Slot::Former(node), &Message::Former(models)),
+        }?;
+        self.shared.wizard.take_offer(offer, proposal);
+        Ok(())
+    }
+
+    /// A node that is gone offers nothing.
+    fn forget_offers(&self, node: &NodeId) {
+        for offer in [Offer::Refinement, Offer::Former] {
+            // There was a place for it, or nobody heard of it.
+            let _ = self.take_offer(offer, Proposal::none(node.clone(), 0));
         }
     }
 

@@ -62,6 +62,10 @@ pub(crate) enum Message<'a> {
     DetectionReport(&'a DetectionReport),
     FusionStatus(&'a FusionStatus),
     Clocks(&'a ClockReport),
+    /// A refined calibration that may be put in force.
+    Proposal(Models<'a>),
+    /// What was in force before the last change.
+    Former(Models<'a>),
     Alive {
         kind: &'a str,
         id: &'a NodeId,
@@ -75,6 +79,19 @@ pub(crate) enum Message<'a> {
         replaced: u64,
         rejected: Rejections,
     },
+}
+
+/// Models that may be put in force; none of both where there is nothing.
+#[derive(Debug, Serialize)]
+pub(crate) struct Models<'a> {
+    pub(crate) node: &'a NodeId,
+    pub(crate) t_ns: u64,
+    /// Whether the rig is among them.
+    pub(crate) rig: bool,
+    pub(crate) objects: Vec<ObjectId>,
+    pub(crate) n_images: u32,
+    pub(crate) before_px: f64,
+    pub(crate) after_px: f64,
 }
 
 /// A camera of the rig.

@@ -99,15 +99,17 @@ impl Attendance<'_> {
         Ok(())
     }
 
-    /// What a person keeps of a wizard's result, under the name of this bridge.
+    /// What a person keeps of a wizard's result, or takes of a fusion node's offer, under the name of this bridge.
     fn publish_change(&self) -> anyhow::Result<()> {
-        match self.shared.wizard.take_outgoing() {
-            None => Ok(()),
-            Some(Outgoing::Rig(rig)) => self.publish(&self.keys.full_rig(), &rig),
-            Some(Outgoing::Object(object)) => {
-                self.publish(&self.keys.full_object(&object.id), &object)
+        while let Some(outgoing) = self.shared.wizard.take_outgoing() {
+            match outgoing {
+                Outgoing::Rig(rig) => self.publish(&self.keys.full_rig(), &rig)?,
+                Outgoing::Object(object) => {
+                    self.publish(&self.keys.full_object(&object.id), &object)?;
+                }
             }
         }
+        Ok(())
     }
 
     fn publish<M: Message>(&self, key: &str, message: &M) -> anyhow::Result<()> {

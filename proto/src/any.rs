@@ -14,6 +14,7 @@ use crate::messages::object_links::ObjectLinks;
 use crate::messages::object_pose::{ObjectPose, ObjectTruth};
 use crate::messages::observations::Observations;
 use crate::messages::preview::Preview;
+use crate::messages::proposal::Proposal;
 use serde::Serialize;
 
 /// One message of any kind; serialises as the message alone.
@@ -36,6 +37,7 @@ pub enum AnyMessage {
     ClockReport(ClockReport),
     ConfigAnswer(ConfigAnswer),
     DetectionReport(DetectionReport),
+    Proposal(Proposal),
 }
 
 impl AnyMessage {
@@ -64,6 +66,7 @@ impl AnyMessage {
             Kind::ClockReport => Self::ClockReport(decode(payload)?),
             Kind::ConfigAnswer => Self::ConfigAnswer(decode(payload)?),
             Kind::DetectionReport => Self::DetectionReport(decode(payload)?),
+            Kind::Proposal => Self::Proposal(decode(payload)?),
         })
     }
 
@@ -86,6 +89,7 @@ impl AnyMessage {
             Self::ClockReport(_) => Kind::ClockReport,
             Self::ConfigAnswer(_) => Kind::ConfigAnswer,
             Self::DetectionReport(_) => Kind::DetectionReport,
+            Self::Proposal(_) => Kind::Proposal,
         }
     }
 }

@@ -46,11 +46,13 @@ pub enum Kind {
     DetectionReport = 18,
     /// [`crate::Observations`]
     Observations = 19,
+    /// [`crate::Proposal`]
+    Proposal = 20,
 }
 
 impl Kind {
     /// Every kind, by number.
-    pub const ALL: [Self; 15] = [
+    pub const ALL: [Self; 16] = [
         Self::Preview,
         Self::CameraStatus,
         Self::ObjectPose,
@@ -66,6 +68,7 @@ impl Kind {
         Self::ConfigAnswer,
         Self::DetectionReport,
         Self::Observations,
+        Self::Proposal,
     ];
 
     /// Longest payload of this kind, header included.
@@ -84,7 +87,8 @@ impl Kind {
             | Self::ObjectConfig
             | Self::ArticulatedConfig
             | Self::FullRig
-            | Self::FullObject => MAX_PAYLOAD_BYTES,
+            | Self::FullObject
+            | Self::Proposal => MAX_PAYLOAD_BYTES,
         }
     }
 

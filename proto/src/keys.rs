@@ -50,6 +50,10 @@ pub enum KeyRef {
     FusionStatus(NodeId),
     Clocks(NodeId),
     ConfigAnswer(NodeId),
+    Proposal(NodeId),
+    Former(NodeId),
+    FormerRig(NodeId),
+    FormerObject(NodeId, ObjectId),
     ConfigRig,
     ConfigObject(ObjectId),
     ConfigArticulated(ObjectId),
@@ -73,6 +77,9 @@ impl KeyRef {
             Self::FusionStatus(_) => Kind::FusionStatus,
             Self::Clocks(_) => Kind::ClockReport,
             Self::ConfigAnswer(_) => Kind::ConfigAnswer,
+            Self::Proposal(_) | Self::Former(_) => Kind::Proposal,
+            Self::FormerRig(_) => Kind::FullRig,
+            Self::FormerObject(..) => Kind::FullObject,
             Self::ConfigRig => Kind::RigConfig,
             Self::ConfigObject(_) => Kind::ObjectConfig,
             Self::ConfigArticulated(_) => Kind::ArticulatedConfig,
@@ -158,6 +165,30 @@ impl Keys {
     #[must_use]
     pub fn config_answer(&self, node: &NodeId) -> String {
         self.under(format_args!("fusion/{node}/answer"))
+    }
+
+    /// [`crate::Proposal`] of a refined calibration by a node.
+    #[must_use]
+    pub fn proposal(&self, node: &NodeId) -> String {
+        self.under(format_args!("fusion/{node}/proposal"))
+    }
+
+    /// [`crate::Proposal`] of what a node worked from before the last change.
+    #[must_use]
+    pub fn former(&self, node: &NodeId) -> String {
+        self.under(format_args!("fusion/{node}/former"))
+    }
+
+    /// [`crate::FullRig`] before the last change of the rig.
+    #[must_use]
+    pub fn former_rig(&self, node: &NodeId) -> String {
+        self.under(format_args!("fusion/{node}/former/rig"))
+    }
+
+    /// [`crate::FullObject`] before the last change of the object.
+    #[must_use]
+    pub fn former_object(&self, node: &NodeId, object: &ObjectId) -> String {
+        self.under(format_args!("fusion/{node}/former/object/{object}"))
     }
 
     /// [`crate::RigConfig`].
@@ -268,6 +299,30 @@ impl Keys {
         self.under(format_args!("fusion/*/answer"))
     }
 
+    /// Proposals of every fusion node.
+    #[must_use]
+    pub fn all_proposals(&self) -> String {
+        self.under(format_args!("fusion/*/proposal"))
+    }
+
+    /// What every fusion node worked from before the last change.
+    #[must_use]
+    pub fn all_formers(&self) -> String {
+        self.under(format_args!("fusion/*/former"))
+    }
+
+    /// The rig before its last change, by every fusion node.
+    #[must_use]
+    pub fn all_former_rigs(&self) -> String {
+        self.under(format_args!("fusion/*/former/rig"))
+    }
+
+    /// An object before its last change, by every fusion node.
+    #[must_use]
+    pub fn all_former_objects(&self, object: &ObjectId) -> String {
+        self.under(format_args!("fusion/*/former/object/{object}"))
+    }
+
     /// The rig and every object.
     #[must_use]
     pub fn all_config(&self) -> String {
@@ -308,7 +363,7 @@ impl Keys {
     #[must_use]
     pub fn parse(&self, key: &str) -> Option<KeyRef> {
         let below = key.strip_prefix(&self.root)?.strip_prefix('/')?;
-        let chunks: Vec<&str> = below.splitn(4, '/').collect();
+        let chunks: Vec<&str> = below.splitn(5, '/').collect();
         Some(match chunks.as_slice() {
             ["camera", id, "observations"] => KeyRef::Observations(CameraId::new(id).ok()?),
             ["camera", id, "preview"] => KeyRef::Preview(CameraId::new(id).ok()?),
@@ -320,6 +375,12 @@ impl Keys {
             ["fusion", id, "status"] => KeyRef::FusionStatus(NodeId::new(id).ok()?),
             ["fusion", id, "clocks"] => KeyRef::Clocks(NodeId::new(id).ok()?),
             ["fusion", id, "answer"] => KeyRef::ConfigAnswer(NodeId::new(id).ok()?),
+            ["fusion", id, "proposal"] => KeyRef::Proposal(NodeId::new(id).ok()?),
+            ["fusion", id, "former"] => KeyRef::Former(NodeId::new(id).ok()?),
+            ["fusion", id, "former", "rig"] => KeyRef::FormerRig(NodeId::new(id).ok()?),
+            ["fusion", id, "former", "object", object] => {
+                KeyRef::FormerObject(NodeId::new(id).ok()?, ObjectId::new(object).ok()?)
+            }
             ["config", "rig"] => KeyRef::ConfigRig,
             ["config", "object", id] => KeyRef::ConfigObject(ObjectId::new(id).ok()?),
             ["config", "articulated", id] => KeyRef::ConfigArticulated(ObjectId::new(id).ok()?),

@@ -54,3 +54,4 @@ pub use messages::object_links::{JointState, LinkPose, ObjectLinks};
 pub use messages::object_pose::{ObjectPose, ObjectTruth};
 pub use messages::observations::{Observations, TagObservation, TagPose, Timing};
 pub use messages::preview::Preview;
+pub use messages::proposal::{ModelPayload, Proposal};

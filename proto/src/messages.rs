@@ -12,3 +12,4 @@ pub(crate) mod object_links;
 pub(crate) mod object_pose;
 pub(crate) mod observations;
 pub(crate) mod preview;
+pub(crate) mod proposal;

@@ -62,4 +62,5 @@ fn every_message_is_the_bytes_in_its_file() {
     agrees("full_object", &samples::full_object());
     agrees("clock_report", &samples::clock_report());
     agrees("config_answer", &samples::config_answer());
+    agrees("proposal", &samples::proposal());
 }

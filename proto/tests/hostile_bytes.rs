@@ -85,6 +85,7 @@ fn every_kind_takes_safely(payload: &[u8]) {
     taken_safely::<ArticulatedConfig>(payload);
     taken_safely::<FullRig>(payload);
     taken_safely::<FullObject>(payload);
+    taken_safely::<Proposal>(payload);
     let (_, memory) = memory_of(|| AnyMessage::decode(payload));
     assert!(memory <= MAX_DECODED_BYTES);
 }
@@ -106,6 +107,7 @@ fn sample_payloads() -> Vec<Vec<u8>> {
         encode(&samples::articulated_config()).unwrap(),
         encode(&samples::full_rig()).unwrap(),
         encode(&samples::full_object()).unwrap(),
+        encode(&samples::proposal()).unwrap(),
     ]
 }
 
@@ -119,7 +121,7 @@ proptest! {
 
     #[test]
     fn a_random_body_behind_a_good_header(
-        kind in 0_u8..20,
+        kind in 0_u8..21,
         body in proptest::collection::vec(prop_oneof![Just(0_u8), Just(0xff), any::<u8>()], 0..4000),
     ) {
         let mut payload = vec![MAGIC, VERSION, kind, 0];
@@ -129,7 +131,7 @@ proptest! {
 
     #[test]
     fn mutated_messages(
-        which in 0_usize..15,
+        which in 0_usize..16,
         cut in 0.0_f64..1.5,
         mutations in proptest::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 0..6),
     ) {

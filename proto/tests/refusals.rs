@@ -259,3 +259,40 @@ fn cameras_stand_nearer_than_what_they_see() {
     pose.position = too_far;
     assert!(encode(&pose).is_ok());
 }
+
+#[test]
+fn a_proposal_with_a_number_that_is_none_does_not_leave() {
+    type Change = fn(&mut Proposal);
+    let changes: [(&str, Change); 4] = [
+        ("t_ns", |m| m.t_ns = u64::MAX),
+        ("objects", |m| {
+            m.objects = vec![m.objects[0].clone(); limits::MAX_OBJECTS + 1];
+        }),
+        ("before_px", |m| m.before_px = f64::NAN),
+        ("after_px", |m| m.after_px = -0.5),
+    ];
+    for (field, change) in changes {
+        let mut message = samples::proposal();
+        change(&mut message);
+        let refused = Err(EncodeError::OutOfRange(OutOfRange(field)));
+        assert_eq!(encode(&message), refused, "{field}");
+    }
+}
+
+#[test]
+fn what_a_proposal_carries_is_read_as_what_it_is_or_not_at_all() {
+    let proposal = samples::proposal();
+    assert_eq!(proposal.full_rig(), Ok(Some(samples::full_rig())));
+    assert_eq!(proposal.full_objects(), Ok(vec![samples::full_object()]));
+    let mixed = Proposal {
+        objects: proposal.rig.clone().into_iter().collect(),
+        rig: Some(ModelPayload(b"rig".to_vec())),
+        ..proposal
+    };
+    assert_eq!(mixed.full_rig(), Err(DecodeError::BadMagic));
+    let wrong = DecodeError::WrongKind {
+        expected: Kind::FullObject,
+        found: Kind::FullRig as u8,
+    };
+    assert_eq!(mixed.full_objects(), Err(wrong));
+}

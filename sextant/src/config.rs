@@ -4,19 +4,25 @@ mod answers;
 mod change;
 mod get;
 mod print;
+mod refinement;
 
 use crate::output::Format;
 use crate::site::SiteArguments;
 use clap::{Args, Subcommand};
 pub use print::ConfigKind;
+use refinement::{Reverted, Run};
 use sextant_estimator::ObjectId;
+use sextant_proto::NodeId;
 use std::path::PathBuf;
 
 /// What a person may choose of `config`.
 #[derive(Args, Debug)]
 #[command(after_help = "For example: sextant config camera > camera.toml
              sextant config get object cube > cube.toml; edit it; sextant config set object cube.toml
-With --json, one line each: a file {\"kind\",\"toml\"}, an answer {\"node\",\"key\",\"outcome\",\"words\"} with outcome
+             sextant config apply-refinement --dry-run; sextant config apply-refinement; sextant config revert
+With --json, one line each: a file {\"kind\",\"toml\"}, what apply-refinement and revert change
+{\"node\",\"held_back\":{\"n_images\",\"before_px\",\"after_px\"},\"changes\":[{\"what\",\"by\":{\"position_m\",\"orientation_rad\"},
+\"ratio\":{\"of\",\"value\"}}],\"added\"}, an answer {\"node\",\"key\",\"outcome\",\"words\"} with outcome
 taken (until the fusion node ends), kept (also in its files), same (nothing changed) or refused (exit code 1).")]
 pub struct ConfigArguments {
     #[command(subcommand)]
@@ -41,6 +47,19 @@ enum Command {
     Set(SetArguments),
     /// Take an object from a running site.
     Remove(RemoveArguments),
+    /// Put in force the refined calibration that a fusion node proposes from ordinary use.
+    ApplyRefinement {
+        /// The fusion node whose proposal it is; by default the first that has one.
+        #[arg(long, value_name = "NAME")]
+        node: Option<NodeId>,
+        /// Show what would change, and change nothing.
+        #[arg(long)]
+        dry_run: bool,
+        #[command(flatten)]
+        site: SiteArguments,
+    },
+    /// Take back the last change of a running site; a second time takes that back.
+    Revert(RevertArguments),
 }
 
 /// What to get.
@@ -109,6 +128,53 @@ enum Unwanted {
     },
 }
 
+/// What to take back.
+#[derive(Args, Debug)]
+#[command(args_conflicts_with_subcommands = true)]
+pub struct RevertArguments {
+    #[command(subcommand)]
+    what: Option<Former>,
+    #[command(flatten)]
+    last: LastArguments,
+}
+
+/// How the last change is taken back: that of the rig and of all objects that changed within ten seconds of it.
+#[derive(Args, Debug)]
+pub struct LastArguments {
+    /// Show what would change, and change nothing.
+    #[arg(long)]
+    dry_run: bool,
+    #[command(flatten)]
+    site: SiteArguments,
+}
+
+#[derive(Subcommand, Debug)]
+enum Former {
+    /// The last change of the rig, however long ago.
+    Rig {
+        #[command(flatten)]
+        how: LastArguments,
+    },
+    /// The last change of an object, however long ago.
+    Object {
+        /// Its name.
+        id: ObjectId,
+        #[command(flatten)]
+        how: LastArguments,
+    },
+}
+
+impl RevertArguments {
+    fn run(&self, format: Format) -> anyhow::Result<()> {
+        let (what, how) = match &self.what {
+            None => (Reverted::Last, &self.last),
+            Some(Former::Rig { how }) => (Reverted::Rig, how),
+            Some(Former::Object { id, how }) => (Reverted::Object(id.clone()), how),
+        };
+        refinement::revert(&what, Run::dry(how.dry_run), &how.site, format)
+    }
+}
+
 /// Runs `sextant config`.
 ///
 /// # Errors
@@ -131,5 +197,11 @@ pub fn run(arguments: &ConfigArguments, format: Format) -> anyhow::Result<()> {
         Command::Remove(RemoveArguments { what }) => match what {
             Unwanted::Object { id, site } => change::remove_object(id, site, format),
         },
+        Command::ApplyRefinement {
+            node,
+            dry_run,
+            site,
+        } => refinement::apply(node.as_ref(), Run::dry(*dry_run), site, format),
+        Command::Revert(arguments) => arguments.run(format),
     }
 }

@@ -5,8 +5,8 @@ use serde::Serialize;
 use sextant_estimator::CameraId;
 use sextant_proto::{
     AnyMessage, ArticulatedConfig, CameraStatus, ClockReport, ConfigAnswer, DetectionReport,
-    FullObject, FusionStatus, ObjectConfig, ObjectLinks, ObjectPose, ObjectTagConfig, Observations,
-    RigConfig,
+    FullObject, FullRig, FusionStatus, NodeId, ObjectConfig, ObjectLinks, ObjectPose,
+    ObjectTagConfig, Observations, Proposal, RigConfig,
 };
 
 /// A message as programs shall see it: as the contract has it, but of a preview the length stands for the picture.
@@ -23,6 +23,16 @@ pub enum ForPrograms<'a> {
         resolution: [u16; 2],
         jpeg_bytes: usize,
     },
+    /// A proposal with its models in place of their payloads.
+    Proposal {
+        node: &'a NodeId,
+        t_ns: u64,
+        rig: Option<FullRig>,
+        objects: Vec<FullObject>,
+        n_images: u32,
+        before_px: f64,
+        after_px: f64,
+    },
 }
 
 impl<'a> From<&'a AnyMessage> for ForPrograms<'a> {
@@ -34,6 +44,15 @@ impl<'a> From<&'a AnyMessage> for ForPrograms<'a> {
                 capture_ns: preview.capture_ns,
                 resolution: preview.resolution,
                 jpeg_bytes: preview.jpeg.len(),
+            },
+            AnyMessage::Proposal(proposal) => Self::Proposal {
+                node: &proposal.node,
+                t_ns: proposal.t_ns,
+                rig: proposal.full_rig().ok().flatten(),
+                objects: proposal.full_objects().unwrap_or_default(),
+                n_images: proposal.n_images,
+                before_px: proposal.before_px,
+                after_px: proposal.after_px,
             },
             other => Self::Whole(other),
         }
@@ -62,6 +81,7 @@ pub fn text_of(message: &AnyMessage) -> String {
         AnyMessage::ClockReport(report) => clock_report(report),
         AnyMessage::ConfigAnswer(answer) => config_answer(answer),
         AnyMessage::DetectionReport(report) => detection_report(report),
+        AnyMessage::Proposal(proposal) => self::proposal(proposal),
     }
 }
 
@@ -237,6 +257,25 @@ fn config_answer(answer: &ConfigAnswer) -> String {
     match answer.words.as_str() {
         "" => format!("{key} {outcome}"),
         words => format!("{key} {outcome}: {}", words::plain(words)),
+    }
+}
+
+fn proposal(proposal: &Proposal) -> String {
+    if proposal.is_empty() {
+        return "nothing is proposed".to_owned();
+    }
+    let objects = proposal.full_objects().unwrap_or_default();
+    let rig = proposal.rig.iter().map(|_| "the rig".to_owned());
+    let models = rig.chain(objects.iter().map(|object| format!("object {}", object.id)));
+    let models = models.collect::<Vec<_>>().join(", ");
+    match proposal.n_images {
+        0 => format!("as before the last change: {models}"),
+        n_images => format!(
+            "{models}: {:.3} px to {:.3} px on {}",
+            proposal.before_px,
+            proposal.after_px,
+            words::count(n_images as usize, "held-back image")
+        ),
     }
 }
 

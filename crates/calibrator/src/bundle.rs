@@ -16,7 +16,6 @@ mod image_sums;
 mod layout;
 mod motion;
 mod observability;
-mod reduction;
 mod residuals;
 mod solver;
 mod state;
@@ -25,7 +24,6 @@ pub use anchors::Anchor;
 pub use covariance::KeptCovariance;
 pub use layout::KeptParameter;
 pub use observability::{PriorKnowledge, WeakDirection};
-pub(crate) use reduction::Reduction;
 pub use residuals::TagResidual;
 pub use solver::{BundleOptions, BundleSolution, solve};
 pub use state::{

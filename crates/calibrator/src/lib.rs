@@ -10,7 +10,6 @@
 //! - [`Verdict`]: the judgement in words that every procedure ends with.
 //! - [`PrintedGrid`]: a flat board as it is printed.
 //! - [`lens`]: the calibration of a lens with a board of tags.
-//! - [`refinement`]: small corrections of rig and constellations from ordinary use, only such that foretell better.
 //! - [`procedure`]: the three behind one face, as terminal and page run them.
 
 mod adjustment;
@@ -24,7 +23,6 @@ pub mod lens;
 mod printed_grid;
 mod priors;
 pub mod procedure;
-pub mod refinement;
 mod resection;
 mod rig;
 mod verdict;

@@ -8,8 +8,6 @@ mod discovery;
 mod learn;
 #[path = "procedures/learn_faults.rs"]
 mod learn_faults;
-#[path = "procedures/refinement.rs"]
-mod refinement;
 #[path = "procedures/rig.rs"]
 mod rig;
 #[path = "procedures/rig_faults.rs"]

@@ -1,8 +1,11 @@
 //! The node's turns on a network of its own, by a clock that the test sets.
 
 use super::*;
+use crate::models::Models;
 use nalgebra::{Matrix6, Vector6};
-use sextant_estimator::{Camera, ObjectEstimate, ObjectId, ObjectModel, ObjectTag, State, TagId};
+use sextant_estimator::{
+    Camera, HeldBack, ObjectEstimate, ObjectId, ObjectModel, ObjectTag, State, TagId,
+};
 use sextant_geometry::{Intrinsics, Lens, Pose};
 use sextant_proto::{FusionStatus, ObjectPose, Observations, Timing};
 use sextant_site_files::parse_toml;
@@ -268,4 +271,111 @@ fn a_pose_that_cannot_be_encoded_is_dropped_and_counted_and_the_next_is_publishe
         "{:?}",
         status.faults
     );
+}
+
+fn refined() -> Proposal {
+    let mut cameras = models().rig.cameras().to_vec();
+    cameras[0].world_from_camera = Some(Pose::translation(0.002, 0.0, 0.0));
+    let mut tags = cube().tags().to_vec();
+    tags[0].object_from_tag = Some(Pose::translation(0.0, 0.001, 0.0));
+    Proposal {
+        rig: Some(Rig::new(cameras).unwrap()),
+        objects: vec![ObjectModel::new(cube().id().clone(), tags).unwrap()],
+        held_back: HeldBack {
+            n_images: 24,
+            before_px: 0.92,
+            after_px: 0.41,
+        },
+    }
+}
+
+fn messages<M: sextant_proto::Message>(subscription: &Subscription) -> Vec<M> {
+    let items = std::iter::from_fn(|| subscription.try_recv());
+    items.map(|item| item.decode().unwrap()).collect()
+}
+
+#[test]
+fn a_proposal_is_published_once_said_in_the_status_and_withdrawn_with_the_models() {
+    let bus = router();
+    let mut bench = Bench::new(&bus);
+    let listen = |key: &str| {
+        bus.subscribe(key, 100, DropRule::Oldest, limits::MAX_PAYLOAD_BYTES)
+            .unwrap()
+    };
+    let proposals = listen(&bench.node.keys.all_proposals());
+    for _ in 0..3 {
+        bench.node.propose(Some(refined())).unwrap();
+    }
+    let [proposal] = &messages::<sextant_proto::Proposal>(&proposals)[..] else {
+        panic!("one is published");
+    };
+    assert_eq!(
+        (proposal.n_images, proposal.before_px, proposal.after_px),
+        (24, 0.92, 0.41)
+    );
+    let rig = proposal.full_rig().unwrap().unwrap();
+    assert_eq!(rig.cameras[0].camera.id, north());
+    assert_eq!(proposal.full_objects().unwrap()[0].id, *cube().id());
+    let status = bench.node.status.status(
+        &mut bench.node.intake,
+        &bench.node.machine,
+        Losses::default(),
+        1,
+    );
+    let words = "a refined calibration explains the images better (0.92 px to 0.41 px on 24 held-back images): run `sextant config apply-refinement`";
+    assert!(
+        status.faults.iter().any(|fault| fault == words),
+        "{:?}",
+        status.faults
+    );
+
+    let change = Change::Removal(cube().id().clone());
+    bench.node.put_in_force(&change).unwrap();
+    let withdrawn: Vec<sextant_proto::Proposal> = messages(&proposals);
+    assert!(matches!(&withdrawn[..], [none] if none.is_empty()));
+}
+
+#[test]
+fn a_node_that_applies_puts_its_proposal_in_force_and_can_go_back() {
+    let bus = router();
+    let mut bench = Bench::new(&bus);
+    let formers = bus
+        .subscribe(
+            &bench.node.keys.all_formers(),
+            100,
+            DropRule::Oldest,
+            limits::MAX_PAYLOAD_BYTES,
+        )
+        .unwrap();
+    bench.node.apply(refined()).unwrap();
+    let in_force = bench.node.desk.models();
+    assert_eq!(Some(&in_force.rig), refined().rig.as_ref());
+    assert_eq!(in_force.objects, refined().objects);
+    let last: Vec<sextant_proto::Proposal> = messages(&formers);
+    let last = last.last().unwrap();
+    let before = models();
+    assert_eq!(last.full_rig(), Ok(Some((&before.rig).into())));
+    assert_eq!(last.full_objects(), Ok(vec![(&before.objects[0]).into()]));
+}
+
+#[test]
+fn refinement_is_one_word_and_the_former_table_is_refused_with_the_line() {
+    let read = |more: &str| {
+        let text = format!("site = \"lab\"\nrig = \"rig.toml\"\n{more}\n");
+        parse_toml::<FusionConfig>(Path::new("fusion.toml"), &text, |_| Ok(()))
+    };
+    for (word, wanted) in [
+        ("", Refinement::Propose),
+        ("refinement = \"off\"", Refinement::Off),
+        ("refinement = \"apply\"", Refinement::Apply),
+    ] {
+        assert_eq!(read(word).unwrap().refinement, wanted);
+    }
+    for wrong in ["[refinement]\nenabled = true", "refinement = \"on\""] {
+        let refused = read(wrong).unwrap_err().to_string();
+        assert!(
+            refused.contains("fusion.toml:") && refused.contains("propose"),
+            "{refused}"
+        );
+    }
 }

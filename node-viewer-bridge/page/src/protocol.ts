@@ -125,6 +125,14 @@ export interface FusionStatus {
   faults: string[];
 }
 
+/** Models that a fusion node offers to be put in force; without rig and objects there is nothing. */
+export interface Offer {
+  node: string;
+  /** Whether cameras are among them. */
+  rig: boolean;
+  objects: string[];
+}
+
 export type Message =
   | { type: "hello"; site: string; version: string; protocol: number; now_ns: number }
   | { type: "rig"; cameras: RigCamera[] }
@@ -136,6 +144,7 @@ export type Message =
   | CameraStatus
   | DetectionReport
   | FusionStatus
+  | ({ type: "proposal" | "former" } & Offer)
   | { type: "clocks"; node: string; cameras: CameraClock[] }
   | WizardAccount
   | { type: "alive"; kind: string; id: string; up: boolean }
@@ -171,6 +180,8 @@ const outline: Shape = { family: isText, id: isNumber, corners: isQuad };
 const isCause = (value: unknown): boolean => CAUSES.some((cause) => cause === value);
 const numberOfEach = (names: readonly string[]): ((value: unknown) => boolean) =>
   shaped(Object.fromEntries(names.map((name) => [name, isNumber])));
+
+const offer: Shape = { node: isText, rig: isFlag, objects: listOf(isText) };
 
 const shapes: Record<Message["type"], Shape> = {
   hello: { site: isText, version: isText, protocol: isNumber, now_ns: isNumber },
@@ -226,6 +237,8 @@ const shapes: Record<Message["type"], Shape> = {
     examples: listOf(shaped({ cause: isCause, corners: isQuad })),
   },
   fusion_status: { node: isText, faults: listOf(isText) },
+  proposal: offer,
+  former: offer,
   clocks: {
     node: isText,
     cameras: listOf(shaped({ camera: isText, offset_s: isNumber, sigma_s: isNumber, drift: orNull(isNumber) })),

@@ -3,7 +3,7 @@
 import { OutlineHistory, ReportHistory } from "./matching.ts";
 import { RateMeter, Recent } from "./measure.ts";
 import { objectColour } from "./palette.ts";
-import type { CameraClock, CameraStatus, Message, ObjectTag, Observations, Pose, RigCamera, State } from "./protocol.ts";
+import type { CameraClock, CameraStatus, Message, ObjectTag, Observations, Offer, Pose, RigCamera, State } from "./protocol.ts";
 
 /** Seconds without a word after which shown figures are no longer called live. */
 const SILENT_AFTER_S = 2;
@@ -67,6 +67,9 @@ export class Site {
   network = true;
   readonly cameras = new Map<string, CameraState>();
   readonly objects = new Map<string, ObjectState>();
+  /** Refined calibrations that fusion nodes propose, and what they worked from before the last change; by node. */
+  readonly proposals = new Map<string, Offer>();
+  readonly formers = new Map<string, Offer>();
   private readonly fusionFaults = new Map<string, string[]>();
   private readonly tagOwners = new Map<string, ObjectState>();
 
@@ -95,6 +98,10 @@ export class Site {
       case "fusion_status":
         this.fusionFaults.set(message.node, message.faults);
         return;
+      case "proposal":
+        return offered(this.proposals, message);
+      case "former":
+        return offered(this.formers, message);
       case "clocks":
         for (const camera of this.cameras.values())
           camera.clock = message.cameras.find((clock) => clock.camera === camera.id) ?? null;
@@ -153,6 +160,8 @@ export class Site {
     this.name = name;
     this.version = version;
     this.fusionFaults.clear();
+    this.proposals.clear();
+    this.formers.clear();
     for (const camera of this.cameras.values()) {
       camera.outlines.clear();
       camera.reports.clear();
@@ -227,6 +236,11 @@ export class Site {
     camera.rate.add(now, observations.sequence);
     camera.latency.add(observations.latency_ms);
   }
+}
+
+function offered(offers: Map<string, Offer>, offer: Offer): void {
+  if (offer.rig || offer.objects.length > 0) offers.set(offer.node, offer);
+  else offers.delete(offer.node);
 }
 
 function entry<T>(map: Map<string, T>, id: string, create: () => T): T {

@@ -55,6 +55,13 @@ test("a detection report is read whole or not at all", () => {
   }
 });
 
+test("what a fusion node offers is read whole or not at all", () => {
+  const offer = { type: "proposal", node: "fusion", t_ns: 1, rig: true, objects: ["cube"], n_images: 24, before_px: 0.9, after_px: 0.4 };
+  assert.notEqual(read(offer), null);
+  assert.notEqual(read({ ...offer, type: "former" }), null);
+  for (const wrong of [{ rig: 1 }, { objects: [3] }, { node: null }]) assert.equal(read({ ...offer, ...wrong }), null);
+});
+
 test("an unknown type and text that is no message are none", () => {
   for (const text of ['{"type":"weather"}', '{"type":"toString"}', "[]", "null", "7", "{", ""]) {
     assert.equal(parseMessage(text), null, text);

@@ -58,3 +58,13 @@ test("what images tell about a clock holds until they tell no more", () => {
   site.take({ type: "clocks", node: "fusion", cameras: [] }, 1);
   assert.equal(site.cameras.get("north")?.clock, null);
 });
+
+test("what a fusion node offers is there until it is withdrawn", () => {
+  const offer = { node: "fusion", rig: true, objects: [] };
+  const none = { node: "fusion", rig: false, objects: [] };
+  const site = siteOf({ type: "proposal", ...offer }, { type: "former", ...offer }, { type: "former", ...none });
+  assert.deepEqual([...site.proposals.keys()], ["fusion"]);
+  assert.equal(site.formers.size, 0);
+  site.take({ type: "proposal", ...none }, 0);
+  assert.equal(site.proposals.size, 0);
+});

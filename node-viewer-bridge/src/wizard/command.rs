@@ -1,6 +1,7 @@
 //! What a person wishes of a wizard, as `POST /api/wizard` brings it, and why a wish is refused.
 
 use serde::Deserialize;
+use sextant_proto::NodeId;
 use std::fmt;
 
 /// The longest command: a board file of a few hundred tags.
@@ -20,6 +21,10 @@ pub(crate) enum Command {
     Keep,
     /// Give up, or put a finished wizard away.
     Discard,
+    /// Put in force the refined calibration that a fusion node proposes; no wizard has a part in it.
+    ApplyRefinement { node: NodeId },
+    /// Put in force what was before the last change, as a fusion node has it.
+    Revert { node: NodeId },
 }
 
 /// Which wizard, and what it has to know.

@@ -7,10 +7,11 @@ use super::account::Account;
 use super::command::{Command, Refusal};
 use super::known::Known;
 use super::machine::{Job, Machine, Site};
+use super::offers::{Offer, Offers};
 use super::publication::Outgoing;
 use sextant_calibrator::procedure::Outcome;
 use sextant_estimator::{CameraId, ImageObservation, ObjectId, ObjectModel, Rig};
-use sextant_proto::{ConfigAnswer, NodeId};
+use sextant_proto::{ConfigAnswer, NodeId, Proposal};
 use sextant_site_files::read_rig;
 use std::collections::{BTreeSet, VecDeque};
 use std::path::PathBuf;
@@ -37,7 +38,8 @@ pub(crate) struct Desk {
     /// Whether images are wanted: looked at for every image, without the lock.
     is_collecting: AtomicBool,
     missed: AtomicU64,
-    outgoing: Mutex<Option<Outgoing>>,
+    offers: Mutex<Offers>,
+    outgoing: Mutex<VecDeque<Outgoing>>,
 }
 
 impl Desk {
@@ -52,12 +54,18 @@ impl Desk {
             worker: Mutex::new(Some(worker)),
             is_collecting: AtomicBool::new(false),
             missed: AtomicU64::new(0),
-            outgoing: Mutex::new(None),
+            offers: Mutex::default(),
+            outgoing: Mutex::default(),
         }
     }
 
     /// Obeys a command, or says why not. May read a file.
     pub(crate) fn command(&self, command: &Command) -> Result<(), Refusal> {
+        match command {
+            Command::ApplyRefinement { node } => return self.accept(node, Offer::Refinement),
+            Command::Revert { node } => return self.accept(node, Offer::Former),
+            _ => {}
+        }
         let known = self.known().clone();
         let rig = match command {
             Command::Start(_) => self.rig_of_site(&known)?,
@@ -76,6 +84,24 @@ impl Desk {
         self.is_collecting
             .store(machine.is_collecting(), Ordering::Relaxed);
         answer
+    }
+
+    /// Sends what a fusion node offers on its way; what becomes of it the node's status says.
+    fn accept(&self, node: &NodeId, offer: Offer) -> Result<(), Refusal> {
+        let changes = locked(&self.offers).changes(node, offer)?;
+        let mut outgoing = locked(&self.outgoing);
+        if !outgoing.is_empty() {
+            return Err(Refusal::not_now(
+                "a change is under way; try again in a moment",
+            ));
+        }
+        outgoing.extend(changes);
+        Ok(())
+    }
+
+    /// What a fusion node offers to be put in force.
+    pub(crate) fn take_offer(&self, offer: Offer, proposal: Proposal) {
+        locked(&self.offers).take(offer, proposal);
     }
 
     /// The rig in force, with what besides the folder's file states of it; that of the folder while there is no fusion node.
@@ -144,6 +170,9 @@ impl Desk {
 
     pub(crate) fn fusion_node(&self, id: &NodeId, up: bool) {
         self.known().fusion_node(id, up);
+        if !up {
+            locked(&self.offers).forget(id);
+        }
     }
 
     pub(crate) fn take_answer(&self, answer: &ConfigAnswer) {
@@ -154,13 +183,13 @@ impl Desk {
         answers.push_back(answer.clone());
     }
 
-    /// What is to be put on the network, once.
+    /// The next thing to be put on the network, once.
     pub(crate) fn take_outgoing(&self) -> Option<Outgoing> {
-        locked(&self.outgoing).take()
+        locked(&self.outgoing).pop_front()
     }
 
     pub(super) fn post(&self, outgoing: Outgoing) {
-        *locked(&self.outgoing) = Some(outgoing);
+        locked(&self.outgoing).push_back(outgoing);
     }
 
     pub(super) fn folder(&self) -> Option<&PathBuf> {

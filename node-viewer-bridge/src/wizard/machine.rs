@@ -74,6 +74,8 @@ impl Machine {
             Command::Resume => self.resume()?,
             Command::Keep => self.keep(site, now)?,
             Command::Discard => self.discard()?,
+            // The desk has what fusion nodes offer.
+            Command::ApplyRefinement { .. } | Command::Revert { .. } => return Ok(()),
         }
         self.is_news = true;
         Ok(())

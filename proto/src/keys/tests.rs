@@ -24,6 +24,13 @@ fn keys_are_as_the_contract_says() {
         (keys.fusion_status(&node), "fusion/main/status"),
         (keys.clocks(&node), "fusion/main/clocks"),
         (keys.config_answer(&node), "fusion/main/answer"),
+        (keys.proposal(&node), "fusion/main/proposal"),
+        (keys.former(&node), "fusion/main/former"),
+        (keys.former_rig(&node), "fusion/main/former/rig"),
+        (
+            keys.former_object(&node, &object),
+            "fusion/main/former/object/cube",
+        ),
         (keys.config_rig(), "config/rig"),
         (keys.config_object(&object), "config/object/cube"),
         (keys.config_articulated(&object), "config/articulated/cube"),
@@ -67,6 +74,13 @@ fn every_key_is_read_back() {
             keys.config_answer(&node),
             KeyRef::ConfigAnswer(node.clone()),
         ),
+        (keys.proposal(&node), KeyRef::Proposal(node.clone())),
+        (keys.former(&node), KeyRef::Former(node.clone())),
+        (keys.former_rig(&node), KeyRef::FormerRig(node.clone())),
+        (
+            keys.former_object(&node, &object),
+            KeyRef::FormerObject(node.clone(), object.clone()),
+        ),
         (keys.config_rig(), KeyRef::ConfigRig),
         (
             keys.config_object(&object),
@@ -102,6 +116,7 @@ fn foreign_keys_stand_for_nothing() {
         "sextant/v1/demo/camera/north/status/more",
         "sextant/v1/demo/camera/*/status",
         "sextant/v1/demo/alive/robot/x",
+        "sextant/v1/demo/fusion/main/former/object/cube/more",
     ] {
         assert_eq!(keys().parse(key), None, "{key}");
     }

@@ -349,6 +349,18 @@ pub fn config_answer() -> ConfigAnswer {
     }
 }
 
+pub fn proposal() -> Proposal {
+    Proposal {
+        node: NodeId::new("fusion").unwrap(),
+        t_ns: CAPTURE_NS,
+        rig: Some(ModelPayload::of(&full_rig()).unwrap()),
+        objects: vec![ModelPayload::of(&full_object()).unwrap()],
+        n_images: 300,
+        before_px: 0.75,
+        after_px: 0.125,
+    }
+}
+
 pub fn full_rig() -> FullRig {
     let mut cameras = rig_config().cameras.into_iter();
     let plain = |camera| FullCamera {

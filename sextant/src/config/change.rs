@@ -48,9 +48,18 @@ pub fn remove_object(id: &ObjectId, site: &SiteArguments, format: Format) -> any
     change(&site, &site.keys.config_object(id), &none, format)
 }
 
-fn change<M: Message>(site: &Site, key: &str, message: &M, format: Format) -> anyhow::Result<()> {
+/// Publishes a change and waits for what the fusion nodes make of it.
+///
+/// # Errors
+/// Nobody who answers, a refusal.
+pub fn change<M: Message>(
+    site: &Site,
+    key: &str,
+    message: &M,
+    format: Format,
+) -> anyhow::Result<()> {
     let payload = encode(message)
-        .context("the file describes more than fits into a message")
+        .context("this is more than fits into a message")
         .exit_with(Exit::Input)?;
     let answers = Answers::expect(site, &payload)?;
     let publisher = site.bus.publisher::<M>(key, Qos::Config)?;

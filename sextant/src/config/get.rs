@@ -68,14 +68,19 @@ pub fn known_object(site: &Site, id: &ObjectId) -> anyhow::Result<ObjectModel> {
     )
 }
 
-fn nobody(site: &Site) -> anyhow::Error {
+/// Nobody answers for the site.
+pub fn nobody(site: &Site) -> anyhow::Error {
     anyhow!(
         "no fusion node answers on site {}; start one (`sextant fusion`) or name the site with --site",
         site.keys.site()
     )
 }
 
-fn latest<M: Message>(site: &Site, key: &str) -> anyhow::Result<Vec<M>> {
+/// The newest messages under a key or several, in the order of the keys.
+///
+/// # Errors
+/// When the network session has ended.
+pub fn latest<M: Message>(site: &Site, key: &str) -> anyhow::Result<Vec<M>> {
     let items = site.bus.latest(key, limits::MAX_PAYLOAD_BYTES, ANSWER)?;
     Ok(items.iter().filter_map(|item| item.decode().ok()).collect())
 }

@@ -7,7 +7,7 @@
 use crate::simulate::{models::bodies, site_files};
 use anyhow::Context;
 use node_camera::{CameraNodeConfig, SourceConfig};
-use node_fusion::{FusionConfig, RefinementConfig};
+use node_fusion::{FusionConfig, Refinement};
 use node_viewer_bridge::ViewerConfig;
 use sextant_estimator::{CameraId, FusionOptions};
 use sextant_iceoryx_images::{
@@ -95,7 +95,7 @@ impl SiteFolder {
                 .collect(),
             keep_changes: false,
             max_age_s: FusionOptions::default().window_s,
-            refinement: RefinementConfig::default(),
+            refinement: Refinement::default(),
             network: network.clone(),
         };
         write_toml(&self.fusion_config(), &fusion)?;

@@ -1,0 +1,57 @@
+//! A refined calibration of the estimator as a message, as changes of the site, and in words.
+
+use crate::models::Change;
+use sextant_estimator::{HeldBack, Proposal};
+use sextant_proto::{EncodeError, FullObject, FullRig, ModelPayload, NodeId, Proposal as Message};
+
+/// The message of a proposal made at `t_ns`; an empty one where there is none.
+///
+/// # Errors
+/// A model that fits into no message.
+pub fn message(
+    proposal: Option<&Proposal>,
+    node: &NodeId,
+    t_ns: u64,
+) -> Result<Message, EncodeError> {
+    let none = Message::none(node.clone(), t_ns);
+    let Some(proposal) = proposal else {
+        return Ok(none);
+    };
+    let rig = proposal.rig.as_ref().map(FullRig::from);
+    let objects = proposal.objects.iter().map(FullObject::from);
+    Ok(Message {
+        rig: rig.as_ref().map(ModelPayload::of).transpose()?,
+        objects: objects
+            .map(|object| ModelPayload::of(&object))
+            .collect::<Result<_, _>>()?,
+        n_images: u32::try_from(proposal.held_back.n_images).unwrap_or(u32::MAX),
+        before_px: proposal.held_back.before_px,
+        after_px: proposal.held_back.after_px,
+        ..none
+    })
+}
+
+/// The changes that put a proposal in force.
+pub fn changes(proposal: Proposal) -> impl Iterator<Item = Change> {
+    let rig = proposal.rig.map(Change::Rig);
+    rig.into_iter()
+        .chain(proposal.objects.into_iter().map(Change::Object))
+}
+
+/// What it is worth, and what to do, as a sentence of the status.
+pub fn sentence(held_back: &HeldBack) -> String {
+    format!(
+        "a refined calibration explains the images better ({}): run `sextant config apply-refinement`",
+        figures(held_back)
+    )
+}
+
+/// Residuals before and after.
+pub fn figures(held_back: &HeldBack) -> String {
+    let HeldBack {
+        n_images,
+        before_px,
+        after_px,
+    } = held_back;
+    format!("{before_px:.2} px to {after_px:.2} px on {n_images} held-back images")
+}

@@ -1,0 +1,303 @@
+//! Putting in force the refined calibration that a fusion node proposes, and taking the last change of the site back.
+
+use crate::config::change::change;
+use crate::config::get::{latest, nobody};
+use crate::output::{Format, print_line};
+use crate::site::{Site, SiteArguments};
+use crate::words;
+use anyhow::{Context, anyhow, bail};
+use serde_json::{Value, json};
+use sextant_estimator::{ObjectId, ObjectModel, Rig};
+use sextant_geometry::{Pose, se3};
+use sextant_process::{Exit, Failure};
+use sextant_proto::{FullObject, FullRig, NodeId, Proposal};
+
+/// Whether a change is made, or only shown.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Run {
+    /// It is shown and made.
+    Real,
+    /// It is shown.
+    Dry,
+}
+
+impl Run {
+    /// As `--dry-run` says.
+    pub fn dry(dry_run: bool) -> Self {
+        if dry_run { Self::Dry } else { Self::Real }
+    }
+}
+
+/// What is to be taken back.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Reverted {
+    /// Whatever changed last.
+    Last,
+    /// The last change of the rig.
+    Rig,
+    /// The last change of an object.
+    Object(ObjectId),
+}
+
+/// Applies the proposal of a node, of the first that has one where none is named.
+///
+/// # Errors
+/// No proposal, nobody who answers, a refusal.
+pub fn apply(
+    node: Option<&NodeId>,
+    run: Run,
+    site: &SiteArguments,
+    format: Format,
+) -> anyhow::Result<()> {
+    let site = site.open()?;
+    let key = node.map_or_else(
+        || site.keys.all_proposals(),
+        |node| site.keys.proposal(node),
+    );
+    let proposal = first(&site, &key)?.ok_or_else(|| {
+        let cause = anyhow!(
+            "no refined calibration is proposed: the images so far are explained as well by what is in force (or `refinement` in fusion.toml is not \"propose\")"
+        );
+        Failure::new(Exit::Fault, cause)
+    })?;
+    let models = Models::of(&proposal)?;
+    let mut account = models.account(&site)?;
+    account.node = Some(proposal.node.clone());
+    account.held_back = Some(proposal);
+    print_line(&account.line(format))?;
+    models.set(&site, run, format)
+}
+
+/// Takes a change back: what was in force before it is set again.
+///
+/// # Errors
+/// Nothing to take back, nobody who answers, a refusal.
+pub fn revert(
+    what: &Reverted,
+    run: Run,
+    site: &SiteArguments,
+    format: Format,
+) -> anyhow::Result<()> {
+    let site = site.open()?;
+    let models = match what {
+        Reverted::Last => {
+            let last = first(&site, &site.keys.all_formers())?;
+            last.as_ref().map(Models::of).transpose()?
+        }
+        Reverted::Rig => {
+            let former: Vec<FullRig> = latest(&site, &site.keys.all_former_rigs())?;
+            former.into_iter().next().map(Models::rig)
+        }
+        Reverted::Object(id) => {
+            let former: Vec<FullObject> = latest(&site, &site.keys.all_former_objects(id))?;
+            former.into_iter().next().map(Models::object)
+        }
+    };
+    let Some(models) = models else {
+        if latest::<Proposal>(&site, &site.keys.all_formers())?.is_empty() {
+            bail!(Failure::new(Exit::Unavailable, nobody(&site)))
+        }
+        let of = match what {
+            Reverted::Last => String::new(),
+            Reverted::Rig => " of the rig".to_owned(),
+            Reverted::Object(id) => format!(" of object {id}"),
+        };
+        let cause = anyhow!(
+            "no change{of} is known that could be taken back (without `keep_changes` a fusion node knows those since its start)"
+        );
+        bail!(Failure::new(Exit::Fault, cause))
+    };
+    print_line(&models.account(&site)?.line(format))?;
+    models.set(&site, run, format)
+}
+
+/// The first proposal of anything.
+fn first(site: &Site, key: &str) -> anyhow::Result<Option<Proposal>> {
+    let all: Vec<Proposal> = latest(site, key)?;
+    if all.is_empty() {
+        bail!(Failure::new(Exit::Unavailable, nobody(site)))
+    }
+    Ok(all.into_iter().find(|proposal| !proposal.is_empty()))
+}
+
+/// What is to be set.
+struct Models {
+    rig: Option<FullRig>,
+    objects: Vec<FullObject>,
+}
+
+impl Models {
+    fn rig(rig: FullRig) -> Self {
+        let (rig, objects) = (Some(rig), Vec::new());
+        Self { rig, objects }
+    }
+
+    fn object(object: FullObject) -> Self {
+        let (rig, objects) = (None, vec![object]);
+        Self { rig, objects }
+    }
+
+    fn of(proposal: &Proposal) -> anyhow::Result<Self> {
+        let models = proposal.full_rig().and_then(|rig| {
+            let objects = proposal.full_objects()?;
+            Ok(Self { rig, objects })
+        });
+        let node = &proposal.node;
+        models.with_context(|| format!("fusion node {node} published something unreadable"))
+    }
+
+    /// How they differ from what is in force.
+    fn account(&self, site: &Site) -> anyhow::Result<Account> {
+        let mut account = Account::default();
+        let in_force: Vec<FullRig> = latest(site, &site.keys.full_rig())?;
+        if let Some((after, before)) = self.rig.as_ref().zip(in_force.first()) {
+            account.compare_rigs(&Rig::try_from(before)?, &Rig::try_from(after)?);
+        }
+        for after in &self.objects {
+            let key = site.keys.full_object(&after.id);
+            let in_force: Vec<FullObject> = latest(site, &key)?;
+            let after = ObjectModel::try_from(after)?;
+            match in_force.first() {
+                Some(before) => account.compare_objects(&ObjectModel::try_from(before)?, &after),
+                None => account.added.push(after.id().clone()),
+            }
+        }
+        Ok(account)
+    }
+
+    fn set(&self, site: &Site, run: Run, format: Format) -> anyhow::Result<()> {
+        if run == Run::Dry {
+            return Ok(());
+        }
+        if let Some(rig) = &self.rig {
+            change(site, &site.keys.full_rig(), rig, format)?;
+        }
+        for object in &self.objects {
+            change(site, &site.keys.full_object(&object.id), object, format)?;
+        }
+        Ok(())
+    }
+}
+
+/// What changes, and by how much.
+#[derive(Default)]
+struct Account {
+    node: Option<NodeId>,
+    held_back: Option<Proposal>,
+    moves: Vec<Move>,
+    added: Vec<ObjectId>,
+}
+
+/// One camera or tag.
+struct Move {
+    what: String,
+    /// m and rad; none where there is no pose before or after.
+    by: Option<(f64, f64)>,
+    /// What else, by its name, after over before.
+    ratio: (&'static str, f64),
+}
+
+/// Ratios nearer to one than this are not shown.
+const SHOWN_RATIO: f64 = 5e-5;
+
+impl Account {
+    fn compare_rigs(&mut self, before: &Rig, after: &Rig) {
+        for camera in after.cameras() {
+            let Some(known) = before.camera(&camera.id).filter(|known| *known != camera) else {
+                continue;
+            };
+            let focal = |camera: &sextant_estimator::Camera| camera.lens.intrinsics().fx;
+            self.moves.push(Move {
+                what: format!("camera {}", camera.id),
+                by: apart(known.world_from_camera, camera.world_from_camera),
+                ratio: ("focal length", focal(camera) / focal(known)),
+            });
+        }
+    }
+
+    fn compare_objects(&mut self, before: &ObjectModel, after: &ObjectModel) {
+        for tag in after.tags() {
+            let mut known = before.tags().iter();
+            let Some(known) = known.find(|known| known.tag == tag.tag && *known != tag) else {
+                continue;
+            };
+            self.moves.push(Move {
+                what: format!("tag {} of object {}", tag.tag, after.id()),
+                by: apart(known.object_from_tag, tag.object_from_tag),
+                ratio: ("size", tag.size_m / known.size_m),
+            });
+        }
+    }
+
+    fn line(&self, format: Format) -> String {
+        match format {
+            Format::Json => self.json().to_string(),
+            Format::Text => self.text(),
+        }
+    }
+
+    fn json(&self) -> Value {
+        let moves = self.moves.iter().map(|one| {
+            let (name, ratio) = one.ratio;
+            let by = one.by.map(|(position_m, orientation_rad)| {
+                json!({"position_m": position_m, "orientation_rad": orientation_rad})
+            });
+            json!({"what": one.what, "by": by, "ratio": {"of": name, "value": ratio}})
+        });
+        let held_back = self.held_back.as_ref().map(|proposal| {
+            json!({
+                "n_images": proposal.n_images, "before_px": proposal.before_px, "after_px": proposal.after_px,
+            })
+        });
+        json!({
+            "node": self.node, "held_back": held_back, "changes": moves.collect::<Vec<_>>(), "added": self.added,
+        })
+    }
+
+    fn text(&self) -> String {
+        let mut lines: Vec<String> = self.moves.iter().map(Move::text).collect();
+        lines.extend(
+            self.added
+                .iter()
+                .map(|id| format!("object {id} comes back")),
+        );
+        if lines.is_empty() {
+            lines.push("cameras and tags stay where they are".to_owned());
+        }
+        if let Some(proposal) = &self.held_back {
+            let images = words::count(proposal.n_images as usize, "held-back image");
+            lines.push(format!(
+                "{images}: {:.3} px before, {:.3} px after (fusion node {})",
+                proposal.before_px, proposal.after_px, proposal.node
+            ));
+        }
+        lines.join("\n")
+    }
+}
+
+impl Move {
+    fn text(&self) -> String {
+        let mut text = match self.by {
+            Some((position_m, orientation_rad)) => format!(
+                "{}: {:.2} mm, {:.3} degrees",
+                self.what,
+                position_m * 1e3,
+                orientation_rad.to_degrees()
+            ),
+            None => format!("{}: no pose before or after", self.what),
+        };
+        let (name, ratio) = self.ratio;
+        if (ratio - 1.0).abs() > SHOWN_RATIO {
+            text.push_str(&format!(", {name} {:+.2} %", (ratio - 1.0) * 100.0));
+        }
+        text
+    }
+}
+
+fn apart(before: Option<Pose>, after: Option<Pose>) -> Option<(f64, f64)> {
+    let step = se3::difference(&after?, &before?);
+    Some((
+        step.fixed_rows::<3>(0).norm(),
+        step.fixed_rows::<3>(3).norm(),
+    ))
+}
