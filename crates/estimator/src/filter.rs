@@ -6,8 +6,7 @@
 //! - [`bodies`]: the links that are seen, and what their views say together.
 //! - [`chain`]: where links are, and how they move with base and joints.
 //! - [`configuration`]: where base and joints are, and how fast.
-//! - [`consider`]: errors of cameras' poses, lenses and tags' places; [`lasting`]: how they displace corners;
-//!   [`learned`]: what is known of them.
+//! - [`consider`]: errors of cameras' poses, lenses and tags' places; [`lasting`]: how they displace corners.
 //! - [`clocks`]: the cameras' clock offsets.
 //! - [`joints`]: values and speeds of joints; [`limits`]: what their limits mean for what is published.
 //! - [`observed`]: the configuration as a camera saw it.
@@ -31,7 +30,6 @@ pub(crate) mod edges;
 pub(crate) mod joints;
 pub(crate) mod kinematics;
 pub(crate) mod lasting;
-pub(crate) mod learned;
 pub(crate) mod limits;
 pub(crate) mod motion;
 pub(crate) mod normal;

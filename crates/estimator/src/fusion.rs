@@ -339,7 +339,7 @@ impl Fusion {
         self.clock_search.models_changed();
         self.intake.rig_changed(&self.site);
         for timeline in &mut self.timelines {
-            timeline.models_changed();
+            timeline.settle();
         }
     }
 
@@ -378,7 +378,7 @@ impl Fusion {
             let (timeline, said) = match old.remove(model.id()) {
                 Some((before, timeline, said)) if before == model => (timeline, said),
                 Some((before, mut timeline, said)) if have_one_frame(&before, &model) => {
-                    timeline.models_changed();
+                    timeline.settle();
                     (timeline, said)
                 }
                 _ => (Timeline::new(model.id().clone()), 0),

@@ -10,7 +10,6 @@ mod contest;
 mod count;
 mod guess;
 mod inquiry;
-mod lasting;
 mod misfit;
 mod recall;
 mod restless;
@@ -21,13 +20,10 @@ mod testimony;
 mod weariness;
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::sync::Arc;
 
 use crate::TagId;
-use crate::filter::learned::Learned;
 use contest::Contest;
 use count::{Count, kept};
-use lasting::Lasting;
 use recall::Recall;
 use restless::Restless;
 use strays::Strays;
@@ -93,7 +89,6 @@ pub(crate) struct Moved {
 pub(crate) struct Health {
     cameras: BTreeMap<usize, Count>,
     suspects: Suspects,
-    lasting: Lasting,
     of_cameras: Support<usize>,
     of_tags: Support<TagId>,
     /// By object, when it last seemed to be hit, and by which camera's image.
@@ -176,7 +171,7 @@ impl Health {
         let Some(account) = &view.account else {
             return;
         };
-        let Some(testimony) = self.told(time_ns, view.camera_index, account) else {
+        let Some(testimony) = self.told(view.camera_index, account) else {
             return;
         };
         let mut cameras = self.of_cameras.of(object, view.camera_index, time_ns);
@@ -196,25 +191,20 @@ impl Health {
             .take(view.camera_index, tag, &testimony, counts);
     }
 
-    /// What a view says apart from what stated errors explain, of which it teaches while nothing seems to be wrong.
-    fn told(&mut self, time_ns: u64, camera: usize, account: &Account) -> Option<Testimony> {
+    /// What a view says apart from what stated errors explain.
+    fn told(&self, camera: usize, account: &Account) -> Option<Testimony> {
         if account.displacing.is_empty() {
             return account.told();
         }
-        let account = account.rescaled(self.lasting.noise(camera));
-        let mut expected = self.lasting.expected(&account.displacing);
+        let mut biases = account.bias_covariance();
         for one in &account.displacing {
             let other = one.of_camera().filter(|other| *other != camera);
             if let Some(error) = other.and_then(|other| self.suspects.error_of(other)) {
-                expected.allow_for(&(one.by * error));
+                let displacement = one.by * error;
+                biases += displacement * displacement.transpose();
             }
         }
-        let told = account.apart_from(&expected)?;
-        if self.suspects.is_calm() {
-            self.lasting.learn(time_ns, &account, &expected);
-            self.lasting.learn_noise(camera, told.square / told.weight);
-        }
-        Some(told)
+        account.apart_from(&biases)
     }
 
     fn note_whom_moved_cameras_contradict(&mut self, object: usize, time_ns: u64) {
@@ -264,11 +254,6 @@ impl Health {
     /// The tags that a camera has lately seen twice.
     pub fn twins(&self) -> impl Iterator<Item = (usize, TagId)> {
         self.twice_ns.keys().copied()
-    }
-
-    /// What has been learned of stated errors.
-    pub fn lasting(&self) -> Arc<Learned> {
-        self.lasting.learned()
     }
 
     /// Forgets all: the models have changed.

@@ -7,16 +7,15 @@
 //! each asks for its own instant only.
 
 use std::borrow::Cow;
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use std::ops::Bound;
 use std::sync::Arc;
 
 use sextant_geometry::Pose;
 
-use crate::filter::learned::Learned;
 use crate::health::SettledView;
 use crate::site::{ObjectImage, Site};
-use crate::track::{Around, Track};
+use crate::track::Track;
 use crate::{ClockOffset, FusionOptions, ObjectEstimate, ObjectId};
 
 /// Cameras whose simultaneous images are taken jointly; further ones follow in the order of the rig, so that one more
@@ -45,13 +44,6 @@ impl Instant {
         let images: Vec<&ObjectImage> = self.images.values().map(Arc::as_ref).collect();
         before.advanced(time_ns, &images, site, options)
     }
-
-    /// Its camera, if it is one.
-    fn camera(&self) -> Option<usize> {
-        let mut cameras = self.images.keys().copied();
-        let first = cameras.next();
-        first.filter(|_| cameras.next().is_none())
-    }
 }
 
 /// The window of one object.
@@ -64,9 +56,6 @@ pub(crate) struct Timeline {
     stale_from: Option<Key>,
     /// Settled images of each camera, by its index.
     settled: Vec<usize>,
-    /// The camera of the last settled instant, if it was one, and cameras one after the other whose images were last expected.
-    last_camera: Option<usize>,
-    agreed: BTreeSet<(usize, usize)>,
 }
 
 /// How closely views are looked at for what is wrong.
@@ -104,8 +93,6 @@ impl Timeline {
             instants: BTreeMap::new(),
             stale_from: None,
             settled: Vec::new(),
-            last_camera: None,
-            agreed: BTreeSet::new(),
         }
     }
 
@@ -196,8 +183,7 @@ impl Timeline {
         let kept = self.instants.split_off(&(oldest, 0));
         let gone = std::mem::replace(&mut self.instants, kept);
         let mut settled = Vec::with_capacity(gone.len());
-        let mut instants = gone.into_iter().peekable();
-        while let Some(((time_ns, _), instant)) = instants.next() {
+        for ((time_ns, _), instant) in gone {
             let images: Vec<&ObjectImage> = instant.images.values().map(Arc::as_ref).collect();
             for image in &images {
                 self.count(image.camera_index);
@@ -205,56 +191,15 @@ impl Timeline {
             let asked = |camera: usize| {
                 attention == Attention::All || self.settled[camera].is_multiple_of(NOW_AND_THEN)
             };
-            let next = instants.peek().map(|(_, next)| next);
-            let next = next.or_else(|| self.instants.first_key_value().map(|(_, next)| next));
-            let hit = instant.after.took_part_as_if_hit();
-            let around = hit.then(|| self.around(&instant, next)).flatten();
-            let views = instant
-                .after
-                .settled_views(&images, site, options, asked, around);
-            let camera = instant.camera();
-            if let Some(pair) = self.last_camera.zip(camera) {
-                let pair = (pair.0.min(pair.1), pair.0.max(pair.1));
-                if views.iter().any(|view| view.agreed) {
-                    self.agreed.insert(pair);
-                } else {
-                    self.agreed.remove(&pair);
-                }
-            }
+            let views = instant.after.settled_views(&images, site, options, asked);
             settled.push(Settled {
                 time_ns,
                 views,
                 images: instant.images,
             });
-            self.last_camera = camera;
             self.base = instant.after;
         }
         settled
-    }
-
-    /// The tracks next to an instant of one camera, if they are by others that agree with each other.
-    fn around<'a>(&'a self, instant: &Instant, next: Option<&'a Instant>) -> Option<Around<'a>> {
-        let (camera, before, after) = (instant.camera()?, self.last_camera?, next?.camera()?);
-        let others = before != camera && after != camera;
-        (others && self.agree(before, after, camera)).then_some(Around {
-            before: &self.base,
-            after: &next?.after,
-        })
-    }
-
-    /// Whether two cameras agree by what they, and others but one, saw one after the other.
-    fn agree(&self, one: usize, other: usize, but: usize) -> bool {
-        let (mut reached, mut open) = (BTreeSet::from([one, but]), vec![one]);
-        while let Some(camera) = open.pop() {
-            let pairs = self.agreed.iter();
-            let next = pairs.filter_map(|(a, b)| match camera {
-                camera if camera == *a => Some(*b),
-                camera if camera == *b => Some(*a),
-                _ => None,
-            });
-            open.extend(next.filter(|next| reached.insert(*next)));
-        }
-        reached.contains(&other)
     }
 
     fn count(&mut self, camera_index: usize) {
@@ -313,12 +258,6 @@ impl Timeline {
         }
     }
 
-    /// Cameras or tags have changed, and with them what lasting errors are. As [`Self::settle`].
-    pub fn models_changed(&mut self) {
-        self.settle();
-        self.base.know_lasting(&Arc::default());
-    }
-
     /// The instants after one time and before another, oldest first: the track after each, and its images.
     pub fn between(
         &self,
@@ -347,20 +286,14 @@ impl Timeline {
     }
 
     /// Clocks may have jumped, by so many seconds (one sigma), before the window: it is to be gone through again.
-    /// What is known of lasting errors is what they are judged by. What their images have done to the track since would lead the
+    /// What their images have done to the track since would lead the
     /// estimate astray: it begins at the track `without` them, if that has lately seen the object.
-    pub fn doubt_clocks(
-        &mut self,
-        cameras: &[usize],
-        sigma_s: f64,
-        lasting: &Arc<Learned>,
-        without: Option<Track>,
-    ) {
+    pub fn doubt_clocks(&mut self, cameras: &[usize], sigma_s: f64, without: Option<Track>) {
         let lately_ns = self.base.time_ns.saturating_sub(LATELY_NS);
         if let Some(track) = without.filter(|track| track.seen_ns > lately_ns) {
             self.base = track;
         }
-        self.base.doubt_clocks(cameras, sigma_s, lasting);
+        self.base.doubt_clocks(cameras, sigma_s);
         self.stale_from = self.instants.keys().next().copied();
     }
 

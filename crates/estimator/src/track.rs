@@ -30,15 +30,12 @@ mod standing;
 mod time;
 mod update;
 
-use std::sync::Arc;
-
 use nalgebra::{Matrix6, Vector6};
 use sextant_geometry::{Pose, se3};
 
 use crate::filter::configuration::Configuration;
 use crate::filter::corners::{Sight, View};
 use crate::filter::kinematics::{Kinematics, white_acceleration};
-use crate::filter::learned::Learned;
 use crate::site::{ObjectImage, Site};
 use crate::{FusionOptions, State};
 use hypothesis::Hypothesis;
@@ -47,7 +44,6 @@ use time::Timing;
 
 pub(crate) use birth::{area, branches};
 pub(crate) use report::Sighting;
-pub(crate) use settled::Around;
 
 /// What is known about an object at an instant. A value: the next instant's is made from it, never in place.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -330,9 +326,8 @@ impl Track {
     }
 
     /// Clocks may have jumped, by so many seconds (one sigma).
-    pub fn doubt_clocks(&mut self, cameras: &[usize], sigma_s: f64, lasting: &Arc<Learned>) {
+    pub fn doubt_clocks(&mut self, cameras: &[usize], sigma_s: f64) {
         self.timing.doubt(cameras);
-        self.know_lasting(lasting);
         let states = self.hypotheses.iter_mut().map(|one| &mut one.state);
         for clocks in states.filter_map(|state| state.clocks.as_mut()) {
             cameras
@@ -343,15 +338,7 @@ impl Track {
             self.clear_standing(cameras);
         }
         if let Some(rival) = &mut self.rival {
-            rival.doubt_clocks(cameras, sigma_s, lasting);
-        }
-    }
-
-    /// Clocks are judged by what is known of lasting errors now.
-    pub fn know_lasting(&mut self, lasting: &Arc<Learned>) {
-        self.timing.lasting = Arc::clone(lasting);
-        if let Some(rival) = &mut self.rival {
-            rival.know_lasting(lasting);
+            rival.doubt_clocks(cameras, sigma_s);
         }
     }
 

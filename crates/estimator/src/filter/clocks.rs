@@ -10,7 +10,6 @@ use crate::ClockOffset;
 
 use super::consider::OfClocks;
 use super::kinematics::{Kinematics, symmetric};
-use super::learned::Learned;
 
 /// Most offsets estimated along with one object; further cameras are taken at their word.
 pub(crate) const MOST_CLOCKS: usize = 8;
@@ -119,14 +118,9 @@ impl Clocks {
     }
 
     /// Logarithm of the odds for offsets of zero against offsets of `prior_s` (one sigma each), and the largest sigma; of the
-    /// cameras given. `off` are all offsets and `all` is their covariance. By what the estimate says of zero against what was
+    /// cameras given. `all` is the covariance of all offsets. By what the estimate says of zero against what was
     /// said of it before (Savage-Dickey ratio; Dickey 1971, The weighted likelihood ratio, sec. 2). `None` without such a camera.
-    fn agreement(
-        &self,
-        (off, all): &(SVector<f64, MOST_CLOCKS>, Own),
-        prior_s: f64,
-        among: &[usize],
-    ) -> Option<Agreement> {
+    fn agreement(&self, all: &Own, prior_s: f64, among: &[usize]) -> Option<Agreement> {
         let (mut own, mut offset) = (Own::identity(), SVector::<f64, MOST_CLOCKS>::zeros());
         let slots: Vec<usize> = among
             .iter()
@@ -134,7 +128,7 @@ impl Clocks {
             .collect();
         let mut sigma_s: f64 = 0.0;
         for (row, of_row) in slots.iter().enumerate() {
-            offset[row] = off[*of_row] / prior_s;
+            offset[row] = self.offset[*of_row] / prior_s;
             sigma_s = sigma_s.max(self.own[(*of_row, *of_row)].max(0.0).sqrt());
             for (column, of_column) in slots.iter().enumerate() {
                 own[(row, column)] = all[(*of_row, *of_column)] / prior_s.powi(2);
@@ -179,20 +173,14 @@ impl Kinematics {
         }
     }
 
-    /// The offsets and their covariance, with what is wrong for good as far as that is known.
-    fn clocks_apart(&self, clocks: &Clocks, learned: &Learned) -> (SVector<f64, MOST_CLOCKS>, Own) {
-        let (off, covariance) = self.lasting_of_clocks(learned);
-        (clocks.offset - off, clocks.own + covariance)
-    }
-
     /// Offset and its sigma of each camera, in seconds.
-    pub fn clock_offsets(&self, learned: &Learned) -> Vec<(usize, ClockOffset)> {
+    pub fn clock_offsets(&self) -> Vec<(usize, ClockOffset)> {
         let Some(clocks) = self.clocks.as_deref() else {
             return Vec::new();
         };
-        let (offset, covariance) = self.clocks_apart(clocks, learned);
+        let covariance = clocks.own + self.clock_bias_covariance();
         let off = |(slot, camera): (usize, usize)| {
-            let offset_s = offset[slot];
+            let offset_s = clocks.offset[slot];
             let sigma_s = covariance[(slot, slot)].max(0.0).sqrt();
             (camera, ClockOffset { offset_s, sigma_s })
         };
@@ -200,14 +188,10 @@ impl Kinematics {
     }
 
     /// Whether the clocks of some cameras agree, if `prior_s` (one sigma) was known before; `None` where none is estimated.
-    pub fn clock_agreement(
-        &self,
-        prior_s: f64,
-        among: &[usize],
-        learned: &Learned,
-    ) -> Option<Agreement> {
+    pub fn clock_agreement(&self, prior_s: f64, among: &[usize]) -> Option<Agreement> {
         let clocks = self.clocks.as_deref()?;
-        clocks.agreement(&self.clocks_apart(clocks, learned), prior_s, among)
+        let covariance = clocks.own + self.clock_bias_covariance();
+        clocks.agreement(&covariance, prior_s, among)
     }
 
     /// Whether every number of the offsets is finite.

@@ -13,7 +13,6 @@ use super::clocks::{Clocks, MOST_CLOCKS, Own};
 use super::configuration::{joint_places, rates_at};
 use super::joints::{JointCross, WIDTH};
 use super::kinematics::{Covariance, Kinematics, carry};
-use super::learned::Learned;
 use super::normal::OF_FISHER;
 use super::observed::With;
 use crate::articulation::MOST_JOINTS;
@@ -345,13 +344,14 @@ impl Kinematics {
         own
     }
 
-    /// What is wrong for good has done to the clocks' offsets, as far as that is known: mean and covariance.
-    pub(super) fn lasting_of_clocks(&self, learned: &Learned) -> (SVector<f64, MOST_CLOCKS>, Own) {
+    /// Covariance of the clocks' offsets by what is wrong for good.
+    pub(super) fn clock_bias_covariance(&self) -> Own {
         let acting = self.considered.iter().flat_map(|all| &all.sources);
-        learned.of_clocks(acting.filter_map(|one| {
+        let caused = |one: &Acting| {
             let of_clocks = one.of_clocks.as_deref()?;
-            Some((one.source, &one.variance, of_clocks))
-        }))
+            Some(of_clocks * Matrix6::from_diagonal(&one.variance) * of_clocks.transpose())
+        };
+        acting.filter_map(caused).sum()
     }
 
     /// Covariance of the configuration by what is wrong for good.

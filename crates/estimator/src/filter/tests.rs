@@ -10,7 +10,6 @@ use super::configuration::Configuration;
 use super::corners::{PosedCamera, Sight, View};
 use super::edges::{EdgeModes, Matrix8, NoiseFactors};
 use super::kinematics::{Covariance, Kinematics};
-use super::learned::Learned;
 use super::motion::{Motion, Restlessness};
 use super::normal::NoiseSource;
 use super::observed::Vantage;
@@ -332,11 +331,7 @@ fn an_offset_is_learned_from_where_the_camera_sees_the_body() {
     let after = absorb(&known, by(1), &fit_at(pose, Matrix6::identity() * 1e8))
         .unwrap()
         .state;
-    let (camera, offset) = after
-        .clock_offsets(&Learned::default())
-        .into_iter()
-        .next()
-        .unwrap();
+    let (camera, offset) = after.clock_offsets().into_iter().next().unwrap();
     assert_eq!(camera, 1);
     assert!(
         (offset.offset_s - 0.008).abs() < 4.0 * offset.sigma_s && offset.sigma_s < 0.002,

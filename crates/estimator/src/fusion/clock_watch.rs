@@ -84,11 +84,10 @@ impl Fusion {
     fn doubt_clocks(&mut self, cameras: &[usize]) {
         self.earlier_offsets.clear();
         let sigma_s = self.options.unknown_clock_s;
-        let lasting = self.health.lasting();
         for (object, timeline) in self.timelines.iter_mut().enumerate() {
             let (site, options) = (&self.site, &self.options);
             let without = self.health.without(object, cameras, site, options);
-            timeline.doubt_clocks(cameras, sigma_s, &lasting, without);
+            timeline.doubt_clocks(cameras, sigma_s, without);
         }
     }
 

@@ -10,7 +10,6 @@
 
 mod contender;
 
-use super::lasting::Lasting;
 use super::recall::Recall;
 use super::suspects::{Admitted, CLOCK_SHARE, RAISED, SUSPECTED};
 use crate::site::Site;
@@ -46,8 +45,6 @@ pub(super) struct Contest {
     since_ns: u64,
     /// How long it has been held, ns.
     age_ns: u64,
-    /// As it was known before.
-    lasting: Lasting,
     /// What is known to be wrong, and left out of all tracks.
     known: Vec<LeftOut>,
     /// Cameras that it is among.
@@ -66,15 +63,14 @@ pub(super) struct Contest {
 }
 
 impl Contest {
-    pub fn new(object: usize, now_ns: u64, lasting: &Lasting, recall: &Recall) -> Self {
+    pub fn new(object: usize, now_ns: u64, recall: &Recall) -> Self {
         Self {
             object,
             since_ns: now_ns,
             age_ns: 0,
-            lasting: lasting.clone(),
             known: Vec::new(),
             cameras: 0,
-            all: Contender::new(None, recall.start(), lasting, 0),
+            all: Contender::new(None, recall.start(), 0),
             contenders: Vec::new(),
             instants: recall.len(),
             before: recall.len(),
@@ -106,7 +102,7 @@ impl Contest {
     ) {
         if known != self.known {
             self.known = known;
-            self.all = Contender::new(None, recall.start(), &self.lasting, 0);
+            self.all = Contender::new(None, recall.start(), 0);
             self.contenders.clear();
         }
         let is_open = |camera: &usize| !self.known.contains(&LeftOut::Camera(*camera));
@@ -134,7 +130,7 @@ impl Contest {
             let has_room = alike.clone().count() < most;
             if has_room && alike.all(|other| other != one) && !self.known.contains(&one) {
                 let start = recall.start();
-                let contender = Contender::new(Some(one), start, &self.lasting, self.before);
+                let contender = Contender::new(Some(one), start, self.before);
                 self.contenders.push(contender);
             }
         }
@@ -304,7 +300,7 @@ mod tests {
 
     #[test]
     fn about_a_body_that_is_but_restless_it_ends_where_another_is_suspected() {
-        let mut contest = Contest::new(0, 0, &Lasting::default(), &Recall::default());
+        let mut contest = Contest::new(0, 0, &Recall::default());
         contest.note(false, true);
         assert!(contest.keeps_to(0) && !contest.keeps_to(1));
         contest.note(true, true);
@@ -314,7 +310,7 @@ mod tests {
     #[test]
     fn those_who_contend_are_few_and_the_reference_is_right_where_nobody_vouches_for_another() {
         let recall = Recall::default();
-        let mut contest = Contest::new(0, 0, &Lasting::default(), &recall);
+        let mut contest = Contest::new(0, 0, &recall);
         contest.call(Vec::new(), &[0], &[], &recall, 0);
         assert_eq!(contest.contenders.len(), 0, "one camera contradicts nobody");
         contest.call(Vec::new(), &[1, 0], &[], &recall, 0);

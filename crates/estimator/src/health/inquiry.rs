@@ -113,7 +113,7 @@ impl Health {
         let Some(recall) = self.recalls.get(&object) else {
             return;
         };
-        let begin = || Contest::new(object, now_ns, &self.lasting, recall);
+        let begin = || Contest::new(object, now_ns, recall);
         let mut contest = self.contest.take().unwrap_or_else(begin);
         contest.note(is_suspected, self.restless.is(object, now_ns));
         let mut cameras: Vec<usize> = recall.cameras().into_iter().collect();

@@ -8,7 +8,6 @@
 use nalgebra::{Cholesky, Const, Matrix6, Vector6};
 
 use super::SettledView;
-use super::lasting::{Expected, Lasting};
 use super::testimony::Account;
 use crate::filter::consider::Displacing;
 
@@ -28,10 +27,6 @@ pub(super) struct Misfit {
     pub vague: f64,
     /// What noise alone makes of `shared` and `apart` on the average.
     pub usual: f64,
-    /// Gradient beyond what is expected of it, and covariance of its noise.
-    off: Vector6<f64>,
-    covariance: Matrix6<f64>,
-    expected: Expected,
 }
 
 /// Whether two views next to each other are of one link in one image.
@@ -45,10 +40,9 @@ pub(super) fn are_of_one_link(one: &SettledView, other: &SettledView) -> bool {
 
 impl Misfit {
     /// Of views of one link in one image; `None` where they say nothing.
-    pub fn of(views: &[SettledView], lasting: &mut Lasting) -> Option<Self> {
-        let noise = lasting.noise(views.first()?.camera_index);
+    pub fn of(views: &[SettledView]) -> Option<Self> {
         let accounts = views.iter().filter_map(|view| view.account.as_ref());
-        let sum = Sum::of(accounts.map(|account| account.rescaled(noise)))?;
+        let sum = Sum::of(accounts)?;
         let n = sum.information;
         let by_pose = n * sum.covariance * n;
         let covariance = if sum.took_part {
@@ -56,13 +50,12 @@ impl Misfit {
         } else {
             n + by_pose
         };
-        let expected = lasting.expected(&sum.displacing);
+        let biases: Matrix6<f64> = sum.displacing.iter().map(Displacing::covariance).sum();
         let known = Cholesky::<f64, Const<6>>::new(n)?;
-        let all = Cholesky::<f64, Const<6>>::new(covariance + expected.covariance)?;
-        let off = sum.gradient - expected.displacement;
+        let all = Cholesky::<f64, Const<6>>::new(covariance + biases)?;
         let explained = sum.gradient.dot(&known.solve(&sum.gradient));
         let freedom = 8.0 * sum.views - 6.0;
-        let shared = beyond(off.dot(&all.solve(&off)), 6.0);
+        let shared = beyond(sum.gradient.dot(&all.solve(&sum.gradient)), 6.0);
         let apart = beyond(sum.square - explained, freedom);
         let usual = BY_NOISE * (6.0_f64.sqrt() + freedom.sqrt());
         let spread =
@@ -73,15 +66,7 @@ impl Misfit {
             apart,
             vague,
             usual,
-            off,
-            covariance,
-            expected,
         })
-    }
-
-    /// What they show of stated errors is learned.
-    pub fn teach(self, time_ns: u64, lasting: &mut Lasting) {
-        lasting.learn_together(time_ns, (self.off, self.covariance), self.expected);
     }
 }
 
@@ -102,7 +87,7 @@ struct Sum {
 }
 
 impl Sum {
-    fn of(mut accounts: impl Iterator<Item = Account>) -> Option<Self> {
+    fn of<'a>(mut accounts: impl Iterator<Item = &'a Account>) -> Option<Self> {
         let first = accounts.next()?;
         let mut sum = Self {
             views: 0.0,
@@ -119,7 +104,7 @@ impl Sum {
         Some(sum)
     }
 
-    fn add(&mut self, account: Account) {
+    fn add(&mut self, account: &Account) {
         let mut view = account.testimony;
         // The pose knows of views that take part as they were weighed; others count in full.
         if !self.took_part {
@@ -129,12 +114,12 @@ impl Sum {
         self.information += view.information;
         self.gradient += view.gradient;
         self.square += view.square;
-        for one in account.displacing {
+        for one in &account.displacing {
             let by = view.information * one.by;
             let mut known = self.displacing.iter_mut();
             match known.find(|own| own.source == one.source) {
                 Some(own) => own.by += by,
-                None => self.displacing.push(Displacing { by, ..one }),
+                None => self.displacing.push(Displacing { by, ..*one }),
             }
         }
     }
@@ -180,7 +165,7 @@ mod tests {
         let account = view.account.as_mut().expect("it has one");
         account.covariance = Matrix6::identity() * variance;
         account.took_part = took_part;
-        let misfit = Misfit::of(&[view], &mut Lasting::default());
+        let misfit = Misfit::of(&[view]);
         misfit.expect("it says something").vague
     }
 
@@ -200,7 +185,7 @@ mod tests {
         let of = |by: [f64; 2]| {
             let views = [view(0, by[0]), view(1, by[1])];
             assert!(are_of_one_link(&views[0], &views[1]));
-            let misfit = Misfit::of(&views, &mut Lasting::default()).expect("they say something");
+            let misfit = Misfit::of(&views).expect("they say something");
             [misfit.shared, misfit.apart]
         };
         assert_eq!(of([0.0, 0.0]), [0.0, 3.0]);

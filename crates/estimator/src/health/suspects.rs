@@ -26,8 +26,6 @@ const LOUD: f64 = 300.0;
 /// Evidence by which a fault must exceed another that explains the same; as which it counts that a fault is of one parameter.
 const MARGIN: f64 = 15.0;
 const SIMPLE: f64 = 10.0;
-/// Evidence up to which views teach what lasting errors are: more may be a fault's beginning.
-const CALM: f64 = 3.0;
 /// Share of the evidence against a camera that its clock must explain to be suspected.
 pub(super) const CLOCK_SHARE: f64 = 0.2;
 /// Nanoseconds between two decisions.
@@ -117,12 +115,6 @@ impl Suspects {
             *evidence += gain - *evidence / MEMORY;
             self.alert |= *evidence > ALERT;
         }
-    }
-
-    /// Whether nothing seems to be wrong, nor begins to.
-    pub fn is_calm(&self) -> bool {
-        let mut all = self.cells.values().flat_map(|cell| &cell.0);
-        self.found.is_empty() && all.all(|evidence| *evidence < CALM)
     }
 
     /// A camera begins to contradict.

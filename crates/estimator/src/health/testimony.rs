@@ -11,7 +11,6 @@ use nalgebra::{Matrix3, Matrix6, SMatrix, SVector, Vector3, Vector6};
 use sextant_geometry::{Pose, so3};
 
 use super::guess::{FREEDOM, USUAL};
-use super::lasting::Expected;
 use crate::filter::consider::Displacing;
 
 /// What one view says.
@@ -53,52 +52,10 @@ pub(crate) struct Account {
     pub displacing: Vec<Displacing>,
 }
 
-/// The same, were the lasting errors known: the gradient apart from what is unknown of the pose, the covariance of its noise, and how it
-/// goes with the displacement of the link.
-pub(super) struct Conditional {
-    pub gradient: Vector6<f64>,
-    pub noise: Matrix6<f64>,
-    pub slope: Matrix6<f64>,
-}
-
 impl Account {
-    /// Where the noise is that share of what the track takes it for, and with it what is unknown of the pose.
-    pub(super) fn rescaled(&self, share: f64) -> Self {
-        let mut rescaled = self.clone();
-        rescaled.testimony.scale(share.recip());
-        rescaled.covariance *= share;
-        rescaled
-    }
-
-    /// What is left of it where the errors are as is expected, no view counting less than another.
-    fn plain(&self, expected: &Expected) -> Option<Testimony> {
-        let mut plain = self.testimony;
-        let weight = plain.weight.recip();
-        plain.scale(weight);
-        let by = plain.information * expected.displacement;
-        plain.square += expected.displacement.dot(&(by - 2.0 * plain.gradient));
-        plain.gradient -= by;
-        weight.is_finite().then_some(plain)
-    }
-
-    /// The same, were the errors known.
-    pub(super) fn conditional(&self, expected: &Expected) -> Option<Conditional> {
-        let mut at = self.plain(expected)?;
-        if !self.took_part {
-            at.allow_for(&self.covariance)?;
-            return Some(Conditional {
-                gradient: at.gradient,
-                noise: at.information,
-                slope: at.information,
-            });
-        }
-        // The pose follows the view by w P N, so that g's noise is N + (1 - 2 w) N P N: N - N P N of one that counted in full.
-        let (n, followed) = (at.information, self.testimony.weight.min(1.0));
-        Some(Conditional {
-            gradient: at.gradient,
-            noise: n + n * self.covariance * n * (1.0 - 2.0 * followed),
-            slope: n,
-        })
+    /// Covariance of the link's displacement by lasting errors.
+    pub(super) fn bias_covariance(&self) -> Matrix6<f64> {
+        self.displacing.iter().map(Displacing::covariance).sum()
     }
 
     /// What it says where no errors are stated; `None` where nothing is left.
@@ -108,10 +65,11 @@ impl Account {
         told.is_sound().then_some(told)
     }
 
-    /// The same apart from what the errors explain. How much a view counts is by what these leave.
-    pub(super) fn apart_from(&self, expected: &Expected) -> Option<Testimony> {
-        let mut told = self.plain(expected)?;
-        told.allow_for(&expected.covariance)?;
+    /// The same apart from what errors of such a covariance explain. How much a view counts is by what these leave.
+    pub(super) fn apart_from(&self, biases: &Matrix6<f64>) -> Option<Testimony> {
+        let mut told = self.testimony;
+        told.scale(told.weight.recip());
+        told.allow_for(biases)?;
         told.weigh();
         told.allow_for_pose(&self.covariance, self.took_part)?;
         told.is_sound().then_some(told)
@@ -233,32 +191,5 @@ impl Testimony {
         let step = moved + turned.cross(&away);
         let distance = away.norm().max(1e-9);
         [step.norm() / distance, turned.norm()]
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::health::lasting::Lasting;
-
-    #[test]
-    fn what_a_view_shows_of_errors_is_noisy_however_little_it_counted() {
-        let n = Matrix6::identity() * 1e6;
-        for weight in [0.01, 0.3, 1.0, 1.6] {
-            // Of the pose this view tells nine tenths.
-            let mut testimony = Testimony::of_displaced(n, &Vector6::zeros());
-            testimony.scale(weight);
-            testimony.weight = weight;
-            let account = Account {
-                testimony,
-                covariance: Matrix6::identity() * (0.9 / (1e6 * weight)),
-                took_part: true,
-                displacing: Vec::new(),
-            };
-            let expected = Lasting::default().expected(&[]);
-            let known = account.conditional(&expected).expect("it says something");
-            let noise = known.noise.symmetric_eigenvalues().min();
-            assert!(noise > 0.0, "{weight}: {noise}");
-        }
     }
 }

@@ -112,8 +112,7 @@ impl Track {
     /// The clocks' offsets by camera index.
     pub fn clock_offsets(&self) -> impl Iterator<Item = (usize, ClockOffset)> {
         let best = self.leading().hypotheses.first();
-        best.into_iter()
-            .flat_map(|best| best.state.clock_offsets(&self.leading().timing.lasting))
+        best.into_iter().flat_map(|best| best.state.clock_offsets())
     }
 
     /// The track at an instant of which there may be no image.

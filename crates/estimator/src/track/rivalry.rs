@@ -148,9 +148,8 @@ impl Track {
     /// Whether the clocks of these cameras agree, by the likeliest attitude.
     fn agreement(&self, asked: &[usize], options: &FusionOptions) -> Option<Agreement> {
         let best = self.hypotheses.first()?;
-        let lasting = &self.timing.lasting;
         let prior_s = options.unknown_clock_s;
-        best.state.clock_agreement(prior_s, asked, lasting)
+        best.state.clock_agreement(prior_s, asked)
     }
 
     /// Whether the clocks that nobody vouches for are known not to agree, and by how much.

@@ -1,7 +1,7 @@
 //! What became of the views of an instant, for good, and what they say of faults.
 
+use super::Track;
 use super::update::Taken;
-use super::{Track, seconds};
 use crate::articulation::MOST_JOINTS;
 use crate::filter::configuration::Configuration;
 use crate::filter::consider::Displacing;
@@ -13,19 +13,9 @@ use crate::health::{Account, SettledView, Testimony};
 use crate::site::{ObjectImage, Site};
 use crate::{FusionOptions, PoseSigma};
 use nalgebra::{Matrix6, SMatrix, Vector6};
-use sextant_geometry::se3;
 
 /// Places of the configuration of an object with links.
 const WITH_JOINTS: usize = 6 + MOST_JOINTS;
-
-/// The tracks at the instants next to one at which the object seems to have been hit, by cameras that agree with each other.
-pub(crate) struct Around<'a> {
-    pub before: &'a Track,
-    pub after: &'a Track,
-}
-
-/// m/s² and rad/s² that a body may be accelerated by between two instants next to one.
-const BETWEEN: [f64; 2] = [10.0, 100.0];
 
 /// Where an object is in the eyes of a camera.
 struct Seen<'a> {
@@ -52,12 +42,6 @@ struct Place<'a> {
 }
 
 impl Track {
-    /// Whether the object seems to have been hit before this instant.
-    pub fn took_part_as_if_hit(&self) -> bool {
-        let best = self.leading().hypotheses.first();
-        best.is_some_and(|best| best.taken.iter().any(is_hit))
-    }
-
     /// The density of acceleration learned, against its default.
     pub fn restlessness(&self) -> Option<f64> {
         let best = self.leading().hypotheses.first()?;
@@ -72,7 +56,6 @@ impl Track {
         site: &Site,
         options: &FusionOptions,
         asked: impl Fn(usize) -> bool,
-        around: Option<Around<'_>>,
     ) -> Vec<SettledView> {
         let track = self.leading();
         let Some(best) = track.hypotheses.first().filter(|_| track.trusted) else {
@@ -81,7 +64,6 @@ impl Track {
         let sights = track.sights(images, site, options);
         let pairs = sights.iter().zip(&best.taken);
         let mut seen: Option<(usize, Role, Seen<'_>)> = None;
-        let around = around.and_then(|around| around.seen(track.time_ns));
         let settled = pairs.map(|(sight, taken)| {
             let camera_index = sight.camera_index;
             let mut view = SettledView {
@@ -93,11 +75,6 @@ impl Track {
                 elsewhere: None,
                 account: None,
             };
-            if let Some(around) = around.as_ref().filter(|_| view.hit) {
-                let place = Place::between(around, sight.view);
-                view.account = account(sight, Role::Aside, &place);
-                return view;
-            }
             if taken.part && !asked(camera_index) {
                 return view;
             }
@@ -186,33 +163,6 @@ fn observed<const D: usize>(state: &Kinematics, camera_index: usize, role: Role)
     }
 }
 
-/// Where an object was seen before and after, how much of the time between has passed, and its seconds.
-struct Between<'a> {
-    ends: [Seen<'a>; 2],
-    share: f64,
-    span_s: f64,
-}
-
-impl<'a> Around<'a> {
-    fn seen(&self, time_ns: u64) -> Option<Between<'a>> {
-        let [before, after] = [self.before, self.after].map(|track| {
-            let track = track.leading();
-            let known = !track.hypotheses.is_empty() && track.trusted;
-            known.then(|| (track.time_ns, track.seen_by(usize::MAX, Role::Aside)))
-        });
-        let ((from_ns, from), (to_ns, to)) = (before?, after?);
-        let span_s = seconds(from_ns, to_ns);
-        let share = seconds(from_ns, time_ns) / span_s;
-        let ends = [from, to];
-        let between = Between {
-            ends,
-            share,
-            span_s,
-        };
-        (0.0..=1.0).contains(&share).then_some(between)
-    }
-}
-
 impl<'a> Place<'a> {
     fn of(seen: &Seen<'a>, view: &View) -> Self {
         let at = &seen.configuration;
@@ -229,31 +179,6 @@ impl<'a> Place<'a> {
             } else {
                 Vector6::zeros()
             },
-            covariance,
-        }
-    }
-
-    /// Where it was, if nothing hit it: on the way from the one to the other.
-    fn between(between: &Between<'a>, view: &View) -> Self {
-        let [from, to] = [0, 1].map(|end| Self::of(&between.ends[end], view));
-        let (share, span_s) = (between.share, between.span_s);
-        let step = se3::difference(&to.link.pose, &from.link.pose);
-        let twist = step / span_s;
-        let mut covariance =
-            from.covariance * (1.0 - share).powi(2) + to.covariance * share.powi(2);
-        let lag = 0.5 * share * (1.0 - share) * span_s.powi(2);
-        for place in 0..6 {
-            covariance[(place, place)] += (BETWEEN[place / 3] * lag).powi(2);
-        }
-        let link = Moving {
-            pose: se3::perturb(&from.link.pose, &(step * share)),
-            twist: from.link.twist.map(|_| twist),
-        };
-        Self {
-            state: from.state,
-            camera_index: from.camera_index,
-            link,
-            twist,
             covariance,
         }
     }

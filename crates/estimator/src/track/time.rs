@@ -4,11 +4,8 @@
 //! [`super::rivalry`] decides whether that holds; where it does not, the offsets of all clocks that nobody vouches for are
 //! estimated.
 
-use std::sync::Arc;
-
 use super::seconds;
 use crate::filter::kinematics::Kinematics;
-use crate::filter::learned::Learned;
 use crate::site::StatedClock;
 use crate::{ClockOffset, FusionOptions};
 
@@ -25,8 +22,6 @@ pub(crate) struct Timing {
     doubted: Vec<usize>,
     /// By camera index: what an earlier track found out.
     learned: Vec<Option<ClockOffset>>,
-    /// What was known of lasting errors when clocks were last doubted.
-    pub lasting: Arc<Learned>,
 }
 
 impl Timing {
@@ -107,7 +102,7 @@ impl Timing {
 
     /// Keeps what a track that ends has found out about the clocks.
     pub fn learn(&mut self, state: &Kinematics) {
-        for (camera_index, prior) in state.clock_offsets(&Learned::default()) {
+        for (camera_index, prior) in state.clock_offsets() {
             if self.learned.len() <= camera_index {
                 self.learned.resize(camera_index + 1, None);
             }

@@ -2,13 +2,12 @@
 
 use std::collections::BTreeMap;
 
+use super::super::SettledView;
 use super::super::accused::Accused;
-use super::super::lasting::Lasting;
 use super::super::misfit::{Misfit, are_of_one_link};
 use super::super::recall::Instant;
 use super::super::suspects::{MEMORY, RAISED, RECENT};
 use super::super::testimony::Testimony;
-use super::super::{Account, SettledView};
 use crate::site::{ObjectImage, Site, StatedClock};
 use crate::track::Track;
 use crate::{ClockOffset, FusionOptions, TagId};
@@ -33,8 +32,6 @@ pub(in super::super) struct Contender {
     track: Track,
     /// Whether it began with what motion has told of clocks.
     knows_clocks: bool,
-    /// What its images have shown of stated errors.
-    lasting: Lasting,
     /// Instants that it has been taken through.
     pub done: usize,
     pub cost: Cost,
@@ -88,12 +85,11 @@ impl LeftOut {
 
 impl Contender {
     /// It begins with this track; its clock, if it is about one, is tried from the instant `from` on.
-    pub fn new(left_out: Option<LeftOut>, track: Track, lasting: &Lasting, from: usize) -> Self {
+    pub fn new(left_out: Option<LeftOut>, track: Track, from: usize) -> Self {
         Self {
             left_out,
             knows_clocks: track.knows_clocks(),
             track,
-            lasting: lasting.clone(),
             done: 0,
             cost: Cost::default(),
             trial: Trial {
@@ -143,9 +139,7 @@ impl Contender {
         if !rest.is_empty() {
             let rest: Vec<&ObjectImage> = rest.iter().collect();
             self.track = self.track.advanced(instant.time_ns, &rest, site, options);
-            let views = self
-                .track
-                .settled_views(&rest, site, options, |_| true, None);
+            let views = self.track.settled_views(&rest, site, options, |_| true);
             if views.is_empty() {
                 // Where even the attitude is in doubt nothing is explained.
                 self.cost.misfit += options.refused_odds;
@@ -163,8 +157,7 @@ impl Contender {
         let camera = self.clock().filter(|_| self.done >= self.trial.from)?;
         if self.done == self.trial.from {
             self.trial.offset_s = self.offset().map_or(0.0, |own| own.offset_s);
-            let (sigma_s, learned) = (options.unknown_clock_s, self.lasting.learned());
-            self.track.doubt_clocks(&[camera], sigma_s, &learned);
+            self.track.doubt_clocks(&[camera], options.unknown_clock_s);
         }
         Some(camera)
     }
@@ -174,12 +167,11 @@ impl Contender {
         for image in views.chunk_by(are_of_one_link) {
             let hit = image.iter().any(|view| view.hit);
             self.cost.misfit += if hit { options.jolt_odds } else { 0.0 };
-            if let Some(misfit) = Misfit::of(image, &mut self.lasting) {
+            if let Some(misfit) = Misfit::of(image) {
                 let most = options.refused_odds;
                 self.cost.misfit += misfit.shared.min(most) + misfit.apart.min(most);
                 self.cost.usual += misfit.usual;
                 self.cost.vague += misfit.vague;
-                misfit.teach(self.track.time_ns, &mut self.lasting);
             }
         }
     }
@@ -188,7 +180,7 @@ impl Contender {
     fn accuse(&mut self, views: &[SettledView], options: &FusionOptions) {
         let is_tag = matches!(self.left_out, Some(LeftOut::Tag(_)));
         for image in views.chunk_by(are_of_one_link) {
-            if let Some(misfit) = Misfit::of(image, &mut self.lasting) {
+            if let Some(misfit) = Misfit::of(image) {
                 let most = if is_tag { 0.0 } else { options.refused_odds };
                 self.cost.misfit += misfit.apart.min(most);
                 self.cost.vague += misfit.vague;
@@ -196,7 +188,7 @@ impl Contender {
         }
         for view in views {
             let account = view.account.as_ref();
-            if let Some(told) = account.and_then(|one| told(view, one, &mut self.lasting)) {
+            if let Some(told) = account.and_then(|one| one.apart_from(&one.bias_covariance())) {
                 self.hear((view.camera_index, view.tag), &told);
             }
         }
@@ -286,10 +278,4 @@ fn put_first_in_charge(images: &mut [ObjectImage], site: &Site, out: impl Fn(usi
         let first = images.iter_mut().filter(is_first).filter(is_open);
         first.for_each(|image| image.clock = StatedClock::Right);
     }
-}
-
-fn told(view: &SettledView, account: &Account, lasting: &mut Lasting) -> Option<Testimony> {
-    let account = account.rescaled(lasting.noise(view.camera_index));
-    let expected = lasting.expected(&account.displacing);
-    account.apart_from(&expected)
 }
