@@ -32,22 +32,6 @@ impl Sight<'_> {
         parts
     }
 
-    /// Chi-square of the view apart from what errors as stated of its camera's pose and its tag's place explain; `normal` is the view's
-    /// there.
-    pub fn chi2_apart(&self, normal: &Normal, world_from_link: &Pose) -> f64 {
-        let displacing = self.displacing(world_from_link);
-        let stated: Matrix6<f64> = displacing.map(|one| one.covariance()).sum();
-        let weight = normal.weight();
-        let information = normal.information / weight;
-        let gradient = normal.gradient / weight;
-        let Some(inverse) = (Matrix6::identity() + information * stated).try_inverse() else {
-            return normal.chi2;
-        };
-        let explained = gradient.dot(&(stated * (inverse * gradient)));
-        let (source, square) = (self.view.noise_source, normal.square());
-        normal.chi2 - source.chi2(square) + source.chi2((square - explained).max(0.0))
-    }
-
     /// What errors of its camera's pose and of its tag's place do to the link's pose as this view shows it.
     pub fn displacing(&self, world_from_link: &Pose) -> impl Iterator<Item = Displacing> {
         let of_camera = self.camera.sigma.map(|sigma| Displacing {

@@ -189,7 +189,7 @@ fn updated_by_group<const D: usize>(
             &active,
             start.unwrap_or(&expected.configuration),
         )?;
-        let normals = normals(sights, &part, &mut fit, options.tag_gate);
+        let normals = normals(sights, &part, &mut fit);
         let worst = worst_chi2(&normals, &part);
         if worst > options.tag_gate {
             // Just below the worst, so that at least that one goes.
@@ -228,13 +228,11 @@ fn chosen<'s, 'a>(sights: &'s [Sight<'a>], part: &[bool]) -> Cow<'s, [Sight<'a>]
         .collect()
 }
 
-/// Cost and normal equations of each view at the fit, taken out of it; `None` where it would have to show the tag's back. What exceeds
-/// the gate is without what stated errors explain.
+/// Cost and normal equations of each view at the fit, taken out of it; `None` where it would have to show the tag's back.
 fn normals<const D: usize>(
     sights: &[Sight<'_>],
     part: &[bool],
     fit: &mut Fit<D>,
-    gate: f64,
 ) -> Vec<Option<Normal>> {
     let at = fit.configuration;
     let mut normals = std::mem::take(&mut fit.views);
@@ -251,10 +249,8 @@ fn normals<const D: usize>(
     }
     for (sight, view) in sights.iter().zip(&mut normals) {
         let link = sight.view.world_from_link(&at);
-        match view {
-            _ if !sight.faces(&link) => *view = None,
-            Some(normal) if normal.chi2 > gate => normal.chi2 = sight.chi2_apart(normal, &link),
-            _ => {}
+        if !sight.faces(&link) {
+            *view = None;
         }
     }
     normals
