@@ -19,8 +19,8 @@ use crate::site::{ObjectImage, Site};
 use crate::timeline::{Attention, Settled, Timeline};
 use crate::track::Track;
 use crate::{
-    ClockOffset, FusionOptions, ImageObservation, Imperfection, ObjectEstimate, ObjectId,
-    ObjectModel, OptionsError, Proposal, Rig, Statistics, TagId,
+    FusionOptions, ImageObservation, Imperfection, ObjectEstimate, ObjectId, ObjectModel,
+    OptionsError, Proposal, Rig, Statistics, TagId,
 };
 use intake::Intake;
 
@@ -104,8 +104,6 @@ pub struct Fusion {
     now_ns: u64,
     /// When the filters' clocks are looked at next.
     next_look_ns: u64,
-    /// What they said at the last looks, oldest first, by camera index.
-    earlier_offsets: VecDeque<BTreeMap<usize, ClockOffset>>,
     /// Capture time up to which each object's loss has been said, by object index.
     lost_said_ns: Vec<u64>,
     outputs: VecDeque<Output>,
@@ -139,7 +137,6 @@ impl Fusion {
             offered_ns: Vec::new(),
             now_ns: 0,
             next_look_ns: 0,
-            earlier_offsets: VecDeque::new(),
             lost_said_ns,
             outputs: VecDeque::new(),
         })

@@ -16,10 +16,6 @@ const KNOWN_S: f64 = 0.001;
 const ASTRAY_S: f64 = 0.06;
 /// Nanoseconds between two looks at what the filters say.
 const LOOK_NS: u64 = 100_000_000;
-/// Looks over which an estimate is compared, sigmas by which it may change, and by what share of the time clocks drift (one sigma).
-const LOOKS: usize = 20;
-const STEADY_SIGMAS: f64 = 5.0;
-const DRIFT: f64 = 2e-5;
 
 impl Fusion {
     /// The image with its stamp put right, unless it is kept from the tracks.
@@ -82,7 +78,6 @@ impl Fusion {
 
     /// Clocks may have jumped by as much as clocks differ.
     fn doubt_clocks(&mut self, cameras: &[usize]) {
-        self.earlier_offsets.clear();
         let sigma_s = self.options.unknown_clock_s;
         for (object, timeline) in self.timelines.iter_mut().enumerate() {
             let (site, options) = (&self.site, &self.options);
@@ -93,7 +88,6 @@ impl Fusion {
 
     /// What was learned with wrong stamps is worth nothing.
     pub(super) fn begin_anew(&mut self) {
-        self.earlier_offsets.clear();
         self.health.reset();
         for timeline in &mut self.timelines {
             *timeline = Timeline::new(timeline.object().clone());
@@ -109,10 +103,6 @@ impl Fusion {
         }
         self.next_look_ns = now_ns.saturating_add(LOOK_NS);
         let estimated = self.estimated_offsets();
-        let astray = self.led_astray(&estimated);
-        if !astray.is_empty() {
-            self.doubt_clocks(&astray);
-        }
         let off = estimated.iter().filter(|(_, clock)| faults::is_off(clock));
         let off: BTreeSet<usize> = off.map(|(index, _)| *index).collect();
         self.clock_search.note_off(now_ns, &off);
@@ -125,7 +115,6 @@ impl Fusion {
                 self.clock_search.ask(now_ns, [index].into_iter());
             } else if off_s > FAR_S && found.sigma_s < KNOWN_S && steady.contains(&index) {
                 self.clock_search.add(index, found);
-                self.earlier_offsets.clear();
                 self.health.forget_past();
                 self.catch_up();
                 for timeline in &mut self.timelines {
@@ -133,25 +122,6 @@ impl Fusion {
                 }
             }
         }
-    }
-
-    /// The cameras whose estimates go on to change by more than what was learned meanwhile and a clock's drift allow: a clock that has
-    /// jumped since pulls a sure estimate but slowly. (What an estimate changes by is what its variance has become less by.)
-    fn led_astray(&mut self, estimated: &BTreeMap<usize, ClockOffset>) -> Vec<usize> {
-        let span_s = (LOOKS as u64 * LOOK_NS) as f64 * 1e-9;
-        let wandered = self.options.clock_wander * span_s + (DRIFT * span_s).powi(2);
-        self.earlier_offsets.push_back(estimated.clone());
-        let earlier = self.earlier_offsets.len() > LOOKS;
-        let earlier = earlier.then(|| self.earlier_offsets.pop_front()).flatten();
-        let has_changed = |(camera, then): (usize, ClockOffset)| {
-            let now = estimated.get(&camera)?;
-            let told = (then.sigma_s.powi(2) - now.sigma_s.powi(2)).max(0.0);
-            let sigma_s = (told + wandered).sqrt();
-            let by_s = (now.offset_s - then.offset_s).abs();
-            (by_s > STEADY_SIGMAS * sigma_s).then_some(camera)
-        };
-        let earlier = earlier.into_iter().flatten();
-        earlier.filter_map(has_changed).collect()
     }
 
     /// What the filters estimate of the stamps as they are put right, by camera index.
