@@ -67,8 +67,6 @@ pub(crate) enum Attention {
     Some,
 }
 
-/// Nanoseconds without a sight for which a track foretells where its object is.
-const LATELY_NS: u64 = 100_000_000;
 /// Images of a camera of which one is looked at.
 const NOW_AND_THEN: usize = 3;
 
@@ -286,13 +284,7 @@ impl Timeline {
     }
 
     /// Clocks may have jumped, by so many seconds (one sigma), before the window: it is to be gone through again.
-    /// What their images have done to the track since would lead the
-    /// estimate astray: it begins at the track `without` them, if that has lately seen the object.
-    pub fn doubt_clocks(&mut self, cameras: &[usize], sigma_s: f64, without: Option<Track>) {
-        let lately_ns = self.base.time_ns.saturating_sub(LATELY_NS);
-        if let Some(track) = without.filter(|track| track.seen_ns > lately_ns) {
-            self.base = track;
-        }
+    pub fn doubt_clocks(&mut self, cameras: &[usize], sigma_s: f64) {
         self.base.doubt_clocks(cameras, sigma_s);
         self.stale_from = self.instants.keys().next().copied();
     }

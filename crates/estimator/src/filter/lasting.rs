@@ -1,13 +1,15 @@
 //! How errors that last displace a view's corners: those of its camera's pose, of its lens and of its tag's place.
 
-use nalgebra::Matrix6;
+use nalgebra::{Cholesky, Const, Matrix6};
 use sextant_geometry::Pose;
 
 use super::configuration::Configuration;
 use super::consider::{Displacing, Part, Source, by_camera, by_tag};
 use super::corners::Sight;
 use super::edges::product;
+use super::kinematics::Kinematics;
 use super::normal::Normal;
+use super::solve::{Fit, Prior};
 
 impl Sight<'_> {
     /// What errors that last have contributed to this view, about the pose of the tag's link; `normal` is the view's there.
@@ -69,4 +71,32 @@ impl Sight<'_> {
             .copy_from(&pulled.fixed_rows::<6>(0));
         Some(pull)
     }
+}
+
+/// Squared sigmas within which a pose of six numbers is what errors as stated make of it: 95 of 100 are.
+const AS_STATED: f64 = 12.6;
+
+/// By how much a fit surprises the state: its squared Mahalanobis distance from what was expected, with what errors that last may make
+/// of either where that explains it. The view is one of those that were fitted; of several cameras' all share what the first one's
+/// error may be.
+pub(crate) fn surprise<const D: usize>(
+    before: &Kinematics,
+    expected: &Prior<D>,
+    fit: &Fit<D>,
+    sight: &Sight<'_>,
+) -> f64 {
+    let own = sight.displacing(&fit.configuration.pose);
+    let own = own.filter(|one| one.of_camera().is_some()).collect();
+    let displacing = before.displacing::<6>(sight.camera_index, None, own);
+    let lasting: Matrix6<f64> = displacing.iter().map(Displacing::covariance).sum();
+    let apart = || {
+        let mut covariance = expected.information.try_inverse()?;
+        let mut of_pose = covariance.fixed_view_mut::<6, 6>(0, 0);
+        of_pose += lasting;
+        let off = fit.configuration.difference::<D>(&expected.configuration);
+        let factor = Cholesky::<f64, Const<D>>::new(covariance)?;
+        Some(off.dot(&factor.solve(&off)))
+    };
+    let apart = apart().filter(|apart| *apart < AS_STATED);
+    apart.unwrap_or(fit.surprise)
 }

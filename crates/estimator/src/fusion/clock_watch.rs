@@ -79,10 +79,8 @@ impl Fusion {
     /// Clocks may have jumped by as much as clocks differ.
     fn doubt_clocks(&mut self, cameras: &[usize]) {
         let sigma_s = self.options.unknown_clock_s;
-        for (object, timeline) in self.timelines.iter_mut().enumerate() {
-            let (site, options) = (&self.site, &self.options);
-            let without = self.health.without(object, cameras, site, options);
-            timeline.doubt_clocks(cameras, sigma_s, without);
+        for timeline in &mut self.timelines {
+            timeline.doubt_clocks(cameras, sigma_s);
         }
     }
 

@@ -24,17 +24,6 @@ impl Health {
         });
     }
 
-    /// The settled track of an object, had these cameras been blind since before anything seemed to be wrong.
-    pub fn without(
-        &self,
-        object: usize,
-        cameras: &[usize],
-        site: &Site,
-        options: &FusionOptions,
-    ) -> Option<Track> {
-        self.recalls.get(&object)?.without(cameras, site, options)
-    }
-
     /// What is remembered is worth nothing any more.
     pub fn forget_past(&mut self) {
         self.contest = None;

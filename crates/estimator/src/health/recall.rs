@@ -1,17 +1,13 @@
 //! What is remembered of an object's last second, so that a fault that is noticed late can be looked at from before it came.
 
-use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::sync::Arc;
 
-use crate::FusionOptions;
-use crate::site::{ObjectImage, Site, StatedClock};
+use crate::site::{ObjectImage, StatedClock};
 use crate::track::Track;
 
 /// Nanoseconds between two marks.
 const SPACING_NS: u64 = 500_000_000;
-/// Nanoseconds after a mark for which it is gone back to at once.
-const FRESH_NS: u64 = 2_000_000_000;
 /// Instants between two marks, and in all, at most: the second is some four seconds of ten cameras.
 const BETWEEN: usize = 300;
 const MOST: usize = 1500;
@@ -73,27 +69,6 @@ impl Recall {
 
     fn mark_before(&self) -> Option<&Track> {
         self.marks.iter().flatten().next()
-    }
-
-    /// The track after the last instant, had these cameras been blind since the beginning; `None` where nothing was noted, or long ago.
-    pub fn without(
-        &self,
-        cameras: &[usize],
-        site: &Site,
-        options: &FusionOptions,
-    ) -> Option<Track> {
-        let last_ns = self.instants.back()?.time_ns;
-        let is_fresh = |mark: &&Track| last_ns < mark.time_ns.saturating_add(FRESH_NS);
-        let mut track = Cow::Borrowed(self.mark_before().filter(is_fresh)?);
-        for instant in self.instants.range(self.stale..) {
-            let others = instant.images.values().map(Arc::as_ref);
-            let others = others.filter(|image| !cameras.contains(&image.camera_index));
-            let others: Vec<&ObjectImage> = others.collect();
-            if !others.is_empty() {
-                track = Cow::Owned(track.advanced(instant.time_ns, &others, site, options));
-            }
-        }
-        Some(track.into_owned())
     }
 
     /// One of the instants since then.

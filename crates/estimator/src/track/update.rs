@@ -16,6 +16,7 @@ use crate::filter::configuration::Configuration;
 use crate::filter::consider::{Gain, Part};
 use crate::filter::corners::Sight;
 use crate::filter::kinematics::Kinematics;
+use crate::filter::lasting::surprise;
 use crate::filter::normal::Normal;
 use crate::filter::observed::Vantage;
 use crate::filter::solve::{Fit, UNSEEN, solve};
@@ -195,7 +196,9 @@ fn updated_by_group<const D: usize>(
             // Just below the worst, so that at least that one goes.
             let limit = options.tag_gate.max(worst * ALMOST_AS_BAD);
             leave_out(&mut part, &normals, limit);
-        } else if fit.surprise > options.prediction_gate {
+        } else if fit.surprise > options.prediction_gate
+            && surprise(prior, &seen_prior, &fit, &active[0]) > options.prediction_gate
+        {
             return None;
         } else {
             let mut update = complete(prior, &fit, sights, &normals, &part)?;
