@@ -18,25 +18,17 @@
 //! - [`solve`]: the configuration that agrees best with a prior and the corners.
 //! - [`absorb`]: what that pose means for the whole state.
 
-pub(crate) mod absorb;
-pub(crate) mod bent;
-pub(crate) mod bodies;
-pub(crate) mod chain;
-pub(crate) mod clocks;
-pub(crate) mod configuration;
+pub(crate) mod clock_states;
 pub(crate) mod consider;
-pub(crate) mod corners;
-pub(crate) mod edges;
-pub(crate) mod joints;
-pub(crate) mod kinematics;
-pub(crate) mod lasting;
-pub(crate) mod limits;
-pub(crate) mod motion;
-pub(crate) mod normal;
-pub(crate) mod observed;
-pub(crate) mod rooting;
-pub(crate) mod shutter;
-pub(crate) mod solve;
+pub(crate) mod joint_limits;
+pub(crate) mod joint_states;
+pub(crate) mod least_squares;
+pub(crate) mod link_equations;
+pub(crate) mod observed_configuration;
+pub(crate) mod process_noise;
+pub(crate) mod reanchor;
+pub(crate) mod state;
+pub(crate) mod update;
 
 #[cfg(test)]
 mod tests;

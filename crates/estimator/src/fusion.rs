@@ -1,28 +1,28 @@
 //! The machine: images in, poses out. It has no clock and no socket; the same inputs give the same outputs.
 
-mod clock_watch;
-mod faults;
-mod intake;
-mod self_calibrating;
-mod stray_views;
+pub(crate) mod calibration;
+pub(crate) mod clock_corrections;
+pub(crate) mod faults;
+pub(crate) mod intake;
+pub(crate) mod tag_hosts;
 
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;
 
 use thiserror::Error;
 
-use crate::clock_search::{ClockSearch, Timely};
+use crate::clocks::offset_search::{ClockSearch, Timely};
+use crate::diagnosis::Health;
 use crate::fault::Fault;
-use crate::health::Health;
+use crate::fusion::intake::Intake;
 use crate::self_calibration::SelfCalibration;
 use crate::site::{ObjectImage, Site};
-use crate::timeline::{Attention, Settled, Timeline};
-use crate::track::Track;
+use crate::tracker::Track;
+use crate::tracker::timeline::{Attention, Settled, Timeline};
 use crate::{
     FusionOptions, ImageObservation, Imperfection, ObjectEstimate, ObjectId, ObjectModel,
     OptionsError, Proposal, Rig, Statistics, TagId,
 };
-use intake::Intake;
 
 /// Cameras that are remembered, of former rigs as well; when there are more, everything begins anew.
 const MOST_CAMERAS: usize = 1024;

@@ -14,14 +14,16 @@
 //! This crate knows no clock (time is an argument), no image, no network and no file.
 
 mod articulation;
-mod clock_search;
+mod clocks;
+mod diagnosis;
 mod estimate;
 mod fault;
 mod filter;
 mod fusion;
-mod health;
 mod ids;
 mod imperfection;
+mod kinematics;
+mod measurement;
 mod object;
 mod observation;
 mod options;
@@ -31,8 +33,7 @@ mod self_calibration;
 mod site;
 mod statistics;
 mod tag_poses;
-mod timeline;
-mod track;
+mod tracker;
 
 pub use articulation::{
     Articulation, ArticulationError, Joint, JointKind, MOST_JOINTS, MOST_LINKS,

@@ -10,24 +10,23 @@
 //! errors are therefore estimated with the least norm in units of their priors, and the covariance that is left excludes the motions of
 //! the whole site ([`gauge`]). The uncertainty of an object's own frame and of the common scale is reported apart.
 
-mod adjustment;
-mod corrections;
-mod design_effect;
-mod evidence;
-mod gauge;
-mod held_back;
-mod imperfections;
-mod keyframes;
-mod layout;
-mod variance_components;
+pub(crate) mod adjustment;
+pub(crate) mod design_effect;
+pub(crate) mod evidence;
+pub(crate) mod gauge;
+pub(crate) mod held_back;
+pub(crate) mod imperfections;
+pub(crate) mod keyframes;
+pub(crate) mod parameters;
+pub(crate) mod variance_components;
 
-pub(crate) use corrections::{CameraCorrection, Corrections, ObjectFrame};
-pub use held_back::HeldBack;
-pub(crate) use keyframes::{Keyframe, KeyframeView, Way};
+pub use crate::self_calibration::held_back::HeldBack;
+pub(crate) use crate::self_calibration::keyframes::{Keyframe, KeyframeView, Way};
+pub(crate) use crate::site::corrections::{CameraCorrection, Corrections, ObjectFrame};
 
-use adjustment::Adjustment;
-use held_back::HeldBackKeyframes;
-use keyframes::{FIRST, Keyframes};
+use crate::self_calibration::adjustment::Adjustment;
+use crate::self_calibration::held_back::HeldBackKeyframes;
+use crate::self_calibration::keyframes::{FIRST, Keyframes};
 
 use crate::Imperfection;
 use crate::site::Site;

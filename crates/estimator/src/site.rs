@@ -1,23 +1,23 @@
 //! Rig and objects as the filters need them: looked up by index, with everything that follows from the models computed once.
 
-mod stated_noise;
+pub(crate) mod corrections;
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use sextant_geometry::{Lens, Pose, tag_corners_in_tag};
 
-use crate::filter::bent;
-use crate::filter::chain::{Chain, Limb};
-use crate::filter::corners::{PosedCamera, View};
-use crate::filter::shutter::RollingShutter;
+use crate::kinematics::chain::{Chain, Limb};
+use crate::measurement::corners::{PosedCamera, View};
+use crate::measurement::distortion_bias;
+use crate::measurement::rolling_shutter::RollingShutter;
 use crate::self_calibration::{CameraCorrection, Corrections, ObjectFrame};
 use crate::{
     CameraId, FusionOptions, ImageObservation, LensSigma, ModelError, ObjectId, ObjectModel,
     ObjectTag, PoseSigma, Rig, TagCorners, TagId,
 };
 
-use stated_noise::{StatedNoise, area_px2};
+use crate::measurement::corner_noise::{StatedNoise, area_px2};
 
 /// A camera of the rig; `posed` is missing until it is calibrated.
 #[derive(Debug, Clone)]
@@ -520,7 +520,7 @@ fn view(
         corners_in_object: tag_corners_in_tag(tag.size_m).map(|corner| object_from_tag * corner),
         corners_in_image: seen.corners,
         seen: seen.clone(),
-        bow: bent::bow(&camera.lens, tag.tag, &seen.corners),
+        bow: distortion_bias::bow(&camera.lens, tag.tag, &seen.corners),
         information: noise.information,
         edges: noise.edges,
         is_joint: noise.is_joint,

@@ -9,20 +9,20 @@
 use nalgebra::{Matrix3, Matrix6, SMatrix, SVector, Vector3, Vector6};
 use sextant_geometry::Pose;
 
-use super::clocks::{Clocks, MOST_CLOCKS, Own};
-use super::configuration::{joint_places, rates_at};
-use super::joints::{JointCross, WIDTH};
-use super::kinematics::{Covariance, Kinematics, carry};
-use super::normal::OF_FISHER;
-use super::observed::With;
 use crate::articulation::MOST_JOINTS;
+use crate::filter::clock_states::{Clocks, MOST_CLOCKS, Own};
+use crate::filter::joint_states::{JointCross, WIDTH};
+use crate::filter::observed_configuration::With;
+use crate::filter::state::{Covariance, Kinematics, carry};
+use crate::kinematics::configuration::{joint_places, rates_at};
+use crate::measurement::view_equations::OF_FISHER;
 use crate::{LensSigma, PoseSigma, TagId};
 
 type Sensitivity = SMatrix<f64, 12, 6>;
 /// Of the joints' values and speeds.
 type OfJoints = SMatrix<f64, WIDTH, 6>;
 /// Of the clocks' offsets.
-pub(super) type OfClocks = SMatrix<f64, MOST_CLOCKS, 6>;
+pub(crate) type OfClocks = SMatrix<f64, MOST_CLOCKS, 6>;
 
 /// Share of a variance below which a source that no view shows any more is forgotten.
 const FORGOTTEN: f64 = 1e-4;
@@ -76,7 +76,7 @@ pub(crate) struct Displacing {
 /// An update, as far as the sensitivities need it.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Gain<const D: usize> {
-    /// As [`super::absorb::Absorbed::gain`] has it.
+    /// As [`crate::filter::update::Absorbed::gain`] has it.
     pub with: With<D>,
     /// Place of the camera's clock and seconds by which what was seen lies before the state, where that is estimated.
     pub clock: Option<(usize, f64)>,
@@ -345,7 +345,7 @@ impl Kinematics {
     }
 
     /// Covariance of the clocks' offsets by what is wrong for good.
-    pub(super) fn clock_bias_covariance(&self) -> Own {
+    pub(crate) fn clock_bias_covariance(&self) -> Own {
         let acting = self.considered.iter().flat_map(|all| &all.sources);
         let caused = |one: &Acting| {
             let of_clocks = one.of_clocks.as_deref()?;

@@ -5,16 +5,16 @@ use sextant_geometry::lens::Intrinsics;
 use sextant_geometry::{Lens, Pose, se3, tag_corners_in_tag};
 use sextant_tag_families::Family;
 
-use super::absorb::absorb;
-use super::configuration::Configuration;
-use super::corners::{PosedCamera, Sight, View};
-use super::edges::{EdgeModes, Matrix8, NoiseFactors};
-use super::kinematics::{Covariance, Kinematics};
-use super::motion::{Motion, Restlessness};
-use super::normal::NoiseSource;
-use super::observed::Vantage;
-use super::shutter::Moving;
-use super::solve::{Fit, solve};
+use crate::filter::least_squares::{Fit, solve};
+use crate::filter::observed_configuration::Vantage;
+use crate::filter::process_noise::{Motion, Restlessness};
+use crate::filter::state::{Covariance, Kinematics};
+use crate::filter::update::absorb;
+use crate::kinematics::configuration::Configuration;
+use crate::measurement::corners::{PosedCamera, Sight, View};
+use crate::measurement::edge_modes::{EdgeModes, Matrix8, NoiseFactors};
+use crate::measurement::rolling_shutter::Moving;
+use crate::measurement::view_equations::NoiseSource;
 use crate::{ClockOffset, TagCorners, TagId};
 
 fn camera() -> PosedCamera {
@@ -261,7 +261,7 @@ fn the_predicted_covariance_is_that_of_predicted_errors() {
         .map(|axis| moved(&(SMatrix::ith(axis, 1e-6))) / 1e-6)
         .collect();
     let transition = SMatrix::<f64, 12, 12>::from_columns(&columns);
-    let noise = super::kinematics::white_acceleration(dt, before.motion.restlessness(dt));
+    let noise = crate::filter::state::white_acceleration(dt, before.motion.restlessness(dt));
     let expected = transition * before.covariance * transition.transpose() + noise;
     assert!((after.covariance - expected).amax() < 1e-9);
 }

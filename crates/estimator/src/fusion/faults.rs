@@ -2,9 +2,9 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use crate::clock_search::ClockSearch;
+use crate::clocks::offset_search::ClockSearch;
+use crate::diagnosis::{Health, Moved};
 use crate::fault::Fault;
-use crate::health::{Health, Moved};
 use crate::site::Site;
 use crate::{CameraId, ClockOffset};
 

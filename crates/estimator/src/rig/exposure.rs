@@ -9,7 +9,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{Rig, RigError};
+use crate::rig::{Rig, RigError};
 use crate::{CameraId, ImageObservation};
 
 /// The longest exposure that may be stated, s.

@@ -6,21 +6,21 @@ use nalgebra::{Const, Dyn};
 use nalgebra::{DMatrix, DVector, Matrix6, OMatrix, SMatrix, SVector, Vector6};
 use sextant_geometry::{Pose, se3};
 
-use super::corrections::{CameraCorrection, Corrections, ObjectFrame, TagCorrection};
-use super::design_effect::DesignEffect;
-use super::evidence::{Evidence, NOTHING};
-use super::gauge::Gauge;
-use super::keyframes::{Keyframe, KeyframeView, Keyframes};
-use super::layout::{CLASSES, Class, Layout, OF_CAMERA, OF_TAG};
-use super::variance_components::Scales;
 use crate::filter::consider::{by_camera, by_tag};
-use crate::filter::corners::{PosedCamera, Sight};
-use crate::filter::edges::NoiseFactors;
-use crate::filter::normal::NoiseSource;
-use crate::filter::shutter::Moving;
-use crate::filter::solve::UNSEEN;
+use crate::filter::least_squares::UNSEEN;
+use crate::measurement::corners::{PosedCamera, Sight};
+use crate::measurement::edge_modes::NoiseFactors;
+use crate::measurement::rolling_shutter::Moving;
+use crate::measurement::view_equations::NoiseSource;
+use crate::self_calibration::design_effect::DesignEffect;
+use crate::self_calibration::evidence::{Evidence, NOTHING};
+use crate::self_calibration::gauge::Gauge;
+use crate::self_calibration::keyframes::{Keyframe, KeyframeView, Keyframes};
+use crate::self_calibration::parameters::{CLASSES, Class, Layout, OF_CAMERA, OF_TAG};
+use crate::self_calibration::variance_components::Scales;
 use crate::site::Site;
-use crate::track::{area, branches};
+use crate::site::corrections::{CameraCorrection, Corrections, ObjectFrame, TagCorrection};
+use crate::tracker::{area, branches};
 use crate::{LensSigma, PoseSigma, TagId};
 
 /// Steps of one adjustment; most begin next to the minimum, those of few keyframes do not.
@@ -51,7 +51,7 @@ type Coupling = OMatrix<f64, Const<6>, Dyn>;
 
 /// The errors of the site as far as they are known.
 #[derive(Debug, Default)]
-pub(super) struct Adjustment {
+pub(crate) struct Adjustment {
     cameras: BTreeMap<usize, SVector<f64, OF_CAMERA>>,
     tags: BTreeMap<TagId, SVector<f64, OF_TAG>>,
     scales: Scales,

@@ -4,11 +4,11 @@
 
 use std::collections::BTreeSet;
 
-use super::keyframes::Keyframes;
+use crate::self_calibration::keyframes::Keyframes;
 
 /// Factor on the variance of views.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct DesignEffect(pub f64);
+pub(crate) struct DesignEffect(pub f64);
 
 /// Before anything is known, and the degrees of freedom as which that counts.
 const FIRST: f64 = 4.0;

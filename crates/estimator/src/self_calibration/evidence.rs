@@ -3,17 +3,17 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::layout::{CLASSES, Class, Layout};
+use crate::self_calibration::parameters::{CLASSES, Class, Layout};
 
 /// Logarithm of the odds beyond which it is decided.
 const DECISIVE_ODDS: f64 = 7.0;
 /// A scale at which a class has no errors.
-pub(super) const NOTHING: f64 = 1e-3;
+pub(crate) const NOTHING: f64 = 1e-3;
 /// Files suffice while they leave no more than this many times what the images leave anyway: twice as large residuals.
 const SUFFICIENT: f64 = 3.0;
 
 /// What an adjustment came to.
-pub(super) struct Evidence<'a> {
+pub(crate) struct Evidence<'a> {
     layout: &'a Layout,
     errors: &'a DVector<f64>,
     /// Of the views and the priors.

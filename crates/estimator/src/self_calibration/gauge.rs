@@ -7,13 +7,13 @@
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 use sextant_geometry::so3;
 
-use super::keyframes::Body;
-use super::layout::Layout;
 use crate::TagId;
+use crate::self_calibration::keyframes::Body;
+use crate::self_calibration::parameters::Layout;
 use crate::site::Site;
 
 /// A basis of the motions that no image shows, column by column.
-pub(super) struct Gauge {
+pub(crate) struct Gauge {
     basis: DMatrix<f64>,
     precision: DVector<f64>,
     /// Bodies in the order of their columns.

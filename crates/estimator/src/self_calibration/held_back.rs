@@ -6,11 +6,11 @@
 
 use std::collections::BTreeMap;
 
-use super::adjustment::Adjustment;
-use super::corrections::{CameraCorrection, Corrections};
-use super::keyframes::{Keyframe, KeyframeView, Keyframes};
-use crate::filter::corners::PosedCamera;
+use crate::measurement::corners::PosedCamera;
+use crate::self_calibration::adjustment::Adjustment;
+use crate::self_calibration::keyframes::{Keyframe, KeyframeView, Keyframes};
 use crate::site::Site;
+use crate::site::corrections::{CameraCorrection, Corrections};
 
 /// Keyframes of an object before any is held back: the first ones are needed more for the adjustment.
 const LEAST_ADJUSTED: usize = 20;
@@ -42,7 +42,7 @@ pub struct HeldBack {
 
 /// Keyframes that the adjustment never sees, oldest first.
 #[derive(Debug, Default)]
-pub(super) struct HeldBackKeyframes {
+pub(crate) struct HeldBackKeyframes {
     keyframes: Vec<Keyframe>,
     /// New keyframes since the last that was held back.
     passed: usize,

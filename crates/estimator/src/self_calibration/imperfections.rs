@@ -4,10 +4,10 @@ use std::collections::BTreeMap;
 
 use nalgebra::{Point3, Vector3};
 
-use super::corrections::Corrections;
-use super::keyframes::Keyframe;
 use crate::Imperfection;
+use crate::self_calibration::keyframes::Keyframe;
 use crate::site::Site;
+use crate::site::corrections::Corrections;
 
 /// m by which two cameras must disagree about an object.
 const APART_M: f64 = 0.002;
@@ -18,7 +18,7 @@ const SIZE_OFF: f64 = 0.006;
 const FOCAL_OFF: f64 = 0.002;
 
 /// The worst of each kind: the pair of cameras, and of each object the tag; every camera whose focal length is off.
-pub(super) fn imperfections(
+pub(crate) fn imperfections(
     corrections: &Corrections,
     site: &Site,
     newest: Option<&Keyframe>,

@@ -6,7 +6,7 @@ use nalgebra::{Matrix6, Vector6};
 use sextant_geometry::{Pose, se3};
 
 use crate::TagId;
-use crate::filter::corners::View;
+use crate::measurement::corners::View;
 
 /// Most keyframes of an object.
 const MOST_OF_AN_OBJECT: usize = 40;
@@ -15,7 +15,7 @@ const MOST: usize = 240;
 /// Poses nearer than this, m and rad, show nothing new.
 const NEAR: (f64, f64) = (0.03, 0.12);
 /// The first keyframes of an object are taken whatever they show: they tell how exact the site's files are.
-pub(super) const FIRST: usize = 4;
+pub(crate) const FIRST: usize = 4;
 
 /// One rigid body, an object or a link of it, at one instant in all images of it.
 #[derive(Debug, Clone)]
@@ -54,11 +54,11 @@ pub(crate) struct Way {
 }
 
 /// Object and link: what is rigid.
-pub(super) type Body = (usize, usize);
+pub(crate) type Body = (usize, usize);
 
 /// The keyframes of all objects, oldest first.
 #[derive(Debug, Default)]
-pub(super) struct Keyframes(Vec<Keyframe>);
+pub(crate) struct Keyframes(Vec<Keyframe>);
 
 /// Images are tied to others only where the object hardly moves between them, m and rad: what is wrong with the prediction of a motion
 /// would pass for errors of the cameras.

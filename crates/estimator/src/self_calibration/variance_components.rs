@@ -6,7 +6,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::layout::{CLASSES, Layout};
+use crate::self_calibration::parameters::{CLASSES, Layout};
 
 /// Errors as which the scale of all classes counts for the scale of one.
 const OF_OTHERS: f64 = 0.2;
@@ -19,7 +19,7 @@ const BOUNDS: (f64, f64) = (1e-4, 30.0);
 
 /// A scale on the prior sigmas for each class.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Scales(pub [f64; CLASSES.len()]);
+pub(crate) struct Scales(pub [f64; CLASSES.len()]);
 
 impl Default for Scales {
     fn default() -> Self {

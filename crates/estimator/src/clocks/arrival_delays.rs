@@ -1,0 +1,131 @@
+//! What arrivals tell of clocks: no image arrives before it was taken, and the quickest of a camera's images arrive about as
+//! quickly as those of others, so that stamps which are wrong by seconds show in the age that images seem to have.
+
+use std::collections::{BTreeMap, VecDeque};
+
+/// Images of a camera of which the quickest counts: about a second of them.
+const REMEMBERED: usize = 32;
+/// Images at least that all come equally late where that lasts, and ns by which they may differ: less than images are apart, so that
+/// some which are held up and then come all at once are none.
+const LASTING: usize = 3;
+const EQUALLY_NS: i64 = 15_000_000;
+
+/// The apparent ages of the cameras' last images on arrival, by camera index.
+#[derive(Debug, Default)]
+pub(crate) struct Latencies(BTreeMap<usize, Ages>);
+
+/// In ns.
+#[derive(Debug, Default)]
+struct Ages {
+    last: VecDeque<i64>,
+    /// Kept, since every image asks it of every camera.
+    least: Option<i64>,
+}
+
+impl Latencies {
+    /// An image with this stamp arrived at `now_ns`.
+    pub fn hear(&mut self, camera_index: usize, now_ns: u64, stamp_ns: u64) {
+        let ages = self.0.entry(camera_index).or_default();
+        if ages.last.len() == REMEMBERED {
+            ages.last.pop_front();
+        }
+        ages.last.push_back(now_ns.wrapping_sub(stamp_ns) as i64);
+        ages.least = ages.last.iter().min().copied();
+    }
+
+    /// The camera's stamps mean something else now.
+    pub fn forget(&mut self, camera_index: usize) {
+        self.0.remove(&camera_index);
+    }
+
+    /// The age of the quickest of the camera's last images, if these came equally late.
+    fn equal_age_ns(&self, camera_index: usize) -> Option<i64> {
+        let ages = self.0.get(&camera_index)?.last.iter().rev();
+        let last: Vec<i64> = ages.take(LASTING).copied().collect();
+        let (least, most) = last.iter().min().zip(last.iter().max())?;
+        let equal = most.saturating_sub(*least) < EQUALLY_NS && last.len() == LASTING;
+        equal.then_some(*least)
+    }
+
+    /// Cameras that have been heard, by index.
+    pub fn all(&self) -> impl Iterator<Item = usize> {
+        self.0.keys().copied()
+    }
+
+    /// How many they are.
+    pub fn cameras(&self) -> usize {
+        self.0.len()
+    }
+
+    /// Apparent age of the camera's quickest image, ns; below zero where stamps lie ahead.
+    pub fn age_ns(&self, camera_index: usize) -> Option<i64> {
+        self.0.get(&camera_index)?.least
+    }
+
+    /// By how many ns the camera's stamps lie ahead of the other cameras' by that: against the middle one, or the nearer of
+    /// two.
+    pub fn lead_ns(&self, camera_index: usize) -> Option<i64> {
+        self.lead_at(camera_index, self.age_ns(camera_index)?)
+    }
+
+    /// The same by the camera's last images, if these came equally late.
+    pub fn last_lead_ns(&self, camera_index: usize) -> Option<i64> {
+        self.lead_at(camera_index, self.equal_age_ns(camera_index)?)
+    }
+
+    fn lead_at(&self, camera_index: usize, own: i64) -> Option<i64> {
+        let others = self.0.iter().filter(|(other, _)| **other != camera_index);
+        let mut ages: Vec<i64> = others.filter_map(|(_, ages)| ages.least).collect();
+        ages.sort_unstable();
+        let last = ages.len().checked_sub(1)?;
+        let leads = [last / 2, last.div_ceil(2)].map(|middle| ages[middle].saturating_sub(own));
+        leads.into_iter().min_by_key(|lead| lead.saturating_abs())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_camera_ahead_of_the_others_is_seen_by_its_quickest_image() {
+        let mut latencies = Latencies::default();
+        for (camera, ages) in [(0, [30, 12]), (1, [-88, 40]), (2, [11, 900])] {
+            for age in ages {
+                latencies.hear(camera, 5_000, 5_000_u64.wrapping_sub_signed(age));
+            }
+        }
+        assert_eq!(latencies.age_ns(1), Some(-88));
+        assert_eq!(latencies.lead_ns(1), Some(99));
+        assert_eq!(latencies.lead_ns(2), Some(1));
+        assert_eq!(latencies.last_lead_ns(0), None);
+        latencies.forget(1);
+        assert_eq!(latencies.lead_ns(1), None);
+    }
+
+    #[test]
+    fn a_camera_that_falls_behind_is_seen_by_its_last_images() {
+        let mut latencies = Latencies::default();
+        for image in 0..40 {
+            let stamp_ns = image * 33_000_000;
+            let age_ns = if image < 37 { 10_000_000 } else { 110_000_000 };
+            latencies.hear(0, stamp_ns + 10_000_000, stamp_ns);
+            latencies.hear(1, stamp_ns + age_ns, stamp_ns);
+        }
+        assert_eq!(latencies.lead_ns(1), Some(0));
+        assert_eq!(latencies.last_lead_ns(1), Some(-100_000_000));
+    }
+
+    #[test]
+    fn images_that_come_at_once_after_a_pause_are_not_equally_late() {
+        let mut latencies = Latencies::default();
+        let second = 1_000_000_000;
+        for image in 0..3 {
+            let stamp_ns = second + image * 33_000_000;
+            latencies.hear(0, 2 * second, stamp_ns);
+            latencies.hear(1, stamp_ns + 300_000_000 + image, stamp_ns);
+        }
+        assert_eq!(latencies.last_lead_ns(0), None);
+        assert!(latencies.last_lead_ns(1).is_some());
+    }
+}

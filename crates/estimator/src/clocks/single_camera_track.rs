@@ -1,0 +1,95 @@
+//! A body's motion as one camera alone sees it: the same track as ever, fed by that camera only.
+//!
+//! A body is a rigid object, or a link of one that has links: its views are the link's own.
+
+use std::collections::VecDeque;
+
+use nalgebra::Matrix6;
+use sextant_geometry::Pose;
+
+use crate::measurement::corners::View;
+use crate::site::{ObjectImage, Site, StatedClock};
+use crate::tracker::Track;
+use crate::{FusionOptions, ObjectId, State};
+
+/// Poses that are kept: four seconds at 60 a second.
+const REMEMBERED: usize = 240;
+/// Nanoseconds between them at least.
+const SPACING_NS: u64 = 12_000_000;
+
+/// An object, and one of its links.
+pub(crate) type Body = (usize, Option<usize>);
+
+/// Where a body was by the stamps of one camera.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Sample {
+    pub stamp_ns: u64,
+    pub world_from_body: Pose,
+    pub covariance: Matrix6<f64>,
+}
+
+/// One body in the eyes of one camera.
+#[derive(Debug, Default)]
+pub(crate) struct Shadow {
+    track: Track,
+    samples: VecDeque<Sample>,
+}
+
+impl Shadow {
+    /// In order of their stamps.
+    pub fn samples(&self) -> &VecDeque<Sample> {
+        &self.samples
+    }
+
+    /// Takes an image with views of the body alone in; one that comes out of order is passed over.
+    pub fn take(
+        &mut self,
+        object: &ObjectId,
+        image: &ObjectImage,
+        site: &Site,
+        options: &FusionOptions,
+    ) {
+        if image.capture_ns <= self.track.time_ns {
+            return;
+        }
+        let stamp_ns = image.capture_ns;
+        self.track = self.track.advanced(stamp_ns, &[image], site, options);
+        let spaced = self
+            .samples
+            .back()
+            .is_none_or(|last| stamp_ns.saturating_sub(last.stamp_ns) >= SPACING_NS);
+        let estimate = self.track.estimate(object, stamp_ns, options);
+        if let Some(estimate) = estimate.filter(|one| spaced && one.state == State::Tracking) {
+            if self.samples.len() == REMEMBERED {
+                self.samples.pop_front();
+            }
+            self.samples.push_back(Sample {
+                stamp_ns,
+                world_from_body: estimate.world_from_object,
+                covariance: estimate.covariance,
+            });
+        }
+    }
+}
+
+/// The image of an object as images of its bodies; the camera's clock is right by definition.
+pub(crate) fn bodies(object: usize, image: &ObjectImage) -> Vec<(Body, ObjectImage)> {
+    let link = |view: &View| view.limb.as_ref().map(|limb| limb.link);
+    let mut links: Vec<Option<usize>> = image.views.iter().map(link).collect();
+    links.sort_unstable();
+    links.dedup();
+    let body = |of: Option<usize>| {
+        let views = image.views.iter().filter(|view| link(view) == of);
+        let alone = |view: &View| View {
+            limb: None,
+            ..view.clone()
+        };
+        let image = ObjectImage {
+            clock: StatedClock::Right,
+            views: views.map(alone).collect(),
+            ..image.clone()
+        };
+        ((object, of), image)
+    };
+    links.into_iter().map(body).collect()
+}

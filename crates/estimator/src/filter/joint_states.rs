@@ -1,0 +1,212 @@
+//! The joints as part of the state: value and speed of each, and how they hang together with the motion and the clocks.
+//!
+//! Prediction with constant speed and white acceleration, as for the base. What is less well known than that a joint lies
+//! anywhere between its limits (on the circle, where a hinge has none) is cut back to that: a joint that no view tells about
+//! must not wander off.
+
+use std::sync::Arc;
+
+use nalgebra::SMatrix;
+
+use crate::articulation::MOST_JOINTS;
+use crate::filter::clock_states::MOST_CLOCKS;
+use crate::filter::process_noise::Learned;
+use crate::filter::state::{Kinematics, symmetric};
+use crate::kinematics::chain::Chain;
+use crate::kinematics::configuration::{Configuration, Values};
+use crate::{FusionOptions, Joint, JointKind};
+
+/// Values, then speeds.
+pub(crate) const WIDTH: usize = 2 * MOST_JOINTS;
+/// With (dt, dr, dv, dw).
+pub(crate) type JointCross = SMatrix<f64, 12, WIDTH>;
+pub(crate) type JointOwn = SMatrix<f64, WIDTH, WIDTH>;
+pub(crate) type JointClocks = SMatrix<f64, WIDTH, MOST_CLOCKS>;
+
+/// Metres, one sigma: nothing is known about a slide without limits.
+const ANYWHERE: f64 = 3.0;
+
+/// The joints of an object that move.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Joints {
+    pub chain: Arc<Chain>,
+    /// Index of the link whose pose and twist the state has.
+    pub root: usize,
+    /// How many of the places are taken.
+    pub moving: usize,
+    pub values: Values,
+    pub speeds: Values,
+    /// Covariance of (dt, dr, dv, dw) with values and speeds.
+    pub cross: JointCross,
+    /// Covariance of values and speeds.
+    pub own: JointOwn,
+    /// Covariance of values and speeds with the clocks' offsets.
+    pub with_clocks: JointClocks,
+    /// Power density of each joint's white acceleration to begin with, rad²/s³ or m²/s³.
+    restlessness: Values,
+    learned: [Learned; MOST_JOINTS],
+    /// One sigma of values and speeds of which nothing is known.
+    unknown: [f64; WIDTH],
+}
+
+impl Joints {
+    /// Joints of which only the start for the search is known.
+    pub fn unknown(chain: &Arc<Chain>, seed: &Configuration, options: &FusionOptions) -> Self {
+        let mut joints = Self {
+            chain: chain.clone(),
+            root: seed.root,
+            moving: chain.moving().count(),
+            values: seed.joints,
+            speeds: Values::zeros(),
+            cross: JointCross::zeros(),
+            own: JointOwn::zeros(),
+            with_clocks: JointClocks::zeros(),
+            restlessness: Values::zeros(),
+            learned: [Learned::default(); MOST_JOINTS],
+            unknown: [0.0; WIDTH],
+        };
+        for (slot, joint) in chain.moving().enumerate() {
+            let (density, speed) = match joint.kind {
+                JointKind::Prismatic => (options.linear_restlessness, options.start_speed),
+                _ => (options.angular_restlessness, options.start_angular_speed),
+            };
+            joints.restlessness[slot] = density;
+            joints.unknown[slot] = unknown_value(joint);
+            joints.unknown[MOST_JOINTS + slot] = speed.min(joint.max_speed.unwrap_or(speed));
+        }
+        for place in 0..WIDTH {
+            joints.own[(place, place)] = joints.unknown[place].powi(2);
+        }
+        joints
+    }
+
+    /// One sigma of a value.
+    pub fn sigma(&self, slot: usize) -> f64 {
+        self.own[(slot, slot)].max(0.0).sqrt()
+    }
+
+    /// Takes an innovation of a value in, as [`Learned::learn_one`]; `spread` is [`crate::filter::process_noise::Motion::spread`].
+    pub fn learn(&mut self, slot: usize, seen: (f64, f64, f64), spread: f64) {
+        let noise = self.density(slot) * spread;
+        self.learned[slot].learn_one(seen, noise);
+    }
+
+    fn density(&self, slot: usize) -> f64 {
+        self.restlessness[slot] * self.learned[slot].factor()
+    }
+
+    /// Values and speeds shifted by a step.
+    pub fn shift(&mut self, step: &nalgebra::SVector<f64, WIDTH>) {
+        self.values += step.fixed_rows::<MOST_JOINTS>(0);
+        self.speeds += step.fixed_rows::<MOST_JOINTS>(MOST_JOINTS);
+    }
+
+    /// F = [I dt; 0 I] on the values, and the white acceleration, whose densities are the usual ones times `persistence`; the motion's part of `cross` is carried before.
+    pub fn advance(&mut self, dt: f64, persistence: f64) {
+        self.values += self.speeds * dt;
+        let ahead = |matrix: &mut JointOwn| {
+            let rows = matrix.fixed_rows::<MOST_JOINTS>(MOST_JOINTS) * dt;
+            let mut values = matrix.fixed_rows_mut::<MOST_JOINTS>(0);
+            values += rows;
+        };
+        ahead(&mut self.own);
+        self.own.transpose_mut();
+        ahead(&mut self.own);
+        let columns = self.cross.fixed_columns::<MOST_JOINTS>(MOST_JOINTS) * dt;
+        let mut values = self.cross.fixed_columns_mut::<MOST_JOINTS>(0);
+        values += columns;
+        let rows = self.with_clocks.fixed_rows::<MOST_JOINTS>(MOST_JOINTS) * dt;
+        let mut values = self.with_clocks.fixed_rows_mut::<MOST_JOINTS>(0);
+        values += rows;
+        self.own = symmetric(&(self.own + self.white_acceleration(dt, persistence)));
+        self.bound();
+    }
+
+    /// What the joints may have done of themselves in `dt` seconds, over values and speeds.
+    pub fn white_acceleration(&self, dt: f64, persistence: f64) -> JointOwn {
+        let dt = dt.abs();
+        let mut noise = JointOwn::zeros();
+        for slot in 0..self.moving {
+            let density = self.density(slot) * persistence;
+            let speed = MOST_JOINTS + slot;
+            noise[(slot, slot)] = density * dt.powi(3) / 3.0;
+            noise[(slot, speed)] = density * dt.powi(2) / 2.0;
+            noise[(speed, slot)] = noise[(slot, speed)];
+            noise[(speed, speed)] = density * dt;
+        }
+        noise
+    }
+
+    /// Against all expectation: a blow between two images `dt` seconds apart, that counts as if it had lasted for `acting_s`.
+    pub fn jolt(&mut self, (dt, acting_s): (f64, f64), options: &FusionOptions) {
+        for slot in 0..self.moving {
+            let acceleration = match self.chain.moving().nth(slot).map(|joint| joint.kind) {
+                Some(JointKind::Prismatic) => options.linear_jolt,
+                _ => options.angular_jolt,
+            };
+            let rate = acceleration * acting_s;
+            let way = 0.5 * rate * dt;
+            let speed = MOST_JOINTS + slot;
+            self.own[(slot, slot)] += way * way;
+            self.own[(slot, speed)] += way * rate;
+            self.own[(speed, slot)] += way * rate;
+            // As for the base: definite.
+            self.own[(speed, speed)] += rate * rate * 1.1;
+        }
+    }
+
+    /// Cuts back what is less well known than nothing.
+    fn bound(&mut self) {
+        for place in 0..WIDTH {
+            let sigma = self.own[(place, place)].max(0.0).sqrt();
+            if sigma <= self.unknown[place] {
+                continue;
+            }
+            let share = self.unknown[place] / sigma;
+            self.own.row_mut(place).scale_mut(share);
+            self.own.column_mut(place).scale_mut(share);
+            self.cross.column_mut(place).scale_mut(share);
+            self.with_clocks.row_mut(place).scale_mut(share);
+            let limits = self
+                .chain
+                .moving()
+                .nth(place)
+                .and_then(|joint| joint.limits);
+            if let Some([lowest, highest]) = limits {
+                self.values[place] = self.values[place].clamp(lowest, highest);
+            }
+        }
+    }
+
+    /// Whether every number of it is finite.
+    pub fn is_finite(&self) -> bool {
+        let numbers = self.values.iter().chain(self.speeds.iter());
+        let numbers = numbers.chain(self.cross.iter()).chain(self.own.iter());
+        numbers
+            .chain(self.with_clocks.iter())
+            .all(|number| number.is_finite())
+    }
+}
+
+impl Kinematics {
+    /// Where root and joints are.
+    pub fn configuration(&self) -> Configuration {
+        let mut at = Configuration::rigid(&self.pose);
+        at.rates.twist = self.twist;
+        if let Some(joints) = &self.joints {
+            (at.root, at.joints) = (joints.root, joints.values);
+            at.rates.speeds = joints.speeds;
+        }
+        at
+    }
+}
+
+/// One sigma of a value that lies anywhere.
+fn unknown_value(joint: &Joint) -> f64 {
+    let range = match (joint.limits, joint.kind) {
+        (Some([lowest, highest]), _) => highest - lowest,
+        (None, JointKind::Prismatic) => return ANYWHERE,
+        (None, _) => std::f64::consts::TAU,
+    };
+    range / 12f64.sqrt()
+}

@@ -1,0 +1,159 @@
+//! The links that some sights see, or the one body, and what all their views say about each: summed before the chain rule, so
+//! that what depends on a link alone is worked out once.
+
+use nalgebra::{Matrix6, SMatrix, SVector, Vector6};
+
+use crate::kinematics::configuration::{Configuration, rates_at};
+use crate::measurement::corners::Sight;
+use crate::measurement::rolling_shutter::{Moving, Rolling};
+use crate::measurement::view_equations::Normal;
+
+/// A link, or the object where it is rigid.
+pub(crate) struct Body<const D: usize> {
+    /// `None` for a rigid object.
+    link: Option<usize>,
+    pub moving: Moving,
+    /// Derivative of its pose by the configuration; `None` where they are the same.
+    by_configuration: Option<SMatrix<f64, 6, D>>,
+}
+
+/// The bodies of some sights, each once.
+pub(crate) struct Bodies<const D: usize>(Vec<Body<D>>);
+
+/// Normal equations of a configuration.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Equations<const D: usize> {
+    pub information: SMatrix<f64, D, D>,
+    pub gradient: SVector<f64, D>,
+}
+
+fn link_of(sight: &Sight<'_>) -> Option<usize> {
+    sight.view.limb.as_ref().map(|limb| limb.link)
+}
+
+impl<const D: usize> Bodies<D> {
+    pub fn of(sights: &[Sight<'_>], at: &Configuration) -> Self {
+        let mut bodies: Vec<Body<D>> = Vec::with_capacity(1);
+        for sight in sights {
+            let link = link_of(sight);
+            if bodies.iter().all(|body| body.link != link) {
+                let limb = sight.view.limb.as_ref();
+                let twist = || limb.map_or(at.rates.twist, |limb| limb.twist(at));
+                bodies.push(Body {
+                    link,
+                    moving: Moving {
+                        pose: sight.view.world_from_link(at),
+                        twist: rates_at(D).map(|_| twist()),
+                    },
+                    by_configuration: limb.map(|limb| limb.jacobian::<D>(at)),
+                });
+            }
+        }
+        Self(bodies)
+    }
+
+    /// The body that a sight shows.
+    pub fn of_sight(&self, sight: &Sight<'_>) -> Option<&Body<D>> {
+        let link = link_of(sight);
+        self.0.iter().find(|body| body.link == link)
+    }
+
+    /// What all views say about the configuration, each with a factor on its weight.
+    pub fn equations(
+        &self,
+        sights: &[Sight<'_>],
+        views: &[Option<Normal>],
+        factor: impl Fn(&Body<D>, &Sight<'_>, &Normal) -> f64,
+    ) -> Equations<D> {
+        let mut all = Equations {
+            information: SMatrix::zeros(),
+            gradient: SVector::zeros(),
+        };
+        for body in &self.0 {
+            let mut sum = Sum::default();
+            for (sight, view) in sights.iter().zip(views) {
+                let Some(view) = view.as_ref().filter(|_| link_of(sight) == body.link) else {
+                    continue;
+                };
+                sum.add(view, factor(body, sight, view));
+            }
+            body.add(&sum, &mut all);
+        }
+        all
+    }
+}
+
+/// What the views of a body say about its pose and, where the shutter rolls, its twist.
+#[derive(Default)]
+struct Sum {
+    information: Matrix6<f64>,
+    gradient: Vector6<f64>,
+    rolling: Option<Rolling>,
+}
+
+impl Sum {
+    #[inline(always)]
+    fn add(&mut self, view: &Normal, factor: f64) {
+        let sums = self.information.as_mut_slice().iter_mut();
+        sums.zip(view.information.as_slice())
+            .for_each(|(sum, one)| *sum += one * factor);
+        self.gradient += view.gradient * factor;
+        if let Some(rolling) = view.rolling.as_deref() {
+            let weighed = rolling.weighed(factor, 1.0);
+            self.rolling = Some(match self.rolling.take() {
+                Some(sum) => sum.joined(&weighed),
+                None => weighed,
+            });
+        }
+    }
+}
+
+impl<const D: usize> Body<D> {
+    /// By the chain rule.
+    fn add(&self, sum: &Sum, all: &mut Equations<D>) {
+        match &self.by_configuration {
+            None => {
+                let mut of_pose = all.information.fixed_view_mut::<6, 6>(0, 0);
+                of_pose += sum.information;
+                let mut of_pose = all.gradient.fixed_rows_mut::<6>(0);
+                of_pose += sum.gradient;
+            }
+            Some(jacobian) => {
+                all.information += jacobian.tr_mul(&(sum.information * jacobian));
+                all.gradient += jacobian.tr_mul(&sum.gradient);
+            }
+        }
+        if let Some((rolling, first)) = sum.rolling.as_ref().zip(rates_at(D)) {
+            self.add_rolling((rolling, first), all);
+        }
+    }
+
+    /// The same for what a rolling shutter tells about the rates, whose places begin at `first`.
+    fn add_rolling(&self, (rolling, first): (&Rolling, usize), all: &mut Equations<D>) {
+        let by_configuration = self
+            .by_configuration
+            .unwrap_or_else(SMatrix::<f64, 6, D>::identity);
+        let mut by_rates = SMatrix::<f64, 6, D>::zeros();
+        by_rates
+            .columns_mut(first, first)
+            .copy_from(&by_configuration.columns(0, first));
+        let mixed = by_configuration.tr_mul(&(rolling.with_pose * by_rates));
+        all.information +=
+            mixed + mixed.transpose() + by_rates.tr_mul(&(rolling.information * by_rates));
+        all.gradient += by_rates.tr_mul(&rolling.gradient);
+    }
+
+    /// How a step of the configuration moves the body: its pose, and its twist where rates have places.
+    pub fn moved(&self, step: &SVector<f64, D>) -> (Vector6<f64>, Option<Vector6<f64>>) {
+        let by = |step: &SVector<f64, D>| match &self.by_configuration {
+            None => step.fixed_rows::<6>(0).into_owned(),
+            Some(jacobian) => jacobian * step,
+        };
+        let of_twist = rates_at(D).map(|first| {
+            let mut rates = SVector::<f64, D>::zeros();
+            rates.rows_mut(0, first).copy_from(&step.rows(first, first));
+            by(&rates)
+        });
+        (by(step), of_twist)
+    }
+}

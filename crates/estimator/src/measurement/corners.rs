@@ -1,0 +1,441 @@
+//! Residuals of the corners of one tag in one image, and how they change with the object's pose.
+//!
+//! r = pi(camera_from_world (R q + t)) - u; with t += dt and R = exp(dr) R:
+//! dr/d(dt, dr) = J_pi R_cw [I | -[R q]x].
+
+use nalgebra::{Matrix2, Matrix2x3, Matrix3, Matrix6, Point2, Point3, Vector2, Vector3};
+use sextant_geometry::{Lens, Pose, tag_corners_in_tag};
+
+use crate::diagnosis::Ray;
+use crate::kinematics::chain::Limb;
+use crate::kinematics::configuration::Configuration;
+use crate::measurement::edge_modes::{EdgeModes, NoiseFactors, Rows, product};
+use crate::measurement::rolling_shutter::{Moving, Passage, RollingShutter};
+use crate::measurement::view_equations::{NoiseSource, Normal, PoseRows, robust};
+use crate::{ClockOffset, LensSigma, ObjectTag, PoseSigma, TagCorners, TagId};
+
+/// Derivatives of x and of y by (dt, dr).
+pub(crate) type Slopes = [[f64; 6]; 2];
+
+/// A camera whose pose is known.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct PosedCamera {
+    pub lens: Lens,
+    pub camera_from_world: Pose,
+    /// How well its pose is known, where that is stated.
+    pub sigma: Option<PoseSigma>,
+    /// How well its lens is known, where that is stated.
+    pub lens_sigma: Option<LensSigma>,
+    /// Pixels from the lens's centre to the image's corners, as the lens's sigma means them.
+    pub reach_px: f64,
+    /// Its centre in the world.
+    pub centre: Vector3<f64>,
+    /// How its shutter rolls; `None` where all rows have one time.
+    pub shutter: Option<RollingShutter>,
+    /// Its rotation as a matrix.
+    turn: Matrix3<f64>,
+}
+
+impl PosedCamera {
+    pub fn new(lens: Lens, world_from_camera: &Pose, sigma: Option<PoseSigma>) -> Self {
+        let camera_from_world = world_from_camera.inverse();
+        let turn = camera_from_world.rotation.to_rotation_matrix().into_inner();
+        Self {
+            lens,
+            camera_from_world,
+            sigma,
+            centre: world_from_camera.translation.vector,
+            lens_sigma: None,
+            reach_px: lens.intrinsics().cx.hypot(lens.intrinsics().cy),
+            shutter: None,
+            turn,
+        }
+    }
+
+    /// How a pixel moves with a pixel more of focal length (first column) and of distortion (second), as [`LensSigma`] has them.
+    pub fn displaced_by_lens(&self, pixel: &Point2<f64>) -> Matrix2<f64> {
+        let numbers = self.lens.intrinsics();
+        let out = pixel - Point2::new(numbers.cx, numbers.cy);
+        let relative = out.norm_squared() / self.reach_px.powi(2);
+        Matrix2::from_columns(&[
+            Vector2::new(out.x / numbers.fx, out.y / numbers.fy),
+            out * (relative / self.reach_px),
+        ])
+    }
+
+    /// The ray through the middle of a view.
+    pub fn ray_to(&self, view: &View) -> Option<Ray> {
+        let corners = view.corners_in_image.iter();
+        let middle = corners.fold(Vector2::zeros(), |sum, corner| sum + corner.coords) / 4.0;
+        let in_camera = self.lens.unproject(&Point2::from(middle)).ok()?;
+        Some(Ray {
+            origin: self.centre,
+            direction: self.turn.transpose() * in_camera,
+        })
+    }
+
+    /// How a view's residuals go with the corners' distances from the tag's centre: sums over the corners of residual times
+    /// distance, distance squared and residual squared, px². Seen minus expected is minus (ratio - 1) times the distance.
+    pub fn size_of(&self, view: &View, bowed: f64, at: &Configuration) -> Option<[f64; 3]> {
+        let link = view.moving(at);
+        let centre = Point3::from(view.object_from_tag.translation.vector);
+        let mut sums = [0.0; 3];
+        for index in 0..4 {
+            let seen = view.corner(index, bowed);
+            let passage = view.passage(index, &link);
+            let world_from_link = passage.map_or(link.pose, |passage| passage.pose);
+            let project = |point: &Point3<f64>| {
+                let in_world = world_from_link * point;
+                self.lens.project(&(self.camera_from_world * in_world))
+            };
+            let expected = project(&view.corners_in_object[index])?;
+            let (residual, distance) = (expected - seen, expected - project(&centre)?);
+            sums[0] += residual.dot(&distance);
+            sums[1] += distance.norm_squared();
+            sums[2] += residual.norm_squared();
+        }
+        Some(sums)
+    }
+}
+
+/// Whitened residuals of a view's corners and their derivatives.
+pub(crate) struct Linear {
+    /// By the pose, with the residuals.
+    pub rows: PoseRows,
+    by_twist: Option<Rows<6>>,
+    /// The robust weight of each corner.
+    pub weights: [f64; 4],
+    /// By how much twice the cost exceeds the weighted square.
+    relief: f64,
+    /// Sum of squared residuals in px², no weight.
+    square_px: f64,
+}
+
+/// An object before the camera.
+struct Placed {
+    origin_in_camera: Point3<f64>,
+    /// World from object.
+    turn: Matrix3<f64>,
+}
+
+/// A corner and the derivatives of its x and y by (dt, dr), in pixels.
+struct Projected {
+    pixel: Point2<f64>,
+    slopes: Slopes,
+}
+
+/// One tag in one image. "Object" is its link, where the object has links.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct View {
+    pub tag: TagId,
+    /// The link that it is on; `None` where the object is rigid.
+    pub limb: Option<Limb>,
+    /// Edge of the black square in metres.
+    pub size_m: f64,
+    pub object_from_tag: Pose,
+    /// Of the tag's model, in the object's frame.
+    pub corners_in_object: [Point3<f64>; 4],
+    /// As seen, in pixels.
+    pub corners_in_image: [Point2<f64>; 4],
+    /// The same with the covariance that the detector gives.
+    pub seen: TagCorners,
+    /// What a bending lens adds to them where they are found by a homography, in pixels.
+    pub bow: Option<[Vector2<f64>; 4]>,
+    /// Inverse of each corner's covariance as stated, 1/px².
+    pub information: [Matrix2<f64>; 4],
+    /// How the corners' errors hang together.
+    pub edges: EdgeModes,
+    /// Whether that is stated.
+    pub is_joint: bool,
+    pub noise_source: NoiseSource,
+    /// How well the tag's place is known, where that is stated.
+    pub tag_sigma: Option<PoseSigma>,
+    /// Seconds by which each corner was taken after the capture time, where the shutter rolls.
+    pub after_s: Option<[f64; 4]>,
+}
+
+impl View {
+    /// Takes another place and size of the tag.
+    pub fn set_model(&mut self, tag: &ObjectTag) {
+        let Some(object_from_tag) = tag.object_from_tag else {
+            return;
+        };
+        self.size_m = tag.size_m;
+        self.object_from_tag = object_from_tag;
+        self.corners_in_object =
+            tag_corners_in_tag(tag.size_m).map(|corner| object_from_tag * corner);
+    }
+
+    /// Where the lens shows a corner, if the corners have so much of what a bending lens adds.
+    #[inline(always)]
+    pub fn corner(&self, corner: usize, bowed: f64) -> Point2<f64> {
+        let seen = self.corners_in_image[corner];
+        self.bow.map_or(seen, |bow| seen - bow[corner] * bowed)
+    }
+
+    /// Where the tag's link is, or the object where it is rigid.
+    pub fn world_from_link(&self, at: &Configuration) -> Pose {
+        match &self.limb {
+            None => at.pose,
+            Some(limb) => limb.world_from_link(at),
+        }
+    }
+
+    /// The configuration in which the tag's link is at a pose; root and joints are those of another.
+    pub fn anchored(&self, world_from_link: &Pose, like: &Configuration) -> Configuration {
+        let Some(limb) = &self.limb else {
+            return Configuration {
+                pose: *world_from_link,
+                ..*like
+            };
+        };
+        let anchored = Configuration {
+            root: limb.link,
+            pose: *world_from_link,
+            ..limb.chain.rooted(like, limb.link)
+        };
+        limb.chain.rooted(&anchored, like.root)
+    }
+
+    /// Where the link has gone by the time of a corner's row.
+    fn passage(&self, corner: usize, link: &Moving) -> Option<Passage> {
+        let (twist, after_s) = (link.twist?, self.after_s?);
+        Some(Passage::of(&link.pose, &twist, after_s[corner]))
+    }
+
+    /// Pose of the tag's link, and its twist where the shutter rolls.
+    pub fn moving(&self, at: &Configuration) -> Moving {
+        let twist = match (&self.after_s, &self.limb) {
+            (None, _) => None,
+            (Some(_), None) => Some(at.rates.twist),
+            (Some(_), Some(limb)) => Some(limb.twist(at)),
+        };
+        Moving {
+            pose: self.world_from_link(at),
+            twist,
+        }
+    }
+}
+
+/// A view with its camera and the weight of that camera's corners.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Sight<'a> {
+    pub camera_index: usize,
+    pub camera: &'a PosedCamera,
+    pub view: &'a View,
+    /// Of its noise against what is stated.
+    pub noise: NoiseFactors,
+    /// How much of the bow its corners have.
+    pub bowed: f64,
+    /// Factor on the information of single corners.
+    weight: f64,
+    /// What is known of the camera's clock, where it is not taken at its word.
+    pub clock: Option<ClockOffset>,
+}
+
+impl<'a> Sight<'a> {
+    pub fn new(
+        camera_index: usize,
+        camera: &'a PosedCamera,
+        view: &'a View,
+        (noise, bowed): (NoiseFactors, f64),
+        clock: Option<ClockOffset>,
+    ) -> Self {
+        let weight = noise.of_corner().recip();
+        Self {
+            camera_index,
+            camera,
+            view,
+            noise,
+            bowed,
+            weight,
+            clock,
+        }
+    }
+}
+
+impl Sight<'_> {
+    /// The same with so many times the variance of its corners.
+    pub fn noisier(self, factor: f64) -> Self {
+        let noise = NoiseFactors {
+            shift: self.noise.shift * factor,
+            turn: self.noise.turn * factor,
+        };
+        let weight = noise.of_corner().recip();
+        Self {
+            noise,
+            weight,
+            ..self
+        }
+    }
+
+    /// The same, no corner being an outlier.
+    pub fn without_outliers(self) -> Self {
+        Self {
+            weight: 0.0,
+            ..self
+        }
+    }
+
+    /// Cost and normal equations about `world_from_object`; `None` where the tag would lie behind the camera or outside
+    /// of the lens's field. A tag seen from its back has residuals all the same, which lead round to its face.
+    pub fn normal(&self, link: &Moving) -> Option<Normal> {
+        let linear = self.linearised(link)?;
+        let by_twist = linear.by_twist.as_ref();
+        let mut normal = Normal::of(&linear.rows, by_twist, self.view.noise_source);
+        normal.chi2 += linear.relief;
+        normal.square_px = linear.square_px;
+        Some(normal)
+    }
+
+    /// Sum of the squared distances of the corners from where they are expected, px².
+    pub fn square_px(&self, link: &Moving) -> Option<f64> {
+        Some(self.linearised(link)?.square_px)
+    }
+
+    /// The whitened residuals and their derivatives.
+    #[inline(always)]
+    pub(crate) fn linearised(&self, link: &Moving) -> Option<Linear> {
+        let mut linear = Linear {
+            rows: [[0.0; 8]; 8],
+            by_twist: None,
+            weights: [0.0; 4],
+            relief: 0.0,
+            square_px: 0.0,
+        };
+        if link.twist.is_some() && self.view.after_s.is_some() {
+            self.fill_passing(link, &mut linear)?;
+        } else {
+            let placed = self.placed(&link.pose);
+            for corner in 0..4 {
+                self.fill(corner, &self.projected(corner, &placed)?, &mut linear);
+            }
+        }
+        let edges = &self.view.edges;
+        linear.rows = edges.whitened(&linear.rows, self.noise);
+        Some(linear)
+    }
+
+    /// The rows of a corner, not whitened.
+    #[inline(always)]
+    fn fill(&self, corner: usize, seen: &Projected, linear: &mut Linear) {
+        let residual = seen.pixel - self.view.corner(corner, self.bowed);
+        let (weight, relief) = self.weight(corner, &residual);
+        let root = weight.sqrt();
+        for axis in 0..2 {
+            let (row, slopes) = (&mut linear.rows[2 * corner + axis], &seen.slopes[axis]);
+            (0..6).for_each(|n| row[n] = slopes[n] * root);
+            row[6] = residual[axis] * root;
+        }
+        linear.weights[corner] = weight;
+        linear.relief += relief;
+        linear.square_px += residual.norm_squared();
+    }
+
+    /// How much more of the bow the corners have than is allowed for, as the residuals at the fit say: twice the slope of the
+    /// logarithm of their probability, and the information. With whitened bow d, residuals e, Jacobian J and the fit's covariance
+    /// P the residuals' covariance is I - J P J', and more of the bow by a adds -a (I - J P J') d to them.
+    pub fn more_bow(&self, link: &Moving, covariance: &Matrix6<f64>) -> Option<[f64; 2]> {
+        let bow = self.view.bow?;
+        let linear = self.linearised(link)?;
+        let mut rows: Rows<1> = [[0.0]; 8];
+        for (row, of_row) in rows.iter_mut().enumerate() {
+            *of_row = [bow[row / 2][row % 2] * linear.weights[row / 2].sqrt()];
+        }
+        let rows = self.view.edges.whitened(&rows, self.noise);
+        let with = product(&linear.rows, &rows);
+        let by_pose = with.fixed_rows::<6>(0);
+        let told = by_pose.dot(&(covariance * by_pose));
+        let square: f64 = rows.iter().map(|[one]| one * one).sum();
+        Some([-with[6], (square - told).max(0.0)])
+    }
+
+    /// The same of all corners where each has its own time, and whitened rows by the twist.
+    fn fill_passing(&self, link: &Moving, linear: &mut Linear) -> Option<()> {
+        let mut by_twist = [[0.0; 6]; 8];
+        for corner in 0..4 {
+            let passage = self.view.passage(corner, link)?;
+            let mut seen = self.projected(corner, &self.placed(&passage.pose))?;
+            let (by_pose, by_rates) = passage.before(&seen.slopes);
+            seen.slopes = by_pose;
+            self.fill(corner, &seen, linear);
+            let root = linear.weights[corner].sqrt();
+            for axis in 0..2 {
+                by_twist[2 * corner + axis] = by_rates[axis].map(|slope| slope * root);
+            }
+        }
+        linear.by_twist = Some(self.view.edges.whitened(&by_twist, self.noise));
+        Some(())
+    }
+
+    /// Whitened rows by the pose, the focal length (px), the first coefficient of the distortion and the logarithm of the tag's size; the
+    /// residual comes last. `None` where the tag cannot be seen from there.
+    pub fn calibration_rows(&self, link: &Moving) -> Option<Rows<10>> {
+        let mut rows = [[0.0; 10]; 8];
+        let centre = self.view.object_from_tag.translation.vector;
+        for corner in 0..4 {
+            let passage = self.view.passage(corner, link);
+            let placed = self.placed(&passage.map_or(link.pose, |passage| passage.pose));
+            let seen = self.projected(corner, &placed)?;
+            let residual = seen.pixel - self.view.corner(corner, self.bowed);
+            let in_object = self.view.corners_in_object[corner].coords;
+            let in_camera = placed.origin_in_camera + self.camera.turn * (placed.turn * in_object);
+            let by_lens = self.camera.lens.parameter_jacobian(&in_camera)?;
+            let from_centre = placed.turn * (in_object - centre);
+            for axis in 0..2 {
+                let (row, slopes) = (&mut rows[2 * corner + axis], &seen.slopes[axis]);
+                row[..6].copy_from_slice(slopes);
+                row[6] = by_lens[(axis, 0)] + by_lens[(axis, 1)];
+                row[7] = by_lens[(axis, 4)];
+                row[8] = (0..3).map(|n| slopes[n] * from_centre[n]).sum();
+                row[9] = residual[axis];
+            }
+        }
+        Some(self.view.edges.whitened(&rows, self.noise))
+    }
+
+    #[inline(always)]
+    fn placed(&self, world_from_link: &Pose) -> Placed {
+        let origin = Point3::from(world_from_link.translation.vector);
+        Placed {
+            origin_in_camera: self.camera.camera_from_world * origin,
+            turn: world_from_link.rotation.to_rotation_matrix().into_inner(),
+        }
+    }
+
+    /// The robust weight of a corner, and by how much twice the cost exceeds the weighted square.
+    #[inline(always)]
+    fn weight(&self, corner: usize, residual: &Vector2<f64>) -> (f64, f64) {
+        let d2 = residual.dot(&(self.view.information[corner] * residual)) * self.weight;
+        let (weight, cost) = robust(d2);
+        (weight, cost - weight * d2)
+    }
+
+    #[inline(always)]
+    fn projected(&self, corner: usize, object: &Placed) -> Option<Projected> {
+        let arm = object.turn * self.view.corners_in_object[corner].coords;
+        let in_camera = object.origin_in_camera + self.camera.turn * arm;
+        let (pixel, by_point) = self.camera.lens.project_with_jacobian(&in_camera)?;
+        let by_place: Matrix2x3<f64> = by_point * self.camera.turn;
+        let slopes = [0, 1].map(|axis| {
+            let place = by_place.row(axis).transpose();
+            // v [arm]x = (v x arm) as a row; the attitude's part is -J [arm]x.
+            let turn = arm.cross(&place);
+            [place.x, place.y, place.z, turn.x, turn.y, turn.z]
+        });
+        Some(Projected { pixel, slopes })
+    }
+
+    /// Whether the tag's printed side is turned towards the camera.
+    pub fn faces(&self, world_from_object: &Pose) -> bool {
+        let tag = &self.view.object_from_tag;
+        let outwards = world_from_object.rotation * (tag.rotation * Vector3::z());
+        let place = world_from_object * Point3::from(tag.translation.vector);
+        outwards.dot(&(place.coords - self.camera.centre)) < 0.0
+    }
+
+    /// Where the tag would be.
+    pub fn camera_from_tag(&self, world_from_object: &Pose) -> Pose {
+        self.camera.camera_from_world * world_from_object * self.view.object_from_tag
+    }
+}

@@ -1,0 +1,240 @@
+//! What became of the views of an instant, for good, and what they say of faults.
+
+use crate::articulation::MOST_JOINTS;
+use crate::diagnosis::{Account, SettledView, Testimony};
+use crate::filter::consider::Displacing;
+use crate::filter::observed_configuration::Observed;
+use crate::filter::state::Kinematics;
+use crate::kinematics::configuration::Configuration;
+use crate::measurement::corners::{Sight, View};
+use crate::measurement::rolling_shutter::Moving;
+use crate::site::{ObjectImage, Site};
+use crate::tracker::Track;
+use crate::tracker::gating::Taken;
+use crate::{FusionOptions, PoseSigma};
+use nalgebra::{Matrix6, SMatrix, Vector6};
+
+/// Places of the configuration of an object with links.
+const WITH_JOINTS: usize = 6 + MOST_JOINTS;
+
+/// Where an object is in the eyes of a camera.
+struct Seen<'a> {
+    state: &'a Kinematics,
+    camera_index: usize,
+    configuration: Configuration,
+    /// Whether its velocity is known well enough to tell time by.
+    tells_time: bool,
+    covariance: SMatrix<f64, WITH_JOINTS, WITH_JOINTS>,
+    of_base: Matrix6<f64>,
+}
+
+/// Variance of a velocity, as a share of its square, up to which it tells time.
+const TELLS_TIME: f64 = 0.05;
+
+/// Where a view's link is.
+struct Place<'a> {
+    state: &'a Kinematics,
+    camera_index: usize,
+    link: Moving,
+    /// Zero where it is not known well.
+    twist: Vector6<f64>,
+    covariance: Matrix6<f64>,
+}
+
+impl Track {
+    /// The density of acceleration learned, against its default.
+    pub fn restlessness(&self) -> Option<f64> {
+        let best = self.leading().hypotheses.first()?;
+        Some(best.state.motion.factor())
+    }
+
+    /// What became of the views of this instant; none while the attitude is in doubt. `asked` are the cameras whose views are
+    /// to say what they know of faults; those that took no part always do.
+    pub fn settled_views(
+        &self,
+        images: &[&ObjectImage],
+        site: &Site,
+        options: &FusionOptions,
+        asked: impl Fn(usize) -> bool,
+    ) -> Vec<SettledView> {
+        let track = self.leading();
+        let Some(best) = track.hypotheses.first().filter(|_| track.trusted) else {
+            return Vec::new();
+        };
+        let sights = track.sights(images, site, options);
+        let pairs = sights.iter().zip(&best.taken);
+        let mut seen: Option<(usize, Role, Seen<'_>)> = None;
+        let settled = pairs.map(|(sight, taken)| {
+            let camera_index = sight.camera_index;
+            let mut view = SettledView {
+                camera_index,
+                tag: sight.view.tag,
+                agreed: taken.expected,
+                hit: is_hit(taken),
+                ray: None,
+                elsewhere: None,
+                account: None,
+            };
+            if taken.part && !asked(camera_index) {
+                return view;
+            }
+            let role = if taken.part { Role::Part } else { Role::Aside };
+            let is_same = |(of, as_role, _): &(usize, Role, Seen<'_>)| {
+                (*of, *as_role) == (camera_index, role)
+            };
+            if !seen.as_ref().is_some_and(is_same) {
+                seen = Some((camera_index, role, track.seen_by(camera_index, role)));
+            }
+            let Some((_, _, seen)) = &seen else {
+                return view;
+            };
+            if !taken.part {
+                let size = sight
+                    .camera
+                    .size_of(sight.view, sight.bowed, &seen.configuration);
+                let far = is_far(&size.unwrap_or_default());
+                view.ray = far.then(|| sight.camera.ray_to(sight.view)).flatten();
+            }
+            view.account = account(sight, role, &Place::of(seen, sight.view));
+            view
+        });
+        settled.collect()
+    }
+
+    /// What views say of it that are kept from this track, at or after its instant; none while the attitude is in doubt.
+    pub fn views_aside(
+        &self,
+        image: &ObjectImage,
+        site: &Site,
+        options: &FusionOptions,
+    ) -> Vec<SettledView> {
+        let then = self.leading().predicted(image.capture_ns);
+        if then.hypotheses.is_empty() || !then.trusted {
+            return Vec::new();
+        }
+        let mut seen = then.seen_by(image.camera_index, Role::Aside);
+        // How well its velocity tells time shows in what it foretells.
+        seen.tells_time = true;
+        let sights = then.sights(&[image], site, options);
+        let aside = |sight: &Sight<'_>| SettledView {
+            camera_index: image.camera_index,
+            tag: sight.view.tag,
+            agreed: false,
+            hit: false,
+            ray: None,
+            elsewhere: None,
+            account: account(sight, Role::Aside, &Place::of(&seen, sight.view)),
+        };
+        sights.iter().map(aside).collect()
+    }
+
+    /// That a clock may be off is one of the faults in question: it excuses no view that took no part.
+    fn seen_by(&self, camera_index: usize, role: Role) -> Seen<'_> {
+        let state = &self.hypotheses[0].state;
+        let unknown = state.covariance.fixed_view::<3, 3>(6, 6).trace();
+        let tells_time = unknown < TELLS_TIME * state.velocity().norm_squared();
+        if state.joints.is_some() {
+            let seen = observed::<WITH_JOINTS>(state, camera_index, role);
+            return Seen {
+                state,
+                camera_index,
+                tells_time,
+                configuration: seen.configuration,
+                of_base: seen.covariance.fixed_view::<6, 6>(0, 0).into_owned(),
+                covariance: seen.covariance,
+            };
+        }
+        let seen = observed::<6>(state, camera_index, role);
+        Seen {
+            state,
+            camera_index,
+            tells_time,
+            configuration: seen.configuration,
+            covariance: SMatrix::zeros(),
+            of_base: seen.covariance,
+        }
+    }
+}
+
+fn observed<const D: usize>(state: &Kinematics, camera_index: usize, role: Role) -> Observed<D> {
+    match role {
+        Role::Part => state.observed(camera_index),
+        Role::Aside => state.observed_on_time(camera_index),
+    }
+}
+
+impl<'a> Place<'a> {
+    fn of(seen: &Seen<'a>, view: &View) -> Self {
+        let at = &seen.configuration;
+        let (twist, covariance) = match &view.limb {
+            None => (at.rates.twist, seen.of_base),
+            Some(limb) => (limb.twist(at), limb.covariance(at, &seen.covariance)),
+        };
+        Self {
+            state: seen.state,
+            camera_index: seen.camera_index,
+            link: view.moving(at),
+            twist: if seen.tells_time {
+                twist
+            } else {
+                Vector6::zeros()
+            },
+            covariance,
+        }
+    }
+}
+
+/// Whether a view is part of what is known of the pose.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Role {
+    Part,
+    Aside,
+}
+
+fn is_hit(taken: &Taken) -> bool {
+    taken.part && !taken.expected
+}
+
+fn account(sight: &Sight<'_>, role: Role, place: &Place<'_>) -> Option<Account> {
+    let normal = sight.without_outliers().normal(&place.link)?;
+    let world_from_link = place.link.pose;
+    let testimony = Testimony {
+        information: normal.information,
+        gradient: normal.gradient,
+        square: normal.scale.iter().sum(),
+        weight: normal.weight(),
+        world_from_link,
+        twist: place.twist,
+        world_from_tag: world_from_link * sight.view.object_from_tag,
+        centre: sight.camera.centre,
+        stated: [sight.camera.sigma, sight.view.tag_sigma]
+            .map(|sigma| sigma.map_or(Vector6::zeros(), PoseSigma::variance)),
+    };
+    Some(Account {
+        testimony,
+        covariance: place.covariance,
+        took_part: role == Role::Part,
+        displacing: displacing(sight, place),
+    })
+}
+
+/// What errors that last do to the link's pose as the view shows it.
+fn displacing(sight: &Sight<'_>, place: &Place<'_>) -> Vec<Displacing> {
+    let own: Vec<_> = sight.displacing(&place.link.pose).collect();
+    match &sight.view.limb {
+        None => place.state.displacing::<6>(place.camera_index, None, own),
+        Some(limb) => {
+            let link = limb.jacobian::<WITH_JOINTS>(&place.state.configuration());
+            place.state.displacing(place.camera_index, Some(&link), own)
+        }
+    }
+}
+
+/// Corners' distance from where they should be, against their distance from the tag's centre, from which on a tag is not
+/// loose but somewhere else.
+const FAR: f64 = 2.5;
+
+/// Whether a view with these sums of residuals shows the tag far from its place; one that can't be where it should be is.
+fn is_far([_, distance, residual]: &[f64; 3]) -> bool {
+    *residual >= FAR * FAR * distance
+}

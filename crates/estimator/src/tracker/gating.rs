@@ -1,0 +1,377 @@
+//! The update of a state by the views of one instant: groups of cameras that share a time, gates, robust fit.
+//!
+//! Cameras whose clocks are right see the same pose and are fitted jointly. A camera whose offset is estimated sees the
+//! pose of another moment; such cameras follow one by one, in the order of the rig.
+
+use std::borrow::Cow;
+
+use nalgebra::Matrix6;
+
+use crate::FusionOptions;
+use crate::filter::consider::{Gain, Part};
+use crate::filter::least_squares::{Fit, UNSEEN, solve};
+use crate::filter::observed_configuration::Vantage;
+use crate::filter::state::Kinematics;
+use crate::filter::update::{Absorbed, absorb};
+use crate::kinematics::configuration::Configuration;
+use crate::measurement::biases::surprise;
+use crate::measurement::corners::Sight;
+use crate::measurement::view_equations::Normal;
+use crate::tracker::camera_consistency::Standing;
+use crate::tracker::curvature;
+use crate::tracker::hypothesis::Hypothesis;
+
+/// Views whose chi-square is at least this share of the worst one's are left out with it, so that many wrong views cost
+/// few fits.
+const ALMOST_AS_BAD: f64 = 0.5;
+
+/// How much a further wrong view counts in an image whose views are all wrong.
+const WITH_OTHERS: f64 = 1.0 / 6.0;
+
+/// Squared residuals as which a refused view counts for the noise, of four degrees of freedom: more than usual, so that a
+/// noise underestimated at the start does not stay so.
+const REFUSED_SCALE: f64 = 6.3;
+
+/// What became of a view in an update.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Taken {
+    /// Whether it took part.
+    pub part: bool,
+    /// Whether it did so without a jolt.
+    pub expected: bool,
+    /// Of its edges' places and directions after the update, as [`Normal::scale`] has it.
+    pub scale: [f64; 2],
+    /// Degrees of freedom of either that the residuals keep after the update.
+    pub redundancy: [f64; 2],
+    /// Sum of its squared residuals in px².
+    pub square_px: f64,
+    /// As [`Sight::more_bow`] has it.
+    pub more_bow: [f64; 2],
+}
+
+impl Taken {
+    fn refused() -> Self {
+        Self {
+            part: false,
+            expected: false,
+            scale: [REFUSED_SCALE; 2],
+            redundancy: [4.0; 2],
+            square_px: 0.0,
+            more_bow: [0.0; 2],
+        }
+    }
+}
+
+/// A hypothesis from the prior state and the views that agree with it; `None` where none does. The search begins at
+/// `start`, or at the prior's pose.
+pub(crate) fn updated<const D: usize>(
+    prior: &Kinematics,
+    start: Option<&Configuration>,
+    sights: &[Sight<'_>],
+    options: &FusionOptions,
+) -> Option<Hypothesis> {
+    let mut sum = refused(prior.clone(), sights, options);
+    let mut start = start;
+    for group in groups(sights) {
+        let members = members(sights, &group);
+        if let Some(prior) = members[0].clock {
+            sum.state.know_clock(members[0].camera_index, prior);
+        }
+        if let Some(update) = updated_by_group::<D>(&sum.state, start.take(), &members, options) {
+            let nothing = vec![false; members.len()];
+            sum.evidence += update.fitted - update.refusal + refusal(&members, &nothing, options);
+            sum.fitted += update.fitted;
+            sum.vague |= update.vague;
+            group
+                .iter()
+                .zip(&update.taken)
+                .for_each(|(index, taken)| sum.taken[*index] = *taken);
+            sum.state = update.state;
+        }
+    }
+    sum.taken.iter().any(|taken| taken.part).then_some(sum)
+}
+
+/// The state with all views refused.
+pub(crate) fn refused(
+    state: Kinematics,
+    sights: &[Sight<'_>],
+    options: &FusionOptions,
+) -> Hypothesis {
+    Hypothesis {
+        state,
+        evidence: -refusal(sights, &vec![false; sights.len()], options),
+        fitted: 0.0,
+        vague: false,
+        mirrored: f64::NEG_INFINITY,
+        settled: 0.0,
+        to_mirrored: None,
+        standing: Standing::default(),
+        taken: vec![Taken::refused(); sights.len()],
+    }
+}
+
+/// Logarithm of the odds against the views that take no part. Wrong tags are rare and independent; but one cause, a moved
+/// camera, makes all views of an image wrong at once.
+fn refusal(sights: &[Sight<'_>], part: &[bool], options: &FusionOptions) -> f64 {
+    let mut odds = 0.0;
+    let pairs: Vec<(usize, bool)> = sights
+        .iter()
+        .map(|sight| sight.camera_index)
+        .zip(part.iter().copied())
+        .collect();
+    for image in pairs.chunk_by(|a, b| a.0 == b.0) {
+        let refused = image.iter().filter(|(_, part)| !part).count();
+        odds += if refused == image.len() {
+            image_refusal(refused, options)
+        } else {
+            options.refused_odds * refused as f64
+        };
+    }
+    odds
+}
+
+/// The same of all views of an image.
+pub(crate) fn image_refusal(views: usize, options: &FusionOptions) -> f64 {
+    options.refused_odds * (1.0 + (views as f64 - 1.0) * WITH_OTHERS)
+}
+
+/// Indices of the sights that see the same moment; those of right clocks first.
+fn groups(sights: &[Sight<'_>]) -> Vec<Vec<usize>> {
+    let (right, other): (Vec<usize>, Vec<usize>) =
+        (0..sights.len()).partition(|index| sights[*index].clock.is_none());
+    let by_camera = other.chunk_by(|a, b| sights[*a].camera_index == sights[*b].camera_index);
+    let mut groups: Vec<Vec<usize>> = by_camera.map(<[usize]>::to_vec).collect();
+    if !right.is_empty() {
+        groups.insert(0, right);
+    }
+    groups
+}
+
+/// From where and when simultaneous views see the state.
+fn vantage(sights: &[Sight<'_>]) -> Vantage {
+    let rows = sights.iter().filter_map(|sight| sight.view.after_s);
+    let of_all: f64 = rows.flatten().map(f64::abs).sum();
+    Vantage {
+        camera_index: sights[0].camera_index,
+        apart_s: of_all / (4 * sights.len()) as f64,
+    }
+}
+
+struct GroupUpdate {
+    state: Kinematics,
+    /// What the corners say for it: the logarithm of odds.
+    fitted: f64,
+    /// Logarithm of the odds against the views that take no part.
+    refusal: f64,
+    /// Whether the attitude is so vague that the cost may be no parabola about the fit.
+    vague: bool,
+    taken: Vec<Taken>,
+}
+
+/// The worst view is left out until all that are left pass their gates; `None` where none does, or where the prediction
+/// contradicts them all.
+fn updated_by_group<const D: usize>(
+    prior: &Kinematics,
+    start: Option<&Configuration>,
+    sights: &[Sight<'_>],
+    options: &FusionOptions,
+) -> Option<GroupUpdate> {
+    let expected = prior.observed_from::<D>(vantage(sights));
+    let seen_prior = expected.prior()?;
+    let mut part = vec![true; sights.len()];
+    loop {
+        let active = chosen(sights, &part);
+        if active.is_empty() {
+            return None;
+        }
+        let mut fit = solve(
+            &seen_prior,
+            &active,
+            start.unwrap_or(&expected.configuration),
+        )?;
+        let normals = normals(sights, &part, &mut fit);
+        let worst = worst_chi2(&normals, &part);
+        if worst > options.tag_gate {
+            // Just below the worst, so that at least that one goes.
+            let limit = options.tag_gate.max(worst * ALMOST_AS_BAD);
+            leave_out(&mut part, &normals, limit);
+        } else if fit.surprise > options.prediction_gate
+            && surprise(prior, &seen_prior, &fit, &active[0]) > options.prediction_gate
+        {
+            return None;
+        } else {
+            let mut update = complete(prior, &fit, sights, &normals, &part)?;
+            if !sights.iter().any(|sight| sight.clock.is_some()) {
+                update.vague = curvature::widen(&mut update.state, &seen_prior, &active, &fit);
+            }
+            update.refusal = refusal(sights, &part, options);
+            return Some(update);
+        }
+    }
+}
+
+/// The sights of a group; nearly always there is one, of all.
+fn members<'s, 'a>(sights: &'s [Sight<'a>], group: &[usize]) -> Cow<'s, [Sight<'a>]> {
+    if group.len() == sights.len() {
+        return Cow::Borrowed(sights);
+    }
+    group.iter().map(|index| sights[*index]).collect()
+}
+
+/// The sights that take part; nearly always all.
+fn chosen<'s, 'a>(sights: &'s [Sight<'a>], part: &[bool]) -> Cow<'s, [Sight<'a>]> {
+    if part.iter().all(|part| *part) {
+        return Cow::Borrowed(sights);
+    }
+    let pairs = sights.iter().zip(part);
+    pairs
+        .filter(|(_, part)| **part)
+        .map(|(sight, _)| *sight)
+        .collect()
+}
+
+/// Cost and normal equations of each view at the fit, taken out of it; `None` where it would have to show the tag's back.
+fn normals<const D: usize>(
+    sights: &[Sight<'_>],
+    part: &[bool],
+    fit: &mut Fit<D>,
+) -> Vec<Option<Normal>> {
+    let at = fit.configuration;
+    let mut normals = std::mem::take(&mut fit.views);
+    if part.iter().any(|part| !part) {
+        let mut fitted = normals.into_iter();
+        let normal = |(sight, part): (&Sight<'_>, &bool)| {
+            if *part {
+                fitted.next().flatten()
+            } else {
+                sight.normal(&sight.view.moving(&at))
+            }
+        };
+        normals = sights.iter().zip(part).map(normal).collect();
+    }
+    for (sight, view) in sights.iter().zip(&mut normals) {
+        let link = sight.view.world_from_link(&at);
+        if !sight.faces(&link) {
+            *view = None;
+        }
+    }
+    normals
+}
+
+fn chi2(normal: &Option<Normal>) -> f64 {
+    normal.as_ref().map_or(UNSEEN, |normal| normal.chi2)
+}
+
+fn worst_chi2(normals: &[Option<Normal>], part: &[bool]) -> f64 {
+    let taking_part = normals.iter().zip(part).filter(|(_, part)| **part);
+    taking_part
+        .map(|(normal, _)| chi2(normal))
+        .fold(0.0, f64::max)
+}
+
+fn leave_out(part: &mut [bool], normals: &[Option<Normal>], limit: f64) {
+    for (part, normal) in part.iter_mut().zip(normals) {
+        *part &= chi2(normal) <= limit;
+    }
+}
+
+fn complete<const D: usize>(
+    prior: &Kinematics,
+    fit: &Fit<D>,
+    sights: &[Sight<'_>],
+    normals: &[Option<Normal>],
+    part: &[bool],
+) -> Option<GroupUpdate> {
+    let camera_index = sights[0].camera_index;
+    let mut absorbed = absorb(prior, vantage(sights), fit)?;
+    let seen = absorbed.state.observed::<D>(camera_index);
+    let of_base = seen.covariance.fixed_view::<6, 6>(0, 0).into_owned();
+    let covariance = |sight: &Sight<'_>| match &sight.view.limb {
+        None => of_base,
+        Some(limb) => limb.covariance(&seen.configuration, &seen.covariance),
+    };
+    let pairs = normals.iter().zip(part).zip(sights);
+    let taken = pairs
+        .map(|((normal, part), sight)| {
+            let covariance = covariance(sight);
+            let mut taken = taken(normal.as_ref(), *part, &covariance);
+            if *part && sight.view.bow.is_some() {
+                let link = sight.view.moving(&fit.configuration);
+                taken.more_bow = sight.more_bow(&link, &covariance).unwrap_or_default();
+            }
+            taken
+        })
+        .collect();
+    let parts = lasting_parts::<D>(&seen.configuration, sights, normals, part);
+    if !parts.is_empty() || absorbed.state.considered.is_some() {
+        let gain = gain(&absorbed, fit, camera_index);
+        absorbed.state.consider(&gain, &parts);
+    }
+    let fitted = -0.5 * (fit.cost + absorbed.narrowing);
+    let state = absorbed.state;
+    Some(GroupUpdate {
+        state,
+        fitted,
+        refusal: 0.0,
+        vague: false,
+        taken,
+    })
+}
+
+/// What lasting errors need to know of an update.
+fn gain<const D: usize>(absorbed: &Absorbed<D>, fit: &Fit<D>, camera_index: usize) -> Gain<D> {
+    let clocks = absorbed.state.clocks.as_deref();
+    let slot = clocks.and_then(|clocks| Some((clocks, clocks.slot(camera_index)?)));
+    Gain {
+        with: absorbed.gain(),
+        clock: slot.map(|(clocks, slot)| (slot, clocks.offset_s(slot))),
+        rates: absorbed.state.rates(),
+        information: fit.information,
+    }
+}
+
+/// What the sources of lasting errors have contributed by the views that took part.
+fn lasting_parts<const D: usize>(
+    seen: &Configuration,
+    sights: &[Sight<'_>],
+    normals: &[Option<Normal>],
+    part: &[bool],
+) -> Vec<Part<D>> {
+    let mut parts: Vec<Part<D>> = Vec::new();
+    let views = sights.iter().zip(normals).zip(part);
+    for ((sight, normal), _) in views.filter(|(_, part)| **part) {
+        let Some(normal) = normal else { continue };
+        let lasting = sight.lasting(seen, normal);
+        let limb = sight.view.limb.as_ref().filter(|_| !lasting.is_empty());
+        let by_configuration = limb.map(|limb| limb.jacobian::<D>(seen));
+        for part in lasting {
+            part.about(by_configuration.as_ref()).join(&mut parts);
+        }
+    }
+    parts
+}
+
+fn taken(normal: Option<&Normal>, part: bool, covariance: &Matrix6<f64>) -> Taken {
+    let Some(normal) = normal else {
+        return Taken::refused();
+    };
+    let absorbed = |information: Matrix6<f64>| {
+        // The trace of the product: both are symmetric.
+        let share = if part {
+            information.dot(covariance)
+        } else {
+            0.0
+        };
+        (4.0 - share).clamp(0.2, 4.0)
+    };
+    let of_shifts = normal.information - normal.of_turns;
+    Taken {
+        part,
+        expected: part,
+        scale: normal.scale,
+        redundancy: [absorbed(of_shifts), absorbed(normal.of_turns)],
+        square_px: normal.square_px,
+        more_bow: [0.0; 2],
+    }
+}

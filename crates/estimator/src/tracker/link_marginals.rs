@@ -1,0 +1,118 @@
+//! What is published of links and joints: over all attitudes that are possible, about the likeliest.
+
+use nalgebra::{Matrix6, SMatrix};
+use sextant_geometry::se3;
+
+use crate::articulation::MOST_JOINTS;
+use crate::filter::joint_states::Joints;
+use crate::filter::state::symmetric;
+use crate::kinematics::chain::Chain;
+use crate::kinematics::configuration::Configuration;
+use crate::tracker::Track;
+use crate::tracker::hypothesis::Hypothesis;
+use crate::{JointEstimate, LinkEstimate, Posture};
+
+/// Of a configuration.
+const SIZE: usize = 6 + MOST_JOINTS;
+
+/// An attitude that is possible.
+struct Possible {
+    at: Configuration,
+    covariance: SMatrix<f64, SIZE, SIZE>,
+    weight: f64,
+}
+
+impl Track {
+    /// Links and joints; `None` where the object is rigid.
+    pub fn posture(&self) -> Option<Box<Posture>> {
+        let best = self.hypotheses.first()?;
+        let joints = best.state.joints.as_deref()?;
+        let possible: Vec<Possible> = self.hypotheses.iter().flat_map(possible).collect();
+        let links = (0..joints.chain.articulation.links().len())
+            .map(|link| link_estimate(&joints.chain, link, &possible));
+        let joints = joints.chain.moving().enumerate().map(|(slot, joint)| {
+            let (variance, velocity_variance) = variances(&self.hypotheses, joints, slot);
+            JointEstimate {
+                joint: joint.id.clone(),
+                value: joints.values[slot],
+                variance,
+                velocity: joints.speeds[slot],
+                velocity_variance,
+            }
+        });
+        Some(Box::new(Posture {
+            links: links.collect(),
+            joints: joints.collect(),
+        }))
+    }
+}
+
+impl Track {
+    /// Of the link that is the object's pose; `None` where the object is rigid.
+    pub(crate) fn covariance_of_base(&self) -> Option<Matrix6<f64>> {
+        let joints = self.hypotheses.first()?.state.joints.as_deref()?;
+        let possible: Vec<Possible> = self.hypotheses.iter().flat_map(possible).collect();
+        let base = joints.chain.articulation.base();
+        Some(link_estimate(&joints.chain, base, &possible).covariance)
+    }
+}
+
+/// A hypothesis, and the mirrored attitude while that is not settled.
+fn possible(one: &Hypothesis) -> Vec<Possible> {
+    let own = one.state.observed::<SIZE>(usize::MAX).covariance;
+    let covariance = own * one.state.own_told() + one.state.lasting_covariance();
+    let (at, weight) = (one.state.configuration(), one.evidence.exp());
+    let mut all = vec![Possible {
+        at,
+        covariance,
+        weight,
+    }];
+    if let Some((step, odds)) = one.twin() {
+        all.push(Possible {
+            at: Configuration {
+                pose: se3::perturb(&at.pose, &step),
+                ..at
+            },
+            covariance,
+            weight: weight * odds,
+        });
+    }
+    all
+}
+
+fn link_estimate(chain: &Chain, link: usize, possible: &[Possible]) -> LinkEstimate {
+    let world_from_link = chain.world_from_link(&possible[0].at, link);
+    let mut sum = Matrix6::zeros();
+    let mut weights = 0.0;
+    for one in possible {
+        let off = se3::difference(&chain.world_from_link(&one.at, link), &world_from_link);
+        let jacobian = chain.jacobian::<SIZE>(&one.at, link);
+        let own = jacobian * one.covariance * jacobian.transpose();
+        sum += (own + off * off.transpose()) * one.weight;
+        weights += one.weight;
+    }
+    LinkEstimate {
+        link: chain.articulation.links()[link].clone(),
+        world_from_link,
+        covariance: symmetric(&(sum / weights)),
+    }
+}
+
+/// Of a joint's value and velocity.
+fn variances(hypotheses: &[Hypothesis], best: &Joints, slot: usize) -> (f64, f64) {
+    let (mut value, mut velocity, mut weights) = (0.0, 0.0, 0.0);
+    for one in hypotheses {
+        let Some(joints) = &one.state.joints else {
+            continue;
+        };
+        let (weight, told) = (one.evidence.exp(), one.state.own_told());
+        let speed = MOST_JOINTS + slot;
+        let off_value = joints.values[slot] - best.values[slot];
+        let off_speed = joints.speeds[slot] - best.speeds[slot];
+        let lasting = one.state.lasting_covariance::<SIZE>()[(6 + slot, 6 + slot)];
+        value += weight * (told * joints.own[(slot, slot)] + lasting + off_value.powi(2));
+        velocity += weight * (told * joints.own[(speed, speed)] + off_speed.powi(2));
+        weights += weight;
+    }
+    (value / weights, velocity / weights)
+}

@@ -1,0 +1,178 @@
+//! How noisy a camera's corners are, against what was stated: estimated from the residuals that remain after each update.
+//!
+//! A residual after the update is smaller than the noise by the share of it that the pose took up. Of the four shifts (or
+//! turns) of a view's edges the redundancy r = 4 - tr(L P⁺) is left (Förstner 1979, reliability of blocks). Outliers must not
+//! pass for noise: the weights of Student's t are those with which the variance is to be averaged (the EM step of Lange,
+//! Little, Taylor 1989, sec. 4). Such an average moves slowly where the noise is another by far, since no view weighs much: where
+//! nobody states it each view gives a step of scoring on the logarithm instead, with the information that a view of Student's t
+//! has of its scale (ibid., sec. 3).
+
+use crate::FusionOptions;
+use crate::measurement::corners::Sight;
+use crate::measurement::edge_modes::NoiseFactors;
+use crate::measurement::rolling_shutter::Moving;
+use crate::measurement::view_equations::NoiseSource;
+use crate::tracker::distortion_share::Bowed;
+use crate::tracker::gating::Taken;
+
+/// What a source of the stated noise is worth.
+struct Trust {
+    /// Degrees of freedom as which it counts.
+    faith: f64,
+    /// Bounds of the factor on its variance.
+    bounds: (f64, f64),
+}
+
+/// A detector's own figures come from its fit; they are off by the same factor for long.
+const DETECTOR: Trust = Trust {
+    faith: 30.0,
+    bounds: (0.1, 25.0),
+};
+
+/// Detectors differ by a factor of ten, so that the usual noise gives way within a few views: from 0.003 to 3 px.
+const NOBODY: Trust = Trust {
+    faith: 4.0,
+    bounds: (0.001, 1000.0),
+};
+
+/// By [`index_of`].
+const TRUSTS: [&Trust; 2] = [&DETECTOR, &NOBODY];
+
+fn index_of(source: NoiseSource) -> usize {
+    match source {
+        NoiseSource::Detector => 0,
+        NoiseSource::Nobody => 1,
+    }
+}
+
+/// The noise of all cameras' corners, by camera index.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub(crate) struct Noise(Vec<CameraNoise>);
+
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+struct CameraNoise {
+    shift: Variance,
+    turn: Variance,
+    bowed: Bowed,
+}
+
+/// What the residuals say of a factor on a stated variance.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+struct Variance {
+    chi2: f64,
+    /// Of the factor, by steps of scoring.
+    logarithm: f64,
+    redundancy: f64,
+    /// Logarithm of the factor by [`index_of`] a source, weighed by the degrees of freedom: a prior that is ten times too large
+    /// would rule a mean for long. Within each source's bounds; kept, since every view asks it of every camera.
+    weighed: [f64; 2],
+}
+
+/// Of a view's corners.
+const COORDINATES: f64 = 8.0;
+
+/// 8 over the mean of 13 x / (5 + x) where x is of chi-square with 8 degrees of freedom: what the weights of views of which nobody
+/// states the noise take from Gaussian residuals.
+const OF_GAUSSIAN: f64 = 1.06;
+/// Information of eight Gaussian residuals on the logarithm of their scale over that of such a view: (5 + 10) / 5.
+const STEEPNESS: f64 = 3.0;
+
+impl Variance {
+    fn weighed(&self) -> [f64; 2] {
+        let mean = self.chi2 / self.redundancy.max(f64::MIN_POSITIVE);
+        let logarithms = [mean.max(f64::MIN_POSITIVE).ln(), self.logarithm];
+        [0, 1].map(|source| {
+            let (least, most) = TRUSTS[source].bounds;
+            self.redundancy * logarithms[source].clamp(least.ln(), most.ln())
+        })
+    }
+
+    /// Takes a view in that was whitened with a factor; its residuals are of `ratio` times that variance.
+    fn learn(&mut self, factor: f64, ratio: f64, redundancy: f64, memory: f64) {
+        let keep = (1.0 - redundancy / memory).clamp(0.0, 1.0);
+        self.chi2 = self.chi2 * keep + factor * ratio * redundancy;
+        self.redundancy = self.redundancy * keep + redundancy;
+        let step = STEEPNESS * (OF_GAUSSIAN * ratio - 1.0);
+        self.logarithm += (factor.ln() + step - self.logarithm) * redundancy / self.redundancy;
+        self.weighed = self.weighed();
+    }
+}
+
+/// What all cameras show, by [`index_of`] a source: logarithms of the factors, drawn to one.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Usual {
+    shift: [f64; 2],
+    turn: [f64; 2],
+}
+
+fn usual(all: impl Iterator<Item = Variance>) -> [f64; 2] {
+    let (mut sums, mut redundancy) = ([0.0; 2], 0.0);
+    for variance in all {
+        sums = [0, 1].map(|source| sums[source] + variance.weighed[source]);
+        redundancy += variance.redundancy;
+    }
+    [0, 1].map(|source| sums[source] / (redundancy + TRUSTS[source].faith))
+}
+
+/// A camera's own factor, drawn to what all show.
+fn factor(usual: &[f64; 2], own: Variance, source: usize) -> f64 {
+    let faith = TRUSTS[source].faith;
+    let logarithm = (own.weighed[source] + faith * usual[source]) / (own.redundancy + faith);
+    logarithm.exp()
+}
+
+impl Noise {
+    pub fn usual(&self) -> Usual {
+        Usual {
+            shift: usual(self.0.iter().map(|camera| camera.shift)),
+            turn: usual(self.0.iter().map(|camera| camera.turn)),
+        }
+    }
+
+    pub fn factors(&self, camera_index: usize, source: NoiseSource, usual: &Usual) -> NoiseFactors {
+        let source = index_of(source);
+        let own = self.0.get(camera_index).copied().unwrap_or_default();
+        NoiseFactors {
+            shift: factor(&usual.shift, own.shift, source),
+            turn: factor(&usual.turn, own.turn, source),
+        }
+    }
+
+    /// Whether what a view leaves, seen from a pose of its link, is no more than the largest noise that there can be.
+    pub fn can_explain(sight: &Sight<'_>, link: &Moving) -> bool {
+        let NoiseFactors { shift, turn } = sight.noise;
+        let (_, most) = TRUSTS[index_of(sight.view.noise_source)].bounds;
+        let square = sight.normal(link).map(|normal| normal.square());
+        square.is_some_and(|square| square * (shift * turn).sqrt() < COORDINATES * most)
+    }
+
+    /// How much of the bow a camera's corners have.
+    pub fn bowed(&self, camera_index: usize) -> f64 {
+        let own = self.0.get(camera_index).copied().unwrap_or_default();
+        own.bowed.share()
+    }
+
+    /// Takes a view in, whether it took part or was refused: else a noise underestimated at the start would stay so.
+    pub fn learn(&mut self, sight: &Sight<'_>, taken: &Taken, options: &FusionOptions) {
+        if self.0.len() <= sight.camera_index {
+            self.0
+                .resize(sight.camera_index + 1, CameraNoise::default());
+        }
+        let camera = &mut self.0[sight.camera_index];
+        let memory = 0.5 * options.noise_memory;
+        // Against what the residuals were whitened with.
+        let ratio = |kind: usize| {
+            // Where it is stated how corners hang together, shifts and turns are off by the same factor.
+            if sight.view.is_joint {
+                taken.scale.iter().sum::<f64>() / taken.redundancy.iter().sum::<f64>()
+            } else {
+                taken.scale[kind] / taken.redundancy[kind]
+            }
+        };
+        let (shift, turn) = (sight.noise.shift, sight.noise.turn);
+        let [of_shift, of_turn] = taken.redundancy;
+        camera.shift.learn(shift, ratio(0), of_shift, memory);
+        camera.turn.learn(turn, ratio(1), of_turn, memory);
+        camera.bowed.learn(sight.bowed, taken.more_bow);
+    }
+}

@@ -1,0 +1,218 @@
+//! What is published about an object at an instant.
+
+use std::borrow::Cow;
+
+use nalgebra::Matrix6;
+use sextant_geometry::se3;
+
+use crate::filter::state::{is_wider_than, symmetric};
+use crate::measurement::corners::Sight;
+use crate::tracker::hypothesis::Hypothesis;
+use crate::tracker::{Track, seconds};
+use crate::{ClockOffset, FusionOptions, ObjectEstimate, ObjectId, State};
+
+/// What the images of an instant contributed.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub(crate) struct Sighting {
+    /// Cameras that took part.
+    pub cameras: u32,
+    /// Views that took part.
+    pub tags: u32,
+    /// Sum of their squared residuals in px².
+    square_px: f64,
+    /// Camera index of each view that was refused.
+    pub refused: Vec<usize>,
+}
+
+impl Sighting {
+    pub fn of(best: &Hypothesis, sights: &[Sight<'_>]) -> Self {
+        let pairs = || sights.iter().zip(&best.taken);
+        let mut cameras: Vec<usize> = pairs()
+            .filter(|(_, taken)| taken.part)
+            .map(|(sight, _)| sight.camera_index)
+            .collect();
+        cameras.dedup();
+        let tags = best.taken.iter().filter(|taken| taken.part).count() as u32;
+        let taking_part = best.taken.iter().filter(|taken| taken.part);
+        let square_px = taking_part.map(|taken| taken.square_px).sum();
+        let refused = pairs()
+            .filter(|(_, taken)| !taken.part)
+            .map(|(sight, _)| sight.camera_index)
+            .collect();
+        Self {
+            cameras: cameras.len() as u32,
+            tags,
+            square_px,
+            refused,
+        }
+    }
+
+    /// With what other images of the same instant contributed.
+    pub fn joined(&self, mut other: Self) -> Self {
+        other.cameras += self.cameras;
+        other.tags += self.tags;
+        other.square_px += self.square_px;
+        other.refused.extend(&self.refused);
+        other
+    }
+
+    /// Root mean square of the residuals in pixels, over both axes.
+    pub fn rms_px(&self) -> f64 {
+        let residuals = 8.0 * f64::from(self.tags.max(1));
+        (self.square_px / residuals).sqrt()
+    }
+}
+
+impl Track {
+    /// The estimate for `time_ns`, at or after this track's instant; `None` where nothing worth publishing is known.
+    pub fn estimate(
+        &self,
+        object: &ObjectId,
+        time_ns: u64,
+        options: &FusionOptions,
+    ) -> Option<ObjectEstimate> {
+        let then = self.leading().predicted(time_ns);
+        let estimate = then.estimate_now(object, options)?;
+        then.is_worth_saying(&estimate, options).then_some(estimate)
+    }
+
+    /// The last that is known of an object when it is lost.
+    pub fn last_estimate(
+        &self,
+        object: &ObjectId,
+        time_ns: u64,
+        options: &FusionOptions,
+    ) -> Option<ObjectEstimate> {
+        let then = self.leading().predicted(time_ns);
+        let estimate = then.estimate_now(object, options)?;
+        Some(ObjectEstimate {
+            state: State::Lost,
+            ..estimate
+        })
+    }
+
+    fn estimate_now(&self, object: &ObjectId, options: &FusionOptions) -> Option<ObjectEstimate> {
+        let best = self.hypotheses.first()?;
+        let covariance = self.covariance();
+        let (world_from_object, twist) = best.state.base();
+        Some(ObjectEstimate {
+            object: object.clone(),
+            capture_ns: self.time_ns,
+            world_from_object,
+            covariance,
+            twist,
+            state: self.state(&covariance, options),
+            cameras: self.sighting.cameras,
+            tags: self.sighting.tags,
+            rms_px: self.sighting.rms_px(),
+            posture: self.posture(),
+        })
+    }
+
+    /// The clocks' offsets by camera index.
+    pub fn clock_offsets(&self) -> impl Iterator<Item = (usize, ClockOffset)> {
+        let best = self.leading().hypotheses.first();
+        best.into_iter().flat_map(|best| best.state.clock_offsets())
+    }
+
+    /// The track at an instant of which there may be no image.
+    pub(crate) fn predicted(&self, time_ns: u64) -> Cow<'_, Self> {
+        let has_joints = |one: &Hypothesis| one.state.joints.is_some();
+        if time_ns == self.time_ns && !self.hypotheses.iter().any(has_joints) {
+            return Cow::Borrowed(self);
+        }
+        let mut then = self.clone();
+        if time_ns != self.time_ns {
+            let dt = seconds(self.time_ns, time_ns);
+            then.time_ns = time_ns;
+            then.sighting = Sighting::default();
+            for one in &mut then.hypotheses {
+                one.state = one.state.predicted(dt);
+            }
+        }
+        for one in &mut then.hypotheses {
+            one.state.keep_within_limits();
+        }
+        Cow::Owned(then)
+    }
+
+    /// Of all that is possible, about the likeliest: the second moments of the mixture.
+    pub fn covariance(&self) -> Matrix6<f64> {
+        if let Some(covariance) = self.covariance_of_base() {
+            return covariance;
+        }
+        let mut sum = Matrix6::zeros();
+        let mut weights = 0.0;
+        for one in &self.hypotheses {
+            let weight = one.evidence.exp();
+            let off = se3::difference(&one.state.pose, &self.hypotheses[0].state.pose);
+            let own = one.state.pose_covariance();
+            sum += (own + off * off.transpose()) * weight;
+            weights += weight;
+            if let Some((step, odds)) = one.twin() {
+                let off = off + step;
+                sum += (own + off * off.transpose()) * (weight * odds);
+                weights += weight * odds;
+            }
+        }
+        symmetric(&(sum / weights))
+    }
+
+    pub fn state(&self, covariance: &Matrix6<f64>, options: &FusionOptions) -> State {
+        let vague = is_wider(covariance, options.vague_position, options.vague_attitude);
+        if vague {
+            State::Initialising
+        } else if self.sighting.tags == 0 {
+            State::Coasting
+        } else {
+            State::Tracking
+        }
+    }
+
+    /// A prediction is worth saying while it is sharp, a doubtful attitude when it has been in doubt for long.
+    fn is_worth_saying(&self, estimate: &ObjectEstimate, options: &FusionOptions) -> bool {
+        let doubted_for = |since_ns: u64| seconds(since_ns, self.time_ns);
+        let long_doubted = |since_ns: u64| doubted_for(since_ns) >= options.patience_s;
+        let (position, attitude) = (options.coasting_position, options.coasting_attitude);
+        match estimate.state {
+            State::Initialising => {
+                self.sighting.tags > 0 && self.doubtful_since_ns.is_some_and(long_doubted)
+            }
+            // What the images of this very time contradict is no sharp prediction, whatever its covariance.
+            State::Coasting => {
+                self.contradicted_since_ns.is_none()
+                    && !is_wider(&estimate.covariance, position, attitude)
+            }
+            State::Tracking | State::Lost => true,
+        }
+    }
+
+    /// Whether all that is followed has about the same attitude.
+    pub(crate) fn is_of_one_attitude(&self, options: &FusionOptions) -> bool {
+        let mut pairs = self.hypotheses.iter().zip(self.hypotheses.iter().skip(1));
+        pairs.all(|(a, b)| !a.is_turned_from(b, options))
+    }
+
+    /// Whether another attitude, followed or merely possible, is not unlikely enough.
+    pub(crate) fn is_ambiguous(&self, options: &FusionOptions) -> bool {
+        let Some(best) = self.hypotheses.first() else {
+            return false;
+        };
+        if best.settled < options.trusted_odds {
+            return true;
+        }
+        let others = self.hypotheses.iter().skip(1);
+        let rivals = others
+            .filter(|other| best.is_turned_from(other, options))
+            .map(|other| other.evidence);
+        rivals
+            .chain([best.mirrored])
+            .any(|evidence| evidence > -options.trusted_odds)
+    }
+}
+
+/// Whether one sigma along the worst axis exceeds the metres or the radians.
+fn is_wider(covariance: &Matrix6<f64>, position: f64, attitude: f64) -> bool {
+    let block = |from: usize| covariance.fixed_view::<3, 3>(from, from).into_owned();
+    is_wider_than(&block(0), position.powi(2)) || is_wider_than(&block(3), attitude.powi(2))
+}
