@@ -11,10 +11,10 @@ pub(crate) mod exclusion_test;
 pub(crate) mod fading_counter;
 pub(crate) mod fault_bank;
 pub(crate) mod fault_estimate;
+pub(crate) mod fault_model;
 pub(crate) mod isolation;
 pub(crate) mod manoeuvre_detector;
 pub(crate) mod misplaced_tags;
-pub(crate) mod pose_innovation;
 pub(crate) mod predictive_cost;
 pub(crate) mod recursive_estimate;
 pub(crate) mod replay_buffer;
@@ -25,13 +25,13 @@ use crate::TagId;
 use crate::diagnosis::consistency_tally::Support;
 use crate::diagnosis::duty_cycle::Weariness;
 use crate::diagnosis::exclusion_test::Contest;
-use crate::diagnosis::fading_counter::{Count, kept};
+use crate::diagnosis::fading_counter::Count;
 use crate::diagnosis::fault_bank::{Cause, Counts, Suspects};
 use crate::diagnosis::manoeuvre_detector::Restless;
 use crate::diagnosis::misplaced_tags::Strays;
-pub(crate) use crate::diagnosis::misplaced_tags::{Elsewhere, Ray};
-pub(crate) use crate::diagnosis::pose_innovation::{Account, Testimony};
 use crate::diagnosis::replay_buffer::Recall;
+pub(crate) use crate::measurement::pose_innovation::{PoseInnovation, ViewResidual};
+use crate::tracker::finalised_views::SettledView;
 
 /// Views, counted with that memory, from which on a share means something.
 const FEWEST: f64 = 3.0;
@@ -56,23 +56,6 @@ const MOST_TWINS: usize = 1024;
 const OFTEN: f64 = 2.5;
 /// Nanoseconds for which a camera contradicts after which no question about clocks keeps it from being named.
 const OLD_NS: u64 = 1_000_000_000;
-
-/// A view of an instant that is settled.
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) struct SettledView {
-    pub camera_index: usize,
-    pub tag: TagId,
-    /// Whether it agreed with the track.
-    pub agreed: bool,
-    /// Whether it took part, but as if the object had been hit.
-    pub hit: bool,
-    /// The ray on which it is seen, if that is far from where its object has it.
-    pub ray: Option<Ray>,
-    /// What is there.
-    pub elsewhere: Option<Elsewhere>,
-    /// What it says of faults, if it was asked.
-    pub account: Option<Account>,
-}
 
 /// A camera that is not where the rig says.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -192,7 +175,7 @@ impl Health {
     }
 
     /// What a view says apart from what stated errors explain.
-    fn told(&self, camera: usize, account: &Account) -> Option<Testimony> {
+    fn told(&self, camera: usize, account: &ViewResidual) -> Option<PoseInnovation> {
         if account.displacing.is_empty() {
             return account.told();
         }

@@ -20,6 +20,7 @@
 
 pub(crate) mod clock_states;
 pub(crate) mod consider;
+pub(crate) mod covariance;
 pub(crate) mod joint_limits;
 pub(crate) mod joint_states;
 pub(crate) mod least_squares;

@@ -9,19 +9,18 @@ pub(crate) mod tag_hosts;
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;
 
-use thiserror::Error;
-
+use crate::ModelError;
 use crate::clocks::offset_search::{ClockSearch, Timely};
 use crate::diagnosis::Health;
 use crate::fault::Fault;
 use crate::fusion::intake::Intake;
 use crate::self_calibration::SelfCalibration;
 use crate::site::{ObjectImage, Site};
-use crate::tracker::Track;
 use crate::tracker::timeline::{Attention, Settled, Timeline};
+use crate::tracker::track::Track;
 use crate::{
-    FusionOptions, ImageObservation, Imperfection, ObjectEstimate, ObjectId, ObjectModel,
-    OptionsError, Proposal, Rig, Statistics, TagId,
+    FusionOptions, ImageObservation, Imperfection, ObjectEstimate, ObjectId, ObjectModel, Proposal,
+    Rig, Statistics,
 };
 
 /// Cameras that are remembered, of former rigs as well; when there are more, everything begins anew.
@@ -61,29 +60,6 @@ pub enum Output {
         /// By how many ns it was set forward; below zero where it was set back.
         by_ns: i64,
     },
-}
-
-/// Why objects can't be tracked together.
-#[derive(Debug, Clone, PartialEq, Error)]
-pub enum ModelError {
-    /// Two objects of one name.
-    #[error("object {0} is there twice")]
-    DuplicateObject(ObjectId),
-    /// One tag on two objects.
-    #[error(
-        "tag {tag} is on object {first} and on object {second}: print another id for one of them"
-    )]
-    SharedTag {
-        /// The tag.
-        tag: TagId,
-        /// The object that has it.
-        first: ObjectId,
-        /// The object that claims it too.
-        second: ObjectId,
-    },
-    /// A tunable outside of its range.
-    #[error("options: {0}")]
-    Options(#[from] OptionsError),
 }
 
 /// Fuses the images of all cameras into one pose per object.

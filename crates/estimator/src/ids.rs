@@ -5,7 +5,23 @@ use std::str::FromStr;
 use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
+use sextant_tag_families::Family;
 use thiserror::Error;
+
+/// Which tag it is: its family and its number in the family.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+pub struct TagId {
+    /// The family of code words.
+    pub family: Family,
+    /// The number of the code word.
+    pub id: u32,
+}
+
+impl fmt::Display for TagId {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}:{}", self.family, self.id)
+    }
+}
 
 /// The longest name in bytes.
 const LONGEST: usize = 32;

@@ -33,6 +33,7 @@ mod self_calibration;
 mod site;
 mod statistics;
 mod tag_poses;
+mod time;
 mod tracker;
 
 pub use articulation::{
@@ -40,14 +41,15 @@ pub use articulation::{
 };
 pub use estimate::{ClockOffset, JointEstimate, LinkEstimate, ObjectEstimate, Posture, State};
 pub use fault::Fault;
-pub use fusion::{Fusion, Input, ModelError, Output};
-pub use ids::{CameraId, IdError, JointId, LinkId, ObjectId};
+pub use fusion::{Fusion, Input, Output};
+pub use ids::{CameraId, IdError, JointId, LinkId, ObjectId, TagId};
 pub use imperfection::Imperfection;
-pub use object::{ObjectError, ObjectModel, ObjectTag, TagId};
+pub use object::{ObjectError, ObjectModel, ObjectTag};
 pub use observation::{ImageObservation, TagCorners};
 pub use options::{FusionOptions, OptionsError};
 pub use proposal::Proposal;
 pub use rig::{Camera, Exposure, LensSigma, PoseSigma, Rig, RigError, Stamp};
 pub use self_calibration::HeldBack;
+pub use site::ModelError;
 pub use statistics::{CameraStatistics, Statistics};
 pub use tag_poses::tag_poses;

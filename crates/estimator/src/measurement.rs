@@ -12,5 +12,8 @@ pub(crate) mod corner_noise;
 pub(crate) mod corners;
 pub(crate) mod distortion_bias;
 pub(crate) mod edge_modes;
+pub(crate) mod planar_poses;
+pub(crate) mod pose_innovation;
+pub(crate) mod ray;
 pub(crate) mod rolling_shutter;
 pub(crate) mod view_equations;

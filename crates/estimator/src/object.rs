@@ -1,30 +1,13 @@
 //! Objects: constellations of tags, rigid or on links that joints connect.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::fmt;
 
-use serde::{Deserialize, Serialize};
 use sextant_geometry::Pose;
-use sextant_tag_families::Family;
 use thiserror::Error;
 
+use crate::TagId;
 use crate::rig::{is_finite, is_same};
 use crate::{Articulation, ArticulationError, LinkId, ObjectId, PoseSigma};
-
-/// Which tag it is: its family and its number in the family.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
-pub struct TagId {
-    /// The family of code words.
-    pub family: Family,
-    /// The number of the code word.
-    pub id: u32,
-}
-
-impl fmt::Display for TagId {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}:{}", self.family, self.id)
-    }
-}
 
 /// A tag on an object.
 #[derive(Debug, Clone, PartialEq)]

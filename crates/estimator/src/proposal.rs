@@ -1,7 +1,7 @@
 //! A refined calibration of the site, as ordinary use has shown it.
 
-use crate::self_calibration::Corrections;
 use crate::site::Site;
+use crate::site::corrections::Corrections;
 use crate::{HeldBack, ObjectModel, Rig};
 
 /// The models with the errors taken off that self-calibration has found in them. Corrected poses and lenses have the sigmas that are left;

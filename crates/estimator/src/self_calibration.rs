@@ -21,8 +21,8 @@ pub(crate) mod parameters;
 pub(crate) mod variance_components;
 
 pub use crate::self_calibration::held_back::HeldBack;
-pub(crate) use crate::self_calibration::keyframes::{Keyframe, KeyframeView, Way};
-pub(crate) use crate::site::corrections::{CameraCorrection, Corrections, ObjectFrame};
+pub(crate) use crate::self_calibration::keyframes::Keyframe;
+pub(crate) use crate::site::corrections::Corrections;
 
 use crate::self_calibration::adjustment::Adjustment;
 use crate::self_calibration::held_back::HeldBackKeyframes;
@@ -105,7 +105,10 @@ impl SelfCalibration {
     /// The corrections that are more than negligible, with what the images that are held back say of them; `None` unless these are
     /// explained clearly better.
     pub fn proposal(&self, site: &Site) -> Option<(Corrections, HeldBack)> {
-        let corrections = self.newest.as_ref()?.for_files(site);
+        let corrections = self
+            .newest
+            .as_ref()?
+            .for_files(|camera| site.file_lens(camera));
         if corrections.cameras.is_empty() && corrections.tags.is_empty() {
             return None;
         }

@@ -6,18 +6,43 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use sextant_geometry::{Lens, Pose, tag_corners_in_tag};
+use thiserror::Error;
 
+use crate::OptionsError;
 use crate::kinematics::chain::{Chain, Limb};
 use crate::measurement::corners::{PosedCamera, View};
 use crate::measurement::distortion_bias;
 use crate::measurement::rolling_shutter::RollingShutter;
-use crate::self_calibration::{CameraCorrection, Corrections, ObjectFrame};
+use crate::site::corrections::{CameraCorrection, Corrections, ObjectFrame};
 use crate::{
-    CameraId, FusionOptions, ImageObservation, LensSigma, ModelError, ObjectId, ObjectModel,
-    ObjectTag, PoseSigma, Rig, TagCorners, TagId,
+    CameraId, FusionOptions, ImageObservation, LensSigma, ObjectId, ObjectModel, ObjectTag,
+    PoseSigma, Rig, TagCorners, TagId,
 };
 
 use crate::measurement::corner_noise::{StatedNoise, area_px2};
+
+/// Why objects can't be tracked together.
+#[derive(Debug, Clone, PartialEq, Error)]
+pub enum ModelError {
+    /// Two objects of one name.
+    #[error("object {0} is there twice")]
+    DuplicateObject(ObjectId),
+    /// One tag on two objects.
+    #[error(
+        "tag {tag} is on object {first} and on object {second}: print another id for one of them"
+    )]
+    SharedTag {
+        /// The tag.
+        tag: TagId,
+        /// The object that has it.
+        first: ObjectId,
+        /// The object that claims it too.
+        second: ObjectId,
+    },
+    /// A tunable outside of its range.
+    #[error("options: {0}")]
+    Options(#[from] OptionsError),
+}
 
 /// A camera of the rig; `posed` is missing until it is calibrated.
 #[derive(Debug, Clone)]

@@ -1,21 +1,20 @@
-//! One object at one instant: the attitudes that explain its images, and the step to the next instant.
+//! Tracking: one object through time, by the images of all cameras.
 //!
-//! - [`hypothesis`]: one attitude, followed by a filter and weighed by its evidence.
-//! - [`bowed`]: how much of the bow of bending lenses each camera's corners have.
-//! - [`birth`]: the attitudes that an image allows when nothing is known before.
-//! - [`mirror`]: the other branch of the planar ambiguity.
-//! - [`curvature`]: covariance where the cost is flatter than its parabola.
-//! - [`limbs`]: what is published of links and joints.
-//! - [`noise`]: how noisy each camera's corners are.
-//! - [`posture`]: values of joints of which little is known.
-//! - [`report`]: what is published about the instant.
-//! - [`rivalry`]: whether the cameras' clocks agree.
-//! - [`settled`]: what became of the views, and what they say of faults.
-//! - [`standing`]: which cameras go on to contradict.
-//! - [`time`]: what is known about them.
-//! - [`update`]: a state and the views of an instant.
+//! [`Track::advanced`] takes a track over one instant. Its stages, in order:
+//!
+//! 1. [`track`]: the views are weighed by what is known of the cameras' noise ([`noise_scales`], [`distortion_share`]) and clocks
+//!    ([`clock_knowledge`]).
+//! 2. [`branching`]: each [`hypothesis`] is predicted and branches: updated, hit in the meantime, or with all views rejected.
+//! 3. [`gating`]: views that contradict the others are left out; [`curvature`] widens covariances where the cost is flat.
+//! 4. [`planar_ambiguity`] and [`joint_search`] propose other minima; [`birth`] proposes attitudes where nothing is known.
+//! 5. [`branching`] weighs the hypotheses and drops the hopeless; [`camera_consistency`] remembers which cameras contradict.
+//! 6. [`clock_model_selection`] compares the track with one that estimates unverified clocks.
+//!
+//! [`timeline`] keeps the tracks of the fixed lag, [`report`] and [`link_marginals`] make estimates from a track, and
+//! [`finalised_views`] the residuals that fault diagnosis works with.
 
 pub(crate) mod birth;
+pub(crate) mod branching;
 pub(crate) mod camera_consistency;
 pub(crate) mod clock_knowledge;
 pub(crate) mod clock_model_selection;
@@ -30,443 +29,54 @@ pub(crate) mod noise_scales;
 pub(crate) mod planar_ambiguity;
 pub(crate) mod report;
 pub(crate) mod timeline;
+pub(crate) mod track;
+pub(crate) mod view_outcome;
 
-use nalgebra::{Matrix6, Vector6};
-use sextant_geometry::{Pose, se3};
-
-use crate::filter::state::{Kinematics, white_acceleration};
-use crate::kinematics::configuration::Configuration;
-use crate::measurement::corners::{Sight, View};
-use crate::site::{ObjectImage, Site};
-use crate::tracker::clock_knowledge::Timing;
-use crate::tracker::hypothesis::Hypothesis;
-use crate::tracker::noise_scales::Noise;
-use crate::{FusionOptions, State};
-
-pub(crate) use crate::tracker::birth::{area, branches};
-pub(crate) use crate::tracker::report::Sighting;
-
-/// What is known about an object at an instant. A value: the next instant's is made from it, never in place.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub(crate) struct Track {
-    /// The instant in ns.
-    pub time_ns: u64,
-    /// When a view last took part, in ns.
-    pub seen_ns: u64,
-    /// Since when images contradict everything known, in ns.
-    contradicted_since_ns: Option<u64>,
-    /// Since when the attitude is in doubt, in ns.
-    doubtful_since_ns: Option<u64>,
-    /// Whether the attitude has been beyond doubt since the object appeared.
-    trusted: bool,
-    /// Likeliest first; empty until the object is seen, and again when it is lost.
-    hypotheses: Vec<Hypothesis>,
-    /// How noisy the cameras' corners are.
-    noise: Noise,
-    /// What is known about the cameras' clocks.
-    timing: Timing,
-    /// Logarithm of the probability of all images so far, up to a constant.
-    total: f64,
-    /// The same object with other clocks, while it is open which are right.
-    rival: Option<Box<Track>>,
-    /// Since when there is a rival, in ns.
-    rival_since_ns: Option<u64>,
-    /// How much better than the rival this one has lately foretold the images, as a logarithm of odds.
-    ahead: f64,
-    /// Whether a view of the last images took part.
-    took_part: bool,
-    /// When a view of each camera last took part, by camera index, ns.
-    participation: Vec<(usize, u64)>,
-    /// What the images of this instant contributed.
-    pub sighting: Sighting,
-}
-
-/// Share of its square by which the step of a corrected model counts as a variance of the pose.
-const UNCERTAIN_MOTION: f64 = 0.25;
-
-/// Nanoseconds for which a camera's agreement counts against another that contradicts: three images.
-const LATELY_NS: u64 = 100_000_000;
-
-/// Factors on the variance of corners by which tags are tried to agree: blur and vibration come with a hit.
-const MORE_NOISE: [f64; 3] = [1.0, 10.0, 100.0];
-
-/// Most attitudes followed at a time.
-const MOST_HYPOTHESES: usize = 4;
-
-pub(crate) fn seconds(from_ns: u64, to_ns: u64) -> f64 {
-    (to_ns as i128 - from_ns as i128) as f64 * 1e-9
-}
+use crate::FusionOptions;
+use crate::site::{ObjectImage, Site, StatedClock};
+use crate::time::seconds;
+use crate::tracker::clock_model_selection::RECENT_S;
+use crate::tracker::track::Track;
 
 impl Track {
-    /// The track after the images of an instant, the clocks taken as they are taken here.
-    fn stepped(
+    /// The track after the images of the instant `time_ns`, which is not before this one's.
+    pub fn advanced(
         &self,
         time_ns: u64,
         images: &[&ObjectImage],
         site: &Site,
         options: &FusionOptions,
     ) -> Self {
-        let sights = self.sights(images, site, options);
-        let followed = self
-            .is_known_at(time_ns, options)
-            .then(|| self.followed(time_ns, &sights, options));
-        let Some(followed) = followed else {
-            return self.forgotten().born(time_ns, &sights, options);
-        };
-        if followed.took_part && followed.agrees_with_most(&sights) {
-            return followed;
-        }
-        if !followed.took_part && followed.is_contradicted(options) {
-            return self.born(time_ns, &sights, options);
-        }
-        if self.others_agree_lately(time_ns, &sights) {
-            return followed;
-        }
-        let agreed = self.agreed(time_ns, &sights, options);
-        agreed
-            .filter(|agreed| agreed.sighting.tags > followed.sighting.tags)
-            .unwrap_or(followed)
-    }
-
-    /// The object by two or more tags of an image that agree with one another, with as much more noise as they need for that: as it
-    /// moved before, or else anew.
-    fn agreed(&self, time_ns: u64, sights: &[Sight<'_>], options: &FusionOptions) -> Option<Self> {
-        let same_camera = |pair: &[Sight<'_>]| pair[0].camera_index == pair[1].camera_index;
-        if !sights.windows(2).any(same_camera) {
-            return None;
-        }
-        let agreed = |factor: &f64| {
-            let noisier = sights.iter().map(|sight| sight.noisier(*factor));
-            let noisier: Vec<Sight<'_>> = noisier.collect();
-            let followed = self.followed(time_ns, &noisier, options);
-            if followed.has_agreeing_tags(&noisier) {
-                return Some(followed);
+        let mut next = self.stepped(time_ns, images, site, options);
+        let is_right = |image: &&ObjectImage| next.believed(image) == StatedClock::Right;
+        next.timing.has_right_clock |= images.iter().any(is_right);
+        let rival = match &self.rival {
+            Some(rival) => Some(rival.stepped(time_ns, images, site, options)),
+            None if self.shares_shutter(time_ns, images) => {
+                let unvouched: Vec<usize> = next.unvouched(images).collect();
+                next.timing.settle(time_ns, &unvouched);
+                None
             }
-            let born = self.born(time_ns, &noisier, options);
-            born.has_agreeing_tags(&noisier).then_some(born)
+            None => self
+                .challenger(time_ns, images, options)
+                .map(|rival| rival.stepped(time_ns, images, site, options)),
         };
-        MORE_NOISE.iter().find_map(agreed)
-    }
-
-    /// Whether the views that took part are more than the others.
-    fn agrees_with_most(&self, sights: &[Sight<'_>]) -> bool {
-        let part = self.hypotheses.first().map_or(0, |best| {
-            best.taken.iter().filter(|taken| taken.part).count()
-        });
-        2 * part > sights.len()
-    }
-
-    /// Whether a camera that is not among those of the sights has lately agreed with the track and does so still.
-    fn others_agree_lately(&self, time_ns: u64, sights: &[Sight<'_>]) -> bool {
-        let Some(best) = self.hypotheses.first() else {
-            return false;
-        };
-        self.participation.iter().any(|(camera, part_ns)| {
-            let is_late = part_ns.saturating_add(LATELY_NS) >= time_ns;
-            is_late
-                && !best.standing.doubts(*camera)
-                && !sights.iter().any(|sight| sight.camera_index == *camera)
-        })
-    }
-
-    /// Whether two tags of one image agree with one another.
-    fn has_agreeing_tags(&self, sights: &[Sight<'_>]) -> bool {
-        let taken = self.hypotheses.first().map(|best| &best.taken);
-        let pairs = taken.into_iter().flat_map(|taken| sights.iter().zip(taken));
-        let mut cameras: Vec<usize> = pairs
-            .filter(|(_, taken)| taken.part)
-            .map(|(sight, _)| sight.camera_index)
-            .collect();
-        cameras.sort_unstable();
-        cameras.windows(2).any(|pair| pair[0] == pair[1])
-    }
-
-    /// Whether anything is known at that instant.
-    pub fn is_known_at(&self, time_ns: u64, options: &FusionOptions) -> bool {
-        !self.hypotheses.is_empty() && seconds(self.seen_ns, time_ns) <= options.lost_s
-    }
-
-    fn sights<'a>(
-        &self,
-        images: &[&'a ObjectImage],
-        site: &'a Site,
-        options: &FusionOptions,
-    ) -> Vec<Sight<'a>> {
-        let mut sights = Vec::with_capacity(images.iter().map(|image| image.views.len()).sum());
-        let usual = self.noise.usual();
-        for image in images {
-            let Some(camera) = site
-                .cameras()
-                .get(image.camera_index)
-                .and_then(|camera| camera.posed.as_ref())
-            else {
-                continue;
-            };
-            let camera_index = image.camera_index;
-            let clock = self.timing.clock(camera_index, image.clock, options);
-            let sight = |view: &'a View| {
-                let factors = self.noise.factors(camera_index, view.noise_source, &usual);
-                let bowed = self.noise.bowed(camera_index);
-                Sight::new(camera_index, camera, view, (factors, bowed), clock)
-            };
-            sights.extend(image.views.iter().map(sight));
-        }
-        sights
-    }
-
-    fn followed(&self, time_ns: u64, sights: &[Sight<'_>], options: &FusionOptions) -> Self {
-        let dt = seconds(self.time_ns, time_ns);
-        let follow = |one: &Hypothesis| one.followed(dt, sights, options);
-        let followed: Vec<_> = self.hypotheses.iter().map(follow).collect();
-        let contradicted = followed.iter().all(|one| one.contradicted);
-        let mut ways: Vec<_> = followed.into_iter().flat_map(|one| one.ways).collect();
-        let is_wrong = |sight: &Sight<'_>| self.hypotheses[0].standing.is_wrong(sight.camera_index);
-        if contradicted && !sights.iter().all(is_wrong) {
-            // Put elsewhere while nobody looked: worth its odds if the views agree among themselves.
-            let mut elsewhere = birth::hypotheses(sights, options);
-            hypothesis::weaken(&mut elsewhere, options.jolt_odds);
-            ways.extend(elsewhere);
-        }
-        let mut next = self.with(time_ns, ways, sights, options);
-        if !next.took_part {
-            next.contradicted_since_ns = self.contradicted_since_ns.or(Some(time_ns));
-        }
-        next
-    }
-
-    /// What is left of a lost object: how noisy the cameras are, and how their clocks go.
-    fn forgotten(&self) -> Self {
-        let mut timing = self.timing.clone();
-        if let Some(best) = self.hypotheses.first().filter(|_| self.trusted) {
-            timing.learn(&best.state);
-        }
-        Self {
-            noise: self.noise.clone(),
-            timing,
-            total: self.total,
-            ..Self::default()
-        }
-    }
-
-    fn born(&self, time_ns: u64, sights: &[Sight<'_>], options: &FusionOptions) -> Self {
-        let unborn = Self {
-            doubtful_since_ns: self.doubtful_since_ns,
-            ..self.forgotten()
-        };
-        unborn.with(time_ns, birth::hypotheses(sights, options), sights, options)
-    }
-
-    /// The track at an instant whose hypotheses are these.
-    fn with(
-        &self,
-        time_ns: u64,
-        mut hypotheses: Vec<Hypothesis>,
-        sights: &[Sight<'_>],
-        options: &FusionOptions,
-    ) -> Self {
-        let evidence = hypothesis::weigh(&mut hypotheses, options);
-        let mut next = Self {
-            time_ns,
-            hypotheses,
-            noise: self.noise.clone(),
-            trusted: self.trusted,
-            timing: self.timing.clone(),
-            participation: self.participation.clone(),
-            total: self.total + evidence,
-            ..Self::default()
-        };
-        if let Some(best) = next.hypotheses.first() {
-            next.total -= best.widened(sights);
-            let sighting = Sighting::of(best, sights);
-            next.took_part = sighting.tags > 0;
-            let pairs = sights.iter().zip(&best.taken);
-            let part = pairs.filter(|(_, taken)| taken.part);
-            let cameras: Vec<usize> = part.map(|(sight, _)| sight.camera_index).collect();
-            next.participation
-                .retain(|(camera, _)| !cameras.contains(camera));
-            for camera in cameras {
-                if next
-                    .participation
-                    .last()
-                    .is_none_or(|(last, _)| *last != camera)
-                {
-                    next.participation.push((camera, time_ns));
-                }
+        next.rival_since_ns = rival
+            .as_ref()
+            .map(|_| self.rival_since_ns.unwrap_or(time_ns));
+        match rival {
+            Some(mut rival) => {
+                let before = self
+                    .rival
+                    .as_deref()
+                    .map_or(self.total, |rival| rival.total);
+                let gain = (next.total - self.total) - (rival.total - before);
+                let keep = (-seconds(self.time_ns, time_ns) / RECENT_S).exp();
+                next.ahead = self.ahead * keep + gain;
+                rival.timing.has_right_clock = next.timing.has_right_clock;
+                next.rivalled(rival, options)
             }
-            let same_instant = self.time_ns == time_ns && !self.hypotheses.is_empty();
-            next.sighting = if same_instant {
-                self.sighting.joined(sighting)
-            } else {
-                sighting
-            };
-            // What was hit or not is no doubt about which corners are which.
-            let of_one_attitude = next.is_of_one_attitude(options);
-            next.seen_ns = if next.took_part {
-                time_ns
-            } else {
-                self.seen_ns
-            };
-            if of_one_attitude {
-                let noise = std::mem::take(&mut next.noise);
-                next.noise = next.hypotheses[0].taught(noise, sights, options);
-            }
-            let state = next.state(&next.covariance(), options);
-            next.trusted |= state == State::Tracking && !next.is_ambiguous(options);
-            let doubtful = state == State::Initialising;
-            next.doubtful_since_ns = doubtful.then(|| self.doubtful_since_ns.unwrap_or(time_ns));
+            None => next,
         }
-        next
-    }
-
-    /// Whether the images have contradicted for long enough to start anew; at once if nothing was certain yet.
-    fn is_contradicted(&self, options: &FusionOptions) -> bool {
-        !self.trusted
-            || self
-                .contradicted_since_ns
-                .is_some_and(|since| seconds(since, self.time_ns) >= options.contradiction_s)
-    }
-
-    /// Clocks may have jumped, by so many seconds (one sigma).
-    pub fn doubt_clocks(&mut self, cameras: &[usize], sigma_s: f64) {
-        self.timing.doubt(cameras);
-        let states = self.hypotheses.iter_mut().map(|one| &mut one.state);
-        for clocks in states.filter_map(|state| state.clocks.as_mut()) {
-            cameras
-                .iter()
-                .for_each(|camera| clocks.doubt(*camera, sigma_s));
-        }
-        if self.timing.open {
-            self.clear_standing(cameras);
-        }
-        if let Some(rival) = &mut self.rival {
-            rival.doubt_clocks(cameras, sigma_s);
-        }
-    }
-
-    /// What is known of the motion at this instant, as self-calibration takes it; `None` where the object is unknown.
-    pub fn for_calibration(&self) -> Option<KnownMotion<'_>> {
-        let track = self.leading();
-        let state = &track.hypotheses.first()?.state;
-        let configuration = state.configuration();
-        Some(KnownMotion {
-            track,
-            state,
-            configuration,
-        })
-    }
-
-    /// The models were corrected, by which the object went from one pose to the other: what is known goes along.
-    pub fn move_along(&mut self, before: &Pose, after: &Pose) {
-        let motion = after * before.inverse();
-        let step = se3::difference(after, before);
-        for state in self.hypotheses.iter_mut().map(|one| &mut one.state) {
-            state.pose = motion * state.pose;
-            let mut of_pose = state.covariance.fixed_view_mut::<6, 6>(0, 0);
-            of_pose += step * step.transpose() * UNCERTAIN_MOTION;
-        }
-        if let Some(rival) = &mut self.rival {
-            rival.move_along(before, after);
-        }
-    }
-
-    /// These cameras contradict no more.
-    fn clear_standing(&mut self, cameras: &[usize]) {
-        let hypotheses = self.hypotheses.iter_mut();
-        hypotheses.for_each(|one| one.standing.clear(cameras));
-    }
-
-    /// So many seconds more are taken off a camera's stamps from now on.
-    pub fn shift_clock(&mut self, camera_index: usize, by_s: f64) {
-        self.timing.shift(camera_index, by_s);
-        for clocks in self
-            .hypotheses
-            .iter_mut()
-            .filter_map(|one| one.state.clocks.as_mut())
-        {
-            clocks.take_off(camera_index, by_s);
-        }
-        if let Some(rival) = &mut self.rival {
-            rival.shift_clock(camera_index, by_s);
-        }
-    }
-}
-
-/// Where an object is and how it moves.
-pub(crate) struct KnownMotion<'a> {
-    track: &'a Track,
-    state: &'a Kinematics,
-    configuration: Configuration,
-}
-
-impl KnownMotion<'_> {
-    /// Pose of a view's link in the world, or of the object where it is rigid.
-    pub fn pose(&self, view: &View) -> Pose {
-        view.world_from_link(&self.configuration)
-    }
-
-    /// Its velocity and angular velocity, m/s and rad/s in world axes.
-    pub fn twist(&self, view: &View) -> Vector6<f64> {
-        let limb = view.limb.as_ref();
-        limb.map_or(self.state.twist, |limb| limb.twist(&self.configuration))
-    }
-
-    /// Share of the distortion bias in a camera's corners.
-    pub fn bowed(&self, camera_index: usize) -> f64 {
-        self.track.noise.bowed(camera_index)
-    }
-
-    /// How a view's link moves from one image to another: the step (dt, dr) and its covariance, clocks included; `None` where both are of
-    /// one time.
-    pub fn between(
-        &self,
-        [from, to]: [&ObjectImage; 2],
-        view: &View,
-        options: &FusionOptions,
-    ) -> Option<(Vector6<f64>, Matrix6<f64>)> {
-        if from.capture_ns == to.capture_ns {
-            return None;
-        }
-        let dt = seconds(from.capture_ns, to.capture_ns);
-        let of_clocks = [from, to].map(|image| image.clock.sigma_s(options).powi(2));
-        let of_twist = self.state.covariance.fixed_view::<6, 6>(6, 6).into_owned();
-        let accelerated = white_acceleration(dt, self.state.motion.restlessness(dt));
-        let twist = self.twist(view);
-        let covariance = of_twist * dt.powi(2)
-            + accelerated.fixed_view::<6, 6>(0, 0)
-            + twist * twist.transpose() * (of_clocks[0] + of_clocks[1]);
-        Some((twist * dt, covariance))
-    }
-}
-
-impl Hypothesis {
-    /// By how much the logarithm of the probability of corners is less where their noise is found to be larger than stated.
-    fn widened(&self, sights: &[Sight<'_>]) -> f64 {
-        let pairs = sights.iter().zip(&self.taken);
-        let part = pairs.filter(|(_, taken)| taken.part);
-        // Four degrees of freedom of either, half a logarithm of the variance each.
-        part.map(|(sight, _)| 2.0 * (sight.noise.shift * sight.noise.turn).ln())
-            .sum()
-    }
-
-    /// The noise with what the views of the instant tell about it.
-    fn taught(&self, mut noise: Noise, sights: &[Sight<'_>], options: &FusionOptions) -> Noise {
-        let pairs = || sights.iter().zip(&self.taken);
-        for (sight, taken) in pairs() {
-            let same_image = |other: &Sight<'_>| other.camera_index == sight.camera_index;
-            let image = || pairs().filter(|(other, _)| same_image(other));
-            let right = image().filter(|(_, taken)| taken.part).count();
-            let may_be_noise =
-                || Noise::can_explain(sight, &sight.view.moving(&self.state.configuration()));
-            // Wrong among right ones is no noise, nor is what is off by more than noise again and again while others are right.
-            let is_fault = || {
-                2 * right > image().count()
-                    || self.standing.is_wrong(sight.camera_index) && !may_be_noise()
-            };
-            if !taken.part && is_fault() {
-                continue;
-            }
-            noise.learn(sight, taken, options);
-        }
-        noise
     }
 }

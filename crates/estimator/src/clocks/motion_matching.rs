@@ -12,6 +12,7 @@ use sextant_geometry::{Pose, se3, so3};
 
 use crate::ClockOffset;
 use crate::clocks::single_camera_track::Sample;
+use crate::time::seconds;
 
 /// Seconds about the offset that arrivals tell which are searched, and the grid's step.
 const REACH_S: f64 = 5.0;
@@ -297,10 +298,6 @@ impl Difference {
             .copy_from(&-so3::hat(&self.place));
         by_move
     }
-}
-
-fn seconds(from_ns: u64, to_ns: u64) -> f64 {
-    (i128::from(to_ns) - i128::from(from_ns)) as f64 * 1e-9
 }
 
 /// A pose of b, and those of a before and after the same moment.

@@ -9,7 +9,7 @@ use sextant_geometry::Pose;
 
 use crate::measurement::corners::View;
 use crate::site::{ObjectImage, Site, StatedClock};
-use crate::tracker::Track;
+use crate::tracker::track::Track;
 use crate::{FusionOptions, ObjectId, State};
 
 /// Poses that are kept: four seconds at 60 a second.

@@ -12,7 +12,12 @@ use nalgebra::Vector6;
 
 use crate::TagId;
 use crate::diagnosis::fault_estimate::{ALERT, Accused};
-use crate::diagnosis::pose_innovation::Testimony;
+use crate::diagnosis::fault_model::FaultModel;
+use crate::diagnosis::fault_model::camera::{CameraPoseFault, apparent_angles};
+use crate::diagnosis::fault_model::clock::ClockFault;
+use crate::diagnosis::fault_model::tag_pose::TagPoseFault;
+use crate::diagnosis::fault_model::tag_size::TagSizeFault;
+use crate::measurement::pose_innovation::PoseInnovation;
 
 /// Evidence, a logarithm of odds, from which on a fault is said, and below which it is over.
 pub(crate) const RAISED: f64 = 40.0;
@@ -86,17 +91,17 @@ pub(crate) struct Counts {
 
 impl Suspects {
     /// What a view says of its camera and its tag.
-    pub fn take(&mut self, camera: usize, tag: Tag, one: &Testimony, counts: Counts) {
+    pub fn take(&mut self, camera: usize, tag: Tag, one: &PoseInnovation, counts: Counts) {
         let (mut gains, square) = ([0.0; 4], (one.square, one.weight));
         if counts.camera || self.cameras.contains_key(&camera) {
             let of = self.cameras.entry(camera).or_insert_with(Accused::camera);
             if one.twist != Vector6::zeros() {
-                gains[0] = of.simple.gain(&one.of_clock(), square);
+                gains[0] = of.simple.gain(&ClockFault::equations(one), square);
             }
-            gains[1] = of.whole.gain(&one.of_camera(), square);
+            gains[1] = of.whole.gain(&CameraPoseFault::equations(one), square);
             let (angles, now) = (
                 self.angles.entry(camera).or_default(),
-                one.angles(&of.whole.at()),
+                apparent_angles(one, &of.whole.at()),
             );
             *angles = [0, 1].map(|n| angles[n] + (now[n] - angles[n]) / RECENT);
         }
@@ -105,8 +110,8 @@ impl Suspects {
         let is_sound = !of_camera.iter().any(|cause| self.found.contains(cause));
         if is_sound && (counts.tag || self.tags.contains_key(&tag)) {
             let of = self.tags.entry(tag).or_insert_with(Accused::tag);
-            gains[2] = of.simple.gain(&one.of_size(), square);
-            gains[3] = of.whole.gain(&one.of_place(), square);
+            gains[2] = of.simple.gain(&TagSizeFault::equations(one), square);
+            gains[3] = of.whole.gain(&TagPoseFault::equations(one), square);
         }
         let counted = [counts.clock, counts.camera, counts.tag, counts.tag];
         let cell = self.cells.entry((camera, tag)).or_default();

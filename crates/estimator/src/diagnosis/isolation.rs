@@ -8,8 +8,8 @@ use crate::diagnosis::fault_bank::{Admitted, SUSPECTED};
 use crate::diagnosis::replay_buffer::{Instant, Recall};
 use crate::diagnosis::{Health, OFTEN};
 use crate::site::Site;
-use crate::tracker::Track;
 use crate::tracker::timeline::Settled;
+use crate::tracker::track::Track;
 
 /// Nanoseconds between a contest that has found one and the next.
 const PAUSE_NS: u64 = 500_000_000;

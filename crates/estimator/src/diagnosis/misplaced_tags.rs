@@ -4,10 +4,10 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use nalgebra::Vector3;
-
 use crate::TagId;
-use crate::diagnosis::{SettledView, kept};
+use crate::diagnosis::fading_counter::kept;
+use crate::tracker::finalised_views::Elsewhere;
+use crate::tracker::finalised_views::SettledView;
 
 /// Views, fading, from which on a stray is named, and below which it is not any more.
 const RAISED: f64 = 5.0;
@@ -15,32 +15,6 @@ const CLEARED: f64 = 1.0;
 /// Agreeing views that a camera must have to be believed, and share of its views of other tags that may contradict.
 const SOUND_VIEWS: f64 = 3.0;
 const SOUND_SHARE: f64 = 0.1;
-
-/// From a camera's centre through a point of the world.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Ray {
-    pub origin: Vector3<f64>,
-    /// A unit vector.
-    pub direction: Vector3<f64>,
-}
-
-impl Ray {
-    /// Distance of a point before the camera from the ray, in metres.
-    pub fn distance(&self, point: &Vector3<f64>) -> Option<f64> {
-        let arm = point - self.origin;
-        let along = arm.dot(&self.direction);
-        (along > 0.0).then(|| (arm - self.direction * along).norm())
-    }
-}
-
-/// Where a tag is that is far from where its object has it.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Elsewhere {
-    /// Where the object of this index is.
-    On(usize),
-    /// Where no object is.
-    Nowhere,
-}
 
 /// An object and one of its tags.
 type Stray = (usize, TagId);

@@ -1,15 +1,15 @@
 //! How far an image is from what a track and stated errors let expect, all its views of a link taken together: one view after the
 //! other hides what they share, for each is held against a pose that the others have pulled.
 //!
-//! Of the views' N and g (see [`crate::diagnosis::pose_innovation`]) the sums count. What a common displacement explains of the sum of squares is
+//! Of the views' N and g (see [`crate::measurement::pose_innovation`]) the sums count. What a common displacement explains of the sum of squares is
 //! gᵀ N⁻¹ g. Of that, g is expected to be N B e for the stated errors e, and its covariance is N + N P N, with the views among what P
 //! knows N - N P N, besides what is unknown of e.
 
 use nalgebra::{Cholesky, Const, Matrix6, Vector6};
 
-use crate::diagnosis::SettledView;
-use crate::diagnosis::pose_innovation::Account;
-use crate::filter::consider::Displacing;
+use crate::measurement::biases::Displacing;
+use crate::measurement::pose_innovation::ViewResidual;
+use crate::tracker::finalised_views::SettledView;
 
 /// Share of N that is left at least where a pose follows views closely, so that there is an inverse.
 const LEFT: f64 = 1e-3;
@@ -87,7 +87,7 @@ struct Sum {
 }
 
 impl Sum {
-    fn of<'a>(mut accounts: impl Iterator<Item = &'a Account>) -> Option<Self> {
+    fn of<'a>(mut accounts: impl Iterator<Item = &'a ViewResidual>) -> Option<Self> {
         let first = accounts.next()?;
         let mut sum = Self {
             views: 0.0,
@@ -104,7 +104,7 @@ impl Sum {
         Some(sum)
     }
 
-    fn add(&mut self, account: &Account) {
+    fn add(&mut self, account: &ViewResidual) {
         let mut view = account.testimony;
         // The pose knows of views that take part as they were weighed; others count in full.
         if !self.took_part {
@@ -129,7 +129,7 @@ impl Sum {
 mod tests {
     use super::*;
     use crate::TagId;
-    use crate::diagnosis::pose_innovation::Testimony;
+    use crate::measurement::pose_innovation::PoseInnovation;
     use sextant_tag_families::Family;
 
     const INFORMATION: f64 = 1e6;
@@ -138,7 +138,7 @@ mod tests {
     fn view(id: u32, metres: f64) -> SettledView {
         let information = Matrix6::identity() * INFORMATION;
         let displaced = Vector6::x() * metres;
-        let mut testimony = Testimony::of_displaced(information, &displaced);
+        let mut testimony = PoseInnovation::of_displaced(information, &displaced);
         testimony.square += 8.0;
         SettledView {
             camera_index: 0,
@@ -150,7 +150,7 @@ mod tests {
             hit: false,
             ray: None,
             elsewhere: None,
-            account: Some(Account {
+            account: Some(ViewResidual {
                 testimony,
                 covariance: Matrix6::identity() * 1e-9,
                 took_part: false,

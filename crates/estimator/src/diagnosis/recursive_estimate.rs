@@ -2,12 +2,11 @@
 
 use nalgebra::{Cholesky, Const, SMatrix, SVector};
 
-use crate::diagnosis::pose_innovation::Told;
+use crate::diagnosis::fault_model::{FaultEquations, FaultModel};
+use crate::measurement::pose_innovation::{FREEDOM, USUAL};
 
 /// Half the squared sigmas as which a single view can speak for a fault or against it: one wrong view is no fault.
 const MOST: f64 = 10.0;
-/// Of eight coordinates: what a view is expected to leave.
-pub(crate) const USUAL: f64 = 8.0;
 /// Views over which what is left is averaged, and by which factor one can exceed the mean.
 const RECENT: f64 = 3.0;
 const MORE: f64 = 10.0;
@@ -15,8 +14,6 @@ const MORE: f64 = 10.0;
 const EXPLAINED: f64 = 5.0;
 /// Share of what was learned that is kept at a change.
 const UNSETTLED: f64 = 0.05;
-/// Degrees of freedom of the weights of views by what is left of them.
-pub(crate) const FREEDOM: f64 = 12.0;
 
 /// Least variance of what is stated.
 const LEAST: f64 = 1e-18;
@@ -38,11 +35,11 @@ pub(crate) struct Guess<const D: usize> {
 }
 
 impl<const D: usize> Guess<D> {
-    /// Nothing is known yet; `usual` are the sigmas of what is thought possible, `memory` the views after which one counts 1/e.
-    pub fn new(usual: SVector<f64, D>, memory: f64) -> Self {
+    /// Nothing is known yet of a fault of this kind.
+    pub fn of<M: FaultModel<D>>() -> Self {
         Self {
-            memory,
-            usual,
+            memory: M::MEMORY,
+            usual: SVector::from(M::PRIOR),
             information: SMatrix::zeros(),
             pull: SVector::zeros(),
             stated: SVector::zeros(),
@@ -78,10 +75,10 @@ impl<const D: usize> Guess<D> {
 
     /// How much better the parameters so far foretell a view than no fault does, as a logarithm of odds; the view is learned
     /// from after that. `square` is its weighted sum of squared residuals, of that weight.
-    pub fn gain(&mut self, told: &Told<D>, (square, weight): (f64, f64)) -> f64 {
+    pub fn gain(&mut self, told: &FaultEquations<D>, (square, weight): (f64, f64)) -> f64 {
         let at = self.at();
-        self.stated = told.stated;
-        let gain = told.pull.dot(&at) - 0.5 * at.dot(&(told.information * at));
+        self.stated = told.given_variance;
+        let gain = told.gradient.dot(&at) - 0.5 * at.dot(&(told.information * at));
         let left = (square - 2.0 * gain).max(0.0) / weight;
         let follow = |mean: &mut f64, square: f64| {
             *mean += ((square / USUAL).min(MORE * *mean) - *mean) / RECENT;
@@ -105,40 +102,53 @@ impl<const D: usize> Guess<D> {
         self.pull *= UNSETTLED;
     }
 
-    fn learn(&mut self, told: &Told<D>, vote: f64) {
+    fn learn(&mut self, told: &FaultEquations<D>, vote: f64) {
         let keep = 1.0 - 1.0 / self.memory;
         self.information = self.information * keep + told.information * vote;
-        self.pull = self.pull * keep + told.pull * vote;
+        self.pull = self.pull * keep + told.gradient * vote;
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::measurement::pose_innovation::PoseInnovation;
+
+    struct WideFault;
+
+    impl FaultModel<1> for WideFault {
+        const PRIOR: [f64; 1] = [10.0];
+        const MEMORY: f64 = 30.0;
+        const UNEXPLAINED: f64 = 0.1;
+
+        fn jacobian(_: &PoseInnovation) -> SMatrix<f64, 6, 1> {
+            SMatrix::zeros()
+        }
+    }
 
     /// A view that shows the parameter at 1.
-    fn told() -> Told<1> {
-        Told {
+    fn equations() -> FaultEquations<1> {
+        FaultEquations {
             information: SMatrix::from_element(1e3),
-            pull: SVector::from_element(1e3),
-            stated: SVector::zeros(),
+            gradient: SVector::from_element(1e3),
+            given_variance: SVector::zeros(),
         }
     }
 
     #[test]
     fn views_that_leave_less_than_nothing_do_not_outweigh_what_others_leave() {
-        let mut guess = Guess::<1>::new(SVector::from_element(10.0), 30.0);
-        let nothing = Told {
-            pull: SVector::zeros(),
-            ..told()
+        let mut estimate = Guess::<1>::of::<WideFault>();
+        let nothing = FaultEquations {
+            gradient: SVector::zeros(),
+            ..equations()
         };
         for _ in 0..50 {
-            guess.gain(&nothing, (-4.0, 1.0));
+            estimate.gain(&nothing, (-4.0, 1.0));
         }
         // All of much but a share.
         for _ in 0..50 {
-            guess.gain(&told(), (1040.0, 1.0));
+            estimate.gain(&equations(), (1040.0, 1.0));
         }
-        assert!(guess.explains(0.1));
+        assert!(estimate.explains(WideFault::UNEXPLAINED));
     }
 }

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::sync::Arc;
 
 use crate::site::{ObjectImage, StatedClock};
-use crate::tracker::Track;
+use crate::tracker::track::Track;
 
 /// Nanoseconds between two marks.
 const SPACING_NS: u64 = 500_000_000;

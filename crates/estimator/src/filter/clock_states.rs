@@ -4,33 +4,29 @@
 //! the pose moved by -o times the twist, so that motion tells the offset (Furgale, Rehder, Siegwart 2013, Unified temporal
 //! and spatial calibration; here linear over the few milliseconds that clocks differ).
 
-use nalgebra::{Cholesky, SMatrix, SVector};
+use nalgebra::{Cholesky, SVector};
 
-use crate::ClockOffset;
+use crate::filter::covariance::Cross;
+use crate::filter::covariance::MOST_CLOCKS;
+use crate::filter::covariance::Own;
 
-use crate::filter::consider::OfClocks;
-use crate::filter::state::{Kinematics, symmetric};
-
-/// Most offsets estimated along with one object; further cameras are taken at their word.
-pub(crate) const MOST_CLOCKS: usize = 8;
-
-pub(crate) type Cross = SMatrix<f64, 12, MOST_CLOCKS>;
-pub(crate) type Own = SMatrix<f64, MOST_CLOCKS, MOST_CLOCKS>;
+use crate::filter::covariance::OfClocks;
+use crate::filter::covariance::symmetric;
 
 /// The offsets of some cameras, and how they hang together with the motion.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Clocks {
     /// Index of the camera of each slot.
-    cameras: Vec<usize>,
-    offset: SVector<f64, MOST_CLOCKS>,
+    pub(crate) cameras: Vec<usize>,
+    pub(crate) offset: SVector<f64, MOST_CLOCKS>,
     /// Covariance of (dt, dr, dv, dw) with the offsets.
     pub cross: Cross,
     /// Covariance of the offsets.
     pub own: Own,
     /// Ones at the places of the cameras that took part since a camera whose clock is right last did.
-    since_right: SVector<f64, MOST_CLOCKS>,
+    pub(crate) since_right: SVector<f64, MOST_CLOCKS>,
     /// Ones at the places of the cameras of which the present update tells differences only.
-    adrift: SVector<f64, MOST_CLOCKS>,
+    pub(crate) adrift: SVector<f64, MOST_CLOCKS>,
 }
 
 impl Default for Clocks {
@@ -77,7 +73,7 @@ impl Clocks {
     }
 
     /// The mean over the cameras adrift.
-    fn in_common(&self, of: &SVector<f64, MOST_CLOCKS>) -> f64 {
+    pub(crate) fn in_common(&self, of: &SVector<f64, MOST_CLOCKS>) -> f64 {
         self.adrift.dot(of) / self.adrift.sum().max(1.0)
     }
 
@@ -120,7 +116,7 @@ impl Clocks {
     /// Logarithm of the odds for offsets of zero against offsets of `prior_s` (one sigma each), and the largest sigma; of the
     /// cameras given. `all` is the covariance of all offsets. By what the estimate says of zero against what was
     /// said of it before (Savage-Dickey ratio; Dickey 1971, The weighted likelihood ratio, sec. 2). `None` without such a camera.
-    fn agreement(&self, all: &Own, prior_s: f64, among: &[usize]) -> Option<Agreement> {
+    pub(crate) fn agreement(&self, all: &Own, prior_s: f64, among: &[usize]) -> Option<Agreement> {
         let (mut own, mut offset) = (Own::identity(), SVector::<f64, MOST_CLOCKS>::zeros());
         let slots: Vec<usize> = among
             .iter()
@@ -152,50 +148,11 @@ impl Clocks {
         self.offset[slot]
     }
 
-    fn is_finite(&self) -> bool {
+    pub(crate) fn is_finite(&self) -> bool {
         let offsets = self.offset.iter();
         offsets
             .chain(self.cross.iter())
             .chain(self.own.iter())
             .all(|x| x.is_finite())
-    }
-}
-
-impl Kinematics {
-    /// Makes the camera's offset a part of the state, if there is room and it is not one already.
-    pub fn know_clock(&mut self, camera_index: usize, prior: ClockOffset) {
-        let clocks = self.clocks.get_or_insert_default();
-        let slot = clocks.cameras.len();
-        if clocks.slot(camera_index).is_none() && slot < MOST_CLOCKS {
-            clocks.cameras.push(camera_index);
-            clocks.offset[slot] = prior.offset_s;
-            clocks.own[(slot, slot)] = prior.sigma_s.powi(2);
-        }
-    }
-
-    /// Offset and its sigma of each camera, in seconds.
-    pub fn clock_offsets(&self) -> Vec<(usize, ClockOffset)> {
-        let Some(clocks) = self.clocks.as_deref() else {
-            return Vec::new();
-        };
-        let covariance = clocks.own + self.clock_bias_covariance();
-        let off = |(slot, camera): (usize, usize)| {
-            let offset_s = clocks.offset[slot];
-            let sigma_s = covariance[(slot, slot)].max(0.0).sqrt();
-            (camera, ClockOffset { offset_s, sigma_s })
-        };
-        clocks.cameras().enumerate().map(off).collect()
-    }
-
-    /// Whether the clocks of some cameras agree, if `prior_s` (one sigma) was known before; `None` where none is estimated.
-    pub fn clock_agreement(&self, prior_s: f64, among: &[usize]) -> Option<Agreement> {
-        let clocks = self.clocks.as_deref()?;
-        let covariance = clocks.own + self.clock_bias_covariance();
-        clocks.agreement(&covariance, prior_s, among)
-    }
-
-    /// Whether every number of the offsets is finite.
-    pub(crate) fn clocks_are_finite(&self) -> bool {
-        self.clocks.as_ref().is_none_or(|clocks| clocks.is_finite())
     }
 }

@@ -10,8 +10,9 @@ use nalgebra::SVector;
 use sextant_geometry::se3;
 
 use crate::articulation::MOST_JOINTS;
-use crate::filter::joint_states::WIDTH;
-use crate::filter::state::{Kinematics, symmetric};
+use crate::filter::covariance::WIDTH;
+use crate::filter::covariance::symmetric;
+use crate::filter::state::Kinematics;
 
 /// Intervals of Simpson's rule for the moments.
 const INTERVALS: usize = 64;

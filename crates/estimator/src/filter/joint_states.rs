@@ -6,22 +6,16 @@
 
 use std::sync::Arc;
 
-use nalgebra::SMatrix;
-
 use crate::articulation::MOST_JOINTS;
-use crate::filter::clock_states::MOST_CLOCKS;
+use crate::filter::covariance::JointClocks;
+use crate::filter::covariance::JointCross;
+use crate::filter::covariance::JointOwn;
+use crate::filter::covariance::WIDTH;
+use crate::filter::covariance::symmetric;
 use crate::filter::process_noise::Learned;
-use crate::filter::state::{Kinematics, symmetric};
 use crate::kinematics::chain::Chain;
 use crate::kinematics::configuration::{Configuration, Values};
 use crate::{FusionOptions, Joint, JointKind};
-
-/// Values, then speeds.
-pub(crate) const WIDTH: usize = 2 * MOST_JOINTS;
-/// With (dt, dr, dv, dw).
-pub(crate) type JointCross = SMatrix<f64, 12, WIDTH>;
-pub(crate) type JointOwn = SMatrix<f64, WIDTH, WIDTH>;
-pub(crate) type JointClocks = SMatrix<f64, WIDTH, MOST_CLOCKS>;
 
 /// Metres, one sigma: nothing is known about a slide without limits.
 const ANYWHERE: f64 = 3.0;
@@ -43,10 +37,10 @@ pub(crate) struct Joints {
     /// Covariance of values and speeds with the clocks' offsets.
     pub with_clocks: JointClocks,
     /// Power density of each joint's white acceleration to begin with, rad²/s³ or m²/s³.
-    restlessness: Values,
-    learned: [Learned; MOST_JOINTS],
+    pub(crate) restlessness: Values,
+    pub(crate) learned: [Learned; MOST_JOINTS],
     /// One sigma of values and speeds of which nothing is known.
-    unknown: [f64; WIDTH],
+    pub(crate) unknown: [f64; WIDTH],
 }
 
 impl Joints {
@@ -91,7 +85,7 @@ impl Joints {
         self.learned[slot].learn_one(seen, noise);
     }
 
-    fn density(&self, slot: usize) -> f64 {
+    pub(crate) fn density(&self, slot: usize) -> f64 {
         self.restlessness[slot] * self.learned[slot].factor()
     }
 
@@ -156,7 +150,7 @@ impl Joints {
     }
 
     /// Cuts back what is less well known than nothing.
-    fn bound(&mut self) {
+    pub(crate) fn bound(&mut self) {
         for place in 0..WIDTH {
             let sigma = self.own[(place, place)].max(0.0).sqrt();
             if sigma <= self.unknown[place] {
@@ -185,19 +179,6 @@ impl Joints {
         numbers
             .chain(self.with_clocks.iter())
             .all(|number| number.is_finite())
-    }
-}
-
-impl Kinematics {
-    /// Where root and joints are.
-    pub fn configuration(&self) -> Configuration {
-        let mut at = Configuration::rigid(&self.pose);
-        at.rates.twist = self.twist;
-        if let Some(joints) = &self.joints {
-            (at.root, at.joints) = (joints.root, joints.values);
-            at.rates.speeds = joints.speeds;
-        }
-        at
     }
 }
 

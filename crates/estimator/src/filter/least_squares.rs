@@ -10,6 +10,7 @@ use sextant_geometry::so3;
 use crate::filter::link_equations::{Bodies, Equations};
 use crate::kinematics::configuration::Configuration;
 use crate::measurement::corners::Sight;
+use crate::measurement::corners::UNSEEN;
 use crate::measurement::view_equations::Normal;
 
 /// Most steps of one solve; a tracked object needs two or three.
@@ -20,9 +21,6 @@ const SMALL_STEP: f64 = 0.01;
 const MOST_REWEIGHINGS: usize = 5;
 /// Damping at which the search is given up: steps are far below a sigma by then.
 const MOST_DAMPING: f64 = 1e6;
-/// Twice the cost of a view that can't be seen from the pose: as bad as a view can be.
-pub(crate) const UNSEEN: f64 = 1e3;
-
 /// What is known about the configuration before.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Prior<const D: usize> {
@@ -51,14 +49,6 @@ pub(crate) struct Fit<const D: usize> {
     pub surprise: f64,
     /// Twice the cost: surprise and chi-square of all corners.
     pub cost: f64,
-}
-
-impl Sight<'_> {
-    /// Twice the robust cost of the view at a configuration.
-    pub fn chi2(&self, at: &Configuration) -> f64 {
-        let normal = self.normal(&self.view.moving(at));
-        normal.map_or(UNSEEN, |normal| normal.chi2)
-    }
 }
 
 struct Point<const D: usize> {

@@ -6,10 +6,12 @@
 use nalgebra::{Cholesky, Const, SMatrix, SVector};
 
 use crate::articulation::MOST_JOINTS;
-use crate::filter::clock_states::{Clocks, MOST_CLOCKS};
-use crate::filter::joint_states::{JointOwn, WIDTH};
+use crate::filter::clock_states::Clocks;
+use crate::filter::covariance::JointOwn;
+use crate::filter::covariance::With;
+use crate::filter::covariance::{Covariance, symmetric, white_acceleration};
 use crate::filter::least_squares::Prior;
-use crate::filter::state::{Covariance, Kinematics, symmetric, white_acceleration};
+use crate::filter::state::Kinematics;
 use crate::kinematics::configuration::{Configuration, joint_places, rates_at};
 
 /// From where and when a state is seen.
@@ -28,17 +30,6 @@ pub(crate) struct Observed<const D: usize> {
     pub configuration: Configuration,
     pub covariance: SMatrix<f64, D, D>,
     pub with: With<D>,
-}
-
-/// Covariance of what is seen with the parts of the state.
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) struct With<const D: usize> {
-    /// With (dt, dr, dv, dw).
-    pub motion: SMatrix<f64, D, 12>,
-    /// With the joints' values and speeds.
-    pub joints: SMatrix<f64, D, WIDTH>,
-    /// With the clocks' offsets.
-    pub clocks: SMatrix<f64, D, MOST_CLOCKS>,
 }
 
 /// The first (place 0) or second half (place 1) of motion and joints: configuration or rates.

@@ -9,8 +9,9 @@ use nalgebra::{Matrix6, SMatrix, Vector6};
 use sextant_geometry::Pose;
 
 use crate::articulation::MOST_JOINTS;
-use crate::filter::joint_states::{JointCross, WIDTH};
-use crate::filter::state::{Covariance, Kinematics, symmetric};
+use crate::filter::covariance::{Covariance, symmetric};
+use crate::filter::covariance::{JointCross, WIDTH};
+use crate::filter::state::Kinematics;
 
 /// Size of a configuration.
 const SIZE: usize = 6 + MOST_JOINTS;

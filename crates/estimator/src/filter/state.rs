@@ -3,16 +3,27 @@
 //! State: `world_from_object` and the twist (velocity of the object's origin, angular velocity), all in world axes.
 //! Error: (dt, dr, dv, dw) with t_estimate = t_true + dt, R_estimate = exp(dr) R_true; dt and dr as FRAMES.md has them.
 
-use nalgebra::{Matrix3, SMatrix, Vector3, Vector6};
+use nalgebra::{Matrix3, Matrix6, SMatrix, Vector3, Vector6};
 use sextant_geometry::{Pose, so3};
 
+use crate::ClockOffset;
+use crate::filter::clock_states::Agreement;
 use crate::filter::clock_states::Clocks;
+use crate::filter::consider::Acting;
 use crate::filter::consider::Considered;
+use crate::filter::consider::Gain;
+use crate::filter::covariance::Covariance;
+use crate::filter::covariance::MOST_CLOCKS;
+use crate::filter::covariance::Own;
+use crate::filter::covariance::carry;
+use crate::filter::covariance::symmetric;
+use crate::filter::covariance::white_acceleration;
 use crate::filter::joint_states::Joints;
-use crate::filter::process_noise::{Motion, Restlessness};
-
-/// Covariance over (dt, dr, dv, dw).
-pub(crate) type Covariance = SMatrix<f64, 12, 12>;
+use crate::filter::process_noise::Motion;
+use crate::kinematics::configuration::Configuration;
+use crate::measurement::biases::Displacing;
+use crate::measurement::biases::Part;
+use crate::measurement::view_equations::OF_FISHER;
 
 /// How a body moves, and how well that is known.
 #[derive(Debug, Clone, PartialEq)]
@@ -108,59 +119,121 @@ impl Kinematics {
     }
 }
 
-/// F times a matrix, column by column.
-pub(crate) fn carry<const N: usize>(
-    matrix: &mut SMatrix<f64, 12, N>,
-    turn: &Matrix3<f64>,
-    gain: &Matrix3<f64>,
-    dt: f64,
-) {
-    let columns: &mut [[f64; 12]; N] = &mut matrix.data.0;
-    for column in columns {
-        let dr = Vector3::new(column[3], column[4], column[5]);
-        let dw = Vector3::new(column[9], column[10], column[11]);
-        let turned = turn * dr + gain * dw;
-        for axis in 0..3 {
-            column[axis] += column[6 + axis] * dt;
-            column[3 + axis] = turned[axis];
+impl Kinematics {
+    /// Makes the camera's offset a part of the state, if there is room and it is not one already.
+    pub fn know_clock(&mut self, camera_index: usize, prior: ClockOffset) {
+        let clocks = self.clocks.get_or_insert_default();
+        let slot = clocks.cameras.len();
+        if clocks.slot(camera_index).is_none() && slot < MOST_CLOCKS {
+            clocks.cameras.push(camera_index);
+            clocks.offset[slot] = prior.offset_s;
+            clocks.own[(slot, slot)] = prior.sigma_s.powi(2);
         }
     }
-}
 
-/// Integral of the white acceleration over `dt` (Bar-Shalom, Li, Kirubarajan 2001, eq. 6.2.2-4).
-pub(crate) fn white_acceleration(dt: f64, restlessness: Restlessness) -> Covariance {
-    let dt = dt.abs();
-    let mut noise = Covariance::zeros();
-    for axis in 0..6 {
-        let density = if axis < 3 {
-            restlessness.linear
-        } else {
-            restlessness.angular
+    /// Offset and its sigma of each camera, in seconds.
+    pub fn clock_offsets(&self) -> Vec<(usize, ClockOffset)> {
+        let Some(clocks) = self.clocks.as_deref() else {
+            return Vec::new();
         };
-        noise[(axis, axis)] = density * dt.powi(3) / 3.0;
-        noise[(axis, axis + 6)] = density * dt.powi(2) / 2.0;
-        noise[(axis + 6, axis)] = noise[(axis, axis + 6)];
-        noise[(axis + 6, axis + 6)] = density * dt;
+        let covariance = clocks.own + self.clock_bias_covariance();
+        let off = |(slot, camera): (usize, usize)| {
+            let offset_s = clocks.offset[slot];
+            let sigma_s = covariance[(slot, slot)].max(0.0).sqrt();
+            (camera, ClockOffset { offset_s, sigma_s })
+        };
+        clocks.cameras().enumerate().map(off).collect()
     }
-    noise
+
+    /// Whether the clocks of some cameras agree, if `prior_s` (one sigma) was known before; `None` where none is estimated.
+    pub fn clock_agreement(&self, prior_s: f64, among: &[usize]) -> Option<Agreement> {
+        let clocks = self.clocks.as_deref()?;
+        let covariance = clocks.own + self.clock_bias_covariance();
+        clocks.agreement(&covariance, prior_s, among)
+    }
+
+    /// Whether every number of the offsets is finite.
+    pub(crate) fn clocks_are_finite(&self) -> bool {
+        self.clocks.as_ref().is_none_or(|clocks| clocks.is_finite())
+    }
 }
 
-/// Whether a variance along some axis exceeds a limit. The trace bounds the largest eigenvalue from above and the diagonal
-/// from below, so that eigenvalues are hardly ever needed.
-pub(crate) fn is_wider_than(covariance: &Matrix3<f64>, limit: f64) -> bool {
-    covariance.trace() > limit
-        && (covariance.diagonal().max() > limit || covariance.symmetric_eigenvalues().max() > limit)
-}
-
-/// The symmetric part, so that rounding can't add up.
-pub(crate) fn symmetric<const N: usize>(matrix: &SMatrix<f64, N, N>) -> SMatrix<f64, N, N> {
-    let mut symmetric = *matrix;
-    for column in 0..N {
-        for row in 0..column {
-            let mean = (matrix[(row, column)] + matrix[(column, row)]) * 0.5;
-            symmetric[(row, column)] = mean;
-            symmetric[(column, row)] = mean;
+impl Kinematics {
+    /// Where root and joints are.
+    pub fn configuration(&self) -> Configuration {
+        let mut at = Configuration::rigid(&self.pose);
+        at.rates.twist = self.twist;
+        if let Some(joints) = &self.joints {
+            (at.root, at.joints) = (joints.root, joints.values);
+            at.rates.speeds = joints.speeds;
         }
+        at
     }
-    symmetric
+}
+
+impl Kinematics {
+    /// Notes what lasting errors did in an update.
+    pub fn consider<const D: usize>(&mut self, gain: &Gain<D>, parts: &[Part<D>]) {
+        let considered = self.considered.get_or_insert_default();
+        considered.take(gain, parts, self.clocks.as_deref());
+        considered.forget(&self.covariance.diagonal(), parts);
+    }
+
+    /// By how much the covariance that is told is larger than that of the filter: as far as the last views brought it about.
+    pub fn own_told(&self) -> f64 {
+        1.0 + (OF_FISHER - 1.0) * self.news
+    }
+
+    /// Covariance of the pose, with what is wrong for good.
+    pub fn pose_covariance(&self) -> Matrix6<f64> {
+        let own = self.covariance.fixed_view::<6, 6>(0, 0).into_owned();
+        own * self.own_told() + self.lasting_covariance::<6>()
+    }
+
+    /// What errors that last do to a link's pose as a view by a camera shows it: through the state and in the view itself, whose own
+    /// sources these are. `link` is the derivative of its pose by the configuration; `None` where it is the object's.
+    pub fn displacing<const D: usize>(
+        &self,
+        camera_index: usize,
+        link: Option<&SMatrix<f64, 6, D>>,
+        mut own: Vec<Displacing>,
+    ) -> Vec<Displacing> {
+        let acting = self.considered.iter().flat_map(|all| &all.sources);
+        let clocks = self.clocks.as_deref();
+        let clock = clocks.and_then(|clocks| Some((clocks, clocks.slot(camera_index)?)));
+        let clock = clock.map(|(clocks, slot)| (slot, clocks.offset_s(slot)));
+        let rates = self.rates::<D>();
+        for one in acting {
+            let seen = one.seen_by(clock, &rates);
+            let by = match link {
+                Some(link) => link * seen,
+                None => seen.fixed_rows::<6>(0).into_owned(),
+            };
+            match own.iter_mut().find(|own| own.source == one.source) {
+                Some(own) => own.by += by,
+                None => own.push(Displacing {
+                    source: one.source,
+                    variance: one.variance,
+                    by,
+                }),
+            }
+        }
+        own
+    }
+
+    /// Covariance of the clocks' offsets by what is wrong for good.
+    pub(crate) fn clock_bias_covariance(&self) -> Own {
+        let acting = self.considered.iter().flat_map(|all| &all.sources);
+        let caused = |one: &Acting| {
+            let of_clocks = one.of_clocks.as_deref()?;
+            Some(of_clocks * Matrix6::from_diagonal(&one.variance) * of_clocks.transpose())
+        };
+        acting.filter_map(caused).sum()
+    }
+
+    /// Covariance of the configuration by what is wrong for good.
+    pub fn lasting_covariance<const D: usize>(&self) -> SMatrix<f64, D, D> {
+        let considered = self.considered.as_ref();
+        considered.map_or_else(SMatrix::zeros, |considered| considered.covariance())
+    }
 }

@@ -5,10 +5,11 @@ use sextant_geometry::lens::Intrinsics;
 use sextant_geometry::{Lens, Pose, se3, tag_corners_in_tag};
 use sextant_tag_families::Family;
 
+use crate::filter::covariance::Covariance;
 use crate::filter::least_squares::{Fit, solve};
 use crate::filter::observed_configuration::Vantage;
 use crate::filter::process_noise::{Motion, Restlessness};
-use crate::filter::state::{Covariance, Kinematics};
+use crate::filter::state::Kinematics;
 use crate::filter::update::absorb;
 use crate::kinematics::configuration::Configuration;
 use crate::measurement::corners::{PosedCamera, Sight, View};
@@ -261,7 +262,7 @@ fn the_predicted_covariance_is_that_of_predicted_errors() {
         .map(|axis| moved(&(SMatrix::ith(axis, 1e-6))) / 1e-6)
         .collect();
     let transition = SMatrix::<f64, 12, 12>::from_columns(&columns);
-    let noise = crate::filter::state::white_acceleration(dt, before.motion.restlessness(dt));
+    let noise = crate::filter::covariance::white_acceleration(dt, before.motion.restlessness(dt));
     let expected = transition * before.covariance * transition.transpose() + noise;
     assert!((after.covariance - expected).amax() < 1e-9);
 }

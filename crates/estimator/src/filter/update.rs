@@ -6,14 +6,19 @@
 //! P⁺ = P - Mᵀ C⁻ᵀ (I - B⁻¹) C⁻¹ M with B = I + Cᵀ L C. B's eigenvalues are at least one, so the form holds for vague and
 //! for sharp priors alike.
 
-use nalgebra::{Cholesky, Const, SMatrix, Vector3};
+use nalgebra::{Cholesky, Const, Matrix6, SMatrix, Vector3};
 use sextant_geometry::{se3, so3};
 
+use crate::filter::covariance::With;
+use crate::filter::covariance::symmetric;
 use crate::filter::least_squares::Fit;
-use crate::filter::observed_configuration::{Observed, Vantage, With};
+use crate::filter::least_squares::Prior;
+use crate::filter::observed_configuration::{Observed, Vantage};
 use crate::filter::process_noise::Innovation;
-use crate::filter::state::{Kinematics, symmetric};
+use crate::filter::state::Kinematics;
 use crate::kinematics::configuration::joint_places;
+use crate::measurement::biases::Displacing;
+use crate::measurement::corners::Sight;
 
 type Factor<const D: usize> = Cholesky<f64, Const<D>>;
 
@@ -168,4 +173,32 @@ fn narrow<const D: usize>(
         information: whitened.transpose() * whitened,
         left: c * left * whitened,
     })
+}
+
+/// Squared sigmas within which a pose of six numbers is what errors as stated make of it: 95 of 100 are.
+const AS_STATED: f64 = 12.6;
+
+/// By how much a fit surprises the state: its squared Mahalanobis distance from what was expected, with what errors that last may make
+/// of either where that explains it. The view is one of those that were fitted; of several cameras' all share what the first one's
+/// error may be.
+pub(crate) fn surprise<const D: usize>(
+    before: &Kinematics,
+    expected: &Prior<D>,
+    fit: &Fit<D>,
+    sight: &Sight<'_>,
+) -> f64 {
+    let own = sight.displacing(&fit.configuration.pose);
+    let own = own.filter(|one| one.of_camera().is_some()).collect();
+    let displacing = before.displacing::<6>(sight.camera_index, None, own);
+    let lasting: Matrix6<f64> = displacing.iter().map(Displacing::covariance).sum();
+    let apart = || {
+        let mut covariance = expected.information.try_inverse()?;
+        let mut of_pose = covariance.fixed_view_mut::<6, 6>(0, 0);
+        of_pose += lasting;
+        let off = fit.configuration.difference::<D>(&expected.configuration);
+        let factor = Cholesky::<f64, Const<D>>::new(covariance)?;
+        Some(off.dot(&factor.solve(&off)))
+    };
+    let apart = apart().filter(|apart| *apart < AS_STATED);
+    apart.unwrap_or(fit.surprise)
 }

@@ -3,10 +3,10 @@
 use std::collections::BTreeMap;
 
 use crate::fusion::Fusion;
-use crate::self_calibration::{Keyframe, KeyframeView, Way};
+use crate::self_calibration::keyframes::{Keyframe, KeyframeView, Way};
 use crate::site::{ObjectImage, Site};
-use crate::tracker::Track;
 use crate::tracker::timeline::Timeline;
+use crate::tracker::track::Track;
 use crate::{FusionOptions, ObjectEstimate};
 
 /// Images no further apart than this, ns, make one keyframe: less than a period of most cameras.

@@ -1,8 +1,9 @@
 //! What is there where a tag is seen that is not where its object has it.
 
 use crate::ObjectModel;
-use crate::diagnosis::{Elsewhere, Ray};
 use crate::fusion::Fusion;
+use crate::measurement::ray::Ray;
+use crate::tracker::finalised_views::Elsewhere;
 use crate::tracker::timeline::Settled;
 
 impl Fusion {

@@ -1,15 +1,100 @@
 //! How errors that last displace a view's corners: those of its camera's pose, of its lens and of its tag's place.
 
-use nalgebra::{Cholesky, Const, Matrix6};
+use nalgebra::{Matrix6, SMatrix, Vector3, Vector6};
 use sextant_geometry::Pose;
 
-use crate::filter::consider::{Displacing, Part, Source, by_camera, by_tag};
-use crate::filter::least_squares::{Fit, Prior};
-use crate::filter::state::Kinematics;
+use crate::LensSigma;
+use crate::PoseSigma;
+use crate::TagId;
 use crate::kinematics::configuration::Configuration;
 use crate::measurement::corners::Sight;
 use crate::measurement::edge_modes::product;
 use crate::measurement::view_equations::Normal;
+
+/// What may be wrong.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Source {
+    /// The pose of the camera of that index.
+    Camera(usize),
+    /// Its lens.
+    Lens(usize),
+    /// The place of the tag.
+    Tag(TagId),
+}
+
+/// What the corners that a source displaces said in an update.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Part<const D: usize> {
+    pub source: Source,
+    pub variance: Vector6<f64>,
+    /// J^T W dr/de about what was seen; of the rates nothing, which the few milliseconds of an image hardly matter for.
+    pub pull: SMatrix<f64, D, 6>,
+}
+
+/// What an error of a source does to a link's pose as a view shows it.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Displacing {
+    pub source: Source,
+    pub variance: Vector6<f64>,
+    pub by: Matrix6<f64>,
+}
+
+impl PoseSigma {
+    /// Of (dt, dr).
+    pub(crate) fn variance(self) -> Vector6<f64> {
+        let (t, r) = (self.position_m.powi(2), self.orientation_rad.powi(2));
+        Vector6::new(t, t, t, r, r, r)
+    }
+}
+
+impl LensSigma {
+    /// Of the errors of focal length and distortion; the other places are free.
+    pub(crate) fn variance(self) -> Vector6<f64> {
+        let (focal, distortion) = (self.focal_px.powi(2), self.distortion_px.powi(2));
+        Vector6::new(focal, distortion, 0.0, 0.0, 0.0, 0.0)
+    }
+}
+
+impl Part<6> {
+    /// About the configuration by which a link's pose changes so; `None` where it is the object's.
+    pub fn about<const D: usize>(&self, link: Option<&SMatrix<f64, 6, D>>) -> Part<D> {
+        let mut pull = SMatrix::<f64, D, 6>::zeros();
+        match link {
+            Some(link) => pull.copy_from(&link.tr_mul(&self.pull)),
+            None => pull.fixed_rows_mut::<6>(0).copy_from(&self.pull),
+        }
+        Part {
+            source: self.source,
+            variance: self.variance,
+            pull,
+        }
+    }
+}
+
+impl<const D: usize> Part<D> {
+    /// Adds a part to those of the same source.
+    pub fn join(self, parts: &mut Vec<Self>) {
+        match parts.iter_mut().find(|other| other.source == self.source) {
+            Some(other) => other.pull += self.pull,
+            None => parts.push(self),
+        }
+    }
+}
+
+impl Displacing {
+    /// The camera whose pose's error it is.
+    pub fn of_camera(&self) -> Option<usize> {
+        match self.source {
+            Source::Camera(camera) => Some(camera),
+            _ => None,
+        }
+    }
+
+    /// Covariance of the displacement.
+    pub fn covariance(&self) -> Matrix6<f64> {
+        self.by * Matrix6::from_diagonal(&self.variance) * self.by.transpose()
+    }
+}
 
 impl Sight<'_> {
     /// What errors that last have contributed to this view, about the pose of the tag's link; `normal` is the view's there.
@@ -73,30 +158,30 @@ impl Sight<'_> {
     }
 }
 
-/// Squared sigmas within which a pose of six numbers is what errors as stated make of it: 95 of 100 are.
-const AS_STATED: f64 = 12.6;
+/// What an error of a camera's pose (its axes those of the world) does to a pose that it sees at `arm` from its centre:
+/// dt = dt_c + dr_c x arm, dr = dr_c. The corners are displaced as if the object had moved the other way.
+pub(crate) fn by_camera(arm: &Vector3<f64>) -> Matrix6<f64> {
+    let mut displacement = Matrix6::identity();
+    displacement
+        .fixed_view_mut::<3, 3>(0, 3)
+        .copy_from(&-arm.cross_matrix());
+    -displacement
+}
 
-/// By how much a fit surprises the state: its squared Mahalanobis distance from what was expected, with what errors that last may make
-/// of either where that explains it. The view is one of those that were fitted; of several cameras' all share what the first one's
-/// error may be.
-pub(crate) fn surprise<const D: usize>(
-    before: &Kinematics,
-    expected: &Prior<D>,
-    fit: &Fit<D>,
-    sight: &Sight<'_>,
-) -> f64 {
-    let own = sight.displacing(&fit.configuration.pose);
-    let own = own.filter(|one| one.of_camera().is_some()).collect();
-    let displacing = before.displacing::<6>(sight.camera_index, None, own);
-    let lasting: Matrix6<f64> = displacing.iter().map(Displacing::covariance).sum();
-    let apart = || {
-        let mut covariance = expected.information.try_inverse()?;
-        let mut of_pose = covariance.fixed_view_mut::<6, 6>(0, 0);
-        of_pose += lasting;
-        let off = fit.configuration.difference::<D>(&expected.configuration);
-        let factor = Cholesky::<f64, Const<D>>::new(covariance)?;
-        Some(off.dot(&factor.solve(&off)))
-    };
-    let apart = apart().filter(|apart| *apart < AS_STATED);
-    apart.unwrap_or(fit.surprise)
+/// How a link would have to move for an error of a tag's place on it (its axes those of the link) to displace the tag's
+/// corners as it does: by dt + dr x (p - c), with the tag's centre at c.
+pub(crate) fn by_tag(world_from_link: &Pose, link_from_tag: &Pose) -> Matrix6<f64> {
+    let turn = world_from_link.rotation.to_rotation_matrix().into_inner();
+    let arm = turn * link_from_tag.translation.vector;
+    let mut displacement = Matrix6::zeros();
+    for (row, column, block) in [
+        (0, 0, turn),
+        (0, 3, arm.cross_matrix() * turn),
+        (3, 3, turn),
+    ] {
+        displacement
+            .fixed_view_mut::<3, 3>(row, column)
+            .copy_from(&block);
+    }
+    displacement
 }

@@ -6,16 +6,18 @@
 use nalgebra::{Matrix2, Matrix2x3, Matrix3, Matrix6, Point2, Point3, Vector2, Vector3};
 use sextant_geometry::{Lens, Pose, tag_corners_in_tag};
 
-use crate::diagnosis::Ray;
 use crate::kinematics::chain::Limb;
 use crate::kinematics::configuration::Configuration;
+use crate::measurement::edge_modes::PoseRows;
+use crate::measurement::edge_modes::Slopes;
 use crate::measurement::edge_modes::{EdgeModes, NoiseFactors, Rows, product};
+use crate::measurement::ray::Ray;
 use crate::measurement::rolling_shutter::{Moving, Passage, RollingShutter};
-use crate::measurement::view_equations::{NoiseSource, Normal, PoseRows, robust};
+use crate::measurement::view_equations::{NoiseSource, Normal, robust};
 use crate::{ClockOffset, LensSigma, ObjectTag, PoseSigma, TagCorners, TagId};
 
-/// Derivatives of x and of y by (dt, dr).
-pub(crate) type Slopes = [[f64; 6]; 2];
+/// Twice the cost of a view that can't be seen from the pose: as bad as a view can be.
+pub(crate) const UNSEEN: f64 = 1e3;
 
 /// A camera whose pose is known.
 #[derive(Debug, Clone, PartialEq)]
@@ -437,5 +439,13 @@ impl Sight<'_> {
     /// Where the tag would be.
     pub fn camera_from_tag(&self, world_from_object: &Pose) -> Pose {
         self.camera.camera_from_world * world_from_object * self.view.object_from_tag
+    }
+}
+
+impl Sight<'_> {
+    /// Twice the robust cost of the view at a configuration.
+    pub fn chi2(&self, at: &Configuration) -> f64 {
+        let normal = self.normal(&self.view.moving(at));
+        normal.map_or(UNSEEN, |normal| normal.chi2)
     }
 }

@@ -8,6 +8,10 @@ use nalgebra::{Point2, SMatrix, Vector2};
 
 /// x and y of each corner, or what follows from them: eight rows, with a number for each of N quantities that they depend on.
 pub(crate) type Rows<const N: usize> = [[f64; N]; 8];
+/// Derivatives by (dt, dr), then the residual; the last place is free.
+pub(crate) type PoseRows = Rows<8>;
+/// Derivatives of x and of y by (dt, dr).
+pub(crate) type Slopes = [[f64; 6]; 2];
 pub(crate) type Matrix8 = SMatrix<f64, 8, 8>;
 type Square = Rows<8>;
 

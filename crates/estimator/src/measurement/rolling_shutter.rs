@@ -9,9 +9,9 @@
 use nalgebra::{Matrix3, Matrix6, Point2, RowVector3, Vector6};
 use sextant_geometry::{Pose, so3};
 
-use crate::measurement::corners::Slopes;
+use crate::measurement::edge_modes::PoseRows;
+use crate::measurement::edge_modes::Slopes;
 use crate::measurement::edge_modes::{Rows, product};
-use crate::measurement::view_equations::PoseRows;
 
 /// When the rows of an image are taken.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -2,11 +2,10 @@
 
 use nalgebra::{Matrix6, Vector6};
 
+use crate::measurement::edge_modes::PoseRows;
 use crate::measurement::edge_modes::Rows;
 use crate::measurement::rolling_shutter::Rolling;
 
-/// Derivatives by (dt, dr), then the residual; the last place is free.
-pub(crate) type PoseRows = Rows<8>;
 const RESIDUAL: usize = 6;
 
 /// Who states the noise of a view's corners.

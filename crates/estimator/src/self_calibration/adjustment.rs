@@ -6,10 +6,11 @@ use nalgebra::{Const, Dyn};
 use nalgebra::{DMatrix, DVector, Matrix6, OMatrix, SMatrix, SVector, Vector6};
 use sextant_geometry::{Pose, se3};
 
-use crate::filter::consider::{by_camera, by_tag};
-use crate::filter::least_squares::UNSEEN;
+use crate::measurement::biases::{by_camera, by_tag};
+use crate::measurement::corners::UNSEEN;
 use crate::measurement::corners::{PosedCamera, Sight};
 use crate::measurement::edge_modes::NoiseFactors;
+use crate::measurement::planar_poses::{area, branches};
 use crate::measurement::rolling_shutter::Moving;
 use crate::measurement::view_equations::NoiseSource;
 use crate::self_calibration::design_effect::DesignEffect;
@@ -20,7 +21,6 @@ use crate::self_calibration::parameters::{CLASSES, Class, Layout, OF_CAMERA, OF_
 use crate::self_calibration::variance_components::Scales;
 use crate::site::Site;
 use crate::site::corrections::{CameraCorrection, Corrections, ObjectFrame, TagCorrection};
-use crate::tracker::{area, branches};
 use crate::{LensSigma, PoseSigma, TagId};
 
 /// Steps of one adjustment; most begin next to the minimum, those of few keyframes do not.
@@ -139,7 +139,10 @@ impl Adjustment {
         self.design_effect.learn(keyframes, determined, left);
         let evidence = Evidence::of(&layout, &errors, &information, &precisions);
         if evidence.excludes_all() {
-            return Some(Corrections::exact(&layout));
+            return Some(Corrections::exact(
+                layout.cameras.keys().copied(),
+                layout.tags.keys().copied(),
+            ));
         }
         let corrections = self.corrections(&layout, &errors, (&covariance, &eliminated), site)?;
         Some(if evidence.suffices(left) {

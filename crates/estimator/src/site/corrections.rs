@@ -6,8 +6,6 @@ use nalgebra::{Matrix6, Vector3, Vector6};
 use sextant_geometry::{Lens, Pose, se3};
 
 use crate::rig::MOST_LENS_SIGMA_PX;
-use crate::self_calibration::parameters::Layout;
-use crate::site::Site;
 use crate::{LensSigma, ObjectTag, PoseSigma, TagId};
 
 /// Errors of the site's files as estimated.
@@ -61,7 +59,10 @@ pub(crate) struct ObjectFrame {
 
 impl Corrections {
     /// Nothing is wrong with the files.
-    pub(crate) fn exact(layout: &Layout) -> Self {
+    pub(crate) fn exact(
+        cameras: impl Iterator<Item = usize>,
+        tags: impl Iterator<Item = TagId>,
+    ) -> Self {
         let camera = CameraCorrection::none(PoseSigma::NONE, LensSigma::NONE);
         let tag = TagCorrection {
             step: Vector6::zeros(),
@@ -69,12 +70,8 @@ impl Corrections {
             sigma: PoseSigma::NONE,
         };
         Self {
-            cameras: layout
-                .cameras
-                .keys()
-                .map(|index| (*index, camera))
-                .collect(),
-            tags: layout.tags.keys().map(|id| (*id, tag)).collect(),
+            cameras: cameras.map(|index| (index, camera)).collect(),
+            tags: tags.map(|id| (id, tag)).collect(),
             frames: BTreeMap::new(),
             unseen: [0.0; 3],
             independence: 1.0,
@@ -89,7 +86,7 @@ const LEAST_SIGMA: f64 = 0.05;
 
 impl Corrections {
     /// What is more than negligible, each with its own sigma as a file gives it.
-    pub(crate) fn for_files(&self, site: &Site) -> Self {
+    pub(crate) fn for_files<'a>(&self, file_lens: impl Fn(usize) -> Option<&'a Lens>) -> Self {
         let own = |sigma: PoseSigma, least: PoseSigma| {
             let (own, least) = (
                 sigma.times(self.independence.recip()),
@@ -101,7 +98,7 @@ impl Corrections {
             }
         };
         let camera = |(camera, one): (&usize, &CameraCorrection)| {
-            let usual = LensSigma::usual(site.file_lens(*camera)?);
+            let usual = LensSigma::usual(file_lens(*camera)?);
             let bends = one.focal_px.abs() > usual.focal_px * NEGLIGIBLE || one.distortion != 0.0;
             let (focal_px, distortion) = if bends {
                 (one.focal_px, one.distortion)

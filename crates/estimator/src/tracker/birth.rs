@@ -6,17 +6,19 @@
 use std::sync::Arc;
 
 use nalgebra::Vector6;
-use sextant_geometry::Pose;
-use sextant_geometry::planar_pose::solve_square;
 
 use crate::FusionOptions;
+use crate::filter::covariance::Covariance;
 use crate::filter::joint_states::Joints;
 use crate::filter::process_noise::{Motion, Restlessness};
-use crate::filter::state::{Covariance, Kinematics};
+use crate::filter::state::Kinematics;
 use crate::kinematics::chain::Chain;
 use crate::kinematics::configuration::Configuration;
 use crate::measurement::corners::Sight;
-use crate::tracker::hypothesis::{Hypothesis, taken_in};
+use crate::measurement::planar_poses::area;
+use crate::measurement::planar_poses::branches;
+use crate::tracker::branching::taken_in;
+use crate::tracker::hypothesis::Hypothesis;
 use crate::tracker::joint_search::by_branch;
 use crate::tracker::planar_ambiguity::is_beside;
 
@@ -71,29 +73,6 @@ fn seeds(sights: &[Sight<'_>]) -> Vec<Configuration> {
             branches.map(|branch| by_branch(sight, &branch, sights))
         })
         .collect()
-}
-
-/// `world_from_object`, or that of the tag's link, by each branch of a view.
-pub(crate) fn branches(sight: &Sight<'_>) -> Vec<Pose> {
-    let Ok(poses) = solve_square(
-        &sight.camera.lens,
-        &[0, 1, 2, 3].map(|corner| sight.view.corner(corner, sight.bowed)),
-        sight.view.size_m,
-    ) else {
-        return Vec::new();
-    };
-    let world_from_camera = sight.camera.camera_from_world.inverse();
-    let tag_from_object = sight.view.object_from_tag.inverse();
-    poses
-        .iter()
-        .map(|pose| world_from_camera * pose.camera_from_tag * tag_from_object)
-        .collect()
-}
-
-/// Area of the tag in px², by its diagonals.
-pub(crate) fn area(sight: &Sight<'_>) -> f64 {
-    let [a, b, c, d] = sight.view.corners_in_image;
-    0.5 * (c - a).perp(&(d - b)).abs()
 }
 
 /// An object of which only the start for the search is known.

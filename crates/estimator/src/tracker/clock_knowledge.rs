@@ -6,7 +6,7 @@
 
 use crate::filter::state::Kinematics;
 use crate::site::StatedClock;
-use crate::tracker::seconds;
+use crate::time::seconds;
 use crate::{ClockOffset, FusionOptions};
 
 /// What is held of the clocks.

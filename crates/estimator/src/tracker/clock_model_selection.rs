@@ -7,14 +7,15 @@
 
 use crate::FusionOptions;
 use crate::filter::clock_states::{Agreement, Clocks};
-use crate::site::{ObjectImage, Site, StatedClock};
-use crate::tracker::{Track, seconds};
+use crate::site::{ObjectImage, StatedClock};
+use crate::time::seconds;
+use crate::tracker::track::Track;
 
 /// Logarithm of the odds for agreeing clocks before anything is seen: most of them do.
 const AGREEMENT: f64 = 3.0;
 
 /// Seconds after which what was foretold counts 1/e: what the rival does not know at first is forgotten.
-const RECENT_S: f64 = 0.2;
+pub(crate) const RECENT_S: f64 = 0.2;
 
 /// Seconds, of images, for which clocks are tried that were taken to agree.
 const TRIAL_S: f64 = 1.0;
@@ -23,56 +24,15 @@ const TRIAL_S: f64 = 1.0;
 const KNOWN_S: f64 = 0.001;
 
 impl Track {
-    /// The track after the images of the instant `time_ns`, which is not before this one's.
-    pub fn advanced(
-        &self,
-        time_ns: u64,
-        images: &[&ObjectImage],
-        site: &Site,
-        options: &FusionOptions,
-    ) -> Self {
-        let mut next = self.stepped(time_ns, images, site, options);
-        let is_right = |image: &&ObjectImage| next.believed(image) == StatedClock::Right;
-        next.timing.has_right_clock |= images.iter().any(is_right);
-        let rival = match &self.rival {
-            Some(rival) => Some(rival.stepped(time_ns, images, site, options)),
-            None if self.shares_shutter(time_ns, images) => {
-                let unvouched: Vec<usize> = next.unvouched(images).collect();
-                next.timing.settle(time_ns, &unvouched);
-                None
-            }
-            None => self
-                .challenger(time_ns, images, options)
-                .map(|rival| rival.stepped(time_ns, images, site, options)),
-        };
-        next.rival_since_ns = rival
-            .as_ref()
-            .map(|_| self.rival_since_ns.unwrap_or(time_ns));
-        match rival {
-            Some(mut rival) => {
-                let before = self
-                    .rival
-                    .as_deref()
-                    .map_or(self.total, |rival| rival.total);
-                let gain = (next.total - self.total) - (rival.total - before);
-                let keep = (-seconds(self.time_ns, time_ns) / RECENT_S).exp();
-                next.ahead = self.ahead * keep + gain;
-                rival.timing.has_right_clock = next.timing.has_right_clock;
-                next.rivalled(rival, options)
-            }
-            None => next,
-        }
-    }
-
     /// Whether several cameras took their images in the very same nanosecond: free clocks never do, so that one clock
     /// triggers or stamps them all.
-    fn shares_shutter(&self, time_ns: u64, images: &[&ObjectImage]) -> bool {
+    pub(crate) fn shares_shutter(&self, time_ns: u64, images: &[&ObjectImage]) -> bool {
         let others = self.time_ns == time_ns && self.took_part;
         (images.len() > 1 || others) && self.unvouched(images).next().is_some()
     }
 
     /// This track, as it were with clocks to be estimated; `None` where there is no question, or it is settled.
-    fn challenger(
+    pub(crate) fn challenger(
         &self,
         time_ns: u64,
         images: &[&ObjectImage],
@@ -89,7 +49,7 @@ impl Track {
     }
 
     /// The one of the two that explains the images, or both while that is open.
-    fn rivalled(mut self, mut rival: Self, options: &FusionOptions) -> Self {
+    pub(crate) fn rivalled(mut self, mut rival: Self, options: &FusionOptions) -> Self {
         let age_s = self
             .rival_since_ns
             .map_or(0.0, |since_ns| seconds(since_ns, self.time_ns));
@@ -131,7 +91,7 @@ impl Track {
     }
 
     /// The cameras whose clocks the rival alone estimates.
-    fn asked(&self, rival: &Self) -> impl Iterator<Item = usize> {
+    pub(crate) fn asked(&self, rival: &Self) -> impl Iterator<Item = usize> {
         let cameras = |track: &Self| -> Vec<usize> {
             let clocks = track
                 .hypotheses
@@ -146,7 +106,7 @@ impl Track {
     }
 
     /// Whether the clocks of these cameras agree, by the likeliest attitude.
-    fn agreement(&self, asked: &[usize], options: &FusionOptions) -> Option<Agreement> {
+    pub(crate) fn agreement(&self, asked: &[usize], options: &FusionOptions) -> Option<Agreement> {
         let best = self.hypotheses.first()?;
         let prior_s = options.unknown_clock_s;
         best.state.clock_agreement(prior_s, asked)
@@ -162,12 +122,15 @@ impl Track {
         self.rival.as_deref().unwrap_or(self)
     }
 
-    fn believed(&self, image: &ObjectImage) -> StatedClock {
+    pub(crate) fn believed(&self, image: &ObjectImage) -> StatedClock {
         self.timing.believed(image.camera_index, image.clock)
     }
 
     /// The cameras among these images whose clocks nobody vouches for, or not to be believed.
-    fn unvouched<'a>(&'a self, images: &'a [&ObjectImage]) -> impl Iterator<Item = usize> + 'a {
+    pub(crate) fn unvouched<'a>(
+        &'a self,
+        images: &'a [&ObjectImage],
+    ) -> impl Iterator<Item = usize> + 'a {
         let unknown = |image: &&&ObjectImage| self.believed(image) == StatedClock::Unknown;
         let unknown = images.iter().filter(unknown);
         unknown.map(|image| image.camera_index)

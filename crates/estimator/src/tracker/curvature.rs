@@ -6,8 +6,9 @@
 
 use nalgebra::{SVector, Vector6};
 
+use crate::filter::covariance::symmetric;
 use crate::filter::least_squares::{Fit, Prior};
-use crate::filter::state::{Kinematics, symmetric};
+use crate::filter::state::Kinematics;
 use crate::kinematics::configuration::{Configuration, joint_places, rates_at};
 use crate::measurement::corners::Sight;
 

@@ -1,18 +1,46 @@
 //! What became of the views of an instant, for good, and what they say of faults.
 
+use crate::TagId;
 use crate::articulation::MOST_JOINTS;
-use crate::diagnosis::{Account, SettledView, Testimony};
-use crate::filter::consider::Displacing;
 use crate::filter::observed_configuration::Observed;
 use crate::filter::state::Kinematics;
 use crate::kinematics::configuration::Configuration;
+use crate::measurement::biases::Displacing;
 use crate::measurement::corners::{Sight, View};
+use crate::measurement::pose_innovation::{PoseInnovation, ViewResidual};
+use crate::measurement::ray::Ray;
 use crate::measurement::rolling_shutter::Moving;
 use crate::site::{ObjectImage, Site};
-use crate::tracker::Track;
-use crate::tracker::gating::Taken;
+use crate::tracker::track::Track;
+use crate::tracker::view_outcome::Taken;
 use crate::{FusionOptions, PoseSigma};
 use nalgebra::{Matrix6, SMatrix, Vector6};
+
+/// Where a tag is that is far from where its object has it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Elsewhere {
+    /// Where the object of this index is.
+    On(usize),
+    /// Where no object is.
+    Nowhere,
+}
+
+/// A view of an instant that is settled.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct SettledView {
+    pub camera_index: usize,
+    pub tag: TagId,
+    /// Whether it agreed with the track.
+    pub agreed: bool,
+    /// Whether it took part, but as if the object had been hit.
+    pub hit: bool,
+    /// The ray on which it is seen, if that is far from where its object has it.
+    pub ray: Option<Ray>,
+    /// What is there.
+    pub elsewhere: Option<Elsewhere>,
+    /// What it says of faults, if it was asked.
+    pub account: Option<ViewResidual>,
+}
 
 /// Places of the configuration of an object with links.
 const WITH_JOINTS: usize = 6 + MOST_JOINTS;
@@ -164,7 +192,7 @@ fn observed<const D: usize>(state: &Kinematics, camera_index: usize, role: Role)
 }
 
 impl<'a> Place<'a> {
-    fn of(seen: &Seen<'a>, view: &View) -> Self {
+    pub(crate) fn of(seen: &Seen<'a>, view: &View) -> Self {
         let at = &seen.configuration;
         let (twist, covariance) = match &view.limb {
             None => (at.rates.twist, seen.of_base),
@@ -195,10 +223,10 @@ fn is_hit(taken: &Taken) -> bool {
     taken.part && !taken.expected
 }
 
-fn account(sight: &Sight<'_>, role: Role, place: &Place<'_>) -> Option<Account> {
+fn account(sight: &Sight<'_>, role: Role, place: &Place<'_>) -> Option<ViewResidual> {
     let normal = sight.without_outliers().normal(&place.link)?;
     let world_from_link = place.link.pose;
-    let testimony = Testimony {
+    let testimony = PoseInnovation {
         information: normal.information,
         gradient: normal.gradient,
         square: normal.scale.iter().sum(),
@@ -207,15 +235,19 @@ fn account(sight: &Sight<'_>, role: Role, place: &Place<'_>) -> Option<Account> 
         twist: place.twist,
         world_from_tag: world_from_link * sight.view.object_from_tag,
         centre: sight.camera.centre,
-        stated: [sight.camera.sigma, sight.view.tag_sigma]
-            .map(|sigma| sigma.map_or(Vector6::zeros(), PoseSigma::variance)),
+        camera_variance: given_variance(sight.camera.sigma),
+        tag_variance: given_variance(sight.view.tag_sigma),
     };
-    Some(Account {
+    Some(ViewResidual {
         testimony,
         covariance: place.covariance,
         took_part: role == Role::Part,
         displacing: displacing(sight, place),
     })
+}
+
+fn given_variance(sigma: Option<PoseSigma>) -> Vector6<f64> {
+    sigma.map_or(Vector6::zeros(), PoseSigma::variance)
 }
 
 /// What errors that last do to the link's pose as the view shows it.

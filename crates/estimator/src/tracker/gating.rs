@@ -8,18 +8,21 @@ use std::borrow::Cow;
 use nalgebra::Matrix6;
 
 use crate::FusionOptions;
-use crate::filter::consider::{Gain, Part};
-use crate::filter::least_squares::{Fit, UNSEEN, solve};
+use crate::filter::consider::Gain;
+use crate::filter::least_squares::{Fit, solve};
 use crate::filter::observed_configuration::Vantage;
 use crate::filter::state::Kinematics;
+use crate::filter::update::surprise;
 use crate::filter::update::{Absorbed, absorb};
 use crate::kinematics::configuration::Configuration;
-use crate::measurement::biases::surprise;
+use crate::measurement::biases::Part;
 use crate::measurement::corners::Sight;
+use crate::measurement::corners::UNSEEN;
 use crate::measurement::view_equations::Normal;
 use crate::tracker::camera_consistency::Standing;
 use crate::tracker::curvature;
 use crate::tracker::hypothesis::Hypothesis;
+use crate::tracker::view_outcome::Taken;
 
 /// Views whose chi-square is at least this share of the worst one's are left out with it, so that many wrong views cost
 /// few fits.
@@ -27,40 +30,6 @@ const ALMOST_AS_BAD: f64 = 0.5;
 
 /// How much a further wrong view counts in an image whose views are all wrong.
 const WITH_OTHERS: f64 = 1.0 / 6.0;
-
-/// Squared residuals as which a refused view counts for the noise, of four degrees of freedom: more than usual, so that a
-/// noise underestimated at the start does not stay so.
-const REFUSED_SCALE: f64 = 6.3;
-
-/// What became of a view in an update.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Taken {
-    /// Whether it took part.
-    pub part: bool,
-    /// Whether it did so without a jolt.
-    pub expected: bool,
-    /// Of its edges' places and directions after the update, as [`Normal::scale`] has it.
-    pub scale: [f64; 2],
-    /// Degrees of freedom of either that the residuals keep after the update.
-    pub redundancy: [f64; 2],
-    /// Sum of its squared residuals in px².
-    pub square_px: f64,
-    /// As [`Sight::more_bow`] has it.
-    pub more_bow: [f64; 2],
-}
-
-impl Taken {
-    fn refused() -> Self {
-        Self {
-            part: false,
-            expected: false,
-            scale: [REFUSED_SCALE; 2],
-            redundancy: [4.0; 2],
-            square_px: 0.0,
-            more_bow: [0.0; 2],
-        }
-    }
-}
 
 /// A hypothesis from the prior state and the views that agree with it; `None` where none does. The search begins at
 /// `start`, or at the prior's pose.

@@ -12,7 +12,7 @@ use crate::filter::state::Kinematics;
 use crate::kinematics::chain::Chain;
 use crate::kinematics::configuration::{Configuration, Rates, Values};
 use crate::measurement::corners::Sight;
-use crate::tracker::birth::{area, branches};
+use crate::measurement::planar_poses::{area, branches};
 use crate::{Joint, JointKind};
 
 /// Values of a joint that are tried.

@@ -4,12 +4,12 @@ use nalgebra::{Matrix6, SMatrix};
 use sextant_geometry::se3;
 
 use crate::articulation::MOST_JOINTS;
+use crate::filter::covariance::symmetric;
 use crate::filter::joint_states::Joints;
-use crate::filter::state::symmetric;
 use crate::kinematics::chain::Chain;
 use crate::kinematics::configuration::Configuration;
-use crate::tracker::Track;
 use crate::tracker::hypothesis::Hypothesis;
+use crate::tracker::track::Track;
 use crate::{JointEstimate, LinkEstimate, Posture};
 
 /// Of a configuration.

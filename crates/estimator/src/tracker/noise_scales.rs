@@ -13,7 +13,7 @@ use crate::measurement::edge_modes::NoiseFactors;
 use crate::measurement::rolling_shutter::Moving;
 use crate::measurement::view_equations::NoiseSource;
 use crate::tracker::distortion_share::Bowed;
-use crate::tracker::gating::Taken;
+use crate::tracker::view_outcome::Taken;
 
 /// What a source of the stated noise is worth.
 struct Trust {

@@ -7,11 +7,12 @@ use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3, Vector6};
 use sextant_geometry::{Pose, se3};
 
 use crate::FusionOptions;
+use crate::filter::covariance::is_wider_than;
 use crate::filter::least_squares::Prior;
-use crate::filter::state::{Kinematics, is_wider_than};
+use crate::filter::state::Kinematics;
 use crate::kinematics::configuration::Configuration;
 use crate::measurement::corners::Sight;
-use crate::tracker::birth::{area, branches};
+use crate::measurement::planar_poses::{area, branches};
 
 /// Radians (one sigma about the worst axis) from which on a prediction is too vague to lead to the right one of several
 /// minima.

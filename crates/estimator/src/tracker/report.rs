@@ -5,63 +5,12 @@ use std::borrow::Cow;
 use nalgebra::Matrix6;
 use sextant_geometry::se3;
 
-use crate::filter::state::{is_wider_than, symmetric};
-use crate::measurement::corners::Sight;
+use crate::filter::covariance::{is_wider_than, symmetric};
+use crate::time::seconds;
 use crate::tracker::hypothesis::Hypothesis;
-use crate::tracker::{Track, seconds};
+use crate::tracker::track::Track;
+use crate::tracker::view_outcome::Sighting;
 use crate::{ClockOffset, FusionOptions, ObjectEstimate, ObjectId, State};
-
-/// What the images of an instant contributed.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub(crate) struct Sighting {
-    /// Cameras that took part.
-    pub cameras: u32,
-    /// Views that took part.
-    pub tags: u32,
-    /// Sum of their squared residuals in px².
-    square_px: f64,
-    /// Camera index of each view that was refused.
-    pub refused: Vec<usize>,
-}
-
-impl Sighting {
-    pub fn of(best: &Hypothesis, sights: &[Sight<'_>]) -> Self {
-        let pairs = || sights.iter().zip(&best.taken);
-        let mut cameras: Vec<usize> = pairs()
-            .filter(|(_, taken)| taken.part)
-            .map(|(sight, _)| sight.camera_index)
-            .collect();
-        cameras.dedup();
-        let tags = best.taken.iter().filter(|taken| taken.part).count() as u32;
-        let taking_part = best.taken.iter().filter(|taken| taken.part);
-        let square_px = taking_part.map(|taken| taken.square_px).sum();
-        let refused = pairs()
-            .filter(|(_, taken)| !taken.part)
-            .map(|(sight, _)| sight.camera_index)
-            .collect();
-        Self {
-            cameras: cameras.len() as u32,
-            tags,
-            square_px,
-            refused,
-        }
-    }
-
-    /// With what other images of the same instant contributed.
-    pub fn joined(&self, mut other: Self) -> Self {
-        other.cameras += self.cameras;
-        other.tags += self.tags;
-        other.square_px += self.square_px;
-        other.refused.extend(&self.refused);
-        other
-    }
-
-    /// Root mean square of the residuals in pixels, over both axes.
-    pub fn rms_px(&self) -> f64 {
-        let residuals = 8.0 * f64::from(self.tags.max(1));
-        (self.square_px / residuals).sqrt()
-    }
-}
 
 impl Track {
     /// The estimate for `time_ns`, at or after this track's instant; `None` where nothing worth publishing is known.
@@ -91,7 +40,11 @@ impl Track {
         })
     }
 
-    fn estimate_now(&self, object: &ObjectId, options: &FusionOptions) -> Option<ObjectEstimate> {
+    pub(crate) fn estimate_now(
+        &self,
+        object: &ObjectId,
+        options: &FusionOptions,
+    ) -> Option<ObjectEstimate> {
         let best = self.hypotheses.first()?;
         let covariance = self.covariance();
         let (world_from_object, twist) = best.state.base();
@@ -170,7 +123,11 @@ impl Track {
     }
 
     /// A prediction is worth saying while it is sharp, a doubtful attitude when it has been in doubt for long.
-    fn is_worth_saying(&self, estimate: &ObjectEstimate, options: &FusionOptions) -> bool {
+    pub(crate) fn is_worth_saying(
+        &self,
+        estimate: &ObjectEstimate,
+        options: &FusionOptions,
+    ) -> bool {
         let doubted_for = |since_ns: u64| seconds(since_ns, self.time_ns);
         let long_doubted = |since_ns: u64| doubted_for(since_ns) >= options.patience_s;
         let (position, attitude) = (options.coasting_position, options.coasting_attitude);

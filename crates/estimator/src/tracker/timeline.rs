@@ -13,9 +13,9 @@ use std::sync::Arc;
 
 use sextant_geometry::Pose;
 
-use crate::diagnosis::SettledView;
 use crate::site::{ObjectImage, Site};
-use crate::tracker::Track;
+use crate::tracker::finalised_views::SettledView;
+use crate::tracker::track::Track;
 use crate::{ClockOffset, FusionOptions, ObjectEstimate, ObjectId};
 
 /// Cameras whose simultaneous images are taken jointly; further ones follow in the order of the rig, so that one more

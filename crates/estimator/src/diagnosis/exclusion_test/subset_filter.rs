@@ -2,14 +2,19 @@
 
 use std::collections::BTreeMap;
 
-use crate::diagnosis::SettledView;
 use crate::diagnosis::fault_bank::{MEMORY, RAISED, RECENT};
 use crate::diagnosis::fault_estimate::Accused;
-use crate::diagnosis::pose_innovation::Testimony;
+use crate::diagnosis::fault_model::FaultModel;
+use crate::diagnosis::fault_model::camera::{CameraPoseFault, apparent_angles};
+use crate::diagnosis::fault_model::clock::ClockFault;
+use crate::diagnosis::fault_model::tag_pose::TagPoseFault;
+use crate::diagnosis::fault_model::tag_size::TagSizeFault;
 use crate::diagnosis::predictive_cost::{Misfit, are_of_one_link};
 use crate::diagnosis::replay_buffer::Instant;
+use crate::measurement::pose_innovation::PoseInnovation;
 use crate::site::{ObjectImage, Site, StatedClock};
-use crate::tracker::Track;
+use crate::tracker::finalised_views::SettledView;
+use crate::tracker::track::Track;
 use crate::{ClockOffset, FusionOptions, TagId};
 
 /// Sigmas by which a clock must be off, and seconds.
@@ -194,20 +199,20 @@ impl Contender {
         }
     }
 
-    fn hear(&mut self, cell: (usize, TagId), told: &Testimony) {
+    fn hear(&mut self, cell: (usize, TagId), told: &PoseInnovation) {
         let square = (told.square, told.weight);
         let Accused { simple, whole, .. } = &mut self.accused;
         let gains = match self.left_out {
             Some(LeftOut::Tag(_)) => [
-                simple.gain(&told.of_size(), square),
-                whole.gain(&told.of_place(), square),
+                simple.gain(&TagSizeFault::equations(told), square),
+                whole.gain(&TagPoseFault::equations(told), square),
             ],
             _ => [
-                simple.gain(&told.of_clock(), square),
-                whole.gain(&told.of_camera(), square),
+                simple.gain(&ClockFault::equations(told), square),
+                whole.gain(&CameraPoseFault::equations(told), square),
             ],
         };
-        let now = told.angles(&whole.at());
+        let now = apparent_angles(told, &whole.at());
         for (angle, now) in self.angles.iter_mut().zip(now) {
             *angle += (now - *angle) / RECENT;
         }

@@ -1,8 +1,9 @@
 //! What a contest takes from the suspects and what it tells them.
 
 use crate::TagId;
-use crate::diagnosis::exclusion_test::{Contender, LeftOut};
-use crate::diagnosis::fault_bank::{ALERT, Admitted, Cause, SIMPLE, Suspects, Tag, covers};
+use crate::diagnosis::exclusion_test::subset_filter::{Contender, LeftOut};
+use crate::diagnosis::fault_bank::{Admitted, Cause, SIMPLE, Suspects, Tag, covers};
+use crate::diagnosis::fault_estimate::ALERT;
 
 impl Suspects {
     /// The most evidence for a cause of what no known one covers.

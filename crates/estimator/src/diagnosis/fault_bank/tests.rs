@@ -1,7 +1,7 @@
 //! Which suspect is found, by what views tell.
 
 use super::*;
-use crate::diagnosis::pose_innovation::Testimony;
+use crate::measurement::pose_innovation::PoseInnovation;
 use nalgebra::{Matrix6, UnitQuaternion, Vector3};
 use sextant_geometry::Pose;
 use sextant_tag_families::Family;
@@ -30,7 +30,7 @@ fn world_from_tag(id: u32, round: u32) -> Pose {
 
 /// A view whose tag is displaced by so much in its camera's eyes (dt, dr about the tag's link, world axes), with a noise of
 /// half a millimetre.
-fn view(camera: usize, id: u32, round: u32, displaced: Vector6<f64>) -> Testimony {
+fn view(camera: usize, id: u32, round: u32, displaced: Vector6<f64>) -> PoseInnovation {
     let scale = 1.0 / 0.0005_f64.powi(2);
     let arm = 0.02_f64.powi(2);
     let diagonal = Vector6::new(1.0, 1.0, 0.1, arm, arm, arm) * scale;
@@ -38,7 +38,7 @@ fn view(camera: usize, id: u32, round: u32, displaced: Vector6<f64>) -> Testimon
     let square = 8.0 + displaced.dot(&(information * displaced));
     let weight = 20.0 / (12.0 + square);
     let world_from_tag = world_from_tag(id, round);
-    Testimony {
+    PoseInnovation {
         information: information * weight,
         gradient: -(information * displaced) * weight,
         square: square * weight,
@@ -47,7 +47,8 @@ fn view(camera: usize, id: u32, round: u32, displaced: Vector6<f64>) -> Testimon
         twist: Vector6::new(0.3, 0.1, 0.0, 0.0, 0.0, 0.5),
         world_from_tag,
         centre: centre(camera),
-        stated: [Vector6::zeros(); 2],
+        camera_variance: Vector6::zeros(),
+        tag_variance: Vector6::zeros(),
     }
 }
 

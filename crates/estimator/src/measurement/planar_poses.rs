@@ -1,0 +1,29 @@
+//! The two poses that the corners of one tag allow: the branches of the planar ambiguity.
+
+use sextant_geometry::Pose;
+use sextant_geometry::planar_pose::solve_square;
+
+use crate::measurement::corners::Sight;
+
+/// `world_from_object`, or that of the tag's link, by each branch of a view.
+pub(crate) fn branches(sight: &Sight<'_>) -> Vec<Pose> {
+    let Ok(poses) = solve_square(
+        &sight.camera.lens,
+        &[0, 1, 2, 3].map(|corner| sight.view.corner(corner, sight.bowed)),
+        sight.view.size_m,
+    ) else {
+        return Vec::new();
+    };
+    let world_from_camera = sight.camera.camera_from_world.inverse();
+    let tag_from_object = sight.view.object_from_tag.inverse();
+    poses
+        .iter()
+        .map(|pose| world_from_camera * pose.camera_from_tag * tag_from_object)
+        .collect()
+}
+
+/// Area of the tag in px², by its diagonals.
+pub(crate) fn area(sight: &Sight<'_>) -> f64 {
+    let [a, b, c, d] = sight.view.corners_in_image;
+    0.5 * (c - a).perp(&(d - b)).abs()
+}

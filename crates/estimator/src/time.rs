@@ -1,0 +1,6 @@
+//! Differences of times that are given in nanoseconds.
+
+/// Seconds from one time to another; negative where the second is earlier.
+pub(crate) fn seconds(from_ns: u64, to_ns: u64) -> f64 {
+    (i128::from(to_ns) - i128::from(from_ns)) as f64 * 1e-9
+}

@@ -1,0 +1,285 @@
+//! The ways on from one hypothesis to the next instant: updates with the views, jolts, rejection; and their weighing.
+
+use sextant_geometry::se3;
+
+use crate::FusionOptions;
+use crate::MOST_JOINTS;
+use crate::filter::covariance::Covariance;
+use crate::filter::state::Kinematics;
+use crate::kinematics::configuration::Configuration;
+use crate::measurement::corners::Sight;
+use crate::tracker::camera_consistency::Standing;
+use crate::tracker::gating::image_refusal;
+use crate::tracker::gating::refused;
+use crate::tracker::gating::updated;
+use crate::tracker::hypothesis::Hypothesis;
+use crate::tracker::{joint_search, planar_ambiguity};
+
+/// Most attitudes followed at a time.
+const MOST_HYPOTHESES: usize = 4;
+
+impl Hypothesis {
+    /// What becomes of the hypothesis after `dt` seconds with the views of that instant. Where they contradict the
+    /// prediction there are two ways on: the body was hit, or the views are wrong; what follows will tell. All views of one of
+    /// several simultaneous images are enough: along its sight another camera may agree with anything.
+    pub fn followed(&self, dt: f64, sights: &[Sight<'_>], options: &FusionOptions) -> Followed {
+        let limbs = sights.iter().filter_map(|sight| sight.view.limb.as_ref());
+        let predicted = self.state.predicted(dt);
+        let predicted = predicted.well_rooted(limbs.map(|limb| limb.link));
+        let mut ways = taken_in(&predicted, sights, options);
+        let contradicted = ways.is_empty();
+        for strength in JOLTS {
+            if !ways.iter().all(|way| way.leaves_out_an_image(sights)) {
+                break;
+            }
+            let mut hit = taken_in(&jolted(&predicted, dt, strength, options), sights, options);
+            weaken(&mut hit, options.jolt_odds);
+            let taken = hit.iter_mut().flat_map(|way| &mut way.taken);
+            taken.for_each(|taken| taken.expected = false);
+            ways.extend(hit);
+        }
+        if contradicted {
+            ways.push(refused(predicted, sights, options));
+        }
+        weaken(&mut ways, -self.evidence);
+        for way in &mut ways {
+            way.doubt(&self.standing, sights, options);
+            way.settle(self.settled, sights, options);
+        }
+        Followed { ways, contradicted }
+    }
+
+    /// Whether no view of one of the images took part.
+    pub(crate) fn leaves_out_an_image(&self, sights: &[Sight<'_>]) -> bool {
+        let pairs: Vec<_> = sights.iter().zip(&self.taken).collect();
+        let mut images = pairs.chunk_by(|(a, _), (b, _)| a.camera_index == b.camera_index);
+        images.any(|image| !image.iter().any(|(_, taken)| taken.part))
+    }
+
+    /// Remembers whose images took no part. A further one of a camera that is wrong costs a jolt's odds and what its views would say of
+    /// themselves.
+    pub(crate) fn doubt(
+        &mut self,
+        before: &Standing,
+        sights: &[Sight<'_>],
+        options: &FusionOptions,
+    ) {
+        if !before.is_in_doubt() && self.taken.iter().all(|taken| taken.part) {
+            return;
+        }
+        self.standing.clone_from(before);
+        let pairs: Vec<_> = sights.iter().zip(&self.taken).collect();
+        for image in pairs.chunk_by(|(a, _), (b, _)| a.camera_index == b.camera_index) {
+            let camera = image[0].0.camera_index;
+            let part = image.iter().any(|(_, taken)| taken.part);
+            if !part && self.standing.is_wrong(camera) {
+                let again = options.jolt_odds + USUAL * image.len() as f64;
+                self.evidence += (image_refusal(image.len(), options) - again).max(0.0);
+            }
+            self.standing.note(camera, part);
+        }
+    }
+}
+
+/// What becomes of a hypothesis at the next instant.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Followed {
+    pub ways: Vec<Hypothesis>,
+    /// Whether no view agrees with the prediction.
+    pub contradicted: bool,
+}
+
+/// Lowers the evidence by the logarithm of odds.
+pub(crate) fn weaken(hypotheses: &mut [Hypothesis], odds: f64) {
+    for one in hypotheses {
+        one.evidence -= odds;
+    }
+}
+
+/// The updates that the views allow, one for each attitude that is a possibility of its own; none where no view agrees
+/// with the prior.
+pub(crate) fn taken_in(
+    prior: &Kinematics,
+    sights: &[Sight<'_>],
+    options: &FusionOptions,
+) -> Vec<Hypothesis> {
+    let rolling = sights.iter().any(|sight| sight.view.after_s.is_some());
+    match (
+        rolling,
+        prior.joints.as_ref().map_or(0, |joints| joints.moving),
+    ) {
+        (false, 0) => taken_in_by::<6>(prior, sights, options),
+        (false, 1..=2) => taken_in_by::<8>(prior, sights, options),
+        (false, _) => taken_in_by::<{ 6 + MOST_JOINTS }>(prior, sights, options),
+        (true, 0) => taken_in_by::<12>(prior, sights, options),
+        (true, _) => taken_in_by::<{ 2 * (6 + MOST_JOINTS) }>(prior, sights, options),
+    }
+}
+
+/// The same with the size of a configuration.
+fn taken_in_by<const D: usize>(
+    prior: &Kinematics,
+    sights: &[Sight<'_>],
+    options: &FusionOptions,
+) -> Vec<Hypothesis> {
+    let update = |start: Option<&Configuration>| updated::<D>(prior, start, sights, options);
+    let searched = joint_search::start(prior, sights).and_then(|start| update(Some(&start)));
+    let (found, second) = match (update(None), searched) {
+        (Some(found), Some(other)) if other.evidence > found.evidence => (other, Some(found)),
+        (Some(found), other) => (found, other),
+        (None, Some(other)) => (other, None),
+        (None, None) => return Vec::new(),
+    };
+    let at = found.state.configuration();
+    let others = planar_ambiguity::others::<D>(prior, &at, sights, options);
+    let mut all: Vec<Hypothesis> = others
+        .starts
+        .iter()
+        .filter_map(|start| update(Some(start)))
+        .chain(second)
+        .collect();
+    all.push(Hypothesis {
+        mirrored: others.mirrored_odds,
+        ..found
+    });
+    all
+}
+
+/// Seconds over which a jolt counts at least: a blow takes no time, and is as hard however soon the next image comes.
+pub(crate) const BLOW_S: f64 = 1.0 / 30.0;
+
+/// What a view says on the whole where it is known what is wrong: half a squared sigma for each of eight coordinates.
+const USUAL: f64 = 4.0;
+
+/// Jolts are of any size: were only the hardest thought of, a wrong tag would often be likelier.
+const JOLTS: [f64; 2] = [0.1, 1.0];
+
+/// The prediction if the body was hit in the meantime, with a share of the hardest jolt.
+fn jolted(predicted: &Kinematics, dt: f64, strength: f64, options: &FusionOptions) -> Kinematics {
+    let mut jolted = predicted.clone();
+    jolted.motion.begin_anew(dt);
+    for axis in 0..6 {
+        let acceleration = if axis < 3 {
+            options.linear_jolt
+        } else {
+            options.angular_jolt
+        };
+        let speed = strength * acceleration * dt.max(BLOW_S);
+        let way = 0.5 * speed * dt;
+        jolted.covariance[(axis, axis)] += way * way;
+        jolted.covariance[(axis, axis + 6)] += way * speed;
+        jolted.covariance[(axis + 6, axis)] += way * speed;
+        // A little more than the perfectly correlated part, so that the covariance stays definite.
+        jolted.covariance[(axis + 6, axis + 6)] += speed * speed * 1.1;
+    }
+    if let Some(joints) = &mut jolted.joints {
+        joints.jolt((dt, strength * dt.max(BLOW_S)), options);
+    }
+    jolted
+}
+
+/// What the corners of an instant are worth where the cost is no parabola: it rests on covariances that are rough guesses
+/// there.
+const VAGUE_WORTH: f64 = 0.3;
+
+/// Makes less of what the corners say where one of the hypotheses is vague: of all alike, for what the corners say against
+/// all of them would else count for the vague one.
+fn discount_vague(hypotheses: &mut [Hypothesis]) {
+    if hypotheses.iter().any(|one| one.vague) {
+        for one in hypotheses {
+            one.evidence -= (1.0 - VAGUE_WORTH) * one.fitted;
+        }
+    }
+}
+
+/// Sorts by evidence, merges what has run together, gives up what is hopeless. The likeliest then has evidence zero; what
+/// it had is returned.
+pub(crate) fn weigh(hypotheses: &mut Vec<Hypothesis>, options: &FusionOptions) -> f64 {
+    discount_vague(hypotheses);
+    hypotheses.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
+    let Some(best) = hypotheses.first().map(|one| one.evidence) else {
+        return 0.0;
+    };
+    let mut kept: Vec<Hypothesis> = Vec::new();
+    for mut one in hypotheses.drain(..) {
+        one.evidence -= best;
+        let hopeless = one.evidence.is_nan() || one.evidence < -options.hopeless_odds;
+        if !hopeless
+            && kept.len() < MOST_HYPOTHESES
+            && !kept.iter().any(|other| is_same(other, &one))
+        {
+            kept.push(one);
+        }
+    }
+    *hypotheses = kept;
+    best
+}
+
+/// Squared Mahalanobis distance of hypotheses that have run together.
+const NEAR: f64 = 0.1;
+
+/// Whether two hypotheses have run together: nearer than a third of what is uncertain anyway. Two branches of a vague tag
+/// may lie within one sigma of each other and still be two.
+fn is_same(a: &Hypothesis, b: &Hypothesis) -> bool {
+    let off = se3::difference(&a.state.pose, &b.root_of(a));
+    let covariance: Covariance = a.state.covariance;
+    let inverse = covariance.fixed_view::<6, 6>(0, 0).into_owned().cholesky();
+    inverse.is_some_and(|factor| off.dot(&factor.solve(&off)) < NEAR) && same_joints(a, b)
+}
+
+fn same_joints(a: &Hypothesis, b: &Hypothesis) -> bool {
+    let pair = a.state.joints.as_ref().zip(b.state.joints.as_ref());
+    pair.is_none_or(|(a, b)| {
+        let off = |slot: usize| a.values[slot] - b.values[slot];
+        (0..a.moving).all(|slot| off(slot).powi(2) < NEAR * a.sigma(slot).powi(2))
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::filter::process_noise::{Motion, Restlessness};
+    use nalgebra::Vector3;
+    use nalgebra::Vector6;
+    use sextant_geometry::Pose;
+
+    /// At a place of its own, with evidence from the corners alone.
+    pub(crate) fn hypothesis(metres: f64, evidence: f64, vague: bool) -> Hypothesis {
+        let state = Kinematics {
+            pose: Pose::from_parts(Vector3::x().scale(metres).into(), Default::default()),
+            twist: Vector6::zeros(),
+            covariance: Covariance::identity() * 1e-6,
+            clocks: None,
+            joints: None,
+            considered: None,
+            news: 0.0,
+            motion: Motion::new(Restlessness {
+                linear: 1.0,
+                angular: 1.0,
+                clocks: 1.0,
+            }),
+        };
+        Hypothesis {
+            evidence,
+            fitted: evidence,
+            vague,
+            ..refused(state, &[], &FusionOptions::default())
+        }
+    }
+
+    #[test]
+    pub(crate) fn what_speaks_against_all_does_not_count_for_the_vague_one() {
+        let mut both = vec![hypothesis(0.0, -44.0, true), hypothesis(1.0, -31.0, false)];
+        weigh(&mut both, &FusionOptions::default());
+        assert!(!both[0].vague);
+        let odds = VAGUE_WORTH * (-44.0 + 31.0);
+        assert!((both[1].evidence - odds).abs() < 1e-12);
+    }
+
+    #[test]
+    pub(crate) fn sharp_attitudes_are_weighed_by_all_that_the_corners_say() {
+        let mut both = vec![hypothesis(0.0, -44.0, false), hypothesis(1.0, -31.0, false)];
+        weigh(&mut both, &FusionOptions::default());
+        assert_eq!(both[1].evidence, -13.0);
+    }
+}
