@@ -2,8 +2,8 @@
 //! is off.
 //!
 //! Fed with instants that no late image can change any more. What the views of a tag by a camera contradict is explained by the
-//! fault that foretells it best ([`suspects`]), if those that have nothing to do with that fault go on to agree ([`support`]). Who is
-//! wrong is found by leaving each suspect out ([`inquiry`], [`contest`]).
+//! fault that foretells it best ([`fault_bank`]), if those that have nothing to do with that fault go on to agree ([`support`]). Who is
+//! wrong is found by leaving each suspect out ([`inquiry`], [`exclusion_test`]).
 
 pub(crate) mod consistency_tally;
 pub(crate) mod duty_cycle;
@@ -22,16 +22,16 @@ pub(crate) mod replay_buffer;
 use std::collections::{BTreeMap, BTreeSet};
 
 use crate::TagId;
-use crate::diagnosis::consistency_tally::Support;
-use crate::diagnosis::duty_cycle::Weariness;
-use crate::diagnosis::exclusion_test::Contest;
-use crate::diagnosis::fading_counter::Count;
-use crate::diagnosis::fault_bank::{Cause, Counts, Suspects};
-use crate::diagnosis::manoeuvre_detector::Restless;
-use crate::diagnosis::misplaced_tags::Strays;
-use crate::diagnosis::replay_buffer::Recall;
+use crate::diagnosis::consistency_tally::ConsistencyTally;
+use crate::diagnosis::duty_cycle::DutyCycle;
+use crate::diagnosis::exclusion_test::ExclusionTest;
+use crate::diagnosis::fading_counter::FadingCounter;
+use crate::diagnosis::fault_bank::{Applicability, FaultBank, FaultHypothesis};
+use crate::diagnosis::manoeuvre_detector::ManoeuvreDetector;
+use crate::diagnosis::misplaced_tags::MisplacedTags;
+use crate::diagnosis::replay_buffer::ReplayBuffer;
 pub(crate) use crate::measurement::pose_innovation::{PoseInnovation, ViewResidual};
-use crate::tracker::finalised_views::SettledView;
+use crate::tracker::finalised_views::FinalisedView;
 
 /// Views, counted with that memory, from which on a share means something.
 const FEWEST: f64 = 3.0;
@@ -59,7 +59,7 @@ const OLD_NS: u64 = 1_000_000_000;
 
 /// A camera that is not where the rig says.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub(crate) struct Moved {
+pub(crate) struct MovedCamera {
     pub camera: usize,
     /// The only other camera that it contradicts: it may be that one as well.
     pub or: Option<usize>,
@@ -69,57 +69,57 @@ pub(crate) struct Moved {
 
 /// The counts of a site, and what is wrong by them.
 #[derive(Debug, Default)]
-pub(crate) struct Health {
-    cameras: BTreeMap<usize, Count>,
-    suspects: Suspects,
-    of_cameras: Support<usize>,
-    of_tags: Support<TagId>,
+pub(crate) struct Diagnosis {
+    cameras: BTreeMap<usize, FadingCounter>,
+    fault_bank: FaultBank,
+    of_cameras: ConsistencyTally<usize>,
+    of_tags: ConsistencyTally<TagId>,
     /// By object, when it last seemed to be hit, and by which camera's image.
     hit: BTreeMap<usize, (u64, usize)>,
     /// By object, how often it lately seemed to be hit.
-    hits: BTreeMap<usize, Count>,
+    hits: BTreeMap<usize, FadingCounter>,
     /// Cameras that seem to have been moved. Such a one stays while most of its views contradict: a track that gives way to some of
     /// them, by doubting its clock, makes what they foretell weaker, not the camera right.
     /// With the time since when, ns, and whether its clock is out of question.
     moved: BTreeMap<usize, (u64, bool)>,
     /// By camera that may have been moved, those that it contradicts.
     against: BTreeMap<usize, BTreeSet<usize>>,
-    strays: Strays,
+    misplaced_tags: MisplacedTags,
     /// When a tag was last in an image twice, by camera index.
     twice_ns: BTreeMap<(usize, TagId), u64>,
     newest_ns: u64,
     /// By object, its last settled images.
-    recalls: BTreeMap<usize, Recall>,
-    contest: Option<Contest>,
+    replay_buffers: BTreeMap<usize, ReplayBuffer>,
+    exclusion_test: Option<ExclusionTest>,
     /// Until when no contest is held, ns.
     rests_until_ns: u64,
-    weariness: Weariness,
-    restless: Restless,
+    duty_cycle: DutyCycle,
+    manoeuvring: ManoeuvreDetector,
 }
 
-impl Health {
+impl Diagnosis {
     /// Takes the views of one object at a settled instant in.
-    pub fn take(&mut self, object: usize, time_ns: u64, views: &[SettledView]) {
+    pub fn take(&mut self, object: usize, time_ns: u64, views: &[FinalisedView]) {
         self.count(object, time_ns, views);
         for view in views {
             if !view.agreed && self.others_agree(object, time_ns, view) {
-                self.strays.refuse(object, time_ns, view);
+                self.misplaced_tags.refuse(object, time_ns, view);
             }
-            self.hear(object, time_ns, view);
+            self.record(object, time_ns, view);
         }
-        if self.suspects.is_alert() {
-            self.suspects.judge(time_ns);
+        if self.fault_bank.is_alert() {
+            self.fault_bank.judge(time_ns);
             self.note_whom_moved_cameras_contradict(object, time_ns);
         }
         let of_camera = |camera: usize| {
             let count = self.cameras.get(&camera)?.faded(time_ns);
             Some((count.views, count.refused))
         };
-        self.strays.judge(time_ns, of_camera);
+        self.misplaced_tags.judge(time_ns, of_camera);
     }
 
     /// Who agrees and who contradicts.
-    fn count(&mut self, object: usize, time_ns: u64, views: &[SettledView]) {
+    fn count(&mut self, object: usize, time_ns: u64, views: &[FinalisedView]) {
         if !views.is_empty() {
             let is_hit = views.iter().any(|view| view.hit);
             self.hits.entry(object).or_default().add(time_ns, !is_hit);
@@ -128,7 +128,7 @@ impl Health {
             let camera = self.cameras.entry(view.camera_index).or_default();
             camera.add(time_ns, view.agreed);
             if self.of_tags.note(object, view.tag, time_ns, view.agreed) {
-                self.suspects.unsettle_tag((object, view.tag));
+                self.fault_bank.unsettle_tag((object, view.tag));
             }
             if view.hit {
                 self.hit.insert(object, (time_ns, view.camera_index));
@@ -138,23 +138,23 @@ impl Health {
             let camera = image[0].camera_index;
             let agreed = image.iter().any(|view| view.agreed);
             if self.of_cameras.note(object, camera, time_ns, agreed) {
-                self.suspects.unsettle_camera(camera);
+                self.fault_bank.unsettle_camera(camera);
             }
         }
     }
 
     /// Whether other tags or cameras go on to agree with the object's track: else it is the track that is wrong.
-    fn others_agree(&self, object: usize, time_ns: u64, view: &SettledView) -> bool {
+    fn others_agree(&self, object: usize, time_ns: u64, view: &FinalisedView) -> bool {
         let mut cameras = self.of_cameras.of(object, view.camera_index, time_ns);
         let mut tags = self.of_tags.of(object, view.tag, time_ns);
         cameras.next().is_some() || tags.next().is_some()
     }
 
-    fn hear(&mut self, object: usize, time_ns: u64, view: &SettledView) {
-        let Some(account) = &view.account else {
+    fn record(&mut self, object: usize, time_ns: u64, view: &FinalisedView) {
+        let Some(residual) = &view.residual else {
             return;
         };
-        let Some(testimony) = self.told(view.camera_index, account) else {
+        let Some(innovation) = self.marginalised(view.camera_index, residual) else {
             return;
         };
         let mut cameras = self.of_cameras.of(object, view.camera_index, time_ns);
@@ -164,41 +164,41 @@ impl Health {
         let is_near = view.elsewhere.is_none();
         let camera_is_wrong = self.of_cameras.contradicts(object, view.camera_index);
         let camera = cameras.next().is_some() && (is_near || camera_is_wrong);
-        let counts = Counts {
+        let counts = Applicability {
             camera,
             clock: camera && is_steady,
             tag: tags.next().is_some() && is_near,
         };
         let tag = (object, view.tag);
-        self.suspects
-            .take(view.camera_index, tag, &testimony, counts);
+        self.fault_bank
+            .take(view.camera_index, tag, &innovation, counts);
     }
 
     /// What a view says apart from what stated errors explain.
-    fn told(&self, camera: usize, account: &ViewResidual) -> Option<PoseInnovation> {
-        if account.displacing.is_empty() {
-            return account.told();
+    fn marginalised(&self, camera: usize, residual: &ViewResidual) -> Option<PoseInnovation> {
+        if residual.displacing.is_empty() {
+            return residual.marginalised();
         }
-        let mut biases = account.bias_covariance();
-        for one in &account.displacing {
+        let mut biases = residual.bias_covariance();
+        for one in &residual.displacing {
             let other = one.of_camera().filter(|other| *other != camera);
-            if let Some(error) = other.and_then(|other| self.suspects.error_of(other)) {
+            if let Some(error) = other.and_then(|other| self.fault_bank.error_of(other)) {
                 let displacement = one.by * error;
                 biases += displacement * displacement.transpose();
             }
         }
-        account.apart_from(&biases)
+        residual.apart_from(&biases)
     }
 
     fn note_whom_moved_cameras_contradict(&mut self, object: usize, time_ns: u64) {
         let cameras = &self.cameras;
         let is_wrong = |camera: &usize| cameras.get(camera).is_some_and(|of| of.share() > RIGHTED);
         self.moved.retain(|camera, _| is_wrong(camera));
-        for camera in self.suspects.found().filter_map(of_moved) {
-            let angles = self.suspects.camera(camera).unwrap_or_default();
+        for camera in self.fault_bank.found().filter_map(of_moved) {
+            let angles = self.fault_bank.camera(camera).unwrap_or_default();
             if angles[0] > MOVED[0] || angles[1] > MOVED[1] {
                 let (_, timely) = self.moved.entry(camera).or_insert((time_ns, false));
-                *timely |= !self.suspects.may_be_clock(camera);
+                *timely |= !self.fault_bank.may_be_clock(camera);
             }
         }
         self.against
@@ -211,11 +211,11 @@ impl Health {
 
     /// Whether something may be wrong, so that all images are to be looked at.
     pub fn is_alert(&self) -> bool {
-        self.suspects.is_alert()
+        self.fault_bank.is_alert()
     }
 
     /// Notes the tags that an image has more than once.
-    pub fn look_for_twins(
+    pub fn record_duplicates(
         &mut self,
         camera_index: usize,
         time_ns: u64,
@@ -235,7 +235,7 @@ impl Health {
     }
 
     /// The tags that a camera has lately seen twice.
-    pub fn twins(&self) -> impl Iterator<Item = (usize, TagId)> {
+    pub fn duplicate_tags(&self) -> impl Iterator<Item = (usize, TagId)> {
         self.twice_ns.keys().copied()
     }
 
@@ -245,15 +245,16 @@ impl Health {
     }
 
     /// The tags that are seen where their objects can't have them, by object index, and the object that they are seen on.
-    pub fn strays(&self) -> impl Iterator<Item = (usize, TagId, Option<usize>)> {
-        self.strays
+    pub fn misplaced_tags(&self) -> impl Iterator<Item = (usize, TagId, Option<usize>)> {
+        self.misplaced_tags
             .found()
             .map(|((object, tag), on)| (object, tag, on))
     }
 
     /// The cameras most of whose views contradict their tracks, by index: for whatever cause.
     pub fn contradicted_cameras(&self) -> impl Iterator<Item = usize> {
-        let is_contradicted = |count: &Count| count.views >= FEWEST && count.share() > DOUBTED;
+        let is_contradicted =
+            |count: &FadingCounter| count.views >= FEWEST && count.share() > DOUBTED;
         let cameras = self.cameras.iter();
         cameras
             .filter(move |(_, count)| is_contradicted(count))
@@ -261,14 +262,14 @@ impl Health {
     }
 
     /// The cameras that are not where the rig says.
-    pub fn moved_cameras(&self) -> impl Iterator<Item = Moved> {
+    pub fn moved_cameras(&self) -> impl Iterator<Item = MovedCamera> {
         let moved = |(&camera, &(since_ns, timely)): (&usize, &(u64, bool))| {
             let mut against = self.against.get(&camera)?.iter().copied();
             let first = against.next()?;
             let or = against.next().is_none().then_some(first);
             let is_old = self.newest_ns.saturating_sub(since_ns) > OLD_NS;
             let timely = timely || is_old;
-            Some(Moved { camera, or, timely })
+            Some(MovedCamera { camera, or, timely })
         };
         self.moved.iter().filter_map(moved)
     }
@@ -276,43 +277,43 @@ impl Health {
     /// The tags that are not as the models say, by object index; with the ratio of sizes where that explains it.
     pub fn wrong_tags(&self) -> impl Iterator<Item = (usize, TagId, Option<f64>)> {
         let wrong = |cause| match cause {
-            Cause::Size(tag) if !self.strays.contains(&tag) => {
-                let more = self.suspects.size(tag)?;
+            FaultHypothesis::Size(tag) if !self.misplaced_tags.contains(&tag) => {
+                let more = self.fault_bank.size(tag)?;
                 let worth = more.abs() > WRONG_SIZE;
                 worth.then_some((tag.0, tag.1, Some(1.0 + more)))
             }
-            Cause::Place(tag) if !self.strays.contains(&tag) => {
-                let [place, turn] = self.suspects.place(tag)?;
+            FaultHypothesis::Place(tag) if !self.misplaced_tags.contains(&tag) => {
+                let [place, turn] = self.fault_bank.place(tag)?;
                 let worth = place > MISPLACED[0] || turn > MISPLACED[1];
                 worth.then_some((tag.0, tag.1, None))
             }
             _ => None,
         };
-        self.suspects.found().filter_map(wrong)
+        self.fault_bank.found().filter_map(wrong)
     }
 
     /// The cameras whose stamps explain what they contradict, by index.
     pub fn clocks(&self) -> impl Iterator<Item = usize> {
         let of_clock = |cause| match cause {
-            Cause::Clock(camera) => Some(camera),
+            FaultHypothesis::Clock(camera) => Some(camera),
             _ => None,
         };
-        self.suspects.found().filter_map(of_clock)
+        self.fault_bank.found().filter_map(of_clock)
     }
 
     /// The same, and what is held against them is forgotten: their clocks are estimated from now on.
     pub fn take_clocks(&mut self) -> Vec<usize> {
         let clocks: Vec<usize> = self.clocks().collect();
         for camera in &clocks {
-            self.suspects.forget_camera(*camera);
+            self.fault_bank.forget_camera(*camera);
         }
         clocks
     }
 }
 
-fn of_moved(cause: Cause) -> Option<usize> {
+fn of_moved(cause: FaultHypothesis) -> Option<usize> {
     match cause {
-        Cause::Camera(camera) => Some(camera),
+        FaultHypothesis::Camera(camera) => Some(camera),
         _ => None,
     }
 }

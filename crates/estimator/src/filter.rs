@@ -16,7 +16,7 @@
 //! - [`rooting`]: which link the state is about.
 //! - [`shutter`]: images whose rows have times of their own.
 //! - [`solve`]: the configuration that agrees best with a prior and the corners.
-//! - [`absorb`]: what that pose means for the whole state.
+//! - [`update`]: what that pose means for the whole state.
 
 pub(crate) mod clock_states;
 pub(crate) mod consider;

@@ -9,18 +9,17 @@ pub(crate) mod tag_hosts;
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;
 
-use crate::ModelError;
-use crate::clocks::offset_search::{ClockSearch, Timely};
-use crate::diagnosis::Health;
+use crate::clocks::offset_search::{Arrival, OffsetSearch};
+use crate::diagnosis::Diagnosis;
 use crate::fault::Fault;
-use crate::fusion::intake::Intake;
+use crate::fusion::intake::ImageIntake;
 use crate::self_calibration::SelfCalibration;
 use crate::site::{ObjectImage, Site};
-use crate::tracker::timeline::{Attention, Settled, Timeline};
+use crate::tracker::timeline::{FinalisedInstant, Sampling, Timeline};
 use crate::tracker::track::Track;
 use crate::{
-    FusionOptions, ImageObservation, Imperfection, ObjectEstimate, ObjectId, ObjectModel, Proposal,
-    Rig, Statistics,
+    FusionOptions, ImageObservation, Imperfection, ModelError, ObjectEstimate, ObjectId,
+    ObjectModel, Proposal, Rig, Statistics,
 };
 
 /// Cameras that are remembered, of former rigs as well; when there are more, everything begins anew.
@@ -70,9 +69,9 @@ pub struct Fusion {
     rig: Rig,
     objects: Vec<ObjectModel>,
     timelines: Vec<Timeline>,
-    intake: Intake,
-    health: Health,
-    clock_search: ClockSearch,
+    intake: ImageIntake,
+    health: Diagnosis,
+    clock_search: OffsetSearch,
     self_calibration: SelfCalibration,
     /// Capture time up to which instants were offered to self-calibration, by object index.
     offered_ns: Vec<Option<u64>>,
@@ -81,7 +80,7 @@ pub struct Fusion {
     /// When the filters' clocks are looked at next.
     next_look_ns: u64,
     /// Capture time up to which each object's loss has been said, by object index.
-    lost_said_ns: Vec<u64>,
+    loss_emitted_ns: Vec<u64>,
     outputs: VecDeque<Output>,
 }
 
@@ -98,8 +97,8 @@ impl Fusion {
         options.validate()?;
         let site = Site::new(&rig, &objects)?;
         let timelines: Vec<_> = site.objects().iter().cloned().map(Timeline::new).collect();
-        let lost_said_ns = vec![0; timelines.len()];
-        let intake = Intake::new(&site);
+        let loss_emitted_ns = vec![0; timelines.len()];
+        let intake = ImageIntake::new(&site);
         Ok(Self {
             site,
             options,
@@ -107,13 +106,13 @@ impl Fusion {
             objects,
             timelines,
             intake,
-            health: Health::default(),
-            clock_search: ClockSearch::default(),
+            health: Diagnosis::default(),
+            clock_search: OffsetSearch::default(),
             self_calibration: SelfCalibration::default(),
             offered_ns: Vec::new(),
             now_ns: 0,
             next_look_ns: 0,
-            lost_said_ns,
+            loss_emitted_ns,
             outputs: VecDeque::new(),
         })
     }
@@ -132,7 +131,7 @@ impl Fusion {
             Input::ClockStep { by_ns } => self.take_clock_step(by_ns),
             Input::Tick => {}
         }
-        self.say_losses(now_ns);
+        self.emit_losses(now_ns);
     }
 
     /// The next thing to say, oldest first.
@@ -197,12 +196,12 @@ impl Fusion {
         {
             return;
         }
-        let Some(image) = self.righted(now_ns, image) else {
+        let Some(image) = self.correct_timestamp(now_ns, image) else {
             return;
         };
         let image = &image;
         self.self_calibrate(image.capture_ns);
-        let Some(sorted) = self.intake.admit(now_ns, image, &self.site, &self.options) else {
+        let Some(associated) = self.intake.admit(now_ns, image, &self.site, &self.options) else {
             return;
         };
         let Some((camera_index, _)) = self.site.camera(&image.camera) else {
@@ -210,19 +209,19 @@ impl Fusion {
         };
         let tags = image.tags.iter().map(|seen| seen.tag);
         self.health
-            .look_for_twins(camera_index, image.capture_ns, tags);
-        let mut timely = Timely::Yes;
+            .record_duplicates(camera_index, image.capture_ns, tags);
+        let mut timely = Arrival::Yes;
         for object in 0..self.timelines.len() {
-            match sorted.objects.get(&object) {
+            match associated.objects.get(&object) {
                 Some(seen) => {
-                    if self.take_sight(object, image, seen) == Timely::No {
-                        timely = Timely::No;
+                    if self.take_sight(object, image, seen) == Arrival::No {
+                        timely = Arrival::No;
                     }
                 }
                 None => self.take_absence(object, image.capture_ns),
             }
         }
-        self.look_at_clock(camera_index, &sorted, timely);
+        self.look_at_clock(camera_index, &associated, timely);
         self.look_at_jumps();
         self.look_at_estimates();
     }
@@ -232,54 +231,54 @@ impl Fusion {
         object: usize,
         image: &ImageObservation,
         seen: &Arc<ObjectImage>,
-    ) -> Timely {
+    ) -> Arrival {
         let timeline = &mut self.timelines[object];
         let is_past = image.capture_ns < timeline.newest_ns();
         if is_past && self.clock_search.is_behind(seen.camera_index, &self.site) {
             self.intake.count_late(&image.camera);
-            return Timely::No;
+            return Arrival::No;
         }
         let attention = if self.health.is_alert() {
-            Attention::All
+            Sampling::All
         } else {
-            Attention::Some
+            Sampling::Some
         };
         let settled = timeline.insert(seen.clone(), &self.site, &self.options, attention);
         let Ok(settled) = settled else {
             self.intake.count_late(&image.camera);
-            return Timely::No;
+            return Arrival::No;
         };
-        self.take_settled(object, settled);
+        self.take_finalised(object, settled);
         let timeline = &mut self.timelines[object];
         timeline.catch_up(image.capture_ns, &self.site, &self.options);
         self.self_calibrate_from_start(object, image.capture_ns);
         let timeline = &mut self.timelines[object];
-        let sighting = &timeline.at(image.capture_ns).sighting;
-        let refused = sighting
+        let summary = &timeline.at(image.capture_ns).summary;
+        let refused = summary
             .refused
             .iter()
             .filter(|camera| **camera == seen.camera_index)
             .count();
         self.intake
             .count_views(&image.camera, seen.views.len(), refused);
-        self.say(object, image.capture_ns);
-        Timely::Yes
+        self.emit(object, image.capture_ns);
+        Arrival::Yes
     }
 
     /// Nothing changes these instants any more.
-    fn take_settled(&mut self, object: usize, settled: Vec<Settled>) {
+    fn take_finalised(&mut self, object: usize, settled: Vec<FinalisedInstant>) {
         let Some(last_ns) = settled.last().map(|instant| instant.time_ns) else {
             return;
         };
         for mut instant in settled {
-            self.find_strays(object, &mut instant);
+            self.find_hosts(object, &mut instant);
             self.health.take(object, instant.time_ns, &instant.views);
             self.health.remember(object, instant);
         }
-        let tracks = self.timelines.iter().map(Timeline::settled_track);
+        let tracks = self.timelines.iter().map(Timeline::finalised_track);
         let tracks: Vec<&Track> = tracks.collect();
         self.health
-            .look_for_the_wrong(last_ns, &tracks, &self.site, &self.options);
+            .isolate(last_ns, &tracks, &self.site, &self.options);
     }
 
     /// An image without the object's tags says nothing about a pose that others have just seen; otherwise it asks for the
@@ -289,11 +288,11 @@ impl Fusion {
         let seen_ns = self.timelines[object].at(capture_ns).seen_ns;
         let unseen_s = capture_ns.saturating_sub(seen_ns) as f64 * 1e-9;
         if unseen_s > self.options.coasting_s {
-            self.say(object, capture_ns);
+            self.emit(object, capture_ns);
         }
     }
 
-    fn say(&mut self, object: usize, capture_ns: u64) {
+    fn emit(&mut self, object: usize, capture_ns: u64) {
         let estimate = self.timelines[object].estimate(capture_ns, &self.site, &self.options);
         let estimate = estimate.map(|estimate| self.with_frame(object, estimate));
         self.outputs
@@ -343,7 +342,7 @@ impl Fusion {
             .objects
             .drain(..)
             .zip(self.timelines.drain(..))
-            .zip(self.lost_said_ns.drain(..));
+            .zip(self.loss_emitted_ns.drain(..));
         old.extend(
             parts.map(|((model, timeline), said)| (model.id().clone(), (model, timeline, said))),
         );
@@ -357,7 +356,7 @@ impl Fusion {
                 _ => (Timeline::new(model.id().clone()), 0),
             };
             self.timelines.push(timeline);
-            self.lost_said_ns.push(said);
+            self.loss_emitted_ns.push(said);
             self.objects.push(model);
         }
     }
@@ -368,15 +367,15 @@ impl Fusion {
         self.catch_up();
         for object in 0..self.timelines.len() {
             if self.loss_ns(object).is_some() {
-                self.say_lost(object, self.timelines[object].newest_ns());
+                self.emit_lost(object, self.timelines[object].newest_ns());
             }
         }
         self.begin_anew();
-        self.clock_search = ClockSearch::default();
+        self.clock_search = OffsetSearch::default();
         self.intake.clock_stepped(self.now_ns);
         self.offered_ns.clear();
         self.next_look_ns = 0;
-        self.lost_said_ns.fill(0);
+        self.loss_emitted_ns.fill(0);
         self.outputs.push_back(Output::ClockStep { by_ns });
     }
 
@@ -390,11 +389,11 @@ impl Fusion {
     /// When the object will be lost, if it is seen no more.
     fn loss_ns(&self, object: usize) -> Option<u64> {
         let seen_ns = self.timelines[object].at(u64::MAX).seen_ns;
-        (seen_ns > self.lost_said_ns[object])
+        (seen_ns > self.loss_emitted_ns[object])
             .then(|| seen_ns.saturating_add((self.options.lost_s * 1e9) as u64))
     }
 
-    fn say_losses(&mut self, now_ns: u64) {
+    fn emit_losses(&mut self, now_ns: u64) {
         for object in 0..self.timelines.len() {
             let is_lost = |loss_ns: &u64| now_ns >= *loss_ns;
             if self.loss_ns(object).filter(is_lost).is_none() {
@@ -404,12 +403,12 @@ impl Fusion {
             let Some(loss_ns) = self.loss_ns(object).filter(is_lost) else {
                 continue;
             };
-            self.lost_said_ns[object] = self.timelines[object].at(u64::MAX).seen_ns;
-            self.say_lost(object, loss_ns);
+            self.loss_emitted_ns[object] = self.timelines[object].at(u64::MAX).seen_ns;
+            self.emit_lost(object, loss_ns);
         }
     }
 
-    fn say_lost(&mut self, object: usize, time_ns: u64) {
+    fn emit_lost(&mut self, object: usize, time_ns: u64) {
         let lost = self.timelines[object].last_estimate(time_ns, &self.options);
         self.outputs
             .extend(lost.filter(ObjectEstimate::is_finite).map(Output::Pose));

@@ -5,9 +5,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use sextant_geometry::Pose;
 use thiserror::Error;
 
-use crate::TagId;
 use crate::rig::{is_finite, is_same};
-use crate::{Articulation, ArticulationError, LinkId, ObjectId, PoseSigma};
+use crate::{Articulation, ArticulationError, LinkId, ObjectId, PoseSigma, TagId};
 
 /// A tag on an object.
 #[derive(Debug, Clone, PartialEq)]

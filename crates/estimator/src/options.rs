@@ -60,9 +60,9 @@ options! {
     prediction_gate = 27.9 in 10.0 ..= 1000.0;
     /// m²/s³, power density of the white acceleration to begin with, before the body's own is learned: what a motion of
     /// about 2 m/s² amounts to at 30 images/s.
-    linear_restlessness = 0.15 in 1e-9 ..= 1e4;
+    linear_acceleration_psd = 0.15 in 1e-9 ..= 1e4;
     /// rad²/s³, power density of the white angular acceleration to begin with: about 7 rad/s² at 30 images/s.
-    angular_restlessness = 1.5 in 1e-9 ..= 1e5;
+    angular_acceleration_psd = 1.5 in 1e-9 ..= 1e5;
     /// m/s² by which a body may be accelerated between two images against all expectation: hit, dropped, caught.
     linear_jolt = 50.0 in 0.0 ..= 1e4;
     /// rad/s², the same for rotation.

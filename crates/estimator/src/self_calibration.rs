@@ -24,11 +24,10 @@ pub use crate::self_calibration::held_back::HeldBack;
 pub(crate) use crate::self_calibration::keyframes::Keyframe;
 pub(crate) use crate::site::corrections::Corrections;
 
+use crate::Imperfection;
 use crate::self_calibration::adjustment::Adjustment;
 use crate::self_calibration::held_back::HeldBackKeyframes;
 use crate::self_calibration::keyframes::{FIRST, Keyframes};
-
-use crate::Imperfection;
 use crate::site::Site;
 
 /// Share by which the number of keyframes grows between adjustments: early ones change much, late ones little.

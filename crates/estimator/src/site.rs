@@ -8,18 +8,16 @@ use std::sync::Arc;
 use sextant_geometry::{Lens, Pose, tag_corners_in_tag};
 use thiserror::Error;
 
-use crate::OptionsError;
-use crate::kinematics::chain::{Chain, Limb};
-use crate::measurement::corners::{PosedCamera, View};
+use crate::kinematics::chain::{ChainLink, KinematicChain};
+use crate::measurement::corner_noise::{CornerNoise, area_px2};
+use crate::measurement::corners::{CalibratedCamera, TagView};
 use crate::measurement::distortion_bias;
 use crate::measurement::rolling_shutter::RollingShutter;
 use crate::site::corrections::{CameraCorrection, Corrections, ObjectFrame};
 use crate::{
     CameraId, FusionOptions, ImageObservation, LensSigma, ObjectId, ObjectModel, ObjectTag,
-    PoseSigma, Rig, TagCorners, TagId,
+    OptionsError, PoseSigma, Rig, TagCorners, TagId,
 };
-
-use crate::measurement::corner_noise::{StatedNoise, area_px2};
 
 /// Why objects can't be tracked together.
 #[derive(Debug, Clone, PartialEq, Error)]
@@ -52,7 +50,7 @@ pub(crate) struct SiteCamera {
     /// As the file has it.
     file: Option<FileCamera>,
     /// As it is worked with: the file's with the errors that are known taken off.
-    pub posed: Option<PosedCamera>,
+    pub posed: Option<CalibratedCamera>,
 }
 
 /// Lens and pose of a camera with their priors.
@@ -68,7 +66,7 @@ struct FileCamera {
 
 /// Where a tag belongs.
 #[derive(Debug, Clone)]
-struct Place {
+struct TagPlacement {
     object: usize,
     /// As the file has it, with the priors of its pose and of the logarithm of its size.
     file: ObjectTag,
@@ -77,7 +75,7 @@ struct Place {
     /// As it is worked with: the file's with the errors that are known taken off, and how well its place is known.
     tag: ObjectTag,
     sigma: Option<PoseSigma>,
-    limb: Option<Limb>,
+    chain_link: Option<ChainLink>,
 }
 
 /// The models in force.
@@ -90,14 +88,14 @@ pub(crate) struct Site {
     /// Index of the camera whose clock is the reference: the rig's first.
     reference: usize,
     objects: Vec<ObjectId>,
-    places: BTreeMap<TagId, Place>,
+    places: BTreeMap<TagId, TagPlacement>,
     /// How well each object's frame is tied to its tags, by object index.
     frames: BTreeMap<usize, ObjectFrame>,
 }
 
 /// What is said about a camera's clock.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) enum StatedClock {
+pub(crate) enum ClockPrior {
     /// It is the reference, or as good as.
     Right,
     /// It is the reference unless another is right; one sigma in seconds.
@@ -108,7 +106,7 @@ pub(crate) enum StatedClock {
     Unknown,
 }
 
-impl StatedClock {
+impl ClockPrior {
     /// One sigma of its error, s.
     pub fn sigma_s(self, options: &FusionOptions) -> f64 {
         match self {
@@ -124,8 +122,8 @@ impl StatedClock {
 pub(crate) struct ObjectImage {
     pub camera_index: usize,
     pub capture_ns: u64,
-    pub clock: StatedClock,
-    pub views: Vec<View>,
+    pub clock: ClockPrior,
+    pub views: Vec<TagView>,
 }
 
 impl ObjectImage {
@@ -144,7 +142,7 @@ impl ObjectImage {
 
 /// An image, sorted by objects.
 #[derive(Debug, Default)]
-pub(crate) struct Sorted {
+pub(crate) struct AssociatedImage {
     pub objects: BTreeMap<usize, Arc<ObjectImage>>,
     pub unknown_tags: u64,
     pub damaged_tags: u64,
@@ -219,25 +217,25 @@ impl Site {
             {
                 return Err(ModelError::DuplicateObject(object.id().clone()));
             }
-            let chain = object.articulation().map(Chain::new).map(Arc::new);
+            let chain = object.articulation().map(KinematicChain::new).map(Arc::new);
             for (tag_index, tag) in object.tags().iter().enumerate() {
-                let limb = |chain: &Arc<Chain>| {
-                    Some(Limb {
+                let chain_link = |chain: &Arc<KinematicChain>| {
+                    Some(ChainLink {
                         chain: chain.clone(),
                         link: object.link_of(tag_index)?,
                     })
                 };
                 let prior = object.tag_sigma(&tag.tag).unwrap_or(PoseSigma::OF_TAG);
-                let place = Place {
+                let place = TagPlacement {
                     object: index,
                     file: tag.clone(),
                     prior,
                     size_prior: object.size_sigma(&tag.tag).unwrap_or(USUAL_SIZE_SIGMA),
                     tag: tag.clone(),
                     sigma: Some(prior).filter(PoseSigma::is_some),
-                    limb: chain.as_ref().and_then(limb),
+                    chain_link: chain.as_ref().and_then(chain_link),
                 };
-                if let Some(Place { object: first, .. }) = places.insert(tag.tag, place) {
+                if let Some(TagPlacement { object: first, .. }) = places.insert(tag.tag, place) {
                     let (first, second) = (objects[first].id().clone(), object.id().clone());
                     return Err(ModelError::SharedTag {
                         tag: tag.tag,
@@ -261,7 +259,7 @@ impl Site {
             .filter_map(|camera| camera.file.as_ref());
         let mut cameras = files.map(|file| file.sigma.is_some() || file.lens_sigma.is_some());
         let mut tags = self.places.values();
-        let open = |place: &Place| place.prior.is_some() || place.size_prior > 0.0;
+        let open = |place: &TagPlacement| place.prior.is_some() || place.size_prior > 0.0;
         !cameras.any(|open| open) && !tags.any(open)
     }
 
@@ -292,7 +290,7 @@ impl Site {
         &self,
         index: usize,
         correction: &CameraCorrection,
-    ) -> Option<PosedCamera> {
+    ) -> Option<CalibratedCamera> {
         Some(
             self.cameras
                 .get(index)?
@@ -371,7 +369,7 @@ impl Site {
     /// The same views by the models in force.
     pub fn remodelled(&self, image: &ObjectImage, options: &FusionOptions) -> ObjectImage {
         let posed = self.cameras[image.camera_index].posed.as_ref();
-        let again = |old: &View| {
+        let again = |old: &TagView| {
             let place = self.places.get(&old.tag)?;
             view(place, &old.seen, posed?, options)
         };
@@ -383,9 +381,9 @@ impl Site {
     }
 
     /// A view whitened by the detector's noise alone.
-    pub fn for_calibration(&self, old: &View, options: &FusionOptions) -> Option<View> {
-        let noise = StatedNoise::of(&old.seen, 0.0, options)?;
-        Some(View {
+    pub fn for_calibration(&self, old: &TagView, options: &FusionOptions) -> Option<TagView> {
+        let noise = CornerNoise::of(&old.seen, 0.0, options)?;
+        Some(TagView {
             information: noise.information,
             edges: noise.edges,
             is_joint: noise.is_joint,
@@ -416,7 +414,7 @@ impl Site {
     }
 
     /// Whether cameras, lenses or tags are stated to be uncertain for good.
-    pub fn states_errors(&self) -> bool {
+    pub fn has_given_errors(&self) -> bool {
         let posed = self
             .cameras
             .iter()
@@ -427,60 +425,60 @@ impl Site {
     }
 
     /// The views of an image by object; what can't be used is counted.
-    pub fn sort(
+    pub fn associate(
         &self,
         camera_index: usize,
         image: &ImageObservation,
         options: &FusionOptions,
-    ) -> Sorted {
-        let mut sorted = Sorted::default();
-        let mut views: BTreeMap<usize, Vec<View>> = BTreeMap::new();
+    ) -> AssociatedImage {
+        let mut associated = AssociatedImage::default();
+        let mut views: BTreeMap<usize, Vec<TagView>> = BTreeMap::new();
         let camera = &self.cameras[camera_index];
         let Some(posed) = &camera.posed else {
-            return sorted;
+            return associated;
         };
         for seen in &image.tags {
             let Some(place) = self.places.get(&seen.tag) else {
-                sorted.unknown_tags += 1;
+                associated.unknown_tags += 1;
                 continue;
             };
             if !is_sound(seen, camera.resolution) {
-                sorted.damaged_tags += 1;
+                associated.damaged_tags += 1;
             } else if let Some(view) = view(place, seen, posed, options) {
                 views.entry(place.object).or_default().push(view);
             }
         }
-        let object_image = |views: Vec<View>| {
+        let object_image = |views: Vec<TagView>| {
             Arc::new(ObjectImage {
                 camera_index,
                 capture_ns: image.capture_ns,
-                clock: self.stated_clock(camera_index, image.clock_error_ns, options),
+                clock: self.clock_prior(camera_index, image.clock_error_ns, options),
                 views: ordered(views),
             })
         };
-        sorted.objects = views
+        associated.objects = views
             .into_iter()
             .map(|(object, views)| (object, object_image(views)))
             .collect();
-        sorted
+        associated
     }
 
     /// The first camera of the rig is the reference; where it says itself that its clock may be off, unless another's is right.
-    fn stated_clock(
+    fn clock_prior(
         &self,
         camera_index: usize,
         error_ns: u64,
         options: &FusionOptions,
-    ) -> StatedClock {
+    ) -> ClockPrior {
         let sigma_s = error_ns as f64 * 1e-9;
         match error_ns {
             ImageObservation::CLOCK_ERROR_UNKNOWN if camera_index == self.reference => {
-                StatedClock::Right
+                ClockPrior::Right
             }
-            ImageObservation::CLOCK_ERROR_UNKNOWN => StatedClock::Unknown,
-            _ if sigma_s <= options.right_clock_s => StatedClock::Right,
-            _ if camera_index == self.reference => StatedClock::Reference(sigma_s),
-            _ => StatedClock::Within(sigma_s),
+            ImageObservation::CLOCK_ERROR_UNKNOWN => ClockPrior::Unknown,
+            _ if sigma_s <= options.right_clock_s => ClockPrior::Right,
+            _ if camera_index == self.reference => ClockPrior::Reference(sigma_s),
+            _ => ClockPrior::Within(sigma_s),
         }
     }
 }
@@ -489,14 +487,14 @@ impl Site {
 const USUAL_SIZE_SIGMA: f64 = 0.005;
 
 impl FileCamera {
-    fn uncorrected(&self) -> PosedCamera {
+    fn uncorrected(&self) -> CalibratedCamera {
         self.corrected(&CameraCorrection::none(self.sigma, self.lens_sigma))
     }
 
-    fn corrected(&self, correction: &CameraCorrection) -> PosedCamera {
+    fn corrected(&self, correction: &CameraCorrection) -> CalibratedCamera {
         let pose = correction.pose(&self.world_from_camera);
         let sigma = Some(correction.sigma).filter(PoseSigma::is_some);
-        let mut posed = PosedCamera::new(correction.lens(&self.lens), &pose, sigma);
+        let mut posed = CalibratedCamera::new(correction.lens(&self.lens), &pose, sigma);
         posed.lens_sigma = Some(correction.lens_sigma).filter(LensSigma::is_some);
         posed.reach_px = self.reach_px;
         posed.shutter = self.shutter;
@@ -505,9 +503,9 @@ impl FileCamera {
 }
 
 /// The views in an order that does not depend on the detector's: by tag, then by position.
-fn ordered(mut views: Vec<View>) -> Vec<View> {
+fn ordered(mut views: Vec<TagView>) -> Vec<TagView> {
     views.sort_by(|a, b| {
-        let corner = |view: &View| view.corners_in_image[0];
+        let corner = |view: &TagView| view.corners_in_image[0];
         let by_position = corner(a)
             .x
             .total_cmp(&corner(b).x)
@@ -529,23 +527,23 @@ fn is_sound(seen: &TagCorners, [width, height]: [u32; 2]) -> bool {
 
 /// The view of a tag whose place on the object is known, if its corners enclose something.
 fn view(
-    place: &Place,
+    place: &TagPlacement,
     seen: &TagCorners,
-    camera: &PosedCamera,
+    camera: &CalibratedCamera,
     options: &FusionOptions,
-) -> Option<View> {
+) -> Option<TagView> {
     let tag = &place.tag;
     let object_from_tag = tag.object_from_tag?;
-    let noise = StatedNoise::of(seen, misplacement(camera, seen, place), options)?;
-    Some(View {
+    let noise = CornerNoise::of(seen, misplacement(camera, seen, place), options)?;
+    Some(TagView {
         tag: tag.tag,
-        limb: place.limb.clone(),
+        chain_link: place.chain_link.clone(),
         size_m: tag.size_m,
         object_from_tag,
         corners_in_object: tag_corners_in_tag(tag.size_m).map(|corner| object_from_tag * corner),
         corners_in_image: seen.corners,
         seen: seen.clone(),
-        bow: distortion_bias::bow(&camera.lens, tag.tag, &seen.corners),
+        distortion_bias: distortion_bias::distortion_bias(&camera.lens, tag.tag, &seen.corners),
         information: noise.information,
         edges: noise.edges,
         is_joint: noise.is_joint,
@@ -557,7 +555,7 @@ fn view(
 
 /// px² by which corners lie elsewhere because camera or tag do, or because the lens is another: about what views contradict
 /// each other by.
-fn misplacement(camera: &PosedCamera, seen: &TagCorners, place: &Place) -> f64 {
+fn misplacement(camera: &CalibratedCamera, seen: &TagCorners, place: &TagPlacement) -> f64 {
     let edge_px = area_px2(&seen.corners).sqrt();
     let shifted = |sigma: PoseSigma| (sigma.position_m * edge_px / place.tag.size_m).powi(2);
     let by_camera = camera.sigma.map(|sigma| {

@@ -33,7 +33,7 @@ pub(crate) mod track;
 pub(crate) mod view_outcome;
 
 use crate::FusionOptions;
-use crate::site::{ObjectImage, Site, StatedClock};
+use crate::site::{ClockPrior, ObjectImage, Site};
 use crate::time::seconds;
 use crate::tracker::clock_model_selection::RECENT_S;
 use crate::tracker::track::Track;
@@ -48,33 +48,33 @@ impl Track {
         options: &FusionOptions,
     ) -> Self {
         let mut next = self.stepped(time_ns, images, site, options);
-        let is_right = |image: &&ObjectImage| next.believed(image) == StatedClock::Right;
+        let is_right = |image: &&ObjectImage| next.accepted(image) == ClockPrior::Right;
         next.timing.has_right_clock |= images.iter().any(is_right);
-        let rival = match &self.rival {
-            Some(rival) => Some(rival.stepped(time_ns, images, site, options)),
-            None if self.shares_shutter(time_ns, images) => {
+        let alternative = match &self.alternative {
+            Some(alternative) => Some(alternative.stepped(time_ns, images, site, options)),
+            None if self.is_simultaneous(time_ns, images) => {
                 let unvouched: Vec<usize> = next.unvouched(images).collect();
                 next.timing.settle(time_ns, &unvouched);
                 None
             }
             None => self
-                .challenger(time_ns, images, options)
-                .map(|rival| rival.stepped(time_ns, images, site, options)),
+                .clock_alternative(time_ns, images, options)
+                .map(|alternative| alternative.stepped(time_ns, images, site, options)),
         };
-        next.rival_since_ns = rival
+        next.alternative_since_ns = alternative
             .as_ref()
-            .map(|_| self.rival_since_ns.unwrap_or(time_ns));
-        match rival {
-            Some(mut rival) => {
+            .map(|_| self.alternative_since_ns.unwrap_or(time_ns));
+        match alternative {
+            Some(mut alternative) => {
                 let before = self
-                    .rival
+                    .alternative
                     .as_deref()
-                    .map_or(self.total, |rival| rival.total);
-                let gain = (next.total - self.total) - (rival.total - before);
+                    .map_or(self.total, |alternative| alternative.total);
+                let gain = (next.total - self.total) - (alternative.total - before);
                 let keep = (-seconds(self.time_ns, time_ns) / RECENT_S).exp();
                 next.ahead = self.ahead * keep + gain;
-                rival.timing.has_right_clock = next.timing.has_right_clock;
-                next.rivalled(rival, options)
+                alternative.timing.has_right_clock = next.timing.has_right_clock;
+                next.select_clock_model(alternative, options)
             }
             None => next,
         }

@@ -12,7 +12,7 @@ const EQUALLY_NS: i64 = 15_000_000;
 
 /// The apparent ages of the cameras' last images on arrival, by camera index.
 #[derive(Debug, Default)]
-pub(crate) struct Latencies(BTreeMap<usize, Ages>);
+pub(crate) struct ArrivalDelays(BTreeMap<usize, Ages>);
 
 /// In ns.
 #[derive(Debug, Default)]
@@ -22,9 +22,9 @@ struct Ages {
     least: Option<i64>,
 }
 
-impl Latencies {
+impl ArrivalDelays {
     /// An image with this stamp arrived at `now_ns`.
-    pub fn hear(&mut self, camera_index: usize, now_ns: u64, stamp_ns: u64) {
+    pub fn record(&mut self, camera_index: usize, now_ns: u64, stamp_ns: u64) {
         let ages = self.0.entry(camera_index).or_default();
         if ages.last.len() == REMEMBERED {
             ages.last.pop_front();
@@ -89,10 +89,10 @@ mod tests {
 
     #[test]
     fn a_camera_ahead_of_the_others_is_seen_by_its_quickest_image() {
-        let mut latencies = Latencies::default();
+        let mut latencies = ArrivalDelays::default();
         for (camera, ages) in [(0, [30, 12]), (1, [-88, 40]), (2, [11, 900])] {
             for age in ages {
-                latencies.hear(camera, 5_000, 5_000_u64.wrapping_sub_signed(age));
+                latencies.record(camera, 5_000, 5_000_u64.wrapping_sub_signed(age));
             }
         }
         assert_eq!(latencies.age_ns(1), Some(-88));
@@ -105,12 +105,12 @@ mod tests {
 
     #[test]
     fn a_camera_that_falls_behind_is_seen_by_its_last_images() {
-        let mut latencies = Latencies::default();
+        let mut latencies = ArrivalDelays::default();
         for image in 0..40 {
             let stamp_ns = image * 33_000_000;
             let age_ns = if image < 37 { 10_000_000 } else { 110_000_000 };
-            latencies.hear(0, stamp_ns + 10_000_000, stamp_ns);
-            latencies.hear(1, stamp_ns + age_ns, stamp_ns);
+            latencies.record(0, stamp_ns + 10_000_000, stamp_ns);
+            latencies.record(1, stamp_ns + age_ns, stamp_ns);
         }
         assert_eq!(latencies.lead_ns(1), Some(0));
         assert_eq!(latencies.last_lead_ns(1), Some(-100_000_000));
@@ -118,12 +118,12 @@ mod tests {
 
     #[test]
     fn images_that_come_at_once_after_a_pause_are_not_equally_late() {
-        let mut latencies = Latencies::default();
+        let mut latencies = ArrivalDelays::default();
         let second = 1_000_000_000;
         for image in 0..3 {
             let stamp_ns = second + image * 33_000_000;
-            latencies.hear(0, 2 * second, stamp_ns);
-            latencies.hear(1, stamp_ns + 300_000_000 + image, stamp_ns);
+            latencies.record(0, 2 * second, stamp_ns);
+            latencies.record(1, stamp_ns + 300_000_000 + image, stamp_ns);
         }
         assert_eq!(latencies.last_lead_ns(0), None);
         assert!(latencies.last_lead_ns(1).is_some());

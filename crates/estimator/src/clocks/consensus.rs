@@ -7,14 +7,14 @@ const TOGETHER_S: (f64, f64) = (0.003, 0.03);
 
 /// A camera's clock against that of one and the same other camera.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Reading {
+pub(crate) struct ClockReading {
     pub camera_index: usize,
     pub off: ClockOffset,
     /// Whether somebody vouches for it.
     pub vouched: bool,
 }
 
-impl Reading {
+impl ClockReading {
     fn is_together_with(&self, other: &Self) -> bool {
         let within_s = if self.vouched && other.vouched {
             TOGETHER_S.0
@@ -26,17 +26,17 @@ impl Reading {
 }
 
 /// The clocks that are wrong, against one that most agree with: of equals the first that somebody vouches for.
-pub(crate) fn wrong(readings: &[Reading]) -> Vec<(usize, ClockOffset)> {
-    let company = |one: &Reading| {
+pub(crate) fn wrong(readings: &[ClockReading]) -> Vec<(usize, ClockOffset)> {
+    let company = |one: &ClockReading| {
         let together = readings.iter().filter(|other| one.is_together_with(other));
         together.count()
     };
-    let rank = |one: &&Reading| (company(one), one.vouched, usize::MAX - one.camera_index);
+    let rank = |one: &&ClockReading| (company(one), one.vouched, usize::MAX - one.camera_index);
     let Some(right) = readings.iter().max_by_key(rank) else {
         return Vec::new();
     };
     let wrong = readings.iter().filter(|one| !one.is_together_with(right));
-    let against_right = |one: &Reading| ClockOffset {
+    let against_right = |one: &ClockReading| ClockOffset {
         offset_s: one.off.offset_s - right.off.offset_s,
         sigma_s: one.off.sigma_s.hypot(right.off.sigma_s),
     };
@@ -50,7 +50,7 @@ mod tests {
     use super::*;
 
     fn wrong_of(offsets_s: &[f64], vouched: bool) -> Vec<(usize, f64)> {
-        let reading = |(camera_index, offset_s): (usize, &f64)| Reading {
+        let reading = |(camera_index, offset_s): (usize, &f64)| ClockReading {
             camera_index,
             off: ClockOffset {
                 offset_s: *offset_s,
@@ -58,7 +58,7 @@ mod tests {
             },
             vouched: vouched || camera_index == 0,
         };
-        let readings: Vec<Reading> = offsets_s.iter().enumerate().map(reading).collect();
+        let readings: Vec<ClockReading> = offsets_s.iter().enumerate().map(reading).collect();
         let wrong = wrong(&readings).into_iter();
         wrong.map(|(camera, off)| (camera, off.offset_s)).collect()
     }

@@ -45,7 +45,7 @@ const RIG: (f64, f64) = (0.002, 0.004);
 
 /// What two cameras' motions say.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) enum Match {
+pub(crate) enum MotionMatch {
     /// Too little yet.
     Open,
     /// The same motion at the same stamps.
@@ -57,16 +57,16 @@ pub(crate) enum Match {
 }
 
 /// A body's poses by the stamps of both cameras.
-pub(crate) struct Pair<'a> {
+pub(crate) struct MotionPair<'a> {
     pub a: &'a VecDeque<Sample>,
     pub b: &'a VecDeque<Sample>,
 }
 
 /// Compares the motions; `implied_ns` is the offset that arrivals tell.
-pub(crate) fn compare(pairs: &[Pair<'_>], implied_ns: i64) -> Match {
-    let seen = |samples: fn(&Pair<'_>) -> usize| pairs.iter().map(samples).sum::<usize>();
+pub(crate) fn compare(pairs: &[MotionPair<'_>], implied_ns: i64) -> MotionMatch {
+    let seen = |samples: fn(&MotionPair<'_>) -> usize| pairs.iter().map(samples).sum::<usize>();
     if seen(|pair| pair.a.len()).min(seen(|pair| pair.b.len())) < 2 * FEWEST {
-        return Match::Open;
+        return MotionMatch::Open;
     }
     let comparison = Comparison { pairs };
     let offset = |off_s: f64| implied_ns as f64 * 1e-9 + off_s;
@@ -98,7 +98,7 @@ fn verdict(
     refined: &[(f64, Cost)],
     at_zero: Option<Cost>,
     implied_s: f64,
-) -> Match {
+) -> MotionMatch {
     let best = refined.iter().map(|(_, cost)| cost.mean);
     let best = best.fold(f64::INFINITY, f64::min);
     if at_zero.is_some_and(|zero| zero.mean < FITS && zero.chi2_above(best) < DECIDES) {
@@ -107,9 +107,9 @@ fn verdict(
     if best > FITS {
         // Nothing fits: unless hardly anything could be compared, it is no matter of time.
         return if at_zero.is_some() && comparison.span_s() > LONG_S {
-            Match::Differ
+            MotionMatch::Differ
         } else {
-            Match::Open
+            MotionMatch::Open
         };
     }
     // What repeats itself fits at several offsets: of those that nearest to what arrivals tell.
@@ -118,22 +118,22 @@ fn verdict(
         .filter(|(_, cost)| cost.mean < FITS && cost.chi2_above(best) < DECIDES);
     let off = |at: &f64| (at - implied_s).abs();
     let Some((offset_s, cost)) = as_good.min_by(|a, b| off(&a.0).total_cmp(&off(&b.0))) else {
-        return Match::Open;
+        return MotionMatch::Open;
     };
     let moved = comparison.cost_if_moved();
     if moved.is_some_and(|moved| moved.chi2_above(cost.mean) < DECIDES) {
         return if moved.is_some_and(|moved| moved.mean < cost.mean) {
-            Match::Differ
+            MotionMatch::Differ
         } else {
-            Match::Open
+            MotionMatch::Open
         };
     }
     match comparison.sigma_s(*offset_s) {
-        Some(sigma_s) if sigma_s < KNOWN_S => Match::Off(ClockOffset {
+        Some(sigma_s) if sigma_s < KNOWN_S => MotionMatch::Off(ClockOffset {
             offset_s: *offset_s,
             sigma_s,
         }),
-        _ => Match::Open,
+        _ => MotionMatch::Open,
     }
 }
 
@@ -174,7 +174,7 @@ impl Cost {
 }
 
 struct Comparison<'a> {
-    pairs: &'a [Pair<'a>],
+    pairs: &'a [MotionPair<'a>],
 }
 
 /// Two poses of a body that should be one.
@@ -187,7 +187,7 @@ struct Difference {
 
 impl Comparison<'_> {
     /// Each of about `most` poses of b with a's about the same moment, if b's clock is off by that.
-    fn meetings(&self, offset_s: f64, most: usize) -> impl Iterator<Item = Meeting<'_>> {
+    fn meetings(&self, offset_s: f64, most: usize) -> impl Iterator<Item = PosePair<'_>> {
         let all: usize = self.pairs.iter().map(|pair| pair.b.len()).sum();
         let every = all.div_ceil(most).max(1);
         let samples = self
@@ -196,7 +196,7 @@ impl Comparison<'_> {
             .flat_map(|pair| pair.b.iter().map(move |b| (pair, b)));
         samples
             .step_by(every)
-            .filter_map(move |(pair, b)| Meeting::of(pair.a, b, offset_s))
+            .filter_map(move |(pair, b)| PosePair::of(pair.a, b, offset_s))
     }
 
     fn cost(&self, offset_s: f64, most: usize) -> Option<Cost> {
@@ -250,13 +250,15 @@ impl Comparison<'_> {
     }
 
     /// Whether no offset is as good as known, or might be anything yet.
-    fn agreement(&self, refined: &[(f64, Cost)]) -> Match {
+    fn agreement(&self, refined: &[(f64, Cost)]) -> MotionMatch {
         let nearest = refined.iter().map(|(at, _)| *at);
         let nearest = nearest.min_by(|a, b| a.abs().total_cmp(&b.abs()));
         let known = nearest.and_then(|at| Some((at, self.sigma_s(at)?)));
         match known {
-            Some((at, sigma_s)) if sigma_s < KNOWN_S && at.abs() < 3.0 * sigma_s => Match::Agree,
-            _ => Match::Open,
+            Some((at, sigma_s)) if sigma_s < KNOWN_S && at.abs() < 3.0 * sigma_s => {
+                MotionMatch::Agree
+            }
+            _ => MotionMatch::Open,
         }
     }
 
@@ -301,7 +303,7 @@ impl Difference {
 }
 
 /// A pose of b, and those of a before and after the same moment.
-struct Meeting<'a> {
+struct PosePair<'a> {
     before: &'a Sample,
     after: &'a Sample,
     b: &'a Sample,
@@ -309,7 +311,7 @@ struct Meeting<'a> {
     share: f64,
 }
 
-impl<'a> Meeting<'a> {
+impl<'a> PosePair<'a> {
     fn of(a: &'a VecDeque<Sample>, b: &'a Sample, offset_s: f64) -> Option<Self> {
         let at_s = |sample: &Sample| seconds(sample.stamp_ns, b.stamp_ns) - offset_s;
         // Seconds from a's sample to the moment; falls along a.

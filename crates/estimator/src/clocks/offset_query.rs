@@ -2,14 +2,12 @@
 
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
-use crate::clocks::arrival_delays::Latencies;
-use crate::clocks::consensus;
-use crate::clocks::consensus::Reading;
-use crate::clocks::motion_matching;
-use crate::clocks::motion_matching::{Match, Pair};
-use crate::clocks::single_camera_track;
-use crate::clocks::single_camera_track::{Body, Shadow};
-use crate::site::{Site, Sorted, StatedClock};
+use crate::clocks::arrival_delays::ArrivalDelays;
+use crate::clocks::consensus::ClockReading;
+use crate::clocks::motion_matching::{MotionMatch, MotionPair};
+use crate::clocks::single_camera_track::{Body, SingleCameraTrack};
+use crate::clocks::{consensus, motion_matching, single_camera_track};
+use crate::site::{AssociatedImage, ClockPrior, Site};
 use crate::{ClockOffset, FusionOptions};
 
 /// Nanoseconds between two looks at what is known.
@@ -25,7 +23,7 @@ const MOST_BASES: usize = 3;
 
 /// The question.
 #[derive(Debug)]
-pub(crate) struct Question {
+pub(crate) struct OffsetQuery {
     pub since_ns: u64,
     look_ns: u64,
     suspects: BTreeSet<usize>,
@@ -34,23 +32,23 @@ pub(crate) struct Question {
     read: BTreeSet<usize>,
     /// Cameras that are followed, with whether somebody vouches for their clock.
     followed: BTreeMap<usize, bool>,
-    shadows: BTreeMap<(usize, Body), Shadow>,
+    shadows: BTreeMap<(usize, Body), SingleCameraTrack>,
     /// What is being looked at.
-    look: Option<Look>,
+    look: Option<Sweep>,
 }
 
 /// A look under way. It takes an image for each two cameras that are compared, so that none waits for all comparisons.
 #[derive(Debug)]
-struct Look {
+struct Sweep {
     /// Cameras to compare others with, the present one first.
     bases: VecDeque<usize>,
     /// The camera last compared with it.
     compared: Option<usize>,
-    readings: Vec<Reading>,
+    readings: Vec<ClockReading>,
     differ: BTreeSet<usize>,
 }
 
-impl Question {
+impl OffsetQuery {
     pub fn about(suspects: BTreeSet<usize>, now_ns: u64) -> Self {
         Self {
             since_ns: now_ns,
@@ -97,7 +95,7 @@ impl Question {
     pub fn watch(
         &mut self,
         camera_index: usize,
-        sorted: &Sorted,
+        associated: &AssociatedImage,
         site: &Site,
         options: &FusionOptions,
     ) {
@@ -112,8 +110,8 @@ impl Question {
         if !is_followed && !asked_about && taken >= MOST_CAMERAS {
             return;
         }
-        for (object, image) in &sorted.objects {
-            let vouched = matches!(image.clock, StatedClock::Right | StatedClock::Reference(_));
+        for (object, image) in &associated.objects {
+            let vouched = matches!(image.clock, ClockPrior::Right | ClockPrior::Reference(_));
             self.followed.insert(camera_index, vouched);
             let Some(id) = site.objects().get(*object) else {
                 continue;
@@ -132,17 +130,17 @@ impl Question {
     pub fn look(
         &mut self,
         now_ns: u64,
-        latencies: &Latencies,
+        latencies: &ArrivalDelays,
     ) -> Option<Vec<(usize, ClockOffset)>> {
         let mut look = self.look.take().unwrap_or_else(|| self.begin_look(now_ns));
         let Some((base, base_off, camera)) = self.next_pair(&mut look) else {
             return Some(self.conclude(now_ns, &look.readings, &look.differ));
         };
         match self.compare(base, camera, latencies) {
-            Match::Open => {}
-            Match::Differ => drop(look.differ.insert(camera)),
-            Match::Agree => look.readings.push(self.reading(camera, base_off)),
-            Match::Off(off) => {
+            MotionMatch::Open => {}
+            MotionMatch::Differ => drop(look.differ.insert(camera)),
+            MotionMatch::Agree => look.readings.push(self.reading(camera, base_off)),
+            MotionMatch::Off(off) => {
                 let offset_s = off.offset_s + base_off.offset_s;
                 let off = ClockOffset { offset_s, ..off };
                 look.readings.push(self.reading(camera, off));
@@ -152,11 +150,11 @@ impl Question {
         None
     }
 
-    fn begin_look(&mut self, now_ns: u64) -> Look {
+    fn begin_look(&mut self, now_ns: u64) -> Sweep {
         // What nobody waits for any longer may take its time.
         let pause = if self.is_answered() { 5 } else { 1 };
         self.look_ns = now_ns.saturating_add(pause * LOOK_NS);
-        Look {
+        Sweep {
             bases: self.followed.keys().copied().take(MOST_BASES).collect(),
             compared: None,
             readings: Vec::new(),
@@ -165,7 +163,7 @@ impl Question {
     }
 
     /// The next two cameras to compare, and the first one's reading; `None` when all have been.
-    fn next_pair(&self, look: &mut Look) -> Option<(usize, ClockOffset, usize)> {
+    fn next_pair(&self, look: &mut Sweep) -> Option<(usize, ClockOffset, usize)> {
         loop {
             let base = *look.bases.front()?;
             let base_off = self.begin(&mut look.readings, base);
@@ -188,7 +186,7 @@ impl Question {
     }
 
     /// A camera to compare others with: the first one, or one whose reading is known; `None` for any other.
-    fn begin(&self, readings: &mut Vec<Reading>, base: usize) -> Option<ClockOffset> {
+    fn begin(&self, readings: &mut Vec<ClockReading>, base: usize) -> Option<ClockOffset> {
         let known = readings.iter().find(|one| one.camera_index == base);
         if let Some(known) = known {
             return Some(known.off);
@@ -203,8 +201,8 @@ impl Question {
         })
     }
 
-    fn reading(&self, camera_index: usize, off: ClockOffset) -> Reading {
-        Reading {
+    fn reading(&self, camera_index: usize, off: ClockOffset) -> ClockReading {
+        ClockReading {
             camera_index,
             off,
             vouched: self.followed.get(&camera_index).copied().unwrap_or(false),
@@ -215,7 +213,7 @@ impl Question {
     fn conclude(
         &mut self,
         now_ns: u64,
-        readings: &[Reading],
+        readings: &[ClockReading],
         differ: &BTreeSet<usize>,
     ) -> Vec<(usize, ClockOffset)> {
         let read = readings.iter().map(|one| one.camera_index);
@@ -230,13 +228,13 @@ impl Question {
         consensus::wrong(readings)
     }
 
-    fn compare(&self, base: usize, camera: usize, latencies: &Latencies) -> Match {
+    fn compare(&self, base: usize, camera: usize, latencies: &ArrivalDelays) -> MotionMatch {
         let of_camera = self
             .shadows
             .range((camera, (0, None))..(camera + 1, (0, None)));
         let mut pairs = Vec::new();
         for ((_, body), shadow) in of_camera {
-            pairs.extend(self.shadows.get(&(base, *body)).map(|other| Pair {
+            pairs.extend(self.shadows.get(&(base, *body)).map(|other| MotionPair {
                 a: other.samples(),
                 b: shadow.samples(),
             }));

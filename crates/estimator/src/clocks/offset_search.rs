@@ -10,9 +10,9 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use crate::clocks::arrival_delays::Latencies;
-use crate::clocks::offset_query::Question;
-use crate::site::{Site, Sorted};
+use crate::clocks::arrival_delays::ArrivalDelays;
+use crate::clocks::offset_query::OffsetQuery;
+use crate::site::{AssociatedImage, Site};
 use crate::{ClockOffset, FusionOptions, ImageObservation};
 
 /// Seconds for which a question is put at most.
@@ -37,14 +37,14 @@ const MOST_SHARE: f64 = 0.6;
 
 /// Finds the offsets of clocks that are far off.
 #[derive(Debug, Default)]
-pub(crate) struct ClockSearch {
-    latencies: Latencies,
+pub(crate) struct OffsetSearch {
+    latencies: ArrivalDelays,
     timeliness: BTreeMap<usize, Timeliness>,
     /// By camera index: what is taken off its stamps.
     found: BTreeMap<usize, ClockOffset>,
     /// Since when the filters say that a camera's clock is off.
     off_since_ns: BTreeMap<usize, u64>,
-    question: Option<Question>,
+    question: Option<OffsetQuery>,
     rests: BTreeMap<usize, Rest>,
     /// Cameras for whose clocks somebody vouches, by index.
     vouched: BTreeSet<usize>,
@@ -64,7 +64,7 @@ struct Rest {
     span_s: f64,
 }
 
-impl ClockSearch {
+impl OffsetSearch {
     /// Takes what was found off the stamp of an image; what its camera states of its clock is replaced by how well that is
     /// known.
     pub fn right(&self, camera_index: usize, image: &mut ImageObservation) {
@@ -105,8 +105,8 @@ impl ClockSearch {
     /// An image arrived, its stamp put right. Where a camera's images arrive before they were taken, and others' don't, the question
     /// is put at once: until it is answered all images of the others would be late, and its own contradict them. Where they come later
     /// than the others', it is put once: the camera may be slow, or the past is gone through again in vain.
-    pub fn hear(&mut self, camera_index: usize, now_ns: u64, stamp_ns: u64) {
-        self.latencies.hear(camera_index, now_ns, stamp_ns);
+    pub fn record(&mut self, camera_index: usize, now_ns: u64, stamp_ns: u64) {
+        self.latencies.record(camera_index, now_ns, stamp_ns);
         let lead_ns = self.latencies.lead_ns(camera_index).unwrap_or(0);
         let age_ns = self.latencies.age_ns(camera_index);
         let is_early = lead_ns > TELLING_NS && age_ns < Some(-TELLING_NS);
@@ -158,10 +158,10 @@ impl ClockSearch {
     }
 
     /// Counts an image that came in time, or did not.
-    pub fn count(&mut self, camera_index: usize, now_ns: u64, timely: Timely) {
+    pub fn count(&mut self, camera_index: usize, now_ns: u64, timely: Arrival) {
         let count = self.timeliness.entry(camera_index).or_default();
         let keep = (-(now_ns.saturating_sub(count.at_ns) as f64) * 1e-9).exp();
-        let untimely = f64::from(u8::from(timely == Timely::No));
+        let untimely = f64::from(u8::from(timely == Arrival::No));
         *count = Timeliness {
             at_ns: now_ns.max(count.at_ns),
             images: count.images * keep + 1.0,
@@ -225,7 +225,7 @@ impl ClockSearch {
         }
         match &mut self.question {
             Some(question) => question.extend(suspects),
-            None => self.question = Some(Question::about(suspects, now_ns)),
+            None => self.question = Some(OffsetQuery::about(suspects, now_ns)),
         }
     }
 
@@ -233,12 +233,12 @@ impl ClockSearch {
     pub fn watch(
         &mut self,
         camera_index: usize,
-        sorted: &Sorted,
+        associated: &AssociatedImage,
         site: &Site,
         options: &FusionOptions,
     ) {
         if let Some(question) = &mut self.question {
-            question.watch(camera_index, sorted, site, options);
+            question.watch(camera_index, associated, site, options);
         }
     }
 
@@ -301,7 +301,7 @@ impl ClockSearch {
 
 /// Whether an image came in time to be taken in.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Timely {
+pub(crate) enum Arrival {
     Yes,
     No,
 }

@@ -7,8 +7,8 @@ use std::collections::VecDeque;
 use nalgebra::Matrix6;
 use sextant_geometry::Pose;
 
-use crate::measurement::corners::View;
-use crate::site::{ObjectImage, Site, StatedClock};
+use crate::measurement::corners::TagView;
+use crate::site::{ClockPrior, ObjectImage, Site};
 use crate::tracker::track::Track;
 use crate::{FusionOptions, ObjectId, State};
 
@@ -30,12 +30,12 @@ pub(crate) struct Sample {
 
 /// One body in the eyes of one camera.
 #[derive(Debug, Default)]
-pub(crate) struct Shadow {
+pub(crate) struct SingleCameraTrack {
     track: Track,
     samples: VecDeque<Sample>,
 }
 
-impl Shadow {
+impl SingleCameraTrack {
     /// In order of their stamps.
     pub fn samples(&self) -> &VecDeque<Sample> {
         &self.samples
@@ -74,18 +74,18 @@ impl Shadow {
 
 /// The image of an object as images of its bodies; the camera's clock is right by definition.
 pub(crate) fn bodies(object: usize, image: &ObjectImage) -> Vec<(Body, ObjectImage)> {
-    let link = |view: &View| view.limb.as_ref().map(|limb| limb.link);
+    let link = |view: &TagView| view.chain_link.as_ref().map(|chain_link| chain_link.link);
     let mut links: Vec<Option<usize>> = image.views.iter().map(link).collect();
     links.sort_unstable();
     links.dedup();
     let body = |of: Option<usize>| {
         let views = image.views.iter().filter(|view| link(view) == of);
-        let alone = |view: &View| View {
-            limb: None,
+        let alone = |view: &TagView| TagView {
+            chain_link: None,
             ..view.clone()
         };
         let image = ObjectImage {
-            clock: StatedClock::Right,
+            clock: ClockPrior::Right,
             views: views.map(alone).collect(),
             ..image.clone()
         };

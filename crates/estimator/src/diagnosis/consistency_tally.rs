@@ -17,15 +17,15 @@ struct Agreement {
 
 /// By object, of its cameras or its tags.
 #[derive(Debug)]
-pub(crate) struct Support<K>(BTreeMap<(usize, K), Agreement>);
+pub(crate) struct ConsistencyTally<K>(BTreeMap<(usize, K), Agreement>);
 
-impl<K> Default for Support<K> {
+impl<K> Default for ConsistencyTally<K> {
     fn default() -> Self {
         Self(BTreeMap::new())
     }
 }
 
-impl<K: Ord + Copy> Support<K> {
+impl<K: Ord + Copy> ConsistencyTally<K> {
     /// Notes whether one agrees at an instant; whether it begins to contradict.
     pub fn note(&mut self, object: usize, one: K, time_ns: u64, agreed: bool) -> bool {
         let agreement = self.0.entry((object, one)).or_default();
@@ -65,7 +65,7 @@ mod tests {
 
     #[test]
     fn those_that_go_on_to_agree_support_the_charge() {
-        let mut support = Support::default();
+        let mut support = ConsistencyTally::default();
         for camera in 0..3 {
             support.note(0, camera, S, true);
         }
@@ -80,7 +80,7 @@ mod tests {
 
     #[test]
     fn a_body_that_is_hit_contradicts_all_and_is_held_against_nobody() {
-        let mut support = Support::default();
+        let mut support = ConsistencyTally::default();
         for camera in 0..3 {
             support.note(0, camera, S, true);
             support.note(0, camera, S + 1 + camera as u64, false);

@@ -6,13 +6,13 @@ const REST: u64 = 9;
 
 /// For how long contests have been held.
 #[derive(Debug, Default)]
-pub(crate) struct Weariness {
+pub(crate) struct DutyCycle {
     at_ns: u64,
     spent_ns: u64,
     rests: bool,
 }
 
-impl Weariness {
+impl DutyCycle {
     /// Whether a contest may be held now; `is_held` tells whether one has been since.
     pub fn allows(&mut self, now_ns: u64, is_held: bool) -> bool {
         let gone_ns = now_ns.saturating_sub(std::mem::replace(&mut self.at_ns, now_ns));
@@ -34,11 +34,11 @@ mod tests {
 
     #[test]
     fn of_what_nobody_explains_one_grows_weary_and_recovers() {
-        let mut weariness = Weariness::default();
+        let mut duty_cycle = DutyCycle::default();
         let mut allowed = Vec::new();
         let mut is_held = false;
         for second in 1..=120 {
-            is_held = weariness.allows(second * SECOND_NS, is_held);
+            is_held = duty_cycle.allows(second * SECOND_NS, is_held);
             allowed.push(is_held);
         }
         let held = allowed.iter().filter(|held| **held).count();

@@ -11,13 +11,13 @@ pub(crate) fn kept(then_ns: u64, now_ns: u64) -> f64 {
 
 /// Counts that fade.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub(crate) struct Count {
+pub(crate) struct FadingCounter {
     at_ns: u64,
     pub views: f64,
     pub refused: f64,
 }
 
-impl Count {
+impl FadingCounter {
     pub fn faded(&self, now_ns: u64) -> Self {
         let keep = kept(self.at_ns, now_ns);
         Self {

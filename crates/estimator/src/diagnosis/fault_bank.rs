@@ -11,7 +11,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use nalgebra::Vector6;
 
 use crate::TagId;
-use crate::diagnosis::fault_estimate::{ALERT, Accused};
+use crate::diagnosis::fault_estimate::{ALERT, FaultEstimate};
 use crate::diagnosis::fault_model::FaultModel;
 use crate::diagnosis::fault_model::camera::{CameraPoseFault, apparent_angles};
 use crate::diagnosis::fault_model::clock::ClockFault;
@@ -44,7 +44,7 @@ type Tag = (usize, TagId);
 
 /// What may be wrong.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub(crate) enum Cause {
+pub(crate) enum FaultHypothesis {
     Clock(usize),
     Camera(usize),
     Size(Tag),
@@ -57,24 +57,24 @@ struct Cell([f64; 4]);
 
 /// All that may be wrong with a site.
 #[derive(Debug, Default)]
-pub(crate) struct Suspects {
+pub(crate) struct FaultBank {
     cells: BTreeMap<(usize, Tag), Cell>,
-    cameras: BTreeMap<usize, Accused>,
-    tags: BTreeMap<Tag, Accused>,
+    cameras: BTreeMap<usize, FaultEstimate>,
+    tags: BTreeMap<Tag, FaultEstimate>,
     /// Angles by which each camera displaces what is seen, lately.
     angles: BTreeMap<usize, [f64; 2]>,
-    found: BTreeSet<Cause>,
+    found: BTreeSet<FaultHypothesis>,
     /// Whether something may be wrong.
     alert: bool,
     judged_ns: u64,
     /// Until when a camera's contradiction may show in other views.
     amid_until_ns: u64,
-    admitted: Admitted,
+    admitted: NamingPolicy,
 }
 
 /// What may be named by evidence alone.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub(crate) struct Admitted {
+pub(crate) struct NamingPolicy {
     /// Tags whose sizes may be.
     pub sizes: Vec<Tag>,
     /// Whether whatever is loud may be.
@@ -83,18 +83,21 @@ pub(crate) struct Admitted {
 
 /// For which causes a view's evidence counts.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Counts {
+pub(crate) struct Applicability {
     pub camera: bool,
     pub clock: bool,
     pub tag: bool,
 }
 
-impl Suspects {
+impl FaultBank {
     /// What a view says of its camera and its tag.
-    pub fn take(&mut self, camera: usize, tag: Tag, one: &PoseInnovation, counts: Counts) {
+    pub fn take(&mut self, camera: usize, tag: Tag, one: &PoseInnovation, counts: Applicability) {
         let (mut gains, square) = ([0.0; 4], (one.square, one.weight));
         if counts.camera || self.cameras.contains_key(&camera) {
-            let of = self.cameras.entry(camera).or_insert_with(Accused::camera);
+            let of = self
+                .cameras
+                .entry(camera)
+                .or_insert_with(FaultEstimate::camera);
             if one.twist != Vector6::zeros() {
                 gains[0] = of.simple.gain(&ClockFault::equations(one), square);
             }
@@ -106,10 +109,13 @@ impl Suspects {
             *angles = [0, 1].map(|n| angles[n] + (now[n] - angles[n]) / RECENT);
         }
         // A camera that is wrong says nothing about tags.
-        let of_camera = [Cause::Clock(camera), Cause::Camera(camera)];
+        let of_camera = [
+            FaultHypothesis::Clock(camera),
+            FaultHypothesis::Camera(camera),
+        ];
         let is_sound = !of_camera.iter().any(|cause| self.found.contains(cause));
         if is_sound && (counts.tag || self.tags.contains_key(&tag)) {
-            let of = self.tags.entry(tag).or_insert_with(Accused::tag);
+            let of = self.tags.entry(tag).or_insert_with(FaultEstimate::tag);
             gains[2] = of.simple.gain(&TagSizeFault::equations(one), square);
             gains[3] = of.whole.gain(&TagPoseFault::equations(one), square);
         }
@@ -124,12 +130,14 @@ impl Suspects {
 
     /// A camera begins to contradict.
     pub fn unsettle_camera(&mut self, camera: usize) {
-        self.cameras.entry(camera).and_modify(Accused::unsettle);
+        self.cameras
+            .entry(camera)
+            .and_modify(FaultEstimate::unsettle);
     }
 
     /// A tag begins to contradict.
     pub fn unsettle_tag(&mut self, tag: Tag) {
-        self.tags.entry(tag).and_modify(Accused::unsettle);
+        self.tags.entry(tag).and_modify(FaultEstimate::unsettle);
     }
 
     /// Whether something may be wrong, so that all images are to be looked at.
@@ -137,7 +145,7 @@ impl Suspects {
         self.alert
     }
 
-    pub fn found(&self) -> impl Iterator<Item = Cause> {
+    pub fn found(&self) -> impl Iterator<Item = FaultHypothesis> {
         self.found.iter().copied()
     }
 
@@ -168,10 +176,10 @@ impl Suspects {
             let mut causes = self.sorted_causes(&open);
             causes.retain(|(cause, _)| !found.iter().any(|other| spoils(other, cause)));
             amid |= found.iter().any(is_of_camera);
-            let known = |(cause, evidence): &(Cause, f64)| {
+            let known = |(cause, evidence): &(FaultHypothesis, f64)| {
                 self.found.contains(cause) && *evidence >= CLEARED + MARGIN
             };
-            let is_new = |one: &&(Cause, f64)| {
+            let is_new = |one: &&(FaultHypothesis, f64)| {
                 self.is_admitted(one, amid) && self.stands_out(&causes, &open)
             };
             let first = causes.first().filter(is_new);
@@ -185,27 +193,32 @@ impl Suspects {
     }
 
     /// Whether evidence alone may name a cause.
-    fn is_admitted(&self, (cause, evidence): &(Cause, f64), amid: bool) -> bool {
+    fn is_admitted(&self, (cause, evidence): &(FaultHypothesis, f64), amid: bool) -> bool {
         let is_loud = self.admitted.loud && *evidence > LOUD;
-        is_loud || !amid && matches!(cause, Cause::Size(tag) if self.admitted.sizes.contains(tag))
+        is_loud
+            || !amid
+                && matches!(cause, FaultHypothesis::Size(tag) if self.admitted.sizes.contains(tag))
     }
 
     /// Whether the first of the causes is beyond doubt, though it was not known.
-    fn stands_out(&self, causes: &[(Cause, f64)], open: &[(usize, Tag)]) -> bool {
+    fn stands_out(&self, causes: &[(FaultHypothesis, f64)], open: &[(usize, Tag)]) -> bool {
         let Some(((cause, evidence), others)) = causes.split_first() else {
             return false;
         };
-        let is_rival = |other: &Cause| share(cause, other, open) && !is_part(cause, other);
-        let rival = others.iter().find(|(other, _)| is_rival(other));
-        let alone = rival.is_none_or(|(_, other)| *other <= evidence - MARGIN);
+        let is_rival =
+            |other: &FaultHypothesis| share(cause, other, open) && !is_part(cause, other);
+        let alternative = others.iter().find(|(other, _)| is_rival(other));
+        let alone = alternative.is_none_or(|(_, other)| *other <= evidence - MARGIN);
         *evidence >= RAISED && alone && self.explains(cause)
     }
 
     /// What was held against tags while tracks were spoilt, unless it was found to be wrong.
     fn forget_tags(&mut self) {
         let found = &self.found;
-        let is_found =
-            |tag: &Tag| found.contains(&Cause::Size(*tag)) || found.contains(&Cause::Place(*tag));
+        let is_found = |tag: &Tag| {
+            found.contains(&FaultHypothesis::Size(*tag))
+                || found.contains(&FaultHypothesis::Place(*tag))
+        };
         self.tags.retain(|tag, _| is_found(tag));
         let others = self.cells.iter_mut().filter(|((_, tag), _)| !is_found(tag));
         others.for_each(|(_, cell)| cell.0[2..].fill(0.0));
@@ -224,40 +237,42 @@ impl Suspects {
         self.cells = cells;
     }
 
-    fn accused(&self, cause: &Cause) -> Option<&Accused> {
+    fn estimate(&self, cause: &FaultHypothesis) -> Option<&FaultEstimate> {
         match cause {
-            Cause::Clock(camera) | Cause::Camera(camera) => self.cameras.get(camera),
-            Cause::Size(tag) | Cause::Place(tag) => self.tags.get(tag),
+            FaultHypothesis::Clock(camera) | FaultHypothesis::Camera(camera) => {
+                self.cameras.get(camera)
+            }
+            FaultHypothesis::Size(tag) | FaultHypothesis::Place(tag) => self.tags.get(tag),
         }
     }
 
-    fn explains(&self, cause: &Cause) -> bool {
-        let accused = self.accused(cause);
-        accused.is_some_and(|of| of.explain()[usize::from(!is_simple(cause))])
+    fn explains(&self, cause: &FaultHypothesis) -> bool {
+        let estimate = self.estimate(cause);
+        estimate.is_some_and(|of| of.explain()[usize::from(!is_simple(cause))])
     }
 
-    fn strength(&self, cause: &Cause) -> f64 {
-        let accused = self.accused(cause);
-        accused.map_or(0.0, |of| of.strengths()[usize::from(!is_simple(cause))])
+    fn strength(&self, cause: &FaultHypothesis) -> f64 {
+        let estimate = self.estimate(cause);
+        estimate.map_or(0.0, |of| of.strengths()[usize::from(!is_simple(cause))])
     }
 
     /// The same, the most evidence first.
-    fn sorted_causes(&self, open: &[(usize, Tag)]) -> Vec<(Cause, f64)> {
+    fn sorted_causes(&self, open: &[(usize, Tag)]) -> Vec<(FaultHypothesis, f64)> {
         let mut causes = self.causes(open);
         causes.sort_by(|a, b| b.1.total_cmp(&a.1));
         causes
     }
 
     /// The causes that some evidence speaks for, and how much: never more than their own parameters do.
-    fn causes(&self, open: &[(usize, Tag)]) -> Vec<(Cause, f64)> {
-        let mut sums: BTreeMap<Cause, f64> = BTreeMap::new();
+    fn causes(&self, open: &[(usize, Tag)]) -> Vec<(FaultHypothesis, f64)> {
+        let mut sums: BTreeMap<FaultHypothesis, f64> = BTreeMap::new();
         for cell in open {
             let (camera, tag) = *cell;
             for (cause, evidence) in causes_of(camera, tag).iter().zip(self.cells[cell].0) {
                 *sums.entry(*cause).or_default() += evidence;
             }
         }
-        let counted = |(cause, sum): (Cause, f64)| {
+        let counted = |(cause, sum): (FaultHypothesis, f64)| {
             let sum = sum.min(self.strength(&cause));
             let simple = is_simple(&cause);
             let known = self.found.contains(&cause);
@@ -285,9 +300,9 @@ impl Suspects {
 
     /// How a camera that was found to be moved is displaced.
     pub fn error_of(&self, camera: usize) -> Option<Vector6<f64>> {
-        let is_found = self.found.contains(&Cause::Camera(camera));
-        let accused = self.cameras.get(&camera).filter(|_| is_found)?;
-        Some(accused.whole.at())
+        let is_found = self.found.contains(&FaultHypothesis::Camera(camera));
+        let estimate = self.cameras.get(&camera).filter(|_| is_found)?;
+        Some(estimate.whole.at())
     }
 
     /// Metres and radians by which a tag is displaced.
@@ -306,56 +321,65 @@ impl Suspects {
         self.cells.retain(|(one, _), _| *one != camera);
         self.cameras.remove(&camera);
         self.angles.remove(&camera);
-        let of_camera = [Cause::Clock(camera), Cause::Camera(camera)];
+        let of_camera = [
+            FaultHypothesis::Clock(camera),
+            FaultHypothesis::Camera(camera),
+        ];
         self.found.retain(|cause| !of_camera.contains(cause));
     }
 }
 
 /// The causes of a cell's evidence, in its order.
-fn causes_of(camera: usize, tag: Tag) -> [Cause; 4] {
+fn causes_of(camera: usize, tag: Tag) -> [FaultHypothesis; 4] {
     [
-        Cause::Clock(camera),
-        Cause::Camera(camera),
-        Cause::Size(tag),
-        Cause::Place(tag),
+        FaultHypothesis::Clock(camera),
+        FaultHypothesis::Camera(camera),
+        FaultHypothesis::Size(tag),
+        FaultHypothesis::Place(tag),
     ]
 }
 
-fn covers(cause: &Cause, (camera, tag): &(usize, Tag)) -> bool {
+fn covers(cause: &FaultHypothesis, (camera, tag): &(usize, Tag)) -> bool {
     match cause {
-        Cause::Clock(one) | Cause::Camera(one) => one == camera,
-        Cause::Size(one) | Cause::Place(one) => one == tag,
+        FaultHypothesis::Clock(one) | FaultHypothesis::Camera(one) => one == camera,
+        FaultHypothesis::Size(one) | FaultHypothesis::Place(one) => one == tag,
     }
 }
 
-fn is_of_camera(cause: &Cause) -> bool {
-    matches!(cause, Cause::Clock(_) | Cause::Camera(_))
+fn is_of_camera(cause: &FaultHypothesis) -> bool {
+    matches!(
+        cause,
+        FaultHypothesis::Clock(_) | FaultHypothesis::Camera(_)
+    )
 }
 
 /// Whether it has one parameter.
-fn is_simple(cause: &Cause) -> bool {
-    matches!(cause, Cause::Clock(_) | Cause::Size(_))
+fn is_simple(cause: &FaultHypothesis) -> bool {
+    matches!(cause, FaultHypothesis::Clock(_) | FaultHypothesis::Size(_))
 }
 
 /// Whether what one cause does to a track would pass for the other: a tag that is wrong pulls at its whole object.
-fn spoils(one: &Cause, other: &Cause) -> bool {
+fn spoils(one: &FaultHypothesis, other: &FaultHypothesis) -> bool {
     match (one, other) {
-        (Cause::Size(a) | Cause::Place(a), Cause::Size(b) | Cause::Place(b)) => a.0 == b.0,
+        (
+            FaultHypothesis::Size(a) | FaultHypothesis::Place(a),
+            FaultHypothesis::Size(b) | FaultHypothesis::Place(b),
+        ) => a.0 == b.0,
         _ => false,
     }
 }
 
 /// Whether the first is the second with fewer parameters.
-fn is_part(simple: &Cause, of: &Cause) -> bool {
+fn is_part(simple: &FaultHypothesis, of: &FaultHypothesis) -> bool {
     match (simple, of) {
-        (Cause::Clock(one), Cause::Camera(other)) => one == other,
-        (Cause::Size(one), Cause::Place(other)) => one == other,
+        (FaultHypothesis::Clock(one), FaultHypothesis::Camera(other)) => one == other,
+        (FaultHypothesis::Size(one), FaultHypothesis::Place(other)) => one == other,
         _ => false,
     }
 }
 
 /// Whether two causes would explain some of the same views.
-fn share(a: &Cause, b: &Cause, cells: &[(usize, Tag)]) -> bool {
+fn share(a: &FaultHypothesis, b: &FaultHypothesis, cells: &[(usize, Tag)]) -> bool {
     cells.iter().any(|cell| covers(a, cell) && covers(b, cell))
 }
 

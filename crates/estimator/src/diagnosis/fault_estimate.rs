@@ -5,7 +5,7 @@ use crate::diagnosis::fault_model::camera::CameraPoseFault;
 use crate::diagnosis::fault_model::clock::ClockFault;
 use crate::diagnosis::fault_model::tag_pose::TagPoseFault;
 use crate::diagnosis::fault_model::tag_size::TagSizeFault;
-use crate::diagnosis::recursive_estimate::Guess;
+use crate::diagnosis::recursive_estimate::RecursiveEstimate;
 
 /// Evidence that is worth watching all images.
 pub(crate) const ALERT: f64 = 5.0;
@@ -13,14 +13,14 @@ pub(crate) const ALERT: f64 = 5.0;
 const UNLIKELY: f64 = 25.0;
 /// What a camera or a tag may be accused of: an error of one parameter, its clock's offset or its size, or a displacement.
 #[derive(Debug)]
-pub(crate) struct Accused {
-    pub simple: Guess<1>,
-    pub whole: Guess<6>,
+pub(crate) struct FaultEstimate {
+    pub simple: RecursiveEstimate<1>,
+    pub whole: RecursiveEstimate<6>,
     /// Shares of squared residuals that either may leave.
     rests: [f64; 2],
 }
 
-impl Accused {
+impl FaultEstimate {
     /// Of a camera: offset of its clock, displacement.
     pub fn camera() -> Self {
         Self::of::<ClockFault, CameraPoseFault>()
@@ -33,8 +33,8 @@ impl Accused {
 
     fn of<Simple: FaultModel<1>, Whole: FaultModel<6>>() -> Self {
         Self {
-            simple: Guess::of::<Simple>(),
-            whole: Guess::of::<Whole>(),
+            simple: RecursiveEstimate::of::<Simple>(),
+            whole: RecursiveEstimate::of::<Whole>(),
             rests: [Simple::UNEXPLAINED, Whole::UNEXPLAINED],
         }
     }

@@ -10,9 +10,9 @@ const PATIENCE_NS: u64 = 3_000_000_000;
 
 /// By object, since when it has been restless, ns.
 #[derive(Debug, Default)]
-pub(crate) struct Restless(BTreeMap<usize, u64>);
+pub(crate) struct ManoeuvreDetector(BTreeMap<usize, u64>);
 
-impl Restless {
+impl ManoeuvreDetector {
     /// Notes how restless an object is, and was.
     pub fn note(&mut self, object: usize, now_ns: u64, now: Option<f64>, then: Option<f64>) {
         if now.zip(then).is_some_and(|(now, then)| now > FAR * then) {
@@ -43,11 +43,11 @@ mod tests {
 
     #[test]
     fn who_stays_restless_is_no_longer_news() {
-        let mut restless = Restless::default();
+        let mut manoeuvring = ManoeuvreDetector::default();
         let mut note = |at: u64, now: f64| {
             let now_ns = at * SECOND_NS;
-            restless.note(3, now_ns, Some(now), Some(0.1));
-            restless.objects(now_ns).next()
+            manoeuvring.note(3, now_ns, Some(now), Some(0.1));
+            manoeuvring.objects(now_ns).next()
         };
         assert_eq!(note(10, 0.5), None);
         assert_eq!(note(11, 2.0), Some(3));

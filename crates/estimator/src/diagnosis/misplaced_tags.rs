@@ -6,8 +6,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use crate::TagId;
 use crate::diagnosis::fading_counter::kept;
-use crate::tracker::finalised_views::Elsewhere;
-use crate::tracker::finalised_views::SettledView;
+use crate::tracker::finalised_views::{FinalisedView, SeenOn};
 
 /// Views, fading, from which on a stray is named, and below which it is not any more.
 const RAISED: f64 = 5.0;
@@ -45,22 +44,22 @@ impl Refused {
 
 /// What is known of strays.
 #[derive(Debug, Default)]
-pub(crate) struct Strays {
+pub(crate) struct MisplacedTags {
     /// By camera.
     refused: BTreeMap<(usize, Stray), Refused>,
     found: BTreeMap<Stray, Option<usize>>,
 }
 
-impl Strays {
+impl MisplacedTags {
     /// A view that contradicts its track.
-    pub fn refuse(&mut self, object: usize, time_ns: u64, view: &SettledView) {
+    pub fn refuse(&mut self, object: usize, time_ns: u64, view: &FinalisedView) {
         let key = (view.camera_index, (object, view.tag));
         let count = self.refused.entry(key).or_default();
         *count = count.faded(time_ns);
         count.views += 1.0;
         if let Some(place) = view.elsewhere {
             count.elsewhere += 1.0;
-            if let Elsewhere::On(other) = place {
+            if let SeenOn::On(other) = place {
                 count.on_object += 1.0;
                 count.on = Some(other);
             }
@@ -86,10 +85,11 @@ impl Strays {
             *count = count.faded(now_ns);
         }
         self.refused.retain(|_, count| count.views > 0.01);
-        let strays: BTreeSet<Stray> = self.refused.keys().map(|(_, stray)| *stray).collect();
-        self.found.retain(|stray, _| strays.contains(stray));
-        for stray in strays {
-            let sum = self.believed(stray, &of_camera);
+        let misplaced_tags: BTreeSet<Stray> =
+            self.refused.keys().map(|(_, stray)| *stray).collect();
+        self.found.retain(|stray, _| misplaced_tags.contains(stray));
+        for stray in misplaced_tags {
+            let sum = self.accepted(stray, &of_camera);
             let on = sum.on.filter(|_| sum.on_object > 0.5 * sum.elsewhere);
             if sum.elsewhere >= RAISED
                 || (self.found.contains_key(&stray) && sum.elsewhere >= CLEARED)
@@ -102,7 +102,7 @@ impl Strays {
     }
 
     /// The views of a stray by cameras that are otherwise sound.
-    fn believed(&self, stray: Stray, of_camera: &impl Fn(usize) -> Option<(f64, f64)>) -> Refused {
+    fn accepted(&self, stray: Stray, of_camera: &impl Fn(usize) -> Option<(f64, f64)>) -> Refused {
         let mut sum = Refused::default();
         let counts = self.refused.iter().filter(|((_, one), _)| *one == stray);
         for ((camera, _), count) in counts {

@@ -7,9 +7,9 @@
 
 use nalgebra::{Cholesky, Const, Matrix6, Vector6};
 
-use crate::measurement::biases::Displacing;
+use crate::measurement::biases::BiasJacobian;
 use crate::measurement::pose_innovation::ViewResidual;
-use crate::tracker::finalised_views::SettledView;
+use crate::tracker::finalised_views::FinalisedView;
 
 /// Share of N that is left at least where a pose follows views closely, so that there is an inverse.
 const LEFT: f64 = 1e-3;
@@ -18,7 +18,7 @@ const BY_NOISE: f64 = 0.282;
 
 /// What views of a link in an image show together.
 #[derive(Debug)]
-pub(crate) struct Misfit {
+pub(crate) struct PredictiveCost {
     /// Half the squared sigmas, beyond as many as are usual, of a displacement that the views share, and of what no displacement of all
     /// explains.
     pub shared: f64,
@@ -30,19 +30,19 @@ pub(crate) struct Misfit {
 }
 
 /// Whether two views next to each other are of one link in one image.
-pub(crate) fn are_of_one_link(one: &SettledView, other: &SettledView) -> bool {
-    let link = |view: &SettledView| {
-        let account = view.account.as_ref()?;
-        Some((account.took_part, account.testimony.world_from_link))
+pub(crate) fn are_of_one_link(one: &FinalisedView, other: &FinalisedView) -> bool {
+    let link = |view: &FinalisedView| {
+        let residual = view.residual.as_ref()?;
+        Some((residual.took_part, residual.innovation.world_from_link))
     };
     one.camera_index == other.camera_index && link(one).is_some() && link(one) == link(other)
 }
 
-impl Misfit {
+impl PredictiveCost {
     /// Of views of one link in one image; `None` where they say nothing.
-    pub fn of(views: &[SettledView]) -> Option<Self> {
-        let accounts = views.iter().filter_map(|view| view.account.as_ref());
-        let sum = Sum::of(accounts)?;
+    pub fn of(views: &[FinalisedView]) -> Option<Self> {
+        let residuals = views.iter().filter_map(|view| view.residual.as_ref());
+        let sum = Sum::of(residuals)?;
         let n = sum.information;
         let by_pose = n * sum.covariance * n;
         let covariance = if sum.took_part {
@@ -50,7 +50,7 @@ impl Misfit {
         } else {
             n + by_pose
         };
-        let biases: Matrix6<f64> = sum.displacing.iter().map(Displacing::covariance).sum();
+        let biases: Matrix6<f64> = sum.displacing.iter().map(BiasJacobian::covariance).sum();
         let known = Cholesky::<f64, Const<6>>::new(n)?;
         let all = Cholesky::<f64, Const<6>>::new(covariance + biases)?;
         let explained = sum.gradient.dot(&known.solve(&sum.gradient));
@@ -83,12 +83,12 @@ struct Sum {
     covariance: Matrix6<f64>,
     took_part: bool,
     /// What lasting errors do to the gradient.
-    displacing: Vec<Displacing>,
+    displacing: Vec<BiasJacobian>,
 }
 
 impl Sum {
-    fn of<'a>(mut accounts: impl Iterator<Item = &'a ViewResidual>) -> Option<Self> {
-        let first = accounts.next()?;
+    fn of<'a>(mut residuals: impl Iterator<Item = &'a ViewResidual>) -> Option<Self> {
+        let first = residuals.next()?;
         let mut sum = Self {
             views: 0.0,
             information: Matrix6::zeros(),
@@ -99,13 +99,13 @@ impl Sum {
             displacing: Vec::new(),
         };
         std::iter::once(first)
-            .chain(accounts)
-            .for_each(|account| sum.add(account));
+            .chain(residuals)
+            .for_each(|residual| sum.add(residual));
         Some(sum)
     }
 
-    fn add(&mut self, account: &ViewResidual) {
-        let mut view = account.testimony;
+    fn add(&mut self, residual: &ViewResidual) {
+        let mut view = residual.innovation;
         // The pose knows of views that take part as they were weighed; others count in full.
         if !self.took_part {
             view.scale(view.weight.recip());
@@ -114,12 +114,12 @@ impl Sum {
         self.information += view.information;
         self.gradient += view.gradient;
         self.square += view.square;
-        for one in &account.displacing {
+        for one in &residual.displacing {
             let by = view.information * one.by;
             let mut known = self.displacing.iter_mut();
             match known.find(|own| own.source == one.source) {
                 Some(own) => own.by += by,
-                None => self.displacing.push(Displacing { by, ..*one }),
+                None => self.displacing.push(BiasJacobian { by, ..*one }),
             }
         }
     }
@@ -135,12 +135,12 @@ mod tests {
     const INFORMATION: f64 = 1e6;
 
     /// A view of a link that seems to be displaced by so much along x.
-    fn view(id: u32, metres: f64) -> SettledView {
+    fn view(id: u32, metres: f64) -> FinalisedView {
         let information = Matrix6::identity() * INFORMATION;
         let displaced = Vector6::x() * metres;
-        let mut testimony = PoseInnovation::of_displaced(information, &displaced);
-        testimony.square += 8.0;
-        SettledView {
+        let mut innovation = PoseInnovation::of_displaced(information, &displaced);
+        innovation.square += 8.0;
+        FinalisedView {
             camera_index: 0,
             tag: TagId {
                 family: Family::Tag36h11,
@@ -150,8 +150,8 @@ mod tests {
             hit: false,
             ray: None,
             elsewhere: None,
-            account: Some(ViewResidual {
-                testimony,
+            residual: Some(ViewResidual {
+                innovation,
                 covariance: Matrix6::identity() * 1e-9,
                 took_part: false,
                 displacing: Vec::new(),
@@ -162,10 +162,10 @@ mod tests {
     /// Of a track that knows six numbers with `variance` apart from the view, or with it.
     fn vague(variance: f64, took_part: bool) -> f64 {
         let mut view = view(0, 0.0);
-        let account = view.account.as_mut().expect("it has one");
-        account.covariance = Matrix6::identity() * variance;
-        account.took_part = took_part;
-        let misfit = Misfit::of(&[view]);
+        let residual = view.residual.as_mut().expect("it has one");
+        residual.covariance = Matrix6::identity() * variance;
+        residual.took_part = took_part;
+        let misfit = PredictiveCost::of(&[view]);
         misfit.expect("it says something").vague
     }
 
@@ -185,7 +185,7 @@ mod tests {
         let of = |by: [f64; 2]| {
             let views = [view(0, by[0]), view(1, by[1])];
             assert!(are_of_one_link(&views[0], &views[1]));
-            let misfit = Misfit::of(&views).expect("they say something");
+            let misfit = PredictiveCost::of(&views).expect("they say something");
             [misfit.shared, misfit.apart]
         };
         assert_eq!(of([0.0, 0.0]), [0.0, 3.0]);

@@ -20,7 +20,7 @@ const LEAST: f64 = 1e-18;
 
 /// The parameters of a fault.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Guess<const D: usize> {
+pub(crate) struct RecursiveEstimate<const D: usize> {
     /// Views after which one counts 1/e.
     memory: f64,
     /// Sigmas of what is thought possible.
@@ -34,7 +34,7 @@ pub(crate) struct Guess<const D: usize> {
     found: f64,
 }
 
-impl<const D: usize> Guess<D> {
+impl<const D: usize> RecursiveEstimate<D> {
     /// Nothing is known yet of a fault of this kind.
     pub fn of<M: FaultModel<D>>() -> Self {
         Self {
@@ -75,10 +75,10 @@ impl<const D: usize> Guess<D> {
 
     /// How much better the parameters so far foretell a view than no fault does, as a logarithm of odds; the view is learned
     /// from after that. `square` is its weighted sum of squared residuals, of that weight.
-    pub fn gain(&mut self, told: &FaultEquations<D>, (square, weight): (f64, f64)) -> f64 {
+    pub fn gain(&mut self, marginalised: &FaultEquations<D>, (square, weight): (f64, f64)) -> f64 {
         let at = self.at();
-        self.stated = told.given_variance;
-        let gain = told.gradient.dot(&at) - 0.5 * at.dot(&(told.information * at));
+        self.stated = marginalised.given_variance;
+        let gain = marginalised.gradient.dot(&at) - 0.5 * at.dot(&(marginalised.information * at));
         let left = (square - 2.0 * gain).max(0.0) / weight;
         let follow = |mean: &mut f64, square: f64| {
             *mean += ((square / USUAL).min(MORE * *mean) - *mean) / RECENT;
@@ -87,7 +87,7 @@ impl<const D: usize> Guess<D> {
         follow(&mut self.found, square.max(0.0) / weight);
         // What is alike in all views is no outlier, however large.
         let vote = (FREEDOM + USUAL) / (FREEDOM + left / self.left.max(1.0));
-        self.learn(told, vote.min(1.0) / weight);
+        self.learn(marginalised, vote.min(1.0) / weight);
         gain.clamp(-MOST, MOST)
     }
 
@@ -102,10 +102,10 @@ impl<const D: usize> Guess<D> {
         self.pull *= UNSETTLED;
     }
 
-    fn learn(&mut self, told: &FaultEquations<D>, vote: f64) {
+    fn learn(&mut self, marginalised: &FaultEquations<D>, vote: f64) {
         let keep = 1.0 - 1.0 / self.memory;
-        self.information = self.information * keep + told.information * vote;
-        self.pull = self.pull * keep + told.gradient * vote;
+        self.information = self.information * keep + marginalised.information * vote;
+        self.pull = self.pull * keep + marginalised.gradient * vote;
     }
 }
 
@@ -137,7 +137,7 @@ mod tests {
 
     #[test]
     fn views_that_leave_less_than_nothing_do_not_outweigh_what_others_leave() {
-        let mut estimate = Guess::<1>::of::<WideFault>();
+        let mut estimate = RecursiveEstimate::<1>::of::<WideFault>();
         let nothing = FaultEquations {
             gradient: SVector::zeros(),
             ..equations()

@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::sync::Arc;
 
-use crate::site::{ObjectImage, StatedClock};
+use crate::site::{ClockPrior, ObjectImage};
 use crate::tracker::track::Track;
 
 /// Nanoseconds between two marks.
@@ -23,15 +23,15 @@ pub(crate) struct Instant {
 
 /// One object's.
 #[derive(Debug, Default)]
-pub(crate) struct Recall {
+pub(crate) struct ReplayBuffer {
     /// The tracks at the last two marks, the older first.
-    marks: [Option<Track>; 2],
+    checkpoints: [Option<Track>; 2],
     /// Since the older mark, behind those that are to be dropped.
     instants: VecDeque<Instant>,
     stale: usize,
 }
 
-impl Recall {
+impl ReplayBuffer {
     pub fn add(&mut self, instant: Instant) {
         self.instants.push_back(instant);
         let dropped = self.stale.min(DROPPED);
@@ -41,12 +41,12 @@ impl Recall {
 
     /// The track to begin with.
     pub fn start(&self) -> Track {
-        self.mark_before().cloned().unwrap_or_default()
+        self.oldest_checkpoint().cloned().unwrap_or_default()
     }
 
     /// How restless the object was.
-    pub fn restlessness(&self) -> Option<f64> {
-        self.mark_before()?.restlessness()
+    pub fn process_noise_psd(&self) -> Option<f64> {
+        self.oldest_checkpoint()?.process_noise_psd()
     }
 
     fn images(&self) -> impl Iterator<Item = &ObjectImage> {
@@ -62,13 +62,13 @@ impl Recall {
 
     /// Whether the clock of another camera than this is right.
     pub fn has_right_clock_beside(&self, camera: usize) -> bool {
-        let is_right = |image: &ObjectImage| image.clock == StatedClock::Right;
+        let is_right = |image: &ObjectImage| image.clock == ClockPrior::Right;
         self.images()
             .any(|image| is_right(image) && image.camera_index != camera)
     }
 
-    fn mark_before(&self) -> Option<&Track> {
-        self.marks.iter().flatten().next()
+    fn oldest_checkpoint(&self) -> Option<&Track> {
+        self.checkpoints.iter().flatten().next()
     }
 
     /// One of the instants since then.
@@ -87,16 +87,20 @@ impl Recall {
     }
 
     /// Notes how the track is while nothing is wrong.
-    pub fn mark(&mut self, track: &Track) {
+    pub fn checkpoint(&mut self, track: &Track) {
         // What is wrong from the first image on is not known at once: the first mark waits as well.
         let first_ns = self.instant(0).map_or(0, |one| one.time_ns);
-        let newest = self.marks[1].as_ref();
-        let newest_ns = newest.map_or(first_ns.saturating_add(SPACING_NS), |mark| mark.time_ns);
+        let newest = self.checkpoints[1].as_ref();
+        let newest_ns = newest.map_or(first_ns.saturating_add(SPACING_NS), |checkpoint| {
+            checkpoint.time_ns
+        });
         let is_due = track.time_ns >= newest_ns.saturating_add(SPACING_NS);
         if is_due || self.len() > BETWEEN {
-            let [_, newer] = std::mem::take(&mut self.marks);
-            let since_ns = newer.as_ref().map_or(track.time_ns, |mark| mark.time_ns);
-            self.marks = [newer, Some(track.clone())];
+            let [_, newer] = std::mem::take(&mut self.checkpoints);
+            let since_ns = newer
+                .as_ref()
+                .map_or(track.time_ns, |checkpoint| checkpoint.time_ns);
+            self.checkpoints = [newer, Some(track.clone())];
             self.stale = self.instants.partition_point(|one| one.time_ns <= since_ns);
         }
     }
@@ -113,29 +117,29 @@ mod tests {
     }
 
     /// So many instants and marks, each a tenth of a second after the last.
-    fn remembered(steps: u64) -> Recall {
-        let mut recall = Recall::default();
+    fn remembered(steps: u64) -> ReplayBuffer {
+        let mut replay_buffer = ReplayBuffer::default();
         for time_ns in (1..=steps).map(|step| step * 100_000_000) {
             let images = BTreeMap::new();
-            recall.add(Instant { time_ns, images });
-            recall.mark(&track(time_ns));
+            replay_buffer.add(Instant { time_ns, images });
+            replay_buffer.checkpoint(&track(time_ns));
         }
-        recall
+        replay_buffer
     }
 
     #[test]
     fn for_a_second_it_reaches_back_to_the_beginning() {
-        let recall = remembered(10);
-        assert_eq!(recall.start(), Track::default());
-        assert_eq!(recall.len(), 10);
+        let replay_buffer = remembered(10);
+        assert_eq!(replay_buffer.start(), Track::default());
+        assert_eq!(replay_buffer.len(), 10);
     }
 
     #[test]
     fn it_reaches_back_to_the_mark_before_the_last() {
-        let recall = remembered(24);
-        let first = recall.instant(0).map(|instant| instant.time_ns);
-        assert_eq!(recall.start().time_ns, 1_600_000_000);
+        let replay_buffer = remembered(24);
+        let first = replay_buffer.instant(0).map(|instant| instant.time_ns);
+        assert_eq!(replay_buffer.start().time_ns, 1_600_000_000);
         assert_eq!(first, Some(1_700_000_000));
-        assert_eq!(recall.len(), 8);
+        assert_eq!(replay_buffer.len(), 8);
     }
 }

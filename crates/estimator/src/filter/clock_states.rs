@@ -6,16 +6,11 @@
 
 use nalgebra::{Cholesky, SVector};
 
-use crate::filter::covariance::Cross;
-use crate::filter::covariance::MOST_CLOCKS;
-use crate::filter::covariance::Own;
-
-use crate::filter::covariance::OfClocks;
-use crate::filter::covariance::symmetric;
+use crate::filter::covariance::{ClockSensitivity, Cross, MOST_CLOCKS, Own, symmetric};
 
 /// The offsets of some cameras, and how they hang together with the motion.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Clocks {
+pub(crate) struct ClockStates {
     /// Index of the camera of each slot.
     pub(crate) cameras: Vec<usize>,
     pub(crate) offset: SVector<f64, MOST_CLOCKS>,
@@ -29,7 +24,7 @@ pub(crate) struct Clocks {
     pub(crate) adrift: SVector<f64, MOST_CLOCKS>,
 }
 
-impl Default for Clocks {
+impl Default for ClockStates {
     fn default() -> Self {
         Self {
             cameras: Vec::new(),
@@ -44,14 +39,14 @@ impl Default for Clocks {
 
 /// Whether clocks agree.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Agreement {
+pub(crate) struct Synchrony {
     /// Logarithm of the odds for it.
     pub odds: f64,
     /// The largest sigma of an offset, in seconds, but for what is wrong for good.
     pub sigma_s: f64,
 }
 
-impl Clocks {
+impl ClockStates {
     /// Lets the offsets wander for `dt` seconds: clocks drift.
     pub fn wander(&mut self, dt: f64, wander: f64) {
         for slot in 0..self.cameras.len() {
@@ -63,7 +58,7 @@ impl Clocks {
     /// it tells differences, for all offsets and the time of the pose might change together. A filter would believe to learn
     /// that, too, since it is linear about one twist now and about another later (Huang, Mourikis, Roumeliotis 2010,
     /// Observability-based rules for designing consistent EKF SLAM, sec. 3).
-    pub fn hear(&mut self, camera_index: usize) {
+    pub fn record(&mut self, camera_index: usize) {
         self.adrift.fill(0.0);
         match self.slot(camera_index) {
             None => self.since_right.fill(0.0),
@@ -82,13 +77,13 @@ impl Clocks {
     }
 
     /// What changes of the offsets, column by column, are less what the cameras adrift have in common.
-    pub fn told_apart(&self, by: &OfClocks) -> OfClocks {
+    pub fn differences_only(&self, by: &ClockSensitivity) -> ClockSensitivity {
         by - self.adrift * (self.adrift.tr_mul(by) / self.adrift.sum().max(1.0))
     }
 
     /// Takes off the covariance what an update tells. With the gain K less the share in common M the covariance is
     /// P - K S Kᵀ + M K S Kᵀ Mᵀ; that with the state is the same as ever.
-    pub fn narrow(&mut self, told: &Own) {
+    pub fn update_covariance(&mut self, told: &Own) {
         let in_common = self.in_common(&(told * self.adrift)) / self.adrift.sum().max(1.0);
         let kept = self.adrift * self.adrift.transpose() * in_common;
         self.own = symmetric(&(self.own - told + kept));
@@ -116,7 +111,7 @@ impl Clocks {
     /// Logarithm of the odds for offsets of zero against offsets of `prior_s` (one sigma each), and the largest sigma; of the
     /// cameras given. `all` is the covariance of all offsets. By what the estimate says of zero against what was
     /// said of it before (Savage-Dickey ratio; Dickey 1971, The weighted likelihood ratio, sec. 2). `None` without such a camera.
-    pub(crate) fn agreement(&self, all: &Own, prior_s: f64, among: &[usize]) -> Option<Agreement> {
+    pub(crate) fn agreement(&self, all: &Own, prior_s: f64, among: &[usize]) -> Option<Synchrony> {
         let (mut own, mut offset) = (Own::identity(), SVector::<f64, MOST_CLOCKS>::zeros());
         let slots: Vec<usize> = among
             .iter()
@@ -133,7 +128,7 @@ impl Clocks {
         let factor = Cholesky::new(own).filter(|_| !slots.is_empty())?;
         let half_determinant: f64 = factor.l_dirty().diagonal().iter().map(|x| x.ln()).sum();
         let odds = -0.5 * offset.dot(&factor.solve(&offset)) - half_determinant;
-        Some(Agreement { odds, sigma_s })
+        Some(Synchrony { odds, sigma_s })
     }
 
     /// The place of a camera's offset, if it is estimated.

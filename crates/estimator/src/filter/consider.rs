@@ -4,49 +4,47 @@
 //! They are not estimated. How much the state would be off by a given error e of a source is carried along, S = d state / d e:
 //! S' = F S in a prediction, S' = S - G (L H S + K) in an update with its gain G, the information L of all corners and
 //! K = J^T W dr/de of those that the source displaces. The covariance that is published is P + S C Sᵀ over all sources, P being as large
-//! as Fisher's information of the last views makes it ([`Kinematics::own_told`]).
+//! as Fisher's information of the last views makes it ([`ObjectState::covariance_inflation`]).
 
 use nalgebra::{Matrix3, SMatrix, SVector, Vector6};
 
 use crate::articulation::MOST_JOINTS;
-use crate::filter::clock_states::Clocks;
-use crate::filter::covariance::OfClocks;
-use crate::filter::covariance::With;
-use crate::filter::covariance::{Covariance, carry};
-use crate::filter::covariance::{JointCross, WIDTH};
+use crate::filter::clock_states::ClockStates;
+use crate::filter::covariance::{
+    ClockSensitivity, Covariance, CrossCovariance, JointCross, WIDTH, carry,
+};
 use crate::kinematics::configuration::{joint_places, rates_at};
-use crate::measurement::biases::Part;
-use crate::measurement::biases::Source;
+use crate::measurement::biases::{BiasGradient, BiasSource};
 
-type Sensitivity = SMatrix<f64, 12, 6>;
+type MotionSensitivity = SMatrix<f64, 12, 6>;
 /// Of the joints' values and speeds.
-type OfJoints = SMatrix<f64, WIDTH, 6>;
+type JointSensitivity = SMatrix<f64, WIDTH, 6>;
 /// Share of a variance below which a source that no view shows any more is forgotten.
 const FORGOTTEN: f64 = 1e-4;
 
 /// How the errors act on the state.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub(crate) struct Considered {
-    pub(crate) sources: Vec<Acting>,
+pub(crate) struct ConsiderStates {
+    pub(crate) sources: Vec<ConsiderState>,
 }
 
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Acting {
-    pub(crate) source: Source,
+pub(crate) struct ConsiderState {
+    pub(crate) source: BiasSource,
     /// Of each number of the error.
     pub(crate) variance: Vector6<f64>,
-    pub(crate) sensitivity: Sensitivity,
+    pub(crate) sensitivity: MotionSensitivity,
     /// `None` for a rigid object. Joints hang together with the pose so closely that it would run away without them, and so do clocks
     /// while little is known of them.
-    pub(crate) of_joints: Option<Box<OfJoints>>,
-    pub(crate) of_clocks: Option<Box<OfClocks>>,
+    pub(crate) of_joints: Option<Box<JointSensitivity>>,
+    pub(crate) of_clocks: Option<Box<ClockSensitivity>>,
 }
 
 /// An update, as far as the sensitivities need it.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Gain<const D: usize> {
-    /// As [`crate::filter::update::Absorbed::gain`] has it.
-    pub with: With<D>,
+pub(crate) struct UpdateGain<const D: usize> {
+    /// As [`crate::filter::update::Updated::gain`] has it.
+    pub with: CrossCovariance<D>,
     /// Place of the camera's clock and seconds by which what was seen lies before the state, where that is estimated.
     pub clock: Option<(usize, f64)>,
     /// Of the configuration.
@@ -55,7 +53,7 @@ pub(crate) struct Gain<const D: usize> {
     pub information: SMatrix<f64, D, D>,
 }
 
-impl Considered {
+impl ConsiderStates {
     pub fn carry(&mut self, turn: &Matrix3<f64>, gain: &Matrix3<f64>, dt: f64) {
         for acting in &mut self.sources {
             carry(&mut acting.sensitivity, turn, gain, dt);
@@ -79,17 +77,17 @@ impl Considered {
 
     pub(crate) fn take<const D: usize>(
         &mut self,
-        gain: &Gain<D>,
-        parts: &[Part<D>],
-        clocks: Option<&Clocks>,
+        gain: &UpdateGain<D>,
+        parts: &[BiasGradient<D>],
+        clocks: Option<&ClockStates>,
     ) {
         for part in parts {
             if !self.sources.iter().any(|one| one.source == part.source) {
-                self.sources.push(Acting {
+                self.sources.push(ConsiderState {
                     source: part.source,
                     variance: part.variance,
-                    sensitivity: Sensitivity::zeros(),
-                    of_joints: (joint_places(D) > 0).then(|| Box::new(OfJoints::zeros())),
+                    sensitivity: MotionSensitivity::zeros(),
+                    of_joints: (joint_places(D) > 0).then(|| Box::new(JointSensitivity::zeros())),
                     of_clocks: None,
                 });
             }
@@ -106,7 +104,7 @@ impl Considered {
             }
             if let Some(clocks) = clocks {
                 let of_clocks = acting.of_clocks.get_or_insert_default();
-                **of_clocks -= clocks.told_apart(&gain.with.clocks.tr_mul(&pull));
+                **of_clocks -= clocks.differences_only(&gain.with.clocks.tr_mul(&pull));
             }
         }
     }
@@ -115,7 +113,7 @@ impl Considered {
     pub(crate) fn forget<const D: usize>(
         &mut self,
         variances: &SMatrix<f64, 12, 1>,
-        parts: &[Part<D>],
+        parts: &[BiasGradient<D>],
     ) {
         self.sources.retain(|acting| {
             let squares = acting.sensitivity.map(|slope| slope * slope);
@@ -127,7 +125,7 @@ impl Considered {
 
     /// Covariance of the configuration by them.
     pub(crate) fn covariance<const D: usize>(&self) -> SMatrix<f64, D, D> {
-        let caused = |acting: &Acting| {
+        let caused = |acting: &ConsiderState| {
             let mut seen = acting.seen::<D>(0.0);
             for (mut column, variance) in seen.column_iter_mut().zip(&acting.variance) {
                 column *= variance.sqrt();
@@ -138,9 +136,9 @@ impl Considered {
     }
 }
 
-impl Acting {
+impl ConsiderState {
     /// Of what an update is about.
-    pub(crate) fn seen_in<const D: usize>(&self, gain: &Gain<D>) -> SMatrix<f64, D, 6> {
+    pub(crate) fn seen_in<const D: usize>(&self, gain: &UpdateGain<D>) -> SMatrix<f64, D, 6> {
         self.seen_by(gain.clock, &gain.rates)
     }
 

@@ -1,7 +1,7 @@
 //! Blocks of the state covariance, and the functions of matrices that several files of the filter need.
 
 use crate::MOST_JOINTS;
-use crate::filter::process_noise::Restlessness;
+use crate::filter::process_noise::ProcessNoisePsd;
 use nalgebra::{Matrix3, SMatrix, Vector3};
 
 /// Covariance over (dt, dr, dv, dw).
@@ -21,11 +21,11 @@ pub(crate) type JointOwn = SMatrix<f64, WIDTH, WIDTH>;
 pub(crate) type JointClocks = SMatrix<f64, WIDTH, MOST_CLOCKS>;
 
 /// Of the clocks' offsets.
-pub(crate) type OfClocks = SMatrix<f64, MOST_CLOCKS, 6>;
+pub(crate) type ClockSensitivity = SMatrix<f64, MOST_CLOCKS, 6>;
 
 /// Covariance of what is seen with the parts of the state.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct With<const D: usize> {
+pub(crate) struct CrossCovariance<const D: usize> {
     /// With (dt, dr, dv, dw).
     pub motion: SMatrix<f64, D, 12>,
     /// With the joints' values and speeds.
@@ -54,14 +54,14 @@ pub(crate) fn carry<const N: usize>(
 }
 
 /// Integral of the white acceleration over `dt` (Bar-Shalom, Li, Kirubarajan 2001, eq. 6.2.2-4).
-pub(crate) fn white_acceleration(dt: f64, restlessness: Restlessness) -> Covariance {
+pub(crate) fn white_acceleration(dt: f64, process_noise_psd: ProcessNoisePsd) -> Covariance {
     let dt = dt.abs();
     let mut noise = Covariance::zeros();
     for axis in 0..6 {
         let density = if axis < 3 {
-            restlessness.linear
+            process_noise_psd.linear
         } else {
-            restlessness.angular
+            process_noise_psd.angular
         };
         noise[(axis, axis)] = density * dt.powi(3) / 3.0;
         noise[(axis, axis + 6)] = density * dt.powi(2) / 2.0;

@@ -10,16 +10,15 @@ use nalgebra::SVector;
 use sextant_geometry::se3;
 
 use crate::articulation::MOST_JOINTS;
-use crate::filter::covariance::WIDTH;
-use crate::filter::covariance::symmetric;
-use crate::filter::state::Kinematics;
+use crate::filter::covariance::{WIDTH, symmetric};
+use crate::filter::state::ObjectState;
 
 /// Intervals of Simpson's rule for the moments.
 const INTERVALS: usize = 64;
 /// Scales of its decay beyond which a density is nothing.
 const FAR: f64 = 9.0;
 
-impl Kinematics {
+impl ObjectState {
     /// Takes in that the joints' values lie within their limits and their speeds within the highest.
     pub fn keep_within_limits(&mut self) {
         let Some(joints) = &self.joints else {

@@ -7,13 +7,9 @@
 use std::sync::Arc;
 
 use crate::articulation::MOST_JOINTS;
-use crate::filter::covariance::JointClocks;
-use crate::filter::covariance::JointCross;
-use crate::filter::covariance::JointOwn;
-use crate::filter::covariance::WIDTH;
-use crate::filter::covariance::symmetric;
-use crate::filter::process_noise::Learned;
-use crate::kinematics::chain::Chain;
+use crate::filter::covariance::{JointClocks, JointCross, JointOwn, WIDTH, symmetric};
+use crate::filter::process_noise::PsdEstimate;
+use crate::kinematics::chain::KinematicChain;
 use crate::kinematics::configuration::{Configuration, Values};
 use crate::{FusionOptions, Joint, JointKind};
 
@@ -22,8 +18,8 @@ const ANYWHERE: f64 = 3.0;
 
 /// The joints of an object that move.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Joints {
-    pub chain: Arc<Chain>,
+pub(crate) struct JointStates {
+    pub chain: Arc<KinematicChain>,
     /// Index of the link whose pose and twist the state has.
     pub root: usize,
     /// How many of the places are taken.
@@ -37,15 +33,19 @@ pub(crate) struct Joints {
     /// Covariance of values and speeds with the clocks' offsets.
     pub with_clocks: JointClocks,
     /// Power density of each joint's white acceleration to begin with, rad²/s³ or m²/s³.
-    pub(crate) restlessness: Values,
-    pub(crate) learned: [Learned; MOST_JOINTS],
+    pub(crate) process_noise_psd: Values,
+    pub(crate) learned: [PsdEstimate; MOST_JOINTS],
     /// One sigma of values and speeds of which nothing is known.
     pub(crate) unknown: [f64; WIDTH],
 }
 
-impl Joints {
+impl JointStates {
     /// Joints of which only the start for the search is known.
-    pub fn unknown(chain: &Arc<Chain>, seed: &Configuration, options: &FusionOptions) -> Self {
+    pub fn unknown(
+        chain: &Arc<KinematicChain>,
+        seed: &Configuration,
+        options: &FusionOptions,
+    ) -> Self {
         let mut joints = Self {
             chain: chain.clone(),
             root: seed.root,
@@ -55,16 +55,19 @@ impl Joints {
             cross: JointCross::zeros(),
             own: JointOwn::zeros(),
             with_clocks: JointClocks::zeros(),
-            restlessness: Values::zeros(),
-            learned: [Learned::default(); MOST_JOINTS],
+            process_noise_psd: Values::zeros(),
+            learned: [PsdEstimate::default(); MOST_JOINTS],
             unknown: [0.0; WIDTH],
         };
         for (slot, joint) in chain.moving().enumerate() {
             let (density, speed) = match joint.kind {
-                JointKind::Prismatic => (options.linear_restlessness, options.start_speed),
-                _ => (options.angular_restlessness, options.start_angular_speed),
+                JointKind::Prismatic => (options.linear_acceleration_psd, options.start_speed),
+                _ => (
+                    options.angular_acceleration_psd,
+                    options.start_angular_speed,
+                ),
             };
-            joints.restlessness[slot] = density;
+            joints.process_noise_psd[slot] = density;
             joints.unknown[slot] = unknown_value(joint);
             joints.unknown[MOST_JOINTS + slot] = speed.min(joint.max_speed.unwrap_or(speed));
         }
@@ -79,14 +82,14 @@ impl Joints {
         self.own[(slot, slot)].max(0.0).sqrt()
     }
 
-    /// Takes an innovation of a value in, as [`Learned::learn_one`]; `spread` is [`crate::filter::process_noise::Motion::spread`].
+    /// Takes an innovation of a value in, as [`PsdEstimate::learn_one`]; `spread` is [`crate::filter::process_noise::ProcessNoise::spread`].
     pub fn learn(&mut self, slot: usize, seen: (f64, f64, f64), spread: f64) {
         let noise = self.density(slot) * spread;
         self.learned[slot].learn_one(seen, noise);
     }
 
     pub(crate) fn density(&self, slot: usize) -> f64 {
-        self.restlessness[slot] * self.learned[slot].factor()
+        self.process_noise_psd[slot] * self.learned[slot].factor()
     }
 
     /// Values and speeds shifted by a step.

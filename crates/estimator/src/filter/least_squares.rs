@@ -7,11 +7,10 @@
 use nalgebra::{Cholesky, Const, SMatrix, SVector};
 use sextant_geometry::so3;
 
-use crate::filter::link_equations::{Bodies, Equations};
+use crate::filter::link_equations::{Equations, ObservedLinks};
 use crate::kinematics::configuration::Configuration;
-use crate::measurement::corners::Sight;
-use crate::measurement::corners::UNSEEN;
-use crate::measurement::view_equations::Normal;
+use crate::measurement::corners::{UNSEEN, WeightedView};
+use crate::measurement::view_equations::ViewEquations;
 
 /// Most steps of one solve; a tracked object needs two or three.
 const MOST_STEPS: usize = 20;
@@ -31,7 +30,7 @@ pub(crate) struct Prior<const D: usize> {
 
 impl<const D: usize> Prior<D> {
     /// Squared Mahalanobis distance of a configuration.
-    pub fn surprise(&self, at: &Configuration) -> f64 {
+    pub fn nis(&self, at: &Configuration) -> f64 {
         let off = at.difference::<D>(&self.configuration);
         off.dot(&(self.information * off))
     }
@@ -44,32 +43,32 @@ pub(crate) struct Fit<const D: usize> {
     /// What the corners of all views say about it.
     pub information: SMatrix<f64, D, D>,
     /// Each view's part, about the pose of its link.
-    pub views: Vec<Option<Normal>>,
+    pub views: Vec<Option<ViewEquations>>,
     /// Squared Mahalanobis distance from the prior.
-    pub surprise: f64,
+    pub nis: f64,
     /// Twice the cost: surprise and chi-square of all corners.
     pub cost: f64,
 }
 
 struct Point<const D: usize> {
     configuration: Configuration,
-    bodies: Bodies<D>,
-    views: Vec<Option<Normal>>,
+    bodies: ObservedLinks<D>,
+    views: Vec<Option<ViewEquations>>,
     /// Of the corners, of the prior, and of both.
     corners: Equations<D>,
     prior: Equations<D>,
     all: Equations<D>,
-    surprise: f64,
+    nis: f64,
     cost: f64,
 }
 
 /// The minimum reached from `start`; `None` where the sights can't see their tags even there.
 pub(crate) fn solve<const D: usize>(
     prior: &Prior<D>,
-    sights: &[Sight<'_>],
+    weighted_views: &[WeightedView<'_>],
     start: &Configuration,
 ) -> Option<Fit<D>> {
-    let mut best = evaluate(prior, sights, start)?;
+    let mut best = evaluate(prior, weighted_views, start)?;
     let mut damping = 0.0;
     for _ in 0..MOST_STEPS {
         let Some(mut step) = best.all.step(damping) else {
@@ -84,9 +83,9 @@ pub(crate) fn solve<const D: usize>(
             break;
         }
         if damping == 0.0 {
-            step = best.reweighed(step, sights);
+            step = best.reweighed(step, weighted_views);
         }
-        let next = evaluate(prior, sights, &best.configuration.perturbed(&step));
+        let next = evaluate(prior, weighted_views, &best.configuration.perturbed(&step));
         match next.filter(|next| next.cost <= best.cost) {
             Some(next) => {
                 best = next;
@@ -99,7 +98,7 @@ pub(crate) fn solve<const D: usize>(
         configuration: best.configuration,
         information: best.corners.information,
         views: best.views,
-        surprise: best.surprise,
+        nis: best.nis,
         cost: best.cost,
     })
 }
@@ -131,15 +130,19 @@ impl<const D: usize> Point<D> {
 
     /// The step with the weights that the views will have after it. Where the prediction was off by more than the corners'
     /// noise their weights rise by the way, and would only be known by looking at all corners again.
-    fn reweighed(&self, first: SVector<f64, D>, sights: &[Sight<'_>]) -> SVector<f64, D> {
+    fn reweighed(
+        &self,
+        first: SVector<f64, D>,
+        weighted_views: &[WeightedView<'_>],
+    ) -> SVector<f64, D> {
         let mut step = first;
         for _ in 0..MOST_REWEIGHINGS {
-            let corners = self
-                .bodies
-                .equations(sights, &self.views, |body, sight, view| {
-                    let (moved, turned) = body.moved(&step);
-                    view.weight_after(&moved, turned, sight.view.noise_source)
-                });
+            let corners =
+                self.bodies
+                    .equations(weighted_views, &self.views, |body, weighted, view| {
+                        let (moved, turned) = body.moved(&step);
+                        view.weight_after(&moved, turned, weighted.view.noise_source)
+                    });
             let Some(next) = self.prior.and(&corners).step(0.0) else {
                 break;
             };
@@ -155,23 +158,23 @@ impl<const D: usize> Point<D> {
 
 fn evaluate<const D: usize>(
     prior: &Prior<D>,
-    sights: &[Sight<'_>],
+    weighted_views: &[WeightedView<'_>],
     at: &Configuration,
 ) -> Option<Point<D>> {
-    let bodies = Bodies::of(sights, at);
-    let normal = |sight: &Sight<'_>| sight.normal(&bodies.of_sight(sight)?.moving);
-    let views: Vec<_> = sights.iter().map(normal).collect();
+    let bodies = ObservedLinks::of(weighted_views, at);
+    let normal = |weighted: &WeightedView<'_>| weighted.normal(&bodies.of_sight(weighted)?.moving);
+    let views: Vec<_> = weighted_views.iter().map(normal).collect();
     let unseen = views.iter().filter(|view| view.is_none()).count();
-    if unseen == sights.len() && unseen > 0 {
+    if unseen == weighted_views.len() && unseen > 0 {
         return None;
     }
     let seen = views.iter().flatten().map(|view| view.chi2);
     let chi2 = UNSEEN * unseen as f64 + seen.sum::<f64>();
-    let corners = bodies.equations(sights, &views, |_, _, _| 1.0);
+    let corners = bodies.equations(weighted_views, &views, |_, _, _| 1.0);
     let off = at.difference::<D>(&prior.configuration);
     let of_prior = prior.equations(&off);
-    let surprise = off.dot(&(prior.information * off));
-    let cost = surprise + chi2;
+    let nis = off.dot(&(prior.information * off));
+    let cost = nis + chi2;
     cost.is_finite().then(|| Point {
         configuration: *at,
         bodies,
@@ -179,7 +182,7 @@ fn evaluate<const D: usize>(
         all: corners.and(&of_prior),
         corners,
         prior: of_prior,
-        surprise,
+        nis,
         cost,
     })
 }

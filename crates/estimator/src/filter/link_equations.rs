@@ -4,21 +4,21 @@
 use nalgebra::{Matrix6, SMatrix, SVector, Vector6};
 
 use crate::kinematics::configuration::{Configuration, rates_at};
-use crate::measurement::corners::Sight;
-use crate::measurement::rolling_shutter::{Moving, Rolling};
-use crate::measurement::view_equations::Normal;
+use crate::measurement::corners::WeightedView;
+use crate::measurement::rolling_shutter::{LinkMotion, TwistEquations};
+use crate::measurement::view_equations::ViewEquations;
 
 /// A link, or the object where it is rigid.
-pub(crate) struct Body<const D: usize> {
+pub(crate) struct ObservedLink<const D: usize> {
     /// `None` for a rigid object.
     link: Option<usize>,
-    pub moving: Moving,
+    pub moving: LinkMotion,
     /// Derivative of its pose by the configuration; `None` where they are the same.
     by_configuration: Option<SMatrix<f64, 6, D>>,
 }
 
 /// The bodies of some sights, each once.
-pub(crate) struct Bodies<const D: usize>(Vec<Body<D>>);
+pub(crate) struct ObservedLinks<const D: usize>(Vec<ObservedLink<D>>);
 
 /// Normal equations of a configuration.
 #[derive(Debug, Clone, PartialEq)]
@@ -27,25 +27,29 @@ pub(crate) struct Equations<const D: usize> {
     pub gradient: SVector<f64, D>,
 }
 
-fn link_of(sight: &Sight<'_>) -> Option<usize> {
-    sight.view.limb.as_ref().map(|limb| limb.link)
+fn link_of(weighted: &WeightedView<'_>) -> Option<usize> {
+    weighted
+        .view
+        .chain_link
+        .as_ref()
+        .map(|chain_link| chain_link.link)
 }
 
-impl<const D: usize> Bodies<D> {
-    pub fn of(sights: &[Sight<'_>], at: &Configuration) -> Self {
-        let mut bodies: Vec<Body<D>> = Vec::with_capacity(1);
-        for sight in sights {
-            let link = link_of(sight);
+impl<const D: usize> ObservedLinks<D> {
+    pub fn of(weighted_views: &[WeightedView<'_>], at: &Configuration) -> Self {
+        let mut bodies: Vec<ObservedLink<D>> = Vec::with_capacity(1);
+        for weighted in weighted_views {
+            let link = link_of(weighted);
             if bodies.iter().all(|body| body.link != link) {
-                let limb = sight.view.limb.as_ref();
-                let twist = || limb.map_or(at.rates.twist, |limb| limb.twist(at));
-                bodies.push(Body {
+                let chain_link = weighted.view.chain_link.as_ref();
+                let twist = || chain_link.map_or(at.rates.twist, |chain_link| chain_link.twist(at));
+                bodies.push(ObservedLink {
                     link,
-                    moving: Moving {
-                        pose: sight.view.world_from_link(at),
+                    moving: LinkMotion {
+                        pose: weighted.view.world_from_link(at),
                         twist: rates_at(D).map(|_| twist()),
                     },
-                    by_configuration: limb.map(|limb| limb.jacobian::<D>(at)),
+                    by_configuration: chain_link.map(|chain_link| chain_link.jacobian::<D>(at)),
                 });
             }
         }
@@ -53,17 +57,17 @@ impl<const D: usize> Bodies<D> {
     }
 
     /// The body that a sight shows.
-    pub fn of_sight(&self, sight: &Sight<'_>) -> Option<&Body<D>> {
-        let link = link_of(sight);
+    pub fn of_sight(&self, weighted: &WeightedView<'_>) -> Option<&ObservedLink<D>> {
+        let link = link_of(weighted);
         self.0.iter().find(|body| body.link == link)
     }
 
     /// What all views say about the configuration, each with a factor on its weight.
     pub fn equations(
         &self,
-        sights: &[Sight<'_>],
-        views: &[Option<Normal>],
-        factor: impl Fn(&Body<D>, &Sight<'_>, &Normal) -> f64,
+        weighted_views: &[WeightedView<'_>],
+        views: &[Option<ViewEquations>],
+        factor: impl Fn(&ObservedLink<D>, &WeightedView<'_>, &ViewEquations) -> f64,
     ) -> Equations<D> {
         let mut all = Equations {
             information: SMatrix::zeros(),
@@ -71,11 +75,11 @@ impl<const D: usize> Bodies<D> {
         };
         for body in &self.0 {
             let mut sum = Sum::default();
-            for (sight, view) in sights.iter().zip(views) {
-                let Some(view) = view.as_ref().filter(|_| link_of(sight) == body.link) else {
+            for (weighted, view) in weighted_views.iter().zip(views) {
+                let Some(view) = view.as_ref().filter(|_| link_of(weighted) == body.link) else {
                     continue;
                 };
-                sum.add(view, factor(body, sight, view));
+                sum.add(view, factor(body, weighted, view));
             }
             body.add(&sum, &mut all);
         }
@@ -88,12 +92,12 @@ impl<const D: usize> Bodies<D> {
 struct Sum {
     information: Matrix6<f64>,
     gradient: Vector6<f64>,
-    rolling: Option<Rolling>,
+    rolling: Option<TwistEquations>,
 }
 
 impl Sum {
     #[inline(always)]
-    fn add(&mut self, view: &Normal, factor: f64) {
+    fn add(&mut self, view: &ViewEquations, factor: f64) {
         let sums = self.information.as_mut_slice().iter_mut();
         sums.zip(view.information.as_slice())
             .for_each(|(sum, one)| *sum += one * factor);
@@ -108,7 +112,7 @@ impl Sum {
     }
 }
 
-impl<const D: usize> Body<D> {
+impl<const D: usize> ObservedLink<D> {
     /// By the chain rule.
     fn add(&self, sum: &Sum, all: &mut Equations<D>) {
         match &self.by_configuration {
@@ -129,7 +133,7 @@ impl<const D: usize> Body<D> {
     }
 
     /// The same for what a rolling shutter tells about the rates, whose places begin at `first`.
-    fn add_rolling(&self, (rolling, first): (&Rolling, usize), all: &mut Equations<D>) {
+    fn add_rolling(&self, (rolling, first): (&TwistEquations, usize), all: &mut Equations<D>) {
         let by_configuration = self
             .by_configuration
             .unwrap_or_else(SMatrix::<f64, 6, D>::identity);

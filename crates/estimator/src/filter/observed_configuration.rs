@@ -6,17 +6,17 @@
 use nalgebra::{Cholesky, Const, SMatrix, SVector};
 
 use crate::articulation::MOST_JOINTS;
-use crate::filter::clock_states::Clocks;
-use crate::filter::covariance::JointOwn;
-use crate::filter::covariance::With;
-use crate::filter::covariance::{Covariance, symmetric, white_acceleration};
+use crate::filter::clock_states::ClockStates;
+use crate::filter::covariance::{
+    Covariance, CrossCovariance, JointOwn, symmetric, white_acceleration,
+};
 use crate::filter::least_squares::Prior;
-use crate::filter::state::Kinematics;
+use crate::filter::state::ObjectState;
 use crate::kinematics::configuration::{Configuration, joint_places, rates_at};
 
 /// From where and when a state is seen.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Vantage {
+pub(crate) struct ObservationTime {
     pub camera_index: usize,
     /// Seconds from the capture time to the rows that show it, on the whole. The rates lead there; by what the body may have
     /// done of itself between, what is seen is uncertain.
@@ -25,18 +25,18 @@ pub(crate) struct Vantage {
 
 /// What a camera sees of the state.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Observed<const D: usize> {
+pub(crate) struct ObservedConfiguration<const D: usize> {
     /// When the image was taken.
     pub configuration: Configuration,
     pub covariance: SMatrix<f64, D, D>,
-    pub with: With<D>,
+    pub with: CrossCovariance<D>,
 }
 
 /// The first (place 0) or second half (place 1) of motion and joints: configuration or rates.
 const CONFIGURATION: usize = 0;
 const RATES: usize = 1;
 
-impl<const D: usize> Observed<D> {
+impl<const D: usize> ObservedConfiguration<D> {
     /// What is known about it before; `None` where its covariance is not positive definite.
     pub fn prior(&self) -> Option<Prior<D>> {
         let information = Cholesky::<f64, Const<D>>::new(self.covariance)?.inverse();
@@ -47,24 +47,27 @@ impl<const D: usize> Observed<D> {
     }
 
     /// Squared Mahalanobis distance of a configuration; `None` as with [`Self::prior`].
-    pub fn surprise(&self, at: &Configuration) -> Option<f64> {
+    pub fn nis(&self, at: &Configuration) -> Option<f64> {
         let off = at.difference::<D>(&self.configuration);
         let root = Cholesky::<f64, Const<D>>::new(self.covariance)?.unpack();
         Some(root.solve_lower_triangular(&off)?.norm_squared())
     }
 }
 
-impl Kinematics {
+impl ObjectState {
     /// The configuration as the camera saw it; its clock is right unless it is part of the state.
-    pub fn observed<const D: usize>(&self, camera_index: usize) -> Observed<D> {
-        self.observed_from(Vantage {
+    pub fn observed<const D: usize>(&self, camera_index: usize) -> ObservedConfiguration<D> {
+        self.observed_from(ObservationTime {
             camera_index,
             apart_s: 0.0,
         })
     }
 
     /// The configuration as the camera saw it if its clock's offset is what it is thought to be, however uncertain that is.
-    pub fn observed_on_time<const D: usize>(&self, camera_index: usize) -> Observed<D> {
+    pub fn observed_on_time<const D: usize>(
+        &self,
+        camera_index: usize,
+    ) -> ObservedConfiguration<D> {
         let clocked = self.clocks.as_deref();
         let offset = clocked.and_then(|clocks| Some(clocks.offset_s(clocks.slot(camera_index)?)));
         let mut observed = self.observed_now::<D>(0.0);
@@ -75,7 +78,10 @@ impl Kinematics {
         observed
     }
 
-    pub fn observed_from<const D: usize>(&self, vantage: Vantage) -> Observed<D> {
+    pub fn observed_from<const D: usize>(
+        &self,
+        vantage: ObservationTime,
+    ) -> ObservedConfiguration<D> {
         let clocked = self.clocks.as_deref();
         let slot = clocked.and_then(|clocks| Some((clocks, clocks.slot(vantage.camera_index)?)));
         match slot {
@@ -84,7 +90,7 @@ impl Kinematics {
         }
     }
 
-    fn observed_now<const D: usize>(&self, apart_s: f64) -> Observed<D> {
+    fn observed_now<const D: usize>(&self, apart_s: f64) -> ObservedConfiguration<D> {
         let with = self.seen::<D>();
         let mut covariance = with.columns(CONFIGURATION, 0);
         if let Some(first) = rates_at(D) {
@@ -94,7 +100,7 @@ impl Kinematics {
             covariance += self.between::<D>(apart_s);
         }
         self.fill_free_places(&mut covariance);
-        Observed {
+        ObservedConfiguration {
             configuration: self.configuration(),
             covariance,
             with,
@@ -105,12 +111,12 @@ impl Kinematics {
     /// have done between.
     fn observed_at_offset<const D: usize>(
         &self,
-        (clocks, slot): (&Clocks, usize),
+        (clocks, slot): (&ClockStates, usize),
         apart_s: f64,
-    ) -> Observed<D> {
+    ) -> ObservedConfiguration<D> {
         let (offset, rates) = (clocks.offset_s(slot), self.rates::<D>());
         let (now, moving) = (self.seen::<D>(), self.with::<D>(RATES, 0));
-        let mut with = With {
+        let mut with = CrossCovariance {
             motion: now.motion
                 - moving.motion * offset
                 - rates * clocks.cross.column(slot).transpose(),
@@ -131,7 +137,7 @@ impl Kinematics {
         let between = self.between::<D>(apart.hypot(apart_s));
         let mut covariance = symmetric(&(linear + product + between));
         self.fill_free_places(&mut covariance);
-        Observed {
+        ObservedConfiguration {
             configuration: self.configuration().perturbed(&(rates * -offset)),
             covariance,
             with,
@@ -140,7 +146,7 @@ impl Kinematics {
 
     /// What base and joints may have done of themselves in `dt` seconds.
     fn between<const D: usize>(&self, dt: f64) -> SMatrix<f64, D, D> {
-        let noise: Covariance = white_acceleration(dt, self.motion.restlessness(dt));
+        let noise: Covariance = white_acceleration(dt, self.motion.process_noise_psd(dt));
         let mut between = SMatrix::<f64, D, D>::zeros();
         between
             .fixed_view_mut::<6, 6>(0, 0)
@@ -164,7 +170,7 @@ impl Kinematics {
     }
 
     /// Covariance of what is seen, all clocks being right, with the parts of the state.
-    fn seen<const D: usize>(&self) -> With<D> {
+    fn seen<const D: usize>(&self) -> CrossCovariance<D> {
         let mut seen = self.with::<D>(CONFIGURATION, 0);
         if let Some(first) = rates_at(D) {
             let rates = self.with::<D>(RATES, first);
@@ -176,8 +182,8 @@ impl Kinematics {
     }
 
     /// Covariance of the configuration or of the rates with the parts of the state, in the places from `first` on.
-    fn with<const D: usize>(&self, half: usize, first: usize) -> With<D> {
-        let mut with = With {
+    fn with<const D: usize>(&self, half: usize, first: usize) -> CrossCovariance<D> {
+        let mut with = CrossCovariance {
             motion: SMatrix::zeros(),
             joints: SMatrix::zeros(),
             clocks: SMatrix::zeros(),
@@ -218,7 +224,7 @@ impl Kinematics {
     }
 }
 
-impl<const D: usize> With<D> {
+impl<const D: usize> CrossCovariance<D> {
     /// The columns of configuration or rates, in the places from `first` on.
     fn columns(&self, half: usize, first: usize) -> SMatrix<f64, D, D> {
         let mut columns = SMatrix::<f64, D, D>::zeros();

@@ -31,7 +31,7 @@ fn share(variance: f64, noise: f64) -> f64 {
 
 /// Power density of the white acceleration.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Restlessness {
+pub(crate) struct ProcessNoisePsd {
     /// m²/s³.
     pub linear: f64,
     /// rad²/s³.
@@ -42,10 +42,10 @@ pub(crate) struct Restlessness {
 
 /// What is held of a body's restlessness.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Motion {
-    default: Restlessness,
-    linear: Learned,
-    angular: Learned,
+pub(crate) struct ProcessNoise {
+    default: ProcessNoisePsd,
+    linear: PsdEstimate,
+    angular: PsdEstimate,
     /// Seconds since nothing was known of the speed.
     age_s: f64,
     /// Seconds of a step as they go, for which the densities hold, and of how many that is the mean.
@@ -66,12 +66,12 @@ pub(crate) struct Innovation<const D: usize> {
 
 /// Logarithm of a density against its default.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Learned {
+pub(crate) struct PsdEstimate {
     logarithm: f64,
     information: f64,
 }
 
-impl Default for Learned {
+impl Default for PsdEstimate {
     fn default() -> Self {
         Self {
             logarithm: 0.0,
@@ -80,12 +80,12 @@ impl Default for Learned {
     }
 }
 
-impl Motion {
-    pub fn new(default: Restlessness) -> Self {
+impl ProcessNoise {
+    pub fn new(default: ProcessNoisePsd) -> Self {
         Self {
             default,
-            linear: Learned::default(),
-            angular: Learned::default(),
+            linear: PsdEstimate::default(),
+            angular: PsdEstimate::default(),
             age_s: 0.0,
             usual_s: 0.0,
             steps: 0.0,
@@ -127,9 +127,9 @@ impl Motion {
     }
 
     /// What holds for a step of `dt` seconds.
-    pub fn restlessness(&self, dt: f64) -> Restlessness {
+    pub fn process_noise_psd(&self, dt: f64) -> ProcessNoisePsd {
         let persistence = self.persistence(dt);
-        Restlessness {
+        ProcessNoisePsd {
             linear: self.default.linear * self.linear.factor() * persistence,
             angular: self.default.angular * self.angular.factor() * persistence,
             clocks: self.default.clocks,
@@ -137,13 +137,13 @@ impl Motion {
     }
 
     pub fn learn<const D: usize>(&mut self, innovation: &Innovation<D>) {
-        let (density, spread) = (self.restlessness(self.age_s), self.age_s.powi(3) / 3.0);
+        let (density, spread) = (self.process_noise_psd(self.age_s), self.age_s.powi(3) / 3.0);
         self.linear.learn(innovation, 0, density.linear * spread);
         self.angular.learn(innovation, 3, density.angular * spread);
     }
 }
 
-impl Learned {
+impl PsdEstimate {
     /// Takes the three axes from `first` on in; `noise` is the variance along each that the density can have brought about.
     ///
     /// Of the predicted covariance that of these axes alone counts, the others being known: what hangs together with others is

@@ -9,9 +9,8 @@ use nalgebra::{Matrix6, SMatrix, Vector6};
 use sextant_geometry::Pose;
 
 use crate::articulation::MOST_JOINTS;
-use crate::filter::covariance::{Covariance, symmetric};
-use crate::filter::covariance::{JointCross, WIDTH};
-use crate::filter::state::Kinematics;
+use crate::filter::covariance::{Covariance, JointCross, WIDTH, symmetric};
+use crate::filter::state::ObjectState;
 
 /// Size of a configuration.
 const SIZE: usize = 6 + MOST_JOINTS;
@@ -21,9 +20,9 @@ const ARM_M: f64 = 0.1;
 const PREFERRED: f64 = 2.0;
 const LEFT: f64 = 4.0;
 
-impl Kinematics {
+impl ObjectState {
     /// The same knowledge about the root that suits the links that are seen.
-    pub fn well_rooted(self, seen: impl Iterator<Item = usize>) -> Self {
+    pub fn reanchored_to_best(self, seen: impl Iterator<Item = usize>) -> Self {
         let Some(joints) = &self.joints else {
             return self;
         };

@@ -7,27 +7,20 @@ use nalgebra::{Matrix3, Matrix6, SMatrix, Vector3, Vector6};
 use sextant_geometry::{Pose, so3};
 
 use crate::ClockOffset;
-use crate::filter::clock_states::Agreement;
-use crate::filter::clock_states::Clocks;
-use crate::filter::consider::Acting;
-use crate::filter::consider::Considered;
-use crate::filter::consider::Gain;
-use crate::filter::covariance::Covariance;
-use crate::filter::covariance::MOST_CLOCKS;
-use crate::filter::covariance::Own;
-use crate::filter::covariance::carry;
-use crate::filter::covariance::symmetric;
-use crate::filter::covariance::white_acceleration;
-use crate::filter::joint_states::Joints;
-use crate::filter::process_noise::Motion;
+use crate::filter::clock_states::{ClockStates, Synchrony};
+use crate::filter::consider::{ConsiderState, ConsiderStates, UpdateGain};
+use crate::filter::covariance::{
+    Covariance, MOST_CLOCKS, Own, carry, symmetric, white_acceleration,
+};
+use crate::filter::joint_states::JointStates;
+use crate::filter::process_noise::ProcessNoise;
 use crate::kinematics::configuration::Configuration;
-use crate::measurement::biases::Displacing;
-use crate::measurement::biases::Part;
+use crate::measurement::biases::{BiasGradient, BiasJacobian};
 use crate::measurement::view_equations::OF_FISHER;
 
 /// How a body moves, and how well that is known.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Kinematics {
+pub(crate) struct ObjectState {
     /// World from object, or from the root among its links.
     pub pose: Pose,
     /// Velocity of its origin in m/s, then angular velocity in rad/s, world axes.
@@ -35,18 +28,18 @@ pub(crate) struct Kinematics {
     /// Over (dt, dr, dv, dw).
     pub covariance: Covariance,
     /// The cameras' clocks, where they are not taken at their word.
-    pub clocks: Option<Box<Clocks>>,
+    pub clocks: Option<Box<ClockStates>>,
     /// The joints, where the object has links.
-    pub joints: Option<Box<Joints>>,
+    pub joints: Option<Box<JointStates>>,
     /// How restless the body is.
-    pub motion: Motion,
+    pub motion: ProcessNoise,
     /// What errors of the cameras' poses did to it, where these are stated.
-    pub considered: Option<Box<Considered>>,
+    pub considered: Option<Box<ConsiderStates>>,
     /// Share of what is known that the last views brought.
-    pub news: f64,
+    pub information_gain: f64,
 }
 
-impl Kinematics {
+impl ObjectState {
     /// The linear velocity in m/s.
     pub fn velocity(&self) -> Vector3<f64> {
         self.twist.fixed_rows::<3>(0).into_owned()
@@ -62,7 +55,7 @@ impl Kinematics {
     /// t' = t + v dt, R' = exp(w dt) R. With R_estimate = exp(dr) R_true the error follows
     /// dr' = exp(w dt) dr + J_l(w dt) dt dw (Sola et al. 2018, A micro Lie theory, eqs. 67, 71, 94).
     pub fn predicted(&self, dt: f64) -> Self {
-        let restlessness = self.motion.restlessness(dt);
+        let process_noise_psd = self.motion.process_noise_psd(dt);
         let turn = self.angular_velocity() * dt;
         let rotation = so3::exp(&turn);
         let mut pose = self.pose;
@@ -78,10 +71,10 @@ impl Kinematics {
             &(so3::left_jacobian(&turn) * dt),
             dt,
         );
-        state.covariance += white_acceleration(dt, restlessness);
+        state.covariance += white_acceleration(dt, process_noise_psd);
         state.motion.advance(dt);
         if let Some(clocks) = &mut state.clocks {
-            clocks.wander(dt, restlessness.clocks);
+            clocks.wander(dt, process_noise_psd.clocks);
         }
         state
     }
@@ -119,7 +112,7 @@ impl Kinematics {
     }
 }
 
-impl Kinematics {
+impl ObjectState {
     /// Makes the camera's offset a part of the state, if there is room and it is not one already.
     pub fn know_clock(&mut self, camera_index: usize, prior: ClockOffset) {
         let clocks = self.clocks.get_or_insert_default();
@@ -146,7 +139,7 @@ impl Kinematics {
     }
 
     /// Whether the clocks of some cameras agree, if `prior_s` (one sigma) was known before; `None` where none is estimated.
-    pub fn clock_agreement(&self, prior_s: f64, among: &[usize]) -> Option<Agreement> {
+    pub fn clock_agreement(&self, prior_s: f64, among: &[usize]) -> Option<Synchrony> {
         let clocks = self.clocks.as_deref()?;
         let covariance = clocks.own + self.clock_bias_covariance();
         clocks.agreement(&covariance, prior_s, among)
@@ -158,7 +151,7 @@ impl Kinematics {
     }
 }
 
-impl Kinematics {
+impl ObjectState {
     /// Where root and joints are.
     pub fn configuration(&self) -> Configuration {
         let mut at = Configuration::rigid(&self.pose);
@@ -171,23 +164,23 @@ impl Kinematics {
     }
 }
 
-impl Kinematics {
+impl ObjectState {
     /// Notes what lasting errors did in an update.
-    pub fn consider<const D: usize>(&mut self, gain: &Gain<D>, parts: &[Part<D>]) {
+    pub fn consider<const D: usize>(&mut self, gain: &UpdateGain<D>, parts: &[BiasGradient<D>]) {
         let considered = self.considered.get_or_insert_default();
         considered.take(gain, parts, self.clocks.as_deref());
         considered.forget(&self.covariance.diagonal(), parts);
     }
 
     /// By how much the covariance that is told is larger than that of the filter: as far as the last views brought it about.
-    pub fn own_told(&self) -> f64 {
-        1.0 + (OF_FISHER - 1.0) * self.news
+    pub fn covariance_inflation(&self) -> f64 {
+        1.0 + (OF_FISHER - 1.0) * self.information_gain
     }
 
     /// Covariance of the pose, with what is wrong for good.
     pub fn pose_covariance(&self) -> Matrix6<f64> {
         let own = self.covariance.fixed_view::<6, 6>(0, 0).into_owned();
-        own * self.own_told() + self.lasting_covariance::<6>()
+        own * self.covariance_inflation() + self.bias_covariance_of::<6>()
     }
 
     /// What errors that last do to a link's pose as a view by a camera shows it: through the state and in the view itself, whose own
@@ -196,8 +189,8 @@ impl Kinematics {
         &self,
         camera_index: usize,
         link: Option<&SMatrix<f64, 6, D>>,
-        mut own: Vec<Displacing>,
-    ) -> Vec<Displacing> {
+        mut own: Vec<BiasJacobian>,
+    ) -> Vec<BiasJacobian> {
         let acting = self.considered.iter().flat_map(|all| &all.sources);
         let clocks = self.clocks.as_deref();
         let clock = clocks.and_then(|clocks| Some((clocks, clocks.slot(camera_index)?)));
@@ -211,7 +204,7 @@ impl Kinematics {
             };
             match own.iter_mut().find(|own| own.source == one.source) {
                 Some(own) => own.by += by,
-                None => own.push(Displacing {
+                None => own.push(BiasJacobian {
                     source: one.source,
                     variance: one.variance,
                     by,
@@ -224,7 +217,7 @@ impl Kinematics {
     /// Covariance of the clocks' offsets by what is wrong for good.
     pub(crate) fn clock_bias_covariance(&self) -> Own {
         let acting = self.considered.iter().flat_map(|all| &all.sources);
-        let caused = |one: &Acting| {
+        let caused = |one: &ConsiderState| {
             let of_clocks = one.of_clocks.as_deref()?;
             Some(of_clocks * Matrix6::from_diagonal(&one.variance) * of_clocks.transpose())
         };
@@ -232,7 +225,7 @@ impl Kinematics {
     }
 
     /// Covariance of the configuration by what is wrong for good.
-    pub fn lasting_covariance<const D: usize>(&self) -> SMatrix<f64, D, D> {
+    pub fn bias_covariance_of<const D: usize>(&self) -> SMatrix<f64, D, D> {
         let considered = self.considered.as_ref();
         considered.map_or_else(SMatrix::zeros, |considered| considered.covariance())
     }

@@ -7,18 +7,18 @@ use sextant_tag_families::Family;
 
 use crate::filter::covariance::Covariance;
 use crate::filter::least_squares::{Fit, solve};
-use crate::filter::observed_configuration::Vantage;
-use crate::filter::process_noise::{Motion, Restlessness};
-use crate::filter::state::Kinematics;
-use crate::filter::update::absorb;
+use crate::filter::observed_configuration::ObservationTime;
+use crate::filter::process_noise::{ProcessNoise, ProcessNoisePsd};
+use crate::filter::state::ObjectState;
+use crate::filter::update::update;
 use crate::kinematics::configuration::Configuration;
-use crate::measurement::corners::{PosedCamera, Sight, View};
+use crate::measurement::corners::{CalibratedCamera, TagView, WeightedView};
 use crate::measurement::edge_modes::{EdgeModes, Matrix8, NoiseFactors};
-use crate::measurement::rolling_shutter::Moving;
+use crate::measurement::rolling_shutter::LinkMotion;
 use crate::measurement::view_equations::NoiseSource;
 use crate::{ClockOffset, TagCorners, TagId};
 
-fn camera() -> PosedCamera {
+fn camera() -> CalibratedCamera {
     let intrinsics = Intrinsics {
         fx: 600.0,
         fy: 590.0,
@@ -28,7 +28,7 @@ fn camera() -> PosedCamera {
     let lens = Lens::brown_conrady(intrinsics, [-0.2, 0.05, 0.001, -0.0005, 0.0]).unwrap();
     // Looks down from 1 m above the world's origin, a little askew.
     let turn = Vector3::new(std::f64::consts::PI - 0.1, 0.05, 0.0);
-    PosedCamera::new(lens, &Pose::new(Vector3::new(0.05, -0.02, 1.0), turn), None)
+    CalibratedCamera::new(lens, &Pose::new(Vector3::new(0.05, -0.02, 1.0), turn), None)
 }
 
 fn object() -> Pose {
@@ -36,7 +36,7 @@ fn object() -> Pose {
 }
 
 /// A view of a tag of 5 cm, its corners off the truth by `off`.
-fn view(camera: &PosedCamera, object_from_tag: Pose, off: [Vector2<f64>; 4]) -> View {
+fn view(camera: &CalibratedCamera, object_from_tag: Pose, off: [Vector2<f64>; 4]) -> TagView {
     let corners_in_object = tag_corners_in_tag(0.05).map(|corner| object_from_tag * corner);
     let project = |index: usize| {
         let in_camera = camera.camera_from_world * object() * corners_in_object[index];
@@ -44,12 +44,12 @@ fn view(camera: &PosedCamera, object_from_tag: Pose, off: [Vector2<f64>; 4]) -> 
     };
     let corners_in_image = [0, 1, 2, 3].map(|index| Point2::from(project(index)));
     let covariance = Matrix2::new(0.01, 0.002, 0.002, 0.008);
-    View {
+    TagView {
         tag: TagId {
             family: Family::Tag36h11,
             id: 0,
         },
-        limb: None,
+        chain_link: None,
         size_m: 0.05,
         object_from_tag,
         corners_in_object,
@@ -63,7 +63,7 @@ fn view(camera: &PosedCamera, object_from_tag: Pose, off: [Vector2<f64>; 4]) -> 
             corner_covariance: [covariance; 4],
             corner_cross_covariance: [Matrix2::zeros(); 6],
         },
-        bow: None,
+        distortion_bias: None,
         information: [covariance.try_inverse().unwrap(); 4],
         edges: EdgeModes::new(&corners_in_image, &of_all(&covariance)).unwrap(),
         is_joint: false,
@@ -82,8 +82,8 @@ fn of_all(covariance: &Matrix2<f64>) -> Matrix8 {
     Matrix8::from_fn(of)
 }
 
-fn sight<'a>(camera: &'a PosedCamera, view: &'a View) -> Sight<'a> {
-    Sight::new(
+fn weighted<'a>(camera: &'a CalibratedCamera, view: &'a TagView) -> WeightedView<'a> {
+    WeightedView::new(
         0,
         camera,
         view,
@@ -98,15 +98,15 @@ fn sight<'a>(camera: &'a PosedCamera, view: &'a View) -> Sight<'a> {
     )
 }
 
-fn by(camera_index: usize) -> Vantage {
-    Vantage {
+fn by(camera_index: usize) -> ObservationTime {
+    ObservationTime {
         camera_index,
         apart_s: 0.0,
     }
 }
 
-fn still(pose: &Pose) -> Moving {
-    Moving {
+fn still(pose: &Pose) -> LinkMotion {
+    LinkMotion {
         pose: *pose,
         twist: None,
     }
@@ -117,24 +117,24 @@ fn small_offsets() -> [Vector2<f64>; 4] {
 }
 
 /// A state about the truth, with correlations between pose and twist.
-fn state(offset: &Vector6<f64>) -> Kinematics {
+fn state(offset: &Vector6<f64>) -> ObjectState {
     let mixing =
         SMatrix::<f64, 12, 12>::from_fn(|row, column| ((row * 7 + column * 3) as f64).sin());
     let covariance = Covariance::identity() * 1e-4 + mixing * mixing.transpose() * 2e-5;
-    let restlessness = Restlessness {
+    let process_noise_psd = ProcessNoisePsd {
         linear: 0.05,
         angular: 0.5,
         clocks: 1e-9,
     };
-    Kinematics {
+    ObjectState {
         pose: se3::perturb(&object(), offset),
         twist: Vector6::new(0.2, -0.1, 0.05, 1.0, -0.5, 0.7),
         covariance,
         clocks: None,
         joints: None,
         considered: None,
-        news: 0.0,
-        motion: Motion::new(restlessness),
+        information_gain: 0.0,
+        motion: ProcessNoise::new(process_noise_psd),
     }
 }
 
@@ -150,14 +150,14 @@ fn the_gradient_of_the_corners_is_that_of_their_cost() {
         Pose::translation(0.02, -0.01, 0.03),
         small_offsets(),
     );
-    let sight = sight(&camera, &view);
+    let weighted = weighted(&camera, &view);
     let pose = se3::perturb(&object(), &(small_step() * 0.01));
-    let normal = sight.normal(&still(&pose)).unwrap();
+    let normal = weighted.normal(&still(&pose)).unwrap();
     for axis in 0..6 {
         let step = Vector6::ith(axis, 1e-6);
         let cost = |step: &Vector6<f64>| {
             let stepped = still(&se3::perturb(&pose, step));
-            sight.normal(&stepped).unwrap().chi2
+            weighted.normal(&stepped).unwrap().chi2
         };
         let slope = (cost(&step) - cost(&-step)) / 2e-6;
         let gradient = 2.0 * normal.gradient[axis];
@@ -177,16 +177,16 @@ fn a_rolling_shutters_gradient_by_pose_and_twist_is_that_of_its_cost() {
         small_offsets(),
     );
     view.after_s = Some([-0.004, 0.001, 0.007, 0.02]);
-    let sight = sight(&camera, &view);
+    let weighted = weighted(&camera, &view);
     let mut at = Configuration::rigid(&object());
     at.rates.twist = Vector6::new(0.003, -0.002, 0.001, 0.02, -0.01, 0.015);
-    let normal = sight.normal(&view.moving(&at)).unwrap();
+    let normal = weighted.normal(&view.moving(&at)).unwrap();
     let rolling = normal.rolling.unwrap();
     for place in 0..12 {
         let step = SVector::<f64, 12>::ith(place, 1e-6);
         let cost = |step: &SVector<f64, 12>| {
             let moving = view.moving(&at.perturbed(step));
-            sight.normal(&moving).unwrap().chi2
+            weighted.normal(&moving).unwrap().chi2
         };
         let slope = (cost(&step) - cost(&-step)) / 2e-6;
         let gradient = 2.0
@@ -205,12 +205,12 @@ fn a_rolling_shutters_gradient_by_pose_and_twist_is_that_of_its_cost() {
 fn the_fit_is_where_prior_and_corners_balance() {
     let camera = camera();
     let view = view(&camera, Pose::identity(), small_offsets());
-    let sight = sight(&camera, &view);
+    let weighted = weighted(&camera, &view);
     let prior = state(&small_step()).observed::<6>(0).prior().unwrap();
-    let fit = solve(&prior, &[sight], &prior.configuration).unwrap();
+    let fit = solve(&prior, &[weighted], &prior.configuration).unwrap();
     let cost = |step: Vector6<f64>| {
         let at = fit.configuration.perturbed(&step);
-        prior.surprise(&at) + sight.chi2(&at)
+        prior.nis(&at) + weighted.chi2(&at)
     };
     let sigma = (prior.information + fit.information).try_inverse().unwrap();
     for axis in 0..6 {
@@ -235,9 +235,10 @@ fn a_wrong_corner_pulls_little() {
         ),
         view(&camera, Pose::identity(), off),
     ];
-    let sights: Vec<Sight<'_>> = others.iter().map(|view| sight(&camera, view)).collect();
+    let weighted_views: Vec<WeightedView<'_>> =
+        others.iter().map(|view| weighted(&camera, view)).collect();
     let prior = state(&small_step()).observed::<6>(0).prior().unwrap();
-    let fit = solve(&prior, &sights, &prior.configuration).unwrap();
+    let fit = solve(&prior, &weighted_views, &prior.configuration).unwrap();
     assert!(se3::difference(&fit.configuration.pose, &object()).norm() < 0.01);
 }
 
@@ -262,7 +263,8 @@ fn the_predicted_covariance_is_that_of_predicted_errors() {
         .map(|axis| moved(&(SMatrix::ith(axis, 1e-6))) / 1e-6)
         .collect();
     let transition = SMatrix::<f64, 12, 12>::from_columns(&columns);
-    let noise = crate::filter::covariance::white_acceleration(dt, before.motion.restlessness(dt));
+    let noise =
+        crate::filter::covariance::white_acceleration(dt, before.motion.process_noise_psd(dt));
     let expected = transition * before.covariance * transition.transpose() + noise;
     assert!((after.covariance - expected).amax() < 1e-9);
 }
@@ -273,7 +275,7 @@ fn fit_at(pose: Pose, information: Matrix6<f64>) -> Fit<6> {
         configuration: Configuration::rigid(&pose),
         information,
         views: Vec::new(),
-        surprise: 0.0,
+        nis: 0.0,
         cost: 0.0,
     }
 }
@@ -291,7 +293,7 @@ fn absorbing_is_the_dense_kalman_update() {
             .unwrap();
     let step = gain * seen;
     let pose = se3::perturb(&before.pose, &step.fixed_rows::<6>(0).into_owned());
-    let after = absorb(&before, by(0), &fit_at(pose, information))
+    let after = update(&before, by(0), &fit_at(pose, information))
         .unwrap()
         .state;
     let dense = before.covariance - gain * before.covariance.fixed_rows::<6>(0);
@@ -329,7 +331,7 @@ fn an_offset_is_learned_from_where_the_camera_sees_the_body() {
         },
     );
     let pose = se3::perturb(&known.pose, &(known.twist * -0.008));
-    let after = absorb(&known, by(1), &fit_at(pose, Matrix6::identity() * 1e8))
+    let after = update(&known, by(1), &fit_at(pose, Matrix6::identity() * 1e8))
         .unwrap()
         .state;
     let (camera, offset) = after.clock_offsets().into_iter().next().unwrap();

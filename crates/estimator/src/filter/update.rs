@@ -9,36 +9,34 @@
 use nalgebra::{Cholesky, Const, Matrix6, SMatrix, Vector3};
 use sextant_geometry::{se3, so3};
 
-use crate::filter::covariance::With;
-use crate::filter::covariance::symmetric;
-use crate::filter::least_squares::Fit;
-use crate::filter::least_squares::Prior;
-use crate::filter::observed_configuration::{Observed, Vantage};
+use crate::filter::covariance::{CrossCovariance, symmetric};
+use crate::filter::least_squares::{Fit, Prior};
+use crate::filter::observed_configuration::{ObservationTime, ObservedConfiguration};
 use crate::filter::process_noise::Innovation;
-use crate::filter::state::Kinematics;
+use crate::filter::state::ObjectState;
 use crate::kinematics::configuration::joint_places;
-use crate::measurement::biases::Displacing;
-use crate::measurement::corners::Sight;
+use crate::measurement::biases::BiasJacobian;
+use crate::measurement::corners::WeightedView;
 
 type Factor<const D: usize> = Cholesky<f64, Const<D>>;
 
 /// A state that has taken a fit in.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Absorbed<const D: usize> {
-    pub state: Kinematics,
+pub(crate) struct Updated<const D: usize> {
+    pub state: ObjectState,
     /// ln det(I + S L): how much the corners narrowed the prior; its half is the Occam factor of the evidence.
     pub narrowing: f64,
     /// M.
-    with: With<D>,
+    with: CrossCovariance<D>,
     /// (I + S L)⁻¹.
     left: SMatrix<f64, D, D>,
 }
 
-impl<const D: usize> Absorbed<D> {
+impl<const D: usize> Updated<D> {
     /// By how much the parts of the state follow a gradient of the corners: (I + S L)⁻¹ M, transposed. That is H P⁺ where S is no
     /// more than H P Hᵀ.
-    pub fn gain(&self) -> With<D> {
-        let mut gain = With {
+    pub fn gain(&self) -> CrossCovariance<D> {
+        let mut gain = CrossCovariance {
             motion: self.left * self.with.motion,
             joints: SMatrix::zeros(),
             clocks: SMatrix::zeros(),
@@ -54,11 +52,11 @@ impl<const D: usize> Absorbed<D> {
 }
 
 /// The state after the fit to what the camera saw; `None` where numbers end.
-pub(crate) fn absorb<const D: usize>(
-    before: &Kinematics,
-    vantage: Vantage,
+pub(crate) fn update<const D: usize>(
+    before: &ObjectState,
+    vantage: ObservationTime,
     fit: &Fit<D>,
-) -> Option<Absorbed<D>> {
+) -> Option<Updated<D>> {
     let expected = before.observed_from::<D>(vantage);
     let off = fit.configuration.difference::<D>(&expected.configuration);
     let pull = Factor::<D>::new(expected.covariance)?.solve(&off);
@@ -67,7 +65,7 @@ pub(crate) fn absorb<const D: usize>(
     state.pose = se3::perturb(&before.pose, &step.fixed_rows::<6>(0).into_owned());
     state.twist += step.fixed_rows::<6>(6);
     if let Some(clocks) = &mut state.clocks {
-        clocks.hear(vantage.camera_index);
+        clocks.record(vantage.camera_index);
         clocks.shift(&(expected.with.clocks.transpose() * pull));
     }
     if let Some(joints) = &mut state.joints {
@@ -75,16 +73,16 @@ pub(crate) fn absorb<const D: usize>(
     }
     reset(&mut state, &step.fixed_rows::<3>(3).into_owned());
     let expected = state.observed_from(vantage);
-    let narrowed = narrow(&mut state, &expected, &fit.information)?;
+    let narrowed = update_covariance(&mut state, &expected, &fit.information)?;
     let innovation = Innovation {
         pull,
         weight: narrowed.weight,
         information: narrowed.information,
     };
-    state.news = 1.0 - narrowed.left.trace() / D as f64;
+    state.information_gain = 1.0 - narrowed.left.trace() / D as f64;
     state.motion.learn(&innovation);
     learn_joints(&mut state, &innovation);
-    state.is_finite().then_some(Absorbed {
+    state.is_finite().then_some(Updated {
         state,
         narrowing: narrowed.narrowing,
         with: expected.with,
@@ -92,7 +90,7 @@ pub(crate) fn absorb<const D: usize>(
     })
 }
 
-fn learn_joints<const D: usize>(state: &mut Kinematics, innovation: &Innovation<D>) {
+fn learn_joints<const D: usize>(state: &mut ObjectState, innovation: &Innovation<D>) {
     let spread = state.motion.spread();
     let Some(joints) = &mut state.joints else {
         return;
@@ -106,7 +104,7 @@ fn learn_joints<const D: usize>(state: &mut Kinematics, innovation: &Innovation<
 }
 
 /// The prior covariance about the new attitude: dr' = J_l(turn) dr.
-fn reset(state: &mut Kinematics, turn: &Vector3<f64>) {
+fn reset(state: &mut ObjectState, turn: &Vector3<f64>) {
     let jacobian = so3::left_jacobian(turn);
     let rows = jacobian * state.covariance.fixed_rows::<3>(3);
     state.covariance.fixed_rows_mut::<3>(3).copy_from(&rows);
@@ -126,7 +124,7 @@ fn reset(state: &mut Kinematics, turn: &Vector3<f64>) {
 }
 
 /// What became of the prediction.
-struct Narrowed<const D: usize> {
+struct CovarianceUpdate<const D: usize> {
     narrowing: f64,
     /// Inverses of the innovation's covariance and of the prediction's.
     weight: SMatrix<f64, D, D>,
@@ -135,11 +133,11 @@ struct Narrowed<const D: usize> {
 }
 
 /// Takes the information in.
-fn narrow<const D: usize>(
-    state: &mut Kinematics,
-    expected: &Observed<D>,
+fn update_covariance<const D: usize>(
+    state: &mut ObjectState,
+    expected: &ObservedConfiguration<D>,
     information: &SMatrix<f64, D, D>,
-) -> Option<Narrowed<D>> {
+) -> Option<CovarianceUpdate<D>> {
     let identity = SMatrix::<f64, D, D>::identity();
     let c = Factor::<D>::new(expected.covariance)?.unpack();
     let b = Factor::<D>::new(symmetric(&(identity + c.transpose() * information * c)))?;
@@ -161,13 +159,13 @@ fn narrow<const D: usize>(
     if let Some(clocks) = &mut state.clocks {
         let own = c.solve_lower_triangular(&expected.with.clocks)?;
         clocks.cross -= by_motion.transpose() * own;
-        clocks.narrow(&(own.transpose() * taken * own));
+        clocks.update_covariance(&(own.transpose() * taken * own));
     }
     let logarithms = (0..D).map(|place| b.l_dirty()[(place, place)].ln());
     let narrowing = 2.0 * logarithms.sum::<f64>();
     let whitened = c.solve_lower_triangular(&identity)?;
     let weight = whitened.transpose() * taken * whitened;
-    Some(Narrowed {
+    Some(CovarianceUpdate {
         narrowing,
         weight,
         information: whitened.transpose() * whitened,
@@ -181,16 +179,16 @@ const AS_STATED: f64 = 12.6;
 /// By how much a fit surprises the state: its squared Mahalanobis distance from what was expected, with what errors that last may make
 /// of either where that explains it. The view is one of those that were fitted; of several cameras' all share what the first one's
 /// error may be.
-pub(crate) fn surprise<const D: usize>(
-    before: &Kinematics,
+pub(crate) fn nis<const D: usize>(
+    before: &ObjectState,
     expected: &Prior<D>,
     fit: &Fit<D>,
-    sight: &Sight<'_>,
+    weighted: &WeightedView<'_>,
 ) -> f64 {
-    let own = sight.displacing(&fit.configuration.pose);
+    let own = weighted.displacing(&fit.configuration.pose);
     let own = own.filter(|one| one.of_camera().is_some()).collect();
-    let displacing = before.displacing::<6>(sight.camera_index, None, own);
-    let lasting: Matrix6<f64> = displacing.iter().map(Displacing::covariance).sum();
+    let displacing = before.displacing::<6>(weighted.camera_index, None, own);
+    let lasting: Matrix6<f64> = displacing.iter().map(BiasJacobian::covariance).sum();
     let apart = || {
         let mut covariance = expected.information.try_inverse()?;
         let mut of_pose = covariance.fixed_view_mut::<6, 6>(0, 0);
@@ -200,5 +198,5 @@ pub(crate) fn surprise<const D: usize>(
         Some(off.dot(&factor.solve(&off)))
     };
     let apart = apart().filter(|apart| *apart < AS_STATED);
-    apart.unwrap_or(fit.surprise)
+    apart.unwrap_or(fit.nis)
 }

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use crate::fusion::Fusion;
-use crate::self_calibration::keyframes::{Keyframe, KeyframeView, Way};
+use crate::self_calibration::keyframes::{Keyframe, KeyframeView, RelativeMotion};
 use crate::site::{ObjectImage, Site};
 use crate::tracker::timeline::Timeline;
 use crate::tracker::track::Track;
@@ -108,14 +108,17 @@ fn keyframes(
     for image in images {
         for view in &image.views {
             let way = motion.between([images[0], image], view, options);
-            let way = way.map(|(step, covariance)| Way { step, covariance });
-            if way.as_ref().is_some_and(Way::is_long) {
+            let way = way.map(|(step, covariance)| RelativeMotion { step, covariance });
+            if way.as_ref().is_some_and(RelativeMotion::is_long) {
                 continue;
             }
             let Some(whitened) = site.for_calibration(view, options) else {
                 continue;
             };
-            let link = view.limb.as_ref().map_or(0, |limb| limb.link);
+            let link = view
+                .chain_link
+                .as_ref()
+                .map_or(0, |chain_link| chain_link.link);
             let keyframe = bodies.entry(link).or_insert_with(|| {
                 let pose = motion.pose(view);
                 Keyframe {
@@ -130,7 +133,7 @@ fn keyframes(
             keyframe.views.push(KeyframeView {
                 camera_index: image.camera_index,
                 view: whitened,
-                bowed: motion.bowed(image.camera_index),
+                distortion_share: motion.distortion_share(image.camera_index),
                 twist: view.after_s.map(|_| motion.twist(view)),
                 way,
             });

@@ -2,9 +2,9 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use crate::clocks::offset_search::Timely;
+use crate::clocks::offset_search::Arrival;
 use crate::fusion::{Fusion, faults};
-use crate::site::Sorted;
+use crate::site::AssociatedImage;
 use crate::tracker::timeline::Timeline;
 use crate::{CameraId, ClockOffset, ImageObservation};
 
@@ -19,7 +19,7 @@ const LOOK_NS: u64 = 100_000_000;
 
 impl Fusion {
     /// The image with its stamp put right, unless it is kept from the tracks.
-    pub(crate) fn righted(
+    pub(crate) fn correct_timestamp(
         &mut self,
         now_ns: u64,
         image: &ImageObservation,
@@ -29,7 +29,7 @@ impl Fusion {
             return Some(image);
         };
         self.clock_search.right(index, &mut image);
-        self.clock_search.hear(index, now_ns, image.capture_ns);
+        self.clock_search.record(index, now_ns, image.capture_ns);
         let stated_s = image.clock_error_ns as f64 * 1e-9;
         let vouched = stated_s <= self.options.right_clock_s;
         self.clock_search.note_vouched(index, vouched);
@@ -40,14 +40,19 @@ impl Fusion {
         if !ahead && !aside {
             return Some(image);
         }
-        let sorted = self.site.sort(index, &image, &self.options);
+        let associated = self.site.associate(index, &image, &self.options);
         self.intake.count_untimely(&image, now_ns);
-        self.look_at_clock(index, &sorted, Timely::No);
+        self.look_at_clock(index, &associated, Arrival::No);
         None
     }
 
     /// What an image says about the clocks, once it is taken in or not.
-    pub(crate) fn look_at_clock(&mut self, camera_index: usize, sorted: &Sorted, timely: Timely) {
+    pub(crate) fn look_at_clock(
+        &mut self,
+        camera_index: usize,
+        associated: &AssociatedImage,
+        timely: Arrival,
+    ) {
         let now_ns = self.now_ns;
         self.clock_search.count(camera_index, now_ns, timely);
         let contradicted = self.health.contradicted_cameras();
@@ -57,7 +62,7 @@ impl Fusion {
             .chain(self.health.clocks());
         self.clock_search.suspect(now_ns, suspects);
         self.clock_search
-            .watch(camera_index, sorted, &self.site, &self.options);
+            .watch(camera_index, associated, &self.site, &self.options);
         let found = self.clock_search.look(now_ns);
         if !found.is_empty() {
             self.begin_anew();

@@ -2,8 +2,8 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use crate::clocks::offset_search::ClockSearch;
-use crate::diagnosis::{Health, Moved};
+use crate::clocks::offset_search::OffsetSearch;
+use crate::diagnosis::{Diagnosis, MovedCamera};
 use crate::fault::Fault;
 use crate::site::Site;
 use crate::{CameraId, ClockOffset};
@@ -22,14 +22,14 @@ pub(crate) fn is_off(clock: &ClockOffset) -> bool {
 /// yet be a clock, for which arrivals that have changed speak, too.
 pub(crate) fn all(
     site: &Site,
-    health: &Health,
+    health: &Diagnosis,
     clocks: &BTreeMap<CameraId, ClockOffset>,
-    search: &ClockSearch,
+    search: &OffsetSearch,
     now_ns: u64,
 ) -> Vec<Fault> {
     let is_sure = !search.is_young(now_ns);
     let camera = |index: usize| site.camera_id(index);
-    let is_timely = |one: &Moved| one.timely && !search.is_out_of_step(one.camera);
+    let is_timely = |one: &MovedCamera| one.timely && !search.is_out_of_step(one.camera);
     let moved = health.moved_cameras();
     let moved = moved.filter(|one| is_sure || is_timely(one));
     let moved = moved.filter_map(|one| {
@@ -51,32 +51,32 @@ pub(crate) fn all(
             None => Fault::TagMisplaced { object, tag },
         })
     });
-    let strays = health.strays().filter_map(|(object, tag, on)| {
+    let misplaced_tags = health.misplaced_tags().filter_map(|(object, tag, on)| {
         Some(Fault::TagElsewhere {
             object: site.objects().get(object)?.clone(),
             tag,
             on: on.and_then(|on| site.objects().get(on).cloned()),
         })
     });
-    let twins = health.twins().filter_map(|(index, tag)| {
+    let duplicate_tags = health.duplicate_tags().filter_map(|(index, tag)| {
         Some(Fault::DuplicateTag {
             camera: camera(index)?,
             tag,
         })
     });
-    let tags = wrong.chain(strays);
+    let tags = wrong.chain(misplaced_tags);
     let mut all: Vec<Fault> = moved.chain(tags).collect();
     all.extend(of_clocks(site, health, clocks, search, now_ns));
-    all.extend(twins);
+    all.extend(duplicate_tags);
     all
 }
 
 /// Clocks that are steadily off, then cameras whose images are of no use for their age.
 fn of_clocks(
     site: &Site,
-    health: &Health,
+    health: &Diagnosis,
     clocks: &BTreeMap<CameraId, ClockOffset>,
-    search: &ClockSearch,
+    search: &OffsetSearch,
     now_ns: u64,
 ) -> Vec<Fault> {
     let is_sure = !search.is_young(now_ns);

@@ -2,12 +2,12 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use crate::site::{Site, Sorted};
+use crate::site::{AssociatedImage, Site};
 use crate::{CameraId, CameraStatistics, FusionOptions, ImageObservation, Statistics};
 
 /// Checks images against what came before, and counts.
 #[derive(Debug)]
-pub(crate) struct Intake {
+pub(crate) struct ImageIntake {
     statistics: Statistics,
     /// Capture times of each camera's images within the window, to know duplicates.
     recent_ns: BTreeMap<CameraId, BTreeSet<u64>>,
@@ -21,7 +21,7 @@ const LEAST_INTERVAL_NS: u64 = 2_000_000;
 /// Most capture times remembered of a camera, however long the window.
 const MOST_RECENT: usize = 4096;
 
-impl Intake {
+impl ImageIntake {
     pub fn new(site: &Site) -> Self {
         let mut intake = Self {
             statistics: Statistics::default(),
@@ -83,7 +83,7 @@ impl Intake {
         image: &ImageObservation,
         site: &Site,
         options: &FusionOptions,
-    ) -> Option<Sorted> {
+    ) -> Option<AssociatedImage> {
         let Some((index, camera)) = site.camera(&image.camera) else {
             self.statistics.unknown_cameras += 1;
             return None;
@@ -93,13 +93,13 @@ impl Intake {
             return None;
         }
         self.check_time(now_ns, image, options)?;
-        let sorted = site.sort(index, image, options);
+        let associated = site.associate(index, image, options);
         let counts = self.counts(&image.camera);
         counts.images += 1;
-        counts.unknown_tags += sorted.unknown_tags;
-        counts.damaged_tags += sorted.damaged_tags;
+        counts.unknown_tags += associated.unknown_tags;
+        counts.damaged_tags += associated.damaged_tags;
         counts.last_capture_ns = counts.last_capture_ns.max(image.capture_ns);
-        Some(sorted)
+        Some(associated)
     }
 
     fn check_time(

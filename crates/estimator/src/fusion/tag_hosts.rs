@@ -3,17 +3,17 @@
 use crate::ObjectModel;
 use crate::fusion::Fusion;
 use crate::measurement::ray::Ray;
-use crate::tracker::finalised_views::Elsewhere;
-use crate::tracker::timeline::Settled;
+use crate::tracker::finalised_views::SeenOn;
+use crate::tracker::timeline::FinalisedInstant;
 
 impl Fusion {
     /// Notes on which other object the far-off tags of an instant are.
-    pub(crate) fn find_strays(&self, object: usize, instant: &mut Settled) {
+    pub(crate) fn find_hosts(&self, object: usize, instant: &mut FinalisedInstant) {
         for view in &mut instant.views {
             let host = |ray: Ray| self.object_on(&ray, object, instant.time_ns);
             view.elsewhere = view
                 .ray
-                .map(|ray| host(ray).map_or(Elsewhere::Nowhere, Elsewhere::On));
+                .map(|ray| host(ray).map_or(SeenOn::Nowhere, SeenOn::On));
         }
     }
 

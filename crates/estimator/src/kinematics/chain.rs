@@ -35,7 +35,7 @@ enum Direction {
 
 /// The links of an object, and the ways between them.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Chain {
+pub(crate) struct KinematicChain {
     pub articulation: Articulation,
     /// From link to link.
     ways: Vec<Vec<Vec<Step>>>,
@@ -43,12 +43,12 @@ pub(crate) struct Chain {
 
 /// One link of an object.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Limb {
-    pub chain: Arc<Chain>,
+pub(crate) struct ChainLink {
+    pub chain: Arc<KinematicChain>,
     pub link: usize,
 }
 
-impl Chain {
+impl KinematicChain {
     pub fn new(articulation: &Articulation) -> Self {
         let links = articulation.links().len();
         let out: Vec<Vec<Step>> = (0..links)
@@ -175,7 +175,7 @@ impl Chain {
     }
 }
 
-impl Limb {
+impl ChainLink {
     pub fn world_from_link(&self, at: &Configuration) -> Pose {
         self.chain.world_from_link(at, self.link)
     }
@@ -254,7 +254,7 @@ mod tests {
     }
 
     /// a - b (revolute) - c (fixed) - d (prismatic), and e on a (revolute).
-    fn tree() -> Chain {
+    fn tree() -> KinematicChain {
         let links = ["a", "b", "c", "d", "e"].map(|name| LinkId::new(name).unwrap());
         let joints = vec![
             joint("slide", JointKind::Prismatic, "c", "d"),
@@ -262,7 +262,7 @@ mod tests {
             joint("turn", JointKind::Revolute, "a", "b"),
             joint("other", JointKind::Revolute, "a", "e"),
         ];
-        Chain::new(&Articulation::new(links.to_vec(), joints).unwrap())
+        KinematicChain::new(&Articulation::new(links.to_vec(), joints).unwrap())
     }
 
     fn somewhere() -> Configuration {

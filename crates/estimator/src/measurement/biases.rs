@@ -3,17 +3,15 @@
 use nalgebra::{Matrix6, SMatrix, Vector3, Vector6};
 use sextant_geometry::Pose;
 
-use crate::LensSigma;
-use crate::PoseSigma;
-use crate::TagId;
 use crate::kinematics::configuration::Configuration;
-use crate::measurement::corners::Sight;
+use crate::measurement::corners::WeightedView;
 use crate::measurement::edge_modes::product;
-use crate::measurement::view_equations::Normal;
+use crate::measurement::view_equations::ViewEquations;
+use crate::{LensSigma, PoseSigma, TagId};
 
 /// What may be wrong.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Source {
+pub(crate) enum BiasSource {
     /// The pose of the camera of that index.
     Camera(usize),
     /// Its lens.
@@ -24,8 +22,8 @@ pub(crate) enum Source {
 
 /// What the corners that a source displaces said in an update.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Part<const D: usize> {
-    pub source: Source,
+pub(crate) struct BiasGradient<const D: usize> {
+    pub source: BiasSource,
     pub variance: Vector6<f64>,
     /// J^T W dr/de about what was seen; of the rates nothing, which the few milliseconds of an image hardly matter for.
     pub pull: SMatrix<f64, D, 6>,
@@ -33,8 +31,8 @@ pub(crate) struct Part<const D: usize> {
 
 /// What an error of a source does to a link's pose as a view shows it.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Displacing {
-    pub source: Source,
+pub(crate) struct BiasJacobian {
+    pub source: BiasSource,
     pub variance: Vector6<f64>,
     pub by: Matrix6<f64>,
 }
@@ -55,15 +53,15 @@ impl LensSigma {
     }
 }
 
-impl Part<6> {
+impl BiasGradient<6> {
     /// About the configuration by which a link's pose changes so; `None` where it is the object's.
-    pub fn about<const D: usize>(&self, link: Option<&SMatrix<f64, 6, D>>) -> Part<D> {
+    pub fn about<const D: usize>(&self, link: Option<&SMatrix<f64, 6, D>>) -> BiasGradient<D> {
         let mut pull = SMatrix::<f64, D, 6>::zeros();
         match link {
             Some(link) => pull.copy_from(&link.tr_mul(&self.pull)),
             None => pull.fixed_rows_mut::<6>(0).copy_from(&self.pull),
         }
-        Part {
+        BiasGradient {
             source: self.source,
             variance: self.variance,
             pull,
@@ -71,7 +69,7 @@ impl Part<6> {
     }
 }
 
-impl<const D: usize> Part<D> {
+impl<const D: usize> BiasGradient<D> {
     /// Adds a part to those of the same source.
     pub fn join(self, parts: &mut Vec<Self>) {
         match parts.iter_mut().find(|other| other.source == self.source) {
@@ -81,11 +79,11 @@ impl<const D: usize> Part<D> {
     }
 }
 
-impl Displacing {
+impl BiasJacobian {
     /// The camera whose pose's error it is.
     pub fn of_camera(&self) -> Option<usize> {
         match self.source {
-            Source::Camera(camera) => Some(camera),
+            BiasSource::Camera(camera) => Some(camera),
             _ => None,
         }
     }
@@ -96,12 +94,12 @@ impl Displacing {
     }
 }
 
-impl Sight<'_> {
+impl WeightedView<'_> {
     /// What errors that last have contributed to this view, about the pose of the tag's link; `normal` is the view's there.
-    pub fn lasting(&self, seen: &Configuration, normal: &Normal) -> Vec<Part<6>> {
+    pub fn lasting(&self, seen: &Configuration, normal: &ViewEquations) -> Vec<BiasGradient<6>> {
         let world_from_link = self.view.world_from_link(seen);
         let displacing = self.displacing(&world_from_link);
-        let part = |one: Displacing| Part {
+        let part = |one: BiasJacobian| BiasGradient {
             source: one.source,
             variance: one.variance,
             pull: normal.information * one.by,
@@ -111,8 +109,8 @@ impl Sight<'_> {
             .camera
             .lens_sigma
             .zip(self.pulled_by_lens(seen, normal));
-        parts.extend(of_lens.map(|(sigma, pull)| Part {
-            source: Source::Lens(self.camera_index),
+        parts.extend(of_lens.map(|(sigma, pull)| BiasGradient {
+            source: BiasSource::Lens(self.camera_index),
             variance: sigma.variance(),
             pull,
         }));
@@ -120,14 +118,14 @@ impl Sight<'_> {
     }
 
     /// What errors of its camera's pose and of its tag's place do to the link's pose as this view shows it.
-    pub fn displacing(&self, world_from_link: &Pose) -> impl Iterator<Item = Displacing> {
-        let of_camera = self.camera.sigma.map(|sigma| Displacing {
-            source: Source::Camera(self.camera_index),
+    pub fn displacing(&self, world_from_link: &Pose) -> impl Iterator<Item = BiasJacobian> {
+        let of_camera = self.camera.sigma.map(|sigma| BiasJacobian {
+            source: BiasSource::Camera(self.camera_index),
             variance: sigma.variance(),
             by: by_camera(&(world_from_link.translation.vector - self.camera.centre)),
         });
-        let of_tag = self.view.tag_sigma.map(|sigma| Displacing {
-            source: Source::Tag(self.view.tag),
+        let of_tag = self.view.tag_sigma.map(|sigma| BiasJacobian {
+            source: BiasSource::Tag(self.view.tag),
             variance: sigma.variance(),
             by: by_tag(world_from_link, &self.view.object_from_tag),
         });
@@ -135,7 +133,7 @@ impl Sight<'_> {
     }
 
     /// J^T W dr/de for a pixel more of focal length and one of distortion.
-    fn pulled_by_lens(&self, seen: &Configuration, normal: &Normal) -> Option<Matrix6<f64>> {
+    fn pulled_by_lens(&self, seen: &Configuration, normal: &ViewEquations) -> Option<Matrix6<f64>> {
         self.camera.lens_sigma?;
         let linear = self.linearised(&self.view.moving(seen))?;
         let mut by_lens = [[0.0; 2]; 8];

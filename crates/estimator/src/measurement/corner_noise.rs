@@ -12,7 +12,7 @@ const USUAL_AREA: f64 = 400.0;
 const USUAL_BOUNDS: (f64, f64) = (0.1, 10.0);
 
 /// Of the corners of one view.
-pub(crate) struct StatedNoise {
+pub(crate) struct CornerNoise {
     /// Who says so.
     pub source: NoiseSource,
     /// Of each corner by itself, 1/px².
@@ -23,7 +23,7 @@ pub(crate) struct StatedNoise {
     pub is_joint: bool,
 }
 
-impl StatedNoise {
+impl CornerNoise {
     /// As stated, what is said of pairs only where it is the covariance of something; the usual noise where nothing or nonsense is
     /// stated. The floor and `misplaced`, in px², come on top. `None` where the corners enclose nothing.
     pub fn of(seen: &TagCorners, misplaced: f64, options: &FusionOptions) -> Option<Self> {

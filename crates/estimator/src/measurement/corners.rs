@@ -6,14 +6,12 @@
 use nalgebra::{Matrix2, Matrix2x3, Matrix3, Matrix6, Point2, Point3, Vector2, Vector3};
 use sextant_geometry::{Lens, Pose, tag_corners_in_tag};
 
-use crate::kinematics::chain::Limb;
+use crate::kinematics::chain::ChainLink;
 use crate::kinematics::configuration::Configuration;
-use crate::measurement::edge_modes::PoseRows;
-use crate::measurement::edge_modes::Slopes;
-use crate::measurement::edge_modes::{EdgeModes, NoiseFactors, Rows, product};
+use crate::measurement::edge_modes::{EdgeModes, NoiseFactors, PoseRows, Rows, Slopes, product};
 use crate::measurement::ray::Ray;
-use crate::measurement::rolling_shutter::{Moving, Passage, RollingShutter};
-use crate::measurement::view_equations::{NoiseSource, Normal, robust};
+use crate::measurement::rolling_shutter::{LinkMotion, RollingShutter, RowPose};
+use crate::measurement::view_equations::{NoiseSource, ViewEquations, robust};
 use crate::{ClockOffset, LensSigma, ObjectTag, PoseSigma, TagCorners, TagId};
 
 /// Twice the cost of a view that can't be seen from the pose: as bad as a view can be.
@@ -21,7 +19,7 @@ pub(crate) const UNSEEN: f64 = 1e3;
 
 /// A camera whose pose is known.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct PosedCamera {
+pub(crate) struct CalibratedCamera {
     pub lens: Lens,
     pub camera_from_world: Pose,
     /// How well its pose is known, where that is stated.
@@ -38,7 +36,7 @@ pub(crate) struct PosedCamera {
     turn: Matrix3<f64>,
 }
 
-impl PosedCamera {
+impl CalibratedCamera {
     pub fn new(lens: Lens, world_from_camera: &Pose, sigma: Option<PoseSigma>) -> Self {
         let camera_from_world = world_from_camera.inverse();
         let turn = camera_from_world.rotation.to_rotation_matrix().into_inner();
@@ -66,7 +64,7 @@ impl PosedCamera {
     }
 
     /// The ray through the middle of a view.
-    pub fn ray_to(&self, view: &View) -> Option<Ray> {
+    pub fn ray_to(&self, view: &TagView) -> Option<Ray> {
         let corners = view.corners_in_image.iter();
         let middle = corners.fold(Vector2::zeros(), |sum, corner| sum + corner.coords) / 4.0;
         let in_camera = self.lens.unproject(&Point2::from(middle)).ok()?;
@@ -78,12 +76,17 @@ impl PosedCamera {
 
     /// How a view's residuals go with the corners' distances from the tag's centre: sums over the corners of residual times
     /// distance, distance squared and residual squared, px². Seen minus expected is minus (ratio - 1) times the distance.
-    pub fn size_of(&self, view: &View, bowed: f64, at: &Configuration) -> Option<[f64; 3]> {
+    pub fn size_of(
+        &self,
+        view: &TagView,
+        distortion_share: f64,
+        at: &Configuration,
+    ) -> Option<[f64; 3]> {
         let link = view.moving(at);
         let centre = Point3::from(view.object_from_tag.translation.vector);
         let mut sums = [0.0; 3];
         for index in 0..4 {
-            let seen = view.corner(index, bowed);
+            let seen = view.corner(index, distortion_share);
             let passage = view.passage(index, &link);
             let world_from_link = passage.map_or(link.pose, |passage| passage.pose);
             let project = |point: &Point3<f64>| {
@@ -101,7 +104,7 @@ impl PosedCamera {
 }
 
 /// Whitened residuals of a view's corners and their derivatives.
-pub(crate) struct Linear {
+pub(crate) struct Linearisation {
     /// By the pose, with the residuals.
     pub rows: PoseRows,
     by_twist: Option<Rows<6>>,
@@ -128,10 +131,10 @@ struct Projected {
 
 /// One tag in one image. "Object" is its link, where the object has links.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct View {
+pub(crate) struct TagView {
     pub tag: TagId,
     /// The link that it is on; `None` where the object is rigid.
-    pub limb: Option<Limb>,
+    pub chain_link: Option<ChainLink>,
     /// Edge of the black square in metres.
     pub size_m: f64,
     pub object_from_tag: Pose,
@@ -142,7 +145,7 @@ pub(crate) struct View {
     /// The same with the covariance that the detector gives.
     pub seen: TagCorners,
     /// What a bending lens adds to them where they are found by a homography, in pixels.
-    pub bow: Option<[Vector2<f64>; 4]>,
+    pub distortion_bias: Option<[Vector2<f64>; 4]>,
     /// Inverse of each corner's covariance as stated, 1/px².
     pub information: [Matrix2<f64>; 4],
     /// How the corners' errors hang together.
@@ -156,7 +159,7 @@ pub(crate) struct View {
     pub after_s: Option<[f64; 4]>,
 }
 
-impl View {
+impl TagView {
     /// Takes another place and size of the tag.
     pub fn set_model(&mut self, tag: &ObjectTag) {
         let Some(object_from_tag) = tag.object_from_tag else {
@@ -170,49 +173,51 @@ impl View {
 
     /// Where the lens shows a corner, if the corners have so much of what a bending lens adds.
     #[inline(always)]
-    pub fn corner(&self, corner: usize, bowed: f64) -> Point2<f64> {
+    pub fn corner(&self, corner: usize, distortion_share: f64) -> Point2<f64> {
         let seen = self.corners_in_image[corner];
-        self.bow.map_or(seen, |bow| seen - bow[corner] * bowed)
+        self.distortion_bias.map_or(seen, |distortion_bias| {
+            seen - distortion_bias[corner] * distortion_share
+        })
     }
 
     /// Where the tag's link is, or the object where it is rigid.
     pub fn world_from_link(&self, at: &Configuration) -> Pose {
-        match &self.limb {
+        match &self.chain_link {
             None => at.pose,
-            Some(limb) => limb.world_from_link(at),
+            Some(chain_link) => chain_link.world_from_link(at),
         }
     }
 
     /// The configuration in which the tag's link is at a pose; root and joints are those of another.
     pub fn anchored(&self, world_from_link: &Pose, like: &Configuration) -> Configuration {
-        let Some(limb) = &self.limb else {
+        let Some(chain_link) = &self.chain_link else {
             return Configuration {
                 pose: *world_from_link,
                 ..*like
             };
         };
         let anchored = Configuration {
-            root: limb.link,
+            root: chain_link.link,
             pose: *world_from_link,
-            ..limb.chain.rooted(like, limb.link)
+            ..chain_link.chain.rooted(like, chain_link.link)
         };
-        limb.chain.rooted(&anchored, like.root)
+        chain_link.chain.rooted(&anchored, like.root)
     }
 
     /// Where the link has gone by the time of a corner's row.
-    fn passage(&self, corner: usize, link: &Moving) -> Option<Passage> {
+    fn passage(&self, corner: usize, link: &LinkMotion) -> Option<RowPose> {
         let (twist, after_s) = (link.twist?, self.after_s?);
-        Some(Passage::of(&link.pose, &twist, after_s[corner]))
+        Some(RowPose::of(&link.pose, &twist, after_s[corner]))
     }
 
     /// Pose of the tag's link, and its twist where the shutter rolls.
-    pub fn moving(&self, at: &Configuration) -> Moving {
-        let twist = match (&self.after_s, &self.limb) {
+    pub fn moving(&self, at: &Configuration) -> LinkMotion {
+        let twist = match (&self.after_s, &self.chain_link) {
             (None, _) => None,
             (Some(_), None) => Some(at.rates.twist),
-            (Some(_), Some(limb)) => Some(limb.twist(at)),
+            (Some(_), Some(chain_link)) => Some(chain_link.twist(at)),
         };
-        Moving {
+        LinkMotion {
             pose: self.world_from_link(at),
             twist,
         }
@@ -221,26 +226,26 @@ impl View {
 
 /// A view with its camera and the weight of that camera's corners.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Sight<'a> {
+pub(crate) struct WeightedView<'a> {
     pub camera_index: usize,
-    pub camera: &'a PosedCamera,
-    pub view: &'a View,
+    pub camera: &'a CalibratedCamera,
+    pub view: &'a TagView,
     /// Of its noise against what is stated.
     pub noise: NoiseFactors,
     /// How much of the bow its corners have.
-    pub bowed: f64,
+    pub distortion_share: f64,
     /// Factor on the information of single corners.
     weight: f64,
     /// What is known of the camera's clock, where it is not taken at its word.
     pub clock: Option<ClockOffset>,
 }
 
-impl<'a> Sight<'a> {
+impl<'a> WeightedView<'a> {
     pub fn new(
         camera_index: usize,
-        camera: &'a PosedCamera,
-        view: &'a View,
-        (noise, bowed): (NoiseFactors, f64),
+        camera: &'a CalibratedCamera,
+        view: &'a TagView,
+        (noise, distortion_share): (NoiseFactors, f64),
         clock: Option<ClockOffset>,
     ) -> Self {
         let weight = noise.of_corner().recip();
@@ -249,14 +254,14 @@ impl<'a> Sight<'a> {
             camera,
             view,
             noise,
-            bowed,
+            distortion_share,
             weight,
             clock,
         }
     }
 }
 
-impl Sight<'_> {
+impl WeightedView<'_> {
     /// The same with so many times the variance of its corners.
     pub fn noisier(self, factor: f64) -> Self {
         let noise = NoiseFactors {
@@ -281,24 +286,24 @@ impl Sight<'_> {
 
     /// Cost and normal equations about `world_from_object`; `None` where the tag would lie behind the camera or outside
     /// of the lens's field. A tag seen from its back has residuals all the same, which lead round to its face.
-    pub fn normal(&self, link: &Moving) -> Option<Normal> {
+    pub fn normal(&self, link: &LinkMotion) -> Option<ViewEquations> {
         let linear = self.linearised(link)?;
         let by_twist = linear.by_twist.as_ref();
-        let mut normal = Normal::of(&linear.rows, by_twist, self.view.noise_source);
+        let mut normal = ViewEquations::of(&linear.rows, by_twist, self.view.noise_source);
         normal.chi2 += linear.relief;
         normal.square_px = linear.square_px;
         Some(normal)
     }
 
     /// Sum of the squared distances of the corners from where they are expected, px².
-    pub fn square_px(&self, link: &Moving) -> Option<f64> {
+    pub fn square_px(&self, link: &LinkMotion) -> Option<f64> {
         Some(self.linearised(link)?.square_px)
     }
 
     /// The whitened residuals and their derivatives.
     #[inline(always)]
-    pub(crate) fn linearised(&self, link: &Moving) -> Option<Linear> {
-        let mut linear = Linear {
+    pub(crate) fn linearised(&self, link: &LinkMotion) -> Option<Linearisation> {
+        let mut linear = Linearisation {
             rows: [[0.0; 8]; 8],
             by_twist: None,
             weights: [0.0; 4],
@@ -320,8 +325,8 @@ impl Sight<'_> {
 
     /// The rows of a corner, not whitened.
     #[inline(always)]
-    fn fill(&self, corner: usize, seen: &Projected, linear: &mut Linear) {
-        let residual = seen.pixel - self.view.corner(corner, self.bowed);
+    fn fill(&self, corner: usize, seen: &Projected, linear: &mut Linearisation) {
+        let residual = seen.pixel - self.view.corner(corner, self.distortion_share);
         let (weight, relief) = self.weight(corner, &residual);
         let root = weight.sqrt();
         for axis in 0..2 {
@@ -337,12 +342,16 @@ impl Sight<'_> {
     /// How much more of the bow the corners have than is allowed for, as the residuals at the fit say: twice the slope of the
     /// logarithm of their probability, and the information. With whitened bow d, residuals e, Jacobian J and the fit's covariance
     /// P the residuals' covariance is I - J P J', and more of the bow by a adds -a (I - J P J') d to them.
-    pub fn more_bow(&self, link: &Moving, covariance: &Matrix6<f64>) -> Option<[f64; 2]> {
-        let bow = self.view.bow?;
+    pub fn distortion_score(
+        &self,
+        link: &LinkMotion,
+        covariance: &Matrix6<f64>,
+    ) -> Option<[f64; 2]> {
+        let distortion_bias = self.view.distortion_bias?;
         let linear = self.linearised(link)?;
         let mut rows: Rows<1> = [[0.0]; 8];
         for (row, of_row) in rows.iter_mut().enumerate() {
-            *of_row = [bow[row / 2][row % 2] * linear.weights[row / 2].sqrt()];
+            *of_row = [distortion_bias[row / 2][row % 2] * linear.weights[row / 2].sqrt()];
         }
         let rows = self.view.edges.whitened(&rows, self.noise);
         let with = product(&linear.rows, &rows);
@@ -353,7 +362,7 @@ impl Sight<'_> {
     }
 
     /// The same of all corners where each has its own time, and whitened rows by the twist.
-    fn fill_passing(&self, link: &Moving, linear: &mut Linear) -> Option<()> {
+    fn fill_passing(&self, link: &LinkMotion, linear: &mut Linearisation) -> Option<()> {
         let mut by_twist = [[0.0; 6]; 8];
         for corner in 0..4 {
             let passage = self.view.passage(corner, link)?;
@@ -372,14 +381,14 @@ impl Sight<'_> {
 
     /// Whitened rows by the pose, the focal length (px), the first coefficient of the distortion and the logarithm of the tag's size; the
     /// residual comes last. `None` where the tag cannot be seen from there.
-    pub fn calibration_rows(&self, link: &Moving) -> Option<Rows<10>> {
+    pub fn calibration_rows(&self, link: &LinkMotion) -> Option<Rows<10>> {
         let mut rows = [[0.0; 10]; 8];
         let centre = self.view.object_from_tag.translation.vector;
         for corner in 0..4 {
             let passage = self.view.passage(corner, link);
             let placed = self.placed(&passage.map_or(link.pose, |passage| passage.pose));
             let seen = self.projected(corner, &placed)?;
-            let residual = seen.pixel - self.view.corner(corner, self.bowed);
+            let residual = seen.pixel - self.view.corner(corner, self.distortion_share);
             let in_object = self.view.corners_in_object[corner].coords;
             let in_camera = placed.origin_in_camera + self.camera.turn * (placed.turn * in_object);
             let by_lens = self.camera.lens.parameter_jacobian(&in_camera)?;
@@ -442,7 +451,7 @@ impl Sight<'_> {
     }
 }
 
-impl Sight<'_> {
+impl WeightedView<'_> {
     /// Twice the robust cost of the view at a configuration.
     pub fn chi2(&self, at: &Configuration) -> f64 {
         let normal = self.normal(&self.view.moving(at));

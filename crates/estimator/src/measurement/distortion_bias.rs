@@ -27,7 +27,7 @@ type Change = SVector<f64, 8>;
 
 /// What the bow adds to each corner that is found by a homography, in pixels; `None` where the lens bends no lines, and for boards'
 /// tags, whose corners are saddle points by themselves.
-pub(crate) fn bow(
+pub(crate) fn distortion_bias(
     lens: &Lens,
     tag: TagId,
     corners: &[Point2<f64>; 4],
@@ -47,16 +47,20 @@ pub(crate) fn bow(
         Some(tag_from_pixel.apply(&pixel)? - point)
     };
     let change = fitted(tag, bent)?;
-    let mut bow = [Vector2::zeros(); 4];
+    let mut distortion_bias = [Vector2::zeros(); 4];
     for (corner, place) in SQUARE.iter().enumerate() {
-        bow[corner] = pixel_from_tag.apply(&(place + basis(place) * change))? - corners[corner];
+        distortion_bias[corner] =
+            pixel_from_tag.apply(&(place + basis(place) * change))? - corners[corner];
     }
-    Some(bow)
+    Some(distortion_bias)
 }
 
 /// The change of a homography that follows the bow best, by least squares over the edges between the modules of the tag, which show
 /// how far they have gone across.
-fn fitted(tag: TagId, bow: impl Fn(&Point2<f64>) -> Option<Vector2<f64>>) -> Option<Change> {
+fn fitted(
+    tag: TagId,
+    distortion_bias: impl Fn(&Point2<f64>) -> Option<Vector2<f64>>,
+) -> Option<Change> {
     let data = tag.family.data();
     let (modules, border) = (usize::from(data.total_width), f64::from(data.border_width));
     let mut rows = [0_u32; MOST_MODULES];
@@ -69,7 +73,7 @@ fn fitted(tag: TagId, bow: impl Fn(&Point2<f64>) -> Option<Vector2<f64>>) -> Opt
     let mut follow = |point: Point2<f64>, axis: usize| {
         let across = basis(&point).row(axis).transpose();
         matrix += across * across.transpose();
-        vector += across * bow(&point)?[axis];
+        vector += across * distortion_bias(&point)?[axis];
         Some(())
     };
     for line in 1..modules {
@@ -147,10 +151,10 @@ mod tests {
     #[test]
     fn a_lens_without_distortion_changes_nothing() {
         let pinhole = Lens::pinhole(INTRINSICS).unwrap();
-        assert_eq!(bow(&pinhole, TAG, &corners()), None);
+        assert_eq!(distortion_bias(&pinhole, TAG, &corners()), None);
         let straight = Lens::brown_conrady(INTRINSICS, [0.0; 5]).unwrap();
-        let bow = bow(&straight, TAG, &corners()).unwrap();
-        assert!(bow.iter().all(|missed| missed.norm() < 1e-9));
+        let distortion_bias = distortion_bias(&straight, TAG, &corners()).unwrap();
+        assert!(distortion_bias.iter().all(|missed| missed.norm() < 1e-9));
     }
 
     #[test]
@@ -180,9 +184,9 @@ mod tests {
             .zip(&truth)
             .map(|(a, b)| (a - b).norm())
             .fold(0.0, f64::max);
-        let bow = bow(&lens, TAG, &seen).unwrap();
+        let distortion_bias = distortion_bias(&lens, TAG, &seen).unwrap();
         let left = (0..4)
-            .map(|corner| (seen[corner] - bow[corner] - truth[corner]).norm())
+            .map(|corner| (seen[corner] - distortion_bias[corner] - truth[corner]).norm())
             .fold(0.0, f64::max);
         assert!(bias > 0.02 && left < 0.02 * bias, "{bias} {left}");
     }

@@ -3,19 +3,19 @@
 use sextant_geometry::Pose;
 use sextant_geometry::planar_pose::solve_square;
 
-use crate::measurement::corners::Sight;
+use crate::measurement::corners::WeightedView;
 
 /// `world_from_object`, or that of the tag's link, by each branch of a view.
-pub(crate) fn branches(sight: &Sight<'_>) -> Vec<Pose> {
+pub(crate) fn branches(weighted: &WeightedView<'_>) -> Vec<Pose> {
     let Ok(poses) = solve_square(
-        &sight.camera.lens,
-        &[0, 1, 2, 3].map(|corner| sight.view.corner(corner, sight.bowed)),
-        sight.view.size_m,
+        &weighted.camera.lens,
+        &[0, 1, 2, 3].map(|corner| weighted.view.corner(corner, weighted.distortion_share)),
+        weighted.view.size_m,
     ) else {
         return Vec::new();
     };
-    let world_from_camera = sight.camera.camera_from_world.inverse();
-    let tag_from_object = sight.view.object_from_tag.inverse();
+    let world_from_camera = weighted.camera.camera_from_world.inverse();
+    let tag_from_object = weighted.view.object_from_tag.inverse();
     poses
         .iter()
         .map(|pose| world_from_camera * pose.camera_from_tag * tag_from_object)
@@ -23,7 +23,7 @@ pub(crate) fn branches(sight: &Sight<'_>) -> Vec<Pose> {
 }
 
 /// Area of the tag in px², by its diagonals.
-pub(crate) fn area(sight: &Sight<'_>) -> f64 {
-    let [a, b, c, d] = sight.view.corners_in_image;
+pub(crate) fn area(weighted: &WeightedView<'_>) -> f64 {
+    let [a, b, c, d] = weighted.view.corners_in_image;
     0.5 * (c - a).perp(&(d - b)).abs()
 }

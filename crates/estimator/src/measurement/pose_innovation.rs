@@ -10,7 +10,7 @@
 use nalgebra::{Matrix6, Vector3, Vector6};
 use sextant_geometry::Pose;
 
-use crate::measurement::biases::Displacing;
+use crate::measurement::biases::BiasJacobian;
 
 /// Of eight coordinates: what a view is expected to leave.
 pub(crate) const USUAL: f64 = 8.0;
@@ -40,35 +40,35 @@ pub(crate) struct PoseInnovation {
 /// What one view says before what is known of the pose and of lasting errors is taken off.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct ViewResidual {
-    pub testimony: PoseInnovation,
+    pub innovation: PoseInnovation,
     /// Of the link's pose, and whether the view is part of what is known of it.
     pub covariance: Matrix6<f64>,
     pub took_part: bool,
     /// What lasting errors do to it.
-    pub displacing: Vec<Displacing>,
+    pub displacing: Vec<BiasJacobian>,
 }
 
 impl ViewResidual {
     /// Covariance of the link's displacement by lasting errors.
     pub(crate) fn bias_covariance(&self) -> Matrix6<f64> {
-        self.displacing.iter().map(Displacing::covariance).sum()
+        self.displacing.iter().map(BiasJacobian::covariance).sum()
     }
 
     /// What it says where no errors are stated; `None` where nothing is left.
-    pub(crate) fn told(&self) -> Option<PoseInnovation> {
-        let mut told = self.testimony;
-        told.allow_for_pose(&self.covariance, self.took_part)?;
-        told.is_sound().then_some(told)
+    pub(crate) fn marginalised(&self) -> Option<PoseInnovation> {
+        let mut marginalised = self.innovation;
+        marginalised.allow_for_pose(&self.covariance, self.took_part)?;
+        marginalised.is_sound().then_some(marginalised)
     }
 
     /// The same apart from what errors of such a covariance explain. How much a view counts is by what these leave.
     pub(crate) fn apart_from(&self, biases: &Matrix6<f64>) -> Option<PoseInnovation> {
-        let mut told = self.testimony;
-        told.scale(told.weight.recip());
-        told.allow_for(biases)?;
-        told.weigh();
-        told.allow_for_pose(&self.covariance, self.took_part)?;
-        told.is_sound().then_some(told)
+        let mut marginalised = self.innovation;
+        marginalised.scale(marginalised.weight.recip());
+        marginalised.allow_for(biases)?;
+        marginalised.weigh();
+        marginalised.allow_for_pose(&self.covariance, self.took_part)?;
+        marginalised.is_sound().then_some(marginalised)
     }
 }
 

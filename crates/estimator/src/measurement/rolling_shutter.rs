@@ -9,9 +9,7 @@
 use nalgebra::{Matrix3, Matrix6, Point2, RowVector3, Vector6};
 use sextant_geometry::{Pose, so3};
 
-use crate::measurement::edge_modes::PoseRows;
-use crate::measurement::edge_modes::Slopes;
-use crate::measurement::edge_modes::{Rows, product};
+use crate::measurement::edge_modes::{PoseRows, Rows, Slopes, product};
 
 /// When the rows of an image are taken.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -32,7 +30,7 @@ impl RollingShutter {
 
 /// A link and how it moves.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Moving {
+pub(crate) struct LinkMotion {
     pub pose: Pose,
     /// m/s and rad/s, world axes; `None` where all corners have one time.
     pub twist: Option<Vector6<f64>>,
@@ -40,7 +38,7 @@ pub(crate) struct Moving {
 
 /// The way of a link from the capture time to the time of a row.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Passage {
+pub(crate) struct RowPose {
     pub pose: Pose,
     /// Derivatives of the attitude reached by the attitude before and by the angular velocity.
     by_attitude: Matrix3<f64>,
@@ -48,7 +46,7 @@ pub(crate) struct Passage {
     after_s: f64,
 }
 
-impl Passage {
+impl RowPose {
     pub fn of(pose: &Pose, twist: &Vector6<f64>, after_s: f64) -> Self {
         let turn = twist.fixed_rows::<3>(3) * after_s;
         let rotation = so3::exp(&turn);
@@ -79,7 +77,7 @@ impl Passage {
 
 /// What a view's corners say of the twist of its link.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Rolling {
+pub(crate) struct TwistEquations {
     /// J_pose^T W J_twist.
     pub with_pose: Matrix6<f64>,
     /// J_twist^T W J_twist.
@@ -88,7 +86,7 @@ pub(crate) struct Rolling {
     pub gradient: Vector6<f64>,
 }
 
-impl Rolling {
+impl TwistEquations {
     /// Of whitened rows.
     pub fn of(by_pose: &PoseRows, by_twist: &Rows<6>) -> Self {
         let with_rows = product(by_pose, by_twist);

@@ -2,9 +2,8 @@
 
 use nalgebra::{Matrix6, Vector6};
 
-use crate::measurement::edge_modes::PoseRows;
-use crate::measurement::edge_modes::Rows;
-use crate::measurement::rolling_shutter::Rolling;
+use crate::measurement::edge_modes::{PoseRows, Rows};
+use crate::measurement::rolling_shutter::TwistEquations;
 
 const RESIDUAL: usize = 6;
 
@@ -57,7 +56,7 @@ impl NoiseSource {
 
 /// The quadratic model of the robust cost of some views about a pose.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Normal {
+pub(crate) struct ViewEquations {
     /// J^T W J over (dt, dr).
     pub information: Matrix6<f64>,
     /// The part of it that the directions of the edges give.
@@ -67,7 +66,7 @@ pub(crate) struct Normal {
     /// Twice the robust cost: chi-square where nothing is an outlier.
     pub chi2: f64,
     /// The part of the twist, where the shutter rolls.
-    pub rolling: Option<Box<Rolling>>,
+    pub rolling: Option<Box<TwistEquations>>,
     /// Sum of squared residuals in px², no weight.
     pub square_px: f64,
     /// The squared whitened residuals, no weight.
@@ -76,7 +75,7 @@ pub(crate) struct Normal {
     pub scale: [f64; 2],
 }
 
-impl Normal {
+impl ViewEquations {
     /// Of whitened rows, first those of the edges' places, then of their directions.
     ///
     /// Where the noise differs from view to view: with a variance of inverse gamma distribution about the usual one the
@@ -95,7 +94,7 @@ impl Normal {
             gradient: Vector6::zeros(),
             chi2: source.chi2(plain),
             rolling: by_twist.map(|by_twist| {
-                Box::new(Rolling::of(rows, by_twist).weighed(weight, source.certain()))
+                Box::new(TwistEquations::of(rows, by_twist).weighed(weight, source.certain()))
             }),
             square_px: 0.0,
             square: plain,

@@ -7,17 +7,16 @@ use nalgebra::{DMatrix, DVector, Matrix6, OMatrix, SMatrix, SVector, Vector6};
 use sextant_geometry::{Pose, se3};
 
 use crate::measurement::biases::{by_camera, by_tag};
-use crate::measurement::corners::UNSEEN;
-use crate::measurement::corners::{PosedCamera, Sight};
+use crate::measurement::corners::{CalibratedCamera, UNSEEN, WeightedView};
 use crate::measurement::edge_modes::NoiseFactors;
 use crate::measurement::planar_poses::{area, branches};
-use crate::measurement::rolling_shutter::Moving;
+use crate::measurement::rolling_shutter::LinkMotion;
 use crate::measurement::view_equations::NoiseSource;
 use crate::self_calibration::design_effect::DesignEffect;
 use crate::self_calibration::evidence::{Evidence, NOTHING};
 use crate::self_calibration::gauge::Gauge;
 use crate::self_calibration::keyframes::{Keyframe, KeyframeView, Keyframes};
-use crate::self_calibration::parameters::{CLASSES, Class, Layout, OF_CAMERA, OF_TAG};
+use crate::self_calibration::parameters::{CLASSES, Class, OF_CAMERA, OF_TAG, ParameterLayout};
 use crate::self_calibration::variance_components::Scales;
 use crate::site::Site;
 use crate::site::corrections::{CameraCorrection, Corrections, ObjectFrame, TagCorrection};
@@ -83,7 +82,7 @@ type Squares = Vec<f64>;
 impl Adjustment {
     /// Adjusts all keyframes; `None` where numbers end.
     pub fn run(&mut self, keyframes: &mut Keyframes, site: &Site) -> Option<Corrections> {
-        let layout = Layout::of(keyframes, site);
+        let layout = ParameterLayout::of(keyframes, site);
         let mut errors = self.gather(&layout);
         let (mut covariance, mut eliminated) = (DMatrix::zeros(0, 0), Vec::new());
         let (mut information, mut precisions) = (DMatrix::zeros(0, 0), DVector::zeros(0));
@@ -161,7 +160,7 @@ impl Adjustment {
                 site.cameras().get(one.camera_index)?.posed.clone()?,
             ))
         };
-        let cameras: BTreeMap<usize, PosedCamera> =
+        let cameras: BTreeMap<usize, CalibratedCamera> =
             keyframe.views.iter().filter_map(posed).collect();
         let mut best: Option<(f64, Pose)> = None;
         for start in starts(keyframe, &cameras) {
@@ -182,18 +181,18 @@ impl Adjustment {
     pub fn squares_px(
         &self,
         mut keyframe: Keyframe,
-        cameras: &BTreeMap<usize, PosedCamera>,
+        cameras: &BTreeMap<usize, CalibratedCamera>,
     ) -> Vec<Option<f64>> {
         self.settle(&mut keyframe, cameras);
         let square = |one: &KeyframeView| {
-            let (sight, moving) = self.sight(&keyframe, one, cameras)?;
-            sight.square_px(&moving)
+            let (weighted, moving) = self.weighted(&keyframe, one, cameras)?;
+            weighted.square_px(&moving)
         };
         keyframe.views.iter().map(square).collect()
     }
 
     /// Brings the pose to the minimum next to it.
-    fn settle(&self, keyframe: &mut Keyframe, cameras: &BTreeMap<usize, PosedCamera>) {
+    fn settle(&self, keyframe: &mut Keyframe, cameras: &BTreeMap<usize, CalibratedCamera>) {
         for _ in 0..ALIGNING_STEPS {
             let Some(step) = self.alignment_step(keyframe, cameras) else {
                 break;
@@ -206,7 +205,7 @@ impl Adjustment {
     fn alignment_step(
         &self,
         keyframe: &Keyframe,
-        cameras: &BTreeMap<usize, PosedCamera>,
+        cameras: &BTreeMap<usize, CalibratedCamera>,
     ) -> Option<Vector6<f64>> {
         let mut information = Matrix6::identity() * LEAST_INFORMATION;
         let mut gradient = Vector6::zeros();
@@ -223,7 +222,7 @@ impl Adjustment {
     }
 
     /// Twice the robust cost of a keyframe.
-    fn cost(&self, keyframe: &Keyframe, cameras: &BTreeMap<usize, PosedCamera>) -> f64 {
+    fn cost(&self, keyframe: &Keyframe, cameras: &BTreeMap<usize, CalibratedCamera>) -> f64 {
         let cost = |one: &KeyframeView| {
             let rows = self.rows(keyframe, one, cameras);
             rows.map_or(UNSEEN, |rows| {
@@ -234,7 +233,7 @@ impl Adjustment {
         keyframe.views.iter().map(cost).sum()
     }
 
-    fn gather(&self, layout: &Layout) -> DVector<f64> {
+    fn gather(&self, layout: &ParameterLayout) -> DVector<f64> {
         let mut errors = DVector::zeros(layout.len());
         for (camera, first) in &layout.cameras {
             let known = self.cameras.get(camera).copied().unwrap_or_default();
@@ -247,7 +246,7 @@ impl Adjustment {
         errors
     }
 
-    fn scatter(&mut self, layout: &Layout, errors: &DVector<f64>) {
+    fn scatter(&mut self, layout: &ParameterLayout, errors: &DVector<f64>) {
         for (camera, first) in &layout.cameras {
             let known = errors.fixed_rows::<OF_CAMERA>(*first).into_owned();
             self.cameras.insert(*camera, known);
@@ -261,10 +260,10 @@ impl Adjustment {
     /// The cameras with their errors taken off.
     fn models(
         &self,
-        layout: &Layout,
+        layout: &ParameterLayout,
         errors: &DVector<f64>,
         site: &Site,
-    ) -> BTreeMap<usize, PosedCamera> {
+    ) -> BTreeMap<usize, CalibratedCamera> {
         let cameras = layout.cameras.iter().filter_map(|(camera, first)| {
             let correction =
                 camera_correction(&errors.fixed_rows::<OF_CAMERA>(*first).into_owned());
@@ -276,7 +275,7 @@ impl Adjustment {
     fn place_tags(
         &self,
         keyframes: &mut Keyframes,
-        layout: &Layout,
+        layout: &ParameterLayout,
         errors: &DVector<f64>,
         site: &Site,
     ) {
@@ -298,7 +297,11 @@ impl Adjustment {
         self.noise.get(&camera).copied().unwrap_or(1.0)
     }
 
-    fn squares(&self, keyframes: &Keyframes, cameras: &BTreeMap<usize, PosedCamera>) -> Squares {
+    fn squares(
+        &self,
+        keyframes: &Keyframes,
+        cameras: &BTreeMap<usize, CalibratedCamera>,
+    ) -> Squares {
         let mut squares = Vec::new();
         for keyframe in keyframes.iter() {
             for one in &keyframe.views {
@@ -317,41 +320,41 @@ impl Adjustment {
         &self,
         keyframe: &Keyframe,
         one: &KeyframeView,
-        cameras: &BTreeMap<usize, PosedCamera>,
+        cameras: &BTreeMap<usize, CalibratedCamera>,
     ) -> Option<[[f64; OF_VIEW + 1]; 8]> {
-        let (sight, moving) = self.sight(keyframe, one, cameras)?;
-        sight.calibration_rows(&moving)
+        let (weighted, moving) = self.weighted(keyframe, one, cameras)?;
+        weighted.calibration_rows(&moving)
     }
 
     /// A view with its camera, and its body as it moves; `None` where the camera cannot see the tag's face.
-    fn sight<'a>(
+    fn weighted<'a>(
         &self,
         keyframe: &Keyframe,
         one: &'a KeyframeView,
-        cameras: &'a BTreeMap<usize, PosedCamera>,
-    ) -> Option<(Sight<'a>, Moving)> {
+        cameras: &'a BTreeMap<usize, CalibratedCamera>,
+    ) -> Option<(WeightedView<'a>, LinkMotion)> {
         let camera = cameras.get(&one.camera_index)?;
         let factor = self.factor(one.camera_index);
         let noise = NoiseFactors {
             shift: factor,
             turn: factor,
         };
-        let sight = Sight::new(
+        let weighted = WeightedView::new(
             one.camera_index,
             camera,
             &one.view,
-            (noise, one.bowed),
+            (noise, one.distortion_share),
             None,
         );
-        let moving = Moving {
+        let moving = LinkMotion {
             pose: keyframe.pose,
             twist: one.twist,
         };
-        sight.faces(&keyframe.pose).then_some((sight, moving))
+        weighted.faces(&keyframe.pose).then_some((weighted, moving))
     }
 
     /// Learns the noise of each camera from what its images leave by themselves, whatever is wrong with the other cameras.
-    fn learn_noise(&mut self, keyframes: &Keyframes, cameras: &BTreeMap<usize, PosedCamera>) {
+    fn learn_noise(&mut self, keyframes: &Keyframes, cameras: &BTreeMap<usize, CalibratedCamera>) {
         let mut sums: BTreeMap<usize, (f64, f64)> = BTreeMap::new();
         for keyframe in keyframes.iter() {
             for views in keyframe
@@ -385,8 +388,8 @@ impl Adjustment {
     fn equations(
         &self,
         keyframes: &Keyframes,
-        cameras: &BTreeMap<usize, PosedCamera>,
-        layout: &Layout,
+        cameras: &BTreeMap<usize, CalibratedCamera>,
+        layout: &ParameterLayout,
         excess: f64,
     ) -> Equations {
         let mut equations = Equations {
@@ -432,7 +435,7 @@ impl Adjustment {
 
     fn corrections(
         &self,
-        layout: &Layout,
+        layout: &ParameterLayout,
         errors: &DVector<f64>,
         (covariance, keyframes): (&DMatrix<f64>, &[Eliminated]),
         site: &Site,
@@ -488,25 +491,25 @@ impl Adjustment {
 }
 
 /// Where a keyframe's pose may be: as it was tracked, and by each branch of its largest tags.
-fn starts(keyframe: &Keyframe, cameras: &BTreeMap<usize, PosedCamera>) -> Vec<Pose> {
+fn starts(keyframe: &Keyframe, cameras: &BTreeMap<usize, CalibratedCamera>) -> Vec<Pose> {
     let noise = NoiseFactors {
         shift: 1.0,
         turn: 1.0,
     };
     let views = keyframe.views.iter();
-    let sights = views.filter_map(|one| {
+    let weighted_views = views.filter_map(|one| {
         let camera = cameras.get(&one.camera_index)?;
-        Some(Sight::new(
+        Some(WeightedView::new(
             one.camera_index,
             camera,
             &one.view,
-            (noise, one.bowed),
+            (noise, one.distortion_share),
             None,
         ))
     });
-    let mut sights: Vec<Sight<'_>> = sights.collect();
-    sights.sort_by(|a, b| area(b).total_cmp(&area(a)));
-    let branches = sights.iter().take(MOST_STARTS).flat_map(branches);
+    let mut weighted_views: Vec<WeightedView<'_>> = weighted_views.collect();
+    weighted_views.sort_by(|a, b| area(b).total_cmp(&area(a)));
+    let branches = weighted_views.iter().take(MOST_STARTS).flat_map(branches);
     std::iter::once(keyframe.pose).chain(branches).collect()
 }
 
@@ -630,7 +633,7 @@ impl Equations {
         own: Matrix6<f64>,
         gradient: Vector6<f64>,
         couplings: &BTreeMap<usize, SMatrix<f64, 6, OF_CAMERA>>,
-        layout: &Layout,
+        layout: &ParameterLayout,
     ) {
         let inverse = own.try_inverse().unwrap_or_else(Matrix6::zeros);
         let mut columns = Vec::new();

@@ -3,7 +3,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::self_calibration::parameters::{CLASSES, Class, Layout};
+use crate::self_calibration::parameters::{CLASSES, Class, ParameterLayout};
 
 /// Logarithm of the odds beyond which it is decided.
 const DECISIVE_ODDS: f64 = 7.0;
@@ -14,7 +14,7 @@ const SUFFICIENT: f64 = 3.0;
 
 /// What an adjustment came to.
 pub(crate) struct Evidence<'a> {
-    layout: &'a Layout,
+    layout: &'a ParameterLayout,
     errors: &'a DVector<f64>,
     /// Of the views and the priors.
     information: &'a DMatrix<f64>,
@@ -25,7 +25,7 @@ pub(crate) struct Evidence<'a> {
 
 impl<'a> Evidence<'a> {
     pub fn of(
-        layout: &'a Layout,
+        layout: &'a ParameterLayout,
         errors: &'a DVector<f64>,
         information: &'a DMatrix<f64>,
         precision: &'a DVector<f64>,

@@ -9,7 +9,7 @@ use sextant_geometry::so3;
 
 use crate::TagId;
 use crate::self_calibration::keyframes::Body;
-use crate::self_calibration::parameters::Layout;
+use crate::self_calibration::parameters::ParameterLayout;
 use crate::site::Site;
 
 /// A basis of the motions that no image shows, column by column.
@@ -26,7 +26,7 @@ pub(crate) struct Gauge {
 const OF_WORLD: usize = 6;
 
 impl Gauge {
-    pub fn of(layout: &Layout, precision: &DVector<f64>, site: &Site) -> Self {
+    pub fn of(layout: &ParameterLayout, precision: &DVector<f64>, site: &Site) -> Self {
         let centres: Vec<Vector3<f64>> = layout
             .cameras
             .keys()

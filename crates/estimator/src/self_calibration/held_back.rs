@@ -6,7 +6,7 @@
 
 use std::collections::BTreeMap;
 
-use crate::measurement::corners::PosedCamera;
+use crate::measurement::corners::CalibratedCamera;
 use crate::self_calibration::adjustment::Adjustment;
 use crate::self_calibration::keyframes::{Keyframe, KeyframeView, Keyframes};
 use crate::site::Site;
@@ -49,7 +49,7 @@ pub(crate) struct HeldBackKeyframes {
 }
 
 /// Squares of one keyframe by the views that both models explain, px^2, and the number of these.
-struct Pair {
+struct MotionPair {
     before: f64,
     after: f64,
     n_views: usize,
@@ -94,9 +94,9 @@ impl HeldBackKeyframes {
                 let (keyframe, cameras) = corrected(keyframe, corrections, site);
                 adjustment.squares_px(keyframe, &cameras)
             };
-            Pair::of(&squares(&nothing), &squares(corrections))
+            MotionPair::of(&squares(&nothing), &squares(corrections))
         });
-        let pairs: Vec<Pair> = pairs.collect();
+        let pairs: Vec<MotionPair> = pairs.collect();
         is_better(&pairs).then(|| HeldBack {
             n_images: pairs.len(),
             before_px: rms_px(&pairs, |pair| pair.before),
@@ -105,7 +105,7 @@ impl HeldBackKeyframes {
     }
 }
 
-impl Pair {
+impl MotionPair {
     fn of(before: &[Option<f64>], after: &[Option<f64>]) -> Option<Self> {
         let both = before.iter().zip(after);
         let both = both.filter_map(|(before, after)| (*before).zip(*after));
@@ -128,19 +128,19 @@ impl Pair {
     }
 }
 
-fn is_better(pairs: &[Pair]) -> bool {
+fn is_better(pairs: &[MotionPair]) -> bool {
     if pairs.len() < LEAST {
         return false;
     }
     let n = pairs.len() as f64;
-    let mean = pairs.iter().map(Pair::gain).sum::<f64>() / n;
+    let mean = pairs.iter().map(MotionPair::gain).sum::<f64>() / n;
     let squares = pairs.iter().map(|pair| (pair.gain() - mean).powi(2));
     let standard_error = (squares.sum::<f64>() / (n - 1.0) / n).sqrt();
     let falls = rms_px(pairs, |pair| pair.after) < rms_px(pairs, |pair| pair.before);
     falls && mean >= LEAST_GAIN && mean >= SIGNIFICANT * standard_error
 }
 
-fn rms_px(pairs: &[Pair], square: impl Fn(&Pair) -> f64) -> f64 {
+fn rms_px(pairs: &[MotionPair], square: impl Fn(&MotionPair) -> f64) -> f64 {
     let n_views: usize = pairs.iter().map(|pair| pair.n_views).sum();
     let sum: f64 = pairs.iter().map(square).sum();
     (sum / (CORNERS * n_views.max(1) as f64)).sqrt()
@@ -151,7 +151,7 @@ fn corrected(
     keyframe: &Keyframe,
     corrections: &Corrections,
     site: &Site,
-) -> (Keyframe, BTreeMap<usize, PosedCamera>) {
+) -> (Keyframe, BTreeMap<usize, CalibratedCamera>) {
     let mut keyframe = keyframe.clone();
     for one in &mut keyframe.views {
         let correction = corrections.tags.get(&one.view.tag);

@@ -6,7 +6,7 @@ use nalgebra::{Matrix6, Vector6};
 use sextant_geometry::{Pose, se3};
 
 use crate::TagId;
-use crate::measurement::corners::View;
+use crate::measurement::corners::TagView;
 
 /// Most keyframes of an object.
 const MOST_OF_AN_OBJECT: usize = 40;
@@ -37,18 +37,18 @@ pub(crate) struct Keyframe {
 pub(crate) struct KeyframeView {
     pub camera_index: usize,
     /// Whitened by the detector's noise alone.
-    pub view: View,
+    pub view: TagView,
     /// Share of the distortion bias that the corners contain.
-    pub bowed: f64,
+    pub distortion_share: f64,
     /// Twist of the object, m/s and rad/s in world axes, where the shutter rolls.
     pub twist: Option<Vector6<f64>>,
     /// How the object moved from the keyframe's time until the image, where that was taken at another time.
-    pub way: Option<Way>,
+    pub way: Option<RelativeMotion>,
 }
 
 /// A step (dt, dr) of the object's pose in world axes, m and rad, with its covariance.
 #[derive(Debug, Clone)]
-pub(crate) struct Way {
+pub(crate) struct RelativeMotion {
     pub step: Vector6<f64>,
     pub covariance: Matrix6<f64>,
 }
@@ -64,7 +64,7 @@ pub(crate) struct Keyframes(Vec<Keyframe>);
 /// would pass for errors of the cameras.
 const LONG_WAY: (f64, f64) = (0.0005, 0.01);
 
-impl Way {
+impl RelativeMotion {
     /// Whether the step, or what is not known of it, is too large to tie images.
     pub fn is_long(&self) -> bool {
         let far = |first: usize, limit: f64| {

@@ -34,7 +34,7 @@ pub(crate) const CLASSES: [Class; 4] = [
 
 /// The errors of cameras and tags that some keyframe shows.
 #[derive(Debug, Clone, Default)]
-pub(crate) struct Layout {
+pub(crate) struct ParameterLayout {
     /// First place of each camera's errors.
     pub cameras: BTreeMap<usize, usize>,
     /// Body and first place of each tag's errors.
@@ -44,7 +44,7 @@ pub(crate) struct Layout {
     pub classes: Vec<Class>,
 }
 
-impl Layout {
+impl ParameterLayout {
     pub fn of(keyframes: &Keyframes, site: &Site) -> Self {
         let mut layout = Self::default();
         let mut sigmas = Vec::new();

@@ -6,7 +6,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::self_calibration::parameters::{CLASSES, Layout};
+use crate::self_calibration::parameters::{CLASSES, ParameterLayout};
 
 /// Errors as which the scale of all classes counts for the scale of one.
 const OF_OTHERS: f64 = 0.2;
@@ -31,7 +31,7 @@ impl Scales {
     /// One step of the fixed point.
     pub fn updated(
         &self,
-        layout: &Layout,
+        layout: &ParameterLayout,
         errors: &DVector<f64>,
         covariance: &DMatrix<f64>,
     ) -> Self {

@@ -9,14 +9,13 @@ use nalgebra::Vector6;
 
 use crate::FusionOptions;
 use crate::filter::covariance::Covariance;
-use crate::filter::joint_states::Joints;
-use crate::filter::process_noise::{Motion, Restlessness};
-use crate::filter::state::Kinematics;
-use crate::kinematics::chain::Chain;
+use crate::filter::joint_states::JointStates;
+use crate::filter::process_noise::{ProcessNoise, ProcessNoisePsd};
+use crate::filter::state::ObjectState;
+use crate::kinematics::chain::KinematicChain;
 use crate::kinematics::configuration::Configuration;
-use crate::measurement::corners::Sight;
-use crate::measurement::planar_poses::area;
-use crate::measurement::planar_poses::branches;
+use crate::measurement::corners::WeightedView;
+use crate::measurement::planar_poses::{area, branches};
 use crate::tracker::branching::taken_in;
 use crate::tracker::hypothesis::Hypothesis;
 use crate::tracker::joint_search::by_branch;
@@ -30,27 +29,40 @@ const MOST_GROWN: usize = 4;
 const ANYWHERE: (f64, f64) = (10.0, 3.0);
 
 /// The possible attitudes, in no order.
-pub(crate) fn hypotheses(sights: &[Sight<'_>], options: &FusionOptions) -> Vec<Hypothesis> {
-    let chain = sights
+pub(crate) fn hypotheses(
+    weighted_views: &[WeightedView<'_>],
+    options: &FusionOptions,
+) -> Vec<Hypothesis> {
+    let chain = weighted_views
         .first()
-        .and_then(|sight| Some(&sight.view.limb.as_ref()?.chain));
+        .and_then(|weighted| Some(&weighted.view.chain_link.as_ref()?.chain));
     let mut all: Vec<Hypothesis> = Vec::new();
-    for seed in likeliest(seeds(sights), sights) {
+    for seed in likeliest(seeds(weighted_views), weighted_views) {
         // The tags of an object agree, mostly: one of their seeds is enough.
-        let is_beside = |one: &Hypothesis| is_beside(&seed, &one.state.configuration(), sights);
+        let is_beside =
+            |one: &Hypothesis| is_beside(&seed, &one.state.configuration(), weighted_views);
         if !all.iter().any(is_beside) {
-            all.extend(taken_in(&unknown(&seed, chain, options), sights, options));
+            all.extend(taken_in(
+                &unknown(&seed, chain, options),
+                weighted_views,
+                options,
+            ));
         }
     }
     for one in &mut all {
-        one.settle(0.0, sights, options);
+        one.settle(0.0, weighted_views, options);
     }
     all
 }
 
 /// The few seeds that explain all views best as they are.
-fn likeliest(seeds: Vec<Configuration>, sights: &[Sight<'_>]) -> Vec<Configuration> {
-    let cost = |at: &Configuration| -> f64 { sights.iter().map(|sight| sight.chi2(at)).sum() };
+fn likeliest(seeds: Vec<Configuration>, weighted_views: &[WeightedView<'_>]) -> Vec<Configuration> {
+    let cost = |at: &Configuration| -> f64 {
+        weighted_views
+            .iter()
+            .map(|weighted| weighted.chi2(at))
+            .sum()
+    };
     let mut scored: Vec<(f64, Configuration)> =
         seeds.into_iter().map(|seed| (cost(&seed), seed)).collect();
     scored.sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -62,15 +74,15 @@ fn likeliest(seeds: Vec<Configuration>, sights: &[Sight<'_>]) -> Vec<Configurati
 }
 
 /// The configuration by each branch of the largest views.
-fn seeds(sights: &[Sight<'_>]) -> Vec<Configuration> {
-    let mut largest: Vec<&Sight<'_>> = sights.iter().collect();
+fn seeds(weighted_views: &[WeightedView<'_>]) -> Vec<Configuration> {
+    let mut largest: Vec<&WeightedView<'_>> = weighted_views.iter().collect();
     largest.sort_by(|a, b| area(b).total_cmp(&area(a)));
     largest
         .into_iter()
         .take(MOST_SEEDS)
-        .flat_map(|sight| {
-            let branches = branches(sight).into_iter();
-            branches.map(|branch| by_branch(sight, &branch, sights))
+        .flat_map(|weighted| {
+            let branches = branches(weighted).into_iter();
+            branches.map(|branch| by_branch(weighted, &branch, weighted_views))
         })
         .collect()
 }
@@ -78,9 +90,9 @@ fn seeds(sights: &[Sight<'_>]) -> Vec<Configuration> {
 /// An object of which only the start for the search is known.
 fn unknown(
     seed: &Configuration,
-    chain: Option<&Arc<Chain>>,
+    chain: Option<&Arc<KinematicChain>>,
     options: &FusionOptions,
-) -> Kinematics {
+) -> ObjectState {
     let mut covariance = Covariance::zeros();
     for axis in 0..3 {
         covariance[(axis, axis)] = ANYWHERE.0.powi(2);
@@ -88,22 +100,22 @@ fn unknown(
         covariance[(axis + 6, axis + 6)] = options.start_speed.powi(2);
         covariance[(axis + 9, axis + 9)] = options.start_angular_speed.powi(2);
     }
-    Kinematics {
+    ObjectState {
         pose: seed.pose,
         twist: Vector6::zeros(),
         covariance,
         clocks: None,
-        joints: chain.map(|chain| Box::new(Joints::unknown(chain, seed, options))),
+        joints: chain.map(|chain| Box::new(JointStates::unknown(chain, seed, options))),
         considered: None,
-        news: 0.0,
-        motion: Motion::new(restlessness(options)),
+        information_gain: 0.0,
+        motion: ProcessNoise::new(process_noise_psd(options)),
     }
 }
 
-fn restlessness(options: &FusionOptions) -> Restlessness {
-    Restlessness {
-        linear: options.linear_restlessness,
-        angular: options.angular_restlessness,
+fn process_noise_psd(options: &FusionOptions) -> ProcessNoisePsd {
+    ProcessNoisePsd {
+        linear: options.linear_acceleration_psd,
+        angular: options.angular_acceleration_psd,
         clocks: options.clock_wander,
     }
 }

@@ -2,18 +2,15 @@
 
 use sextant_geometry::se3;
 
-use crate::FusionOptions;
-use crate::MOST_JOINTS;
 use crate::filter::covariance::Covariance;
-use crate::filter::state::Kinematics;
+use crate::filter::state::ObjectState;
 use crate::kinematics::configuration::Configuration;
-use crate::measurement::corners::Sight;
-use crate::tracker::camera_consistency::Standing;
-use crate::tracker::gating::image_refusal;
-use crate::tracker::gating::refused;
-use crate::tracker::gating::updated;
+use crate::measurement::corners::WeightedView;
+use crate::tracker::camera_consistency::CameraConsistency;
+use crate::tracker::gating::{image_refusal, refused, updated};
 use crate::tracker::hypothesis::Hypothesis;
 use crate::tracker::{joint_search, planar_ambiguity};
+use crate::{FusionOptions, MOST_JOINTS};
 
 /// Most attitudes followed at a time.
 const MOST_HYPOTHESES: usize = 4;
@@ -22,36 +19,50 @@ impl Hypothesis {
     /// What becomes of the hypothesis after `dt` seconds with the views of that instant. Where they contradict the
     /// prediction there are two ways on: the body was hit, or the views are wrong; what follows will tell. All views of one of
     /// several simultaneous images are enough: along its sight another camera may agree with anything.
-    pub fn followed(&self, dt: f64, sights: &[Sight<'_>], options: &FusionOptions) -> Followed {
-        let limbs = sights.iter().filter_map(|sight| sight.view.limb.as_ref());
+    pub fn followed(
+        &self,
+        dt: f64,
+        weighted_views: &[WeightedView<'_>],
+        options: &FusionOptions,
+    ) -> Branches {
+        let chain_links = weighted_views
+            .iter()
+            .filter_map(|weighted| weighted.view.chain_link.as_ref());
         let predicted = self.state.predicted(dt);
-        let predicted = predicted.well_rooted(limbs.map(|limb| limb.link));
-        let mut ways = taken_in(&predicted, sights, options);
+        let predicted = predicted.reanchored_to_best(chain_links.map(|chain_link| chain_link.link));
+        let mut ways = taken_in(&predicted, weighted_views, options);
         let contradicted = ways.is_empty();
         for strength in JOLTS {
-            if !ways.iter().all(|way| way.leaves_out_an_image(sights)) {
+            if !ways
+                .iter()
+                .all(|way| way.leaves_out_an_image(weighted_views))
+            {
                 break;
             }
-            let mut hit = taken_in(&jolted(&predicted, dt, strength, options), sights, options);
+            let mut hit = taken_in(
+                &jolted(&predicted, dt, strength, options),
+                weighted_views,
+                options,
+            );
             weaken(&mut hit, options.jolt_odds);
             let taken = hit.iter_mut().flat_map(|way| &mut way.taken);
             taken.for_each(|taken| taken.expected = false);
             ways.extend(hit);
         }
         if contradicted {
-            ways.push(refused(predicted, sights, options));
+            ways.push(refused(predicted, weighted_views, options));
         }
         weaken(&mut ways, -self.evidence);
         for way in &mut ways {
-            way.doubt(&self.standing, sights, options);
-            way.settle(self.settled, sights, options);
+            way.doubt(&self.standing, weighted_views, options);
+            way.settle(self.settled, weighted_views, options);
         }
-        Followed { ways, contradicted }
+        Branches { ways, contradicted }
     }
 
     /// Whether no view of one of the images took part.
-    pub(crate) fn leaves_out_an_image(&self, sights: &[Sight<'_>]) -> bool {
-        let pairs: Vec<_> = sights.iter().zip(&self.taken).collect();
+    pub(crate) fn leaves_out_an_image(&self, weighted_views: &[WeightedView<'_>]) -> bool {
+        let pairs: Vec<_> = weighted_views.iter().zip(&self.taken).collect();
         let mut images = pairs.chunk_by(|(a, _), (b, _)| a.camera_index == b.camera_index);
         images.any(|image| !image.iter().any(|(_, taken)| taken.part))
     }
@@ -60,15 +71,15 @@ impl Hypothesis {
     /// themselves.
     pub(crate) fn doubt(
         &mut self,
-        before: &Standing,
-        sights: &[Sight<'_>],
+        before: &CameraConsistency,
+        weighted_views: &[WeightedView<'_>],
         options: &FusionOptions,
     ) {
         if !before.is_in_doubt() && self.taken.iter().all(|taken| taken.part) {
             return;
         }
         self.standing.clone_from(before);
-        let pairs: Vec<_> = sights.iter().zip(&self.taken).collect();
+        let pairs: Vec<_> = weighted_views.iter().zip(&self.taken).collect();
         for image in pairs.chunk_by(|(a, _), (b, _)| a.camera_index == b.camera_index) {
             let camera = image[0].0.camera_index;
             let part = image.iter().any(|(_, taken)| taken.part);
@@ -83,7 +94,7 @@ impl Hypothesis {
 
 /// What becomes of a hypothesis at the next instant.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Followed {
+pub(crate) struct Branches {
     pub ways: Vec<Hypothesis>,
     /// Whether no view agrees with the prediction.
     pub contradicted: bool,
@@ -99,31 +110,35 @@ pub(crate) fn weaken(hypotheses: &mut [Hypothesis], odds: f64) {
 /// The updates that the views allow, one for each attitude that is a possibility of its own; none where no view agrees
 /// with the prior.
 pub(crate) fn taken_in(
-    prior: &Kinematics,
-    sights: &[Sight<'_>],
+    prior: &ObjectState,
+    weighted_views: &[WeightedView<'_>],
     options: &FusionOptions,
 ) -> Vec<Hypothesis> {
-    let rolling = sights.iter().any(|sight| sight.view.after_s.is_some());
+    let rolling = weighted_views
+        .iter()
+        .any(|weighted| weighted.view.after_s.is_some());
     match (
         rolling,
         prior.joints.as_ref().map_or(0, |joints| joints.moving),
     ) {
-        (false, 0) => taken_in_by::<6>(prior, sights, options),
-        (false, 1..=2) => taken_in_by::<8>(prior, sights, options),
-        (false, _) => taken_in_by::<{ 6 + MOST_JOINTS }>(prior, sights, options),
-        (true, 0) => taken_in_by::<12>(prior, sights, options),
-        (true, _) => taken_in_by::<{ 2 * (6 + MOST_JOINTS) }>(prior, sights, options),
+        (false, 0) => taken_in_by::<6>(prior, weighted_views, options),
+        (false, 1..=2) => taken_in_by::<8>(prior, weighted_views, options),
+        (false, _) => taken_in_by::<{ 6 + MOST_JOINTS }>(prior, weighted_views, options),
+        (true, 0) => taken_in_by::<12>(prior, weighted_views, options),
+        (true, _) => taken_in_by::<{ 2 * (6 + MOST_JOINTS) }>(prior, weighted_views, options),
     }
 }
 
 /// The same with the size of a configuration.
 fn taken_in_by<const D: usize>(
-    prior: &Kinematics,
-    sights: &[Sight<'_>],
+    prior: &ObjectState,
+    weighted_views: &[WeightedView<'_>],
     options: &FusionOptions,
 ) -> Vec<Hypothesis> {
-    let update = |start: Option<&Configuration>| updated::<D>(prior, start, sights, options);
-    let searched = joint_search::start(prior, sights).and_then(|start| update(Some(&start)));
+    let update =
+        |start: Option<&Configuration>| updated::<D>(prior, start, weighted_views, options);
+    let searched =
+        joint_search::start(prior, weighted_views).and_then(|start| update(Some(&start)));
     let (found, second) = match (update(None), searched) {
         (Some(found), Some(other)) if other.evidence > found.evidence => (other, Some(found)),
         (Some(found), other) => (found, other),
@@ -131,7 +146,7 @@ fn taken_in_by<const D: usize>(
         (None, None) => return Vec::new(),
     };
     let at = found.state.configuration();
-    let others = planar_ambiguity::others::<D>(prior, &at, sights, options);
+    let others = planar_ambiguity::others::<D>(prior, &at, weighted_views, options);
     let mut all: Vec<Hypothesis> = others
         .starts
         .iter()
@@ -155,7 +170,7 @@ const USUAL: f64 = 4.0;
 const JOLTS: [f64; 2] = [0.1, 1.0];
 
 /// The prediction if the body was hit in the meantime, with a share of the hardest jolt.
-fn jolted(predicted: &Kinematics, dt: f64, strength: f64, options: &FusionOptions) -> Kinematics {
+fn jolted(predicted: &ObjectState, dt: f64, strength: f64, options: &FusionOptions) -> ObjectState {
     let mut jolted = predicted.clone();
     jolted.motion.begin_anew(dt);
     for axis in 0..6 {
@@ -238,22 +253,22 @@ fn same_joints(a: &Hypothesis, b: &Hypothesis) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::filter::process_noise::{Motion, Restlessness};
+    use crate::filter::process_noise::{ProcessNoise, ProcessNoisePsd};
     use nalgebra::Vector3;
     use nalgebra::Vector6;
     use sextant_geometry::Pose;
 
     /// At a place of its own, with evidence from the corners alone.
     pub(crate) fn hypothesis(metres: f64, evidence: f64, vague: bool) -> Hypothesis {
-        let state = Kinematics {
+        let state = ObjectState {
             pose: Pose::from_parts(Vector3::x().scale(metres).into(), Default::default()),
             twist: Vector6::zeros(),
             covariance: Covariance::identity() * 1e-6,
             clocks: None,
             joints: None,
             considered: None,
-            news: 0.0,
-            motion: Motion::new(Restlessness {
+            information_gain: 0.0,
+            motion: ProcessNoise::new(ProcessNoisePsd {
                 linear: 1.0,
                 angular: 1.0,
                 clocks: 1.0,

@@ -5,14 +5,14 @@
 
 /// Cameras by index, as one attitude has them.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub(crate) struct Standing {
+pub(crate) struct CameraConsistency {
     /// Of whose last image no view took part.
     doubted: Vec<usize>,
     /// The others that took part since one came to be doubted.
     agreed: Vec<usize>,
 }
 
-impl Standing {
+impl CameraConsistency {
     /// Whether the last image of a camera took no part.
     pub fn doubts(&self, camera: usize) -> bool {
         self.doubted.contains(&camera)
@@ -56,18 +56,18 @@ mod tests {
 
     #[test]
     fn one_that_goes_on_to_contradict_is_wrong_once_another_agrees() {
-        let mut standing = Standing::default();
+        let mut standing = CameraConsistency::default();
         standing.note(1, false);
         assert!(standing.doubts(1) && !standing.is_wrong(1));
         standing.note(0, true);
         assert!(standing.is_wrong(1) && !standing.is_wrong(0));
         standing.note(1, true);
-        assert_eq!(standing, Standing::default());
+        assert_eq!(standing, CameraConsistency::default());
     }
 
     #[test]
     fn those_who_are_more_than_those_that_agree_are_not_wrong() {
-        let mut standing = Standing::default();
+        let mut standing = CameraConsistency::default();
         for camera in [1, 2] {
             standing.note(camera, false);
             standing.note(0, true);

@@ -4,14 +4,14 @@
 //! [`crate::tracker::clock_model_selection`] decides whether that holds; where it does not, the offsets of all clocks that nobody vouches for are
 //! estimated.
 
-use crate::filter::state::Kinematics;
-use crate::site::StatedClock;
+use crate::filter::state::ObjectState;
+use crate::site::ClockPrior;
 use crate::time::seconds;
 use crate::{ClockOffset, FusionOptions};
 
 /// What is held of the clocks.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub(crate) struct Timing {
+pub(crate) struct ClockKnowledge {
     /// Whether the clocks that nobody vouches for are estimated.
     pub open: bool,
     /// Whether a camera whose clock is right has seen the object.
@@ -24,7 +24,7 @@ pub(crate) struct Timing {
     learned: Vec<Option<ClockOffset>>,
 }
 
-impl Timing {
+impl ClockKnowledge {
     /// Notes that the clocks of these cameras agree.
     pub fn settle(&mut self, time_ns: u64, cameras: &[usize]) {
         for camera in cameras {
@@ -52,9 +52,9 @@ impl Timing {
     }
 
     /// What is said about a camera's clock, as far as that is believed.
-    pub fn believed(&self, camera_index: usize, stated: StatedClock) -> StatedClock {
+    pub fn accepted(&self, camera_index: usize, stated: ClockPrior) -> ClockPrior {
         match stated {
-            StatedClock::Right if self.doubted.contains(&camera_index) => StatedClock::Unknown,
+            ClockPrior::Right if self.doubted.contains(&camera_index) => ClockPrior::Unknown,
             _ => stated,
         }
     }
@@ -71,7 +71,7 @@ impl Timing {
     pub fn clock(
         &self,
         camera_index: usize,
-        stated: StatedClock,
+        stated: ClockPrior,
         options: &FusionOptions,
     ) -> Option<ClockOffset> {
         let learned = self.learned.get(camera_index).copied().flatten();
@@ -82,14 +82,14 @@ impl Timing {
             };
             Some(learned.unwrap_or(stated))
         };
-        match self.believed(camera_index, stated) {
-            StatedClock::Right => None,
+        match self.accepted(camera_index, stated) {
+            ClockPrior::Right => None,
             // The motion tells differences only: without a clock that is right this one is.
-            StatedClock::Reference(sigma_s) if self.has_right_clock => within(sigma_s),
-            StatedClock::Reference(_) => None,
-            StatedClock::Within(sigma_s) => within(sigma_s),
-            StatedClock::Unknown if self.open => within(options.unknown_clock_s),
-            StatedClock::Unknown => None,
+            ClockPrior::Reference(sigma_s) if self.has_right_clock => within(sigma_s),
+            ClockPrior::Reference(_) => None,
+            ClockPrior::Within(sigma_s) => within(sigma_s),
+            ClockPrior::Unknown if self.open => within(options.unknown_clock_s),
+            ClockPrior::Unknown => None,
         }
     }
 
@@ -101,7 +101,7 @@ impl Timing {
     }
 
     /// Keeps what a track that ends has found out about the clocks.
-    pub fn learn(&mut self, state: &Kinematics) {
+    pub fn learn(&mut self, state: &ObjectState) {
         for (camera_index, prior) in state.clock_offsets() {
             if self.learned.len() <= camera_index {
                 self.learned.resize(camera_index + 1, None);

@@ -8,9 +8,9 @@ use nalgebra::{SVector, Vector6};
 
 use crate::filter::covariance::symmetric;
 use crate::filter::least_squares::{Fit, Prior};
-use crate::filter::state::Kinematics;
+use crate::filter::state::ObjectState;
 use crate::kinematics::configuration::{Configuration, joint_places, rates_at};
-use crate::measurement::corners::Sight;
+use crate::measurement::corners::WeightedView;
 
 /// Radians (one sigma) from which on the parabola is checked.
 const VAGUE: f64 = 0.03;
@@ -21,9 +21,9 @@ const MOST_GROWTH: f64 = 10.0;
 
 /// Widens the state after a fit, where its cost is flatter than it claims. Whether it had to be looked at.
 pub(crate) fn widen<const D: usize>(
-    state: &mut Kinematics,
+    state: &mut ObjectState,
     prior: &Prior<D>,
-    sights: &[Sight<'_>],
+    weighted_views: &[WeightedView<'_>],
     fit: &Fit<D>,
 ) -> bool {
     let Some((axis, variance)) = widest(state) else {
@@ -32,7 +32,7 @@ pub(crate) fn widen<const D: usize>(
     let sigma = one_sigma::<D>(state, &axis, variance);
     let risen = |sigmas: f64| {
         let stepped = fit.configuration.perturbed(&(sigma * sigmas));
-        cost(prior, sights, &stepped) - fit.cost
+        cost(prior, weighted_views, &stepped) - fit.cost
     };
     let flattest = risen(SIGMAS).min(risen(-SIGMAS)) / SIGMAS.powi(2);
     let growth = (1.0 / flattest.max(1.0 / MOST_GROWTH)).max(1.0);
@@ -44,7 +44,7 @@ pub(crate) fn widen<const D: usize>(
 }
 
 /// The widest axis of the pose, of unit length, and its variance; `None` where the attitude is sharp.
-fn widest(state: &Kinematics) -> Option<(Vector6<f64>, f64)> {
+fn widest(state: &ObjectState) -> Option<(Vector6<f64>, f64)> {
     let covariance = state.covariance.fixed_view::<6, 6>(0, 0).into_owned();
     let turns = (3..6).map(|axis| covariance[(axis, axis)]);
     if turns.fold(0.0, f64::max) < VAGUE.powi(2) {
@@ -58,7 +58,7 @@ fn widest(state: &Kinematics) -> Option<(Vector6<f64>, f64)> {
 
 /// The step of base and joints that goes with one sigma along the axis.
 fn one_sigma<const D: usize>(
-    state: &Kinematics,
+    state: &ObjectState,
     axis: &Vector6<f64>,
     variance: f64,
 ) -> SVector<f64, D> {
@@ -78,7 +78,7 @@ fn one_sigma<const D: usize>(
 
 /// The joints' part of the wider covariance; `along` is that of one sigma with the motion.
 fn widen_joints(
-    state: &mut Kinematics,
+    state: &mut ObjectState,
     along: &SVector<f64, 12>,
     axis: &Vector6<f64>,
     growth: f64,
@@ -90,6 +90,14 @@ fn widen_joints(
     }
 }
 
-fn cost<const D: usize>(prior: &Prior<D>, sights: &[Sight<'_>], at: &Configuration) -> f64 {
-    prior.surprise(at) + sights.iter().map(|sight| sight.chi2(at)).sum::<f64>()
+fn cost<const D: usize>(
+    prior: &Prior<D>,
+    weighted_views: &[WeightedView<'_>],
+    at: &Configuration,
+) -> f64 {
+    prior.nis(at)
+        + weighted_views
+            .iter()
+            .map(|weighted| weighted.chi2(at))
+            .sum::<f64>()
 }

@@ -11,13 +11,13 @@ const MEMORY: f64 = 1e4;
 
 /// What residuals say of the share.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub(crate) struct Bowed {
+pub(crate) struct DistortionShare {
     /// Of information times share.
     sum: f64,
     information: f64,
 }
 
-impl Bowed {
+impl DistortionShare {
     /// Between none and all.
     pub fn share(self) -> f64 {
         ((self.sum + FAITH) / (self.information + FAITH)).clamp(0.0, 1.0)
@@ -39,14 +39,14 @@ mod tests {
 
     #[test]
     fn the_share_is_whole_until_residuals_tell() {
-        let mut bowed = Bowed::default();
-        assert_eq!(bowed.share(), 1.0);
+        let mut distortion_share = DistortionShare::default();
+        assert_eq!(distortion_share.share(), 1.0);
         for _ in 0..1000 {
-            let allowed = bowed.share();
-            bowed.learn(allowed, [-allowed, 1.0]);
+            let allowed = distortion_share.share();
+            distortion_share.learn(allowed, [-allowed, 1.0]);
         }
-        assert!(bowed.share() < 0.01);
-        bowed.learn(0.5, [f64::NAN, 1.0]);
-        assert!(bowed.share().is_finite());
+        assert!(distortion_share.share() < 0.01);
+        distortion_share.learn(0.5, [f64::NAN, 1.0]);
+        assert!(distortion_share.share().is_finite());
     }
 }

@@ -1,24 +1,23 @@
 //! What became of the views of an instant, for good, and what they say of faults.
 
-use crate::TagId;
 use crate::articulation::MOST_JOINTS;
-use crate::filter::observed_configuration::Observed;
-use crate::filter::state::Kinematics;
+use crate::filter::observed_configuration::ObservedConfiguration;
+use crate::filter::state::ObjectState;
 use crate::kinematics::configuration::Configuration;
-use crate::measurement::biases::Displacing;
-use crate::measurement::corners::{Sight, View};
+use crate::measurement::biases::BiasJacobian;
+use crate::measurement::corners::{TagView, WeightedView};
 use crate::measurement::pose_innovation::{PoseInnovation, ViewResidual};
 use crate::measurement::ray::Ray;
-use crate::measurement::rolling_shutter::Moving;
+use crate::measurement::rolling_shutter::LinkMotion;
 use crate::site::{ObjectImage, Site};
 use crate::tracker::track::Track;
-use crate::tracker::view_outcome::Taken;
-use crate::{FusionOptions, PoseSigma};
+use crate::tracker::view_outcome::ViewOutcome;
+use crate::{FusionOptions, PoseSigma, TagId};
 use nalgebra::{Matrix6, SMatrix, Vector6};
 
 /// Where a tag is that is far from where its object has it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Elsewhere {
+pub(crate) enum SeenOn {
     /// Where the object of this index is.
     On(usize),
     /// Where no object is.
@@ -27,7 +26,7 @@ pub(crate) enum Elsewhere {
 
 /// A view of an instant that is settled.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct SettledView {
+pub(crate) struct FinalisedView {
     pub camera_index: usize,
     pub tag: TagId,
     /// Whether it agreed with the track.
@@ -37,17 +36,17 @@ pub(crate) struct SettledView {
     /// The ray on which it is seen, if that is far from where its object has it.
     pub ray: Option<Ray>,
     /// What is there.
-    pub elsewhere: Option<Elsewhere>,
+    pub elsewhere: Option<SeenOn>,
     /// What it says of faults, if it was asked.
-    pub account: Option<ViewResidual>,
+    pub residual: Option<ViewResidual>,
 }
 
 /// Places of the configuration of an object with links.
 const WITH_JOINTS: usize = 6 + MOST_JOINTS;
 
 /// Where an object is in the eyes of a camera.
-struct Seen<'a> {
-    state: &'a Kinematics,
+struct PredictedObject<'a> {
+    state: &'a ObjectState,
     camera_index: usize,
     configuration: Configuration,
     /// Whether its velocity is known well enough to tell time by.
@@ -60,10 +59,10 @@ struct Seen<'a> {
 const TELLS_TIME: f64 = 0.05;
 
 /// Where a view's link is.
-struct Place<'a> {
-    state: &'a Kinematics,
+struct PredictedLink<'a> {
+    state: &'a ObjectState,
     camera_index: usize,
-    link: Moving,
+    link: LinkMotion,
     /// Zero where it is not known well.
     twist: Vector6<f64>,
     covariance: Matrix6<f64>,
@@ -71,43 +70,47 @@ struct Place<'a> {
 
 impl Track {
     /// The density of acceleration learned, against its default.
-    pub fn restlessness(&self) -> Option<f64> {
+    pub fn process_noise_psd(&self) -> Option<f64> {
         let best = self.leading().hypotheses.first()?;
         Some(best.state.motion.factor())
     }
 
     /// What became of the views of this instant; none while the attitude is in doubt. `asked` are the cameras whose views are
     /// to say what they know of faults; those that took no part always do.
-    pub fn settled_views(
+    pub fn finalised_views(
         &self,
         images: &[&ObjectImage],
         site: &Site,
         options: &FusionOptions,
         asked: impl Fn(usize) -> bool,
-    ) -> Vec<SettledView> {
+    ) -> Vec<FinalisedView> {
         let track = self.leading();
         let Some(best) = track.hypotheses.first().filter(|_| track.trusted) else {
             return Vec::new();
         };
-        let sights = track.sights(images, site, options);
-        let pairs = sights.iter().zip(&best.taken);
-        let mut seen: Option<(usize, Role, Seen<'_>)> = None;
-        let settled = pairs.map(|(sight, taken)| {
-            let camera_index = sight.camera_index;
-            let mut view = SettledView {
+        let weighted_views = track.weighted_views(images, site, options);
+        let pairs = weighted_views.iter().zip(&best.taken);
+        let mut seen: Option<(usize, Role, PredictedObject<'_>)> = None;
+        let settled = pairs.map(|(weighted, taken)| {
+            let camera_index = weighted.camera_index;
+            let mut view = FinalisedView {
                 camera_index,
-                tag: sight.view.tag,
+                tag: weighted.view.tag,
                 agreed: taken.expected,
                 hit: is_hit(taken),
                 ray: None,
                 elsewhere: None,
-                account: None,
+                residual: None,
             };
             if taken.part && !asked(camera_index) {
                 return view;
             }
-            let role = if taken.part { Role::Part } else { Role::Aside };
-            let is_same = |(of, as_role, _): &(usize, Role, Seen<'_>)| {
+            let role = if taken.part {
+                Role::Used
+            } else {
+                Role::Excluded
+            };
+            let is_same = |(of, as_role, _): &(usize, Role, PredictedObject<'_>)| {
                 (*of, *as_role) == (camera_index, role)
             };
             if !seen.as_ref().is_some_and(is_same) {
@@ -117,53 +120,59 @@ impl Track {
                 return view;
             };
             if !taken.part {
-                let size = sight
-                    .camera
-                    .size_of(sight.view, sight.bowed, &seen.configuration);
+                let size = weighted.camera.size_of(
+                    weighted.view,
+                    weighted.distortion_share,
+                    &seen.configuration,
+                );
                 let far = is_far(&size.unwrap_or_default());
-                view.ray = far.then(|| sight.camera.ray_to(sight.view)).flatten();
+                view.ray = far.then(|| weighted.camera.ray_to(weighted.view)).flatten();
             }
-            view.account = account(sight, role, &Place::of(seen, sight.view));
+            view.residual = residual(weighted, role, &PredictedLink::of(seen, weighted.view));
             view
         });
         settled.collect()
     }
 
     /// What views say of it that are kept from this track, at or after its instant; none while the attitude is in doubt.
-    pub fn views_aside(
+    pub fn excluded_views(
         &self,
         image: &ObjectImage,
         site: &Site,
         options: &FusionOptions,
-    ) -> Vec<SettledView> {
+    ) -> Vec<FinalisedView> {
         let then = self.leading().predicted(image.capture_ns);
         if then.hypotheses.is_empty() || !then.trusted {
             return Vec::new();
         }
-        let mut seen = then.seen_by(image.camera_index, Role::Aside);
+        let mut seen = then.seen_by(image.camera_index, Role::Excluded);
         // How well its velocity tells time shows in what it foretells.
         seen.tells_time = true;
-        let sights = then.sights(&[image], site, options);
-        let aside = |sight: &Sight<'_>| SettledView {
+        let weighted_views = then.weighted_views(&[image], site, options);
+        let aside = |weighted: &WeightedView<'_>| FinalisedView {
             camera_index: image.camera_index,
-            tag: sight.view.tag,
+            tag: weighted.view.tag,
             agreed: false,
             hit: false,
             ray: None,
             elsewhere: None,
-            account: account(sight, Role::Aside, &Place::of(&seen, sight.view)),
+            residual: residual(
+                weighted,
+                Role::Excluded,
+                &PredictedLink::of(&seen, weighted.view),
+            ),
         };
-        sights.iter().map(aside).collect()
+        weighted_views.iter().map(aside).collect()
     }
 
     /// That a clock may be off is one of the faults in question: it excuses no view that took no part.
-    fn seen_by(&self, camera_index: usize, role: Role) -> Seen<'_> {
+    fn seen_by(&self, camera_index: usize, role: Role) -> PredictedObject<'_> {
         let state = &self.hypotheses[0].state;
         let unknown = state.covariance.fixed_view::<3, 3>(6, 6).trace();
         let tells_time = unknown < TELLS_TIME * state.velocity().norm_squared();
         if state.joints.is_some() {
             let seen = observed::<WITH_JOINTS>(state, camera_index, role);
-            return Seen {
+            return PredictedObject {
                 state,
                 camera_index,
                 tells_time,
@@ -173,7 +182,7 @@ impl Track {
             };
         }
         let seen = observed::<6>(state, camera_index, role);
-        Seen {
+        PredictedObject {
             state,
             camera_index,
             tells_time,
@@ -184,19 +193,26 @@ impl Track {
     }
 }
 
-fn observed<const D: usize>(state: &Kinematics, camera_index: usize, role: Role) -> Observed<D> {
+fn observed<const D: usize>(
+    state: &ObjectState,
+    camera_index: usize,
+    role: Role,
+) -> ObservedConfiguration<D> {
     match role {
-        Role::Part => state.observed(camera_index),
-        Role::Aside => state.observed_on_time(camera_index),
+        Role::Used => state.observed(camera_index),
+        Role::Excluded => state.observed_on_time(camera_index),
     }
 }
 
-impl<'a> Place<'a> {
-    pub(crate) fn of(seen: &Seen<'a>, view: &View) -> Self {
+impl<'a> PredictedLink<'a> {
+    pub(crate) fn of(seen: &PredictedObject<'a>, view: &TagView) -> Self {
         let at = &seen.configuration;
-        let (twist, covariance) = match &view.limb {
+        let (twist, covariance) = match &view.chain_link {
             None => (at.rates.twist, seen.of_base),
-            Some(limb) => (limb.twist(at), limb.covariance(at, &seen.covariance)),
+            Some(chain_link) => (
+                chain_link.twist(at),
+                chain_link.covariance(at, &seen.covariance),
+            ),
         };
         Self {
             state: seen.state,
@@ -215,34 +231,38 @@ impl<'a> Place<'a> {
 /// Whether a view is part of what is known of the pose.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Role {
-    Part,
-    Aside,
+    Used,
+    Excluded,
 }
 
-fn is_hit(taken: &Taken) -> bool {
+fn is_hit(taken: &ViewOutcome) -> bool {
     taken.part && !taken.expected
 }
 
-fn account(sight: &Sight<'_>, role: Role, place: &Place<'_>) -> Option<ViewResidual> {
-    let normal = sight.without_outliers().normal(&place.link)?;
+fn residual(
+    weighted: &WeightedView<'_>,
+    role: Role,
+    place: &PredictedLink<'_>,
+) -> Option<ViewResidual> {
+    let normal = weighted.without_outliers().normal(&place.link)?;
     let world_from_link = place.link.pose;
-    let testimony = PoseInnovation {
+    let innovation = PoseInnovation {
         information: normal.information,
         gradient: normal.gradient,
         square: normal.scale.iter().sum(),
         weight: normal.weight(),
         world_from_link,
         twist: place.twist,
-        world_from_tag: world_from_link * sight.view.object_from_tag,
-        centre: sight.camera.centre,
-        camera_variance: given_variance(sight.camera.sigma),
-        tag_variance: given_variance(sight.view.tag_sigma),
+        world_from_tag: world_from_link * weighted.view.object_from_tag,
+        centre: weighted.camera.centre,
+        camera_variance: given_variance(weighted.camera.sigma),
+        tag_variance: given_variance(weighted.view.tag_sigma),
     };
     Some(ViewResidual {
-        testimony,
+        innovation,
         covariance: place.covariance,
-        took_part: role == Role::Part,
-        displacing: displacing(sight, place),
+        took_part: role == Role::Used,
+        displacing: displacing(weighted, place),
     })
 }
 
@@ -251,12 +271,12 @@ fn given_variance(sigma: Option<PoseSigma>) -> Vector6<f64> {
 }
 
 /// What errors that last do to the link's pose as the view shows it.
-fn displacing(sight: &Sight<'_>, place: &Place<'_>) -> Vec<Displacing> {
-    let own: Vec<_> = sight.displacing(&place.link.pose).collect();
-    match &sight.view.limb {
+fn displacing(weighted: &WeightedView<'_>, place: &PredictedLink<'_>) -> Vec<BiasJacobian> {
+    let own: Vec<_> = weighted.displacing(&place.link.pose).collect();
+    match &weighted.view.chain_link {
         None => place.state.displacing::<6>(place.camera_index, None, own),
-        Some(limb) => {
-            let link = limb.jacobian::<WITH_JOINTS>(&place.state.configuration());
+        Some(chain_link) => {
+            let link = chain_link.jacobian::<WITH_JOINTS>(&place.state.configuration());
             place.state.displacing(place.camera_index, Some(&link), own)
         }
     }

@@ -8,21 +8,19 @@ use std::borrow::Cow;
 use nalgebra::Matrix6;
 
 use crate::FusionOptions;
-use crate::filter::consider::Gain;
+use crate::filter::consider::UpdateGain;
 use crate::filter::least_squares::{Fit, solve};
-use crate::filter::observed_configuration::Vantage;
-use crate::filter::state::Kinematics;
-use crate::filter::update::surprise;
-use crate::filter::update::{Absorbed, absorb};
+use crate::filter::observed_configuration::ObservationTime;
+use crate::filter::state::ObjectState;
+use crate::filter::update::{Updated, nis, update};
 use crate::kinematics::configuration::Configuration;
-use crate::measurement::biases::Part;
-use crate::measurement::corners::Sight;
-use crate::measurement::corners::UNSEEN;
-use crate::measurement::view_equations::Normal;
-use crate::tracker::camera_consistency::Standing;
+use crate::measurement::biases::BiasGradient;
+use crate::measurement::corners::{UNSEEN, WeightedView};
+use crate::measurement::view_equations::ViewEquations;
+use crate::tracker::camera_consistency::CameraConsistency;
 use crate::tracker::curvature;
 use crate::tracker::hypothesis::Hypothesis;
-use crate::tracker::view_outcome::Taken;
+use crate::tracker::view_outcome::ViewOutcome;
 
 /// Views whose chi-square is at least this share of the worst one's are left out with it, so that many wrong views cost
 /// few fits.
@@ -34,15 +32,15 @@ const WITH_OTHERS: f64 = 1.0 / 6.0;
 /// A hypothesis from the prior state and the views that agree with it; `None` where none does. The search begins at
 /// `start`, or at the prior's pose.
 pub(crate) fn updated<const D: usize>(
-    prior: &Kinematics,
+    prior: &ObjectState,
     start: Option<&Configuration>,
-    sights: &[Sight<'_>],
+    weighted_views: &[WeightedView<'_>],
     options: &FusionOptions,
 ) -> Option<Hypothesis> {
-    let mut sum = refused(prior.clone(), sights, options);
+    let mut sum = refused(prior.clone(), weighted_views, options);
     let mut start = start;
-    for group in groups(sights) {
-        let members = members(sights, &group);
+    for group in groups(weighted_views) {
+        let members = members(weighted_views, &group);
         if let Some(prior) = members[0].clock {
             sum.state.know_clock(members[0].camera_index, prior);
         }
@@ -63,30 +61,30 @@ pub(crate) fn updated<const D: usize>(
 
 /// The state with all views refused.
 pub(crate) fn refused(
-    state: Kinematics,
-    sights: &[Sight<'_>],
+    state: ObjectState,
+    weighted_views: &[WeightedView<'_>],
     options: &FusionOptions,
 ) -> Hypothesis {
     Hypothesis {
         state,
-        evidence: -refusal(sights, &vec![false; sights.len()], options),
+        evidence: -refusal(weighted_views, &vec![false; weighted_views.len()], options),
         fitted: 0.0,
         vague: false,
         mirrored: f64::NEG_INFINITY,
         settled: 0.0,
         to_mirrored: None,
-        standing: Standing::default(),
-        taken: vec![Taken::refused(); sights.len()],
+        standing: CameraConsistency::default(),
+        taken: vec![ViewOutcome::refused(); weighted_views.len()],
     }
 }
 
 /// Logarithm of the odds against the views that take no part. Wrong tags are rare and independent; but one cause, a moved
 /// camera, makes all views of an image wrong at once.
-fn refusal(sights: &[Sight<'_>], part: &[bool], options: &FusionOptions) -> f64 {
+fn refusal(weighted_views: &[WeightedView<'_>], part: &[bool], options: &FusionOptions) -> f64 {
     let mut odds = 0.0;
-    let pairs: Vec<(usize, bool)> = sights
+    let pairs: Vec<(usize, bool)> = weighted_views
         .iter()
-        .map(|sight| sight.camera_index)
+        .map(|weighted| weighted.camera_index)
         .zip(part.iter().copied())
         .collect();
     for image in pairs.chunk_by(|a, b| a.0 == b.0) {
@@ -106,10 +104,11 @@ pub(crate) fn image_refusal(views: usize, options: &FusionOptions) -> f64 {
 }
 
 /// Indices of the sights that see the same moment; those of right clocks first.
-fn groups(sights: &[Sight<'_>]) -> Vec<Vec<usize>> {
+fn groups(weighted_views: &[WeightedView<'_>]) -> Vec<Vec<usize>> {
     let (right, other): (Vec<usize>, Vec<usize>) =
-        (0..sights.len()).partition(|index| sights[*index].clock.is_none());
-    let by_camera = other.chunk_by(|a, b| sights[*a].camera_index == sights[*b].camera_index);
+        (0..weighted_views.len()).partition(|index| weighted_views[*index].clock.is_none());
+    let by_camera =
+        other.chunk_by(|a, b| weighted_views[*a].camera_index == weighted_views[*b].camera_index);
     let mut groups: Vec<Vec<usize>> = by_camera.map(<[usize]>::to_vec).collect();
     if !right.is_empty() {
         groups.insert(0, right);
@@ -118,39 +117,41 @@ fn groups(sights: &[Sight<'_>]) -> Vec<Vec<usize>> {
 }
 
 /// From where and when simultaneous views see the state.
-fn vantage(sights: &[Sight<'_>]) -> Vantage {
-    let rows = sights.iter().filter_map(|sight| sight.view.after_s);
+fn vantage(weighted_views: &[WeightedView<'_>]) -> ObservationTime {
+    let rows = weighted_views
+        .iter()
+        .filter_map(|weighted| weighted.view.after_s);
     let of_all: f64 = rows.flatten().map(f64::abs).sum();
-    Vantage {
-        camera_index: sights[0].camera_index,
-        apart_s: of_all / (4 * sights.len()) as f64,
+    ObservationTime {
+        camera_index: weighted_views[0].camera_index,
+        apart_s: of_all / (4 * weighted_views.len()) as f64,
     }
 }
 
 struct GroupUpdate {
-    state: Kinematics,
+    state: ObjectState,
     /// What the corners say for it: the logarithm of odds.
     fitted: f64,
     /// Logarithm of the odds against the views that take no part.
     refusal: f64,
     /// Whether the attitude is so vague that the cost may be no parabola about the fit.
     vague: bool,
-    taken: Vec<Taken>,
+    taken: Vec<ViewOutcome>,
 }
 
 /// The worst view is left out until all that are left pass their gates; `None` where none does, or where the prediction
 /// contradicts them all.
 fn updated_by_group<const D: usize>(
-    prior: &Kinematics,
+    prior: &ObjectState,
     start: Option<&Configuration>,
-    sights: &[Sight<'_>],
+    weighted_views: &[WeightedView<'_>],
     options: &FusionOptions,
 ) -> Option<GroupUpdate> {
-    let expected = prior.observed_from::<D>(vantage(sights));
+    let expected = prior.observed_from::<D>(vantage(weighted_views));
     let seen_prior = expected.prior()?;
-    let mut part = vec![true; sights.len()];
+    let mut part = vec![true; weighted_views.len()];
     loop {
-        let active = chosen(sights, &part);
+        let active = chosen(weighted_views, &part);
         if active.is_empty() {
             return None;
         }
@@ -159,120 +160,131 @@ fn updated_by_group<const D: usize>(
             &active,
             start.unwrap_or(&expected.configuration),
         )?;
-        let normals = normals(sights, &part, &mut fit);
+        let normals = normals(weighted_views, &part, &mut fit);
         let worst = worst_chi2(&normals, &part);
         if worst > options.tag_gate {
             // Just below the worst, so that at least that one goes.
             let limit = options.tag_gate.max(worst * ALMOST_AS_BAD);
             leave_out(&mut part, &normals, limit);
-        } else if fit.surprise > options.prediction_gate
-            && surprise(prior, &seen_prior, &fit, &active[0]) > options.prediction_gate
+        } else if fit.nis > options.prediction_gate
+            && nis(prior, &seen_prior, &fit, &active[0]) > options.prediction_gate
         {
             return None;
         } else {
-            let mut update = complete(prior, &fit, sights, &normals, &part)?;
-            if !sights.iter().any(|sight| sight.clock.is_some()) {
+            let mut update = complete(prior, &fit, weighted_views, &normals, &part)?;
+            if !weighted_views
+                .iter()
+                .any(|weighted| weighted.clock.is_some())
+            {
                 update.vague = curvature::widen(&mut update.state, &seen_prior, &active, &fit);
             }
-            update.refusal = refusal(sights, &part, options);
+            update.refusal = refusal(weighted_views, &part, options);
             return Some(update);
         }
     }
 }
 
 /// The sights of a group; nearly always there is one, of all.
-fn members<'s, 'a>(sights: &'s [Sight<'a>], group: &[usize]) -> Cow<'s, [Sight<'a>]> {
-    if group.len() == sights.len() {
-        return Cow::Borrowed(sights);
+fn members<'s, 'a>(
+    weighted_views: &'s [WeightedView<'a>],
+    group: &[usize],
+) -> Cow<'s, [WeightedView<'a>]> {
+    if group.len() == weighted_views.len() {
+        return Cow::Borrowed(weighted_views);
     }
-    group.iter().map(|index| sights[*index]).collect()
+    group.iter().map(|index| weighted_views[*index]).collect()
 }
 
 /// The sights that take part; nearly always all.
-fn chosen<'s, 'a>(sights: &'s [Sight<'a>], part: &[bool]) -> Cow<'s, [Sight<'a>]> {
+fn chosen<'s, 'a>(
+    weighted_views: &'s [WeightedView<'a>],
+    part: &[bool],
+) -> Cow<'s, [WeightedView<'a>]> {
     if part.iter().all(|part| *part) {
-        return Cow::Borrowed(sights);
+        return Cow::Borrowed(weighted_views);
     }
-    let pairs = sights.iter().zip(part);
+    let pairs = weighted_views.iter().zip(part);
     pairs
         .filter(|(_, part)| **part)
-        .map(|(sight, _)| *sight)
+        .map(|(weighted, _)| *weighted)
         .collect()
 }
 
 /// Cost and normal equations of each view at the fit, taken out of it; `None` where it would have to show the tag's back.
 fn normals<const D: usize>(
-    sights: &[Sight<'_>],
+    weighted_views: &[WeightedView<'_>],
     part: &[bool],
     fit: &mut Fit<D>,
-) -> Vec<Option<Normal>> {
+) -> Vec<Option<ViewEquations>> {
     let at = fit.configuration;
     let mut normals = std::mem::take(&mut fit.views);
     if part.iter().any(|part| !part) {
         let mut fitted = normals.into_iter();
-        let normal = |(sight, part): (&Sight<'_>, &bool)| {
+        let normal = |(weighted, part): (&WeightedView<'_>, &bool)| {
             if *part {
                 fitted.next().flatten()
             } else {
-                sight.normal(&sight.view.moving(&at))
+                weighted.normal(&weighted.view.moving(&at))
             }
         };
-        normals = sights.iter().zip(part).map(normal).collect();
+        normals = weighted_views.iter().zip(part).map(normal).collect();
     }
-    for (sight, view) in sights.iter().zip(&mut normals) {
-        let link = sight.view.world_from_link(&at);
-        if !sight.faces(&link) {
+    for (weighted, view) in weighted_views.iter().zip(&mut normals) {
+        let link = weighted.view.world_from_link(&at);
+        if !weighted.faces(&link) {
             *view = None;
         }
     }
     normals
 }
 
-fn chi2(normal: &Option<Normal>) -> f64 {
+fn chi2(normal: &Option<ViewEquations>) -> f64 {
     normal.as_ref().map_or(UNSEEN, |normal| normal.chi2)
 }
 
-fn worst_chi2(normals: &[Option<Normal>], part: &[bool]) -> f64 {
+fn worst_chi2(normals: &[Option<ViewEquations>], part: &[bool]) -> f64 {
     let taking_part = normals.iter().zip(part).filter(|(_, part)| **part);
     taking_part
         .map(|(normal, _)| chi2(normal))
         .fold(0.0, f64::max)
 }
 
-fn leave_out(part: &mut [bool], normals: &[Option<Normal>], limit: f64) {
+fn leave_out(part: &mut [bool], normals: &[Option<ViewEquations>], limit: f64) {
     for (part, normal) in part.iter_mut().zip(normals) {
         *part &= chi2(normal) <= limit;
     }
 }
 
 fn complete<const D: usize>(
-    prior: &Kinematics,
+    prior: &ObjectState,
     fit: &Fit<D>,
-    sights: &[Sight<'_>],
-    normals: &[Option<Normal>],
+    weighted_views: &[WeightedView<'_>],
+    normals: &[Option<ViewEquations>],
     part: &[bool],
 ) -> Option<GroupUpdate> {
-    let camera_index = sights[0].camera_index;
-    let mut absorbed = absorb(prior, vantage(sights), fit)?;
+    let camera_index = weighted_views[0].camera_index;
+    let mut absorbed = update(prior, vantage(weighted_views), fit)?;
     let seen = absorbed.state.observed::<D>(camera_index);
     let of_base = seen.covariance.fixed_view::<6, 6>(0, 0).into_owned();
-    let covariance = |sight: &Sight<'_>| match &sight.view.limb {
+    let covariance = |weighted: &WeightedView<'_>| match &weighted.view.chain_link {
         None => of_base,
-        Some(limb) => limb.covariance(&seen.configuration, &seen.covariance),
+        Some(chain_link) => chain_link.covariance(&seen.configuration, &seen.covariance),
     };
-    let pairs = normals.iter().zip(part).zip(sights);
+    let pairs = normals.iter().zip(part).zip(weighted_views);
     let taken = pairs
-        .map(|((normal, part), sight)| {
-            let covariance = covariance(sight);
+        .map(|((normal, part), weighted)| {
+            let covariance = covariance(weighted);
             let mut taken = taken(normal.as_ref(), *part, &covariance);
-            if *part && sight.view.bow.is_some() {
-                let link = sight.view.moving(&fit.configuration);
-                taken.more_bow = sight.more_bow(&link, &covariance).unwrap_or_default();
+            if *part && weighted.view.distortion_bias.is_some() {
+                let link = weighted.view.moving(&fit.configuration);
+                taken.distortion_score = weighted
+                    .distortion_score(&link, &covariance)
+                    .unwrap_or_default();
             }
             taken
         })
         .collect();
-    let parts = lasting_parts::<D>(&seen.configuration, sights, normals, part);
+    let parts = bias_gradients::<D>(&seen.configuration, weighted_views, normals, part);
     if !parts.is_empty() || absorbed.state.considered.is_some() {
         let gain = gain(&absorbed, fit, camera_index);
         absorbed.state.consider(&gain, &parts);
@@ -289,10 +301,10 @@ fn complete<const D: usize>(
 }
 
 /// What lasting errors need to know of an update.
-fn gain<const D: usize>(absorbed: &Absorbed<D>, fit: &Fit<D>, camera_index: usize) -> Gain<D> {
+fn gain<const D: usize>(absorbed: &Updated<D>, fit: &Fit<D>, camera_index: usize) -> UpdateGain<D> {
     let clocks = absorbed.state.clocks.as_deref();
     let slot = clocks.and_then(|clocks| Some((clocks, clocks.slot(camera_index)?)));
-    Gain {
+    UpdateGain {
         with: absorbed.gain(),
         clock: slot.map(|(clocks, slot)| (slot, clocks.offset_s(slot))),
         rates: absorbed.state.rates(),
@@ -301,19 +313,23 @@ fn gain<const D: usize>(absorbed: &Absorbed<D>, fit: &Fit<D>, camera_index: usiz
 }
 
 /// What the sources of lasting errors have contributed by the views that took part.
-fn lasting_parts<const D: usize>(
+fn bias_gradients<const D: usize>(
     seen: &Configuration,
-    sights: &[Sight<'_>],
-    normals: &[Option<Normal>],
+    weighted_views: &[WeightedView<'_>],
+    normals: &[Option<ViewEquations>],
     part: &[bool],
-) -> Vec<Part<D>> {
-    let mut parts: Vec<Part<D>> = Vec::new();
-    let views = sights.iter().zip(normals).zip(part);
-    for ((sight, normal), _) in views.filter(|(_, part)| **part) {
+) -> Vec<BiasGradient<D>> {
+    let mut parts: Vec<BiasGradient<D>> = Vec::new();
+    let views = weighted_views.iter().zip(normals).zip(part);
+    for ((weighted, normal), _) in views.filter(|(_, part)| **part) {
         let Some(normal) = normal else { continue };
-        let lasting = sight.lasting(seen, normal);
-        let limb = sight.view.limb.as_ref().filter(|_| !lasting.is_empty());
-        let by_configuration = limb.map(|limb| limb.jacobian::<D>(seen));
+        let lasting = weighted.lasting(seen, normal);
+        let chain_link = weighted
+            .view
+            .chain_link
+            .as_ref()
+            .filter(|_| !lasting.is_empty());
+        let by_configuration = chain_link.map(|chain_link| chain_link.jacobian::<D>(seen));
         for part in lasting {
             part.about(by_configuration.as_ref()).join(&mut parts);
         }
@@ -321,9 +337,9 @@ fn lasting_parts<const D: usize>(
     parts
 }
 
-fn taken(normal: Option<&Normal>, part: bool, covariance: &Matrix6<f64>) -> Taken {
+fn taken(normal: Option<&ViewEquations>, part: bool, covariance: &Matrix6<f64>) -> ViewOutcome {
     let Some(normal) = normal else {
-        return Taken::refused();
+        return ViewOutcome::refused();
     };
     let absorbed = |information: Matrix6<f64>| {
         // The trace of the product: both are symmetric.
@@ -335,12 +351,12 @@ fn taken(normal: Option<&Normal>, part: bool, covariance: &Matrix6<f64>) -> Take
         (4.0 - share).clamp(0.2, 4.0)
     };
     let of_shifts = normal.information - normal.of_turns;
-    Taken {
+    ViewOutcome {
         part,
         expected: part,
         scale: normal.scale,
         redundancy: [absorbed(of_shifts), absorbed(normal.of_turns)],
         square_px: normal.square_px,
-        more_bow: [0.0; 2],
+        distortion_score: [0.0; 2],
     }
 }

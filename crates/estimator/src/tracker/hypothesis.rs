@@ -4,16 +4,16 @@ use nalgebra::Vector6;
 use sextant_geometry::Pose;
 
 use crate::FusionOptions;
-use crate::filter::state::Kinematics;
-use crate::measurement::corners::Sight;
-use crate::tracker::camera_consistency::Standing;
+use crate::filter::state::ObjectState;
+use crate::measurement::corners::WeightedView;
+use crate::tracker::camera_consistency::CameraConsistency;
 use crate::tracker::planar_ambiguity;
-use crate::tracker::view_outcome::Taken;
+use crate::tracker::view_outcome::ViewOutcome;
 
 /// One attitude.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Hypothesis {
-    pub state: Kinematics,
+    pub state: ObjectState,
     /// Logarithm of its odds against the likeliest.
     pub evidence: f64,
     /// Of the evidence, what the corners of this instant say.
@@ -27,9 +27,9 @@ pub(crate) struct Hypothesis {
     /// The step to the mirrored attitude, while that is not settled.
     pub to_mirrored: Option<Vector6<f64>>,
     /// Which cameras go on to contradict it.
-    pub standing: Standing,
+    pub standing: CameraConsistency,
     /// What became of each view at the last instant.
-    pub taken: Vec<Taken>,
+    pub taken: Vec<ViewOutcome>,
 }
 
 impl Hypothesis {
@@ -60,14 +60,19 @@ impl Hypothesis {
     }
 
     /// Counts what the views that took part say against the mirrored attitude, on top of what earlier ones said.
-    pub fn settle(&mut self, before: f64, sights: &[Sight<'_>], options: &FusionOptions) {
+    pub fn settle(
+        &mut self,
+        before: f64,
+        weighted_views: &[WeightedView<'_>],
+        options: &FusionOptions,
+    ) {
         self.settled = before;
         self.to_mirrored = None;
         if before < options.trusted_odds {
-            let pairs = sights.iter().zip(&self.taken);
+            let pairs = weighted_views.iter().zip(&self.taken);
             let part: Vec<_> = pairs
                 .filter(|(_, taken)| taken.part)
-                .map(|(sight, _)| sight)
+                .map(|(weighted, _)| weighted)
                 .collect();
             let at = self.state.configuration();
             self.settled += planar_ambiguity::settled_by(&at, &part);

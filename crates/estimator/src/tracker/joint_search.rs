@@ -8,10 +8,10 @@ use nalgebra::Vector3;
 use sextant_geometry::Pose;
 
 use crate::articulation::MOST_JOINTS;
-use crate::filter::state::Kinematics;
-use crate::kinematics::chain::Chain;
+use crate::filter::state::ObjectState;
+use crate::kinematics::chain::KinematicChain;
 use crate::kinematics::configuration::{Configuration, Rates, Values};
-use crate::measurement::corners::Sight;
+use crate::measurement::corners::WeightedView;
 use crate::measurement::planar_poses::{area, branches};
 use crate::{Joint, JointKind};
 
@@ -24,44 +24,49 @@ const REACH: f64 = 1.0;
 
 /// The configuration by a branch of a view: its link is where the branch says, the joints where the other links say.
 pub(crate) fn by_branch(
-    sight: &Sight<'_>,
+    weighted: &WeightedView<'_>,
     world_from_link: &Pose,
-    sights: &[Sight<'_>],
+    weighted_views: &[WeightedView<'_>],
 ) -> Configuration {
-    let Some(limb) = &sight.view.limb else {
+    let Some(chain_link) = &weighted.view.chain_link else {
         return Configuration::rigid(world_from_link);
     };
     let search = Search {
-        chain: &limb.chain,
-        sights,
-        anchor: limb.link,
+        chain: &chain_link.chain,
+        weighted_views,
+        anchor: chain_link.link,
         world_from_anchor: *world_from_link,
-        values: middle(&limb.chain),
+        values: middle(&chain_link.chain),
         known: [false; MOST_JOINTS],
     };
     let found = search.finished();
-    let base = limb.chain.articulation.base();
-    let mut limbs = sights.iter().filter_map(|sight| sight.view.limb.as_ref());
-    if limbs.any(|limb| limb.link == base) {
-        limb.chain.rooted(&found, base)
+    let base = chain_link.chain.articulation.base();
+    let mut chain_links = weighted_views
+        .iter()
+        .filter_map(|weighted| weighted.view.chain_link.as_ref());
+    if chain_links.any(|chain_link| chain_link.link == base) {
+        chain_link.chain.rooted(&found, base)
     } else {
         found
     }
 }
 
 /// Where the joints that are only vaguely known would be by the views; `None` where all are known well.
-pub(crate) fn start(prior: &Kinematics, sights: &[Sight<'_>]) -> Option<Configuration> {
+pub(crate) fn start(
+    prior: &ObjectState,
+    weighted_views: &[WeightedView<'_>],
+) -> Option<Configuration> {
     let joints = prior.joints.as_ref()?;
     let known = std::array::from_fn(|slot| slot >= joints.moving || joints.sigma(slot) < VAGUE);
-    let vague = |sight: &Sight<'_>| {
-        let limb = sight.view.limb.as_ref();
-        let way = limb.map(|limb| joints.chain.between(joints.root, limb.link));
+    let vague = |weighted: &WeightedView<'_>| {
+        let chain_link = weighted.view.chain_link.as_ref();
+        let way = chain_link.map(|chain_link| joints.chain.between(joints.root, chain_link.link));
         way.is_some_and(|way| way.iter().any(|slot| !known[*slot]))
     };
-    sights.iter().any(vague).then(|| {
+    weighted_views.iter().any(vague).then(|| {
         let search = Search {
             chain: &joints.chain,
-            sights,
+            weighted_views,
             anchor: joints.root,
             world_from_anchor: prior.pose,
             values: joints.values,
@@ -72,8 +77,8 @@ pub(crate) fn start(prior: &Kinematics, sights: &[Sight<'_>]) -> Option<Configur
 }
 
 struct Search<'a> {
-    chain: &'a Chain,
-    sights: &'a [Sight<'a>],
+    chain: &'a KinematicChain,
+    weighted_views: &'a [WeightedView<'a>],
     anchor: usize,
     world_from_anchor: Pose,
     values: Values,
@@ -84,10 +89,10 @@ impl Search<'_> {
     /// With every link that is seen taken in, the nearest first.
     fn finished(mut self) -> Configuration {
         let links = self
-            .sights
+            .weighted_views
             .iter()
-            .filter_map(|sight| sight.view.limb.as_ref());
-        let mut links: Vec<usize> = links.map(|limb| limb.link).collect();
+            .filter_map(|weighted| weighted.view.chain_link.as_ref());
+        let mut links: Vec<usize> = links.map(|chain_link| chain_link.link).collect();
         links.sort_by_key(|link| (self.chain.between(self.anchor, *link).len(), *link));
         links.dedup();
         for link in links {
@@ -146,13 +151,13 @@ impl Search<'_> {
         (0..TRIALS).map(trial).collect()
     }
 
-    fn views(&self, link: usize) -> impl Iterator<Item = &Sight<'_>> {
-        self.sights.iter().filter(move |sight| {
-            sight
+    fn views(&self, link: usize) -> impl Iterator<Item = &WeightedView<'_>> {
+        self.weighted_views.iter().filter(move |weighted| {
+            weighted
                 .view
-                .limb
+                .chain_link
                 .as_ref()
-                .is_some_and(|limb| limb.link == link)
+                .is_some_and(|chain_link| chain_link.link == link)
         })
     }
 
@@ -164,7 +169,7 @@ impl Search<'_> {
 
     fn cost(&self, link: usize, values: &Values) -> f64 {
         let at = self.at(values);
-        self.views(link).map(|sight| sight.chi2(&at)).sum()
+        self.views(link).map(|weighted| weighted.chi2(&at)).sum()
     }
 
     /// The value of the last joint on the way to a link that is at a pose, the others having theirs.
@@ -193,7 +198,7 @@ impl Search<'_> {
 }
 
 /// In the middle of what is possible.
-fn middle(chain: &Chain) -> Values {
+fn middle(chain: &KinematicChain) -> Values {
     let mut values = Values::zeros();
     for (slot, joint) in chain.moving().enumerate() {
         let [lowest, highest] = range(joint);

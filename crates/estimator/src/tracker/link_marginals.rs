@@ -5,8 +5,8 @@ use sextant_geometry::se3;
 
 use crate::articulation::MOST_JOINTS;
 use crate::filter::covariance::symmetric;
-use crate::filter::joint_states::Joints;
-use crate::kinematics::chain::Chain;
+use crate::filter::joint_states::JointStates;
+use crate::kinematics::chain::KinematicChain;
 use crate::kinematics::configuration::Configuration;
 use crate::tracker::hypothesis::Hypothesis;
 use crate::tracker::track::Track;
@@ -16,7 +16,7 @@ use crate::{JointEstimate, LinkEstimate, Posture};
 const SIZE: usize = 6 + MOST_JOINTS;
 
 /// An attitude that is possible.
-struct Possible {
+struct MixtureComponent {
     at: Configuration,
     covariance: SMatrix<f64, SIZE, SIZE>,
     weight: f64,
@@ -27,7 +27,7 @@ impl Track {
     pub fn posture(&self) -> Option<Box<Posture>> {
         let best = self.hypotheses.first()?;
         let joints = best.state.joints.as_deref()?;
-        let possible: Vec<Possible> = self.hypotheses.iter().flat_map(possible).collect();
+        let possible: Vec<MixtureComponent> = self.hypotheses.iter().flat_map(possible).collect();
         let links = (0..joints.chain.articulation.links().len())
             .map(|link| link_estimate(&joints.chain, link, &possible));
         let joints = joints.chain.moving().enumerate().map(|(slot, joint)| {
@@ -51,24 +51,24 @@ impl Track {
     /// Of the link that is the object's pose; `None` where the object is rigid.
     pub(crate) fn covariance_of_base(&self) -> Option<Matrix6<f64>> {
         let joints = self.hypotheses.first()?.state.joints.as_deref()?;
-        let possible: Vec<Possible> = self.hypotheses.iter().flat_map(possible).collect();
+        let possible: Vec<MixtureComponent> = self.hypotheses.iter().flat_map(possible).collect();
         let base = joints.chain.articulation.base();
         Some(link_estimate(&joints.chain, base, &possible).covariance)
     }
 }
 
 /// A hypothesis, and the mirrored attitude while that is not settled.
-fn possible(one: &Hypothesis) -> Vec<Possible> {
+fn possible(one: &Hypothesis) -> Vec<MixtureComponent> {
     let own = one.state.observed::<SIZE>(usize::MAX).covariance;
-    let covariance = own * one.state.own_told() + one.state.lasting_covariance();
+    let covariance = own * one.state.covariance_inflation() + one.state.bias_covariance_of();
     let (at, weight) = (one.state.configuration(), one.evidence.exp());
-    let mut all = vec![Possible {
+    let mut all = vec![MixtureComponent {
         at,
         covariance,
         weight,
     }];
     if let Some((step, odds)) = one.twin() {
-        all.push(Possible {
+        all.push(MixtureComponent {
             at: Configuration {
                 pose: se3::perturb(&at.pose, &step),
                 ..at
@@ -80,7 +80,11 @@ fn possible(one: &Hypothesis) -> Vec<Possible> {
     all
 }
 
-fn link_estimate(chain: &Chain, link: usize, possible: &[Possible]) -> LinkEstimate {
+fn link_estimate(
+    chain: &KinematicChain,
+    link: usize,
+    possible: &[MixtureComponent],
+) -> LinkEstimate {
     let world_from_link = chain.world_from_link(&possible[0].at, link);
     let mut sum = Matrix6::zeros();
     let mut weights = 0.0;
@@ -99,17 +103,17 @@ fn link_estimate(chain: &Chain, link: usize, possible: &[Possible]) -> LinkEstim
 }
 
 /// Of a joint's value and velocity.
-fn variances(hypotheses: &[Hypothesis], best: &Joints, slot: usize) -> (f64, f64) {
+fn variances(hypotheses: &[Hypothesis], best: &JointStates, slot: usize) -> (f64, f64) {
     let (mut value, mut velocity, mut weights) = (0.0, 0.0, 0.0);
     for one in hypotheses {
         let Some(joints) = &one.state.joints else {
             continue;
         };
-        let (weight, told) = (one.evidence.exp(), one.state.own_told());
+        let (weight, told) = (one.evidence.exp(), one.state.covariance_inflation());
         let speed = MOST_JOINTS + slot;
         let off_value = joints.values[slot] - best.values[slot];
         let off_speed = joints.speeds[slot] - best.speeds[slot];
-        let lasting = one.state.lasting_covariance::<SIZE>()[(6 + slot, 6 + slot)];
+        let lasting = one.state.bias_covariance_of::<SIZE>()[(6 + slot, 6 + slot)];
         value += weight * (told * joints.own[(slot, slot)] + lasting + off_value.powi(2));
         velocity += weight * (told * joints.own[(speed, speed)] + off_speed.powi(2));
         weights += weight;

@@ -8,12 +8,12 @@
 //! has of its scale (ibid., sec. 3).
 
 use crate::FusionOptions;
-use crate::measurement::corners::Sight;
+use crate::measurement::corners::WeightedView;
 use crate::measurement::edge_modes::NoiseFactors;
-use crate::measurement::rolling_shutter::Moving;
+use crate::measurement::rolling_shutter::LinkMotion;
 use crate::measurement::view_equations::NoiseSource;
-use crate::tracker::distortion_share::Bowed;
-use crate::tracker::view_outcome::Taken;
+use crate::tracker::distortion_share::DistortionShare;
+use crate::tracker::view_outcome::ViewOutcome;
 
 /// What a source of the stated noise is worth.
 struct Trust {
@@ -47,18 +47,18 @@ fn index_of(source: NoiseSource) -> usize {
 
 /// The noise of all cameras' corners, by camera index.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub(crate) struct Noise(Vec<CameraNoise>);
+pub(crate) struct NoiseScales(Vec<CameraNoiseScales>);
 
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-struct CameraNoise {
-    shift: Variance,
-    turn: Variance,
-    bowed: Bowed,
+struct CameraNoiseScales {
+    shift: VarianceScale,
+    turn: VarianceScale,
+    distortion_share: DistortionShare,
 }
 
 /// What the residuals say of a factor on a stated variance.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-struct Variance {
+struct VarianceScale {
     chi2: f64,
     /// Of the factor, by steps of scoring.
     logarithm: f64,
@@ -77,7 +77,7 @@ const OF_GAUSSIAN: f64 = 1.06;
 /// Information of eight Gaussian residuals on the logarithm of their scale over that of such a view: (5 + 10) / 5.
 const STEEPNESS: f64 = 3.0;
 
-impl Variance {
+impl VarianceScale {
     fn weighed(&self) -> [f64; 2] {
         let mean = self.chi2 / self.redundancy.max(f64::MIN_POSITIVE);
         let logarithms = [mean.max(f64::MIN_POSITIVE).ln(), self.logarithm];
@@ -100,12 +100,12 @@ impl Variance {
 
 /// What all cameras show, by [`index_of`] a source: logarithms of the factors, drawn to one.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Usual {
+pub(crate) struct PooledScales {
     shift: [f64; 2],
     turn: [f64; 2],
 }
 
-fn usual(all: impl Iterator<Item = Variance>) -> [f64; 2] {
+fn usual(all: impl Iterator<Item = VarianceScale>) -> [f64; 2] {
     let (mut sums, mut redundancy) = ([0.0; 2], 0.0);
     for variance in all {
         sums = [0, 1].map(|source| sums[source] + variance.weighed[source]);
@@ -115,21 +115,26 @@ fn usual(all: impl Iterator<Item = Variance>) -> [f64; 2] {
 }
 
 /// A camera's own factor, drawn to what all show.
-fn factor(usual: &[f64; 2], own: Variance, source: usize) -> f64 {
+fn factor(usual: &[f64; 2], own: VarianceScale, source: usize) -> f64 {
     let faith = TRUSTS[source].faith;
     let logarithm = (own.weighed[source] + faith * usual[source]) / (own.redundancy + faith);
     logarithm.exp()
 }
 
-impl Noise {
-    pub fn usual(&self) -> Usual {
-        Usual {
+impl NoiseScales {
+    pub fn usual(&self) -> PooledScales {
+        PooledScales {
             shift: usual(self.0.iter().map(|camera| camera.shift)),
             turn: usual(self.0.iter().map(|camera| camera.turn)),
         }
     }
 
-    pub fn factors(&self, camera_index: usize, source: NoiseSource, usual: &Usual) -> NoiseFactors {
+    pub fn factors(
+        &self,
+        camera_index: usize,
+        source: NoiseSource,
+        usual: &PooledScales,
+    ) -> NoiseFactors {
         let source = index_of(source);
         let own = self.0.get(camera_index).copied().unwrap_or_default();
         NoiseFactors {
@@ -139,40 +144,47 @@ impl Noise {
     }
 
     /// Whether what a view leaves, seen from a pose of its link, is no more than the largest noise that there can be.
-    pub fn can_explain(sight: &Sight<'_>, link: &Moving) -> bool {
-        let NoiseFactors { shift, turn } = sight.noise;
-        let (_, most) = TRUSTS[index_of(sight.view.noise_source)].bounds;
-        let square = sight.normal(link).map(|normal| normal.square());
+    pub fn can_explain(weighted: &WeightedView<'_>, link: &LinkMotion) -> bool {
+        let NoiseFactors { shift, turn } = weighted.noise;
+        let (_, most) = TRUSTS[index_of(weighted.view.noise_source)].bounds;
+        let square = weighted.normal(link).map(|normal| normal.square());
         square.is_some_and(|square| square * (shift * turn).sqrt() < COORDINATES * most)
     }
 
     /// How much of the bow a camera's corners have.
-    pub fn bowed(&self, camera_index: usize) -> f64 {
+    pub fn distortion_share(&self, camera_index: usize) -> f64 {
         let own = self.0.get(camera_index).copied().unwrap_or_default();
-        own.bowed.share()
+        own.distortion_share.share()
     }
 
     /// Takes a view in, whether it took part or was refused: else a noise underestimated at the start would stay so.
-    pub fn learn(&mut self, sight: &Sight<'_>, taken: &Taken, options: &FusionOptions) {
-        if self.0.len() <= sight.camera_index {
+    pub fn learn(
+        &mut self,
+        weighted: &WeightedView<'_>,
+        taken: &ViewOutcome,
+        options: &FusionOptions,
+    ) {
+        if self.0.len() <= weighted.camera_index {
             self.0
-                .resize(sight.camera_index + 1, CameraNoise::default());
+                .resize(weighted.camera_index + 1, CameraNoiseScales::default());
         }
-        let camera = &mut self.0[sight.camera_index];
+        let camera = &mut self.0[weighted.camera_index];
         let memory = 0.5 * options.noise_memory;
         // Against what the residuals were whitened with.
         let ratio = |kind: usize| {
             // Where it is stated how corners hang together, shifts and turns are off by the same factor.
-            if sight.view.is_joint {
+            if weighted.view.is_joint {
                 taken.scale.iter().sum::<f64>() / taken.redundancy.iter().sum::<f64>()
             } else {
                 taken.scale[kind] / taken.redundancy[kind]
             }
         };
-        let (shift, turn) = (sight.noise.shift, sight.noise.turn);
+        let (shift, turn) = (weighted.noise.shift, weighted.noise.turn);
         let [of_shift, of_turn] = taken.redundancy;
         camera.shift.learn(shift, ratio(0), of_shift, memory);
         camera.turn.learn(turn, ratio(1), of_turn, memory);
-        camera.bowed.learn(sight.bowed, taken.more_bow);
+        camera
+            .distortion_share
+            .learn(weighted.distortion_share, taken.distortion_score);
     }
 }

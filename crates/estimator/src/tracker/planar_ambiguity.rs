@@ -9,9 +9,9 @@ use sextant_geometry::{Pose, se3};
 use crate::FusionOptions;
 use crate::filter::covariance::is_wider_than;
 use crate::filter::least_squares::Prior;
-use crate::filter::state::Kinematics;
+use crate::filter::state::ObjectState;
 use crate::kinematics::configuration::Configuration;
-use crate::measurement::corners::Sight;
+use crate::measurement::corners::WeightedView;
 use crate::measurement::planar_poses::{area, branches};
 
 /// Radians (one sigma about the worst axis) from which on a prediction is too vague to lead to the right one of several
@@ -29,17 +29,19 @@ pub(crate) struct Others {
 /// The mirrored attitude, and with a vague prediction both branches of the largest tag: where all views come from one
 /// camera and the prediction does not exclude them.
 pub(crate) fn others<const D: usize>(
-    predicted: &Kinematics,
+    predicted: &ObjectState,
     found: &Configuration,
-    sights: &[Sight<'_>],
+    weighted_views: &[WeightedView<'_>],
     options: &FusionOptions,
 ) -> Others {
     let mut others = Others {
         starts: Vec::new(),
         mirrored_odds: f64::NEG_INFINITY,
     };
-    let largest = sights.iter().max_by(|a, b| area(a).total_cmp(&area(b)));
-    let Some(largest) = largest.filter(|one| is_alone(one.camera_index, sights)) else {
+    let largest = weighted_views
+        .iter()
+        .max_by(|a, b| area(a).total_cmp(&area(b)));
+    let Some(largest) = largest.filter(|one| is_alone(one.camera_index, weighted_views)) else {
         return others;
     };
     let seen = predicted.observed::<D>(largest.camera_index);
@@ -47,15 +49,15 @@ pub(crate) fn others<const D: usize>(
     let turn = seen.covariance.fixed_view::<3, 3>(3, 3).into_owned();
     let is_vague = is_wider_than(&turn, VAGUE.powi(2));
     // Nearly always the prediction leaves no doubt.
-    let surprise = seen.surprise(&mirrored);
-    if !is_vague && surprise.is_none_or(|surprise| !is_likely(surprise, options)) {
+    let nis = seen.nis(&mirrored);
+    if !is_vague && nis.is_none_or(|nis| !is_likely(nis, options)) {
         return others;
     }
     let Some(prior) = seen.prior() else {
         return others;
     };
     if is_possible(&prior, &mirrored, options) {
-        let cost = |at: &Configuration| cost(&prior, sights, at, options);
+        let cost = |at: &Configuration| cost(&prior, weighted_views, at, options);
         others.mirrored_odds = 0.5 * (cost(found) - cost(&mirrored));
         others.starts.push(mirrored);
     }
@@ -64,7 +66,10 @@ pub(crate) fn others<const D: usize>(
         let branches = branches.map(|link| largest.view.anchored(&link, found));
         for start in branches.filter(|start| is_possible(&prior, start, options)) {
             let known = std::iter::once(found).chain(&others.starts);
-            if !known.into_iter().any(|at| is_beside(&start, at, sights)) {
+            if !known
+                .into_iter()
+                .any(|at| is_beside(&start, at, weighted_views))
+            {
                 others.starts.push(start);
             }
         }
@@ -77,34 +82,54 @@ const BESIDE: (f64, f64) = (0.25, 0.03);
 
 /// Whether a search that begins at `start` would end where another one is: all links that are seen are far nearer to it than
 /// to its mirrored attitude.
-pub(crate) fn is_beside(start: &Configuration, at: &Configuration, sights: &[Sight<'_>]) -> bool {
-    let Some(largest) = sights.iter().max_by(|a, b| area(a).total_cmp(&area(b))) else {
+pub(crate) fn is_beside(
+    start: &Configuration,
+    at: &Configuration,
+    weighted_views: &[WeightedView<'_>],
+) -> bool {
+    let Some(largest) = weighted_views
+        .iter()
+        .max_by(|a, b| area(a).total_cmp(&area(b)))
+    else {
         return false;
     };
     let turned = |one: &Configuration| largest.view.world_from_link(one).rotation;
     let apart = turned(&mirrored(largest, at)).angle_to(&turned(at));
-    sights.iter().all(|sight| {
-        let [here, there] = [start, at].map(|one| sight.view.world_from_link(one));
-        let far = (there.translation.vector - sight.camera.centre).norm();
+    weighted_views.iter().all(|weighted| {
+        let [here, there] = [start, at].map(|one| weighted.view.world_from_link(one));
+        let far = (there.translation.vector - weighted.camera.centre).norm();
         let off = (here.translation.vector - there.translation.vector).norm();
         here.rotation.angle_to(&there.rotation) < BESIDE.0 * apart && off < BESIDE.1 * far
     })
 }
 
 /// The step to the mirrored attitude of the largest view.
-pub(crate) fn step_to_mirrored(at: &Configuration, sights: &[&Sight<'_>]) -> Option<Vector6<f64>> {
-    let largest = sights.iter().max_by(|a, b| area(a).total_cmp(&area(b)))?;
+pub(crate) fn step_to_mirrored(
+    at: &Configuration,
+    weighted_views: &[&WeightedView<'_>],
+) -> Option<Vector6<f64>> {
+    let largest = weighted_views
+        .iter()
+        .max_by(|a, b| area(a).total_cmp(&area(b)))?;
     Some(se3::difference(&mirrored(largest, at).pose, &at.pose))
 }
 
 /// How much the images of one instant speak against the mirrored attitude: the logarithm of the odds by their corners
 /// alone. The motion is left out, for a mirrored motion is as smooth as the true one.
-pub(crate) fn settled_by(at: &Configuration, sights: &[&Sight<'_>]) -> f64 {
-    let Some(largest) = sights.iter().max_by(|a, b| area(a).total_cmp(&area(b))) else {
+pub(crate) fn settled_by(at: &Configuration, weighted_views: &[&WeightedView<'_>]) -> f64 {
+    let Some(largest) = weighted_views
+        .iter()
+        .max_by(|a, b| area(a).total_cmp(&area(b)))
+    else {
         return 0.0;
     };
-    let all = |at: &Configuration| -> f64 { sights.iter().map(|sight| sight.chi2(at)).sum() };
-    if sights.len() > 1 {
+    let all = |at: &Configuration| -> f64 {
+        weighted_views
+            .iter()
+            .map(|weighted| weighted.chi2(at))
+            .sum()
+    };
+    if weighted_views.len() > 1 {
         return 0.5 * (all(&mirrored(largest, at)) - all(at));
     }
     let found = largest.view.world_from_link(at).rotation;
@@ -122,10 +147,10 @@ pub(crate) fn settled_by(at: &Configuration, sights: &[&Sight<'_>]) -> f64 {
     }
 }
 
-fn is_alone(camera_index: usize, sights: &[Sight<'_>]) -> bool {
-    sights
+fn is_alone(camera_index: usize, weighted_views: &[WeightedView<'_>]) -> bool {
+    weighted_views
         .iter()
-        .all(|sight| sight.camera_index == camera_index)
+        .all(|weighted| weighted.camera_index == camera_index)
 }
 
 /// Twice the odds as chi-square, twice again because the minimum lies nearer to the prediction than the start.
@@ -134,39 +159,39 @@ fn is_possible<const D: usize>(
     start: &Configuration,
     options: &FusionOptions,
 ) -> bool {
-    is_likely(prior.surprise(start), options)
+    is_likely(prior.nis(start), options)
 }
 
-fn is_likely(surprise: f64, options: &FusionOptions) -> bool {
-    surprise < 4.0 * options.hopeless_odds
+fn is_likely(nis: f64, options: &FusionOptions) -> bool {
+    nis < 4.0 * options.hopeless_odds
 }
 
 /// Twice the cost of a configuration, each view's limited by its gate.
 fn cost<const D: usize>(
     prior: &Prior<D>,
-    sights: &[Sight<'_>],
+    weighted_views: &[WeightedView<'_>],
     at: &Configuration,
     options: &FusionOptions,
 ) -> f64 {
-    let views: f64 = sights
+    let views: f64 = weighted_views
         .iter()
-        .map(|sight| sight.chi2(at).min(options.tag_gate))
+        .map(|weighted| weighted.chi2(at).min(options.tag_gate))
         .sum();
-    prior.surprise(at) + views
+    prior.nis(at) + views
 }
 
 /// With the tag mirrored in the plane through its centre across the line of sight: R' = (I - 2 d dᵀ) R diag(1, 1, -1). Links
 /// go with the tag's as one body.
-fn mirrored(sight: &Sight<'_>, at: &Configuration) -> Configuration {
-    let camera_from_tag = sight.camera_from_tag(&sight.view.world_from_link(at));
+fn mirrored(weighted: &WeightedView<'_>, at: &Configuration) -> Configuration {
+    let camera_from_tag = weighted.camera_from_tag(&weighted.view.world_from_link(at));
     let towards = camera_from_tag.translation.vector.normalize();
     let across = Matrix3::identity() - towards * towards.transpose() * 2.0;
     let turned = camera_from_tag.rotation.to_rotation_matrix();
     let flipped = across * turned.matrix() * Matrix3::from_diagonal(&Vector3::new(1.0, 1.0, -1.0));
     let rotation = UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(flipped));
     let camera_from_flipped = Pose::from_parts(camera_from_tag.translation, rotation);
-    let world_from_link = sight.camera.camera_from_world.inverse()
+    let world_from_link = weighted.camera.camera_from_world.inverse()
         * camera_from_flipped
-        * sight.view.object_from_tag.inverse();
-    sight.view.anchored(&world_from_link, at)
+        * weighted.view.object_from_tag.inverse();
+    weighted.view.anchored(&world_from_link, at)
 }

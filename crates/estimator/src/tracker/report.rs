@@ -9,7 +9,7 @@ use crate::filter::covariance::{is_wider_than, symmetric};
 use crate::time::seconds;
 use crate::tracker::hypothesis::Hypothesis;
 use crate::tracker::track::Track;
-use crate::tracker::view_outcome::Sighting;
+use crate::tracker::view_outcome::InstantSummary;
 use crate::{ClockOffset, FusionOptions, ObjectEstimate, ObjectId, State};
 
 impl Track {
@@ -22,7 +22,7 @@ impl Track {
     ) -> Option<ObjectEstimate> {
         let then = self.leading().predicted(time_ns);
         let estimate = then.estimate_now(object, options)?;
-        then.is_worth_saying(&estimate, options).then_some(estimate)
+        then.is_publishable(&estimate, options).then_some(estimate)
     }
 
     /// The last that is known of an object when it is lost.
@@ -55,9 +55,9 @@ impl Track {
             covariance,
             twist,
             state: self.state(&covariance, options),
-            cameras: self.sighting.cameras,
-            tags: self.sighting.tags,
-            rms_px: self.sighting.rms_px(),
+            cameras: self.summary.cameras,
+            tags: self.summary.tags,
+            rms_px: self.summary.rms_px(),
             posture: self.posture(),
         })
     }
@@ -78,7 +78,7 @@ impl Track {
         if time_ns != self.time_ns {
             let dt = seconds(self.time_ns, time_ns);
             then.time_ns = time_ns;
-            then.sighting = Sighting::default();
+            then.summary = InstantSummary::default();
             for one in &mut then.hypotheses {
                 one.state = one.state.predicted(dt);
             }
@@ -115,7 +115,7 @@ impl Track {
         let vague = is_wider(covariance, options.vague_position, options.vague_attitude);
         if vague {
             State::Initialising
-        } else if self.sighting.tags == 0 {
+        } else if self.summary.tags == 0 {
             State::Coasting
         } else {
             State::Tracking
@@ -123,7 +123,7 @@ impl Track {
     }
 
     /// A prediction is worth saying while it is sharp, a doubtful attitude when it has been in doubt for long.
-    pub(crate) fn is_worth_saying(
+    pub(crate) fn is_publishable(
         &self,
         estimate: &ObjectEstimate,
         options: &FusionOptions,
@@ -133,7 +133,7 @@ impl Track {
         let (position, attitude) = (options.coasting_position, options.coasting_attitude);
         match estimate.state {
             State::Initialising => {
-                self.sighting.tags > 0 && self.doubtful_since_ns.is_some_and(long_doubted)
+                self.summary.tags > 0 && self.doubtful_since_ns.is_some_and(long_doubted)
             }
             // What the images of this very time contradict is no sharp prediction, whatever its covariance.
             State::Coasting => {

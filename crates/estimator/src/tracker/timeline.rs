@@ -14,7 +14,7 @@ use std::sync::Arc;
 use sextant_geometry::Pose;
 
 use crate::site::{ObjectImage, Site};
-use crate::tracker::finalised_views::SettledView;
+use crate::tracker::finalised_views::FinalisedView;
 use crate::tracker::track::Track;
 use crate::{ClockOffset, FusionOptions, ObjectEstimate, ObjectId};
 
@@ -60,7 +60,7 @@ pub(crate) struct Timeline {
 
 /// How closely views are looked at for what is wrong.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Attention {
+pub(crate) enum Sampling {
     /// Each.
     All,
     /// Those of an image now and then, since a fault stays.
@@ -72,9 +72,9 @@ const NOW_AND_THEN: usize = 3;
 
 /// What became of the views of an instant, for good.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Settled {
+pub(crate) struct FinalisedInstant {
     pub time_ns: u64,
-    pub views: Vec<SettledView>,
+    pub views: Vec<FinalisedView>,
     /// By camera index: taken jointly.
     pub images: BTreeMap<usize, Arc<ObjectImage>>,
 }
@@ -109,8 +109,8 @@ impl Timeline {
         image: Arc<ObjectImage>,
         site: &Site,
         options: &FusionOptions,
-        attention: Attention,
-    ) -> Result<Vec<Settled>, TooLate> {
+        attention: Sampling,
+    ) -> Result<Vec<FinalisedInstant>, TooLate> {
         let time_ns = image.capture_ns;
         let window_ns = (options.window_s * 1e9) as u64;
         let too_old = time_ns.saturating_add(window_ns) < self.newest_ns();
@@ -174,8 +174,8 @@ impl Timeline {
         window_ns: u64,
         site: &Site,
         options: &FusionOptions,
-        attention: Attention,
-    ) -> Vec<Settled> {
+        attention: Sampling,
+    ) -> Vec<FinalisedInstant> {
         let oldest = self.newest_ns().saturating_sub(window_ns);
         self.catch_up(oldest.saturating_sub(1), site, options);
         let kept = self.instants.split_off(&(oldest, 0));
@@ -187,10 +187,10 @@ impl Timeline {
                 self.count(image.camera_index);
             }
             let asked = |camera: usize| {
-                attention == Attention::All || self.settled[camera].is_multiple_of(NOW_AND_THEN)
+                attention == Sampling::All || self.settled[camera].is_multiple_of(NOW_AND_THEN)
             };
-            let views = instant.after.settled_views(&images, site, options, asked);
-            settled.push(Settled {
+            let views = instant.after.finalised_views(&images, site, options, asked);
+            settled.push(FinalisedInstant {
                 time_ns,
                 views,
                 images: instant.images,
@@ -208,7 +208,7 @@ impl Timeline {
     }
 
     /// The track that no late image can change any more.
-    pub fn settled_track(&self) -> &Track {
+    pub fn finalised_track(&self) -> &Track {
         &self.base
     }
 

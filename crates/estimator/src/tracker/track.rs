@@ -4,18 +4,17 @@ use nalgebra::{Matrix6, Vector6};
 use sextant_geometry::{Pose, se3};
 
 use crate::filter::covariance::white_acceleration;
-use crate::filter::state::Kinematics;
+use crate::filter::state::ObjectState;
 use crate::kinematics::configuration::Configuration;
-use crate::measurement::corners::{Sight, View};
+use crate::measurement::corners::{TagView, WeightedView};
 use crate::site::{ObjectImage, Site};
 use crate::time::seconds;
-use crate::tracker::clock_knowledge::Timing;
+use crate::tracker::clock_knowledge::ClockKnowledge;
 use crate::tracker::hypothesis::Hypothesis;
-use crate::tracker::noise_scales::Noise;
+use crate::tracker::noise_scales::NoiseScales;
+use crate::tracker::view_outcome::InstantSummary;
 use crate::tracker::{birth, branching};
 use crate::{FusionOptions, State};
-
-use crate::tracker::view_outcome::Sighting;
 
 /// What is known about an object at an instant. A value: the next instant's is made from it, never in place.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -33,15 +32,15 @@ pub(crate) struct Track {
     /// Likeliest first; empty until the object is seen, and again when it is lost.
     pub(crate) hypotheses: Vec<Hypothesis>,
     /// How noisy the cameras' corners are.
-    pub(crate) noise: Noise,
+    pub(crate) noise: NoiseScales,
     /// What is known about the cameras' clocks.
-    pub(crate) timing: Timing,
+    pub(crate) timing: ClockKnowledge,
     /// Logarithm of the probability of all images so far, up to a constant.
     pub(crate) total: f64,
     /// The same object with other clocks, while it is open which are right.
-    pub(crate) rival: Option<Box<Track>>,
+    pub(crate) alternative: Option<Box<Track>>,
     /// Since when there is a rival, in ns.
-    pub(crate) rival_since_ns: Option<u64>,
+    pub(crate) alternative_since_ns: Option<u64>,
     /// How much better than the rival this one has lately foretold the images, as a logarithm of odds.
     pub(crate) ahead: f64,
     /// Whether a view of the last images took part.
@@ -49,7 +48,7 @@ pub(crate) struct Track {
     /// When a view of each camera last took part, by camera index, ns.
     pub(crate) participation: Vec<(usize, u64)>,
     /// What the images of this instant contributed.
-    pub(crate) sighting: Sighting,
+    pub(crate) summary: InstantSummary,
 }
 
 /// Share of its square by which the step of a corrected model counts as a variance of the pose.
@@ -70,25 +69,25 @@ impl Track {
         site: &Site,
         options: &FusionOptions,
     ) -> Self {
-        let sights = self.sights(images, site, options);
+        let weighted_views = self.weighted_views(images, site, options);
         let followed = self
             .is_known_at(time_ns, options)
-            .then(|| self.followed(time_ns, &sights, options));
+            .then(|| self.followed(time_ns, &weighted_views, options));
         let Some(followed) = followed else {
-            return self.forgotten().born(time_ns, &sights, options);
+            return self.forgotten().born(time_ns, &weighted_views, options);
         };
-        if followed.took_part && followed.agrees_with_most(&sights) {
+        if followed.took_part && followed.agrees_with_most(&weighted_views) {
             return followed;
         }
         if !followed.took_part && followed.is_contradicted(options) {
-            return self.born(time_ns, &sights, options);
+            return self.born(time_ns, &weighted_views, options);
         }
-        if self.others_agree_lately(time_ns, &sights) {
+        if self.others_agree_lately(time_ns, &weighted_views) {
             return followed;
         }
-        let agreed = self.agreed(time_ns, &sights, options);
+        let agreed = self.agreed(time_ns, &weighted_views, options);
         agreed
-            .filter(|agreed| agreed.sighting.tags > followed.sighting.tags)
+            .filter(|agreed| agreed.summary.tags > followed.summary.tags)
             .unwrap_or(followed)
     }
 
@@ -97,16 +96,18 @@ impl Track {
     pub(crate) fn agreed(
         &self,
         time_ns: u64,
-        sights: &[Sight<'_>],
+        weighted_views: &[WeightedView<'_>],
         options: &FusionOptions,
     ) -> Option<Self> {
-        let same_camera = |pair: &[Sight<'_>]| pair[0].camera_index == pair[1].camera_index;
-        if !sights.windows(2).any(same_camera) {
+        let same_camera = |pair: &[WeightedView<'_>]| pair[0].camera_index == pair[1].camera_index;
+        if !weighted_views.windows(2).any(same_camera) {
             return None;
         }
         let agreed = |factor: &f64| {
-            let noisier = sights.iter().map(|sight| sight.noisier(*factor));
-            let noisier: Vec<Sight<'_>> = noisier.collect();
+            let noisier = weighted_views
+                .iter()
+                .map(|weighted| weighted.noisier(*factor));
+            let noisier: Vec<WeightedView<'_>> = noisier.collect();
             let followed = self.followed(time_ns, &noisier, options);
             if followed.has_agreeing_tags(&noisier) {
                 return Some(followed);
@@ -118,15 +119,19 @@ impl Track {
     }
 
     /// Whether the views that took part are more than the others.
-    pub(crate) fn agrees_with_most(&self, sights: &[Sight<'_>]) -> bool {
+    pub(crate) fn agrees_with_most(&self, weighted_views: &[WeightedView<'_>]) -> bool {
         let part = self.hypotheses.first().map_or(0, |best| {
             best.taken.iter().filter(|taken| taken.part).count()
         });
-        2 * part > sights.len()
+        2 * part > weighted_views.len()
     }
 
     /// Whether a camera that is not among those of the sights has lately agreed with the track and does so still.
-    pub(crate) fn others_agree_lately(&self, time_ns: u64, sights: &[Sight<'_>]) -> bool {
+    pub(crate) fn others_agree_lately(
+        &self,
+        time_ns: u64,
+        weighted_views: &[WeightedView<'_>],
+    ) -> bool {
         let Some(best) = self.hypotheses.first() else {
             return false;
         };
@@ -134,17 +139,21 @@ impl Track {
             let is_late = part_ns.saturating_add(LATELY_NS) >= time_ns;
             is_late
                 && !best.standing.doubts(*camera)
-                && !sights.iter().any(|sight| sight.camera_index == *camera)
+                && !weighted_views
+                    .iter()
+                    .any(|weighted| weighted.camera_index == *camera)
         })
     }
 
     /// Whether two tags of one image agree with one another.
-    pub(crate) fn has_agreeing_tags(&self, sights: &[Sight<'_>]) -> bool {
+    pub(crate) fn has_agreeing_tags(&self, weighted_views: &[WeightedView<'_>]) -> bool {
         let taken = self.hypotheses.first().map(|best| &best.taken);
-        let pairs = taken.into_iter().flat_map(|taken| sights.iter().zip(taken));
+        let pairs = taken
+            .into_iter()
+            .flat_map(|taken| weighted_views.iter().zip(taken));
         let mut cameras: Vec<usize> = pairs
             .filter(|(_, taken)| taken.part)
-            .map(|(sight, _)| sight.camera_index)
+            .map(|(weighted, _)| weighted.camera_index)
             .collect();
         cameras.sort_unstable();
         cameras.windows(2).any(|pair| pair[0] == pair[1])
@@ -155,13 +164,14 @@ impl Track {
         !self.hypotheses.is_empty() && seconds(self.seen_ns, time_ns) <= options.lost_s
     }
 
-    pub(crate) fn sights<'a>(
+    pub(crate) fn weighted_views<'a>(
         &self,
         images: &[&'a ObjectImage],
         site: &'a Site,
         options: &FusionOptions,
-    ) -> Vec<Sight<'a>> {
-        let mut sights = Vec::with_capacity(images.iter().map(|image| image.views.len()).sum());
+    ) -> Vec<WeightedView<'a>> {
+        let mut weighted_views =
+            Vec::with_capacity(images.iter().map(|image| image.views.len()).sum());
         let usual = self.noise.usual();
         for image in images {
             let Some(camera) = site
@@ -173,35 +183,43 @@ impl Track {
             };
             let camera_index = image.camera_index;
             let clock = self.timing.clock(camera_index, image.clock, options);
-            let sight = |view: &'a View| {
+            let weighted = |view: &'a TagView| {
                 let factors = self.noise.factors(camera_index, view.noise_source, &usual);
-                let bowed = self.noise.bowed(camera_index);
-                Sight::new(camera_index, camera, view, (factors, bowed), clock)
+                let distortion_share = self.noise.distortion_share(camera_index);
+                WeightedView::new(
+                    camera_index,
+                    camera,
+                    view,
+                    (factors, distortion_share),
+                    clock,
+                )
             };
-            sights.extend(image.views.iter().map(sight));
+            weighted_views.extend(image.views.iter().map(weighted));
         }
-        sights
+        weighted_views
     }
 
     pub(crate) fn followed(
         &self,
         time_ns: u64,
-        sights: &[Sight<'_>],
+        weighted_views: &[WeightedView<'_>],
         options: &FusionOptions,
     ) -> Self {
         let dt = seconds(self.time_ns, time_ns);
-        let follow = |one: &Hypothesis| one.followed(dt, sights, options);
+        let follow = |one: &Hypothesis| one.followed(dt, weighted_views, options);
         let followed: Vec<_> = self.hypotheses.iter().map(follow).collect();
         let contradicted = followed.iter().all(|one| one.contradicted);
         let mut ways: Vec<_> = followed.into_iter().flat_map(|one| one.ways).collect();
-        let is_wrong = |sight: &Sight<'_>| self.hypotheses[0].standing.is_wrong(sight.camera_index);
-        if contradicted && !sights.iter().all(is_wrong) {
+        let is_wrong = |weighted: &WeightedView<'_>| {
+            self.hypotheses[0].standing.is_wrong(weighted.camera_index)
+        };
+        if contradicted && !weighted_views.iter().all(is_wrong) {
             // Put elsewhere while nobody looked: worth its odds if the views agree among themselves.
-            let mut elsewhere = birth::hypotheses(sights, options);
+            let mut elsewhere = birth::hypotheses(weighted_views, options);
             branching::weaken(&mut elsewhere, options.jolt_odds);
             ways.extend(elsewhere);
         }
-        let mut next = self.with(time_ns, ways, sights, options);
+        let mut next = self.with(time_ns, ways, weighted_views, options);
         if !next.took_part {
             next.contradicted_since_ns = self.contradicted_since_ns.or(Some(time_ns));
         }
@@ -222,12 +240,22 @@ impl Track {
         }
     }
 
-    pub(crate) fn born(&self, time_ns: u64, sights: &[Sight<'_>], options: &FusionOptions) -> Self {
+    pub(crate) fn born(
+        &self,
+        time_ns: u64,
+        weighted_views: &[WeightedView<'_>],
+        options: &FusionOptions,
+    ) -> Self {
         let unborn = Self {
             doubtful_since_ns: self.doubtful_since_ns,
             ..self.forgotten()
         };
-        unborn.with(time_ns, birth::hypotheses(sights, options), sights, options)
+        unborn.with(
+            time_ns,
+            birth::hypotheses(weighted_views, options),
+            weighted_views,
+            options,
+        )
     }
 
     /// The track at an instant whose hypotheses are these.
@@ -235,7 +263,7 @@ impl Track {
         &self,
         time_ns: u64,
         mut hypotheses: Vec<Hypothesis>,
-        sights: &[Sight<'_>],
+        weighted_views: &[WeightedView<'_>],
         options: &FusionOptions,
     ) -> Self {
         let evidence = branching::weigh(&mut hypotheses, options);
@@ -250,12 +278,12 @@ impl Track {
             ..Self::default()
         };
         if let Some(best) = next.hypotheses.first() {
-            next.total -= best.widened(sights);
-            let sighting = Sighting::of(&best.taken, sights);
-            next.took_part = sighting.tags > 0;
-            let pairs = sights.iter().zip(&best.taken);
+            next.total -= best.widened(weighted_views);
+            let summary = InstantSummary::of(&best.taken, weighted_views);
+            next.took_part = summary.tags > 0;
+            let pairs = weighted_views.iter().zip(&best.taken);
             let part = pairs.filter(|(_, taken)| taken.part);
-            let cameras: Vec<usize> = part.map(|(sight, _)| sight.camera_index).collect();
+            let cameras: Vec<usize> = part.map(|(weighted, _)| weighted.camera_index).collect();
             next.participation
                 .retain(|(camera, _)| !cameras.contains(camera));
             for camera in cameras {
@@ -268,10 +296,10 @@ impl Track {
                 }
             }
             let same_instant = self.time_ns == time_ns && !self.hypotheses.is_empty();
-            next.sighting = if same_instant {
-                self.sighting.joined(sighting)
+            next.summary = if same_instant {
+                self.summary.joined(summary)
             } else {
-                sighting
+                summary
             };
             // What was hit or not is no doubt about which corners are which.
             let of_one_attitude = next.is_of_one_attitude(options);
@@ -282,7 +310,7 @@ impl Track {
             };
             if of_one_attitude {
                 let noise = std::mem::take(&mut next.noise);
-                next.noise = next.hypotheses[0].taught(noise, sights, options);
+                next.noise = next.hypotheses[0].taught(noise, weighted_views, options);
             }
             let state = next.state(&next.covariance(), options);
             next.trusted |= state == State::Tracking && !next.is_ambiguous(options);
@@ -312,17 +340,17 @@ impl Track {
         if self.timing.open {
             self.clear_standing(cameras);
         }
-        if let Some(rival) = &mut self.rival {
-            rival.doubt_clocks(cameras, sigma_s);
+        if let Some(alternative) = &mut self.alternative {
+            alternative.doubt_clocks(cameras, sigma_s);
         }
     }
 
     /// What is known of the motion at this instant, as self-calibration takes it; `None` where the object is unknown.
-    pub fn for_calibration(&self) -> Option<KnownMotion<'_>> {
+    pub fn for_calibration(&self) -> Option<MotionEstimate<'_>> {
         let track = self.leading();
         let state = &track.hypotheses.first()?.state;
         let configuration = state.configuration();
-        Some(KnownMotion {
+        Some(MotionEstimate {
             track,
             state,
             configuration,
@@ -338,8 +366,8 @@ impl Track {
             let mut of_pose = state.covariance.fixed_view_mut::<6, 6>(0, 0);
             of_pose += step * step.transpose() * UNCERTAIN_MOTION;
         }
-        if let Some(rival) = &mut self.rival {
-            rival.move_along(before, after);
+        if let Some(alternative) = &mut self.alternative {
+            alternative.move_along(before, after);
         }
     }
 
@@ -359,34 +387,36 @@ impl Track {
         {
             clocks.take_off(camera_index, by_s);
         }
-        if let Some(rival) = &mut self.rival {
-            rival.shift_clock(camera_index, by_s);
+        if let Some(alternative) = &mut self.alternative {
+            alternative.shift_clock(camera_index, by_s);
         }
     }
 }
 
 /// Where an object is and how it moves.
-pub(crate) struct KnownMotion<'a> {
+pub(crate) struct MotionEstimate<'a> {
     track: &'a Track,
-    state: &'a Kinematics,
+    state: &'a ObjectState,
     configuration: Configuration,
 }
 
-impl KnownMotion<'_> {
+impl MotionEstimate<'_> {
     /// Pose of a view's link in the world, or of the object where it is rigid.
-    pub fn pose(&self, view: &View) -> Pose {
+    pub fn pose(&self, view: &TagView) -> Pose {
         view.world_from_link(&self.configuration)
     }
 
     /// Its velocity and angular velocity, m/s and rad/s in world axes.
-    pub fn twist(&self, view: &View) -> Vector6<f64> {
-        let limb = view.limb.as_ref();
-        limb.map_or(self.state.twist, |limb| limb.twist(&self.configuration))
+    pub fn twist(&self, view: &TagView) -> Vector6<f64> {
+        let chain_link = view.chain_link.as_ref();
+        chain_link.map_or(self.state.twist, |chain_link| {
+            chain_link.twist(&self.configuration)
+        })
     }
 
     /// Share of the distortion bias in a camera's corners.
-    pub fn bowed(&self, camera_index: usize) -> f64 {
-        self.track.noise.bowed(camera_index)
+    pub fn distortion_share(&self, camera_index: usize) -> f64 {
+        self.track.noise.distortion_share(camera_index)
     }
 
     /// How a view's link moves from one image to another: the step (dt, dr) and its covariance, clocks included; `None` where both are of
@@ -394,7 +424,7 @@ impl KnownMotion<'_> {
     pub fn between(
         &self,
         [from, to]: [&ObjectImage; 2],
-        view: &View,
+        view: &TagView,
         options: &FusionOptions,
     ) -> Option<(Vector6<f64>, Matrix6<f64>)> {
         if from.capture_ns == to.capture_ns {
@@ -403,7 +433,7 @@ impl KnownMotion<'_> {
         let dt = seconds(from.capture_ns, to.capture_ns);
         let of_clocks = [from, to].map(|image| image.clock.sigma_s(options).powi(2));
         let of_twist = self.state.covariance.fixed_view::<6, 6>(6, 6).into_owned();
-        let accelerated = white_acceleration(dt, self.state.motion.restlessness(dt));
+        let accelerated = white_acceleration(dt, self.state.motion.process_noise_psd(dt));
         let twist = self.twist(view);
         let covariance = of_twist * dt.powi(2)
             + accelerated.fixed_view::<6, 6>(0, 0)
@@ -414,37 +444,41 @@ impl KnownMotion<'_> {
 
 impl Hypothesis {
     /// By how much the logarithm of the probability of corners is less where their noise is found to be larger than stated.
-    pub(crate) fn widened(&self, sights: &[Sight<'_>]) -> f64 {
-        let pairs = sights.iter().zip(&self.taken);
+    pub(crate) fn widened(&self, weighted_views: &[WeightedView<'_>]) -> f64 {
+        let pairs = weighted_views.iter().zip(&self.taken);
         let part = pairs.filter(|(_, taken)| taken.part);
         // Four degrees of freedom of either, half a logarithm of the variance each.
-        part.map(|(sight, _)| 2.0 * (sight.noise.shift * sight.noise.turn).ln())
+        part.map(|(weighted, _)| 2.0 * (weighted.noise.shift * weighted.noise.turn).ln())
             .sum()
     }
 
     /// The noise with what the views of the instant tell about it.
     pub(crate) fn taught(
         &self,
-        mut noise: Noise,
-        sights: &[Sight<'_>],
+        mut noise: NoiseScales,
+        weighted_views: &[WeightedView<'_>],
         options: &FusionOptions,
-    ) -> Noise {
-        let pairs = || sights.iter().zip(&self.taken);
-        for (sight, taken) in pairs() {
-            let same_image = |other: &Sight<'_>| other.camera_index == sight.camera_index;
+    ) -> NoiseScales {
+        let pairs = || weighted_views.iter().zip(&self.taken);
+        for (weighted, taken) in pairs() {
+            let same_image = |other: &WeightedView<'_>| other.camera_index == weighted.camera_index;
             let image = || pairs().filter(|(other, _)| same_image(other));
             let right = image().filter(|(_, taken)| taken.part).count();
-            let may_be_noise =
-                || Noise::can_explain(sight, &sight.view.moving(&self.state.configuration()));
+            let may_be_noise = || {
+                NoiseScales::can_explain(
+                    weighted,
+                    &weighted.view.moving(&self.state.configuration()),
+                )
+            };
             // Wrong among right ones is no noise, nor is what is off by more than noise again and again while others are right.
             let is_fault = || {
                 2 * right > image().count()
-                    || self.standing.is_wrong(sight.camera_index) && !may_be_noise()
+                    || self.standing.is_wrong(weighted.camera_index) && !may_be_noise()
             };
             if !taken.part && is_fault() {
                 continue;
             }
-            noise.learn(sight, taken, options);
+            noise.learn(weighted, taken, options);
         }
         noise
     }

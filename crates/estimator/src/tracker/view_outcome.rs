@@ -1,28 +1,28 @@
 //! What became of the views of an instant.
 
-use crate::measurement::corners::Sight;
+use crate::measurement::corners::WeightedView;
 /// Squared residuals as which a refused view counts for the noise, of four degrees of freedom: more than usual, so that a
 /// noise underestimated at the start does not stay so.
 const REFUSED_SCALE: f64 = 6.3;
 
 /// What became of a view in an update.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Taken {
+pub(crate) struct ViewOutcome {
     /// Whether it took part.
     pub part: bool,
     /// Whether it did so without a jolt.
     pub expected: bool,
-    /// Of its edges' places and directions after the update, as [`Normal::scale`] has it.
+    /// Of its edges' places and directions after the update, as [`ViewEquations::scale`] has it.
     pub scale: [f64; 2],
     /// Degrees of freedom of either that the residuals keep after the update.
     pub redundancy: [f64; 2],
     /// Sum of its squared residuals in px².
     pub square_px: f64,
-    /// As [`Sight::more_bow`] has it.
-    pub more_bow: [f64; 2],
+    /// As [`WeightedView::distortion_score`] has it.
+    pub distortion_score: [f64; 2],
 }
 
-impl Taken {
+impl ViewOutcome {
     pub fn refused() -> Self {
         Self {
             part: false,
@@ -30,14 +30,14 @@ impl Taken {
             scale: [REFUSED_SCALE; 2],
             redundancy: [4.0; 2],
             square_px: 0.0,
-            more_bow: [0.0; 2],
+            distortion_score: [0.0; 2],
         }
     }
 }
 
 /// What the images of an instant contributed.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub(crate) struct Sighting {
+pub(crate) struct InstantSummary {
     /// Cameras that took part.
     pub cameras: u32,
     /// Views that took part.
@@ -48,12 +48,12 @@ pub(crate) struct Sighting {
     pub refused: Vec<usize>,
 }
 
-impl Sighting {
-    pub fn of(outcomes: &[Taken], sights: &[Sight<'_>]) -> Self {
-        let pairs = || sights.iter().zip(outcomes);
+impl InstantSummary {
+    pub fn of(outcomes: &[ViewOutcome], weighted_views: &[WeightedView<'_>]) -> Self {
+        let pairs = || weighted_views.iter().zip(outcomes);
         let mut cameras: Vec<usize> = pairs()
             .filter(|(_, taken)| taken.part)
-            .map(|(sight, _)| sight.camera_index)
+            .map(|(weighted, _)| weighted.camera_index)
             .collect();
         cameras.dedup();
         let tags = outcomes.iter().filter(|taken| taken.part).count() as u32;
@@ -61,7 +61,7 @@ impl Sighting {
         let square_px = taking_part.map(|taken| taken.square_px).sum();
         let refused = pairs()
             .filter(|(_, taken)| !taken.part)
-            .map(|(sight, _)| sight.camera_index)
+            .map(|(weighted, _)| weighted.camera_index)
             .collect();
         Self {
             cameras: cameras.len() as u32,

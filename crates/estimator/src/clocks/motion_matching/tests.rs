@@ -24,21 +24,21 @@ fn seen(ahead_s: f64, x: impl Fn(f64) -> f64) -> VecDeque<Sample> {
     (0..POSES).map(sample).collect()
 }
 
-fn compared(a: &VecDeque<Sample>, b: &VecDeque<Sample>) -> Match {
-    compare(&[Pair { a, b }], 0)
+fn compared(a: &VecDeque<Sample>, b: &VecDeque<Sample>) -> MotionMatch {
+    compare(&[MotionPair { a, b }], 0)
 }
 
 #[test]
 fn motion_tells_the_offset() {
     let waving = |s: f64| 0.1 * (2.0 * s).sin();
-    let Match::Off(found) = compared(&seen(0.0, waving), &seen(0.37, waving)) else {
+    let MotionMatch::Off(found) = compared(&seen(0.0, waving), &seen(0.37, waving)) else {
         panic!("it is not found");
     };
     assert!((found.offset_s - 0.37).abs() < 0.003, "{found:?}");
     assert!(found.sigma_s > 0.0005);
     assert_eq!(
         compared(&seen(0.0, waving), &seen(0.0, waving)),
-        Match::Agree
+        MotionMatch::Agree
     );
 }
 
@@ -54,7 +54,7 @@ fn a_step_that_one_camera_alone_shows_of_a_body_at_rest_tells_none() {
         for (a, b) in [(&still, &stepped), (&stepped, &still)] {
             let found = compared(a, b);
             assert!(
-                !matches!(found, Match::Off(_)),
+                !matches!(found, MotionMatch::Off(_)),
                 "{step} m at {after_s} s: {found:?}"
             );
         }

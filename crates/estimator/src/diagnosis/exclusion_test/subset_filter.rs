@@ -3,17 +3,17 @@
 use std::collections::BTreeMap;
 
 use crate::diagnosis::fault_bank::{MEMORY, RAISED, RECENT};
-use crate::diagnosis::fault_estimate::Accused;
+use crate::diagnosis::fault_estimate::FaultEstimate;
 use crate::diagnosis::fault_model::FaultModel;
 use crate::diagnosis::fault_model::camera::{CameraPoseFault, apparent_angles};
 use crate::diagnosis::fault_model::clock::ClockFault;
 use crate::diagnosis::fault_model::tag_pose::TagPoseFault;
 use crate::diagnosis::fault_model::tag_size::TagSizeFault;
-use crate::diagnosis::predictive_cost::{Misfit, are_of_one_link};
+use crate::diagnosis::predictive_cost::{PredictiveCost, are_of_one_link};
 use crate::diagnosis::replay_buffer::Instant;
 use crate::measurement::pose_innovation::PoseInnovation;
-use crate::site::{ObjectImage, Site, StatedClock};
-use crate::tracker::finalised_views::SettledView;
+use crate::site::{ClockPrior, ObjectImage, Site};
+use crate::tracker::finalised_views::FinalisedView;
 use crate::tracker::track::Track;
 use crate::{ClockOffset, FusionOptions, TagId};
 
@@ -23,7 +23,7 @@ const LEAST_S: f64 = 0.001;
 
 /// What is left out of a track.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum LeftOut {
+pub(crate) enum Excluded {
     Camera(usize),
     Tag(TagId),
     /// What a camera's stamps say: its clock is estimated.
@@ -32,8 +32,8 @@ pub(crate) enum LeftOut {
 
 /// A track without one that may be wrong.
 #[derive(Debug)]
-pub(crate) struct Contender {
-    pub left_out: Option<LeftOut>,
+pub(crate) struct SubsetFilter {
+    pub left_out: Option<Excluded>,
     track: Track,
     /// Whether it began with what motion has told of clocks.
     knows_clocks: bool,
@@ -43,7 +43,7 @@ pub(crate) struct Contender {
     /// Of a camera whose clock is estimated.
     trial: Trial,
     /// Fault of what is left out, and what speaks for it by camera and tag: for one parameter and for a displacement.
-    pub accused: Accused,
+    pub estimate: FaultEstimate,
     pub cells: BTreeMap<(usize, TagId), [f64; 2]>,
     /// By which a camera displaces what it sees, and turns it.
     pub angles: [f64; 2],
@@ -71,7 +71,7 @@ struct Trial {
     images: usize,
 }
 
-impl LeftOut {
+impl Excluded {
     pub fn covers(self, camera: usize, tag: TagId) -> bool {
         match self {
             Self::Camera(own) | Self::Clock(own) => own == camera,
@@ -88,9 +88,9 @@ impl LeftOut {
     }
 }
 
-impl Contender {
+impl SubsetFilter {
     /// It begins with this track; its clock, if it is about one, is tried from the instant `from` on.
-    pub fn new(left_out: Option<LeftOut>, track: Track, from: usize) -> Self {
+    pub fn new(left_out: Option<Excluded>, track: Track, from: usize) -> Self {
         Self {
             left_out,
             knows_clocks: track.knows_clocks(),
@@ -101,9 +101,9 @@ impl Contender {
                 from,
                 ..Trial::default()
             },
-            accused: match left_out {
-                Some(LeftOut::Tag(_)) => Accused::tag(),
-                _ => Accused::camera(),
+            estimate: match left_out {
+                Some(Excluded::Tag(_)) => FaultEstimate::tag(),
+                _ => FaultEstimate::camera(),
             },
             cells: BTreeMap::new(),
             angles: [0.0; 2],
@@ -114,7 +114,7 @@ impl Contender {
     pub fn take(
         &mut self,
         instant: &Instant,
-        known: &[LeftOut],
+        known: &[Excluded],
         site: &Site,
         options: &FusionOptions,
     ) {
@@ -133,7 +133,7 @@ impl Contender {
         let (mut rest, own) = (part(false), part(true));
         let of_tried = |image: &&mut ObjectImage| Some(image.camera_index) == tried;
         for image in rest.iter_mut().filter(of_tried) {
-            image.clock = StatedClock::Within(options.unknown_clock_s);
+            image.clock = ClockPrior::Within(options.unknown_clock_s);
             self.trial.images += 1;
         }
         if !self.knows_clocks {
@@ -144,7 +144,7 @@ impl Contender {
         if !rest.is_empty() {
             let rest: Vec<&ObjectImage> = rest.iter().collect();
             self.track = self.track.advanced(instant.time_ns, &rest, site, options);
-            let views = self.track.settled_views(&rest, site, options, |_| true);
+            let views = self.track.finalised_views(&rest, site, options, |_| true);
             if views.is_empty() {
                 // Where even the attitude is in doubt nothing is explained.
                 self.cost.misfit += options.refused_odds;
@@ -152,8 +152,8 @@ impl Contender {
             self.score(&views, options);
         }
         for image in own {
-            let views = self.track.views_aside(&image, site, options);
-            self.accuse(&views, options);
+            let views = self.track.excluded_views(&image, site, options);
+            self.update_fault(&views, options);
         }
     }
 
@@ -168,11 +168,11 @@ impl Contender {
     }
 
     /// What remains contradicts by so much; a single image by no more than one that takes no part.
-    fn score(&mut self, views: &[SettledView], options: &FusionOptions) {
+    fn score(&mut self, views: &[FinalisedView], options: &FusionOptions) {
         for image in views.chunk_by(are_of_one_link) {
             let hit = image.iter().any(|view| view.hit);
             self.cost.misfit += if hit { options.jolt_odds } else { 0.0 };
-            if let Some(misfit) = Misfit::of(image) {
+            if let Some(misfit) = PredictiveCost::of(image) {
                 let most = options.refused_odds;
                 self.cost.misfit += misfit.shared.min(most) + misfit.apart.min(most);
                 self.cost.usual += misfit.usual;
@@ -182,37 +182,39 @@ impl Contender {
     }
 
     /// Hears what is left out. To leave a camera out excuses where all that it sees seems to be, not how its views lie to each other.
-    fn accuse(&mut self, views: &[SettledView], options: &FusionOptions) {
-        let is_tag = matches!(self.left_out, Some(LeftOut::Tag(_)));
+    fn update_fault(&mut self, views: &[FinalisedView], options: &FusionOptions) {
+        let is_tag = matches!(self.left_out, Some(Excluded::Tag(_)));
         for image in views.chunk_by(are_of_one_link) {
-            if let Some(misfit) = Misfit::of(image) {
+            if let Some(misfit) = PredictiveCost::of(image) {
                 let most = if is_tag { 0.0 } else { options.refused_odds };
                 self.cost.misfit += misfit.apart.min(most);
                 self.cost.vague += misfit.vague;
             }
         }
         for view in views {
-            let account = view.account.as_ref();
-            if let Some(told) = account.and_then(|one| one.apart_from(&one.bias_covariance())) {
-                self.hear((view.camera_index, view.tag), &told);
+            let residual = view.residual.as_ref();
+            if let Some(marginalised) =
+                residual.and_then(|one| one.apart_from(&one.bias_covariance()))
+            {
+                self.record((view.camera_index, view.tag), &marginalised);
             }
         }
     }
 
-    fn hear(&mut self, cell: (usize, TagId), told: &PoseInnovation) {
-        let square = (told.square, told.weight);
-        let Accused { simple, whole, .. } = &mut self.accused;
+    fn record(&mut self, cell: (usize, TagId), marginalised: &PoseInnovation) {
+        let square = (marginalised.square, marginalised.weight);
+        let FaultEstimate { simple, whole, .. } = &mut self.estimate;
         let gains = match self.left_out {
-            Some(LeftOut::Tag(_)) => [
-                simple.gain(&TagSizeFault::equations(told), square),
-                whole.gain(&TagPoseFault::equations(told), square),
+            Some(Excluded::Tag(_)) => [
+                simple.gain(&TagSizeFault::equations(marginalised), square),
+                whole.gain(&TagPoseFault::equations(marginalised), square),
             ],
             _ => [
-                simple.gain(&ClockFault::equations(told), square),
-                whole.gain(&CameraPoseFault::equations(told), square),
+                simple.gain(&ClockFault::equations(marginalised), square),
+                whole.gain(&CameraPoseFault::equations(marginalised), square),
             ],
         };
-        let now = apparent_angles(told, &whole.at());
+        let now = apparent_angles(marginalised, &whole.at());
         for (angle, now) in self.angles.iter_mut().zip(now) {
             *angle += (now - *angle) / RECENT;
         }
@@ -224,7 +226,7 @@ impl Contender {
 
     /// What speaks for a fault of one parameter, and for a displacement: never more than their own parameters do.
     pub fn evidences(&self) -> [f64; 2] {
-        let strengths = self.accused.strengths();
+        let strengths = self.estimate.strengths();
         let sum = |cause: usize| self.cells.values().map(|cell| cell[cause]).sum::<f64>();
         [0, 1].map(|cause| sum(cause).min(strengths[cause]))
     }
@@ -238,7 +240,7 @@ impl Contender {
     pub fn is_faulty(&self) -> bool {
         match self.clock() {
             Some(_) => self.has_jumped(),
-            None => self.evidence() > RAISED && self.accused.explain().contains(&true),
+            None => self.evidence() > RAISED && self.estimate.explain().contains(&true),
         }
     }
 
@@ -261,7 +263,7 @@ impl Contender {
 
     fn clock(&self) -> Option<usize> {
         match self.left_out {
-            Some(LeftOut::Clock(camera)) => Some(camera),
+            Some(Excluded::Clock(camera)) => Some(camera),
             _ => None,
         }
     }
@@ -278,9 +280,9 @@ impl Contender {
 fn put_first_in_charge(images: &mut [ObjectImage], site: &Site, out: impl Fn(usize) -> bool) {
     let first = (0..site.cameras().len()).find(|camera| !out(*camera));
     let is_first = |image: &&mut ObjectImage| Some(image.camera_index) == first;
-    let is_open = |image: &&mut ObjectImage| image.clock == StatedClock::Unknown;
+    let is_open = |image: &&mut ObjectImage| image.clock == ClockPrior::Unknown;
     if out(site.reference()) {
         let first = images.iter_mut().filter(is_first).filter(is_open);
-        first.for_each(|image| image.clock = StatedClock::Right);
+        first.for_each(|image| image.clock = ClockPrior::Right);
     }
 }

@@ -1,11 +1,11 @@
 //! What a contest takes from the suspects and what it tells them.
 
 use crate::TagId;
-use crate::diagnosis::exclusion_test::subset_filter::{Contender, LeftOut};
-use crate::diagnosis::fault_bank::{Admitted, Cause, SIMPLE, Suspects, Tag, covers};
+use crate::diagnosis::exclusion_test::subset_filter::{Excluded, SubsetFilter};
+use crate::diagnosis::fault_bank::{FaultBank, FaultHypothesis, NamingPolicy, SIMPLE, Tag, covers};
 use crate::diagnosis::fault_estimate::ALERT;
 
-impl Suspects {
+impl FaultBank {
     /// The most evidence for a cause of what no known one covers.
     pub fn most_unknown(&self) -> f64 {
         let is_open = |cell: &&(usize, Tag)| !self.found.iter().any(|cause| covers(cause, cell));
@@ -37,37 +37,43 @@ impl Suspects {
     }
 
     /// What is known to be wrong in views of an object.
-    pub fn known(&self, object: usize) -> Vec<LeftOut> {
-        let left_out = |cause: &Cause| match cause {
-            Cause::Camera(camera) | Cause::Clock(camera) => Some(LeftOut::Camera(*camera)),
-            Cause::Size(tag) | Cause::Place(tag) => {
-                (tag.0 == object).then_some(LeftOut::Tag(tag.1))
+    pub fn known(&self, object: usize) -> Vec<Excluded> {
+        let left_out = |cause: &FaultHypothesis| match cause {
+            FaultHypothesis::Camera(camera) | FaultHypothesis::Clock(camera) => {
+                Some(Excluded::Camera(*camera))
+            }
+            FaultHypothesis::Size(tag) | FaultHypothesis::Place(tag) => {
+                (tag.0 == object).then_some(Excluded::Tag(tag.1))
             }
         };
         self.found.iter().filter_map(left_out).collect()
     }
 
     /// Evidence alone may name but these.
-    pub fn admit(&mut self, admitted: Admitted) {
+    pub fn admit(&mut self, admitted: NamingPolicy) {
         self.admitted = admitted;
     }
 
     /// It is this one: a single parameter of it if that explains as much.
-    pub fn convict(&mut self, object: usize, contender: Option<Contender>) {
-        let Some((left_out, one)) = contender.and_then(|one| Some((one.left_out?, one))) else {
+    pub fn confirm(&mut self, object: usize, subset_filter: Option<SubsetFilter>) {
+        let Some((left_out, one)) = subset_filter.and_then(|one| Some((one.left_out?, one))) else {
             return;
         };
         let [simple, whole] = one.evidences();
-        let [by_simple, by_whole] = one.accused.explain();
-        let is_clock = matches!(left_out, LeftOut::Clock(_));
+        let [by_simple, by_whole] = one.estimate.explain();
+        let is_clock = matches!(left_out, Excluded::Clock(_));
         let is_simple = is_clock || by_simple && (!by_whole || simple + SIMPLE > whole);
         let (first, causes) = match left_out {
-            LeftOut::Camera(camera) | LeftOut::Clock(camera) => {
-                (0, [Cause::Clock(camera), Cause::Camera(camera)])
-            }
-            LeftOut::Tag(tag) => {
+            Excluded::Camera(camera) | Excluded::Clock(camera) => (
+                0,
+                [
+                    FaultHypothesis::Clock(camera),
+                    FaultHypothesis::Camera(camera),
+                ],
+            ),
+            Excluded::Tag(tag) => {
                 let tag = (object, tag);
-                (2, [Cause::Size(tag), Cause::Place(tag)])
+                (2, [FaultHypothesis::Size(tag), FaultHypothesis::Place(tag)])
             }
         };
         for ((camera, tag), evidence) in one.cells {
@@ -75,11 +81,11 @@ impl Suspects {
             cell.0[first..first + 2].copy_from_slice(&evidence);
         }
         match left_out {
-            LeftOut::Camera(camera) | LeftOut::Clock(camera) => {
+            Excluded::Camera(camera) | Excluded::Clock(camera) => {
                 self.angles.insert(camera, one.angles);
-                self.cameras.insert(camera, one.accused);
+                self.cameras.insert(camera, one.estimate);
             }
-            LeftOut::Tag(tag) => drop(self.tags.insert((object, tag), one.accused)),
+            Excluded::Tag(tag) => drop(self.tags.insert((object, tag), one.estimate)),
         }
         self.found.insert(causes[usize::from(!is_simple)]);
         self.alert = true;

@@ -6,7 +6,7 @@ use nalgebra::{Matrix6, UnitQuaternion, Vector3};
 use sextant_geometry::Pose;
 use sextant_tag_families::Family;
 
-const ALL: Counts = Counts {
+const ALL: Applicability = Applicability {
     camera: true,
     clock: true,
     tag: true,
@@ -53,26 +53,31 @@ fn view(camera: usize, id: u32, round: u32, displaced: Vector6<f64>) -> PoseInno
 }
 
 /// What has been told, of which the last of a second has been decided.
-fn told(mut suspects: Suspects, displaced: impl Fn(usize, u32, u32) -> Vector6<f64>) -> Suspects {
+fn marginalised(
+    mut fault_bank: FaultBank,
+    displaced: impl Fn(usize, u32, u32) -> Vector6<f64>,
+) -> FaultBank {
     for round in 0..30 {
         for camera in 0..3 {
             for id in 0..3 {
                 let one = view(camera, id, round, displaced(camera, id, round));
-                suspects.take(camera, tag(id), &one, ALL);
+                fault_bank.take(camera, tag(id), &one, ALL);
             }
         }
-        suspects.judge(u64::from(round) * 33_000_000 + 1_000_000_000);
+        fault_bank.judge(u64::from(round) * 33_000_000 + 1_000_000_000);
     }
-    suspects
+    fault_bank
 }
 
 /// The cause that is beyond doubt by evidence.
-fn told_by_evidence(displaced: impl Fn(usize, u32, u32) -> Vector6<f64>) -> Option<Cause> {
-    let suspects = told(Suspects::default(), displaced);
-    let open: Vec<(usize, Tag)> = suspects.cells.keys().copied().collect();
-    let causes = suspects.sorted_causes(&open);
+fn told_by_evidence(
+    displaced: impl Fn(usize, u32, u32) -> Vector6<f64>,
+) -> Option<FaultHypothesis> {
+    let fault_bank = marginalised(FaultBank::default(), displaced);
+    let open: Vec<(usize, Tag)> = fault_bank.cells.keys().copied().collect();
+    let causes = fault_bank.sorted_causes(&open);
     let first = causes.first().map(|(cause, _)| *cause);
-    first.filter(|_| suspects.stands_out(&causes, &open))
+    first.filter(|_| fault_bank.stands_out(&causes, &open))
 }
 
 #[test]
@@ -90,7 +95,7 @@ fn what_one_camera_sees_elsewhere_is_the_camera() {
         let displaced = Vector6::new(step.x, step.y, step.z, 0.0, 0.0, turn.z);
         displaced * f64::from(u8::from(camera == 1))
     });
-    assert_eq!(moved, Some(Cause::Camera(1)));
+    assert_eq!(moved, Some(FaultHypothesis::Camera(1)));
 }
 
 #[test]
@@ -99,7 +104,7 @@ fn what_all_cameras_see_elsewhere_is_the_tag() {
         let step = world_from_tag(id, round).rotation * Vector3::new(0.003, 0.001, 0.0);
         Vector6::new(step.x, step.y, step.z, 0.0, 0.0, 0.0) * f64::from(u8::from(id == 2))
     });
-    assert_eq!(slipped, Some(Cause::Place(tag(2))));
+    assert_eq!(slipped, Some(FaultHypothesis::Place(tag(2))));
 }
 
 /// A tag as if it were larger.
@@ -113,20 +118,20 @@ fn larger(larger: u32) -> impl Fn(usize, u32, u32) -> Vector6<f64> {
 
 #[test]
 fn evidence_names_but_the_size_of_a_tag_that_is_admitted() {
-    let found_among = |sizes: Vec<Tag>| -> Vec<Cause> {
-        let mut suspects = Suspects::default();
+    let found_among = |sizes: Vec<Tag>| -> Vec<FaultHypothesis> {
+        let mut fault_bank = FaultBank::default();
         let loud = false;
-        suspects.admit(Admitted { sizes, loud });
-        told(suspects, larger(2)).found().collect()
+        fault_bank.admit(NamingPolicy { sizes, loud });
+        marginalised(fault_bank, larger(2)).found().collect()
     };
     assert_eq!(found_among(vec![tag(1)]), []);
-    assert_eq!(found_among(vec![tag(2)]), [Cause::Size(tag(2))]);
+    assert_eq!(found_among(vec![tag(2)]), [FaultHypothesis::Size(tag(2))]);
 }
 
 #[test]
 fn what_seems_nearer_to_all_cameras_is_larger() {
     let larger = told_by_evidence(larger(0));
-    assert_eq!(larger, Some(Cause::Size(tag(0))));
+    assert_eq!(larger, Some(FaultHypothesis::Size(tag(0))));
 }
 
 #[test]
@@ -135,7 +140,7 @@ fn what_lags_behind_its_motion_is_a_clock() {
         let lag = Vector6::new(0.3, 0.1, 0.0, 0.0, 0.0, 0.5) * -0.02;
         lag * f64::from(u8::from(camera == 2))
     });
-    assert_eq!(late, Some(Cause::Clock(2)));
+    assert_eq!(late, Some(FaultHypothesis::Clock(2)));
 }
 
 #[test]
