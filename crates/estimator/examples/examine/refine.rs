@@ -9,7 +9,7 @@ use std::fmt;
 
 use nalgebra::{DMatrix, DVector, UnitQuaternion, Vector6};
 use sextant_estimator::{
-    Camera, Fusion, FusionOptions, Input, ObjectModel, ObjectTag, Output, Rig,
+    Camera, Fault, Fusion, FusionOptions, Input, ObjectModel, ObjectTag, Output, Rig,
 };
 use sextant_geometry::{Lens, Pose, se3};
 
@@ -97,7 +97,10 @@ fn refined(error: &Error, seed: u64) -> Outcome {
     for shot in &used {
         machine.handle(shot.arrival_ns, Input::Image(shot.image.clone()));
         while machine.poll_output().is_some() {}
-        faults.extend(machine.faults().iter().map(ToString::to_string));
+        let is_of_clock = |fault: &&Fault| matches!(fault, Fault::ClockOff { .. });
+        let named = machine.faults();
+        let named = named.iter().filter(|fault| !is_of_clock(fault));
+        faults.extend(named.map(ToString::to_string));
     }
     let proposal = machine.proposal();
     let refined = proposal.as_ref().map_or_else(
@@ -113,6 +116,7 @@ fn refined(error: &Error, seed: u64) -> Outcome {
     );
     Outcome {
         cameras: scene.truth.cameras().len(),
+        at_once: scene.clocks.iter().all(|clock| clock.phase_s == 0.0),
         noise_px: scene.sigma_px,
         held_back: proposal.map(|proposal| proposal.held_back),
         given: [&files, &refined, &truth].map(|models| error_of(models.given(), &scene, &further)),
@@ -124,6 +128,8 @@ fn refined(error: &Error, seed: u64) -> Outcome {
 
 struct Outcome {
     cameras: usize,
+    /// Whether all cameras take their images at the same time.
+    at_once: bool,
     noise_px: f64,
     held_back: Option<sextant_estimator::HeldBack>,
     /// Of poses by the models as they are: the files', the proposed, the exact; m and rad.
@@ -135,7 +141,8 @@ struct Outcome {
 
 impl fmt::Display for Outcome {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{} cameras, {:.3} px", self.cameras, self.noise_px)?;
+        let how = if self.at_once { "at once" } else { "in turn" };
+        write!(f, "{} cameras {how}, {:.3} px", self.cameras, self.noise_px)?;
         match &self.held_back {
             Some(held) => write!(
                 f,
