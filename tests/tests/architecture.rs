@@ -11,7 +11,7 @@ use std::process::Command;
 /// From the ground up; a package may depend on packages of lower floors only.
 const FLOORS: &[&[&str]] = &[
     &["sextant-geometry", "sextant-tag-families"],
-    &["sextant-apriltag"],
+    &["sextant-apriltag", "sextant-site-model"],
     &["sextant-estimator", "sextant-simulator"],
     &["sextant-proto", "sextant-calibrator"],
     &[
@@ -23,7 +23,12 @@ const FLOORS: &[&[&str]] = &[
     ],
     &["node-camera", "node-fusion", "node-viewer-bridge"],
     &["sextant"],
-    &["system-tests", "sextant-benches", "xtask"],
+    &[
+        "system-tests",
+        "sextant-benches",
+        "sextant-examine",
+        "xtask",
+    ],
 ];
 
 /// Packages that a floor's code must never see, whatever the floor: (package, forbidden external crates).
@@ -31,6 +36,7 @@ const IGNORANT_OF: &[(&str, &[&str])] = &[
     ("sextant-geometry", TRANSPORT),
     ("sextant-tag-families", TRANSPORT),
     ("sextant-apriltag", TRANSPORT),
+    ("sextant-site-model", TRANSPORT),
     ("sextant-estimator", TRANSPORT),
     ("sextant-simulator", TRANSPORT),
     ("sextant-proto", TRANSPORT),

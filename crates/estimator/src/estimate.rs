@@ -4,8 +4,8 @@ use nalgebra::{Matrix6, Vector6};
 use serde::{Deserialize, Serialize};
 use sextant_geometry::Pose;
 
-use crate::rig::is_finite;
 use crate::{JointId, LinkId, ObjectId};
+use sextant_site_model::is_finite;
 
 /// How far a pose can be trusted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]

@@ -13,22 +13,17 @@
 //!
 //! This crate knows no clock (time is an argument), no image, no network and no file.
 
-mod articulation;
 mod clocks;
 mod diagnosis;
 mod estimate;
 mod fault;
 mod filter;
 mod fusion;
-mod ids;
 mod imperfection;
 mod kinematics;
 mod measurement;
-mod object;
-mod observation;
 mod options;
 mod proposal;
-mod rig;
 mod self_calibration;
 mod site;
 mod statistics;
@@ -36,20 +31,18 @@ mod tag_poses;
 mod time;
 mod tracker;
 
-pub use articulation::{
-    Articulation, ArticulationError, Joint, JointKind, MOST_JOINTS, MOST_LINKS,
-};
 pub use estimate::{ClockOffset, JointEstimate, LinkEstimate, ObjectEstimate, Posture, State};
 pub use fault::Fault;
 pub use fusion::{Fusion, Input, Output};
-pub use ids::{CameraId, IdError, JointId, LinkId, ObjectId, TagId};
 pub use imperfection::Imperfection;
-pub use object::{ObjectError, ObjectModel, ObjectTag};
-pub use observation::{ImageObservation, TagCorners};
 pub use options::{FusionOptions, OptionsError};
 pub use proposal::Proposal;
-pub use rig::{Camera, Exposure, LensSigma, PoseSigma, Rig, RigError, Stamp};
 pub use self_calibration::HeldBack;
+pub use sextant_site_model::{
+    Articulation, ArticulationError, Camera, CameraId, Exposure, IdError, ImageObservation, Joint,
+    JointId, JointKind, LensSigma, LinkId, MOST_JOINTS, MOST_LINKS, ObjectError, ObjectId,
+    ObjectModel, ObjectTag, PoseSigma, Rig, RigError, Stamp, TagCorners, TagId,
+};
 pub use site::ModelError;
 pub use statistics::{CameraStatistics, Statistics};
 pub use tag_poses::tag_poses;

@@ -8,13 +8,13 @@
 
 use nalgebra::{Matrix3, SMatrix, SVector, Vector6};
 
-use crate::articulation::MOST_JOINTS;
 use crate::filter::clock_states::ClockStates;
 use crate::filter::covariance::{
     ClockSensitivity, Covariance, CrossCovariance, JointCross, WIDTH, carry,
 };
 use crate::kinematics::configuration::{joint_places, rates_at};
 use crate::measurement::biases::{BiasGradient, BiasSource};
+use sextant_site_model::MOST_JOINTS;
 
 type MotionSensitivity = SMatrix<f64, 12, 6>;
 /// Of the joints' values and speeds.

@@ -9,9 +9,9 @@
 use nalgebra::SVector;
 use sextant_geometry::se3;
 
-use crate::articulation::MOST_JOINTS;
 use crate::filter::covariance::{WIDTH, symmetric};
 use crate::filter::state::ObjectState;
+use sextant_site_model::MOST_JOINTS;
 
 /// Intervals of Simpson's rule for the moments.
 const INTERVALS: usize = 64;

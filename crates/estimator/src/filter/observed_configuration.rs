@@ -5,7 +5,6 @@
 
 use nalgebra::{Cholesky, Const, SMatrix, SVector};
 
-use crate::articulation::MOST_JOINTS;
 use crate::filter::clock_states::ClockStates;
 use crate::filter::covariance::{
     Covariance, CrossCovariance, JointOwn, symmetric, white_acceleration,
@@ -13,6 +12,7 @@ use crate::filter::covariance::{
 use crate::filter::least_squares::Prior;
 use crate::filter::state::ObjectState;
 use crate::kinematics::configuration::{Configuration, joint_places, rates_at};
+use sextant_site_model::MOST_JOINTS;
 
 /// From where and when a state is seen.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -8,9 +8,9 @@
 use nalgebra::{Matrix6, SMatrix, Vector6};
 use sextant_geometry::Pose;
 
-use crate::articulation::MOST_JOINTS;
 use crate::filter::covariance::{Covariance, JointCross, WIDTH, symmetric};
 use crate::filter::state::ObjectState;
+use sextant_site_model::MOST_JOINTS;
 
 /// Size of a configuration.
 const SIZE: usize = 6 + MOST_JOINTS;

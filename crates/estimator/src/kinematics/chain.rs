@@ -12,9 +12,9 @@ use std::sync::Arc;
 use nalgebra::{Matrix6, SMatrix, Vector3, Vector6};
 use sextant_geometry::Pose;
 
-use crate::articulation::MOST_JOINTS;
 use crate::kinematics::configuration::{Configuration, Rates};
 use crate::{Articulation, Joint, JointKind};
+use sextant_site_model::MOST_JOINTS;
 
 /// A joint on the way to a link.
 #[derive(Debug, Clone, Copy, PartialEq)]

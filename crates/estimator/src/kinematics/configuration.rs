@@ -7,7 +7,7 @@
 use nalgebra::{SVector, Vector6};
 use sextant_geometry::{Pose, se3};
 
-use crate::articulation::MOST_JOINTS;
+use sextant_site_model::MOST_JOINTS;
 
 /// Values of the joints that move, in the order of the model; zero beyond them.
 pub(crate) type Values = SVector<f64, MOST_JOINTS>;

@@ -3,11 +3,11 @@
 use nalgebra::{Matrix6, SMatrix, Vector3, Vector6};
 use sextant_geometry::Pose;
 
+use crate::TagId;
 use crate::kinematics::configuration::Configuration;
 use crate::measurement::corners::WeightedView;
 use crate::measurement::edge_modes::product;
 use crate::measurement::view_equations::ViewEquations;
-use crate::{LensSigma, PoseSigma, TagId};
 
 /// What may be wrong.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -35,22 +35,6 @@ pub(crate) struct BiasJacobian {
     pub source: BiasSource,
     pub variance: Vector6<f64>,
     pub by: Matrix6<f64>,
-}
-
-impl PoseSigma {
-    /// Of (dt, dr).
-    pub(crate) fn variance(self) -> Vector6<f64> {
-        let (t, r) = (self.position_m.powi(2), self.orientation_rad.powi(2));
-        Vector6::new(t, t, t, r, r, r)
-    }
-}
-
-impl LensSigma {
-    /// Of the errors of focal length and distortion; the other places are free.
-    pub(crate) fn variance(self) -> Vector6<f64> {
-        let (focal, distortion) = (self.focal_px.powi(2), self.distortion_px.powi(2));
-        Vector6::new(focal, distortion, 0.0, 0.0, 0.0, 0.0)
-    }
 }
 
 impl BiasGradient<6> {

@@ -1,6 +1,5 @@
 //! What became of the views of an instant, for good, and what they say of faults.
 
-use crate::articulation::MOST_JOINTS;
 use crate::filter::observed_configuration::ObservedConfiguration;
 use crate::filter::state::ObjectState;
 use crate::kinematics::configuration::Configuration;
@@ -14,6 +13,7 @@ use crate::tracker::track::Track;
 use crate::tracker::view_outcome::ViewOutcome;
 use crate::{FusionOptions, PoseSigma, TagId};
 use nalgebra::{Matrix6, SMatrix, Vector6};
+use sextant_site_model::MOST_JOINTS;
 
 /// Where a tag is that is far from where its object has it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

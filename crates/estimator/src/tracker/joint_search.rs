@@ -7,13 +7,13 @@
 use nalgebra::Vector3;
 use sextant_geometry::Pose;
 
-use crate::articulation::MOST_JOINTS;
 use crate::filter::state::ObjectState;
 use crate::kinematics::chain::KinematicChain;
 use crate::kinematics::configuration::{Configuration, Rates, Values};
 use crate::measurement::corners::WeightedView;
 use crate::measurement::planar_poses::{area, branches};
 use crate::{Joint, JointKind};
+use sextant_site_model::MOST_JOINTS;
 
 /// Values of a joint that are tried.
 const TRIALS: usize = 16;

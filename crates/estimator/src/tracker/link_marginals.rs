@@ -3,7 +3,6 @@
 use nalgebra::{Matrix6, SMatrix};
 use sextant_geometry::se3;
 
-use crate::articulation::MOST_JOINTS;
 use crate::filter::covariance::symmetric;
 use crate::filter::joint_states::JointStates;
 use crate::kinematics::chain::KinematicChain;
@@ -11,6 +10,7 @@ use crate::kinematics::configuration::Configuration;
 use crate::tracker::hypothesis::Hypothesis;
 use crate::tracker::track::Track;
 use crate::{JointEstimate, LinkEstimate, Posture};
+use sextant_site_model::MOST_JOINTS;
 
 /// Of a configuration.
 const SIZE: usize = 6 + MOST_JOINTS;

@@ -217,7 +217,7 @@ impl ObjectModel {
 
     /// The same object with another place and size of a tag, and the sigma of the place; unchanged where they are no such.
     #[must_use]
-    pub(crate) fn with_tag(mut self, corrected: ObjectTag, sigma: PoseSigma) -> Self {
+    pub fn with_tag(mut self, corrected: ObjectTag, sigma: PoseSigma) -> Self {
         let mut tags = self.tags.iter_mut();
         let known = tags.find(|tag| tag.tag == corrected.tag);
         if let Some(tag) = known.filter(|_| check(&self.id, &corrected).is_ok()) {

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use nalgebra::Vector6;
 use sextant_geometry::{Lens, Pose};
 use thiserror::Error;
 
@@ -35,7 +36,7 @@ pub struct PoseSigma {
 
 impl PoseSigma {
     /// Nothing is open.
-    pub(crate) const NONE: Self = Self {
+    pub const NONE: Self = Self {
         position_m: 0.0,
         orientation_rad: 0.0,
     };
@@ -51,7 +52,7 @@ impl PoseSigma {
     };
 
     /// So many times as large.
-    pub(crate) fn times(self, factor: f64) -> Self {
+    pub fn times(self, factor: f64) -> Self {
         Self {
             position_m: self.position_m * factor,
             orientation_rad: self.orientation_rad * factor,
@@ -59,12 +60,18 @@ impl PoseSigma {
     }
 
     /// Whether it leaves anything open.
-    pub(crate) fn is_some(&self) -> bool {
+    pub fn is_some(&self) -> bool {
         self.position_m > 0.0 || self.orientation_rad > 0.0
     }
 
+    /// Variances of (dt, dr), m² and rad².
+    pub fn variance(self) -> Vector6<f64> {
+        let (t, r) = (self.position_m.powi(2), self.orientation_rad.powi(2));
+        Vector6::new(t, t, t, r, r, r)
+    }
+
     /// Whether both lie between 0 and 1.
-    pub(crate) fn is_sound(&self) -> bool {
+    pub fn is_sound(&self) -> bool {
         let both = [self.position_m, self.orientation_rad];
         both.iter().all(|sigma| (0.0..=1.0).contains(sigma))
     }
@@ -82,13 +89,13 @@ pub struct LensSigma {
 
 impl LensSigma {
     /// Of a lens that is known exactly.
-    pub(crate) const NONE: Self = Self {
+    pub const NONE: Self = Self {
         focal_px: 0.0,
         distortion_px: 0.0,
     };
 
     /// Of a lens that was calibrated on another day: 0.3 % of the focal length, half a pixel in the corners of the image.
-    pub(crate) fn usual(lens: &Lens) -> Self {
+    pub fn usual(lens: &Lens) -> Self {
         let is_bending = !lens.distortion().is_empty();
         Self {
             focal_px: 0.003 * lens.intrinsics().fx,
@@ -97,15 +104,21 @@ impl LensSigma {
     }
 
     /// So many times as large.
-    pub(crate) fn times(self, factor: f64) -> Self {
+    pub fn times(self, factor: f64) -> Self {
         Self {
             focal_px: self.focal_px * factor,
             distortion_px: self.distortion_px * factor,
         }
     }
 
+    /// Variances of focal length and distortion, px²; the other places are zero.
+    pub fn variance(self) -> Vector6<f64> {
+        let (focal, distortion) = (self.focal_px.powi(2), self.distortion_px.powi(2));
+        Vector6::new(focal, distortion, 0.0, 0.0, 0.0, 0.0)
+    }
+
     /// Whether it leaves anything open.
-    pub(crate) fn is_some(&self) -> bool {
+    pub fn is_some(&self) -> bool {
         self.focal_px > 0.0 || self.distortion_px > 0.0
     }
 }
@@ -121,7 +134,7 @@ pub struct Rig {
 }
 
 /// Most pixels that a lens may be uncertain by.
-pub(crate) const MOST_LENS_SIGMA_PX: f64 = 100.0;
+pub const MOST_LENS_SIGMA_PX: f64 = 100.0;
 
 /// Seconds within which a rolling shutter must have read all rows: an object is taken to move steadily for so long.
 const LONGEST_READOUT_S: f64 = 0.1;
@@ -238,7 +251,7 @@ impl Rig {
 
     /// The same rig with another pose and lens of a camera, and their sigmas; unchanged where they are no such.
     #[must_use]
-    pub(crate) fn with_camera(
+    pub fn with_camera(
         mut self,
         corrected: Camera,
         sigma: PoseSigma,
@@ -380,7 +393,7 @@ pub(crate) fn is_same(one: Option<Pose>, other: Option<Pose>) -> bool {
 }
 
 /// Whether position and orientation are all finite.
-pub(crate) fn is_finite(pose: &Pose) -> bool {
+pub fn is_finite(pose: &Pose) -> bool {
     pose.translation
         .vector
         .iter()

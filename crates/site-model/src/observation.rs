@@ -21,14 +21,14 @@ pub struct TagCorners {
 
 impl TagCorners {
     /// Whether it is said how the errors of corners hang together.
-    pub(crate) fn is_joint(&self) -> bool {
+    pub fn is_joint(&self) -> bool {
         self.corner_cross_covariance
             .iter()
             .any(|cross| *cross != Matrix2::zeros())
     }
 
     /// Covariance of x and y of each corner in turn, px².
-    pub(crate) fn covariance(&self) -> SMatrix<f64, 8, 8> {
+    pub fn covariance(&self) -> SMatrix<f64, 8, 8> {
         let mut all = self.own_covariance();
         for ([a, b], cross) in CORNER_PAIRS.iter().zip(&self.corner_cross_covariance) {
             all.fixed_view_mut::<2, 2>(2 * a, 2 * b).copy_from(cross);
@@ -40,7 +40,7 @@ impl TagCorners {
     }
 
     /// The same of corners whose errors are independent.
-    pub(crate) fn own_covariance(&self) -> SMatrix<f64, 8, 8> {
+    pub fn own_covariance(&self) -> SMatrix<f64, 8, 8> {
         let mut all = SMatrix::<f64, 8, 8>::zeros();
         for (corner, own) in self.corner_covariance.iter().enumerate() {
             let symmetric = (own + own.transpose()) * 0.5;

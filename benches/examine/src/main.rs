@@ -1,6 +1,6 @@
 //! How honest fusion is on scenes that nobody has seen: random ones by class, with exact truth.
 //!
-//! `cargo run --release -p sextant-estimator --example examine -- CLASS FROM TO` runs the seeds FROM..TO of a class (`all`: of each)
+//! `cargo run --release -p sextant-examine -- CLASS FROM TO` runs the seeds FROM..TO of a class (`all`: of each)
 //! and prints a line a scene and one of them all: rms of poses in mm and degrees and the worst, NEES per degree of freedom, share
 //! inside the 95 % ellipsoid, share of instants with a tracked pose, rms against the Cramér-Rao bound where two views see the body at
 //! once, error of poses foreseen by 33 ms that 95 % do not exceed, poses flipped by more than 20 degrees and said to be tracked, faults

@@ -1,0 +1,24 @@
+//! What a site consists of: cameras, objects with tags, and what images show of them.
+//!
+//! - [`Rig`]: cameras with lens, pose, shutter and exposure, and how exact these are.
+//! - [`ObjectModel`]: a constellation of tags, rigid or on the links of an [`Articulation`].
+//! - [`ImageObservation`]: the tag corners that one image shows, with its capture time.
+//!
+//! Plain checked data in metres, radians, pixels with (0, 0) at the centre of the top-left pixel, and nanoseconds since the Unix epoch. This
+//! crate estimates nothing and reads no file.
+
+mod articulation;
+mod ids;
+mod object;
+mod observation;
+mod rig;
+
+pub use articulation::{
+    Articulation, ArticulationError, Joint, JointKind, MOST_JOINTS, MOST_LINKS,
+};
+pub use ids::{CameraId, IdError, JointId, LinkId, ObjectId, TagId};
+pub use object::{ObjectError, ObjectModel, ObjectTag};
+pub use observation::{ImageObservation, TagCorners};
+pub use rig::{
+    Camera, Exposure, LensSigma, MOST_LENS_SIGMA_PX, PoseSigma, Rig, RigError, Stamp, is_finite,
+};
