@@ -109,7 +109,7 @@ fn keyframes(
         for view in &image.views {
             let way = motion.between([images[0], image], view, options);
             let way = way.map(|(step, covariance)| RelativeMotion { step, covariance });
-            if way.as_ref().is_some_and(RelativeMotion::is_long) {
+            if way.as_ref().is_some_and(RelativeMotion::is_vague) {
                 continue;
             }
             let Some(whitened) = site.for_calibration(view, options) else {

@@ -333,6 +333,7 @@ impl Adjustment {
         one: &'a KeyframeView,
         cameras: &'a BTreeMap<usize, CalibratedCamera>,
     ) -> Option<(WeightedView<'a>, LinkMotion)> {
+        let pose = one.pose(&keyframe.pose);
         let camera = cameras.get(&one.camera_index)?;
         let factor = self.factor(one.camera_index);
         let noise = NoiseFactors {
@@ -347,10 +348,10 @@ impl Adjustment {
             None,
         );
         let moving = LinkMotion {
-            pose: keyframe.pose,
+            pose,
             twist: one.twist,
         };
-        weighted.faces(&keyframe.pose).then_some((weighted, moving))
+        weighted.faces(&pose).then_some((weighted, moving))
     }
 
     /// Learns the noise of each camera from what its images leave by themselves, whatever is wrong with the other cameras.

@@ -60,19 +60,15 @@ pub(crate) type Body = (usize, usize);
 #[derive(Debug, Default)]
 pub(crate) struct Keyframes(Vec<Keyframe>);
 
-/// Images are tied to others only where the object hardly moves between them, m and rad: what is wrong with the prediction of a motion
-/// would pass for errors of the cameras.
-const LONG_WAY: (f64, f64) = (0.0005, 0.01);
+/// Standard deviations of a predicted motion, m and rad, up to which it ties images to one another: errors of a vague prediction would pass
+/// for errors of the cameras.
+const MAX_MOTION_SIGMA: (f64, f64) = (0.0005, 0.01);
 
 impl RelativeMotion {
-    /// Whether the step, or what is not known of it, is too large to tie images.
-    pub fn is_long(&self) -> bool {
-        let far = |first: usize, limit: f64| {
-            let step = self.step.fixed_rows::<3>(first).norm_squared();
-            let variance = self.covariance.fixed_view::<3, 3>(first, first).trace();
-            step + variance > limit.powi(2)
-        };
-        far(0, LONG_WAY.0) || far(3, LONG_WAY.1)
+    /// Whether the motion is predicted too vaguely to tie images.
+    pub fn is_vague(&self) -> bool {
+        let variance = |first: usize| self.covariance.fixed_view::<3, 3>(first, first).trace();
+        variance(0) > MAX_MOTION_SIGMA.0.powi(2) || variance(3) > MAX_MOTION_SIGMA.1.powi(2)
     }
 }
 
