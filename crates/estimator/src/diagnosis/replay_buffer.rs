@@ -111,9 +111,10 @@ mod tests {
     use super::*;
 
     fn track(time_ns: u64) -> Track {
-        let mut track = Track::default();
-        track.time_ns = time_ns;
-        track
+        Track {
+            time_ns,
+            ..Track::default()
+        }
     }
 
     /// So many instants and marks, each a tenth of a second after the last.
