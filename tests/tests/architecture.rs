@@ -10,7 +10,11 @@ use std::process::Command;
 
 /// From the ground up; a package may depend on packages of lower floors only.
 const FLOORS: &[&[&str]] = &[
-    &["sextant-geometry", "sextant-tag-families"],
+    &[
+        "sextant-geometry",
+        "sextant-tag-families",
+        "sextant-drp-circuits",
+    ],
     &["sextant-apriltag", "sextant-site-model"],
     &["sextant-estimator", "sextant-simulator"],
     &["sextant-proto", "sextant-calibrator"],
@@ -20,6 +24,7 @@ const FLOORS: &[&[&str]] = &[
         "sextant-site-files",
         "sextant-recordings",
         "sextant-process",
+        "sextant-rza2m",
     ],
     &["node-camera", "node-fusion", "node-viewer-bridge"],
     &["sextant"],
@@ -35,6 +40,7 @@ const FLOORS: &[&[&str]] = &[
 const IGNORANT_OF: &[(&str, &[&str])] = &[
     ("sextant-geometry", TRANSPORT),
     ("sextant-tag-families", TRANSPORT),
+    ("sextant-drp-circuits", TRANSPORT),
     ("sextant-apriltag", TRANSPORT),
     ("sextant-site-model", TRANSPORT),
     ("sextant-estimator", TRANSPORT),
