@@ -1,9 +1,11 @@
 //! Repeats one detection, to be counted by callgrind or timed at its best: `repeat write DIR` makes the images,
 //! `repeat DETECTOR FILE N` works on one of them, DETECTOR being sextant, edges,
-//! tracking (best mean of nine images, a round of its scan), stages (best of each), or with the feature `peer` c or c20.
+//! tracking (best mean of nine images, a round of its scan), stages (best of each), raw (grey made of the image as a Bayer
+//! mosaic, which comes before detection on an RZ/A2M), or with the feature `peer` c or c20.
 
 use sextant_apriltag::{Detector, Image, Options, Refinement, Stage, Tracker};
 use sextant_benches::{HEIGHT, StageClock, WIDTH, pictures};
+use sextant_drp_circuits::{Circuit, Raster};
 use std::error::Error;
 use std::fs;
 use std::path::Path;
@@ -16,7 +18,7 @@ fn main() -> Outcome {
     match arguments.iter().map(String::as_str).collect::<Vec<_>>()[..] {
         ["write", folder] => write(Path::new(folder)),
         [detector, file, n] => repeat(detector, &fs::read(file)?, n.parse()?),
-        _ => Err("repeat write DIR | repeat sextant|edges|tracking|stages|c|c20 FILE N".into()),
+        _ => Err("repeat write DIR | repeat sextant|edges|tracking|stages|raw|c|c20 FILE N".into()),
     }
 }
 
@@ -36,6 +38,7 @@ fn repeat(detector: &str, pixels: &[u8], n: u32) -> Outcome {
         "edges" => ours(Refinement::Edges, pixels, n),
         "tracking" => tracking(pixels, n),
         "stages" => stages(pixels, n),
+        "raw" => raw(pixels, n),
         #[cfg(feature = "peer")]
         "c" | "c20" => {
             let mut peer = sextant_benches::Peer::new(if detector == "c" { 5 } else { 20 });
@@ -89,6 +92,18 @@ fn stages(pixels: &[u8], n: u32) -> Outcome {
     }
     println!();
     Ok(())
+}
+
+fn raw(pixels: &[u8], n: u32) -> Outcome {
+    let model = &Circuit::Bayer2Grayscale.models()[0];
+    let mosaic = Raster::new(pixels, [WIDTH, HEIGHT])?;
+    let mut grey = vec![0; pixels.len()];
+    let mut outcome = Ok(());
+    print_best(n, || {
+        outcome = model.run(&mosaic, &mut grey);
+        0
+    });
+    Ok(outcome?)
 }
 
 fn print_best(n: u32, mut detect: impl FnMut() -> usize) {

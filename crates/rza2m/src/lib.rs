@@ -23,6 +23,6 @@ pub use camera::{Camera, CameraError, CameraSettings, Frame};
 pub use drp::{DrpDevice, DrpFile};
 pub use frame_clock::FrameClock;
 pub use on_chip::{Layout, LayoutError};
-pub use physical::{DevMem, PhysicalMemory, refuse_system_memory};
+pub use physical::{DevMem, PhysicalMemory};
 pub use preprocess::{Accelerated, Cpu, Preprocess};
 pub use sensor_bus::{I2cBus, SensorBus};

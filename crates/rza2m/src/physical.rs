@@ -61,6 +61,10 @@ const RANGES: [(u32, u32); 4] = [
     (0xfcfe_0000, 0x1000),
 ];
 
+/// Where the kernel says which machine this is.
+const COMPATIBLE: &str = "/proc/device-tree/compatible";
+/// What it says of every board with this chip.
+const RZA2M: &str = "renesas,r7s9210";
 /// Where the kernel lists what occupies physical memory.
 const IOMEM: &str = "/proc/iomem";
 
@@ -81,8 +85,9 @@ impl DevMem {
     /// Maps on-chip memory and the registers of the camera path.
     ///
     /// # Errors
-    /// On-chip memory that belongs to the kernel, a `/dev/mem` that cannot be opened or mapped.
+    /// Another machine, on-chip memory that belongs to the kernel, a `/dev/mem` that cannot be opened or mapped.
     pub fn open() -> io::Result<Self> {
+        refuse_other_machines(&std::fs::read(COMPATIBLE).unwrap_or_default())?;
         refuse_system_memory(&std::fs::read_to_string(IOMEM)?)?;
         let file = OpenOptions::new()
             .read(true)
@@ -114,11 +119,21 @@ impl DevMem {
     }
 }
 
+/// Anything may stand at these addresses on another machine. `compatible` holds its names, each ended by a zero.
+fn refuse_other_machines(compatible: &[u8]) -> io::Result<()> {
+    let mut names = compatible.split(|byte| *byte == 0);
+    if names.any(|name| name == RZA2M.as_bytes()) {
+        return Ok(());
+    }
+    let message = format!("this machine is no RZ/A2M: {COMPATIBLE} does not name {RZA2M}");
+    Err(io::Error::new(io::ErrorKind::Unsupported, message))
+}
+
 /// Complains where the kernel uses on-chip memory as system memory, by the text of `/proc/iomem`: there is no room for images then.
 ///
 /// # Errors
 /// Such an entry, or a listing without addresses, which is all that the kernel shows to anybody but root.
-pub fn refuse_system_memory(iomem: &str) -> io::Result<()> {
+fn refuse_system_memory(iomem: &str) -> io::Result<()> {
     let last = on_chip::BASE + (on_chip::SIZE - 1);
     let range = |line: &str| {
         let (range, name) = line.split_once(" : ")?;
@@ -267,6 +282,13 @@ mod tests {
                 .contains("root")
         );
         assert!(refuse_system_memory("no listing").is_ok());
+    }
+
+    #[test]
+    fn other_machines_are_refused() {
+        assert!(refuse_other_machines(b"renesas,rza2mevb\0renesas,r7s9210\0").is_ok());
+        assert!(refuse_other_machines(b"raspberrypi,4-model-b\0brcm,bcm2711\0").is_err());
+        assert!(refuse_other_machines(b"").is_err());
     }
 
     /// A file in place of `/dev/mem`: the mapping's arithmetic is the same.

@@ -1,5 +1,6 @@
 //! The sensor's registers, over I2C.
 
+use crate::imx219::ADDRESS;
 use std::fs::{File, OpenOptions};
 use std::io;
 use std::os::fd::AsRawFd;
@@ -46,14 +47,17 @@ struct Transfer {
 }
 
 impl I2cBus {
-    /// Opens the bus for a sensor at a 7-bit address. The bus is locked: two programs would set one sensor otherwise.
+    /// Opens the bus for the camera's sensor. The bus is locked: two programs would set one sensor otherwise.
     ///
     /// # Errors
     /// A bus that is not there, not ours to open, or locked.
-    pub fn open(path: &Path, address: u16) -> io::Result<Self> {
+    pub fn open(path: &Path) -> io::Result<Self> {
         let file = OpenOptions::new().read(true).write(true).open(path)?;
         file.try_lock()?;
-        Ok(Self { file, address })
+        Ok(Self {
+            file,
+            address: ADDRESS,
+        })
     }
 
     fn transfer(&mut self, buffers: &mut [(u16, &mut [u8])]) -> io::Result<()> {
