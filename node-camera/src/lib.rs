@@ -14,11 +14,13 @@ mod config;
 mod detect;
 #[cfg(test)]
 mod panic_tests;
+mod part;
 mod preview;
 mod run;
 mod source;
 mod supervise;
 
 pub use config::{CameraNodeConfig, DetectionConfig, Pace, PreviewConfig, SourceConfig};
-pub use run::{CameraArguments, Part, run};
+pub use part::Part;
+pub use run::{CameraArguments, run};
 pub use source::{Capture, ImageSource, Next, SourceError};

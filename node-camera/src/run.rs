@@ -2,10 +2,11 @@
 
 use std::path::PathBuf;
 
-use clap::{Args, ValueEnum};
+use clap::Args;
 use sextant_process::{Exit, Shutdown, WithExit, logging, memory};
 
 use crate::config::CameraNodeConfig;
+use crate::part::Part;
 use crate::{capture, detect, supervise};
 
 /// Arguments of the camera node, under whatever command it runs.
@@ -17,25 +18,6 @@ pub struct CameraArguments {
     /// Run one part only; without it both run, as two processes.
     #[arg(long, value_enum)]
     pub part: Option<Part>,
-}
-
-/// The two processes of a camera node.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum Part {
-    /// From the camera into shared memory.
-    Capture,
-    /// From shared memory to the network.
-    Detect,
-}
-
-impl Part {
-    /// Its word on the command line.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Capture => "capture",
-            Self::Detect => "detect",
-        }
-    }
 }
 
 /// Runs a camera node until `shutdown` or the end of its recording. `subcommand` are the words with which this program

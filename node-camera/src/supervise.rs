@@ -8,7 +8,7 @@ use anyhow::{Context, anyhow};
 use sextant_process::children::{ChildProcess, stop_all};
 use sextant_process::{Exit, Failure, Shutdown, WithExit, watchdog};
 
-use crate::run::Part;
+use crate::part::Part;
 
 /// How often the children are looked after.
 const LOOK_PERIOD: Duration = Duration::from_millis(100);

@@ -4,9 +4,9 @@ use nalgebra::{UnitQuaternion, Vector3};
 use sextant_estimator::{Articulation, Joint, JointId, JointKind, LinkId, ObjectId, ObjectModel};
 use sextant_geometry::Pose;
 
+use crate::models::{made, tag};
 use crate::motion::Wave;
 use crate::random::Random;
-use crate::scene::{made, tag};
 
 /// How the joints move: middle and swing of each.
 pub struct Arm(Vec<(f64, Wave)>);

@@ -25,13 +25,13 @@ use std::fmt;
 
 use sextant_estimator::{Fault, Fusion, FusionOptions, ImageObservation, Input};
 
+use crate::models::made;
 use crate::motion::Motion;
 use crate::random::Random;
-use crate::scene::{CLASSES, Class, PERIOD_NS, START_NS, Scene, made};
-use crate::wrong::{KINDS, Kind, Wrong};
+use crate::scene::{CLASSES, Class, PERIOD_NS, START_NS, Scene};
+use crate::wrong::{CHANGE_S, KINDS, Kind, Wrong};
 
-/// When it comes, when it is mended and when the scene ends, s.
-pub const CHANGE_S: f64 = 3.0;
+/// When the fault is mended and when the scene ends, s.
 const MENDED_S: f64 = 11.0;
 const END_S: f64 = 17.0;
 /// Seconds in which its end can be told after which a fault must not be named any more.

@@ -11,11 +11,13 @@
 
 mod arm;
 mod faults;
+mod models;
 mod motion;
 mod random;
 mod refine;
 mod scene;
 mod score;
+mod shots;
 mod view;
 mod wrong;
 

@@ -13,8 +13,9 @@ use sextant_estimator::{
 };
 use sextant_geometry::{Lens, Pose, se3};
 
+use crate::models::made;
 use crate::random::Random;
-use crate::scene::{Class, START_NS, Scene, Shot, made};
+use crate::scene::{Class, START_NS, Scene, Shot};
 
 /// Seconds of use, and of further images.
 const USE_S: f64 = 600.0;

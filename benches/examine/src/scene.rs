@@ -3,12 +3,12 @@
 
 use nalgebra::{Point2, UnitQuaternion, Vector3};
 use sextant_estimator::{
-    Camera, CameraId, ImageObservation, ObjectId, ObjectModel, ObjectTag, PoseSigma, Rig, TagId,
+    Camera, CameraId, ImageObservation, ObjectId, ObjectModel, ObjectTag, PoseSigma, Rig,
 };
 use sextant_geometry::{Intrinsics, Lens, Pose};
-use sextant_tag_families::Family;
 
 use crate::arm::{Arm, arm};
+use crate::models::{made, tag};
 use crate::motion::Motion;
 use crate::random::Random;
 
@@ -163,45 +163,6 @@ impl Scene {
         match self.noisy {
             Some((noisy, times)) if noisy == camera => self.sigma_px * times,
             _ => self.sigma_px,
-        }
-    }
-
-    /// The images taken between two times, by arrival.
-    pub fn shots(&self, from_s: f64, to_s: f64, random: &mut Random) -> Vec<Shot> {
-        let mut shots = Vec::new();
-        let period_s = PERIOD_NS as f64 * 1e-9;
-        for (camera, clock) in self.clocks.iter().enumerate() {
-            let first = ((from_s - clock.phase_s) / period_s).ceil().max(0.0) as u64;
-            let times = (first..).map(|round| round as f64 * period_s + clock.phase_s);
-            for taken_s in times.take_while(|taken_s| *taken_s < to_s) {
-                self.take(camera, taken_s, &mut shots, random);
-            }
-        }
-        shots.sort_by_key(|shot| shot.arrival_ns);
-        shots
-    }
-
-    fn take(&self, camera: usize, taken_s: f64, shots: &mut Vec<Shot>, random: &mut Random) {
-        let clock = self.clocks[camera];
-        let tags = crate::view::tags(self, camera, taken_s, random);
-        let stamp_s = taken_s + clock.offset_s + clock.drift * taken_s;
-        let image = ImageObservation {
-            camera: self.truth.cameras()[camera].id.clone(),
-            capture_ns: START_NS.wrapping_add_signed((stamp_s * 1e9).round() as i64),
-            clock_error_ns: clock.stated_error_ns,
-            exposure_ns: 0,
-            tags,
-        };
-        if random.within(0.0, 1.0) < self.way.lost {
-            return;
-        }
-        for _ in 0..1 + usize::from(random.within(0.0, 1.0) < self.way.twice) {
-            let way_s = random.within(0.008, self.way.most_s);
-            shots.push(Shot {
-                arrival_ns: START_NS + ((taken_s + way_s) * 1e9) as u64,
-                taken_s,
-                image: image.clone(),
-            });
         }
     }
 }
@@ -370,15 +331,6 @@ fn body(class: Class, index: usize, seconds: f64, random: &mut Random) -> Body {
     }
 }
 
-pub fn tag(id: u32, size_m: f64, place: Vector3<f64>, turn: UnitQuaternion<f64>) -> ObjectTag {
-    let family = Family::Tag36h11;
-    ObjectTag {
-        tag: TagId { family, id },
-        size_m,
-        object_from_tag: Some(Pose::from_parts(place.into(), turn)),
-    }
-}
-
 fn cube(first: u32, random: &mut Random) -> Vec<ObjectTag> {
     let edge = random.within(0.05, 0.08);
     let turn =
@@ -415,9 +367,4 @@ fn irregular(first: u32, random: &mut Random) -> Vec<ObjectTag> {
 /// Whether a pixel lies in the image.
 pub fn is_inside(pixel: &Point2<f64>, [width, height]: [u32; 2]) -> bool {
     (0.0..f64::from(width)).contains(&pixel.x) && (0.0..f64::from(height)).contains(&pixel.y)
-}
-
-/// What is made here is sound; else the examiner itself is at fault.
-pub fn made<T, E: std::fmt::Debug>(result: Result<T, E>) -> T {
-    result.unwrap_or_else(|error| panic!("{error:?}"))
 }

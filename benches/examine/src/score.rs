@@ -7,8 +7,9 @@ use nalgebra::{Matrix6, Vector6};
 use sextant_estimator::{Fusion, FusionOptions, Input, ObjectEstimate, Output, State};
 use sextant_geometry::{Pose, se3};
 
+use crate::models::made;
 use crate::random::Random;
-use crate::scene::{START_NS, Scene, Shot, made};
+use crate::scene::{START_NS, Scene, Shot};
 use crate::view::information;
 
 /// Sums over poses.

@@ -6,11 +6,14 @@ use nalgebra::{Matrix6, UnitQuaternion, Vector3};
 use sextant_estimator::{Fault, ImageObservation, ObjectModel, ObjectTag, Rig, TagId};
 use sextant_geometry::{Pose, se3};
 
-use crate::faults::CHANGE_S;
+use crate::models::made;
 use crate::motion::{Motion, Wave};
 use crate::random::Random;
-use crate::scene::{Body, Scene, made};
+use crate::scene::{Body, Scene};
 use crate::view::information;
+
+/// When a fault begins, s.
+pub const CHANGE_S: f64 = 3.0;
 
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub enum Kind {

@@ -27,6 +27,12 @@ impl Area {
         }
     }
 
+    /// The area as an image of its own, which shares the pixels of `image`.
+    pub(crate) fn crop<'a>(&self, image: &Image<'a>) -> Image<'a> {
+        let columns = self.left..self.left + self.width;
+        image.crop(columns, self.top..self.top + self.height)
+    }
+
     /// From the part to the image.
     pub(crate) fn quad_to_image(&self, quad: Quad) -> Quad {
         quad.map(|[x, y]| [self.left as f32 + x, self.top as f32 + y])

@@ -5,8 +5,8 @@
 
 use crate::Image;
 use crate::detection::Detection;
-use crate::homography::Homography;
-use crate::kernels::{POINTS, Points, sample};
+use crate::homography::{Homography, POINTS, Points};
+use crate::kernels::sample;
 use crate::quad::{Point, Quad, distance, mean_edge, widths};
 use crate::reading::Reading;
 use crate::saddle::{self, Guess, RADIUS_PX};

@@ -6,7 +6,8 @@ use crate::board_corners::share_corners;
 use crate::components::{Component, Components, make_room};
 use crate::kernels::vectorise;
 use crate::photometric::PatternFitter;
-use crate::quad::{Outline, QuadFinder, middle};
+use crate::quad::middle;
+use crate::quad_finder::{Outline, QuadFinder};
 use crate::sighting::{Lookout, Sighting};
 use crate::tiles::Tiles;
 use crate::view::View;
@@ -112,7 +113,7 @@ impl Detector {
     }
 
     fn search(&mut self, image: &Image<'_>, area: &Area, observer: &mut impl Observer) {
-        let part = image.part(area);
+        let part = area.crop(image);
         let some_live = self.measure(&part);
         observer.stage_ended(Stage::Tiles);
         if !some_live {

@@ -5,7 +5,7 @@
 
 mod profiles;
 
-use crate::kernels::POINTS;
+use crate::homography::POINTS;
 use crate::quad::{Line, Point, Quad, distance, intersect_sides};
 use crate::view::View;
 use profiles::{MAX_GROUPS, Profiles};

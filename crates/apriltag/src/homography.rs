@@ -3,8 +3,13 @@
 //! `sextant-geometry` has the double-precision one; here thousands of points an image are mapped, also on processors
 //! whose double-precision arithmetic is slow.
 
-use crate::kernels::{POINTS, Points};
 use crate::quad::{Point, Quad, middle};
+
+/// Points that are mapped and sampled at a time.
+pub(crate) const POINTS: usize = 8;
+
+/// One coordinate, or the grey values, of a batch of points.
+pub(crate) type Points = [f32; POINTS];
 
 /// Maps a square's coordinates (u right, v down) to pixels.
 ///

@@ -2,7 +2,7 @@
 //!
 //! Pixel (0, 0) is the *centre* of the top left pixel; x runs right, y down.
 
-use crate::area::Area;
+use std::ops::Range;
 
 /// An 8-bit grey image that belongs to somebody else.
 #[derive(Clone, Copy, Debug)]
@@ -96,15 +96,13 @@ impl<'a> Image<'a> {
         &self.pixels[y * self.stride..][..self.width]
     }
 
-    /// The rows and columns of an area, which must lie within the image and leave no less than the least size.
-    pub(crate) fn part(&self, area: &Area) -> Self {
-        debug_assert!(
-            area.left + area.width <= self.width && area.top + area.height <= self.height
-        );
+    /// A rectangle of the image, which must lie within it and be no smaller than the least size.
+    pub(crate) fn crop(&self, columns: Range<usize>, rows: Range<usize>) -> Self {
+        debug_assert!(columns.end <= self.width && rows.end <= self.height);
         Self {
-            pixels: &self.pixels[area.top * self.stride + area.left..],
-            width: area.width,
-            height: area.height,
+            pixels: &self.pixels[rows.start * self.stride + columns.start..],
+            width: columns.len(),
+            height: rows.len(),
             stride: self.stride,
         }
     }

@@ -4,7 +4,7 @@
 //! runs is decided here and only here. On 32-bit and 64-bit ARM the target tells which vectors there are.
 
 use crate::Image;
-use crate::homography::Homography;
+use crate::homography::{Homography, POINTS, Points};
 use std::array;
 
 #[cfg(target_arch = "x86_64")]
@@ -26,9 +26,6 @@ pub(crate) const LINE_REACH: usize = 3;
 /// A pixel with as many to either side as a line reaches.
 pub(crate) const LINE_SPAN: usize = 2 * LINE_REACH + 1;
 
-/// Points that are sampled at a time.
-pub(crate) const POINTS: usize = 8;
-
 /// Rows of numbers that lie together, and how many times as many a column has at most.
 pub(crate) const ROWS: usize = 16;
 pub(crate) const MAX_GROUPS: usize = 80;
@@ -43,9 +40,6 @@ pub(crate) const WIDTH: usize = 24;
 
 /// Sums of the products of each column with itself and those before it; what stands after the diagonal is nothing.
 pub(crate) type Sums = [[i32; WIDTH]; COLUMNS];
-
-/// A coordinate, or the grey, of as many points.
-pub(crate) type Points = [f32; POINTS];
 
 /// Does work, compiled for the best vectors that the processor has, as far as it is inlined.
 #[inline(always)]

@@ -24,6 +24,7 @@ mod kernels;
 mod options;
 mod photometric;
 mod quad;
+mod quad_finder;
 mod reading;
 mod report;
 mod saddle;

@@ -20,6 +20,7 @@
 mod edge;
 mod equations;
 mod model;
+mod parameters;
 mod pattern;
 mod pixels;
 mod state;
@@ -30,10 +31,11 @@ use crate::edges::Corners;
 use crate::reading::Reading;
 use equations::Equations;
 use model::{Model, TUKEY};
+use parameters::PARAMETERS;
 use pattern::{MOST_EDGES, Pattern};
 use pixels::Pixels;
 use sextant_geometry::{CORNER_PAIRS, Lens};
-use state::{PARAMETERS, Row, State, dot};
+use state::{Row, State, dot};
 use straightened::Straightened;
 
 /// Residuals in standard deviations of the image's noise up to which its covariance says what the corners are worth:

@@ -15,20 +15,22 @@ mod equations;
 mod image_sums;
 mod layout;
 mod motion;
+mod node;
 mod observability;
+mod prior_knowledge;
 mod residuals;
 mod solver;
 mod state;
 
-pub use anchors::Anchor;
 pub use covariance::KeptCovariance;
 pub use layout::KeptParameter;
-pub use observability::{PriorKnowledge, WeakDirection};
+pub use observability::WeakDirection;
+pub use prior_knowledge::PriorKnowledge;
 pub use residuals::TagResidual;
 pub use solver::{BundleOptions, BundleSolution, solve};
 pub use state::{
-    Bundle, BundleCamera, BundleError, BundleImage, BundleTag, FreeLens, Freedom, Instant, Motion,
-    SeenTag,
+    Anchor, Bundle, BundleCamera, BundleError, BundleImage, BundleTag, FreeLens, Freedom, Instant,
+    Motion, SeenTag,
 };
 
 #[cfg(test)]

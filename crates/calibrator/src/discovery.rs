@@ -4,19 +4,18 @@
 //! states follow from the one that is stated, since all tags of a body share its motion. Once it is known which tags those are, a
 //! [`LearnSession`] learns them; a [`DiscoverySession`] is the search around it, with the same face.
 
-mod found;
+mod groups;
 mod rigidity;
 mod sizes;
 mod tracks;
 
-pub use found::Found;
-
+use crate::found::Found;
 use crate::intake::Kept;
 use crate::learn::{
     Gauge, LearnError, LearnPlan, LearnProgress, LearnSession, Learned, SketchedTag,
 };
 use crate::verdict::{Grade, listed};
-use found::Groups;
+use groups::Groups;
 use sextant_estimator::{CameraId, ImageObservation, ObjectId, Rig, TagId};
 use sextant_tag_families::Family;
 use sizes::Sizes;

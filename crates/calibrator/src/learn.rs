@@ -10,6 +10,7 @@ mod progress;
 mod replacing;
 mod report;
 mod sketch;
+mod solved;
 mod solving;
 
 pub use gauge::Gauge;

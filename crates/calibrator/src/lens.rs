@@ -11,6 +11,7 @@
 
 mod adjust;
 mod board;
+mod calibration;
 mod choice;
 mod coverage;
 mod fit;
@@ -25,9 +26,9 @@ mod sigma;
 mod start;
 mod view;
 
+pub use calibration::LensCalibration;
 pub use choice::ModelScore;
 pub use coverage::{COLUMNS, ROWS};
-pub use fit::LensCalibration;
 pub use hint::{Hint, Place, Side};
 pub use maps::{LensMaps, MapCell};
 pub use refusal::LensRefusal;

@@ -16,6 +16,7 @@ mod adjustment;
 pub mod bundle;
 mod constellation;
 mod discovery;
+mod found;
 mod graph;
 mod intake;
 mod learn;
@@ -27,7 +28,8 @@ mod resection;
 mod rig;
 mod verdict;
 
-pub use discovery::{DiscoveryPlan, DiscoverySession, Found};
+pub use discovery::{DiscoveryPlan, DiscoverySession};
+pub use found::Found;
 pub use learn::{
     Gauge, LearnError, LearnPlan, LearnProgress, LearnReport, LearnSession, Learned, LearnedTag,
     SketchedTag, TagProgress,

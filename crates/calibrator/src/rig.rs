@@ -5,12 +5,14 @@
 //! far things are and what to do next, and solves when asked to; recorded and live images are the same to it.
 
 mod clocks;
+mod comparison;
 mod instants;
 mod judgement;
 mod origin;
 mod pairs;
 mod progress;
 mod report;
+mod sightings;
 mod solving;
 mod stillness;
 mod trajectory;

@@ -6,13 +6,15 @@
 //! points within which its distortion can be inverted. Outside of it, and behind the camera, nothing is projected.
 
 mod brown_conrady;
+mod conversions;
 mod distortion;
 mod kannala_brandt;
 mod parameters;
 mod valid_field;
 
 pub use parameters::{
-    Intrinsics, LensError, LensModel, LensParameters, MAX_PARAMETERS, UnknownLensModel,
+    Intrinsics, LensError, LensModel, LensParameters, MAX_PARAMETERS, ParameterJacobian,
+    UnknownLensModel,
 };
 
 use distortion::Distortion;
@@ -55,9 +57,6 @@ pub enum UnprojectError {
         half_angle: f64,
     },
 }
-
-/// Derivatives of a pixel with respect to a lens's parameters; columns from [`Lens::n_parameters`] on are zero.
-pub type ParameterJacobian = SMatrix<f64, 2, MAX_PARAMETERS>;
 
 impl Lens {
     /// A lens without distortion.

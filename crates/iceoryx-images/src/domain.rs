@@ -17,10 +17,9 @@ use iceoryx2::prelude::{
 };
 
 use crate::folder::{open_own_folder, open_own_folder_in};
+use crate::options::MAX_ROOT_BYTES;
 use crate::{IceoryxOptions, ImagesError};
 
-/// Longest root in bytes. A socket's path has 107: root, a slash, our prefix (20 at most), an id (39), `.event` (6).
-pub(crate) const MAX_ROOT_BYTES: usize = 40;
 /// iceoryx2's folders in the root.
 pub(crate) const NODES: &CStr = c"nodes";
 pub(crate) const SERVICES: &CStr = c"services";

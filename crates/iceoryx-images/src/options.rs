@@ -6,8 +6,10 @@ use std::path::{Path, PathBuf};
 use rustix::process::geteuid;
 use serde::{Deserialize, Serialize};
 
-use crate::domain::MAX_ROOT_BYTES;
 use crate::folder::open_own_folder;
+
+/// Longest root in bytes. A socket's path has 107: root, a slash, our prefix (20 at most), an id (39), `.event` (6).
+pub(crate) const MAX_ROOT_BYTES: usize = 40;
 
 /// The meeting place. Processes that name the same one share images; others never interfere, since the names of all
 /// shared memory derive from both values.

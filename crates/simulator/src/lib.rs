@@ -20,13 +20,13 @@ mod scenario;
 mod view;
 
 pub use clock::{Clock, ClockFaults, Schedule};
-pub use network::{Arrival, MAX_UNDER_WAY, Network, NetworkFaults};
+pub use network::{Arrival, MAX_UNDER_WAY, Network};
 pub use observe::{ObservedTag, Observer, Occlusion, Visibility};
 pub use path::{Harmonic, Path, PathEvent, PathJoint, PathJointKind, Wave};
 pub use random::Random;
 pub use renderer::{Renderer, WrongImageSize};
 pub use scenario::{
     AutoExposure, Background, CameraFileError, Curl, Displacement, Face, Flicker, Imperfections,
-    LensResidual, Light, Mosaic, Scenario, ScenarioError, SceneCamera, SceneObject, SceneTag,
-    Solid,
+    LensResidual, Light, Mosaic, NetworkFaults, Scenario, ScenarioError, SceneCamera, SceneObject,
+    SceneTag, Solid,
 };

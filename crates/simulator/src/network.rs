@@ -4,44 +4,20 @@
 //! camera keeps its order (a datagram waits for the one before it) unless the reordering fault says otherwise.
 
 use crate::random::{Random, key_of_name};
-use crate::scenario::Scenario;
-use serde::{Deserialize, Serialize};
+use crate::scenario::{NetworkFaults, Scenario};
 use std::collections::BTreeMap;
 use std::ops::Range;
 
 /// The most payloads under way at once; what is sent beyond it is lost, as in a full queue.
 pub const MAX_UNDER_WAY: usize = 4096;
 
-/// What the network does to one camera's messages.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct NetworkFaults {
-    /// Probability that a message never arrives.
-    pub loss: f64,
-    /// Mean delay, ms.
-    pub delay_ms: f64,
-    /// Standard deviation of the delay, ms; a delay is never below 0.
-    pub jitter_ms: f64,
-    /// Probability that a message is held back and overtaken by later ones.
-    pub reorder: f64,
-    /// How long a held message waits in addition, ms.
-    pub reorder_ms: f64,
-    /// Probability that a message arrives twice.
-    pub duplicate: f64,
-    /// From when until when the camera is cut off, seconds after its first message: what is sent or would arrive meanwhile is
-    /// lost. Nothing is where both are the same.
-    pub partition_s: [f64; 2],
-}
-
-impl NetworkFaults {
-    /// When the camera is cut off that sent its first message then.
-    fn cut_off_ns(&self, first_sent_ns: u64) -> Range<u64> {
-        let [from, until] = self.partition_s.map(|seconds| {
-            let after_ns = (seconds.max(0.0) * 1e9).round() as u64;
-            first_sent_ns.saturating_add(after_ns)
-        });
-        from..until
-    }
+/// When a camera is cut off that sent its first message at `first_sent_ns`.
+fn cut_off_ns(faults: &NetworkFaults, first_sent_ns: u64) -> Range<u64> {
+    let [from, until] = faults.partition_s.map(|seconds| {
+        let after_ns = (seconds.max(0.0) * 1e9).round() as u64;
+        first_sent_ns.saturating_add(after_ns)
+    });
+    from..until
 }
 
 /// A payload that has arrived.
@@ -163,7 +139,7 @@ impl Link {
     /// Draws the same count of random numbers whatever the faults are, so that one fault doesn't change another's pattern.
     fn fate(&mut self, sent_ns: u64) -> Fate {
         let since_ns = *self.first_sent_ns.get_or_insert(sent_ns);
-        let cut_off = self.faults.cut_off_ns(since_ns);
+        let cut_off = cut_off_ns(&self.faults, since_ns);
         let lost = self.random.chance(self.faults.loss);
         let doubled = self.random.chance(self.faults.duplicate);
         let held = self.random.chance(self.faults.reorder);

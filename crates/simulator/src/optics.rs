@@ -75,6 +75,13 @@ impl Optics {
     }
 }
 
+impl SceneCamera {
+    /// Pixel of a point in the camera's frame, through the lens model and [`LensResidual`].
+    pub fn project(&self, point_in_camera: &Point3<f64>) -> Option<Point2<f64>> {
+        Optics::of(self).project(point_in_camera)
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

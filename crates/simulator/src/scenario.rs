@@ -8,17 +8,18 @@ mod arm;
 mod demo;
 mod faults;
 mod imperfections;
+mod network_faults;
 mod solid;
 mod solid_validity;
 mod validation;
 
 pub use faults::{AutoExposure, CameraFileError, Curl, Displacement, LensResidual, Mosaic};
 pub use imperfections::Imperfections;
+pub use network_faults::NetworkFaults;
 pub use solid::{Face, Solid};
 pub use validation::ScenarioError;
 
 use crate::clock::{Clock, ClockFaults, Schedule};
-use crate::network::NetworkFaults;
 use crate::path::Path;
 use crate::pose_format;
 use nalgebra::Vector6;

@@ -22,6 +22,7 @@ mod foreign;
 mod hint;
 mod keep;
 mod object;
+mod pose;
 mod read;
 mod rig;
 

@@ -7,21 +7,18 @@ use crate::boards::parse_board;
 use crate::document::Document;
 use crate::error::{Complaint, FileError, Wrong};
 use crate::foreign::{is_foreign, name_of, stem_of};
+use crate::pose::{SigmaTable, pose_of, pose_toml, sigma_toml};
 use crate::read::read_text;
-use crate::rig::{SigmaTable, pose_toml, sigma_toml};
 use links::{JointTable, LinkTable, articulation_of, articulation_toml};
 use serde::Deserialize;
 use sextant_estimator::{
     Articulation, IdError, LinkId, ObjectError, ObjectId, ObjectModel, ObjectTag, PoseSigma, TagId,
 };
-use sextant_geometry::{Pose, PoseParts};
+use sextant_geometry::PoseParts;
 use sextant_tag_families::Family;
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::path::Path;
-
-/// How far from 1 a written quaternion's length may be; within it, it is normalised.
-const QUATERNION_TOLERANCE: f64 = 1e-3;
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -244,29 +241,6 @@ fn complaint(key: &str, error: &ObjectError) -> Complaint {
         _ => ("", ""),
     };
     Complaint::new(format!("{key}{part}"), error.to_string(), remedy)
-}
-
-/// The pose of a written one; `key` is where it is written.
-pub(crate) fn pose_of(parts: Option<&PoseParts>, key: &str) -> Result<Option<Pose>, Complaint> {
-    let Some(parts) = parts else { return Ok(None) };
-    if !parts.position.iter().all(|number| number.is_finite()) {
-        let cause = format!("{:?} is not finite", parts.position);
-        let remedy = "write three finite numbers in metres";
-        return Err(Complaint::new(format!("{key}.position"), cause, remedy));
-    }
-    let length = parts.orientation.iter().map(|q| q * q).sum::<f64>().sqrt();
-    // Written so that NaN is refused.
-    let is_unit = (length - 1.0).abs() <= QUATERNION_TOLERANCE;
-    let turned = |cause| {
-        let remedy = "write x, y, z, w of length 1; no rotation is [0, 0, 0, 1]";
-        Complaint::new(format!("{key}.orientation"), cause, remedy)
-    };
-    if !is_unit {
-        let cause = format!("this is no unit quaternion, its length is {length}");
-        return Err(turned(cause));
-    }
-    let pose = parts.to_pose().map_err(|error| turned(error.to_string()))?;
-    Ok(Some(pose))
 }
 
 /// The text of an object's file. Numbers are written with as many digits as bring them back exactly.

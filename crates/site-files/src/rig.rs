@@ -4,10 +4,10 @@ use crate::atomic::write_keeping_former;
 use crate::document::Document;
 use crate::error::{Complaint, FileError};
 use crate::foreign::{is_foreign, read_foreign};
-use crate::object::pose_of;
+use crate::pose::{SigmaTable, pose_of, pose_toml, sigma_toml};
 use crate::read::read_text;
 use serde::Deserialize;
-use sextant_estimator::{Camera, CameraId, Exposure, LensSigma, PoseSigma, Rig, RigError, Stamp};
+use sextant_estimator::{Camera, CameraId, Exposure, LensSigma, Rig, RigError, Stamp};
 use sextant_geometry::{Lens, PoseParts};
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -44,16 +44,6 @@ struct CameraTable {
     stamp: Option<Stamp>,
 }
 
-/// One sigma an axis.
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(crate) struct SigmaTable {
-    /// m.
-    position: f64,
-    /// rad.
-    orientation: f64,
-}
-
 /// One sigma each.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -62,22 +52,6 @@ struct LensSigmaTable {
     focal: f64,
     /// At the image's corners, px.
     distortion: f64,
-}
-
-impl From<&SigmaTable> for PoseSigma {
-    fn from(table: &SigmaTable) -> Self {
-        Self {
-            position_m: table.position,
-            orientation_rad: table.orientation,
-        }
-    }
-}
-
-pub(crate) fn sigma_toml(sigma: &PoseSigma) -> String {
-    format!(
-        "{{ position = {:?}, orientation = {:?} }}",
-        sigma.position_m, sigma.orientation_rad
-    )
 }
 
 /// The rig of a file: `rig.toml`, or a YAML file of ROS, Kalibr or OpenCV.
@@ -291,14 +265,6 @@ fn lens_toml(lens: &Lens) -> String {
         let _ = write!(text, ", distortion = {:?}", lens.distortion());
     }
     text + " }"
-}
-
-pub(crate) fn pose_toml(pose: &PoseParts) -> String {
-    let PoseParts {
-        position,
-        orientation,
-    } = pose;
-    format!("{{ position = {position:?}, orientation = {orientation:?} }}")
 }
 
 #[cfg(test)]

@@ -32,6 +32,16 @@ pub(crate) fn zenoh_config(
     Ok(config)
 }
 
+impl BusOptions {
+    /// Whether a session can be configured like this; [`crate::Bus::open`] asks the same before anything else.
+    ///
+    /// # Errors
+    /// The first option that is out of range, unknown to zenoh, or without code in this build.
+    pub fn check(&self) -> Result<(), BusError> {
+        zenoh_config(self, &self.listen).map(drop)
+    }
+}
+
 fn topology(options: &BusOptions, listen: &[String]) -> Vec<(&'static str, String)> {
     vec![
         ("mode", quoted(options.mode.name())),

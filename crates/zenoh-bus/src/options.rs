@@ -4,9 +4,6 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use crate::BusError;
-use crate::config::zenoh_config;
-
 /// How a process takes part in the network.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
@@ -86,14 +83,6 @@ impl BusOptions {
             listen: vec![endpoint.to_owned()],
             ..Self::default()
         }
-    }
-
-    /// Whether a session can be configured like this; [`crate::Bus::open`] asks the same before anything else.
-    ///
-    /// # Errors
-    /// The first option that is out of range, unknown to zenoh, or without code in this build.
-    pub fn check(&self) -> Result<(), BusError> {
-        zenoh_config(self, &self.listen).map(drop)
     }
 
     /// The endpoints to connect to, defaults applied.

@@ -3,8 +3,8 @@
 //! Profiles are worked on side by side, as many as a vector holds points.
 
 use super::Crossing;
-use crate::homography::Homography;
-use crate::kernels::{POINTS, Points, sample, vectorised};
+use crate::homography::{Homography, POINTS, Points};
+use crate::kernels::{sample, vectorised};
 use crate::quad::{Point, Quad, distance, mean_edge};
 use crate::view::View;
 

@@ -1,6 +1,7 @@
 //! What compilers need to be told to make use of AVX2.
 
-use super::{Column, MAX_GROUPS, POINTS, Pairs, ROWS, Sums};
+use super::{Column, MAX_GROUPS, Pairs, ROWS, Sums};
+use crate::homography::POINTS;
 use std::arch::x86_64::*;
 use std::mem::transmute;
 use std::sync::LazyLock;

@@ -5,15 +5,12 @@
 //! where it is, as sums of residuals times anything but themselves are zero on average where the model holds.
 
 use super::SHIFT;
-use super::pattern::LINES;
-use super::state::{BLACK, HOMOGRAPHY, PARAMETERS, Vector, WHITE};
-use crate::kernels::{COLUMNS, Column, MAX_GROUPS, ROWS, Sums, WIDTH, dot, products};
+use super::parameters::{BLACK, HOMOGRAPHY, PARAMETERS, Vector, WHITE};
+use super::pattern::{GROUP, LINES};
+use crate::kernels::{COLUMNS, Column, MAX_GROUPS, Sums, WIDTH, dot, products};
 
 /// The column of the residuals; those of the derivatives come after it.
 const RESIDUALS: usize = 0;
-
-/// Pixels that are worked on together, and neighbours.
-pub(super) const GROUP: usize = ROWS;
 
 /// What derivatives of 1 are in the columns.
 pub(super) const UNIT: f32 = 256.0;

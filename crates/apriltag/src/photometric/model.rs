@@ -1,7 +1,7 @@
 //! What a pixel should show, and how that changes with everything that is fitted.
 
-use super::equations::{Equations, GROUP, RESIDUAL, Row, UNIT};
-use super::pattern::{Coverage, Crossings, MOST_EDGES, Optics, Pattern, Places};
+use super::equations::{Equations, RESIDUAL, Row, UNIT};
+use super::pattern::{Coverage, Crossings, GROUP, MOST_EDGES, Optics, Pattern, Places};
 use super::pixels::Group;
 use super::state::State;
 use crate::quad::Quad;

@@ -7,10 +7,13 @@
 
 use super::SHIFT;
 use super::edge::{Edge, Profile};
-use super::equations::GROUP;
 use crate::Family;
+use crate::kernels::ROWS;
 use crate::quad::Point;
 use sextant_tag_families::white_modules;
+
+/// Neighbouring pixels that are processed together.
+pub(super) const GROUP: usize = ROWS;
 
 /// Modules around the printed tag that are looked up like its own.
 const PADDING: usize = 2;

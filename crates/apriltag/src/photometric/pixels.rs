@@ -1,7 +1,7 @@
 //! Which of a tag's pixels are looked at: those where the image is steep, which hold nearly all that it tells of the tag's
 //! place, and a few of the flat ones beside them, for black and white.
 
-use super::equations::GROUP;
+use super::pattern::GROUP;
 use super::straightened::Straightened;
 use crate::Image;
 use crate::kernels::MAX_GROUPS;

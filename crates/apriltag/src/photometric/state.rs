@@ -1,21 +1,15 @@
-//! Everything that is fitted.
+//! The fitted parameters and what follows from them: optics, homography, corners.
 
 use super::edge::{PIXEL, Profile};
 use super::equations::Equations;
+use super::parameters::{BLACK, BLUR, HOMOGRAPHY, PARAMETERS, Vector, WHITE};
 use super::pattern::Optics;
 use crate::homography::Homography;
 use crate::quad::{Point, Quad, distance, mean_edge};
 use nalgebra::Matrix3;
 
-/// What is fitted: homography (8), black, white, the light's slope (2), the blur's covariance (3), its shape, the gain, the
-/// ground.
-pub(super) const PARAMETERS: usize = 18;
-pub(super) type Vector = [f32; PARAMETERS];
-pub(super) const HOMOGRAPHY: usize = 8;
+/// Derivatives with the parameters of the homography.
 pub(super) type Row = [f32; HOMOGRAPHY];
-pub(super) const BLACK: usize = 8;
-pub(super) const WHITE: usize = 9;
-const BLUR: usize = 12;
 
 /// Standard deviation of the blur where nothing is known: a good lens, in pixels.
 const USUAL_BLUR_PX: f32 = 0.6;

@@ -1,6 +1,6 @@
 //! The modules of a family that are looked at: border, ring around it, bits.
 
-use crate::kernels::{POINTS, Points};
+use crate::homography::{POINTS, Points};
 use sextant_tag_families::{Board, FamilyData};
 use std::ops::Range;
 

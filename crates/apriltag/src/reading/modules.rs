@@ -3,8 +3,8 @@
 
 use super::layout::{Layout, MAX_MODULES, Rim, RimBit, Ring};
 use crate::Rejection;
-use crate::homography::Homography;
-use crate::kernels::{POINTS, Points, sample};
+use crate::homography::{Homography, POINTS, Points};
+use crate::kernels::sample;
 use crate::quad::{Point, Quad, widths};
 use crate::view::View;
 use std::ops::Range;

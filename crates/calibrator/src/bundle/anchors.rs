@@ -5,53 +5,9 @@
 //! The error of a size is that of its logarithm, as its step is.
 
 use super::layout::{KeptParameter, Layout};
-use super::state::Bundle;
+use super::state::{Anchor, Bundle};
 use nalgebra::{DMatrix, DVector, Matrix6, Vector6};
-use sextant_estimator::PoseSigma;
-use sextant_geometry::{Pose, se3, so3};
-
-/// A prior of a kept parameter; without effect where the parameter is not sought.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Anchor {
-    /// Where a camera is.
-    Camera {
-        /// Index into [`Bundle::cameras`].
-        camera: usize,
-        /// Maps points of the camera into the world.
-        world_from_camera: Pose,
-        /// One deviation an axis.
-        sigma: PoseSigma,
-    },
-    /// Where a tag is.
-    Tag {
-        /// Index into [`Bundle::tags`].
-        tag: usize,
-        /// Maps points of the tag into the object.
-        object_from_tag: Pose,
-        /// One deviation an axis.
-        sigma: PoseSigma,
-    },
-    /// How large a tag is.
-    Size {
-        /// Index into [`Bundle::tags`].
-        tag: usize,
-        /// Metres.
-        size_m: f64,
-        /// One deviation, as a part of the size.
-        sigma: f64,
-    },
-    /// A lens parameter.
-    Lens {
-        /// Index into [`Bundle::cameras`].
-        camera: usize,
-        /// Index into `Lens::parameters`.
-        parameter: usize,
-        /// In the parameter's unit.
-        value: f64,
-        /// One deviation, in the same unit.
-        sigma: f64,
-    },
-}
+use sextant_geometry::{se3, so3};
 
 /// Adds every anchor to the equations of the kept parameters; gives the sum of their squares.
 pub(super) fn hold(

@@ -1,7 +1,7 @@
 //! How well the kept parameters are known.
 
 use super::layout::{KeptParameter, Layout};
-use super::observability::PriorKnowledge;
+use super::prior_knowledge::PriorKnowledge;
 use super::state::Bundle;
 use nalgebra::{DMatrix, Matrix6};
 use sextant_geometry::{Pose, so3};

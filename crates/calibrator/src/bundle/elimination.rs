@@ -3,7 +3,8 @@
 //! Instants that are tied to the next one form a chain, which is eliminated from its earliest end (block Cholesky of a block
 //! tridiagonal matrix); instants without ties are chains of one.
 
-use super::equations::{Coupling, Equations, Node};
+use super::equations::Equations;
+use super::node::{Coupling, Node};
 use nalgebra::{DMatrix, DVector, SMatrix, SVector};
 
 /// Added to every diagonal element, so that a parameter without any information stays where it is.

@@ -3,7 +3,7 @@
 //! Between instants `dt` apart, `e = (log(T_k^-1 T_k+1) - dt x_k, x_k+1 - x_k)` with the twists `x` in the object's axes has
 //! the information `[12/dt^3 -6/dt^2; -6/dt^2 4/dt] / q^2` (T. Barfoot, State Estimation for Robotics, 2017, section 3.4).
 
-use super::equations::Node;
+use super::node::Node;
 use super::state::{Bundle, Instant, Motion};
 use nalgebra::{Matrix6, SMatrix, SVector, Vector6};
 use sextant_geometry::se3;

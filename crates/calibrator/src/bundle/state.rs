@@ -1,7 +1,7 @@
 //! What a bundle adjustment works on: cameras, tags, instants, and which corners were seen of what, by whom, when.
 
-use super::anchors::Anchor;
 use nalgebra::{Matrix2, Point2, Vector6};
+use sextant_estimator::PoseSigma;
 use sextant_geometry::lens::MAX_PARAMETERS;
 use sextant_geometry::{Lens, Pose};
 use thiserror::Error;
@@ -102,6 +102,49 @@ pub struct Motion {
     pub angular_acceleration: f64,
     /// Instants further apart than this are not tied together, seconds.
     pub longest_gap_s: f64,
+}
+
+/// A prior of a kept parameter; without effect where the parameter is not sought.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Anchor {
+    /// Where a camera is.
+    Camera {
+        /// Index into [`Bundle::cameras`].
+        camera: usize,
+        /// Maps points of the camera into the world.
+        world_from_camera: Pose,
+        /// One deviation an axis.
+        sigma: PoseSigma,
+    },
+    /// Where a tag is.
+    Tag {
+        /// Index into [`Bundle::tags`].
+        tag: usize,
+        /// Maps points of the tag into the object.
+        object_from_tag: Pose,
+        /// One deviation an axis.
+        sigma: PoseSigma,
+    },
+    /// How large a tag is.
+    Size {
+        /// Index into [`Bundle::tags`].
+        tag: usize,
+        /// Metres.
+        size_m: f64,
+        /// One deviation, as a part of the size.
+        sigma: f64,
+    },
+    /// A lens parameter.
+    Lens {
+        /// Index into [`Bundle::cameras`].
+        camera: usize,
+        /// Index into `Lens::parameters`.
+        parameter: usize,
+        /// In the parameter's unit.
+        value: f64,
+        /// One deviation, in the same unit.
+        sigma: f64,
+    },
 }
 
 /// A whole adjustment: what is known, what is sought, what was seen.

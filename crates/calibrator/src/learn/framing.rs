@@ -1,7 +1,7 @@
 //! The solution in the frame of the result, as an object.
 
 use super::gauge::{Gauge, aligned, centroid, turned};
-use super::solving::Solved;
+use super::solved::Solved;
 use super::{LearnError, LearnSession};
 use crate::adjustment::Adjusted;
 use crate::bundle::{BundleSolution, KeptParameter};

@@ -1,7 +1,10 @@
 //! How well a constellation was learned.
 
-use crate::discovery::Found;
-use crate::verdict::Verdict;
+use super::LearnSession;
+use super::solved::{Solved, fitting};
+use crate::bundle::KeptParameter;
+use crate::found::Found;
+use crate::verdict::{Grade, Verdict, listed};
 use serde::Serialize;
 
 /// One tag of a learned object.
@@ -61,11 +64,6 @@ pub struct LearnReport {
     /// In words.
     pub verdict: Verdict,
 }
-
-use super::LearnSession;
-use super::solving::{Solved, fitting};
-use crate::bundle::KeptParameter;
-use crate::verdict::{Grade, listed};
 
 /// A tag known better than this is well placed (metres, radians); three times as much is still of use.
 const WELL_PLACED: (f64, f64) = (0.0003, 0.004);

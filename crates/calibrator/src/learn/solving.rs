@@ -5,6 +5,7 @@ use super::places::Groups;
 use super::progress::joining_hint;
 use super::replacing::better_place;
 use super::report::{LearnReport, LearnedTag};
+use super::solved::fitting;
 use super::{LearnError, LearnSession, Learned};
 use crate::adjustment::{Adjusted, Adjustment};
 use crate::bundle::{BundleCamera, BundleOptions, BundleTag, Freedom};
@@ -14,7 +15,6 @@ use crate::intake::{ImageView, take_in};
 use crate::priors::Priors;
 use crate::resection::Placed;
 use crate::verdict::{Grade, listed};
-use nalgebra::DMatrix;
 use sextant_estimator::TagId;
 use sextant_geometry::Pose;
 use std::collections::BTreeSet;
@@ -27,18 +27,6 @@ const ODD: (f64, f64) = (1.5, 0.15);
 const CLEARLY: f64 = 1.3;
 /// A tag that fits in fewer of the images that show it is in no consistent place.
 const LEAST_FITTING: f64 = 0.4;
-
-/// What solving found, before it is put into words.
-pub(super) struct Solved {
-    pub views: Vec<ImageView>,
-    pub adjusted: Adjusted,
-    /// Over the tags of the session that were sought, six each, in the frame of the result.
-    pub covariance: DMatrix<f64>,
-    /// `object_from_tag` in the frame of the result.
-    pub poses: Vec<Pose>,
-    /// Whether each tag was sought.
-    pub sought: Vec<bool>,
-}
 
 impl LearnSession {
     /// Places the tags. Those that the images cannot place are left out and named in [`LearnReport::unsolved`].
@@ -364,33 +352,4 @@ fn is_odd(learned: &Learned) -> bool {
     let tags = &learned.report.tags;
     let left_out = |tag: &LearnedTag| tag.left_out as f64 > ODD.1 * tag.images as f64;
     learned.report.noise_ratio > ODD.0 || tags.iter().any(left_out)
-}
-
-/// Images of one tag.
-#[derive(Clone, Copy, Default)]
-pub(super) struct Counts {
-    pub seen: usize,
-    pub fits: usize,
-    /// Somewhere else on the object.
-    pub elsewhere: usize,
-}
-
-/// The images of every tag.
-pub(super) fn fitting(n: usize, views: &[ImageView], adjusted: &Adjusted) -> Vec<Counts> {
-    let mut counts = vec![Counts::default(); n];
-    for tag in views.iter().flat_map(|view| &view.tags) {
-        counts[tag.tag].seen += 1;
-    }
-    let fits = adjusted.solution.bundle.images.iter();
-    for seen in fits.flat_map(|image| &image.tags) {
-        counts[seen.tag].fits += 1;
-    }
-    let mut blurred = vec![0; n];
-    for misfit in adjusted.misfits.iter().filter(|m| !m.is_elsewhere()) {
-        blurred[views[misfit.view].tags[misfit.seen].tag] += 1;
-    }
-    for (count, blurred) in counts.iter_mut().zip(blurred) {
-        count.elsewhere = count.seen.saturating_sub(count.fits + blurred);
-    }
-    counts
 }

@@ -2,7 +2,6 @@
 //! asked for.
 
 use super::board::Board;
-use super::start::Start;
 use super::view::View;
 use crate::bundle::{
     Bundle, BundleCamera, BundleImage, BundleOptions, BundleSolution, FreeLens, Freedom, Instant,
@@ -62,6 +61,12 @@ impl Parameters {
             max_iterations: 40,
         }
     }
+}
+
+/// A lens and where the board was in each view by it; views that it does not explain have no pose.
+pub(super) struct Start {
+    pub lens: Lens,
+    pub poses: Vec<Option<(Pose, Vec<usize>)>>,
 }
 
 /// What came out.

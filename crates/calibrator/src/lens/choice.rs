@@ -1,9 +1,8 @@
 //! Which lens model: the simplest of those that foretell best where corners lie in images that they were not fitted to.
 
-use super::adjust::{Parameters, Sought, adjust};
+use super::adjust::{Parameters, Sought, Start, adjust};
 use super::board::Board;
 use super::fit::{Fit, again, fit};
-use super::start::Start;
 use super::view::View;
 use sextant_geometry::LensModel;
 

@@ -1,16 +1,11 @@
 //! One lens model fitted to the views, wrong tags found on the way, and what is told of the result.
 
-use super::adjust::{Adjustment, Noise, Parameters, Sought, adjust};
+use super::adjust::{Adjustment, Noise, Parameters, Sought, Start, adjust};
 use super::board::Board;
-use super::choice::ModelScore;
-use super::maps::LensMaps;
 use super::poses::board_pose;
-use super::start::Start;
 use super::view::View;
 use crate::bundle::{KeptParameter, TagResidual};
-use crate::verdict::Verdict;
 use nalgebra::DMatrix;
-use sextant_estimator::TagId;
 use sextant_geometry::{Lens, LensModel};
 
 /// A tag is wrong whose squared errors, in units of their noise, add up to more: 8 are expected, and 40 come by chance in one
@@ -24,39 +19,6 @@ pub(super) const LEAST_TAGS: usize = 2;
 const LEAST_NOISE: f64 = 0.05;
 /// How far from its place a tag may be to be tried again, by a lens that fits, as a part of the picture's width.
 const SECOND_CHANCE: f64 = 0.01;
-
-/// A finished calibration. Pixels, radians, metres.
-#[derive(Clone, Debug)]
-pub struct LensCalibration {
-    /// The lens.
-    pub lens: Lens,
-    /// Width and height of its pictures.
-    pub resolution: [u32; 2],
-    /// One standard deviation of each of [`Lens::parameters`].
-    pub sigmas: Vec<f64>,
-    /// Covariance of [`Lens::parameters`].
-    pub covariance: DMatrix<f64>,
-    /// Root mean square distance between seen and reprojected corners, pixels.
-    pub rms_px: f64,
-    /// Noise of the corners in each coordinate, pixels, as the fit shows it.
-    pub noise_px: f64,
-    /// Images taken in, with or without the board.
-    pub images: usize,
-    /// Images that the lens was fitted to.
-    pub views: usize,
-    /// Tags that the lens was fitted to.
-    pub tags: usize,
-    /// Tags left out because they lie elsewhere than the board says.
-    pub wrong_tags: usize,
-    /// Ids of which more than half were left out, or that were seen twice in one image: is there a second one in the room?
-    pub suspicious: Vec<TagId>,
-    /// The models that were tried, simplest first.
-    pub scores: Vec<ModelScore>,
-    /// Coverage, residuals and uncertainty over the picture.
-    pub maps: LensMaps,
-    /// What to think of it.
-    pub verdict: Verdict,
-}
 
 /// A model fitted to views.
 #[derive(Clone, Debug)]

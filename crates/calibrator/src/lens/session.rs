@@ -1,9 +1,10 @@
 //! A calibration under way: images in, coverage and hints out, and the lens when there is enough.
 
 use super::board::Board;
+use super::calibration::LensCalibration;
 use super::choice::choose;
 use super::coverage::{COLUMNS, Coverage, ROWS, lean};
-use super::fit::{Fit, LEAST_TAGS, LensCalibration};
+use super::fit::{Fit, LEAST_TAGS};
 use super::hint::{Hint, NEAR, TILTS, VIEWS, covered};
 use super::judgement::verdict_of;
 use super::maps::LensMaps;

@@ -4,7 +4,7 @@
 //! turn of the whole camera (which its pose takes up), a change of the focal length and a displacement with the cube of the
 //! distance from the centre; the covariance of the latter two follows from that of the parameters.
 
-use super::fit::LensCalibration;
+use super::calibration::LensCalibration;
 use super::maps::{Movement, movements};
 use nalgebra::{DMatrix, Matrix2x5, Matrix5, Point2, SMatrix};
 use sextant_estimator::LensSigma;

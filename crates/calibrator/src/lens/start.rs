@@ -1,12 +1,12 @@
 //! A lens to start from: the focal length that the homographies ask for, or the best of a ladder of them, for ordinary and for
 //! fisheye lenses.
 
-use super::adjust::{Adjustment, Parameters, adjust};
+use super::adjust::{Adjustment, Parameters, Start, adjust};
 use super::board::Board;
 use super::poses::board_pose;
 use super::view::View;
 use super::{homographies, refusal::LensRefusal};
-use sextant_geometry::{Intrinsics, Lens, Pose};
+use sextant_geometry::{Intrinsics, Lens};
 
 /// Images that judge a start; more say no more.
 const JUDGES: usize = 12;
@@ -16,12 +16,6 @@ const LADDER: [f64; 9] = [0.38, 0.5, 0.65, 0.85, 1.1, 1.45, 1.9, 2.6, 4.0];
 const TOLERANCE: f64 = 0.03;
 /// What a start's errors are weighed with, pixels.
 const SIGMA_PX: f64 = 1.0;
-
-/// A lens and where the board was in each view by it; views that it does not explain have no pose.
-pub(super) struct Start {
-    pub lens: Lens,
-    pub poses: Vec<Option<(Pose, Vec<usize>)>>,
-}
 
 /// The start that explains the views best.
 pub(super) fn start(

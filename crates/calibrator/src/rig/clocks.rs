@@ -1,9 +1,8 @@
 //! The cameras' clocks: sought always where shutters run free, and where they are synchronised only if the images say so.
 
 use super::RigError;
+use super::comparison::{BETTER, MOST_INSTANTS, left_by, options};
 use super::instants::give_twists;
-use super::solving::options;
-use super::stillness::left_by;
 use crate::adjustment::{Adjusted, Adjustment};
 use crate::bundle::{Bundle, Freedom, KeptParameter, Motion, solve};
 use crate::intake::ImageView;
@@ -17,11 +16,6 @@ const CARRIED: Motion = Motion {
 /// A synchronised camera's clock is off if its offset exceeds this many of its deviations, and this many seconds.
 const SIGNIFICANT: f64 = 6.0;
 const HARMFUL_S: f64 = 0.002;
-/// Instants that are asked about the clocks.
-pub(super) const ASKED: usize = 300;
-/// One explanation is clearly better than another if it leaves less than its error divided by this.
-pub(super) const BETTER: f64 = 1.5;
-
 /// A camera's clock: seconds to be added to its time, one standard deviation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Clock {
@@ -97,7 +91,7 @@ fn free_clocks(whole: &mut Adjustment) {
 fn asked_clocks(whole: &Adjustment, views: &[ImageView]) -> Result<Clocks, RigError> {
     let mut part = whole.clone();
     free_clocks(&mut part);
-    let most = part.instants.len().min(ASKED);
+    let most = part.instants.len().min(MOST_INSTANTS);
     part.images.retain(|image| image.instant < most);
     part.instants.truncate(most);
     give_twists(&mut part.instants);

@@ -1,6 +1,6 @@
 //! Where the object was at every time, and the floor's tags, as the adjustment starts.
 
-use super::solving::Sightings;
+use super::sightings::Sightings;
 use super::trajectory::{SAME_TIME_NS, twist};
 use crate::adjustment::UsedImage;
 use crate::bundle::{BundleCamera, Instant};

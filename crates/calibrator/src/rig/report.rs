@@ -2,7 +2,7 @@
 
 use super::clocks::Clocks;
 use super::origin::Origin;
-use super::solving::Sightings;
+use super::sightings::Sightings;
 use super::{Calibrated, RigError, RigSession};
 use crate::adjustment::Adjusted;
 use crate::bundle::Freedom;

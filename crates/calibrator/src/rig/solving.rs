@@ -1,33 +1,22 @@
 //! From the images of a session to the cameras' poses: consensus, spanning tree, adjustment, clocks, frame.
 
 use super::clocks::Clocks;
+use super::comparison::{BETTER, left_by, options};
 use super::instants::{carried, floor};
 use super::pairs::joined_cameras;
 use super::report::Found;
+use super::sightings::Sightings;
 use super::trajectory::{Moments, Trajectory};
 use super::{Calibrated, RigError, RigSession, clocks, stillness};
 use crate::adjustment::{Adjusted, Adjustment};
-use crate::bundle::{BundleCamera, BundleOptions, BundleTag, Freedom};
+use crate::bundle::{BundleCamera, BundleTag, Freedom};
 use crate::intake::{ImageView, take_in};
 use crate::priors::Priors;
-use crate::resection::{ObjectView, Placed, views_of_object};
+use crate::resection::{Placed, views_of_object};
 use crate::verdict::{Grade, listed};
 use sextant_estimator::{Camera, CameraId, Rig};
 use sextant_geometry::Pose;
 use std::collections::BTreeSet;
-
-/// Images, what each shows, and where the object may be in each.
-pub(super) struct Sightings {
-    pub views: Vec<ImageView>,
-    pub object: Vec<Vec<ObjectView>>,
-    pub placed: Vec<Placed>,
-    /// Number of the carried object's tags; further ones lie on the floor.
-    pub n_carried: usize,
-    /// Whether the object's tags were unknown and are sought too.
-    pub seeking_tags: bool,
-    /// Tags of an unknown object that could not be placed, in words.
-    pub unplaced: Vec<String>,
-}
 
 /// A focal length that is off by more than this part puts the cameras' names in doubt.
 const SUSPICIOUS: f64 = 0.015;
@@ -137,9 +126,9 @@ impl RigSession {
             (Some((moved, _)), None) => Err(moved),
             (None, Some((start, _))) => clocks::solved(start, views),
             (Some((moved, apart)), Some((start, timed))) => {
-                let left = stillness::left_by(&apart, &timed, n);
+                let left = left_by(&apart, &timed, n);
                 let [apart, timed] = left.map(|cameras| cameras.iter().sum::<f64>());
-                if apart < clocks::BETTER * timed {
+                if apart < BETTER * timed {
                     return Err(moved);
                 }
                 clocks::solved(start, views)
@@ -388,9 +377,4 @@ fn is_synchronised(trajectories: &[Trajectory]) -> bool {
     };
     let parts: Vec<f64> = (0..trajectories.len()).map(part).collect();
     parts.iter().sum::<f64>() >= SYNCHRONISED * parts.len() as f64
-}
-
-/// Options of every adjustment of a rig.
-pub(super) fn options() -> BundleOptions {
-    BundleOptions::default()
 }

@@ -1,7 +1,7 @@
 //! Whether every camera stayed where it was, and whether each is the one its name says.
 
-use super::clocks::{ASKED, BETTER};
-use super::solving::{Sightings, options};
+use super::comparison::{BETTER, MOST_INSTANTS, left_by, options};
+use super::sightings::Sightings;
 use super::{RigError, RigSession};
 use crate::adjustment::{Adjusted, Adjustment};
 use crate::bundle::{Bundle, BundleCamera, FreeLens, Freedom, solve};
@@ -134,32 +134,6 @@ pub(super) fn moved(
     Ok(named.map(|moved| (moved, solution.bundle)))
 }
 
-/// What two explanations of the same images leave, camera by camera: sums of robust squares, in units of the noise by the explanation
-/// that leaves less. Cameras beyond the first `n` are the second halves of those.
-pub(super) fn left_by(one: &Bundle, other: &Bundle, n: usize) -> [Vec<f64>; 2] {
-    let squares = [one, other].map(|bundle| {
-        let mut squares = vec![Vec::new(); n];
-        for residual in bundle.residuals() {
-            squares[bundle.images[residual.image].camera % n].push(residual.chi_square);
-        }
-        squares
-            .iter_mut()
-            .for_each(|own| own.sort_by(f64::total_cmp));
-        squares
-    });
-    let median = |own: &Vec<f64>| own.get(own.len() / 2).copied().unwrap_or(1.0);
-    let unit = |at: usize| median(&squares[0][at]).min(median(&squares[1][at]));
-    let units: Vec<f64> = (0..n).map(unit).collect();
-    squares.each_ref().map(|squares| {
-        let cameras = squares.iter().zip(&units);
-        let sums = cameras.map(|(own, unit)| {
-            let kernel = options().kernel;
-            own.iter().map(|square| kernel.rho(square / unit)).sum()
-        });
-        sums.collect()
-    })
-}
-
 /// The instant at which a camera moved, if it did: where the mean of the poses that its single images give it changes
 /// most. Each image is seen from where the others put the object.
 fn likeliest_move(whole: &Adjustment, sightings: &Sightings, camera: usize) -> usize {
@@ -254,8 +228,8 @@ impl RigSession {
             for camera in &mut part.cameras {
                 camera.free_lens = FreeLens::FIXED;
             }
-            part.images.retain(|image| image.instant < ASKED);
-            part.instants.truncate(ASKED);
+            part.images.retain(|image| image.instant < MOST_INSTANTS);
+            part.instants.truncate(MOST_INSTANTS);
             solve(part.bundle(&sightings.views), &options())
                 .ok()
                 .map(|s| s.cost)

@@ -2,8 +2,8 @@
 
 use super::brown_conrady::BrownConrady;
 use super::kannala_brandt::KannalaBrandt;
+use super::parameters::{LensError, LensModel, ParameterJacobian};
 use super::valid_field::MAX_RADIUS;
-use super::{LensError, LensModel, ParameterJacobian};
 use nalgebra::{Matrix2, Vector2};
 
 #[derive(Clone, Copy, Debug, PartialEq)]

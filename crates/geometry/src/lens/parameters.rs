@@ -1,13 +1,15 @@
-//! A lens's numbers: as written in `rig.toml`, as a vector for calibration, and what is refused.
+//! Parameters of a lens: intrinsics, models, their ranges, and the table of `rig.toml`.
 
-use super::Lens;
-use super::distortion::Distortion;
+use nalgebra::SMatrix;
 use serde::{Deserialize, Serialize};
 use std::fmt;
 use std::str::FromStr;
 
 /// The most parameters any model has: fx, fy, cx, cy and five of Brown-Conrady.
 pub const MAX_PARAMETERS: usize = 9;
+
+/// Derivatives of a pixel with respect to a lens's parameters; columns from `Lens::n_parameters` on are zero.
+pub type ParameterJacobian = SMatrix<f64, 2, MAX_PARAMETERS>;
 
 /// Larger pixel figures than any sensor has; the bound keeps every product finite.
 const MAX_PIXELS: f64 = 1e6;
@@ -121,45 +123,6 @@ impl FromStr for LensModel {
     }
 }
 
-impl Lens {
-    /// How many parameters this lens has.
-    pub fn n_parameters(&self) -> usize {
-        self.model().n_parameters()
-    }
-
-    /// fx, fy, cx, cy, then the distortion's coefficients in the order of `rig.toml`.
-    pub fn parameters(&self) -> Vec<f64> {
-        let Intrinsics { fx, fy, cx, cy } = self.intrinsics();
-        [fx, fy, cx, cy]
-            .iter()
-            .chain(self.distortion())
-            .copied()
-            .collect()
-    }
-
-    /// A lens of the same model with other parameters.
-    pub fn with_parameters(&self, parameters: &[f64]) -> Result<Self, LensError> {
-        Self::from_parameters(self.model(), parameters)
-    }
-
-    /// The lens of a model with the given [`Lens::parameters`].
-    pub fn from_parameters(model: LensModel, parameters: &[f64]) -> Result<Self, LensError> {
-        match (model, parameters) {
-            (LensModel::Pinhole, &[fx, fy, cx, cy]) => Self::pinhole(Intrinsics { fx, fy, cx, cy }),
-            (LensModel::BrownConrady, &[fx, fy, cx, cy, k1, k2, p1, p2, k3]) => {
-                Self::brown_conrady(Intrinsics { fx, fy, cx, cy }, [k1, k2, p1, p2, k3])
-            }
-            (LensModel::KannalaBrandt, &[fx, fy, cx, cy, k1, k2, k3, k4]) => {
-                Self::kannala_brandt(Intrinsics { fx, fy, cx, cy }, [k1, k2, k3, k4])
-            }
-            _ => Err(LensError::ParameterCount {
-                model,
-                given: parameters.len(),
-            }),
-        }
-    }
-}
-
 impl Intrinsics {
     pub(super) fn check(&self) -> Result<(), LensError> {
         for (name, value) in [("fx", self.fx), ("fy", self.fy)] {
@@ -217,52 +180,4 @@ pub enum LensParameters {
         cy: f64,
         distortion: [f64; 4],
     },
-}
-
-impl TryFrom<LensParameters> for Lens {
-    type Error = LensError;
-
-    fn try_from(parameters: LensParameters) -> Result<Self, LensError> {
-        use LensParameters::{BrownConrady, KannalaBrandt, Pinhole};
-        match parameters {
-            Pinhole { fx, fy, cx, cy } => Self::pinhole(Intrinsics { fx, fy, cx, cy }),
-            BrownConrady {
-                fx,
-                fy,
-                cx,
-                cy,
-                distortion,
-            } => Self::brown_conrady(Intrinsics { fx, fy, cx, cy }, distortion),
-            KannalaBrandt {
-                fx,
-                fy,
-                cx,
-                cy,
-                distortion,
-            } => Self::kannala_brandt(Intrinsics { fx, fy, cx, cy }, distortion),
-        }
-    }
-}
-
-impl From<Lens> for LensParameters {
-    fn from(lens: Lens) -> Self {
-        let Intrinsics { fx, fy, cx, cy } = lens.intrinsics;
-        match lens.distortion {
-            Distortion::None => Self::Pinhole { fx, fy, cx, cy },
-            Distortion::BrownConrady(model) => Self::BrownConrady {
-                fx,
-                fy,
-                cx,
-                cy,
-                distortion: *model.coefficients(),
-            },
-            Distortion::KannalaBrandt(model) => Self::KannalaBrandt {
-                fx,
-                fy,
-                cx,
-                cy,
-                distortion: *model.coefficients(),
-            },
-        }
-    }
 }

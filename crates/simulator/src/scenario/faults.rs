@@ -5,8 +5,7 @@
 //! truth; the rig file has them with [`CameraFileError`]. Metres, radians, pixels.
 
 use super::{SceneCamera, SceneTag};
-use crate::optics::Optics;
-use nalgebra::{Isometry3, Point2, Point3, Translation3, UnitQuaternion, Vector3};
+use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
 use serde::{Deserialize, Serialize};
 use sextant_geometry::{Intrinsics, Lens, LensError, Pose};
 
@@ -203,11 +202,6 @@ impl SceneTag {
 }
 
 impl SceneCamera {
-    /// Where the camera sees a point of its own frame, px: through its lens and what that does beyond its model.
-    pub fn project(&self, point_in_camera: &Point3<f64>) -> Option<Point2<f64>> {
-        Optics::of(self).project(point_in_camera)
-    }
-
     /// A faultless camera: 30 images a second, 4 ms of exposure, a blur of half a pixel, noise of two grey levels.
     pub fn new(
         id: impl Into<String>,

@@ -2,13 +2,11 @@
 
 use crate::document::Document;
 use crate::error::Complaint;
-use crate::rig::pose_toml;
+use crate::pose::{pose_of, pose_toml};
 use serde::Deserialize;
 use sextant_estimator::{Articulation, ArticulationError, Joint, JointId, JointKind, LinkId};
 use sextant_geometry::{Pose, PoseParts};
 use std::fmt::Write as _;
-
-use super::pose_of;
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]

@@ -1,26 +1,12 @@
-//! Who belongs together.
+//! Groups of tags that move as one body.
 
 use super::rigidity::{Joint, joint};
 use super::tracks::Tracks;
+use crate::found::Found;
 use crate::graph::islands;
-use crate::verdict::listed;
-use serde::Serialize;
 use sextant_estimator::TagId;
 
-/// Which tags were found to be what; as text, family and number.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
-pub struct Found {
-    /// The object's own, that move as one.
-    pub object: Vec<String>,
-    /// Other things that move, each as one.
-    pub others: Vec<Vec<String>>,
-    /// Tags that move and are joined with nothing.
-    pub loose: Vec<String>,
-    /// Tags that stand still before their cameras.
-    pub still: Vec<String>,
-}
-
-/// The same, as the search has it.
+/// Tags by what they move with.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Groups {
     /// Of two tags and more, that move as one; the largest first.
@@ -87,43 +73,5 @@ impl Groups {
             loose: names(&self.loose),
             still: names(&self.still),
         }
-    }
-}
-
-impl Found {
-    /// What moves, if no single thing does.
-    pub(super) fn several(&self) -> String {
-        let things = self.others.iter().map(listed);
-        let things: Vec<String> = things.collect();
-        format!(
-            "Several things move, each as one: {}; name a tag of yours, or keep the others still",
-            things.join(" | ")
-        )
-    }
-
-    /// Why there is no object.
-    pub(super) fn why_none(&self, images: usize, around: Option<TagId>) -> String {
-        if let (Some(tag), false) = (around, self.others.is_empty()) {
-            return format!(
-                "{tag} is on none of the things that move: {}",
-                self.several()
-            );
-        }
-        if !self.others.is_empty() {
-            return self.several();
-        }
-        if !self.loose.is_empty() {
-            return format!(
-                "{} moved, but no two of them as one: turn the object so that two of its tags are seen together, or name its tags",
-                listed(&self.loose)
-            );
-        }
-        if !self.still.is_empty() {
-            return format!(
-                "{} were seen, but none of them moved: turn the object before the camera, or name its tags",
-                listed(&self.still)
-            );
-        }
-        format!("{images} images, and none shows a tag: check light, focus, distance and family")
     }
 }

@@ -1,0 +1,20 @@
+//! Building blocks of random models.
+
+use nalgebra::{UnitQuaternion, Vector3};
+use sextant_estimator::{ObjectTag, TagId};
+use sextant_geometry::Pose;
+use sextant_tag_families::Family;
+
+pub fn tag(id: u32, size_m: f64, place: Vector3<f64>, turn: UnitQuaternion<f64>) -> ObjectTag {
+    let family = Family::Tag36h11;
+    ObjectTag {
+        tag: TagId { family, id },
+        size_m,
+        object_from_tag: Some(Pose::from_parts(place.into(), turn)),
+    }
+}
+
+/// What is made here is sound; else the examiner itself is at fault.
+pub fn made<T, E: std::fmt::Debug>(result: Result<T, E>) -> T {
+    result.unwrap_or_else(|error| panic!("{error:?}"))
+}

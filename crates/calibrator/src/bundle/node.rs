@@ -1,0 +1,52 @@
+//! The normal equations of one instant: its own block and its coupling to the kept parameters.
+
+use super::image_sums::ImageSums;
+use super::layout::Layout;
+use nalgebra::{Const, Dyn, OMatrix, SMatrix, SVector};
+
+/// Coupling of an instant to kept columns.
+pub(super) type Coupling<const D: usize> = OMatrix<f64, Const<D>, Dyn>;
+
+/// One instant.
+#[derive(Clone)]
+pub(super) struct Node<const D: usize> {
+    pub own: SMatrix<f64, D, D>,
+    pub gradient: SVector<f64, D>,
+    /// Which kept columns `coupling` has, ascending.
+    pub columns: Vec<usize>,
+    pub coupling: Coupling<D>,
+    /// With the next instant, where the motion ties them.
+    pub next: Option<SMatrix<f64, D, D>>,
+}
+
+impl<const D: usize> Node<D> {
+    pub(super) fn add(
+        &mut self,
+        layout: &Layout,
+        camera: usize,
+        sums: &ImageSums,
+        lever: &SMatrix<f64, 6, D>,
+    ) {
+        let camera = &layout.cameras[camera];
+        let transposed = lever.transpose();
+        self.own += transposed * sums.twist * lever;
+        self.gradient += transposed * sums.gradient;
+        if camera.width() > 0 {
+            let at = self.local(camera.start());
+            let mut own = self.coupling.columns_mut(at, camera.width());
+            own += transposed * sums.camera_by_twist.transpose();
+        }
+        for tag in &sums.tags {
+            let (first, (column, n)) = (layout.tags[tag.tag].first(), layout.tags[tag.tag].span());
+            if n > 0 {
+                let at = self.local(column);
+                let mut own = self.coupling.columns_mut(at, n);
+                own += transposed * tag.own.view((0, first), (6, n));
+            }
+        }
+    }
+
+    fn local(&self, column: usize) -> usize {
+        self.columns.partition_point(|&c| c < column)
+    }
+}

@@ -1,0 +1,73 @@
+//! Standard deviations of the kept parameters before any image.
+
+use super::layout::KeptParameter;
+use super::state::Bundle;
+
+/// How uncertain things are before any image, one sigma: the units in which directions are compared.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PriorKnowledge {
+    /// A camera's position, metres. Default 3.
+    pub camera_position_m: f64,
+    /// A camera's or a tag's attitude, radians. Default 1.
+    pub rotation: f64,
+    /// A focal length or a principal point, as a part of the focal length. Default 0.3.
+    pub lens: f64,
+    /// A distortion coefficient. Default 1.
+    pub distortion: f64,
+    /// A clock, seconds. Default 1.
+    pub clock_s: f64,
+    /// A tag's position on the object, metres. Default 0.5.
+    pub tag_position_m: f64,
+    /// A tag's size, as a part of it. Default 0.3.
+    pub tag_size: f64,
+    /// A direction whose deviation exceeds this part of the prior is weak. Default 0.05: 15 cm or 3 degrees of a camera.
+    pub weak_part: f64,
+}
+
+impl Default for PriorKnowledge {
+    fn default() -> Self {
+        Self {
+            camera_position_m: 3.0,
+            rotation: 1.0,
+            lens: 0.3,
+            distortion: 1.0,
+            clock_s: 1.0,
+            tag_position_m: 0.5,
+            tag_size: 0.3,
+            weak_part: 0.05,
+        }
+    }
+}
+
+impl PriorKnowledge {
+    pub(super) fn sigma(&self, bundle: &Bundle, parameter: &KeptParameter) -> f64 {
+        match *parameter {
+            KeptParameter::CameraPosition { .. } => self.camera_position_m,
+            KeptParameter::CameraRotation { .. } | KeptParameter::TagRotation { .. } => {
+                self.rotation
+            }
+            KeptParameter::Lens { camera, parameter } if parameter < 4 => {
+                self.lens * bundle.cameras[camera].lens.intrinsics().fx
+            }
+            KeptParameter::Lens { .. } => self.distortion,
+            KeptParameter::Clock { .. } => self.clock_s,
+            KeptParameter::TagPosition { .. } => self.tag_position_m,
+            KeptParameter::TagSize { .. } => self.tag_size,
+        }
+    }
+
+    pub(super) fn unit(&self, parameter: &KeptParameter) -> f64 {
+        match *parameter {
+            KeptParameter::CameraPosition { .. } => self.camera_position_m,
+            KeptParameter::CameraRotation { .. } | KeptParameter::TagRotation { .. } => {
+                self.rotation
+            }
+            // A lens of 1000 pixels stands for all: only the order matters for comparing directions.
+            KeptParameter::Lens { parameter, .. } if parameter < 4 => self.lens * 1000.0,
+            KeptParameter::Lens { .. } => self.distortion,
+            KeptParameter::Clock { .. } => self.clock_s,
+            KeptParameter::TagPosition { .. } => self.tag_position_m,
+            KeptParameter::TagSize { .. } => self.tag_size,
+        }
+    }
+}

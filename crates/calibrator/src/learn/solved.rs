@@ -1,0 +1,47 @@
+//! A solved constellation, before it is put into words.
+
+use crate::adjustment::Adjusted;
+use crate::intake::ImageView;
+use nalgebra::DMatrix;
+use sextant_geometry::Pose;
+
+/// The adjusted tags in the frame of the result.
+pub(super) struct Solved {
+    pub views: Vec<ImageView>,
+    pub adjusted: Adjusted,
+    /// Over the tags of the session that were sought, six each, in the frame of the result.
+    pub covariance: DMatrix<f64>,
+    /// `object_from_tag` in the frame of the result.
+    pub poses: Vec<Pose>,
+    /// Whether each tag was sought.
+    pub sought: Vec<bool>,
+}
+
+/// Images of one tag.
+#[derive(Clone, Copy, Default)]
+pub(super) struct Counts {
+    pub seen: usize,
+    pub fits: usize,
+    /// Somewhere else on the object.
+    pub elsewhere: usize,
+}
+
+/// The images of every tag.
+pub(super) fn fitting(n: usize, views: &[ImageView], adjusted: &Adjusted) -> Vec<Counts> {
+    let mut counts = vec![Counts::default(); n];
+    for tag in views.iter().flat_map(|view| &view.tags) {
+        counts[tag.tag].seen += 1;
+    }
+    let fits = adjusted.solution.bundle.images.iter();
+    for seen in fits.flat_map(|image| &image.tags) {
+        counts[seen.tag].fits += 1;
+    }
+    let mut blurred = vec![0; n];
+    for misfit in adjusted.misfits.iter().filter(|m| !m.is_elsewhere()) {
+        blurred[views[misfit.view].tags[misfit.seen].tag] += 1;
+    }
+    for (count, blurred) in counts.iter_mut().zip(blurred) {
+        count.elsewhere = count.seen.saturating_sub(count.fits + blurred);
+    }
+    counts
+}
