@@ -8,6 +8,7 @@ mod convert;
 mod demo;
 mod detect;
 mod doctor;
+mod drawing;
 mod echo;
 mod hz;
 mod learn;

@@ -36,7 +36,7 @@ it with Ctrl-C; then the lens is solved. With --json they are a line a second at
 
 The scale of the board has no say in the lens: if the printer enlarged it as a whole, the lens is the same.
 
-With --report: coverage.png, residuals.png and uncertainty.png over the picture, and lens.json.
+--report DIR writes residuals.png, uncertainty.png and lens.json.
 With --json, a last line on standard output: {\"camera\",\"resolution\",\"lens\",\"sigmas\",\"rms_px\",\"noise_px\",\"images\",\"views\",\"tags\",\"wrong_tags\",
 \"suspicious\",\"models\":[{\"model\",\"held_out_rms_px\"}],\"coverage\",\"uncertainty_px\":{\"mean\",\"largest\"},
 \"cells\":[[{\"corners\",\"mean_px\",\"rms_px\",\"sigma_px\"}]],\"verdict\":{\"grade\",\"because\"}}"

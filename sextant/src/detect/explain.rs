@@ -2,16 +2,14 @@
 //!
 //! Everything comes from the detector itself, through its observer: there is no second pipeline that could differ.
 
-pub mod canvas;
 mod close_ups;
-mod lettering;
 mod pictures;
 mod record;
 mod summary;
 
 use super::sight::{Sight, image_of};
+use crate::drawing::Canvas;
 use anyhow::Context;
-use canvas::Canvas;
 use record::{Record, Stopwatch};
 use sextant_apriltag::{Detection, Detector, Image, Options, Report};
 use sextant_process::{Exit, WithExit};

@@ -1,6 +1,6 @@
 //! A chart of the picture in cells: title, what it shows in words, the cells in colours, a scale with its unit.
 
-use crate::detect::explain::canvas::{Canvas, Colour, extent};
+use crate::drawing::{Canvas, Colour, FAINT, Font, GROUND, INK, wrapped};
 use sextant_calibrator::lens::{COLUMNS, LensMaps, MapCell, ROWS};
 
 /// Edge of a cell, pixels.
@@ -16,9 +16,7 @@ const SCALE: usize = 70;
 /// Steps of the scale's bar.
 const STEPS: usize = 256;
 
-const GROUND: Colour = [24, 26, 30];
-const INK: Colour = [235, 235, 235];
-const FAINT: Colour = [165, 168, 175];
+/// A cell without a value.
 const NONE: Colour = [60, 62, 68];
 
 /// What a chart says.
@@ -30,20 +28,10 @@ pub struct Chart<'a> {
     pub unit: &'a str,
     /// Value of the last colour; beyond it nothing changes.
     pub full: f64,
-    pub colours: Colours,
     /// What a cell without a value lacks.
     pub none: &'a str,
     /// Pixels of an arrow per pixel of its value; no arrows without.
     pub arrow: Option<f64>,
-}
-
-/// Which end is the good one.
-#[derive(Clone, Copy, PartialEq, Eq)]
-pub enum Colours {
-    /// From dark for nothing to bright green for much.
-    MoreIsBetter,
-    /// From dark green for nothing over yellow to red for much.
-    LessIsBetter,
 }
 
 /// What a cell shows.
@@ -64,9 +52,9 @@ impl Chart<'_> {
             head + ROWS * CELL + MARGIN + SCALE,
         );
         let mut canvas = Canvas::new(width, height, GROUND);
-        canvas.write([MARGIN, MARGIN / 2], 3, self.title, INK);
+        canvas.write([MARGIN, MARGIN / 2], Font::Heading, self.title, INK);
         for (line, words) in lines.iter().enumerate() {
-            canvas.write([MARGIN, TITLE + line * LINE], 2, words, FAINT);
+            canvas.write([MARGIN, TITLE + line * LINE], Font::Body, words, FAINT);
         }
         for (row, cells) in maps.cells.iter().enumerate() {
             for (column, cell) in cells.iter().enumerate() {
@@ -84,9 +72,9 @@ impl Chart<'_> {
             canvas.fill(area, NONE);
             return;
         };
-        let colour = self.colours.at(shown.value / self.full);
+        let colour = colour_at(shown.value / self.full);
         canvas.fill(area, colour);
-        canvas.write([left + 6, top + 6], 2, &shown.text, ink_on(colour));
+        canvas.write([left + 6, top + 5], Font::Body, &shown.text, ink_on(colour));
         if let Some(scale) = self.arrow {
             let middle = [(left + CELL / 2) as f32, (top + CELL / 2 + 9) as f32];
             let reach = |d: f64| (d * scale).clamp(-20.0, 20.0) as f32;
@@ -100,7 +88,7 @@ impl Chart<'_> {
         let step = COLUMNS * CELL / 2 / STEPS;
         for at in 0..STEPS {
             let left = MARGIN + at * step;
-            let colour = self.colours.at(at as f64 / (STEPS - 1) as f64);
+            let colour = colour_at(at as f64 / (STEPS - 1) as f64);
             canvas.fill([left..left + step, top..top + 16], colour);
         }
         for part in 0..=2 {
@@ -112,14 +100,14 @@ impl Chart<'_> {
             let left = at.saturating_sub(if part == 0 {
                 0
             } else {
-                extent(&text, 2)[0] / 2
+                Font::Body.extent(&text)[0] / 2
             });
-            canvas.write([left, top + 22], 2, &text, INK);
+            canvas.write([left, top + 22], Font::Body, &text, INK);
         }
-        canvas.write([MARGIN, top + 44], 2, self.unit, FAINT);
+        canvas.write([MARGIN, top + 44], Font::Body, self.unit, FAINT);
         let right = MARGIN + STEPS * step + 3 * MARGIN;
         canvas.fill([right..right + 16, top..top + 16], NONE);
-        canvas.write([right + 26, top], 2, self.none, FAINT);
+        canvas.write([right + 26, top], Font::Body, self.none, FAINT);
         if let Some(scale) = self.arrow {
             let example = 0.1;
             let length = (example * scale) as f32;
@@ -130,24 +118,9 @@ impl Chart<'_> {
                 INK,
             );
             let text = format!("arrow: mean error, this is {} px", number(example));
-            canvas.write([right + 26, top + 24], 2, &text, FAINT);
+            canvas.write([right + 26, top + 24], Font::Body, &text, FAINT);
         }
     }
-}
-
-/// Lines of small text that fit into a width.
-fn wrapped(text: &str, width: usize) -> Vec<String> {
-    let mut lines: Vec<String> = Vec::new();
-    for word in text.split_whitespace() {
-        match lines.last_mut() {
-            Some(line) if extent(&format!("{line} {word}"), 2)[0] <= width => {
-                line.push(' ');
-                line.push_str(word);
-            }
-            _ => lines.push(word.to_owned()),
-        }
-    }
-    lines
 }
 
 /// Two digits, as many as the number has.
@@ -178,34 +151,24 @@ fn arrow(canvas: &mut Canvas, [x, y]: [f32; 2], [dx, dy]: [f32; 2], colour: Colo
     }
 }
 
+/// Dark green at 0, where the lens is good, over yellow to red at 1.
+fn colour_at(value: f64) -> Colour {
+    const STEPS: [[f64; 3]; 4] = [
+        [28.0, 92.0, 62.0],
+        [110.0, 150.0, 50.0],
+        [225.0, 180.0, 60.0],
+        [200.0, 55.0, 45.0],
+    ];
+    let at = value.clamp(0.0, 1.0) * 3.0;
+    let from = (at as usize).min(2);
+    let share = at - from as f64;
+    let mix = |i: usize| STEPS[from][i] * (1.0 - share) + STEPS[from + 1][i] * share;
+    [0, 1, 2].map(|i| mix(i) as u8)
+}
+
 fn ink_on([red, green, blue]: Colour) -> Colour {
     let light = 3 * u32::from(red) + 6 * u32::from(green) + u32::from(blue);
     if light > 1300 { GROUND } else { INK }
-}
-
-impl Colours {
-    /// From 0 to 1.
-    fn at(self, value: f64) -> Colour {
-        let steps: [[f64; 3]; 4] = match self {
-            Self::MoreIsBetter => [
-                [34.0, 40.0, 74.0],
-                [34.0, 96.0, 128.0],
-                [50.0, 150.0, 120.0],
-                [150.0, 215.0, 100.0],
-            ],
-            Self::LessIsBetter => [
-                [28.0, 92.0, 62.0],
-                [110.0, 150.0, 50.0],
-                [225.0, 180.0, 60.0],
-                [200.0, 55.0, 45.0],
-            ],
-        };
-        let at = value.clamp(0.0, 1.0) * 3.0;
-        let from = (at as usize).min(2);
-        let share = at - from as f64;
-        let mix = |i: usize| steps[from][i] * (1.0 - share) + steps[from + 1][i] * share;
-        [0, 1, 2].map(|i| mix(i) as u8)
-    }
 }
 
 #[cfg(test)]
@@ -218,12 +181,6 @@ mod tests {
             [0.0, 40.0, 0.125, 0.5].map(number),
             ["0", "40", "0.125", "0.5"]
         );
-    }
-
-    #[test]
-    fn lines_end_between_words() {
-        assert_eq!(wrapped("one two three", 90), ["one two", "three"]);
-        assert!(wrapped("", 90).is_empty());
     }
 
     #[test]
@@ -243,7 +200,6 @@ mod tests {
             words: "words",
             unit: "corners",
             full: 11.0,
-            colours: Colours::MoreIsBetter,
             none: "none",
             arrow: None,
         };
@@ -263,9 +219,6 @@ mod tests {
             let at = 3 * (y * image.width + x);
             [0, 1, 2].map(|i| image.pixels[at + i])
         };
-        assert_eq!(
-            (colour(0), colour(11)),
-            (NONE, Colours::MoreIsBetter.at(1.0))
-        );
+        assert_eq!((colour(0), colour(11)), (NONE, colour_at(1.0)));
     }
 }

@@ -1,7 +1,7 @@
-//! Coverage, residuals and uncertainty over the picture, as pictures.
+//! Residuals and uncertainty of a lens over its image, as pictures.
 
-use crate::calibrate::lens::chart::{Chart, Colours, Shown};
-use crate::detect::explain::canvas::Canvas;
+use crate::calibrate::lens::chart::{Chart, Shown};
+use crate::drawing::Canvas;
 use anyhow::Context;
 use sextant_calibrator::lens::LensMaps;
 use sextant_calibrator::procedure::LensReport;
@@ -21,7 +21,6 @@ pub fn write(folder: &Path, report: &LensReport) -> anyhow::Result<()> {
     let maps = &report.maps;
     fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
     let pictures = [
-        ("coverage.png", coverage(maps)),
         ("residuals.png", residuals(maps)),
         ("uncertainty.png", uncertainty(maps)),
     ];
@@ -35,36 +34,16 @@ pub fn write(folder: &Path, report: &LensReport) -> anyhow::Result<()> {
     Ok(())
 }
 
-fn coverage(maps: &LensMaps) -> Canvas {
-    let chart = Chart {
-        title: "coverage: corners seen",
-        words: "the picture of the camera in 12 x 9 cells, each with the number of corners that the lens was fitted \
-            to. grey cells: hold the board there, above all in the corners of the picture.",
-        unit: "corners in a cell",
-        full: 40.0,
-        colours: Colours::MoreIsBetter,
-        none: "no corner was seen",
-        arrow: None,
-    };
-    chart.drawn(maps, |cell| {
-        (cell.corners > 0).then(|| Shown {
-            value: f64::from(cell.corners),
-            text: cell.corners.to_string(),
-            arrow: [0.0; 2],
-        })
-    })
-}
-
 fn residuals(maps: &LensMaps) -> Canvas {
     let chart = Chart {
-        title: "residuals: what does not fit",
-        words: "root mean square distance from each seen corner to where the lens puts it. noise alone gives about \
-            the same number everywhere and short arrows in all directions. long arrows side by side: the board \
-            is bent, or the lens needs another model.",
-        unit: "rms distance, pixels",
+        title: "Residuals",
+        words: "Root mean square distance between detected and reprojected corners in 12 x 9 cells of the image. Noise alone \
+            gives about the same number everywhere and short arrows in all directions. Long parallel arrows mean a \
+            bent board or a lens model that does not fit. Hold the board in grey cells, above all in the corners of \
+            the image.",
+        unit: "RMS distance, px",
         full: 0.5,
-        colours: Colours::LessIsBetter,
-        none: "no corner was seen",
+        none: "no corner detected",
         arrow: Some(ARROW),
     };
     chart.drawn(maps, |cell| {
@@ -78,13 +57,12 @@ fn residuals(maps: &LensMaps) -> Canvas {
 
 fn uncertainty(maps: &LensMaps) -> Canvas {
     let chart = Chart {
-        title: "uncertainty of the lens",
-        words: "one standard deviation of where the lens shows a ray, a turn of the whole camera left out. below \
-            0.15 is good. where it is large, hold the board there.",
-        unit: "one standard deviation, pixels",
+        title: "Uncertainty of the lens",
+        words: "Standard deviation of the pixel of a ray, without a rotation of the whole camera. Below 0.15 px is \
+            good. Hold the board where it is large.",
+        unit: "standard deviation, px",
         full: 0.5,
-        colours: Colours::LessIsBetter,
-        none: "the lens shows nothing here",
+        none: "outside the field of the lens",
         arrow: None,
     };
     chart.drawn(maps, |cell| {

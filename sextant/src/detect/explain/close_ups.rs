@@ -1,8 +1,8 @@
 //! The picture of corners before and after the fit: each tag as a whole, and its four corners close up.
 
-use super::canvas::{Canvas, View};
-use super::pictures::{AFTER, BEFORE, GROUND, WORDS, write_legend};
+use super::pictures::{AFTER, BEFORE};
 use super::record::{Quad, Record};
+use crate::drawing::{Canvas, Font, GROUND, INK, View, legend_height, write_legend};
 use sextant_apriltag::{Detection, Refinement};
 use sextant_recordings::GreyImage;
 
@@ -15,7 +15,6 @@ const CELL: [usize; 2] = [
     WHOLE + 2 * (CORNER + GAP) + 5 * GAP,
     WHOLE + CAPTION + 3 * GAP,
 ];
-const LEGEND: usize = 56;
 /// Side of what a close-up shows, pixels of the picture.
 const SEEN_PX: f32 = 9.0;
 
@@ -23,7 +22,7 @@ const SEEN_PX: f32 = 9.0;
 pub fn corners(picture: &GreyImage, record: &Record) -> Canvas {
     let columns = if record.refined.len() > 1 { 2 } else { 1 };
     let rows = record.refined.len().div_ceil(columns);
-    let mut canvas = Canvas::new(columns * CELL[0], rows * CELL[1] + LEGEND, GROUND);
+    let mut canvas = Canvas::new(columns * CELL[0], rows * CELL[1] + legend_height(2), GROUND);
     for (i, (before, tag)) in record.refined.iter().enumerate() {
         let at = [i % columns * CELL[0], i / columns * CELL[1]];
         draw_tag(&mut canvas, picture, at, before, tag);
@@ -43,7 +42,12 @@ fn draw_tag(
     before: &Quad,
     tag: &Detection,
 ) {
-    canvas.write([left + 2 * GAP, top + GAP], 2, &caption(before, tag), WORDS);
+    canvas.write(
+        [left + 2 * GAP, top + GAP],
+        Font::Body,
+        &caption(before, tag),
+        INK,
+    );
     let (left, top) = (left + 2 * GAP, top + CAPTION);
     let mut draw = |place: [usize; 2], side: usize, middle: [f32; 2], seen: f32| {
         let view = View {

@@ -1,13 +1,13 @@
 //! The pictures of whole images: one a stage, each with a legend below.
 
-use super::canvas::{Canvas, Colour, View, extent};
 use super::record::{PassRecord, Quad, Record};
+use crate::drawing::{
+    Canvas, Colour, Font, GROUND, INK, LegendLine, View, legend_height, legend_width, write_legend,
+};
 use sextant_apriltag::{Detection, Rejection};
 use sextant_recordings::GreyImage;
 use std::collections::BTreeMap;
 
-pub const GROUND: Colour = [24, 24, 28];
-pub const WORDS: Colour = [235, 235, 235];
 /// Of corners with which a tag was read, and of those after the fit.
 pub const BEFORE: Colour = [255, 80, 60];
 pub const AFTER: Colour = [60, 230, 110];
@@ -18,14 +18,8 @@ const PASS_COLOURS: [Colour; 3] = [[255, 220, 0], [0, 210, 255], [255, 120, 255]
 
 /// Pixels of the canvas along a picture's longer side, about: small pictures are enlarged.
 const USUAL_WIDTH: usize = 1280;
-/// Pixels a dot of a letter.
-const LETTERS: usize = 2;
-const LINE_HEIGHT: usize = 22;
 /// Least shade of what is only background to drawings.
 const DIM: f32 = 0.45;
-
-/// A line of a legend: a colour and what it stands for.
-pub type LegendLine = (Colour, String);
 
 /// The picture as a ground for drawings: so bright that all but its brightest hundredth keeps below white.
 pub fn brightened(picture: &GreyImage) -> GreyImage {
@@ -62,7 +56,7 @@ pub fn threshold(picture: &GreyImage, pass: &PassRecord) -> Canvas {
             [0; 3],
             format!("pixels of the border colour: {}", pass.pixels.len()),
         ),
-        (WORDS, "all others".to_owned()),
+        (INK, "all others".to_owned()),
     ];
     on_picture(&plane, |grey| [grey; 3], &legend).0
 }
@@ -75,7 +69,7 @@ pub fn components(picture: &GreyImage, pass: &PassRecord) -> Canvas {
     }
     let largest = areas.values().max().copied().unwrap_or(0);
     let legend = vec![(
-        WORDS,
+        INK,
         format!(
             "{} components, a colour each, the largest of {largest} pixels",
             areas.len()
@@ -148,18 +142,23 @@ pub fn tags(picture: &GreyImage, detections: &[Detection]) -> Canvas {
         canvas.cross(corners[0], 4.0, FIRST_CORNER);
     }
     for detection in detections {
-        let size = label_size(&detection.corners, view.scale);
+        let font = label_font(&detection.corners, view.scale);
         let text = detection.id.to_string();
-        canvas.label(view.at(detection.centre()), size, &text, WORDS);
+        canvas.label(view.at(detection.centre()), font, &text, INK);
     }
     canvas
 }
 
-/// Letters that cover no more than a part of a tag.
-fn label_size(corners: &Quad, scale: f32) -> usize {
+/// Large text on large tags: a label covers no more than a part of its tag.
+fn label_font(corners: &Quad, scale: f32) -> Font {
+    const LARGE_PX: f32 = 120.0;
     let [[ax, ay], _, [cx, cy], _] = *corners;
     let diagonal = (cx - ax).hypot(cy - ay) * scale;
-    ((diagonal / 50.0) as usize).clamp(1, 3)
+    if diagonal < LARGE_PX {
+        Font::Body
+    } else {
+        Font::Heading
+    }
 }
 
 /// The whole picture, enlarged if it is small, with a legend below.
@@ -170,32 +169,16 @@ fn on_picture(
 ) -> (Canvas, View) {
     let scale = (USUAL_WIDTH / picture.width.max(picture.height)).clamp(1, 4);
     let (width, height) = (picture.width * scale, picture.height * scale);
-    let words = legend
-        .iter()
-        .map(|(_, text)| extent(text, LETTERS)[0] + 2 * LINE_HEIGHT);
-    let full = [
-        words.fold(width, usize::max),
-        height + LINE_HEIGHT * legend.len() + LINE_HEIGHT / 2,
-    ];
     let view = View {
         scale: scale as f32,
         from: [0.0; 2],
         to: [0.0; 2],
     };
-    let mut canvas = Canvas::new(full[0], full[1], GROUND);
+    let whole_height = height + legend_height(legend.len());
+    let mut canvas = Canvas::new(width.max(legend_width(legend)), whole_height, GROUND);
     canvas.show(picture, &view, [0..width, 0..height], colour_of);
     write_legend(&mut canvas, height, legend);
     (canvas, view)
-}
-
-/// From a row of the canvas on.
-pub fn write_legend(canvas: &mut Canvas, top: usize, legend: &[LegendLine]) {
-    const SWATCH: usize = 14;
-    for (i, (colour, text)) in legend.iter().enumerate() {
-        let top = top + LINE_HEIGHT / 4 + i * LINE_HEIGHT;
-        canvas.fill([8..8 + SWATCH, top..top + SWATCH], *colour);
-        canvas.write([16 + SWATCH, top], LETTERS, text, WORDS);
-    }
 }
 
 fn dim(grey: u8) -> Colour {

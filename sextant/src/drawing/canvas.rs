@@ -1,6 +1,6 @@
-//! A colour picture to draw on: areas, lines, letters. Coordinates are those of the canvas, (0, 0) at the top left *edge*.
+//! The canvas: areas, lines, text and grey pictures on a colour image.
 
-use super::lettering;
+use super::Font;
 use sextant_recordings::{ColourImage, GreyImage};
 use std::ops::Range;
 
@@ -116,23 +116,23 @@ impl Canvas {
         self.line([x, y - arm], [x, y + arm], colour);
     }
 
-    /// A text with its top left at a point, `size` pixels a dot.
-    pub fn write(&mut self, [left, top]: [usize; 2], size: usize, text: &str, colour: Colour) {
-        for (x, y) in lettering::dots(text) {
-            let (x, y) = (left + x * size, top + y * size);
-            self.fill([x..x + size, y..y + size], colour);
+    /// A line of text with its top left at a point.
+    pub fn write(&mut self, [left, top]: [usize; 2], font: Font, text: &str, colour: Colour) {
+        for ([x, y], share) in font.ink(text) {
+            self.blend([(left + x) as isize, (top + y) as isize], colour, share);
         }
     }
 
-    /// A text about a point, with a ground of its own.
-    pub fn label(&mut self, [x, y]: [f32; 2], size: usize, text: &str, colour: Colour) {
-        const GROUND: Colour = [0, 0, 0];
-        let [width, height] = extent(text, size);
+    /// A line of text centred on a point, on a black box.
+    pub fn label(&mut self, [x, y]: [f32; 2], font: Font, text: &str, colour: Colour) {
+        const BOX: Colour = [0, 0, 0];
+        const MARGIN: usize = 2;
+        let [width, height] = font.extent(text);
         let from = |middle: f32, extent: usize| (middle - extent as f32 / 2.0).max(0.0) as usize;
         let (left, top) = (from(x, width), from(y, height));
-        let around = |low: usize, extent: usize| low.saturating_sub(size)..low + extent + size;
-        self.fill([around(left, width), around(top, height)], GROUND);
-        self.write([left, top], size, text, colour);
+        let around = |low: usize, extent: usize| low.saturating_sub(MARGIN)..low + extent + MARGIN;
+        self.fill([around(left, width), top..top + height], BOX);
+        self.write([left, top], font, text, colour);
     }
 
     /// Another canvas with its top left at a pixel of this.
@@ -163,12 +163,6 @@ impl Canvas {
     }
 }
 
-/// Width and height of a text, pixels.
-pub fn extent(text: &str, size: usize) -> [usize; 2] {
-    let width = text.chars().count() * lettering::ADVANCE;
-    [width.saturating_sub(1) * size, lettering::HEIGHT * size]
-}
-
 /// From a point to the line from a to b.
 fn distance(point: [f32; 2], a: [f32; 2], b: [f32; 2]) -> f32 {
     let [dx, dy] = [b[0] - a[0], b[1] - a[1]];
@@ -186,7 +180,7 @@ mod tests {
         let mut canvas = Canvas::new(4, 4, [0; 3]);
         canvas.line([-10.0, -10.0], [-5.0, 20.0], [255; 3]);
         canvas.fill([4..9, 0..9], [255; 3]);
-        canvas.label([900.0, -900.0], 2, "far", [255; 3]);
+        canvas.label([900.0, -900.0], Font::Body, "far", [255; 3]);
         canvas.line([f32::NAN, 0.0], [f32::INFINITY, 3.0], [255; 3]);
         assert!(canvas.image().pixels.iter().all(|&value| value == 0));
     }

@@ -1,0 +1,18 @@
+//! Colour pictures for reports: a canvas with lines, areas and text, and the parts that several pictures share.
+//!
+//! Coordinates are pixels of the canvas with (0, 0) at the top left *edge*, x right, y down.
+
+mod canvas;
+mod legend;
+mod text;
+
+pub use canvas::{Canvas, Colour, View};
+pub use legend::{LegendLine, legend_height, legend_width, write_legend};
+pub use text::{Font, wrapped};
+
+/// Behind everything.
+pub const GROUND: Colour = [24, 26, 30];
+/// Text.
+pub const INK: Colour = [235, 235, 235];
+/// Text of less weight.
+pub const FAINT: Colour = [165, 168, 175];
