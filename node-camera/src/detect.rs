@@ -1,11 +1,11 @@
 //! The detecting part: borrows images, finds tags, solves their poses, publishes; and tells once a second how it fares.
 
-mod account;
 mod finder;
 mod inspection;
 mod models;
 mod observe;
 mod sizes;
+mod statistics;
 mod wire;
 
 use std::thread;
@@ -19,10 +19,10 @@ use sextant_process::{Exit, Shutdown, WithExit, fail_point, now_ns, watchdog};
 use sextant_proto::{CameraStatus, DetectionReport, Keys, NodeId, NodeKind, Observations};
 use sextant_zenoh_bus::{Bus, BusError, HeldName, Latest, Publisher, Qos};
 
-use self::account::Account;
 use self::finder::Finder;
 use self::inspection::Inspection;
 use self::models::Models;
+use self::statistics::Statistics;
 use self::wire::Wire;
 use crate::config::CameraNodeConfig;
 use crate::preview;
@@ -119,7 +119,7 @@ struct DetectPart {
     finder: Finder,
     inspection: Inspection,
     models: Models,
-    account: Account,
+    statistics: Statistics,
     wire: Wire,
     observations: Publisher<Observations>,
     inspections: Publisher<DetectionReport>,
@@ -137,7 +137,7 @@ impl DetectPart {
                 .exit_with(Exit::Input)?,
             inspection: Inspection::new(),
             models: Models::watch(bus, &keys, camera)?,
-            account: Account::new(camera.clone()),
+            statistics: Statistics::new(camera.clone()),
             wire: Wire::of(&config.source, camera).exit_with(Exit::Input)?,
             observations: bus.publisher(&keys.observations(camera), Qos::Observation)?,
             inspections: bus.publisher(&keys.detection_report(camera), Qos::Status)?,
@@ -150,7 +150,7 @@ impl DetectPart {
     fn take(&mut self, lent: &LentImage<'_>) -> anyhow::Result<()> {
         let received_ns = now_ns();
         let header = *lent.header();
-        self.account.image(&header);
+        self.statistics.image(&header);
         let (width, height, stride) = (
             header.width.into(),
             header.height.into(),
@@ -159,7 +159,7 @@ impl DetectPart {
         let image = match Image::new(lent.pixels(), width, height, stride) {
             Ok(image) => image,
             Err(cause) => {
-                self.account.refuse(&cause.to_string());
+                self.statistics.refuse(&cause.to_string());
                 return Ok(());
             }
         };
@@ -173,7 +173,7 @@ impl DetectPart {
         let detecting_ns = now_ns().saturating_sub(received_ns);
         let mut message = observe::observations(&header, detections, &self.models);
         observe::stamp(&mut message, &header, received_ns);
-        self.account.detected(&header, detecting_ns);
+        self.statistics.detected(&header, detecting_ns);
         if let Some(message) = self.wire.send(message, now_ns()) {
             self.publish(&message)?;
         }
@@ -189,7 +189,7 @@ impl DetectPart {
         let camera = self.models.camera();
         let message = self.inspection.report(camera, header, report, searched);
         match self.inspections.put(&message) {
-            Err(BusError::Message { cause, .. }) => self.account.refuse(&cause),
+            Err(BusError::Message { cause, .. }) => self.statistics.refuse(&cause),
             told => told?,
         }
         Ok(())
@@ -205,8 +205,8 @@ impl DetectPart {
 
     fn publish(&mut self, message: &Observations) -> anyhow::Result<()> {
         match self.observations.put(message) {
-            Ok(()) => self.account.published += 1,
-            Err(BusError::Message { cause, .. }) => self.account.refuse(&cause),
+            Ok(()) => self.statistics.published += 1,
+            Err(BusError::Message { cause, .. }) => self.statistics.refuse(&cause),
             Err(other) => return Err(other.into()),
         }
         Ok(())
@@ -222,8 +222,8 @@ impl DetectPart {
 
     fn report(&mut self, bus: &Bus, name: &mut HeldName) -> anyhow::Result<()> {
         self.models.update(bus);
-        self.account.others = name.others().into_iter().map(str::to_owned).collect();
-        let status = self.account.status(self.models.complaint());
+        self.statistics.others = name.others().into_iter().map(str::to_owned).collect();
+        let status = self.statistics.status(self.models.complaint());
         self.status.put(&status)?;
         Ok(())
     }

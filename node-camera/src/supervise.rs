@@ -27,7 +27,7 @@ const LAST_IMAGES: Duration = Duration::from_millis(500);
 /// # Errors
 /// A part that cannot be started, or that found its configuration wrong.
 pub(crate) fn run(config: &Path, subcommand: &[&str], shutdown: &Shutdown) -> anyhow::Result<()> {
-    let start = |part| Supervised::start(part, config, subcommand);
+    let start = |part| SupervisedPart::start(part, config, subcommand);
     let mut parts = [start(Part::Detect)?, start(Part::Capture)?];
     let outcome = look_after(&mut parts, shutdown);
     let mut children: Vec<_> = parts.into_iter().filter_map(|part| part.child).collect();
@@ -38,11 +38,11 @@ pub(crate) fn run(config: &Path, subcommand: &[&str], shutdown: &Shutdown) -> an
     outcome
 }
 
-fn look_after(parts: &mut [Supervised; 2], shutdown: &Shutdown) -> anyhow::Result<()> {
+fn look_after(parts: &mut [SupervisedPart; 2], shutdown: &Shutdown) -> anyhow::Result<()> {
     while !shutdown.wait(LOOK_PERIOD) {
         watchdog::feed();
         for part in parts.iter_mut() {
-            if part.look()? == Outcome::Finished {
+            if part.poll()? == Outcome::Finished {
                 shutdown.wait(LAST_IMAGES);
                 return Ok(());
             }
@@ -57,7 +57,7 @@ enum Outcome {
     Finished,
 }
 
-struct Supervised {
+struct SupervisedPart {
     part: Part,
     command: Command,
     child: Option<ChildProcess>,
@@ -65,7 +65,7 @@ struct Supervised {
     delay: Duration,
 }
 
-impl Supervised {
+impl SupervisedPart {
     fn start(part: Part, config: &Path, subcommand: &[&str]) -> anyhow::Result<Self> {
         let program = std::env::current_exe().context("where this program lies")?;
         let mut command = Command::new(program);
@@ -97,7 +97,7 @@ impl Supervised {
         Ok(())
     }
 
-    fn look(&mut self) -> anyhow::Result<Outcome> {
+    fn poll(&mut self) -> anyhow::Result<Outcome> {
         match &mut self.child {
             Some(child) => match child.try_wait()? {
                 Some(status) => self.ended(status),

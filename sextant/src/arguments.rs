@@ -8,11 +8,11 @@ use crate::{
 use clap::{Parser, Subcommand};
 use node_camera::CameraArguments;
 
-/// Says where tagged objects are: cameras, detector, network, fusion, page, and the tools around them.
+/// Publishes the poses of tagged objects seen by several cameras: nodes, calibration and tools.
 #[derive(Parser, Debug)]
 #[command(name = "sextant", version, after_help = EXIT_CODES)]
 pub struct Arguments {
-    /// Speak JSON: one value a line.
+    /// Print JSON, one value per line.
     #[arg(long, global = true)]
     json: bool,
     #[command(subcommand)]
@@ -21,44 +21,44 @@ pub struct Arguments {
 
 const EXIT_CODES: &str = "Exit codes:
   0    done
-  1    a fault at run time
+  1    a failure at run time
   2    wrong usage of the command line
-  3    a file that was given is missing or wrong
-  4    a port, camera or service is in use or out of reach
-  101  a defect of this program: a thread panicked
-  130  interrupted before the result was there
+  3    a file is missing or wrong
+  4    a port, camera or service is in use or unreachable; a calibration is partial
+  101  a bug: a thread panicked
+  130  interrupted before the result was complete
 
 Errors go to standard error with cause and remedy; SEXTANT_LOG filters the log of the nodes (for example `debug`).";
 
 #[derive(Subcommand, Debug)]
 enum Command {
-    /// A whole site without hardware: simulated cameras, everything else real, a page to watch it.
+    /// Run a complete site without hardware: simulated cameras, real nodes, and the page.
     Demo(demo::DemoArguments),
-    /// Render a recording with truth, and the site's files as a person would have them.
+    /// Render a recording of a scenario, with its site files and the truth.
     Simulate(simulate::SimulateArguments),
-    /// Find tags in pictures.
+    /// Detect tags in images.
     Detect(detect::DetectArguments),
     /// Run a recording through the estimator.
     Replay(replay::ReplayArguments),
-    /// Find lenses' and cameras' parameters from images.
+    /// Calibrate lenses and camera poses from images.
     Calibrate(calibrate::CalibrateArguments),
-    /// Learn where the tags of an object sit.
+    /// Find the tag poses of an object from images.
     Learn(learn::LearnArguments),
-    /// Say who and what is there on a site.
+    /// List nodes, cameras and objects.
     List(list::ListArguments),
-    /// Show messages of a site as they come.
+    /// Print the messages of a site as they arrive.
     Echo(echo::EchoArguments),
-    /// Show how often and how late messages of a site come.
+    /// Show message rates and latencies.
     Hz(hz::HzArguments),
-    /// Watch how a site fares: cameras, objects, what is wrong.
+    /// Watch the cameras, objects and faults of a site.
     Top(top::TopArguments),
-    /// Write boards, tags and cubes as PDF in true size, with their object files.
+    /// Print boards, tags and cubes as PDF in true size, with their object files.
     Print(print::PrintArguments),
-    /// Take lenses and camera poses from ROS, Kalibr or OpenCV, or write them for those.
+    /// Convert lenses and camera poses from and to ROS, Kalibr and OpenCV.
     Convert(convert::ConvertArguments),
     /// Print documented configuration files; get and change the rig and the objects of a running site.
     Config(config::ConfigArguments),
-    /// Look whether this machine and its network have what a site needs.
+    /// Check this machine and its network.
     Doctor(doctor::DoctorArguments),
     /// Check files and recordings.
     Check(check::CheckArguments),

@@ -13,12 +13,12 @@ use sextant_process::{Exit, Failure};
 use std::path::{Path, PathBuf};
 pub use together::Together;
 
-/// What a person may choose of `check`.
+/// Arguments of `sextant check`.
 #[derive(Args, Debug)]
 #[command(
-    after_help = "Files are recognised by what they say; --kind states it for all. Rigs, objects and recordings that are given
-together are also checked against each other: tags of two objects, cameras that the rig lacks, pictures of another size.
-With --json, a line a file: {\"file\",\"kind\",\"ok\",\"summary\"} or {\"file\",\"ok\",\"error\"}. Exit code 3 when anything is wrong."
+    after_help = "The kind of a file is recognised by its contents; --kind sets it for all files. Rigs, objects and recordings
+are also checked against each other: tags in two objects, cameras missing from the rig, images of another size.
+With --json, one line per file: {\"file\",\"kind\",\"ok\",\"summary\"} or {\"file\",\"ok\",\"error\"}. The exit code is 3 if anything is wrong."
 )]
 pub struct CheckArguments {
     /// Rigs, objects, configurations of nodes, and folders of recordings.

@@ -10,19 +10,19 @@ use crate::output::Format;
 use crate::site::SiteArguments;
 use clap::{Args, Subcommand};
 pub use print::ConfigKind;
-use refinement::{Reverted, Run};
+use refinement::{RevertTarget, Run};
 use sextant_estimator::ObjectId;
 use sextant_proto::NodeId;
 use std::path::PathBuf;
 
-/// What a person may choose of `config`.
+/// Arguments of `sextant config`.
 #[derive(Args, Debug)]
 #[command(after_help = "For example: sextant config camera > camera.toml
              sextant config get object cube > cube.toml; edit it; sextant config set object cube.toml
              sextant config apply-refinement --dry-run; sextant config apply-refinement; sextant config revert
-With --json, one line each: a file {\"kind\",\"toml\"}, what apply-refinement and revert change
+With --json, one line per value: a file {\"kind\",\"toml\"}; the changes of apply-refinement and revert
 {\"node\",\"held_back\":{\"n_images\",\"before_px\",\"after_px\"},\"changes\":[{\"what\",\"by\":{\"position_m\",\"orientation_rad\"},
-\"ratio\":{\"of\",\"value\"}}],\"added\"}, an answer {\"node\",\"key\",\"outcome\",\"words\"} with outcome
+\"ratio\":{\"of\",\"value\"}}],\"added\"}, or an answer {\"node\",\"key\",\"outcome\",\"words\"} with outcome
 taken (until the fusion node ends), kept (also in its files), same (nothing changed) or refused (exit code 1).")]
 pub struct ConfigArguments {
     #[command(subcommand)]
@@ -35,30 +35,30 @@ enum Command {
     Rig,
     /// Print a documented object file: an object and its tags.
     Object,
-    /// Print a documented file of a camera node.
+    /// Print a documented configuration of a camera node.
     Camera,
-    /// Print a documented file of a fusion node.
+    /// Print a documented configuration of a fusion node.
     Fusion,
-    /// Print a documented file of a viewer bridge.
+    /// Print a documented configuration of a viewer bridge.
     Viewer,
-    /// Print what a running site works from, as a file.
+    /// Print the rig or an object of a running site, as a file.
     Get(GetArguments),
-    /// Change the rig or an object of a running site: taken whole or refused whole.
+    /// Change the rig or an object of a running site.
     Set(SetArguments),
-    /// Take an object from a running site.
+    /// Remove an object from a running site.
     Remove(RemoveArguments),
-    /// Put in force the refined calibration that a fusion node proposes from ordinary use.
+    /// Apply the refined calibration that a fusion node proposes.
     ApplyRefinement {
         /// The fusion node whose proposal it is; by default the first that has one.
         #[arg(long, value_name = "NAME")]
         node: Option<NodeId>,
-        /// Show what would change, and change nothing.
+        /// Show the changes without applying them.
         #[arg(long)]
         dry_run: bool,
         #[command(flatten)]
         site: SiteArguments,
     },
-    /// Take back the last change of a running site; a second time takes that back.
+    /// Revert the last change of a running site; a second time reverts the reversion.
     Revert(RevertArguments),
 }
 
@@ -66,11 +66,11 @@ enum Command {
 #[derive(Args, Debug)]
 pub struct GetArguments {
     #[command(subcommand)]
-    what: Wanted,
+    what: GetTarget,
 }
 
 #[derive(Subcommand, Debug)]
-enum Wanted {
+enum GetTarget {
     /// The cameras.
     Rig {
         #[command(flatten)]
@@ -89,19 +89,19 @@ enum Wanted {
 #[derive(Args, Debug)]
 pub struct SetArguments {
     #[command(subcommand)]
-    what: Given,
+    what: SetTarget,
 }
 
 #[derive(Subcommand, Debug)]
-enum Given {
-    /// The cameras of a rig file take the place of those in force.
+enum SetTarget {
+    /// Replace the rig by that of a file.
     Rig {
         /// The rig file.
         file: PathBuf,
         #[command(flatten)]
         site: SiteArguments,
     },
-    /// The object of an object file comes, or takes the place of the one of its name.
+    /// Add the object of a file, or replace the one with its id.
     Object {
         /// The object file.
         file: PathBuf,
@@ -114,11 +114,11 @@ enum Given {
 #[derive(Args, Debug)]
 pub struct RemoveArguments {
     #[command(subcommand)]
-    what: Unwanted,
+    what: RemoveTarget,
 }
 
 #[derive(Subcommand, Debug)]
-enum Unwanted {
+enum RemoveTarget {
     /// An object.
     Object {
         /// Its name.
@@ -128,7 +128,7 @@ enum Unwanted {
     },
 }
 
-/// What to take back.
+/// What to revert.
 #[derive(Args, Debug)]
 #[command(args_conflicts_with_subcommands = true)]
 pub struct RevertArguments {
@@ -138,10 +138,10 @@ pub struct RevertArguments {
     last: LastArguments,
 }
 
-/// How the last change is taken back: that of the rig and of all objects that changed within ten seconds of it.
+/// Arguments of `sextant config revert`, by default for the rig and all objects that changed within ten seconds of the last change.
 #[derive(Args, Debug)]
 pub struct LastArguments {
-    /// Show what would change, and change nothing.
+    /// Show the changes without applying them.
     #[arg(long)]
     dry_run: bool,
     #[command(flatten)]
@@ -167,9 +167,9 @@ enum Former {
 impl RevertArguments {
     fn run(&self, format: Format) -> anyhow::Result<()> {
         let (what, how) = match &self.what {
-            None => (Reverted::Last, &self.last),
-            Some(Former::Rig { how }) => (Reverted::Rig, how),
-            Some(Former::Object { id, how }) => (Reverted::Object(id.clone()), how),
+            None => (RevertTarget::Last, &self.last),
+            Some(Former::Rig { how }) => (RevertTarget::Rig, how),
+            Some(Former::Object { id, how }) => (RevertTarget::Object(id.clone()), how),
         };
         refinement::revert(&what, Run::dry(how.dry_run), &how.site, format)
     }
@@ -187,15 +187,15 @@ pub fn run(arguments: &ConfigArguments, format: Format) -> anyhow::Result<()> {
         Command::Fusion => print::run(ConfigKind::Fusion, format),
         Command::Viewer => print::run(ConfigKind::Viewer, format),
         Command::Get(GetArguments { what }) => match what {
-            Wanted::Rig { site } => get::rig(site, format),
-            Wanted::Object { id, site } => get::object(id, site, format),
+            GetTarget::Rig { site } => get::rig(site, format),
+            GetTarget::Object { id, site } => get::object(id, site, format),
         },
         Command::Set(SetArguments { what }) => match what {
-            Given::Rig { file, site } => change::set_rig(file, site, format),
-            Given::Object { file, site } => change::set_object(file, site, format),
+            SetTarget::Rig { file, site } => change::set_rig(file, site, format),
+            SetTarget::Object { file, site } => change::set_object(file, site, format),
         },
         Command::Remove(RemoveArguments { what }) => match what {
-            Unwanted::Object { id, site } => change::remove_object(id, site, format),
+            RemoveTarget::Object { id, site } => change::remove_object(id, site, format),
         },
         Command::ApplyRefinement {
             node,

@@ -14,17 +14,17 @@ use sextant_site_files::{
 };
 use std::path::{Path, PathBuf};
 
-/// What a person may choose of `convert`.
+/// Arguments of `sextant convert`.
 #[derive(Args, Debug)]
 #[command(
-    after_help = "FROM is rig.toml, a ROS camera_info, a Kalibr camchain or OpenCV's YAML; which one is seen from what it says. Or it describes
-a board: Kalibr's target.yaml of an AprilGrid, or a ChArUco board by squaresX, squaresY, squareLength, markerLength and dictionary;
-then the board's object file is written. Wherever an object file is asked for, such a file will do, too.
-Into a rig.toml that exists, cameras are merged: one of the same id gets the new lens and keeps its pose where FROM has none.
-The former file is kept beside it as rig.toml.former.
+    after_help = "FROM is a rig.toml, a ROS camera_info, a Kalibr camchain or an OpenCV YAML file; the format is recognised by its contents. Or it
+describes a board: a Kalibr target.yaml of an AprilGrid, or a ChArUco board with squaresX, squaresY, squareLength, markerLength and
+dictionary; then the object file of the board is written. Such a file is also accepted wherever an object file is expected.
+Cameras are merged into an existing rig.toml: one with the same id gets the new lens and keeps its pose if FROM has none.
+The previous file is kept as rig.toml.former.
 
-All these formats count pixels from the centre of the top left one, as Sextant does. Calibrations made of corners that count
-from its edge (AprilTag's own library in C) are half a pixel larger: state --pixel-origin edge.
+All these formats have pixel (0, 0) at the centre of the top left pixel, as Sextant has. Calibrations from corners with (0, 0) at its
+edge (AprilTag's C library) are larger by half a pixel: use --pixel-origin edge.
 
 For example: sextant convert ost.yaml --camera north --out rig.toml
              sextant convert camchain.yaml --out rig.toml
@@ -33,18 +33,18 @@ For example: sextant convert ost.yaml --camera north --out rig.toml
              sextant convert rig.toml --to ros --camera north --out north.yaml"
 )]
 pub struct ConvertArguments {
-    /// What to read.
+    /// File to read.
     from: PathBuf,
-    /// The format to write.
+    /// Format to write.
     #[arg(long, value_enum, default_value = "toml")]
     to: Target,
-    /// Of several cameras only this one; a single camera of another format gets this id.
+    /// Camera to convert, of several; or the id for the single camera of another format.
     #[arg(long, value_name = "ID")]
     camera: Option<CameraId>,
-    /// Where the calibration that is not ours counts pixels from.
+    /// Location of pixel (0, 0) in the other format.
     #[arg(long, value_enum, default_value = "centre")]
     pixel_origin: PixelOrigin,
-    /// The file to write; without it the text goes to standard output.
+    /// File to write; by default standard output.
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
 }

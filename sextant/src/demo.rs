@@ -33,12 +33,12 @@ const ANY_ROUTER: &str = "tcp/127.0.0.1:0";
 /// A free port that was found may be taken before it is used; so often another is looked for.
 const ROUTER_TRIES: usize = 3;
 
-/// What a person may choose of the demo.
+/// Arguments of `sextant demo`.
 #[derive(Args, Debug)]
 pub struct DemoArguments {
     #[command(flatten)]
     site: Demonstration,
-    /// End after so many seconds; without it the demo runs until Ctrl-C.
+    /// Duration in seconds; without it the demo runs until Ctrl-C.
     #[arg(long, value_name = "SECONDS", value_parser = parse_seconds)]
     duration: Option<Duration>,
     /// Don't open a browser.
@@ -47,7 +47,7 @@ pub struct DemoArguments {
     /// Port of the web page on this machine.
     #[arg(long, default_value_t = 8600)]
     port: u16,
-    /// Name of the demo's site, the middle of every key on the network.
+    /// Name of the demo's site, which is part of every key on the network.
     #[arg(long = "site", default_value = "demo", value_name = "NAME")]
     name: SiteId,
 }

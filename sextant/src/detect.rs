@@ -14,48 +14,47 @@ use sextant_estimator::{Camera, CameraId};
 use sextant_process::{Exit, Failure, WithExit};
 use sextant_site_files::read_rig;
 use sextant_tag_families::Family;
-use sight::{Sight, follow, look};
+use sight::{Sight, detect, follow};
 use std::io::{self, BufRead, BufReader};
 use std::path::{Path, PathBuf};
 
 pub use sight::{detected_tags, image_of};
 
-/// What a person may choose of `detect`.
+/// Arguments of `sextant detect`.
 #[derive(Args, Debug)]
 #[command(group = ArgGroup::new("written").args(["dataset", "explain"]))]
-#[command(after_help = "With --json, a line an image:
+#[command(after_help = "With --json, one line per image:
   {\"file\",\"ms\",\"detections\":[{\"family\",\"id\",\"hamming\",\"margin\",\"corners\":[[x,y]x4],\"corner_covariance\":[[xx,xy,yy]x4],\"corner_cross_covariance\":[[xx,xy,yx,yy]x6]}]}
-Corners run from the top left clockwise, pixels, (0, 0) at the centre of the top-left one, covariances in square pixels. `ms` is the time of the detection
-alone, without reading the file: of one run, or with --reps N the median of N runs after one that does not count.
-With --tracking a line also has \"tracking\":{\"areas\",\"share\",\"followed\",\"discovered\",\"awaited\"}: the parts of the picture
-that were searched, the share of its pixels in them, the tags decoded about where they were expected and elsewhere, and those not
-decoded but in one of the three pictures before, which are not among the detections.
+Corners are clockwise from the top left, in pixels with (0, 0) at the centre of the top left pixel; covariances are in square pixels. `ms` is the
+duration of the detection without reading the file: of one run or, with --reps N, the median of N runs after a warm-up.
+With --tracking a line also has \"tracking\":{\"areas\",\"share\",\"followed\",\"discovered\",\"awaited\"}: the number of areas
+searched, their share of the pixels, the tags decoded near their prediction and elsewhere, and those not decoded
+but present in one of the three images before, which are not among the detections.
 
-A picture that cannot be read is complained about on standard error; the others are still done, then the exit code is 3.
+An image that cannot be read is reported on standard error; the other images are processed, and the exit code is 3.
 
---explain IMAGE --out DIR makes DIR and in it, numbered by stage and with a legend each: which pixels have the border's colour,
-for each pass over the image (1-threshold-PASS.png); their components (2-components-PASS.png); the quads around them
-(3-quads.png); those that were no tag, in a colour a reason (4-rejected.png); each tag's corners before and after the fit, close
-up (5-corners.png); the tags (6-tags.png); and report.json with counts and times of the stages.")]
+--explain IMAGE --out DIR draws each stage of the detection, with a legend: the pixels of the border colour in each pass
+(1-threshold-PASS.png), their components (2-components-PASS.png), the quads (3-quads.png), the rejected candidates by
+reason (4-rejected.png), the corners before and after refinement, enlarged (5-corners.png), the tags (6-tags.png); and
+writes report.json with the counts and durations of the stages.")]
 pub struct DetectArguments {
-    /// Pictures (PNG of 8 bits, grey or colour); `-` takes paths from standard input, one a line.
+    /// Images (8-bit PNG, grey or colour); `-` reads paths from standard input, one per line.
     #[arg(value_name = "IMAGE", required_unless_present = "written")]
     images: Vec<PathBuf>,
-    /// Threads that work on different pictures at the same time.
+    /// Number of threads, each with its own image.
     #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u8).range(1..=64))]
     threads: u8,
     /// Repetitions of the detection, for timing.
     #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=100_000))]
     reps: u32,
-    /// Tag family to look for; may be repeated.
+    /// Tag family to detect; may be repeated.
     #[arg(long = "family", value_name = "FAMILY", default_value = "tag36h11")]
     families: Vec<Family>,
-    /// The pictures are one camera's, one after the other: each is searched where tags were, and elsewhere in turn, so that
-    /// a new tag is found within ten pictures.
+    /// Track tags through the images of one camera: each image is searched near earlier tags and, in turn, elsewhere, so that a
+    /// new tag is found within ten images.
     #[arg(long, conflicts_with_all = ["threads", "reps", "written"])]
     tracking: bool,
-    /// Cameras' lenses: tags are fitted through that of --camera, so that it does not bend their edges. Corners stay pixels
-    /// of the picture.
+    /// Rig file with the lens of --camera, which is used to fit tags with distorted edges. Corners remain pixels of the image.
     #[arg(
         long,
         value_name = "FILE",
@@ -63,10 +62,10 @@ pub struct DetectArguments {
         conflicts_with = "written"
     )]
     rig: Option<PathBuf>,
-    /// The camera of the rig that took the pictures.
+    /// Camera of the rig that took the images.
     #[arg(long, value_name = "ID", requires = "rig")]
     camera: Option<CameraId>,
-    /// Instead of pictures, a recording (DIR/CAMERA/data.csv): writes OUT/CAMERA/detections.jsonl, which `replay` takes.
+    /// Process a recording (DIR/CAMERA/data.csv) and write OUT/CAMERA/detections.jsonl for `replay`.
     #[arg(
         long,
         value_name = "DIR",
@@ -75,7 +74,7 @@ pub struct DetectArguments {
         conflicts_with = "reps"
     )]
     dataset: Option<PathBuf>,
-    /// Instead of pictures, one picture whose detection is to be drawn stage by stage into the folder OUT.
+    /// Draw the stages of the detection in one image into the folder OUT.
     #[arg(
         long,
         value_name = "IMAGE",
@@ -83,7 +82,7 @@ pub struct DetectArguments {
         requires = "out"
     )]
     explain: Option<PathBuf>,
-    /// Where --dataset and --explain write to; for --dataset it may be DIR itself.
+    /// Output folder of --dataset and --explain; for --dataset it may be DIR itself.
     #[arg(long, value_name = "OUT", requires = "written")]
     out: Option<PathBuf>,
 }
@@ -138,7 +137,7 @@ fn detect_each(
         in_order(1, paths, tracker, work, take)?;
     } else {
         let work = |detector: &mut Option<Detector>, path: io::Result<PathBuf>| {
-            look(detector, &path?, arguments.reps, camera.as_ref())
+            detect(detector, &path?, arguments.reps, camera.as_ref())
         };
         in_order(threads, paths, || detector(options), work, take)?;
     }

@@ -14,34 +14,34 @@ use serde::Serialize;
 use sextant_process::{Exit, Failure};
 use std::path::PathBuf;
 
-/// What a person may choose of `doctor`.
+/// Arguments of `sextant doctor`.
 #[derive(Args, Debug)]
 #[command(
     after_help = "For example, on a board: sextant doctor camera.toml --connect tcp/fusion.lab:7447
-With --json, a line a finding: {\"about\",\"verdict\",\"words\",\"remedy\"}, verdict being ok, warning or fault; remedy null where none is
-needed. Exit code 1 when there is a fault."
+With --json, one line per finding: {\"about\",\"verdict\",\"words\",\"remedy\"}, where verdict is ok, warning or fault, and remedy is null if
+none is needed. The exit code is 1 if there is a fault."
 )]
 pub struct DoctorArguments {
-    /// Files of this machine's nodes, rigs and objects: checked like `sextant check`, all together.
+    /// Configuration, rig and object files, checked together as by `sextant check`.
     #[arg(value_name = "FILE")]
     files: Vec<PathBuf>,
     #[command(flatten)]
     site: SiteArguments,
 }
 
-/// How a finding is to be taken.
+/// Severity of a finding.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Verdict {
-    /// As it should be.
+    /// No action is needed.
     Ok,
-    /// It works, or not everybody needs it.
+    /// It works with limits, or not every site needs it.
     Warning,
-    /// A site can't run like this.
+    /// A site cannot run like this.
     Fault,
 }
 
-/// One thing that was looked at.
+/// The result of one check.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Finding {
     about: &'static str,
@@ -51,7 +51,7 @@ pub struct Finding {
 }
 
 impl Finding {
-    /// As it should be.
+    /// No action is needed.
     pub fn ok(about: &'static str, words: impl Into<String>) -> Self {
         Self {
             about,
@@ -61,7 +61,7 @@ impl Finding {
         }
     }
 
-    /// It works, or not everybody needs it.
+    /// It works with limits, or not every site needs it.
     pub fn warning(about: &'static str, words: impl Into<String>, remedy: &str) -> Self {
         Self {
             verdict: Verdict::Warning,
@@ -70,7 +70,7 @@ impl Finding {
         }
     }
 
-    /// A site can't run like this.
+    /// A site cannot run like this.
     pub fn fault(about: &'static str, words: impl Into<String>, remedy: &str) -> Self {
         Self {
             verdict: Verdict::Fault,

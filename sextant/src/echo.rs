@@ -13,24 +13,24 @@ use std::time::{Duration, Instant};
 
 /// Messages that wait while the terminal is slow; the oldest give way.
 const QUEUE: usize = 1024;
-/// How late a Ctrl-C is heard.
+/// Longest delay until Ctrl-C has an effect.
 const GLANCE: Duration = Duration::from_millis(100);
-/// Silence after which a person may wonder.
+/// Silence after which a notice is printed.
 const SILENCE: Duration = Duration::from_secs(3);
-/// How long those who keep a last value may take to answer.
+/// Timeout of queries for last values.
 const ANSWER: Duration = Duration::from_millis(500);
 
-/// What a person may choose of `echo`.
+/// Arguments of `sextant echo`.
 #[derive(Args, Debug)]
 #[command(
-    after_help = "With --json, a line a message: {\"key\",\"received_ns\",\"message\"}, or {\"key\",\"received_ns\",\"error\"} for a payload
-that is no message. Ctrl-C ends it."
+    after_help = "With --json, one line per message: {\"key\",\"received_ns\",\"message\"}, or {\"key\",\"received_ns\",\"error\"} for a payload
+that is not a message. Stop with Ctrl-C."
 )]
 pub struct EchoArguments {
     /// A camera, an object, a node, or a key (`camera/north/preview`, `config/**`); the poses of all objects when absent.
     #[arg(value_name = "NAME|KEY")]
     what: Option<String>,
-    /// End after so many messages.
+    /// End after this number of messages.
     #[arg(long, value_name = "N")]
     count: Option<u64>,
     #[command(flatten)]

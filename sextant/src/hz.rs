@@ -14,17 +14,17 @@ use std::time::{Duration, Instant};
 
 /// Messages that wait while a report is made; the oldest give way.
 const QUEUE: usize = 8192;
-/// How late a Ctrl-C is heard.
+/// Longest delay until Ctrl-C has an effect.
 const GLANCE: Duration = Duration::from_millis(50);
 /// Keys that are counted; a flood of invented keys must not fill the memory.
 const MAX_KEYS: usize = 4096;
 
-/// What a person may choose of `hz`.
+/// Arguments of `sextant hz`.
 #[derive(Args, Debug)]
 #[command(
-    after_help = "With --json, a line a report: {\"seconds\",\"keys\":[{\"key\",\"messages\",\"rate_hz\",\"bytes_per_s\",\"latency_ms\":{\"p50\",\"p99\"},\"refused\"}]}.
-The latency is from capture to this command, by both machines' clocks; null where a message has no capture time.
-Ctrl-C ends it."
+    after_help = "With --json, one line per report: {\"seconds\",\"keys\":[{\"key\",\"messages\",\"rate_hz\",\"bytes_per_s\",\"latency_ms\":{\"p50\",\"p99\"},\"refused\"}]}.
+Latency is the time from capture to this command, by the clocks of both machines; null if a message has no capture time.
+Stop with Ctrl-C."
 )]
 pub struct HzArguments {
     /// A camera, an object, a node, or a key (`object/*/pose`); everything when absent.
@@ -33,7 +33,7 @@ pub struct HzArguments {
     /// Seconds between two reports.
     #[arg(long, value_name = "S", default_value_t = 1.0)]
     every: f64,
-    /// End after so many reports.
+    /// End after this number of reports.
     #[arg(long, value_name = "N")]
     count: Option<u64>,
     #[command(flatten)]
@@ -74,7 +74,7 @@ pub fn run(arguments: &HzArguments, format: Format) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// What came under one key during one report.
+/// Messages of one key during one report.
 #[derive(Debug, Default)]
 struct Count {
     messages: u64,

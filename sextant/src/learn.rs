@@ -1,52 +1,52 @@
 //! `sextant learn`: where each tag of an object sits, from images of the object being turned.
 
 use crate::output::{Format, print_line};
-use crate::procedure::{ImageArguments, Looking, wrong};
+use crate::procedure::{ImageArguments, ImageSelection, wrong};
 use anyhow::bail;
 use clap::Args;
 use sextant_calibrator::procedure::{Outcome, Plan, Procedure, Product, Report};
-use sextant_calibrator::{DiscoveryPlan, Found, Gauge, LearnPlan, LearnReport};
+use sextant_calibrator::{DiscoveredTags, DiscoveryPlan, Gauge, LearnPlan, LearnReport};
 use sextant_estimator::{CameraId, ObjectId, ObjectModel, TagId};
 use sextant_process::{Exit, WithExit};
 use sextant_site_files::{read_object, read_rig, write_object};
 use sextant_tag_families::Family;
 use std::path::PathBuf;
 
-/// What a person may choose of `learn`.
+/// Arguments of `sextant learn`.
 #[derive(Args, Debug)]
 #[command(
-    after_help = "Turn the object slowly before a camera, so that every tag is seen and neighbouring tags are seen together. Without --tags those
-that move as one are taken for the object's; what stands still before the camera is not, so the camera must stand still too. Tags that cannot
-be placed are left out and named, with the turn that would join them; the exit code is 4 then, and with --strict nothing is written.
-Sizes are adjusted within half a per cent or what the images show of such errors; the lens is, too, but stays as it is in the rig file.
-The former file is kept as FILE.former.
+    after_help = "Turn the object slowly in front of a camera, so that every tag is visible and neighbouring tags are visible together. Without
+--tags, the tags that move as one body are those of the object; the camera must stand still, since tags that stand still are left out. Tags that
+cannot be placed are left out and named, with the rotation that would connect them; the exit code is then 4, and with --strict nothing is
+written. Tag sizes and the lens are adjusted within their sigmas; the lens in the rig file stays as it is. The previous file is kept as
+FILE.former.
 
-With --live the images are those of the running site: turn the object as the lines say until there is enough, or end it with
-Ctrl-C; then it is solved. With --json they are a line a second at most: {\"kind\",\"images\",\"fraction\",\"is_enough\",\"hint\",
+With --live the images come from the running site: turn the object as instructed until there are enough images, or press
+Ctrl-C; then it is solved. With --json, progress is one line per second at most: {\"kind\",\"images\",\"fraction\",\"is_enough\",\"hint\",
 \"details\":{\"joining\",\"tags\":[{\"tag\",\"images\",\"directions\",\"group\"}],\"sketch\":[{\"tag\",\"size_m\",\"position\",\"orientation\"}]}}.
 
-With --json, a last line on standard output: {\"object\",\"images\",\"images_used\",\"rms_px\",\"noise_ratio\",\"tags\":[{\"tag\",\"images\",\"left_out\",
+With --json, the result is one line on standard output: {\"object\",\"images\",\"images_used\",\"rms_px\",\"noise_ratio\",\"tags\":[{\"tag\",\"images\",\"left_out\",
 \"elsewhere\",\"sigma_mm\",\"sigma_deg\",\"sigma_axes_mm\":[3],\"sigma_axes_deg\":[3],\"rms_px\",\"size_ratio\",\"size_ratio_sigma\"}],\"kept\",\"weak\",\"unsolved\",
 \"solved_sizes\":[[\"tag\",metres]],\"found\":{\"object\",\"others\",\"loose\",\"still\"},\"verdict\":{\"grade\",\"because\"}}"
 )]
 pub struct LearnArguments {
     #[command(flatten)]
     images: ImageArguments,
-    /// The cameras: a rig file. Their lenses must be known; their poses only if tags are to be joined across cameras.
+    /// Rig file. It must have the lenses; poses are needed only to connect tags across cameras.
     #[arg(long, value_name = "FILE")]
     rig: PathBuf,
-    /// A camera whose images count; may be repeated. Without it all count.
+    /// Camera to use; may be repeated. By default all.
     #[arg(long = "camera", value_name = "ID")]
     cameras: Vec<CameraId>,
-    /// The tags to be placed: numbers, or NUMBER:SIZE for a size of its own, separated by commas. Without it the tags of --from;
-    /// without that, too, the tags that move as one are found.
+    /// Tags to place: numbers, or NUMBER:SIZE for a different size, separated by commas. By default the tags of --from or, without
+    /// it, the tags that move as one body.
     #[arg(long, value_name = "IDS", value_delimiter = ',', value_parser = tag_and_size)]
     tags: Vec<(u32, Option<f64>)>,
-    /// Edge of the tags' black squares, metres. Where the tags are to be found, NUMBER:METRES for the one that was measured: the
-    /// other sizes follow from it.
+    /// Edge of the black squares of the tags, metres. Without --tags also NUMBER:METRES for one measured tag; the other sizes follow
+    /// from it.
     #[arg(long, value_name = "METRES", value_parser = tag_or_all)]
     size: Option<SizeOf>,
-    /// Where the tags are to be found and several things move: the number of one of the object's.
+    /// Number of a tag of the object, if several things move and --tags is not given.
     #[arg(long, value_name = "NUMBER", conflicts_with_all = ["tags", "from"])]
     around: Option<u32>,
     /// The family of the tags.
@@ -55,13 +55,13 @@ pub struct LearnArguments {
     /// The object's name.
     #[arg(long, value_name = "ID")]
     id: ObjectId,
-    /// Where the object goes: an object file, written whole or not at all.
+    /// Object file to write, atomically.
     #[arg(long, value_name = "FILE")]
     out: PathBuf,
-    /// The object's frame: `centroid` of the tags, or `tag:NUMBER`, that tag's own.
+    /// Object frame: `centroid` of the tags, or `tag:NUMBER` for the frame of that tag.
     #[arg(long, value_name = "FRAME", default_value = "centroid", value_parser = frame)]
     origin: Frame,
-    /// An object that is known already: its tags stay, those of --tags are added or learned anew.
+    /// Object file to extend: its tags keep their poses, those of --tags are added or replaced.
     #[arg(long, value_name = "FILE")]
     from: Option<PathBuf>,
 }
@@ -89,7 +89,7 @@ fn size(text: &str) -> Result<f64, String> {
         .ok_or_else(|| "a tag's size lies between 0.001 and 100 metres".to_owned())
 }
 
-/// What a size holds for.
+/// The tags that a size applies to.
 #[derive(Clone, Copy, Debug)]
 enum SizeOf {
     All(f64),
@@ -138,7 +138,7 @@ pub fn run(arguments: &LearnArguments, format: Format) -> anyhow::Result<()> {
     } else {
         Plan::Learn(plan(arguments)?)
     };
-    let looking = Looking {
+    let looking = ImageSelection {
         rig: rig.clone(),
         cameras: arguments.cameras.clone(),
         families: plan.families(),
@@ -148,7 +148,7 @@ pub fn run(arguments: &LearnArguments, format: Format) -> anyhow::Result<()> {
     finish(&images.outcome(procedure, &looking)?, arguments, format)
 }
 
-/// Writes the object and tells of it.
+/// Writes the object and prints the report.
 fn finish(outcome: &Outcome, arguments: &LearnArguments, format: Format) -> anyhow::Result<()> {
     let (Product::Object(object), Report::Learn(report)) = (&outcome.product, &outcome.report)
     else {
@@ -284,8 +284,8 @@ fn text(report: &LearnReport, arguments: &LearnArguments) -> String {
     lines.join("\n")
 }
 
-/// What was found where nobody named the tags.
-fn found(found: &Found) -> Vec<String> {
+/// Discovered tags, if none were given.
+fn found(found: &DiscoveredTags) -> Vec<String> {
     let mut lines = vec![format!("found to move as one: {}", found.object.join(", "))];
     let others = found.others.iter();
     lines.extend(others.map(|thing| format!("another thing: {}", thing.join(", "))));

@@ -16,10 +16,10 @@ use std::time::{Duration, Instant};
 
 /// Tokens of living nodes come within this after the question.
 const TOKENS: Duration = Duration::from_millis(500);
-/// How long those who keep a last value may take to answer.
+/// Timeout of queries for last values.
 const ANSWER: Duration = Duration::from_secs(1);
 
-/// What a person may choose of `list`.
+/// Arguments of `sextant list`.
 #[derive(Args, Debug)]
 #[command(
     after_help = "With --json, one line: {\"site\",\"nodes\":[{\"kind\",\"id\"}],\"cameras\":[status],\"fusion\":[status],\"objects\":[{\"id\",\"tags\"}]}"
@@ -191,7 +191,7 @@ fn nodes(site: &Site) -> anyhow::Result<BTreeSet<(NodeKind, NodeId)>> {
     Ok(nodes)
 }
 
-/// Last values that are whole messages; others are not news here, `echo` and the fusion node's status show them.
+/// Valid last values; `echo` and the status of the fusion node show the invalid ones.
 fn latest<M: Message>(site: &Site, expression: &str) -> anyhow::Result<Vec<M>> {
     let items = site
         .bus

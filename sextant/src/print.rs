@@ -21,14 +21,14 @@ use sextant_tag_families::{Board, Family};
 use sheet::{Paper, length_text};
 use std::path::PathBuf;
 
-/// What a person may choose of `print`.
+/// Arguments of `sextant print`.
 #[derive(Args, Debug)]
 #[command(
-    after_help = "Writes two files: a PDF in true size, with rulers to check that the printer kept it, and an object file (board.toml) with
-ids, sizes and places of what was printed. Print at 100 % (\"actual size\").
+    after_help = "Writes a PDF in true size, with rulers to check the printer, and an object file (board.toml) with the ids, sizes and
+poses of the tags. Print at 100 % (\"actual size\").
 
 If the rulers are not 100 mm long, measure a black square from edge to edge and run the same command with --measured-size:
-then only the object file is written, all of it enlarged or shrunk by what was measured.
+then only the object file is written, scaled to the measured size.
 
 For example: sextant print board
              sextant print board --measured-size 0.0277
@@ -43,33 +43,33 @@ pub struct PrintArguments {
     /// The paper.
     #[arg(long, value_enum, default_value = "a4", global = true)]
     paper: Paper,
-    /// The PDF; the object file stands beside it with the ending .toml. Default: board.pdf, tags.pdf and so on.
+    /// PDF to write; the object file has the same name with .toml. Default: board.pdf, tags.pdf and so on.
     #[arg(long, value_name = "FILE.pdf", global = true)]
     out: Option<PathBuf>,
     /// Id of the object. Default: board, tags and so on.
     #[arg(long, value_name = "ID", global = true)]
     id: Option<String>,
-    /// Edge of a black square as measured on the print, metres.
+    /// Measured edge of a printed black square, metres.
     #[arg(long, value_name = "METRES", global = true)]
     measured_size: Option<f64>,
 }
 
 #[derive(Subcommand, Debug)]
 enum What {
-    /// A flat board, to calibrate lenses and rigs with.
+    /// Flat board for calibrating lenses and rigs.
     Board(board::BoardArguments),
-    /// Kalibr's AprilGrid, for calibrating with Kalibr and with Sextant.
+    /// Kalibr AprilGrid, for calibrating with Kalibr and with Sextant.
     Aprilgrid(calibration_boards::AprilgridArguments),
-    /// OpenCV's ChArUco board, for calibrating with OpenCV and with Sextant.
+    /// OpenCV ChArUco board, for calibrating with OpenCV and with Sextant.
     Charuco(calibration_boards::CharucoArguments),
-    /// Single tags to cut out and stick on things.
+    /// Single tags to cut out and stick on objects.
     Tags(tags::TagsArguments),
-    /// A cube to fold, a tag on each face.
+    /// Cube to fold, with a tag on each face.
     Cube(cube::CubeArguments),
 }
 
-/// What is printed and what its object file shall say. Sizes on paper are millimetres, those of the model metres.
-struct Printed {
+/// Pages with their object. Sizes on paper are millimetres, those of the model metres.
+struct PrintJob {
     title: String,
     pages: Vec<Page>,
     model: ObjectModel,
@@ -134,7 +134,7 @@ impl What {
         }
     }
 
-    fn printed(&self, id: &str, paper: Paper) -> anyhow::Result<Printed> {
+    fn printed(&self, id: &str, paper: Paper) -> anyhow::Result<PrintJob> {
         match self {
             Self::Board(arguments) => board::board(arguments, id, paper),
             Self::Aprilgrid(arguments) => calibration_boards::aprilgrid(arguments, id, paper),
@@ -146,21 +146,21 @@ impl What {
 }
 
 /// The remark at the head of the object file.
-fn heading(printed: &Printed, arguments: &PrintArguments) -> String {
+fn heading(printed: &PrintJob, arguments: &PrintArguments) -> String {
     let nominal = length_text(printed.size);
     match arguments.measured_size {
         Some(measured) => format!(
-            "# Printed with black squares of {nominal}, measured as {}; sizes and places are those measured.\n",
+            "# PrintJob with black squares of {nominal}, measured as {}; sizes and places are those measured.\n",
             length_text(measured * 1e3)
         ),
         None => format!(
-            "# Printed with black squares of {nominal}; if they measure otherwise, print again with --measured-size.\n"
+            "# PrintJob with black squares of {nominal}; if they measure otherwise, print again with --measured-size.\n"
         ),
     }
 }
 
 /// The model as its tags were measured.
-fn as_measured(printed: &Printed, measured_m: f64) -> anyhow::Result<ObjectModel> {
+fn as_measured(printed: &PrintJob, measured_m: f64) -> anyhow::Result<ObjectModel> {
     enlarged(&printed.model, measured_m * 1e3 / printed.size)
 }
 

@@ -27,26 +27,26 @@ pub struct ImageArguments {
     /// The recording: DIR/CAMERA/data.csv with DIR/CAMERA/data/*.png (8-bit grey), or DIR/CAMERA/detections.jsonl.
     #[arg(value_name = "DIR", required_unless_present = "live")]
     recording: Option<PathBuf>,
-    /// Take the images from the running site instead.
+    /// Use images of the running site.
     #[arg(long, conflicts_with = "recording")]
     live: bool,
     #[command(flatten)]
     site: SiteArguments,
-    /// Threads that look for tags in recorded pictures; the result does not depend on it.
+    /// Number of detection threads for recorded images; the result does not depend on it.
     #[arg(long, default_value_t = 2, value_parser = clap::value_parser!(u8).range(1..=64))]
     threads: u8,
-    /// Refuse a partial result: without it, what can be solved is written, the rest stays as it was, is named, and the exit code is 4.
+    /// Refuse a partial result. Without it, what can be solved is written, the rest is named and kept as it is, and the exit code is 4.
     #[arg(long)]
     strict: bool,
 }
 
-/// What looks at the images.
-pub struct Looking {
+/// Which images a procedure uses, and which tags it detects in them.
+pub struct ImageSelection {
     /// Cameras with their lenses and the size of their pictures.
     pub rig: Rig,
-    /// Those whose images count; none means all.
+    /// Cameras to use; empty for all.
     pub cameras: Vec<CameraId>,
-    /// The families of the tags that are looked for.
+    /// Tag families to detect.
     pub families: BTreeSet<Family>,
 }
 
@@ -102,7 +102,7 @@ impl ImageArguments {
         ))
     }
 
-    /// What a person types to hand the result over to the running site; nothing after a recording.
+    /// Command that applies the result to the running site; nothing after a recording.
     pub fn handing_over(&self, what: &str, file: &Path) -> Option<String> {
         let file = file.display();
         let site = self.site.as_typed();
@@ -115,9 +115,13 @@ impl Images<'_> {
     /// Runs the procedure over the images and solves it.
     ///
     /// # Errors
-    /// [`Exit::Input`] for images that give no result, with the cause; [`Exit::Interrupted`] for a live procedure that was ended
-    /// before anything was seen.
-    pub fn outcome(self, mut procedure: Procedure, looking: &Looking) -> anyhow::Result<Outcome> {
+    /// [`Exit::Input`] for images that give no result, with the cause; [`Exit::Interrupted`] for a live procedure that was stopped
+    /// before any detection.
+    pub fn outcome(
+        self,
+        mut procedure: Procedure,
+        looking: &ImageSelection,
+    ) -> anyhow::Result<Outcome> {
         match self {
             Self::Live(live) => live.outcome(procedure, looking),
             Self::Recorded { folder, threads } => {

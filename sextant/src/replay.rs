@@ -20,37 +20,37 @@ use std::path::PathBuf;
 use std::time::{Duration, Instant};
 use summary::Summary;
 
-/// What a person may choose of `replay`.
+/// Arguments of `sextant replay`.
 #[derive(Args, Debug)]
 #[command(
-    after_help = "Images are taken in by arrival (third column of data.csv, `arrival_ns` of detections.jsonl; else the capture
-time); images that arrive together by capture time, then by camera. There is one pose for each object and capture time: what was
-known after the last image of exactly that capture time; images that arrive later do not change it. Poses are sorted by time,
-then object; the same recording gives the same bytes.
+    after_help = "Images are processed in order of arrival (third column of data.csv, `arrival_ns` of detections.jsonl; otherwise the
+capture time), then of capture time, then of camera. There is one pose per object and capture time: the estimate after the last
+image of exactly that capture time, which later arrivals do not change. Poses are sorted by time, then object; the same
+recording gives the same bytes.
 
 JSON lines: {\"t_ns\",\"object\",\"position\":[3],\"orientation\":[x,y,z,w],\"covariance\":[36],\"twist\":[6],\"state\",\"cameras\",\"tags\",\"rms_px\"}
-Of an object that has links, whose pose is that of its base, also \"links\":[{\"link\",\"position\",\"orientation\",\"covariance\"}] and
+For an articulated object, whose pose is that of its base, also \"links\":[{\"link\",\"position\",\"orientation\",\"covariance\"}] and
 \"joints\":[{\"joint\",\"value\",\"sigma\",\"velocity\"}], in radians or metres.
-With --json and --out, a line on standard output: {\"images\",\"cameras\":[{\"id\",\"images\",\"late\",\"ahead\",\"unknown_tags\"}],\"objects\":[{\"id\",\"poses\"}]}
-TUM: timestamp tx ty tz qx qy qz qw, as `evo` reads it; of one object only."
+With --json and --out, one line on standard output: {\"images\",\"cameras\":[{\"id\",\"images\",\"late\",\"ahead\",\"unknown_tags\"}],\"objects\":[{\"id\",\"poses\"}]}
+TUM: timestamp tx ty tz qx qy qz qw, as `evo` reads it; one object only."
 )]
 pub struct ReplayArguments {
     /// The recording: DIR/CAMERA/data.csv with DIR/CAMERA/data/*.png (8-bit grey), or DIR/CAMERA/detections.jsonl.
     #[arg(value_name = "DIR")]
     recording: PathBuf,
-    /// The cameras: a rig file.
+    /// Rig file.
     #[arg(long, value_name = "FILE")]
     rig: PathBuf,
     /// An object file; may be repeated.
     #[arg(long = "object", value_name = "FILE", required = true)]
     objects: Vec<PathBuf>,
-    /// Where the poses go: FILE.jsonl or FILE.tum, written whole or not at all. Without it JSON lines go to standard output.
+    /// File for the poses, FILE.jsonl or FILE.tum, written atomically. By default JSON lines go to standard output.
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
-    /// As fast as it was recorded instead of as fast as possible; poses go to standard output as they become final.
+    /// Replay at the recorded speed; poses go to standard output as they become final.
     #[arg(long)]
     realtime: bool,
-    /// Threads that look for tags in pictures; the poses do not depend on it.
+    /// Number of detection threads; the poses do not depend on it.
     #[arg(long, default_value_t = 2, value_parser = clap::value_parser!(u8).range(1..=64))]
     threads: u8,
 }
@@ -141,7 +141,7 @@ fn pose_of(output: Output) -> Option<ObjectEstimate> {
     }
 }
 
-/// The recording's own speed.
+/// Replay at the recorded speed.
 struct Pace {
     shutdown: Shutdown,
     start: Option<(Instant, u64)>,

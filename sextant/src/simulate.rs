@@ -17,12 +17,12 @@ use std::path::{Path, PathBuf};
 /// True time of the first images where the scenario has none: any will do, and clocks may be behind it.
 const START_NS: u64 = 1_700_000_000_000_000_000;
 
-/// What a person may choose of `simulate`.
+/// Arguments of `sextant simulate`.
 #[derive(Args, Debug)]
 #[command(
-    after_help = "Without SCENARIO it is the demonstration's site, whose files are off as hand-made ones are; its scenario.toml in DIR is one to change.
+    after_help = "Without SCENARIO the site is that of the demo, with errors of hand-made files; its scenario.toml in DIR is a starting point for your own.
 
-In DIR: CAMERA/data.csv and CAMERA/data/*.png, rig.toml and OBJECT.toml with the errors that the scenario gives them, rig.true.toml and
+In DIR: CAMERA/data.csv and CAMERA/data/*.png, rig.toml and OBJECT.toml with the errors of the scenario, rig.true.toml and
 OBJECT.true.toml without them, OBJECT.tum with the true poses, scenario.toml.
 
 For example: sextant simulate --seconds 10 --out site

@@ -13,7 +13,7 @@ const PATIENCE: Duration = Duration::from_secs(3);
 /// Which site, and where its router is.
 #[derive(Args, Debug)]
 pub struct SiteArguments {
-    /// The site's router.
+    /// Endpoint of the router of the site.
     #[arg(
         long,
         env = "SEXTANT_CONNECT",
@@ -21,7 +21,7 @@ pub struct SiteArguments {
         default_value = USUAL_ROUTER
     )]
     connect: String,
-    /// The site's name, the middle of every key.
+    /// Name of the site, which is part of every key.
     #[arg(
         long,
         env = "SEXTANT_SITE",
@@ -41,13 +41,13 @@ pub struct Site {
     pub shutdown: Shutdown,
 }
 
-/// The router's endpoint where nobody names another.
+/// Default endpoint of the router.
 const USUAL_ROUTER: &str = "tcp/127.0.0.1:7447";
-/// The site's name where nobody names another.
+/// Default name of the site.
 const USUAL_SITE: &str = "demo";
 
 impl SiteArguments {
-    /// As options of a command line, with a space before; nothing where all is as usual.
+    /// Command line options of this site, with a leading space; empty for the defaults.
     pub fn as_typed(&self) -> String {
         let mut typed = String::new();
         if self.site.to_string() != USUAL_SITE {
@@ -98,11 +98,11 @@ pub struct RouterWatch {
     is_said: bool,
 }
 
-/// How long the router may be out of reach before it is worth a word.
+/// Time without a router before it is reported.
 const HICCUP: Duration = Duration::from_secs(3);
 
 impl RouterWatch {
-    /// For how many seconds the router has been out of reach, if that is worth a word.
+    /// Seconds since the router is unreachable, if that is reported.
     pub fn silent_s(&mut self, bus: &Bus) -> Option<f64> {
         if bus.is_connected() {
             self.lost = None;
@@ -113,7 +113,7 @@ impl RouterWatch {
         (silent >= HICCUP).then_some(silent.as_secs_f64())
     }
 
-    /// Says once that the router is out of reach, and once that it is back, on standard error.
+    /// Reports once on standard error that the router is unreachable, and once that it is back.
     pub fn say(&mut self, bus: &Bus) {
         match self.silent_s(bus) {
             Some(seconds) if !self.is_said => {
@@ -130,8 +130,8 @@ impl RouterWatch {
 }
 
 impl Site {
-    /// The key expression that a person means: a whole key, one below the site (`camera/north/preview`, `config/**`), or
-    /// the name of a camera, object or node, which stands for everything of that name.
+    /// Key expression for an argument: a whole key, a key below the site (`camera/north/preview`, `config/**`), or the name of a
+    /// camera, object or node, which selects all of its keys.
     pub fn expression(&self, said: &str) -> String {
         expression(&self.keys, said)
     }

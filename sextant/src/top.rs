@@ -21,26 +21,26 @@ use std::time::{Duration, Instant};
 const QUEUE: usize = 8192;
 /// Between two blocks.
 const PERIOD: Duration = Duration::from_secs(1);
-/// How late a Ctrl-C is heard.
+/// Longest delay until Ctrl-C has an effect.
 const GLANCE: Duration = Duration::from_millis(50);
-/// Statuses come about once a second: after this everyone has been heard.
+/// Time in which every node has published a status; they come once per second.
 const ALL_HEARD: Duration = Duration::from_millis(1600);
-/// How long those who keep a last value may take to answer.
+/// Timeout of queries for last values.
 const ANSWER: Duration = Duration::from_millis(500);
 
-/// What a person may choose of `top`.
+/// Arguments of `sextant top`.
 #[derive(Args, Debug)]
 #[command(
-    after_help = "On a terminal the view is redrawn in place; elsewhere a block a second is printed. NO_COLOR is respected.
-With --json, a line a second: {\"site\",\"t_ns\",\"connected\",\"nodes\":[{\"kind\",\"id\",\"up\",\"age_s\"}],
+    after_help = "On a terminal the view is redrawn in place; otherwise one block per second is printed. NO_COLOR is respected.
+With --json, one line per second: {\"site\",\"t_ns\",\"connected\",\"nodes\":[{\"kind\",\"id\",\"up\",\"age_s\"}],
 \"cameras\":[{\"id\",\"rate_hz\",\"detect_ms\":[p50,p99],\"captured\",\"dropped\",\"clock\":{\"source\",\"error_ms\",\"offset_ms\",\"sigma_ms\",
 \"drift_ppm\"},\"image_age_ms\",\"received\",\"refused\",\"late\",\"gated\",\"unknown_tags\",\"gone_s\"}],
 \"objects\":[{\"id\",\"state\",\"rate_hz\",\"position\",\"orientation\",\"sigma_mm\",\"sigma_deg\",\"cameras\",\"tags\",\"latency_ms\",\"pose_age_ms\",\"gone_s\"}],
-\"faults\":[{\"from\",\"words\"}]}; null where something is unknown. gone_s: seconds since a camera
-fell silent, or since no fusion node has an object any more; after 60 s it is dropped, unless the rig has the camera. Sigmas are the expected length of the error."
+\"faults\":[{\"from\",\"words\"}]}; null for unknown values. gone_s: seconds since a camera fell silent,
+or since no fusion node has an object any more; it is dropped after 60 s, unless the camera is in the rig. Sigmas are the expected length of the error."
 )]
 pub struct TopArguments {
-    /// Look for a moment, print once, end.
+    /// Print once and end.
     #[arg(long)]
     once: bool,
     #[command(flatten)]
@@ -55,13 +55,13 @@ pub fn run(arguments: &TopArguments, format: Format) -> anyhow::Result<()> {
     let site = arguments.site.open()?;
     let mut view = View::open(&site)?;
     if arguments.once {
-        view.look(ALL_HEARD);
+        view.watch(ALL_HEARD);
         if !site.shutdown.is_requested() {
             print_line(&view.block(format, screen::width()))?;
         }
     } else {
         let screen = (format == Format::Text).then(Screen::take).flatten();
-        view.look(ANSWER);
+        view.watch(ANSWER);
         while !site.shutdown.is_requested() {
             match &screen {
                 Some(screen) => {
@@ -69,7 +69,7 @@ pub fn run(arguments: &TopArguments, format: Format) -> anyhow::Result<()> {
                 }
                 None => print_line(&view.block(format, screen::width()))?,
             }
-            view.look(PERIOD);
+            view.watch(PERIOD);
         }
     }
     drop(view);
@@ -77,7 +77,7 @@ pub fn run(arguments: &TopArguments, format: Format) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// The board and what fills it.
+/// The board and its subscription.
 struct View<'a> {
     site: &'a Site,
     board: Board,
@@ -115,8 +115,8 @@ impl<'a> View<'a> {
         })
     }
 
-    /// Takes in what comes for a while.
-    fn look(&mut self, duration: Duration) {
+    /// Handles messages for a duration.
+    fn watch(&mut self, duration: Duration) {
         let end = Instant::now() + duration;
         while Instant::now() < end && !self.site.shutdown.wait(GLANCE) {
             for subscription in &self.messages {

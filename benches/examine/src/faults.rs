@@ -109,7 +109,7 @@ fn scene_of(case: Case, seed: u64) -> (Scene, String) {
 }
 
 /// A fault that was named.
-struct Named {
+struct ReportedFault {
     key: String,
     /// Seconds from the change, and those of them that told it.
     first_s: f64,
@@ -124,7 +124,7 @@ struct Named {
     doubt: bool,
 }
 
-impl fmt::Display for Named {
+impl fmt::Display for ReportedFault {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (key, first_s, told_s, last_s) = (&self.key, self.first_s, self.told_s, self.last_s);
         write!(f, "{key} {first_s:.1} ({told_s:.1} told) to {last_s:.1}")?;
@@ -169,7 +169,7 @@ struct Play {
     seen: u32,
     /// As it is without the fault.
     scene: Scene,
-    named: Vec<Named>,
+    named: Vec<ReportedFault>,
     /// Seconds that told the fault, and its end.
     told_s: f64,
     over_s: f64,
@@ -182,7 +182,7 @@ struct Play {
 
 impl Play {
     /// An image comes; whenever all of a period have come, it is known whether they told.
-    fn look(&mut self, taken_s: f64, image: &ImageObservation) {
+    fn observe(&mut self, taken_s: f64, image: &ImageObservation) {
         self.seen += 1;
         let period_s = PERIOD_NS as f64 * 1e-9;
         let round = (taken_s / period_s) as u64;
@@ -209,7 +209,7 @@ impl Play {
         self.images.insert(camera.unwrap_or(0), image.clone());
     }
 
-    fn hear(&mut self, at_s: f64, fault: &Fault) {
+    fn record(&mut self, at_s: f64, fault: &Fault) {
         let key = key_of(fault);
         match self.named.iter_mut().find(|one| one.key == key) {
             Some(known) => {
@@ -217,7 +217,7 @@ impl Play {
                 known.images += 1;
                 known.steady = f64::from(known.images) / f64::from(self.seen - known.before);
             }
-            None => self.named.push(Named {
+            None => self.named.push(ReportedFault {
                 key,
                 first_s: at_s,
                 told_s: self.told_s,
@@ -238,7 +238,7 @@ impl Play {
             BOUND_S
         };
         let may_be_told = self.told_s >= bound_s;
-        let is_right = |one: &&Named| one.right || (one.doubt && !may_be_told);
+        let is_right = |one: &&ReportedFault| one.right || (one.doubt && !may_be_told);
         let end_s = END_S - self.change_s - 0.2;
         let stays = self.over_s > OVER_S && self.named.iter().any(|one| one.last_s > end_s);
         match self.named.iter().find(is_right) {
@@ -282,12 +282,12 @@ fn played(kind: Kind, how: &str, seed: u64) -> (&'static str, String) {
         images: BTreeMap::new(),
     };
     for shot in shots {
-        play.look(shot.taken_s, &shot.image);
+        play.observe(shot.taken_s, &shot.image);
         fusion.handle(shot.arrival_ns, Input::Image(shot.image));
         while fusion.poll_output().is_some() {}
         let at_s = (shot.arrival_ns - START_NS) as f64 * 1e-9 - change_s;
         for fault in fusion.faults() {
-            play.hear(at_s, &fault);
+            play.record(at_s, &fault);
         }
     }
     let verdict = play.verdict();

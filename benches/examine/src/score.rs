@@ -61,9 +61,9 @@ pub fn examined(scene: &Scene, shots: &[Shot]) -> Score {
         models(),
         FusionOptions::default(),
     ));
-    let (mut last, mut told) = (BTreeMap::new(), Told::new());
+    let (mut last, mut by_time) = (BTreeMap::new(), InformationByTime::new());
     for shot in shots {
-        tell(scene, shot, &mut told);
+        add_information(scene, shot, &mut by_time);
         fusion.handle(shot.arrival_ns, Input::Image(shot.image.clone()));
         while let Some(output) = fusion.poll_output() {
             let Output::Pose(estimate) = output else {
@@ -72,9 +72,9 @@ pub fn examined(scene: &Scene, shots: &[Shot]) -> Score {
             let mut bodies = scene.bodies.iter();
             let body = bodies.position(|body| *body.model.id() == estimate.object);
             let key = (body.unwrap_or(0), estimate.capture_ns);
-            let best = told.get(&key).filter(|(cameras, _)| cameras.len() > 1);
+            let best = by_time.get(&key).filter(|(cameras, _)| cameras.len() > 1);
             let best = best.map(|(_, sum)| *sum);
-            last.insert(key, Said { estimate, best });
+            last.insert(key, PublishedEstimate { estimate, best });
         }
         score.foresee(scene, shot, &fusion);
         let said = fusion.faults();
@@ -91,22 +91,22 @@ pub fn examined(scene: &Scene, shots: &[Shot]) -> Score {
 }
 
 /// By body and capture time: the cameras whose images of a rigid body have come, and their information.
-type Told = BTreeMap<(usize, u64), (BTreeSet<usize>, Matrix6<f64>)>;
+type InformationByTime = BTreeMap<(usize, u64), (BTreeSet<usize>, Matrix6<f64>)>;
 
-/// A pose as it was last said of an instant.
-struct Said {
+/// The last estimate of an instant.
+struct PublishedEstimate {
     estimate: ObjectEstimate,
     /// The information of the images that had come by then, where two see the body.
     best: Option<Matrix6<f64>>,
 }
 
-fn tell(scene: &Scene, shot: &Shot, told: &mut Told) {
+fn add_information(scene: &Scene, shot: &Shot, by_time: &mut InformationByTime) {
     let mut cameras = scene.truth.cameras().iter();
     let camera = cameras.position(|camera| camera.id == shot.image.camera);
     let camera = camera.unwrap_or(0);
     for (body, one) in scene.bodies.iter().enumerate() {
         if one.arm.is_none() && sees(scene, body, shot) {
-            let sum = told.entry((body, shot.image.capture_ns)).or_default();
+            let sum = by_time.entry((body, shot.image.capture_ns)).or_default();
             if sum.0.insert(camera) {
                 sum.1 += information(scene, camera, body, shot.taken_s);
             }
@@ -125,7 +125,7 @@ impl Score {
         &mut self,
         scene: &Scene,
         (body, time_ns): (usize, u64),
-        Said { estimate, best }: &Said,
+        PublishedEstimate { estimate, best }: &PublishedEstimate,
     ) {
         let seconds = seconds_of(time_ns);
         if seconds < SETTLED_S || estimate.state == State::Lost {
@@ -185,7 +185,12 @@ impl Score {
         }
     }
 
-    fn cover(&mut self, scene: &Scene, shots: &[Shot], last: &BTreeMap<(usize, u64), Said>) {
+    fn cover(
+        &mut self,
+        scene: &Scene,
+        shots: &[Shot],
+        last: &BTreeMap<(usize, u64), PublishedEstimate>,
+    ) {
         for body in 0..scene.bodies.len() {
             let of_body = |shot: &&Shot| shot.taken_s > SETTLED_S && sees(scene, body, shot);
             let times: BTreeSet<u64> = shots

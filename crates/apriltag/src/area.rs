@@ -1,7 +1,7 @@
 //! A part of an image that is searched for tags.
 //!
-//! In: where it lies in the image. Out: that part as an image of its own, of the same pixels, and the way back from its
-//! places to the image's.
+//! In: a rectangle of the image. Out: the rectangle as an image of its own that shares the pixels, and the map from its coordinates
+//! to those of the image.
 
 use crate::Image;
 use crate::components::Component;
@@ -38,8 +38,7 @@ impl Area {
         quad.map(|[x, y]| [self.left as f32 + x, self.top as f32 + y])
     }
 
-    /// Whether what was found in the part goes on beyond the part's edge, for all that can be seen there: it reaches an edge
-    /// that is not the image's.
+    /// Whether a component may continue beyond the area: it reaches an edge of the area that is not an edge of the image.
     pub(crate) fn cuts(&self, component: &Component, image: &Image<'_>) -> bool {
         let (columns, rows) = (component.columns(), component.rows());
         let (right, bottom) = (self.left + self.width, self.top + self.height);
@@ -53,9 +52,9 @@ impl Area {
         self.width * self.height
     }
 
-    /// What lies between two columns and between two rows of an image, and so much more that it begins with whole tiles and
-    /// is an image; nothing when that is outside.
-    pub(crate) fn between(columns: [f32; 2], rows: [f32; 2], image: &Image<'_>) -> Option<Self> {
+    /// The smallest area that contains these columns and rows, starts at a tile and has the least size of an image; `None` if it is
+    /// outside the image.
+    pub(crate) fn enclosing(columns: [f32; 2], rows: [f32; 2], image: &Image<'_>) -> Option<Self> {
         let (left, width) = clip(columns, image.width())?;
         let (top, height) = clip(rows, image.height())?;
         Some(Self {

@@ -1,4 +1,4 @@
-//! Of the border's colour or not, one bit a pixel.
+//! The binary image: one bit per pixel, set where the pixel has the colour of a border.
 
 use crate::kernels::{
     LINE_REACH, PaddedRow, PaddedRows, TILE, WORD, is_beyond, is_black_or_line, threshold,
@@ -11,13 +11,13 @@ use std::ops::Range;
 #[derive(Debug, Default)]
 pub(crate) struct BitPlane {
     words_in_row: usize,
-    /// Of whole rows of tiles.
+    /// Rows of words, for complete rows of tiles.
     words: Vec<u64>,
     /// A row as it was before it was eroded.
     above: Vec<u64>,
-    /// Which words of each row of tiles have been set; the others are without bits.
+    /// Range of words in each row of tiles that may have bits.
     live: Vec<Range<usize>>,
-    /// Rows of the image, each in the place of one that is no longer needed.
+    /// Ring buffer of image rows.
     rows: Vec<PaddedRow>,
 }
 
@@ -30,7 +30,7 @@ pub(crate) struct RowPair<'a> {
 }
 
 impl BitPlane {
-    /// Takes the memory that an image of a size needs.
+    /// Allocates memory for an image of this size.
     pub(crate) fn make_room(&mut self, width: usize, height: usize) {
         self.words_in_row = width.div_ceil(WORD);
         self.above.resize(self.words_in_row, 0);

@@ -1,7 +1,7 @@
-//! Corners of tags that are part of a calibration board: the saddle points there, which black and white squares make.
+//! Corners of tags on calibration boards: saddle points between black and white squares.
 //!
-//! In: an image and a tag with its corners from its pattern or its edges. Out: the corners that its family has, from saddle
-//! points where they show; elsewhere what the tag lets expect, which is less sure.
+//! In: an image and a tag with corners from its pattern or its edges. Out: the corners that its family defines, from saddle points
+//! where these are visible, otherwise extrapolated from the tag with a larger covariance.
 
 use crate::Image;
 use crate::detection::Detection;
@@ -12,15 +12,15 @@ use crate::reading::Reading;
 use crate::saddle::{self, Guess, RADIUS_PX};
 use sextant_tag_families::Board;
 
-/// Standard deviation of a corner that shows no saddle point: spreading ink and glare move a tag's edges, and lenses bend what is
-/// read beyond it; in pixels, and as a share of the edge.
+/// Standard deviation of a corner without a visible saddle point, in pixels and as a share of the edge: spreading ink and glare move
+/// the edges of a tag, and lens distortion adds to the extrapolation.
 const UNSEEN_PX: f32 = 0.2;
 const UNSEEN_SHARE: f32 = 0.01;
 
-/// Corners of different squares that are nearer than this are one, in pixels.
+/// Corners of different squares closer than this are the same corner, in pixels.
 const ONE_PX: f32 = 1.0;
 
-/// Gives a tag the corners that its family has; says whether it is a tag of the family.
+/// Replaces the corners of a tag by those that its family defines; returns whether it is a tag of that family.
 pub(crate) fn refine(image: &Image<'_>, reading: &Reading, tag: &mut Detection) -> bool {
     match tag.family.data().board {
         None => true,
@@ -84,8 +84,8 @@ fn square_around(image: &Image<'_>, reading: &Reading, marker: &Quad) -> Option<
     (n >= 2).then(|| agreeing(most).sum::<f32>() / n as f32)
 }
 
-/// Moves the corners to this many half edges from the tag's middle and to the saddle points there, around which nothing else
-/// shows within so many half edges. Returns how many saddle points there are; without any, and where they are, corners stay.
+/// Moves each corner to this many half edges from the centre of the tag and then to the saddle point there, if nothing else is
+/// visible around it. Returns the number of saddle points; without any, all corners stay.
 fn take_saddles(
     image: &Image<'_>,
     reading: &Reading,
@@ -136,8 +136,7 @@ fn take_saddles(
     n
 }
 
-/// A corner of a chessboard is one of two white squares, each of which says what is known of it: together they must not say it
-/// twice.
+/// A chessboard corner belongs to two white squares. Each reports it with half of the information, so that it counts once.
 pub(crate) fn share_corners(tags: &mut [Detection]) {
     let is_square = |tag: &Detection| tag.family.data().board == Some(Board::Charuco);
     for i in 0..tags.len() {

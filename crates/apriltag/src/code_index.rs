@@ -5,17 +5,17 @@
 
 use sextant_tag_families::{FamilyData, rotate_code};
 
-/// Most wrong bits that the index can find.
+/// Most bit errors that the index can correct.
 pub(crate) const MAX_HAMMING: u32 = 2;
 
 const PARTS: usize = MAX_HAMMING as usize + 1;
 
-/// A code word that an observation was recognised as.
+/// A code word that matches an observation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Match {
     pub(crate) id: u32,
     pub(crate) hamming: u32,
-    /// Quarter turns counter-clockwise that make the observed picture upright.
+    /// Quarter turns counter-clockwise that make the observed pattern upright.
     pub(crate) turns: u32,
 }
 
@@ -25,11 +25,11 @@ pub(crate) struct CodeIndex {
     n_bits: usize,
     part_bits: usize,
     max_hamming: u32,
-    /// Whether what is no tag shows a code word now and then.
+    /// Whether random patterns often match a code word, since the family has few bits.
     pub(crate) is_weak: bool,
-    /// Bits that may be in doubt while the word still says something.
+    /// Most ambiguous bits with which a match is still significant.
     pub(crate) bits_to_spare: usize,
-    /// The code words with each value of each part, as their ids.
+    /// Ids of the code words by the value of each quarter.
     ids: Vec<Vec<u16>>,
 }
 
@@ -58,13 +58,13 @@ impl CodeIndex {
         index
     }
 
-    /// The code word, right in all bits, as the observed picture shows it.
+    /// The matched code word without errors, in the orientation of the observation.
     pub(crate) fn as_seen(&self, found: &Match) -> u64 {
         let code = self.codes[found.id as usize];
         rotate_code(code, self.n_bits, (4 - found.turns) % 4)
     }
 
-    /// Where the ids with a part of a code word are.
+    /// Range of the ids with this value of a quarter.
     fn place(&self, code: u64, part: usize) -> usize {
         let value = code >> (part * self.part_bits) & ((1 << self.part_bits) - 1);
         part << self.part_bits | value as usize
@@ -90,11 +90,11 @@ impl CodeIndex {
     }
 }
 
-/// Chance that random bits show a code word under some turn, beyond which a family needs care.
+/// Probability that random bits match a code word in some orientation beyond which a family needs stricter checks.
 const MOST_CHANCE: f64 = 5e-4;
 
-/// Wrong bits that the family's distance lets correct, and so few that what is no tag hardly ever passes for one: the
-/// chance of random bits to be near a code word under some turn is `MOST_CHANCE` at most, or as good as with none wrong.
+/// Number of bit errors to correct: at most what the family's distance allows, and so few that random bits match a code word in some
+/// orientation with a probability of `MOST_CHANCE` at most, or no more often than without correction.
 fn correctable(family: &FamilyData) -> u32 {
     let by_distance = u32::from(family.min_hamming.saturating_sub(1) / 2);
     (1..=by_distance)
@@ -103,15 +103,15 @@ fn correctable(family: &FamilyData) -> u32 {
         .unwrap_or(0)
 }
 
-/// Bits in doubt, each of which doubles the chance of random bits to pass for a code word, until that is one in thirty: what
-/// the word then adds to a frame that is whole is hardly worth its reading.
+/// Most ambiguous bits. Each doubles the probability that random bits match a code word; beyond one in thirty the code word adds too
+/// little evidence to a complete border.
 fn bits_to_spare(family: &FamilyData) -> usize {
     const HARDLY_WORTH: f64 = 1.0 / 32.0;
     let doublings = (HARDLY_WORTH / chance(family, 0)).log2();
     doublings.max(0.0) as usize
 }
 
-/// Chance of random bits to be a code word of the family under some turn but for so many wrong bits.
+/// Probability that random bits match a code word of the family in some orientation up to this number of bit errors.
 fn chance(family: &FamilyData, wrong: u32) -> f64 {
     let n_bits = family.bits.len() as u32;
     let (mut near, mut nearer) = (1.0, 1.0);
@@ -180,7 +180,7 @@ mod tests {
             .fold(0, |word, &(x, y)| word << 1 | bit((last - x, y)))
     }
 
-    /// Nobody kept the dictionaries' words apart from one another's mirror images; there are some more in the larger ones.
+    /// The dictionaries do not exclude mirror images of their words; larger ones have more of them.
     #[test]
     fn a_mirrored_tag_is_no_tag_but_in_dictionaries_that_have_that_word_too() {
         for family in Family::ALL {

@@ -1,10 +1,10 @@
 //! Connected components of black pixels, joined run by run.
 //!
-//! In: the bit plane, two rows at a time. Out: runs with their component, and each component's box. Pixels that touch at a
-//! corner are connected, so that of two rows what is black in either of them in columns beside each other hangs together:
-//! a run is of both rows at once. (He, Chao & Suzuki, A run-based two-scan labeling algorithm, IEEE Trans. Image Processing
-//! 17, 2008, with the blocks of Grana, Borghesani & Cucchiara, IEEE Trans. Image Processing 19, 2010; which runs touch is read
-//! off whole words here, so that processors need not guess it.)
+//! In: the bit plane, two rows at a time. Out: runs with their component, and the bounding box of each component. Pixels that touch at
+//! a corner are connected (8-connectivity). Therefore adjacent columns that are black in either of two rows are connected, and a run
+//! covers both rows. (He, Chao & Suzuki, A run-based two-scan labeling algorithm, IEEE Trans. Image Processing
+//! 17, 2008, with the blocks of Grana, Borghesani & Cucchiara, IEEE Trans. Image Processing 19, 2010; touching runs are
+//! found in whole words here, without unpredictable branches.)
 
 mod runs;
 
@@ -15,24 +15,24 @@ use runs::{UNLABELLED, find_spans, join_pairs};
 use std::mem;
 use std::ops::Range;
 
-/// Columns beside each other with a black pixel in either of two rows: the first and the one beyond the last.
+/// Adjacent columns with a black pixel in either of two rows: the first one and one past the last.
 pub(crate) type Span = [u16; 2];
 
-/// Black pixels that hang together; until all runs have been found, a part of them.
+/// Connected black pixels; during labelling, a part of a component.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Component {
     left: u32,
-    /// None in a part that another one has taken in.
+    /// Zero in a part that was merged into another.
     pub(crate) n_runs: u32,
-    /// One beyond the last column.
+    /// One past the last column.
     right: u32,
     /// First and last pair of rows.
     top_pair: u16,
     bottom_pair: u16,
-    /// Where the way through all runs begins and ends.
+    /// Ends of the linked list of runs.
     last_run: u32,
     first_run: u32,
-    /// An earlier part that this one hangs together with, or itself.
+    /// An earlier part that this one is connected to, or itself.
     earlier: u32,
 }
 
@@ -49,14 +49,13 @@ impl Component {
         self.left..self.right
     }
 
-    /// Its rows, and maybe the one above and the one below.
+    /// Its rows, possibly with one more above and below.
     pub(crate) fn rows(&self) -> Range<u32> {
         2 * u32::from(self.top_pair)..2 * u32::from(self.bottom_pair) + 2
     }
 
-    /// Whether it can be a tag's border with this mean edge at least, by its box and runs. A border is a closed band around
-    /// something, so somewhere, in this share of its rows at least, its runs lie beside each other; a tag may be narrow when
-    /// seen from the side.
+    /// Whether its box and runs allow it to be the border of a tag with this mean edge at least. A border is a closed band, so in this
+    /// share of its rows at least it has two runs; a tag may be narrow when viewed from the side.
     pub(crate) fn may_be_border(&self, min_edge_px: f32, least_open: f32) -> bool {
         /// Narrowest view of a tag that can be read, as a share of its edge.
         const NARROWEST: f32 = 0.3;
@@ -94,7 +93,7 @@ impl Component {
         self.bottom_pair = pair;
     }
 
-    /// Takes in a later part. The way through its runs goes on through those here.
+    /// Merges a later part into this one, with its list of runs.
     fn absorb(&mut self, part: &mut Self, steps: &mut [Step]) {
         self.n_runs += mem::take(&mut part.n_runs);
         self.left = self.left.min(part.left);
@@ -105,33 +104,33 @@ impl Component {
     }
 }
 
-/// A run on the way through those of its component.
+/// A run in the linked list of its component.
 #[derive(Clone, Copy, Debug, Default)]
 struct Step {
     pair: u16,
-    /// The run before it; the first one itself.
+    /// The previous run; the first run refers to itself.
     before: u32,
 }
 
 #[derive(Debug, Default)]
 pub(crate) struct Components {
-    /// Room for `max_runs` at least, of which the first `n_runs` count.
+    /// Capacity of `max_runs` at least, of which the first `n_runs` are in use.
     spans: Vec<Span>,
-    /// Of each run: the part of a component that it belongs to. Those after the first `n_runs` have none.
+    /// The part of a component that each run belongs to. Runs after the first `n_runs` have none.
     labels: Vec<u32>,
     steps: Vec<Step>,
     n_runs: usize,
     max_runs: usize,
-    /// In the order of their first runs. Room as for runs, of which the first `n_parts` count.
+    /// In the order of their first runs. Capacity as for runs, of which the first `n_parts` are in use.
     parts: Vec<Component>,
     n_parts: usize,
 }
 
-/// Pixels of the image per run, at least: only noise has shorter runs and gaps. Rows beyond this bound are left out.
+/// Least number of image pixels per run: only noise has shorter runs and gaps. Rows beyond this bound are ignored.
 const PIXELS_PER_RUN: usize = 8;
 
 impl Components {
-    /// Takes the memory that an image of a size can ask for.
+    /// Allocates the memory that an image of this size can need.
     pub(crate) fn make_room(&mut self, width: usize, height: usize) {
         self.max_runs = width * height / PIXELS_PER_RUN;
         let room = self.labels.len().max(self.max_runs);
@@ -146,7 +145,7 @@ impl Components {
         self.gather_parts();
     }
 
-    /// Finds the runs of each pair of rows, joins them with those of the pair above and measures the parts.
+    /// Finds the runs of each pair of rows, connects them with those of the pair above, and updates the parts.
     #[inline(always)]
     fn find_runs(&mut self, plane: &BitPlane) {
         self.labels[..self.n_runs].fill(UNLABELLED);
@@ -166,8 +165,8 @@ impl Components {
         }
     }
 
-    /// Adds the last pair of rows to the parts. A run that touches none before begins one. On its own, because among the
-    /// loops of its caller there are too few registers for this one.
+    /// Adds the last pair of rows to the parts. A run that touches no earlier one begins a part. A separate function, because the loops
+    /// of its caller leave too few registers.
     #[inline(never)]
     fn measure(&mut self, first: usize, pair: u16) {
         let runs = first..self.n_runs;
@@ -188,7 +187,7 @@ impl Components {
         }
     }
 
-    /// Makes components of the parts: the first part of each takes in the others.
+    /// Merges connected parts into components, each into its first part.
     fn gather_parts(&mut self) {
         for part in (0..self.n_parts).rev() {
             let (before, here) = self.parts.split_at_mut(part);
@@ -206,12 +205,12 @@ impl Components {
         self.all().iter().filter(|part| part.n_runs > 0).count()
     }
 
-    /// All components, each by the number of its first part; between them parts without runs.
+    /// All components, indexed by their first part; merged parts in between have no runs.
     pub(crate) fn all(&self) -> &[Component] {
         &self.parts[..self.n_parts]
     }
 
-    /// From where to where the runs of a component reach in each of its pairs of rows.
+    /// First and last column of a component in each of its pairs of rows.
     #[inline(always)]
     pub(crate) fn read_extents(&self, component: &Component, extents: &mut [Span]) {
         extents.fill([u16::MAX, 0]);
@@ -254,7 +253,7 @@ impl Components {
     }
 }
 
-/// Takes memory for so many elements, once.
+/// Clears a buffer and allocates memory for `n` elements.
 pub(crate) fn make_room<T>(buffer: &mut Vec<T>, n: usize) {
     buffer.clear();
     buffer.reserve_exact(n);

@@ -1,4 +1,4 @@
-//! The pipeline.
+//! The detection pipeline.
 
 use crate::area::Area;
 use crate::bit_plane::BitPlane;
@@ -8,7 +8,7 @@ use crate::kernels::vectorise;
 use crate::photometric::PatternFitter;
 use crate::quad::middle;
 use crate::quad_finder::{Outline, QuadFinder};
-use crate::sighting::{Lookout, Sighting};
+use crate::sighting::{Decoder, Sighting};
 use crate::tiles::Tiles;
 use crate::view::View;
 use crate::{
@@ -16,30 +16,30 @@ use crate::{
 };
 use sextant_geometry::Lens;
 
-/// Tags in an image, at most; the report counts what is dropped.
+/// Most tags in an image; the report counts what is dropped.
 const MAX_SIGHTINGS: usize = 1024;
 
-/// Standard deviations of noise in the least contrast of dim images: noise alone hardly reaches as many, so that flat dim images cost no
-/// more than flat bright ones.
+/// Least contrast in dim images, in standard deviations of the noise. Noise alone rarely reaches it, so that flat dim images cost no more
+/// than flat bright ones.
 const DIM_IN_SIGMA: f32 = 8.0;
 
-/// How far a border reaches beyond the centres of its outermost pixels on average, in pixels.
+/// Mean distance of the edge of a border from the centres of its outermost pixels, in pixels.
 const OVERHANG_PX: f32 = 0.4;
 
-/// A part of an image in which tags are looked for in a pass.
+/// An area of an image that is searched in one pass.
 struct Part<'a> {
     image: &'a Image<'a>,
     area: &'a Area,
     pass: Pass,
 }
 
-/// Finds tags, image after image; keeps its memory between images.
+/// Detects tags in images; reuses its memory between images.
 #[derive(Debug)]
 pub struct Detector {
     options: Options,
-    lookout: Lookout,
+    decoder: Decoder,
     tiles: Tiles,
-    /// Whether the part of the image being searched is dim.
+    /// Whether the current area is dim.
     is_dim: bool,
     plane: BitPlane,
     components: Components,
@@ -55,7 +55,7 @@ impl Detector {
     pub fn new(options: Options) -> Result<Self, OptionsError> {
         options.check()?;
         Ok(Self {
-            lookout: Lookout::new(&options),
+            decoder: Decoder::new(&options),
             options,
             tiles: Tiles::default(),
             is_dim: false,
@@ -69,9 +69,9 @@ impl Detector {
         })
     }
 
-    /// From the next image on tags are fitted through this lens, which bends their edges; or through none. Corners stay pixels
-    /// of the image: those that the lens shows, where without one they miss them by a share of the bow. Messages and recordings
-    /// carry corners fitted without a lens, as anybody's detector makes them; the estimator takes the bow away.
+    /// Sets the lens through which tags are fitted from the next image on. Corners remain pixels of the image: with a lens they are the
+    /// true corners, without one they have a bias from distortion inside the tag. Messages and recordings contain corners
+    /// fitted without a lens, like those of other detectors; the estimator corrects the distortion bias.
     pub fn set_lens(&mut self, lens: Option<Lens>) {
         self.patterns.lens = lens;
     }
@@ -81,7 +81,7 @@ impl Detector {
         self.detect_observed(image, &mut ())
     }
 
-    /// Like [`Self::detect`], telling an observer what happens.
+    /// Like [`Self::detect`], with an observer of the stages.
     pub fn detect_observed(
         &mut self,
         image: &Image<'_>,
@@ -90,8 +90,8 @@ impl Detector {
         self.detect_within(image, &[Area::whole(image)], observer)
     }
 
-    /// Looks for tags in parts of the image only, one after the other. The least noise of any of them holds for those
-    /// after it: a small part may show little but tags.
+    /// Searches areas of the image, one after the other. Each uses the least noise of those before it, since a small area may contain
+    /// little but tags.
     pub(crate) fn detect_within(
         &mut self,
         image: &Image<'_>,
@@ -120,7 +120,7 @@ impl Detector {
             return;
         }
         for pass in Pass::ALL {
-            let Some(least_open) = self.lookout.least_open(pass) else {
+            let Some(least_open) = self.decoder.least_open(pass) else {
                 continue;
             };
             if pass == Pass::Blurred && !self.tiles.are_soft() {
@@ -143,8 +143,8 @@ impl Detector {
         }
     }
 
-    /// The tiles of a part and the least contrast that counts in it; says whether there is as much anywhere. Takes all memory that
-    /// a part of this size can ask for: nothing from the heap where there was room for a larger one.
+    /// Computes the tiles of an area and its contrast threshold; returns whether any tile exceeds it. Allocates only if no area of this
+    /// size came before.
     fn measure(&mut self, part: &Image<'_>) -> bool {
         let (width, height) = (part.width(), part.height());
         self.plane.make_room(width, height);
@@ -166,7 +166,7 @@ impl Detector {
         self.tiles.set_levels(contrast_gate, noise_sigma)
     }
 
-    /// Least difference between black and white of a tag, in grey levels; tiles have a gate of their own.
+    /// Least difference between black and white of a tag, in grey levels; tiles have a separate threshold.
     fn min_contrast(&self) -> u8 {
         let options = &self.options;
         match self.is_dim {
@@ -175,7 +175,7 @@ impl Detector {
         }
     }
 
-    /// Reads the tag whose border a component seems to be, but for those within tags that were read before.
+    /// Reads the tag whose border may be this component, unless it lies within a tag that was already read.
     fn examine(
         &mut self,
         component: &Component,
@@ -196,7 +196,7 @@ impl Detector {
             overhang_px: OVERHANG_PX + f32::from(pass == Pass::Eroded),
         };
         let (components, plane) = (&self.components, &self.plane);
-        let quad = vectorise!(self.quads.around(component, components, plane, outline));
+        let quad = vectorise!(self.quads.fit(component, components, plane, outline));
         let quad = quad.map(|quad| area.quad_to_image(quad));
         observer.stage_ended(Stage::Quads);
         if let Ok(quad) = &quad {
@@ -208,7 +208,7 @@ impl Detector {
             border: pass.border(),
             min_contrast: f32::from(self.min_contrast()),
         };
-        match quad.and_then(|quad| self.lookout.sight(pass, &view, &quad)) {
+        match quad.and_then(|quad| self.decoder.sight(pass, &view, &quad)) {
             Ok(sighting) if self.sightings.len() < MAX_SIGHTINGS => self.sightings.push(sighting),
             Ok(_) => self.report.dropped += 1,
             Err(reason) => {
@@ -219,7 +219,7 @@ impl Detector {
         observer.stage_ended(Stage::Decode);
     }
 
-    /// Corners below the pixel for every sighting; detections in order.
+    /// Refines the corners of every sighting and sorts the detections.
     fn locate(&mut self, image: &Image<'_>, observer: &mut impl Observer) {
         for sighting in &self.sightings {
             let patterns =
@@ -246,7 +246,7 @@ impl Detector {
         self.report.detections = self.detections.len() as u32;
     }
 
-    /// What happened to the last image.
+    /// Counts of the last image.
     pub fn report(&self) -> &Report {
         &self.report
     }

@@ -1,7 +1,7 @@
-//! Corners from straight lines through the border's edges, below the pixel.
+//! Sub-pixel corners from straight lines through the edges of the border.
 //!
-//! In: a quad within about a pixel. Out: the quad between four lines, each through the points of steepest grey along
-//! its side, and what their scatter says of the corners' covariance.
+//! In: a quad accurate to about a pixel. Out: the quad between four lines, each fitted to the points of steepest grey along its side,
+//! with the covariance of the corners from their scatter.
 
 mod profiles;
 
@@ -10,11 +10,11 @@ use crate::quad::{Line, Point, Quad, distance, intersect_sides};
 use crate::view::View;
 use profiles::{MAX_GROUPS, Profiles};
 
-/// Standard deviation that a line's place has beyond what its crossings' scatter shows, in pixels: along an edge that runs
-/// with the rows or columns all profiles meet the pixels' grid alike and err alike.
+/// Standard deviation of the position of a line in addition to the scatter of its crossings, in pixels: along an edge parallel to rows or
+/// columns all profiles have the same phase in the pixel grid and the same error.
 const SHARED_ERROR_PX: f32 = 0.015;
 
-/// Covariance of corners that only the outline tells: half a pixel either way.
+/// Covariance of corners that are known from the outline only: half a pixel.
 const OUTLINE_COVARIANCE: [f32; 3] = [0.25, 0.0, 0.25];
 
 /// Corners, their covariance (xx, xy, yy) and that between them, as a [`crate::Detection`] has them.
@@ -22,20 +22,20 @@ const OUTLINE_COVARIANCE: [f32; 3] = [0.25, 0.0, 0.25];
 pub(crate) struct Corners {
     pub(crate) quad: Quad,
     pub(crate) covariance: [[f32; 3]; 4],
-    /// Nothing where lines alone tell: what profiles of an edge share is known too badly.
+    /// Zero for corners from lines, since the common error of the profiles of an edge is poorly known.
     pub(crate) cross_covariance: [[f32; 4]; 6],
 }
 
 impl Corners {
-    /// Of all corners along either axis.
+    /// Variance of all corners along each axis.
     pub(crate) fn mean_variance(&self) -> f32 {
         let traces = self.covariance.iter().map(|[xx, _, yy]| xx + yy);
         traces.sum::<f32>() / 8.0
     }
 }
 
-/// From the quad around an outline to within a fraction of a pixel, as well as lines through a few places on the border's edges
-/// tell; where they tell nothing, the quad as it is.
+/// Refines the quad of an outline to a fraction of a pixel, with lines through a few points on each edge; without such points the quad is
+/// returned unchanged.
 pub(crate) fn fit_coarsely(view: &View<'_>, quad: &Quad) -> Corners {
     let outline = Corners {
         quad: *quad,
@@ -45,7 +45,7 @@ pub(crate) fn fit_coarsely(view: &View<'_>, quad: &Quad) -> Corners {
     fit(view, quad, &Profiles::coarse(quad)).unwrap_or(outline)
 }
 
-/// From within a fraction of a pixel as well as lines can tell.
+/// Refines a quad that is accurate to a fraction of a pixel, as well as lines allow.
 pub(crate) fn fit_finely(view: &View<'_>, quad: &Quad) -> Option<Corners> {
     fit(view, quad, &Profiles::fine(quad))
 }
@@ -67,7 +67,7 @@ fn fit(view: &View<'_>, quad: &Quad, profiles: &Profiles) -> Option<Corners> {
     })
 }
 
-/// A fitted side: its line, and the variance of its distance from where it begins and from where it ends.
+/// A fitted side: its line, and the variances of its offset at both ends.
 #[derive(Clone, Copy, Debug, Default)]
 struct Side {
     line: Line,
@@ -75,9 +75,9 @@ struct Side {
 }
 
 impl Side {
-    /// From a to b, by weighted least squares, once more without those crossings that stray.
+    /// Fits the side from a to b by weighted least squares, then again without outliers.
     fn fit(view: &View<'_>, (a, b): (Point, Point), profiles: &Profiles) -> Option<Self> {
-        /// Scatter of crossings that no noise need explain, in pixels.
+        /// Scatter of crossings up to which none is an outlier, in pixels.
         const USUAL_PX: f32 = 0.05;
         const STRAY_IN_SIGMA: f32 = 2.5;
         let [nx, ny] = Line::through(a, b)?.normal;
@@ -100,7 +100,7 @@ impl Side {
     }
 }
 
-/// Where an edge crosses a profile: place along the side, in pixels from its middle, distance beyond it, steepness.
+/// Crossing of an edge and a profile: position along the side from its centre and distance beyond it, in pixels, and steepness.
 #[derive(Clone, Copy, Debug, Default)]
 struct Crossing {
     along: f32,
@@ -108,12 +108,12 @@ struct Crossing {
     weight: f32,
 }
 
-/// A line through crossings and the variances of its offset at the middle of them and of its slope.
+/// A line through crossings, with the variances of its offset at their centre and of its slope.
 struct LineFit {
     middle: f32,
     offset: f32,
     slope: f32,
-    /// Root of the mean square of what crossings are beside the line.
+    /// RMS distance of the crossings from the line.
     scatter: f32,
     offset_variance: f32,
     slope_variance: f32,

@@ -13,7 +13,7 @@ pub(crate) struct Hull {
 }
 
 impl Hull {
-    /// Takes the memory that an image of a size can ask for.
+    /// Allocates the memory that an image of this size can need.
     pub(crate) fn make_room(&mut self, height: usize) {
         make_room(&mut self.vertices, 4 * height + 2);
     }
@@ -50,7 +50,7 @@ impl Hull {
     }
 
     /// The vertices from one to another, both of them counted, clockwise.
-    pub(crate) fn between(&self, from: usize, to: usize) -> &[Pixel] {
+    pub(crate) fn chain(&self, from: usize, to: usize) -> &[Pixel] {
         let round = usize::from(to <= from) * self.vertices.len() / 2;
         &self.vertices[from..=to + round]
     }
@@ -87,7 +87,7 @@ impl Hull {
         let [a, b] = [from, to].map(|i| self.vertices[i]);
         let normal = [b[1] - a[1], a[0] - b[0]];
         let value = |point: Pixel| normal[0] * point[0] + normal[1] * point[1];
-        let found = from + farthest(self.between(from, to), value);
+        let found = from + farthest(self.chain(from, to), value);
         if found < n { found } else { found - n }
     }
 }
@@ -110,7 +110,7 @@ fn extend_chain(vertices: &mut Vec<Pixel>, first: usize, point: Pixel) {
     vertices.push(point);
 }
 
-/// Twice the area of the triangle; positive when clockwise as seen.
+/// Twice the signed area of the triangle; positive if clockwise in the image.
 fn cross(a: Pixel, b: Pixel, c: Pixel) -> i32 {
     (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
 }

@@ -1,7 +1,7 @@
-//! The loops that take most of the time, each once, in plain Rust that compilers make vectors of.
+//! The hot loops, each once, in plain Rust that the compiler vectorises.
 //!
-//! On x86-64 they are compiled twice: for every such processor, and for those with AVX2; both give the same bytes. Which one
-//! runs is decided here and only here. On 32-bit and 64-bit ARM the target tells which vectors there are.
+//! On x86-64 they are compiled twice: for the baseline and for AVX2; both give the same bytes. Only this module selects which one runs.
+//! On 32-bit and 64-bit ARM the target determines the vector instructions.
 
 use crate::Image;
 use crate::homography::{Homography, POINTS, Points};
@@ -20,28 +20,28 @@ pub(crate) const WORD: usize = 64;
 /// Tiles in a word of the bit plane.
 pub(crate) const TILES_IN_WORD: usize = WORD / TILE;
 
-/// How far to either side of a pixel a dark line through it ends, at most.
+/// Largest distance from a pixel of a dark line to the end of the line, in pixels.
 pub(crate) const LINE_REACH: usize = 3;
 
-/// A pixel with as many to either side as a line reaches.
+/// Width of a line's neighbourhood: a pixel and its reach on both sides.
 pub(crate) const LINE_SPAN: usize = 2 * LINE_REACH + 1;
 
-/// Rows of numbers that lie together, and how many times as many a column has at most.
+/// Rows per group of a column, and the most groups of a column.
 pub(crate) const ROWS: usize = 16;
 pub(crate) const MAX_GROUPS: usize = 80;
 
-/// Columns of numbers of which sums of products are taken.
+/// Columns whose products are summed.
 pub(crate) const COLUMNS: usize = 19;
 
 pub(crate) type Column = [[i16; ROWS]; MAX_GROUPS];
 
-/// Numbers in a row of their sums, filled up to whole vectors.
+/// Entries in a row of the sums, padded to whole vectors.
 pub(crate) const WIDTH: usize = 24;
 
-/// Sums of the products of each column with itself and those before it; what stands after the diagonal is nothing.
+/// Sums of the products of each column with itself and the ones before it; entries above the diagonal are unused.
 pub(crate) type Sums = [[i32; WIDTH]; COLUMNS];
 
-/// Does work, compiled for the best vectors that the processor has, as far as it is inlined.
+/// Runs `work`, which must be inlined, compiled for the best vector instructions of the processor.
 #[inline(always)]
 pub(crate) fn vectorised<T>(work: impl FnOnce() -> T) -> T {
     #[cfg(target_arch = "x86_64")]
@@ -52,7 +52,7 @@ pub(crate) fn vectorised<T>(work: impl FnOnce() -> T) -> T {
     work()
 }
 
-/// The same of an expression, which is inlined.
+/// [`vectorised`] for an expression, which is inlined.
 macro_rules! vectorise {
     ($work:expr) => {
         $crate::kernels::vectorised(
@@ -63,28 +63,28 @@ macro_rules! vectorise {
 }
 pub(crate) use vectorise;
 
-/// A row with what lies to either side of it within a line's reach, without the border's colour beyond the image: its pixels
-/// begin after as many.
+/// A row padded by the reach of a line on both sides, never with the colour of a border outside the image. Its pixels begin after the
+/// padding.
 pub(crate) type PaddedRow = [u8; LINE_REACH + Image::MAX_WIDTH + WORD];
 
-/// What is told for each tile of a word.
+/// A value for each tile of a word.
 pub(crate) type TilesOfWord = [u8; TILES_IN_WORD];
 
-/// What parts black from white in the tiles of a word: 0 where nothing stands out from the noise.
+/// Thresholds between black and white in the tiles of a word; 0 where nothing exceeds the noise.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Levels {
     pub(crate) low: TilesOfWord,
     pub(crate) middle: TilesOfWord,
-    /// How much darker than what is on both sides of it a line is at least.
+    /// Least contrast of a dark line with both of its sides.
     pub(crate) depth: TilesOfWord,
 }
 
-/// The rows of pixels of a row of tiles, and as many above and below them as a line reaches.
+/// The pixel rows of a row of tiles, padded by the reach of a line above and below.
 pub(crate) type PaddedRows<'a> = [&'a PaddedRow; TILE + 2 * LINE_REACH];
 
-/// Sets the words of a row of tiles, row of pixels after row, from the first on that levels are given for: one bit a pixel,
-/// the least significant leftmost. `is_set` tells them, by the first pixel's place among the tiles' and by low levels,
-/// middle ones and depths of lines for each pixel.
+/// Sets the words of a row of tiles, pixel row by pixel row, one bit per pixel with the least significant bit leftmost. `levels` are
+/// those of the words from `first` on. `is_set` computes the bits of a word from the position of its first pixel and the low levels, middle levels
+/// and line depths of its pixels.
 #[inline(always)]
 pub(crate) fn threshold(
     rows: &PaddedRows<'_>,
@@ -108,13 +108,13 @@ pub(crate) fn threshold(
     }
 }
 
-/// The pixels of a word from a place on.
+/// The pixels of a word from a position on.
 #[inline(always)]
 fn pixels<'a>(rows: &PaddedRows<'a>, [x, y]: [usize; 2]) -> &'a Pixels {
     &rows[y][x..].as_chunks().0[0]
 }
 
-/// On one side of the middle level, where there is one: below it or not.
+/// Whether pixels are on one side of the middle level, where there is one.
 #[inline(always)]
 pub(crate) fn is_beyond<const DARK: bool>(
     rows: &PaddedRows<'_>,
@@ -125,8 +125,8 @@ pub(crate) fn is_beyond<const DARK: bool>(
     array::from_fn(|i| all_or_nothing((middle[i] > 0) & ((pixels[i] < middle[i]) == DARK)))
 }
 
-/// Below the low level, or below the middle one and part of a dark line: darker by its depth than what lies within reach on
-/// both sides, be it left and right or above and below.
+/// Whether pixels are below the low level, or below the middle level and part of a dark line: darker by its depth than pixels within
+/// reach on both sides, left and right or above and below.
 #[inline(always)]
 pub(crate) fn is_black_or_line(
     rows: &PaddedRows<'_>,
@@ -145,10 +145,10 @@ pub(crate) fn is_black_or_line(
     black
 }
 
-/// What there is for each pixel of a word.
+/// A value for each pixel of a word.
 pub(crate) type Pixels = [u8; WORD];
 
-/// What tiles have, for each of their pixels.
+/// Repeats the value of each tile for its pixels.
 #[inline(always)]
 fn for_each_pixel(tiles: &TilesOfWord) -> Pixels {
     /// A byte for each pixel of a tile.
@@ -165,7 +165,7 @@ fn all_or_nothing(is_set: bool) -> u8 {
     if is_set { u8::MAX } else { 0 }
 }
 
-/// Of the brightest pixels to either side the darker one.
+/// The darker one of the brightest pixels on both sides.
 #[inline(always)]
 fn nearer_side<'a>(pixels: impl Fn(usize) -> &'a Pixels) -> Pixels {
     let [a, b, c, _, d, e, f]: [_; LINE_SPAN] = array::from_fn(pixels);
@@ -176,7 +176,7 @@ fn nearer_side<'a>(pixels: impl Fn(usize) -> &'a Pixels) -> Pixels {
     sides
 }
 
-/// The top bit of each byte; the bytes are all or nothing.
+/// The top bit of each byte; the bytes are 0 or 255.
 #[inline(always)]
 #[cfg(target_arch = "x86_64")]
 fn top_bits(bytes: &Pixels) -> u64 {
@@ -189,8 +189,7 @@ fn top_bits(bytes: &Pixels) -> u64 {
     })
 }
 
-/// The top bit of each byte; the bytes are all or nothing. First the bits of each tile are gathered, which is done in
-/// vectors, then tiles put beside each other.
+/// The top bit of each byte; the bytes are 0 or 255. Gathers the bits of each tile in vectors, then joins the tiles.
 #[inline(always)]
 #[cfg(not(target_arch = "x86_64"))]
 fn top_bits(bytes: &Pixels) -> u64 {
@@ -204,7 +203,7 @@ fn top_bits(bytes: &Pixels) -> u64 {
     tiles.fold(0, |word, &bits| word << TILE | u64::from(bits))
 }
 
-/// Grey by bilinear interpolation where places (u, v) are mapped to; NaN outside the image.
+/// Grey values by bilinear interpolation at mapped points (u, v); NaN outside the image.
 pub(crate) fn sample(
     image: &Image<'_>,
     map: &Homography,
@@ -243,7 +242,7 @@ fn bilinear(
             .min(last as u32)
     });
     let [above, below] = pairs(pixels, stride, &at);
-    let (above, below) = (between(&above, &right), between(&below, &right));
+    let (above, below) = (interpolate(&above, &right), interpolate(&below, &right));
     let [width, height] = [image.width(), image.height()].map(|size| (size - 1) as f32);
     array::from_fn(|i| {
         let inside = (x[i] >= 0.0) & (x[i] <= width) & (y[i] >= 0.0) & (y[i] <= height);
@@ -252,7 +251,7 @@ fn bilinear(
     })
 }
 
-/// Of as many points two neighbours in a row, the left one lowest; what else there is counts for nothing.
+/// Two horizontal neighbours per point, the left one in the lowest byte; the other bytes are ignored.
 type Pairs = [u32; POINTS];
 
 /// Pairs that begin at some places, and those a row below.
@@ -271,7 +270,7 @@ unsafe fn pairs(pixels: &[u8], stride: usize, at: &[u32; POINTS]) -> [Pairs; 2] 
 
 /// Grey between the two pixels of each pair.
 #[inline(always)]
-fn between(pairs: &Pairs, part: &Points) -> Points {
+fn interpolate(pairs: &Pairs, part: &Points) -> Points {
     array::from_fn(|i| {
         let (left, right) = (pairs[i] as u8, (pairs[i] >> 8) as u8);
         let (left, right) = (f32::from(left), f32::from(right));
@@ -279,7 +278,7 @@ fn between(pairs: &Pairs, part: &Points) -> Points {
     })
 }
 
-/// Of each coordinate the pixel before it, which has another one beside it, and how far it is beyond that one; in the image.
+/// Splits coordinates into the pixel before, which has a next one in the image, and the fraction beyond it.
 #[inline(always)]
 fn split(at: &Points, size: usize) -> ([u32; POINTS], Points) {
     let at = at.map(|at| at.max(0.0).min((size - 1) as f32));

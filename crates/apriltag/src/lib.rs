@@ -1,13 +1,12 @@
 //! From pixels to decoded tags with sub-pixel corners.
 //!
-//! - [`Image`]: what comes in, borrowed, any stride.
-//! - [`Detector`]: the pipeline; made of [`Options`], it says of each image which tags ([`Detection`]) are where.
-//! - [`Tracker`]: the same over a sequence of images, looking at parts of each only.
-//! - [`Report`], [`Observer`]: what happened on the way.
+//! - [`Image`]: a borrowed grey image with any stride.
+//! - [`Detector`]: the pipeline. It is built from [`Options`] and returns the tags of an image as [`Detection`]s.
+//! - [`Tracker`]: a detector for image sequences that searches only areas of each image.
+//! - [`Report`], [`Observer`]: counts and events of a detection.
 //!
-//! Corners are pixels with (0, 0) at the centre of the top left pixel. The detector knows no metres, no clock and no
-//! network, a lens only where one is given to straighten tags' edges, and takes no memory from the heap once it has seen an
-//! image of a size.
+//! Corners are pixels with (0, 0) at the centre of the top left pixel. The detector knows no metres, no clock and no network, and a
+//! lens only if one is given to fit distorted edges. It does not allocate once it has processed an image of a size.
 
 mod area;
 mod bit_plane;

@@ -1,4 +1,4 @@
-//! What can be tuned, and within which limits.
+//! Tunable parameters and their ranges.
 
 use crate::Refinement;
 use sextant_tag_families::Family;
@@ -6,21 +6,21 @@ use sextant_tag_families::Family;
 /// Tunables of a [`crate::Detector`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct Options {
-    /// Families to look for; at least one, each once. Default: `tag36h11` alone. Each further one costs a decoding of
-    /// every square and adds its own chance of false detections.
+    /// Families to detect; at least one, each once. Default: `tag36h11`. Each further one costs a decoding of every quad and adds its
+    /// own rate of false detections.
     pub families: Vec<Family>,
-    /// Most wrong bits corrected, 0 to 2 (default 2), and never more than the family's distance and size allow.
-    /// AprilTag's users know 2 as the value beyond which false detections become likely.
+    /// Most bit errors corrected, 0 to 2 (default 2), and never more than the distance and size of the family allow. As in AprilTag,
+    /// false detections become likely beyond 2.
     pub max_hamming: u8,
-    /// Shortest edge of a tag in pixels, 6 to 1000 (default 8). Below 8 a module of `tag36h11` is narrower than a pixel,
-    /// and nobody reads it; raise it to save time where all tags are near.
+    /// Shortest edge of a tag in pixels, 6 to 1000 (default 8). Below 8 a module of `tag36h11` is narrower than a pixel and
+    /// unreadable; raise it to save time if all tags are close.
     pub min_edge_px: f32,
     /// Least difference between black and white in grey levels, 4 to 128 (default 20). Lower finds tags behind haze or glare and costs
     /// time wherever there is texture.
     pub min_contrast: u8,
-    /// The same in dim images, where next to nothing is bright enough for a tag of that contrast, 4 to 128 (default 8) and never more
-    /// than `min_contrast`: below, rounding to whole grey levels leaves little of a tag. It is at least eight standard deviations of
-    /// the image's noise there.
+    /// Least difference between black and white in dim images, where almost nothing is bright enough for `min_contrast`, 4 to 128
+    /// (default 8) and never more than `min_contrast`. Below it, rounding to whole grey levels destroys a tag. In dim images it is at
+    /// least eight standard deviations of the noise.
     pub min_dim_contrast: u8,
     /// Least difference between black and white in standard deviations of the image's noise, 3 to 20 (default 6.5: the
     /// range of the 144 pixels around a tile exceeds it in one flat tile of 25).
@@ -46,13 +46,13 @@ impl Default for Options {
     }
 }
 
-/// Why a detector can't be made of given options.
+/// Why options are refused.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum OptionsError {
-    /// Nothing to look for.
+    /// No family is given.
     #[error("no tag family to look for; name at least one")]
     NoFamily,
-    /// The same family again.
+    /// A family is given twice.
     #[error("the family {0} is named twice")]
     FamilyTwice(Family),
     /// A value out of its range.

@@ -1,16 +1,16 @@
-//! Corners from the whole pattern: the picture that a decoded tag must give is fitted to the pixels.
+//! Corners from the whole pattern: a rendering of the decoded tag is fitted to the pixels.
 //!
-//! In: an image, a decoded tag's upright quad and its code word. Out: corners with covariance, or nothing where the edges
-//! alone say more.
+//! In: an image, the upright quad of a decoded tag and its code word. Out: corners with covariance, or `None` if the edges alone are
+//! more accurate.
 //!
-//! The picture is light(u, v) * (black + (white - black) * response(coverage)), where coverage is the blurred pattern
-//! ([`Pattern`]), light is a plane over the tag that is 1 at its middle, and response(c) = c + gain c (1 - c) is how a
-//! camera's curve, glare and spreading ink let white grow. Gauss-Newton on 18 parameters: the homography (8), black, white,
+//! The rendering is light(u, v) * (black + (white - black) * response(coverage)), where coverage is the blurred pattern
+//! ([`Pattern`]), light is a plane over the tag that is 1 at its middle, and response(c) = c + gain c (1 - c) models
+//! the tone curve, glare and spreading ink. Gauss-Newton on 18 parameters: the homography (8), black, white,
 //! the light's slope (2), the blur's covariance (3), which takes in the lens and straight motion, its shape, which takes in
 //! sharpening, the grey that blur mixes in from beyond the ring, and the gain. (Least squares on images: Baker & Matthews,
-//! Lucas-Kanade 20 years on, IJCV 2004.) First with a few of the pixels, then with all of them, mostly once. The
-//! parameters' covariance is that of least squares, made larger where residuals along a line of the pattern agree, which
-//! noise would not.
+//! Lucas-Kanade 20 years on, IJCV 2004.) It uses a subset of the
+//! pixels first, then all of them, usually once. The covariance is that of least squares, inflated where residuals along a line of the
+//! pattern are correlated, unlike noise.
 
 #![allow(
     clippy::needless_range_loop,
@@ -24,7 +24,7 @@ mod parameters;
 mod pattern;
 mod pixels;
 mod state;
-mod straightened;
+mod undistortion;
 
 use crate::Image;
 use crate::edges::Corners;
@@ -36,41 +36,41 @@ use pattern::{MOST_EDGES, Pattern};
 use pixels::Pixels;
 use sextant_geometry::{CORNER_PAIRS, Lens};
 use state::{Row, State, dot};
-use straightened::Straightened;
+use undistortion::Undistortion;
 
-/// Residuals in standard deviations of the image's noise up to which its covariance says what the corners are worth:
-/// aliasing, sharpening and compression leave several times the noise that flat parts show. Where print or optics are others
-/// than the model's, residuals are ten times as large and more; the edges need no more than that the border is straight.
+/// Largest residuals, in standard deviations of the image noise, for which the covariance is valid. Aliasing, sharpening and compression
+/// leave several times the noise of flat areas. Print or optics that violate the model leave ten times as much or more; then the edges,
+/// which only assume a straight border, are better.
 const MOST_NOISES: f32 = 8.0;
 
-/// By how much the edges' variance may be larger than what they state: how far their lines scatter does not tell what blur
-/// brings to all of a line from beside the border.
+/// Ratio of the true to the estimated variance of the edges, at most: the scatter of a line does not show what blur adds to all of it
+/// from beside the border.
 const UNSTATED: f32 = 9.0;
 
-/// Residuals that lenses, sharpening and compression leave where nothing is wrong, as a share of the contrast: pixels
-/// that stray no further than these are not held to be hidden or lit by something else.
+/// Usual residuals from optics, sharpening and compression, as a share of the contrast. Pixels within them are not treated as
+/// occluded or lit by something else.
 const MODEL_SCALE: f32 = 0.03;
 
-/// The same before the first step, when corners may be a few tenths of a pixel off.
+/// Usual residuals before the first step, when corners may be off by tenths of a pixel, as a share of the contrast.
 const START_SCALE: f32 = 0.12;
 
-/// Added to a number, it leaves the nearest whole one in the lowest bits.
+/// Added to a float, it leaves the nearest integer in the lowest bits.
 const SHIFT: f32 = 12_582_912.0;
 
-/// Standard deviation of what rounding to whole grey levels adds.
+/// Standard deviation of rounding to whole grey levels.
 const ROUNDING: f32 = 0.29;
 
-/// Fits patterns; keeps its memory between tags.
+/// Fits patterns; reuses its memory between tags.
 #[derive(Debug, Default)]
 pub(crate) struct PatternFitter {
     pixels: Pixels,
     equations: Equations,
-    /// What bends the tags' edges, if it is known.
+    /// Lens that distorts the tags, if it is known.
     pub(crate) lens: Option<Lens>,
 }
 
 impl PatternFitter {
-    /// Where the pattern of a tag lies that was read, by its edges and the image's noise.
+    /// Fits the pattern of a decoded tag, starting from its edges, with the noise of the image.
     #[inline(always)]
     pub(crate) fn fit(
         &mut self,
@@ -81,21 +81,21 @@ impl PatternFitter {
     ) -> Option<Corners> {
         let pattern = Pattern::new(reading.family, reading.found.id);
         let lens = self.lens.as_ref();
-        let straightened = lens.and_then(|lens| Straightened::around(lens, &edges.quad));
-        let start = match &straightened {
-            Some(straightened) => edges.quad.map(|corner| straightened.place(corner)),
+        let undistortion = lens.and_then(|lens| Undistortion::at(lens, &edges.quad));
+        let start = match &undistortion {
+            Some(undistortion) => edges.quad.map(|corner| undistortion.place(corner)),
             None => edges.quad,
         };
         let levels = (reading.white - reading.black).max(1.0);
         let mut state = State::start(&start, reading.black / levels)?;
         let mut outline = model::outline(&pattern, &state);
-        if let Some(straightened) = &straightened {
-            outline = outline.map(|place| straightened.pixel(place).unwrap_or(place));
+        if let Some(undistortion) = &undistortion {
+            outline = outline.map(|place| undistortion.pixel(place).unwrap_or(place));
         }
         let edges_px = pattern.edges_px(state.size_px);
         self.pixels.choose(image, &outline, levels, edges_px);
-        if let Some(straightened) = &straightened {
-            self.pixels.straighten(straightened);
+        if let Some(undistortion) = &undistortion {
+            self.pixels.straighten(undistortion);
         }
         let excess = self.settle(&pattern, levels, &mut state)?;
 
@@ -114,9 +114,9 @@ impl PatternFitter {
             return None;
         }
         let mut quad = state.corners();
-        if let Some(straightened) = &straightened {
+        if let Some(undistortion) = &undistortion {
             for (corner, rows) in quad.iter_mut().zip(&mut rows) {
-                (*corner, *rows) = straightened.shown(*corner, *rows)?;
+                (*corner, *rows) = undistortion.shown(*corner, *rows)?;
             }
         }
         let shared = |a: &Row, b: &Row| variance * dot(a, b);
@@ -137,8 +137,8 @@ impl PatternFitter {
         })
     }
 
-    /// Steps with a few of the pixels until the corners are about where they belong, then with all until they rest; what
-    /// strays much from what is usual then counts less. Returns by how much variances are larger than the last equations say.
+    /// Iterates with a subset of the pixels until the corners are approximately right, then with all until convergence, with less
+    /// weight for outliers. Returns the factor by which variances exceed those of the last equations.
     #[inline(always)]
     fn settle(&mut self, pattern: &Pattern, levels: f32, state: &mut State) -> Option<f32> {
         const ENOUGH_GROUPS: usize = 10;
@@ -163,7 +163,7 @@ impl PatternFitter {
         Some(self.equations.excess())
     }
 
-    /// The equations of one of so many groups of pixels, those straying by more than a share of the contrast counting less.
+    /// The normal equations of every n-th group of pixels; residuals beyond a share of the contrast have less weight.
     #[inline(always)]
     fn linearise(&mut self, model: &Model<'_>, scale: f32, every: usize) {
         let equations = &mut self.equations;

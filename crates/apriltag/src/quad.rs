@@ -2,10 +2,10 @@
 
 pub(crate) type Point = [f32; 2];
 
-/// Corners clockwise as seen (y runs down).
+/// Corners, clockwise in the image (y points down).
 pub(crate) type Quad = [Point; 4];
 
-/// Twice the area of the triangle; positive when clockwise as seen.
+/// Twice the signed area of the triangle; positive if clockwise in the image.
 pub(crate) fn cross(a: Point, b: Point, c: Point) -> f32 {
     (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
 }
@@ -20,7 +20,7 @@ pub(crate) fn middle(quad: &Quad) -> Point {
     [mean(0), mean(1)]
 }
 
-/// Mean distances between the left and the right side and between the upper and the lower one.
+/// Mean distances between the left and right sides and between the upper and lower sides.
 pub(crate) fn widths(quad: &Quad) -> [f32; 2] {
     let side = |i: usize| distance(quad[i], quad[(i + 1) % 4]);
     let twice_area = cross(quad[0], quad[1], quad[2]) + cross(quad[0], quad[2], quad[3]);
@@ -32,7 +32,7 @@ pub(crate) fn mean_edge(quad: &Quad) -> f32 {
     sides.sum::<f32>() / 4.0
 }
 
-/// The corners between each side and the one before it.
+/// The intersections of each side with the previous one.
 pub(crate) fn intersect_sides(sides: &[Line; 4]) -> Option<Quad> {
     let mut quad = [[0.0; 2]; 4];
     for (i, corner) in quad.iter_mut().enumerate() {
@@ -49,7 +49,7 @@ pub(crate) struct Line {
 }
 
 impl Line {
-    /// From a to b, the normal to the left of the way as seen: outwards on a clockwise quad.
+    /// The line from a to b, with its normal to the left: outwards on a clockwise quad.
     pub(crate) fn through(a: Point, b: Point) -> Option<Self> {
         let length = distance(a, b);
         let normal = [(b[1] - a[1]) / length, (a[0] - b[0]) / length];

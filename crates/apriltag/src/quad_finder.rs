@@ -1,7 +1,7 @@
 //! Fits a quadrilateral to a component.
 //!
-//! In: a component's runs. Out: four corners, clockwise as seen, within about a pixel of the border's corners, or why the
-//! outline is no quadrilateral.
+//! In: the runs of a component. Out: four corners, clockwise in the image, within about a pixel of the corners of the border, or the
+//! reason why the outline is no quadrilateral.
 
 use crate::Rejection;
 use crate::bit_plane::BitPlane;
@@ -10,29 +10,29 @@ use crate::hull::{Hull, Pixel};
 use crate::kernels::WORD;
 use crate::quad::{Line, Point, Quad, cross, distance, intersect_sides, mean_edge};
 
-/// What is asked of a quad around a component.
+/// Requirements on the quad of a component.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Outline {
     /// Least mean edge, in pixels.
     pub(crate) min_edge_px: f32,
-    /// How far the border reaches beyond the centres of the component's outermost pixels on average, in pixels.
+    /// Mean distance of the edge of the border from the centres of the outermost pixels of the component, in pixels.
     pub(crate) overhang_px: f32,
 }
 
-/// Share of the hull of a border's outline that lies within it.
+/// Least share of its convex hull that the outline of a border fills.
 const LEAST_FILLED: f32 = 0.75;
 
 #[derive(Debug, Default)]
 pub(crate) struct QuadFinder {
     hull: Hull,
-    /// From where to where a component's runs reach in each of its pairs of rows.
+    /// First and last column of the component in each of its pairs of rows.
     extents: Vec<Span>,
-    /// From where to where there is black within that, in each row of each pair; nowhere in a row that is all white there.
+    /// First and last black pixel within these extents in each row of each pair; empty for a row without black.
     rows: Vec<[Span; 2]>,
 }
 
 impl QuadFinder {
-    /// Takes the memory that an image of a size can ask for.
+    /// Allocates the memory that an image of this size can need.
     pub(crate) fn make_room(&mut self, height: usize) {
         self.hull.make_room(height);
         let n_pairs = self.extents.len().max(height.div_ceil(2));
@@ -40,9 +40,9 @@ impl QuadFinder {
         self.rows.resize(n_pairs, Default::default());
     }
 
-    /// The quad around a component, by its runs and what of the plane is black within them.
+    /// The quad around a component, from its runs and the black pixels within them.
     #[inline(always)]
-    pub(crate) fn around(
+    pub(crate) fn fit(
         &mut self,
         component: &Component,
         components: &Components,
@@ -66,7 +66,7 @@ impl QuadFinder {
         Ok(quad)
     }
 
-    /// From where to where black reaches in each row, a strip of columns after the other.
+    /// Finds the first and last black pixel of each row, one strip of columns after the other.
     #[inline(always)]
     fn read_rows(&mut self, component: &Component, plane: &BitPlane) {
         let rows = &mut self.rows[..component.n_pairs() as usize];
@@ -99,11 +99,11 @@ fn to_point(pixel: Pixel) -> Point {
     pixel.map(|coordinate| coordinate as f32)
 }
 
-/// Moves the sides between four vertices outwards, each half way to the farthest vertex beyond it and by the overhang.
+/// Moves the sides between four vertices outwards, each by half the distance of the farthest vertex beyond it and by the overhang.
 fn circumscribe(hull: &Hull, corners: [usize; 4], overhang_px: f32) -> Option<Quad> {
     let mut moved = [Line::default(); 4];
     for (i, line) in moved.iter_mut().enumerate() {
-        let side = hull.between(corners[i], corners[(i + 1) % 4]);
+        let side = hull.chain(corners[i], corners[(i + 1) % 4]);
         let [first, .., last] = side else { return None };
         *line = Line::through(to_point(*first), to_point(*last))?;
         let distances = side.iter().map(|vertex| line.distance(to_point(*vertex)));
@@ -113,7 +113,7 @@ fn circumscribe(hull: &Hull, corners: [usize; 4], overhang_px: f32) -> Option<Qu
     intersect_sides(&moved)
 }
 
-/// Sides long enough, angles of a square in perspective, clockwise and convex.
+/// Checks that a quad is a square in perspective: sides long enough, angles not too small, clockwise and convex.
 fn check_shape(quad: &Quad, min_edge_px: f32) -> Result<(), Rejection> {
     /// Shortest side as a share of the least mean edge.
     const SHORTEST: f32 = 0.3;

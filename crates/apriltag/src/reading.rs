@@ -1,6 +1,6 @@
 //! Reading a tag within a quad: black and white, bits, code word.
 //!
-//! In: an image and a quad. Out: which tag it is and how the quad's corners must be turned.
+//! In: an image and a quad. Out: the tag, and the rotation that makes the quad upright.
 
 mod layout;
 mod modules;
@@ -19,18 +19,18 @@ use std::collections::BTreeSet;
 pub(crate) struct Reader {
     pub(crate) family: Family,
     border: BorderColour,
-    /// Whether black squares touch the tags' borders.
+    /// Whether black squares touch the borders of the tags.
     is_touched: bool,
     layout: Layout,
-    /// Least share of the rows of its border in which something shows.
+    /// Least share of the rows within its border that contain white.
     pub(crate) least_open: f32,
     index: CodeIndex,
-    /// Most modules with a bit that may be neither clearly black nor clearly white, where the family has few bits.
+    /// Most ambiguous modules, neither clearly black nor clearly white, in a family with few bits.
     most_in_doubt: usize,
     min_margin: f32,
 }
 
-/// A tag that was read.
+/// A decoded tag.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Reading {
     pub(crate) family: Family,
@@ -57,7 +57,7 @@ impl Reader {
         }
     }
 
-    /// Whether the family's tags may show in a pass.
+    /// Whether a pass can find tags of the family.
     pub(crate) fn takes_part_in(&self, pass: Pass) -> bool {
         self.border == pass.border() && (pass != Pass::Eroded || self.is_touched)
     }
@@ -90,7 +90,7 @@ impl Reader {
         Ok(reading)
     }
 
-    /// The code word under usual blur or, failing that, under strong blur.
+    /// The code word, assuming usual blur or, if that fails, strong blur.
     #[inline(always)]
     fn recognise(&self, modules: &Modules<'_>, rings_are_right: bool) -> Result<Reading, Unread> {
         let (usual, clarity) = modules.word(USUAL_BLUR_PX);
@@ -122,8 +122,8 @@ impl Reader {
     }
 }
 
-/// Share of the rows of a border, or of its columns where those are fewer, that show something within it: in the code word
-/// where those are fewest, as far as blur leaves it.
+/// Share of the rows within a border, or of its columns if these are fewer, that contain white: of the code word with the fewest,
+/// reduced by blur.
 fn least_open(data: &FamilyData) -> f32 {
     const LEFT_BY_BLUR: f32 = 0.3;
     let edge = 0..data.border_width as i8;
@@ -139,35 +139,35 @@ fn least_open(data: &FamilyData) -> f32 {
     LEFT_BY_BLUR * open.min().unwrap_or(0) as f32 / f32::from(data.border_width)
 }
 
-/// Why a tag was not read, and whether it might be with better corners: corners that are a pixel off leave border and
-/// ring mostly right, and bits of both colours.
+/// Why a tag was not decoded, and whether better corners might help: with corners off by a pixel, border and ring are still mostly right, and
+/// there are bits of both colours.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Unread {
     pub(crate) reason: Rejection,
-    pub(crate) hopeful: bool,
+    pub(crate) can_retry: bool,
 }
 
-fn unread(reason: Rejection, hopeful: bool) -> Unread {
-    Unread { reason, hopeful }
+fn unread(reason: Rejection, can_retry: bool) -> Unread {
+    Unread { reason, can_retry }
 }
 
-/// Among so many modules with a bit one may be in doubt: blur and corners a pixel off make some of those of a tag.
+/// One in this many data modules may be ambiguous: blur and corners off by a pixel cause some in a real tag.
 const LEAST_PLAIN: usize = 5;
 
-/// Share of the modules of border and of ring that have their colours at least: an occluded corner is forgiven.
+/// Least share of the modules of border and ring with the right colour: one corner may be occluded.
 const LEAST_RIGHT: f32 = 0.75;
 
-/// As much of both together where better corners may help: those a pixel off leave it so in all but tags hidden in part.
+/// Least share of right modules of border and ring for a retry with better corners.
 const MOSTLY_RIGHT: f32 = 0.85;
 
-/// Share of the least contrast that a border may show between corners a pixel off.
+/// Share of the least contrast that is required while corners may be off by a pixel.
 const NEARLY: f32 = 0.8;
 
-/// Mean distance of a tag's bits of either colour from the threshold, as a share of the contrast: half in a sharp picture, less
-/// where blur or corners more than a pixel off mix neighbours; next to nothing where there are no bits of one colour.
+/// Least mean distance of the bits of each colour from the threshold, as a share of the contrast. It is a half in a sharp image, less
+/// with blur or wrong corners, and almost zero without bits of one colour.
 const LEAST_CLARITY: f32 = 0.25;
 
-/// Blur of a lens out of focus or a hand that shook, as a standard deviation in pixels.
+/// Strong blur, from defocus or camera shake, as a standard deviation in pixels.
 const STRONG_BLUR_PX: f32 = 2.0;
 
 #[cfg(test)]

@@ -1,11 +1,11 @@
-//! What happened to one image: counts in the [`Report`], events through an [`Observer`].
+//! Diagnostics of one detection: counts in the [`Report`], events through an [`Observer`].
 //!
-//! The detector reads no clock. An observer that wants stage times takes the time whenever a stage ends.
+//! The detector reads no clock. An observer measures stage times by reading a clock at the end of each stage.
 
 use crate::Detection;
 use sextant_tag_families::BorderColour;
 
-/// The stages of detection, in their order; the ones from `Threshold` to `Decode` come again in every [`Pass`].
+/// The stages of detection, in order; those from `Threshold` to `Decode` are repeated in every [`Pass`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Stage {
     /// Minima and maxima of tiles, noise, contrast gate.
@@ -34,18 +34,18 @@ impl Stage {
     ];
 }
 
-/// The ways in which pixels of a border are told from others, each a pass over the image.
+/// The classifications of border pixels, each a pass over the image.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Pass {
-    /// Black borders that black squares touch, on an AprilGrid: what is darker than halfway and so are its neighbours, which parts
-    /// a tag from the squares at its corners.
+    /// Black borders that black squares touch, on an AprilGrid: pixels darker than the middle level whose neighbours are too, which
+    /// separates a tag from the squares at its corners.
     Eroded,
-    /// Black borders: what is hardly brighter than the darkest around it, which parts a tag in shade, too, from what is bright
-    /// beside it, and dark lines.
+    /// Black borders: pixels close to the darkest level nearby, which also separates a tag in shadow from bright surroundings, and
+    /// dark lines.
     Black,
-    /// Black borders of a blurred image: what is darker than halfway between the darkest and the brightest around it.
+    /// Black borders in a blurred image: pixels darker than the middle between the darkest and the brightest level nearby.
     Blurred,
-    /// White borders: what is brighter than halfway.
+    /// White borders: pixels brighter than the middle level.
     White,
 }
 
@@ -53,7 +53,7 @@ impl Pass {
     /// Every pass in order.
     pub const ALL: [Self; 4] = [Self::Eroded, Self::Black, Self::Blurred, Self::White];
 
-    /// Colour of the borders that are looked for.
+    /// Colour of the borders of this pass.
     pub fn border(self) -> BorderColour {
         match self {
             Self::Black | Self::Blurred | Self::Eroded => BorderColour::Black,

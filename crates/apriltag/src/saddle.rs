@@ -32,7 +32,7 @@ const MOST_BLUR: f32 = 0.4;
 /// Standard deviation of a saddle's position beside that of the noise, in pixels: edges are not quite straight.
 const FLOOR_PX: f32 = 0.005;
 
-/// Standard deviation of what rounding to whole grey levels adds.
+/// Standard deviation of rounding to whole grey levels.
 const ROUNDING: f32 = 0.29;
 
 /// Initial guess of a saddle.

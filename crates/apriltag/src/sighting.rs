@@ -10,7 +10,7 @@ use crate::view::View;
 use crate::{Detection, Image, Options, Pass, Refinement, Rejection};
 use sextant_tag_families::Family;
 
-/// A tag that was read, with its corners to about a pixel, in the order of the upright tag.
+/// A decoded tag, with its corners to about a pixel in the order of the upright tag.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Sighting {
     pub(crate) reading: Reading,
@@ -61,13 +61,13 @@ impl Sighting {
     }
 }
 
-/// Whoever looks for tags within quads.
+/// Decodes tags of all families within quads.
 #[derive(Debug)]
-pub(crate) struct Lookout {
+pub(crate) struct Decoder {
     readers: Vec<Reader>,
 }
 
-impl Lookout {
+impl Decoder {
     pub(crate) fn new(options: &Options) -> Self {
         let reader = |&family: &Family| Reader::new(family, options);
         Self {
@@ -75,21 +75,19 @@ impl Lookout {
         }
     }
 
-    /// The families that are looked for in a pass.
+    /// The families of a pass.
     fn readers(&self, pass: Pass) -> impl Iterator<Item = &Reader> {
         let readers = self.readers.iter();
         readers.filter(move |reader| reader.takes_part_in(pass))
     }
 
-    /// Least share of its rows in which something shows within a border, in the families that are looked for in a pass; nothing
-    /// where there are none.
+    /// Least share of the rows within a border that contain white, over the families of a pass; `None` without families.
     pub(crate) fn least_open(&self, pass: Pass) -> Option<f32> {
         let open = self.readers(pass).map(|reader| reader.least_open);
         open.reduce(f32::min)
     }
 
-    /// Reads a tag of one of a pass's families within a quad; where that fails or bits are wrong, once more after a look at
-    /// where its edges are.
+    /// Reads a tag of one of the families of a pass within a quad; if that fails or has bit errors, again with corners from its edges.
     pub(crate) fn sight(
         &self,
         pass: Pass,
@@ -101,7 +99,15 @@ impl Lookout {
             Err(_) => u32::MAX,
         };
         let mut read = self.read(pass, view, quad);
-        if wrong(&read) > 0 && !matches!(read, Err(Unread { hopeful: false, .. })) {
+        if wrong(&read) > 0
+            && !matches!(
+                read,
+                Err(Unread {
+                    can_retry: false,
+                    ..
+                })
+            )
+        {
             let again = self.read(pass, view, &edges::fit_coarsely(view, quad).quad);
             if wrong(&again) <= wrong(&read) {
                 read = again;
@@ -110,11 +116,11 @@ impl Lookout {
         read.map_err(|unread| unread.reason)
     }
 
-    /// The reading of the first family that has one; hopeful as long as any family is.
+    /// The reading of the first family that has one; worth a retry if it is in any family.
     fn read(&self, pass: Pass, view: &View<'_>, quad: &Quad) -> Result<Sighting, Unread> {
         let mut unread = Unread {
             reason: Rejection::NoCode,
-            hopeful: false,
+            can_retry: false,
         };
         for reader in self.readers(pass) {
             let read = vectorise!(reader.read(view, quad));
@@ -124,9 +130,9 @@ impl Lookout {
                     quad.rotate_left(reading.found.turns as usize);
                     return Ok(Sighting { reading, quad });
                 }
-                Err(Unread { reason, hopeful }) => {
+                Err(Unread { reason, can_retry }) => {
                     unread.reason = reason;
-                    unread.hopeful |= hopeful;
+                    unread.can_retry |= can_retry;
                 }
             }
         }

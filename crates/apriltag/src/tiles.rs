@@ -31,7 +31,7 @@ pub(crate) struct Tiles {
 type Column = [u8; Image::MAX_WIDTH / TILE + TILES_IN_WORD + 2];
 
 impl Tiles {
-    /// Takes the memory that an image of a size needs.
+    /// Allocates memory for an image of this size.
     fn make_room(&mut self, width: usize, height: usize) {
         (self.columns, self.rows) = (width / TILE, height / TILE);
         self.words_in_row = (self.columns + 1).div_ceil(TILES_IN_WORD);

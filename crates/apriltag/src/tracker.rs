@@ -69,7 +69,7 @@ impl Tracker {
         self.detect_observed(image, &mut ())
     }
 
-    /// Like [`Self::detect`], telling an observer what happens.
+    /// Like [`Self::detect`], with an observer of the stages.
     pub fn detect_observed(
         &mut self,
         image: &Image<'_>,

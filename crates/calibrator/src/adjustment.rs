@@ -4,7 +4,7 @@ use crate::bundle::{
     Bundle, BundleCamera, BundleError, BundleImage, BundleOptions, BundleSolution, BundleTag,
     Instant, Motion, solve,
 };
-use crate::intake::ImageView;
+use crate::image_store::ImageView;
 use crate::priors::Priors;
 use crate::resection::edge_px;
 use nalgebra::Vector6;
@@ -60,14 +60,14 @@ pub(crate) struct Adjustment {
 }
 
 /// What came of it.
-pub(crate) struct Adjusted {
+pub(crate) struct AdjustmentResult {
     pub solution: BundleSolution,
     /// At the solution, without what does not fit; its images are in the order of the bundle's.
     pub adjustment: Adjustment,
     pub misfits: Vec<Misfit>,
 }
 
-impl Adjusted {
+impl AdjustmentResult {
     /// The solution with what did not fit, too.
     pub(crate) fn with_misfits(&self) -> Adjustment {
         let mut whole = self.adjustment.clone();
@@ -128,7 +128,7 @@ impl Adjustment {
         mut self,
         views: &[ImageView],
         options: &BundleOptions,
-    ) -> Result<Adjusted, BundleError> {
+    ) -> Result<AdjustmentResult, BundleError> {
         let mut misfits = Vec::new();
         self.drop_empty();
         self.measure_noise(&self.bundle(views), 0.0);
@@ -147,7 +147,7 @@ impl Adjustment {
             }
             let settled = round > FIRST && wrong.is_empty() && change < SETTLED;
             if settled || round == ROUNDS {
-                return Ok(Adjusted {
+                return Ok(AdjustmentResult {
                     solution,
                     adjustment: self,
                     misfits,

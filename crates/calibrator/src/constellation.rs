@@ -8,7 +8,7 @@ use crate::bundle::{
     Bundle, BundleCamera, BundleImage, BundleOptions, BundleTag, Freedom, Instant, SeenTag, solve,
 };
 use crate::graph::PoseGraph;
-use crate::intake::{TagView, Wanted};
+use crate::image_store::{TagSpec, TagView};
 use crate::resection::{edge_px, tag_error_px};
 use sextant_geometry::{Lens, Pose};
 use std::collections::BTreeMap;
@@ -41,7 +41,7 @@ const ROUGH_PX: f64 = 1.0;
 const LEAST_STRENGTH: f64 = 0.5;
 
 /// Tags joined by every pair's consensus; strength is the number of agreeing groups, less where a rival agrees with them too.
-pub(crate) fn joined_tags(groups: &[Group<'_>], wanted: &[Wanted]) -> PoseGraph {
+pub(crate) fn joined_tags(groups: &[Group<'_>], wanted: &[TagSpec]) -> PoseGraph {
     let mut pairs: BTreeMap<[usize; 2], Vec<[GroupedView<'_>; 2]>> = BTreeMap::new();
     for group in groups {
         for (at, a) in group.iter().enumerate() {

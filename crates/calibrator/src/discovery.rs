@@ -9,10 +9,10 @@ mod rigidity;
 mod sizes;
 mod tracks;
 
-use crate::found::Found;
-use crate::intake::Kept;
+use crate::discovered_tags::DiscoveredTags;
+use crate::image_store::ImageStore;
 use crate::learn::{
-    Gauge, LearnError, LearnPlan, LearnProgress, LearnSession, Learned, SketchedTag,
+    Gauge, LearnError, LearnPlan, LearnProgress, LearnSession, LearnedObject, SketchedTag,
 };
 use crate::verdict::{Grade, listed};
 use groups::Groups;
@@ -45,24 +45,24 @@ pub struct DiscoveryPlan {
 pub struct DiscoverySession {
     rig: Rig,
     plan: DiscoveryPlan,
-    images: Kept,
+    images: ImageStore,
     tracks: Tracks,
     groups: Groups,
     /// Which tags the images are searched for, with their sizes, and the learning of those.
     inner: Option<(Sizes, LearnSession)>,
     /// So many images are there when it is looked again who belongs together.
-    next_look: usize,
+    next_regrouping: usize,
 }
 
 /// Images that are kept; of more, time is thinned out.
 const MOST_IMAGES: usize = 6000;
 /// It is looked again after so many images, and when there are so many times more than at the last look.
-const FIRST_LOOK: usize = 8;
-const NEXT_LOOK: f64 = 1.15;
+const FIRST_REGROUPING: usize = 8;
+const REGROUPING_GROWTH: f64 = 1.15;
 /// Rounds of learning in which the sizes that nobody stated settle.
 const SIZE_ROUNDS: usize = 3;
 /// They have settled when none changes by more than this part.
-const SETTLED: f64 = 5e-4;
+const CONVERGED: f64 = 5e-4;
 
 impl DiscoverySession {
     /// Nothing seen yet.
@@ -74,11 +74,11 @@ impl DiscoverySession {
             return Err(LearnError::UnknownCamera(unknown.clone()));
         }
         Ok(Self {
-            images: Kept::at_most(MOST_IMAGES),
+            images: ImageStore::at_most(MOST_IMAGES),
             tracks: Tracks::default(),
             groups: Groups::default(),
             inner: None,
-            next_look: FIRST_LOOK,
+            next_regrouping: FIRST_REGROUPING,
             rig,
             plan,
         })
@@ -103,14 +103,15 @@ impl DiscoverySession {
         if let Some((_, inner)) = &mut self.inner {
             inner.handle(image);
         }
-        if self.images.came() >= self.next_look {
-            self.next_look = (self.images.came() as f64 * NEXT_LOOK) as usize + 1;
-            self.look();
+        if self.images.n_received() >= self.next_regrouping {
+            self.next_regrouping =
+                (self.images.n_received() as f64 * REGROUPING_GROWTH) as usize + 1;
+            self.regroup();
         }
     }
 
     /// Sees anew who belongs together, and begins to learn those if they are others than before.
-    fn look(&mut self) {
+    fn regroup(&mut self) {
         self.groups = Groups::of(&self.tracks);
         let object = self.groups.object(self.plan.around);
         let Some(sizes) = object.map(|tags| Sizes::of(&self.plan, tags, self.groups.joints()))
@@ -143,7 +144,7 @@ impl DiscoverySession {
     }
 
     /// Which tags were found to be what.
-    pub fn found(&self) -> Found {
+    pub fn found(&self) -> DiscoveredTags {
         self.groups.found(self.plan.around)
     }
 
@@ -153,7 +154,7 @@ impl DiscoverySession {
             Some((_, inner)) => inner.progress(),
             None => LearnProgress::nothing_yet(),
         };
-        progress.images = self.images.came();
+        progress.images = self.images.n_received();
         if let Some(hint) = self.hint() {
             progress.hint = hint;
             progress.complete = progress.complete.min(0.99);
@@ -197,13 +198,13 @@ impl DiscoverySession {
     ///
     /// # Errors
     /// When nothing moves, or several things do; when no size is known; when the images cannot place every tag.
-    pub fn solve(&self) -> Result<Learned, LearnError> {
+    pub fn solve(&self) -> Result<LearnedObject, LearnError> {
         let mut last = self.clone();
-        last.look();
+        last.regroup();
         let found = last.found();
         let Some(tags) = last.groups.object(self.plan.around) else {
             return Err(LearnError::NotDiscovered(
-                found.why_none(self.images.came(), self.plan.around),
+                found.why_none(self.images.n_received(), self.plan.around),
             ));
         };
         let sizes = Sizes::of(&self.plan, tags, last.groups.joints());
@@ -215,16 +216,16 @@ impl DiscoverySession {
         if !sizes.are_known() {
             return Err(LearnError::SizeUnknown(sizes.in_words()));
         }
-        let learned = last.settled(sizes)?;
-        Ok(told(learned, found))
+        let learned = last.solve_with(sizes)?;
+        Ok(with_discovery(learned, found))
     }
 
     /// Learns; sizes that nobody stated are corrected by what their corners say, until they stay.
-    fn settled(&self, mut sizes: Sizes) -> Result<Learned, LearnError> {
+    fn solve_with(&self, mut sizes: Sizes) -> Result<LearnedObject, LearnError> {
         let mut learned = self.learning(&sizes)?.solve()?;
         for _ in 0..SIZE_ROUNDS {
             let ratios: Vec<f64> = learned.report.tags.iter().map(|t| t.size_ratio).collect();
-            if sizes.correct(&ratios) < SETTLED {
+            if sizes.correct(&ratios) < CONVERGED {
                 break;
             }
             learned = self.learning(&sizes)?.solve()?;
@@ -235,7 +236,7 @@ impl DiscoverySession {
 }
 
 /// The report with what was found.
-fn told(mut learned: Learned, found: Found) -> Learned {
+fn with_discovery(mut learned: LearnedObject, found: DiscoveredTags) -> LearnedObject {
     let verdict = &mut learned.report.verdict;
     if !found.loose.is_empty() {
         let loose = listed(&found.loose);

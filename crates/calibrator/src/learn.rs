@@ -19,7 +19,7 @@ pub(crate) use report::root_mean_square;
 pub use report::{LearnReport, LearnedTag};
 pub use sketch::SketchedTag;
 
-use crate::intake::{Kept, Wanted};
+use crate::image_store::{ImageStore, TagSpec};
 use crate::verdict::listed;
 use progress::Coverage;
 use sextant_estimator::{
@@ -44,7 +44,7 @@ pub struct LearnPlan {
 
 /// What was learned.
 #[derive(Clone, Debug)]
-pub struct Learned {
+pub struct LearnedObject {
     /// The object with every tag in its place.
     pub object: ObjectModel,
     /// How well, in numbers and words.
@@ -136,8 +136,8 @@ pub enum LearnError {
 pub struct LearnSession {
     rig: Rig,
     plan: LearnPlan,
-    wanted: Vec<Wanted>,
-    images: Kept,
+    wanted: Vec<TagSpec>,
+    images: ImageStore,
     coverage: Coverage,
 }
 
@@ -169,7 +169,7 @@ impl LearnSession {
         }
         Ok(Self {
             coverage: Coverage::of(&wanted),
-            images: Kept::at_most(MOST_IMAGES),
+            images: ImageStore::at_most(MOST_IMAGES),
             rig,
             plan,
             wanted,
@@ -218,17 +218,17 @@ impl LearnSession {
 }
 
 /// The plan's tags, then those of the known object that stay.
-fn wanted(plan: &LearnPlan) -> Vec<Wanted> {
-    let mut wanted: Vec<Wanted> = Vec::new();
+fn wanted(plan: &LearnPlan) -> Vec<TagSpec> {
+    let mut wanted: Vec<TagSpec> = Vec::new();
     for &(tag, size_m) in &plan.tags {
         if !wanted.iter().any(|w| w.tag == tag) {
-            wanted.push(Wanted { tag, size_m });
+            wanted.push(TagSpec { tag, size_m });
         }
     }
     let known = plan.from.iter().flat_map(|object| object.tags());
     for tag in known.filter(|tag| tag.object_from_tag.is_some()) {
         if !wanted.iter().any(|w| w.tag == tag.tag) {
-            wanted.push(Wanted {
+            wanted.push(TagSpec {
                 tag: tag.tag,
                 size_m: tag.size_m,
             });

@@ -32,7 +32,7 @@ pub use coverage::{COLUMNS, ROWS};
 pub use hint::{Hint, Place, Side};
 pub use maps::{LensMaps, MapCell};
 pub use refusal::LensRefusal;
-pub use session::{LensOptions, LensProgress, LensSession, Selection, Taken};
+pub use session::{LensOptions, LensProgress, LensSession, Selection, ViewOutcome};
 pub(crate) use sigma::lens_sigma;
 
 #[cfg(test)]

@@ -15,10 +15,10 @@
 mod adjustment;
 pub mod bundle;
 mod constellation;
+mod discovered_tags;
 mod discovery;
-mod found;
 mod graph;
-mod intake;
+mod image_store;
 mod learn;
 pub mod lens;
 mod printed_grid;
@@ -28,15 +28,15 @@ mod resection;
 mod rig;
 mod verdict;
 
+pub use discovered_tags::DiscoveredTags;
 pub use discovery::{DiscoveryPlan, DiscoverySession};
-pub use found::Found;
 pub use learn::{
-    Gauge, LearnError, LearnPlan, LearnProgress, LearnReport, LearnSession, Learned, LearnedTag,
-    SketchedTag, TagProgress,
+    Gauge, LearnError, LearnPlan, LearnProgress, LearnReport, LearnSession, LearnedObject,
+    LearnedTag, SketchedTag, TagProgress,
 };
 pub use printed_grid::{GridError, PrintedGrid, STRIP_MM};
 pub use rig::{
-    Calibrated, CalibratedCamera, CameraProgress, Origin, RigError, RigPlan, RigProgress,
+    CalibratedCamera, CalibratedRig, CameraProgress, Origin, RigError, RigPlan, RigProgress,
     RigReport, RigSession, Up,
 };
 pub use verdict::{Grade, Verdict};

@@ -2,13 +2,13 @@
 //! constellation, all tags vote, the winners are refined on the tags that agree.
 
 use crate::bundle::SeenTag;
-use crate::intake::ImageView;
+use crate::image_store::ImageView;
 use nalgebra::{Matrix2x6, Vector6};
 use sextant_geometry::least_squares::{Kernel, NormalEquations, Options, Problem, minimise};
 use sextant_geometry::{Lens, Pose, se3, so3, tag_corners_in_tag};
 
 /// Where a tag sits on the object; `None` while unknown.
-pub(crate) type Placed = Option<(Pose, f64)>;
+pub(crate) type TagPlacement = Option<(Pose, f64)>;
 
 /// A pose of the object in an image, and which tags of the image agree with it.
 #[derive(Clone, Debug)]
@@ -33,7 +33,11 @@ const RIVAL: f64 = 2.5;
 const SAME: f64 = 0.02;
 
 /// The best pose, and the rival where the tags cannot tell it from its mirror image. Empty where no known tag is seen.
-pub(crate) fn views_of_object(lens: &Lens, image: &ImageView, tags: &[Placed]) -> Vec<ObjectView> {
+pub(crate) fn views_of_object(
+    lens: &Lens,
+    image: &ImageView,
+    tags: &[TagPlacement],
+) -> Vec<ObjectView> {
     let proposals = image.tags.iter().flat_map(|view| {
         let placed = tags[view.tag].as_ref();
         let branches = view.branches.iter();
@@ -71,7 +75,7 @@ fn best_of(mut views: Vec<ObjectView>) -> Vec<ObjectView> {
 }
 
 /// How many tags agree, each counting less the further off it is.
-fn votes(lens: &Lens, image: &ImageView, tags: &[Placed], pose: &Pose) -> f64 {
+fn votes(lens: &Lens, image: &ImageView, tags: &[TagPlacement], pose: &Pose) -> f64 {
     let votes = image.tags.iter().filter_map(|view| {
         let (at, size_m) = tags[view.tag].as_ref()?;
         let error = tag_error_px(lens, &(pose * at), *size_m, &view.corners.corners)?;
@@ -85,11 +89,11 @@ fn votes(lens: &Lens, image: &ImageView, tags: &[Placed], pose: &Pose) -> f64 {
 fn agreeing(
     lens: &Lens,
     image: &ImageView,
-    tags: &[Placed],
+    tags: &[TagPlacement],
     pose: &Pose,
     (part, px): (f64, f64),
 ) -> Vec<usize> {
-    let agrees = |view: &crate::intake::TagView| {
+    let agrees = |view: &crate::image_store::TagView| {
         let (at, size_m) = tags[view.tag].as_ref()?;
         let error = tag_error_px(lens, &(pose * at), *size_m, &view.corners.corners)?;
         (error <= part * edge_px(&view.corners.corners) + px).then_some(())
@@ -103,13 +107,13 @@ fn agreeing(
 pub(crate) fn agreeing_loosely(
     lens: &Lens,
     image: &ImageView,
-    tags: &[Placed],
+    tags: &[TagPlacement],
     pose: &Pose,
 ) -> Vec<usize> {
     agreeing(lens, image, tags, pose, LOOSE)
 }
 
-fn refined(lens: &Lens, image: &ImageView, tags: &[Placed], proposal: Pose) -> ObjectView {
+fn refined(lens: &Lens, image: &ImageView, tags: &[TagPlacement], proposal: Pose) -> ObjectView {
     let mut pose = proposal;
     for bounds in [LOOSE, TIGHT] {
         let used = agreeing(lens, image, tags, &pose, bounds);
@@ -153,7 +157,7 @@ pub(crate) fn edge_px(corners: &[nalgebra::Point2<f64>; 4]) -> f64 {
 pub(crate) fn resected(
     lens: &Lens,
     image: &ImageView,
-    tags: &[Placed],
+    tags: &[TagPlacement],
     used: &[usize],
     start: Pose,
 ) -> Pose {

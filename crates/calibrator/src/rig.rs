@@ -22,7 +22,7 @@ pub use origin::{Origin, Up};
 pub use progress::{CameraProgress, RigProgress};
 pub use report::{CalibratedCamera, RigReport};
 
-use crate::intake::{Kept, Wanted};
+use crate::image_store::{ImageStore, TagSpec};
 use progress::Coverage;
 use sextant_estimator::{CameraId, ImageObservation, ObjectId, ObjectModel, Rig, TagId};
 use thiserror::Error;
@@ -38,7 +38,7 @@ pub struct RigPlan {
 
 /// A calibrated rig.
 #[derive(Clone, Debug)]
-pub struct Calibrated {
+pub struct CalibratedRig {
     /// Every camera with its pose and, save the reference, how well that is known relative to the reference.
     pub rig: Rig,
     /// How well, in numbers and words.
@@ -136,8 +136,8 @@ pub enum RigError {
 pub struct RigSession {
     rig: Rig,
     plan: RigPlan,
-    wanted: Vec<Wanted>,
-    images: Kept,
+    wanted: Vec<TagSpec>,
+    images: ImageStore,
     coverage: Coverage,
 }
 
@@ -154,11 +154,11 @@ impl RigSession {
             return Err(RigError::Articulated(plan.object.id().clone()));
         }
         plan.origin.check(&rig)?;
-        let mut wanted: Vec<Wanted> = plan
+        let mut wanted: Vec<TagSpec> = plan
             .object
             .tags()
             .iter()
-            .map(|tag| Wanted {
+            .map(|tag| TagSpec {
                 tag: tag.tag,
                 size_m: tag.size_m,
             })
@@ -166,7 +166,7 @@ impl RigSession {
         plan.origin.add_floor_tags(&mut wanted);
         Ok(Self {
             coverage: Coverage::of(&rig, &plan.object),
-            images: Kept::at_most(MOST_IMAGES),
+            images: ImageStore::at_most(MOST_IMAGES),
             rig,
             plan,
             wanted,

@@ -32,11 +32,11 @@ pub(crate) struct Services {
     pub(crate) camera: String,
     domain: Domain,
     // In this order on drop: ports (the owner's), services, node.
-    open: Option<Open>,
+    open: Option<OpenServices>,
 }
 
 #[derive(Debug)]
-struct Open {
+struct OpenServices {
     images: Images,
     wake_up: WakeUp,
     _node: Node<ipc::Service>,
@@ -56,7 +56,7 @@ impl Services {
         let domain = Domain::new(options)?;
         let lock = domain.lock(stop)?;
         let attempt = || {
-            let open = Open::new(&domain, camera)?;
+            let open = OpenServices::new(&domain, camera)?;
             let ports = ports(&open.images, &open.wake_up)?;
             Ok((open, ports))
         };
@@ -100,7 +100,7 @@ fn tidy_and_release(domain: &Domain, lock: DomainLock) -> crate::Leftovers {
     removed
 }
 
-impl Open {
+impl OpenServices {
     fn new(domain: &Domain, camera: &str) -> Result<Self, ImagesError> {
         let failed = |action, cause: String| ImagesError::Service {
             camera: camera.to_owned(),
@@ -149,26 +149,26 @@ impl Open {
 }
 
 fn open_error(camera: &str, cause: PublishSubscribeOpenOrCreateError) -> ImagesError {
-    use PublishSubscribeOpenError as Open;
+    use PublishSubscribeOpenError as OpenServices;
     let camera = camera.to_owned();
     match cause {
         PublishSubscribeOpenOrCreateError::PublishSubscribeOpenError(
-            cause @ (Open::IncompatibleTypes
-            | Open::IncompatibleMessagingPattern
-            | Open::IncompatibleAttributes
-            | Open::IncompatibleOverflowBehavior
-            | Open::DoesNotSupportRequestedMinBufferSize
-            | Open::DoesNotSupportRequestedMinHistorySize
-            | Open::DoesNotSupportRequestedMinSubscriberBorrowedSamples
-            | Open::DoesNotSupportRequestedAmountOfPublishers
-            | Open::DoesNotSupportRequestedAmountOfSubscribers
-            | Open::DoesNotSupportRequestedAmountOfNodes),
+            cause @ (OpenServices::IncompatibleTypes
+            | OpenServices::IncompatibleMessagingPattern
+            | OpenServices::IncompatibleAttributes
+            | OpenServices::IncompatibleOverflowBehavior
+            | OpenServices::DoesNotSupportRequestedMinBufferSize
+            | OpenServices::DoesNotSupportRequestedMinHistorySize
+            | OpenServices::DoesNotSupportRequestedMinSubscriberBorrowedSamples
+            | OpenServices::DoesNotSupportRequestedAmountOfPublishers
+            | OpenServices::DoesNotSupportRequestedAmountOfSubscribers
+            | OpenServices::DoesNotSupportRequestedAmountOfNodes),
         ) => ImagesError::Incompatible {
             camera,
             cause: format!("{cause:?}"),
         },
         PublishSubscribeOpenOrCreateError::PublishSubscribeOpenError(
-            Open::ExceedsMaxNumberOfNodes,
+            OpenServices::ExceedsMaxNumberOfNodes,
         ) => ImagesError::Full { camera },
         cause => ImagesError::Service {
             camera,

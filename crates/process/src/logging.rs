@@ -32,7 +32,7 @@ pub fn init(role: &str) {
         .with_env_filter(filter())
         .with_writer(|| StandardError)
         .with_ansi(colour)
-        .event_format(Headed {
+        .event_format(NamedFormat {
             role: role.to_owned(),
             line: Format::default().with_target(false),
             limit: RateLimit::new(),
@@ -43,13 +43,13 @@ pub fn init(role: &str) {
 }
 
 /// The line of `tracing-subscriber` behind the name of the process.
-struct Headed {
+struct NamedFormat {
     role: String,
     line: Format<Full>,
     limit: RateLimit<Identifier>,
 }
 
-impl Headed {
+impl NamedFormat {
     /// How many lines of the event's place were left out before it; none when it is to be left out as well.
     fn admit(&self, event: &Event<'_>) -> Option<u64> {
         let metadata = event.metadata();
@@ -60,7 +60,7 @@ impl Headed {
     }
 }
 
-impl<S, N> FormatEvent<S, N> for Headed
+impl<S, N> FormatEvent<S, N> for NamedFormat
 where
     S: Subscriber + for<'a> LookupSpan<'a>,
     N: for<'a> FormatFields<'a> + 'static,

@@ -1,7 +1,7 @@
 //! `data.csv` of the EuRoC ASL layout: `#timestamp [ns],filename` and an optional third column `arrival [ns]`.
 
 use crate::error::RecordingError;
-use crate::lines::{Ascending, each_line};
+use crate::lines::{TimeOrder, each_line};
 use std::path::{Component, Path, PathBuf};
 
 /// One line: an image and its times, ns since the Unix epoch.
@@ -17,7 +17,7 @@ pub(crate) fn read_data_csv(folder: &Path) -> Result<Vec<ImageLine>, RecordingEr
     let csv = folder.join("data.csv");
     let pictures = folder.join("data");
     let mut lines = Vec::new();
-    let mut ascending = Ascending::default();
+    let mut ascending = TimeOrder::default();
     each_line(&csv, |number, line| {
         let image = image_of(line, &pictures)
             .map_err(|(cause, remedy)| RecordingError::wrong(&csv, number, cause, remedy))?;

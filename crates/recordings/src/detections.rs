@@ -1,7 +1,7 @@
 //! `detections.jsonl`: what a detector, ours or another, found in the images of one camera; an image a line.
 
 use crate::error::RecordingError;
-use crate::lines::{Ascending, each_line};
+use crate::lines::{TimeOrder, each_line};
 use serde::{Deserialize, Serialize};
 use sextant_geometry::wrong_corner_pair;
 use sextant_tag_families::Family;
@@ -51,7 +51,7 @@ impl DetectionsLine {
     /// A file that cannot be read, or a line that is malformed, out of order, or says a number that is none.
     pub fn read_file(path: &Path) -> Result<Vec<Self>, RecordingError> {
         let mut lines = Vec::new();
-        let mut ascending = Ascending::default();
+        let mut ascending = TimeOrder::default();
         each_line(path, |number, text| {
             let line = Self::parse(text)
                 .map_err(|(cause, remedy)| RecordingError::wrong(path, number, cause, remedy))?;

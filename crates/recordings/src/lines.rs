@@ -27,11 +27,11 @@ pub(crate) fn each_line(
 
 /// The time of the last line, to hold the next one against.
 #[derive(Default)]
-pub(crate) struct Ascending {
+pub(crate) struct TimeOrder {
     last: Option<(u64, usize)>,
 }
 
-impl Ascending {
+impl TimeOrder {
     /// Refuses a time that is not after the one before.
     pub(crate) fn check(
         &mut self,

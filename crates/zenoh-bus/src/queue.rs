@@ -49,20 +49,20 @@ pub(crate) struct Queue<T> {
 
 #[derive(Debug)]
 struct State<T> {
-    items: VecDeque<Waiting<T>>,
+    items: VecDeque<QueuedItem<T>>,
     bytes: usize,
     counts: QueueCounts,
 }
 
 #[derive(Debug)]
-struct Waiting<T> {
+struct QueuedItem<T> {
     item: T,
     bytes: usize,
     since: Instant,
 }
 
 impl<T> State<T> {
-    fn pop(&mut self) -> Option<Waiting<T>> {
+    fn pop(&mut self) -> Option<QueuedItem<T>> {
         let first = self.items.pop_front()?;
         self.bytes -= first.bytes;
         Some(first)
@@ -75,7 +75,7 @@ impl<T> State<T> {
 
     /// The oldest item at `now`, once those that waited too long have given way; the newest stays always.
     fn next(&mut self, longest: Duration, now: Instant) -> Option<T> {
-        let waited = |one: &Waiting<T>| now.saturating_duration_since(one.since);
+        let waited = |one: &QueuedItem<T>| now.saturating_duration_since(one.since);
         if self
             .items
             .front()
@@ -145,7 +145,7 @@ impl<T> Queue<T> {
             state.drop_oldest();
         }
         state.bytes = state.bytes.saturating_add(bytes);
-        state.items.push_back(Waiting {
+        state.items.push_back(QueuedItem {
             item,
             bytes,
             since: now,

@@ -61,7 +61,7 @@ impl Models {
         let is_connected = bus.is_connected();
         let is_back = is_connected && !self.was_connected;
         if is_back || self.is_short_of_room && self.asked.elapsed() >= ASK_PERIOD {
-            self.ask(bus);
+            self.query(bus);
         }
         self.was_connected = is_connected;
         while let Some(item) = self.subscription.try_recv() {
@@ -90,7 +90,7 @@ impl Models {
         self.complaint.as_deref()
     }
 
-    fn ask(&mut self, bus: &Bus) {
+    fn query(&mut self, bus: &Bus) {
         self.asked = Instant::now();
         self.is_short_of_room = false;
         match bus.latest(

@@ -6,7 +6,7 @@ mod words;
 
 use crate::output::{Format, print_line};
 use crate::print::enlarged;
-use crate::procedure::{ImageArguments, Images, Looking, wrong};
+use crate::procedure::{ImageArguments, ImageSelection, Images, wrong};
 use anyhow::{bail, ensure};
 use clap::Args;
 use sextant_calibrator::lens::Selection;
@@ -21,48 +21,48 @@ use std::path::{Path, PathBuf};
 /// More images than this are a stream, of which those are kept that show the board otherwise than the ones before.
 const MANY: usize = 60;
 
-/// What a person may choose of `calibrate lens`.
+/// Arguments of `sextant calibrate lens`.
 #[derive(Args, Debug)]
 #[command(
-    after_help = "Print a board (`sextant print board`), glue it onto something flat, and take 30 images of it: everywhere in the picture, its
-edges and corners above all, from near enough to fill a third of it, tilted by 30 degrees and more in every direction. Parts of
-the board will do. Without --model the images choose: the simplest model that foretells best where corners lie in images that it
-was not fitted to. What the images cannot determine is named, and then nothing is written. The camera keeps its pose in the rig
-file, one that is not there yet is added; the former file is kept as FILE.former.
+    after_help = "Print a board (`sextant print board`), glue it onto something flat, and take 30 images of it: everywhere in the image, above all
+at its edges and corners, large enough to fill a third of it, tilted by 30 degrees or more in every direction. It may be partly
+visible. Without --model cross-validation selects the simplest model that predicts corners best in images it was not fitted to. If the
+images do not determine the lens, the cause is reported and nothing is written. The camera keeps its pose in the rig file, or is
+added to it; the previous file is kept as FILE.former.
 
-With --live the images are those of a camera of the running site: hold the board as the lines say until there is enough, or end
-it with Ctrl-C; then the lens is solved. With --json they are a line a second at most: {\"kind\",\"images\",\"fraction\",\"is_enough\",
+With --live the images come from a camera of the running site: hold the board as instructed until there are enough images, or
+press Ctrl-C; then the lens is solved. With --json, progress is one line per second at most: {\"kind\",\"images\",\"fraction\",\"is_enough\",
 \"hint\",\"details\":{\"views\",\"coverage\":[[corners]],\"tilted\":[left,right,upper,lower]}}.
 
-The scale of the board has no say in the lens: if the printer enlarged it as a whole, the lens is the same.
+The scale of the board does not affect the lens.
 
 --report DIR writes residuals.png, uncertainty.png and lens.json.
-With --json, a last line on standard output: {\"camera\",\"resolution\",\"lens\",\"sigmas\",\"rms_px\",\"noise_px\",\"images\",\"views\",\"tags\",\"wrong_tags\",
+With --json, the result is one line on standard output: {\"camera\",\"resolution\",\"lens\",\"sigmas\",\"rms_px\",\"noise_px\",\"images\",\"views\",\"tags\",\"wrong_tags\",
 \"suspicious\",\"models\":[{\"model\",\"held_out_rms_px\"}],\"coverage\",\"uncertainty_px\":{\"mean\",\"largest\"},
 \"cells\":[[{\"corners\",\"mean_px\",\"rms_px\",\"sigma_px\"}]],\"verdict\":{\"grade\",\"because\"}}"
 )]
 pub struct LensArguments {
     #[command(flatten)]
     images: ImageArguments,
-    /// The board: the object file that `sextant print board` wrote.
+    /// Object file of the board, as written by `sextant print board`.
     #[arg(long, value_name = "FILE")]
     board: PathBuf,
     /// The camera.
     #[arg(long, value_name = "ID")]
     camera: CameraId,
-    /// The rig file that the lens is written into; it is made if there is none.
+    /// Rig file to write the lens into; created if it does not exist.
     #[arg(long, value_name = "FILE")]
     rig: PathBuf,
-    /// The lens model: pinhole, brown-conrady or kannala-brandt. Without it the images choose.
+    /// Lens model: pinhole, brown-conrady or kannala-brandt. By default it is selected by cross-validation.
     #[arg(long)]
     model: Option<LensModel>,
-    /// Edge of a black square of the board as measured, metres; without it the board file's word counts.
+    /// Measured edge of a black square of the board, metres; by default that of the board file.
     #[arg(long, value_name = "METRES")]
     measured_size: Option<f64>,
-    /// Width and height of the pictures, such as 640x480; needed for detections of a camera that the rig lacks.
+    /// Width and height of the images, such as 640x480; needed for detections of a camera that is not in the rig.
     #[arg(long, value_name = "WxH", value_parser = resolution)]
     resolution: Option<[u32; 2]>,
-    /// A folder for pictures of coverage, residuals and uncertainty.
+    /// Folder for charts of residuals and uncertainty.
     #[arg(long, value_name = "DIR")]
     report: Option<PathBuf>,
 }
@@ -89,7 +89,7 @@ pub fn run(arguments: &LensArguments, format: Format) -> anyhow::Result<()> {
         model: arguments.model,
         selection,
     });
-    let looking = Looking {
+    let looking = ImageSelection {
         rig: Rig::new(vec![placeholder(arguments, resolution)?])?,
         cameras: vec![arguments.camera.clone()],
         families: plan.families(),
@@ -98,7 +98,7 @@ pub fn run(arguments: &LensArguments, format: Format) -> anyhow::Result<()> {
     finish(&images.outcome(procedure, &looking)?, arguments, format)
 }
 
-/// Writes the lens and tells of it.
+/// Writes the lens and prints the report.
 fn finish(outcome: &Outcome, arguments: &LensArguments, format: Format) -> anyhow::Result<()> {
     let (Product::Rig(rig), Report::Lens(report)) = (&outcome.product, &outcome.report) else {
         bail!("the calibration of a lens gave no lens");

@@ -1,7 +1,7 @@
 //! `sextant calibrate rig`: where every camera is, from an object carried through what they see.
 
 use crate::output::{Format, print_line};
-use crate::procedure::{ImageArguments, Looking, wrong};
+use crate::procedure::{ImageArguments, ImageSelection, wrong};
 use anyhow::bail;
 use clap::Args;
 use sextant_calibrator::procedure::{Outcome, Plan, Procedure, Product, Report};
@@ -11,43 +11,42 @@ use sextant_process::{Exit, WithExit};
 use sextant_site_files::{read_object, read_rig, write_rig};
 use std::path::PathBuf;
 
-/// What a person may choose of `calibrate rig`.
+/// Arguments of `sextant calibrate rig`.
 #[derive(Args, Debug)]
 #[command(
-    after_help = "Carry the object slowly through what the cameras see, nearer and further, tilted to and fro, and for a while where two cameras
-see it at once; cameras that never do are joined through others. Tags of the object without object_from_tag are placed on the
-way. Cameras need not be synchronised: the object's motion is modelled, and clocks that are off are found. No number in the files is
-taken as exact: with the poses come the lenses, as far as the images tell better, and the places and sizes of the object's tags are
-adjusted on the way, each within what its sigma or a default allows. Cameras that the images cannot place keep what the file says of
-them and are named; the exit code is 4 then, and with --strict nothing is written. The former rig file is kept beside the new one. How
-well each pose is known relative to the reference goes along as world_from_camera_sigma, each lens as lens_sigma, which fusion counts in.
+    after_help = "Carry the object slowly through the views of the cameras, closer and farther, tilted back and forth, and for a while where two
+cameras see it simultaneously; cameras that never do are connected through others. Tags of the object without object_from_tag are
+placed as well. Cameras need not be synchronised: the motion of the object is modelled, and clock offsets are estimated. No number in the
+files counts as exact: lenses, tag poses and tag sizes are adjusted along with the camera poses, each with its sigma or a default as a prior.
+Cameras that cannot be placed keep their entries and are named; the exit code is then 4, and with --strict nothing is written. The
+previous rig file is kept. Sigmas relative to the reference camera are written as world_from_camera_sigma, those of lenses as lens_sigma.
 
-With --live the images are those of the running site: do as the lines say until there is enough, or end it with Ctrl-C; then it
-is solved. With --json they are a line a second at most: {\"kind\",\"images\",\"fraction\",\"is_enough\",\"hint\",
+With --live the images come from the running site: follow the instructions until there are enough images, or press Ctrl-C; then
+it is solved. With --json, progress is one line per second at most: {\"kind\",\"images\",\"fraction\",\"is_enough\",\"hint\",
 \"details\":{\"cameras\":[{\"camera\",\"images\",\"seeing\",\"fields\":[12],\"distances\",\"group\"}],\"together\":[[\"a\",\"b\",images]]}}.
 
-With --json, a last line on standard output: {\"reference\",\"images\",\"images_used\",\"instants\",\"synchronised\",\"rms_px\",\"noise_ratio\",
+With --json, the result is one line on standard output: {\"reference\",\"images\",\"images_used\",\"instants\",\"synchronised\",\"rms_px\",\"noise_ratio\",
 \"cameras\":[{\"camera\",\"images\",\"tags\",\"left_out\",\"sigma_mm\",\"sigma_deg\",\"sigma_axes_mm\":[3],\"sigma_axes_deg\":[3],\"rms_px\",\"clock_offset_ms\",\"clock_sigma_ms\"}],
 \"tags_left_out\",\"weak\",\"unsolved\",\"scale\",\"verdict\":{\"grade\",\"because\"}}"
 )]
 pub struct RigArguments {
     #[command(flatten)]
     images: ImageArguments,
-    /// The cameras: a rig file with their lenses, into which their poses are written.
+    /// Rig file with the lenses of the cameras; their poses are written into it.
     #[arg(long, value_name = "FILE")]
     rig: PathBuf,
-    /// What was carried: an object file.
+    /// Object file of the carried object.
     #[arg(long, value_name = "FILE")]
     object: PathBuf,
-    /// The world's frame: `camera:ID`, `tag:NUMBER` of a tag that lies still, or `tags:A,B,C` (origin, on +x, towards +y).
-    /// Without it the first camera keeps its pose or is the world's frame.
+    /// World frame: `camera:ID`, `tag:NUMBER` for a tag that lies still, or `tags:A,B,C` (origin, on +x, towards +y). By default
+    /// the first camera keeps its pose, or is the world frame.
     #[arg(long, value_name = "FRAME", value_parser = frame)]
     origin: Option<Frame>,
-    /// What gravity says is up, so that z of the world points there: `flat:NUMBER` of a tag that lies on something level,
-    /// `upright:NUMBER` of one that hangs plumb with its upper edge up, or `plumb:LOW,HIGH` of two on a plumb line.
+    /// Vertical, along which z of the world points: `flat:NUMBER` for a tag on something level, `upright:NUMBER` for one that
+    /// hangs plumb with its upper edge up, or `plumb:LOW,HIGH` for two tags on a plumb line.
     #[arg(long, value_name = "TAGS", value_parser = up)]
     up: Option<Vertical>,
-    /// Edge of the black squares of the tags of --origin and --up, metres; that of the object's tags when absent.
+    /// Edge of the black squares of the tags of --origin and --up, metres; by default that of the object's tags.
     #[arg(long, value_name = "METRES")]
     origin_size: Option<f64>,
 }
@@ -119,7 +118,7 @@ pub fn run(arguments: &RigArguments, format: Format) -> anyhow::Result<()> {
         origin: origin(arguments, &object)?,
         object,
     });
-    let looking = Looking {
+    let looking = ImageSelection {
         rig: rig.clone(),
         cameras: Vec::new(),
         families: plan.families(),
@@ -129,7 +128,7 @@ pub fn run(arguments: &RigArguments, format: Format) -> anyhow::Result<()> {
     finish(&images.outcome(procedure, &looking)?, arguments, format)
 }
 
-/// Writes the rig and tells of it.
+/// Writes the rig and prints the report.
 fn finish(outcome: &Outcome, arguments: &RigArguments, format: Format) -> anyhow::Result<()> {
     let (Product::Rig(rig), Report::Rig(report)) = (&outcome.product, &outcome.report) else {
         bail!("the calibration of a rig gave no rig");

@@ -77,13 +77,13 @@ impl<'a> Answers<'a> {
                 );
                 bail!(Failure::new(Exit::Unavailable, cause));
             }
-            self.look()?;
+            self.poll()?;
         }
         Ok(self.heard.into_values().collect())
     }
 
     /// Answers come by themselves; one that came before the network knew of this listener is asked for.
-    fn look(&mut self) -> anyhow::Result<()> {
+    fn poll(&mut self) -> anyhow::Result<()> {
         let come = self.subscription.recv_timeout(GLANCE);
         let answers = match come {
             Some(item) => item.decode().into_iter().collect(),

@@ -30,7 +30,7 @@ impl Run {
 
 /// What is to be taken back.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Reverted {
+pub enum RevertTarget {
     /// Whatever changed last.
     Last,
     /// The last change of the rig.
@@ -61,10 +61,10 @@ pub fn apply(
         Failure::new(Exit::Fault, cause)
     })?;
     let models = Models::of(&proposal)?;
-    let mut account = models.account(&site)?;
-    account.node = Some(proposal.node.clone());
-    account.held_back = Some(proposal);
-    print_line(&account.line(format))?;
+    let mut summary = models.summary(&site)?;
+    summary.node = Some(proposal.node.clone());
+    summary.held_back = Some(proposal);
+    print_line(&summary.line(format))?;
     models.set(&site, run, format)
 }
 
@@ -73,22 +73,22 @@ pub fn apply(
 /// # Errors
 /// Nothing to take back, nobody who answers, a refusal.
 pub fn revert(
-    what: &Reverted,
+    what: &RevertTarget,
     run: Run,
     site: &SiteArguments,
     format: Format,
 ) -> anyhow::Result<()> {
     let site = site.open()?;
     let models = match what {
-        Reverted::Last => {
+        RevertTarget::Last => {
             let last = first(&site, &site.keys.all_formers())?;
             last.as_ref().map(Models::of).transpose()?
         }
-        Reverted::Rig => {
+        RevertTarget::Rig => {
             let former: Vec<FullRig> = latest(&site, &site.keys.all_former_rigs())?;
             former.into_iter().next().map(Models::rig)
         }
-        Reverted::Object(id) => {
+        RevertTarget::Object(id) => {
             let former: Vec<FullObject> = latest(&site, &site.keys.all_former_objects(id))?;
             former.into_iter().next().map(Models::object)
         }
@@ -98,16 +98,16 @@ pub fn revert(
             bail!(Failure::new(Exit::Unavailable, nobody(&site)))
         }
         let of = match what {
-            Reverted::Last => String::new(),
-            Reverted::Rig => " of the rig".to_owned(),
-            Reverted::Object(id) => format!(" of object {id}"),
+            RevertTarget::Last => String::new(),
+            RevertTarget::Rig => " of the rig".to_owned(),
+            RevertTarget::Object(id) => format!(" of object {id}"),
         };
         let cause = anyhow!(
             "no change{of} is known that could be taken back (without `keep_changes` a fusion node knows those since its start)"
         );
         bail!(Failure::new(Exit::Fault, cause))
     };
-    print_line(&models.account(&site)?.line(format))?;
+    print_line(&models.summary(&site)?.line(format))?;
     models.set(&site, run, format)
 }
 
@@ -147,22 +147,22 @@ impl Models {
     }
 
     /// How they differ from what is in force.
-    fn account(&self, site: &Site) -> anyhow::Result<Account> {
-        let mut account = Account::default();
+    fn summary(&self, site: &Site) -> anyhow::Result<RefinementSummary> {
+        let mut summary = RefinementSummary::default();
         let in_force: Vec<FullRig> = latest(site, &site.keys.full_rig())?;
         if let Some((after, before)) = self.rig.as_ref().zip(in_force.first()) {
-            account.compare_rigs(&Rig::try_from(before)?, &Rig::try_from(after)?);
+            summary.compare_rigs(&Rig::try_from(before)?, &Rig::try_from(after)?);
         }
         for after in &self.objects {
             let key = site.keys.full_object(&after.id);
             let in_force: Vec<FullObject> = latest(site, &key)?;
             let after = ObjectModel::try_from(after)?;
             match in_force.first() {
-                Some(before) => account.compare_objects(&ObjectModel::try_from(before)?, &after),
-                None => account.added.push(after.id().clone()),
+                Some(before) => summary.compare_objects(&ObjectModel::try_from(before)?, &after),
+                None => summary.added.push(after.id().clone()),
             }
         }
-        Ok(account)
+        Ok(summary)
     }
 
     fn set(&self, site: &Site, run: Run, format: Format) -> anyhow::Result<()> {
@@ -181,7 +181,7 @@ impl Models {
 
 /// What changes, and by how much.
 #[derive(Default)]
-struct Account {
+struct RefinementSummary {
     node: Option<NodeId>,
     held_back: Option<Proposal>,
     moves: Vec<Move>,
@@ -200,7 +200,7 @@ struct Move {
 /// Ratios nearer to one than this are not shown.
 const SHOWN_RATIO: f64 = 5e-5;
 
-impl Account {
+impl RefinementSummary {
     fn compare_rigs(&mut self, before: &Rig, after: &Rig) {
         for camera in after.cameras() {
             let Some(known) = before.camera(&camera.id).filter(|known| *known != camera) else {
@@ -209,7 +209,7 @@ impl Account {
             let focal = |camera: &sextant_estimator::Camera| camera.lens.intrinsics().fx;
             self.moves.push(Move {
                 what: format!("camera {}", camera.id),
-                by: apart(known.world_from_camera, camera.world_from_camera),
+                by: displacement(known.world_from_camera, camera.world_from_camera),
                 ratio: ("focal length", focal(camera) / focal(known)),
             });
         }
@@ -223,7 +223,7 @@ impl Account {
             };
             self.moves.push(Move {
                 what: format!("tag {} of object {}", tag.tag, after.id()),
-                by: apart(known.object_from_tag, tag.object_from_tag),
+                by: displacement(known.object_from_tag, tag.object_from_tag),
                 ratio: ("size", tag.size_m / known.size_m),
             });
         }
@@ -294,7 +294,7 @@ impl Move {
     }
 }
 
-fn apart(before: Option<Pose>, after: Option<Pose>) -> Option<(f64, f64)> {
+fn displacement(before: Option<Pose>, after: Option<Pose>) -> Option<(f64, f64)> {
     let step = se3::difference(&after?, &before?);
     Some((
         step.fixed_rows::<3>(0).norm(),

@@ -31,7 +31,7 @@ pub fn wait(
         DropRule::Oldest,
         limits::MAX_PAYLOAD_BYTES,
     )?;
-    let mut missing = Missing::new(cameras);
+    let mut missing = MissingParts::new(cameras);
     let deadline = Instant::now() + PATIENCE;
     while !missing.is_empty() && !shutdown.is_requested() {
         processes.check()?;
@@ -53,12 +53,12 @@ pub fn wait(
 }
 
 /// Who has not been heard of.
-struct Missing {
+struct MissingParts {
     nodes: BTreeSet<NodeKind>,
     cameras: BTreeSet<CameraId>,
 }
 
-impl Missing {
+impl MissingParts {
     fn new(cameras: &[CameraId]) -> Self {
         Self {
             nodes: [NodeKind::Fusion, NodeKind::Viewer].into(),

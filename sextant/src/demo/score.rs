@@ -31,7 +31,7 @@ pub enum WorldFrame {
 
 /// A pose as published, and the truth at its capture time.
 #[derive(Debug, Clone, Copy)]
-pub struct Judged<'a> {
+pub struct ScoredPose<'a> {
     /// Middle of the exposure, ns.
     pub capture_ns: u64,
     /// The estimate.
@@ -86,7 +86,7 @@ impl Score {
     }
 
     /// Counts a pose of an object or link. Poses of captures before the start don't count.
-    pub fn count(&mut self, name: &str, judged: &Judged) {
+    pub fn count(&mut self, name: &str, judged: &ScoredPose) {
         let Some(since_ns) = judged.capture_ns.checked_sub(self.from_ns) else {
             return;
         };
@@ -172,7 +172,7 @@ struct ObjectScore {
 }
 
 impl ObjectScore {
-    fn count(&mut self, slot: u64, judged: &Judged) {
+    fn count(&mut self, slot: u64, judged: &ScoredPose) {
         self.poses += 1;
         let estimate = (judged.estimate, judged.covariance);
         self.pairs.add(judged.capture_ns, estimate, judged.truth);

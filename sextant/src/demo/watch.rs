@@ -2,7 +2,7 @@
 
 use crate::demo::Summary;
 use crate::demo::processes::Processes;
-use crate::demo::score::{Judged, PoseError, Score, WorldFrame};
+use crate::demo::score::{PoseError, Score, ScoredPose, WorldFrame};
 use crate::demo::site_folder::SiteFolder;
 use crate::demo::terminal::Terminal;
 use crate::simulate::models::{Body, bodies};
@@ -167,7 +167,7 @@ impl<'a> Watch<'a> {
             return Ok(());
         };
         let truth = body.base().world_from_object(message.capture_ns);
-        let judged = Judged {
+        let judged = ScoredPose {
             capture_ns: message.capture_ns,
             estimate: &message.world_from_object(),
             covariance: &message.covariance,
@@ -187,7 +187,7 @@ impl<'a> Watch<'a> {
             let of_name = |pose: &&LinkPose| pose.link.as_str() == name;
             if let Some(pose) = message.links.iter().find(of_name) {
                 let truth = link.world_from_object(message.capture_ns);
-                let judged = Judged {
+                let judged = ScoredPose {
                     capture_ns: message.capture_ns,
                     estimate: &pose.world_from_link(),
                     covariance: &pose.covariance,

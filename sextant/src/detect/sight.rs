@@ -20,11 +20,11 @@ pub struct Sight {
     pub tracking: Option<TrackingReport>,
 }
 
-/// Looks at the picture in a file, `reps` times.
+/// Detects the tags in an image file, `reps` times.
 ///
 /// # Errors
 /// A file that is no picture, and a picture of a size that the detector does not take.
-pub fn look(
+pub fn detect(
     detector: &mut Option<Detector>,
     path: &Path,
     reps: u32,
@@ -55,10 +55,10 @@ pub fn look(
     })
 }
 
-/// Looks at the picture in a file as the next of a sequence.
+/// Detects the tags in an image file, the next one of a sequence.
 ///
 /// # Errors
-/// As [`look`].
+/// As [`detect`].
 pub fn follow(
     tracker: &mut Option<Tracker>,
     path: &Path,

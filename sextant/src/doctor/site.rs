@@ -8,7 +8,7 @@ use sextant_process::{Exit, now_ns};
 use sextant_proto::{CameraStatus, FusionStatus, Message, limits};
 use std::time::Duration;
 
-/// How long those who keep a last value may take to answer.
+/// Timeout of queries for last values.
 const ANSWER: Duration = Duration::from_secs(1);
 
 /// Everything that was looked at.

@@ -12,11 +12,6 @@ pub enum Font {
 }
 
 impl Font {
-    /// Pixels from one line to the next.
-    pub fn height(self) -> usize {
-        self.raster().1.val()
-    }
-
     /// Width and height of a line of text, pixels.
     pub fn extent(self, text: &str) -> [usize; 2] {
         let (weight, height) = self.raster();

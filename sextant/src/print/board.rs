@@ -3,7 +3,7 @@
 //! The board's frame has its origin in the middle of the grid, x to the right, y up and z out of the paper, as each of its
 //! tags. Ids run from the top left, row by row.
 
-use super::Printed;
+use super::PrintJob;
 use super::sheet::{MARGIN, NOTE, Paper, SMALL, Sheet, label_of, length_text, printed_edge};
 use anyhow::ensure;
 use clap::Args;
@@ -37,7 +37,7 @@ pub struct BoardArguments {
 ///
 /// # Errors
 /// A family with too few tags and a grid that does not fit on the paper.
-pub fn board(arguments: &BoardArguments, id: &str, paper: Paper) -> anyhow::Result<Printed> {
+pub fn board(arguments: &BoardArguments, id: &str, paper: Paper) -> anyhow::Result<PrintJob> {
     let ids = super::ids_from(arguments.family, arguments.first, arguments.tags())?;
     let size = arguments.size * 1e3;
     super::check_size(size)?;
@@ -65,7 +65,7 @@ pub fn board(arguments: &BoardArguments, id: &str, paper: Paper) -> anyhow::Resu
     }
     foot(&mut sheet, arguments, size);
     sheet.ruler_up([width - MARGIN + 1.0, middle[1] - 50.0]);
-    Ok(Printed {
+    Ok(PrintJob {
         title: format!("Sextant board {id}"),
         pages: vec![sheet.into_page()],
         model,

@@ -1,6 +1,6 @@
 //! Boards of other tools: Kalibr's AprilGrid and OpenCV's ChArUco board, with the object files that describe them here.
 
-use super::Printed;
+use super::PrintJob;
 use super::sheet::{MARGIN, NOTE, Paper, Sheet};
 use anyhow::ensure;
 use clap::Args;
@@ -58,7 +58,7 @@ pub fn aprilgrid(
     arguments: &AprilgridArguments,
     id: &str,
     paper: Paper,
-) -> anyhow::Result<Printed> {
+) -> anyhow::Result<PrintJob> {
     let &AprilgridArguments {
         columns,
         rows,
@@ -90,7 +90,7 @@ pub fn aprilgrid(
             "AprilGrid: tagCols {columns}, tagRows {rows}, tagSize {size}, tagSpacing {spacing}; tag36h11 from {first} on."
         ),
     );
-    Ok(Printed {
+    Ok(PrintJob {
         title: format!("Sextant AprilGrid {id}"),
         pages: vec![sheet.into_page()],
         model,
@@ -102,7 +102,7 @@ pub fn aprilgrid(
 ///
 /// # Errors
 /// A board that is none, and one that does not fit on the paper.
-pub fn charuco(arguments: &CharucoArguments, id: &str, paper: Paper) -> anyhow::Result<Printed> {
+pub fn charuco(arguments: &CharucoArguments, id: &str, paper: Paper) -> anyhow::Result<PrintJob> {
     let &CharucoArguments {
         columns,
         rows,
@@ -144,7 +144,7 @@ pub fn charuco(arguments: &CharucoArguments, id: &str, paper: Paper) -> anyhow::
             (size * marker * 1e6).round() * 1e-6
         ),
     );
-    Ok(Printed {
+    Ok(PrintJob {
         title: format!("Sextant ChArUco board {id}"),
         pages: vec![sheet.into_page()],
         model,

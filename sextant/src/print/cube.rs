@@ -11,7 +11,7 @@
 //!        [-z]
 //! ```
 
-use super::Printed;
+use super::PrintJob;
 use super::pdf::Stroke;
 use super::sheet::{MARGIN, NOTE, Paper, RULER, SMALL, Sheet, label_of, length_text, printed_edge};
 use anyhow::ensure;
@@ -52,7 +52,7 @@ struct Face {
 ///
 /// # Errors
 /// Tags that do not fit on the faces or faces that do not fit on the paper.
-pub fn cube(arguments: &CubeArguments, id: &str, paper: Paper) -> anyhow::Result<Printed> {
+pub fn cube(arguments: &CubeArguments, id: &str, paper: Paper) -> anyhow::Result<PrintJob> {
     let ids = super::ids_from(arguments.family, arguments.first, 6)?;
     let (edge, size) = (arguments.edge * 1e3, arguments.size * 1e3);
     super::check_size(size)?;
@@ -81,7 +81,7 @@ pub fn cube(arguments: &CubeArguments, id: &str, paper: Paper) -> anyhow::Result
         middle: [width / 2.0, height - MARGIN - 1.5 * edge],
     };
     let page = net.page(paper, &faces, &ids, size);
-    Ok(Printed {
+    Ok(PrintJob {
         title: format!("Sextant cube {id}"),
         pages: vec![page],
         model,

@@ -1,6 +1,6 @@
 //! Single tags to cut out, as many on a sheet as fit, and an object file that lists them without their places.
 
-use super::Printed;
+use super::PrintJob;
 use super::pdf::Stroke;
 use super::sheet::{MARGIN, Paper, SMALL, Sheet, label_of, length_text, printed_edge};
 use anyhow::{Context, ensure};
@@ -59,7 +59,7 @@ impl FromStr for Ids {
 ///
 /// # Errors
 /// Ids that the family lacks, an id twice, and a size that does not fit on the paper.
-pub fn tags(arguments: &TagsArguments, id: &str, paper: Paper) -> anyhow::Result<Printed> {
+pub fn tags(arguments: &TagsArguments, id: &str, paper: Paper) -> anyhow::Result<PrintJob> {
     let size = arguments.size * 1e3;
     super::check_size(size)?;
     let tags: Vec<TagId> = arguments
@@ -85,7 +85,7 @@ pub fn tags(arguments: &TagsArguments, id: &str, paper: Paper) -> anyhow::Result
         foot(&mut sheet, size);
         sheet.into_page()
     });
-    Ok(Printed {
+    Ok(PrintJob {
         title: format!("Sextant tags of {id}"),
         pages: pages.collect(),
         model,

@@ -161,7 +161,7 @@ fn single_tags_of_every_border_are_seen_in_their_size_on_all_pages() {
 }
 
 /// Corners as the detector sees them where the object file says, up to where the board lies on the paper.
-fn assert_seen_as_described(printed: &Printed, family: Family) {
+fn assert_seen_as_described(printed: &PrintJob, family: Family) {
     let seen = pictures(&pdf::pdf("", &printed.pages))[0].tags(family);
     assert_eq!(seen.len(), printed.model.tags().len());
     let described = |tag: &ObjectTag| {

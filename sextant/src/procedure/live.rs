@@ -1,6 +1,6 @@
 //! The images of a running site: the same observations that the fusion node gets, taken in until there is enough or Ctrl-C.
 
-use super::Looking;
+use super::ImageSelection;
 use super::telling::Teller;
 use crate::output::Format;
 use crate::site::{RouterWatch, Site};
@@ -15,7 +15,7 @@ use std::time::{Duration, Instant};
 
 /// Messages that wait while a picture is drawn or a solution sought; the oldest give way.
 const QUEUE: usize = 2048;
-/// How late a Ctrl-C is heard.
+/// Longest delay until Ctrl-C has an effect.
 const GLANCE: Duration = Duration::from_millis(50);
 /// A camera that has been silent for so long is named.
 const SILENT: Duration = Duration::from_secs(5);
@@ -83,7 +83,7 @@ impl Live {
     pub fn outcome(
         mut self,
         mut procedure: Procedure,
-        looking: &Looking,
+        looking: &ImageSelection,
     ) -> anyhow::Result<Outcome> {
         let mut least_images = 0;
         loop {
@@ -111,7 +111,7 @@ impl Live {
     fn collect(
         &mut self,
         procedure: &mut Procedure,
-        looking: &Looking,
+        looking: &ImageSelection,
         least_images: usize,
     ) -> anyhow::Result<()> {
         while !self.site.shutdown.is_requested() {
@@ -144,7 +144,7 @@ impl Live {
     }
 
     /// What is wrong with the network and the cameras, in words.
-    fn remarks(&mut self, procedure: &Procedure, looking: &Looking) -> Vec<String> {
+    fn remarks(&mut self, procedure: &Procedure, looking: &ImageSelection) -> Vec<String> {
         if self.router.silent_s(&self.site.bus).is_some() {
             return vec!["no word from the router; waiting for it".to_owned()];
         }
@@ -184,7 +184,7 @@ fn interrupted(cause: String) -> Failure {
 
 /// A lens holds for one size of pictures only.
 fn check_resolution(
-    looking: &Looking,
+    looking: &ImageSelection,
     camera: &CameraId,
     resolution: [u32; 2],
 ) -> anyhow::Result<()> {

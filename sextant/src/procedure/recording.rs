@@ -1,6 +1,6 @@
 //! The images of a recording, as every calibration takes them in.
 
-use super::Looking;
+use super::ImageSelection;
 use crate::ordered::in_order;
 use crate::replay::sight;
 use anyhow::bail;
@@ -16,7 +16,7 @@ use std::path::Path;
 /// [`Exit::Input`] for a recording that cannot be used, or has a camera that the rig lacks.
 pub fn each_image(
     folder: &Path,
-    looking: &Looking,
+    looking: &ImageSelection,
     threads: u8,
     mut take: impl FnMut(&ImageObservation),
 ) -> anyhow::Result<()> {

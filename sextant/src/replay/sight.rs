@@ -25,7 +25,7 @@ pub fn observation(
         Frame::Detections(tags) => tags,
         Frame::Picture(path) => {
             let camera = rig.camera(&row.camera).context("an unknown camera")?;
-            detected = look(detector, path, camera)?;
+            detected = detect(detector, path, camera)?;
             &detected
         }
     };
@@ -38,7 +38,7 @@ pub fn observation(
     })
 }
 
-fn look(
+fn detect(
     detector: &mut Option<Detector>,
     path: &Path,
     camera: &Camera,

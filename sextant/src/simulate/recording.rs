@@ -24,7 +24,7 @@ pub fn write(
     for camera in 0..scenario.cameras.len() {
         let folder = folder.join(&scenario.cameras[camera].id);
         fs::create_dir_all(folder.join("data")).with_context(|| folder.display().to_string())?;
-        let mut taken = Taken::new(scenario, camera, &mut network)?;
+        let mut taken = CameraRecording::new(scenario, camera, &mut network)?;
         let mut due_ns = taken.next_ns(scenario.start_ns);
         while due_ns < until_ns {
             if shutdown.is_requested() {
@@ -41,7 +41,7 @@ pub fn write(
 }
 
 /// One camera's recording.
-struct Taken<'a> {
+struct CameraRecording<'a> {
     scenario: &'a Scenario,
     camera: usize,
     renderer: Renderer,
@@ -49,7 +49,7 @@ struct Taken<'a> {
     table: String,
 }
 
-impl<'a> Taken<'a> {
+impl<'a> CameraRecording<'a> {
     fn new(
         scenario: &'a Scenario,
         camera: usize,

@@ -2,7 +2,7 @@
 //! place, and a few of the flat ones beside them, for black and white.
 
 use super::pattern::GROUP;
-use super::straightened::Straightened;
+use super::undistortion::Undistortion;
 use crate::Image;
 use crate::kernels::MAX_GROUPS;
 use crate::quad::{Line, Quad};
@@ -30,17 +30,17 @@ pub(super) struct Group {
 }
 
 /// A pixel in one number: its column in the lowest bits, its row from this bit on, its grey from that on.
-type Packed = u32;
+type PackedPixel = u32;
 const ROW: u32 = Image::MAX_WIDTH.ilog2();
 const GREY: u32 = 2 * ROW;
 const _: () = assert!(Image::MAX_HEIGHT <= 1 << ROW && Image::MAX_WIDTH <= 1 << ROW);
 
 /// What is to be added for each pixel of a tile, column after column.
-const ASIDE: [Packed; AREA] = {
+const ASIDE: [PackedPixel; AREA] = {
     let mut aside = [0; AREA];
     let mut at = 0;
     while at < AREA {
-        aside[at] = (at / TILE + ((at % TILE) << ROW)) as Packed;
+        aside[at] = (at / TILE + ((at % TILE) << ROW)) as PackedPixel;
         at += 1;
     }
     aside
@@ -49,7 +49,7 @@ const ASIDE: [Packed; AREA] = {
 /// A tile with steep pixels: its first pixel, without the grey, and a bit for each, column after column, set where it is steep.
 #[derive(Clone, Copy, Debug, Default)]
 struct Tile {
-    first: Packed,
+    first: PackedPixel,
     steep: u32,
 }
 
@@ -57,7 +57,7 @@ struct Tile {
 pub(super) struct Pixels {
     groups: Vec<Group>,
     /// The pixels that are looked at.
-    packed: Box<[Packed; MOST + AREA]>,
+    packed: Box<[PackedPixel; MOST + AREA]>,
     tiles: Vec<Tile>,
     n_tiles: usize,
     /// Of a row of tiles, a byte for each column of pixels, a bit for each row: set where the pixel is steep.
@@ -140,7 +140,7 @@ impl Pixels {
             let mut steep = steep | SAMPLE;
             while steep != 0 {
                 let at = steep.trailing_zeros() as usize % AREA;
-                let grey = Packed::from(pixels[beyond[at] as usize]);
+                let grey = PackedPixel::from(pixels[beyond[at] as usize]);
                 packed[n] = (first + ASIDE[at]) | grey << GREY;
                 steep &= steep - 1;
                 n += 1;
@@ -194,7 +194,7 @@ impl Pixels {
             let rows = [&above[left - 1..], &here[left - 1..], &below[left - 1..]];
             mark_steep(rows, least, 1 << k, steep.as_flattened_mut());
         }
-        let mut first = (left | y << ROW) as Packed;
+        let mut first = (left | y << ROW) as PackedPixel;
         let tiles = &mut self.tiles[self.n_tiles..][..columns];
         let mut n = 0;
         for &steep in &steep[..columns] {
@@ -203,16 +203,16 @@ impl Pixels {
                 steep: bits(steep),
             };
             n += usize::from(steep != [0; TILE]);
-            first += TILE as Packed;
+            first += TILE as PackedPixel;
         }
         self.n_tiles += n;
     }
 
     /// Moves the pixels to where they would be without the lens.
-    pub(super) fn straighten(&mut self, straightened: &Straightened) {
+    pub(super) fn straighten(&mut self, undistortion: &Undistortion) {
         for Group { x, y, .. } in &mut self.groups {
             for (x, y) in x.iter_mut().zip(y) {
-                [*x, *y] = straightened.place([*x, *y]);
+                [*x, *y] = undistortion.place([*x, *y]);
             }
         }
     }

@@ -72,7 +72,7 @@ impl Track {
             let high = places.fold(f32::NEG_INFINITY, f32::max);
             [low - around, high + around]
         };
-        Area::between(bounds(0), bounds(1), image)
+        Area::enclosing(bounds(0), bounds(1), image)
     }
 
     /// From where the tag should be to a detection that can be of it; nothing when that can't be, or when the tag has been

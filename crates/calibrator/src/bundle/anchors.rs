@@ -10,7 +10,7 @@ use nalgebra::{DMatrix, DVector, Matrix6, Vector6};
 use sextant_geometry::{se3, so3};
 
 /// Adds every anchor to the equations of the kept parameters; gives the sum of their squares.
-pub(super) fn hold(
+pub(super) fn add(
     bundle: &Bundle,
     layout: &Layout,
     kept: &mut DMatrix<f64>,

@@ -26,14 +26,14 @@ struct Row<const D: usize> {
 }
 
 /// The reduced system over the kept parameters and the factor that leads back from it.
-pub(super) struct Reduced<const D: usize> {
+pub(super) struct ReducedSystem<const D: usize> {
     /// Symmetric, both triangles.
     pub information: DMatrix<f64>,
     pub(super) gradient: DVector<f64>,
     rows: Vec<Row<D>>,
 }
 
-impl<const D: usize> Reduced<D> {
+impl<const D: usize> ReducedSystem<D> {
     /// Eliminates with Marquardt's damping, a fraction of the diagonal; `None` where that leaves an instant undetermined.
     pub(super) fn of(equations: &Equations<D>, damping: f64) -> Option<Self> {
         let mut reduced = Self {

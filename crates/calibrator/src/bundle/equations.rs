@@ -40,7 +40,7 @@ impl<const D: usize> Equations<D> {
         }
         equations.rho += motion::tie(bundle, &mut equations.nodes);
         let (kept, gradient) = (&mut equations.kept, &mut equations.gradient);
-        equations.rho += anchors::hold(bundle, layout, kept, gradient);
+        equations.rho += anchors::add(bundle, layout, kept, gradient);
         equations
     }
 

@@ -53,7 +53,7 @@ impl ImageSums {
         let wanted = if columns.lens_parameters.is_empty() {
             LensColumns::Unwanted
         } else {
-            LensColumns::Wanted
+            LensColumns::TagSpec
         };
         let view = View::of(bundle, image, wanted);
         let mut sums = Self::empty(columns.width());
@@ -71,7 +71,7 @@ impl ImageSums {
             by_tag.set_column(6, &equations.by_size);
             let own = by_tag.transpose() * by_tag;
             let mut lens_by_tag = LensByTag::zeros();
-            if wanted == LensColumns::Wanted {
+            if wanted == LensColumns::TagSpec {
                 let by_lens = equations.by_lens.transpose();
                 lens_by_tag = by_lens * by_tag;
                 lens.lens += by_lens * equations.by_lens;

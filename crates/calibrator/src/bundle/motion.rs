@@ -12,14 +12,14 @@ use sextant_geometry::se3;
 const FASTEST: f64 = 10.0;
 
 /// Over (pose, twist) of an instant.
-type Tied = SMatrix<f64, 12, 12>;
+type TieMatrix = SMatrix<f64, 12, 12>;
 
 /// Error and information of a tie, and derivatives by the earlier and the later instant.
 struct Tie {
     error: SVector<f64, 12>,
-    information: Tied,
-    by_earlier: Tied,
-    by_later: Tied,
+    information: TieMatrix,
+    by_earlier: TieMatrix,
+    by_later: TieMatrix,
 }
 
 /// Adds every tie to the nodes; gives the sum of their squares. Nothing where no motion is modelled.
@@ -77,7 +77,7 @@ impl Tie {
         error
             .fixed_rows_mut::<6>(6)
             .copy_from(&(later.twist - earlier.twist));
-        let (mut by_earlier, mut by_later) = (Tied::zeros(), Tied::zeros());
+        let (mut by_earlier, mut by_later) = (TieMatrix::zeros(), TieMatrix::zeros());
         let mut block = by_earlier.fixed_view_mut::<6, 6>(0, 0);
         block.copy_from(&-se3::left_jacobian_inverse(&way));
         let mut block = by_later.fixed_view_mut::<6, 6>(0, 0);
@@ -97,11 +97,11 @@ impl Tie {
     }
 }
 
-fn information(dt: f64, motion: &Motion) -> Tied {
+fn information(dt: f64, motion: &Motion) -> TieMatrix {
     let (a, w) = (motion.acceleration, motion.angular_acceleration);
     let weights = Vector6::new(a, a, a, w, w, w).map(|q| q.powi(-2));
     let weights = Matrix6::from_diagonal(&weights);
-    let mut whole = Tied::zeros();
+    let mut whole = TieMatrix::zeros();
     let mut put = |row: usize, column: usize, factor: f64| {
         let mut block = whole.fixed_view_mut::<6, 6>(row, column);
         block.copy_from(&(weights * factor));
@@ -114,7 +114,7 @@ fn information(dt: f64, motion: &Motion) -> Tied {
 }
 
 /// The same matrix, whose size the compiler does not know to be `D` = 12.
-fn resized<const D: usize>(whole: &Tied) -> SMatrix<f64, D, D> {
+fn resized<const D: usize>(whole: &TieMatrix) -> SMatrix<f64, D, D> {
     SMatrix::from_fn(|row, column| whole[(row, column)])
 }
 

@@ -51,7 +51,7 @@ pub(super) struct TagEquations {
 /// Whether the derivatives by the lens are wanted.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum LensColumns {
-    Wanted,
+    TagSpec,
     Unwanted,
 }
 
@@ -135,7 +135,7 @@ pub(super) fn linearise(
         let mut rows = equations.by_twist.fixed_view_mut::<2, 6>(row, 0);
         rows.fixed_columns_mut::<3>(0).copy_from(&by_object);
         rows.fixed_columns_mut::<3>(3).copy_from(&by_turn);
-        if view.columns == LensColumns::Wanted
+        if view.columns == LensColumns::TagSpec
             && let Some(by_lens) = view.lens.parameter_jacobian(&in_camera)
         {
             equations

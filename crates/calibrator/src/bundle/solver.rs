@@ -1,7 +1,7 @@
 //! Levenberg-Marquardt over cameras, tags and instants with a robust kernel (iteratively reweighted).
 
 use super::covariance::KeptCovariance;
-use super::elimination::{Reduced, Step};
+use super::elimination::{ReducedSystem, Step};
 use super::equations::{self, Equations};
 use super::layout::{Layout, stepped_lens};
 use super::observability::{WeakDirection, weak_directions};
@@ -141,7 +141,7 @@ impl<'a, const D: usize> Descent<'a, D> {
 
     /// Tries one step; the gain where it was taken.
     fn advance(&mut self, equations: &Equations<D>) -> Option<f64> {
-        let taken = Reduced::of(equations, self.damping)
+        let taken = ReducedSystem::of(equations, self.damping)
             .and_then(|reduced| reduced.step())
             .and_then(|step| self.take_if_better(&step, equations.rho));
         self.damping = match taken {
@@ -194,7 +194,8 @@ impl<'a, const D: usize> Descent<'a, D> {
         equations: &Equations<D>,
         (iterations, converged): (usize, bool),
     ) -> Result<BundleSolution, BundleError> {
-        let reduced = Reduced::of(equations, 0.0).or_else(|| Reduced::of(equations, 1e-9));
+        let reduced =
+            ReducedSystem::of(equations, 0.0).or_else(|| ReducedSystem::of(equations, 1e-9));
         let reduced = reduced.ok_or(BundleError::BadStart)?;
         let fit = self.fit();
         let parameters = self.layout.n + D * self.bundle.instants.len();

@@ -2,7 +2,7 @@
 
 use super::rigidity::{Joint, joint};
 use super::tracks::Tracks;
-use crate::found::Found;
+use crate::discovered_tags::DiscoveredTags;
 use crate::graph::islands;
 use sextant_estimator::TagId;
 
@@ -63,11 +63,11 @@ impl Groups {
         .map(Vec::as_slice)
     }
 
-    pub(super) fn found(&self, around: Option<TagId>) -> Found {
+    pub(super) fn found(&self, around: Option<TagId>) -> DiscoveredTags {
         let names = |tags: &[TagId]| tags.iter().map(ToString::to_string).collect();
         let object = self.object(around);
         let others = self.moving.iter().filter(|g| Some(g.as_slice()) != object);
-        Found {
+        DiscoveredTags {
             object: object.map(names).unwrap_or_default(),
             others: others.map(|group| names(group)).collect(),
             loose: names(&self.loose),

@@ -129,14 +129,14 @@ fn position(views: &[&Proposal]) -> Option<(f64, Vec<f64>)> {
     let axis = |axis: usize| median(relative(ratio).map(|at| at[axis]).collect());
     let mut place = Vector3::new(axis(0)?, axis(1)?, axis(2)?);
     for _ in 0..ROUNDS {
-        let believed = believed(views, ratio, &place);
-        (ratio, place) = fitted(&believed)?;
+        let consistent = consistent(views, ratio, &place);
+        (ratio, place) = fitted(&consistent)?;
     }
     let residuals = relative(ratio).map(|at| (at - place).norm());
     Some((ratio, residuals.collect()))
 }
 
-fn believed<'a>(views: &[&'a Proposal], ratio: f64, place: &Vector3<f64>) -> Vec<&'a Proposal> {
+fn consistent<'a>(views: &[&'a Proposal], ratio: f64, place: &Vector3<f64>) -> Vec<&'a Proposal> {
     let off = |p: &&Proposal| (p.to_b * ratio - p.to_a - place).norm();
     let mut sorted = views.to_vec();
     sorted.sort_by(|x, y| off(x).total_cmp(&off(y)));

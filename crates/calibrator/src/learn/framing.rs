@@ -1,18 +1,22 @@
 //! The solution in the frame of the result, as an object.
 
 use super::gauge::{Gauge, aligned, centroid, turned};
-use super::solved::Solved;
+use super::solved::SolvedConstellation;
 use super::{LearnError, LearnSession};
-use crate::adjustment::Adjusted;
+use crate::adjustment::AdjustmentResult;
 use crate::bundle::{BundleSolution, KeptParameter};
-use crate::intake::ImageView;
+use crate::image_store::ImageView;
 use nalgebra::DMatrix;
 use sextant_estimator::{ObjectModel, ObjectTag, PoseSigma};
 use sextant_geometry::Pose;
 
 impl LearnSession {
     /// Moves everything into the frame of the result.
-    pub(super) fn framed(&self, views: Vec<ImageView>, adjusted: Adjusted) -> Solved {
+    pub(super) fn framed(
+        &self,
+        views: Vec<ImageView>,
+        adjusted: AdjustmentResult,
+    ) -> SolvedConstellation {
         let tags = &adjusted.solution.bundle.tags;
         let sought: Vec<bool> = self.known().iter().map(Option::is_none).collect();
         let mut poses: Vec<Pose> = tags.iter().map(|tag| tag.object_from_tag).collect();
@@ -31,7 +35,7 @@ impl LearnSession {
             poses = poses.iter().map(|pose| frame.inverse() * pose).collect();
             covariance = turned(&covariance, &frame.rotation.inverse());
         }
-        Solved {
+        SolvedConstellation {
             views,
             adjusted,
             covariance,
@@ -40,7 +44,7 @@ impl LearnSession {
         }
     }
 
-    pub(super) fn object(&self, solved: &Solved) -> Result<ObjectModel, LearnError> {
+    pub(super) fn object(&self, solved: &SolvedConstellation) -> Result<ObjectModel, LearnError> {
         let tags = &solved.adjusted.solution.bundle.tags;
         let sizes = tags.iter().map(|tag| tag.size_m);
         let learned = self.wanted.iter().zip(solved.poses.iter().zip(sizes));

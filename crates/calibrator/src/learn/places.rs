@@ -3,8 +3,8 @@
 use crate::adjustment::UsedImage;
 use crate::bundle::Instant;
 use crate::constellation::{Group, GroupedView};
-use crate::intake::ImageView;
-use crate::resection::{Placed, agreeing_loosely, views_of_object};
+use crate::image_store::ImageView;
+use crate::resection::{TagPlacement, agreeing_loosely, views_of_object};
 use sextant_estimator::Rig;
 use sextant_geometry::Pose;
 
@@ -86,7 +86,7 @@ impl Groups {
         &self,
         rig: &Rig,
         views: &[ImageView],
-        tags: &[Placed],
+        tags: &[TagPlacement],
     ) -> (Vec<Instant>, Vec<UsedImage>) {
         let (mut instants, mut images) = (Vec::new(), Vec::new());
         for group in &self.of_views {
@@ -113,7 +113,7 @@ impl Groups {
         group: &[usize],
         rig: &Rig,
         views: &[ImageView],
-        tags: &[Placed],
+        tags: &[TagPlacement],
     ) -> Option<Pose> {
         let proposals = group.iter().flat_map(|&at| {
             let camera = views[at].camera;
@@ -141,7 +141,7 @@ impl Groups {
         view: usize,
         rig: &Rig,
         views: &[ImageView],
-        tags: &[Placed],
+        tags: &[TagPlacement],
         pose: &Pose,
     ) -> Vec<usize> {
         let image = &views[view];

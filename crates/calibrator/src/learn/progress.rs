@@ -1,7 +1,7 @@
 //! How far a learning session is, and what to do next.
 
 use crate::graph::islands;
-use crate::intake::{ImageView, Wanted, take_in};
+use crate::image_store::{ImageView, TagSpec, take_in};
 use crate::verdict::listed;
 use nalgebra::Vector3;
 use serde::Serialize;
@@ -76,7 +76,7 @@ const ENOUGH_TOGETHER: usize = 3;
 const OUTSIDE_PERCENT: usize = 4;
 
 impl Coverage {
-    pub(super) fn of(wanted: &[Wanted]) -> Self {
+    pub(super) fn of(wanted: &[TagSpec]) -> Self {
         Self {
             images: 0,
             joining: 0,
@@ -93,7 +93,7 @@ impl Coverage {
     pub(super) fn add(
         &mut self,
         camera: (usize, &Camera),
-        wanted: &[Wanted],
+        wanted: &[TagSpec],
         image: &ImageObservation,
     ) {
         let (view, over) = take_in(camera, wanted, image);
@@ -165,7 +165,7 @@ impl Coverage {
         islands(n, enough.map(|(&nodes, _)| nodes))
     }
 
-    pub(super) fn progress(&self, wanted: &[Wanted]) -> LearnProgress {
+    pub(super) fn progress(&self, wanted: &[TagSpec]) -> LearnProgress {
         let groups = self.groups(wanted.len());
         let tags = wanted.iter().enumerate().map(|(at, w)| TagProgress {
             tag: w.tag.to_string(),
@@ -201,7 +201,7 @@ impl Coverage {
         let few = tags.iter().filter(|t| t.images < ENOUGH_IMAGES);
         if let Some(tag) = few.min_by_key(|t| t.images) {
             return format!(
-                "Turn {} to the camera and hold it there a little longer",
+                "Turn {} to the camera and add it there a little longer",
                 tag.tag
             );
         }

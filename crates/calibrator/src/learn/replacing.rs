@@ -1,9 +1,9 @@
 //! Second thoughts about where tags sit: once most tags are in place, each image that shows a tag beside others proposes a place for it.
 //! A tag that was first placed by the mirror image of its true pose is found so.
 
-use crate::adjustment::Adjusted;
+use crate::adjustment::AdjustmentResult;
 use crate::constellation::thinned;
-use crate::intake::{ImageView, TagView};
+use crate::image_store::{ImageView, TagView};
 use crate::resection::{edge_px, tag_error_px};
 use sextant_geometry::{Lens, Pose};
 
@@ -21,7 +21,11 @@ const NEAR: f64 = 0.1;
 const CLEARLY: f64 = 1.1;
 
 /// The place of a tag that most images agree with, where they clearly prefer another than the adjustment's.
-pub(super) fn better_place(adjusted: &Adjusted, views: &[ImageView], tag: usize) -> Option<Pose> {
+pub(super) fn better_place(
+    adjusted: &AdjustmentResult,
+    views: &[ImageView],
+    tag: usize,
+) -> Option<Pose> {
     let bundle = &adjusted.solution.bundle;
     let sightings = adjusted.adjustment.images.iter().filter_map(|image| {
         let others = image.tags.iter().map(|&at| views[image.view].tags[at].tag);

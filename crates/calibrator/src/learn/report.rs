@@ -1,9 +1,9 @@
 //! How well a constellation was learned.
 
 use super::LearnSession;
-use super::solved::{Solved, fitting};
+use super::solved::{SolvedConstellation, fitting};
 use crate::bundle::KeptParameter;
-use crate::found::Found;
+use crate::discovered_tags::DiscoveredTags;
 use crate::verdict::{Grade, Verdict, listed};
 use serde::Serialize;
 
@@ -60,7 +60,7 @@ pub struct LearnReport {
     pub solved_sizes: Vec<(String, f64)>,
     /// Which tags were found to be what; only of an object that was discovered.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub found: Option<Found>,
+    pub found: Option<DiscoveredTags>,
     /// In words.
     pub verdict: Verdict,
 }
@@ -75,7 +75,7 @@ const HARMLESS_SIZE: f64 = 0.004;
 const MANY_LEFT_OUT: f64 = 0.15;
 
 impl LearnSession {
-    pub(super) fn report(&self, solved: &Solved) -> LearnReport {
+    pub(super) fn report(&self, solved: &SolvedConstellation) -> LearnReport {
         let all: Vec<LearnedTag> = (0..self.wanted.len())
             .map(|at| self.tag(solved, at))
             .collect();
@@ -87,7 +87,7 @@ impl LearnSession {
         let tags: Vec<LearnedTag> = sought(true).collect();
         LearnReport {
             object: self.plan.object.to_string(),
-            images: self.images.came(),
+            images: self.images.n_received(),
             images_used: solved.adjusted.used().count(),
             rms_px: solved.adjusted.solution.rms_px,
             noise_ratio: solved.adjusted.noise_ratio(),
@@ -101,7 +101,7 @@ impl LearnSession {
         }
     }
 
-    fn tag(&self, solved: &Solved, at: usize) -> LearnedTag {
+    fn tag(&self, solved: &SolvedConstellation, at: usize) -> LearnedTag {
         let solution = &solved.adjusted.solution;
         let counts = fitting(self.wanted.len(), &solved.views, &solved.adjusted)[at];
         let axes = |first: usize| {
@@ -128,7 +128,7 @@ impl LearnSession {
         }
     }
 
-    fn weak(&self, solved: &Solved) -> Vec<String> {
+    fn weak(&self, solved: &SolvedConstellation) -> Vec<String> {
         let weak = solved.adjusted.solution.weak.iter().filter_map(|direction| {
             let (parameter, _) = direction.made_of.first()?;
             let (what, tag) = match *parameter {
@@ -144,7 +144,7 @@ impl LearnSession {
         weak
     }
 
-    fn verdict(&self, tags: &[LearnedTag], solved: &Solved) -> Verdict {
+    fn verdict(&self, tags: &[LearnedTag], solved: &SolvedConstellation) -> Verdict {
         let mut verdict = Verdict::new();
         let (well_mm, well_deg) = (WELL_PLACED.0 * 1e3, WELL_PLACED.1.to_degrees());
         for (factor, grade) in [(3.0, Grade::Poor), (1.0, Grade::Usable)] {
@@ -218,7 +218,7 @@ pub(crate) fn root_mean_square(axes: &[f64; 3]) -> f64 {
     (axes.iter().map(|s| s * s).sum::<f64>() / 3.0).sqrt()
 }
 
-fn rms_of(solved: &Solved, tag: usize) -> f64 {
+fn rms_of(solved: &SolvedConstellation, tag: usize) -> f64 {
     let bundle = &solved.adjusted.solution.bundle;
     let own = bundle
         .residuals()

@@ -1,14 +1,14 @@
 //! A solved constellation, before it is put into words.
 
-use crate::adjustment::Adjusted;
-use crate::intake::ImageView;
+use crate::adjustment::AdjustmentResult;
+use crate::image_store::ImageView;
 use nalgebra::DMatrix;
 use sextant_geometry::Pose;
 
 /// The adjusted tags in the frame of the result.
-pub(super) struct Solved {
+pub(super) struct SolvedConstellation {
     pub views: Vec<ImageView>,
-    pub adjusted: Adjusted,
+    pub adjusted: AdjustmentResult,
     /// Over the tags of the session that were sought, six each, in the frame of the result.
     pub covariance: DMatrix<f64>,
     /// `object_from_tag` in the frame of the result.
@@ -27,7 +27,7 @@ pub(super) struct Counts {
 }
 
 /// The images of every tag.
-pub(super) fn fitting(n: usize, views: &[ImageView], adjusted: &Adjusted) -> Vec<Counts> {
+pub(super) fn fitting(n: usize, views: &[ImageView], adjusted: &AdjustmentResult) -> Vec<Counts> {
     let mut counts = vec![Counts::default(); n];
     for tag in views.iter().flat_map(|view| &view.tags) {
         counts[tag.tag].seen += 1;

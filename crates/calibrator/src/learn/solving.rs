@@ -6,14 +6,14 @@ use super::progress::joining_hint;
 use super::replacing::better_place;
 use super::report::{LearnReport, LearnedTag};
 use super::solved::fitting;
-use super::{LearnError, LearnSession, Learned};
-use crate::adjustment::{Adjusted, Adjustment};
+use super::{LearnError, LearnSession, LearnedObject};
+use crate::adjustment::{Adjustment, AdjustmentResult};
 use crate::bundle::{BundleCamera, BundleOptions, BundleTag, Freedom};
 use crate::constellation::joined_tags;
 use crate::graph::PoseGraph;
-use crate::intake::{ImageView, take_in};
+use crate::image_store::{ImageView, take_in};
 use crate::priors::Priors;
-use crate::resection::Placed;
+use crate::resection::TagPlacement;
 use crate::verdict::{Grade, listed};
 use sextant_estimator::TagId;
 use sextant_geometry::Pose;
@@ -33,7 +33,7 @@ impl LearnSession {
     ///
     /// # Errors
     /// When no tags can be placed, with the reason and a remedy.
-    pub fn solve(&self) -> Result<Learned, LearnError> {
+    pub fn solve(&self) -> Result<LearnedObject, LearnError> {
         let refused = match self.solve_all() {
             Err(refused) => refused,
             learned => return learned,
@@ -62,12 +62,12 @@ impl LearnSession {
             .report
             .verdict
             .add(Grade::Usable, refused.to_string());
-        learned.report.images = self.images.came();
+        learned.report.images = self.images.n_received();
         Ok(learned)
     }
 
     /// Places every tag.
-    fn solve_all(&self) -> Result<Learned, LearnError> {
+    fn solve_all(&self) -> Result<LearnedObject, LearnError> {
         let views = self.views();
         self.check_seen(&views)?;
         let together = Groups::of(&self.rig, &views);
@@ -80,7 +80,10 @@ impl LearnSession {
     }
 
     /// Each image by itself, where cameras that see the object at the same time contradict each other.
-    fn solve_apart(&self, together: Result<Learned, LearnError>) -> Result<Learned, LearnError> {
+    fn solve_apart(
+        &self,
+        together: Result<LearnedObject, LearnError>,
+    ) -> Result<LearnedObject, LearnError> {
         let views = self.views();
         let apart = Groups::apart(&self.rig, &views);
         let Ok(mut apart) = self.solve_in(views, &apart) else {
@@ -95,7 +98,11 @@ impl LearnSession {
         Ok(apart)
     }
 
-    fn solve_in(&self, views: Vec<ImageView>, groups: &Groups) -> Result<Learned, LearnError> {
+    fn solve_in(
+        &self,
+        views: Vec<ImageView>,
+        groups: &Groups,
+    ) -> Result<LearnedObject, LearnError> {
         let fixed = self.known();
         let mut placed = self.first_guess(groups, &views, &fixed)?;
         let mut adjusted = self.adjust(groups, &views, &placed)?;
@@ -115,7 +122,7 @@ impl LearnSession {
         }
         self.check_fit(&views, &adjusted)?;
         let solved = self.framed(views, adjusted);
-        Ok(Learned {
+        Ok(LearnedObject {
             object: self.object(&solved)?,
             report: self.report(&solved),
         })
@@ -144,7 +151,7 @@ impl LearnSession {
         }
         if views.is_empty() {
             return Err(LearnError::NothingSeen {
-                images: self.images.came(),
+                images: self.images.n_received(),
                 seen: self.what_is_seen(),
             });
         }
@@ -186,7 +193,7 @@ impl LearnSession {
         groups: &Groups,
         views: &[ImageView],
         fixed: &[Option<Pose>],
-    ) -> Result<Vec<Placed>, LearnError> {
+    ) -> Result<Vec<TagPlacement>, LearnError> {
         let joints = joined_tags(&groups.seen(&self.rig, views), &self.wanted);
         let strongest = |at: &usize, other: &usize| {
             joints
@@ -200,7 +207,7 @@ impl LearnSession {
         let root = root.ok_or(LearnError::NoTag)?;
         let object_from_root = fixed[root].unwrap_or_default();
         let guesses = joints.placed(root);
-        let placed: Vec<Placed> = (0..fixed.len())
+        let placed: Vec<TagPlacement> = (0..fixed.len())
             .map(|at| {
                 let place = fixed[at].or_else(|| guesses[at].map(|guess| object_from_root * guess));
                 place.map(|pose| (pose, self.wanted[at].size_m))
@@ -238,8 +245,8 @@ impl LearnSession {
         &self,
         groups: &Groups,
         views: &[ImageView],
-        placed: &[Placed],
-    ) -> Result<Adjusted, LearnError> {
+        placed: &[TagPlacement],
+    ) -> Result<AdjustmentResult, LearnError> {
         let (instants, images) = groups.instants(&self.rig, views, placed);
         let cameras = self.rig.cameras().iter().zip(&groups.group_from_camera);
         let cameras = cameras.map(|(camera, pose)| BundleCamera {
@@ -300,7 +307,7 @@ impl LearnSession {
     }
 
     /// Those of the known object or, without one, the tag that is the frame.
-    fn fixed_tags(&self, placed: &[Placed], views: &[ImageView]) -> Vec<bool> {
+    fn fixed_tags(&self, placed: &[TagPlacement], views: &[ImageView]) -> Vec<bool> {
         let known = self.known();
         if known.iter().any(Option::is_some) {
             return known.iter().map(Option::is_some).collect();
@@ -320,7 +327,11 @@ impl LearnSession {
         (0..placed.len()).map(|at| Some(at) == frame).collect()
     }
 
-    fn check_fit(&self, views: &[ImageView], adjusted: &Adjusted) -> Result<(), LearnError> {
+    fn check_fit(
+        &self,
+        views: &[ImageView],
+        adjusted: &AdjustmentResult,
+    ) -> Result<(), LearnError> {
         let counts = fitting(self.wanted.len(), views, adjusted);
         let lost: Vec<usize> = (0..counts.len())
             .filter(|&at| (counts[at].fits as f64) < LEAST_FITTING * counts[at].seen as f64)
@@ -348,7 +359,7 @@ fn is_clearer(one: &LearnReport, other: &LearnReport) -> bool {
 }
 
 /// Whether the images contradict each other more than they should.
-fn is_odd(learned: &Learned) -> bool {
+fn is_odd(learned: &LearnedObject) -> bool {
     let tags = &learned.report.tags;
     let left_out = |tag: &LearnedTag| tag.left_out as f64 > ODD.1 * tag.images as f64;
     learned.report.noise_ratio > ODD.0 || tags.iter().any(left_out)

@@ -2,7 +2,7 @@
 
 use super::adjust::{Parameters, Sought, Start, adjust};
 use super::board::Board;
-use super::fit::{Fit, again, fit};
+use super::fit::{Fit, fit, restart};
 use super::view::View;
 use sextant_geometry::LensModel;
 
@@ -89,7 +89,7 @@ fn held_out(board: &Board, views: &[View], fit: &Fit, tags: &[Option<Vec<usize>>
             .collect(),
         lens: start.lens,
     };
-    let whole = with_judges_tags(again(&fit.adjustment));
+    let whole = with_judges_tags(restart(&fit.adjustment));
     let part = |start: &Start, wanted: &dyn Fn(usize) -> bool| {
         let mut count = 0;
         let poses = start.poses.iter().map(|pose| {

@@ -45,7 +45,7 @@ pub(super) fn fit(
         ..Parameters::judging(1.0)
     };
     let mut fit = Fit {
-        adjustment: adjust(board, views, &again(&rough), &wide)?,
+        adjustment: adjust(board, views, &restart(&rough), &wide)?,
         scale: 1.0,
     };
     for _ in 0..2 {
@@ -86,7 +86,7 @@ fn start_of(
 }
 
 /// From where an adjustment came to rest.
-pub(super) fn again(adjustment: &Adjustment) -> Start {
+pub(super) fn restart(adjustment: &Adjustment) -> Start {
     Start {
         lens: adjustment.lens,
         poses: adjustment.poses.clone(),

@@ -62,7 +62,7 @@ fn coverage(verdict: &mut Verdict, maps: &LensMaps) {
         };
         let percent = 100.0 * covered;
         let because = format!(
-            "only {percent:.0} % of the picture was covered; hold the board near its edges too"
+            "only {percent:.0} % of the picture was covered; add the board near its edges too"
         );
         verdict.add(grade, because);
     }

@@ -11,7 +11,7 @@ use super::maps::LensMaps;
 use super::poses::board_pose;
 use super::refusal::LensRefusal;
 use super::start::start;
-use super::view::{Sorted, View};
+use super::view::{SortedView, View};
 use sextant_estimator::{ImageObservation, ObjectModel, TagId};
 use sextant_geometry::{Intrinsics, Lens, LensModel, Pose};
 use std::collections::{BTreeMap, BTreeSet};
@@ -58,15 +58,15 @@ pub struct LensOptions {
     pub selection: Selection,
 }
 
-/// What became of an image.
+/// What a session did with an image.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Taken {
-    /// It is one of the views now.
-    Kept,
-    /// It shows nothing new.
-    Known,
+pub enum ViewOutcome {
+    /// It was added to the views.
+    Added,
+    /// It shows nothing that the views do not.
+    Duplicate,
     /// It shows fewer than two tags of the board.
-    TooLittle,
+    TooFewTags,
 }
 
 /// How far a session is.
@@ -123,27 +123,27 @@ impl LensSession {
     ///
     /// # Errors
     /// Corners that a picture of the stated resolution cannot have.
-    pub fn handle(&mut self, image: &ImageObservation) -> Result<Taken, LensRefusal> {
-        let sorted = Sorted::of(&self.board, self.options.resolution, image)?;
+    pub fn handle(&mut self, image: &ImageObservation) -> Result<ViewOutcome, LensRefusal> {
+        let sorted = SortedView::of(&self.board, self.options.resolution, image)?;
         self.images += 1;
         self.foreign.extend(sorted.foreign);
         self.twice.extend(sorted.twice);
         let view = sorted.view;
         if view.tags.len() < LEAST_TAGS {
-            return Ok(Taken::TooLittle);
+            return Ok(ViewOutcome::TooFewTags);
         }
         let pose = self.guess(&view);
         let (centre, spread) = view.extent();
         let place = (centre, spread, pose.map_or([0.0; 2], |pose| lean(&pose)));
         let wanted = self.options.selection == Selection::All || self.is_new(&place);
         if !wanted || self.views.len() >= MOST_VIEWS {
-            return Ok(Taken::Known);
+            return Ok(ViewOutcome::Duplicate);
         }
         self.coverage
             .take(self.options.resolution, &view, pose.as_ref());
         self.views.push(view);
         self.places.push(place);
-        Ok(Taken::Kept)
+        Ok(ViewOutcome::Added)
     }
 
     /// About where the board is, by a usual lens.

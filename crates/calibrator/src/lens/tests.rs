@@ -250,8 +250,8 @@ fn a_stream_leads_to_coverage_by_its_hints() {
     let mut walk = BoardWalk::new(ordinary(), 14);
     walk.images = 300;
     let images = walk.images();
-    assert_eq!(session.handle(&images[0]), Ok(Taken::Kept));
-    assert_eq!(session.handle(&images[0]), Ok(Taken::Known));
+    assert_eq!(session.handle(&images[0]), Ok(ViewOutcome::Added));
+    assert_eq!(session.handle(&images[0]), Ok(ViewOutcome::Duplicate));
     assert!(matches!(session.progress().hint, Hint::HoldAt(..)));
     let mut before = 0.0;
     for image in &images {

@@ -30,13 +30,13 @@ pub(super) struct View {
 }
 
 /// An image sorted out: the board's tags, those that appear twice, and those that are no part of the board.
-pub(super) struct Sorted {
+pub(super) struct SortedView {
     pub view: View,
     pub twice: Vec<TagId>,
     pub foreign: Vec<TagId>,
 }
 
-impl Sorted {
+impl SortedView {
     /// # Errors
     /// A tag outside of the picture: it has another resolution.
     pub(super) fn of(

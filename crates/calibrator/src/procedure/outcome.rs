@@ -2,7 +2,7 @@
 
 use super::{Kind, LensReport, ProcedureError};
 use crate::lens::LensCalibration;
-use crate::{Calibrated, LearnReport, Learned, RigReport, Verdict};
+use crate::{CalibratedRig, LearnReport, LearnedObject, RigReport, Verdict};
 use serde::Serialize;
 use sextant_estimator::{Camera, CameraId, ObjectModel, Rig};
 
@@ -64,7 +64,7 @@ impl Outcome {
         })
     }
 
-    pub(super) fn of_rig(found: Calibrated) -> Self {
+    pub(super) fn of_rig(found: CalibratedRig) -> Self {
         Self {
             kind: Kind::Rig,
             verdict: found.report.verdict.clone(),
@@ -73,7 +73,7 @@ impl Outcome {
         }
     }
 
-    pub(super) fn of_learn(found: Learned) -> Self {
+    pub(super) fn of_learn(found: LearnedObject) -> Self {
         Self {
             kind: Kind::Learn,
             verdict: found.report.verdict.clone(),

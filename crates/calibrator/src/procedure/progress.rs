@@ -2,7 +2,7 @@
 
 use super::Kind;
 use crate::lens::{COLUMNS, Hint, LensProgress};
-use crate::{CameraProgress, Found, LearnProgress, RigProgress, SketchedTag, TagProgress};
+use crate::{CameraProgress, DiscoveredTags, LearnProgress, RigProgress, SketchedTag, TagProgress};
 use serde::Serialize;
 
 /// How far a procedure is.
@@ -65,7 +65,7 @@ pub struct LearnDetails {
     pub sketch: Vec<SketchedTag>,
     /// Which tags were found to be what, where nobody named them.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub found: Option<Found>,
+    pub found: Option<DiscoveredTags>,
 }
 
 impl Progress {
@@ -114,7 +114,7 @@ impl Progress {
         }
     }
 
-    pub(super) fn with(mut self, found: Found) -> Self {
+    pub(super) fn with(mut self, found: DiscoveredTags) -> Self {
         if let ProgressDetails::Learn(details) = &mut self.details {
             details.found = Some(found);
         }

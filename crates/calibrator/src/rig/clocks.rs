@@ -3,9 +3,9 @@
 use super::RigError;
 use super::comparison::{BETTER, MOST_INSTANTS, left_by, options};
 use super::instants::give_twists;
-use crate::adjustment::{Adjusted, Adjustment};
+use crate::adjustment::{Adjustment, AdjustmentResult};
 use crate::bundle::{Bundle, Freedom, KeptParameter, Motion, solve};
-use crate::intake::ImageView;
+use crate::image_store::ImageView;
 
 /// A person's hand: half a metre per second is reached or lost in a third of a second.
 const CARRIED: Motion = Motion {
@@ -39,7 +39,7 @@ fn off(adjusted: &Adjustment, views: &[ImageView]) -> Result<Option<Clocks>, Rig
 /// Synchronised shutters with clocks that are off, where those explain the images clearly better than clocks that agree; `None` if
 /// they don't. As the start of an adjustment, with its first solution.
 pub(super) fn of_synchronised(
-    still: &Adjusted,
+    still: &AdjustmentResult,
     views: &[ImageView],
 ) -> Result<Option<(Adjustment, Bundle)>, RigError> {
     let Some(off) = off(&still.adjustment, views)? else {
@@ -65,7 +65,7 @@ pub(super) fn of_synchronised(
 pub(super) fn of_free_running(
     mut whole: Adjustment,
     views: &[ImageView],
-) -> Result<(Adjusted, Clocks), RigError> {
+) -> Result<(AdjustmentResult, Clocks), RigError> {
     free_clocks(&mut whole);
     solved(whole, views)
 }
@@ -74,7 +74,7 @@ pub(super) fn of_free_running(
 pub(super) fn solved(
     whole: Adjustment,
     views: &[ImageView],
-) -> Result<(Adjusted, Clocks), RigError> {
+) -> Result<(AdjustmentResult, Clocks), RigError> {
     let adjusted = whole.solve(views, &options())?;
     let clocks = clocks(&adjusted.solution);
     Ok((adjusted, clocks))

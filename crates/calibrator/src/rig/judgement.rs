@@ -1,7 +1,7 @@
 //! What to think of a calibrated rig, in words.
 
 use super::RigSession;
-use super::report::{CalibratedCamera, Found};
+use super::report::{CalibratedCamera, RigSolution};
 use crate::bundle::{KeptParameter, WeakDirection};
 use crate::verdict::{Grade, Verdict, listed};
 use nalgebra::Vector3;
@@ -15,7 +15,7 @@ const OF_USE: f64 = 5.0;
 const HARMLESS_SIZE: f64 = 0.004;
 
 impl RigSession {
-    pub(super) fn weak(&self, found: &Found) -> Vec<String> {
+    pub(super) fn weak(&self, found: &RigSolution) -> Vec<String> {
         let mut words: Vec<String> = Vec::new();
         for direction in &found.adjusted.solution.weak {
             if let Some(text) = self
@@ -29,7 +29,7 @@ impl RigSession {
     }
 
     /// A weak direction as the motion of the camera that moves most.
-    fn named(&self, found: &Found, direction: &WeakDirection) -> Option<String> {
+    fn named(&self, found: &RigSolution, direction: &WeakDirection) -> Option<String> {
         let camera = direction.made_of.iter().find_map(|(p, _)| match *p {
             KeptParameter::CameraPosition { camera, .. }
             | KeptParameter::CameraRotation { camera, .. } => Some(camera),
@@ -80,7 +80,7 @@ impl RigSession {
 
     pub(super) fn verdict(
         &self,
-        found: &Found,
+        found: &RigSolution,
         cameras: &[CalibratedCamera],
         (left_out, weak): (&[(String, usize, usize)], &[String]),
     ) -> Verdict {
@@ -117,9 +117,10 @@ impl RigSession {
     }
 
     /// Sizes that the images show to be other than given, which the adjustment allows for.
-    fn judge_sizes(&self, found: &Found, verdict: &mut Verdict) {
+    fn judge_sizes(&self, found: &RigSolution, verdict: &mut Verdict) {
         let solution = &found.adjusted.solution;
-        let mut wrong: BTreeMap<(String, &str), Vec<&crate::intake::Wanted>> = BTreeMap::new();
+        let mut wrong: BTreeMap<(String, &str), Vec<&crate::image_store::TagSpec>> =
+            BTreeMap::new();
         for (at, wanted) in self.wanted.iter().enumerate() {
             let sigma = solution
                 .covariance
@@ -146,7 +147,7 @@ impl RigSession {
     }
 
     /// What all lengths rest on, in words.
-    pub(super) fn scale(&self, found: &Found) -> String {
+    pub(super) fn scale(&self, found: &RigSolution) -> String {
         let object = self.plan.object.id();
         if self.still_tags_with_size(&found.sightings.views).is_empty() {
             return format!(
@@ -157,7 +158,7 @@ impl RigSession {
     }
 
     /// Cameras that stand where the rig had another one before.
-    fn judge_names(&self, found: &Found, verdict: &mut Verdict) {
+    fn judge_names(&self, found: &RigSolution, verdict: &mut Verdict) {
         let solved = &found.adjusted.solution.bundle.cameras;
         let cameras = self.rig.cameras();
         for a in 0..cameras.len() {

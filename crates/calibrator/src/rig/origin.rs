@@ -1,7 +1,7 @@
 //! The world's frame: a camera's, a tag's on the floor, or one through three tags.
 
 use super::RigError;
-use crate::intake::Wanted;
+use crate::image_store::TagSpec;
 use nalgebra::{Isometry3, Matrix3, Rotation3, Translation3, UnitQuaternion, Vector3};
 use sextant_estimator::{CameraId, Rig, TagId};
 use sextant_geometry::Pose;
@@ -94,9 +94,9 @@ impl Origin {
         }
     }
 
-    pub(super) fn add_floor_tags(&self, wanted: &mut Vec<Wanted>) {
+    pub(super) fn add_floor_tags(&self, wanted: &mut Vec<TagSpec>) {
         for (tag, size_m) in self.tags() {
-            wanted.push(Wanted { tag, size_m });
+            wanted.push(TagSpec { tag, size_m });
         }
     }
 

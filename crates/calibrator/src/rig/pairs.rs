@@ -8,7 +8,7 @@ use crate::graph::PoseGraph;
 use sextant_geometry::{Pose, so3};
 
 /// Possible poses of the object in two cameras at one time.
-struct Meeting {
+struct CommonView {
     first: Vec<Pose>,
     second: Vec<Pose>,
 }
@@ -40,10 +40,10 @@ pub(super) fn joined_cameras(trajectories: &[Trajectory], moments: Moments) -> P
     joined
 }
 
-fn meetings(first: &Trajectory, second: &Trajectory, moments: Moments) -> Vec<Meeting> {
+fn meetings(first: &Trajectory, second: &Trajectory, moments: Moments) -> Vec<CommonView> {
     let met = second.sightings().filter_map(|(time_ns, poses)| {
         let there = first.at(time_ns, moments);
-        (!there.is_empty()).then(|| Meeting {
+        (!there.is_empty()).then(|| CommonView {
             first: there,
             second: poses.to_vec(),
         })
@@ -58,7 +58,7 @@ fn thinned<T>(all: Vec<T>, most: usize) -> Vec<T> {
     kept.map(|(_, item)| item).collect()
 }
 
-fn consensus(meetings: &[Meeting]) -> Option<(f64, Pose)> {
+fn consensus(meetings: &[CommonView]) -> Option<(f64, Pose)> {
     let mut best: Option<(f64, Pose)> = None;
     let stride = meetings.len().div_ceil(MOST_PROPOSERS).max(1);
     for meeting in meetings.iter().step_by(stride) {
@@ -73,7 +73,7 @@ fn consensus(meetings: &[Meeting]) -> Option<(f64, Pose)> {
     best.filter(|(votes, _)| *votes >= least && *votes >= LEAST_PART * meetings.len() as f64)
 }
 
-impl Meeting {
+impl CommonView {
     fn proposals(&self) -> impl Iterator<Item = Pose> {
         let first = self.first.iter();
         first.flat_map(|first| {

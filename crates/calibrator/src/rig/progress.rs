@@ -2,7 +2,7 @@
 
 use super::{RigError, RigPlan};
 use crate::graph::islands;
-use crate::intake::{PassedOver, Wanted, take_in};
+use crate::image_store::{IgnoredTags, TagSpec, take_in};
 use crate::verdict::listed;
 use serde::Serialize;
 use sextant_estimator::{Camera, CameraId, ImageObservation, ObjectModel, Rig, TagId};
@@ -92,7 +92,7 @@ impl Coverage {
     pub(super) fn add(
         &mut self,
         (index, camera): (usize, &Camera),
-        wanted: &[Wanted],
+        wanted: &[TagSpec],
         image: &ImageObservation,
     ) {
         let (view, over) = take_in((index, camera), wanted, image);
@@ -127,7 +127,7 @@ impl Coverage {
         self.join(index, image.capture_ns);
     }
 
-    fn count(&mut self, over: PassedOver) {
+    fn count(&mut self, over: IgnoredTags) {
         for tag in over.doubled {
             *self.doubled.entry(tag).or_default() += 1;
         }

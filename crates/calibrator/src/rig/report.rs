@@ -3,8 +3,8 @@
 use super::clocks::Clocks;
 use super::origin::Origin;
 use super::sightings::Sightings;
-use super::{Calibrated, RigError, RigSession};
-use crate::adjustment::Adjusted;
+use super::{CalibratedRig, RigError, RigSession};
+use crate::adjustment::AdjustmentResult;
 use crate::bundle::Freedom;
 use crate::learn::root_mean_square;
 use crate::lens::lens_sigma;
@@ -75,9 +75,9 @@ pub struct RigReport {
 }
 
 /// What solving found.
-pub(super) struct Found {
+pub(super) struct RigSolution {
     pub sightings: Sightings,
-    pub adjusted: Adjusted,
+    pub adjusted: AdjustmentResult,
     pub clocks: Clocks,
     pub synchronised: bool,
 }
@@ -87,7 +87,7 @@ const MANY_LEFT_OUT: f64 = 0.25;
 const SEEN_OFTEN: usize = 8;
 
 impl RigSession {
-    pub(super) fn finish(&self, found: Found) -> Result<Calibrated, RigError> {
+    pub(super) fn finish(&self, found: RigSolution) -> Result<CalibratedRig, RigError> {
         let bundle = &found.adjusted.solution.bundle;
         let floor = self.floor_poses(&found);
         let world = self.plan.origin.world(&floor)?;
@@ -104,7 +104,7 @@ impl RigSession {
             .and_then(|rig| rig.with_line_delays(self.rig.line_delays_s()))
             .and_then(|rig| rig.with_exposures(self.rig.exposures()))
             .map_err(|error| RigError::Undetermined(error.to_string()))?;
-        Ok(Calibrated { rig, report })
+        Ok(CalibratedRig { rig, report })
     }
 
     /// As in the report: relative to the reference, of which it is zero. Where a tag is the world's frame, how well that was
@@ -120,7 +120,7 @@ impl RigSession {
     }
 
     /// How well each focal length and distortion is known by now.
-    fn lens_sigmas(&self, found: &Found) -> Vec<(CameraId, LensSigma)> {
+    fn lens_sigmas(&self, found: &RigSolution) -> Vec<(CameraId, LensSigma)> {
         let solution = &found.adjusted.solution;
         let cameras = self.rig.cameras().iter().zip(&solution.bundle.cameras);
         let known = cameras.enumerate().filter_map(|(at, (camera, solved))| {
@@ -146,7 +146,7 @@ impl RigSession {
     }
 
     /// Where each tag of the floor stands in the frame of the adjustment.
-    fn floor_poses(&self, found: &Found) -> Vec<Option<Pose>> {
+    fn floor_poses(&self, found: &RigSolution) -> Vec<Option<Pose>> {
         let bundle = &found.adjusted.solution.bundle;
         let n = self.n_carried();
         let of = |tag: usize| {
@@ -159,7 +159,7 @@ impl RigSession {
         (n..self.wanted.len()).map(of).collect()
     }
 
-    fn report(&self, found: &Found) -> RigReport {
+    fn report(&self, found: &RigSolution) -> RigReport {
         let solution = &found.adjusted.solution;
         let cameras: Vec<CalibratedCamera> = (0..self.rig.cameras().len())
             .map(|at| self.camera(found, at))
@@ -169,7 +169,7 @@ impl RigSession {
         let reference = self.plan.origin.reference(&self.rig);
         RigReport {
             reference: self.rig.cameras()[reference].id.to_string(),
-            images: self.images.came(),
+            images: self.images.n_received(),
             images_used: used(found, |_| true),
             instants: solution.bundle.instants.len(),
             synchronised: found.synchronised,
@@ -184,7 +184,7 @@ impl RigSession {
         }
     }
 
-    fn camera(&self, found: &Found, at: usize) -> CalibratedCamera {
+    fn camera(&self, found: &RigSolution, at: usize) -> CalibratedCamera {
         let adjusted = &found.adjusted;
         let own = || {
             adjusted
@@ -236,12 +236,12 @@ impl RigSession {
     /// Tags of the object that were seen but not even taken to the adjustment.
     fn unfitting(
         &self,
-        found: &Found,
+        found: &RigSolution,
         camera: impl Fn(usize) -> bool,
         tag: impl Fn(usize) -> bool,
     ) -> usize {
         let views = &found.sightings.views;
-        let wanted = |view: &crate::intake::ImageView| {
+        let wanted = |view: &crate::image_store::ImageView| {
             view.tags
                 .iter()
                 .filter(|t| t.tag < self.n_carried() && tag(t.tag))
@@ -258,7 +258,7 @@ impl RigSession {
         seen.saturating_sub(taken.filter(|&t| t < self.n_carried() && tag(t)).count())
     }
 
-    fn tags_left_out(&self, found: &Found) -> Vec<(String, usize, usize)> {
+    fn tags_left_out(&self, found: &RigSolution) -> Vec<(String, usize, usize)> {
         let views = &found.sightings.views;
         let mut gated: BTreeMap<usize, usize> = BTreeMap::new();
         for misfit in found.adjusted.misfits.iter().filter(|m| m.is_elsewhere()) {
@@ -284,7 +284,7 @@ impl RigSession {
 }
 
 /// Images used of some cameras; one that shows the object and tags that lie still stands in the adjustment once for each.
-fn used(found: &Found, camera: impl Fn(usize) -> bool) -> usize {
+fn used(found: &RigSolution, camera: impl Fn(usize) -> bool) -> usize {
     let images = found.adjusted.used();
     let views = images.filter(|image| camera(image.camera));
     views
@@ -293,7 +293,7 @@ fn used(found: &Found, camera: impl Fn(usize) -> bool) -> usize {
         .len()
 }
 
-fn rms_px(found: &Found, of: impl Fn(&crate::bundle::BundleImage) -> bool) -> f64 {
+fn rms_px(found: &RigSolution, of: impl Fn(&crate::bundle::BundleImage) -> bool) -> f64 {
     let bundle = &found.adjusted.solution.bundle;
     let own = bundle.residuals().filter(|r| of(&bundle.images[r.image]));
     let squares: Vec<f64> = own.map(|r| r.rms_px().powi(2)).collect();

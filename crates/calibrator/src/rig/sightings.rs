@@ -1,13 +1,13 @@
 //! What the images show of the carried object.
 
-use crate::intake::ImageView;
-use crate::resection::{ObjectView, Placed};
+use crate::image_store::ImageView;
+use crate::resection::{ObjectView, TagPlacement};
 
 /// Images, what each shows, and where the object may be in each.
 pub(super) struct Sightings {
     pub views: Vec<ImageView>,
     pub object: Vec<Vec<ObjectView>>,
-    pub placed: Vec<Placed>,
+    pub placed: Vec<TagPlacement>,
     /// Number of the carried object's tags; further ones lie on the floor.
     pub n_carried: usize,
     /// Whether the object's tags were unknown and are sought too.

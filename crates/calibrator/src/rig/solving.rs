@@ -4,15 +4,15 @@ use super::clocks::Clocks;
 use super::comparison::{BETTER, left_by, options};
 use super::instants::{carried, floor};
 use super::pairs::joined_cameras;
-use super::report::Found;
+use super::report::RigSolution;
 use super::sightings::Sightings;
 use super::trajectory::{Moments, Trajectory};
-use super::{Calibrated, RigError, RigSession, clocks, stillness};
-use crate::adjustment::{Adjusted, Adjustment};
+use super::{CalibratedRig, RigError, RigSession, clocks, stillness};
+use crate::adjustment::{Adjustment, AdjustmentResult};
 use crate::bundle::{BundleCamera, BundleTag, Freedom};
-use crate::intake::{ImageView, take_in};
+use crate::image_store::{ImageView, take_in};
 use crate::priors::Priors;
-use crate::resection::{Placed, views_of_object};
+use crate::resection::{TagPlacement, views_of_object};
 use crate::verdict::{Grade, listed};
 use sextant_estimator::{Camera, CameraId, Rig};
 use sextant_geometry::Pose;
@@ -29,7 +29,7 @@ impl RigSession {
     ///
     /// # Errors
     /// When no two cameras can be placed, with the reason and a remedy.
-    pub fn solve(&self) -> Result<Calibrated, RigError> {
+    pub fn solve(&self) -> Result<CalibratedRig, RigError> {
         let refused = match self.solve_all() {
             Err(refused) => refused,
             calibrated => return calibrated,
@@ -43,7 +43,7 @@ impl RigSession {
         let mut found = fewer.solve()?;
         found.report.unsolved.insert(0, refused.to_string());
         found.report.verdict.add(Grade::Usable, refused.to_string());
-        found.report.images = self.images.came();
+        found.report.images = self.images.n_received();
         found.rig = self.with_former(&found.rig)?;
         Ok(found)
     }
@@ -64,9 +64,9 @@ impl RigSession {
     }
 
     /// Finds every camera.
-    fn solve_all(&self) -> Result<Calibrated, RigError> {
+    fn solve_all(&self) -> Result<CalibratedRig, RigError> {
         self.coverage
-            .check(&self.rig, &self.plan, self.images.came())?;
+            .check(&self.rig, &self.plan, self.images.n_received())?;
         let (sightings, first, synchronised) = self.first()?;
         let found = self.adjusted(&sightings, &first, synchronised);
         // Swapped names look like moves, like clocks that are off and like lenses that are wrong.
@@ -79,7 +79,7 @@ impl RigSession {
             return Err(swapped);
         }
         let (adjusted, clocks) = found?;
-        self.finish(Found {
+        self.finish(RigSolution {
             sightings,
             adjusted,
             clocks,
@@ -88,7 +88,7 @@ impl RigSession {
     }
 
     /// Whether a focal length came out further off than any calibration is.
-    fn doubts_lenses(&self, found: &Result<(Adjusted, Clocks), RigError>) -> bool {
+    fn doubts_lenses(&self, found: &Result<(AdjustmentResult, Clocks), RigError>) -> bool {
         let Ok((adjusted, _)) = found else {
             return true;
         };
@@ -107,7 +107,7 @@ impl RigSession {
         sightings: &Sightings,
         first: &Adjustment,
         synchronised: bool,
-    ) -> Result<(Adjusted, Clocks), RigError> {
+    ) -> Result<(AdjustmentResult, Clocks), RigError> {
         let views = &sightings.views;
         stillness::check_at_start(&self.rig, sightings, first)?;
         if !synchronised {
@@ -141,11 +141,11 @@ impl RigSession {
         let sightings = self.sightings()?;
         let trajectories = self.trajectories(&sightings);
         let together =
-            is_synchronised(&trajectories).then(|| self.joined(&trajectories, Moments::Taken));
+            is_synchronised(&trajectories).then(|| self.joined(&trajectories, Moments::Exact));
         // Cameras that are joined at no common moment may still be by the object's motion between their images.
         let (start, synchronised) = match together {
             Some(Ok(start)) => (start, true),
-            _ => (self.joined(&trajectories, Moments::Any)?, false),
+            _ => (self.joined(&trajectories, Moments::Interpolated)?, false),
         };
         let first = self.adjustment(&sightings, &start);
         Ok((sightings, first, synchronised))
@@ -179,7 +179,7 @@ impl RigSession {
     }
 
     /// The object's tags; learned from the images where they are not known. Tags on the floor are no part of it.
-    fn placed(&self) -> Result<(Vec<Placed>, bool, Vec<String>), RigError> {
+    fn placed(&self) -> Result<(Vec<TagPlacement>, bool, Vec<String>), RigError> {
         let known = self.plan.object.is_learned();
         let (object, unplaced) = if known {
             (self.plan.object.clone(), Vec::new())

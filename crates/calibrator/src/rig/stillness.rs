@@ -3,7 +3,7 @@
 use super::comparison::{BETTER, MOST_INSTANTS, left_by, options};
 use super::sightings::Sightings;
 use super::{RigError, RigSession};
-use crate::adjustment::{Adjusted, Adjustment};
+use crate::adjustment::{Adjustment, AdjustmentResult};
 use crate::bundle::{Bundle, BundleCamera, FreeLens, Freedom, solve};
 use nalgebra::{Matrix6, Vector6};
 use sextant_estimator::{Camera, Rig};
@@ -105,7 +105,7 @@ fn median(moves: Vec<(f64, f64)>) -> (f64, f64) {
 /// differ by what matters. The reference is taken to stand still. With the adjustment that allows for the move.
 pub(super) fn moved(
     rig: &Rig,
-    found: &Adjusted,
+    found: &AdjustmentResult,
     sightings: &Sightings,
 ) -> Result<Option<(RigError, Bundle)>, RigError> {
     let n = rig.cameras().len();

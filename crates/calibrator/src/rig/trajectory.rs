@@ -10,13 +10,13 @@ pub(super) struct Trajectory {
     sightings: Vec<(u64, Vec<Pose>)>,
 }
 
-/// At which times a camera's view of the object is asked for.
+/// Times at which a trajectory has a pose.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Moments {
-    /// Those of its images.
-    Taken,
-    /// Any between two images that are near one another in time.
-    Any,
+    /// Only the capture times of images.
+    Exact,
+    /// Also times between two successive images that are close in time.
+    Interpolated,
 }
 
 /// Images no further apart were taken at one time, ns.
@@ -52,7 +52,9 @@ impl Trajectory {
         }
         let earlier = after.checked_sub(1).and_then(|at| self.sightings.get(at));
         match (earlier, self.sightings.get(after)) {
-            (Some(a), Some(b)) if moments == Moments::Any && b.0 - a.0 <= LONGEST_GAP_NS => {
+            (Some(a), Some(b))
+                if moments == Moments::Interpolated && b.0 - a.0 <= LONGEST_GAP_NS =>
+            {
                 between(a, b, time_ns)
             }
             _ => Vec::new(),
@@ -110,7 +112,7 @@ mod tests {
             (900_000_000, at(2.0)),
         ]);
         let x = |time: u64| {
-            path.at(time, Moments::Any)
+            path.at(time, Moments::Interpolated)
                 .first()
                 .map(|pose| pose.translation.x)
         };
@@ -118,7 +120,7 @@ mod tests {
         assert_eq!(x(100_000_400), Some(1.0));
         assert_eq!(x(500_000_000), None);
         assert_eq!(x(950_000_000), None);
-        assert!(path.at(25_000_000, Moments::Taken).is_empty());
+        assert!(path.at(25_000_000, Moments::Exact).is_empty());
     }
 
     #[test]

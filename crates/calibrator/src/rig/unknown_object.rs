@@ -5,7 +5,7 @@
 //! same time, place the other.
 
 use super::{Origin, RigError, RigPlan, RigSession};
-use crate::learn::{Gauge, LearnError, LearnPlan, LearnSession, Learned};
+use crate::learn::{Gauge, LearnError, LearnPlan, LearnSession, LearnedObject};
 use sextant_estimator::{Camera, ObjectModel, ObjectTag, Rig, TagId};
 
 impl RigSession {
@@ -34,7 +34,7 @@ impl RigSession {
             .map_err(|_| RigError::Undetermined("the rig is not usable".to_owned()))
     }
 
-    fn learned_with(&self, rig: Rig) -> Result<Learned, LearnError> {
+    fn learned_with(&self, rig: Rig) -> Result<LearnedObject, LearnError> {
         let tags = self.plan.object.tags().iter();
         let plan = LearnPlan {
             object: self.plan.object.id().clone(),

@@ -2,7 +2,9 @@
 
 use crate::scene::*;
 use nalgebra::{Isometry3, Vector3};
-use sextant_calibrator::{DiscoveryPlan, DiscoverySession, Gauge, Grade, LearnError, Learned};
+use sextant_calibrator::{
+    DiscoveryPlan, DiscoverySession, Gauge, Grade, LearnError, LearnedObject,
+};
 use sextant_estimator::{Camera, ImageObservation, ObjectModel, Rig};
 use sextant_geometry::{Pose, se3};
 use sextant_tag_families::Family;
@@ -88,7 +90,10 @@ fn session(plan: DiscoveryPlan, images: &[ImageObservation]) -> DiscoverySession
     session
 }
 
-fn discovered(plan: DiscoveryPlan, images: &[ImageObservation]) -> Result<Learned, LearnError> {
+fn discovered(
+    plan: DiscoveryPlan,
+    images: &[ImageObservation],
+) -> Result<LearnedObject, LearnError> {
     session(plan, images).solve()
 }
 

@@ -2,7 +2,7 @@
 
 use crate::scene::*;
 use nalgebra::{Isometry3, Vector3};
-use sextant_calibrator::{Gauge, Grade, LearnError, LearnPlan, LearnSession, Learned};
+use sextant_calibrator::{Gauge, Grade, LearnError, LearnPlan, LearnSession, LearnedObject};
 use sextant_estimator::{Camera, ImageObservation, ObjectModel, Rig};
 use sextant_geometry::{Pose, se3};
 
@@ -41,7 +41,7 @@ fn plan(ids: impl Iterator<Item = u32>) -> LearnPlan {
     }
 }
 
-fn learned(plan: LearnPlan, images: &[ImageObservation]) -> Result<Learned, LearnError> {
+fn learned(plan: LearnPlan, images: &[ImageObservation]) -> Result<LearnedObject, LearnError> {
     let mut session = LearnSession::new(blind(&one_camera()), plan)?;
     images.iter().for_each(|image| session.handle(image));
     session.solve()

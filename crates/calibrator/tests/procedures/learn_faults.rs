@@ -2,7 +2,7 @@
 
 use crate::scene::*;
 use nalgebra::{Isometry3, Vector3};
-use sextant_calibrator::{Gauge, Grade, LearnError, LearnPlan, LearnSession, Learned};
+use sextant_calibrator::{Gauge, Grade, LearnError, LearnPlan, LearnSession, LearnedObject};
 use sextant_estimator::{Camera, ImageObservation, ObjectModel, Rig};
 use sextant_geometry::{Pose, se3};
 
@@ -39,7 +39,7 @@ fn images(
     images
 }
 
-fn learned(rig: &Rig, images: &[ImageObservation]) -> Result<Learned, LearnError> {
+fn learned(rig: &Rig, images: &[ImageObservation]) -> Result<LearnedObject, LearnError> {
     let plan = LearnPlan {
         object: "thing".parse().unwrap(),
         tags: (0..7).map(|id| (tag(id), 0.038)).collect(),
@@ -52,7 +52,7 @@ fn learned(rig: &Rig, images: &[ImageObservation]) -> Result<Learned, LearnError
     session.solve()
 }
 
-fn assert_right(found: &Learned) {
+fn assert_right(found: &LearnedObject) {
     let relative = |model: &ObjectModel, at: usize| -> Pose {
         let pose = |at: usize| model.tags()[at].object_from_tag.unwrap();
         pose(0).inverse() * pose(at)
@@ -72,7 +72,7 @@ fn assert_right(found: &Learned) {
 }
 
 /// Solved right and said, since cameras contradict each other.
-fn assert_used_apart(found: &Learned) {
+fn assert_used_apart(found: &LearnedObject) {
     assert_right(found);
     let verdict = &found.report.verdict;
     assert_eq!(verdict.grade, Grade::Usable, "{verdict}");

@@ -2,7 +2,7 @@
 
 use crate::scene::*;
 use nalgebra::{Isometry3, Vector3};
-use sextant_calibrator::{Calibrated, Grade, Origin, RigError, RigPlan, RigSession, Up};
+use sextant_calibrator::{CalibratedRig, Grade, Origin, RigError, RigPlan, RigSession, Up};
 use sextant_estimator::{ImageObservation, ObjectModel, Rig};
 use sextant_geometry::{Pose, se3};
 
@@ -11,13 +11,13 @@ pub fn calibrated(
     object: ObjectModel,
     origin: Origin,
     images: &[ImageObservation],
-) -> Result<Calibrated, RigError> {
+) -> Result<CalibratedRig, RigError> {
     let mut session = RigSession::new(rig.clone(), RigPlan { object, origin })?;
     images.iter().for_each(|image| session.handle(image));
     session.solve()
 }
 
-pub fn plainly(rig: &Rig, images: &[ImageObservation]) -> Result<Calibrated, RigError> {
+pub fn plainly(rig: &Rig, images: &[ImageObservation]) -> Result<CalibratedRig, RigError> {
     calibrated(&blind(rig), board(), Origin::FirstCamera, images)
 }
 
@@ -355,7 +355,7 @@ fn two_cameras_that_see_the_board_from_the_front_only_are_found() {
 }
 
 /// The largest error in units of what is stated of it, over all cameras but the first.
-fn worst_in_sigmas(found: &Calibrated, truth: &Rig) -> f64 {
+fn worst_in_sigmas(found: &CalibratedRig, truth: &Rig) -> f64 {
     let relative = |rig: &Rig, at: usize| {
         let pose = |at: usize| rig.cameras()[at].world_from_camera.unwrap();
         pose(0).inverse() * pose(at)

@@ -25,11 +25,11 @@ pub(super) enum Room {
     /// One grey level.
     Plain { level: f64 },
     /// Table, floor, walls.
-    Furnished(Furnished),
+    Furnished(FurnishedRoom),
 }
 
 /// A room with things in it.
-pub(super) struct Furnished {
+pub(super) struct FurnishedRoom {
     half_table: Vector2<f64>,
     on_table: Vec<Decal>,
     on_walls: [Vec<Decal>; 4],
@@ -44,7 +44,7 @@ struct Block {
 }
 
 /// What a ray meets.
-pub(super) struct Seen {
+pub(super) struct RayHit {
     pub point: Point3<f64>,
     pub normal: Vector3<f64>,
     pub albedo: f64,
@@ -63,7 +63,7 @@ impl Room {
             Background::Plain { level } => Self::Plain { level },
             Background::Room { table, clutter } => {
                 let mut random = Random::from_keys(&[scenario.seed, key_of_name("room")]);
-                Self::Furnished(Furnished::new(
+                Self::Furnished(FurnishedRoom::new(
                     Vector2::from(table) / 2.0,
                     clutter,
                     &mut random,
@@ -73,7 +73,7 @@ impl Room {
     }
 }
 
-impl Furnished {
+impl FurnishedRoom {
     fn new(half_table: Vector2<f64>, clutter: f64, random: &mut Random) -> Self {
         let count = |most: f64| (most * clutter).round() as usize;
         let on_table = (0..count(MAX_ON_TABLE))
@@ -97,7 +97,7 @@ impl Furnished {
     }
 
     /// The first thing on a ray; `direction` has length 1.
-    pub fn look(&self, origin: &Point3<f64>, direction: &Vector3<f64>) -> Seen {
+    pub fn cast(&self, origin: &Point3<f64>, direction: &Vector3<f64>) -> RayHit {
         let ray = Ray::new(origin, direction);
         let hits = self
             .blocks
@@ -110,7 +110,7 @@ impl Furnished {
         }
     }
 
-    fn on_block(&self, point: Point3<f64>, index: usize) -> Seen {
+    fn on_block(&self, point: Point3<f64>, index: usize) -> RayHit {
         let block = &self.blocks[index];
         let normal = block.normal_at(&point);
         let albedo = if index == 0 && normal.z > 0.5 {
@@ -119,7 +119,7 @@ impl Furnished {
             block.albedo
                 * (1.0 + 0.05 * noise(index as u32, point.x * 9.0 + point.z * 4.0, point.y * 9.0))
         };
-        Seen {
+        RayHit {
             point,
             normal,
             albedo,
@@ -142,7 +142,7 @@ impl Furnished {
     }
 
     /// Floor, walls and ceiling as seen from inside.
-    fn on_shell(&self, ray: &Ray) -> Seen {
+    fn on_shell(&self, ray: &Ray) -> RayHit {
         let limits = Vector3::new(
             HALF_ROOM[0],
             HALF_ROOM[1],
@@ -175,7 +175,7 @@ impl Furnished {
             (2, false) => 0.7,
             _ => self.wall(axis, normal[axis] > 0.0, &point),
         };
-        Seen {
+        RayHit {
             point,
             normal,
             albedo,
@@ -299,7 +299,7 @@ mod tests {
     #[test]
     fn every_ray_meets_something_of_the_room() {
         let mut random = Random::new(1);
-        let room = Furnished::new(Vector2::new(0.7, 0.6), 1.0, &mut random);
+        let room = FurnishedRoom::new(Vector2::new(0.7, 0.6), 1.0, &mut random);
         for _ in 0..10_000 {
             let origin = Point3::new(
                 random.between(-3.0, 3.0),
@@ -307,18 +307,18 @@ mod tests {
                 random.between(0.1, 1.9),
             );
             let direction = Vector3::from_fn(|_, _| random.normal()).normalize();
-            let seen = room.look(&origin, &direction);
-            assert!((0.0..=1.0).contains(&seen.albedo));
-            assert!(seen.normal.dot(&direction) <= 0.0);
-            assert!(seen.point.coords.norm() < 10.0);
+            let hit = room.cast(&origin, &direction);
+            assert!((0.0..=1.0).contains(&hit.albedo));
+            assert!(hit.normal.dot(&direction) <= 0.0);
+            assert!(hit.point.coords.norm() < 10.0);
         }
     }
 
     #[test]
     fn table_lies_at_height_zero() {
-        let room = Furnished::new(Vector2::new(0.7, 0.6), 0.5, &mut Random::new(1));
-        let seen = room.look(&Point3::new(0.1, 0.2, 1.0), &-Vector3::z());
-        assert!(seen.point.z.abs() < 1e-12);
-        assert_eq!(seen.normal, Vector3::z());
+        let room = FurnishedRoom::new(Vector2::new(0.7, 0.6), 0.5, &mut Random::new(1));
+        let hit = room.cast(&Point3::new(0.1, 0.2, 1.0), &-Vector3::z());
+        assert!(hit.point.z.abs() < 1e-12);
+        assert_eq!(hit.normal, Vector3::z());
     }
 }

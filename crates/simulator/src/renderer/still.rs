@@ -133,10 +133,10 @@ impl<'a> Still<'a> {
             Room::Furnished(room) => room,
         };
         let (origin, direction) = self.ray(normalised);
-        let seen = room.look(&origin, &direction);
-        let facing = seen.normal.dot(&self.towards_lamp).max(0.0);
+        let hit = room.cast(&origin, &direction);
+        let facing = hit.normal.dot(&self.towards_lamp).max(0.0);
         let light = self.light.ambient + self.light.lamp * facing;
-        FULL * seen.albedo * light * self.pool(&seen.point)
+        FULL * hit.albedo * light * self.pool(&hit.point)
     }
 
     /// Origin and direction in the world, not a number where the lens shows nothing.

@@ -30,7 +30,7 @@ pub(crate) fn parse_board(
     let Some(description) = description(&document) else {
         return Ok(None);
     };
-    let board = Described(description).board(id);
+    let board = BoardMapping(description).board(id);
     Ok(Some(
         board.map_err(|complaint| Wrong::with_all(path, complaint))?,
     ))
@@ -39,7 +39,7 @@ pub(crate) fn parse_board(
 /// What describes a board: all of the document, or one of multical's `boards`.
 fn description(document: &Value) -> Option<&Value> {
     let is_board = |value: &Value| {
-        let described = Described(value);
+        let described = BoardMapping(value);
         described.kind().is_some() || described.find(&["squarelength", "tagspacing"]).is_some()
     };
     let boards = document.get("boards").and_then(Value::as_mapping);
@@ -48,9 +48,9 @@ fn description(document: &Value) -> Option<&Value> {
 }
 
 /// A mapping that describes a board.
-struct Described<'a>(&'a Value);
+struct BoardMapping<'a>(&'a Value);
 
-impl<'a> Described<'a> {
+impl<'a> BoardMapping<'a> {
     /// The value of the first of these keys, which are in small letters and without underscores.
     fn find(&self, keys: &[&str]) -> Option<(&'a str, &'a Value)> {
         let entries = self.0.as_mapping()?.iter();

@@ -6,7 +6,7 @@ use sextant_estimator::TagId;
 
 /// Which tags were found to be what; as text, family and number.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
-pub struct Found {
+pub struct DiscoveredTags {
     /// The object's own, that move as one.
     pub object: Vec<String>,
     /// Other things that move, each as one.
@@ -17,7 +17,7 @@ pub struct Found {
     pub still: Vec<String>,
 }
 
-impl Found {
+impl DiscoveredTags {
     /// What moves, if no single thing does.
     pub(crate) fn several(&self) -> String {
         let things = self.others.iter().map(listed);

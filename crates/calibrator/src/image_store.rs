@@ -16,7 +16,7 @@ const BORDER_PX: f64 = 2.0;
 
 /// A tag that a procedure looks for.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Wanted {
+pub(crate) struct TagSpec {
     pub tag: TagId,
     pub size_m: f64,
 }
@@ -45,7 +45,7 @@ pub(crate) struct ImageView {
 
 /// What was passed over in one image.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub(crate) struct PassedOver {
+pub(crate) struct IgnoredTags {
     /// Tags that nobody looks for.
     pub foreign: Vec<TagId>,
     /// Seen more than once in this image.
@@ -57,10 +57,10 @@ pub(crate) struct PassedOver {
 /// Images as they come, at most so many of them. Of more, every second stretch of time is dropped and no longer kept, again and
 /// again, so that what is kept lies all over the session and cameras that fire together stay together.
 #[derive(Clone, Debug)]
-pub(crate) struct Kept {
+pub(crate) struct ImageStore {
     images: Vec<ImageObservation>,
     most: usize,
-    came: usize,
+    n_received: usize,
     /// One stretch of so many is kept.
     every: u64,
 }
@@ -68,18 +68,18 @@ pub(crate) struct Kept {
 /// Long enough for a camera's images to follow one another, short enough for no movement to be missed, ns.
 const STRETCH_NS: u64 = 500_000_000;
 
-impl Kept {
+impl ImageStore {
     pub(crate) fn at_most(most: usize) -> Self {
         Self {
             images: Vec::new(),
             most,
-            came: 0,
+            n_received: 0,
             every: 1,
         }
     }
 
     pub(crate) fn push(&mut self, image: &ImageObservation) {
-        self.came += 1;
+        self.n_received += 1;
         if !is_kept(image, self.every) {
             return;
         }
@@ -100,8 +100,8 @@ impl Kept {
     }
 
     /// Images taken in, kept or not.
-    pub(crate) fn came(&self) -> usize {
-        self.came
+    pub(crate) fn n_received(&self) -> usize {
+        self.n_received
     }
 
     pub(crate) fn iter(&self) -> impl Iterator<Item = &ImageObservation> {
@@ -116,10 +116,10 @@ fn is_kept(image: &ImageObservation, every: u64) -> bool {
 /// The usable part of an image.
 pub(crate) fn take_in(
     (index, camera): (usize, &Camera),
-    wanted: &[Wanted],
+    wanted: &[TagSpec],
     image: &ImageObservation,
-) -> (ImageView, PassedOver) {
-    let mut over = PassedOver::default();
+) -> (ImageView, IgnoredTags) {
+    let mut over = IgnoredTags::default();
     let mut count: BTreeMap<TagId, usize> = BTreeMap::new();
     for seen in &image.tags {
         *count.entry(seen.tag).or_default() += 1;
@@ -165,7 +165,7 @@ fn is_inside(corner: &Point2<f64>, [width, height]: [u32; 2]) -> bool {
 }
 
 impl TagView {
-    fn of(camera: &Camera, tag: usize, wanted: &Wanted, seen: &TagCorners) -> Option<Self> {
+    fn of(camera: &Camera, tag: usize, wanted: &TagSpec, seen: &TagCorners) -> Option<Self> {
         let poses = tag_poses(&camera.lens, &seen.corners, wanted.size_m);
         let branches: Vec<Pose> = poses.iter().map(|p| p.camera_from_tag).collect();
         (!branches.is_empty()).then(|| Self {
@@ -204,12 +204,12 @@ mod tests {
 
     #[test]
     fn what_is_kept_lies_all_over_and_together() {
-        let mut kept = Kept::at_most(100);
+        let mut kept = ImageStore::at_most(100);
         for ms in (0..60_000).step_by(100) {
             kept.push(&at("a", ms));
             kept.push(&at("b", ms));
         }
-        assert_eq!(kept.came(), 1200);
+        assert_eq!(kept.n_received(), 1200);
         let of = |name: &str| -> Vec<u64> {
             let own = kept.iter().filter(|i| i.camera.as_str() == name);
             own.map(|i| i.capture_ns / 1_000_000).collect()
@@ -225,7 +225,7 @@ mod tests {
 
     #[test]
     fn a_burst_does_not_shut_out_what_comes_later() {
-        let mut kept = Kept::at_most(10);
+        let mut kept = ImageStore::at_most(10);
         (0..100).for_each(|_| kept.push(&at("a", 1_000_005)));
         for ms in (2_000_000..2_060_000).step_by(500) {
             kept.push(&at("a", ms));
@@ -236,7 +236,7 @@ mod tests {
 
     #[test]
     fn images_of_one_moment_do_not_pile_up() {
-        let mut kept = Kept::at_most(10);
+        let mut kept = ImageStore::at_most(10);
         (0..1000).for_each(|_| kept.push(&at("a", 5)));
         assert_eq!(kept.iter().count(), 10);
     }

@@ -8,7 +8,7 @@ use crate::quad::{Point, Quad, middle};
 use nalgebra::{Matrix2, Point2, Vector2};
 use sextant_geometry::Lens;
 
-pub(super) struct Straightened {
+pub(super) struct Undistortion {
     lens: Lens,
     /// The tag's middle: pixel and normalised point.
     middle: Vector2<f64>,
@@ -17,9 +17,9 @@ pub(super) struct Straightened {
     pixel_by_normalised: Matrix2<f64>,
 }
 
-impl Straightened {
+impl Undistortion {
     /// Around a quad; nothing where the lens does not say where pixels look.
-    pub(super) fn around(lens: &Lens, quad: &Quad) -> Option<Self> {
+    pub(super) fn at(lens: &Lens, quad: &Quad) -> Option<Self> {
         let [x, y] = middle(quad).map(f64::from);
         let (normalised, normalised_by_pixel) =
             lens.undistort_with_jacobian(&Point2::new(x, y)).ok()?;
@@ -78,15 +78,15 @@ mod tests {
         };
         let lens = Lens::brown_conrady(intrinsics, [-0.3, 0.1, 0.001, -0.002, 0.0]).unwrap();
         let quad = [[400.0, 60.0], [560.0, 80.0], [550.0, 230.0], [410.0, 220.0]];
-        let straightened = Straightened::around(&lens, &quad).unwrap();
+        let undistortion = Undistortion::at(&lens, &quad).unwrap();
         for pixel in [
             [480.0, 150.0],
             [400.0, 60.0],
             [560.0, 80.0],
             [455.5, 210.25],
         ] {
-            let exact = straightened.place(pixel);
-            let back = straightened.pixel(exact).unwrap();
+            let exact = undistortion.place(pixel);
+            let back = undistortion.pixel(exact).unwrap();
             assert!(
                 (back[0] - pixel[0]).hypot(back[1] - pixel[1]) < 1e-3,
                 "{pixel:?}"
@@ -109,6 +109,6 @@ mod tests {
             [5050.0, 130.0],
             [5010.0, 120.0],
         ];
-        assert!(Straightened::around(&lens, &quad).is_none());
+        assert!(Undistortion::at(&lens, &quad).is_none());
     }
 }

@@ -19,7 +19,7 @@ const SILENCE_S: f64 = 2.0;
 
 /// The account.
 #[derive(Debug)]
-pub(super) struct Account {
+pub(super) struct Statistics {
     camera: CameraId,
     host: String,
     started: Instant,
@@ -39,7 +39,7 @@ pub(super) struct Account {
     pub(super) others: Vec<String>,
 }
 
-impl Account {
+impl Statistics {
     /// An empty account.
     pub(super) fn new(camera: CameraId) -> Self {
         Self {
@@ -170,17 +170,17 @@ mod tests {
         }
     }
 
-    fn account(images: &[(u64, u64)]) -> Account {
-        let mut account = Account::new(CameraId::new("north").unwrap());
+    fn statistics(images: &[(u64, u64)]) -> Statistics {
+        let mut statistics = Statistics::new(CameraId::new("north").unwrap());
         for (stream, captured) in images {
-            account.image(&header(*stream, *captured));
-            account.detected(&header(*stream, *captured), 2_000_000);
+            statistics.image(&header(*stream, *captured));
+            statistics.detected(&header(*stream, *captured), 2_000_000);
         }
-        account
+        statistics
     }
 
     fn counts(images: &[(u64, u64)]) -> (u64, u64, u64) {
-        let status = account(images).status(None);
+        let status = statistics(images).status(None);
         (status.captured, status.detected, status.dropped)
     }
 
@@ -198,16 +198,16 @@ mod tests {
 
     #[test]
     fn times_are_median_and_99th_percentile() {
-        let mut account = account(&[(1, 1)]);
-        (1..=100).for_each(|ms| account.detected(&header(1, 1), ms * 1_000_000));
-        assert_eq!(account.detect_ms(), [50.0, 99.0]);
+        let mut statistics = statistics(&[(1, 1)]);
+        (1..=100).for_each(|ms| statistics.detected(&header(1, 1), ms * 1_000_000));
+        assert_eq!(statistics.detect_ms(), [50.0, 99.0]);
     }
 
     #[test]
     fn a_status_keeps_its_contract() {
-        let mut account = account(&[(1, 1)]);
-        account.refuse(&"x".repeat(1000));
-        let status = account.status(Some("no rig"));
+        let mut statistics = statistics(&[(1, 1)]);
+        statistics.refuse(&"x".repeat(1000));
+        let status = statistics.status(Some("no rig"));
         assert_eq!(status.messages.len(), 2);
         sextant_proto::encode(&status).unwrap();
     }
