@@ -50,7 +50,7 @@ pub enum SourceConfig {
         /// How fast.
         #[serde(default)]
         pace: Pace,
-        /// Whether to begin anew at the end; time stamps go on ascending.
+        /// Whether to start again at the end; timestamps keep ascending.
         #[serde(default)]
         repeat: bool,
         /// Wire time at which the recording's first image (of any of its cameras) is played; time stamps are shifted

@@ -1,4 +1,4 @@
-//! The detecting part: borrows images, finds tags, solves their poses, publishes; and tells once a second how it fares.
+//! The detection part: borrows images, detects tags, solves their poses, publishes them, and publishes a status once a second.
 
 mod finder;
 mod inspection;
@@ -183,7 +183,7 @@ impl DetectPart {
         Ok(())
     }
 
-    /// What the detector made of the last image, for those who listen.
+    /// Diagnostics of the last detection, published while somebody subscribes.
     fn tell_inspection(&mut self, header: &ImageHeader) -> anyhow::Result<()> {
         let (report, searched) = (self.finder.report(), self.finder.searched());
         let camera = self.models.camera();

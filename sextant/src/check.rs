@@ -75,7 +75,7 @@ pub fn run(arguments: &CheckArguments, format: Format) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Checks a file, or a folder with a recording; what it names joins what is to be checked together.
+/// Checks a file or a recording, and adds its contents to those that are checked together.
 ///
 /// # Errors
 /// What is wrong with it.

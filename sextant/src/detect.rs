@@ -148,7 +148,7 @@ fn detect_each(
     Ok(())
 }
 
-/// The camera whose lens is asked for.
+/// The camera whose lens is used.
 fn camera(arguments: &DetectArguments) -> anyhow::Result<Option<Camera>> {
     let (Some(file), Some(id)) = (&arguments.rig, &arguments.camera) else {
         return Ok(None);

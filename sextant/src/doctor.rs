@@ -107,7 +107,7 @@ pub fn run(arguments: &DoctorArguments, format: Format) -> anyhow::Result<()> {
     findings.extend(files(&arguments.files));
     findings.extend(machine::findings());
     let mut faults = 0_usize;
-    // The network may take its time: what is known is said first.
+    // Prints local findings first, since the network may be slow.
     for finding in findings {
         faults += usize::from(finding.verdict == Verdict::Fault);
         print_line(&finding.line(format))?;

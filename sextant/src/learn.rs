@@ -191,7 +191,7 @@ fn plan(arguments: &LearnArguments) -> anyhow::Result<LearnPlan> {
         let stated = own.or(arguments.size.and_then(|size| size.of(id)));
         let Some(size) = stated.or(known.map(|t| t.size_m)) else {
             wrong(format!(
-                "the size of tag {id} is not stated; give --size, or write {id}:METRES"
+                "the size of tag {id} is unknown; give --size, or write {id}:METRES"
             ))?;
             continue;
         };
@@ -268,7 +268,7 @@ fn text(report: &LearnReport, arguments: &LearnArguments) -> String {
     let solved = report.solved_sizes.iter();
     lines.extend(solved.map(|(tag, size_m)| {
         format!(
-            "{tag}: {:.2} mm large, by comparison with what was stated",
+            "{tag}: {:.2} mm, by comparison with the given size",
             size_m * 1e3
         )
     }));

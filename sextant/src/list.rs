@@ -1,4 +1,4 @@
-//! `sextant list`: who and what is there: nodes, cameras, objects.
+//! `sextant list`: nodes, cameras and objects of a site.
 
 use crate::output::{Format, print_line};
 use crate::site::{Site, SiteArguments};

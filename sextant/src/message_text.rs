@@ -9,7 +9,7 @@ use sextant_proto::{
     ObjectTagConfig, Observations, Proposal, RigConfig,
 };
 
-/// A message as programs shall see it: as the contract has it, but of a preview the length stands for the picture.
+/// A message as JSON for programs: as in the contract, but with the length of a preview in place of its image.
 #[derive(Serialize)]
 #[serde(untagged)]
 pub enum ForPrograms<'a> {

@@ -22,7 +22,7 @@ pub fn print_line(line: &str) -> io::Result<()> {
     out.flush()
 }
 
-/// Whether an error only says that nobody reads the output any more.
+/// Whether an error is a closed output pipe.
 pub fn is_broken_pipe(error: &anyhow::Error) -> bool {
     error.chain().any(|cause| {
         cause

@@ -1,4 +1,4 @@
-//! `sextant print`: boards, tags and cubes on paper in true size, and the object file that says what was printed.
+//! `sextant print`: boards, tags and cubes as PDF in true size, with their object files.
 
 mod board;
 mod calibration_boards;

@@ -117,7 +117,7 @@ impl RouterWatch {
     pub fn say(&mut self, bus: &Bus) {
         match self.silent_s(bus) {
             Some(seconds) if !self.is_said => {
-                eprintln!("no word from the router for {seconds:.0} s; waiting for it");
+                eprintln!("the router has not answered for {seconds:.0} s; waiting for it");
                 self.is_said = true;
             }
             None if self.is_said && self.lost.is_none() => {

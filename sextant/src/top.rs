@@ -1,4 +1,4 @@
-//! `sextant top`: how a site fares, live: cameras, objects, and what is wrong, in words.
+//! `sextant top`: live state of the cameras and objects of a site, and its faults.
 
 mod board;
 mod departures;

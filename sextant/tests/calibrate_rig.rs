@@ -1,4 +1,4 @@
-//! `sextant calibrate rig`: a board carried through what three cameras see gives their poses, with how well they are known.
+//! `sextant calibrate rig`: a board carried in front of three cameras gives their poses with standard deviations.
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 mod carried;
@@ -44,7 +44,7 @@ fn pose_of(camera: &Camera) -> Pose {
     camera.world_from_camera.unwrap()
 }
 
-/// Checks every camera relative to the first: half a millimetre, a fiftieth of a degree, and what is stated of it.
+/// Checks every camera relative to the first: half a millimetre, a fiftieth of a degree, and its standard deviation.
 fn assert_right(found: &Rig, truth: &Rig) {
     let relative =
         |rig: &Rig, at: usize| pose_of(&rig.cameras()[0]).inverse() * pose_of(&rig.cameras()[at]);

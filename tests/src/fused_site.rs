@@ -28,7 +28,7 @@ pub struct FusedSite {
 }
 
 impl FusedSite {
-    /// Starts a fusion node that believes in this rig and these objects; `more` is said in its file, too.
+    /// Starts a fusion node with this rig, these objects and `more` lines in its file.
     ///
     /// # Panics
     /// When it does not come up.

@@ -1,4 +1,4 @@
-//! The harness of the whole-system tests: runs the real `sextant` binary, waits for what it says, and leaves nothing behind.
+//! Harness of the whole-system tests: runs the real `sextant` binary, waits for its output, and cleans up.
 //!
 //! Tests wait for conditions, never for durations; a limit on waiting only keeps a broken system from hanging the run.
 

@@ -1,5 +1,5 @@
-//! A workshop in the simulator: three cameras along a wall, a printed board that is held before them, a cube that is turned.
-//! Corners without images, at any speed: what a person does in minutes takes seconds.
+//! A simulated workshop: three cameras along a wall, a printed board held in front of them, and a cube that is turned. It has corners
+//! without images, so that minutes of use take seconds.
 
 use nalgebra::{Isometry3, Matrix3, Rotation3, UnitQuaternion, Vector3};
 use sextant_calibrator::PrintedGrid;
@@ -13,7 +13,7 @@ use sextant_simulator::{
 use sextant_tag_families::Family;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
-/// What good images give, pixels.
+/// Corner noise of good images, pixels.
 const SIGMA_PX: f64 = 0.05;
 /// Edge of the cube and of its tags, metres.
 const EDGE_M: f64 = 0.06;
@@ -40,7 +40,7 @@ pub struct Workshop {
 
 impl Default for Workshop {
     /// # Panics
-    /// When the scene is none.
+    /// If the scene is invalid.
     fn default() -> Self {
         let scenario = Scenario {
             seed: 1,
@@ -67,10 +67,10 @@ impl Default for Workshop {
 }
 
 impl Workshop {
-    /// The cameras as they are.
+    /// The true rig.
     ///
     /// # Panics
-    /// When they make no rig.
+    /// If it is invalid.
     #[must_use]
     pub fn rig(&self) -> Rig {
         let cameras = self.scenario.cameras.iter().map(|camera| Camera {
@@ -82,10 +82,10 @@ impl Workshop {
         Rig::new(cameras.collect()).expect("a rig")
     }
 
-    /// The cube as it is.
+    /// The true cube.
     ///
     /// # Panics
-    /// When it is none.
+    /// If it is invalid.
     #[must_use]
     pub fn cube(&self) -> ObjectModel {
         let tags = self.scenario.objects[1].tags.iter().map(|tag| ObjectTag {
@@ -99,7 +99,7 @@ impl Workshop {
         ObjectModel::new(ObjectId::new("cube").expect("an id"), tags.collect()).expect("an object")
     }
 
-    /// What every camera sees `seconds` after the start, as its node would publish it with these times.
+    /// Observations of all cameras `seconds` after the start, with these times.
     ///
     /// # Panics
     /// When a camera has no name.
@@ -144,7 +144,7 @@ fn observation(seen: &sextant_simulator::ObservedTag) -> TagObservation {
     }
 }
 
-/// A camera on the wall that looks at the middle of the workshop; none is quite like another.
+/// A camera on the wall that looks at the centre of the workshop; each has another lens.
 fn camera(name: &str, x: f64) -> SceneCamera {
     let place = Vector3::new(x, -0.62, 0.04 + 0.1 * x);
     let forward = -place.normalize();

@@ -1,4 +1,4 @@
-//! A refined calibration is proposed from ordinary use, put in force from the command line, and taken back.
+//! A refined calibration is proposed from ordinary use, applied from the command line, and reverted.
 
 #![allow(clippy::expect_used, reason = "a test ends by panicking")]
 
@@ -12,14 +12,14 @@ use std::process::Output;
 use std::time::{Duration, Instant};
 use system_tests::{FusedSite, PATIENCE, Scene};
 
-/// Poses that went through text and messages.
+/// Tolerance for poses that were written as text and sent in messages.
 const ROUNDING: f64 = 1e-12;
 
 fn said(output: &Output) -> String {
     String::from_utf8_lossy(&[&output.stdout[..], &output.stderr[..]].concat()).into_owned()
 }
 
-/// The rig as somebody measured it: each camera some millimetres and a third of a degree off.
+/// The rig as measured by hand: each camera is off by millimetres and a third of a degree.
 fn measured(rig: &Rig) -> Rig {
     let off = |(index, camera): (usize, &Camera)| {
         let sign = if index % 2 == 0 { 1.0 } else { -1.0 };
@@ -39,7 +39,7 @@ fn poses(rig: &Rig) -> Vec<Pose> {
     cameras.filter_map(|one| one.world_from_camera).collect()
 }
 
-/// Largest difference in m or rad between the ways from the first camera to the others.
+/// Largest difference of camera poses relative to the first camera, m or rad.
 fn apart(one: &Rig, other: &Rig) -> f64 {
     let ways = |rig: &Rig| {
         let poses = poses(rig);

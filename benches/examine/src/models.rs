@@ -14,7 +14,10 @@ pub fn tag(id: u32, size_m: f64, place: Vector3<f64>, turn: UnitQuaternion<f64>)
     }
 }
 
-/// What is made here is sound; else the examiner itself is at fault.
+/// Unwraps a model, which is valid by construction.
+///
+/// # Panics
+/// If it is not.
 pub fn made<T, E: std::fmt::Debug>(result: Result<T, E>) -> T {
     result.unwrap_or_else(|error| panic!("{error:?}"))
 }

@@ -1,5 +1,4 @@
-//! Seeded random scenes by class: cameras, bodies with tags, motions, and what is stated of them; and the images of a scene, with
-//! exact corners and Gaussian noise of known sigma.
+//! Seeded random scenes by class: cameras, bodies with tags, motions, and the models given to fusion.
 
 use nalgebra::{Point2, UnitQuaternion, Vector3};
 use sextant_estimator::{
@@ -79,7 +78,7 @@ impl Body {
     }
 }
 
-/// A camera's stamps against true time.
+/// Error of the timestamps of a camera.
 #[derive(Clone, Copy, Default)]
 pub struct Clock {
     pub phase_s: f64,
@@ -88,35 +87,35 @@ pub struct Clock {
     pub stated_error_ns: u64,
 }
 
-/// How images reach the fusion: seconds at most, and shares.
+/// Transport of images to fusion: longest delay in seconds, and shares lost and duplicated.
 pub struct Way {
     pub most_s: f64,
     pub lost: f64,
     pub twice: f64,
 }
 
-/// Everything that is there. Fields can be changed before images are taken.
+/// A scene. Its fields can be changed before images are taken.
 pub struct Scene {
-    /// As cameras are.
+    /// The true rig.
     pub truth: Rig,
-    /// As the files state them.
+    /// The rig given to fusion.
     pub stated: Rig,
     pub bodies: Vec<Body>,
     pub clocks: Vec<Clock>,
     pub sigma_px: f64,
     pub stated_sigma_px: Option<f64>,
-    /// The camera whose noise is so many times that of the others.
+    /// A camera with higher noise, and the factor.
     pub noisy: Option<(usize, f64)>,
     pub way: Way,
-    /// Whether corners are those of a homography fitted to the bent tag.
+    /// Whether corners are those of a homography fitted to the distorted tag.
     pub fitted: bool,
     pub seconds: f64,
 }
 
-/// An image on its way.
+/// An image in transit.
 pub struct Shot {
     pub arrival_ns: u64,
-    /// Seconds from the start of the scene, true time.
+    /// True capture time from the start of the scene, s.
     pub taken_s: f64,
     pub image: ImageObservation,
 }
@@ -158,7 +157,7 @@ impl Scene {
         }
     }
 
-    /// Deviation of a camera's corners, px.
+    /// Standard deviation of the corners of a camera, px.
     pub fn noise_px(&self, camera: usize) -> f64 {
         match self.noisy {
             Some((noisy, times)) if noisy == camera => self.sigma_px * times,
@@ -167,7 +166,7 @@ impl Scene {
     }
 }
 
-/// World from a camera at a place, looking at another, its x level.
+/// Pose of a camera at `from` that looks at `at`, with its x axis level.
 fn looking(from: Vector3<f64>, at: Vector3<f64>) -> Pose {
     let down = Vector3::z().cross(&(at - from)).cross(&(at - from));
     let turn = UnitQuaternion::face_towards(&(at - from), &down);
@@ -235,7 +234,7 @@ fn lens(class: Class, random: &mut Random) -> Lens {
     made(Lens::brown_conrady(intrinsics, distortion))
 }
 
-/// What the files state of the cameras.
+/// The rig given to fusion.
 fn stated(class: Class, truth: &Rig, random: &mut Random) -> Rig {
     let sigma = match class {
         Class::StatedPoses => random.log_within(0.0003, 0.002),

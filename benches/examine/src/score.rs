@@ -1,4 +1,4 @@
-//! What came of a scene: errors against the truth, the covariance against the errors, and what was said of faults.
+//! Score of a scene: pose errors, consistency of the covariance, and reported faults.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
@@ -22,34 +22,34 @@ pub struct Score {
     worst: [f64; 2],
     nees: f64,
     inside: f64,
-    /// Instants at which a body was seen, and those of them with a pose.
+    /// Instants at which a body was visible, and those of them with a pose.
     seen: f64,
     covered: f64,
     flips: usize,
-    /// Squared errors and what they were at best, where two views see the body at once.
+    /// Squared errors and their Cramér-Rao bounds, at instants with two simultaneous views.
     of_two: [[f64; 2]; 2],
-    /// Errors of poses foreseen by [`AHEAD_S`], m and rad.
+    /// Errors of poses predicted by [`AHEAD_S`], m and rad.
     ahead: [Vec<f64>; 2],
-    /// Largest difference by order of arrival.
+    /// Largest difference between orders of arrival.
     disorder: f64,
     pub faults: BTreeSet<String>,
     pub n_faults: usize,
 }
 
-/// 95 % of six-dimensional Gaussian errors lie within.
+/// 95 % quantile of the chi-square distribution with six degrees of freedom.
 const WITHIN_95: f64 = 12.592;
-/// Attitudes that are wrong by more are flipped, rad.
+/// Attitude error beyond which a pose counts as flipped, rad.
 const FLIP: f64 = 0.35;
-/// Seconds by which poses are foreseen.
+/// Prediction horizon, s.
 const AHEAD_S: f64 = 0.033;
-/// Seconds after which a scene is scored.
+/// Time after which a scene is scored, s.
 const SETTLED_S: f64 = 0.5;
 
 fn seconds_of(time_ns: u64) -> f64 {
     (time_ns as i128 - START_NS as i128) as f64 * 1e-9
 }
 
-/// Plays the images of a scene in and scores what comes out.
+/// Runs fusion on the images of a scene and scores its poses.
 pub fn examined(scene: &Scene, shots: &[Shot]) -> Score {
     let mut score = Score {
         scenes: 1,
@@ -90,13 +90,13 @@ pub fn examined(scene: &Scene, shots: &[Shot]) -> Score {
     score
 }
 
-/// By body and capture time: the cameras whose images of a rigid body have come, and their information.
+/// Cameras with images of a rigid body, and the sum of their information, by body and capture time.
 type InformationByTime = BTreeMap<(usize, u64), (BTreeSet<usize>, Matrix6<f64>)>;
 
 /// The last estimate of an instant.
 struct PublishedEstimate {
     estimate: ObjectEstimate,
-    /// The information of the images that had come by then, where two see the body.
+    /// Information of the images received by then, if two of them show the body.
     best: Option<Matrix6<f64>>,
 }
 

@@ -59,7 +59,7 @@ fn ours(refinement: Refinement, pixels: &[u8], n: u32) -> Outcome {
     Ok(())
 }
 
-/// Each image is looked at in nine different ways, one after the other.
+/// Each image is processed in nine variants, one after the other.
 fn tracking(pixels: &[u8], n: u32) -> Outcome {
     const ROUND: u32 = 9;
     let mut tracker = Tracker::new(Options::default())?;

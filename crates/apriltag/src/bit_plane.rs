@@ -13,7 +13,7 @@ pub(crate) struct BitPlane {
     words_in_row: usize,
     /// Rows of words, for complete rows of tiles.
     words: Vec<u64>,
-    /// A row as it was before it was eroded.
+    /// Copy of a row before erosion.
     above: Vec<u64>,
     /// Range of words in each row of tiles that may have bits.
     live: Vec<Range<usize>>,
@@ -21,7 +21,7 @@ pub(crate) struct BitPlane {
     rows: Vec<PaddedRow>,
 }
 
-/// Two rows of words, the second below the first, and those words beyond which neither has bits.
+/// Two rows of words, the second below the first, and the range of words that may have bits.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct RowPair<'a> {
     pub(crate) upper: &'a [u64],
@@ -80,8 +80,8 @@ impl BitPlane {
         }
     }
 
-    /// Clears bits beside, above or below one that is not set, and those between two diagonally that are not: corners that touch within
-    /// a pixel stay joined there otherwise. What lies beyond the image is not set.
+    /// Erodes the plane: clears bits with a clear neighbour to the left, right, above or below, and those between two diagonal clear ones,
+    /// since corners that touch within a pixel would stay connected. Pixels outside the image are clear.
     #[inline(always)]
     fn erode(&mut self) {
         self.above.fill(0);
@@ -104,7 +104,7 @@ impl BitPlane {
         }
     }
 
-    /// Of each row from one on a word of columns from one on; those beyond the last column are anything.
+    /// One word per row, starting at a column and a row; columns beyond the last are undefined.
     #[inline(always)]
     pub(crate) fn strip(&self, column: usize, row: usize) -> impl Iterator<Item = u64> {
         let (word, shift) = (column / WORD, column % WORD);
@@ -128,10 +128,10 @@ impl BitPlane {
     }
 }
 
-/// Rows that are at hand: those of a row of tiles and those within a line's reach above and below.
+/// Size of the ring buffer: the rows of a row of tiles and those within the reach of a line above and below.
 const ROWS: usize = 16;
 
-/// Takes rows, counted from as many above the image as a line reaches; where the image has none, the last ones again.
+/// Loads rows, counted from the reach of a line above the image; outside the image the nearest rows are repeated.
 fn take_rows(image: &Image<'_>, rows: Range<usize>, taken: &mut [PaddedRow]) {
     for row in rows {
         let y = row.saturating_sub(LINE_REACH).min(image.height() - 1);
@@ -141,7 +141,7 @@ fn take_rows(image: &Image<'_>, rows: Range<usize>, taken: &mut [PaddedRow]) {
 
 #[cfg(test)]
 impl BitPlane {
-    /// Of words, as many in each row, of an even number of rows.
+    /// A plane from words, with equally long rows and an even number of them.
     pub(crate) fn of_rows(rows: &[Vec<u64>]) -> Self {
         let is_live = |rows: &[Vec<u64>], i: usize| rows.iter().any(|row| row[i] != 0);
         let live = |rows: &[Vec<u64>]| match (0..rows[0].len()).find(|i| is_live(rows, *i)) {

@@ -95,7 +95,7 @@ pub(crate) fn threshold(
 ) {
     let words_in_row = words.len() / TILE;
     for (word, levels) in (first..).zip(levels) {
-        // No image is wider: compilers need not see to it again that all is within the rows.
+        // No image is wider; the bound lets the compiler omit bounds checks.
         let x = (word * WORD).min(Image::MAX_WIDTH - WORD);
         let levels = [
             for_each_pixel(&levels.low),

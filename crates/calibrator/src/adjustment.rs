@@ -1,4 +1,4 @@
-//! Adjusting images by their views: the bundle is built, solved, and solved again without the tags that do not fit.
+//! Robust adjustment of a session's images: builds the bundle, solves it, and solves it again without outliers.
 
 use crate::bundle::{
     Bundle, BundleCamera, BundleError, BundleImage, BundleOptions, BundleSolution, BundleTag,
@@ -10,7 +10,7 @@ use crate::resection::edge_px;
 use nalgebra::Vector6;
 use sextant_geometry::Pose;
 
-/// An image with the instant at which it was taken and the tags of it that are used.
+/// An image with its instant and the tags that are used.
 #[derive(Clone, Debug)]
 pub(crate) struct UsedImage {
     /// Index into the views.
@@ -25,28 +25,28 @@ pub(crate) struct UsedImage {
     pub tags: Vec<usize>,
 }
 
-/// A tag of an image that was left out because it does not fit.
+/// A tag that was excluded from an image as an outlier.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Misfit {
     /// Index into the views.
     pub view: usize,
     /// Index into the view's tags.
     pub seen: usize,
-    /// How far it is from where it should be, as a part of its edge in the image.
+    /// Distance from its predicted position, as a share of its edge in the image.
     pub off: f64,
 }
 
 impl Misfit {
-    /// Whether it is somewhere else, not only seen badly.
+    /// Whether it is at another place, not only poorly visible.
     pub(crate) fn is_elsewhere(&self) -> bool {
         self.off > ELSEWHERE
     }
 }
 
-/// A tag further off than this part of its edge is elsewhere.
+/// A tag farther off than this share of its edge is at another place.
 const ELSEWHERE: f64 = 0.15;
 
-/// Everything an adjustment needs.
+/// Input of an adjustment.
 #[derive(Clone, Debug)]
 pub(crate) struct Adjustment {
     pub cameras: Vec<BundleCamera>,
@@ -55,20 +55,20 @@ pub(crate) struct Adjustment {
     pub images: Vec<UsedImage>,
     pub motion: Option<Motion>,
     pub priors: Priors,
-    /// By camera: the noise of its corners in units of what is given; empty before the first solution.
+    /// Corner noise of each camera as a multiple of the detector's; empty before the first solution.
     pub noise: Vec<f64>,
 }
 
-/// What came of it.
+/// Result of an adjustment.
 pub(crate) struct AdjustmentResult {
     pub solution: BundleSolution,
-    /// At the solution, without what does not fit; its images are in the order of the bundle's.
+    /// The adjustment at the solution, without outliers; its images are in the order of the bundle.
     pub adjustment: Adjustment,
     pub misfits: Vec<Misfit>,
 }
 
 impl AdjustmentResult {
-    /// The solution with what did not fit, too.
+    /// The solution including the outliers.
     pub(crate) fn with_misfits(&self) -> Adjustment {
         let mut whole = self.adjustment.clone();
         for misfit in &self.misfits {
@@ -80,13 +80,13 @@ impl AdjustmentResult {
         whole
     }
 
-    /// Images of which something fits.
+    /// Images with at least one tag that fits.
     pub(crate) fn used(&self) -> impl Iterator<Item = &UsedImage> {
         let images = self.adjustment.images.iter();
         images.filter(|image| !image.tags.is_empty())
     }
 
-    /// The corners' noise in units of what is given, over all cameras.
+    /// Corner noise over all cameras, as a multiple of the detector's.
     pub(crate) fn noise_ratio(&self) -> f64 {
         let mut squares = (0.0, 0.0);
         for image in &self.adjustment.images {
@@ -98,21 +98,20 @@ impl AdjustmentResult {
     }
 }
 
-/// A tag whose squared error (eight degrees of freedom) exceeds this many times the noise's is wrong: seven sigma. Less is for the
-/// robust loss.
+/// A tag whose chi-square (eight degrees of freedom) exceeds this is an outlier: seven sigma. The robust loss handles smaller errors.
 const GATE: f64 = 400.0;
 /// Median of a sum of eight squared normal deviates.
 const MEDIAN_OF_EIGHT: f64 = 7.344;
-/// Noise below this part of what is given is not believed.
+/// Least corner noise, as a multiple of the detector's.
 const LEAST_NOISE: f64 = 0.05;
-/// Rounds of solving, and the change of noise and scales, as a logarithm, that ends them.
+/// Most rounds of solving, and the change of noise and scales, as a logarithm, at which they end.
 const ROUNDS: usize = 10;
 const SETTLED: f64 = 0.05;
-/// The first rounds only find the noise.
+/// The first rounds estimate the noise only.
 const FIRST: usize = 2;
 
 impl Instant {
-    /// At rest.
+    /// An instant without motion.
     pub(crate) fn at(seconds: f64, world_from_object: Pose) -> Self {
         Self {
             seconds,
@@ -123,7 +122,7 @@ impl Instant {
 }
 
 impl Adjustment {
-    /// Solves again and again, with the noise and the scales of the priors that each solution shows, and without what does not fit.
+    /// Solves repeatedly, each time with the noise, prior scales and outliers that the last solution shows.
     pub(crate) fn solve(
         mut self,
         views: &[ImageView],
@@ -163,12 +162,13 @@ impl Adjustment {
         }
     }
 
-    /// How many numbers the images have to determine.
+    /// Number of free parameters.
     fn parameters(&self) -> f64 {
         (self.instants.len() * if self.motion.is_some() { 12 } else { 6 }) as f64
     }
 
-    /// The noise of each camera's corners in units of what is given, by the median tag; the change, as a logarithm.
+    /// Updates the corner noise of each camera, as a multiple of the detector's, from its median tag; returns the largest change of its
+    /// logarithm.
     fn measure_noise(&mut self, bundle: &Bundle, parameters: f64) -> f64 {
         self.noise.resize(self.cameras.len(), 1.0);
         let mut sums = vec![Vec::new(); self.cameras.len()];
@@ -192,7 +192,7 @@ impl Adjustment {
         change
     }
 
-    /// Images without a tag and instants without an image go.
+    /// Removes images without a tag and instants without an image.
     fn drop_empty(&mut self) {
         self.images.retain(|image| !image.tags.is_empty());
         self.images.sort_by_key(|image| (image.instant, image.view));

@@ -1,12 +1,11 @@
-//! Bundle adjustment of tag corners: cameras and tags are found together with where the object was at every instant.
+//! Bundle adjustment of tag corners: estimates cameras and tags jointly with the pose of the object at every instant.
 //!
-//! A [`Bundle`] states what is known and what is sought; [`solve`] minimises the reprojection errors of all corners over the
-//! free lenses, camera poses, clocks and tags (the *kept* parameters) and over the object's pose at every instant, which are
-//! eliminated instant by instant (Schur complement; B. Triggs et al., Bundle adjustment: a modern synthesis, 2000, section
-//! 6), so that memory grows with the number of instants and never with their square. What comes out are estimates, their
-//! covariance, and the directions that the images do not determine.
+//! A [`Bundle`] has the parameters, fixed or free, and the observations. [`solve`] minimises the reprojection errors of all corners over
+//! the free lenses, camera poses, clocks and tags (the *kept* parameters) and over the pose of the object at every instant. Instants are
+//! eliminated one by one (Schur complement; B. Triggs et al., Bundle adjustment: a modern synthesis, 2000, section 6), so that memory
+//! grows linearly with their number. The result has estimates, their covariance, and the directions that the images do not determine.
 //!
-//! At least one camera or tag should be fixed (the gauge); what is left undetermined stays where it was and is reported.
+//! At least one camera or tag should be fixed (the gauge); undetermined parameters keep their start and are reported.
 
 mod anchors;
 mod covariance;

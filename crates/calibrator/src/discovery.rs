@@ -1,8 +1,8 @@
-//! Learning an object of which nobody said the tags: those that move as one body are its own.
+//! Learning an object whose tags are unknown: tags that move as one body belong to it.
 //!
-//! A tag that stands still before its camera belongs to the room, one that moves otherwise to another object. Sizes that nobody
-//! states follow from the one that is stated, since all tags of a body share its motion. Once it is known which tags those are, a
-//! [`LearnSession`] learns them; a [`DiscoverySession`] is the search around it, with the same face.
+//! A tag that stands still in front of its camera belongs to the room, and one that moves differently to another object. Unknown sizes
+//! follow from a known one, since all tags of a body share its motion. A [`DiscoverySession`] finds the tags and learns them
+//! with a [`LearnSession`], with the same interface.
 
 mod groups;
 mod rigidity;
@@ -34,13 +34,13 @@ pub struct DiscoveryPlan {
     pub sizes: Vec<(TagId, f64)>,
     /// A tag of the object, needed where several things move.
     pub around: Option<TagId>,
-    /// Cameras whose images count; none means all of the rig.
+    /// Cameras to use; empty for all of the rig.
     pub cameras: Vec<CameraId>,
     /// The frame of the result.
     pub gauge: Gauge,
 }
 
-/// Discovers from images as they come.
+/// Discovers and learns an object from successive images.
 #[derive(Clone, Debug)]
 pub struct DiscoverySession {
     rig: Rig,
@@ -48,27 +48,27 @@ pub struct DiscoverySession {
     images: ImageStore,
     tracks: Tracks,
     groups: Groups,
-    /// Which tags the images are searched for, with their sizes, and the learning of those.
+    /// The discovered tags with their sizes, and the session that learns them.
     inner: Option<(Sizes, LearnSession)>,
-    /// So many images are there when it is looked again who belongs together.
+    /// Number of images at which tags are grouped again.
     next_regrouping: usize,
 }
 
-/// Images that are kept; of more, time is thinned out.
+/// Most stored images.
 const MOST_IMAGES: usize = 6000;
-/// It is looked again after so many images, and when there are so many times more than at the last look.
+/// Images before the first grouping, and growth of their number until the next one.
 const FIRST_REGROUPING: usize = 8;
 const REGROUPING_GROWTH: f64 = 1.15;
-/// Rounds of learning in which the sizes that nobody stated settle.
+/// Most rounds of learning to estimate unknown sizes.
 const SIZE_ROUNDS: usize = 3;
-/// They have settled when none changes by more than this part.
+/// Relative change of unknown sizes at which the rounds end.
 const CONVERGED: f64 = 5e-4;
 
 impl DiscoverySession {
-    /// Nothing seen yet.
+    /// Starts a session without images.
     ///
     /// # Errors
-    /// A camera that the rig lacks.
+    /// A camera that is not in the rig.
     pub fn new(rig: Rig, plan: DiscoveryPlan) -> Result<Self, LearnError> {
         if let Some(unknown) = plan.cameras.iter().find(|id| rig.camera(id).is_none()) {
             return Err(LearnError::UnknownCamera(unknown.clone()));
@@ -84,13 +84,13 @@ impl DiscoverySession {
         })
     }
 
-    /// Whether a camera's images count.
+    /// Whether images of a camera are used.
     pub fn counts(&self, camera: &CameraId) -> bool {
         let chosen = self.plan.cameras.is_empty() || self.plan.cameras.contains(camera);
         chosen && self.rig.camera(camera).is_some()
     }
 
-    /// Takes an image in. Images of cameras that do not count are passed over.
+    /// Handles an image. Images of unused cameras are ignored.
     pub fn handle(&mut self, image: &ImageObservation) {
         let Some(camera) = self.rig.camera(&image.camera) else {
             return;
@@ -110,7 +110,7 @@ impl DiscoverySession {
         }
     }
 
-    /// Sees anew who belongs together, and begins to learn those if they are others than before.
+    /// Groups the tags again, and starts a new session if the object's tags have changed.
     fn regroup(&mut self) {
         self.groups = Groups::of(&self.tracks);
         let object = self.groups.object(self.plan.around);
@@ -125,7 +125,7 @@ impl DiscoverySession {
         }
     }
 
-    /// Learning of these tags from all images so far.
+    /// A session that learns these tags from all images so far.
     fn learning(&self, sizes: &Sizes) -> Result<LearnSession, LearnError> {
         let gauge = match self.plan.gauge {
             Gauge::Tag(tag) if sizes.contains(tag) => Gauge::Tag(tag),
@@ -143,12 +143,12 @@ impl DiscoverySession {
         Ok(session)
     }
 
-    /// Which tags were found to be what.
+    /// The groups of tags found so far.
     pub fn found(&self) -> DiscoveredTags {
         self.groups.found(self.plan.around)
     }
 
-    /// How far things are and what to do next.
+    /// Progress so far and what to do next.
     pub fn progress(&self) -> LearnProgress {
         let mut progress = match &self.inner {
             Some((_, inner)) => inner.progress(),
@@ -162,7 +162,7 @@ impl DiscoverySession {
         progress
     }
 
-    /// What discovery alone has to say.
+    /// Instruction from discovery itself, if any.
     fn hint(&self) -> Option<String> {
         let found = self.found();
         if found.object.is_empty() {
@@ -188,16 +188,16 @@ impl DiscoverySession {
         })
     }
 
-    /// About where the tags sit that were found so far.
+    /// Approximate poses of the tags found so far.
     pub fn sketch(&self) -> Vec<SketchedTag> {
         let inner = self.inner.as_ref();
         inner.map(|(_, inner)| inner.sketch()).unwrap_or_default()
     }
 
-    /// Decides which tags the object has, and places them.
+    /// Determines the tags of the object and their poses.
     ///
     /// # Errors
-    /// When nothing moves, or several things do; when no size is known; when the images cannot place every tag.
+    /// If nothing moves or several things do, if no size is known, or if the images do not determine every tag.
     pub fn solve(&self) -> Result<LearnedObject, LearnError> {
         let mut last = self.clone();
         last.regroup();
@@ -220,7 +220,7 @@ impl DiscoverySession {
         Ok(with_discovery(learned, found))
     }
 
-    /// Learns; sizes that nobody stated are corrected by what their corners say, until they stay.
+    /// Learns the tags and corrects unknown sizes by the estimated size ratios until they converge.
     fn solve_with(&self, mut sizes: Sizes) -> Result<LearnedObject, LearnError> {
         let mut learned = self.learning(&sizes)?.solve()?;
         for _ in 0..SIZE_ROUNDS {
@@ -235,7 +235,7 @@ impl DiscoverySession {
     }
 }
 
-/// The report with what was found.
+/// Adds the discovered tags to the report.
 fn with_discovery(mut learned: LearnedObject, found: DiscoveredTags) -> LearnedObject {
     let verdict = &mut learned.report.verdict;
     if !found.loose.is_empty() {

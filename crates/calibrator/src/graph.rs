@@ -1,16 +1,15 @@
-//! Who is joined with whom, and how they lie to one another: a small graph of relative poses, its islands and its strongest
-//! spanning forest.
+//! A small graph of relative poses, its connected components (islands) and its maximum spanning forest.
 
 use sextant_geometry::Pose;
 
-/// Two nodes and how strongly they are joined.
+/// Two nodes and the weight of their connection.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Edge {
     nodes: [usize; 2],
     strength: f64,
 }
 
-/// Things of which some pairs know their relative poses: tags on an object, cameras of a rig.
+/// A graph of relative poses between pairs of tags of an object or of cameras of a rig.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct PoseGraph {
     n: usize,
@@ -20,7 +19,7 @@ pub(crate) struct PoseGraph {
 }
 
 impl PoseGraph {
-    /// Of `n` nodes, none joined.
+    /// A graph of `n` nodes without edges.
     pub(crate) fn new(n: usize) -> Self {
         Self {
             n,
@@ -28,7 +27,7 @@ impl PoseGraph {
         }
     }
 
-    /// Joins two nodes; a greater strength is preferred where several ways lead to a node.
+    /// Connects two nodes; edges of greater strength are preferred where several paths lead to a node.
     pub(crate) fn join(&mut self, nodes: [usize; 2], strength: f64, first_from_second: Pose) {
         self.edges.push(Edge { nodes, strength });
         self.poses.push(first_from_second);
@@ -56,7 +55,7 @@ impl PoseGraph {
         placed
     }
 
-    /// How strongly a node is joined with all others.
+    /// Sum of the strengths of the edges of a node.
     pub(crate) fn strength(&self, node: usize) -> f64 {
         let own = self.edges.iter().filter(|edge| edge.nodes.contains(&node));
         own.map(|edge| edge.strength).sum()

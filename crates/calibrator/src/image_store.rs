@@ -1,4 +1,4 @@
-//! From what an image shows to what a procedure can use: tags it looks for, each once, inside the picture, with both poses.
+//! Stored images of a session, and the usable tags of an image: known tags, each once, inside the image, with both poses.
 
 use nalgebra::{Matrix2, Point2, Vector2};
 use sextant_estimator::{Camera, ImageObservation, TagCorners, TagId, tag_poses};
@@ -7,24 +7,24 @@ use std::collections::BTreeMap;
 
 use crate::bundle::SeenTag;
 
-/// One sigma of a corner whose detector states nothing, pixels. The adjustment measures the noise; this only sets the unit.
+/// Standard deviation of a corner without a reported one, pixels. The adjustment estimates the noise; this only sets the unit.
 pub(crate) const DEFAULT_SIGMA_PX: f64 = 0.1;
-/// Added to what the detector states: lens and paper are never better known. Pixels.
+/// Added to the reported standard deviation for errors of lens and paper, pixels.
 pub(crate) const FLOOR_PX: f64 = 0.02;
-/// A corner may lie this far outside of the picture (a detector extrapolates edges), pixels.
+/// A corner may lie this far outside the image, since a detector extrapolates edges, pixels.
 const BORDER_PX: f64 = 2.0;
 
-/// A tag that a procedure looks for.
+/// A tag that a procedure uses.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct TagSpec {
     pub tag: TagId,
     pub size_m: f64,
 }
 
-/// A tag as an image shows it, with the poses that its four corners allow.
+/// A tag in an image, with the poses that its four corners allow.
 #[derive(Clone, Debug)]
 pub(crate) struct TagView {
-    /// Index into the wanted tags.
+    /// Index into the tags of the procedure.
     pub tag: usize,
     /// With covariance.
     pub corners: TagCorners,
@@ -43,29 +43,29 @@ pub(crate) struct ImageView {
     pub tags: Vec<TagView>,
 }
 
-/// What was passed over in one image.
+/// The ignored tags of one image.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct IgnoredTags {
-    /// Tags that nobody looks for.
+    /// Tags that the procedure does not use.
     pub foreign: Vec<TagId>,
-    /// Seen more than once in this image.
+    /// Tags that appear more than once.
     pub doubled: Vec<TagId>,
-    /// With its centre outside of the picture that the rig states: no such picture shows it.
+    /// Tags with their centre outside the resolution in the rig, which is therefore wrong.
     pub outside: Vec<TagId>,
 }
 
-/// Images as they come, at most so many of them. Of more, every second stretch of time is dropped and no longer kept, again and
-/// again, so that what is kept lies all over the session and cameras that fire together stay together.
+/// A bounded store of images. When it is full, it drops every second stretch of time and halves its rate, so that the stored images
+/// cover the whole session and simultaneous images stay together.
 #[derive(Clone, Debug)]
 pub(crate) struct ImageStore {
     images: Vec<ImageObservation>,
     most: usize,
     n_received: usize,
-    /// One stretch of so many is kept.
+    /// One in this many stretches is stored.
     every: u64,
 }
 
-/// Long enough for a camera's images to follow one another, short enough for no movement to be missed, ns.
+/// Length of a stretch of time, ns: long enough for successive images, short enough to miss no motion.
 const STRETCH_NS: u64 = 500_000_000;
 
 impl ImageStore {
@@ -99,7 +99,7 @@ impl ImageStore {
         self.images.truncate(self.most);
     }
 
-    /// Images taken in, kept or not.
+    /// Number of images received, stored or not.
     pub(crate) fn n_received(&self) -> usize {
         self.n_received
     }

@@ -1,7 +1,7 @@
-//! Learning a constellation: where each tag of a rigid object sits, from images of the object being turned.
+//! Learning a constellation: the tag poses of a rigid object from images while it is turned.
 //!
-//! A [`LearnSession`] takes images one by one, tells at any time how far things are and what to do next, and solves when
-//! asked to; recorded and live images are the same to it.
+//! A [`LearnSession`] handles images one by one, reports progress and instructions at any time, and solves on request. Recorded and live
+//! images are treated alike.
 
 mod framing;
 mod gauge;
@@ -27,34 +27,34 @@ use sextant_estimator::{
 };
 use thiserror::Error;
 
-/// What is to be learned.
+/// Input of a learning session.
 #[derive(Clone, Debug)]
 pub struct LearnPlan {
     /// The object's name.
     pub object: ObjectId,
-    /// The tags to be placed, with the edge of the black square in metres.
+    /// The tags to place, with the edge of the black square in metres.
     pub tags: Vec<(TagId, f64)>,
-    /// Cameras whose images count; none means all of the rig.
+    /// Cameras to use; empty for all of the rig.
     pub cameras: Vec<CameraId>,
     /// The frame of the result. Ignored with [`LearnPlan::from`], whose frame stays.
     pub gauge: Gauge,
-    /// An object that is known already: its tags stay where they are unless they are among [`LearnPlan::tags`].
+    /// A known object: its tags keep their poses unless they are among [`LearnPlan::tags`].
     pub from: Option<ObjectModel>,
 }
 
-/// What was learned.
+/// A learned object.
 #[derive(Clone, Debug)]
 pub struct LearnedObject {
-    /// The object with every tag in its place.
+    /// The object with its tag poses.
     pub object: ObjectModel,
-    /// How well, in numbers and words.
+    /// Accuracy and verdict.
     pub report: LearnReport,
 }
 
-/// Why nothing could be learned.
+/// Why an object cannot be learned.
 #[derive(Clone, Debug, Error)]
 pub enum LearnError {
-    /// A camera that the rig lacks.
+    /// A camera that is not in the rig.
     #[error("the rig has no camera \"{0}\"")]
     UnknownCamera(CameraId),
     /// Nothing to learn.
@@ -63,12 +63,12 @@ pub enum LearnError {
     /// The known object has links.
     #[error("object {0} has links: learn each link as an object of its own")]
     Articulated(ObjectId),
-    /// No image shows anything of use.
+    /// No image shows a tag of the object.
     #[error("{images} images, and none shows a tag of the object{seen}")]
     NothingSeen {
-        /// How many images came.
+        /// Number of images.
         images: usize,
-        /// What they do show, in words.
+        /// Tags that they show, in words.
         seen: String,
     },
     /// Tags that no image shows.
@@ -80,45 +80,45 @@ pub enum LearnError {
         /// Which.
         tags: Vec<TagId>,
     },
-    /// A camera's images are not those of the rig's camera.
+    /// The images of a camera have another resolution than the rig.
     #[error(
         "{part} % of the tags of camera {camera} lie outside of its {width} x {height} pixels: the rig states another resolution than these images have"
     )]
     Resolution {
         /// The camera.
         camera: CameraId,
-        /// How many of a hundred.
+        /// Per cent of the tags that are outside.
         part: usize,
-        /// As the rig states it.
+        /// Resolution in the rig, pixels.
         width: u32,
-        /// As the rig states it.
+        /// Resolution in the rig, pixels.
         height: u32,
     },
-    /// Groups of tags that no image joins.
+    /// Groups of tags that no image connects.
     #[error("the tags fall into groups that no image shows together: {groups}. {hint}")]
     NotConnected {
         /// The groups.
         islands: Vec<Vec<TagId>>,
         /// In words.
         groups: String,
-        /// Which turn would join them.
+        /// A rotation that would connect them.
         hint: String,
     },
-    /// Tags that are in no consistent place.
+    /// Tags without a consistent pose.
     #[error("{} cannot be placed: {cause}", listed(tags))]
     Inconsistent {
         /// Which.
         tags: Vec<TagId>,
-        /// What is probably wrong.
+        /// The probable cause.
         cause: String,
     },
     /// The gauge's tag is not among those that are learned.
     #[error("tag {0} is to be the object's origin, but is not among its tags")]
     UnknownOrigin(TagId),
-    /// No tags were named, and none were found.
+    /// No tags were given, and none were discovered.
     #[error("which tags the object has was not found: {0}")]
     NotDiscovered(String),
-    /// Nobody stated how large any tag is.
+    /// No size of any tag is known.
     #[error(
         "{0}; how large is not to be seen: measure the black square of one and state it, for example with --size NUMBER:METRES"
     )]
@@ -126,12 +126,12 @@ pub enum LearnError {
     /// The adjustment has no start.
     #[error("the tags could not be adjusted: {0}")]
     Adjustment(#[from] crate::bundle::BundleError),
-    /// The result is no object.
+    /// The result is not a valid object.
     #[error(transparent)]
     Object(#[from] ObjectError),
 }
 
-/// Learns from images as they come.
+/// Learns an object from successive images.
 #[derive(Clone, Debug)]
 pub struct LearnSession {
     rig: Rig,
@@ -141,16 +141,16 @@ pub struct LearnSession {
     coverage: Coverage,
 }
 
-/// Images kept at most; of more, stretches of time are left out, since more of the same adds little.
+/// Most stored images.
 const MOST_IMAGES: usize = 6000;
-/// Fewer tags make no constellation.
+/// Least number of tags of a constellation.
 const LEAST_TAGS: usize = 2;
 
 impl LearnSession {
-    /// Nothing seen yet.
+    /// Starts a session without images.
     ///
     /// # Errors
-    /// A plan that cannot be carried out, whatever the images show.
+    /// A plan that no images can satisfy.
     pub fn new(rig: Rig, plan: LearnPlan) -> Result<Self, LearnError> {
         if let Some(unknown) = plan.cameras.iter().find(|id| rig.camera(id).is_none()) {
             return Err(LearnError::UnknownCamera(unknown.clone()));
@@ -176,7 +176,7 @@ impl LearnSession {
         })
     }
 
-    /// Takes an image in. Images of cameras that do not count are passed over.
+    /// Handles an image. Images of unused cameras are ignored.
     pub fn handle(&mut self, image: &ImageObservation) {
         let Some(index) = self.camera_of(image) else {
             return;
@@ -186,7 +186,7 @@ impl LearnSession {
         self.images.push(image);
     }
 
-    /// The same images with fewer tags to be placed; `None` where too few are left or the frame's is not among them.
+    /// The session without some tags; `None` if too few are left or the gauge tag is not among them.
     fn without(&self, tags: &[TagId]) -> Option<Self> {
         let mut plan = self.plan.clone();
         plan.tags.retain(|(tag, _)| !tags.contains(tag));
@@ -199,12 +199,12 @@ impl LearnSession {
         Some(fewer)
     }
 
-    /// How far things are and what to do next.
+    /// Progress so far and what to do next.
     pub fn progress(&self) -> LearnProgress {
         self.coverage.progress(&self.wanted)
     }
 
-    /// Whether a camera's images count.
+    /// Whether images of a camera are used.
     pub fn counts(&self, camera: &CameraId) -> bool {
         let chosen = self.plan.cameras.is_empty() || self.plan.cameras.contains(camera);
         chosen && self.rig.camera(camera).is_some()

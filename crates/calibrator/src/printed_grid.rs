@@ -1,6 +1,6 @@
-//! A flat board of tags as `sextant print board` prints it: where each tag is, from the numbers on the sheet.
+//! A flat board of tags, as printed by `sextant print board`: the tag poses from the numbers on the sheet.
 //!
-//! The board's frame has its origin in the middle of the grid, x to the right, y up and z out of the paper, as each of its
+//! The board's frame has its origin in the middle of the grid, x to the right, y up and z out of the paper, like each of its
 //! tags. Ids run from the top left, row by row. Millimetres on the paper, metres in the object.
 
 use sextant_estimator::{IdError, ObjectError, ObjectId, ObjectModel, ObjectTag, TagId};
@@ -8,17 +8,17 @@ use sextant_geometry::Pose;
 use sextant_tag_families::Family;
 use thiserror::Error;
 
-/// White between the tags' own rings, where the ids stand, millimetres.
+/// Width of the white strip between the rings of the tags, which has the ids, millimetres.
 pub const STRIP_MM: f64 = 3.0;
 
-/// What is printed.
+/// Parameters of a printed board.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PrintedGrid {
     /// Tags in a row.
     pub columns: u16,
     /// Rows of tags.
     pub rows: u16,
-    /// Edge of each black square, as the printer was told; one that was measured scales the whole board.
+    /// Nominal edge of each black square, metres; a measured one scales the whole board.
     pub size_m: f64,
     /// The tags' family.
     pub family: Family,
@@ -26,7 +26,7 @@ pub struct PrintedGrid {
     pub first: u32,
 }
 
-/// Why there is no such board.
+/// Why a board is invalid.
 #[derive(Clone, Debug, Error)]
 pub enum GridError {
     /// No rows or no columns.
@@ -44,10 +44,10 @@ pub enum GridError {
         /// Its last tag.
         last: u32,
     },
-    /// The tags make no object.
+    /// The tags do not form a valid object.
     #[error(transparent)]
     Object(#[from] ObjectError),
-    /// A name that none may have.
+    /// An invalid name.
     #[error(transparent)]
     Id(#[from] IdError),
 }

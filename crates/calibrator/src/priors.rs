@@ -1,34 +1,35 @@
-//! What is known of lenses, tag poses and tag sizes before the images, and how wrong such numbers are at this site.
+//! Priors of lenses, tag poses and tag sizes, and the scale of their errors at this site.
 //!
-//! Each number has a prior: the sigma beside it in the file or, without one, a default by how such a number comes about. Numbers of one
+//! Each number has a prior: the sigma beside it in the file or, without one, a default that reflects how such a number usually comes about. Numbers of one
 //! kind share a scale by which their sigmas are multiplied, a variance component that the images determine (D. MacKay, Bayesian
-//! interpolation, 1992; its fixed point, with Jeffreys' prior on the scale): at a site whose files are exact it falls to next to
-//! nothing, where tags were glued on by hand it rises. Where the images say nothing about a kind, the scale stays one.
+//! interpolation, 1992; its fixed point, with Jeffreys' prior on the scale): with exact files it falls almost to
+//! zero, with tags glued on by hand it rises. Without information about a kind, its scale stays one.
 
 use crate::bundle::{Anchor, BundleCamera, BundleSolution, BundleTag, Freedom, KeptParameter};
 use nalgebra::{DMatrix, DVector, Point2};
 use sextant_estimator::{LensSigma, PoseSigma};
 use std::collections::BTreeMap;
 
-/// Of a printed tag's size, as a part of it.
+/// Default relative sigma of the size of a printed tag.
 pub(crate) const TAG_SIZE: f64 = 0.005;
-/// Of a focal length, as a part of it: calibrated on another day.
+/// Default relative sigma of a focal length that was calibrated on another day.
 const FOCAL: f64 = 0.002;
-/// Of the principal point, and of each distortion coefficient by how far it displaces a corner of the image: parts of the image's width.
+/// Default sigmas of the principal point, and of each distortion coefficient by its displacement of a corner of the image, as shares of
+/// the image width.
 const CENTRE: f64 = 0.003;
 const DISTORTION: f64 = 0.002;
 /// A scale grows by no more than this beyond one, that of lenses by no more than the second, and not at all where the object is held:
 /// lenses would take on what is wrong with it.
 const MOST_SCALE: [f64; 2] = [30.0, 10.0];
-/// A scale falls by half at most for every number that the images determine, and never below this.
+/// Least scale. A scale falls at most by half for every number that the images determine.
 const LEAST_SCALE: f64 = 1e-3;
-/// Fewer numbers that the images determine say nothing about a scale.
+/// Least count of determined numbers to estimate a scale.
 const LEAST_DETERMINED: f64 = 1.5;
-/// Steps towards the scales for one linearisation, and the change that ends them.
+/// Most fixed-point steps per linearisation, and the change at which they end.
 const STEPS: usize = 12;
 const SETTLED: f64 = 0.03;
 
-/// Numbers that share a scale.
+/// Kinds of numbers; each shares a scale.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum Kind {
     TagPosition,
@@ -61,7 +62,7 @@ impl Kind {
 /// The priors of an adjustment and their scales.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Priors {
-    /// With sigmas as given or by default, and whether given.
+    /// Priors with their given or default sigmas, and whether each was given.
     anchors: Vec<(Anchor, bool)>,
     scales: BTreeMap<(Kind, bool), f64>,
 }
@@ -70,13 +71,13 @@ pub(crate) struct Priors {
 struct Member {
     row: usize,
     error: f64,
-    /// By default or as given, not scaled.
+    /// Unscaled sigma, given or by default.
     sigma: f64,
     kind: (Kind, bool),
 }
 
 impl Priors {
-    /// Frees a tag's pose about where it is.
+    /// Frees the pose of a tag, with its value as the mean of its prior.
     pub(crate) fn free_pose(&mut self, tags: &mut [BundleTag], tag: usize) {
         tags[tag].pose = Freedom::Free;
         let anchor = Anchor::Tag {
@@ -87,7 +88,7 @@ impl Priors {
         self.anchors.push((anchor, false));
     }
 
-    /// Frees a tag's size about what it is.
+    /// Frees the size of a tag, with its value as the mean of its prior.
     pub(crate) fn free_size(&mut self, tags: &mut [BundleTag], tag: usize) {
         tags[tag].size = Freedom::Free;
         let anchor = Anchor::Size {
@@ -98,7 +99,7 @@ impl Priors {
         self.anchors.push((anchor, false));
     }
 
-    /// Frees a camera's lens about what it is, unless that is exact.
+    /// Frees the lens of a camera, with its value as the mean of its prior, unless it is exact.
     pub(crate) fn free_lens(
         &mut self,
         cameras: &mut [BundleCamera],
@@ -139,7 +140,7 @@ impl Priors {
         }
     }
 
-    /// Frees a camera's pose about where it is.
+    /// Frees the pose of a camera, with its value as the mean of its prior.
     pub(crate) fn free_camera(
         &mut self,
         cameras: &mut [BundleCamera],
@@ -155,7 +156,7 @@ impl Priors {
         self.anchors.push((anchor, sigma.is_some()));
     }
 
-    /// With the sigmas that this site shows.
+    /// Anchors with scaled sigmas.
     pub(crate) fn anchors(&self) -> Vec<Anchor> {
         let scaled = self.anchors.iter().map(|(anchor, given)| {
             let kinds: Vec<Kind> = anchor.parameters().into_iter().map(Kind::of).collect();
@@ -172,7 +173,7 @@ impl Priors {
         self.scales.get(kind).copied().unwrap_or(1.0)
     }
 
-    /// Learns the scales from a solution; the largest change, as a logarithm.
+    /// Estimates the scales from a solution; returns the largest change of a logarithm.
     pub(crate) fn learn(&mut self, solution: &BundleSolution) -> f64 {
         let members = self.members(solution);
         if members.is_empty() {
@@ -203,7 +204,7 @@ impl Priors {
         changes.fold(0.0, f64::max)
     }
 
-    /// Whether neither place nor size of any tag is sought about a prior.
+    /// Whether no pose and no size of a tag has a prior.
     fn holds_tags(&self) -> bool {
         let of_tag = |anchor: &Anchor| matches!(anchor, Anchor::Tag { .. } | Anchor::Size { .. });
         !self.anchors.iter().any(|(anchor, _)| of_tag(anchor))
@@ -228,7 +229,7 @@ impl Priors {
         members.collect()
     }
 
-    /// The least scale of each kind of whose scale the images say anything.
+    /// Lower bound of the scale of each kind that the images inform about.
     fn limits(
         &self,
         members: &[Member],
@@ -268,7 +269,7 @@ impl Priors {
         whole
     }
 
-    /// One step of the fixed point; the largest change, as a logarithm.
+    /// One fixed-point step; returns the largest change of a logarithm.
     fn step(
         &mut self,
         members: &[Member],

@@ -121,11 +121,11 @@ enum Session {
 }
 
 impl Procedure {
-    /// Nothing seen yet. The rig is the site's: a found lens goes into it, a rig's cameras and lenses and those that learning
+    /// Starts a session without images. The rig is the site's: a found lens goes into it, a rig's cameras and lenses and those that learning
     /// sees with are taken from it. For a lens it may be empty.
     ///
     /// # Errors
-    /// A plan that cannot be carried out, whatever the images show.
+    /// A plan that no images can satisfy.
     pub fn start(rig: Rig, plan: Plan) -> Result<Self, ProcedureError> {
         let session = match plan {
             Plan::Lens(plan) => {
@@ -155,7 +155,7 @@ impl Procedure {
         }
     }
 
-    /// Whether a camera's images count.
+    /// Whether images of a camera are used.
     pub fn counts(&self, camera: &CameraId) -> bool {
         match &self.session {
             Session::Lens(_, own) => own == camera,

@@ -41,7 +41,7 @@ pub struct RigPlan {
 pub struct CalibratedRig {
     /// Every camera with its pose and, save the reference, how well that is known relative to the reference.
     pub rig: Rig,
-    /// How well, in numbers and words.
+    /// Accuracy and verdict.
     pub report: RigReport,
 }
 
@@ -57,25 +57,25 @@ pub enum RigError {
     /// Nothing of use in any image.
     #[error("{images} images, and none shows a tag of object {object}{seen}")]
     NothingSeen {
-        /// How many images came.
+        /// Number of images.
         images: usize,
         /// The object's name.
         object: ObjectId,
-        /// What they do show, in words.
+        /// Tags that they show, in words.
         seen: String,
     },
-    /// A camera's images are not those of the rig's camera.
+    /// The images of a camera have another resolution than the rig.
     #[error(
         "camera {camera}: {part} % of the tags lie outside of its {width} x {height} pixels: the rig states another resolution than these images have"
     )]
     Resolution {
         /// The camera.
         camera: CameraId,
-        /// How many of a hundred.
+        /// Per cent of the tags that are outside.
         part: usize,
-        /// As the rig states it.
+        /// Resolution in the rig, pixels.
         width: u32,
-        /// As the rig states it.
+        /// Resolution in the rig, pixels.
         height: u32,
     },
     /// A tag that is there twice.
@@ -141,14 +141,14 @@ pub struct RigSession {
     coverage: Coverage,
 }
 
-/// Images kept at most; of more, stretches of time are left out, since more of the same adds little.
+/// Most stored images.
 const MOST_IMAGES: usize = 60_000;
 
 impl RigSession {
-    /// Nothing seen yet.
+    /// Starts a session without images.
     ///
     /// # Errors
-    /// A plan that cannot be carried out, whatever the images show.
+    /// A plan that no images can satisfy.
     pub fn new(rig: Rig, plan: RigPlan) -> Result<Self, RigError> {
         if plan.object.articulation().is_some() {
             return Err(RigError::Articulated(plan.object.id().clone()));
@@ -183,7 +183,7 @@ impl RigSession {
         self.images.push(image);
     }
 
-    /// How far things are and what to do next.
+    /// Progress so far and what to do next.
     pub fn progress(&self) -> RigProgress {
         self.coverage.progress(&self.rig)
     }

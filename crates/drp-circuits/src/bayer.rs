@@ -6,7 +6,7 @@
 
 use crate::Raster;
 use crate::binomial::{self, BLOCK, Weights};
-use crate::model::Window;
+use crate::raster::Window;
 
 /// Weights of red and green, and of blue.
 const RED_GREEN: u16 = 19;

@@ -1,7 +1,7 @@
 //! The formulas: each the value of a pixel from the 3x3 window around it.
 
 use crate::binomial::{self, Weights};
-use crate::raster::Border;
+use crate::raster::{Border, Window};
 use crate::{Raster, SizeError, bayer};
 use std::fmt;
 
@@ -21,12 +21,6 @@ impl fmt::Display for Standing {
             Self::Interpretation(number) => write!(f, "interpretation {number}"),
         }
     }
-}
-
-/// A pixel and its neighbours, row after row, and the parity of its column and row: whether each is odd.
-pub(crate) struct Window {
-    pub(crate) rows: [[u8; 3]; 3],
-    pub(crate) is_odd: [bool; 2],
 }
 
 /// The formula of a circuit.

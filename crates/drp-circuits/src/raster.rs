@@ -90,6 +90,12 @@ impl Border {
     }
 }
 
+/// A pixel and its neighbours, row after row, and the parity of its column and row: whether each is odd.
+pub(crate) struct Window {
+    pub(crate) rows: [[u8; 3]; 3],
+    pub(crate) is_odd: [bool; 2],
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -37,7 +37,7 @@ impl Homography {
         (determinant != 0.0 && determinant.is_finite()).then_some(Self(scaled))
     }
 
-    /// The matrix, of unit Frobenius norm; its sign says nothing.
+    /// The matrix, of unit Frobenius norm; its sign is arbitrary.
     pub fn matrix(&self) -> &Matrix3<f64> {
         &self.0
     }

@@ -54,7 +54,7 @@ impl Domain {
         })
     }
 
-    /// Enters the lock, making the folder when it is missing. Gives up when `stop` says true.
+    /// Takes the lock, creating the folder if it is missing. Gives up when `stop` returns true.
     ///
     /// # Errors
     /// [`ImagesError::Root`] for a folder that is not this user's own, [`ImagesError::Abandoned`] after `stop`.
@@ -95,7 +95,7 @@ impl Domain {
     }
 }
 
-/// Locks a folder; false when `stop` says true before it is free.
+/// Locks a folder; false if `stop` returns true before it is free.
 fn exclusive(folder: &File, stop: &dyn Fn() -> bool) -> io::Result<bool> {
     loop {
         match folder.try_lock() {
@@ -196,7 +196,7 @@ fn root_error(root: &Path, cause: String) -> ImagesError {
     }
 }
 
-/// iceoryx2 formats a message before `tracing` can refuse it, so what nobody reads is refused at its door.
+/// iceoryx2 formats a message before `tracing` can filter it, so unwanted levels are filtered in iceoryx2.
 fn quieten() {
     static ONCE: Once = Once::new();
     ONCE.call_once(|| set_log_level(LogLevel::Warn));

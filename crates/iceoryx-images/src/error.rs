@@ -1,4 +1,4 @@
-//! What can go wrong with shared memory, by who must act.
+//! Errors of shared memory, by who must act.
 
 use std::path::PathBuf;
 

@@ -13,7 +13,7 @@ use rustix::process::geteuid;
 /// Permissions to write for group and others.
 const WRITABLE_BY_OTHERS: u32 = 0o022;
 
-/// Opens a folder that the effective user owns and nobody else may write in. A link is not followed.
+/// Opens a folder that the effective user owns and no other user can write to. Links are not followed.
 ///
 /// # Errors
 /// What the system refuses; [`io::ErrorKind::PermissionDenied`] and [`io::ErrorKind::NotADirectory`] with the reason and

@@ -11,7 +11,7 @@ pub const FORMAT_GREY8: u8 = 0;
 #[repr(C)]
 #[type_name("SextantImageHeader1")]
 pub struct ImageHeader {
-    /// When the lending process began, wire time in ns: tells one run of it from the next.
+    /// Start of the publishing process, wire time in ns, which distinguishes its runs.
     pub stream: u64,
     /// Counts the images of a stream from 0; a gap is an image that was not lent or not seen.
     pub sequence: u64,
@@ -47,7 +47,7 @@ pub struct ImageHeader {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(u8)]
 pub enum ClockSource {
-    /// Nobody said.
+    /// Unknown.
     Unknown = 0,
     /// This host's clock, which nothing disciplines.
     FreeRunning = 1,

@@ -25,7 +25,7 @@ pub struct Leftovers {
     pub removed: usize,
     /// Dead ones whose resources could not be removed: usually another user's.
     pub failed: usize,
-    /// Files removed that belonged to nobody.
+    /// Number of removed files without an owner.
     pub files: usize,
 }
 

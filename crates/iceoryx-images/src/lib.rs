@@ -2,7 +2,7 @@
 //! the newest wins when somebody is slow. Wraps iceoryx2, whose types appear nowhere in this interface. Knows grey pixels
 //! and their header; nothing of cameras, tags or the network.
 //!
-//! Invariant: the lender never waits for a borrower, and a process that dies without a farewell stops nobody.
+//! Invariant: the publisher never waits for a subscriber, and a process that crashes blocks no other.
 
 mod domain;
 mod error;

@@ -1,7 +1,8 @@
 //! The camera: sensor, receiver and VIN as one source of raw images in on-chip memory.
 
 use crate::frame_clock::FrameClock;
-use crate::imx219::{ADDRESS, Identity, Imx219, SHORTEST_FRAME, longest_exposure};
+use crate::imx219::{Identity, Imx219, SHORTEST_FRAME, longest_exposure};
+use crate::sensor_bus::ADDRESS;
 use crate::{Layout, PhysicalMemory, SensorBus, vin};
 use std::io;
 use std::time::Duration;

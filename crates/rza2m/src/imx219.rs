@@ -7,9 +7,6 @@
 use crate::SensorBus;
 use std::io;
 
-/// 7-bit address on the bus.
-pub(crate) const ADDRESS: u16 = 0x10;
-
 /// What the registers 0x0000 and 0x0001 of an IMX219 say.
 const MODEL: u16 = 0x0219;
 const MODEL_ID: u16 = 0x0000;

@@ -1,10 +1,12 @@
 //! The sensor's registers, over I2C.
 
-use crate::imx219::ADDRESS;
 use std::fs::{File, OpenOptions};
 use std::io;
 use std::os::fd::AsRawFd;
 use std::path::Path;
+
+/// 7-bit address of the IMX219.
+pub(crate) const ADDRESS: u16 = 0x10;
 
 /// Registers of a camera sensor: 16-bit addresses, 8-bit values.
 pub trait SensorBus {

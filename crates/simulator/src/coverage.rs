@@ -45,7 +45,7 @@ impl Coverage {
         }
     }
 
-    /// From now on what is filled counts in these rows only.
+    /// Restricts filling to these rows.
     pub fn keep_to(&mut self, rows: Range<usize>) {
         self.rows = rows.start..rows.end.min(self.height);
     }

@@ -1,4 +1,4 @@
-//! A network that loses, delays, reorders and doubles what is sent, seeded, in virtual time.
+//! A simulated network that loses, delays, reorders and duplicates messages, seeded, in virtual time.
 //!
 //! In: payloads with their capture time and the time they were sent. Out: arrivals in order of arrival time. One stream a
 //! camera keeps its order (a datagram waits for the one before it) unless the reordering fault says otherwise.
@@ -8,7 +8,7 @@ use crate::scenario::{NetworkFaults, Scenario};
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-/// The most payloads under way at once; what is sent beyond it is lost, as in a full queue.
+/// Most payloads in flight; further ones are lost, as in a full queue.
 pub const MAX_UNDER_WAY: usize = 4096;
 
 /// When a camera is cut off that sent its first message at `first_sent_ns`.
@@ -33,7 +33,7 @@ pub struct Arrival<T> {
     pub payload: T,
 }
 
-/// The network between the cameras and whoever listens.
+/// The network between the cameras and the receiver.
 pub struct Network<T> {
     links: Vec<Link>,
     under_way: BTreeMap<(u64, u64), Arrival<T>>,

@@ -39,7 +39,7 @@ pub struct Scenario {
     /// The lamp and the light from everywhere.
     #[serde(default)]
     pub light: Light,
-    /// What stands still behind the objects.
+    /// The static background.
     #[serde(default)]
     pub background: Background,
     /// At least one.
@@ -50,7 +50,7 @@ pub struct Scenario {
     pub objects: Vec<SceneObject>,
 }
 
-/// A camera: what a rig file says of it, how it takes images, and what is wrong with it.
+/// A camera: its entry in the rig file, its image acquisition, and its faults.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SceneCamera {
@@ -190,7 +190,7 @@ pub struct Light {
     pub shadow: f64,
 }
 
-/// What stands still behind the objects.
+/// The static background.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
 pub enum Background {

@@ -108,7 +108,7 @@ fn exposure_of(table: &CameraTable, key: &str) -> Result<Option<Exposure>, Compl
         None if stamp == Stamp::Middle => Ok(None),
         None => Err(Complaint::new(
             format!("{key}.stamp"),
-            "the middle of the exposure cannot be told from this moment without its length",
+            "this moment does not give the middle of the exposure without its length",
             "add `exposure = ...` in seconds, 0 where the images state their own",
         )),
     }

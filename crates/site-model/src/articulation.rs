@@ -50,7 +50,7 @@ pub struct Joint {
     pub parent_from_joint: Pose,
     /// Lowest and highest value in rad or m; `None` where nothing stops it.
     pub limits: Option<[f64; 2]>,
-    /// Highest speed in rad/s or m/s; `None` where nobody knows.
+    /// Highest speed in rad/s or m/s; `None` if unknown.
     pub max_speed: Option<f64>,
 }
 
@@ -129,7 +129,7 @@ pub enum ArticulationError {
     Speed {
         /// The joint.
         joint: JointId,
-        /// What is stated.
+        /// The given value.
         speed: f64,
     },
 }

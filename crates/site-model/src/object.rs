@@ -162,8 +162,8 @@ impl ObjectModel {
         })
     }
 
-    /// The same object, with what is known of how well its tags' places are known, in axes of object or link about the tag's
-    /// centre. Where nothing is stated they count as exact.
+    /// The object with standard deviations of its tag poses, in axes of the object or link about the centre of the tag. Tags without
+    /// one count as exact.
     ///
     /// # Errors
     /// For the first tag that the object lacks, and the first sigma that is no length or angle.
@@ -205,7 +205,7 @@ impl ObjectModel {
         self.size_sigmas.get(tag).copied()
     }
 
-    /// The same object with every figure exact of which no sigma is given: for simulations.
+    /// The object with every number exact that has no sigma: for simulations.
     #[must_use]
     pub fn exact(mut self) -> Self {
         for tag in &self.tags {
@@ -227,7 +227,7 @@ impl ObjectModel {
         self
     }
 
-    /// How well the place of a tag is known, where that is stated.
+    /// Standard deviation of the pose of a tag, if given.
     pub fn tag_sigma(&self, tag: &TagId) -> Option<PoseSigma> {
         self.tag_sigmas.get(tag).copied()
     }

@@ -12,15 +12,15 @@ pub struct TagCorners {
     pub tag: TagId,
     /// Top left, top right, bottom right, bottom left of the upright tag, in pixels.
     pub corners: [Point2<f64>; 4],
-    /// Covariance of each corner in px², as the detector states it; an all-zero matrix where it says nothing.
+    /// Covariance of each corner in px², from the detector; zero if unknown.
     pub corner_covariance: [Matrix2<f64>; 4],
     /// Covariance between the corners of each of [`sextant_geometry::CORNER_PAIRS`] in px², rows of the first one; all zero where their
-    /// errors are independent, or nobody knows.
+    /// errors are independent or their covariance is unknown.
     pub corner_cross_covariance: [Matrix2<f64>; 6],
 }
 
 impl TagCorners {
-    /// Whether it is said how the errors of corners hang together.
+    /// Whether cross covariances of the corners are given.
     pub fn is_joint(&self) -> bool {
         self.corner_cross_covariance
             .iter()
@@ -58,7 +58,7 @@ pub struct ImageObservation {
     pub camera: CameraId,
     /// Middle of the exposure by the camera's clock, in ns since the Unix epoch.
     pub capture_ns: u64,
-    /// One sigma of that clock against the site's time in ns; [`ImageObservation::CLOCK_ERROR_UNKNOWN`] where nobody knows.
+    /// Standard deviation of that clock relative to the site's time in ns; [`ImageObservation::CLOCK_ERROR_UNKNOWN`] if unknown.
     pub clock_error_ns: u64,
     /// Length of the exposure in ns; 0 where unknown.
     pub exposure_ns: u64,
@@ -67,6 +67,6 @@ pub struct ImageObservation {
 }
 
 impl ImageObservation {
-    /// The clock error of a camera whose clock nobody has compared with anything.
+    /// Clock error of a camera whose clock is not synchronised.
     pub const CLOCK_ERROR_UNKNOWN: u64 = u64::MAX;
 }

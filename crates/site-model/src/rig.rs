@@ -193,7 +193,7 @@ impl Rig {
         })
     }
 
-    /// The same rig, with what is known of how well its cameras' poses are known. Where nothing is stated they count as exact:
+    /// The rig with standard deviations of its camera poses. Cameras without one count as exact:
     /// a figure made up here would make every covariance one.
     ///
     /// # Errors
@@ -211,7 +211,7 @@ impl Rig {
         Ok(self)
     }
 
-    /// The same rig, with what is known of how well its cameras' lenses are known; without it they count as exact.
+    /// The rig with standard deviations of its lenses; lenses without one count as exact.
     ///
     /// # Errors
     /// For the first camera that is not there, and the first sigma that is no number of pixels.
@@ -232,7 +232,7 @@ impl Rig {
         Ok(self)
     }
 
-    /// The same rig with every figure exact of which no sigma is given: for simulations.
+    /// The rig with every number exact that has no sigma: for simulations.
     #[must_use]
     pub fn exact(mut self) -> Self {
         let nothing = LensSigma {
@@ -270,12 +270,12 @@ impl Rig {
         self
     }
 
-    /// How well the lens of a camera is known, where that is stated.
+    /// Standard deviation of the lens of a camera, if given.
     pub fn lens_sigma(&self, id: &CameraId) -> Option<LensSigma> {
         self.lens_sigmas.get(id).copied()
     }
 
-    /// The cameras whose lenses' sigmas are stated, with these.
+    /// Cameras with a given standard deviation of their lens.
     pub fn lens_sigmas(&self) -> impl Iterator<Item = (CameraId, LensSigma)> {
         let sigmas = self.lens_sigmas.iter();
         sigmas.map(|(camera, sigma)| (camera.clone(), *sigma))
@@ -346,7 +346,7 @@ impl Rig {
         self.line_delays_s.get(id).copied()
     }
 
-    /// How well the pose of a camera is known, where that is stated.
+    /// Standard deviation of the pose of a camera, if given.
     pub fn pose_sigma(&self, id: &CameraId) -> Option<PoseSigma> {
         self.pose_sigmas.get(id).copied()
     }

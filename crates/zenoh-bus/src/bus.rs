@@ -17,7 +17,7 @@ use crate::{BusError, BusOptions, Mode, Qos, query, runtime};
 
 /// How long closing may take before the process goes on without it.
 const CLOSE_TIMEOUT: Duration = Duration::from_secs(2);
-/// How often a client that waits for its router says so.
+/// Period of the log message of a client that waits for its router.
 const COMPLAINT_PERIOD: Duration = Duration::from_secs(10);
 /// The bound of a watch's queue: more changes than that at one time mean a network in flux, whose last state counts.
 const PRESENCE_CAPACITY: usize = 1024;
@@ -37,7 +37,7 @@ impl Bus {
         Self::open_unless(options, &|| false)
     }
 
-    /// Opens the session; a client waits for its router until `stop` says true (asked ten times a second).
+    /// Opens the session. A client waits for its router until `stop`, polled ten times a second, returns true.
     pub fn open_unless(options: &BusOptions, stop: &dyn Fn() -> bool) -> Result<Self, BusError> {
         runtime::ask_for_few_threads();
         let endpoints = options
@@ -60,7 +60,7 @@ impl Bus {
         &self.endpoints
     }
 
-    /// Whether a client has its router now; a peer or router always says true.
+    /// Whether a client is connected to its router; always true for a peer or router.
     pub fn is_connected(&self) -> bool {
         self.mode != Mode::Client
             || self
@@ -163,7 +163,7 @@ impl Bus {
         })
     }
 
-    /// The latest values on `key_expr`, one a key, sorted by key, from everyone who answers within `timeout`.
+    /// Latest values on `key_expr`, one per key, sorted by key, from all answers within `timeout`.
     pub fn latest(
         &self,
         key_expr: &str,
@@ -185,7 +185,7 @@ impl Bus {
         })
     }
 
-    /// Watches who is alive on `key_expr`; begins with those who are there already.
+    /// Subscribes to liveliness changes on `key_expr`, starting with the keys that are alive already.
     pub fn watch_alive(&self, key_expr: &str) -> Result<AliveWatch, BusError> {
         let queue = Arc::new(Queue::new(PRESENCE_CAPACITY, DropRule::Oldest));
         let intake = Arc::clone(&queue);

@@ -1,4 +1,4 @@
-//! What can go wrong on the network, by who must act.
+//! Errors of the network, by who must act.
 
 /// Failures of the bus.
 #[derive(Debug, thiserror::Error)]

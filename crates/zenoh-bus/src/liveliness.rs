@@ -5,13 +5,13 @@ use std::time::Duration;
 
 use crate::queue::Queue;
 
-/// While it exists, its key is alive for everyone who watches.
+/// A liveliness token: while it exists, its key is alive.
 #[derive(Debug)]
 pub struct AliveToken {
     pub(crate) _token: zenoh::liveliness::LivelinessToken,
 }
 
-/// A change of who is there.
+/// A change of liveliness.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Presence {
     /// A token appeared on this key (or was there when the watch began).

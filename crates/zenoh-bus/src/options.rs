@@ -13,7 +13,7 @@ pub enum Mode {
     Client,
     /// Connects to the listed peers directly, without a router.
     Peer,
-    /// Is the router: listens, and passes messages between those who connect.
+    /// Is the router: listens, and routes messages between clients.
     Router,
 }
 
@@ -36,7 +36,7 @@ pub struct BusOptions {
     pub mode: Mode,
     /// Endpoints to connect to. Absent: a client takes the router of its own host, `tcp/127.0.0.1:7447`; others none.
     pub connect: Option<Vec<String>>,
-    /// Endpoints to listen on; port 0 takes a free one ([`crate::Bus::endpoints`] tells which). Default: none.
+    /// Endpoints to listen on; port 0 selects a free one (see [`crate::Bus::endpoints`]). Default: none.
     pub listen: Vec<String>,
     /// A link that is silent for so long is dead, in ms, 500 to 60000 (default 2000: a lost board shows within 2 s; raise
     /// it for lossy radio links).

@@ -1,4 +1,4 @@
-//! The bounded queue between a zenoh thread and the thread that works: never blocks the former, drops by a stated rule,
+//! The bounded queue between a zenoh thread and the consumer: never blocks the former, drops by a given rule,
 //! counts what it drops.
 
 use std::collections::VecDeque;
@@ -8,9 +8,9 @@ use std::time::{Duration, Instant};
 /// Which item gives way when a queue is full.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum DropRule {
-    /// The oldest: for streams, where the newest says most.
+    /// The oldest: for streams, where the newest is the most useful.
     Oldest,
-    /// The arriving one: for events, where the first tells the cause.
+    /// The newest: for events, where the first shows the cause.
     Newest,
 }
 
@@ -129,7 +129,7 @@ impl<T> Queue<T> {
         self.push_sized(item, 0, Instant::now());
     }
 
-    /// The same of an item of so many bytes that arrives `now`. One that is larger than all bytes waits alone.
+    /// Pushes an item of this size that arrives `now`. An item larger than the byte limit is queued alone.
     pub(crate) fn push_sized(&self, item: T, bytes: usize, now: Instant) {
         let mut state = self.lock();
         state.counts.received += 1;

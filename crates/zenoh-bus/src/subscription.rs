@@ -98,7 +98,7 @@ impl Subscription {
         self.queue.try_pop()
     }
 
-    /// What arrived and what was dropped because nobody took it in time.
+    /// Counts of received and dropped messages.
     pub fn counts(&self) -> QueueCounts {
         self.queue.counts()
     }

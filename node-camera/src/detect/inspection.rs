@@ -28,7 +28,7 @@ pub(super) struct Inspection {
 }
 
 impl Inspection {
-    /// The first image may be looked at.
+    /// Starts with the next image due.
     pub(super) fn new() -> Self {
         let now = Instant::now();
         Self {
@@ -39,7 +39,7 @@ impl Inspection {
         }
     }
 
-    /// Whether the next image should be looked at.
+    /// Whether the next image is due for inspection.
     pub(super) fn is_due(&self) -> bool {
         Instant::now() >= self.due
     }

@@ -12,7 +12,7 @@ use super::sizes::{Full, Sizes};
 
 /// How long to wait for the models of a fusion node that is there.
 const ANSWER_TIMEOUT: Duration = Duration::from_millis(500);
-/// Between two times that everything is asked for because there was no room for an object: asking holds detection up.
+/// Least time between two queries of all objects for lack of room, since a query delays detection.
 const ASK_PERIOD: Duration = Duration::from_secs(60);
 /// A rig and more objects than a site has; the oldest gives way, and a later question fetches it again.
 const QUEUE: usize = 256;
@@ -24,7 +24,7 @@ pub(super) struct Models {
     subscription: Subscription,
     was_connected: bool,
     asked: Instant,
-    /// Whether an object found no room since everything was asked for.
+    /// Whether an object was refused for lack of room since the last query.
     is_short_of_room: bool,
     lens: Option<(Lens, [u32; 2])>,
     sizes: Sizes,
@@ -69,7 +69,7 @@ impl Models {
         }
     }
 
-    /// The camera whose images are looked at.
+    /// The camera of this node.
     pub(super) fn camera(&self) -> &CameraId {
         &self.camera
     }
@@ -153,7 +153,7 @@ impl Models {
     fn take_sizes(&mut self, object: &str, model: &ObjectModel) -> Result<(), String> {
         self.sizes.take(object, model).map_err(|Full| {
             self.is_short_of_room = true;
-            "more objects or tags than a site has; its sizes are not taken in".to_owned()
+            "too many objects or tags; the sizes of this one are ignored".to_owned()
         })
     }
 }

@@ -1,4 +1,4 @@
-//! The sizes of all tags, by the objects that have them; bounded, whoever announces objects.
+//! Sizes of all tags, by object; bounded.
 //!
 //! Drop rule: an object that finds no room is refused. The caller then asks for everything anew, which forgets what nobody
 //! answers for.

@@ -1,4 +1,4 @@
-//! The camera node's own account: what came, what was detected, what was missed, how long it took.
+//! Statistics of a camera node: images received, detected and dropped, and detection times.
 
 use std::collections::VecDeque;
 use std::time::Instant;
@@ -12,12 +12,12 @@ use super::observe;
 
 /// Detections that the times and the rate are taken over: a few seconds.
 const WINDOW: usize = 128;
-/// A rate is over at most so many seconds.
+/// Longest window of a rate, s.
 const WINDOW_S: f64 = 3.0;
-/// After so many seconds without an image somebody should be told.
+/// Time without an image after which a notice is published, s.
 const SILENCE_S: f64 = 2.0;
 
-/// The account.
+/// Counts and recent detections.
 #[derive(Debug)]
 pub(super) struct Statistics {
     camera: CameraId,
@@ -40,7 +40,7 @@ pub(super) struct Statistics {
 }
 
 impl Statistics {
-    /// An empty account.
+    /// Empty statistics.
     pub(super) fn new(camera: CameraId) -> Self {
         Self {
             camera,

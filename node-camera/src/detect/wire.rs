@@ -43,7 +43,7 @@ impl Wire {
         }))
     }
 
-    /// Hands a message over at `now_ns`; what is to be published at once comes back.
+    /// Sends a message at `now_ns`; returns what is to be published immediately.
     pub(super) fn send(&mut self, message: Observations, now_ns: u64) -> Option<Observations> {
         match self {
             Self::Direct => Some(message),

@@ -18,7 +18,7 @@ use sextant_recordings::{Dataset, Frame, read_grey_png};
 use sextant_site_files::{read_object, read_rig, write_rig};
 use std::path::{Path, PathBuf};
 
-/// More images than this are a stream, of which those are kept that show the board otherwise than the ones before.
+/// More images than this are treated as a stream, of which only images with new views of the board are kept.
 const MANY: usize = 60;
 
 /// Arguments of `sextant calibrate lens`.
@@ -186,7 +186,7 @@ fn frames(arguments: &LensArguments, recording: &Path) -> anyhow::Result<Vec<Fra
     Ok(recorded.rows.iter().map(|row| row.frame.clone()).collect())
 }
 
-/// The size of the pictures: as stated, as in the rig, or of the first picture.
+/// Resolution: from the arguments, the rig, or the first image.
 fn resolution_of(
     arguments: &LensArguments,
     rig: &[Camera],
@@ -210,7 +210,7 @@ fn resolution_of(
     })
 }
 
-/// What stands for the camera while its images are taken in; its lens is not used.
+/// A placeholder for the camera while images are read; its lens is not used.
 fn placeholder(arguments: &LensArguments, resolution: [u32; 2]) -> anyhow::Result<Camera> {
     let [width, height] = resolution.map(f64::from);
     let lens = Lens::pinhole(Intrinsics {

@@ -1,4 +1,4 @@
-//! One file: what it is by what it says, and whether that is right.
+//! Check of one file, whose kind is recognised by its contents.
 
 use super::Found;
 use super::together::Together;
@@ -53,7 +53,7 @@ fn recognised(path: &Path, content: &Value) -> anyhow::Result<ConfigKind> {
     })
 }
 
-/// The kind of which a content has the tell-tale keys.
+/// The kind whose characteristic keys a file has.
 fn kind_of(content: &Value) -> Option<ConfigKind> {
     let has = |key: &str| content.get(key).is_some();
     let lists = |key: &str| content.get(key).is_some_and(Value::is_array);

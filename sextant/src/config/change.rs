@@ -16,7 +16,7 @@ use std::path::Path;
 /// Publishes the rig of a file.
 ///
 /// # Errors
-/// A wrong file, nobody who answers, a refusal.
+/// A wrong file, no answer, a refusal.
 pub fn set_rig(file: &Path, site: &SiteArguments, format: Format) -> anyhow::Result<()> {
     let rig = read_rig(file).exit_with(Exit::Input)?;
     let site = site.open()?;
@@ -26,7 +26,7 @@ pub fn set_rig(file: &Path, site: &SiteArguments, format: Format) -> anyhow::Res
 /// Publishes the object of a file.
 ///
 /// # Errors
-/// A wrong file, nobody who answers, a refusal.
+/// A wrong file, no answer, a refusal.
 pub fn set_object(file: &Path, site: &SiteArguments, format: Format) -> anyhow::Result<()> {
     let object = read_object(file).exit_with(Exit::Input)?;
     let site = site.open()?;
@@ -37,7 +37,7 @@ pub fn set_object(file: &Path, site: &SiteArguments, format: Format) -> anyhow::
 /// Asks for an object's removal.
 ///
 /// # Errors
-/// No such object, nobody who answers, a refusal.
+/// No such object, no answer, a refusal.
 pub fn remove_object(id: &ObjectId, site: &SiteArguments, format: Format) -> anyhow::Result<()> {
     let site = site.open()?;
     let known = known_object(&site, id)?;
@@ -51,7 +51,7 @@ pub fn remove_object(id: &ObjectId, site: &SiteArguments, format: Format) -> any
 /// Publishes a change and waits for what the fusion nodes make of it.
 ///
 /// # Errors
-/// Nobody who answers, a refusal.
+/// No answer, a refusal.
 pub fn change<M: Message>(
     site: &Site,
     key: &str,

@@ -43,7 +43,7 @@ pub fn object(id: &ObjectId, site: &SiteArguments, format: Format) -> anyhow::Re
 /// The object of that name, rigid or of links.
 ///
 /// # Errors
-/// There is none, or nobody to ask.
+/// There is none, or no node answers.
 pub fn known_object(site: &Site, id: &ObjectId) -> anyhow::Result<ObjectModel> {
     let mut objects = Vec::new();
     for message in latest::<FullObject>(site, &site.keys.all_full_objects())? {

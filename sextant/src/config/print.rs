@@ -1,10 +1,10 @@
-//! Documented files to begin with.
+//! `sextant config KIND`: documented example files.
 
 use crate::output::{Format, print_line};
 use clap::ValueEnum;
 use serde_json::json;
 
-/// Which file.
+/// Kind of a file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, ValueEnum)]
 pub enum ConfigKind {
     /// The cameras of a site.
@@ -20,7 +20,7 @@ pub enum ConfigKind {
 }
 
 impl ConfigKind {
-    /// Its word on the command line.
+    /// Its name on the command line.
     pub fn word(self) -> &'static str {
         match self {
             Self::Rig => "rig",
@@ -31,7 +31,7 @@ impl ConfigKind {
         }
     }
 
-    /// A file of the kind, with every key, its default and what it means.
+    /// Example file with every key, its default and its meaning.
     pub fn example(self) -> &'static str {
         match self {
             Self::Rig => include_str!("rig.toml"),
@@ -46,7 +46,7 @@ impl ConfigKind {
 /// Prints the example of a kind.
 ///
 /// # Errors
-/// A standard output that takes nothing.
+/// A closed standard output.
 pub fn run(kind: ConfigKind, format: Format) -> anyhow::Result<()> {
     let text = kind.example();
     match format {

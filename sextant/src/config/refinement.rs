@@ -22,7 +22,7 @@ pub enum Run {
 }
 
 impl Run {
-    /// As `--dry-run` says.
+    /// From `--dry-run`.
     pub fn dry(dry_run: bool) -> Self {
         if dry_run { Self::Dry } else { Self::Real }
     }
@@ -42,7 +42,7 @@ pub enum RevertTarget {
 /// Applies the proposal of a node, of the first that has one where none is named.
 ///
 /// # Errors
-/// No proposal, nobody who answers, a refusal.
+/// No proposal, no answer, a refusal.
 pub fn apply(
     node: Option<&NodeId>,
     run: Run,
@@ -71,7 +71,7 @@ pub fn apply(
 /// Takes a change back: what was in force before it is set again.
 ///
 /// # Errors
-/// Nothing to take back, nobody who answers, a refusal.
+/// Nothing to revert, no answer, a refusal.
 pub fn revert(
     what: &RevertTarget,
     run: Run,
@@ -146,7 +146,7 @@ impl Models {
         models.with_context(|| format!("fusion node {node} published something unreadable"))
     }
 
-    /// How they differ from what is in force.
+    /// Differences from the models in force.
     fn summary(&self, site: &Site) -> anyhow::Result<RefinementSummary> {
         let mut summary = RefinementSummary::default();
         let in_force: Vec<FullRig> = latest(site, &site.keys.full_rig())?;

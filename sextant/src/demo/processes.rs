@@ -9,7 +9,7 @@ use std::path::PathBuf;
 use std::process::{Command, Stdio};
 use std::time::Duration;
 
-/// How long the children may take to end after they were asked to.
+/// Timeout for children to end.
 const GRACE: Duration = Duration::from_secs(3);
 /// How much of a dead child's log is shown.
 const LAST_LINES: usize = 8;

@@ -1,4 +1,4 @@
-//! What the demo says in the terminal: where the page is, true errors as they are, the sum at the end.
+//! Terminal output of the demo: address of the page, true errors, final summary.
 
 use crate::demo::Summary;
 use crate::demo::score::{ObjectSummary, Score};

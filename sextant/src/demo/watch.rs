@@ -18,7 +18,7 @@ use sextant_zenoh_bus::{Bus, BusError, DropRule, Publisher, Qos, Subscription};
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 
-/// How often the children are looked at, and how late a wish to stop is heard.
+/// Period of polling the children and the stop signal.
 const GLANCE: Duration = Duration::from_millis(50);
 /// The truth is for eyes: ten times a second per object.
 const TRUTH_PERIOD_NS: u64 = 100_000_000;
@@ -121,7 +121,7 @@ impl<'a> Watch<'a> {
         Ok(())
     }
 
-    /// Takes what the ended children said last, and sums up.
+    /// Handles the last messages of the ended children, and prints the summary.
     pub fn finish(&mut self, folder: &SiteFolder) -> Summary {
         let end = Instant::now() + LAST_WORDS;
         while let Some(item) = self

@@ -1,4 +1,4 @@
-//! What `detect` says of a picture.
+//! Output of `detect` for one image.
 
 use super::sight::Sight;
 use crate::output::Format;
@@ -17,7 +17,7 @@ struct Line<'a> {
     tracking: Option<TrackingLine>,
 }
 
-/// What of a picture was looked at.
+/// Searched areas of an image.
 #[derive(Serialize)]
 struct TrackingLine {
     areas: u32,

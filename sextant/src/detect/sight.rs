@@ -16,7 +16,7 @@ pub struct Sight {
     pub ms: f64,
     /// The tags.
     pub detections: Vec<Detection>,
-    /// What of the picture was looked at, where it is one of a sequence.
+    /// Searched areas, for an image of a sequence.
     pub tracking: Option<TrackingReport>,
 }
 

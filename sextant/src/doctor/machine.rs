@@ -12,7 +12,7 @@ const ENOUGH_SHARED_BYTES: u64 = 64 << 20;
 /// Error of a clock from which on poses suffer: 1 mm at 1 m/s.
 const GOOD_CLOCK_NS: u64 = 1_000_000;
 
-/// Everything that was looked at.
+/// All findings.
 pub fn findings() -> Vec<Finding> {
     let mut findings = vec![
         clock(ClockQuality::read()),
@@ -141,7 +141,7 @@ fn camera(device: &Path) -> Finding {
         Err(cause) if cause.kind() == ErrorKind::PermissionDenied => Finding::fault(
             "camera",
             format!("{name} may not be opened by this user"),
-            "add the user to the group `video` and log in anew",
+            "add the user to the group `video` and log in again",
         ),
         Err(cause) => Finding::warning(
             "camera",

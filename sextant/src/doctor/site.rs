@@ -1,4 +1,4 @@
-//! The site's network as seen from this machine: the router, who is there, whether all are of one version, what is wrong.
+//! Checks of the site's network from this machine: router, nodes, versions, faults.
 
 use crate::doctor::Finding;
 use crate::site::{Site, SiteArguments};
@@ -11,7 +11,7 @@ use std::time::Duration;
 /// Timeout of queries for last values.
 const ANSWER: Duration = Duration::from_secs(1);
 
-/// Everything that was looked at.
+/// All findings.
 ///
 /// # Errors
 /// An interruption.

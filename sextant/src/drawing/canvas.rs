@@ -21,7 +21,7 @@ pub struct Canvas {
 pub struct View {
     /// Pixels of the canvas per pixel of the picture.
     pub scale: f32,
-    /// The top left edge of what is seen of the picture.
+    /// Top left corner of the visible part of the image.
     pub from: [f32; 2],
     /// Where that is on the canvas.
     pub to: [f32; 2],

@@ -1,8 +1,8 @@
-//! A legend: colours and what each stands for.
+//! Legends: colours with their meanings.
 
 use super::{Canvas, Colour, Font, INK};
 
-/// A colour and what it stands for.
+/// A colour and its meaning.
 pub type LegendLine = (Colour, String);
 
 /// Edge of a colour's square, pixels.
@@ -12,12 +12,12 @@ const GAP: usize = 10;
 /// Height of a line.
 const LINE: usize = 24;
 
-/// Height of a legend of so many lines.
+/// Height of a legend of `n_lines` lines, pixels.
 pub fn legend_height(n_lines: usize) -> usize {
     n_lines * LINE + GAP
 }
 
-/// Width of a legend.
+/// Width of a legend, pixels.
 pub fn legend_width(legend: &[LegendLine]) -> usize {
     let widths = legend.iter().map(|(_, text)| Font::Body.extent(text)[0]);
     widths.max().unwrap_or(0) + SWATCH + 3 * GAP

@@ -41,7 +41,7 @@ impl Paper {
     }
 }
 
-/// A sheet with what is drawn so far.
+/// A sheet under construction.
 pub struct Sheet {
     page: Page,
 }
@@ -170,7 +170,7 @@ pub fn printed_edge(tag: TagId, size: f64) -> f64 {
     module_of(tag, size) * f64::from(tag.family.data().total_width)
 }
 
-/// What stands beside a tag: its id and size.
+/// Label of a tag: its id and size.
 pub fn label_of(tag: TagId, size: f64) -> String {
     format!("{} {}   {}", tag.family, tag.id, length_text(size))
 }

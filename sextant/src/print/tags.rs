@@ -1,4 +1,4 @@
-//! Single tags to cut out, as many on a sheet as fit, and an object file that lists them without their places.
+//! Single tags to cut out, and an object file that lists them without poses.
 
 use super::PrintJob;
 use super::pdf::Stroke;

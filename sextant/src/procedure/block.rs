@@ -9,10 +9,10 @@ use sextant_calibrator::{CameraProgress, SketchedTag, TagProgress};
 const BAR: usize = 24;
 /// Characters of the sketch, across and down: about square on a terminal.
 const CANVAS: [usize; 2] = [44, 15];
-/// From where the sketch is looked at: turned by so much about the vertical and then about the horizontal, radians.
+/// Viewpoint of the sketch: rotations about the vertical and then the horizontal axis, radians.
 const VIEW: [f64; 2] = [0.35, -0.3];
 
-/// One line, for those who read a stream.
+/// Progress in one line.
 pub fn line(progress: &Progress) -> String {
     format!(
         "{:>3.0} %  {:>5} images  {}",
@@ -160,7 +160,7 @@ fn number(tag: &str) -> &str {
     tag.rsplit(':').next().unwrap_or(tag)
 }
 
-/// The tags' numbers where they sit, seen a little from the side, so that what lies behind one another is told apart.
+/// Tag numbers at their positions, seen slightly from the side, so that they do not overlap.
 fn sketch(tags: &[SketchedTag]) -> Vec<String> {
     if tags.is_empty() {
         return Vec::new();

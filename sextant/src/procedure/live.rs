@@ -19,7 +19,7 @@ const QUEUE: usize = 2048;
 const GLANCE: Duration = Duration::from_millis(50);
 /// A camera that has been silent for so long is named.
 const SILENT: Duration = Duration::from_secs(5);
-/// After a solution that failed, so many times the images are waited for.
+/// Growth of the number of images before another attempt after a failed solution.
 const MORE_IMAGES: f64 = 1.3;
 /// Cameras that are kept account of; a site has fewer.
 const MOST_CAMERAS: usize = 256;
@@ -57,7 +57,7 @@ impl Live {
         })
     }
 
-    /// Waits for the first image of a camera and says how large its pictures are, width and height.
+    /// Waits for the first image of a camera and returns its resolution, width and height.
     ///
     /// # Errors
     /// [`Exit::Interrupted`] when it is ended before.
@@ -107,7 +107,7 @@ impl Live {
         }
     }
 
-    /// Until there is enough, from at least so many images, or Ctrl-C.
+    /// Runs until there are enough images, at least this many, or Ctrl-C.
     fn collect(
         &mut self,
         procedure: &mut Procedure,
@@ -146,7 +146,7 @@ impl Live {
     /// What is wrong with the network and the cameras, in words.
     fn remarks(&mut self, procedure: &Procedure, looking: &ImageSelection) -> Vec<String> {
         if self.router.silent_s(&self.site.bus).is_some() {
-            return vec!["no word from the router; waiting for it".to_owned()];
+            return vec!["the router does not answer; waiting for it".to_owned()];
         }
         let known = looking.rig.cameras().iter().map(|camera| &camera.id);
         let silent = known.filter(|id| procedure.counts(id)).filter(|id| {
@@ -158,7 +158,7 @@ impl Live {
             .collect();
         let strangers = self.heard.keys();
         let strangers = strangers.filter(|id| looking.rig.camera(id).is_none());
-        // Where one camera alone is looked at, the others are none of its business.
+        // A procedure with one camera ignores the others.
         if looking.cameras.is_empty() {
             remarks.extend(strangers.map(|id| {
                 format!("camera {id} is not in the rig file: `sextant calibrate lens` adds it")

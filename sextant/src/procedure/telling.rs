@@ -1,4 +1,4 @@
-//! How a procedure under way is told: a block that is redrawn in place on a terminal, plain lines elsewhere, JSON for programs.
+//! Display of progress: a block redrawn in place on a terminal, plain lines otherwise, or JSON.
 
 use super::block;
 use crate::output::{Format, print_line};
@@ -14,7 +14,7 @@ const SPOKEN: Duration = Duration::from_secs(1);
 /// A line is worth another when so much has been added.
 const STEP: f64 = 0.05;
 
-/// Tells progress.
+/// Displays progress.
 pub struct Teller {
     manner: Manner,
     due: Instant,
@@ -23,7 +23,7 @@ pub struct Teller {
 }
 
 enum Manner {
-    /// Lines of the block that stands on the terminal.
+    /// Lines of the displayed block.
     Block(usize),
     Lines,
     Json,
@@ -87,7 +87,7 @@ impl Teller {
         })
     }
 
-    /// Says something on the procedure as a whole; the block stays above it.
+    /// Prints a line about the whole procedure, below the block.
     ///
     /// # Errors
     /// An output that takes nothing any more.
@@ -105,7 +105,7 @@ impl Teller {
         }
     }
 
-    /// Says once what is odd; on standard error, since it is no progress.
+    /// Prints a remark once, on standard error.
     pub fn remark(&mut self, remark: &str) {
         if !self.remarked.iter().any(|said| said == remark) {
             eprintln!("{remark}");
@@ -114,7 +114,7 @@ impl Teller {
     }
 }
 
-/// Draws over the block that stands there, and says how many lines stand there now.
+/// Draws over the displayed block, and returns its number of lines.
 fn draw(standing: usize, lines: &[String]) -> io::Result<usize> {
     let (columns, rows) = terminal::size().map_or((80, 24), |(c, r)| (c.into(), r.into()));
     let lines: Vec<String> = lines

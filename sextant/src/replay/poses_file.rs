@@ -17,7 +17,7 @@ impl PosesFile {
     /// The file of that name, if any.
     ///
     /// # Errors
-    /// [`Exit::Usage`] for a name that says no format, and for TUM text of several objects, which it cannot tell apart.
+    /// [`Exit::Usage`] for an unknown file extension, and for TUM text of several objects, which it cannot distinguish.
     pub fn named(path: Option<&Path>, n_objects: usize) -> anyhow::Result<Option<Self>> {
         let Some(path) = path else { return Ok(None) };
         let wrong = |message: &str| {

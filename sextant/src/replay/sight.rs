@@ -60,7 +60,7 @@ fn detect(
 
 fn corners_of(tag: &DetectedTag) -> TagCorners {
     let point = |[x, y]: [f32; 2]| Point2::new(f64::from(x), f64::from(y));
-    // Zero tells the estimator that nobody states the noise.
+    // Zero means unknown noise.
     let variance = tag.sigma_px.map_or(0.0, |sigma| f64::from(sigma).powi(2));
     let round = Matrix2::from_diagonal_element(variance);
     let stated = tag.corner_covariance.map(|corners| {

@@ -26,7 +26,7 @@ fn camera(camera: &SceneCamera) -> Result<Camera, IdError> {
     })
 }
 
-/// An object as fusion knows it: one of the scenario's, or several that hang together by joints, its links.
+/// An object for fusion: an object of the scenario, or several that joints connect as links.
 #[derive(Debug, Clone, Copy)]
 pub struct Body<'a> {
     links: &'a [SceneObject],
@@ -50,7 +50,7 @@ impl<'a> Body<'a> {
         }
     }
 
-    /// Its object, or the link that the others hang on.
+    /// Its object, or the base link.
     pub fn base(&self) -> &'a SceneObject {
         &self.links[0]
     }

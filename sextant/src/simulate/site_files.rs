@@ -12,7 +12,7 @@ use std::path::Path;
 /// Writes rig.toml and each object's file, with the errors that the scenario gives them.
 ///
 /// # Errors
-/// A scenario of which no rig or object can be made, and files that can't be written.
+/// A scenario without a valid rig or object, or files that cannot be written.
 pub fn write(folder: &Path, scenario: &Scenario) -> anyhow::Result<()> {
     write_as(folder, &scenario.as_written()?, "")
 }

@@ -22,7 +22,7 @@ pub struct Board {
     pub objects: BTreeMap<ObjectId, ObjectRow>,
     /// The nodes that have ever been heard.
     pub nodes: BTreeMap<(NodeKind, NodeId), NodeRow>,
-    /// What each fusion node last said.
+    /// Last status of each fusion node.
     pub fusion: BTreeMap<NodeId, FusionStatus>,
     /// How long the router has been out of reach, seconds; none while it is there.
     pub disconnected_s: Option<f64>,
@@ -141,12 +141,13 @@ impl Board {
         }
     }
 
-    /// What is wrong, in words: who says it, and what.
+    /// Faults in words, with their source.
     pub fn faults(&self, now_ns: u64) -> Vec<(String, String)> {
         let mut faults = match self.disconnected_s {
             // Without the router everyone is silent: no news about anyone.
             Some(seconds) => {
-                let words = format!("no word from the router for {seconds:.0} s; waiting for it");
+                let words =
+                    format!("the router has not answered for {seconds:.0} s; waiting for it");
                 vec![("network".to_owned(), words)]
             }
             None => self.silences(now_ns),
@@ -166,18 +167,18 @@ impl Board {
         let mut silences = Vec::new();
         for ((kind, id), row) in &self.nodes {
             let age_s = now_ns.saturating_sub(row.heard_ns) as f64 * 1e-9;
-            // A viewer says nothing but that it lives.
+            // A viewer publishes only its liveliness.
             let is_missed = *kind != NodeKind::Viewer && age_s > SILENCE_S;
             let who = format!("{} node {id}", kind.as_str());
             if !row.up {
                 silences.push(("network".to_owned(), format!("{who} is gone")));
             } else if is_missed {
-                let words = format!("no word from {who} for {age_s:.0} s");
+                let words = format!("{who} has been silent for {age_s:.0} s");
                 silences.push(("network".to_owned(), words));
             }
         }
         if self.fusion.is_empty() {
-            let words = "no fusion node has said anything yet".to_owned();
+            let words = "no fusion node has published a status yet".to_owned();
             silences.push(("network".to_owned(), words));
         }
         silences
@@ -341,11 +342,11 @@ pub mod tests {
         let later = NOW_NS + 4_000_000_000;
         let said = words(&board, later);
         assert!(
-            said.contains(&"no word from fusion node fusion for 4 s".to_owned()),
+            said.contains(&"fusion node fusion has been silent for 4 s".to_owned()),
             "{said:?}"
         );
         assert!(
-            said.contains(&"no word from camera node north for 4 s".to_owned()),
+            said.contains(&"camera node north has been silent for 4 s".to_owned()),
             "{said:?}"
         );
         let gone = Presence::Left("sextant/v1/lab/alive/camera/north".to_owned());
@@ -355,7 +356,10 @@ pub mod tests {
         board.disconnected_s = Some(5.2);
         let said = words(&board, NOW_NS);
         assert_eq!(said.len(), 2, "{said:?}");
-        assert_eq!(said[0], "no word from the router for 5 s; waiting for it");
+        assert_eq!(
+            said[0],
+            "the router has not answered for 5 s; waiting for it"
+        );
     }
 
     #[test]

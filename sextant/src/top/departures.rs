@@ -4,7 +4,7 @@ use crate::top::board::Board;
 use sextant_estimator::{CameraId, ObjectId};
 use sextant_proto::NodeKind;
 
-/// Nanoseconds for which what is gone is shown.
+/// Time for which departed nodes and objects are shown, ns.
 const SHOWN_NS: u64 = 60_000_000_000;
 
 impl Board {

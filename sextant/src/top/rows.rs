@@ -12,7 +12,7 @@ pub const SILENCE_S: f64 = 3.0;
 /// A camera.
 #[derive(Debug, Default)]
 pub struct CameraRow {
-    /// What its node last said.
+    /// Last status of its node.
     pub status: Option<CameraStatus>,
     /// Capture time of its newest image, ns; 0 before the first.
     pub last_capture_ns: u64,
@@ -84,7 +84,7 @@ impl ObjectRow {
         }
     }
 
-    /// The state; lost while it was never seen, and when nothing has been said of it for a while.
+    /// The state; lost if it was never published, or not for a while.
     pub fn state(&self, now_ns: u64) -> State {
         let silent = self
             .arrivals_ns

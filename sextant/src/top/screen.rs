@@ -4,7 +4,7 @@ use crate::top::table::{Line, Tone};
 use sextant_process::terminal;
 use std::io::{self, IsTerminal, Write};
 
-/// Columns where nobody says how many there are.
+/// Default number of columns.
 const USUAL_WIDTH: usize = 100;
 /// Fewer columns are taken for a terminal that does not know.
 const NARROWEST: usize = 40;
@@ -40,7 +40,7 @@ impl Screen {
         width()
     }
 
-    /// Draws the lines, as many as there is room for.
+    /// Draws the lines that fit on the screen.
     ///
     /// # Errors
     /// A terminal that takes nothing any more.

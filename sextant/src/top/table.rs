@@ -6,7 +6,7 @@ use crate::words;
 use sextant_estimator::State;
 use sextant_proto::{ClockSource, Rejections};
 
-/// A line, at most as wide as asked for.
+/// A line, cut to a width.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Line {
     /// Without control characters.
@@ -78,7 +78,7 @@ fn objects_heading() -> String {
     )
 }
 
-/// A heading and who says what, if anybody says anything.
+/// A heading with faults by source; nothing without faults.
 fn paragraph(name: &str, tone: Tone, said: &[(String, String)], width: usize) -> Vec<Line> {
     if said.is_empty() {
         return Vec::new();
@@ -249,7 +249,7 @@ fn refusals(board: &Board) -> Vec<(String, String)> {
                 parts.push(format!("{} images too late", camera.late));
             }
             if camera.gated > 0 {
-                parts.push(format!("{} tags not believed", camera.gated));
+                parts.push(format!("{} tags rejected", camera.gated));
             }
             if !parts.is_empty() {
                 refusals.push((camera.camera.to_string(), parts.join(", ")));
@@ -292,7 +292,7 @@ fn shortened(name: &str, most: usize) -> String {
         .collect()
 }
 
-/// A sentence over as many lines as it needs, the later ones indented.
+/// A sentence wrapped into lines, indented from the second on.
 fn wrapped(sentence: &str, width: usize) -> Vec<String> {
     let mut lines = vec![String::from(" ")];
     for word in sentence.split_whitespace() {
@@ -328,7 +328,7 @@ mod tests {
             "100.0 -200.0 300.0    0.17 0.01   3   5   20",
             "ball         lost              -",
             "  fusion: camera north is not where the rig says",
-            "  north: 2 payloads (damaged 2), 8 images too late, 10 tags not believed",
+            "  north: 2 payloads (damaged 2), 8 images too late, 10 tags rejected",
         ] {
             assert!(text.contains(part), "{part}\nis not in\n{text}");
         }

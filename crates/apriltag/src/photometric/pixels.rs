@@ -1,5 +1,5 @@
-//! Which of a tag's pixels are looked at: those where the image is steep, which hold nearly all that it tells of the tag's
-//! place, and a few of the flat ones beside them, for black and white.
+//! Selection of the pixels that are fitted: those with a steep gradient, which carry nearly all information about the position of
+//! the tag, and a few flat ones beside them for black and white.
 
 use super::pattern::GROUP;
 use super::undistortion::Undistortion;
@@ -8,20 +8,19 @@ use crate::kernels::MAX_GROUPS;
 use crate::quad::{Line, Quad};
 use std::array::from_fn;
 
-/// Pixels along a tile's edge. Tiles are taken one after the other, so that groups hold neighbours.
+/// Edge of a tile in pixels. Tiles are processed in order, so that groups contain neighbours.
 const TILE: usize = 4;
 
 /// Pixels in a tile.
 const AREA: usize = TILE * TILE;
 
-/// The pixel that is taken of every tile with steep ones, for black and white.
+/// The flat pixel that is selected in every tile with steep ones, for black and white.
 const SAMPLE: u32 = 1 << 5;
 
-/// Least difference between the neighbours on either side that makes a pixel steep, as a part of the contrast: in a sharp
-/// picture, and in a blurred one, whose edges are flatter.
+/// Least difference between the neighbours of a steep pixel, as a share of the contrast: in a sharp image, and in a blurred one.
 const STEEP: [f32; 2] = [0.6, 0.2];
 
-/// Neighbouring pixels: their places, straightened if there is a lens, and their greys.
+/// Neighbouring pixels: their positions, undistorted if a lens is known, and their grey values.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Group {
     pub(super) x: [f32; GROUP],
@@ -29,13 +28,13 @@ pub(super) struct Group {
     pub(super) grey: [f32; GROUP],
 }
 
-/// A pixel in one number: its column in the lowest bits, its row from this bit on, its grey from that on.
+/// A pixel packed into an integer: column in the lowest bits, row from bit [`ROW`], grey value from bit [`GREY`].
 type PackedPixel = u32;
 const ROW: u32 = Image::MAX_WIDTH.ilog2();
 const GREY: u32 = 2 * ROW;
 const _: () = assert!(Image::MAX_HEIGHT <= 1 << ROW && Image::MAX_WIDTH <= 1 << ROW);
 
-/// What is to be added for each pixel of a tile, column after column.
+/// Offset of each pixel of a tile from its first one, column by column.
 const ASIDE: [PackedPixel; AREA] = {
     let mut aside = [0; AREA];
     let mut at = 0;
@@ -46,7 +45,7 @@ const ASIDE: [PackedPixel; AREA] = {
     aside
 };
 
-/// A tile with steep pixels: its first pixel, without the grey, and a bit for each, column after column, set where it is steep.
+/// A tile with steep pixels: its first pixel, without grey value, and a bit per pixel, column by column, set if it is steep.
 #[derive(Clone, Copy, Debug, Default)]
 struct Tile {
     first: PackedPixel,
@@ -56,15 +55,15 @@ struct Tile {
 #[derive(Debug)]
 pub(super) struct Pixels {
     groups: Vec<Group>,
-    /// The pixels that are looked at.
+    /// The selected pixels.
     packed: Box<[PackedPixel; MOST + AREA]>,
     tiles: Vec<Tile>,
     n_tiles: usize,
-    /// Of a row of tiles, a byte for each column of pixels, a bit for each row: set where the pixel is steep.
+    /// Steep pixels of a row of tiles: a byte per column, a bit per row.
     steep: Vec<[u8; TILE]>,
 }
 
-/// Pixels that are looked at, at most.
+/// Most selected pixels.
 const MOST: usize = MAX_GROUPS * GROUP;
 
 impl Default for Pixels {
@@ -85,8 +84,8 @@ impl Pixels {
         &self.groups
     }
 
-    /// Gathers the pixels to look at of a tag with this outline, contrast and length of all edges. In a sharp picture more of
-    /// them than that length are steep.
+    /// Selects the pixels of a tag with this outline, contrast and total length of edges. In a sharp image, more pixels than that
+    /// length are steep.
     #[inline(always)]
     pub(super) fn choose(
         &mut self,

@@ -1,7 +1,7 @@
-//! A tag's surroundings as an ideal lens would show them, so that its edges are straight.
+//! Local undistortion around a tag, so that its edges are straight.
 //!
-//! Straightened places are where a pinhole camera would see what the lens shows at a pixel, moved, turned and scaled so that
-//! around the tag's middle they are the pixels themselves.
+//! Undistorted points are pixels of a pinhole camera, with an affine map that makes them equal to the pixels of the lens around the
+//! centre of the tag.
 
 use super::state::Row;
 use crate::quad::{Point, Quad, middle};
@@ -10,7 +10,7 @@ use sextant_geometry::Lens;
 
 pub(super) struct Undistortion {
     lens: Lens,
-    /// The tag's middle: pixel and normalised point.
+    /// Centre of the tag: pixel and normalised point.
     middle: Vector2<f64>,
     normalised: Vector2<f64>,
     normalised_by_pixel: Matrix2<f64>,
@@ -18,7 +18,7 @@ pub(super) struct Undistortion {
 }
 
 impl Undistortion {
-    /// Around a quad; nothing where the lens does not say where pixels look.
+    /// The undistortion around a quad; `None` outside the field of the lens.
     pub(super) fn at(lens: &Lens, quad: &Quad) -> Option<Self> {
         let [x, y] = middle(quad).map(f64::from);
         let (normalised, normalised_by_pixel) =
@@ -32,7 +32,7 @@ impl Undistortion {
         })
     }
 
-    /// The straightened place of a pixel; the pixel itself where the lens does not say where it looks.
+    /// The undistorted point of a pixel; the pixel itself outside the field of the lens.
     pub(super) fn place(&self, [x, y]: Point) -> Point {
         let pixel = Point2::new(f64::from(x), f64::from(y));
         let Ok(normalised) = self.lens.undistort(&pixel) else {
@@ -42,7 +42,7 @@ impl Undistortion {
         (self.middle + away).cast().into()
     }
 
-    /// Where the lens shows a straightened place.
+    /// Pixel of an undistorted point.
     pub(super) fn pixel(&self, [x, y]: Point) -> Option<Point> {
         let away = Vector2::new(f64::from(x), f64::from(y)) - self.middle;
         let normalised = self.normalised + self.normalised_by_pixel * away;
@@ -50,7 +50,7 @@ impl Undistortion {
         Some(pixel.coords.cast().into())
     }
 
-    /// Where the lens shows a straightened place, and what that depends on, by what the place depends on.
+    /// Pixel of an undistorted point, with its derivatives given those of the point.
     pub(super) fn shown(&self, [x, y]: Point, [of_x, of_y]: [Row; 2]) -> Option<(Point, [Row; 2])> {
         const STEP_PX: f32 = 0.5;
         let (left, right) = (self.pixel([x - STEP_PX, y])?, self.pixel([x + STEP_PX, y])?);

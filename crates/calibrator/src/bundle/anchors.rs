@@ -1,6 +1,6 @@
-//! What is known of kept parameters before the images: values with their deviations, as further squares.
+//! Priors of kept parameters: values with standard deviations, as additional residuals.
 //!
-//! The error of a pose is its step of FRAMES.md from where it is believed to be (`dt`, `dr` over the outer frame's axes); the
+//! The error of a pose is its step of FRAMES.md from its prior (`dt`, `dr` over the outer frame's axes); the
 //! solver's step is a twist `(v, w)` of the outer frame, so that `dt` grows by `v - t x w` and `dr`, for small errors, by `w`.
 //! The error of a size is that of its logarithm, as its step is.
 
@@ -9,7 +9,7 @@ use super::state::{Anchor, Bundle};
 use nalgebra::{DMatrix, DVector, Matrix6, Vector6};
 use sextant_geometry::{se3, so3};
 
-/// Adds every anchor to the equations of the kept parameters; gives the sum of their squares.
+/// Adds every anchor to the equations of the kept parameters; returns the sum of their squares.
 pub(super) fn add(
     bundle: &Bundle,
     layout: &Layout,
@@ -59,7 +59,7 @@ pub(super) fn rho(bundle: &Bundle) -> f64 {
 }
 
 impl Anchor {
-    /// How far the bundle is from what is believed, in the anchor's own units; a single number comes first.
+    /// Difference of the bundle from the prior, in the units of the anchor; a scalar is the first element.
     pub(crate) fn error(&self, bundle: &Bundle) -> Vector6<f64> {
         let single = |error: f64| Vector6::new(error, 0.0, 0.0, 0.0, 0.0, 0.0);
         match self {
@@ -86,7 +86,7 @@ impl Anchor {
         }
     }
 
-    /// One deviation of each of those; of a single number six times the same.
+    /// Standard deviation of each element; a scalar's is repeated six times.
     pub(crate) fn sigmas(&self) -> Vector6<f64> {
         match *self {
             Self::Camera { sigma, .. } | Self::Tag { sigma, .. } => {
@@ -97,7 +97,7 @@ impl Anchor {
         }
     }
 
-    /// With its deviations multiplied: that of a position or a number, and that of an orientation.
+    /// The anchor with scaled deviations: that of the position or scalar, and that of the orientation.
     pub(crate) fn scaled(mut self, first: f64, orientation: f64) -> Self {
         match &mut self {
             Self::Camera { sigma, .. } | Self::Tag { sigma, .. } => {
@@ -109,7 +109,7 @@ impl Anchor {
         self
     }
 
-    /// The parameters that it is about, in the order of its errors.
+    /// Its parameters, in the order of its errors.
     pub(crate) fn parameters(&self) -> Vec<KeptParameter> {
         let axes = || 0..3;
         match *self {
@@ -130,7 +130,7 @@ impl Anchor {
         }
     }
 
-    /// Whether it names something that is there and its deviations are usable.
+    /// Whether its indices and deviations are valid.
     pub(super) fn is_sound(&self, bundle: &Bundle) -> bool {
         let usable = |sigma: f64| sigma > 0.0 && sigma.powi(-2).is_finite();
         let is_there = match self {

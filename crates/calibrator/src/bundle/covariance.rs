@@ -1,4 +1,4 @@
-//! How well the kept parameters are known.
+//! Covariance of the kept parameters.
 
 use super::layout::{KeptParameter, Layout};
 use super::prior_knowledge::PriorKnowledge;
@@ -16,7 +16,7 @@ pub struct KeptCovariance {
 }
 
 impl KeptCovariance {
-    /// From the information of the solver's own steps, already in units of the corners' true noise.
+    /// From the information matrix over the solver's steps, already scaled to the true corner noise.
     pub(super) fn of(
         bundle: &Bundle,
         layout: &Layout,
@@ -38,7 +38,7 @@ impl KeptCovariance {
         }
     }
 
-    /// What images and anchors say, without the bound: the inverse of the matrix where everything is determined.
+    /// Information of images and anchors, without the bound of the prior knowledge.
     pub(crate) fn information(&self) -> &DMatrix<f64> {
         &self.information
     }
@@ -53,23 +53,23 @@ impl KeptCovariance {
         &self.matrix
     }
 
-    /// One standard deviation of a parameter; `None` if it was not sought.
+    /// Standard deviation of a parameter; `None` if it was fixed.
     pub fn sigma(&self, parameter: KeptParameter) -> Option<f64> {
         let at = self.position(parameter)?;
         Some(self.matrix[(at, at)].max(0.0).sqrt())
     }
 
-    /// Of a camera's pose; `None` if it was not sought.
+    /// Covariance of a camera pose; `None` if it was fixed.
     pub fn camera(&self, camera: usize) -> Option<Matrix6<f64>> {
         self.block(KeptParameter::CameraPosition { camera, axis: 0 })
     }
 
-    /// Of a tag's pose in the object; `None` if it was not sought.
+    /// Covariance of the pose of a tag in the object; `None` if it was fixed.
     pub fn tag(&self, tag: usize) -> Option<Matrix6<f64>> {
         self.block(KeptParameter::TagPosition { tag, axis: 0 })
     }
 
-    /// Of a lens's sought parameters, in the order of `Lens::parameters`; empty if none was.
+    /// Covariance of the free parameters of a lens, in the order of `Lens::parameters`; empty if none was free.
     pub fn lens(&self, camera: usize) -> DMatrix<f64> {
         let of_lens =
             |p: &KeptParameter| matches!(p, KeptParameter::Lens { camera: c, .. } if *c == camera);
@@ -88,8 +88,8 @@ impl KeptCovariance {
     }
 }
 
-/// Inverse of a positive definite matrix whose diagonal spans many orders: scaled first. Where rounding leaves it
-/// indefinite, the prior alone.
+/// Inverse of a positive definite matrix whose diagonal spans many orders of magnitude, by scaling. If rounding makes it indefinite,
+/// the covariance of the prior.
 fn inverse(information: DMatrix<f64>, sigma: impl Fn(usize) -> f64) -> DMatrix<f64> {
     let n = information.nrows();
     let scale: Vec<f64> = (0..n).map(|at| information[(at, at)].sqrt()).collect();

@@ -1,22 +1,22 @@
-//! Elimination of the instants: the Schur complement over the kept parameters, and the way back.
+//! Elimination of the instants: the Schur complement over the kept parameters, and back substitution.
 //!
-//! Instants that are tied to the next one form a chain, which is eliminated from its earliest end (block Cholesky of a block
+//! Instants tied to the next one form a chain, which is eliminated from its earliest instant on (block Cholesky factorisation of a block
 //! tridiagonal matrix); instants without ties are chains of one.
 
 use super::equations::Equations;
 use super::node::{Coupling, Node};
 use nalgebra::{DMatrix, DVector, SMatrix, SVector};
 
-/// Added to every diagonal element, so that a parameter without any information stays where it is.
+/// Added to every diagonal element, so that a parameter without information keeps its value.
 const FLOOR: f64 = 1e-9;
 
-/// A step of everything.
+/// A step of all parameters.
 pub(super) struct Step<const D: usize> {
     pub kept: DVector<f64>,
     pub instants: Vec<SVector<f64, D>>,
 }
 
-/// What is left of an instant: its rows of the Cholesky factor.
+/// The rows of the Cholesky factor of an instant.
 struct Row<const D: usize> {
     lower: SMatrix<f64, D, D>,
     gradient: SVector<f64, D>,
@@ -25,7 +25,7 @@ struct Row<const D: usize> {
     next: Option<SMatrix<f64, D, D>>,
 }
 
-/// The reduced system over the kept parameters and the factor that leads back from it.
+/// The reduced system over the kept parameters, and the factor for back substitution.
 pub(super) struct ReducedSystem<const D: usize> {
     /// Symmetric, both triangles.
     pub information: DMatrix<f64>,
@@ -34,7 +34,7 @@ pub(super) struct ReducedSystem<const D: usize> {
 }
 
 impl<const D: usize> ReducedSystem<D> {
-    /// Eliminates with Marquardt's damping, a fraction of the diagonal; `None` where that leaves an instant undetermined.
+    /// Eliminates the instants with Marquardt damping, a fraction of the diagonal; `None` if an instant remains undetermined.
     pub(super) fn of(equations: &Equations<D>, damping: f64) -> Option<Self> {
         let mut reduced = Self {
             information: equations.kept.clone(),
@@ -67,7 +67,7 @@ impl<const D: usize> ReducedSystem<D> {
         }
     }
 
-    /// The step that the damped equations ask for; `None` where they are not positive definite.
+    /// Solves the damped equations for the step; `None` if they are not positive definite.
     pub(super) fn step(&self) -> Option<Step<D>> {
         let kept = if self.gradient.is_empty() {
             DVector::zeros(0)
@@ -112,7 +112,7 @@ impl<const D: usize> Row<D> {
         })
     }
 
-    /// The instant's step, once those of the kept parameters and of the later instant are known.
+    /// Step of the instant, given those of the kept parameters and of the later instant.
     fn back(&self, kept: &DVector<f64>, later: Option<SVector<f64, D>>) -> Option<SVector<f64, D>> {
         let mut right = self.gradient;
         for (at, &column) in self.columns.iter().enumerate() {

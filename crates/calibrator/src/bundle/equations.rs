@@ -1,7 +1,7 @@
-//! The normal equations: a small dense matrix over the kept parameters and, of every instant, its own block and its
-//! coupling to them. Never a Jacobian: images are added one by one.
+//! The normal equations: a small dense matrix over the kept parameters, and for every instant its block and its coupling to them. No
+//! Jacobian is stored: images are added one by one.
 //!
-//! `D` is 6 where instants stand for themselves, 12 (pose, twist) where the object's motion is modelled.
+//! `D` is 6 for independent instants and 12 (pose, twist) if the motion of the object is modelled.
 
 use super::anchors;
 use super::image_sums::ImageSums;
@@ -14,7 +14,7 @@ use nalgebra::{DMatrix, DVector, SMatrix, SVector};
 use sextant_geometry::least_squares::Kernel;
 use sextant_geometry::se3;
 
-/// All of it; `kept` holds its upper triangle.
+/// The normal equations; `kept` is its upper triangle.
 pub(super) struct Equations<const D: usize> {
     pub kept: DMatrix<f64>,
     pub gradient: DVector<f64>,
@@ -130,7 +130,7 @@ fn lever<const D: usize>(bundle: &Bundle, image: &BundleImage) -> SMatrix<f64, 6
     })
 }
 
-/// The sum of the robust squares alone.
+/// The sum of the robust squares, without equations.
 pub(super) fn rho(bundle: &Bundle, kernel: &Kernel) -> f64 {
     let images = bundle.images.iter().map(|image| {
         let view = View::of(bundle, image, LensColumns::Unwanted);

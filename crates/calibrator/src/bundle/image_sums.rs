@@ -1,4 +1,4 @@
-//! What the tags of one image add to the normal equations, before it is spread over instants, cameras and tags.
+//! Contribution of the tags of one image to the normal equations.
 
 use super::layout::{CameraColumns, Layout};
 use super::residuals::{LensColumns, View, linearise, object_at};
@@ -8,7 +8,7 @@ use sextant_geometry::least_squares::Kernel;
 use sextant_geometry::lens::MAX_PARAMETERS;
 use sextant_geometry::se3;
 
-/// Derivative of the object's twist by the columns of something.
+/// Derivative of the object's twist with columns of parameters.
 pub(super) type TwistBy = OMatrix<f64, Const<6>, Dyn>;
 type LensByTag = SMatrix<f64, MAX_PARAMETERS, 7>;
 type ByTag = OMatrix<f64, Dyn, Const<7>>;

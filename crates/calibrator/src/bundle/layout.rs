@@ -1,10 +1,10 @@
-//! Where each kept parameter stands in the reduced system.
+//! Columns of the kept parameters in the reduced system.
 
 use super::state::{Bundle, Freedom};
 use sextant_geometry::Lens;
 use sextant_geometry::lens::MAX_PARAMETERS;
 
-/// One sought parameter that is kept when the instants are eliminated.
+/// A free parameter that remains when the instants are eliminated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum KeptParameter {
     /// A camera's position along a world axis, 0 to 2.

@@ -1,17 +1,16 @@
-//! What the images do not determine: directions of the kept parameters whose deviation is a good part of what anybody would
-//! have guessed without images.
+//! Observability: directions of the kept parameters whose standard deviation is a large share of the prior's.
 
 use super::covariance::KeptCovariance;
 use super::layout::KeptParameter;
 use super::prior_knowledge::PriorKnowledge;
 use nalgebra::{DMatrix, SymmetricEigen};
 
-/// A direction of the kept parameters that the images hardly determine.
+/// A weakly observable direction of the kept parameters.
 #[derive(Clone, Debug, PartialEq)]
 pub struct WeakDirection {
-    /// Its deviation as a part of the prior's: 1 is not determined at all.
+    /// Ratio of its standard deviation to the prior's: 1 is unobservable.
     pub part_of_prior: f64,
-    /// What it is made of, largest share first; squared shares add up to at most one, small ones are left out.
+    /// Its components with their shares, largest first; squared shares sum to at most one, small ones are omitted.
     pub made_of: Vec<(KeptParameter, f64)>,
 }
 

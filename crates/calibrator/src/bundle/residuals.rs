@@ -10,7 +10,7 @@ use sextant_geometry::least_squares::Kernel;
 use sextant_geometry::lens::MAX_PARAMETERS;
 use sextant_geometry::{Lens, Pose, se3, so3, tag_corners_in_tag};
 
-/// The square of a corner's error in units of its noise where no model of it can be seen: it counts as an outlier.
+/// Chi-square of a corner that cannot be projected, which counts as an outlier.
 const UNSEEN: f64 = 1e8;
 
 /// The error of one tag in one image at the solution.
@@ -20,9 +20,9 @@ pub struct TagResidual {
     pub image: usize,
     /// Index into the image's tags.
     pub seen: usize,
-    /// Model less seen corner, pixels; `None` where the model's corner cannot be seen, and for corners of zero weight.
+    /// Projected minus detected corner, pixels; `None` if the corner cannot be projected or has zero weight.
     pub corners_px: [Option<Vector2<f64>>; 4],
-    /// Sum over its corners of the squared errors in units of their stated noise: 8 expected.
+    /// Sum over its corners of the squared errors in units of the detector's noise: 8 is expected.
     pub chi_square: f64,
 }
 
@@ -48,14 +48,14 @@ pub(super) struct TagEquations {
     pub rho: f64,
 }
 
-/// Whether the derivatives by the lens are wanted.
+/// Whether to compute derivatives with the lens.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum LensColumns {
     TagSpec,
     Unwanted,
 }
 
-/// How one image sees the object.
+/// Projection of the object into one image.
 pub(super) struct View {
     pub lens: Lens,
     pub camera_from_object: Pose,
@@ -79,7 +79,7 @@ pub(super) fn delay(bundle: &Bundle, image: &BundleImage) -> f64 {
     image.seconds_after_instant + bundle.cameras[image.camera].clock_offset_s
 }
 
-/// Where the object was when the image was taken.
+/// Pose of the object at the capture time of the image.
 pub(super) fn object_at(bundle: &Bundle, image: &BundleImage) -> Pose {
     let instant = &bundle.instants[image.instant];
     match bundle.motion {
@@ -91,7 +91,7 @@ pub(super) fn object_at(bundle: &Bundle, image: &BundleImage) -> Pose {
     }
 }
 
-/// Robust equations of a tag. A corner whose model cannot be seen counts as an outlier without derivative.
+/// Robust equations of a tag. A corner that cannot be projected counts as an outlier without derivatives.
 pub(super) fn linearise(
     view: &View,
     object_from_tag: &Pose,

@@ -1,5 +1,5 @@
-//! Whether two tags sit on one body, whatever their sizes: then their relative attitude stays, and so does their relative
-//! position once the one is scaled rightly against the other.
+//! Tests whether two tags are on the same rigid body, without knowing their sizes: their relative attitude is constant, and so is their
+//! relative position with the right ratio of sizes.
 //!
 //! With unit tags, a tag's pose has its position in edges. For tags a and b of one body with sizes s_a and s_b = r s_a, each image
 //! says `r R_a^-1 t_b - R_a^-1 t_a = c`, linear in the ratio r and the constant c (position of b in a's frame, in edges of a). The
@@ -11,13 +11,13 @@ use sextant_geometry::{Lens, Pose};
 
 /// Relative attitudes that differ by less agree, radians.
 const AGREE: f64 = 0.2;
-/// This part of the views has to agree.
+/// Least share of the views that must agree.
 const MOST: f64 = 0.6;
-/// And so many.
+/// Least number of views that must agree.
 const LEAST_VIEWS: usize = 4;
 /// Relative positions may differ by this many edges, and by this part of the distance.
 const SPREAD: (f64, f64) = (0.3, 0.012);
-/// Of the views that agree, those that are believed in the fit of position.
+/// Share of the agreeing views that are used in the fit of position.
 const BELIEVED: f64 = 0.75;
 /// Rounds of that fit.
 const ROUNDS: usize = 4;
@@ -42,7 +42,7 @@ pub(super) struct PairView {
     proposals: Vec<Proposal>,
 }
 
-/// What one pair of branches says.
+/// The relative pose that one pair of branches implies.
 #[derive(Clone, Copy, Debug)]
 struct Proposal {
     a_from_b: UnitQuaternion<f64>,
@@ -52,7 +52,7 @@ struct Proposal {
     to_a: Vector3<f64>,
 }
 
-/// What joins two tags.
+/// Rigid connection of two tags.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Joint {
     /// Size of the second by that of the first.
@@ -88,7 +88,7 @@ impl PairView {
     }
 }
 
-/// What joins two tags, if they sit on one body.
+/// The joint of two tags, if they are on the same body.
 pub(super) fn joint(views: &[PairView]) -> Option<Joint> {
     let agreeing = agreeing(views);
     let enough = (MOST * views.len() as f64).ceil() as usize;
@@ -104,7 +104,7 @@ pub(super) fn joint(views: &[PairView]) -> Option<Joint> {
     })
 }
 
-/// Of every view that agrees with the relative attitude that most agree with, the proposal that does.
+/// The proposals that agree with the relative attitude of the largest consensus.
 fn agreeing(views: &[PairView]) -> Vec<&Proposal> {
     let candidates = views.iter().flat_map(|view| &view.proposals);
     let with = |candidate: &Proposal| -> Vec<&Proposal> {

@@ -1,4 +1,4 @@
-//! How large the tags of a discovered object are: as stated, or by comparison with one that is.
+//! Sizes of the tags of a discovered object: given, or by comparison with a given one.
 
 use super::DiscoveryPlan;
 use super::rigidity::Joint;
@@ -6,9 +6,9 @@ use crate::verdict::listed;
 use sextant_estimator::TagId;
 use std::collections::BTreeMap;
 
-/// Sizes that differ by less are the same as stated: corners tell them to about a hundredth before they are adjusted.
+/// Relative difference up to which a size equals the given one: before the adjustment, sizes are known to about a hundredth.
 const SAME: f64 = 0.04;
-/// Taken where nobody states any size, so that there is something to show, metres.
+/// Assumed if no size is given, to have something to show, metres.
 const PLACEHOLDER_M: f64 = 0.04;
 
 /// The sizes of an object's tags.
@@ -26,7 +26,7 @@ struct Size {
 }
 
 impl Sizes {
-    /// By what the plan states and how the tags compare.
+    /// From the sizes in the plan and the ratios of the tags.
     pub(super) fn of(plan: &DiscoveryPlan, tags: &[TagId], joints: &[([TagId; 2], Joint)]) -> Self {
         let relative = compared(tags, joints);
         let own = |tag: TagId| plan.sizes.iter().find(|(t, _)| *t == tag).map(|(_, s)| *s);
@@ -56,19 +56,19 @@ impl Sizes {
         self.tags.iter().any(|size| size.tag == tag)
     }
 
-    /// As a plan of learning takes them.
+    /// The tags for a [`crate::LearnPlan`].
     pub(super) fn tags(&self) -> Vec<(TagId, f64)> {
         self.tags.iter().map(|s| (s.tag, s.size_m)).collect()
     }
 
-    /// Whether both mean the same tags of about the same sizes.
+    /// Whether both have the same tags with similar sizes.
     pub(super) fn are_nearly(&self, other: &Self) -> bool {
         let near =
             |(a, b): (&Size, &Size)| a.tag == b.tag && (a.size_m / b.size_m).ln().abs() < SAME;
         self.tags.len() == other.tags.len() && self.tags.iter().zip(&other.tags).all(near)
     }
 
-    /// Corrects those that nobody stated, given each tag's size as a part of what was assumed; the largest change, as a part.
+    /// Corrects unknown sizes by the ratio of each estimated to its assumed size; returns the largest relative change.
     pub(super) fn correct(&mut self, ratios: &[f64]) -> f64 {
         let all = || self.tags.iter().zip(ratios);
         let stated = all().filter(|(size, _)| size.is_stated);
@@ -85,13 +85,13 @@ impl Sizes {
         largest
     }
 
-    /// Those that nobody stated, in metres.
+    /// The estimated sizes, metres.
     pub(super) fn solved(&self) -> Vec<(String, f64)> {
         let solved = self.tags.iter().filter(|size| !size.is_stated);
         solved.map(|s| (s.tag.to_string(), s.size_m)).collect()
     }
 
-    /// How the tags compare, for one who does not know any size.
+    /// The ratios of the sizes in words, if no size is known.
     pub(super) fn in_words(&self) -> String {
         let Some(first) = self.tags.first() else {
             return String::new();
@@ -117,7 +117,7 @@ impl Sizes {
     }
 }
 
-/// What a relative size of 1 is in metres, if anything stated tells.
+/// The relative size of 1 in metres, if a given size determines it.
 fn unit(
     plan: &DiscoveryPlan,
     relative: &BTreeMap<TagId, f64>,
@@ -148,7 +148,7 @@ fn unit(
     Some(usual / near[near.len() / 2])
 }
 
-/// Every tag's size by that of the first, along the joints that most views speak for.
+/// Size of every tag relative to the first, along the joints with the most views.
 fn compared(tags: &[TagId], joints: &[([TagId; 2], Joint)]) -> BTreeMap<TagId, f64> {
     let mut sorted: Vec<&([TagId; 2], Joint)> = joints.iter().collect();
     sorted.sort_by_key(|(_, joint)| std::cmp::Reverse(joint.views));

@@ -1,4 +1,4 @@
-//! What is kept of every tag while it is not known to whom it belongs: whether it moves, and how it stood to others.
+//! Tracks of single tags before they are assigned to objects: whether each moves, and its poses relative to others.
 
 use super::rigidity::{PairView, UnitPoses};
 use nalgebra::Point2;
@@ -6,13 +6,13 @@ use sextant_estimator::{Camera, CameraId, ImageObservation, TagCorners, TagId};
 use sextant_tag_families::Family;
 use std::collections::BTreeMap;
 
-/// Tags that are kept account of; a room has fewer.
+/// Most tracked tags; a room has fewer.
 const MOST_TAGS: usize = 96;
-/// Views kept of one pair; of more, every second is dropped.
+/// Most stored views of a pair; beyond it, every second is dropped.
 const MOST_VIEWS: usize = 32;
-/// A tag has moved whose corner has gone by this part of its edge, and by so many pixels.
+/// A tag has moved if a corner has moved by this share of its edge and by this number of pixels.
 const MOVED: (f64, f64) = (0.35, 4.0);
-/// In so many images, so that one wrong number moves nothing.
+/// Images in which a tag must have moved, so that a single wrong detection has no effect.
 const MOVED_IMAGES: usize = 3;
 
 /// All tags.
@@ -35,7 +35,7 @@ struct Track {
 #[derive(Clone, Debug)]
 pub(super) struct Pair {
     views: Vec<PairView>,
-    /// Where the last view that counted showed them, and whose it was.
+    /// Corners and camera of the last stored view.
     last: (CameraId, [Corners; 2]),
     every: usize,
     came: usize,
@@ -44,7 +44,7 @@ pub(super) struct Pair {
 type Corners = [Point2<f64>; 4];
 
 impl Tracks {
-    /// Takes an image's tags in.
+    /// Adds the tags of an image.
     pub(super) fn add(&mut self, camera: &Camera, image: &ImageObservation, families: &[Family]) {
         let once =
             |seen: &&TagCorners| image.tags.iter().filter(|t| t.tag == seen.tag).count() == 1;
@@ -102,7 +102,7 @@ impl Tracks {
         self.tags.is_empty()
     }
 
-    /// Whether it has moved before its camera.
+    /// Whether it has moved in the image of its camera.
     pub(super) fn moves(&self, tag: TagId) -> bool {
         self.tags
             .get(&tag)

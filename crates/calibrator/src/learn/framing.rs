@@ -11,7 +11,7 @@ use sextant_estimator::{ObjectModel, ObjectTag, PoseSigma};
 use sextant_geometry::Pose;
 
 impl LearnSession {
-    /// Moves everything into the frame of the result.
+    /// Transforms the solution into the frame of the result.
     pub(super) fn framed(
         &self,
         views: Vec<ImageView>,
@@ -70,7 +70,7 @@ impl LearnSession {
     }
 }
 
-/// How well the place of a tag is known: the root of the mean of its axes.
+/// Standard deviations of a tag pose: root mean squares of the axes.
 fn sigma(covariance: &DMatrix<f64>, tag: usize) -> PoseSigma {
     let of_axes = |first: usize| {
         let variance = (first..first + 3)

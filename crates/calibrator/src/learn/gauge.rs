@@ -4,14 +4,14 @@ use nalgebra::{DMatrix, Matrix6, SMatrix, UnitQuaternion, Vector3};
 use sextant_estimator::TagId;
 use sextant_geometry::{Pose, so3};
 
-/// Which frame the object gets.
+/// Frame of a learned object.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub enum Gauge {
-    /// The origin in the middle of the tags, axes as those of the tag that is seen best. Deviations are those that
-    /// remain when the whole constellation is aligned.
+    /// Origin at the centroid of the tags, axes of the best visible tag. Standard deviations are those that remain after aligning the
+    /// whole constellation.
     #[default]
     Centroid,
-    /// The frame of this tag; deviations are relative to it.
+    /// Frame of this tag; standard deviations are relative to it.
     Tag(TagId),
 }
 

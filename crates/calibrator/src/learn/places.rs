@@ -1,4 +1,4 @@
-//! Where the object was in every group of images, given where its tags sit.
+//! Poses of the object in groups of simultaneous images, given its tag poses.
 
 use crate::adjustment::UsedImage;
 use crate::bundle::Instant;
@@ -15,11 +15,11 @@ pub(super) struct Groups {
     pub group_from_camera: Vec<Pose>,
 }
 
-/// Images of different cameras no further apart were taken at one instant, ns.
+/// Largest difference of capture times within an instant, ns.
 const SAME_INSTANT_NS: u64 = 500_000;
 
 impl Groups {
-    /// Groups images by instant where several cameras with known poses took them; else each image is its own.
+    /// Groups simultaneous images of cameras with known poses; other images form groups of one.
     pub(super) fn of(rig: &Rig, views: &[ImageView]) -> Self {
         let mut used: Vec<usize> = views.iter().map(|view| view.camera).collect();
         used.sort_unstable();
@@ -50,7 +50,7 @@ impl Groups {
         groups
     }
 
-    /// Each image by itself.
+    /// Puts each image into a group of its own.
     pub(super) fn apart(rig: &Rig, views: &[ImageView]) -> Self {
         Self {
             of_views: (0..views.len()).map(|at| vec![at]).collect(),
@@ -58,7 +58,7 @@ impl Groups {
         }
     }
 
-    /// Whether images of several cameras are taken as one.
+    /// Whether any group has several cameras.
     pub(super) fn joins_cameras(&self) -> bool {
         self.of_views.iter().any(|group| group.len() > 1)
     }

@@ -1,4 +1,4 @@
-//! How far a learning session is, and what to do next.
+//! Progress of a learning session, and instructions.
 
 use crate::graph::islands;
 use crate::image_store::{ImageView, TagSpec, take_in};
@@ -15,18 +15,18 @@ pub struct TagProgress {
     pub tag: String,
     /// Images that show it.
     pub images: usize,
-    /// Of eight directions around its face, from how many it was seen; face-on counts for none.
+    /// Number of the eight directions around its normal from which it was seen; a frontal view counts for none.
     pub directions: usize,
-    /// Number of the group of tags that images have joined so far; equal numbers are joined.
+    /// Index of the group of connected tags.
     pub group: usize,
 }
 
-/// How far a session is.
+/// Progress of a session.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct LearnProgress {
-    /// Images taken in.
+    /// Number of images received.
     pub images: usize,
-    /// Of them with at least two tags: only those join tags.
+    /// Images with at least two tags: only these connect tags.
     pub joining: usize,
     /// Every wanted tag.
     pub tags: Vec<TagProgress>,

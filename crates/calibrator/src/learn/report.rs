@@ -39,7 +39,7 @@ pub struct LearnedTag {
 pub struct LearnReport {
     /// The object's name.
     pub object: String,
-    /// Images taken in.
+    /// Number of images received.
     pub images: usize,
     /// Images used.
     pub images_used: usize,

@@ -342,7 +342,7 @@ impl LearnSession {
         let moved = lost.iter().any(|&at| self.known()[at].is_some());
         let tags = lost.iter().map(|&at| self.wanted[at].tag).collect();
         let cause = if moved {
-            "not where the given object has them, so they have moved: name them with --tags to learn them anew".to_owned()
+            "not where the given object has them, so they have moved: name them with --tags to learn them again".to_owned()
         } else {
             "the images put them in different places; is a tag loose, bent, or there twice?"
                 .to_owned()

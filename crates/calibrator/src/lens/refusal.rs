@@ -16,7 +16,7 @@ pub enum LensRefusal {
     },
     /// A tag whose centre the stated picture cannot have.
     #[error(
-        "a tag lies at ({x:.0}, {y:.0}), but the pictures are said to have {width} x {height} pixels: the images have another resolution; state theirs"
+        "a tag lies at ({x:.0}, {y:.0}), outside of {width} x {height} pixels: the images have another resolution; give it"
     )]
     Resolution {
         /// Column of its centre.
@@ -34,7 +34,7 @@ pub enum LensRefusal {
         others(foreign)
     )]
     NoBoard {
-        /// How many images came.
+        /// Number of images.
         images: usize,
         /// Other tags that they show.
         foreign: Vec<TagId>,
@@ -46,14 +46,14 @@ pub enum LensRefusal {
     TooFew {
         /// Images with enough of the board.
         views: usize,
-        /// How many images came.
+        /// Number of images.
         images: usize,
         /// The least.
         needed: usize,
     },
     /// Nothing tilted: focal length and distance cannot be told apart.
     #[error(
-        "the board is seen from the front only (tilted by {tilt_deg:.0} degrees at most), so that the focal length cannot be told from the distance (it is uncertain by {sigma_percent:.1} %); tilt the board by 30 degrees and more, in every direction"
+        "the board is seen from the front only (tilted by {tilt_deg:.0} degrees at most), so that focal length and distance cannot be separated (it is uncertain by {sigma_percent:.1} %); tilt the board by 30 degrees and more, in every direction"
     )]
     OnlyFrontal {
         /// Of all but a tenth of the images.

@@ -69,10 +69,10 @@ pub enum ViewOutcome {
     TooFewTags,
 }
 
-/// How far a session is.
+/// Progress of a session.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LensProgress {
-    /// Images taken in.
+    /// Number of images received.
     pub images: usize,
     /// Those kept.
     pub views: usize,

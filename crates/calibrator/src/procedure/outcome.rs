@@ -36,7 +36,7 @@ pub enum Report {
 pub enum Product {
     /// The site's rig with the new lens, or with every camera in its place.
     Rig(Rig),
-    /// The object with every tag in its place.
+    /// The object with its tag poses.
     Object(ObjectModel),
 }
 

@@ -10,7 +10,7 @@ use serde::Serialize;
 pub struct Progress {
     /// Which procedure.
     pub kind: Kind,
-    /// Images taken in.
+    /// Number of images received.
     pub images: usize,
     /// From nothing, 0, to enough, 1.
     pub fraction: f64,

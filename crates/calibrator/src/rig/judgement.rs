@@ -151,10 +151,10 @@ impl RigSession {
         let object = self.plan.object.id();
         if self.still_tags_with_size(&found.sightings.views).is_empty() {
             return format!(
-                "all lengths rest on the stated sizes of {object}: were they all measured wrong alike, nothing here could tell"
+                "all lengths depend on the given sizes of {object}; an error common to all of them cannot be detected"
             );
         }
-        format!("the stated sizes of {object} and of the tags that lie still were compared")
+        format!("the given sizes of {object} and of the tags that lie still were compared")
     }
 
     /// Cameras that stand where the rig had another one before.

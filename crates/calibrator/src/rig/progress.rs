@@ -13,7 +13,7 @@ use std::collections::BTreeMap;
 pub struct CameraProgress {
     /// Its name.
     pub camera: String,
-    /// Images taken in.
+    /// Number of images received.
     pub images: usize,
     /// Of them with a tag of the object.
     pub seeing: usize,
@@ -25,10 +25,10 @@ pub struct CameraProgress {
     pub group: usize,
 }
 
-/// How far a session is.
+/// Progress of a session.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct RigProgress {
-    /// Images taken in.
+    /// Number of images received.
     pub images: usize,
     /// Every camera of the rig.
     pub cameras: Vec<CameraProgress>,

@@ -48,7 +48,7 @@ pub struct CalibratedCamera {
 pub struct RigReport {
     /// The camera relative to which deviations are stated.
     pub reference: String,
-    /// Images taken in.
+    /// Number of images received.
     pub images: usize,
     /// Images used.
     pub images_used: usize,

@@ -15,7 +15,7 @@ pub type ParameterJacobian = SMatrix<f64, 2, MAX_PARAMETERS>;
 const MAX_PIXELS: f64 = 1e6;
 /// Larger coefficients than any calibration gives; the bound keeps every polynomial of the field finite.
 const MAX_COEFFICIENT: f64 = 1e6;
-/// A lens of which less than about half a degree can be inverted shows nothing: its coefficients are wrong.
+/// Least invertible radius, about half a degree: a lens with less has wrong coefficients.
 const MIN_RADIUS: f64 = 0.01;
 
 /// Focal lengths and principal point, pixels.
@@ -73,7 +73,7 @@ pub enum LensError {
     /// A list of parameters of the wrong length.
     #[error("a {model} lens has {} parameters, {given} were given", model.n_parameters())]
     ParameterCount {
-        /// The model asked for.
+        /// The requested model.
         model: LensModel,
         /// How many numbers came.
         given: usize,

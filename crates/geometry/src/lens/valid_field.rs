@@ -4,7 +4,7 @@
 /// beyond, and all numbers stay finite.
 pub(super) const MAX_RADIUS: f64 = 100.0;
 
-/// A field ends where the distorted radius grows less than this per normalised radius: there a pixel says nothing
+/// A field ends where the distorted radius grows less than this per normalised radius: there a pixel has no information
 /// about the direction any more. Range 0 (the fold itself) to 1; the field loses about a thousandth to it.
 pub(super) const MIN_SLOPE: f64 = 1e-3;
 

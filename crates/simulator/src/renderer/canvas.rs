@@ -25,7 +25,7 @@ pub(super) enum Layer {
     Opacity,
 }
 
-/// Solids that hide parts of what is painted.
+/// Solids that occlude what is painted.
 #[derive(Clone, Copy)]
 pub(super) struct Hiders<'a> {
     view: &'a View,
@@ -71,7 +71,7 @@ impl Canvas {
         }
     }
 
-    /// From now on what is painted counts in these rows only.
+    /// Restricts painting to these rows.
     pub fn keep_to(&mut self, rows: Range<usize>) {
         self.colour.keep_to(rows.clone());
         self.opacity.keep_to(rows);

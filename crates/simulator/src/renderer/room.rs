@@ -20,7 +20,7 @@ const MAX_ON_TABLE: f64 = 11.0;
 const MAX_ON_FLOOR: f64 = 9.0;
 const MAX_ON_WALLS: f64 = 14.0;
 
-/// What stands still behind the objects.
+/// The static background.
 pub(super) enum Room {
     /// One grey level.
     Plain { level: f64 },

@@ -158,7 +158,7 @@ fn turn(rotation: [f64; 3]) -> UnitQuaternion<f64> {
 }
 
 impl SceneTag {
-    /// A tag as its file says, glued on without a fault.
+    /// A tag that agrees with its file.
     pub fn new(
         family: sextant_tag_families::Family,
         id: u32,

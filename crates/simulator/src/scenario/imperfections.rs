@@ -35,7 +35,7 @@ impl Imperfections {
 }
 
 impl Scenario {
-    /// The same site with errors drawn by its seed: what is seen changes by those of prints and glue only.
+    /// The site with random errors from its seed. Images change by errors of prints and glue only.
     pub fn with_imperfections(mut self, errors: &Imperfections) -> Self {
         for camera in &mut self.cameras {
             let mut random = source(self.seed, &camera.id);

@@ -1,4 +1,4 @@
-//! What makes a scenario possible. Every error names the field and says what would be right.
+//! Validation of scenarios. Every error names the field and its valid range.
 
 use super::{
     AutoExposure, Background, Face, Flicker, Scenario, SceneCamera, SceneObject, SceneTag,

@@ -104,7 +104,7 @@ fn stamps_may_be_of_the_start_or_the_end_of_the_exposure() {
         (
             "exposure = 0.004\n",
             "",
-            "rig.toml:5:9: camera[0].stamp: the middle of the exposure cannot be told from this moment",
+            "rig.toml:5:9: camera[0].stamp: this moment does not give the middle of the exposure",
         ),
         (
             "\"end\"",

@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 use crate::rig::{Rig, RigError};
 use crate::{CameraId, ImageObservation};
 
-/// The longest exposure that may be stated, s.
+/// Longest valid exposure, s.
 const LONGEST_S: f64 = 1.0;
 
 /// Which moment of an image its stamp is of.
@@ -42,7 +42,7 @@ impl Exposure {
         (0.0..=LONGEST_S).contains(&self.length_s)
     }
 
-    /// Of an image of a camera, which says itself how long it was exposed, or 0.
+    /// Exposure of an image, given its own exposure in ns, or 0 if unknown.
     fn length_of_s(&self, stated_ns: u64) -> f64 {
         match stated_ns {
             0 => self.length_s,
@@ -52,7 +52,7 @@ impl Exposure {
 }
 
 impl Rig {
-    /// The same rig with what is known of the exposures of its cameras.
+    /// The rig with exposures of its cameras.
     ///
     /// # Errors
     /// For the first camera that is not there, and the first length that is not between 0 and 1 s.
@@ -69,18 +69,18 @@ impl Rig {
         Ok(self)
     }
 
-    /// How a camera exposes its images, where that is stated.
+    /// Exposure of a camera, if given.
     pub fn exposure(&self, id: &CameraId) -> Option<Exposure> {
         self.exposures.get(id).copied()
     }
 
-    /// The cameras whose exposures are stated, with these.
+    /// Cameras with a given exposure.
     pub fn exposures(&self) -> impl Iterator<Item = (CameraId, Exposure)> {
         let exposures = self.exposures.iter();
         exposures.map(|(camera, exposure)| (camera.clone(), *exposure))
     }
 
-    /// The middle of the exposure of an image with this stamp, which says itself how long it was exposed in ns, or 0.
+    /// Middle of the exposure of an image with this timestamp, given its own exposure in ns, or 0 if unknown.
     pub fn middle_of_exposure_ns(&self, id: &CameraId, stamp_ns: u64, stated_ns: u64) -> u64 {
         let Some(exposure) = self.exposures.get(id) else {
             return stamp_ns;

@@ -19,10 +19,10 @@ const STEPS: usize = 256;
 /// A cell without a value.
 const NONE: Colour = [60, 62, 68];
 
-/// What a chart says.
+/// Title, text and scale of a chart.
 pub struct Chart<'a> {
     pub title: &'a str,
-    /// Below the title, what one sees and what is good.
+    /// Explanation below the title.
     pub words: &'a str,
     /// What the colours stand for.
     pub unit: &'a str,
@@ -123,7 +123,7 @@ impl Chart<'_> {
     }
 }
 
-/// Two digits, as many as the number has.
+/// A number with up to three decimals, without trailing zeros.
 fn number(value: f64) -> String {
     if value.fract() == 0.0 {
         format!("{value:.0}")

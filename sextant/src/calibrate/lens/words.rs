@@ -1,4 +1,4 @@
-//! What is told of a lens's calibration to people.
+//! Text report of a lens calibration.
 
 use sextant_calibrator::procedure::LensReport;
 use std::path::Path;

@@ -18,7 +18,7 @@ const PASS_COLOURS: [Colour; 3] = [[255, 220, 0], [0, 210, 255], [255, 120, 255]
 
 /// Pixels of the canvas along a picture's longer side, about: small pictures are enlarged.
 const USUAL_WIDTH: usize = 1280;
-/// Least shade of what is only background to drawings.
+/// Brightness of an image behind drawings.
 const DIM: f32 = 0.45;
 
 /// The picture as a ground for drawings: so bright that all but its brightest hundredth keeps below white.

@@ -1,4 +1,4 @@
-//! What the detector told of one image, and how long its stages took.
+//! Events and stage times of one detection.
 
 use sextant_apriltag::{Detection, Observer, Pass, Rejection, Stage};
 use std::time::Instant;
@@ -6,7 +6,7 @@ use std::time::Instant;
 /// Four points of the picture, pixels.
 pub type Quad = [[f32; 2]; 4];
 
-/// Everything that was told.
+/// Events of all passes.
 #[derive(Debug, Default)]
 pub struct Record {
     /// One after the other.
@@ -15,7 +15,7 @@ pub struct Record {
     pub refined: Vec<(Quad, Detection)>,
 }
 
-/// What one pass told.
+/// Events of one pass.
 #[derive(Debug)]
 pub struct PassRecord {
     /// What it looked for.

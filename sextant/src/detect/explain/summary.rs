@@ -6,7 +6,7 @@ use serde::Serialize;
 use sextant_apriltag::{Detection, Rejection, Report, Stage};
 use std::collections::BTreeMap;
 
-/// What the file says.
+/// Contents of `report.json`.
 #[derive(Serialize)]
 pub struct Summary {
     file: String,
@@ -57,7 +57,7 @@ pub struct Subject {
 }
 
 impl Summary {
-    /// Of what is known of one image.
+    /// Summary of one image.
     pub fn new(
         subject: Subject,
         report: &Report,
