@@ -1,4 +1,4 @@
-//! The capturing part: from a source into shared memory, nothing else. It has no network, and no reader can delay it.
+//! The capture part: copies images from a source into shared memory. It has no network, and no reader can delay it.
 
 use anyhow::Context;
 use sextant_iceoryx_images::{ImageHeader, ImagePublisher, ImagesError};
@@ -60,8 +60,8 @@ impl Lender {
         Ok(())
     }
 
-    /// Fills one place in shared memory and lends it. A source that had nothing yet finds the same place, with what it
-    /// drew into it, at the next call: it is kept until it is lent.
+    /// Fills one slot in shared memory and publishes it. A source without an image gets the same slot, with its contents, at the next
+    /// call.
     fn lend_next(
         &self,
         source: &mut dyn ImageSource,

@@ -1,4 +1,4 @@
-//! `camera.toml`: what a person sets of a camera node. Paths are relative to the file's folder.
+//! `camera.toml`: configuration of a camera node. Paths are relative to the folder of the file.
 
 use std::path::{Path, PathBuf};
 
@@ -14,22 +14,22 @@ use sextant_zenoh_bus::BusOptions;
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct CameraNodeConfig {
-    /// The site; the middle of every key.
+    /// The site, which is part of every key.
     pub site: SiteId,
-    /// The camera, as the rig names it.
+    /// Id of the camera in the rig.
     pub camera: CameraId,
     /// Where the images come from.
     pub source: SourceConfig,
-    /// What is looked for in them.
+    /// Detector options.
     #[serde(default)]
     pub detection: DetectionConfig,
-    /// Pictures for people.
+    /// Preview images.
     #[serde(default)]
     pub preview: PreviewConfig,
-    /// How to reach the network; by default a client of the router on this host.
+    /// Network session; by default a client of the router on this host.
     #[serde(default)]
     pub network: BusOptions,
-    /// Where capture and detection meet.
+    /// Shared memory of capture and detection.
     #[serde(default)]
     pub shared_memory: IceoryxOptions,
 }
@@ -38,16 +38,16 @@ pub struct CameraNodeConfig {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
 pub enum SourceConfig {
-    /// Images of a scenario, rendered when they fall due by this host's clock.
+    /// Images of a scenario, rendered at their times by the clock of this host.
     Simulator {
         /// The scenario's file; it must have a camera of this node's name.
         scenario: PathBuf,
     },
     /// Recorded images in the EuRoC layout.
     Images {
-        /// The folder with one folder a camera; that of this node's camera is played.
+        /// Folder with one folder per camera; that of this node's camera is played.
         folder: PathBuf,
-        /// How fast.
+        /// Playback speed.
         #[serde(default)]
         pace: Pace,
         /// Whether to start again at the end; timestamps keep ascending.
@@ -78,30 +78,30 @@ pub enum SourceConfig {
     },
 }
 
-/// How fast a recording is played.
+/// Playback speed of a recording.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Pace {
-    /// As its time stamps say.
+    /// Recorded speed.
     #[default]
     Recorded,
-    /// One image after the other; slow readers miss some.
+    /// As fast as possible; slow readers miss images.
     AsFastAsPossible,
 }
 
-/// What is looked for.
+/// Detector options.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct DetectionConfig {
     /// Tag families, at least one (default tag36h11). Each further one costs time and false detections.
     pub families: Vec<Family>,
-    /// Most wrong bits corrected, 0 to 2 (default 2).
+    /// Most bit errors corrected, 0 to 2 (default 2).
     pub max_hamming: u8,
     /// Least decision margin in grey levels, 0 to 100 (default 4).
     pub min_margin: f32,
-    /// Whether each image is searched in parts only: where tags were in the images before, and elsewhere in turn, so that
-    /// a new tag is found within ten images (default false: all of every image). Takes less time, the more of the image
-    /// shows no tag; a tag that jumps may be missing for up to ten images. Tags that are only expected are never published.
+    /// Whether to track tags: each image is searched near earlier tags and, in turn, elsewhere, so that a new tag is found
+    /// within ten images (default false: search all of every image). It saves time where most of the image has no tags. A tag that
+    /// jumps may be missing for up to ten images. Predicted tags are never published.
     pub tracking: bool,
 }
 
@@ -123,7 +123,7 @@ impl Default for DetectionConfig {
 }
 
 impl DetectionConfig {
-    /// The detector's options.
+    /// Options of the detector.
     pub(crate) fn options(&self) -> Options {
         let Self {
             families,
@@ -140,13 +140,13 @@ impl DetectionConfig {
     }
 }
 
-/// Pictures for people: JPEG, made only while somebody looks.
+/// Preview images: JPEG, made only while somebody subscribes.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct PreviewConfig {
-    /// Pictures a second, 0 (none) to 30 (default 5).
+    /// Images per second, 0 (none) to 30 (default 5).
     pub rate_hz: f64,
-    /// JPEG quality, 10 to 90 (default 60); lowered by itself while a picture is over 100 kB.
+    /// JPEG quality, 10 to 90 (default 60); reduced automatically while an image exceeds 100 kB.
     pub quality: u8,
     /// Widest picture in pixels, 64 to 4096 (default 800); larger images are reduced by a whole factor.
     pub max_width: u16,

@@ -93,7 +93,7 @@ fn wrong_input_is_named_and_nothing_is_written() {
     let folder = folder.path();
     let refuses = |more: &[&str], expected: &str| refused(&learn(folder, more), 3, expected);
     refuses(&[TAGS.as_slice(), &["--strict"]].concat(), "36h11:4");
-    refuses(&["--tags", "0,1"], "the size of tag 0 is not stated");
+    refuses(&["--tags", "0,1"], "the size of tag 0 is unknown");
     refuses(&["--from", "none.toml"], "none.toml");
     let of = |camera: &'static str| [TAGS.as_slice(), &["--camera", camera]].concat();
     refuses(&of("south"), "the rig has no camera \"south\"");

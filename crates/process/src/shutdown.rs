@@ -1,5 +1,5 @@
-//! The wish to stop: SIGINT, SIGTERM and SIGHUP raise one flag and make one descriptor readable, for good. Loops ask the
-//! flag, waits take the descriptor along; no thread is needed, so a process stays single-threaded until it wants more.
+//! Shutdown requests: SIGINT, SIGTERM and SIGHUP permanently set a flag and make a file descriptor readable. Loops read the flag, and
+//! waits poll the descriptor. This needs no thread.
 
 use std::io::Write;
 use std::os::fd::{AsFd, AsRawFd, BorrowedFd};
@@ -12,7 +12,7 @@ use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
 
 use crate::Exit;
 
-/// A cheap handle on the wish to stop; all clones are one.
+/// A cheap handle on the shutdown request; clones share it.
 #[derive(Debug, Clone)]
 pub struct Shutdown {
     state: Arc<State>,
@@ -21,7 +21,7 @@ pub struct Shutdown {
 #[derive(Debug)]
 struct State {
     requested: Arc<AtomicBool>,
-    /// While set, SIGINT ends the process on the spot.
+    /// While set, SIGINT ends the process immediately.
     is_interruptible: Arc<AtomicBool>,
     /// Readable from the request on; never read, so that every waiter wakes.
     readable: UnixStream,
@@ -29,7 +29,7 @@ struct State {
 }
 
 impl Shutdown {
-    /// Catches SIGINT, SIGTERM and SIGHUP from now on.
+    /// Installs the handlers of SIGINT, SIGTERM and SIGHUP.
     pub fn install() -> std::io::Result<Self> {
         let shutdown = Self::manual()?;
         let is_interruptible = Arc::clone(&shutdown.state.is_interruptible);
@@ -42,7 +42,7 @@ impl Shutdown {
         Ok(shutdown)
     }
 
-    /// A handle that only [`Shutdown::request`] raises, for threads and tests.
+    /// A handle without signals, set by [`Shutdown::request`], for threads and tests.
     pub fn manual() -> std::io::Result<Self> {
         let (readable, writable) = UnixStream::pair()?;
         writable.set_nonblocking(true)?;
@@ -57,15 +57,14 @@ impl Shutdown {
         })
     }
 
-    /// Asks to stop, as a signal would.
+    /// Requests a shutdown, like a signal.
     pub fn request(&self) {
         self.state.requested.store(true, Ordering::SeqCst);
         // A full pipe is readable already, which is all that is wanted.
         let _ = (&self.state.writable).write(&[0]);
     }
 
-    /// Does what cannot be asked on its way whether it shall stop: Ctrl-C ends the process during it, with
-    /// [`Exit::Interrupted`] and without any clearing up.
+    /// Runs work that does not check for shutdown: Ctrl-C ends the process during it, with [`Exit::Interrupted`] and without cleanup.
     pub fn interruptible<T>(&self, work: impl FnOnce() -> T) -> T {
         self.state.is_interruptible.store(true, Ordering::SeqCst);
         let done = work();
@@ -73,12 +72,12 @@ impl Shutdown {
         done
     }
 
-    /// Whether the process shall stop.
+    /// Whether a shutdown is requested.
     pub fn is_requested(&self) -> bool {
         self.state.requested.load(Ordering::SeqCst)
     }
 
-    /// Sleeps for at most `timeout` and returns early, with `true`, when the process shall stop.
+    /// Sleeps for at most `timeout` and returns early, with `true`, on a shutdown request.
     pub fn wait(&self, timeout: Duration) -> bool {
         let deadline = Instant::now() + timeout;
         while !self.is_requested() {

@@ -1,4 +1,4 @@
-//! A recorded site: one folder a camera, in the EuRoC ASL layout, with pictures or with detections.
+//! A recording: one folder per camera, in the EuRoC ASL layout, with images or detections.
 
 use crate::data_csv::read_data_csv;
 use crate::detections::{DetectedTag, DetectionsLine};
@@ -14,7 +14,7 @@ pub struct Dataset {
     cameras: Vec<CameraRecording>,
 }
 
-/// What one camera recorded, in the order of time.
+/// The recording of one camera, in order of time.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CameraRecording {
     /// The camera: the folder's name.
@@ -26,24 +26,24 @@ pub struct CameraRecording {
 /// One image of one camera.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Row {
-    /// Who took it.
+    /// Id of the camera.
     pub camera: CameraId,
     /// Middle of the exposure by the camera's clock, ns since the Unix epoch.
     pub capture_ns: u64,
-    /// When it reached the fusion node, by that node's clock; the capture time where the recording does not say.
+    /// Arrival at the fusion node, by its clock; the capture time if not recorded.
     pub arrival_ns: u64,
-    /// Whether the recording states the arrival.
+    /// Whether the arrival is recorded.
     pub arrival_stated: bool,
-    /// What was recorded of it.
+    /// Its image file or detections.
     pub frame: Frame,
 }
 
-/// What was recorded of an image.
+/// Recorded data of an image.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Frame {
-    /// The picture itself: an existing file.
+    /// An image file, which exists.
     Picture(PathBuf),
-    /// What a detector saw in it.
+    /// Detections.
     Detections(Vec<DetectedTag>),
 }
 
@@ -79,7 +79,7 @@ impl Dataset {
         &self.cameras
     }
 
-    /// Every image of every camera as they arrived: by arrival, ties by capture time, then by camera.
+    /// All images of all cameras in order of arrival, then capture time, then camera.
     pub fn rows_by_arrival(&self) -> Vec<&Row> {
         let mut rows: Vec<&Row> = self.cameras.iter().flat_map(|c| &c.rows).collect();
         rows.sort_by(|a, b| {

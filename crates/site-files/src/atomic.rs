@@ -1,15 +1,15 @@
-//! A file that is at every moment, also after a power cut, either the old one or the new one.
+//! Atomic writing: a file is the old one or the new one at every moment, also after a power cut.
 
 use crate::error::FileError;
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-/// Writes a file whole or not at all: a temporary one beside it, flushed to the disk, then renamed over it. A symbolic link
-/// stays one, and the permissions of an existing file stay.
+/// Writes a file atomically: writes a temporary file beside it, flushes it to disk, and renames it. A symbolic link remains a link, and
+/// the permissions of an existing file are kept.
 ///
 /// # Errors
-/// What the system refuses; the old file is then untouched and the temporary one gone.
+/// An I/O error; the old file is then unchanged and the temporary one removed.
 pub fn write_atomically(path: &Path, content: &[u8]) -> Result<(), FileError> {
     let unwritable = |source| FileError::Unwritable {
         path: path.to_owned(),
@@ -50,10 +50,10 @@ pub fn write_keeping_former(path: &Path, content: &[u8]) -> Result<(), FileError
     write_atomically(path, content)
 }
 
-/// Takes a file away: it becomes the newest of its former versions.
+/// Removes a file, which becomes its newest former version.
 ///
 /// # Errors
-/// What the system refuses.
+/// An I/O error.
 pub fn retire(path: &Path) -> Result<(), FileError> {
     let retired = make_room_for_former(path).and_then(|()| fs::rename(path, former_of(path)));
     retired.map_err(|source| FileError::Unwritable {
@@ -62,12 +62,12 @@ pub fn retire(path: &Path) -> Result<(), FileError> {
     })
 }
 
-/// Where the newest former version of a file is kept: `rig.toml.former`.
+/// Path of the newest former version of a file: `rig.toml.former`.
 pub fn former_of(path: &Path) -> PathBuf {
     former_version(path, 1)
 }
 
-/// Where a former version is kept, 1 being the newest: `rig.toml.former`, `rig.toml.former.2`, up to [`FORMER_VERSIONS`].
+/// Path of a former version, 1 being the newest: `rig.toml.former`, `rig.toml.former.2`, up to [`FORMER_VERSIONS`].
 pub fn former_version(path: &Path, number: usize) -> PathBuf {
     let mut name = path.as_os_str().to_owned();
     name.push(".former");
@@ -77,7 +77,7 @@ pub fn former_version(path: &Path, number: usize) -> PathBuf {
     name.into()
 }
 
-/// Renumbers the former versions, so that the newest place is free; the oldest is overwritten.
+/// Renumbers the former versions to make room for the newest; the oldest is overwritten.
 fn make_room_for_former(path: &Path) -> io::Result<()> {
     for number in (1..FORMER_VERSIONS).rev() {
         let (newer, older) = (

@@ -1,4 +1,4 @@
-//! Saving without a person who names the file: a file is replaced only if it is another version of the same thing.
+//! Automatic saving: a file is replaced only by another version of the same rig or object.
 //!
 //! Former versions stay beside it, as [`crate::write_keeping_former`] keeps them.
 
@@ -13,16 +13,16 @@ use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
-/// Where an object is kept that has no file yet, relative to the site's folder: `objects/<id>.toml`. No other file of a site is
-/// in that folder, whatever the object is called.
+/// Path of a new object, relative to the folder of the site: `objects/<id>.toml`. That folder has no other files of a site, whatever
+/// the id of the object.
 pub fn object_file(id: &ObjectId) -> PathBuf {
     format!("objects/{id}.toml").into()
 }
 
-/// Writes a rig's file, unless something else than a rig file of ours is there.
+/// Writes a rig file, unless another kind of file is there.
 ///
 /// # Errors
-/// [`FileError::Occupied`], or what the system refuses; the old file is then untouched.
+/// [`FileError::Occupied`], or an I/O error; the old file is then unchanged.
 pub fn keep_rig(path: &Path, rig: &Rig) -> Result<(), FileError> {
     if exists(path)? {
         let is_rig = match is_foreign(path) {
@@ -36,10 +36,10 @@ pub fn keep_rig(path: &Path, rig: &Rig) -> Result<(), FileError> {
     write_keeping_former(path, rig_toml(rig).as_bytes())
 }
 
-/// Writes an object's file, unless something else than a file of that object is there; its folder is made if it is missing.
+/// Writes an object file, unless another kind of file or object is there; creates its folder if it is missing.
 ///
 /// # Errors
-/// [`FileError::Occupied`], or what the system refuses; the old file is then untouched.
+/// [`FileError::Occupied`], or an I/O error; the old file is then unchanged.
 pub fn keep_object(path: &Path, object: &ObjectModel) -> Result<(), FileError> {
     if exists(path)? {
         check_object(path, object.id())?;
@@ -49,10 +49,10 @@ pub fn keep_object(path: &Path, object: &ObjectModel) -> Result<(), FileError> {
     write_keeping_former(path, object_toml(object).as_bytes())
 }
 
-/// Takes an object's file away, which stays as its newest former version. A file of something else stays where it is.
+/// Removes an object file and keeps it as the newest former version. Other files are left alone.
 ///
 /// # Errors
-/// What the system refuses.
+/// An I/O error.
 pub fn retire_object(path: &Path, id: &ObjectId) -> Result<(), FileError> {
     if !exists(path)? || check_object(path, id).is_err() {
         return Ok(());
@@ -69,7 +69,7 @@ fn check_object(path: &Path, id: &ObjectId) -> Result<(), FileError> {
     Err(occupied(path, format!("object {id}"), cause))
 }
 
-/// Whether anything has that name, be it a link to nowhere.
+/// Whether the path exists, also as a dangling link.
 fn exists(path: &Path) -> Result<bool, FileError> {
     match fs::symlink_metadata(path) {
         Ok(_) => Ok(true),

@@ -54,7 +54,7 @@ impl TagCorners {
 /// The tags of one image.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ImageObservation {
-    /// Who took it.
+    /// Id of the camera.
     pub camera: CameraId,
     /// Middle of the exposure by the camera's clock, in ns since the Unix epoch.
     pub capture_ns: u64,

@@ -1,4 +1,4 @@
-//! From the detections of an image to its message.
+//! Observation messages from detections.
 
 use nalgebra::Point2;
 use sextant_apriltag::Detection;
@@ -13,7 +13,7 @@ use sextant_proto::{
 
 use super::models::Models;
 
-/// The message of an image, its timing still empty. Of more tags than a message takes the first go.
+/// The message of an image, without its timing. It contains the first tags that fit into a message.
 pub(super) fn observations(
     header: &ImageHeader,
     detections: &[Detection],
@@ -37,7 +37,7 @@ pub(super) fn observations(
     }
 }
 
-/// When the image passed the stages, in the camera's clock.
+/// Times at which the image passed the stages, by the clock of the camera.
 pub(super) fn stamp(message: &mut Observations, header: &ImageHeader, received_ns: u64) {
     let in_camera_clock = |host_ns: u64| host_ns.saturating_add_signed(header.clock_offset_ns);
     let now = in_camera_clock(now_ns());

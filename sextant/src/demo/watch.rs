@@ -20,9 +20,9 @@ use std::time::{Duration, Instant};
 
 /// Period of polling the children and the stop signal.
 const GLANCE: Duration = Duration::from_millis(50);
-/// The truth is for eyes: ten times a second per object.
+/// Period of publishing the truth, which is for display only.
 const TRUTH_PERIOD_NS: u64 = 100_000_000;
-/// After the children were asked to stop, their last words arrive within this.
+/// Time in which the last messages of stopped children arrive.
 const LAST_WORDS: Duration = Duration::from_millis(300);
 
 /// A camera in the summary.
@@ -56,10 +56,10 @@ struct TruthOutlet {
 }
 
 impl<'a> Watch<'a> {
-    /// Begins to count now.
+    /// Starts the watch.
     ///
     /// # Errors
-    /// When the network session has ended.
+    /// If the network session has ended.
     pub fn start(
         bus: &Bus,
         keys: &Keys,
@@ -102,10 +102,10 @@ impl<'a> Watch<'a> {
         })
     }
 
-    /// Watches until the duration is over or a stop is wanted.
+    /// Watches until the duration is over or a stop is requested.
     ///
     /// # Errors
-    /// When a child ends, or the network session.
+    /// If a child or the network session ends.
     pub fn until_end(
         &mut self,
         duration: Option<Duration>,
@@ -178,7 +178,7 @@ impl<'a> Watch<'a> {
         self.publish_truth(message, &truth)
     }
 
-    /// The links of an object count in place of its pose, which is that of their base.
+    /// Scores the links of an articulated object instead of its pose, which is that of its base.
     fn take_links(&mut self, message: &ObjectLinks) {
         let Some(body) = self.body(&message.object) else {
             return;
@@ -232,7 +232,7 @@ impl<'a> Watch<'a> {
     }
 }
 
-/// The names under which a body is scored: its own, or those of its links.
+/// Names of the scores of a body: its own, or those of its links.
 fn names(body: Body<'_>) -> Vec<String> {
     let links: Vec<String> = body
         .links()

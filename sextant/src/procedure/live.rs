@@ -1,4 +1,4 @@
-//! The images of a running site: the same observations that the fusion node gets, taken in until there is enough or Ctrl-C.
+//! Images of a running site: the observations that the fusion node gets, until there are enough or Ctrl-C.
 
 use super::ImageSelection;
 use super::telling::Teller;
@@ -13,33 +13,33 @@ use sextant_zenoh_bus::{DropRule, Subscription};
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 
-/// Messages that wait while a picture is drawn or a solution sought; the oldest give way.
+/// Most queued messages while a display is drawn or a solution computed; the oldest are dropped.
 const QUEUE: usize = 2048;
 /// Longest delay until Ctrl-C has an effect.
 const GLANCE: Duration = Duration::from_millis(50);
-/// A camera that has been silent for so long is named.
+/// Silence after which a camera is reported.
 const SILENT: Duration = Duration::from_secs(5);
 /// Growth of the number of images before another attempt after a failed solution.
 const MORE_IMAGES: f64 = 1.3;
-/// Cameras that are kept account of; a site has fewer.
+/// Most tracked cameras; a site has fewer.
 const MOST_CAMERAS: usize = 256;
 
-/// A running site's images.
+/// Images of a running site.
 pub struct Live {
     site: Site,
     messages: Subscription,
     router: RouterWatch,
     teller: Teller,
-    /// When each camera was last heard, and the size of its pictures.
+    /// Time of the last message and resolution of each camera.
     heard: BTreeMap<CameraId, (Instant, [u32; 2])>,
     since: Instant,
 }
 
 impl Live {
-    /// Listens to every camera of a site.
+    /// Subscribes to every camera of a site.
     ///
     /// # Errors
-    /// A network that does not let us.
+    /// A failed subscription.
     pub fn open(site: Site, format: Format) -> anyhow::Result<Self> {
         let messages = site.bus.subscribe(
             &site.keys.all_observations(),
@@ -60,7 +60,7 @@ impl Live {
     /// Waits for the first image of a camera and returns its resolution, width and height.
     ///
     /// # Errors
-    /// [`Exit::Interrupted`] when it is ended before.
+    /// [`Exit::Interrupted`] if it is stopped before.
     pub fn resolution_of(&mut self, camera: &CameraId) -> anyhow::Result<[u32; 2]> {
         while !self.site.shutdown.is_requested() {
             self.next();
@@ -75,11 +75,11 @@ impl Live {
         bail!(interrupted(self.silence(camera)))
     }
 
-    /// Takes images in until there is enough or Ctrl-C, and solves; Ctrl-C while it solves gives up. What cannot be solved yet
-    /// is said, and goes on.
+    /// Handles images until there are enough or Ctrl-C, and solves; Ctrl-C during the solution gives up. If the images are not
+    /// sufficient yet, it reports that and continues.
     ///
     /// # Errors
-    /// [`Exit::Interrupted`] where Ctrl-C came before anything was seen, [`Exit::Input`] where what was seen gives no result.
+    /// [`Exit::Interrupted`] for Ctrl-C before any detection, [`Exit::Input`] if the images give no result.
     pub fn outcome(
         mut self,
         mut procedure: Procedure,
@@ -131,7 +131,7 @@ impl Live {
         Ok(())
     }
 
-    /// The next image, if one comes soon; messages that are none are passed over.
+    /// The next image, if one arrives soon; invalid messages are ignored.
     fn next(&mut self) -> Option<(ImageObservation, [u32; 2])> {
         let item = self.messages.recv_timeout(GLANCE)?;
         let message: Observations = decode(item.bytes()?).ok()?;
@@ -143,7 +143,7 @@ impl Live {
         Some((ImageObservation::from(&message), resolution))
     }
 
-    /// What is wrong with the network and the cameras, in words.
+    /// Remarks on the network and the cameras.
     fn remarks(&mut self, procedure: &Procedure, looking: &ImageSelection) -> Vec<String> {
         if self.router.silent_s(&self.site.bus).is_some() {
             return vec!["the router does not answer; waiting for it".to_owned()];
@@ -182,7 +182,7 @@ fn interrupted(cause: String) -> Failure {
     Failure::new(Exit::Interrupted, anyhow!(cause))
 }
 
-/// A lens holds for one size of pictures only.
+/// Checks the resolution, since a lens is valid for one resolution only.
 fn check_resolution(
     looking: &ImageSelection,
     camera: &CameraId,

@@ -7,11 +7,11 @@ use sextant_process::terminal;
 use std::io::{self, IsTerminal, Write};
 use std::time::{Duration, Instant};
 
-/// Between two drawings of the block.
+/// Least time between two drawings of the block.
 const REDRAWN: Duration = Duration::from_millis(250);
-/// Between two lines.
+/// Least time between two lines.
 const SPOKEN: Duration = Duration::from_secs(1);
-/// A line is worth another when so much has been added.
+/// Progress after which another line is printed.
 const STEP: f64 = 0.05;
 
 /// Displays progress.
@@ -30,7 +30,7 @@ enum Manner {
 }
 
 impl Teller {
-    /// For this output.
+    /// A display for this output format.
     pub fn new(format: Format) -> Self {
         let is_dumb = std::env::var("TERM").is_ok_and(|term| term == "dumb");
         Self {
@@ -45,15 +45,15 @@ impl Teller {
         }
     }
 
-    /// Whether it is time to look at the progress again.
+    /// Whether the next update is due.
     pub fn is_due(&self) -> bool {
         Instant::now() >= self.due
     }
 
-    /// Shows how far things are, with remarks on the cameras.
+    /// Shows progress, with remarks on the cameras.
     ///
     /// # Errors
-    /// An output that takes nothing any more.
+    /// A closed output.
     pub fn show(&mut self, progress: &Progress, remarks: &[String]) -> anyhow::Result<()> {
         let period = match self.manner {
             Manner::Block(_) => REDRAWN,
@@ -90,7 +90,7 @@ impl Teller {
     /// Prints a line about the whole procedure, below the block.
     ///
     /// # Errors
-    /// An output that takes nothing any more.
+    /// A closed output.
     pub fn say(&mut self, words: &str) -> io::Result<()> {
         match &mut self.manner {
             Manner::Block(drawn) => {
@@ -138,7 +138,7 @@ fn draw(standing: usize, lines: &[String]) -> io::Result<usize> {
     Ok(shown)
 }
 
-/// A line as those that fit, broken between words where there are some.
+/// Breaks a line into lines that fit, between words if possible.
 fn wrapped(line: &str, columns: usize) -> Vec<String> {
     let letters: Vec<char> = line.chars().collect();
     let columns = columns.max(8);

@@ -43,7 +43,7 @@ impl PosesFile {
     /// Writes the poses, whole or not at all.
     ///
     /// # Errors
-    /// What the system refuses.
+    /// An I/O error.
     pub fn write(&self, poses: &[ObjectEstimate]) -> anyhow::Result<()> {
         let mut text = String::new();
         for pose in poses {
