@@ -22,7 +22,7 @@ pub(crate) fn run(config: &CameraNodeConfig, shutdown: &Shutdown) -> anyhow::Res
         opened => opened.exit_with(Exit::Unavailable)?,
     };
     tracing::info!(camera = %config.camera, width, height, "capturing");
-    let mut lender = Lender {
+    let mut lender = SlotWriter {
         images,
         stream: now_ns(),
         resolution: [width, height],
@@ -33,14 +33,14 @@ pub(crate) fn run(config: &CameraNodeConfig, shutdown: &Shutdown) -> anyhow::Res
         .with_context(|| format!("camera {}", config.camera))
 }
 
-struct Lender {
+struct SlotWriter {
     images: ImagePublisher,
     stream: u64,
     resolution: [u16; 2],
     bytes: usize,
 }
 
-impl Lender {
+impl SlotWriter {
     fn lend_all(
         &mut self,
         source: &mut dyn ImageSource,

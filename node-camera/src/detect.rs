@@ -4,9 +4,9 @@ mod finder;
 mod inspection;
 mod models;
 mod observe;
+mod outbound;
 mod sizes;
 mod statistics;
-mod wire;
 
 use std::thread;
 use std::time::{Duration, Instant};
@@ -22,8 +22,8 @@ use sextant_zenoh_bus::{Bus, BusError, HeldName, Latest, Publisher, Qos};
 use self::finder::Finder;
 use self::inspection::Inspection;
 use self::models::Models;
+use self::outbound::Outbound;
 use self::statistics::Statistics;
-use self::wire::Wire;
 use crate::config::CameraNodeConfig;
 use crate::preview;
 
@@ -82,7 +82,7 @@ fn detect_all(
     while !shutdown.is_requested() {
         fail_point!("detect");
         watchdog::feed();
-        let wait = part.wire.wait_at_most(LONGEST_WAIT, now_ns());
+        let wait = part.outbound.wait_at_most(LONGEST_WAIT, now_ns());
         if let Some(image) = images.wait(wait).exit_with(Exit::Unavailable)? {
             part.take(&image)?;
         }
@@ -120,7 +120,7 @@ struct DetectPart {
     inspection: Inspection,
     models: Models,
     statistics: Statistics,
-    wire: Wire,
+    outbound: Outbound,
     observations: Publisher<Observations>,
     inspections: Publisher<DetectionReport>,
     status: Latest<CameraStatus>,
@@ -138,7 +138,7 @@ impl DetectPart {
             inspection: Inspection::new(),
             models: Models::watch(bus, &keys, camera)?,
             statistics: Statistics::new(camera.clone()),
-            wire: Wire::of(&config.source, camera).exit_with(Exit::Input)?,
+            outbound: Outbound::of(&config.source, camera).exit_with(Exit::Input)?,
             observations: bus.publisher(&keys.observations(camera), Qos::Observation)?,
             inspections: bus.publisher(&keys.detection_report(camera), Qos::Status)?,
             status: bus.latest_publisher(&keys.camera_status(camera), Qos::Status)?,
@@ -174,7 +174,7 @@ impl DetectPart {
         let mut message = observe::observations(&header, detections, &self.models);
         observe::stamp(&mut message, &header, received_ns);
         self.statistics.detected(&header, detecting_ns);
-        if let Some(message) = self.wire.send(message, now_ns()) {
+        if let Some(message) = self.outbound.send(message, now_ns()) {
             self.publish(&message)?;
         }
         if is_inspected {
@@ -197,7 +197,7 @@ impl DetectPart {
 
     /// What has come through a simulated network by now.
     fn publish_arrived(&mut self) -> anyhow::Result<()> {
-        while let Some(message) = self.wire.receive(now_ns()) {
+        while let Some(message) = self.outbound.receive(now_ns()) {
             self.publish(&message)?;
         }
         Ok(())

@@ -1,17 +1,17 @@
 //! `sextant check`: are these files right, before anything runs with them.
 
+mod cross_checks;
 mod dataset;
 mod file;
-mod together;
 
 use crate::config::ConfigKind;
 use crate::output::{Format, print_line};
 use anyhow::bail;
 use clap::Args;
+pub use cross_checks::CrossChecks;
 use serde_json::json;
 use sextant_process::{Exit, Failure};
 use std::path::{Path, PathBuf};
-pub use together::Together;
 
 /// Arguments of `sextant check`.
 #[derive(Args, Debug)]
@@ -34,7 +34,7 @@ pub struct CheckArguments {
 /// # Errors
 /// [`Exit::Input`] when anything is wrong.
 pub fn run(arguments: &CheckArguments, format: Format) -> anyhow::Result<()> {
-    let mut together = Together::default();
+    let mut together = CrossChecks::default();
     let mut wrong = 0_usize;
     for path in &arguments.files {
         let found = check_path(path, arguments.kind, &mut together);
@@ -79,7 +79,7 @@ pub fn run(arguments: &CheckArguments, format: Format) -> anyhow::Result<()> {
 ///
 /// # Errors
 /// What is wrong with it.
-pub fn check_path(path: &Path, stated: Option<ConfigKind>, together: &mut Together) -> Found {
+pub fn check_path(path: &Path, stated: Option<ConfigKind>, together: &mut CrossChecks) -> Found {
     if path.is_dir() {
         dataset::check(path, together)
     } else {

@@ -133,7 +133,7 @@ enum RemoveTarget {
 #[command(args_conflicts_with_subcommands = true)]
 pub struct RevertArguments {
     #[command(subcommand)]
-    what: Option<Former>,
+    what: Option<RevertScope>,
     #[command(flatten)]
     last: LastArguments,
 }
@@ -149,7 +149,7 @@ pub struct LastArguments {
 }
 
 #[derive(Subcommand, Debug)]
-enum Former {
+enum RevertScope {
     /// The last change of the rig, however long ago.
     Rig {
         #[command(flatten)]
@@ -168,8 +168,8 @@ impl RevertArguments {
     fn run(&self, format: Format) -> anyhow::Result<()> {
         let (what, how) = match &self.what {
             None => (RevertTarget::Last, &self.last),
-            Some(Former::Rig { how }) => (RevertTarget::Rig, how),
-            Some(Former::Object { id, how }) => (RevertTarget::Object(id.clone()), how),
+            Some(RevertScope::Rig { how }) => (RevertTarget::Rig, how),
+            Some(RevertScope::Object { id, how }) => (RevertTarget::Object(id.clone()), how),
         };
         refinement::revert(&what, Run::dry(how.dry_run), &how.site, format)
     }

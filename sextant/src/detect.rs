@@ -14,7 +14,7 @@ use sextant_estimator::{Camera, CameraId};
 use sextant_process::{Exit, Failure, WithExit};
 use sextant_site_files::read_rig;
 use sextant_tag_families::Family;
-use sight::{Sight, detect, follow};
+use sight::{DetectedImage, detect, follow};
 use std::io::{self, BufRead, BufReader};
 use std::path::{Path, PathBuf};
 
@@ -116,7 +116,7 @@ fn detect_each(
     format: Format,
 ) -> anyhow::Result<()> {
     let (mut total, mut failed) = (0_usize, 0_usize);
-    let take = |sight: anyhow::Result<Sight>| {
+    let take = |sight: anyhow::Result<DetectedImage>| {
         total += 1;
         match sight {
             Ok(sight) => print_line(&print::of(&sight, format))?,

@@ -5,7 +5,7 @@
 mod machine;
 mod site;
 
-use crate::check::{Together, check_path};
+use crate::check::{CrossChecks, check_path};
 use crate::output::{Format, print_line};
 use crate::site::SiteArguments;
 use anyhow::bail;
@@ -124,7 +124,7 @@ pub fn run(arguments: &DoctorArguments, format: Format) -> anyhow::Result<()> {
 }
 
 fn files(paths: &[PathBuf]) -> Vec<Finding> {
-    let mut together = Together::default();
+    let mut together = CrossChecks::default();
     let mut findings = Vec::new();
     for path in paths {
         let name = path.display();

@@ -1,6 +1,6 @@
 //! `sextant echo`: messages of a site as they come.
 
-use crate::message_text::{ForPrograms, text_of};
+use crate::message_text::{JsonMessage, text_of};
 use crate::output::{Format, print_line};
 use crate::site::{RouterWatch, SiteArguments};
 use crate::words;
@@ -95,7 +95,7 @@ struct Line<'a> {
     key: &'a str,
     received_ns: u64,
     #[serde(skip_serializing_if = "Option::is_none")]
-    message: Option<ForPrograms<'a>>,
+    message: Option<JsonMessage<'a>>,
     #[serde(skip_serializing_if = "Option::is_none")]
     error: Option<&'a str>,
 }
@@ -111,7 +111,7 @@ fn line_of(item: &Item, format: Format) -> String {
             let line = Line {
                 key: &item.key,
                 received_ns: now,
-                message: message.as_ref().ok().map(ForPrograms::from),
+                message: message.as_ref().ok().map(JsonMessage::from),
                 error: message.as_ref().err().map(String::as_str),
             };
             // Numbers, names and enums: there is nothing that JSON could refuse.

@@ -45,7 +45,7 @@ pub struct LearnArguments {
     /// Edge of the black squares of the tags, metres. Without --tags also NUMBER:METRES for one measured tag; the other sizes follow
     /// from it.
     #[arg(long, value_name = "METRES", value_parser = tag_or_all)]
-    size: Option<SizeOf>,
+    size: Option<SizeScope>,
     /// Number of a tag of the object, if several things move and --tags is not given.
     #[arg(long, value_name = "NUMBER", conflicts_with_all = ["tags", "from"])]
     around: Option<u32>,
@@ -91,12 +91,12 @@ fn size(text: &str) -> Result<f64, String> {
 
 /// The tags that a size applies to.
 #[derive(Clone, Copy, Debug)]
-enum SizeOf {
+enum SizeScope {
     All(f64),
     One(u32, f64),
 }
 
-impl SizeOf {
+impl SizeScope {
     fn of(self, tag: u32) -> Option<f64> {
         match self {
             Self::All(size_m) => Some(size_m),
@@ -105,13 +105,13 @@ impl SizeOf {
     }
 }
 
-fn tag_or_all(text: &str) -> Result<SizeOf, String> {
+fn tag_or_all(text: &str) -> Result<SizeScope, String> {
     match text.split_once(':') {
-        None => size(text).map(SizeOf::All),
+        None => size(text).map(SizeScope::All),
         Some((id, own)) => {
             let id = id.trim().parse();
             let id = id.map_err(|_| "write METRES, or NUMBER:METRES such as 3:0.05".to_owned())?;
-            Ok(SizeOf::One(id, size(own)?))
+            Ok(SizeScope::One(id, size(own)?))
         }
     }
 }
@@ -230,11 +230,11 @@ fn discovery(arguments: &LearnArguments) -> DiscoveryPlan {
         object: arguments.id.clone(),
         families: vec![arguments.family],
         size_m: match arguments.size {
-            Some(SizeOf::All(size_m)) => Some(size_m),
+            Some(SizeScope::All(size_m)) => Some(size_m),
             _ => None,
         },
         sizes: match arguments.size {
-            Some(SizeOf::One(id, size_m)) => vec![(tag(id), size_m)],
+            Some(SizeScope::One(id, size_m)) => vec![(tag(id), size_m)],
             _ => Vec::new(),
         },
         around: arguments.around.map(tag),

@@ -12,7 +12,7 @@ use sextant_proto::{
 /// A message as JSON for programs: as in the contract, but with the length of a preview in place of its image.
 #[derive(Serialize)]
 #[serde(untagged)]
-pub enum ForPrograms<'a> {
+pub enum JsonMessage<'a> {
     /// Anything but a preview.
     Whole(&'a AnyMessage),
     /// A preview.
@@ -35,7 +35,7 @@ pub enum ForPrograms<'a> {
     },
 }
 
-impl<'a> From<&'a AnyMessage> for ForPrograms<'a> {
+impl<'a> From<&'a AnyMessage> for JsonMessage<'a> {
     fn from(message: &'a AnyMessage) -> Self {
         match message {
             AnyMessage::Preview(preview) => Self::Preview {

@@ -3,8 +3,8 @@
 
 mod block;
 mod live;
+mod progress_display;
 mod recording;
-mod telling;
 
 pub use live::Live;
 pub use recording::wrong;

@@ -19,7 +19,7 @@ pub struct Demo {
 }
 
 /// How a demo ended.
-pub struct Ended {
+pub struct DemoOutcome {
     /// Its exit status.
     pub status: ExitStatus,
     /// Its last line.
@@ -83,12 +83,12 @@ impl Demo {
     /// # Panics
     /// When the demo's last line is no JSON.
     #[must_use]
-    pub fn wait(mut self) -> Ended {
+    pub fn wait(mut self) -> DemoOutcome {
         let mut summary = Value::Null;
         while let Some(line) = next_json(&mut self.stdout) {
             summary = line;
         }
-        Ended {
+        DemoOutcome {
             status: self.child.wait().expect("the demo can be waited for"),
             summary,
         }

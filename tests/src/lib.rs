@@ -13,7 +13,7 @@ mod traces;
 mod unit_view;
 mod workshop;
 
-pub use demo::{Demo, Ended, send};
+pub use demo::{Demo, DemoOutcome, send};
 pub use fused_site::{FusedSite, PATIENCE};
 pub use program::{sextant, workspace_root};
 pub use scene::{Scene, changed, place, tag_of};

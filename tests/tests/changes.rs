@@ -13,13 +13,13 @@ use std::process::Output;
 use std::time::{Duration, Instant};
 use system_tests::{FusedSite, PATIENCE, Scene, changed};
 
-struct Watched {
+struct WatchedSite {
     site: FusedSite,
     scene: Scene,
     poses: Subscription,
 }
 
-impl Watched {
+impl WatchedSite {
     /// A site of two cubes, both tracked.
     fn start(more: &str) -> Self {
         let scene = Scene::new(3, &["box", "cube", "ball"]);
@@ -86,7 +86,7 @@ fn said(output: &Output) -> String {
 
 #[test]
 fn objects_come_change_and_go_and_the_others_go_on() {
-    let mut watched = Watched::start("");
+    let mut watched = WatchedSite::start("");
     let ball = watched.scene.objects[2].clone();
     let output = watched.set("ball", &ball);
     assert!(output.status.success(), "{}", said(&output));
@@ -128,7 +128,7 @@ fn objects_come_change_and_go_and_the_others_go_on() {
 
 #[test]
 fn a_refused_change_leaves_everything_as_it_was_and_is_named() {
-    let mut watched = Watched::start("");
+    let mut watched = WatchedSite::start("");
     let before = watched.objects();
     let configs = watched.site.listen(&watched.site.keys.all_config_objects());
     // The tags of the cube, claimed by another object.
@@ -172,7 +172,7 @@ fn a_refused_change_leaves_everything_as_it_was_and_is_named() {
 
 #[test]
 fn kept_changes_survive_a_restart() {
-    let mut watched = Watched::start("keep_changes = true");
+    let mut watched = WatchedSite::start("keep_changes = true");
     let ball = watched.scene.objects[2].clone();
     let output = watched.set("ball", &ball);
     assert!(
@@ -194,7 +194,7 @@ fn kept_changes_survive_a_restart() {
 
     let former = std::fs::read_to_string(watched.site.path("rig.toml.former")).expect("it is kept");
     assert!(former.contains("cam2"));
-    let Watched { site, poses, .. } = watched;
+    let WatchedSite { site, poses, .. } = watched;
     drop(poses);
     let site = site.restarted();
     let status = site.await_status(|_| true);
@@ -215,7 +215,7 @@ fn kept_changes_survive_a_restart() {
 /// Deviations, line delays and stamps are set, got, kept and handed on; a message that says nothing of them leaves them.
 #[test]
 fn what_files_state_travels_and_stays() {
-    let watched = Watched::start("keep_changes = true");
+    let watched = WatchedSite::start("keep_changes = true");
     let (rig, object) = stated(&watched.scene);
     let files = ["new-rig.toml", "new-cube.toml"].map(|name| watched.site.path(name));
     write_rig(&files[0], &rig).expect("the folder can be written");
@@ -253,7 +253,7 @@ fn what_files_state_travels_and_stays() {
         .await_status(|status| status.cameras.len() == 2);
     let held = two.holding_on_to(&rig);
     assert_eq!(command(&["config", "get", "rig"]), rig_toml(&held).trim());
-    let Watched { site, poses, .. } = watched;
+    let WatchedSite { site, poses, .. } = watched;
     drop(poses);
     let site = site.restarted();
     let kept = site.run_command(&["config", "get", "rig"]);
@@ -321,7 +321,7 @@ link_from_tag = { position = [0, 0, 0], orientation = [0, 0, 0, 1] }
 
 #[test]
 fn an_object_of_links_comes_is_said_and_goes() {
-    let watched = Watched::start("");
+    let watched = WatchedSite::start("");
     let file = watched.site.path("arm.toml");
     std::fs::write(&file, ARM).expect("the folder can be written");
     let file = file.display().to_string();

@@ -15,7 +15,7 @@ use std::time::{Duration, Instant};
 use system_tests::{FusedSite, PATIENCE, Scene, send, sextant};
 
 /// A site whose cameras see one box, and a command that follows it.
-struct Followed {
+struct FollowedSite {
     site: FusedSite,
     scene: Scene,
     box_: ObjectModel,
@@ -29,7 +29,7 @@ struct Running {
     complained: PathBuf,
 }
 
-impl Followed {
+impl FollowedSite {
     fn start() -> Self {
         let scene = Scene::new(3, &["box"]);
         let site = FusedSite::start(&scene.rig, &scene.objects, "");
@@ -134,7 +134,7 @@ fn turned(seconds: f64) -> Pose {
 
 #[test]
 fn an_object_turned_before_the_cameras_is_discovered_and_learned() {
-    let mut followed = Followed::start();
+    let mut followed = FollowedSite::start();
     fs::write(followed.site.path("found.toml"), "former").expect("a file");
     let mut running =
         followed.run("learn --rig rig.toml --size 0.04 --id box --origin tag:0 --out found.toml");
@@ -165,7 +165,7 @@ fn an_object_turned_before_the_cameras_is_discovered_and_learned() {
 
 #[test]
 fn cameras_are_placed_while_an_object_is_carried() {
-    let mut followed = Followed::start();
+    let mut followed = FollowedSite::start();
     let mut running = followed.run("calibrate rig --rig lenses.toml --object known.toml --json");
     let status = followed.until_end(&mut running, carried);
     let words = running.words();
@@ -198,7 +198,7 @@ fn cameras_are_placed_while_an_object_is_carried() {
 
 #[test]
 fn ctrl_c_before_there_is_enough_says_what_is_missing_and_writes_nothing() {
-    let mut followed = Followed::start();
+    let mut followed = FollowedSite::start();
     let mut running = followed
         .run("learn --rig rig.toml --tags 0,1,99 --size 0.04 --id box --out found.toml --strict");
     let deadline = Instant::now() + PATIENCE;
@@ -224,7 +224,7 @@ fn ctrl_c_before_there_is_enough_says_what_is_missing_and_writes_nothing() {
 
 #[test]
 fn ctrl_c_before_any_image_of_use_is_an_interruption() {
-    let mut followed = Followed::start();
+    let mut followed = FollowedSite::start();
     let mut cameras = followed.scene.rig.cameras()[..1].to_vec();
     cameras[0].id = "other".parse().expect("an id");
     write_rig(

@@ -12,13 +12,13 @@ use std::thread::JoinHandle;
 use system_tests::{Demo, send, sextant, workspace_root};
 
 /// A viewer bridge that starts anew whenever it ends, as systemd would have it.
-struct Supervised {
+struct SupervisedBridge {
     stop: Arc<AtomicBool>,
     supervisor: Option<JoinHandle<()>>,
     process_id_file: std::path::PathBuf,
 }
 
-impl Supervised {
+impl SupervisedBridge {
     fn start(folder: &Path) -> Self {
         let (stop, process_id_file) = (Arc::new(AtomicBool::new(false)), folder.join("viewer.pid"));
         let (config, file, stopping) = (
@@ -41,7 +41,7 @@ impl Supervised {
     }
 }
 
-impl Drop for Supervised {
+impl Drop for SupervisedBridge {
     fn drop(&mut self) {
         self.stop.store(true, Ordering::SeqCst);
         let id = fs::read_to_string(&self.process_id_file)
@@ -85,7 +85,7 @@ fn objects_move_outlines_are_drawn_and_the_page_reconnects() {
     let demo = Demo::start(&["--cameras", "2", "--objects", "2"]);
     let folder = tempfile::tempdir().expect("a temporary folder");
     let url = write_config(folder.path(), &demo.connect);
-    let bridge = Supervised::start(folder.path());
+    let bridge = SupervisedBridge::start(folder.path());
     let restart = format!("kill -TERM $(cat {})", bridge.process_id_file.display());
     let status = Command::new("node")
         .args([

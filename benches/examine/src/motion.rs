@@ -25,14 +25,14 @@ impl Wave {
 }
 
 /// Steady acceleration from a pose on; turning is about axes of the world.
-struct Leg {
+struct Segment {
     start_s: f64,
     from: Pose,
     /// Of position, then of rotation: speed and half the acceleration.
     rates: [[Vector3<f64>; 2]; 2],
 }
 
-impl Leg {
+impl Segment {
     fn at(&self, seconds: f64) -> Pose {
         let t = seconds - self.start_s;
         let [moved, turned] = self.rates.map(|[speed, half]| (speed + half * t) * t);
@@ -47,10 +47,10 @@ pub enum Motion {
         spin: Vector3<f64>,
         waves: Box<[Wave; 6]>,
     },
-    Legs(Legs),
+    Segments(Segments),
 }
 
-pub struct Legs(Vec<Leg>);
+pub struct Segments(Vec<Segment>);
 
 impl Motion {
     /// Up to so many m/s and rad/s.
@@ -70,17 +70,17 @@ impl Motion {
     }
 
     pub fn jerky(seconds: f64, random: &mut Random) -> Self {
-        let mut legs = Legs::new(random);
+        let mut legs = Segments::new(random);
         while legs.end_s() < seconds {
             let cruise_s = random.within(0.2, 0.8);
             legs.veer(random.within(0.03, 0.1), cruise_s, random);
             legs.last(cruise_s);
         }
-        Self::Legs(legs)
+        Self::Segments(legs)
     }
 
     pub fn stop_and_go(seconds: f64, random: &mut Random) -> Self {
-        let mut legs = Legs::new(random);
+        let mut legs = Segments::new(random);
         while legs.end_s() < seconds {
             let (ramp_s, cruise_s) = (random.within(0.05, 0.3), random.within(0.2, 0.7));
             legs.veer(ramp_s, cruise_s, random);
@@ -88,12 +88,12 @@ impl Motion {
             legs.accelerate([Vector3::zeros(); 2], ramp_s);
             legs.last(random.within(0.3, 1.5));
         }
-        Self::Legs(legs)
+        Self::Segments(legs)
     }
 
     /// Free fall, bounces 0.25 m below the middle, and throws.
     pub fn thrown(seconds: f64, random: &mut Random) -> Self {
-        let mut legs = Legs::new(random);
+        let mut legs = Segments::new(random);
         let (mut up, mut bounces) = (random.within(1.5, 2.2), 0);
         while legs.end_s() < seconds {
             let height = 0.25 + legs.place().z;
@@ -108,12 +108,12 @@ impl Motion {
                 up = random.within(1.8, 2.5);
             }
         }
-        Self::Legs(legs)
+        Self::Segments(legs)
     }
 
     pub fn at(&self, seconds: f64) -> Pose {
         match self {
-            Self::Legs(legs) => legs.at(seconds),
+            Self::Segments(legs) => legs.at(seconds),
             Self::Smooth {
                 middle,
                 spin,
@@ -129,11 +129,11 @@ impl Motion {
     }
 }
 
-impl Legs {
+impl Segments {
     fn new(random: &mut Random) -> Self {
         let from = Pose::new(random.gaussian(0.05), random.direction().scale(3.0));
         let rates = [[Vector3::zeros(); 2]; 2];
-        Self(vec![Leg {
+        Self(vec![Segment {
             start_s: 0.0,
             from,
             rates,
@@ -163,7 +163,7 @@ impl Legs {
             .map(reached)
             .map(|[speed, _]| [speed, speed * 0.0]);
         let from = leg.at(start_s);
-        self.0.push(Leg {
+        self.0.push(Segment {
             start_s,
             from,
             rates,

@@ -88,7 +88,7 @@ pub struct Clock {
 }
 
 /// Transport of images to fusion: longest delay in seconds, and shares lost and duplicated.
-pub struct Way {
+pub struct Transport {
     pub most_s: f64,
     pub lost: f64,
     pub twice: f64,
@@ -106,7 +106,7 @@ pub struct Scene {
     pub stated_sigma_px: Option<f64>,
     /// A camera with higher noise, and the factor.
     pub noisy: Option<(usize, f64)>,
-    pub way: Way,
+    pub way: Transport,
     /// Whether corners are those of a homography fitted to the distorted tag.
     pub fitted: bool,
     pub seconds: f64,
@@ -147,7 +147,7 @@ impl Scene {
             },
             noisy: (class == Class::NoisyCamera)
                 .then(|| (seed as usize % cameras, random.within(3.0, 8.0))),
-            way: Way {
+            way: Transport {
                 most_s: if late { 0.4 } else { 0.012 },
                 lost: if late { 0.05 } else { 0.0 },
                 twice: if late { 0.1 } else { 0.0 },

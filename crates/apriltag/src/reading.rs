@@ -63,20 +63,20 @@ impl Reader {
     }
 
     #[inline(always)]
-    pub(crate) fn read(&self, view: &View<'_>, quad: &Quad) -> Result<Reading, Unread> {
+    pub(crate) fn read(&self, view: &View<'_>, quad: &Quad) -> Result<Reading, ReadFailure> {
         let mut modules =
-            Modules::new(view, &self.layout, quad).map_err(|reason| unread(reason, false))?;
+            Modules::new(view, &self.layout, quad).map_err(|reason| failure(reason, false))?;
         let (contrast, right) = (modules.contrast(), modules.right_in_rings());
         let rings_agree = right.into_iter().all(|share| share >= LEAST_RIGHT);
         let is_nearly_clear = contrast > NEARLY * view.min_contrast;
         if !rings_agree || contrast < view.min_contrast {
-            return Err(unread(
+            return Err(failure(
                 Rejection::FaintBorder,
                 rings_agree && is_nearly_clear,
             ));
         }
         if !modules.sample_bits() {
-            return Err(unread(Rejection::NoCode, true));
+            return Err(failure(Rejection::NoCode, true));
         }
         let rings_are_right = (right[0] + right[1]) / 2.0 >= MOSTLY_RIGHT;
         let reading = self.recognise(&modules, rings_are_right)?;
@@ -85,14 +85,18 @@ impl Reader {
         if self.index.is_weak
             && !(modules.rings_are_whole() && modules.n_in_doubt() <= self.most_in_doubt)
         {
-            return Err(unread(Rejection::NoCode, true));
+            return Err(failure(Rejection::NoCode, true));
         }
         Ok(reading)
     }
 
     /// The code word, assuming usual blur or, if that fails, strong blur.
     #[inline(always)]
-    fn recognise(&self, modules: &Modules<'_>, rings_are_right: bool) -> Result<Reading, Unread> {
+    fn recognise(
+        &self,
+        modules: &Modules<'_>,
+        rings_are_right: bool,
+    ) -> Result<Reading, ReadFailure> {
         let (usual, clarity) = modules.word(USUAL_BLUR_PX);
         let found = self.index.find(usual).map(|found| (found, clarity));
         // Fewer wrong bits: every further attempt is a further chance for what is no tag.
@@ -102,14 +106,14 @@ impl Reader {
             (found.hamming <= 1).then_some((found, margin))
         };
         let is_clear = clarity > LEAST_CLARITY * modules.contrast() && modules.are_small();
-        let no_code = unread(Rejection::NoCode, rings_are_right && is_clear);
+        let no_code = failure(Rejection::NoCode, rings_are_right && is_clear);
         let (found, margin) = found.or_else(or_blurred).ok_or(no_code)?;
         if margin < self.min_margin {
-            return Err(unread(Rejection::SmallMargin, true));
+            return Err(failure(Rejection::SmallMargin, true));
         }
         let word = self.index.as_seen(&found);
         if self.border == BorderColour::Black && !modules.white_ends_at_the_border(word) {
-            return Err(unread(Rejection::NoCode, true));
+            return Err(failure(Rejection::NoCode, true));
         }
         let [black, white] = modules.black_and_white();
         Ok(Reading {
@@ -142,13 +146,13 @@ fn least_open(data: &FamilyData) -> f32 {
 /// Why a tag was not decoded, and whether better corners might help: with corners off by a pixel, border and ring are still mostly right, and
 /// there are bits of both colours.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Unread {
+pub(crate) struct ReadFailure {
     pub(crate) reason: Rejection,
     pub(crate) can_retry: bool,
 }
 
-fn unread(reason: Rejection, can_retry: bool) -> Unread {
-    Unread { reason, can_retry }
+fn failure(reason: Rejection, can_retry: bool) -> ReadFailure {
+    ReadFailure { reason, can_retry }
 }
 
 /// One in this many data modules may be ambiguous: blur and corners off by a pixel cause some in a real tag.

@@ -5,7 +5,7 @@ use crate::edges;
 use crate::kernels::vectorise;
 use crate::photometric::PatternFitter;
 use crate::quad::{Point, Quad, distance, mean_edge, middle};
-use crate::reading::{Reader, Reading, Unread};
+use crate::reading::{ReadFailure, Reader, Reading};
 use crate::view::View;
 use crate::{Detection, Image, Options, Pass, Refinement, Rejection};
 use sextant_tag_families::Family;
@@ -102,7 +102,7 @@ impl Decoder {
         if wrong(&read) > 0
             && !matches!(
                 read,
-                Err(Unread {
+                Err(ReadFailure {
                     can_retry: false,
                     ..
                 })
@@ -113,12 +113,12 @@ impl Decoder {
                 read = again;
             }
         }
-        read.map_err(|unread| unread.reason)
+        read.map_err(|failure| failure.reason)
     }
 
     /// The reading of the first family that has one; worth a retry if it is in any family.
-    fn read(&self, pass: Pass, view: &View<'_>, quad: &Quad) -> Result<Sighting, Unread> {
-        let mut unread = Unread {
+    fn read(&self, pass: Pass, view: &View<'_>, quad: &Quad) -> Result<Sighting, ReadFailure> {
+        let mut failure = ReadFailure {
             reason: Rejection::NoCode,
             can_retry: false,
         };
@@ -130,12 +130,12 @@ impl Decoder {
                     quad.rotate_left(reading.found.turns as usize);
                     return Ok(Sighting { reading, quad });
                 }
-                Err(Unread { reason, can_retry }) => {
-                    unread.reason = reason;
-                    unread.can_retry |= can_retry;
+                Err(ReadFailure { reason, can_retry }) => {
+                    failure.reason = reason;
+                    failure.can_retry |= can_retry;
                 }
             }
         }
-        Err(unread)
+        Err(failure)
     }
 }

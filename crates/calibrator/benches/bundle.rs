@@ -151,9 +151,9 @@ fn image(
     let see = |(at, tag): (usize, &BundleTag)| {
         let seen = corners(&bundle.cameras[camera], &object, tag)?;
         let seen = seen.map(|p| p + Vector2::new(noise.normal(), noise.normal()) * NOISE_PX);
-        Some(SeenTag::with_sigma(at, seen, NOISE_PX))
+        Some(TagObservation::with_sigma(at, seen, NOISE_PX))
     };
-    let tags: Vec<SeenTag> = bundle.tags.iter().enumerate().filter_map(see).collect();
+    let tags: Vec<TagObservation> = bundle.tags.iter().enumerate().filter_map(see).collect();
     (!tags.is_empty()).then_some(BundleImage {
         camera,
         instant,

@@ -29,7 +29,7 @@ pub use residuals::TagResidual;
 pub use solver::{BundleOptions, BundleSolution, solve};
 pub use state::{
     Anchor, Bundle, BundleCamera, BundleError, BundleImage, BundleTag, FreeLens, Freedom, Instant,
-    Motion, SeenTag,
+    Motion, TagObservation,
 };
 
 #[cfg(test)]

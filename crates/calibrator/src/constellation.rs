@@ -5,7 +5,8 @@
 //! tree places every tag relative to its root.
 
 use crate::bundle::{
-    Bundle, BundleCamera, BundleImage, BundleOptions, BundleTag, Freedom, Instant, SeenTag, solve,
+    Bundle, BundleCamera, BundleImage, BundleOptions, BundleTag, Freedom, Instant, TagObservation,
+    solve,
 };
 use crate::graph::PoseGraph;
 use crate::image_store::{TagSpec, TagView};
@@ -167,7 +168,7 @@ fn refined(views: &[[GroupedView<'_>; 2]], pose: &Pose, sizes: [f64; 2]) -> Opti
                 camera: bundle.cameras.len() - 1,
                 instant,
                 seconds_after_instant: 0.0,
-                tags: vec![SeenTag::with_sigma(
+                tags: vec![TagObservation::with_sigma(
                     tag,
                     seen.view.corners.corners,
                     ROUGH_PX,

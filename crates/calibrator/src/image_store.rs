@@ -5,7 +5,7 @@ use sextant_estimator::{Camera, ImageObservation, TagCorners, TagId, tag_poses};
 use sextant_geometry::Pose;
 use std::collections::BTreeMap;
 
-use crate::bundle::SeenTag;
+use crate::bundle::TagObservation;
 
 /// Standard deviation of a corner without a reported one, pixels. The adjustment estimates the noise; this only sets the unit.
 pub(crate) const DEFAULT_SIGMA_PX: f64 = 0.1;
@@ -176,14 +176,14 @@ impl TagView {
     }
 
     /// As the adjustment takes it.
-    pub(crate) fn seen(&self) -> SeenTag {
+    pub(crate) fn seen(&self) -> TagObservation {
         let corners = self.corners.corners;
         let covariance = &self.corners.corner_covariance;
         let stated = covariance.iter().all(|c| *c != Matrix2::zeros());
         stated
-            .then(|| SeenTag::with_covariance(self.tag, corners, covariance, FLOOR_PX))
+            .then(|| TagObservation::with_covariance(self.tag, corners, covariance, FLOOR_PX))
             .flatten()
-            .unwrap_or_else(|| SeenTag::with_sigma(self.tag, corners, DEFAULT_SIGMA_PX))
+            .unwrap_or_else(|| TagObservation::with_sigma(self.tag, corners, DEFAULT_SIGMA_PX))
     }
 }
 

@@ -1,7 +1,7 @@
 //! Where the object is in one image, by consensus of its tags: each branch of each tag proposes a pose of the whole
 //! constellation, all tags vote, the winners are refined on the tags that agree.
 
-use crate::bundle::SeenTag;
+use crate::bundle::TagObservation;
 use crate::image_store::ImageView;
 use nalgebra::{Matrix2x6, Vector6};
 use sextant_geometry::least_squares::{Kernel, NormalEquations, Options, Problem, minimise};
@@ -182,7 +182,7 @@ pub(crate) fn resected(
 
 struct Resection<'a> {
     lens: &'a Lens,
-    seen: Vec<(SeenTag, (Pose, f64))>,
+    seen: Vec<(TagObservation, (Pose, f64))>,
 }
 
 impl Problem<6> for Resection<'_> {

@@ -245,13 +245,13 @@ fn s16_a_step_moves_along_the_outer_axes_and_turns_about_the_objects_own_origin(
 }
 
 /// Points of an object, each seen in the world with the same error in every direction.
-struct SeenPoints {
+struct ObservedPoints {
     points_in_object: Vec<Point3<f64>>,
     truth: Pose,
     sigma_m: f64,
 }
 
-impl Problem<6> for SeenPoints {
+impl Problem<6> for ObservedPoints {
     type State = Pose;
 
     fn linearise(&self, pose: &Pose, equations: &mut NormalEquations<6>) -> Option<()> {
@@ -291,7 +291,7 @@ fn s17_a_covariance_is_over_the_step_in_world_axes_about_the_objects_origin() {
     ];
     let truth = pose([10.0, 0.0, 0.0], [0.0, -FRAC_PI_2, 0.0]);
     let points_in_object = rod.map(Point3::from).to_vec();
-    let problem = SeenPoints {
+    let problem = ObservedPoints {
         points_in_object,
         truth,
         sigma_m: 0.01,

@@ -120,12 +120,12 @@ impl<T: Clone> Network<T> {
 }
 
 /// The arrival times of one message: none, one or two.
-struct Fate {
+struct ArrivalTimes {
     first: Option<u64>,
     second: Option<u64>,
 }
 
-impl Fate {
+impl ArrivalTimes {
     fn is_empty(&self) -> bool {
         self.first.is_none() && self.second.is_none()
     }
@@ -137,7 +137,7 @@ impl Fate {
 
 impl Link {
     /// Draws the same count of random numbers whatever the faults are, so that one fault doesn't change another's pattern.
-    fn fate(&mut self, sent_ns: u64) -> Fate {
+    fn fate(&mut self, sent_ns: u64) -> ArrivalTimes {
         let since_ns = *self.first_sent_ns.get_or_insert(sent_ns);
         let cut_off = cut_off_ns(&self.faults, since_ns);
         let lost = self.random.chance(self.faults.loss);
@@ -146,7 +146,7 @@ impl Link {
         let arrival_ns = sent_ns.saturating_add(self.delay_ns());
         let copy_delay_ns = self.delay_ns();
         if lost || cut_off.contains(&sent_ns) {
-            return Fate {
+            return ArrivalTimes {
                 first: None,
                 second: None,
             };
@@ -159,7 +159,7 @@ impl Link {
         };
         let second = doubled.then(|| first.saturating_add(copy_delay_ns));
         let arrives = |arrival_ns: &u64| !cut_off.contains(arrival_ns);
-        Fate {
+        ArrivalTimes {
             first: Some(first).filter(arrives),
             second: second.filter(arrives),
         }

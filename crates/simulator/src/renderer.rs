@@ -30,14 +30,14 @@ use crate::scenario::{Light, Scenario, ScenarioError, SceneCamera};
 use crate::view::{PlacedSolid, View, normalised_polygon};
 use backdrop::Backdrop;
 use bayer::Demosaic;
-use canvas::{Canvas, Hiders, Layer};
+use canvas::{Canvas, Layer, Occluders};
 use exposure::Exposure;
 use jpeg::Jpeg;
 use regions::Regions;
 use sensor::Sensor;
 use sextant_geometry::Pose;
 use shadows::Shadows;
-use still::Still;
+use still::StaticRenderer;
 
 /// The pixels given don't fit the camera's resolution.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
@@ -82,7 +82,7 @@ impl Renderer {
             return Err(ScenarioError::NoSuchCamera(camera));
         };
         let model = Model::new(scenario);
-        let still = Still::new(scenario, camera);
+        let still = StaticRenderer::new(scenario, camera);
         let mut sharp = still.draw();
         let exposure = Exposure::metered(camera, &sharp);
         exposure.apply(&mut sharp);
@@ -168,7 +168,7 @@ impl Renderer {
                 .corners()
                 .map(|corner| scene.camera_from_world * corner);
             let outline = normalised_polygon(in_camera);
-            let hiders = Hiders::new(view, &view.in_view);
+            let hiders = Occluders::new(view, &view.in_view);
             let bounds = canvas.paint(Layer::Opacity, &outline, hiders, shadow.strength * weight);
             self.regions
                 .include(scene.model.solids.len() + object, &bounds);
@@ -180,7 +180,7 @@ impl Renderer {
         if !placed.in_view() {
             return;
         }
-        let hiders = Hiders::new(&self.view, &placed.hiders);
+        let hiders = Occluders::new(&self.view, &placed.hiders);
         let bounds = self
             .canvas
             .paint(Layer::Opacity, &placed.outline, hiders, weight);
@@ -205,7 +205,7 @@ fn draw_face(
     canvas: &mut Canvas,
     model: &SolidModel,
     placed: &PlacedSolid,
-    hiders: Hiders,
+    hiders: Occluders,
     (face, light): (usize, f64),
 ) {
     let project = |corners: &mut dyn Iterator<Item = nalgebra::Point3<f64>>| {
@@ -230,7 +230,7 @@ fn draw_displaced(
     canvas: &mut Canvas,
     scene: &Scene,
     (solid, placed): (usize, &PlacedSolid),
-    hiders: Hiders,
+    hiders: Occluders,
     (face, weight): (usize, f64),
 ) {
     let model = &scene.model.solids[solid];

@@ -1,6 +1,6 @@
 //! A TOML text with its places: from a key's path to line and column, and from an offset to the path that it lies in.
 
-use crate::error::{Complaint, Wrong};
+use crate::error::{Complaint, InvalidFile};
 use crate::hint::nearest;
 use serde::de::DeserializeOwned;
 use std::ops::Range;
@@ -16,10 +16,10 @@ pub(crate) struct Document<'a> {
 }
 
 impl<'a> Document<'a> {
-    pub(crate) fn parse(path: &'a Path, text: &'a str) -> Result<Self, Wrong> {
+    pub(crate) fn parse(path: &'a Path, text: &'a str) -> Result<Self, InvalidFile> {
         match DeTable::parse(text) {
             Ok(root) => Ok(Self { path, text, root }),
-            Err(error) => Err(Wrong {
+            Err(error) => Err(InvalidFile {
                 path: path.to_owned(),
                 place: error.span().map(|span| place(text, span.start)),
                 complaint: Complaint::new(
@@ -32,7 +32,7 @@ impl<'a> Document<'a> {
     }
 
     /// The document as a type of serde's; an array that is too long is refused as well.
-    pub(crate) fn read<T: DeserializeOwned>(&self) -> Result<T, Wrong> {
+    pub(crate) fn read<T: DeserializeOwned>(&self) -> Result<T, InvalidFile> {
         let value = T::deserialize(toml::Deserializer::from(self.root.clone()));
         let value = value.map_err(|error| self.refused(&error))?;
         match self.overlong_array::<T>() {
@@ -61,10 +61,10 @@ impl<'a> Document<'a> {
     }
 
     /// What serde refused, with place, key and the nearest known key.
-    fn refused(&self, error: &toml::de::Error) -> Wrong {
+    fn refused(&self, error: &toml::de::Error) -> InvalidFile {
         let offset = error.span().map(|span| span.start);
         let cause = one_line(error.message());
-        Wrong {
+        InvalidFile {
             path: self.path.to_owned(),
             place: offset.map(|offset| place(self.text, offset)),
             complaint: Complaint {
@@ -76,8 +76,8 @@ impl<'a> Document<'a> {
     }
 
     /// A complaint of ours, with the place of the value it is about.
-    pub(crate) fn complaint(&self, complaint: Complaint) -> Wrong {
-        Wrong {
+    pub(crate) fn complaint(&self, complaint: Complaint) -> InvalidFile {
+        InvalidFile {
             path: self.path.to_owned(),
             place: self
                 .span_of(&complaint.key)

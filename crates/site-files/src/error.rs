@@ -19,7 +19,7 @@ pub enum FileError {
     },
     /// It says something wrong.
     #[error(transparent)]
-    Wrong(Box<Wrong>),
+    InvalidFile(Box<InvalidFile>),
     /// What stands in its place is something else and is left alone.
     #[error("{}: is left as it is, since it is no file of {expected} ({cause}); move it away", path.display())]
     Occupied {
@@ -40,9 +40,9 @@ pub enum FileError {
     },
 }
 
-/// A wrong place in a file.
+/// An error in a file, with its location.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Wrong {
+pub struct InvalidFile {
     /// The file.
     pub path: PathBuf,
     /// Line and column, from 1; none when it is about the whole file.
@@ -77,7 +77,7 @@ impl Complaint {
     }
 }
 
-impl Wrong {
+impl InvalidFile {
     /// What is wrong with a file as a whole.
     pub(crate) fn with_all(path: &Path, complaint: Complaint) -> Self {
         Self {
@@ -88,7 +88,7 @@ impl Wrong {
     }
 }
 
-impl fmt::Display for Wrong {
+impl fmt::Display for InvalidFile {
     /// `file:line:column: key: cause; remedy`
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(out, "{}", self.path.display())?;
@@ -107,7 +107,7 @@ impl fmt::Display for Wrong {
     }
 }
 
-impl std::error::Error for Wrong {}
+impl std::error::Error for InvalidFile {}
 
 impl FileError {
     /// The file that it is about.
@@ -116,22 +116,22 @@ impl FileError {
             Self::Unreadable { path, .. }
             | Self::Occupied { path, .. }
             | Self::Unwritable { path, .. } => path,
-            Self::Wrong(wrong) => &wrong.path,
+            Self::InvalidFile(wrong) => &wrong.path,
         }
     }
 
     /// The wrong place, when there is one.
-    pub fn wrong(&self) -> Option<&Wrong> {
+    pub fn wrong(&self) -> Option<&InvalidFile> {
         match self {
-            Self::Wrong(wrong) => Some(wrong),
+            Self::InvalidFile(wrong) => Some(wrong),
             _ => None,
         }
     }
 }
 
-impl From<Wrong> for FileError {
-    fn from(wrong: Wrong) -> Self {
-        Self::Wrong(Box::new(wrong))
+impl From<InvalidFile> for FileError {
+    fn from(wrong: InvalidFile) -> Self {
+        Self::InvalidFile(Box::new(wrong))
     }
 }
 

@@ -13,7 +13,7 @@ mod kalibr;
 mod matrix;
 mod opencv;
 
-use crate::error::{Complaint, FileError, Wrong};
+use crate::error::{Complaint, FileError, InvalidFile};
 use crate::read::read_text;
 use sextant_estimator::{Camera, Rig, RigError};
 use std::fmt;
@@ -61,7 +61,7 @@ pub fn read_foreign(path: &Path) -> Result<(ForeignFormat, Rig), FileError> {
 /// As [`read_foreign`].
 pub fn parse_foreign(path: &Path, text: &str) -> Result<(ForeignFormat, Rig), FileError> {
     let document = parse_yaml(path, text)?;
-    let wrong = |complaint| Wrong::with_all(path, complaint);
+    let wrong = |complaint| InvalidFile::with_all(path, complaint);
     let format = format_of(&document, text).ok_or_else(|| {
         wrong(Complaint::new(
             "",
@@ -83,7 +83,7 @@ pub fn parse_foreign(path: &Path, text: &str) -> Result<(ForeignFormat, Rig), Fi
 pub(crate) fn parse_yaml(path: &Path, text: &str) -> Result<Value, FileError> {
     yaml_serde::from_str(&opencv::as_plain_yaml(text)).map_err(|error| {
         let cause = format!("malformed YAML: {error}");
-        Wrong {
+        InvalidFile {
             path: path.to_owned(),
             place: error.location().map(|at| (at.line(), at.column())),
             complaint: Complaint::new("", cause, "export it again from the tool that made it"),

@@ -31,7 +31,7 @@ pub use atomic::{
 };
 pub use boards::{AprilGrid, BoardError, CharucoBoard, UpperLeft, read_board};
 pub use edit::with_value;
-pub use error::{Complaint, FileError, Wrong};
+pub use error::{Complaint, FileError, InvalidFile};
 pub use foreign::{ForeignFormat, foreign_text, is_foreign, parse_foreign, read_foreign};
 pub use keep::{keep_object, keep_rig, object_file, retire_object};
 pub use object::{object_toml, parse_object, read_object, write_object};

@@ -5,7 +5,7 @@ mod links;
 use crate::atomic::write_keeping_former;
 use crate::boards::parse_board;
 use crate::document::Document;
-use crate::error::{Complaint, FileError, Wrong};
+use crate::error::{Complaint, FileError, InvalidFile};
 use crate::foreign::{is_foreign, name_of, stem_of};
 use crate::pose::{SigmaTable, pose_of, pose_toml, sigma_toml};
 use crate::read::read_text;
@@ -75,7 +75,8 @@ pub fn read_object(path: &Path) -> Result<ObjectModel, FileError> {
     if !is_foreign(path) {
         return parse_object(path, &text);
     }
-    let wrong = |cause: String, remedy| Wrong::with_all(path, Complaint::new("", cause, remedy));
+    let wrong =
+        |cause: String, remedy| InvalidFile::with_all(path, Complaint::new("", cause, remedy));
     let id = name_of(stem_of(path)).parse();
     let id = id.map_err(|error: IdError| wrong(error.to_string(), "rename the file"))?;
     let board = parse_board(path, &text, &id)?;

@@ -99,7 +99,7 @@ impl<const CODES: usize, const BITS: usize> Table<CODES, BITS> {
 pub(crate) const fn parse<const CODES: usize, const BITS: usize>(
     file: &[u8],
 ) -> Table<CODES, BITS> {
-    let mut words = Words { file, at: 0 };
+    let mut words = Tokens { file, at: 0 };
     let total_width = words.field(b"total-width") as u8;
     let border_width = words.field(b"border-width") as u8;
     words.keyword(b"border");
@@ -143,12 +143,12 @@ pub(crate) const fn parse<const CODES: usize, const BITS: usize>(
 }
 
 #[derive(Clone, Copy)]
-struct Words<'a> {
+struct Tokens<'a> {
     file: &'a [u8],
     at: usize,
 }
 
-impl<'a> Words<'a> {
+impl<'a> Tokens<'a> {
     /// The next word; empty at the end of the file.
     const fn next(&mut self) -> &'a [u8] {
         self.skip_blanks();

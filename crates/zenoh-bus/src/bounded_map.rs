@@ -11,11 +11,11 @@ use std::time::{Duration, Instant};
 pub struct BoundedMap<K, V> {
     capacity: usize,
     expiry: Duration,
-    entries: BTreeMap<K, Held<V>>,
+    entries: BTreeMap<K, Entry<V>>,
 }
 
 #[derive(Debug, Clone)]
-struct Held<V> {
+struct Entry<V> {
     value: V,
     /// When it was last inserted or touched; none for what stays until it is removed.
     touched: Option<Instant>,
@@ -64,7 +64,7 @@ impl<K: Ord + Clone, V> BoundedMap<K, V> {
             let oldest = self.oldest_expired(now).ok_or(Full)?;
             dropped = self.entries.remove(&oldest);
         }
-        let replaced = self.entries.insert(key, Held { value, touched });
+        let replaced = self.entries.insert(key, Entry { value, touched });
         Ok(replaced.or(dropped).map(|held| held.value))
     }
 

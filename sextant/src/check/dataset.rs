@@ -1,7 +1,7 @@
 //! A folder of recordings: every line, and every picture in full.
 
 use super::Found;
-use super::together::Together;
+use super::cross_checks::CrossChecks;
 use crate::ordered::in_order;
 use sextant_recordings::{Dataset, Frame, Row, read_grey_png};
 use std::collections::BTreeMap;
@@ -14,7 +14,7 @@ const THREADS: usize = 2;
 ///
 /// # Errors
 /// The first flaw.
-pub fn check(path: &Path, together: &mut Together) -> Found {
+pub fn check(path: &Path, together: &mut CrossChecks) -> Found {
     let dataset = Dataset::open(path)?;
     let rows = dataset.rows_by_arrival();
     let images = rows.len();

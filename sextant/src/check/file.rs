@@ -1,7 +1,7 @@
 //! Check of one file, whose kind is recognised by its contents.
 
 use super::Found;
-use super::together::Together;
+use super::cross_checks::CrossChecks;
 use crate::config::ConfigKind;
 use crate::{simulate, words};
 use anyhow::{Context, bail};
@@ -19,7 +19,7 @@ use std::path::Path;
 ///
 /// # Errors
 /// What is wrong with it.
-pub fn check(path: &Path, stated: Option<ConfigKind>, together: &mut Together) -> Found {
+pub fn check(path: &Path, stated: Option<ConfigKind>, together: &mut CrossChecks) -> Found {
     if path.extension().is_some_and(|e| e == "jsonl") {
         let lines = DetectionsLine::read_file(path)?;
         return Ok(("detections", format!("{} images", lines.len())));
@@ -74,7 +74,7 @@ fn kind_of(content: &Value) -> Option<ConfigKind> {
     }
 }
 
-fn rig(path: &Path, together: &mut Together) -> anyhow::Result<String> {
+fn rig(path: &Path, together: &mut CrossChecks) -> anyhow::Result<String> {
     let rig = read_rig(path)?;
     encode(&FullRig::from(&rig)).with_context(|| path.display().to_string())?;
     let cameras = rig.cameras();
@@ -88,7 +88,7 @@ fn rig(path: &Path, together: &mut Together) -> anyhow::Result<String> {
     Ok(summary)
 }
 
-fn object(path: &Path, together: &mut Together) -> anyhow::Result<String> {
+fn object(path: &Path, together: &mut CrossChecks) -> anyhow::Result<String> {
     let object = read_object(path)?;
     encode(&FullObject::from(&object)).with_context(|| path.display().to_string())?;
     let tags = object.tags();
@@ -121,7 +121,7 @@ fn fusion(path: &Path) -> anyhow::Result<String> {
     let sound = config.check().map_err(anyhow::Error::msg);
     sound.with_context(|| path.display().to_string())?;
     let folder = path.parent().unwrap_or(Path::new(""));
-    let mut together = Together::default();
+    let mut together = CrossChecks::default();
     rig(&folder.join(&config.rig), &mut together)?;
     for file in &config.objects {
         object(&folder.join(file), &mut together)?;
@@ -170,7 +170,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("scenario.toml");
         sextant_site_files::write_toml(&path, &Scenario::demo(2, 1, 1)).unwrap();
-        let found = check(&path, None, &mut Together::default()).unwrap();
+        let found = check(&path, None, &mut CrossChecks::default()).unwrap();
         assert_eq!(found, ("scenario", "2 cameras, 1 objects".to_owned()));
     }
 
@@ -183,7 +183,7 @@ mod tests {
             std::fs::write(&path, kind.example()).unwrap();
             let content: Value = parse_toml(&path, kind.example(), |_| Ok(())).unwrap();
             assert_eq!(kind_of(&content), Some(kind));
-            let (word, _) = check(&path, None, &mut Together::default()).unwrap();
+            let (word, _) = check(&path, None, &mut CrossChecks::default()).unwrap();
             assert_eq!(word, kind.word());
         }
     }

@@ -7,7 +7,7 @@ mod pictures;
 mod record;
 mod summary;
 
-use super::sight::{Sight, image_of};
+use super::sight::{DetectedImage, image_of};
 use crate::drawing::Canvas;
 use anyhow::Context;
 use record::{Record, Stopwatch};
@@ -33,10 +33,15 @@ struct Explanation {
 ///
 /// # Errors
 /// [`Exit::Input`] for a file that is no picture, a size that the detector does not take, a folder that can't be written.
-pub fn explain(path: &Path, out: &Path, options: &Options, reps: u32) -> anyhow::Result<Sight> {
+pub fn explain(
+    path: &Path,
+    out: &Path,
+    options: &Options,
+    reps: u32,
+) -> anyhow::Result<DetectedImage> {
     let explanation = Explanation::of(path, options, reps).exit_with(Exit::Input)?;
     explanation.write(path, out).exit_with(Exit::Input)?;
-    Ok(Sight {
+    Ok(DetectedImage {
         path: path.to_owned(),
         ms: explanation.times.total_ms(),
         detections: explanation.detections,

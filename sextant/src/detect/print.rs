@@ -1,6 +1,6 @@
 //! Output of `detect` for one image.
 
-use super::sight::Sight;
+use super::sight::DetectedImage;
 use crate::output::Format;
 use crate::words;
 use serde::Serialize;
@@ -73,14 +73,14 @@ impl From<&Detection> for TagLine {
 }
 
 /// The line, or in text the lines, of a picture.
-pub fn of(sight: &Sight, format: Format) -> String {
+pub fn of(sight: &DetectedImage, format: Format) -> String {
     match format {
         Format::Json => json(sight),
         Format::Text => text(sight),
     }
 }
 
-fn json(sight: &Sight) -> String {
+fn json(sight: &DetectedImage) -> String {
     let line = Line {
         file: &sight.path.to_string_lossy(),
         ms: (sight.ms * 1e4).round() / 1e4,
@@ -91,7 +91,7 @@ fn json(sight: &Sight) -> String {
     serde_json::to_string(&line).unwrap_or_default()
 }
 
-fn text(sight: &Sight) -> String {
+fn text(sight: &DetectedImage) -> String {
     let tags = words::count(sight.detections.len(), "tag");
     let mut text = format!("{}: {tags}, {:.2} ms", sight.path.display(), sight.ms);
     if let Some(report) = &sight.tracking {

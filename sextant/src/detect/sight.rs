@@ -8,8 +8,8 @@ use sextant_recordings::{DetectedTag, GreyImage, read_any_png};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-/// What was seen in a picture.
-pub struct Sight {
+/// The detections of one image.
+pub struct DetectedImage {
     /// Its file.
     pub path: PathBuf,
     /// Time of the detection alone, milliseconds.
@@ -29,7 +29,7 @@ pub fn detect(
     path: &Path,
     reps: u32,
     camera: Option<&Camera>,
-) -> anyhow::Result<Sight> {
+) -> anyhow::Result<DetectedImage> {
     let picture = read_any_png(path)?;
     let image = image_of(&picture).with_context(|| path.display().to_string())?;
     let detector = detector.as_mut().context("there is no detector")?;
@@ -47,7 +47,7 @@ pub fn detect(
         detections.extend_from_slice(found);
     }
     times.sort_by(f64::total_cmp);
-    Ok(Sight {
+    Ok(DetectedImage {
         path: path.to_owned(),
         ms: times[times.len() / 2],
         detections,
@@ -63,14 +63,14 @@ pub fn follow(
     tracker: &mut Option<Tracker>,
     path: &Path,
     camera: Option<&Camera>,
-) -> anyhow::Result<Sight> {
+) -> anyhow::Result<DetectedImage> {
     let picture = read_any_png(path)?;
     let image = image_of(&picture).with_context(|| path.display().to_string())?;
     let tracker = tracker.as_mut().context("there is no tracker")?;
     tracker.set_lens(lens_of(camera, &picture, path)?);
     let start = Instant::now();
     let detections = tracker.detect(&image).to_vec();
-    Ok(Sight {
+    Ok(DetectedImage {
         path: path.to_owned(),
         ms: start.elapsed().as_secs_f64() * 1e3,
         detections,

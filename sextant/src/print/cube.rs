@@ -76,7 +76,7 @@ pub fn cube(arguments: &CubeArguments, id: &str, paper: Paper) -> anyhow::Result
         object_from_tag: Some(face.object_from_face),
     });
     let model = ObjectModel::new(id.parse()?, tags.collect())?;
-    let net = Net {
+    let net = NetLayout {
         edge,
         middle: [width / 2.0, height - MARGIN - 1.5 * edge],
     };
@@ -117,12 +117,12 @@ fn hinge([x, y]: [f64; 2], edge: f64) -> Pose {
 }
 
 /// The net on the paper: edge of a face and where the middle of +z lies.
-struct Net {
+struct NetLayout {
     edge: f64,
     middle: [f64; 2],
 }
 
-impl Net {
+impl NetLayout {
     fn page(&self, paper: Paper, faces: &[Face], ids: &[TagId], size: f64) -> super::pdf::Page {
         let mut sheet = Sheet::new(paper);
         self.outlines(&mut sheet);

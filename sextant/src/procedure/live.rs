@@ -1,7 +1,7 @@
 //! Images of a running site: the observations that the fusion node gets, until there are enough or Ctrl-C.
 
 use super::ImageSelection;
-use super::telling::Teller;
+use super::progress_display::ProgressDisplay;
 use crate::output::Format;
 use crate::site::{RouterWatch, Site};
 use anyhow::{anyhow, bail};
@@ -29,7 +29,7 @@ pub struct Live {
     site: Site,
     messages: Subscription,
     router: RouterWatch,
-    teller: Teller,
+    teller: ProgressDisplay,
     /// Time of the last message and resolution of each camera.
     heard: BTreeMap<CameraId, (Instant, [u32; 2])>,
     since: Instant,
@@ -51,7 +51,7 @@ impl Live {
             site,
             messages,
             router: RouterWatch::default(),
-            teller: Teller::new(format),
+            teller: ProgressDisplay::new(format),
             heard: BTreeMap::new(),
             since: Instant::now(),
         })

@@ -9,9 +9,9 @@ use sextant_geometry::lens::MAX_PARAMETERS;
 use sextant_geometry::se3;
 
 /// Derivative of the object's twist with columns of parameters.
-pub(super) type TwistBy = OMatrix<f64, Const<6>, Dyn>;
-type LensByTag = SMatrix<f64, MAX_PARAMETERS, 7>;
-type ByTag = OMatrix<f64, Dyn, Const<7>>;
+pub(super) type TwistJacobian = OMatrix<f64, Const<6>, Dyn>;
+type LensTagBlock = SMatrix<f64, MAX_PARAMETERS, 7>;
+type TagBlock = OMatrix<f64, Dyn, Const<7>>;
 
 /// Normal equations of one tag over its seven parameters (the object's twist, which is a step of its pose, and its size).
 pub(super) struct TagSums {
@@ -70,7 +70,7 @@ impl ImageSums {
                 .copy_from(&equations.by_twist);
             by_tag.set_column(6, &equations.by_size);
             let own = by_tag.transpose() * by_tag;
-            let mut lens_by_tag = LensByTag::zeros();
+            let mut lens_by_tag = LensTagBlock::zeros();
             if wanted == LensColumns::TagSpec {
                 let by_lens = equations.by_lens.transpose();
                 lens_by_tag = by_lens * by_tag;
@@ -110,7 +110,7 @@ impl ImageSums {
     }
 
     /// The camera's own block, from the sums over the tags.
-    fn close(&mut self, columns: &CameraColumns, twist_by_camera: &TwistBy, lens: &LensSums) {
+    fn close(&mut self, columns: &CameraColumns, twist_by_camera: &TwistJacobian, lens: &LensSums) {
         let moving = columns.moving();
         let own = &self.camera_by_twist * twist_by_camera; // all columns by pose and clock
         self.camera.columns_mut(0, moving).copy_from(&own);
@@ -130,8 +130,8 @@ impl ImageSums {
 }
 
 /// How the object's frame seems to move when the camera steps (a twist of the world about its origin), or its clock.
-fn twist_by_camera(bundle: &Bundle, image: &BundleImage, columns: &CameraColumns) -> TwistBy {
-    let mut by = TwistBy::zeros(columns.moving());
+fn twist_by_camera(bundle: &Bundle, image: &BundleImage, columns: &CameraColumns) -> TwistJacobian {
+    let mut by = TwistJacobian::zeros(columns.moving());
     if columns.pose.is_some() {
         let object_from_world = object_at(bundle, image).inverse();
         by.columns_mut(0, 6)
@@ -145,8 +145,8 @@ fn twist_by_camera(bundle: &Bundle, image: &BundleImage, columns: &CameraColumns
 }
 
 /// Rows of pose and clock above rows of the free lens parameters.
-fn camera_rows(columns: &CameraColumns, moving: &ByTag, lens: &LensByTag) -> ByTag {
-    let mut rows = ByTag::zeros(columns.width());
+fn camera_rows(columns: &CameraColumns, moving: &TagBlock, lens: &LensTagBlock) -> TagBlock {
+    let mut rows = TagBlock::zeros(columns.width());
     rows.rows_mut(0, columns.moving()).copy_from(moving);
     for (at, &parameter) in columns.lens_parameters.iter().enumerate() {
         rows.row_mut(columns.moving() + at)

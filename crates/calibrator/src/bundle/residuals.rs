@@ -4,7 +4,7 @@
 //! frame moves the point `X` by `v + w x X`. A step of the object's pose *is* such a twist, a tag's step too, and a camera's
 //! is its adjoint; so one 8x6 Jacobian serves them all (`J = J_pi R [I | -hat X]`).
 
-use super::state::{Bundle, BundleImage, SeenTag};
+use super::state::{Bundle, BundleImage, TagObservation};
 use nalgebra::{Matrix2, Matrix2x3, SMatrix, SVector, Vector2};
 use sextant_geometry::least_squares::Kernel;
 use sextant_geometry::lens::MAX_PARAMETERS;
@@ -96,7 +96,7 @@ pub(super) fn linearise(
     view: &View,
     object_from_tag: &Pose,
     size_m: f64,
-    seen: &SeenTag,
+    seen: &TagObservation,
     kernel: &Kernel,
 ) -> TagEquations {
     let mut equations = TagEquations {
@@ -152,7 +152,7 @@ pub(super) fn rho(
     view: &View,
     object_from_tag: &Pose,
     size_m: f64,
-    seen: &SeenTag,
+    seen: &TagObservation,
     kernel: &Kernel,
 ) -> f64 {
     let errors = errors_px(view, object_from_tag, size_m, seen);
@@ -170,7 +170,7 @@ fn errors_px(
     view: &View,
     object_from_tag: &Pose,
     size_m: f64,
-    seen: &SeenTag,
+    seen: &TagObservation,
 ) -> [Option<Vector2<f64>>; 4] {
     let camera_from_tag = view.camera_from_object * object_from_tag;
     let mut errors = [None; 4];
@@ -197,7 +197,12 @@ impl Bundle {
             })
     }
 
-    fn residual(&self, view: &View, (image, at): (usize, usize), seen: &SeenTag) -> TagResidual {
+    fn residual(
+        &self,
+        view: &View,
+        (image, at): (usize, usize),
+        seen: &TagObservation,
+    ) -> TagResidual {
         let tag = &self.tags[seen.tag];
         let mut corners_px = errors_px(view, &tag.object_from_tag, tag.size_m, seen);
         let squares = corners_px.iter().zip(&seen.whitening);

@@ -71,7 +71,7 @@ pub struct Instant {
 
 /// One tag in one image.
 #[derive(Clone, Debug, PartialEq)]
-pub struct SeenTag {
+pub struct TagObservation {
     /// Index into [`Bundle::tags`].
     pub tag: usize,
     /// Top left, top right, bottom right, bottom left, pixels.
@@ -90,7 +90,7 @@ pub struct BundleImage {
     /// Capture time by the camera's own clock less the instant's time, seconds; only read where the motion is modelled.
     pub seconds_after_instant: f64,
     /// What is seen.
-    pub tags: Vec<SeenTag>,
+    pub tags: Vec<TagObservation>,
 }
 
 /// How freely the object moves between instants: a constant twist disturbed by white acceleration, as in the tracker.
@@ -203,7 +203,7 @@ impl BundleCamera {
     }
 }
 
-impl SeenTag {
+impl TagObservation {
     /// Corners with the same noise in every coordinate, one sigma in pixels.
     pub fn with_sigma(tag: usize, corners: [Point2<f64>; 4], sigma_px: f64) -> Self {
         Self {

@@ -114,7 +114,7 @@ fn image_of(bundle: &Bundle, (camera, instant): (usize, usize), delay: f64) -> B
         let [Some(a), Some(b), Some(c), Some(d)] = corners else {
             return None;
         };
-        Some(SeenTag::with_sigma(index, [a, b, c, d], 0.1))
+        Some(TagObservation::with_sigma(index, [a, b, c, d], 0.1))
     });
     BundleImage {
         camera,
@@ -388,10 +388,10 @@ fn wrong_bundles_are_refused() {
 fn covariances_whiten() {
     let covariance = Matrix2::new(0.04, 0.01, 0.01, 0.02);
     let corners = [Point2::origin(); 4];
-    let seen = SeenTag::with_covariance(0, corners, &[covariance; 4], 0.1).unwrap();
+    let seen = TagObservation::with_covariance(0, corners, &[covariance; 4], 0.1).unwrap();
     let information = seen.whitening[1].transpose() * seen.whitening[1];
     let whole = covariance + Matrix2::from_diagonal_element(0.01);
     assert!((information * whole - Matrix2::identity()).amax() < 1e-12);
     let indefinite = Matrix2::new(0.0, 1.0, 1.0, 0.0);
-    assert!(SeenTag::with_covariance(0, corners, &[indefinite; 4], 0.01).is_none());
+    assert!(TagObservation::with_covariance(0, corners, &[indefinite; 4], 0.01).is_none());
 }

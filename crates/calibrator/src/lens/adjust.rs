@@ -1,59 +1,59 @@
-//! One run of the bundle adjustment: the camera stands still, the board's pose is sought in every view, and of the lens what is
-//! asked for.
+//! One bundle adjustment of a lens: the camera is fixed, the pose of the board in every view is free, and so are the requested parameters
+//! of the lens.
 
 use super::board::Board;
 use super::view::View;
 use crate::bundle::{
     Bundle, BundleCamera, BundleImage, BundleOptions, BundleSolution, FreeLens, Freedom, Instant,
-    SeenTag, solve,
+    TagObservation, solve,
 };
 use nalgebra::Vector6;
 use sextant_geometry::least_squares::Kernel;
 use sextant_geometry::lens::MAX_PARAMETERS;
 use sextant_geometry::{Lens, Pose};
 
-/// What is sought and how errors are weighed.
+/// Free parameters and weights of an adjustment.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Parameters {
     /// How many of the lens's parameters are sought: the first ones of fx, fy, k1, cx, cy, and the rest.
-    pub sought: Sought,
+    pub sought: FreeParameters,
     /// Scale of the noise: each tag's own is multiplied by it.
     pub noise: Noise,
     pub kernel: Kernel,
     pub max_iterations: usize,
 }
 
-/// What of the lens is sought.
+/// Which parameters of the lens are free.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Sought {
-    /// Nothing: where is the board by this lens?
+pub(super) enum FreeParameters {
+    /// None: only the poses of the board.
     Nothing,
     /// Focal lengths and the first distortion coefficient.
     FocalAndBend,
-    /// Everything.
+    /// All.
     All,
 }
 
-/// The corners' noise.
+/// Noise of the corners.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Noise {
-    /// The same for all, pixels.
+    /// A common standard deviation, pixels.
     Common(f64),
-    /// As stated for each tag, times this.
+    /// The detector's standard deviation for each tag, times this factor.
     Stated(f64),
 }
 
 impl Parameters {
     pub(super) fn judging(sigma_px: f64) -> Self {
         Self {
-            sought: Sought::FocalAndBend,
+            sought: FreeParameters::FocalAndBend,
             noise: Noise::Common(sigma_px),
             kernel: Kernel::Cauchy { width: 3.0 },
             max_iterations: 15,
         }
     }
 
-    pub(super) fn fine(sought: Sought, scale: f64) -> Self {
+    pub(super) fn fine(sought: FreeParameters, scale: f64) -> Self {
         Self {
             sought,
             noise: Noise::Stated(scale),
@@ -63,25 +63,25 @@ impl Parameters {
     }
 }
 
-/// A lens and where the board was in each view by it; views that it does not explain have no pose.
+/// A lens, and the pose of the board and its fitting tags in each view; views that the lens does not explain have no pose.
 pub(super) struct Start {
     pub lens: Lens,
     pub poses: Vec<Option<(Pose, Vec<usize>)>>,
 }
 
-/// What came out.
+/// Result of an adjustment.
 #[derive(Clone, Debug)]
 pub(super) struct Adjustment {
     pub lens: Lens,
-    /// By view, as given.
+    /// Pose and fitting tags of each view.
     pub poses: Vec<Option<(Pose, Vec<usize>)>>,
     pub cost: f64,
     pub solution: BundleSolution,
-    /// View of each image of the solution's bundle.
+    /// Index of the view of each image in the solution's bundle.
     pub view_of: Vec<usize>,
 }
 
-/// Adjusts from a start. `None` if no view has a pose or the start has no finite error.
+/// Adjusts from a start; `None` if no view has a pose or the start has no finite error.
 pub(super) fn adjust(
     board: &Board,
     views: &[View],
@@ -103,7 +103,7 @@ pub(super) fn adjust(
                 Noise::Common(_) => sigma_px,
                 Noise::Stated(scale) => sigma_px * scale,
             });
-            SeenTag::with_sigmas(tag.tag, tag.corners, sigmas_px)
+            TagObservation::with_sigmas(tag.tag, tag.corners, sigmas_px)
         });
         bundle.images.push(BundleImage {
             camera: 0,
@@ -139,12 +139,12 @@ pub(super) fn adjust(
     })
 }
 
-fn camera(lens: Lens, sought: Sought) -> BundleCamera {
+fn camera(lens: Lens, sought: FreeParameters) -> BundleCamera {
     let mut free = [Freedom::Fixed; MAX_PARAMETERS];
     let indices: &[usize] = match sought {
-        Sought::Nothing => &[],
-        Sought::FocalAndBend => &[0, 1, 4],
-        Sought::All => &[0, 1, 2, 3, 4, 5, 6, 7, 8],
+        FreeParameters::Nothing => &[],
+        FreeParameters::FocalAndBend => &[0, 1, 4],
+        FreeParameters::All => &[0, 1, 2, 3, 4, 5, 6, 7, 8],
     };
     for &index in indices {
         free[index] = Freedom::Free;

@@ -1,26 +1,26 @@
-//! Which lens model: the simplest of those that foretell best where corners lie in images that they were not fitted to.
+//! Selection of the lens model by cross-validation: the simplest of those that predict held-out corners best.
 
-use super::adjust::{Parameters, Sought, Start, adjust};
+use super::adjust::{FreeParameters, Parameters, Start, adjust};
 use super::board::Board;
 use super::fit::{Fit, fit, restart};
 use super::view::View;
 use sextant_geometry::LensModel;
 
-/// Parts into which the views are split; each is foretold by a lens fitted to the others.
+/// Number of folds; each is predicted by a lens fitted to the others.
 const FOLDS: usize = 4;
-/// A simpler model is taken if it foretells this much worse at most.
+/// A simpler model is selected if its held-out error is larger by this factor at most.
 const SIMPLER: f64 = 1.005;
 
-/// How a model did.
+/// Score of a model.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ModelScore {
     /// The model.
     pub model: LensModel,
-    /// Root mean square distance between corners and where a lens fitted to other images puts them, pixels.
+    /// RMS distance between corners and their predictions by a lens fitted to other images, pixels.
     pub held_out_rms_px: f64,
 }
 
-/// The model to take, and how each did, simplest first. `None` if no model could be fitted.
+/// The fit of the selected model, and the scores of all, simplest first; `None` if no model could be fitted.
 pub(super) fn choose(
     board: &Board,
     views: &[View],
@@ -32,7 +32,7 @@ pub(super) fn choose(
         .iter()
         .filter_map(|&model| Some((model, fit(board, views, start, model, width)?)))
         .collect();
-    // All are judged on the same tags: those that the best of them believes.
+    // All are evaluated on the same tags: those that fit the best model.
     let explained = |fit: &Fit| {
         let tags = fit
             .adjustment
@@ -109,7 +109,7 @@ fn held_out(board: &Board, views: &[View], fit: &Fit, tags: &[Option<Vec<usize>>
             board,
             views,
             &training,
-            &Parameters::fine(Sought::All, fit.scale),
+            &Parameters::fine(FreeParameters::All, fit.scale),
         )?;
         let mut test = part(&whole, &|at| at == fold);
         test.lens = trained.lens;
@@ -117,7 +117,7 @@ fn held_out(board: &Board, views: &[View], fit: &Fit, tags: &[Option<Vec<usize>>
             board,
             views,
             &test,
-            &Parameters::fine(Sought::Nothing, fit.scale),
+            &Parameters::fine(FreeParameters::Nothing, fit.scale),
         )?;
         for residual in tested.solution.bundle.residuals() {
             squares += residual

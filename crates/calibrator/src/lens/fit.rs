@@ -1,6 +1,6 @@
-//! One lens model fitted to the views, wrong tags found on the way, and what is told of the result.
+//! Fit of one lens model to the views, without outlier tags.
 
-use super::adjust::{Adjustment, Noise, Parameters, Sought, Start, adjust};
+use super::adjust::{Adjustment, FreeParameters, Noise, Parameters, Start, adjust};
 use super::board::Board;
 use super::poses::board_pose;
 use super::view::View;
@@ -15,20 +15,20 @@ const WRONG: f64 = 40.0;
 const MEDIAN_OF_EIGHT: f64 = 7.344;
 /// A view needs this many tags.
 pub(super) const LEAST_TAGS: usize = 2;
-/// Noise below this part of what was stated is not believed.
+/// Least noise, as a multiple of the detector's.
 const LEAST_NOISE: f64 = 0.05;
-/// How far from its place a tag may be to be tried again, by a lens that fits, as a part of the picture's width.
+/// Largest error of a tag to be included again with a lens that fits, as a share of the image width.
 const SECOND_CHANCE: f64 = 0.01;
 
 /// A model fitted to views.
 #[derive(Clone, Debug)]
 pub(super) struct Fit {
     pub adjustment: Adjustment,
-    /// Noise in units of what was stated.
+    /// Noise as a multiple of the detector's.
     pub scale: f64,
 }
 
-/// Fits a model from a start; `None` where it has none.
+/// Fits a model from a start; `None` if no start of the model is valid.
 pub(super) fn fit(
     board: &Board,
     views: &[View],
@@ -39,7 +39,7 @@ pub(super) fn fit(
     let start = start_of(board, views, start, model, width)?;
     let rough = adjust(board, views, &start, &Parameters::judging(1.0))?;
     let wide = Parameters {
-        sought: Sought::All,
+        sought: FreeParameters::All,
         noise: Noise::Common(0.5),
         max_iterations: 40,
         ..Parameters::judging(1.0)
@@ -51,13 +51,13 @@ pub(super) fn fit(
     for _ in 0..2 {
         fit.scale = fit.noise(views);
         let start = fit.sorted(board, views, width);
-        let fine = Parameters::fine(Sought::All, fit.scale);
+        let fine = Parameters::fine(FreeParameters::All, fit.scale);
         fit.adjustment = adjust(board, views, &start, &fine)?;
     }
     Some(fit)
 }
 
-/// A start for another model: the same focal lengths, the poses found anew where the lens bends otherwise.
+/// A start for another model: the same focal lengths, with new poses of the board.
 fn start_of(
     board: &Board,
     views: &[View],
@@ -85,7 +85,7 @@ fn start_of(
     })
 }
 
-/// From where an adjustment came to rest.
+/// The solution of an adjustment as a start.
 pub(super) fn restart(adjustment: &Adjustment) -> Start {
     Start {
         lens: adjustment.lens,
@@ -94,7 +94,7 @@ pub(super) fn restart(adjustment: &Adjustment) -> Start {
 }
 
 impl Fit {
-    /// Noise in units of what was stated, by the median tag.
+    /// Noise as a multiple of the detector's, from the median tag.
     fn noise(&self, views: &[View]) -> f64 {
         let residuals = self.residuals();
         let mut sums: Vec<f64> = residuals
@@ -110,7 +110,7 @@ impl Fit {
             .max(LEAST_NOISE)
     }
 
-    /// The residual of every fitted tag with its view and its place in the view's tags.
+    /// Residual of every fitted tag, with the indices of its view and of the tag in the view.
     pub(super) fn residuals(&self) -> Vec<(usize, usize, TagResidual)> {
         let bundle = &self.adjustment.solution.bundle;
         let with_places = bundle.residuals().map(|residual| {
@@ -123,7 +123,7 @@ impl Fit {
         with_places.collect()
     }
 
-    /// The start of the next round: tags that lie elsewhere than the board says are left out, those that fit by now come in.
+    /// Start of the next round: without tags that do not fit the board, and with those that fit now.
     fn sorted(&self, board: &Board, views: &[View], width: f64) -> Start {
         let lens = self.adjustment.lens;
         let poses = views
@@ -158,7 +158,7 @@ impl Fit {
         }
     }
 
-    /// Standard deviation of the focal length as a part of it.
+    /// Relative standard deviation of the focal length.
     pub(super) fn focal_uncertainty(&self) -> f64 {
         let sigma = |parameter| {
             let lens = KeptParameter::Lens {
@@ -179,7 +179,7 @@ impl Fit {
         self.adjustment.solution.covariance.lens(0)
     }
 
-    /// Angles between the board and the picture's plane, by view that was fitted, radians.
+    /// Angle between the board and the image plane in each fitted view, radians.
     pub(super) fn tilts(&self) -> Vec<f64> {
         let poses = self.adjustment.poses.iter().flatten();
         let tilts = poses.map(|(pose, _)| {
@@ -189,7 +189,7 @@ impl Fit {
         tilts.collect()
     }
 
-    /// How much larger the squares look than the board's file says, as a part, and its standard deviation: the residuals'
+    /// Relative excess of the size of the squares over that of the board file, and its standard deviation: the residuals'
     /// share along the way that each corner takes when its tag grows about its own middle.
     pub(super) fn growth(&self, board: &Board) -> (f64, f64) {
         let (mut along, mut square) = (0.0, 0.0);
@@ -218,7 +218,7 @@ impl Fit {
     }
 }
 
-/// Squared errors of a tag in units of its stated noise.
+/// Sum of squared errors of a tag in units of its noise.
 fn chi_square(views: &[View], view: usize, tag: usize, residual: &TagResidual) -> f64 {
     let sigmas = views[view].tags[tag].sigmas_px;
     let errors = residual.corners_px.iter().zip(sigmas);

@@ -1,4 +1,4 @@
-//! The picture in cells: where corners were, what is left of their errors, how well the lens is known there.
+//! Maps over the image in cells: coverage, residuals and uncertainty.
 
 use super::coverage::{COLUMNS, ROWS, cell_of};
 use super::fit::Fit;
@@ -9,14 +9,13 @@ use sextant_geometry::{Lens, so3};
 /// One cell of the picture.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct MapCell {
-    /// Corners that the lens was fitted to.
+    /// Number of fitted corners.
     pub corners: u32,
-    /// Mean of model less seen corner, pixels: what the model cannot follow.
+    /// Mean of projected minus detected corners, pixels: the systematic error of the model.
     pub mean_px: [f64; 2],
-    /// Root mean square of the same.
+    /// Their root mean square, pixels.
     pub rms_px: f64,
-    /// One standard deviation of where the lens shows a ray here, apart from a turn of the whole camera, pixels; `None` where
-    /// the lens shows nothing.
+    /// Standard deviation of the pixel of a ray, without a rotation of the whole camera, pixels; `None` outside the field of the lens.
     pub sigma_px: Option<f64>,
 }
 
@@ -65,7 +64,7 @@ impl LensMaps {
         self.cells.iter().flatten()
     }
 
-    /// Mean and largest standard deviation over the picture, pixels, and the part of it where the lens shows something.
+    /// Mean and largest standard deviation over the image, pixels, and the share of the image in the field of the lens.
     pub fn uncertainty(&self) -> (f64, f64, f64) {
         let known: Vec<f64> = self.iter().filter_map(|cell| cell.sigma_px).collect();
         let n = known.len().max(1) as f64;
@@ -99,13 +98,13 @@ fn middle([width, height]: [u32; 2], row: usize, column: usize) -> Point2<f64> {
     Point2::new(at(column, COLUMNS, width), at(row, ROWS, height))
 }
 
-/// How one place of the picture moves with the lens's parameters and with a turn of the camera.
+/// Derivatives of a pixel with the parameters of the lens and with a rotation of the camera.
 pub(super) struct Movement {
     pub by_parameters: Matrix2xX<f64>,
     pub by_turn: Matrix2x3<f64>,
 }
 
-/// The middles of the cells where the lens shows something, and how they move.
+/// Centres of the cells in the field of the lens, with their derivatives.
 pub(super) fn movements(
     lens: &Lens,
     n_parameters: usize,

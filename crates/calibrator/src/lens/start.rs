@@ -1,5 +1,4 @@
-//! A lens to start from: the focal length that the homographies ask for, or the best of a ladder of them, for ordinary and for
-//! fisheye lenses.
+//! Initial lens: the focal lengths from homographies or the best of a fixed list, for ordinary and fisheye lenses.
 
 use super::adjust::{Adjustment, Parameters, Start, adjust};
 use super::board::Board;
@@ -8,16 +7,16 @@ use super::view::View;
 use super::{homographies, refusal::LensRefusal};
 use sextant_geometry::{Intrinsics, Lens};
 
-/// Images that judge a start; more say no more.
+/// Images that evaluate a candidate.
 const JUDGES: usize = 12;
-/// Focal lengths of the ladder, as parts of the picture's width: 106 to 14 degrees across.
+/// Listed focal lengths, as shares of the image width: horizontal fields of view from 106 to 14 degrees.
 const LADDER: [f64; 9] = [0.38, 0.5, 0.65, 0.85, 1.1, 1.45, 1.9, 2.6, 4.0];
-/// How far a tag may lie from where a lens that is only about right puts it, as a part of the picture's width.
+/// Largest error of a tag with an approximate lens, as a share of the image width.
 const TOLERANCE: f64 = 0.03;
-/// What a start's errors are weighed with, pixels.
+/// Standard deviation of the errors of a candidate, pixels.
 const SIGMA_PX: f64 = 1.0;
 
-/// The start that explains the views best.
+/// The candidate that explains the views best.
 pub(super) fn start(
     board: &Board,
     views: &[View],
@@ -66,8 +65,8 @@ fn lenses(fx: f64, fy: f64, [width, height]: [f64; 2]) -> impl Iterator<Item = L
     plain.into_iter().chain(fisheye)
 }
 
-/// A candidate after a few steps of its focal lengths and its strongest distortion. A view that it does not explain costs as
-/// much as one whose tags are all wrong.
+/// Adjusts the focal lengths and the first distortion coefficient of a candidate in a few steps. A view that it does not explain costs
+/// as much as one whose tags are all wrong.
 fn judge(board: &Board, judges: &[View], lens: Lens, width: f64) -> Option<Adjustment> {
     let poses: Vec<_> = judges
         .iter()
@@ -90,5 +89,5 @@ fn judge(board: &Board, judges: &[View], lens: Lens, width: f64) -> Option<Adjus
     Some(adjusted)
 }
 
-/// What an unexplained tag costs: four corners at the edge of the tolerance under the kernel of [`Parameters::judging`].
+/// Cost of an unexplained tag: four corners at the edge of the tolerance under the kernel of [`Parameters::judging`].
 const WRONG_TAG: f64 = 4.0 * 40.0;

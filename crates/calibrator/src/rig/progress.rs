@@ -43,7 +43,7 @@ pub struct RigProgress {
 /// What the images have covered.
 #[derive(Clone, Debug)]
 pub(super) struct Coverage {
-    cameras: Vec<OfCamera>,
+    cameras: Vec<CameraCoverage>,
     together: BTreeMap<[usize; 2], usize>,
     doubled: BTreeMap<TagId, usize>,
     foreign: BTreeMap<TagId, usize>,
@@ -52,7 +52,7 @@ pub(super) struct Coverage {
 }
 
 #[derive(Clone, Debug, Default)]
-struct OfCamera {
+struct CameraCoverage {
     images: usize,
     seeing: usize,
     tags: usize,
@@ -82,7 +82,7 @@ impl Coverage {
         let unplaced = object.tags().iter().filter(|_| !object.is_learned());
         Self {
             unplaced: unplaced.map(|tag| (tag.tag, 0)).collect(),
-            cameras: vec![OfCamera::default(); rig.cameras().len()],
+            cameras: vec![CameraCoverage::default(); rig.cameras().len()],
             together: BTreeMap::new(),
             doubled: BTreeMap::new(),
             foreign: BTreeMap::new(),
@@ -221,7 +221,7 @@ impl Coverage {
 
     fn complete(&self, groups: &[usize]) -> f64 {
         let part = |have: usize, enough: usize| (have as f64 / enough as f64).min(1.0);
-        let of = |own: &OfCamera| {
+        let of = |own: &CameraCoverage| {
             let fields = own.fields.iter().filter(|f| **f).count();
             let parts = [
                 part(own.seeing, ENOUGH_IMAGES),

@@ -27,12 +27,12 @@ pub(super) enum Layer {
 
 /// Solids that occlude what is painted.
 #[derive(Clone, Copy)]
-pub(super) struct Hiders<'a> {
+pub(super) struct Occluders<'a> {
     view: &'a View,
     solids: &'a [usize],
 }
 
-impl<'a> Hiders<'a> {
+impl<'a> Occluders<'a> {
     pub fn new(view: &'a View, solids: &'a [usize]) -> Self {
         Self { view, solids }
     }
@@ -83,7 +83,7 @@ impl Canvas {
         &mut self,
         layer: Layer,
         outline: &Polygon,
-        hiders: Hiders,
+        hiders: Occluders,
         weight: f64,
     ) -> Bounds {
         let bounds = self.fill(layer, outline, weight);
@@ -92,7 +92,7 @@ impl Canvas {
     }
 
     /// Inclusion and exclusion: takes off what each hider hides, and puts back what it hides together with later ones.
-    fn take_off(&mut self, layer: Layer, outline: &Polygon, mut hiders: Hiders, weight: f64) {
+    fn take_off(&mut self, layer: Layer, outline: &Polygon, mut hiders: Occluders, weight: f64) {
         let bounds = outline.bounds();
         while let Some((hider, hider_bounds, rest)) = hiders.split() {
             hiders = rest;

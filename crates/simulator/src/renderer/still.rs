@@ -15,7 +15,7 @@ const SMOOTH: f32 = 3.0;
 const POOL_HEIGHT_M: f64 = 0.1;
 
 /// Draws what doesn't change from image to image.
-pub(super) struct Still<'a> {
+pub(super) struct StaticRenderer<'a> {
     camera: &'a SceneCamera,
     light: &'a Light,
     towards_lamp: Vector3<f64>,
@@ -24,7 +24,7 @@ pub(super) struct Still<'a> {
     normalised: Vec<[f32; 2]>,
 }
 
-impl<'a> Still<'a> {
+impl<'a> StaticRenderer<'a> {
     pub fn new(scenario: &'a Scenario, camera: &'a SceneCamera) -> Self {
         let optics = Optics::of(camera);
         let normalised = |pixel: Point2<f64>| match optics.undistort(&pixel) {

@@ -4,7 +4,7 @@
 //! Keys count as OpenCV, Python and C++ spell them: `squareLength`, `square_length` and `squarelength` are one.
 
 use super::{AprilGrid, BoardError, CharucoBoard, UpperLeft};
-use crate::error::{Complaint, FileError, Wrong};
+use crate::error::{Complaint, FileError, InvalidFile};
 use crate::foreign::parse_yaml;
 use crate::read::read_text;
 use sextant_estimator::{ObjectId, ObjectModel};
@@ -31,9 +31,9 @@ pub(crate) fn parse_board(
         return Ok(None);
     };
     let board = BoardMapping(description).board(id);
-    Ok(Some(
-        board.map_err(|complaint| Wrong::with_all(path, complaint))?,
-    ))
+    Ok(Some(board.map_err(|complaint| {
+        InvalidFile::with_all(path, complaint)
+    })?))
 }
 
 /// What describes a board: all of the document, or one of multical's `boards`.

@@ -34,8 +34,8 @@ pub struct Chart<'a> {
     pub arrow: Option<f64>,
 }
 
-/// What a cell shows.
-pub struct Shown {
+/// Contents of a cell.
+pub struct CellContent {
     pub value: f64,
     pub text: String,
     /// Pixels of the camera, right and down.
@@ -44,7 +44,11 @@ pub struct Shown {
 
 impl Chart<'_> {
     /// The cells as `shown` reads them.
-    pub fn drawn(&self, maps: &LensMaps, shown: impl Fn(&MapCell) -> Option<Shown>) -> Canvas {
+    pub fn drawn(
+        &self,
+        maps: &LensMaps,
+        shown: impl Fn(&MapCell) -> Option<CellContent>,
+    ) -> Canvas {
         let lines = wrapped(self.words, COLUMNS * CELL);
         let head = TITLE + lines.len() * LINE + MARGIN;
         let (width, height) = (
@@ -66,7 +70,7 @@ impl Chart<'_> {
         canvas
     }
 
-    fn cell(&self, canvas: &mut Canvas, [left, top]: [usize; 2], shown: Option<Shown>) {
+    fn cell(&self, canvas: &mut Canvas, [left, top]: [usize; 2], shown: Option<CellContent>) {
         let area = [left..left + CELL - 1, top..top + CELL - 1];
         let Some(shown) = shown else {
             canvas.fill(area, NONE);
@@ -204,7 +208,7 @@ mod tests {
             arrow: None,
         };
         let canvas = chart.drawn(&maps, |cell| {
-            (cell.corners > 0).then(|| Shown {
+            (cell.corners > 0).then(|| CellContent {
                 value: f64::from(cell.corners),
                 text: String::new(),
                 arrow: [0.0; 2],

@@ -1,6 +1,6 @@
 //! Residuals and uncertainty of a lens over its image, as pictures.
 
-use crate::calibrate::lens::chart::{Chart, Shown};
+use crate::calibrate::lens::chart::{CellContent, Chart};
 use crate::drawing::Canvas;
 use anyhow::Context;
 use sextant_calibrator::lens::LensMaps;
@@ -47,7 +47,7 @@ fn residuals(maps: &LensMaps) -> Canvas {
         arrow: Some(ARROW),
     };
     chart.drawn(maps, |cell| {
-        (cell.corners > 0).then(|| Shown {
+        (cell.corners > 0).then(|| CellContent {
             value: cell.rms_px,
             text: format!("{:.2}", cell.rms_px),
             arrow: cell.mean_px,
@@ -66,7 +66,7 @@ fn uncertainty(maps: &LensMaps) -> Canvas {
         arrow: None,
     };
     chart.drawn(maps, |cell| {
-        cell.sigma_px.map(|sigma| Shown {
+        cell.sigma_px.map(|sigma| CellContent {
             value: sigma,
             text: format!("{sigma:.2}"),
             arrow: [0.0; 2],

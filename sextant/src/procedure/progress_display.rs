@@ -15,29 +15,29 @@ const SPOKEN: Duration = Duration::from_secs(1);
 const STEP: f64 = 0.05;
 
 /// Displays progress.
-pub struct Teller {
-    manner: Manner,
+pub struct ProgressDisplay {
+    manner: DisplayMode,
     due: Instant,
     last: Option<(String, f64)>,
     remarked: Vec<String>,
 }
 
-enum Manner {
+enum DisplayMode {
     /// Lines of the displayed block.
     Block(usize),
     Lines,
     Json,
 }
 
-impl Teller {
+impl ProgressDisplay {
     /// A display for this output format.
     pub fn new(format: Format) -> Self {
         let is_dumb = std::env::var("TERM").is_ok_and(|term| term == "dumb");
         Self {
             manner: match format {
-                Format::Json => Manner::Json,
-                Format::Text if io::stdout().is_terminal() && !is_dumb => Manner::Block(0),
-                Format::Text => Manner::Lines,
+                Format::Json => DisplayMode::Json,
+                Format::Text if io::stdout().is_terminal() && !is_dumb => DisplayMode::Block(0),
+                Format::Text => DisplayMode::Lines,
             },
             due: Instant::now(),
             last: None,
@@ -56,11 +56,11 @@ impl Teller {
     /// A closed output.
     pub fn show(&mut self, progress: &Progress, remarks: &[String]) -> anyhow::Result<()> {
         let period = match self.manner {
-            Manner::Block(_) => REDRAWN,
-            Manner::Lines | Manner::Json => SPOKEN,
+            DisplayMode::Block(_) => REDRAWN,
+            DisplayMode::Lines | DisplayMode::Json => SPOKEN,
         };
         self.due = Instant::now() + period;
-        if let Manner::Block(drawn) = &mut self.manner {
+        if let DisplayMode::Block(drawn) = &mut self.manner {
             let lines = block::lines(progress, remarks);
             *drawn = draw(*drawn, &lines)?;
             return Ok(());
@@ -73,7 +73,7 @@ impl Teller {
         }
         self.last = Some((progress.hint.clone(), progress.fraction));
         match self.manner {
-            Manner::Json => print_line(&serde_json::to_string(progress)?)?,
+            DisplayMode::Json => print_line(&serde_json::to_string(progress)?)?,
             _ => print_line(&block::line(progress))?,
         }
         Ok(())
@@ -93,12 +93,12 @@ impl Teller {
     /// A closed output.
     pub fn say(&mut self, words: &str) -> io::Result<()> {
         match &mut self.manner {
-            Manner::Block(drawn) => {
+            DisplayMode::Block(drawn) => {
                 *drawn = 0;
                 print_line(words)
             }
-            Manner::Lines => print_line(words),
-            Manner::Json => {
+            DisplayMode::Lines => print_line(words),
+            DisplayMode::Json => {
                 eprintln!("{words}");
                 Ok(())
             }

@@ -4,9 +4,9 @@ use sextant_estimator::{CameraId, Fusion, FusionOptions, ObjectModel, Rig};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
-/// What was read so far.
+/// Models and recordings read so far, which must agree with each other.
 #[derive(Default)]
-pub struct Together {
+pub struct CrossChecks {
     rigs: Vec<(PathBuf, Rig)>,
     objects: Vec<ObjectModel>,
     recorded: BTreeSet<(PathBuf, CameraId)>,
@@ -14,7 +14,7 @@ pub struct Together {
     sizes: BTreeMap<(CameraId, [u32; 2]), PathBuf>,
 }
 
-impl Together {
+impl CrossChecks {
     /// A rig was read.
     pub fn rig(&mut self, path: &Path, rig: Rig) {
         self.rigs.push((path.to_owned(), rig));

@@ -1,6 +1,6 @@
-//! The way of the messages to the network: straight, or through the faults that a scenario gives a simulated camera's network.
+//! Outbound messages: sent directly, or through the network faults of a scenario for a simulated camera.
 //!
-//! The faults are drawn from the scenario's seed. Messages under way are bounded; what is lost is counted.
+//! Faults follow from the seed of the scenario. Messages in flight are bounded; lost ones are counted.
 
 use std::path::Path;
 use std::time::Duration;
@@ -13,19 +13,19 @@ use sextant_site_files::read_toml;
 
 use crate::config::SourceConfig;
 
-/// The way.
-pub(super) enum Wire {
-    /// Straight to the network.
+/// Path of outbound messages.
+pub(super) enum Outbound {
+    /// Directly to the network.
     Direct,
-    /// Through faults, as the camera of this index.
+    /// Through simulated faults, as the camera of this index.
     Faulty(Box<Network<Observations>>, usize),
 }
 
-impl Wire {
-    /// The way for a camera's images; a scenario's faults count where there are any.
+impl Outbound {
+    /// The path for a camera: with faults if its scenario has any.
     ///
     /// # Errors
-    /// A scenario that can't be read.
+    /// An invalid scenario file.
     pub(super) fn of(source: &SourceConfig, camera: &CameraId) -> anyhow::Result<Self> {
         match source {
             SourceConfig::Simulator { scenario } => Self::simulated(scenario, camera),
@@ -78,7 +78,7 @@ mod tests {
     use super::*;
     use sextant_proto::{ClockQuality, Timing};
 
-    fn wire(faults: NetworkFaults) -> (Wire, CameraId) {
+    fn outbound(faults: NetworkFaults) -> (Outbound, CameraId) {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("s.toml");
         let mut scenario = Scenario::demo(2, 1, 3);
@@ -86,7 +86,7 @@ mod tests {
         sextant_site_files::write_toml(&file, &scenario).unwrap();
         let camera = CameraId::new(&scenario.cameras[1].id).unwrap();
         let source = SourceConfig::simulator(&file);
-        (Wire::of(&source, &camera).unwrap(), camera)
+        (Outbound::of(&source, &camera).unwrap(), camera)
     }
 
     fn message(camera: &CameraId, sequence: u64) -> Observations {
@@ -104,14 +104,14 @@ mod tests {
 
     #[test]
     fn a_network_without_faults_is_no_detour() {
-        let (mut wire, camera) = wire(NetworkFaults::default());
-        assert!(wire.send(message(&camera, 1), 5).is_some());
-        assert!(wire.receive(u64::MAX).is_none());
+        let (mut outbound, camera) = outbound(NetworkFaults::default());
+        assert!(outbound.send(message(&camera, 1), 5).is_some());
+        assert!(outbound.receive(u64::MAX).is_none());
     }
 
     #[test]
     fn messages_are_late_lost_and_doubled_as_the_scenario_says() {
-        let (mut wire, camera) = wire(NetworkFaults {
+        let (mut outbound, camera) = outbound(NetworkFaults {
             loss: 0.2,
             delay_ms: 20.0,
             duplicate: 0.1,
@@ -119,11 +119,11 @@ mod tests {
         });
         for sequence in 0..200 {
             let sent_ns = sequence * 1_000_000;
-            assert!(wire.send(message(&camera, sequence), sent_ns).is_none());
+            assert!(outbound.send(message(&camera, sequence), sent_ns).is_none());
         }
-        let wait = wire.wait_at_most(Duration::from_secs(1), 0);
+        let wait = outbound.wait_at_most(Duration::from_secs(1), 0);
         assert!(wait >= Duration::from_millis(20), "{wait:?}");
-        let arrived: Vec<u64> = std::iter::from_fn(|| wire.receive(u64::MAX))
+        let arrived: Vec<u64> = std::iter::from_fn(|| outbound.receive(u64::MAX))
             .map(|message| message.sequence)
             .collect();
         let mut different = arrived.clone();
