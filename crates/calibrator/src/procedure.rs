@@ -33,7 +33,7 @@ pub struct LensPlan {
     pub board: ObjectModel,
     /// Width and height of the camera's pictures.
     pub resolution: [u32; 2],
-    /// The model; `None` lets the images choose.
+    /// The lens model; `None` selects it by cross-validation.
     pub model: Option<LensModel>,
     /// Which images are kept: [`Selection::New`] for a stream.
     pub selection: Selection,

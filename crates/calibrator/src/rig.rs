@@ -173,7 +173,7 @@ impl RigSession {
         })
     }
 
-    /// Takes an image in. Images of cameras that the rig lacks are passed over.
+    /// Handles an image. Images of cameras that the rig lacks are passed over.
     pub fn handle(&mut self, image: &ImageObservation) {
         let Some(index) = self.camera_of(image) else {
             return;

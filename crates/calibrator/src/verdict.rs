@@ -1,26 +1,26 @@
-//! A judgement in words, so that nobody has to know what a good number is.
+//! Verdicts in words, for people without experience of good numbers.
 
 use serde::Serialize;
 use std::fmt;
 
-/// How far a result can be trusted.
+/// Grade of a result.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Grade {
-    /// Nothing better is to be had without better cameras.
+    /// Only better cameras would improve it.
     Good,
-    /// It works; the reasons say what would make it better.
+    /// It works; the reasons show what would improve it.
     Usable,
-    /// Do it again; the reasons say how.
+    /// It has to be repeated; the reasons show how.
     Poor,
 }
 
-/// A grade and why it is not better.
+/// A grade with its reasons.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Verdict {
-    /// The worst of all findings.
+    /// The worst grade of all findings.
     pub grade: Grade,
-    /// What was found, each a sentence with its remedy; empty for a good result without remarks.
+    /// Findings, each a sentence with a remedy; empty for a good result without remarks.
     pub because: Vec<String>,
 }
 
@@ -59,7 +59,7 @@ impl fmt::Display for Verdict {
     }
 }
 
-/// Names as people list them: "a, b and c".
+/// Joins names into a list in words: "a, b and c".
 pub(crate) fn listed(names: impl IntoIterator<Item = impl fmt::Display>) -> String {
     let names: Vec<String> = names.into_iter().map(|name| name.to_string()).collect();
     match names.as_slice() {

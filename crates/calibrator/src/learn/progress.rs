@@ -30,7 +30,7 @@ pub struct LearnProgress {
     pub joining: usize,
     /// Every wanted tag.
     pub tags: Vec<TagProgress>,
-    /// From 0 to 1; at 1 it is time to solve.
+    /// Progress from 0 to 1; 1 is enough.
     pub complete: f64,
     /// What to do next, a sentence.
     pub hint: String,
@@ -49,7 +49,7 @@ impl LearnProgress {
     }
 }
 
-/// What the images have covered.
+/// Coverage by the images.
 #[derive(Clone, Debug)]
 pub(super) struct Coverage {
     images: usize,

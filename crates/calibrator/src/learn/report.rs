@@ -20,7 +20,7 @@ pub struct LearnedTag {
     pub elsewhere: usize,
     /// One standard deviation of its position (root of the mean of the three axes), millimetres. See `Gauge` of what.
     pub sigma_mm: f64,
-    /// Of its attitude, the same, degrees.
+    /// Standard deviation of its attitude (root mean square of the axes), degrees.
     pub sigma_deg: f64,
     /// Along the object's axes, millimetres.
     pub sigma_axes_mm: [f64; 3],
@@ -30,7 +30,7 @@ pub struct LearnedTag {
     pub rms_px: f64,
     /// Its size by comparison with the other tags, as a part of the stated one, with its deviation; 1 if right.
     pub size_ratio: f64,
-    /// One standard deviation of that.
+    /// Standard deviation of the same.
     pub size_ratio_sigma: f64,
 }
 
@@ -43,15 +43,15 @@ pub struct LearnReport {
     pub images: usize,
     /// Images used.
     pub images_used: usize,
-    /// Over all corners used, pixels.
+    /// RMS reprojection error over all used corners, pixels.
     pub rms_px: f64,
-    /// The corners' error in units of what the detector states of itself; near 1 if that is right.
+    /// Corner noise as a multiple of the detector's; 1 is expected.
     pub noise_ratio: f64,
     /// The learned tags.
     pub tags: Vec<LearnedTag>,
     /// Known tags of the given object that stayed.
     pub kept: Vec<String>,
-    /// What the images hardly determine, in words.
+    /// Weakly determined directions, in words.
     pub weak: Vec<String>,
     /// Tags that could not be placed and are left out, with the reason and the remedy; empty where all were.
     pub unsolved: Vec<String>,

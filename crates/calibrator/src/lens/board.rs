@@ -1,4 +1,4 @@
-//! The board: which tags, of what size, where on it.
+//! The board: its tags with sizes and poses.
 
 use super::refusal::LensRefusal;
 use crate::bundle::{BundleTag, Freedom};
@@ -16,7 +16,7 @@ pub(super) struct BoardTag {
     pub corners: [Point3<f64>; 4],
 }
 
-/// All of them.
+/// All tags of the board.
 #[derive(Clone, Debug)]
 pub(super) struct Board {
     pub tags: Vec<BoardTag>,
@@ -43,7 +43,7 @@ impl Board {
         self.tags.iter().position(|known| known.tag == tag)
     }
 
-    /// As the adjustment knows it: as printed.
+    /// Fixed bundle tags, as printed.
     pub(super) fn bundle_tags(&self) -> Vec<BundleTag> {
         let tags = self.tags.iter().map(|tag| BundleTag {
             object_from_tag: tag.board_from_tag,

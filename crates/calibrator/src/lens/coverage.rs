@@ -1,4 +1,4 @@
-//! Where in the picture the board has been, and how it was turned.
+//! Coverage of the image by the board, and its orientations.
 
 use super::view::View;
 use nalgebra::{Point2, Vector3};

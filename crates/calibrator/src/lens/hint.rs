@@ -1,19 +1,19 @@
-//! Where to hold the board next, in words.
+//! Instructions on where to hold the board next.
 
 use super::coverage::{COLUMNS, Coverage, ROWS};
 use std::fmt;
 
-/// A ninth of the picture counts as covered when this part of its cells is.
+/// Least share of covered cells of a covered ninth of the image.
 const NINTH_COVERED: f64 = 0.6;
-/// The whole picture counts as covered when this part of its cells is.
+/// Least share of covered cells of a covered image.
 const COVERED: f64 = 0.85;
-/// Views with each side turned away.
+/// Views needed with each side turned away.
 pub(super) const TILTS: u32 = 3;
-/// Views that the board fills.
+/// Views needed in which the board fills the image.
 pub(super) const NEAR: u32 = 8;
-/// Views in all.
+/// Views needed in all.
 pub(super) const VIEWS: u32 = 20;
-/// As many views are enough where the board can't come near, as before a lens that is sharp only far away.
+/// Sufficient number of views if the board cannot come close, as with a lens that is sharp only at a distance.
 const ENOUGH_FROM_AFAR: u32 = 45;
 
 /// A ninth of the picture: thirds from the left and from the top, 0 to 2.
@@ -28,17 +28,17 @@ pub struct Place {
 /// What to do next.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Hint {
-    /// Show the board at all.
+    /// Show the board.
     ShowBoard,
-    /// Hold it where the picture is empty, with a side turned away where that lacks too.
+    /// Hold it in an uncovered part of the image, with a side turned away if that is missing too.
     HoldAt(Place, Option<Side>),
     /// Turn a side of it away.
     Tilt(Side),
-    /// Hold it nearer.
+    /// Hold it closer.
     Nearer,
-    /// Somewhere else, otherwise turned.
+    /// Hold it elsewhere, at another angle.
     Move,
-    /// There is enough.
+    /// There are enough views.
     Enough,
 }
 
@@ -73,7 +73,7 @@ impl Hint {
     }
 }
 
-/// The side that was turned away least, if too seldom.
+/// The side that was turned away least often, if not often enough.
 fn lacking(coverage: &Coverage) -> Option<Side> {
     let sides = [Side::Left, Side::Right, Side::Upper, Side::Lower];
     let counted = sides.into_iter().zip(coverage.tilted);
@@ -81,7 +81,7 @@ fn lacking(coverage: &Coverage) -> Option<Side> {
     (count < TILTS).then_some(side)
 }
 
-/// The ninth with the fewest covered cells, if it or the whole picture lacks some.
+/// The ninth with the fewest covered cells, if it or the whole image is not covered.
 fn emptiest(coverage: &Coverage) -> Option<Place> {
     let (part, place) = least_covered(coverage);
     (part < NINTH_COVERED || coverage.whole() < COVERED).then_some(place)
@@ -101,7 +101,7 @@ fn least_covered(coverage: &Coverage) -> (f64, Place) {
     )
 }
 
-/// How far the picture is covered, 1 for enough.
+/// Coverage of the image relative to the required one, at most 1.
 pub(super) fn covered(coverage: &Coverage) -> f64 {
     let (least, _) = least_covered(coverage);
     (coverage.whole() / COVERED).min(1.0) * (0.5 + 0.5 * (least / NINTH_COVERED).min(1.0))

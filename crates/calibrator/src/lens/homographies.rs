@@ -1,4 +1,4 @@
-//! Homographies of the board, and the focal length that they ask for.
+//! Homographies of the board, and the focal lengths that follow from them.
 //!
 //! Z. Zhang, A flexible new technique for camera calibration, PAMI 2000, section 3.1, with the principal point in the middle
 //! of the picture and no skew: the two constraints of each homography are then linear in 1/fx^2 and 1/fy^2.
@@ -13,7 +13,7 @@ const TOLERANCE: f64 = 0.03;
 /// A board that is not flat within this part of its size has no homography.
 const FLATNESS: f64 = 1e-6;
 
-/// Focal lengths, pixels; `None` where the images do not ask for any.
+/// Focal lengths, pixels; `None` if the homographies do not determine them.
 pub(super) fn focal_lengths(
     board: &Board,
     views: &[View],

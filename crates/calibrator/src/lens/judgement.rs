@@ -1,17 +1,17 @@
-//! What to think of a calibration, in words.
+//! Verdict on a lens calibration.
 
 use super::maps::LensMaps;
 use crate::verdict::{Grade, Verdict};
 
-/// Mean deviation over the picture, pixels, up to which a lens is good.
+/// Largest mean standard deviation over the image of a good lens, pixels.
 const GOOD_PX: f64 = 0.15;
-/// Up to which it is usable.
+/// Largest mean standard deviation of a usable lens, pixels.
 const USABLE_PX: f64 = 0.5;
-/// What the model may fail to follow in a good lens, pixels.
+/// Largest systematic error of a good lens, pixels.
 const SYSTEMATIC_PX: f64 = 0.15;
-/// Part of the cells with corners in a good set.
+/// Least coverage of a good result.
 const COVERAGE: f64 = 0.7;
-/// Wrong tags that call for a look, as a part of all.
+/// Share of outlier tags that is reported.
 const WRONG: f64 = 0.05;
 
 /// Of the maps and of the part of the tags that were left out.

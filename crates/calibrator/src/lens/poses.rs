@@ -1,4 +1,4 @@
-//! Where the board is in an image, by a lens that is only about right: the pose on which most tags agree.
+//! Pose of the board in an image with an approximate lens: the consensus of its tags.
 
 use super::board::Board;
 use super::view::View;

@@ -1,12 +1,12 @@
-//! Why a set of images gives no lens.
+//! Reasons why images do not determine a lens.
 
 use sextant_estimator::TagId;
 use thiserror::Error;
 
-/// The true cause, and what to do.
+/// Cause and remedy.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum LensRefusal {
-    /// The board's file does not say where a tag sits.
+    /// The board file has no pose of a tag.
     #[error(
         "the board does not say where its tag {tag} sits; print one with `sextant print board` and give the file written with it"
     )]
@@ -51,7 +51,7 @@ pub enum LensRefusal {
         /// The least.
         needed: usize,
     },
-    /// Nothing tilted: focal length and distance cannot be told apart.
+    /// No tilted view: focal length and distance cannot be separated.
     #[error(
         "the board is seen from the front only (tilted by {tilt_deg:.0} degrees at most), so that focal length and distance cannot be separated (it is uncertain by {sigma_percent:.1} %); tilt the board by 30 degrees and more, in every direction"
     )]
@@ -61,7 +61,7 @@ pub enum LensRefusal {
         /// One standard deviation of the focal length in percent of it.
         sigma_percent: f64,
     },
-    /// Something else keeps the lens from being found.
+    /// The lens is poorly determined for another reason.
     #[error(
         "the images do not determine the lens: its focal length is uncertain by {sigma_percent:.1} %; add images near the edges of the picture and with the board tilted"
     )]

@@ -1,4 +1,4 @@
-//! A calibration under way: images in, coverage and hints out, and the lens when there is enough.
+//! A lens calibration session: handles images, reports coverage and hints, and solves for the lens.
 
 use super::board::Board;
 use super::calibration::LensCalibration;
@@ -18,43 +18,43 @@ use std::collections::{BTreeMap, BTreeSet};
 
 /// The least views for any lens.
 const LEAST_VIEWS: usize = 5;
-/// Views kept; later ones add nothing but time.
+/// Most views; further ones only cost time.
 const MOST_VIEWS: usize = 300;
 /// A new view differs from those kept by this part of the picture's width, or by [`NEW_LEAN`], or by [`NEW_SIZE`].
 const NEW_PLACE: f64 = 0.06;
-/// As the tangent of the tilt.
+/// Difference of the tilt, as a tangent.
 const NEW_LEAN: f64 = 0.15;
-/// As the ratio of sizes less one.
+/// Relative difference of the size.
 const NEW_SIZE: f64 = 0.2;
-/// Focal length taken for hints until there is a better one, as a part of the picture's width.
+/// Assumed focal length for hints before a solution, as a share of the image width.
 const USUAL_FOCAL: f64 = 0.9;
-/// Above this deviation of the focal length, as a part of it, there is no lens.
+/// Largest relative standard deviation of the focal length of a result.
 const UNDETERMINED: f64 = 0.01;
 /// Below this tilt, radians, of all but a tenth of the views, they are frontal.
 const FRONTAL: f64 = 0.21;
-/// More wrong tags than this part, and nothing is explained.
+/// Largest share of outlier tags of a result.
 const MOST_WRONG: f64 = 0.6;
-/// Squares that differ by this part from what the file says contradict it.
+/// Relative difference of the size of the squares from which they contradict the file.
 const SIZES_DIFFER: f64 = 0.004;
 
-/// Which images are kept.
+/// Which images become views.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub enum Selection {
-    /// Every one that shows enough of the board: a set that somebody chose.
+    /// All that show enough of the board: for a selected set of images.
     #[default]
     All,
-    /// Those that show it otherwise than the ones kept before: a stream.
+    /// Those that differ from the earlier views: for a stream.
     New,
 }
 
-/// How a lens is sought.
+/// Options of a lens calibration.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct LensOptions {
-    /// Width and height of the pictures.
+    /// Width and height of the images, pixels.
     pub resolution: [u32; 2],
-    /// The model; `None` lets the images choose.
+    /// The lens model; `None` selects it by cross-validation.
     pub model: Option<LensModel>,
-    /// Which images are kept.
+    /// Which images become views.
     pub selection: Selection,
 }
 
@@ -74,21 +74,21 @@ pub enum ViewOutcome {
 pub struct LensProgress {
     /// Number of images received.
     pub images: usize,
-    /// Those kept.
+    /// Number of views.
     pub views: usize,
     /// Corners in each cell of the picture, row by row from the top left.
     pub coverage: [[u32; COLUMNS]; ROWS],
     /// Views in which the board's left, right, upper and lower side was turned away.
     pub tilted: [u32; 4],
-    /// Views that the board fills.
+    /// Views in which the board fills the image.
     pub near: u32,
-    /// From nothing, 0, to enough, 1.
+    /// Progress from 0 to 1; 1 is enough.
     pub fraction: f64,
     /// What to do next.
     pub hint: Hint,
 }
 
-/// A calibration under way.
+/// A lens calibration session.
 #[derive(Clone, Debug)]
 pub struct LensSession {
     board: Board,
@@ -105,7 +105,7 @@ impl LensSession {
     /// A session with a board.
     ///
     /// # Errors
-    /// A board whose tags' places are not known.
+    /// A board without tag poses.
     pub fn new(board: &ObjectModel, options: LensOptions) -> Result<Self, LensRefusal> {
         Ok(Self {
             board: Board::of(board)?,
@@ -119,10 +119,10 @@ impl LensSession {
         })
     }
 
-    /// Takes an image in.
+    /// Handles an image.
     ///
     /// # Errors
-    /// Corners that a picture of the stated resolution cannot have.
+    /// Corners outside the resolution.
     pub fn handle(&mut self, image: &ImageObservation) -> Result<ViewOutcome, LensRefusal> {
         let sorted = SortedView::of(&self.board, self.options.resolution, image)?;
         self.images += 1;
@@ -146,7 +146,7 @@ impl LensSession {
         Ok(ViewOutcome::Added)
     }
 
-    /// About where the board is, by a usual lens.
+    /// Approximate pose of the board, assuming a usual lens.
     fn guess(&self, view: &View) -> Option<Pose> {
         let [width, height] = self.options.resolution.map(f64::from);
         let focal = USUAL_FOCAL * width;
@@ -169,7 +169,7 @@ impl LensSession {
         })
     }
 
-    /// How far it is, and what to do next.
+    /// Progress and the next instruction.
     pub fn progress(&self) -> LensProgress {
         let tilts = self
             .coverage
@@ -199,10 +199,10 @@ impl LensSession {
         }
     }
 
-    /// The lens.
+    /// Solves for the lens.
     ///
     /// # Errors
-    /// What keeps these images from giving one.
+    /// The reason why these images do not determine it.
     pub fn solve(&self) -> Result<LensCalibration, LensRefusal> {
         self.check_views()?;
         let resolution = self.options.resolution;
@@ -262,7 +262,7 @@ impl LensSession {
         Ok(())
     }
 
-    /// By tag of the board: how often it was left out of how many.
+    /// Number of exclusions and of occurrences of each tag of the board.
     fn wrong_tags(&self, fit: &Fit) -> BTreeMap<TagId, (usize, usize)> {
         let mut counts = BTreeMap::new();
         for (view, pose) in self.views.iter().zip(&fit.adjustment.poses) {

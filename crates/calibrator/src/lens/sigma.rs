@@ -1,4 +1,4 @@
-//! How well a lens is known, in the two numbers that a rig's file states: of the focal length, and of the distortion.
+//! Standard deviations of a lens as in a rig file: of the focal length and of the distortion.
 //!
 //! What an error of the parameters does over the picture is taken apart, by least squares over the cells of the maps, into a
 //! turn of the whole camera (which its pose takes up), a change of the focal length and a displacement with the cube of the
@@ -10,7 +10,7 @@ use nalgebra::{DMatrix, Matrix2x5, Matrix5, Point2, SMatrix};
 use sextant_estimator::LensSigma;
 use sextant_geometry::Lens;
 
-/// Most that a rig's file may state, px.
+/// Largest valid standard deviation in a rig file, px.
 const MOST_PX: f64 = 100.0;
 
 impl LensCalibration {

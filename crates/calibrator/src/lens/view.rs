@@ -1,4 +1,4 @@
-//! What one image shows of the board, and what is left out of it from the start.
+//! A view of the board: its usable tags in one image.
 
 use super::board::Board;
 use super::refusal::LensRefusal;
@@ -6,9 +6,9 @@ use nalgebra::{Point2, Vector2};
 use sextant_estimator::{ImageObservation, TagCorners, TagId};
 use std::collections::BTreeMap;
 
-/// The corners' noise where nobody states it, pixels.
+/// Default corner noise, pixels.
 const USUAL_SIGMA_PX: f64 = 0.1;
-/// Stated noise is believed between these.
+/// Range of accepted corner noise, pixels.
 const SIGMA_PX: std::ops::RangeInclusive<f64> = 0.03..=2.0;
 /// Corners may lie this far outside of the picture: half a pixel of its edge and some noise.
 const OUTSIDE_PX: f64 = 2.0;
@@ -29,7 +29,7 @@ pub(super) struct View {
     pub tags: Vec<ViewTag>,
 }
 
-/// An image sorted out: the board's tags, those that appear twice, and those that are no part of the board.
+/// The tags of an image: those of the board, duplicates, and others.
 pub(super) struct SortedView {
     pub view: View,
     pub twice: Vec<TagId>,
@@ -81,7 +81,7 @@ fn is_inside([width, height]: [u32; 2], at: &Point2<f64>) -> bool {
     inside(at.x, width) && inside(at.y, height)
 }
 
-/// No picture shows a tag whose middle lies outside of it.
+/// Whether the centre of a tag is inside the image.
 fn check_centre(resolution: [u32; 2], tag: &TagCorners) -> Result<(), LensRefusal> {
     let sum = tag
         .corners

@@ -47,7 +47,7 @@ pub struct LensReport {
 /// How a model did on images that it was not fitted to.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct HeldOut {
-    /// Its name.
+    /// Id of the camera.
     pub model: &'static str,
     /// Root mean square distance between seen and foretold corners.
     pub held_out_rms_px: f64,

@@ -12,7 +12,7 @@ pub struct Progress {
     pub kind: Kind,
     /// Number of images received.
     pub images: usize,
-    /// From nothing, 0, to enough, 1.
+    /// Progress from 0 to 1; 1 is enough.
     pub fraction: f64,
     /// Whether it is time to solve. Solving may be tried before.
     pub is_enough: bool,
@@ -50,7 +50,7 @@ pub struct LensDetails {
 pub struct RigDetails {
     /// Every camera of the rig.
     pub cameras: Vec<CameraProgress>,
-    /// How often each pair of cameras, by name, has seen the object together.
+    /// Number of common views of each pair of cameras.
     pub together: Vec<(String, String, usize)>,
 }
 

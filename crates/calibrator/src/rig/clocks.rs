@@ -1,4 +1,4 @@
-//! The cameras' clocks: sought always where shutters run free, and where they are synchronised only if the images say so.
+//! Clock offsets of the cameras: always estimated for free-running shutters, and for synchronised ones only if the images show them.
 
 use super::RigError;
 use super::comparison::{BETTER, MOST_INSTANTS, left_by, options};
@@ -7,7 +7,7 @@ use crate::adjustment::{Adjustment, AdjustmentResult};
 use crate::bundle::{Bundle, Freedom, KeptParameter, Motion, solve};
 use crate::image_store::ImageView;
 
-/// A person's hand: half a metre per second is reached or lost in a third of a second.
+/// Motion of a hand-held object, which gains or loses half a metre per second in a third of a second.
 const CARRIED: Motion = Motion {
     acceleration: 2.5,
     angular_acceleration: 8.0,
@@ -23,7 +23,7 @@ pub(super) struct Clock {
     pub sigma_s: f64,
 }
 
-/// By camera; `None` where the clock was taken as it is.
+/// Clock of each camera; `None` if it was not estimated.
 pub(super) type Clocks = Vec<Option<Clock>>;
 
 /// Clocks that are clearly off although shutters are synchronised; `None` if none is.
@@ -70,7 +70,7 @@ pub(super) fn of_free_running(
     solved(whole, views)
 }
 
-/// With the clocks that are free.
+/// Solves with free clocks.
 pub(super) fn solved(
     whole: Adjustment,
     views: &[ImageView],
@@ -87,7 +87,7 @@ fn free_clocks(whole: &mut Adjustment) {
     }
 }
 
-/// What a part of the images says of every clock.
+/// Clocks estimated from a part of the images.
 fn asked_clocks(whole: &Adjustment, views: &[ImageView]) -> Result<Clocks, RigError> {
     let mut part = whole.clone();
     free_clocks(&mut part);

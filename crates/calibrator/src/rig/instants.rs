@@ -1,4 +1,4 @@
-//! Where the object was at every time, and the floor's tags, as the adjustment starts.
+//! Initial instants of the adjustment: poses of the object over time, and the tags on the floor.
 
 use super::sightings::Sightings;
 use super::trajectory::{SAME_TIME_NS, twist};
@@ -47,7 +47,7 @@ pub(super) fn floor(
     (instants, images)
 }
 
-/// The pose with most others near it.
+/// The pose with the most close neighbours.
 fn nearest_to_all(poses: &[Pose]) -> Option<Pose> {
     let near = |a: &Pose, b: &Pose| {
         let apart = a.inverse() * b;
@@ -135,7 +135,7 @@ fn best_pose(
     best.map(|(_, _, pose)| pose)
 }
 
-/// First twists: from each instant's neighbours.
+/// Initial twists, from the neighbours of each instant.
 pub(super) fn give_twists(instants: &mut [Instant]) {
     let twists: Vec<_> = (0..instants.len())
         .map(|at| {

@@ -1,4 +1,4 @@
-//! What to think of a calibrated rig, in words.
+//! Verdict on a calibrated rig.
 
 use super::RigSession;
 use super::report::{CalibratedCamera, RigSolution};
@@ -146,7 +146,7 @@ impl RigSession {
         }
     }
 
-    /// What all lengths rest on, in words.
+    /// Source of the scale, in words.
     pub(super) fn scale(&self, found: &RigSolution) -> String {
         let object = self.plan.object.id();
         if self.still_tags_with_size(&found.sightings.views).is_empty() {

@@ -1,4 +1,4 @@
-//! The world's frame: a camera's, a tag's on the floor, or one through three tags.
+//! World frame: that of a camera, of a tag on the floor, or one defined by three tags.
 
 use super::RigError;
 use crate::image_store::TagSpec;
@@ -7,7 +7,7 @@ use sextant_estimator::{CameraId, Rig, TagId};
 use sextant_geometry::Pose;
 use std::f64::consts::PI;
 
-/// What the world's frame is tied to.
+/// Definition of the world frame.
 #[derive(Clone, Debug, PartialEq, Default)]
 pub enum Origin {
     /// The first camera of the rig keeps the pose that the rig gives it; without one it is the world's frame.
@@ -25,10 +25,10 @@ pub enum Origin {
     Levelled(Box<Origin>, Up),
 }
 
-/// What shows which way is up, by gravity. Sizes in metres.
+/// Source of the vertical. Sizes in metres.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Up {
-    /// A tag that lies on something level: its face looks up.
+    /// A tag on something level, facing up.
     Flat(TagId, f64),
     /// A tag that hangs plumb and upright: its upper edge is up.
     Upright(TagId, f64),
@@ -100,7 +100,7 @@ impl Origin {
         }
     }
 
-    /// The camera whose pose is held while adjusting.
+    /// Reference camera, whose pose is fixed in the adjustment.
     pub(super) fn reference(&self, rig: &Rig) -> usize {
         let named = match self {
             Self::Levelled(frame, _) => return frame.reference(rig),
@@ -140,7 +140,7 @@ impl Origin {
     }
 }
 
-/// The least turn about the origin that brings a direction onto z.
+/// Smallest rotation about the origin that maps a direction onto z.
 fn level(up: &Vector3<f64>) -> Pose {
     let upside_down = || UnitQuaternion::from_axis_angle(&Vector3::x_axis(), PI);
     let turn = UnitQuaternion::rotation_between(up, &Vector3::z()).unwrap_or_else(upside_down);

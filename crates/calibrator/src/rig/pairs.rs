@@ -1,4 +1,4 @@
-//! Relative poses of pairs of cameras by consensus, and the tree that joins them all.
+//! Relative poses of pairs of cameras by consensus, and the tree that connects all cameras.
 //!
 //! Whenever two cameras see the object at one time, each pair of its possible poses proposes a relative pose of the cameras. The right
 //! one recurs while the object moves; mirrored poses and wrong tags propose something else every time.
@@ -13,19 +13,19 @@ struct CommonView {
     second: Vec<Pose>,
 }
 
-/// Meetings looked at of one pair.
+/// Most common views of a pair.
 const MOST_MEETINGS: usize = 150;
-/// Meetings that propose.
+/// Most common views that propose a relative pose.
 const MOST_PROPOSERS: usize = 50;
 /// A relative pose agrees within this part of the distance to the object (and metres), and within these radians.
 const NEAR: (f64, f64) = (0.06, 0.02);
 const NEAR_RAD: f64 = 0.12;
-/// Agreement (in meetings) that joins two cameras.
+/// Least number of agreeing common views that connects two cameras.
 const LEAST: f64 = 1.5;
-/// Less than this part of all meetings agreeing is chance.
+/// Least share of agreeing common views that is significant.
 const LEAST_PART: f64 = 0.1;
 
-/// Cameras joined by what pairs of them say; strength is the number of agreeing meetings.
+/// Graph of cameras with relative poses of pairs; strength is the number of agreeing common views.
 pub(super) fn joined_cameras(trajectories: &[Trajectory], moments: Moments) -> PoseGraph {
     let n = trajectories.len();
     let mut joined = PoseGraph::new(n);
@@ -83,7 +83,7 @@ impl CommonView {
         })
     }
 
-    /// From 0 to 1: how near the best of the meeting's own proposals comes.
+    /// Agreement of the best proposal of a common view, from 0 to 1.
     fn vote(&self, candidate: &Pose) -> f64 {
         let first = self.first.iter();
         let votes = first.flat_map(|first| {

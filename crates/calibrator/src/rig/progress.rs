@@ -1,4 +1,4 @@
-//! How far a rig session is, and what to do next; and the faults that images show before anything is solved.
+//! Progress of a rig session, instructions, and errors that images show before a solution.
 
 use super::{RigError, RigPlan};
 use crate::graph::islands;
@@ -11,11 +11,11 @@ use std::collections::BTreeMap;
 /// A camera's share of the images so far.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct CameraProgress {
-    /// Its name.
+    /// Id of the camera.
     pub camera: String,
     /// Number of images received.
     pub images: usize,
-    /// Of them with a tag of the object.
+    /// Number of images with a tag of the object.
     pub seeing: usize,
     /// Of the twelve fields of its picture (four by three), those in which the object was seen; row by row.
     pub fields: Vec<bool>,
@@ -32,15 +32,15 @@ pub struct RigProgress {
     pub images: usize,
     /// Every camera of the rig.
     pub cameras: Vec<CameraProgress>,
-    /// How often each pair of cameras, by name, has seen the object together.
+    /// Number of common views of each pair of cameras.
     pub together: Vec<(String, String, usize)>,
-    /// From 0 to 1; at 1 it is time to solve.
+    /// Progress from 0 to 1; 1 is enough.
     pub complete: f64,
     /// What to do next, a sentence.
     pub hint: String,
 }
 
-/// What the images have covered.
+/// Coverage by the images.
 #[derive(Clone, Debug)]
 pub(super) struct Coverage {
     cameras: Vec<CameraCoverage>,
@@ -72,9 +72,9 @@ const ENOUGH_FIELDS: usize = 6;
 const ENOUGH_DISTANCES: usize = 2;
 /// Images of a tag whose place on the object is not known.
 const ENOUGH_SHOWN: usize = 5;
-/// This many of a hundred tags outside of the picture: it is another picture.
+/// Per cent of tags outside the image from which the resolution is wrong.
 const OUTSIDE_PERCENT: usize = 4;
-/// A tag doubled in so many images is there twice.
+/// Number of images with a duplicated tag from which it exists twice.
 const DOUBLED: usize = 3;
 
 impl Coverage {

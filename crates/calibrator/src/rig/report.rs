@@ -1,4 +1,4 @@
-//! How well a rig was calibrated, and the rig itself in the world's frame.
+//! Report of a rig calibration, and the rig in the world frame.
 
 use super::clocks::Clocks;
 use super::origin::Origin;
@@ -18,63 +18,63 @@ use std::collections::{BTreeMap, BTreeSet};
 /// One camera of a calibrated rig.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct CalibratedCamera {
-    /// Its name.
+    /// Id of the camera.
     pub camera: String,
-    /// Images of it that were used.
+    /// Number of its used images.
     pub images: usize,
-    /// Tags in them that were used.
+    /// Number of used tags in them.
     pub tags: usize,
-    /// Tags that were left out because they fit nowhere.
+    /// Number of excluded outlier tags.
     pub left_out: usize,
     /// One standard deviation of its position relative to the reference camera (root of the mean of the three axes),
     /// millimetres; 0 for the reference itself.
     pub sigma_mm: f64,
-    /// Of its attitude, the same, degrees.
+    /// Standard deviation of its attitude (root mean square of the axes), degrees.
     pub sigma_deg: f64,
     /// Along the reference camera's axes, millimetres.
     pub sigma_axes_mm: [f64; 3],
     /// About the reference camera's axes, degrees.
     pub sigma_axes_deg: [f64; 3],
-    /// Distance between model and seen corners, root mean square, pixels.
+    /// RMS reprojection error, pixels.
     pub rms_px: f64,
-    /// What has to be added to its times, milliseconds; `None` where its clock was taken as it is.
+    /// Clock offset to add to its times, milliseconds; `None` if it was not estimated.
     pub clock_offset_ms: Option<f64>,
-    /// One standard deviation of that.
+    /// Standard deviation of the same.
     pub clock_sigma_ms: Option<f64>,
 }
 
-/// How well a rig was calibrated, in numbers and words.
+/// Accuracy of a rig calibration, and a verdict.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct RigReport {
-    /// The camera relative to which deviations are stated.
+    /// Reference camera of the standard deviations.
     pub reference: String,
     /// Number of images received.
     pub images: usize,
     /// Images used.
     pub images_used: usize,
-    /// Times at which the object was seen.
+    /// Number of instants with the object.
     pub instants: usize,
-    /// Whether cameras took images at the same times.
+    /// Whether shutters are synchronised.
     pub synchronised: bool,
-    /// Over all corners used, pixels.
+    /// RMS reprojection error over all used corners, pixels.
     pub rms_px: f64,
-    /// The corners' error in units of what the detector states of itself; near 1 if that is right.
+    /// Corner noise as a multiple of the detector's; 1 is expected.
     pub noise_ratio: f64,
     /// In the order of the rig.
     pub cameras: Vec<CalibratedCamera>,
     /// Tags of the object that were left out often, as (tag, times seen, times left out).
     pub tags_left_out: Vec<(String, usize, usize)>,
-    /// What the images hardly determine, in words.
+    /// Weakly determined directions, in words.
     pub weak: Vec<String>,
-    /// Cameras that could not be placed and keep what the rig said of them, with the reason and the remedy.
+    /// Cameras that could not be placed and keep their entries, with reason and remedy.
     pub unsolved: Vec<String>,
-    /// What all lengths rest on, in words.
+    /// Source of the scale, in words.
     pub scale: String,
     /// In words.
     pub verdict: Verdict,
 }
 
-/// What solving found.
+/// The solution of a rig.
 pub(super) struct RigSolution {
     pub sightings: Sightings,
     pub adjusted: AdjustmentResult,

@@ -1,4 +1,4 @@
-//! From the images of a session to the cameras' poses: consensus, spanning tree, adjustment, clocks, frame.
+//! Solves for the camera poses of a session: consensus, spanning tree, adjustment, clocks, frame.
 
 use super::clocks::Clocks;
 use super::comparison::{BETTER, left_by, options};
@@ -18,17 +18,17 @@ use sextant_estimator::{Camera, CameraId, Rig};
 use sextant_geometry::Pose;
 use std::collections::BTreeSet;
 
-/// A focal length that is off by more than this part puts the cameras' names in doubt.
+/// Relative error of a focal length from which camera names may be swapped.
 const SUSPICIOUS: f64 = 0.015;
-/// More than this part of images with a partner at the same time: shutters are synchronised.
+/// Least share of images with a simultaneous partner for synchronised shutters.
 const SYNCHRONISED: f64 = 0.5;
 
 impl RigSession {
-    /// Finds the cameras. Those that the images cannot place keep what the rig says of them and are named in
+    /// Solves for the camera poses. Cameras that cannot be placed keep their entries and are named in
     /// [`RigReport::unsolved`](super::RigReport::unsolved).
     ///
     /// # Errors
-    /// When no two cameras can be placed, with the reason and a remedy.
+    /// If no two cameras can be placed, with reason and remedy.
     pub fn solve(&self) -> Result<CalibratedRig, RigError> {
         let refused = match self.solve_all() {
             Err(refused) => refused,
@@ -48,7 +48,7 @@ impl RigSession {
         Ok(found)
     }
 
-    /// The rig with all cameras: those that were not found as they were.
+    /// The rig with all cameras; unsolved ones keep their entries.
     fn with_former(&self, found: &Rig) -> Result<Rig, RigError> {
         let cameras = self.rig.cameras().iter();
         let cameras = cameras.map(|camera| found.camera(&camera.id).unwrap_or(camera).clone());
@@ -63,7 +63,7 @@ impl RigSession {
         Ok(rig.holding_on_to(&self.rig))
     }
 
-    /// Finds every camera.
+    /// Solves for every camera.
     fn solve_all(&self) -> Result<CalibratedRig, RigError> {
         self.coverage
             .check(&self.rig, &self.plan, self.images.n_received())?;
@@ -87,7 +87,7 @@ impl RigSession {
         })
     }
 
-    /// Whether a focal length came out further off than any calibration is.
+    /// Whether the error of a focal length exceeds that of any calibration.
     fn doubts_lenses(&self, found: &Result<(AdjustmentResult, Clocks), RigError>) -> bool {
         let Ok((adjusted, _)) = found else {
             return true;
@@ -178,7 +178,7 @@ impl RigSession {
         views.collect()
     }
 
-    /// The object's tags; learned from the images where they are not known. Tags on the floor are no part of it.
+    /// The tags of the object, without those on the floor; learned from the images if they are unknown.
     fn placed(&self) -> Result<(Vec<TagPlacement>, bool, Vec<String>), RigError> {
         let known = self.plan.object.is_learned();
         let (object, unplaced) = if known {
@@ -210,7 +210,7 @@ impl RigSession {
         (0..self.rig.cameras().len()).map(of).collect()
     }
 
-    /// `world_from_camera` of every camera, roughly.
+    /// Approximate `world_from_camera` of every camera.
     fn joined(&self, trajectories: &[Trajectory], moments: Moments) -> Result<Vec<Pose>, RigError> {
         let pairs = joined_cameras(trajectories, moments);
         let of = pairs.islands();
@@ -271,7 +271,7 @@ impl RigSession {
         }
     }
 
-    /// The same images with fewer cameras; `None` where less than two are left or the frame's is not among them.
+    /// The session without some cameras; `None` if fewer than two are left or the reference is not among them.
     fn without(&self, apart: &[CameraId]) -> Option<Self> {
         let cameras = self.rig.cameras().iter();
         let rest: Vec<Camera> = cameras

@@ -1,4 +1,4 @@
-//! Whether every camera stayed where it was, and whether each is the one its name says.
+//! Tests whether a camera moved during the recording, and whether camera names are swapped.
 
 use super::comparison::{BETTER, MOST_INSTANTS, left_by, options};
 use super::sightings::Sightings;
@@ -9,20 +9,20 @@ use nalgebra::{Matrix6, Vector6};
 use sextant_estimator::{Camera, Rig};
 use sextant_geometry::{Pose, se3};
 
-/// A camera whose images fit in one half of the time and not in the other has moved far.
+/// Shares of fitting images before and after a large move of a camera.
 const FITS: f64 = 0.7;
 const FAILS: f64 = 0.3;
-/// Images that a half needs to say anything.
+/// Least number of images in each half.
 const ENOUGH: usize = 6;
 /// A move smaller than this does no harm: metres, radians. Further, it must exceed its deviation by so many.
 const HARMLESS: (f64, f64) = (0.003, 0.004);
 const SIGNIFICANT: f64 = 6.0;
 /// Lenses whose focal lengths differ by less, as a part of them, may as well be known badly as be swapped.
 const LENSES_DIFFER: f64 = 0.03;
-/// Pairs of cameras that are tried at most.
+/// Most pairs of cameras that are tested.
 const MOST_SWAPS: usize = 30;
 
-/// Finds a camera that was moved so far that its later images fit nowhere.
+/// Finds a camera that moved so far that its later images do not fit.
 pub(super) fn check_at_start(
     rig: &Rig,
     sightings: &Sightings,
@@ -69,7 +69,7 @@ fn is_floor(sightings: &Sightings, first: &Adjustment, image: usize) -> bool {
     tags.clone().count() > 0 && tags.clone().all(|tag| tag >= sightings.n_carried)
 }
 
-/// Where images begin to fit or cease to; `None` if they do neither.
+/// Index at which images start or stop to fit; `None` if there is none.
 fn best_split(fits: &[bool]) -> Option<usize> {
     let n = fits.len();
     let part = |of: &[bool]| of.iter().filter(|f| **f).count() as f64 / of.len() as f64;
@@ -164,7 +164,7 @@ fn likeliest_move(whole: &Adjustment, sightings: &Sightings, camera: usize) -> u
     off.get(best.1).map_or(0, |(instant, _)| *instant)
 }
 
-/// Metres and radians in which moves are compared, and the most that one image counts in them.
+/// Unit of moves, metres and radians, and the largest move of an image in that unit.
 const MOVE_UNIT: f64 = 0.01;
 const MOVE_CLIP: f64 = 5.0;
 

@@ -1,4 +1,4 @@
-//! Where one camera sees the object go: its possible poses in every image, and between images.
+//! Trajectory of the object in one camera: its possible poses in every image, and interpolated between images.
 
 use nalgebra::Vector6;
 use sextant_geometry::{Pose, se3};
@@ -19,13 +19,13 @@ pub(super) enum Moments {
     Interpolated,
 }
 
-/// Images no further apart were taken at one time, ns.
+/// Largest difference of simultaneous capture times, ns.
 pub(super) const SAME_TIME_NS: u64 = 500_000;
-/// Poses are interpolated between images no further apart, ns.
+/// Longest interval for interpolation, ns.
 const LONGEST_GAP_NS: u64 = 250_000_000;
 
 impl Trajectory {
-    /// From sightings in any order.
+    /// A trajectory from poses in any order.
     pub(super) fn of(mut sightings: Vec<(u64, Vec<Pose>)>) -> Self {
         sightings.retain(|(_, poses)| !poses.is_empty());
         sightings.sort_by_key(|(time, _)| *time);
@@ -61,7 +61,7 @@ impl Trajectory {
         }
     }
 
-    /// Part of the sightings that have one of another camera at the same time.
+    /// Share of the poses with a simultaneous pose of another camera.
     pub(super) fn part_shared(&self, others: &[&Self]) -> f64 {
         let shared = self.sightings.iter().filter(|(time, _)| {
             others.iter().any(|other| {
