@@ -78,7 +78,10 @@ impl SlotWriter {
                 .map_err(SourceError::into_failure)?;
             match next {
                 Next::Image(capture) => {
-                    *header = self.header(&capture, lent);
+                    *header = ImageHeader {
+                        fallbacks: source.fallbacks(),
+                        ..self.header(&capture, lent)
+                    };
                     self.images.send(blank).map_err(as_unavailable)?;
                     return Ok(next);
                 }

@@ -1,5 +1,7 @@
 //! `camera.toml`: configuration of a camera node. Paths are relative to the folder of the file.
 
+mod rza2m;
+
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
@@ -9,6 +11,8 @@ use sextant_iceoryx_images::IceoryxOptions;
 use sextant_proto::SiteId;
 use sextant_site_files::{Complaint, FileError, read_toml_checked};
 use sextant_zenoh_bus::BusOptions;
+
+pub use self::rza2m::{DrpCircuit, DrpCircuitConfig, Rza2mConfig};
 
 /// The file.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -76,6 +80,8 @@ pub enum SourceConfig {
         #[serde(default, skip_serializing_if = "Option::is_none")]
         readout_us: Option<u32>,
     },
+    /// The camera of an RZ/A2M.
+    Rza2m(Rza2mConfig),
 }
 
 /// Playback speed of a recording.
@@ -238,11 +244,15 @@ impl SourceConfig {
             Self::Simulator { scenario: path } | Self::Images { folder: path, .. } => {
                 *path = folder.join(&path)
             }
+            Self::Rza2m(config) => config.resolve(folder),
             Self::V4l2 { .. } => {}
         }
     }
 
     fn check(&self) -> Result<(), Complaint> {
+        if let Self::Rza2m(config) = self {
+            return config.check();
+        }
         let Self::V4l2 {
             resolution: [width, height],
             rate_hz,
@@ -337,6 +347,18 @@ mod tests {
                 "camera.toml:7:14: source.readout_us: 200000 is not from 0 to 100000",
             ),
             (
+                "[source]\nkind = \"rza2m\"\nresolution = [650, 480]\n",
+                "a width of a multiple of 32",
+            ),
+            (
+                "[source]\nkind = \"rza2m\"\n[[source.drp]]\ncircuit = \"median-blur\"\ndata = \"m.dat\"\n",
+                "the first circuit must be Bayer2Grayscale",
+            ),
+            (
+                "[source]\nkind = \"rza2m\"\n[[source.drp]]\ncircuit = \"sobel\"\ndata = \"s.dat\"\n",
+                "sobel",
+            ),
+            (
                 "[source]\nkind = \"images\"\nfolder = \"r\"\n[preview]\nrate_hz = 99.0\n",
                 "camera.toml:7:11: preview.rate_hz",
             ),
@@ -348,6 +370,19 @@ mod tests {
             let error = read(rest).unwrap_err();
             assert!(error.contains(expected), "{error}");
         }
+    }
+
+    #[test]
+    fn the_circuits_of_an_rza2m_lie_beside_the_file() {
+        let config = read("[source]\nkind = \"rza2m\"\n[[source.drp]]\ncircuit = \"bayer2grayscale\"\ndata = \"b.dat\"\n").unwrap();
+        let SourceConfig::Rza2m(Rza2mConfig {
+            resolution, drp, ..
+        }) = config.source
+        else {
+            panic!("{config:?}")
+        };
+        assert_eq!(resolution, [640, 480]);
+        assert!(drp[0].data.is_absolute() && drp[0].data.ends_with("b.dat"));
     }
 
     #[test]

@@ -6,7 +6,7 @@
 //! named, [`run`] starts both as children and supervises them.
 //!
 //! - [`CameraNodeConfig`] is `camera.toml`.
-//! - `source`: where images come from (simulator, recording, V4L2), one trait.
+//! - `source`: where images come from (simulator, recording, V4L2, RZ/A2M), one trait.
 //! - `capture`, `detect`, `preview`: the loops. `supervise`: the parent of both.
 
 mod capture;
@@ -20,7 +20,10 @@ mod run;
 mod source;
 mod supervise;
 
-pub use config::{CameraNodeConfig, DetectionConfig, Pace, PreviewConfig, SourceConfig};
+pub use config::{
+    CameraNodeConfig, DetectionConfig, DrpCircuit, DrpCircuitConfig, Pace, PreviewConfig,
+    Rza2mConfig, SourceConfig,
+};
 pub use part::Part;
 pub use run::{CameraArguments, run};
 pub use source::{Capture, ImageSource, Next, SourceError};

@@ -1,7 +1,8 @@
-//! Where images come from: one trait, three sources. Images are filled straight into shared memory.
+//! Where images come from: one trait, four sources. Images are filled straight into shared memory.
 
 mod images;
 mod reopening;
+mod rza2m;
 mod simulator;
 pub(crate) mod v4l2;
 
@@ -27,6 +28,11 @@ pub trait ImageSource {
     /// # Errors
     /// What ends the source for good, with the exit code that it deserves.
     fn next(&mut self, pixels: &mut [u8], shutdown: &Shutdown) -> Result<Next, SourceError>;
+
+    /// Images that the CPU had to make in place of an accelerator.
+    fn fallbacks(&self) -> u64 {
+        0
+    }
 }
 
 /// What became of waiting for an image.
@@ -128,6 +134,17 @@ pub(crate) fn open(
             };
             let period = rate_hz.map(|rate_hz| Duration::from_secs_f64(1.0 / rate_hz));
             let opened = Reopening::new(open, period).map_err(SourceError::into_failure);
+            Ok(Box::new(
+                opened.with_context(|| format!("camera {camera}"))?,
+            ))
+        }
+        SourceConfig::Rza2m(rza2m) => {
+            let period = rza2m
+                .rate_hz
+                .map(|rate_hz| Duration::from_secs_f64(1.0 / rate_hz));
+            let rza2m = rza2m.clone();
+            let opened = Reopening::new(move || rza2m::open(&rza2m), period);
+            let opened = opened.map_err(SourceError::into_failure);
             Ok(Box::new(
                 opened.with_context(|| format!("camera {camera}"))?,
             ))

@@ -9,7 +9,7 @@ pub const FORMAT_GREY8: u8 = 0;
 /// Header of an image.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ZeroCopySend)]
 #[repr(C)]
-#[type_name("SextantImageHeader1")]
+#[type_name("SextantImageHeader2")]
 pub struct ImageHeader {
     /// Start of the publishing process, wire time in ns, which distinguishes its runs.
     pub stream: u64,
@@ -27,6 +27,8 @@ pub struct ImageHeader {
     pub captured: u64,
     /// Images that were lost before they could be lent, as far as the source knows.
     pub dropped: u64,
+    /// Images that the CPU had to make in place of an accelerator, since the source was opened.
+    pub fallbacks: u64,
     /// Length of the exposure, ns; 0 if unknown.
     pub exposure_ns: u32,
     /// Bytes from one row to the next.
@@ -104,7 +106,7 @@ mod tests {
 
     #[test]
     fn the_layout_has_no_hidden_bytes() {
-        assert_eq!(size_of::<ImageHeader>(), 8 * 8 + 2 * 4 + 2 * 2 + 2 + 2);
+        assert_eq!(size_of::<ImageHeader>(), 9 * 8 + 2 * 4 + 2 * 2 + 2 + 2);
         assert_eq!(align_of::<ImageHeader>(), align_of::<u64>());
     }
 

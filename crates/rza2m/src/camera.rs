@@ -107,7 +107,11 @@ enum State {
 }
 
 impl CameraSettings {
-    fn check(&self) -> Result<(), CameraError> {
+    /// Whether the camera can have them.
+    ///
+    /// # Errors
+    /// What it cannot.
+    pub fn check(&self) -> Result<(), CameraError> {
         let [width, height] = self.resolution;
         let in_range = |n: u16, step: u16, least: u16, most: u16| {
             n.is_multiple_of(step) && (least..=most).contains(&n)

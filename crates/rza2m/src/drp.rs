@@ -18,3 +18,4 @@ pub use device::{DrpDevice, DrpFile};
 pub use pipeline::{CircuitData, Pipeline, PipelineError};
 pub use self_test::{Difference, SelfTest, Trial};
 pub use session::{DrpError, Session};
+pub use sextant_drp_circuits::Circuit;

@@ -24,5 +24,5 @@ pub use drp::{DrpDevice, DrpFile};
 pub use frame_clock::FrameClock;
 pub use on_chip::{Layout, LayoutError};
 pub use physical::{DevMem, PhysicalMemory};
-pub use preprocess::{Accelerated, Cpu, Preprocess};
+pub use preprocess::{Accelerated, Cpu, Preprocess, check_order};
 pub use sensor_bus::{I2cBus, SensorBus};

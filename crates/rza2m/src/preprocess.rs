@@ -74,6 +74,22 @@ impl<M: PhysicalMemory> Preprocess<M> for Cpu {
     }
 }
 
+/// Whether circuits in this order make a grey image of a raw one.
+///
+/// # Errors
+/// Why not.
+pub fn check_order(mut circuits: impl Iterator<Item = Circuit>) -> Result<(), &'static str> {
+    let makes_grey = |circuit| matches!(circuit, Circuit::Bayer2Grayscale | Circuit::GaussianBlur);
+    if !circuits.next().is_some_and(makes_grey)
+        || circuits.any(|circuit| circuit == Circuit::Bayer2Grayscale)
+    {
+        return Err(
+            "the first circuit must be Bayer2Grayscale, or GaussianBlur, which makes (R + 2 G + B) / 4; others may follow",
+        );
+    }
+    Ok(())
+}
+
 /// Circuits of the DRP, with the CPU in their place while they fail. Both give the same bytes, by the self-test.
 #[derive(Debug)]
 pub struct Accelerated<D> {
@@ -98,19 +114,8 @@ impl<D: DrpDevice> Accelerated<D> {
         size: [usize; 2],
         layout: Layout,
     ) -> Result<(Self, Vec<SelfTest>), PipelineError> {
-        let makes_grey = |data: &CircuitData| {
-            matches!(
-                data.circuit,
-                Circuit::Bayer2Grayscale | Circuit::GaussianBlur
-            )
-        };
-        let mut later = circuits.iter().skip(1);
-        if !circuits.first().is_some_and(makes_grey)
-            || later.any(|data| data.circuit == Circuit::Bayer2Grayscale)
-        {
-            let message = "the first circuit must be Bayer2Grayscale, or GaussianBlur, which makes (R + 2 G + B) / 4; others may follow";
-            return Err(PipelineError::Circuits(message.to_owned()));
-        }
+        check_order(circuits.iter().map(|data| data.circuit))
+            .map_err(|why| PipelineError::Circuits(why.to_owned()))?;
         let session = Session::open(device)?;
         let (pipeline, tests) = Pipeline::start(session, memory, circuits, size, layout)?;
         let accelerated = Self {
@@ -122,6 +127,11 @@ impl<D: DrpDevice> Accelerated<D> {
             failure: None,
         };
         Ok((accelerated, tests))
+    }
+
+    /// The driver's version.
+    pub fn version(&self) -> u32 {
+        self.pipeline.version()
     }
 
     /// By the DRP, loaded anew where it failed before.

@@ -29,7 +29,9 @@ impl Outbound {
     pub(super) fn of(source: &SourceConfig, camera: &CameraId) -> anyhow::Result<Self> {
         match source {
             SourceConfig::Simulator { scenario } => Self::simulated(scenario, camera),
-            SourceConfig::Images { .. } | SourceConfig::V4l2 { .. } => Ok(Self::Direct),
+            SourceConfig::Images { .. } | SourceConfig::V4l2 { .. } | SourceConfig::Rza2m(_) => {
+                Ok(Self::Direct)
+            }
         }
     }
 

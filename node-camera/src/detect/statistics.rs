@@ -35,6 +35,8 @@ pub(super) struct Statistics {
     window: VecDeque<(Instant, u64)>,
     sorted: Vec<u64>,
     refusal: Option<String>,
+    /// Images that the CPU made in place of the accelerator.
+    fallbacks: u64,
     /// Hosts that run a camera of the same name.
     pub(super) others: Vec<String>,
 }
@@ -56,6 +58,7 @@ impl Statistics {
             window: VecDeque::with_capacity(WINDOW),
             sorted: Vec::with_capacity(WINDOW),
             refusal: None,
+            fallbacks: 0,
             others: Vec::new(),
         }
     }
@@ -67,6 +70,7 @@ impl Statistics {
             self.stream = header.stream;
         }
         self.stream_captured = header.captured;
+        self.fallbacks = header.fallbacks;
         self.clock = observe::clock(header);
         self.last_image = Instant::now();
     }
@@ -145,7 +149,12 @@ impl Statistics {
             let hosts = self.others.join(", ");
             format!("a camera of this name also runs on host {hosts}: end one of them")
         });
+        let fallbacks = (self.fallbacks > 0).then(|| {
+            let n = self.fallbacks;
+            format!("the CPU made {n} images in place of the DRP: the log of the capturing part says why")
+        });
         let all = [
+            fallbacks,
             complaint.map(str::to_owned),
             self.refusal.clone(),
             silence,
@@ -201,6 +210,21 @@ mod tests {
         let mut statistics = statistics(&[(1, 1)]);
         (1..=100).for_each(|ms| statistics.detected(&header(1, 1), ms * 1_000_000));
         assert_eq!(statistics.detect_ms(), [50.0, 99.0]);
+    }
+
+    #[test]
+    fn images_that_the_cpu_took_over_are_told() {
+        let mut account = account(&[(1, 1)]);
+        assert!(account.status(None).messages.is_empty());
+        account.image(&ImageHeader {
+            fallbacks: 31,
+            ..header(1, 2)
+        });
+        let messages = account.status(None).messages;
+        assert!(
+            messages[0].starts_with("the CPU made 31 images"),
+            "{messages:?}"
+        );
     }
 
     #[test]

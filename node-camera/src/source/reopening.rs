@@ -86,6 +86,10 @@ impl<O: FnMut() -> Result<Box<dyn ImageSource>, SourceError>> ImageSource for Re
             Next::End => Ok(Next::End),
         }
     }
+
+    fn fallbacks(&self) -> u64 {
+        self.source.as_ref().map_or(0, |source| source.fallbacks())
+    }
 }
 
 /// When a camera has been silent for too long.
