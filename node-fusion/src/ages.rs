@@ -1,9 +1,9 @@
-//! How much older than usual an observation is on arrival: after a stall of the network or an overload, seconds.
+//! How much older than usual an observation is on arrival, as after a stall of the network or an overload.
 //!
-//! An age is the difference of two clocks, the camera's and this host's. Where both are disciplined it counts by itself. Elsewhere a
-//! clock may be off by any amount, and what counts is how much older an image is than the newest of its camera lately.
+//! An age is the difference of two clocks, the camera's and this host's. Where both are disciplined the age itself is judged. Elsewhere a
+//! clock may be off by any amount, and an age is judged against the smallest recent age of the same camera.
 
-/// Ages are compared over this time and the same before it, ns: stalls are shorter, and a clock that jumps is believed after it.
+/// Ages are compared within this time and the one before it, ns: stalls are shorter, and a clock that jumps is accepted after it.
 const SPAN_NS: u64 = 2_000_000_000;
 
 /// The ages of one camera's observations, ns.

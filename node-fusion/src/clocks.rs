@@ -14,16 +14,16 @@ const REMEMBERED: usize = 60;
 const FEWEST: usize = 5;
 /// Seconds by which no clock drifts from one report to the next.
 const JUMP_S: f64 = 0.001;
-/// Sigma of a slope from which on it is worth telling: 50 ppm, what crystals differ by.
+/// Largest standard deviation of a published slope: 50 ppm, by which crystals differ.
 const SURE: f64 = 50e-6;
 
 /// The offsets of the last minute, by camera.
 #[derive(Debug, Default)]
-pub struct ClockBook {
+pub struct DriftEstimator {
     cameras: BTreeMap<CameraId, VecDeque<(u64, ClockOffset)>>,
 }
 
-impl ClockBook {
+impl DriftEstimator {
     /// Takes the offsets of `now_ns` in and reports.
     pub fn report(
         &mut self,
@@ -66,7 +66,7 @@ fn is_jump(before: &ClockOffset, now: &ClockOffset) -> bool {
     (now.offset_s - before.offset_s).abs() > (10.0 * sigma_s).max(JUMP_S)
 }
 
-/// Seconds a second, if the history tells.
+/// The slope in s/s, once the history is long enough.
 fn drift(history: &VecDeque<(u64, ClockOffset)>) -> Option<f64> {
     let (first_ns, first) = history.front()?;
     let (last_ns, last) = history.back()?;
@@ -100,7 +100,7 @@ mod tests {
 
     #[test]
     fn a_jump_is_no_drift() {
-        let mut book = ClockBook::default();
+        let mut estimator = DriftEstimator::default();
         let (node, camera) = (NodeId::new("f").unwrap(), CameraId::new("north").unwrap());
         for second in 0..30 {
             let clock = ClockOffset {
@@ -109,13 +109,13 @@ mod tests {
             };
             let offsets = BTreeMap::from([(camera.clone(), clock)]);
             let now_ns = 1_800_000_000_000_000_000 + second * 1_000_000_000;
-            let drift = book.report(&node, offsets, now_ns).cameras[0].drift;
+            let drift = estimator.report(&node, offsets, now_ns).cameras[0].drift;
             assert!(drift.is_none_or(|drift| drift.abs() < 1e-9), "{drift:?}");
         }
     }
 
     fn after(seconds: u64, sigma_s: f64, drift: f64) -> Option<f64> {
-        let mut book = ClockBook::default();
+        let mut estimator = DriftEstimator::default();
         let (node, camera) = (NodeId::new("f").unwrap(), CameraId::new("north").unwrap());
         let mut last = None;
         for second in 0..seconds {
@@ -124,7 +124,7 @@ mod tests {
                 sigma_s,
             };
             let offsets = BTreeMap::from([(camera.clone(), clock)]);
-            let report = book.report(
+            let report = estimator.report(
                 &node,
                 offsets,
                 1_800_000_000_000_000_000 + second * 1_000_000_000,
@@ -143,8 +143,8 @@ mod tests {
     }
 
     #[test]
-    fn times_that_stand_still_tell_nothing() {
-        let mut book = ClockBook::default();
+    fn equal_times_give_no_drift() {
+        let mut estimator = DriftEstimator::default();
         let camera = CameraId::new("north").unwrap();
         let clock = ClockOffset {
             offset_s: 0.0,
@@ -152,7 +152,7 @@ mod tests {
         };
         for _ in 0..20 {
             let offsets = BTreeMap::from([(camera.clone(), clock)]);
-            let report = book.report(&NodeId::new("f").unwrap(), offsets, 5);
+            let report = estimator.report(&NodeId::new("f").unwrap(), offsets, 5);
             assert_eq!(report.cameras[0].drift, None);
         }
     }

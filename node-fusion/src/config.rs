@@ -29,7 +29,7 @@ pub struct FusionConfig {
     /// longest wait of an observation in this process. Default 0.5, the estimator's window: what is older is no news; 0.05 to 60.
     #[serde(default = "default_max_age_s")]
     pub max_age_s: f64,
-    /// Whether a calibration is proposed, or put in force, that explains the images of ordinary use better. Default `propose`.
+    /// Whether a refined calibration is proposed or applied that explains the images of ordinary use better. Default `propose`.
     #[serde(default)]
     pub refinement: Refinement,
     /// How to reach the network; by default this node is the site's router on port 7447 of the loopback interface.
@@ -37,7 +37,7 @@ pub struct FusionConfig {
     pub network: BusOptions,
 }
 
-/// What becomes of a refined calibration that ordinary use has shown.
+/// What the node does with a refined calibration.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Refinement {
@@ -46,7 +46,7 @@ pub enum Refinement {
     /// It is proposed, and a person may apply it.
     #[default]
     Propose,
-    /// The node puts it in force by itself. In one fusion node of a site only: the others are informed.
+    /// The node applies it by itself. For one fusion node of a site only; the others follow.
     Apply,
 }
 
@@ -54,7 +54,7 @@ impl FusionConfig {
     /// Whether every number is in its range.
     ///
     /// # Errors
-    /// The first that is not, in words.
+    /// The first number that is not.
     pub fn check(&self) -> Result<(), String> {
         if !(0.05..=60.0).contains(&self.max_age_s) {
             return Err("max_age_s must lie between 0.05 and 60".to_owned());

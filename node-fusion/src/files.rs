@@ -62,7 +62,7 @@ impl ModelFiles {
         }
     }
 
-    /// Makes a change outlive the process.
+    /// Writes a change to the files.
     ///
     /// # Errors
     /// What the system refuses, and a file in the way that is something else; what is in force then is what is in the files.

@@ -1,11 +1,11 @@
-//! What was in force before the last change of the rig and of each object, so that it can be taken back.
+//! The models before the last change of the rig and of each object, to revert it.
 
 use crate::models::{Change, Models};
 use sextant_estimator::{ObjectId, ObjectModel, Rig};
-use sextant_proto::{EncodeError, FullObject, FullRig, ModelPayload, NodeId, Proposal, limits};
+use sextant_proto::{EncodeError, ModelPayload, NodeId, ObjectConfig, Proposal, RigConfig, limits};
 use std::collections::BTreeMap;
 
-/// Changes that are no further apart than this, ns, are taken back together: a refinement changes the rig and objects in turn.
+/// Changes within this time of the last one, ns, are reverted together: a refinement changes the rig and objects one after the other.
 const TOGETHER_NS: u64 = 10_000_000_000;
 
 /// A model and when it was replaced, ns since the Unix epoch.
@@ -27,7 +27,7 @@ pub struct Formers {
 }
 
 impl Formers {
-    /// A change is about to be made at `changed_ns`. Where there are too many, the oldest gives way.
+    /// Records the models before a change at `changed_ns`. Beyond the bound the oldest object gives way.
     pub fn note(&mut self, change: &Change, before: &Models, changed_ns: u64) {
         let id = match change {
             Change::Rig(_) => {
@@ -53,7 +53,7 @@ impl Formers {
         self.objects.insert(id.clone(), former);
     }
 
-    /// What takes back the last change, and those made within ten seconds of it.
+    /// The models that revert the last change and those within ten seconds before it.
     ///
     /// # Errors
     /// A model that fits into no message.
@@ -66,10 +66,10 @@ impl Formers {
         let is_last = |changed_ns: u64| last_ns - changed_ns <= TOGETHER_NS;
         let rig = self.rig.as_ref().filter(|one| is_last(one.changed_ns));
         let objects = self.objects.values().filter(|one| is_last(one.changed_ns));
-        let objects = objects.map(|one| ModelPayload::of(&FullObject::from(&one.model)));
+        let objects = objects.map(|one| ModelPayload::of(&ObjectConfig::from(&one.model)));
         Ok(Proposal {
             rig: rig
-                .map(|one| ModelPayload::of(&FullRig::from(&one.model)))
+                .map(|one| ModelPayload::of(&RigConfig::from(&one.model)))
                 .transpose()?,
             objects: objects.collect::<Result<_, _>>()?,
             ..Proposal::none(node.clone(), last_ns)
@@ -105,11 +105,11 @@ mod tests {
         }
     }
 
-    fn last(formers: &Formers) -> (Option<FullRig>, Vec<FullObject>) {
+    fn last(formers: &Formers) -> (Option<RigConfig>, Vec<ObjectConfig>) {
         let proposal = formers.last(&NodeId::new("main").unwrap()).unwrap();
         (
-            proposal.full_rig().unwrap(),
-            proposal.full_objects().unwrap(),
+            proposal.rig_config().unwrap(),
+            proposal.object_configs().unwrap(),
         )
     }
 
@@ -122,10 +122,10 @@ mod tests {
         formers.note(&changed("box", 9), &before, SECOND_NS);
         formers.note(&Change::Rig(rig("south")), &before, 60 * SECOND_NS);
         formers.note(&changed("cube", 8), &before, 61 * SECOND_NS);
-        let cube = FullObject::from(&before.objects[0]);
+        let cube = ObjectConfig::from(&before.objects[0]);
         assert_eq!(
             last(&formers),
-            (Some(FullRig::from(&before.rig)), vec![cube])
+            (Some(RigConfig::from(&before.rig)), vec![cube])
         );
         let of_box = formers.objects.get(before.objects[1].id()).unwrap();
         assert_eq!(of_box.model, before.objects[1]);
@@ -140,7 +140,7 @@ mod tests {
         formers.note(&Change::Object(object("ball", 3)), &before, SECOND_NS);
         assert_eq!(
             last(&formers),
-            (None, vec![FullObject::from(&before.objects[0])])
+            (None, vec![ObjectConfig::from(&before.objects[0])])
         );
     }
 

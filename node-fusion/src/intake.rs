@@ -1,4 +1,4 @@
-//! From bytes on a key to an observation, or to a count: nothing that arrives is lost without a number.
+//! Decodes observations and counts, per camera, everything that is dropped.
 //!
 //! In: key and payload as the network gave them. Out: the image's observation in the estimator's types, unless it is too old. Knows
 //! neither network nor clock.
@@ -6,16 +6,18 @@
 use crate::ages::Ages;
 use sextant_estimator::{CameraId, ImageObservation};
 use sextant_process::ClockQuality;
-use sextant_proto::{CameraIntake, ClockSource, KeyRef, Keys, Observations, Rejections, decode};
+use sextant_proto::{
+    CameraIntake, ClockSource, KeyRef, Keys, Notice, Observations, Rejections, decode,
+};
 use std::collections::BTreeMap;
 
-/// Takes messages apart and keeps count, per camera of the rig.
+/// Decodes messages and counts them per camera of the rig.
 #[derive(Debug)]
 pub struct Intake {
     keys: Keys,
     cameras: BTreeMap<CameraId, Counts>,
     foreign: Rejections,
-    /// By how many ns an observation may be older than usual.
+    /// How much older than usual an observation may be, ns.
     max_age_ns: u64,
 }
 
@@ -26,7 +28,7 @@ pub struct Arrival {
     pub now_ns: u64,
     /// The monotonic clock, ns.
     pub monotonic_ns: u64,
-    /// How good this host's clock is.
+    /// Quality of this host's clock.
     pub clock: ClockQuality,
 }
 
@@ -36,7 +38,7 @@ impl Arrival {
         age.clamp(i64::MIN.into(), i64::MAX.into()) as i64
     }
 
-    /// By how much this clock and a camera's may differ, three sigma; `None` where either is not disciplined.
+    /// Three standard deviations of the difference between this clock and a camera's; `None` where either is not disciplined.
     fn clocks_ns(&self, camera: sextant_proto::ClockQuality) -> Option<u64> {
         let disciplined = matches!(camera.source, ClockSource::Ntp | ClockSource::Ptp);
         let sigma_ns = camera.error_ns.saturating_add(self.clock.error_ns);
@@ -44,24 +46,24 @@ impl Arrival {
     }
 }
 
-/// What one camera sent.
+/// Counters of one camera.
 #[derive(Debug, Default, Clone, PartialEq)]
 pub struct Counts {
-    /// Messages taken.
+    /// Messages accepted.
     pub received: u64,
     /// Messages dropped, by cause.
     pub rejected: Rejections,
     /// Observations that were too old on arrival.
     pub too_old: u64,
     ages: Ages,
-    /// Messages taken, and those too old, when the last status was made.
+    /// Messages accepted and messages too old at the last status.
     at_last_status: u64,
     too_old_before: u64,
-    /// Seconds of statuses without a message.
+    /// Time without a message, s.
     silent_s: f64,
 }
 
-/// A camera that has sent nothing for so long while others do is named, s.
+/// A camera that is silent for so long while others send is reported, s.
 const SILENCE_S: f64 = 3.0;
 
 impl Intake {
@@ -80,7 +82,7 @@ impl Intake {
         }
     }
 
-    /// The host's clock was set: former ages mean nothing.
+    /// Forgets all ages after the host's clock was set.
     pub fn clock_stepped(&mut self) {
         for counts in self.cameras.values_mut() {
             counts.ages = Ages::default();
@@ -149,37 +151,32 @@ impl Intake {
         self.foreign
     }
 
-    /// The cameras that had sent and send no more while others do, in words; as of the last status lines.
+    /// The cameras that used to send and are silent while others send; as of the last call of [`Self::cameras`].
     #[must_use]
-    pub fn silences(&self) -> Vec<String> {
+    pub fn silent_cameras(&self) -> Vec<Notice> {
         if !self.cameras.values().any(|counts| counts.silent_s == 0.0) {
-            // Nobody sends: that is no camera's fault.
+            // No camera sends: then no single one is at fault.
             return Vec::new();
         }
         let gone = |counts: &Counts| counts.received > 0 && counts.silent_s >= SILENCE_S;
         let silent = self.cameras.iter().filter(|(_, counts)| gone(counts));
-        let words = silent.map(|(camera, counts)| {
-            let seconds = counts.silent_s;
-            format!(
-                "camera {camera} has sent nothing for {seconds:.0} s: is it on, and its network?"
-            )
+        let notices = silent.map(|(camera, counts)| Notice::CameraSilent {
+            camera: camera.clone(),
+            silent_s: counts.silent_s,
         });
-        words.collect()
+        notices.collect()
     }
 
-    /// The cameras whose observations were too old on arrival, in words; as of the last status lines.
+    /// The cameras with new observations that were too old on arrival; since the last call of [`Self::cameras`].
     #[must_use]
-    pub fn too_old(&self) -> Option<String> {
+    pub fn late_cameras(&self) -> Vec<Notice> {
         let cameras = self.cameras.iter();
-        let more = cameras.filter(|(_, counts)| counts.too_old > counts.too_old_before);
-        let cameras = more.map(|(camera, counts)| format!("{camera} {}", counts.too_old));
-        let cameras: Vec<String> = cameras.collect();
-        (!cameras.is_empty()).then(|| {
-            format!(
-                "observations dropped because they arrived too late, since the start: {}. Is the network held up, or a clock off?",
-                cameras.join(", ")
-            )
-        })
+        let late = cameras.filter(|(_, counts)| counts.too_old > counts.too_old_before);
+        let notices = late.map(|(camera, counts)| Notice::LateObservations {
+            camera: camera.clone(),
+            total: counts.too_old,
+        });
+        notices.collect()
     }
 
     /// The status lines of every camera, with rates over the `elapsed_s` since the last call.
@@ -192,7 +189,7 @@ impl Intake {
 }
 
 impl Counts {
-    /// Whether an observation is too old; counts it then.
+    /// Whether an observation is too old; if so, it is counted.
     fn is_too_old(&mut self, message: &Observations, arrival: Arrival, max_age_ns: u64) -> bool {
         let excess_ns = self.ages.excess_ns(
             arrival.age_ns(message.capture_ns),
@@ -283,11 +280,14 @@ mod tests {
         assert!(intake.take(&key, &usual, after(20_000_000)).is_some());
         assert!(intake.take(&key, &usual, after(3_000_000_000)).is_none());
         assert!(intake.take(&key, &usual, after(500_000_000)).is_some());
-        let words = intake.too_old().unwrap();
-        assert!(words.contains("since the start: north 1."), "{words}");
+        let late = Notice::LateObservations {
+            camera: CameraId::new("north").unwrap(),
+            total: 1,
+        };
+        assert_eq!(intake.late_cameras(), [late]);
         let status = &intake.cameras(1.0)[0];
         assert_eq!((status.received, status.late), (3, 1));
-        assert_eq!(intake.too_old(), None);
+        assert_eq!(intake.late_cameras(), []);
         // By another clock the same age is usual.
         intake.clock_stepped();
         assert!(intake.take(&key, &usual, after(3_000_000_000)).is_some());
@@ -330,19 +330,18 @@ mod tests {
             intake.take(&north, &message("north"), after(0));
             intake.cameras(2.0);
         }
-        let told = intake.silences();
-        assert_eq!(told.len(), 1, "{told:?}");
-        assert!(
-            told[0].starts_with("camera south has sent nothing for 4 s"),
-            "{told:?}"
-        );
+        let silent = Notice::CameraSilent {
+            camera: CameraId::new("south").unwrap(),
+            silent_s: 4.0,
+        };
+        assert_eq!(intake.silent_cameras(), [silent]);
         // Where nobody sends the network is at fault.
         intake.cameras(2.0);
-        assert!(intake.silences().is_empty());
+        assert!(intake.silent_cameras().is_empty());
         intake.take(&south, &message("south"), after(0));
         intake.take(&north, &message("north"), after(0));
         intake.cameras(2.0);
-        assert!(intake.silences().is_empty());
+        assert!(intake.silent_cameras().is_empty());
     }
 
     #[test]

@@ -5,21 +5,20 @@
 //! is proposed from ordinary use. The estimating itself is `sextant_estimator`'s; this is arguments, loop, adapters.
 
 mod ages;
-mod changes;
+mod change_handler;
 mod clocks;
 mod config;
 mod files;
 mod formers;
 mod intake;
-mod links;
 mod models;
 mod node;
 mod notices;
-mod outlet;
 mod pace;
 #[cfg(test)]
 mod panic_tests;
 mod proposing;
+mod publishers;
 mod refusals;
 mod status;
 

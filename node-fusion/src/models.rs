@@ -2,11 +2,9 @@
 //!
 //! In: payloads under the site's `config/` keys. Out: the models after the change. Knows no network, no file and no clock.
 
-use sextant_estimator::{Fusion, FusionOptions, ObjectId, ObjectModel, Rig, TagId};
-use sextant_proto::{
-    ArticulatedConfig, FullObject, FullRig, KeyRef, Message, ObjectConfig, RigConfig,
-    RigConfigError, decode, encode, limits,
-};
+use crate::refusals::{detail, invalid_camera, invalid_object, undecodable, unusable};
+use sextant_estimator::{Fusion, FusionOptions, ObjectId, ObjectModel, Rig};
+use sextant_proto::{KeyRef, ObjectConfig, Refusal, RigConfig, decode, encode, limits};
 
 /// What the machine works from.
 #[derive(Debug, Clone, PartialEq)]
@@ -29,137 +27,95 @@ pub enum Change {
 }
 
 impl Change {
-    /// The change that a payload asks for. A message that leaves out what files state leaves in force what is stated of all that
-    /// stays.
+    /// The change that a payload under a configuration key asks for.
     ///
     /// # Errors
-    /// In words, why it is none.
-    pub fn read(key: &KeyRef, payload: &[u8], in_force: &Models) -> Result<Self, String> {
+    /// Why the payload is no rig or object.
+    pub fn read(key: &KeyRef, payload: &[u8]) -> Result<Self, Refusal> {
         match key {
-            KeyRef::ConfigRig => {
-                let rig = rig_of::<RigConfig>(payload)?;
-                Ok(Self::Rig(rig.holding_on_to(&in_force.rig)))
-            }
-            KeyRef::FullRig => Ok(Self::Rig(rig_of::<FullRig>(payload)?)),
-            KeyRef::ConfigObject(id) => match object(id, payload)? {
-                Some(object) => in_force.held(object),
-                None => Ok(Self::Removal(id.clone())),
-            },
-            KeyRef::ConfigArticulated(id) => in_force.held(articulated(id, payload)?),
-            KeyRef::FullObject(id) => with_real_tags(full_object(id, payload)?),
-            _ => Err("no key of the configuration".to_owned()),
+            KeyRef::ConfigRig => Ok(Self::Rig(rig(payload)?)),
+            KeyRef::ConfigObject(id) => object(id, payload),
+            _ => Err(Refusal::Other {
+                detail: "not a key of the configuration".to_owned(),
+            }),
         }
     }
 }
 
-fn rig_of<M: Message>(payload: &[u8]) -> Result<Rig, String>
-where
-    for<'a> Rig: TryFrom<&'a M, Error = RigConfigError>,
-{
-    let message: M = decode(payload).map_err(|cause| cause.to_string())?;
-    let rig = Rig::try_from(&message).map_err(|cause| cause.to_string())?;
+fn rig(payload: &[u8]) -> Result<Rig, Refusal> {
+    let message: RigConfig = decode(payload).map_err(undecodable)?;
+    let rig = Rig::try_from(&message).map_err(|error| invalid_camera(&error))?;
     if rig.cameras().is_empty() {
-        return Err("the rig has no camera".to_owned());
+        return Err(Refusal::NoCamera);
     }
     Ok(rig)
 }
 
-/// `None` where it says that there is no such object.
-fn object(id: &ObjectId, payload: &[u8]) -> Result<Option<ObjectModel>, String> {
-    let message: ObjectConfig = decode(payload).map_err(|cause| cause.to_string())?;
-    named(&message.id, id)?;
-    if message.tags.is_empty() {
-        return Ok(None);
+fn object(id: &ObjectId, payload: &[u8]) -> Result<Change, Refusal> {
+    let message: ObjectConfig = decode(payload).map_err(undecodable)?;
+    if message.id != *id {
+        let described = message.id;
+        return Err(Refusal::WrongId { described });
     }
-    let model = ObjectModel::try_from(&message).map_err(|cause| cause.to_string())?;
-    Ok(Some(model))
-}
-
-fn articulated(id: &ObjectId, payload: &[u8]) -> Result<ObjectModel, String> {
-    let message: ArticulatedConfig = decode(payload).map_err(|cause| cause.to_string())?;
-    named(&message.id, id)?;
-    if message.tags.is_empty() {
-        return Err("no link has a tag; objects are removed under config/object".to_owned());
+    if message.is_removal() {
+        return Ok(Change::Removal(message.id));
     }
-    ObjectModel::try_from(&message).map_err(|cause| cause.to_string())
-}
-
-fn full_object(id: &ObjectId, payload: &[u8]) -> Result<ObjectModel, String> {
-    let message: FullObject = decode(payload).map_err(|cause| cause.to_string())?;
-    named(&message.id, id)?;
-    ObjectModel::try_from(&message).map_err(|cause| cause.to_string())
-}
-
-fn named(described: &ObjectId, by_key: &ObjectId) -> Result<(), String> {
-    if described == by_key {
-        Ok(())
-    } else {
-        Err(format!("it describes object {described}"))
-    }
-}
-
-/// The object, if its tags are there to be printed.
-fn with_real_tags(model: ObjectModel) -> Result<Change, String> {
-    for TagId { family, id } in model.tags().iter().map(|tag| tag.tag) {
-        let ids = family.data().codes.len();
-        if id as usize >= ids {
-            let last = ids.saturating_sub(1);
-            return Err(format!("{family} has no tag {id}; its ids are 0 to {last}"));
-        }
-    }
+    let model = ObjectModel::try_from(&message).map_err(|error| invalid_object(&error))?;
+    check_tags(&model)?;
     Ok(Change::Object(model))
 }
 
-impl Models {
-    /// The change to an object whose message leaves out what is stated of its tags.
-    fn held(&self, object: ObjectModel) -> Result<Change, String> {
-        let known = self.objects.iter().find(|known| known.id() == object.id());
-        with_real_tags(match known {
-            Some(known) => object.holding_on_to(known),
-            None => object,
-        })
+/// Refuses a tag that its family does not have.
+fn check_tags(model: &ObjectModel) -> Result<(), Refusal> {
+    let n_ids = |tag: &sextant_estimator::TagId| tag.family.data().codes.len();
+    let mut tags = model.tags().iter().map(|tag| tag.tag);
+    match tags.find(|tag| tag.id as usize >= n_ids(tag)) {
+        Some(tag) => Err(Refusal::UnknownTag {
+            tag,
+            n_ids: n_ids(&tag) as u32,
+        }),
+        None => Ok(()),
     }
+}
 
+impl Models {
     /// The models after a change; none where nothing changes.
     ///
     /// # Errors
-    /// In words, why the site can't work from them.
-    pub fn changed(&self, change: &Change) -> Result<Option<Self>, String> {
+    /// Why the site cannot work from them.
+    pub fn changed(&self, change: &Change) -> Result<Option<Self>, Refusal> {
         let mut after = self.clone();
         match change {
             Change::Rig(rig) => after.rig = rig.clone(),
             Change::Object(model) => after.put(model),
             Change::Removal(id) => after.objects.retain(|object| object.id() != id),
         }
-        if self.are_said_alike(&after) {
+        if *self == after {
             return Ok(None);
         }
         if after.objects.len() > limits::MAX_OBJECTS {
-            return Err(format!(
-                "a site has at most {} objects",
-                limits::MAX_OBJECTS
-            ));
+            let limit = limits::MAX_OBJECTS as u32;
+            return Err(Refusal::TooManyObjects { limit });
         }
-        // The rules are the machine's own.
-        Fusion::new(
-            after.rig.clone(),
-            after.objects.clone(),
-            FusionOptions::default(),
-        )
-        .map_err(|cause| cause.to_string())?;
+        // The estimator's own rules.
+        let (rig, objects) = (after.rig.clone(), after.objects.clone());
+        Fusion::new(rig, objects, FusionOptions::default()).map_err(unusable)?;
         after.check()?;
         Ok(Some(after))
     }
 
-    /// Whether the models can be told to others: within the limits of messages.
+    /// Whether rig and objects fit into messages.
     ///
     /// # Errors
-    /// In words, what is beyond them.
-    pub fn check(&self) -> Result<(), String> {
-        encode(&FullRig::from(&self.rig)).map_err(|cause| format!("the rig: {cause}"))?;
+    /// What does not.
+    pub fn check(&self) -> Result<(), Refusal> {
+        let unpublishable = |what: &str, cause| Refusal::Unpublishable {
+            detail: detail(&format!("{what}: {cause}")),
+        };
+        encode(&RigConfig::from(&self.rig)).map_err(|cause| unpublishable("the rig", cause))?;
         for object in &self.objects {
-            encode(&FullObject::from(object))
-                .map_err(|cause| format!("object {}: {cause}", object.id()))?;
+            encode(&ObjectConfig::from(object))
+                .map_err(|cause| unpublishable(&format!("object {}", object.id()), cause))?;
         }
         Ok(())
     }
@@ -174,20 +130,12 @@ impl Models {
             None => self.objects.push(model.clone()),
         }
     }
-
-    /// As messages: the models' own quaternions may differ in their last bit after the way over the network.
-    fn are_said_alike(&self, other: &Self) -> bool {
-        let objects = |models: &Self| -> Vec<FullObject> {
-            models.objects.iter().map(FullObject::from).collect()
-        };
-        FullRig::from(&self.rig) == FullRig::from(&other.rig) && objects(self) == objects(other)
-    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use sextant_estimator::{Camera, CameraId, ObjectTag, PoseSigma};
+    use sextant_estimator::{Camera, CameraId, ObjectTag, PoseSigma, TagId};
     use sextant_geometry::{Intrinsics, Lens, Pose};
     use sextant_proto::Keys;
     use sextant_tag_families::Family;
@@ -253,10 +201,15 @@ mod tests {
 
     #[test]
     fn objects_that_contradict_each_other_are_refused() {
-        let refused = models().changed(&Change::Object(model("ball", &[3])));
+        let ball = model("ball", &[3]);
+        let refused = models().changed(&Change::Object(ball.clone()));
         assert_eq!(
-            refused.unwrap_err(),
-            "tag tag36h11:3 is on object box and on object ball: print another id for one of them"
+            refused,
+            Err(Refusal::SharedTag {
+                tag: ball.tags()[0].tag,
+                first: models().objects[1].id().clone(),
+                second: ball.id().clone(),
+            })
         );
     }
 
@@ -266,17 +219,19 @@ mod tests {
         far[0].world_from_camera = Some(Pose::translation(0.0, 9.0e5, 0.0));
         let far = Rig::new(far).unwrap();
         let refused = models().changed(&Change::Rig(far.clone())).unwrap_err();
-        assert!(refused.contains("cameras[].world_from_camera"), "{refused}");
+        let detail = refused.to_string();
+        assert!(matches!(refused, Refusal::Unpublishable { .. }));
+        assert!(detail.contains("cameras[].world_from_camera"), "{detail}");
         let models = Models {
             rig: far,
             ..models()
         };
-        assert!(models.check().unwrap_err().starts_with("the rig: "));
+        assert_eq!(models.check(), Err(refused));
     }
 
-    /// What messages leave out stays in force as long as it holds; the full ones say all.
+    /// A message says everything: what it leaves out is not given any more.
     #[test]
-    fn what_is_stated_is_held_where_a_message_leaves_it_out_and_changed_where_it_says() {
+    fn what_a_message_leaves_out_is_gone_and_what_is_in_force_is_the_same() {
         let (rig, object) = (cameras(&["north"]), model("cube", &[1, 2]));
         let north = rig.cameras()[0].id.clone();
         let first = object.tags()[0].tag;
@@ -284,31 +239,28 @@ mod tests {
             position_m: 0.001,
             orientation_rad: 0.002,
         };
-        let stated = Models {
+        let in_force = Models {
             rig: rig.clone().with_line_delays([(north, 2e-5)]).unwrap(),
-            objects: vec![object.clone().with_tag_sigmas([(first, sigma)]).unwrap()],
+            objects: vec![
+                (object.clone().with_tag_sigmas([(first, sigma)]))
+                    .and_then(|object| object.with_size_sigmas([(first, 0.0003)]))
+                    .unwrap(),
+            ],
         };
-        let cube = object.id().clone();
         let after = |key: KeyRef, payload: &[u8]| {
-            let change = Change::read(&key, payload, &stated).unwrap();
-            stated.changed(&change).unwrap()
+            let change = Change::read(&key, payload).unwrap();
+            in_force.changed(&change).unwrap()
         };
+        let of_cube = || KeyRef::ConfigObject(object.id().clone());
         let plain_rig = encode(&RigConfig::from(&rig)).unwrap();
-        assert_eq!(after(KeyRef::ConfigRig, &plain_rig), None);
+        assert_eq!(after(KeyRef::ConfigRig, &plain_rig).unwrap().rig, rig);
         let plain_object = encode(&ObjectConfig::from(&object)).unwrap();
-        assert_eq!(
-            after(KeyRef::ConfigObject(cube.clone()), &plain_object),
-            None
-        );
-
-        let full_rig = encode(&FullRig::from(&rig)).unwrap();
-        let silent = after(KeyRef::FullRig, &full_rig).unwrap();
-        assert_eq!(silent.rig, rig);
-        let full_object = encode(&FullObject::from(&object)).unwrap();
-        let silent = after(KeyRef::FullObject(cube), &full_object).unwrap();
-        assert_eq!(silent.objects, [object]);
-        let back = encode(&FullRig::from(&stated.rig)).unwrap();
-        assert_eq!(after(KeyRef::FullRig, &back), None);
+        let plain = after(of_cube(), &plain_object).unwrap();
+        assert_eq!(plain.objects, std::slice::from_ref(&object));
+        let rig_back = encode(&RigConfig::from(&in_force.rig)).unwrap();
+        assert_eq!(after(KeyRef::ConfigRig, &rig_back), None);
+        let object_back = encode(&ObjectConfig::from(&in_force.objects[0])).unwrap();
+        assert_eq!(after(of_cube(), &object_back), None);
     }
 
     #[test]
@@ -316,13 +268,10 @@ mod tests {
         let keys = Keys::new("site").unwrap();
         let read = |key: &str, message: &ObjectConfig| {
             let key = keys.parse(&format!("sextant/v1/site/{key}")).unwrap();
-            Change::read(&key, &encode(message).unwrap(), &models())
+            Change::read(&key, &encode(message).unwrap())
         };
         let cube = ObjectConfig::from(&model("cube", &[1]));
-        let gone = ObjectConfig {
-            tags: vec![],
-            ..cube.clone()
-        };
+        let gone = ObjectConfig::removal(cube.id.clone());
         let mut foreign = cube.clone();
         foreign.tags[0].id = 100_000;
         let key = "config/object/cube";
@@ -333,10 +282,10 @@ mod tests {
         );
         for (key, message, cause) in [
             (key, &foreign, "tag36h11 has no tag 100000"),
-            ("config/object/box", &cube, "it describes object cube"),
-            ("config/rig", &cube, "kind 8 where RigConfig was expected"),
+            ("config/object/box", &cube, "describes object cube"),
+            ("config/rig", &cube, "kind 13 where RigConfig was expected"),
         ] {
-            let refused = read(key, message).unwrap_err();
+            let refused = read(key, message).unwrap_err().to_string();
             assert!(refused.contains(cause), "{refused}");
         }
     }

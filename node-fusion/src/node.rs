@@ -1,14 +1,14 @@
 //! The loop: messages in, poses and statuses out, until asked to stop.
 
-use crate::changes::{Decision, Desk, Verdict};
-use crate::clocks::ClockBook;
+use crate::change_handler::{ChangeHandler, Decision, Verdict};
+use crate::clocks::DriftEstimator;
 use crate::config::{FusionConfig, Refinement};
 use crate::files::ModelFiles;
 use crate::intake::{Arrival, Intake};
 use crate::models::Change;
-use crate::outlet::Outlet;
 use crate::proposing;
-use crate::status::{Losses, StatusBook};
+use crate::publishers::Publishers;
+use crate::status::{Losses, StatusReporter};
 use anyhow::Context;
 use sextant_estimator::{CameraId, Fusion, FusionOptions, Input, Output, Proposal, Rig};
 use sextant_process::host::host_name;
@@ -23,15 +23,15 @@ use sextant_zenoh_bus::{
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-/// Observations that wait while the machine works, and their bytes: a second of 64 cameras at 30 images a second with 20 tags each.
-/// They wait for as long as they may be old at most.
+/// Most observations that wait, and their bytes: one second of 64 cameras at 30 images a second with 20 tags each. They wait for at most
+/// `max_age_s`.
 const QUEUE: usize = 2048;
 const QUEUE_BYTES: usize = 8 << 20;
-/// Changes of rig and objects that wait: more than a site has objects that change at one time.
+/// Most changes of rig and objects that wait.
 const CHANGE_QUEUE: usize = 256;
 /// Between two statuses.
 const STATUS_PERIOD_NS: u64 = 1_000_000_000;
-/// The longest sleep: how late a wish to stop is heard.
+/// Longest sleep: bounds the delay of a shutdown.
 const LONGEST_WAIT: Duration = Duration::from_millis(100);
 
 /// Runs a fusion node until `shutdown`.
@@ -50,7 +50,6 @@ pub fn run(config_file: &Path, shutdown: &Shutdown) -> anyhow::Result<()> {
     let (files, models) = ModelFiles::read(config_file, &config)?;
     models
         .check()
-        .map_err(anyhow::Error::msg)
         .with_context(|| format!("{}: cannot be published", config_file.display()))
         .exit_with(Exit::Input)?;
     let options = FusionOptions::default();
@@ -72,14 +71,14 @@ pub fn run(config_file: &Path, shutdown: &Shutdown) -> anyhow::Result<()> {
         return Ok(());
     };
     let files = config.keep_changes.then_some(files);
-    let desk = Desk::new(keys, models, files);
+    let handler = ChangeHandler::new(keys, models, files);
     let clock = SteadyClock::new(Reading::take);
-    let mut node = FusionNode::open(&bus, &config, machine, desk, clock)?;
+    let mut node = FusionNode::open(&bus, &config, machine, handler, clock)?;
     node.name = Some(name);
     let alive = bus.alive(&node.keys.alive(NodeKind::Fusion, &config.node))?;
     tracing::info!(
-        cameras = node.desk.models().rig.cameras().len(),
-        objects = node.desk.models().objects.len(),
+        cameras = node.handler.models().rig.cameras().len(),
+        objects = node.handler.models().objects.len(),
         "fusing"
     );
     node.work(shutdown)?;
@@ -95,21 +94,21 @@ struct FusionNode<'a> {
     observations: Subscription,
     changes: Subscription,
     machine: Fusion,
-    desk: Desk,
+    handler: ChangeHandler,
     intake: Intake,
-    outlet: Outlet<'a>,
-    status: StatusBook,
-    clocks: ClockBook,
-    /// All timers of the node are by its monotonic side; the machine's time is its steady one.
+    publishers: Publishers<'a>,
+    status: StatusReporter,
+    clocks: DriftEstimator,
+    /// Timers use its monotonic time, the machine its steady time.
     clock: SteadyClock,
-    /// How good this host's clock is, as of the last status.
+    /// Quality of this host's clock at the last status.
     clock_quality: ClockQuality,
     /// Monotonic.
     status_due_ns: u64,
     refinement: Refinement,
-    /// As published last.
+    /// The proposal published last.
     proposed: Option<Proposal>,
-    /// Held for as long as the node works.
+    /// Held while the node runs.
     name: Option<HeldName>,
 }
 
@@ -122,7 +121,7 @@ impl<'a> FusionNode<'a> {
         bus: &'a Bus,
         config: &FusionConfig,
         machine: Fusion,
-        desk: Desk,
+        handler: ChangeHandler,
         clock: SteadyClock,
     ) -> anyhow::Result<Self> {
         let (keys, node) = (Keys::of(config.site.clone()), &config.node);
@@ -133,17 +132,17 @@ impl<'a> FusionNode<'a> {
         };
         let longest = limits::MAX_PAYLOAD_BYTES;
         let now = clock.monotonic_ns();
-        let models = desk.models();
-        let mut outlet = Outlet::open(bus, &keys, node, models)?;
-        outlet.formers(desk.formers())?;
-        outlet.proposal(&proposing::message(None, node, 0)?)?;
+        let models = handler.models();
+        let mut publishers = Publishers::open(bus, &keys, node, models)?;
+        publishers.formers(handler.formers())?;
+        publishers.proposal(&proposing::message(None, node, 0)?)?;
         Ok(Self {
             observations: bus.subscribe_stream(&keys.all_observations(), bounds, longest)?,
             changes: bus.subscribe(&keys.all_config(), CHANGE_QUEUE, DropRule::Oldest, longest)?,
             intake: Intake::new(keys.clone(), cameras_of(&models.rig), config.max_age_s),
-            outlet,
-            status: StatusBook::new(node.clone(), &models.objects, now),
-            clocks: ClockBook::default(),
+            publishers,
+            status: StatusReporter::new(node.clone(), &models.objects, now),
+            clocks: DriftEstimator::default(),
             clock_quality: ClockQuality::read(),
             clock,
             status_due_ns: now,
@@ -153,7 +152,7 @@ impl<'a> FusionNode<'a> {
             node: node.clone(),
             keys,
             machine,
-            desk,
+            handler,
         })
     }
 
@@ -188,7 +187,7 @@ impl<'a> FusionNode<'a> {
         Ok(())
     }
 
-    /// Where this host's clock was set, everything that compares stamps with it starts anew.
+    /// After this host's clock was set, everything that compares stamps with it begins anew.
     fn follow_clock(&mut self) {
         if let Some(by_ns) = self.clock.take_step() {
             self.intake.clock_stepped();
@@ -197,16 +196,16 @@ impl<'a> FusionNode<'a> {
         }
     }
 
-    /// One change a turn, and none for a while after it: images go first.
+    /// At most one change a turn, and none for a while after it: images go first.
     fn take_change(&mut self) -> anyhow::Result<()> {
         let begun = Instant::now();
-        let Some(item) = self.desk.next(begun, || self.changes.try_recv()) else {
+        let Some(item) = self.handler.next(begun, || self.changes.try_recv()) else {
             return Ok(());
         };
-        if let Some(verdict) = self.desk.decide(&item, self.clock.now_ns()) {
+        if let Some(verdict) = self.handler.decide(&item, self.clock.now_ns()) {
             self.carry_out(&verdict, item.sender.as_deref())?;
         }
-        self.desk.rest(begun, Instant::now());
+        self.handler.rest(begun, Instant::now());
         Ok(())
     }
 
@@ -218,40 +217,39 @@ impl<'a> FusionNode<'a> {
         self.clock_quality = ClockQuality::read();
         let losses = Losses {
             unread: self.observations.counts().dropped,
-            unpublished: self.outlet.unpublished().clone(),
+            unpublished: self.publishers.unpublished().clone(),
         };
         let status = self
             .status
             .status(&mut self.intake, &self.machine, losses, now);
-        self.outlet.status(&status)?;
+        self.publishers.status(&status)?;
         let offsets = self.machine.clock_offsets();
         let clocks = self.clocks.report(&self.node, offsets, now);
-        Ok(self.outlet.clocks(&clocks)?)
+        Ok(self.publishers.clocks(&clocks)?)
     }
 
-    /// Puts in force what was decided, and answers.
+    /// Carries out a decision and publishes the answer.
     fn carry_out(&mut self, verdict: &Verdict, sender: Option<&str>) -> anyhow::Result<()> {
-        let (outcome, words) = verdict.outcome();
-        let key = &verdict.key;
+        let key = limits::clipped(&verdict.key, limits::MAX_DETAIL_BYTES);
         match &verdict.decision {
             Decision::Take(change, _) => self.put_in_force(change)?,
             Decision::Same => {}
-            Decision::Refuse(cause) => {
+            Decision::Refuse(refusal) => {
                 let now = self.clock.monotonic_ns();
-                self.status.refusals.add(key, sender, cause, now);
+                self.status.refusals.add(&key, sender, refusal, now);
                 self.announce_again(&verdict.about)?;
             }
         }
-        if outcome != Outcome::Refused {
-            self.status.refusals.settle(key);
+        let outcome = verdict.outcome();
+        if !matches!(outcome, Outcome::Refused(_)) {
+            self.status.refusals.remove(&key);
         }
-        tracing::info!(key, ?outcome, words, sender, "a change of the site");
-        self.outlet.answer(&ConfigAnswer {
+        tracing::info!(key, ?outcome, sender, "a change of the site");
+        self.publishers.answer(&ConfigAnswer {
             node: self.node.clone(),
-            key: limits::clipped(key, limits::MAX_SENTENCE_BYTES),
+            key,
             fingerprint: verdict.fingerprint,
             outcome,
-            words,
         })?;
         Ok(())
     }
@@ -273,56 +271,59 @@ impl<'a> FusionNode<'a> {
             return Ok(());
         }
         if let (Some(proposal), None) = (&proposal, &self.proposed) {
-            tracing::info!("{}", proposing::sentence(&proposal.held_back));
+            tracing::info!("{}", proposing::notice(&proposal.held_back));
         }
         let message = proposing::message(proposal.as_ref(), &self.node, self.clock.now_ns());
         self.status.proposed = proposal.as_ref().map(|proposal| proposal.held_back);
         self.proposed = proposal;
         match message {
-            Ok(message) => self.outlet.proposal(&message)?,
+            Ok(message) => self.publishers.proposal(&message)?,
             Err(cause) => tracing::warn!("a refined calibration cannot be published: {cause}"),
         }
         Ok(())
     }
 
     fn apply(&mut self, proposal: Proposal) -> anyhow::Result<()> {
-        let figures = proposing::figures(&proposal.held_back);
+        let held_back = proposal.held_back;
         for change in proposing::changes(proposal) {
-            match self.desk.make(change, self.clock.now_ns()) {
+            match self.handler.make(change, self.clock.now_ns()) {
                 Ok(Decision::Take(change, _)) => {
                     self.put_in_force(&change)?;
-                    self.hand_out(&change)?;
+                    self.request(&change)?;
                 }
                 Ok(_) => {}
-                Err(cause) => tracing::warn!("a refinement was not made: {cause}"),
+                Err(cause) => tracing::warn!("a refinement was refused: {cause}"),
             }
         }
-        tracing::info!("refined: {figures}; `sextant config revert` takes it back");
+        tracing::info!(
+            ?held_back,
+            "a refined calibration is applied; `sextant config revert` takes it back"
+        );
         Ok(())
     }
 
-    /// Tells everyone of a change that nobody else has published.
-    fn hand_out(&self, change: &Change) -> anyhow::Result<()> {
+    /// Publishes a change that this node made by itself.
+    fn request(&self, change: &Change) -> anyhow::Result<()> {
         match change {
-            Change::Rig(rig) => self.outlet.hand_out_rig(rig)?,
-            Change::Object(object) => self.outlet.hand_out_object(object)?,
+            Change::Rig(rig) => self.publishers.request_rig(rig)?,
+            Change::Object(object) => self.publishers.request_object(object)?,
             Change::Removal(_) => {}
         }
         Ok(())
     }
 
     fn put_in_force(&mut self, change: &Change) -> anyhow::Result<()> {
-        let models = self.desk.models();
+        let models = self.handler.models();
         match change {
             Change::Rig(rig) => {
                 self.intake.take_rig(cameras_of(rig));
-                self.outlet.announce_rig(rig)?;
+                self.publishers.announce_rig(rig)?;
             }
             Change::Object(object) => {
-                self.outlet.take_object(object)?;
-                self.outlet.announce_object(object.id())?;
+                self.publishers.put_object(object)?;
+                self.publishers.announce_object(object.id())?;
             }
-            Change::Removal(id) => self.outlet.forget_object(id),
+            Change::Removal(id) => self.publishers.remove_object(id),
         }
         let input = match change {
             Change::Rig(rig) => Input::Rig(rig.clone()),
@@ -330,18 +331,16 @@ impl<'a> FusionNode<'a> {
         };
         self.status.take_objects(&models.objects);
         self.machine.handle(self.clock.now_ns(), input);
-        self.outlet.formers(self.desk.formers())?;
+        self.publishers.formers(self.handler.formers())?;
         // What was proposed was about the former models.
         self.propose(None)
     }
 
-    /// Others have seen a change that was refused: they shall know that it is not in force.
+    /// Announces what is in force after a refusal, for those who received the refused change.
     fn announce_again(&self, about: &KeyRef) -> anyhow::Result<()> {
         match about {
-            KeyRef::ConfigObject(id) | KeyRef::ConfigArticulated(id) | KeyRef::FullObject(id) => {
-                self.outlet.announce_object(id)?;
-            }
-            _ => self.outlet.announce_rig(&self.desk.models().rig)?,
+            KeyRef::ConfigObject(id) => self.publishers.announce_object(id)?,
+            _ => self.publishers.announce_rig(&self.handler.models().rig)?,
         }
         Ok(())
     }
@@ -355,7 +354,7 @@ impl<'a> FusionNode<'a> {
                     clock: self.clock_quality,
                 };
                 if let Some(image) = self.intake.take(&item.key, bytes, arrival) {
-                    let image = self.desk.models().rig.timed(image);
+                    let image = self.handler.models().rig.timed(image);
                     self.machine
                         .handle(self.clock.now_ns(), Input::Image(image));
                 }
@@ -368,7 +367,7 @@ impl<'a> FusionNode<'a> {
         while let Some(output) = self.machine.poll_output() {
             match output {
                 Output::Pose(estimate) => {
-                    if self.outlet.pose(&estimate, self.clock.now_ns())? {
+                    if self.publishers.pose(&estimate, self.clock.now_ns())? {
                         self.status.count(&estimate);
                     }
                 }
@@ -376,7 +375,7 @@ impl<'a> FusionNode<'a> {
                     let now = self.clock.monotonic_ns();
                     self.status.clock_stepped(by_ns, now);
                 }
-                other => tracing::warn!(?other, "the estimator says"),
+                other => tracing::warn!(?other, "unexpected output of the estimator"),
             }
         }
         Ok(())

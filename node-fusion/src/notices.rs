@@ -1,55 +1,63 @@
-//! What happens to the node itself, as a person reads it in the status: overload, messages that could not be published, a clock
-//! that was set. Each kind is logged once when it begins and shown until some seconds after it ended.
+//! What happened to the node itself in the last seconds. Each kind of notice is logged once when it begins, and shown until some seconds after
+//! it ended.
 
-use std::collections::BTreeMap;
+use sextant_proto::Notice;
 
-/// How long a notice is shown after it was last given, ns.
+/// How long a notice is shown after it was last added, ns.
 const SHOWN_NS: u64 = 10_000_000_000;
-
-/// What a notice is about: one of each is shown.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Kind {
-    /// Observations were dropped unread.
-    Overload,
-    /// Observations were too old on arrival.
-    TooOld,
-    /// Messages could not be encoded.
-    Unpublished,
-    /// The host's clock was set.
-    ClockStep,
-}
+/// Most notices shown at a time; further ones are passed over.
+const MOST: usize = 16;
 
 /// The notices of the last seconds.
 #[derive(Debug, Default)]
 pub struct Notices {
-    shown: BTreeMap<Kind, (u64, String)>,
+    shown: Vec<Shown>,
+}
+
+#[derive(Debug)]
+struct Shown {
+    at_ns: u64,
+    notice: Notice,
 }
 
 impl Notices {
-    /// Gives a notice in place of the former one of its kind; `now_ns` is monotonic.
-    pub fn give(&mut self, kind: Kind, words: String, now_ns: u64) {
-        if self
-            .shown
-            .get(&kind)
-            .is_none_or(|(at_ns, _)| is_over(*at_ns, now_ns))
-        {
-            tracing::warn!("{words}");
+    /// Adds a notice in place of an earlier one about the same thing; `now_ns` is monotonic.
+    pub fn add(&mut self, notice: Notice, now_ns: u64) {
+        self.forget(now_ns);
+        let at_ns = now_ns;
+        let mut shown = self.shown.iter_mut();
+        if let Some(known) = shown.find(|known| is_same(&known.notice, &notice)) {
+            *known = Shown { at_ns, notice };
+        } else if self.shown.len() < MOST {
+            tracing::warn!("{notice}");
+            self.shown.push(Shown { at_ns, notice });
         }
-        self.shown.insert(kind, (now_ns, words));
     }
 
-    /// What is to be shown.
-    pub fn sentences(&mut self, now_ns: u64) -> Vec<String> {
-        self.shown.retain(|_, (at_ns, _)| !is_over(*at_ns, now_ns));
+    /// What is shown at `now_ns`, the longest shown first.
+    pub fn notices(&mut self, now_ns: u64) -> Vec<Notice> {
+        self.forget(now_ns);
         self.shown
-            .values()
-            .map(|(_, words)| words.clone())
+            .iter()
+            .map(|shown| shown.notice.clone())
             .collect()
+    }
+
+    fn forget(&mut self, now_ns: u64) {
+        self.shown
+            .retain(|shown| now_ns.saturating_sub(shown.at_ns) < SHOWN_NS);
     }
 }
 
-fn is_over(at_ns: u64, now_ns: u64) -> bool {
-    now_ns.saturating_sub(at_ns) >= SHOWN_NS
+/// Whether two notices are of one kind, and of one camera where they name one.
+fn is_same(one: &Notice, other: &Notice) -> bool {
+    match (one, other) {
+        (
+            Notice::LateObservations { camera, .. },
+            Notice::LateObservations { camera: second, .. },
+        ) => camera == second,
+        _ => std::mem::discriminant(one) == std::mem::discriminant(other),
+    }
 }
 
 #[cfg(test)]
@@ -58,12 +66,24 @@ mod tests {
 
     #[test]
     fn the_last_notice_of_a_kind_is_shown_for_some_seconds() {
+        let overload = |total| Notice::Overload { dropped: 1, total };
+        let step = Notice::ClockStepped { by_s: 2.0 };
         let mut notices = Notices::default();
-        notices.give(Kind::Overload, "3 dropped".to_owned(), 10);
-        notices.give(Kind::Overload, "5 dropped".to_owned(), 20);
-        notices.give(Kind::ClockStep, "the clock was set".to_owned(), 30);
-        assert_eq!(notices.sentences(40), ["5 dropped", "the clock was set"]);
-        assert_eq!(notices.sentences(20 + SHOWN_NS), ["the clock was set"]);
-        assert!(notices.sentences(30 + SHOWN_NS).is_empty());
+        notices.add(overload(3), 10);
+        notices.add(overload(5), 20);
+        notices.add(step.clone(), 30);
+        assert_eq!(notices.notices(40), [overload(5), step.clone()]);
+        assert_eq!(notices.notices(20 + SHOWN_NS), [step]);
+        assert!(notices.notices(30 + SHOWN_NS).is_empty());
+    }
+
+    #[test]
+    fn cameras_have_notices_of_their_own_in_bounded_number() {
+        let mut notices = Notices::default();
+        for n in 0..10 * MOST {
+            let camera = format!("c{n}").parse().unwrap();
+            notices.add(Notice::LateObservations { camera, total: 1 }, 10);
+        }
+        assert_eq!(notices.notices(10).len(), MOST);
     }
 }

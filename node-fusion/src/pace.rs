@@ -1,10 +1,10 @@
-//! The pace at which changes of the site are taken: a flood of them must not keep images waiting.
+//! Limits how often changes of the site are applied, so that a flood of them does not delay images.
 
 use std::time::{Duration, Instant};
 
-/// Between two changes at least.
+/// Least pause between two changes.
 const LEAST: Duration = Duration::from_millis(50);
-/// After a change it rests for so many times as long as the change took (with its files written): a tenth of the time at most.
+/// Pause after a change in multiples of its duration, files included: changes take at most a tenth of the time.
 const REST: u32 = 9;
 
 /// When the next change is due.
@@ -14,7 +14,7 @@ pub struct Pace {
 }
 
 impl Pace {
-    /// Whether a change may be taken.
+    /// Whether a change may be applied.
     pub fn is_due(&self, now: Instant) -> bool {
         self.due.is_none_or(|due| now >= due)
     }

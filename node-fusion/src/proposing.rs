@@ -1,8 +1,10 @@
-//! A refined calibration of the estimator as a message, as changes of the site, and in words.
+//! A refined calibration of the estimator as a message, as changes of the site, and as a notice.
 
 use crate::models::Change;
 use sextant_estimator::{HeldBack, Proposal};
-use sextant_proto::{EncodeError, FullObject, FullRig, ModelPayload, NodeId, Proposal as Message};
+use sextant_proto::{
+    EncodeError, ModelPayload, NodeId, Notice, ObjectConfig, Proposal as Message, RigConfig,
+};
 
 /// The message of a proposal made at `t_ns`; an empty one where there is none.
 ///
@@ -17,8 +19,8 @@ pub fn message(
     let Some(proposal) = proposal else {
         return Ok(none);
     };
-    let rig = proposal.rig.as_ref().map(FullRig::from);
-    let objects = proposal.objects.iter().map(FullObject::from);
+    let rig = proposal.rig.as_ref().map(RigConfig::from);
+    let objects = proposal.objects.iter().map(ObjectConfig::from);
     Ok(Message {
         rig: rig.as_ref().map(ModelPayload::of).transpose()?,
         objects: objects
@@ -38,20 +40,11 @@ pub fn changes(proposal: Proposal) -> impl Iterator<Item = Change> {
         .chain(proposal.objects.into_iter().map(Change::Object))
 }
 
-/// What it is worth, and what to do, as a sentence of the status.
-pub fn sentence(held_back: &HeldBack) -> String {
-    format!(
-        "a refined calibration explains the images better ({}): run `sextant config apply-refinement`",
-        figures(held_back)
-    )
-}
-
-/// Residuals before and after.
-pub fn figures(held_back: &HeldBack) -> String {
-    let HeldBack {
-        n_images,
-        before_px,
-        after_px,
-    } = held_back;
-    format!("{before_px:.2} px to {after_px:.2} px on {n_images} held-back images")
+/// What it is worth.
+pub fn notice(held_back: &HeldBack) -> Notice {
+    Notice::RefinementProposed {
+        n_images: u32::try_from(held_back.n_images).unwrap_or(u32::MAX),
+        before_px: held_back.before_px,
+        after_px: held_back.after_px,
+    }
 }

@@ -1,24 +1,69 @@
-//! The changes that were refused of late, as a person reads them in the status.
+//! Refused changes: errors of the libraries as [`Refusal`]s, and those of the last minute for the status.
 
+use sextant_estimator::{ModelError, ObjectError};
+use sextant_proto::{DecodeError, Notice, Refusal, RigConfigError, limits};
 use std::collections::BTreeMap;
+use std::fmt::Display;
 
-/// How long a refusal is told.
-const TOLD_NS: u64 = 60_000_000_000;
-/// Most refusals told at a time: the status has room for faults, too.
+/// How long a refusal is shown, ns.
+const SHOWN_NS: u64 = 60_000_000_000;
+/// Most refusals shown at a time; the oldest gives way.
 const MOST: usize = 4;
+
+/// The text of an error, as long as a message may hold.
+pub fn detail(error: &dyn Display) -> String {
+    limits::clipped(&error.to_string(), limits::MAX_DETAIL_BYTES)
+}
+
+/// Bytes that are no message.
+pub fn undecodable(error: DecodeError) -> Refusal {
+    Refusal::Undecodable {
+        detail: detail(&error),
+    }
+}
+
+/// A message whose cameras make no rig.
+pub fn invalid_camera(error: &RigConfigError) -> Refusal {
+    Refusal::InvalidCamera {
+        camera: error.camera().clone(),
+        detail: detail(error),
+    }
+}
+
+/// A message whose tags, links and joints make no object.
+pub fn invalid_object(error: &ObjectError) -> Refusal {
+    Refusal::InvalidObject {
+        tag: error.tag(),
+        detail: detail(error),
+    }
+}
+
+/// Models that the estimator refuses.
+pub fn unusable(error: ModelError) -> Refusal {
+    match error {
+        ModelError::SharedTag { tag, first, second } => Refusal::SharedTag { tag, first, second },
+        other => Refusal::Other {
+            detail: detail(&other),
+        },
+    }
+}
 
 /// The last refusal of each key.
 #[derive(Debug, Default)]
 pub struct Refusals {
-    by_key: BTreeMap<String, (u64, String)>,
+    /// With the time of the refusal, ns.
+    by_key: BTreeMap<String, (u64, Notice)>,
 }
 
 impl Refusals {
-    /// A change of `key` was refused at `now_ns`; `sender` is who signed it.
-    pub fn add(&mut self, key: &str, sender: Option<&str>, cause: &str, now_ns: u64) {
-        let from = sender.map_or_else(String::new, |sender| format!(" from {sender}"));
-        let sentence = format!("change of {key}{from} refused: {cause}");
-        self.by_key.insert(key.to_owned(), (now_ns, sentence));
+    /// Adds the refusal of a change of `key` that `sender` asked for, at `now_ns`.
+    pub fn add(&mut self, key: &str, sender: Option<&str>, refusal: &Refusal, now_ns: u64) {
+        let notice = Notice::ChangeRefused {
+            key: key.to_owned(),
+            sender: sender.map(str::to_owned),
+            refusal: refusal.clone(),
+        };
+        self.by_key.insert(key.to_owned(), (now_ns, notice));
         if self.by_key.len() > MOST {
             let oldest = self.by_key.iter().min_by_key(|(_, (at_ns, _))| *at_ns);
             let oldest = oldest.map(|(key, _)| key.clone());
@@ -26,17 +71,17 @@ impl Refusals {
         }
     }
 
-    /// A change of `key` was taken: what was refused before is history.
-    pub fn settle(&mut self, key: &str) {
+    /// Drops the refusal of a key whose change was accepted since.
+    pub fn remove(&mut self, key: &str) {
         self.by_key.remove(key);
     }
 
-    /// What is still to be told, by key.
-    pub fn sentences(&mut self, now_ns: u64) -> Vec<String> {
+    /// What is shown at `now_ns`, by key.
+    pub fn notices(&mut self, now_ns: u64) -> Vec<Notice> {
         self.by_key
-            .retain(|_, (at_ns, _)| now_ns.saturating_sub(*at_ns) < TOLD_NS);
-        let sentences = self.by_key.values();
-        sentences.map(|(_, sentence)| sentence.clone()).collect()
+            .retain(|_, (at_ns, _)| now_ns.saturating_sub(*at_ns) < SHOWN_NS);
+        let notices = self.by_key.values();
+        notices.map(|(_, notice)| notice.clone()).collect()
     }
 }
 
@@ -45,30 +90,35 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_refusal_is_told_for_a_minute_or_until_a_change_is_taken() {
+    fn a_refusal_is_shown_for_a_minute_or_until_a_change_is_accepted() {
         let mut refusals = Refusals::default();
-        refusals.add("config/rig", Some("ann@desk"), "no camera", 10);
-        refusals.add("config/object/cube", None, "no tag", 20);
+        refusals.add("config/rig", Some("ann@desk"), &Refusal::NoCamera, 10);
+        let limit = Refusal::TooManyObjects { limit: 3 };
+        refusals.add("config/object/cube", None, &limit, 20);
+        let texts = |refusals: &mut Refusals, now_ns| -> Vec<String> {
+            let notices = refusals.notices(now_ns);
+            notices.iter().map(ToString::to_string).collect()
+        };
         assert_eq!(
-            refusals.sentences(TOLD_NS),
+            texts(&mut refusals, SHOWN_NS),
             [
-                "change of config/object/cube refused: no tag",
-                "change of config/rig from ann@desk refused: no camera"
+                "change of config/object/cube refused: a site has at most 3 objects",
+                "change of config/rig by ann@desk refused: the rig has no camera"
             ]
         );
-        assert_eq!(refusals.sentences(TOLD_NS + 10).len(), 1);
-        refusals.settle("config/object/cube");
-        assert!(refusals.sentences(TOLD_NS + 10).is_empty());
+        assert_eq!(refusals.notices(SHOWN_NS + 10).len(), 1);
+        refusals.remove("config/object/cube");
+        assert!(refusals.notices(SHOWN_NS + 10).is_empty());
     }
 
     #[test]
     fn a_flood_of_keys_pushes_the_oldest_out() {
         let mut refusals = Refusals::default();
         for k in 0..1000_u64 {
-            refusals.add(&format!("config/object/o{k}"), None, "no", k);
+            refusals.add(&format!("config/object/o{k}"), None, &Refusal::NoCamera, k);
         }
-        let told = refusals.sentences(1000);
-        assert_eq!(told.len(), MOST);
-        assert!(told[0].contains("o996"), "{told:?}");
+        let shown = refusals.notices(1000);
+        assert_eq!(shown.len(), MOST);
+        assert!(shown[0].to_string().contains("o996"), "{shown:?}");
     }
 }

@@ -1,36 +1,36 @@
-//! What a fusion node says about itself once a second: what came in, what was dropped and why, how the objects fare, what
-//! is wrong with the site and which changes of it were refused.
+//! The status that a fusion node publishes once a second: messages received and dropped, states of the objects, faults of the site, and
+//! what happened to the node itself.
 
 use crate::intake::Intake;
-use crate::notices::{Kind, Notices};
-use crate::outlet::Unpublished;
+use crate::notices::Notices;
 use crate::proposing;
-use crate::refusals::Refusals;
+use crate::publishers::Unpublished;
+use crate::refusals::{Refusals, detail};
 use sextant_estimator::{
-    Fault, Fusion, HeldBack, ObjectEstimate, ObjectId, ObjectModel, State, Statistics,
+    Fusion, HeldBack, ObjectEstimate, ObjectId, ObjectModel, State, Statistics,
 };
-use sextant_proto::{CameraIntake, FusionStatus, NodeId, ObjectHealth, limits};
+use sextant_proto::{CameraIntake, FusionStatus, NodeId, Notice, ObjectHealth, limits};
 use std::collections::BTreeMap;
 
-/// Collects between two statuses.
+/// Collects what the next status reports.
 #[derive(Debug)]
-pub struct StatusBook {
+pub struct StatusReporter {
     node: NodeId,
     started_ns: u64,
     last_ns: u64,
     objects: BTreeMap<ObjectId, ObjectCount>,
-    /// Changes that were refused of late.
+    /// Changes refused in the last minute.
     pub refusals: Refusals,
-    /// Hosts of other fusion nodes of the same name.
+    /// Hosts of other fusion nodes of this name.
     pub namesakes: Vec<String>,
-    /// What a refined calibration is worth that may be put in force.
+    /// Figures of the refined calibration that is proposed.
     pub proposed: Option<HeldBack>,
     notices: Notices,
-    /// What was lost until the last status.
+    /// Losses up to the last status.
     losses: Losses,
 }
 
-/// What was lost since the process started.
+/// Messages lost since the process started.
 #[derive(Debug, Default, Clone, PartialEq, Eq)]
 pub struct Losses {
     /// Observations dropped unread.
@@ -45,11 +45,11 @@ struct ObjectCount {
     poses: u64,
 }
 
-impl StatusBook {
-    /// A book that begins at `now_ns`, by the monotonic clock as all times here; every object is lost until it is seen.
+impl StatusReporter {
+    /// A reporter from `now_ns` on, by the monotonic clock as all times here; every object is lost until it is seen.
     #[must_use]
     pub fn new(node: NodeId, objects: &[ObjectModel], now_ns: u64) -> Self {
-        let mut book = Self {
+        let mut reporter = Self {
             node,
             started_ns: now_ns,
             last_ns: now_ns,
@@ -60,8 +60,8 @@ impl StatusBook {
             notices: Notices::default(),
             losses: Losses::default(),
         };
-        book.take_objects(objects);
-        book
+        reporter.take_objects(objects);
+        reporter
     }
 
     /// The site has other objects now; those that stay keep their state.
@@ -82,14 +82,10 @@ impl StatusBook {
         }
     }
 
-    /// The clock of this host was set forward by so many ns, or back.
+    /// The clock of this host was set by so many ns, below zero where it was set back.
     pub fn clock_stepped(&mut self, by_ns: i64, now_ns: u64) {
-        let way = if by_ns < 0 { "back" } else { "forward" };
-        let seconds = by_ns.unsigned_abs() as f64 * 1e-9;
-        let words = format!(
-            "the clock of this machine was set {way} by {seconds:.3} s: tracking starts anew"
-        );
-        self.notices.give(Kind::ClockStep, words, now_ns);
+        let by_s = by_ns as f64 * 1e-9;
+        self.notices.add(Notice::ClockStepped { by_s }, now_ns);
     }
 
     /// The status at `now_ns`; rates are over the time since the last one.
@@ -100,8 +96,8 @@ impl StatusBook {
         losses: Losses,
         now_ns: u64,
     ) -> FusionStatus {
-        if let Some(words) = intake.too_old() {
-            self.notices.give(Kind::TooOld, words, now_ns);
+        for late in intake.late_cameras() {
+            self.notices.add(late, now_ns);
         }
         self.note_losses(losses, now_ns);
         let elapsed_s = now_ns.saturating_sub(self.last_ns) as f64 / 1e9;
@@ -109,10 +105,10 @@ impl StatusBook {
         let cameras = intake.cameras(elapsed_s).into_iter();
         let cameras = cameras.map(|camera| with_statistics(camera, machine.statistics()));
         let cameras = cameras.collect();
-        let mut others = self.others(intake, now_ns);
-        let imperfections = machine.imperfections().iter().map(ToString::to_string);
-        others.extend(imperfections.take(limits::MAX_SENTENCES / 4));
-        others.extend(self.proposed.as_ref().map(proposing::sentence));
+        let mut faults = machine.faults();
+        let faults_left_out = faults.len().saturating_sub(limits::MAX_FAULTS);
+        faults.truncate(limits::MAX_FAULTS);
+        let imperfections = machine.imperfections();
         FusionStatus {
             node: self.node.clone(),
             version: env!("CARGO_PKG_VERSION").to_owned(),
@@ -124,42 +120,47 @@ impl StatusBook {
                 .iter_mut()
                 .map(|(id, object)| object.health(id, elapsed_s))
                 .collect(),
-            faults: sentences(&machine.faults(), others),
+            faults,
+            faults_left_out: u32::try_from(faults_left_out).unwrap_or(u32::MAX),
+            imperfections: (imperfections.iter())
+                .take(limits::MAX_IMPERFECTIONS)
+                .cloned()
+                .collect(),
+            notices: self.all_notices(intake, now_ns),
         }
     }
 }
 
-impl StatusBook {
+impl StatusReporter {
     fn note_losses(&mut self, losses: Losses, now_ns: u64) {
-        let unread = losses.unread - self.losses.unread;
-        if unread > 0 {
-            let words = format!(
-                "overload: {unread} observations dropped unread ({} since the start). Fewer images a second, fewer cameras or a faster machine help",
-                losses.unread
-            );
-            self.notices.give(Kind::Overload, words, now_ns);
+        let (dropped, total) = (losses.unread - self.losses.unread, losses.unread);
+        if dropped > 0 {
+            self.notices
+                .add(Notice::Overload { dropped, total }, now_ns);
         }
         let Unpublished { messages, cause } = &losses.unpublished;
         if *messages > self.losses.unpublished.messages {
-            let words = format!("{messages} messages could not be published, last: {cause}");
-            self.notices.give(Kind::Unpublished, words, now_ns);
+            let unpublished = Notice::Unpublished {
+                total: *messages,
+                detail: detail(cause),
+            };
+            self.notices.add(unpublished, now_ns);
         }
         self.losses = losses;
     }
 
-    /// Cameras that fell silent, at most half of the sentences, what happened to this node, and changes that were refused.
-    fn others(&mut self, intake: &Intake, now_ns: u64) -> Vec<String> {
-        let mut words = intake.silences();
-        words.truncate(limits::MAX_SENTENCES / 2);
-        words.extend(self.notices.sentences(now_ns));
-        words.extend(self.refusals.sentences(now_ns));
-        if !self.namesakes.is_empty() {
-            let (node, hosts) = (&self.node, self.namesakes.join(", "));
-            words.push(format!(
-                "fusion node {node} also runs on host {hosts}: end one of them"
-            ));
-        }
-        words
+    /// Everything to be shown, the most urgent first.
+    fn all_notices(&mut self, intake: &Intake, now_ns: u64) -> Vec<Notice> {
+        let namesakes = self.namesakes.iter().map(|host| Notice::NameTaken {
+            host: limits::clipped(host, limits::MAX_NAME_BYTES),
+        });
+        let mut notices: Vec<Notice> = namesakes.take(1).collect();
+        notices.extend(self.notices.notices(now_ns));
+        notices.extend(self.refusals.notices(now_ns));
+        notices.extend(self.proposed.as_ref().map(proposing::notice));
+        notices.extend(intake.silent_cameras());
+        notices.truncate(limits::MAX_NOTICES);
+        notices
     }
 }
 
@@ -184,24 +185,7 @@ impl ObjectCount {
     }
 }
 
-/// What is wrong with the site and what else there is to say, in as many sentences as a status may have; the last of the first
-/// counts those left out.
-fn sentences(faults: &[Fault], others: Vec<String>) -> Vec<String> {
-    let room = limits::MAX_SENTENCES.saturating_sub(others.len());
-    let left_out = faults.len().saturating_sub(room);
-    let shown = faults.len().min(room) - usize::from(left_out > 0 && room > 0);
-    let mut sentences: Vec<String> = faults[..shown].iter().map(Fault::to_string).collect();
-    if left_out > 0 {
-        sentences.push(format!("and {} faults more", faults.len() - shown));
-    }
-    sentences.extend(others);
-    sentences
-        .iter()
-        .map(|sentence| limits::clipped(sentence, limits::MAX_SENTENCE_BYTES))
-        .collect()
-}
-
-/// What the estimator counted of a camera joins what the intake counted.
+/// Adds what the estimator counted of a camera to what the intake counted.
 fn with_statistics(mut camera: CameraIntake, statistics: &Statistics) -> CameraIntake {
     if let Some(counts) = statistics.cameras.get(&camera.camera) {
         camera.unknown_tags = counts.unknown_tags;
@@ -210,30 +194,4 @@ fn with_statistics(mut camera: CameraIntake, statistics: &Statistics) -> CameraI
         camera.last_capture_ns = counts.last_capture_ns;
     }
     camera
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use sextant_estimator::CameraId;
-
-    fn moved(n: usize) -> Vec<Fault> {
-        let camera = |k: usize| CameraId::new(&format!("camera{k}")).unwrap();
-        (0..n)
-            .map(|k| Fault::CameraMoved { camera: camera(k) })
-            .collect()
-    }
-
-    #[test]
-    fn every_fault_is_told_or_counted() {
-        const MOST: usize = limits::MAX_SENTENCES;
-        assert!(sentences(&[], vec![]).is_empty());
-        assert_eq!(sentences(&moved(MOST), vec![]).len(), MOST);
-        let many = sentences(&moved(MOST + 3), vec![]);
-        assert_eq!(many.len(), MOST);
-        assert_eq!(many.last().map(String::as_str), Some("and 4 faults more"));
-        let both = sentences(&moved(MOST), vec!["refused".to_owned()]);
-        assert_eq!(both.len(), MOST);
-        assert_eq!(both[MOST - 2..], ["and 2 faults more", "refused"]);
-    }
 }

@@ -6,7 +6,7 @@ use crate::hub::Hub;
 use crate::network;
 use crate::rejections::{Rejection, Rejections};
 use crate::server;
-use crate::wizard::{self, Desk};
+use crate::wizard::{self, WizardService};
 use anyhow::{Context, anyhow};
 use sextant_process::{Exit, Shutdown, WithExit, memory};
 use sextant_site_files::read_toml;
@@ -22,10 +22,10 @@ pub(crate) struct Shared {
     pub(crate) config: ViewerConfig,
     pub(crate) hosts: HostRule,
     pub(crate) hub: Hub,
-    /// Where the wizards are served.
-    pub(crate) wizard: Desk,
+    /// The wizards.
+    pub(crate) wizard: WizardService,
     pub(crate) started: Instant,
-    /// Whether the bridge has its place on the site's network now.
+    /// Whether the bridge is connected to the site's network.
     pub(crate) connected: AtomicBool,
     rejections: Mutex<Rejections>,
 }
@@ -38,7 +38,7 @@ impl Shared {
             .as_ref()
             .map(|folder| whole(&beside.join(folder)));
         Self {
-            wizard: Desk::new(folder),
+            wizard: WizardService::new(folder),
             hosts: HostRule::new(address, &config.host_names),
             config,
             hub: Hub::default(),

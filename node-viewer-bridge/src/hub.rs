@@ -1,7 +1,7 @@
-//! The newest frame of everything, and the clients that want to hear of it.
+//! The newest frame of each slot, and the outboxes of the connected clients.
 //!
 //! Each kind of slot has room for so many ids, and all frames together for so many bytes. Drop rule: what finds no room is
-//! refused and counted; a slot of which nothing was heard for [`EXPIRY`] is forgotten.
+//! refused and counted; a slot without news for [`EXPIRY`] is forgotten.
 
 use crate::outbox::Outbox;
 use axum::extract::ws;
@@ -28,7 +28,7 @@ pub(crate) fn text(json: &str) -> Frame {
     Frame::Text(json.into())
 }
 
-/// Message type and id. The order is that in which a new client hears of things: first what they are, then where.
+/// Message type and id. A new client receives frames in this order: models first, then poses.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub(crate) enum Slot {
     Rig,
@@ -55,7 +55,7 @@ const ROOM: [usize; 16] = [
 ];
 /// Bytes of all frames that are kept.
 const MAX_BYTES: usize = 32 << 20;
-/// How long a slot stays of which nothing is heard.
+/// How long a slot without news is kept.
 const EXPIRY: Duration = Duration::from_secs(300);
 /// Clients at one time.
 const MAX_CLIENTS: usize = 64;
@@ -83,7 +83,7 @@ impl Slot {
         }
     }
 
-    /// Whether it is said once and holds until something else is said.
+    /// Whether its message is sent once and holds until the next one.
     fn lasts(&self) -> bool {
         matches!(
             self,
@@ -135,7 +135,7 @@ impl Hub {
         Ok(())
     }
 
-    /// These objects and their links exist, as a fusion node says.
+    /// Marks objects that a fusion node lists, and their links, as existing.
     pub(crate) fn confirm_objects(&self, objects: &BTreeSet<&str>) {
         let is_one = |slot: &Slot| match slot {
             Slot::Object(id) => objects.contains(id.split('.').next().unwrap_or(id)),
@@ -144,7 +144,7 @@ impl Hub {
         self.lock().newest[Slot::Object(String::new()).kind()].touch_where(Instant::now(), is_one);
     }
 
-    /// Forgets what nothing was heard of for long.
+    /// Forgets slots without news.
     pub(crate) fn expire(&self, now: Instant) {
         self.lock().expire(now);
     }
@@ -164,8 +164,7 @@ impl Hub {
         std::iter::once(object.to_owned()).chain(links).collect()
     }
 
-    /// An object is gone: later clients don't hear of it, the present ones get this frame last. Nobody is told of one that
-    /// nobody has heard of.
+    /// Forgets an object: connected clients receive this frame last, later ones nothing. An object that no client knows is passed over.
     pub(crate) fn forget_object(&self, id: &str, farewell: &Frame) {
         let slots =
             [Slot::Object, Slot::Pose, Slot::Joints, Slot::Truth].map(|slot| slot(id.to_owned()));

@@ -1,5 +1,5 @@
-//! Which objects the site's fusion nodes have, by their statuses: so that one that was removed while the bridge did not hear
-//! it, or while its fusion node was down, is forgotten all the same.
+//! The objects of each fusion node, by its statuses: an object is forgotten even if the bridge missed its removal, or if it was removed
+//! while its fusion node was down.
 
 use sextant_estimator::ObjectId;
 use sextant_proto::{FusionStatus, NodeId};
@@ -58,6 +58,9 @@ pub(crate) mod samples {
             foreign: Rejections::default(),
             objects: objects.iter().map(health).collect(),
             faults: vec![],
+            faults_left_out: 0,
+            imperfections: vec![],
+            notices: vec![],
         }
     }
 }

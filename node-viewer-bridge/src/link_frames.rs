@@ -3,7 +3,7 @@
 
 use crate::message::{Joint, ObjectTag, Pose};
 use crate::translate::{latency_ms, object_tag};
-use sextant_proto::{ArticulatedConfig, JointState, LinkPose, ObjectLinks};
+use sextant_proto::{JointState, LinkPose, ObjectConfig, ObjectLinks};
 
 /// A link with its tags.
 pub(crate) struct Part {
@@ -12,11 +12,11 @@ pub(crate) struct Part {
 }
 
 /// Every link with its tags.
-pub(crate) fn parts(object: &ArticulatedConfig) -> Vec<Part> {
+pub(crate) fn parts(object: &ObjectConfig) -> Vec<Part> {
     let tags_of = |link: usize| {
         let tags = object.tags.iter();
-        let tags = tags.filter(move |one| usize::from(one.link) == link);
-        tags.map(|one| object_tag(&one.tag)).collect()
+        let tags = tags.filter(move |tag| tag.link.map(usize::from) == Some(link));
+        tags.map(object_tag).collect()
     };
     let links = object.links.iter().enumerate();
     links
@@ -32,7 +32,7 @@ pub(crate) fn id_of(links: &ObjectLinks, link: &LinkPose) -> String {
     format!("{}.{}", links.object, link.link)
 }
 
-/// A link's pose under such a name. Speed, cameras and tags are told of the object alone.
+/// A link's pose under such a name. Only the object's own pose has twist, cameras and tags.
 pub(crate) fn pose<'a>(id: &'a str, links: &ObjectLinks, link: &'a LinkPose) -> Pose<'a> {
     Pose {
         object: id,

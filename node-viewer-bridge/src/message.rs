@@ -8,7 +8,7 @@ use sextant_proto::{
 use sextant_tag_families::Family;
 
 use crate::rejections::Rejections;
-use crate::wizard::Account;
+use crate::wizard::WizardState;
 
 /// Counted up when a field changes its meaning or goes.
 pub(crate) const PROTOCOL: u32 = 1;
@@ -57,7 +57,7 @@ pub(crate) enum Message<'a> {
         tags: Vec<TagOutline>,
     },
     /// What a wizard is about.
-    Wizard(&'a Account),
+    Wizard(&'a WizardState),
     CameraStatus(&'a CameraStatus),
     DetectionReport(&'a DetectionReport),
     FusionStatus(&'a FusionStatus),

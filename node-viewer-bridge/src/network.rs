@@ -1,8 +1,8 @@
-//! The bridge's place on the network: subscribes to the site, asks for what was said before it came, watches who is there.
-//! Pictures, and what detectors did with them, are only asked for while somebody looks: cameras don't make them for nobody.
+//! The bridge's network session: subscribes to the site, queries kept messages, watches which nodes are alive. Previews and detection
+//! reports are subscribed to only while a client is connected, because cameras make them only for subscribers.
 
 use crate::bridge::Shared;
-use crate::intake::Intake;
+use crate::forwarder::Forwarder;
 use crate::wizard::Outgoing;
 use sextant_process::{Exit, Shutdown, WithExit, fail_point};
 use sextant_proto::{Keys, Message, NodeKind, limits};
@@ -13,11 +13,11 @@ use std::time::{Duration, Instant};
 
 /// How long to wait for those who answer for the site's configuration; shutdown waits no longer than this.
 const QUERY_TIMEOUT: Duration = Duration::from_millis(800);
-/// The longest sleep: how late a wish to stop is heard.
+/// Longest sleep: bounds the delay of a shutdown.
 const LONGEST_WAIT: Duration = Duration::from_millis(100);
 /// How long pictures keep coming after the last client left: a page that is loaded anew finds them running.
 const PICTURES_KEPT: Duration = Duration::from_secs(10);
-/// Between two looks at the connection.
+/// Between two checks of the connection.
 const CHECK_PERIOD: Duration = Duration::from_secs(1);
 
 /// Fills the hub from the network until `shutdown`. A client waits for its router for as long as it takes.
@@ -27,7 +27,7 @@ pub(crate) fn run(shared: &Arc<Shared>, shutdown: &Shutdown) -> anyhow::Result<(
         opened => opened.exit_with(Exit::Unavailable)?,
     };
     let keys = Keys::of(shared.config.site.clone());
-    let intake = Arc::new(Intake::new(keys.clone(), Arc::clone(shared)));
+    let forwarder = Arc::new(Forwarder::new(keys.clone(), Arc::clone(shared)));
     let streams = [
         keys.all_config(),
         keys.all_camera_statuses(),
@@ -39,20 +39,20 @@ pub(crate) fn run(shared: &Arc<Shared>, shutdown: &Shutdown) -> anyhow::Result<(
         keys.all_poses(),
         keys.all_truths(),
     ];
-    let streams = streams.map(|stream| subscribe(&bus, &stream, &intake));
+    let streams = streams.map(|stream| subscribe(&bus, &stream, &forwarder));
     let streams: Vec<_> = streams.into_iter().collect::<Result<_, _>>()?;
     let watch = bus.watch_alive(&keys.all_alive())?;
     let alive = bus.alive(&keys.alive(NodeKind::Viewer, &shared.config.node))?;
-    let mut attendance = Attendance {
+    let mut session = NetworkSession {
         bus: &bus,
         keys,
-        intake,
+        forwarder,
         shared,
         pictures: None,
         watched_at: Instant::now(),
     };
-    attendance.keep(&watch, shutdown)?;
-    drop(attendance);
+    session.keep(&watch, shutdown)?;
+    drop(session);
     drop((alive, watch, streams));
     bus.close();
     Ok(())
@@ -61,31 +61,31 @@ pub(crate) fn run(shared: &Arc<Shared>, shutdown: &Shutdown) -> anyhow::Result<(
 fn subscribe(
     bus: &Bus,
     stream: &str,
-    intake: &Arc<Intake>,
+    forwarder: &Arc<Forwarder>,
 ) -> Result<CallbackSubscription, BusError> {
-    let intake = Arc::clone(intake);
+    let forwarder = Arc::clone(forwarder);
     bus.subscribe_with(stream, limits::MAX_PAYLOAD_BYTES, move |item| {
-        intake.take(&item);
+        forwarder.take(&item);
     })
 }
 
-struct Attendance<'a> {
+struct NetworkSession<'a> {
     bus: &'a Bus,
     keys: Keys,
-    intake: Arc<Intake>,
+    forwarder: Arc<Forwarder>,
     shared: &'a Shared,
     pictures: Option<[CallbackSubscription; 2]>,
-    /// When somebody last looked at the page.
+    /// When a client was last connected.
     watched_at: Instant,
 }
 
-impl Attendance<'_> {
+impl NetworkSession<'_> {
     fn keep(&mut self, watch: &AliveWatch, shutdown: &Shutdown) -> anyhow::Result<()> {
         let mut check_due = Instant::now();
         while !shutdown.is_requested() {
             fail_point!("network");
             if let Some(presence) = watch.recv_timeout(LONGEST_WAIT)
-                && self.intake.presence(&presence) == Some(NodeKind::Fusion)
+                && self.forwarder.presence(&presence) == Some(NodeKind::Fusion)
             {
                 self.ask_for_latest()?;
             }
@@ -103,9 +103,9 @@ impl Attendance<'_> {
     fn publish_change(&self) -> anyhow::Result<()> {
         while let Some(outgoing) = self.shared.wizard.take_outgoing() {
             match outgoing {
-                Outgoing::Rig(rig) => self.publish(&self.keys.full_rig(), &rig)?,
+                Outgoing::Rig(rig) => self.publish(&self.keys.config_rig(), &rig)?,
                 Outgoing::Object(object) => {
-                    self.publish(&self.keys.full_object(&object.id), &object)?;
+                    self.publish(&self.keys.config_object(&object.id), &object)?;
                 }
             }
         }
@@ -123,7 +123,7 @@ impl Attendance<'_> {
         if n_clients > 0 {
             self.watched_at = Instant::now();
             if self.pictures.is_none() {
-                let subscribed = |stream: String| subscribe(self.bus, &stream, &self.intake);
+                let subscribed = |stream: String| subscribe(self.bus, &stream, &self.forwarder);
                 self.pictures = Some([
                     subscribed(self.keys.all_previews())?,
                     subscribed(self.keys.all_detection_reports())?,
@@ -135,7 +135,7 @@ impl Attendance<'_> {
         Ok(())
     }
 
-    /// Back on the network, the bridge may have missed what is said only once.
+    /// After a lost connection the bridge queries kept messages again: it may have missed some.
     fn check_connection(&self) -> anyhow::Result<()> {
         let now = self.bus.is_connected();
         let before = self.shared.connected.swap(now, Ordering::Relaxed);
@@ -152,7 +152,7 @@ impl Attendance<'_> {
         let items = self
             .bus
             .latest(&everything, limits::MAX_PAYLOAD_BYTES, QUERY_TIMEOUT)?;
-        items.iter().for_each(|item| self.intake.take(item));
+        items.iter().for_each(|item| self.forwarder.take(item));
         Ok(())
     }
 }

@@ -3,8 +3,8 @@
 use crate::assets;
 use crate::bridge::Shared;
 use crate::connections::Connections;
+use crate::forwarder::frame_of;
 use crate::hub::Slot;
-use crate::intake::frame_of;
 use crate::message::{Message, PROTOCOL};
 use crate::socket;
 use crate::wizard::{Command, MAX_COMMAND_BYTES, Refusal, RefusalKind};
@@ -26,7 +26,7 @@ use tokio::sync::watch;
 
 /// Threads for commands, which may read files; further commands wait.
 const COMMAND_THREADS: usize = 2;
-/// How late a wish to stop is heard.
+/// Bounds the delay of a shutdown.
 const SHUTDOWN_LOOK: Duration = Duration::from_millis(50);
 const STATUS_PERIOD: Duration = Duration::from_secs(1);
 
@@ -147,7 +147,7 @@ async fn state(State(context): State<Context>) -> Response<Body> {
     response
 }
 
-/// A person's wish about the wizards; what becomes of it is told as the message `wizard`.
+/// A command to the wizards; its outcome is published as the message `wizard`.
 async fn wizard(State(context): State<Context>, headers: HeaderMap, body: Bytes) -> Response<Body> {
     // No form of a foreign page can send this type without asking first.
     if !is_json(&headers) {
@@ -222,7 +222,7 @@ async fn tell_status(shared: Arc<Shared>) {
             replaced,
             rejected: shared.rejections(),
         };
-        // One slot: it only fails when others have filled the hub, and then says nothing new.
+        // One slot: fails only when other frames fill the hub.
         let _ = shared.hub.publish(&Slot::BridgeStatus, frame_of(&status));
     }
 }

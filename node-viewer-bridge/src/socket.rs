@@ -3,7 +3,7 @@
 
 use crate::assets;
 use crate::bridge::Shared;
-use crate::intake::frame_of;
+use crate::forwarder::frame_of;
 use crate::outbox::Outbox;
 use crate::server::{self, Context};
 use axum::body::Body;
@@ -15,7 +15,7 @@ use std::time::Duration;
 use tokio::sync::watch;
 use tokio::time::{Instant, sleep_until, timeout};
 
-/// A client that takes nothing for so long is gone, even if its connection does not say so.
+/// A client that receives nothing for so long is disconnected.
 const WRITE_TIMEOUT: Duration = Duration::from_secs(10);
 /// Clients have nothing to say; what they send is read and forgotten, up to this size.
 const MAX_INCOMING_BYTES: usize = 4096;

@@ -54,13 +54,16 @@ impl Site {
             .raw_latest(&keys.config_object(&cube()), Qos::Config)
             .unwrap();
         let model = ObjectConfig {
-            id: cube(),
             tags: vec![ObjectTagConfig {
                 family: Family::Tag36h11,
                 id: 3,
                 size_m: 0.04,
+                size_sigma_m: None,
+                link: None,
                 object_from_tag: None,
+                object_from_tag_sigma: None,
             }],
+            ..ObjectConfig::removal(cube())
         };
         object.put(&encode(&model).unwrap()).unwrap();
         let address = free_address();
@@ -136,7 +139,11 @@ impl Site {
                 cx: 319.5,
                 cy: 239.5,
             },
+            lens_sigma: None,
             world_from_camera: None,
+            world_from_camera_sigma: None,
+            line_delay_s: None,
+            exposure: None,
         };
         let rig = RigConfig {
             cameras: vec![camera("a"), camera("b")],

@@ -1,20 +1,19 @@
-//! A payload of whatever kind: for tools that listen to everything.
+//! Decodes a payload of any kind, for tools that subscribe to everything.
 
 use crate::envelope::{DecodeError, Kind, decode, open};
 use crate::limits::MAX_PAYLOAD_BYTES;
-use crate::messages::articulated_config::ArticulatedConfig;
 use crate::messages::camera_status::CameraStatus;
 use crate::messages::clock_report::ClockReport;
-use crate::messages::config::{ObjectConfig, RigConfig};
 use crate::messages::config_answer::ConfigAnswer;
 use crate::messages::detection_report::DetectionReport;
-use crate::messages::full_config::{FullObject, FullRig};
 use crate::messages::fusion_status::FusionStatus;
+use crate::messages::object_config::ObjectConfig;
 use crate::messages::object_links::ObjectLinks;
 use crate::messages::object_pose::{ObjectPose, ObjectTruth};
 use crate::messages::observations::Observations;
 use crate::messages::preview::Preview;
 use crate::messages::proposal::Proposal;
+use crate::messages::rig_config::RigConfig;
 use serde::Serialize;
 
 /// One message of any kind; serialises as the message alone.
@@ -31,9 +30,6 @@ pub enum AnyMessage {
     RigConfig(RigConfig),
     ObjectConfig(ObjectConfig),
     ObjectLinks(ObjectLinks),
-    ArticulatedConfig(ArticulatedConfig),
-    FullRig(FullRig),
-    FullObject(FullObject),
     ClockReport(ClockReport),
     ConfigAnswer(ConfigAnswer),
     DetectionReport(DetectionReport),
@@ -60,9 +56,6 @@ impl AnyMessage {
             Kind::RigConfig => Self::RigConfig(decode(payload)?),
             Kind::ObjectConfig => Self::ObjectConfig(decode(payload)?),
             Kind::ObjectLinks => Self::ObjectLinks(decode(payload)?),
-            Kind::ArticulatedConfig => Self::ArticulatedConfig(decode(payload)?),
-            Kind::FullRig => Self::FullRig(decode(payload)?),
-            Kind::FullObject => Self::FullObject(decode(payload)?),
             Kind::ClockReport => Self::ClockReport(decode(payload)?),
             Kind::ConfigAnswer => Self::ConfigAnswer(decode(payload)?),
             Kind::DetectionReport => Self::DetectionReport(decode(payload)?),
@@ -83,9 +76,6 @@ impl AnyMessage {
             Self::RigConfig(_) => Kind::RigConfig,
             Self::ObjectConfig(_) => Kind::ObjectConfig,
             Self::ObjectLinks(_) => Kind::ObjectLinks,
-            Self::ArticulatedConfig(_) => Kind::ArticulatedConfig,
-            Self::FullRig(_) => Kind::FullRig,
-            Self::FullObject(_) => Kind::FullObject,
             Self::ClockReport(_) => Kind::ClockReport,
             Self::ConfigAnswer(_) => Kind::ConfigAnswer,
             Self::DetectionReport(_) => Kind::DetectionReport,

@@ -1,8 +1,8 @@
 //! Ranges that hold for every message that enters or leaves: finite floats, unit quaternions, bounded lists.
 
 use crate::limits::{
-    MAX_DISTANCE_M, MAX_NAME_BYTES, MAX_PLACEMENT_M, MAX_SENTENCE_BYTES, MAX_SENTENCES,
-    MAX_TIME_NS, QUATERNION_TOLERANCE,
+    MAX_DETAIL_BYTES, MAX_DISTANCE_M, MAX_NAME_BYTES, MAX_PLACEMENT_M, MAX_TIME_NS,
+    QUATERNION_TOLERANCE,
 };
 
 /// A value outside its documented range.
@@ -68,9 +68,7 @@ pub(crate) fn name(text: &str, field: &'static str) -> Checked {
     holds(text.len() <= MAX_NAME_BYTES, field)
 }
 
-pub(crate) fn sentences(texts: &[String], field: &'static str) -> Checked {
-    holds(
-        texts.len() <= MAX_SENTENCES && texts.iter().all(|t| t.len() <= MAX_SENTENCE_BYTES),
-        field,
-    )
+/// A text for people, or a key.
+pub(crate) fn detail(text: &str, field: &'static str) -> Checked {
+    holds(text.len() <= MAX_DETAIL_BYTES, field)
 }

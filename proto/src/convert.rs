@@ -1,12 +1,10 @@
-//! Between messages and the estimator's types: one file a direction of travel.
+//! Between messages and the types of models and estimates: one file a subject.
 
-mod config;
 mod covariance;
-mod full;
 mod links;
+mod object;
 mod observations;
 mod pose;
-#[cfg(test)]
-mod samples;
+mod rig;
 
-pub use config::RigConfigError;
+pub use rig::RigConfigError;

@@ -1,4 +1,4 @@
-//! The four-byte header and what comes after it: bytes to message and back, with every way to be wrong told apart.
+//! Encoding and decoding of payloads: the four-byte header, the body, and an error for each way to be wrong.
 
 use crate::check::OutOfRange;
 use crate::limits::MAX_PAYLOAD_BYTES;
@@ -16,59 +16,50 @@ pub const HEADER_BYTES: usize = 4;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 #[repr(u8)]
 pub enum Kind {
+    /// [`crate::Observations`]
+    Observations = 1,
     /// [`crate::Preview`]
     Preview = 2,
-    /// [`crate::CameraStatus`]
-    CameraStatus = 3,
-    /// [`crate::ObjectPose`]
-    ObjectPose = 4,
-    /// [`crate::ObjectTruth`]
-    ObjectTruth = 5,
-    /// [`crate::FusionStatus`]
-    FusionStatus = 6,
-    /// [`crate::RigConfig`]
-    RigConfig = 7,
-    /// [`crate::ObjectConfig`]
-    ObjectConfig = 8,
-    /// [`crate::ObjectLinks`]
-    ObjectLinks = 9,
-    /// [`crate::ArticulatedConfig`]
-    ArticulatedConfig = 10,
-    /// [`crate::FullRig`]
-    FullRig = 11,
-    /// [`crate::FullObject`]
-    FullObject = 12,
-    /// [`crate::ClockReport`]
-    ClockReport = 16,
-    /// [`crate::ConfigAnswer`]
-    ConfigAnswer = 17,
     /// [`crate::DetectionReport`]
-    DetectionReport = 18,
-    /// [`crate::Observations`]
-    Observations = 19,
+    DetectionReport = 3,
+    /// [`crate::CameraStatus`]
+    CameraStatus = 4,
+    /// [`crate::ObjectPose`]
+    ObjectPose = 5,
+    /// [`crate::ObjectLinks`]
+    ObjectLinks = 6,
+    /// [`crate::ObjectTruth`]
+    ObjectTruth = 7,
+    /// [`crate::FusionStatus`]
+    FusionStatus = 8,
+    /// [`crate::ClockReport`]
+    ClockReport = 9,
+    /// [`crate::ConfigAnswer`]
+    ConfigAnswer = 10,
     /// [`crate::Proposal`]
-    Proposal = 20,
+    Proposal = 11,
+    /// [`crate::RigConfig`]
+    RigConfig = 12,
+    /// [`crate::ObjectConfig`]
+    ObjectConfig = 13,
 }
 
 impl Kind {
     /// Every kind, by number.
-    pub const ALL: [Self; 16] = [
+    pub const ALL: [Self; 13] = [
+        Self::Observations,
         Self::Preview,
+        Self::DetectionReport,
         Self::CameraStatus,
         Self::ObjectPose,
+        Self::ObjectLinks,
         Self::ObjectTruth,
         Self::FusionStatus,
-        Self::RigConfig,
-        Self::ObjectConfig,
-        Self::ObjectLinks,
-        Self::ArticulatedConfig,
-        Self::FullRig,
-        Self::FullObject,
         Self::ClockReport,
         Self::ConfigAnswer,
-        Self::DetectionReport,
-        Self::Observations,
         Self::Proposal,
+        Self::RigConfig,
+        Self::ObjectConfig,
     ];
 
     /// Longest payload of this kind, header included.
@@ -82,13 +73,9 @@ impl Kind {
             Self::ObjectPose | Self::ObjectTruth | Self::ConfigAnswer => 1024,
             Self::ObjectLinks => 16 * 1024,
             Self::ClockReport => 32 * 1024,
-            Self::FusionStatus
-            | Self::RigConfig
-            | Self::ObjectConfig
-            | Self::ArticulatedConfig
-            | Self::FullRig
-            | Self::FullObject
-            | Self::Proposal => MAX_PAYLOAD_BYTES,
+            Self::FusionStatus | Self::RigConfig | Self::ObjectConfig | Self::Proposal => {
+                MAX_PAYLOAD_BYTES
+            }
         }
     }
 
@@ -99,7 +86,7 @@ impl Kind {
     }
 }
 
-/// Something that travels: it knows its kind and its ranges.
+/// A message of the contract.
 pub trait Message: Serialize + DeserializeOwned {
     /// The kind in the header.
     const KIND: Kind;
@@ -111,7 +98,7 @@ pub trait Message: Serialize + DeserializeOwned {
     fn check(&self) -> Result<(), OutOfRange>;
 }
 
-/// A message that may not leave.
+/// Why a message is not encoded.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum EncodeError {
     /// A value out of its range, or not finite.
@@ -132,14 +119,14 @@ pub enum EncodeError {
     Unserialisable,
 }
 
-/// Bytes that are no message of the expected kind.
+/// Why bytes are not a message of the expected kind.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum DecodeError {
-    /// More bytes than the kind allows; nothing of them was looked at.
+    /// More bytes than the kind allows; they were not read.
     #[error("the payload of {0} bytes is longer than allowed")]
     TooLong(usize),
     /// No header, or another first byte: not a payload of ours.
-    #[error("no Sextant payload: it does not begin with the magic byte")]
+    #[error("not a Sextant payload: it does not begin with the magic byte")]
     BadMagic,
     /// Another version of the contract.
     #[error("version {0} of the contract is not known here (this is version {VERSION})")]
@@ -158,7 +145,7 @@ pub enum DecodeError {
     /// The body ends early or makes no sense.
     #[error("the payload is damaged")]
     Damaged,
-    /// A whole message with something behind it.
+    /// Bytes after the message.
     #[error("{0} bytes follow the message")]
     TrailingBytes(usize),
     /// A whole message with a value out of its range.

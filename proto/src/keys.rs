@@ -11,7 +11,7 @@ pub struct Keys {
     root: String,
 }
 
-/// Kinds of process that announce that they live.
+/// Kinds of process with a liveliness token.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum NodeKind {
     /// A camera node; its id is the camera's.
@@ -26,7 +26,7 @@ impl NodeKind {
     /// Every kind.
     pub const ALL: [Self; 3] = [Self::Camera, Self::Fusion, Self::Viewer];
 
-    /// Its word in a key.
+    /// Its name in a key.
     #[must_use]
     pub const fn as_str(self) -> &'static str {
         match self {
@@ -56,9 +56,6 @@ pub enum KeyRef {
     FormerObject(NodeId, ObjectId),
     ConfigRig,
     ConfigObject(ObjectId),
-    ConfigArticulated(ObjectId),
-    FullRig,
-    FullObject(ObjectId),
     Links(ObjectId),
     Alive(NodeKind, NodeId),
 }
@@ -78,13 +75,10 @@ impl KeyRef {
             Self::Clocks(_) => Kind::ClockReport,
             Self::ConfigAnswer(_) => Kind::ConfigAnswer,
             Self::Proposal(_) | Self::Former(_) => Kind::Proposal,
-            Self::FormerRig(_) => Kind::FullRig,
-            Self::FormerObject(..) => Kind::FullObject,
+            Self::FormerRig(_) => Kind::RigConfig,
+            Self::FormerObject(..) => Kind::ObjectConfig,
             Self::ConfigRig => Kind::RigConfig,
             Self::ConfigObject(_) => Kind::ObjectConfig,
-            Self::ConfigArticulated(_) => Kind::ArticulatedConfig,
-            Self::FullRig => Kind::FullRig,
-            Self::FullObject(_) => Kind::FullObject,
             Self::Links(_) => Kind::ObjectLinks,
             Self::Alive(..) => return None,
         })
@@ -179,13 +173,13 @@ impl Keys {
         self.under(format_args!("fusion/{node}/former"))
     }
 
-    /// [`crate::FullRig`] before the last change of the rig.
+    /// [`crate::RigConfig`] before the last change of the rig.
     #[must_use]
     pub fn former_rig(&self, node: &NodeId) -> String {
         self.under(format_args!("fusion/{node}/former/rig"))
     }
 
-    /// [`crate::FullObject`] before the last change of the object.
+    /// [`crate::ObjectConfig`] before the last change of the object.
     #[must_use]
     pub fn former_object(&self, node: &NodeId, object: &ObjectId) -> String {
         self.under(format_args!("fusion/{node}/former/object/{object}"))
@@ -201,24 +195,6 @@ impl Keys {
     #[must_use]
     pub fn config_object(&self, object: &ObjectId) -> String {
         self.under(format_args!("config/object/{object}"))
-    }
-
-    /// [`crate::ArticulatedConfig`] of an object.
-    #[must_use]
-    pub fn config_articulated(&self, object: &ObjectId) -> String {
-        self.under(format_args!("config/articulated/{object}"))
-    }
-
-    /// [`crate::FullRig`].
-    #[must_use]
-    pub fn full_rig(&self) -> String {
-        self.under(format_args!("config/full/rig"))
-    }
-
-    /// [`crate::FullObject`] of an object.
-    #[must_use]
-    pub fn full_object(&self, object: &ObjectId) -> String {
-        self.under(format_args!("config/full/object/{object}"))
     }
 
     /// [`crate::ObjectLinks`] of an articulated object.
@@ -335,18 +311,6 @@ impl Keys {
         self.under(format_args!("config/object/*"))
     }
 
-    /// The configuration of every object of links.
-    #[must_use]
-    pub fn all_config_articulated(&self) -> String {
-        self.under(format_args!("config/articulated/*"))
-    }
-
-    /// Every object with all that is stated of it.
-    #[must_use]
-    pub fn all_full_objects(&self) -> String {
-        self.under(format_args!("config/full/object/*"))
-    }
-
     /// Liveliness of every node.
     #[must_use]
     pub fn all_alive(&self) -> String {
@@ -383,9 +347,6 @@ impl Keys {
             }
             ["config", "rig"] => KeyRef::ConfigRig,
             ["config", "object", id] => KeyRef::ConfigObject(ObjectId::new(id).ok()?),
-            ["config", "articulated", id] => KeyRef::ConfigArticulated(ObjectId::new(id).ok()?),
-            ["config", "full", "rig"] => KeyRef::FullRig,
-            ["config", "full", "object", id] => KeyRef::FullObject(ObjectId::new(id).ok()?),
             ["alive", kind, id] => {
                 let kind = NodeKind::ALL.into_iter().find(|k| k.as_str() == *kind)?;
                 KeyRef::Alive(kind, NodeId::new(id).ok()?)

@@ -3,8 +3,8 @@
 //! **Payload.** Every payload is a four-byte header (magic `0x53`, version `1`, [`Kind`], flags `0`) followed by the message
 //! in [postcard](https://postcard.jamesmunns.com/wire-format): fields in order, integers as varints, floats as little-endian
 //! IEEE 754, strings and lists with a length in front, an enum as the index of its variant. Postcard has no schema evolution,
-//! so a changed message is a new [`VERSION`]; the files in `golden/` hold one payload of each kind beside its JSON form, and a
-//! test compares them byte for byte. `CONTRACT.md` says the same to people who write a client in another language.
+//! so a changed message is a new [`Kind`]; the files in `golden/` hold one payload of each kind beside its JSON form, and a
+//! test compares them byte for byte. `CONTRACT.md` describes the contract for clients in other languages.
 //!
 //! **Trust.** [`decode`] takes any bytes: it never panics, never allocates more than [`limits::MAX_DECODED_BYTES`], and hands
 //! out only messages whose floats are finite and whose values lie in the ranges that their docs state. [`encode`] holds the
@@ -36,22 +36,22 @@ pub use envelope::{
 };
 pub use ids::{IdError, NodeId, SiteId};
 pub use keys::{KeyRef, Keys, NodeKind};
-pub use messages::articulated_config::{ArticulatedConfig, JointConfig, LinkTagConfig};
 pub use messages::camera_status::{CameraStatus, ClockQuality, ClockSource};
 pub use messages::clock_report::{CameraClock, ClockReport};
-pub use messages::config::{
-    CameraConfig, LensConfig, ObjectConfig, ObjectTagConfig, PoseConfig, RigConfig,
-};
 pub use messages::config_answer::{ConfigAnswer, Outcome, fingerprint};
 pub use messages::detection_report::{
     DetectionReport, RejectedCandidate, RejectionCause, RejectionCounts, StageTimes,
 };
-pub use messages::full_config::{
-    ExposureConfig, FullCamera, FullObject, FullRig, FullTag, LensSigmaConfig, SigmaConfig,
-};
 pub use messages::fusion_status::{CameraIntake, FusionStatus, ObjectHealth, Rejections};
+pub use messages::notice::Notice;
+pub use messages::object_config::{JointConfig, ObjectConfig, ObjectTagConfig};
 pub use messages::object_links::{JointState, LinkPose, ObjectLinks};
 pub use messages::object_pose::{ObjectPose, ObjectTruth};
 pub use messages::observations::{Observations, TagObservation, TagPose, Timing};
+pub use messages::pose_config::{PoseConfig, SigmaConfig};
 pub use messages::preview::Preview;
 pub use messages::proposal::{ModelPayload, Proposal};
+pub use messages::refusal::Refusal;
+pub use messages::rig_config::{
+    CameraConfig, ExposureConfig, LensConfig, LensSigmaConfig, RigConfig,
+};

@@ -16,17 +16,23 @@ pub const MAX_OBJECT_TAGS: usize = 1024;
 pub const MAX_LINKS: usize = sextant_estimator::MOST_LINKS;
 /// Joints of one object that move.
 pub const MAX_JOINTS: usize = sextant_estimator::MOST_JOINTS;
-/// Sentences of a status: faults, warnings.
-pub const MAX_SENTENCES: usize = 16;
-/// Bytes (UTF-8) of one sentence.
-pub const MAX_SENTENCE_BYTES: usize = 240;
+/// Faults of the site in one status.
+pub const MAX_FAULTS: usize = 64;
+/// Imperfections of the site's files in one status.
+pub const MAX_IMPERFECTIONS: usize = 16;
+/// Notices in one status of a fusion node.
+pub const MAX_NOTICES: usize = 32;
+/// Messages for people in one status of a camera node.
+pub const MAX_MESSAGES: usize = 16;
+/// Bytes (UTF-8) of one text for people, and of a key.
+pub const MAX_DETAIL_BYTES: usize = 240;
 /// Bytes of a version or host name.
 pub const MAX_NAME_BYTES: usize = 64;
 /// Bytes of a preview's JPEG.
 pub const MAX_JPEG_BYTES: usize = 100_000;
 /// Bytes of any payload, header included; [`crate::Kind::max_bytes`] is narrower for most kinds.
 pub const MAX_PAYLOAD_BYTES: usize = 128 * 1024;
-/// Memory that decoding one payload may hold at any moment, whatever its bytes say.
+/// Memory that decoding one payload may hold at any moment, for any bytes.
 pub const MAX_DECODED_BYTES: usize = 256 * 1024;
 /// Latest time that a message may state, ns since the Unix epoch (year 2262): differences fit an `i64`.
 pub const MAX_TIME_NS: u64 = i64::MAX as u64;

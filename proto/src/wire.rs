@@ -1,7 +1,7 @@
 //! Serde forms of bounded lists, bytes and long arrays: what is too long is refused before any memory is set aside for it.
 
 pub(crate) mod list {
-    //! A list of at most `N`: its stated length is checked first, then that much is reserved.
+    //! A list of at most `N` elements: its length is checked before memory is reserved.
     use serde::de::{Deserialize, Deserializer, Error, SeqAccess, Visitor};
     use std::fmt;
     use std::marker::PhantomData;
@@ -24,11 +24,11 @@ pub(crate) mod list {
         }
 
         fn visit_seq<A: SeqAccess<'de>>(self, mut items: A) -> Result<Self::Value, A::Error> {
-            let stated = items.size_hint().unwrap_or(0);
-            if stated > N {
-                return Err(A::Error::invalid_length(stated, &self));
+            let length = items.size_hint().unwrap_or(0);
+            if length > N {
+                return Err(A::Error::invalid_length(length, &self));
             }
-            let mut list = Vec::with_capacity(stated);
+            let mut list = Vec::with_capacity(length);
             while let Some(item) = items.next_element()? {
                 if list.len() == N {
                     return Err(A::Error::invalid_length(N + 1, &self));

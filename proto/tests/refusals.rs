@@ -3,6 +3,7 @@
 
 mod samples;
 
+use sextant_estimator::{Fault, Imperfection};
 use sextant_proto::*;
 
 fn observed() -> Vec<u8> {
@@ -20,9 +21,9 @@ fn each_part_of_the_header_has_its_own_error() {
     assert_eq!(with(1, 2), DecodeError::ForeignVersion(2));
     let other = DecodeError::WrongKind {
         expected: Kind::Observations,
-        found: 4,
+        found: 5,
     };
-    assert_eq!(with(2, 4), other);
+    assert_eq!(with(2, 5), other);
     assert_eq!(with(3, 1), DecodeError::UnknownFlags(1));
 }
 
@@ -143,38 +144,19 @@ fn links_and_joints_with_a_number_that_is_none_do_not_leave() {
 }
 
 #[test]
-fn an_articulated_object_that_is_none_does_not_leave() {
-    type Change = fn(&mut ArticulatedConfig);
+fn a_rig_with_a_value_out_of_range_does_not_leave() {
+    type Change = fn(&mut RigConfig);
     let changes: [(&str, Change); 6] = [
-        ("links", |m| m.links = vec![m.links[0].clone(); 33]),
-        ("joints[].axis", |m| m.joints[0].axis[1] = f64::NAN),
-        ("joints[].parent_from_joint", |m| {
-            m.joints[1].parent_from_joint.orientation = [0.0; 4];
-        }),
-        ("joints[].limits", |m| {
-            m.joints[0].limits = Some([1.0, -1.0])
-        }),
-        ("joints[].max_speed", |m| m.joints[0].max_speed = Some(0.0)),
-        ("tags[].link", |m| m.tags[1].link = 3),
-    ];
-    for (field, change) in changes {
-        let mut message = samples::articulated_config();
-        change(&mut message);
-        let refused = Err(EncodeError::OutOfRange(OutOfRange(field)));
-        assert_eq!(encode(&message), refused, "{field}");
-    }
-}
-
-#[test]
-fn a_full_rig_or_object_that_is_none_does_not_leave() {
-    type OfRig = fn(&mut FullRig);
-    let changes: [(&str, OfRig); 6] = [
         ("cameras", |m| m.cameras = vec![m.cameras[0].clone(); 257]),
         ("cameras[].resolution", |m| {
-            m.cameras[0].camera.resolution = [640, 0]
+            m.cameras[0].resolution = [640, 0]
         }),
-        ("cameras[].pose_sigma", |m| {
-            m.cameras[1].pose_sigma.as_mut().unwrap().position_m = -1e-9;
+        ("cameras[].world_from_camera_sigma", |m| {
+            m.cameras[1]
+                .world_from_camera_sigma
+                .as_mut()
+                .unwrap()
+                .position_m = -1e-9;
         }),
         ("cameras[].lens_sigma", |m| {
             m.cameras[1].lens_sigma.as_mut().unwrap().distortion_px = f64::NAN;
@@ -187,27 +169,66 @@ fn a_full_rig_or_object_that_is_none_does_not_leave() {
         }),
     ];
     for (field, change) in changes {
-        let mut message = samples::full_rig();
+        let mut message = samples::rig_config();
         change(&mut message);
         let refused = Err(EncodeError::OutOfRange(OutOfRange(field)));
         assert_eq!(encode(&message), refused, "{field}");
     }
-    type OfObject = fn(&mut FullObject);
-    let changes: [(&str, OfObject); 5] = [
-        ("tags", |m| m.tags.clear()),
-        ("tags[].link", |m| m.tags[1].link = 3),
+}
+
+#[test]
+fn an_object_with_a_value_out_of_range_does_not_leave() {
+    type Change = fn(&mut ObjectConfig);
+    let changes: [(&str, Change); 12] = [
+        ("links", |m| m.links = vec![m.links[0].clone(); 33]),
+        ("joints[].axis", |m| m.joints[0].axis[1] = f64::NAN),
+        ("joints[].parent_from_joint", |m| {
+            m.joints[1].parent_from_joint.orientation = [0.0; 4];
+        }),
+        ("joints[].limits", |m| {
+            m.joints[0].limits = Some([1.0, -1.0])
+        }),
+        ("joints[].max_speed", |m| m.joints[0].max_speed = Some(0.0)),
+        ("tags[].link", |m| m.tags[1].link = Some(3)),
+        ("tags[].link", |m| m.tags[1].link = None),
         ("tags[].link", |m| m.links.clear()),
-        ("tags[].size_m", |m| m.tags[0].tag.size_m = 0.0),
-        ("tags[].sigma", |m| {
-            m.tags[0].sigma.as_mut().unwrap().orientation_rad = f64::NAN;
+        ("tags", |m| m.tags = vec![m.tags[0].clone(); 1025]),
+        ("tags[].size_m", |m| m.tags[0].size_m = 0.0),
+        ("tags[].size_sigma_m", |m| {
+            m.tags[1].size_sigma_m = Some(-1e-9)
+        }),
+        ("tags[].object_from_tag_sigma", |m| {
+            m.tags[0]
+                .object_from_tag_sigma
+                .as_mut()
+                .unwrap()
+                .orientation_rad = f64::NAN;
         }),
     ];
     for (field, change) in changes {
-        let mut message = samples::full_object();
+        let mut message = samples::object_config();
         change(&mut message);
         let refused = Err(EncodeError::OutOfRange(OutOfRange(field)));
         assert_eq!(encode(&message), refused, "{field}");
     }
+}
+
+/// A rig and an object as large as the limits allow, with every optional field.
+#[test]
+fn the_largest_rig_and_the_largest_object_fit_into_a_message() {
+    let mut rig = samples::rig_config();
+    let mut camera = rig.cameras[1].clone();
+    camera.id = "x".repeat(32).parse().unwrap();
+    rig.cameras = vec![camera; limits::MAX_CAMERAS];
+    assert_eq!(encode(&rig).map(drop), Ok(()));
+    let mut object = samples::object_config();
+    let mut tag = object.tags[0].clone();
+    tag.id = u32::MAX;
+    object.tags = vec![tag; limits::MAX_OBJECT_TAGS];
+    let link: sextant_estimator::LinkId = "x".repeat(32).parse().unwrap();
+    object.links = vec![link; limits::MAX_LINKS];
+    object.joints = vec![object.joints[0].clone(); limits::MAX_LINKS];
+    assert_eq!(encode(&object).map(drop), Ok(()));
 }
 
 #[test]
@@ -261,6 +282,57 @@ fn cameras_stand_nearer_than_what_they_see() {
 }
 
 #[test]
+fn a_status_with_a_value_out_of_range_does_not_leave() {
+    type Change = fn(&mut FusionStatus);
+    let changes: [(&str, Change); 9] = [
+        ("faults", |m| m.faults = vec![m.faults[0].clone(); 65]),
+        ("faults[].ratio", |m| {
+            m.faults[3] = Fault::TagSize {
+                object: m.objects[0].object.clone(),
+                tag: samples::tag(),
+                ratio: f64::NAN,
+            };
+        }),
+        ("imperfections", |m| {
+            m.imperfections = vec![m.imperfections[0].clone(); 17];
+        }),
+        ("imperfections[]", |m| {
+            m.imperfections[0] = Imperfection::FocalLengthOff {
+                camera: m.cameras[0].camera.clone(),
+                ratio: -1.0,
+            };
+        }),
+        ("notices", |m| m.notices = vec![m.notices[0].clone(); 33]),
+        ("notices[]", |m| {
+            m.notices[0] = Notice::ClockStepped {
+                by_s: f64::INFINITY,
+            };
+        }),
+        ("notices[]", |m| {
+            m.notices[0] = Notice::NameTaken {
+                host: "x".repeat(65),
+            };
+        }),
+        ("notices[]", |m| {
+            m.notices[0] = Notice::ChangeRefused {
+                key: String::new(),
+                sender: None,
+                refusal: Refusal::Other {
+                    detail: "x".repeat(241),
+                },
+            };
+        }),
+        ("cameras[].rate_hz", |m| m.cameras[0].rate_hz = f32::NAN),
+    ];
+    for (field, change) in changes {
+        let mut message = samples::fusion_status();
+        change(&mut message);
+        let refused = Err(EncodeError::OutOfRange(OutOfRange(field)));
+        assert_eq!(encode(&message), refused, "{field}");
+    }
+}
+
+#[test]
 fn a_proposal_with_a_number_that_is_none_does_not_leave() {
     type Change = fn(&mut Proposal);
     let changes: [(&str, Change); 4] = [
@@ -282,17 +354,20 @@ fn a_proposal_with_a_number_that_is_none_does_not_leave() {
 #[test]
 fn what_a_proposal_carries_is_read_as_what_it_is_or_not_at_all() {
     let proposal = samples::proposal();
-    assert_eq!(proposal.full_rig(), Ok(Some(samples::full_rig())));
-    assert_eq!(proposal.full_objects(), Ok(vec![samples::full_object()]));
+    assert_eq!(proposal.rig_config(), Ok(Some(samples::rig_config())));
+    assert_eq!(
+        proposal.object_configs(),
+        Ok(vec![samples::object_config()])
+    );
     let mixed = Proposal {
         objects: proposal.rig.clone().into_iter().collect(),
         rig: Some(ModelPayload(b"rig".to_vec())),
         ..proposal
     };
-    assert_eq!(mixed.full_rig(), Err(DecodeError::BadMagic));
+    assert_eq!(mixed.rig_config(), Err(DecodeError::BadMagic));
     let wrong = DecodeError::WrongKind {
-        expected: Kind::FullObject,
-        found: Kind::FullRig as u8,
+        expected: Kind::ObjectConfig,
+        found: Kind::RigConfig as u8,
     };
-    assert_eq!(mixed.full_objects(), Err(wrong));
+    assert_eq!(mixed.object_configs(), Err(wrong));
 }

@@ -22,7 +22,7 @@ use std::path::PathBuf;
              sextant config apply-refinement --dry-run; sextant config apply-refinement; sextant config revert
 With --json, one line per value: a file {\"kind\",\"toml\"}; the changes of apply-refinement and revert
 {\"node\",\"held_back\":{\"n_images\",\"before_px\",\"after_px\"},\"changes\":[{\"what\",\"by\":{\"position_m\",\"orientation_rad\"},
-\"ratio\":{\"of\",\"value\"}}],\"added\"}, or an answer {\"node\",\"key\",\"outcome\",\"words\"} with outcome
+\"ratio\":{\"of\",\"value\"}}],\"added\"}, or an answer {\"node\",\"key\",\"outcome\",\"words\",\"refusal\"} with outcome
 taken (until the fusion node ends), kept (also in its files), same (nothing changed) or refused (exit code 1).")]
 pub struct ConfigArguments {
     #[command(subcommand)]

@@ -4,9 +4,8 @@ use crate::words;
 use serde::Serialize;
 use sextant_estimator::CameraId;
 use sextant_proto::{
-    AnyMessage, ArticulatedConfig, CameraStatus, ClockReport, ConfigAnswer, DetectionReport,
-    FullObject, FullRig, FusionStatus, NodeId, ObjectConfig, ObjectLinks, ObjectPose,
-    ObjectTagConfig, Observations, Proposal, RigConfig,
+    AnyMessage, CameraStatus, ClockReport, ConfigAnswer, DetectionReport, FusionStatus, NodeId,
+    ObjectConfig, ObjectLinks, ObjectPose, Observations, Outcome, Proposal, RigConfig,
 };
 
 /// A message as JSON for programs: as in the contract, but with the length of a preview in place of its image.
@@ -27,8 +26,8 @@ pub enum JsonMessage<'a> {
     Proposal {
         node: &'a NodeId,
         t_ns: u64,
-        rig: Option<FullRig>,
-        objects: Vec<FullObject>,
+        rig: Option<RigConfig>,
+        objects: Vec<ObjectConfig>,
         n_images: u32,
         before_px: f64,
         after_px: f64,
@@ -48,8 +47,8 @@ impl<'a> From<&'a AnyMessage> for JsonMessage<'a> {
             AnyMessage::Proposal(proposal) => Self::Proposal {
                 node: &proposal.node,
                 t_ns: proposal.t_ns,
-                rig: proposal.full_rig().ok().flatten(),
-                objects: proposal.full_objects().unwrap_or_default(),
+                rig: proposal.rig_config().ok().flatten(),
+                objects: proposal.object_configs().unwrap_or_default(),
                 n_images: proposal.n_images,
                 before_px: proposal.before_px,
                 after_px: proposal.after_px,
@@ -75,9 +74,6 @@ pub fn text_of(message: &AnyMessage) -> String {
         AnyMessage::RigConfig(rig) => rig_config(rig),
         AnyMessage::ObjectConfig(object) => object_config(object),
         AnyMessage::ObjectLinks(links) => object_links(links),
-        AnyMessage::ArticulatedConfig(object) => articulated_config(object),
-        AnyMessage::FullRig(rig) => rig_config(&RigConfig::from(rig)),
-        AnyMessage::FullObject(object) => full_object(object),
         AnyMessage::ClockReport(report) => clock_report(report),
         AnyMessage::ConfigAnswer(answer) => config_answer(answer),
         AnyMessage::DetectionReport(report) => detection_report(report),
@@ -148,19 +144,6 @@ fn object_links(message: &ObjectLinks) -> String {
     )
 }
 
-fn articulated_config(object: &ArticulatedConfig) -> String {
-    let joints = object
-        .joints
-        .iter()
-        .map(|joint| format!("{} from {} to {}", joint.id, joint.parent, joint.child));
-    format!(
-        "{} links, joints: {}; {} tags",
-        object.links.len(),
-        joints.collect::<Vec<_>>().join(", "),
-        object.tags.len()
-    )
-}
-
 fn detection_report(report: &DetectionReport) -> String {
     let (ms, rejected) = (&report.stage_ms, &report.rejected);
     format!(
@@ -214,9 +197,9 @@ fn fusion_status(status: &FusionStatus) -> String {
         objects.collect::<Vec<_>>().join(", "),
         refused + status.foreign.total()
     );
-    for fault in &status.faults {
+    for finding in words::findings(status) {
         line.push_str("; ");
-        line.push_str(&words::plain(fault));
+        line.push_str(&finding);
     }
     line
 }
@@ -253,10 +236,12 @@ fn clock_report(report: &ClockReport) -> String {
 
 fn config_answer(answer: &ConfigAnswer) -> String {
     let key = words::plain(&answer.key);
-    let outcome = words::outcome(answer.outcome);
-    match answer.words.as_str() {
-        "" => format!("{key} {outcome}"),
-        words => format!("{key} {outcome}: {}", words::plain(words)),
+    let outcome = words::outcome(&answer.outcome);
+    match &answer.outcome {
+        Outcome::Refused(refusal) => {
+            format!("{key} {outcome}: {}", words::plain(&refusal.to_string()))
+        }
+        _ => format!("{key} {outcome}"),
     }
 }
 
@@ -264,7 +249,7 @@ fn proposal(proposal: &Proposal) -> String {
     if proposal.is_empty() {
         return "nothing is proposed".to_owned();
     }
-    let objects = proposal.full_objects().unwrap_or_default();
+    let objects = proposal.object_configs().unwrap_or_default();
     let rig = proposal.rig.iter().map(|_| "the rig".to_owned());
     let models = rig.chain(objects.iter().map(|object| format!("object {}", object.id)));
     let models = models.collect::<Vec<_>>().join(", ");
@@ -280,17 +265,21 @@ fn proposal(proposal: &Proposal) -> String {
 }
 
 fn object_config(object: &ObjectConfig) -> String {
-    if object.tags.is_empty() {
-        return "no such object any more".to_owned();
+    if object.is_removal() {
+        return "removed".to_owned();
     }
-    tags(object.tags.iter())
-}
-
-fn full_object(object: &FullObject) -> String {
-    tags(object.tags.iter().map(|one| &one.tag))
-}
-
-fn tags<'a>(tags: impl Iterator<Item = &'a ObjectTagConfig>) -> String {
-    let names = tags.map(|tag| format!("{}:{}", tag.family, tag.id));
-    format!("tags: {}", names.collect::<Vec<_>>().join(", "))
+    let tags = object.tags.iter();
+    let tags = tags.map(|tag| format!("{}:{}", tag.family, tag.id));
+    let tags = format!("tags: {}", tags.collect::<Vec<_>>().join(", "));
+    if object.links.is_empty() {
+        return tags;
+    }
+    let joints = object.joints.iter();
+    let joints =
+        joints.map(|joint| format!("{} from {} to {}", joint.id, joint.parent, joint.child));
+    format!(
+        "{}; joints: {}; {tags}",
+        words::count(object.links.len(), "link"),
+        joints.collect::<Vec<_>>().join(", "),
+    )
 }

@@ -1,7 +1,7 @@
 //! Words for people: states, and text from elsewhere made harmless for a terminal.
 
 use sextant_estimator::State;
-use sextant_proto::Outcome;
+use sextant_proto::{FusionStatus, Outcome};
 
 /// The state in one word.
 pub fn state(state: State) -> &'static str {
@@ -13,13 +13,26 @@ pub fn state(state: State) -> &'static str {
     }
 }
 
+/// Faults, imperfections and notices of a fusion node, a sentence each.
+pub fn findings(status: &FusionStatus) -> Vec<String> {
+    let faults = status.faults.iter().map(ToString::to_string);
+    let left_out = match status.faults_left_out {
+        0 => None,
+        n => Some(format!("and {} more", count(n as usize, "fault"))),
+    };
+    let imperfections = status.imperfections.iter().map(ToString::to_string);
+    let notices = status.notices.iter().map(ToString::to_string);
+    let all = faults.chain(left_out).chain(imperfections).chain(notices);
+    all.map(|sentence| plain(&sentence)).collect()
+}
+
 /// What became of a change of the site.
-pub fn outcome(outcome: Outcome) -> &'static str {
+pub fn outcome(outcome: &Outcome) -> &'static str {
     match outcome {
         Outcome::Taken => "taken",
         Outcome::Kept => "taken and kept",
         Outcome::Same => "as it was already",
-        Outcome::Refused => "refused",
+        Outcome::Refused(_) => "refused",
     }
 }
 

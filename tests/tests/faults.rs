@@ -60,13 +60,15 @@ fn with_first_tag(object: &ObjectModel, change: impl Fn(&mut ObjectTag)) -> Obje
     changed(object.id().as_str(), tags)
 }
 
-/// The faults in the status, when all of these are among them.
-fn told(site: &FusedSite, words: &[&str]) -> Vec<String> {
-    let all = |faults: &[String]| {
-        let is_told = |words: &&str| faults.iter().any(|fault| fault.contains(*words));
-        words.iter().all(is_told)
-    };
-    site.await_status(|status| all(&status.faults)).faults
+/// Waits until faults and notices of the status say all of this.
+fn await_findings(site: &FusedSite, words: &[&str]) {
+    site.await_status(|status| {
+        let faults = status.faults.iter().map(ToString::to_string);
+        let notices = status.notices.iter().map(ToString::to_string);
+        let findings: Vec<String> = faults.chain(notices).collect();
+        let is_reported = |words: &&str| findings.iter().any(|one| one.contains(*words));
+        words.iter().all(is_reported)
+    });
 }
 
 /// The faults as `sextant top` tells them.
@@ -164,7 +166,7 @@ fn wrong_tags_are_named_in_the_status_on_the_page_and_in_top() {
         "twice",
         "tag tag36h11:6 is on object cube and on object twin",
     ];
-    told(&site, &words);
+    await_findings(&site, &words);
     assert_all_told(&top(&site), &words);
     viewer.assert_told(&words, "twin");
 }
@@ -179,7 +181,7 @@ fn a_bumped_camera_is_named() {
     truth.rig = Rig::new(cameras).expect("a rig");
     watch(&mut site, &mut truth, 4.0, as_seen);
     let words = ["camera cam2 is not where the rig says"];
-    told(&site, &words);
+    await_findings(&site, &words);
     assert_all_told(&top(&site), &words);
 }
 
@@ -189,7 +191,7 @@ fn a_clock_that_is_off_is_named_and_its_offset_is_told() {
     truth.clock_offsets_s[3] = 0.02;
     watch(&mut site, &mut truth, 6.0, as_seen);
     let words = ["the clock of camera cam3 is off by +"];
-    told(&site, &words);
+    await_findings(&site, &words);
     assert_all_told(&top(&site), &words);
     let output = site.run_command(&["top", "--once", "--json"]);
     let line: Value = serde_json::from_slice(&output.stdout).expect("a line of JSON");

@@ -9,7 +9,7 @@ use nalgebra::{Matrix6, Vector6};
 use sextant_estimator::State;
 use sextant_geometry::se3;
 use sextant_process::now_ns;
-use sextant_proto::{FusionStatus, ObjectPose, Observations};
+use sextant_proto::{FusionStatus, Notice, ObjectPose, Observations};
 use sextant_simulator::{Arrival, Network, NetworkFaults, Scenario};
 use sextant_zenoh_bus::Subscription;
 use std::time::Duration;
@@ -154,18 +154,27 @@ fn assert_true(poses: &[ObjectPose], start_ns: u64) {
 
 /// The camera that was cut off is named while it was, and nothing else is said to be wrong.
 fn assert_named(statuses: &[FusionStatus]) {
-    let name = format!("camera cam{CUT_OFF} has sent nothing for ");
-    let is_named =
-        |status: &FusionStatus| status.faults.iter().any(|fault| fault.starts_with(&name));
+    let cut_off = format!("cam{CUT_OFF}");
+    let is_silent = |notice: &Notice| match notice {
+        Notice::CameraSilent { camera, .. } => camera.as_str() == cut_off,
+        _ => false,
+    };
+    let is_named = |status: &FusionStatus| status.notices.iter().any(is_silent);
     let named = statuses.iter().position(is_named);
     let named = named.expect("the camera is named while it is gone");
     assert_eq!(statuses[named].cameras[CUT_OFF].rate_hz, 0.0);
     let back = |status: &FusionStatus| !is_named(status) && status.cameras[CUT_OFF].rate_hz > 0.0;
     assert!(statuses[named..].iter().any(back), "{:?}", statuses.last());
-    let others = statuses.iter().flat_map(|status| &status.faults);
     // This network is bad enough for images that are too late, which is said, too.
-    let late = "observations dropped because they arrived too late";
-    let is_other = |fault: &&String| !fault.starts_with(&name) && !fault.starts_with(late);
-    let others: Vec<&String> = others.filter(is_other).collect();
-    assert!(others.is_empty(), "{others:?}");
+    let is_late = |notice: &Notice| matches!(notice, Notice::LateObservations { .. });
+    for status in statuses {
+        let mut others = status.notices.iter();
+        assert_eq!(others.find(|one| !is_silent(one) && !is_late(one)), None);
+        assert!(status.faults.is_empty(), "{:?}", status.faults);
+        assert!(
+            status.imperfections.is_empty(),
+            "{:?}",
+            status.imperfections
+        );
+    }
 }

@@ -5,7 +5,7 @@
 use sextant_estimator::{Camera, Rig};
 use sextant_geometry::{Pose, se3};
 use sextant_process::now_ns;
-use sextant_proto::Proposal;
+use sextant_proto::{Notice, Proposal};
 use sextant_site_files::{parse_rig, read_rig};
 use std::path::Path;
 use std::process::Output;
@@ -126,8 +126,8 @@ fn a_refined_calibration_is_proposed_applied_kept_and_taken_back() {
     let proposal = site.until_proposed();
     assert!(proposal.n_images >= 8 && proposal.after_px < 0.5 * proposal.before_px);
     site.fused.await_status(|status| {
-        let mut words = status.faults.iter();
-        words.any(|words| words.contains("`sextant config apply-refinement`"))
+        let mut notices = status.notices.iter();
+        notices.any(|notice| matches!(notice, Notice::RefinementProposed { .. }))
     });
     let shown = site.succeed(&["config", "apply-refinement", "--dry-run", "--json"]);
     let shown: serde_json::Value = serde_json::from_str(&shown).expect("one line of JSON");
@@ -147,7 +147,7 @@ fn a_refined_calibration_is_proposed_applied_kept_and_taken_back() {
         "{applied}"
     );
     assert!(
-        applied.contains("config/full/rig taken and kept in its files"),
+        applied.contains("config/rig taken and kept in its files"),
         "{applied}"
     );
     let refined = site.in_force();

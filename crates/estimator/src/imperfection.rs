@@ -2,10 +2,13 @@
 
 use std::fmt;
 
+use serde::{Deserialize, Serialize};
+
 use crate::{CameraId, ObjectId, TagId};
 
 /// An error of a rig's or an object's file that poses allow for.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Imperfection {
     /// By the rig's file two cameras see an object in different places.
     CamerasDisagree {

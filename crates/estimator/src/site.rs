@@ -230,7 +230,9 @@ impl Site {
                     object: index,
                     file: tag.clone(),
                     prior,
-                    size_prior: object.size_sigma(&tag.tag).unwrap_or(USUAL_SIZE_SIGMA),
+                    size_prior: object
+                        .size_sigma_m(&tag.tag)
+                        .map_or(USUAL_SIZE_SIGMA, |sigma_m| sigma_m / tag.size_m),
                     tag: tag.clone(),
                     sigma: Some(prior).filter(PoseSigma::is_some),
                     chain_link: chain.as_ref().and_then(chain_link),

@@ -17,5 +17,5 @@ pub mod tag_frame;
 pub use corner_pairs::{CORNER_PAIRS, wrong_corner_pair};
 pub use homography::Homography;
 pub use lens::{Intrinsics, Lens, LensError, LensModel, LensParameters, UnprojectError};
-pub use pose::{Pose, PoseError, PoseParts};
+pub use pose::{Pose, PoseError, PoseParts, unit_quaternion};
 pub use tag_frame::tag_corners_in_tag;

@@ -9,6 +9,19 @@ pub type Pose = Isometry3<f64>;
 /// How far from one a written quaternion's length may be: people write 0.707.
 const NORM_TOLERANCE: f64 = 0.01;
 
+/// A length that differs from one by no more than this is rounding.
+const UNIT_ROUNDING: f64 = 1e-14;
+
+/// The rotation of a quaternion of about unit length. One that is normalised already keeps every digit, so that a pose that is written and
+/// read again is the same pose.
+pub fn unit_quaternion(quaternion: Quaternion<f64>) -> UnitQuaternion<f64> {
+    if (quaternion.norm() - 1.0).abs() <= UNIT_ROUNDING {
+        UnitQuaternion::new_unchecked(quaternion)
+    } else {
+        UnitQuaternion::new_normalize(quaternion)
+    }
+}
+
 /// A pose as written in files and messages: `{ position = [x, y, z], orientation = [x, y, z, w] }`.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -44,7 +57,7 @@ impl PoseParts {
         if off_unit.is_nan() || off_unit >= NORM_TOLERANCE {
             return Err(PoseError::Orientation(self.orientation));
         }
-        let rotation = UnitQuaternion::new_normalize(quaternion);
+        let rotation = unit_quaternion(quaternion);
         Ok(Isometry3::from_parts(
             Translation3::from(Vector3::from(self.position)),
             rotation,

@@ -127,7 +127,7 @@ fn with_sigmas(mut object: ObjectModel, file: &ObjectFile) -> Result<ObjectModel
             family: table.family,
             id: table.id,
         };
-        let of_size = table.size_sigma.map(|sigma| (tag, sigma / table.size));
+        let of_size = table.size_sigma.map(|sigma_m| (tag, sigma_m));
         object = object.with_size_sigmas(of_size).map_err(|error| {
             let remedy = "write metres, one sigma, or leave it out";
             Complaint::new(
@@ -257,8 +257,8 @@ pub fn object_toml(object: &ObjectModel) -> String {
             "\n[[tag]]\nfamily = \"{family}\"\nid = {id}\nsize = {:?}\n",
             tag.size_m
         );
-        if let Some(share) = object.size_sigma(&tag.tag) {
-            let _ = writeln!(text, "size_sigma = {:?}", share * tag.size_m);
+        if let Some(sigma_m) = object.size_sigma_m(&tag.tag) {
+            let _ = writeln!(text, "size_sigma = {sigma_m:?}");
         }
         let link = object
             .link_of(index)
@@ -266,12 +266,12 @@ pub fn object_toml(object: &ObjectModel) -> String {
         if let Some(link) = link {
             let _ = writeln!(text, "link = \"{link}\"");
         }
+        let outer = if link.is_some() { "link" } else { "object" };
         if let Some(pose) = &tag.object_from_tag {
-            let outer = if link.is_some() { "link" } else { "object" };
             let _ = writeln!(text, "{outer}_from_tag = {}", pose_toml(&pose.into()));
-            if let Some(sigma) = object.tag_sigma(&tag.tag) {
-                let _ = writeln!(text, "{outer}_from_tag_sigma = {}", sigma_toml(&sigma));
-            }
+        }
+        if let Some(sigma) = object.tag_sigma(&tag.tag) {
+            let _ = writeln!(text, "{outer}_from_tag_sigma = {}", sigma_toml(&sigma));
         }
     }
     text

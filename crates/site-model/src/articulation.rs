@@ -20,6 +20,8 @@ pub const MOST_JOINTS: usize = 8;
 pub const MOST_LINKS: usize = 32;
 /// How far an axis may be from unit length; within it, it is normalised.
 const AXIS_TOLERANCE: f64 = 1e-3;
+/// An axis whose length differs from one by no more than this keeps every digit.
+const ROUNDING: f64 = 1e-14;
 
 /// How a joint lets its child move.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -169,7 +171,7 @@ impl Articulation {
                 return Err(ArticulationError::DuplicateJoint(joint.id.clone()));
             }
             check_numbers(joint)?;
-            if joint.moves() {
+            if joint.moves() && (joint.axis.norm() - 1.0).abs() > ROUNDING {
                 joint.axis.normalize_mut();
             }
         }

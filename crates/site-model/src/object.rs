@@ -29,7 +29,7 @@ pub struct ObjectModel {
     /// Index of each tag's link; empty for a rigid object.
     links: Vec<usize>,
     tag_sigmas: BTreeMap<TagId, PoseSigma>,
-    size_sigmas: BTreeMap<TagId, f64>,
+    size_sigmas_m: BTreeMap<TagId, f64>,
 }
 
 /// Why tags make no object.
@@ -76,7 +76,7 @@ pub enum ObjectError {
     },
     /// A sigma of a size that is none, or of a tag that is not there.
     #[error(
-        "object {object}: the sigma of the size of tag {tag} must lie between 0 and 1, a share of the size"
+        "object {object}: the sigma of the size of tag {tag} must lie between 0 and the size itself"
     )]
     SizeSigma {
         /// The object.
@@ -104,6 +104,21 @@ pub enum ObjectError {
     },
 }
 
+impl ObjectError {
+    /// The tag that it is about, where it is about one.
+    pub fn tag(&self) -> Option<TagId> {
+        match self {
+            Self::DuplicateTag { tag, .. }
+            | Self::Size { tag, .. }
+            | Self::Pose { tag, .. }
+            | Self::TagSigma { tag, .. }
+            | Self::SizeSigma { tag, .. }
+            | Self::UnknownLink { tag, .. } => Some(*tag),
+            Self::NoTag(_) | Self::Articulation { .. } => None,
+        }
+    }
+}
+
 impl ObjectModel {
     /// A rigid object: checks the tags and takes them over.
     ///
@@ -129,7 +144,7 @@ impl ObjectModel {
             articulation: None,
             links: Vec::new(),
             tag_sigmas: BTreeMap::new(),
-            size_sigmas: BTreeMap::new(),
+            size_sigmas_m: BTreeMap::new(),
         })
     }
 
@@ -181,28 +196,28 @@ impl ObjectModel {
         Ok(self)
     }
 
-    /// The same object, with the sigmas of its tags' sizes as shares of these.
+    /// The same object, with the standard deviations of its tags' sizes, m.
     ///
     /// # Errors
-    /// For the first tag that the object lacks, and the first sigma that is not between 0 and 1.
+    /// For the first tag that the object lacks, and the first sigma that is not between 0 and the tag's size.
     pub fn with_size_sigmas(
         mut self,
         sigmas: impl IntoIterator<Item = (TagId, f64)>,
     ) -> Result<Self, ObjectError> {
-        for (tag, sigma) in sigmas {
-            let is_known = self.tags.iter().any(|one| one.tag == tag);
-            if !is_known || !(0.0..=1.0).contains(&sigma) {
+        for (tag, sigma_m) in sigmas {
+            let known = self.tags.iter().find(|one| one.tag == tag);
+            if !known.is_some_and(|known| (0.0..=known.size_m).contains(&sigma_m)) {
                 let object = self.id.clone();
                 return Err(ObjectError::SizeSigma { object, tag });
             }
-            self.size_sigmas.insert(tag, sigma);
+            self.size_sigmas_m.insert(tag, sigma_m);
         }
         Ok(self)
     }
 
-    /// Sigma of a tag's size as a share of it, where that is given.
-    pub fn size_sigma(&self, tag: &TagId) -> Option<f64> {
-        self.size_sigmas.get(tag).copied()
+    /// Standard deviation of a tag's size in m, where that is given.
+    pub fn size_sigma_m(&self, tag: &TagId) -> Option<f64> {
+        self.size_sigmas_m.get(tag).copied()
     }
 
     /// The object with every number exact that has no sigma: for simulations.
@@ -210,7 +225,7 @@ impl ObjectModel {
     pub fn exact(mut self) -> Self {
         for tag in &self.tags {
             self.tag_sigmas.entry(tag.tag).or_insert(PoseSigma::NONE);
-            self.size_sigmas.entry(tag.tag).or_insert(0.0);
+            self.size_sigmas_m.entry(tag.tag).or_insert(0.0);
         }
         self
     }
@@ -222,6 +237,10 @@ impl ObjectModel {
         let known = tags.find(|tag| tag.tag == corrected.tag);
         if let Some(tag) = known.filter(|_| check(&self.id, &corrected).is_ok()) {
             self.tag_sigmas.insert(corrected.tag, sigma);
+            if let Some(size_sigma_m) = self.size_sigmas_m.get_mut(&corrected.tag) {
+                let scaled_m = *size_sigma_m * corrected.size_m / tag.size_m;
+                *size_sigma_m = scaled_m.min(corrected.size_m);
+            }
             *tag = corrected;
         }
         self

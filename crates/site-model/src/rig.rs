@@ -174,6 +174,21 @@ pub enum RigError {
     Pose(CameraId),
 }
 
+impl RigError {
+    /// The camera that it is about.
+    pub fn camera(&self) -> &CameraId {
+        match self {
+            Self::DuplicateCamera(camera)
+            | Self::Resolution { camera, .. }
+            | Self::PoseSigma(camera)
+            | Self::LensSigma(camera)
+            | Self::LineDelay(camera)
+            | Self::Exposure(camera)
+            | Self::Pose(camera) => camera,
+        }
+    }
+}
+
 impl Rig {
     /// Checks the cameras and takes them over.
     ///

@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use sextant_estimator::{CameraId, ObjectModel, Rig, TagId};
 use sextant_geometry::Lens;
-use sextant_proto::{ArticulatedConfig, KeyRef, Keys, ObjectConfig, RigConfig, limits};
+use sextant_proto::{KeyRef, Keys, ObjectConfig, RigConfig, limits};
 use sextant_zenoh_bus::{Bus, BusError, DropRule, Item, Subscription};
 
 use super::sizes::{Full, Sizes};
@@ -111,7 +111,6 @@ impl Models {
         let taken = match self.keys.parse(&item.key) {
             Some(KeyRef::ConfigRig) => self.take_rig(item),
             Some(KeyRef::ConfigObject(object)) => self.take_object(object.as_str(), item),
-            Some(KeyRef::ConfigArticulated(object)) => self.take_links(object.as_str(), item),
             _ => return,
         };
         self.complaint = taken.err().map(|cause| format!("{}: {cause}", item.key));
@@ -136,22 +135,12 @@ impl Models {
 
     fn take_object(&mut self, object: &str, item: &Item) -> Result<(), String> {
         let message: ObjectConfig = item.decode().map_err(|cause| cause.to_string())?;
-        if message.tags.is_empty() {
+        if message.is_removal() {
             self.sizes.remove(object);
             return Ok(());
         }
         let model = ObjectModel::try_from(&message).map_err(|cause| cause.to_string())?;
-        self.take_sizes(object, &model)
-    }
-
-    fn take_links(&mut self, object: &str, item: &Item) -> Result<(), String> {
-        let message: ArticulatedConfig = item.decode().map_err(|cause| cause.to_string())?;
-        let model = ObjectModel::try_from(&message).map_err(|cause| cause.to_string())?;
-        self.take_sizes(object, &model)
-    }
-
-    fn take_sizes(&mut self, object: &str, model: &ObjectModel) -> Result<(), String> {
-        self.sizes.take(object, model).map_err(|Full| {
+        self.sizes.take(object, &model).map_err(|Full| {
             self.is_short_of_room = true;
             "too many objects or tags; the sizes of this one are ignored".to_owned()
         })

@@ -162,7 +162,7 @@ impl Statistics {
         ];
         all.into_iter()
             .flatten()
-            .map(|sentence| limits::clipped(&sentence, limits::MAX_SENTENCE_BYTES))
+            .map(|sentence| limits::clipped(&sentence, limits::MAX_DETAIL_BYTES))
             .collect()
     }
 }

@@ -7,7 +7,7 @@ use sextant_estimator::{
     Camera, HeldBack, ObjectEstimate, ObjectId, ObjectModel, ObjectTag, State, TagId,
 };
 use sextant_geometry::{Intrinsics, Lens, Pose};
-use sextant_proto::{FusionStatus, ObjectPose, Observations, Timing};
+use sextant_proto::{FusionStatus, Notice, ObjectPose, Observations, Timing};
 use sextant_site_files::parse_toml;
 use sextant_tag_families::Family;
 use sextant_zenoh_bus::{BusOptions, Publisher, Qos};
@@ -104,7 +104,7 @@ impl<'a> Bench<'a> {
         let (rig, objects) = (models.rig.clone(), models.objects.clone());
         let machine = Fusion::new(rig, objects, FusionOptions::default()).unwrap();
         let keys = Keys::of(config.site.clone());
-        let desk = Desk::new(keys.clone(), models, None);
+        let handler = ChangeHandler::new(keys.clone(), models, None);
         let clock = SteadyClock::new(|| READING.get());
         let listen = |key: &str| {
             bus.subscribe(key, 10_000, DropRule::Oldest, limits::MAX_PAYLOAD_BYTES)
@@ -116,7 +116,7 @@ impl<'a> Bench<'a> {
             camera: bus
                 .publisher(&keys.observations(&north()), Qos::Config)
                 .unwrap(),
-            node: FusionNode::open(bus, &config, machine, desk, clock).unwrap(),
+            node: FusionNode::open(bus, &config, machine, handler, clock).unwrap(),
             sent: 0,
         }
     }
@@ -178,12 +178,7 @@ fn after_the_clock_is_set_back_images_are_fused_and_statuses_go_on() {
     assert!(last.cameras[0].late <= 1, "{last:?}");
     assert!(last.cameras[0].last_capture_ns < READING.get().wall_ns);
     assert_eq!(last.uptime_s, 3);
-    let notices = last.faults.iter().filter(|words| words.contains("clock"));
-    let notices: Vec<&String> = notices.collect();
-    assert_eq!(
-        notices,
-        ["the clock of this machine was set back by 3600.000 s: tracking starts anew"]
-    );
+    assert_eq!(last.notices, [Notice::ClockStepped { by_s: -3600.0 }]);
     assert_eq!(bench.node.machine.statistics().cameras[&north()].images, 89);
 }
 
@@ -200,11 +195,11 @@ fn observations_that_were_held_up_are_dropped_and_shown() {
     let status = bench.status();
     // All but those of the last half second.
     assert_eq!(status.cameras[0].late, 75);
-    let shown = status
-        .faults
-        .iter()
-        .any(|words| words.contains("too late, since the start: north 75."));
-    assert!(shown, "{:?}", status.faults);
+    let late = Notice::LateObservations {
+        camera: north(),
+        total: 75,
+    };
+    assert!(status.notices.contains(&late), "{:?}", status.notices);
     assert_eq!(bench.node.machine.statistics().cameras[&north()].images, 45);
 }
 
@@ -214,11 +209,9 @@ fn a_flood_drops_the_oldest_and_is_shown() {
     let mut bench = Bench::new(&bus);
     (0..QUEUE + 1000).for_each(|_| bench.send(DELAY_NS));
     let status = bench.status();
-    let overload = status
-        .faults
-        .iter()
-        .find(|words| words.starts_with("overload"));
-    assert!(overload.is_some(), "{:?}", status.faults);
+    let is_overload = |notice: &Notice| matches!(notice, Notice::Overload { .. });
+    let overload = status.notices.iter().find(|notice| is_overload(notice));
+    assert!(overload.is_some(), "{:?}", status.notices);
     assert!(bench.node.observations.counts().dropped >= 1000);
 }
 
@@ -246,14 +239,14 @@ fn a_pose_that_cannot_be_encoded_is_dropped_and_counted_and_the_next_is_publishe
     assert!(
         !bench
             .node
-            .outlet
+            .publishers
             .pose(&estimate(2.0e6, 1e-6), now_ns)
             .unwrap()
     );
     assert!(
         bench
             .node
-            .outlet
+            .publishers
             .pose(&estimate(1.0, -1e-12), now_ns)
             .unwrap()
     );
@@ -265,12 +258,11 @@ fn a_pose_that_cannot_be_encoded_is_dropped_and_counted_and_the_next_is_publishe
         (1, 0.0)
     );
     let status = bench.status();
-    let words = "1 messages could not be published, last: message for sextant/v1/lab/object/cube/pose: `position` is out of range";
-    assert!(
-        status.faults.iter().any(|fault| fault == words),
-        "{:?}",
-        status.faults
-    );
+    let [Notice::Unpublished { total: 1, detail }] = &status.notices[..] else {
+        panic!("{:?}", status.notices);
+    };
+    let cause = "sextant/v1/lab/object/cube/pose: `position` is out of range";
+    assert!(detail.ends_with(cause), "{detail}");
 }
 
 fn refined() -> Proposal {
@@ -313,21 +305,21 @@ fn a_proposal_is_published_once_said_in_the_status_and_withdrawn_with_the_models
         (proposal.n_images, proposal.before_px, proposal.after_px),
         (24, 0.92, 0.41)
     );
-    let rig = proposal.full_rig().unwrap().unwrap();
-    assert_eq!(rig.cameras[0].camera.id, north());
-    assert_eq!(proposal.full_objects().unwrap()[0].id, *cube().id());
+    let rig = proposal.rig_config().unwrap().unwrap();
+    assert_eq!(rig.cameras[0].id, north());
+    assert_eq!(proposal.object_configs().unwrap()[0].id, *cube().id());
     let status = bench.node.status.status(
         &mut bench.node.intake,
         &bench.node.machine,
         Losses::default(),
         1,
     );
-    let words = "a refined calibration explains the images better (0.92 px to 0.41 px on 24 held-back images): run `sextant config apply-refinement`";
-    assert!(
-        status.faults.iter().any(|fault| fault == words),
-        "{:?}",
-        status.faults
-    );
+    let proposed = Notice::RefinementProposed {
+        n_images: 24,
+        before_px: 0.92,
+        after_px: 0.41,
+    };
+    assert_eq!(status.notices, [proposed]);
 
     let change = Change::Removal(cube().id().clone());
     bench.node.put_in_force(&change).unwrap();
@@ -348,14 +340,14 @@ fn a_node_that_applies_puts_its_proposal_in_force_and_can_go_back() {
         )
         .unwrap();
     bench.node.apply(refined()).unwrap();
-    let in_force = bench.node.desk.models();
+    let in_force = bench.node.handler.models();
     assert_eq!(Some(&in_force.rig), refined().rig.as_ref());
     assert_eq!(in_force.objects, refined().objects);
     let last: Vec<sextant_proto::Proposal> = messages(&formers);
     let last = last.last().unwrap();
     let before = models();
-    assert_eq!(last.full_rig(), Ok(Some((&before.rig).into())));
-    assert_eq!(last.full_objects(), Ok(vec![(&before.objects[0]).into()]));
+    assert_eq!(last.rig_config(), Ok(Some((&before.rig).into())));
+    assert_eq!(last.object_configs(), Ok(vec![(&before.objects[0]).into()]));
 }
 
 #[test]

@@ -92,7 +92,7 @@ setInterval(() => {
   for (const { id } of cameras) {
     send({ type: "camera_status", camera: id, version: "0.0.0", host: "mock", captured: sequence, detected: sequence - 3, dropped: 3, rate_hz: 30, detect_ms: { p50: 4, p99: 7 }, clock: { source: "local", error_ns: 0 }, uptime_s: sequence / 30, published: sequence, messages: [] });
   }
-  send({ type: "fusion_status", node: "fusion", version: "0.0.0", uptime_s: 1, cameras: [], foreign: {}, objects: [], faults: process.env.FAULTS ? ["camera east: 12 payloads with a foreign version dropped"] : [] });
+  send({ type: "fusion_status", node: "fusion", version: "0.0.0", uptime_s: 1, cameras: [], foreign: {}, objects: [], faults: process.env.FAULTS ? [{ camera_moved: { camera: "east" } }] : [], faults_left_out: 0, imperfections: [], notices: [] });
   send({ type: "bridge_status", now_ns: nowNs(), uptime_s: 1, network: true, clients: sockets.clients.size, replaced: 0, rejected: {} });
 }, 1000);
 

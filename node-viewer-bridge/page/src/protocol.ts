@@ -1,6 +1,7 @@
 // The bridge's messages (../PROTOCOL.md) and how they are read. Whatever does not look like a message becomes `null`.
 // Knows nothing of the page.
 
+import { isFinding, type Findings } from "./findings.ts";
 import { fits, isFlag, isNumber, isText, listOf, numbers, orNull, shaped, type Shape } from "./shape.ts";
 import { accountShape, type WizardAccount } from "./wizard/account.ts";
 
@@ -119,10 +120,9 @@ export interface CameraClock {
   drift: number | null;
 }
 
-export interface FusionStatus {
+export interface FusionStatus extends Findings {
   type: "fusion_status";
   node: string;
-  faults: string[];
 }
 
 /** Models that a fusion node offers to be put in force; without rig and objects there is nothing. */
@@ -236,7 +236,13 @@ const shapes: Record<Message["type"], Shape> = {
     rejected: numberOfEach(CAUSES),
     examples: listOf(shaped({ cause: isCause, corners: isQuad })),
   },
-  fusion_status: { node: isText, faults: listOf(isText) },
+  fusion_status: {
+    node: isText,
+    faults: listOf(isFinding),
+    faults_left_out: isNumber,
+    imperfections: listOf(isFinding),
+    notices: listOf(isFinding),
+  },
   proposal: offer,
   former: offer,
   clocks: {

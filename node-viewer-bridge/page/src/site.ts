@@ -1,5 +1,6 @@
 // What this page knows of the site, built from the bridge's messages. Draws nothing.
 
+import { sentences } from "./findings.ts";
 import { OutlineHistory, ReportHistory } from "./matching.ts";
 import { RateMeter, Recent } from "./measure.ts";
 import { objectColour } from "./palette.ts";
@@ -70,7 +71,7 @@ export class Site {
   /** Refined calibrations that fusion nodes propose, and what they worked from before the last change; by node. */
   readonly proposals = new Map<string, Offer>();
   readonly formers = new Map<string, Offer>();
-  private readonly fusionFaults = new Map<string, string[]>();
+  private readonly findings = new Map<string, string[]>();
   private readonly tagOwners = new Map<string, ObjectState>();
 
   /** `now` in seconds, of any steady clock. */
@@ -96,7 +97,7 @@ export class Site {
         this.camera(message.camera).reports.add(message);
         return;
       case "fusion_status":
-        this.fusionFaults.set(message.node, message.faults);
+        this.findings.set(message.node, sentences(message));
         return;
       case "proposal":
         return offered(this.proposals, message);
@@ -137,12 +138,12 @@ export class Site {
     return [...new Set(ids)].sort((a, b) => a - b);
   }
 
-  /** What nodes complain of, in words. */
+  /** What nodes report, a sentence each. */
   notices(): string[] {
     const cameras = [...this.cameras.values()].flatMap((camera) =>
       (camera.status?.messages ?? []).map((text) => `${camera.id}: ${text}`),
     );
-    const fusion = [...this.fusionFaults].flatMap(([node, faults]) => faults.map((text) => `${node}: ${text}`));
+    const fusion = [...this.findings].flatMap(([node, findings]) => findings.map((text) => `${node}: ${text}`));
     const bridge = this.network ? [] : ["bridge: no connection to the site's network, retrying"];
     return [...bridge, ...cameras, ...fusion];
   }
@@ -159,7 +160,7 @@ export class Site {
     if (this.name !== name) this.forget();
     this.name = name;
     this.version = version;
-    this.fusionFaults.clear();
+    this.findings.clear();
     this.proposals.clear();
     this.formers.clear();
     for (const camera of this.cameras.values()) {

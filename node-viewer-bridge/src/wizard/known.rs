@@ -10,10 +10,10 @@ use std::time::{Duration, Instant};
 const MOST: usize = 512;
 /// Tags of all objects kept in mind.
 const MOST_TAGS: usize = 16_384;
-/// What nothing was heard of for so long gives way to something else.
+/// An entry without news for so long gives way to a new one.
 const EXPIRY: Duration = Duration::from_secs(60);
 
-/// The site, as its fusion nodes and cameras tell.
+/// The site, as its fusion nodes and cameras publish it.
 #[derive(Debug, Clone)]
 pub(crate) struct Known {
     /// The rig in force, once somebody announced one.
@@ -50,7 +50,7 @@ impl Known {
         }
     }
 
-    /// These objects exist, as a fusion node says.
+    /// Marks objects that a fusion node lists as existing.
     pub(crate) fn confirm_objects(&mut self, objects: &BTreeSet<&str>) {
         let is_one = |id: &ObjectId| objects.contains(id.as_str());
         self.objects.touch_where(Instant::now(), is_one);
@@ -60,7 +60,7 @@ impl Known {
         self.objects.remove(id);
     }
 
-    /// The size of a camera's pictures: as its newest image says, else as the rig does.
+    /// The size of a camera's images: that of the newest one, else that of the rig.
     pub(crate) fn resolution(&self, camera: &CameraId) -> Option<[u32; 2]> {
         let of_rig = || Some(self.rig.as_ref()?.camera(camera)?.resolution);
         self.resolutions.get(camera).copied().or_else(of_rig)

@@ -1,10 +1,10 @@
 //! One wizard at a time, from start to a kept result: a state machine without thread, file or network. Time is an argument.
 
-use super::account::Account;
 use super::command::{Command, Refusal, Start};
 use super::known::Known;
 use super::plan::{plan, subject};
 use super::publication::{Answered, Outgoing, Publication};
+use super::state::WizardState;
 use sextant_calibrator::procedure::{Outcome, Procedure, Product};
 use sextant_estimator::{ImageObservation, Rig};
 use sextant_proto::ConfigAnswer;
@@ -61,7 +61,7 @@ pub(super) struct Site<'a> {
 }
 
 impl Machine {
-    /// Obeys a command, or says why not.
+    /// Executes a command, or returns why not.
     pub(super) fn command(
         &mut self,
         command: &Command,
@@ -74,7 +74,7 @@ impl Machine {
             Command::Resume => self.resume()?,
             Command::Keep => self.keep(site, now)?,
             Command::Discard => self.discard()?,
-            // The desk has what fusion nodes offer.
+            // The service holds what fusion nodes offer.
             Command::ApplyRefinement { .. } | Command::Revert { .. } => return Ok(()),
         }
         self.is_news = true;
@@ -199,7 +199,7 @@ impl Machine {
         self.is_news = true;
     }
 
-    /// A solve has ended. What kept it from a result is said, and images are collected further.
+    /// A solve has ended. After a failure its cause is shown and images are collected further.
     pub(super) fn solved(&mut self, number: u64, result: Result<Outcome, String>) {
         self.is_solver_busy = false;
         let is_waited_for =
@@ -291,27 +291,27 @@ impl Machine {
         std::mem::take(&mut self.jobs)
     }
 
-    /// Whether there is something new to tell since the last account.
+    /// Whether the state has changed since it was last published.
     pub(super) fn take_news(&mut self) -> bool {
         std::mem::take(&mut self.is_news)
     }
 
-    /// What clients are told.
-    pub(super) fn account(&self, missed: u64) -> Account {
+    /// The state for the clients.
+    pub(super) fn state(&self, missed: u64) -> WizardState {
         let Some(running) = &self.running else {
-            return Account::idle();
+            return WizardState::idle();
         };
-        let account = Account::of(
+        let state = WizardState::of(
             running.procedure.kind(),
             &running.subject,
             running.cause.as_deref(),
         );
         match &running.phase {
-            Phase::Collecting => account.collecting(running.procedure.progress(), missed),
-            Phase::Solving(_) => account.solving(running.procedure.progress()),
-            Phase::Solved(outcome) => account.solved("solved", outcome, &[]),
-            Phase::Keeping(outcome, ..) => account.solved("keeping", outcome, &[]),
-            Phase::Kept(outcome, words) => account.solved("kept", outcome, words),
+            Phase::Collecting => state.collecting(running.procedure.progress(), missed),
+            Phase::Solving(_) => state.solving(running.procedure.progress()),
+            Phase::Solved(outcome) => state.solved("solved", outcome, &[]),
+            Phase::Keeping(outcome, ..) => state.solved("keeping", outcome, &[]),
+            Phase::Kept(outcome, words) => state.solved("kept", outcome, words),
         }
     }
 }

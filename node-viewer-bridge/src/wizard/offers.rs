@@ -45,8 +45,8 @@ impl Offers {
             return Err(Refusal::not_now(format!("fusion node {node} {what}")));
         };
         let unreadable = |cause| Refusal::not_now(format!("fusion node {node}: {cause}"));
-        let rig = proposal.full_rig().map_err(unreadable)?;
-        let objects = proposal.full_objects().map_err(unreadable)?;
+        let rig = proposal.rig_config().map_err(unreadable)?;
+        let objects = proposal.object_configs().map_err(unreadable)?;
         let rig = rig.into_iter().map(Outgoing::Rig);
         Ok(rig
             .chain(objects.into_iter().map(Outgoing::Object))
@@ -57,14 +57,14 @@ impl Offers {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use sextant_proto::{FullRig, ModelPayload};
+    use sextant_proto::{ModelPayload, RigConfig};
 
     fn node(name: &str) -> NodeId {
         NodeId::new(name).unwrap()
     }
 
     fn proposal(name: &str) -> Proposal {
-        let rig = FullRig { cameras: vec![] };
+        let rig = RigConfig { cameras: vec![] };
         Proposal {
             rig: Some(ModelPayload::of(&rig).unwrap()),
             ..Proposal::none(node(name), 1)
@@ -76,7 +76,7 @@ mod tests {
         let mut offers = Offers::default();
         assert!(offers.changes(&node("a"), Offer::Refinement).is_err());
         offers.take(Offer::Refinement, proposal("a"));
-        let rig = Outgoing::Rig(FullRig { cameras: vec![] });
+        let rig = Outgoing::Rig(RigConfig { cameras: vec![] });
         assert_eq!(
             offers.changes(&node("a"), Offer::Refinement).ok(),
             Some(vec![rig])

@@ -1,7 +1,7 @@
 //! A result on its way to the running site: published as `sextant config set` does, and what its fusion nodes answer.
 
 use sextant_calibrator::procedure::Product;
-use sextant_proto::{ConfigAnswer, FullObject, FullRig, NodeId, Outcome, encode, fingerprint};
+use sextant_proto::{ConfigAnswer, NodeId, ObjectConfig, Outcome, RigConfig, encode, fingerprint};
 use sextant_site_files::{object_toml, rig_toml};
 use std::collections::{BTreeMap, BTreeSet};
 use std::time::{Duration, Instant};
@@ -9,28 +9,28 @@ use std::time::{Duration, Instant};
 /// How long the nodes may take to answer.
 const PATIENCE: Duration = Duration::from_secs(3);
 
-/// Answers taken of nodes that were not waited for.
+/// Most answers kept of nodes that are not waited for.
 const MOST_ANSWERS: usize = 64;
 
 /// A change for the network.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum Outgoing {
     /// Of the rig.
-    Rig(FullRig),
+    Rig(RigConfig),
     /// Of an object.
-    Object(FullObject),
+    Object(ObjectConfig),
 }
 
 impl Outgoing {
     /// The message that puts a result into force.
     pub(super) fn of(product: &Product) -> Self {
         match product {
-            Product::Rig(rig) => Self::Rig(FullRig::from(rig)),
-            Product::Object(object) => Self::Object(FullObject::from(object)),
+            Product::Rig(rig) => Self::Rig(RigConfig::from(rig)),
+            Product::Object(object) => Self::Object(ObjectConfig::from(object)),
         }
     }
 
-    /// By which answers name it; the cause in words where it does not fit into a message.
+    /// The fingerprint that answers carry; the cause where it does not fit into a message.
     fn fingerprint(&self) -> Result<u64, String> {
         let payload = match self {
             Self::Rig(rig) => encode(rig),
@@ -55,7 +55,7 @@ pub(super) struct Publication {
 pub(super) enum Answered {
     /// Some have not answered, and there is time left.
     NotYet,
-    /// One refused, in words; then nothing is kept.
+    /// One refused, with the cause; then nothing is kept.
     Refused(String),
     /// It is in force: a sentence for each node.
     Done(Vec<String>),
@@ -70,7 +70,7 @@ pub(super) fn file_of(product: &Product) -> (String, String) {
 }
 
 impl Publication {
-    /// Waits for these nodes from now on; the cause in words where the change does not fit into a message.
+    /// Waits for these nodes from now on; the cause where the change does not fit into a message.
     pub(super) fn of(
         outgoing: &Outgoing,
         nodes: &BTreeSet<NodeId>,
@@ -93,9 +93,15 @@ impl Publication {
     }
 
     pub(super) fn answered(&self, now: Instant) -> Answered {
-        let mut answers = self.answers.values();
-        if let Some(refusal) = answers.find(|answer| answer.outcome == Outcome::Refused) {
-            return Answered::Refused(format!("{} refused it: {}", refusal.node, refusal.words));
+        let refused = self
+            .answers
+            .values()
+            .find_map(|answer| match &answer.outcome {
+                Outcome::Refused(refusal) => Some(format!("{} refused it: {refusal}", answer.node)),
+                Outcome::Kept | Outcome::Taken | Outcome::Same => None,
+            });
+        if let Some(refused) = refused {
+            return Answered::Refused(refused);
         }
         if !self.silent.is_empty() && now < self.deadline {
             return Answered::NotYet;
@@ -112,18 +118,19 @@ impl Publication {
 
 fn sentence(answer: &ConfigAnswer) -> String {
     let node = &answer.node;
-    match answer.outcome {
+    match &answer.outcome {
         Outcome::Kept => format!("in force on fusion node {node}, which keeps it in its files"),
         Outcome::Taken => format!(
             "in force on fusion node {node} until that ends: `keep_changes` in its file is false"
         ),
-        Outcome::Same | Outcome::Refused => format!("fusion node {node} had it already"),
+        Outcome::Same | Outcome::Refused(_) => format!("fusion node {node} had it already"),
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use sextant_proto::Refusal;
 
     fn answer(node: &str, fingerprint: u64, outcome: Outcome) -> ConfigAnswer {
         ConfigAnswer {
@@ -131,13 +138,12 @@ mod tests {
             key: "config/rig".to_owned(),
             fingerprint,
             outcome,
-            words: "no".to_owned(),
         }
     }
 
     #[test]
     fn every_node_is_waited_for_but_not_for_ever() {
-        let outgoing = Outgoing::Rig(FullRig { cameras: vec![] });
+        let outgoing = Outgoing::Rig(RigConfig { cameras: vec![] });
         let number = outgoing.fingerprint().unwrap();
         let nodes = ["a", "b"].map(|node| NodeId::new(node).unwrap());
         let start = Instant::now();
@@ -149,14 +155,17 @@ mod tests {
             panic!("still waiting");
         };
         assert!(late[1].contains("b has not answered"), "{late:?}");
-        publication.take(&answer("b", number, Outcome::Refused));
+        publication.take(&answer("b", number, Outcome::Refused(Refusal::NoCamera)));
         let refused = publication.answered(start);
-        assert_eq!(refused, Answered::Refused("b refused it: no".to_owned()));
+        assert_eq!(
+            refused,
+            Answered::Refused("b refused it: the rig has no camera".to_owned())
+        );
     }
 
     #[test]
     fn a_flood_of_answers_ends_at_the_bound_and_hides_none_that_is_waited_for() {
-        let outgoing = Outgoing::Rig(FullRig { cameras: vec![] });
+        let outgoing = Outgoing::Rig(RigConfig { cameras: vec![] });
         let number = outgoing.fingerprint().unwrap();
         let awaited = BTreeSet::from([NodeId::new("real").unwrap()]);
         let start = Instant::now();

@@ -1,10 +1,10 @@
-//! The wizard's thread: takes images in, has solves done by a thread of their own, writes files, tells clients.
+//! The wizard's thread: processes images, starts a thread for each solve, writes files, publishes the state.
 
-use super::account::Account;
 use super::machine::Job;
+use super::state::WizardState;
 use crate::bridge::Shared;
+use crate::forwarder::frame_of;
 use crate::hub::Slot;
-use crate::intake::frame_of;
 use crate::message::Message;
 use sextant_calibrator::procedure::{Outcome, Procedure, Product};
 use sextant_estimator::ImageObservation;
@@ -15,30 +15,30 @@ use std::sync::mpsc::Receiver;
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-/// How late commands and the wish to stop are heard.
-const GLANCE: Duration = Duration::from_millis(30);
-/// Images taken in between two glances.
+/// Longest wait for an image: bounds the delay of commands and of a shutdown.
+const POLL_PERIOD: Duration = Duration::from_millis(30);
+/// Most images processed between two polls.
 const MOST_AT_ONCE: usize = 64;
-/// The least time between two accounts: as often as a person can follow.
-const ACCOUNT_PERIOD: Duration = Duration::from_millis(150);
+/// Least time between two published states: as often as a person can follow.
+const STATE_PERIOD: Duration = Duration::from_millis(150);
 
 /// Runs until `shutdown`. A solve that is at work then ends with the process.
 pub(crate) fn run(shared: &Shared, shutdown: &Shutdown) {
     let Some(images) = shared.wizard.take_worker() else {
         return;
     };
-    publish(shared, &Account::idle());
+    publish(shared, &WizardState::idle());
     let mut worker = Worker {
         shared,
         solver: None,
-        account_due: Instant::now(),
+        state_due: Instant::now(),
     };
     while !shutdown.is_requested() {
         fail_point!("wizard");
         worker.take_images(&images);
         worker.work();
-        worker.look_at_solver();
-        worker.give_account();
+        worker.poll_solver();
+        worker.publish_state();
     }
 }
 
@@ -48,12 +48,12 @@ type Solved = Result<Outcome, String>;
 struct Worker<'a> {
     shared: &'a Shared,
     solver: Option<(u64, JoinHandle<Result<Solved, String>>)>,
-    account_due: Instant,
+    state_due: Instant,
 }
 
 impl Worker<'_> {
     fn take_images(&self, images: &Receiver<Box<ImageObservation>>) {
-        let Ok(first) = images.recv_timeout(GLANCE) else {
+        let Ok(first) = images.recv_timeout(POLL_PERIOD) else {
             return;
         };
         self.shared.wizard.image(&first);
@@ -84,7 +84,7 @@ impl Worker<'_> {
         }
     }
 
-    fn look_at_solver(&mut self) {
+    fn poll_solver(&mut self) {
         let Some((number, solver)) = self.solver.take_if(|(_, solver)| solver.is_finished()) else {
             return;
         };
@@ -101,18 +101,18 @@ impl Worker<'_> {
         }
     }
 
-    fn give_account(&mut self) {
-        if Instant::now() < self.account_due {
+    fn publish_state(&mut self) {
+        if Instant::now() < self.state_due {
             return;
         }
-        if let Some(account) = self.shared.wizard.news() {
-            self.account_due = Instant::now() + ACCOUNT_PERIOD;
-            publish(self.shared, &account);
+        if let Some(state) = self.shared.wizard.news() {
+            self.state_due = Instant::now() + STATE_PERIOD;
+            publish(self.shared, &state);
         }
     }
 }
 
-/// Writes what a wizard found into the site's folder; a sentence that says where it is.
+/// Writes a wizard's result into the site's folder; returns a sentence with its path.
 fn write_into(folder: &Path, product: &Product) -> Result<String, String> {
     let (path, written) = match product {
         Product::Rig(rig) => {
@@ -138,11 +138,11 @@ fn write_into(folder: &Path, product: &Product) -> Result<String, String> {
     })
 }
 
-fn publish(shared: &Shared, account: &Account) {
+fn publish(shared: &Shared, state: &WizardState) {
     // One slot: it only fails when others have filled the hub.
     let _ = shared
         .hub
-        .publish(&Slot::Wizard, frame_of(&Message::Wizard(account)));
+        .publish(&Slot::Wizard, frame_of(&Message::Wizard(state)));
 }
 
 #[cfg(test)]

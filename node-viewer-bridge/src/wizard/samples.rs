@@ -26,7 +26,7 @@ pub(super) fn rig() -> Rig {
 }
 
 /// Six tags in a row of two, so near that any image shows them all.
-pub(super) fn cube() -> ObjectModel {
+pub(crate) fn cube() -> ObjectModel {
     let tag = |id: u32| ObjectTag {
         tag: TagId {
             family: Family::Tag36h11,

@@ -1,11 +1,11 @@
 //! Rigid motions and estimates to messages, and poses back.
 
 use crate::convert::covariance;
-use crate::messages::config::PoseConfig;
 use crate::messages::object_pose::ObjectPose;
-use nalgebra::{Quaternion, Translation3, UnitQuaternion};
-use sextant_estimator::ObjectEstimate;
-use sextant_geometry::Pose;
+use crate::messages::pose_config::{PoseConfig, SigmaConfig};
+use nalgebra::{Quaternion, Translation3};
+use sextant_estimator::{ObjectEstimate, PoseSigma};
+use sextant_geometry::{Pose, unit_quaternion};
 
 impl From<&Pose> for PoseConfig {
     fn from(a_from_b: &Pose) -> Self {
@@ -18,13 +18,31 @@ impl From<&Pose> for PoseConfig {
 }
 
 impl From<&PoseConfig> for Pose {
-    /// The quaternion is normalised; a checked message's is close to it already.
+    /// The quaternion is normalised; that of a checked message is nearly so already.
     fn from(pose: &PoseConfig) -> Self {
         let [x, y, z, w] = pose.orientation;
         Self::from_parts(
             Translation3::from(pose.position),
-            UnitQuaternion::new_normalize(Quaternion::new(w, x, y, z)),
+            unit_quaternion(Quaternion::new(w, x, y, z)),
         )
+    }
+}
+
+impl From<PoseSigma> for SigmaConfig {
+    fn from(sigma: PoseSigma) -> Self {
+        Self {
+            position_m: sigma.position_m,
+            orientation_rad: sigma.orientation_rad,
+        }
+    }
+}
+
+impl From<SigmaConfig> for PoseSigma {
+    fn from(message: SigmaConfig) -> Self {
+        Self {
+            position_m: message.position_m,
+            orientation_rad: message.orientation_rad,
+        }
     }
 }
 

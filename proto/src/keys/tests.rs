@@ -33,9 +33,6 @@ fn keys_are_as_the_contract_says() {
         ),
         (keys.config_rig(), "config/rig"),
         (keys.config_object(&object), "config/object/cube"),
-        (keys.config_articulated(&object), "config/articulated/cube"),
-        (keys.full_rig(), "config/full/rig"),
-        (keys.full_object(&object), "config/full/object/cube"),
         (keys.links(&object), "object/cube/links"),
         (keys.alive(NodeKind::Fusion, &node), "alive/fusion/main"),
     ] {
@@ -86,15 +83,6 @@ fn every_key_is_read_back() {
             keys.config_object(&object),
             KeyRef::ConfigObject(object.clone()),
         ),
-        (
-            keys.config_articulated(&object),
-            KeyRef::ConfigArticulated(object.clone()),
-        ),
-        (keys.full_rig(), KeyRef::FullRig),
-        (
-            keys.full_object(&object),
-            KeyRef::FullObject(object.clone()),
-        ),
         (keys.links(&object), KeyRef::Links(object.clone())),
         (
             keys.alive(NodeKind::Viewer, &node),
@@ -116,6 +104,7 @@ fn foreign_keys_stand_for_nothing() {
         "sextant/v1/demo/camera/north/status/more",
         "sextant/v1/demo/camera/*/status",
         "sextant/v1/demo/alive/robot/x",
+        "sextant/v1/demo/config/full/rig",
         "sextant/v1/demo/fusion/main/former/object/cube/more",
     ] {
         assert_eq!(keys().parse(key), None, "{key}");

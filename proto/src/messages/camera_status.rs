@@ -1,19 +1,19 @@
-//! How a camera node fares, about once a second, and how good its clock is.
+//! Status of a camera node, about once a second, with the quality of its clock.
 
 use crate::check::{self, OutOfRange, holds};
 use crate::envelope::{Kind, Message};
-use crate::limits::{MAX_SENTENCES, MAX_TIME_NS};
+use crate::limits::{MAX_MESSAGES, MAX_TIME_NS};
 use crate::wire;
 use serde::{Deserialize, Serialize};
 use sextant_estimator::CameraId;
 
-/// What keeps a clock right. On the wire the number of the variant, from 0.
+/// What disciplines a clock. On the wire the number of the variant, from 0.
 #[derive(
     Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default, Serialize, Deserialize,
 )]
 #[serde(rename_all = "kebab-case")]
 pub enum ClockSource {
-    /// Nobody said.
+    /// Unknown.
     #[default]
     Unknown,
     /// The board's own crystal, not set by anything.
@@ -28,10 +28,10 @@ pub enum ClockSource {
     Simulated,
 }
 
-/// A clock's source and how wrong it may be.
+/// A clock's source and error.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct ClockQuality {
-    /// What keeps it right.
+    /// What disciplines it.
     pub source: ClockSource,
     /// Estimated error, ns, one standard deviation; 0 where it does not apply (recorded, simulated).
     pub error_ns: u64,
@@ -43,7 +43,7 @@ impl ClockQuality {
     }
 }
 
-/// A camera node's own account. Counts are since the process started.
+/// Status of a camera node. Counts are since the process started.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct CameraStatus {
     /// The camera; the same as in the key.
@@ -68,8 +68,8 @@ pub struct CameraStatus {
     pub uptime_s: u64,
     /// Observations handed to the network.
     pub published: u64,
-    /// What a person should know, newest last; bounded as [`crate::limits`] says.
-    #[serde(deserialize_with = "wire::list::at_most::<_, _, MAX_SENTENCES>")]
+    /// English texts for people, newest last.
+    #[serde(deserialize_with = "wire::list::at_most::<_, _, MAX_MESSAGES>")]
     pub messages: Vec<String>,
 }
 
@@ -84,6 +84,8 @@ impl Message for CameraStatus {
             check::amount(f64::from(ms), "detect_ms")?;
         }
         self.clock.check()?;
-        check::sentences(&self.messages, "messages")
+        holds(self.messages.len() <= MAX_MESSAGES, "messages")?;
+        let mut messages = self.messages.iter();
+        messages.try_for_each(|text| check::detail(text, "messages"))
     }
 }

@@ -1,4 +1,4 @@
-//! What a fusion node has found out about the cameras' clocks from the motion itself, about once a second.
+//! Clock offsets of the cameras as a fusion node estimates them from the motion, about once a second.
 
 use crate::check::{self, OutOfRange, holds};
 use crate::envelope::{Kind, Message};
@@ -8,7 +8,7 @@ use crate::wire;
 use serde::{Deserialize, Serialize};
 use sextant_estimator::CameraId;
 
-/// The cameras whose clocks are estimated; the others are taken at their word.
+/// The cameras whose clock offset is estimated; the clocks of the others are accepted as they are.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ClockReport {
     /// The node; the same as in the key.

@@ -1,9 +1,9 @@
-//! What became of a change of the configuration: a fusion node's answer to whoever published it.
+//! A fusion node's answer to a change of the configuration.
 
-use crate::check::{OutOfRange, holds};
+use crate::check::{self, OutOfRange};
 use crate::envelope::{Kind, Message};
 use crate::ids::NodeId;
-use crate::limits::MAX_SENTENCE_BYTES;
+use crate::messages::refusal::Refusal;
 use serde::{Deserialize, Serialize};
 
 /// The answer to one payload under a `config/` key.
@@ -13,26 +13,24 @@ pub struct ConfigAnswer {
     pub node: NodeId,
     /// The changed key below the site: `config/rig` or `config/object/<object>`.
     pub key: String,
-    /// [`fingerprint`] of the payload that it answers.
+    /// [`fingerprint`] of the payload answered.
     pub fingerprint: u64,
     /// What became of it.
     pub outcome: Outcome,
-    /// Why it was refused, or what there is to know besides; empty where nothing is.
-    pub words: String,
 }
 
 /// What became of a change. On the wire the number of the variant, from 0.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Outcome {
     /// In force until the node ends.
     Taken,
-    /// In force, and kept in the node's files.
+    /// In force, and written to the node's files.
     Kept,
-    /// Nothing has changed: it is what was in force already.
+    /// Nothing has changed: it was in force already.
     Same,
-    /// Nothing has changed: the words say why.
-    Refused,
+    /// Nothing has changed.
+    Refused(Refusal),
 }
 
 /// FNV-1a (64 bits) of a payload, header included: so that who published it recognises the answer.
@@ -47,8 +45,11 @@ impl Message for ConfigAnswer {
     const KIND: Kind = Kind::ConfigAnswer;
 
     fn check(&self) -> Result<(), OutOfRange> {
-        holds(self.key.len() <= MAX_SENTENCE_BYTES, "key")?;
-        holds(self.words.len() <= MAX_SENTENCE_BYTES, "words")
+        check::detail(&self.key, "key")?;
+        match &self.outcome {
+            Outcome::Refused(refusal) => refusal.check("outcome"),
+            Outcome::Taken | Outcome::Kept | Outcome::Same => Ok(()),
+        }
     }
 }
 

@@ -1,5 +1,5 @@
-//! What a camera's detector made of one image, a few times a second while somebody listens: where the time went, how many
-//! candidates there were, and why those that are no tags were turned down.
+//! How a camera's detector processed one image, a few times a second while somebody subscribes: durations of its stages, candidates, and
+//! why candidates were rejected.
 
 use crate::check::{self, OutOfRange, holds};
 use crate::envelope::{Kind, Message};
@@ -8,7 +8,7 @@ use crate::wire;
 use serde::{Deserialize, Serialize};
 use sextant_estimator::CameraId;
 
-/// The account of one image.
+/// The report on one image.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct DetectionReport {
     /// The camera; the same as in the key.
@@ -21,11 +21,11 @@ pub struct DetectionReport {
     pub resolution: [u16; 2],
     /// Share of the image that was searched, 0 to 1; less than 1 only where the node follows tags.
     pub searched: f32,
-    /// Where the time went.
+    /// Durations of the stages.
     pub stage_ms: StageTimes,
-    /// Standard deviation of the pixel noise, grey levels, as far as the image tells it.
+    /// Standard deviation of the pixel noise, grey levels, as estimated from the image.
     pub noise_sigma: f32,
-    /// Least contrast that was looked into, grey levels.
+    /// Least contrast of a candidate, grey levels.
     pub contrast_gate: u8,
     /// Connected areas of the border's colour.
     pub components: u32,
@@ -35,7 +35,7 @@ pub struct DetectionReport {
     pub dropped: u32,
     /// Tags found.
     pub tags: u32,
-    /// Candidates turned down, by cause.
+    /// Candidates rejected, by cause.
     pub rejected: RejectionCounts,
     /// Some of them, those that came furthest first.
     #[serde(deserialize_with = "wire::list::at_most::<_, _, MAX_REJECTED>")]
@@ -47,19 +47,19 @@ pub struct DetectionReport {
 pub struct StageTimes {
     /// Contrast and noise of small tiles.
     pub tiles: f32,
-    /// Black and white told apart.
+    /// Separation of black and white.
     pub threshold: f32,
     /// Connected areas.
     pub components: f32,
     /// Quadrilaterals around them.
     pub quads: f32,
-    /// Code words read.
+    /// Decoding.
     pub decode: f32,
     /// Corners below the pixel.
     pub refine: f32,
 }
 
-/// Why a candidate is no tag, in the order in which the detector asks. On the wire the number of the variant, from 0.
+/// Why a candidate is rejected, in the order of the tests. On the wire the number of the variant, from 0.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum RejectionCause {
@@ -71,11 +71,11 @@ pub enum RejectionCause {
     FaintBorder,
     /// No code word of any family is near enough.
     NoCode,
-    /// A code word, but hardly legible.
+    /// A code word with too small a decision margin.
     SmallMargin,
 }
 
-/// How many candidates were turned down for each [`RejectionCause`].
+/// Rejected candidates by [`RejectionCause`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[allow(missing_docs, reason = "each field is the cause of its name")]
 pub struct RejectionCounts {

@@ -1,14 +1,15 @@
-//! How a fusion node fares, about once a second: what it took in, what it refused and why, and how its objects stand.
+//! Status of a fusion node, about once a second: messages received and rejected, objects, faults and notices.
 
 use crate::check::{self, OutOfRange, holds};
 use crate::envelope::{DecodeError, Kind, Message};
 use crate::ids::NodeId;
-use crate::limits::{MAX_CAMERAS, MAX_OBJECTS, MAX_SENTENCES};
+use crate::limits::{MAX_CAMERAS, MAX_FAULTS, MAX_IMPERFECTIONS, MAX_NOTICES, MAX_OBJECTS};
+use crate::messages::notice::Notice;
 use crate::wire;
 use serde::{Deserialize, Serialize};
-use sextant_estimator::{CameraId, ObjectId, State};
+use sextant_estimator::{CameraId, Fault, Imperfection, ObjectId, State};
 
-/// A fusion node's own account. Counts are since the process started.
+/// Status of a fusion node. Counts are since the process started.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct FusionStatus {
     /// The node; the same as in the key.
@@ -17,20 +18,28 @@ pub struct FusionStatus {
     pub version: String,
     /// Seconds since the process started.
     pub uptime_s: u64,
-    /// What came from each camera of the rig, ordered by id.
+    /// Messages of each camera of the rig, ordered by id.
     #[serde(deserialize_with = "wire::list::at_most::<_, _, MAX_CAMERAS>")]
     pub cameras: Vec<CameraIntake>,
-    /// What came under keys of cameras that the rig lacks.
+    /// Messages rejected under keys of cameras that the rig lacks.
     pub foreign: Rejections,
     /// The objects, ordered by id.
     #[serde(deserialize_with = "wire::list::at_most::<_, _, MAX_OBJECTS>")]
     pub objects: Vec<ObjectHealth>,
-    /// What a person should know, newest last; bounded as [`crate::limits`] says.
-    #[serde(deserialize_with = "wire::list::at_most::<_, _, MAX_SENTENCES>")]
-    pub faults: Vec<String>,
+    /// What is wrong with the site.
+    #[serde(deserialize_with = "wire::list::at_most::<_, _, MAX_FAULTS>")]
+    pub faults: Vec<Fault>,
+    /// Further faults that found no room in the list.
+    pub faults_left_out: u32,
+    /// What the images show to be imperfect in the site's files; poses allow for it.
+    #[serde(deserialize_with = "wire::list::at_most::<_, _, MAX_IMPERFECTIONS>")]
+    pub imperfections: Vec<Imperfection>,
+    /// What happened to the node itself.
+    #[serde(deserialize_with = "wire::list::at_most::<_, _, MAX_NOTICES>")]
+    pub notices: Vec<Notice>,
 }
 
-/// What one camera sent and what became of it.
+/// Messages of one camera.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct CameraIntake {
     /// The camera.
@@ -43,7 +52,7 @@ pub struct CameraIntake {
     pub unknown_tags: u64,
     /// Images too old for the estimator's window, or on arrival.
     pub late: u64,
-    /// Tags that the estimator did not believe.
+    /// Tags that the estimator rejected as outliers.
     pub gated: u64,
     /// Capture time of its newest image, ns since the Unix epoch; 0 before the first.
     pub last_capture_ns: u64,
@@ -51,7 +60,7 @@ pub struct CameraIntake {
     pub rate_hz: f32,
 }
 
-/// Payloads refused, by reason.
+/// Rejected payloads, by reason.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct Rejections {
     /// Not a payload of ours.
@@ -70,7 +79,7 @@ pub struct Rejections {
     pub wrong_camera: u64,
 }
 
-/// How one object stands.
+/// State of one object.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ObjectHealth {
     /// The object.
@@ -82,7 +91,7 @@ pub struct ObjectHealth {
 }
 
 impl Rejections {
-    /// Counts one refused payload under its reason.
+    /// Counts one rejected payload under its reason.
     pub fn count(&mut self, why: &DecodeError) {
         let counter = match why {
             DecodeError::BadMagic => &mut self.bad_magic,
@@ -128,6 +137,43 @@ impl Message for FusionStatus {
         for object in &self.objects {
             check::amount(f64::from(object.rate_hz), "objects[].rate_hz")?;
         }
-        check::sentences(&self.faults, "faults")
+        holds(self.faults.len() <= MAX_FAULTS, "faults")?;
+        self.faults.iter().try_for_each(check_fault)?;
+        let n_imperfections = self.imperfections.len();
+        holds(n_imperfections <= MAX_IMPERFECTIONS, "imperfections")?;
+        self.imperfections.iter().try_for_each(check_imperfection)?;
+        holds(self.notices.len() <= MAX_NOTICES, "notices")?;
+        self.notices.iter().try_for_each(Notice::check)
+    }
+}
+
+fn check_fault(fault: &Fault) -> Result<(), OutOfRange> {
+    match fault {
+        Fault::TagSize { ratio, .. } => check::amount(*ratio, "faults[].ratio"),
+        Fault::ClockOff { offset_s, .. } => check::finite(&[*offset_s], "faults[].offset_s"),
+        Fault::Untimely { age_s, .. } => check::finite(&[*age_s], "faults[].age_s"),
+        Fault::CameraMoved { .. }
+        | Fault::CamerasDisagree { .. }
+        | Fault::TagMisplaced { .. }
+        | Fault::TagElsewhere { .. }
+        | Fault::DuplicateTag { .. } => Ok(()),
+    }
+}
+
+fn check_imperfection(imperfection: &Imperfection) -> Result<(), OutOfRange> {
+    const FIELD: &str = "imperfections[]";
+    match imperfection {
+        Imperfection::CamerasDisagree { apart_m, .. } => check::amount(*apart_m, FIELD),
+        Imperfection::TagOff {
+            position_m,
+            orientation_rad,
+            ..
+        } => {
+            check::amount(*position_m, FIELD)?;
+            check::amount(*orientation_rad, FIELD)
+        }
+        Imperfection::SizeOff { ratio, .. } | Imperfection::FocalLengthOff { ratio, .. } => {
+            check::amount(*ratio, FIELD)
+        }
     }
 }

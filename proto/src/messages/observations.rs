@@ -46,7 +46,7 @@ pub struct Timing {
 /// One tag in one image.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct TagObservation {
-    /// Its family, on the wire the name: `tag36h11`.
+    /// Its family; on the wire the number of the variant, from 0.
     pub family: Family,
     /// Its number within the family.
     pub id: u32,

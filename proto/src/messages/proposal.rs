@@ -4,21 +4,22 @@ use crate::check::{self, OutOfRange, holds};
 use crate::envelope::{DecodeError, EncodeError, Kind, Message, decode, encode};
 use crate::ids::NodeId;
 use crate::limits::{MAX_OBJECTS, MAX_PAYLOAD_BYTES};
-use crate::messages::full_config::{FullObject, FullRig};
+use crate::messages::object_config::ObjectConfig;
+use crate::messages::rig_config::RigConfig;
 use crate::wire;
 use serde::{Deserialize, Serialize};
 
 /// The models that differ from those in force, as the payloads that put them in force: each is published as it is, under its
-/// `config/full/` key. Without any there is nothing to be put in force.
+/// `config/` key. Without any there is nothing to be put in force.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Proposal {
     /// The fusion node; the same as in the key.
     pub node: NodeId,
     /// When it was made, ns since the Unix epoch.
     pub t_ns: u64,
-    /// Payload of a [`FullRig`]; none where no camera differs.
+    /// Payload of a [`RigConfig`]; none where no camera differs.
     pub rig: Option<ModelPayload>,
-    /// Payload of a [`FullObject`] for each object that differs.
+    /// Payload of a [`ObjectConfig`] for each object that differs.
     #[serde(deserialize_with = "wire::list::at_most::<_, _, MAX_OBJECTS>")]
     pub objects: Vec<ModelPayload>,
     /// Images that had no part in the refinement and judge it; 0 where it is no refinement.
@@ -74,7 +75,7 @@ impl Proposal {
     ///
     /// # Errors
     /// As [`decode`].
-    pub fn full_rig(&self) -> Result<Option<FullRig>, DecodeError> {
+    pub fn rig_config(&self) -> Result<Option<RigConfig>, DecodeError> {
         self.rig.as_ref().map(|one| decode(&one.0)).transpose()
     }
 
@@ -82,7 +83,7 @@ impl Proposal {
     ///
     /// # Errors
     /// As [`decode`].
-    pub fn full_objects(&self) -> Result<Vec<FullObject>, DecodeError> {
+    pub fn object_configs(&self) -> Result<Vec<ObjectConfig>, DecodeError> {
         self.objects.iter().map(|one| decode(&one.0)).collect()
     }
 }

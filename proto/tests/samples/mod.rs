@@ -5,7 +5,9 @@
     reason = "each test file takes the samples that it needs, and a test may panic"
 )]
 
-use sextant_estimator::{CameraId, JointId, JointKind, LinkId, ObjectId, Stamp, State};
+use sextant_estimator::{
+    CameraId, Fault, Imperfection, JointId, JointKind, LinkId, ObjectId, Stamp, State, TagId,
+};
 use sextant_proto::*;
 use sextant_tag_families::Family;
 
@@ -203,59 +205,278 @@ pub fn fusion_status() -> FusionStatus {
             state: State::Coasting,
             rate_hz: 118.5,
         }],
-        faults: vec!["camera south sends, but the rig does not name it".into()],
+        faults: faults(),
+        faults_left_out: 300,
+        imperfections: imperfections(),
+        notices: notices(),
     }
+}
+
+pub fn tag() -> TagId {
+    TagId {
+        family: Family::Tag25h9,
+        id: 300,
+    }
+}
+
+/// One of each.
+fn faults() -> Vec<Fault> {
+    let south = || CameraId::new("south").unwrap();
+    let (object, tag) = (object(), tag());
+    vec![
+        Fault::CameraMoved { camera: camera() },
+        Fault::CamerasDisagree {
+            a: camera(),
+            b: south(),
+        },
+        Fault::TagMisplaced {
+            object: object.clone(),
+            tag,
+        },
+        Fault::TagSize {
+            object: object.clone(),
+            tag,
+            ratio: 1.03125,
+        },
+        Fault::TagElsewhere {
+            object: object.clone(),
+            tag,
+            on: Some(ObjectId::new("box").unwrap()),
+        },
+        Fault::TagElsewhere {
+            object,
+            tag,
+            on: None,
+        },
+        Fault::ClockOff {
+            camera: camera(),
+            offset_s: -0.25,
+        },
+        Fault::Untimely {
+            camera: camera(),
+            age_s: 3600.5,
+        },
+        Fault::DuplicateTag {
+            camera: south(),
+            tag,
+        },
+    ]
+}
+
+/// One of each.
+fn imperfections() -> Vec<Imperfection> {
+    let (object, tag) = (object(), tag());
+    vec![
+        Imperfection::CamerasDisagree {
+            a: camera(),
+            b: CameraId::new("south").unwrap(),
+            apart_m: 0.0125,
+        },
+        Imperfection::TagOff {
+            object: object.clone(),
+            tag,
+            position_m: 0.002,
+            orientation_rad: 0.0625,
+        },
+        Imperfection::SizeOff {
+            object,
+            tag,
+            ratio: 0.984375,
+        },
+        Imperfection::FocalLengthOff {
+            camera: camera(),
+            ratio: 1.0078125,
+        },
+    ]
+}
+
+/// One of each, and one for each refusal.
+fn notices() -> Vec<Notice> {
+    let notices = [
+        Notice::CameraSilent {
+            camera: camera(),
+            silent_s: 4.5,
+        },
+        Notice::LateObservations {
+            camera: camera(),
+            total: 300,
+        },
+        Notice::Overload {
+            dropped: 7,
+            total: 1000,
+        },
+        Notice::Unpublished {
+            total: 2,
+            detail: "`position` is out of range".into(),
+        },
+        Notice::ClockStepped { by_s: -2.5 },
+        Notice::NameTaken {
+            host: "board-8".into(),
+        },
+        Notice::RefinementProposed {
+            n_images: 24,
+            before_px: 0.75,
+            after_px: 0.5,
+        },
+    ];
+    let refused = refusals().into_iter().map(|refusal| Notice::ChangeRefused {
+        key: "config/rig".into(),
+        sender: Some("ann@desk".into()),
+        refusal,
+    });
+    notices.into_iter().chain(refused).collect()
+}
+
+/// One of each.
+fn refusals() -> Vec<Refusal> {
+    let detail = || "why".to_owned();
+    vec![
+        Refusal::Undecodable { detail: detail() },
+        Refusal::WrongId {
+            described: object(),
+        },
+        Refusal::NoCamera,
+        Refusal::InvalidCamera {
+            camera: camera(),
+            detail: detail(),
+        },
+        Refusal::InvalidObject {
+            tag: Some(tag()),
+            detail: detail(),
+        },
+        Refusal::UnknownTag {
+            tag: tag(),
+            n_ids: 35,
+        },
+        Refusal::SharedTag {
+            tag: tag(),
+            first: object(),
+            second: ObjectId::new("box").unwrap(),
+        },
+        Refusal::TooManyObjects { limit: 1024 },
+        Refusal::Unpublishable { detail: detail() },
+        Refusal::NotStored { detail: detail() },
+        Refusal::Other { detail: detail() },
+    ]
 }
 
 pub fn rig_config() -> RigConfig {
     let (fx, fy, cx, cy) = (600.0, 601.5, 319.5, 239.5);
-    let with_lens = |id: &str, lens, world_from_camera| CameraConfig {
-        id: CameraId::new(id).unwrap(),
-        resolution: [640, 480],
-        lens,
-        world_from_camera,
-    };
     let pose = PoseConfig {
         position: [1.0, 0.0, 1.25],
         orientation: [-1.0, 0.0, 0.0, 0.0],
     };
-    let brown_conrady = LensConfig::BrownConrady {
-        fx,
-        fy,
-        cx,
-        cy,
-        distortion: [-0.25, 0.125, 1e-3, -2e-3, -0.0625],
+    let north = CameraConfig {
+        id: camera(),
+        resolution: [640, 480],
+        lens: LensConfig::Pinhole { fx, fy, cx, cy },
+        lens_sigma: None,
+        world_from_camera: Some(pose),
+        world_from_camera_sigma: None,
+        line_delay_s: None,
+        exposure: None,
     };
-    let kannala_brandt = LensConfig::KannalaBrandt {
-        fx,
-        fy,
-        cx,
-        cy,
-        distortion: [0.03125, 0.0, -0.015_625, 0.5e-3],
+    let south = CameraConfig {
+        id: CameraId::new("south").unwrap(),
+        lens: LensConfig::BrownConrady {
+            fx,
+            fy,
+            cx,
+            cy,
+            distortion: [-0.25, 0.125, 1e-3, -2e-3, -0.0625],
+        },
+        lens_sigma: Some(LensSigmaConfig {
+            focal_px: 0.25,
+            distortion_px: 0.125,
+        }),
+        world_from_camera_sigma: Some(SigmaConfig {
+            position_m: 0.000_5,
+            orientation_rad: 0.000_25,
+        }),
+        line_delay_s: Some(-2.5e-5),
+        exposure: Some(ExposureConfig {
+            length_s: 0.004,
+            stamp: Stamp::End,
+        }),
+        ..north.clone()
+    };
+    let top = CameraConfig {
+        id: CameraId::new("top").unwrap(),
+        lens: LensConfig::KannalaBrandt {
+            fx,
+            fy,
+            cx,
+            cy,
+            distortion: [0.03125, 0.0, -0.015_625, 0.5e-3],
+        },
+        world_from_camera: None,
+        ..north.clone()
     };
     RigConfig {
-        cameras: vec![
-            with_lens("north", LensConfig::Pinhole { fx, fy, cx, cy }, Some(pose)),
-            with_lens("south", brown_conrady, Some(pose)),
-            with_lens("top", kannala_brandt, None),
-        ],
+        cameras: vec![north, south, top],
     }
 }
 
+/// An object of links; [`rigid_object_config`] is one without.
 pub fn object_config() -> ObjectConfig {
-    let tag = |id, object_from_tag| ObjectTagConfig {
-        family: Family::Tag36h11,
-        id,
-        size_m: 0.04,
-        object_from_tag,
+    let joint = |id: &str, kind, child: &str| JointConfig {
+        id: JointId::new(id).unwrap(),
+        kind,
+        parent: link("base"),
+        child: link(child),
+        axis: [0.0, 0.6, 0.8],
+        parent_from_joint: PoseConfig {
+            position: [0.0, 0.125, 0.25],
+            orientation: [0.0, 0.0, 0.6, 0.8],
+        },
+        limits: None,
+        max_speed: None,
     };
-    let pose = PoseConfig {
-        position: [0.0, 0.0, 0.03],
-        orientation: [0.0, 0.0, 0.0, 1.0],
+    let hinge = JointConfig {
+        limits: Some([-1.5, 0.25]),
+        max_speed: Some(3.0),
+        ..joint("hinge", JointKind::Revolute, "lid")
+    };
+    let mut tags = rigid_object_config().tags;
+    (tags[0].link, tags[1].link) = (Some(1), Some(0));
+    ObjectConfig {
+        id: object(),
+        links: vec![link("base"), link("lid"), link("foot")],
+        joints: vec![hinge, joint("weld", JointKind::Fixed, "foot")],
+        tags,
+    }
+}
+
+pub fn rigid_object_config() -> ObjectConfig {
+    let learned = ObjectTagConfig {
+        family: Family::Tag36h11,
+        id: 3,
+        size_m: 0.04,
+        size_sigma_m: Some(0.000_25),
+        link: None,
+        object_from_tag: Some(PoseConfig {
+            position: [0.0, 0.0, 0.03],
+            orientation: [0.0, 0.0, 0.0, 1.0],
+        }),
+        object_from_tag_sigma: Some(SigmaConfig {
+            position_m: 0.000_125,
+            orientation_rad: 0.002,
+        }),
+    };
+    let new = ObjectTagConfig {
+        family: Family::Tag25h9,
+        id: 30,
+        size_m: 0.03,
+        size_sigma_m: None,
+        link: None,
+        object_from_tag: None,
+        object_from_tag_sigma: None,
     };
     ObjectConfig {
         id: object(),
-        tags: vec![tag(3, Some(pose)), tag(300, None)],
+        links: vec![],
+        joints: vec![],
+        tags: vec![learned, new],
     }
 }
 
@@ -287,38 +508,6 @@ pub fn object_links() -> ObjectLinks {
     }
 }
 
-pub fn articulated_config() -> ArticulatedConfig {
-    let joint = |id: &str, kind, child: &str| JointConfig {
-        id: JointId::new(id).unwrap(),
-        kind,
-        parent: link("base"),
-        child: link(child),
-        axis: [0.0, 0.6, 0.8],
-        parent_from_joint: PoseConfig {
-            position: [0.0, 0.125, 0.25],
-            orientation: [0.0, 0.0, 0.6, 0.8],
-        },
-        limits: None,
-        max_speed: None,
-    };
-    let hinge = JointConfig {
-        limits: Some([-1.5, 0.25]),
-        max_speed: Some(3.0),
-        ..joint("hinge", JointKind::Revolute, "lid")
-    };
-    let mut tags = object_config().tags.into_iter();
-    let mut tag = |link| LinkTagConfig {
-        link,
-        tag: tags.next().unwrap(),
-    };
-    ArticulatedConfig {
-        id: object(),
-        links: vec![link("base"), link("lid"), link("foot")],
-        joints: vec![hinge, joint("weld", JointKind::Fixed, "foot")],
-        tags: vec![tag(1), tag(0)],
-    }
-}
-
 pub fn clock_report() -> ClockReport {
     ClockReport {
         node: NodeId::new("fusion").unwrap(),
@@ -344,8 +533,11 @@ pub fn config_answer() -> ConfigAnswer {
         node: NodeId::new("fusion").unwrap(),
         key: "config/object/cube".into(),
         fingerprint: 0x0123_4567_89ab_cdef,
-        outcome: Outcome::Refused,
-        words: "tag tag36h11:3 is on object cube and on object box".into(),
+        outcome: Outcome::Refused(Refusal::SharedTag {
+            tag: tag(),
+            first: object(),
+            second: ObjectId::new("box").unwrap(),
+        }),
     }
 }
 
@@ -353,62 +545,10 @@ pub fn proposal() -> Proposal {
     Proposal {
         node: NodeId::new("fusion").unwrap(),
         t_ns: CAPTURE_NS,
-        rig: Some(ModelPayload::of(&full_rig()).unwrap()),
-        objects: vec![ModelPayload::of(&full_object()).unwrap()],
+        rig: Some(ModelPayload::of(&rig_config()).unwrap()),
+        objects: vec![ModelPayload::of(&object_config()).unwrap()],
         n_images: 300,
         before_px: 0.75,
         after_px: 0.125,
-    }
-}
-
-pub fn full_rig() -> FullRig {
-    let mut cameras = rig_config().cameras.into_iter();
-    let plain = |camera| FullCamera {
-        camera,
-        pose_sigma: None,
-        lens_sigma: None,
-        line_delay_s: None,
-        exposure: None,
-    };
-    let first = plain(cameras.next().unwrap());
-    let second = FullCamera {
-        pose_sigma: Some(SigmaConfig {
-            position_m: 0.000_5,
-            orientation_rad: 0.000_25,
-        }),
-        lens_sigma: Some(LensSigmaConfig {
-            focal_px: 0.25,
-            distortion_px: 0.125,
-        }),
-        line_delay_s: Some(-2.5e-5),
-        exposure: Some(ExposureConfig {
-            length_s: 0.004,
-            stamp: Stamp::End,
-        }),
-        ..plain(cameras.next().unwrap())
-    };
-    FullRig {
-        cameras: [first, second]
-            .into_iter()
-            .chain(cameras.map(plain))
-            .collect(),
-    }
-}
-
-pub fn full_object() -> FullObject {
-    let arm = articulated_config();
-    let known = SigmaConfig {
-        position_m: 0.000_125,
-        orientation_rad: 0.002,
-    };
-    let sigmas = [Some(known), None];
-    let tags = arm.tags.into_iter().zip(sigmas);
-    FullObject {
-        id: arm.id,
-        links: arm.links,
-        joints: arm.joints,
-        tags: tags
-            .map(|(LinkTagConfig { link, tag }, sigma)| FullTag { link, tag, sigma })
-            .collect(),
     }
 }

@@ -9,7 +9,7 @@ use node_camera::CameraNodeConfig;
 use node_fusion::FusionConfig;
 use node_viewer_bridge::ViewerConfig;
 use serde_json::Value;
-use sextant_proto::{FullObject, FullRig, encode};
+use sextant_proto::{ObjectConfig, RigConfig, encode};
 use sextant_recordings::DetectionsLine;
 use sextant_site_files::{read_object, read_rig, read_toml};
 use sextant_zenoh_bus::BusOptions;
@@ -76,7 +76,7 @@ fn kind_of(content: &Value) -> Option<ConfigKind> {
 
 fn rig(path: &Path, together: &mut CrossChecks) -> anyhow::Result<String> {
     let rig = read_rig(path)?;
-    encode(&FullRig::from(&rig)).with_context(|| path.display().to_string())?;
+    encode(&RigConfig::from(&rig)).with_context(|| path.display().to_string())?;
     let cameras = rig.cameras();
     let uncalibrated = cameras.iter().filter(|c| c.world_from_camera.is_none());
     let summary = format!(
@@ -90,7 +90,7 @@ fn rig(path: &Path, together: &mut CrossChecks) -> anyhow::Result<String> {
 
 fn object(path: &Path, together: &mut CrossChecks) -> anyhow::Result<String> {
     let object = read_object(path)?;
-    encode(&FullObject::from(&object)).with_context(|| path.display().to_string())?;
+    encode(&ObjectConfig::from(&object)).with_context(|| path.display().to_string())?;
     let tags = object.tags();
     let unlearned = tags.iter().filter(|tag| tag.object_from_tag.is_none());
     let summary = format!(

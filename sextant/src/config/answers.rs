@@ -141,7 +141,6 @@ mod tests {
             key: "config/rig".to_owned(),
             fingerprint: fingerprint(b"rig"),
             outcome,
-            words: String::new(),
         };
         let (taken, same) = (answer(Outcome::Taken), answer(Outcome::Same));
         let before = [taken.clone()];

@@ -8,7 +8,7 @@ use crate::words;
 use anyhow::{Context, bail};
 use sextant_estimator::ObjectId;
 use sextant_process::{Exit, Failure, WithExit};
-use sextant_proto::{ConfigAnswer, FullObject, FullRig, Message, ObjectConfig, Outcome, encode};
+use sextant_proto::{ConfigAnswer, Message, ObjectConfig, Outcome, RigConfig, encode};
 use sextant_site_files::{read_object, read_rig};
 use sextant_zenoh_bus::Qos;
 use std::path::Path;
@@ -20,7 +20,12 @@ use std::path::Path;
 pub fn set_rig(file: &Path, site: &SiteArguments, format: Format) -> anyhow::Result<()> {
     let rig = read_rig(file).exit_with(Exit::Input)?;
     let site = site.open()?;
-    change(&site, &site.keys.full_rig(), &FullRig::from(&rig), format)
+    change(
+        &site,
+        &site.keys.config_rig(),
+        &RigConfig::from(&rig),
+        format,
+    )
 }
 
 /// Publishes the object of a file.
@@ -30,8 +35,8 @@ pub fn set_rig(file: &Path, site: &SiteArguments, format: Format) -> anyhow::Res
 pub fn set_object(file: &Path, site: &SiteArguments, format: Format) -> anyhow::Result<()> {
     let object = read_object(file).exit_with(Exit::Input)?;
     let site = site.open()?;
-    let key = site.keys.full_object(object.id());
-    change(&site, &key, &FullObject::from(&object), format)
+    let key = site.keys.config_object(object.id());
+    change(&site, &key, &ObjectConfig::from(&object), format)
 }
 
 /// Asks for an object's removal.
@@ -41,11 +46,8 @@ pub fn set_object(file: &Path, site: &SiteArguments, format: Format) -> anyhow::
 pub fn remove_object(id: &ObjectId, site: &SiteArguments, format: Format) -> anyhow::Result<()> {
     let site = site.open()?;
     let known = known_object(&site, id)?;
-    let none = ObjectConfig {
-        id: known.id().clone(),
-        tags: Vec::new(),
-    };
-    change(&site, &site.keys.config_object(id), &none, format)
+    let removal = ObjectConfig::removal(known.id().clone());
+    change(&site, &site.keys.config_object(id), &removal, format)
 }
 
 /// Publishes a change and waits for what the fusion nodes make of it.
@@ -68,18 +70,14 @@ pub fn change<M: Message>(
     for answer in &answers {
         print_line(&line_of(answer, format))?;
     }
-    let mut refused = answers
-        .iter()
-        .filter(|answer| answer.outcome == Outcome::Refused);
-    if let Some(refusal) = refused.next_back() {
-        let cause = words::plain(&refusal.words);
-        bail!(Failure::new(
-            Exit::Fault,
-            anyhow::anyhow!(
-                "{} refused: {cause}; everything stays as it was",
-                refusal.node
-            )
-        ));
+    for ConfigAnswer { node, outcome, .. } in &answers {
+        if let Outcome::Refused(refusal) = outcome {
+            let cause = words::plain(&refusal.to_string());
+            bail!(Failure::new(
+                Exit::Fault,
+                anyhow::anyhow!("{node} refused: {cause}; nothing has changed there")
+            ));
+        }
     }
     Ok(())
 }
@@ -94,18 +92,31 @@ fn signature() -> String {
 
 fn line_of(answer: &ConfigAnswer, format: Format) -> String {
     match format {
-        Format::Json => serde_json::json!({
-            "node": answer.node, "key": answer.key, "outcome": answer.outcome, "words": answer.words,
-        })
-        .to_string(),
+        Format::Json => {
+            let (outcome, refusal) = match &answer.outcome {
+                Outcome::Taken => ("taken", None),
+                Outcome::Kept => ("kept", None),
+                Outcome::Same => ("same", None),
+                Outcome::Refused(refusal) => ("refused", Some(refusal)),
+            };
+            let words = refusal.map_or_else(String::new, ToString::to_string);
+            serde_json::json!({
+                "node": answer.node, "key": answer.key, "outcome": outcome, "words": words, "refusal": refusal,
+            })
+            .to_string()
+        }
         Format::Text => {
-            let how = words::outcome(answer.outcome);
-            let until = match answer.outcome {
+            let how = words::outcome(&answer.outcome);
+            let until = match &answer.outcome {
                 Outcome::Taken => " until the node ends (`keep_changes` in its file is false)",
                 Outcome::Kept => " in its files",
-                Outcome::Same | Outcome::Refused => "",
+                Outcome::Same | Outcome::Refused(_) => "",
             };
-            format!("{}: {} {how}{until}", answer.node, words::plain(&answer.key))
+            format!(
+                "{}: {} {how}{until}",
+                answer.node,
+                words::plain(&answer.key)
+            )
         }
     }
 }

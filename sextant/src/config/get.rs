@@ -5,7 +5,7 @@ use crate::site::{Site, SiteArguments};
 use anyhow::{anyhow, bail};
 use sextant_estimator::{ObjectId, ObjectModel, Rig};
 use sextant_process::{Exit, Failure};
-use sextant_proto::{FullObject, FullRig, Message, limits};
+use sextant_proto::{Message, ObjectConfig, RigConfig, limits};
 use sextant_site_files::{object_toml, rig_toml};
 use std::time::Duration;
 
@@ -18,7 +18,7 @@ const ANSWER: Duration = Duration::from_secs(1);
 /// A site without a rig, or one that makes no sense.
 pub fn rig(site: &SiteArguments, format: Format) -> anyhow::Result<()> {
     let site = site.open()?;
-    let found: Vec<FullRig> = latest(&site, &site.keys.full_rig())?;
+    let found: Vec<RigConfig> = latest(&site, &site.keys.config_rig())?;
     let Some(message) = found.first() else {
         bail!(Failure::new(Exit::Unavailable, nobody(&site)))
     };
@@ -46,13 +46,13 @@ pub fn object(id: &ObjectId, site: &SiteArguments, format: Format) -> anyhow::Re
 /// There is none, or no node answers.
 pub fn known_object(site: &Site, id: &ObjectId) -> anyhow::Result<ObjectModel> {
     let mut objects = Vec::new();
-    for message in latest::<FullObject>(site, &site.keys.all_full_objects())? {
+    for message in latest::<ObjectConfig>(site, &site.keys.all_config_objects())? {
         objects.push(ObjectModel::try_from(&message)?);
     }
     if let Some(found) = objects.iter().position(|object| object.id() == id) {
         return Ok(objects.swap_remove(found));
     }
-    if objects.is_empty() && latest::<FullRig>(site, &site.keys.full_rig())?.is_empty() {
+    if objects.is_empty() && latest::<RigConfig>(site, &site.keys.config_rig())?.is_empty() {
         bail!(Failure::new(Exit::Unavailable, nobody(site)))
     }
     let names = objects.iter().map(|object| object.id().to_string());

@@ -10,7 +10,7 @@ use serde_json::{Value, json};
 use sextant_estimator::{ObjectId, ObjectModel, Rig};
 use sextant_geometry::{Pose, se3};
 use sextant_process::{Exit, Failure};
-use sextant_proto::{FullObject, FullRig, NodeId, Proposal};
+use sextant_proto::{NodeId, ObjectConfig, Proposal, RigConfig};
 
 /// Whether a change is made, or only shown.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -85,11 +85,11 @@ pub fn revert(
             last.as_ref().map(Models::of).transpose()?
         }
         RevertTarget::Rig => {
-            let former: Vec<FullRig> = latest(&site, &site.keys.all_former_rigs())?;
+            let former: Vec<RigConfig> = latest(&site, &site.keys.all_former_rigs())?;
             former.into_iter().next().map(Models::rig)
         }
         RevertTarget::Object(id) => {
-            let former: Vec<FullObject> = latest(&site, &site.keys.all_former_objects(id))?;
+            let former: Vec<ObjectConfig> = latest(&site, &site.keys.all_former_objects(id))?;
             former.into_iter().next().map(Models::object)
         }
     };
@@ -122,24 +122,24 @@ fn first(site: &Site, key: &str) -> anyhow::Result<Option<Proposal>> {
 
 /// What is to be set.
 struct Models {
-    rig: Option<FullRig>,
-    objects: Vec<FullObject>,
+    rig: Option<RigConfig>,
+    objects: Vec<ObjectConfig>,
 }
 
 impl Models {
-    fn rig(rig: FullRig) -> Self {
+    fn rig(rig: RigConfig) -> Self {
         let (rig, objects) = (Some(rig), Vec::new());
         Self { rig, objects }
     }
 
-    fn object(object: FullObject) -> Self {
+    fn object(object: ObjectConfig) -> Self {
         let (rig, objects) = (None, vec![object]);
         Self { rig, objects }
     }
 
     fn of(proposal: &Proposal) -> anyhow::Result<Self> {
-        let models = proposal.full_rig().and_then(|rig| {
-            let objects = proposal.full_objects()?;
+        let models = proposal.rig_config().and_then(|rig| {
+            let objects = proposal.object_configs()?;
             Ok(Self { rig, objects })
         });
         let node = &proposal.node;
@@ -149,13 +149,13 @@ impl Models {
     /// Differences from the models in force.
     fn summary(&self, site: &Site) -> anyhow::Result<RefinementSummary> {
         let mut summary = RefinementSummary::default();
-        let in_force: Vec<FullRig> = latest(site, &site.keys.full_rig())?;
+        let in_force: Vec<RigConfig> = latest(site, &site.keys.config_rig())?;
         if let Some((after, before)) = self.rig.as_ref().zip(in_force.first()) {
             summary.compare_rigs(&Rig::try_from(before)?, &Rig::try_from(after)?);
         }
         for after in &self.objects {
-            let key = site.keys.full_object(&after.id);
-            let in_force: Vec<FullObject> = latest(site, &key)?;
+            let key = site.keys.config_object(&after.id);
+            let in_force: Vec<ObjectConfig> = latest(site, &key)?;
             let after = ObjectModel::try_from(after)?;
             match in_force.first() {
                 Some(before) => summary.compare_objects(&ObjectModel::try_from(before)?, &after),
@@ -170,10 +170,10 @@ impl Models {
             return Ok(());
         }
         if let Some(rig) = &self.rig {
-            change(site, &site.keys.full_rig(), rig, format)?;
+            change(site, &site.keys.config_rig(), rig, format)?;
         }
         for object in &self.objects {
-            change(site, &site.keys.full_object(&object.id), object, format)?;
+            change(site, &site.keys.config_object(&object.id), object, format)?;
         }
         Ok(())
     }

@@ -44,10 +44,8 @@ pub fn findings(arguments: &SiteArguments) -> anyhow::Result<Vec<Finding>> {
     findings.extend(
         fusion
             .iter()
-            .flat_map(|status| status.faults.iter())
-            .map(|fault| {
-                Finding::warning("site", words::plain(fault), "`sextant top` shows the rest")
-            }),
+            .flat_map(words::findings)
+            .map(|finding| Finding::warning("site", finding, "`sextant top` shows the rest")),
     );
     findings.extend(cameras.iter().flat_map(|status| {
         let said = status.messages.iter();

@@ -1,6 +1,7 @@
 //! What is known of a site at a moment, from what its nodes say. Pure: time is an argument, and what comes is bounded.
 
 use crate::top::rows::{CameraRow, NodeRow, ObjectRow, SILENCE_S};
+use crate::words;
 use sextant_estimator::{CameraId, ObjectId};
 use sextant_proto::{
     CameraStatus, ClockReport, FusionStatus, KeyRef, Keys, NodeId, NodeKind, ObjectPose,
@@ -153,7 +154,10 @@ impl Board {
             None => self.silences(now_ns),
         };
         let fusion = self.fusion.iter();
-        faults.extend(fusion.flat_map(|(node, status)| said_by(node.as_str(), &status.faults)));
+        faults.extend(fusion.flat_map(|(node, status)| {
+            let findings = words::findings(status).into_iter();
+            findings.map(|finding| (node.to_string(), finding))
+        }));
         let cameras = self
             .cameras
             .iter()
@@ -186,7 +190,7 @@ impl Board {
 }
 
 fn said_by<'a>(who: &'a str, sentences: &'a [String]) -> impl Iterator<Item = (String, String)> {
-    let words = sentences.iter().map(|words| crate::words::plain(words));
+    let words = sentences.iter().map(|sentence| words::plain(sentence));
     words.map(move |words| (who.to_owned(), words))
 }
 
@@ -201,7 +205,7 @@ fn entry<K: Ord, R: Default>(rows: &mut BTreeMap<K, R>, key: K) -> Option<&mut R
 #[cfg(test)]
 pub mod tests {
     use super::*;
-    use sextant_estimator::State;
+    use sextant_estimator::{Fault, State};
     use sextant_proto::{
         CameraClock, CameraIntake, ClockQuality, ClockSource, Message, ObjectHealth, Rejections,
         encode,
@@ -218,7 +222,7 @@ pub mod tests {
         }
     }
 
-    fn fusion_status(objects: &[&str], faults: &[&str]) -> FusionStatus {
+    fn fusion_status(objects: &[&str], faults: Vec<Fault>) -> FusionStatus {
         let north = CameraIntake {
             camera: CameraId::new("north").unwrap(),
             received: 300,
@@ -244,7 +248,10 @@ pub mod tests {
             cameras: vec![north],
             foreign: Rejections::default(),
             objects: objects.iter().map(health).collect(),
-            faults: faults.iter().map(|words| (*words).to_owned()).collect(),
+            faults,
+            faults_left_out: 0,
+            imperfections: vec![],
+            notices: vec![],
         }
     }
 
@@ -291,10 +298,10 @@ pub mod tests {
             messages: vec![],
         };
         board.take(&item(keys.camera_status(&north), &status), NOW_NS);
-        let fusion = fusion_status(
-            &["ball", "cube"],
-            &["camera north is not where the rig says"],
-        );
+        let moved = Fault::CameraMoved {
+            camera: north.clone(),
+        };
+        let fusion = fusion_status(&["ball", "cube"], vec![moved]);
         board.take(&item(keys.fusion_status(&node), &fusion), NOW_NS);
         let clock = CameraClock {
             camera: north,
@@ -337,7 +344,7 @@ pub mod tests {
         let mut board = board();
         assert_eq!(
             words(&board, NOW_NS),
-            ["camera north is not where the rig says"]
+            ["camera north is not where the rig says: calibrate it again"]
         );
         let later = NOW_NS + 4_000_000_000;
         let said = words(&board, later);
@@ -366,7 +373,7 @@ pub mod tests {
     fn an_object_that_the_fusion_node_has_no_more_is_gone() {
         let mut board = board();
         let node = NodeId::new("fusion").unwrap();
-        let status = fusion_status(&["ball"], &[]);
+        let status = fusion_status(&["ball"], vec![]);
         let key = board.keys.fusion_status(&node);
         board.take(&item(key, &status), NOW_NS);
         let gone = |board: &Board| -> Vec<(String, Option<u64>)> {

@@ -59,7 +59,7 @@ impl LearnSession {
         let size = |at: usize| {
             let covariance = &solved.adjusted.solution.covariance;
             let sigma = covariance.sigma(KeptParameter::TagSize { tag: at })?;
-            Some((self.wanted[at].tag, sigma.min(1.0)))
+            Some((self.wanted[at].tag, sigma.min(1.0) * tags[at].size_m))
         };
         let sizes = (0..self.wanted.len()).filter_map(size);
         let object = object.with_tag_sigmas(stated)?.with_size_sigmas(sizes)?;

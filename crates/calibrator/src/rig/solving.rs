@@ -356,7 +356,11 @@ impl RigSession {
                 _ => {}
             }
             if placed.is_some() || measured.contains(&at) {
-                let is_learned = self.plan.object.size_sigma(&self.wanted[at].tag).is_some();
+                let is_learned = self
+                    .plan
+                    .object
+                    .size_sigma_m(&self.wanted[at].tag)
+                    .is_some();
                 if !is_learned {
                     priors.free_size(&mut tags, at);
                 }

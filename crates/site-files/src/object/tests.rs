@@ -66,21 +66,18 @@ fn how_well_a_tags_place_is_known_may_be_stated() {
 fn a_simulated_object_is_exact() {
     let object = parsed(&format!("exact = true{GOOD}")).unwrap();
     for tag in object.tags() {
-        assert_eq!(object.size_sigma(&tag.tag), Some(0.0));
+        assert_eq!(object.size_sigma_m(&tag.tag), Some(0.0));
         let sigma = object.tag_sigma(&tag.tag).unwrap();
         assert_eq!((sigma.position_m, sigma.orientation_rad), (0.0, 0.0));
     }
-    // A tag without a place has none that could be known.
-    let written = parsed(&object_toml(&object)).unwrap();
-    assert_eq!(written.size_sigma(&object.tags()[1].tag), Some(0.0));
+    assert_eq!(parsed(&object_toml(&object)).unwrap(), object);
 }
 
 #[test]
 fn the_sigma_of_a_size_is_read_in_metres() {
     let given = GOOD.replacen("size = 0.04\n", "size = 0.04\nsize_sigma = 0.0002\n", 1);
     let object = parsed(&given).unwrap();
-    let share = object.size_sigma(&object.tags()[0].tag).unwrap();
-    assert!((share - 0.005).abs() < 1e-12);
+    assert_eq!(object.size_sigma_m(&object.tags()[0].tag), Some(0.0002));
     assert_eq!(parsed(&object_toml(&object)).unwrap(), object);
     let message = parsed(&given.replace("0.0002", "0.5")).unwrap_err();
     assert!(message.contains("tag[0].size_sigma"), "{message}");

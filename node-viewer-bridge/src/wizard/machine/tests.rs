@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::wizard::samples;
-use sextant_proto::{FullObject, NodeId, Outcome as Answer, encode, fingerprint};
+use sextant_proto::{NodeId, ObjectConfig, Outcome as Answer, Refusal, encode, fingerprint};
 use std::time::Duration;
 
 const LEARN: &str = r#"{"do":"start","wizard":"learn","id":"cube","cameras":["a"],"tags":[
@@ -48,12 +48,12 @@ impl Bench {
         self.obey(&format!(r#"{{"do":"{word}"}}"#))
     }
 
-    fn told(&self) -> serde_json::Value {
-        serde_json::to_value(self.machine.account(0)).unwrap()
+    fn state(&self) -> serde_json::Value {
+        serde_json::to_value(self.machine.state(0)).unwrap()
     }
 
     fn stage(&self) -> String {
-        self.told()["stage"].as_str().unwrap().to_owned()
+        self.state()["stage"].as_str().unwrap().to_owned()
     }
 
     /// Learns the cube from these many images, up to the solve that is to be done.
@@ -92,13 +92,12 @@ impl Bench {
         let Product::Object(object) = &found.product else {
             panic!("no object");
         };
-        let payload = encode(&FullObject::from(object)).unwrap();
+        let payload = encode(&ObjectConfig::from(object)).unwrap();
         let answer = ConfigAnswer {
             node: NodeId::new(node).unwrap(),
             key: "config/object/cube".to_owned(),
             fingerprint: fingerprint(&payload),
             outcome,
-            words: "tag 3 belongs to another object".to_owned(),
         };
         self.machine.answered(&answer);
         self.machine.tick(self.now, self.has_folder);
@@ -108,8 +107,11 @@ impl Bench {
 #[test]
 fn a_wizard_goes_from_start_to_a_kept_result() {
     let mut bench = Bench::solved(&["main"], true);
-    assert_eq!(bench.told()["result"]["report"]["verdict"]["grade"], "good");
-    assert_eq!(bench.told()["result"]["file"], "cube.toml");
+    assert_eq!(
+        bench.state()["result"]["report"]["verdict"]["grade"],
+        "good"
+    );
+    assert_eq!(bench.state()["result"]["file"], "cube.toml");
     bench.say("keep").unwrap();
     assert!(matches!(bench.machine.take_jobs()[..], [Job::Publish(_)]));
     assert_eq!(bench.stage(), "keeping");
@@ -120,7 +122,7 @@ fn a_wizard_goes_from_start_to_a_kept_result() {
     );
     bench.machine.written(Ok("written".to_owned()));
     assert_eq!(bench.stage(), "kept");
-    assert_eq!(bench.told()["result"]["kept"].as_array().unwrap().len(), 2);
+    assert_eq!(bench.state()["result"]["kept"].as_array().unwrap().len(), 2);
     bench.say("discard").unwrap();
     assert_eq!(bench.stage(), "idle");
 }
@@ -145,12 +147,12 @@ fn what_cannot_be_solved_is_said_and_collecting_goes_on() {
     let cause = procedure.solve().unwrap_err().to_string();
     bench.machine.solved(number, Err(cause.clone()));
     assert_eq!(
-        (bench.stage().as_str(), &bench.told()["cause"]),
+        (bench.stage().as_str(), &bench.state()["cause"]),
         ("collecting", &cause.into())
     );
     assert!(bench.machine.is_collecting());
     bench.machine.image(&samples::image(0));
-    assert_eq!(bench.told()["progress"]["images"], 1);
+    assert_eq!(bench.state()["progress"]["images"], 1);
 }
 
 #[test]
@@ -174,11 +176,11 @@ fn a_refused_result_is_kept_nowhere() {
     let mut bench = Bench::solved(&["main"], true);
     bench.say("keep").unwrap();
     bench.machine.take_jobs();
-    bench.answer("main", Answer::Refused);
+    bench.answer("main", Answer::Refused(Refusal::NoCamera));
     assert_eq!(bench.stage(), "solved");
-    let cause = bench.told()["cause"].to_string();
+    let cause = bench.state()["cause"].to_string();
     assert!(
-        cause.contains("main refused it: tag 3 belongs to another object"),
+        cause.contains("main refused it: the rig has no camera"),
         "{cause}"
     );
     assert!(bench.machine.take_jobs().is_empty());
@@ -197,14 +199,14 @@ fn a_silent_node_is_named_and_does_not_keep_the_file_from_being_written() {
         .tick(bench.now + Duration::from_secs(10), true);
     assert!(matches!(bench.machine.take_jobs()[..], [Job::Write(_)]));
     bench.machine.written(Err("the disk is full".to_owned()));
-    let told = bench.told();
+    let state = bench.state();
     assert!(
-        told["result"]["kept"]
+        state["result"]["kept"]
             .to_string()
             .contains("spare has not answered"),
-        "{told}"
+        "{state}"
     );
-    assert_eq!(told["cause"], "the disk is full");
+    assert_eq!(state["cause"], "the disk is full");
 }
 
 #[test]
@@ -238,5 +240,5 @@ fn images_of_cameras_that_do_not_count_are_passed_over() {
     let mut foreign = samples::image(0);
     foreign.camera = "b".parse().unwrap();
     bench.machine.image(&foreign);
-    assert_eq!(bench.told()["progress"]["images"], 0);
+    assert_eq!(bench.state()["progress"]["images"], 0);
 }

@@ -1,11 +1,10 @@
-//! Rigs and objects to messages and back.
+//! Rigs to messages and back.
 
-use crate::messages::config::{
-    CameraConfig, LensConfig, ObjectConfig, ObjectTagConfig, PoseConfig, RigConfig,
+use crate::messages::pose_config::{PoseConfig, SigmaConfig};
+use crate::messages::rig_config::{
+    CameraConfig, ExposureConfig, LensConfig, LensSigmaConfig, RigConfig,
 };
-use sextant_estimator::{
-    Camera, CameraId, ObjectError, ObjectModel, ObjectTag, Rig, RigError, TagId,
-};
+use sextant_estimator::{Camera, CameraId, Exposure, LensSigma, Rig, RigError};
 use sextant_geometry::{Intrinsics, Lens, LensError, LensModel, Pose};
 
 /// A message whose cameras make no rig.
@@ -19,25 +18,36 @@ pub enum RigConfigError {
         /// What is wrong with it.
         source: LensError,
     },
-    /// Cameras that contradict each other.
+    /// Cameras that contradict each other, or a value that no rig file may have.
     #[error(transparent)]
     Rig(#[from] RigError),
 }
 
-impl From<&Rig> for RigConfig {
-    fn from(rig: &Rig) -> Self {
-        let cameras = rig.cameras().iter().map(CameraConfig::from).collect();
-        Self { cameras }
+impl RigConfigError {
+    /// The camera that it is about.
+    #[must_use]
+    pub fn camera(&self) -> &CameraId {
+        match self {
+            Self::Lens { camera, .. } => camera,
+            Self::Rig(error) => error.camera(),
+        }
     }
 }
 
-impl From<&Camera> for CameraConfig {
-    fn from(camera: &Camera) -> Self {
-        Self {
+impl From<&Rig> for RigConfig {
+    fn from(rig: &Rig) -> Self {
+        let cameras = rig.cameras().iter().map(|camera| CameraConfig {
             id: camera.id.clone(),
             resolution: camera.resolution,
             lens: LensConfig::from(&camera.lens),
+            lens_sigma: rig.lens_sigma(&camera.id).map(LensSigmaConfig::from),
             world_from_camera: camera.world_from_camera.as_ref().map(PoseConfig::from),
+            world_from_camera_sigma: rig.pose_sigma(&camera.id).map(SigmaConfig::from),
+            line_delay_s: rig.line_delay_s(&camera.id),
+            exposure: rig.exposure(&camera.id).map(ExposureConfig::from),
+        });
+        Self {
+            cameras: cameras.collect(),
         }
     }
 }
@@ -46,8 +56,20 @@ impl TryFrom<&RigConfig> for Rig {
     type Error = RigConfigError;
 
     fn try_from(message: &RigConfig) -> Result<Self, RigConfigError> {
-        let cameras: Result<_, _> = message.cameras.iter().map(camera).collect();
-        Ok(Self::new(cameras?)?)
+        let cameras: Result<Vec<Camera>, _> = message.cameras.iter().map(camera).collect();
+        let mut rig = Self::new(cameras?)?;
+        for one in &message.cameras {
+            let id = || one.id.clone();
+            let pose_sigma = one
+                .world_from_camera_sigma
+                .map(|sigma| (id(), sigma.into()));
+            rig = rig
+                .with_pose_sigmas(pose_sigma)?
+                .with_lens_sigmas(one.lens_sigma.map(|sigma| (id(), sigma.into())))?
+                .with_line_delays(one.line_delay_s.map(|delay_s| (id(), delay_s)))?
+                .with_exposures(one.exposure.map(|exposure| (id(), exposure.into())))?;
+        }
+        Ok(rig)
     }
 }
 
@@ -64,46 +86,38 @@ fn camera(message: &CameraConfig) -> Result<Camera, RigConfigError> {
     })
 }
 
-impl From<&ObjectModel> for ObjectConfig {
-    fn from(object: &ObjectModel) -> Self {
+impl From<LensSigma> for LensSigmaConfig {
+    fn from(sigma: LensSigma) -> Self {
         Self {
-            id: object.id().clone(),
-            tags: object.tags().iter().map(ObjectTagConfig::from).collect(),
+            focal_px: sigma.focal_px,
+            distortion_px: sigma.distortion_px,
         }
     }
 }
 
-impl From<&ObjectTag> for ObjectTagConfig {
-    fn from(tag: &ObjectTag) -> Self {
+impl From<LensSigmaConfig> for LensSigma {
+    fn from(message: LensSigmaConfig) -> Self {
         Self {
-            family: tag.tag.family,
-            id: tag.tag.id,
-            size_m: tag.size_m,
-            object_from_tag: tag.object_from_tag.as_ref().map(PoseConfig::from),
+            focal_px: message.focal_px,
+            distortion_px: message.distortion_px,
         }
     }
 }
 
-impl TryFrom<&ObjectConfig> for ObjectModel {
-    type Error = ObjectError;
-
-    fn try_from(message: &ObjectConfig) -> Result<Self, ObjectError> {
-        Self::new(
-            message.id.clone(),
-            message.tags.iter().map(ObjectTag::from).collect(),
-        )
+impl From<Exposure> for ExposureConfig {
+    fn from(exposure: Exposure) -> Self {
+        Self {
+            length_s: exposure.length_s,
+            stamp: exposure.stamp,
+        }
     }
 }
 
-impl From<&ObjectTagConfig> for ObjectTag {
-    fn from(message: &ObjectTagConfig) -> Self {
+impl From<ExposureConfig> for Exposure {
+    fn from(message: ExposureConfig) -> Self {
         Self {
-            tag: TagId {
-                family: message.family,
-                id: message.id,
-            },
-            size_m: message.size_m,
-            object_from_tag: message.object_from_tag.as_ref().map(Pose::from),
+            length_s: message.length_s,
+            stamp: message.stamp,
         }
     }
 }
@@ -177,22 +191,37 @@ mod tests {
         }
     }
 
-    #[test]
-    fn a_lens_that_is_none_makes_no_rig() {
-        let camera = CameraConfig {
+    fn rig() -> Rig {
+        let camera = Camera {
             id: CameraId::new("north").unwrap(),
             resolution: [640, 480],
-            lens: LensConfig::Pinhole {
-                fx: -1.0,
-                fy: 600.0,
-                cx: 0.0,
-                cy: 0.0,
-            },
+            lens: Lens::pinhole(INTRINSICS).unwrap(),
             world_from_camera: None,
         };
-        let rig = Rig::try_from(&RigConfig {
-            cameras: vec![camera],
-        });
-        assert!(matches!(rig, Err(RigConfigError::Lens { .. })));
+        Rig::new(vec![camera]).unwrap()
+    }
+
+    #[test]
+    fn a_lens_that_is_none_makes_no_rig() {
+        let mut message = RigConfig::from(&rig());
+        message.cameras[0].lens = LensConfig::Pinhole {
+            fx: -1.0,
+            fy: 600.0,
+            cx: 0.0,
+            cy: 0.0,
+        };
+        let refused = Rig::try_from(&message);
+        assert!(matches!(refused, Err(RigConfigError::Lens { .. })));
+    }
+
+    #[test]
+    fn what_no_file_may_give_no_message_may_either() {
+        let mut message = RigConfig::from(&rig());
+        message.cameras[0].line_delay_s = Some(1.0);
+        let refused = Rig::try_from(&message).unwrap_err().to_string();
+        assert!(
+            refused.contains("camera north: the line delay"),
+            "{refused}"
+        );
     }
 }

@@ -1,27 +1,28 @@
-//! The desk where changes of the rig and the objects are handed in: each is taken whole or refused whole, and answered.
+//! Changes of the rig and the objects: each is applied whole or refused whole, and answered.
 
 use crate::files::ModelFiles;
 use crate::formers::Formers;
 use crate::models::{Change, Models};
 use crate::pace::Pace;
-use sextant_proto::{KeyRef, Keys, Outcome, fingerprint, limits};
+use crate::refusals::{detail, undecodable};
+use sextant_proto::{DecodeError, KeyRef, Keys, Outcome, Refusal, fingerprint};
 use sextant_zenoh_bus::{Item, Payload};
 use std::time::Instant;
 
-/// Announcements and other messages that are no changes, passed over in one turn.
+/// Most announcements and other messages that are passed over in one turn.
 const PASSED_OVER: usize = 256;
 
-/// Who decides on changes, and what is in force.
-pub struct Desk {
+/// Decides on changes and holds the models in force.
+pub struct ChangeHandler {
     keys: Keys,
     models: Models,
     files: Option<ModelFiles>,
     formers: Formers,
-    /// Floods of changes shall not keep images waiting.
+    /// Keeps a flood of changes from delaying images.
     pace: Pace,
 }
 
-/// What becomes of a publication under a `config/` key.
+/// The decision on one publication under a `config/` key.
 #[derive(Debug, PartialEq)]
 pub struct Verdict {
     /// The key below the site.
@@ -30,23 +31,23 @@ pub struct Verdict {
     pub about: KeyRef,
     /// Of the payload.
     pub fingerprint: u64,
-    /// The outcome; a change that is to be made, or why there is none.
+    /// What is to be done.
     pub decision: Decision,
 }
 
 /// The decision on a change.
 #[derive(Debug, PartialEq)]
 pub enum Decision {
-    /// It is to be put in force; the models are changed already.
+    /// To be put in force; the models are changed already.
     Take(Change, Outcome),
-    /// It is in force already.
+    /// In force already.
     Same,
-    /// It is not to be put in force.
-    Refuse(String),
+    /// Refused.
+    Refuse(Refusal),
 }
 
-impl Desk {
-    /// A desk for the models in force; `files` where changes shall outlive the process.
+impl ChangeHandler {
+    /// A handler of the models in force; with `files`, changes outlive the process.
     pub fn new(keys: Keys, models: Models, files: Option<ModelFiles>) -> Self {
         Self {
             keys,
@@ -99,14 +100,7 @@ impl Desk {
     /// What somebody wants changed; none for what is no key of the configuration, and for what a fusion node announces.
     fn change_of(&self, item: &Item) -> Option<KeyRef> {
         let about = self.keys.parse(&item.key)?;
-        let is_config = matches!(
-            about,
-            KeyRef::ConfigRig
-                | KeyRef::ConfigObject(_)
-                | KeyRef::ConfigArticulated(_)
-                | KeyRef::FullRig
-                | KeyRef::FullObject(_)
-        );
+        let is_config = matches!(about, KeyRef::ConfigRig | KeyRef::ConfigObject(_));
         let sender = item.sender.as_deref().unwrap_or_default();
         (is_config && !sender.starts_with(ANNOUNCED)).then_some(about)
     }
@@ -116,19 +110,19 @@ impl Desk {
         about: &KeyRef,
         payload: &Payload,
         now_ns: u64,
-    ) -> Result<Decision, String> {
+    ) -> Result<Decision, Refusal> {
         let bytes = match payload {
             Payload::Bytes(bytes) => bytes,
-            Payload::TooLong(length) => return Err(format!("{length} bytes are too long")),
+            Payload::TooLong(length) => return Err(undecodable(DecodeError::TooLong(*length))),
         };
-        self.make(Change::read(about, bytes, &self.models)?, now_ns)
+        self.make(Change::read(about, bytes)?, now_ns)
     }
 
     /// Makes a change at `now_ns`, whole or not at all.
     ///
     /// # Errors
-    /// In words, why it can't be made.
-    pub fn make(&mut self, change: Change, now_ns: u64) -> Result<Decision, String> {
+    /// Why it cannot be made.
+    pub fn make(&mut self, change: Change, now_ns: u64) -> Result<Decision, Refusal> {
         let Some(after) = self.models.changed(&change)? else {
             return Ok(Decision::Same);
         };
@@ -136,7 +130,9 @@ impl Desk {
             None => Outcome::Taken,
             Some(files) => {
                 let kept = files.keep(&change);
-                kept.map_err(|cause| format!("it cannot be kept: {cause}"))?;
+                kept.map_err(|cause| Refusal::NotStored {
+                    detail: detail(&cause),
+                })?;
                 Outcome::Kept
             }
         };
@@ -150,15 +146,12 @@ impl Desk {
 pub const ANNOUNCED: &str = "fusion/";
 
 impl Verdict {
-    /// The outcome and its words, as long as an answer may be.
-    pub fn outcome(&self) -> (Outcome, String) {
+    /// What the node answers.
+    pub fn outcome(&self) -> Outcome {
         match &self.decision {
-            Decision::Take(_, outcome) => (*outcome, String::new()),
-            Decision::Same => (Outcome::Same, String::new()),
-            Decision::Refuse(cause) => (
-                Outcome::Refused,
-                limits::clipped(cause, limits::MAX_SENTENCE_BYTES),
-            ),
+            Decision::Take(_, outcome) => outcome.clone(),
+            Decision::Same => Outcome::Same,
+            Decision::Refuse(refusal) => Outcome::Refused(refusal.clone()),
         }
     }
 }
@@ -184,10 +177,10 @@ mod tests {
         ObjectConfig::from(&parse_object(Path::new("o"), &text).unwrap())
     }
 
-    fn desk() -> Desk {
+    fn handler() -> ChangeHandler {
         let rig = parse_rig(Path::new("r"), RIG).unwrap();
         let objects = Vec::new();
-        Desk::new(Keys::new("lab").unwrap(), Models { rig, objects }, None)
+        ChangeHandler::new(Keys::new("lab").unwrap(), Models { rig, objects }, None)
     }
 
     fn item(id: &str, message: &ObjectConfig, sender: Option<&str>) -> Item {
@@ -200,79 +193,81 @@ mod tests {
 
     #[test]
     fn a_change_is_taken_once_and_then_the_same() {
-        let mut desk = desk();
+        let mut handler = handler();
         let cube = item("cube", &object("cube", 1), Some("somebody"));
-        let verdict = desk.decide(&cube, 1).unwrap();
+        let verdict = handler.decide(&cube, 1).unwrap();
         assert!(matches!(
             verdict.decision,
             Decision::Take(Change::Object(_), Outcome::Taken)
         ));
         assert_eq!(verdict.key, "config/object/cube");
         assert_eq!(verdict.fingerprint, fingerprint(cube.bytes().unwrap()));
-        assert_eq!(desk.decide(&cube, 1).unwrap().decision, Decision::Same);
-        assert_eq!(desk.models().objects.len(), 1);
+        assert_eq!(handler.decide(&cube, 1).unwrap().decision, Decision::Same);
+        assert_eq!(handler.models().objects.len(), 1);
     }
 
     #[test]
     fn what_is_refused_leaves_everything_as_it_was() {
-        let mut desk = desk();
-        desk.decide(&item("cube", &object("cube", 1), None), 1);
-        let before = desk.models().clone();
-        let verdict = desk.decide(&item("ball", &object("ball", 1), None), 1);
-        let (outcome, words) = verdict.unwrap().outcome();
-        assert_eq!(outcome, Outcome::Refused);
-        assert_eq!(
-            words,
-            "tag tag36h11:1 is on object cube and on object ball: print another id for one of them"
-        );
+        let mut handler = handler();
+        handler.decide(&item("cube", &object("cube", 1), None), 1);
+        let before = handler.models().clone();
+        let verdict = handler.decide(&item("ball", &object("ball", 1), None), 1);
+        let outcome = verdict.unwrap().outcome();
+        assert!(matches!(
+            outcome,
+            Outcome::Refused(Refusal::SharedTag { .. })
+        ));
         let garbage = Item {
             key: "sextant/v1/lab/config/rig".to_owned(),
             payload: Payload::TooLong(1 << 20),
             sender: None,
         };
-        let refused = desk.decide(&garbage, 1).unwrap().outcome();
-        assert_eq!(refused.0, Outcome::Refused);
-        assert_eq!(*desk.models(), before);
+        let refused = handler.decide(&garbage, 1).unwrap().outcome();
+        assert!(matches!(
+            refused,
+            Outcome::Refused(Refusal::Undecodable { .. })
+        ));
+        assert_eq!(*handler.models(), before);
     }
 
     /// Ten times as many changes as the queue holds: one is taken, and the next only after a pause.
     #[test]
     fn a_flood_of_changes_is_taken_one_at_a_time() {
-        let mut desk = desk();
+        let mut handler = handler();
         let announced = item("cube", &object("cube", 1), Some("fusion/main"));
         let change = item("cube", &object("cube", 1), Some("somebody"));
         let flood = (0..2560).map(|n| if n % 2 == 0 { &announced } else { &change });
         let mut queue = flood.cloned();
         let start = Instant::now();
-        assert_eq!(desk.next(start, || queue.next()), Some(change.clone()));
+        assert_eq!(handler.next(start, || queue.next()), Some(change.clone()));
         assert_eq!(queue.len(), 2558);
         let slow = Duration::from_millis(20);
-        desk.rest(start, start + slow);
-        assert_eq!(desk.next(start + slow, || queue.next()), None);
-        assert_eq!(desk.next(start + 9 * slow, || queue.next()), None);
+        handler.rest(start, start + slow);
+        assert_eq!(handler.next(start + slow, || queue.next()), None);
+        assert_eq!(handler.next(start + 9 * slow, || queue.next()), None);
         assert_eq!(queue.len(), 2558);
-        assert!(desk.next(start + 10 * slow, || queue.next()).is_some());
+        assert!(handler.next(start + 10 * slow, || queue.next()).is_some());
         assert_eq!(queue.len(), 2556);
     }
 
     #[test]
     fn what_is_no_change_is_passed_over_in_bounded_number() {
-        let desk = desk();
+        let handler = handler();
         let announced = item("cube", &object("cube", 1), Some("fusion/main"));
         let mut queue = std::iter::repeat_n(announced, 10 * PASSED_OVER);
-        assert_eq!(desk.next(Instant::now(), || queue.next()), None);
+        assert_eq!(handler.next(Instant::now(), || queue.next()), None);
         assert_eq!(queue.len(), 9 * PASSED_OVER);
     }
 
     #[test]
     fn announcements_and_other_keys_are_no_changes() {
-        let mut desk = desk();
+        let mut handler = handler();
         let announced = item("cube", &object("cube", 1), Some("fusion/other"));
-        assert!(desk.decide(&announced, 1).is_none());
+        assert!(handler.decide(&announced, 1).is_none());
         let elsewhere = Item {
             key: "sextant/v1/lab/config/else".to_owned(),
             ..announced
         };
-        assert!(desk.decide(&elsewhere, 1).is_none());
+        assert!(handler.decide(&elsewhere, 1).is_none());
     }
 }

@@ -1,12 +1,12 @@
-//! The rig and the objects that a site works with, as its fusion node last read them.
+//! The cameras of a site: everything that its rig file can say.
 
 use crate::check::{self, OutOfRange, holds};
 use crate::envelope::{Kind, Message};
-use crate::limits::{MAX_CAMERAS, MAX_OBJECT_TAGS};
+use crate::limits::MAX_CAMERAS;
+use crate::messages::pose_config::{PoseConfig, SigmaConfig};
 use crate::wire;
 use serde::{Deserialize, Serialize};
-use sextant_estimator::{CameraId, ObjectId};
-use sextant_tag_families::Family;
+use sextant_estimator::{CameraId, Stamp};
 
 /// The cameras of a site.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -16,7 +16,7 @@ pub struct RigConfig {
     pub cameras: Vec<CameraConfig>,
 }
 
-/// One camera of a site.
+/// One camera of a site; optional fields are none where the file does not give them.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct CameraConfig {
     /// Its id.
@@ -25,8 +25,16 @@ pub struct CameraConfig {
     pub resolution: [u32; 2],
     /// Its lens.
     pub lens: LensConfig,
+    /// Standard deviations of the lens.
+    pub lens_sigma: Option<LensSigmaConfig>,
     /// `world_from_camera`; none until calibrated.
     pub world_from_camera: Option<PoseConfig>,
+    /// Standard deviation of that pose.
+    pub world_from_camera_sigma: Option<SigmaConfig>,
+    /// Seconds from one row of an image to the next, negative where the bottom row is read first; none for a global shutter.
+    pub line_delay_s: Option<f64>,
+    /// How its images are exposed and stamped.
+    pub exposure: Option<ExposureConfig>,
 }
 
 /// A lens; on the wire the number of the variant, from 0. Focal lengths and centre in pixels.
@@ -54,36 +62,22 @@ pub enum LensConfig {
     },
 }
 
-/// A rigid motion `a_from_b`.
+/// Standard deviations of a lens, pixels; 0 where it is exact.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct PoseConfig {
-    /// b's origin in a, metres.
-    pub position: [f64; 3],
-    /// b's axes in a, x, y, z, w.
-    pub orientation: [f64; 4],
+pub struct LensSigmaConfig {
+    /// Of fx and fy together.
+    pub focal_px: f64,
+    /// Of the distortion, at the image's corners.
+    pub distortion_px: f64,
 }
 
-/// One object and its tags.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct ObjectConfig {
-    /// Its id.
-    pub id: ObjectId,
-    /// Its tags, in the order of its file.
-    #[serde(deserialize_with = "wire::list::at_most::<_, _, MAX_OBJECT_TAGS>")]
-    pub tags: Vec<ObjectTagConfig>,
-}
-
-/// One tag of an object.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct ObjectTagConfig {
-    /// Its family, on the wire the name.
-    pub family: Family,
-    /// Its number within the family.
-    pub id: u32,
-    /// Edge of its black square, metres.
-    pub size_m: f64,
-    /// `object_from_tag`; none until learned.
-    pub object_from_tag: Option<PoseConfig>,
+/// The exposure of a camera's images.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct ExposureConfig {
+    /// How long a row is exposed, seconds; an image that gives its own exposure overrides it.
+    pub length_s: f64,
+    /// The moment of the exposure that time stamps are of; on the wire the number of the variant, from 0.
+    pub stamp: Stamp,
 }
 
 impl Message for RigConfig {
@@ -95,38 +89,22 @@ impl Message for RigConfig {
     }
 }
 
-impl Message for ObjectConfig {
-    const KIND: Kind = Kind::ObjectConfig;
-
-    fn check(&self) -> Result<(), OutOfRange> {
-        holds(self.tags.len() <= MAX_OBJECT_TAGS, "tags")?;
-        self.tags.iter().try_for_each(ObjectTagConfig::check)
-    }
-}
-
 impl CameraConfig {
-    pub(crate) fn check(&self) -> Result<(), OutOfRange> {
+    fn check(&self) -> Result<(), OutOfRange> {
         holds(!self.resolution.contains(&0), "cameras[].resolution")?;
         check::finite(&self.lens.numbers(), "cameras[].lens")?;
-        PoseConfig::check(self.world_from_camera, "cameras[].world_from_camera")
-    }
-}
-
-impl ObjectTagConfig {
-    pub(crate) fn check(&self) -> Result<(), OutOfRange> {
-        holds(
-            self.size_m.is_finite() && self.size_m > 0.0,
-            "tags[].size_m",
+        if let Some(sigma) = self.lens_sigma {
+            check::amount(sigma.focal_px, "cameras[].lens_sigma")?;
+            check::amount(sigma.distortion_px, "cameras[].lens_sigma")?;
+        }
+        PoseConfig::check(self.world_from_camera, "cameras[].world_from_camera")?;
+        SigmaConfig::check(
+            self.world_from_camera_sigma,
+            "cameras[].world_from_camera_sigma",
         )?;
-        PoseConfig::check(self.object_from_tag, "tags[].object_from_tag")
-    }
-}
-
-impl PoseConfig {
-    pub(crate) fn check(pose: Option<Self>, field: &'static str) -> Result<(), OutOfRange> {
-        let Some(pose) = pose else { return Ok(()) };
-        check::placement(pose.position, field)?;
-        check::orientation(pose.orientation, field)
+        check::finite(self.line_delay_s.as_slice(), "cameras[].line_delay_s")?;
+        let length_s = self.exposure.map_or(0.0, |exposure| exposure.length_s);
+        check::amount(length_s, "cameras[].exposure")
     }
 }
 

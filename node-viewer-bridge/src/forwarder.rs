@@ -11,9 +11,8 @@ use crate::{link_frames, translate};
 use sextant_estimator::{ImageObservation, ObjectId, ObjectModel, Rig};
 use sextant_process::fail_point;
 use sextant_proto::{
-    ArticulatedConfig, CameraStatus, ClockReport, ConfigAnswer, DetectionReport, FullObject,
-    FullRig, FusionStatus, NodeId, ObjectConfig, ObjectLinks, ObjectPose, ObjectTruth,
-    Observations, Preview, Proposal, RigConfig, decode,
+    CameraStatus, ClockReport, ConfigAnswer, DetectionReport, FusionStatus, NodeId, ObjectConfig,
+    ObjectLinks, ObjectPose, ObjectTruth, Observations, Preview, Proposal, RigConfig, decode,
 };
 use sextant_proto::{DecodeError, KeyRef, Keys, NodeKind};
 use sextant_zenoh_bus::{Item, Payload, Presence};
@@ -24,14 +23,14 @@ use std::time::Instant;
 /// Signature of what fusion nodes announce (proto/CONTRACT.md).
 const ANNOUNCED: &str = "fusion/";
 
-/// Takes what arrives; counts what it cannot show.
-pub(crate) struct Intake {
+/// Decodes messages and forwards them to the hub and the wizards; counts those that it cannot show.
+pub(crate) struct Forwarder {
     keys: Keys,
     shared: Arc<Shared>,
     inventory: Mutex<Inventory>,
 }
 
-impl Intake {
+impl Forwarder {
     pub(crate) fn new(keys: Keys, shared: Arc<Shared>) -> Self {
         Self {
             keys,
@@ -52,7 +51,7 @@ impl Intake {
         }
     }
 
-    /// Somebody came or went; tells which kind of node came.
+    /// Takes a change of liveliness; returns the kind of a node that appeared.
     pub(crate) fn presence(&self, presence: &Presence) -> Option<NodeKind> {
         let (key, up) = match presence {
             Presence::Joined(key) => (key, true),
@@ -126,11 +125,17 @@ impl Intake {
                 let message: ClockReport = read(bytes, node, |m: &ClockReport| &m.node)?;
                 self.show(Slot::Clocks(node.to_string()), &Message::Clocks(&message))
             }
-            KeyRef::ConfigRig
-            | KeyRef::ConfigObject(_)
-            | KeyRef::ConfigArticulated(_)
-            | KeyRef::FullRig
-            | KeyRef::FullObject(_) => self.take_models(key, bytes, item.sender.as_deref()),
+            KeyRef::ConfigRig => {
+                let message: RigConfig = decode(bytes).map_err(Rejection::Undecodable)?;
+                if let Ok(rig) = Rig::try_from(&message) {
+                    self.shared.wizard.take_rig(rig);
+                }
+                self.show(Slot::Rig, &translate::rig(&message))
+            }
+            KeyRef::ConfigObject(object) => {
+                let message: ObjectConfig = read(bytes, object, |m: &ObjectConfig| &m.id)?;
+                self.take_object(&message, item.sender.as_deref().unwrap_or_default())
+            }
             KeyRef::Links(object) => {
                 let message: ObjectLinks = read(bytes, object, |m: &ObjectLinks| &m.object)?;
                 self.show_links(&message)
@@ -150,14 +155,14 @@ impl Intake {
                 let proposal = read(bytes, node, |m: &Proposal| &m.node)?;
                 self.take_offer(Offer::Former, proposal)
             }
-            // What is former is taken back together.
+            // The page reverts by the proposal under `former`.
             KeyRef::FormerRig(_) | KeyRef::FormerObject(..) => Ok(()),
         }
     }
 
     /// What a fusion node offers to be put in force.
     fn take_offer(&self, offer: Offer, proposal: Proposal) -> Result<(), Rejection> {
-        let objects = proposal.full_objects().map_err(Rejection::Undecodable)?;
+        let objects = proposal.object_configs().map_err(Rejection::Undecodable)?;
         let models = Models {
             node: &proposal.node,
             t_ns: proposal.t_ns,
@@ -179,53 +184,8 @@ impl Intake {
     /// A node that is gone offers nothing.
     fn forget_offers(&self, node: &NodeId) {
         for offer in [Offer::Refinement, Offer::Former] {
-            // There was a place for it, or nobody heard of it.
+            // There was room for it, or it was never shown.
             let _ = self.take_offer(offer, Proposal::none(node.clone(), 0));
-        }
-    }
-
-    /// What the site is made of: the plain messages are shown, the full ones are for the wizards.
-    fn take_models(
-        &self,
-        key: &KeyRef,
-        bytes: &[u8],
-        sender: Option<&str>,
-    ) -> Result<(), Rejection> {
-        match key {
-            KeyRef::ConfigRig => {
-                let message: RigConfig = decode(bytes).map_err(Rejection::Undecodable)?;
-                if let Ok(rig) = Rig::try_from(&message) {
-                    self.shared.wizard.take_cameras(rig);
-                }
-                self.show(Slot::Rig, &translate::rig(&message))
-            }
-            KeyRef::ConfigObject(object) => {
-                let message: ObjectConfig = read(bytes, object, |m: &ObjectConfig| &m.id)?;
-                self.take_object(&message, sender.unwrap_or_default())
-            }
-            KeyRef::ConfigArticulated(object) => {
-                let message: ArticulatedConfig =
-                    read(bytes, object, |m: &ArticulatedConfig| &m.id)?;
-                link_frames::parts(&message)
-                    .into_iter()
-                    .try_for_each(|part| self.show_part(part))
-            }
-            KeyRef::FullRig => {
-                let message: FullRig = decode(bytes).map_err(Rejection::Undecodable)?;
-                if let Ok(rig) = Rig::try_from(&message) {
-                    self.shared.wizard.take_rig(rig);
-                }
-                Ok(())
-            }
-            KeyRef::FullObject(object) => {
-                let message: FullObject = read(bytes, object, |m: &FullObject| &m.id)?;
-                if let Ok(model) = ObjectModel::try_from(&message) {
-                    self.shared.wizard.take_object(model);
-                }
-                Ok(())
-            }
-            // Any other key is of something else.
-            _ => Ok(()),
         }
     }
 
@@ -248,20 +208,24 @@ impl Intake {
             .unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// One without tags is none: a fusion node says so. Where somebody else asks for its removal, the fusion nodes' statuses
-    /// say whether it is gone.
+    /// A removal counts when a fusion node announces it. Where somebody else asks for one, the fusion nodes' statuses show whether the
+    /// object is gone.
     fn take_object(&self, object: &ObjectConfig, sender: &str) -> Result<(), Rejection> {
-        if !object.tags.is_empty() {
-            if let Ok(model) = ObjectModel::try_from(object) {
-                self.shared.wizard.take_tags(model);
+        if object.is_removal() {
+            if sender.starts_with(ANNOUNCED) {
+                self.forget(&object.id);
             }
+            return Ok(());
+        }
+        if let Ok(model) = ObjectModel::try_from(object) {
+            self.shared.wizard.take_object(model);
+        }
+        if object.links.is_empty() {
             let slot = Slot::Object(object.id.to_string());
             return self.show(slot, &translate::object(object));
         }
-        if sender.starts_with(ANNOUNCED) {
-            self.forget(&object.id);
-        }
-        Ok(())
+        let parts = link_frames::parts(object);
+        parts.into_iter().try_for_each(|part| self.show_part(part))
     }
 
     fn show_part(&self, part: Part) -> Result<(), Rejection> {
@@ -299,9 +263,9 @@ impl Intake {
     /// To the wizard that may be at work.
     fn offer(&self, message: &Observations) {
         let resolution = message.resolution.map(u32::from);
-        let desk = &self.shared.wizard;
-        desk.take_resolution(&message.camera, resolution);
-        desk.offer(|| with_real_tags(ImageObservation::from(message)));
+        let service = &self.shared.wizard;
+        service.take_resolution(&message.camera, resolution);
+        service.offer(|| with_real_tags(ImageObservation::from(message)));
     }
 
     fn show(&self, slot: Slot, message: &Message<'_>) -> Result<(), Rejection> {
@@ -347,7 +311,7 @@ fn read<M: sextant_proto::Message, Id: PartialEq>(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use sextant_proto::encode;
+    use sextant_proto::{ObjectTagConfig, encode};
 
     fn truth() -> ObjectTruth {
         ObjectTruth {
@@ -363,9 +327,9 @@ mod tests {
     /// What clients hear, and what was counted, after these payloads under keys of site `demo`.
     fn after(payloads: &[(&str, Payload)]) -> (Vec<String>, serde_json::Value) {
         let shared = Arc::new(Shared::for_tests());
-        let intake = Intake::new(Keys::new("demo").unwrap(), Arc::clone(&shared));
+        let forwarder = Forwarder::new(Keys::new("demo").unwrap(), Arc::clone(&shared));
         for (key, payload) in payloads {
-            intake.take(&Item {
+            forwarder.take(&Item {
                 key: format!("sextant/v1/demo/{key}"),
                 payload: payload.clone(),
                 sender: None,
@@ -408,28 +372,23 @@ mod tests {
     #[test]
     fn an_object_that_its_fusion_node_denies_is_gone() {
         let shared = Arc::new(Shared::for_tests());
-        let intake = Intake::new(Keys::new("demo").unwrap(), Arc::clone(&shared));
-        let tag = sextant_proto::ObjectTagConfig {
-            family: sextant_tag_families::Family::Tag36h11,
-            id: 3,
-            size_m: 0.04,
-            object_from_tag: None,
-        };
-        let heard_after = |n_tags, sender: Option<&str>| {
+        let forwarder = Forwarder::new(Keys::new("demo").unwrap(), Arc::clone(&shared));
+        let cube = ObjectConfig::from(&crate::wizard::samples::cube());
+        let heard_after = |tags: &[ObjectTagConfig], sender: Option<&str>| {
             let config = ObjectConfig {
-                id: ObjectId::new("cube").unwrap(),
-                tags: vec![tag.clone(); n_tags],
+                tags: tags.to_vec(),
+                ..cube.clone()
             };
-            intake.take(&Item {
+            forwarder.take(&Item {
                 key: "sextant/v1/demo/config/object/cube".to_owned(),
                 payload: Payload::Bytes(encode(&config).unwrap()),
                 sender: sender.map(str::to_owned),
             });
             shared.hub.newest_texts().len()
         };
-        assert_eq!(heard_after(1, None), 1);
-        assert_eq!(heard_after(0, Some("somebody")), 1);
-        assert_eq!(heard_after(0, Some("fusion/main")), 0);
+        assert_eq!(heard_after(&cube.tags, None), 1);
+        assert_eq!(heard_after(&[], Some("somebody")), 1);
+        assert_eq!(heard_after(&[], Some("fusion/main")), 0);
     }
 
     #[test]

@@ -1,4 +1,4 @@
-//! What clients are told of a wizard: the message `wizard` of `PROTOCOL.md`.
+//! The state of a wizard as clients receive it: the message `wizard` of `PROTOCOL.md`.
 
 use super::publication::file_of;
 use crate::message::{ObjectTag, RigCamera};
@@ -10,7 +10,7 @@ use sextant_proto::{ObjectConfig, RigConfig};
 
 /// The message, as it is written.
 #[derive(Debug, Serialize)]
-pub(crate) struct Account {
+pub(crate) struct WizardState {
     wizard: Option<Kind>,
     stage: &'static str,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -69,7 +69,7 @@ impl Serialize for Model {
     }
 }
 
-impl Account {
+impl WizardState {
     /// There is no wizard at work.
     pub(super) fn idle() -> Self {
         Self {

@@ -1,14 +1,14 @@
-//! The desk: where commands are answered, images and news of the site handed in, and the wizard's thread finds its work.
+//! The interface of the wizards: takes commands, images and what is known of the site, and hands jobs to the wizard's thread.
 //!
-//! The network's threads take the lock of what is known, and that of the answers, only: neither is ever held while a file is
-//! read, an image is looked at or a command obeyed.
+//! The network's threads only lock what is known and the answers: neither lock is held while a file is read, an image is evaluated or a
+//! command is executed.
 
-use super::account::Account;
 use super::command::{Command, Refusal};
 use super::known::Known;
 use super::machine::{Job, Machine, Site};
 use super::offers::{Offer, Offers};
 use super::publication::Outgoing;
+use super::state::WizardState;
 use sextant_calibrator::procedure::Outcome;
 use sextant_estimator::{CameraId, ImageObservation, ObjectId, ObjectModel, Rig};
 use sextant_proto::{ConfigAnswer, NodeId, Proposal};
@@ -27,7 +27,7 @@ const MOST_ANSWERS: usize = 256;
 
 /// One for the whole bridge.
 #[derive(Debug)]
-pub(crate) struct Desk {
+pub(crate) struct WizardService {
     machine: Mutex<Machine>,
     known: Mutex<Known>,
     answers: Mutex<VecDeque<ConfigAnswer>>,
@@ -35,14 +35,14 @@ pub(crate) struct Desk {
     folder: Option<PathBuf>,
     images: SyncSender<Box<ImageObservation>>,
     worker: Mutex<Option<Receiver<Box<ImageObservation>>>>,
-    /// Whether images are wanted: looked at for every image, without the lock.
+    /// Whether images are collected: read for every image without the lock.
     is_collecting: AtomicBool,
     missed: AtomicU64,
     offers: Mutex<Offers>,
     outgoing: Mutex<VecDeque<Outgoing>>,
 }
 
-impl Desk {
+impl WizardService {
     pub(crate) fn new(folder: Option<PathBuf>) -> Self {
         let (images, worker) = sync_channel(QUEUE);
         Self {
@@ -59,7 +59,7 @@ impl Desk {
         }
     }
 
-    /// Obeys a command, or says why not. May read a file.
+    /// Executes a command, or returns why not. May read a file.
     pub(crate) fn command(&self, command: &Command) -> Result<(), Refusal> {
         match command {
             Command::ApplyRefinement { node } => return self.accept(node, Offer::Refinement),
@@ -86,7 +86,7 @@ impl Desk {
         answer
     }
 
-    /// Sends what a fusion node offers on its way; what becomes of it the node's status says.
+    /// Publishes what a fusion node offers; the node's status shows the outcome.
     fn accept(&self, node: &NodeId, offer: Offer) -> Result<(), Refusal> {
         let changes = locked(&self.offers).changes(node, offer)?;
         let mut outgoing = locked(&self.outgoing);
@@ -104,7 +104,7 @@ impl Desk {
         locked(&self.offers).take(offer, proposal);
     }
 
-    /// The rig in force, with what besides the folder's file states of it; that of the folder while there is no fusion node.
+    /// The rig in force, completed by the folder's file; the folder's rig while there is no fusion node.
     fn rig_of_site(&self, known: &Known) -> Result<Rig, Refusal> {
         let file = self.folder.as_ref().map(|folder| folder.join("rig.toml"));
         let kept = match file.filter(|file| file.exists()) {
@@ -117,7 +117,7 @@ impl Desk {
         })
     }
 
-    /// An image came. Never waits: one that finds no place is missed.
+    /// Queues an image. Never waits: an image that finds no room is missed and counted.
     pub(crate) fn offer(&self, image: impl FnOnce() -> ImageObservation) {
         if self.is_collecting.load(Ordering::Relaxed)
             && self.images.try_send(Box::new(image())).is_err()
@@ -126,36 +126,17 @@ impl Desk {
         }
     }
 
-    /// The rig in force, with all that is stated of it.
+    /// The rig in force.
     pub(crate) fn take_rig(&self, rig: Rig) {
         self.known().rig = Some(rig);
     }
 
-    /// The cameras in force, without what is stated of them.
-    pub(crate) fn take_cameras(&self, rig: Rig) {
-        let known = &mut self.known().rig;
-        *known = Some(match known.take() {
-            Some(before) => rig.holding_on_to(&before),
-            None => rig,
-        });
-    }
-
-    /// An object in force, with all that is stated of it.
+    /// An object in force.
     pub(crate) fn take_object(&self, object: ObjectModel) {
         self.known().take_object(object);
     }
 
-    /// The tags of an object in force, without what is stated of them.
-    pub(crate) fn take_tags(&self, object: ObjectModel) {
-        let mut known = self.known();
-        let held = match known.object(object.id()) {
-            Some(before) => object.holding_on_to(before),
-            None => object,
-        };
-        known.take_object(held);
-    }
-
-    /// These objects exist, as a fusion node says.
+    /// Marks objects that a fusion node lists as existing.
     pub(crate) fn confirm_objects(&self, objects: &BTreeSet<&str>) {
         self.known().confirm_objects(objects);
     }
@@ -224,12 +205,12 @@ impl Desk {
         machine.take_jobs()
     }
 
-    /// What to tell clients, if there is something new.
-    pub(super) fn news(&self) -> Option<Account> {
+    /// The state for the clients, if it has changed.
+    pub(super) fn news(&self) -> Option<WizardState> {
         let mut machine = self.machine();
         let missed = self.missed.load(Ordering::Relaxed);
         let is_news = machine.take_news();
-        is_news.then(|| machine.account(missed))
+        is_news.then(|| machine.state(missed))
     }
 
     fn machine(&self) -> MutexGuard<'_, Machine> {
@@ -256,33 +237,33 @@ mod tests {
     const LENS: &str = r#"{"do":"start","wizard":"lens","camera":"a",
         "board":{"grid":{"columns":5,"rows":6,"size_m":0.028}}}"#;
 
-    fn obey(desk: &Desk, text: &str) -> Result<(), Refusal> {
-        desk.command(&Command::parse(text.as_bytes()).unwrap())
+    fn obey(service: &WizardService, text: &str) -> Result<(), Refusal> {
+        service.command(&Command::parse(text.as_bytes()).unwrap())
     }
 
     #[test]
     fn images_beyond_the_queue_are_missed_and_counted() {
-        let desk = Desk::new(None);
-        desk.offer(|| panic!("nobody asked for it"));
-        desk.take_rig(samples::rig());
-        obey(&desk, LENS).unwrap();
-        (0..QUEUE as u64 + 7).for_each(|step| desk.offer(|| samples::image(step)));
-        let told = serde_json::to_value(desk.news().unwrap()).unwrap();
-        assert_eq!(told["missed"], 7);
-        obey(&desk, r#"{"do":"discard"}"#).unwrap();
-        obey(&desk, LENS).unwrap();
-        let told = serde_json::to_value(desk.news().unwrap()).unwrap();
-        assert_eq!(told["missed"], 0);
+        let service = WizardService::new(None);
+        service.offer(|| panic!("nobody asked for it"));
+        service.take_rig(samples::rig());
+        obey(&service, LENS).unwrap();
+        (0..QUEUE as u64 + 7).for_each(|step| service.offer(|| samples::image(step)));
+        let state = serde_json::to_value(service.news().unwrap()).unwrap();
+        assert_eq!(state["missed"], 7);
+        obey(&service, r#"{"do":"discard"}"#).unwrap();
+        obey(&service, LENS).unwrap();
+        let state = serde_json::to_value(service.news().unwrap()).unwrap();
+        assert_eq!(state["missed"], 0);
     }
 
     #[test]
     fn a_damaged_rig_file_is_named_at_the_start_and_hinders_nothing_else() {
         let folder = tempfile::tempdir().unwrap();
         std::fs::write(folder.path().join("rig.toml"), "camera = 3").unwrap();
-        let desk = Desk::new(Some(folder.path().to_owned()));
-        let refused = obey(&desk, LENS).unwrap_err();
+        let service = WizardService::new(Some(folder.path().to_owned()));
+        let refused = obey(&service, LENS).unwrap_err();
         assert!(refused.cause.contains("rig.toml"), "{}", refused.cause);
-        obey(&desk, r#"{"do":"discard"}"#).unwrap();
+        obey(&service, r#"{"do":"discard"}"#).unwrap();
     }
 
     #[test]
@@ -297,13 +278,13 @@ mod tests {
             .with_pose_sigmas([(b.clone(), sigma)])
             .unwrap();
         write_rig(&folder.path().join("rig.toml"), &kept).unwrap();
-        let desk = Desk::new(Some(folder.path().to_owned()));
+        let service = WizardService::new(Some(folder.path().to_owned()));
         let mut known = samples::known();
-        let rig = desk.rig_of_site(&known).unwrap();
+        let rig = service.rig_of_site(&known).unwrap();
         assert_eq!(rig.pose_sigma(&b), Some(sigma));
         let mut cameras = samples::rig().cameras().to_vec();
         cameras[1].world_from_camera = None;
         known.rig = Some(Rig::new(cameras).unwrap());
-        assert_eq!(desk.rig_of_site(&known).unwrap().pose_sigma(&b), None);
+        assert_eq!(service.rig_of_site(&known).unwrap().pose_sigma(&b), None);
     }
 }

@@ -1,0 +1,152 @@
+// What a fusion node reports besides poses, in sentences: faults of the site, imperfections of its files, notices of the node itself. The variants
+// and their fields are those of proto/CONTRACT.md.
+
+import { isText, type Test } from "./shape.ts";
+
+type Fields = Record<string, unknown>;
+/** A variant's name, or its name with its fields. */
+export type Finding = string | Record<string, Fields>;
+type Sentences = Record<string, (fields: Fields) => string>;
+
+export interface Findings {
+  faults: Finding[];
+  faults_left_out: number;
+  imperfections: Finding[];
+  notices: Finding[];
+}
+
+const isFields = (value: unknown): boolean => typeof value === "object" && value !== null;
+
+export const isFinding: Test = (value) =>
+  isText(value) || (isFields(value) && Object.keys(value as Fields).length === 1 && Object.values(value as Fields).every(isFields));
+
+const number = (value: unknown): number => (typeof value === "number" ? value : 0);
+const fixed = (value: unknown, digits: number): string => number(value).toFixed(digits);
+const signed = (value: number, digits: number): string => (value < 0 ? "" : "+") + value.toFixed(digits);
+const percent = (ratio: unknown, digits: number): string => `${signed((number(ratio) - 1) * 100, digits)} %`;
+
+function tag(value: unknown): string {
+  const { family, id } = (isFields(value) ? value : {}) as Fields;
+  return `tag ${String(family)}:${String(id)}`;
+}
+
+const tagOf = (fields: Fields): string => `${tag(fields.tag)} of object ${String(fields.object)}`;
+
+/** A span of time. */
+function span(seconds: number): string {
+  const day = 86_400;
+  if (seconds < 120) return `${seconds.toFixed(2)} s`;
+  if (seconds < 2 * day) return `${(seconds / 3600).toFixed(1)} h`;
+  if (seconds < 700 * day) return `${(seconds / day).toFixed(0)} days`;
+  return `${(seconds / (365.25 * day)).toFixed(1)} years`;
+}
+
+function clockOff({ camera, offset_s }: Fields): string {
+  const offset = number(offset_s);
+  const by =
+    Math.abs(offset) < 0.1
+      ? `off by ${signed(offset * 1e3, 1)} ms`
+      : `${span(Math.abs(offset))} ${offset > 0 ? "ahead" : "behind"}`;
+  return `the clock of camera ${String(camera)} is ${by}: set its clock; poses allow for it`;
+}
+
+function untimely({ camera, age_s }: Fields): string {
+  const age = number(age_s);
+  return age < 0
+    ? `images of camera ${String(camera)} are stamped ${span(-age)} ahead of their arrival and left out: set its clock`
+    : `images of camera ${String(camera)} arrive ${span(age)} after their stamps and are left out: set its clock, or check its network`;
+}
+
+function tagSize(fields: Fields): string {
+  const larger = (number(fields.ratio) - 1) * 100;
+  const how = larger > 0 ? "larger" : "smaller";
+  return `${tagOf(fields)} is ${Math.abs(larger).toFixed(1)} % ${how} than the model says: measure it and correct its size`;
+}
+
+const FAULTS: Sentences = {
+  camera_moved: ({ camera }) => `camera ${String(camera)} is not where the rig says: calibrate it again`,
+  cameras_disagree: ({ a, b }) =>
+    `cameras ${String(a)} and ${String(b)} contradict each other, one is not where the rig says: calibrate both again, or let a third see the same`,
+  tag_misplaced: (fields) =>
+    `${tagOf(fields)} is loose or not where the model says: stick it back, or learn the object again`,
+  tag_size: tagSize,
+  tag_elsewhere: (fields) => {
+    const where = fields.on === null ? "" : `, on object ${String(fields.on)}`;
+    return `${tagOf(fields)} is seen where it cannot be${where}: take it off there, or print another id for one of them`;
+  },
+  clock_off: clockOff,
+  untimely,
+  duplicate_tag: (fields) =>
+    `camera ${String(fields.camera)} sees ${tag(fields.tag)} twice: print another id for one of them`,
+};
+
+const IMPERFECTIONS: Sentences = {
+  cameras_disagree: ({ a, b, apart_m }) =>
+    `cameras ${String(a)} and ${String(b)} disagree by ${fixed(number(apart_m) * 1e3, 1)} mm: run \`sextant calibrate rig\`; poses allow for it`,
+  tag_off: (fields) => {
+    const by = `${fixed(number(fields.position_m) * 1e3, 1)} mm and ${fixed((number(fields.orientation_rad) * 180) / Math.PI, 1)} degrees`;
+    return `${tagOf(fields)} is ${by} off its place in the file: run \`sextant learn\`; poses allow for it`;
+  },
+  size_off: (fields) =>
+    `${tagOf(fields)} is ${percent(fields.ratio, 1)} off its size in the file: measure it, or run \`sextant learn\`; poses allow for it`,
+  focal_length_off: ({ camera, ratio }) =>
+    `the focal length of camera ${String(camera)} is ${percent(ratio, 2)} off that in the rig file: run \`sextant calibrate lens\`; poses allow for it`,
+};
+
+const detail = (fields: Fields): string => String(fields.detail);
+
+const REFUSALS: Sentences = {
+  undecodable: detail,
+  wrong_id: ({ described }) => `the payload describes object ${String(described)}, not that of its key`,
+  no_camera: () => "the rig has no camera",
+  invalid_camera: detail,
+  invalid_object: detail,
+  unknown_tag: (fields) => `there is no ${tag(fields.tag)}; ids are 0 to ${number(fields.n_ids) - 1}`,
+  shared_tag: (fields) =>
+    `${tag(fields.tag)} is on object ${String(fields.first)} and on object ${String(fields.second)}: print another id for one of them`,
+  too_many_objects: ({ limit }) => `a site has at most ${number(limit)} objects`,
+  unpublishable: detail,
+  not_stored: (fields) => `the change cannot be written to the node's files: ${detail(fields)}`,
+  other: detail,
+};
+
+const NOTICES: Sentences = {
+  camera_silent: ({ camera, silent_s }) =>
+    `camera ${String(camera)} has sent nothing for ${fixed(silent_s, 0)} s: check its power and its network`,
+  late_observations: ({ camera, total }) =>
+    `observations of camera ${String(camera)} arrive too late (${number(total)} dropped since the start): check its network and its clock`,
+  overload: ({ dropped, total }) =>
+    `overload: ${number(dropped)} observations dropped unread (${number(total)} since the start): use fewer images a second, fewer cameras or a faster machine`,
+  unpublished: (fields) => `${number(fields.total)} messages not published since the start; last: ${detail(fields)}`,
+  clock_stepped: ({ by_s }) => {
+    const by = number(by_s);
+    const way = by < 0 ? "back" : "forward";
+    return `the clock of the fusion node's machine was set ${way} by ${fixed(Math.abs(by), 3)} s: tracking begins anew`;
+  },
+  change_refused: ({ key, sender, refusal }) => {
+    const by = isText(sender) ? ` by ${String(sender)}` : "";
+    const why = isFinding(refusal) ? sentence(REFUSALS, refusal as Finding) : "";
+    return `change of ${String(key)}${by} refused: ${why}`;
+  },
+  name_taken: ({ host }) => `another fusion node of this name runs on ${String(host)}: stop one of them`,
+  refinement_proposed: ({ n_images, before_px, after_px }) =>
+    `a refined calibration explains the images better (${fixed(before_px, 2)} px to ${fixed(after_px, 2)} px on ${number(n_images)} held-back images): apply it here, or run \`sextant config apply-refinement\``,
+};
+
+/** A finding in a sentence; one of a newer fusion node by its name. */
+function sentence(sentences: Sentences, finding: Finding): string {
+  const [name, fields] = isText(finding) ? [String(finding), {}] : (Object.entries(finding)[0] ?? ["", {}]);
+  const write = Object.hasOwn(sentences, name) ? sentences[name] : undefined;
+  return write ? write(fields as Fields) : name.replaceAll("_", " ");
+}
+
+/** Everything that a fusion node reports, a sentence each. */
+export function sentences(findings: Findings): string[] {
+  const { faults, faults_left_out, imperfections, notices } = findings;
+  return [
+    ...faults.map((fault) => sentence(FAULTS, fault)),
+    ...(faults_left_out > 0 ? [`and ${faults_left_out} more faults`] : []),
+    ...imperfections.map((imperfection) => sentence(IMPERFECTIONS, imperfection)),
+    ...notices.map((notice) => sentence(NOTICES, notice)),
+  ];
+}

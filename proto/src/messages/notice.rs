@@ -1,0 +1,155 @@
+//! What happened to a fusion node itself and to the messages that it takes in: neither a fault of the site nor an imperfection of its files.
+
+use crate::check::{self, OutOfRange, holds};
+use crate::limits::MAX_DETAIL_BYTES;
+use crate::messages::refusal::Refusal;
+use serde::{Deserialize, Serialize};
+use sextant_estimator::CameraId;
+use std::fmt;
+
+/// Something that a person should know, and for how long it is shown.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Notice {
+    /// A camera that used to send is silent while others send; shown until it sends.
+    CameraSilent {
+        /// The camera.
+        camera: CameraId,
+        /// For how long, s.
+        silent_s: f64,
+    },
+    /// Observations of a camera were dropped because they arrived too late; shown for ten seconds after the last.
+    LateObservations {
+        /// The camera.
+        camera: CameraId,
+        /// Observations dropped since the node started.
+        total: u64,
+    },
+    /// Observations were dropped unread because the machine is too slow; shown for ten seconds after the last.
+    Overload {
+        /// Observations dropped since the last status.
+        dropped: u64,
+        /// Observations dropped since the node started.
+        total: u64,
+    },
+    /// Messages were not published because a value was out of range; shown for ten seconds after the last.
+    Unpublished {
+        /// Messages since the node started.
+        total: u64,
+        /// Cause of the last one, English text.
+        detail: String,
+    },
+    /// The clock of the node's machine was set, and tracking began anew; shown for ten seconds.
+    ClockStepped {
+        /// By how much, s; negative where it was set back.
+        by_s: f64,
+    },
+    /// A change of the configuration was refused; shown for a minute, or until one of the same key is accepted.
+    ChangeRefused {
+        /// The key below the site.
+        key: String,
+        /// Who asked for the change, where the publication says.
+        sender: Option<String>,
+        /// Why.
+        refusal: Refusal,
+    },
+    /// Another fusion node of the same name runs; shown while it does.
+    NameTaken {
+        /// The machine that it runs on.
+        host: String,
+    },
+    /// A refined calibration explains the images better; shown while it is proposed.
+    RefinementProposed {
+        /// Images held back from the refinement, which judge it.
+        n_images: u32,
+        /// Rms reprojection error of these by the models in force, px.
+        before_px: f64,
+        /// Rms reprojection error of these by the models proposed, px.
+        after_px: f64,
+    },
+}
+
+impl fmt::Display for Notice {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::CameraSilent { camera, silent_s } => write!(
+                f,
+                "camera {camera} has sent nothing for {silent_s:.0} s: check its power and its network"
+            ),
+            Self::LateObservations { camera, total } => write!(
+                f,
+                "observations of camera {camera} arrive too late ({total} dropped since the start): check its network and its clock"
+            ),
+            Self::Overload { dropped, total } => write!(
+                f,
+                "overload: {dropped} observations dropped unread ({total} since the start): use fewer images a second, fewer cameras or a faster machine"
+            ),
+            Self::Unpublished { total, detail } => write!(
+                f,
+                "{total} messages not published since the start; last: {detail}"
+            ),
+            Self::ClockStepped { by_s } => {
+                let way = if *by_s < 0.0 { "back" } else { "forward" };
+                write!(
+                    f,
+                    "the clock of this machine was set {way} by {:.3} s: tracking begins anew",
+                    by_s.abs()
+                )
+            }
+            Self::ChangeRefused {
+                key,
+                sender,
+                refusal,
+            } => {
+                write!(f, "change of {key}")?;
+                if let Some(sender) = sender {
+                    write!(f, " by {sender}")?;
+                }
+                write!(f, " refused: {refusal}")
+            }
+            Self::NameTaken { host } => write!(
+                f,
+                "another fusion node of this name runs on {host}: stop one of them"
+            ),
+            Self::RefinementProposed {
+                n_images,
+                before_px,
+                after_px,
+            } => write!(
+                f,
+                "a refined calibration explains the images better ({before_px:.2} px to {after_px:.2} px on {n_images} held-back images): run `sextant config apply-refinement`"
+            ),
+        }
+    }
+}
+
+impl Notice {
+    pub(crate) fn check(&self) -> Result<(), OutOfRange> {
+        const FIELD: &str = "notices[]";
+        match self {
+            Self::CameraSilent { silent_s, .. } => check::amount(*silent_s, FIELD),
+            Self::LateObservations { .. } | Self::Overload { .. } => Ok(()),
+            Self::Unpublished { detail, .. } => check::detail(detail, FIELD),
+            Self::ClockStepped { by_s } => check::finite(&[*by_s], FIELD),
+            Self::ChangeRefused {
+                key,
+                sender,
+                refusal,
+            } => {
+                check::detail(key, FIELD)?;
+                let sender = sender.as_ref().map_or(0, String::len);
+                holds(sender <= MAX_DETAIL_BYTES, FIELD)?;
+                refusal.check(FIELD)
+            }
+            Self::NameTaken { host } => check::name(host, FIELD),
+            Self::RefinementProposed {
+                before_px,
+                after_px,
+                ..
+            } => {
+                check::amount(*before_px, FIELD)?;
+                check::amount(*after_px, FIELD)
+            }
+        }
+    }
+}
