@@ -10,18 +10,42 @@ use std::time::{Duration, Instant};
 pub struct ChildProcess {
     name: String,
     child: Child,
+    scope: Scope,
+}
+
+/// Who gets a child's signals.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Scope {
+    Process,
+    /// All of its process group: the child and what it has started.
+    Group,
 }
 
 impl ChildProcess {
     /// Starts `command`. The child gets SIGTERM when the *thread* that called this ends (the kernel's rule), so call it
     /// from a thread that lives as long as the children shall: the main thread.
     pub fn spawn(name: &str, command: &mut Command) -> io::Result<Self> {
+        Self::spawn_in(Scope::Process, name, command)
+    }
+
+    /// The same in a process group of its own: whatever the child starts is asked to stop, and killed, with it. Ctrl-C in
+    /// the terminal does not reach that group.
+    ///
+    /// # Errors
+    /// A program that is not there or cannot be started.
+    pub fn spawn_group(name: &str, command: &mut Command) -> io::Result<Self> {
+        command.process_group(0);
+        Self::spawn_in(Scope::Group, name, command)
+    }
+
+    fn spawn_in(scope: Scope, name: &str, command: &mut Command) -> io::Result<Self> {
         let parent = std::process::id();
         // SAFETY: between fork and exec only prctl and getppid run, both async-signal-safe; nothing is allocated.
         unsafe { command.pre_exec(move || die_with_parent(parent)) };
         Ok(Self {
             name: name.to_owned(),
             child: command.spawn()?,
+            scope,
         })
     }
 
@@ -42,25 +66,44 @@ impl ChildProcess {
 
     /// How it ended, if it did.
     pub fn try_wait(&mut self) -> io::Result<Option<ExitStatus>> {
+        if self.scope == Scope::Group && has_ended(self.child.id()) {
+            // Before the child is waited for: until then its group's number is nobody else's.
+            self.signal(libc::SIGKILL);
+        }
         self.child.try_wait()
+    }
+
+    fn signal(&self, signal: i32) {
+        if let Ok(pid) = libc::pid_t::try_from(self.child.id()) {
+            let receiver = match self.scope {
+                Scope::Process => pid,
+                Scope::Group => -pid,
+            };
+            // SAFETY: kill touches no memory of ours; the child has not been waited for, so its id is still its own.
+            unsafe { libc::kill(receiver, signal) };
+        }
+    }
+
+    fn kill(&mut self) -> io::Result<()> {
+        self.signal(libc::SIGKILL);
+        self.child.wait().map(drop)
     }
 
     /// Asks it to stop (SIGTERM); one that has ended is no error.
     pub fn ask_to_stop(&mut self) {
-        if matches!(self.child.try_wait(), Ok(None)) {
-            send_signal(self.child.id(), libc::SIGTERM);
+        if matches!(self.try_wait(), Ok(None)) {
+            self.signal(libc::SIGTERM);
         }
     }
 
     /// Waits for its end until `deadline`, then kills it. `None`: it had to be killed.
     pub fn wait_until(&mut self, deadline: Instant) -> io::Result<Option<ExitStatus>> {
         loop {
-            if let Some(status) = self.child.try_wait()? {
+            if let Some(status) = self.try_wait()? {
                 return Ok(Some(status));
             }
             if Instant::now() >= deadline {
-                self.child.kill()?;
-                self.child.wait()?;
+                self.kill()?;
                 return Ok(None);
             }
             std::thread::sleep(Duration::from_millis(10));
@@ -70,9 +113,8 @@ impl ChildProcess {
 
 impl Drop for ChildProcess {
     fn drop(&mut self) {
-        if matches!(self.child.try_wait(), Ok(None)) {
-            let _ = self.child.kill();
-            let _ = self.child.wait();
+        if matches!(self.try_wait(), Ok(None)) {
+            let _ = self.kill();
         }
     }
 }
@@ -104,11 +146,15 @@ pub fn die_with_parent(parent: u32) -> io::Result<()> {
     Ok(())
 }
 
-fn send_signal(pid: u32, signal: i32) {
-    if let Ok(pid) = libc::pid_t::try_from(pid) {
-        // SAFETY: kill touches no memory of ours; the child has not been waited for, so its id is still its own.
-        unsafe { libc::kill(pid, signal) };
-    }
+/// Whether a child has ended that was not waited for yet; it stays to be waited for.
+fn has_ended(pid: u32) -> bool {
+    // SAFETY: all-zero bytes are a valid siginfo (plain integers).
+    let mut info: libc::siginfo_t = unsafe { std::mem::zeroed() };
+    let options = libc::WEXITED | libc::WNOHANG | libc::WNOWAIT;
+    // SAFETY: `info` is valid and writable for the whole call.
+    let result = unsafe { libc::waitid(libc::P_PID, pid, &raw mut info, options) };
+    // SAFETY: waitid filled the fields of a child, or left the zeros.
+    result == 0 && unsafe { info.si_pid() } != 0
 }
 
 #[cfg(test)]
@@ -137,6 +183,48 @@ mod tests {
         io::Read::read_exact(child.child_mut().stdout.as_mut().unwrap(), &mut ready).unwrap();
         let killed = stop_all(std::slice::from_mut(&mut child), Duration::from_millis(50));
         assert_eq!(killed, ["deaf"]);
+    }
+
+    /// Starts a shell that starts a sleeper, and returns the sleeper's process id.
+    fn parent_of_a_sleeper(script: &str) -> (ChildProcess, u32) {
+        let mut command = Command::new("sh");
+        command
+            .args(["-c", script])
+            .stdout(std::process::Stdio::piped());
+        let mut child = ChildProcess::spawn_group("shell", &mut command).unwrap();
+        let output = child.child_mut().stdout.as_mut().unwrap();
+        let mut line = String::new();
+        io::BufRead::read_line(&mut io::BufReader::new(output), &mut line).unwrap();
+        (child, line.trim().parse().unwrap())
+    }
+
+    /// Whether a process is gone, or dead and only not waited for.
+    fn until_dead(pid: u32) {
+        let deadline = Instant::now() + Duration::from_secs(30);
+        loop {
+            let status = std::fs::read_to_string(format!("/proc/{pid}/stat")).unwrap_or_default();
+            if status.is_empty() || status.contains(") Z ") {
+                return;
+            }
+            assert!(Instant::now() < deadline, "{status}");
+            std::thread::yield_now();
+        }
+    }
+
+    #[test]
+    fn a_group_ends_with_all_that_it_has_started() {
+        let (mut child, sleeper) = parent_of_a_sleeper("sleep 60 & echo $!; wait");
+        assert!(stop_all(std::slice::from_mut(&mut child), Duration::from_secs(30)).is_empty());
+        until_dead(sleeper);
+
+        let (mut child, sleeper) = parent_of_a_sleeper("sleep 60 & echo $!");
+        let status = child.wait_until(Instant::now() + Duration::from_secs(30));
+        assert!(status.unwrap().unwrap().success());
+        until_dead(sleeper);
+
+        let (child, sleeper) = parent_of_a_sleeper("trap '' TERM; sleep 60 & echo $!; wait");
+        drop(child);
+        until_dead(sleeper);
     }
 
     #[test]
