@@ -61,6 +61,8 @@ pub enum ClockSource {
     Recorded = 4,
     /// The clock of a simulation.
     Simulated = 5,
+    /// This host's clock, when the image arrived: later than its exposure by a time that nobody measured.
+    Arrival = 6,
 }
 
 impl ImageHeader {
@@ -72,6 +74,7 @@ impl ImageHeader {
             3 => ClockSource::Ptp,
             4 => ClockSource::Recorded,
             5 => ClockSource::Simulated,
+            6 => ClockSource::Arrival,
             _ => ClockSource::Unknown,
         }
     }

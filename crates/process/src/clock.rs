@@ -133,8 +133,12 @@ pub struct ClockQuality {
 }
 
 impl ClockQuality {
-    /// The kernel's opinion, by `adjtimex` in read-only mode; unsynchronised with the largest error if it has none.
+    /// The kernel's opinion, by `adjtimex` in read-only mode; unsynchronised with the largest error if it has none, and
+    /// for a time that is not [plausible](is_plausible).
     pub fn read() -> Self {
+        if !is_plausible(now_ns()) {
+            return Self::of(false, 0, MAX_ERROR_US);
+        }
         // SAFETY: all-zero bytes are a valid timex (plain integers); `modes` 0 asks to read only.
         let mut timex: libc::timex = unsafe { std::mem::zeroed() };
         // SAFETY: `timex` is valid and writable for the whole call.
@@ -164,6 +168,13 @@ impl ClockQuality {
     }
 }
 
+/// Whether a wire time can be now: boards without a battery start in 1970, 2000 or 2018, before this software was written.
+pub fn is_plausible(now_ns: u64) -> bool {
+    now_ns >= EARLIEST_NS
+}
+
+/// 1 January 2026, ns since the Unix epoch.
+const EARLIEST_NS: u64 = 1_767_225_600_000_000_000;
 /// Where the kernel's bound stops growing (`NTP_PHASE_LIMIT`).
 const MAX_ERROR_US: i64 = 16_000_000;
 /// What NTP without a statement is taken to keep, on a local network.
@@ -244,6 +255,12 @@ mod tests {
             ClockQuality::of(false, 120, 16_000_000).error_ns,
             16_000_000_000
         );
+    }
+
+    #[test]
+    fn times_before_this_software_are_not_now() {
+        assert!(is_plausible(now_ns()));
+        assert!(!is_plausible(1_514_764_800_000_000_000) && !is_plausible(0));
     }
 
     #[test]

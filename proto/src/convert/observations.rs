@@ -38,10 +38,34 @@ impl From<&TagObservation> for TagCorners {
     }
 }
 
-/// Nobody has compared the clock behind recorded time stamps, or one without a source, with the site's.
+/// An error from which on it is no prior: the estimate of an offset is linear over some milliseconds of motion.
+const FAR_CLOCK_NS: u64 = 100_000_000;
+
+/// Nobody has compared the clock behind recorded time stamps, or one without a source, with the site's; and a clock that
+/// nothing disciplines, or that is off by tenths of a second, may show any time.
 fn clock_error_ns(clock: ClockQuality) -> u64 {
     match clock.source {
-        ClockSource::Unknown | ClockSource::Recorded => ImageObservation::CLOCK_ERROR_UNKNOWN,
+        ClockSource::Unknown | ClockSource::FreeRunning | ClockSource::Recorded => {
+            ImageObservation::CLOCK_ERROR_UNKNOWN
+        }
+        _ if clock.error_ns > FAR_CLOCK_NS => ImageObservation::CLOCK_ERROR_UNKNOWN,
         _ => clock.error_ns,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_clock_that_may_show_any_time_has_an_unknown_offset() {
+        let error_ns = |source, error_ns| clock_error_ns(ClockQuality { source, error_ns });
+        let unknown = ImageObservation::CLOCK_ERROR_UNKNOWN;
+        assert_eq!(error_ns(ClockSource::Unknown, 0), unknown);
+        assert_eq!(error_ns(ClockSource::FreeRunning, 5_000_000), unknown);
+        assert_eq!(error_ns(ClockSource::Arrival, 200_000_000), unknown);
+        assert_eq!(error_ns(ClockSource::Arrival, 10_000_000), 10_000_000);
+        assert_eq!(error_ns(ClockSource::Ntp, 300_000), 300_000);
+        assert_eq!(error_ns(ClockSource::Simulated, 0), 0);
     }
 }

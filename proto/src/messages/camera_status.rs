@@ -26,6 +26,8 @@ pub enum ClockSource {
     Recorded,
     /// The simulator's virtual clock.
     Simulated,
+    /// The board's clock when the image arrived, later than its exposure by a time that nobody measured.
+    Arrival,
 }
 
 /// A clock's source and error.

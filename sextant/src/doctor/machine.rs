@@ -2,7 +2,8 @@
 
 use crate::doctor::Finding;
 use sextant_iceoryx_images::{IceoryxOptions, open_own_folder};
-use sextant_process::ClockQuality;
+use sextant_process::clock::is_plausible;
+use sextant_process::{ClockQuality, now_ns};
 use std::fs::{self, OpenOptions};
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
@@ -15,7 +16,7 @@ const GOOD_CLOCK_NS: u64 = 1_000_000;
 /// All findings.
 pub fn findings() -> Vec<Finding> {
     let mut findings = vec![
-        clock(ClockQuality::read()),
+        clock(now_ns(), ClockQuality::read()),
         shared_memory(Path::new("/dev/shm")),
         bookkeeping(&IceoryxOptions::default().root),
     ];
@@ -23,9 +24,14 @@ pub fn findings() -> Vec<Finding> {
     findings
 }
 
-fn clock(clock: ClockQuality) -> Finding {
+fn clock(now_ns: u64, clock: ClockQuality) -> Finding {
     let error_ms = clock.error_ns as f64 / 1e6;
     match clock {
+        _ if !is_plausible(now_ns) => Finding::fault(
+            "clock",
+            "it shows a time before this program was written, so that nothing can be said of its images' times",
+            "set it: by chrony (deploy/chrony), or by hand with `date --set`",
+        ),
         ClockQuality {
             synchronised: false,
             ..
@@ -158,13 +164,16 @@ mod tests {
 
     #[test]
     fn a_clock_that_nobody_keeps_is_a_warning() {
-        let found = |synchronised, error_ns| {
-            clock(ClockQuality {
+        let found_at = |now_ns, synchronised, error_ns| {
+            let quality = ClockQuality {
                 synchronised,
                 error_ns,
-            })
-            .verdict
+            };
+            clock(now_ns, quality).verdict
         };
+        let found = |synchronised, error_ns| found_at(now_ns(), synchronised, error_ns);
+        let in_2018_ns = 1_520_000_000_000_000_000;
+        assert_eq!(found_at(in_2018_ns, true, 100_000), Verdict::Fault);
         assert_eq!(found(false, 16_000_000_000), Verdict::Warning);
         assert_eq!(found(true, 5_000_000), Verdict::Warning);
         assert_eq!(found(true, 100_000), Verdict::Ok);

@@ -179,6 +179,7 @@ pub fn source(source: ClockSource) -> &'static str {
         ClockSource::Ptp => "ptp",
         ClockSource::Recorded => "recorded",
         ClockSource::Simulated => "simulated",
+        ClockSource::Arrival => "arrival",
     }
 }
 
