@@ -1,18 +1,27 @@
 //! The capture part: copies images from a source into shared memory. It has no network, and no reader can delay it.
 
+mod file_changes;
+
+use std::path::Path;
+
 use anyhow::Context;
 use sextant_iceoryx_images::{ImageHeader, ImagePublisher, ImagesError};
 use sextant_process::{Exit, Shutdown, WithExit, fail_point, now_ns, watchdog};
 
-use crate::config::CameraNodeConfig;
-use crate::source::{self, Capture, ImageSource, Next, SourceError};
+use self::file_changes::FileChanges;
+use crate::config::{CameraNodeConfig, SourceConfig};
+use crate::source::{self, Capture, ImageSource, Next, Reconfigured, SourceError};
 
 /// Captures until `shutdown` or the end of the source.
 ///
 /// # Errors
 /// A source that can't be opened or fails, shared memory that can't be had.
-pub(crate) fn run(config: &CameraNodeConfig, shutdown: &Shutdown) -> anyhow::Result<()> {
-    let mut source = source::open(&config.source, &config.camera)?;
+pub(crate) fn run(
+    file: &Path,
+    config: &CameraNodeConfig,
+    shutdown: &Shutdown,
+) -> anyhow::Result<()> {
+    let mut source = source::open(&config.source, &config.camera, shutdown)?;
     let [width, height] = source.resolution();
     let bytes = usize::from(width) * usize::from(height);
     let stop = || shutdown.is_requested();
@@ -27,6 +36,7 @@ pub(crate) fn run(config: &CameraNodeConfig, shutdown: &Shutdown) -> anyhow::Res
         stream: now_ns(),
         resolution: [width, height],
         bytes,
+        changes: FileChanges::new(file, &config.source),
     };
     lender
         .lend_all(source.as_mut(), shutdown)
@@ -38,6 +48,7 @@ struct SlotWriter {
     stream: u64,
     resolution: [u16; 2],
     bytes: usize,
+    changes: FileChanges,
 }
 
 impl SlotWriter {
@@ -63,7 +74,7 @@ impl SlotWriter {
     /// Fills one slot in shared memory and publishes it. A source without an image gets the same slot, with its contents, at the next
     /// call.
     fn lend_next(
-        &self,
+        &mut self,
         source: &mut dyn ImageSource,
         shutdown: &Shutdown,
         lent: u64,
@@ -72,6 +83,9 @@ impl SlotWriter {
         loop {
             fail_point!("capture");
             watchdog::feed();
+            if let Some(config) = self.changes.take() {
+                reconfigure(source, &config);
+            }
             let (header, pixels) = blank.parts();
             let next = source
                 .next(pixels, shutdown)
@@ -110,6 +124,21 @@ impl SlotWriter {
             clock_source: capture.clock as u8,
             ..ImageHeader::default()
         }
+    }
+}
+
+/// Puts a changed file in force as far as that works without an end of the node.
+fn reconfigure(source: &mut dyn ImageSource, config: &SourceConfig) {
+    match source.reconfigure(config) {
+        Ok(Reconfigured::NeedsRestart) => {
+            tracing::warn!(
+                "the file's [source] has changed; the node has to be started again for that"
+            );
+        }
+        Ok(Reconfigured::Done | Reconfigured::NeedsReopening) => {
+            tracing::info!("the file's [source] has changed; its settings are in force");
+        }
+        Err(cause) => tracing::warn!(%cause, "the file's [source] has changed; it stays as it was"),
     }
 }
 

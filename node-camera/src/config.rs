@@ -2,6 +2,7 @@
 
 mod rza2m;
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
@@ -63,25 +64,108 @@ pub enum SourceConfig {
         start_ns: Option<u64>,
     },
     /// A camera of this host.
-    V4l2 {
-        /// The device, best by its place: `/dev/v4l/by-path/...`.
-        device: PathBuf,
-        /// Width and height in pixels.
-        resolution: [u32; 2],
-        /// Images a second; absent: the driver's choice.
-        #[serde(default, skip_serializing_if = "Option::is_none")]
-        rate_hz: Option<f64>,
-        /// Exposure in microseconds, set on the camera and used to find the middle of the exposure; absent: the
-        /// camera's own choice, and the time stamp is taken as it is.
-        #[serde(default, skip_serializing_if = "Option::is_none")]
-        exposure_us: Option<u32>,
-        /// Microseconds from the first row to the last, of a shutter that rolls: `line_delay` of rig.toml times rows. Drivers
-        /// stamp the first row's beginning or the last one's end; the capture time is that of the middle row. Absent: 0.
-        #[serde(default, skip_serializing_if = "Option::is_none")]
-        readout_us: Option<u32>,
-    },
+    V4l2(V4l2Config),
     /// The camera of an RZ/A2M.
     Rza2m(Rza2mConfig),
+    /// The standard output of a program.
+    Command(CommandConfig),
+    /// A video file, played as it was taken; needs ffmpeg.
+    Video(VideoConfig),
+}
+
+/// A camera of this host, by Video4Linux 2. Exposure, gain, readout and controls may change while the node runs.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct V4l2Config {
+    /// The device, best by its place: `/dev/v4l/by-path/...`.
+    pub device: PathBuf,
+    /// Width and height in pixels.
+    pub resolution: [u32; 2],
+    /// Pixel format by its code, such as `YUYV`; absent: the best that the camera has at this size and rate.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub format: Option<String>,
+    /// Images a second; absent: the driver's choice.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rate_hz: Option<f64>,
+    /// Exposure in microseconds, set on the camera and used to find the middle of the exposure; absent: the
+    /// camera's own choice, and the time stamp is taken as it is.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub exposure_us: Option<u32>,
+    /// Gain in the driver's own units; absent: the camera's own choice.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub gain: Option<u32>,
+    /// Microseconds from the first row to the last, of a shutter that rolls: `line_delay` of rig.toml times rows. Drivers
+    /// stamp the first row's beginning or the last one's end; the capture time is that of the middle row. Absent: 0.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub readout_us: Option<u32>,
+    /// Further controls of the camera by name, such as `focus_automatic_continuous = 0`.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub controls: BTreeMap<String, i32>,
+}
+
+/// A program that writes images to its standard output. It is started again when it ends.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct CommandConfig {
+    /// The program and its arguments.
+    pub run: CommandLine,
+    /// How it writes images.
+    pub format: StreamFormat,
+    /// Width and height in pixels; needed where the stream does not say: grey and yuv420.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub resolution: Option<[u32; 2]>,
+    /// Milliseconds from the middle of an exposure to the image's arrival here, where they are known; absent: the time of
+    /// arrival is taken as it is, and said to be uncertain.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub latency_ms: Option<f64>,
+}
+
+/// A program and its arguments; no shell has a part in it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(untagged)]
+pub enum CommandLine {
+    /// Word by word.
+    Words(Vec<String>),
+    /// One text, split into words as a shell would, quotes included; nothing else of a shell works in it.
+    Text(String),
+}
+
+impl CommandLine {
+    /// The words, the program first; none where a quote is not closed.
+    pub(crate) fn words(&self) -> Option<Vec<String>> {
+        match self {
+            Self::Words(words) => Some(words.clone()),
+            Self::Text(text) => shlex::split(text),
+        }
+    }
+}
+
+/// How a program writes images, one after the other without anything between them.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum StreamFormat {
+    /// A byte a pixel, row by row.
+    Grey,
+    /// The same of the luma, then the chroma planes of half the width and height.
+    Yuv420,
+    /// JPEGs.
+    Mjpeg,
+    /// YUV4MPEG2, which says its own size.
+    Y4m,
+}
+
+/// A video file.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct VideoConfig {
+    /// The file, in any format that ffmpeg reads.
+    pub file: PathBuf,
+    /// Whether to begin anew at the end; time stamps go on ascending.
+    #[serde(default)]
+    pub repeat: bool,
+    /// Wire time at which the video begins; give several nodes the same to play videos together. Absent: now.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub start_ns: Option<u64>,
 }
 
 /// Playback speed of a recording.
@@ -241,36 +325,62 @@ impl CameraNodeConfig {
 impl SourceConfig {
     fn resolve(&mut self, folder: &Path) {
         match self {
-            Self::Simulator { scenario: path } | Self::Images { folder: path, .. } => {
-                *path = folder.join(&path)
-            }
+            Self::Simulator { scenario: path }
+            | Self::Images { folder: path, .. }
+            | Self::Video(VideoConfig { file: path, .. }) => *path = folder.join(&path),
             Self::Rza2m(config) => config.resolve(folder),
-            Self::V4l2 { .. } => {}
+            Self::V4l2(_) | Self::Command(_) => {}
         }
     }
 
     fn check(&self) -> Result<(), Complaint> {
-        if let Self::Rza2m(config) = self {
-            return config.check();
+        match self {
+            Self::Simulator { .. } | Self::Images { .. } | Self::Video(_) => Ok(()),
+            Self::V4l2(config) => config.check(),
+            Self::Rza2m(config) => config.check(),
+            Self::Command(config) => config.check(),
         }
-        let Self::V4l2 {
-            resolution: [width, height],
-            rate_hz,
-            exposure_us,
-            readout_us,
-            ..
-        } = self
-        else {
-            return Ok(());
-        };
-        within("source.resolution", f64::from(*width), 16.0, 4096.0)?;
-        within("source.resolution", f64::from(*height), 16.0, 3072.0)?;
-        within("source.rate_hz", rate_hz.unwrap_or(1.0), 0.1, 1000.0)?;
-        let exposure_us = f64::from(exposure_us.unwrap_or(1));
+    }
+}
+
+impl V4l2Config {
+    fn check(&self) -> Result<(), Complaint> {
+        check_resolution(self.resolution)?;
+        within("source.rate_hz", self.rate_hz.unwrap_or(1.0), 0.1, 1000.0)?;
+        let exposure_us = f64::from(self.exposure_us.unwrap_or(1));
         within("source.exposure_us", exposure_us, 1.0, 1e6)?;
-        let readout_us = f64::from(readout_us.unwrap_or(0));
+        let readout_us = f64::from(self.readout_us.unwrap_or(0));
         within("source.readout_us", readout_us, 0.0, 1e5)
     }
+}
+
+impl CommandConfig {
+    fn check(&self) -> Result<(), Complaint> {
+        let words = self.run.words();
+        if words.is_none_or(|words| words.first().is_none_or(String::is_empty)) {
+            return Err(Complaint::new(
+                "source.run",
+                "it names no program, or a quote is not closed",
+                "write the program and its arguments as a list of texts",
+            ));
+        }
+        let latency_ms = self.latency_ms.unwrap_or(0.0);
+        within("source.latency_ms", latency_ms, 0.0, 60_000.0)?;
+        match (self.resolution, self.format) {
+            (Some(resolution), _) => check_resolution(resolution),
+            (None, StreamFormat::Mjpeg | StreamFormat::Y4m) => Ok(()),
+            (None, StreamFormat::Grey | StreamFormat::Yuv420) => Err(Complaint::new(
+                "source.format",
+                "a stream without a size in it",
+                "state the images' width and height as resolution",
+            )),
+        }
+    }
+}
+
+fn check_resolution([width, height]: [u32; 2]) -> Result<(), Complaint> {
+    within("source.resolution", f64::from(width), 16.0, 4096.0)?;
+    within("source.resolution", f64::from(height), 16.0, 3072.0)
 }
 
 fn within(key: &str, value: f64, least: f64, most: f64) -> Result<(), Complaint> {
@@ -359,6 +469,22 @@ mod tests {
                 "sobel",
             ),
             (
+                "[source]\nkind = \"v4l2\"\ndevice = \"/dev/video0\"\nresolution = [640, 480]\nspeed = 1\n",
+                "speed",
+            ),
+            (
+                "[source]\nkind = \"command\"\nrun = \"cat 'x\"\nformat = \"mjpeg\"\n",
+                "camera.toml:5:7: source.run: it names no program, or a quote is not closed",
+            ),
+            (
+                "[source]\nkind = \"command\"\nrun = []\nformat = \"mjpeg\"\n",
+                "it names no program",
+            ),
+            (
+                "[source]\nkind = \"command\"\nrun = [\"cat\"]\nformat = \"grey\"\n",
+                "state the images' width and height",
+            ),
+            (
                 "[source]\nkind = \"images\"\nfolder = \"r\"\n[preview]\nrate_hz = 99.0\n",
                 "camera.toml:7:11: preview.rate_hz",
             ),
@@ -386,17 +512,66 @@ mod tests {
     }
 
     #[test]
+    fn a_video_is_one_line() {
+        let config = read("source = { kind = \"video\", file = \"tags.mp4\" }\n").unwrap();
+        let SourceConfig::Video(video) = config.source else {
+            panic!("{config:?}")
+        };
+        assert!(video.file.is_absolute() && video.file.ends_with("tags.mp4"));
+        assert_eq!((video.repeat, video.start_ns), (false, None));
+    }
+
+    #[test]
+    fn a_command_is_a_list_or_a_text_split_like_a_shells() {
+        for run in ["[\"my cam\", \"-t\", \"0\"]", "\"'my cam' -t 0\""] {
+            let rest = format!("[source]\nkind = \"command\"\nrun = {run}\nformat = \"y4m\"\n");
+            let SourceConfig::Command(command) = read(&rest).unwrap().source else {
+                panic!("{run}")
+            };
+            assert_eq!(command.run.words().unwrap(), ["my cam", "-t", "0"]);
+        }
+    }
+
+    #[test]
     fn what_is_written_is_read_back() {
-        let config = CameraNodeConfig::new(
-            SiteId::new("demo").unwrap(),
-            CameraId::new("north").unwrap(),
+        let v4l2 = V4l2Config {
+            device: "/dev/video0".into(),
+            resolution: [640, 480],
+            format: Some("YUYV".to_owned()),
+            rate_hz: Some(30.0),
+            exposure_us: Some(4000),
+            gain: Some(16),
+            readout_us: None,
+            controls: [("focus_absolute".to_owned(), 0)].into(),
+        };
+        let command = CommandConfig {
+            run: CommandLine::Words(vec!["rpicam-vid".to_owned()]),
+            format: StreamFormat::Yuv420,
+            resolution: Some([640, 480]),
+            latency_ms: Some(40.0),
+        };
+        let video = VideoConfig {
+            file: "/tags.mp4".into(),
+            repeat: true,
+            start_ns: None,
+        };
+        for source in [
             SourceConfig::simulator("/s.toml"),
-            BusOptions::client_of("tcp/127.0.0.1:7447"),
-            IceoryxOptions::default(),
-        );
-        let folder = tempfile::tempdir().unwrap();
-        let file = folder.path().join("camera.toml");
-        sextant_site_files::write_toml(&file, &config).unwrap();
-        assert_eq!(CameraNodeConfig::read(&file).unwrap(), config);
+            SourceConfig::V4l2(v4l2),
+            SourceConfig::Command(command),
+            SourceConfig::Video(video),
+        ] {
+            let config = CameraNodeConfig::new(
+                SiteId::new("demo").unwrap(),
+                CameraId::new("north").unwrap(),
+                source,
+                BusOptions::client_of("tcp/127.0.0.1:7447"),
+                IceoryxOptions::default(),
+            );
+            let folder = tempfile::tempdir().unwrap();
+            let file = folder.path().join("camera.toml");
+            sextant_site_files::write_toml(&file, &config).unwrap();
+            assert_eq!(CameraNodeConfig::read(&file).unwrap(), config);
+        }
     }
 }

@@ -6,7 +6,7 @@
 //! named, [`run`] starts both as children and supervises them.
 //!
 //! - [`CameraNodeConfig`] is `camera.toml`.
-//! - `source`: where images come from (simulator, recording, V4L2, RZ/A2M), one trait.
+//! - `source`: where images come from (V4L2, RZ/A2M, another program, a video, a recording, the simulator), one trait.
 //! - `capture`, `detect`, `preview`: the loops. `supervise`: the parent of both.
 
 mod capture;
@@ -21,9 +21,11 @@ mod source;
 mod supervise;
 
 pub use config::{
-    CameraNodeConfig, DetectionConfig, DrpCircuit, DrpCircuitConfig, Pace, PreviewConfig,
-    Rza2mConfig, SourceConfig,
+    CameraNodeConfig, CommandConfig, CommandLine, DetectionConfig, DrpCircuit, DrpCircuitConfig,
+    Pace, PreviewConfig, Rza2mConfig, SourceConfig, StreamFormat, V4l2Config, VideoConfig,
 };
 pub use part::Part;
 pub use run::{CameraArguments, run};
-pub use source::{Capture, ImageSource, Next, SourceError};
+pub use source::examine::examine;
+pub use source::v4l2::probe;
+pub use source::{Capture, ImageSource, Next, Reconfigured, SourceError};

@@ -40,7 +40,7 @@ pub fn run(
         Some(part) => {
             logging::init(&format!("{} {}", part.name(), config.camera));
             match part {
-                Part::Capture => capture::run(&config, shutdown),
+                Part::Capture => capture::run(&arguments.config, &config, shutdown),
                 Part::Detect => detect::run(&config, shutdown),
             }
         }

@@ -1,11 +1,17 @@
-//! Where images come from: one trait, four sources. Images are filled straight into shared memory.
+//! Where images come from: one trait, six sources. Images are filled straight into shared memory.
 
+mod command;
+pub(crate) mod examine;
+mod host_clock;
 mod images;
+mod pixel_formats;
 mod reopening;
 mod rza2m;
 mod simulator;
-pub(crate) mod v4l2;
+pub mod v4l2;
+mod video;
 
+use std::path::Path;
 use std::time::Duration;
 
 use anyhow::Context;
@@ -33,6 +39,25 @@ pub trait ImageSource {
     fn fallbacks(&self) -> u64 {
         0
     }
+
+    /// Takes a changed configuration while it runs, as far as it can.
+    ///
+    /// # Errors
+    /// Settings that the camera cannot have; it keeps its own.
+    fn reconfigure(&mut self, _config: &SourceConfig) -> Result<Reconfigured, SourceError> {
+        Ok(Reconfigured::NeedsRestart)
+    }
+}
+
+/// What became of a changed configuration.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Reconfigured {
+    /// It is in force.
+    Done,
+    /// It can only be had by opening the source anew.
+    NeedsReopening,
+    /// It can only be had by starting the node again; nothing has changed.
+    NeedsRestart,
 }
 
 /// What became of waiting for an image.
@@ -82,6 +107,11 @@ impl SourceError {
 }
 
 impl SourceError {
+    /// The same, of a device.
+    pub(crate) fn of(self, device: &Path) -> Self {
+        Self::new(self.exit, format!("{}: {}", device.display(), self.message))
+    }
+
     /// As the end of a process.
     pub(crate) fn into_failure(self) -> anyhow::Error {
         Failure::new(self.exit, self).into()
@@ -92,6 +122,7 @@ impl SourceError {
 pub(crate) fn open(
     config: &SourceConfig,
     camera: &CameraId,
+    shutdown: &Shutdown,
 ) -> anyhow::Result<Box<dyn ImageSource>> {
     match config {
         SourceConfig::Simulator { scenario } => Ok(Box::new(
@@ -114,42 +145,45 @@ pub(crate) fn open(
             );
             Ok(Box::new(player.exit_with(Exit::Input)?))
         }
-        SourceConfig::V4l2 {
-            device,
-            resolution,
-            rate_hz,
-            exposure_us,
-            readout_us,
-        } => {
-            let wish = v4l2::Wish {
-                resolution: *resolution,
-                rate_hz: *rate_hz,
-                exposure_us: *exposure_us,
-                readout_us: *readout_us,
-            };
-            let device = device.clone();
-            let open = move || {
-                let opened = v4l2::V4l2Camera::open(&device, &wish)?;
-                Ok(Box::new(opened) as Box<dyn ImageSource>)
-            };
-            let period = rate_hz.map(|rate_hz| Duration::from_secs_f64(1.0 / rate_hz));
-            let opened = Reopening::new(open, period).map_err(SourceError::into_failure);
-            Ok(Box::new(
-                opened.with_context(|| format!("camera {camera}"))?,
-            ))
+        SourceConfig::V4l2(v4l2) => {
+            let period = v4l2.rate_hz.map(|hz| Duration::from_secs_f64(1.0 / hz));
+            reopening(config, camera, shutdown, period)
         }
         SourceConfig::Rza2m(rza2m) => {
-            let period = rza2m
-                .rate_hz
-                .map(|rate_hz| Duration::from_secs_f64(1.0 / rate_hz));
-            let rza2m = rza2m.clone();
-            let opened = Reopening::new(move || rza2m::open(&rza2m), period);
-            let opened = opened.map_err(SourceError::into_failure);
+            let period = rza2m.rate_hz.map(|hz| Duration::from_secs_f64(1.0 / hz));
+            reopening(config, camera, shutdown, period)
+        }
+        SourceConfig::Command(_) => reopening(config, camera, shutdown, None),
+        SourceConfig::Video(video) => {
+            let player = video::VideoPlayer::open(video, shutdown);
+            let player = player.map_err(SourceError::into_failure);
             Ok(Box::new(
-                opened.with_context(|| format!("camera {camera}"))?,
+                player.with_context(|| format!("camera {camera}"))?,
             ))
         }
     }
+}
+
+/// A source that may fail and come back.
+fn reopening(
+    config: &SourceConfig,
+    camera: &CameraId,
+    shutdown: &Shutdown,
+    period: Option<Duration>,
+) -> anyhow::Result<Box<dyn ImageSource>> {
+    let shutdown = shutdown.clone();
+    let open = move |config: &SourceConfig| match config {
+        SourceConfig::V4l2(config) => v4l2::open(config),
+        SourceConfig::Rza2m(config) => rza2m::open(config),
+        SourceConfig::Command(config) => command::open(config, &shutdown),
+        SourceConfig::Simulator { .. } | SourceConfig::Images { .. } | SourceConfig::Video(_) => {
+            Err(SourceError::new(Exit::Input, "another source than before"))
+        }
+    };
+    let opened = Reopening::new(config, open, period).map_err(SourceError::into_failure);
+    Ok(Box::new(
+        opened.with_context(|| format!("camera {camera}"))?,
+    ))
 }
 
 /// The sizes that detector and messages take, as `u16`.

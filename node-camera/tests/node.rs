@@ -8,11 +8,14 @@
 )]
 
 use std::fs;
+use std::path::Path;
 use std::process::Command;
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::time::{Duration, Instant};
 
-use node_camera::{CameraNodeConfig, SourceConfig};
+use node_camera::{
+    CameraNodeConfig, CommandConfig, CommandLine, SourceConfig, StreamFormat, VideoConfig,
+};
 use sextant_estimator::{Camera, CameraId, ObjectId, ObjectModel, ObjectTag, Rig, TagId};
 use sextant_iceoryx_images::{IceoryxOptions, ImageSubscriber};
 use sextant_process::children::ChildProcess;
@@ -362,10 +365,112 @@ fn the_parent_starts_a_killed_part_again() {
 
 fn until_gone(pid: u32) {
     let deadline = Instant::now() + PATIENCE;
-    while std::path::Path::new(&format!("/proc/{pid}")).exists() {
+    while Path::new(&format!("/proc/{pid}")).exists() {
         assert!(Instant::now() < deadline);
         std::thread::sleep(Duration::from_millis(5));
     }
+}
+
+/// So many images of the first camera, 33 ms apart.
+fn rendered(site: &Site, count: u64) -> Vec<(u64, GreyImage)> {
+    let mut renderer = Renderer::new(&site.scenario, 0).unwrap();
+    let [width, height] = site.scenario.cameras[0]
+        .resolution
+        .map(|pixels| pixels as usize);
+    let render = |number: u64| {
+        let mut pixels = vec![0; width * height];
+        let capture_ns = number * 33_000_000;
+        renderer.render(capture_ns, &mut pixels).unwrap();
+        let image = GreyImage {
+            width,
+            height,
+            pixels,
+        };
+        (capture_ns, image)
+    };
+    (1..=count).map(render).collect()
+}
+
+/// The images one after the other, as a program would write them.
+fn write_raw(site: &Site, file: &Path, count: u64) {
+    let images = rendered(site, count);
+    let raw: Vec<u8> = images
+        .into_iter()
+        .flat_map(|(_, image)| image.pixels)
+        .collect();
+    fs::write(file, raw).unwrap();
+}
+
+fn use_source(site: &Site, source: SourceConfig) {
+    let config = CameraNodeConfig {
+        source,
+        ..CameraNodeConfig::read(&site.config_file()).unwrap()
+    };
+    sextant_site_files::write_toml(&site.config_file(), &config).unwrap();
+}
+
+#[test]
+fn a_program_is_a_camera_and_is_started_again_when_it_ends() {
+    let site = Site::new();
+    let file = site.folder.path().join("frames");
+    write_raw(&site, &file, 10);
+    let cat = format!("cat {}", file.display());
+    let source = CommandConfig {
+        run: CommandLine::Text(cat),
+        format: StreamFormat::Grey,
+        resolution: Some(site.scenario.cameras[0].resolution),
+        latency_ms: None,
+    };
+    use_source(&site, SourceConfig::Command(source));
+    let subscription = site.subscribe(&site.keys.observations(&site.camera));
+    let both = site.start(None);
+    let seen = site.next_observations(&subscription, |seen| !seen.tags.is_empty());
+    assert_eq!(seen.clock.source, ClockSource::Arrival);
+    // Beyond what one run of the program has.
+    site.next_observations(&subscription, |seen| seen.sequence > 20);
+    stop(both);
+    site.assert_nothing_remains();
+}
+
+#[test]
+fn a_video_is_played_at_its_own_times_to_its_end() {
+    let site = Site::new();
+    let raw = site.folder.path().join("frames");
+    write_raw(&site, &raw, 40);
+    let [width, height] = site.scenario.cameras[0].resolution;
+    let encoded = Command::new("ffmpeg")
+        .args(["-loglevel", "error", "-f", "rawvideo", "-pix_fmt", "gray"])
+        .args([
+            "-video_size",
+            &format!("{width}x{height}"),
+            "-framerate",
+            "20",
+        ])
+        .args(["-i".as_ref(), raw.as_os_str()])
+        .args(["-c:v", "ffv1"])
+        .arg(site.folder.path().join("tags.mkv"))
+        .status()
+        .expect("ffmpeg runs (Debian: apt install ffmpeg)");
+    assert!(encoded.success());
+    let video = VideoConfig {
+        file: "tags.mkv".into(),
+        repeat: false,
+        start_ns: None,
+    };
+    use_source(&site, SourceConfig::Video(video));
+    let subscription = site.subscribe(&site.keys.observations(&site.camera));
+    let mut both = site.start(None);
+    let first = site.next_observations(&subscription, |seen| !seen.tags.is_empty());
+    assert_eq!(first.clock.source, ClockSource::Recorded);
+    let later = site.next_observations(&subscription, |seen| seen.sequence > first.sequence);
+    let images = later.sequence - first.sequence;
+    assert_eq!(later.capture_ns - first.capture_ns, images * 50_000_000);
+    let status = both
+        .wait_until(Instant::now() + PATIENCE)
+        .unwrap()
+        .expect("it ends by itself");
+    assert!(status.success());
+    site.assert_nothing_remains();
 }
 
 #[test]
@@ -377,28 +482,14 @@ fn a_recording_is_played_to_its_end() {
         .join("recording")
         .join(site.camera.as_str());
     fs::create_dir_all(camera.join("data")).unwrap();
-    let mut renderer = Renderer::new(&site.scenario, 0).unwrap();
-    let [width, height] = site.scenario.cameras[0]
-        .resolution
-        .map(|pixels| pixels as usize);
-    let mut image = GreyImage {
-        width,
-        height,
-        pixels: vec![0; width * height],
-    };
     let mut csv = String::new();
-    for number in 1..=60u64 {
-        let (capture_ns, name) = (number * 33_000_000, format!("{number}.png"));
-        renderer.render(capture_ns, &mut image.pixels).unwrap();
-        write_grey_png(&camera.join("data").join(&name), &image).unwrap();
+    for (number, (capture_ns, image)) in rendered(&site, 60).iter().enumerate() {
+        let name = format!("{number}.png");
+        write_grey_png(&camera.join("data").join(&name), image).unwrap();
         csv += &format!("{capture_ns},{name}\n");
     }
     fs::write(camera.join("data.csv"), csv).unwrap();
-    let config = CameraNodeConfig {
-        source: SourceConfig::images("recording"),
-        ..CameraNodeConfig::read(&site.config_file()).unwrap()
-    };
-    sextant_site_files::write_toml(&site.config_file(), &config).unwrap();
+    use_source(&site, SourceConfig::images("recording"));
     let subscription = site.subscribe(&site.keys.observations(&site.camera));
     let mut both = site.start(None);
     let seen = site.next_observations(&subscription, |observations| !observations.tags.is_empty());

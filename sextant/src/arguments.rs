@@ -2,11 +2,10 @@
 
 use crate::output::Format;
 use crate::{
-    calibrate, check, config, convert, demo, detect, doctor, echo, hz, learn, list, nodes, print,
-    replay, simulate, top,
+    calibrate, camera, check, config, convert, demo, detect, doctor, echo, hz, learn, list, nodes,
+    print, replay, simulate, top,
 };
 use clap::{Parser, Subcommand};
-use node_camera::CameraArguments;
 
 /// Publishes the poses of tagged objects seen by several cameras: nodes, calibration and tools.
 #[derive(Parser, Debug)]
@@ -62,8 +61,8 @@ enum Command {
     Doctor(doctor::DoctorArguments),
     /// Check files and recordings.
     Check(check::CheckArguments),
-    /// Run a camera node.
-    Camera(CameraArguments),
+    /// Run a camera node, or list this machine's cameras.
+    Camera(camera::CameraCommand),
     /// Run a fusion node.
     Fusion(nodes::NodeArguments),
     /// Run a viewer bridge: the web page.
@@ -96,7 +95,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         Command::Config(arguments) => config::run(arguments, format),
         Command::Doctor(arguments) => doctor::run(arguments, format),
         Command::Check(arguments) => check::run(arguments, format),
-        Command::Camera(arguments) => nodes::camera(arguments),
+        Command::Camera(arguments) => camera::run(arguments, format),
         Command::Fusion(arguments) => nodes::fusion(arguments),
         Command::Viewer(arguments) => nodes::viewer(arguments),
     }

@@ -6,13 +6,15 @@ mod machine;
 mod site;
 
 use crate::check::{CrossChecks, check_path};
+use crate::config::ConfigKind;
 use crate::output::{Format, print_line};
 use crate::site::SiteArguments;
 use anyhow::bail;
 use clap::Args;
+use node_camera::CameraNodeConfig;
 use serde::Serialize;
 use sextant_process::{Exit, Failure};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Arguments of `sextant doctor`.
 #[derive(Args, Debug)]
@@ -128,14 +130,39 @@ fn files(paths: &[PathBuf]) -> Vec<Finding> {
     let mut findings = Vec::new();
     for path in paths {
         let name = path.display();
-        findings.push(match check_path(path, None, &mut together) {
-            Ok((kind, summary)) => Finding::ok("file", format!("{name}: {kind}, {summary}")),
-            Err(error) => Finding::fault("file", format!("{error:#}"), "mend the file"),
-        });
+        match check_path(path, None, &mut together) {
+            Ok((kind, summary)) => {
+                findings.push(Finding::ok("file", format!("{name}: {kind}, {summary}")));
+                if kind == ConfigKind::Camera.word() {
+                    findings.extend(source(path));
+                }
+            }
+            Err(error) => {
+                findings.push(Finding::fault(
+                    "file",
+                    format!("{error:#}"),
+                    "mend the file",
+                ));
+            }
+        }
     }
     let complaints = together.complaints().into_iter();
     findings.extend(complaints.map(|words| Finding::fault("files", words, "mend one of them")));
     findings
+}
+
+/// Whether a camera node's device, program or file is there and fits.
+fn source(file: &Path) -> Option<Finding> {
+    let config = CameraNodeConfig::read(file).ok()?;
+    let words = |words: String| format!("{}: {words}", config.camera);
+    Some(match node_camera::examine(&config.source) {
+        Ok(found) => Finding::ok("source", words(found)),
+        Err(cause) => Finding::fault(
+            "source",
+            words(cause.to_string()),
+            "docs/cameras.md has a file for each kind of camera",
+        ),
+    })
 }
 
 #[cfg(test)]
@@ -152,6 +179,33 @@ mod tests {
         assert_eq!(
             finding.line(Format::Json),
             r#"{"about":"clock","verdict":"fault","words":"it stands still","remedy":"wind it up"}"#
+        );
+    }
+
+    #[test]
+    fn a_source_that_cannot_work_is_a_fault() {
+        let folder = tempfile::tempdir().unwrap();
+        let verdict = |source: &str| {
+            let file = folder.path().join("camera.toml");
+            let text = format!("site = \"s\"\ncamera = \"c\"\nsource = {source}\n");
+            std::fs::write(&file, text).unwrap();
+            files(&[file])[1].verdict
+        };
+        assert_eq!(
+            verdict("{ kind = \"command\", run = [\"sh\"], format = \"y4m\" }"),
+            Verdict::Ok
+        );
+        assert_eq!(
+            verdict("{ kind = \"command\", run = [\"no-such-program\"], format = \"y4m\" }"),
+            Verdict::Fault
+        );
+        assert_eq!(
+            verdict("{ kind = \"video\", file = \"missing.mp4\" }"),
+            Verdict::Fault
+        );
+        assert_eq!(
+            verdict("{ kind = \"v4l2\", device = \"/dev/null\", resolution = [640, 480] }"),
+            Verdict::Fault
         );
     }
 }

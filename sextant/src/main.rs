@@ -2,6 +2,7 @@
 
 mod arguments;
 mod calibrate;
+mod camera;
 mod check;
 mod config;
 mod convert;

@@ -1,7 +1,6 @@
-//! `sextant camera|fusion|viewer`: the nodes, in this one program.
+//! `sextant fusion|viewer`: the nodes, in this one program.
 
 use clap::Args;
-use node_camera::CameraArguments;
 use sextant_process::{Shutdown, logging};
 use std::path::PathBuf;
 
@@ -11,14 +10,6 @@ pub struct NodeArguments {
     /// The node's configuration (`sextant config` prints one).
     #[arg(long, value_name = "FILE")]
     config: PathBuf,
-}
-
-/// Runs a camera node until a signal or the end of its recording.
-///
-/// # Errors
-/// As [`node_camera::run`].
-pub fn camera(arguments: &CameraArguments) -> anyhow::Result<()> {
-    node_camera::run(arguments, &["camera"], &Shutdown::install()?)
 }
 
 /// Runs a fusion node until a signal.

@@ -54,11 +54,17 @@ const GCC_AARCH64: Tool = Tool {
     remedy: "install a C compiler for aarch64-linux-gnu",
 };
 
+const FFMPEG: Tool = Tool {
+    program: "ffmpeg",
+    package: Some("ffmpeg"),
+    remedy: "install FFmpeg",
+};
+
 /// What a chore needs beside Rust and a C compiler.
 fn needs(chore: &str) -> &'static [Tool] {
     match chore {
         "page" => &[NODE, NPM],
-        "workspace" => &[NODE, CHROMIUM, UNSHARE],
+        "workspace" => &[NODE, CHROMIUM, UNSHARE, FFMPEG],
         "arm" => &[QEMU_ARM, QEMU_AARCH64, GCC_ARM, GCC_AARCH64],
         "cross" => &[GCC_ARM, GCC_AARCH64],
         _ => &[],

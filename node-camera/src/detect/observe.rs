@@ -57,6 +57,7 @@ pub(super) fn clock(header: &ImageHeader) -> ClockQuality {
         HeaderClock::Ptp => ClockSource::Ptp,
         HeaderClock::Recorded => ClockSource::Recorded,
         HeaderClock::Simulated => ClockSource::Simulated,
+        HeaderClock::Arrival => ClockSource::Arrival,
     };
     ClockQuality {
         source,

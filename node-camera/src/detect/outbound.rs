@@ -29,9 +29,11 @@ impl Outbound {
     pub(super) fn of(source: &SourceConfig, camera: &CameraId) -> anyhow::Result<Self> {
         match source {
             SourceConfig::Simulator { scenario } => Self::simulated(scenario, camera),
-            SourceConfig::Images { .. } | SourceConfig::V4l2 { .. } | SourceConfig::Rza2m(_) => {
-                Ok(Self::Direct)
-            }
+            SourceConfig::Images { .. }
+            | SourceConfig::V4l2(_)
+            | SourceConfig::Rza2m(_)
+            | SourceConfig::Command(_)
+            | SourceConfig::Video(_) => Ok(Self::Direct),
         }
     }
 

@@ -1,10 +1,12 @@
-//! A source that is opened anew when no image comes any more: a driver may lose its camera without an error.
+//! A source that is opened anew: when it fails, as a camera does that is unplugged, and when no image comes any more, since a
+//! driver may lose its camera without an error.
 
 use std::time::{Duration, Instant};
 
 use sextant_process::{Exit, Shutdown};
 
-use super::{Capture, ImageSource, Next, SourceError};
+use super::{Capture, ImageSource, Next, Reconfigured, SourceError};
+use crate::config::SourceConfig;
 
 /// Periods without an image after which the camera has stalled.
 const MISSED_PERIODS: u32 = 30;
@@ -14,61 +16,122 @@ const SHORTEST: Duration = Duration::from_secs(1);
 const FIRST_IMAGE: [Duration; 2] = [Duration::from_secs(5), Duration::from_secs(60)];
 /// Share of a new interval between images in the period.
 const SMOOTHING: u32 = 8;
+/// Before a source that failed is opened again; doubled each time in a row, up to the second.
+const DELAYS: [Duration; 2] = [Duration::from_millis(500), Duration::from_secs(10)];
+/// A source that ran so long did not fail in a row.
+const GOOD_RUN: Duration = Duration::from_secs(30);
+/// How long one call waits at most while the source is closed.
+const LONGEST_WAIT: Duration = Duration::from_millis(200);
 
 /// The source and how to open it again.
 pub(crate) struct Reopening<O> {
+    config: SourceConfig,
     open: O,
-    /// None only between closing and opening: no device is open twice.
-    source: Option<Box<dyn ImageSource>>,
+    state: State,
     resolution: [u16; 2],
     stall: Stall,
+    delay: Duration,
+    opened: Instant,
     /// Number of the first image since the source was opened.
     first: u64,
     /// Number of the next image.
     next: u64,
 }
 
-impl<O: FnMut() -> Result<Box<dyn ImageSource>, SourceError>> Reopening<O> {
+enum State {
+    Open(Box<dyn ImageSource>),
+    /// Closed, to be opened again then.
+    Closed(Instant),
+}
+
+impl<O: FnMut(&SourceConfig) -> Result<Box<dyn ImageSource>, SourceError>> Reopening<O> {
     /// Opens the source for the first time. `period` is the time between two images, where it is known.
-    pub(crate) fn new(mut open: O, period: Option<Duration>) -> Result<Self, SourceError> {
-        let source = open()?;
+    pub(crate) fn new(
+        config: &SourceConfig,
+        mut open: O,
+        period: Option<Duration>,
+    ) -> Result<Self, SourceError> {
+        let source = open(config)?;
         Ok(Self {
+            config: config.clone(),
             open,
             resolution: source.resolution(),
-            source: Some(source),
+            state: State::Open(source),
             stall: Stall::new(period, FIRST_IMAGE, Instant::now()),
+            delay: DELAYS[0],
+            opened: Instant::now(),
             first: 0,
             next: 0,
         })
     }
 
-    fn reopen(&mut self) -> Result<(), SourceError> {
-        let patience_s = self.stall.patience().as_secs_f64();
-        tracing::warn!("no image for {patience_s:.1} s; opening the camera anew");
-        self.source = None;
-        let source = (self.open)()?;
+    /// Closes the source, to be opened again after `delay`.
+    fn close(&mut self, delay: Duration) {
+        // Dropped before anything is opened: no device is open twice.
+        self.state = State::Closed(Instant::now() + delay);
+    }
+
+    /// Closes a source that failed, unless nothing can come of opening it again.
+    fn fail(&mut self, cause: SourceError) -> Result<Next, SourceError> {
+        if cause.exit != Exit::Unavailable {
+            return Err(cause);
+        }
+        if self.opened.elapsed() >= GOOD_RUN {
+            self.delay = DELAYS[0];
+        }
+        let again_in = self.delay;
+        tracing::warn!(%cause, ?again_in, "the source failed; it is opened again");
+        self.close(again_in);
+        self.delay = (again_in * 2).min(DELAYS[1]);
+        Ok(Next::Nothing)
+    }
+
+    fn reopen(&mut self) -> Result<Next, SourceError> {
+        let source = match (self.open)(&self.config) {
+            Ok(source) => source,
+            Err(cause) => return self.fail(cause),
+        };
         if source.resolution() != self.resolution {
-            let message = "the camera has another resolution after it was opened anew";
+            let message = "the source has another resolution after it was opened anew";
             return Err(SourceError::new(Exit::Unavailable, message));
         }
-        self.source = Some(source);
+        self.state = State::Open(source);
         self.first = self.next;
-        self.stall.opened(Instant::now());
-        Ok(())
+        self.opened = Instant::now();
+        self.stall.opened(self.opened);
+        Ok(Next::Nothing)
+    }
+
+    fn nothing(&mut self, shutdown: &Shutdown) -> Next {
+        if self.stall.is_over_due(Instant::now()) && !shutdown.is_requested() {
+            let patience_s = self.stall.patience().as_secs_f64();
+            tracing::warn!("no image for {patience_s:.1} s; opening the source anew");
+            self.close(Duration::ZERO);
+        }
+        Next::Nothing
     }
 }
 
-impl<O: FnMut() -> Result<Box<dyn ImageSource>, SourceError>> ImageSource for Reopening<O> {
+impl<O: FnMut(&SourceConfig) -> Result<Box<dyn ImageSource>, SourceError>> ImageSource
+    for Reopening<O>
+{
     fn resolution(&self) -> [u16; 2] {
         self.resolution
     }
 
     fn next(&mut self, pixels: &mut [u8], shutdown: &Shutdown) -> Result<Next, SourceError> {
-        let Some(source) = &mut self.source else {
-            return Err(SourceError::new(Exit::Unavailable, "the camera is closed"));
+        let source = match &mut self.state {
+            State::Open(source) => source,
+            State::Closed(until) => {
+                let left = until.saturating_duration_since(Instant::now());
+                if shutdown.wait(left.min(LONGEST_WAIT)) || left > LONGEST_WAIT {
+                    return Ok(Next::Nothing);
+                }
+                return self.reopen();
+            }
         };
-        match source.next(pixels, shutdown)? {
-            Next::Image(capture) => {
+        match source.next(pixels, shutdown) {
+            Ok(Next::Image(capture)) => {
                 self.stall.image(Instant::now());
                 let sequence = self.first + capture.sequence;
                 self.next = sequence + 1;
@@ -77,18 +140,33 @@ impl<O: FnMut() -> Result<Box<dyn ImageSource>, SourceError>> ImageSource for Re
                     ..capture
                 }))
             }
-            Next::Nothing => {
-                if self.stall.is_over_due(Instant::now()) && !shutdown.is_requested() {
-                    self.reopen()?;
-                }
-                Ok(Next::Nothing)
-            }
-            Next::End => Ok(Next::End),
+            Ok(Next::Nothing) => Ok(self.nothing(shutdown)),
+            Ok(Next::End) => Ok(Next::End),
+            Err(_) if shutdown.is_requested() => Ok(Next::Nothing),
+            Err(cause) => self.fail(cause),
         }
     }
 
     fn fallbacks(&self) -> u64 {
-        self.source.as_ref().map_or(0, |source| source.fallbacks())
+        match &self.state {
+            State::Open(source) => source.fallbacks(),
+            State::Closed(_) => 0,
+        }
+    }
+
+    fn reconfigure(&mut self, config: &SourceConfig) -> Result<Reconfigured, SourceError> {
+        let outcome = match &mut self.state {
+            State::Open(source) => source.reconfigure(config)?,
+            State::Closed(_) => Reconfigured::NeedsReopening,
+        };
+        if outcome == Reconfigured::NeedsRestart {
+            return Ok(outcome);
+        }
+        self.config = config.clone();
+        if outcome == Reconfigured::NeedsReopening {
+            self.close(Duration::ZERO);
+        }
+        Ok(Reconfigured::Done)
     }
 }
 
@@ -183,21 +261,36 @@ mod tests {
         assert_eq!(stall.patience(), PERIOD * MISSED_PERIODS);
     }
 
-    /// Gives two images and then nothing more.
-    struct Stalling(u64);
+    fn anything() -> SourceConfig {
+        SourceConfig::images("recording")
+    }
 
-    impl ImageSource for Stalling {
+    /// Gives two images and then what it is told to.
+    struct TwoImages {
+        given: u64,
+        then: Result<Next, Exit>,
+    }
+
+    impl TwoImages {
+        fn and_then(then: Result<Next, Exit>) -> Result<Box<dyn ImageSource>, SourceError> {
+            Ok(Box::new(Self { given: 0, then }))
+        }
+    }
+
+    impl ImageSource for TwoImages {
         fn resolution(&self) -> [u16; 2] {
             [16, 16]
         }
 
         fn next(&mut self, _: &mut [u8], _: &Shutdown) -> Result<Next, SourceError> {
-            if self.0 == 2 {
-                return Ok(Next::Nothing);
+            if self.given == 2 {
+                return self
+                    .then
+                    .map_err(|exit| SourceError::new(exit, "it was unplugged"));
             }
-            self.0 += 1;
+            self.given += 1;
             Ok(Next::Image(Capture {
-                sequence: self.0 - 1,
+                sequence: self.given - 1,
                 capture_ns: 1,
                 exposure_ns: 0,
                 clock: ClockSource::Ntp,
@@ -207,46 +300,92 @@ mod tests {
         }
     }
 
-    #[test]
-    fn a_stalled_camera_is_opened_again_and_its_images_are_counted_on() {
+    /// The numbers of the images up to the end, with all waits cut short.
+    fn sequences<O>(mut camera: Reopening<O>) -> (Vec<u64>, SourceError)
+    where
+        O: FnMut(&SourceConfig) -> Result<Box<dyn ImageSource>, SourceError>,
+    {
         let shutdown = Shutdown::manual().unwrap();
-        let mut opened = 0;
-        let open = || {
-            opened += 1;
-            match opened {
-                4 => Err(SourceError::new(Exit::Unavailable, "it was unplugged")),
-                _ => Ok(Box::new(Stalling(0)) as Box<dyn ImageSource>),
-            }
-        };
-        let mut camera = Reopening::new(open, None).unwrap();
         let mut sequences = Vec::new();
-        let end = loop {
+        loop {
             match camera.next(&mut [], &shutdown) {
                 Ok(Next::Image(capture)) => sequences.push(capture.sequence),
-                // As if the time for it had passed.
-                Ok(_) => camera.stall.silent_since -= camera.stall.patience(),
-                Err(end) => break end,
+                Ok(_) => {
+                    camera.stall.silent_since -= camera.stall.patience();
+                    if let State::Closed(until) = &mut camera.state {
+                        *until = Instant::now();
+                    }
+                }
+                Err(end) => return (sequences, end),
+            }
+        }
+    }
+
+    #[test]
+    fn a_stalled_camera_is_opened_again_and_its_images_are_counted_on() {
+        let mut opened = 0;
+        let open = |_: &SourceConfig| {
+            opened += 1;
+            match opened {
+                4 => Err(SourceError::new(Exit::Input, "no such format")),
+                _ => TwoImages::and_then(Ok(Next::Nothing)),
             }
         };
+        let (sequences, end) = sequences(Reopening::new(&anything(), open, None).unwrap());
         assert_eq!(sequences, [0, 1, 2, 3, 4, 5]);
-        assert!(end.to_string().contains("unplugged"));
+        assert!(end.to_string().contains("no such format"));
+    }
+
+    #[test]
+    fn an_unplugged_camera_is_opened_again_until_it_is_back() {
+        let mut opened = 0;
+        let open = |_: &SourceConfig| {
+            opened += 1;
+            match opened {
+                2..=5 => Err(SourceError::new(Exit::Unavailable, "it is not there")),
+                7 => Err(SourceError::new(Exit::Input, "enough")),
+                _ => TwoImages::and_then(Err(Exit::Unavailable)),
+            }
+        };
+        let camera = Reopening::new(&anything(), open, None).unwrap();
+        let (sequences, end) = sequences(camera);
+        assert_eq!(sequences, [0, 1, 2, 3]);
+        assert_eq!(end.to_string(), "enough");
+    }
+
+    #[test]
+    fn delays_grow_while_a_source_fails() {
+        let unavailable = || SourceError::new(Exit::Unavailable, "gone");
+        let open = |_: &SourceConfig| TwoImages::and_then(Ok(Next::Nothing));
+        let mut camera = Reopening::new(&anything(), open, None).unwrap();
+        let mut delays = Vec::new();
+        for _ in 0..6 {
+            delays.push(camera.delay.as_millis());
+            camera.fail(unavailable()).unwrap();
+        }
+        assert_eq!(delays, [500, 1000, 2000, 4000, 8000, 10_000]);
+        camera.opened -= GOOD_RUN;
+        camera.fail(unavailable()).unwrap();
+        assert_eq!(camera.delay, DELAYS[0] * 2);
     }
 
     #[test]
     fn nothing_is_opened_while_the_process_ends() {
         let shutdown = Shutdown::manual().unwrap();
         let mut opened = 0;
-        let mut camera = Reopening::new(
-            || {
-                opened += 1;
-                Ok(Box::new(Stalling(2)) as Box<dyn ImageSource>)
-            },
-            None,
-        )
-        .unwrap();
+        let open = |_: &SourceConfig| {
+            opened += 1;
+            TwoImages::and_then(Ok(Next::Nothing))
+        };
+        let mut camera = Reopening::new(&anything(), open, None).unwrap();
+        for _ in 0..2 {
+            camera.next(&mut [], &shutdown).unwrap();
+        }
         camera.stall.silent_since -= camera.stall.patience();
         shutdown.request();
-        assert_eq!(camera.next(&mut [], &shutdown).unwrap(), Next::Nothing);
+        for _ in 0..3 {
+            assert_eq!(camera.next(&mut [], &shutdown).unwrap(), Next::Nothing);
+        }
         drop(camera);
         assert_eq!(opened, 1);
     }

@@ -4,22 +4,20 @@
 use std::path::Path;
 use std::time::Duration;
 
-use sextant_iceoryx_images::ClockSource;
 use sextant_process::clock::{monotonic_ns, wall_from_monotonic_ns};
-use sextant_process::{ClockQuality, Exit, Shutdown};
+use sextant_process::{Exit, Shutdown};
 use sextant_rza2m::drp::{CircuitData, DrpError, PipelineError};
 use sextant_rza2m::{
     Accelerated, Camera, CameraError, Cpu, DevMem, DrpFile, Frame, I2cBus, Layout, PhysicalMemory,
     Preprocess, SensorBus,
 };
 
+use super::host_clock::{HostClock, Stamped, Taken};
 use super::{Capture, ImageSource, Next, SourceError};
 use crate::config::{DrpCircuitConfig, Rza2mConfig};
 
 /// Between two looks at VIN's status: no interrupt reaches user space.
 const POLL: Duration = Duration::from_millis(1);
-/// How often the clock's quality is read, in images.
-const QUALITY_PERIOD: u64 = 30;
 /// How long one call waits at most.
 const LONGEST_WAIT_NS: u64 = 200_000_000;
 /// Data of the library's circuits has up to 380 kB.
@@ -37,9 +35,7 @@ pub(crate) struct Rza2mCamera<M: PhysicalMemory, B: SensorBus> {
     /// Images that the CPU made because the DRP was refused.
     refused: Option<u64>,
     resolution: [u16; 2],
-    /// Images so far, and the clock's quality, read every now and then.
-    images: u64,
-    quality: ClockQuality,
+    clock: HostClock,
 }
 
 /// Opens the board's devices and starts the camera as the file says.
@@ -72,8 +68,7 @@ pub(crate) fn open(config: &Rza2mConfig) -> Result<Box<dyn ImageSource>, SourceE
         preprocess,
         refused,
         resolution: config.resolution,
-        images: 0,
-        quality: ClockQuality::read(),
+        clock: HostClock::default(),
     }))
 }
 
@@ -126,20 +121,15 @@ impl<M: PhysicalMemory, B: SensorBus> Rza2mCamera<M, B> {
             return Ok(None);
         }
         self.refused = self.refused.map(|images| images + 1);
-        if self.images.is_multiple_of(QUALITY_PERIOD) {
-            self.quality = ClockQuality::read();
-        }
-        self.images += 1;
-        Ok(Some(Capture {
+        let capture = self.clock.capture(Taken {
             sequence: frame.number,
             capture_ns: wall_from_monotonic_ns(frame.exposed_ns),
             exposure_ns: frame.exposure_ns,
-            clock: match self.quality.synchronised {
-                true => ClockSource::Ntp,
-                false => ClockSource::FreeRunning,
-            },
-            clock_error_ns: self.quality.error_ns.saturating_add(frame.tolerance_ns),
-            clock_offset_ns: 0,
+            stamped: Stamped::ByDriver,
+        });
+        Ok(Some(Capture {
+            clock_error_ns: capture.clock_error_ns.saturating_add(frame.tolerance_ns),
+            ..capture
         }))
     }
 }
@@ -279,8 +269,7 @@ mod tests {
             preprocess: Box::new(Cpu::new(size)),
             refused,
             resolution: RESOLUTION,
-            images: 0,
-            quality: ClockQuality::read(),
+            clock: HostClock::default(),
         }
     }
 

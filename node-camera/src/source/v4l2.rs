@@ -1,214 +1,301 @@
-//! A camera of this host by Video4Linux 2: grey or YUYV (of which the luma is taken), memory-mapped buffers, time stamps of
-//! the driver. Our own few calls, since no crate fits 32-bit boards with old kernels.
+//! A camera of this host by Video4Linux 2: any format that [`super::pixel_formats`] reads, memory-mapped buffers, time
+//! stamps of the driver. Our own few calls, since no crate fits 32-bit boards with old kernels.
 //!
-//! - `abi`: the kernel's structures and call numbers.
-//! - `device`: the calls, safe.
-//! - `stream`: mapped buffers that go round between driver and us.
+//! - `device`: the requests, a trait. `kernel`: the device's file behind it, with the kernel's structures in `abi`.
+//! - `negotiation`: format and size. `controls`: exposure, gain and the like. `timing`: what stamps and numbers mean.
+//! - `stream`: buffers that go round between driver and us.
+//! - `probe`: what cameras there are, and a first `camera.toml`.
 
 mod abi;
+mod controls;
 mod device;
+#[cfg(test)]
+mod fake;
+mod kernel;
+mod negotiation;
+pub mod probe;
 mod stream;
+#[cfg(test)]
+mod tests;
+mod timing;
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::time::Duration;
 
-use sextant_iceoryx_images::ClockSource;
-use sextant_process::clock::wall_from_monotonic_ns;
-use sextant_process::{ClockQuality, Exit, Shutdown, now_ns};
+use sextant_process::clock::{monotonic_ns, wall_from_monotonic_ns};
+use sextant_process::{Exit, Shutdown};
 
-use self::abi::{FOURCC_GREY, FOURCC_YUYV};
-use self::device::{Device, Layout};
-use self::stream::{Frame, Stamp, Stream};
-use super::{Capture, ImageSource, Next, SourceError, checked_resolution};
+use self::device::{Api, Device, Format, Identity, Wake};
+use self::kernel::KernelDevice;
+use self::stream::{Stream, StreamError};
+use self::timing::{SequenceCounter, Stamp};
+use super::host_clock::{HostClock, Stamped, Taken};
+use super::pixel_formats::{Coding, Geometry, GreyReader, PixelFormat};
+use super::{Capture, ImageSource, Next, Reconfigured, SourceError, checked_resolution};
+use crate::config::{SourceConfig, V4l2Config};
 
 /// How long one call waits at most.
 const LONGEST_WAIT: Duration = Duration::from_millis(200);
-/// How often the clock's quality is read, in images.
-const QUALITY_PERIOD: u64 = 30;
+/// Before a driver is asked again that woke us for nothing.
+const IDLE_WAKE: Duration = Duration::from_millis(2);
 
-/// What is asked of the camera.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Wish {
-    pub(crate) resolution: [u32; 2],
-    pub(crate) rate_hz: Option<f64>,
-    pub(crate) exposure_us: Option<u32>,
-    pub(crate) readout_us: Option<u32>,
-}
+const CAP_VIDEO_CAPTURE: u32 = 0x0000_0001;
+const CAP_VIDEO_CAPTURE_MPLANE: u32 = 0x0000_1000;
+const CAP_STREAMING: u32 = 0x0400_0000;
+const FLAG_ERROR: u32 = 0x0000_0040;
 
 /// The camera, streaming.
-pub(crate) struct V4l2Camera {
-    path: PathBuf,
-    stream: Stream,
-    layout: Layout,
+pub(crate) struct V4l2Camera<D: Device> {
+    config: V4l2Config,
+    stream: Stream<D>,
+    reader: GreyReader,
     resolution: [u16; 2],
     exposure_ns: u32,
-    readout_ns: u32,
-    first_sequence: Option<u32>,
-    taken: u64,
-    quality: ClockQuality,
+    sequence: SequenceCounter,
+    clock: HostClock,
 }
 
-impl V4l2Camera {
-    /// Opens the device, sets it up as wished and starts it.
-    pub(crate) fn open(path: &Path, wish: &Wish) -> Result<Self, SourceError> {
-        let device = Device::open(path)?;
-        let layout = choose_layout(&device, wish)?;
-        let resolution = checked_resolution(layout.width, layout.height)
-            .ok_or_else(|| device.unusable("a resolution outside 16x16 to 4096x3072"))?;
-        if let Some(rate_hz) = wish.rate_hz {
-            device.set_rate(rate_hz);
-        }
-        let exposure_ns = wish.exposure_us.map_or(0, |wished_us| {
-            device.set_exposure_us(wished_us).saturating_mul(1000)
-        });
-        tracing::info!(device = %path.display(), card = device.card(), width = layout.width, height = layout.height, "camera");
+/// Opens a camera, sets it up as the file says and starts it.
+pub(crate) fn open(config: &V4l2Config) -> Result<Box<dyn ImageSource>, SourceError> {
+    Ok(Box::new(V4l2Camera::start(open_device(config)?, config)?))
+}
+
+/// Looks whether a camera is there and has what the file asks for.
+///
+/// # Errors
+/// As [`open`].
+pub(crate) fn examine(config: &V4l2Config) -> Result<String, SourceError> {
+    let setup = Setup::of(&open_device(config)?, config)?;
+    let Setup {
+        identity, format, ..
+    } = setup;
+    let [width, height] = format.size;
+    let name = PixelFormat::name(format.fourcc);
+    Ok(format!("{}: {width}x{height} in {name}", identity.card))
+}
+
+fn open_device(config: &V4l2Config) -> Result<KernelDevice, SourceError> {
+    let opened = KernelDevice::open(&config.device);
+    opened.map_err(|cause| device_error(&config.device, "cannot be opened", &cause))
+}
+
+/// What a camera and the file have agreed upon.
+struct Setup {
+    identity: Identity,
+    api: Api,
+    format: Format,
+    coding: Coding,
+}
+
+impl Setup {
+    fn of(device: &impl Device, config: &V4l2Config) -> Result<Self, SourceError> {
+        let path = &config.device;
+        let identity = device
+            .identity()
+            .map_err(|cause| device_error(path, "cannot be asked what it is", &cause))?;
+        let unusable = |lack: &str| unusable(path, &identity, lack);
+        let api = api_of(&identity).map_err(unusable)?;
+        let negotiated = negotiation::negotiate(device, api, config);
+        let (format, coding) = negotiated.map_err(|lack| unusable(&lack))?;
         Ok(Self {
-            path: path.to_owned(),
-            stream: Stream::start(device)?,
-            layout,
+            identity,
+            api,
+            format,
+            coding,
+        })
+    }
+}
+
+impl<D: Device> V4l2Camera<D> {
+    fn start(device: D, config: &V4l2Config) -> Result<Self, SourceError> {
+        let path = &config.device;
+        let Setup {
+            identity,
+            api,
+            format,
+            coding,
+        } = Setup::of(&device, config)?;
+        let geometry = geometry(&format, coding);
+        let resolution = checked_resolution(geometry.width, geometry.height)
+            .ok_or_else(|| unusable(path, &identity, "a resolution outside 16x16 to 4096x3072"))?;
+        set_rate(&device, api, config);
+        let exposure_ns = controls::apply(&device, config).map_err(|cause| cause.of(path))?;
+        tracing::info!(
+            device = %path.display(),
+            card = identity.card,
+            format = PixelFormat::name(format.fourcc),
+            width = geometry.width,
+            height = geometry.height,
+            "camera"
+        );
+        let stream = Stream::start(device, api).map_err(|failure| stream_error(path, failure))?;
+        Ok(Self {
+            config: config.clone(),
+            stream,
+            reader: GreyReader::new(coding, geometry),
             resolution,
             exposure_ns,
-            readout_ns: wish.readout_us.unwrap_or(0).saturating_mul(1000),
-            first_sequence: None,
-            taken: 0,
-            quality: ClockQuality::read(),
+            sequence: SequenceCounter::default(),
+            clock: HostClock::default(),
         })
     }
 
-    fn capture(&mut self, frame: &Frame<'_>) -> Capture {
-        if self.taken.is_multiple_of(QUALITY_PERIOD) {
-            self.quality = ClockQuality::read();
-        }
-        let first = *self.first_sequence.get_or_insert(frame.sequence);
-        // Some drivers never count; then our own count is all there is.
-        let sequence = u64::from(frame.sequence.wrapping_sub(first)).max(self.taken);
-        self.taken = sequence + 1;
-        Capture {
+    fn failed(&self, failure: StreamError) -> SourceError {
+        stream_error(&self.config.device, failure)
+    }
+
+    fn capture(&mut self, sequence: u64, stamp: Stamp) -> Capture {
+        let readout_ns = self.config.readout_us.unwrap_or(0).saturating_mul(1000);
+        let middle_ns = stamp.middle_of_exposure_ns(self.exposure_ns, readout_ns, monotonic_ns());
+        self.clock.capture(Taken {
             sequence,
-            capture_ns: middle_of_exposure_ns(frame.stamp, self.exposure_ns, self.readout_ns),
+            capture_ns: wall_from_monotonic_ns(middle_ns),
             exposure_ns: self.exposure_ns,
-            clock: if self.quality.synchronised {
-                ClockSource::Ntp
-            } else {
-                ClockSource::FreeRunning
+            stamped: match stamp {
+                Stamp::None => Stamped::OnArrival,
+                Stamp::StartOfExposure(_) | Stamp::EndOfFrame(_) => Stamped::ByDriver,
             },
-            clock_error_ns: self.quality.error_ns,
-            clock_offset_ns: 0,
-        }
+        })
     }
 }
 
-impl ImageSource for V4l2Camera {
+impl<D: Device> ImageSource for V4l2Camera<D> {
     fn resolution(&self) -> [u16; 2] {
         self.resolution
     }
 
     fn next(&mut self, pixels: &mut [u8], shutdown: &Shutdown) -> Result<Next, SourceError> {
-        if !self.stream.wait(shutdown, LONGEST_WAIT)? {
-            return Ok(Next::Nothing);
+        let woken = self.stream.wait(shutdown, LONGEST_WAIT);
+        match woken.map_err(|failure| self.failed(failure))? {
+            Wake::Ready => {}
+            Wake::Nothing => return Ok(Next::Nothing),
+            Wake::Changed => {
+                let message = format!(
+                    "{}: its source has images of another kind now",
+                    self.config.device.display()
+                );
+                return Err(SourceError::new(Exit::Unavailable, message));
+            }
         }
-        let Some(frame) = self.stream.take()? else {
+        let taken = self.stream.take();
+        let Some(buffer) = taken.map_err(|failure| self.failed(failure))? else {
+            shutdown.wait(IDLE_WAKE);
             return Ok(Next::Nothing);
         };
-        let is_whole = self.layout.copy_luma(frame.bytes, pixels);
-        let (sequence, stamp) = (frame.sequence, frame.stamp);
-        self.stream.give_back(frame.index)?;
-        if !is_whole {
-            tracing::warn!(device = %self.path.display(), "an incomplete image is passed over");
+        let sequence = self.sequence.count(buffer.sequence);
+        let mut read = Ok(());
+        let reader = &mut self.reader;
+        let mut look = |image: &[u8]| read = reader.read(image, pixels);
+        self.stream.device().look_at(&buffer, &mut look);
+        let given_back = self.stream.give_back(buffer.index);
+        given_back.map_err(|failure| self.failed(failure))?;
+        if buffer.flags & FLAG_ERROR != 0 {
+            tracing::warn!("the driver says that an image is damaged; it is passed over");
             return Ok(Next::Nothing);
         }
-        Ok(Next::Image(self.capture(&Frame {
-            bytes: &[],
-            index: 0,
-            sequence,
-            stamp,
-        })))
+        if let Err(cause) = read {
+            tracing::warn!(%cause, "an image is damaged; it is passed over");
+            return Ok(Next::Nothing);
+        }
+        Ok(Next::Image(self.capture(sequence, Stamp::of(&buffer))))
+    }
+
+    fn reconfigure(&mut self, config: &SourceConfig) -> Result<Reconfigured, SourceError> {
+        let SourceConfig::V4l2(config) = config else {
+            return Ok(Reconfigured::NeedsRestart);
+        };
+        let streams_alike = V4l2Config {
+            exposure_us: config.exposure_us,
+            gain: config.gain,
+            readout_us: config.readout_us,
+            controls: config.controls.clone(),
+            ..self.config.clone()
+        };
+        if streams_alike != *config {
+            let fits = config.resolution == self.config.resolution;
+            return Ok(if fits {
+                Reconfigured::NeedsReopening
+            } else {
+                Reconfigured::NeedsRestart
+            });
+        }
+        let applied = controls::apply(self.stream.device(), config);
+        self.exposure_ns = applied.map_err(|cause| cause.of(&config.device))?;
+        self.config = config.clone();
+        Ok(Reconfigured::Done)
     }
 }
 
-/// Grey if the camera has it, else YUYV, in exactly the resolution that was asked for.
-fn choose_layout(device: &Device, wish: &Wish) -> Result<Layout, SourceError> {
-    let [width, height] = wish.resolution;
-    let mut offers = Vec::new();
-    for fourcc in [FOURCC_GREY, FOURCC_YUYV] {
-        let layout = device.set_format(width, height, fourcc)?;
-        if layout.fourcc == fourcc
-            && (layout.width, layout.height) == (width as usize, height as usize)
-        {
-            return Ok(layout);
-        }
-        offers.push(layout.to_string());
+/// The interface by which a device captures.
+fn api_of(identity: &Identity) -> Result<Api, &'static str> {
+    let has = |ability: u32| identity.abilities & ability != 0;
+    let api = if has(CAP_VIDEO_CAPTURE) {
+        Api::SinglePlanar
+    } else if has(CAP_VIDEO_CAPTURE_MPLANE) {
+        Api::MultiPlanar
+    } else {
+        return Err(
+            "it does not capture video; a camera often has several devices, of which the first captures",
+        );
+    };
+    if has(CAP_STREAMING) {
+        Ok(api)
+    } else {
+        Err("it does not stream into mapped memory")
     }
-    let offers = offers.join(" or ");
-    Err(device.unusable(&format!(
-        "no {width}x{height} image in GREY or YUYV; it offers {offers} instead"
-    )))
 }
 
-/// The driver stamps the start of the exposure or the end of the transfer; without a stamp of the monotonic clock there is
-/// only the time at which we got the image. The middle row is exposed half the readout after the first and before the last.
-fn middle_of_exposure_ns(stamp: Stamp, exposure_ns: u32, readout_ns: u32) -> u64 {
-    let half = (u64::from(exposure_ns) + u64::from(readout_ns)) / 2;
-    match stamp {
-        Stamp::StartOfExposure(monotonic_ns) => {
-            wall_from_monotonic_ns(monotonic_ns).saturating_add(half)
-        }
-        Stamp::EndOfFrame(monotonic_ns) => {
-            wall_from_monotonic_ns(monotonic_ns).saturating_sub(half)
-        }
-        Stamp::None => now_ns().saturating_sub(half),
+fn geometry(format: &Format, coding: Coding) -> Geometry {
+    let [width, height] = format.size.map(|length| length as usize);
+    let stride = match coding {
+        Coding::Luma(_) | Coding::Mosaic(_) => format.stride as usize,
+        Coding::Jpeg => 0,
+    };
+    Geometry {
+        width,
+        height,
+        stride,
     }
+}
+
+/// Asks for the rate that is wished; a driver without a choice keeps its own.
+fn set_rate(device: &impl Device, api: Api, config: &V4l2Config) {
+    let Some(rate_hz) = config.rate_hz else {
+        return;
+    };
+    let wish = device::Fraction([1000, (rate_hz * 1000.0).round() as u32]);
+    match device.set_interval(api, wish) {
+        Ok(interval) => tracing::info!(rate_hz = interval.rate_hz(), "images a second"),
+        Err(cause) => tracing::warn!(%cause, "the camera keeps its own rate"),
+    }
+}
+
+fn stream_error(path: &Path, StreamError { what, cause }: StreamError) -> SourceError {
+    device_error(path, what, &cause)
+}
+
+/// A device that lacks something.
+fn unusable(path: &Path, identity: &Identity, lack: &str) -> SourceError {
+    let (path, card) = (path.display(), &identity.card);
+    let message = format!("{path} ({card}) cannot be used: {lack}");
+    SourceError::new(Exit::Unavailable, message)
 }
 
 /// An error of a device: out of reach, busy, or not what is needed.
 fn device_error(path: &Path, what: &str, cause: &std::io::Error) -> SourceError {
     let remedy = match cause.raw_os_error() {
-        Some(libc::ENOENT) => "; is it plugged in?",
+        Some(libc::ENOENT) => "; is it plugged in? `sextant camera --probe` lists the cameras",
         Some(libc::EACCES) => "; join the group that owns it (usually `video`)",
         Some(libc::EBUSY) => "; another program uses it",
         Some(libc::ENODEV | libc::ENXIO) => "; it was unplugged",
         Some(libc::ENOTTY | libc::EINVAL) => "; is it a camera?",
+        Some(libc::ENOSPC) => {
+            "; the USB bus has no bandwidth left: choose a smaller size or rate, MJPG, or another port"
+        }
         _ => "",
     };
     SourceError::new(
         Exit::Unavailable,
         format!("{}: {what}: {cause}{remedy}", path.display()),
     )
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    const WISH: Wish = Wish {
-        resolution: [640, 480],
-        rate_hz: None,
-        exposure_us: None,
-        readout_us: None,
-    };
-
-    fn refusal(path: &str) -> String {
-        V4l2Camera::open(Path::new(path), &WISH)
-            .err()
-            .unwrap()
-            .to_string()
-    }
-
-    #[test]
-    fn what_is_no_camera_is_refused_with_a_remedy() {
-        assert!(refusal("/dev/video-none").contains("is it plugged in?"));
-        assert!(refusal("/dev/null").contains("is it a camera?"));
-    }
-
-    #[test]
-    fn the_middle_of_the_exposure_lies_on_the_right_side_of_the_stamp() {
-        let stamp = sextant_process::clock::monotonic_ns();
-        for readout_ns in [0, 20_000_000] {
-            let start =
-                middle_of_exposure_ns(Stamp::StartOfExposure(stamp), 10_000_000, readout_ns);
-            let end = middle_of_exposure_ns(Stamp::EndOfFrame(stamp), 10_000_000, readout_ns);
-            let whole = 10_000_000 + u64::from(readout_ns);
-            assert!((start - end).abs_diff(whole) < 5_000_000, "{start} {end}");
-        }
-    }
 }

@@ -1,305 +1,165 @@
-//! The calls on an open video device, safe to make.
+//! What a capture asks of a video device: the requests of Video4Linux in terms of their meaning. [`super::kernel`] makes
+//! them of the kernel; tests make them of a fake.
 
-use std::ffi::{c_int, c_ulong};
-use std::fmt;
-use std::fs::{File, OpenOptions};
 use std::io;
-use std::os::fd::{AsFd, AsRawFd, BorrowedFd};
-use std::os::unix::fs::OpenOptionsExt;
-use std::path::{Path, PathBuf};
+use std::time::Duration;
 
-use sextant_process::Exit;
+use sextant_process::Shutdown;
 
-use super::abi::{self, Capability, Control, Format, FormatUnion, PixFormat, Plain, StreamParm};
-use super::{SourceError, device_error};
+/// An open video device. Each method is one request of `linux/videodev2.h`; errors are the kernel's.
+pub(super) trait Device {
+    /// What the device is (`VIDIOC_QUERYCAP`).
+    fn identity(&self) -> io::Result<Identity>;
 
-/// An open device that can capture.
-#[derive(Debug)]
-pub(super) struct Device {
-    path: PathBuf,
-    file: File,
-    card: String,
+    /// The code of the n-th pixel format (`VIDIOC_ENUM_FMT`); `EINVAL` behind the last.
+    fn nth_format(&self, api: Api, n: u32) -> io::Result<[u8; 4]>;
+
+    /// The n-th size or range of sizes of a format (`VIDIOC_ENUM_FRAMESIZES`); `EINVAL` behind the last.
+    fn nth_size(&self, fourcc: [u8; 4], n: u32) -> io::Result<Sizes>;
+
+    /// The n-th interval between images, or range of such, of a format and size (`VIDIOC_ENUM_FRAMEINTERVALS`).
+    fn nth_interval(&self, fourcc: [u8; 4], size: [u32; 2], n: u32) -> io::Result<Intervals>;
+
+    /// Asks for a format; the driver answers with the nearest it has (`VIDIOC_S_FMT`).
+    fn set_format(&self, api: Api, fourcc: [u8; 4], size: [u32; 2]) -> io::Result<Format>;
+
+    /// Asks for an interval between images; the driver answers with the one it takes (`VIDIOC_S_PARM`).
+    fn set_interval(&self, api: Api, interval: Fraction) -> io::Result<Fraction>;
+
+    /// The first control with a greater number than `after` (`VIDIOC_QUERYCTRL`); `EINVAL` behind the last.
+    fn control_after(&self, after: u32) -> io::Result<Control>;
+
+    /// The words of a menu's entry (`VIDIOC_QUERYMENU`); `EINVAL` for one that is not there.
+    fn menu_entry(&self, id: u32, index: u32) -> io::Result<String>;
+
+    /// A control's value (`VIDIOC_G_CTRL`).
+    fn control(&self, id: u32) -> io::Result<i32>;
+
+    /// Sets a control (`VIDIOC_S_CTRL`).
+    fn set_control(&self, id: u32, value: i32) -> io::Result<()>;
+
+    /// Asks to be woken with [`Wake::Changed`] when the source changes (`VIDIOC_SUBSCRIBE_EVENT`).
+    fn watch_source(&self) -> io::Result<()>;
+
+    /// Asks for buffers and maps them; returns how many there are (`VIDIOC_REQBUFS`, `VIDIOC_QUERYBUF`, `mmap`).
+    fn map_buffers(&mut self, api: Api, count: u32) -> io::Result<u32>;
+
+    /// Hands a buffer to the driver, to be filled (`VIDIOC_QBUF`).
+    fn queue(&self, api: Api, index: u32) -> io::Result<()>;
+
+    /// Takes a filled buffer (`VIDIOC_DQBUF`); `EAGAIN` where there is none.
+    fn dequeue(&self, api: Api) -> io::Result<Buffer>;
+
+    /// Shows the bytes of a buffer that is ours, of its first plane, to `look`; none for a buffer that is not there.
+    fn look_at(&self, buffer: &Buffer, look: &mut dyn FnMut(&[u8]));
+
+    /// Starts to fill buffers (`VIDIOC_STREAMON`).
+    fn start(&self, api: Api) -> io::Result<()>;
+
+    /// Stops it (`VIDIOC_STREAMOFF`).
+    fn stop(&self, api: Api) -> io::Result<()>;
+
+    /// Waits for a filled buffer, a change, an error, or the wish to stop (`poll`).
+    fn wait(&self, shutdown: &Shutdown, timeout: Duration) -> io::Result<Wake>;
 }
 
-/// How the pixels lie in a buffer.
+/// The two interfaces of Video4Linux for capturing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct Layout {
-    pub(super) width: usize,
-    pub(super) height: usize,
-    pub(super) fourcc: u32,
-    pub(super) stride: usize,
+pub(super) enum Api {
+    /// An image is one range of bytes.
+    SinglePlanar,
+    /// An image is several, of which the first holds the luma.
+    MultiPlanar,
 }
 
-impl Device {
-    /// Opens a device and makes sure that it is a camera that streams.
-    pub(super) fn open(path: &Path) -> Result<Self, SourceError> {
-        let file = OpenOptions::new()
-            .read(true)
-            .write(true)
-            .custom_flags(libc::O_NONBLOCK)
-            .open(path)
-            .map_err(|cause| device_error(path, "cannot be opened", &cause))?;
-        let mut device = Self {
-            path: path.to_owned(),
-            file,
-            card: String::new(),
-        };
-        let mut about: Capability = abi::zeroed();
-        device
-            .call(abi::QUERYCAP, &mut about)
-            .map_err(|cause| device.error("cannot be asked what it is", &cause))?;
-        device.card = text(&about.card);
-        device.check_abilities(&about)?;
-        Ok(device)
-    }
-
-    fn check_abilities(&self, about: &Capability) -> Result<(), SourceError> {
-        let has_own = about.capabilities & abi::CAP_DEVICE_CAPS != 0;
-        let abilities = if has_own {
-            about.device_caps
-        } else {
-            about.capabilities
-        };
-        if abilities & abi::CAP_VIDEO_CAPTURE == 0 {
-            let is_planar = abilities & abi::CAP_VIDEO_CAPTURE_MPLANE != 0;
-            let lack = if is_planar {
-                "it has multi-planar images only"
-            } else {
-                "it does not capture video"
-            };
-            return Err(self.unusable(lack));
-        }
-        if abilities & abi::CAP_STREAMING == 0 {
-            return Err(self.unusable("it does not stream into mapped memory"));
-        }
-        Ok(())
-    }
-
+/// What a device says that it is.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) struct Identity {
+    pub(super) driver: String,
     /// The camera's own name.
-    pub(super) fn card(&self) -> &str {
-        &self.card
-    }
-
-    /// Asks for a format; the driver answers with the nearest it has.
-    pub(super) fn set_format(
-        &self,
-        width: u32,
-        height: u32,
-        fourcc: u32,
-    ) -> Result<Layout, SourceError> {
-        let mut format: Format = abi::zeroed();
-        format.kind = abi::CAPTURE;
-        let wish = PixFormat {
-            width,
-            height,
-            pixelformat: fourcc,
-            field: abi::FIELD_ANY,
-            bytesperline: 0,
-            sizeimage: 0,
-            rest: [0; 6],
-        };
-        format.fmt = FormatUnion { bytes: [0; 200] };
-        format.fmt.pix = wish;
-        self.call(abi::S_FMT, &mut format)
-            .map_err(|cause| self.error("does not take an image format", &cause))?;
-        // SAFETY: the kernel answers for this kind with a pix format; any bytes are valid integers.
-        let pix = unsafe { format.fmt.pix };
-        Ok(Layout::of(&pix))
-    }
-
-    /// Asks for a rate; a driver without a choice keeps its own.
-    pub(super) fn set_rate(&self, rate_hz: f64) {
-        let mut parameters: StreamParm = abi::zeroed();
-        parameters.kind = abi::CAPTURE;
-        parameters.numerator = 1000;
-        parameters.denominator = (rate_hz * 1000.0).round() as u32;
-        match self.call(abi::S_PARM, &mut parameters) {
-            Ok(()) if parameters.numerator > 0 => {
-                let rate_hz = f64::from(parameters.denominator) / f64::from(parameters.numerator);
-                tracing::info!(device = %self.path.display(), rate_hz, "images a second");
-            }
-            Ok(()) => {}
-            Err(cause) => {
-                tracing::warn!(device = %self.path.display(), %cause, "the camera keeps its own rate")
-            }
-        }
-    }
-
-    /// Sets a fixed exposure and returns the one that the camera has now, in microseconds; 0 if it does not say.
-    pub(super) fn set_exposure_us(&self, exposure_us: u32) -> u32 {
-        let ticks = i32::try_from(exposure_us.div_ceil(100)).unwrap_or(i32::MAX);
-        let wishes = [
-            (abi::CID_EXPOSURE_AUTO, abi::EXPOSURE_MANUAL),
-            (abi::CID_EXPOSURE_ABSOLUTE, ticks),
-        ];
-        for (id, value) in wishes {
-            if let Err(cause) = self.call(abi::S_CTRL, &mut Control { id, value }) {
-                tracing::warn!(device = %self.path.display(), %cause, "the camera keeps its own exposure");
-            }
-        }
-        let mut exposure = Control {
-            id: abi::CID_EXPOSURE_ABSOLUTE,
-            value: 0,
-        };
-        match self.call(abi::G_CTRL, &mut exposure) {
-            Ok(()) => u32::try_from(exposure.value)
-                .unwrap_or(0)
-                .saturating_mul(100),
-            Err(_) => 0,
-        }
-    }
-
-    /// A call of the driver, again when a signal interrupts it.
-    pub(super) fn call<T: Plain>(&self, request: c_ulong, argument: &mut T) -> io::Result<()> {
-        loop {
-            // SAFETY: `argument` is a valid, writable structure of the size and meaning that `request` encodes; the
-            // descriptor is open for as long as `self`.
-            let result: c_int = unsafe {
-                libc::ioctl(
-                    self.file.as_raw_fd(),
-                    request as _,
-                    std::ptr::from_mut(argument),
-                )
-            };
-            if result != -1 {
-                return Ok(());
-            }
-            let cause = io::Error::last_os_error();
-            if cause.kind() != io::ErrorKind::Interrupted {
-                return Err(cause);
-            }
-        }
-    }
-
-    /// A failed call as an error that names the device.
-    pub(super) fn error(&self, what: &str, cause: &io::Error) -> SourceError {
-        device_error(&self.path, what, cause)
-    }
-
-    /// A device that lacks something.
-    pub(super) fn unusable(&self, lack: &str) -> SourceError {
-        let message = format!(
-            "{} ({}) cannot be used: {lack}",
-            self.path.display(),
-            self.card
-        );
-        SourceError::new(Exit::Unavailable, message)
-    }
+    pub(super) card: String,
+    /// The plug.
+    pub(super) bus: String,
+    /// Abilities of this very device node.
+    pub(super) abilities: u32,
 }
 
-impl AsFd for Device {
-    fn as_fd(&self) -> BorrowedFd<'_> {
-        self.file.as_fd()
-    }
+/// One size, or widths and heights in steps: least, greatest, step.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Sizes {
+    One([u32; 2]),
+    Steps { width: [u32; 3], height: [u32; 3] },
 }
 
-impl Layout {
-    fn of(pix: &PixFormat) -> Self {
-        let bytes_a_pixel = if pix.pixelformat == abi::FOURCC_YUYV {
-            2
-        } else {
-            1
-        };
-        let (width, height) = (pix.width as usize, pix.height as usize);
-        let stride = (pix.bytesperline as usize).max(width.saturating_mul(bytes_a_pixel));
-        Self {
-            width,
-            height,
-            fourcc: pix.pixelformat,
-            stride,
-        }
-    }
+/// A fraction of a second: numerator and denominator.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Fraction(pub(super) [u32; 2]);
 
-    /// Copies the grey values of a buffer into `pixels`; false when the buffer ends early.
-    pub(super) fn copy_luma(&self, buffer: &[u8], pixels: &mut [u8]) -> bool {
-        let bytes_a_pixel = if self.fourcc == abi::FOURCC_YUYV {
-            2
-        } else {
-            1
-        };
-        let used = self.width * bytes_a_pixel;
-        if buffer.len() < self.stride * (self.height - 1) + used
-            || pixels.len() < self.width * self.height
-        {
-            return false;
-        }
-        for (row, out) in buffer
-            .chunks(self.stride)
-            .zip(pixels.chunks_exact_mut(self.width))
-        {
-            if bytes_a_pixel == 1 {
-                out.copy_from_slice(&row[..self.width]);
-            } else {
-                out.iter_mut()
-                    .zip(row.chunks_exact(2))
-                    .for_each(|(grey, luma_chroma)| *grey = luma_chroma[0]);
-            }
-        }
-        true
-    }
+/// One interval between images, or the least and the greatest.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Intervals {
+    One(Fraction),
+    From { least: Fraction, greatest: Fraction },
 }
 
-impl fmt::Display for Layout {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let name = text(&self.fourcc.to_le_bytes());
-        write!(f, "{}x{} {name}", self.width, self.height)
-    }
+/// A format as set.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Format {
+    pub(super) fourcc: [u8; 4],
+    pub(super) size: [u32; 2],
+    /// Bytes from one row of the first plane to the next; 0 where the driver does not say.
+    pub(super) stride: u32,
 }
 
-fn text(bytes: &[u8]) -> String {
-    let end = bytes
-        .iter()
-        .position(|byte| *byte == 0)
-        .unwrap_or(bytes.len());
-    String::from_utf8_lossy(&bytes[..end]).into_owned()
+/// A control's kind, as far as it is of use here.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum ControlKind {
+    Integer,
+    Boolean,
+    Menu,
+    /// A button, a text, a class's heading, or the like.
+    Other,
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
+/// A control and its range.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) struct Control {
+    pub(super) id: u32,
+    pub(super) kind: ControlKind,
+    pub(super) title: String,
+    pub(super) range: [i32; 2],
+    pub(super) step: i32,
+    pub(super) default: i32,
+    pub(super) flags: u32,
+}
 
-    fn layout(fourcc: u32, stride: usize) -> Layout {
-        Layout {
-            width: 2,
-            height: 2,
-            fourcc,
-            stride,
-        }
-    }
+/// A filled buffer, ours until it is queued again.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Buffer {
+    pub(super) index: u32,
+    pub(super) flags: u32,
+    /// Seconds and microseconds of the clock that the flags name.
+    pub(super) timestamp: [i64; 2],
+    pub(super) sequence: u32,
+    /// Where its image begins and ends within the mapped bytes.
+    pub(super) image: [usize; 2],
+}
 
-    #[test]
-    fn grey_rows_lose_their_padding() {
-        let mut pixels = [0; 4];
-        assert!(layout(abi::FOURCC_GREY, 3).copy_luma(&[1, 2, 99, 3, 4], &mut pixels));
-        assert_eq!(pixels, [1, 2, 3, 4]);
-    }
+/// Why a wait ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Wake {
+    /// A filled buffer may be there; or an error, which the next request reports.
+    Ready,
+    /// Nothing came in time, or the process is to stop.
+    Nothing,
+    /// The source has other images now.
+    Changed,
+}
 
-    #[test]
-    fn of_yuyv_only_the_luma_is_taken() {
-        let mut pixels = [0; 4];
-        assert!(
-            layout(abi::FOURCC_YUYV, 5).copy_luma(&[1, 99, 2, 99, 99, 3, 99, 4, 99], &mut pixels)
-        );
-        assert_eq!(pixels, [1, 2, 3, 4]);
-    }
-
-    #[test]
-    fn a_short_buffer_is_no_image() {
-        assert!(!layout(abi::FOURCC_GREY, 3).copy_luma(&[1, 2, 99, 3], &mut [0; 4]));
-    }
-
-    #[test]
-    fn a_stride_of_zero_is_the_rows_own_length() {
-        let pix = PixFormat {
-            width: 4,
-            height: 2,
-            pixelformat: abi::FOURCC_YUYV,
-            field: 0,
-            bytesperline: 0,
-            sizeimage: 0,
-            rest: [0; 6],
-        };
-        assert_eq!(Layout::of(&pix).stride, 8);
-        assert_eq!(Layout::of(&pix).to_string(), "4x2 YUYV");
+impl Fraction {
+    /// Images a second; none for a fraction of nothing.
+    pub(super) fn rate_hz(self) -> Option<f64> {
+        let [numerator, denominator] = self.0.map(f64::from);
+        (numerator > 0.0 && denominator > 0.0).then(|| denominator / numerator)
     }
 }

@@ -1,0 +1,236 @@
+//! A camera behind a program: `rpicam-vid`, `ffmpeg`, `gst-launch-1.0` or any other that writes images to its standard
+//! output. Nobody says when such an image was taken: its time is that of its arrival, less a latency where the file gives one.
+//!
+//! - `program`: the process and its pipes. `frames`: images out of bytes. `jpeg_stream`: where JPEGs begin and end.
+
+mod frames;
+mod jpeg_stream;
+pub(crate) mod program;
+#[cfg(test)]
+mod tests;
+
+use std::io::ErrorKind;
+use std::time::{Duration, Instant};
+
+use sextant_process::{Exit, Shutdown, now_ns};
+
+use self::frames::FrameReader;
+use self::program::{Ended, Output, Program};
+use super::host_clock::{HostClock, Stamped, Taken};
+use super::{ImageSource, Next, SourceError, checked_resolution};
+use crate::config::{CommandConfig, StreamFormat};
+
+/// How long one call waits at most.
+const LONGEST_WAIT: Duration = Duration::from_millis(200);
+/// How long a stream may take to say its size.
+const SIZE_WAIT: Duration = Duration::from_secs(20);
+
+/// The images of one run of a program.
+#[derive(Debug)]
+pub(super) struct ProgramImages {
+    /// None once it has ended.
+    program: Option<Program>,
+    reader: FrameReader,
+    resolution: [u16; 2],
+    /// When the first bytes of the image came that is being read, ns since the Unix epoch.
+    begun_ns: u64,
+    /// When the last bytes came.
+    read_ns: u64,
+}
+
+/// What came of a program.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) enum Progress {
+    /// An image, whose first bytes came then.
+    Image(u64),
+    /// None yet.
+    Nothing,
+    /// It ended.
+    Ended(Ended),
+}
+
+impl ProgramImages {
+    /// Starts the program, and waits until the size of its images is known. `hear` gets its lines of standard error.
+    pub(super) fn start(
+        words: &[String],
+        format: StreamFormat,
+        resolution: Option<[u32; 2]>,
+        shutdown: &Shutdown,
+        hear: &mut dyn FnMut(&str),
+    ) -> Result<Self, SourceError> {
+        let size = resolution.map(|size| size.map(|length| length as usize));
+        let mut images = Self {
+            program: Some(Program::start(words)?),
+            reader: FrameReader::new(format, size),
+            resolution: [0; 2],
+            begun_ns: 0,
+            read_ns: 0,
+        };
+        let deadline = Instant::now() + SIZE_WAIT;
+        while images.reader.size().is_none() {
+            if let Some(Ended { words, .. }) = images.take(&mut [], shutdown, LONGEST_WAIT, hear)? {
+                return Err(SourceError::new(Exit::Unavailable, words));
+            }
+            if shutdown.is_requested() || Instant::now() > deadline {
+                let message = format!("{} wrote no image", words[0]);
+                return Err(SourceError::new(Exit::Unavailable, message));
+            }
+        }
+        let [width, height] = images.reader.size().unwrap_or_default();
+        images.resolution = checked_resolution(width, height).ok_or_else(|| {
+            let message = format!(
+                "{} writes images of {width}x{height}; let it write 16x16 to 4096x3072",
+                words[0]
+            );
+            SourceError::new(Exit::Input, message)
+        })?;
+        Ok(images)
+    }
+
+    pub(super) fn resolution(&self) -> [u16; 2] {
+        self.resolution
+    }
+
+    /// Waits for the next image, at most for `timeout`.
+    ///
+    /// # Errors
+    /// A stream of another format.
+    pub(super) fn next(
+        &mut self,
+        pixels: &mut [u8],
+        shutdown: &Shutdown,
+        timeout: Duration,
+        hear: &mut dyn FnMut(&str),
+    ) -> Result<Progress, SourceError> {
+        let deadline = Instant::now() + timeout;
+        loop {
+            let begun_ns = self.begun_ns;
+            match self.reader.complete(pixels) {
+                Some(Ok(())) => {
+                    // What is there of the next image came with the end of this one.
+                    self.begun_ns = self.read_ns;
+                    if let Some(program) = &mut self.program {
+                        // What it says of an image comes before the image.
+                        program.listen(hear);
+                    }
+                    return Ok(Progress::Image(begun_ns));
+                }
+                Some(Err(cause)) => {
+                    tracing::warn!(%cause, "an image is damaged; it is passed over");
+                    continue;
+                }
+                None => {}
+            }
+            let left = deadline.saturating_duration_since(Instant::now());
+            if left.is_zero() || shutdown.is_requested() {
+                return Ok(Progress::Nothing);
+            }
+            if let Some(ended) = self.take(pixels, shutdown, left, hear)? {
+                return Ok(Progress::Ended(ended));
+            }
+        }
+    }
+
+    /// Waits for output and takes it; returns how the program ended, if it did.
+    fn take(
+        &mut self,
+        pixels: &mut [u8],
+        shutdown: &Shutdown,
+        timeout: Duration,
+        hear: &mut dyn FnMut(&str),
+    ) -> Result<Option<Ended>, SourceError> {
+        let Some(program) = &mut self.program else {
+            let words = "the program has ended".to_owned();
+            let is_success = true;
+            return Ok(Some(Ended { is_success, words }));
+        };
+        let failed = |cause: std::io::Error| {
+            SourceError::new(Exit::Unavailable, format!("the program's output: {cause}"))
+        };
+        let output = program.wait(shutdown, timeout, hear).map_err(failed)?;
+        if output == Output::Nothing {
+            return Ok(None);
+        }
+        let is_begun = self.reader.is_within_image();
+        let count = match program.read(self.reader.room(pixels)) {
+            Ok(0) => {
+                let program = self.program.take();
+                return Ok(program.map(|program| program.end(hear)));
+            }
+            Ok(count) => count,
+            Err(cause)
+                if matches!(cause.kind(), ErrorKind::WouldBlock | ErrorKind::Interrupted) =>
+            {
+                return Ok(None);
+            }
+            Err(cause) => return Err(failed(cause)),
+        };
+        self.read_ns = now_ns();
+        if !is_begun {
+            self.begun_ns = self.read_ns;
+        }
+        let filled = self.reader.filled(count);
+        filled.map_err(|cause| {
+            SourceError::new(Exit::Input, format!("the program writes {cause}"))
+        })?;
+        Ok(None)
+    }
+}
+
+/// The camera, for one run of its program.
+#[derive(Debug)]
+pub(crate) struct CommandCamera {
+    images: ProgramImages,
+    latency_ns: Option<u64>,
+    sequence: u64,
+    clock: HostClock,
+}
+
+/// Starts the program.
+pub(crate) fn open(
+    config: &CommandConfig,
+    shutdown: &Shutdown,
+) -> Result<Box<dyn ImageSource>, SourceError> {
+    let words = config.run.words().unwrap_or_default();
+    let resolution = config.resolution;
+    let images = ProgramImages::start(&words, config.format, resolution, shutdown, &mut log)?;
+    let [width, height] = images.resolution();
+    tracing::info!(program = words.first(), width, height, "camera");
+    Ok(Box::new(CommandCamera {
+        images,
+        latency_ns: config.latency_ms.map(|ms| (ms * 1e6) as u64),
+        sequence: 0,
+        clock: HostClock::default(),
+    }))
+}
+
+fn log(line: &str) {
+    tracing::info!("program: {line}");
+}
+
+impl ImageSource for CommandCamera {
+    fn resolution(&self) -> [u16; 2] {
+        self.images.resolution()
+    }
+
+    fn next(&mut self, pixels: &mut [u8], shutdown: &Shutdown) -> Result<Next, SourceError> {
+        let progress = self.images.next(pixels, shutdown, LONGEST_WAIT, &mut log)?;
+        match progress {
+            Progress::Image(arrived_ns) => {
+                let sequence = self.sequence;
+                self.sequence += 1;
+                Ok(Next::Image(self.clock.capture(Taken {
+                    sequence,
+                    capture_ns: arrived_ns.saturating_sub(self.latency_ns.unwrap_or(0)),
+                    exposure_ns: 0,
+                    stamped: match self.latency_ns {
+                        Some(_) => Stamped::OnArrivalLessLatency,
+                        None => Stamped::OnArrival,
+                    },
+                })))
+            }
+            Progress::Nothing => Ok(Next::Nothing),
+            Progress::Ended(Ended { words, .. }) => Err(SourceError::new(Exit::Unavailable, words)),
+        }
+    }
+}
