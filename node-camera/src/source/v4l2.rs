@@ -45,7 +45,7 @@ const CAP_STREAMING: u32 = 0x0400_0000;
 const FLAG_ERROR: u32 = 0x0000_0040;
 
 /// The camera, streaming.
-pub(crate) struct V4l2Camera<D: Device> {
+struct V4l2Camera<D: Device> {
     config: V4l2Config,
     stream: Stream<D>,
     reader: GreyReader,
