@@ -214,13 +214,13 @@ mod tests {
 
     #[test]
     fn images_that_the_cpu_took_over_are_told() {
-        let mut account = account(&[(1, 1)]);
-        assert!(account.status(None).messages.is_empty());
-        account.image(&ImageHeader {
+        let mut statistics = statistics(&[(1, 1)]);
+        assert!(statistics.status(None).messages.is_empty());
+        statistics.image(&ImageHeader {
             fallbacks: 31,
             ..header(1, 2)
         });
-        let messages = account.status(None).messages;
+        let messages = statistics.status(None).messages;
         assert!(
             messages[0].starts_with("the CPU made 31 images"),
             "{messages:?}"

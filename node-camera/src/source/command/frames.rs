@@ -26,12 +26,15 @@ enum Kind {
         planes: Option<Planes>,
         is_in_planes: bool,
     },
-    Jpegs {
-        stream: JpegStream,
-        /// The first image, while its size is not asked for yet.
-        first: Option<Vec<u8>>,
-        decoder: Option<(GreyReader, [usize; 2])>,
-    },
+    Jpegs(Box<Jpegs>),
+}
+
+#[derive(Debug)]
+struct Jpegs {
+    stream: JpegStream,
+    /// The first image, from which the size was read, until it is decoded.
+    first: Option<Vec<u8>>,
+    decoder: Option<(GreyReader, [usize; 2])>,
 }
 
 /// A stream that is not what it shall be.
@@ -51,11 +54,11 @@ impl FrameReader {
                 planes: None,
                 is_in_planes: false,
             },
-            StreamFormat::Mjpeg => Kind::Jpegs {
+            StreamFormat::Mjpeg => Kind::Jpegs(Box::new(Jpegs {
                 stream: JpegStream::default(),
                 first: None,
                 decoder: size.map(jpeg_decoder),
-            },
+            })),
         };
         Self {
             kind,
@@ -68,7 +71,7 @@ impl FrameReader {
         match &self.kind {
             Kind::Planes(planes) => Some(planes.size),
             Kind::Y4m { planes, .. } => planes.as_ref().map(|planes| planes.size),
-            Kind::Jpegs { decoder, .. } => decoder.as_ref().map(|(_, size)| *size),
+            Kind::Jpegs(jpegs) => jpegs.decoder.as_ref().map(|(_, size)| *size),
         }
     }
 
@@ -81,7 +84,7 @@ impl FrameReader {
                 planes,
                 is_in_planes,
             } => planes.is_some() && (*is_in_planes || !line.is_empty()),
-            Kind::Jpegs { stream, .. } => stream.is_within_image(),
+            Kind::Jpegs(jpegs) => jpegs.stream.is_within_image(),
         }
     }
 
@@ -95,7 +98,7 @@ impl FrameReader {
                 ..
             } => planes.room(pixels, &mut self.chunk),
             Kind::Y4m { .. } => &mut self.chunk[..1],
-            Kind::Jpegs { .. } => &mut self.chunk,
+            Kind::Jpegs(_) => &mut self.chunk,
         }
     }
 
@@ -133,21 +136,7 @@ impl FrameReader {
                     line.clear();
                 }
             }
-            Kind::Jpegs {
-                stream,
-                first,
-                decoder,
-            } => {
-                stream.push(&self.chunk[..count]);
-                if decoder.is_none()
-                    && let Some(jpeg) = stream.next()
-                {
-                    let (width, height) = jpeg_dimensions(jpeg)
-                        .ok_or_else(|| NotThatFormat("a JPEG without a size".to_owned()))?;
-                    *decoder = Some(jpeg_decoder([width, height]));
-                    *first = Some(jpeg.to_vec());
-                }
-            }
+            Kind::Jpegs(jpegs) => jpegs.push(&self.chunk[..count])?,
         }
         Ok(())
     }
@@ -166,17 +155,31 @@ impl FrameReader {
                 is_complete.then_some(Ok(()))
             }
             Kind::Y4m { planes: None, .. } => None,
-            Kind::Jpegs {
-                stream,
-                first,
-                decoder,
-            } => {
-                let (decoder, _) = decoder.as_mut()?;
-                if let Some(jpeg) = first.take() {
-                    return Some(decoder.read(&jpeg, pixels));
-                }
-                stream.next().map(|jpeg| decoder.read(jpeg, pixels))
-            }
+            Kind::Jpegs(jpegs) => jpegs.complete(pixels),
+        }
+    }
+}
+
+impl Jpegs {
+    /// Takes bytes of the stream; the first image says the size, where it is not given.
+    fn push(&mut self, bytes: &[u8]) -> Result<(), NotThatFormat> {
+        self.stream.push(bytes);
+        if self.decoder.is_none()
+            && let Some(jpeg) = self.stream.next()
+        {
+            let (width, height) = jpeg_dimensions(jpeg)
+                .ok_or_else(|| NotThatFormat("a JPEG without a size".to_owned()))?;
+            self.decoder = Some(jpeg_decoder([width, height]));
+            self.first = Some(jpeg.to_vec());
+        }
+        Ok(())
+    }
+
+    fn complete(&mut self, pixels: &mut [u8]) -> Option<Result<(), Broken>> {
+        let (decoder, _) = self.decoder.as_mut()?;
+        match self.first.take() {
+            Some(jpeg) => Some(decoder.read(&jpeg, pixels)),
+            None => self.stream.next().map(|jpeg| decoder.read(jpeg, pixels)),
         }
     }
 }

@@ -210,12 +210,14 @@ pub(super) fn cannot_start(program: &str, cause: &io::Error) -> SourceError {
 }
 
 fn never_block(fd: BorrowedFd<'_>) -> io::Result<()> {
-    // SAFETY: fcntl with these commands touches no memory of ours; the descriptor is open.
+    // SAFETY: fcntl with this command touches no memory of ours; the descriptor is open.
     let flags = unsafe { libc::fcntl(fd.as_raw_fd(), libc::F_GETFL) };
+    if flags == -1 {
+        return Err(io::Error::last_os_error());
+    }
     // SAFETY: as above.
-    if flags == -1
-        || unsafe { libc::fcntl(fd.as_raw_fd(), libc::F_SETFL, flags | libc::O_NONBLOCK) } == -1
-    {
+    let set = unsafe { libc::fcntl(fd.as_raw_fd(), libc::F_SETFL, flags | libc::O_NONBLOCK) };
+    if set == -1 {
         return Err(io::Error::last_os_error());
     }
     Ok(())
