@@ -96,7 +96,7 @@ mod tests {
         offers.take(Offer::Former, damaged);
         let refused = offers.changes(&node("a"), Offer::Former).unwrap_err();
         assert!(
-            refused.cause.contains("no Sextant payload"),
+            refused.cause.contains("not a Sextant payload"),
             "{}",
             refused.cause
         );
