@@ -133,8 +133,8 @@ impl Score {
         }
         let links = scene.bodies[body].links(seconds);
         let mut errors = vec![(estimate.world_from_object, estimate.covariance, links[0])];
-        if let Some(posture) = &estimate.posture {
-            let others = posture.links.iter().zip(&links);
+        if let Some(articulated) = &estimate.articulated {
+            let others = articulated.links.iter().zip(&links);
             errors = others
                 .map(|(link, truth)| (link.world_from_link, link.covariance, *truth))
                 .collect();
@@ -259,9 +259,9 @@ impl Score {
 fn gap(a: &ObjectEstimate, b: &ObjectEstimate) -> f64 {
     let apart = |a: &Pose, b: &Pose| se3::difference(a, b).amax();
     let of_links = a
-        .posture
+        .articulated
         .iter()
-        .zip(&b.posture)
+        .zip(&b.articulated)
         .flat_map(|(a, b)| a.links.iter().zip(&b.links));
     let of_links = of_links.map(|(a, b)| {
         apart(&a.world_from_link, &b.world_from_link).max((a.covariance - b.covariance).amax())

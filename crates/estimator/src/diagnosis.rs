@@ -1,61 +1,42 @@
-//! What is wrong with the site, by name: which camera was moved, which tag is loose, wrongly measured or there twice, which clock
-//! is off.
+//! Fault detection and isolation: which camera was moved, which tag is misplaced, of another size or printed twice, which clock is off.
 //!
-//! Fed with instants that no late image can change any more. What the views of a tag by a camera contradict is explained by the
-//! fault that foretells it best ([`fault_bank`]), if those that have nothing to do with that fault go on to agree ([`support`]). Who is
-//! wrong is found by leaving each suspect out ([`inquiry`], [`exclusion_test`]).
+//! Works on instants that no late image can change any more. Keyframes of the last second are linearised about the models in force
+//! ([`window`]), exactly as self-calibration does it; a fault is an error of one camera or tag that is larger than what is known of it
+//! ([`fault_model`]), found by its likelihood ratio ([`likelihood_ratio`], [`isolation`]). Tags that are nowhere near their place are
+//! counted instead ([`misplaced_tags`]). Nothing here edits a track: [`Diagnosis::take`] returns the actions for [`crate::Fusion`] to apply.
 
-pub(crate) mod consistency_tally;
-pub(crate) mod duty_cycle;
-pub(crate) mod exclusion_test;
-pub(crate) mod fading_counter;
-pub(crate) mod fault_bank;
-pub(crate) mod fault_estimate;
 pub(crate) mod fault_model;
 pub(crate) mod isolation;
-pub(crate) mod manoeuvre_detector;
+pub(crate) mod likelihood_ratio;
 pub(crate) mod misplaced_tags;
-pub(crate) mod predictive_cost;
-pub(crate) mod recursive_estimate;
-pub(crate) mod replay_buffer;
+pub(crate) mod window;
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
 
-use crate::TagId;
-use crate::diagnosis::consistency_tally::ConsistencyTally;
-use crate::diagnosis::duty_cycle::DutyCycle;
-use crate::diagnosis::exclusion_test::ExclusionTest;
-use crate::diagnosis::fading_counter::FadingCounter;
-use crate::diagnosis::fault_bank::{Applicability, FaultBank, FaultHypothesis};
-use crate::diagnosis::manoeuvre_detector::ManoeuvreDetector;
-use crate::diagnosis::misplaced_tags::MisplacedTags;
-use crate::diagnosis::replay_buffer::ReplayBuffer;
-pub(crate) use crate::measurement::pose_innovation::{PoseInnovation, ViewResidual};
-use crate::tracker::finalised_views::FinalisedView;
+use crate::diagnosis::fault_model::FaultHypothesis;
+use crate::diagnosis::isolation::Isolation;
+use crate::diagnosis::misplaced_tags::{MisplacedTags, SeenOn};
+use crate::diagnosis::window::Window;
+use crate::fading_counter::FadingCounter;
+use crate::self_calibration::SelfCalibration;
+use crate::self_calibration::keyframe_builder::{KeyframeBuilder, TOGETHER_NS};
+use crate::site::{ObjectImage, Site};
+use crate::tracker::finalised_views::{FinalisedInstant, FinalisedView};
+use crate::{FusionOptions, TagId};
 
-/// Views, counted with that memory, from which on a share means something.
-const FEWEST: f64 = 3.0;
-/// Share of contradicting views from which on it is asked whether the camera's clock is the cause.
-const DOUBTED: f64 = 0.5;
-/// The same down to which a camera that was found to be moved stays so.
-const RIGHTED: f64 = 0.3;
-/// Angles by which a camera displaces what it sees, or turns it, that are worth a word.
-const MOVED: [f64; 2] = [0.0026, 0.0087];
-/// Metres and radians of a tag that are.
-const MISPLACED: [f64; 2] = [0.001, 0.035];
-/// Relative error of a tag's size that is.
-const WRONG_SIZE: f64 = 0.01;
-
-/// Nanoseconds after a hit by another camera's image for which a body's speed tells nothing of clocks.
-const HIT_NS: u64 = 300_000_000;
-/// Nanoseconds for which a tag that was seen twice is reported.
-const TWINS_NS: u64 = 2_000_000_000;
-/// Such tags at one time; further ones are passed over.
-const MOST_TWINS: usize = 1024;
-/// Instants at which an object seemed to be hit, fading, that are too many to be hits.
-const OFTEN: f64 = 2.5;
-/// Nanoseconds for which a camera contradicts after which no question about clocks keeps it from being named.
-const OLD_NS: u64 = 1_000_000_000;
+/// Views of a camera, fading, from which on the share of the rejected ones means something.
+const FEWEST_VIEWS: f64 = 3.0;
+/// Share of rejected views from which on a camera contradicts the tracks.
+const CONTRADICTING_SHARE: f64 = 0.5;
+/// How long a tag that was seen twice in an image is reported, ns.
+const DUPLICATE_NS: u64 = 2_000_000_000;
+/// Most tags seen twice at one time; further ones are passed over.
+const MOST_DUPLICATES: usize = 1024;
+/// After this long no question about clocks keeps a moved camera from being named, ns.
+const CERTAIN_NS: u64 = 1_000_000_000;
+/// Least time between two restarts of the same clock estimate, ns.
+const CLOCK_PAUSE_NS: u64 = 1_000_000_000;
 
 /// A camera that is not where the rig says.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -64,154 +45,156 @@ pub(crate) struct MovedCamera {
     /// The only other camera that it contradicts: it may be that one as well.
     pub or: Option<usize>,
     /// Whether its clock is out of question.
-    pub timely: bool,
+    pub is_timely: bool,
 }
 
-/// The counts of a site, and what is wrong by them.
+/// What the caller is to do about a fault.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Action {
+    /// Estimate the offset of a camera's clock anew.
+    RestartClock(usize),
+}
+
+/// What diagnosis works with besides the views.
+#[derive(Clone, Copy)]
+pub(crate) struct Models<'a> {
+    pub self_calibration: &'a SelfCalibration,
+    pub site: &'a Site,
+    pub options: &'a FusionOptions,
+}
+
+/// The state of diagnosis for a site.
 #[derive(Debug, Default)]
 pub(crate) struct Diagnosis {
+    /// Views of each camera and those that its track rejected.
     cameras: BTreeMap<usize, FadingCounter>,
-    fault_bank: FaultBank,
-    of_cameras: ConsistencyTally<usize>,
-    of_tags: ConsistencyTally<TagId>,
-    /// By object, when it last seemed to be hit, and by which camera's image.
-    hit: BTreeMap<usize, (u64, usize)>,
-    /// By object, how often it lately seemed to be hit.
-    hits: BTreeMap<usize, FadingCounter>,
-    /// Cameras that seem to have been moved. Such a one stays while most of its views contradict: a track that gives way to some of
-    /// them, by doubting its clock, makes what they foretell weaker, not the camera right.
-    /// With the time since when, ns, and whether its clock is out of question.
-    moved: BTreeMap<usize, (u64, bool)>,
-    /// By camera that may have been moved, those that it contradicts.
-    against: BTreeMap<usize, BTreeSet<usize>>,
     misplaced_tags: MisplacedTags,
     /// When a tag was last in an image twice, by camera index.
-    twice_ns: BTreeMap<(usize, TagId), u64>,
+    duplicates_ns: BTreeMap<(usize, TagId), u64>,
+    /// The newest finalised image of each object by each camera.
+    images: BTreeMap<(usize, usize), Arc<ObjectImage>>,
+    window: Window,
+    /// When an instant of an object was last put into the window, ns.
+    sampled_ns: BTreeMap<usize, u64>,
+    isolation: Isolation,
+    /// When a clock estimate was last restarted, ns.
+    restarted_ns: BTreeMap<usize, u64>,
     newest_ns: u64,
-    /// By object, its last settled images.
-    replay_buffers: BTreeMap<usize, ReplayBuffer>,
-    exclusion_test: Option<ExclusionTest>,
-    /// Until when no contest is held, ns.
-    rests_until_ns: u64,
-    duty_cycle: DutyCycle,
-    manoeuvring: ManoeuvreDetector,
 }
 
 impl Diagnosis {
-    /// Takes the views of one object at a settled instant in.
-    pub fn take(&mut self, object: usize, time_ns: u64, views: &[FinalisedView]) {
-        self.count(object, time_ns, views);
-        for view in views {
-            if !view.agreed && self.others_agree(object, time_ns, view) {
-                self.misplaced_tags.refuse(object, time_ns, view);
-            }
-            self.record(object, time_ns, view);
-        }
-        if self.fault_bank.is_alert() {
-            self.fault_bank.judge(time_ns);
-            self.note_whom_moved_cameras_contradict(object, time_ns);
-        }
-        let of_camera = |camera: usize| {
-            let count = self.cameras.get(&camera)?.faded(time_ns);
-            Some((count.views, count.refused))
-        };
-        self.misplaced_tags.judge(time_ns, of_camera);
-    }
-
-    /// Who agrees and who contradicts.
-    fn count(&mut self, object: usize, time_ns: u64, views: &[FinalisedView]) {
-        if !views.is_empty() {
-            let is_hit = views.iter().any(|view| view.hit);
-            self.hits.entry(object).or_default().add(time_ns, !is_hit);
-        }
-        for view in views {
+    /// Takes a finalised instant of an object with its views; `host` tells on what other object a view far from its place is.
+    pub fn take(
+        &mut self,
+        object: usize,
+        instant: &FinalisedInstant,
+        host: impl Fn(&FinalisedView) -> Option<SeenOn>,
+        models: Models<'_>,
+    ) -> Vec<Action> {
+        let time_ns = instant.track.time_ns;
+        let views = instant.views(models.site, models.options);
+        for view in &views {
             let camera = self.cameras.entry(view.camera_index).or_default();
-            camera.add(time_ns, view.agreed);
-            if self.of_tags.note(object, view.tag, time_ns, view.agreed) {
-                self.fault_bank.unsettle_tag((object, view.tag));
-            }
-            if view.hit {
-                self.hit.insert(object, (time_ns, view.camera_index));
+            camera.add(time_ns, !view.agreed);
+            if !view.agreed {
+                self.misplaced_tags
+                    .reject(object, time_ns, view, host(view));
             }
         }
-        for image in views.chunk_by(|a, b| a.camera_index == b.camera_index) {
-            let camera = image[0].camera_index;
-            let agreed = image.iter().any(|view| view.agreed);
-            if self.of_cameras.note(object, camera, time_ns, agreed) {
-                self.fault_bank.unsettle_camera(camera);
-            }
-        }
-    }
-
-    /// Whether other tags or cameras go on to agree with the object's track: else it is the track that is wrong.
-    fn others_agree(&self, object: usize, time_ns: u64, view: &FinalisedView) -> bool {
-        let mut cameras = self.of_cameras.of(object, view.camera_index, time_ns);
-        let mut tags = self.of_tags.of(object, view.tag, time_ns);
-        cameras.next().is_some() || tags.next().is_some()
-    }
-
-    fn record(&mut self, object: usize, time_ns: u64, view: &FinalisedView) {
-        let Some(residual) = &view.residual else {
-            return;
-        };
-        let Some(innovation) = self.marginalised(view.camera_index, residual) else {
-            return;
-        };
-        let mut cameras = self.of_cameras.of(object, view.camera_index, time_ns);
-        let mut tags = self.of_tags.of(object, view.tag, time_ns);
-        let hit = self.hit.get(&object).copied().unwrap_or_default();
-        let is_steady = hit.1 == view.camera_index || hit.0.saturating_add(HIT_NS) < time_ns;
-        let is_near = view.elsewhere.is_none();
-        let camera_is_wrong = self.of_cameras.contradicts(object, view.camera_index);
-        let camera = cameras.next().is_some() && (is_near || camera_is_wrong);
-        let counts = Applicability {
-            camera,
-            clock: camera && is_steady,
-            tag: tags.next().is_some() && is_near,
-        };
-        let tag = (object, view.tag);
-        self.fault_bank
-            .take(view.camera_index, tag, &innovation, counts);
-    }
-
-    /// What a view says apart from what stated errors explain.
-    fn marginalised(&self, camera: usize, residual: &ViewResidual) -> Option<PoseInnovation> {
-        if residual.displacing.is_empty() {
-            return residual.marginalised();
-        }
-        let mut biases = residual.bias_covariance();
-        for one in &residual.displacing {
-            let other = one.of_camera().filter(|other| *other != camera);
-            if let Some(error) = other.and_then(|other| self.fault_bank.error_of(other)) {
-                let displacement = one.by * error;
-                biases += displacement * displacement.transpose();
-            }
-        }
-        residual.apart_from(&biases)
-    }
-
-    fn note_whom_moved_cameras_contradict(&mut self, object: usize, time_ns: u64) {
         let cameras = &self.cameras;
-        let is_wrong = |camera: &usize| cameras.get(camera).is_some_and(|of| of.share() > RIGHTED);
-        self.moved.retain(|camera, _| is_wrong(camera));
-        for camera in self.fault_bank.found().filter_map(of_moved) {
-            let angles = self.fault_bank.camera(camera).unwrap_or_default();
-            if angles[0] > MOVED[0] || angles[1] > MOVED[1] {
-                let (_, timely) = self.moved.entry(camera).or_insert((time_ns, false));
-                *timely |= !self.fault_bank.may_be_clock(camera);
-            }
+        self.misplaced_tags
+            .judge(time_ns, |camera| Some(cameras.get(&camera)?.faded(time_ns)));
+        for (camera, image) in &instant.images {
+            self.images.insert((object, *camera), image.clone());
         }
-        self.against
-            .retain(|camera, _| self.moved.contains_key(camera));
-        for camera in self.moved.keys() {
-            let against = self.against.entry(*camera).or_default();
-            against.extend(self.of_cameras.of(object, *camera, time_ns));
+        if views.is_empty() || !self.is_due(object, time_ns, models.options) {
+            return Vec::new();
+        }
+        self.sampled_ns.insert(object, time_ns);
+        self.sample(object, instant, &views, models);
+        self.isolate(time_ns, models)
+    }
+
+    fn is_due(&self, object: usize, time_ns: u64, options: &FusionOptions) -> bool {
+        let is_suspecting = self.is_suspecting(options.diagnosis.suspected_odds)
+            || self.contradicting_cameras().next().is_some();
+        let interval_s = if is_suspecting {
+            options.diagnosis.alert_interval_s
+        } else {
+            options.diagnosis.quiet_interval_s
+        };
+        let last_ns = self.sampled_ns.get(&object).copied().unwrap_or(0);
+        time_ns >= last_ns.saturating_add((interval_s * 1e9) as u64)
+    }
+
+    /// Puts an instant into the window, with the images of other cameras just before it.
+    fn sample(
+        &mut self,
+        object: usize,
+        instant: &FinalisedInstant,
+        views: &[FinalisedView],
+        models: Models<'_>,
+    ) {
+        let time_ns = instant.track.time_ns;
+        let oldest_ns = time_ns.saturating_sub(TOGETHER_NS);
+        let others = self.images.range((object, 0)..(object + 1, 0));
+        let others = others.filter(|((_, camera), image)| {
+            image.capture_ns >= oldest_ns && !instant.images.contains_key(camera)
+        });
+        let images = instant
+            .images
+            .values()
+            .chain(others.map(|(_, image)| image));
+        let images: Vec<&ObjectImage> = images.map(Arc::as_ref).collect();
+        let is_far = |camera, tag| {
+            let mut views = views.iter();
+            views.any(|one| (one.camera_index, one.tag) == (camera, tag) && one.ray.is_some())
+        };
+        let builder = KeyframeBuilder {
+            object,
+            track: &instant.track,
+            images: &images,
+            site: models.site,
+            options: models.options,
+        };
+        let window_ns = (models.options.diagnosis.window_s * 1e9) as u64;
+        for keyframe in builder.for_diagnosis(|camera, tag| !is_far(camera, tag)) {
+            let linearised = models.self_calibration.linearised(keyframe, models.site);
+            self.window.push(linearised, window_ns);
         }
     }
 
-    /// Whether something may be wrong, so that all images are to be looked at.
-    pub fn is_alert(&self) -> bool {
-        self.fault_bank.is_alert()
+    fn isolate(&mut self, time_ns: u64, models: Models<'_>) -> Vec<Action> {
+        let options = &models.options.diagnosis;
+        let is_quiet = self.window.strongest_pull() < options.suspected_odds;
+        if is_quiet && self.isolation.named.is_empty() {
+            self.isolation.suspicion = 0.0;
+            return Vec::new();
+        }
+        let equations = self.window.equations();
+        let clocks = self
+            .isolation
+            .judge(time_ns, &equations, models.site, options);
+        let mut actions = Vec::new();
+        for camera in clocks {
+            let restarted_ns = self.restarted_ns.get(&camera).copied().unwrap_or(0);
+            if time_ns >= restarted_ns.saturating_add(CLOCK_PAUSE_NS) {
+                self.restarted_ns.insert(camera, time_ns);
+                self.window.forget_camera(camera);
+                actions.push(Action::RestartClock(camera));
+            }
+        }
+        actions
+    }
+
+    /// Whether a fault is named, or is more likely than the logarithm of these odds.
+    fn is_suspecting(&self, odds: f64) -> bool {
+        self.isolation.suspicion > odds || !self.isolation.named.is_empty()
+    }
+
+    /// Whether errors of the site may be faults, which self-calibration is not to learn.
+    pub fn is_alert(&self, options: &FusionOptions) -> bool {
+        self.is_suspecting(options.diagnosis.margin_odds)
     }
 
     /// Notes the tags that an image has more than once.
@@ -225,23 +208,30 @@ impl Diagnosis {
         self.newest_ns = self.newest_ns.max(time_ns);
         for tag in tags {
             let key = (camera_index, tag);
-            let has_room = self.twice_ns.len() < MOST_TWINS || self.twice_ns.contains_key(&key);
+            let has_room =
+                self.duplicates_ns.len() < MOST_DUPLICATES || self.duplicates_ns.contains_key(&key);
             if !seen.insert(tag) && has_room {
-                self.twice_ns.insert(key, time_ns);
+                self.duplicates_ns.insert(key, time_ns);
             }
         }
-        let oldest_ns = self.newest_ns.saturating_sub(TWINS_NS);
-        self.twice_ns.retain(|_, at_ns| *at_ns >= oldest_ns);
+        let oldest_ns = self.newest_ns.saturating_sub(DUPLICATE_NS);
+        self.duplicates_ns.retain(|_, at_ns| *at_ns >= oldest_ns);
     }
 
     /// The tags that a camera has lately seen twice.
     pub fn duplicate_tags(&self) -> impl Iterator<Item = (usize, TagId)> {
-        self.twice_ns.keys().copied()
+        self.duplicates_ns.keys().copied()
     }
 
-    /// Forgets all: the models have changed.
+    /// Forgets everything: the models have changed.
     pub fn reset(&mut self) {
         *self = Self::default();
+    }
+
+    /// Forgets the images so far: timestamps mean something else now.
+    pub fn forget_images(&mut self) {
+        self.images.clear();
+        self.window.clear();
     }
 
     /// The tags that are seen where their objects can't have them, by object index, and the object that they are seen on.
@@ -251,69 +241,37 @@ impl Diagnosis {
             .map(|((object, tag), on)| (object, tag, on))
     }
 
-    /// The cameras most of whose views contradict their tracks, by index: for whatever cause.
-    pub fn contradicted_cameras(&self) -> impl Iterator<Item = usize> {
-        let is_contradicted =
-            |count: &FadingCounter| count.views >= FEWEST && count.share() > DOUBTED;
+    /// The cameras most of whose views are rejected, by index: for whatever cause.
+    pub fn contradicting_cameras(&self) -> impl Iterator<Item = usize> {
+        let is_contradicting = |count: &FadingCounter| {
+            count.total >= FEWEST_VIEWS && count.share() > CONTRADICTING_SHARE
+        };
         let cameras = self.cameras.iter();
         cameras
-            .filter(move |(_, count)| is_contradicted(count))
+            .filter(move |(_, count)| is_contradicting(count))
             .map(|(camera, _)| *camera)
     }
 
     /// The cameras that are not where the rig says.
     pub fn moved_cameras(&self) -> impl Iterator<Item = MovedCamera> {
-        let moved = |(&camera, &(since_ns, timely)): (&usize, &(u64, bool))| {
-            let mut against = self.against.get(&camera)?.iter().copied();
-            let first = against.next()?;
-            let or = against.next().is_none().then_some(first);
-            let is_old = self.newest_ns.saturating_sub(since_ns) > OLD_NS;
-            let timely = timely || is_old;
-            Some(MovedCamera { camera, or, timely })
-        };
-        self.moved.iter().filter_map(moved)
+        self.isolation.named.iter().filter_map(|(fault, named)| {
+            let is_old = self.newest_ns.saturating_sub(named.since_ns) > CERTAIN_NS;
+            Some(MovedCamera {
+                camera: fault.moved_camera()?,
+                or: named.or,
+                is_timely: named.is_timely || is_old,
+            })
+        })
     }
 
-    /// The tags that are not as the models say, by object index; with the ratio of sizes where that explains it.
-    pub fn wrong_tags(&self) -> impl Iterator<Item = (usize, TagId, Option<f64>)> {
-        let wrong = |cause| match cause {
-            FaultHypothesis::Size(tag) if !self.misplaced_tags.contains(&tag) => {
-                let more = self.fault_bank.size(tag)?;
-                let worth = more.abs() > WRONG_SIZE;
-                worth.then_some((tag.0, tag.1, Some(1.0 + more)))
-            }
-            FaultHypothesis::Place(tag) if !self.misplaced_tags.contains(&tag) => {
-                let [place, turn] = self.fault_bank.place(tag)?;
-                let worth = place > MISPLACED[0] || turn > MISPLACED[1];
-                worth.then_some((tag.0, tag.1, None))
-            }
+    /// The tags that are not as the models say; with the ratio of sizes where that explains it.
+    pub fn wrong_tags(&self) -> impl Iterator<Item = (TagId, Option<f64>)> {
+        let named = self.isolation.named.iter();
+        let wrong = named.filter_map(|(fault, named)| match fault {
+            FaultHypothesis::TagSize(model) => Some((model.tag, Some(named.parameters[0].exp()))),
+            FaultHypothesis::TagPose(model) => Some((model.tag, None)),
             _ => None,
-        };
-        self.fault_bank.found().filter_map(wrong)
-    }
-
-    /// The cameras whose stamps explain what they contradict, by index.
-    pub fn clocks(&self) -> impl Iterator<Item = usize> {
-        let of_clock = |cause| match cause {
-            FaultHypothesis::Clock(camera) => Some(camera),
-            _ => None,
-        };
-        self.fault_bank.found().filter_map(of_clock)
-    }
-
-    /// The same, and what is held against them is forgotten: their clocks are estimated from now on.
-    pub fn take_clocks(&mut self) -> Vec<usize> {
-        let clocks: Vec<usize> = self.clocks().collect();
-        for camera in &clocks {
-            self.fault_bank.forget_camera(*camera);
-        }
-        clocks
-    }
-}
-
-fn of_moved(cause: FaultHypothesis) -> Option<usize> {
-    match cause {
-        FaultHypothesis::Camera(camera) => Some(camera),
-        _ => None,
+        });
+        wrong.filter(|(tag, _)| !self.misplaced_tags.contains(tag))
     }
 }

@@ -44,12 +44,12 @@ pub struct ObjectEstimate {
     /// Root mean square of the corner residuals in pixels (over both axes), 0 when nothing took part.
     pub rms_px: f64,
     /// Links and joints; `None` where the object is rigid.
-    pub posture: Option<Box<Posture>>,
+    pub articulated: Option<Box<ArticulatedEstimate>>,
 }
 
 /// Where the links of an object are, and its joints.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Posture {
+pub struct ArticulatedEstimate {
     /// Every link, the base among them, in the order of the model.
     pub links: Vec<LinkEstimate>,
     /// Every joint that moves, in the order of the model.
@@ -82,7 +82,7 @@ pub struct JointEstimate {
     pub velocity_variance: f64,
 }
 
-impl Posture {
+impl ArticulatedEstimate {
     fn is_finite(&self) -> bool {
         let link = |one: &LinkEstimate| {
             is_finite(&one.world_from_link) && one.covariance.iter().all(|x| x.is_finite())
@@ -114,6 +114,6 @@ impl ObjectEstimate {
                 .chain(self.twist.iter())
                 .chain([&self.rms_px])
                 .all(|x| x.is_finite())
-            && self.posture.as_ref().is_none_or(|one| one.is_finite())
+            && self.articulated.as_ref().is_none_or(|one| one.is_finite())
     }
 }

@@ -1,27 +1,18 @@
-//! The error-state filter of one object: SE(3) with a twist, and joints where it has some, fed with corners of images.
+//! The error-state filter of one object: SE(3) with a twist, joints and clock offsets, updated with the corners of images.
 //!
-//! - [`edges`]: the noise of a tag's corners.
-//! - [`kinematics`]: the state and its prediction in time.
-//! - [`bent`]: tags seen through lenses that bend lines.
-//! - [`bodies`]: the links that are seen, and what their views say together.
-//! - [`chain`]: where links are, and how they move with base and joints.
-//! - [`configuration`]: where base and joints are, and how fast.
-//! - [`consider`]: errors of cameras' poses, lenses and tags' places; [`lasting`]: how they displace corners.
-//! - [`clocks`]: the cameras' clock offsets.
-//! - [`joints`]: values and speeds of joints; [`limits`]: what their limits mean for what is published.
-//! - [`observed`]: the configuration as a camera saw it.
-//! - [`corners`]: residuals of a view's corners and their Jacobian.
-//! - [`normal`]: what a view says of the pose of its link.
-//! - [`motion`]: how restless the body is.
-//! - [`rooting`]: which link the state is about.
-//! - [`shutter`]: images whose rows have times of their own.
-//! - [`solve`]: the configuration that agrees best with a prior and the corners.
-//! - [`update`]: what that pose means for the whole state.
+//! - [`state`]: pose, twist and their prediction; [`joint_states`] and [`clock_states`]: the other parts of the state; [`covariance`]: its
+//!   blocks.
+//! - [`process_noise`]: power spectral density of the acceleration.
+//! - [`observed_configuration`]: the configuration as a camera sees it.
+//! - [`link_equations`]: normal equations of the links that are seen; [`least_squares`]: the configuration that agrees best with prior and
+//!   corners.
+//! - [`update`]: the whole state after that fit.
+//! - [`consider`]: sensitivities to errors of cameras, lenses and tags.
+//! - [`reanchor`]: choice of the link whose pose is in the state.
 
 pub(crate) mod clock_states;
 pub(crate) mod consider;
 pub(crate) mod covariance;
-pub(crate) mod joint_limits;
 pub(crate) mod joint_states;
 pub(crate) mod least_squares;
 pub(crate) mod link_equations;

@@ -1,4 +1,4 @@
-//! The machine: images in, poses out. It has no clock and no socket; the same inputs give the same outputs.
+//! The state machine: images in, poses out. It has no clock and no socket; the same inputs give the same outputs.
 
 pub(crate) mod calibration;
 pub(crate) mod clock_corrections;
@@ -10,22 +10,22 @@ use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;
 
 use crate::clocks::offset_search::{Arrival, OffsetSearch};
-use crate::diagnosis::Diagnosis;
+use crate::diagnosis::{Action, Diagnosis, Models};
 use crate::fault::Fault;
 use crate::fusion::intake::ImageIntake;
 use crate::self_calibration::SelfCalibration;
 use crate::site::{ObjectImage, Site};
-use crate::tracker::timeline::{FinalisedInstant, Sampling, Timeline};
-use crate::tracker::track::Track;
+use crate::tracker::finalised_views::{FinalisedInstant, FinalisedView};
+use crate::tracker::timeline::Timeline;
 use crate::{
     FusionOptions, ImageObservation, Imperfection, ModelError, ObjectEstimate, ObjectId,
     ObjectModel, Proposal, Rig, Statistics,
 };
 
-/// Cameras that are remembered, of former rigs as well; when there are more, everything begins anew.
+/// Most cameras, those of former rigs included; when there are more, everything begins anew.
 const MOST_CAMERAS: usize = 1024;
 
-/// What can be told to the machine.
+/// An input of [`Fusion`].
 #[derive(Debug, Clone, PartialEq)]
 pub enum Input {
     /// An image's corners.
@@ -43,7 +43,7 @@ pub enum Input {
     Tick,
 }
 
-/// What the machine has to say.
+/// An output of [`Fusion`].
 #[derive(Debug, Clone, PartialEq)]
 #[expect(
     clippy::large_enum_variant,
@@ -70,18 +70,20 @@ pub struct Fusion {
     objects: Vec<ObjectModel>,
     timelines: Vec<Timeline>,
     intake: ImageIntake,
-    health: Diagnosis,
-    clock_search: OffsetSearch,
+    diagnosis: Diagnosis,
+    offset_search: OffsetSearch,
     self_calibration: SelfCalibration,
     /// Capture time up to which instants were offered to self-calibration, by object index.
     offered_ns: Vec<Option<u64>>,
-    /// The present, as far as it was told.
+    /// The latest time given, ns.
     now_ns: u64,
-    /// When the filters' clocks are looked at next.
-    next_look_ns: u64,
-    /// Capture time up to which each object's loss has been said, by object index.
+    /// When the clock offsets of the filters are evaluated next, ns.
+    next_offsets_ns: u64,
+    /// Capture time up to which the loss of each object has been reported, by object index.
     loss_emitted_ns: Vec<u64>,
     outputs: VecDeque<Output>,
+    /// Actions of diagnosis that are not applied yet.
+    actions: Vec<Action>,
 }
 
 impl Fusion {
@@ -106,14 +108,15 @@ impl Fusion {
             objects,
             timelines,
             intake,
-            health: Diagnosis::default(),
-            clock_search: OffsetSearch::default(),
+            diagnosis: Diagnosis::default(),
+            offset_search: OffsetSearch::default(),
             self_calibration: SelfCalibration::default(),
             offered_ns: Vec::new(),
             now_ns: 0,
-            next_look_ns: 0,
+            next_offsets_ns: 0,
             loss_emitted_ns,
             outputs: VecDeque::new(),
+            actions: Vec::new(),
         })
     }
 
@@ -134,7 +137,7 @@ impl Fusion {
         self.emit_losses(now_ns);
     }
 
-    /// The next thing to say, oldest first.
+    /// The next output, oldest first.
     pub fn poll_output(&mut self) -> Option<Output> {
         self.outputs.pop_front()
     }
@@ -156,19 +159,19 @@ impl Fusion {
         estimate.filter(ObjectEstimate::is_finite)
     }
 
-    /// What is wrong with the site, as far as the images tell.
+    /// Faults of the site.
     pub fn faults(&self) -> Vec<Fault> {
         let clocks = self.clock_offsets();
         faults::all(
             &self.site,
-            &self.health,
+            &self.diagnosis,
             &clocks,
-            &self.clock_search,
+            &self.offset_search,
             self.now_ns,
         )
     }
 
-    /// What the images show to be imperfect in the files of rig and objects; poses allow for it.
+    /// Errors of the files of rig and objects, which poses allow for.
     pub fn imperfections(&self) -> &[Imperfection] {
         self.self_calibration.imperfections()
     }
@@ -208,25 +211,25 @@ impl Fusion {
             return;
         };
         let tags = image.tags.iter().map(|seen| seen.tag);
-        self.health
+        self.diagnosis
             .record_duplicates(camera_index, image.capture_ns, tags);
         let mut timely = Arrival::Yes;
         for object in 0..self.timelines.len() {
             match associated.objects.get(&object) {
                 Some(seen) => {
-                    if self.take_sight(object, image, seen) == Arrival::No {
+                    if self.take_object_image(object, image, seen) == Arrival::No {
                         timely = Arrival::No;
                     }
                 }
                 None => self.take_absence(object, image.capture_ns),
             }
         }
-        self.look_at_clock(camera_index, &associated, timely);
-        self.look_at_jumps();
-        self.look_at_estimates();
+        self.update_clock_search(camera_index, &associated, timely);
+        self.apply_actions();
+        self.move_far_offsets();
     }
 
-    fn take_sight(
+    fn take_object_image(
         &mut self,
         object: usize,
         image: &ImageObservation,
@@ -234,21 +237,16 @@ impl Fusion {
     ) -> Arrival {
         let timeline = &mut self.timelines[object];
         let is_past = image.capture_ns < timeline.newest_ns();
-        if is_past && self.clock_search.is_behind(seen.camera_index, &self.site) {
+        if is_past && self.offset_search.is_behind(seen.camera_index, &self.site) {
             self.intake.count_late(&image.camera);
             return Arrival::No;
         }
-        let attention = if self.health.is_alert() {
-            Sampling::All
-        } else {
-            Sampling::Some
-        };
-        let settled = timeline.insert(seen.clone(), &self.site, &self.options, attention);
-        let Ok(settled) = settled else {
+        let finalised = timeline.insert(seen.clone(), &self.site, &self.options);
+        let Ok(finalised) = finalised else {
             self.intake.count_late(&image.camera);
             return Arrival::No;
         };
-        self.take_finalised(object, settled);
+        self.take_finalised(object, &finalised);
         let timeline = &mut self.timelines[object];
         timeline.catch_up(image.capture_ns, &self.site, &self.options);
         self.self_calibrate_from_start(object, image.capture_ns);
@@ -265,24 +263,23 @@ impl Fusion {
         Arrival::Yes
     }
 
-    /// Nothing changes these instants any more.
-    fn take_finalised(&mut self, object: usize, settled: Vec<FinalisedInstant>) {
-        let Some(last_ns) = settled.last().map(|instant| instant.time_ns) else {
-            return;
-        };
-        for mut instant in settled {
-            self.find_hosts(object, &mut instant);
-            self.health.take(object, instant.time_ns, &instant.views);
-            self.health.remember(object, instant);
+    /// Diagnoses instants that no late image can change any more, and applies what diagnosis asks for.
+    fn take_finalised(&mut self, object: usize, finalised: &[FinalisedInstant]) {
+        let mut diagnosis = std::mem::take(&mut self.diagnosis);
+        for instant in finalised {
+            let host = |view: &FinalisedView| self.host(object, instant.track.time_ns, view);
+            let models = Models {
+                self_calibration: &self.self_calibration,
+                site: &self.site,
+                options: &self.options,
+            };
+            let actions = diagnosis.take(object, instant, host, models);
+            self.actions.extend(actions);
         }
-        let tracks = self.timelines.iter().map(Timeline::finalised_track);
-        let tracks: Vec<&Track> = tracks.collect();
-        self.health
-            .isolate(last_ns, &tracks, &self.site, &self.options);
+        self.diagnosis = diagnosis;
     }
 
-    /// An image without the object's tags says nothing about a pose that others have just seen; otherwise it asks for the
-    /// prediction.
+    /// An image without the tags of an object does not contradict a pose that others have just seen; otherwise the prediction is published.
     fn take_absence(&mut self, object: usize, capture_ns: u64) {
         self.timelines[object].catch_up(capture_ns, &self.site, &self.options);
         let seen_ns = self.timelines[object].at(capture_ns).seen_ns;
@@ -307,15 +304,15 @@ impl Fusion {
         self.site.set_rig(rig);
         self.rig = rig.clone();
         self.forget_calibration();
-        self.health.reset();
-        self.clock_search.models_changed();
+        self.diagnosis.reset();
+        self.offset_search.models_changed();
         self.intake.rig_changed(&self.site);
         for timeline in &mut self.timelines {
-            timeline.settle();
+            timeline.discard_images();
         }
     }
 
-    /// Forgets all that was learned, tracks included: too many cameras have come and gone.
+    /// Forgets everything, tracks included: too many cameras have come and gone.
     fn forget_all(&mut self, rig: &Rig) {
         let anew = Self::new(rig.clone(), self.objects.clone(), self.options.clone());
         // The objects and the options are in force already, so that nothing can be wrong with them.
@@ -335,8 +332,8 @@ impl Fusion {
             return;
         }
         self.forget_calibration();
-        self.health.reset();
-        self.clock_search.models_changed();
+        self.diagnosis.reset();
+        self.offset_search.models_changed();
         let mut old: BTreeMap<ObjectId, (ObjectModel, Timeline, u64)> = BTreeMap::new();
         let parts = self
             .objects
@@ -344,25 +341,27 @@ impl Fusion {
             .zip(self.timelines.drain(..))
             .zip(self.loss_emitted_ns.drain(..));
         old.extend(
-            parts.map(|((model, timeline), said)| (model.id().clone(), (model, timeline, said))),
+            parts.map(|((model, timeline), emitted)| {
+                (model.id().clone(), (model, timeline, emitted))
+            }),
         );
         for model in objects {
-            let (timeline, said) = match old.remove(model.id()) {
-                Some((before, timeline, said)) if before == model => (timeline, said),
-                Some((before, mut timeline, said)) if have_one_frame(&before, &model) => {
-                    timeline.settle();
-                    (timeline, said)
+            let (timeline, emitted) = match old.remove(model.id()) {
+                Some((before, timeline, emitted)) if before == model => (timeline, emitted),
+                Some((before, mut timeline, emitted)) if have_one_frame(&before, &model) => {
+                    timeline.discard_images();
+                    (timeline, emitted)
                 }
                 _ => (Timeline::new(model.id().clone()), 0),
             };
             self.timelines.push(timeline);
-            self.loss_emitted_ns.push(said);
+            self.loss_emitted_ns.push(emitted);
             self.objects.push(model);
         }
     }
 
-    /// Stamps before and after the step can't be compared: which cameras share the clock that was set is not known, so that tracks,
-    /// windows and clock offsets start anew. Objects that were known are lost until they are seen again.
+    /// Timestamps before and after the step cannot be compared, and which cameras share the clock is unknown: tracks, windows and clock
+    /// offsets start anew. Objects that were known are lost until they are seen again.
     fn take_clock_step(&mut self, by_ns: i64) {
         self.catch_up();
         for object in 0..self.timelines.len() {
@@ -371,22 +370,22 @@ impl Fusion {
             }
         }
         self.begin_anew();
-        self.clock_search = OffsetSearch::default();
+        self.offset_search = OffsetSearch::default();
         self.intake.clock_stepped(self.now_ns);
         self.offered_ns.clear();
-        self.next_look_ns = 0;
+        self.next_offsets_ns = 0;
         self.loss_emitted_ns.fill(0);
         self.outputs.push_back(Output::ClockStep { by_ns });
     }
 
-    /// Goes through all images that have come late.
+    /// Processes all late images.
     fn catch_up(&mut self) {
         for timeline in &mut self.timelines {
             timeline.catch_up(u64::MAX, &self.site, &self.options);
         }
     }
 
-    /// When the object will be lost, if it is seen no more.
+    /// When the object is lost, if it is not seen again, ns.
     fn loss_ns(&self, object: usize) -> Option<u64> {
         let seen_ns = self.timelines[object].at(u64::MAX).seen_ns;
         (seen_ns > self.loss_emitted_ns[object])

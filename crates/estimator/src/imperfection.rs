@@ -1,4 +1,4 @@
-//! What the images show to be imperfect in the site's files: no fault, since no figure in a person's file is exact, but worth a word.
+//! Errors of the files of a site that images show: not faults, since no file is exact, but worth a message.
 
 use std::fmt;
 

@@ -1,21 +1,22 @@
 //! From tag corners of many cameras to object poses with covariance.
 //!
-//! What comes in: a rig (cameras with lens and pose), objects (constellations of tags, on links or on one body) and the corners that single
-//! images show, each with its capture time. What goes out: `world_from_object` with covariance and twist per object.
-//! Metres, radians, pixels with (0, 0) at the centre of the top-left pixel, nanoseconds since the Unix epoch.
+//! Input: a rig (cameras with lens and pose), objects (constellations of tags on rigid or articulated bodies) and the corners of single
+//! images, each with its capture time. Output: `world_from_object` with covariance and twist of each object. Metres, radians, pixels with
+//! (0, 0) at the centre of the top-left pixel, nanoseconds since the Unix epoch.
 //!
-//! - [`Fusion`]: the machine; [`Input`] in, [`Output`] out, every tunable a field of [`FusionOptions`].
+//! - [`Fusion`]: the state machine; [`Input`] in, [`Output`] out, every tunable a field of [`FusionOptions`].
 //! - [`Rig`], [`ObjectModel`], [`Articulation`], [`ImageObservation`]: what it works from.
 //! - [`ObjectEstimate`], [`ClockOffset`], [`Fault`], [`Imperfection`], [`Proposal`], [`Statistics`]: what it reports.
-//! - Inside: `fusion` (intake, outputs), `timeline` (the window into which late images are put), `track` (one object at
-//!   one instant: rival attitudes and clocks), `filter` (the mathematics of one update), `clock_search` (clocks that are far
-//!   off), `self_calibration` (how wrong the files are), `health` (what is wrong, by name).
+//! - Rooms, each depending on earlier ones only: `measurement` and `kinematics` (residuals of a view, links and joints), `site` (models in
+//!   force, data association), `filter` (the state of an object), `tracker` (hypotheses and the fixed lag), `self_calibration` (errors of the
+//!   files), `clocks` (far clock offsets) and `diagnosis` (faults), `fusion` (intake and outputs).
 //!
 //! This crate knows no clock (time is an argument), no image, no network and no file.
 
 mod clocks;
 mod diagnosis;
 mod estimate;
+mod fading_counter;
 mod fault;
 mod filter;
 mod fusion;
@@ -31,11 +32,13 @@ mod tag_poses;
 mod time;
 mod tracker;
 
-pub use estimate::{ClockOffset, JointEstimate, LinkEstimate, ObjectEstimate, Posture, State};
+pub use estimate::{
+    ArticulatedEstimate, ClockOffset, JointEstimate, LinkEstimate, ObjectEstimate, State,
+};
 pub use fault::Fault;
 pub use fusion::{Fusion, Input, Output};
 pub use imperfection::Imperfection;
-pub use options::{FusionOptions, OptionsError};
+pub use options::{DiagnosisOptions, FusionOptions, OptionsError};
 pub use proposal::Proposal;
 pub use self_calibration::HeldBack;
 pub use sextant_site_model::{

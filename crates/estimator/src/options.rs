@@ -3,33 +3,37 @@
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-/// Declares the options with default and range, so that a field can't miss either.
+/// Declares options with default and range, so that a field can't miss either; those of a part in a struct of their own follow.
 macro_rules! options {
-    ($($(#[$doc:meta])* $field:ident = $default:literal in $lowest:literal ..= $highest:literal;)*) => {
-        /// Tunables of fusion.
+    ($(#[$about:meta])* $name:ident {
+        $($(#[$doc:meta])* $field:ident = $default:literal in $lowest:literal ..= $highest:literal;)*
+    } $($(#[$part_doc:meta])* $part:ident: $Part:ident;)?) => {
+        $(#[$about])*
         #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
         #[serde(default, deny_unknown_fields)]
-        pub struct FusionOptions {
+        pub struct $name {
             $(
                 $(#[$doc])*
                 #[doc = concat!("\n\nDefault ", stringify!($default), ", range ", stringify!($lowest), " to ", stringify!($highest), ".")]
                 pub $field: f64,
             )*
+            $($(#[$part_doc])* pub $part: $Part,)?
         }
 
-        impl Default for FusionOptions {
+        impl Default for $name {
             fn default() -> Self {
-                Self { $($field: $default),* }
+                Self { $($field: $default,)* $($part: $Part::default(),)? }
             }
         }
 
-        impl FusionOptions {
+        impl $name {
             /// Whether each field lies in its range.
             ///
             /// # Errors
             /// For the first field that does not.
             pub fn validate(&self) -> Result<(), OptionsError> {
                 $(within(stringify!($field), self.$field, $lowest, $highest)?;)*
+                $(self.$part.validate()?;)?
                 Ok(())
             }
         }
@@ -37,6 +41,8 @@ macro_rules! options {
 }
 
 options! {
+/// Options of fusion.
+FusionOptions {
     /// Seconds of images kept, so that late ones can be inserted: longer than the slowest way to the fusion node, short
     /// enough that a late image costs little.
     window_s = 0.5 in 0.0 ..= 5.0;
@@ -75,14 +81,10 @@ options! {
     jolt_odds = 10.0 in 0.0 ..= 100.0;
     /// Seconds of stated clock error up to which a camera's clock is taken at its word: at 1 m/s less than corner noise.
     right_clock_s = 0.0001 in 0.0 ..= 1.0;
-    /// Seconds (one sigma) by which a clock may be off of which nobody knows anything, once it is seen to be off.
+    /// Prior standard deviation of the offset of a clock of which nothing is known, s.
     unknown_clock_s = 0.03 in 0.0001 ..= 1.0;
     /// s²/s by which the offsets wander: 30 µs in a second, as cheap quartzes do.
     clock_wander = 1e-9 in 0.0 ..= 1e-3;
-    /// Seconds for which both are followed, clocks that agree and clocks that don't, if the motion doesn't tell.
-    clock_patience_s = 2.0 in 0.0 ..= 60.0;
-    /// Seconds after which the question is asked again: clocks are set and cameras restarted.
-    clock_recheck_s = 10.0 in 0.1 ..= 1e6;
     /// Natural logarithm of the odds beyond which the likeliest attitude is taken for the true one.
     trusted_odds = 9.0 in 1.0 ..= 100.0;
     /// Natural logarithm of the odds beyond which an unlikely attitude is given up.
@@ -103,6 +105,48 @@ options! {
     patience_s = 0.3 in 0.0 ..= 60.0;
     /// Seconds of contradicting images after which the track starts anew from them.
     contradiction_s = 0.15 in 0.0 ..= 10.0;
+}
+/// Options of fault diagnosis.
+diagnosis: DiagnosisOptions;
+}
+
+options! {
+/// Options of fault diagnosis: which cameras were moved, which tags are misplaced or of another size, which clocks are off.
+DiagnosisOptions {
+    /// Seconds of images that are tested jointly: long enough to average noise, short enough that a new fault soon fills it.
+    window_s = 0.8 in 0.1 ..= 10.0;
+    /// Seconds between tested images of an object while nothing is suspected: a fault stays, so that a few suffice.
+    quiet_interval_s = 0.1 in 0.0 ..= 10.0;
+    /// Seconds between tested images of an object while a fault is suspected: about each instant of usual cameras.
+    alert_interval_s = 0.03 in 0.0 ..= 10.0;
+    /// Logarithm of the likelihood ratio from which on a fault is suspected, so that more images are tested.
+    suspected_odds = 5.0 in 1.0 ..= 1000.0;
+    /// Logarithm of the likelihood ratio from which on a fault is named: high, since errors of lenses and prints are in every image.
+    named_odds = 40.0 in 5.0 ..= 1000.0;
+    /// Seconds for which a fault must explain most before it is named: a blow to an object lasts for a few images.
+    confirmation_s = 0.2 in 0.0 ..= 10.0;
+    /// Logarithm of the likelihood ratio below which a named fault is over.
+    cleared_odds = 10.0 in 1.0 ..= 1000.0;
+    /// Logarithm of the likelihood ratio by which a fault must exceed every alternative; and from which on self-calibration waits, lest it
+    /// learn a fault as an error of the files.
+    margin_odds = 15.0 in 1.0 ..= 1000.0;
+    /// Share of what the alternatives leave unexplained that a fault must explain besides.
+    margin_share = 0.3 in 0.0 ..= 1.0;
+    /// Share of the contradiction that a fault must explain: errors of the motion between images are in the rest.
+    explained_share = 0.3 in 0.0 ..= 1.0;
+    /// Radians by which a moved camera displaces what it sees, worth naming: 2.6 mm at 1 m.
+    camera_angle = 0.0026 in 0.0 ..= 1.0;
+    /// Radians by which a moved camera is turned, worth naming.
+    camera_turn = 0.0087 in 0.0 ..= 1.0;
+    /// Metres by which a tag is off its place, worth naming: glue and paper are not better.
+    tag_position = 0.001 in 0.0 ..= 1.0;
+    /// Radians by which a tag is turned, worth naming.
+    tag_turn = 0.035 in 0.0 ..= 1.0;
+    /// Relative error of a tag's size, worth naming: printers scale by some tenths of a per cent.
+    tag_size = 0.01 in 0.0 ..= 1.0;
+    /// Seconds by which a clock is off, worth naming: 2 mm at 1 m/s.
+    clock_offset = 0.002 in 0.0 ..= 1.0;
+}
 }
 
 /// A tunable outside of its range.

@@ -16,6 +16,7 @@ pub(crate) mod evidence;
 pub(crate) mod gauge;
 pub(crate) mod held_back;
 pub(crate) mod imperfections;
+pub(crate) mod keyframe_builder;
 pub(crate) mod keyframes;
 pub(crate) mod parameters;
 pub(crate) mod variance_components;
@@ -25,7 +26,7 @@ pub(crate) use crate::self_calibration::keyframes::Keyframe;
 pub(crate) use crate::site::corrections::Corrections;
 
 use crate::Imperfection;
-use crate::self_calibration::adjustment::Adjustment;
+use crate::self_calibration::adjustment::{Adjustment, LinearisedKeyframe};
 use crate::self_calibration::held_back::HeldBackKeyframes;
 use crate::self_calibration::keyframes::{FIRST, Keyframes};
 use crate::site::Site;
@@ -96,7 +97,12 @@ impl SelfCalibration {
         Some(corrections)
     }
 
-    /// What the files have wrong that is worth a word.
+    /// What a keyframe says of the site's errors against the models in force.
+    pub fn linearised(&self, keyframe: Keyframe, site: &Site) -> LinearisedKeyframe {
+        self.adjustment.linearised(keyframe, site)
+    }
+
+    /// Errors of the files that are worth a message.
     pub fn imperfections(&self) -> &[Imperfection] {
         &self.imperfections
     }
@@ -107,7 +113,7 @@ impl SelfCalibration {
         let corrections = self
             .newest
             .as_ref()?
-            .for_files(|camera| site.file_lens(camera));
+            .for_files(|camera| Some(&site.file_camera(camera)?.lens));
         if corrections.cameras.is_empty() && corrections.tags.is_empty() {
             return None;
         }
@@ -121,7 +127,7 @@ impl SelfCalibration {
     }
 
     /// The trackers have taken the corrections over.
-    pub fn settle(&mut self) {
+    pub fn mark_applied(&mut self) {
         for keyframe in self.keyframes.iter_mut() {
             keyframe.before = keyframe.pose;
         }

@@ -1,4 +1,4 @@
-//! Rig and objects as the filters need them: looked up by index, with everything that follows from the models computed once.
+//! Rig and objects by index, with everything that follows from the models computed once, and data association.
 
 pub(crate) mod corrections;
 
@@ -49,65 +49,66 @@ pub(crate) struct SiteCamera {
     pub resolution: [u32; 2],
     /// As the file has it.
     file: Option<FileCamera>,
-    /// As it is worked with: the file's with the errors that are known taken off.
+    /// As trackers use it: corrected by self-calibration.
     pub posed: Option<CalibratedCamera>,
 }
 
 /// Lens and pose of a camera with their priors.
 #[derive(Debug, Clone)]
-struct FileCamera {
-    lens: Lens,
-    world_from_camera: Pose,
-    sigma: PoseSigma,
-    lens_sigma: LensSigma,
+pub(crate) struct FileCamera {
+    pub lens: Lens,
+    pub world_from_camera: Pose,
+    pub sigma: PoseSigma,
+    pub lens_sigma: LensSigma,
+    /// From the lens's centre to the farthest corner of the image, px.
     reach_px: f64,
     shutter: Option<RollingShutter>,
 }
 
 /// Where a tag belongs.
 #[derive(Debug, Clone)]
-struct TagPlacement {
+pub(crate) struct TagPlacement {
     object: usize,
     /// As the file has it, with the priors of its pose and of the logarithm of its size.
-    file: ObjectTag,
-    prior: PoseSigma,
-    size_prior: f64,
+    pub file: ObjectTag,
+    pub prior: PoseSigma,
+    pub size_prior: f64,
     /// As it is worked with: the file's with the errors that are known taken off, and how well its place is known.
     tag: ObjectTag,
-    sigma: Option<PoseSigma>,
+    pub sigma: Option<PoseSigma>,
     chain_link: Option<ChainLink>,
 }
 
 /// The models in force.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Site {
-    /// Whatever was learned about a camera goes by its index here, so that a camera keeps its index for good; those that
-    /// the rig has no more are not calibrated and not in `camera_index`.
+    /// Estimates of a camera go by its index here, so that a camera keeps its index for good; those that the rig has no more are not
+    /// calibrated and not in `camera_index`.
     cameras: Vec<SiteCamera>,
     camera_index: BTreeMap<CameraId, usize>,
     /// Index of the camera whose clock is the reference: the rig's first.
     reference: usize,
     objects: Vec<ObjectId>,
     places: BTreeMap<TagId, TagPlacement>,
-    /// How well each object's frame is tied to its tags, by object index.
+    /// Uncertainty of the frame of each object, by object index.
     frames: BTreeMap<usize, ObjectFrame>,
 }
 
-/// What is said about a camera's clock.
+/// Prior of the clock of a camera, by its image.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum ClockPrior {
-    /// It is the reference, or as good as.
+    /// Right within the tolerance.
     Right,
-    /// It is the reference unless another is right; one sigma in seconds.
+    /// The reference unless another clock is right; standard deviation, s.
     Reference(f64),
-    /// One sigma in seconds.
+    /// Standard deviation, s.
     Within(f64),
-    /// Nobody vouches for it.
+    /// Nothing is reported of it.
     Unknown,
 }
 
 impl ClockPrior {
-    /// One sigma of its error, s.
+    /// Standard deviation of its error, s.
     pub fn sigma_s(self, options: &FusionOptions) -> f64 {
         match self {
             Self::Right => 0.0,
@@ -117,27 +118,13 @@ impl ClockPrior {
     }
 }
 
-/// What one image shows of one object.
+/// The views of one object in one image.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct ObjectImage {
     pub camera_index: usize,
     pub capture_ns: u64,
     pub clock: ClockPrior,
     pub views: Vec<TagView>,
-}
-
-impl ObjectImage {
-    /// The part of it with such views, by camera and tag.
-    pub fn of(&self, which: impl Fn(usize, TagId) -> bool) -> Self {
-        let views = self.views.iter();
-        let views = views.filter(|view| which(self.camera_index, view.tag));
-        Self {
-            views: views.cloned().collect(),
-            camera_index: self.camera_index,
-            capture_ns: self.capture_ns,
-            clock: self.clock,
-        }
-    }
 }
 
 /// An image, sorted by objects.
@@ -253,7 +240,7 @@ impl Site {
         Ok(())
     }
 
-    /// Whether no figure of rig and objects may be wrong.
+    /// Whether all models are given as exact.
     pub fn is_exact(&self) -> bool {
         let files = self
             .cameras
@@ -265,7 +252,7 @@ impl Site {
         !cameras.any(|open| open) && !tags.any(open)
     }
 
-    /// Takes the errors of the files off the models, as far as they are known.
+    /// Applies corrections to the models.
     pub fn correct(&mut self, corrections: &Corrections) {
         let [of_cameras, of_lenses, of_tags] = corrections.unseen;
         for (index, camera) in self.cameras.iter_mut().enumerate() {
@@ -287,70 +274,14 @@ impl Site {
         self.frames.clone_from(&corrections.frames);
     }
 
-    /// A camera of the rig with its errors taken off.
-    pub fn corrected_camera(
-        &self,
-        index: usize,
-        correction: &CameraCorrection,
-    ) -> Option<CalibratedCamera> {
-        Some(
-            self.cameras
-                .get(index)?
-                .file
-                .as_ref()?
-                .corrected(correction),
-        )
+    /// Lens and pose of a camera as the rig's file has them.
+    pub fn file_camera(&self, index: usize) -> Option<&FileCamera> {
+        self.cameras.get(index)?.file.as_ref()
     }
 
-    /// Priors of a camera's pose and of its focal length (px) and first coefficient of the distortion; nothing is open where there is no
-    /// such camera.
-    pub fn camera_priors(&self, index: usize) -> (PoseSigma, [f64; 2]) {
-        let file = self
-            .cameras
-            .get(index)
-            .and_then(|camera| camera.file.as_ref());
-        file.map_or((PoseSigma::NONE, [0.0; 2]), |file| {
-            let distortion = file.lens_sigma.distortion_px * self.distortion_per_px(index);
-            (file.sigma, [file.lens_sigma.focal_px, distortion])
-        })
-    }
-
-    /// Prior of a camera's lens; none where there is no such camera.
-    pub fn lens_prior(&self, index: usize) -> LensSigma {
-        let file = self.cameras.get(index);
-        file.and_then(|camera| camera.file.as_ref())
-            .map_or(LensSigma::NONE, |file| file.lens_sigma)
-    }
-
-    /// First coefficient of a camera's distortion that moves the corners of its image by a pixel; 0 where its lens has none.
-    pub fn distortion_per_px(&self, index: usize) -> f64 {
-        let file = self
-            .cameras
-            .get(index)
-            .and_then(|camera| camera.file.as_ref());
-        let bending = file.filter(|file| !file.lens.distortion().is_empty());
-        bending.map_or(0.0, |file| {
-            let focal = file.lens.intrinsics().fx;
-            (focal * (file.reach_px / focal).powi(3)).recip()
-        })
-    }
-
-    /// Priors of a tag's pose and of the logarithm of its size.
-    pub fn tag_priors(&self, tag: &TagId) -> (PoseSigma, f64) {
-        let place = self.places.get(tag);
-        place.map_or((PoseSigma::NONE, 0.0), |place| {
-            (place.prior, place.size_prior)
-        })
-    }
-
-    /// `world_from_camera` as the rig's file has it.
-    pub fn file_pose(&self, index: usize) -> Option<&Pose> {
-        Some(&self.cameras.get(index)?.file.as_ref()?.world_from_camera)
-    }
-
-    /// The lens of a camera as the rig's file has it.
-    pub fn file_lens(&self, index: usize) -> Option<&Lens> {
-        Some(&self.cameras.get(index)?.file.as_ref()?.lens)
+    /// A tag on its object.
+    pub fn placement(&self, tag: &TagId) -> Option<&TagPlacement> {
+        self.places.get(tag)
     }
 
     /// The object that has a tag.
@@ -358,12 +289,7 @@ impl Site {
         self.objects.get(self.places.get(tag)?.object)
     }
 
-    /// A tag as the object's file has it.
-    pub fn file_tag(&self, tag: &TagId) -> Option<&ObjectTag> {
-        Some(&self.places.get(tag)?.file)
-    }
-
-    /// How well an object's frame is tied to its tags; `None` before that is known.
+    /// Uncertainty of the frame of an object; `None` before it is known.
     pub fn frame(&self, object: usize) -> Option<&ObjectFrame> {
         self.frames.get(&object)
     }
@@ -387,7 +313,7 @@ impl Site {
         let noise = CornerNoise::of(&old.seen, 0.0, options)?;
         Some(TagView {
             information: noise.information,
-            edges: noise.edges,
+            whitening: noise.whitening,
             is_joint: noise.is_joint,
             ..old.clone()
         })
@@ -415,18 +341,12 @@ impl Site {
         Some((index, &self.cameras[index]))
     }
 
-    /// Whether cameras, lenses or tags are stated to be uncertain for good.
-    pub fn has_given_errors(&self) -> bool {
-        let posed = self
-            .cameras
-            .iter()
-            .filter_map(|camera| camera.posed.as_ref());
-        let mut of_cameras =
-            posed.map(|camera| camera.sigma.is_some() || camera.lens_sigma.is_some());
-        of_cameras.any(|stated| stated) || self.places.values().any(|place| place.sigma.is_some())
+    /// Standard deviation of a camera's pose; `None` where it is exact or unknown.
+    pub fn camera_sigma(&self, index: usize) -> Option<PoseSigma> {
+        self.cameras.get(index)?.posed.as_ref()?.sigma
     }
 
-    /// The views of an image by object; what can't be used is counted.
+    /// The views of an image by object. Counts tags that cannot be used.
     pub fn associate(
         &self,
         camera_index: usize,
@@ -485,7 +405,7 @@ impl Site {
     }
 }
 
-/// Sigma of the logarithm of a printed tag's size: printers scale by some tenths of a per cent.
+/// Prior standard deviation of the logarithm of a tag size: printers scale by some tenths of a per cent.
 const USUAL_SIZE_SIGMA: f64 = 0.005;
 
 impl FileCamera {
@@ -493,7 +413,17 @@ impl FileCamera {
         self.corrected(&CameraCorrection::none(self.sigma, self.lens_sigma))
     }
 
-    fn corrected(&self, correction: &CameraCorrection) -> CalibratedCamera {
+    /// First coefficient of the distortion that moves the corners of the image by a pixel; 0 where the lens has none.
+    pub fn distortion_per_px(&self) -> f64 {
+        if self.lens.distortion().is_empty() {
+            return 0.0;
+        }
+        let focal = self.lens.intrinsics().fx;
+        (focal * (self.reach_px / focal).powi(3)).recip()
+    }
+
+    /// The camera with errors taken off.
+    pub fn corrected(&self, correction: &CameraCorrection) -> CalibratedCamera {
         let pose = correction.pose(&self.world_from_camera);
         let sigma = Some(correction.sigma).filter(PoseSigma::is_some);
         let mut posed = CalibratedCamera::new(correction.lens(&self.lens), &pose, sigma);
@@ -547,7 +477,7 @@ fn view(
         seen: seen.clone(),
         distortion_bias: distortion_bias::distortion_bias(&camera.lens, tag.tag, &seen.corners),
         information: noise.information,
-        edges: noise.edges,
+        whitening: noise.whitening,
         is_joint: noise.is_joint,
         noise_source: noise.source,
         tag_sigma: place.sigma,
@@ -555,8 +485,7 @@ fn view(
     })
 }
 
-/// px² by which corners lie elsewhere because camera or tag do, or because the lens is another: about what views contradict
-/// each other by.
+/// Variance of corners by errors of camera pose, tag pose and lens, px²: what views contradict each other by.
 fn misplacement(camera: &CalibratedCamera, seen: &TagCorners, place: &TagPlacement) -> f64 {
     let edge_px = area_px2(&seen.corners).sqrt();
     let shifted = |sigma: PoseSigma| (sigma.position_m * edge_px / place.tag.size_m).powi(2);

@@ -8,7 +8,6 @@
 //! 3. [`gating`]: views that contradict the others are left out; [`curvature`] widens covariances where the cost is flat.
 //! 4. [`planar_ambiguity`] and [`joint_search`] propose other minima; [`birth`] proposes attitudes where nothing is known.
 //! 5. [`branching`] weighs the hypotheses and drops the hopeless; [`camera_consistency`] remembers which cameras contradict.
-//! 6. [`clock_model_selection`] compares the track with one that estimates unverified clocks.
 //!
 //! [`timeline`] keeps the tracks of the fixed lag, [`report`] and [`link_marginals`] make estimates from a track, and
 //! [`finalised_views`] the residuals that fault diagnosis works with.
@@ -17,7 +16,6 @@ pub(crate) mod birth;
 pub(crate) mod branching;
 pub(crate) mod camera_consistency;
 pub(crate) mod clock_knowledge;
-pub(crate) mod clock_model_selection;
 pub(crate) mod curvature;
 pub(crate) mod distortion_share;
 pub(crate) mod finalised_views;
@@ -33,50 +31,23 @@ pub(crate) mod track;
 pub(crate) mod view_outcome;
 
 use crate::FusionOptions;
-use crate::site::{ClockPrior, ObjectImage, Site};
-use crate::time::seconds;
-use crate::tracker::clock_model_selection::RECENT_S;
+use crate::site::{ObjectImage, Site};
 use crate::tracker::track::Track;
 
 impl Track {
     /// The track after the images of the instant `time_ns`, which is not before this one's.
-    pub fn advanced(
+    pub(crate) fn advanced(
         &self,
         time_ns: u64,
         images: &[&ObjectImage],
         site: &Site,
         options: &FusionOptions,
     ) -> Self {
-        let mut next = self.stepped(time_ns, images, site, options);
-        let is_right = |image: &&ObjectImage| next.accepted(image) == ClockPrior::Right;
-        next.timing.has_right_clock |= images.iter().any(is_right);
-        let alternative = match &self.alternative {
-            Some(alternative) => Some(alternative.stepped(time_ns, images, site, options)),
-            None if self.is_simultaneous(time_ns, images) => {
-                let unvouched: Vec<usize> = next.unvouched(images).collect();
-                next.timing.settle(time_ns, &unvouched);
-                None
-            }
-            None => self
-                .clock_alternative(time_ns, images, options)
-                .map(|alternative| alternative.stepped(time_ns, images, site, options)),
-        };
-        next.alternative_since_ns = alternative
-            .as_ref()
-            .map(|_| self.alternative_since_ns.unwrap_or(time_ns));
-        match alternative {
-            Some(mut alternative) => {
-                let before = self
-                    .alternative
-                    .as_deref()
-                    .map_or(self.total, |alternative| alternative.total);
-                let gain = (next.total - self.total) - (alternative.total - before);
-                let keep = (-seconds(self.time_ns, time_ns) / RECENT_S).exp();
-                next.ahead = self.ahead * keep + gain;
-                alternative.timing.has_right_clock = next.timing.has_right_clock;
-                next.select_clock_model(alternative, options)
-            }
-            None => next,
+        if !self.timing.is_changed_by(images) {
+            return self.stepped(time_ns, images, site, options);
         }
+        let mut informed = self.clone();
+        informed.timing.observe(images);
+        informed.stepped(time_ns, images, site, options)
     }
 }

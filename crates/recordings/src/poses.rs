@@ -47,7 +47,7 @@ struct JointLine<'a> {
 /// `"links":[{"link","position","orientation","covariance"}]` and `"joints":[{"joint","value","sigma","velocity"}]`. Numbers have as many digits as bring them back.
 pub fn pose_json(estimate: &ObjectEstimate) -> String {
     let parts = PoseParts::from(&estimate.world_from_object);
-    let posture = estimate.posture.as_deref();
+    let articulated = estimate.articulated.as_deref();
     let line = PoseLine {
         t_ns: estimate.capture_ns,
         object: &estimate.object,
@@ -59,8 +59,8 @@ pub fn pose_json(estimate: &ObjectEstimate) -> String {
         cameras: estimate.cameras,
         tags: estimate.tags,
         rms_px: estimate.rms_px,
-        links: posture.map(|one| one.links.iter().map(link_line).collect()),
-        joints: posture.map(|one| one.joints.iter().map(joint_line).collect()),
+        links: articulated.map(|one| one.links.iter().map(link_line).collect()),
+        joints: articulated.map(|one| one.joints.iter().map(joint_line).collect()),
     };
     // Numbers, names and an enum: there is nothing that JSON could refuse.
     serde_json::to_string(&line).unwrap_or_default()
@@ -121,7 +121,7 @@ mod tests {
             cameras: 2,
             tags: 3,
             rms_px: 0.125,
-            posture: None,
+            articulated: None,
         }
     }
 

@@ -226,7 +226,7 @@ fn estimate(x_m: f64, variance: f64) -> ObjectEstimate {
         cameras: 1,
         tags: 1,
         rms_px: 0.1,
-        posture: None,
+        articulated: None,
     }
 }
 

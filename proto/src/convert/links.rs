@@ -11,8 +11,8 @@ impl ObjectLinks {
     /// The message beside the pose of the same estimate; none where the object is rigid.
     #[must_use]
     pub fn from_estimate(estimate: &ObjectEstimate, pose: &ObjectPose) -> Option<Self> {
-        let posture = estimate.posture.as_deref()?;
-        let joints = posture.joints.iter().map(|joint| JointState {
+        let articulated = estimate.articulated.as_deref()?;
+        let joints = articulated.joints.iter().map(|joint| JointState {
             joint: joint.joint.clone(),
             value: joint.value,
             variance: joint.variance.clamp(0.0, f64::INFINITY),
@@ -25,7 +25,7 @@ impl ObjectLinks {
             capture_ns: pose.capture_ns,
             published_ns: pose.published_ns,
             state: pose.state,
-            links: posture.links.iter().map(LinkPose::from).collect(),
+            links: articulated.links.iter().map(LinkPose::from).collect(),
             joints: joints.collect(),
         })
     }

@@ -67,7 +67,7 @@ mod tests {
             cameras: 1,
             tags: 1,
             rms_px: 0.0,
-            posture: None,
+            articulated: None,
         }
     }
 

@@ -1,12 +1,12 @@
-//! What arrivals tell of clocks: no image arrives before it was taken, and the quickest of a camera's images arrive about as
-//! quickly as those of others, so that stamps which are wrong by seconds show in the age that images seem to have.
+//! Apparent ages of images on arrival. No image arrives before it was taken, and the quickest images of a camera arrive about as quickly as
+//! those of others, so that timestamps which are wrong by seconds show in the age.
 
 use std::collections::{BTreeMap, VecDeque};
 
 /// Images of a camera of which the quickest counts: about a second of them.
 const REMEMBERED: usize = 32;
-/// Images at least that all come equally late where that lasts, and ns by which they may differ: less than images are apart, so that
-/// some which are held up and then come all at once are none.
+/// Fewest images that are equally late, and the largest difference between them, ns: less than the time between images, so that delayed
+/// images which arrive at once do not count.
 const LASTING: usize = 3;
 const EQUALLY_NS: i64 = 15_000_000;
 
@@ -18,7 +18,7 @@ pub(crate) struct ArrivalDelays(BTreeMap<usize, Ages>);
 #[derive(Debug, Default)]
 struct Ages {
     last: VecDeque<i64>,
-    /// Kept, since every image asks it of every camera.
+    /// The least of them; cached, since every image needs that of every camera.
     least: Option<i64>,
 }
 
@@ -33,7 +33,7 @@ impl ArrivalDelays {
         ages.least = ages.last.iter().min().copied();
     }
 
-    /// The camera's stamps mean something else now.
+    /// Forgets a camera whose timestamps have been corrected.
     pub fn forget(&mut self, camera_index: usize) {
         self.0.remove(&camera_index);
     }
@@ -47,12 +47,12 @@ impl ArrivalDelays {
         equal.then_some(*least)
     }
 
-    /// Cameras that have been heard, by index.
+    /// Cameras with images, by index.
     pub fn all(&self) -> impl Iterator<Item = usize> {
         self.0.keys().copied()
     }
 
-    /// How many they are.
+    /// Number of cameras with images.
     pub fn cameras(&self) -> usize {
         self.0.len()
     }
@@ -62,13 +62,12 @@ impl ArrivalDelays {
         self.0.get(&camera_index)?.least
     }
 
-    /// By how many ns the camera's stamps lie ahead of the other cameras' by that: against the middle one, or the nearer of
-    /// two.
+    /// Lead of the camera's timestamps over those of the other cameras, ns: against the median, or the nearer of two.
     pub fn lead_ns(&self, camera_index: usize) -> Option<i64> {
         self.lead_at(camera_index, self.age_ns(camera_index)?)
     }
 
-    /// The same by the camera's last images, if these came equally late.
+    /// The same by the camera's last images, if they were equally late.
     pub fn last_lead_ns(&self, camera_index: usize) -> Option<i64> {
         self.lead_at(camera_index, self.equal_age_ns(camera_index)?)
     }

@@ -1,22 +1,22 @@
-//! Whose clock is wrong where clocks differ: theirs who differ from most.
+//! Consensus of clocks: those that differ from most are wrong.
 
 use crate::ClockOffset;
 
-/// Seconds by which clocks differ that belong together: where somebody vouches for both, and where a filter sees to it.
+/// Largest difference of clocks that agree, s: where both are verified, and otherwise, where a filter estimates the rest.
 const TOGETHER_S: (f64, f64) = (0.003, 0.03);
 
-/// A camera's clock against that of one and the same other camera.
+/// Offset of a camera's clock against that of a common other camera.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct ClockReading {
     pub camera_index: usize,
     pub off: ClockOffset,
-    /// Whether somebody vouches for it.
-    pub vouched: bool,
+    /// Whether the camera reports a small clock error.
+    pub verified: bool,
 }
 
 impl ClockReading {
     fn is_together_with(&self, other: &Self) -> bool {
-        let within_s = if self.vouched && other.vouched {
+        let within_s = if self.verified && other.verified {
             TOGETHER_S.0
         } else {
             TOGETHER_S.1
@@ -25,13 +25,13 @@ impl ClockReading {
     }
 }
 
-/// The clocks that are wrong, against one that most agree with: of equals the first that somebody vouches for.
+/// The clocks that are wrong, against one that most agree with: of equals the first verified one.
 pub(crate) fn wrong(readings: &[ClockReading]) -> Vec<(usize, ClockOffset)> {
     let company = |one: &ClockReading| {
         let together = readings.iter().filter(|other| one.is_together_with(other));
         together.count()
     };
-    let rank = |one: &&ClockReading| (company(one), one.vouched, usize::MAX - one.camera_index);
+    let rank = |one: &&ClockReading| (company(one), one.verified, usize::MAX - one.camera_index);
     let Some(right) = readings.iter().max_by_key(rank) else {
         return Vec::new();
     };
@@ -49,14 +49,14 @@ pub(crate) fn wrong(readings: &[ClockReading]) -> Vec<(usize, ClockOffset)> {
 mod tests {
     use super::*;
 
-    fn wrong_of(offsets_s: &[f64], vouched: bool) -> Vec<(usize, f64)> {
+    fn wrong_of(offsets_s: &[f64], verified: bool) -> Vec<(usize, f64)> {
         let reading = |(camera_index, offset_s): (usize, &f64)| ClockReading {
             camera_index,
             off: ClockOffset {
                 offset_s: *offset_s,
                 sigma_s: 0.001,
             },
-            vouched: vouched || camera_index == 0,
+            verified: verified || camera_index == 0,
         };
         let readings: Vec<ClockReading> = offsets_s.iter().enumerate().map(reading).collect();
         let wrong = wrong(&readings).into_iter();

@@ -1,9 +1,8 @@
-//! By how much two cameras' clocks differ, from the motion that each of them sees alone.
+//! Offset between two cameras' clocks, from the motion that each of them sees alone.
 //!
-//! With poses a(t) and b(t) of the same body by the stamps of either camera, the offset o of b's clock against a's is where
-//! sum |b(t) - a(t - o)|² in the metric of both covariances is least. It holds for any offset, not only for small ones; what
-//! explains the difference otherwise, a camera that is not where the rig says, is weighed against it: then b differs from a by
-//! one and the same rigid motion of the world.
+//! With poses a(t) and b(t) of the same body by the timestamps of either camera, the offset o of b's clock against a's minimises sum |b(t) -
+//! a(t - o)|² in the metric of both covariances. It holds for any offset, not only for small ones. A camera that is not where the rig says
+//! differs at every offset.
 
 use std::collections::VecDeque;
 
@@ -14,7 +13,7 @@ use crate::ClockOffset;
 use crate::clocks::single_camera_track::Sample;
 use crate::time::seconds;
 
-/// Seconds about the offset that arrivals tell which are searched, and the grid's step.
+/// Range of the search about the offset that arrivals imply, s, and its step.
 const REACH_S: f64 = 5.0;
 const STEP_S: f64 = 0.02;
 /// Samples of b compared on the grid, and in the end.
@@ -28,9 +27,9 @@ const GAP_S: f64 = 0.12;
 const MOST: f64 = 200.0;
 /// Mean squared distance up to which poses agree.
 const FITS: f64 = 24.0;
-/// Neighbouring poses share their errors: so many count as one.
+/// Neighbouring poses that count as one, since their errors are correlated.
 const SHARED: f64 = 3.0;
-/// One of so many poses is thought to be where something happened but once.
+/// One of this many poses may show a motion that happened once.
 const FASTEST: usize = 10;
 /// Difference of chi-square that decides.
 const DECIDES: f64 = 40.0;
@@ -43,14 +42,14 @@ const LONG_S: f64 = 0.7;
 /// Metres and radians, one sigma, by which rigs are off anyway.
 const RIG: (f64, f64) = (0.002, 0.004);
 
-/// What two cameras' motions say.
+/// Result of a comparison.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum MotionMatch {
-    /// Too little yet.
+    /// Too little motion or overlap.
     Open,
     /// The same motion at the same stamps.
     Agree,
-    /// The second camera's stamps are off by that against the first's.
+    /// Offset of the second camera against the first.
     Off(ClockOffset),
     /// No offset explains the difference.
     Differ,
@@ -62,7 +61,7 @@ pub(crate) struct MotionPair<'a> {
     pub b: &'a VecDeque<Sample>,
 }
 
-/// Compares the motions; `implied_ns` is the offset that arrivals tell.
+/// Compares the motions; `implied_ns` is the offset that arrivals imply.
 pub(crate) fn compare(pairs: &[MotionPair<'_>], implied_ns: i64) -> MotionMatch {
     let seen = |samples: fn(&MotionPair<'_>) -> usize| pairs.iter().map(samples).sum::<usize>();
     if seen(|pair| pair.a.len()).min(seen(|pair| pair.b.len())) < 2 * FEWEST {
@@ -226,8 +225,8 @@ impl Comparison<'_> {
         Some(best)
     }
 
-    /// One sigma of the offset by the motion of the poses that it brings together; `None` where there is none. Without the fastest: the
-    /// step of a body at rest, or of what its camera shows of it, happened at one moment and tells nothing at any other.
+    /// Standard deviation of the offset by the motion of the compared poses, s; `None` where there is none. Leaves the fastest poses out:
+    /// the step of a body at rest, or of its track, happens at one moment only.
     fn sigma_s(&self, offset_s: f64) -> Option<f64> {
         let told = self.meetings(offset_s, FINE).filter_map(|one| one.told());
         let mut told: Vec<f64> = told.collect();
@@ -249,7 +248,7 @@ impl Comparison<'_> {
         spans.fold(0.0, f64::max)
     }
 
-    /// Whether no offset is as good as known, or might be anything yet.
+    /// Whether the clocks agree or their offset is still open.
     fn agreement(&self, refined: &[(f64, Cost)]) -> MotionMatch {
         let nearest = refined.iter().map(|(at, _)| *at);
         let nearest = nearest.min_by(|a, b| a.abs().total_cmp(&b.abs()));
@@ -344,7 +343,7 @@ impl<'a> PosePair<'a> {
         from.try_lerp_slerp(to, self.share, 1e-9)
     }
 
-    /// What it tells of the offset, 1/s².
+    /// Information about the offset, 1/s².
     fn told(&self) -> Option<f64> {
         let (from, to) = (self.before, self.after);
         let moved = se3::difference(&to.world_from_body, &from.world_from_body);

@@ -1,4 +1,4 @@
-//! An open question about some cameras' clocks: what it has been shown, and what it makes of that.
+//! One search for the clock offsets of some cameras: the motion that each of them sees, and its comparison.
 
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
@@ -10,31 +10,31 @@ use crate::clocks::{consensus, motion_matching, single_camera_track};
 use crate::site::{AssociatedImage, ClockPrior, Site};
 use crate::{ClockOffset, FusionOptions};
 
-/// Nanoseconds between two looks at what is known.
-const LOOK_NS: u64 = 150_000_000;
-/// Nanoseconds after which those that see nothing are not waited for any longer.
+/// Time between two comparisons, ns.
+const SWEEP_NS: u64 = 150_000_000;
+/// Time after which cameras that see nothing are not waited for, ns.
 const SILENCE_NS: u64 = 1_000_000_000;
-/// Cameras that are followed: those asked about first. Enough for a majority.
+/// Most cameras that are followed, the suspected ones first. Enough for a majority.
 const MOST_CAMERAS: usize = 6;
-/// Bodies in the eyes of a camera that are followed in all.
-const MOST_SHADOWS: usize = 48;
+/// Most tracks of bodies by single cameras.
+const MOST_TRACKS: usize = 48;
 /// Cameras that others are compared with, if the first ones see too little of the same.
 const MOST_BASES: usize = 3;
 
-/// The question.
+/// A search under way.
 #[derive(Debug)]
 pub(crate) struct OffsetQuery {
     pub since_ns: u64,
-    look_ns: u64,
-    suspects: BTreeSet<usize>,
+    sweep_ns: u64,
+    candidates: BTreeSet<usize>,
     /// Cameras whose clocks are right, or not to blame as far as can be seen; and those of them whose clocks have been read.
     cleared: BTreeSet<usize>,
     read: BTreeSet<usize>,
-    /// Cameras that are followed, with whether somebody vouches for their clock.
+    /// Cameras that are followed, with whether their clock is verified.
     followed: BTreeMap<usize, bool>,
-    shadows: BTreeMap<(usize, Body), SingleCameraTrack>,
-    /// What is being looked at.
-    look: Option<Sweep>,
+    tracks: BTreeMap<(usize, Body), SingleCameraTrack>,
+    /// The comparison under way.
+    sweep: Option<Sweep>,
 }
 
 /// A look under way. It takes an image for each two cameras that are compared, so that none waits for all comparisons.
@@ -49,50 +49,50 @@ struct Sweep {
 }
 
 impl OffsetQuery {
-    pub fn about(suspects: BTreeSet<usize>, now_ns: u64) -> Self {
+    pub fn new(candidates: BTreeSet<usize>, now_ns: u64) -> Self {
         Self {
             since_ns: now_ns,
-            look_ns: now_ns.saturating_add(LOOK_NS),
-            suspects,
+            sweep_ns: now_ns.saturating_add(SWEEP_NS),
+            candidates,
             cleared: BTreeSet::new(),
             read: BTreeSet::new(),
             followed: BTreeMap::new(),
-            shadows: BTreeMap::new(),
-            look: None,
+            tracks: BTreeMap::new(),
+            sweep: None,
         }
     }
 
-    /// More cameras are asked about.
-    pub fn extend(&mut self, suspects: BTreeSet<usize>) {
-        self.suspects.extend(suspects);
+    /// Adds suspected cameras.
+    pub fn extend(&mut self, candidates: BTreeSet<usize>) {
+        self.candidates.extend(candidates);
     }
 
-    /// The cameras asked about.
-    pub fn suspects(&self) -> impl Iterator<Item = usize> {
-        self.suspects.iter().copied()
+    /// The suspected cameras.
+    pub fn candidates(&self) -> impl Iterator<Item = usize> {
+        self.candidates.iter().copied()
     }
 
     pub fn is_due(&self, now_ns: u64) -> bool {
-        self.look.is_some() || now_ns >= self.look_ns
+        self.sweep.is_some() || now_ns >= self.sweep_ns
     }
 
-    /// Whether it may be said what is wrong.
+    /// Whether all suspected clocks have been compared.
     pub fn is_answered(&self) -> bool {
-        self.suspects.is_subset(&self.cleared)
+        self.candidates.is_subset(&self.cleared)
     }
 
     /// Whether there is nothing left to find out: an offset longer than what has been seen may yet explain what nothing else
     /// does.
     pub fn is_over(&self) -> bool {
-        self.suspects.is_subset(&self.read)
+        self.candidates.is_subset(&self.read)
     }
 
     pub fn is_open_about(&self, camera_index: usize) -> bool {
         !self.cleared.contains(&camera_index)
     }
 
-    /// Follows the bodies in a camera's image.
-    pub fn watch(
+    /// Updates the tracks of the bodies in an image.
+    pub fn record(
         &mut self,
         camera_index: usize,
         associated: &AssociatedImage,
@@ -100,60 +100,63 @@ impl OffsetQuery {
         options: &FusionOptions,
     ) {
         let missing = self
-            .suspects
+            .candidates
             .iter()
             .filter(|one| !self.followed.contains_key(one));
         let taken = self.followed.len() + missing.count();
         let asked_about =
-            self.suspects.contains(&camera_index) && self.followed.len() < MOST_CAMERAS;
+            self.candidates.contains(&camera_index) && self.followed.len() < MOST_CAMERAS;
         let is_followed = self.followed.contains_key(&camera_index);
         if !is_followed && !asked_about && taken >= MOST_CAMERAS {
             return;
         }
         for (object, image) in &associated.objects {
-            let vouched = matches!(image.clock, ClockPrior::Right | ClockPrior::Reference(_));
-            self.followed.insert(camera_index, vouched);
+            let verified = matches!(image.clock, ClockPrior::Right | ClockPrior::Reference(_));
+            self.followed.insert(camera_index, verified);
             let Some(id) = site.objects().get(*object) else {
                 continue;
             };
             for (body, alone) in single_camera_track::bodies(*object, image) {
                 let key = (camera_index, body);
-                if self.shadows.len() < MOST_SHADOWS || self.shadows.contains_key(&key) {
-                    let shadow = self.shadows.entry(key).or_default();
-                    shadow.take(id, &alone, site, options);
+                if self.tracks.len() < MOST_TRACKS || self.tracks.contains_key(&key) {
+                    let track = self.tracks.entry(key).or_default();
+                    track.take(id, &alone, site, options);
                 }
             }
         }
     }
 
-    /// The clocks that are found to be wrong by now; `None` while the look is under way.
-    pub fn look(
+    /// The clocks that are found to be wrong; `None` while the comparison is under way.
+    pub fn evaluate(
         &mut self,
         now_ns: u64,
         latencies: &ArrivalDelays,
     ) -> Option<Vec<(usize, ClockOffset)>> {
-        let mut look = self.look.take().unwrap_or_else(|| self.begin_look(now_ns));
-        let Some((base, base_off, camera)) = self.next_pair(&mut look) else {
-            return Some(self.conclude(now_ns, &look.readings, &look.differ));
+        let mut sweep = self
+            .sweep
+            .take()
+            .unwrap_or_else(|| self.begin_sweep(now_ns));
+        let Some((base, base_off, camera)) = self.next_pair(&mut sweep) else {
+            return Some(self.conclude(now_ns, &sweep.readings, &sweep.differ));
         };
         match self.compare(base, camera, latencies) {
             MotionMatch::Open => {}
-            MotionMatch::Differ => drop(look.differ.insert(camera)),
-            MotionMatch::Agree => look.readings.push(self.reading(camera, base_off)),
+            MotionMatch::Differ => drop(sweep.differ.insert(camera)),
+            MotionMatch::Agree => sweep.readings.push(self.reading(camera, base_off)),
             MotionMatch::Off(off) => {
                 let offset_s = off.offset_s + base_off.offset_s;
                 let off = ClockOffset { offset_s, ..off };
-                look.readings.push(self.reading(camera, off));
+                sweep.readings.push(self.reading(camera, off));
             }
         }
-        self.look = Some(look);
+        self.sweep = Some(sweep);
         None
     }
 
-    fn begin_look(&mut self, now_ns: u64) -> Sweep {
+    fn begin_sweep(&mut self, now_ns: u64) -> Sweep {
         // What nobody waits for any longer may take its time.
         let pause = if self.is_answered() { 5 } else { 1 };
-        self.look_ns = now_ns.saturating_add(pause * LOOK_NS);
+        self.sweep_ns = now_ns.saturating_add(pause * SWEEP_NS);
         Sweep {
             bases: self.followed.keys().copied().take(MOST_BASES).collect(),
             compared: None,
@@ -163,25 +166,25 @@ impl OffsetQuery {
     }
 
     /// The next two cameras to compare, and the first one's reading; `None` when all have been.
-    fn next_pair(&self, look: &mut Sweep) -> Option<(usize, ClockOffset, usize)> {
+    fn next_pair(&self, sweep: &mut Sweep) -> Option<(usize, ClockOffset, usize)> {
         loop {
-            let base = *look.bases.front()?;
-            let base_off = self.begin(&mut look.readings, base);
-            let first = look.compared.map_or(0, |camera| camera + 1);
+            let base = *sweep.bases.front()?;
+            let base_off = self.begin(&mut sweep.readings, base);
+            let first = sweep.compared.map_or(0, |camera| camera + 1);
             let is_read =
-                |camera: usize| look.readings.iter().any(|one| one.camera_index == camera);
+                |camera: usize| sweep.readings.iter().any(|one| one.camera_index == camera);
             let mut open = self.followed.range(first..).map(|(camera, _)| *camera);
             let next = open.find(|camera| !is_read(*camera));
             if let Some((base_off, camera)) = base_off.zip(next) {
-                look.compared = Some(camera);
+                sweep.compared = Some(camera);
                 return Some((base, base_off, camera));
             }
             // A camera that is alone with its time, or its place, is no base for the others.
-            if base_off.is_some() && look.readings.len() == 1 {
-                look.readings.clear();
+            if base_off.is_some() && sweep.readings.len() == 1 {
+                sweep.readings.clear();
             }
-            look.bases.pop_front();
-            look.compared = None;
+            sweep.bases.pop_front();
+            sweep.compared = None;
         }
     }
 
@@ -205,11 +208,11 @@ impl OffsetQuery {
         ClockReading {
             camera_index,
             off,
-            vouched: self.followed.get(&camera_index).copied().unwrap_or(false),
+            verified: self.followed.get(&camera_index).copied().unwrap_or(false),
         }
     }
 
-    /// Most can be told from few only when all have been asked, or those that are silent have had their time.
+    /// A majority counts only when all cameras have been compared, or those without motion have had their time.
     fn conclude(
         &mut self,
         now_ns: u64,
@@ -217,12 +220,17 @@ impl OffsetQuery {
         differ: &BTreeSet<usize>,
     ) -> Vec<(usize, ClockOffset)> {
         let read = readings.iter().map(|one| one.camera_index);
-        let heard: BTreeSet<usize> = read.chain(differ.iter().copied()).collect();
+        let compared: BTreeSet<usize> = read.chain(differ.iter().copied()).collect();
         let late = now_ns.saturating_sub(self.since_ns) >= SILENCE_NS;
-        if !late && self.followed.keys().any(|camera| !heard.contains(camera)) {
+        if !late
+            && self
+                .followed
+                .keys()
+                .any(|camera| !compared.contains(camera))
+        {
             return Vec::new();
         }
-        self.cleared.extend(heard);
+        self.cleared.extend(compared);
         self.read
             .extend(readings.iter().map(|one| one.camera_index));
         consensus::wrong(readings)
@@ -230,13 +238,13 @@ impl OffsetQuery {
 
     fn compare(&self, base: usize, camera: usize, latencies: &ArrivalDelays) -> MotionMatch {
         let of_camera = self
-            .shadows
+            .tracks
             .range((camera, (0, None))..(camera + 1, (0, None)));
         let mut pairs = Vec::new();
-        for ((_, body), shadow) in of_camera {
-            pairs.extend(self.shadows.get(&(base, *body)).map(|other| MotionPair {
+        for ((_, body), track) in of_camera {
+            pairs.extend(self.tracks.get(&(base, *body)).map(|other| MotionPair {
                 a: other.samples(),
-                b: shadow.samples(),
+                b: track.samples(),
             }));
         }
         let ages = latencies.age_ns(base).zip(latencies.age_ns(camera));

@@ -1,12 +1,10 @@
-//! Clocks that are off by more than a filter can estimate: tenths of a second, seconds, years.
+//! Search for clock offsets that a filter cannot estimate: tenths of a second, seconds, years.
 //!
-//! When a camera contradicts the others, or its images come too late or too early to be taken in, it may be its clock. The
-//! question is then put to the motion: what the camera sees of a body by itself is compared with what others see by
-//! themselves, at any offset ([`matching`]). An offset that is found is taken off the camera's stamps; what is left of it is
-//! a filter's business. Otherwise the camera is where it should not be, or nothing has moved yet.
+//! A camera that contradicts the others, or whose images arrive too late or too early, may have a wrong clock. The search then compares the
+//! motion that the camera sees of a body with that of other cameras at any offset ([`motion_matching`](crate::clocks::motion_matching)). An
+//! offset that is found is subtracted from the timestamps of the camera; a filter estimates the rest.
 //!
-//! Bounded: a question ends after some seconds and is put again to the same cameras after ever longer rests; with an image no
-//! more than two cameras are compared.
+//! Bounded: a search ends after some seconds and is not repeated for the same cameras for a while; each image compares one pair of cameras.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -15,39 +13,39 @@ use crate::clocks::offset_query::OffsetQuery;
 use crate::site::{AssociatedImage, Site};
 use crate::{ClockOffset, FusionOptions, ImageObservation};
 
-/// Seconds for which a question is put at most.
-const QUESTION_S: f64 = 4.0;
+/// Longest search, s.
+const QUERY_S: f64 = 4.0;
 /// Seconds for which a camera is not asked about again, to begin with and at most.
 const REST_S: (f64, f64) = (5.0, 60.0);
-/// Seconds for which other names for what is wrong wait for the answer.
+/// Time for which moved cameras are not named while a search is open, s.
 const PATIENCE_S: f64 = 1.3;
-/// Seconds of an offset that is worth taking off.
+/// Smallest offset that is subtracted from timestamps, s.
 const WORTH_S: f64 = 0.003;
-/// Seconds (one sigma) at least of what is left to the filters.
+/// Least standard deviation of the offset that is left to the filters, s.
 const LEFT_S: f64 = 0.003;
-/// Seconds of age on arrival that say nothing about a clock.
+/// Age on arrival that is usual, s.
 const USUAL_AGE_S: std::ops::Range<f64> = -0.25..0.5;
-/// Seconds for which a filter must have said the same of a clock.
+/// Time for which filters must estimate a clock to be off, s.
 const STEADY_S: f64 = 0.6;
-/// Nanoseconds that arrivals must differ by to say something about clocks.
+/// Difference of arrivals that matters, ns.
 const TELLING_NS: i64 = 60_000_000;
 /// Images, fading with a second, of which most must be untimely.
 const FEWEST: f64 = 5.0;
 const MOST_SHARE: f64 = 0.6;
 
-/// Finds the offsets of clocks that are far off.
+/// Offsets found so far, and the search under way.
 #[derive(Debug, Default)]
 pub(crate) struct OffsetSearch {
     latencies: ArrivalDelays,
     timeliness: BTreeMap<usize, Timeliness>,
-    /// By camera index: what is taken off its stamps.
+    /// Offset that is subtracted from the timestamps, by camera index.
     found: BTreeMap<usize, ClockOffset>,
-    /// Since when the filters say that a camera's clock is off.
+    /// Since when the filters estimate a clock to be off, ns.
     off_since_ns: BTreeMap<usize, u64>,
-    question: Option<OffsetQuery>,
+    query: Option<OffsetQuery>,
     rests: BTreeMap<usize, Rest>,
-    /// Cameras for whose clocks somebody vouches, by index.
-    vouched: BTreeSet<usize>,
+    /// Cameras with verified clocks, by index.
+    verified: BTreeSet<usize>,
 }
 
 /// How many of a camera's images came in time; fading.
@@ -65,9 +63,8 @@ struct Rest {
 }
 
 impl OffsetSearch {
-    /// Takes what was found off the stamp of an image; what its camera states of its clock is replaced by how well that is
-    /// known.
-    pub fn right(&self, camera_index: usize, image: &mut ImageObservation) {
+    /// Subtracts the offset that was found from the timestamp of an image, and replaces the clock error that its camera reports.
+    pub fn correct(&self, camera_index: usize, image: &mut ImageObservation) {
         if let Some(found) = self.found.get(&camera_index) {
             let off_ns = (found.offset_s * 1e9).round() as i64;
             image.capture_ns = image
@@ -77,34 +74,34 @@ impl OffsetSearch {
         }
     }
 
-    /// Somebody vouches for a camera's clock, or nobody does.
-    pub fn note_vouched(&mut self, camera_index: usize, vouched: bool) {
-        if vouched {
-            self.vouched.insert(camera_index);
+    /// Notes whether the clock of a camera is verified.
+    pub fn note_verified(&mut self, camera_index: usize, verified: bool) {
+        if verified {
+            self.verified.insert(camera_index);
         } else {
-            self.vouched.remove(&camera_index);
+            self.verified.remove(&camera_index);
         }
     }
 
-    /// Whose clocks to doubt where one camera's seems to be off: of two the reference is right, and so it is unless several are
-    /// vouched for that agree with each other.
-    pub fn doubted(&self, camera_index: usize, site: &Site) -> Vec<usize> {
+    /// The clocks that may be off if one camera contradicts: its own, or all others if it is the reference and not one of several verified
+    /// clocks that agree.
+    pub fn unverified_by(&self, camera_index: usize, site: &Site) -> Vec<usize> {
         let is_reference = camera_index == site.reference();
-        if !is_reference || (self.vouched.len() > 2 && self.vouched.contains(&camera_index)) {
+        if !is_reference || (self.verified.len() > 2 && self.verified.contains(&camera_index)) {
             return vec![camera_index];
         }
         let all = self.latencies.all();
         all.filter(|other| *other != camera_index).collect()
     }
 
-    /// The cameras whose stamps are put right, by index.
+    /// Offsets that are subtracted, by camera index.
     pub fn offsets(&self) -> impl Iterator<Item = (usize, ClockOffset)> {
         self.found.iter().map(|(camera, found)| (*camera, *found))
     }
 
-    /// An image arrived, its stamp put right. Where a camera's images arrive before they were taken, and others' don't, the question
-    /// is put at once: until it is answered all images of the others would be late, and its own contradict them. Where they come later
-    /// than the others', it is put once: the camera may be slow, or the past is gone through again in vain.
+    /// Records the arrival of an image, its timestamp corrected. Where images of a camera arrive before they were taken, and others do not,
+    /// a search begins at once: until it ends all images of the others would be late. Where they arrive later than those of the others it
+    /// begins once: the camera may just be slow.
     pub fn record(&mut self, camera_index: usize, now_ns: u64, stamp_ns: u64) {
         self.latencies.record(camera_index, now_ns, stamp_ns);
         let lead_ns = self.latencies.lead_ns(camera_index).unwrap_or(0);
@@ -113,11 +110,11 @@ impl OffsetSearch {
         let last_lead_ns = self.latencies.last_lead_ns(camera_index);
         let is_late = last_lead_ns.is_some_and(|lead_ns| lead_ns < -TELLING_NS);
         if is_early || (is_late && !self.rests.contains_key(&camera_index)) {
-            self.ask(now_ns, std::iter::once(camera_index));
+            self.search(now_ns, std::iter::once(camera_index));
         }
     }
 
-    /// Whether a camera's last images came steadily later or earlier than the others'.
+    /// Whether the last images of a camera arrived steadily later or earlier than those of the others.
     pub fn is_out_of_step(&self, camera_index: usize) -> bool {
         let lead_ns = self.latencies.last_lead_ns(camera_index);
         lead_ns.is_some_and(|lead_ns| lead_ns.saturating_abs() > TELLING_NS)
@@ -128,8 +125,8 @@ impl OffsetSearch {
         self.latencies.cameras()
     }
 
-    /// Whether a camera's images are to be kept from the tracks: its stamps would shut out the others', or are in doubt and
-    /// arrive as if they were ahead.
+    /// Whether images of a camera are kept from the tracks: its timestamps would shut out the others', or are being searched and seem to be
+    /// ahead.
     pub fn is_set_aside(&self, camera_index: usize, site: &Site, options: &FusionOptions) -> bool {
         let Some(lead_ns) = self.latencies.lead_ns(camera_index) else {
             return false;
@@ -139,7 +136,7 @@ impl OffsetSearch {
         self.may_lie(camera_index, site) && (shuts_out || is_ahead)
     }
 
-    /// Whether a camera's images are not worth going back for: its stamps are in doubt and arrive as if they were behind.
+    /// Whether images of a camera are dropped where they are late: its timestamps are being searched and seem to be behind.
     pub fn is_behind(&self, camera_index: usize, site: &Site) -> bool {
         let lead_ns = self.latencies.lead_ns(camera_index);
         self.is_open_about(camera_index)
@@ -148,11 +145,11 @@ impl OffsetSearch {
     }
 
     fn is_open_about(&self, camera_index: usize) -> bool {
-        let question = self.question.as_ref();
-        question.is_some_and(|question| question.is_open_about(camera_index))
+        let query = self.query.as_ref();
+        query.is_some_and(|query| query.is_open_about(camera_index))
     }
 
-    /// Of two, the reference is right.
+    /// Whether the timestamps may be wrong: of two cameras the reference is right.
     fn may_lie(&self, camera_index: usize, site: &Site) -> bool {
         self.cameras() > 2 || site.reference() != camera_index
     }
@@ -169,7 +166,7 @@ impl OffsetSearch {
         };
     }
 
-    /// The cameras most of whose images are not taken in for their stamps.
+    /// Cameras most of whose images are rejected for their timestamps.
     fn shut_out(&self) -> impl Iterator<Item = usize> {
         let untimely = self.timeliness.iter();
         untimely
@@ -177,28 +174,27 @@ impl OffsetSearch {
             .map(|(camera, _)| *camera)
     }
 
-    /// Those of them whose stamps do not fit the arrivals, with their images' apparent age in seconds.
+    /// Those of them whose timestamps do not fit the arrivals, with the apparent age of their images, s.
     pub fn untimely(&self) -> impl Iterator<Item = (usize, f64)> {
         let with_age = |camera| Some((camera, self.latencies.age_ns(camera)? as f64 * 1e-9));
         let ages = self.shut_out().filter_map(with_age);
         ages.filter(|(_, age_s)| !USUAL_AGE_S.contains(age_s))
     }
 
-    /// The cameras whose clocks it may be: those contradicted, and those shut out.
-    pub fn suspect(&mut self, now_ns: u64, contradicted: impl Iterator<Item = usize>) {
-        let suspects: Vec<usize> = self.shut_out().chain(contradicted).collect();
-        self.ask(now_ns, suspects.into_iter());
+    /// Searches for the clocks of cameras that contradict or are shut out.
+    pub fn search_suspected(&mut self, now_ns: u64, contradicted: impl Iterator<Item = usize>) {
+        let candidates: Vec<usize> = self.shut_out().chain(contradicted).collect();
+        self.search(now_ns, candidates.into_iter());
     }
 
-    /// What the filters say of clocks: those that have been off for a while, by index. What is off but briefly is a filter
-    /// led astray.
-    pub fn long_off(&self, now_ns: u64) -> impl Iterator<Item = usize> {
+    /// Cameras whose clocks have been off for a while by the filters, by index. What is off but briefly is a filter led astray.
+    pub fn steadily_off(&self, now_ns: u64) -> impl Iterator<Item = usize> {
         let long = self.off_since_ns.iter();
         long.filter(move |(_, since_ns)| age_s(**since_ns, now_ns) >= STEADY_S)
             .map(|(camera, _)| *camera)
     }
 
-    /// The cameras whose clocks the filters say are off.
+    /// Notes the cameras whose clocks are off by the filters.
     pub fn note_off(&mut self, now_ns: u64, off: &BTreeSet<usize>) {
         self.off_since_ns.retain(|camera, _| off.contains(camera));
         for camera in off {
@@ -206,52 +202,52 @@ impl OffsetSearch {
         }
     }
 
-    /// Whether the question is put and young, so that what is wrong may yet be called otherwise.
+    /// Whether a search is under way that may yet explain a fault.
     pub fn is_young(&self, now_ns: u64) -> bool {
-        let question = self.question.as_ref();
-        question.is_some_and(|one| !one.is_answered() && age_s(one.since_ns, now_ns) < PATIENCE_S)
+        let query = self.query.as_ref();
+        query.is_some_and(|one| !one.is_answered() && age_s(one.since_ns, now_ns) < PATIENCE_S)
     }
 
-    /// Puts the question about some cameras, unless one is put or they have been asked about lately.
-    pub fn ask(&mut self, now_ns: u64, suspects: impl Iterator<Item = usize>) {
+    /// Begins or extends a search for the clocks of some cameras, unless they have been searched lately.
+    pub fn search(&mut self, now_ns: u64, candidates: impl Iterator<Item = usize>) {
         let rested = |camera: &usize| {
             self.rests
                 .get(camera)
                 .is_none_or(|rest| now_ns >= rest.until_ns)
         };
-        let suspects: BTreeSet<usize> = suspects.filter(rested).collect();
-        if suspects.is_empty() {
+        let candidates: BTreeSet<usize> = candidates.filter(rested).collect();
+        if candidates.is_empty() {
             return;
         }
-        match &mut self.question {
-            Some(question) => question.extend(suspects),
-            None => self.question = Some(OffsetQuery::about(suspects, now_ns)),
+        match &mut self.query {
+            Some(query) => query.extend(candidates),
+            None => self.query = Some(OffsetQuery::new(candidates, now_ns)),
         }
     }
 
-    /// Shows an image, as sorted with its stamp put right, to an open question.
-    pub fn watch(
+    /// Records the views of an image for the search.
+    pub fn record_views(
         &mut self,
         camera_index: usize,
         associated: &AssociatedImage,
         site: &Site,
         options: &FusionOptions,
     ) {
-        if let Some(question) = &mut self.question {
-            question.watch(camera_index, associated, site, options);
+        if let Some(query) = &mut self.query {
+            query.record(camera_index, associated, site, options);
         }
     }
 
-    /// The cameras whose offsets have just been found, or found to be others.
-    pub fn look(&mut self, now_ns: u64) -> Vec<usize> {
-        let Some(question) = self.question.as_mut().filter(|one| one.is_due(now_ns)) else {
+    /// Continues the search; the cameras whose offsets have just been found.
+    pub fn evaluate(&mut self, now_ns: u64) -> Vec<usize> {
+        let Some(query) = self.query.as_mut().filter(|one| one.is_due(now_ns)) else {
             return Vec::new();
         };
-        let Some(found) = question.look(now_ns, &self.latencies) else {
+        let Some(found) = query.evaluate(now_ns, &self.latencies) else {
             return Vec::new();
         };
-        let age_s = age_s(question.since_ns, now_ns);
-        if !found.is_empty() || question.is_over() || age_s > QUESTION_S {
+        let age_s = age_s(query.since_ns, now_ns);
+        if !found.is_empty() || query.is_over() || age_s > QUERY_S {
             self.close(now_ns);
         }
         for (camera, off) in &found {
@@ -272,17 +268,17 @@ impl OffsetSearch {
         self.rests.remove(&camera_index);
     }
 
-    /// What others have found out in addition is taken off as well. An open question has been shown other stamps.
+    /// Subtracts a further offset. A search under way has seen other timestamps, and ends.
     pub fn add(&mut self, camera_index: usize, more: ClockOffset) {
-        self.question = None;
+        self.query = None;
         self.apply(camera_index, more);
     }
 
     fn close(&mut self, now_ns: u64) {
-        let Some(question) = self.question.take() else {
+        let Some(query) = self.query.take() else {
             return;
         };
-        for camera in question.suspects() {
+        for camera in query.candidates() {
             let before = self.rests.get(&camera).map(|rest| rest.span_s * 2.0);
             let span_s = before.unwrap_or(REST_S.0).min(REST_S.1);
             let until_ns = now_ns.saturating_add((span_s * 1e9) as u64);
@@ -290,9 +286,9 @@ impl OffsetSearch {
         }
     }
 
-    /// Forgets what is open; what was found stays: the cameras or the objects have changed.
+    /// Ends the search and keeps the offsets: the cameras or the objects have changed.
     pub fn models_changed(&mut self) {
-        self.question = None;
+        self.query = None;
         self.rests.clear();
         self.timeliness.clear();
         self.off_since_ns.clear();

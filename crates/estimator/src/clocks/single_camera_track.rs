@@ -1,6 +1,6 @@
-//! A body's motion as one camera alone sees it: the same track as ever, fed by that camera only.
+//! Motion of a body as one camera sees it: a track fed by that camera only.
 //!
-//! A body is a rigid object, or a link of one that has links: its views are the link's own.
+//! A body is a rigid object, or a link of an articulated one: its views are the link's own.
 
 use std::collections::VecDeque;
 
@@ -20,7 +20,7 @@ const SPACING_NS: u64 = 12_000_000;
 /// An object, and one of its links.
 pub(crate) type Body = (usize, Option<usize>);
 
-/// Where a body was by the stamps of one camera.
+/// Pose of a body by the timestamps of one camera.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Sample {
     pub stamp_ns: u64,
@@ -28,7 +28,7 @@ pub(crate) struct Sample {
     pub covariance: Matrix6<f64>,
 }
 
-/// One body in the eyes of one camera.
+/// The track of a body by one camera.
 #[derive(Debug, Default)]
 pub(crate) struct SingleCameraTrack {
     track: Track,
@@ -41,7 +41,7 @@ impl SingleCameraTrack {
         &self.samples
     }
 
-    /// Takes an image with views of the body alone in; one that comes out of order is passed over.
+    /// Processes an image of the body; one that is out of order is ignored.
     pub fn take(
         &mut self,
         object: &ObjectId,

@@ -1,52 +1,100 @@
-//! Kinds of faults: how each displaces what a camera sees, and how large it may be.
-//!
-//! A fault with parameters x displaces the link that a view shows by T x, so that the residuals of the view are r = -K T x with the
-//! derivatives K of the corners by the link's pose. With the information N = K' W K and the gradient g = K' W r of the view the normal
-//! equations of the parameters are T' N T and -T' g.
+//! Kinds of faults: which errors of the site each of them enlarges, by how much, and when it is worth naming.
 
 pub(crate) mod camera;
 pub(crate) mod clock;
 pub(crate) mod tag_pose;
 pub(crate) mod tag_size;
 
-use nalgebra::{SMatrix, SVector};
+use std::ops::Range;
 
-use crate::measurement::pose_innovation::PoseInnovation;
+use nalgebra::DVector;
 
-/// A kind of fault with D parameters.
-pub(crate) trait FaultModel<const D: usize> {
+use crate::DiagnosisOptions;
+use crate::TagId;
+use crate::diagnosis::fault_model::camera::CameraPoseFault;
+use crate::diagnosis::fault_model::clock::ClockFault;
+use crate::diagnosis::fault_model::tag_pose::TagPoseFault;
+use crate::diagnosis::fault_model::tag_size::TagSizeFault;
+use crate::diagnosis::window::WindowEquations;
+use crate::self_calibration::parameters::Source;
+
+/// A kind of fault of one camera or tag.
+pub(crate) trait FaultModel {
+    /// The places of its parameters among the site's errors; `None` where no keyframe shows it.
+    fn places(&self, equations: &WindowEquations) -> Option<Range<usize>>;
+
     /// Prior standard deviation of each parameter.
-    const PRIOR: [f64; D];
-    /// Views after which the information of a view counts 1/e.
-    const MEMORY: f64;
-    /// Share of the squared residuals that the fault may leave unexplained.
-    const UNEXPLAINED: f64;
+    fn prior(&self) -> &'static [f64];
 
-    /// Displacement (dt, dr) of the view's link in world axes, m and rad, for one unit of each parameter.
-    fn jacobian(innovation: &PoseInnovation) -> SMatrix<f64, 6, D>;
-
-    /// Variances of the parameters that are given in the files of the site; zero where none are.
-    fn given_variance(_: &PoseInnovation) -> SVector<f64, D> {
-        SVector::zeros()
+    /// Share of what six parameters explain that it may leave unexplained to be preferred to them.
+    fn unexplained(&self) -> f64 {
+        0.03
     }
 
-    /// The normal equations of the parameters by one view.
-    fn equations(innovation: &PoseInnovation) -> FaultEquations<D> {
-        let jacobian = Self::jacobian(innovation);
-        FaultEquations {
-            information: jacobian.transpose() * (innovation.information * jacobian),
-            gradient: -(jacobian.transpose() * innovation.gradient),
-            given_variance: Self::given_variance(innovation),
+    /// Whether a fault of such parameters is large enough to be named.
+    fn is_worth_naming(
+        &self,
+        parameters: &DVector<f64>,
+        equations: &WindowEquations,
+        options: &DiagnosisOptions,
+    ) -> bool;
+}
+
+/// A fault that may explain what images contradict.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) enum FaultHypothesis {
+    Clock(ClockFault),
+    Camera(CameraPoseFault),
+    TagSize(TagSizeFault),
+    TagPose(TagPoseFault),
+}
+
+impl FaultHypothesis {
+    /// Both kinds of faults of a source, that with one parameter first.
+    pub fn of(source: Source) -> [Self; 2] {
+        match source {
+            Source::Camera(camera) => [
+                Self::Clock(ClockFault { camera }),
+                Self::Camera(CameraPoseFault { camera }),
+            ],
+            Source::Tag(tag) => [
+                Self::TagSize(TagSizeFault { tag }),
+                Self::TagPose(TagPoseFault { tag }),
+            ],
+        }
+    }
+
+    pub fn model(&self) -> &dyn FaultModel {
+        match self {
+            Self::Clock(model) => model,
+            Self::Camera(model) => model,
+            Self::TagSize(model) => model,
+            Self::TagPose(model) => model,
+        }
+    }
+
+    /// The camera or tag that is faulty.
+    pub fn source(&self) -> Source {
+        match self {
+            Self::Clock(ClockFault { camera }) | Self::Camera(CameraPoseFault { camera }) => {
+                Source::Camera(*camera)
+            }
+            Self::TagSize(TagSizeFault { tag }) | Self::TagPose(TagPoseFault { tag }) => {
+                Source::Tag(*tag)
+            }
+        }
+    }
+
+    /// The camera that is moved, if that is the fault.
+    pub fn moved_camera(&self) -> Option<usize> {
+        match self {
+            Self::Camera(model) => Some(model.camera),
+            _ => None,
         }
     }
 }
 
-/// Normal equations of the parameters of a fault.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct FaultEquations<const D: usize> {
-    pub information: SMatrix<f64, D, D>,
-    /// Of the log-likelihood by the parameters at zero.
-    pub gradient: SVector<f64, D>,
-    /// Variances of the parameters that are given in the files of the site.
-    pub given_variance: SVector<f64, D>,
+/// First place of a tag's errors.
+fn first_of_tag(tag: &TagId, equations: &WindowEquations) -> Option<usize> {
+    Some(equations.layout.tags.get(tag)?.1)
 }

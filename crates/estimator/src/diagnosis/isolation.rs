@@ -1,140 +1,312 @@
-//! Who is wrong is asked while something may be ([`crate::diagnosis::exclusion_test`]): evidence by the track that is published can't tell who spoils it.
-//! Without a verdict it names but sizes of tags, and in the long run what is loud.
+//! Which fault explains what a window of images contradicts: the one that all alternatives fall far behind.
+//!
+//! Every camera and every tag of a window is tried with one parameter (clock offset, size) and with six (pose). A fault is named if its
+//! likelihood ratio is high, if it explains much of the contradiction, and if no fault of another source explains nearly as much. Two
+//! cameras that explain the same contradict each other. Then the fault is taken as known, and the rest is tested for a further one.
 
-use crate::FusionOptions;
-use crate::diagnosis::exclusion_test::{ExclusionTest, MOST_OF_CAMERAS};
-use crate::diagnosis::fading_counter::FadingCounter;
-use crate::diagnosis::fault_bank::{NamingPolicy, SUSPECTED};
-use crate::diagnosis::replay_buffer::{Instant, ReplayBuffer};
-use crate::diagnosis::{Diagnosis, OFTEN};
+use std::collections::BTreeMap;
+use std::ops::Range;
+
+use nalgebra::DVector;
+
+use crate::DiagnosisOptions;
+use crate::PoseSigma;
+use crate::diagnosis::fault_model::FaultHypothesis;
+use crate::diagnosis::fault_model::clock::ClockFault;
+use crate::diagnosis::likelihood_ratio::{Gain, LikelihoodRatio};
+use crate::diagnosis::window::WindowEquations;
+use crate::self_calibration::parameters::{CLASSES, CLOCK, SIZE, Source};
 use crate::site::Site;
-use crate::tracker::timeline::FinalisedInstant;
-use crate::tracker::track::Track;
 
-/// Nanoseconds between a contest that has found one and the next.
-const PAUSE_NS: u64 = 500_000_000;
+/// Most faults at a time.
+const MOST_FAULTS: usize = 4;
+/// Logarithm of the likelihood that a parameter gains by fitting noise, by Schwarz's criterion for some hundred coordinates.
+const PER_PARAMETER: f64 = 2.5;
+/// Cameras that must be in the window for the reference clock to be tested: of two it is right by definition.
+const CAMERAS_FOR_REFERENCE: usize = 3;
+/// Share of its standard deviation by hand to which no pose is known better: sites warm up, are cleaned and touched.
+const LEAST_SIGMA: f64 = 0.03;
+/// Factor on the standard deviations that self-calibration leaves: corrections are never as good as their covariance.
+const OPTIMISM: f64 = 1.5;
+/// Standard deviation of the logarithm of a tag's size that is no fault.
+const SIZE_SIGMA: f64 = 0.001;
+/// Standard deviation of a clock offset that is no fault, s.
+const CLOCK_SIGMA_S: f64 = 0.0003;
+/// Share of a moved camera's likelihood ratio that its clock must explain to be a likely cause as well.
+const CLOCK_SHARE: f64 = 0.2;
 
-impl Diagnosis {
-    /// Remembers an object's images at a settled instant.
-    pub fn remember(&mut self, object: usize, instant: FinalisedInstant) {
-        let replay_buffer = self.replay_buffers.entry(object).or_default();
-        replay_buffer.add(Instant {
-            time_ns: instant.time_ns,
-            images: instant.images,
-        });
-    }
+/// A fault that is named.
+#[derive(Debug, Clone)]
+pub(crate) struct NamedFault {
+    /// Since when it explains most, ns.
+    pub since_ns: u64,
+    /// The other camera, where it is one of two.
+    pub or: Option<usize>,
+    /// Whether the camera's clock hardly explains the contradiction.
+    pub is_timely: bool,
+    /// The likeliest parameters.
+    pub parameters: DVector<f64>,
+}
 
-    /// What is remembered is worth nothing any more.
-    pub fn forget_past(&mut self) {
-        self.exclusion_test = None;
-        self.replay_buffers.clear();
-    }
+/// The faults named so far.
+#[derive(Debug, Default)]
+pub(crate) struct Isolation {
+    pub named: BTreeMap<FaultHypothesis, NamedFault>,
+    /// Logarithm of the likelihood ratio of the likeliest fault that is not named.
+    pub suspicion: f64,
+    /// Faults that explain most but are not confirmed, and since when, ns.
+    pending: BTreeMap<FaultHypothesis, u64>,
+}
 
-    /// Looks whether something may be wrong that is not known, and who it is. The tracks are the objects', by index, at their last
-    /// settled instants.
-    pub fn isolate(
+/// What one camera or tag explains.
+struct Candidate {
+    hypothesis: FaultHypothesis,
+    gain: Gain,
+    /// Logarithm of the likelihood ratio without what its parameters gain by noise.
+    score: f64,
+    is_timely: bool,
+}
+
+/// A window under test.
+struct Test<'a> {
+    equations: &'a WindowEquations,
+    /// Inverse variances of the errors, the named faults free.
+    precision: DVector<f64>,
+    reference: usize,
+    options: &'a DiagnosisOptions,
+}
+
+impl Isolation {
+    /// Tests a window. Returns the cameras whose clocks are off, which are not named: their offsets are estimated.
+    pub fn judge(
         &mut self,
         now_ns: u64,
-        tracks: &[&Track],
+        equations: &WindowEquations,
         site: &Site,
-        options: &FusionOptions,
-    ) {
-        for (object, track) in tracks.iter().enumerate() {
-            let then = self
-                .replay_buffers
-                .get(&object)
-                .and_then(ReplayBuffer::process_noise_psd);
-            self.manoeuvring
-                .note(object, now_ns, track.process_noise_psd(), then);
-        }
-        let is_unknown = self.is_something_unknown(now_ns);
-        let is_held = self.exclusion_test.is_some() && is_unknown;
-        let is_allowed = self.duty_cycle.allows(now_ns, is_held);
-        let suspected = is_unknown.then(|| self.fault_bank.most_suspected());
-        if let Some(object) = suspected {
-            self.exclusion_test.take_if(|held| !held.keeps_to(object));
-        }
-        let object = suspected.or_else(|| self.restless_among_few(now_ns));
-        match object.filter(|_| is_allowed) {
-            None => self.exclusion_test = None,
-            Some(_) if self.replay_buffers.values().any(ReplayBuffer::is_full) => {
-                self.forget_past()
+        options: &DiagnosisOptions,
+    ) -> Vec<usize> {
+        let mut test = Test {
+            precision: known_precision(equations, site),
+            reference: site.reference(),
+            equations,
+            options,
+        };
+        // Which of two cameras it is may show in any window.
+        let pairs = self.named.iter().filter(|(_, named)| named.or.is_some());
+        let pairs: Vec<_> = pairs
+            .map(|(fault, named)| (*fault, named.since_ns))
+            .collect();
+        self.pending.extend(pairs);
+        self.named.retain(|_, named| named.or.is_none());
+        self.confirm(&mut test);
+        self.suspicion = 0.0;
+        let mut clocks = Vec::new();
+        let mut pending = std::mem::take(&mut self.pending);
+        let confirmation_ns = (options.confirmation_s * 1e9) as u64;
+        for _ in 0..MOST_FAULTS {
+            let Some((candidate, or)) = self.next(&test) else {
+                break;
+            };
+            let since_ns = pending.remove(&candidate.hypothesis).unwrap_or(now_ns);
+            if now_ns < since_ns.saturating_add(confirmation_ns) {
+                self.pending.insert(candidate.hypothesis, since_ns);
+                break;
             }
-            Some(object) => {
-                if now_ns >= self.rests_until_ns {
-                    self.run_exclusion_test((object, is_unknown), now_ns, site, options);
+            if let FaultHypothesis::Clock(ClockFault { camera }) = candidate.hypothesis {
+                clocks.push(camera);
+            } else {
+                let named = NamedFault {
+                    since_ns,
+                    or,
+                    is_timely: candidate.is_timely,
+                    parameters: candidate.gain.parameters,
+                };
+                self.named.insert(candidate.hypothesis, named);
+            }
+            test.free(&candidate.hypothesis);
+        }
+        clocks
+    }
+
+    /// Drops the named faults that the window speaks for no more, and frees the others.
+    fn confirm(&mut self, test: &mut Test<'_>) {
+        let shown: Vec<FaultHypothesis> = self.named.keys().copied().collect();
+        let shown = shown.into_iter().filter(|one| test.places(one).is_some());
+        let shown: Vec<FaultHypothesis> = shown.collect();
+        for hypothesis in &shown {
+            let others = test.with_free(shown.iter().filter(|one| *one != hypothesis));
+            let gain = others
+                .ratio()
+                .and_then(|ratio| others.gain(&ratio, hypothesis));
+            match gain.filter(|gain| gain.odds > test.options.cleared_odds) {
+                Some(gain) => {
+                    if let Some(named) = self.named.get_mut(hypothesis) {
+                        named.parameters = gain.parameters;
+                    }
                 }
-                return;
+                None => drop(self.named.remove(hypothesis)),
             }
         }
-        self.fault_bank.admit(NamingPolicy::default());
-        for (object, track) in tracks.iter().enumerate() {
-            self.replay_buffers
-                .entry(object)
-                .or_default()
-                .checkpoint(track);
-        }
+        let left: Vec<FaultHypothesis> = self.named.keys().copied().collect();
+        left.iter().for_each(|one| test.free(one));
     }
 
-    fn is_something_unknown(&self, now_ns: u64) -> bool {
-        if self.is_alert() && self.fault_bank.most_unknown() > SUSPECTED {
-            return true;
+    /// The next fault that stands out, with the other camera where it is one of two.
+    fn next(&mut self, test: &Test<'_>) -> Option<(Candidate, Option<usize>)> {
+        let options = test.options;
+        let ratio = test.ratio()?;
+        let mut candidates = test.candidates(&ratio);
+        candidates.sort_by(|a, b| b.score.total_cmp(&a.score));
+        let best = candidates.first()?;
+        self.suspicion = self.suspicion.max(best.score);
+        let misfit = test.equations.misfit - ratio.explained;
+        if best.score < options.named_odds || best.gain.odds < options.explained_share * misfit {
+            return None;
         }
-        if self.fault_bank.found().next().is_some() {
-            return false;
+        let margin = options
+            .margin_odds
+            .max(options.margin_share * best.gain.odds);
+        let least = best.score - margin;
+        let n_close = candidates.partition_point(|one| one.score > least);
+        candidates.truncate(n_close);
+        let (candidate, or) = chosen(candidates, test.reference)?;
+        // What one named fault leaves is too little to tell that two cameras contradict each other.
+        let is_clear = or.is_none() || self.named.is_empty();
+        let parameters = &candidate.gain.parameters;
+        let model = candidate.hypothesis.model();
+        let is_worth = model.is_worth_naming(parameters, test.equations, options);
+        let is_new = !self.named.contains_key(&candidate.hypothesis);
+        (is_worth && is_new && is_clear).then_some((candidate, or))
+    }
+}
+
+/// Of candidates that explain about the same: the only one, or one of two cameras, with the other.
+fn chosen(candidates: Vec<Candidate>, reference: usize) -> Option<(Candidate, Option<usize>)> {
+    let mut all = candidates.into_iter();
+    let first = all.next()?;
+    let Some(second) = all.next() else {
+        return Some((first, None));
+    };
+    let camera = |one: &Candidate| match one.hypothesis.source() {
+        Source::Camera(camera) => Some(camera),
+        Source::Tag(_) => None,
+    };
+    let (a, b) = camera(&first).zip(camera(&second))?;
+    if all.next().is_some() {
+        return None;
+    }
+    let is_clock = |one: &Candidate| matches!(one.hypothesis, FaultHypothesis::Clock(_));
+    match (is_clock(&first), is_clock(&second)) {
+        (false, false) if a > b => Some((second, Some(a))),
+        (false, false) => Some((first, Some(b))),
+        (true, true) if a == reference => Some((second, None)),
+        (true, _) => Some((first, None)),
+        (false, true) => Some((second, None)),
+    }
+}
+
+/// Inverse variances of the errors as far as they are known.
+fn known_precision(equations: &WindowEquations, site: &Site) -> DVector<f64> {
+    let mut layout = equations.layout.clone();
+    let own = |sigma: Option<PoseSigma>, usual: PoseSigma| {
+        let own = sigma.unwrap_or(PoseSigma::NONE).times(OPTIMISM);
+        let least = usual.times(LEAST_SIGMA);
+        PoseSigma {
+            position_m: own.position_m.max(least.position_m),
+            orientation_rad: own.orientation_rad.max(least.orientation_rad),
         }
-        let often = |count: &FadingCounter| count.faded(now_ns).refused > OFTEN;
-        let is_hit = self.hits.values().any(often);
-        is_hit || self.contradicted_cameras().next().is_some()
-    }
-
-    /// An object that has become restless, seen by so few cameras that any of them can contend: one among many makes no object so.
-    fn restless_among_few(&self, now_ns: u64) -> Option<usize> {
-        let are_few = |object: &usize| {
-            let replay_buffer = self.replay_buffers.get(object);
-            replay_buffer
-                .is_some_and(|replay_buffer| 2 * replay_buffer.cameras().len() <= MOST_OF_CAMERAS)
-        };
-        self.manoeuvring.objects(now_ns).find(are_few)
-    }
-
-    /// About an object, that is suspected or but restless, unless one is held.
-    fn run_exclusion_test(
-        &mut self,
-        (object, is_suspected): (usize, bool),
-        now_ns: u64,
-        site: &Site,
-        options: &FusionOptions,
-    ) {
-        let held = self.exclusion_test.as_ref();
-        let object = held.map_or(object, |exclusion_test| exclusion_test.object);
-        let Some(replay_buffer) = self.replay_buffers.get(&object) else {
-            return;
-        };
-        let begin = || ExclusionTest::new(object, now_ns, replay_buffer);
-        let mut exclusion_test = self.exclusion_test.take().unwrap_or_else(begin);
-        exclusion_test.note(is_suspected, self.manoeuvring.is(object, now_ns));
-        let mut cameras: Vec<usize> = replay_buffer.cameras().into_iter().collect();
-        let agreed = |camera: &usize| {
-            self.cameras
-                .get(camera)
-                .map_or(1.0, |own| 1.0 - own.share())
-        };
-        cameras.sort_by(|a, b| agreed(a).total_cmp(&agreed(b)));
-        let (known, tags) = (
-            self.fault_bank.known(object),
-            self.fault_bank.suspected_tags(object),
+    };
+    for (camera, first) in &equations.layout.cameras {
+        layout.set_pose(
+            *first,
+            own(site.camera_sigma(*camera), PoseSigma::OF_CAMERA),
         );
-        exclusion_test.call(known, &cameras, &tags, replay_buffer, site.reference());
-        exclusion_test.advance(now_ns, replay_buffer, site, options);
-        self.fault_bank.admit(exclusion_test.admitted());
-        match exclusion_test.verdict() {
-            Some(one) => {
-                self.rests_until_ns = now_ns.saturating_add(PAUSE_NS);
-                self.fault_bank
-                    .confirm(object, exclusion_test.into_contender(one));
-            }
-            None => self.exclusion_test = Some(exclusion_test),
+        let estimated = equations.clock_sigmas_s.get(camera).copied();
+        let sigma_s = estimated.unwrap_or(0.0).max(CLOCK_SIGMA_S);
+        layout.set(first + CLOCK, &[sigma_s]);
+    }
+    for (tag, (_, first)) in &equations.layout.tags {
+        layout.set_pose(
+            *first,
+            own(
+                site.placement(tag).and_then(|place| place.sigma),
+                PoseSigma::OF_TAG,
+            ),
+        );
+        layout.set(first + SIZE, &[SIZE_SIGMA]);
+    }
+    layout.precision(&[1.0; CLASSES.len()])
+}
+
+impl<'a> Test<'a> {
+    fn places(&self, hypothesis: &FaultHypothesis) -> Option<Range<usize>> {
+        hypothesis.model().places(self.equations)
+    }
+
+    /// Takes a fault as known.
+    fn free(&mut self, hypothesis: &FaultHypothesis) {
+        for (at, sigma) in self
+            .places(hypothesis)
+            .into_iter()
+            .flatten()
+            .zip(hypothesis.model().prior())
+        {
+            self.precision[at] = sigma.powi(-2);
         }
+    }
+
+    fn with_free<'h>(&self, all: impl Iterator<Item = &'h FaultHypothesis>) -> Test<'a> {
+        let mut test = Test {
+            precision: self.precision.clone(),
+            ..*self
+        };
+        all.for_each(|one| test.free(one));
+        test
+    }
+
+    fn ratio(&self) -> Option<LikelihoodRatio> {
+        let WindowEquations {
+            information,
+            gradient,
+            ..
+        } = self.equations;
+        LikelihoodRatio::new(information, gradient, self.precision.clone())
+    }
+
+    fn gain(&self, ratio: &LikelihoodRatio, hypothesis: &FaultHypothesis) -> Option<Gain> {
+        ratio.gain(self.places(hypothesis)?, hypothesis.model().prior())
+    }
+
+    /// What each camera and tag explains, by its clock or its size alone if that does nearly as well as its pose.
+    fn candidates(&self, ratio: &LikelihoodRatio) -> Vec<Candidate> {
+        let layout = &self.equations.layout;
+        let cameras = layout.cameras.keys().copied().map(Source::Camera);
+        let tags = layout.tags.keys().copied().map(Source::Tag);
+        let candidate = |source: Source| {
+            let [simple, whole] = FaultHypothesis::of(source);
+            let gain = self.gain(ratio, &whole)?;
+            let is_reference = simple
+                == FaultHypothesis::Clock(ClockFault {
+                    camera: self.reference,
+                });
+            let is_tested = !is_reference || layout.cameras.len() >= CAMERAS_FOR_REFERENCE;
+            let simple_gain = self.gain(ratio, &simple).filter(|_| is_tested);
+            let by_simple = simple_gain.as_ref().map_or(0.0, |own| own.odds);
+            let is_timely = by_simple < CLOCK_SHARE * gain.odds;
+            let allowed = self.options.margin_odds + simple.model().unexplained() * gain.odds;
+            let simple_gain = simple_gain.filter(|own| own.odds > gain.odds - allowed);
+            let (hypothesis, gain) = match simple_gain {
+                Some(own) => (simple, own),
+                None => (whole, gain),
+            };
+            let score = gain.odds - PER_PARAMETER * gain.parameters.len() as f64;
+            Some(Candidate {
+                hypothesis,
+                gain,
+                score,
+                is_timely,
+            })
+        };
+        cameras.chain(tags).filter_map(candidate).collect()
     }
 }

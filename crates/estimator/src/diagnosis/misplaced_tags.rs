@@ -1,122 +1,112 @@
 //! Tags that are seen where their objects can't have them: stuck on something else, or printed twice.
 //!
-//! A camera that was moved sees all its tags in the wrong place, a stray is alone with that among what its cameras see.
+//! A camera that was moved sees all its tags in the wrong place; of a sound camera's views only those of a misplaced tag are rejected.
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use crate::TagId;
-use crate::diagnosis::fading_counter::kept;
-use crate::tracker::finalised_views::{FinalisedView, SeenOn};
+use crate::fading_counter::FadingCounter;
+use crate::tracker::finalised_views::FinalisedView;
 
-/// Views, fading, from which on a stray is named, and below which it is not any more.
+/// Where a tag is that is far from where its object has it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum SeenOn {
+    /// Where the object of this index is.
+    On(usize),
+    /// Where no object is.
+    Nowhere,
+}
+
+/// Views far from the tag's place, fading, from which on a tag is named as misplaced, and below which it is not any more.
 const RAISED: f64 = 5.0;
 const CLEARED: f64 = 1.0;
-/// Agreeing views that a camera must have to be believed, and share of its views of other tags that may contradict.
+/// Agreeing views that a sound camera has, fading, and share of its views of other tags that may be rejected.
 const SOUND_VIEWS: f64 = 3.0;
 const SOUND_SHARE: f64 = 0.1;
 
 /// An object and one of its tags.
-type Stray = (usize, TagId);
+type ObjectTag = (usize, TagId);
 
-/// Counts that fade, of one tag's views that one camera's image contradicts.
+/// One tag's rejected views by one camera, those near the tag's place apart.
 #[derive(Debug, Clone, Copy, Default)]
-struct Refused {
-    at_ns: u64,
-    views: f64,
-    elsewhere: f64,
-    /// Those on an object, and on which the last one was.
-    on_object: f64,
+struct Rejected {
+    /// Rejected views, and those of them that are near the tag's place.
+    views: FadingCounter,
+    /// The object that the last far view was on.
     on: Option<usize>,
 }
 
-impl Refused {
-    fn faded(&self, now_ns: u64) -> Self {
-        let keep = kept(self.at_ns, now_ns);
-        Self {
-            at_ns: now_ns.max(self.at_ns),
-            views: self.views * keep,
-            elsewhere: self.elsewhere * keep,
-            on_object: self.on_object * keep,
-            on: self.on,
-        }
+impl Rejected {
+    fn far(&self) -> f64 {
+        self.views.total - self.views.rejected
     }
 }
 
-/// What is known of strays.
+/// The misplaced tags of a site.
 #[derive(Debug, Default)]
 pub(crate) struct MisplacedTags {
     /// By camera.
-    refused: BTreeMap<(usize, Stray), Refused>,
-    found: BTreeMap<Stray, Option<usize>>,
+    rejected: BTreeMap<(usize, ObjectTag), Rejected>,
+    found: BTreeMap<ObjectTag, Option<usize>>,
 }
 
 impl MisplacedTags {
-    /// A view that contradicts its track.
-    pub fn refuse(&mut self, object: usize, time_ns: u64, view: &FinalisedView) {
+    /// Counts a rejected view; `far` tells what is there if that is far from the tag's place.
+    pub fn reject(
+        &mut self,
+        object: usize,
+        time_ns: u64,
+        view: &FinalisedView,
+        far: Option<SeenOn>,
+    ) {
         let key = (view.camera_index, (object, view.tag));
-        let count = self.refused.entry(key).or_default();
-        *count = count.faded(time_ns);
-        count.views += 1.0;
-        if let Some(place) = view.elsewhere {
-            count.elsewhere += 1.0;
-            if let SeenOn::On(other) = place {
-                count.on_object += 1.0;
-                count.on = Some(other);
+        let count = self.rejected.entry(key).or_default();
+        count.views.add(time_ns, far.is_none());
+        count.on = match far {
+            Some(SeenOn::On(other)) => Some(other),
+            Some(SeenOn::Nowhere) => None,
+            None => count.on,
+        };
+    }
+
+    /// Whether a tag is misplaced.
+    pub fn contains(&self, tag: &TagId) -> bool {
+        self.found.keys().any(|(_, own)| own == tag)
+    }
+
+    /// The misplaced tags, and the object that each is seen on.
+    pub fn found(&self) -> impl Iterator<Item = (ObjectTag, Option<usize>)> {
+        self.found.iter().map(|(tag, on)| (*tag, *on))
+    }
+
+    /// Decides anew; `of_camera` gives the counts of a camera's views.
+    pub fn judge(&mut self, now_ns: u64, of_camera: impl Fn(usize) -> Option<FadingCounter>) {
+        for count in self.rejected.values_mut() {
+            count.views = count.views.faded(now_ns);
+        }
+        self.rejected.retain(|_, count| count.views.total > 0.01);
+        let tags: BTreeSet<ObjectTag> = self.rejected.keys().map(|(_, tag)| *tag).collect();
+        self.found.retain(|tag, _| tags.contains(tag));
+        for tag in tags {
+            let sound = self.rejected.iter().filter(|((camera, own), count)| {
+                *own == tag && of_camera(*camera).is_some_and(|all| is_sound(&all, count))
+            });
+            let (mut far, mut on) = (0.0, None);
+            for (_, count) in sound {
+                far += count.far();
+                on = on.or(count.on);
             }
-        }
-    }
-
-    /// Whether a tag is a stray.
-    pub fn contains(&self, stray: &Stray) -> bool {
-        self.found.contains_key(stray)
-    }
-
-    /// The strays, and the object that each is seen on.
-    pub fn found(&self) -> impl Iterator<Item = (Stray, Option<usize>)> {
-        self.found.iter().map(|(stray, on)| (*stray, *on))
-    }
-
-    /// Decides anew; `of_camera` gives a camera's views and how many of them contradict.
-    pub fn judge(&mut self, now_ns: u64, of_camera: impl Fn(usize) -> Option<(f64, f64)>) {
-        if self.refused.is_empty() {
-            return;
-        }
-        for count in self.refused.values_mut() {
-            *count = count.faded(now_ns);
-        }
-        self.refused.retain(|_, count| count.views > 0.01);
-        let misplaced_tags: BTreeSet<Stray> =
-            self.refused.keys().map(|(_, stray)| *stray).collect();
-        self.found.retain(|stray, _| misplaced_tags.contains(stray));
-        for stray in misplaced_tags {
-            let sum = self.accepted(stray, &of_camera);
-            let on = sum.on.filter(|_| sum.on_object > 0.5 * sum.elsewhere);
-            if sum.elsewhere >= RAISED
-                || (self.found.contains_key(&stray) && sum.elsewhere >= CLEARED)
-            {
-                self.found.insert(stray, on);
+            if far >= RAISED || (self.found.contains_key(&tag) && far >= CLEARED) {
+                self.found.insert(tag, on);
             } else {
-                self.found.remove(&stray);
+                self.found.remove(&tag);
             }
         }
     }
+}
 
-    /// The views of a stray by cameras that are otherwise sound.
-    fn accepted(&self, stray: Stray, of_camera: &impl Fn(usize) -> Option<(f64, f64)>) -> Refused {
-        let mut sum = Refused::default();
-        let counts = self.refused.iter().filter(|((_, one), _)| *one == stray);
-        for ((camera, _), count) in counts {
-            let Some((views, refused)) = of_camera(*camera) else {
-                continue;
-            };
-            let of_others = refused - count.views;
-            let sound = views - refused >= SOUND_VIEWS && of_others <= SOUND_SHARE * views;
-            if sound {
-                sum.elsewhere += count.elsewhere;
-                sum.on_object += count.on_object;
-                sum.on = sum.on.or(count.on);
-            }
-        }
-        sum
-    }
+/// Whether a camera agrees with its tracks but for the rejected views of one tag.
+fn is_sound(all: &FadingCounter, of_tag: &Rejected) -> bool {
+    let of_others = all.rejected - of_tag.views.total;
+    all.total - all.rejected >= SOUND_VIEWS && of_others <= SOUND_SHARE * all.total
 }

@@ -1,14 +1,14 @@
-//! Clock offsets as part of the state: how far a camera's capture times lie from the reference clock.
+//! Clock offsets as part of the state: how far the timestamps of a camera lie after the reference clock.
 //!
-//! An image stamped s by a camera whose clock is ahead by o shows the object as it was at s - o. The state at s sees it as
-//! the pose moved by -o times the twist, so that motion tells the offset (Furgale, Rehder, Siegwart 2013, Unified temporal
-//! and spatial calibration; here linear over the few milliseconds that clocks differ).
+//! An image stamped s by a camera whose clock is ahead by o shows the object at s - o, which is the pose at s moved by -o times the twist:
+//! motion makes the offset observable (Furgale, Rehder, Siegwart 2013, Unified temporal and spatial calibration; here linear over the few
+//! milliseconds that clocks differ).
 
-use nalgebra::{Cholesky, SVector};
+use nalgebra::SVector;
 
 use crate::filter::covariance::{ClockSensitivity, Cross, MOST_CLOCKS, Own, symmetric};
 
-/// The offsets of some cameras, and how they hang together with the motion.
+/// Offsets of some clocks and their correlation with the motion.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct ClockStates {
     /// Index of the camera of each slot.
@@ -37,15 +37,6 @@ impl Default for ClockStates {
     }
 }
 
-/// Whether clocks agree.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Synchrony {
-    /// Logarithm of the odds for it.
-    pub odds: f64,
-    /// The largest sigma of an offset, in seconds, but for what is wrong for good.
-    pub sigma_s: f64,
-}
-
 impl ClockStates {
     /// Lets the offsets wander for `dt` seconds: clocks drift.
     pub fn wander(&mut self, dt: f64, wander: f64) {
@@ -54,10 +45,10 @@ impl ClockStates {
         }
     }
 
-    /// A camera is about to take part. A camera whose clock is right tells the offset of each other once; what follows without
-    /// it tells differences, for all offsets and the time of the pose might change together. A filter would believe to learn
-    /// that, too, since it is linear about one twist now and about another later (Huang, Mourikis, Roumeliotis 2010,
-    /// Observability-based rules for designing consistent EKF SLAM, sec. 3).
+    /// Notes the camera of the next update. A camera whose clock is right makes the offset of each other observable once; updates without it
+    /// show only differences, since all offsets and the time of the pose may change together. A filter would believe to observe that, too,
+    /// since it is linearised about one twist now and about another later (Huang, Mourikis, Roumeliotis 2010, Observability-based rules for
+    /// designing consistent EKF SLAM, sec. 3).
     pub fn record(&mut self, camera_index: usize) {
         self.adrift.fill(0.0);
         match self.slot(camera_index) {
@@ -81,22 +72,22 @@ impl ClockStates {
         by - self.adrift * (self.adrift.tr_mul(by) / self.adrift.sum().max(1.0))
     }
 
-    /// Takes off the covariance what an update tells. With the gain K less the share in common M the covariance is
-    /// P - K S Kᵀ + M K S Kᵀ Mᵀ; that with the state is the same as ever.
+    /// Reduces the covariance by an update. With the gain K less the share in common M it is P - K S Kᵀ + M K S Kᵀ Mᵀ; the covariance with
+    /// the state does not change.
     pub fn update_covariance(&mut self, told: &Own) {
         let in_common = self.in_common(&(told * self.adrift)) / self.adrift.sum().max(1.0);
         let kept = self.adrift * self.adrift.transpose() * in_common;
         self.own = symmetric(&(self.own - told + kept));
     }
 
-    /// A camera's clock may have jumped, by so many seconds (one sigma).
+    /// The clock of a camera may have jumped, by a standard deviation of `sigma_s`.
     pub fn doubt(&mut self, camera_index: usize, sigma_s: f64) {
         if let Some(slot) = self.slot(camera_index) {
             self.own[(slot, slot)] += sigma_s.powi(2);
         }
     }
 
-    /// So many seconds of a camera's offset are taken off its stamps instead.
+    /// Subtracts a part of an offset that is subtracted from the timestamps instead.
     pub fn take_off(&mut self, camera_index: usize, by_s: f64) {
         if let Some(slot) = self.slot(camera_index) {
             self.offset[slot] -= by_s;
@@ -106,29 +97,6 @@ impl ClockStates {
     /// The cameras whose offsets are estimated.
     pub fn cameras(&self) -> impl Iterator<Item = usize> {
         self.cameras.iter().copied()
-    }
-
-    /// Logarithm of the odds for offsets of zero against offsets of `prior_s` (one sigma each), and the largest sigma; of the
-    /// cameras given. `all` is the covariance of all offsets. By what the estimate says of zero against what was
-    /// said of it before (Savage-Dickey ratio; Dickey 1971, The weighted likelihood ratio, sec. 2). `None` without such a camera.
-    pub(crate) fn agreement(&self, all: &Own, prior_s: f64, among: &[usize]) -> Option<Synchrony> {
-        let (mut own, mut offset) = (Own::identity(), SVector::<f64, MOST_CLOCKS>::zeros());
-        let slots: Vec<usize> = among
-            .iter()
-            .filter_map(|camera| self.slot(*camera))
-            .collect();
-        let mut sigma_s: f64 = 0.0;
-        for (row, of_row) in slots.iter().enumerate() {
-            offset[row] = self.offset[*of_row] / prior_s;
-            sigma_s = sigma_s.max(self.own[(*of_row, *of_row)].max(0.0).sqrt());
-            for (column, of_column) in slots.iter().enumerate() {
-                own[(row, column)] = all[(*of_row, *of_column)] / prior_s.powi(2);
-            }
-        }
-        let factor = Cholesky::new(own).filter(|_| !slots.is_empty())?;
-        let half_determinant: f64 = factor.l_dirty().diagonal().iter().map(|x| x.ln()).sum();
-        let odds = -0.5 * offset.dot(&factor.solve(&offset)) - half_determinant;
-        Some(Synchrony { odds, sigma_s })
     }
 
     /// The place of a camera's offset, if it is estimated.

@@ -1,10 +1,10 @@
-//! What is wrong for good: errors of the cameras' poses, of their lenses and of the tags' places, which no number of images
-//! averages away (consider parameters; Schmidt 1966, Application of state-space methods to navigation problems).
+//! Consider states: errors of camera poses, lenses and tag poses, which no number of images averages away (Schmidt 1966, Application of
+//! state-space methods to navigation problems).
 //!
-//! They are not estimated. How much the state would be off by a given error e of a source is carried along, S = d state / d e:
-//! S' = F S in a prediction, S' = S - G (L H S + K) in an update with its gain G, the information L of all corners and
-//! K = J^T W dr/de of those that the source displaces. The covariance that is published is P + S C Sᵀ over all sources, P being as large
-//! as Fisher's information of the last views makes it ([`ObjectState::covariance_inflation`]).
+//! They are not estimated here. The sensitivity S = d state / d e of the state to an error e is propagated: S' = F S in a prediction, and
+//! in an update S is reduced by G (L H S + K), with gain G, information L of all corners and K = J^T W dr/de of the corners that the source
+//! displaces. The published covariance is P + S C Sᵀ over all sources, P being inflated as Fisher's information of the last views requires
+//! ([`ObjectState::covariance_inflation`]).
 
 use nalgebra::{Matrix3, SMatrix, SVector, Vector6};
 
@@ -22,7 +22,7 @@ type JointSensitivity = SMatrix<f64, WIDTH, 6>;
 /// Share of a variance below which a source that no view shows any more is forgotten.
 const FORGOTTEN: f64 = 1e-4;
 
-/// How the errors act on the state.
+/// Sensitivities of a state to all sources of constant errors.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(crate) struct ConsiderStates {
     pub(crate) sources: Vec<ConsiderState>,
@@ -34,8 +34,8 @@ pub(crate) struct ConsiderState {
     /// Of each number of the error.
     pub(crate) variance: Vector6<f64>,
     pub(crate) sensitivity: MotionSensitivity,
-    /// `None` for a rigid object. Joints hang together with the pose so closely that it would run away without them, and so do clocks
-    /// while little is known of them.
+    /// `None` for a rigid object. Joints, and clocks while they are uncertain, are so closely correlated with the pose that it would diverge
+    /// without them.
     pub(crate) of_joints: Option<Box<JointSensitivity>>,
     pub(crate) of_clocks: Option<Box<ClockSensitivity>>,
 }
@@ -45,7 +45,7 @@ pub(crate) struct ConsiderState {
 pub(crate) struct UpdateGain<const D: usize> {
     /// As [`crate::filter::update::Updated::gain`] has it.
     pub with: CrossCovariance<D>,
-    /// Place of the camera's clock and seconds by which what was seen lies before the state, where that is estimated.
+    /// Slot of the clock of the camera and its offset, s, where it is estimated.
     pub clock: Option<(usize, f64)>,
     /// Of the configuration.
     pub rates: SVector<f64, D>,
@@ -55,9 +55,9 @@ pub(crate) struct UpdateGain<const D: usize> {
 
 impl ConsiderStates {
     pub fn carry(&mut self, turn: &Matrix3<f64>, gain: &Matrix3<f64>, dt: f64) {
-        for acting in &mut self.sources {
-            carry(&mut acting.sensitivity, turn, gain, dt);
-            if let Some(of_joints) = &mut acting.of_joints {
+        for source in &mut self.sources {
+            carry(&mut source.sensitivity, turn, gain, dt);
+            if let Some(of_joints) = &mut source.of_joints {
                 let gone = of_joints.fixed_rows::<MOST_JOINTS>(MOST_JOINTS) * dt;
                 let mut values = of_joints.fixed_rows_mut::<MOST_JOINTS>(0);
                 values += gone;
@@ -65,12 +65,12 @@ impl ConsiderStates {
         }
     }
 
-    /// About another root; `by_motion` and `by_joints` are what the former one's motion and the joints do to it.
+    /// Changes the reference link; `by_motion` and `by_joints` are the derivatives of its state by that of the former one and of the joints.
     pub fn rooted(&mut self, by_motion: &Covariance, by_joints: &JointCross) {
-        for acting in &mut self.sources {
-            acting.sensitivity = by_motion * acting.sensitivity;
-            if let Some(of_joints) = &acting.of_joints {
-                acting.sensitivity += by_joints * **of_joints;
+        for source in &mut self.sources {
+            source.sensitivity = by_motion * source.sensitivity;
+            if let Some(of_joints) = &source.of_joints {
+                source.sensitivity += by_joints * **of_joints;
             }
         }
     }
@@ -92,42 +92,42 @@ impl ConsiderStates {
                 });
             }
         }
-        for acting in &mut self.sources {
-            let mut pull = gain.information * acting.seen_in(gain);
-            if let Some(part) = parts.iter().find(|part| part.source == acting.source) {
+        for source in &mut self.sources {
+            let mut pull = gain.information * source.seen_in(gain);
+            if let Some(part) = parts.iter().find(|part| part.source == source.source) {
                 pull += part.pull;
-                acting.variance = part.variance;
+                source.variance = part.variance;
             }
-            acting.sensitivity -= gain.with.motion.tr_mul(&pull);
-            if let Some(of_joints) = &mut acting.of_joints {
+            source.sensitivity -= gain.with.motion.tr_mul(&pull);
+            if let Some(of_joints) = &mut source.of_joints {
                 **of_joints -= gain.with.joints.tr_mul(&pull);
             }
             if let Some(clocks) = clocks {
-                let of_clocks = acting.of_clocks.get_or_insert_default();
+                let of_clocks = source.of_clocks.get_or_insert_default();
                 **of_clocks -= clocks.differences_only(&gain.with.clocks.tr_mul(&pull));
             }
         }
     }
 
-    /// Forgets sources that act no more, next to the variances of the state.
+    /// Drops sources whose effect is negligible next to the variances of the state.
     pub(crate) fn forget<const D: usize>(
         &mut self,
         variances: &SMatrix<f64, 12, 1>,
         parts: &[BiasGradient<D>],
     ) {
-        self.sources.retain(|acting| {
-            let squares = acting.sensitivity.map(|slope| slope * slope);
-            let caused = squares * acting.variance;
-            parts.iter().any(|part| part.source == acting.source)
+        self.sources.retain(|source| {
+            let squares = source.sensitivity.map(|slope| slope * slope);
+            let caused = squares * source.variance;
+            parts.iter().any(|part| part.source == source.source)
                 || (0..12).any(|row| caused[row] > FORGOTTEN * variances[row])
         });
     }
 
     /// Covariance of the configuration by them.
     pub(crate) fn covariance<const D: usize>(&self) -> SMatrix<f64, D, D> {
-        let caused = |acting: &ConsiderState| {
-            let mut seen = acting.seen::<D>(0.0);
-            for (mut column, variance) in seen.column_iter_mut().zip(&acting.variance) {
+        let caused = |source: &ConsiderState| {
+            let mut seen = source.seen::<D>(0.0);
+            for (mut column, variance) in seen.column_iter_mut().zip(&source.variance) {
                 column *= variance.sqrt();
             }
             seen * seen.transpose()
@@ -137,12 +137,12 @@ impl ConsiderStates {
 }
 
 impl ConsiderState {
-    /// Of what an update is about.
+    /// Sensitivity of the configuration that an update is about.
     pub(crate) fn seen_in<const D: usize>(&self, gain: &UpdateGain<D>) -> SMatrix<f64, D, 6> {
         self.seen_by(gain.clock, &gain.rates)
     }
 
-    /// Of what a camera sees whose clock has that place and offset, at those rates.
+    /// Sensitivity of the configuration that a camera sees, by the slot and offset of its clock and the rates.
     pub(crate) fn seen_by<const D: usize>(
         &self,
         clock: Option<(usize, f64)>,
@@ -158,7 +158,7 @@ impl ConsiderState {
         }
     }
 
-    /// Of what is seen so many seconds before the state.
+    /// Sensitivity of the configuration `offset_s` seconds before the state.
     pub(crate) fn seen<const D: usize>(&self, offset_s: f64) -> SMatrix<f64, D, 6> {
         let mut seen = SMatrix::<f64, D, 6>::zeros();
         let (pose, twist) = (

@@ -1,4 +1,4 @@
-//! Blocks of the state covariance, and the functions of matrices that several files of the filter need.
+//! Blocks of the state covariance, and matrix functions of the filter.
 
 use crate::MOST_JOINTS;
 use crate::filter::process_noise::ProcessNoisePsd;
@@ -7,7 +7,7 @@ use nalgebra::{Matrix3, SMatrix, Vector3};
 /// Covariance over (dt, dr, dv, dw).
 pub(crate) type Covariance = SMatrix<f64, 12, 12>;
 
-/// Most offsets estimated along with one object; further cameras are taken at their word.
+/// Most clock offsets estimated with one object; further clocks are taken to be right.
 pub(crate) const MOST_CLOCKS: usize = 8;
 
 pub(crate) type Cross = SMatrix<f64, 12, MOST_CLOCKS>;
@@ -23,7 +23,7 @@ pub(crate) type JointClocks = SMatrix<f64, WIDTH, MOST_CLOCKS>;
 /// Of the clocks' offsets.
 pub(crate) type ClockSensitivity = SMatrix<f64, MOST_CLOCKS, 6>;
 
-/// Covariance of what is seen with the parts of the state.
+/// Covariance of the observed configuration with the parts of the state.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct CrossCovariance<const D: usize> {
     /// With (dt, dr, dv, dw).

@@ -1,8 +1,7 @@
-//! The joints as part of the state: value and speed of each, and how they hang together with the motion and the clocks.
+//! Joints as part of the state: value and speed of each, correlated with the motion and the clocks.
 //!
-//! Prediction with constant speed and white acceleration, as for the base. What is less well known than that a joint lies
-//! anywhere between its limits (on the circle, where a hinge has none) is cut back to that: a joint that no view tells about
-//! must not wander off.
+//! Prediction with constant speed and white acceleration, as for the base. The variance of a value is at most that of a uniform distribution
+//! between its limits (over the circle, where a hinge has none), so that a joint without views does not wander off.
 
 use std::sync::Arc;
 
@@ -22,7 +21,7 @@ pub(crate) struct JointStates {
     pub chain: Arc<KinematicChain>,
     /// Index of the link whose pose and twist the state has.
     pub root: usize,
-    /// How many of the places are taken.
+    /// Number of joints that move.
     pub moving: usize,
     pub values: Values,
     pub speeds: Values,
@@ -152,7 +151,20 @@ impl JointStates {
         }
     }
 
-    /// Cuts back what is less well known than nothing.
+    /// Brings values and speeds within the limits of the joints. For what is published: the filter would count the limits anew with
+    /// each image.
+    pub fn keep_within_limits(&mut self) {
+        for (slot, joint) in self.chain.moving().enumerate() {
+            if let Some([lowest, highest]) = joint.limits {
+                self.values[slot] = self.values[slot].clamp(lowest, highest);
+            }
+            if let Some(speed) = joint.max_speed {
+                self.speeds[slot] = self.speeds[slot].clamp(-speed, speed);
+            }
+        }
+    }
+
+    /// Bounds the variances by those of unknown values.
     pub(crate) fn bound(&mut self) {
         for place in 0..WIDTH {
             let sigma = self.own[(place, place)].max(0.0).sqrt();

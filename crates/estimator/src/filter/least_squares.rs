@@ -14,9 +14,9 @@ use crate::measurement::view_equations::ViewEquations;
 
 /// Most steps of one solve; a tracked object needs two or three.
 const MOST_STEPS: usize = 20;
-/// After a step below this many sigmas the corners need no further look.
+/// Step, in standard deviations, below which the search ends.
 const SMALL_STEP: f64 = 0.01;
-/// Most times that the weights are foreseen for one step.
+/// Most reweightings of one step.
 const MOST_REWEIGHINGS: usize = 5;
 /// Damping at which the search is given up: steps are far below a sigma by then.
 const MOST_DAMPING: f64 = 1e6;
@@ -40,19 +40,19 @@ impl<const D: usize> Prior<D> {
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Fit<const D: usize> {
     pub configuration: Configuration,
-    /// What the corners of all views say about it.
+    /// Information of the corners of all views.
     pub information: SMatrix<f64, D, D>,
     /// Each view's part, about the pose of its link.
     pub views: Vec<Option<ViewEquations>>,
     /// Squared Mahalanobis distance from the prior.
     pub nis: f64,
-    /// Twice the cost: surprise and chi-square of all corners.
+    /// Twice the cost: `nis` and chi-square of all corners.
     pub cost: f64,
 }
 
 struct Point<const D: usize> {
     configuration: Configuration,
-    bodies: ObservedLinks<D>,
+    links: ObservedLinks<D>,
     views: Vec<Option<ViewEquations>>,
     /// Of the corners, of the prior, and of both.
     corners: Equations<D>,
@@ -62,7 +62,7 @@ struct Point<const D: usize> {
     cost: f64,
 }
 
-/// The minimum reached from `start`; `None` where the sights can't see their tags even there.
+/// The minimum reached from `start`; `None` where no view can see its tag even there.
 pub(crate) fn solve<const D: usize>(
     prior: &Prior<D>,
     weighted_views: &[WeightedView<'_>],
@@ -138,9 +138,9 @@ impl<const D: usize> Point<D> {
         let mut step = first;
         for _ in 0..MOST_REWEIGHINGS {
             let corners =
-                self.bodies
-                    .equations(weighted_views, &self.views, |body, weighted, view| {
-                        let (moved, turned) = body.moved(&step);
+                self.links
+                    .equations(weighted_views, &self.views, |observed, weighted, view| {
+                        let (moved, turned) = observed.moved(&step);
                         view.weight_after(&moved, turned, weighted.view.noise_source)
                     });
             let Some(next) = self.prior.and(&corners).step(0.0) else {
@@ -161,8 +161,8 @@ fn evaluate<const D: usize>(
     weighted_views: &[WeightedView<'_>],
     at: &Configuration,
 ) -> Option<Point<D>> {
-    let bodies = ObservedLinks::of(weighted_views, at);
-    let normal = |weighted: &WeightedView<'_>| weighted.normal(&bodies.of_sight(weighted)?.moving);
+    let links = ObservedLinks::of(weighted_views, at);
+    let normal = |weighted: &WeightedView<'_>| weighted.normal(&links.of_view(weighted)?.moving);
     let views: Vec<_> = weighted_views.iter().map(normal).collect();
     let unseen = views.iter().filter(|view| view.is_none()).count();
     if unseen == weighted_views.len() && unseen > 0 {
@@ -170,14 +170,14 @@ fn evaluate<const D: usize>(
     }
     let seen = views.iter().flatten().map(|view| view.chi2);
     let chi2 = UNSEEN * unseen as f64 + seen.sum::<f64>();
-    let corners = bodies.equations(weighted_views, &views, |_, _, _| 1.0);
+    let corners = links.equations(weighted_views, &views, |_, _, _| 1.0);
     let off = at.difference::<D>(&prior.configuration);
     let of_prior = prior.equations(&off);
     let nis = off.dot(&(prior.information * off));
     let cost = nis + chi2;
     cost.is_finite().then(|| Point {
         configuration: *at,
-        bodies,
+        links,
         views,
         all: corners.and(&of_prior),
         corners,

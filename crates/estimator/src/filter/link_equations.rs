@@ -1,5 +1,4 @@
-//! The links that some sights see, or the one body, and what all their views say about each: summed before the chain rule, so
-//! that what depends on a link alone is worked out once.
+//! Normal equations of the links that are seen, summed by link before the chain rule is applied once.
 
 use nalgebra::{Matrix6, SMatrix, SVector, Vector6};
 
@@ -17,7 +16,7 @@ pub(crate) struct ObservedLink<const D: usize> {
     by_configuration: Option<SMatrix<f64, 6, D>>,
 }
 
-/// The bodies of some sights, each once.
+/// The links that are seen, each once.
 pub(crate) struct ObservedLinks<const D: usize>(Vec<ObservedLink<D>>);
 
 /// Normal equations of a configuration.
@@ -37,13 +36,13 @@ fn link_of(weighted: &WeightedView<'_>) -> Option<usize> {
 
 impl<const D: usize> ObservedLinks<D> {
     pub fn of(weighted_views: &[WeightedView<'_>], at: &Configuration) -> Self {
-        let mut bodies: Vec<ObservedLink<D>> = Vec::with_capacity(1);
+        let mut links: Vec<ObservedLink<D>> = Vec::with_capacity(1);
         for weighted in weighted_views {
             let link = link_of(weighted);
-            if bodies.iter().all(|body| body.link != link) {
+            if links.iter().all(|observed| observed.link != link) {
                 let chain_link = weighted.view.chain_link.as_ref();
                 let twist = || chain_link.map_or(at.rates.twist, |chain_link| chain_link.twist(at));
-                bodies.push(ObservedLink {
+                links.push(ObservedLink {
                     link,
                     moving: LinkMotion {
                         pose: weighted.view.world_from_link(at),
@@ -53,16 +52,16 @@ impl<const D: usize> ObservedLinks<D> {
                 });
             }
         }
-        Self(bodies)
+        Self(links)
     }
 
-    /// The body that a sight shows.
-    pub fn of_sight(&self, weighted: &WeightedView<'_>) -> Option<&ObservedLink<D>> {
+    /// The link that a view shows.
+    pub fn of_view(&self, weighted: &WeightedView<'_>) -> Option<&ObservedLink<D>> {
         let link = link_of(weighted);
-        self.0.iter().find(|body| body.link == link)
+        self.0.iter().find(|observed| observed.link == link)
     }
 
-    /// What all views say about the configuration, each with a factor on its weight.
+    /// Normal equations of the configuration by all views, each with a factor on its weight.
     pub fn equations(
         &self,
         weighted_views: &[WeightedView<'_>],
@@ -73,21 +72,22 @@ impl<const D: usize> ObservedLinks<D> {
             information: SMatrix::zeros(),
             gradient: SVector::zeros(),
         };
-        for body in &self.0 {
+        for observed in &self.0 {
             let mut sum = Sum::default();
             for (weighted, view) in weighted_views.iter().zip(views) {
-                let Some(view) = view.as_ref().filter(|_| link_of(weighted) == body.link) else {
+                let Some(view) = view.as_ref().filter(|_| link_of(weighted) == observed.link)
+                else {
                     continue;
                 };
-                sum.add(view, factor(body, weighted, view));
+                sum.add(view, factor(observed, weighted, view));
             }
-            body.add(&sum, &mut all);
+            observed.add(&sum, &mut all);
         }
         all
     }
 }
 
-/// What the views of a body say about its pose and, where the shutter rolls, its twist.
+/// Sums over the views of a link: about its pose and, where the shutter rolls, its twist.
 #[derive(Default)]
 struct Sum {
     information: Matrix6<f64>,
@@ -132,7 +132,7 @@ impl<const D: usize> ObservedLink<D> {
         }
     }
 
-    /// The same for what a rolling shutter tells about the rates, whose places begin at `first`.
+    /// Adds the part of a rolling shutter about the rates, whose places begin at `first`.
     fn add_rolling(&self, (rolling, first): (&TwistEquations, usize), all: &mut Equations<D>) {
         let by_configuration = self
             .by_configuration
@@ -147,7 +147,7 @@ impl<const D: usize> ObservedLink<D> {
         all.gradient += by_rates.tr_mul(&rolling.gradient);
     }
 
-    /// How a step of the configuration moves the body: its pose, and its twist where rates have places.
+    /// Step of the pose of the link by a step of the configuration, and of its twist where rates have places.
     pub fn moved(&self, step: &SVector<f64, D>) -> (Vector6<f64>, Option<Vector6<f64>>) {
         let by = |step: &SVector<f64, D>| match &self.by_configuration {
             None => step.fixed_rows::<6>(0).into_owned(),

@@ -14,16 +14,15 @@ use crate::filter::state::ObjectState;
 use crate::kinematics::configuration::{Configuration, joint_places, rates_at};
 use sextant_site_model::MOST_JOINTS;
 
-/// From where and when a state is seen.
+/// Camera and time spread of an observation.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct ObservationTime {
     pub camera_index: usize,
-    /// Seconds from the capture time to the rows that show it, on the whole. The rates lead there; by what the body may have
-    /// done of itself between, what is seen is uncertain.
+    /// Mean distance of the rows that show the object from the capture time, s: acceleration within it makes the observation uncertain.
     pub apart_s: f64,
 }
 
-/// What a camera sees of the state.
+/// The configuration that a camera sees.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct ObservedConfiguration<const D: usize> {
     /// When the image was taken.
@@ -63,30 +62,26 @@ impl ObjectState {
         })
     }
 
-    /// The configuration as the camera saw it if its clock's offset is what it is thought to be, however uncertain that is.
-    pub fn observed_on_time<const D: usize>(
-        &self,
-        camera_index: usize,
-    ) -> ObservedConfiguration<D> {
-        let clocked = self.clocks.as_deref();
-        let offset = clocked.and_then(|clocks| Some(clocks.offset_s(clocks.slot(camera_index)?)));
-        let mut observed = self.observed_now::<D>(0.0);
-        if let Some(offset) = offset {
-            let step = self.rates::<D>() * -offset;
-            observed.configuration = observed.configuration.perturbed(&step);
-        }
-        observed
+    /// Where the camera sees root and joints by the estimated offset of its clock.
+    pub fn configuration_seen_by(&self, camera_index: usize) -> Configuration {
+        let clocks = self.clocks.as_deref();
+        let offset = clocks.and_then(|clocks| Some(clocks.offset_s(clocks.slot(camera_index)?)));
+        let step = self.rates::<{ 6 + MOST_JOINTS }>() * -offset.unwrap_or(0.0);
+        self.configuration().perturbed(&step)
     }
 
     pub fn observed_from<const D: usize>(
         &self,
-        vantage: ObservationTime,
+        observation_time: ObservationTime,
     ) -> ObservedConfiguration<D> {
         let clocked = self.clocks.as_deref();
-        let slot = clocked.and_then(|clocks| Some((clocks, clocks.slot(vantage.camera_index)?)));
+        let slot =
+            clocked.and_then(|clocks| Some((clocks, clocks.slot(observation_time.camera_index)?)));
         match slot {
-            Some((clocks, slot)) => self.observed_at_offset((clocks, slot), vantage.apart_s),
-            None => self.observed_now(vantage.apart_s),
+            Some((clocks, slot)) => {
+                self.observed_at_offset((clocks, slot), observation_time.apart_s)
+            }
+            None => self.observed_now(observation_time.apart_s),
         }
     }
 
@@ -107,8 +102,7 @@ impl ObjectState {
         }
     }
 
-    /// Besides B P Bᵀ what is seen is uncertain by the product of the errors of offset and rates, and by what the body may
-    /// have done between.
+    /// Adds to B P Bᵀ the product of the errors of offset and rates, and the acceleration in between.
     fn observed_at_offset<const D: usize>(
         &self,
         (clocks, slot): (&ClockStates, usize),
@@ -144,7 +138,7 @@ impl ObjectState {
         }
     }
 
-    /// What base and joints may have done of themselves in `dt` seconds.
+    /// Covariance of the motion by white acceleration in `dt` seconds.
     fn between<const D: usize>(&self, dt: f64) -> SMatrix<f64, D, D> {
         let noise: Covariance = white_acceleration(dt, self.motion.process_noise_psd(dt));
         let mut between = SMatrix::<f64, D, D>::zeros();
@@ -169,7 +163,7 @@ impl ObjectState {
         rates
     }
 
-    /// Covariance of what is seen, all clocks being right, with the parts of the state.
+    /// Covariance of the observed configuration with the parts of the state, without clock offsets.
     fn seen<const D: usize>(&self) -> CrossCovariance<D> {
         let mut seen = self.with::<D>(CONFIGURATION, 0);
         if let Some(first) = rates_at(D) {
@@ -212,7 +206,7 @@ impl ObjectState {
         with
     }
 
-    /// Places without a joint hang together with nothing and have variance one.
+    /// Unused joint places are uncorrelated and have variance one.
     fn fill_free_places<const D: usize>(&self, covariance: &mut SMatrix<f64, D, D>) {
         let moving = self.joints.as_ref().map_or(0, |joints| joints.moving);
         for first in std::iter::once(0).chain(rates_at(D)) {

@@ -1,16 +1,15 @@
-//! How restless a body is: the power density of its white acceleration, learned from how far predictions miss.
+//! Power spectral density of the white acceleration of a body, estimated from the innovations.
 //!
-//! Maximum likelihood by scoring on the logarithm of the density. With the innovation d of covariance S and D = dS/d ln q
-//! the slope is (d S⁻¹ D S⁻¹ d - tr S⁻¹ D) / 2 and the information tr (S⁻¹ D)² / 2 (Harvey 1989, Forecasting, eqs. 3.4.5,
-//! 3.4.69). D is a share of the predicted covariance, which is what the density brings about in a filter at work; where the
-//! prediction hardly matters, the information is small and little is learned.
+//! Maximum likelihood by scoring on the logarithm of the density. With the innovation d of covariance S and D = dS/d ln q the slope is (d
+//! S⁻¹ D S⁻¹ d - tr S⁻¹ D) / 2 and the information tr (S⁻¹ D)² / 2 (Harvey 1989, Forecasting, eqs. 3.4.5, 3.4.69). D is the share of the
+//! predicted covariance that the density brings about. Where the prediction hardly matters, the information is small.
 
 use nalgebra::{Matrix3, SMatrix, SVector};
 
 /// Share of the predicted variance that changes with the density: between 1/4 where images rule and 1 where motion does.
 const SHARE: f64 = 0.4;
-/// Seconds for which a body goes on being accelerated as it is. No acceleration is white: over a step shorter than this what it
-/// does to the speed goes with the step, and its variance with the square, which is what a density does that goes with the step.
+/// Time for which an acceleration persists, s. No acceleration is white: over a shorter step the change of speed goes with the step and its
+/// variance with the square, as with a density proportional to the step.
 const PERSISTS_S: f64 = 0.15;
 /// Steps over which the usual one is averaged.
 const USUAL_OF: f64 = 20.0;
@@ -18,13 +17,13 @@ const USUAL_OF: f64 = 20.0;
 const FAITH: f64 = 0.5;
 /// Updates that are remembered.
 const MEMORY: f64 = 40.0;
-/// Most that one update may count, in sigmas: a jolt is not restlessness.
+/// Largest step of one update, in standard deviations: a jolt is no change of the density.
 const MOST_SIGMAS: f64 = 3.0;
 /// Bounds of the logarithm about the default: from a body at rest to one shaken by hand. What is livelier is no motion but
 /// images that contradict each other.
 const BOUNDS: (f64, f64) = (-7.0, 4.5);
 
-/// Share of a predicted variance that goes with the density: what a body can't have done of itself yet was not known before.
+/// Share of a predicted variance that goes with the density; the rest was uncertain before.
 fn share(variance: f64, noise: f64) -> f64 {
     SHARE.min(noise / variance.max(f64::MIN_POSITIVE))
 }
@@ -40,7 +39,7 @@ pub(crate) struct ProcessNoisePsd {
     pub clocks: f64,
 }
 
-/// What is held of a body's restlessness.
+/// Estimate of the densities of a body.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct ProcessNoise {
     default: ProcessNoisePsd,
@@ -53,7 +52,7 @@ pub(crate) struct ProcessNoise {
     steps: f64,
 }
 
-/// An innovation and what was expected of it, for the configuration that a camera saw.
+/// Innovation of the observed configuration and its covariance.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Innovation<const D: usize> {
     /// S⁻¹ d.
@@ -111,7 +110,7 @@ impl ProcessNoise {
         }
     }
 
-    /// The speed has changed by what is no restlessness, `dt` seconds ago.
+    /// The speed has changed by a blow, `dt` seconds ago.
     pub fn begin_anew(&mut self, dt: f64) {
         self.age_s = dt.abs();
     }
@@ -119,11 +118,6 @@ impl ProcessNoise {
     /// The variance that a density of one has brought about in a position since the speed was unknown, at most.
     pub fn spread(&self) -> f64 {
         self.persistence(self.age_s) * self.age_s.powi(3) / 3.0
-    }
-
-    /// The linear density against its default.
-    pub fn factor(&self) -> f64 {
-        self.linear.factor()
     }
 
     /// What holds for a step of `dt` seconds.
@@ -162,7 +156,7 @@ impl PsdEstimate {
         self.score(slope, information);
     }
 
-    /// Takes a single axis in: what was pulled, how strongly, and the variance that was expected of it alone.
+    /// Updates with a single axis: innovation over its variance, inverse of that variance, and the predicted variance of the axis alone.
     pub fn learn_one(&mut self, (pull, weight, alone): (f64, f64, f64), noise: f64) {
         let change = alone * share(alone, noise);
         let relative = weight * change;

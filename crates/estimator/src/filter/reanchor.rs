@@ -1,9 +1,8 @@
-//! Which link the state is about: one that is known well, the model's base where that is no worse.
+//! Choice of the link whose pose is in the state: one that is known well, the base of the model where that is no worse.
 //!
-//! The pose of a link that is not seen depends on joints that may lie anywhere; with such a pose in the state the directions
-//! of which views say nothing would turn with every new estimate, and views would seem to tell about them (Huang, Mourikis,
-//! Roumeliotis 2010, Observability-based rules for designing consistent EKF SLAM estimators, sec. 4). About a link that is
-//! seen they are the joints themselves, which no estimate turns.
+//! The pose of a link that is not seen depends on joints that may have any value. With such a pose in the state the unobservable directions
+//! would turn with every new estimate, and views would seem to observe them (Huang, Mourikis, Roumeliotis 2010, Observability-based rules
+//! for designing consistent EKF SLAM estimators, sec. 4). With a link that is seen they are the joints themselves, which no estimate turns.
 
 use nalgebra::{Matrix6, SMatrix, Vector6};
 use sextant_geometry::Pose;

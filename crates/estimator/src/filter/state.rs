@@ -7,7 +7,7 @@ use nalgebra::{Matrix3, Matrix6, SMatrix, Vector3, Vector6};
 use sextant_geometry::{Pose, so3};
 
 use crate::ClockOffset;
-use crate::filter::clock_states::{ClockStates, Synchrony};
+use crate::filter::clock_states::ClockStates;
 use crate::filter::consider::{ConsiderState, ConsiderStates, UpdateGain};
 use crate::filter::covariance::{
     Covariance, MOST_CLOCKS, Own, carry, symmetric, white_acceleration,
@@ -15,7 +15,7 @@ use crate::filter::covariance::{
 use crate::filter::joint_states::JointStates;
 use crate::filter::process_noise::ProcessNoise;
 use crate::kinematics::configuration::Configuration;
-use crate::measurement::biases::{BiasGradient, BiasJacobian};
+use crate::measurement::biases::BiasGradient;
 use crate::measurement::view_equations::OF_FISHER;
 
 /// How a body moves, and how well that is known.
@@ -27,15 +27,15 @@ pub(crate) struct ObjectState {
     pub twist: Vector6<f64>,
     /// Over (dt, dr, dv, dw).
     pub covariance: Covariance,
-    /// The cameras' clocks, where they are not taken at their word.
+    /// The offsets of clocks that may be off.
     pub clocks: Option<Box<ClockStates>>,
     /// The joints, where the object has links.
     pub joints: Option<Box<JointStates>>,
-    /// How restless the body is.
+    /// Power spectral density of the acceleration.
     pub motion: ProcessNoise,
-    /// What errors of the cameras' poses did to it, where these are stated.
+    /// Sensitivities of the state to errors of cameras, lenses and tags.
     pub considered: Option<Box<ConsiderStates>>,
-    /// Share of what is known that the last views brought.
+    /// Share of the information that the last views brought.
     pub information_gain: f64,
 }
 
@@ -138,13 +138,6 @@ impl ObjectState {
         clocks.cameras().enumerate().map(off).collect()
     }
 
-    /// Whether the clocks of some cameras agree, if `prior_s` (one sigma) was known before; `None` where none is estimated.
-    pub fn clock_agreement(&self, prior_s: f64, among: &[usize]) -> Option<Synchrony> {
-        let clocks = self.clocks.as_deref()?;
-        let covariance = clocks.own + self.clock_bias_covariance();
-        clocks.agreement(&covariance, prior_s, among)
-    }
-
     /// Whether every number of the offsets is finite.
     pub(crate) fn clocks_are_finite(&self) -> bool {
         self.clocks.as_ref().is_none_or(|clocks| clocks.is_finite())
@@ -165,67 +158,36 @@ impl ObjectState {
 }
 
 impl ObjectState {
-    /// Notes what lasting errors did in an update.
+    /// Updates the sensitivities to constant errors.
     pub fn consider<const D: usize>(&mut self, gain: &UpdateGain<D>, parts: &[BiasGradient<D>]) {
         let considered = self.considered.get_or_insert_default();
         considered.take(gain, parts, self.clocks.as_deref());
         considered.forget(&self.covariance.diagonal(), parts);
     }
 
-    /// By how much the covariance that is told is larger than that of the filter: as far as the last views brought it about.
+    /// Factor from the covariance of the filter to the published one, for the share that the last views brought.
     pub fn covariance_inflation(&self) -> f64 {
         1.0 + (OF_FISHER - 1.0) * self.information_gain
     }
 
-    /// Covariance of the pose, with what is wrong for good.
+    /// Covariance of the pose with that of constant errors.
     pub fn pose_covariance(&self) -> Matrix6<f64> {
         let own = self.covariance.fixed_view::<6, 6>(0, 0).into_owned();
-        own * self.covariance_inflation() + self.bias_covariance_of::<6>()
+        own * self.covariance_inflation() + self.bias_covariance::<6>()
     }
 
-    /// What errors that last do to a link's pose as a view by a camera shows it: through the state and in the view itself, whose own
-    /// sources these are. `link` is the derivative of its pose by the configuration; `None` where it is the object's.
-    pub fn displacing<const D: usize>(
-        &self,
-        camera_index: usize,
-        link: Option<&SMatrix<f64, 6, D>>,
-        mut own: Vec<BiasJacobian>,
-    ) -> Vec<BiasJacobian> {
-        let acting = self.considered.iter().flat_map(|all| &all.sources);
-        let clocks = self.clocks.as_deref();
-        let clock = clocks.and_then(|clocks| Some((clocks, clocks.slot(camera_index)?)));
-        let clock = clock.map(|(clocks, slot)| (slot, clocks.offset_s(slot)));
-        let rates = self.rates::<D>();
-        for one in acting {
-            let seen = one.seen_by(clock, &rates);
-            let by = match link {
-                Some(link) => link * seen,
-                None => seen.fixed_rows::<6>(0).into_owned(),
-            };
-            match own.iter_mut().find(|own| own.source == one.source) {
-                Some(own) => own.by += by,
-                None => own.push(BiasJacobian {
-                    source: one.source,
-                    variance: one.variance,
-                    by,
-                }),
-            }
-        }
-        own
-    }
-
-    /// Covariance of the clocks' offsets by what is wrong for good.
+    /// Covariance of the clock offsets by constant errors.
     pub(crate) fn clock_bias_covariance(&self) -> Own {
-        let acting = self.considered.iter().flat_map(|all| &all.sources);
+        let sources = self.considered.iter().flat_map(|all| &all.sources);
         let caused = |one: &ConsiderState| {
             let of_clocks = one.of_clocks.as_deref()?;
             Some(of_clocks * Matrix6::from_diagonal(&one.variance) * of_clocks.transpose())
         };
-        acting.filter_map(caused).sum()
+        sources.filter_map(caused).sum()
     }
 
-    /// Covariance of the configuration by what is wrong for good.
-    pub fn bias_covariance_of<const D: usize>(&self) -> SMatrix<f64, D, D> {
+    /// Covariance of the configuration by constant errors.
+    pub fn bias_covariance<const D: usize>(&self) -> SMatrix<f64, D, D> {
         let considered = self.considered.as_ref();
         considered.map_or_else(SMatrix::zeros, |considered| considered.covariance())
     }

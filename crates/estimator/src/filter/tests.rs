@@ -13,9 +13,9 @@ use crate::filter::state::ObjectState;
 use crate::filter::update::update;
 use crate::kinematics::configuration::Configuration;
 use crate::measurement::corners::{CalibratedCamera, TagView, WeightedView};
-use crate::measurement::edge_modes::{EdgeModes, Matrix8, NoiseFactors};
 use crate::measurement::rolling_shutter::LinkMotion;
 use crate::measurement::view_equations::NoiseSource;
+use crate::measurement::whitening::{Matrix8, Whitening};
 use crate::{ClockOffset, TagCorners, TagId};
 
 fn camera() -> CalibratedCamera {
@@ -65,7 +65,7 @@ fn view(camera: &CalibratedCamera, object_from_tag: Pose, off: [Vector2<f64>; 4]
         },
         distortion_bias: None,
         information: [covariance.try_inverse().unwrap(); 4],
-        edges: EdgeModes::new(&corners_in_image, &of_all(&covariance)).unwrap(),
+        whitening: Whitening::new(&of_all(&covariance)).unwrap(),
         is_joint: false,
         noise_source: NoiseSource::Detector,
         tag_sigma: None,
@@ -83,19 +83,7 @@ fn of_all(covariance: &Matrix2<f64>) -> Matrix8 {
 }
 
 fn weighted<'a>(camera: &'a CalibratedCamera, view: &'a TagView) -> WeightedView<'a> {
-    WeightedView::new(
-        0,
-        camera,
-        view,
-        (
-            NoiseFactors {
-                shift: 0.7,
-                turn: 1.3,
-            },
-            0.0,
-        ),
-        None,
-    )
+    WeightedView::new(0, camera, view, (1.3, 0.0), None)
 }
 
 fn by(camera_index: usize) -> ObservationTime {

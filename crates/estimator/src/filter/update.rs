@@ -6,26 +6,24 @@
 //! P⁺ = P - Mᵀ C⁻ᵀ (I - B⁻¹) C⁻¹ M with B = I + Cᵀ L C. B's eigenvalues are at least one, so the form holds for vague and
 //! for sharp priors alike.
 
-use nalgebra::{Cholesky, Const, Matrix6, SMatrix, Vector3};
+use nalgebra::{Cholesky, Const, SMatrix, Vector3};
 use sextant_geometry::{se3, so3};
 
 use crate::filter::covariance::{CrossCovariance, symmetric};
-use crate::filter::least_squares::{Fit, Prior};
+use crate::filter::least_squares::Fit;
 use crate::filter::observed_configuration::{ObservationTime, ObservedConfiguration};
 use crate::filter::process_noise::Innovation;
 use crate::filter::state::ObjectState;
 use crate::kinematics::configuration::joint_places;
-use crate::measurement::biases::BiasJacobian;
-use crate::measurement::corners::WeightedView;
 
 type Factor<const D: usize> = Cholesky<f64, Const<D>>;
 
-/// A state that has taken a fit in.
+/// A state updated by a fit.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Updated<const D: usize> {
     pub state: ObjectState,
-    /// ln det(I + S L): how much the corners narrowed the prior; its half is the Occam factor of the evidence.
-    pub narrowing: f64,
+    /// ln det(I + S L): the reduction of the prior by the corners; half of it is the Occam factor of the evidence.
+    pub log_shrinkage: f64,
     /// M.
     with: CrossCovariance<D>,
     /// (I + S L)⁻¹.
@@ -33,8 +31,7 @@ pub(crate) struct Updated<const D: usize> {
 }
 
 impl<const D: usize> Updated<D> {
-    /// By how much the parts of the state follow a gradient of the corners: (I + S L)⁻¹ M, transposed. That is H P⁺ where S is no
-    /// more than H P Hᵀ.
+    /// Gain: (I + S L)⁻¹ M, transposed, which is H P⁺ where S is no more than H P Hᵀ.
     pub fn gain(&self) -> CrossCovariance<D> {
         let mut gain = CrossCovariance {
             motion: self.left * self.with.motion,
@@ -51,13 +48,13 @@ impl<const D: usize> Updated<D> {
     }
 }
 
-/// The state after the fit to what the camera saw; `None` where numbers end.
+/// The state after the fit to the configuration that the camera saw; `None` where numbers end.
 pub(crate) fn update<const D: usize>(
     before: &ObjectState,
-    vantage: ObservationTime,
+    observation_time: ObservationTime,
     fit: &Fit<D>,
 ) -> Option<Updated<D>> {
-    let expected = before.observed_from::<D>(vantage);
+    let expected = before.observed_from::<D>(observation_time);
     let off = fit.configuration.difference::<D>(&expected.configuration);
     let pull = Factor::<D>::new(expected.covariance)?.solve(&off);
     let step = expected.with.motion.transpose() * pull;
@@ -65,28 +62,28 @@ pub(crate) fn update<const D: usize>(
     state.pose = se3::perturb(&before.pose, &step.fixed_rows::<6>(0).into_owned());
     state.twist += step.fixed_rows::<6>(6);
     if let Some(clocks) = &mut state.clocks {
-        clocks.record(vantage.camera_index);
+        clocks.record(observation_time.camera_index);
         clocks.shift(&(expected.with.clocks.transpose() * pull));
     }
     if let Some(joints) = &mut state.joints {
         joints.shift(&(expected.with.joints.transpose() * pull));
     }
     reset(&mut state, &step.fixed_rows::<3>(3).into_owned());
-    let expected = state.observed_from(vantage);
-    let narrowed = update_covariance(&mut state, &expected, &fit.information)?;
+    let expected = state.observed_from(observation_time);
+    let shrunk = update_covariance(&mut state, &expected, &fit.information)?;
     let innovation = Innovation {
         pull,
-        weight: narrowed.weight,
-        information: narrowed.information,
+        weight: shrunk.weight,
+        information: shrunk.information,
     };
-    state.information_gain = 1.0 - narrowed.left.trace() / D as f64;
+    state.information_gain = 1.0 - shrunk.left.trace() / D as f64;
     state.motion.learn(&innovation);
     learn_joints(&mut state, &innovation);
     state.is_finite().then_some(Updated {
         state,
-        narrowing: narrowed.narrowing,
+        log_shrinkage: shrunk.log_shrinkage,
         with: expected.with,
-        left: narrowed.left,
+        left: shrunk.left,
     })
 }
 
@@ -123,16 +120,16 @@ fn reset(state: &mut ObjectState, turn: &Vector3<f64>) {
     }
 }
 
-/// What became of the prediction.
+/// Result of a covariance update.
 struct CovarianceUpdate<const D: usize> {
-    narrowing: f64,
+    log_shrinkage: f64,
     /// Inverses of the innovation's covariance and of the prediction's.
     weight: SMatrix<f64, D, D>,
     information: SMatrix<f64, D, D>,
     left: SMatrix<f64, D, D>,
 }
 
-/// Takes the information in.
+/// Updates the covariance with the information of the corners.
 fn update_covariance<const D: usize>(
     state: &mut ObjectState,
     expected: &ObservedConfiguration<D>,
@@ -142,13 +139,13 @@ fn update_covariance<const D: usize>(
     let c = Factor::<D>::new(expected.covariance)?.unpack();
     let b = Factor::<D>::new(symmetric(&(identity + c.transpose() * information * c)))?;
     let left = b.inverse();
-    let taken = identity - left;
+    let gained = identity - left;
     let motion = c.solve_lower_triangular(&expected.with.motion)?;
-    let by_motion = taken * motion;
+    let by_motion = gained * motion;
     state.covariance = symmetric(&(state.covariance - motion.transpose() * by_motion));
     if let Some(joints) = &mut state.joints {
         let own = c.solve_lower_triangular(&expected.with.joints)?;
-        let by_own = taken * own;
+        let by_own = gained * own;
         joints.cross -= by_motion.transpose() * own;
         joints.own = symmetric(&(joints.own - own.transpose() * by_own));
         if state.clocks.is_some() {
@@ -159,44 +156,16 @@ fn update_covariance<const D: usize>(
     if let Some(clocks) = &mut state.clocks {
         let own = c.solve_lower_triangular(&expected.with.clocks)?;
         clocks.cross -= by_motion.transpose() * own;
-        clocks.update_covariance(&(own.transpose() * taken * own));
+        clocks.update_covariance(&(own.transpose() * gained * own));
     }
     let logarithms = (0..D).map(|place| b.l_dirty()[(place, place)].ln());
-    let narrowing = 2.0 * logarithms.sum::<f64>();
+    let log_shrinkage = 2.0 * logarithms.sum::<f64>();
     let whitened = c.solve_lower_triangular(&identity)?;
-    let weight = whitened.transpose() * taken * whitened;
+    let weight = whitened.transpose() * gained * whitened;
     Some(CovarianceUpdate {
-        narrowing,
+        log_shrinkage,
         weight,
         information: whitened.transpose() * whitened,
         left: c * left * whitened,
     })
-}
-
-/// Squared sigmas within which a pose of six numbers is what errors as stated make of it: 95 of 100 are.
-const AS_STATED: f64 = 12.6;
-
-/// By how much a fit surprises the state: its squared Mahalanobis distance from what was expected, with what errors that last may make
-/// of either where that explains it. The view is one of those that were fitted; of several cameras' all share what the first one's
-/// error may be.
-pub(crate) fn nis<const D: usize>(
-    before: &ObjectState,
-    expected: &Prior<D>,
-    fit: &Fit<D>,
-    weighted: &WeightedView<'_>,
-) -> f64 {
-    let own = weighted.displacing(&fit.configuration.pose);
-    let own = own.filter(|one| one.of_camera().is_some()).collect();
-    let displacing = before.displacing::<6>(weighted.camera_index, None, own);
-    let lasting: Matrix6<f64> = displacing.iter().map(BiasJacobian::covariance).sum();
-    let apart = || {
-        let mut covariance = expected.information.try_inverse()?;
-        let mut of_pose = covariance.fixed_view_mut::<6, 6>(0, 0);
-        of_pose += lasting;
-        let off = fit.configuration.difference::<D>(&expected.configuration);
-        let factor = Cholesky::<f64, Const<D>>::new(covariance)?;
-        Some(off.dot(&factor.solve(&off)))
-    };
-    let apart = apart().filter(|apart| *apart < AS_STATED);
-    apart.unwrap_or(fit.nis)
 }

@@ -1,16 +1,12 @@
-//! Self-calibration beside the trackers: instants go to it, its corrections go into the site and into what is known of the objects.
+//! Self-calibration beside the trackers: offers it instants, and applies its corrections to the site.
 
 use std::collections::BTreeMap;
 
+use crate::ObjectEstimate;
 use crate::fusion::Fusion;
-use crate::self_calibration::keyframes::{Keyframe, KeyframeView, RelativeMotion};
-use crate::site::{ObjectImage, Site};
+use crate::self_calibration::keyframe_builder::{KeyframeBuilder, TOGETHER_NS};
+use crate::site::ObjectImage;
 use crate::tracker::timeline::Timeline;
-use crate::tracker::track::Track;
-use crate::{FusionOptions, ObjectEstimate};
-
-/// Images no further apart than this, ns, make one keyframe: less than a period of most cameras.
-const TOGETHER_NS: u64 = 25_000_000;
 
 impl Fusion {
     /// Offers the newest instant of an object that has only just appeared, so that even its first poses are corrected.
@@ -22,10 +18,11 @@ impl Fusion {
         }
     }
 
-    /// Offers the instants before a time; takes the corrections over where there are any.
+    /// Offers the instants before a time, and applies the corrections where there are any.
     pub(crate) fn self_calibrate(&mut self, before_ns: u64) {
         // What may be a fault is no imperfection: it is named before it is learned.
-        let is_suspect = self.health.is_alert() && !self.self_calibration.is_young();
+        let is_suspect =
+            self.diagnosis.is_alert(&self.options) && !self.self_calibration.is_young();
         if self.site.is_exact() || is_suspect {
             return;
         }
@@ -35,13 +32,13 @@ impl Fusion {
         }
         if let Some(corrections) = self.self_calibration.adjust(&self.site) {
             self.site.correct(&corrections);
-            self.health.reset();
+            self.diagnosis.reset();
             for (object, timeline) in self.timelines.iter_mut().enumerate() {
                 let newest = self.self_calibration.newest(object);
                 let moved = newest.map(|newest| (newest.before, newest.pose));
                 timeline.remodel(moved, &self.site, &self.options);
             }
-            self.self_calibration.settle();
+            self.self_calibration.mark_applied();
         }
     }
 
@@ -54,7 +51,14 @@ impl Fusion {
                 offered_ns = Some(track.time_ns);
             }
             let images = with_newest_of_others(timeline, track.time_ns, images);
-            for keyframe in keyframes(object, (track, &images), &self.site, &self.options) {
+            let builder = KeyframeBuilder {
+                object,
+                track,
+                images: &images,
+                site: &self.site,
+                options: &self.options,
+            };
+            for keyframe in builder.for_calibration() {
                 self.self_calibration.offer(keyframe, &self.site);
             }
         }
@@ -91,54 +95,4 @@ fn with_newest_of_others<'a>(
     newest.retain(|camera, _| !images.iter().any(|image| image.camera_index == *camera));
     images.extend(newest.into_values());
     images
-}
-
-/// An instant as self-calibration takes it, a keyframe for each rigid body: the object, or each of its links. None of what cannot tell
-/// anything.
-fn keyframes(
-    object: usize,
-    (track, images): (&Track, &[&ObjectImage]),
-    site: &Site,
-    options: &FusionOptions,
-) -> Vec<Keyframe> {
-    let Some(motion) = track.for_calibration() else {
-        return Vec::new();
-    };
-    let mut bodies: BTreeMap<usize, Keyframe> = BTreeMap::new();
-    for image in images {
-        for view in &image.views {
-            let way = motion.between([images[0], image], view, options);
-            let way = way.map(|(step, covariance)| RelativeMotion { step, covariance });
-            if way.as_ref().is_some_and(RelativeMotion::is_vague) {
-                continue;
-            }
-            let Some(whitened) = site.for_calibration(view, options) else {
-                continue;
-            };
-            let link = view
-                .chain_link
-                .as_ref()
-                .map_or(0, |chain_link| chain_link.link);
-            let keyframe = bodies.entry(link).or_insert_with(|| {
-                let pose = motion.pose(view);
-                Keyframe {
-                    object,
-                    link,
-                    time_ns: track.time_ns,
-                    pose,
-                    before: pose,
-                    views: Vec::new(),
-                }
-            });
-            keyframe.views.push(KeyframeView {
-                camera_index: image.camera_index,
-                view: whitened,
-                distortion_share: motion.distortion_share(image.camera_index),
-                twist: view.after_s.map(|_| motion.twist(view)),
-                way,
-            });
-        }
-    }
-    let bodies = bodies.into_values();
-    bodies.filter(|body| body.views.len() > 1).collect()
 }

@@ -1,4 +1,4 @@
-//! The faults by the names that people know.
+//! Faults with the ids of cameras, objects and tags.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -8,33 +8,32 @@ use crate::fault::Fault;
 use crate::site::Site;
 use crate::{CameraId, ClockOffset};
 
-/// Seconds of clock offset that are worth a word: 1 mm at 1 m/s is not seen, 2 mm is.
+/// Clock offset that is worth naming, s: 2 mm at 1 m/s.
 const OFF_S: f64 = 0.002;
-/// Sigmas by which an offset must be known.
+/// Standard deviations by which an offset must differ from zero.
 const SURE: f64 = 10.0;
 
-/// Whether a clock's offset is worth a word.
+/// Whether a clock offset is worth naming.
 pub(crate) fn is_off(clock: &ClockOffset) -> bool {
     clock.offset_s.abs() > OFF_S.max(SURE * clock.sigma_s)
 }
 
-/// All faults: cameras, tags, clocks, twins, each in order of name. What looks like a moved camera or tag waits while it may
-/// yet be a clock, for which arrivals that have changed speak, too.
+/// All faults: cameras, tags, clocks, duplicates, each in order of name. A moved camera is not named while its clock may be the cause.
 pub(crate) fn all(
     site: &Site,
-    health: &Diagnosis,
+    diagnosis: &Diagnosis,
     clocks: &BTreeMap<CameraId, ClockOffset>,
     search: &OffsetSearch,
     now_ns: u64,
 ) -> Vec<Fault> {
     let is_sure = !search.is_young(now_ns);
     let camera = |index: usize| site.camera_id(index);
-    let is_timely = |one: &MovedCamera| one.timely && !search.is_out_of_step(one.camera);
-    let moved = health.moved_cameras();
+    let is_timely = |one: &MovedCamera| one.is_timely && !search.is_out_of_step(one.camera);
+    let moved = diagnosis.moved_cameras();
     let moved = moved.filter(|one| is_sure || is_timely(one));
     let moved = moved.filter_map(|one| {
-        let one_of = |other: usize| Some((one.camera.min(other), one.camera.max(other)));
-        Some(match one.or.and_then(one_of) {
+        let pair_with = |other: usize| Some((one.camera.min(other), one.camera.max(other)));
+        Some(match one.or.and_then(pair_with) {
             None => Fault::CameraMoved {
                 camera: camera(one.camera)?,
             },
@@ -44,21 +43,21 @@ pub(crate) fn all(
             },
         })
     });
-    let wrong = health.wrong_tags().filter_map(|(object, tag, ratio)| {
-        let object = site.objects().get(object)?.clone();
+    let wrong = diagnosis.wrong_tags().filter_map(|(tag, ratio)| {
+        let object = site.object_of(&tag)?.clone();
         Some(match ratio {
             Some(ratio) => Fault::TagSize { object, tag, ratio },
             None => Fault::TagMisplaced { object, tag },
         })
     });
-    let misplaced_tags = health.misplaced_tags().filter_map(|(object, tag, on)| {
+    let misplaced_tags = diagnosis.misplaced_tags().filter_map(|(object, tag, on)| {
         Some(Fault::TagElsewhere {
             object: site.objects().get(object)?.clone(),
             tag,
             on: on.and_then(|on| site.objects().get(on).cloned()),
         })
     });
-    let duplicate_tags = health.duplicate_tags().filter_map(|(index, tag)| {
+    let duplicate_tags = diagnosis.duplicate_tags().filter_map(|(index, tag)| {
         Some(Fault::DuplicateTag {
             camera: camera(index)?,
             tag,
@@ -66,31 +65,32 @@ pub(crate) fn all(
     });
     let tags = wrong.chain(misplaced_tags);
     let mut all: Vec<Fault> = moved.chain(tags).collect();
-    all.extend(of_clocks(site, health, clocks, search, now_ns));
+    all.extend(of_clocks(site, diagnosis, clocks, search, now_ns));
     all.extend(duplicate_tags);
     all
 }
 
-/// Clocks that are steadily off, then cameras whose images are of no use for their age.
+/// Clocks that are steadily off, then cameras whose images are rejected for their age.
 fn of_clocks(
     site: &Site,
-    health: &Diagnosis,
+    diagnosis: &Diagnosis,
     clocks: &BTreeMap<CameraId, ClockOffset>,
     search: &OffsetSearch,
     now_ns: u64,
 ) -> Vec<Fault> {
     let is_sure = !search.is_young(now_ns);
     let camera = |index: usize| site.camera_id(index);
-    // Offsets are allowed for: a camera that contradicts all the same has another fault.
-    let contradicted = health.contradicted_cameras();
-    let moved_ones = health.moved_cameras().map(|one| one.camera);
-    let wrong_ones: BTreeSet<usize> = contradicted.chain(moved_ones).collect();
-    let long_off = search.long_off(now_ns);
-    let long_off = long_off.filter(|index| is_sure && !wrong_ones.contains(index));
+    // Poses allow for offsets: a camera that contradicts all the same has another fault, and a camera that is moved spoils the offsets of
+    // all others.
+    let contradicting: BTreeSet<usize> = diagnosis.contradicting_cameras().collect();
+    let is_spoilt = diagnosis.moved_cameras().next().is_some();
+    let steadily_off = search.steadily_off(now_ns);
+    let steadily_off =
+        steadily_off.filter(|index| is_sure && !is_spoilt && !contradicting.contains(index));
     let steady: BTreeSet<CameraId> = search
         .offsets()
         .map(|(index, _)| index)
-        .chain(long_off)
+        .chain(steadily_off)
         .filter_map(camera)
         .collect();
     let off = clocks

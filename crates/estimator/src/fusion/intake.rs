@@ -1,11 +1,11 @@
-//! The door: which images are taken in, and the counts of those that are not.
+//! Admission of images, and counts of those that are rejected.
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use crate::site::{AssociatedImage, Site};
 use crate::{CameraId, CameraStatistics, FusionOptions, ImageObservation, Statistics};
 
-/// Checks images against what came before, and counts.
+/// Checks images against earlier ones, and counts.
 #[derive(Debug)]
 pub(crate) struct ImageIntake {
     statistics: Statistics,
@@ -59,8 +59,8 @@ impl ImageIntake {
         }
     }
 
-    /// Whether an image was under way when the clock was set: for a window after that, stamps that don't lie between the step and the
-    /// present are taken to be by the former clock. Such images are counted.
+    /// Whether an image was under way when the clock was set. For a window after that, timestamps that do not lie between the step and the
+    /// present are by the former clock. Counts such images.
     pub fn is_from_before_step(
         &mut self,
         now_ns: u64,
@@ -76,7 +76,7 @@ impl ImageIntake {
         is_before
     }
 
-    /// The image sorted by objects, if it is to be taken in.
+    /// The views of an image by object, if it is admitted.
     pub fn admit(
         &mut self,
         now_ns: u64,
@@ -132,7 +132,7 @@ impl ImageIntake {
         Some(())
     }
 
-    /// An image whose stamp is too far from the present, or in doubt.
+    /// Counts an image whose timestamp is too far from the present, or in doubt.
     pub fn count_untimely(&mut self, image: &ImageObservation, now_ns: u64) {
         let counts = self.counts(&image.camera);
         if image.capture_ns > now_ns {

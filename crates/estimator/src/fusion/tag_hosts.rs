@@ -1,20 +1,17 @@
-//! What is there where a tag is seen that is not where its object has it.
+//! Objects at the places of tags that are far from where their own object has them.
 
 use crate::ObjectModel;
+use crate::diagnosis::misplaced_tags::SeenOn;
 use crate::fusion::Fusion;
 use crate::measurement::ray::Ray;
-use crate::tracker::finalised_views::SeenOn;
-use crate::tracker::timeline::FinalisedInstant;
+use crate::tracker::finalised_views::FinalisedView;
 
 impl Fusion {
-    /// Notes on which other object the far-off tags of an instant are.
-    pub(crate) fn find_hosts(&self, object: usize, instant: &mut FinalisedInstant) {
-        for view in &mut instant.views {
-            let host = |ray: Ray| self.object_on(&ray, object, instant.time_ns);
-            view.elsewhere = view
-                .ray
-                .map(|ray| host(ray).map_or(SeenOn::Nowhere, SeenOn::On));
-        }
+    /// What is where a view shows a tag far from its place; `None` where it is near.
+    pub(crate) fn host(&self, object: usize, time_ns: u64, view: &FinalisedView) -> Option<SeenOn> {
+        let on = |ray: Ray| self.object_on(&ray, object, time_ns);
+        view.ray
+            .map(|ray| on(ray).map_or(SeenOn::Nowhere, SeenOn::On))
     }
 
     /// The object that a ray goes through at a time, other than one.

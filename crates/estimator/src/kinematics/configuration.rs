@@ -1,8 +1,7 @@
-//! Where an object and its joints are, and how fast they move.
+//! Configuration: pose of the reference link, joint values and their rates.
 //!
-//! Small matrices over a configuration have the size D: 6 for the root and a place for each joint; places that no joint
-//! takes have variance one and hang together with nothing. Where shutters roll, the rates follow in as many places again:
-//! 12 for a rigid object, 28 for one with joints.
+//! Matrices over a configuration have the size D: 6 for the pose and a place for each joint. Unused places have variance one and are
+//! uncorrelated. Where shutters roll, the rates follow in as many places again: 12 for a rigid object, 28 for one with joints.
 
 use nalgebra::{SVector, Vector6};
 use sextant_geometry::{Pose, se3};

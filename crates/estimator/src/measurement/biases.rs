@@ -1,4 +1,4 @@
-//! How errors that last displace a view's corners: those of its camera's pose, of its lens and of its tag's place.
+//! Jacobians of constant errors: how errors of camera pose, lens and tag pose displace the corners of a view.
 
 use nalgebra::{Matrix6, SMatrix, Vector3, Vector6};
 use sextant_geometry::Pose;
@@ -6,10 +6,10 @@ use sextant_geometry::Pose;
 use crate::TagId;
 use crate::kinematics::configuration::Configuration;
 use crate::measurement::corners::WeightedView;
-use crate::measurement::edge_modes::product;
 use crate::measurement::view_equations::ViewEquations;
+use crate::measurement::whitening::product;
 
-/// What may be wrong.
+/// Source of a constant error.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum BiasSource {
     /// The pose of the camera of that index.
@@ -20,16 +20,16 @@ pub(crate) enum BiasSource {
     Tag(TagId),
 }
 
-/// What the corners that a source displaces said in an update.
+/// Gradient of the corners by the error of a source in an update.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct BiasGradient<const D: usize> {
     pub source: BiasSource,
     pub variance: Vector6<f64>,
-    /// J^T W dr/de about what was seen; of the rates nothing, which the few milliseconds of an image hardly matter for.
+    /// J^T W dr/de about the observed configuration; zero for the rates, which the few milliseconds of an image hardly affect.
     pub pull: SMatrix<f64, D, 6>,
 }
 
-/// What an error of a source does to a link's pose as a view shows it.
+/// Derivative of the pose of a link, as a view shows it, by the error of a source.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct BiasJacobian {
     pub source: BiasSource,
@@ -38,7 +38,7 @@ pub(crate) struct BiasJacobian {
 }
 
 impl BiasGradient<6> {
-    /// About the configuration by which a link's pose changes so; `None` where it is the object's.
+    /// About the configuration, given the Jacobian of the link; `None` where the link is the object.
     pub fn about<const D: usize>(&self, link: Option<&SMatrix<f64, 6, D>>) -> BiasGradient<D> {
         let mut pull = SMatrix::<f64, D, 6>::zeros();
         match link {
@@ -63,32 +63,21 @@ impl<const D: usize> BiasGradient<D> {
     }
 }
 
-impl BiasJacobian {
-    /// The camera whose pose's error it is.
-    pub fn of_camera(&self) -> Option<usize> {
-        match self.source {
-            BiasSource::Camera(camera) => Some(camera),
-            _ => None,
-        }
-    }
-
-    /// Covariance of the displacement.
-    pub fn covariance(&self) -> Matrix6<f64> {
-        self.by * Matrix6::from_diagonal(&self.variance) * self.by.transpose()
-    }
-}
-
 impl WeightedView<'_> {
-    /// What errors that last have contributed to this view, about the pose of the tag's link; `normal` is the view's there.
-    pub fn lasting(&self, seen: &Configuration, normal: &ViewEquations) -> Vec<BiasGradient<6>> {
+    /// Gradients of constant errors by this view, about the pose of its link; `normal` is the view linearised there.
+    pub fn bias_gradients(
+        &self,
+        seen: &Configuration,
+        normal: &ViewEquations,
+    ) -> Vec<BiasGradient<6>> {
         let world_from_link = self.view.world_from_link(seen);
-        let displacing = self.displacing(&world_from_link);
+        let bias_jacobians = self.bias_jacobians(&world_from_link);
         let part = |one: BiasJacobian| BiasGradient {
             source: one.source,
             variance: one.variance,
             pull: normal.information * one.by,
         };
-        let mut parts: Vec<_> = displacing.map(part).collect();
+        let mut parts: Vec<_> = bias_jacobians.map(part).collect();
         let of_lens = self
             .camera
             .lens_sigma
@@ -101,8 +90,8 @@ impl WeightedView<'_> {
         parts
     }
 
-    /// What errors of its camera's pose and of its tag's place do to the link's pose as this view shows it.
-    pub fn displacing(&self, world_from_link: &Pose) -> impl Iterator<Item = BiasJacobian> {
+    /// Derivatives of the pose of the link, as this view shows it, by errors of camera pose and tag pose.
+    pub fn bias_jacobians(&self, world_from_link: &Pose) -> impl Iterator<Item = BiasJacobian> {
         let of_camera = self.camera.sigma.map(|sigma| BiasJacobian {
             source: BiasSource::Camera(self.camera_index),
             variance: sigma.variance(),
@@ -127,7 +116,7 @@ impl WeightedView<'_> {
                 by_lens[2 * corner + axis] = [displaced[(axis, 0)], displaced[(axis, 1)]];
             }
         }
-        let by_lens = self.view.edges.whitened(&by_lens, self.noise);
+        let by_lens = self.view.whitening.whitened(&by_lens, self.noise);
         // The view's weight is in its information.
         let squares = linear.rows.iter().flat_map(|row| &row[..6]);
         let plain: f64 = squares.map(|slope| slope * slope).sum();

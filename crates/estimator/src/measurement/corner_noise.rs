@@ -1,9 +1,9 @@
-//! The noise of a tag's corners before anything is learned of it: as its detector states it, or the usual one.
+//! Covariance of the corners of a view: as its detector reports it, or the configured default.
 
 use nalgebra::{Matrix2, Point2};
 
-use crate::measurement::edge_modes::{EdgeModes, Matrix8};
 use crate::measurement::view_equations::NoiseSource;
+use crate::measurement::whitening::{Matrix8, Whitening};
 use crate::{FusionOptions, TagCorners};
 
 /// Area in px² of a tag with the usual noise.
@@ -11,25 +11,30 @@ const USUAL_AREA: f64 = 400.0;
 /// Smallest and largest tag, against that area, to which the noise follows.
 const USUAL_BOUNDS: (f64, f64) = (0.1, 10.0);
 
+/// Area of a tag that is none, px².
+const LEAST_AREA: f64 = 1e-12;
+
 /// Of the corners of one view.
 pub(crate) struct CornerNoise {
-    /// Who says so.
+    /// Source of the covariance.
     pub source: NoiseSource,
     /// Of each corner by itself, 1/px².
     pub information: [Matrix2<f64>; 4],
-    /// Of all corners together.
-    pub edges: EdgeModes,
-    /// Whether it is stated how their errors hang together; else they are independent.
+    /// Whitens the residuals of all corners.
+    pub whitening: Whitening,
+    /// Whether the correlations between corners are reported; else the corners are independent.
     pub is_joint: bool,
 }
 
 impl CornerNoise {
-    /// As stated, what is said of pairs only where it is the covariance of something; the usual noise where nothing or nonsense is
-    /// stated. The floor and `misplaced`, in px², come on top. `None` where the corners enclose nothing.
+    /// As reported, with correlations only where they form a covariance; the default noise where nothing usable is reported. The floor and
+    /// `misplaced`, px², are added. `None` where the corners enclose no area.
     pub fn of(seen: &TagCorners, misplaced: f64, options: &FusionOptions) -> Option<Self> {
         let floor = options.corner_floor_px.powi(2);
         let widened = |noise: Matrix8| noise + of_all(floor) + of_all(misplaced);
-        let modes = |noise: &Matrix8| EdgeModes::new(&seen.corners, noise);
+        if area_px2(&seen.corners) < LEAST_AREA {
+            return None;
+        }
         let stated = seen.own_covariance();
         let is_sensible = |own: &Matrix2<f64>| own.trace() > 0.0 && own.determinant() > 0.0;
         let (source, own) = if corners_of(&stated).iter().all(is_sensible) {
@@ -41,34 +46,34 @@ impl CornerNoise {
         let own = widened(own);
         let joint = (source == NoiseSource::Detector && seen.is_joint())
             .then(|| widened(seen.covariance()))
-            .and_then(|joint| modes(&joint));
+            .and_then(|joint| Whitening::new(&joint));
         let is_joint = joint.is_some();
         Some(Self {
             source,
             information: corners_of(&own).map(|own| own.try_inverse().unwrap_or_default()),
-            edges: joint.or_else(|| modes(&own))?,
+            whitening: joint.or_else(|| Whitening::new(&own))?,
             is_joint,
         })
     }
 }
 
-/// Of x and y of each corner in turn, all alike and independent.
+/// Covariance of all corners with independent coordinates of one variance.
 fn of_all(variance: f64) -> Matrix8 {
     Matrix8::from_diagonal_element(variance)
 }
 
-/// What is said of each corner by itself.
+/// Covariance of each corner.
 fn corners_of(noise: &Matrix8) -> [Matrix2<f64>; 4] {
     [0, 2, 4, 6].map(|x| noise.fixed_view::<2, 2>(x, x).into_owned())
 }
 
-/// The usual noise of a tag's corners in px²: the larger the tag, the more pixels its corners are made from.
+/// Default variance of the corners of a tag, px²: the larger the tag, the more pixels make its corners.
 fn usual_variance(corners: &[Point2<f64>; 4], options: &FusionOptions) -> f64 {
     let relative = (area_px2(corners) / USUAL_AREA).clamp(USUAL_BOUNDS.0, USUAL_BOUNDS.1);
     options.corner_sigma_px.powi(2) * relative.powf(-0.5)
 }
 
-/// What the corners enclose.
+/// Area within the corners, px².
 pub(crate) fn area_px2([a, b, c, d]: &[Point2<f64>; 4]) -> f64 {
     0.5 * (c - a).perp(&(d - b)).abs()
 }

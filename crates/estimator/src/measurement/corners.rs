@@ -8,10 +8,10 @@ use sextant_geometry::{Lens, Pose, tag_corners_in_tag};
 
 use crate::kinematics::chain::ChainLink;
 use crate::kinematics::configuration::Configuration;
-use crate::measurement::edge_modes::{EdgeModes, NoiseFactors, PoseRows, Rows, Slopes, product};
 use crate::measurement::ray::Ray;
 use crate::measurement::rolling_shutter::{LinkMotion, RollingShutter, RowPose};
 use crate::measurement::view_equations::{NoiseSource, ViewEquations, robust};
+use crate::measurement::whitening::{PoseRows, Rows, Slopes, Whitening, product};
 use crate::{ClockOffset, LensSigma, ObjectTag, PoseSigma, TagCorners, TagId};
 
 /// Twice the cost of a view that can't be seen from the pose: as bad as a view can be.
@@ -22,9 +22,9 @@ pub(crate) const UNSEEN: f64 = 1e3;
 pub(crate) struct CalibratedCamera {
     pub lens: Lens,
     pub camera_from_world: Pose,
-    /// How well its pose is known, where that is stated.
+    /// Standard deviation of its pose; `None` where it is exact.
     pub sigma: Option<PoseSigma>,
-    /// How well its lens is known, where that is stated.
+    /// Standard deviation of its lens; `None` where it is exact.
     pub lens_sigma: Option<LensSigma>,
     /// Pixels from the lens's centre to the image's corners, as the lens's sigma means them.
     pub reach_px: f64,
@@ -74,19 +74,17 @@ impl CalibratedCamera {
         })
     }
 
-    /// How a view's residuals go with the corners' distances from the tag's centre: sums over the corners of residual times
-    /// distance, distance squared and residual squared, px². Seen minus expected is minus (ratio - 1) times the distance.
-    pub fn size_of(
+    /// Ratio of the corners' residuals to their distances from the tag's centre, root mean squares.
+    pub fn relative_residual(
         &self,
         view: &TagView,
         distortion_share: f64,
         at: &Configuration,
-    ) -> Option<[f64; 3]> {
+    ) -> Option<f64> {
         let link = view.moving(at);
         let centre = Point3::from(view.object_from_tag.translation.vector);
-        let mut sums = [0.0; 3];
+        let (mut residual, mut distance) = (0.0, 0.0);
         for index in 0..4 {
-            let seen = view.corner(index, distortion_share);
             let passage = view.passage(index, &link);
             let world_from_link = passage.map_or(link.pose, |passage| passage.pose);
             let project = |point: &Point3<f64>| {
@@ -94,12 +92,10 @@ impl CalibratedCamera {
                 self.lens.project(&(self.camera_from_world * in_world))
             };
             let expected = project(&view.corners_in_object[index])?;
-            let (residual, distance) = (expected - seen, expected - project(&centre)?);
-            sums[0] += residual.dot(&distance);
-            sums[1] += distance.norm_squared();
-            sums[2] += residual.norm_squared();
+            residual += (expected - view.corner(index, distortion_share)).norm_squared();
+            distance += (expected - project(&centre)?).norm_squared();
         }
-        Some(sums)
+        Some((residual / distance).sqrt())
     }
 }
 
@@ -144,18 +140,18 @@ pub(crate) struct TagView {
     pub corners_in_image: [Point2<f64>; 4],
     /// The same with the covariance that the detector gives.
     pub seen: TagCorners,
-    /// What a bending lens adds to them where they are found by a homography, in pixels.
+    /// Distortion bias of the corners where a homography finds them, px; `None` where the lens bends no lines.
     pub distortion_bias: Option<[Vector2<f64>; 4]>,
-    /// Inverse of each corner's covariance as stated, 1/px².
+    /// Inverse of the reported covariance of each corner, 1/px².
     pub information: [Matrix2<f64>; 4],
-    /// How the corners' errors hang together.
-    pub edges: EdgeModes,
-    /// Whether that is stated.
+    /// Makes the residuals of the corners independent.
+    pub whitening: Whitening,
+    /// Whether the detector reports correlations between corners.
     pub is_joint: bool,
     pub noise_source: NoiseSource,
-    /// How well the tag's place is known, where that is stated.
+    /// Standard deviation of the pose of the tag on its object; `None` where it is exact.
     pub tag_sigma: Option<PoseSigma>,
-    /// Seconds by which each corner was taken after the capture time, where the shutter rolls.
+    /// Time of the row of each corner after the capture time, s, where the shutter rolls.
     pub after_s: Option<[f64; 4]>,
 }
 
@@ -171,7 +167,7 @@ impl TagView {
             tag_corners_in_tag(tag.size_m).map(|corner| object_from_tag * corner);
     }
 
-    /// Where the lens shows a corner, if the corners have so much of what a bending lens adds.
+    /// A corner as seen, less a share of the distortion bias, px.
     #[inline(always)]
     pub fn corner(&self, corner: usize, distortion_share: f64) -> Point2<f64> {
         let seen = self.corners_in_image[corner];
@@ -230,13 +226,11 @@ pub(crate) struct WeightedView<'a> {
     pub camera_index: usize,
     pub camera: &'a CalibratedCamera,
     pub view: &'a TagView,
-    /// Of its noise against what is stated.
-    pub noise: NoiseFactors,
-    /// How much of the bow its corners have.
+    /// Factor on the variance of its corners as reported or configured.
+    pub noise: f64,
+    /// Share of the distortion bias in its corners.
     pub distortion_share: f64,
-    /// Factor on the information of single corners.
-    weight: f64,
-    /// What is known of the camera's clock, where it is not taken at its word.
+    /// Prior of the camera's clock offset; `None` where the clock is right.
     pub clock: Option<ClockOffset>,
 }
 
@@ -245,17 +239,15 @@ impl<'a> WeightedView<'a> {
         camera_index: usize,
         camera: &'a CalibratedCamera,
         view: &'a TagView,
-        (noise, distortion_share): (NoiseFactors, f64),
+        (noise, distortion_share): (f64, f64),
         clock: Option<ClockOffset>,
     ) -> Self {
-        let weight = noise.of_corner().recip();
         Self {
             camera_index,
             camera,
             view,
             noise,
             distortion_share,
-            weight,
             clock,
         }
     }
@@ -264,22 +256,8 @@ impl<'a> WeightedView<'a> {
 impl WeightedView<'_> {
     /// The same with so many times the variance of its corners.
     pub fn noisier(self, factor: f64) -> Self {
-        let noise = NoiseFactors {
-            shift: self.noise.shift * factor,
-            turn: self.noise.turn * factor,
-        };
-        let weight = noise.of_corner().recip();
         Self {
-            noise,
-            weight,
-            ..self
-        }
-    }
-
-    /// The same, no corner being an outlier.
-    pub fn without_outliers(self) -> Self {
-        Self {
-            weight: 0.0,
+            noise: self.noise * factor,
             ..self
         }
     }
@@ -318,8 +296,7 @@ impl WeightedView<'_> {
                 self.fill(corner, &self.projected(corner, &placed)?, &mut linear);
             }
         }
-        let edges = &self.view.edges;
-        linear.rows = edges.whitened(&linear.rows, self.noise);
+        linear.rows = self.view.whitening.whitened(&linear.rows, self.noise);
         Some(linear)
     }
 
@@ -339,9 +316,9 @@ impl WeightedView<'_> {
         linear.square_px += residual.norm_squared();
     }
 
-    /// How much more of the bow the corners have than is allowed for, as the residuals at the fit say: twice the slope of the
-    /// logarithm of their probability, and the information. With whitened bow d, residuals e, Jacobian J and the fit's covariance
-    /// P the residuals' covariance is I - J P J', and more of the bow by a adds -a (I - J P J') d to them.
+    /// Score of the share of the distortion bias: twice the slope of the log-likelihood and the information. With whitened bias d, residuals
+    /// e, Jacobian J and covariance P of the fit the covariance of the residuals is I - J P J', and a larger share by a adds -a (I - J P J')
+    /// d to them.
     pub fn distortion_score(
         &self,
         link: &LinkMotion,
@@ -353,7 +330,7 @@ impl WeightedView<'_> {
         for (row, of_row) in rows.iter_mut().enumerate() {
             *of_row = [distortion_bias[row / 2][row % 2] * linear.weights[row / 2].sqrt()];
         }
-        let rows = self.view.edges.whitened(&rows, self.noise);
+        let rows = self.view.whitening.whitened(&rows, self.noise);
         let with = product(&linear.rows, &rows);
         let by_pose = with.fixed_rows::<6>(0);
         let told = by_pose.dot(&(covariance * by_pose));
@@ -375,7 +352,7 @@ impl WeightedView<'_> {
                 by_twist[2 * corner + axis] = by_rates[axis].map(|slope| slope * root);
             }
         }
-        linear.by_twist = Some(self.view.edges.whitened(&by_twist, self.noise));
+        linear.by_twist = Some(self.view.whitening.whitened(&by_twist, self.noise));
         Some(())
     }
 
@@ -402,7 +379,7 @@ impl WeightedView<'_> {
                 row[9] = residual[axis];
             }
         }
-        Some(self.view.edges.whitened(&rows, self.noise))
+        Some(self.view.whitening.whitened(&rows, self.noise))
     }
 
     #[inline(always)]
@@ -417,7 +394,7 @@ impl WeightedView<'_> {
     /// The robust weight of a corner, and by how much twice the cost exceeds the weighted square.
     #[inline(always)]
     fn weight(&self, corner: usize, residual: &Vector2<f64>) -> (f64, f64) {
-        let d2 = residual.dot(&(self.view.information[corner] * residual)) * self.weight;
+        let d2 = residual.dot(&(self.view.information[corner] * residual)) / self.noise;
         let (weight, cost) = robust(d2);
         (weight, cost - weight * d2)
     }

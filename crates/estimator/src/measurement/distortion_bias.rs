@@ -25,8 +25,7 @@ const MOST_MODULES: usize = 16;
 /// A small change of a homography, as the displacement that it brings about in the tag's plane.
 type Change = SVector<f64, 8>;
 
-/// What the bow adds to each corner that is found by a homography, in pixels; `None` where the lens bends no lines, and for boards'
-/// tags, whose corners are saddle points by themselves.
+/// Bias of each corner that is found by a homography, px; `None` where the lens bends no lines, and for boards' saddle points.
 pub(crate) fn distortion_bias(
     lens: &Lens,
     tag: TagId,

@@ -22,6 +22,13 @@ pub(crate) fn branches(weighted: &WeightedView<'_>) -> Vec<Pose> {
         .collect()
 }
 
+/// The view of the largest tag.
+pub(crate) fn largest<'v, 'a: 'v>(
+    views: impl Iterator<Item = &'v WeightedView<'a>>,
+) -> Option<&'v WeightedView<'a>> {
+    views.max_by(|a, b| area(a).total_cmp(&area(b)))
+}
+
 /// Area of the tag in px², by its diagonals.
 pub(crate) fn area(weighted: &WeightedView<'_>) -> f64 {
     let [a, b, c, d] = weighted.view.corners_in_image;

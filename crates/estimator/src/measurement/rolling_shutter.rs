@@ -9,9 +9,9 @@
 use nalgebra::{Matrix3, Matrix6, Point2, RowVector3, Vector6};
 use sextant_geometry::{Pose, so3};
 
-use crate::measurement::edge_modes::{PoseRows, Rows, Slopes, product};
+use crate::measurement::whitening::{PoseRows, Rows, Slopes, product};
 
-/// When the rows of an image are taken.
+/// Row times of an image.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct RollingShutter {
     /// Seconds from a row to the next.
@@ -36,7 +36,7 @@ pub(crate) struct LinkMotion {
     pub twist: Option<Vector6<f64>>,
 }
 
-/// The way of a link from the capture time to the time of a row.
+/// Motion of a link from the capture time to the time of a row.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct RowPose {
     pub pose: Pose,
@@ -75,7 +75,7 @@ impl RowPose {
     }
 }
 
-/// What a view's corners say of the twist of its link.
+/// Normal equations of a view about the twist of its link.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct TwistEquations {
     /// J_pose^T W J_twist.
@@ -97,7 +97,7 @@ impl TwistEquations {
         }
     }
 
-    /// What both say.
+    /// Sum of two.
     pub fn joined(&self, other: &Self) -> Self {
         Self {
             with_pose: self.with_pose + other.with_pose,

@@ -1,13 +1,13 @@
-//! What a view's corners say of the pose of its link: a robust quadratic model.
+//! Normal equations of a view about the pose of its link: a robust quadratic model.
 
 use nalgebra::{Matrix6, Vector6};
 
-use crate::measurement::edge_modes::{PoseRows, Rows};
 use crate::measurement::rolling_shutter::TwistEquations;
+use crate::measurement::whitening::{PoseRows, Rows};
 
 const RESIDUAL: usize = 6;
 
-/// Who states the noise of a view's corners.
+/// Source of the noise of the corners of a view.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum NoiseSource {
     Detector,
@@ -15,15 +15,15 @@ pub(crate) enum NoiseSource {
     Nobody,
 }
 
-/// Degrees of freedom of the scale of a noise that a detector states.
+/// Degrees of freedom of the scale of a reported noise.
 const STATED: f64 = 12.0;
 /// The covariance of a fit to such views by Fisher's information (Lange, Little, Taylor 1989, eq. 10), against the inverse of the
 /// cost's curvature: at a fit weights are larger than they should be on average, as the residuals of few corners are small there.
 pub(crate) const OF_FISHER: f64 = (STATED + 10.0) / (STATED + 8.0);
 
 impl NoiseSource {
-    /// Degrees of freedom of the noise's scale from view to view. What blur, light and contrast do to it a detector knows but
-    /// for a rest; where nobody states anything, it is a factor of three.
+    /// Degrees of freedom of the scale of the noise from view to view. A detector knows the effects of blur, light and contrast but for a
+    /// rest; without a reported noise the scale varies by a factor of three.
     fn freedom(self) -> f64 {
         match self {
             Self::Detector => STATED,
@@ -43,8 +43,8 @@ impl NoiseSource {
         (freedom + 8.0) * (1.0 + square / freedom).ln()
     }
 
-    /// Where the scale is all but unknown, Fisher's information is that much smaller from the beginning; what a detector states is
-    /// compared as it is meant, and [`OF_FISHER`] counts when poses are told.
+    /// Factor on the information for an unknown scale. Fisher's information is smaller from the beginning where no noise is reported; where
+    /// it is, [`OF_FISHER`] accounts for it when covariances are published.
     fn certain(self) -> f64 {
         let freedom = self.freedom();
         match self {
@@ -59,8 +59,6 @@ impl NoiseSource {
 pub(crate) struct ViewEquations {
     /// J^T W J over (dt, dr).
     pub information: Matrix6<f64>,
-    /// The part of it that the directions of the edges give.
-    pub of_turns: Matrix6<f64>,
     /// J^T W r.
     pub gradient: Vector6<f64>,
     /// Twice the robust cost: chi-square where nothing is an outlier.
@@ -71,26 +69,24 @@ pub(crate) struct ViewEquations {
     pub square_px: f64,
     /// The squared whitened residuals, no weight.
     square: f64,
-    /// Sums of squared whitened residuals of the edges' places and directions, each view's by its weight.
-    pub scale: [f64; 2],
+    /// Sum of the squared whitened residuals by the view's weight.
+    pub weighted_square: f64,
 }
 
 impl ViewEquations {
-    /// Of whitened rows, first those of the edges' places, then of their directions.
+    /// Of whitened rows.
     ///
     /// Where the noise differs from view to view: with a variance of inverse gamma distribution about the usual one the
     /// residuals of a view are distributed as Student's t (Lange, Little, Taylor 1989, eq. 2), and a view off by much counts
     /// little.
     #[inline(always)]
     pub(crate) fn of(rows: &PoseRows, by_twist: Option<&Rows<6>>, source: NoiseSource) -> Self {
-        let [shifts, turns] = [products(rows, 0), products(rows, 4)];
-        let scale = [shifts[RESIDUAL][RESIDUAL], turns[RESIDUAL][RESIDUAL]];
-        let plain = scale[0] + scale[1];
+        let products = products(rows);
+        let plain = products[RESIDUAL][RESIDUAL];
         let weight = source.weight(plain);
         let certain = weight * source.certain();
         let mut normal = Self {
             information: Matrix6::zeros(),
-            of_turns: Matrix6::zeros(),
             gradient: Vector6::zeros(),
             chi2: source.chi2(plain),
             rolling: by_twist.map(|by_twist| {
@@ -98,15 +94,13 @@ impl ViewEquations {
             }),
             square_px: 0.0,
             square: plain,
-            scale: scale.map(|scale| scale * weight),
+            weighted_square: plain * weight,
         };
-        for column in 0..6 {
-            for row in 0..6 {
-                let turns = turns[column][row] * certain;
-                normal.of_turns[(row, column)] = turns;
-                normal.information[(row, column)] = shifts[column][row] * certain + turns;
+        for (column, products) in products[..RESIDUAL].iter().enumerate() {
+            for (row, product) in products[..RESIDUAL].iter().enumerate() {
+                normal.information[(row, column)] = product * certain;
             }
-            normal.gradient[column] = (shifts[column][RESIDUAL] + turns[column][RESIDUAL]) * weight;
+            normal.gradient[column] = products[RESIDUAL] * weight;
         }
         normal
     }
@@ -114,11 +108,6 @@ impl ViewEquations {
     /// Sum of squared whitened residuals, no weight.
     pub fn square(&self) -> f64 {
         self.square
-    }
-
-    /// The view's weight.
-    pub fn weight(&self) -> f64 {
-        self.scale.iter().sum::<f64>() / self.square.max(f64::MIN_POSITIVE)
     }
 
     /// The weight that the view will have after a small step of its pose and its twist, against its weight here: as far as
@@ -143,13 +132,13 @@ impl ViewEquations {
     }
 }
 
-/// Sums over four rows, from the first one given, of the products of any two columns.
+/// Sums over the rows of the products of any two columns.
 #[inline(always)]
-fn products(rows: &PoseRows, first: usize) -> [[f64; 8]; 7] {
+fn products(rows: &PoseRows) -> [[f64; 8]; 7] {
     let mut sums = [[0.0; 8]; 7];
     for column in 0..7 {
         let mut sum = [0.0; 8];
-        for row in &rows[first..first + 4] {
+        for row in rows {
             (0..8).for_each(|other| sum[other] += row[column] * row[other]);
         }
         sums[column] = sum;

@@ -1,14 +1,14 @@
 //! The adjustment: Gauss-Newton over the errors of the site and the pose of each keyframe, the poses eliminated (Schur complement).
 
 use std::collections::BTreeMap;
+use std::ops::Range;
 
 use nalgebra::{Const, Dyn};
-use nalgebra::{DMatrix, DVector, Matrix6, OMatrix, SMatrix, SVector, Vector6};
+use nalgebra::{DMatrix, DVector, Matrix6, OMatrix, SMatrix, SVector, Vector3, Vector6};
 use sextant_geometry::{Pose, se3};
 
 use crate::measurement::biases::{by_camera, by_tag};
 use crate::measurement::corners::{CalibratedCamera, UNSEEN, WeightedView};
-use crate::measurement::edge_modes::NoiseFactors;
 use crate::measurement::planar_poses::{area, branches};
 use crate::measurement::rolling_shutter::LinkMotion;
 use crate::measurement::view_equations::NoiseSource;
@@ -16,11 +16,13 @@ use crate::self_calibration::design_effect::DesignEffect;
 use crate::self_calibration::evidence::{Evidence, NOTHING};
 use crate::self_calibration::gauge::Gauge;
 use crate::self_calibration::keyframes::{Keyframe, KeyframeView, Keyframes};
-use crate::self_calibration::parameters::{CLASSES, Class, OF_CAMERA, OF_TAG, ParameterLayout};
+use crate::self_calibration::parameters::{
+    CLASSES, CLOCK, Class, LENS, OF_CAMERA, OF_TAG, ParameterLayout, SIZE, Source,
+};
 use crate::self_calibration::variance_components::Scales;
 use crate::site::Site;
 use crate::site::corrections::{CameraCorrection, Corrections, ObjectFrame, TagCorrection};
-use crate::{LensSigma, PoseSigma, TagId};
+use crate::{LensSigma, PoseSigma};
 
 /// Steps of one adjustment; most begin next to the minimum, those of few keyframes do not.
 const STEPS: usize = 4;
@@ -51,8 +53,7 @@ type Coupling = OMatrix<f64, Const<6>, Dyn>;
 /// The errors of the site as far as they are known.
 #[derive(Debug, Default)]
 pub(crate) struct Adjustment {
-    cameras: BTreeMap<usize, SVector<f64, OF_CAMERA>>,
-    tags: BTreeMap<TagId, SVector<f64, OF_TAG>>,
+    errors: BTreeMap<Source, DVector<f64>>,
     scales: Scales,
     /// Factor on the variance of each camera's corners.
     noise: BTreeMap<usize, f64>,
@@ -68,6 +69,22 @@ struct Equations {
     left: f64,
 }
 
+/// What one keyframe says of the errors of its cameras and tags, its pose eliminated.
+#[derive(Debug, Clone)]
+pub(crate) struct LinearisedKeyframe {
+    pub time_ns: u64,
+    pub layout: ParameterLayout,
+    pub information: DMatrix<f64>,
+    /// Of half the weighted squares by the errors.
+    pub gradient: DVector<f64>,
+    /// Half the weighted squared residuals that the pose does not explain, beyond what noise leaves.
+    pub misfit: f64,
+    /// From the centre of each camera to the body, world axes, m.
+    pub arms: BTreeMap<usize, Vector3<f64>>,
+    /// Standard deviation of each camera's clock offset, as [`KeyframeView::clock_sigma_s`].
+    pub clock_sigmas_s: BTreeMap<usize, f64>,
+}
+
 /// The pose of one keyframe, eliminated.
 struct Eliminated {
     inverse: Matrix6<f64>,
@@ -76,13 +93,30 @@ struct Eliminated {
     coupling: Coupling,
 }
 
+/// How views are weighted besides the noise of their corners.
+#[derive(Debug, Clone, Copy)]
+struct Weighting {
+    /// Factor on squares before the robust weight is taken: see [`excess`].
+    excess: f64,
+    /// Views that count as one.
+    design_effect: f64,
+}
+
+impl Weighting {
+    /// By the robust weight alone.
+    const PLAIN: Self = Self {
+        excess: 1.0,
+        design_effect: 1.0,
+    };
+}
+
 /// Whitened squares of the views.
 type Squares = Vec<f64>;
 
 impl Adjustment {
     /// Adjusts all keyframes; `None` where numbers end.
     pub fn run(&mut self, keyframes: &mut Keyframes, site: &Site) -> Option<Corrections> {
-        let layout = ParameterLayout::of(keyframes, site);
+        let layout = ParameterLayout::of_files(keyframes, site);
         let mut errors = self.gather(&layout);
         let (mut covariance, mut eliminated) = (DMatrix::zeros(0, 0), Vec::new());
         let (mut information, mut precisions) = (DMatrix::zeros(0, 0), DVector::zeros(0));
@@ -95,11 +129,14 @@ impl Adjustment {
         for step_index in 0..steps {
             let cameras = self.models(&layout, &errors, site);
             self.place_tags(keyframes, &layout, &errors, site);
-            let squares = self.squares(keyframes, &cameras);
+            let squares = self.squares(keyframes.as_slice(), &cameras);
             if step_index == 0 {
                 self.learn_noise(keyframes, &cameras);
             }
-            let excess = excess(&squares);
+            let weighting = Weighting {
+                excess: excess(&squares),
+                design_effect: self.design_effect.0,
+            };
             let mut scales = self.scales.0;
             if step_index > 0 && keyframes.len() >= FEW {
                 let evidence = Evidence::of(&layout, &errors, &information, &precisions);
@@ -111,7 +148,7 @@ impl Adjustment {
                 }
             }
             let precision = layout.precision(&scales);
-            let mut equations = self.equations(keyframes, &cameras, &layout, excess);
+            let mut equations = self.equations(keyframes.as_slice(), &cameras, &layout, weighting);
             for at in 0..layout.len() {
                 equations.information[(at, at)] += precision[at];
                 equations.gradient[at] += precision[at] * errors[at];
@@ -154,19 +191,12 @@ impl Adjustment {
     /// Brings a keyframe's pose to where it explains its views best by the models in force, whichever of the tracker's pose and those of
     /// single tags that is nearest to.
     pub fn align(&self, keyframe: &mut Keyframe, site: &Site) {
-        let posed = |one: &KeyframeView| {
-            Some((
-                one.camera_index,
-                site.cameras().get(one.camera_index)?.posed.clone()?,
-            ))
-        };
-        let cameras: BTreeMap<usize, CalibratedCamera> =
-            keyframe.views.iter().filter_map(posed).collect();
+        let cameras = cameras_in_force(keyframe, site);
         let mut best: Option<(f64, Pose)> = None;
         for start in starts(keyframe, &cameras) {
             let mut trial = keyframe.clone();
             trial.pose = start;
-            self.settle(&mut trial, &cameras);
+            self.minimise(&mut trial, &cameras);
             let cost = self.cost(&trial, &cameras);
             if best.is_none_or(|(least, _)| cost < least) {
                 best = Some((cost, trial.pose));
@@ -177,13 +207,49 @@ impl Adjustment {
         }
     }
 
+    /// What a keyframe says of the site's errors against the models in force, its own pose eliminated.
+    pub fn linearised(&self, mut keyframe: Keyframe, site: &Site) -> LinearisedKeyframe {
+        let cameras = cameras_in_force(&keyframe, site);
+        self.minimise(&mut keyframe, &cameras);
+        let tags = keyframe.views.iter();
+        let tags = tags.map(|one| (one.view.tag, keyframe.body())).collect();
+        let layout = ParameterLayout::new(&keyframe.cameras(), &tags);
+        let keyframes = std::slice::from_ref(&keyframe);
+        let weighting = Weighting {
+            excess: excess(&self.squares(keyframes, &cameras)),
+            design_effect: if self.noise.is_empty() {
+                1.0
+            } else {
+                self.design_effect.0
+            },
+        };
+        let equations = self.equations(keyframes, &cameras, &layout, weighting);
+        let explained = equations.eliminated.iter().map(Eliminated::explained);
+        let square = equations.left - explained.sum::<f64>();
+        let freedom = COORDINATES * keyframe.views.len() as f64 - 6.0;
+        let arm = |(camera, one): (&usize, &CalibratedCamera)| {
+            (*camera, keyframe.pose.translation.vector - one.centre)
+        };
+        let clock_sigmas = keyframe.views.iter();
+        let clock_sigmas = clock_sigmas.map(|one| (one.camera_index, one.clock_sigma_s));
+        LinearisedKeyframe {
+            time_ns: keyframe.time_ns,
+            arms: cameras.iter().map(arm).collect(),
+            clock_sigmas_s: clock_sigmas.collect(),
+            misfit: 0.5 * (square - freedom / weighting.design_effect),
+            information: equations.information,
+            gradient: equations.gradient,
+            layout,
+        }
+    }
+
     /// The square of each view's residuals at the pose that explains the keyframe best, px^2; `None` of views that cannot be explained.
     pub fn squares_px(
         &self,
         mut keyframe: Keyframe,
         cameras: &BTreeMap<usize, CalibratedCamera>,
     ) -> Vec<Option<f64>> {
-        self.settle(&mut keyframe, cameras);
+        self.minimise(&mut keyframe, cameras);
         let square = |one: &KeyframeView| {
             let (weighted, moving) = self.weighted(&keyframe, one, cameras)?;
             weighted.square_px(&moving)
@@ -192,7 +258,7 @@ impl Adjustment {
     }
 
     /// Brings the pose to the minimum next to it.
-    fn settle(&self, keyframe: &mut Keyframe, cameras: &BTreeMap<usize, CalibratedCamera>) {
+    fn minimise(&self, keyframe: &mut Keyframe, cameras: &BTreeMap<usize, CalibratedCamera>) {
         for _ in 0..ALIGNING_STEPS {
             let Some(step) = self.alignment_step(keyframe, cameras) else {
                 break;
@@ -213,7 +279,7 @@ impl Adjustment {
             let Some(rows) = self.rows(keyframe, one, cameras) else {
                 continue;
             };
-            let (matrix, pull, _) = normal(&rows, one, (1.0, 1.0));
+            let (matrix, pull, _) = normal(&rows, one, Weighting::PLAIN);
             information += matrix.fixed_view::<6, 6>(0, 0);
             gradient += pull.fixed_rows::<6>(0);
         }
@@ -235,26 +301,19 @@ impl Adjustment {
 
     fn gather(&self, layout: &ParameterLayout) -> DVector<f64> {
         let mut errors = DVector::zeros(layout.len());
-        for (camera, first) in &layout.cameras {
-            let known = self.cameras.get(camera).copied().unwrap_or_default();
-            errors.fixed_rows_mut::<OF_CAMERA>(*first).copy_from(&known);
-        }
-        for (tag, (_, first)) in &layout.tags {
-            let known = self.tags.get(tag).copied().unwrap_or_default();
-            errors.fixed_rows_mut::<OF_TAG>(*first).copy_from(&known);
+        for (source, places) in layout.blocks() {
+            if let Some(known) = self.errors.get(&source) {
+                errors.rows_mut(places.start, places.len()).copy_from(known);
+            }
         }
         errors
     }
 
     fn scatter(&mut self, layout: &ParameterLayout, errors: &DVector<f64>) {
-        for (camera, first) in &layout.cameras {
-            let known = errors.fixed_rows::<OF_CAMERA>(*first).into_owned();
-            self.cameras.insert(*camera, known);
-        }
-        for (tag, (_, first)) in &layout.tags {
-            let known = errors.fixed_rows::<OF_TAG>(*first).into_owned();
-            self.tags.insert(*tag, known);
-        }
+        let own = |(source, places): (Source, Range<usize>)| {
+            (source, errors.rows(places.start, places.len()).into_owned())
+        };
+        self.errors.extend(layout.blocks().map(own));
     }
 
     /// The cameras with their errors taken off.
@@ -267,7 +326,7 @@ impl Adjustment {
         let cameras = layout.cameras.iter().filter_map(|(camera, first)| {
             let correction =
                 camera_correction(&errors.fixed_rows::<OF_CAMERA>(*first).into_owned());
-            Some((*camera, site.corrected_camera(*camera, &correction)?))
+            Some((*camera, site.file_camera(*camera)?.corrected(&correction)))
         });
         cameras.collect()
     }
@@ -287,23 +346,25 @@ impl Adjustment {
                 continue;
             };
             let correction = tag_correction(&errors.fixed_rows::<OF_TAG>(*first).into_owned());
-            if let Some(tag) = site.file_tag(&one.view.tag) {
-                one.view.set_model(&correction.tag(tag));
+            if let Some(place) = site.placement(&one.view.tag) {
+                one.view.set_model(&correction.tag(&place.file));
             }
         }
     }
 
-    fn factor(&self, camera: usize) -> f64 {
-        self.noise.get(&camera).copied().unwrap_or(1.0)
+    /// Factor on the variance of a view's corners.
+    fn factor(&self, one: &KeyframeView) -> f64 {
+        let own = self.noise.get(&one.camera_index).copied();
+        own.unwrap_or(one.noise_factor)
     }
 
     fn squares(
         &self,
-        keyframes: &Keyframes,
+        keyframes: &[Keyframe],
         cameras: &BTreeMap<usize, CalibratedCamera>,
     ) -> Squares {
         let mut squares = Vec::new();
-        for keyframe in keyframes.iter() {
+        for keyframe in keyframes {
             for one in &keyframe.views {
                 let Some(rows) = self.rows(keyframe, one, cameras) else {
                     continue;
@@ -335,21 +396,17 @@ impl Adjustment {
     ) -> Option<(WeightedView<'a>, LinkMotion)> {
         let pose = one.pose(&keyframe.pose);
         let camera = cameras.get(&one.camera_index)?;
-        let factor = self.factor(one.camera_index);
-        let noise = NoiseFactors {
-            shift: factor,
-            turn: factor,
-        };
+        let factor = self.factor(one);
         let weighted = WeightedView::new(
             one.camera_index,
             camera,
             &one.view,
-            (noise, one.distortion_share),
+            (factor, one.distortion_share),
             None,
         );
         let moving = LinkMotion {
             pose,
-            twist: one.twist,
+            twist: one.view.after_s.map(|_| one.twist),
         };
         weighted.faces(&pose).then_some((weighted, moving))
     }
@@ -367,7 +424,7 @@ impl Adjustment {
                     views: views.to_vec(),
                     ..keyframe.clone()
                 };
-                self.settle(&mut alone, cameras);
+                self.minimise(&mut alone, cameras);
                 let faith = FAITH[usize::from(views[0].view.noise_source == NoiseSource::Nobody)];
                 let (sum, freedom) = sums.entry(camera).or_insert((faith, faith));
                 for one in views {
@@ -375,7 +432,7 @@ impl Adjustment {
                         continue;
                     };
                     let square: f64 = rows.iter().map(|row| row[OF_VIEW].powi(2)).sum();
-                    *sum += one.view.noise_source.weight(square) * square * self.factor(camera);
+                    *sum += one.view.noise_source.weight(square) * square * self.factor(one);
                     *freedom += COORDINATES - 6.0 / views.len() as f64;
                 }
             }
@@ -388,10 +445,10 @@ impl Adjustment {
 
     fn equations(
         &self,
-        keyframes: &Keyframes,
+        keyframes: &[Keyframe],
         cameras: &BTreeMap<usize, CalibratedCamera>,
         layout: &ParameterLayout,
-        excess: f64,
+        weighting: Weighting,
     ) -> Equations {
         let mut equations = Equations {
             information: DMatrix::zeros(layout.len(), layout.len()),
@@ -399,7 +456,7 @@ impl Adjustment {
             eliminated: Vec::with_capacity(keyframes.len()),
             left: 0.0,
         };
-        for keyframe in keyframes.iter() {
+        for keyframe in keyframes {
             let mut own = Matrix6::identity() * LEAST_INFORMATION;
             let mut gradient = Vector6::zeros();
             let mut couplings: BTreeMap<usize, SMatrix<f64, 6, OF_CAMERA>> = BTreeMap::new();
@@ -408,11 +465,14 @@ impl Adjustment {
                 let (Some(rows), Some(camera)) = (rows, cameras.get(&one.camera_index)) else {
                     continue;
                 };
-                let (matrix, pull, square) = normal(&rows, one, (excess, self.design_effect.0));
+                let (matrix, pull, square) = normal(&rows, one, weighting);
                 own += matrix.fixed_view::<6, 6>(0, 0);
                 gradient += pull.fixed_rows::<6>(0);
                 equations.left += square;
-                let of_camera = camera_map(&(keyframe.pose.translation.vector - camera.centre));
+                let of_camera = camera_map(
+                    &(keyframe.pose.translation.vector - camera.centre),
+                    &one.twist,
+                );
                 let of_tag = tag_map(&by_tag(
                     &one.pose(&keyframe.pose),
                     &one.view.object_from_tag,
@@ -457,19 +517,19 @@ impl Adjustment {
             ..Corrections::default()
         };
         for (camera, first) in &layout.cameras {
+            let file = site.file_camera(*camera)?;
             let mut one = camera_correction(&errors.fixed_rows::<OF_CAMERA>(*first).into_owned());
             one.sigma = pose_sigma(*first);
-            one.lens_sigma = if layout.is_open(first + 6) || layout.is_open(first + 7) {
+            one.lens_sigma = if layout.is_open(first + LENS) || layout.is_open(first + LENS + 1) {
                 LensSigma {
-                    focal_px: variance(first + 6).sqrt(),
-                    distortion_px: match site.distortion_per_px(*camera) {
-                        per_px if per_px > 0.0 => variance(first + 7).sqrt() / per_px,
+                    focal_px: variance(first + LENS).sqrt(),
+                    distortion_px: match file.distortion_per_px() {
+                        per_px if per_px > 0.0 => variance(first + LENS + 1).sqrt() / per_px,
                         _ => 0.0,
                     },
                 }
             } else {
-                site.lens_prior(*camera)
-                    .times(self.scales.0[Class::Lens as usize])
+                file.lens_sigma.times(self.scales.0[Class::Lens as usize])
             };
             corrections.cameras.insert(*camera, one);
         }
@@ -491,12 +551,14 @@ impl Adjustment {
     }
 }
 
+/// The cameras of a keyframe as trackers work with them.
+fn cameras_in_force(keyframe: &Keyframe, site: &Site) -> BTreeMap<usize, CalibratedCamera> {
+    let posed = |camera: usize| Some((camera, site.cameras().get(camera)?.posed.clone()?));
+    keyframe.cameras().into_iter().filter_map(posed).collect()
+}
+
 /// Where a keyframe's pose may be: as it was tracked, and by each branch of its largest tags.
 fn starts(keyframe: &Keyframe, cameras: &BTreeMap<usize, CalibratedCamera>) -> Vec<Pose> {
-    let noise = NoiseFactors {
-        shift: 1.0,
-        turn: 1.0,
-    };
     let views = keyframe.views.iter();
     let weighted_views = views.filter_map(|one| {
         let camera = cameras.get(&one.camera_index)?;
@@ -504,7 +566,7 @@ fn starts(keyframe: &Keyframe, cameras: &BTreeMap<usize, CalibratedCamera>) -> V
             one.camera_index,
             camera,
             &one.view,
-            (noise, one.distortion_share),
+            (1.0, one.distortion_share),
             None,
         ))
     });
@@ -525,8 +587,8 @@ fn excess(squares: &Squares) -> f64 {
 fn camera_correction(errors: &SVector<f64, OF_CAMERA>) -> CameraCorrection {
     CameraCorrection {
         step: errors.fixed_rows::<6>(0).into_owned(),
-        focal_px: errors[6],
-        distortion: errors[7],
+        focal_px: errors[LENS],
+        distortion: errors[LENS + 1],
         sigma: PoseSigma::NONE,
         lens_sigma: LensSigma::NONE,
     }
@@ -535,24 +597,25 @@ fn camera_correction(errors: &SVector<f64, OF_CAMERA>) -> CameraCorrection {
 fn tag_correction(errors: &SVector<f64, OF_TAG>) -> TagCorrection {
     TagCorrection {
         step: errors.fixed_rows::<6>(0).into_owned(),
-        log_size: errors[6].clamp(-0.5, 0.5),
+        log_size: errors[SIZE].clamp(-0.5, 0.5),
         sigma: PoseSigma::NONE,
     }
 }
 
 /// How a camera's errors act on a view that is `arm` from its centre.
-fn camera_map(arm: &nalgebra::Vector3<f64>) -> SMatrix<f64, OF_VIEW, OF_CAMERA> {
+fn camera_map(arm: &Vector3<f64>, twist: &Vector6<f64>) -> SMatrix<f64, OF_VIEW, OF_CAMERA> {
     let mut map = SMatrix::<f64, OF_VIEW, OF_CAMERA>::zeros();
     map.fixed_view_mut::<6, 6>(0, 0).copy_from(&by_camera(arm));
-    map[(6, 6)] = 1.0;
-    map[(7, 7)] = 1.0;
+    map[(6, LENS)] = 1.0;
+    map[(7, LENS + 1)] = 1.0;
+    map.fixed_view_mut::<6, 1>(0, CLOCK).copy_from(&-twist);
     map
 }
 
 fn tag_map(by_pose: &Matrix6<f64>) -> SMatrix<f64, OF_VIEW, OF_TAG> {
     let mut map = SMatrix::<f64, OF_VIEW, OF_TAG>::zeros();
     map.fixed_view_mut::<6, 6>(0, 0).copy_from(by_pose);
-    map[(8, 6)] = 1.0;
+    map[(8, SIZE)] = 1.0;
     map
 }
 
@@ -560,7 +623,7 @@ fn tag_map(by_pose: &Matrix6<f64>) -> SMatrix<f64, OF_VIEW, OF_TAG> {
 fn normal(
     rows: &[[f64; OF_VIEW + 1]; 8],
     one: &KeyframeView,
-    (excess, design_effect): (f64, f64),
+    weighting: Weighting,
 ) -> (ViewMatrix, ViewVector, f64) {
     let rows = SMatrix::<f64, 8, { OF_VIEW + 1 }>::from_fn(|row, column| rows[row][column]);
     let residual = rows.column(OF_VIEW).into_owned();
@@ -568,27 +631,28 @@ fn normal(
     let weight = one
         .view
         .noise_source
-        .weight(residual.norm_squared() / excess)
-        / design_effect;
+        .weight(residual.norm_squared() / weighting.excess)
+        / weighting.design_effect;
     let (matrix, pull, square) = (
         slopes.tr_mul(&slopes) * weight,
         slopes.tr_mul(&residual) * weight,
         residual.norm_squared() * weight,
     );
-    let Some(way) = &one.way else {
+    let Some(motion) = &one.motion else {
         return (matrix, pull, square);
     };
     // N - N (N + Q^-1)^-1 N = N (I + Q N)^-1, for the displacement and what goes with it.
     let of_pose = matrix.fixed_view::<6, 6>(0, 0).into_owned();
-    let Some(inverse) = (Matrix6::identity() + way.covariance * of_pose).try_inverse() else {
+    let Some(inverse) = (Matrix6::identity() + motion.covariance * of_pose).try_inverse() else {
         return (ViewMatrix::zeros(), ViewVector::zeros(), 0.0);
     };
-    let taken = inverse * way.covariance;
+    let taken = inverse * motion.covariance;
     let with_pose = matrix.fixed_rows::<6>(0).into_owned();
+    let pulled = taken * pull.fixed_rows::<6>(0);
     (
         matrix - with_pose.tr_mul(&(taken * with_pose)),
-        pull - with_pose.tr_mul(&(taken * pull.fixed_rows::<6>(0))),
-        square,
+        pull - with_pose.tr_mul(&pulled),
+        square - pull.fixed_rows::<6>(0).dot(&pulled),
     )
 }
 
@@ -691,6 +755,11 @@ fn independence(covariance: &DMatrix<f64>, keyframes: &[Eliminated]) -> f64 {
 }
 
 impl Eliminated {
+    /// What the pose explains of the squares of the views.
+    fn explained(&self) -> f64 {
+        self.gradient.dot(&(self.inverse * self.gradient))
+    }
+
     /// The step of the pose that goes with one of the errors.
     fn step(&self, errors: &DVector<f64>) -> Vector6<f64> {
         let own = DVector::from_iterator(

@@ -1,6 +1,6 @@
-//! How many views count as one. What a detector, a lens or a print gets wrong is much the same in all views of a tag by a camera, so that
-//! views tell less than as many independent ones: by the design effect 1 + (m - 1) r of clusters of m views whose errors correlate by r
-//! (L. Kish, Survey Sampling, 1965, sec. 5.4).
+//! Number of views that count as one. Errors of detector, lens and print are much the same in all views of a tag by a camera, so that views
+//! say less than as many independent ones: by the design effect 1 + (m - 1) r of clusters of m views whose errors correlate by r (L. Kish,
+//! Survey Sampling, 1965, sec. 5.4).
 
 use std::collections::BTreeSet;
 

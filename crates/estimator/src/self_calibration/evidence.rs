@@ -1,5 +1,5 @@
-//! Whether there are errors at all: Laplace's approximation of the evidence, with the information and the errors at the minimum, for other
-//! prior precisions than those they were found with.
+//! Evidence for errors of the files: Laplace's approximation with the information and the errors at the minimum, for other prior precisions
+//! than those they were found with.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -12,7 +12,7 @@ pub(crate) const NOTHING: f64 = 1e-3;
 /// Files suffice while they leave no more than this many times what the images leave anyway: twice as large residuals.
 const SUFFICIENT: f64 = 3.0;
 
-/// What an adjustment came to.
+/// Result of an adjustment.
 pub(crate) struct Evidence<'a> {
     layout: &'a ParameterLayout,
     errors: &'a DVector<f64>,
@@ -58,8 +58,7 @@ impl<'a> Evidence<'a> {
         precision
     }
 
-    /// Whether nothing is wrong with the files: the evidence for errors as found is not decisive, and that against errors as large as
-    /// their priors is.
+    /// Whether the files are exact: the evidence for errors as found is not decisive, and that against errors as large as their priors is.
     pub fn excludes_all(&self) -> bool {
         let usual = self.layout.precision(&[1.0; CLASSES.len()]);
         let found = self.odds(self.precision).is_none_or(is_decisive);

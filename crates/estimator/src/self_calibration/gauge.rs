@@ -1,4 +1,4 @@
-//! What no image determines: motions of the whole site, of an object's frame in its tags, and the common scale.
+//! Gauge freedom: motions of the whole site, of an object's frame in its tags, and the common scale, which no image determines.
 //!
 //! Each such motion changes the errors of cameras and tags along a column of the gauge basis and no residual. With the prior precision L,
 //! the part of a covariance C that is relative to the rest is P C P', P = I - G (G' L G)^-1 G' L (Teunissen 1985, Zero order design:
@@ -30,8 +30,8 @@ impl Gauge {
         let centres: Vec<Vector3<f64>> = layout
             .cameras
             .keys()
-            .filter_map(|camera| site.file_pose(*camera))
-            .map(|pose| pose.translation.vector)
+            .filter_map(|camera| site.file_camera(*camera))
+            .map(|file| file.world_from_camera.translation.vector)
             .collect();
         let centre = centres.iter().sum::<Vector3<f64>>() / centres.len().max(1) as f64;
         let mut bodies: Vec<Body> = layout.tags.values().map(|(body, _)| *body).collect();
@@ -40,10 +40,10 @@ impl Gauge {
         let n_columns = OF_WORLD + 1 + 6 * bodies.len();
         let mut basis = DMatrix::zeros(layout.len(), n_columns);
         for (camera, first) in &layout.cameras {
-            let Some(pose) = site.file_pose(*camera) else {
+            let Some(file) = site.file_camera(*camera) else {
                 continue;
             };
-            let arm = pose.translation.vector - centre;
+            let arm = file.world_from_camera.translation.vector - centre;
             rigid(&mut basis, (*first, 0), &arm);
             let mut scale = basis.fixed_view_mut::<3, 1>(*first, OF_WORLD);
             scale.copy_from(&arm);
@@ -111,7 +111,9 @@ impl Gauge {
 
 /// Where a tag's centre is on its object, m.
 fn place(site: &Site, tag: &TagId) -> Vector3<f64> {
-    let pose = site.file_tag(tag).and_then(|tag| tag.object_from_tag);
+    let pose = site
+        .placement(tag)
+        .and_then(|place| place.file.object_from_tag);
     pose.map_or_else(Vector3::zeros, |pose| pose.translation.vector)
 }
 

@@ -155,8 +155,9 @@ fn corrected(
     let mut keyframe = keyframe.clone();
     for one in &mut keyframe.views {
         let correction = corrections.tags.get(&one.view.tag);
-        if let Some(tag) = site.file_tag(&one.view.tag) {
-            let tag = correction.map_or_else(|| tag.clone(), |correction| correction.tag(tag));
+        if let Some(place) = site.placement(&one.view.tag) {
+            let file = &place.file;
+            let tag = correction.map_or_else(|| file.clone(), |correction| correction.tag(file));
             one.view.set_model(&tag);
         }
     }
@@ -164,7 +165,7 @@ fn corrected(
         let camera = one.camera_index;
         let correction = corrections.cameras.get(&camera).copied();
         let correction = correction.unwrap_or(CameraCorrection::NONE);
-        let posed = site.corrected_camera(camera, &correction)?;
+        let posed = site.file_camera(camera)?.corrected(&correction);
         Some((camera, posed))
     };
     let cameras = keyframe.views.iter().filter_map(camera).collect();

@@ -1,4 +1,4 @@
-//! Which corrections of the files are worth a word.
+//! Corrections of the files that are worth a message.
 
 use std::collections::BTreeMap;
 
@@ -26,7 +26,7 @@ pub(crate) fn imperfections(
     let place = newest.map(|keyframe| keyframe.pose.translation.vector);
     let cameras = place.and_then(|place| cameras(corrections, site, &place));
     let focal_lengths = corrections.cameras.iter().filter_map(|(camera, one)| {
-        let ratio = 1.0 + one.focal_px / site.file_lens(*camera)?.intrinsics().fx;
+        let ratio = 1.0 + one.focal_px / site.file_camera(*camera)?.lens.intrinsics().fx;
         let camera = site.camera_id(*camera)?;
         let worth = (ratio - 1.0).abs() > FOCAL_OFF;
         worth.then_some(Imperfection::FocalLengthOff { camera, ratio })
@@ -38,7 +38,7 @@ pub(crate) fn imperfections(
 /// The two cameras that would see an object at a place farthest apart by the rig's file.
 fn cameras(corrections: &Corrections, site: &Site, place: &Vector3<f64>) -> Option<Imperfection> {
     let seen = corrections.cameras.iter().filter_map(|(camera, one)| {
-        let file = site.file_pose(*camera)?;
+        let file = &site.file_camera(*camera)?.world_from_camera;
         let in_camera = one.pose(file).inverse() * Point3::from(*place);
         Some((*camera, file * in_camera))
     });

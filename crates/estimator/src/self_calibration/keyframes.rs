@@ -40,10 +40,14 @@ pub(crate) struct KeyframeView {
     pub view: TagView,
     /// Share of the distortion bias that the corners contain.
     pub distortion_share: f64,
-    /// Twist of the object, m/s and rad/s in world axes, where the shutter rolls.
-    pub twist: Option<Vector6<f64>>,
-    /// How the object moved from the keyframe's time until the image, where that was taken at another time.
-    pub way: Option<RelativeMotion>,
+    /// Factor on the variance of the camera's corners as tracking has estimated it.
+    pub noise_factor: f64,
+    /// Standard deviation of the camera's clock offset where it is estimated, s; 0 where the clock is taken to be right.
+    pub clock_sigma_s: f64,
+    /// Twist of the body, m/s and rad/s in world axes.
+    pub twist: Vector6<f64>,
+    /// Motion of the body from the keyframe's time until the image; `None` where both are taken at once.
+    pub motion: Option<RelativeMotion>,
 }
 
 /// A step (dt, dr) of the object's pose in world axes, m and rad, with its covariance.
@@ -75,8 +79,8 @@ impl RelativeMotion {
 impl KeyframeView {
     /// Where the object is in this view if it is at a pose in the keyframe.
     pub fn pose(&self, keyframe: &Pose) -> Pose {
-        match &self.way {
-            Some(way) => se3::perturb(keyframe, &way.step),
+        match &self.motion {
+            Some(motion) => se3::perturb(keyframe, &motion.step),
             None => *keyframe,
         }
     }
@@ -107,6 +111,10 @@ impl Keyframe {
 impl Keyframes {
     pub fn len(&self) -> usize {
         self.0.len()
+    }
+
+    pub fn as_slice(&self) -> &[Keyframe] {
+        &self.0
     }
 
     pub fn iter(&self) -> impl Iterator<Item = &Keyframe> {

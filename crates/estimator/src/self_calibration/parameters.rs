@@ -1,33 +1,49 @@
-//! Where each error of the site stands in the vector of all errors, with the sigma of its prior.
+//! Layout of the errors of the site in one vector, with the standard deviation of each prior.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::ops::Range;
 
 use nalgebra::DVector;
 
-use crate::TagId;
 use crate::self_calibration::keyframes::{Body, Keyframes};
 use crate::site::Site;
+use crate::{PoseSigma, TagId};
 
-/// Errors of a camera: six of the pose, focal length (px), first coefficient of the distortion.
-pub(crate) const OF_CAMERA: usize = 8;
-/// Errors of a tag: six of the pose, logarithm of the size.
+/// Errors of a camera: six of the pose (m, rad), focal length (px), first coefficient of the distortion, clock offset (s).
+pub(crate) const OF_CAMERA: usize = 9;
+/// First place of the lens among them, and that of the clock.
+pub(crate) const LENS: usize = 6;
+pub(crate) const CLOCK: usize = 8;
+/// Errors of a tag: six of the pose (m, rad), logarithm of the size.
 pub(crate) const OF_TAG: usize = 7;
-/// Sigma of an error that is exactly zero: small, but not so small that numbers end.
+/// Place of the size among them.
+pub(crate) const SIZE: usize = 6;
+/// Standard deviation of an error that is exactly zero: small, but not so small that numbers end.
 const EXACT: f64 = 1e-9;
 
-/// Errors that come about alike, whose scale is estimated together.
+/// A camera or a tag, whose errors are estimated.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) enum Source {
+    /// By its index.
+    Camera(usize),
+    Tag(TagId),
+}
+
+/// Errors of one kind, whose scale is estimated together.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Class {
     CameraPose,
     Lens,
+    Clock,
     TagPose,
     TagSize,
 }
 
 /// All classes, by their number.
-pub(crate) const CLASSES: [Class; 4] = [
+pub(crate) const CLASSES: [Class; 5] = [
     Class::CameraPose,
     Class::Lens,
+    Class::Clock,
     Class::TagPose,
     Class::TagSize,
 ];
@@ -39,49 +55,86 @@ pub(crate) struct ParameterLayout {
     pub cameras: BTreeMap<usize, usize>,
     /// Body and first place of each tag's errors.
     pub tags: BTreeMap<TagId, (Body, usize)>,
-    /// Sigma of each prior at scale one; [`EXACT`] where nothing is open.
+    /// Standard deviation of each prior at scale one; [`EXACT`] where nothing is open.
     pub sigmas: DVector<f64>,
     pub classes: Vec<Class>,
 }
 
 impl ParameterLayout {
-    pub fn of(keyframes: &Keyframes, site: &Site) -> Self {
+    /// Places for the errors of these cameras and tags, all of them exactly zero.
+    pub fn new(cameras: &BTreeSet<usize>, tags: &BTreeMap<TagId, Body>) -> Self {
         let mut layout = Self::default();
-        let mut sigmas = Vec::new();
-        let mut joined = BTreeSet::new();
-        for keyframe in keyframes.iter() {
-            for one in &keyframe.views {
-                layout.cameras.entry(one.camera_index).or_default();
-                let tag = (keyframe.body(), 0);
-                layout.tags.entry(one.view.tag).or_insert(tag);
-            }
-            let cameras = keyframe.cameras();
-            if cameras.len() > 1 {
-                joined.extend(cameras);
-            }
+        for camera in cameras {
+            layout.cameras.insert(*camera, layout.classes.len());
+            layout.classes.extend([Class::CameraPose; LENS]);
+            layout.classes.extend([Class::Lens; CLOCK - LENS]);
+            layout.classes.push(Class::Clock);
         }
-        for (camera, first) in &mut layout.cameras {
-            *first = sigmas.len();
-            let (pose, lens) = site.camera_priors(*camera);
-            let [position, orientation] = [pose.position_m, pose.orientation_rad];
-            sigmas.extend([position; 3].iter().chain(&[orientation; 3]));
-            // What one camera alone sees it explains as well by the shape of the object.
-            let is_joined = joined.contains(camera);
-            sigmas.extend(lens.map(|sigma| if is_joined { sigma } else { 0.0 }));
-            layout.classes.extend([Class::CameraPose; 6]);
-            layout.classes.extend([Class::Lens; 2]);
-        }
-        for (tag, (_, first)) in &mut layout.tags {
-            *first = sigmas.len();
-            let (pose, size) = site.tag_priors(tag);
-            let [position, orientation] = [pose.position_m, pose.orientation_rad];
-            sigmas.extend([position; 3].iter().chain(&[orientation; 3]));
-            sigmas.push(size);
-            layout.classes.extend([Class::TagPose; 6]);
+        for (tag, body) in tags {
+            layout.tags.insert(*tag, (*body, layout.classes.len()));
+            layout.classes.extend([Class::TagPose; SIZE]);
             layout.classes.push(Class::TagSize);
         }
-        layout.sigmas = DVector::from_vec(sigmas).map(|sigma: f64| sigma.max(EXACT));
+        layout.sigmas = DVector::from_element(layout.classes.len(), EXACT);
         layout
+    }
+
+    /// The errors that keyframes show, with the priors of the files.
+    pub fn of_files(keyframes: &Keyframes, site: &Site) -> Self {
+        let (mut cameras, mut joined) = (BTreeSet::new(), BTreeSet::<usize>::new());
+        let mut tags = BTreeMap::new();
+        for keyframe in keyframes.iter() {
+            let own = keyframe.cameras();
+            if own.len() > 1 {
+                joined.extend(&own);
+            }
+            cameras.extend(own);
+            let views = keyframe.views.iter();
+            tags.extend(views.map(|one| (one.view.tag, keyframe.body())));
+        }
+        let mut layout = Self::new(&cameras, &tags);
+        for (camera, first) in layout.cameras.clone() {
+            let Some(file) = site.file_camera(camera) else {
+                continue;
+            };
+            layout.set_pose(first, file.sigma);
+            // What one camera alone sees it explains as well by the shape of the object.
+            if joined.contains(&camera) {
+                let sigma = file.lens_sigma;
+                let distortion = sigma.distortion_px * file.distortion_per_px();
+                layout.set(first + LENS, &[sigma.focal_px, distortion]);
+            }
+        }
+        for (tag, (_, first)) in layout.tags.clone() {
+            if let Some(place) = site.placement(&tag) {
+                layout.set_pose(first, place.prior);
+                layout.set(first + SIZE, &[place.size_prior]);
+            }
+        }
+        layout
+    }
+
+    /// The places of each source's errors.
+    pub fn blocks(&self) -> impl Iterator<Item = (Source, Range<usize>)> + '_ {
+        let cameras = self.cameras.iter();
+        let cameras =
+            cameras.map(|(camera, first)| (Source::Camera(*camera), *first..first + OF_CAMERA));
+        let tags = self.tags.iter();
+        let tags = tags.map(|(tag, (_, first))| (Source::Tag(*tag), *first..first + OF_TAG));
+        cameras.chain(tags)
+    }
+
+    /// Sets the standard deviations of a pose's prior, its first place given.
+    pub fn set_pose(&mut self, first: usize, sigma: PoseSigma) {
+        self.set(first, &[sigma.position_m; 3]);
+        self.set(first + 3, &[sigma.orientation_rad; 3]);
+    }
+
+    /// Sets the standard deviations of priors from a place on.
+    pub fn set(&mut self, first: usize, sigmas: &[f64]) {
+        for (at, sigma) in (first..).zip(sigmas) {
+            self.sigmas[at] = sigma.max(EXACT);
+        }
     }
 
     pub fn len(&self) -> usize {

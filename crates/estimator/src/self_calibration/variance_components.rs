@@ -1,8 +1,8 @@
-//! How large the errors of each class are, against what their priors say: variance components by type-II maximum likelihood.
+//! Variance components: the scale of the errors of each class against their priors, by type-II maximum likelihood.
 //!
-//! With x the errors, L0 their prior precision at scale one and C their posterior covariance at scale s, the images determine
-//! g = n - tr(L0 C) / s^2 of a class's n errors, and s^2 = x' L0 x / g is the fixed point (MacKay 1992, Bayesian interpolation, eq. 4.8). A class of
-//! which the images determine little follows the others: who placed tags to hundredths of a millimetre has calibrated the lenses as well.
+//! With x the errors, L0 their prior precision at scale one and C their posterior covariance at scale s, the images determine g = n - tr(L0
+//! C) / s^2 of a class's n errors, and s^2 = x' L0 x / g is the fixed point (MacKay 1992, Bayesian interpolation, eq. 4.8). A class of which
+//! the images determine little follows the others: tags placed to hundredths of a millimetre come with calibrated lenses.
 
 use nalgebra::{DMatrix, DVector};
 

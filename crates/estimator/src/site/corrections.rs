@@ -1,4 +1,4 @@
-//! What self-calibration changes in the models: one step from the file's value for each, with the sigma that is left.
+//! Corrections of the models by self-calibration: a step from the file for each, with the standard deviation that is left.
 
 use std::collections::BTreeMap;
 
@@ -16,13 +16,13 @@ pub(crate) struct Corrections {
     pub tags: BTreeMap<TagId, TagCorrection>,
     /// By object index.
     pub frames: BTreeMap<usize, ObjectFrame>,
-    /// Against its prior, the sigma of what no keyframe shows yet: of cameras' poses, of lenses and of tags' poses.
+    /// Factors on the priors of what no keyframe shows yet: camera poses, lenses, tag poses.
     pub unseen: [f64; 3],
     /// Factor on all sigmas: errors that are correlated do less than independent ones with the same variances.
     pub independence: f64,
 }
 
-/// Of one camera.
+/// Correction of one camera.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct CameraCorrection {
     /// From the file's `world_from_camera`, (dt, dr) as FRAMES.md has them, m and rad.
@@ -31,23 +31,23 @@ pub(crate) struct CameraCorrection {
     pub focal_px: f64,
     /// Added to the first coefficient of the distortion.
     pub distortion: f64,
-    /// What is left, relative to the other cameras.
+    /// Standard deviation that is left, relative to the other cameras.
     pub sigma: PoseSigma,
     pub lens_sigma: LensSigma,
 }
 
-/// Of one tag.
+/// Correction of one tag.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct TagCorrection {
     /// From the file's `object_from_tag`, in axes of the object about the tag's centre, m and rad.
     pub step: Vector6<f64>,
     /// Logarithm of the size over the file's.
     pub log_size: f64,
-    /// What is left, relative to the object's other tags.
+    /// Standard deviation that is left, relative to the object's other tags.
     pub sigma: PoseSigma,
 }
 
-/// How well the frame in which an object's pose is reported is tied to the object and to metres.
+/// Uncertainty of the frame of an object, and of the common scale.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct ObjectFrame {
     /// Covariance of the object's frame by its tags' poses in the file, in axes of the object about its origin.
@@ -85,7 +85,7 @@ const NEGLIGIBLE: f64 = 2e-3;
 const LEAST_SIGMA: f64 = 0.05;
 
 impl Corrections {
-    /// What is more than negligible, each with its own sigma as a file gives it.
+    /// The corrections that are not negligible, with standard deviations as a file gives them.
     pub(crate) fn for_files<'a>(&self, file_lens: impl Fn(usize) -> Option<&'a Lens>) -> Self {
         let own = |sigma: PoseSigma, least: PoseSigma| {
             let (own, least) = (
@@ -170,7 +170,8 @@ fn with_step(sigma: PoseSigma, step: &Vector6<f64>) -> PoseSigma {
 const OTHER_SIGMA: f64 = 1.4;
 
 impl Corrections {
-    /// Whether others are the same but for what is uncertain anyway: no step differs by more than its sigma, and no sigma by much.
+    /// Whether other corrections differ only within their uncertainty: no step by more than its standard deviation, and no standard
+    /// deviation by much.
     pub(crate) fn is_close(&self, other: &Self) -> bool {
         let cameras = self.cameras.iter().all(|(camera, one)| {
             let other = other.cameras.get(camera);

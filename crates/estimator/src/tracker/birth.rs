@@ -1,7 +1,7 @@
-//! The attitudes that the images of one instant allow when nothing is known before.
+//! Attitudes that the images of one instant allow when nothing is known before.
 //!
-//! Every tag gives two poses (the planar ambiguity). Each of them, as a configuration of the object, is refined on all corners of
-//! all cameras; the evidence says which are possible.
+//! Every tag gives two poses (the planar ambiguity). Each of them, as a configuration of the object, is refined on all corners of all
+//! cameras and weighed by its evidence.
 
 use std::sync::Arc;
 
@@ -16,7 +16,7 @@ use crate::kinematics::chain::KinematicChain;
 use crate::kinematics::configuration::Configuration;
 use crate::measurement::corners::WeightedView;
 use crate::measurement::planar_poses::{area, branches};
-use crate::tracker::branching::taken_in;
+use crate::tracker::branching::updates;
 use crate::tracker::hypothesis::Hypothesis;
 use crate::tracker::joint_search::by_branch;
 use crate::tracker::planar_ambiguity::is_beside;
@@ -42,7 +42,7 @@ pub(crate) fn hypotheses(
         let is_beside =
             |one: &Hypothesis| is_beside(&seed, &one.state.configuration(), weighted_views);
         if !all.iter().any(is_beside) {
-            all.extend(taken_in(
+            all.extend(updates(
                 &unknown(&seed, chain, options),
                 weighted_views,
                 options,
@@ -50,7 +50,7 @@ pub(crate) fn hypotheses(
         }
     }
     for one in &mut all {
-        one.settle(0.0, weighted_views, options);
+        one.confirm(0.0, weighted_views, options);
     }
     all
 }

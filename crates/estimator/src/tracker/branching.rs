@@ -1,4 +1,4 @@
-//! The ways on from one hypothesis to the next instant: updates with the views, jolts, rejection; and their weighing.
+//! Branches of a hypothesis at an instant: updated by the views, hit in the meantime, or with all views rejected; and their weighing.
 
 use sextant_geometry::se3;
 
@@ -16,9 +16,9 @@ use crate::{FusionOptions, MOST_JOINTS};
 const MOST_HYPOTHESES: usize = 4;
 
 impl Hypothesis {
-    /// What becomes of the hypothesis after `dt` seconds with the views of that instant. Where they contradict the
-    /// prediction there are two ways on: the body was hit, or the views are wrong; what follows will tell. All views of one of
-    /// several simultaneous images are enough: along its sight another camera may agree with anything.
+    /// Branches of the hypothesis after `dt` seconds with the views of that instant. Where views contradict the prediction, either the body
+    /// was hit or the views are wrong; later images decide. All views of one of several simultaneous images are enough: along its line of
+    /// sight another camera may agree with anything.
     pub fn followed(
         &self,
         dt: f64,
@@ -30,7 +30,7 @@ impl Hypothesis {
             .filter_map(|weighted| weighted.view.chain_link.as_ref());
         let predicted = self.state.predicted(dt);
         let predicted = predicted.reanchored_to_best(chain_links.map(|chain_link| chain_link.link));
-        let mut ways = taken_in(&predicted, weighted_views, options);
+        let mut ways = updates(&predicted, weighted_views, options);
         let contradicted = ways.is_empty();
         for strength in JOLTS {
             if !ways
@@ -39,60 +39,60 @@ impl Hypothesis {
             {
                 break;
             }
-            let mut hit = taken_in(
+            let mut hit = updates(
                 &jolted(&predicted, dt, strength, options),
                 weighted_views,
                 options,
             );
-            weaken(&mut hit, options.jolt_odds);
-            let taken = hit.iter_mut().flat_map(|way| &mut way.taken);
-            taken.for_each(|taken| taken.expected = false);
+            penalise(&mut hit, options.jolt_odds);
+            let outcome = hit.iter_mut().flat_map(|way| &mut way.outcomes);
+            outcome.for_each(|outcome| outcome.expected = false);
             ways.extend(hit);
         }
         if contradicted {
             ways.push(refused(predicted, weighted_views, options));
         }
-        weaken(&mut ways, -self.evidence);
+        penalise(&mut ways, -self.evidence);
         for way in &mut ways {
-            way.doubt(&self.standing, weighted_views, options);
-            way.settle(self.settled, weighted_views, options);
+            way.doubt(&self.consistency, weighted_views, options);
+            way.confirm(self.confirmed_odds, weighted_views, options);
         }
         Branches { ways, contradicted }
     }
 
     /// Whether no view of one of the images took part.
     pub(crate) fn leaves_out_an_image(&self, weighted_views: &[WeightedView<'_>]) -> bool {
-        let pairs: Vec<_> = weighted_views.iter().zip(&self.taken).collect();
+        let pairs: Vec<_> = weighted_views.iter().zip(&self.outcomes).collect();
         let mut images = pairs.chunk_by(|(a, _), (b, _)| a.camera_index == b.camera_index);
-        images.any(|image| !image.iter().any(|(_, taken)| taken.part))
+        images.any(|image| !image.iter().any(|(_, outcome)| outcome.part))
     }
 
-    /// Remembers whose images took no part. A further one of a camera that is wrong costs a jolt's odds and what its views would say of
-    /// themselves.
+    /// Remembers the cameras without a view that took part. A further such image of a wrong camera costs the odds of a jolt and of usual
+    /// residuals.
     pub(crate) fn doubt(
         &mut self,
         before: &CameraConsistency,
         weighted_views: &[WeightedView<'_>],
         options: &FusionOptions,
     ) {
-        if !before.is_in_doubt() && self.taken.iter().all(|taken| taken.part) {
+        if !before.is_in_doubt() && self.outcomes.iter().all(|outcome| outcome.part) {
             return;
         }
-        self.standing.clone_from(before);
-        let pairs: Vec<_> = weighted_views.iter().zip(&self.taken).collect();
+        self.consistency.clone_from(before);
+        let pairs: Vec<_> = weighted_views.iter().zip(&self.outcomes).collect();
         for image in pairs.chunk_by(|(a, _), (b, _)| a.camera_index == b.camera_index) {
             let camera = image[0].0.camera_index;
-            let part = image.iter().any(|(_, taken)| taken.part);
-            if !part && self.standing.is_wrong(camera) {
+            let part = image.iter().any(|(_, outcome)| outcome.part);
+            if !part && self.consistency.is_wrong(camera) {
                 let again = options.jolt_odds + USUAL * image.len() as f64;
                 self.evidence += (image_refusal(image.len(), options) - again).max(0.0);
             }
-            self.standing.note(camera, part);
+            self.consistency.note(camera, part);
         }
     }
 }
 
-/// What becomes of a hypothesis at the next instant.
+/// Branches of a hypothesis at the next instant.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Branches {
     pub ways: Vec<Hypothesis>,
@@ -101,7 +101,7 @@ pub(crate) struct Branches {
 }
 
 /// Lowers the evidence by the logarithm of odds.
-pub(crate) fn weaken(hypotheses: &mut [Hypothesis], odds: f64) {
+pub(crate) fn penalise(hypotheses: &mut [Hypothesis], odds: f64) {
     for one in hypotheses {
         one.evidence -= odds;
     }
@@ -109,7 +109,7 @@ pub(crate) fn weaken(hypotheses: &mut [Hypothesis], odds: f64) {
 
 /// The updates that the views allow, one for each attitude that is a possibility of its own; none where no view agrees
 /// with the prior.
-pub(crate) fn taken_in(
+pub(crate) fn updates(
     prior: &ObjectState,
     weighted_views: &[WeightedView<'_>],
     options: &FusionOptions,
@@ -121,16 +121,16 @@ pub(crate) fn taken_in(
         rolling,
         prior.joints.as_ref().map_or(0, |joints| joints.moving),
     ) {
-        (false, 0) => taken_in_by::<6>(prior, weighted_views, options),
-        (false, 1..=2) => taken_in_by::<8>(prior, weighted_views, options),
-        (false, _) => taken_in_by::<{ 6 + MOST_JOINTS }>(prior, weighted_views, options),
-        (true, 0) => taken_in_by::<12>(prior, weighted_views, options),
-        (true, _) => taken_in_by::<{ 2 * (6 + MOST_JOINTS) }>(prior, weighted_views, options),
+        (false, 0) => updates_of_size::<6>(prior, weighted_views, options),
+        (false, 1..=2) => updates_of_size::<8>(prior, weighted_views, options),
+        (false, _) => updates_of_size::<{ 6 + MOST_JOINTS }>(prior, weighted_views, options),
+        (true, 0) => updates_of_size::<12>(prior, weighted_views, options),
+        (true, _) => updates_of_size::<{ 2 * (6 + MOST_JOINTS) }>(prior, weighted_views, options),
     }
 }
 
 /// The same with the size of a configuration.
-fn taken_in_by<const D: usize>(
+fn updates_of_size<const D: usize>(
     prior: &ObjectState,
     weighted_views: &[WeightedView<'_>],
     options: &FusionOptions,
@@ -163,7 +163,7 @@ fn taken_in_by<const D: usize>(
 /// Seconds over which a jolt counts at least: a blow takes no time, and is as hard however soon the next image comes.
 pub(crate) const BLOW_S: f64 = 1.0 / 30.0;
 
-/// What a view says on the whole where it is known what is wrong: half a squared sigma for each of eight coordinates.
+/// Half a squared residual for each of eight coordinates: what a view costs where its fault is known.
 const USUAL: f64 = 4.0;
 
 /// Jolts are of any size: were only the hardest thought of, a wrong tag would often be likelier.
@@ -193,12 +193,11 @@ fn jolted(predicted: &ObjectState, dt: f64, strength: f64, options: &FusionOptio
     jolted
 }
 
-/// What the corners of an instant are worth where the cost is no parabola: it rests on covariances that are rough guesses
-/// there.
+/// Share of the evidence of the corners that counts where the cost is no parabola: it rests on covariances that are rough there.
 const VAGUE_WORTH: f64 = 0.3;
 
-/// Makes less of what the corners say where one of the hypotheses is vague: of all alike, for what the corners say against
-/// all of them would else count for the vague one.
+/// Discounts the evidence of the corners where one of the hypotheses is vague: for all alike, since corners that contradict all would else
+/// count for the vague one.
 fn discount_vague(hypotheses: &mut [Hypothesis]) {
     if hypotheses.iter().any(|one| one.vague) {
         for one in hypotheses {
@@ -207,13 +206,12 @@ fn discount_vague(hypotheses: &mut [Hypothesis]) {
     }
 }
 
-/// Sorts by evidence, merges what has run together, gives up what is hopeless. The likeliest then has evidence zero; what
-/// it had is returned.
-pub(crate) fn weigh(hypotheses: &mut Vec<Hypothesis>, options: &FusionOptions) -> f64 {
+/// Sorts by evidence, merges equal hypotheses and drops hopeless ones. The likeliest then has evidence zero.
+pub(crate) fn weigh(hypotheses: &mut Vec<Hypothesis>, options: &FusionOptions) {
     discount_vague(hypotheses);
     hypotheses.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
     let Some(best) = hypotheses.first().map(|one| one.evidence) else {
-        return 0.0;
+        return;
     };
     let mut kept: Vec<Hypothesis> = Vec::new();
     for mut one in hypotheses.drain(..) {
@@ -227,14 +225,13 @@ pub(crate) fn weigh(hypotheses: &mut Vec<Hypothesis>, options: &FusionOptions) -
         }
     }
     *hypotheses = kept;
-    best
 }
 
 /// Squared Mahalanobis distance of hypotheses that have run together.
 const NEAR: f64 = 0.1;
 
-/// Whether two hypotheses have run together: nearer than a third of what is uncertain anyway. Two branches of a vague tag
-/// may lie within one sigma of each other and still be two.
+/// Whether two hypotheses are the same: nearer than a third of their uncertainty. Two branches of a vague tag may lie within one standard
+/// deviation and still be two.
 fn is_same(a: &Hypothesis, b: &Hypothesis) -> bool {
     let off = se3::difference(&a.state.pose, &b.root_of(a));
     let covariance: Covariance = a.state.covariance;

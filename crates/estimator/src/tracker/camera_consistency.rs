@@ -1,9 +1,9 @@
-//! Which cameras go on to contradict while others agree.
+//! Cameras that keep contradicting a track while others agree.
 //!
-//! What makes all views of an image wrong is likely to stay, as a body that is hit anew each time is not: a further such image
-//! costs little. But where more cameras contradict than agree, it is the track that is wrong.
+//! A cause that makes all views of an image wrong is likely to stay, unlike a blow to the body: a further such image costs little. Where
+//! more cameras contradict than agree, the track itself is wrong.
 
-/// Cameras by index, as one attitude has them.
+/// Cameras that contradict and agree with one hypothesis, by index.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(crate) struct CameraConsistency {
     /// Of whose last image no view took part.
@@ -56,24 +56,24 @@ mod tests {
 
     #[test]
     fn one_that_goes_on_to_contradict_is_wrong_once_another_agrees() {
-        let mut standing = CameraConsistency::default();
-        standing.note(1, false);
-        assert!(standing.doubts(1) && !standing.is_wrong(1));
-        standing.note(0, true);
-        assert!(standing.is_wrong(1) && !standing.is_wrong(0));
-        standing.note(1, true);
-        assert_eq!(standing, CameraConsistency::default());
+        let mut consistency = CameraConsistency::default();
+        consistency.note(1, false);
+        assert!(consistency.doubts(1) && !consistency.is_wrong(1));
+        consistency.note(0, true);
+        assert!(consistency.is_wrong(1) && !consistency.is_wrong(0));
+        consistency.note(1, true);
+        assert_eq!(consistency, CameraConsistency::default());
     }
 
     #[test]
     fn those_who_are_more_than_those_that_agree_are_not_wrong() {
-        let mut standing = CameraConsistency::default();
+        let mut consistency = CameraConsistency::default();
         for camera in [1, 2] {
-            standing.note(camera, false);
-            standing.note(0, true);
+            consistency.note(camera, false);
+            consistency.note(0, true);
         }
-        assert!(!standing.is_wrong(1) && !standing.is_wrong(2));
-        standing.note(3, true);
-        assert!(standing.is_wrong(1) && standing.is_wrong(2));
+        assert!(!consistency.is_wrong(1) && !consistency.is_wrong(2));
+        consistency.note(3, true);
+        assert!(consistency.is_wrong(1) && consistency.is_wrong(2));
     }
 }

@@ -1,106 +1,92 @@
-//! What an object's images have told about the cameras' clocks.
+//! What a track knows of the cameras' clocks.
 //!
-//! Cameras that say nothing about their clocks are taken to agree, which most do: synchronised by cable, or on one machine.
-//! [`crate::tracker::clock_model_selection`] decides whether that holds; where it does not, the offsets of all clocks that nobody vouches for are
-//! estimated.
+//! A clock whose error is within the tolerance is right; the offset of every other clock is estimated. Cameras that expose in the very same
+//! nanosecond are triggered or stamped by one clock, whatever they report.
 
 use crate::filter::state::ObjectState;
-use crate::site::ClockPrior;
-use crate::time::seconds;
+use crate::site::{ClockPrior, ObjectImage};
 use crate::{ClockOffset, FusionOptions};
 
-/// What is held of the clocks.
+/// What a track knows of the clocks.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(crate) struct ClockKnowledge {
-    /// Whether the clocks that nobody vouches for are estimated.
-    pub open: bool,
     /// Whether a camera whose clock is right has seen the object.
-    pub has_right_clock: bool,
-    /// When it was last settled of which cameras' clocks that they agree, in ns.
-    settled: Vec<(usize, u64)>,
-    /// Cameras whose clocks are in doubt, whoever vouches for them.
+    has_right_clock: bool,
+    /// Cameras that expose in the same nanosecond as others.
+    synchronous: Vec<usize>,
+    /// Cameras whose clocks may be off, whatever they report.
     doubted: Vec<usize>,
-    /// By camera index: what an earlier track found out.
+    /// Offsets that an earlier track has estimated, by camera index.
     learned: Vec<Option<ClockOffset>>,
 }
 
 impl ClockKnowledge {
-    /// Notes that the clocks of these cameras agree.
-    pub fn settle(&mut self, time_ns: u64, cameras: &[usize]) {
-        for camera in cameras {
-            self.settled.retain(|(other, _)| other != camera);
-            self.settled.push((*camera, time_ns));
-            self.doubted.retain(|other| other != camera);
+    /// Whether the images of an instant change this.
+    pub fn is_changed_by(&self, images: &[&ObjectImage]) -> bool {
+        let is_new = |image: &&ObjectImage| match self.accepted(image) {
+            ClockPrior::Right => !self.has_right_clock,
+            ClockPrior::Unknown => images.len() > 1,
+            _ => false,
+        };
+        images.iter().any(is_new)
+    }
+
+    /// Takes in the images of an instant.
+    pub fn observe(&mut self, images: &[&ObjectImage]) {
+        for image in images {
+            match self.accepted(image) {
+                ClockPrior::Right => self.has_right_clock = true,
+                ClockPrior::Unknown if images.len() > 1 => {
+                    self.synchronous.push(image.camera_index);
+                    self.doubted.retain(|camera| *camera != image.camera_index);
+                }
+                _ => {}
+            }
         }
     }
 
-    /// That they agree is in question again, whoever vouches for it.
+    /// These clocks may be off, whatever their cameras report.
     pub fn doubt(&mut self, cameras: &[usize]) {
-        self.settled.retain(|(camera, _)| !cameras.contains(camera));
+        self.synchronous.retain(|camera| !cameras.contains(camera));
         self.doubted.retain(|camera| !cameras.contains(camera));
         self.doubted.extend(cameras);
     }
 
-    /// Cameras whose clocks are in doubt, whoever vouches for them.
-    pub fn doubted(&self) -> &[usize] {
-        &self.doubted
-    }
-
-    /// Whether these are in doubt.
-    pub fn are_doubted(&self, cameras: &[usize]) -> bool {
-        cameras.iter().all(|camera| self.doubted.contains(camera))
-    }
-
-    /// What is said about a camera's clock, as far as that is believed.
-    pub fn accepted(&self, camera_index: usize, stated: ClockPrior) -> ClockPrior {
-        match stated {
-            ClockPrior::Right if self.doubted.contains(&camera_index) => ClockPrior::Unknown,
-            _ => stated,
+    fn accepted(&self, image: &ObjectImage) -> ClockPrior {
+        match image.clock {
+            ClockPrior::Right if self.doubted.contains(&image.camera_index) => ClockPrior::Unknown,
+            ClockPrior::Unknown if self.synchronous.contains(&image.camera_index) => {
+                ClockPrior::Right
+            }
+            given => given,
         }
     }
 
-    /// Whether that is known of a camera's clock.
-    pub fn is_settled(&self, camera_index: usize, time_ns: u64, options: &FusionOptions) -> bool {
-        let mut settled = self.settled.iter();
-        settled.any(|(camera, settled_ns)| {
-            *camera == camera_index && seconds(*settled_ns, time_ns) < options.clock_recheck_s
-        })
-    }
-
-    /// What is to be estimated about a clock; `None` where it is taken at its word.
-    pub fn clock(
-        &self,
-        camera_index: usize,
-        stated: ClockPrior,
-        options: &FusionOptions,
-    ) -> Option<ClockOffset> {
-        let learned = self.learned.get(camera_index).copied().flatten();
-        let within = |sigma_s: f64| {
-            let stated = ClockOffset {
-                offset_s: 0.0,
-                sigma_s,
-            };
-            Some(learned.unwrap_or(stated))
-        };
-        match self.accepted(camera_index, stated) {
-            ClockPrior::Right => None,
+    /// Prior of the offset of an image's clock; `None` where the clock is right.
+    pub fn clock(&self, image: &ObjectImage, options: &FusionOptions) -> Option<ClockOffset> {
+        let sigma_s = match self.accepted(image) {
+            ClockPrior::Right => return None,
             // The motion tells differences only: without a clock that is right this one is.
-            ClockPrior::Reference(sigma_s) if self.has_right_clock => within(sigma_s),
-            ClockPrior::Reference(_) => None,
-            ClockPrior::Within(sigma_s) => within(sigma_s),
-            ClockPrior::Unknown if self.open => within(options.unknown_clock_s),
-            ClockPrior::Unknown => None,
-        }
+            ClockPrior::Reference(_) if !self.has_right_clock => return None,
+            ClockPrior::Reference(sigma_s) | ClockPrior::Within(sigma_s) => sigma_s,
+            ClockPrior::Unknown => options.unknown_clock_s,
+        };
+        let learned = self.learned.get(image.camera_index).copied().flatten();
+        let given = ClockOffset {
+            offset_s: 0.0,
+            sigma_s,
+        };
+        Some(learned.unwrap_or(given))
     }
 
-    /// So many seconds more are taken off a camera's stamps from now on.
+    /// From now on `by_s` seconds more are subtracted from the timestamps of a camera.
     pub fn shift(&mut self, camera_index: usize, by_s: f64) {
         if let Some(Some(learned)) = self.learned.get_mut(camera_index) {
             learned.offset_s -= by_s;
         }
     }
 
-    /// Keeps what a track that ends has found out about the clocks.
+    /// Keeps the offsets that a track which ends has estimated.
     pub fn learn(&mut self, state: &ObjectState) {
         for (camera_index, prior) in state.clock_offsets() {
             if self.learned.len() <= camera_index {

@@ -1,15 +1,15 @@
-//! How much of the bow of a bending lens a camera's corners have: all of it where its detector fits a homography to the bent
-//! tag, nothing where its corners are the very points that the lens shows.
+//! Share of the distortion bias in a camera's corners: 1 where the detector fits a homography to the distorted tag, 0 where its corners are
+//! the very points that the lens shows.
 //!
-//! Nobody states it, so it is learned from the residuals of all views: a mean weighed by information. It begins with all of it: whoever finds corners
-//! in pictures fits lines or homographies, and the little noise of such corners makes half a bow matter.
+//! No detector reports it, so it is estimated from the residuals of all views as a mean weighted by information. It starts at 1: whoever
+//! finds corners fits lines or homographies, and the little noise of such corners makes half a bias matter.
 
 /// Information before anything is seen: of a deviation of one half.
 const FAITH: f64 = 4.0;
-/// Information that is remembered: a hundredth of the bow is below all noise.
+/// Information that is remembered: a hundredth of the bias is below all noise.
 const MEMORY: f64 = 1e4;
 
-/// What residuals say of the share.
+/// Estimate of the share.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(crate) struct DistortionShare {
     /// Of information times share.
@@ -23,7 +23,7 @@ impl DistortionShare {
         ((self.sum + FAITH) / (self.information + FAITH)).clamp(0.0, 1.0)
     }
 
-    /// Takes in what a view's residuals say where a share was allowed for: slope and information about more of it.
+    /// Updates the share with the score of a view: slope and information about the share that was allowed for.
     pub fn learn(&mut self, allowed: f64, [slope, information]: [f64; 2]) {
         if slope.is_finite() && information.is_finite() {
             let keep = (1.0 - information / MEMORY).clamp(0.0, 1.0);

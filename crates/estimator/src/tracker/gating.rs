@@ -1,7 +1,7 @@
-//! The update of a state by the views of one instant: groups of cameras that share a time, gates, robust fit.
+//! Update of a state by the views of one instant: groups of cameras that share a time, gates, robust fit.
 //!
-//! Cameras whose clocks are right see the same pose and are fitted jointly. A camera whose offset is estimated sees the
-//! pose of another moment; such cameras follow one by one, in the order of the rig.
+//! Cameras whose clocks are right see the same pose and are fitted jointly. A camera whose offset is estimated sees the pose of another
+//! moment; such cameras follow one by one, in the order of the rig.
 
 use std::borrow::Cow;
 
@@ -12,7 +12,7 @@ use crate::filter::consider::UpdateGain;
 use crate::filter::least_squares::{Fit, solve};
 use crate::filter::observed_configuration::ObservationTime;
 use crate::filter::state::ObjectState;
-use crate::filter::update::{Updated, nis, update};
+use crate::filter::update::{Updated, update};
 use crate::kinematics::configuration::Configuration;
 use crate::measurement::biases::BiasGradient;
 use crate::measurement::corners::{UNSEEN, WeightedView};
@@ -51,12 +51,15 @@ pub(crate) fn updated<const D: usize>(
             sum.vague |= update.vague;
             group
                 .iter()
-                .zip(&update.taken)
-                .for_each(|(index, taken)| sum.taken[*index] = *taken);
+                .zip(&update.outcomes)
+                .for_each(|(index, outcome)| sum.outcomes[*index] = *outcome);
             sum.state = update.state;
         }
     }
-    sum.taken.iter().any(|taken| taken.part).then_some(sum)
+    sum.outcomes
+        .iter()
+        .any(|outcome| outcome.part)
+        .then_some(sum)
 }
 
 /// The state with all views refused.
@@ -71,10 +74,10 @@ pub(crate) fn refused(
         fitted: 0.0,
         vague: false,
         mirrored: f64::NEG_INFINITY,
-        settled: 0.0,
+        confirmed_odds: 0.0,
         to_mirrored: None,
-        standing: CameraConsistency::default(),
-        taken: vec![ViewOutcome::refused(); weighted_views.len()],
+        consistency: CameraConsistency::default(),
+        outcomes: vec![ViewOutcome::refused(); weighted_views.len()],
     }
 }
 
@@ -103,7 +106,7 @@ pub(crate) fn image_refusal(views: usize, options: &FusionOptions) -> f64 {
     options.refused_odds * (1.0 + (views as f64 - 1.0) * WITH_OTHERS)
 }
 
-/// Indices of the sights that see the same moment; those of right clocks first.
+/// Indices of the views that see the same moment; those of right clocks first.
 fn groups(weighted_views: &[WeightedView<'_>]) -> Vec<Vec<usize>> {
     let (right, other): (Vec<usize>, Vec<usize>) =
         (0..weighted_views.len()).partition(|index| weighted_views[*index].clock.is_none());
@@ -116,8 +119,8 @@ fn groups(weighted_views: &[WeightedView<'_>]) -> Vec<Vec<usize>> {
     groups
 }
 
-/// From where and when simultaneous views see the state.
-fn vantage(weighted_views: &[WeightedView<'_>]) -> ObservationTime {
+/// Camera and time of simultaneous views.
+fn observation_time(weighted_views: &[WeightedView<'_>]) -> ObservationTime {
     let rows = weighted_views
         .iter()
         .filter_map(|weighted| weighted.view.after_s);
@@ -130,13 +133,13 @@ fn vantage(weighted_views: &[WeightedView<'_>]) -> ObservationTime {
 
 struct GroupUpdate {
     state: ObjectState,
-    /// What the corners say for it: the logarithm of odds.
+    /// Logarithm of the odds that the corners give.
     fitted: f64,
     /// Logarithm of the odds against the views that take no part.
     refusal: f64,
     /// Whether the attitude is so vague that the cost may be no parabola about the fit.
     vague: bool,
-    taken: Vec<ViewOutcome>,
+    outcomes: Vec<ViewOutcome>,
 }
 
 /// The worst view is left out until all that are left pass their gates; `None` where none does, or where the prediction
@@ -147,7 +150,7 @@ fn updated_by_group<const D: usize>(
     weighted_views: &[WeightedView<'_>],
     options: &FusionOptions,
 ) -> Option<GroupUpdate> {
-    let expected = prior.observed_from::<D>(vantage(weighted_views));
+    let expected = prior.observed_from::<D>(observation_time(weighted_views));
     let seen_prior = expected.prior()?;
     let mut part = vec![true; weighted_views.len()];
     loop {
@@ -166,16 +169,11 @@ fn updated_by_group<const D: usize>(
             // Just below the worst, so that at least that one goes.
             let limit = options.tag_gate.max(worst * ALMOST_AS_BAD);
             leave_out(&mut part, &normals, limit);
-        } else if fit.nis > options.prediction_gate
-            && nis(prior, &seen_prior, &fit, &active[0]) > options.prediction_gate
-        {
+        } else if fit.nis > options.prediction_gate {
             return None;
         } else {
             let mut update = complete(prior, &fit, weighted_views, &normals, &part)?;
-            if !weighted_views
-                .iter()
-                .any(|weighted| weighted.clock.is_some())
-            {
+            if active.iter().all(|weighted| weighted.clock.is_none()) {
                 update.vague = curvature::widen(&mut update.state, &seen_prior, &active, &fit);
             }
             update.refusal = refusal(weighted_views, &part, options);
@@ -184,7 +182,7 @@ fn updated_by_group<const D: usize>(
     }
 }
 
-/// The sights of a group; nearly always there is one, of all.
+/// The views of a group; nearly always all.
 fn members<'s, 'a>(
     weighted_views: &'s [WeightedView<'a>],
     group: &[usize],
@@ -195,7 +193,7 @@ fn members<'s, 'a>(
     group.iter().map(|index| weighted_views[*index]).collect()
 }
 
-/// The sights that take part; nearly always all.
+/// The views that take part; nearly always all.
 fn chosen<'s, 'a>(
     weighted_views: &'s [WeightedView<'a>],
     part: &[bool],
@@ -210,7 +208,7 @@ fn chosen<'s, 'a>(
         .collect()
 }
 
-/// Cost and normal equations of each view at the fit, taken out of it; `None` where it would have to show the tag's back.
+/// Cost and normal equations of each view at the fit; `None` where it would have to show the tag's back.
 fn normals<const D: usize>(
     weighted_views: &[WeightedView<'_>],
     part: &[bool],
@@ -263,56 +261,60 @@ fn complete<const D: usize>(
     part: &[bool],
 ) -> Option<GroupUpdate> {
     let camera_index = weighted_views[0].camera_index;
-    let mut absorbed = update(prior, vantage(weighted_views), fit)?;
-    let seen = absorbed.state.observed::<D>(camera_index);
+    let mut updated_state = update(prior, observation_time(weighted_views), fit)?;
+    let seen = updated_state.state.observed::<D>(camera_index);
     let of_base = seen.covariance.fixed_view::<6, 6>(0, 0).into_owned();
     let covariance = |weighted: &WeightedView<'_>| match &weighted.view.chain_link {
         None => of_base,
         Some(chain_link) => chain_link.covariance(&seen.configuration, &seen.covariance),
     };
     let pairs = normals.iter().zip(part).zip(weighted_views);
-    let taken = pairs
+    let outcomes = pairs
         .map(|((normal, part), weighted)| {
             let covariance = covariance(weighted);
-            let mut taken = taken(normal.as_ref(), *part, &covariance);
+            let mut outcome = outcome(normal.as_ref(), *part, &covariance);
             if *part && weighted.view.distortion_bias.is_some() {
                 let link = weighted.view.moving(&fit.configuration);
-                taken.distortion_score = weighted
+                outcome.distortion_score = weighted
                     .distortion_score(&link, &covariance)
                     .unwrap_or_default();
             }
-            taken
+            outcome
         })
         .collect();
     let parts = bias_gradients::<D>(&seen.configuration, weighted_views, normals, part);
-    if !parts.is_empty() || absorbed.state.considered.is_some() {
-        let gain = gain(&absorbed, fit, camera_index);
-        absorbed.state.consider(&gain, &parts);
+    if !parts.is_empty() || updated_state.state.considered.is_some() {
+        let gain = gain(&updated_state, fit, camera_index);
+        updated_state.state.consider(&gain, &parts);
     }
-    let fitted = -0.5 * (fit.cost + absorbed.narrowing);
-    let state = absorbed.state;
+    let fitted = -0.5 * (fit.cost + updated_state.log_shrinkage);
+    let state = updated_state.state;
     Some(GroupUpdate {
         state,
         fitted,
         refusal: 0.0,
         vague: false,
-        taken,
+        outcomes,
     })
 }
 
-/// What lasting errors need to know of an update.
-fn gain<const D: usize>(absorbed: &Updated<D>, fit: &Fit<D>, camera_index: usize) -> UpdateGain<D> {
-    let clocks = absorbed.state.clocks.as_deref();
+/// Gain and rates of an update, as the consider states need them.
+fn gain<const D: usize>(
+    updated_state: &Updated<D>,
+    fit: &Fit<D>,
+    camera_index: usize,
+) -> UpdateGain<D> {
+    let clocks = updated_state.state.clocks.as_deref();
     let slot = clocks.and_then(|clocks| Some((clocks, clocks.slot(camera_index)?)));
     UpdateGain {
-        with: absorbed.gain(),
+        with: updated_state.gain(),
         clock: slot.map(|(clocks, slot)| (slot, clocks.offset_s(slot))),
-        rates: absorbed.state.rates(),
+        rates: updated_state.state.rates(),
         information: fit.information,
     }
 }
 
-/// What the sources of lasting errors have contributed by the views that took part.
+/// Gradients of the consider parameters by the views that took part.
 fn bias_gradients<const D: usize>(
     seen: &Configuration,
     weighted_views: &[WeightedView<'_>],
@@ -323,39 +325,35 @@ fn bias_gradients<const D: usize>(
     let views = weighted_views.iter().zip(normals).zip(part);
     for ((weighted, normal), _) in views.filter(|(_, part)| **part) {
         let Some(normal) = normal else { continue };
-        let lasting = weighted.lasting(seen, normal);
+        let own = weighted.bias_gradients(seen, normal);
         let chain_link = weighted
             .view
             .chain_link
             .as_ref()
-            .filter(|_| !lasting.is_empty());
+            .filter(|_| !own.is_empty());
         let by_configuration = chain_link.map(|chain_link| chain_link.jacobian::<D>(seen));
-        for part in lasting {
+        for part in own {
             part.about(by_configuration.as_ref()).join(&mut parts);
         }
     }
     parts
 }
 
-fn taken(normal: Option<&ViewEquations>, part: bool, covariance: &Matrix6<f64>) -> ViewOutcome {
+fn outcome(normal: Option<&ViewEquations>, part: bool, covariance: &Matrix6<f64>) -> ViewOutcome {
     let Some(normal) = normal else {
         return ViewOutcome::refused();
     };
-    let absorbed = |information: Matrix6<f64>| {
-        // The trace of the product: both are symmetric.
-        let share = if part {
-            information.dot(covariance)
-        } else {
-            0.0
-        };
-        (4.0 - share).clamp(0.2, 4.0)
+    // The trace of the product: both are symmetric.
+    let updated_state = if part {
+        normal.information.dot(covariance)
+    } else {
+        0.0
     };
-    let of_shifts = normal.information - normal.of_turns;
     ViewOutcome {
         part,
         expected: part,
-        scale: normal.scale,
-        redundancy: [absorbed(of_shifts), absorbed(normal.of_turns)],
+        weighted_square: normal.weighted_square,
+        redundancy: (8.0 - updated_state).clamp(0.4, 8.0),
         square_px: normal.square_px,
         distortion_score: [0.0; 2],
     }

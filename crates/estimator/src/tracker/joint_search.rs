@@ -1,8 +1,8 @@
-//! Values of joints of which little is known, from the links that are seen.
+//! Start values of joints of which little is known, from the links that are seen.
 //!
-//! From a link whose pose is taken for true (the anchor) outwards: where one joint stands between it and a link that is
-//! seen, each branch of that link's largest view gives the joint's value; where two do, the first is tried over its range;
-//! further ones stay where they are. The views of the link choose. Starts for the search only: the fit follows.
+//! The search goes outwards from a link whose pose is accepted (the anchor). Where one joint lies between it and a link that is seen, each
+//! branch of that link's largest view gives the joint's value; where two do, the first is tried over its range; further ones keep their
+//! values. The views of the link decide. The fit refines these starts.
 
 use nalgebra::Vector3;
 use sextant_geometry::Pose;
@@ -11,7 +11,7 @@ use crate::filter::state::ObjectState;
 use crate::kinematics::chain::KinematicChain;
 use crate::kinematics::configuration::{Configuration, Rates, Values};
 use crate::measurement::corners::WeightedView;
-use crate::measurement::planar_poses::{area, branches};
+use crate::measurement::planar_poses::{branches, largest};
 use crate::{Joint, JointKind};
 use sextant_site_model::MOST_JOINTS;
 
@@ -22,7 +22,7 @@ const VAGUE: f64 = 0.15;
 /// m to either side within which a slide without limits is looked for.
 const REACH: f64 = 1.0;
 
-/// The configuration by a branch of a view: its link is where the branch says, the joints where the other links say.
+/// Configuration by one branch of a view: its link at that pose, the joints by the other links.
 pub(crate) fn by_branch(
     weighted: &WeightedView<'_>,
     world_from_link: &Pose,
@@ -86,7 +86,7 @@ struct Search<'a> {
 }
 
 impl Search<'_> {
-    /// With every link that is seen taken in, the nearest first.
+    /// The configuration with all links that are seen, the nearest first.
     fn finished(mut self) -> Configuration {
         let links = self
             .weighted_views
@@ -98,7 +98,7 @@ impl Search<'_> {
         for link in links {
             let mut open = self.chain.between(self.anchor, link);
             open.retain(|slot| !self.known[*slot]);
-            self.settle(link, &open);
+            self.choose(link, &open);
             open.iter().for_each(|slot| self.known[*slot] = true);
         }
         self.at(&self.values)
@@ -114,7 +114,7 @@ impl Search<'_> {
     }
 
     /// Chooses the open values between the anchor and a link.
-    fn settle(&mut self, link: usize, open: &[usize]) {
+    fn choose(&mut self, link: usize, open: &[usize]) {
         let Some((last, before)) = open.split_last() else {
             return;
         };
@@ -163,8 +163,7 @@ impl Search<'_> {
 
     /// `world_from_link` by each branch of the link's largest view.
     fn candidates(&self, link: usize) -> Vec<Pose> {
-        let largest = self.views(link).max_by(|a, b| area(a).total_cmp(&area(b)));
-        largest.map(branches).unwrap_or_default()
+        largest(self.views(link)).map(branches).unwrap_or_default()
     }
 
     fn cost(&self, link: usize, values: &Values) -> f64 {
@@ -197,7 +196,7 @@ impl Search<'_> {
     }
 }
 
-/// In the middle of what is possible.
+/// The middle of each range.
 fn middle(chain: &KinematicChain) -> Values {
     let mut values = Values::zeros();
     for (slot, joint) in chain.moving().enumerate() {

@@ -1,4 +1,4 @@
-//! What is published of links and joints: over all attitudes that are possible, about the likeliest.
+//! Published estimates of links and joints: mean of the likeliest hypothesis, covariance of the mixture of all.
 
 use nalgebra::{Matrix6, SMatrix};
 use sextant_geometry::se3;
@@ -9,7 +9,7 @@ use crate::kinematics::chain::KinematicChain;
 use crate::kinematics::configuration::Configuration;
 use crate::tracker::hypothesis::Hypothesis;
 use crate::tracker::track::Track;
-use crate::{JointEstimate, LinkEstimate, Posture};
+use crate::{ArticulatedEstimate, JointEstimate, LinkEstimate};
 use sextant_site_model::MOST_JOINTS;
 
 /// Of a configuration.
@@ -24,7 +24,7 @@ struct MixtureComponent {
 
 impl Track {
     /// Links and joints; `None` where the object is rigid.
-    pub fn posture(&self) -> Option<Box<Posture>> {
+    pub fn articulated(&self) -> Option<Box<ArticulatedEstimate>> {
         let best = self.hypotheses.first()?;
         let joints = best.state.joints.as_deref()?;
         let possible: Vec<MixtureComponent> = self.hypotheses.iter().flat_map(possible).collect();
@@ -40,7 +40,7 @@ impl Track {
                 velocity_variance,
             }
         });
-        Some(Box::new(Posture {
+        Some(Box::new(ArticulatedEstimate {
             links: links.collect(),
             joints: joints.collect(),
         }))
@@ -60,7 +60,7 @@ impl Track {
 /// A hypothesis, and the mirrored attitude while that is not settled.
 fn possible(one: &Hypothesis) -> Vec<MixtureComponent> {
     let own = one.state.observed::<SIZE>(usize::MAX).covariance;
-    let covariance = own * one.state.covariance_inflation() + one.state.bias_covariance_of();
+    let covariance = own * one.state.covariance_inflation() + one.state.bias_covariance();
     let (at, weight) = (one.state.configuration(), one.evidence.exp());
     let mut all = vec![MixtureComponent {
         at,
@@ -113,7 +113,7 @@ fn variances(hypotheses: &[Hypothesis], best: &JointStates, slot: usize) -> (f64
         let speed = MOST_JOINTS + slot;
         let off_value = joints.values[slot] - best.values[slot];
         let off_speed = joints.speeds[slot] - best.speeds[slot];
-        let lasting = one.state.bias_covariance_of::<SIZE>()[(6 + slot, 6 + slot)];
+        let lasting = one.state.bias_covariance::<SIZE>()[(6 + slot, 6 + slot)];
         value += weight * (told * joints.own[(slot, slot)] + lasting + off_value.powi(2));
         velocity += weight * (told * joints.own[(speed, speed)] + off_speed.powi(2));
         weights += weight;

@@ -1,21 +1,20 @@
-//! How noisy a camera's corners are, against what was stated: estimated from the residuals that remain after each update.
+//! Noise of each camera's corners, as a factor on the variance that its detector reports: estimated from the residuals that remain after
+//! each update.
 //!
-//! A residual after the update is smaller than the noise by the share of it that the pose took up. Of the four shifts (or
-//! turns) of a view's edges the redundancy r = 4 - tr(L P⁺) is left (Förstner 1979, reliability of blocks). Outliers must not
-//! pass for noise: the weights of Student's t are those with which the variance is to be averaged (the EM step of Lange,
-//! Little, Taylor 1989, sec. 4). Such an average moves slowly where the noise is another by far, since no view weighs much: where
-//! nobody states it each view gives a step of scoring on the logarithm instead, with the information that a view of Student's t
-//! has of its scale (ibid., sec. 3).
+//! The pose takes up a share of the noise. Of the eight coordinates of a view the redundancy r = 8 - tr(L P⁺) is left (Förstner 1979,
+//! reliability of blocks). Outliers must not pass for noise: the variance is averaged with the weights of Student's t (the EM step of Lange,
+//! Little, Taylor 1989, sec. 4). Such an average is slow where the noise differs by far, since no view weighs much. Where the detector
+//! reports no noise, each view therefore gives a scoring step on the logarithm, with the information that a view of Student's t has of its
+//! scale (ibid., sec. 3).
 
 use crate::FusionOptions;
 use crate::measurement::corners::WeightedView;
-use crate::measurement::edge_modes::NoiseFactors;
 use crate::measurement::rolling_shutter::LinkMotion;
 use crate::measurement::view_equations::NoiseSource;
 use crate::tracker::distortion_share::DistortionShare;
 use crate::tracker::view_outcome::ViewOutcome;
 
-/// What a source of the stated noise is worth.
+/// Prior of the factor for a source of the reported noise.
 struct Trust {
     /// Degrees of freedom as which it counts.
     faith: f64,
@@ -25,13 +24,13 @@ struct Trust {
 
 /// A detector's own figures come from its fit; they are off by the same factor for long.
 const DETECTOR: Trust = Trust {
-    faith: 30.0,
+    faith: 60.0,
     bounds: (0.1, 25.0),
 };
 
 /// Detectors differ by a factor of ten, so that the usual noise gives way within a few views: from 0.003 to 3 px.
 const NOBODY: Trust = Trust {
-    faith: 4.0,
+    faith: 8.0,
     bounds: (0.001, 1000.0),
 };
 
@@ -51,12 +50,11 @@ pub(crate) struct NoiseScales(Vec<CameraNoiseScales>);
 
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 struct CameraNoiseScales {
-    shift: VarianceScale,
-    turn: VarianceScale,
+    variance: VarianceScale,
     distortion_share: DistortionShare,
 }
 
-/// What the residuals say of a factor on a stated variance.
+/// Estimate of a factor on a reported variance.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 struct VarianceScale {
     chi2: f64,
@@ -71,8 +69,8 @@ struct VarianceScale {
 /// Of a view's corners.
 const COORDINATES: f64 = 8.0;
 
-/// 8 over the mean of 13 x / (5 + x) where x is of chi-square with 8 degrees of freedom: what the weights of views of which nobody
-/// states the noise take from Gaussian residuals.
+/// 8 over the mean of 13 x / (5 + x) where x is of chi-square with 8 degrees of freedom: what the weights of views without reported noise
+/// take from Gaussian residuals.
 const OF_GAUSSIAN: f64 = 1.06;
 /// Information of eight Gaussian residuals on the logarithm of their scale over that of such a view: (5 + 10) / 5.
 const STEEPNESS: f64 = 3.0;
@@ -100,10 +98,7 @@ impl VarianceScale {
 
 /// What all cameras show, by [`index_of`] a source: logarithms of the factors, drawn to one.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct PooledScales {
-    shift: [f64; 2],
-    turn: [f64; 2],
-}
+pub(crate) struct PooledScales([f64; 2]);
 
 fn usual(all: impl Iterator<Item = VarianceScale>) -> [f64; 2] {
     let (mut sums, mut redundancy) = ([0.0; 2], 0.0);
@@ -114,7 +109,7 @@ fn usual(all: impl Iterator<Item = VarianceScale>) -> [f64; 2] {
     [0, 1].map(|source| sums[source] / (redundancy + TRUSTS[source].faith))
 }
 
-/// A camera's own factor, drawn to what all show.
+/// Factor of a camera, drawn towards that of all cameras.
 fn factor(usual: &[f64; 2], own: VarianceScale, source: usize) -> f64 {
     let faith = TRUSTS[source].faith;
     let logarithm = (own.weighed[source] + faith * usual[source]) / (own.redundancy + faith);
@@ -123,35 +118,28 @@ fn factor(usual: &[f64; 2], own: VarianceScale, source: usize) -> f64 {
 
 impl NoiseScales {
     pub fn usual(&self) -> PooledScales {
-        PooledScales {
-            shift: usual(self.0.iter().map(|camera| camera.shift)),
-            turn: usual(self.0.iter().map(|camera| camera.turn)),
-        }
+        PooledScales(usual(self.0.iter().map(|camera| camera.variance)))
     }
 
-    pub fn factors(
+    /// Factor on the variance of a camera's corners.
+    pub fn factor(
         &self,
         camera_index: usize,
         source: NoiseSource,
-        usual: &PooledScales,
-    ) -> NoiseFactors {
-        let source = index_of(source);
+        PooledScales(usual): &PooledScales,
+    ) -> f64 {
         let own = self.0.get(camera_index).copied().unwrap_or_default();
-        NoiseFactors {
-            shift: factor(&usual.shift, own.shift, source),
-            turn: factor(&usual.turn, own.turn, source),
-        }
+        factor(usual, own.variance, index_of(source))
     }
 
-    /// Whether what a view leaves, seen from a pose of its link, is no more than the largest noise that there can be.
+    /// Whether the residuals of a view at a pose of its link are within the largest noise that there can be.
     pub fn can_explain(weighted: &WeightedView<'_>, link: &LinkMotion) -> bool {
-        let NoiseFactors { shift, turn } = weighted.noise;
         let (_, most) = TRUSTS[index_of(weighted.view.noise_source)].bounds;
         let square = weighted.normal(link).map(|normal| normal.square());
-        square.is_some_and(|square| square * (shift * turn).sqrt() < COORDINATES * most)
+        square.is_some_and(|square| square * weighted.noise < COORDINATES * most)
     }
 
-    /// How much of the bow a camera's corners have.
+    /// Share of the distortion bias in a camera's corners.
     pub fn distortion_share(&self, camera_index: usize) -> f64 {
         let own = self.0.get(camera_index).copied().unwrap_or_default();
         own.distortion_share.share()
@@ -161,7 +149,7 @@ impl NoiseScales {
     pub fn learn(
         &mut self,
         weighted: &WeightedView<'_>,
-        taken: &ViewOutcome,
+        outcome: &ViewOutcome,
         options: &FusionOptions,
     ) {
         if self.0.len() <= weighted.camera_index {
@@ -169,22 +157,13 @@ impl NoiseScales {
                 .resize(weighted.camera_index + 1, CameraNoiseScales::default());
         }
         let camera = &mut self.0[weighted.camera_index];
-        let memory = 0.5 * options.noise_memory;
-        // Against what the residuals were whitened with.
-        let ratio = |kind: usize| {
-            // Where it is stated how corners hang together, shifts and turns are off by the same factor.
-            if weighted.view.is_joint {
-                taken.scale.iter().sum::<f64>() / taken.redundancy.iter().sum::<f64>()
-            } else {
-                taken.scale[kind] / taken.redundancy[kind]
-            }
-        };
-        let (shift, turn) = (weighted.noise.shift, weighted.noise.turn);
-        let [of_shift, of_turn] = taken.redundancy;
-        camera.shift.learn(shift, ratio(0), of_shift, memory);
-        camera.turn.learn(turn, ratio(1), of_turn, memory);
+        let ratio = outcome.weighted_square / outcome.redundancy;
+        let memory = options.noise_memory;
+        camera
+            .variance
+            .learn(weighted.noise, ratio, outcome.redundancy, memory);
         camera
             .distortion_share
-            .learn(weighted.distortion_share, taken.distortion_score);
+            .learn(weighted.distortion_share, outcome.distortion_score);
     }
 }

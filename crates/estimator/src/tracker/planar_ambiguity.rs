@@ -1,7 +1,7 @@
-//! The other branch of the planar ambiguity, for a track that is already followed.
+//! The other branch of the planar ambiguity, for a track that is followed already.
 //!
-//! A tag seen by one camera looks almost the same when tilted the other way. While it turns through the frontal view both
-//! ways are open, so the filter's single minimum is not enough: other attitudes are tried under the same prediction.
+//! A tag seen by one camera looks almost the same when tilted the other way. While it turns through the frontal view both branches are
+//! possible, so that the single minimum of a filter is not enough: other attitudes are tried with the same prediction.
 
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3, Vector6};
 use sextant_geometry::{Pose, se3};
@@ -12,7 +12,7 @@ use crate::filter::least_squares::Prior;
 use crate::filter::state::ObjectState;
 use crate::kinematics::configuration::Configuration;
 use crate::measurement::corners::WeightedView;
-use crate::measurement::planar_poses::{area, branches};
+use crate::measurement::planar_poses::{branches, largest};
 
 /// Radians (one sigma about the worst axis) from which on a prediction is too vague to lead to the right one of several
 /// minima.
@@ -38,9 +38,7 @@ pub(crate) fn others<const D: usize>(
         starts: Vec::new(),
         mirrored_odds: f64::NEG_INFINITY,
     };
-    let largest = weighted_views
-        .iter()
-        .max_by(|a, b| area(a).total_cmp(&area(b)));
+    let largest = largest(weighted_views.iter());
     let Some(largest) = largest.filter(|one| is_alone(one.camera_index, weighted_views)) else {
         return others;
     };
@@ -87,10 +85,7 @@ pub(crate) fn is_beside(
     at: &Configuration,
     weighted_views: &[WeightedView<'_>],
 ) -> bool {
-    let Some(largest) = weighted_views
-        .iter()
-        .max_by(|a, b| area(a).total_cmp(&area(b)))
-    else {
+    let Some(largest) = largest(weighted_views.iter()) else {
         return false;
     };
     let turned = |one: &Configuration| largest.view.world_from_link(one).rotation;
@@ -108,19 +103,17 @@ pub(crate) fn step_to_mirrored(
     at: &Configuration,
     weighted_views: &[&WeightedView<'_>],
 ) -> Option<Vector6<f64>> {
-    let largest = weighted_views
-        .iter()
-        .max_by(|a, b| area(a).total_cmp(&area(b)))?;
+    let largest = largest(weighted_views.iter().copied())?;
     Some(se3::difference(&mirrored(largest, at).pose, &at.pose))
 }
 
-/// How much the images of one instant speak against the mirrored attitude: the logarithm of the odds by their corners
-/// alone. The motion is left out, for a mirrored motion is as smooth as the true one.
-pub(crate) fn settled_by(at: &Configuration, weighted_views: &[&WeightedView<'_>]) -> f64 {
-    let Some(largest) = weighted_views
-        .iter()
-        .max_by(|a, b| area(a).total_cmp(&area(b)))
-    else {
+/// Logarithm of the odds of the images of one instant against the mirrored attitude, by their corners alone. The motion does not count: a
+/// mirrored motion is as smooth as the true one.
+pub(crate) fn odds_against_mirrored(
+    at: &Configuration,
+    weighted_views: &[&WeightedView<'_>],
+) -> f64 {
+    let Some(largest) = largest(weighted_views.iter().copied()) else {
         return 0.0;
     };
     let all = |at: &Configuration| -> f64 {

@@ -1,4 +1,4 @@
-//! What is published about an object at an instant.
+//! Estimates of an object as they are published.
 
 use std::borrow::Cow;
 
@@ -20,7 +20,7 @@ impl Track {
         time_ns: u64,
         options: &FusionOptions,
     ) -> Option<ObjectEstimate> {
-        let then = self.leading().predicted(time_ns);
+        let then = self.predicted(time_ns);
         let estimate = then.estimate_now(object, options)?;
         then.is_publishable(&estimate, options).then_some(estimate)
     }
@@ -32,7 +32,7 @@ impl Track {
         time_ns: u64,
         options: &FusionOptions,
     ) -> Option<ObjectEstimate> {
-        let then = self.leading().predicted(time_ns);
+        let then = self.predicted(time_ns);
         let estimate = then.estimate_now(object, options)?;
         Some(ObjectEstimate {
             state: State::Lost,
@@ -58,13 +58,13 @@ impl Track {
             cameras: self.summary.cameras,
             tags: self.summary.tags,
             rms_px: self.summary.rms_px(),
-            posture: self.posture(),
+            articulated: self.articulated(),
         })
     }
 
     /// The clocks' offsets by camera index.
     pub fn clock_offsets(&self) -> impl Iterator<Item = (usize, ClockOffset)> {
-        let best = self.leading().hypotheses.first();
+        let best = self.hypotheses.first();
         best.into_iter().flat_map(|best| best.state.clock_offsets())
     }
 
@@ -83,8 +83,9 @@ impl Track {
                 one.state = one.state.predicted(dt);
             }
         }
-        for one in &mut then.hypotheses {
-            one.state.keep_within_limits();
+        let states = then.hypotheses.iter_mut().map(|one| &mut one.state);
+        for joints in states.filter_map(|state| state.joints.as_mut()) {
+            joints.keep_within_limits();
         }
         Cow::Owned(then)
     }
@@ -155,7 +156,7 @@ impl Track {
         let Some(best) = self.hypotheses.first() else {
             return false;
         };
-        if best.settled < options.trusted_odds {
+        if best.confirmed_odds < options.trusted_odds {
             return true;
         }
         let others = self.hypotheses.iter().skip(1);

@@ -1,10 +1,10 @@
-//! One object's last half second: images by capture time, with the track after each instant.
+//! The fixed lag of one object: images by capture time, with the track after each instant.
 //!
-//! A late image is put where it belongs and the instants after it are gone through again, so that what comes out depends
-//! on the capture times alone. Instants older than the window become the base, which nothing changes any more.
+//! A late image is inserted at its capture time and the instants after it are processed again, so that the result depends on the capture
+//! times alone. Instants older than the window become the base, which is final.
 //!
-//! They are gone through again only as far as somebody looks: where a clock is ahead all images of the other cameras are late, and
-//! each asks for its own instant only.
+//! Instants are processed again only as far as an estimate is asked for: where a clock is ahead all images of the other cameras are late,
+//! and each asks for its own instant only.
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -14,12 +14,12 @@ use std::sync::Arc;
 use sextant_geometry::Pose;
 
 use crate::site::{ObjectImage, Site};
-use crate::tracker::finalised_views::FinalisedView;
+use crate::tracker::finalised_views::FinalisedInstant;
 use crate::tracker::track::Track;
 use crate::{ClockOffset, FusionOptions, ObjectEstimate, ObjectId};
 
-/// Cameras whose simultaneous images are taken jointly; further ones follow in the order of the rig, so that one more
-/// image of an instant costs no more than its own group.
+/// Cameras whose simultaneous images are processed jointly; further ones follow in the order of the rig, so that an image costs no more than
+/// its own group.
 const GROUP: usize = 8;
 
 /// Capture time in ns, and group of cameras.
@@ -52,31 +52,8 @@ pub(crate) struct Timeline {
     object: ObjectId,
     base: Track,
     instants: BTreeMap<Key, Instant>,
-    /// From here on the instants don't know yet of images that came late.
+    /// First instant that lacks late images.
     stale_from: Option<Key>,
-    /// Settled images of each camera, by its index.
-    settled: Vec<usize>,
-}
-
-/// How closely views are looked at for what is wrong.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Sampling {
-    /// Each.
-    All,
-    /// Those of an image now and then, since a fault stays.
-    Some,
-}
-
-/// Images of a camera of which one is looked at.
-const NOW_AND_THEN: usize = 3;
-
-/// What became of the views of an instant, for good.
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) struct FinalisedInstant {
-    pub time_ns: u64,
-    pub views: Vec<FinalisedView>,
-    /// By camera index: taken jointly.
-    pub images: BTreeMap<usize, Arc<ObjectImage>>,
 }
 
 /// An image that came too late to be inserted.
@@ -90,7 +67,6 @@ impl Timeline {
             base: Track::default(),
             instants: BTreeMap::new(),
             stale_from: None,
-            settled: Vec::new(),
         }
     }
 
@@ -100,16 +76,15 @@ impl Timeline {
 
     /// By camera index, as of the newest image gone through.
     pub fn clock_offsets(&self) -> impl Iterator<Item = (usize, ClockOffset)> {
-        self.gone_through().clock_offsets()
+        self.processed().clock_offsets()
     }
 
-    /// Inserts an image, from whose instant on all is to be gone through again. What is settled by that is returned.
+    /// Inserts an image; the instants from it on are to be processed again. Returns the instants that leave the window.
     pub fn insert(
         &mut self,
         image: Arc<ObjectImage>,
         site: &Site,
         options: &FusionOptions,
-        attention: Sampling,
     ) -> Result<Vec<FinalisedInstant>, TooLate> {
         let time_ns = image.capture_ns;
         let window_ns = (options.window_s * 1e9) as u64;
@@ -124,10 +99,10 @@ impl Timeline {
         });
         instant.images.insert(image.camera_index, image);
         self.stale_from = Some(self.stale_from.map_or(key, |stale| stale.min(key)));
-        Ok(self.forget(window_ns, site, options, attention))
+        Ok(self.forget(window_ns, site, options))
     }
 
-    /// Goes through the instants up to a time, where late images have come for them.
+    /// Processes the instants up to a time again, where late images have come for them.
     pub fn catch_up(&mut self, time_ns: u64, site: &Site, options: &FusionOptions) {
         let upto = (time_ns, usize::MAX);
         let Some(stale) = self.stale_from.filter(|stale| *stale <= upto) else {
@@ -145,13 +120,13 @@ impl Timeline {
         self.stale_from = later.next().map(|(key, _)| *key);
     }
 
-    /// The newest track that knows of all images.
-    fn gone_through(&self) -> &Track {
+    /// The newest track that has all images.
+    fn processed(&self) -> &Track {
         self.before(self.stale_from.unwrap_or((u64::MAX, usize::MAX)))
     }
 
-    /// The track at or before an instant as it is once all late images are gone through.
-    fn caught_up(&self, time_ns: u64, site: &Site, options: &FusionOptions) -> Cow<'_, Track> {
+    /// The track at or before an instant with all late images.
+    fn processed_at(&self, time_ns: u64, site: &Site, options: &FusionOptions) -> Cow<'_, Track> {
         let upto = (time_ns, usize::MAX);
         let Some(stale) = self.stale_from.filter(|stale| *stale <= upto) else {
             return Cow::Borrowed(self.at(time_ns));
@@ -174,42 +149,20 @@ impl Timeline {
         window_ns: u64,
         site: &Site,
         options: &FusionOptions,
-        attention: Sampling,
     ) -> Vec<FinalisedInstant> {
         let oldest = self.newest_ns().saturating_sub(window_ns);
         self.catch_up(oldest.saturating_sub(1), site, options);
         let kept = self.instants.split_off(&(oldest, 0));
         let gone = std::mem::replace(&mut self.instants, kept);
-        let mut settled = Vec::with_capacity(gone.len());
-        for ((time_ns, _), instant) in gone {
-            let images: Vec<&ObjectImage> = instant.images.values().map(Arc::as_ref).collect();
-            for image in &images {
-                self.count(image.camera_index);
-            }
-            let asked = |camera: usize| {
-                attention == Sampling::All || self.settled[camera].is_multiple_of(NOW_AND_THEN)
-            };
-            let views = instant.after.finalised_views(&images, site, options, asked);
-            settled.push(FinalisedInstant {
-                time_ns,
-                views,
-                images: instant.images,
-            });
-            self.base = instant.after;
+        let finalised = gone.into_values().map(|instant| FinalisedInstant {
+            track: instant.after,
+            images: instant.images,
+        });
+        let finalised: Vec<FinalisedInstant> = finalised.collect();
+        if let Some(last) = finalised.last() {
+            self.base = last.track.clone();
         }
-        settled
-    }
-
-    fn count(&mut self, camera_index: usize) {
-        if self.settled.len() <= camera_index {
-            self.settled.resize(camera_index + 1, camera_index);
-        }
-        self.settled[camera_index] += 1;
-    }
-
-    /// The track that no late image can change any more.
-    pub fn finalised_track(&self) -> &Track {
-        &self.base
+        finalised
     }
 
     /// Capture time of the newest image, 0 before the first.
@@ -234,7 +187,7 @@ impl Timeline {
         site: &Site,
         options: &FusionOptions,
     ) -> Option<ObjectEstimate> {
-        let track = self.caught_up(time_ns, site, options);
+        let track = self.processed_at(time_ns, site, options);
         if !track.is_known_at(time_ns, options) {
             return None;
         }
@@ -247,9 +200,9 @@ impl Timeline {
             .last_estimate(&self.object, time_ns, options)
     }
 
-    /// Forgets the images, not what they taught: the models that they were read with are no longer in force. All must have been
-    /// gone through.
-    pub fn settle(&mut self) {
+    /// Discards the images and keeps the track: the models that they were taken in with are no longer in force. All instants must have been
+    /// processed.
+    pub fn discard_images(&mut self) {
         self.stale_from = None;
         if let Some((_, last)) = std::mem::take(&mut self.instants).into_iter().next_back() {
             self.base = last.after;
@@ -270,7 +223,7 @@ impl Timeline {
         })
     }
 
-    /// The models have been corrected: the window is gone through again with them, from a track that was moved along.
+    /// The models have been corrected: the window is processed again with them, from a base that is moved along.
     pub fn remodel(&mut self, moved: Option<(Pose, Pose)>, site: &Site, options: &FusionOptions) {
         for instant in self.instants.values_mut() {
             for image in instant.images.values_mut() {
@@ -283,15 +236,15 @@ impl Timeline {
         self.stale_from = self.instants.keys().next().copied();
     }
 
-    /// Clocks may have jumped, by so many seconds (one sigma), before the window: it is to be gone through again.
-    pub fn doubt_clocks(&mut self, cameras: &[usize], sigma_s: f64) {
-        self.base.doubt_clocks(cameras, sigma_s);
+    /// Clocks may have jumped before the window, by a standard deviation of `sigma_s`: it is processed again.
+    pub fn restart_clocks(&mut self, cameras: &[usize], sigma_s: f64) {
+        self.base.restart_clocks(cameras, sigma_s);
         self.stale_from = self.instants.keys().next().copied();
     }
 
-    /// So many seconds more are taken off a camera's stamps from now on. As [`Self::settle`].
+    /// From now on `by_s` seconds more are subtracted from the timestamps of a camera. As [`Self::discard_images`].
     pub fn shift_clock(&mut self, camera_index: usize, by_s: f64) {
-        self.settle();
+        self.discard_images();
         self.base.shift_clock(camera_index, by_s);
     }
 }

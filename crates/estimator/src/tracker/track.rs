@@ -14,7 +14,7 @@ use crate::tracker::hypothesis::Hypothesis;
 use crate::tracker::noise_scales::NoiseScales;
 use crate::tracker::view_outcome::InstantSummary;
 use crate::tracker::{birth, branching};
-use crate::{FusionOptions, State};
+use crate::{ClockOffset, FusionOptions, State};
 
 /// What is known about an object at an instant. A value: the next instant's is made from it, never in place.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -35,14 +35,6 @@ pub(crate) struct Track {
     pub(crate) noise: NoiseScales,
     /// What is known about the cameras' clocks.
     pub(crate) timing: ClockKnowledge,
-    /// Logarithm of the probability of all images so far, up to a constant.
-    pub(crate) total: f64,
-    /// The same object with other clocks, while it is open which are right.
-    pub(crate) alternative: Option<Box<Track>>,
-    /// Since when there is a rival, in ns.
-    pub(crate) alternative_since_ns: Option<u64>,
-    /// How much better than the rival this one has lately foretold the images, as a logarithm of odds.
-    pub(crate) ahead: f64,
     /// Whether a view of the last images took part.
     pub(crate) took_part: bool,
     /// When a view of each camera last took part, by camera index, ns.
@@ -61,7 +53,7 @@ const LATELY_NS: u64 = 100_000_000;
 const MORE_NOISE: [f64; 3] = [1.0, 10.0, 100.0];
 
 impl Track {
-    /// The track after the images of an instant, the clocks taken as they are taken here.
+    /// The track after the images of an instant.
     pub(crate) fn stepped(
         &self,
         time_ns: u64,
@@ -121,12 +113,12 @@ impl Track {
     /// Whether the views that took part are more than the others.
     pub(crate) fn agrees_with_most(&self, weighted_views: &[WeightedView<'_>]) -> bool {
         let part = self.hypotheses.first().map_or(0, |best| {
-            best.taken.iter().filter(|taken| taken.part).count()
+            best.outcomes.iter().filter(|outcome| outcome.part).count()
         });
         2 * part > weighted_views.len()
     }
 
-    /// Whether a camera that is not among those of the sights has lately agreed with the track and does so still.
+    /// Whether a camera without a view in this instant has lately agreed with the track and still does.
     pub(crate) fn others_agree_lately(
         &self,
         time_ns: u64,
@@ -138,7 +130,7 @@ impl Track {
         self.participation.iter().any(|(camera, part_ns)| {
             let is_late = part_ns.saturating_add(LATELY_NS) >= time_ns;
             is_late
-                && !best.standing.doubts(*camera)
+                && !best.consistency.doubts(*camera)
                 && !weighted_views
                     .iter()
                     .any(|weighted| weighted.camera_index == *camera)
@@ -147,12 +139,12 @@ impl Track {
 
     /// Whether two tags of one image agree with one another.
     pub(crate) fn has_agreeing_tags(&self, weighted_views: &[WeightedView<'_>]) -> bool {
-        let taken = self.hypotheses.first().map(|best| &best.taken);
-        let pairs = taken
+        let outcome = self.hypotheses.first().map(|best| &best.outcomes);
+        let pairs = outcome
             .into_iter()
-            .flat_map(|taken| weighted_views.iter().zip(taken));
+            .flat_map(|outcome| weighted_views.iter().zip(outcome));
         let mut cameras: Vec<usize> = pairs
-            .filter(|(_, taken)| taken.part)
+            .filter(|(_, outcome)| outcome.part)
             .map(|(weighted, _)| weighted.camera_index)
             .collect();
         cameras.sort_unstable();
@@ -182,15 +174,15 @@ impl Track {
                 continue;
             };
             let camera_index = image.camera_index;
-            let clock = self.timing.clock(camera_index, image.clock, options);
+            let clock = self.timing.clock(image, options);
             let weighted = |view: &'a TagView| {
-                let factors = self.noise.factors(camera_index, view.noise_source, &usual);
+                let factor = self.noise.factor(camera_index, view.noise_source, &usual);
                 let distortion_share = self.noise.distortion_share(camera_index);
                 WeightedView::new(
                     camera_index,
                     camera,
                     view,
-                    (factors, distortion_share),
+                    (factor, distortion_share),
                     clock,
                 )
             };
@@ -211,12 +203,14 @@ impl Track {
         let contradicted = followed.iter().all(|one| one.contradicted);
         let mut ways: Vec<_> = followed.into_iter().flat_map(|one| one.ways).collect();
         let is_wrong = |weighted: &WeightedView<'_>| {
-            self.hypotheses[0].standing.is_wrong(weighted.camera_index)
+            self.hypotheses[0]
+                .consistency
+                .is_wrong(weighted.camera_index)
         };
         if contradicted && !weighted_views.iter().all(is_wrong) {
             // Put elsewhere while nobody looked: worth its odds if the views agree among themselves.
             let mut elsewhere = birth::hypotheses(weighted_views, options);
-            branching::weaken(&mut elsewhere, options.jolt_odds);
+            branching::penalise(&mut elsewhere, options.jolt_odds);
             ways.extend(elsewhere);
         }
         let mut next = self.with(time_ns, ways, weighted_views, options);
@@ -226,7 +220,7 @@ impl Track {
         next
     }
 
-    /// What is left of a lost object: how noisy the cameras are, and how their clocks go.
+    /// A track without hypotheses that keeps the noise scales and the clock offsets of a lost object.
     pub(crate) fn forgotten(&self) -> Self {
         let mut timing = self.timing.clone();
         if let Some(best) = self.hypotheses.first().filter(|_| self.trusted) {
@@ -235,7 +229,6 @@ impl Track {
         Self {
             noise: self.noise.clone(),
             timing,
-            total: self.total,
             ..Self::default()
         }
     }
@@ -266,7 +259,7 @@ impl Track {
         weighted_views: &[WeightedView<'_>],
         options: &FusionOptions,
     ) -> Self {
-        let evidence = branching::weigh(&mut hypotheses, options);
+        branching::weigh(&mut hypotheses, options);
         let mut next = Self {
             time_ns,
             hypotheses,
@@ -274,15 +267,13 @@ impl Track {
             trusted: self.trusted,
             timing: self.timing.clone(),
             participation: self.participation.clone(),
-            total: self.total + evidence,
             ..Self::default()
         };
         if let Some(best) = next.hypotheses.first() {
-            next.total -= best.widened(weighted_views);
-            let summary = InstantSummary::of(&best.taken, weighted_views);
+            let summary = InstantSummary::of(&best.outcomes, weighted_views);
             next.took_part = summary.tags > 0;
-            let pairs = weighted_views.iter().zip(&best.taken);
-            let part = pairs.filter(|(_, taken)| taken.part);
+            let pairs = weighted_views.iter().zip(&best.outcomes);
+            let part = pairs.filter(|(_, outcome)| outcome.part);
             let cameras: Vec<usize> = part.map(|(weighted, _)| weighted.camera_index).collect();
             next.participation
                 .retain(|(camera, _)| !cameras.contains(camera));
@@ -310,7 +301,7 @@ impl Track {
             };
             if of_one_attitude {
                 let noise = std::mem::take(&mut next.noise);
-                next.noise = next.hypotheses[0].taught(noise, weighted_views, options);
+                next.noise = next.hypotheses[0].noise_after(noise, weighted_views, options);
             }
             let state = next.state(&next.covariance(), options);
             next.trusted |= state == State::Tracking && !next.is_ambiguous(options);
@@ -328,8 +319,8 @@ impl Track {
                 .is_some_and(|since| seconds(since, self.time_ns) >= options.contradiction_s)
     }
 
-    /// Clocks may have jumped, by so many seconds (one sigma).
-    pub fn doubt_clocks(&mut self, cameras: &[usize], sigma_s: f64) {
+    /// Clocks may have jumped, by a standard deviation of `sigma_s`.
+    pub fn restart_clocks(&mut self, cameras: &[usize], sigma_s: f64) {
         self.timing.doubt(cameras);
         let states = self.hypotheses.iter_mut().map(|one| &mut one.state);
         for clocks in states.filter_map(|state| state.clocks.as_mut()) {
@@ -337,27 +328,23 @@ impl Track {
                 .iter()
                 .for_each(|camera| clocks.doubt(*camera, sigma_s));
         }
-        if self.timing.open {
-            self.clear_standing(cameras);
-        }
-        if let Some(alternative) = &mut self.alternative {
-            alternative.doubt_clocks(cameras, sigma_s);
+        for one in &mut self.hypotheses {
+            one.consistency.clear(cameras);
         }
     }
 
-    /// What is known of the motion at this instant, as self-calibration takes it; `None` where the object is unknown.
-    pub fn for_calibration(&self) -> Option<MotionEstimate<'_>> {
-        let track = self.leading();
-        let state = &track.hypotheses.first()?.state;
+    /// Motion at this instant; `None` where the object is unknown.
+    pub fn motion_estimate(&self) -> Option<MotionEstimate<'_>> {
+        let state = &self.hypotheses.first()?.state;
         let configuration = state.configuration();
         Some(MotionEstimate {
-            track,
+            track: self,
             state,
             configuration,
         })
     }
 
-    /// The models were corrected, by which the object went from one pose to the other: what is known goes along.
+    /// Moves the state along with corrected models, which changed the pose of the object from `before` to `after`.
     pub fn move_along(&mut self, before: &Pose, after: &Pose) {
         let motion = after * before.inverse();
         let step = se3::difference(after, before);
@@ -366,18 +353,9 @@ impl Track {
             let mut of_pose = state.covariance.fixed_view_mut::<6, 6>(0, 0);
             of_pose += step * step.transpose() * UNCERTAIN_MOTION;
         }
-        if let Some(alternative) = &mut self.alternative {
-            alternative.move_along(before, after);
-        }
     }
 
-    /// These cameras contradict no more.
-    pub(crate) fn clear_standing(&mut self, cameras: &[usize]) {
-        let hypotheses = self.hypotheses.iter_mut();
-        hypotheses.for_each(|one| one.standing.clear(cameras));
-    }
-
-    /// So many seconds more are taken off a camera's stamps from now on.
+    /// From now on `by_s` seconds more are subtracted from the timestamps of a camera.
     pub fn shift_clock(&mut self, camera_index: usize, by_s: f64) {
         self.timing.shift(camera_index, by_s);
         for clocks in self
@@ -386,9 +364,6 @@ impl Track {
             .filter_map(|one| one.state.clocks.as_mut())
         {
             clocks.take_off(camera_index, by_s);
-        }
-        if let Some(alternative) = &mut self.alternative {
-            alternative.shift_clock(camera_index, by_s);
         }
     }
 }
@@ -419,51 +394,42 @@ impl MotionEstimate<'_> {
         self.track.noise.distortion_share(camera_index)
     }
 
-    /// How a view's link moves from one image to another: the step (dt, dr) and its covariance, clocks included; `None` where both are of
-    /// one time.
-    pub fn between(
-        &self,
-        [from, to]: [&ObjectImage; 2],
-        view: &TagView,
-        options: &FusionOptions,
-    ) -> Option<(Vector6<f64>, Matrix6<f64>)> {
-        if from.capture_ns == to.capture_ns {
-            return None;
-        }
-        let dt = seconds(from.capture_ns, to.capture_ns);
-        let of_clocks = [from, to].map(|image| image.clock.sigma_s(options).powi(2));
+    /// Factor on the variance of a camera's corners as it is configured or reported.
+    pub fn noise_factor(&self, camera_index: usize, view: &TagView) -> f64 {
+        let noise = &self.track.noise;
+        noise.factor(camera_index, view.noise_source, &noise.usual())
+    }
+
+    /// Estimated offset of a camera's clock; `None` where the clock is right.
+    pub fn clock_offset(&self, camera_index: usize) -> Option<ClockOffset> {
+        let offsets = self.state.clock_offsets().into_iter();
+        let mut own = offsets.filter(|(camera, _)| *camera == camera_index);
+        own.next().map(|(_, offset)| offset)
+    }
+
+    /// Step (dt, dr) of a view's link within `dt` seconds and its covariance, m and rad in world axes.
+    pub fn step(&self, view: &TagView, dt: f64) -> (Vector6<f64>, Matrix6<f64>) {
         let of_twist = self.state.covariance.fixed_view::<6, 6>(6, 6).into_owned();
         let accelerated = white_acceleration(dt, self.state.motion.process_noise_psd(dt));
         let twist = self.twist(view);
-        let covariance = of_twist * dt.powi(2)
-            + accelerated.fixed_view::<6, 6>(0, 0)
-            + twist * twist.transpose() * (of_clocks[0] + of_clocks[1]);
-        Some((twist * dt, covariance))
+        let covariance = of_twist * dt.powi(2) + accelerated.fixed_view::<6, 6>(0, 0);
+        (twist * dt, covariance)
     }
 }
 
 impl Hypothesis {
-    /// By how much the logarithm of the probability of corners is less where their noise is found to be larger than stated.
-    pub(crate) fn widened(&self, weighted_views: &[WeightedView<'_>]) -> f64 {
-        let pairs = weighted_views.iter().zip(&self.taken);
-        let part = pairs.filter(|(_, taken)| taken.part);
-        // Four degrees of freedom of either, half a logarithm of the variance each.
-        part.map(|(weighted, _)| 2.0 * (weighted.noise.shift * weighted.noise.turn).ln())
-            .sum()
-    }
-
-    /// The noise with what the views of the instant tell about it.
-    pub(crate) fn taught(
+    /// Noise scales after the views of this instant.
+    pub(crate) fn noise_after(
         &self,
         mut noise: NoiseScales,
         weighted_views: &[WeightedView<'_>],
         options: &FusionOptions,
     ) -> NoiseScales {
-        let pairs = || weighted_views.iter().zip(&self.taken);
-        for (weighted, taken) in pairs() {
+        let pairs = || weighted_views.iter().zip(&self.outcomes);
+        for (weighted, outcome) in pairs() {
             let same_image = |other: &WeightedView<'_>| other.camera_index == weighted.camera_index;
             let image = || pairs().filter(|(other, _)| same_image(other));
-            let right = image().filter(|(_, taken)| taken.part).count();
+            let right = image().filter(|(_, outcome)| outcome.part).count();
             let may_be_noise = || {
                 NoiseScales::can_explain(
                     weighted,
@@ -473,12 +439,12 @@ impl Hypothesis {
             // Wrong among right ones is no noise, nor is what is off by more than noise again and again while others are right.
             let is_fault = || {
                 2 * right > image().count()
-                    || self.standing.is_wrong(weighted.camera_index) && !may_be_noise()
+                    || self.consistency.is_wrong(weighted.camera_index) && !may_be_noise()
             };
-            if !taken.part && is_fault() {
+            if !outcome.part && is_fault() {
                 continue;
             }
-            noise.learn(weighted, taken, options);
+            noise.learn(weighted, outcome, options);
         }
         noise
     }

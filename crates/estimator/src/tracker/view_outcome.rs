@@ -1,21 +1,24 @@
-//! What became of the views of an instant.
+//! Outcome of the views of an instant.
 
 use crate::measurement::corners::WeightedView;
-/// Squared residuals as which a refused view counts for the noise, of four degrees of freedom: more than usual, so that a
-/// noise underestimated at the start does not stay so.
-const REFUSED_SCALE: f64 = 6.3;
 
-/// What became of a view in an update.
+/// Coordinates of the corners of a view.
+const COORDINATES: f64 = 8.0;
+/// Squared whitened residuals as which a rejected view counts for the noise: more than usual, so that a noise underestimated at the start
+/// does not stay so.
+const REJECTED_SQUARE: f64 = 12.6;
+
+/// Outcome of a view in an update.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct ViewOutcome {
     /// Whether it took part.
     pub part: bool,
     /// Whether it did so without a jolt.
     pub expected: bool,
-    /// Of its edges' places and directions after the update, as [`ViewEquations::scale`] has it.
-    pub scale: [f64; 2],
-    /// Degrees of freedom of either that the residuals keep after the update.
-    pub redundancy: [f64; 2],
+    /// Sum of its squared whitened residuals after the update, by the view's weight.
+    pub weighted_square: f64,
+    /// Degrees of freedom that the residuals keep after the update.
+    pub redundancy: f64,
     /// Sum of its squared residuals in px².
     pub square_px: f64,
     /// As [`WeightedView::distortion_score`] has it.
@@ -27,15 +30,15 @@ impl ViewOutcome {
         Self {
             part: false,
             expected: false,
-            scale: [REFUSED_SCALE; 2],
-            redundancy: [4.0; 2],
+            weighted_square: REJECTED_SQUARE,
+            redundancy: COORDINATES,
             square_px: 0.0,
             distortion_score: [0.0; 2],
         }
     }
 }
 
-/// What the images of an instant contributed.
+/// Contribution of the images of an instant.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(crate) struct InstantSummary {
     /// Cameras that took part.
@@ -52,15 +55,15 @@ impl InstantSummary {
     pub fn of(outcomes: &[ViewOutcome], weighted_views: &[WeightedView<'_>]) -> Self {
         let pairs = || weighted_views.iter().zip(outcomes);
         let mut cameras: Vec<usize> = pairs()
-            .filter(|(_, taken)| taken.part)
+            .filter(|(_, outcome)| outcome.part)
             .map(|(weighted, _)| weighted.camera_index)
             .collect();
         cameras.dedup();
-        let tags = outcomes.iter().filter(|taken| taken.part).count() as u32;
-        let taking_part = outcomes.iter().filter(|taken| taken.part);
-        let square_px = taking_part.map(|taken| taken.square_px).sum();
+        let tags = outcomes.iter().filter(|outcome| outcome.part).count() as u32;
+        let taking_part = outcomes.iter().filter(|outcome| outcome.part);
+        let square_px = taking_part.map(|outcome| outcome.square_px).sum();
         let refused = pairs()
-            .filter(|(_, taken)| !taken.part)
+            .filter(|(_, outcome)| !outcome.part)
             .map(|(weighted, _)| weighted.camera_index)
             .collect();
         Self {
@@ -71,7 +74,7 @@ impl InstantSummary {
         }
     }
 
-    /// With what other images of the same instant contributed.
+    /// Joined with that of other images of the same instant.
     pub fn joined(&self, mut other: Self) -> Self {
         other.cameras += self.cameras;
         other.tags += self.tags;

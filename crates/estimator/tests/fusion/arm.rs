@@ -2,7 +2,8 @@
 
 use proptest::prelude::*;
 use sextant_estimator::{
-    Fusion, FusionOptions, ImageObservation, Input, ObjectEstimate, ObjectId, Posture, Rig, State,
+    ArticulatedEstimate, Fusion, FusionOptions, ImageObservation, Input, ObjectEstimate, ObjectId,
+    Rig, State,
 };
 use sextant_geometry::{Pose, se3};
 
@@ -18,8 +19,8 @@ fn feed(fusion: &mut Fusion, image: ImageObservation) -> Option<ObjectEstimate> 
     poses(fusion).pop()
 }
 
-fn posture(estimate: &ObjectEstimate) -> &Posture {
-    estimate.posture.as_ref().unwrap()
+fn posture(estimate: &ObjectEstimate) -> &ArticulatedEstimate {
+    estimate.articulated.as_ref().unwrap()
 }
 
 fn nees(estimate: &ObjectEstimate, link: usize) -> f64 {

@@ -252,30 +252,6 @@ fn a_clock_that_jumps_is_named_and_is_forgotten_when_it_is_set_right() {
     }
 }
 
-/// So little that a track takes it for the body's restlessness: no image is beyond what is then expected.
-#[test]
-fn a_clock_that_jumps_by_milliseconds_is_named() {
-    let (since_s, offset_s) = (4.0, 0.016);
-    for seed in 1..5 {
-        let found = watch(&Watch {
-            cameras: 6,
-            since_s,
-            offset_s,
-            seed,
-            seconds: 9.0,
-            stated_ns: 1_000_000,
-            sigma_px: 0.25,
-            pace: 0.3,
-            ..FOUR
-        });
-        assert_eq!(found.misnamed, [], "{seed}");
-        let named_s = found.named_s.unwrap_or(f64::INFINITY);
-        assert!(named_s < 3.0, "{seed}: named after {named_s} s");
-        let off_s = found.offset_s().map_or(f64::INFINITY, |own| own - offset_s);
-        assert!(off_s.abs() < 0.002, "{seed}: {off_s} s");
-    }
-}
-
 #[test]
 fn a_drifting_clock_is_followed_beyond_what_a_filter_estimates() {
     let found = watch(&Watch {

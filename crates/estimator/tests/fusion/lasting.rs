@@ -126,7 +126,7 @@ fn what_is_stated_about_the_cameras_poses_holds_for_the_links_of_an_arm() {
             }
             let last = last.unwrap();
             let (base, values) = arm_scene::at(last.capture_ns);
-            let links = last.posture.unwrap().links.into_iter();
+            let links = last.articulated.unwrap().links.into_iter();
             for (link, truth) in links.zip(arm_scene::links(&base, values)) {
                 let off = se3::difference(&link.world_from_link, &truth);
                 all.push(off.dot(&link.covariance.cholesky().unwrap().solve(&off)) / 6.0);

@@ -97,8 +97,8 @@ fn estimates(show: &Show, order: &[usize]) -> Vec<Option<ObjectEstimate>> {
 
 fn gap(a: &ObjectEstimate, b: &ObjectEstimate) -> f64 {
     let pose = sextant_geometry::se3::difference(&a.world_from_object, &b.world_from_object).amax();
-    let postures = a.posture.iter().zip(&b.posture);
-    let of_links = postures.flat_map(|(a, b)| a.links.iter().zip(&b.links));
+    let both = a.articulated.iter().zip(&b.articulated);
+    let of_links = both.flat_map(|(a, b)| a.links.iter().zip(&b.links));
     let of_links = of_links.map(|(a, b)| (a.covariance - b.covariance).amax());
     pose.max((a.covariance - b.covariance).amax())
         .max((a.twist - b.twist).amax())

@@ -1,21 +1,42 @@
 //! A camera whose timestamps are offset.
 
-use nalgebra::Vector6;
+use std::ops::Range;
 
-use super::FaultModel;
-use crate::measurement::pose_innovation::PoseInnovation;
+use nalgebra::DVector;
+
+use crate::DiagnosisOptions;
+use crate::diagnosis::fault_model::FaultModel;
+use crate::diagnosis::window::WindowEquations;
+use crate::self_calibration::parameters::CLOCK;
 
 /// Seconds by which the timestamps lie after the true capture times.
-pub(crate) struct ClockFault;
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) struct ClockFault {
+    /// Index of the camera.
+    pub camera: usize,
+}
 
-impl FaultModel<1> for ClockFault {
-    const PRIOR: [f64; 1] = [0.1];
-    const MEMORY: f64 = 30.0;
-    /// Several times that of the other faults: the model is linear in the offset with a constant twist, and the twist itself counts while its
-    /// standard deviation is up to a fifth of it.
-    const UNEXPLAINED: f64 = 0.15;
+impl FaultModel for ClockFault {
+    fn places(&self, equations: &WindowEquations) -> Option<Range<usize>> {
+        let first = equations.layout.cameras.get(&self.camera)? + CLOCK;
+        Some(first..first + 1)
+    }
 
-    fn jacobian(innovation: &PoseInnovation) -> Vector6<f64> {
-        -innovation.twist
+    fn prior(&self) -> &'static [f64] {
+        &[0.1]
+    }
+
+    /// Several times that of a size: the model is linear in the offset with a constant twist.
+    fn unexplained(&self) -> f64 {
+        0.15
+    }
+
+    fn is_worth_naming(
+        &self,
+        parameters: &DVector<f64>,
+        _: &WindowEquations,
+        options: &DiagnosisOptions,
+    ) -> bool {
+        parameters[0].abs() > options.clock_offset
     }
 }

@@ -1,33 +1,36 @@
 //! A tag that is not where the object file has it.
 
-use nalgebra::{Matrix6, Vector6};
-use sextant_geometry::so3;
+use std::ops::Range;
 
-use super::FaultModel;
-use crate::measurement::pose_innovation::PoseInnovation;
+use nalgebra::DVector;
 
-/// Displacement (dt, dr) of the tag on its object about the tag's centre, axes of the tag, m and rad.
-pub(crate) struct TagPoseFault;
+use crate::diagnosis::fault_model::{FaultModel, first_of_tag};
+use crate::diagnosis::window::WindowEquations;
+use crate::{DiagnosisOptions, TagId};
 
-impl FaultModel<6> for TagPoseFault {
-    const PRIOR: [f64; 6] = [0.02, 0.02, 0.02, 0.2, 0.2, 0.2];
-    /// Twice that of a camera: several cameras see a tag.
-    const MEMORY: f64 = 60.0;
-    const UNEXPLAINED: f64 = 0.03;
+/// Displacement (dt, dr) of the tag on its object about the tag's centre, axes of the object, m and rad.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) struct TagPoseFault {
+    pub tag: TagId,
+}
 
-    fn jacobian(innovation: &PoseInnovation) -> Matrix6<f64> {
-        let tag = &innovation.world_from_tag;
-        let rotation = tag.rotation.to_rotation_matrix().into_inner();
-        let arm = so3::hat(&(innovation.link_origin() - tag.translation.vector));
-        let mut jacobian = Matrix6::zeros();
-        for (row, column, block) in [(0, 0, rotation), (3, 3, rotation), (0, 3, -arm * rotation)] {
-            let mut view = jacobian.fixed_view_mut::<3, 3>(row, column);
-            view.copy_from(&block);
-        }
-        jacobian
+impl FaultModel for TagPoseFault {
+    fn places(&self, equations: &WindowEquations) -> Option<Range<usize>> {
+        let first = first_of_tag(&self.tag, equations)?;
+        Some(first..first + 6)
     }
 
-    fn given_variance(innovation: &PoseInnovation) -> Vector6<f64> {
-        innovation.tag_variance
+    fn prior(&self) -> &'static [f64] {
+        &[0.02, 0.02, 0.02, 0.2, 0.2, 0.2]
+    }
+
+    fn is_worth_naming(
+        &self,
+        parameters: &DVector<f64>,
+        _: &WindowEquations,
+        options: &DiagnosisOptions,
+    ) -> bool {
+        parameters.rows(0, 3).norm() > options.tag_position
+            || parameters.rows(3, 3).norm() > options.tag_turn
     }
 }

@@ -1,21 +1,36 @@
 //! A tag whose size is not that in the object file.
 
-use nalgebra::Vector6;
+use std::ops::Range;
 
-use super::FaultModel;
-use crate::measurement::pose_innovation::PoseInnovation;
+use nalgebra::DVector;
 
-/// Share by which the tag is larger: it looks as if it were nearer by that share of its distance.
-pub(crate) struct TagSizeFault;
+use crate::diagnosis::fault_model::{FaultModel, first_of_tag};
+use crate::diagnosis::window::WindowEquations;
+use crate::self_calibration::parameters::SIZE;
+use crate::{DiagnosisOptions, TagId};
 
-impl FaultModel<1> for TagSizeFault {
-    const PRIOR: [f64; 1] = [0.1];
-    /// As of the tag's pose.
-    const MEMORY: f64 = 60.0;
-    const UNEXPLAINED: f64 = 0.03;
+/// Logarithm of the tag's size over that in the file.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) struct TagSizeFault {
+    pub tag: TagId,
+}
 
-    fn jacobian(innovation: &PoseInnovation) -> Vector6<f64> {
-        let away = innovation.world_from_tag.translation.vector - innovation.centre;
-        Vector6::new(-away.x, -away.y, -away.z, 0.0, 0.0, 0.0)
+impl FaultModel for TagSizeFault {
+    fn places(&self, equations: &WindowEquations) -> Option<Range<usize>> {
+        let first = first_of_tag(&self.tag, equations)? + SIZE;
+        Some(first..first + 1)
+    }
+
+    fn prior(&self) -> &'static [f64] {
+        &[0.1]
+    }
+
+    fn is_worth_naming(
+        &self,
+        parameters: &DVector<f64>,
+        _: &WindowEquations,
+        options: &DiagnosisOptions,
+    ) -> bool {
+        parameters[0].abs() > options.tag_size
     }
 }

@@ -1,0 +1,132 @@
+//! Keyframes from the images of an instant: one for each rigid body, an object or a link of it.
+
+use std::collections::BTreeMap;
+
+use nalgebra::{Matrix6, Vector6};
+
+use crate::measurement::corners::TagView;
+use crate::measurement::view_equations::NoiseSource;
+use crate::self_calibration::keyframes::{Keyframe, KeyframeView, RelativeMotion};
+use crate::site::{ObjectImage, Site};
+use crate::time::seconds;
+use crate::tracker::track::{MotionEstimate, Track};
+use crate::{FusionOptions, TagId};
+
+/// Longest time between images that make one keyframe, ns: less than a period of most cameras.
+pub(crate) const TOGETHER_NS: u64 = 25_000_000;
+
+/// The images of an object at an instant, the newest ones of other cameras among them, and the track that follows it.
+pub(crate) struct KeyframeBuilder<'a> {
+    pub object: usize,
+    pub track: &'a Track,
+    /// The first gives the keyframes their time.
+    pub images: &'a [&'a ObjectImage],
+    pub site: &'a Site,
+    pub options: &'a FusionOptions,
+}
+
+impl KeyframeBuilder<'_> {
+    /// For self-calibration: images are tied where the motion between them is predicted well, clocks included.
+    pub fn for_calibration(&self) -> Vec<Keyframe> {
+        let motion = |estimate: &MotionEstimate<'_>, image: &ObjectImage, view: &TagView| {
+            let first = self.images[0];
+            if first.capture_ns == image.capture_ns {
+                return Some(None);
+            }
+            let (step, covariance) =
+                estimate.step(view, seconds(first.capture_ns, image.capture_ns));
+            let variance = [first, image].map(|one| one.clock.sigma_s(self.options).powi(2));
+            let covariance = covariance + by_clock(&estimate.twist(view), variance.iter().sum());
+            let motion = RelativeMotion { step, covariance };
+            (!motion.is_vague()).then_some(Some(motion))
+        };
+        let mut keyframes = self.keyframes(motion, |_, _| true);
+        let views = keyframes
+            .iter_mut()
+            .flat_map(|keyframe| &mut keyframe.views);
+        // Self-calibration estimates the noise itself.
+        views.for_each(|one| one.noise_factor = 1.0);
+        keyframes
+    }
+
+    /// For diagnosis, where clock offsets are parameters: images are tied at their times by the estimated clocks. Leaves out the views that
+    /// `is_usable` does not take.
+    pub fn for_diagnosis(&self, is_usable: impl Fn(usize, TagId) -> bool) -> Vec<Keyframe> {
+        let motion = |estimate: &MotionEstimate<'_>, image: &ObjectImage, view: &TagView| {
+            let first = self.images[0];
+            let offset_s = |one: &ObjectImage| {
+                let offset = estimate.clock_offset(one.camera_index);
+                offset.map_or(0.0, |offset| offset.offset_s)
+            };
+            let dt = seconds(first.capture_ns, image.capture_ns);
+            let dt = dt + offset_s(first) - offset_s(image);
+            if dt == 0.0 {
+                return Some(None);
+            }
+            let (step, covariance) = estimate.step(view, dt);
+            Some(Some(RelativeMotion { step, covariance }))
+        };
+        self.keyframes(motion, is_usable)
+    }
+
+    fn keyframes(
+        &self,
+        motion: impl Fn(&MotionEstimate<'_>, &ObjectImage, &TagView) -> Option<Option<RelativeMotion>>,
+        is_usable: impl Fn(usize, TagId) -> bool,
+    ) -> Vec<Keyframe> {
+        let Some(estimate) = self.track.motion_estimate() else {
+            return Vec::new();
+        };
+        let mut bodies: BTreeMap<usize, Keyframe> = BTreeMap::new();
+        let views = self.images.iter();
+        let views = views.flat_map(|image| image.views.iter().map(move |view| (image, view)));
+        for (image, view) in views.filter(|(image, view)| is_usable(image.camera_index, view.tag)) {
+            let motion = motion(&estimate, image, view);
+            let whitened = self.site.for_calibration(view, self.options);
+            let Some((motion, whitened)) = motion.zip(whitened) else {
+                continue;
+            };
+            let chain_link = view.chain_link.as_ref();
+            let link = chain_link.map_or(0, |chain_link| chain_link.link);
+            let keyframe = bodies.entry(link).or_insert_with(|| {
+                let pose = estimate.pose(view);
+                Keyframe {
+                    object: self.object,
+                    link,
+                    time_ns: self.track.time_ns,
+                    pose,
+                    before: pose,
+                    views: Vec::new(),
+                }
+            });
+            keyframe.views.push(KeyframeView {
+                camera_index: image.camera_index,
+                view: whitened,
+                distortion_share: estimate.distortion_share(image.camera_index),
+                noise_factor: noise_factor(&estimate, image.camera_index, view),
+                clock_sigma_s: estimate
+                    .clock_offset(image.camera_index)
+                    .map_or(0.0, |_| image.clock.sigma_s(self.options)),
+                twist: estimate.twist(view),
+                motion,
+            });
+        }
+        // One view says nothing that its pose does not take up.
+        let bodies = bodies.into_values();
+        bodies.filter(|body| body.views.len() > 1).collect()
+    }
+}
+
+/// Factor on the variance of corners. A reported noise is not increased: what exceeds it may be a fault.
+fn noise_factor(estimate: &MotionEstimate<'_>, camera_index: usize, view: &TagView) -> f64 {
+    let factor = estimate.noise_factor(camera_index, view);
+    match view.noise_source {
+        NoiseSource::Detector => factor.min(1.0),
+        NoiseSource::Nobody => factor,
+    }
+}
+
+/// Covariance of a step by a clock offset of a variance, s².
+fn by_clock(twist: &Vector6<f64>, variance: f64) -> Matrix6<f64> {
+    twist * twist.transpose() * variance
+}
