@@ -3,20 +3,12 @@
 use std::process::ExitCode;
 
 use clap::Parser;
-use node_camera::{CameraArguments, run};
+use node_camera::{ProgramArguments, run};
 use sextant_process::{Shutdown, panics, report};
-
-/// Captures the images of one camera, finds tags in them and publishes what it sees.
-#[derive(Parser)]
-#[command(version)]
-struct Arguments {
-    #[command(flatten)]
-    camera: CameraArguments,
-}
 
 fn main() -> ExitCode {
     panics::end_the_process();
-    let arguments = Arguments::parse();
+    let arguments = ProgramArguments::parse();
     report(
         Shutdown::install()
             .map_err(Into::into)

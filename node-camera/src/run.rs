@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use clap::Args;
+use clap::{Args, Parser};
 use sextant_process::{Exit, Shutdown, WithExit, logging, memory};
 
 use crate::config::CameraNodeConfig;
@@ -18,6 +18,15 @@ pub struct CameraArguments {
     /// Run one part only; without it both run, as two processes.
     #[arg(long, value_enum)]
     pub part: Option<Part>,
+}
+
+/// Captures the images of one camera, finds tags in them and publishes what it sees.
+#[derive(Debug, Parser)]
+#[command(name = "node-camera", version)]
+pub struct ProgramArguments {
+    /// All of its arguments.
+    #[command(flatten)]
+    pub camera: CameraArguments,
 }
 
 /// Runs a camera node until `shutdown` or the end of its recording. `subcommand` are the words with which this program

@@ -2,10 +2,10 @@
 
 use crate::output::Format;
 use crate::{
-    calibrate, camera, check, config, convert, demo, detect, doctor, echo, hz, learn, list, nodes,
-    print, replay, simulate, top,
+    calibrate, camera, check, config, convert, demo, detect, doctor, echo, hz, learn, list, manual,
+    nodes, print, replay, simulate, top,
 };
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, Parser, Subcommand};
 
 /// Publishes the poses of tagged objects seen by several cameras: nodes, calibration and tools.
 #[derive(Parser, Debug)]
@@ -67,6 +67,9 @@ enum Command {
     Fusion(nodes::NodeArguments),
     /// Run a viewer bridge: the web page.
     Viewer(nodes::NodeArguments),
+    /// Write manual pages and shell completions, for packages.
+    #[command(hide = true)]
+    Manual(manual::ManualArguments),
 }
 
 /// Runs the command.
@@ -98,5 +101,6 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         Command::Camera(arguments) => camera::run(arguments, format),
         Command::Fusion(arguments) => nodes::fusion(arguments),
         Command::Viewer(arguments) => nodes::viewer(arguments),
+        Command::Manual(arguments) => manual::run(arguments, Arguments::command()),
     }
 }

@@ -14,6 +14,7 @@ mod echo;
 mod hz;
 mod learn;
 mod list;
+mod manual;
 mod message_text;
 mod nodes;
 mod ordered;

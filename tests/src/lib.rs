@@ -6,6 +6,7 @@
 
 mod demo;
 mod fused_site;
+mod guide;
 mod program;
 mod scene;
 mod studio;
@@ -15,7 +16,8 @@ mod workshop;
 
 pub use demo::{Demo, DemoOutcome, send};
 pub use fused_site::{FusedSite, PATIENCE};
-pub use program::{sextant, workspace_root};
+pub use guide::commands;
+pub use program::{node_camera, sextant, workspace_root};
 pub use scene::{Scene, changed, place, tag_of};
 pub use studio::{Shots, Studio, looking_at};
 pub use traces::Traces;

@@ -15,16 +15,29 @@ pub fn workspace_root() -> PathBuf {
 /// When it was not built: `cargo test --workspace` and `cargo xtask test` build it.
 #[must_use]
 pub fn sextant() -> Command {
+    program("sextant")
+}
+
+/// The `node-camera` program likewise: what the package for boards has.
+///
+/// # Panics
+/// As [`sextant`].
+#[must_use]
+pub fn node_camera() -> Command {
+    program("node-camera")
+}
+
+fn program(name: &str) -> Command {
     let test = std::env::current_exe().expect("a test has a file");
-    // target/<profile>/deps/<test> -> target/<profile>/sextant
+    // target/<profile>/deps/<test> -> target/<profile>/<name>
     let program = test
         .ancestors()
         .nth(2)
         .expect("a profile's folder")
-        .join("sextant");
+        .join(name);
     assert!(
         program.is_file(),
-        "{} is missing: run `cargo build --release --bin sextant` first",
+        "{} is missing: run `cargo build --release --bin {name}` first",
         program.display()
     );
     Command::new(program)

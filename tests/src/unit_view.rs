@@ -35,6 +35,7 @@ const OTHERS: &[&str] = &[
     "CapabilityBoundingSet",
     "DeviceAllow",
     "DevicePolicy",
+    "EnvironmentFile",
     "Group",
     "LockPersonality",
     "MemoryDenyWriteExecute",
@@ -65,8 +66,8 @@ const OTHERS: &[&str] = &[
 /// systemd's folders for `StateDirectory` and `RuntimeDirectory`.
 const STATE: &str = "/var/lib";
 const RUNTIME: &str = "/run";
-/// Where the program under test stands in for `/usr/bin/sextant`.
-const PROGRAM: &str = "/opt/sextant";
+/// Where the programs under test stand in for those of `/usr/bin`.
+const PROGRAMS: &str = "/opt";
 
 /// The `[Service]` of a unit's file, for one instance.
 #[derive(Debug)]
@@ -141,8 +142,9 @@ impl Unit {
         let notify = format!("{RUNTIME}/{}.notify", self.name);
         let watchdog = UnixDatagram::bind(&notify).expect("a socket");
         let mut words = self.get("ExecStart").split(' ');
-        assert_eq!(words.next(), Some("/usr/bin/sextant"));
-        let mut command = Command::new(PROGRAM);
+        let program = words.next().and_then(|file| file.strip_prefix("/usr/bin/"));
+        let program = Path::new(PROGRAMS).join(program.expect("a program of a package"));
+        let mut command = Command::new(program);
         command
             .args(words)
             .env_clear()
@@ -160,17 +162,20 @@ impl Unit {
     }
 }
 
-/// An empty `/var/lib` and `/run`, the program under test, and a loopback interface: what the name spaces of the whole test begin with.
+/// An empty `/var/lib` and `/run`, the programs under test, and a loopback interface: what the name spaces of the whole test begin with.
 ///
 /// # Panics
 /// When this process may not do so.
-pub fn prepare_machine(program: &Path) {
-    for folder in [STATE, RUNTIME, "/opt"] {
+pub fn prepare_machine(programs: &[Command]) {
+    for folder in [STATE, RUNTIME, PROGRAMS] {
         mount_empty(&text(folder)).expect("a name space for mounts");
     }
-    fs::write(PROGRAM, "").expect("a place for the program");
-    let (from, to) = (text(program), text(PROGRAM));
-    mount(&from, &to, libc::MS_BIND).expect("the program in its place");
+    for program in programs {
+        let from = Path::new(program.get_program());
+        let to = Path::new(PROGRAMS).join(from.file_name().expect("a program"));
+        fs::write(&to, "").expect("a place for the program");
+        mount(&text(from), &text(to), libc::MS_BIND).expect("the program in its place");
+    }
     raise_loopback().expect("a name space for the network");
 }
 

@@ -15,7 +15,9 @@ use std::os::unix::net::UnixDatagram;
 use std::path::Path;
 use std::process::{Child, Command};
 use std::time::{Duration, Instant};
-use system_tests::{FIRST_OF_CUBE, PATIENCE, Unit, Workshop, prepare_machine, send, sextant};
+use system_tests::{
+    FIRST_OF_CUBE, PATIENCE, Unit, Workshop, node_camera, prepare_machine, send, sextant,
+};
 
 const ROUTER: &str = "tcp/127.0.0.1:7447";
 const PAGE: &str = "127.0.0.1:8600";
@@ -62,7 +64,7 @@ fn every_unit_does_its_work_within_its_sandbox() {
 }
 
 fn the_site() {
-    prepare_machine(Path::new(sextant().get_program()));
+    prepare_machine(&[sextant(), node_camera()]);
     let [fusion, viewer, capture, detect] = [
         Unit::read("sextant-fusion", ""),
         Unit::read("sextant-viewer", ""),

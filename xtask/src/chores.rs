@@ -1,11 +1,11 @@
 //! The chores themselves: each a short list of commands.
 
-use crate::tools::{run, run_in};
-use std::fs;
+use crate::tools::{files_below, run, run_in};
 use std::path::Path;
 
 const PAGE: &str = "node-viewer-bridge/page";
 const ARMV7: &str = "armv7-unknown-linux-gnueabihf";
+const NEON: &str = "thumbv7neon-unknown-linux-gnueabihf";
 const AARCH64: &str = "aarch64-unknown-linux-gnu";
 
 pub fn fmt() -> Result<(), String> {
@@ -83,30 +83,6 @@ fn same_files(committed: &Path, fresh: &Path) -> Result<(), String> {
     ))
 }
 
-fn files_below(folder: &Path) -> Result<Vec<(String, Vec<u8>)>, String> {
-    let failed = |cause: std::io::Error| format!("{}: {cause}", folder.display());
-    let mut found = Vec::new();
-    for entry in fs::read_dir(folder).map_err(failed)? {
-        let path = entry.map_err(failed)?.path();
-        let name = path
-            .file_name()
-            .unwrap_or_default()
-            .to_string_lossy()
-            .into_owned();
-        if path.is_dir() {
-            found.extend(
-                files_below(&path)?
-                    .into_iter()
-                    .map(|(below, bytes)| (format!("{name}/{below}"), bytes)),
-            );
-        } else {
-            found.push((name, fs::read(&path).map_err(failed)?));
-        }
-    }
-    found.sort();
-    Ok(found)
-}
-
 pub fn workspace() -> Result<(), String> {
     // The browser test drives the page with the packages that the page's lock file names.
     if !Path::new(env!("CARGO_MANIFEST_DIR"))
@@ -132,28 +108,26 @@ pub fn arm() -> Result<(), String> {
     let tests = ["test", "--release", "--quiet", "--target"];
     run("cargo", &[&tests, &[ARMV7][..], chosen.as_slice()].concat())?;
     let kernels = ["--package", "sextant-apriltag", "--lib"];
-    let whole = ["any_bytes", "changed_pictures", "no_allocation"];
+    let whole = [
+        "any_bytes",
+        "changed_pictures",
+        "no_allocation",
+        "processors",
+    ];
     let whole: Vec<&str> = whole.iter().flat_map(|name| ["--test", name]).collect();
     let detector = [&tests, &[ARMV7][..], &kernels, &whole].concat();
     run("cargo", &detector)?;
-    run("cargo", &[&tests, &[AARCH64][..], &kernels].concat())
+    let same = ["--package", "sextant-apriltag", "--test", "processors"];
+    run("cargo", &[&tests, &[NEON][..], &same].concat())?;
+    let same = ["--test", "processors"];
+    run("cargo", &[&tests, &[AARCH64][..], &kernels, &same].concat())
 }
 
 pub fn cross() -> Result<(), String> {
-    [AARCH64, ARMV7].iter().try_for_each(|target| {
-        run(
-            "cargo",
-            &[
-                "check",
-                "--release",
-                "--quiet",
-                "--package",
-                "node-camera",
-                "--target",
-                target,
-            ],
-        )
-    })
+    let check = ["check", "--release", "--quiet", "--package", "node-camera"];
+    [AARCH64, ARMV7]
+        .iter()
+        .try_for_each(|target| run("cargo", &[&check[..], &["--target", target]].concat()))
 }
 
 pub fn bench() -> Result<(), String> {

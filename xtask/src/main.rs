@@ -4,6 +4,7 @@
 
 mod chores;
 mod dependencies;
+mod package;
 mod tools;
 
 use std::process::ExitCode;
@@ -65,6 +66,11 @@ const CHORES: &[(&str, &str, Chore)] = &[
         "cross",
         "the camera node compiles for the boards' processors",
         chores::cross,
+    ),
+    (
+        "package",
+        "packages and tarballs for boards and PCs: target/package/",
+        package::all,
     ),
     (
         "bench",
@@ -141,12 +147,12 @@ fn main() -> ExitCode {
 mod tests {
     use super::*;
 
-    /// `.ci/run` is `test` and `check`; what is in neither is measured, not checked.
+    /// `.ci/run` is `test` and `check`; what is in neither is measured or made, not checked.
     #[test]
     fn continuous_integration_runs_each_chore_once() {
         let chores = CHORES.iter().map(|chore| chore.0);
         let mut once: Vec<_> = chores
-            .filter(|word| !["test", "check", "ci", "bench"].contains(word))
+            .filter(|word| !["test", "check", "ci", "bench", "package"].contains(word))
             .collect();
         let mut run = [TEST, CHECK].concat();
         once.sort_unstable();

@@ -1,5 +1,7 @@
 //! Programs that are not Rust's: which chore needs which, found, installed where that is possible, or named.
 
+use std::fs;
+use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
@@ -59,6 +61,26 @@ const FFMPEG: Tool = Tool {
     package: Some("ffmpeg"),
     remedy: "install FFmpeg",
 };
+const PIP: Tool = Tool {
+    program: "pip3",
+    package: Some("python3-pip"),
+    remedy: "install Python's pip",
+};
+const DPKG_DEB: Tool = Tool {
+    program: "dpkg-deb",
+    package: None,
+    remedy: "build packages on Debian or one of its descendants",
+};
+const SYSUSERS: Tool = Tool {
+    program: "systemd-sysusers",
+    package: Some("systemd"),
+    remedy: "install systemd",
+};
+const LINTIAN: Tool = Tool {
+    program: "lintian",
+    package: Some("lintian"),
+    remedy: "install lintian",
+};
 
 /// What a chore needs beside Rust and a C compiler.
 fn needs(chore: &str) -> &'static [Tool] {
@@ -67,6 +89,7 @@ fn needs(chore: &str) -> &'static [Tool] {
         "workspace" => &[NODE, CHROMIUM, UNSHARE, FFMPEG],
         "arm" => &[QEMU_ARM, QEMU_AARCH64, GCC_ARM, GCC_AARCH64],
         "cross" => &[GCC_ARM, GCC_AARCH64],
+        "package" => &[PIP, DPKG_DEB, SYSUSERS, LINTIAN],
         _ => &[],
     }
 }
@@ -74,25 +97,20 @@ fn needs(chore: &str) -> &'static [Tool] {
 /// Compilation targets a chore needs beside this machine's own.
 fn targets(chore: &str) -> &'static [&'static str] {
     match chore {
-        "arm" | "cross" => &["aarch64-unknown-linux-gnu", "armv7-unknown-linux-gnueabihf"],
+        "cross" => &["aarch64-unknown-linux-gnu", "armv7-unknown-linux-gnueabihf"],
+        "arm" | "package" => &[
+            "aarch64-unknown-linux-gnu",
+            "armv7-unknown-linux-gnueabihf",
+            "thumbv7neon-unknown-linux-gnueabihf",
+        ],
         _ => &[],
     }
 }
 
 /// Finds or installs what the chores need; names everything that is missing at once.
 pub fn require_all(chores: &[&str]) -> Result<(), String> {
-    let mut missing: Vec<&Tool> = Vec::new();
-    for tool in chores.iter().flat_map(|chore| needs(chore)) {
-        if locate(tool.program).is_none() && !missing.iter().any(|m| m.program == tool.program) {
-            missing.push(tool);
-        }
-    }
-    install(&missing);
-    let unmet: Vec<String> = missing
-        .iter()
-        .filter(|tool| locate(tool.program).is_none())
-        .map(|tool| format!("  {}: {}{}", tool.program, tool.remedy, debian_hint(tool)))
-        .collect();
+    let needed: Vec<&Tool> = chores.iter().flat_map(|chore| needs(chore)).collect();
+    let unmet = unmet(&needed);
     if !unmet.is_empty() {
         return Err(format!("missing programs\n{}", unmet.join("\n")));
     }
@@ -100,6 +118,21 @@ pub fn require_all(chores: &[&str]) -> Result<(), String> {
         .iter()
         .flat_map(|chore| targets(chore))
         .try_for_each(|target| add_target(target))
+}
+
+/// Finds or installs programs; a line for each that is not to be had.
+fn unmet(needed: &[&Tool]) -> Vec<String> {
+    let mut missing: Vec<&Tool> = Vec::new();
+    for tool in needed {
+        if locate(tool.program).is_none() && !missing.iter().any(|m| m.program == tool.program) {
+            missing.push(tool);
+        }
+    }
+    install(&missing);
+    let unmet = missing.iter().filter(|tool| locate(tool.program).is_none());
+    unmet
+        .map(|tool| format!("  {}: {}{}", tool.program, tool.remedy, debian_hint(tool)))
+        .collect()
 }
 
 fn debian_hint(tool: &Tool) -> String {
@@ -197,6 +230,37 @@ impl CargoTool {
     }
 }
 
+/// Cargo with zig as the linker and C compiler, so that a program needs no newer C library than it is told.
+pub struct Zigbuild {
+    pub program: String,
+    /// Where the compiler is.
+    pub environment: (&'static str, String),
+}
+
+/// Both as wheels of one version, below `target`.
+const ZIGBUILD: [&str; 2] = ["cargo-zigbuild==0.24.0", "ziglang==0.17.1"];
+
+impl Zigbuild {
+    /// Installs it where it is missing.
+    pub fn installed() -> Result<Self, String> {
+        let folder = root().join(format!("target/tools/{}", ZIGBUILD.join("-")));
+        let zigbuild = Self {
+            program: folder.join("bin/cargo-zigbuild").display().to_string(),
+            environment: (
+                "CARGO_ZIGBUILD_ZIG_PATH",
+                folder.join("ziglang/zig").display().to_string(),
+            ),
+        };
+        if !Path::new(&zigbuild.program).is_file() {
+            println!("xtask: installing {}", ZIGBUILD.join(" and "));
+            let target = ["--target", &folder.display().to_string()];
+            let quiet = ["install", "--quiet", "--root-user-action=ignore"];
+            run("pip3", &[&quiet[..], &target, &ZIGBUILD].concat())?;
+        }
+        Ok(zigbuild)
+    }
+}
+
 fn add_target(target: &str) -> Result<(), String> {
     let listed = Command::new("rustup")
         .args(["target", "list", "--installed"])
@@ -219,6 +283,66 @@ pub fn root() -> &'static Path {
 /// Runs a program in the workspace's root and fails with its command line.
 pub fn run(program: &str, arguments: &[&str]) -> Result<(), String> {
     run_in(".", program, arguments)
+}
+
+/// Runs a program with a variable more in its environment.
+pub fn run_with(
+    (variable, value): &(&str, String),
+    program: &str,
+    arguments: &[&str],
+) -> Result<(), String> {
+    let variable = format!("{variable}={value}");
+    run(
+        "env",
+        &[&[variable.as_str(), program][..], arguments].concat(),
+    )
+}
+
+/// Copies a file into a folder, made when missing, under the name and with the rights that it has there.
+pub fn copy(file: &Path, folder: &Path, mode: u32) -> Result<(), String> {
+    let name = file.file_name().unwrap_or_default();
+    let failed = |cause: std::io::Error| format!("{}: {cause}", file.display());
+    fs::create_dir_all(folder).map_err(failed)?;
+    fs::copy(file, folder.join(name)).map_err(failed)?;
+    fs::set_permissions(folder.join(name), fs::Permissions::from_mode(mode)).map_err(failed)
+}
+
+/// Every file below a folder, by its path there.
+pub fn files_below(folder: &Path) -> Result<Vec<(String, Vec<u8>)>, String> {
+    let failed = |cause: std::io::Error| format!("{}: {cause}", folder.display());
+    let mut found = Vec::new();
+    for entry in fs::read_dir(folder).map_err(failed)? {
+        let path = entry.map_err(failed)?.path();
+        let name = path
+            .file_name()
+            .unwrap_or_default()
+            .to_string_lossy()
+            .into_owned();
+        if path.is_dir() {
+            found.extend(
+                files_below(&path)?
+                    .into_iter()
+                    .map(|(below, bytes)| (format!("{name}/{below}"), bytes)),
+            );
+        } else {
+            found.push((name, fs::read(&path).map_err(failed)?));
+        }
+    }
+    found.sort();
+    Ok(found)
+}
+
+/// Packs a file, the same bytes at any time.
+pub fn gzip(file: &Path, packed: &Path) -> Result<(), String> {
+    let failed = |cause: std::io::Error| format!("{}: {cause}", packed.display());
+    if let Some(folder) = packed.parent() {
+        fs::create_dir_all(folder).map_err(failed)?;
+    }
+    let output = Command::new("gzip")
+        .args(["-9", "--no-name", "--stdout"])
+        .arg(file)
+        .output();
+    fs::write(packed, output.map_err(failed)?.stdout).map_err(failed)
 }
 
 /// Runs a program in a folder below the workspace's root.

@@ -1,0 +1,81 @@
+//! Packages for boards and PCs: a `.deb` for each processor, and tarballs of the camera node for systems with BusyBox, all in `target/package`.
+//!
+//! Programs are linked by zig against the C library of the oldest system that they are for; none is packed that needs a newer one.
+
+mod contents;
+mod deb;
+mod lifecycle;
+mod symbols;
+mod tarball;
+mod target;
+
+use crate::tools::{root, run};
+use contents::{CAMERA, Package, SEXTANT, stage};
+use std::fs;
+use std::path::{Path, PathBuf};
+use target::{TARGETS, Target};
+
+const VERSION: &str = env!("CARGO_PKG_VERSION");
+
+/// Everything: both packages and a tarball for each processor.
+pub fn all() -> Result<(), String> {
+    let manual = manual()?;
+    for target in TARGETS {
+        let camera = Staged::new(&CAMERA, target, &manual)?;
+        tarball::write(&camera)?;
+        if target.architecture.is_some() {
+            tested_deb(&camera)?;
+            tested_deb(&Staged::new(&SEXTANT, target, &manual)?)?;
+        }
+    }
+    Ok(())
+}
+
+/// A package's files for one target, in a folder that looks like the root of the system that they go to.
+struct Staged {
+    package: &'static Package,
+    target: &'static Target,
+    folder: PathBuf,
+}
+
+impl Staged {
+    fn new(
+        package: &'static Package,
+        target: &'static Target,
+        manual: &Path,
+    ) -> Result<Self, String> {
+        let program = target.build(package)?;
+        symbols::check(&program, target.glibc)?;
+        let folder = output()?.join(format!("{}-{}", package.name, target.name));
+        stage(package, &folder, &[&program, manual])?;
+        Ok(Self {
+            package,
+            target,
+            folder,
+        })
+    }
+}
+
+fn tested_deb(staged: &Staged) -> Result<PathBuf, String> {
+    let deb = deb::write(staged, VERSION)?;
+    deb::lint(&deb)?;
+    lifecycle::check(staged, &deb)?;
+    Ok(deb)
+}
+
+fn output() -> Result<PathBuf, String> {
+    let folder = root().join("target/package");
+    fs::create_dir_all(&folder).map_err(|cause| format!("{}: {cause}", folder.display()))?;
+    folder
+        .canonicalize()
+        .map_err(|cause| format!("{}: {cause}", folder.display()))
+}
+
+/// Manual pages and completions, which this machine's own program writes for all.
+fn manual() -> Result<PathBuf, String> {
+    let folder = output()?.join("manual");
+    let program = ["run", "--release", "--quiet", "--bin", "sextant", "--"];
+    let arguments = ["manual", &folder.display().to_string()];
+    run("cargo", &[&program[..], &arguments].concat())?;
+    Ok(folder)
+}
