@@ -148,7 +148,7 @@ fn a_tag_on_the_floor_finds_out_a_board_that_was_enlarged_as_a_whole() {
     )
     .unwrap();
     assert!(
-        alone.report.scale.contains("nothing here could tell"),
+        alone.report.scale.contains("cannot be detected"),
         "{}",
         alone.report.scale
     );
