@@ -23,7 +23,7 @@ const ALLOWED: &[(&str, &[&str], &str)] = &[
         "node-viewer-bridge",
         &[
             "bridge",
-            "intake",
+            "forwarder",
             "link_frames",
             "message",
             "network",

@@ -11,12 +11,12 @@ use nalgebra::DVector;
 
 use crate::DiagnosisOptions;
 use crate::TagId;
-use crate::diagnosis::fault_model::camera::CameraPoseFault;
-use crate::diagnosis::fault_model::clock::ClockFault;
-use crate::diagnosis::fault_model::tag_pose::TagPoseFault;
-use crate::diagnosis::fault_model::tag_size::TagSizeFault;
 use crate::diagnosis::window::WindowEquations;
 use crate::self_calibration::parameters::Source;
+use camera::CameraPoseFault;
+use clock::ClockFault;
+use tag_pose::TagPoseFault;
+use tag_size::TagSizeFault;
 
 /// A kind of fault of one camera or tag.
 pub(crate) trait FaultModel {
