@@ -4,20 +4,24 @@
 
 #![allow(clippy::expect_used, reason = "a harness ends its test by panicking")]
 
+mod board;
 mod demo;
 mod fused_site;
 mod guide;
 mod program;
+mod raw_images;
 mod scene;
 mod studio;
 mod traces;
 mod unit_view;
 mod workshop;
 
+pub use board::Board;
 pub use demo::{Demo, DemoOutcome, send};
 pub use fused_site::{FusedSite, PATIENCE};
 pub use guide::commands;
 pub use program::{node_camera, sextant, workspace_root};
+pub use raw_images::{RAW_FORMATS, raw_image};
 pub use scene::{Scene, changed, place, tag_of};
 pub use studio::{Shots, Studio, looking_at};
 pub use traces::Traces;

@@ -13,9 +13,15 @@ use crate::tools::{root, run};
 use contents::{CAMERA, Package, SEXTANT, stage};
 use std::fs;
 use std::path::{Path, PathBuf};
-use target::{TARGETS, Target};
+use target::{ARMV7, TARGETS, Target};
 
 const VERSION: &str = env!("CARGO_PKG_VERSION");
+
+/// What the emulated board is given.
+pub struct BoardFiles {
+    pub deb: PathBuf,
+    pub tarball: PathBuf,
+}
 
 /// Everything: both packages and a tarball for each processor.
 pub fn all() -> Result<(), String> {
@@ -29,6 +35,13 @@ pub fn all() -> Result<(), String> {
         }
     }
     Ok(())
+}
+
+/// The camera node for armv7 alone.
+pub fn camera_for_board() -> Result<BoardFiles, String> {
+    let camera = Staged::new(&CAMERA, &ARMV7, &manual()?)?;
+    let (deb, tarball) = (tested_deb(&camera)?, tarball::write(&camera)?);
+    Ok(BoardFiles { deb, tarball })
 }
 
 /// A package's files for one target, in a folder that looks like the root of the system that they go to.

@@ -89,7 +89,7 @@ fn needs(chore: &str) -> &'static [Tool] {
         "workspace" => &[NODE, CHROMIUM, UNSHARE, FFMPEG],
         "arm" => &[QEMU_ARM, QEMU_AARCH64, GCC_ARM, GCC_AARCH64],
         "cross" => &[GCC_ARM, GCC_AARCH64],
-        "package" => &[PIP, DPKG_DEB, SYSUSERS, LINTIAN],
+        "package" | "board" => &[PIP, DPKG_DEB, SYSUSERS, LINTIAN],
         _ => &[],
     }
 }
@@ -98,6 +98,7 @@ fn needs(chore: &str) -> &'static [Tool] {
 fn targets(chore: &str) -> &'static [&'static str] {
     match chore {
         "cross" => &["aarch64-unknown-linux-gnu", "armv7-unknown-linux-gnueabihf"],
+        "board" => &["armv7-unknown-linux-gnueabihf"],
         "arm" | "package" => &[
             "aarch64-unknown-linux-gnu",
             "armv7-unknown-linux-gnueabihf",
@@ -121,7 +122,7 @@ pub fn require_all(chores: &[&str]) -> Result<(), String> {
 }
 
 /// Finds or installs programs; a line for each that is not to be had.
-fn unmet(needed: &[&Tool]) -> Vec<String> {
+pub fn unmet(needed: &[&Tool]) -> Vec<String> {
     let mut missing: Vec<&Tool> = Vec::new();
     for tool in needed {
         if locate(tool.program).is_none() && !missing.iter().any(|m| m.program == tool.program) {

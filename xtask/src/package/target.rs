@@ -17,7 +17,7 @@ pub struct Target {
 }
 
 /// 32-bit boards. The C library of the RZ/A2M's toolchain is the oldest there is.
-const ARMV7: Target = Target {
+pub const ARMV7: Target = Target {
     name: "armv7",
     triple: "armv7-unknown-linux-gnueabihf",
     glibc: [2, 25],

@@ -1,0 +1,161 @@
+//! The emulated Cortex-A9 board: its image is made of Debian's packages once and kept in the user's cache, then `tests/tests/board.rs` runs on it.
+//!
+//! The package for it is built and checked in any case; where qemu, Debian's packages or time are missing, the rest is passed over with a word.
+
+use crate::package::{self, BoardFiles};
+use crate::tools::{self, Tool, root, run};
+use std::collections::hash_map::DefaultHasher;
+use std::ffi::OsString;
+use std::fs;
+use std::hash::{Hash, Hasher};
+use std::io;
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+/// All of the chore.
+const LIMIT: Duration = Duration::from_secs(25 * 60);
+/// Less than this is not worth beginning with.
+const SHORTEST: Duration = Duration::from_secs(6 * 60);
+const TOOLS: &[Tool] = &[
+    tool("qemu-system-arm", "qemu-system-arm"),
+    tool("mmdebstrap", "mmdebstrap"),
+    tool("depmod", "kmod"),
+    tool("cpio", "cpio"),
+    tool("mke2fs", "e2fsprogs"),
+];
+/// A release without its updates, so that the image changes with the release's own points only.
+const RELEASE: &str = "bookworm";
+const PACKAGES: &str =
+    "systemd-sysv,udev,kmod,linux-image-armmp,v4l-utils,busybox-static,iproute2,procps";
+
+const fn tool(program: &'static str, package: &'static str) -> Tool {
+    Tool {
+        program,
+        package: Some(package),
+        remedy: "see its package",
+    }
+}
+
+/// Builds the camera node's package, tries it, and runs it on the board.
+pub fn board() -> Result<(), String> {
+    let started = Instant::now();
+    let files = package::camera_for_board()?;
+    match image()? {
+        Ok(image) => match LIMIT.checked_sub(started.elapsed()) {
+            Some(left) if left > SHORTEST => test(&image, &files, left),
+            _ => {
+                pass_over("no time is left after making what it needs; it is kept for the next run")
+            }
+        },
+        Err(why) => pass_over(&why),
+    }
+}
+
+fn pass_over(why: &str) -> Result<(), String> {
+    println!("xtask board: NOT CHECKED on the emulated board: {why}");
+    Ok(())
+}
+
+fn test(image: &Path, files: &BoardFiles, left: Duration) -> Result<(), String> {
+    let given = [
+        ("IMAGE", image),
+        ("DEB", &files.deb),
+        ("TARBALL", &files.tarball),
+    ];
+    let given = given.map(|(what, path)| format!("SEXTANT_BOARD_{what}={}", path.display()));
+    let given: Vec<&str> = given.iter().map(String::as_str).collect();
+    let left = left.as_secs().to_string();
+    let limit = ["timeout", "--kill-after=20", &left];
+    let test = [
+        "cargo",
+        "test",
+        "--release",
+        "--workspace",
+        "--test",
+        "board",
+    ];
+    let how = ["--", "--ignored", "--nocapture"];
+    run("env", &[&given, &limit[..], &test, &how].concat())
+}
+
+/// The folder with the board's files, or why there is none.
+fn image() -> Result<Result<PathBuf, String>, String> {
+    let folder = cache()?.join(format!("board-{:016x}", key()?));
+    if folder.is_dir() {
+        return Ok(Ok(folder));
+    }
+    let unmet = tools::unmet(&TOOLS.iter().collect::<Vec<_>>());
+    if !unmet.is_empty() {
+        return Ok(Err(format!("programs are missing\n{}", unmet.join("\n"))));
+    }
+    make(&folder)
+}
+
+fn make(folder: &Path) -> Result<Result<PathBuf, String>, String> {
+    println!("xtask board: making {}", folder.display());
+    let fresh = folder.with_extension("fresh");
+    let failed = |cause: io::Error| format!("{}: {cause}", fresh.display());
+    if fresh.exists() {
+        fs::remove_dir_all(&fresh).map_err(failed)?;
+    }
+    fs::create_dir_all(&fresh).map_err(failed)?;
+    let made = unpack(&fresh);
+    // The hook's first deed: until then nothing but the network and Debian's archive had a part in it.
+    if made.is_err() && !fresh.join("unpacked").exists() {
+        return Ok(Err("Debian's packages cannot be had".to_owned()));
+    }
+    made?;
+    fs::rename(&fresh, folder).map_err(failed)?;
+    Ok(Ok(folder.to_owned()))
+}
+
+fn unpack(fresh: &Path) -> Result<(), String> {
+    let place = format!("BOARD={}", fresh.display());
+    let hook = root().join("tests/board/make-image.sh");
+    let hook = format!("--extract-hook={}", hook.display());
+    let without = ["doc", "man", "locale"]
+        .map(|folder| format!("--dpkgopt=path-exclude=/usr/share/{folder}/*"));
+    let without = without.each_ref().map(String::as_str);
+    let what = [
+        "--quiet",
+        "--arch=armhf",
+        "--variant=extract",
+        "--format=null",
+    ];
+    let packages = [
+        "--components=main",
+        "--include=?essential",
+        "--include",
+        PACKAGES,
+    ];
+    let hooks = [
+        "--aptopt=APT::Install-Recommends \"false\"",
+        "--setup-hook=sed -i /security/d\\;/updates/d \"$1/etc/apt/sources.list\"",
+        "--hook-dir=/usr/share/mmdebstrap/hooks/merged-usr",
+        &hook,
+        RELEASE,
+    ];
+    let command = [place.as_str(), "mmdebstrap"];
+    run(
+        "env",
+        &[&command[..], &what, &packages, &without, &hooks].concat(),
+    )
+}
+
+/// Outside of `target`, so that a fresh checkout finds it.
+fn cache() -> Result<PathBuf, String> {
+    let set = |name: &str| std::env::var_os(name).filter(|value: &OsString| !value.is_empty());
+    let folder = set("XDG_CACHE_HOME").map(PathBuf::from);
+    folder
+        .or_else(|| set("HOME").map(|home| Path::new(&home).join(".cache")))
+        .map(|folder| folder.join("sextant"))
+        .ok_or_else(|| "set XDG_CACHE_HOME or HOME: the board's image is kept there".to_owned())
+}
+
+/// Of all that the image is made of but Debian's own.
+fn key() -> Result<u64, String> {
+    let mut hasher = DefaultHasher::new();
+    (RELEASE, PACKAGES).hash(&mut hasher);
+    tools::files_below(&root().join("tests/board"))?.hash(&mut hasher);
+    Ok(hasher.finish())
+}
