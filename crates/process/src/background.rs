@@ -4,10 +4,8 @@ use std::io;
 
 /// Gives the calling thread the niceness 10, below everything that serves a measurement.
 pub fn lower_this_thread() -> io::Result<()> {
-    // SAFETY: gettid has no precondition.
-    let thread = unsafe { libc::gettid() };
-    // SAFETY: setpriority has no memory precondition; on Linux PRIO_PROCESS with a thread id means that thread.
-    let result = unsafe { libc::setpriority(libc::PRIO_PROCESS, thread.unsigned_abs(), 10) };
+    // SAFETY: setpriority has no memory precondition; on Linux PRIO_PROCESS with 0 means the calling thread.
+    let result = unsafe { libc::setpriority(libc::PRIO_PROCESS, 0, 10) };
     if result == 0 {
         Ok(())
     } else {
