@@ -244,7 +244,9 @@ const ZIGBUILD: [&str; 2] = ["cargo-zigbuild==0.24.0", "ziglang==0.17.1"];
 impl Zigbuild {
     /// Installs it where it is missing.
     pub fn installed() -> Result<Self, String> {
-        let folder = root().join(format!("target/tools/{}", ZIGBUILD.join("-")));
+        // No equals sign: `env` would take the program's path for a variable.
+        let versions = ZIGBUILD.join("-").replace("==", "-");
+        let folder = root().join(format!("target/tools/{versions}"));
         let zigbuild = Self {
             program: folder.join("bin/cargo-zigbuild").display().to_string(),
             environment: (
