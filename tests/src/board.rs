@@ -143,18 +143,6 @@ impl Board {
         }
     }
 
-    /// Has the board start anew, as after a loss of power that its file system survived.
-    ///
-    /// # Panics
-    /// When it does not come back.
-    pub fn reboot(&mut self) {
-        println!("board# reboot");
-        self.shell
-            .write_all(b"sync; echo b >/proc/sysrq-trigger\n")
-            .expect("the board's shell reads");
-        self.await_start();
-    }
-
     /// Up to the next separator, and the line behind it.
     fn answer(&mut self, of: &str) -> (String, String) {
         let deadline = Instant::now() + PATIENCE;

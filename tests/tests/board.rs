@@ -1,7 +1,9 @@
 //! A camera node on an emulated Cortex-A9 board: its package is installed with dpkg, systemd starts its units, capture reads the driver `vivid`
-//! to whose output images of a tagged box are written, and a fusion node on this host makes a pose of what it sees.
+//! to whose output an image of a tagged box is written, a fusion node on this host makes a pose of what it sees, and units come back when killed.
 //!
-//! `cargo xtask board` runs it with what it needs; by itself it is ignored.
+//! `cargo xtask board` runs it with what it needs; by itself it is ignored. It has not been seen to pass. What is known to work, each step by hand: the
+//! board boots and takes commands, reaches this host over TCP, and `vivid` takes the image. Installing the package and all that follows is not known to.
+//! Not covered: other pixel formats than GREY, a lost device, a reboot, removal on the board, the tarball for BusyBox, encryption.
 
 #![allow(clippy::expect_used, reason = "a test ends by panicking")]
 
@@ -12,13 +14,12 @@ use sextant_site_files::{read_object, read_rig};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
-use system_tests::{Board, FusedSite, RAW_FORMATS, commands, raw_image, sextant};
+use system_tests::{Board, FusedSite, commands, sextant};
 
 /// Emulation is slow, and machines are shared.
 const PATIENCE: Duration = Duration::from_secs(300);
 const GUIDE: &str = "deploy/README.md";
 const UNITS: &str = "sextant-capture@north sextant-detect@north";
-const STATE: &str = "/var/lib/sextant";
 /// How far the pose may be off: one camera, at 0.6 m.
 const TOLERANCE_M: f64 = 0.003;
 
@@ -35,12 +36,6 @@ fn a_board_sees_a_box_through_a_real_driver() {
     install(&mut board);
     scene.await_pose(&site);
     comes_back_after_kill(&mut board, &site);
-    survives_a_lost_device(&mut board, &site);
-    board.reboot();
-    scene.await_pose(&site);
-    reads_every_format(&mut board, &site);
-    is_removed_and_purged(&mut board);
-    runs_where_busybox_is_init(&mut board, &site);
 }
 
 /// The path that `cargo xtask board` gives.
@@ -65,64 +60,6 @@ fn comes_back_after_kill(board: &mut Board, site: &FusedSite) {
         ));
         await_images(site);
     }
-}
-
-/// Unbinding the driver is what pulling a plug is: open files stay, and everything on them fails.
-fn survives_a_lost_device(board: &mut Board, site: &FusedSite) {
-    board.run("systemctl stop vivid && echo vivid.0 >/sys/bus/platform/drivers/vivid/unbind");
-    board.run("test ! -e /dev/video0");
-    board.run("systemctl start vivid");
-    await_images(site);
-}
-
-/// Capture is told another format while the camera delivers that one alone.
-fn reads_every_format(board: &mut Board, site: &FusedSite) {
-    for format in RAW_FORMATS {
-        board.run("systemctl stop sextant-capture@north");
-        board.run(&format!(
-            "echo FORMAT={format} >/etc/vivid && systemctl restart vivid"
-        ));
-        board.run(&format!(
-            "sed -i 's/^format = .*/format = \"{format}\"/' {STATE}/camera-north.toml"
-        ));
-        board.run("systemctl start sextant-capture@north");
-        await_images(site);
-    }
-}
-
-fn is_removed_and_purged(board: &mut Board) {
-    board.run("dpkg --remove sextant-camera");
-    board.run(&format!("! systemctl is-active {UNITS}"));
-    board.run(&format!("test -e {STATE}/camera-north.toml"));
-    board.run("dpkg --purge sextant-camera");
-    board.run(&format!(
-        "test ! -e {STATE} && ! ls /etc/systemd/system/*/sextant-*"
-    ));
-}
-
-/// In a root with nothing but BusyBox, the C library and the tarball in it, which is read-only when the node starts.
-fn runs_where_busybox_is_init(board: &mut Board, site: &FusedSite) {
-    for line in [
-        "mkdir -p /opt/root/bin /opt/root/lib /opt/root/dev /opt/root/mnt /opt/root/proc /opt/root/run /opt/root/etc/sextant",
-        "cp /usr/bin/busybox /opt/root/bin/ && chroot /opt/root /bin/busybox --install -s /bin",
-        "cp -L /lib/ld-linux-armhf.so.3 /opt/root/lib/ && cd /lib/arm-linux-gnueabihf && cp -L lib[cm].so.6 lib*.so.[0-2] /opt/root/lib/",
-        "echo root:x:0:0::/:/bin/sh >/opt/root/etc/passwd",
-        "mount --bind /opt/root /opt/root && mount -t tmpfs none /opt/root/run",
-        "for folder in dev mnt proc; do mount --rbind /$folder /opt/root/$folder; done",
-    ] {
-        board.run(line);
-    }
-    for line in commands(GUIDE, "sh busybox") {
-        let starts = line.ends_with(" start");
-        if starts {
-            board.run("mount -o remount,bind,ro /opt/root && ! touch /opt/root/written");
-        }
-        board.run(&format!("chroot /opt/root /bin/sh -c 'cd /mnt; {line}'"));
-        if starts {
-            await_images(site);
-        }
-    }
-    board.run("! pgrep node-camera");
 }
 
 /// Images that were taken from now on.
@@ -170,15 +107,12 @@ impl Scene {
         FusedSite::start(&rig, &[object], "")
     }
 
-    /// What the board is given: package, tarball, the node's configuration and the image that its camera is to see.
+    /// What the board is given: package, the node's configuration and the image that its camera is to see.
     fn write_payload(&self, folder: &Path, router: &str) {
         fs::create_dir(folder).expect("a folder");
-        for (what, name) in [
-            ("DEB", "sextant-camera.deb"),
-            ("TARBALL", "sextant-camera.tar.gz"),
-        ] {
-            fs::copy(given(what), folder.join(name)).expect("a file");
-        }
+        let deb = given("DEB");
+        let name = deb.file_name().expect("a package's name");
+        fs::copy(&deb, folder.join(name)).expect("a file");
         let router = router.replace("127.0.0.1", "10.0.2.2");
         let configuration = format!(
             "site = \"lab\"\ncamera = \"north\"\n[source]\nkind = \"v4l2\"\ndevice = \"/dev/sextant/cam-platform-vivid_0\"\nresolution = [640, 480]\nformat = \"GREY\"\n[network]\nconnect = [\"{router}\"]\n"
@@ -190,10 +124,7 @@ impl Scene {
             .collect();
         pictures.sort();
         let picture = read_grey_png(&pictures[0]).expect("a picture");
-        for format in RAW_FORMATS {
-            let raw = raw_image(format, &picture.pixels);
-            fs::write(folder.join(format!("{format}.raw")), raw).expect("a file");
-        }
+        fs::write(folder.join("GREY.raw"), &picture.pixels).expect("a file");
     }
 
     /// Fusion tracks the box, and where it is.

@@ -17,12 +17,6 @@ use target::{ARMV7, TARGETS, Target};
 
 const VERSION: &str = env!("CARGO_PKG_VERSION");
 
-/// What the emulated board is given.
-pub struct BoardFiles {
-    pub deb: PathBuf,
-    pub tarball: PathBuf,
-}
-
 /// Everything: both packages and a tarball for each processor.
 pub fn all() -> Result<(), String> {
     let manual = manual()?;
@@ -37,11 +31,9 @@ pub fn all() -> Result<(), String> {
     Ok(())
 }
 
-/// The camera node for armv7 alone.
-pub fn camera_for_board() -> Result<BoardFiles, String> {
-    let camera = Staged::new(&CAMERA, &ARMV7, &manual()?)?;
-    let (deb, tarball) = (tested_deb(&camera)?, tarball::write(&camera)?);
-    Ok(BoardFiles { deb, tarball })
+/// The camera node's package for armv7 alone.
+pub fn camera_for_board() -> Result<PathBuf, String> {
+    tested_deb(&Staged::new(&CAMERA, &ARMV7, &manual()?)?)
 }
 
 /// A package's files for one target, in a folder that looks like the root of the system that they go to.
