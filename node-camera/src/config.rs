@@ -11,7 +11,7 @@ use sextant_estimator::CameraId;
 use sextant_iceoryx_images::IceoryxOptions;
 use sextant_proto::SiteId;
 use sextant_site_files::{Complaint, FileError, read_toml_checked};
-use sextant_zenoh_bus::BusOptions;
+use sextant_zenoh_bus::{BusError, BusOptions, Identity, Role, Security, SecurityOptions};
 
 pub use self::rza2m::{DrpCircuit, DrpCircuitConfig, Rza2mConfig};
 
@@ -34,6 +34,9 @@ pub struct CameraNodeConfig {
     /// Network session; by default a client of the router on this host.
     #[serde(default)]
     pub network: BusOptions,
+    /// How the network is protected; by default by being this machine's own.
+    #[serde(default)]
+    pub security: SecurityOptions,
     /// Shared memory of capture and detection.
     #[serde(default)]
     pub shared_memory: IceoryxOptions,
@@ -281,6 +284,7 @@ impl CameraNodeConfig {
         shared_memory: IceoryxOptions,
     ) -> Self {
         let (detection, preview) = (DetectionConfig::default(), PreviewConfig::default());
+        let security = SecurityOptions::default();
         Self {
             site,
             camera,
@@ -288,6 +292,7 @@ impl CameraNodeConfig {
             detection,
             preview,
             network,
+            security,
             shared_memory,
         }
     }
@@ -301,7 +306,23 @@ impl CameraNodeConfig {
         let folder = file.parent().unwrap_or(Path::new(""));
         config.source.resolve(folder);
         config.shared_memory.root = folder.join(&config.shared_memory.root);
+        if let Some(keys) = &mut config.security.keys {
+            *keys = folder.join(&keys);
+        }
         Ok(config)
+    }
+
+    /// The network's protection, with the keys read and checked.
+    ///
+    /// # Errors
+    /// Keys and endpoints that do not go with the profile.
+    pub fn protection(&self) -> Result<Security, BusError> {
+        let identity = Identity {
+            site: self.site.as_str(),
+            name: self.camera.as_str(),
+            roles: &[Role::Camera],
+        };
+        self.security.load(Path::new(""), identity, &self.network)
     }
 
     fn check(&self) -> Result<(), Complaint> {

@@ -41,7 +41,11 @@ pub(crate) fn run(config: &CameraNodeConfig, shutdown: &Shutdown) -> anyhow::Res
         watchdog::feed();
         shutdown.is_requested()
     };
-    let bus = match Bus::open_unless(&config.network, &stop) {
+    let security = config.protection().exit_with(Exit::Input)?;
+    if let Some(words) = security.warning(now_ns() / 1_000_000_000) {
+        tracing::warn!("{words}");
+    }
+    let bus = match Bus::open_unless(&config.network, &security, &stop) {
         Err(BusError::Abandoned { .. }) => return Ok(()),
         opened => opened.exit_with(Exit::Unavailable)?,
     };

@@ -44,6 +44,8 @@ pub fn run(
     match arguments.part {
         None => {
             logging::init(&format!("camera {}", config.camera));
+            // Said once and before anything runs, not by the part that needs it.
+            config.protection().exit_with(Exit::Input)?;
             supervise::run(&arguments.config, subcommand, shutdown)
         }
         Some(part) => {

@@ -3,8 +3,8 @@
 use serde::{Deserialize, Serialize};
 use sextant_estimator::FusionOptions;
 use sextant_proto::{NodeId, SiteId};
-use sextant_zenoh_bus::BusOptions;
-use std::path::PathBuf;
+use sextant_zenoh_bus::{BusError, BusOptions, Identity, Role, Security, SecurityOptions};
+use std::path::{Path, PathBuf};
 
 /// The file.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -35,6 +35,9 @@ pub struct FusionConfig {
     /// How to reach the network; by default this node is the site's router on port 7447 of the loopback interface.
     #[serde(default = "default_network")]
     pub network: BusOptions,
+    /// How the network is protected; by default by being this machine's own. The node that is the router enforces it.
+    #[serde(default)]
+    pub security: SecurityOptions,
 }
 
 /// What the node does with a refined calibration.
@@ -51,6 +54,19 @@ pub enum Refinement {
 }
 
 impl FusionConfig {
+    /// The network's protection, with the keys read and checked; `folder` is that of the file.
+    ///
+    /// # Errors
+    /// Keys and endpoints that do not go with the profile.
+    pub fn protection(&self, folder: &Path) -> Result<Security, BusError> {
+        let identity = Identity {
+            site: self.site.as_str(),
+            name: self.node.as_str(),
+            roles: &[Role::Fusion],
+        };
+        self.security.load(folder, identity, &self.network)
+    }
+
     /// Whether every number is in its range.
     ///
     /// # Errors

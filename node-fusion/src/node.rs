@@ -13,7 +13,8 @@ use anyhow::Context;
 use sextant_estimator::{CameraId, Fusion, FusionOptions, Input, Output, Proposal, Rig};
 use sextant_process::host::host_name;
 use sextant_process::{
-    ClockQuality, Exit, Reading, Shutdown, SteadyClock, WithExit, fail_point, memory, watchdog,
+    ClockQuality, Exit, Reading, Shutdown, SteadyClock, WithExit, fail_point, memory, now_ns,
+    watchdog,
 };
 use sextant_proto::{ConfigAnswer, KeyRef, Keys, NodeId, NodeKind, Outcome, limits};
 use sextant_site_files::read_toml;
@@ -41,7 +42,8 @@ const LONGEST_WAIT: Duration = Duration::from_millis(100);
 pub fn run(config_file: &Path, shutdown: &Shutdown) -> anyhow::Result<()> {
     memory::keep_heap_small();
     let config: FusionConfig = read_toml(config_file).exit_with(Exit::Input)?;
-    config.network.check().exit_with(Exit::Input)?;
+    let folder = config_file.parent().unwrap_or(Path::new(""));
+    let security = config.protection(folder).exit_with(Exit::Input)?;
     config
         .check()
         .map_err(anyhow::Error::msg)
@@ -60,7 +62,10 @@ pub fn run(config_file: &Path, shutdown: &Shutdown) -> anyhow::Result<()> {
         watchdog::feed();
         shutdown.is_requested()
     };
-    let bus = match Bus::open_unless(&config.network, &stop) {
+    if let Some(words) = security.warning(now_ns() / 1_000_000_000) {
+        tracing::warn!("{words}");
+    }
+    let bus = match Bus::open_unless(&config.network, &security, &stop) {
         Err(BusError::Abandoned { .. }) => return Ok(()),
         opened => opened.exit_with(Exit::Unavailable)?,
     };

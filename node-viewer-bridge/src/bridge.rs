@@ -4,11 +4,12 @@ use crate::config::ViewerConfig;
 use crate::guard::HostRule;
 use crate::hub::Hub;
 use crate::network;
+use crate::protection::Protection;
 use crate::rejections::{Rejection, Rejections};
 use crate::server;
 use crate::wizard::{self, WizardService};
 use anyhow::{Context, anyhow};
-use sextant_process::{Exit, Shutdown, WithExit, memory};
+use sextant_process::{Exit, Shutdown, WithExit, memory, now_ns};
 use sextant_site_files::read_toml;
 use std::io::ErrorKind;
 use std::net::{SocketAddr, TcpListener};
@@ -21,6 +22,7 @@ use std::time::Instant;
 pub(crate) struct Shared {
     pub(crate) config: ViewerConfig,
     pub(crate) hosts: HostRule,
+    pub(crate) protection: Protection,
     pub(crate) hub: Hub,
     /// The wizards.
     pub(crate) wizard: WizardService,
@@ -31,7 +33,12 @@ pub(crate) struct Shared {
 }
 
 impl Shared {
-    fn new(config: ViewerConfig, config_file: &Path, address: SocketAddr) -> Self {
+    fn new(
+        config: ViewerConfig,
+        config_file: &Path,
+        address: SocketAddr,
+        protection: Protection,
+    ) -> Self {
         let beside = config_file.parent().unwrap_or(Path::new(""));
         let folder = config
             .folder
@@ -41,6 +48,7 @@ impl Shared {
             wizard: WizardService::new(folder),
             hosts: HostRule::new(address, &config.host_names),
             config,
+            protection,
             hub: Hub::default(),
             started: Instant::now(),
             connected: AtomicBool::new(false),
@@ -71,7 +79,8 @@ impl Shared {
         let config: ViewerConfig =
             sextant_site_files::parse_toml(Path::new("viewer.toml"), text, |_| Ok(())).unwrap();
         let address = config.listen;
-        Self::new(config, Path::new("viewer.toml"), address)
+        let protection = Protection::load(&config, Path::new("")).unwrap();
+        Self::new(config, Path::new("viewer.toml"), address, protection)
     }
 }
 
@@ -88,11 +97,22 @@ fn whole(path: &Path) -> PathBuf {
 pub fn run(config_file: &Path, shutdown: &Shutdown) -> anyhow::Result<()> {
     memory::keep_heap_small();
     let config: ViewerConfig = read_toml(config_file).exit_with(Exit::Input)?;
-    config.network.check().exit_with(Exit::Input)?;
+    let folder = config_file.parent().unwrap_or(Path::new(""));
+    let protection = Protection::load(&config, folder)
+        .with_context(|| config_file.display().to_string())
+        .exit_with(Exit::Input)?;
+    if let Some(words) = protection.network.warning(now_ns() / 1_000_000_000) {
+        tracing::warn!("{words}");
+    }
     let listener = listen(config.listen).exit_with(Exit::Unavailable)?;
     let address = listener.local_addr().context("the address listened on")?;
-    tracing::info!("the page: http://{}/", for_browsers(address));
-    let shared = Arc::new(Shared::new(config, config_file, address));
+    let scheme = if protection.tls.is_some() {
+        "https"
+    } else {
+        "http"
+    };
+    tracing::info!("the page: {scheme}://{}/", for_browsers(address));
+    let shared = Arc::new(Shared::new(config, config_file, address, protection));
     serve_both(&shared, listener, shutdown)
 }
 

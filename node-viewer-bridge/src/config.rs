@@ -2,9 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 use sextant_proto::{NodeId, SiteId};
-use sextant_zenoh_bus::BusOptions;
+use sextant_zenoh_bus::{BusError, BusOptions, Identity, Role, Security, SecurityOptions};
 use std::net::{Ipv4Addr, SocketAddr};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// The file.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -16,7 +16,7 @@ pub struct ViewerConfig {
     #[serde(default = "default_node")]
     pub node: NodeId,
     /// Where to serve the page, `address:port`. Default `127.0.0.1:8600`: this machine only. `0.0.0.0:8600` serves the
-    /// whole network, to everyone on it: there is no login.
+    /// whole network: by TLS and to those with a token, unless the profile is open.
     #[serde(default = "default_listen")]
     pub listen: SocketAddr,
     /// Names under which browsers reach this bridge, besides `localhost` and addresses, such as `viewer.lab`. Requests
@@ -30,6 +30,24 @@ pub struct ViewerConfig {
     /// How to reach the network; by default a client of the router on port 7447 of this machine.
     #[serde(default)]
     pub network: BusOptions,
+    /// How the network and the page are protected; by default by being this machine's own.
+    #[serde(default)]
+    pub security: SecurityOptions,
+}
+
+impl ViewerConfig {
+    /// The network's protection, with the keys read and checked; `folder` is that of the file.
+    ///
+    /// # Errors
+    /// Keys and endpoints that do not go with the profile.
+    pub(crate) fn network_protection(&self, folder: &Path) -> Result<Security, BusError> {
+        let identity = Identity {
+            site: self.site.as_str(),
+            name: self.node.as_str(),
+            roles: &[Role::Viewer, Role::Operator],
+        };
+        self.security.load(folder, identity, &self.network)
+    }
 }
 
 fn default_node() -> NodeId {

@@ -11,12 +11,15 @@ use hyper::body::Incoming;
 use hyper::server::conn::http1;
 use hyper::service::service_fn;
 use hyper_util::rt::{TokioIo, TokioTimer};
+use std::net::IpAddr;
 use std::pin::pin;
 use std::sync::Arc;
 use std::time::Duration;
+use tokio::io::{AsyncRead, AsyncWrite};
 use tokio::net::{TcpListener, TcpStream};
 use tokio::sync::{OwnedSemaphorePermit, Semaphore, watch};
 use tokio::time::{sleep, timeout};
+use tokio_rustls::TlsAcceptor;
 use tower_service::Service;
 
 /// Connections at a time, WebSockets not counted.
@@ -35,13 +38,16 @@ const ACCEPT_PAUSE: Duration = Duration::from_millis(100);
 /// All connections of the bridge.
 pub(crate) struct Connections {
     places: Arc<Semaphore>,
+    /// None: connections are plain.
+    tls: Option<TlsAcceptor>,
     stopping: watch::Receiver<bool>,
 }
 
 impl Connections {
     /// None yet; they end when `stopping` becomes true.
-    pub(crate) fn new(stopping: watch::Receiver<bool>) -> Self {
+    pub(crate) fn new(tls: Option<TlsAcceptor>, stopping: watch::Receiver<bool>) -> Self {
         Self {
+            tls,
             places: Arc::new(Semaphore::new(MAX_CONNECTIONS as usize)),
             stopping,
         }
@@ -51,9 +57,14 @@ impl Connections {
     pub(crate) async fn accept(&mut self, listener: &TcpListener, router: &Router) {
         while let Ok(place) = Arc::clone(&self.places).acquire_owned().await {
             match listener.accept().await {
-                Ok((stream, _)) => {
-                    let served = serve(stream, router.clone(), self.stopping.clone(), place);
-                    tokio::spawn(served);
+                Ok((stream, from)) => {
+                    let client = Client {
+                        router: router.clone(),
+                        from: from.ip().to_canonical(),
+                        stopping: self.stopping.clone(),
+                        _place: place,
+                    };
+                    tokio::spawn(client.greet(stream, self.tls.clone()));
                 }
                 Err(error) => {
                     tracing::warn!(%error, "a connection was not accepted");
@@ -69,29 +80,54 @@ impl Connections {
     }
 }
 
-/// Serves one connection until it ends, becomes a WebSocket, or has had its time.
-async fn serve(
-    stream: TcpStream,
+/// Where a request comes from.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Peer(pub(crate) IpAddr);
+
+/// The other end of a connection.
+struct Client {
     router: Router,
-    mut stopping: watch::Receiver<bool>,
+    from: IpAddr,
+    stopping: watch::Receiver<bool>,
     _place: OwnedSemaphorePermit,
-) {
-    // Frames are small and want to arrive now; without it they would only wait for acknowledgements.
-    let _ = stream.set_nodelay(true);
-    let service = service_fn(move |request: Request<Incoming>| router.clone().call(request));
-    let connection = http1::Builder::new()
-        .timer(TokioTimer::new())
-        .header_read_timeout(HEADER_TIMEOUT)
-        .max_buf_size(READ_BUFFER)
-        .serve_connection(TokioIo::new(stream), service)
-        .with_upgrades();
-    let mut connection = pin!(connection);
-    tokio::select! {
-        // Clients that break off are no news.
-        _ = connection.as_mut() => return,
-        () = sleep(LIFETIME) => {}
-        _ = stopping.wait_for(|stopped| *stopped) => {}
+}
+
+impl Client {
+    async fn greet(self, stream: TcpStream, tls: Option<TlsAcceptor>) {
+        // Frames are small and want to arrive now; without it they would only wait for acknowledgements.
+        let _ = stream.set_nodelay(true);
+        match tls {
+            None => self.serve(stream).await,
+            Some(tls) => {
+                // Clients that speak something else, or distrust the certificate, are no news.
+                if let Ok(Ok(stream)) = timeout(HEADER_TIMEOUT, tls.accept(stream)).await {
+                    self.serve(stream).await;
+                }
+            }
+        }
     }
-    connection.as_mut().graceful_shutdown();
-    let _ = timeout(GRACE, connection).await;
+
+    /// Serves one connection until it ends, becomes a WebSocket, or has had its time.
+    async fn serve(mut self, stream: impl AsyncRead + AsyncWrite + Unpin + Send + 'static) {
+        let (router, from) = (self.router, Peer(self.from));
+        let service = service_fn(move |mut request: Request<Incoming>| {
+            request.extensions_mut().insert(from);
+            router.clone().call(request)
+        });
+        let connection = http1::Builder::new()
+            .timer(TokioTimer::new())
+            .header_read_timeout(HEADER_TIMEOUT)
+            .max_buf_size(READ_BUFFER)
+            .serve_connection(TokioIo::new(stream), service)
+            .with_upgrades();
+        let mut connection = pin!(connection);
+        tokio::select! {
+            // Clients that break off are no news.
+            _ = connection.as_mut() => return,
+            () = sleep(LIFETIME) => {}
+            _ = self.stopping.wait_for(|stopped| *stopped) => {}
+        }
+        connection.as_mut().graceful_shutdown();
+        let _ = timeout(GRACE, connection).await;
+    }
 }

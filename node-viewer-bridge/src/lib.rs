@@ -5,7 +5,9 @@
 //!
 //! Invariant: no client holds up another one or the network: each has one slot per message type and id, newest wins.
 //! Invariant: nothing listens beyond the configured address, and no page but the bridge's own may read it.
+//! Invariant: where other machines reach it, every answer about the site needs a token (`access`), unless the profile is open.
 
+mod access;
 mod assets;
 mod bridge;
 mod config;
@@ -20,11 +22,14 @@ mod network;
 mod outbox;
 #[cfg(test)]
 mod panic_tests;
+mod protection;
 mod rejections;
 mod server;
+mod session;
 mod socket;
 mod translate;
 mod wizard;
 
 pub use bridge::run;
 pub use config::ViewerConfig;
+pub use protection::Protection;

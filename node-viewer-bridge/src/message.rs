@@ -7,6 +7,7 @@ use sextant_proto::{
 };
 use sextant_tag_families::Family;
 
+use crate::access::PageRole;
 use crate::rejections::Rejections;
 use crate::wizard::WizardState;
 
@@ -22,6 +23,8 @@ pub(crate) enum Message<'a> {
         version: &'static str,
         protocol: u32,
         now_ns: u64,
+        /// What the client may do.
+        role: PageRole,
     },
     Rig {
         cameras: Vec<RigCamera<'a>>,

@@ -22,7 +22,9 @@ const CHECK_PERIOD: Duration = Duration::from_secs(1);
 
 /// Fills the hub from the network until `shutdown`. A client waits for its router for as long as it takes.
 pub(crate) fn run(shared: &Arc<Shared>, shutdown: &Shutdown) -> anyhow::Result<()> {
-    let bus = match Bus::open_unless(&shared.config.network, &|| shutdown.is_requested()) {
+    let bus = match Bus::open_unless(&shared.config.network, &shared.protection.network, &|| {
+        shutdown.is_requested()
+    }) {
         Err(BusError::Abandoned { .. }) => return Ok(()),
         opened => opened.exit_with(Exit::Unavailable)?,
     };

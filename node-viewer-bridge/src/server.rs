@@ -1,24 +1,26 @@
 //! HTTP: the page, the state, the WebSocket's door; every request passes the guard first.
 
+use crate::access::{Denied, PageRole};
 use crate::assets;
 use crate::bridge::Shared;
-use crate::connections::Connections;
+use crate::connections::{Connections, Peer};
 use crate::forwarder::frame_of;
 use crate::hub::Slot;
 use crate::message::{Message, PROTOCOL};
+use crate::session;
 use crate::socket;
 use crate::wizard::{Command, MAX_COMMAND_BYTES, Refusal, RefusalKind};
 use anyhow::Context as _;
 use axum::Router;
 use axum::body::{Body, Bytes};
-use axum::extract::{DefaultBodyLimit, Request, State};
+use axum::extract::{DefaultBodyLimit, Extension, Request, State};
 use axum::http::{HeaderMap, HeaderValue, Response, StatusCode, header};
 use axum::middleware::{self, Next};
 use axum::routing::{get, post};
 use futures_util::stream;
 use sextant_process::{Shutdown, fail_point, now_ns, watchdog};
 use std::convert::Infallible;
-use std::net::TcpListener;
+use std::net::{IpAddr, Ipv4Addr, TcpListener};
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
@@ -59,9 +61,10 @@ async fn serve(
 ) -> anyhow::Result<()> {
     let (stop, stopping) = watch::channel(false);
     let listener = tokio::net::TcpListener::from_std(listener)?;
+    let tls = shared.protection.tls.clone();
     let context = Context { shared, stopping };
     let status = tokio::spawn(tell_status(Arc::clone(&context.shared)));
-    let mut connections = Connections::new(context.stopping.clone());
+    let mut connections = Connections::new(tls, context.stopping.clone());
     let router = router(context);
     tokio::select! {
         () = requested(shutdown) => {}
@@ -81,12 +84,21 @@ async fn requested(shutdown: &Shutdown) {
 }
 
 fn router(context: Context) -> Router {
-    Router::new()
+    let known = Router::new()
         .route("/ws", get(socket::upgrade))
         .route("/api/state", get(state))
         .route(
             "/api/wizard",
             post(wizard).layer(DefaultBodyLimit::max(MAX_COMMAND_BYTES)),
+        )
+        .layer(middleware::from_fn_with_state(context.clone(), identify));
+    known
+        .route(
+            "/api/session",
+            get(session::ask)
+                .post(session::begin)
+                .delete(session::end)
+                .layer(DefaultBodyLimit::max(session::MAX_BYTES)),
         )
         .route("/healthz", get(health))
         .fallback(get(assets::file))
@@ -112,6 +124,46 @@ async fn guard(State(context): State<Context>, request: Request, next: Next) -> 
     response
 }
 
+/// Lets those through who may look, and notes what they may do.
+async fn identify(
+    State(context): State<Context>,
+    mut request: Request,
+    next: Next,
+) -> Response<Body> {
+    match role_of(&context.shared, &request) {
+        Ok(role) => {
+            request.extensions_mut().insert(role);
+            next.run(request).await
+        }
+        Err(denied) => refuse(denied),
+    }
+}
+
+/// What the sender of a request may do.
+pub(crate) fn role_of(shared: &Shared, request: &Request) -> Result<PageRole, Denied> {
+    // Every connection notes where it comes from.
+    let from = request.extensions().get::<Peer>();
+    let from = from.map_or(IpAddr::V4(Ipv4Addr::UNSPECIFIED), |from| from.0);
+    shared
+        .protection
+        .access
+        .role_of(request.headers(), from, Instant::now())
+}
+
+/// The answer to who may not look.
+pub(crate) fn refuse(denied: Denied) -> Response<Body> {
+    match denied {
+        Denied::NoToken => assets::plain(
+            StatusCode::UNAUTHORIZED,
+            "say a token of this page: POST /api/session, or Authorization: Bearer TOKEN\n",
+        ),
+        Denied::TooManyTries => assets::plain(
+            StatusCode::TOO_MANY_REQUESTS,
+            "too many wrong tokens from this address; wait a minute\n",
+        ),
+    }
+}
+
 fn admitted(shared: &Shared, headers: &HeaderMap) -> bool {
     let text = |name| headers.get(name).map(HeaderValue::to_str);
     let origin = text(header::ORIGIN).map(|origin| origin.unwrap_or("null"));
@@ -120,19 +172,23 @@ fn admitted(shared: &Shared, headers: &HeaderMap) -> bool {
 }
 
 /// The first message of every connection.
-pub(crate) fn hello(shared: &Shared) -> Message<'_> {
+pub(crate) fn hello(shared: &Shared, role: PageRole) -> Message<'_> {
     Message::Hello {
         site: &shared.config.site,
         version: env!("CARGO_PKG_VERSION"),
         protocol: PROTOCOL,
         now_ns: now_ns(),
+        role,
     }
 }
 
 /// The newest of everything. The texts are those that clients share: they are handed to the connection one by one, as fast as it
 /// takes them, and not copied before.
-async fn state(State(context): State<Context>) -> Response<Body> {
-    let hello = serde_json::to_string(&hello(&context.shared)).unwrap_or_default();
+async fn state(
+    State(context): State<Context>,
+    Extension(role): Extension<PageRole>,
+) -> Response<Body> {
+    let hello = serde_json::to_string(&hello(&context.shared, role)).unwrap_or_default();
     let first = Bytes::from(format!("{{\"messages\":[{hello}"));
     let texts = context.shared.hub.newest_texts().into_iter();
     let others = texts.flat_map(|text| [Bytes::from_static(b",\n"), text.into()]);
@@ -148,7 +204,18 @@ async fn state(State(context): State<Context>) -> Response<Body> {
 }
 
 /// A command to the wizards; its outcome is published as the message `wizard`.
-async fn wizard(State(context): State<Context>, headers: HeaderMap, body: Bytes) -> Response<Body> {
+async fn wizard(
+    State(context): State<Context>,
+    Extension(role): Extension<PageRole>,
+    headers: HeaderMap,
+    body: Bytes,
+) -> Response<Body> {
+    if role < PageRole::Operator {
+        let cause = "This token is for looking only: the operators' may change the site.";
+        let json = serde_json::json!({ "field": null, "cause": cause });
+        return as_json(StatusCode::FORBIDDEN, format!("{json}\n").into());
+    }
+
     // No form of a foreign page can send this type without asking first.
     if !is_json(&headers) {
         return assets::plain(
@@ -168,7 +235,7 @@ async fn wizard(State(context): State<Context>, headers: HeaderMap, body: Bytes)
     }
 }
 
-fn is_json(headers: &HeaderMap) -> bool {
+pub(crate) fn is_json(headers: &HeaderMap) -> bool {
     let kind = headers.get(header::CONTENT_TYPE);
     kind.and_then(|kind| kind.to_str().ok())
         .and_then(|kind| kind.split(';').next())
@@ -194,7 +261,7 @@ async fn health(State(context): State<Context>) -> Response<Body> {
     }
 }
 
-fn as_json(status: StatusCode, json: Body) -> Response<Body> {
+pub(crate) fn as_json(status: StatusCode, json: Body) -> Response<Body> {
     let mut response = Response::new(json);
     *response.status_mut() = status;
     let headers = response.headers_mut();

@@ -1,14 +1,15 @@
 //! One client's WebSocket: greets, then writes what its outbox holds, as fast as the client takes it and no faster than it
 //! asked for.
 
+use crate::access::PageRole;
 use crate::assets;
 use crate::bridge::Shared;
 use crate::forwarder::frame_of;
 use crate::outbox::Outbox;
 use crate::server::{self, Context};
 use axum::body::Body;
-use axum::extract::State;
 use axum::extract::ws::{CloseFrame, Message, WebSocket, WebSocketUpgrade, close_code};
+use axum::extract::{Extension, State};
 use axum::http::{Response, StatusCode, Uri};
 use std::sync::Arc;
 use std::time::Duration;
@@ -23,6 +24,7 @@ const MAX_INCOMING_BYTES: usize = 4096;
 /// `GET /ws`.
 pub(crate) async fn upgrade(
     State(context): State<Context>,
+    Extension(role): Extension<PageRole>,
     uri: Uri,
     socket: WebSocketUpgrade,
 ) -> Response<Body> {
@@ -38,7 +40,7 @@ pub(crate) async fn upgrade(
     socket
         .max_message_size(MAX_INCOMING_BYTES)
         .max_frame_size(MAX_INCOMING_BYTES)
-        .on_upgrade(move |socket| converse(socket, seat, pause, context.stopping))
+        .on_upgrade(move |socket| converse(socket, seat, Terms { pause, role }, context.stopping))
 }
 
 /// The least time between two rounds of writing, from `max_hz`; none when that is malformed.
@@ -76,16 +78,22 @@ impl Drop for Seat {
     }
 }
 
+/// What a client asked for, and what it may do.
+struct Terms {
+    pause: Duration,
+    role: PageRole,
+}
+
 /// The connection is over, or is to be.
 struct Gone;
 
 async fn converse(
     mut socket: WebSocket,
     seat: Seat,
-    pause: Duration,
+    terms: Terms,
     mut stopping: watch::Receiver<bool>,
 ) {
-    let hello = frame_of(&server::hello(&seat.shared));
+    let hello = frame_of(&server::hello(&seat.shared, terms.role));
     if send(&mut socket, hello).await.is_err() {
         return;
     }
@@ -102,7 +110,7 @@ async fn converse(
                 Some(Err(_)) | None => return,
             },
             () = round => {
-                due = Instant::now() + pause;
+                due = Instant::now() + terms.pause;
                 if empty(&mut socket, &seat.outbox).await.is_err() {
                     return;
                 }

@@ -2,8 +2,8 @@
 
 use crate::output::Format;
 use crate::{
-    calibrate, camera, check, config, convert, demo, detect, doctor, echo, hz, learn, list, manual,
-    nodes, print, replay, simulate, top,
+    calibrate, camera, check, config, convert, demo, detect, doctor, echo, hz, keys, learn, list,
+    manual, nodes, print, replay, simulate, top,
 };
 use clap::{CommandFactory, Parser, Subcommand};
 
@@ -59,6 +59,8 @@ enum Command {
     Config(config::ConfigArguments),
     /// Check this machine and its network.
     Doctor(doctor::DoctorArguments),
+    /// Make and revoke the keys of a site's members.
+    Keys(keys::KeysArguments),
     /// Check files and recordings.
     Check(check::CheckArguments),
     /// Run a camera node, or list this machine's cameras.
@@ -97,6 +99,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         Command::Convert(arguments) => convert::run(arguments, format),
         Command::Config(arguments) => config::run(arguments, format),
         Command::Doctor(arguments) => doctor::run(arguments, format),
+        Command::Keys(arguments) => keys::run(arguments, format),
         Command::Check(arguments) => check::run(arguments, format),
         Command::Camera(arguments) => camera::run(arguments, format),
         Command::Fusion(arguments) => nodes::fusion(arguments),

@@ -20,7 +20,7 @@ use processes::Processes;
 use serde::Serialize;
 use sextant_process::{Exit, Failure, Shutdown, WithExit};
 use sextant_proto::{Keys, SiteId};
-use sextant_zenoh_bus::{Bus, BusError, BusOptions};
+use sextant_zenoh_bus::{Bus, BusError, BusOptions, Security};
 use site_folder::{Addresses, SiteFolder};
 use std::net::{Ipv4Addr, SocketAddr, TcpListener};
 use std::time::Duration;
@@ -133,9 +133,12 @@ fn free_page_address(port: u16) -> anyhow::Result<SocketAddr> {
 /// The router on its usual port, or on any while another program has that one or takes it this very moment.
 fn open_router(shutdown: &Shutdown) -> anyhow::Result<Bus> {
     let open = |endpoint| {
-        Bus::open_unless(&BusOptions::router_on(endpoint), &|| {
-            shutdown.is_requested()
-        })
+        let stop = || shutdown.is_requested();
+        Bus::open_unless(
+            &BusOptions::router_on(endpoint),
+            &Security::default(),
+            &stop,
+        )
     };
     let endpoints =
         std::iter::once(DEFAULT_ROUTER).chain(std::iter::repeat_n(ANY_ROUTER, ROUTER_TRIES));

@@ -12,6 +12,7 @@ mod doctor;
 mod drawing;
 mod echo;
 mod hz;
+mod keys;
 mod learn;
 mod list;
 mod manual;

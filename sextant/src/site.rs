@@ -2,9 +2,10 @@
 
 use anyhow::bail;
 use clap::Args;
-use sextant_process::{Exit, Failure, Shutdown, WithExit};
+use sextant_process::{Exit, Failure, Shutdown, WithExit, now_ns};
 use sextant_proto::{Keys, SiteId};
-use sextant_zenoh_bus::{Bus, BusError, BusOptions};
+use sextant_zenoh_bus::{Bus, BusError, BusOptions, Role, Security, why_no_router};
+use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 /// How long a router may take to answer.
@@ -29,6 +30,9 @@ pub struct SiteArguments {
         default_value = USUAL_SITE
     )]
     site: SiteId,
+    /// Keys of a protected site, as `sextant keys add` makes them for a viewer or an operator.
+    #[arg(long, env = "SEXTANT_KEYS", value_name = "DIR/NAME")]
+    keys: Option<PathBuf>,
 }
 
 /// A session on a site's network.
@@ -39,6 +43,8 @@ pub struct Site {
     pub keys: Keys,
     /// The wish to stop: Ctrl-C.
     pub shutdown: Shutdown,
+    /// What the site lets this program do; none where nobody has a role.
+    role: Option<Role>,
 }
 
 /// Default endpoint of the router.
@@ -56,7 +62,19 @@ impl SiteArguments {
         if self.connect != USUAL_ROUTER {
             typed.push_str(&format!(" --connect {}", self.connect));
         }
+        if let Some(keys) = &self.keys {
+            typed.push_str(&format!(" --keys {}", keys.display()));
+        }
         typed
+    }
+
+    fn security(&self) -> anyhow::Result<Security> {
+        let security = Security::of_client(&self.connect, self.keys.as_deref(), self.site.as_str());
+        let security = security.exit_with(Exit::Input)?;
+        if let Some(words) = security.warning(now_ns() / 1_000_000_000) {
+            eprintln!("warning: {words}");
+        }
+        Ok(security)
     }
 
     /// Connects.
@@ -65,9 +83,11 @@ impl SiteArguments {
     /// [`Exit::Unavailable`] when no router answers within three seconds.
     pub fn open(&self) -> anyhow::Result<Site> {
         let shutdown = Shutdown::install()?;
+        let security = self.security()?;
         let deadline = Instant::now() + PATIENCE;
         let give_up = || shutdown.is_requested() || Instant::now() >= deadline;
-        let bus = match Bus::open_unless(&BusOptions::client_of(&self.connect), &give_up) {
+        let options = BusOptions::client_of(&self.connect);
+        let bus = match Bus::open_unless(&options, &security, &give_up) {
             Err(BusError::Abandoned { .. }) if shutdown.is_requested() => {
                 bail!(Failure::new(
                     Exit::Interrupted,
@@ -75,9 +95,11 @@ impl SiteArguments {
                 ))
             }
             Err(BusError::Abandoned { .. }) => {
+                let why = why_no_router(&options, &security);
                 let cause = anyhow::anyhow!(
-                    "no router answers at {}; start a site (`sextant demo` or `sextant fusion`) or name its router with --connect",
-                    self.connect
+                    "no router answers at {}; start a site (`sextant demo` or `sextant fusion`), or name its router with --connect and keys for it with --keys{}",
+                    self.connect,
+                    why.map_or(String::new(), |why| format!(" ({why})"))
                 );
                 bail!(Failure::new(Exit::Unavailable, cause))
             }
@@ -87,6 +109,7 @@ impl SiteArguments {
             bus,
             keys: Keys::of(self.site.clone()),
             shutdown,
+            role: security.role(),
         })
     }
 }
@@ -130,6 +153,22 @@ impl RouterWatch {
 }
 
 impl Site {
+    /// Asks whether this program may change the site. The router asks the same, but refuses without a word.
+    ///
+    /// # Errors
+    /// [`Exit::Input`] for keys of another role than operator.
+    pub fn check_may_change(&self) -> anyhow::Result<()> {
+        match self.role {
+            None | Some(Role::Operator | Role::Fusion) => Ok(()),
+            Some(role) => {
+                let cause = anyhow::anyhow!(
+                    "keys of the role {role} may not change the site: name those of an operator with --keys"
+                );
+                bail!(Failure::new(Exit::Input, cause))
+            }
+        }
+    }
+
     /// Key expression for an argument: a whole key, a key below the site (`camera/north/preview`, `config/**`), or the name of a
     /// camera, object or node, which selects all of its keys.
     pub fn expression(&self, said: &str) -> String {

@@ -8,6 +8,7 @@ mod board;
 mod demo;
 mod fused_site;
 mod guide;
+mod locked_site;
 mod program;
 mod scene;
 mod studio;
@@ -17,8 +18,9 @@ mod workshop;
 
 pub use board::Board;
 pub use demo::{Demo, DemoOutcome, send};
-pub use fused_site::{FusedSite, PATIENCE};
+pub use fused_site::{FusedSite, PATIENCE, free_port};
 pub use guide::commands;
+pub use locked_site::{LockedSite, keys};
 pub use program::{node_camera, sextant, workspace_root};
 pub use scene::{Scene, changed, place, tag_of};
 pub use studio::{Shots, Studio, looking_at};

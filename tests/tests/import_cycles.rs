@@ -28,6 +28,7 @@ const ALLOWED: &[(&str, &[&str], &str)] = &[
             "message",
             "network",
             "server",
+            "session",
             "socket",
             "translate",
             "wizard",

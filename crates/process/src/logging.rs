@@ -4,6 +4,8 @@
 //! One place in the code logs ten lines at once at most, then one in half a minute, which counts those left out; debug and
 //! trace, which somebody asked for, are not limited. A line that cannot be written whole, as on a full disk, is left out.
 
+mod refusals;
+
 use std::fs::File;
 use std::io::{self, IsTerminal};
 use std::os::fd::AsFd;
@@ -14,13 +16,17 @@ use tracing::callsite::Identifier;
 use tracing::{Event, Level, Subscriber};
 use tracing_subscriber::EnvFilter;
 use tracing_subscriber::fmt::format::{Format, Full, Writer};
+use tracing_subscriber::fmt::time::{FormatTime, SystemTime};
 use tracing_subscriber::fmt::{FmtContext, FormatEvent, FormatFields};
 use tracing_subscriber::registry::LookupSpan;
 
 use crate::rate_limit::RateLimit;
 use crate::whole_lines::write_line;
 
-/// What is logged when no environment variable says otherwise: our own events, and only complaints of the libraries.
+use self::refusals::Wording;
+
+/// What is logged when no environment variable says otherwise: our own events, and only complaints of the libraries; and who is
+/// not let in ([`refusals`]).
 const DEFAULT_FILTER: &str = "info,zenoh=error,iceoryx2=error";
 
 /// Starts logging; `role` (as "camera north detect") stands at the head of each line when several processes share a
@@ -28,14 +34,18 @@ const DEFAULT_FILTER: &str = "info,zenoh=error,iceoryx2=error";
 pub fn init(role: &str) {
     let colour = io::stderr().is_terminal()
         && std::env::var_os("NO_COLOR").is_none_or(|value| value.is_empty());
+    let wanted = filter_of_a_person();
+    let is_filtered_by_a_person = wanted.is_some();
+    let usual = || EnvFilter::new(format!("{DEFAULT_FILTER},{}", refusals::FILTER));
     let subscriber = tracing_subscriber::fmt()
-        .with_env_filter(filter())
+        .with_env_filter(wanted.unwrap_or_else(usual))
         .with_writer(|| StandardError)
         .with_ansi(colour)
         .event_format(NamedFormat {
             role: role.to_owned(),
             line: Format::default().with_target(false),
             limit: RateLimit::new(),
+            is_filtered_by_a_person,
         })
         .finish();
     // The second call of a process finds a subscriber and leaves it.
@@ -47,13 +57,14 @@ struct NamedFormat {
     role: String,
     line: Format<Full>,
     limit: RateLimit<Identifier>,
+    is_filtered_by_a_person: bool,
 }
 
 impl NamedFormat {
     /// How many lines of the event's place were left out before it; none when it is to be left out as well.
     fn admit(&self, event: &Event<'_>) -> Option<u64> {
         let metadata = event.metadata();
-        if *metadata.level() > Level::INFO {
+        if *metadata.level() > Level::INFO && self.is_filtered_by_a_person {
             return Some(0);
         }
         self.limit.admit(metadata.callsite(), Instant::now())
@@ -71,6 +82,10 @@ where
         mut writer: Writer<'_>,
         event: &Event<'_>,
     ) -> std::fmt::Result {
+        let wording = refusals::wording(event);
+        if wording == Wording::Beside && !self.is_filtered_by_a_person {
+            return Ok(());
+        }
         let Some(left_out) = self.admit(event) else {
             return Ok(());
         };
@@ -80,7 +95,13 @@ where
         if left_out > 0 {
             write!(writer, "({left_out} like this left out) ")?;
         }
-        self.line.format_event(context, writer, event)
+        match wording {
+            Wording::Instead(words) => {
+                SystemTime.format_time(&mut writer)?;
+                writeln!(writer, "  WARN {words}")
+            }
+            Wording::Own | Wording::Beside => self.line.format_event(context, writer, event),
+        }
     }
 }
 
@@ -102,12 +123,10 @@ impl io::Write for StandardError {
     }
 }
 
-fn filter() -> EnvFilter {
+fn filter_of_a_person() -> Option<EnvFilter> {
     ["SEXTANT_LOG", "RUST_LOG"]
         .iter()
-        .filter_map(|name| EnvFilter::try_from_env(name).ok())
-        .next()
-        .unwrap_or_else(|| EnvFilter::new(DEFAULT_FILTER))
+        .find_map(|name| EnvFilter::try_from_env(name).ok())
 }
 
 #[cfg(test)]

@@ -13,7 +13,7 @@ use crate::liveliness::{AliveToken, AliveWatch, Presence};
 use crate::publisher::{LastValue, Latest, Publisher, RawLatest, RawPublisher, answer};
 use crate::queue::{DropRule, Queue, StreamBounds};
 use crate::subscription::{CallbackSubscription, Item, Subscription};
-use crate::{BusError, BusOptions, Mode, Qos, query, runtime};
+use crate::{BusError, BusOptions, Mode, Profile, Qos, Security, query, runtime, why_no_router};
 
 /// How long closing may take before the process goes on without it.
 const CLOSE_TIMEOUT: Duration = Duration::from_secs(2);
@@ -32,21 +32,26 @@ pub struct Bus {
 }
 
 impl Bus {
-    /// Opens the session. A client waits for its router for as long as it takes.
+    /// Opens a session without protection, which listens on this machine only. A client waits for its router for as long as
+    /// it takes.
     pub fn open(options: &BusOptions) -> Result<Self, BusError> {
-        Self::open_unless(options, &|| false)
+        Self::open_unless(options, &Security::none(Profile::Demo), &|| false)
     }
 
     /// Opens the session. A client waits for its router until `stop`, polled ten times a second, returns true.
-    pub fn open_unless(options: &BusOptions, stop: &dyn Fn() -> bool) -> Result<Self, BusError> {
+    pub fn open_unless(
+        options: &BusOptions,
+        security: &Security,
+        stop: &dyn Fn() -> bool,
+    ) -> Result<Self, BusError> {
         runtime::ask_for_few_threads();
         let endpoints = options
             .listen
             .iter()
             .map(|endpoint| resolve_port(endpoint))
             .collect::<Result<Vec<_>, _>>()?;
-        let config = zenoh_config(options, &endpoints)?;
-        let session = open_session(config, &options.connect_endpoints().join(", "), stop)?;
+        let config = zenoh_config(options, security, &endpoints)?;
+        let session = open_session(config, options, security, stop)?;
         Ok(Self {
             session: Some(session),
             mode: options.mode,
@@ -267,9 +272,11 @@ impl Drop for Bus {
 /// is left to itself: it ends with the process, or closes the session it still gets.
 fn open_session(
     config: zenoh::Config,
-    endpoints: &str,
+    options: &BusOptions,
+    security: &Security,
     stop: &dyn Fn() -> bool,
 ) -> Result<zenoh::Session, BusError> {
+    let endpoints = options.connect_endpoints(security.profile()).join(", ");
     let (done, wait) = mpsc::channel();
     std::thread::Builder::new()
         .name("bus-open".into())
@@ -285,12 +292,17 @@ fn open_session(
                 return Err(BusError::Open("the opening thread ended".into()));
             }
             Err(RecvTimeoutError::Timeout) if stop() => {
-                return Err(BusError::Abandoned {
-                    endpoints: endpoints.to_owned(),
-                });
+                return Err(BusError::Abandoned { endpoints });
             }
             Err(RecvTimeoutError::Timeout) if Instant::now() >= complaint => {
-                tracing::warn!(endpoints, "no router answers yet; waiting for one");
+                let cause = why_no_router(options, security);
+                let cause = cause
+                    .as_deref()
+                    .unwrap_or("unknown; the router's log may say more");
+                tracing::warn!(
+                    cause,
+                    "no router answers yet at {endpoints}; waiting for one"
+                );
                 complaint = Instant::now() + COMPLAINT_PERIOD;
             }
             Err(RecvTimeoutError::Timeout) => {}
@@ -301,7 +313,7 @@ fn open_session(
 /// The endpoint with a real port, having made sure that it is free. Between this look and zenoh's own another program may
 /// take it; then opening fails with zenoh's message.
 fn resolve_port(endpoint: &str) -> Result<String, BusError> {
-    let Some(address) = endpoint.strip_prefix("tcp/") else {
+    let Some((protocol @ ("tcp" | "tls"), address)) = endpoint.split_once('/') else {
         return Ok(endpoint.to_owned());
     };
     // Behind `?` or `#` stand zenoh's own settings of an endpoint.
@@ -315,7 +327,7 @@ fn resolve_port(endpoint: &str) -> Result<String, BusError> {
         .local_addr()
         .map_err(|cause| listen_error(endpoint, &cause))?
         .port();
-    Ok(format!("tcp/{host}:{port}{settings}"))
+    Ok(format!("{protocol}/{host}:{port}{settings}"))
 }
 
 fn listen_any(address: &str) -> std::io::Result<TcpListener> {

@@ -6,14 +6,16 @@
 use crate::{BusError, BusOptions};
 use serde_json::Value;
 
-/// The one protocol of endpoints that is compiled in (`transport_tcp`).
-const PROTOCOL: &str = "tcp";
+/// The protocols of endpoints that are compiled in (`transport_tcp`, `transport_tls`).
+const PROTOCOLS: &[&str] = if cfg!(feature = "tls") {
+    &["tcp", "tls"]
+} else {
+    &["tcp"]
+};
 
 /// Sections of zenoh's configuration without code behind them, and the features that would bring it.
 const ABSENT: &[(&str, &str)] = &[
-    ("transport/auth/usrpwd", "auth_usrpwd"),
     ("transport/auth/pubkey", "auth_pubkey"),
-    ("transport/link/tls", "transport_tls"),
     ("transport/link/unixpipe", "transport_unixpipe"),
     ("transport/shared_memory", "shared-memory"),
     ("transport/unicast/compression", "transport_compression"),
@@ -24,17 +26,19 @@ const ABSENT: &[(&str, &str)] = &[
     ("stats", "stats"),
 ];
 
-/// Properties of access control's subjects that only absent code can establish.
-const ABSENT_SUBJECTS: &[(&str, &str)] = &[
-    ("usernames", "auth_usrpwd"),
-    ("cert_common_names", "transport_tls"),
-];
+/// The same, of TLS.
+const TLS: (&str, &str) = ("transport/link/tls", "transport_tls");
+
+fn absent() -> impl Iterator<Item = &'static (&'static str, &'static str)> {
+    let tls = (!cfg!(feature = "tls")).then_some(&TLS);
+    ABSENT.iter().chain(tls)
+}
 
 /// Refuses overrides of sections that have no code, and of sections around them, which would replace our fixed options unseen.
 pub(crate) fn check_overrides(options: &BusOptions) -> Result<(), BusError> {
     for key in options.overrides.keys() {
         let path = segments(key);
-        for (section, feature) in ABSENT {
+        for (section, feature) in absent() {
             let absent = segments(section);
             if path.starts_with(&absent) {
                 return Err(not_compiled_in(key, feature));
@@ -72,24 +76,23 @@ pub(crate) fn check_values(config: &zenoh::Config) -> Result<(), BusError> {
         }
     }
     let subjects = value(config, "access_control/subjects");
-    for (property, feature) in ABSENT_SUBJECTS {
-        if !members(&subjects, property).is_empty() {
-            let key = format!("access_control/subjects/{property}");
-            return Err(not_compiled_in(&key, feature));
-        }
+    if !cfg!(feature = "tls") && !members(&subjects, "cert_common_names").is_empty() {
+        let key = "access_control/subjects/cert_common_names";
+        return Err(not_compiled_in(key, TLS.1));
     }
     Ok(())
 }
 
 fn check_protocol(key: &str, whole: &str, protocol: &str) -> Result<(), BusError> {
-    if protocol == PROTOCOL {
+    if PROTOCOLS.contains(&protocol) {
         return Ok(());
     }
     Err(BusError::Option {
         key: key.to_owned(),
         value: whole.to_owned(),
         cause: format!(
-            "this program is built without zenoh's protocol \"{protocol}\"; it speaks {PROTOCOL}/ADDRESS:PORT only"
+            "this program is built without zenoh's protocol \"{protocol}\"; it speaks {} only",
+            PROTOCOLS.join(" and ")
         ),
     })
 }
@@ -103,7 +106,8 @@ fn not_compiled_in(key: &str, feature: &str) -> BusError {
     }
 }
 
-fn segments(path: &str) -> Vec<&str> {
+/// A path of zenoh's configuration, which takes several slashes for one.
+pub(crate) fn segments(path: &str) -> Vec<&str> {
     path.split('/').filter(|part| !part.is_empty()).collect()
 }
 
@@ -142,29 +146,12 @@ mod tests {
     }
 
     #[test]
-    fn authentication_is_refused_with_the_feature_that_is_missing() {
+    fn what_is_absent_is_refused_with_the_feature_that_is_missing() {
         for (key, value, feature) in [
-            ("transport/auth/usrpwd/user", "\"a\"", "auth_usrpwd"),
             (
-                "transport/auth/usrpwd",
-                "{user: \"a\", password: \"p\"}",
-                "auth_usrpwd",
-            ),
-            (
-                "/transport//auth/usrpwd/dictionary_file",
-                "\"users\"",
-                "auth_usrpwd",
-            ),
-            (
-                "transport/auth/pubkey/public_key_file",
+                "/transport//auth/pubkey/public_key_file",
                 "\"key\"",
                 "auth_pubkey",
-            ),
-            ("transport/link/tls/enable_mtls", "true", "transport_tls"),
-            (
-                "transport/link/tls/listen_private_key_base64",
-                "\"a2V5\"",
-                "transport_tls",
             ),
             (
                 "transport/unicast/compression/enabled",
@@ -180,8 +167,8 @@ mod tests {
     }
 
     #[test]
-    fn a_refusal_does_not_print_the_password() {
-        let words = refusal("transport/auth/usrpwd/password", "\"secret\"").unwrap();
+    fn a_refusal_does_not_print_the_secret() {
+        let words = refusal("transport/auth/pubkey/private_key_pem", "\"secret\"").unwrap();
         assert!(!words.contains("secret"), "{words}");
     }
 
@@ -203,7 +190,6 @@ mod tests {
     #[test]
     fn endpoints_of_other_protocols_are_refused_wherever_they_stand() {
         for protocol in [
-            "tls",
             "quic",
             "udp",
             "ws",
@@ -238,20 +224,19 @@ mod tests {
     }
 
     #[test]
-    fn rules_for_users_that_nobody_can_prove_to_be_are_refused() {
+    fn rules_for_links_that_cannot_be_are_refused() {
         let subjects = |property: &str| format!("[{{id: \"a\", {property}}}]");
-        for (property, expected) in [
-            ("usernames: [\"a\"]", "auth_usrpwd"),
-            ("cert_common_names: [\"a\"]", "transport_tls"),
-            ("link_protocols: [\"tls\"]", "tls"),
-        ] {
-            let words = refusal("access_control/subjects", &subjects(property)).unwrap();
-            assert!(words.contains(expected), "{words}");
-        }
-        assert_eq!(
-            refusal("access_control/subjects", &subjects("interfaces: [\"lo\"]")),
-            None
+        let words = refusal(
+            "access_control/subjects",
+            &subjects("link_protocols: [\"quic\"]"),
         );
+        assert!(words.unwrap().contains("\"quic\""));
+        for possible in ["interfaces: [\"lo\"]", "usernames: [\"a\"]"] {
+            assert_eq!(
+                refusal("access_control/subjects", &subjects(possible)),
+                None
+            );
+        }
     }
 
     #[test]

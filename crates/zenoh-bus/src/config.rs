@@ -1,51 +1,83 @@
 //! From our options to zenoh's configuration. Every option that changes behaviour is set here, since zenoh's defaults
 //! differ between its releases.
 
+use std::path::Path;
+
 use crate::compiled::{check_overrides, check_values};
-use crate::{BusError, BusOptions, Mode};
+use crate::security::{self, Identity, Security, SecurityOptions};
+use crate::{BusError, BusOptions, Mode, Profile};
 
 /// Batch of one link's queues in bytes (zenoh: 65535). A preview of 100 kB is four batches; every priority in use owns
 /// `queue size` of them, so this is most of what a link costs.
 const BATCH_BYTES: u32 = 32 * 1024;
 
-/// Zenoh's configuration for `options`, listening on `listen` (ports resolved).
+/// Zenoh's configuration for `options`, protected by `security`, listening on `listen` (ports resolved).
 pub(crate) fn zenoh_config(
     options: &BusOptions,
+    security: &Security,
     listen: &[String],
 ) -> Result<zenoh::Config, BusError> {
     check_ranges(options)?;
     check_overrides(options)?;
+    security::check_overrides(options, security)?;
+    let protection = security::settings(security, options, listen)?;
     let mut config = zenoh::Config::default();
-    let fixed = topology(options, listen)
+    let fixed = topology(options, security.profile(), listen)
         .into_iter()
-        .chain(transport(options));
+        .chain(transport(options))
+        .chain(protection);
     let overrides = options
         .overrides
         .iter()
         .map(|(key, value)| (key.as_str(), value.clone()));
     for (key, value) in fixed.chain(overrides) {
-        config
-            .insert_json5(key, &value)
-            .map_err(|cause| option_error(key, &value, &cause.to_string()))?;
+        let inserted = config.insert_json5(key, &value);
+        inserted.map_err(|cause| refusal(key, &value, &cause.to_string()))?;
     }
     check_values(&config)?;
     Ok(config)
 }
 
-impl BusOptions {
-    /// Whether a session can be configured like this; [`crate::Bus::open`] asks the same before anything else.
+impl SecurityOptions {
+    /// Reads the keys and checks that `network` goes with the profile; `folder` is that of the configuration file.
     ///
     /// # Errors
-    /// The first option that is out of range, unknown to zenoh, or without code in this build.
-    pub fn check(&self) -> Result<(), BusError> {
-        zenoh_config(self, &self.listen).map(drop)
+    /// Keys that are missing, unreadable, readable for others, or those of somebody else; endpoints that do not go with the
+    /// profile; and what [`BusOptions::check`] refuses.
+    pub fn load(
+        &self,
+        folder: &Path,
+        identity: Identity<'_>,
+        network: &BusOptions,
+    ) -> Result<Security, BusError> {
+        let security = self.load_keys(folder, identity)?;
+        zenoh_config(network, &security, &network.listen)?;
+        Ok(security)
     }
 }
 
-fn topology(options: &BusOptions, listen: &[String]) -> Vec<(&'static str, String)> {
+impl BusOptions {
+    /// Whether the options are in range, known to zenoh and have code in this build, whatever protects them:
+    /// [`crate::SecurityOptions::load`] checks further.
+    ///
+    /// # Errors
+    /// The first option that is none of this.
+    pub fn check(&self) -> Result<(), BusError> {
+        zenoh_config(self, &Security::none(Profile::Open), &self.listen).map(drop)
+    }
+}
+
+fn topology(
+    options: &BusOptions,
+    profile: Profile,
+    listen: &[String],
+) -> Vec<(&'static str, String)> {
     vec![
         ("mode", quoted(options.mode.name())),
-        ("connect/endpoints", list(&options.connect_endpoints())),
+        (
+            "connect/endpoints",
+            list(&options.connect_endpoints(profile)),
+        ),
         // A client waits for its router for ever (`Bus::open` lets go of it when asked to); others connect in the background.
         ("connect/timeout_ms", "-1".into()),
         ("connect/exit_on_failure", "false".into()),
@@ -152,6 +184,17 @@ fn check_ranges(options: &BusOptions) -> Result<(), BusError> {
     Ok(())
 }
 
+/// Without the value where it may be a secret.
+fn refusal(key: &str, value: &str, cause: &str) -> BusError {
+    if key.contains("auth") {
+        return BusError::Override {
+            key: key.to_owned(),
+            cause: cause.to_owned(),
+        };
+    }
+    option_error(key, value, cause)
+}
+
 fn option_error(key: &str, value: &str, cause: &str) -> BusError {
     BusError::Option {
         key: key.to_owned(),
@@ -179,7 +222,12 @@ mod tests {
                 mode,
                 ..BusOptions::default()
             };
-            zenoh_config(&options, &["tcp/127.0.0.1:7447".to_owned()]).unwrap();
+            zenoh_config(
+                &options,
+                &Security::default(),
+                &["tcp/127.0.0.1:7447".to_owned()],
+            )
+            .unwrap();
         }
     }
 
@@ -189,7 +237,7 @@ mod tests {
         options
             .overrides
             .insert("transport/link/tx/lease".into(), "7000".into());
-        let config = zenoh_config(&options, &[]).unwrap();
+        let config = zenoh_config(&options, &Security::default(), &[]).unwrap();
         assert_eq!(config.get_json("transport/link/tx/lease").unwrap(), "7000");
     }
 
@@ -200,12 +248,13 @@ mod tests {
             .overrides
             .insert("transport/nonsense".into(), "1".into());
         assert!(
-            zenoh_config(&options, &[])
+            zenoh_config(&options, &Security::default(), &[])
                 .unwrap_err()
                 .to_string()
                 .contains("transport/nonsense")
         );
-        let error = zenoh_config(&BusOptions::client_of("nowhere"), &[]).unwrap_err();
+        let error =
+            zenoh_config(&BusOptions::client_of("nowhere"), &Security::default(), &[]).unwrap_err();
         assert!(error.to_string().contains("nowhere"), "{error}");
     }
 
@@ -216,7 +265,7 @@ mod tests {
             ..BusOptions::default()
         };
         assert!(matches!(
-            zenoh_config(&options, &[]),
+            zenoh_config(&options, &Security::default(), &[]),
             Err(BusError::Option { .. })
         ));
     }

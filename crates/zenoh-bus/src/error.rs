@@ -1,5 +1,9 @@
 //! Errors of the network, by who must act.
 
+mod security;
+
+pub use security::SecurityError;
+
 /// Failures of the bus.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
@@ -22,6 +26,9 @@ pub enum BusError {
         /// Why it is refused, and what to do.
         cause: String,
     },
+    /// Keys or endpoints do not go with the profile of `[security]`.
+    #[error(transparent)]
+    Security(#[from] SecurityError),
     /// Another program listens there.
     #[error(
         "cannot listen on {endpoint}: the address is in use; choose another port, or end the program that holds it"

@@ -1,5 +1,5 @@
 //! The site's network: one blocking session, publishers, bounded subscriptions, latest values for late joiners, and who
-//! is alive. Wraps zenoh, whose types appear nowhere in this interface. Knows keys and bytes; the messages are proto's.
+//! is alive; and who may do what on it. Wraps zenoh, whose types appear nowhere in this interface. Knows keys and bytes; the messages are proto's.
 //!
 //! Invariant: a zenoh callback only copies into a bounded queue (or answers a query from a stored value); no caller's
 //! code that may block runs on a zenoh thread.
@@ -12,20 +12,26 @@ mod error;
 mod liveliness;
 mod name;
 mod options;
+mod probe;
 mod publisher;
 mod qos;
 mod query;
 mod queue;
 mod runtime;
+mod security;
 mod subscription;
 
 pub use bounded_map::{BoundedMap, Full};
 pub use bus::Bus;
-pub use error::BusError;
+pub use error::{BusError, SecurityError};
 pub use liveliness::{AliveToken, AliveWatch, Presence};
 pub use name::HeldName;
 pub use options::{BusOptions, Mode};
+pub use probe::why_no_router;
 pub use publisher::{Latest, Publisher, RawLatest, RawPublisher};
 pub use qos::Qos;
 pub use queue::{DropRule, QueueCounts, StreamBounds};
+pub use security::{
+    Identity, KeyFiles, Member, Members, NodeKeys, Profile, Role, Security, SecurityOptions,
+};
 pub use subscription::{CallbackSubscription, Item, Payload, Subscription};

@@ -27,14 +27,14 @@ impl Mode {
     }
 }
 
-/// The network of a process. Endpoints are zenoh's: `tcp/<address>:<port>`. Nothing is discovered by multicast or gossip:
+/// The network of a process. Endpoints are zenoh's: `tcp/<address>:<port>`, or `tls/<address>:<port>` with profile site. Nothing is discovered by multicast or gossip:
 /// who talks to whom stands here.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct BusOptions {
     /// client (default), peer or router.
     pub mode: Mode,
-    /// Endpoints to connect to. Absent: a client takes the router of its own host, `tcp/127.0.0.1:7447`; others none.
+    /// Endpoints to connect to. Absent: a client takes the router of its own host on port 7447; others none.
     pub connect: Option<Vec<String>>,
     /// Endpoints to listen on; port 0 selects a free one (see [`crate::Bus::endpoints`]). Default: none.
     pub listen: Vec<String>,
@@ -82,15 +82,6 @@ impl BusOptions {
             mode: Mode::Router,
             listen: vec![endpoint.to_owned()],
             ..Self::default()
-        }
-    }
-
-    /// The endpoints to connect to, defaults applied.
-    pub fn connect_endpoints(&self) -> Vec<String> {
-        match (&self.connect, self.mode) {
-            (Some(endpoints), _) => endpoints.clone(),
-            (None, Mode::Client) => vec!["tcp/127.0.0.1:7447".to_owned()],
-            (None, _) => Vec::new(),
         }
     }
 }

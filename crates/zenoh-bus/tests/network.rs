@@ -14,7 +14,7 @@ use std::time::{Duration, Instant};
 use sextant_estimator::ObjectId;
 use sextant_proto::{DecodeError, ObjectTruth};
 use sextant_zenoh_bus::{
-    Bus, BusError, BusOptions, DropRule, Payload, Presence, Qos, Subscription,
+    Bus, BusError, BusOptions, DropRule, Payload, Presence, Qos, Security, Subscription,
 };
 
 const PATIENCE: Duration = Duration::from_secs(60);
@@ -302,7 +302,8 @@ fn a_client_without_a_router_waits_until_it_is_told_to_stop() {
         .port();
     let options = BusOptions::client_of(&format!("tcp/127.0.0.1:{free_port}"));
     let asked = AtomicBool::new(false);
-    let error = Bus::open_unless(&options, &|| asked.swap(true, Ordering::SeqCst)).unwrap_err();
+    let (open, stop) = (Security::default(), || asked.swap(true, Ordering::SeqCst));
+    let error = Bus::open_unless(&options, &open, &stop).unwrap_err();
     assert!(matches!(error, BusError::Abandoned { .. }), "{error}");
 }
 

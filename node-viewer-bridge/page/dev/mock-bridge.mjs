@@ -29,7 +29,7 @@ function send(message) {
 
 sockets.on("connection", (socket) => {
   const greet = (message) => socket.send(JSON.stringify(message));
-  greet({ type: "hello", site: "mock", version: "0.0.0", protocol: 1, now_ns: nowNs() });
+  greet({ type: "hello", site: "mock", version: "0.0.0", protocol: 1, now_ns: nowNs(), role: "operator" });
   greet({ type: "rig", cameras });
   for (const object of objects) greet({ type: "object", ...object });
   for (const camera of cameras) greet({ type: "alive", kind: "camera", id: camera.id, up: true });

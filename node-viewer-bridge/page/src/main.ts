@@ -9,6 +9,7 @@ import { find } from "./panels/dom.ts";
 import { ObjectsPanel } from "./panels/objects.ts";
 import { createTools, rememberedOptions } from "./panels/tools.ts";
 import type { Message } from "./protocol.ts";
+import { enter, wantsToken } from "./session.ts";
 import { Site } from "./site.ts";
 import { Stage } from "./stage/stage.ts";
 import { IDLE } from "./wizard/account.ts";
@@ -60,6 +61,7 @@ function take(message: Message): void {
       return cameras.outlines(site.camera(message.camera), message.capture_ns);
     case "hello":
       document.title = `${message.site} · Sextant`;
+      document.body.dataset["role"] = message.role;
       // The bridge tells of its wizard, if there is one, right after.
       return wizard.take(IDLE);
     case "wizard":
@@ -79,15 +81,20 @@ function showFigures(): void {
 
 setInterval(showFigures, FIGURES_MS);
 setInterval(() => stage?.conditions(site, seconds()), CONDITIONS_MS);
-new Connection(socketUrl(location, MAX_HZ), {
+const connection = new Connection(socketUrl(location, MAX_HZ), {
   message: take,
   preview: (preview) => {
     if (document.hidden) return;
     cameras.preview(preview);
     wizard.preview(preview);
   },
-  connected: (up) => bar.connected(up),
-}).open();
+  connected: (up) => {
+    bar.connected(up);
+    // The token may have been withdrawn meanwhile: then the page begins anew, and asks for another.
+    if (!up) void wantsToken().then((wanted) => wanted && location.reload());
+  },
+});
+void enter().then(() => connection.open());
 
 declare global {
   interface Window {

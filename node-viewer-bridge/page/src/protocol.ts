@@ -134,7 +134,7 @@ export interface Offer {
 }
 
 export type Message =
-  | { type: "hello"; site: string; version: string; protocol: number; now_ns: number }
+  | { type: "hello"; site: string; version: string; protocol: number; now_ns: number; role: string }
   | { type: "rig"; cameras: RigCamera[] }
   | { type: "object"; id: string; tags: ObjectTag[] }
   | { type: "object_gone"; id: string }
@@ -184,7 +184,7 @@ const numberOfEach = (names: readonly string[]): ((value: unknown) => boolean) =
 const offer: Shape = { node: isText, rig: isFlag, objects: listOf(isText) };
 
 const shapes: Record<Message["type"], Shape> = {
-  hello: { site: isText, version: isText, protocol: isNumber, now_ns: isNumber },
+  hello: { site: isText, version: isText, protocol: isNumber, now_ns: isNumber, role: isText },
   rig: {
     cameras: listOf(rigCamera),
   },

@@ -7,12 +7,13 @@ use crate::{simulate, words};
 use anyhow::{Context, bail};
 use node_camera::CameraNodeConfig;
 use node_fusion::FusionConfig;
-use node_viewer_bridge::ViewerConfig;
+use node_viewer_bridge::{Protection, ViewerConfig};
 use serde_json::Value;
+use sextant_process::now_ns;
 use sextant_proto::{ObjectConfig, RigConfig, encode};
 use sextant_recordings::DetectionsLine;
 use sextant_site_files::{read_object, read_rig, read_toml};
-use sextant_zenoh_bus::BusOptions;
+use sextant_zenoh_bus::{Profile, Security};
 use std::path::Path;
 
 /// Checks a file, and the files that it names.
@@ -112,15 +113,24 @@ fn missing(count: usize, what: &str) -> String {
 
 fn camera(path: &Path) -> anyhow::Result<String> {
     let config = CameraNodeConfig::read(path)?;
-    Ok(format!("\"{}\" of site \"{}\"", config.camera, config.site))
+    let protection = config
+        .protection()
+        .with_context(|| path.display().to_string())?;
+    Ok(format!(
+        "\"{}\" of site \"{}\"{}",
+        config.camera,
+        config.site,
+        protected(&protection)?
+    ))
 }
 
 fn fusion(path: &Path) -> anyhow::Result<String> {
     let config: FusionConfig = read_toml(path)?;
-    network(path, &config.network)?;
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let protection = config.protection(folder);
+    let protection = protection.with_context(|| path.display().to_string())?;
     let sound = config.check().map_err(anyhow::Error::msg);
     sound.with_context(|| path.display().to_string())?;
-    let folder = path.parent().unwrap_or(Path::new(""));
     let mut together = CrossChecks::default();
     rig(&folder.join(&config.rig), &mut together)?;
     for file in &config.objects {
@@ -130,15 +140,30 @@ fn fusion(path: &Path) -> anyhow::Result<String> {
         bail!("{}: {complaint}", path.display());
     }
     Ok(format!(
-        "\"{}\" of site \"{}\", {} objects",
+        "\"{}\" of site \"{}\", {} objects{}",
         config.node,
         config.site,
-        config.objects.len()
+        config.objects.len(),
+        protected(&protection)?
     ))
 }
 
-fn network(path: &Path, options: &BusOptions) -> anyhow::Result<()> {
-    options.check().with_context(|| path.display().to_string())
+/// The profile of a node, unless it is that of a demo; a certificate that has expired is wrong.
+fn protected(security: &Security) -> anyhow::Result<String> {
+    let now_s = now_ns() / 1_000_000_000;
+    let warning = security.warning(now_s).unwrap_or_default();
+    if security.has_expired(now_s) {
+        bail!(warning);
+    }
+    let warning = if warning.is_empty() {
+        warning
+    } else {
+        format!(" ({warning})")
+    };
+    Ok(match security.profile() {
+        Profile::Demo => String::new(),
+        profile => format!(", security profile {}{warning}", profile.name()),
+    })
 }
 
 fn scenario(path: &Path) -> anyhow::Result<String> {
@@ -152,10 +177,15 @@ fn scenario(path: &Path) -> anyhow::Result<String> {
 
 fn viewer(path: &Path) -> anyhow::Result<String> {
     let config: ViewerConfig = read_toml(path)?;
-    network(path, &config.network)?;
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let protection = Protection::load(&config, folder);
+    let protection = protection.with_context(|| path.display().to_string())?;
     Ok(format!(
-        "\"{}\" of site \"{}\" on {}",
-        config.node, config.site, config.listen
+        "\"{}\" of site \"{}\" on {}{}",
+        config.node,
+        config.site,
+        config.listen,
+        protected(&protection.network)?
     ))
 }
 

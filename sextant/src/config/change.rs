@@ -60,6 +60,7 @@ pub fn change<M: Message>(
     message: &M,
     format: Format,
 ) -> anyhow::Result<()> {
+    site.check_may_change()?;
     let payload = encode(message)
         .context("this is more than fits into a message")
         .exit_with(Exit::Input)?;

@@ -65,7 +65,7 @@ mod tests {
     use serde::de::DeserializeOwned;
     use sextant_iceoryx_images::IceoryxOptions;
     use sextant_site_files::{parse_object, parse_rig, parse_toml};
-    use sextant_zenoh_bus::{BusOptions, Mode};
+    use sextant_zenoh_bus::{BusOptions, Mode, Profile, SecurityOptions};
     use std::path::Path;
 
     fn read<T: DeserializeOwned>(kind: ConfigKind) -> T {
@@ -98,9 +98,10 @@ mod tests {
         assert_eq!(camera.preview, PreviewConfig::default());
         assert_eq!(camera.shared_memory, IceoryxOptions::default());
         is_default(&camera.network, Mode::Client);
+        assert_eq!(camera.security, SecurityOptions::default());
         assert_eq!(
-            camera.network.connect_endpoints(),
-            BusOptions::default().connect_endpoints()
+            camera.network.connect_endpoints(Profile::Demo),
+            BusOptions::default().connect_endpoints(Profile::Demo)
         );
 
         let minimal = "site = \"demo\"\nrig = \"rig.toml\"\nobjects = [\"object.toml\"]\n";
@@ -111,6 +112,7 @@ mod tests {
         assert_eq!(fusion.max_age_s, default.max_age_s);
         assert_eq!(fusion.network.listen, default.network.listen);
         is_default(&fusion.network, default.network.mode);
+        assert_eq!(fusion.security, SecurityOptions::default());
 
         let default: ViewerConfig =
             parse_toml(Path::new("v"), "site = \"demo\"", |_| Ok(())).unwrap();
@@ -118,5 +120,6 @@ mod tests {
         assert_eq!((viewer.node, viewer.listen), (default.node, default.listen));
         assert_eq!(viewer.host_names, default.host_names);
         is_default(&viewer.network, Mode::Client);
+        assert_eq!(viewer.security, SecurityOptions::default());
     }
 }

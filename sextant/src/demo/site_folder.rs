@@ -16,7 +16,7 @@ use sextant_iceoryx_images::{
 use sextant_proto::{NodeId, SiteId};
 use sextant_simulator::Scenario;
 use sextant_site_files::write_toml;
-use sextant_zenoh_bus::BusOptions;
+use sextant_zenoh_bus::{BusOptions, SecurityOptions};
 use std::fs::{self, DirBuilder, File};
 use std::io;
 use std::os::unix::fs::DirBuilderExt;
@@ -97,6 +97,7 @@ impl SiteFolder {
             max_age_s: FusionOptions::default().window_s,
             refinement: Refinement::default(),
             network: network.clone(),
+            security: SecurityOptions::default(),
         };
         write_toml(&self.fusion_config(), &fusion)?;
         let viewer = ViewerConfig {
@@ -106,6 +107,7 @@ impl SiteFolder {
             host_names: Vec::new(),
             folder: Some(".".into()),
             network: network.clone(),
+            security: SecurityOptions::default(),
         };
         write_toml(&self.viewer_config(), &viewer)?;
         for camera in &self.cameras {

@@ -1,0 +1,253 @@
+//! Who may publish and read what: the members' roles as zenoh's access control. Whoever is no member may do nothing.
+//!
+//! Zenoh asks for each message of a link whether a rule that includes its key allows it, once as it comes in (ingress) and
+//! once as it goes out (egress). What a member reads is restricted by both, what it writes by ingress.
+
+use serde_json::{Value, json};
+use sextant_proto::{Keys, NodeKind};
+
+use super::{Member, Role};
+
+/// By what a link shows who its other end is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Proof {
+    UserName,
+    CertificateName,
+}
+
+impl Proof {
+    fn property(self) -> &'static str {
+        match self {
+            Self::UserName => "usernames",
+            Self::CertificateName => "cert_common_names",
+        }
+    }
+}
+
+/// What a member may do, as key expressions.
+#[derive(Debug, Default)]
+struct Grants {
+    /// Publish.
+    puts: Vec<String>,
+    /// Answer those who ask for the latest value.
+    answers: Vec<String>,
+    /// Hold as liveliness tokens.
+    tokens: Vec<String>,
+    /// Subscribe to, ask for, be told of.
+    reads: Vec<String>,
+}
+
+fn grants(keys: &Keys, member: &Member) -> Grants {
+    let everything = keys.everything();
+    let root = everything.trim_end_matches("/**");
+    let name = &member.name;
+    let own = |kind: NodeKind| format!("{root}/{}/{name}/*", kind.as_str());
+    let alive = |kind: NodeKind| format!("{root}/alive/{}/{name}", kind.as_str());
+    let holder = |kind: NodeKind| format!("{root}/holder/{}/{name}/*/*", kind.as_str());
+    match member.role {
+        Role::Camera => Grants {
+            puts: vec![own(NodeKind::Camera)],
+            answers: vec![own(NodeKind::Camera)],
+            tokens: vec![alive(NodeKind::Camera), holder(NodeKind::Camera)],
+            reads: vec![keys.all_config(), holder(NodeKind::Camera)],
+        },
+        Role::Fusion => {
+            let own = format!("{root}/fusion/{name}/**");
+            Grants {
+                puts: vec![own.clone(), format!("{root}/object/*/*"), keys.all_config()],
+                answers: vec![own, keys.all_config()],
+                tokens: vec![alive(NodeKind::Fusion), holder(NodeKind::Fusion)],
+                reads: vec![everything],
+            }
+        }
+        Role::Viewer => Grants {
+            tokens: vec![alive(NodeKind::Viewer)],
+            reads: vec![everything],
+            ..Grants::default()
+        },
+        Role::Operator => Grants {
+            puts: vec![keys.all_config()],
+            tokens: vec![alive(NodeKind::Viewer)],
+            reads: vec![everything],
+            ..Grants::default()
+        },
+    }
+}
+
+/// Zenoh's section `access_control` for these members.
+pub(super) fn access_control<'a>(
+    keys: &Keys,
+    members: impl Iterator<Item = &'a Member>,
+    proof: Proof,
+) -> Value {
+    let mut rules = vec![hints(keys)];
+    let (mut subjects, mut policies) = (Vec::new(), Vec::new());
+    for member in members {
+        let id = &member.common_name;
+        subjects.push(json!({ "id": id, (proof.property()): [id] }));
+        let own = rules_of(id, &grants(keys, member));
+        let mut names: Vec<Value> = own.iter().map(|rule| rule["id"].clone()).collect();
+        names.push(json!(HINTS));
+        policies.push(json!({ "subjects": [id], "rules": names }));
+        rules.extend(own);
+    }
+    json!({
+        "enabled": true,
+        "default_permission": "deny",
+        "rules": rules,
+        "subjects": subjects,
+        "policies": policies,
+    })
+}
+
+const HINTS: &str = "hints";
+
+/// What a router tells its links of one another, without which nothing flows: who wants what, and questions on their way to
+/// those who may answer.
+fn hints(keys: &Keys) -> Value {
+    let messages = [
+        "declare_subscriber",
+        "declare_queryable",
+        "query",
+        "liveliness_query",
+        "declare_liveliness_subscriber",
+    ];
+    rule(HINTS, "egress", &messages, &[keys.everything()])
+}
+
+fn rules_of(id: &str, grants: &Grants) -> Vec<Value> {
+    let reading = [
+        "declare_subscriber",
+        "query",
+        "declare_liveliness_subscriber",
+        "liveliness_query",
+    ];
+    let rules: [(&str, &str, &[&str], &[String]); 5] = [
+        ("publishes", "ingress", &["put"], &grants.puts),
+        (
+            "answers",
+            "ingress",
+            &["declare_queryable", "reply"],
+            &grants.answers,
+        ),
+        ("is-alive", "ingress", &["liveliness_token"], &grants.tokens),
+        ("asks", "ingress", &reading, &grants.reads),
+        (
+            "hears",
+            "egress",
+            &["put", "reply", "liveliness_token"],
+            &grants.reads,
+        ),
+    ];
+    let granted = rules.into_iter().filter(|(.., keys)| !keys.is_empty());
+    granted
+        .map(|(what, flow, messages, keys)| rule(&format!("{id} {what}"), flow, messages, keys))
+        .collect()
+}
+
+fn rule(id: &str, flow: &str, messages: &[&str], keys: &[String]) -> Value {
+    json!({
+        "id": id,
+        "permission": "allow",
+        "flows": [flow],
+        "messages": messages,
+        "key_exprs": keys,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use zenoh::key_expr::KeyExpr;
+
+    fn member(name: &str, role: Role) -> Member {
+        Member {
+            name: name.parse().unwrap(),
+            role,
+            common_name: format!("{name}.1"),
+            valid_until_s: 0,
+            revoked: false,
+        }
+    }
+
+    fn keys() -> Keys {
+        Keys::new("lab").unwrap()
+    }
+
+    /// Whether one of the expressions includes a key, as zenoh asks.
+    fn includes(expressions: &[String], key: &str) -> bool {
+        let key = KeyExpr::new(format!("sextant/v1/lab/{key}")).unwrap();
+        let mut expressions = expressions.iter();
+        expressions.any(|one| KeyExpr::new(one.clone()).unwrap().includes(&key))
+    }
+
+    #[test]
+    fn a_role_publishes_what_its_work_needs_and_nothing_else() {
+        for (role, allowed, denied) in [
+            (
+                Role::Camera,
+                &[
+                    "camera/a/observations",
+                    "camera/a/status",
+                    "camera/a/preview",
+                ][..],
+                &[
+                    "camera/b/observations",
+                    "camera/aa/status",
+                    "camera/*/status",
+                    "config/rig",
+                    "object/box/pose",
+                    "fusion/a/status",
+                ][..],
+            ),
+            (
+                Role::Fusion,
+                &[
+                    "fusion/a/former/object/box",
+                    "object/box/pose",
+                    "config/rig",
+                ],
+                &["camera/a/observations", "fusion/b/status"],
+            ),
+            (Role::Viewer, &[], &["config/rig", "camera/a/status", "**"]),
+            (
+                Role::Operator,
+                &["config/rig"],
+                &["object/box/pose", "fusion/a/status", "camera/a/status"],
+            ),
+        ] {
+            let puts = grants(&keys(), &member("a", role)).puts;
+            for key in allowed {
+                assert!(includes(&puts, key), "{role} {key}");
+            }
+            for key in denied {
+                assert!(!includes(&puts, key), "{role} {key}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_name_is_held_by_its_owner_only() {
+        let tokens = grants(&keys(), &member("a", Role::Camera)).tokens;
+        assert!(includes(&tokens, "alive/camera/a"));
+        assert!(includes(&tokens, "holder/camera/a/7f/desk"));
+        for foreign in [
+            "alive/camera/b",
+            "alive/fusion/a",
+            "holder/camera/b/7f/desk",
+        ] {
+            assert!(!includes(&tokens, foreign), "{foreign}");
+        }
+    }
+
+    #[test]
+    fn zenoh_takes_the_rules_and_revoked_members_are_in_none() {
+        let mut members = Role::ALL.map(|role| member(role.name(), role));
+        members[0].revoked = true;
+        let accepted = members.iter().filter(|member| !member.revoked);
+        let rules = access_control(&keys(), accepted, Proof::CertificateName).to_string();
+        assert!(!rules.contains("camera.1"), "{rules}");
+        let mut config = zenoh::Config::default();
+        config.insert_json5("access_control", &rules).unwrap();
+    }
+}

@@ -1,0 +1,97 @@
+//! Who belongs to a site, with which role: the list that the authority keeps and each router enforces.
+
+use std::fmt;
+
+use serde::{Deserialize, Serialize};
+use sextant_proto::{NodeId, SiteId};
+
+/// What a member may do.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Role {
+    /// Publishes below its own camera's key and reads the site's configuration.
+    Camera,
+    /// Publishes poses and configuration, reads everything; the only role that can be the router.
+    Fusion,
+    /// Reads everything.
+    Viewer,
+    /// Reads everything and changes the rig and the objects.
+    Operator,
+}
+
+impl Role {
+    /// Every role.
+    pub const ALL: [Self; 4] = [Self::Camera, Self::Fusion, Self::Viewer, Self::Operator];
+
+    /// Its word in files and on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Camera => "camera",
+            Self::Fusion => "fusion",
+            Self::Viewer => "viewer",
+            Self::Operator => "operator",
+        }
+    }
+}
+
+impl fmt::Display for Role {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        out.write_str(self.name())
+    }
+}
+
+/// A member of a site.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Member {
+    /// Its name: of a camera, the camera's id; of a node, the node's.
+    pub name: NodeId,
+    /// What it may do.
+    pub role: Role,
+    /// Common name of its certificate, `<name>.<number>`, and its user name: a name that was revoked comes back with the
+    /// next number, so that its former keys stay revoked.
+    pub common_name: String,
+    /// Until when its certificate is valid, seconds since the Unix epoch.
+    pub valid_until_s: u64,
+    /// Whether its keys are no longer accepted.
+    #[serde(default, skip_serializing_if = "is_false")]
+    pub revoked: bool,
+}
+
+#[allow(clippy::trivially_copy_pass_by_ref, reason = "serde's signature")]
+fn is_false(value: &bool) -> bool {
+    !value
+}
+
+/// The members of a site: `members.toml`.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Members {
+    /// The site.
+    pub site: SiteId,
+    /// Until when its authority's certificate is valid, seconds since the Unix epoch.
+    pub authority_valid_until_s: u64,
+    /// Members, those revoked included, in the order in which they were added.
+    #[serde(default, rename = "member")]
+    pub members: Vec<Member>,
+}
+
+impl Members {
+    /// Those whose keys are accepted.
+    pub fn accepted(&self) -> impl Iterator<Item = &Member> {
+        self.members.iter().filter(|member| !member.revoked)
+    }
+
+    /// The text of `members.toml`.
+    ///
+    /// # Errors
+    /// What TOML cannot express.
+    pub fn to_toml(&self) -> Result<String, String> {
+        toml::to_string(self).map_err(|cause| cause.to_string())
+    }
+
+    /// The member of that name whose keys are accepted.
+    pub fn find(&self, name: &str) -> Option<&Member> {
+        self.accepted().find(|member| member.name.as_str() == name)
+    }
+}

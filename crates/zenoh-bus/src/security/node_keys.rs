@@ -1,0 +1,229 @@
+//! A node's folder of keys: what is in it, and reading it. `sextant keys` writes it.
+
+use std::os::unix::fs::PermissionsExt;
+use std::path::{Path, PathBuf};
+
+use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
+use sextant_proto::SiteId;
+
+use super::{Identity, Member, Members, Role};
+use crate::SecurityError;
+
+/// A certificate with so little time left is worth a word, in days.
+const SOON_DAYS: u64 = 30;
+const DAY_S: u64 = 86_400;
+
+/// Where each file of a node's keys is.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct KeyFiles {
+    folder: PathBuf,
+}
+
+#[allow(missing_docs, reason = "each is the path of the file of its name")]
+impl KeyFiles {
+    /// In this folder.
+    pub fn within(folder: &Path) -> Self {
+        let folder = folder.to_owned();
+        Self { folder }
+    }
+
+    pub fn folder(&self) -> &Path {
+        &self.folder
+    }
+
+    /// Whose keys these are.
+    pub fn node(&self) -> PathBuf {
+        self.folder.join("node.toml")
+    }
+
+    /// The certificate of the site's authority.
+    pub fn authority(&self) -> PathBuf {
+        self.folder.join("authority.pem")
+    }
+
+    pub fn certificate(&self) -> PathBuf {
+        self.folder.join("certificate.pem")
+    }
+
+    /// Secret.
+    pub fn private_key(&self) -> PathBuf {
+        self.folder.join("key.pem")
+    }
+
+    /// Secret, of profile lab.
+    pub fn password(&self) -> PathBuf {
+        self.folder.join("password")
+    }
+
+    /// Of the role fusion: who is a member.
+    pub fn members(&self) -> PathBuf {
+        self.folder.join("members.toml")
+    }
+
+    /// Secret, of the role fusion: every member's password, in zenoh's format.
+    pub fn passwords(&self) -> PathBuf {
+        self.folder.join("passwords")
+    }
+
+    /// Of viewers and operators: the page's certificate.
+    pub fn page_certificate(&self) -> PathBuf {
+        self.folder.join("page.pem")
+    }
+
+    /// Secret, of viewers and operators.
+    pub fn page_private_key(&self) -> PathBuf {
+        self.folder.join("page.key")
+    }
+
+    /// Secret, of viewers and operators: who may use the page.
+    pub fn page_tokens(&self) -> PathBuf {
+        self.folder.join("page-tokens.toml")
+    }
+}
+
+/// Whose keys these are: `node.toml`.
+#[derive(Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct NodeFile {
+    site: SiteId,
+    node: Member,
+}
+
+/// A node's keys. Secrets stay in their files until they are needed.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct NodeKeys {
+    /// The site.
+    pub site: SiteId,
+    /// Whose they are.
+    pub member: Member,
+    /// Where they are.
+    pub files: KeyFiles,
+    /// Of the role fusion: who is a member.
+    pub members: Option<Members>,
+}
+
+impl NodeKeys {
+    /// Reads a folder. Its private key must be readable for its owner only.
+    ///
+    /// # Errors
+    /// A folder that is none of keys, or with a secret that others can read.
+    pub fn read(folder: &Path) -> Result<Self, SecurityError> {
+        let files = KeyFiles::within(folder);
+        let NodeFile { site, node } = read(&files, &files.node())?;
+        for file in [files.authority(), files.certificate()] {
+            text(&files, &file)?;
+        }
+        let mut secrets = vec![files.private_key(), files.password()];
+        match node.role {
+            Role::Camera => {}
+            Role::Fusion => secrets.push(files.passwords()),
+            Role::Viewer | Role::Operator => {
+                secrets.extend([files.page_private_key(), files.page_tokens()]);
+            }
+        }
+        for secret in secrets {
+            check_secret(&files, &secret)?;
+        }
+        let members = match node.role {
+            Role::Fusion => Some(read(&files, &files.members())?),
+            _ => None,
+        };
+        Ok(Self {
+            site,
+            member: node,
+            files,
+            members,
+        })
+    }
+
+    /// The text of `node.toml` for a member.
+    ///
+    /// # Errors
+    /// What TOML cannot express.
+    pub fn node_toml(site: &SiteId, member: &Member) -> Result<String, String> {
+        let (site, node) = (site.clone(), member.clone());
+        toml::to_string(&NodeFile { site, node }).map_err(|cause| cause.to_string())
+    }
+
+    /// The password of profile lab.
+    ///
+    /// # Errors
+    /// A file that cannot be read.
+    pub(super) fn password(&self) -> Result<String, SecurityError> {
+        Ok(text(&self.files, &self.files.password())?.trim().to_owned())
+    }
+
+    pub(super) fn check_site(&self, site: &str) -> Result<(), SecurityError> {
+        if self.site.as_str() == site {
+            return Ok(());
+        }
+        Err(self.other(format!("site {site}")))
+    }
+
+    pub(super) fn check_identity(&self, identity: Identity<'_>) -> Result<(), SecurityError> {
+        let Identity { site, name, roles } = identity;
+        if self.site.as_str() == site
+            && self.member.name.as_str() == name
+            && roles.contains(&self.member.role)
+        {
+            return Ok(());
+        }
+        let roles: Vec<&str> = roles.iter().map(|role| role.name()).collect();
+        Err(self.other(format!("{} {name} of site {site}", roles.join(" or "))))
+    }
+
+    fn other(&self, expected: String) -> SecurityError {
+        SecurityError::OtherIdentity {
+            path: self.files.folder().to_owned(),
+            found: format!(
+                "{} {} of site {}",
+                self.member.role, self.member.name, self.site
+            ),
+            expected,
+        }
+    }
+
+    /// What a person should know about the certificate at `now_s`, seconds since the Unix epoch.
+    pub fn warning(&self, now_s: u64) -> Option<String> {
+        let name = &self.member.name;
+        let days = self.member.valid_until_s.saturating_sub(now_s) / DAY_S;
+        let state = if now_s >= self.member.valid_until_s {
+            "has expired, unless this machine's clock is wrong".to_owned()
+        } else if days < SOON_DAYS {
+            format!("expires in {days} days")
+        } else {
+            return None;
+        };
+        Some(format!(
+            "the certificate of {name} {state}: renew it with `sextant keys renew DIR {name}` and copy its folder here"
+        ))
+    }
+}
+
+fn read<T: DeserializeOwned>(files: &KeyFiles, file: &Path) -> Result<T, SecurityError> {
+    toml::from_str(&text(files, file)?).map_err(|cause| not_keys(files, file, cause.message()))
+}
+
+fn text(files: &KeyFiles, file: &Path) -> Result<String, SecurityError> {
+    std::fs::read_to_string(file).map_err(|cause| not_keys(files, file, &cause.to_string()))
+}
+
+fn check_secret(files: &KeyFiles, file: &Path) -> Result<(), SecurityError> {
+    let metadata =
+        std::fs::metadata(file).map_err(|cause| not_keys(files, file, &cause.to_string()))?;
+    if metadata.permissions().mode() & 0o077 != 0 {
+        return Err(SecurityError::Readable {
+            path: file.to_owned(),
+        });
+    }
+    text(files, file).map(drop)
+}
+
+fn not_keys(files: &KeyFiles, file: &Path, cause: &str) -> SecurityError {
+    let name = file.file_name().unwrap_or_default().to_string_lossy();
+    SecurityError::NotKeys {
+        path: files.folder().to_owned(),
+        cause: format!("{name}: {cause}"),
+    }
+}

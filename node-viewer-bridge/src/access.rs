@@ -1,0 +1,326 @@
+//! Who may use the page: nobody has to say anything on a machine of its own; elsewhere each request carries a token.
+//!
+//! A token comes as the cookie that `POST /api/session` sets, which no script can read and no other page's request
+//! carries, or as `Authorization: Bearer TOKEN` from people's own programs. Tokens are compared in a time that does not
+//! depend on them, and an address that was wrong too often has to wait.
+
+use std::collections::HashMap;
+use std::net::IpAddr;
+use std::path::Path;
+use std::sync::{Mutex, PoisonError};
+use std::time::{Duration, Instant};
+
+use axum::http::{HeaderMap, HeaderValue, header};
+use serde::{Deserialize, Serialize};
+use sextant_site_files::{Complaint, FileError, read_toml_checked};
+use subtle::{Choice, ConstantTimeEq};
+
+/// What a person may do on the page.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub(crate) enum PageRole {
+    /// Looks at everything.
+    Viewer,
+    /// Also uses the wizards, applies refinements and takes changes back.
+    Operator,
+}
+
+/// The cookie that carries a token.
+const COOKIE: &str = "sextant_token";
+/// How long browsers keep it, in seconds: a month.
+const COOKIE_AGE_S: u32 = 30 * 86_400;
+/// A token that is shorter can be guessed.
+const MIN_TOKEN_BYTES: usize = 16;
+/// Wrong tokens of an address in [`TRIES_PERIOD`] before it has to wait.
+const MOST_TRIES: u32 = 10;
+const TRIES_PERIOD: Duration = Duration::from_secs(60);
+/// Addresses with wrong tokens that are remembered; while there are as many, further ones have to wait.
+const MOST_ADDRESSES: usize = 1024;
+
+/// `page-tokens.toml`. Not printable, so that no log has them.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Tokens {
+    read: String,
+    operate: String,
+}
+
+impl Tokens {
+    /// Reads the file.
+    ///
+    /// # Errors
+    /// A file that is missing or malformed, and tokens that can be guessed.
+    pub(crate) fn read(file: &Path) -> Result<Self, FileError> {
+        read_toml_checked(file, |tokens: &Self| {
+            for (key, token) in [("read", &tokens.read), ("operate", &tokens.operate)] {
+                if token.len() < MIN_TOKEN_BYTES
+                    || !token.bytes().all(|b| b.is_ascii_alphanumeric())
+                {
+                    return Err(Complaint::new(
+                        key,
+                        format!("a token is at least {MIN_TOKEN_BYTES} letters and digits"),
+                        "`sextant keys add` makes tokens that nobody guesses",
+                    ));
+                }
+            }
+            if tokens.read == tokens.operate {
+                let cause = "is the token of readers, too".to_owned();
+                return Err(Complaint::new("operate", cause, "choose another one"));
+            }
+            Ok(())
+        })
+    }
+
+    fn role_of(&self, token: &str) -> Option<PageRole> {
+        let is = |other: &str| -> Choice { token.as_bytes().ct_eq(other.as_bytes()) };
+        let (operates, reads) = (is(&self.operate), is(&self.read));
+        if operates.into() {
+            Some(PageRole::Operator)
+        } else if reads.into() {
+            Some(PageRole::Viewer)
+        } else {
+            None
+        }
+    }
+}
+
+/// Why a request is not answered.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Denied {
+    /// It carries no token, or a wrong one.
+    NoToken,
+    /// Its address was wrong too often.
+    TooManyTries,
+}
+
+/// The rule of a bridge.
+pub(crate) struct PageAccess {
+    tokens: Option<Tokens>,
+    /// What the bridge itself may do on the site's network.
+    most: PageRole,
+    /// Whether browsers reach it by TLS only.
+    is_secure: bool,
+    tries: Mutex<Tries>,
+}
+
+impl PageAccess {
+    /// Everybody who reaches the page may do everything.
+    pub(crate) fn open() -> Self {
+        Self {
+            tokens: None,
+            most: PageRole::Operator,
+            is_secure: false,
+            tries: Mutex::default(),
+        }
+    }
+
+    /// Who has a token may do what it is for, and nobody more than `most`. `is_secure`: over TLS.
+    pub(crate) fn by_token(tokens: Tokens, most: PageRole, is_secure: bool) -> Self {
+        Self {
+            tokens: Some(tokens),
+            most,
+            is_secure,
+            ..Self::open()
+        }
+    }
+
+    /// What the sender of a request may do.
+    pub(crate) fn role_of(
+        &self,
+        headers: &HeaderMap,
+        from: IpAddr,
+        now: Instant,
+    ) -> Result<PageRole, Denied> {
+        if self.tokens.is_none() {
+            return Ok(self.most);
+        }
+        let token = bearer(headers).or_else(|| cookie(headers));
+        self.role_of_token(token.ok_or(Denied::NoToken)?, from, now)
+    }
+
+    /// What the owner of a token may do. A wrong one counts as a try of the address.
+    pub(crate) fn role_of_token(
+        &self,
+        token: &str,
+        from: IpAddr,
+        now: Instant,
+    ) -> Result<PageRole, Denied> {
+        let Some(tokens) = &self.tokens else {
+            return Ok(self.most);
+        };
+        let mut tries = self.tries.lock().unwrap_or_else(PoisonError::into_inner);
+        if !tries.may_try(from, now) {
+            return Err(Denied::TooManyTries);
+        }
+        match tokens.role_of(token) {
+            Some(role) => Ok(role.min(self.most)),
+            None => {
+                tries.was_wrong(from, now);
+                tracing::warn!(%from, "a wrong token for the page");
+                Err(Denied::NoToken)
+            }
+        }
+    }
+
+    /// The cookie that makes a browser carry this token from now on; none where the token is not one of letters and digits.
+    pub(crate) fn cookie_of(&self, token: &str) -> Option<HeaderValue> {
+        self.set_cookie(token, COOKIE_AGE_S)
+    }
+
+    /// The cookie that makes a browser forget its token.
+    pub(crate) fn no_cookie(&self) -> Option<HeaderValue> {
+        self.set_cookie("", 0)
+    }
+
+    fn set_cookie(&self, token: &str, age_s: u32) -> Option<HeaderValue> {
+        let secure = if self.is_secure { "; Secure" } else { "" };
+        HeaderValue::from_str(&format!(
+            "{COOKIE}={token}; Path=/; Max-Age={age_s}; HttpOnly; SameSite=Strict{secure}"
+        ))
+        .ok()
+    }
+}
+
+fn bearer(headers: &HeaderMap) -> Option<&str> {
+    let value = headers.get(header::AUTHORIZATION)?.to_str().ok()?;
+    value.strip_prefix("Bearer ").map(str::trim)
+}
+
+fn cookie(headers: &HeaderMap) -> Option<&str> {
+    let lines = headers.get_all(header::COOKIE).into_iter();
+    let pairs = lines.filter_map(|line| line.to_str().ok());
+    let mut pairs = pairs.flat_map(|line| line.split(';'));
+    pairs.find_map(|pair| pair.trim().strip_prefix(COOKIE)?.strip_prefix('='))
+}
+
+/// Wrong tokens by address.
+#[derive(Debug, Default)]
+struct Tries(HashMap<IpAddr, Tried>);
+
+#[derive(Debug)]
+struct Tried {
+    since: Instant,
+    wrong: u32,
+}
+
+impl Tries {
+    fn may_try(&mut self, from: IpAddr, now: Instant) -> bool {
+        self.0
+            .retain(|_, tried| now.duration_since(tried.since) < TRIES_PERIOD);
+        match self.0.get(&from) {
+            Some(tried) => tried.wrong < MOST_TRIES,
+            None => self.0.len() < MOST_ADDRESSES,
+        }
+    }
+
+    fn was_wrong(&mut self, from: IpAddr, now: Instant) {
+        let new = Tried {
+            since: now,
+            wrong: 0,
+        };
+        self.0.entry(from).or_insert(new).wrong += 1;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::net::Ipv4Addr;
+
+    const READ: &str = "readreadreadread";
+    const OPERATE: &str = "operateoperate00";
+
+    fn access(most: PageRole) -> PageAccess {
+        let tokens = Tokens {
+            read: READ.to_owned(),
+            operate: OPERATE.to_owned(),
+        };
+        PageAccess::by_token(tokens, most, true)
+    }
+
+    fn headers(name: header::HeaderName, value: &str) -> HeaderMap {
+        HeaderMap::from_iter([(name, HeaderValue::from_str(value).unwrap())])
+    }
+
+    fn someone(n: u32) -> IpAddr {
+        Ipv4Addr::from(n).into()
+    }
+
+    #[test]
+    fn a_token_is_a_role_from_wherever_it_comes() {
+        let access = access(PageRole::Operator);
+        let now = Instant::now();
+        let role = |headers: &HeaderMap| access.role_of(headers, someone(1), now);
+        let carried = |token: &str| headers(header::COOKIE, &format!("a=b; sextant_token={token}"));
+        let said = |token: &str| headers(header::AUTHORIZATION, &format!("Bearer {token}"));
+        for (token, expected) in [
+            (READ, Ok(PageRole::Viewer)),
+            (OPERATE, Ok(PageRole::Operator)),
+            ("wrong", Err(Denied::NoToken)),
+            ("", Err(Denied::NoToken)),
+        ] {
+            assert_eq!(role(&carried(token)), expected);
+            assert_eq!(role(&said(token)), expected);
+        }
+        assert_eq!(role(&HeaderMap::new()), Err(Denied::NoToken));
+        assert_eq!(
+            PageAccess::open().role_of(&HeaderMap::new(), someone(1), now),
+            Ok(PageRole::Operator)
+        );
+    }
+
+    #[test]
+    fn nobody_may_do_more_than_the_bridge_itself() {
+        let access = access(PageRole::Viewer);
+        let role = access.role_of_token(OPERATE, someone(1), Instant::now());
+        assert_eq!(role, Ok(PageRole::Viewer));
+    }
+
+    #[test]
+    fn who_is_wrong_ten_times_in_a_minute_has_to_wait_even_with_the_right_token() {
+        let access = access(PageRole::Operator);
+        let start = Instant::now();
+        let role = |token, n, now| access.role_of_token(token, someone(n), now);
+        for _ in 0..MOST_TRIES {
+            assert_eq!(role("wrong", 1, start), Err(Denied::NoToken));
+        }
+        assert_eq!(role(OPERATE, 1, start), Err(Denied::TooManyTries));
+        assert_eq!(role(OPERATE, 2, start), Ok(PageRole::Operator));
+        let later = start + TRIES_PERIOD;
+        assert_eq!(role(OPERATE, 1, later), Ok(PageRole::Operator));
+    }
+
+    #[test]
+    fn a_flood_of_addresses_ends_at_the_bound() {
+        let access = access(PageRole::Operator);
+        let now = Instant::now();
+        for n in 0..3 * MOST_ADDRESSES as u32 {
+            let _ = access.role_of_token("wrong", someone(n), now);
+        }
+        assert_eq!(access.tries.lock().unwrap().0.len(), MOST_ADDRESSES);
+    }
+
+    #[test]
+    fn the_cookie_is_out_of_reach_of_scripts_and_of_other_pages() {
+        let cookie = access(PageRole::Operator).cookie_of(READ).unwrap();
+        let words = cookie.to_str().unwrap();
+        for wanted in ["HttpOnly", "SameSite=Strict", "Secure", "Path=/"] {
+            assert!(words.contains(wanted), "{words}");
+        }
+    }
+
+    #[test]
+    fn tokens_that_can_be_guessed_are_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("page-tokens.toml");
+        let read = |text: &str| {
+            std::fs::write(&file, text).unwrap();
+            Tokens::read(&file).map_err(|error| error.to_string())
+        };
+        let good = format!("read = \"{READ}\"\noperate = \"{OPERATE}\"\n");
+        assert!(read(&good).is_ok());
+        let words = read(&good.replace(READ, "short")).err().unwrap();
+        assert!(words.contains("page-tokens.toml:1:"), "{words}");
+        assert!(read(&good.replace(READ, OPERATE)).is_err());
+    }
+}

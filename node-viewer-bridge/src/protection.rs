@@ -1,0 +1,79 @@
+//! What protects the page, by the node's `[security]`: tokens from the first address on that a profile protects, TLS from the
+//! first that other machines reach.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use anyhow::{Context, anyhow, bail};
+use sextant_zenoh_bus::{NodeKeys, Profile, Role, Security};
+use tokio_rustls::TlsAcceptor;
+use tokio_rustls::rustls::ServerConfig;
+use tokio_rustls::rustls::crypto::ring;
+use tokio_rustls::rustls::pki_types::pem::PemObject;
+use tokio_rustls::rustls::pki_types::{CertificateDer, PrivateKeyDer};
+
+use crate::access::{PageAccess, PageRole, Tokens};
+use crate::config::ViewerConfig;
+
+/// The network's and the page's protection.
+pub struct Protection {
+    /// The network's.
+    pub network: Security,
+    pub(crate) access: PageAccess,
+    /// None: plain HTTP.
+    pub(crate) tls: Option<TlsAcceptor>,
+}
+
+impl Protection {
+    /// Reads the keys of a bridge; `folder` is that of its file.
+    ///
+    /// # Errors
+    /// Keys and addresses that do not go with the profile.
+    pub fn load(config: &ViewerConfig, folder: &Path) -> anyhow::Result<Self> {
+        let network = config.network_protection(folder)?;
+        let is_local = config.listen.ip().to_canonical().is_loopback();
+        let (access, tls) = match network.keys() {
+            Some(keys) => (by_token(keys, is_local)?, tls(keys, is_local)?),
+            None if is_local || network.profile() == Profile::Open => (PageAccess::open(), None),
+            None => bail!(
+                "listen = \"{}\": other machines reach the page there, and with [security] profile \"demo\" everybody may change the site: choose profile = \"site\" or \"lab\" with keys (docs/security-setup.md), an address of 127.0.0.1, or profile = \"open\" to let everybody in knowingly",
+                config.listen
+            ),
+        };
+        Ok(Self {
+            network,
+            access,
+            tls,
+        })
+    }
+}
+
+fn by_token(keys: &NodeKeys, is_local: bool) -> anyhow::Result<PageAccess> {
+    let tokens = Tokens::read(&keys.files.page_tokens())?;
+    let most = match keys.member.role {
+        Role::Operator => PageRole::Operator,
+        _ => PageRole::Viewer,
+    };
+    Ok(PageAccess::by_token(tokens, most, !is_local))
+}
+
+fn tls(keys: &NodeKeys, is_local: bool) -> anyhow::Result<Option<TlsAcceptor>> {
+    if is_local {
+        return Ok(None);
+    }
+    let (certificate, key) = (keys.files.page_certificate(), keys.files.page_private_key());
+    let chain = CertificateDer::pem_file_iter(&certificate)
+        .and_then(Iterator::collect)
+        .map_err(|cause| anyhow!("{}: {cause}", certificate.display()))?;
+    let private = PrivateKeyDer::from_pem_file(&key)
+        .map_err(|cause| anyhow!("{}: {cause}", key.display()))?;
+    let config = ServerConfig::builder_with_provider(Arc::new(ring::default_provider()))
+        .with_safe_default_protocol_versions()
+        .and_then(|builder| {
+            builder
+                .with_no_client_auth()
+                .with_single_cert(chain, private)
+        })
+        .with_context(|| format!("{}: the page's certificate", certificate.display()))?;
+    Ok(Some(TlsAcceptor::from(Arc::new(config))))
+}

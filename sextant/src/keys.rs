@@ -1,0 +1,263 @@
+//! `sextant keys`: a site's authority, its members' keys, and who is accepted.
+//!
+//! | in DIR | what |
+//! |---|---|
+//! | `authority.pem` | the authority's certificate: what all members trust |
+//! | `authority.key` | its private key; whoever has it can make members |
+//! | `members.toml` | who is a member, with which role, until when; who was revoked |
+//! | `passwords` | the members' passwords of profile lab |
+//! | `NAME/` | a member's keys: the folder that is copied to its machine ([`sextant_zenoh_bus::KeyFiles`]) |
+
+mod authority;
+mod certificates;
+mod folder;
+mod secrets;
+
+use crate::output::{Format, print_line};
+use anyhow::Context;
+use authority::{Authority, New};
+use clap::{Args, Subcommand, ValueEnum};
+use serde_json::json;
+use sextant_process::{Exit, WithExit, now_ns};
+use sextant_proto::{NodeId, SiteId};
+use sextant_zenoh_bus::{Member, Role};
+use std::path::PathBuf;
+use time::OffsetDateTime;
+
+/// Which of them.
+#[derive(Args, Debug)]
+#[command(after_help = "For example:
+  sextant keys init site-keys --site lab
+  sextant keys add site-keys fusion --role fusion --host fusion.lab
+  sextant keys add site-keys north --role camera
+then copy site-keys/north to the board and name it in camera.toml: [security] profile = \"site\", keys = \"north\".
+After add, renew and revoke copy the folders of fusion nodes again and restart those nodes: they enforce who is a member.
+With --json, a line a member: {\"name\",\"role\",\"common_name\",\"valid_until\",\"state\"}, state being valid, expired or revoked.
+Exit code 3 when something is refused. docs/security-setup.md goes the whole way.")]
+pub struct KeysArguments {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand, Debug)]
+enum Command {
+    /// Make a site's authority in a new folder.
+    Init {
+        /// The folder; it must not exist, or be empty.
+        dir: PathBuf,
+        /// The site's name, the middle of every key.
+        #[arg(long)]
+        site: SiteId,
+    },
+    /// Make the keys of a new member, in DIR/NAME.
+    Add {
+        /// The authority's folder.
+        dir: PathBuf,
+        /// The member's name: of a camera, the camera's id; of a node, the node's name.
+        name: NodeId,
+        /// What it may do.
+        #[arg(long, value_enum)]
+        role: RoleWord,
+        #[command(flatten)]
+        validity: Validity,
+    },
+    /// Make new keys for a member, with a new validity.
+    Renew {
+        /// The authority's folder.
+        dir: PathBuf,
+        /// The member.
+        name: NodeId,
+        #[command(flatten)]
+        validity: Validity,
+    },
+    /// Accept a member's keys no longer.
+    Revoke {
+        /// The authority's folder.
+        dir: PathBuf,
+        /// The member.
+        name: NodeId,
+    },
+    /// Say who is a member, with which role, until when.
+    List {
+        /// The authority's folder.
+        dir: PathBuf,
+    },
+}
+
+#[derive(Args, Debug)]
+struct Validity {
+    /// How long the certificate is valid, in days; no longer than the authority's, which is valid for 20 years.
+    #[arg(long, default_value_t = 730, value_parser = clap::value_parser!(u32).range(1..=7300))]
+    days: u32,
+    /// Of a fusion node: a name or address under which nodes connect to it. Of a viewer or an operator: one under which browsers
+    /// reach its page. This machine's name, localhost and 127.0.0.1 are always among them. May be given several times.
+    #[arg(long = "host", value_name = "NAME|ADDRESS")]
+    hosts: Vec<String>,
+}
+
+#[derive(Debug, Clone, Copy, ValueEnum)]
+enum RoleWord {
+    /// Publishes below its own camera's key.
+    Camera,
+    /// Publishes poses and configuration, is the router.
+    Fusion,
+    /// Reads everything.
+    Viewer,
+    /// Reads everything, changes the rig and the objects.
+    Operator,
+}
+
+impl From<RoleWord> for Role {
+    fn from(word: RoleWord) -> Self {
+        match word {
+            RoleWord::Camera => Self::Camera,
+            RoleWord::Fusion => Self::Fusion,
+            RoleWord::Viewer => Self::Viewer,
+            RoleWord::Operator => Self::Operator,
+        }
+    }
+}
+
+/// Runs `sextant keys`.
+///
+/// # Errors
+/// [`Exit::Input`] for what is refused.
+pub fn run(arguments: &KeysArguments, format: Format) -> anyhow::Result<()> {
+    obey(&arguments.command, format).exit_with(Exit::Input)
+}
+
+fn obey(command: &Command, format: Format) -> anyhow::Result<()> {
+    let now_s = now_ns() / 1_000_000_000;
+    match command {
+        Command::Init { dir, site } => {
+            Authority::init(dir, site, now_s)?;
+            let (folder, site) = (dir.display().to_string(), site.as_str());
+            match format {
+                Format::Json => print_line(&json!({"folder": folder, "site": site}).to_string())?,
+                Format::Text => print_line(&format!(
+                    "{folder} is the authority of site {site}. Keep it on one safe machine: whoever reads authority.key can make members."
+                ))?,
+            }
+        }
+        Command::Add {
+            dir,
+            name,
+            role,
+            validity,
+        } => {
+            let mut authority = Authority::open(dir)?;
+            let member = authority.add(name, Role::from(*role), &validity.wish(now_s))?;
+            say(&authority, &member, now_s, format)?;
+        }
+        Command::Renew {
+            dir,
+            name,
+            validity,
+        } => {
+            let mut authority = Authority::open(dir)?;
+            let member = authority.renew(name, &validity.wish(now_s))?;
+            say(&authority, &member, now_s, format)?;
+        }
+        Command::Revoke { dir, name } => {
+            let mut authority = Authority::open(dir)?;
+            let member = authority.revoke(name)?;
+            line(&member, now_s, format)?;
+            advise(&authority, format)?;
+        }
+        Command::List { dir } => {
+            let authority = Authority::open(dir)?;
+            let members = &authority.members().members;
+            members
+                .iter()
+                .try_for_each(|member| line(member, now_s, format))?;
+        }
+    }
+    Ok(())
+}
+
+impl Validity {
+    fn wish(&self, now_s: u64) -> New<'_> {
+        New {
+            now_s,
+            days: self.days,
+            hosts: &self.hosts,
+        }
+    }
+}
+
+/// What was made, and what is to be done with it.
+fn say(authority: &Authority, member: &Member, now_s: u64, format: Format) -> anyhow::Result<()> {
+    line(member, now_s, format)?;
+    if format == Format::Json {
+        return Ok(());
+    }
+    let folder = authority.folder_of(member.name.as_str());
+    print_line(&format!("keys in {}", folder.folder().display()))?;
+    if matches!(member.role, Role::Viewer | Role::Operator) {
+        let tokens = folder.page_tokens();
+        print_line(&format!("tokens of its page in {}", tokens.display()))?;
+    }
+    advise(authority, format)
+}
+
+fn advise(authority: &Authority, format: Format) -> anyhow::Result<()> {
+    let mut fusion = authority
+        .members()
+        .accepted()
+        .filter(|member| member.role == Role::Fusion)
+        .map(|member| {
+            authority
+                .folder_of(member.name.as_str())
+                .folder()
+                .display()
+                .to_string()
+        })
+        .peekable();
+    if format == Format::Text && fusion.peek().is_some() {
+        let folders: Vec<String> = fusion.collect();
+        print_line(&format!(
+            "copy {} to its machine again and restart the fusion node: it enforces who is a member",
+            folders.join(", ")
+        ))?;
+    }
+    Ok(())
+}
+
+fn line(member: &Member, now_s: u64, format: Format) -> anyhow::Result<()> {
+    let state = if member.revoked {
+        "revoked"
+    } else if now_s >= member.valid_until_s {
+        "expired"
+    } else {
+        "valid"
+    };
+    let until = date(member.valid_until_s)?;
+    match format {
+        Format::Json => print_line(
+            &json!({
+                "name": member.name, "role": member.role, "common_name": member.common_name,
+                "valid_until": until, "state": state,
+            })
+            .to_string(),
+        )?,
+        Format::Text => print_line(&format!(
+            "{:<20} {:<9} {state:<8} until {until}  {}",
+            member.name.as_str(),
+            member.role.name(),
+            member.common_name
+        ))?,
+    }
+    Ok(())
+}
+
+/// A day, UTC.
+fn date(seconds: u64) -> anyhow::Result<String> {
+    let time = OffsetDateTime::from_unix_timestamp(i64::try_from(seconds)?)
+        .context("a time of the distant future")?;
+    Ok(format!(
+        "{:04}-{:02}-{:02}",
+        time.year(),
+        u8::from(time.month()),
+        time.day()
+    ))
+}

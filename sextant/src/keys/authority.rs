@@ -1,0 +1,312 @@
+//! The authority's folder: members are added, renewed and revoked here, one program at a time.
+
+use super::certificates::{self, Issuer, Subject};
+use super::folder::{FolderFiles, in_place_of, remove_keys, write_secret};
+use super::secrets::random_text;
+use anyhow::{Context, bail, ensure};
+use sextant_process::host::host_name;
+use sextant_proto::{NodeId, SiteId};
+use sextant_site_files::{read_toml, write_atomically};
+use sextant_zenoh_bus::{KeyFiles, Member, Members, NodeKeys, Role};
+use std::collections::BTreeSet;
+use std::fs::{self, File};
+use std::net::IpAddr;
+use std::path::{Path, PathBuf};
+
+const DAY_S: u64 = 86_400;
+/// How long an authority is valid.
+const AUTHORITY_DAYS: u64 = 20 * 365;
+/// A file of the authority's folder that has the form of a name.
+const PASSWORDS: &str = "passwords";
+
+/// A site's authority, locked for this program.
+pub struct Authority {
+    dir: PathBuf,
+    members: Members,
+    _lock: File,
+}
+
+/// What is asked of a new certificate.
+pub struct New<'a> {
+    /// Seconds since the Unix epoch.
+    pub now_s: u64,
+    /// How long it is valid.
+    pub days: u32,
+    /// Names and addresses of its machine.
+    pub hosts: &'a [String],
+}
+
+impl Authority {
+    /// Makes an authority.
+    ///
+    /// # Errors
+    /// A folder that has something in it, and what the system refuses.
+    pub fn init(dir: &Path, site: &SiteId, now_s: u64) -> anyhow::Result<()> {
+        let is_free = fs::read_dir(dir).map_or(true, |mut entries| entries.next().is_none());
+        ensure!(
+            is_free,
+            "{}: there is something in this folder already; name a new one (`sextant keys list {}` says whether it is an authority's)",
+            dir.display(),
+            dir.display()
+        );
+        if dir.is_dir() {
+            fs::remove_dir(dir)
+                .with_context(|| format!("{}: cannot be made private", dir.display()))?;
+        }
+        let valid_until_s = now_s + AUTHORITY_DAYS * DAY_S;
+        let made = certificates::authority(site, valid_until_s)?;
+        in_place_of(dir, |folder| {
+            write_secret(&folder.join("authority.key"), &made.key)?;
+            write_atomically(&folder.join("authority.pem"), made.certificate.as_bytes())?;
+            write_secret(&folder.join(PASSWORDS), "")?;
+            let members = Members {
+                site: site.clone(),
+                authority_valid_until_s: valid_until_s,
+                members: Vec::new(),
+            };
+            write_atomically(&folder.join("members.toml"), toml_of(&members)?.as_bytes())?;
+            Ok(())
+        })
+    }
+
+    /// Opens an authority's folder; another program that has it open is waited for.
+    ///
+    /// # Errors
+    /// A folder that is none of an authority.
+    pub fn open(dir: &Path) -> anyhow::Result<Self> {
+        let lock = File::open(dir).with_context(|| no_authority(dir))?;
+        lock.lock().with_context(|| no_authority(dir))?;
+        let members = read_toml(&dir.join("members.toml")).with_context(|| no_authority(dir))?;
+        ensure!(dir.join("authority.key").is_file(), no_authority(dir));
+        Ok(Self {
+            dir: dir.to_owned(),
+            members,
+            _lock: lock,
+        })
+    }
+
+    /// Who is a member, and who was.
+    pub fn members(&self) -> &Members {
+        &self.members
+    }
+
+    /// A member's keys.
+    pub fn folder_of(&self, name: &str) -> KeyFiles {
+        KeyFiles::within(&self.dir.join(name))
+    }
+
+    /// Makes a new member.
+    ///
+    /// # Errors
+    /// A name that is taken; an expired authority; what the system refuses.
+    pub fn add(&mut self, name: &NodeId, role: Role, new: &New<'_>) -> anyhow::Result<Member> {
+        ensure!(
+            name.as_str() != PASSWORDS,
+            "a member cannot be called {name}: choose another name"
+        );
+        if let Some(member) = self.members.find(name.as_str()) {
+            bail!(
+                "{name} is a member already, as {}: choose another name, `sextant keys renew` its keys, or `sextant keys revoke` them first",
+                member.role
+            );
+        }
+        let folder = self.folder_of(name.as_str());
+        ensure!(
+            !folder.folder().exists(),
+            "{}: is in the way, though {name} is no member; move it away",
+            folder.folder().display()
+        );
+        let same_name = |member: &&Member| member.name == *name;
+        let number = self.members.members.iter().filter(same_name).count() + 1;
+        let member = Member {
+            name: name.clone(),
+            role,
+            common_name: format!("{name}.{number}"),
+            valid_until_s: self.valid_until_s(new)?,
+            revoked: false,
+        };
+        let secrets = Secrets {
+            password: random_text()?,
+            page_tokens: page_tokens()?,
+        };
+        self.make(&member, &secrets, new)?;
+        self.members.members.push(member.clone());
+        let mut passwords = self.passwords()?;
+        passwords.push_str(&format!("{}:{}\n", member.common_name, secrets.password));
+        self.save(&passwords)?;
+        Ok(member)
+    }
+
+    /// Makes new keys for a member; its password and the tokens of its page stay.
+    ///
+    /// # Errors
+    /// Nobody of that name; an expired authority; what the system refuses.
+    pub fn renew(&mut self, name: &NodeId, new: &New<'_>) -> anyhow::Result<Member> {
+        let name = name.as_str();
+        let valid_until_s = self.valid_until_s(new)?;
+        let member = self.find(name)?;
+        member.valid_until_s = valid_until_s;
+        let member = member.clone();
+        let passwords = self.passwords()?;
+        let head = format!("{}:", member.common_name);
+        let password = passwords.lines().find_map(|line| line.strip_prefix(&head));
+        let tokens = self.folder_of(name).page_tokens();
+        let secrets = Secrets {
+            password: password
+                .context("the member has no password: revoke it and add it again")?
+                .to_owned(),
+            page_tokens: fs::read_to_string(tokens).or_else(|_| page_tokens())?,
+        };
+        self.make(&member, &secrets, new)?;
+        self.save(&passwords)?;
+        Ok(member)
+    }
+
+    /// Accepts a member's keys no longer, and removes its folder.
+    ///
+    /// # Errors
+    /// Nobody of that name; what the system refuses.
+    pub fn revoke(&mut self, name: &NodeId) -> anyhow::Result<Member> {
+        let member = self.find(name.as_str())?;
+        member.revoked = true;
+        let member = member.clone();
+        self.save(&self.passwords()?)?;
+        remove_keys(&self.folder_of(name.as_str()))?;
+        Ok(member)
+    }
+
+    fn find(&mut self, name: &str) -> anyhow::Result<&mut Member> {
+        let dir = self.dir.display();
+        let mut members = self.members.members.iter_mut();
+        let found = members.find(|member| member.name.as_str() == name && !member.revoked);
+        found.with_context(|| {
+            format!("{name} is no member: `sextant keys list {dir}` says who is one")
+        })
+    }
+
+    fn valid_until_s(&self, new: &New<'_>) -> anyhow::Result<u64> {
+        let last_s = self.members.authority_valid_until_s;
+        ensure!(
+            new.now_s < last_s,
+            "the authority in {} has expired: make a new one with `sextant keys init`, and new keys for every member",
+            self.dir.display()
+        );
+        Ok(last_s.min(new.now_s + u64::from(new.days) * DAY_S))
+    }
+
+    /// Writes a member's folder, in place of its former one.
+    fn make(&self, member: &Member, secrets: &Secrets, new: &New<'_>) -> anyhow::Result<()> {
+        let files = FolderFiles::read(&self.dir)?;
+        let issuer = Issuer::new(self.members.site.as_str(), &files.authority_key)?;
+        let hosts = hosts(new.hosts)?;
+        let node = issuer.sign(&Subject::node(member, &hosts))?;
+        let page = has_page(member.role)
+            .then(|| issuer.sign(&Subject::page(member, &hosts)))
+            .transpose()?;
+        in_place_of(self.folder_of(member.name.as_str()).folder(), |folder| {
+            let to = KeyFiles::within(folder);
+            write_secret(&to.private_key(), &node.key)?;
+            write_secret(&to.password(), &secrets.password)?;
+            let node_toml = NodeKeys::node_toml(&self.members.site, member);
+            let node_toml = node_toml.map_err(anyhow::Error::msg)?;
+            write_atomically(&to.certificate(), node.certificate.as_bytes())?;
+            write_atomically(&to.authority(), files.authority.as_bytes())?;
+            write_atomically(&to.node(), node_toml.as_bytes())?;
+            if let Some(page) = page {
+                write_secret(&to.page_private_key(), &page.key)?;
+                write_secret(&to.page_tokens(), &secrets.page_tokens)?;
+                write_atomically(&to.page_certificate(), page.certificate.as_bytes())?;
+            }
+            Ok(())
+        })
+    }
+
+    /// The passwords of all members, a line each: `<common name>:<password>`.
+    fn passwords(&self) -> anyhow::Result<String> {
+        let file = self.dir.join(PASSWORDS);
+        fs::read_to_string(&file).with_context(|| format!("{}: cannot be read", file.display()))
+    }
+
+    /// Writes who is a member, for itself and for those fusion nodes whose folders are here, with these passwords, without
+    /// those of revoked members.
+    fn save(&self, passwords: &str) -> anyhow::Result<()> {
+        let accepted: BTreeSet<&str> = self
+            .members
+            .accepted()
+            .map(|member| member.common_name.as_str())
+            .collect();
+        let is_accepted = |line: &&str| {
+            line.split_once(':')
+                .is_some_and(|(name, _)| accepted.contains(name))
+        };
+        let kept: Vec<&str> = passwords.lines().filter(is_accepted).collect();
+        let passwords: String = kept.iter().map(|line| format!("{line}\n")).collect();
+        let text = toml_of(&self.members)?;
+        write_atomically(&self.dir.join("members.toml"), text.as_bytes())?;
+        write_secret(&self.dir.join(PASSWORDS), &passwords)?;
+        let fusion = |member: &&Member| member.role == Role::Fusion;
+        for member in self.members.accepted().filter(fusion) {
+            let files = self.folder_of(member.name.as_str());
+            if files.folder().is_dir() {
+                write_atomically(&files.members(), text.as_bytes())?;
+                write_secret(&files.passwords(), &passwords)?;
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Tokens that nobody has yet, as a file.
+fn page_tokens() -> anyhow::Result<String> {
+    let (read, operate) = (random_text()?, random_text()?);
+    Ok(format!(
+        "# Who may use the page: who says the first token may look, who says the second may also change the site.\nread = \"{read}\"\noperate = \"{operate}\"\n"
+    ))
+}
+
+/// What of a member's folder outlives its certificate.
+struct Secrets {
+    password: String,
+    page_tokens: String,
+}
+
+fn has_page(role: Role) -> bool {
+    matches!(role, Role::Viewer | Role::Operator)
+}
+
+/// Those given, and those of this machine.
+fn hosts(given: &[String]) -> anyhow::Result<Vec<String>> {
+    let is_host = |host: &&String| {
+        let mut letters = host.bytes();
+        host.parse::<IpAddr>().is_ok()
+            || !host.is_empty()
+                && letters.all(|letter| letter.is_ascii_alphanumeric() || b".-".contains(&letter))
+    };
+    if let Some(wrong) = given.iter().find(|host| !is_host(host)) {
+        bail!("--host {wrong}: this is neither the name nor the address of a machine");
+    }
+    let own = [
+        host_name(),
+        "localhost".to_owned(),
+        "127.0.0.1".to_owned(),
+        "::1".to_owned(),
+    ];
+    let mut hosts = given.to_vec();
+    for host in own {
+        if !hosts.contains(&host) && !host.is_empty() {
+            hosts.push(host);
+        }
+    }
+    Ok(hosts)
+}
+
+fn toml_of(members: &Members) -> anyhow::Result<String> {
+    members.to_toml().map_err(anyhow::Error::msg)
+}
+
+fn no_authority(dir: &Path) -> String {
+    format!(
+        "{}: this is no authority's folder; `sextant keys init` makes one",
+        dir.display()
+    )
+}

@@ -1,0 +1,124 @@
+//! X.509 certificates (RFC 5280), ECDSA on P-256: the authority's own, and those that it signs.
+//!
+//! Certificates are valid from the beginning of 2018 on: boards without a battery begin there after each start and could not
+//! connect before their clock is set otherwise. Validity begins for nobody's protection; its end does.
+
+use anyhow::Context;
+use rcgen::{
+    BasicConstraints, CertificateParams, DnType, ExtendedKeyUsagePurpose, IsCa, KeyPair,
+    KeyUsagePurpose, date_time_ymd,
+};
+use sextant_proto::SiteId;
+use sextant_zenoh_bus::{Member, Role};
+use time::OffsetDateTime;
+
+/// A key and its certificate, PEM.
+pub struct Made {
+    /// Secret.
+    pub key: String,
+    /// Not secret.
+    pub certificate: String,
+}
+
+/// The authority's certificate, signed by itself.
+///
+/// # Errors
+/// A system without random numbers.
+pub fn authority(site: &SiteId, valid_until_s: u64) -> anyhow::Result<Made> {
+    let key = KeyPair::generate().context("a key pair")?;
+    let mut params = authority_params(site.as_str())?;
+    params.not_after = time_of(valid_until_s)?;
+    let certificate = params.self_signed(&key).context("a certificate")?;
+    Ok(Made {
+        key: key.serialize_pem(),
+        certificate: certificate.pem(),
+    })
+}
+
+fn authority_params(site: &str) -> anyhow::Result<CertificateParams> {
+    let mut params = params(&format!("authority of sextant site {site}"), &[])?;
+    params.is_ca = IsCa::Ca(BasicConstraints::Constrained(0));
+    params.key_usages = vec![KeyUsagePurpose::KeyCertSign, KeyUsagePurpose::CrlSign];
+    Ok(params)
+}
+
+fn params(common_name: &str, hosts: &[String]) -> anyhow::Result<CertificateParams> {
+    let mut params = CertificateParams::new(hosts.to_vec()).with_context(|| {
+        format!("--host: none of {hosts:?} may be other than a name or an address")
+    })?;
+    params.distinguished_name = rcgen::DistinguishedName::new();
+    params
+        .distinguished_name
+        .push(DnType::CommonName, common_name);
+    params.not_before = date_time_ymd(2018, 1, 1);
+    Ok(params)
+}
+
+/// For whom a certificate is, and for what.
+pub struct Subject<'a> {
+    common_name: String,
+    valid_until_s: u64,
+    hosts: &'a [String],
+    usages: Vec<ExtendedKeyUsagePurpose>,
+}
+
+impl<'a> Subject<'a> {
+    /// A member on the site's network. Only a fusion node may be a router, so that no board can pretend to be one.
+    pub fn node(member: &Member, hosts: &'a [String]) -> Self {
+        let is_router = member.role == Role::Fusion;
+        let mut usages = vec![ExtendedKeyUsagePurpose::ClientAuth];
+        usages.extend(is_router.then_some(ExtendedKeyUsagePurpose::ServerAuth));
+        Self {
+            common_name: member.common_name.clone(),
+            valid_until_s: member.valid_until_s,
+            hosts: if is_router { hosts } else { &[] },
+            usages,
+        }
+    }
+
+    /// The page of a member, for browsers.
+    pub fn page(member: &Member, hosts: &'a [String]) -> Self {
+        Self {
+            common_name: format!("page of {}", member.common_name),
+            valid_until_s: member.valid_until_s,
+            hosts,
+            usages: vec![ExtendedKeyUsagePurpose::ServerAuth],
+        }
+    }
+}
+
+/// Signs certificates in the authority's name.
+pub struct Issuer(rcgen::Issuer<'static, KeyPair>);
+
+impl Issuer {
+    /// The authority of a site, by its private key.
+    ///
+    /// # Errors
+    /// A key that is none.
+    pub fn new(site: &str, key: &str) -> anyhow::Result<Self> {
+        let key = KeyPair::from_pem(key).context("authority.key")?;
+        Ok(Self(rcgen::Issuer::new(authority_params(site)?, key)))
+    }
+
+    /// A new key and its certificate.
+    ///
+    /// # Errors
+    /// A host that is neither a name nor an address.
+    pub fn sign(&self, subject: &Subject<'_>) -> anyhow::Result<Made> {
+        let key = KeyPair::generate().context("a key pair")?;
+        let mut params = params(&subject.common_name, subject.hosts)?;
+        params.not_after = time_of(subject.valid_until_s)?;
+        params.key_usages = vec![KeyUsagePurpose::DigitalSignature];
+        params.extended_key_usages = subject.usages.clone();
+        params.use_authority_key_identifier_extension = true;
+        let certificate = params.signed_by(&key, &self.0).context("a certificate")?;
+        Ok(Made {
+            key: key.serialize_pem(),
+            certificate: certificate.pem(),
+        })
+    }
+}
+
+fn time_of(seconds: u64) -> anyhow::Result<OffsetDateTime> {
+    OffsetDateTime::from_unix_timestamp(i64::try_from(seconds)?).context("a time")
+}
