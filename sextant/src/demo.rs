@@ -1,8 +1,8 @@
-//! `sextant demo`: a whole site in one command, without any hardware, its files as wrong as those of a real one.
+//! `sextant demo`: a whole site in one command, without hardware, whose files have the errors of a real site.
 //!
-//! Simulated cameras render images of moving tagged objects; from there on everything is real: shared memory, detector,
-//! network, fusion, page, each in the process that a site would run. The parent is the site's router, knows the simulator's
-//! truth, and tells how far the estimates are from it.
+//! Simulated cameras render images of moving tagged objects. Everything else is real: shared memory, detector,
+//! network, fusion and page run in the processes of a real site. The parent is the site's router, knows the simulator's
+//! truth, and reports the true errors of the estimates.
 
 mod alignment;
 mod browser;
@@ -26,11 +26,11 @@ use std::net::{Ipv4Addr, SocketAddr, TcpListener};
 use std::time::Duration;
 use watch::Watch;
 
-/// The router's port, where the other commands look for a site by default.
+/// Port of the router, which is also the other commands' default.
 const DEFAULT_ROUTER: &str = "tcp/127.0.0.1:7447";
-/// Taken when another site has that port.
+/// Used when another site has that port.
 const ANY_ROUTER: &str = "tcp/127.0.0.1:0";
-/// A free port that was found may be taken before it is used; so often another is looked for.
+/// Attempts to find a port, since a free one may be taken before it is used.
 const ROUTER_TRIES: usize = 3;
 
 /// Arguments of `sextant demo`.
@@ -62,7 +62,7 @@ fn parse_seconds(text: &str) -> Result<Duration, String> {
     }
 }
 
-/// What a demo ends with.
+/// Final result of a demo.
 #[derive(Debug, Serialize)]
 pub struct Summary {
     cameras: Vec<watch::CameraSummary>,
@@ -70,7 +70,7 @@ pub struct Summary {
     latency_ms: score::LatencySummary,
 }
 
-/// Runs the demo until its duration is over, Ctrl-C, or a child's death.
+/// Runs the demo until its duration is over, Ctrl-C, or the death of a child.
 ///
 /// # Errors
 /// [`Exit::Unavailable`] for a port in use, [`Exit::Fault`] when a child dies.
@@ -119,7 +119,7 @@ pub fn run(arguments: &DemoArguments, format: crate::output::Format) -> anyhow::
     Ok(())
 }
 
-/// The page's address, if it is free.
+/// Address of the page, if it is free.
 fn free_page_address(port: u16) -> anyhow::Result<SocketAddr> {
     let address = SocketAddr::from((Ipv4Addr::LOCALHOST, port));
     let listener = TcpListener::bind(address)
@@ -130,7 +130,7 @@ fn free_page_address(port: u16) -> anyhow::Result<SocketAddr> {
     Ok(listener.local_addr()?)
 }
 
-/// The router on its usual port, or on any while another program has that one or takes it this very moment.
+/// Starts the router on its usual port, or on another one if that is taken.
 fn open_router(shutdown: &Shutdown) -> anyhow::Result<Bus> {
     let open = |endpoint| {
         let stop = || shutdown.is_requested();

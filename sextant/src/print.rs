@@ -68,7 +68,7 @@ enum What {
     Cube(cube::CubeArguments),
 }
 
-/// Pages with their object. Sizes on paper are millimetres, those of the model metres.
+/// Pages with their object. Sizes on paper are in millimetres, those of the object in metres.
 struct PrintJob {
     title: String,
     pages: Vec<Page>,
@@ -80,7 +80,7 @@ struct PrintJob {
 /// Runs `sextant print`.
 ///
 /// # Errors
-/// [`Exit::Usage`] for what does not fit on the paper, and files that cannot be written.
+/// [`Exit::Usage`] for what is larger than the paper, and files that cannot be written.
 pub fn run(arguments: &PrintArguments, format: Format) -> anyhow::Result<()> {
     let id = arguments.id.as_deref().unwrap_or(arguments.what.word());
     let printed = arguments
@@ -145,7 +145,7 @@ impl What {
     }
 }
 
-/// The remark at the head of the object file.
+/// The comment at the top of the object file.
 fn heading(printed: &PrintJob, arguments: &PrintArguments) -> String {
     let nominal = length_text(printed.size);
     match arguments.measured_size {
@@ -159,15 +159,15 @@ fn heading(printed: &PrintJob, arguments: &PrintArguments) -> String {
     }
 }
 
-/// The model as its tags were measured.
+/// The object with the measured size of its tags.
 fn as_measured(printed: &PrintJob, measured_m: f64) -> anyhow::Result<ObjectModel> {
     enlarged(&printed.model, measured_m * 1e3 / printed.size)
 }
 
-/// An object enlarged as a whole, as a printer does it.
+/// Scales an object as a whole, as a printer does.
 ///
 /// # Errors
-/// A scale that no printer makes.
+/// A scale that no printer causes.
 pub fn enlarged(object: &ObjectModel, scale: f64) -> anyhow::Result<ObjectModel> {
     ensure!(
         (0.5..=2.0).contains(&scale),
@@ -187,7 +187,7 @@ pub fn enlarged(object: &ObjectModel, scale: f64) -> anyhow::Result<ObjectModel>
     Ok(ObjectModel::new(object.id().clone(), tags.collect())?)
 }
 
-/// `count` tags of a family from an id on.
+/// `count` consecutive tags of a family.
 fn ids_from(family: Family, first: u32, count: u32) -> anyhow::Result<Vec<TagId>> {
     (0..count)
         .map(|index| tag_of(family, first.saturating_add(index)))
@@ -210,7 +210,7 @@ fn tag_of(family: Family, id: u32) -> anyhow::Result<TagId> {
     Ok(TagId { family, id })
 }
 
-/// Written so that NaN is refused.
+/// The comparison also refuses NaN.
 fn check_size(mm: f64) -> anyhow::Result<()> {
     ensure!(
         (5.0..=300.0).contains(&mm),

@@ -265,7 +265,7 @@ mod tests {
     use proptest::prelude::*;
     use std::collections::BTreeSet;
 
-    /// The lowest place, row after row, of what hangs together with each set bit.
+    /// Index of the first set bit, in row-major order, of the component that contains each set bit.
     fn flooded(rows: &[Vec<u64>]) -> Vec<usize> {
         let width = rows[0].len() * WORD;
         let set = |at: usize| rows[at / width][at % width / WORD] >> (at % WORD) & 1 == 1;

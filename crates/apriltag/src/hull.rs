@@ -1,6 +1,6 @@
-//! The convex hull of an outline and the four of its vertices that span most of it.
+//! The convex hull of an outline, and the four of its vertices that span the largest area.
 //!
-//! In: from where to where it reaches in each row. Out: vertices at centres of pixels, clockwise as seen (y runs down).
+//! Input: the first and last column of each row. Output: vertices at pixel centres, clockwise in the image (y points down).
 
 use crate::components::{Span, make_room};
 
@@ -8,7 +8,7 @@ pub(crate) type Pixel = [i32; 2];
 
 #[derive(Debug, Default)]
 pub(crate) struct Hull {
-    /// All of them twice, so that the way from any to any other is a slice.
+    /// All vertices twice, so that the path from any to any other is a slice.
     vertices: Vec<Pixel>,
 }
 
@@ -18,7 +18,7 @@ impl Hull {
         make_room(&mut self.vertices, 4 * height + 2);
     }
 
-    /// Of rows from one on, of which the first and the last may be empty: down the right side and up the left (Andrew's
+    /// Hull of rows from the given one on, of which the first and the last may be empty: down the right side and up the left (Andrew's
     /// monotone chain).
     #[inline(always)]
     pub(crate) fn build(&mut self, top: u32, rows: &[Span]) {
@@ -49,7 +49,7 @@ impl Hull {
         vertices.extend_from_within(..);
     }
 
-    /// The vertices from one to another, both of them counted, clockwise.
+    /// Vertices from one to another, inclusive, clockwise.
     pub(crate) fn chain(&self, from: usize, to: usize) -> &[Pixel] {
         let round = usize::from(to <= from) * self.vertices.len() / 2;
         &self.vertices[from..=to + round]
@@ -61,8 +61,8 @@ impl Hull {
         sides.map(|&[a, b]| twice(a, b)).sum::<i32>() as f32 / 2.0
     }
 
-    /// Four vertices that span a (locally) largest area, clockwise: one far out, the one farthest from that, those farthest to
-    /// either side of both, and each once more by its neighbours.
+    /// Four vertices that span a (locally) largest area, clockwise: an extreme one, the one farthest from it, the farthest on
+    /// either side of their diagonal, then each optimised once given its neighbours.
     pub(crate) fn largest_quad(&self) -> Option<[usize; 4]> {
         let n = self.vertices.len() / 2;
         let farthest_from = |i: usize| {
@@ -81,7 +81,7 @@ impl Hull {
         distinct.then_some(corners)
     }
 
-    /// Of the vertices from one to another the one farthest from the line through both.
+    /// Of the vertices from one to another, the one farthest from the line through both.
     fn farthest_between(&self, from: usize, to: usize) -> usize {
         let n = self.vertices.len() / 2;
         let [a, b] = [from, to].map(|i| self.vertices[i]);
@@ -99,7 +99,7 @@ fn farthest(points: &[Pixel], value: impl Fn(Pixel) -> i32) -> usize {
     indices.max_by_key(|&i| value(points[i])).unwrap_or(0)
 }
 
-/// Adds a vertex to those from one on, instead of those that it hides.
+/// Appends a vertex to those from the given one on, and removes those that are no longer on the hull.
 #[inline]
 fn extend_chain(vertices: &mut Vec<Pixel>, first: usize, point: Pixel) {
     while let [.., a, b] = vertices[first..]

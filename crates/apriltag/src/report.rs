@@ -5,20 +5,20 @@
 use crate::Detection;
 use sextant_tag_families::BorderColour;
 
-/// The stages of detection, in order; those from `Threshold` to `Decode` are repeated in every [`Pass`].
+/// The stages of detection in order; those from `Threshold` to `Decode` are repeated in every [`Pass`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Stage {
     /// Minima and maxima of tiles, noise, contrast gate.
     Tiles,
-    /// Black and not black, one bit a pixel.
+    /// Thresholds: one bit per pixel.
     Threshold,
-    /// Runs joined to components.
+    /// Runs merged into components.
     Components,
-    /// Outlines of components, quads around them.
+    /// Outlines of components, and quads around them.
     Quads,
     /// Border, ring and code words.
     Decode,
-    /// Corners below the pixel.
+    /// Sub-pixel corners.
     Refine,
 }
 
@@ -69,7 +69,7 @@ pub enum Rejection {
     NotAQuad,
     /// The quad is too small, too narrow or too skewed.
     Shape,
-    /// Inside and outside of the quad's edges lack contrast; or no corner of a chessboard is where a ChArUco marker's family has one.
+    /// Inside and outside of the quad's edges lack contrast; or a ChArUco marker has no chessboard corner where its family defines one.
     FaintBorder,
     /// No code word of any family is near enough.
     NoCode,
@@ -91,7 +91,7 @@ impl Rejection {
 /// Counts of the last image.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Report {
-    /// Standard deviation of the pixel noise, in grey levels, as far as tiles tell it.
+    /// Standard deviation of the pixel noise, in grey levels, as measured in tiles.
     pub noise_sigma: f32,
     /// Least contrast that makes a tile live, in grey levels.
     pub contrast_gate: u8,
@@ -101,26 +101,26 @@ pub struct Report {
     pub components: u32,
     /// Components that could be a tag's border by size and area.
     pub candidates: u32,
-    /// Candidates that were dropped because a bound of the detector's memory was reached.
+    /// Candidates dropped because a bound of the detector's memory was reached.
     pub dropped: u32,
     /// Quads around candidates.
     pub quads: u32,
-    /// Candidates that were no tag, by [`Rejection`].
+    /// Rejected candidates, by [`Rejection`].
     pub rejected: [u32; Rejection::ALL.len()],
     /// Tags.
     pub detections: u32,
 }
 
 impl Report {
-    /// Candidates turned down for a reason.
+    /// Number of candidates rejected for a reason.
     pub fn rejected_for(&self, reason: Rejection) -> u32 {
         self.rejected[reason as usize]
     }
 }
 
-/// Takes part in a detection without steering it.
+/// Observes a detection without influencing it.
 ///
-/// A pass over the image begins with [`Self::pass_began`]; what is told until the next one belongs to it.
+/// A pass over the image begins with [`Self::pass_began`]; events up to the next one belong to it.
 pub trait Observer {
     /// A stage has just ended.
     fn stage_ended(&mut self, _stage: Stage) {}
@@ -128,16 +128,16 @@ pub trait Observer {
     /// A pass begins; the next one uses another threshold.
     fn pass_began(&mut self, _pass: Pass) {}
 
-    /// All pixels of the border's colour: column and row of each, and its component, a number that no other one of the pass has.
+    /// All pixels of the border's colour: column and row of each, and its component, a number that is unique within the pass.
     fn labelled(&mut self, _pixels: impl Iterator<Item = ([u16; 2], u32)>) {}
 
     /// A quad was found around a candidate; corners in pixels, clockwise from any.
     fn quad_found(&mut self, _corners: &[[f32; 2]; 4]) {}
 
-    /// A candidate was turned down; corners of its quad, or of its box where it has none, in pixels, clockwise from any.
+    /// A candidate was rejected; corners of its quad, or of its bounding box if it has none, in pixels, clockwise from any.
     fn rejected(&mut self, _reason: Rejection, _corners: &[[f32; 2]; 4]) {}
 
-    /// The corners of a tag were found below the pixel; `before` are those with which it was read, in the same order.
+    /// The sub-pixel corners of a tag were found; `before` are those with which it was decoded, in the same order.
     fn refined(&mut self, _before: &[[f32; 2]; 4], _tag: &Detection) {}
 }
 

@@ -1,11 +1,11 @@
-//! A saddle point below the pixel: where two edges cross, black and white facing each other across it.
+//! Saddle points with sub-pixel accuracy: crossings of two edges where black and white squares alternate.
 //!
-//! In: an image, about where the saddle lies, how its edges run, and how far around it nothing else shows. Out: its place and
-//! that place's covariance; nothing where the image shows something else there.
+//! Input: an image, an approximate position, directions of the edges, and the radius within which nothing else is visible. Output: position
+//! and covariance, or `None` where the image contains something else.
 //!
 //! Grey is mean + swing E(a) E(b), where a and b are the distances from the two edges in standard deviations of the blur and E is the
-//! odd step that blur makes of an edge. Gauss-Newton on seven parameters: the place, the edges' directions, the blur, mean and
-//! swing. A camera's curve, glare and spreading ink move edges but not the saddle: what they do is the same across it.
+//! odd step response of the blur. Gauss-Newton on seven parameters: position (2), directions of the edges (2), blur, mean and
+//! swing. Tone curve, glare and spreading ink move edges but not the saddle, since they act equally on both sides.
 
 use crate::Image;
 use crate::quad::{Point, distance};
@@ -16,20 +16,20 @@ const PARAMETERS: usize = 7;
 type Vector = SVector<f32, PARAMETERS>;
 type Matrix = SMatrix<f32, PARAMETERS, PARAMETERS>;
 
-/// Least radius around a saddle with pixels enough for all parameters, and the greatest beyond which lenses bend edges.
+/// Least radius with enough pixels for all parameters, and the largest, beyond which lenses bend edges.
 pub(crate) const RADIUS_PX: [f32; 2] = [2.2, 5.0];
 
-/// Largest residual of a saddle, as a share of the swing: sharp pictures leave 0.15; where three of the four sides around a place have
+/// Largest residual of a saddle, as a share of the swing: sharp images leave 0.15; where three of the four quadrants have
 /// one colour, the best fit leaves 1.4.
 const MOST_RESIDUAL: f32 = 0.3;
 
-/// Range of the swing as a share of half the tag's contrast. A fit to something else often has a swing far beyond it and a wide blur.
+/// Range of the swing as a share of half the tag's contrast. A fit to something else often has a much larger swing and a wide blur.
 const SWING: std::ops::RangeInclusive<f32> = 0.5..=1.6;
 
-/// Largest blur of a saddle, as a share of the radius: more of it leaves no flat side within the radius.
+/// Largest blur of a saddle, as a share of the radius: with more, no flat area is left within the radius.
 const MOST_BLUR: f32 = 0.4;
 
-/// Standard deviation of a saddle's position beside that of the noise, in pixels: edges are not quite straight.
+/// Additional standard deviation of a saddle's position, in pixels: edges are not quite straight.
 const FLOOR_PX: f32 = 0.005;
 
 /// Standard deviation of rounding to whole grey levels.
@@ -39,15 +39,15 @@ const ROUNDING: f32 = 0.29;
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Guess {
     pub(crate) place: Point,
-    /// Along the edges, of any length; between them lies what is brighter where the swing is positive.
+    /// Directions of the edges, of any length; the quadrant between them is the brighter one where the swing is positive.
     pub(crate) edges: [Point; 2],
-    /// How much brighter it is there than beside it, in grey levels; negative where it is darker.
+    /// Grey of that quadrant minus that of its neighbours; negative where it is darker.
     pub(crate) step: f32,
-    /// How far around it nothing else shows, in pixels.
+    /// Radius within which nothing else is visible, in pixels.
     pub(crate) radius_px: f32,
 }
 
-/// Where a saddle lies, in pixels, and the covariance of that (xx, xy, yy).
+/// Position of a saddle, in pixels, and its covariance (xx, xy, yy).
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Saddle {
     pub(crate) place: Point,
@@ -89,7 +89,7 @@ pub(crate) fn find(image: &Image<'_>, guess: &Guess) -> Option<Saddle> {
     })
 }
 
-/// The pixels around a place.
+/// The pixels around a position.
 struct Window<'a> {
     image: &'a Image<'a>,
     place: Point,
@@ -97,7 +97,7 @@ struct Window<'a> {
 }
 
 impl<'a> Window<'a> {
-    /// Nothing where it is not whole.
+    /// `None` where the image ends within them.
     fn around(image: &'a Image<'a>, place: Point, radius_px: f32) -> Option<Self> {
         let [width, height] = [image.width(), image.height()].map(|size| (size - 1) as f32);
         let within = |at: f32, last: f32| at >= radius_px && at <= last - radius_px;
@@ -142,7 +142,7 @@ impl Model {
     fn start(guess: &Guess) -> Option<Self> {
         const USUAL_BLUR_PX: f32 = 0.8;
         let angles = guess.edges.map(|[x, y]| y.atan2(x));
-        // Mean and swing enter linearly: the first step finds them.
+        // Mean and swing are linear parameters: the first step finds them.
         let model = Self {
             place: guess.place,
             angles,
@@ -156,11 +156,11 @@ impl Model {
             .then_some(model)
     }
 
-    /// Grey at a place, and its derivatives with the place's two coordinates, both angles, blur, mean and swing.
+    /// Grey at a pixel, and its derivatives with respect to position (2), angles (2), blur, mean and swing.
     #[inline(always)]
     fn grey(&self, [x, y]: Point) -> (f32, Vector) {
         let away = [x - self.place[0], y - self.place[1]];
-        // The second edge is passed the other way round, so that between both the product is positive.
+        // The second edge is traversed in the opposite direction, so that the product is positive between the two.
         let [a, b] = [0, 1].map(|edge| {
             let (sin, cos) = self.angles[edge].sin_cos();
             let turn = if edge == 0 { 1.0 } else { -1.0 };
@@ -197,7 +197,7 @@ impl Model {
         }
     }
 
-    /// Whether the edges run about as they should.
+    /// Whether the directions of the edges are close to the expected ones.
     fn is_plausible(&self, guess: &Guess) -> bool {
         const MOST_TURN_SINE: f32 = 0.4;
         let turned = |edge: usize| {
@@ -209,7 +209,7 @@ impl Model {
     }
 }
 
-/// What blur makes of an edge, from -1 to 1: about the error function of x / sqrt 2. And its slope.
+/// Step response of the blur, from -1 to 1, approximately the error function of x / sqrt 2; and its slope.
 #[inline(always)]
 fn step(x: f32) -> (f32, f32) {
     // tanh(0.798 (x + 0.0447 x^3)) by its continued fraction.

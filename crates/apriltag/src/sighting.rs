@@ -1,4 +1,4 @@
-//! From a quad to a tag that was read in it, and from that to a detection with corners below the pixel.
+//! Decodes the tag in a quad, and turns it into a detection with sub-pixel corners.
 
 use crate::board_corners;
 use crate::edges;
@@ -10,7 +10,7 @@ use crate::view::View;
 use crate::{Detection, Image, Options, Pass, Refinement, Rejection};
 use sextant_tag_families::Family;
 
-/// A decoded tag, with its corners to about a pixel in the order of the upright tag.
+/// A decoded tag, with corners accurate to about a pixel in the order of the upright tag.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Sighting {
     pub(crate) reading: Reading,
@@ -18,13 +18,13 @@ pub(crate) struct Sighting {
 }
 
 impl Sighting {
-    /// Whether a point lies well within the tag.
+    /// Whether a point is well within the tag.
     pub(crate) fn covers(&self, point: Point) -> bool {
         distance(middle(&self.quad), point) < mean_edge(&self.quad) / 2.0
     }
 
-    /// The tag as its whole pattern shows it, where that is surer than its edges alone; as part of a board as that shows it, if it
-    /// is one there.
+    /// The detection with corners from the whole pattern where these are more accurate than those from edges, or from the saddle points of
+    /// a calibration board.
     pub(crate) fn refine(
         &self,
         image: &Image<'_>,
@@ -116,7 +116,7 @@ impl Decoder {
         read.map_err(|failure| failure.reason)
     }
 
-    /// The reading of the first family that has one; worth a retry if it is in any family.
+    /// The result of the first family that decodes; otherwise, a retry is worthwhile if it is for any family.
     fn read(&self, pass: Pass, view: &View<'_>, quad: &Quad) -> Result<Sighting, ReadFailure> {
         let mut failure = ReadFailure {
             reason: Rejection::NoCode,

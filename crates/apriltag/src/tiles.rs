@@ -1,9 +1,9 @@
-//! Tiles of 4x4 pixels: what is dark and bright around each, whether that is more than noise, and the levels that separate
-//! black from white there.
+//! Tiles of 4x4 pixels: the extrema around each, whether their contrast exceeds the noise, and thresholds between
+//! black and white.
 //!
-//! In: an image. Out: levels for each tile, 0 where nothing stands out from the noise. As in AprilTag 2 (Wang & Olson,
-//! IROS 2016, section III-A) the extrema are taken over the 3x3 tiles around each; the gate is measured here, so that
-//! noise costs no time further on.
+//! Input: an image. Output: thresholds for each tile, 0 where the contrast is within the noise. As in AprilTag 2 (Wang & Olson,
+//! IROS 2016, section III-A), the extrema are those of the 3x3 tiles around each. The contrast gate is measured here, so that
+//! noise costs no time in later stages.
 
 use crate::Image;
 use crate::kernels::{Levels, TILE, TILES_IN_WORD, TilesOfWord, WORD, vectorise};
@@ -15,19 +15,19 @@ pub(crate) struct Tiles {
     columns: usize,
     rows: usize,
     words_in_row: usize,
-    /// Extrema of each tile, row after row, with one tile at least beyond the last: neither dark nor bright.
+    /// Extrema of each tile, row after row, with at least one neutral tile beyond the last.
     darkest: Vec<TilesOfWord>,
     brightest: Vec<TilesOfWord>,
     levels: Vec<Levels>,
-    /// The words of each row between which its live tiles lie.
+    /// For each row, the range of words that contain live tiles.
     live_words: Vec<Range<usize>>,
-    /// In every other row, by place in a word: how many tiles are live, and how many of them show nearly all of the step in grey
+    /// For every other row and position in a word: how many tiles are live, and how many of them contain nearly the whole step in grey
     /// around them, less its noise.
     n_live: [u16; TILES_IN_WORD],
     n_steep: [u16; TILES_IN_WORD],
 }
 
-/// The extremum of three tiles above each other, for each of a row, with one more at either end.
+/// Extremum of three tiles above each other, for each of a row, with one more at either end.
 type Column = [u8; Image::MAX_WIDTH / TILE + TILES_IN_WORD + 2];
 
 impl Tiles {
@@ -42,12 +42,12 @@ impl Tiles {
         self.live_words.resize(self.rows, 0..0);
     }
 
-    /// Where the words of a row lie among all.
+    /// Range of a row's words among all.
     fn row(&self, row: usize) -> Range<usize> {
         row * self.words_in_row..(row + 1) * self.words_in_row
     }
 
-    /// Where the tiles of a row lie that show pixels.
+    /// Range of a row's tiles that contain pixels.
     fn whole_tiles(&self, row: usize) -> Range<usize> {
         let start = self.row(row).start * TILES_IN_WORD;
         start..start + self.columns
@@ -67,8 +67,8 @@ impl Tiles {
 
     /// Standard deviation of the noise in grey levels, from the ranges of the flattest tiles.
     ///
-    /// The range of 16 normal values has its tenth percentile at 2.6 sigma. Sixteen rows of tiles are asked; clipped
-    /// tiles, which show too little noise, are not.
+    /// The range of 16 normal values has its tenth percentile at 2.6 sigma. Sixteen rows of tiles are sampled, without clipped
+    /// tiles, whose noise is too small.
     pub(crate) fn noise_sigma(&self) -> f32 {
         const PERCENTILE: u32 = 10;
         const RANGE_IN_SIGMA: f32 = 2.6;
@@ -92,7 +92,7 @@ impl Tiles {
         range.unwrap_or(0) as f32 / RANGE_IN_SIGMA
     }
 
-    /// Whether all but a hundredth of the tiles show nothing as bright as this; looks at some rows of tiles only.
+    /// Whether at most a hundredth of the tiles, in a sample of rows, contain anything as bright as this.
     pub(crate) fn are_below(&self, bright: u8) -> bool {
         const SAMPLED_ROWS: usize = 8;
         let rows = (0..self.rows).step_by(self.rows.div_ceil(SAMPLED_ROWS));
@@ -105,10 +105,10 @@ impl Tiles {
         100 * (n - n_below) <= n
     }
 
-    /// Sets the levels of tiles where black and white are apart by a gate at least; says whether there is one.
+    /// Sets the thresholds of tiles where black and white differ by at least the gate; returns whether there are any.
     ///
-    /// The low ones lie a quarter up what the tile itself shows, as long as that is not much less than what stands around it,
-    /// and beyond the noise of black.
+    /// A low threshold lies a quarter of the tile's own range above its minimum, unless that range is much less than the contrast around it,
+    /// and above the noise of black.
     pub(crate) fn set_levels(&mut self, gate: u8, noise_sigma: f32) -> bool {
         (self.n_live, self.n_steep) = Default::default();
         let mut columns = [[u8::MAX; _], [0; _]];
@@ -135,7 +135,7 @@ impl Tiles {
         for (i, (levels, (darkest, brightest))) in levels.enumerate() {
             let dark = spread_across(u8::min, dark_column, i);
             let bright = spread_across(u8::max, bright_column, i);
-            // How much brighter than the darkest the brightest is, around a tile and within it.
+            // Contrast around a tile and within it.
             let around: TilesOfWord = array::from_fn(|i| bright[i].saturating_sub(dark[i]));
             let within: TilesOfWord = array::from_fn(|i| brightest[i].saturating_sub(darkest[i]));
             let level = |i: usize, up: u8| if around[i] >= gate { dark[i] + up } else { 0 };
@@ -145,7 +145,7 @@ impl Tiles {
             levels.middle = array::from_fn(|i| level(i, around[i] / 2));
             if u128::from_ne_bytes(levels.low) != 0 {
                 live = if live.is_empty() { i } else { live.start }..i + 1;
-                // A row has no more words than a byte counts.
+                // A row has no more words than a byte can count.
                 for i in 0..TILES_IN_WORD {
                     let (step, is_live) = (around[i].saturating_sub(noise), around[i] >= gate);
                     n_live[i] += u8::from(is_live);
@@ -162,14 +162,14 @@ impl Tiles {
         }
     }
 
-    /// Whether the image is blurred: along sharp edges a quarter of the live tiles are steep; where blur goes over two pixels, a
-    /// tenth. A fifth is the limit: to take a sharp image for a blurred one costs time, the other way round tags.
+    /// Whether the image is blurred. With sharp edges a quarter of the live tiles are steep, with blur over two pixels a
+    /// tenth. The limit is a fifth: to classify a sharp image as blurred costs time, the reverse costs tags.
     pub(crate) fn are_soft(&self) -> bool {
         let sum = |counts: &[u16]| counts.iter().map(|&count| u32::from(count)).sum::<u32>();
         5 * sum(&self.n_steep) < sum(&self.n_live)
     }
 
-    /// The extremum of each tile of a row and those above and below it.
+    /// Extremum of each tile of a row and those above and below it.
     #[inline(always)]
     fn spread_down(
         &self,
@@ -186,8 +186,8 @@ impl Tiles {
         }
     }
 
-    /// The levels of a row of tiles, the last of which holds for the pixels below it, and the words between which there are
-    /// live ones.
+    /// Thresholds of a row of tiles, the last of which also covers the pixels below it, and the range of words with live
+    /// tiles.
     pub(crate) fn levels(&self, row: usize) -> (&[Levels], Range<usize>) {
         let row = row.min(self.rows - 1);
         (&self.levels[self.row(row)], self.live_words[row].clone())
@@ -199,8 +199,8 @@ fn renew<T: Clone>(buffer: &mut Vec<T>, n: usize, value: T) {
     buffer.resize(n, value);
 }
 
-/// Least and greatest value of each tile of four rows, block after block: compilers make vectors of loops whose length they
-/// know. Pixels beyond the last whole tile are left out.
+/// Minimum and maximum of each tile of four rows, block by block: compilers vectorise loops of constant
+/// length. Pixels beyond the last whole tile are ignored.
 #[inline(always)]
 fn find_extrema(rows: [&[u8]; TILE], darkest: &mut [u8], brightest: &mut [u8]) {
     let n_blocks = darkest.len() / TILES_IN_WORD;
@@ -224,7 +224,7 @@ fn find_extrema(rows: [&[u8]; TILE], darkest: &mut [u8], brightest: &mut [u8]) {
     }
 }
 
-/// Of each four neighbours one.
+/// Reduces each four neighbours to one.
 #[inline(always)]
 fn of_fours(columns: &[u8; WORD], tiles: &mut [u8], pick: impl Fn(u32, u32) -> u32) {
     for (tile, four) in tiles.iter_mut().zip(columns.as_chunks::<TILE>().0) {
@@ -234,7 +234,7 @@ fn of_fours(columns: &[u8; WORD], tiles: &mut [u8], pick: impl Fn(u32, u32) -> u
     }
 }
 
-/// The extremum of each tile of a word and its neighbours.
+/// Extremum of each tile of a word and its neighbours.
 #[inline(always)]
 fn spread_across(pick: impl Fn(u8, u8) -> u8, column: &Column, word: usize) -> TilesOfWord {
     let near = &column[word * TILES_IN_WORD..][..TILES_IN_WORD + 2];

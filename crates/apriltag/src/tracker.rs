@@ -1,8 +1,8 @@
-//! Tags from image to image, looking at parts of each image only.
+//! Detection in image sequences: searches only parts of each image.
 //!
-//! In: images one after the other, of one camera, at an even pace. Out: the tags that were decoded in the very image, as
-//! [`crate::Detector`] reports them. Each image is searched where known tags should be ([`track`]) and in one further
-//! part of it, so that in ten images all of it is looked at ([`scan`]).
+//! Input: consecutive images of one camera at a regular rate. Output: the tags decoded in the current image, as
+//! [`crate::Detector`] reports them. Each image is searched where known tags are predicted ([`track`]) and in one further
+//! part, so that ten images cover the whole area ([`scan`]).
 
 mod scan;
 mod track;
@@ -13,34 +13,34 @@ use scan::Scan;
 use sextant_geometry::Lens;
 use track::{MOST_MISSED, Track};
 
-/// Tags that are followed at the same time, at most; with more, all of each image is searched.
+/// Most tags that are tracked; with more, the whole of each image is searched.
 const MAX_TRACKS: usize = 128;
 
-/// Finds tags in the images of a sequence; keeps its memory between images.
+/// Detects tags in the images of a sequence; reuses its memory between images.
 #[derive(Debug)]
 pub struct Tracker {
     detector: Detector,
     tracks: Vec<Track>,
     scan: Scan,
-    /// Parts of the image that are searched; the first is the scan's.
+    /// Parts of the image to search; the first is the scan's.
     areas: Vec<Area>,
     /// Width and height of the last image.
     size: (usize, usize),
     report: TrackingReport,
 }
 
-/// What was looked at in the last image, and what came of it.
+/// What was searched in the last image, and the results.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct TrackingReport {
     /// Parts of the image that were searched.
     pub areas: u32,
-    /// Their pixels, as a share of the image's; 1 when all of it was searched.
+    /// Their area as a share of the image; 1 when the whole image was searched.
     pub share: f32,
-    /// Tags decoded about where the images before let expect them.
+    /// Tags decoded near their predicted positions.
     pub followed: u32,
     /// Tags decoded elsewhere.
     pub discovered: u32,
-    /// Tags not decoded, but in one of the last three images.
+    /// Tags that were decoded in one of the last three images, but not in this one.
     pub awaited: u32,
 }
 
@@ -62,7 +62,7 @@ impl Tracker {
         self.detector.set_lens(lens);
     }
 
-    /// The tags that were decoded in this image, sorted by family, id and centre; nothing that is only expected.
+    /// The tags decoded in this image, sorted by family, id and centre; never predicted ones.
     ///
     /// An image of another size than the last begins a new sequence.
     pub fn detect(&mut self, image: &Image<'_>) -> &[Detection] {
@@ -96,7 +96,7 @@ impl Tracker {
         found
     }
 
-    /// The next part of the scan and where the known tags should be; the whole image where that is not far more.
+    /// The next part of the scan and the predicted positions; the whole image where that is not much more.
     fn choose_areas(&mut self, image: &Image<'_>) {
         let (whole, size) = (Area::whole(image), (image.width(), image.height()));
         self.areas.clear();
@@ -117,18 +117,18 @@ impl Tracker {
         }
     }
 
-    /// What was looked at in the last image.
+    /// What was searched in the last image.
     pub fn tracking_report(&self) -> &TrackingReport {
         &self.report
     }
 
-    /// What happened in all that was looked at in the last image.
+    /// Diagnostics of everything searched in the last image.
     pub fn report(&self) -> &Report {
         self.detector.report()
     }
 }
 
-/// Follows the tag, or begins to. Says whether it was known.
+/// Updates the track of a tag or starts one. Returns whether the tag was known.
 fn take_up(tracks: &mut Vec<Track>, detection: &Detection) -> bool {
     let candidates = tracks
         .iter_mut()

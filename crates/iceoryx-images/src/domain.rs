@@ -1,8 +1,8 @@
-//! A meeting place of processes: iceoryx2's configuration for it, and the lock under which it is entered, left and tidied.
+//! The site of shared memory on one host: its iceoryx2 configuration, and the lock for opening, closing and cleaning it up.
 //!
-//! The root folder is this user's own; any other is refused. The lock is a `flock` on it, so that it leaves no file. It is
-//! held only for the moments of opening and closing; the last one out removes the folder, and the lock makes sure that
-//! nobody is just coming in.
+//! The root folder belongs to this user; any other is refused. The lock is a `flock` on the folder, so that it leaves no file. It is held
+//! only while services are opened and closed; the last process to leave removes the folder, and the lock ensures that no other process is
+//! opening it at that moment.
 
 use std::ffi::CStr;
 use std::fs::{self, File, TryLockError};
@@ -23,24 +23,24 @@ use crate::{IceoryxOptions, ImagesError};
 /// iceoryx2's folders in the root.
 pub(crate) const NODES: &CStr = c"nodes";
 pub(crate) const SERVICES: &CStr = c"services";
-/// Between two tries to get the lock, which others hold for milliseconds.
+/// Retry interval for the lock, which others hold for milliseconds.
 const LOCK_PERIOD: Duration = Duration::from_millis(10);
-/// How long leaving and tidying wait for the lock: a process that ends must end.
+/// Time limit for the lock when closing or cleaning up: a process that ends must end.
 const BRIEFLY: Duration = Duration::from_secs(1);
-/// How much of the given prefix shows in file names; the rest counts through the hash.
+/// Length of the prefix's readable part in file names; a hash covers the rest.
 const SHOWN_PREFIX_BYTES: usize = 10;
 
-/// A checked meeting place.
+/// Checked options.
 #[derive(Debug, Clone)]
 pub(crate) struct Domain {
     pub(crate) root: PathBuf,
-    /// Start of every file name of this place, in the root and in `/dev/shm`.
+    /// Prefix of every file name, in the root and in `/dev/shm`.
     pub(crate) prefix: String,
     pub(crate) config: Config,
 }
 
 impl Domain {
-    /// Checks the options; touches no file.
+    /// Checks the options without touching a file.
     pub(crate) fn new(options: &IceoryxOptions) -> Result<Self, ImagesError> {
         quieten();
         let root = absolute(&options.root)?;
@@ -54,7 +54,7 @@ impl Domain {
         })
     }
 
-    /// Takes the lock, creating the folder if it is missing. Gives up when `stop` returns true.
+    /// Takes the lock and creates the folder if it is missing. Gives up when `stop` returns true.
     ///
     /// # Errors
     /// [`ImagesError::Root`] for a folder that is not this user's own, [`ImagesError::Abandoned`] after `stop`.
@@ -66,7 +66,7 @@ impl Domain {
         })
     }
 
-    /// Enters the lock, or gives up after a second.
+    /// Takes the lock, or gives up after a second.
     pub(crate) fn lock_briefly(&self) -> Result<DomainLock, ImagesError> {
         let deadline = Instant::now() + BRIEFLY;
         self.lock(&|| Instant::now() >= deadline)
@@ -82,7 +82,7 @@ impl Domain {
             if !exclusive(&folder, stop)? {
                 return Ok(None);
             }
-            // Whoever held the lock before may have removed the folder that we opened.
+            // The previous holder of the lock may have removed the opened folder.
             match fs::symlink_metadata(&self.root) {
                 Ok(now) if now.ino() == folder.metadata()?.ino() => {
                     check_inside(&folder)?;
@@ -95,7 +95,7 @@ impl Domain {
     }
 }
 
-/// Locks a folder; false if `stop` returns true before it is free.
+/// Locks a folder; false if `stop` returns true first.
 fn exclusive(folder: &File, stop: &dyn Fn() -> bool) -> io::Result<bool> {
     loop {
         match folder.try_lock() {
@@ -107,7 +107,7 @@ fn exclusive(folder: &File, stop: &dyn Fn() -> bool) -> io::Result<bool> {
     }
 }
 
-/// iceoryx2 follows links: there must be none to follow.
+/// iceoryx2 follows links, so there must be none.
 fn check_inside(root: &File) -> io::Result<()> {
     for name in [NODES, SERVICES] {
         match open_own_folder_in(root, name) {
@@ -124,13 +124,13 @@ fn check_inside(root: &File) -> io::Result<()> {
     Ok(())
 }
 
-/// Held while a process enters, leaves or tidies; released on drop.
+/// Lock held while a process opens, closes or cleans up; released on drop.
 #[derive(Debug)]
 pub(crate) struct DomainLock {
     pub(crate) folder: File,
 }
 
-/// Ids that may stand in names of services and files.
+/// Whether an id may be part of names of services and files.
 pub(crate) fn check_name(what: &'static str, value: &str) -> Result<(), ImagesError> {
     let is_good = |byte: u8| {
         byte.is_ascii_lowercase() || byte.is_ascii_digit() || byte == b'_' || byte == b'-'
@@ -145,8 +145,8 @@ pub(crate) fn check_name(what: &'static str, value: &str) -> Result<(), ImagesEr
     }
 }
 
-/// The one name of a folder, whether or not it exists yet: absolute, links on the way to it followed as far as there are
-/// any. The folder itself may be none.
+/// Canonical absolute path of the folder, which need not exist: links in its existing ancestors are resolved. The folder itself may not
+/// be a link.
 fn absolute(root: &Path) -> Result<PathBuf, ImagesError> {
     let given = std::path::absolute(root).map_err(|cause| root_error(root, cause.to_string()))?;
     let found = given

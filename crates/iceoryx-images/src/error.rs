@@ -1,8 +1,8 @@
-//! Errors of shared memory, by who must act.
+//! Errors of shared memory, by who has to act.
 
 use std::path::PathBuf;
 
-/// Failures of lending and borrowing images.
+/// Errors of publishing and receiving images.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ImagesError {
@@ -11,7 +11,7 @@ pub enum ImagesError {
     Root {
         /// The folder.
         root: PathBuf,
-        /// Why, and what to do.
+        /// Cause and remedy.
         cause: String,
     },
     /// The caller gave up while another process held the folder's lock.
@@ -23,27 +23,27 @@ pub enum ImagesError {
         /// The folder.
         root: PathBuf,
     },
-    /// A camera id or prefix that cannot name shared memory.
+    /// A camera id or prefix that cannot be part of a file name.
     #[error("{what} {value:?} cannot name shared memory: use up to 32 of a-z, 0-9, _ and -")]
     Name {
-        /// What was to be named.
+        /// What the value would name.
         what: &'static str,
         /// The offending value.
         value: String,
     },
-    /// Somebody else lends the images of this camera.
+    /// Another process publishes the images of this camera.
     #[error("another process captures camera {camera}; end it first")]
     InUse {
         /// The camera.
         camera: String,
     },
-    /// All places of borrowers are taken.
+    /// All subscriber slots are taken.
     #[error("camera {camera} has no place for another reader of its images")]
     Full {
         /// The camera.
         camera: String,
     },
-    /// The existing service was made by another version or with other settings.
+    /// The existing service was created by another version or with other settings.
     #[error(
         "the images of camera {camera} are shared by a process of another version or with other settings ({cause}); \
          end all processes of this camera and start them again"
@@ -51,17 +51,17 @@ pub enum ImagesError {
     Incompatible {
         /// The camera.
         camera: String,
-        /// iceoryx2's own name of the difference.
+        /// iceoryx2's name for the difference.
         cause: String,
     },
-    /// iceoryx2 refused for another reason.
+    /// iceoryx2 failed for another reason.
     #[error("shared memory of camera {camera}: cannot {action}: {cause}")]
     Service {
         /// The camera.
         camera: String,
-        /// What was tried.
+        /// The operation that failed.
         action: &'static str,
-        /// iceoryx2's own name of the failure.
+        /// iceoryx2's name for the error.
         cause: String,
     },
 }

@@ -1,5 +1,5 @@
-//! Folders of this process's own user, opened without following a link, and the removal of files in them. Everything goes
-//! by open descriptors, so that nobody can put another folder in place between a look and a removal.
+//! Folders of this process's user, opened without following links, and removal of files in them. All access is by open
+//! descriptors, so that nobody can replace a folder between check and removal.
 
 use std::ffi::{CStr, CString};
 use std::fs::File;
@@ -22,7 +22,7 @@ pub fn open_own_folder(path: &Path) -> io::Result<File> {
     checked(openat(CWD, path, flags(), Mode::empty()))
 }
 
-/// The same of an entry of an open folder.
+/// As [`open`], for an entry of an open folder.
 pub(crate) fn open_own_folder_in(folder: &File, name: &CStr) -> io::Result<File> {
     checked(openat(folder, name, flags(), Mode::empty()))
 }
@@ -54,7 +54,7 @@ fn checked(opened: rustix::io::Result<std::os::fd::OwnedFd>) -> io::Result<File>
     Err(io::Error::new(io::ErrorKind::PermissionDenied, refusal))
 }
 
-/// Names of this user's entries in a folder that begin with `prefix` and are folders or are not, links left out.
+/// Names of this user's entries of a folder that begin with `prefix`: folders or files, without links.
 pub(crate) fn own_entries(folder: &File, prefix: &str, are_folders: bool) -> Vec<CString> {
     let is_wanted = |name: &CStr| {
         let entry = statat(folder, name, AtFlags::SYMLINK_NOFOLLOW);
@@ -75,7 +75,7 @@ pub(crate) fn own_entries(folder: &File, prefix: &str, are_folders: bool) -> Vec
         .collect()
 }
 
-/// Removes this user's files in a folder whose names begin with `prefix`; returns how many.
+/// Removes this user's files in a folder whose names begin with `prefix`; returns their number.
 pub(crate) fn remove_own_files(folder: &File, prefix: &str) -> usize {
     let files = own_entries(folder, prefix, false);
     let removed = files
@@ -84,9 +84,9 @@ pub(crate) fn remove_own_files(folder: &File, prefix: &str) -> usize {
     removed.count()
 }
 
-/// Removes a folder in a folder unless something is in it.
+/// Removes a subfolder if it is empty.
 pub(crate) fn remove_empty_folder(folder: &File, name: &CStr) {
-    // What is in it is somebody else's, and stays.
+    // Files of others stay.
     let _ = unlinkat(folder, name, AtFlags::REMOVEDIR);
 }
 

@@ -1,5 +1,5 @@
-//! What travels with each image. Layout `repr(C)`, little to no padding, equal for all processes of one host; 32-bit and
-//! 64-bit processes cannot share images (iceoryx2's rule).
+//! Header of each image. Layout `repr(C)`, without hidden padding, equal for all processes of one host; 32-bit and
+//! 64-bit processes cannot share images (a restriction of iceoryx2).
 
 use iceoryx2::prelude::ZeroCopySend;
 
@@ -11,9 +11,9 @@ pub const FORMAT_GREY8: u8 = 0;
 #[repr(C)]
 #[type_name("SextantImageHeader2")]
 pub struct ImageHeader {
-    /// Start of the publishing process, wire time in ns, which distinguishes its runs.
+    /// Start of the publishing process, wire time in ns; distinguishes its runs.
     pub stream: u64,
-    /// Counts the images of a stream from 0; a gap is an image that was not lent or not seen.
+    /// Number of the image in its stream, from 0; a gap is an image that was not published or not received.
     pub sequence: u64,
     /// Middle of the exposure, ns since the Unix epoch, by the camera's clock.
     pub capture_ns: u64,
@@ -23,11 +23,11 @@ pub struct ImageHeader {
     pub clock_error_ns: u64,
     /// The camera's clock minus this host's, ns: 0 unless the clock is simulated or recorded.
     pub clock_offset_ns: i64,
-    /// Images that the source had for us so far, this one included.
+    /// Images delivered by the source so far, including this one.
     pub captured: u64,
-    /// Images that were lost before they could be lent, as far as the source knows.
+    /// Images lost before publication, as far as the source knows.
     pub dropped: u64,
-    /// Images that the CPU had to make in place of an accelerator, since the source was opened.
+    /// Images computed by the CPU in place of an accelerator since the source was opened.
     pub fallbacks: u64,
     /// Length of the exposure, ns; 0 if unknown.
     pub exposure_ns: u32,
@@ -45,7 +45,7 @@ pub struct ImageHeader {
     pub reserved: [u8; 2],
 }
 
-/// What keeps the clock of `capture_ns` right; the numbers are those of the wire contract.
+/// Reference of the clock of `capture_ns`; the numbers are those of the wire contract.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(u8)]
 pub enum ClockSource {
@@ -53,20 +53,20 @@ pub enum ClockSource {
     Unknown = 0,
     /// This host's clock, which nothing disciplines.
     FreeRunning = 1,
-    /// This host's clock, disciplined by NTP or the like.
+    /// This host's clock, disciplined by NTP or similar.
     Ntp = 2,
     /// This host's clock, disciplined by PTP.
     Ptp = 3,
-    /// Time stamps of a recording.
+    /// Timestamps of a recording.
     Recorded = 4,
     /// The clock of a simulation.
     Simulated = 5,
-    /// This host's clock, when the image arrived: later than its exposure by a time that nobody measured.
+    /// This host's clock at the arrival of the image: later than its exposure by an unknown delay.
     Arrival = 6,
 }
 
 impl ImageHeader {
-    /// The clock's source; numbers of a later version count as unknown.
+    /// The clock source of a number; numbers of a later version are unknown.
     pub fn clock(&self) -> ClockSource {
         match self.clock_source {
             1 => ClockSource::FreeRunning,
@@ -79,12 +79,12 @@ impl ImageHeader {
         }
     }
 
-    /// Bytes that the image needs: `stride x height`; the largest number where that overflows.
+    /// Size of the image in bytes: `stride x height`, saturating.
     pub fn bytes(&self) -> usize {
         (self.stride as usize).saturating_mul(usize::from(self.height))
     }
 
-    /// Whether the header describes an image that fits into `available` bytes.
+    /// Whether the header describes an image of at most `available` bytes.
     pub fn describes(&self, available: usize) -> bool {
         self.format == FORMAT_GREY8
             && self.width > 0

@@ -1,4 +1,4 @@
-//! What killed processes leave behind, and its removal.
+//! Resources left by killed processes, and their removal.
 
 use std::fs::{self, File};
 use std::path::Path;
@@ -13,27 +13,27 @@ use crate::{IceoryxOptions, ImagesError};
 
 /// Where POSIX shared memory appears as files.
 const SHARED_MEMORY: &str = "/dev/shm";
-/// How long another process may take that is cleaning up the same dead node.
+/// Time limit for another process that cleans up the same dead node.
 const CLEAN_TIMEOUT: Duration = Duration::from_secs(1);
 
-/// What a cleaning found.
+/// Result of a clean-up.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Leftovers {
-    /// Processes (or threads with ports of their own) that are alive.
+    /// Live processes (or threads with ports of their own).
     pub alive: usize,
-    /// Dead ones whose resources were removed.
+    /// Dead nodes whose resources were removed.
     pub removed: usize,
-    /// Dead ones whose resources could not be removed: usually another user's.
+    /// Dead nodes whose resources could not be removed, usually because they belong to another user.
     pub failed: usize,
     /// Number of removed files without an owner.
     pub files: usize,
 }
 
-/// Removes what dead processes left in a meeting place: their ports, their images, and, when nobody is alive there, every
-/// file with its name, and the folder if nothing else is in it.
+/// Removes the ports and images of dead processes and, if no process is alive, every file with the prefix, and the
+/// folder if it is empty.
 ///
 /// # Errors
-/// A folder that is not this user's own, or that another process holds locked for longer than a second.
+/// A folder that does not belong to this user, or that another process holds locked for longer than a second.
 pub fn remove_dead(options: &IceoryxOptions) -> Result<Leftovers, ImagesError> {
     let domain = Domain::new(options)?;
     if fs::symlink_metadata(&domain.root).is_err() && !has_shared_memory(&domain) {
@@ -48,7 +48,7 @@ fn has_shared_memory(domain: &Domain) -> bool {
     folder.is_ok_and(|folder| !own_entries(&folder, &domain.prefix, false).is_empty())
 }
 
-/// Removes dead nodes politely, then, when nobody is left, all files. The lock says that nobody is coming in meanwhile.
+/// Removes dead nodes through iceoryx2, then, if no node is left, all files. The lock keeps other processes from opening meanwhile.
 pub(crate) fn tidy(domain: &Domain, lock: &DomainLock) -> Leftovers {
     let mut found = remove_dead_nodes(domain);
     if found.alive == 0 && found.failed == 0 {
@@ -80,7 +80,7 @@ fn remove_dead_nodes(domain: &Domain) -> Leftovers {
     found
 }
 
-/// Removes the files with this place's prefix, then the folders that are empty: another prefix's files keep theirs.
+/// Removes the files with the prefix, then empty folders.
 fn remove_all_files(domain: &Domain, lock: &DomainLock) -> usize {
     let prefix = &domain.prefix;
     let mut removed =
@@ -100,7 +100,7 @@ fn remove_all_files(domain: &Domain, lock: &DomainLock) -> usize {
     removed
 }
 
-/// Each node has a folder of its own below `nodes`, named without the prefix; its files carry it.
+/// Each node has a folder below `nodes`, named without the prefix; its files have it.
 fn remove_node_folders(nodes: &File, prefix: &str) -> usize {
     let mut removed = 0;
     for name in own_entries(nodes, "", true) {

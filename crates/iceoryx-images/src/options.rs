@@ -1,4 +1,4 @@
-//! The `[shared_memory]` section of a camera's configuration: where processes of one host meet.
+//! The `[shared_memory]` section of a camera's configuration: where processes of one host share images.
 
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
@@ -8,19 +8,19 @@ use serde::{Deserialize, Serialize};
 
 use crate::folder::open_own_folder;
 
-/// Longest root in bytes. A socket's path has 107: root, a slash, our prefix (20 at most), an id (39), `.event` (6).
+/// Largest length of the root in bytes. A socket path has 107: root, a slash, the prefix (at most 20), an id (39), `.event` (6).
 pub(crate) const MAX_ROOT_BYTES: usize = 40;
 
-/// The meeting place. Processes that name the same one share images; others never interfere, since the names of all
-/// shared memory derive from both values.
+/// Folder and prefix of the shared memory. Processes with equal values share images; others never interfere, since all names
+/// derive from both values.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct IceoryxOptions {
-    /// Folder of the bookkeeping files, of this process's user alone; made when missing, removed when the last process
-    /// leaves. At most 40 bytes, since socket paths are short. All processes must run as the same user. Default:
+    /// Folder of the bookkeeping files. It belongs to this process's user alone, is created when missing and removed by the last process to
+    /// leave. At most 40 bytes, since socket paths are short. All processes must run as the same user. Default:
     /// `$XDG_RUNTIME_DIR/sextant` where that is a folder of this user, else `/tmp/sextant-<user id>`.
     pub root: PathBuf,
-    /// Start of every name in `/dev/shm`, up to 32 of a-z, 0-9, _ and -.
+    /// Prefix of every name in `/dev/shm`: 1 to 32 of a-z, 0-9, _ and -.
     pub prefix: String,
 }
 
@@ -33,7 +33,7 @@ impl Default for IceoryxOptions {
     }
 }
 
-/// Another user's folder, as `sudo` may pass it on, is not taken.
+/// Another user's folder, which `sudo` may pass on, is ignored.
 fn default_root(runtime_folder: Option<&OsStr>) -> PathBuf {
     let folder = runtime_folder
         .map(Path::new)

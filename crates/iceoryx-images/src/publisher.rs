@@ -1,4 +1,4 @@
-//! The lending side: one process a camera.
+//! Publisher of images: one process per camera.
 
 use iceoryx2::port::LoanError;
 use iceoryx2::port::notifier::Notifier;
@@ -10,7 +10,7 @@ use iceoryx2::sample_mut::SampleMut;
 use crate::service::{LOANED, Services};
 use crate::{IceoryxOptions, ImageHeader, ImagesError};
 
-/// Lends the images of one camera.
+/// Publishes the images of one camera.
 #[derive(Debug)]
 pub struct ImagePublisher {
     ports: Option<Ports>,
@@ -24,14 +24,14 @@ struct Ports {
     wake_up: Notifier<ipc::Service>,
 }
 
-/// A place in shared memory for the next image. Dropping it unsent gives the place back.
+/// Memory for the next image. Dropping it without sending returns it.
 #[derive(Debug)]
 pub struct BlankImage {
     sample: SampleMut<ipc::Service, [u8], ImageHeader>,
 }
 
 impl BlankImage {
-    /// Header and pixels, to be filled. The pixels hold zeros or an earlier image.
+    /// Header and pixels, to be written. The pixels initially hold zeros or an earlier image.
     pub fn parts(&mut self) -> (&mut ImageHeader, &mut [u8]) {
         let header: *mut ImageHeader = self.sample.user_header_mut();
         // SAFETY: header and payload of a sample are disjoint memory of the same exclusively borrowed sample.
@@ -41,7 +41,7 @@ impl BlankImage {
 }
 
 impl ImagePublisher {
-    /// Becomes the lender of a camera's images of at most `max_bytes` bytes each. Leftovers of a killed predecessor are
+    /// Opens the publisher of a camera's images of at most `max_bytes` bytes. Resources of a killed predecessor are
     /// removed.
     pub fn open(
         options: &IceoryxOptions,
@@ -51,7 +51,7 @@ impl ImagePublisher {
         Self::open_unless(options, camera, max_bytes, &|| false)
     }
 
-    /// The same; while other processes are coming in or leaving it waits until `stop` says true (asked a hundred times a
+    /// As [`Self::open`]; while other processes open or close, waits until `stop` returns true (polled a hundred times per
     /// second).
     ///
     /// # Errors
@@ -85,12 +85,12 @@ impl ImagePublisher {
         })
     }
 
-    /// The largest image in bytes.
+    /// Largest image in bytes.
     pub fn max_bytes(&self) -> usize {
         self.max_bytes
     }
 
-    /// A place of `bytes` bytes for the next image; one at a time.
+    /// Memory of `bytes` bytes for the next image; one at a time.
     pub fn blank(&self, bytes: usize) -> Result<BlankImage, ImagesError> {
         let sample = self
             .ports()?
@@ -103,7 +103,7 @@ impl ImagePublisher {
         Ok(BlankImage { sample })
     }
 
-    /// Lends a filled image to all readers, each of whom loses an older one that it has not taken yet.
+    /// Publishes an image to all readers; it replaces an older one that a reader has not taken.
     pub fn send(&self, image: BlankImage) -> Result<(), ImagesError> {
         image
             .sample
@@ -138,7 +138,7 @@ impl Drop for ImagePublisher {
     }
 }
 
-/// A reader that died keeps its place until the next opening tidies; that is no news for each image.
+/// A dead reader keeps its slot until the next opening cleans up; reported once, not for each image.
 pub(crate) fn note_degradation(_: DegradationCause, info: &DegradationInfo) -> DegradationAction {
     tracing::trace!(
         reader = info.receiver_port_id,

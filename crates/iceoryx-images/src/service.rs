@@ -1,5 +1,5 @@
-//! The two services of a camera, images and wake-up, with every limit set: iceoryx2's defaults cost 34 images of memory,
-//! ours nine.
+//! The two services of a camera, images and wake-up, with every limit set: iceoryx2's defaults would allocate 34 images,
+//! these nine.
 
 use iceoryx2::node::{Node, NodeBuilder};
 use iceoryx2::prelude::{ServiceName, SignalHandlingMode, ipc};
@@ -12,26 +12,26 @@ use crate::domain::{Domain, DomainLock, check_name};
 use crate::leftovers::tidy;
 use crate::{IceoryxOptions, ImageHeader, ImagesError};
 
-/// Readers of one camera's images at the same time: detection, preview and two more (a recorder, a program of the user's).
+/// Readers of one camera's images: detection, preview and two more (a recorder, a program of the user).
 pub const MAX_SUBSCRIBERS: usize = 4;
-/// Images waiting for one reader: one, replaced by the next, so that a reader always gets the newest.
+/// Images queued for one reader: one, replaced by the next, so that a reader always gets the newest.
 const BUFFER: usize = 1;
-/// Images that one reader holds at a time.
+/// Images that one reader can hold.
 const BORROWED: usize = 1;
-/// Images being filled at a time.
+/// Images that can be written at a time.
 pub(crate) const LOANED: usize = 1;
-/// Processes (and threads with a reader of their own) that have the service open.
+/// Processes (and threads with a reader of their own) that can open the service.
 const MAX_NODES: usize = 8;
 
 type Images = publish_subscribe::PortFactory<ipc::Service, [u8], ImageHeader>;
 type WakeUp = event::PortFactory<ipc::Service>;
 
-/// The open services of a camera. Dropping it leaves the meeting place; the last one out removes it.
+/// The open services of a camera. The last one to be dropped removes the folder.
 #[derive(Debug)]
 pub(crate) struct Services {
     pub(crate) camera: String,
     domain: Domain,
-    // In this order on drop: ports (the owner's), services, node.
+    // Fields are dropped in this order: ports (of the owner), services, node.
     open: Option<OpenServices>,
 }
 
@@ -43,9 +43,9 @@ struct OpenServices {
 }
 
 impl Services {
-    /// Opens or creates both services and, still under the lock, lets `ports` make its ports on them. When leftovers of
-    /// dead processes are in the way they are removed and everything is tried once more. Waits for the lock until `stop`
-    /// says true.
+    /// Opens or creates both services and, still under the lock, lets `ports` create its ports. If leftovers of
+    /// dead processes are in the way, removes them and tries again. Waits for the lock until `stop`
+    /// returns true.
     pub(crate) fn open<P>(
         options: &IceoryxOptions,
         camera: &str,
@@ -81,8 +81,8 @@ impl Services {
         }
     }
 
-    /// Drops `ports` and everything else under the lock, and tidies when nobody is left. Where another process does not let
-    /// go of the lock, the next one to open tidies.
+    /// Drops `ports` and the services under the lock, and cleans up if no process is left. If another process does not release the lock,
+    /// the next one to open cleans up.
     pub(crate) fn leave<P>(&mut self, ports: Option<P>) {
         let lock = self.domain.lock_briefly();
         drop(ports);
@@ -182,7 +182,7 @@ fn open_error(camera: &str, cause: PublishSubscribeOpenOrCreateError) -> ImagesE
 mod tests {
     use super::*;
 
-    /// A service as another version might have made it: its header has another type.
+    /// A service with another header type, as another version might create it.
     fn foreign_service(
         domain: &Domain,
         camera: &str,

@@ -1,4 +1,4 @@
-//! The borrowing side: any of up to four readers a camera.
+//! Subscriber of images: up to four per camera.
 
 use std::time::{Duration, Instant};
 
@@ -25,7 +25,7 @@ struct Ports {
     wake_up: Listener<ipc::Service>,
 }
 
-/// An image in shared memory, on loan: the lender does not touch it until it is dropped.
+/// An image in shared memory, on loan: the publisher does not write to it until it is dropped.
 #[derive(Debug)]
 pub struct LentImage<'a> {
     sample: Sample<ipc::Service, [u8], ImageHeader>,
@@ -47,13 +47,13 @@ impl LentImage<'_> {
 }
 
 impl ImageSubscriber {
-    /// Becomes a reader of a camera's images, whether or not anyone lends them yet; a lender that comes, or comes back, is
-    /// found by itself.
+    /// Subscribes to a camera's images. The publisher may start later or restart; it is found
+    /// automatically.
     pub fn open(options: &IceoryxOptions, camera: &str) -> Result<Self, ImagesError> {
         Self::open_unless(options, camera, &|| false)
     }
 
-    /// The same; while other processes are coming in or leaving it waits until `stop` says true (asked a hundred times a
+    /// As [`Self::open`]; while other processes open or close, waits until `stop` returns true (polled a hundred times per
     /// second).
     ///
     /// # Errors
@@ -82,7 +82,7 @@ impl ImageSubscriber {
         })
     }
 
-    /// The newest image that this reader has not seen, waiting for one for at most `timeout`.
+    /// The newest image that this reader has not seen; waits for at most `timeout`.
     pub fn wait(&mut self, timeout: Duration) -> Result<Option<LentImage<'_>>, ImagesError> {
         let deadline = Instant::now() + timeout;
         loop {
@@ -100,7 +100,7 @@ impl ImageSubscriber {
         }
     }
 
-    /// Images whose header did not describe them: the lender is broken.
+    /// Number of images whose header did not describe them, due to a faulty publisher.
     pub fn malformed(&self) -> u64 {
         self.malformed
     }
@@ -113,7 +113,7 @@ impl ImageSubscriber {
                 .map_err(|cause| failed(&self.services.camera, "take an image", &cause))
         };
         let mut newest = receive()?;
-        // A new run of the lender is a second connection with a buffer of its own.
+        // A restarted publisher is a second connection with a buffer of its own.
         while newest.is_some() && images.has_samples().unwrap_or(false) {
             drop(newest.take());
             newest = receive()?;

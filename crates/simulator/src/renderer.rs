@@ -1,9 +1,9 @@
-//! Images of a scenario: one renderer a camera, one image a call.
+//! Images of a scenario: one renderer per camera, one image per call.
 //!
-//! In: a true capture time (middle of the middle row's exposure). Out: 8-bit grey pixels, the same for the same seed, camera and time.
-//! Every area is covered exactly, without supersampling: outlines are convex polygons in normalised coordinates, hidden
-//! parts are taken off by inclusion and exclusion, the lens bends what is left, and coverage adds up in the pixels. What
-//! stands still is drawn once. No heap growth after the first images.
+//! Input: a true capture time (middle of the exposure of the middle row). Output: 8-bit grey pixels, a function of seed, camera and time.
+//! Coverage is exact, without supersampling: outlines are convex polygons in normalised coordinates, hidden parts are removed by
+//! inclusion and exclusion, lens distortion bends the rest, and coverage adds up in the pixels. Static parts are
+//! drawn once. The heap stops growing after the first images.
 
 mod backdrop;
 mod bayer;
@@ -39,17 +39,17 @@ use sextant_geometry::Pose;
 use shadows::Shadows;
 use still::StaticRenderer;
 
-/// The pixels given don't fit the camera's resolution.
+/// The buffer does not fit the camera's resolution.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("the image needs {expected} bytes, but {given} were given")]
 pub struct WrongImageSize {
-    /// Width times height.
+    /// Expected length: width times height.
     pub expected: usize,
-    /// Length of what was given.
+    /// Length of the buffer.
     pub given: usize,
 }
 
-/// Draws what one camera of a scenario sees.
+/// Draws the images of one camera of a scenario.
 pub struct Renderer {
     scene: Scene,
     view: View,
@@ -62,7 +62,7 @@ pub struct Renderer {
     jpeg: Option<Jpeg>,
 }
 
-/// What doesn't change from image to image.
+/// What is constant from image to image.
 struct Scene {
     camera: SceneCamera,
     optics: Optics,
@@ -75,7 +75,7 @@ impl Renderer {
     /// A renderer for the camera with this index. Draws the background, which takes a fraction of a second.
     ///
     /// # Errors
-    /// A scenario that can't be simulated, or a camera that it lacks.
+    /// A scenario that cannot be simulated, or a camera that it lacks.
     pub fn new(scenario: &Scenario, camera: usize) -> Result<Self, ScenarioError> {
         scenario.validate()?;
         let Some(camera) = scenario.cameras.get(camera) else {
@@ -108,7 +108,7 @@ impl Renderer {
         })
     }
 
-    /// The camera whose images these are, with the exposure and the noise that its auto exposure brings about.
+    /// The camera of these images, with the exposure and noise that auto exposure has chosen.
     pub fn camera(&self) -> &SceneCamera {
         &self.scene.camera
     }
@@ -116,7 +116,7 @@ impl Renderer {
     /// Draws the image taken at `true_capture_ns` (middle of the exposure), row by row without gaps.
     ///
     /// # Errors
-    /// An image of another size than the camera's.
+    /// A buffer that does not fit the camera's resolution.
     pub fn render(&mut self, true_capture_ns: u64, image: &mut [u8]) -> Result<(), WrongImageSize> {
         let [width, height] = self.scene.camera.resolution;
         let (expected, given) = (width as usize * height as usize, image.len());
@@ -136,7 +136,7 @@ impl Renderer {
         Ok(())
     }
 
-    /// The light that falls on the sensor, into the backdrop's frame.
+    /// Draws the light that reaches the sensor into the background's frame.
     fn draw(&mut self, true_capture_ns: u64) {
         self.regions.clear();
         let instants = motion::instants(&self.scene, true_capture_ns);
@@ -225,7 +225,7 @@ fn draw_face(
     }
 }
 
-/// Prints that were glued on crookedly or are bent, cut off where they would jut out over the face's outline.
+/// Prints that are glued on crookedly or bent, clipped to the outline of the face.
 fn draw_displaced(
     canvas: &mut Canvas,
     scene: &Scene,
@@ -259,7 +259,7 @@ fn draw_displaced(
     }
 }
 
-/// True where the camera looks at the front of a strip of paper.
+/// Whether the camera sees the front of a strip of paper.
 fn is_seen(area: &Area, normal: &nalgebra::Vector3<f64>, placed: &PlacedSolid) -> bool {
     let pose = &placed.camera_from_object;
     let corner = area.corners.first().map(|corner| pose * corner);

@@ -1,7 +1,7 @@
-//! Values by ids that the network names: bounded in number, whoever names them, and forgotten when nobody does any more.
+//! Values by ids from the network: bounded in number, and dropped when they are no longer updated.
 //!
-//! Drop rule: a new id that finds no room takes the place of the entry that was longest untouched, if that is for at least the
-//! expiry; otherwise the new one is refused. So a flood of forged ids neither grows the map nor drives out what is in use.
+//! Drop rule: if there is no room for a new id, it replaces the entry untouched for the longest time, if that is at least the
+//! expiry; otherwise it is refused. A flood of forged ids therefore neither grows the map nor evicts what is in use.
 
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
@@ -17,17 +17,17 @@ pub struct BoundedMap<K, V> {
 #[derive(Debug, Clone)]
 struct Entry<V> {
     value: V,
-    /// When it was last inserted or touched; none for what stays until it is removed.
+    /// When it was last inserted or touched; `None` for entries that never expire.
     touched: Option<Instant>,
 }
 
-/// All places are taken by entries in use.
+/// All entries are in use.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[error("no more ids are kept")]
 pub struct Full;
 
 impl<K: Ord + Clone, V> BoundedMap<K, V> {
-    /// A map of at most `capacity` entries, which may be dropped once untouched for `expiry`.
+    /// A map of at most `capacity` entries, which may be evicted once untouched for `expiry`.
     pub fn new(capacity: usize, expiry: Duration) -> Self {
         Self {
             capacity,
@@ -36,7 +36,7 @@ impl<K: Ord + Clone, V> BoundedMap<K, V> {
         }
     }
 
-    /// Inserts or replaces a value; the one that gives way, of the same id or dropped for its age.
+    /// Inserts or replaces a value; returns the replaced or evicted one.
     ///
     /// # Errors
     /// [`Full`] for a new id while all others are in use.
@@ -44,7 +44,7 @@ impl<K: Ord + Clone, V> BoundedMap<K, V> {
         self.put(now, key, value, Some(now))
     }
 
-    /// As [`Self::insert`], of a value that stays until it is removed or inserted otherwise.
+    /// As [`Self::insert`], for a value that never expires.
     ///
     /// # Errors
     /// As [`Self::insert`].
@@ -75,7 +75,7 @@ impl<K: Ord + Clone, V> BoundedMap<K, V> {
         (now.saturating_duration_since(touched) >= self.expiry).then(|| key.clone())
     }
 
-    /// These entries are in use.
+    /// Marks these entries as in use.
     pub fn touch_where(&mut self, now: Instant, is_used: impl Fn(&K) -> bool) {
         for (key, held) in &mut self.entries {
             if let Some(touched) = held.touched.as_mut().filter(|_| is_used(key)) {
@@ -84,7 +84,7 @@ impl<K: Ord + Clone, V> BoundedMap<K, V> {
         }
     }
 
-    /// Removes everything that was untouched for the expiry, whether or not room is needed; what it was.
+    /// Removes and returns everything that was untouched for the expiry.
     pub fn expire(&mut self, now: Instant) -> Vec<V> {
         let expiry = self.expiry;
         let expired = self.entries.extract_if(.., |_, held| {
@@ -109,17 +109,17 @@ impl<K: Ord + Clone, V> BoundedMap<K, V> {
         Some(&self.entries.get(key)?.value)
     }
 
-    /// All entries, by id.
+    /// All entries, sorted by id.
     pub fn iter(&self) -> impl Iterator<Item = (&K, &V)> {
         self.entries.iter().map(|(key, held)| (key, &held.value))
     }
 
-    /// How many there are.
+    /// Number of entries.
     pub fn len(&self) -> usize {
         self.entries.len()
     }
 
-    /// Whether there are none.
+    /// Whether the map is empty.
     pub fn is_empty(&self) -> bool {
         self.entries.is_empty()
     }

@@ -1,4 +1,4 @@
-//! The session: opened with patience, closed with a bound, and the maker of everything else in this crate.
+//! The session: waits for its router, closes within a time limit, and creates publishers, subscriptions and tokens.
 
 use std::net::{SocketAddr, TcpListener, ToSocketAddrs};
 use std::sync::Arc;
@@ -15,11 +15,11 @@ use crate::queue::{DropRule, Queue, StreamBounds};
 use crate::subscription::{CallbackSubscription, Item, Subscription};
 use crate::{BusError, BusOptions, Mode, Profile, Qos, Security, query, runtime, why_no_router};
 
-/// How long closing may take before the process goes on without it.
+/// Time limit of closing.
 const CLOSE_TIMEOUT: Duration = Duration::from_secs(2);
 /// Period of the log message of a client that waits for its router.
 const COMPLAINT_PERIOD: Duration = Duration::from_secs(10);
-/// The bound of a watch's queue: more changes than that at one time mean a network in flux, whose last state counts.
+/// Capacity of a watch's queue: more changes at one time mean a network in flux, whose last state counts.
 const PRESENCE_CAPACITY: usize = 1024;
 
 /// A session on the site's network.
@@ -32,8 +32,8 @@ pub struct Bus {
 }
 
 impl Bus {
-    /// Opens a session without protection, which listens on this machine only. A client waits for its router for as long as
-    /// it takes.
+    /// Opens a session without protection, which listens on this machine only. A client waits for its router without
+    /// time limit.
     pub fn open(options: &BusOptions) -> Result<Self, BusError> {
         Self::open_unless(options, &Security::none(Profile::Demo), &|| false)
     }
@@ -79,7 +79,7 @@ impl Bus {
         Ok(Publisher::new(self.raw_publisher(key, qos)?))
     }
 
-    /// A publisher of messages of one kind that answers late joiners with the last.
+    /// A publisher of messages of one kind that sends its last message to late joiners.
     pub fn latest_publisher<M: Message>(&self, key: &str, qos: Qos) -> Result<Latest<M>, BusError> {
         Ok(Latest::new(self.raw_latest(key, qos)?))
     }
@@ -100,7 +100,7 @@ impl Bus {
         })
     }
 
-    /// A publisher of bytes that answers late joiners with the last.
+    /// A publisher of bytes that sends its last value to late joiners.
     pub fn raw_latest(&self, key: &str, qos: Qos) -> Result<RawLatest, BusError> {
         let last = LastValue::default();
         let queryable = {
@@ -117,7 +117,7 @@ impl Bus {
         })
     }
 
-    /// Messages on `key_expr` in a queue of `capacity`; those over `max_bytes` are announced, not copied.
+    /// Messages on `key_expr` in a queue of `capacity`; those over `max_bytes` are reported, not copied.
     pub fn subscribe(
         &self,
         key_expr: &str,
@@ -128,7 +128,7 @@ impl Bus {
         self.subscribe_by(key_expr, max_bytes, Queue::new(capacity, rule))
     }
 
-    /// Messages of a stream on `key_expr` in a queue within `bounds`; those over `max_bytes` are announced, not copied.
+    /// Messages of a stream on `key_expr` in a queue within `bounds`; those over `max_bytes` are reported, not copied.
     pub fn subscribe_stream(
         &self,
         key_expr: &str,
@@ -156,7 +156,7 @@ impl Bus {
         })
     }
 
-    /// Messages on `key_expr`, each handed to `callback` on a zenoh thread: it must not block, nor touch this bus.
+    /// Messages on `key_expr`, each passed to `callback` on a zenoh thread: it must not block or use this bus.
     pub fn subscribe_with(
         &self,
         key_expr: &str,
@@ -178,7 +178,7 @@ impl Bus {
         query::latest(self.session()?, key_expr, max_bytes, timeout)
     }
 
-    /// Declares `key` alive for as long as the token lives.
+    /// Keeps `key` alive until the token is dropped.
     pub fn alive(&self, key: &str) -> Result<AliveToken, BusError> {
         let token = self
             .session()?
@@ -208,7 +208,7 @@ impl Bus {
         })
     }
 
-    /// Closes the session; after two seconds without success the process goes on without it.
+    /// Closes the session; gives up after two seconds.
     pub fn close(mut self) {
         self.close_bounded();
     }
@@ -230,7 +230,7 @@ impl Bus {
             .map_err(|cause| key_error(key_expr, &cause))
     }
 
-    /// After how long a silent link counts as dead.
+    /// Silence after which a link counts as dead.
     pub(crate) fn lease(&self) -> Duration {
         self.lease
     }
@@ -268,8 +268,8 @@ impl Drop for Bus {
     }
 }
 
-/// Opens on a thread of its own, since zenoh waits for a router without a way to interrupt it. After `stop` that thread
-/// is left to itself: it ends with the process, or closes the session it still gets.
+/// Opens on a thread of its own, since zenoh's wait for a router cannot be interrupted. After `stop` that thread
+/// is detached: it ends with the process, or closes the session if it still gets one.
 fn open_session(
     config: zenoh::Config,
     options: &BusOptions,
@@ -310,13 +310,13 @@ fn open_session(
     }
 }
 
-/// The endpoint with a real port, having made sure that it is free. Between this look and zenoh's own another program may
-/// take it; then opening fails with zenoh's message.
+/// The endpoint with its actual port, once that is known to be free. Another program may take it before zenoh
+/// does; then opening fails with zenoh's message.
 fn resolve_port(endpoint: &str) -> Result<String, BusError> {
     let Some((protocol @ ("tcp" | "tls"), address)) = endpoint.split_once('/') else {
         return Ok(endpoint.to_owned());
     };
-    // Behind `?` or `#` stand zenoh's own settings of an endpoint.
+    // Zenoh's own settings of an endpoint follow `?` or `#`.
     let (address, settings) = address.split_at(address.find(['?', '#']).unwrap_or(address.len()));
     let listener = listen_any(address).map_err(|cause| listen_error(endpoint, &cause))?;
     let (host, port) = address.rsplit_once(':').unwrap_or((address, ""));

@@ -1,5 +1,5 @@
-//! What this build of zenoh cannot do. Zenoh accepts settings whose code is not compiled in and ignores them: a router with users and
-//! passwords in its configuration stays open to everyone. Such settings are refused, with the reason.
+//! Settings without code in this build of zenoh. Zenoh accepts and ignores them: a router with users and
+//! passwords in its configuration would be open to everyone. Such settings are refused with the reason.
 //!
 //! The tables follow the features of zenoh in the workspace's `Cargo.toml`; with a new feature its lines go.
 
@@ -13,7 +13,7 @@ const PROTOCOLS: &[&str] = if cfg!(feature = "tls") {
     &["tcp"]
 };
 
-/// Sections of zenoh's configuration without code behind them, and the features that would bring it.
+/// Sections of zenoh's configuration without code, and the features that would add it.
 const ABSENT: &[(&str, &str)] = &[
     ("transport/auth/pubkey", "auth_pubkey"),
     ("transport/link/unixpipe", "transport_unixpipe"),
@@ -34,7 +34,7 @@ fn absent() -> impl Iterator<Item = &'static (&'static str, &'static str)> {
     ABSENT.iter().chain(tls)
 }
 
-/// Refuses overrides of sections that have no code, and of sections around them, which would replace our fixed options unseen.
+/// Refuses overrides of sections without code, and of sections around them, which would silently replace fixed options.
 pub(crate) fn check_overrides(options: &BusOptions) -> Result<(), BusError> {
     for key in options.overrides.keys() {
         let path = segments(key);
@@ -55,11 +55,11 @@ pub(crate) fn check_overrides(options: &BusOptions) -> Result<(), BusError> {
     Ok(())
 }
 
-/// Refuses endpoints of other protocols and rules that can never apply, wherever they come from.
+/// Refuses endpoints of other protocols and rules that can never apply, wherever they are set.
 pub(crate) fn check_values(config: &zenoh::Config) -> Result<(), BusError> {
     for key in ["connect/endpoints", "listen/endpoints"] {
         for text in texts(&value(config, key)) {
-            // Beside endpoints there are words for how to choose among several.
+            // Besides endpoints, there are keywords for choosing among several.
             if let Some((protocol, _)) = text.split_once('/') {
                 check_protocol(key, &text, protocol)?;
             }
@@ -106,7 +106,7 @@ fn not_compiled_in(key: &str, feature: &str) -> BusError {
     }
 }
 
-/// A path of zenoh's configuration, which takes several slashes for one.
+/// Normalises a path of zenoh's configuration, in which several slashes count as one.
 pub(crate) fn segments(path: &str) -> Vec<&str> {
     path.split('/').filter(|part| !part.is_empty()).collect()
 }
@@ -116,7 +116,7 @@ fn value(config: &zenoh::Config, key: &str) -> Value {
     serde_json::from_str(&json).unwrap_or_default()
 }
 
-/// Every text in a list, or in the lists of a value that differs by mode.
+/// Every string of a list, or of the lists of a value that differs by mode.
 fn texts(value: &Value) -> Vec<String> {
     match value {
         Value::String(text) => vec![text.clone()],
@@ -138,7 +138,7 @@ mod tests {
     use super::*;
     use crate::Mode;
 
-    /// Why a router with this override does not start.
+    /// The reason why a router with this override does not start.
     fn refusal(key: &str, value: &str) -> Option<String> {
         let mut options = BusOptions::router_on("tcp/127.0.0.1:7447");
         options.overrides.insert(key.into(), value.into());

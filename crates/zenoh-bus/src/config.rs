@@ -1,4 +1,4 @@
-//! From our options to zenoh's configuration. Every option that changes behaviour is set here, since zenoh's defaults
+//! Zenoh's configuration for our options. Every option that changes behaviour is set here, since zenoh's defaults
 //! differ between its releases.
 
 use std::path::Path;
@@ -7,8 +7,8 @@ use crate::compiled::{check_overrides, check_values};
 use crate::security::{self, Identity, Security, SecurityOptions};
 use crate::{BusError, BusOptions, Mode, Profile};
 
-/// Batch of one link's queues in bytes (zenoh: 65535). A preview of 100 kB is four batches; every priority in use owns
-/// `queue size` of them, so this is most of what a link costs.
+/// Batch size of a link's queues in bytes (zenoh: 65535). A preview of 100 kB is four batches; every priority in use owns
+/// `queue size` of them, which is most of the memory of a link.
 const BATCH_BYTES: u32 = 32 * 1024;
 
 /// Zenoh's configuration for `options`, protected by `security`, listening on `listen` (ports resolved).
@@ -57,11 +57,11 @@ impl SecurityOptions {
 }
 
 impl BusOptions {
-    /// Whether the options are in range, known to zenoh and have code in this build, whatever protects them:
+    /// Checks that the options are in range, known to zenoh and implemented in this build, whatever their protection:
     /// [`crate::SecurityOptions::load`] checks further.
     ///
     /// # Errors
-    /// The first option that is none of this.
+    /// The first invalid option.
     pub fn check(&self) -> Result<(), BusError> {
         zenoh_config(self, &Security::none(Profile::Open), &self.listen).map(drop)
     }
@@ -78,7 +78,7 @@ fn topology(
             "connect/endpoints",
             list(&options.connect_endpoints(profile)),
         ),
-        // A client waits for its router for ever (`Bus::open` lets go of it when asked to); others connect in the background.
+        // A client waits for its router without limit (`Bus::open` abandons it when asked to); others connect in the background.
         ("connect/timeout_ms", "-1".into()),
         ("connect/exit_on_failure", "false".into()),
         (
@@ -92,7 +92,7 @@ fn topology(
         ("open/return_conditions/declares", "true".into()),
         ("scouting/multicast/enabled", "false".into()),
         ("scouting/gossip/enabled", "false".into()),
-        // How long a peer waits for its listed peers while opening; a router would sleep so long for nothing.
+        // How long a peer waits for its listed peers while opening; a router would wait without need.
         (
             "scouting/delay",
             if options.mode == Mode::Peer {
@@ -102,7 +102,7 @@ fn topology(
             }
             .into(),
         ),
-        // Capture time travels in the messages; zenoh's own stamps reject those of a host whose clock runs ahead.
+        // Capture times travel in the messages; zenoh's own timestamps would reject those of a host whose clock is ahead.
         ("timestamping/enabled", "false".into()),
         (
             "queries_default_timeout",
@@ -139,7 +139,7 @@ fn transport(options: &BusOptions) -> Vec<(&'static str, String)> {
         ("transport/link/tx/queue/allocation/mode", quoted("lazy")),
         ("transport/link/tx/queue/batching/enabled", "true".into()),
         ("transport/link/tx/queue/batching/time_limit", "1".into()),
-        // What may be dropped waits in the caller's thread for so many microseconds; previews have their own thread.
+        // Droppable messages wait in the caller's thread for at most this many microseconds; previews have their own thread.
         (
             "transport/link/tx/queue/congestion_control/drop/wait_before_drop",
             "1000".into(),
@@ -184,7 +184,7 @@ fn check_ranges(options: &BusOptions) -> Result<(), BusError> {
     Ok(())
 }
 
-/// Without the value where it may be a secret.
+/// Omits the value where it may be a secret.
 fn refusal(key: &str, value: &str, cause: &str) -> BusError {
     if key.contains("auth") {
         return BusError::Override {

@@ -1,19 +1,19 @@
-//! Errors of the network, by who must act.
+//! Errors of the network, by who has to act.
 
 mod security;
 
 pub use security::SecurityError;
 
-/// Failures of the bus.
+/// Errors of the bus.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum BusError {
-    /// The options ask for something that zenoh does not take.
+    /// An option that zenoh refuses.
     #[error("network option {key} = {value}: {cause}")]
     Option {
-        /// The option, in zenoh's own path notation.
+        /// The option, in zenoh's path notation.
         key: String,
-        /// The value that was refused.
+        /// The refused value.
         value: String,
         /// Zenoh's reason.
         cause: String,
@@ -23,13 +23,13 @@ pub enum BusError {
     Override {
         /// The override's path.
         key: String,
-        /// Why it is refused, and what to do.
+        /// Cause and remedy.
         cause: String,
     },
-    /// Keys or endpoints do not go with the profile of `[security]`.
+    /// Keys or endpoints do not fit the profile of `[security]`.
     #[error(transparent)]
     Security(#[from] SecurityError),
-    /// Another program listens there.
+    /// Another program listens on the port.
     #[error(
         "cannot listen on {endpoint}: the address is in use; choose another port, or end the program that holds it"
     )]
@@ -45,7 +45,7 @@ pub enum BusError {
         /// The operating system's reason.
         cause: String,
     },
-    /// The caller gave up while waiting for the router.
+    /// The caller stopped waiting for the router.
     #[error("gave up waiting for a router at {endpoints}")]
     Abandoned {
         /// The endpoints that were tried.
@@ -54,14 +54,14 @@ pub enum BusError {
     /// The session could not be opened.
     #[error("cannot open the network session: {0}")]
     Open(String),
-    /// Another process of the site has the name that this one wants.
+    /// Another process of the site has this node's name.
     #[error(
         "{name} runs on host {host} already: end it there, or give this one another name in its configuration"
     )]
     NameTaken {
-        /// What was to be run, as in "camera north".
+        /// The node, as in "camera north".
         name: String,
-        /// The host of the process that has the name.
+        /// Host of the process that has the name.
         host: String,
     },
     /// A key or key expression is malformed.
@@ -72,15 +72,15 @@ pub enum BusError {
         /// Zenoh's reason.
         cause: String,
     },
-    /// The session is closed or refuses for another reason.
+    /// The session is closed, or failed for another reason.
     #[error("network: {0}")]
     Session(String),
-    /// A message does not fit its own contract.
+    /// A message violates its contract.
     #[error("message for {key}: {cause}")]
     Message {
         /// The key it was meant for.
         key: String,
-        /// The contract's reason.
+        /// The violation.
         cause: String,
     },
     /// The thread that opens the session could not be started.

@@ -1,4 +1,4 @@
-//! Who is there: a token on a key lives as long as the process (or its link) that declared it.
+//! Liveliness: a token on a key exists as long as the process (or its link) that declared it.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -14,9 +14,9 @@ pub struct AliveToken {
 /// A change of liveliness.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Presence {
-    /// A token appeared on this key (or was there when the watch began).
+    /// A token appeared on this key, or existed when the watch began.
     Joined(String),
-    /// The token on this key is gone: its process ended, or the network lost it.
+    /// The token on this key is gone: its process ended, or its link broke.
     Left(String),
 }
 
@@ -28,7 +28,7 @@ pub struct AliveWatch {
 }
 
 impl AliveWatch {
-    /// The next change, waiting for it for at most `timeout`.
+    /// The next change; waits for it for at most `timeout`.
     pub fn recv_timeout(&self, timeout: Duration) -> Option<Presence> {
         self.queue.pop_timeout(timeout)
     }

@@ -1,4 +1,4 @@
-//! Names that one process of a site holds at a time: a token each, with the session and the host of its holder in its key.
+//! Names that one process of a site holds at a time, by tokens whose keys contain session and host of the holder.
 
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -10,28 +10,28 @@ use crate::bus::key_error;
 use crate::liveliness::{AliveToken, AliveWatch, Presence};
 use crate::{Bus, BusError};
 
-/// How long those who answer for the network may take to list the holders of a name.
+/// Time limit for listing the holders of a name.
 const ANSWER: Duration = Duration::from_secs(1);
-/// How long a name may stay taken beyond a link's lease before it is refused: the holder may have died with its host.
+/// Time beyond a link's lease before a taken name is refused: the holder may have died with its host.
 const MARGIN: Duration = Duration::from_secs(1);
-/// Between two tries, and by how much it differs from one process to another, so that two that start at once part.
+/// Retry interval, and its variation between processes, which separates two that start at the same time.
 const RETRY: Duration = Duration::from_millis(100);
 
-/// Other holders of one name that are remembered.
+/// Most other holders of one name.
 const MOST_OTHERS: usize = 16;
 
-/// A name of the site that this process holds until it drops this.
+/// A name of the site, held by this process until dropped.
 #[derive(Debug)]
 pub struct HeldName {
     _token: AliveToken,
     watch: AliveWatch,
     own: String,
-    /// Hosts of others who hold the name, by key: the network was parted when they took it, or they are being refused.
+    /// Hosts of other holders, by key: the network was partitioned when they took the name, or they are being refused.
     others: BTreeMap<String, String>,
 }
 
 impl HeldName {
-    /// Hosts of other processes that hold the same name now, which is possible only where the network was parted when they
+    /// Hosts of other processes that hold the same name now, which is possible only if the network was partitioned when they
     /// took it.
     pub fn others(&mut self) -> Vec<&str> {
         while let Some(change) = self.watch.try_recv() {
@@ -41,7 +41,7 @@ impl HeldName {
     }
 }
 
-/// Notes that somebody took a name or gave it back.
+/// Records that a process took or released a name.
 fn note(others: &mut BTreeMap<String, String>, own: &str, change: Presence) {
     match change {
         Presence::Joined(key) if key != own && others.len() < MOST_OTHERS => {
@@ -54,11 +54,11 @@ fn note(others: &mut BTreeMap<String, String>, own: &str, change: Presence) {
 }
 
 impl Bus {
-    /// Takes the name that `key` stands for, for this process on the host `host`. While another process holds it this waits
-    /// for a little longer than a dead link's lease; none when `stop` says true meanwhile.
+    /// Takes the name of `key` for this process on the host `host`. While another process holds it, waits
+    /// a little longer than a dead link's lease; `None` when `stop` returns true meanwhile.
     ///
-    /// A name is taken by declaring a token and then asking for those of others: of two that do so at once at least one
-    /// sees the other, and who sees another withdraws and tries again.
+    /// A name is taken by declaring a token and then querying those of others. Of two simultaneous attempts at least one
+    /// sees the other; it withdraws and tries again.
     ///
     /// # Errors
     /// [`BusError::NameTaken`] with the host of the other holder.
@@ -97,7 +97,7 @@ impl Bus {
         }
     }
 
-    /// The keys of the tokens on `key_expr` that are alive now.
+    /// Keys of the live tokens on `key_expr`.
     fn tokens(&self, key_expr: &str) -> Result<Vec<String>, BusError> {
         let found = Arc::new(Mutex::new(Vec::new()));
         let (done, wait) = std::sync::mpsc::channel::<()>();
@@ -107,7 +107,7 @@ impl Bus {
             .get(key_expr)
             .timeout(ANSWER)
             .callback(move |reply| {
-                // `done` is dropped with this closure, when the last answer has come.
+                // `done` is dropped with this closure, when the last answer has arrived.
                 let _open = &done;
                 if let Ok(sample) = reply.result() {
                     let mut found = answers.lock().unwrap_or_else(PoisonError::into_inner);
@@ -123,7 +123,7 @@ impl Bus {
     }
 }
 
-/// A host's name as a chunk of a key, which has no `/`, `*`, `$`, `?` and `#`.
+/// A host name as a chunk of a key, which must not contain `/`, `*`, `$`, `?` or `#`.
 fn as_chunk(host: &str) -> String {
     let allowed =
         |letter: char| letter.is_ascii_alphanumeric() || matches!(letter, '-' | '.' | '_');

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Mode {
-    /// Connects to one router and nothing else: the choice for every node of a site with a router.
+    /// Connects to one router only: the choice for every node of a site with a router.
     #[default]
     Client,
     /// Connects to the listed peers directly, without a router.
@@ -27,28 +27,28 @@ impl Mode {
     }
 }
 
-/// The network of a process. Endpoints are zenoh's: `tcp/<address>:<port>`, or `tls/<address>:<port>` with profile site. Nothing is discovered by multicast or gossip:
-/// who talks to whom stands here.
+/// The network of a process. Endpoints are zenoh's: `tcp/<address>:<port>`, or `tls/<address>:<port>` with profile site. There is no discovery
+/// by multicast or gossip: all endpoints are listed here.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct BusOptions {
     /// client (default), peer or router.
     pub mode: Mode,
-    /// Endpoints to connect to. Absent: a client takes the router of its own host on port 7447; others none.
+    /// Endpoints to connect to. Default: port 7447 of this host for a client, none for others.
     pub connect: Option<Vec<String>>,
     /// Endpoints to listen on; port 0 selects a free one (see [`crate::Bus::endpoints`]). Default: none.
     pub listen: Vec<String>,
-    /// A link that is silent for so long is dead, in ms, 500 to 60000 (default 2000: a lost board shows within 2 s; raise
+    /// Silence after which a link counts as dead, in ms, 500 to 60000 (default 2000: a lost board shows within 2 s; raise
     /// it for lossy radio links).
     pub lease_ms: u32,
-    /// How long a query waits for answers at most, in ms, 10 to 60000 (default 2000).
+    /// Time limit of a query, in ms, 10 to 60000 (default 2000).
     pub query_timeout_ms: u32,
-    /// Largest message taken from the network, in bytes, at least 65536 (default 4 MiB: zenoh's own 1 GiB is more memory
-    /// than a board has).
+    /// Largest accepted message, in bytes, at least 65536 (default 4 MiB: zenoh's own 1 GiB exceeds the memory
+    /// of a board).
     pub max_message_bytes: u32,
-    /// Most links at one time, 1 to 1000 (default 64).
+    /// Most simultaneous links, 1 to 1000 (default 64).
     pub max_links: u16,
-    /// Zenoh's own options on top, path = JSON5 value: `"transport/link/tx/queue/size/background" = "8"`.
+    /// Further options of zenoh, path = JSON5 value: `"transport/link/tx/queue/size/background" = "8"`.
     pub overrides: BTreeMap<String, String>,
 }
 

@@ -1,4 +1,4 @@
-//! Why no router answers: a connection tried by hand, since zenoh tries in silence. Each step takes half a second at most.
+//! Diagnoses why no router answers by a connection attempt, since zenoh does not report it. Each step takes at most half a second.
 
 use std::net::{TcpStream, ToSocketAddrs};
 use std::time::Duration;
@@ -7,7 +7,7 @@ use crate::{BusOptions, Security};
 
 const STEP: Duration = Duration::from_millis(500);
 
-/// What keeps a client from each of its routers, as far as its own side can tell; none where nothing seems to.
+/// What prevents a client from connecting to each of its routers, as far as it can tell; `None` if nothing seems to.
 pub fn why_no_router(options: &BusOptions, security: &Security) -> Option<String> {
     let endpoints = options.connect_endpoints(security.profile());
     let causes = endpoints.iter().filter_map(|endpoint| {
@@ -61,7 +61,7 @@ mod tls {
 
     use super::{STEP, Security, TcpStream};
 
-    /// Shakes hands as the session would, and waits whether the router takes it.
+    /// Performs the handshake of a session, and waits whether the router accepts it.
     pub(super) fn shake_hands(
         stream: TcpStream,
         address: &str,
@@ -75,7 +75,7 @@ mod tls {
         let set = stream.set_read_timeout(Some(STEP));
         set.map_err(|cause| cause.to_string())?;
         match StreamOwned::new(client, stream).read(&mut [0]) {
-            // A router that has taken us waits for our first word.
+            // A router that has accepted the connection waits for the client's first message.
             Err(cause) if matches!(cause.kind(), ErrorKind::WouldBlock | ErrorKind::TimedOut) => {
                 Ok(())
             }

@@ -1,4 +1,4 @@
-//! Putting messages out: a publisher of a stream, and one of a latest value that answers late joiners.
+//! Publishers: of a stream, and of a latest value that late joiners can query.
 
 use std::marker::PhantomData;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -9,7 +9,7 @@ use zenoh::bytes::ZBytes;
 
 use crate::BusError;
 
-/// Puts bytes on one key.
+/// Publishes bytes on one key.
 #[derive(Debug)]
 pub struct RawPublisher {
     pub(crate) publisher: zenoh::pubsub::Publisher<'static>,
@@ -22,7 +22,7 @@ impl RawPublisher {
         self.publisher.key_expr().as_str()
     }
 
-    /// Puts one message. What the class of the stream allows to drop is dropped silently when the network is congested.
+    /// Publishes one message. A congested network drops it silently if the class of the stream allows that.
     pub fn put(&self, bytes: &[u8]) -> Result<(), BusError> {
         self.put_shared(ZBytes::from(bytes.to_vec()))
     }
@@ -35,7 +35,7 @@ impl RawPublisher {
             .map_err(|cause| BusError::Session(cause.to_string()))
     }
 
-    /// Whether anyone subscribes now: what is costly to make need not be made for nobody.
+    /// Whether there is a subscriber now, for messages that are expensive to produce.
     pub fn has_subscribers(&self) -> bool {
         self.publisher
             .matching_status()
@@ -44,7 +44,7 @@ impl RawPublisher {
     }
 }
 
-/// Puts bytes on one key and keeps the last, which it gives to everyone who asks by [`crate::Bus::latest`].
+/// Publishes bytes on one key and keeps the last value for [`crate::Bus::latest`].
 #[derive(Debug)]
 pub struct RawLatest {
     pub(crate) publisher: RawPublisher,
@@ -61,7 +61,7 @@ impl RawLatest {
         self.publisher.key()
     }
 
-    /// Puts one message and keeps it for those who ask later.
+    /// Publishes a message and keeps it for late joiners.
     pub fn put(&self, bytes: &[u8]) -> Result<(), BusError> {
         self.put_shared(ZBytes::from(bytes.to_vec()))
     }
@@ -76,7 +76,7 @@ impl RawLatest {
     }
 }
 
-/// Puts messages of one kind on one key.
+/// Publishes messages of one kind on one key.
 #[derive(Debug)]
 pub struct Publisher<M> {
     raw: RawPublisher,
@@ -96,18 +96,18 @@ impl<M: Message> Publisher<M> {
         self.raw.key()
     }
 
-    /// Puts one message; one that breaks its own contract does not leave.
+    /// Publishes a message; refuses one that violates its contract.
     pub fn put(&self, message: &M) -> Result<(), BusError> {
         self.raw.put_shared(encoded(message, self.key())?)
     }
 
-    /// Whether anyone subscribes now: what is costly to make need not be made for nobody.
+    /// Whether there is a subscriber now, for messages that are expensive to produce.
     pub fn has_subscribers(&self) -> bool {
         self.raw.has_subscribers()
     }
 }
 
-/// Puts messages of one kind on one key and gives the last to everyone who asks by [`crate::Bus::latest`].
+/// Publishes messages of one kind on one key and keeps the last for [`crate::Bus::latest`].
 #[derive(Debug)]
 pub struct Latest<M> {
     raw: RawLatest,
@@ -127,19 +127,19 @@ impl<M: Message> Latest<M> {
         self.raw.key()
     }
 
-    /// Puts one message and keeps it for those who ask later; one that breaks its own contract does not leave.
+    /// Publishes a message and keeps it for late joiners; refuses one that violates its contract.
     pub fn put(&self, message: &M) -> Result<(), BusError> {
         self.raw.put_shared(encoded(message, self.key())?)
     }
 
-    /// Keeps a message for those who ask later without putting it: everyone present has it already.
+    /// Keeps a message for late joiners without publishing it, since everyone present has it already.
     pub fn keep(&self, message: &M) -> Result<(), BusError> {
         let bytes = encoded(message, self.key())?;
         *self.raw.lock() = Some(bytes);
         Ok(())
     }
 
-    /// Puts what is kept once more, if there is something.
+    /// Publishes the kept message again, if there is one.
     pub fn put_again(&self) -> Result<(), BusError> {
         let bytes = self.raw.lock().clone();
         bytes.map_or(Ok(()), |bytes| self.raw.publisher.put_shared(bytes))
@@ -155,7 +155,7 @@ fn encoded<M: Message>(message: &M, key: &str) -> Result<ZBytes, BusError> {
 }
 
 impl<M> Latest<M> {
-    /// The same, whose messages say who sent them ([`crate::Item::sender`]).
+    /// A publisher whose messages are signed by their sender ([`crate::Item::sender`]).
     #[must_use]
     pub fn signed(mut self, sender: &str) -> Self {
         self.raw.publisher.signature = Some(sender.to_owned());
@@ -164,7 +164,7 @@ impl<M> Latest<M> {
 }
 
 impl<M> Publisher<M> {
-    /// The same, whose messages say who sent them ([`crate::Item::sender`]).
+    /// A publisher whose messages are signed by their sender ([`crate::Item::sender`]).
     #[must_use]
     pub fn signed(mut self, sender: &str) -> Self {
         self.raw.signature = Some(sender.to_owned());

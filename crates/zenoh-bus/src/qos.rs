@@ -1,20 +1,20 @@
-//! How each stream is treated when the network is slow.
+//! Quality of service of each stream when the network is congested.
 
 use zenoh::qos::{CongestionControl, Priority};
 
 /// The class of a stream.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Qos {
-    /// Observations of images: high priority, not held back for batching, dropped when congested.
+    /// Observations of images: high priority, sent without batching, dropped when congested.
     Observation,
     /// Poses of objects: as observations.
     Pose,
-    /// Preview pictures: behind everything else, dropped when congested. Publish them from their own thread: a picture
+    /// Preview pictures: lowest priority, dropped when congested. Publish them from their own thread: a picture
     /// may wait up to 50 ms for room.
     Preview,
-    /// Status: ordinary, dropped when congested (the next comes in a second).
+    /// Status: normal priority, dropped when congested (the next follows within a second).
     Status,
-    /// Configuration: ordinary, waits for room.
+    /// Configuration: normal priority, blocks when congested.
     Config,
 }
 

@@ -1,4 +1,4 @@
-//! Asking for latest values.
+//! Queries of latest values.
 
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -9,10 +9,10 @@ use zenoh::query::{ConsolidationMode, QueryTarget, Reply};
 
 use crate::{BusError, Item};
 
-/// Most keys that one question takes answers of.
+/// Most keys of one query.
 const MAX_ANSWERS: usize = 1024;
 
-/// The latest values on `key_expr`, one a key, sorted by key.
+/// The latest values on `key_expr`, one per key, sorted by key.
 pub(crate) fn latest(
     session: &zenoh::Session,
     key_expr: &str,
@@ -24,7 +24,7 @@ pub(crate) fn latest(
     let callback = {
         let answers = Arc::clone(&answers);
         move |reply: Reply| {
-            // `done` is dropped with this closure, when the last answer has come: that ends the wait below.
+            // `done` is dropped with this closure, when the last answer has arrived: that ends the wait below.
             let _open = &done;
             collect(&answers, &reply, max_bytes);
         }

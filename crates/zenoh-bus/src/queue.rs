@@ -1,11 +1,11 @@
-//! The bounded queue between a zenoh thread and the consumer: never blocks the former, drops by a given rule,
+//! The bounded queue between a zenoh thread and the consumer: never blocks the former, drops by a given rule, and
 //! counts what it drops.
 
 use std::collections::VecDeque;
 use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
-/// Which item gives way when a queue is full.
+/// Which item a full queue drops.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum DropRule {
     /// The oldest: for streams, where the newest is the most useful.
@@ -14,7 +14,7 @@ pub enum DropRule {
     Newest,
 }
 
-/// What a queue has seen since it was made.
+/// Counts since the queue was created.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct QueueCounts {
     /// Items that arrived, those dropped included.
@@ -23,19 +23,19 @@ pub struct QueueCounts {
     pub dropped: u64,
 }
 
-/// Bounds of a queue of a stream whose items are worth less the longer they wait.
+/// Bounds of a queue of a stream whose items lose value with time.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct StreamBounds {
-    /// Most items.
+    /// Largest number of items.
     pub items: usize,
-    /// Most bytes of all items together; the oldest give way.
+    /// Largest total size in bytes; the oldest items are dropped.
     pub bytes: usize,
-    /// Longest wait. Once the oldest item has waited for longer, its reader is overloaded: all give way but those of the newest
-    /// eighth of this time, so that what is read next is new again.
+    /// Longest wait. Once the oldest item has waited longer, its reader is overloaded: all items are dropped except those of the newest
+    /// eighth of this time, so that the next one read is recent.
     pub wait: Duration,
 }
 
-/// Share of the longest wait that is left to a reader that was overloaded.
+/// Share of the longest wait that an overloaded reader keeps.
 const LEFT: u32 = 8;
 
 /// A bounded queue of `T`.
@@ -73,7 +73,7 @@ impl<T> State<T> {
         self.counts.dropped += 1;
     }
 
-    /// The oldest item at `now`, once those that waited too long have given way; the newest stays always.
+    /// The oldest item at `now`, after dropping those that waited too long; the newest always stays.
     fn next(&mut self, longest: Duration, now: Instant) -> Option<T> {
         let waited = |one: &QueuedItem<T>| now.saturating_duration_since(one.since);
         if self
@@ -124,12 +124,12 @@ impl<T> Queue<T> {
         }
     }
 
-    /// Takes an item in, at the cost of another one where the queue is full.
+    /// Adds an item, at the expense of another one where the queue is full.
     pub(crate) fn push(&self, item: T) {
         self.push_sized(item, 0, Instant::now());
     }
 
-    /// Pushes an item of this size that arrives `now`. An item larger than the byte limit is queued alone.
+    /// Adds an item of this size that arrives `now`. An item larger than the byte limit is queued alone.
     pub(crate) fn push_sized(&self, item: T, bytes: usize, now: Instant) {
         let mut state = self.lock();
         state.counts.received += 1;
@@ -163,7 +163,7 @@ impl<T> Queue<T> {
         self.lock().next(self.bounds.wait, now)
     }
 
-    /// The oldest item, waiting for one for at most `timeout`.
+    /// The oldest item; waits for one for at most `timeout`.
     pub(crate) fn pop_timeout(&self, timeout: Duration) -> Option<T> {
         let deadline = Instant::now().checked_add(timeout);
         let mut state = self.lock();
@@ -190,7 +190,7 @@ impl<T> Queue<T> {
     }
 
     fn lock(&self) -> MutexGuard<'_, State<T>> {
-        // No code of a caller runs under the lock, so a poisoned state is a whole one.
+        // No caller's code runs under the lock, so a poisoned state is consistent.
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }

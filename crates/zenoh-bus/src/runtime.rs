@@ -1,12 +1,12 @@
-//! Zenoh's own threads: it starts five pools with six threads; four serve a node.
+//! Zenoh's threads: by default five pools with six threads; four are enough for a node.
 
 use std::sync::Once;
 
 const VARIABLE: &str = "ZENOH_RUNTIME";
 const SMALL: &str = "(rx: (handover: app), acc: (handover: app), app: (worker_threads: 2))";
 
-/// Asks zenoh for fewer threads, before its first session; only while this process has a single thread, since the
-/// environment may not be written beside a reader. An operator's own `ZENOH_RUNTIME` stays.
+/// Reduces zenoh's threads, before its first session and only while this process has a single thread, since the
+/// environment must not be written while it may be read. An operator's own `ZENOH_RUNTIME` has precedence.
 pub(crate) fn ask_for_few_threads() {
     static ONCE: Once = Once::new();
     ONCE.call_once(|| {

@@ -1,5 +1,5 @@
-//! The `[security]` section of every node's configuration, and what it makes of a session: which endpoints are accepted,
-//! how a process proves who it is, and, for whoever listens, who may publish and read what.
+//! The `[security]` section of every node's configuration, and its effect on a session: which endpoints are accepted,
+//! how a process authenticates, and, for a router, who may publish and read what.
 //!
 //! | profile | links | who may join | rules |
 //! |---|---|---|---|
@@ -30,11 +30,11 @@ pub enum Profile {
     /// Nothing is protected, and nobody outside this machine can connect.
     #[default]
     Demo,
-    /// Members prove themselves with a user name and a password; what they send can be read on the way.
+    /// Members authenticate by user name and password; messages can be read in transit.
     Lab,
-    /// Members prove themselves with certificates, and so does the router; links are encrypted.
+    /// Members and router authenticate by certificates; links are encrypted.
     Site,
-    /// Nothing is protected, on any network. Also for those who set zenoh's own security by hand.
+    /// No protection, on any network. Also for those who configure zenoh's own security.
     Open,
 }
 
@@ -61,7 +61,7 @@ pub struct SecurityOptions {
     pub keys: Option<PathBuf>,
 }
 
-/// Who a process is to be on the network: its keys must say the same.
+/// Identity that a process requires on the network: its keys must agree.
 #[derive(Debug, Clone, Copy)]
 pub struct Identity<'a> {
     /// The site.

@@ -1,4 +1,4 @@
-//! Taking messages in: bounded in number, bytes and waiting time by the queue, in size by the caller's limit.
+//! Subscriptions, bounded in number, bytes and waiting time by the queue, and in size by the caller's limit.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -12,24 +12,24 @@ use crate::queue::{Queue, QueueCounts};
 /// The bytes of a message.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Payload {
-    /// All of them.
+    /// All bytes.
     Bytes(Vec<u8>),
-    /// The message was longer than the subscription takes: its length in bytes; nothing was copied.
+    /// The message was longer than the limit: its length in bytes; nothing was copied.
     TooLong(usize),
 }
 
 /// A message that arrived.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Item {
-    /// The key that it was put on.
+    /// The key on which it was published.
     pub key: String,
     /// Its bytes.
     pub payload: Payload,
-    /// Who sent it, where the sender signed it: the attachment, if it is a short text.
+    /// The sender, where it signed the message: the attachment, if it is a short text.
     pub sender: Option<String>,
 }
 
-/// Longest signature, bytes; a longer one is none.
+/// Longest signature in bytes; longer ones are ignored.
 const MAX_SENDER_BYTES: usize = 64;
 
 impl Item {
@@ -41,13 +41,13 @@ impl Item {
         }
     }
 
-    /// Memory that it holds.
+    /// Memory of the item in bytes.
     pub(crate) fn held_bytes(&self) -> usize {
         let payload = self.bytes().map_or(0, <[u8]>::len);
         size_of::<Self>() + self.key.len() + payload + self.sender.as_ref().map_or(0, String::len)
     }
 
-    /// The message in it, if it is one of that kind and keeps its contract.
+    /// The decoded message, if it is of this kind and valid.
     pub fn decode<M: Message>(&self) -> Result<M, DecodeError> {
         match &self.payload {
             Payload::Bytes(bytes) => decode(bytes),
@@ -55,7 +55,7 @@ impl Item {
         }
     }
 
-    /// The item of a sample; `None` for a deletion, which no key of ours means anything by.
+    /// The item of a sample; `None` for a deletion, which has no meaning on our keys.
     pub(crate) fn from_sample(sample: &Sample, max_bytes: usize) -> Option<Self> {
         let key = sample.key_expr().as_str().to_owned();
         (sample.kind() == SampleKind::Put).then(|| Self {
@@ -88,12 +88,12 @@ pub struct Subscription {
 }
 
 impl Subscription {
-    /// The next message, waiting for it for at most `timeout`.
+    /// The next message; waits for it for at most `timeout`.
     pub fn recv_timeout(&self, timeout: Duration) -> Option<Item> {
         self.queue.pop_timeout(timeout)
     }
 
-    /// The next message, if one is there.
+    /// The next message, if there is one.
     pub fn try_recv(&self) -> Option<Item> {
         self.queue.try_pop()
     }
@@ -104,7 +104,7 @@ impl Subscription {
     }
 }
 
-/// Messages on a key expression, handed to a callback. Dropping it ends the subscription.
+/// Messages on a key expression, passed to a callback. Dropping it ends the subscription.
 #[derive(Debug)]
 pub struct CallbackSubscription {
     pub(crate) _subscriber: zenoh::pubsub::Subscriber<()>,

@@ -1,6 +1,6 @@
-//! The best rigid motion between estimated and true poses, and what it leaves, from sums that don't grow.
+//! The best rigid motion between estimated and true poses, and the residual errors, from sums of constant size.
 //!
-//! A rig that is wrong as a whole is another world frame, which no image can tell: with imperfect files poses are compared
+//! A rig that is wrong as a whole is another world frame, which images cannot reveal. With imperfect files, poses are therefore compared
 //! after the motion `estimated_from_true` = (R, t) that minimises
 //! `sum |p - R q - t|^2 / sp^2 + sum |P - R Q|_F^2 / sr^2` over estimates (P, p) and truths (Q, q)
 //! (K. S. Arun, T. S. Huang, S. D. Blostein, "Least-squares fitting of two 3-D point sets", 1987, with attitudes added).
@@ -8,9 +8,9 @@
 use nalgebra::{Matrix3, Rotation3, Translation3, UnitQuaternion, Vector3};
 use sextant_geometry::Pose;
 
-/// Usual error of a position, m, and of an attitude, rad: how much each counts.
+/// Typical error of a position, m, and of an attitude, rad: the weights of the two.
 const SIGMAS: [f64; 2] = [1e-3, 8e-3];
-/// Pairs are forgotten with this time constant, ns.
+/// Time constant of forgetting, ns.
 const MEMORY_NS: f64 = 10e9;
 
 /// Sums over pairs of an estimate and a truth, with forgetting.
@@ -40,7 +40,7 @@ pub struct Rms {
 }
 
 impl PosePairs {
-    /// Adds an estimate with its covariance (6x6, position before attitude) and the truth at its capture time.
+    /// Adds an estimate with its covariance (6x6, position before attitude) and the true pose at its capture time.
     pub fn add(
         &mut self,
         capture_ns: u64,
@@ -79,7 +79,7 @@ impl PosePairs {
         }
     }
 
-    /// The motion from true to estimated poses that fits all of these best; none without a pair.
+    /// The best motion from true to estimated poses; none without a pair.
     pub fn alignment<'a>(of: impl Iterator<Item = &'a Self>) -> Option<Pose> {
         let (mut n, mut estimates, mut truths) = (0.0, Vector3::zeros(), Vector3::zeros());
         let (mut products, mut attitudes) = (Matrix3::zeros(), Matrix3::zeros());
@@ -106,7 +106,7 @@ impl PosePairs {
         ))
     }
 
-    /// What is left of the errors after a motion; none without a pair.
+    /// Errors that remain after a motion; none without a pair.
     pub fn errors(&self, estimated_from_true: &Pose) -> Option<Rms> {
         let rotation = estimated_from_true.rotation.to_rotation_matrix();
         let shift = estimated_from_true.translation.vector;
@@ -120,7 +120,7 @@ impl PosePairs {
         self.rms([square, turn])
     }
 
-    /// What the published covariances say of the same; none without a pair.
+    /// Errors predicted by the published covariances; none without a pair.
     pub fn sigmas(&self) -> Option<Rms> {
         self.rms(self.variances)
     }
@@ -139,7 +139,7 @@ mod tests {
     use super::*;
     use sextant_simulator::{Random, Scenario};
 
-    /// Pairs whose estimates are displaced as a whole, and by noise of 1 mm and 5 mrad an axis.
+    /// Pairs whose estimates are displaced as a whole, with noise of 1 mm and 5 mrad per axis.
     fn pairs(displacement: &Pose) -> PosePairs {
         let object = &Scenario::demo(1, 1, 1).objects[0];
         let mut random = Random::new(3);

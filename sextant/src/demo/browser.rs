@@ -1,11 +1,11 @@
-//! Opens the page in the person's browser, where there is one.
+//! Opens the page in the browser, where there is one.
 
 use std::process::{Command, Stdio};
 
-/// Programs that open an address in the person's own browser, most specific first.
+/// Programs that open an address in the default browser, most specific first.
 const OPENERS: &[&str] = &["xdg-open", "gio", "open"];
 
-/// Opens `url`; false where no browser can be seen (no display, no opener).
+/// Opens `url`; false without a display or a browser.
 pub fn open(url: &str) -> bool {
     let display = ["DISPLAY", "WAYLAND_DISPLAY"]
         .iter()

@@ -1,4 +1,4 @@
-//! The demo's child processes: the same nodes that a site runs, each from this very binary.
+//! The demo's child processes: the nodes of a site, run by this binary.
 
 use crate::demo::site_folder::SiteFolder;
 use anyhow::{Context, bail};
@@ -11,10 +11,10 @@ use std::time::Duration;
 
 /// Timeout for children to end.
 const GRACE: Duration = Duration::from_secs(3);
-/// How much of a dead child's log is shown.
+/// Lines of a dead child's log that are shown.
 const LAST_LINES: usize = 8;
 
-/// All of them; dropping it ends them.
+/// All child processes; dropping it ends them.
 pub struct Processes {
     children: Vec<ChildProcess>,
     logs: PathBuf,
@@ -52,7 +52,7 @@ impl Processes {
             std::env::current_exe().context("this program's own file is not to be found")?;
         let log = File::create(self.log_of(name)).context("a log file can't be made")?;
         let mut command = Command::new(program);
-        // A group of its own: Ctrl-C reaches the parent alone, which then ends the children in order.
+        // In a process group of its own: Ctrl-C reaches only the parent, which then ends the children in order.
         command.args(arguments).arg(config).process_group(0);
         command
             .stdin(Stdio::null())
@@ -64,7 +64,7 @@ impl Processes {
         Ok(())
     }
 
-    /// Fails with the last words of a child that has ended.
+    /// Fails with the last log lines of a child that has ended.
     pub fn check(&mut self) -> anyhow::Result<()> {
         for child in &mut self.children {
             if let Some(status) = child.try_wait()? {
@@ -83,7 +83,7 @@ impl Processes {
             .collect()
     }
 
-    /// Ends all in order; names those that had to be killed.
+    /// Ends all children in order; returns the names of those that had to be killed.
     pub fn stop(&mut self) -> Vec<String> {
         let killed = children::stop_all(&mut self.children, GRACE);
         self.children.clear();

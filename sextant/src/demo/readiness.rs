@@ -1,4 +1,4 @@
-//! Waits until every node of the demo is at work: announced on the network, each camera with an image to its name.
+//! Waits until every node of the demo is announced on the network and each camera has published an image.
 
 use crate::demo::processes::Processes;
 use anyhow::bail;
@@ -13,10 +13,10 @@ use std::time::{Duration, Instant};
 const PATIENCE: Duration = Duration::from_secs(60);
 const GLANCE: Duration = Duration::from_millis(50);
 
-/// Returns when all is ready or a stop is wanted.
+/// Returns when all nodes are ready or a stop is requested.
 ///
 /// # Errors
-/// When a child ends, or not all is ready within a minute.
+/// When a child ends, or after a minute.
 pub fn wait(
     bus: &Bus,
     keys: &Keys,
@@ -52,7 +52,7 @@ pub fn wait(
     Ok(())
 }
 
-/// Who has not been heard of.
+/// Names of the nodes that are still missing.
 struct MissingParts {
     nodes: BTreeSet<NodeKind>,
     cameras: BTreeSet<CameraId>,

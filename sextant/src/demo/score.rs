@@ -1,7 +1,7 @@
-//! How well the demo does: estimated poses against the simulator's truth, per object, and the latency of all.
+//! Scores of the demo: estimated poses against the simulator's truth, per object, and the latency of all.
 //!
-//! In: poses as published, with the true pose at their capture time. Out: rms errors of the last seconds beside the published
-//! sigmas, coverage, percentiles. Memory is constant however long a demo runs.
+//! Input: published poses, with the true pose at their capture time. Output: RMS errors of the last seconds beside the published
+//! sigmas, coverage, percentiles. Memory is constant.
 
 use crate::demo::alignment::{PosePairs, Rms};
 use serde::Serialize;
@@ -20,16 +20,16 @@ pub struct Score {
     frame: WorldFrame,
 }
 
-/// In which frame estimates are compared with the truth.
+/// The frame in which estimates are compared with the truth.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum WorldFrame {
-    /// In the world's: the files of the cameras are exact.
+    /// The world frame: the cameras' files are exact.
     Exact,
-    /// In the one that fits best: that of cameras whose files are off.
+    /// The best-fitting frame: the cameras' files have errors.
     Fitted,
 }
 
-/// A pose as published, and the truth at its capture time.
+/// A published pose, and the true pose at its capture time.
 #[derive(Debug, Clone, Copy)]
 pub struct ScoredPose<'a> {
     /// Middle of the exposure, ns.
@@ -42,7 +42,7 @@ pub struct ScoredPose<'a> {
     pub truth: &'a Pose,
 }
 
-/// One object's error at one capture time.
+/// Error of one object at one capture time.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PoseError {
     /// Distance of the origins in m.
@@ -52,7 +52,7 @@ pub struct PoseError {
 }
 
 impl PoseError {
-    /// Of an estimate against the truth.
+    /// Error of an estimate.
     pub fn between(estimate: &Pose, truth: &Pose) -> Self {
         let error = se3::difference(estimate, truth);
         Self {
@@ -63,7 +63,7 @@ impl PoseError {
 }
 
 impl Score {
-    /// A score of these objects and links from `from_ns` on; coverage is counted in slots of one image period.
+    /// Scores of these objects and links from `from_ns` on; coverage is counted in slots of one image period.
     pub fn new(
         objects: impl IntoIterator<Item = String>,
         rate_hz: f64,
@@ -85,7 +85,7 @@ impl Score {
         }
     }
 
-    /// Counts a pose of an object or link. Poses of captures before the start don't count.
+    /// Counts a pose of an object or link. Poses captured before the start are ignored.
     pub fn count(&mut self, name: &str, judged: &ScoredPose) {
         let Some(since_ns) = judged.capture_ns.checked_sub(self.from_ns) else {
             return;
@@ -109,7 +109,7 @@ impl Score {
         fitted.unwrap_or_else(Pose::identity)
     }
 
-    /// Counts how long an object's pose took.
+    /// Counts the latency of a pose.
     pub fn count_latency(&mut self, message: &ObjectPose) {
         if message.capture_ns >= self.from_ns {
             self.latency
@@ -145,13 +145,13 @@ pub struct ObjectSummary {
     pub poses: u64,
     /// Share of image periods with a pose.
     pub coverage: f64,
-    /// Root mean square distance of the origins over the last seconds; none without a pose.
+    /// RMS distance of the origins over the last seconds; none without a pose.
     pub position_rms_mm: Option<f64>,
-    /// What the published covariances say of it: root of their traces' mean.
+    /// The same as predicted by the published covariances.
     pub position_sigma_mm: Option<f64>,
-    /// Root mean square angle; none without a pose.
+    /// RMS angle; none without a pose.
     pub attitude_rms_deg: Option<f64>,
-    /// What the published covariances say of it.
+    /// The same as predicted by the published covariances.
     pub attitude_sigma_deg: Option<f64>,
 }
 
@@ -199,7 +199,7 @@ impl ObjectScore {
     }
 }
 
-/// Counts distinct slots that arrive almost in order: the newest 64 are remembered, older ones count no more.
+/// Counts distinct slots that arrive almost in order: the newest 64 are remembered, older ones are ignored.
 #[derive(Debug, Default)]
 struct Slots {
     newest: u64,
@@ -222,7 +222,7 @@ impl Slots {
     }
 }
 
-/// A histogram of latencies: 0.1 ms wide to 1 s, then one bin for all above.
+/// Histogram of latencies: bins of 0.1 ms up to 1 s, then one bin for the rest.
 #[derive(Debug)]
 struct Latency {
     bins: Vec<u64>,
@@ -248,7 +248,7 @@ impl Latency {
         self.n += 1;
     }
 
-    /// The upper edge of the bin in which that share of all lies.
+    /// Upper edge of the bin at this quantile.
     fn percentile_ms(&self, share: f64) -> Option<f64> {
         let wanted = (share * self.n as f64).ceil().max(1.0) as u64;
         let mut below = 0;
@@ -270,7 +270,7 @@ mod tests {
         for slot in [0, 1, 1, 3, 2, 3, 70, 6, 69] {
             slots.mark(slot);
         }
-        // Slot 6 comes when it is out of the window of 64 slots: it was not counted, and is not.
+        // Slot 6 arrives outside the window of 64 slots and is not counted.
         assert_eq!(slots.covered, 6);
     }
 

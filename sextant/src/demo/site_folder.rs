@@ -1,8 +1,8 @@
-//! The demo's site on disk: a temporary folder with every file that a person would have written, gone when the demo is.
+//! The demo's site on disk: a temporary folder with every file of a site, removed at the end.
 //!
-//! A folder is held by a lock on a file in it. One that nobody holds is left over from a demo that was killed: the next
-//! demo of the same user removes it, with the shared memory that its processes left. Anybody may put things into the
-//! temporary folder, so that what is removed is this user's own folder with a demo's name, and no link is followed.
+//! A lock on a file in a folder marks it as in use. An unlocked folder is left over from a killed demo: the next
+//! demo of the same user removes it, with the shared memory that its processes left. Since anybody can create entries in the
+//! temporary folder, only this user's own folders with a demo's name are removed, and no link is followed.
 
 use crate::simulate::{models::bodies, site_files};
 use anyhow::Context;
@@ -25,12 +25,12 @@ use std::time::{Duration, Instant};
 
 const PREFIX: &str = "sextant-demo-";
 const LOCK: &str = "lock";
-/// Shared memory's own folder may have 40 bytes, of which the demo's name takes up to 24.
+/// The folder of shared memory may have 40 bytes, of which the demo's name takes up to 24.
 const LONGEST_PARENT: usize = 16;
-/// How long a killed process may take until it has let go of shared memory.
+/// Time in which a killed process releases its shared memory.
 const ENDING: Duration = Duration::from_secs(1);
 
-/// Where the demo's parts are to be found on the network.
+/// Addresses of the demo's parts.
 pub struct Addresses<'a> {
     /// The site.
     pub site: &'a SiteId,
@@ -49,7 +49,7 @@ pub struct SiteFolder {
 }
 
 impl SiteFolder {
-    /// Writes everything that the nodes of this site read.
+    /// Writes every file that the nodes of this site read.
     pub fn create(scenario: &Scenario, addresses: &Addresses) -> anyhow::Result<Self> {
         let parent = parent_folder();
         remove_leftovers(&parent);
@@ -129,7 +129,7 @@ impl SiteFolder {
         &self.cameras
     }
 
-    /// Where the nodes log to.
+    /// Folder of the nodes' logs.
     pub fn logs(&self) -> PathBuf {
         self.root.join("logs")
     }
@@ -156,11 +156,11 @@ impl Drop for SiteFolder {
     }
 }
 
-/// A folder that is held from the moment on that it has its name: another demo that starts would take it for abandoned.
+/// The folder is locked from the moment it has its final name: otherwise another starting demo would consider it abandoned.
 fn make_held(root: &Path) -> io::Result<File> {
     let name = root.file_name().unwrap_or_default().to_string_lossy();
     let nascent = root.with_file_name(format!(".{name}"));
-    // From a process of the same number that was killed right here.
+    // Left by a process with the same id that was killed.
     let _ = fs::remove_dir_all(&nascent);
     DirBuilder::new().mode(0o700).create(&nascent)?;
     let lock = File::create(nascent.join(LOCK))?;
@@ -179,7 +179,7 @@ fn parent_folder() -> PathBuf {
     }
 }
 
-/// Each demo has its own names in shared memory, so that several run side by side.
+/// Prefix of this demo's names in shared memory, so that several demos can run at the same time.
 fn shared_memory_of(root: &Path) -> IceoryxOptions {
     let name = root.file_name().unwrap_or_default().to_string_lossy();
     let number = name.strip_prefix(PREFIX).unwrap_or("0");
@@ -189,7 +189,7 @@ fn shared_memory_of(root: &Path) -> IceoryxOptions {
     }
 }
 
-/// Folders that no living demo holds.
+/// Folders that no running demo holds.
 fn remove_leftovers(parent: &Path) {
     let Ok(entries) = fs::read_dir(parent) else {
         return;
@@ -204,7 +204,7 @@ fn remove_leftovers(parent: &Path) {
     }
 }
 
-/// Whether a folder has the name that [`SiteFolder`] gives: the prefix and a process id.
+/// Whether a folder has a name made by [`SiteFolder`]: the prefix and a process id.
 fn is_a_demos(root: &Path) -> bool {
     let name = root.file_name().unwrap_or_default().to_string_lossy();
     let number = name.strip_prefix(PREFIX);
@@ -215,12 +215,12 @@ fn is_a_demos(root: &Path) -> bool {
     })
 }
 
-/// The lock of this user's own folder that nobody holds. A folder without its lock file is one that is being removed: let
-/// alone.
+/// Takes the lock of this user's folder if it is free. A folder without a lock file is being removed and is
+/// ignored.
 fn take_abandoned(root: &Path) -> Option<File> {
     open_own_folder(root).ok()?;
     let path = root.join(LOCK);
-    // What is no plain file may wait for ever to be opened.
+    // Opening anything but a plain file could block for ever.
     if !fs::symlink_metadata(&path).ok()?.is_file() {
         return None;
     }
@@ -228,7 +228,7 @@ fn take_abandoned(root: &Path) -> Option<File> {
     lock.try_lock().is_ok().then_some(lock)
 }
 
-/// Removes the folder last: without it nobody would find what is left in shared memory.
+/// Removes the folder last: without it, nobody would find the rest of the shared memory.
 fn remove_site(root: &Path, shared_memory: &IceoryxOptions) {
     let cause = match remove_all_dead(shared_memory) {
         Ok(left) if left.alive + left.failed == 0 => match fs::remove_dir_all(root) {
@@ -242,7 +242,7 @@ fn remove_site(root: &Path, shared_memory: &IceoryxOptions) {
     tracing::warn!(folder = %root.display(), %cause, "a demo's folder stays; the next demo tries again");
 }
 
-/// Waits for processes that are ending this moment: a killed one lets go of its memory a little later.
+/// Waits for processes that are ending: a killed one releases its memory a little later.
 fn remove_all_dead(shared_memory: &IceoryxOptions) -> Result<Leftovers, ImagesError> {
     let deadline = Instant::now() + ENDING;
     loop {
@@ -263,7 +263,7 @@ mod tests {
 
     use super::*;
 
-    /// A parent folder, a demo's in it, and its lock file.
+    /// A parent folder, a demo's folder in it, and its lock file.
     fn left() -> (tempfile::TempDir, PathBuf, File) {
         let parent = tempfile::tempdir_in("/tmp").unwrap();
         let root = parent.path().join(format!("{PREFIX}0"));

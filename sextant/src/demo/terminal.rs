@@ -15,7 +15,7 @@ use std::time::{Duration, Instant};
 const REFRESH: Duration = Duration::from_millis(500);
 const REPORT: Duration = Duration::from_secs(5);
 
-/// The terminal of one demo.
+/// Terminal output of one demo.
 #[derive(Debug, Clone)]
 pub struct Terminal {
     format: Format,
@@ -25,7 +25,7 @@ pub struct Terminal {
 }
 
 impl Terminal {
-    /// A table that is redrawn on a terminal, a report now and then elsewhere, nothing but JSON lines with `--json`.
+    /// A table that is redrawn on a terminal, an occasional report elsewhere, JSON lines with `--json`.
     pub fn new(format: Format) -> Self {
         let is_live = std::io::stdout().is_terminal();
         Self {
@@ -36,7 +36,7 @@ impl Terminal {
         }
     }
 
-    /// All nodes are at work.
+    /// Reports that all nodes are ready.
     pub fn ready(
         &self,
         url: &str,
@@ -68,7 +68,7 @@ impl Terminal {
         say("    stop      Ctrl-C\n");
     }
 
-    /// What is wrong with the site's files.
+    /// Describes the errors of the site's files.
     pub fn imperfect(&self, errors: &Imperfections) {
         if self.format == Format::Json {
             return;
@@ -87,7 +87,7 @@ impl Terminal {
         ));
     }
 
-    /// The state of things, when it is due.
+    /// Reports the current state, when it is due.
     pub fn show(&self, score: &Score, cameras: &BTreeMap<CameraId, CameraStatus>) {
         if self.format == Format::Json || Instant::now() < self.due.get() {
             return;
@@ -102,7 +102,7 @@ impl Terminal {
         say_raw(&table);
     }
 
-    /// The sum, as the last line.
+    /// Prints the summary as the last line.
     ///
     /// # Errors
     /// Never for the numbers of a summary.
@@ -176,7 +176,7 @@ fn say(line: &str) {
     say_raw(&format!("{line}\n"));
 }
 
-/// A closed standard output ends nothing: the demo is watched in the page, too.
+/// A closed standard output is ignored: the demo can also be watched on the page.
 fn say_raw(text: &str) {
     let mut stdout = std::io::stdout().lock();
     let _ = stdout

@@ -1,4 +1,4 @@
-//! Watches the demo's network: scores each pose against the truth, publishes the truth, keeps each camera's last status.
+//! Watches the demo's network: scores each pose, publishes the truth, keeps each camera's last status.
 
 use crate::demo::Summary;
 use crate::demo::processes::Processes;
@@ -18,9 +18,9 @@ use sextant_zenoh_bus::{Bus, BusError, DropRule, Publisher, Qos, Subscription};
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 
-/// Period of polling the children and the stop signal.
+/// Polling period of children and stop signal.
 const GLANCE: Duration = Duration::from_millis(50);
-/// Period of publishing the truth, which is for display only.
+/// Period of publishing the truth, for display only.
 const TRUTH_PERIOD_NS: u64 = 100_000_000;
 /// Time in which the last messages of stopped children arrive.
 const LAST_WORDS: Duration = Duration::from_millis(300);
@@ -34,11 +34,11 @@ pub struct CameraSummary {
     pub captured: u64,
     /// Images searched for tags.
     pub detected: u64,
-    /// Images that newer ones displaced before they were searched.
+    /// Images displaced by newer ones before detection.
     pub dropped: u64,
 }
 
-/// The watch of one demo.
+/// State of one demo's watch.
 pub struct Watch<'a> {
     scenario: &'a Scenario,
     poses: Subscription,
@@ -56,7 +56,7 @@ struct TruthOutlet {
 }
 
 impl<'a> Watch<'a> {
-    /// Starts the watch.
+    /// Starts watching.
     ///
     /// # Errors
     /// If the network session has ended.
@@ -202,7 +202,7 @@ impl<'a> Watch<'a> {
         bodies(self.scenario).find(|body| body.id() == id.as_str())
     }
 
-    /// In the world frame of the estimates, where the page draws it beside them.
+    /// Truth in the world frame of the estimates, in which the page draws both.
     fn publish_truth(&mut self, message: &ObjectPose, truth: &Pose) -> anyhow::Result<()> {
         let Some(outlet) = self.truths.get_mut(&message.object) else {
             return Ok(());
@@ -232,7 +232,7 @@ impl<'a> Watch<'a> {
     }
 }
 
-/// Names of the scores of a body: its own, or those of its links.
+/// Names of the scores of an object: its own, or those of its links.
 fn names(body: Body<'_>) -> Vec<String> {
     let links: Vec<String> = body
         .links()
@@ -245,7 +245,7 @@ fn names(body: Body<'_>) -> Vec<String> {
     }
 }
 
-/// As the page names it.
+/// Name as on the page.
 fn name_of_link(body: &Body<'_>, link: &str) -> String {
     format!("{}.{link}", body.id())
 }

@@ -1,6 +1,6 @@
 //! A flat board of tags for the calibration of lenses and rigs: its sheet and its object file.
 //!
-//! The board's frame has its origin in the middle of the grid, x to the right, y up and z out of the paper, as each of its
+//! The origin of the board's frame is the centre of the grid; x points right, y up and z out of the paper, as for each of its
 //! tags. Ids run from the top left, row by row.
 
 use super::PrintJob;
@@ -13,10 +13,10 @@ use sextant_tag_families::Family;
 /// Height of ruler and notes under the grid.
 const FOOT: f64 = 30.0;
 
-/// What a person may choose of a board.
+/// Options of a board.
 #[derive(Args, Debug, Clone)]
 pub struct BoardArguments {
-    /// Tags in a row.
+    /// Tags per row.
     #[arg(long, default_value_t = 5, value_parser = clap::value_parser!(u16).range(1..=100))]
     pub columns: u16,
     /// Rows of tags.
@@ -33,10 +33,10 @@ pub struct BoardArguments {
     pub first: u32,
 }
 
-/// The board as it is printed.
+/// Lays out the board.
 ///
 /// # Errors
-/// A family with too few tags and a grid that does not fit on the paper.
+/// A family with too few tags, or a grid larger than the paper.
 pub fn board(arguments: &BoardArguments, id: &str, paper: Paper) -> anyhow::Result<PrintJob> {
     let ids = super::ids_from(arguments.family, arguments.first, arguments.tags())?;
     let size = arguments.size * 1e3;

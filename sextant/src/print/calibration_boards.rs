@@ -1,4 +1,4 @@
-//! Boards of other tools: Kalibr's AprilGrid and OpenCV's ChArUco board, with the object files that describe them here.
+//! Boards of other tools: Kalibr's AprilGrid and OpenCV's ChArUco board, with object files that describe them.
 
 use super::PrintJob;
 use super::sheet::{MARGIN, NOTE, Paper, Sheet};
@@ -10,10 +10,10 @@ use sextant_tag_families::Family;
 /// Height of ruler and notes under the board.
 const FOOT: f64 = 34.0;
 
-/// What a person may choose of an AprilGrid.
+/// Options of an AprilGrid.
 #[derive(Args, Debug, Clone)]
 pub struct AprilgridArguments {
-    /// Tags in a row: Kalibr's tagCols.
+    /// Tags per row: Kalibr's tagCols.
     #[arg(long, default_value_t = 6)]
     pub columns: u16,
     /// Rows of tags: Kalibr's tagRows.
@@ -30,10 +30,10 @@ pub struct AprilgridArguments {
     pub first: u32,
 }
 
-/// What a person may choose of a ChArUco board.
+/// Options of a ChArUco board.
 #[derive(Args, Debug, Clone)]
 pub struct CharucoArguments {
-    /// Squares in a row: OpenCV's squaresX.
+    /// Squares per row: OpenCV's squaresX.
     #[arg(long, default_value_t = 5)]
     pub columns: u16,
     /// Rows of squares: OpenCV's squaresY.
@@ -42,7 +42,7 @@ pub struct CharucoArguments {
     /// Edge of each square, metres: OpenCV's squareLength.
     #[arg(long, value_name = "METRES", default_value_t = 0.033)]
     pub size: f64,
-    /// Edge of each marker as a share of its square's: OpenCV's markerLength by squareLength.
+    /// Edge of each marker as a share of its square: OpenCV's markerLength / squareLength.
     #[arg(long, value_name = "SHARE", default_value_t = 0.75)]
     pub marker: f64,
     /// The squares' family: charuco and OpenCV's dictionary.
@@ -50,10 +50,10 @@ pub struct CharucoArguments {
     pub family: Family,
 }
 
-/// The grid as it is printed.
+/// Lays out the grid.
 ///
 /// # Errors
-/// A grid that is none, and one that does not fit on the paper.
+/// An invalid grid, or one larger than the paper.
 pub fn aprilgrid(
     arguments: &AprilgridArguments,
     id: &str,
@@ -98,10 +98,10 @@ pub fn aprilgrid(
     })
 }
 
-/// The board as it is printed.
+/// Lays out the board.
 ///
 /// # Errors
-/// A board that is none, and one that does not fit on the paper.
+/// An invalid board, or one larger than the paper.
 pub fn charuco(arguments: &CharucoArguments, id: &str, paper: Paper) -> anyhow::Result<PrintJob> {
     let &CharucoArguments {
         columns,
@@ -123,7 +123,7 @@ pub fn charuco(arguments: &CharucoArguments, id: &str, paper: Paper) -> anyhow::
     let model = board.object(id.parse()?)?;
     let edge = size * 1e3;
     let lower_left = place([columns, rows].map(|n| f64::from(n) * edge), paper)?;
-    // Rows count from above.
+    // Rows are numbered from above.
     let corner = |[column, row]: [u16; 2]| {
         let up = rows - 1 - row;
         [
@@ -152,7 +152,7 @@ pub fn charuco(arguments: &CharucoArguments, id: &str, paper: Paper) -> anyhow::
     })
 }
 
-/// The lower left corner of a board of a size, above ruler and notes.
+/// Lower left corner of a board of this size, above ruler and notes.
 fn place([across, down]: [f64; 2], paper: Paper) -> anyhow::Result<[f64; 2]> {
     let [width, height] = paper.size();
     let room = [width - 2.0 * MARGIN, height - 2.0 * MARGIN - FOOT];

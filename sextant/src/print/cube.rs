@@ -1,8 +1,8 @@
-//! A cube to fold from one sheet, a tag on each face, and the constellation that it has when folded.
+//! A cube to fold from one sheet, with a tag on each face, and the constellation of the folded cube.
 //!
-//! The cube's frame has its origin in the middle. Seen from outside, the net's second face of the column looks along z, the
-//! one above it along y, the one to its right along x; the printed side is outside. Each face carries its tag in its middle,
-//! upright in the net. With the tags in the order +z, +y, -x, +x, -y, -z:
+//! The origin of the cube's frame is its centre. Seen from outside, the second face of the net's column faces along z, the one above it
+//! along y, the one to its right along x; the printed side is outside. Each tag is centred on its face and upright
+//! in the net. The tags are in the order +z, +y, -x, +x, -y, -z:
 //!
 //! ```text
 //!        [+y]
@@ -22,10 +22,10 @@ use sextant_geometry::Pose;
 use sextant_tag_families::Family;
 use std::f64::consts::FRAC_PI_2;
 
-/// How far glue flaps stand out.
+/// Width of the glue flaps.
 const FLAP: f64 = 8.0;
 
-/// What a person may choose of a cube.
+/// Options of a cube.
 #[derive(Args, Debug, Clone)]
 pub struct CubeArguments {
     /// Edge of the cube, metres.
@@ -42,16 +42,16 @@ pub struct CubeArguments {
     pub first: u32,
 }
 
-/// A face: where it lies in the net, in edges from the face +z, x right and y up, and how it is folded.
+/// A face: its position in the net, in edges from the face +z, x right and y up, and how it is folded.
 struct Face {
     at: [f64; 2],
     object_from_face: Pose,
 }
 
-/// The cube as it is printed.
+/// Lays out the cube.
 ///
 /// # Errors
-/// Tags that do not fit on the faces or faces that do not fit on the paper.
+/// Tags larger than the faces, or a net larger than the paper.
 pub fn cube(arguments: &CubeArguments, id: &str, paper: Paper) -> anyhow::Result<PrintJob> {
     let ids = super::ids_from(arguments.family, arguments.first, 6)?;
     let (edge, size) = (arguments.edge * 1e3, arguments.size * 1e3);
@@ -89,7 +89,7 @@ pub fn cube(arguments: &CubeArguments, id: &str, paper: Paper) -> anyhow::Result
     })
 }
 
-/// The faces in the order of their tags, each hinged to the one it is joined to in the net.
+/// The faces in the order of their tags, each hinged to its neighbour in the net.
 fn faces(edge: f64) -> [Face; 6] {
     let front = Pose::translation(0.0, 0.0, edge / 2.0);
     let below = front * hinge([0.0, -1.0], edge);
@@ -107,16 +107,16 @@ fn faces(edge: f64) -> [Face; 6] {
     ]
 }
 
-/// The pose, on a face, of its neighbour in the net in direction `[x, y]`, folded back by a right angle.
+/// Pose of the neighbour in direction `[x, y]` in the frame of a face, folded back by a right angle.
 fn hinge([x, y]: [f64; 2], edge: f64) -> Pose {
     let outwards = Vector3::new(x, y, 0.0);
-    // Turns the neighbour's normal from z to outwards.
+    // Turns the neighbour's normal from z to the outside.
     let turn = UnitQuaternion::from_scaled_axis(Vector3::z().cross(&outwards) * FRAC_PI_2);
     let to_hinge = outwards * (edge / 2.0);
     Pose::from_parts((to_hinge + turn * to_hinge).into(), turn)
 }
 
-/// The net on the paper: edge of a face and where the middle of +z lies.
+/// The net on the paper: edge length of a face and centre of +z.
 struct NetLayout {
     edge: f64,
     middle: [f64; 2],
@@ -142,7 +142,7 @@ impl NetLayout {
         sheet.into_page()
     }
 
-    /// A place given in edges from the middle of +z.
+    /// A point given in edges from the centre of +z.
     fn place(&self, [x, y]: [f64; 2]) -> [f64; 2] {
         [
             self.middle[0] + x * self.edge,
@@ -187,7 +187,7 @@ impl NetLayout {
         self.flap(sheet, [0.5, -2.5], [-0.5, -2.5]);
     }
 
-    /// A glue flap on the edge of a face; it stands out to the left of the way from `from` to `to`.
+    /// A glue flap on the edge of a face, on the left of the direction from `from` to `to`.
     fn flap(&self, sheet: &mut Sheet, from: [f64; 2], to: [f64; 2]) {
         let (a, b) = (self.place(from), self.place(to));
         sheet.line(Stroke::Fold, &[a, b]);
@@ -231,7 +231,7 @@ mod tests {
         }
     }
 
-    /// Edges that touch in the net, and those that the flaps join, lie on one another on the cube, end to end.
+    /// Edges that touch in the net, and those joined by flaps, coincide on the cube.
     #[test]
     fn edges_meet_when_folded() {
         let [front, above, left, right, below, back] = faces(EDGE);

@@ -1,12 +1,12 @@
 //! Pages as a PDF file: black areas, grey lines and Helvetica, all in millimetres from the lower left corner of the paper.
 //!
-//! Written after ISO 32000-1 (PDF 1.7): the objects, their table, and content that is not compressed, so that anybody can
-//! read what was meant to be printed. The file asks viewers not to scale it (12.2, `PrintScaling`). The same pages give the
-//! same bytes.
+//! Follows ISO 32000-1 (PDF 1.7): objects, cross-reference table, and uncompressed content, so that a person can
+//! read it. The file asks viewers not to scale it (12.2, `PrintScaling`). Equal pages give
+//! equal bytes.
 
 use std::fmt::Write as _;
 
-/// Points of PDF in a millimetre.
+/// PDF points per millimetre.
 const POINTS_PER_MM: f64 = 72.0 / 25.4;
 
 /// A rectangle, millimetres: lower left corner, width, height.
@@ -22,25 +22,25 @@ pub struct Area {
     pub height: f64,
 }
 
-/// How a line is drawn.
+/// Style of a line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Stroke {
     /// A black line of a ruler.
     Ruler,
-    /// A thin grey line along which to cut.
+    /// A thin grey cutting line.
     Cut,
-    /// A dashed grey line along which to fold.
+    /// A dashed grey folding line.
     Fold,
 }
 
-/// One thing on a page.
+/// An element of a page.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Mark {
     /// Black areas, filled as one shape so that no hairline shows between neighbours.
     Black(Vec<Area>),
     /// A line through points.
     Line(Stroke, Vec<[f64; 2]>),
-    /// A line of text: where its base line begins, height of the letters' body, and the words.
+    /// A line of text: start of its base line, font size, and the words.
     Text([f64; 2], f64, String),
 }
 
@@ -49,11 +49,11 @@ pub enum Mark {
 pub struct Page {
     /// Width and height of the paper.
     pub size: [f64; 2],
-    /// What is on it, in the order of drawing.
+    /// Elements in drawing order.
     pub marks: Vec<Mark>,
 }
 
-/// The file of some pages.
+/// The PDF file of these pages.
 pub fn pdf(title: &str, pages: &[Page]) -> Vec<u8> {
     let first_page = 5;
     let kids: Vec<String> = (0..pages.len())
@@ -86,7 +86,7 @@ pub fn pdf(title: &str, pages: &[Page]) -> Vec<u8> {
     file_of(&objects)
 }
 
-/// Header, numbered objects, the table of their places, and the trailer.
+/// Header, numbered objects, cross-reference table, and trailer.
 fn file_of(objects: &[String]) -> Vec<u8> {
     let mut text = String::from("%PDF-1.7\n");
     let mut places = Vec::new();
@@ -150,7 +150,7 @@ fn draw_line(text: &mut String, stroke: Stroke, points: &[[f64; 2]]) {
     text.push_str("S\n");
 }
 
-/// A PDF string: Latin letters only, brackets and backslashes marked.
+/// A PDF string: Latin letters only, brackets and backslashes escaped.
 fn escaped(words: &str) -> String {
     let mut text = String::new();
     for letter in words.chars() {

@@ -1,20 +1,20 @@
-//! A sheet of paper to be filled: tags in true size, rulers, notes. Millimetres from the lower left corner.
+//! A sheet of paper under construction: tags in true size, rulers, notes. Millimetres from the lower left corner.
 
 use super::pdf::{Area, Mark, Page, Stroke};
 use clap::ValueEnum;
 use sextant_estimator::TagId;
 use sextant_tag_families::{Board, module_is_white};
 
-/// What most printers leave white at each edge, millimetres.
+/// Margin that most printers cannot print, millimetres.
 pub const MARGIN: f64 = 10.0;
 /// Height of small print.
 pub const SMALL: f64 = 2.1;
-/// Height of the notes for the person.
+/// Font size of notes.
 pub const NOTE: f64 = 3.2;
 /// Length of the rulers.
 pub const RULER: f64 = 100.0;
 
-/// The paper in the printer.
+/// Paper size.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum Paper {
     /// 210 x 297 mm.
@@ -32,7 +32,7 @@ impl Paper {
         }
     }
 
-    /// Its usual name.
+    /// Its common name.
     pub fn name(self) -> &'static str {
         match self {
             Self::A4 => "A4",
@@ -47,7 +47,7 @@ pub struct Sheet {
 }
 
 impl Sheet {
-    /// An empty one.
+    /// An empty sheet.
     pub fn new(paper: Paper) -> Self {
         Self {
             page: Page {
@@ -57,13 +57,13 @@ impl Sheet {
         }
     }
 
-    /// The page to print.
+    /// The finished page.
     pub fn into_page(self) -> Page {
         self.page
     }
 
-    /// A tag, upright, with its centre at a place; `size` is the edge of its black square, of a ChArUco board's marker. Squares at the
-    /// corners of an AprilGrid's tag are not part of it: [`Self::squares`].
+    /// Adds an upright tag centred at a point; `size` is the edge of its black square, or of a ChArUco board's marker. Squares at the
+    /// corners of an AprilGrid's tag are separate: [`Self::squares`].
     pub fn tag(&mut self, tag: TagId, centre: [f64; 2], size: f64) {
         let across = usize::from(tag.family.data().total_width);
         let module = module_of(tag, size);
@@ -91,7 +91,7 @@ impl Sheet {
         self.page.marks.push(Mark::Black(areas));
     }
 
-    /// Black squares by their lower left corners.
+    /// Adds black squares by their lower left corners.
     pub fn squares(&mut self, corners: impl Iterator<Item = [f64; 2]>, edge: f64) {
         let area = |[x, y]: [f64; 2]| Area {
             x,
@@ -104,17 +104,17 @@ impl Sheet {
             .push(Mark::Black(corners.map(area).collect()));
     }
 
-    /// A line of words.
+    /// Adds a line of text.
     pub fn text(&mut self, at: [f64; 2], height: f64, words: impl Into<String>) {
         self.page.marks.push(Mark::Text(at, height, words.into()));
     }
 
-    /// A line through points.
+    /// Adds a line through points.
     pub fn line(&mut self, stroke: Stroke, points: &[[f64; 2]]) {
         self.page.marks.push(Mark::Line(stroke, points.to_vec()));
     }
 
-    /// The outline of a square about a centre.
+    /// Adds the outline of a square around a centre.
     pub fn square(&mut self, stroke: Stroke, centre: [f64; 2], edge: f64) {
         let half = edge / 2.0;
         let corner = |x: f64, y: f64| [centre[0] + x * half, centre[1] + y * half];
@@ -127,7 +127,7 @@ impl Sheet {
         self.line(stroke, &[a, b, c, d, a]);
     }
 
-    /// A ruler of [`RULER`] to the right of its zero, with a tick every millimetre and numbers below.
+    /// Adds a horizontal ruler of length [`RULER`] with a tick every millimetre and numbers below.
     pub fn ruler_right(&mut self, zero: [f64; 2]) {
         let [x, y] = zero;
         self.line(Stroke::Ruler, &[[x, y], [x + RULER, y]]);
@@ -141,7 +141,7 @@ impl Sheet {
         self.text([x + RULER + 3.0, y - SMALL], SMALL, "mm");
     }
 
-    /// A ruler of [`RULER`] upwards from its zero, ticks to the right.
+    /// Adds a vertical ruler of length [`RULER`] with ticks to the right.
     pub fn ruler_up(&mut self, zero: [f64; 2]) {
         let [x, y] = zero;
         self.line(Stroke::Ruler, &[[x, y], [x, y + RULER]]);
@@ -151,7 +151,7 @@ impl Sheet {
         }
     }
 
-    /// Notes line by line downwards from a place.
+    /// Adds notes line by line, from top to bottom.
     pub fn notes(&mut self, at: [f64; 2], lines: &[String]) {
         for (index, line) in lines.iter().enumerate() {
             let y = at[1] - 1.35 * NOTE * index as f64;
@@ -175,7 +175,7 @@ pub fn label_of(tag: TagId, size: f64) -> String {
     format!("{} {}   {}", tag.family, tag.id, length_text(size))
 }
 
-/// Millimetres as people write them.
+/// Formats millimetres without trailing zeros.
 pub fn length_text(mm: f64) -> String {
     format!("{} mm", (mm * 100.0).round() / 100.0)
 }

@@ -9,17 +9,17 @@ use sextant_estimator::{ObjectModel, ObjectTag, TagId};
 use sextant_tag_families::Family;
 use std::str::FromStr;
 
-/// Between the cut lines of neighbours, where the ids stand.
+/// Distance between the cutting lines of neighbours; the ids are printed there.
 const STRIP: f64 = 4.0;
 /// Height of ruler and notes under the tags.
 const FOOT: f64 = 24.0;
-/// More tags than anybody prints; the bound keeps a slip of the pen from filling the disk.
+/// Most tags of one file, so that a typing error does not fill the disk.
 const MAX_TAGS: usize = 1000;
 
-/// What a person may choose of single tags.
+/// Options of single tags.
 #[derive(Args, Debug, Clone)]
 pub struct TagsArguments {
-    /// Which: ids and ranges, such as 0-5,9.
+    /// Ids and ranges, such as 0-5,9.
     #[arg(long, value_name = "IDS", default_value = "0-5")]
     pub ids: Ids,
     /// Edge of each black square, metres.
@@ -55,10 +55,10 @@ impl FromStr for Ids {
     }
 }
 
-/// The tags as they are printed.
+/// Lays out the tags.
 ///
 /// # Errors
-/// Ids that the family lacks, an id twice, and a size that does not fit on the paper.
+/// Ids that the family lacks, duplicate ids, and a size larger than the paper.
 pub fn tags(arguments: &TagsArguments, id: &str, paper: Paper) -> anyhow::Result<PrintJob> {
     let size = arguments.size * 1e3;
     super::check_size(size)?;

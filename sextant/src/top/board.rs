@@ -1,4 +1,4 @@
-//! What is known of a site at a moment, from what its nodes say. Pure: time is an argument, and what comes is bounded.
+//! The state of a site according to the messages of its nodes. Pure: time is an argument, memory is bounded.
 
 use crate::top::rows::{CameraRow, NodeRow, ObjectRow, SILENCE_S};
 use crate::words;
@@ -10,7 +10,7 @@ use sextant_proto::{
 use sextant_zenoh_bus::{Item, Presence};
 use std::collections::BTreeMap;
 
-/// Cameras, objects and nodes of each kind that are kept: a flood of invented names must not fill the memory.
+/// Most cameras, objects and nodes of each kind: a flood of invented names must not fill the memory.
 const MOST: usize = 1024;
 
 /// The site.
@@ -21,16 +21,16 @@ pub struct Board {
     pub cameras: BTreeMap<CameraId, CameraRow>,
     /// Its objects.
     pub objects: BTreeMap<ObjectId, ObjectRow>,
-    /// The nodes that have ever been heard.
+    /// All nodes that have ever been seen.
     pub nodes: BTreeMap<(NodeKind, NodeId), NodeRow>,
     /// Last status of each fusion node.
     pub fusion: BTreeMap<NodeId, FusionStatus>,
-    /// How long the router has been out of reach, seconds; none while it is there.
+    /// Seconds since the router became unreachable; none while it is connected.
     pub disconnected_s: Option<f64>,
 }
 
 impl Board {
-    /// Nothing is known yet.
+    /// The state before any message.
     pub fn new(keys: Keys) -> Self {
         Self {
             keys,
@@ -42,7 +42,7 @@ impl Board {
         }
     }
 
-    /// A message that came at `now_ns`; one that is none of the site's is passed over: the fusion node counts those.
+    /// Handles a message that arrived at `now_ns`; messages of other sites are ignored, since the fusion node counts those.
     pub fn take(&mut self, item: &Item, now_ns: u64) {
         match self.keys.parse(&item.key) {
             Some(KeyRef::CameraStatus(id)) => {
@@ -82,7 +82,7 @@ impl Board {
         }
     }
 
-    /// Somebody came or went.
+    /// Handles a change of liveliness.
     pub fn presence(&mut self, presence: &Presence, now_ns: u64) {
         let (key, up) = match presence {
             Presence::Joined(key) => (key, true),
@@ -114,7 +114,7 @@ impl Board {
         row.take(pose, now_ns);
     }
 
-    /// The fusion nodes say which objects there are, and which cameras the rig has.
+    /// The fusion nodes report which objects exist and which cameras the rig has.
     fn fusion_status(&mut self, node: NodeId, status: FusionStatus, now_ns: u64) {
         for intake in &status.cameras {
             if let Some(row) = entry(&mut self.cameras, intake.camera.clone()) {
@@ -142,10 +142,10 @@ impl Board {
         }
     }
 
-    /// Faults in words, with their source.
+    /// Descriptions of faults, with their source.
     pub fn faults(&self, now_ns: u64) -> Vec<(String, String)> {
         let mut faults = match self.disconnected_s {
-            // Without the router everyone is silent: no news about anyone.
+            // Without the router everything is silent, which says nothing about the nodes.
             Some(seconds) => {
                 let words =
                     format!("the router has not answered for {seconds:.0} s; waiting for it");
@@ -166,7 +166,7 @@ impl Board {
         faults
     }
 
-    /// Who is missed.
+    /// Names of silent nodes.
     fn silences(&self, now_ns: u64) -> Vec<(String, String)> {
         let mut silences = Vec::new();
         for ((kind, id), row) in &self.nodes {
@@ -272,7 +272,7 @@ pub mod tests {
         }
     }
 
-    /// A site of one camera and two objects, one of them seen, a second ago and now.
+    /// A site of one camera and two objects, one of them seen a second ago and now.
     pub fn board() -> Board {
         let keys = Keys::new("lab").unwrap();
         let (north, node) = (
@@ -359,7 +359,7 @@ pub mod tests {
         let gone = Presence::Left("sextant/v1/lab/alive/camera/north".to_owned());
         board.presence(&gone, NOW_NS);
         assert_eq!(words(&board, NOW_NS)[0], "camera node north is gone");
-        // Without the router everyone is silent: no news about anyone.
+        // Without the router everything is silent, which says nothing about the nodes.
         board.disconnected_s = Some(5.2);
         let said = words(&board, NOW_NS);
         assert_eq!(said.len(), 2, "{said:?}");

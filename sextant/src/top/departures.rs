@@ -1,4 +1,4 @@
-//! Who left: shown as gone for a while, then dropped. A camera that the rig has is expected back and stays.
+//! Departed nodes and objects: shown as gone for a while, then dropped. A camera of the rig is expected back and stays.
 
 use crate::top::board::Board;
 use sextant_estimator::{CameraId, ObjectId};
@@ -8,7 +8,7 @@ use sextant_proto::NodeKind;
 const SHOWN_NS: u64 = 60_000_000_000;
 
 impl Board {
-    /// Notes what no fusion node has any more.
+    /// Marks what no fusion node has any more.
     pub fn compare_with_statuses(&mut self, now_ns: u64) {
         let fusion = &self.fusion;
         let has_object = |id: &ObjectId| {
@@ -46,7 +46,7 @@ impl Board {
             row.up || row.heard_ns == 0 || !is_old(row.heard_ns) || expected(*kind, id.as_str())
         });
         let nodes = &self.nodes;
-        // The last words of a node that ended are no news.
+        // The last messages of an ended node are outdated.
         let lives = |id| nodes.contains_key(&(NodeKind::Fusion, id));
         self.fusion.retain(|id, _| lives(id.clone()));
     }

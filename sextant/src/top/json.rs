@@ -1,4 +1,4 @@
-//! The board as one line of JSON.
+//! The state as one line of JSON.
 
 use crate::top::board::Board;
 use crate::top::rows::{CameraRow, ObjectRow};
@@ -6,7 +6,7 @@ use crate::top::table::{latency_ms, sigma_of, source};
 use crate::words;
 use serde_json::{Value, json};
 
-/// The board at `now_ns`; null where something is unknown.
+/// The state at `now_ns`; unknown values are null.
 pub fn line(board: &Board, now_ns: u64) -> String {
     let nodes = board.nodes.iter().map(|((kind, id), row)| {
         json!({

@@ -1,12 +1,12 @@
-//! The rows of the board: one camera, one object, one process.
+//! Rows of the table: one camera, one object, one process.
 
 use sextant_estimator::State;
 use sextant_proto::{CameraClock, CameraIntake, CameraStatus, ObjectPose};
 use std::collections::VecDeque;
 
-/// Poses are counted over so long.
+/// Window over which poses are counted.
 const RATE_WINDOW_NS: u64 = 2_000_000_000;
-/// Silence after which a node is missed.
+/// Time without messages after which a node counts as silent.
 pub const SILENCE_S: f64 = 3.0;
 
 /// A camera.
@@ -16,13 +16,13 @@ pub struct CameraRow {
     pub status: Option<CameraStatus>,
     /// Capture time of its newest image, ns; 0 before the first.
     pub last_capture_ns: u64,
-    /// What the fusion node makes of its messages.
+    /// How the fusion node treats its messages.
     pub intake: Option<CameraIntake>,
-    /// What its images tell about its clock.
+    /// What its images reveal about its clock.
     pub clock: Option<CameraClock>,
-    /// When it was last heard itself, ns; 0 before.
+    /// Arrival of its last own message, ns; 0 before the first.
     pub heard_ns: u64,
-    /// Whether a fusion node has it in its rig.
+    /// Whether it is in the rig of a fusion node.
     pub in_rig: bool,
 }
 
@@ -31,7 +31,7 @@ pub struct CameraRow {
 pub struct ObjectRow {
     /// The newest pose.
     pub pose: Option<Box<ObjectPose>>,
-    /// When the last poses came, ns.
+    /// Arrival times of the last poses, ns.
     arrivals_ns: VecDeque<u64>,
     /// Since when no fusion node has it any more, ns.
     pub gone_ns: Option<u64>,
@@ -42,12 +42,12 @@ pub struct ObjectRow {
 pub struct NodeRow {
     /// Whether it is on the network.
     pub up: bool,
-    /// When it was last heard, ns.
+    /// Arrival of its last message, ns.
     pub heard_ns: u64,
 }
 
 impl CameraRow {
-    /// Since when it is silent, if it ever was heard and is missed.
+    /// Since when it has been silent; none if it was never heard or is not expected.
     pub fn gone_ns(&self, now_ns: u64) -> Option<u64> {
         let age_s = now_ns.saturating_sub(self.heard_ns) as f64 * 1e-9;
         (self.heard_ns > 0 && age_s > SILENCE_S).then_some(self.heard_ns)
@@ -55,7 +55,7 @@ impl CameraRow {
 }
 
 impl ObjectRow {
-    /// A pose that came at `now_ns`.
+    /// Handles a pose that arrived at `now_ns`.
     pub fn take(&mut self, pose: ObjectPose, now_ns: u64) {
         self.pose = Some(Box::new(pose));
         self.arrivals_ns.push_back(now_ns);
@@ -66,7 +66,7 @@ impl ObjectRow {
         }
     }
 
-    /// Poses a second at `now_ns`.
+    /// Poses per second at `now_ns`.
     pub fn rate_hz(&self, now_ns: u64) -> f64 {
         let since = now_ns.saturating_sub(RATE_WINDOW_NS);
         let recent = self.arrivals_ns.iter().filter(|at| **at > since);
@@ -75,7 +75,7 @@ impl ObjectRow {
             count += 1;
             first = first.or(Some(*at));
         }
-        // Since the first one seen, so that the first seconds tell the truth, too.
+        // Counted since the first pose, so that the first seconds are correct, too.
         let span_s = first.map_or(0.0, |first| now_ns.saturating_sub(first) as f64 * 1e-9);
         if span_s > 0.0 {
             f64::from(count) / span_s.max(0.5)
@@ -84,7 +84,7 @@ impl ObjectRow {
         }
     }
 
-    /// The state; lost if it was never published, or not for a while.
+    /// The state; lost if no pose was published, or none recently.
     pub fn state(&self, now_ns: u64) -> State {
         let silent = self
             .arrivals_ns

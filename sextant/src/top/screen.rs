@@ -1,4 +1,4 @@
-//! The terminal as a screen that is redrawn in place, and left as it was found.
+//! The terminal as a screen that is redrawn in place, and restored at the end.
 
 use crate::top::table::{Line, Tone};
 use sextant_process::terminal;
@@ -6,36 +6,36 @@ use std::io::{self, IsTerminal, Write};
 
 /// Default number of columns.
 const USUAL_WIDTH: usize = 100;
-/// Fewer columns are taken for a terminal that does not know.
+/// A terminal with fewer columns is assumed not to know its size.
 const NARROWEST: usize = 40;
 
-/// Columns for text that goes to standard output.
+/// Columns for text on standard output.
 pub fn width() -> usize {
     terminal::size().map_or(USUAL_WIDTH, |(columns, _)| {
         usize::from(columns).max(NARROWEST)
     })
 }
 
-/// The terminal, taken for the time being. Dropping it shows what was there before.
+/// The terminal's alternate screen. Dropping it restores the previous content.
 pub struct Screen {
     is_coloured: bool,
 }
 
 impl Screen {
-    /// Takes the terminal, where standard output is one.
+    /// Switches to the alternate screen, if standard output is a terminal.
     pub fn take() -> Option<Self> {
         let is_terminal = io::stdout().is_terminal();
         let is_dumb = std::env::var("TERM").is_ok_and(|term| term == "dumb");
         if !is_terminal || is_dumb {
             return None;
         }
-        // The other screen, its cursor hidden.
+        // The alternate screen, with a hidden cursor.
         print("\x1b[?1049h\x1b[?25l").ok()?;
         let is_coloured = std::env::var_os("NO_COLOR").is_none_or(|value| value.is_empty());
         Some(Self { is_coloured })
     }
 
-    /// Columns of the terminal now.
+    /// Current number of columns.
     pub fn width(&self) -> usize {
         width()
     }
@@ -43,7 +43,7 @@ impl Screen {
     /// Draws the lines that fit on the screen.
     ///
     /// # Errors
-    /// A terminal that takes nothing any more.
+    /// A terminal that is closed.
     pub fn draw(&self, lines: &[Line]) -> io::Result<()> {
         let rows = terminal::size().map_or(usize::MAX, |(_, rows)| usize::from(rows));
         print(&frame(lines, rows, self.is_coloured))
@@ -52,12 +52,12 @@ impl Screen {
 
 impl Drop for Screen {
     fn drop(&mut self) {
-        // A terminal that is gone needs nothing put back.
+        // A closed terminal needs no restoring.
         let _ = print("\x1b[?25h\x1b[?1049l");
     }
 }
 
-/// From the top left corner: each line to its end, then nothing more. The last row may count what has no room.
+/// Draws from the top left corner, each line to its end, and clears the rest. The last row may count what did not fit.
 fn frame(lines: &[Line], rows: usize, is_coloured: bool) -> String {
     let shown = if lines.len() > rows {
         rows.saturating_sub(1)

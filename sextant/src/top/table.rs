@@ -1,4 +1,4 @@
-//! The board as lines of text that fit into a width. 80 columns show everything.
+//! The state as lines of text of limited width. 80 columns show everything.
 
 use crate::top::board::Board;
 use crate::top::rows::{CameraRow, ObjectRow, SILENCE_S};
@@ -11,30 +11,30 @@ use sextant_proto::{ClockSource, Rejections};
 pub struct Line {
     /// Without control characters.
     pub text: String,
-    /// How it is to be taken.
+    /// Its colour.
     pub tone: Tone,
 }
 
-/// How a line is to be taken: its colour.
+/// Meaning of a line, which determines its colour.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Tone {
-    /// As it is.
+    /// Plain text.
     Plain,
-    /// Above others.
+    /// A heading.
     Heading,
-    /// All is well.
+    /// Everything is in order.
     Good,
-    /// It may be well again by itself.
+    /// A problem that may resolve by itself.
     Doubtful,
-    /// Something is wrong.
+    /// A fault.
     Bad,
 }
 
-/// The board at `now_ns` in lines of at most `width` characters.
+/// The state at `now_ns` in lines of at most `width` characters.
 pub fn lines(board: &Board, now_ns: u64, width: usize) -> Vec<Line> {
     let faults = board.faults(now_ns);
     let mut lines = vec![title(board, faults.len(), now_ns)];
-    // First of all: a small terminal shows it, too.
+    // First, so that a small terminal shows it, too.
     lines.extend(paragraph("WRONG", Tone::Bad, &faults, width));
     lines.push(line(String::new(), Tone::Plain));
     lines.push(line(cameras_heading(), Tone::Heading));
@@ -119,7 +119,7 @@ fn counted(n: usize, noun: &str) -> String {
     format!("{n} {noun}{}", if n == 1 { "" } else { "s" })
 }
 
-/// Of a camera or an object that has left.
+/// Row of a camera or object that has left.
 fn gone(id: &str, since_ns: u64) -> Line {
     let since = &words::time_of_day(since_ns)[..8];
     let text = format!("{:<13}gone since {since} UTC", shortened(id, 12));
@@ -170,7 +170,7 @@ fn milliseconds(ms: f64) -> String {
     }
 }
 
-/// What keeps a clock right, in a word.
+/// The clock source in a word.
 pub fn source(source: ClockSource) -> &'static str {
     match source {
         ClockSource::Unknown => "unknown",
@@ -214,7 +214,7 @@ fn object(id: &str, row: &ObjectRow, now_ns: u64) -> Line {
     line(text, tone)
 }
 
-/// From the middle of the exposure to the pose; below zero where the clocks disagree by more than the way took.
+/// From the middle of the exposure to the pose; negative where the clocks disagree by more than the latency.
 pub fn latency_ms(capture_ns: u64, published_ns: u64) -> f64 {
     (i128::from(published_ns) - i128::from(capture_ns)) as f64 / 1e6
 }
@@ -233,7 +233,7 @@ fn sigma(covariance: &[f64; 36], from: usize, scale: f64) -> String {
     }
 }
 
-/// What the fusion nodes did not take, by camera.
+/// Observations that the fusion nodes rejected, by camera.
 fn refusals(board: &Board) -> Vec<(String, String)> {
     let mut refusals = Vec::new();
     for status in board.fusion.values() {

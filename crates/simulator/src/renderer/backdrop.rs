@@ -1,7 +1,7 @@
-//! What stands still, and the frame in which the objects come before it.
+//! The static background of a camera's images, and the frame in which moving objects are drawn over it.
 //!
-//! Grey levels here are linear light: 0 to 255 is what fits into the image. The backdrop is drawn once, sharp and blurred;
-//! of each image only the regions where something moves are composed and blurred anew.
+//! Grey levels here are linear light; the image can represent 0 to 255. The background is drawn once, sharp and blurred. For each image,
+//! only the regions in which something moves are composed and blurred again.
 
 use super::canvas::Canvas;
 use super::disk::Disk;
@@ -10,15 +10,15 @@ use super::regions::{Rectangle, Regions};
 use super::sensor::STEPS;
 use crate::scenario::SceneCamera;
 
-/// The frame's largest number, well within an i16: light beyond it is cut off.
+/// Largest value of the frame, well within an `i16`: brighter light is clipped.
 const BRIGHTEST: f32 = 510.0;
 
-/// The still part of a camera's images and the frame before it.
+/// The static part of a camera's images and the frame drawn over it.
 pub(super) struct Backdrop {
     width: usize,
     psf: Psf,
     defocus: Disk,
-    /// Grey level of the objects' light of strength 1: gain, vignetting and the lamp's pool.
+    /// Grey level of objects at light of strength 1: gain, vignetting and the lamp's pool of light.
     field: Vec<f32>,
     sharp: Vec<f32>,
     blurred: Vec<i16>,
@@ -26,7 +26,7 @@ pub(super) struct Backdrop {
     work: Work,
 }
 
-/// Room for one region while it is composed.
+/// Buffer for one region while it is composed.
 struct Work {
     composed: Vec<f32>,
     defocused: Vec<f32>,
@@ -36,7 +36,7 @@ struct Work {
 }
 
 impl Backdrop {
-    /// From the objects' light and the still picture at each pixel, in grey levels.
+    /// From the light on objects and the static picture at each pixel, in grey levels.
     pub fn new(camera: &SceneCamera, field: Vec<f32>, sharp: Vec<f32>) -> Self {
         let [width, height] = camera.resolution.map(|n| n as usize);
         let psf = Psf::gaussian(camera.blur_px);
@@ -66,17 +66,17 @@ impl Backdrop {
         backdrop
     }
 
-    /// How far a change of the sharp image changes the blurred one, px.
+    /// Distance at which a change of the sharp image still changes the blurred one, px.
     pub fn reach(&self) -> usize {
         self.psf.radius() + self.defocus.radius()
     }
 
-    /// The image's light in 64ths of a grey level.
+    /// Light of the image, in 64ths of a grey level.
     pub fn frame(&self) -> &[i16] {
         &self.frame
     }
 
-    /// Puts what was painted before the backdrop.
+    /// Draws what was painted over the background.
     pub fn compose(&mut self, canvas: &mut Canvas, regions: &Regions) {
         for region in regions.rectangles() {
             let changed = region.grown(self.reach(), regions.resolution());
@@ -86,7 +86,7 @@ impl Backdrop {
         }
     }
 
-    /// Takes the objects away again.
+    /// Restores the background where objects were drawn.
     pub fn restore(&mut self, regions: &Regions) {
         for region in regions.rectangles() {
             let changed = region.grown(self.reach(), regions.resolution());
@@ -99,7 +99,7 @@ impl Backdrop {
         }
     }
 
-    /// The sharp backdrop of a rectangle and the rim that its blur needs; beyond the image its border goes on.
+    /// Sharp background of a rectangle and of the margin that its blur needs; beyond the image, the border pixels are repeated.
     fn copy_sharp(&mut self, rectangle: &Rectangle, resolution: [u32; 2]) {
         let [left, right] = rectangle.columns();
         let [top, bottom] = rectangle.rows();
@@ -120,7 +120,7 @@ impl Backdrop {
         }
     }
 
-    /// Sharp objects before the sharp backdrop of `changed`.
+    /// Draws the objects over the sharp background of `changed`.
     fn compose_region(&mut self, canvas: &mut Canvas, region: &Rectangle, changed: &Rectangle) {
         let radius = self.reach();
         let stride = changed.columns()[1] - changed.columns()[0] + 2 * radius;
@@ -146,7 +146,7 @@ impl Backdrop {
         }
     }
 
-    /// Blurs what was composed into the frame.
+    /// Blurs the composed region into the frame.
     fn blur(&mut self, rectangle: &Rectangle) {
         let radius = self.psf.radius();
         let [left, right] = rectangle.columns();

@@ -1,17 +1,17 @@
-//! A colour sensor's way to a grey image: a Bayer mosaic, white balance, bilinear interpolation, luma.
+//! Model of a colour sensor that delivers a grey image: Bayer mosaic, white balance, bilinear interpolation, luma.
 //!
-//! The scene is grey; what is left of the mosaic are softer edges with a zip of two pixels, and coarser levels in red and
-//! blue, which get less light. Rows are R G R G ..., G B G B ...
+//! The scene is grey, so the mosaic only softens edges, adds a zipper pattern of two pixels, and coarsens the quantisation of red and
+//! blue, which receive less light. Rows are R G R G ..., G B G B ...
 
 use crate::scenario::{Mosaic, SceneCamera};
 
 /// Response of red, green and blue pixels to grey light.
 const RESPONSE: [f32; 3] = [0.55, 1.0, 0.65];
-/// Share of red, green and blue in the luma (ITU-R BT.601).
+/// Weights of red, green and blue in the luma (ITU-R BT.601).
 const LUMA: [f32; 3] = [0.299, 0.587, 0.114];
 const GREEN: usize = 1;
 
-/// Makes the grey image of a colour camera of an ideal grey image.
+/// Converts an ideal grey image into that of a colour camera.
 pub(super) struct Demosaic {
     width: usize,
     balanced: Vec<f32>,
@@ -40,7 +40,7 @@ impl Demosaic {
         }
     }
 
-    /// Mean of the nearest pixels of a channel: the pixel itself, two or four about it.
+    /// Mean of the nearest pixels of a channel: the pixel itself, or two or four neighbours.
     fn interpolated(&self, wanted: usize, x: usize, y: usize, height: usize) -> f32 {
         if channel(x, y) == wanted {
             return self.balanced[y * self.width + x];
@@ -59,7 +59,7 @@ impl Demosaic {
     }
 }
 
-/// 0 red, 1 green, 2 blue.
+/// Channel of a pixel: 0 red, 1 green, 2 blue.
 fn channel(x: usize, y: usize) -> usize {
     x % 2 + y % 2
 }

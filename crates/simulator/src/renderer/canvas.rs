@@ -9,23 +9,23 @@ use crate::view::View;
 use nalgebra::{Point2, Vector2};
 use std::ops::Range;
 
-/// A bent edge is cut until its pieces are straight to this, px.
+/// Largest deviation of a curved edge from the straight pieces that replace it, px.
 const STRAIGHT_PX: f64 = 0.002;
-/// An edge is cut in two at most this many times over.
+/// Most bisections of one edge.
 const MAX_CUTS: u32 = 6;
-/// Halvings to find where an edge leaves the field of the lens.
+/// Bisections to find where an edge leaves the field of view of the lens.
 const FIELD_HALVINGS: u32 = 30;
 
-/// What an outline is painted into.
+/// A layer into which outlines are painted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Layer {
-    /// Light that comes from the objects.
+    /// Light from objects.
     Colour,
-    /// The share of the backdrop's light that doesn't come through.
+    /// Share of the background's light that is hidden.
     Opacity,
 }
 
-/// Solids that occlude what is painted.
+/// Solids that hide parts of what is painted.
 #[derive(Clone, Copy)]
 pub(super) struct Occluders<'a> {
     view: &'a View,
@@ -37,7 +37,7 @@ impl<'a> Occluders<'a> {
         Self { view, solids }
     }
 
-    /// The first hider's outline and the hiders after it.
+    /// Outline of the first hider, and the hiders after it.
     fn split(self) -> Option<(&'a Polygon, &'a Bounds, Self)> {
         let (&first, rest) = self.solids.split_first()?;
         let solid = &self.view.solids[first];
@@ -52,7 +52,7 @@ impl<'a> Occluders<'a> {
     }
 }
 
-/// The pixels of one image while it is painted.
+/// Coverage of the pixels of one image while it is painted.
 pub(super) struct Canvas {
     colour: Coverage,
     opacity: Coverage,
@@ -77,8 +77,8 @@ impl Canvas {
         self.opacity.keep_to(rows);
     }
 
-    /// Adds `weight` where the outline is seen and not hidden. Returns where that may be, in pixels with (0, 0) at the
-    /// corner of the image.
+    /// Adds `weight` where the outline is visible. Returns bounds of the changed pixels, with (0, 0) at the corner of the
+    /// image.
     pub fn paint(
         &mut self,
         layer: Layer,
@@ -91,7 +91,7 @@ impl Canvas {
         bounds
     }
 
-    /// Inclusion and exclusion: takes off what each hider hides, and puts back what it hides together with later ones.
+    /// Inclusion and exclusion: subtracts what each hider hides, and adds back what it hides together with later ones.
     fn take_off(&mut self, layer: Layer, outline: &Polygon, mut hiders: Occluders, weight: f64) {
         let bounds = outline.bounds();
         while let Some((hider, hider_bounds, rest)) = hiders.split() {
@@ -120,7 +120,7 @@ impl Canvas {
         bounds
     }
 
-    /// Takes what was painted in a row of a rectangle: light and share of the backdrop that is hidden.
+    /// Takes the painted values of a row of a rectangle: light, and the hidden share of the background.
     pub fn take_row(
         &mut self,
         y: usize,
@@ -140,7 +140,7 @@ struct Pen {
     traced: Vec<Point2<f64>>,
 }
 
-/// An edge's end: normalised, and in pixels where the lens shows it.
+/// End of an edge: normalised coordinates, and pixels where the lens images it.
 #[derive(Clone, Copy)]
 struct End {
     normalised: Point2<f64>,
@@ -155,7 +155,7 @@ impl Pen {
         }
     }
 
-    /// The outline in pixels, (0, 0) at the corner of the image. Where it leaves the field of the lens it is cut straight.
+    /// The outline in pixels, (0, 0) at the corner of the image, cut straight where it leaves the field of view of the lens.
     fn trace(&mut self, outline: &Polygon) -> &[Point2<f64>] {
         self.traced.clear();
         let Some(&last) = outline.corners().last() else {
@@ -197,14 +197,14 @@ impl Pen {
         }
     }
 
-    /// Adds the edge from after `from` up to `to`, in as many pieces as the lens bends it.
+    /// Adds the edge after `from` up to `to`, in as many pieces as lens distortion requires.
     fn bend(&mut self, from: End, to: End, cuts: u32) {
         let (Some(a), Some(b)) = (from.pixel, to.pixel) else {
             return;
         };
         if cuts > 0 && !self.optics.is_straight() {
             let middle = self.end(nalgebra::center(&from.normalised, &to.normalised));
-            // Only what is off the straight line counts, not where along it the middle comes to lie.
+            // Only the distance from the straight line matters, not the position along it.
             let off_line = middle.pixel.map_or(0.0, |m| (b - a).perp(&(m - a)).abs());
             if off_line > STRAIGHT_PX * (b - a).norm() {
                 self.bend(from, middle, cuts - 1);
@@ -215,7 +215,7 @@ impl Pen {
         self.traced.push(b);
     }
 
-    /// The last point of the edge that the lens shows.
+    /// Last point of the edge within the field of view.
     fn field_border(&self, inside: End, outside: End) -> End {
         let (mut inside, mut outside) = (inside, outside);
         for _ in 0..FIELD_HALVINGS {

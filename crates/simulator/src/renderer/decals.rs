@@ -1,19 +1,19 @@
-//! Flat things that lie on the table or hang on a wall: sheets of text, mats, boards, books. Seeded; they move nothing.
+//! Flat items on the table or on a wall: sheets of text, mats, boards, books. Seeded and static.
 
 use super::texture::lattice;
 use crate::random::Random;
 use nalgebra::{Point2, Vector2};
 
-/// A flat thing on a surface, in the surface's two coordinates, m.
+/// A flat item on a surface, in the two coordinates of the surface, m.
 pub(super) struct Decal {
     centre: Point2<f64>,
     half: Vector2<f64>,
-    /// Cosine and sine of how it is turned.
+    /// Cosine and sine of its rotation.
     turn: [f64; 2],
     pattern: Pattern,
 }
 
-/// What is drawn on it; lengths in m, tones as shares of light.
+/// What is drawn on it; lengths in m, tones as reflectances.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Pattern {
     /// Lines of words on paper.
@@ -31,7 +31,7 @@ enum Pattern {
 }
 
 impl Decal {
-    /// Something for a table, within `reach` of the surface's origin.
+    /// A random item for a table, within `reach` of the surface's origin.
     pub fn on_table(random: &mut Random, reach: Vector2<f64>) -> Self {
         let pattern = match random.below(10) {
             0..=3 => Pattern::Text { line: 0.007 },
@@ -55,7 +55,7 @@ impl Decal {
         Self::placed(random, reach, half, pattern)
     }
 
-    /// Something for a wall.
+    /// A random item for a wall.
     pub fn on_wall(random: &mut Random, reach: Vector2<f64>) -> Self {
         let tone = random.between(0.1, 0.85);
         let half = Vector2::new(random.between(0.2, 0.5), random.between(0.25, 0.6));
@@ -82,7 +82,7 @@ impl Decal {
         }
     }
 
-    /// The share of light it sends back at a point of the surface, if it lies there.
+    /// Reflectance at a point of the surface, if the item covers it.
     pub fn albedo(&self, point: &Point2<f64>) -> Option<f64> {
         let [cos, sin] = self.turn;
         let d = point - self.centre;
@@ -93,7 +93,7 @@ impl Decal {
 }
 
 impl Pattern {
-    /// At a point counted from the thing's lower left corner.
+    /// Reflectance at a point relative to the lower left corner of the item.
     fn albedo(self, at: &Vector2<f64>, half: &Vector2<f64>) -> f64 {
         let rim =
             at.x.min(at.y)

@@ -1,8 +1,8 @@
-//! Defocus: the round, even spot into which a lens out of focus spreads a point.
+//! Defocus: the uniform disk into which a defocused lens spreads a point.
 
 use super::psf::weigh_add;
 
-/// Samples in x and y of a pixel of the kernel.
+/// Samples of a pixel of the kernel in x and y.
 const SAMPLES: usize = 16;
 
 /// A normalised kernel: rows from top to bottom, each from left to right.
@@ -12,7 +12,7 @@ pub(super) struct Disk {
 }
 
 impl Disk {
-    /// A disk of this radius; 0 is no defocus.
+    /// A disk of this radius, px; 0 is no defocus.
     pub fn new(radius_px: f64) -> Self {
         let radius = (radius_px - 0.5).max(0.0).ceil() as usize;
         let reach = radius as i32;
@@ -30,12 +30,12 @@ impl Disk {
         }
     }
 
-    /// How far a pixel spreads.
+    /// Radius of the kernel in whole pixels.
     pub fn radius(&self) -> usize {
         self.radius
     }
 
-    /// Spreads rows of `stride` values; `out` has rows shorter by twice the radius, and as many fewer.
+    /// Convolves rows of `stride` values; rows of `out` are shorter by twice the radius, and there are as many fewer of them.
     pub fn blur(&self, rows: &[f32], stride: usize, out: &mut [f32]) {
         let width = 2 * self.radius + 1;
         let n = stride - 2 * self.radius;

@@ -1,4 +1,4 @@
-//! The renderer against a ray tracer that shares no code with it beyond the scenario's data and the lens.
+//! Compares the renderer with a ray tracer that shares only the scenario's data and the lens with it.
 
 use super::Renderer;
 use crate::path::{Path, Wave};
@@ -8,12 +8,12 @@ use nalgebra::{Point2, Point3, Vector2, Vector3};
 use sextant_geometry::{Intrinsics, Lens, Pose};
 use sextant_tag_families::module_is_white;
 
-/// Samples of a pixel, spread evenly (M. Roberts' R2 sequence, 2018): finer than a 32 x 32 grid, which can be off by a 64th
+/// Samples of a pixel, evenly spread (M. Roberts' R2 sequence, 2018): finer than a 32 x 32 grid, which can be off by a 64th
 /// of the contrast where an edge runs along its lines.
 const SAMPLES: usize = 16384;
 const LEVEL: f64 = 90.0;
 
-/// No noise, blur, shadows or falling light: what is left is geometry.
+/// No noise, blur, shadows or vignetting: only geometry is left.
 fn bare(mut scenario: Scenario) -> Scenario {
     scenario.background = Background::Plain { level: LEVEL };
     scenario.light = Light {
@@ -72,7 +72,7 @@ fn compare(scenario: &Scenario, camera: usize, true_ns: u64, n: usize) {
     }
 }
 
-/// A solid of an object at one instant, as half spaces in the object's frame.
+/// Solid of an object at one instant, as half spaces in the object's frame.
 struct Body<'a> {
     object: &'a SceneObject,
     object_from_world: Pose,
@@ -107,7 +107,7 @@ impl<'a> Tracer<'a> {
         }
     }
 
-    /// Mean level over a pixel.
+    /// Mean level of a pixel.
     fn pixel(&self, pixel: Point2<f64>) -> f64 {
         let (middle, by_pixel) = self.camera.lens.undistort_with_jacobian(&pixel).unwrap();
         let level = |i: usize| {
@@ -147,7 +147,7 @@ impl<'a> Tracer<'a> {
 }
 
 impl Body<'_> {
-    /// Where a ray enters the half spaces' common part, and the normal there.
+    /// Where a ray enters the intersection of half spaces, and the normal there.
     fn enters(
         &self,
         origin: &Point3<f64>,
@@ -193,7 +193,7 @@ fn edges_cover_what_a_ray_tracer_finds() {
 #[test]
 fn hidden_parts_are_exact_where_many_objects_hide_one_another() {
     let mut scenario = bare(Scenario::demo(2, 4, 1));
-    // All at once behind one another as the first camera sees them.
+    // All solids behind one another as seen by the first camera.
     let camera = scenario.cameras[0].world_from_camera;
     for (i, object) in scenario.objects.iter_mut().enumerate() {
         let place = camera
@@ -225,7 +225,7 @@ fn strong_distortion_is_followed() {
     compare(&scenario, 1, 500_000_000, 100);
 }
 
-/// Each row is that of a picture whose exposure has its middle when the row's has: read from above and from below, sharp and
+/// Each row equals that of an image whose mid-exposure time is the row's: with rows read from above and from below, sharp and
 /// blurred by motion.
 #[test]
 fn a_rolling_shutter_draws_each_row_at_its_time() {

@@ -1,23 +1,23 @@
-//! Auto exposure: how long a camera exposes, and what gain it adds, for the light that there is.
+//! Auto exposure: the exposure time and gain that a camera chooses for the light of its scene.
 //!
-//! Metered once, from the still picture; light that changes later is followed by the sensor with the camera's lag. Longer
-//! exposures blur what moves, gain multiplies the noise.
+//! The light is metered once, in the static picture; the sensor follows later changes with the camera's lag. Longer
+//! exposures blur moving objects, gain amplifies noise.
 
 use crate::scenario::{AutoExposure, SceneCamera};
 
-/// The largest level that counts in the mean, as a pixel can't be brighter.
+/// Largest level that counts in the mean, since pixels saturate.
 const WHITE: f32 = 255.0;
 
-/// A camera as it exposes.
+/// A camera with the exposure that it has chosen.
 pub(super) struct Exposure {
-    /// With the exposure and the noise that follow.
+    /// The camera, with the resulting exposure and noise.
     pub camera: SceneCamera,
     /// Factor on all light.
     brightness: f64,
 }
 
 impl Exposure {
-    /// Without auto exposure the camera stays as it is; `still` is the picture behind the objects, grey levels.
+    /// Without auto exposure the camera is unchanged; `still` is the static picture, grey levels.
     pub fn metered(camera: &SceneCamera, still: &[f32]) -> Self {
         let mut exposure = Self {
             camera: camera.clone(),
@@ -41,7 +41,7 @@ impl Exposure {
         self.brightness = longer * gain;
     }
 
-    /// Makes light brighter or darker.
+    /// Scales light.
     pub fn apply(&self, light: &mut [f32]) {
         if self.brightness != 1.0 {
             light

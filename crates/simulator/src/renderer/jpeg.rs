@@ -1,4 +1,4 @@
-//! Compression: the image as it comes out of a JPEG of a given quality.
+//! Compression: replaces an image by its JPEG of a given quality.
 
 use crate::scenario::SceneCamera;
 use jpeg_encoder::{ColorType, Encoder};
@@ -7,7 +7,7 @@ use zune_jpeg::zune_core::bytestream::ZCursor;
 use zune_jpeg::zune_core::colorspace::ColorSpace;
 use zune_jpeg::zune_core::options::DecoderOptions;
 
-/// Compresses and unpacks images.
+/// Encodes and decodes images.
 pub(super) struct Jpeg {
     quality: u8,
     resolution: [u16; 2],
@@ -24,7 +24,7 @@ impl Jpeg {
         })
     }
 
-    /// Replaces an image by what its JPEG shows; one that can't be packed stays as it is.
+    /// Replaces an image by its decoded JPEG; an image that cannot be encoded stays unchanged.
     pub fn apply(&mut self, image: &mut [u8]) {
         self.packed.clear();
         let [width, height] = self.resolution;

@@ -1,34 +1,34 @@
-//! Motion blur and rolling shutters: the instants of an image at which the objects are drawn, and the rows that each is for.
+//! Motion blur and rolling shutter: the instants at which objects are drawn for an image, and the rows that each contributes to.
 //!
-//! A row is exposed for T; the first and the last begin the readout R apart (0 with a global shutter). The instants lie evenly
-//! in the T + R that the whole image takes, so that each serves all the rows that are exposed then: every row has as many, and
-//! their mean is the middle of its exposure to half a step.
+//! A row is exposed for T; the first and the last row start the readout time R apart (0 with a global shutter). The instants are spread
+//! evenly over the total T + R, and each serves all rows that are exposed at that time: every row has equally many, and
+//! their mean is the middle of its exposure to within half a step.
 
 use super::Scene;
 use crate::model::SolidModel;
 use std::ops::Range;
 
-/// Objects move at most this far between two instants of an exposure, px.
+/// Largest motion of objects between two instants of an exposure, px.
 const STEP_PX: f64 = 0.5;
-/// The most instants in an exposure.
+/// Most instants in an exposure.
 const MAX_INSTANTS: u64 = 32;
-/// Where rows have times of their own objects move at most this far between two instants, px.
+/// Largest motion of objects between two instants where rows have times of their own, px.
 const ROLLING_STEP_PX: f64 = 0.1;
-/// The most instants in an image whose rows have times of their own, but for rounding.
+/// Most instants in an image whose rows have times of their own, apart from rounding.
 const MAX_ROLLING: f64 = 256.0;
 
-/// Instants evenly spread over an image.
+/// Instants spread evenly over an image.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Instants {
     start_ns: u64,
-    /// So many to a row.
+    /// Instants per row.
     count: u64,
-    /// How long a row is exposed; more than the camera says where that is less than a step.
+    /// Exposure of a row; longer than configured where that is less than a step.
     exposure_ns: u64,
     readout: Readout,
 }
 
-/// When the rows of an image begin.
+/// Start of the rows of an image.
 #[derive(Clone, Copy, Debug)]
 struct Readout {
     rows: usize,
@@ -43,12 +43,12 @@ impl Readout {
         }
     }
 
-    /// From the first to the last.
+    /// From the start of the first row to that of the last.
     fn whole_ns(&self) -> f64 {
         self.line_delay_ns.abs() * (self.rows - 1) as f64
     }
 
-    /// From the first that begins.
+    /// Relative to the start of the first row.
     fn begins_after_ns(&self, row: usize) -> f64 {
         let rows_before = if self.line_delay_ns < 0.0 {
             self.rows - 1 - row
@@ -60,12 +60,12 @@ impl Readout {
 }
 
 impl Instants {
-    /// How many there are in all.
+    /// Total number of instants.
     pub fn total(&self) -> u64 {
         self.steps(self.readout.whole_ns()) + self.count
     }
 
-    /// An instant, and the rows that are exposed then.
+    /// An instant, and the rows exposed then.
     pub fn at(&self, k: u64) -> (u64, Range<usize>) {
         let true_ns = self.start_ns + self.exposure_ns * (2 * k + 1) / (2 * self.count);
         let is_exposed = |row: &usize| {
@@ -77,12 +77,12 @@ impl Instants {
         (true_ns, rows.map_or(0..0, |(first, last)| first..last + 1))
     }
 
-    /// The share of a row's light of each instant.
+    /// Share of a row's light per instant.
     pub fn weight(&self) -> f64 {
         1.0 / self.count as f64
     }
 
-    /// The nearest number of steps to a time.
+    /// Nearest number of steps to a duration.
     fn steps(&self, after_ns: f64) -> u64 {
         if after_ns == 0.0 {
             return 0;
@@ -91,7 +91,7 @@ impl Instants {
     }
 }
 
-/// As many instants as the fastest point in the image needs.
+/// As many instants as the fastest visible point requires.
 pub(super) fn instants(scene: &Scene, true_capture_ns: u64) -> Instants {
     let readout = Readout::of(scene);
     let readout_ns = readout.whole_ns().round() as u64;
@@ -120,7 +120,7 @@ pub(super) fn instants(scene: &Scene, true_capture_ns: u64) -> Instants {
     }
 }
 
-/// How far the corners of a solid move in the image over a time.
+/// Largest motion of the corners of a solid in the image during a time, px.
 fn way_px(scene: &Scene, solid: &SolidModel, time_ns: Range<u64>) -> f64 {
     let path = &scene.model.paths[solid.object];
     let pose_at = |true_ns| scene.camera_from_world * path.world_from_object(true_ns);
@@ -136,7 +136,7 @@ fn way_px(scene: &Scene, solid: &SolidModel, time_ns: Range<u64>) -> f64 {
     if path.events.is_empty() {
         return longest(time_ns.start, time_ns.end);
     }
-    // What rebounds within the time may end where it began.
+    // A point that moves back within the time may end where it began.
     let middle_ns = time_ns.start + (time_ns.end - time_ns.start) / 2;
     longest(time_ns.start, middle_ns) + longest(middle_ns, time_ns.end)
 }

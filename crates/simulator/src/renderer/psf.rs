@@ -1,13 +1,13 @@
-//! The blur of a lens: a small round Gaussian, applied in the pixel grid.
+//! Blur of a lens: a small round Gaussian on the pixel grid.
 
-/// Half of a symmetric, normalised kernel: the middle first.
+/// Half of a symmetric, normalised kernel, from the centre outwards.
 #[derive(Clone, Debug)]
 pub(crate) struct Psf {
     taps: Vec<f32>,
 }
 
 impl Psf {
-    /// The Gaussian of `sigma_px`, cut at 3 sigma; 0 is no blur.
+    /// Gaussian of `sigma_px`, cut off at 3 sigma; 0 is no blur.
     pub fn gaussian(sigma_px: f64) -> Self {
         let radius = (3.0 * sigma_px).ceil() as usize;
         let tap = |i: usize| libm::exp(-0.5 * (i as f64 / sigma_px) * (i as f64 / sigma_px));
@@ -19,7 +19,7 @@ impl Psf {
         }
     }
 
-    /// How far a pixel spreads.
+    /// Radius of the kernel in pixels.
     pub fn radius(&self) -> usize {
         self.taps.len() - 1
     }
@@ -34,7 +34,7 @@ impl Psf {
         }
     }
 
-    /// Blurs down columns: `out` from the `2 radius + 1` rows that `row` gives.
+    /// Blurs columns: `out` from the `2 radius + 1` rows that `row` returns.
     pub fn blur_column<'a>(&self, row: impl Fn(usize) -> &'a [f32], out: &mut [f32]) {
         let radius = self.radius();
         weigh(out, row(radius), self.taps[0]);
@@ -44,7 +44,7 @@ impl Psf {
     }
 }
 
-/// Adds values times a tap.
+/// Adds values times a tap of the kernel.
 pub(super) fn weigh_add(out: &mut [f32], values: &[f32], tap: f32) {
     for (out, value) in out.iter_mut().zip(values) {
         *out += tap * value;

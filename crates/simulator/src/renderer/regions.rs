@@ -1,11 +1,11 @@
-//! The parts of an image that something moves in: few rectangles that don't touch one another.
+//! The parts of an image in which something moves: a few rectangles that do not touch.
 
 use crate::polygon::Bounds;
 
-/// What is painted may reach this far beyond its bounds.
+/// Painting may exceed its bounds by this much, px.
 const SLACK_PX: f64 = 0.5;
 
-/// A rectangle of pixels: from `start` up to and without `end`.
+/// A rectangle of pixels, from `start` up to but excluding `end`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Rectangle {
     start: [usize; 2],
@@ -28,7 +28,7 @@ impl Rectangle {
         [self.start[1], self.end[1]]
     }
 
-    /// The same rectangle with a rim, within the image.
+    /// The rectangle with a margin, clipped to the image.
     pub fn grown(&self, rim: usize, resolution: [u32; 2]) -> Self {
         let limit = |axis: usize| (self.end[axis] + rim).min(resolution[axis] as usize);
         Self {
@@ -37,7 +37,7 @@ impl Rectangle {
         }
     }
 
-    /// With a rim of [`SLACK_PX`]: pieces of a bent outline may reach a trifle beyond it.
+    /// With a margin of [`SLACK_PX`], since pieces of a curved outline may exceed its bounds slightly.
     fn of(bounds: &Bounds, resolution: [u32; 2]) -> Option<Self> {
         let limit =
             |value: f64, axis: usize| value.clamp(0.0, f64::from(resolution[axis])) as usize;
@@ -52,7 +52,7 @@ impl Rectangle {
         (!is_empty).then_some(rectangle)
     }
 
-    /// True where a rim around both would make them touch.
+    /// Whether the two would touch with a margin around both.
     fn is_near(&self, other: &Self, rim: usize) -> bool {
         (0..2).all(|axis| {
             self.start[axis] <= other.end[axis] + rim && other.start[axis] <= self.end[axis] + rim
@@ -78,7 +78,7 @@ pub(super) struct Regions {
 }
 
 impl Regions {
-    /// Room for `n_things` that are painted.
+    /// Allocates for `n_things` painted things.
     pub fn new(resolution: [u32; 2], n_things: usize) -> Self {
         Self {
             resolution,
@@ -92,12 +92,12 @@ impl Regions {
         self.rectangles.clear();
     }
 
-    /// Thing number `thing` was painted within these bounds too.
+    /// Records that thing number `thing` was painted within these bounds, too.
     pub fn include(&mut self, thing: usize, bounds: &Bounds) {
         self.painted[thing] = self.painted[thing].union(bounds);
     }
 
-    /// Makes rectangles of what was painted, and one of those nearer to one another than twice the rim.
+    /// Turns what was painted into rectangles, and merges those closer than twice the margin.
     pub fn finish(&mut self, rim: usize) {
         let resolution = self.resolution;
         let rectangles = self

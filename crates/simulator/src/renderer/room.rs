@@ -1,6 +1,6 @@
-//! The room around the objects: a table at height 0, a floor, walls, and what stands and lies about. World frame, metres.
+//! The room around the objects: a table at height 0, a floor, walls, furniture and items. World frame, metres.
 //!
-//! One ray in, albedo, normal and place out. Nothing here moves; the same seed gives every camera the same room.
+//! Maps a ray to position, albedo and normal of the surface that it hits. Everything is static, and the same seed gives every camera the same room.
 
 use super::decals::Decal;
 use super::texture::{lattice, noise};
@@ -10,25 +10,25 @@ use nalgebra::{Point2, Point3, Vector2, Vector3};
 
 const FLOOR_Z: f64 = -0.74;
 const CEILING_Z: f64 = 2.0;
-/// Half the room's edges in x and y.
+/// Half the edge lengths of the room in x and y.
 const HALF_ROOM: [f64; 2] = [3.4, 2.9];
 const TABLE_THICKNESS: f64 = 0.035;
 const LEG: f64 = 0.05;
 const PLANK: f64 = 0.16;
-/// Things on the table and in the room at clutter 1.
+/// Items on the table and in the room at clutter 1.
 const MAX_ON_TABLE: f64 = 11.0;
 const MAX_ON_FLOOR: f64 = 9.0;
 const MAX_ON_WALLS: f64 = 14.0;
 
 /// The static background.
 pub(super) enum Room {
-    /// One grey level.
+    /// A uniform grey level.
     Plain { level: f64 },
-    /// Table, floor, walls.
+    /// Table, floor and walls.
     Furnished(FurnishedRoom),
 }
 
-/// A room with things in it.
+/// A room with items in it.
 pub(super) struct FurnishedRoom {
     half_table: Vector2<f64>,
     on_table: Vec<Decal>,
@@ -36,14 +36,14 @@ pub(super) struct FurnishedRoom {
     blocks: Vec<Block>,
 }
 
-/// A cuboid along the axes.
+/// An axis-aligned cuboid.
 struct Block {
     min: Point3<f64>,
     max: Point3<f64>,
     albedo: f64,
 }
 
-/// What a ray meets.
+/// The surface that a ray hits.
 pub(super) struct RayHit {
     pub point: Point3<f64>,
     pub normal: Vector3<f64>,
@@ -96,7 +96,7 @@ impl FurnishedRoom {
         }
     }
 
-    /// The first thing on a ray; `direction` has length 1.
+    /// First surface along a ray; `direction` has length 1.
     pub fn cast(&self, origin: &Point3<f64>, direction: &Vector3<f64>) -> RayHit {
         let ray = Ray::new(origin, direction);
         let hits = self
@@ -141,7 +141,7 @@ impl FurnishedRoom {
         })
     }
 
-    /// Floor, walls and ceiling as seen from inside.
+    /// Floor, walls and ceiling seen from inside.
     fn on_shell(&self, ray: &Ray) -> RayHit {
         let limits = Vector3::new(
             HALF_ROOM[0],
@@ -214,7 +214,7 @@ fn floor(point: &Point2<f64>) -> f64 {
     tone + 0.03 * noise(9 + row as u32, point.x * 5.0, point.y * 60.0)
 }
 
-/// The top first, then the legs.
+/// Top first, then the legs.
 fn table_blocks(half: &Vector2<f64>) -> Vec<Block> {
     let top = Block {
         min: Point3::new(-half.x, -half.y, -TABLE_THICKNESS),
@@ -282,7 +282,7 @@ impl Ray {
         self.origin + self.direction * way
     }
 
-    /// How far away the ray enters a block.
+    /// Distance at which the ray enters a block.
     fn enters(&self, block: &Block) -> Option<f64> {
         let to_min = (block.min - self.origin).component_mul(&self.reciprocal);
         let to_max = (block.max - self.origin).component_mul(&self.reciprocal);

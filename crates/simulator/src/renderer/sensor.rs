@@ -1,49 +1,49 @@
-//! The sensor: brightness that swings, noise of electronics and photons, and eight bits.
+//! The sensor: brightness variation, electronic and photon noise, and quantisation to eight bits.
 //!
-//! The camera's own flicker changes images as a whole; that of the light acts over each row's exposure, and auto exposure
-//! makes up for what it was a lag ago.
-//! Integers only from the frame on, in 64ths of a grey level, so that the bytes are the same everywhere. Noise comes from a
-//! table of normal numbers: each block of a row adds two runs of it that begin at random places.
+//! Flicker of the camera changes whole images; flicker of the light acts over the exposure of each row, and auto exposure compensates for
+//! it with a lag.
+//! From the frame on, all arithmetic is in integers, 64ths of a grey level, so that the bytes are equal on all platforms. Noise comes from a
+//! table of normal numbers: each block of a row adds two runs of it that begin at random positions.
 
 use crate::random::{Random, key_of_name};
 use crate::scenario::{Flicker, Scenario, SceneCamera};
 use std::f64::consts::TAU;
 
-/// Steps of the frame's numbers in a grey level.
+/// Steps of the frame in a grey level.
 pub(super) const STEPS: f64 = (1 << STEP_BITS) as f64;
 const STEP_BITS: u32 = 6;
 /// Pixels that share a run of the noise table.
 const BLOCK: usize = 64;
-/// Places in the table where a run may begin; a power of two.
+/// Positions in the table at which a run may begin; a power of two.
 const PLACES: usize = 1 << 14;
-/// Fractional bits of the brightness and of the noise's scale.
+/// Fractional bits of brightness and noise scale.
 const BRIGHTNESS_BITS: u32 = 12;
-/// Grey levels of light that the noise is known for.
+/// Grey levels for which the noise is tabulated.
 const LEVELS: usize = 512;
 
-/// The loudest noise, grey levels: its sums stay within 32 bits.
+/// Largest noise, grey levels, for which sums fit into 32 bits.
 const LOUDEST: f64 = 80.0;
 
-/// Light below this share of the usual is not made up for.
+/// Auto exposure compensates for light down to this share of the usual.
 const DARKEST: f64 = 0.05;
 
-/// Makes bytes of light.
+/// Converts light to bytes.
 pub(super) struct Sensor {
     camera: SceneCamera,
     light_flicker: Flicker,
     keys: [u64; 2],
     /// Noise at level 255.
     noise: Vec<i16>,
-    /// Noise at each level of light by that.
+    /// Noise at each level relative to that.
     noise_scale: Vec<i32>,
 }
 
 impl Sensor {
-    /// The sensor of a scenario's camera, which may have got another exposure and other noise.
+    /// The sensor of a scenario's camera, possibly with another exposure and noise.
     pub fn new(scenario: &Scenario, camera: &SceneCamera) -> Self {
         let keys = [scenario.seed, key_of_name(&camera.id)];
         let mut random = Random::from_keys(&[keys[0], keys[1], key_of_name("noise table")]);
-        // Two runs are added, hence the root.
+        // The sum of two runs, hence the root.
         let at_white = camera.noise.hypot(camera.shot_noise).min(LOUDEST);
         let sigma = at_white * STEPS / std::f64::consts::SQRT_2;
         let noise = || (random.normal() * sigma).round() as i16;
@@ -56,7 +56,7 @@ impl Sensor {
         }
     }
 
-    /// The image that the frame gives at this time.
+    /// The image of the frame at this time.
     pub fn expose(&self, frame: &[i16], true_capture_ns: u64, image: &mut [u8]) {
         let width = self.camera.resolution[0] as usize;
         let mut random = Random::from_keys(&[self.keys[0], self.keys[1], true_capture_ns]);
@@ -90,7 +90,7 @@ impl Sensor {
         (f64::from(1 << BRIGHTNESS_BITS) * factor).round() as i32
     }
 
-    /// Mean of the light over the exposure of a row, by its usual strength.
+    /// Mean light over the exposure of a row, relative to its usual strength.
     fn light(&self, true_capture_ns: u64, row: f64) -> f64 {
         let after_ns = (self.camera.row_after_s(row) * 1e9).round() as i64;
         let half_angle =
@@ -117,7 +117,7 @@ impl Sensor {
     }
 }
 
-/// What a flicker adds to a brightness of 1 at a time.
+/// Change of a brightness of 1 by a flicker at a time.
 fn swing(flicker: &Flicker, true_ns: u64) -> f64 {
     if flicker.amplitude == 0.0 || flicker.rate_hz == 0.0 {
         return 0.0;
@@ -127,7 +127,7 @@ fn swing(flicker: &Flicker, true_ns: u64) -> f64 {
     flicker.amplitude * libm::sin(angle)
 }
 
-/// The noise at each level of light by that at level 255: that of photons grows with the root of the light.
+/// Noise at each level relative to that at level 255: photon noise grows with the root of the light.
 fn noise_scale(camera: &SceneCamera) -> Vec<i32> {
     let one = f64::from(1 << BRIGHTNESS_BITS);
     let at_white = camera.noise.hypot(camera.shot_noise);
@@ -179,7 +179,7 @@ mod tests {
             .sum::<f64>()
             / n;
         assert!((mean - 100.0).abs() < 0.1, "mean {mean}");
-        // Rounding to whole levels adds a twelfth.
+        // Rounding to whole levels adds a variance of a twelfth.
         assert!(
             (variance - (16.0 + 1.0 / 12.0)).abs() < 0.5,
             "variance {variance}"

@@ -1,4 +1,4 @@
-//! Shadows that objects cast on the table: darker patches of the backdrop, softened by a lamp of some width.
+//! Shadows of objects on the table: darker patches of the background, softened by the width of the lamp.
 
 use crate::model::Model;
 use crate::polygon::{Polygon, convex_hull};
@@ -6,29 +6,29 @@ use crate::scenario::{Background, Scenario};
 use crate::view::View;
 use nalgebra::{Point2, Point3, Vector3};
 
-/// The lamp is drawn as this many small ones.
+/// Number of point lamps that approximate the lamp.
 const LAMPS: usize = 4;
 /// Half the width of the lamp as seen from the table, as a slope.
 const LAMP_WIDTH: f64 = 0.04;
-/// A lamp lower than this (sine of its height) casts no shadow.
+/// Least sine of the lamp's elevation at which shadows are cast.
 const LOWEST: f64 = 0.2;
 
-/// Casts shadows on the table at height 0.
+/// Casts shadows onto the table at height 0.
 pub(super) struct Shadows {
     table: Polygon,
     towards_lamps: [Vector3<f64>; LAMPS],
     strength: f64,
 }
 
-/// A patch of the table that one of the lamps doesn't reach.
+/// A patch of the table that one of the lamps does not reach.
 pub(super) struct Shadow {
     on_table: Polygon,
-    /// The share of the light that is missing.
+    /// Share of the light that is missing.
     pub strength: f64,
 }
 
 impl Shadow {
-    /// In the world.
+    /// Outline in the world frame.
     pub fn corners(&self) -> impl Iterator<Item = Point3<f64>> + '_ {
         self.on_table
             .corners()
@@ -54,7 +54,7 @@ impl Shadows {
         }
     }
 
-    /// The shadows of an object, one a lamp: of the hull of its solids, so that none of them darkens the table twice.
+    /// The shadows of an object, one per lamp: of the hull of its solids, so that overlapping solids darken the table only once.
     pub fn of<'a>(
         &'a self,
         object: usize,
@@ -77,7 +77,7 @@ impl Shadows {
     }
 }
 
-/// The corners of an object's solids in the world.
+/// Corners of an object's solids in the world frame.
 fn vertices_of<'a>(
     object: usize,
     model: &'a Model,

@@ -1,26 +1,26 @@
-//! The still picture behind the objects, and the light that objects get: drawn once for a camera, by rays.
+//! The static picture behind the objects, and the light that objects receive: drawn once per camera, by rays.
 
 use super::room::Room;
 use crate::optics::Optics;
 use crate::scenario::{Light, Scenario, SceneCamera};
 use nalgebra::{Point2, Point3, Vector2, Vector3};
 
-/// Grey level of a surface that sends back all light of strength 1.
+/// Grey level of a perfectly reflecting surface at light of strength 1.
 const FULL: f64 = 255.0;
-/// Samples in x and y of a pixel that isn't smooth.
+/// Samples in x and y of a pixel that is not smooth.
 const SAMPLES: usize = 4;
-/// A pixel that differs this little from its neighbours is smooth, grey levels.
+/// Largest difference from its neighbours of a smooth pixel, grey levels.
 const SMOOTH: f32 = 3.0;
-/// Height above the table for which the lamp's pool of light on the objects is drawn, m.
+/// Height above the table at which the lamp's pool of light on objects is computed, m.
 const POOL_HEIGHT_M: f64 = 0.1;
 
-/// Draws what doesn't change from image to image.
+/// Draws what is constant from image to image.
 pub(super) struct StaticRenderer<'a> {
     camera: &'a SceneCamera,
     light: &'a Light,
     towards_lamp: Vector3<f64>,
     room: Room,
-    /// The normalised point (x/z, y/z) seen at each pixel; not a number where the lens shows nothing.
+    /// Normalised point (x/z, y/z) seen at each pixel; NaN outside the field of view.
     normalised: Vec<[f32; 2]>,
 }
 
@@ -40,7 +40,7 @@ impl<'a> StaticRenderer<'a> {
         }
     }
 
-    /// Grey level that an object's light of strength 1 gives at each pixel.
+    /// Grey level of an object at light of strength 1, for each pixel.
     pub fn field(&self) -> Vec<f32> {
         let level = |(i, pixel): (usize, Point2<f64>)| {
             let (origin, direction) = self.ray(self.at(i));
@@ -56,7 +56,7 @@ impl<'a> StaticRenderer<'a> {
         levels.map(black_where_nothing_is_seen).collect()
     }
 
-    /// The backdrop in grey levels: one sample a pixel, and more where neighbours differ.
+    /// The background in grey levels: one sample per pixel, and more where neighbours differ.
     pub fn draw(&self) -> Vec<f32> {
         let sampled = |(i, pixel)| self.sample(i, &pixel, 1);
         let coarse: Vec<f32> = pixels(self.camera).enumerate().map(sampled).collect();
@@ -89,7 +89,7 @@ impl<'a> StaticRenderer<'a> {
         self.camera.resolution[0] as usize
     }
 
-    /// Mean level of n x n samples of a pixel; black where the lens shows nothing.
+    /// Mean level of n x n samples of a pixel; black outside the field of view.
     fn sample(&self, i: usize, pixel: &Point2<f64>, n: usize) -> f32 {
         let at = self.at(i);
         let (along, down) = (self.step(i, 1), self.step(i, self.width()));
@@ -102,12 +102,12 @@ impl<'a> StaticRenderer<'a> {
         Point2::from(self.normalised[i].map(f64::from))
     }
 
-    /// How the normalised point changes from a pixel to the one `stride` further on.
+    /// Change of the normalised point from a pixel to the one `stride` further on.
     fn step(&self, i: usize, stride: usize) -> Vector2<f64> {
         let last = self.normalised.len() - 1;
         let (before, after) = (i.saturating_sub(stride), (i + stride).min(last));
         let column = |i: usize| i % self.width();
-        // At the ends of a row the pixels before and after lie on other rows.
+        // At the ends of a row, the previous and next pixels belong to other rows.
         let before = if stride == 1 && column(i) == 0 {
             i
         } else {
@@ -139,14 +139,14 @@ impl<'a> StaticRenderer<'a> {
         FULL * hit.albedo * light * self.pool(&hit.point)
     }
 
-    /// Origin and direction in the world, not a number where the lens shows nothing.
+    /// Origin and direction in the world frame; NaN outside the field of view.
     fn ray(&self, normalised: Point2<f64>) -> (Point3<f64>, Vector3<f64>) {
         let pose = &self.camera.world_from_camera;
         let direction = pose.rotation * Vector3::new(normalised.x, normalised.y, 1.0);
         (Point3::from(pose.translation.vector), direction.normalize())
     }
 
-    /// The lamp's pool of light about the world's z axis: 1 in the middle, 3/4 at its radius, never below a half.
+    /// The lamp's pool of light about the world's z axis: 1 in the middle, 3/4 at its radius, at least a half everywhere.
     fn pool(&self, point: &Point3<f64>) -> f64 {
         let share =
             point.coords.xy().norm_squared() / (self.light.pool_radius * self.light.pool_radius);
@@ -168,7 +168,7 @@ fn pixels(camera: &SceneCamera) -> impl Iterator<Item = Point2<f64>> + use<> {
     (0..height).flat_map(move |y| (0..width).map(move |x| Point2::new(f64::from(x), f64::from(y))))
 }
 
-/// The middles of n x n parts of a pixel, from the pixel's middle.
+/// Centres of n x n parts of a pixel, relative to its centre.
 fn offsets(n: usize) -> impl Iterator<Item = [f64; 2]> {
     let offset = move |i: usize| (i as f64 + 0.5) / n as f64 - 0.5;
     (0..n * n).map(move |i| [offset(i % n), offset(i / n)])

@@ -1,6 +1,6 @@
-//! Smooth noise for surfaces that are never quite even.
+//! Smooth noise for uneven surfaces.
 
-/// Value noise: smooth, between -1 and 1, with bumps about 1 wide; the same for the same seed.
+/// Value noise between -1 and 1 with features of size 1, determined by the seed.
 pub(super) fn noise(seed: u32, x: f64, y: f64) -> f64 {
     let (left, top) = (x.floor(), y.floor());
     let (u, v) = (ease(x - left), ease(y - top));
@@ -10,7 +10,7 @@ pub(super) fn noise(seed: u32, x: f64, y: f64) -> f64 {
     above * (1.0 - v) + below * v
 }
 
-/// A number between -1 and 1 for each point of a lattice.
+/// Pseudo-random number between -1 and 1 for each lattice point.
 pub(super) fn lattice(seed: u32, x: i32, y: i32) -> f64 {
     let mixed = seed
         ^ (x as u32).wrapping_mul(0x9e37_79b1)
