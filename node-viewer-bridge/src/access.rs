@@ -1,8 +1,8 @@
-//! Who may use the page: nobody has to say anything on a machine of its own; elsewhere each request carries a token.
+//! Access to the page: free on its own machine, by token elsewhere.
 //!
-//! A token comes as the cookie that `POST /api/session` sets, which no script can read and no other page's request
-//! carries, or as `Authorization: Bearer TOKEN` from people's own programs. Tokens are compared in a time that does not
-//! depend on them, and an address that was wrong too often has to wait.
+//! A token arrives as the cookie set by `POST /api/session`, which is hidden from scripts and from requests of other
+//! pages, or as `Authorization: Bearer TOKEN` from other programs. Tokens are compared in constant time, and an address with
+//! too many wrong tokens has to wait.
 
 use std::collections::HashMap;
 use std::net::IpAddr;
@@ -15,29 +15,29 @@ use serde::{Deserialize, Serialize};
 use sextant_site_files::{Complaint, FileError, read_toml_checked};
 use subtle::{Choice, ConstantTimeEq};
 
-/// What a person may do on the page.
+/// Permissions on the page.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub(crate) enum PageRole {
-    /// Looks at everything.
+    /// Views everything.
     Viewer,
-    /// Also uses the wizards, applies refinements and takes changes back.
+    /// Also uses the wizards, applies refinements and reverts changes.
     Operator,
 }
 
 /// The cookie that carries a token.
 const COOKIE: &str = "sextant_token";
-/// How long browsers keep it, in seconds: a month.
+/// Lifetime of the cookie in seconds: a month.
 const COOKIE_AGE_S: u32 = 30 * 86_400;
-/// A token that is shorter can be guessed.
+/// Least length of a token; shorter ones can be guessed.
 const MIN_TOKEN_BYTES: usize = 16;
-/// Wrong tokens of an address in [`TRIES_PERIOD`] before it has to wait.
+/// Wrong tokens per address in [`TRIES_PERIOD`] before it has to wait.
 const MOST_TRIES: u32 = 10;
 const TRIES_PERIOD: Duration = Duration::from_secs(60);
-/// Addresses with wrong tokens that are remembered; while there are as many, further ones have to wait.
+/// Most addresses with wrong tokens that are remembered; when full, further addresses have to wait.
 const MOST_ADDRESSES: usize = 1024;
 
-/// `page-tokens.toml`. Not printable, so that no log has them.
+/// `page-tokens.toml`. Has no `Debug`, so that it cannot be logged.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Tokens {
@@ -49,7 +49,7 @@ impl Tokens {
     /// Reads the file.
     ///
     /// # Errors
-    /// A file that is missing or malformed, and tokens that can be guessed.
+    /// A missing or malformed file, or tokens that can be guessed.
     pub(crate) fn read(file: &Path) -> Result<Self, FileError> {
         read_toml_checked(file, |tokens: &Self| {
             for (key, token) in [("read", &tokens.read), ("operate", &tokens.operate)] {
@@ -84,27 +84,27 @@ impl Tokens {
     }
 }
 
-/// Why a request is not answered.
+/// Why a request is refused.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Denied {
-    /// It carries no token, or a wrong one.
+    /// Its token is missing or wrong.
     NoToken,
-    /// Its address was wrong too often.
+    /// Too many wrong tokens from its address.
     TooManyTries,
 }
 
-/// The rule of a bridge.
+/// The access rule of a bridge.
 pub(crate) struct PageAccess {
     tokens: Option<Tokens>,
-    /// What the bridge itself may do on the site's network.
+    /// Permissions of the bridge itself on the site's network.
     most: PageRole,
-    /// Whether browsers reach it by TLS only.
+    /// Whether browsers can connect by TLS only.
     is_secure: bool,
     tries: Mutex<Tries>,
 }
 
 impl PageAccess {
-    /// Everybody who reaches the page may do everything.
+    /// Everybody who reaches the page has all permissions.
     pub(crate) fn open() -> Self {
         Self {
             tokens: None,
@@ -114,7 +114,7 @@ impl PageAccess {
         }
     }
 
-    /// Who has a token may do what it is for, and nobody more than `most`. `is_secure`: over TLS.
+    /// A token grants its permissions, at most `most`. `is_secure`: over TLS.
     pub(crate) fn by_token(tokens: Tokens, most: PageRole, is_secure: bool) -> Self {
         Self {
             tokens: Some(tokens),
@@ -124,7 +124,7 @@ impl PageAccess {
         }
     }
 
-    /// What the sender of a request may do.
+    /// Permissions of the sender of a request.
     pub(crate) fn role_of(
         &self,
         headers: &HeaderMap,
@@ -138,7 +138,7 @@ impl PageAccess {
         self.role_of_token(token.ok_or(Denied::NoToken)?, from, now)
     }
 
-    /// What the owner of a token may do. A wrong one counts as a try of the address.
+    /// Permissions of a token's owner. A wrong token counts against the address.
     pub(crate) fn role_of_token(
         &self,
         token: &str,
@@ -162,7 +162,7 @@ impl PageAccess {
         }
     }
 
-    /// The cookie that makes a browser carry this token from now on; none where the token is not one of letters and digits.
+    /// The cookie that makes a browser send this token from now on; `None` for tokens that are not letters and digits.
     pub(crate) fn cookie_of(&self, token: &str) -> Option<HeaderValue> {
         self.set_cookie(token, COOKIE_AGE_S)
     }

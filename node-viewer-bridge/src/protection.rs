@@ -1,5 +1,5 @@
-//! What protects the page, by the node's `[security]`: tokens from the first address on that a profile protects, TLS from the
-//! first that other machines reach.
+//! Protection of the page according to the node's `[security]`: tokens once a profile protects an address, TLS once other machines
+//! reach one.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -15,9 +15,9 @@ use tokio_rustls::rustls::pki_types::{CertificateDer, PrivateKeyDer};
 use crate::access::{PageAccess, PageRole, Tokens};
 use crate::config::ViewerConfig;
 
-/// The network's and the page's protection.
+/// Protection of the network and the page.
 pub struct Protection {
-    /// The network's.
+    /// Protection of the network.
     pub network: Security,
     pub(crate) access: PageAccess,
     /// None: plain HTTP.
@@ -25,10 +25,10 @@ pub struct Protection {
 }
 
 impl Protection {
-    /// Reads the keys of a bridge; `folder` is that of its file.
+    /// Reads the keys of a bridge; `folder` is that of its configuration file.
     ///
     /// # Errors
-    /// Keys and addresses that do not go with the profile.
+    /// Keys and addresses that do not fit the profile.
     pub fn load(config: &ViewerConfig, folder: &Path) -> anyhow::Result<Self> {
         let network = config.network_protection(folder)?;
         let is_local = config.listen.ip().to_canonical().is_loopback();

@@ -1,4 +1,4 @@
-//! `/api/session`: a browser says its token once and carries it as a cookie from then on.
+//! `/api/session`: a browser sends its token once and has it as a cookie from then on.
 
 use axum::body::{Body, Bytes};
 use axum::extract::{Extension, Request, State};
@@ -19,7 +19,7 @@ struct Login {
     token: String,
 }
 
-/// `GET`: what the browser may do.
+/// `GET`: permissions of the browser.
 pub(crate) async fn ask(State(context): State<Context>, request: Request) -> Response<Body> {
     match server::role_of(&context.shared, &request) {
         Ok(role) => {
@@ -30,14 +30,14 @@ pub(crate) async fn ask(State(context): State<Context>, request: Request) -> Res
     }
 }
 
-/// `POST`: here is a token.
+/// `POST`: sets the cookie for a token.
 pub(crate) async fn begin(
     State(context): State<Context>,
     Extension(Peer(from)): Extension<Peer>,
     headers: HeaderMap,
     body: Bytes,
 ) -> Response<Body> {
-    // No form of a foreign page can send this type without asking first.
+    // A form of another site cannot send this content type without a preflight request.
     if !server::is_json(&headers) {
         return assets::plain(
             StatusCode::UNSUPPORTED_MEDIA_TYPE,
@@ -58,7 +58,7 @@ pub(crate) async fn begin(
     }
 }
 
-/// `DELETE`: forget the token.
+/// `DELETE`: removes the cookie.
 pub(crate) async fn end(State(context): State<Context>) -> Response<Body> {
     let answer = server::as_json(StatusCode::OK, "{}\n".into());
     with_cookie(answer, context.shared.protection.access.no_cookie())

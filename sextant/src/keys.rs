@@ -1,10 +1,10 @@
-//! `sextant keys`: a site's authority, its members' keys, and who is accepted.
+//! `sextant keys`: a site's authority, the keys of its members, and their revocation.
 //!
-//! | in DIR | what |
+//! | in DIR | contents |
 //! |---|---|
-//! | `authority.pem` | the authority's certificate: what all members trust |
-//! | `authority.key` | its private key; whoever has it can make members |
-//! | `members.toml` | who is a member, with which role, until when; who was revoked |
+//! | `authority.pem` | the authority's certificate, which all members trust |
+//! | `authority.key` | its private key, which creates members |
+//! | `members.toml` | members, their roles and validity, including revoked ones |
 //! | `passwords` | the members' passwords of profile lab |
 //! | `NAME/` | a member's keys: the folder that is copied to its machine ([`sextant_zenoh_bus::KeyFiles`]) |
 
@@ -24,7 +24,7 @@ use sextant_zenoh_bus::{Member, Role};
 use std::path::PathBuf;
 use time::OffsetDateTime;
 
-/// Which of them.
+/// The action.
 #[derive(Args, Debug)]
 #[command(after_help = "For example:
   sextant keys init site-keys --site lab
@@ -41,43 +41,43 @@ pub struct KeysArguments {
 
 #[derive(Subcommand, Debug)]
 enum Command {
-    /// Make a site's authority in a new folder.
+    /// Create a site's authority in a new folder.
     Init {
-        /// The folder; it must not exist, or be empty.
+        /// The folder; it must not exist or must be empty.
         dir: PathBuf,
-        /// The site's name, the middle of every key.
+        /// Name of the site, which is part of every key.
         #[arg(long)]
         site: SiteId,
     },
-    /// Make the keys of a new member, in DIR/NAME.
+    /// Create the keys of a new member in DIR/NAME.
     Add {
         /// The authority's folder.
         dir: PathBuf,
-        /// The member's name: of a camera, the camera's id; of a node, the node's name.
+        /// Name of the member: a camera's id or a node's name.
         name: NodeId,
-        /// What it may do.
+        /// Its role.
         #[arg(long, value_enum)]
         role: RoleWord,
         #[command(flatten)]
         validity: Validity,
     },
-    /// Make new keys for a member, with a new validity.
+    /// Renew the keys of a member.
     Renew {
         /// The authority's folder.
         dir: PathBuf,
-        /// The member.
+        /// Name of the member.
         name: NodeId,
         #[command(flatten)]
         validity: Validity,
     },
-    /// Accept a member's keys no longer.
+    /// Revoke the keys of a member.
     Revoke {
         /// The authority's folder.
         dir: PathBuf,
-        /// The member.
+        /// Name of the member.
         name: NodeId,
     },
-    /// Say who is a member, with which role, until when.
+    /// List the members with role and validity.
     List {
         /// The authority's folder.
         dir: PathBuf,
@@ -86,11 +86,11 @@ enum Command {
 
 #[derive(Args, Debug)]
 struct Validity {
-    /// How long the certificate is valid, in days; no longer than the authority's, which is valid for 20 years.
+    /// Validity of the certificate in days, at most that of the authority, which is 20 years.
     #[arg(long, default_value_t = 730, value_parser = clap::value_parser!(u32).range(1..=7300))]
     days: u32,
-    /// Of a fusion node: a name or address under which nodes connect to it. Of a viewer or an operator: one under which browsers
-    /// reach its page. This machine's name, localhost and 127.0.0.1 are always among them. May be given several times.
+    /// For a fusion node: a name or address under which nodes connect to it. For a viewer or an operator: one under which browsers
+    /// reach its page. This machine's name, localhost and 127.0.0.1 are always included. May be repeated.
     #[arg(long = "host", value_name = "NAME|ADDRESS")]
     hosts: Vec<String>,
 }
@@ -99,11 +99,11 @@ struct Validity {
 enum RoleWord {
     /// Publishes below its own camera's key.
     Camera,
-    /// Publishes poses and configuration, is the router.
+    /// Publishes poses and configuration; is the router.
     Fusion,
     /// Reads everything.
     Viewer,
-    /// Reads everything, changes the rig and the objects.
+    /// Reads everything; changes the rig and the objects.
     Operator,
 }
 
@@ -121,7 +121,7 @@ impl From<RoleWord> for Role {
 /// Runs `sextant keys`.
 ///
 /// # Errors
-/// [`Exit::Input`] for what is refused.
+/// [`Exit::Input`] for refused requests.
 pub fn run(arguments: &KeysArguments, format: Format) -> anyhow::Result<()> {
     obey(&arguments.command, format).exit_with(Exit::Input)
 }
@@ -185,7 +185,7 @@ impl Validity {
     }
 }
 
-/// What was made, and what is to be done with it.
+/// Describes what was created and what to do with it.
 fn say(authority: &Authority, member: &Member, now_s: u64, format: Format) -> anyhow::Result<()> {
     line(member, now_s, format)?;
     if format == Format::Json {
@@ -250,7 +250,7 @@ fn line(member: &Member, now_s: u64, format: Format) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// A day, UTC.
+/// A date, UTC.
 fn date(seconds: u64) -> anyhow::Result<String> {
     let time = OffsetDateTime::from_unix_timestamp(i64::try_from(seconds)?)
         .context("a time of the distant future")?;

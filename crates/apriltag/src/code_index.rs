@@ -1,7 +1,7 @@
-//! From an observed code word, possibly turned and with wrong bits, to the tag's id.
+//! Decodes an observed code word, possibly rotated and with bit errors, to the id of a tag.
 //!
-//! At most two wrong bits spoil at most two of three quarters of the word, so one of the first three quarters of the
-//! right word is as observed: an index by quarter leaves a handful of code words to compare.
+//! At most two bit errors affect at most two of three quarters of the word, so one of the first three quarters of the
+//! right word is correct: an index by quarter leaves a handful of code words to compare.
 
 use sextant_tag_families::{FamilyData, rotate_code};
 
@@ -167,7 +167,7 @@ mod tests {
         assert_eq!(to_spare(Family::Aruco4x4With1000), 0);
     }
 
-    /// The code word that a mirror shows.
+    /// The code word seen in a mirror.
     fn mirrored(data: &FamilyData, code: u64) -> u64 {
         let last = data.border_width as i8 - 1;
         let n_bits = data.bits.len();

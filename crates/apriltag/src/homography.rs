@@ -1,11 +1,11 @@
 //! The projective map between a tag's modules and the image, in single precision.
 //!
-//! `sextant-geometry` has the double-precision one; here thousands of points an image are mapped, also on processors
-//! whose double-precision arithmetic is slow.
+//! `sextant-geometry` has a double-precision version; this one maps thousands of points per image, also on processors
+//! with slow double-precision arithmetic.
 
 use crate::quad::{Point, Quad, middle};
 
-/// Points that are mapped and sampled at a time.
+/// Points that are mapped and sampled in one batch.
 pub(crate) const POINTS: usize = 8;
 
 /// One coordinate, or the grey values, of a batch of points.
@@ -13,7 +13,7 @@ pub(crate) type Points = [f32; POINTS];
 
 /// Maps a square's coordinates (u right, v down) to pixels.
 ///
-/// pixel = origin + (m0 u + m1 v + m2, m3 u + m4 v + m5) / (m6 u + m7 v + 1); the origin, nearby, keeps the numbers small.
+/// pixel = origin + (m0 u + m1 v + m2, m3 u + m4 v + m5) / (m6 u + m7 v + 1); a nearby origin keeps the numbers small.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Homography {
     pub(crate) origin: Point,
@@ -23,8 +23,8 @@ pub(crate) struct Homography {
 impl Homography {
     /// Maps the corners of the square -1..1 to a quad.
     ///
-    /// Over these corners u, v, u v and 1 are orthogonal. What a corner p is times its denominator w = g u + h v + 1 is linear
-    /// in u and v, so that the sum of u v w p is nothing, which tells g and h, and those of u w p, v w p and w p the rest.
+    /// On these corners u, v, u v and 1 are orthogonal. A corner p times its denominator w = g u + h v + 1 is linear
+    /// in u and v. Therefore the sum of u v w p is zero, which determines g and h; the sums of u w p, v w p and w p determine the rest.
     pub(crate) fn square_to_quad(quad: &Quad) -> Option<Self> {
         let origin = middle(quad);
         let means = |axis: usize| {

@@ -1,10 +1,10 @@
 //! A borrowed grey image.
 //!
-//! Pixel (0, 0) is the *centre* of the top left pixel; x runs right, y down.
+//! Pixel (0, 0) is the *centre* of the top left pixel; x points right, y down.
 
 use std::ops::Range;
 
-/// An 8-bit grey image that belongs to somebody else.
+/// A borrowed 8-bit grey image.
 #[derive(Clone, Copy, Debug)]
 pub struct Image<'a> {
     pixels: &'a [u8],
@@ -13,7 +13,7 @@ pub struct Image<'a> {
     stride: usize,
 }
 
-/// Why bytes are no image to the detector.
+/// Invalid image dimensions or buffers.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum ImageError {
     /// Width or height out of range.
@@ -24,7 +24,7 @@ pub enum ImageError {
         /// Rows.
         height: usize,
     },
-    /// Rows would overlap, or lie too far apart.
+    /// Rows overlap or are too far apart.
     #[error("a stride of {stride} bytes is none of rows of {width} pixels: {width} to 1048576 are")]
     Stride {
         /// Bytes from one row to the next.
@@ -32,12 +32,12 @@ pub enum ImageError {
         /// Pixels in a row.
         width: usize,
     },
-    /// The last row is not all there.
+    /// The buffer ends before the last row does.
     #[error("{found} bytes are fewer than the {needed} that the image takes")]
     TooShort {
-        /// Bytes that were given.
+        /// Length of the buffer in bytes.
         found: usize,
-        /// Bytes up to the last pixel.
+        /// Required length in bytes.
         needed: usize,
     },
 }
@@ -49,10 +49,10 @@ impl<'a> Image<'a> {
     pub const MAX_WIDTH: usize = 4096;
     /// Greatest height.
     pub const MAX_HEIGHT: usize = 3072;
-    /// Greatest distance of rows, in bytes: places of pixels are numbers of 32 bits.
+    /// Largest distance of rows in bytes: pixel indices have 32 bits.
     pub const MAX_STRIDE: usize = 1 << 20;
 
-    /// `pixels` row after row, `stride` bytes apart; the last row may end with its last pixel.
+    /// An image of `pixels`, row by row, `stride` bytes apart; the last row may end with its last pixel.
     pub fn new(
         pixels: &'a [u8],
         width: usize,
@@ -96,7 +96,7 @@ impl<'a> Image<'a> {
         &self.pixels[y * self.stride..][..self.width]
     }
 
-    /// A rectangle of the image, which must lie within it and be no smaller than the least size.
+    /// A rectangle of the image, which must lie within it and have at least the least size.
     pub(crate) fn crop(&self, columns: Range<usize>, rows: Range<usize>) -> Self {
         debug_assert!(columns.end <= self.width && rows.end <= self.height);
         Self {
@@ -107,7 +107,7 @@ impl<'a> Image<'a> {
         }
     }
 
-    /// Row after row, with what lies between them, up to the last pixel at least; bytes from one row to the next.
+    /// All rows with their padding, at least up to the last pixel; and the bytes from one row to the next.
     #[inline]
     pub(crate) fn bytes(&self) -> (&'a [u8], usize) {
         (self.pixels, self.stride)

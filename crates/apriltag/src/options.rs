@@ -46,21 +46,21 @@ impl Default for Options {
     }
 }
 
-/// Why options are refused.
+/// Invalid options.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum OptionsError {
-    /// No family is given.
+    /// No family is configured.
     #[error("no tag family to look for; name at least one")]
     NoFamily,
-    /// A family is given twice.
+    /// A family is configured twice.
     #[error("the family {0} is named twice")]
     FamilyTwice(Family),
-    /// A value out of its range.
+    /// A value is out of range.
     #[error("{key} = {value} is outside {min} to {max}")]
     OutOfRange {
-        /// The option's name.
+        /// Name of the option.
         key: &'static str,
-        /// What was given.
+        /// The configured value.
         value: f32,
         /// Least value.
         min: f32,

@@ -1,4 +1,4 @@
-//! An image in which borders of a colour are looked for.
+//! An image in which borders of one colour are searched.
 
 use crate::Image;
 use sextant_tag_families::BorderColour;
@@ -12,7 +12,7 @@ pub(crate) struct View<'a> {
 }
 
 impl View<'_> {
-    /// Sign of the step in grey from within a border outwards.
+    /// Sign of the step in grey from the inside of a border outwards.
     pub(crate) fn sign(&self) -> f32 {
         match self.border {
             BorderColour::Black => 1.0,

@@ -1,4 +1,4 @@
-//! The authority's folder: members are added, renewed and revoked here, one program at a time.
+//! The authority's folder: adds, renews and revokes members, one process at a time.
 
 use super::certificates::{self, Issuer, Subject};
 use super::folder::{FolderFiles, in_place_of, remove_keys, write_secret};
@@ -14,33 +14,33 @@ use std::net::IpAddr;
 use std::path::{Path, PathBuf};
 
 const DAY_S: u64 = 86_400;
-/// How long an authority is valid.
+/// Validity of an authority.
 const AUTHORITY_DAYS: u64 = 20 * 365;
-/// A file of the authority's folder that has the form of a name.
+/// A file of the authority's folder whose name could be a member's.
 const PASSWORDS: &str = "passwords";
 
-/// A site's authority, locked for this program.
+/// A site's authority, locked by this process.
 pub struct Authority {
     dir: PathBuf,
     members: Members,
     _lock: File,
 }
 
-/// What is asked of a new certificate.
+/// A request for a certificate.
 pub struct New<'a> {
     /// Seconds since the Unix epoch.
     pub now_s: u64,
-    /// How long it is valid.
+    /// Its validity.
     pub days: u32,
     /// Names and addresses of its machine.
     pub hosts: &'a [String],
 }
 
 impl Authority {
-    /// Makes an authority.
+    /// Creates an authority.
     ///
     /// # Errors
-    /// A folder that has something in it, and what the system refuses.
+    /// A folder that is not empty, or an error of the system.
     pub fn init(dir: &Path, site: &SiteId, now_s: u64) -> anyhow::Result<()> {
         let is_free = fs::read_dir(dir).map_or(true, |mut entries| entries.next().is_none());
         ensure!(
@@ -69,10 +69,10 @@ impl Authority {
         })
     }
 
-    /// Opens an authority's folder; another program that has it open is waited for.
+    /// Opens an authority's folder; waits for another process that has it open.
     ///
     /// # Errors
-    /// A folder that is none of an authority.
+    /// A folder without an authority.
     pub fn open(dir: &Path) -> anyhow::Result<Self> {
         let lock = File::open(dir).with_context(|| no_authority(dir))?;
         lock.lock().with_context(|| no_authority(dir))?;
@@ -85,7 +85,7 @@ impl Authority {
         })
     }
 
-    /// Who is a member, and who was.
+    /// All members, including revoked ones.
     pub fn members(&self) -> &Members {
         &self.members
     }
@@ -95,10 +95,10 @@ impl Authority {
         KeyFiles::within(&self.dir.join(name))
     }
 
-    /// Makes a new member.
+    /// Creates a member.
     ///
     /// # Errors
-    /// A name that is taken; an expired authority; what the system refuses.
+    /// A name in use, an expired authority, or an error of the system.
     pub fn add(&mut self, name: &NodeId, role: Role, new: &New<'_>) -> anyhow::Result<Member> {
         ensure!(
             name.as_str() != PASSWORDS,
@@ -137,10 +137,10 @@ impl Authority {
         Ok(member)
     }
 
-    /// Makes new keys for a member; its password and the tokens of its page stay.
+    /// Renews the keys of a member; its password and the tokens of its page stay.
     ///
     /// # Errors
-    /// Nobody of that name; an expired authority; what the system refuses.
+    /// An unknown name, an expired authority, or an error of the system.
     pub fn renew(&mut self, name: &NodeId, new: &New<'_>) -> anyhow::Result<Member> {
         let name = name.as_str();
         let valid_until_s = self.valid_until_s(new)?;
@@ -162,10 +162,10 @@ impl Authority {
         Ok(member)
     }
 
-    /// Accepts a member's keys no longer, and removes its folder.
+    /// Revokes a member's keys and removes its folder.
     ///
     /// # Errors
-    /// Nobody of that name; what the system refuses.
+    /// An unknown name, or an error of the system.
     pub fn revoke(&mut self, name: &NodeId) -> anyhow::Result<Member> {
         let member = self.find(name.as_str())?;
         member.revoked = true;
@@ -194,7 +194,7 @@ impl Authority {
         Ok(last_s.min(new.now_s + u64::from(new.days) * DAY_S))
     }
 
-    /// Writes a member's folder, in place of its former one.
+    /// Writes a member's folder and replaces its former one.
     fn make(&self, member: &Member, secrets: &Secrets, new: &New<'_>) -> anyhow::Result<()> {
         let files = FolderFiles::read(&self.dir)?;
         let issuer = Issuer::new(self.members.site.as_str(), &files.authority_key)?;
@@ -221,14 +221,14 @@ impl Authority {
         })
     }
 
-    /// The passwords of all members, a line each: `<common name>:<password>`.
+    /// The passwords of all members, one per line: `<common name>:<password>`.
     fn passwords(&self) -> anyhow::Result<String> {
         let file = self.dir.join(PASSWORDS);
         fs::read_to_string(&file).with_context(|| format!("{}: cannot be read", file.display()))
     }
 
-    /// Writes who is a member, for itself and for those fusion nodes whose folders are here, with these passwords, without
-    /// those of revoked members.
+    /// Writes the list of members here and in the folders of fusion nodes below, with these passwords, except those of revoked
+    /// members.
     fn save(&self, passwords: &str) -> anyhow::Result<()> {
         let accepted: BTreeSet<&str> = self
             .members
@@ -256,7 +256,7 @@ impl Authority {
     }
 }
 
-/// Tokens that nobody has yet, as a file.
+/// A file with new tokens.
 fn page_tokens() -> anyhow::Result<String> {
     let (read, operate) = (random_text()?, random_text()?);
     Ok(format!(
@@ -264,7 +264,7 @@ fn page_tokens() -> anyhow::Result<String> {
     ))
 }
 
-/// What of a member's folder outlives its certificate.
+/// Parts of a member's folder that survive a renewal.
 struct Secrets {
     password: String,
     page_tokens: String,
@@ -274,7 +274,7 @@ fn has_page(role: Role) -> bool {
     matches!(role, Role::Viewer | Role::Operator)
 }
 
-/// Those given, and those of this machine.
+/// The given hosts, and those of this machine.
 fn hosts(given: &[String]) -> anyhow::Result<Vec<String>> {
     let is_host = |host: &&String| {
         let mut letters = host.bytes();

@@ -1,7 +1,7 @@
-//! X.509 certificates (RFC 5280), ECDSA on P-256: the authority's own, and those that it signs.
+//! X.509 certificates (RFC 5280), ECDSA on P-256: that of the authority, and those that it signs.
 //!
-//! Certificates are valid from the beginning of 2018 on: boards without a battery begin there after each start and could not
-//! connect before their clock is set otherwise. Validity begins for nobody's protection; its end does.
+//! Certificates are valid from the start of 2018: boards without a battery-backed clock begin there after each start and could not
+//! connect otherwise before their clock is set. Only the end of validity protects.
 
 use anyhow::Context;
 use rcgen::{
@@ -20,10 +20,10 @@ pub struct Made {
     pub certificate: String,
 }
 
-/// The authority's certificate, signed by itself.
+/// A certificate for the authority, signed by itself.
 ///
 /// # Errors
-/// A system without random numbers.
+/// A system without a source of random numbers.
 pub fn authority(site: &SiteId, valid_until_s: u64) -> anyhow::Result<Made> {
     let key = KeyPair::generate().context("a key pair")?;
     let mut params = authority_params(site.as_str())?;
@@ -54,7 +54,7 @@ fn params(common_name: &str, hosts: &[String]) -> anyhow::Result<CertificatePara
     Ok(params)
 }
 
-/// For whom a certificate is, and for what.
+/// Subject and purpose of a certificate.
 pub struct Subject<'a> {
     common_name: String,
     valid_until_s: u64,
@@ -63,7 +63,7 @@ pub struct Subject<'a> {
 }
 
 impl<'a> Subject<'a> {
-    /// A member on the site's network. Only a fusion node may be a router, so that no board can pretend to be one.
+    /// A member on the site's network. Only a fusion node may be a router, so that no camera can pose as one.
     pub fn node(member: &Member, hosts: &'a [String]) -> Self {
         let is_router = member.role == Role::Fusion;
         let mut usages = vec![ExtendedKeyUsagePurpose::ClientAuth];
@@ -87,20 +87,20 @@ impl<'a> Subject<'a> {
     }
 }
 
-/// Signs certificates in the authority's name.
+/// Signs certificates for the authority.
 pub struct Issuer(rcgen::Issuer<'static, KeyPair>);
 
 impl Issuer {
-    /// The authority of a site, by its private key.
+    /// The authority of a site, from its private key.
     ///
     /// # Errors
-    /// A key that is none.
+    /// An invalid key.
     pub fn new(site: &str, key: &str) -> anyhow::Result<Self> {
         let key = KeyPair::from_pem(key).context("authority.key")?;
         Ok(Self(rcgen::Issuer::new(authority_params(site)?, key)))
     }
 
-    /// A new key and its certificate.
+    /// Creates a key and its certificate.
     ///
     /// # Errors
     /// A host that is neither a name nor an address.

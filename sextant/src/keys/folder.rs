@@ -1,4 +1,4 @@
-//! Folders and files of keys: private from their first moment, and whole or not there at all.
+//! Folders and files of keys: private from the start, and written whole or not at all.
 
 use anyhow::{Context, ensure};
 use sextant_zenoh_bus::KeyFiles;
@@ -7,7 +7,7 @@ use std::io::Write;
 use std::os::unix::fs::{DirBuilderExt, OpenOptionsExt};
 use std::path::{Path, PathBuf};
 
-/// What of the authority's folder goes into every certificate.
+/// The authority's key pair, which signs every certificate.
 pub struct FolderFiles {
     /// Its private key, PEM.
     pub authority_key: String,
@@ -16,10 +16,10 @@ pub struct FolderFiles {
 }
 
 impl FolderFiles {
-    /// Reads them.
+    /// Reads the key pair.
     ///
     /// # Errors
-    /// What the system refuses.
+    /// An error of the system.
     pub fn read(dir: &Path) -> anyhow::Result<Self> {
         let read = |name: &str| {
             let file = dir.join(name);
@@ -35,7 +35,7 @@ impl FolderFiles {
 /// Writes a file that only its owner can read, whole or not at all.
 ///
 /// # Errors
-/// What the system refuses.
+/// An error of the system.
 pub fn write_secret(path: &Path, content: &str) -> anyhow::Result<()> {
     let temporary = beside(path);
     let write = || -> std::io::Result<()> {
@@ -53,10 +53,10 @@ pub fn write_secret(path: &Path, content: &str) -> anyhow::Result<()> {
         .with_context(|| format!("{}: cannot be written", path.display()))
 }
 
-/// Fills a new private folder and puts it in the place of `folder`, whose former content is removed then.
+/// Fills a new private folder and moves it to `folder`, whose former content is then removed.
 ///
 /// # Errors
-/// What the system refuses; the former folder is then as it was.
+/// An error of the system; the former folder is then unchanged.
 pub fn in_place_of(
     folder: &Path,
     fill: impl FnOnce(&Path) -> anyhow::Result<()>,
@@ -88,10 +88,10 @@ pub fn in_place_of(
         .with_context(unwritable)
 }
 
-/// Removes a member's folder, and nothing else: a folder without `node.toml` is left alone.
+/// Removes a member's folder; ignores a folder without `node.toml`.
 ///
 /// # Errors
-/// What the system refuses.
+/// An error of the system.
 pub fn remove_keys(files: &KeyFiles) -> anyhow::Result<()> {
     let folder = files.folder();
     if !folder.exists() {

@@ -4,10 +4,10 @@ use anyhow::Context;
 use std::fs::File;
 use std::io::Read;
 
-/// Random bytes of a secret: more than anybody can guess.
+/// Random bytes of a secret; enough to make guessing infeasible.
 const BYTES: usize = 16;
 
-/// A secret that nobody can guess, of letters and digits.
+/// A random secret of letters and digits.
 ///
 /// # Errors
 /// A system without a source of random numbers.

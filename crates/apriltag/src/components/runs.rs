@@ -1,18 +1,18 @@
-//! Runs in the words of a pair of rows, and which of them touch those of the pair above.
+//! Runs in the words of a pair of rows, and which of them touch runs of the pair above.
 //!
-//! In: two rows of bits, or four. Out: where runs begin and end; which parts of components runs are of and which parts hang
-//! together.
+//! Input: two rows of bits, or four. Output: start and end of each run, the part of a component that each run belongs to, and which parts
+//! are connected.
 
 use super::{Component, Span};
 use crate::bit_plane::RowPair;
 use crate::kernels::WORD;
 use std::mem;
 
-/// The label of a run that is of no part yet. Its bytes differ, for what fills memory with one byte over and over is
-/// slower to call than a loop of vectors is.
+/// Label of a run without a part. Its bytes differ, since memory filled with one repeated byte is
+/// set by a call that is slower than a vectorised loop.
 pub(super) const UNLABELLED: u32 = 1 << 31;
 
-/// Where bits of either row begin and end to be set. Returns how many runs there are.
+/// Start and end of the runs of either row. Returns the number of runs.
 #[inline(always)]
 pub(super) fn find_spans(pair: &RowPair<'_>, spans: &mut [Span]) -> usize {
     let (mut n, mut before) = (0, 0);
@@ -21,13 +21,13 @@ pub(super) fn find_spans(pair: &RowPair<'_>, spans: &mut [Span]) -> usize {
         let column = |bits: u64| (i * WORD) as u16 + bits.trailing_zeros() as u16;
         let moved = moved_on(word, &mut before);
         let (mut begun, mut ended) = (word & !moved, moved & !word);
-        // A run of the word before that reached this one.
+        // A run of the previous word that reached this one.
         if moved & 1 != 0 {
             spans[n - 1][1] = column(ended);
             ended &= ended.wrapping_sub(1);
         }
         while begun != 0 {
-            // One that does not end here reaches the next word at least.
+            // A run that does not end here reaches at least the next word.
             spans[n] = [column(begun), column(ended)];
             begun &= begun - 1;
             ended &= ended.wrapping_sub(1);
@@ -37,16 +37,16 @@ pub(super) fn find_spans(pair: &RowPair<'_>, spans: &mut [Span]) -> usize {
     n
 }
 
-/// A word with each of its bits a column further on, by the word before it, which it becomes for the next one.
+/// A word shifted by one column, with the carry of the previous word, which it replaces for the next one.
 #[inline(always)]
 fn moved_on(word: u64, before: &mut u64) -> u64 {
     word << 1 | mem::replace(before, word) >> (WORD - 1)
 }
 
-/// Joins the runs of a pair of rows with those of the pair above, each with the number of its first run: they become of the
-/// same part, or their parts one.
+/// Connects the runs of a pair of rows with those of the pair above, each with the number of its first run: they get the
+/// same part, or their parts are merged.
 ///
-/// Rows touch where both are black or have just been. Two runs are joined at the first such place beside others, and where
+/// Rows touch where both are black or were in the previous column. Two runs are connected at the first such place, and where
 /// one of them begins.
 #[inline(always)]
 pub(super) fn join_pairs<'a>(
@@ -90,14 +90,14 @@ pub(super) fn join_pairs<'a>(
     }
 }
 
-/// Lets two parts hang together: the first part of either component goes by that of the other, which is returned.
+/// Connects two parts: the first part of one component refers to that of the other, which is returned.
 fn join(parts: &mut [Component], a: u32, b: u32) -> u32 {
     let (a, b) = (first_part(parts, a), first_part(parts, b));
     parts[a.max(b) as usize].earlier = a.min(b);
     a.min(b)
 }
 
-/// The first part that a part is known to hang together with; the way to it is halved.
+/// The first part of a component; halves the path to it.
 fn first_part(parts: &mut [Component], mut part: u32) -> u32 {
     while parts[part as usize].earlier != part {
         let earlier = parts[part as usize].earlier;

@@ -1,6 +1,6 @@
-//! Where profiles across a side rise most steeply.
+//! Profiles across a side, and their steepest points.
 //!
-//! Profiles are worked on side by side, as many as a vector holds points.
+//! Profiles are processed in parallel, as many as a vector holds points.
 
 use super::Crossing;
 use crate::homography::{Homography, POINTS, Points};
@@ -11,24 +11,24 @@ use crate::view::View;
 /// Step along the profiles, in pixels.
 const STEP_PX: f32 = 0.5;
 
-/// Most steps to either side of an edge.
+/// Most steps on either side of an edge.
 const MAX_STEPS: usize = 8;
 
-/// Steps around the steepest place over which its position is averaged: what a blur of 0.7 px spreads over.
+/// Steps around the steepest point over which its position is averaged: the extent of a blur of 0.7 px.
 const STEEP_STEPS: usize = 3;
 
-/// Most groups of profiles along a side: beyond that the line is no better than the lens is straight.
+/// Most groups of profiles along a side: beyond this, lens distortion limits the accuracy of a line.
 pub(super) const MAX_GROUPS: usize = 3;
 
 const MAX_SAMPLES: usize = 2 * MAX_STEPS + 1;
 
-/// Modules along the border of the most usual family, for what need not be exact.
+/// Modules along the border of the most common family, for estimates.
 const USUAL_MODULES: f32 = 8.0;
 
-/// Profiles at right angles to a side.
+/// Profiles perpendicular to a side.
 pub(super) struct Profiles {
     n_groups: usize,
-    /// To either side.
+    /// Extent on either side.
     n_steps: usize,
 }
 
@@ -39,12 +39,12 @@ impl Profiles {
         Self::new(quad, (0.75 * module_px).clamp(1.5, 4.0), 1)
     }
 
-    /// As many as there may be.
+    /// As many as possible.
     pub(super) fn fine(quad: &Quad) -> Self {
         Self::new(quad, 2.0, MAX_GROUPS)
     }
 
-    /// No more than one a pixel.
+    /// At most one per pixel.
     fn new(quad: &Quad, reach_px: f32, most_groups: usize) -> Self {
         Self {
             n_groups: (mean_edge(quad) as usize / POINTS).clamp(1, most_groups),
@@ -52,7 +52,7 @@ impl Profiles {
         }
     }
 
-    /// Where an edge crosses the profiles over a line from a to b with this normal; of no weight where they leave the image.
+    /// Crossings of an edge and the profiles over a line from a to b with this normal; weight 0 where they leave the image.
     pub(super) fn find_crossings<'a>(
         &self,
         view: &View<'_>,
@@ -61,7 +61,7 @@ impl Profiles {
         out: &'a mut [[Crossing; POINTS]; MAX_GROUPS],
     ) -> &'a mut [Crossing] {
         let way = [b[0] - a[0], b[1] - a[1]];
-        // u along the side, from 0 to 1, v beyond it in pixels.
+        // u along the side, from 0 to 1; v across it in pixels.
         let map = Homography {
             origin: a,
             m: [way[0], nx, 0.0, way[1], ny, 0.0, 0.0, 0.0],
@@ -90,7 +90,7 @@ impl Profiles {
         out.as_flattened_mut()
     }
 
-    /// Away from a side's ends, where the other sides blur in.
+    /// Away from the ends of a side, where the blur of adjacent sides reaches.
     fn along(&self, group: usize) -> Points {
         const END: f32 = 1.0 / 12.0;
         let spacing = (1.0 - 2.0 * END) / (self.n_groups * POINTS) as f32;
@@ -98,7 +98,7 @@ impl Profiles {
     }
 }
 
-/// Distances of the steepest rises from the middles of profiles, and their heights; none where a profile leaves the image.
+/// Distances of the steepest rises from the centres of profiles, and their heights; none where a profile leaves the image.
 #[inline(always)]
 fn steepest(profiles: &[Points], sign: f32) -> [Points; 2] {
     let last = profiles.len() - 1;

@@ -1,4 +1,4 @@
-//! What compilers need to be told to make use of AVX2.
+//! AVX2 intrinsics for loops that compilers do not vectorise well.
 
 use super::{Column, MAX_GROUPS, Pairs, ROWS, Sums};
 use crate::homography::POINTS;
@@ -6,7 +6,7 @@ use std::arch::x86_64::*;
 use std::mem::transmute;
 use std::sync::LazyLock;
 
-/// Whether the processor has AVX2 and what came with it.
+/// Whether the processor has AVX2 and the extensions that accompany it.
 pub(super) fn is_there() -> bool {
     static IS_THERE: LazyLock<bool> = LazyLock::new(|| {
         is_x86_feature_detected!("avx2")
@@ -24,13 +24,13 @@ pub(super) fn run<T>(work: impl FnOnce() -> T) -> T {
     work()
 }
 
-/// Pairs that begin at some places, and those a row below.
+/// Pairs of neighbours at some positions, and those a row below.
 ///
 /// # Safety
-/// The places must be below 2^31 and the pairs a row below among the pixels; a row has four bytes at least.
+/// The positions must be below 2^31 and the pairs a row below within the pixels; a row has at least four bytes.
 #[target_feature(enable = "avx2")]
 pub(super) unsafe fn pairs(pixels: &[u8], stride: usize, at: &[u32; POINTS]) -> [Pairs; 2] {
-    // SAFETY: four bytes from each place are before the end of the pair below, as are those that end with that pair.
+    // SAFETY: four bytes from each position are before the end of the pair below, as are those that end with that pair.
     unsafe {
         let at = transmute::<[u32; POINTS], __m256i>(*at);
         let four = |begin| _mm256_i32gather_epi32::<1>(pixels.as_ptr().add(begin).cast(), at);
@@ -42,7 +42,7 @@ pub(super) unsafe fn pairs(pixels: &[u8], stride: usize, at: &[u32; POINTS]) -> 
 /// Columns whose products with another are summed together; fewer at the diagonal.
 const TOGETHER: usize = 4;
 
-/// Sums of products of neighbours have an instruction that compilers do not find.
+/// Sums of products of neighbours have an instruction of their own, which compilers do not select.
 #[target_feature(enable = "avx2")]
 pub(super) fn products(columns: &[Column], n_groups: usize, sums: &mut Sums) {
     for (i, (column, sums)) in columns.iter().zip(sums).enumerate() {
@@ -82,7 +82,7 @@ fn products_with<const N: usize>(
         (first..first + AT_A_TIME).for_each(&mut add);
     }
     (many..n_groups).for_each(&mut add);
-    // The four vectors' lanes are added up side by side.
+    // Adds the lanes of the four vectors in parallel.
     let pairs = _mm256_hadd_epi32(
         _mm256_hadd_epi32(sums[0], sums[1]),
         _mm256_hadd_epi32(sums[2], sums[3]),

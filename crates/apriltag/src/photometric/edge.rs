@@ -1,9 +1,9 @@
-//! What one straight blurred edge looks like.
+//! Intensity profile of a straight blurred edge.
 //!
-//! Blur is a Gaussian and the next term of Edgeworth's series (Cramér, Mathematical Methods of Statistics, 1946, 17.7), by
-//! which its fourth cumulant shows. That of the pixel's own square is known. The rest is fitted: sharpening, the blur of an
-//! open aperture and that of motion end more abruptly than a Gaussian, glare less so. Where blur is so small that the pixel's
-//! square shows, a term is not enough: an edge is a ramp as wide as the square, blurred by a Gaussian, which all else is in.
+//! Blur is a Gaussian with the next term of Edgeworth's series (Cramér, Mathematical Methods of Statistics, 1946, 17.7), which
+//! represents its fourth cumulant. That of the pixel's square is known; the rest is fitted: sharpening, defocus and motion
+//! end more abruptly than a Gaussian, glare less so. Where blur is so small that the pixel's square is visible, one term is
+//! not enough: the edge is then a ramp as wide as the square, convolved with a Gaussian for everything else.
 
 use super::SHIFT;
 use crate::quad::Point;
@@ -11,25 +11,25 @@ use crate::quad::Point;
 /// Variance of a pixel's square along either axis, in square pixels.
 pub(super) const PIXEL: f32 = 1.0 / 12.0;
 
-/// Share of the blur that lies beyond an edge, its derivative with the distance, per pixel, with the blur's variance, per
-/// square pixel, and with its shape.
+/// Step response at a distance beyond an edge, and its derivatives with respect to distance (per pixel), variance of the blur (per
+/// square pixel) and shape.
 pub(super) type Edge = [f32; 4];
 
-/// How all edges of one direction look.
+/// Profile of all edges of one direction.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Profile {
     per_sigma: f32,
     /// A twenty-fourth of the excess kurtosis.
     shape: f32,
-    /// Distance, across the edge, between the two sides of a pixel's square that are most along it, and the standard deviation
-    /// of all blur besides.
+    /// Width of the pixel's square, across the edge, between its two sides most parallel to the edge; and the standard deviation
+    /// of all other blur.
     width: f32,
     beside_width: f32,
 }
 
 impl Profile {
-    /// Of edges across the direction `[nx, ny]`, for this variance of the blur and the pixel's square together, and this shape
-    /// of the blur besides that square.
+    /// Profile of edges perpendicular to the direction `[nx, ny]`, for the variance of blur and pixel square together, and the shape
+    /// of the blur without that square.
     pub(super) fn new([nx, ny]: Point, variance: f32, shape: f32) -> Self {
         // The fourth cumulant of a box is -width^4 / 120, and those of the square's sides along and across add up.
         let of_square = (nx.powi(4) + ny.powi(4)) / (120.0 * 24.0);
@@ -42,7 +42,7 @@ impl Profile {
         }
     }
 
-    /// At a distance in pixels, blurred or sharp.
+    /// Step response at a distance in pixels, with the model for sharp or for blurred images.
     #[inline(always)]
     pub(super) fn at<const SHARP: bool>(&self, distance: f32) -> Edge {
         if SHARP {
@@ -52,7 +52,7 @@ impl Profile {
         }
     }
 
-    /// The mean of the normal distribution function from one side of the square to the other. The blur's shape does not show.
+    /// Mean of the normal distribution function over the width of the square; ignores the shape.
     #[inline(always)]
     fn sharp_at(&self, distance: f32) -> Edge {
         let (half, per_width) = (0.5 * self.width, 1.0 / self.width);
@@ -70,7 +70,7 @@ impl Profile {
     fn blurred_at(&self, distance: f32) -> Edge {
         let (z, density, share) = normal(distance * self.per_sigma);
         let square = z * z;
-        // Hermite's polynomials of third and fourth order.
+        // Hermite polynomials of third and fourth order.
         let with_shape = -z * (square - 3.0) * density;
         let fourth = square * (square - 6.0) + 3.0;
         let density_px = density * (1.0 + self.shape * fourth) * self.per_sigma;
@@ -83,7 +83,7 @@ impl Profile {
     }
 }
 
-/// Of a blurred step its integral up to a distance, itself and its derivative with the blur's variance.
+/// Of a Gaussian-blurred step: its integral up to a distance, its value, and the integral's derivative with respect to the variance.
 #[inline(always)]
 fn until(distance: f32, sigma: f32) -> [f32; 3] {
     let (z, density, share) = normal(distance / sigma);
@@ -96,7 +96,7 @@ fn until(distance: f32, sigma: f32) -> [f32; 3] {
     ]
 }
 
-/// The argument, within bounds, and of the normal distribution its density and itself.
+/// The bounded argument, and density and distribution function of the standard normal distribution.
 #[inline(always)]
 fn normal(z: f32) -> (f32, f32, f32) {
     let z = bounded(z);
@@ -105,17 +105,17 @@ fn normal(z: f32) -> (f32, f32, f32) {
     (z, density, if z < 0.0 { tail } else { 1.0 - tail })
 }
 
-/// As far from the middle as the exponential goes. Not by `clamp`, which calls a library on 32-bit ARM.
+/// Limits an argument to the range of the exponential. `clamp` would call a library on 32-bit ARM.
 #[inline(always)]
 fn bounded(z: f32) -> f32 {
     const FAR: f32 = 12.0;
     if z.abs() < FAR { z } else { FAR.copysign(z) }
 }
 
-/// Of the normal distribution.
+/// Peak of the standard normal density.
 const PEAK: f32 = 0.398_942_3;
 
-/// One less the normal distribution function, over its density (Abramowitz & Stegun, Handbook of Mathematical Functions,
+/// Upper tail of the normal distribution divided by its density (Abramowitz & Stegun, Handbook of Mathematical Functions,
 /// 26.2.16, |error| < 1e-5).
 #[inline(always)]
 fn tail_over_density(x: f32) -> f32 {
@@ -123,7 +123,7 @@ fn tail_over_density(x: f32) -> f32 {
     t * (0.436_183_6 + t * (-0.120_167_6 + t * 0.937_298))
 }
 
-/// e^x for x from -80 to 0, without a call: 2^n is put together from its bits, 2^f for |f| <= 1/2 is a Taylor series in
+/// e^x for x from -80 to 0, without a call: 2^n is assembled from its bits, 2^f for |f| <= 1/2 is a Taylor series in
 /// f ln 2 (|relative error| < 5e-5).
 #[inline(always)]
 fn exp_of_negative(x: f32) -> f32 {
@@ -147,7 +147,7 @@ mod tests {
         }
     }
 
-    /// At the distances of an edge: what it looks like, against differences of what its share is then.
+    /// Compares profile and derivatives with finite differences.
     fn check_derivatives(at: impl Fn(f32, f32, f32) -> Edge, variance: f32, n: usize) {
         const STEP: f32 = 0.02;
         const SHAPE: f32 = 0.06;

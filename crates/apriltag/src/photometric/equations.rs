@@ -1,21 +1,21 @@
-//! Weighted least squares by its normal equations, in whole numbers.
+//! Weighted least squares by normal equations, in integers.
 //!
-//! A pixel's derivatives and residual are rounded to 16 bits and multiplied to 32: exact sums, the same in any order and on
-//! any processor, by vector instructions that all of them have. What rounding changes in the derivatives leaves the estimate
-//! where it is, as sums of residuals times anything but themselves are zero on average where the model holds.
+//! A pixel's derivatives and residual are rounded to 16 bits and multiplied to 32: the sums are exact, independent of order and
+//! processor, and use vector instructions that all processors have. Rounding of the derivatives does not bias the estimate,
+//! since sums of residuals times anything independent of them are zero on average where the model holds.
 
 use super::SHIFT;
 use super::parameters::{BLACK, HOMOGRAPHY, PARAMETERS, Vector, WHITE};
 use super::pattern::{GROUP, LINES};
 use crate::kernels::{COLUMNS, Column, MAX_GROUPS, Sums, WIDTH, dot, products};
 
-/// The column of the residuals; those of the derivatives come after it.
+/// Column of the residuals; those of the derivatives follow.
 const RESIDUALS: usize = 0;
 
-/// What derivatives of 1 are in the columns.
+/// Fixed-point value of a derivative of 1.
 pub(super) const UNIT: f32 = 256.0;
 
-/// What residuals as large as the limit are.
+/// Fixed-point value of a residual at the limit.
 pub(super) const RESIDUAL: f32 = 2048.0;
 
 /// A pixel's residual, derivatives and line.
@@ -24,17 +24,17 @@ pub(super) type Row = [f32; COLUMNS + 1];
 #[derive(Debug)]
 pub(super) struct Equations {
     columns: Box<[Column; COLUMNS]>,
-    /// On which of the pattern's lines each pixel is.
+    /// The line of the pattern to which each pixel belongs.
     lines: Box<Column>,
     n_groups: usize,
-    /// Room for a group, before it is rounded.
+    /// Buffer for a group before rounding.
     rows: [[f32; GROUP]; COLUMNS + 1],
     products: Sums,
-    /// Of each of the normal equations its right side and then what stands up to the diagonal; what stands after it is nothing.
-    /// When solved, a triangle T with the diagonal D: of what is left of them for the first parameters when all else is
-    /// eliminated, T^T D^-1 T is the matrix.
+    /// Each normal equation: its right side, then its coefficients up to the diagonal; the rest is unused.
+    /// Once solved, a triangle T with the diagonal D: the matrix of the first parameters, with all others eliminated, is
+    /// T^T D^-1 T.
     system: [[f32; WIDTH]; PARAMETERS],
-    /// Limit of the residuals, as a part of the contrast.
+    /// Limit of the residuals, as a share of the contrast.
     limit: f32,
 }
 
@@ -80,14 +80,14 @@ impl Equations {
         }
     }
 
-    /// Adds everything up, for as many parameters; pixels tell nothing of those after them.
+    /// Sums up all products for this many parameters; pixels carry no information about later ones.
     pub(super) fn finish(&mut self, n_parameters: usize) {
         self.products[1 + n_parameters..].fill([0; WIDTH]);
         let columns = &self.columns[..1 + n_parameters];
         products(columns, self.n_groups, &mut self.products);
     }
 
-    /// The Gauss-Newton step, with what is known of the last parameters beforehand.
+    /// The Gauss-Newton step, with priors for the last parameters.
     #[inline(always)]
     pub(super) fn solve<const N: usize>(&mut self, priors: &[[f32; 2]; N]) -> Vector {
         let variance = self.residual_variance();
@@ -105,8 +105,8 @@ impl Equations {
         self.eliminate()
     }
 
-    /// Takes each row, from the last one on, off those before it; returns the solution. Of a symmetric matrix the numbers up to
-    /// the diagonal are enough.
+    /// Eliminates each row, from the last one on, from those before it; returns the solution. The matrix is symmetric, so its lower
+    /// triangle is enough.
     #[inline(always)]
     fn eliminate(&mut self) -> Vector {
         const LEAST_PIVOT: f32 = 1e-6;
@@ -130,7 +130,7 @@ impl Equations {
         solution
     }
 
-    /// D^(1/2) T^-T j: products of what this makes of two rows are the covariance of what they take from the homography.
+    /// D^(1/2) T^-T j: products of two such rows are the covariance of what they compute from the homography.
     pub(super) fn whiten(&self, mut row: [f32; HOMOGRAPHY]) -> [f32; HOMOGRAPHY] {
         for (k, [_, triangle @ ..]) in self.system[..HOMOGRAPHY].iter().enumerate().rev() {
             let share = row[k] / triangle[k];
@@ -142,21 +142,21 @@ impl Equations {
         row
     }
 
-    /// Sum of the pixels' weights: to black and white together, each pixel's derivative is the root of its own.
+    /// Sum of the pixels' weights: with respect to black and white together, the derivative of each pixel is the root of its weight.
     fn weight(&self) -> f32 {
         let product = |i: usize, j: usize| self.products[1 + i][1 + j] as f32;
         let square = product(BLACK, BLACK) + 2.0 * product(WHITE, BLACK) + product(WHITE, WHITE);
         square / (UNIT * UNIT)
     }
 
-    /// Of the residuals, in parts of the contrast squared.
+    /// Variance of the residuals, in squared shares of the contrast.
     pub(super) fn residual_variance(&self) -> f32 {
         let squares = self.products[RESIDUALS][RESIDUALS] as f32;
         let freedom = (self.weight() - PARAMETERS as f32).max(1.0);
         squares * (self.limit / RESIDUAL).powi(2) / freedom
     }
 
-    /// Makes the residuals what they are after a step.
+    /// Updates the residuals to first order after a step.
     #[inline(always)]
     pub(super) fn take_step(&mut self, step: &Vector) {
         const BITS: i32 = 8;
@@ -167,7 +167,7 @@ impl Equations {
         let changes = changes[..self.n_groups].as_flattened_mut();
         for (derivatives, change) in derivatives.iter().zip(step) {
             let factor = (change * scale) as i32;
-            // What but one edge at a place does not tell.
+            // Parameters that no pixel depends on.
             if factor == 0 {
                 continue;
             }
@@ -181,15 +181,15 @@ impl Equations {
         self.products[RESIDUALS][RESIDUALS] = dot(residuals, residuals);
     }
 
-    /// By how much the parameters' variance is larger than residuals without relation to each other would make it. What the
-    /// model does not know of optics, print and light moves the edges along a line of the pattern alike, so each line counts
-    /// once: the scatter of the lines' pulls J^T W r on the square's place against that of such residuals (as in a
-    /// cluster-robust covariance: Liang & Zeger, Biometrika 73, 1986), times the square of how much less pulls change with the
-    /// parameters than J^T W J says, as weights change too (Huber, Robust Statistics, 1981, 6.6).
+    /// Factor by which the parameters' variance exceeds that of uncorrelated residuals. Errors in the model of optics, print and light move
+    /// the edges along a line of the pattern together, so each line counts as one observation: the scatter of the lines' scores J^T W r with
+    /// respect to the position of the square over that of uncorrelated residuals (a cluster-robust covariance: Liang & Zeger,
+    /// Biometrika 73, 1986), times the squared ratio of J^T W J to the actual change of the scores with the parameters, since weights
+    /// change as well (Huber, Robust Statistics, 1981, 6.6).
     #[inline(always)]
     pub(super) fn excess(&self) -> f32 {
-        /// Share of the scatter of the lines' pulls that the parameters leave, as they give way to them: one less the leverage,
-        /// 0.48 +- 0.04 over drawn pictures.
+        /// Share of the scatter of the lines' scores that remains after fitting: one minus the leverage,
+        /// 0.48 +- 0.04 over rendered images.
         const LEFT: f32 = 0.48;
         let (mut pulls, mut information) = ([0_i32; LINES], [0_i32; GROUP]);
         for group in 0..self.n_groups {
@@ -209,7 +209,7 @@ impl Equations {
         let scatter: f32 = pulls.iter().map(|pull| (*pull as f32).powi(2)).sum();
         let variance = self.residual_variance() / (self.limit * self.limit);
         let togetherness = scatter / (LEFT * information as f32 * variance * RESIDUAL * RESIDUAL);
-        // Of the biweight, 1 - 2 x to first order, with 1 - 6 x for its pulls' slope.
+        // For the biweight: 1 - 2 x to first order, with 1 - 6 x for the slope of its scores.
         let flattening = 1.0 / (1.0 - 5.0 * variance).max(0.3);
         (togetherness * flattening.powi(2)).max(1.0)
     }

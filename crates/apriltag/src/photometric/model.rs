@@ -1,4 +1,4 @@
-//! What a pixel should show, and how that changes with everything that is fitted.
+//! Predicted grey value of a pixel, and its derivatives with respect to all fitted parameters.
 
 use super::equations::{Equations, RESIDUAL, Row, UNIT};
 use super::pattern::{Coverage, Crossings, GROUP, MOST_EDGES, Optics, Pattern, Places};
@@ -6,34 +6,34 @@ use super::pixels::Group;
 use super::state::State;
 use crate::quad::Quad;
 
-/// Residuals beyond this many scales count nothing at all (Tukey's biweight).
+/// Residuals beyond this many scales have no weight (Tukey's biweight).
 pub(super) const TUKEY: f32 = 5.5;
 
-/// Standard deviations of the blur beyond which an edge does not show.
+/// Extent of an edge in standard deviations of the blur.
 const SEEN: f32 = 3.2;
 
-/// Standard deviations of the blur from the ring's outer edge within which pixels count nothing: half of what they show is the
-/// ground, which is hardly of one grey.
+/// Distance from the ring's outer edge, in standard deviations of the blur, within which pixels have no weight: half of their light is
+/// from the background, which is hardly uniform.
 const RIM: f32 = 1.25;
 
-/// The state and what follows from it for all pixels.
+/// The state, and what is derived from it for all pixels.
 pub(super) struct Model<'a> {
     pattern: &'a Pattern,
     pub(super) state: &'a State,
     optics: Optics,
-    /// How many edges of either axis show at a place, at most.
+    /// Most edges of either axis that affect a pixel.
     pub(super) n_edges: usize,
     inverse: [[f32; 3]; 3],
-    /// Pixels nearer to the ring's outer edges, across those of either axis, count nothing.
+    /// Pixels closer to the ring's outer edges of either axis have no weight.
     rim_px: [f32; 2],
-    /// Grey levels in the contrast of the start.
+    /// Initial contrast in grey levels.
     levels: f32,
-    /// Residuals beyond which pixels count nothing.
+    /// Residuals beyond this have no weight.
     limit: f32,
 }
 
 impl<'a> Model<'a> {
-    /// With residuals that are about this share of the contrast, which was so many grey levels.
+    /// A model for residuals of about this share of the contrast, which is `levels` grey levels.
     pub(super) fn new(
         pattern: &'a Pattern,
         state: &'a State,
@@ -52,7 +52,7 @@ impl<'a> Model<'a> {
         })
     }
 
-    /// Adds the rows of groups of pixels.
+    /// Adds the equations of groups of pixels.
     #[inline(always)]
     pub(super) fn linearise<'g, const EDGES: usize, const SHARP: bool>(
         &self,
@@ -92,8 +92,8 @@ impl<'a> Model<'a> {
         places
     }
 
-    /// A pixel's derivatives in parts of the contrast and its residual in parts of the limit, times the root of its weight,
-    /// in the units of the columns.
+    /// A pixel's derivatives in shares of the contrast and its residual in shares of the limit, times the root of its weight,
+    /// in the fixed-point units of the columns.
     #[inline(always)]
     fn row(&self, group: &Group, places: &Places, i: usize, coverage: &Coverage) -> Row {
         let State {
@@ -130,7 +130,7 @@ impl<'a> Model<'a> {
         let bright = unlit * unit;
         let contrast = lit * (white - black);
         let response = contrast * (1.0 + gain - 2.0 * gain * share);
-        // When the square's image moves by d, the grey at a fixed pixel changes by -gradient . d; over the denominator.
+        // When the image of the square moves by d, the grey at a fixed pixel changes by -gradient . d; divided by the denominator.
         let [m_u, m_v, m_w] = &self.inverse;
         let along_u = -response * coverage.across[0] * units_px[0];
         let along_v = -response * coverage.across[1] * units_px[1];
@@ -164,14 +164,14 @@ impl<'a> Model<'a> {
     }
 }
 
-/// How many edges of either axis show at a place, at most: one where they show no farther than to the middle between two.
+/// Most edges of either axis that affect a pixel: one if their extent is at most half the distance of two.
 fn n_edges(pattern: &Pattern, state: &State) -> usize {
     let [uu, vv] = state.blur();
     let modules = SEEN * uu.max(vv).sqrt() / pattern.module_px(state.size_px);
     (1 + (2.0 * modules) as usize).min(MOST_EDGES)
 }
 
-/// Where but one edge shows at a place the ground is left alone, and where it shows.
+/// Where a pixel is affected by one edge only, the background is excluded and its parameter not needed.
 fn rim_px(pattern: &Pattern, state: &State) -> [f32; 2] {
     let sigmas = if n_edges(pattern, state) == 1 {
         SEEN
@@ -181,7 +181,7 @@ fn rim_px(pattern: &Pattern, state: &State) -> [f32; 2] {
     state.blur().map(|variance| sigmas * variance.sqrt())
 }
 
-/// Of all that shows the pattern.
+/// Outline of everything that shows the pattern.
 pub(super) fn outline(pattern: &Pattern, state: &State) -> Quad {
     let r = pattern.ring - 2.0 * rim_px(pattern, state)[0] / state.size_px;
     [[-r, -r], [r, -r], [r, r], [-r, r]].map(|[u, v]| state.homography().apply(u, v))

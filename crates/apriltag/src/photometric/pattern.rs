@@ -1,7 +1,7 @@
-//! How white a blurred tag is at a place, and how that changes.
+//! Share of white of a blurred tag at a position, and its derivatives.
 //!
-//! The square -1..1 carries `border_width` modules; the ring around it belongs to the pattern. Beyond that ring is white and a
-//! ground's grey besides. Where edges ([`Profile`]) cross, the two shares are multiplied, plus the blur's covariance times both
+//! The square -1..1 consists of `border_width` modules; the ring around it belongs to the pattern. Beyond the ring is white plus the
+//! grey of the background. Where edges ([`Profile`]) cross, the two shares are multiplied, plus the blur's covariance times both
 //! densities: the first term of the bivariate normal distribution's tetrachoric series (Pearson, Phil. Trans. R. Soc. A 195,
 //! 1900).
 
@@ -12,48 +12,48 @@ use crate::kernels::ROWS;
 use crate::quad::Point;
 use sextant_tag_families::white_modules;
 
-/// Neighbouring pixels that are processed together.
+/// Adjacent pixels that are processed together.
 pub(super) const GROUP: usize = ROWS;
 
-/// Modules around the printed tag that are looked up like its own.
+/// Modules around the printed tag that are part of the padded pattern.
 const PADDING: usize = 2;
 
-/// Modules of the padded pattern along either axis, at most.
+/// Largest number of modules of the padded pattern along either axis.
 const SIZE: usize = 16;
 
-/// Numbers of lines: along either axis, and for edges that grow brighter and darker.
+/// Number of lines: for each axis, edges from dark to bright and from bright to dark.
 pub(super) const LINES: usize = 4 * SIZE;
 
-/// Edges of either axis that blur mixes at a place, at most.
+/// Most edges of either axis that blur combines at a position.
 pub(super) const MOST_EDGES: usize = 3;
 
 pub(super) struct Pattern {
-    /// Of each row of the padded pattern and the one below it, a bit for each module, the lowest leftmost, set where white: those
-    /// of the row below in the upper half.
+    /// For each row of the padded pattern and the one below it, a bit per module, the lowest leftmost, set where white; the row below
+    /// is in the upper half.
     pairs: [u32; SIZE],
-    /// The same for what is printed, along either axis.
+    /// The same for printed modules, along either axis.
     inside: u32,
-    /// Modules from the square's middle to its edge.
+    /// Modules from the centre of the square to its edge.
     half_border: f32,
-    /// Half edges of the square from its middle to the ring's outer edge.
+    /// Distance from the centre of the square to the ring's outer edge, in half edges of the square.
     pub(super) ring: f32,
-    /// Column of the padded pattern in which the square's middle lies.
+    /// Column of the padded pattern that contains the square's centre.
     middle: f32,
 }
 
-/// Places on the square, and how many pixels a unit is there along either axis.
+/// Positions on the square, and pixels per unit along either axis.
 pub(super) struct Places {
     pub(super) on_square: [[f32; GROUP]; 2],
     pub(super) unit_px: [[f32; GROUP]; 2],
 }
 
-/// How blur shows: across the edges of either axis, and the covariance between both in square pixels.
+/// Effect of the blur: across the edges of either axis, and the covariance between the two in square pixels.
 pub(super) struct Optics {
     pub(super) profiles: [Profile; 2],
     pub(super) covariance: f32,
-    /// How much farther the edges of either axis lie than they show, in pixels.
+    /// Apparent displacement of the edges of either axis towards the darker side, in pixels.
     pub(super) shift_px: [f32; 2],
-    /// How much brighter than white it is beyond the ring.
+    /// Brightness beyond the ring minus white.
     pub(super) ground: f32,
 }
 
@@ -76,7 +76,7 @@ impl Pattern {
         }
     }
 
-    /// Width of a module when the square's is this.
+    /// Width of a module for this size of the square.
     pub(super) fn module_px(&self, size_px: f32) -> f32 {
         size_px / (2.0 * self.half_border)
     }
@@ -86,7 +86,7 @@ impl Pattern {
         (2.0 * self.half_border * self.ring).powi(2) * self.module_px(size_px)
     }
 
-    /// The number of the line between modules at a place by how its grey changes across those of either axis.
+    /// Number of the line between modules at a position, from the derivatives of its grey across those of either axis.
     #[inline(always)]
     pub(super) fn line(&self, [u, v]: Point, across: Point) -> f32 {
         let across_u = across[0].abs() > across[1].abs();
@@ -99,10 +99,10 @@ impl Pattern {
     }
 }
 
-/// The nearest edges along either axis, the modules on both sides of them, and which of these are printed.
+/// The nearest edges along either axis, the modules on both sides, and which of these are printed.
 pub(super) struct Crossings<const EDGES: usize> {
     edges: [[[[f32; GROUP]; 4]; EDGES]; 2],
-    /// Each row of them with the next one, as in the pattern.
+    /// Each row of modules with the next one, as in the pattern.
     pairs: [[u32; GROUP]; MOST_EDGES / 2 + 1],
     inside: [[u32; GROUP]; 2],
 }
@@ -118,7 +118,7 @@ impl<const EDGES: usize> Default for Crossings<EDGES> {
 }
 
 impl<const EDGES: usize> Crossings<EDGES> {
-    /// Finds what crosses the neighbourhood of places, with the nearest `EDGES` edges along either axis.
+    /// Finds the modules around the positions, with the nearest `EDGES` edges along either axis.
     #[inline(always)]
     pub(super) fn find<const SHARP: bool>(
         &mut self,
@@ -153,14 +153,14 @@ impl<const EDGES: usize> Crossings<EDGES> {
         }
     }
 
-    /// At one of the places.
+    /// Share of white at one of the positions.
     #[inline(always)]
     pub(super) fn coverage(&self, at: usize, optics: &Optics) -> Coverage {
         let edge = |axis: usize, k: usize| {
             let looks = &self.edges[axis][k];
             [looks[0][at], looks[1][at], looks[2][at], looks[3][at]]
         };
-        // How much of a row of modules that are set shows, and how that changes.
+        // Visible share of a row of set modules, and its derivatives.
         let across = |axis: usize, modules: u32| {
             let module = |i: usize| (modules >> i & 1) as i32 as f32;
             let mut set = [module(0), 0.0, 0.0, 0.0];
@@ -199,8 +199,8 @@ impl<const EDGES: usize> Crossings<EDGES> {
     }
 }
 
-/// White's share at a place, its derivatives per pixel across the edges of either axis, those with the blur's variance
-/// across the ones and the others and with their covariance, with its shape and with the ground.
+/// Share of white at a position; its derivatives across the edges of either axis (per pixel), with respect to the variances of the blur
+/// across either and their covariance, to the shape, and to the background.
 pub(super) struct Coverage {
     pub(super) value: f32,
     pub(super) across: [f32; 2],
@@ -210,7 +210,7 @@ pub(super) struct Coverage {
 }
 
 impl Coverage {
-    /// Adds what shows along u of what shows along v.
+    /// Adds the product of a profile along u and one along v.
     #[inline(always)]
     fn add(&mut self, u: &Edge, v: &Edge) {
         self.value += u[0] * v[0];

@@ -120,7 +120,7 @@ impl Pixels {
         }
     }
 
-    /// Lists the pixels of the tiles that are marked, as many as there are, or of some of these. Returns how many pixels are listed.
+    /// Lists the pixels of the marked tiles, or of a subset of these. Returns how many pixels are listed.
     #[inline(always)]
     fn list(&mut self, image: &Image<'_>, n_marked: u32) -> usize {
         let share = (MOST as f32 / n_marked as f32).min(1.0);
@@ -148,8 +148,8 @@ impl Pixels {
         n.min(MOST)
     }
 
-    /// Finds the tiles with steep pixels among those that are within the outline, or nearly; all but those at the image's rim, as
-    /// pixels there have no neighbours.
+    /// Finds the tiles with steep pixels among those within the outline, or nearly so, except those at the rim of the image, where
+    /// pixels lack neighbours.
     #[inline(always)]
     fn mark(&mut self, image: &Image<'_>, outline: &Quad, least: u8) {
         const MIDDLE: f32 = (TILE - 1) as f32 / 2.0;
@@ -161,7 +161,7 @@ impl Pixels {
         let bottom = rows.into_iter().fold(0.0, f32::max) as usize;
         self.n_tiles = 0;
         for y in (top..=bottom.min(end)).step_by(TILE) {
-            // Columns in which tiles begin.
+            // Columns at which tiles begin.
             let (mut left, mut right) = (1.0_f32, first as f32);
             for Line { normal, offset } in sides.iter().flatten() {
                 let beyond = offset + NEARLY_PX - normal[1] * (y as f32 + MIDDLE);
@@ -179,10 +179,10 @@ impl Pixels {
         }
     }
 
-    /// Finds those of as many tiles of a row.
+    /// The same for this many tiles of a row.
     #[inline(always)]
     fn mark_row(&mut self, image: &Image<'_>, [left, y]: [usize; 2], columns: usize, least: u8) {
-        /// Pixels that vectors hold; more pixels than are asked for take less time than single ones.
+        /// Pixels per vector; processing more pixels than needed is faster than single ones.
         const VECTOR: usize = 32;
         let n = (columns * TILE).next_multiple_of(VECTOR);
         let n = n.min((image.width() - 1 - left) / TILE * TILE);
@@ -207,7 +207,7 @@ impl Pixels {
         self.n_tiles += n;
     }
 
-    /// Moves the pixels to where they would be without the lens.
+    /// Moves the pixels to their undistorted positions.
     pub(super) fn straighten(&mut self, undistortion: &Undistortion) {
         for Group { x, y, .. } in &mut self.groups {
             for (x, y) in x.iter_mut().zip(y) {
@@ -217,7 +217,7 @@ impl Pixels {
     }
 }
 
-/// A bit for each pixel of a tile, column after column.
+/// A bit for each pixel of a tile, column by column.
 #[inline(always)]
 fn bits(steep: [u8; TILE]) -> u32 {
     let columns = u32::from_le_bytes(steep);
@@ -225,8 +225,8 @@ fn bits(steep: [u8; TILE]) -> u32 {
     (pairs | pairs >> 8) & 0xffff
 }
 
-/// Sets a bit for the steep pixels of a row, given with the rows above and below and a pixel more on either side. Along and
-/// across edges alike: the greater difference and half the smaller one are nearly the length of both.
+/// Sets a bit for the steep pixels of a row, given with the rows above and below and one more pixel on either side. For any direction,
+/// the larger difference plus half the smaller one is nearly the length of the gradient.
 #[inline(always)]
 fn mark_steep([above, here, below]: [&[u8]; 3], least: u8, bit: u8, steep: &mut [u8]) {
     let n = steep.len();
@@ -254,7 +254,7 @@ mod tests {
         let row: Vec<u8> = (0..42).map(|x| if x < 21 { 20 } else { 220 }).collect();
         let mut steep = [1; 40];
         mark_steep([&row, &row, &row], 100, 4, &mut steep);
-        // The first pixel that is marked is the row's second.
+        // The first marked pixel is the row's second.
         let expected = (0..40).map(|x| if x + 1 == 20 || x + 1 == 21 { 5 } else { 1 });
         assert!(steep.iter().copied().eq(expected));
     }

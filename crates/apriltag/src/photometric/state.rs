@@ -1,4 +1,4 @@
-//! The fitted parameters and what follows from them: optics, homography, corners.
+//! The fitted parameters and what is derived from them: optics, homography, corners.
 
 use super::edge::{PIXEL, Profile};
 use super::equations::Equations;
@@ -8,31 +8,31 @@ use crate::homography::Homography;
 use crate::quad::{Point, Quad, distance, mean_edge};
 use nalgebra::Matrix3;
 
-/// Derivatives with the parameters of the homography.
+/// Derivatives with respect to the parameters of the homography.
 pub(super) type Row = [f32; HOMOGRAPHY];
 
-/// Standard deviation of the blur where nothing is known: a good lens, in pixels.
+/// Prior standard deviation of the blur: a good lens, in pixels.
 const USUAL_BLUR_PX: f32 = 0.6;
 
-/// Blur with the pixels' own, as a variance in square pixels, below which the first terms of a series miss by more than
-/// 0.003 px what squares look like.
+/// Variance of the blur, including the pixel's, in square pixels, below which the series of [`Profile`] is off by more than
+/// 0.003 px from the response of the pixel's square.
 const SHARP_BLUR: f32 = PIXEL + 0.3 * 0.3;
 
-/// The last parameters' least and greatest value, and the standard deviation about the usual one where nothing is known.
+/// Minimum, maximum and prior standard deviation of the last parameters.
 const RANGES: [[f32; 3]; PARAMETERS - BLUR] = {
     const BLURS: [f32; 3] = [LEAST_BLUR, 16.0, USUAL_BLUR_PX * USUAL_BLUR_PX];
     const LEAST_BLUR: f32 = PIXEL + 0.05 * 0.05;
     [
-        // Variance of the blur, with the pixels' own, across edges of u and of v, and their covariance, in square pixels.
+        // Variance of the blur, including the pixel's, across edges of u and of v, and their covariance, in square pixels.
         BLURS,
         BLURS,
         [-16.0, 16.0, USUAL_BLUR_PX * USUAL_BLUR_PX],
-        // Its shape, a twenty-fourth of the excess kurtosis.
+        // Shape of the blur: a twenty-fourth of the excess kurtosis.
         [-0.33, 0.33, 0.02],
-        // How much more than its share white has where shares are about even: a curve of 1 / 1.4 or ink that spreads by a
+        // Gain of the response where shares are about equal: a tone curve of 1 / 1.4, or ink that spreads by a
         // seventh of a pixel.
         [-0.9, 0.9, 0.3],
-        // How much brighter than white it is beyond the ring, in parts of the contrast.
+        // Brightness beyond the ring minus white, in shares of the contrast.
         [-5.0, 5.0, 0.5],
     ]
 };
@@ -42,18 +42,18 @@ const CORNERS: [Point; 4] = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]]
 
 #[derive(Clone, Copy, Debug)]
 pub(super) struct State {
-    /// In pixels, parts of the contrast at the start, and what [`RANGES`] says.
+    /// In pixels, shares of the initial contrast, and the units of [`RANGES`].
     pub(super) values: Vector,
-    /// The square's middle at the start.
+    /// Initial centre of the square.
     pub(super) origin: Point,
-    /// Length in which the homography's denominator is measured, so that all its parameters are pixels.
+    /// Unit of the homography's denominator, so that all its parameters are in pixels.
     pub(super) size_px: f32,
-    /// The last parameters where nothing is known.
+    /// Prior means of the last parameters.
     usual: [f32; PARAMETERS - BLUR],
 }
 
 impl State {
-    /// By corners and what is black, in parts of the contrast.
+    /// Initial state from the corners and the level of black, in shares of the contrast.
     pub(super) fn start(quad: &Quad, black: f32) -> Option<Self> {
         let Homography { origin, m } = Homography::square_to_quad(quad)?;
         let size_px = mean_edge(quad);
@@ -69,7 +69,7 @@ impl State {
             size_px,
             usual: [0.0; _],
         };
-        // A round blur.
+        // An isotropic blur.
         let [(u, _), (v, _)] = state.normals()?;
         let variance = USUAL_BLUR_PX.powi(2) + PIXEL;
         let covariance = variance * (u[0] * v[0] + u[1] * v[1]);
@@ -78,19 +78,19 @@ impl State {
         Some(state)
     }
 
-    /// Of each of the last parameters how far it is from the usual value, and that value's standard deviation. Matters only
-    /// where the pixels don't tell.
+    /// Prior of each of the last parameters: its mean minus the current value, and its standard deviation. Matters only
+    /// where the pixels carry little information.
     pub(super) fn priors(&self) -> [[f32; 2]; PARAMETERS - BLUR] {
         std::array::from_fn(|i| [self.usual[i] - self.values[BLUR + i], RANGES[i][2]])
     }
 
-    /// Directions in the image in which u and v grow, at the square's middle, and by how much, per pixel.
+    /// Directions of u and v in the image at the centre of the square, and their increase per pixel.
     fn normals(&self) -> Option<[(Point, f32); 2]> {
         let [u, v, _] = self.inverse()?;
         Some([u, v].map(|[x, y, _]| ([x / x.hypot(y), y / x.hypot(y)], x.hypot(y))))
     }
 
-    /// Takes a step; nothing when it leads out of the numbers.
+    /// Applies a step; `None` if it is not finite.
     pub(super) fn step(&mut self, step: &Vector) -> Option<()> {
         if !step.iter().all(|change| change.is_finite()) {
             return None;
@@ -107,7 +107,7 @@ impl State {
     pub(super) fn optics(&self) -> Option<Optics> {
         let [.., light_u, light_v, uu, vv, uv, shape, _, ground] = self.values;
         let [(u, u_per_px), (v, v_per_px)] = self.normals()?;
-        // Blur mixes in more from the brighter side, so that edges show nearer to the darker one, by the blur's covariance times
+        // Blur mixes in more light from the brighter side, so edges appear displaced towards the darker one by the blur's covariance times
         // the light's slope (Stein's lemma).
         let [slope_u, slope_v] = [light_u * u_per_px, light_v * v_per_px];
         Some(Optics {
@@ -123,7 +123,7 @@ impl State {
         [self.values[BLUR], self.values[BLUR + 1]]
     }
 
-    /// Whether the pixels' squares show in the edges of u or of v.
+    /// Whether the pixel's square is visible in the edges of u or of v.
     pub(super) fn is_sharp(&self) -> bool {
         let [uu, vv] = self.blur();
         uu.min(vv) < SHARP_BLUR
@@ -148,27 +148,27 @@ impl State {
         CORNERS.map(|[u, v]| self.homography().apply(u, v))
     }
 
-    /// No corner is half an edge from where it seemed to be when the code was read, and white is brighter than black. Beside a
-    /// ground as dark as its border, a corner is easily taken for one that lies modules away.
+    /// Whether every corner is within half an edge of its initial position and white is brighter than black. Beside a
+    /// background as dark as the border, a corner is easily confused with one modules away.
     pub(super) fn is_plausible(&self, start: &Quad) -> bool {
         let near = |(&a, &b): (&Point, &Point)| distance(a, b) < self.size_px / 2.0;
         self.corners().iter().zip(start).all(near) && self.contrast() > 0.0
     }
 
-    /// Greatest distance that a step moves a corner.
+    /// Largest motion of a corner by a step.
     pub(super) fn motion(&self, step: &Vector) -> f32 {
         let motion = |[x, y]: [[f32; 8]; 2]| dot(&x, step).hypot(dot(&y, step));
         let motions = CORNERS.map(|corner| motion(self.jacobian(corner)));
         motions.into_iter().fold(0.0, f32::max)
     }
 
-    /// How x and y of each corner depend on eight independent numbers of unit variance, by what the solved equations tell of the
-    /// parameters: products of rows are covariances.
+    /// Dependence of x and y of each corner on eight independent variables of unit variance, from the solved equations:
+    /// products of rows are covariances.
     pub(super) fn corner_rows(&self, equations: &Equations) -> [[Row; 2]; 4] {
         CORNERS.map(|corner| self.jacobian(corner).map(|row| equations.whiten(row)))
     }
 
-    /// Change of the image of a place with the homography's parameters: rows for x and y.
+    /// Derivative of a mapped point with respect to the homography's parameters: rows for x and y.
     fn jacobian(&self, [u, v]: Point) -> [[f32; 8]; 2] {
         let homography = self.homography();
         let [.., g, h] = homography.m;
@@ -182,7 +182,7 @@ impl State {
         ]
     }
 
-    /// From pixels, relative to the origin, to the square: rows of the matrix.
+    /// Map from pixels, relative to the origin, to the square: rows of the matrix.
     pub(super) fn inverse(&self) -> Option<[[f32; 3]; 3]> {
         let [a, b, c, d, e, f, g, h] = self.homography().m;
         let inverse = Matrix3::new(a, b, c, d, e, f, g, h, 1.0).try_inverse()?;
@@ -191,7 +191,7 @@ impl State {
     }
 }
 
-/// Sum of products, as far as the shorter one goes.
+/// Sum of products, up to the length of the shorter one.
 pub(super) fn dot(a: &[f32; 8], b: &[f32]) -> f32 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }

@@ -1,7 +1,7 @@
-//! Which part of an image is searched for tags that are not known yet.
+//! Selects the part of an image that is searched for new tags.
 //!
-//! Bands from top to bottom that reach into one another, so that small tags lie wholly in one of them; then the whole image,
-//! for tags too tall for that.
+//! Overlapping bands from top to bottom, so that each small tag is within one of them; then the whole image
+//! for taller tags.
 
 use crate::Image;
 use crate::area::Area;
@@ -10,14 +10,14 @@ use crate::kernels::TILE;
 /// Bands from the top of an image to its bottom.
 const BANDS: usize = 8;
 
-/// Rows that neighbouring bands share, as a part of the image's height. Taller tags, and those that move towards the scan
-/// by what is left, are seen in the whole image.
+/// Overlap of adjacent bands as a share of the image's height. Taller tags, and those that move towards the scan
+/// by more than the rest of it, are found in the whole image.
 const SHARED: usize = 8;
 
-/// Images lower than this are searched whole: bands of them would be hardly higher than what they share.
+/// Images with fewer rows are searched as a whole: their bands would consist mostly of overlap.
 const LEAST_HEIGHT: usize = 128;
 
-/// Where the scan stands.
+/// Position of the scan.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Scan {
     step: usize,

@@ -1,33 +1,33 @@
-//! One tag from image to image: where it was, and where it should be next.
+//! Track of one tag: last position, velocity, and predicted position.
 //!
-//! Each corner goes on as far as it went between the last two images that showed it, per image.
+//! Each corner moves with the constant velocity between the last two images in which the tag was detected.
 
 use crate::area::Area;
 use crate::quad::{Quad, distance, mean_edge, middle};
 use crate::{Detection, Image};
 
-/// Images without a tag after which it is forgotten.
+/// Images without the tag after which its track ends.
 pub(super) const MOST_MISSED: u32 = 3;
 
-/// How far a tag may move between the first two images that show it, in pixels.
+/// Largest motion of a tag between the first two images with it, in pixels.
 const FIRST_STEP_PX: f32 = 24.0;
 
-/// How far a tag may be from where it should be, in pixels and as a share of its step between images.
+/// Largest distance of a tag from its prediction, in pixels and as a share of its motion between images.
 const ASIDE_PX: f32 = 4.0;
 const ASIDE_SHARE: f32 = 0.5;
 
-/// What must be seen around a tag's border: its ring, as a share of its edge, and the tiles that tell black from white.
+/// Margin that must be visible around a tag's border: its ring, as a share of its edge, and the tiles that separate black from white.
 const RING_SHARE: f32 = 0.25;
 const RING_PX: f32 = 8.0;
 
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Track {
-    /// As last decoded, and how many images ago.
+    /// Last detection, and its age in images.
     tag: Detection,
     pub(super) images_ago: u32,
-    /// Of each corner, in pixels an image.
+    /// Velocity of each corner, in pixels per image.
     velocity: Quad,
-    /// How far the tag may be from where it should be, in pixels an image.
+    /// Growth of the prediction's uncertainty, in pixels per image.
     aside_px: f32,
 }
 
@@ -41,7 +41,7 @@ impl Track {
         }
     }
 
-    /// Takes up where the tag is now.
+    /// Updates the track with a detection.
     pub(super) fn follow(&mut self, tag: &Detection) {
         let (last, images) = (&self.tag.corners, self.images_ago as f32);
         let step = |i: usize, axis: usize| (tag.corners[i][axis] - last[i][axis]) / images;
@@ -54,14 +54,14 @@ impl Track {
         };
     }
 
-    /// Where the corners should be so many images after the last that showed the tag.
+    /// Predicted corners this many images after the last detection.
     fn corners_after(&self, images: u32) -> Quad {
         let (last, velocity) = (&self.tag.corners, &self.velocity);
         let place = |i: usize, axis: usize| last[i][axis] + velocity[i][axis] * images as f32;
         std::array::from_fn(|i| [place(i, 0), place(i, 1)])
     }
 
-    /// Where to look for the tag in the next image; nothing when it should be outside.
+    /// Search area in the next image; `None` if the tag is predicted outside.
     pub(super) fn region(&self, image: &Image<'_>) -> Option<Area> {
         let images = self.images_ago + 1;
         let corners = self.corners_after(images);
@@ -75,8 +75,8 @@ impl Track {
         Area::enclosing(bounds(0), bounds(1), image)
     }
 
-    /// From where the tag should be to a detection that can be of it; nothing when that can't be, or when the tag has been
-    /// found in this image already.
+    /// Distance from the prediction to a detection that may be the tag; `None` if it cannot be, or if the tag was already
+    /// found in this image.
     pub(super) fn distance(&self, detection: &Detection) -> Option<f32> {
         let known = (self.tag.family, self.tag.id) == (detection.family, detection.id);
         let expected = middle(&self.corners_after(self.images_ago));

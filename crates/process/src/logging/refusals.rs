@@ -1,11 +1,11 @@
-//! Connections that were not let in, in words. Zenoh reports them as if the system were short of files, in an internal error of its
-//! handshake, or in passing.
+//! Clear messages for refused connections. Zenoh reports them as a lack of file descriptors, as an internal error of its
+//! handshake, or at a low level.
 
 use std::fmt::{self, Write};
 use tracing::Event;
 use tracing::field::{Field, Visit};
 
-/// What of zenoh's is logged for this alone.
+/// Zenoh's targets that are enabled only for these messages.
 pub(super) const FILTER: &str = "zenoh_link_tls=warn,zenoh_transport::unicast::establishment::accept=debug,\
                                  zenoh::net::routing::interceptor::access_control=info";
 
@@ -13,14 +13,14 @@ const TLS: &str = "zenoh_link_tls";
 const HANDSHAKE: &str = "zenoh_transport::unicast::establishment::accept";
 const MEMBERSHIP: &str = "zenoh::net::routing::interceptor::access_control";
 
-/// How an event is told.
+/// How an event is logged.
 #[derive(Debug, PartialEq, Eq)]
 pub(super) enum Wording {
-    /// As it is.
+    /// Unchanged.
     Own,
-    /// In these words, as a warning.
+    /// With this message, as a warning.
     Instead(String),
-    /// It passes the filter only for others of its place.
+    /// Not at all: it passes the filter only because of others of its target.
     Beside,
 }
 
@@ -40,7 +40,7 @@ pub(super) fn wording(event: &Event<'_>) -> Wording {
 fn wording_of(target: &str, message: &str) -> Wording {
     if target.starts_with(TLS) {
         return match message.split_once(". Hint: increase the system open file limit") {
-            // What the system itself refuses has a number, and the hint may be right.
+            // Refusals by the system have an error number, and zenoh's hint may be right.
             Some((cause, _)) if cause.contains("InvalidContentType") => {
                 Wording::Instead("connection refused: the other end speaks no TLS".into())
             }
@@ -71,7 +71,7 @@ fn wording_of(target: &str, message: &str) -> Wording {
     }
 }
 
-/// An event's message.
+/// The message of an event.
 #[derive(Default)]
 struct Message(String);
 

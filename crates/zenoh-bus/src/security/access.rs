@@ -1,14 +1,14 @@
-//! Who may publish and read what: the members' roles as zenoh's access control. Whoever is no member may do nothing.
+//! Roles of members as rules of zenoh's access control: who may publish and read what. Others may do nothing.
 //!
-//! Zenoh asks for each message of a link whether a rule that includes its key allows it, once as it comes in (ingress) and
-//! once as it goes out (egress). What a member reads is restricted by both, what it writes by ingress.
+//! Zenoh checks for each message of a link whether a rule that includes its key allows it, on entry (ingress) and
+//! on exit (egress). Reading is restricted by both, writing by ingress.
 
 use serde_json::{Value, json};
 use sextant_proto::{Keys, NodeKind};
 
 use super::{Member, Role};
 
-/// By what a link shows who its other end is.
+/// How a link proves the identity of its other end.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Proof {
     UserName,
@@ -24,16 +24,16 @@ impl Proof {
     }
 }
 
-/// What a member may do, as key expressions.
+/// Permissions of a member, as key expressions.
 #[derive(Debug, Default)]
 struct Grants {
     /// Publish.
     puts: Vec<String>,
-    /// Answer those who ask for the latest value.
+    /// Answer queries of latest values.
     answers: Vec<String>,
-    /// Hold as liveliness tokens.
+    /// Declare as liveliness tokens.
     tokens: Vec<String>,
-    /// Subscribe to, ask for, be told of.
+    /// Subscribe to and query.
     reads: Vec<String>,
 }
 
@@ -102,8 +102,8 @@ pub(super) fn access_control<'a>(
 
 const HINTS: &str = "hints";
 
-/// What a router tells its links of one another, without which nothing flows: who wants what, and questions on their way to
-/// those who may answer.
+/// Declarations that a router forwards between its links, without which nothing flows: subscriptions, queryables, and queries on their
+/// way to those who may answer.
 fn hints(keys: &Keys) -> Value {
     let messages = [
         "declare_subscriber",
@@ -174,7 +174,7 @@ mod tests {
         Keys::new("lab").unwrap()
     }
 
-    /// Whether one of the expressions includes a key, as zenoh asks.
+    /// Whether one of the expressions includes a key, as zenoh checks it.
     fn includes(expressions: &[String], key: &str) -> bool {
         let key = KeyExpr::new(format!("sextant/v1/lab/{key}")).unwrap();
         let mut expressions = expressions.iter();

@@ -1,4 +1,4 @@
-//! Which endpoints go with which profile.
+//! Which endpoints fit which profile.
 
 use std::net::{IpAddr, ToSocketAddrs};
 
@@ -6,7 +6,7 @@ use super::Profile;
 use crate::{BusOptions, Mode, SecurityError};
 
 impl BusOptions {
-    /// The endpoints to connect to, defaults applied.
+    /// The endpoints to connect to, with defaults.
     pub fn connect_endpoints(&self, profile: Profile) -> Vec<String> {
         match (&self.connect, self.mode) {
             (Some(endpoints), _) => endpoints.clone(),
@@ -18,7 +18,7 @@ impl BusOptions {
 
 /// Refuses endpoints that the profile does not protect.
 ///
-/// Whoever connects chooses whom to trust; so profile demo is about listening only.
+/// A client chooses whom to trust, so profile demo restricts listening only.
 pub(super) fn check(
     profile: Profile,
     network: &BusOptions,
@@ -47,7 +47,7 @@ fn check_protocol(profile: Profile, endpoint: &str) -> Result<(), SecurityError>
 }
 
 impl Profile {
-    /// The protocol of its links.
+    /// Protocol of the profile's links.
     pub(crate) fn protocol(self) -> &'static str {
         match self {
             Self::Site => "tls",
@@ -65,7 +65,7 @@ fn check_local(endpoint: &str) -> Result<(), SecurityError> {
     })
 }
 
-/// Whether only this machine reaches the endpoint. Who cannot tell says no.
+/// Whether only this machine can reach the endpoint; false if that is unknown.
 fn is_local(endpoint: &str) -> bool {
     let address = endpoint.split_once('/').map_or("", |(_, address)| address);
     let address = address.split(['?', '#']).next().unwrap_or_default();

@@ -1,11 +1,11 @@
-//! Who belongs to a site, with which role: the list that the authority keeps and each router enforces.
+//! Members of a site and their roles: the list that the authority keeps and each router enforces.
 
 use std::fmt;
 
 use serde::{Deserialize, Serialize};
 use sextant_proto::{NodeId, SiteId};
 
-/// What a member may do.
+/// Permissions of a member.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Role {
@@ -23,7 +23,7 @@ impl Role {
     /// Every role.
     pub const ALL: [Self; 4] = [Self::Camera, Self::Fusion, Self::Viewer, Self::Operator];
 
-    /// Its word in files and on the command line.
+    /// Name in files and on the command line.
     pub fn name(self) -> &'static str {
         match self {
             Self::Camera => "camera",
@@ -44,16 +44,16 @@ impl fmt::Display for Role {
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Member {
-    /// Its name: of a camera, the camera's id; of a node, the node's.
+    /// The camera's id, or the node's name.
     pub name: NodeId,
-    /// What it may do.
+    /// Its role.
     pub role: Role,
-    /// Common name of its certificate, `<name>.<number>`, and its user name: a name that was revoked comes back with the
+    /// Common name of its certificate, `<name>.<number>`, and its user name. A name that is added again after a revocation gets the
     /// next number, so that its former keys stay revoked.
     pub common_name: String,
-    /// Until when its certificate is valid, seconds since the Unix epoch.
+    /// End of its certificate's validity, seconds since the Unix epoch.
     pub valid_until_s: u64,
-    /// Whether its keys are no longer accepted.
+    /// Whether its keys have been revoked.
     #[serde(default, skip_serializing_if = "is_false")]
     pub revoked: bool,
 }
@@ -69,15 +69,15 @@ fn is_false(value: &bool) -> bool {
 pub struct Members {
     /// The site.
     pub site: SiteId,
-    /// Until when its authority's certificate is valid, seconds since the Unix epoch.
+    /// End of the authority's validity, seconds since the Unix epoch.
     pub authority_valid_until_s: u64,
-    /// Members, those revoked included, in the order in which they were added.
+    /// All members, including revoked ones, in the order in which they were added.
     #[serde(default, rename = "member")]
     pub members: Vec<Member>,
 }
 
 impl Members {
-    /// Those whose keys are accepted.
+    /// Members whose keys are accepted.
     pub fn accepted(&self) -> impl Iterator<Item = &Member> {
         self.members.iter().filter(|member| !member.revoked)
     }
@@ -85,12 +85,12 @@ impl Members {
     /// The text of `members.toml`.
     ///
     /// # Errors
-    /// What TOML cannot express.
+    /// Values that TOML cannot represent.
     pub fn to_toml(&self) -> Result<String, String> {
         toml::to_string(self).map_err(|cause| cause.to_string())
     }
 
-    /// The member of that name whose keys are accepted.
+    /// The member of this name whose keys are accepted.
     pub fn find(&self, name: &str) -> Option<&Member> {
         self.accepted().find(|member| member.name.as_str() == name)
     }

@@ -1,4 +1,4 @@
-//! A node's folder of keys: what is in it, and reading it. `sextant keys` writes it.
+//! A node's folder of keys: its files and how they are read. `sextant keys` writes it.
 
 use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
@@ -10,11 +10,11 @@ use sextant_proto::SiteId;
 use super::{Identity, Member, Members, Role};
 use crate::SecurityError;
 
-/// A certificate with so little time left is worth a word, in days.
+/// Remaining validity of a certificate, in days, below which a warning is shown.
 const SOON_DAYS: u64 = 30;
 const DAY_S: u64 = 86_400;
 
-/// Where each file of a node's keys is.
+/// Paths of a node's keys.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct KeyFiles {
     folder: PathBuf,
@@ -22,7 +22,7 @@ pub struct KeyFiles {
 
 #[allow(missing_docs, reason = "each is the path of the file of its name")]
 impl KeyFiles {
-    /// In this folder.
+    /// The files of this folder.
     pub fn within(folder: &Path) -> Self {
         let folder = folder.to_owned();
         Self { folder }
@@ -32,7 +32,7 @@ impl KeyFiles {
         &self.folder
     }
 
-    /// Whose keys these are.
+    /// Owner of the keys.
     pub fn node(&self) -> PathBuf {
         self.folder.join("node.toml")
     }
@@ -51,38 +51,38 @@ impl KeyFiles {
         self.folder.join("key.pem")
     }
 
-    /// Secret, of profile lab.
+    /// Secret, for profile lab.
     pub fn password(&self) -> PathBuf {
         self.folder.join("password")
     }
 
-    /// Of the role fusion: who is a member.
+    /// For role fusion: the members.
     pub fn members(&self) -> PathBuf {
         self.folder.join("members.toml")
     }
 
-    /// Secret, of the role fusion: every member's password, in zenoh's format.
+    /// Secret, for role fusion: every member's password, in zenoh's format.
     pub fn passwords(&self) -> PathBuf {
         self.folder.join("passwords")
     }
 
-    /// Of viewers and operators: the page's certificate.
+    /// For viewers and operators: the page's certificate.
     pub fn page_certificate(&self) -> PathBuf {
         self.folder.join("page.pem")
     }
 
-    /// Secret, of viewers and operators.
+    /// Secret, for viewers and operators.
     pub fn page_private_key(&self) -> PathBuf {
         self.folder.join("page.key")
     }
 
-    /// Secret, of viewers and operators: who may use the page.
+    /// Secret, for viewers and operators: the tokens of the page.
     pub fn page_tokens(&self) -> PathBuf {
         self.folder.join("page-tokens.toml")
     }
 }
 
-/// Whose keys these are: `node.toml`.
+/// Owner of the keys: `node.toml`.
 #[derive(Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct NodeFile {
@@ -95,19 +95,19 @@ struct NodeFile {
 pub struct NodeKeys {
     /// The site.
     pub site: SiteId,
-    /// Whose they are.
+    /// Their owner.
     pub member: Member,
-    /// Where they are.
+    /// Their paths.
     pub files: KeyFiles,
-    /// Of the role fusion: who is a member.
+    /// For role fusion: the members.
     pub members: Option<Members>,
 }
 
 impl NodeKeys {
-    /// Reads a folder. Its private key must be readable for its owner only.
+    /// Reads a folder. Only the owner may have permission to read its private key.
     ///
     /// # Errors
-    /// A folder that is none of keys, or with a secret that others can read.
+    /// A folder without keys, or with a secret that others can read.
     pub fn read(folder: &Path) -> Result<Self, SecurityError> {
         let files = KeyFiles::within(folder);
         let NodeFile { site, node } = read(&files, &files.node())?;
@@ -140,7 +140,7 @@ impl NodeKeys {
     /// The text of `node.toml` for a member.
     ///
     /// # Errors
-    /// What TOML cannot express.
+    /// Values that TOML cannot represent.
     pub fn node_toml(site: &SiteId, member: &Member) -> Result<String, String> {
         let (site, node) = (site.clone(), member.clone());
         toml::to_string(&NodeFile { site, node }).map_err(|cause| cause.to_string())
@@ -184,7 +184,7 @@ impl NodeKeys {
         }
     }
 
-    /// What a person should know about the certificate at `now_s`, seconds since the Unix epoch.
+    /// Warning about the certificate's validity at `now_s`, seconds since the Unix epoch.
     pub fn warning(&self, now_s: u64) -> Option<String> {
         let name = &self.member.name;
         let days = self.member.valid_until_s.saturating_sub(now_s) / DAY_S;

@@ -13,7 +13,7 @@ use crate::{BusError, BusOptions, SecurityError};
 /// Sections of zenoh's configuration that a profile sets.
 const SET_BY_PROFILE: [&str; 3] = ["access_control", "transport/auth", "transport/link/tls"];
 
-/// Refuses overrides that would weaken the profile unseen.
+/// Refuses overrides that would silently weaken the profile.
 pub(crate) fn check_overrides(options: &BusOptions, security: &Security) -> Result<(), BusError> {
     if !matches!(security.profile, Profile::Lab | Profile::Site) {
         return Ok(());
@@ -37,7 +37,7 @@ pub(crate) fn check_overrides(options: &BusOptions, security: &Security) -> Resu
 /// The settings, path and JSON value, of a process that listens on `listen`.
 ///
 /// # Errors
-/// Endpoints and keys that do not go with the profile.
+/// Endpoints and keys that do not fit the profile.
 pub(crate) fn settings(
     security: &Security,
     network: &BusOptions,
@@ -74,7 +74,7 @@ fn user_name(
     is_router: bool,
 ) -> Result<Vec<(&'static str, String)>, SecurityError> {
     let passwords = is_router.then(|| keys.files.passwords());
-    // In one piece: zenoh refuses a user without a password, and a password without a user.
+    // As one object: zenoh refuses a user without a password, and a password without a user.
     let section = json!({
         "user": keys.member.common_name,
         "password": keys.password()?,
@@ -96,7 +96,7 @@ fn certificates(keys: &NodeKeys) -> Vec<(&'static str, String)> {
         ("transport/link/tls/listen_private_key", key.clone()),
         ("transport/link/tls/connect_certificate", certificate),
         ("transport/link/tls/connect_private_key", key),
-        // Zenoh also trusts the web's public authorities as a router's; only the name keeps their customers out.
+        // Zenoh also trusts the public web authorities for a router's certificate; only the name excludes certificates of their customers.
         ("transport/link/tls/verify_name_on_connect", "true".into()),
         ("transport/link/tls/close_link_on_expiration", "true".into()),
     ]
