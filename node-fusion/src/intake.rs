@@ -1,6 +1,6 @@
 //! Decodes observations and counts, per camera, everything that is dropped.
 //!
-//! In: key and payload as the network gave them. Out: the image's observation in the estimator's types, unless it is too old. Knows
+//! Input: key and payload as the network gave them. Output: the image's observation in the estimator's types, unless it is too old. Knows
 //! neither network nor clock.
 
 use crate::ages::Ages;

@@ -1,6 +1,6 @@
 //! The fusion node: a thin process around the estimator's machine.
 //!
-//! In: observations of every camera of the site, as messages on the network. Out: a pose per object after each image, the
+//! Input: observations of every camera of the site, as messages on the network. Output: a pose per object after each image, the
 //! models for late joiners, a status a second. Rig and objects may be changed over the network while it works; a refined calibration
 //! is proposed from ordinary use. The estimating itself is `sextant_estimator`'s; this is arguments, loop, adapters.
 

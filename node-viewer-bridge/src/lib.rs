@@ -1,6 +1,6 @@
 //! The viewer bridge: what happens on a site's network, as a web page and as JSON on a WebSocket (`PROTOCOL.md`).
 //!
-//! In: everything under the site's keys. Out: HTTP on one address. It changes the site only where a person
+//! Input: everything under the site's keys. Output: HTTP on one address. It changes the site only where a person
 //! keeps what a wizard found (`wizard`).
 //!
 //! Invariant: no client holds up another one or the network: each has one slot per message type and id, newest wins.

@@ -1,6 +1,6 @@
 //! A part of an image that is searched for tags.
 //!
-//! In: a rectangle of the image. Out: the rectangle as an image of its own that shares the pixels, and the map from its coordinates
+//! Input: a rectangle of the image. Output: the rectangle as an image of its own that shares the pixels, and the map from its coordinates
 //! to those of the image.
 
 use crate::Image;

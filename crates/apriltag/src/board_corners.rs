@@ -1,6 +1,6 @@
 //! Corners of tags on calibration boards: saddle points between black and white squares.
 //!
-//! In: an image and a tag with corners from its pattern or its edges. Out: the corners that its family defines, from saddle points
+//! Input: an image and a tag with corners from its pattern or its edges. Output: the corners that its family defines, from saddle points
 //! where these are visible, otherwise extrapolated from the tag with a larger covariance.
 
 use crate::Image;

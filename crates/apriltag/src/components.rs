@@ -1,6 +1,6 @@
 //! Connected components of black pixels, joined run by run.
 //!
-//! In: the bit plane, two rows at a time. Out: runs with their component, and the bounding box of each component. Pixels that touch at
+//! Input: the bit plane, two rows at a time. Output: runs with their component, and the bounding box of each component. Pixels that touch at
 //! a corner are connected (8-connectivity). Therefore adjacent columns that are black in either of two rows are connected, and a run
 //! covers both rows. (He, Chao & Suzuki, A run-based two-scan labeling algorithm, IEEE Trans. Image Processing
 //! 17, 2008, with the blocks of Grana, Borghesani & Cucchiara, IEEE Trans. Image Processing 19, 2010; touching runs are

@@ -1,6 +1,6 @@
 //! Sub-pixel corners from straight lines through the edges of the border.
 //!
-//! In: a quad accurate to about a pixel. Out: the quad between four lines, each fitted to the points of steepest grey along its side,
+//! Input: a quad accurate to about a pixel. Output: the quad between four lines, each fitted to the points of steepest grey along its side,
 //! with the covariance of the corners from their scatter.
 
 mod profiles;

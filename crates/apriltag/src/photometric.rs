@@ -1,6 +1,6 @@
 //! Corners from the whole pattern: a rendering of the decoded tag is fitted to the pixels.
 //!
-//! In: an image, the upright quad of a decoded tag and its code word. Out: corners with covariance, or `None` if the edges alone are
+//! Input: an image, the upright quad of a decoded tag and its code word. Output: corners with covariance, or `None` if the edges alone are
 //! more accurate.
 //!
 //! The rendering is light(u, v) * (black + (white - black) * response(coverage)), where coverage is the blurred pattern

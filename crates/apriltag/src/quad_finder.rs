@@ -1,6 +1,6 @@
 //! Fits a quadrilateral to a component.
 //!
-//! In: the runs of a component. Out: four corners, clockwise in the image, within about a pixel of the corners of the border, or the
+//! Input: the runs of a component. Output: four corners, clockwise in the image, within about a pixel of the corners of the border, or the
 //! reason why the outline is no quadrilateral.
 
 use crate::Rejection;

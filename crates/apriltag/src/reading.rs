@@ -1,6 +1,6 @@
 //! Reading a tag within a quad: black and white, bits, code word.
 //!
-//! In: an image and a quad. Out: the tag, and the rotation that makes the quad upright.
+//! Input: an image and a quad. Output: the tag, and the rotation that makes the quad upright.
 
 mod layout;
 mod modules;

@@ -14,7 +14,7 @@ use crate::image_store::ImageStore;
 use crate::learn::{
     Gauge, LearnError, LearnPlan, LearnProgress, LearnSession, LearnedObject, SketchedTag,
 };
-use crate::verdict::{Grade, listed};
+use crate::verdict::{Finding, Grade, listed};
 use groups::Groups;
 use sextant_estimator::{CameraId, ImageObservation, ObjectId, Rig, TagId};
 use sextant_tag_families::Family;
@@ -239,8 +239,7 @@ impl DiscoverySession {
 fn with_discovery(mut learned: LearnedObject, found: DiscoveredTags) -> LearnedObject {
     let verdict = &mut learned.report.verdict;
     if !found.loose.is_empty() {
-        let loose = listed(&found.loose);
-        verdict.add(Grade::Good, format!("{loose} moved too, but no image joined it with the object: if it is part of it, show it together with the others"));
+        verdict.add(Grade::Good, Finding::LooseTags(found.loose.clone()));
     }
     learned.report.found = Some(found);
     learned

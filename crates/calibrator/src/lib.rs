@@ -7,7 +7,7 @@
 //! - [`RigSession`]: where every camera is, from an object carried through what they see.
 //! - [`LearnSession`]: where each tag of an object sits, from images of the object being turned.
 //! - [`DiscoverySession`]: the same where nobody said which tags the object has.
-//! - [`Verdict`]: the judgement in words that every procedure ends with.
+//! - [`Verdict`]: grade and findings of every procedure.
 //! - [`PrintedGrid`]: a flat board as it is printed.
 //! - [`lens`]: the calibration of a lens with a board of tags.
 //! - [`procedure`]: the three behind one face, as terminal and page run them.
@@ -39,4 +39,4 @@ pub use rig::{
     CalibratedCamera, CalibratedRig, CameraProgress, Origin, RigError, RigPlan, RigProgress,
     RigReport, RigSession, Up,
 };
-pub use verdict::{Grade, Verdict};
+pub use verdict::{Finding, Grade, PosePart, ScaleSource, Verdict, WeakMotion};

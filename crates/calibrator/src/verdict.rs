@@ -1,4 +1,8 @@
-//! Verdicts in words, for people without experience of good numbers.
+//! Verdicts, for people without experience of good numbers.
+
+mod finding;
+
+pub use finding::{Finding, PosePart, ScaleSource, WeakMotion};
 
 use serde::Serialize;
 use std::fmt;
@@ -16,12 +20,12 @@ pub enum Grade {
 }
 
 /// A grade with its reasons.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Verdict {
     /// The worst grade of all findings.
     pub grade: Grade,
-    /// Findings, each a sentence with a remedy; empty for a good result without remarks.
-    pub because: Vec<String>,
+    /// What limits the result; empty for a good one without remarks.
+    pub because: Vec<Finding>,
 }
 
 impl Verdict {
@@ -33,7 +37,7 @@ impl Verdict {
     }
 
     /// Adds a finding; the worst one decides.
-    pub(crate) fn add(&mut self, grade: Grade, because: String) {
+    pub(crate) fn add(&mut self, grade: Grade, because: Finding) {
         self.grade = self.grade.max(grade);
         self.because.push(because);
     }
@@ -53,7 +57,8 @@ impl fmt::Display for Verdict {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}", self.grade)?;
         if !self.because.is_empty() {
-            write!(f, ": {}", self.because.join("; "))?;
+            let because: Vec<String> = self.because.iter().map(Finding::to_string).collect();
+            write!(f, ": {}", because.join("; "))?;
         }
         Ok(())
     }
@@ -76,9 +81,13 @@ mod tests {
     #[test]
     fn the_worst_finding_decides() {
         let mut verdict = Verdict::new();
-        verdict.add(Grade::Poor, "blurred".to_owned());
-        verdict.add(Grade::Usable, "few images".to_owned());
-        assert_eq!(verdict.to_string(), "poor: blurred; few images");
+        verdict.add(Grade::Poor, Finding::Unplaced("blurred".to_owned()));
+        let tag = "tag36h11:3".to_owned();
+        verdict.add(Grade::Usable, Finding::FewImages { tag, fits: 2 });
+        assert_eq!(
+            verdict.to_string(),
+            "poor: blurred; only 2 images of tag36h11:3 fit"
+        );
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! The pose of a square tag from its four corners in one image: both branches of the planar ambiguity.
 //!
-//! In: a lens, corners in pixels (top left, top right, bottom right, bottom left), the edge of the black square in
-//! metres. Out: `camera_from_tag`, best first. A small or distant square looks almost the same tilted one way or the
+//! Input: a lens, corners in pixels (top left, top right, bottom right, bottom left), the edge of the black square in
+//! metres. Output: `camera_from_tag`, best first. A small or distant square looks almost the same tilted one way or the
 //! other, and noise decides which of the two fits better, so both are given with their errors
 //! (G. Schweighofer, A. Pinz, Robust pose estimation from a planar target, PAMI 2006).
 

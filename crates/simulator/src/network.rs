@@ -1,6 +1,6 @@
 //! A simulated network that loses, delays, reorders and duplicates messages, seeded, in virtual time.
 //!
-//! In: payloads with their capture time and the time they were sent. Out: arrivals in order of arrival time. One stream a
+//! Input: payloads with their capture time and the time they were sent. Output: arrivals in order of arrival time. One stream a
 //! camera keeps its order (a datagram waits for the one before it) unless the reordering fault says otherwise.
 
 use crate::random::{Random, key_of_name};

@@ -3,7 +3,7 @@
 //! Every coordinate is a sum of harmonics of one period, so a path has no beginning: processes that start at different
 //! moments agree on it, and its twist is a formula, not a difference. Attitude is R = Rz(yaw) Ry(pitch) Rx(roll).
 //! A link of an articulated object goes with its base, with the joints from there to it on top.
-//! In: true time in ns. Out: `world_from_object` and the twist (v, w) in world axes, metres and radians (per second).
+//! Input: true time in ns. Output: `world_from_object` and the twist (v, w) in world axes, metres and radians (per second).
 
 mod event;
 mod joint;

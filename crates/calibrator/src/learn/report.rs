@@ -4,7 +4,7 @@ use super::LearnSession;
 use super::solved::{SolvedConstellation, fitting};
 use crate::bundle::KeptParameter;
 use crate::discovered_tags::DiscoveredTags;
-use crate::verdict::{Grade, Verdict, listed};
+use crate::verdict::{Finding, Grade, PosePart, ScaleSource, Verdict};
 use serde::Serialize;
 
 /// One tag of a learned object.
@@ -51,8 +51,8 @@ pub struct LearnReport {
     pub tags: Vec<LearnedTag>,
     /// Known tags of the given object that stayed.
     pub kept: Vec<String>,
-    /// Weakly determined directions, in words.
-    pub weak: Vec<String>,
+    /// Weakly determined parts of tag poses.
+    pub weak: Vec<Finding>,
     /// Tags that could not be placed and are left out, with the reason and the remedy; empty where all were.
     pub unsolved: Vec<String>,
     /// Tags whose sizes nobody stated, with what was found, metres; only of an object that was discovered.
@@ -128,18 +128,23 @@ impl LearnSession {
         }
     }
 
-    fn weak(&self, solved: &SolvedConstellation) -> Vec<String> {
-        let weak = solved.adjusted.solution.weak.iter().filter_map(|direction| {
-            let (parameter, _) = direction.made_of.first()?;
-            let (what, tag) = match *parameter {
-                KeptParameter::TagPosition { tag, .. } => ("position", tag),
-                KeptParameter::TagRotation { tag, .. } => ("attitude", tag),
-                _ => return None,
-            };
-            let tag = self.wanted[tag].tag;
-            Some(format!("the {what} of {tag} is hardly determined: show it nearer, tilted and with its neighbours"))
-        });
-        let mut weak: Vec<String> = weak.collect();
+    fn weak(&self, solved: &SolvedConstellation) -> Vec<Finding> {
+        let weak = solved
+            .adjusted
+            .solution
+            .weak
+            .iter()
+            .filter_map(|direction| {
+                let (parameter, _) = direction.made_of.first()?;
+                let (part, tag) = match *parameter {
+                    KeptParameter::TagPosition { tag, .. } => (PosePart::Position, tag),
+                    KeptParameter::TagRotation { tag, .. } => (PosePart::Attitude, tag),
+                    _ => return None,
+                };
+                let tag = self.wanted[tag].tag;
+                Some(Finding::WeakTag { tag, part })
+            });
+        let mut weak: Vec<Finding> = weak.collect();
         weak.dedup();
         weak
     }
@@ -152,22 +157,16 @@ impl LearnSession {
                 let excess = (t.sigma_mm / well_mm).max(t.sigma_deg / well_deg);
                 excess > factor && (factor > 1.0 || excess <= 3.0)
             });
-            let vague: Vec<&str> = vague.map(|t| t.tag.as_str()).collect();
-            if !vague.is_empty() {
-                verdict.add(grade, format!(
-                    "{} known to no better than {:.1} mm or {:.1} degrees: show it nearer and from more sides",
-                    listed(vague), well_mm * factor, well_deg * factor));
+            let tags: Vec<String> = vague.map(|t| t.tag.clone()).collect();
+            if !tags.is_empty() {
+                let (mm, deg) = (well_mm * factor, well_deg * factor);
+                verdict.add(grade, Finding::UncertainTags { tags, mm, deg });
             }
         }
         for tag in tags.iter().filter(|t| t.images - t.left_out < FEW_IMAGES) {
-            verdict.add(
-                Grade::Usable,
-                format!(
-                    "only {} images of {} fit",
-                    tag.images - tag.left_out,
-                    tag.tag
-                ),
-            );
+            let fits = tag.images - tag.left_out;
+            let tag = tag.tag.clone();
+            verdict.add(Grade::Usable, Finding::FewImages { tag, fits });
         }
         for tag in tags
             .iter()
@@ -175,18 +174,16 @@ impl LearnSession {
         {
             verdict.add(
                 Grade::Usable,
-                format!(
-                    "{} of {} images put {} elsewhere: is it loose, or there twice?",
-                    tag.elsewhere, tag.images, tag.tag
-                ),
+                Finding::Elsewhere {
+                    tag: tag.tag.clone(),
+                    elsewhere: tag.elsewhere,
+                    seen: tag.images,
+                },
             );
         }
         judge_sizes(tags, &mut verdict);
-        for (tag, count) in self.coverage.doubled() {
-            verdict.add(
-                Grade::Usable,
-                format!("{count} images show {tag} twice, and were not used for it"),
-            );
+        for (&tag, &images) in self.coverage.doubled() {
+            verdict.add(Grade::Usable, Finding::Duplicated { tag, images });
         }
         for weak in self.weak(solved) {
             verdict.add(Grade::Poor, weak);
@@ -195,19 +192,18 @@ impl LearnSession {
     }
 }
 
-/// Sizes that are not as given: estimated, and worth a word.
+/// Reports sizes that differ from the given ones; they are estimated.
 fn judge_sizes(tags: &[LearnedTag], verdict: &mut Verdict) {
     for tag in tags {
         let off = tag.size_ratio - 1.0;
         if off.abs() > HARMLESS_SIZE && off.abs() > 4.0 * tag.size_ratio_sigma {
-            let word = if off > 0.0 { "larger" } else { "smaller" };
             verdict.add(
                 Grade::Usable,
-                format!(
-                    "{} is {:.1} % {word} than given, which was allowed for: measure its black square",
-                    tag.tag,
-                    off.abs() * 100.0
-                ),
+                Finding::SizesDiffer {
+                    tags: vec![tag.tag.clone()],
+                    ratio: tag.size_ratio,
+                    scale: ScaleSource::OtherTags,
+                },
             );
         }
     }

@@ -14,7 +14,7 @@ use crate::graph::PoseGraph;
 use crate::image_store::{ImageView, take_in};
 use crate::priors::Priors;
 use crate::resection::TagPlacement;
-use crate::verdict::{Grade, listed};
+use crate::verdict::{Finding, Grade, listed};
 use sextant_estimator::TagId;
 use sextant_geometry::Pose;
 use std::collections::BTreeSet;
@@ -61,7 +61,7 @@ impl LearnSession {
         learned
             .report
             .verdict
-            .add(Grade::Usable, refused.to_string());
+            .add(Grade::Usable, Finding::Unplaced(refused.to_string()));
         learned.report.images = self.images.n_received();
         Ok(learned)
     }
@@ -94,7 +94,10 @@ impl LearnSession {
         {
             return together;
         }
-        apart.report.verdict.add(Grade::Usable, "cameras that saw the object at the same time contradict each other, so each was used by itself: one has moved since the rig was calibrated, its clock is off, or names are swapped".to_owned());
+        apart
+            .report
+            .verdict
+            .add(Grade::Usable, Finding::ContradictingCameras);
         Ok(apart)
     }
 

@@ -3,7 +3,7 @@
 use super::RigSession;
 use super::report::{CalibratedCamera, RigSolution};
 use crate::bundle::{KeptParameter, WeakDirection};
-use crate::verdict::{Grade, Verdict, listed};
+use crate::verdict::{Finding, Grade, ScaleSource, Verdict, WeakMotion};
 use nalgebra::Vector3;
 use sextant_geometry::Pose;
 use std::collections::BTreeMap;
@@ -15,21 +15,21 @@ const OF_USE: f64 = 5.0;
 const HARMLESS_SIZE: f64 = 0.004;
 
 impl RigSession {
-    pub(super) fn weak(&self, found: &RigSolution) -> Vec<String> {
-        let mut words: Vec<String> = Vec::new();
+    pub(super) fn weak(&self, found: &RigSolution) -> Vec<Finding> {
+        let mut weak: Vec<Finding> = Vec::new();
         for direction in &found.adjusted.solution.weak {
-            if let Some(text) = self
-                .named(found, direction)
-                .filter(|text| !words.contains(text))
+            if let Some(finding) = self
+                .weak_camera(found, direction)
+                .filter(|finding| !weak.contains(finding))
             {
-                words.push(text);
+                weak.push(finding);
             }
         }
-        words
+        weak
     }
 
     /// A weak direction as the motion of the camera that moves most.
-    fn named(&self, found: &RigSolution, direction: &WeakDirection) -> Option<String> {
+    fn weak_camera(&self, found: &RigSolution, direction: &WeakDirection) -> Option<Finding> {
         let camera = direction.made_of.iter().find_map(|(p, _)| match *p {
             KeptParameter::CameraPosition { camera, .. }
             | KeptParameter::CameraRotation { camera, .. } => Some(camera),
@@ -55,61 +55,57 @@ impl RigSession {
             let in_camera = solved.world_from_camera.inverse_transform_vector(&v);
             in_camera.z.abs() > 0.8 * in_camera.norm()
         };
-        Some(if clock.abs() > moves.norm().max(turns.norm()) {
-            format!(
-                "the clock of {id} is not observable: move the object faster and in changing directions"
-            )
+        let motion = if clock.abs() > moves.norm().max(turns.norm()) {
+            WeakMotion::Clock
         } else if turns.norm() > moves.norm() && along(turns) {
-            format!(
-                "rotation about the optical axis of {id} is not observable: carry the object off the line"
-            )
+            WeakMotion::Roll
         } else if turns.norm() > moves.norm() {
-            format!(
-                "the tilt of {id} is not observable: show it the object in more places of its picture"
-            )
+            WeakMotion::Tilt
         } else if along(moves) {
-            format!(
-                "the position of {id} along its optical axis is not observable: bring the object nearer, and tilt it"
-            )
+            WeakMotion::Along
         } else {
-            format!(
-                "the position of {id} across its optical axis is not observable: show it the object in more places, tilted"
-            )
-        })
+            WeakMotion::Across
+        };
+        let camera = id.clone();
+        Some(Finding::WeakCamera { camera, motion })
     }
 
     pub(super) fn verdict(
         &self,
         found: &RigSolution,
         cameras: &[CalibratedCamera],
-        (left_out, weak): (&[(String, usize, usize)], &[String]),
+        (left_out, weak): (&[(String, usize, usize)], &[Finding]),
     ) -> Verdict {
         let mut verdict = Verdict::new();
-        for text in weak {
-            verdict.add(Grade::Poor, text.clone());
+        for finding in weak {
+            verdict.add(Grade::Poor, finding.clone());
         }
-        for text in &found.sightings.unplaced {
-            verdict.add(Grade::Usable, text.clone());
+        for cause in &found.sightings.unplaced {
+            verdict.add(Grade::Usable, Finding::Unplaced(cause.clone()));
         }
         judge_deviations(cameras, &mut verdict);
         for camera in cameras {
-            if let (Some(ms), Some(sigma)) = (camera.clock_offset_ms, camera.clock_sigma_ms)
+            if let (Some(ms), Some(sigma_ms)) = (camera.clock_offset_ms, camera.clock_sigma_ms)
                 && found.synchronised
             {
-                verdict.add(Grade::Usable, format!(
-                    "the clock of {} is {:.1} ms (one sigma {:.1}) {} those of the others, which was allowed for",
-                    camera.camera, ms.abs(), sigma, if ms > 0.0 { "behind" } else { "ahead of" }));
+                let camera = camera.camera.clone();
+                verdict.add(
+                    Grade::Usable,
+                    Finding::ClockOffset {
+                        camera,
+                        ms,
+                        sigma_ms,
+                    },
+                );
             }
         }
         for (tag, seen, out) in left_out {
-            verdict.add(Grade::Usable, format!(
-                "{tag} fits in only {} of {seen} images: it has moved, is bent, or is there twice", seen - out.min(seen)));
+            let (tag, seen) = (tag.clone(), *seen);
+            let fits = seen - seen.min(*out);
+            verdict.add(Grade::Usable, Finding::RarelyFits { tag, fits, seen });
         }
-        for (tag, count) in self.coverage.doubled() {
-            verdict.add(
-                Grade::Usable,
-                format!("{count} images show {tag} twice, and were not used for it"),
-            );
+        for (&tag, &images) in self.coverage.doubled() {
+            verdict.add(Grade::Usable, Finding::Duplicated { tag, images });
         }
         self.judge_sizes(found, &mut verdict);
         self.judge_names(found, &mut verdict);
@@ -119,30 +115,30 @@ impl RigSession {
     /// Sizes that the images show to be other than given, which the adjustment allows for.
     fn judge_sizes(&self, found: &RigSolution, verdict: &mut Verdict) {
         let solution = &found.adjusted.solution;
-        let mut wrong: BTreeMap<(String, &str), Vec<&crate::image_store::TagSpec>> =
-            BTreeMap::new();
+        let mut wrong: BTreeMap<(i64, ScaleSource), Vec<String>> = BTreeMap::new();
         for (at, wanted) in self.wanted.iter().enumerate() {
             let sigma = solution
                 .covariance
                 .sigma(KeptParameter::TagSize { tag: at });
             let off = solution.bundle.tags[at].size_m / wanted.size_m - 1.0;
             if sigma.is_some_and(|s| off.abs() > HARMLESS_SIZE && off.abs() > 5.0 * s) {
-                let word = if off > 0.0 { "larger" } else { "smaller" };
-                let by = if at >= self.n_carried() {
-                    "the carried object"
+                let scale = if at >= self.n_carried() {
+                    ScaleSource::Object
                 } else if found.sightings.seeking_tags {
-                    "the other tags"
+                    ScaleSource::OtherTags
                 } else {
-                    "their spacing"
+                    ScaleSource::Spacing
                 };
-                let how = format!("{:.1} % {word}", off.abs() * 100.0);
-                wrong.entry((how, by)).or_default().push(wanted);
+                let per_mille = (off * 1e3).round() as i64;
+                wrong
+                    .entry((per_mille, scale))
+                    .or_default()
+                    .push(wanted.tag.to_string());
             }
         }
-        for ((how, by), tags) in wrong {
-            verdict.add(Grade::Usable, format!(
-                "{} {how} than given, judged by {by}, which was allowed for: measure the black squares and the spacing",
-                listed(tags.iter().map(|w| w.tag))));
+        for ((per_mille, scale), tags) in wrong {
+            let ratio = 1.0 + per_mille as f64 / 1e3;
+            verdict.add(Grade::Usable, Finding::SizesDiffer { tags, ratio, scale });
         }
     }
 
@@ -175,9 +171,8 @@ impl RigSession {
                     && far(new_a, &old_b) < 0.2 * apart
                     && far(new_b, &old_a) < 0.2 * apart
                 {
-                    verdict.add(Grade::Poor, format!(
-                        "{} stands where {} stood before and the other way round: are the names swapped?",
-                        cameras[a].id, cameras[b].id));
+                    let swapped = [&cameras[a].id, &cameras[b].id].map(Clone::clone);
+                    verdict.add(Grade::Poor, Finding::SwappedNames(swapped));
                 }
             }
         }
@@ -194,11 +189,10 @@ fn judge_deviations(cameras: &[CalibratedCamera], verdict: &mut Verdict) {
         let vague = cameras
             .iter()
             .filter(|c| excess(c) > above && excess(c) <= below);
-        let vague: Vec<&str> = vague.map(|c| c.camera.as_str()).collect();
-        if !vague.is_empty() {
-            verdict.add(grade, format!(
-                "{} known to no better than {:.0} mm or {:.2} degrees: carry the object longer and nearer through what it shares with others",
-                listed(vague), well_mm * above, well_deg * above));
+        let cameras: Vec<String> = vague.map(|c| c.camera.clone()).collect();
+        if !cameras.is_empty() {
+            let (mm, deg) = (well_mm * above, well_deg * above);
+            verdict.add(grade, Finding::UncertainCameras { cameras, mm, deg });
         }
     }
 }

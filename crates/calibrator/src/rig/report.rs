@@ -8,7 +8,7 @@ use crate::adjustment::AdjustmentResult;
 use crate::bundle::Freedom;
 use crate::learn::root_mean_square;
 use crate::lens::lens_sigma;
-use crate::verdict::Verdict;
+use crate::verdict::{Finding, Verdict};
 use nalgebra::Matrix6;
 use serde::Serialize;
 use sextant_estimator::{Camera, CameraId, LensSigma, PoseSigma, Rig};
@@ -64,8 +64,8 @@ pub struct RigReport {
     pub cameras: Vec<CalibratedCamera>,
     /// Tags of the object that were left out often, as (tag, times seen, times left out).
     pub tags_left_out: Vec<(String, usize, usize)>,
-    /// Weakly determined directions, in words.
-    pub weak: Vec<String>,
+    /// Weakly determined motions of cameras.
+    pub weak: Vec<Finding>,
     /// Cameras that could not be placed and keep their entries, with reason and remedy.
     pub unsolved: Vec<String>,
     /// Source of the scale, in words.

@@ -13,7 +13,7 @@ use crate::bundle::{BundleCamera, BundleTag, Freedom};
 use crate::image_store::{ImageView, take_in};
 use crate::priors::Priors;
 use crate::resection::{TagPlacement, views_of_object};
-use crate::verdict::{Grade, listed};
+use crate::verdict::{Finding, Grade, listed};
 use sextant_estimator::{Camera, CameraId, Rig};
 use sextant_geometry::Pose;
 use std::collections::BTreeSet;
@@ -42,7 +42,10 @@ impl RigSession {
         };
         let mut found = fewer.solve()?;
         found.report.unsolved.insert(0, refused.to_string());
-        found.report.verdict.add(Grade::Usable, refused.to_string());
+        found
+            .report
+            .verdict
+            .add(Grade::Usable, Finding::Unplaced(refused.to_string()));
         found.report.images = self.images.n_received();
         found.rig = self.with_former(&found.rig)?;
         Ok(found)

@@ -165,7 +165,7 @@ fn a_tag_on_the_floor_finds_out_a_board_that_was_enlarged_as_a_whole() {
     assert!(
         verdict
             .to_string()
-            .contains("tag36h11:100 2.0 % larger than given, judged by the carried object"),
+            .contains("tag36h11:100 is 2.0 % larger than given, according to the carried object"),
         "{verdict}"
     );
 }

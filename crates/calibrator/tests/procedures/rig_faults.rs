@@ -187,7 +187,7 @@ fn sizes_that_disagree_with_the_spacing_are_named() {
     assert!(
         verdict
             .to_string()
-            .contains("% smaller than given, judged by their spacing"),
+            .contains("% smaller than given, according to their spacing"),
         "{verdict}"
     );
 }
