@@ -7,10 +7,12 @@ use std::fs;
 const DENY: CargoTool = CargoTool {
     name: "cargo-deny",
     version: "0.20.2",
+    options: &[],
 };
 const CYCLONEDX: CargoTool = CargoTool {
     name: "cargo-cyclonedx",
     version: "0.5.9",
+    options: &[],
 };
 /// The name without its ending, as cargo-cyclonedx wants it.
 const SBOM: &str = "sextant.cdx";

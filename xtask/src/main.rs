@@ -3,6 +3,7 @@
 //! No dependency but the standard library, so that the first chore on a fresh machine starts in seconds.
 
 mod board;
+mod book;
 mod chores;
 mod dependencies;
 mod package;
@@ -32,6 +33,11 @@ const CHORES: &[(&str, &str, Chore)] = &[
         "docs",
         "documentation builds without a warning",
         chores::docs,
+    ),
+    (
+        "book",
+        "the documentation as a book, its links checked: target/book/html",
+        book::book,
     ),
     (
         "deny",
@@ -86,7 +92,16 @@ const CHORES: &[(&str, &str, Chore)] = &[
 ];
 
 const TEST: &[&str] = &["page", "workspace", "arm"];
-const CHECK: &[&str] = &["fmt", "lint", "docs", "deny", "advisories", "sbom", "cross"];
+const CHECK: &[&str] = &[
+    "fmt",
+    "lint",
+    "docs",
+    "book",
+    "deny",
+    "advisories",
+    "sbom",
+    "cross",
+];
 
 fn test() -> Result<(), String> {
     run_in_order(TEST)

@@ -180,6 +180,8 @@ pub fn locate(program: &str) -> Option<PathBuf> {
 pub struct CargoTool {
     pub name: &'static str,
     pub version: &'static str,
+    /// Further options of `cargo install`.
+    pub options: &'static [&'static str],
 }
 
 impl CargoTool {
@@ -195,28 +197,26 @@ impl CargoTool {
         println!("xtask: installing {} {}", self.name, self.version);
         let folder = folder.display().to_string();
         // As they come, both are optimised as a whole, which takes longer than all that they do here.
-        run(
-            "env",
-            &[
-                "CARGO_PROFILE_RELEASE_LTO=off",
-                "CARGO_PROFILE_RELEASE_CODEGEN_UNITS=16",
-                "CARGO_PROFILE_RELEASE_OPT_LEVEL=1",
-                "cargo",
-                "install",
-                self.name,
-                "--version",
-                self.version,
-                "--locked",
-                "--quiet",
-                "--root",
-                &folder,
-            ],
-        )?;
+        let install = [
+            "CARGO_PROFILE_RELEASE_LTO=off",
+            "CARGO_PROFILE_RELEASE_CODEGEN_UNITS=16",
+            "CARGO_PROFILE_RELEASE_OPT_LEVEL=1",
+            "cargo",
+            "install",
+            self.name,
+            "--version",
+            self.version,
+            "--locked",
+            "--quiet",
+            "--root",
+            &folder,
+        ];
+        run("env", &[&install[..], self.options].concat())?;
         Ok(own.display().to_string())
     }
 
     fn is(&self, program: &Path) -> bool {
-        let Self { name, version } = self;
+        let Self { name, version, .. } = self;
         // Cargo calls an extension with its own name first, and some ask for that.
         let subcommand = name.trim_start_matches("cargo-");
         let says = |arguments: &[&str]| {
