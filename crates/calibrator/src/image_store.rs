@@ -95,7 +95,7 @@ impl ImageStore {
             self.every = every;
             self.images.retain(|image| is_kept(image, every));
         }
-        // Images of one stretch alone cannot be thinned; the last of them give way.
+        // Images of a single stretch cannot be thinned; the newest are dropped.
         self.images.truncate(self.most);
     }
 
@@ -135,7 +135,7 @@ pub(crate) fn take_in(
         } else if !is_inside(&centre(seen), camera.resolution) {
             over.outside.push(seen.tag);
         } else if !seen.corners.iter().all(|c| is_inside(c, camera.resolution)) {
-            // Cut off by the picture's edge: what lies outside was guessed.
+            // Cut off by the edge of the image: corners outside are extrapolated.
         } else if let Some(view) = TagView::of(camera, tag, &wanted[tag], seen) {
             tags.push(view);
         }
@@ -175,7 +175,7 @@ impl TagView {
         })
     }
 
-    /// As the adjustment takes it.
+    /// As the input of an adjustment.
     pub(crate) fn seen(&self) -> TagObservation {
         let corners = self.corners.corners;
         let covariance = &self.corners.corner_covariance;

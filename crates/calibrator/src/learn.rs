@@ -68,7 +68,7 @@ pub enum LearnError {
     NothingSeen {
         /// Number of images.
         images: usize,
-        /// Tags that they show, in words.
+        /// Tags that they show, as text.
         seen: String,
     },
     /// Tags that no image shows.
@@ -77,7 +77,7 @@ pub enum LearnError {
         listed(tags)
     )]
     NeverSeen {
-        /// Which.
+        /// The tags.
         tags: Vec<TagId>,
     },
     /// The images of a camera have another resolution than the rig.
@@ -99,7 +99,7 @@ pub enum LearnError {
     NotConnected {
         /// The groups.
         islands: Vec<Vec<TagId>>,
-        /// In words.
+        /// The groups, as text.
         groups: String,
         /// A rotation that would connect them.
         hint: String,
@@ -107,12 +107,12 @@ pub enum LearnError {
     /// Tags without a consistent pose.
     #[error("{} cannot be placed: {cause}", listed(tags))]
     Inconsistent {
-        /// Which.
+        /// The tags.
         tags: Vec<TagId>,
         /// The probable cause.
         cause: String,
     },
-    /// The gauge's tag is not among those that are learned.
+    /// The tag of the frame is not among those that are learned.
     #[error("tag {0} is to be the object's origin, but is not among its tags")]
     UnknownOrigin(TagId),
     /// No tags were given, and none were discovered.

@@ -1,13 +1,13 @@
-//! The calibration of one lens: a board of tags held before the camera in many ways, and what its corners say.
+//! Calibration of one lens from images of a board of tags in various poses.
 //!
-//! A [`LensSession`] takes images one by one, says how well they cover the picture and where to hold the board next
-//! ([`LensSession::progress`]), and solves ([`LensSession::solve`]): a first guess from homographies (Z. Zhang, A flexible new
+//! A [`LensSession`] handles images one by one, reports coverage and where to hold the board next
+//! ([`LensSession::progress`]), and solves ([`LensSession::solve`]): initial values from homographies (Z. Zhang, A flexible new
 //! technique for camera calibration, 2000), bundle adjustment over pinhole, Brown-Conrady and Kannala-Brandt lenses, the choice
-//! among them by how well each foretells images that it was not fitted to, and a verdict in words. A set that cannot give a
-//! lens is refused with its cause ([`LensRefusal`]).
+//! between them by cross-validation, and a verdict. Images that do not determine a
+//! lens are refused with the cause ([`LensRefusal`]).
 //!
-//! The board may be seen in part, wrong tags may be among the right ones, and the board's scale has no say: a board that is
-//! enlarged as a whole gives the same lens. Pixels as everywhere, (0, 0) at the centre of the top left one.
+//! The board may be partly visible, some tags may be wrong, and the board's scale has no effect: a board that is
+//! enlarged as a whole gives the same lens. Pixel (0, 0) is the centre of the top left one.
 
 mod adjust;
 mod board;

@@ -1,7 +1,7 @@
-//! The three procedures behind one face: a plan, images one by one, progress at any time, and in the end a result to keep.
+//! A common interface of the procedures: start with a plan, handle images, report progress, solve.
 //!
-//! Terminal and page show any of them alike: images taken in, a part done, what to do next in words, and typed details that
-//! serialise. Recorded and live images are the same to it. Frames and units are those of the sessions inside
+//! Terminal and page display all of them in the same way: number of images, progress, the next instruction, and typed details that
+//! serialise. Recorded and live images are treated alike. Frames and units are those of the sessions
 //! ([`LensSession`], [`RigSession`], [`LearnSession`]).
 
 mod lens_report;

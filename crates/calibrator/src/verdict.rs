@@ -64,7 +64,7 @@ impl fmt::Display for Verdict {
     }
 }
 
-/// Joins names into a list in words: "a, b and c".
+/// Joins names into a list: "a, b and c".
 pub(crate) fn listed(names: impl IntoIterator<Item = impl fmt::Display>) -> String {
     let names: Vec<String> = names.into_iter().map(|name| name.to_string()).collect();
     match names.as_slice() {

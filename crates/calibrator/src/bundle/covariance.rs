@@ -6,8 +6,8 @@ use super::state::Bundle;
 use nalgebra::{DMatrix, Matrix6};
 use sextant_geometry::{Pose, so3};
 
-/// Covariance of the kept parameters: poses over the step of FRAMES.md (position along the outer frame's axes, turn about
-/// the inner frame's origin), lenses in their own units, clocks in seconds. Always finite: bounded by the prior knowledge.
+/// Covariance of the kept parameters: poses over the step of FRAMES.md (position along the outer frame's axes, rotation about
+/// the inner frame's origin), lenses in their own units, clocks in seconds. Always finite: bounded by the prior.
 #[derive(Clone, Debug, PartialEq)]
 pub struct KeptCovariance {
     parameters: Vec<KeptParameter>,
@@ -38,12 +38,12 @@ impl KeptCovariance {
         }
     }
 
-    /// Information of images and anchors, without the bound of the prior knowledge.
+    /// Information of images and anchors, without the prior.
     pub(crate) fn information(&self) -> &DMatrix<f64> {
         &self.information
     }
 
-    /// What each row and column of [`KeptCovariance::matrix`] is.
+    /// The parameter of each row and column of [`KeptCovariance::matrix`].
     pub fn parameters(&self) -> &[KeptParameter] {
         &self.parameters
     }
@@ -107,7 +107,7 @@ fn inverse(information: DMatrix<f64>, sigma: impl Fn(usize) -> f64) -> DMatrix<f
     DMatrix::from_fn(n, n, |i, j| inverse[(i, j)] / (scale[i] * scale[j]))
 }
 
-/// The solver's step (a twist of the outer frame about its origin) from a step of FRAMES.md, block by block:
+/// Maps a step of FRAMES.md to the solver's step (a twist of the outer frame about its origin), block by block:
 /// `v = dt - w x t`, `w = dr`.
 fn steps_from_framed(bundle: &Bundle, layout: &Layout) -> DMatrix<f64> {
     let mut steps = DMatrix::identity(layout.n, layout.n);

@@ -56,7 +56,7 @@ impl<const D: usize> Equations<D> {
         kernel: &Kernel,
     ) {
         let columns = if bundle.motion.is_some() {
-            (0..layout.n).collect() // tied instants fill in anyway
+            (0..layout.n).collect() // coupled instants fill in anyway
         } else {
             columns_of(layout, images)
         };
@@ -96,7 +96,7 @@ impl<const D: usize> Equations<D> {
     }
 }
 
-/// The kept columns that an instant's images touch.
+/// Kept columns that the images of an instant depend on.
 fn columns_of(layout: &Layout, images: &[BundleImage]) -> Vec<usize> {
     let mut columns = Vec::new();
     for image in images {
@@ -112,8 +112,8 @@ fn columns_of(layout: &Layout, images: &[BundleImage]) -> Vec<usize> {
     columns
 }
 
-/// How a step of the instant moves the object's frame at the time of the image, `delay` seconds later on the twist `x`:
-/// `[Ad(exp(-x delay)) | delay J_r(x delay)]`, the right Jacobian being the left one of the way back.
+/// Effect of a step of the instant on the object's frame at the time of the image, `delay` seconds later on the twist `x`:
+/// `[Ad(exp(-x delay)) | delay J_r(x delay)]`; the right Jacobian is the left one of the inverse motion.
 fn lever<const D: usize>(bundle: &Bundle, image: &BundleImage) -> SMatrix<f64, 6, D> {
     if bundle.motion.is_none() {
         return SMatrix::from_fn(|row, column| if row == column { 1.0 } else { 0.0 });
@@ -130,7 +130,7 @@ fn lever<const D: usize>(bundle: &Bundle, image: &BundleImage) -> SMatrix<f64, 6
     })
 }
 
-/// The sum of the robust squares, without equations.
+/// Sum of the robust squares, without equations.
 pub(super) fn rho(bundle: &Bundle, kernel: &Kernel) -> f64 {
     let images = bundle.images.iter().map(|image| {
         let view = View::of(bundle, image, LensColumns::Unwanted);

@@ -19,7 +19,7 @@ pub(super) struct TagSums {
     pub tag: usize,
     pub own: SMatrix<f64, 7, 7>,
     pub gradient: SVector<f64, 7>,
-    /// By the camera's columns and the tag's parameters.
+    /// Over the camera's columns and the tag's parameters.
     pub camera_by_tag: OMatrix<f64, Dyn, Const<7>>,
 }
 
@@ -35,7 +35,7 @@ pub(super) struct ImageSums {
     pub rho: f64,
 }
 
-/// Sums of the parts that concern the lens.
+/// Sums of the terms that involve the lens.
 struct LensSums {
     lens: SMatrix<f64, MAX_PARAMETERS, MAX_PARAMETERS>,
     gradient: SMatrix<f64, MAX_PARAMETERS, 1>,
@@ -129,7 +129,7 @@ impl ImageSums {
     }
 }
 
-/// How the object's frame seems to move when the camera steps (a twist of the world about its origin), or its clock.
+/// Apparent motion of the object's frame for a step of the camera (a twist of the world about its origin), or of its clock.
 fn twist_by_camera(bundle: &Bundle, image: &BundleImage, columns: &CameraColumns) -> TwistJacobian {
     let mut by = TwistJacobian::zeros(columns.moving());
     if columns.pose.is_some() {

@@ -47,46 +47,46 @@ pub enum KeptParameter {
         /// 0, 1, 2: x, y, z of the object.
         axis: usize,
     },
-    /// The logarithm of a tag's size: a part of the size.
+    /// Logarithm of a tag's size: a relative change.
     TagSize {
         /// Index of the tag.
         tag: usize,
     },
 }
 
-/// Columns of one tag: six of the pose, one of the size (a step of its logarithm), each where sought, without gaps.
+/// Columns of one tag: six of the pose, one of the size (a step of its logarithm), if free, without gaps.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct TagColumns {
-    /// First of six.
+    /// First of the six columns of the pose.
     pub pose: Option<usize>,
-    /// The size's.
+    /// Column of the size.
     pub size: Option<usize>,
 }
 
 impl TagColumns {
-    /// First of all and how many; none of both is (0, 0).
+    /// First column and number of columns; (0, 0) without any.
     pub(super) fn span(&self) -> (usize, usize) {
         let start = self.pose.or(self.size).unwrap_or(0);
         let width = self.pose.map_or(0, |_| 6) + self.size.map_or(0, |_| 1);
         (start, width)
     }
 
-    /// Which of (six of the pose, size) come first.
+    /// Number of leading columns of each kind (pose, size).
     pub(super) fn first(&self) -> usize {
         if self.pose.is_some() { 0 } else { 6 }
     }
 }
 
-/// Columns of one camera: six of the pose, one of the clock, then the lens's, each where sought, without gaps.
+/// Columns of one camera: six of the pose, one of the clock, then those of the lens, if free, without gaps.
 #[derive(Clone, Debug, Default)]
 pub(super) struct CameraColumns {
-    /// First of six.
+    /// First of the six columns of the pose.
     pub pose: Option<usize>,
-    /// The clock's.
+    /// Column of the clock.
     pub clock: Option<usize>,
-    /// First of `lens_parameters.len()`: one after the last of pose and clock.
+    /// First of `lens_parameters.len()` columns, following pose and clock.
     pub lens: usize,
-    /// The free ones, indices into `Lens::parameters`.
+    /// Free parameters, as indices into `Lens::parameters`.
     pub lens_parameters: Vec<usize>,
 }
 
@@ -95,27 +95,27 @@ pub(super) struct CameraColumns {
 pub(super) struct Layout {
     pub cameras: Vec<CameraColumns>,
     pub tags: Vec<TagColumns>,
-    /// How many there are.
+    /// Total number of columns.
     pub n: usize,
 }
 
 impl CameraColumns {
-    /// First of all.
+    /// First column.
     pub(super) fn start(&self) -> usize {
         self.pose.or(self.clock).unwrap_or(self.lens)
     }
 
-    /// How many belong to pose and clock.
+    /// Number of columns of pose and clock.
     pub(super) fn moving(&self) -> usize {
         self.lens - self.start()
     }
 
-    /// How many there are.
+    /// Total number of columns.
     pub(super) fn width(&self) -> usize {
         self.moving() + self.lens_parameters.len()
     }
 
-    /// That of a lens parameter, where it is sought.
+    /// Column of a lens parameter, if it is free.
     pub(super) fn lens_column(&self, parameter: usize) -> Option<usize> {
         let at = self.lens_parameters.iter().position(|&p| p == parameter);
         at.map(|at| self.lens + at)
@@ -159,7 +159,7 @@ impl Layout {
         })
     }
 
-    /// What each column is.
+    /// The parameter of each column.
     pub(super) fn parameters(&self) -> Vec<KeptParameter> {
         let mut names = Vec::with_capacity(self.n);
         for (camera, columns) in self.cameras.iter().enumerate() {
@@ -184,7 +184,7 @@ impl Layout {
     }
 }
 
-/// The lens after a step of its free parameters; `None` where that is no lens.
+/// The lens after a step of its free parameters; `None` if that is invalid.
 pub(super) fn stepped_lens(lens: &Lens, columns: &CameraColumns, step: &[f64]) -> Option<Lens> {
     if columns.lens_parameters.is_empty() {
         return Some(*lens);

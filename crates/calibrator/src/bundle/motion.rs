@@ -14,7 +14,7 @@ const FASTEST: f64 = 10.0;
 /// A matrix over (pose, twist) of an instant.
 type TieMatrix = SMatrix<f64, 12, 12>;
 
-/// Residual between two instants, its information, and its derivatives with the earlier and the later instant.
+/// Residual between two instants, its information, and its derivatives with respect to the earlier and the later instant.
 struct Tie {
     error: SVector<f64, 12>,
     information: TieMatrix,
@@ -50,7 +50,7 @@ pub(super) fn tie<const D: usize>(bundle: &Bundle, nodes: &mut [Node<D>]) -> f64
     rho(bundle)
 }
 
-/// The sum of the squares of all residuals of the motion model.
+/// Sum of the squares of all residuals of the motion model.
 pub(super) fn rho(bundle: &Bundle) -> f64 {
     let Some(motion) = bundle.motion else {
         return 0.0;
@@ -81,7 +81,7 @@ impl Tie {
         let mut block = by_earlier.fixed_view_mut::<6, 6>(0, 0);
         block.copy_from(&-se3::left_jacobian_inverse(&way));
         let mut block = by_later.fixed_view_mut::<6, 6>(0, 0);
-        // The right Jacobian is the left one of the way back.
+        // The right Jacobian is the left one of the inverse motion.
         block.copy_from(&se3::left_jacobian_inverse(&-way));
         for axis in 0..6 {
             by_earlier[(axis, 6 + axis)] = -dt;
@@ -113,7 +113,7 @@ fn information(dt: f64, motion: &Motion) -> TieMatrix {
     whole
 }
 
-/// The same matrix, whose size the compiler does not know to be `D` = 12.
+/// The matrix with `D` columns; the compiler cannot know that `D` is 12 here.
 fn resized<const D: usize>(whole: &TieMatrix) -> SMatrix<f64, D, D> {
     SMatrix::from_fn(|row, column| whole[(row, column)])
 }

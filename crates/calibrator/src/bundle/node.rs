@@ -12,10 +12,10 @@ pub(super) type Coupling<const D: usize> = OMatrix<f64, Const<D>, Dyn>;
 pub(super) struct Node<const D: usize> {
     pub own: SMatrix<f64, D, D>,
     pub gradient: SVector<f64, D>,
-    /// Which kept columns `coupling` has, ascending.
+    /// Kept columns of `coupling`, ascending.
     pub columns: Vec<usize>,
     pub coupling: Coupling<D>,
-    /// With the next instant, where the motion ties them.
+    /// Coupling with the next instant, where the motion model ties them.
     pub next: Option<SMatrix<f64, D, D>>,
 }
 

@@ -14,10 +14,10 @@ pub struct WeakDirection {
     pub made_of: Vec<(KeptParameter, f64)>,
 }
 
-/// Shares below this are left out of a direction's description.
+/// Smaller shares are omitted from a direction's description.
 const SMALL_SHARE: f64 = 0.1;
 
-/// Weakest first.
+/// Weak directions, weakest first.
 pub(super) fn weak_directions(
     covariance: &KeptCovariance,
     prior: &PriorKnowledge,

@@ -3,14 +3,14 @@
 use super::layout::KeptParameter;
 use super::state::Bundle;
 
-/// How uncertain things are before any image, one sigma: the units in which directions are compared.
+/// Prior standard deviations: the units in which directions are compared.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PriorKnowledge {
     /// A camera's position, metres. Default 3.
     pub camera_position_m: f64,
     /// A camera's or a tag's attitude, radians. Default 1.
     pub rotation: f64,
-    /// A focal length or a principal point, as a part of the focal length. Default 0.3.
+    /// A focal length or principal point, relative to the focal length. Default 0.3.
     pub lens: f64,
     /// A distortion coefficient. Default 1.
     pub distortion: f64,
@@ -18,9 +18,9 @@ pub struct PriorKnowledge {
     pub clock_s: f64,
     /// A tag's position on the object, metres. Default 0.5.
     pub tag_position_m: f64,
-    /// A tag's size, as a part of it. Default 0.3.
+    /// A tag's size, relative. Default 0.3.
     pub tag_size: f64,
-    /// A direction whose deviation exceeds this part of the prior is weak. Default 0.05: 15 cm or 3 degrees of a camera.
+    /// A direction whose standard deviation exceeds this share of the prior is weak. Default 0.05: 15 cm or 3 degrees of a camera.
     pub weak_part: f64,
 }
 
@@ -62,7 +62,7 @@ impl PriorKnowledge {
             KeptParameter::CameraRotation { .. } | KeptParameter::TagRotation { .. } => {
                 self.rotation
             }
-            // A lens of 1000 pixels stands for all: only the order matters for comparing directions.
+            // A focal length of 1000 pixels stands for all lenses: only the order of magnitude matters for comparing directions.
             KeptParameter::Lens { parameter, .. } if parameter < 4 => self.lens * 1000.0,
             KeptParameter::Lens { .. } => self.distortion,
             KeptParameter::Clock { .. } => self.clock_s,

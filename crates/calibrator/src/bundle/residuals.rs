@@ -1,8 +1,8 @@
 //! The reprojection error of one tag in one image and its derivatives.
 //!
-//! Every derivative goes through the motion of the corner in the object's own frame: a small twist `(v, w)` of the object's
-//! frame moves the point `X` by `v + w x X`. A step of the object's pose *is* such a twist, a tag's step too, and a camera's
-//! is its adjoint; so one 8x6 Jacobian serves them all (`J = J_pi R [I | -hat X]`).
+//! Every derivative uses the motion of the corner in the object's frame: a small twist `(v, w)` of the object's
+//! frame moves the point `X` by `v + w x X`. Steps of the object's pose and of a tag are such twists, and a camera's
+//! is its adjoint, so one 8x6 Jacobian serves all of them (`J = J_pi R [I | -hat X]`).
 
 use super::state::{Bundle, BundleImage, TagObservation};
 use nalgebra::{Matrix2, Matrix2x3, SMatrix, SVector, Vector2};
@@ -10,7 +10,7 @@ use sextant_geometry::least_squares::Kernel;
 use sextant_geometry::lens::MAX_PARAMETERS;
 use sextant_geometry::{Lens, Pose, se3, so3, tag_corners_in_tag};
 
-/// Chi-square of a corner that cannot be projected, which counts as an outlier.
+/// Chi-square of a corner that cannot be projected, which makes it an outlier.
 const UNSEEN: f64 = 1e8;
 
 /// The error of one tag in one image at the solution.
@@ -22,7 +22,7 @@ pub struct TagResidual {
     pub seen: usize,
     /// Projected minus detected corner, pixels; `None` if the corner cannot be projected or has zero weight.
     pub corners_px: [Option<Vector2<f64>>; 4],
-    /// Sum over its corners of the squared errors in units of the detector's noise: 8 is expected.
+    /// Sum over its corners of the squared errors in units of the detector's noise; 8 is expected.
     pub chi_square: f64,
 }
 
@@ -38,17 +38,17 @@ impl TagResidual {
 /// Whitened, weighted error and derivatives of a tag.
 pub(super) struct TagEquations {
     pub error: SVector<f64, 8>,
-    /// By a twist of the object's frame.
+    /// With respect to a twist of the object's frame.
     pub by_twist: SMatrix<f64, 8, 6>,
-    /// By the logarithm of the tag's size.
+    /// With respect to the logarithm of the tag's size.
     pub by_size: SVector<f64, 8>,
-    /// By the lens's parameters; only filled where they are sought.
+    /// With respect to the lens parameters; only filled where these are free.
     pub by_lens: SMatrix<f64, 8, MAX_PARAMETERS>,
     /// Robust cost, in units of the noise squared.
     pub rho: f64,
 }
 
-/// Whether to compute derivatives with the lens.
+/// Whether to compute derivatives with respect to the lens.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum LensColumns {
     TagSpec,
@@ -185,7 +185,7 @@ fn errors_px(
 }
 
 impl Bundle {
-    /// The error of every tag of every image, in their order.
+    /// Residuals of every tag of every image, in order.
     pub fn residuals(&self) -> impl Iterator<Item = TagResidual> {
         self.images
             .iter()

@@ -11,18 +11,18 @@ use nalgebra::{SVector, Vector6};
 use sextant_geometry::least_squares::Kernel;
 use sextant_geometry::{Pose, se3};
 
-/// How to minimise.
+/// Options of the solver.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BundleOptions {
-    /// How much a corner counts whose error is larger than its noise explains. Default Cauchy of 3 sigma: wrong tags that
-    /// slipped through hardly count.
+    /// Robust kernel for corners whose error exceeds their noise. Default Cauchy of 3 sigma: undetected wrong tags have
+    /// little weight.
     pub kernel: Kernel,
-    /// Most steps tried. Default 60.
+    /// Most iterations. Default 60.
     pub max_iterations: usize,
-    /// The last step is the one that lowers the sum of squared errors (in sigma squared) by less. Default 1e-3: a thirtieth
+    /// The iteration ends when a step lowers the sum of squared errors (in sigma squared) by less. Default 1e-3: a thirtieth
     /// of a standard deviation.
     pub tolerance: f64,
-    /// What is known before any image; bounds every stated deviation and tells what the images do not determine.
+    /// Prior standard deviations; they bound every reported one and determine which directions are weak.
     pub prior: PriorKnowledge,
 }
 
@@ -37,14 +37,14 @@ impl Default for BundleOptions {
     }
 }
 
-/// Where the adjustment came to rest.
+/// The result of the adjustment.
 #[derive(Clone, Debug)]
 pub struct BundleSolution {
     /// The bundle with its estimates.
     pub bundle: Bundle,
-    /// Of the kept parameters.
+    /// Covariance of the kept parameters.
     pub covariance: KeptCovariance,
-    /// What the images hardly determine, weakest first; empty in a good set.
+    /// Directions that the images hardly determine, weakest first; empty for good images.
     pub weak: Vec<WeakDirection>,
     /// Root mean square over all corners of the distance between model and seen corner, each with the weight that the
     /// kernel leaves it, pixels.

@@ -1,4 +1,4 @@
-//! What a bundle adjustment works on: cameras, tags, instants, and which corners were seen of what, by whom, when.
+//! Parameters and observations of a bundle adjustment: cameras, tags, instants, and the detected corners.
 
 use nalgebra::{Matrix2, Point2, Vector6};
 use sextant_estimator::PoseSigma;
@@ -9,7 +9,7 @@ use thiserror::Error;
 /// Whether a parameter is sought.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub enum Freedom {
-    /// Known: stays as it is.
+    /// Fixed at its value.
     Fixed,
     /// Sought.
     #[default]
@@ -89,7 +89,7 @@ pub struct BundleImage {
     pub instant: usize,
     /// Capture time by the camera's own clock less the instant's time, seconds; only read where the motion is modelled.
     pub seconds_after_instant: f64,
-    /// What is seen.
+    /// The observed tag.
     pub tags: Vec<TagObservation>,
 }
 
@@ -156,11 +156,11 @@ pub struct Bundle {
     pub tags: Vec<BundleTag>,
     /// Where the object was.
     pub instants: Vec<Instant>,
-    /// What was seen of it, by ascending instant.
+    /// Images of this instant, by time.
     pub images: Vec<BundleImage>,
     /// With it, instants follow one another in time and clocks can be sought; without, each stands for itself.
     pub motion: Option<Motion>,
-    /// What is known of cameras and tags before the images.
+    /// Priors of cameras and tags.
     pub anchors: Vec<Anchor>,
 }
 
@@ -173,7 +173,7 @@ pub enum BundleError {
     /// An image names a camera, instant or tag that is not there, or images are not sorted by instant.
     #[error("image {0} names what is not there, or comes before an image of an earlier instant")]
     Image(usize),
-    /// An anchor names what is not there, or has a deviation that is none.
+    /// An anchor refers to a missing parameter or has an invalid deviation.
     #[error("anchor {0} names what is not there, or its deviations are not above zero")]
     Anchor(usize),
     /// A number of the image is not finite.
@@ -184,7 +184,7 @@ pub enum BundleError {
         "clocks are sought but the object's motion is not modelled, or its instants do not ascend in time"
     )]
     Time,
-    /// The start fits so badly that no step could be made of it.
+    /// The start fits so badly that no step could be computed.
     #[error("the adjustment has no finite start")]
     BadStart,
 }

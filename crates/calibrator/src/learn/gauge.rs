@@ -1,4 +1,4 @@
-//! The frame of a learned object, and what the deviations of its tags are in that frame.
+//! The frame of a learned object, and the standard deviations of its tags in that frame.
 
 use nalgebra::{DMatrix, Matrix6, SMatrix, UnitQuaternion, Vector3};
 use sextant_estimator::TagId;
@@ -21,12 +21,12 @@ pub(super) fn centroid(poses: &[Pose]) -> Vector3<f64> {
     sum / poses.len().max(1) as f64
 }
 
-/// The covariance of every tag's pose after the constellation is aligned as a whole: the part of the errors that is a
-/// common rigid motion is taken away (inner constraints; W. Baarda, S-transformations and criterion matrices, 1973).
+/// Covariance of every tag's pose after the constellation is aligned as a whole: removes the common rigid motion from the
+/// errors (inner constraints; W. Baarda, S-transformations and criterion matrices, 1973).
 pub(super) fn aligned(covariance: &DMatrix<f64>, poses: &[Pose]) -> DMatrix<f64> {
     let n = poses.len();
     let middle = centroid(poses);
-    // A rigid motion (d, r) about the middle moves a tag by d + r x (t - middle) and turns it by r.
+    // A rigid motion (d, r) about the centroid moves a tag by d + r x (t - centroid) and rotates it by r.
     let mut rigid = DMatrix::<f64>::zeros(6 * n, 6);
     let mut fit = DMatrix::<f64>::zeros(6, 6 * n);
     for (tag, pose) in poses.iter().enumerate() {
@@ -36,7 +36,7 @@ pub(super) fn aligned(covariance: &DMatrix<f64>, poses: &[Pose]) -> DMatrix<f64>
             .fixed_view_mut::<3, 3>(0, 3)
             .copy_from(&-so3::hat(&arm));
         rigid.fixed_rows_mut::<6>(6 * tag).copy_from(&block);
-        // Aligned on the tags' corners: positions and, with the tag's own arm, attitudes.
+        // Aligned on the tags' corners: positions and, weighted by the tag's arm, attitudes.
         let mut weight = Matrix6::<f64>::identity();
         for axis in 3..6 {
             weight[(axis, axis)] = TAG_ARM_M * TAG_ARM_M;
@@ -51,8 +51,8 @@ pub(super) fn aligned(covariance: &DMatrix<f64>, poses: &[Pose]) -> DMatrix<f64>
     &rest * covariance * rest.transpose()
 }
 
-/// The covariance of every tag's pose when the object's frame is turned: steps of poses are along the axes of that frame
-/// (FRAMES.md), and those are other ones then.
+/// Covariance of every tag's pose when the object's frame is rotated: steps of poses are along the axes of that frame
+/// (FRAMES.md).
 pub(super) fn turned(
     covariance: &DMatrix<f64>,
     new_from_old: &UnitQuaternion<f64>,
@@ -66,7 +66,7 @@ pub(super) fn turned(
     &turn * covariance * turn.transpose()
 }
 
-/// Mean arm of a corner about its tag's axes, for aligning: about that of a 4 cm tag.
+/// Mean arm of a corner about its tag's axes, for alignment: that of a tag of about 4 cm.
 const TAG_ARM_M: f64 = 0.02;
 
 #[cfg(test)]
@@ -78,7 +78,7 @@ mod tests {
     #[test]
     fn what_is_vague_along_an_axis_stays_so_along_the_same_way_in_a_turned_frame() {
         let old = DMatrix::from_diagonal(&DVector::from_vec(vec![1.0, 1.0, 9.0, 4.0, 1.0, 1.0]));
-        // The old z axis is the new x axis, the old x axis the new -z axis.
+        // The former z axis becomes the x axis, the former x axis the -z axis.
         let new_from_old = UnitQuaternion::from_axis_angle(&Vector3::y_axis(), FRAC_PI_2);
         let new = turned(&old, &new_from_old);
         let expected =

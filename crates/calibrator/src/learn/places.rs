@@ -11,7 +11,7 @@ use sextant_geometry::Pose;
 /// Images of one instant (indices into the views) and their cameras' poses in a common frame.
 pub(super) struct Groups {
     pub of_views: Vec<Vec<usize>>,
-    /// By camera of the rig.
+    /// Pose of each camera of the rig, by index.
     pub group_from_camera: Vec<Pose>,
 }
 
@@ -50,7 +50,7 @@ impl Groups {
         groups
     }
 
-    /// Puts each image into a group of its own.
+    /// A group of its own for each image.
     pub(super) fn apart(rig: &Rig, views: &[ImageView]) -> Self {
         Self {
             of_views: (0..views.len()).map(|at| vec![at]).collect(),
@@ -63,7 +63,7 @@ impl Groups {
         self.of_views.iter().any(|group| group.len() > 1)
     }
 
-    /// As the constellation's consensus takes them.
+    /// Input of the consensus.
     pub(super) fn seen<'a>(&self, rig: &'a Rig, views: &'a [ImageView]) -> Vec<Group<'a>> {
         let group = |of: &Vec<usize>| {
             let images = of.iter().map(|&at| &views[at]);
@@ -81,7 +81,7 @@ impl Groups {
         self.of_views.iter().map(group).collect()
     }
 
-    /// Where the object was in each group that shows placed tags, and the images with the tags that fit there.
+    /// Poses of the object in each group that shows placed tags, and the tags of its images that fit there.
     pub(super) fn instants(
         &self,
         rig: &Rig,
@@ -107,7 +107,7 @@ impl Groups {
         (instants, images)
     }
 
-    /// The pose that most tags of all images of the group agree with.
+    /// The pose with which most tags of all images of the group agree.
     fn object_in(
         &self,
         group: &[usize],

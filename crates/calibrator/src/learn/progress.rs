@@ -15,7 +15,7 @@ pub struct TagProgress {
     pub tag: String,
     /// Images that show it.
     pub images: usize,
-    /// Number of the eight directions around its normal from which it was seen; a frontal view counts for none.
+    /// Number of the eight directions around its normal from which it was seen; frontal views do not count.
     pub directions: usize,
     /// Index of the group of connected tags.
     pub group: usize,
@@ -32,12 +32,12 @@ pub struct LearnProgress {
     pub tags: Vec<TagProgress>,
     /// Progress from 0 to 1; 1 is enough.
     pub complete: f64,
-    /// What to do next, a sentence.
+    /// Instruction for the next step, a sentence.
     pub hint: String,
 }
 
 impl LearnProgress {
-    /// Where it is not known yet what is wanted.
+    /// Progress before any tag is known.
     pub(crate) fn nothing_yet() -> Self {
         Self {
             images: 0,
@@ -61,18 +61,18 @@ pub(super) struct Coverage {
     sample: Vec<ImageView>,
     foreign: BTreeMap<TagId, usize>,
     doubled: BTreeMap<TagId, usize>,
-    /// By camera of the rig: tags seen, and of them those outside of the picture.
+    /// By camera of the rig: number of tags, and of those outside the image.
     outside: BTreeMap<usize, [usize; 2]>,
 }
 
 const DIRECTIONS: usize = 8;
-/// A tag seen nearer to face-on than this tells little of its tilt, radians.
+/// Least angle between normal and line of sight that reveals the tilt of a tag, radians.
 const FACE_ON: f64 = 0.2;
-/// So many images of a tag, directions and images of a pair are enough.
+/// Sufficient numbers of images of a tag, of directions, and of images of a pair.
 const ENOUGH_IMAGES: usize = 12;
 const ENOUGH_DIRECTIONS: usize = 3;
 const ENOUGH_TOGETHER: usize = 3;
-/// More of a hundred tags outside of the picture: it is another picture.
+/// Per cent of tags outside the image from which the resolution is wrong.
 const OUTSIDE_PERCENT: usize = 4;
 
 impl Coverage {
@@ -118,7 +118,7 @@ impl Coverage {
         let mut is_sampled = false;
         for (at, tag) in view.tags.iter().enumerate() {
             self.seen[tag.tag] += 1;
-            // The camera as the tag sees it.
+            // Direction of the camera in the tag's frame.
             let camera_in_tag = tag.branches[0].inverse().translation.vector;
             if let Some(direction) = direction(&camera_in_tag) {
                 self.directions[tag.tag][direction] = true;
@@ -138,19 +138,19 @@ impl Coverage {
         &self.sample
     }
 
-    /// Tags that nobody looks for, the most frequent first.
+    /// Tags that are not part of the plan, the most frequent first.
     pub(super) fn foreign(&self) -> Vec<TagId> {
         let mut foreign: Vec<_> = self.foreign.iter().collect();
         foreign.sort_by_key(|(tag, count)| (std::cmp::Reverse(**count), **tag));
         foreign.into_iter().map(|(tag, _)| *tag).collect()
     }
 
-    /// How often each tag was seen twice in one image.
+    /// Number of images that show each tag twice.
     pub(super) fn doubled(&self) -> &BTreeMap<TagId, usize> {
         &self.doubled
     }
 
-    /// A camera of the rig of whose tags too many of a hundred lie outside of the picture that the rig states, and how many.
+    /// A camera with too many tags outside the resolution in the rig, and their percentage.
     pub(super) fn outside(&self) -> Option<(usize, usize)> {
         let of = self.outside.iter();
         let mut of = of.map(|(camera, [all, outside])| (*camera, outside * 100 / (*all).max(1)));
@@ -216,7 +216,7 @@ impl Coverage {
     }
 }
 
-/// Which turn would join the groups; none if there is one group only.
+/// A rotation that would connect the groups; `None` if there is only one.
 pub(super) fn joining_hint(tags: &[TagProgress]) -> Option<String> {
     let groups: BTreeSet<usize> = tags.iter().map(|t| t.group).collect();
     if groups.len() < 2 {
@@ -254,7 +254,7 @@ pub(super) fn joining_hint(tags: &[TagProgress]) -> Option<String> {
     ))
 }
 
-/// The mean over the tags of how much of what is enough is there; joints count as much as images and directions.
+/// Mean over the tags of the achieved share of what is sufficient; connections count as much as images and directions.
 fn complete(tags: &[TagProgress]) -> f64 {
     let groups: BTreeSet<usize> = tags.iter().map(|t| t.group).collect();
     let part = |have: usize, enough: usize| (have as f64 / enough as f64).min(1.0);
@@ -266,7 +266,7 @@ fn complete(tags: &[TagProgress]) -> f64 {
     0.5 * (mean + joined.max(0.0))
 }
 
-/// Which of eight sides of a tag's face a point is on; `None` almost straight before it.
+/// Index of the eighth around a tag's normal in which a point lies; `None` almost on the normal.
 fn direction(point_in_tag: &Vector3<f64>) -> Option<usize> {
     let aside = point_in_tag.xy().norm();
     if aside.atan2(point_in_tag.z) < FACE_ON {

@@ -1,5 +1,5 @@
-//! Second thoughts about where tags sit: once most tags are in place, each image that shows a tag beside others proposes a place for it.
-//! A tag that was first placed by the mirror image of its true pose is found so.
+//! Revision of tag poses: once most tags are placed, each image that shows a tag beside others proposes a pose for it.
+//! This corrects a tag that was first placed by the mirrored branch of its pose.
 
 use crate::adjustment::AdjustmentResult;
 use crate::constellation::thinned;
@@ -7,7 +7,7 @@ use crate::image_store::{ImageView, TagView};
 use crate::resection::{edge_px, tag_error_px};
 use sextant_geometry::{Lens, Pose};
 
-/// A tag beside others.
+/// A tag seen beside others.
 #[derive(Clone, Copy)]
 struct Sighting<'a> {
     lens: &'a Lens,
@@ -15,12 +15,12 @@ struct Sighting<'a> {
     view: &'a TagView,
 }
 
-/// Images between which nothing is lost: a proposal agrees with an image within this part of the tag's edge there.
+/// A proposal agrees with an image within this share of the tag's edge in that image.
 const NEAR: f64 = 0.1;
-/// A new place must agree with so many times the images of the former one.
+/// A new pose must agree with this many times as many images as the former one.
 const CLEARLY: f64 = 1.1;
 
-/// The place of a tag that most images agree with, where they clearly prefer another than the adjustment's.
+/// The pose of a tag with which most images agree, if they clearly prefer it to the adjusted one.
 pub(super) fn better_place(
     adjusted: &AdjustmentResult,
     views: &[ImageView],

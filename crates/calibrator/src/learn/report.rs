@@ -1,4 +1,4 @@
-//! How well a constellation was learned.
+//! Report on a learned constellation.
 
 use super::LearnSession;
 use super::solved::{SolvedConstellation, fitting};
@@ -14,11 +14,11 @@ pub struct LearnedTag {
     pub tag: String,
     /// Images that show it.
     pub images: usize,
-    /// Of them left out because it did not fit well.
+    /// Number of these that do not fit well and were left out.
     pub left_out: usize,
-    /// Of them those that put it somewhere else on the object.
+    /// Number of these that place it elsewhere on the object.
     pub elsewhere: usize,
-    /// One standard deviation of its position (root of the mean of the three axes), millimetres. See `Gauge` of what.
+    /// One standard deviation of its position (root mean square over the axes), millimetres, in the frame of `Gauge`.
     pub sigma_mm: f64,
     /// Standard deviation of its attitude (root mean square of the axes), degrees.
     pub sigma_deg: f64,
@@ -26,15 +26,15 @@ pub struct LearnedTag {
     pub sigma_axes_mm: [f64; 3],
     /// About the object's axes, degrees.
     pub sigma_axes_deg: [f64; 3],
-    /// Distance between its model and seen corners, root mean square, pixels.
+    /// RMS reprojection error, pixels.
     pub rms_px: f64,
-    /// Its size by comparison with the other tags, as a part of the stated one, with its deviation; 1 if right.
+    /// Its size relative to the given one, by comparison with the other tags; 1 if right.
     pub size_ratio: f64,
-    /// Standard deviation of the same.
+    /// Standard deviation of the ratio.
     pub size_ratio_sigma: f64,
 }
 
-/// How well a constellation was learned, in numbers and words.
+/// Accuracy of a learned constellation, and a verdict.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct LearnReport {
     /// The object's name.
@@ -49,29 +49,29 @@ pub struct LearnReport {
     pub noise_ratio: f64,
     /// The learned tags.
     pub tags: Vec<LearnedTag>,
-    /// Known tags of the given object that stayed.
+    /// Tags of the given object that kept their poses.
     pub kept: Vec<String>,
     /// Weakly determined parts of tag poses.
     pub weak: Vec<Finding>,
-    /// Tags that could not be placed and are left out, with the reason and the remedy; empty where all were.
+    /// Tags that could not be placed and are left out, with cause and remedy.
     pub unsolved: Vec<String>,
-    /// Tags whose sizes nobody stated, with what was found, metres; only of an object that was discovered.
+    /// Tags of initially unknown size and their estimated sizes, metres; only for discovered objects.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub solved_sizes: Vec<(String, f64)>,
-    /// Which tags were found to be what; only of an object that was discovered.
+    /// Roles of the discovered tags; only for discovered objects.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub found: Option<DiscoveredTags>,
-    /// In words.
+    /// Grade and findings.
     pub verdict: Verdict,
 }
 
-/// A tag known better than this is well placed (metres, radians); three times as much is still of use.
+/// Standard deviations below which a tag is well placed (metres, radians); three times as much is usable.
 const WELL_PLACED: (f64, f64) = (0.0003, 0.004);
-/// Fewer images of a tag leave its place to chance.
+/// Least number of images that determine a tag.
 const FEW_IMAGES: usize = 5;
-/// Sizes that differ by less from what is given do no harm.
+/// Largest harmless relative difference of a size.
 const HARMLESS_SIZE: f64 = 0.004;
-/// More of a tag's images left out is worth a word.
+/// Share of a tag's images from which outliers are reported.
 const MANY_LEFT_OUT: f64 = 0.15;
 
 impl LearnSession {
@@ -209,7 +209,7 @@ fn judge_sizes(tags: &[LearnedTag], verdict: &mut Verdict) {
     }
 }
 
-/// Of three deviations.
+/// Root mean square of three deviations.
 pub(crate) fn root_mean_square(axes: &[f64; 3]) -> f64 {
     (axes.iter().map(|s| s * s).sum::<f64>() / 3.0).sqrt()
 }

@@ -1,4 +1,4 @@
-//! A constellation while it grows: about where the joined tags sit, from few of the images, quick enough to be watched.
+//! A preview of the growing constellation: approximate poses of the connected tags from a few images, fast enough for display.
 
 use super::LearnSession;
 use super::places::Groups;
@@ -6,21 +6,21 @@ use crate::constellation::joined_tags;
 use crate::graph::PoseGraph;
 use serde::Serialize;
 
-/// A tag about where it is, in the frame of the sketch's first tag. A guess of millimetres and degrees, for a picture.
+/// Approximate pose of a tag in the frame of the sketch's first tag, within millimetres and degrees.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct SketchedTag {
     /// Family and number, as text.
     pub tag: String,
     /// Edge of its black square, metres.
     pub size_m: f64,
-    /// Metres.
+    /// Position, metres.
     pub position: [f64; 3],
     /// Quaternion x, y, z, w.
     pub orientation: [f64; 4],
 }
 
 impl LearnSession {
-    /// The largest group of tags that images have joined so far, in the frame of its first tag; nothing before two are joined.
+    /// The largest group of connected tags, in the frame of its first tag; empty before two are connected.
     pub fn sketch(&self) -> Vec<SketchedTag> {
         let views = self.coverage.sample();
         let groups = Groups::of(&self.rig, views);

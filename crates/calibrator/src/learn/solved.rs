@@ -1,4 +1,4 @@
-//! A solved constellation, before it is put into words.
+//! A solved constellation, before the report.
 
 use crate::adjustment::AdjustmentResult;
 use crate::image_store::ImageView;
@@ -9,24 +9,24 @@ use sextant_geometry::Pose;
 pub(super) struct SolvedConstellation {
     pub views: Vec<ImageView>,
     pub adjusted: AdjustmentResult,
-    /// Over the tags of the session that were sought, six each, in the frame of the result.
+    /// Covariance of the session's free tags, six columns each, in the frame of the result.
     pub covariance: DMatrix<f64>,
     /// `object_from_tag` in the frame of the result.
     pub poses: Vec<Pose>,
-    /// Whether each tag was sought.
+    /// Whether each tag was free.
     pub sought: Vec<bool>,
 }
 
-/// Images of one tag.
+/// Image counts of one tag.
 #[derive(Clone, Copy, Default)]
 pub(super) struct Counts {
     pub seen: usize,
     pub fits: usize,
-    /// Somewhere else on the object.
+    /// Images that place it elsewhere on the object.
     pub elsewhere: usize,
 }
 
-/// The images of every tag.
+/// Image counts of every tag.
 pub(super) fn fitting(n: usize, views: &[ImageView], adjusted: &AdjustmentResult) -> Vec<Counts> {
     let mut counts = vec![Counts::default(); n];
     for tag in views.iter().flat_map(|view| &view.tags) {

@@ -1,4 +1,4 @@
-//! From the images of a session to a constellation: consensus, spanning tree, adjustment, frame.
+//! Solves for a constellation: consensus, spanning tree, adjustment, frame.
 
 use super::gauge::Gauge;
 use super::places::Groups;
@@ -19,20 +19,20 @@ use sextant_estimator::TagId;
 use sextant_geometry::Pose;
 use std::collections::BTreeSet;
 
-/// Rounds of finding the object in every image and adjusting all: the first works from the spanning tree's guess.
+/// Rounds of locating the object in every image and adjusting; the first starts from the spanning tree.
 const ROUNDS: usize = 4;
-/// Errors so many times what the detector states, or more than this part of a tag's images left out, are odd.
+/// Ratio of the residuals to the detector's noise, and share of a tag's left-out images, from which a solution is suspicious.
 const ODD: (f64, f64) = (1.5, 0.15);
-/// So many times smaller errors are clearly smaller.
+/// Ratio from which residuals are clearly smaller.
 const CLEARLY: f64 = 1.3;
-/// A tag that fits in fewer of the images that show it is in no consistent place.
+/// Least share of the images of a tag that must fit; below it the tag has no consistent pose.
 const LEAST_FITTING: f64 = 0.4;
 
 impl LearnSession {
-    /// Places the tags. Those that the images cannot place are left out and named in [`LearnReport::unsolved`].
+    /// Places the tags. Tags that the images cannot place are left out and named in [`LearnReport::unsolved`].
     ///
     /// # Errors
-    /// When no tags can be placed, with the reason and a remedy.
+    /// If no tags can be placed, with cause and remedy.
     pub fn solve(&self) -> Result<LearnedObject, LearnError> {
         let refused = match self.solve_all() {
             Err(refused) => refused,
@@ -79,7 +79,7 @@ impl LearnSession {
         learned
     }
 
-    /// Each image by itself, where cameras that see the object at the same time contradict each other.
+    /// Solves with each image separately, where cameras that see the object at the same time contradict each other.
     fn solve_apart(
         &self,
         together: Result<LearnedObject, LearnError>,
@@ -177,7 +177,7 @@ impl LearnSession {
         format!(", only {}", listed(foreign.iter().take(8)))
     }
 
-    /// Places of the known object's tags that stay.
+    /// Poses of the known object's tags that stay.
     pub(super) fn known(&self) -> Vec<Option<Pose>> {
         let relearned = |tag| self.plan.tags.iter().any(|(t, _)| *t == tag);
         let place = |tag| {
@@ -190,7 +190,7 @@ impl LearnSession {
             .collect()
     }
 
-    /// The spanning tree's places, in the frame of the known tags where there are some.
+    /// Poses from the spanning tree, in the frame of the known tags if there are any.
     fn first_guess(
         &self,
         groups: &Groups,
@@ -290,7 +290,7 @@ impl LearnSession {
         Ok(adjustment.solve(views, &BundleOptions::default())?)
     }
 
-    /// Lenses, and where cameras see the object together the poses of all but the first.
+    /// Lenses, and, where cameras see the object together, the poses of all but the first.
     fn free_cameras(
         &self,
         groups: &Groups,
@@ -309,7 +309,7 @@ impl LearnSession {
         }
     }
 
-    /// Those of the known object or, without one, the tag that is the frame.
+    /// Fixed tags: those of the known object or, without one, the tag that defines the frame.
     fn fixed_tags(&self, placed: &[TagPlacement], views: &[ImageView]) -> Vec<bool> {
         let known = self.known();
         if known.iter().any(Option::is_some) {
@@ -354,14 +354,14 @@ impl LearnSession {
     }
 }
 
-/// Whether a solution has clearly smaller errors than another, or as small ones with clearly less left out.
+/// Whether a solution has clearly smaller residuals than another, or equal ones with clearly fewer outliers.
 fn is_clearer(one: &LearnReport, other: &LearnReport) -> bool {
     let left_out = |report: &LearnReport| report.tags.iter().map(|t| t.left_out).sum::<usize>();
     let noise = other.noise_ratio / one.noise_ratio;
     noise > CLEARLY || noise * CLEARLY > 1.0 && 2 * left_out(one) < left_out(other)
 }
 
-/// Whether the images contradict each other more than they should.
+/// Whether the images contradict each other more than their noise allows.
 fn is_odd(learned: &LearnedObject) -> bool {
     let tags = &learned.report.tags;
     let left_out = |tag: &LearnedTag| tag.left_out as f64 > ODD.1 * tag.images as f64;

@@ -15,15 +15,15 @@ use sextant_geometry::{Lens, Pose};
 /// Free parameters and weights of an adjustment.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Parameters {
-    /// How many of the lens's parameters are sought: the first ones of fx, fy, k1, cx, cy, and the rest.
+    /// Number of free parameters: the first ones of fx, fy, k1, cx, cy, and the rest.
     pub sought: FreeParameters,
-    /// Scale of the noise: each tag's own is multiplied by it.
+    /// Factor on the noise of each tag.
     pub noise: Noise,
     pub kernel: Kernel,
     pub max_iterations: usize,
 }
 
-/// Which parameters of the lens are free.
+/// Free parameters of the lens.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum FreeParameters {
     /// None: only the poses of the board.

@@ -12,30 +12,30 @@ use sextant_geometry::Lens;
 pub struct LensCalibration {
     /// The lens.
     pub lens: Lens,
-    /// Width and height of its pictures.
+    /// Width and height of its images.
     pub resolution: [u32; 2],
     /// One standard deviation of each of [`Lens::parameters`].
     pub sigmas: Vec<f64>,
     /// Covariance of [`Lens::parameters`].
     pub covariance: DMatrix<f64>,
-    /// Root mean square distance between seen and reprojected corners, pixels.
+    /// RMS reprojection error, pixels.
     pub rms_px: f64,
-    /// Noise of the corners in each coordinate, pixels, as the fit shows it.
+    /// Standard deviation of corner coordinates estimated by the fit, pixels.
     pub noise_px: f64,
-    /// Images taken in, with or without the board.
+    /// Images received, with or without the board.
     pub images: usize,
-    /// Images that the lens was fitted to.
+    /// Images used for the fit.
     pub views: usize,
-    /// Tags that the lens was fitted to.
+    /// Tags used for the fit.
     pub tags: usize,
-    /// Tags left out because they lie elsewhere than the board says.
+    /// Outlier tags, which are not where the board file says.
     pub wrong_tags: usize,
-    /// Ids of which more than half were left out, or that were seen twice in one image: is there a second one in the room?
+    /// Tags that were mostly outliers or appeared twice in one image, as if a second one existed.
     pub suspicious: Vec<TagId>,
-    /// The models that were tried, simplest first.
+    /// The evaluated models, simplest first.
     pub scores: Vec<ModelScore>,
-    /// Coverage, residuals and uncertainty over the picture.
+    /// Coverage, residuals and uncertainty over the image.
     pub maps: LensMaps,
-    /// What to think of it.
+    /// Grade and findings.
     pub verdict: Verdict,
 }

@@ -9,20 +9,20 @@ pub const COLUMNS: usize = 12;
 /// Cells down the picture.
 pub const ROWS: usize = 9;
 
-/// A normal that leans by more than this, as the tangent, is tilted that way: 17 degrees.
+/// Least tilt of a normal, as a tangent, that counts: 17 degrees.
 const TILTED: f64 = 0.3;
-/// The corners of a board that is near spread by this part of the picture's width (root mean square distance from their
-/// middle): it fills more than half of the picture.
+/// Spread of the corners of a board that is close, as a share of the image width (RMS distance from their
+/// centroid): it fills more than half of the image.
 const NEAR: f64 = 0.24;
 
-/// Counts over the views taken in.
+/// Counts over the views.
 #[derive(Clone, Debug, PartialEq, Default)]
 pub(super) struct Coverage {
     /// Corners in each cell, row by row.
     pub corners: [[u32; COLUMNS]; ROWS],
     /// Views in which the board's left, right, upper and lower side is turned away.
     pub tilted: [u32; 4],
-    /// Views that the board fills: it is these whose perspective tells focal length from distance.
+    /// Views that the board fills, whose perspective separates focal length from distance.
     pub near: u32,
     pub views: u32,
 }
@@ -45,7 +45,7 @@ impl Coverage {
         }
     }
 
-    /// Part of the cells between two bounds, in thirds of the picture, that hold a corner.
+    /// Share of the cells between two bounds, in thirds of the image, that contain a corner.
     pub(super) fn part(
         &self,
         columns: std::ops::Range<usize>,
@@ -64,15 +64,15 @@ impl Coverage {
     }
 }
 
-/// How the board's normal leans to the right and downwards against the camera's axis, as tangents: a board whose right side is
-/// further away leans to the right. It is the tilt against the picture's plane that tells focal length from distance.
+/// Tilt of the board's normal to the right and downwards relative to the image plane, as tangents: a board whose right side is
+/// farther away tilts to the right. This tilt separates focal length from distance.
 pub(super) fn lean(camera_from_board: &Pose) -> [f64; 2] {
     let normal = camera_from_board.rotation * Vector3::z();
     let lean = [normal.x / -normal.z, normal.y / -normal.z];
     lean.map(|tangent| if tangent.is_finite() { tangent } else { 0.0 })
 }
 
-/// Column and row of the cell that a corner lies in.
+/// Column and row of the cell of a corner.
 pub(super) fn cell_of([width, height]: [u32; 2], corner: &Point2<f64>) -> [usize; 2] {
     let cell = |x: f64, pixels: u32, n: usize| {
         let at = (x + 0.5) / f64::from(pixels.max(1)) * n as f64;

@@ -8,12 +8,12 @@ use crate::bundle::{KeptParameter, TagResidual};
 use nalgebra::DMatrix;
 use sextant_geometry::{Lens, LensModel};
 
-/// A tag is wrong whose squared errors, in units of their noise, add up to more: 8 are expected, and 40 come by chance in one
-/// tag of 300000.
+/// Largest sum of squared errors of a tag, in units of their noise, that is no outlier: 8 is expected, and one
+/// tag of 300000 exceeds 40 by chance.
 const WRONG: f64 = 40.0;
 /// Median of a sum of eight squared normal deviates.
 const MEDIAN_OF_EIGHT: f64 = 7.344;
-/// A view needs this many tags.
+/// Least number of tags in a view.
 pub(super) const LEAST_TAGS: usize = 2;
 /// Least noise, as a multiple of the detector's.
 const LEAST_NOISE: f64 = 0.05;
@@ -189,8 +189,8 @@ impl Fit {
         tilts.collect()
     }
 
-    /// Relative excess of the size of the squares over that of the board file, and its standard deviation: the residuals'
-    /// share along the way that each corner takes when its tag grows about its own middle.
+    /// Relative excess of the size of the squares over that in the board file, and its standard deviation: the component of the
+    /// residuals along the motion of each corner when its tag grows about its own centre.
     pub(super) fn growth(&self, board: &Board) -> (f64, f64) {
         let (mut along, mut square) = (0.0, 0.0);
         let bundle = &self.adjustment.solution.bundle;

@@ -25,7 +25,7 @@ pub struct Place {
     pub row: usize,
 }
 
-/// What to do next.
+/// Instruction for the next view.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Hint {
     /// Show the board.
@@ -45,13 +45,13 @@ pub enum Hint {
 /// A side of the board as the camera sees it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Side {
-    /// Left in the picture.
+    /// The left one in the image.
     Left,
-    /// Right in the picture.
+    /// The right one in the image.
     Right,
-    /// Upper in the picture.
+    /// The upper one in the image.
     Upper,
-    /// Lower in the picture.
+    /// The lower one in the image.
     Lower,
 }
 

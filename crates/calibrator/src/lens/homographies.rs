@@ -8,9 +8,9 @@ use super::view::View;
 use nalgebra::{DMatrix, Matrix2, Matrix3, Point2, SymmetricEigen, Vector2};
 use sextant_geometry::Homography;
 
-/// A corner further from its homography than this part of the picture's width is a wrong one, or the lens bends too much.
+/// Largest distance of a corner from its homography, as a share of the image width; beyond it the corner is wrong or distortion too strong.
 const TOLERANCE: f64 = 0.03;
-/// A board that is not flat within this part of its size has no homography.
+/// Largest deviation of a board from a plane, as a share of its size.
 const FLATNESS: f64 = 1e-6;
 
 /// Focal lengths, pixels; `None` if the homographies do not determine them.
@@ -32,7 +32,7 @@ pub(super) fn focal_lengths(
         let Some(map) = homography(board, view, TOLERANCE * width) else {
             continue;
         };
-        // Columns in half widths about the middle of the picture.
+        // Columns in half image widths about the centre of the image.
         let unit = width / 2.0;
         let to_unit = Matrix3::new(
             1.0 / unit,
@@ -68,7 +68,7 @@ pub(super) fn focal_lengths(
     Some([focal(inverse_squares[0])?, focal(inverse_squares[1])?])
 }
 
-/// The map from the board's plane to pixels on which most tags agree, fitted to those.
+/// The homography from the board's plane to pixels with which most tags agree, fitted to those.
 fn homography(board: &Board, view: &View, tolerance: f64) -> Option<Matrix3<f64>> {
     let agreeing = |map: &Homography| -> Vec<(Point2<f64>, Point2<f64>)> {
         let tags = view.tags.iter().filter_map(|seen| {
@@ -90,7 +90,7 @@ fn homography(board: &Board, view: &View, tolerance: f64) -> Option<Matrix3<f64>
     fitted(&agreeing(&Homography::from_matrix(&refined)?))
 }
 
-/// The homography of point pairs by the direct linear transform, both sides about their middle and scaled.
+/// Homography of point pairs by the direct linear transform, with both sides centred and scaled.
 fn fitted(pairs: &[(Point2<f64>, Point2<f64>)]) -> Option<Matrix3<f64>> {
     let from_unit = unit_of(pairs.iter().map(|(from, _)| from))?;
     let to_unit = unit_of(pairs.iter().map(|(_, to)| to))?;
@@ -115,7 +115,7 @@ fn fitted(pairs: &[(Point2<f64>, Point2<f64>)]) -> Option<Matrix3<f64>> {
     map.iter().all(|x| x.is_finite()).then_some(map)
 }
 
-/// Takes points about their middle to a mean square distance of two.
+/// Centres points and scales them to a mean square distance of two.
 fn unit_of<'a>(points: impl Iterator<Item = &'a Point2<f64>> + Clone) -> Option<Matrix3<f64>> {
     let n = points.clone().count() as f64;
     let middle = points.clone().map(|p| p.coords).sum::<Vector2<f64>>() / n;

@@ -6,7 +6,7 @@ use nalgebra::{DMatrix, Matrix2x3, Matrix2xX, Matrix3, Matrix3xX, Point2, Vector
 use serde::Serialize;
 use sextant_geometry::{Lens, so3};
 
-/// One cell of the picture.
+/// One cell of the image.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct MapCell {
     /// Number of fitted corners.
@@ -22,7 +22,7 @@ pub struct MapCell {
 /// [`ROWS`] rows of [`COLUMNS`] cells, from the top left.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LensMaps {
-    /// Row by row.
+    /// Cells, row by row.
     pub cells: Vec<Vec<MapCell>>,
 }
 
@@ -75,7 +75,7 @@ impl LensMaps {
         )
     }
 
-    /// Part of the cells that hold a corner.
+    /// Share of the cells that contain a corner.
     pub fn coverage(&self) -> f64 {
         self.iter().filter(|cell| cell.corners > 0).count() as f64 / (ROWS * COLUMNS) as f64
     }
@@ -98,7 +98,7 @@ fn middle([width, height]: [u32; 2], row: usize, column: usize) -> Point2<f64> {
     Point2::new(at(column, COLUMNS, width), at(row, ROWS, height))
 }
 
-/// Derivatives of a pixel with the parameters of the lens and with a rotation of the camera.
+/// Derivatives of a pixel with respect to the parameters of the lens and to a rotation of the camera.
 pub(super) struct Movement {
     pub by_parameters: Matrix2xX<f64>,
     pub by_turn: Matrix2x3<f64>,
@@ -117,9 +117,9 @@ pub(super) fn movements(
         .collect()
 }
 
-/// One standard deviation, by cell, of where the lens shows the ray that is seen in its middle. A turn of the camera as a whole is
-/// taken out (the one that makes the movements over the picture smallest for each parameter): the camera's pose takes it up, and
-/// a principal point that is off by half a pixel is little else.
+/// One standard deviation, by cell, of the pixel of the ray through its centre. A rotation of the whole camera is
+/// removed (the one that minimises the motion over the image for each parameter), since the camera's pose absorbs it: an
+/// error of half a pixel of the principal point is little else.
 fn deviations(lens: &Lens, covariance: &DMatrix<f64>, resolution: [u32; 2]) -> Vec<Option<f64>> {
     let cells = (0..ROWS).flat_map(|row| (0..COLUMNS).map(move |column| (row, column)));
     let movements: Vec<Option<Movement>> = cells

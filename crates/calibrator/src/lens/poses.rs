@@ -5,10 +5,10 @@ use super::view::View;
 use sextant_geometry::planar_pose::solve_square;
 use sextant_geometry::{Lens, Pose};
 
-/// Tags that may propose a pose; the largest do.
+/// Most tags that propose a pose; the largest are used.
 const PROPOSERS: usize = 8;
 
-/// `camera_from_board` on which most tags agree, and the indices of the view's tags that do.
+/// `camera_from_board` with which most tags agree, and the indices of these tags in the view.
 pub(super) fn board_pose(
     board: &Board,
     view: &View,
@@ -40,7 +40,7 @@ pub(super) fn board_pose(
     (!best.2.is_empty()).then_some((best.1, best.2))
 }
 
-/// Sum of the tags' errors, each at most one, and the tags whose error is within the tolerance.
+/// Sum of the tags' errors, each bounded by one, and the tags whose error is within the tolerance.
 fn agreement(
     board: &Board,
     view: &View,

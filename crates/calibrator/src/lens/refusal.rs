@@ -14,7 +14,7 @@ pub enum LensRefusal {
         /// The tag.
         tag: TagId,
     },
-    /// A tag whose centre the stated picture cannot have.
+    /// A tag whose centre is outside the given resolution.
     #[error(
         "a tag lies at ({x:.0}, {y:.0}), outside of {width} x {height} pixels: the images have another resolution; give it"
     )]
@@ -23,9 +23,9 @@ pub enum LensRefusal {
         x: f64,
         /// Row of its centre.
         y: f64,
-        /// As stated.
+        /// Given width.
         width: u32,
-        /// As stated.
+        /// Given height.
         height: u32,
     },
     /// No image shows the board.
@@ -48,7 +48,7 @@ pub enum LensRefusal {
         views: usize,
         /// Number of images.
         images: usize,
-        /// The least.
+        /// Required number.
         needed: usize,
     },
     /// No tilted view: focal length and distance cannot be separated.
@@ -56,7 +56,7 @@ pub enum LensRefusal {
         "the board is seen from the front only (tilted by {tilt_deg:.0} degrees at most), so that focal length and distance cannot be separated (it is uncertain by {sigma_percent:.1} %); tilt the board by 30 degrees and more, in every direction"
     )]
     OnlyFrontal {
-        /// Of all but a tenth of the images.
+        /// Largest tilt of all but a tenth of the images.
         tilt_deg: f64,
         /// One standard deviation of the focal length in percent of it.
         sigma_percent: f64,

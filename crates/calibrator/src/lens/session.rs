@@ -16,11 +16,11 @@ use sextant_estimator::{ImageObservation, ObjectModel, TagId};
 use sextant_geometry::{Intrinsics, Lens, LensModel, Pose};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// The least views for any lens.
+/// Least number of views for any lens.
 const LEAST_VIEWS: usize = 5;
-/// Most views; further ones only cost time.
+/// Most views; more only cost time.
 const MOST_VIEWS: usize = 300;
-/// A new view differs from those kept by this part of the picture's width, or by [`NEW_LEAN`], or by [`NEW_SIZE`].
+/// A new view differs from all others by this share of the image width, or by [`NEW_LEAN`], or by [`NEW_SIZE`].
 const NEW_PLACE: f64 = 0.06;
 /// Difference of the tilt, as a tangent.
 const NEW_LEAN: f64 = 0.15;
@@ -58,12 +58,12 @@ pub struct LensOptions {
     pub selection: Selection,
 }
 
-/// What a session did with an image.
+/// Result of handling an image.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ViewOutcome {
     /// It was added to the views.
     Added,
-    /// It shows nothing that the views do not.
+    /// It adds nothing to the views.
     Duplicate,
     /// It shows fewer than two tags of the board.
     TooFewTags,
@@ -76,7 +76,7 @@ pub struct LensProgress {
     pub images: usize,
     /// Number of views.
     pub views: usize,
-    /// Corners in each cell of the picture, row by row from the top left.
+    /// Corners in each cell of the image, row by row from the top left.
     pub coverage: [[u32; COLUMNS]; ROWS],
     /// Views in which the board's left, right, upper and lower side was turned away.
     pub tilted: [u32; 4],
@@ -84,7 +84,7 @@ pub struct LensProgress {
     pub near: u32,
     /// Progress from 0 to 1; 1 is enough.
     pub fraction: f64,
-    /// What to do next.
+    /// Instruction for the next view.
     pub hint: Hint,
 }
 
@@ -295,7 +295,7 @@ impl LensSession {
             return Err(LensRefusal::Unexplained { wrong_percent });
         }
         let uncertainty = fit.focal_uncertainty();
-        // Written so that NaN is refused.
+        // The comparison also refuses NaN.
         let determined = uncertainty <= UNDETERMINED;
         if !determined {
             return Err(self.undetermined(fit, 100.0 * uncertainty.min(1e3)));

@@ -1,4 +1,4 @@
-//! What is told of a lens's calibration.
+//! Report on a lens calibration.
 
 use crate::Verdict;
 use crate::lens::{LensCalibration, LensMaps};
@@ -6,64 +6,64 @@ use serde::Serialize;
 use sextant_estimator::{CameraId, TagId};
 use sextant_geometry::Lens;
 
-/// How well a lens was calibrated, in numbers and words. Pixels.
+/// Accuracy of a lens calibration, and a verdict. Pixels.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct LensReport {
-    /// Whose lens.
+    /// Id of the camera.
     pub camera: CameraId,
-    /// Width and height of its pictures.
+    /// Width and height of its images.
     pub resolution: [u32; 2],
     /// The lens.
     pub lens: Lens,
-    /// One standard deviation each of fx, fy, cx, cy and the distortion's coefficients.
+    /// One standard deviation each of fx, fy, cx, cy and the distortion coefficients.
     pub sigmas: Vec<f64>,
-    /// Root mean square distance between seen and reprojected corners.
+    /// RMS reprojection error.
     pub rms_px: f64,
-    /// Noise of the corners in each coordinate, as the fit shows it.
+    /// Standard deviation of corner coordinates estimated by the fit.
     pub noise_px: f64,
-    /// Images taken in, with or without the board.
+    /// Images received, with or without the board.
     pub images: usize,
-    /// Images that the lens was fitted to.
+    /// Images used for the fit.
     pub views: usize,
-    /// Tags that the lens was fitted to.
+    /// Tags used for the fit.
     pub tags: usize,
-    /// Tags left out because they lie elsewhere than the board says.
+    /// Outlier tags, which are not where the board file says.
     pub wrong_tags: usize,
-    /// Tags of which more than half were left out, or that were seen twice in one image.
+    /// Tags that were mostly outliers or appeared twice in one image.
     pub suspicious: Vec<TagId>,
-    /// The models that were tried, simplest first.
+    /// The evaluated models, simplest first.
     pub models: Vec<HeldOut>,
-    /// Part of the picture's cells that hold a corner.
+    /// Share of the image's cells that contain a corner.
     pub coverage: f64,
-    /// Where the lens shows a ray, over the picture.
+    /// Standard deviation of projected rays, over the image.
     pub uncertainty_px: Uncertainty,
-    /// What is left of the corners' errors, over the picture.
+    /// Remaining errors of the corners, over the image.
     #[serde(rename = "cells", serialize_with = "rows")]
     pub maps: LensMaps,
-    /// In words.
+    /// Grade and findings.
     pub verdict: Verdict,
 }
 
-/// How a model did on images that it was not fitted to.
+/// Held-out error of a model.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct HeldOut {
-    /// Id of the camera.
+    /// Name of the model.
     pub model: &'static str,
-    /// Root mean square distance between seen and foretold corners.
+    /// RMS distance between detected and predicted corners of images that were not used for its fit.
     pub held_out_rms_px: f64,
 }
 
-/// One standard deviation over the picture.
+/// Standard deviation of projected rays over the image, pixels.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Uncertainty {
-    /// Its mean.
+    /// Mean over the image.
     pub mean: f64,
-    /// At the worst place.
+    /// Largest value.
     pub largest: f64,
 }
 
 impl LensReport {
-    /// Of a camera's calibration.
+    /// The report on a camera's calibration.
     pub fn of(camera: &CameraId, found: LensCalibration) -> Self {
         let (mean, largest, _) = found.maps.uncertainty();
         let models = found.scores.iter().map(|score| HeldOut {

@@ -1,4 +1,4 @@
-//! What a procedure ends with: a judgement, numbers to show, and the model to keep.
+//! Result of a procedure: a verdict, a report, and the model to keep.
 
 use super::{Kind, LensReport, ProcedureError};
 use crate::lens::LensCalibration;
@@ -6,16 +6,16 @@ use crate::{CalibratedRig, LearnReport, LearnedObject, RigReport, Verdict};
 use serde::Serialize;
 use sextant_estimator::{Camera, CameraId, ObjectModel, Rig};
 
-/// What was found.
+/// Result of a procedure.
 #[derive(Clone, Debug)]
 pub struct Outcome {
     /// Which procedure.
     pub kind: Kind,
-    /// What to think of it.
+    /// Grade and findings.
     pub verdict: Verdict,
     /// How well, in numbers; holds the verdict too.
     pub report: Report,
-    /// What to keep.
+    /// The model to keep.
     pub product: Product,
 }
 
@@ -31,7 +31,7 @@ pub enum Report {
     Learn(LearnReport),
 }
 
-/// What to keep.
+/// The model to keep.
 #[derive(Clone, Debug)]
 pub enum Product {
     /// The site's rig with the new lens, or with every camera in its place.

@@ -16,13 +16,13 @@ pub struct Progress {
     pub fraction: f64,
     /// Whether it is time to solve. Solving may be tried before.
     pub is_enough: bool,
-    /// What to do next, in words, without a full stop.
+    /// Instruction for the next step, without a full stop.
     pub hint: String,
     /// What this procedure alone has to show.
     pub details: ProgressDetails,
 }
 
-/// What one procedure alone has to show; which one is said by [`Progress::kind`].
+/// Details of one kind of procedure; [`Progress::kind`] says which.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(untagged)]
 pub enum ProgressDetails {
@@ -45,7 +45,7 @@ pub struct LensDetails {
     pub tilted: [u32; 4],
 }
 
-/// What the cameras have seen.
+/// Coverage of each camera.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct RigDetails {
     /// Every camera of the rig.
@@ -61,9 +61,9 @@ pub struct LearnDetails {
     pub joining: usize,
     /// Every wanted tag.
     pub tags: Vec<TagProgress>,
-    /// The largest group of joined tags about as it is, for a picture; grows as tags are joined.
+    /// Approximate poses of the largest group of connected tags, for display.
     pub sketch: Vec<SketchedTag>,
-    /// Which tags were found to be what, where nobody named them.
+    /// Roles of the discovered tags, where none were named.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub found: Option<DiscoveredTags>,
 }

@@ -36,8 +36,8 @@ fn off(adjusted: &Adjustment, views: &[ImageView]) -> Result<Option<Clocks>, Rig
     Ok(asked.iter().any(Option::is_some).then_some(asked))
 }
 
-/// Synchronised shutters with clocks that are off, where those explain the images clearly better than clocks that agree; `None` if
-/// they don't. As the start of an adjustment, with its first solution.
+/// Clock offsets of synchronised shutters, if they explain the images clearly better than clocks that agree; with the first solution
+/// as the start of an adjustment.
 pub(super) fn of_synchronised(
     still: &AdjustmentResult,
     views: &[ImageView],
@@ -61,7 +61,7 @@ pub(super) fn of_synchronised(
     Ok((left * BETTER < agreeing).then_some((moving, explained)))
 }
 
-/// Free-running shutters: the object moves between images, and every clock but the reference's is sought.
+/// Free-running shutters: the object moves between images, and every clock but the reference's is free.
 pub(super) fn of_free_running(
     mut whole: Adjustment,
     views: &[ImageView],
@@ -83,7 +83,7 @@ pub(super) fn solved(
 fn free_clocks(whole: &mut Adjustment) {
     whole.motion = Some(CARRIED);
     for camera in &mut whole.cameras {
-        camera.clock = camera.pose; // the reference's is the world's
+        camera.clock = camera.pose; // the reference clock is that of the world
     }
 }
 

@@ -2,7 +2,7 @@
 
 use crate::bundle::{Bundle, BundleOptions};
 
-/// Instants that are used for a comparison; more cost time and add little.
+/// Most instants used for a comparison; more cost time and add little.
 pub(super) const MOST_INSTANTS: usize = 300;
 /// One explanation is clearly better than another if it leaves less than its error divided by this.
 pub(super) const BETTER: f64 = 1.5;
@@ -12,8 +12,8 @@ pub(super) fn options() -> BundleOptions {
     BundleOptions::default()
 }
 
-/// What two explanations of the same images leave, camera by camera: sums of robust squares, in units of the noise by the explanation
-/// that leaves less. Cameras beyond the first `n` are the second halves of those.
+/// Residuals of two explanations of the same images, by camera: sums of robust squares, in units of the noise of the explanation
+/// with the smaller residuals. Cameras beyond the first `n` are the second halves of those.
 pub(super) fn left_by(one: &Bundle, other: &Bundle, n: usize) -> [Vec<f64>; 2] {
     let squares = [one, other].map(|bundle| {
         let mut squares = vec![Vec::new(); n];

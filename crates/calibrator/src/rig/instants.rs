@@ -7,7 +7,7 @@ use crate::bundle::{BundleCamera, Instant};
 use crate::resection::agreeing_loosely;
 use sextant_geometry::Pose;
 
-/// Seconds before all others at which the floor's tags stand: apart from each other and from any motion.
+/// Time of the floor tags' instants, in seconds before all others: separate from each other and from any motion.
 const FLOOR_SECONDS: f64 = -1e6;
 
 /// An instant for every tag on the floor, seen by all images that show it.
@@ -109,7 +109,7 @@ pub(super) fn carried(
     give_twists(instants);
 }
 
-/// The possible pose that most tags of all images agree with; of equals the one nearest to the instant before.
+/// The pose with which most tags of all images agree; among equals the one nearest to the previous instant.
 fn best_pose(
     sightings: &Sightings,
     cameras: &[BundleCamera],

@@ -8,10 +8,10 @@ use nalgebra::Vector3;
 use sextant_geometry::Pose;
 use std::collections::BTreeMap;
 
-/// A camera known better than this is well placed (metres, radians); five times as much is still of use.
+/// Standard deviations below which a camera is well placed (metres, radians); five times as much is usable.
 const WELL_PLACED: (f64, f64) = (0.001, 0.0006);
 const OF_USE: f64 = 5.0;
-/// Sizes that disagree with the spacing by less do no harm.
+/// Largest harmless relative difference of a size.
 const HARMLESS_SIZE: f64 = 0.004;
 
 impl RigSession {
@@ -112,7 +112,7 @@ impl RigSession {
         verdict
     }
 
-    /// Sizes that the images show to be other than given, which the adjustment allows for.
+    /// Reports sizes that differ from the given ones, which the adjustment has corrected.
     fn judge_sizes(&self, found: &RigSolution, verdict: &mut Verdict) {
         let solution = &found.adjusted.solution;
         let mut wrong: BTreeMap<(i64, ScaleSource), Vec<String>> = BTreeMap::new();
@@ -142,7 +142,7 @@ impl RigSession {
         }
     }
 
-    /// Source of the scale, in words.
+    /// Source of the scale, as text.
     pub(super) fn scale(&self, found: &RigSolution) -> String {
         let object = self.plan.object.id();
         if self.still_tags_with_size(&found.sightings.views).is_empty() {
@@ -153,7 +153,7 @@ impl RigSession {
         format!("the given sizes of {object} and of the tags that lie still were compared")
     }
 
-    /// Cameras that stand where the rig had another one before.
+    /// Reports cameras that have exchanged their former poses.
     fn judge_names(&self, found: &RigSolution, verdict: &mut Verdict) {
         let solved = &found.adjusted.solution.bundle.cameras;
         let cameras = self.rig.cameras();

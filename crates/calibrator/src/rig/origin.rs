@@ -10,17 +10,17 @@ use std::f64::consts::PI;
 /// Definition of the world frame.
 #[derive(Clone, Debug, PartialEq, Default)]
 pub enum Origin {
-    /// The first camera of the rig keeps the pose that the rig gives it; without one it is the world's frame.
+    /// The first camera of the rig keeps its pose in the rig file; without one it is the world frame.
     #[default]
     FirstCamera,
     /// As [`Origin::FirstCamera`], with another camera.
     Camera(CameraId),
-    /// A tag that lies still (not on the carried object) is the world's frame; its size in metres.
+    /// A static tag (not on the carried object) is the world frame; its size in metres.
     Tag(TagId, f64),
-    /// Three tags that lie still: the centre of the first is the origin, the second lies on the x axis, the third on the
+    /// Three static tags: the centre of the first is the origin, the second lies on the x axis, the third on the
     /// side of positive y; z is up where they run anticlockwise as seen from above. Their size in metres.
     ThreeTags([TagId; 3], f64),
-    /// Another frame, turned about its origin by the least that makes z point up. A camera that would keep its pose is turned
+    /// Another frame, rotated about its origin by the smallest angle that makes z point up. A camera that would keep its pose is rotated
     /// with the frame.
     Levelled(Box<Origin>, Up),
 }
@@ -44,7 +44,7 @@ impl Up {
         }
     }
 
-    /// Up in the frame in which the tags' poses are given.
+    /// Up in the frame of the tags' poses.
     fn direction(
         &self,
         found: impl Fn(TagId) -> Result<Pose, RigError>,
@@ -75,13 +75,13 @@ impl Origin {
         }
     }
 
-    /// Tags that lie still, with their sizes in metres; none on the carried object.
+    /// Static tags with their sizes in metres; none on the carried object.
     pub fn tags(&self) -> Vec<(TagId, f64)> {
         match self {
             Self::FirstCamera | Self::Camera(_) => Vec::new(),
             Self::Tag(tag, size_m) => vec![(*tag, *size_m)],
             Self::ThreeTags(tags, size_m) => tags.map(|tag| (tag, *size_m)).to_vec(),
-            // The frame's own come first: their places in the list stay.
+            // Tags of the frame come first and keep their order.
             Self::Levelled(frame, up) => {
                 let mut tags = frame.tags();
                 for (tag, size_m) in up.tags() {
@@ -110,7 +110,7 @@ impl Origin {
         named.unwrap_or(0)
     }
 
-    /// `world_from_adjusted`, given where the floor's tags were found in the frame of the adjustment.
+    /// `world_from_adjusted`, given the poses of the floor tags in the frame of the adjustment.
     pub(super) fn world(&self, floor: &[Option<Pose>]) -> Result<Pose, RigError> {
         let found = |at: usize| {
             let tag = self.tags()[at].0;

@@ -1,6 +1,6 @@
 //! Relative poses of pairs of cameras by consensus, and the tree that connects all cameras.
 //!
-//! Whenever two cameras see the object at one time, each pair of its possible poses proposes a relative pose of the cameras. The right
+//! At each common time of two cameras, each pair of possible poses of the object proposes a relative pose of the cameras. The right
 //! one recurs while the object moves; mirrored poses and wrong tags propose something else every time.
 
 use super::trajectory::{Moments, Trajectory};
@@ -17,7 +17,7 @@ struct CommonView {
 const MOST_MEETINGS: usize = 150;
 /// Most common views that propose a relative pose.
 const MOST_PROPOSERS: usize = 50;
-/// A relative pose agrees within this part of the distance to the object (and metres), and within these radians.
+/// A relative pose agrees within this share of the distance to the object (and metres), and within these radians.
 const NEAR: (f64, f64) = (0.06, 0.02);
 const NEAR_RAD: f64 = 0.12;
 /// Least number of agreeing common views that connects two cameras.
@@ -88,7 +88,7 @@ impl CommonView {
         let first = self.first.iter();
         let votes = first.flat_map(|first| {
             self.second.iter().map(move |second| {
-                // Compared where the object is, since that is where both cameras look.
+                // Compared at the object, since both cameras look there.
                 let apart = first.inverse() * (candidate * second);
                 let depth = first.translation.vector.norm() + second.translation.vector.norm();
                 let far = apart.translation.vector.norm() / (NEAR.0 * 0.5 * depth + NEAR.1);

@@ -17,11 +17,11 @@ pub struct CameraProgress {
     pub images: usize,
     /// Number of images with a tag of the object.
     pub seeing: usize,
-    /// Of the twelve fields of its picture (four by three), those in which the object was seen; row by row.
+    /// Fields of its image (four by three) in which the object was seen, row by row.
     pub fields: Vec<bool>,
-    /// Of three distances (a factor of 1.5 each), at how many the object was seen.
+    /// Number of distances, out of three (a factor of 1.5 each), at which the object was seen.
     pub distances: usize,
-    /// Number of the group of cameras that have seen the object together so far; equal numbers are joined.
+    /// Number of its group of connected cameras; equal numbers are connected.
     pub group: usize,
 }
 
@@ -36,7 +36,7 @@ pub struct RigProgress {
     pub together: Vec<(String, String, usize)>,
     /// Progress from 0 to 1; 1 is enough.
     pub complete: f64,
-    /// What to do next, a sentence.
+    /// Instruction for the next step, a sentence.
     pub hint: String,
 }
 
@@ -47,7 +47,7 @@ pub(super) struct Coverage {
     together: BTreeMap<[usize; 2], usize>,
     doubled: BTreeMap<TagId, usize>,
     foreign: BTreeMap<TagId, usize>,
-    /// Images that show each tag whose place on the object has to be found on the way.
+    /// Images of each tag whose pose on the object is unknown.
     unplaced: BTreeMap<TagId, usize>,
 }
 
@@ -70,7 +70,7 @@ const ENOUGH_IMAGES: usize = 30;
 const ENOUGH_TOGETHER: usize = 15;
 const ENOUGH_FIELDS: usize = 6;
 const ENOUGH_DISTANCES: usize = 2;
-/// Images of a tag whose place on the object is not known.
+/// Sufficient number of images of a tag whose pose on the object is unknown.
 const ENOUGH_SHOWN: usize = 5;
 /// Per cent of tags outside the image from which the resolution is wrong.
 const OUTSIDE_PERCENT: usize = 4;
@@ -243,7 +243,7 @@ impl Coverage {
         (0.5 * mean + 0.5 * joined) * (1.0 - hidden)
     }
 
-    /// Tags of an unknown object that hardly an image shows.
+    /// Tags of an unknown object with few images.
     fn hidden(&self) -> impl Iterator<Item = &TagId> {
         let few = self
             .unplaced

@@ -62,15 +62,15 @@ pub struct RigReport {
     pub noise_ratio: f64,
     /// In the order of the rig.
     pub cameras: Vec<CalibratedCamera>,
-    /// Tags of the object that were left out often, as (tag, times seen, times left out).
+    /// Tags of the object that were often outliers, as (tag, images, outliers).
     pub tags_left_out: Vec<(String, usize, usize)>,
     /// Weakly determined motions of cameras.
     pub weak: Vec<Finding>,
     /// Cameras that could not be placed and keep their entries, with reason and remedy.
     pub unsolved: Vec<String>,
-    /// Source of the scale, in words.
+    /// Source of the scale, as text.
     pub scale: String,
-    /// In words.
+    /// Grade and findings.
     pub verdict: Verdict,
 }
 
@@ -82,7 +82,7 @@ pub(super) struct RigSolution {
     pub synchronised: bool,
 }
 
-/// More of a tag's views left out is worth a word, if it was seen so often.
+/// Share of a tag's views from which outliers are reported, and the least number of views.
 const MANY_LEFT_OUT: f64 = 0.25;
 const SEEN_OFTEN: usize = 8;
 
@@ -107,8 +107,8 @@ impl RigSession {
         Ok(CalibratedRig { rig, report })
     }
 
-    /// As in the report: relative to the reference, of which it is zero. Where a tag is the world's frame, how well that was
-    /// seen is not in it, since it moves all cameras as one.
+    /// As in the report: relative to the reference, for which it is zero. Where a tag is the world frame, the uncertainty of its pose
+    /// is excluded, since it moves all cameras together.
     fn sigmas(&self, report: &RigReport) -> Vec<(CameraId, PoseSigma)> {
         let cameras = self.rig.cameras().iter().zip(&report.cameras);
         let sigma = |stated: &CalibratedCamera| PoseSigma {
@@ -119,7 +119,7 @@ impl RigSession {
         named.collect()
     }
 
-    /// How well each focal length and distortion is known by now.
+    /// Standard deviations of each focal length and distortion after the adjustment.
     fn lens_sigmas(&self, found: &RigSolution) -> Vec<(CameraId, LensSigma)> {
         let solution = &found.adjusted.solution;
         let cameras = self.rig.cameras().iter().zip(&solution.bundle.cameras);
@@ -145,7 +145,7 @@ impl RigSession {
         known.chain(fixed).collect()
     }
 
-    /// Where each tag of the floor stands in the frame of the adjustment.
+    /// Poses of the floor tags in the frame of the adjustment.
     fn floor_poses(&self, found: &RigSolution) -> Vec<Option<Pose>> {
         let bundle = &found.adjusted.solution.bundle;
         let n = self.n_carried();
@@ -233,7 +233,7 @@ impl RigSession {
         }
     }
 
-    /// Tags of the object that were seen but not even taken to the adjustment.
+    /// Tags of the object that were seen but excluded before the adjustment.
     fn unfitting(
         &self,
         found: &RigSolution,
@@ -283,7 +283,7 @@ impl RigSession {
     }
 }
 
-/// Images used of some cameras; one that shows the object and tags that lie still stands in the adjustment once for each.
+/// Images used of some cameras; an image that shows the object and static tags occurs in the adjustment once for each.
 fn used(found: &RigSolution, camera: impl Fn(usize) -> bool) -> usize {
     let images = found.adjusted.used();
     let views = images.filter(|image| camera(image.camera));
@@ -301,7 +301,7 @@ fn rms_px(found: &RigSolution, of: impl Fn(&crate::bundle::BundleImage) -> bool)
 }
 
 impl Origin {
-    /// In words, for the report's reader.
+    /// As text, for the reader of the report.
     pub fn words(&self) -> String {
         match self {
             Self::FirstCamera => "the first camera".to_owned(),

@@ -72,7 +72,7 @@ impl RigSession {
             .check(&self.rig, &self.plan, self.images.n_received())?;
         let (sightings, first, synchronised) = self.first()?;
         let found = self.adjusted(&sightings, &first, synchronised);
-        // Swapped names look like moves, like clocks that are off and like lenses that are wrong.
+        // Swapped names look like moved cameras, clock offsets and wrong lenses.
         let suspicious = found.as_ref().map_or(true, |(_, clocks)| {
             synchronised && clocks.iter().any(Option::is_some)
         });
@@ -121,8 +121,8 @@ impl RigSession {
         let still = first.clone().solve(views, &options())?;
         let moved = stillness::moved(&self.rig, &still, sightings)?;
         let clocks = clocks::of_synchronised(&still, views)?;
-        // A camera that moved looks like a clock that is off, and with few images a second the modelled motion bends to fit anything:
-        // a move that explains the images nearly as well is believed first.
+        // A camera that moved looks like a clock offset, and at low rates the motion model bends to fit anything:
+        // a move that explains the images nearly as well takes precedence.
         let n = self.rig.cameras().len();
         match (moved, clocks) {
             (None, None) => Ok((still, vec![None; n])),
@@ -145,7 +145,7 @@ impl RigSession {
         let trajectories = self.trajectories(&sightings);
         let together =
             is_synchronised(&trajectories).then(|| self.joined(&trajectories, Moments::Exact));
-        // Cameras that are joined at no common moment may still be by the object's motion between their images.
+        // Cameras without a common time may still be connected by the object's motion between their images.
         let (start, synchronised) = match together {
             Some(Ok(start)) => (start, true),
             _ => (self.joined(&trajectories, Moments::Interpolated)?, false),
@@ -324,7 +324,7 @@ impl RigSession {
         }
     }
 
-    /// Tags that lie still and that several cameras saw: their sizes follow from where the cameras are.
+    /// Static tags seen by several cameras: their sizes follow from the camera poses.
     pub(super) fn still_tags_with_size(&self, views: &[ImageView]) -> Vec<usize> {
         let cameras = |tag: usize| -> BTreeSet<usize> {
             let own = views.iter().filter(|v| v.tags.iter().any(|t| t.tag == tag));
@@ -335,7 +335,7 @@ impl RigSession {
             .collect()
     }
 
-    /// The tags. Those with a sigma in the file were learned: they stay, so that rig and object go on to fit each other.
+    /// The tags. Those with a sigma in the file were learned and stay fixed, so that rig and object remain consistent.
     fn bundle_tags(&self, sightings: &Sightings, priors: &mut Priors) -> Vec<BundleTag> {
         let frame = sightings.placed.iter().position(Option::is_some);
         let measured = self.still_tags_with_size(&sightings.views);

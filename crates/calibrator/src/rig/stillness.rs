@@ -14,10 +14,10 @@ const FITS: f64 = 0.7;
 const FAILS: f64 = 0.3;
 /// Least number of images in each half.
 const ENOUGH: usize = 6;
-/// A move smaller than this does no harm: metres, radians. Further, it must exceed its deviation by so many.
+/// Largest harmless move: metres, radians. A larger one must also exceed its standard deviation by this factor.
 const HARMLESS: (f64, f64) = (0.003, 0.004);
 const SIGNIFICANT: f64 = 6.0;
-/// Lenses whose focal lengths differ by less, as a part of them, may as well be known badly as be swapped.
+/// Least relative difference of focal lengths by which swapped lenses can be distinguished from inaccurate ones.
 const LENSES_DIFFER: f64 = 0.03;
 /// Most pairs of cameras that are tested.
 const MOST_SWAPS: usize = 30;
@@ -101,8 +101,8 @@ fn median(moves: Vec<(f64, f64)>) -> (f64, f64) {
     (middle(mm), middle(deg))
 }
 
-/// Finds a camera that moved a little: a pose of its own for either half of its images explains them clearly better, and the two
-/// differ by what matters. The reference is taken to stand still. With the adjustment that allows for the move.
+/// Finds a camera that moved a little: separate poses for the two halves of its images explain them clearly better, and the two
+/// differ significantly. The reference is assumed not to move. Returns the adjustment with the move.
 pub(super) fn moved(
     rig: &Rig,
     found: &AdjustmentResult,
@@ -134,8 +134,8 @@ pub(super) fn moved(
     Ok(named.map(|moved| (moved, solution.bundle)))
 }
 
-/// The instant at which a camera moved, if it did: where the mean of the poses that its single images give it changes
-/// most. Each image is seen from where the others put the object.
+/// The instant at which a camera moved, if it did: where the mean of the poses from its single images changes
+/// most. The pose of the object in each image is that given by the other cameras.
 fn likeliest_move(whole: &Adjustment, sightings: &Sightings, camera: usize) -> usize {
     let pose = &whole.cameras[camera].world_from_camera;
     let own = whole.images.iter().filter(|image| image.camera == camera);
@@ -172,7 +172,7 @@ fn harm(mm: f64, deg: f64) -> f64 {
     (mm * 1e-3 / HARMLESS.0).max(deg.to_radians() / HARMLESS.1)
 }
 
-/// The camera that moved most; the reference where most others seem to have moved, since it was taken to stand still.
+/// The camera that moved most; the reference where most others seem to have moved, since it was assumed not to.
 fn who_moved(rig: &Rig, whole: &Adjustment, moves: Vec<(usize, f64, f64)>) -> Option<RigError> {
     let n = rig.cameras().len();
     let most =
@@ -194,7 +194,7 @@ fn who_moved(rig: &Rig, whole: &Adjustment, moves: Vec<(usize, f64, f64)>) -> Op
     })
 }
 
-/// Every camera twice: as it is for the first half of its images, and again behind the last camera for the second.
+/// Every camera twice: for the first half of its images, and again after the last camera for the second.
 fn in_halves(whole: &Adjustment, sightings: &Sightings) -> Adjustment {
     let n = whole.cameras.len();
     let mut halves = whole.clone();
@@ -202,7 +202,7 @@ fn in_halves(whole: &Adjustment, sightings: &Sightings) -> Adjustment {
         camera.clock = Freedom::Fixed;
         camera.free_lens = FreeLens::FIXED;
     }
-    // The reference, fixed, stays so: what moved is told relative to it.
+    // The reference stays fixed: moves are relative to it.
     let again: Vec<BundleCamera> = halves.cameras.clone();
     halves.cameras.extend(again);
     for camera in 0..n {
@@ -217,7 +217,7 @@ fn in_halves(whole: &Adjustment, sightings: &Sightings) -> Adjustment {
 }
 
 impl RigSession {
-    /// Two cameras whose lenses, swapped, explain the images far better.
+    /// Two cameras whose lenses explain the images far better when swapped.
     pub(super) fn swapped_names(
         &self,
         sightings: &Sightings,

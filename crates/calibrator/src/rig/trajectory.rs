@@ -6,7 +6,7 @@ use sextant_geometry::{Pose, se3};
 /// Sightings of one camera by time.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Trajectory {
-    /// Capture time, `camera_from_object` best first (one or two, never none), ascending.
+    /// Capture time and `camera_from_object`, best first (one or two), in order of time.
     sightings: Vec<(u64, Vec<Pose>)>,
 }
 
@@ -38,7 +38,7 @@ impl Trajectory {
             .map(|(time, poses)| (*time, poses.as_slice()))
     }
 
-    /// The possible poses at a time: of the image then, else, if asked for, between the images around it. Empty where there is a gap.
+    /// The possible poses at a time: of the image at that time or, if requested, interpolated between adjacent images. Empty in a gap.
     pub(super) fn at(&self, time_ns: u64, moments: Moments) -> Vec<Pose> {
         let after = self.sightings.partition_point(|(time, _)| *time < time_ns);
         let near = [after.checked_sub(1), Some(after)];

@@ -1,7 +1,7 @@
-//! An object that is carried and not known: its tags are placed before the cameras are.
+//! A carried object with unknown tag poses: its tags are placed before the cameras.
 //!
-//! Where images join all tags, each image is used by itself, since nobody knows where the cameras are. A board with two sides
-//! has tags that no image joins: then the side that is seen most places the cameras, and those, seeing one side each at the
+//! Where images connect all tags, each image is used separately, since the camera poses are unknown. A two-sided board
+//! has tags that no image connects: then the side that is seen most places the cameras, and these, seeing one side each at the
 //! same time, place the other.
 
 use super::{Origin, RigError, RigPlan, RigSession};
@@ -9,7 +9,7 @@ use crate::learn::{Gauge, LearnError, LearnPlan, LearnSession, LearnedObject};
 use sextant_estimator::{Camera, ObjectModel, ObjectTag, Rig, TagId};
 
 impl RigSession {
-    /// The object, and which of its tags could not be placed, in words.
+    /// The object, and the causes why tags of it could not be placed.
     pub(super) fn learned_object(&self) -> Result<(ObjectModel, Vec<String>), RigError> {
         let learned = self.learned_with(self.blind()?)?;
         if learned.report.unsolved.is_empty() {
@@ -24,7 +24,7 @@ impl RigSession {
         }))
     }
 
-    /// The poses of the rig may be wrong: without them.
+    /// The rig without its camera poses, which may be wrong.
     fn blind(&self) -> Result<Rig, RigError> {
         let blind = self.rig.cameras().iter().map(|camera| Camera {
             world_from_camera: None,
@@ -48,7 +48,7 @@ impl RigSession {
         session.solve()
     }
 
-    /// By way of the cameras, once the part of it that images join has placed those.
+    /// By way of the cameras, once the connected part of the object has placed those.
     fn joined_across(&self, part: &ObjectModel) -> Option<(ObjectModel, Vec<String>)> {
         let tags: Vec<TagId> = part.tags().iter().map(|tag| tag.tag).collect();
         let plan = RigPlan {
