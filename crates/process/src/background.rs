@@ -1,4 +1,4 @@
-//! Priority: work that nobody waits for (previews, recordings) steps aside.
+//! Priority: work without deadline (previews, recordings) yields to everything else.
 
 use std::io;
 

@@ -13,26 +13,26 @@ pub struct ChildProcess {
     scope: Scope,
 }
 
-/// Who gets a child's signals.
+/// Recipient of a child's signals.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Scope {
     Process,
-    /// All of its process group: the child and what it has started.
+    /// Its whole process group: the child and its descendants.
     Group,
 }
 
 impl ChildProcess {
-    /// Starts `command`. The child gets SIGTERM when the *thread* that called this ends (the kernel's rule), so call it
-    /// from a thread that lives as long as the children shall: the main thread.
+    /// Starts `command`. The kernel sends the child SIGTERM when the *thread* that called this ends, so call it
+    /// from a thread that outlives the child: the main thread.
     pub fn spawn(name: &str, command: &mut Command) -> io::Result<Self> {
         Self::spawn_in(Scope::Process, name, command)
     }
 
-    /// The same in a process group of its own: whatever the child starts is asked to stop, and killed, with it. Ctrl-C in
+    /// Starts `command` in a process group of its own: its descendants are stopped and killed with it. Ctrl-C in
     /// the terminal does not reach that group.
     ///
     /// # Errors
-    /// A program that is not there or cannot be started.
+    /// A program that does not exist or cannot be started.
     pub fn spawn_group(name: &str, command: &mut Command) -> io::Result<Self> {
         command.process_group(0);
         Self::spawn_in(Scope::Group, name, command)
@@ -59,15 +59,15 @@ impl ChildProcess {
         self.child.id()
     }
 
-    /// The pipes, where the command asked for any.
+    /// The pipes that the command requested.
     pub fn child_mut(&mut self) -> &mut Child {
         &mut self.child
     }
 
-    /// How it ended, if it did.
+    /// Its exit status, if it has ended.
     pub fn try_wait(&mut self) -> io::Result<Option<ExitStatus>> {
         if self.scope == Scope::Group && has_ended(self.child.id()) {
-            // Before the child is waited for: until then its group's number is nobody else's.
+            // Before the child is waited for: until then its process group cannot be reused.
             self.signal(libc::SIGKILL);
         }
         self.child.try_wait()
@@ -89,14 +89,14 @@ impl ChildProcess {
         self.child.wait().map(drop)
     }
 
-    /// Asks it to stop (SIGTERM); one that has ended is no error.
+    /// Sends SIGTERM; ignores a child that has ended.
     pub fn ask_to_stop(&mut self) {
         if matches!(self.try_wait(), Ok(None)) {
             self.signal(libc::SIGTERM);
         }
     }
 
-    /// Waits for its end until `deadline`, then kills it. `None`: it had to be killed.
+    /// Waits for its end until `deadline`, then kills it. `None` if it was killed.
     pub fn wait_until(&mut self, deadline: Instant) -> io::Result<Option<ExitStatus>> {
         loop {
             if let Some(status) = self.try_wait()? {
@@ -119,7 +119,7 @@ impl Drop for ChildProcess {
     }
 }
 
-/// Asks all to stop, gives them `grace` together, kills the rest. Returns the names of the killed.
+/// Stops all children within a common `grace` period, then kills the rest. Returns the names of the killed ones.
 pub fn stop_all(children: &mut [ChildProcess], grace: Duration) -> Vec<String> {
     for child in children.iter_mut() {
         child.ask_to_stop();
@@ -146,7 +146,7 @@ pub fn die_with_parent(parent: u32) -> io::Result<()> {
     Ok(())
 }
 
-/// Whether a child has ended that was not waited for yet; it stays to be waited for.
+/// Whether a child has ended without being waited for; it stays waitable.
 fn has_ended(pid: u32) -> bool {
     // SAFETY: all-zero bytes are a valid siginfo (plain integers).
     let mut info: libc::siginfo_t = unsafe { std::mem::zeroed() };

@@ -1,9 +1,9 @@
-//! The host's clock: wire time (ns since the Unix epoch), the monotonic clock of drivers, and what the kernel knows of
-//! the error of the former. Reads clocks; never sets one.
+//! The host's clocks: wire time (ns since the Unix epoch), the monotonic clock of drivers, and the kernel's estimate of
+//! the error of wire time. Only reads clocks.
 
 use std::time::{SystemTime, UNIX_EPOCH};
 
-/// Wire time now: ns since the Unix epoch; 0 for a clock set before it, the largest value after the year 2554.
+/// Current wire time: ns since the Unix epoch; 0 for a clock set before it, saturated after the year 2554.
 pub fn now_ns() -> u64 {
     SystemTime::now()
         .duration_since(UNIX_EPOCH)
@@ -12,7 +12,7 @@ pub fn now_ns() -> u64 {
         })
 }
 
-/// The monotonic clock (`CLOCK_MONOTONIC`) in ns, in which V4L2 drivers stamp their buffers.
+/// The monotonic clock (`CLOCK_MONOTONIC`) in ns, which V4L2 drivers use for timestamps.
 pub fn monotonic_ns() -> u64 {
     let mut time = libc::timespec {
         tv_sec: 0,
@@ -26,7 +26,7 @@ pub fn monotonic_ns() -> u64 {
         + u64::try_from(time.tv_nsec).unwrap_or(0)
 }
 
-/// Both clocks at one moment.
+/// Both clocks at the same moment.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Reading {
     /// Wire time, ns.
@@ -36,8 +36,8 @@ pub struct Reading {
 }
 
 impl Reading {
-    /// Reads the monotonic clock on both sides of the wall clock, so that a preemption between the reads costs half its length, and
-    /// again where that was long.
+    /// Reads the monotonic clock before and after the wall clock, so that a preemption in between causes half its length as error, and
+    /// repeats if that took long.
     pub fn take() -> Self {
         let take = || {
             let before = monotonic_ns();
@@ -65,24 +65,24 @@ impl Reading {
         best
     }
 
-    /// Wire time of an instant of the monotonic clock, by the offset of the two clocks at this moment.
+    /// Wire time of an instant of the monotonic clock, by the current offset of the two clocks.
     fn wall_at_ns(&self, monotonic_ns: u64) -> u64 {
         let age = i128::from(self.monotonic_ns) - i128::from(monotonic_ns);
         u64::try_from(i128::from(self.wall_ns) - age).unwrap_or(0)
     }
 }
 
-/// Reads of both clocks that took less are exact enough, ns; and how often a longer one is repeated.
+/// Longest reading of both clocks that is exact enough, ns; and how often a longer one is repeated.
 const QUICK_NS: u64 = 1_000_000;
 const MOST_READS: usize = 8;
 
-/// Wire time of an instant of the monotonic clock, by the offset of the two clocks at this moment.
+/// Wire time of an instant of the monotonic clock, by the current offset of the two clocks.
 pub fn wall_from_monotonic_ns(instant_ns: u64) -> u64 {
     Reading::take().wall_at_ns(instant_ns)
 }
 
-/// Wire time that passes as the monotonic clock does until it is asked for steps of the wall clock. The kernel slews both clocks
-/// alike: their difference changes where the wall clock is set, and by a suspension of the machine.
+/// Wire time that follows the monotonic clock between queries for steps of the wall clock. The kernel slews both clocks
+/// alike: their difference changes only when the wall clock is set or the machine is suspended.
 #[derive(Debug, Clone)]
 pub struct SteadyClock {
     read: fn() -> Reading,
@@ -90,10 +90,10 @@ pub struct SteadyClock {
 }
 
 impl SteadyClock {
-    /// Smaller steps are followed without a report, ns: readings err by less.
+    /// Largest step that is followed without a report, ns; readings have smaller errors.
     pub const LEAST_STEP_NS: u64 = 10_000_000;
 
-    /// A clock by such readings ([`Reading::take`]).
+    /// A clock based on such readings ([`Reading::take`]).
     pub fn new(read: fn() -> Reading) -> Self {
         Self {
             read,
@@ -101,7 +101,7 @@ impl SteadyClock {
         }
     }
 
-    /// The monotonic clock, ns: what timers run on.
+    /// The monotonic clock, ns, for timers.
     pub fn monotonic_ns(&self) -> u64 {
         (self.read)().monotonic_ns
     }
@@ -111,8 +111,8 @@ impl SteadyClock {
         self.since.wall_at_ns(self.monotonic_ns())
     }
 
-    /// By how many ns the wall clock was set forward since this was asked last, below zero where it was set back; `None` where it
-    /// was not. From then on [`Self::now_ns`] is by the new time.
+    /// Step of the wall clock since the last call in ns, negative backwards; `None` without a step. From then on
+    /// [`Self::now_ns`] follows the new time.
     pub fn take_step(&mut self) -> Option<i64> {
         let now = (self.read)();
         let by = i128::from(now.wall_ns) - i128::from(self.since.wall_at_ns(now.monotonic_ns));
@@ -122,18 +122,18 @@ impl SteadyClock {
     }
 }
 
-/// How far the wall clock may be off.
+/// Error of the wall clock.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ClockQuality {
     /// Whether something (chrony, ntpd, ptp4l with phc2sys, timesyncd) disciplines this clock now.
     pub synchronised: bool,
-    /// Estimated error in ns, one standard deviation, as the discipline states it; 5 ms where it states none; for an
-    /// undisciplined clock the kernel's bound, up to 16 s: nobody knows.
+    /// Estimated error in ns, one standard deviation, as reported by the discipline; 5 ms if it reports none; for an
+    /// undisciplined clock the kernel's bound, up to 16 s.
     pub error_ns: u64,
 }
 
 impl ClockQuality {
-    /// The kernel's opinion, by `adjtimex` in read-only mode; unsynchronised with the largest error if it has none, and
+    /// The kernel's estimate, by `adjtimex` in read-only mode; unsynchronised with the largest error if it has none, and
     /// for a time that is not [plausible](is_plausible).
     pub fn read() -> Self {
         if !is_plausible(now_ns()) {
@@ -157,7 +157,7 @@ impl ClockQuality {
     fn of(synchronised: bool, estimate_us: i64, bound_us: i64) -> Self {
         let error_us = match (synchronised, estimate_us) {
             (false, _) => bound_us,
-            // timesyncd states nothing and lets the bound grow by 500 ppm until the next answer of its server.
+            // timesyncd reports nothing and lets the bound grow by 500 ppm until the next answer of its server.
             (true, ..=0) => bound_us.min(UNSTATED_ERROR_US),
             (true, stated) => stated,
         };
@@ -168,16 +168,16 @@ impl ClockQuality {
     }
 }
 
-/// Whether a wire time can be now: boards without a battery start in 1970, 2000 or 2018, before this software was written.
+/// Whether a wire time is plausible: boards without a battery start in 1970, 2000 or 2018, before this software was written.
 pub fn is_plausible(now_ns: u64) -> bool {
     now_ns >= EARLIEST_NS
 }
 
 /// 1 January 2026, ns since the Unix epoch.
 const EARLIEST_NS: u64 = 1_767_225_600_000_000_000;
-/// Where the kernel's bound stops growing (`NTP_PHASE_LIMIT`).
+/// Limit of the kernel's bound (`NTP_PHASE_LIMIT`).
 const MAX_ERROR_US: i64 = 16_000_000;
-/// What NTP without a statement is taken to keep, on a local network.
+/// Assumed error of NTP that reports none, on a local network.
 const UNSTATED_ERROR_US: i64 = 5_000;
 
 #[cfg(test)]

@@ -1,24 +1,24 @@
-//! Exit codes, the same for every program of Sextant, and the one place where an error chain is printed.
+//! Exit codes, common to all programs of Sextant, and the printing of error chains.
 
 use std::fmt;
 use std::process::ExitCode;
 
-/// Why a process ended.
+/// Exit code of a process.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Exit {
-    /// It did what it was asked to.
+    /// Success.
     Success = 0,
-    /// A fault at run time that none of the others names.
+    /// Any other fault at run time.
     Fault = 1,
     /// Wrong usage of the command line (clap's own code).
     Usage = 2,
-    /// A file that was given is missing or wrong.
+    /// A given file is missing or invalid.
     Input = 3,
-    /// A port, camera or service is in use or out of reach; or a calibration is partial: part of what it was asked for was not to be had.
+    /// A port, camera or service is in use or unreachable; or a calibration is partial: some of its cameras or tags could not be placed.
     Unavailable = 4,
     /// A thread panicked: a defect of the program (Rust's own code for it).
     Panic = 101,
-    /// Interrupted before the result was there.
+    /// Interrupted before there was a result.
     Interrupted = 130,
 }
 
@@ -28,7 +28,7 @@ impl From<Exit> for ExitCode {
     }
 }
 
-/// An error that knows the exit code it asks for.
+/// An error with its exit code.
 #[derive(Debug)]
 pub struct Failure {
     exit: Exit,
@@ -36,7 +36,7 @@ pub struct Failure {
 }
 
 impl Failure {
-    /// `error`, which ends the process with `exit`.
+    /// Wraps `error`, which ends the process with `exit`.
     pub fn new(exit: Exit, error: impl Into<anyhow::Error>) -> Self {
         Self {
             exit,
@@ -57,9 +57,9 @@ impl std::error::Error for Failure {
     }
 }
 
-/// Gives the error of a result its exit code: `read_rig(path).exit_with(Exit::Input)?`.
+/// Assigns an exit code to the error of a result: `read_rig(path).exit_with(Exit::Input)?`.
 pub trait WithExit<T> {
-    /// The same result, whose error ends the process with `exit`.
+    /// The result, whose error ends the process with `exit`.
     fn exit_with(self, exit: Exit) -> anyhow::Result<T>;
 }
 
@@ -69,7 +69,7 @@ impl<T, E: Into<anyhow::Error>> WithExit<T> for Result<T, E> {
     }
 }
 
-/// The exit code that an error asks for: the outermost [`Failure`] in its chain, else [`Exit::Fault`].
+/// Exit code of an error: that of the outermost [`Failure`] in its chain, else [`Exit::Fault`].
 pub fn exit_of(error: &anyhow::Error) -> Exit {
     if let Some(failure) = error.downcast_ref::<Failure>() {
         return failure.exit;

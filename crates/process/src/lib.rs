@@ -1,5 +1,5 @@
-//! What a process of Sextant needs of its operating system, and nothing of what it does: the clock and how far to trust
-//! it, the wish to stop, logging, children, memory, the exit code. Linux only; knows no image, no network, no file format.
+//! Services of the operating system for a process: clocks and their errors, shutdown requests, logging, children, memory, exit
+//! codes. Linux only; independent of images, network and file formats.
 
 pub mod background;
 pub mod children;

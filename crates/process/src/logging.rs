@@ -1,8 +1,8 @@
-//! Logging of a process: `tracing` to stderr, one line an event. `SEXTANT_LOG` (else `RUST_LOG`) filters in the syntax of
-//! `tracing-subscriber`; colour only on a terminal and never with `NO_COLOR`. Stdout stays free for results.
+//! Logging of a process: `tracing` to stderr, one line per event. `SEXTANT_LOG` (else `RUST_LOG`) filters in the syntax of
+//! `tracing-subscriber`; colour only on a terminal and never with `NO_COLOR`. Stdout is reserved for results.
 //!
-//! One place in the code logs ten lines at once at most, then one in half a minute, which counts those left out; debug and
-//! trace, which somebody asked for, are not limited. A line that cannot be written whole, as on a full disk, is left out.
+//! A log statement prints at most ten lines at once, then one per half minute with the number of omitted ones. Debug and
+//! trace are not limited. A line that cannot be written whole, as on a full disk, is omitted.
 
 mod refusals;
 
@@ -25,11 +25,11 @@ use crate::whole_lines::write_line;
 
 use self::refusals::Wording;
 
-/// What is logged when no environment variable says otherwise: our own events, and only complaints of the libraries; and who is
-/// not let in ([`refusals`]).
+/// Default filter: our own events, warnings of libraries, and refused connections
+/// ([`refusals`]).
 const DEFAULT_FILTER: &str = "info,zenoh=error,iceoryx2=error";
 
-/// Starts logging; `role` (as "camera north detect") stands at the head of each line when several processes share a
+/// Starts logging; `role` (such as "camera north detect") is the prefix of each line when several processes share a
 /// terminal. A second call changes nothing.
 pub fn init(role: &str) {
     let colour = io::stderr().is_terminal()
@@ -48,11 +48,11 @@ pub fn init(role: &str) {
             is_filtered_by_a_person,
         })
         .finish();
-    // The second call of a process finds a subscriber and leaves it.
+    // A second call finds a subscriber and keeps it.
     let _ = tracing::subscriber::set_global_default(subscriber);
 }
 
-/// The line of `tracing-subscriber` behind the name of the process.
+/// The line of `tracing-subscriber` after the name of the process.
 struct NamedFormat {
     role: String,
     line: Format<Full>,
@@ -61,7 +61,7 @@ struct NamedFormat {
 }
 
 impl NamedFormat {
-    /// How many lines of the event's place were left out before it; none when it is to be left out as well.
+    /// Number of omitted lines of this log statement; `None` if this one is to be omitted as well.
     fn admit(&self, event: &Event<'_>) -> Option<u64> {
         let metadata = event.metadata();
         if *metadata.level() > Level::INFO && self.is_filtered_by_a_person {
@@ -105,7 +105,7 @@ where
     }
 }
 
-/// Standard error, a line a write. Never fails: there is nowhere left to complain to.
+/// Standard error, one write per line. Never fails, since a failure could not be reported.
 struct StandardError;
 
 impl io::Write for StandardError {
@@ -134,7 +134,7 @@ mod tests {
     use super::*;
     use std::process::Command;
 
-    /// Runs this very test once more as a process of its own, whose standard error is looked at.
+    /// Runs this test again as a process of its own and captures its standard error.
     #[test]
     fn a_warning_with_every_image_is_logged_a_few_times() {
         const CHILD: &str = "SEXTANT_TEST_FLOOD";

@@ -1,5 +1,5 @@
-//! A panic ends the process, whichever thread it is in: a node that has lost a thread would go on looking alive, and whoever
-//! supervises it would not start it again. Only work that is announced as [`contained`] may panic; that is reported to its caller.
+//! A panic of any thread ends the process: a node that has lost a thread would appear alive, and its
+//! supervisor would not restart it. Only work marked as [`contained`] may panic; its caller gets the message.
 
 use std::any::Any;
 use std::cell::Cell;
@@ -11,8 +11,8 @@ thread_local! {
     static IS_CONTAINED: Cell<bool> = const { Cell::new(false) };
 }
 
-/// From now on a panic of any thread, also of a library's, prints where it was and ends the process with [`Exit::Panic`]. Nothing is
-/// unwound and no destructor runs: state that a defect has left half changed is not written anywhere.
+/// Makes a panic of any thread, including those of libraries, print its location and end the process with [`Exit::Panic`]. Nothing is
+/// unwound and no destructor runs, so that inconsistent state is not written anywhere.
 pub fn end_the_process() {
     let print = std::panic::take_hook();
     std::panic::set_hook(Box::new(move |info| {
@@ -34,11 +34,11 @@ fn last_words(info: &PanicHookInfo<'_>) -> String {
     )
 }
 
-/// Does work whose panic ends nothing else: long calculations on what people have recorded. The values that it shares with others must be
-/// as good half changed as whole; best it shares none.
+/// Runs work whose panic does not end the process: long calculations on recorded data. Shared state must remain
+/// valid if it is interrupted; ideally there is none.
 ///
 /// # Errors
-/// The panic's message, when it panicked.
+/// The panic's message.
 pub fn contained<T>(work: impl FnOnce() -> T) -> Result<T, String> {
     let outer = IS_CONTAINED.replace(true);
     let done = catch_unwind(AssertUnwindSafe(work));
@@ -54,8 +54,8 @@ fn message(payload: &(dyn Any + Send)) -> String {
         .unwrap_or_else(|| "no message".to_owned())
 }
 
-/// Panics in a test's process where the variable `SEXTANT_TEST_PANIC` names this place. Compiled into the unit tests of the crate that
-/// writes it and into nothing else.
+/// Panics in a test's process where the variable `SEXTANT_TEST_PANIC` has this name. Compiled into the unit tests of the calling
+/// crate only.
 #[macro_export]
 macro_rules! fail_point {
     ($place:literal) => {
@@ -73,7 +73,7 @@ mod tests {
 
     const CHILD: &str = "SEXTANT_TEST_PANICKING";
 
-    /// Runs the test of this name once more, as a process of its own.
+    /// Runs the test of this name again as a process of its own.
     fn run_again(name: &str) -> Output {
         Command::new(std::env::current_exe().unwrap())
             .args([&format!("panics::tests::{name}"), "--exact", "--nocapture"])
@@ -110,7 +110,7 @@ mod tests {
             let thread = std::thread::spawn(|| contained(|| -> u8 { panic!("of all {}", 7) }));
             assert_eq!(thread.join().unwrap(), Err("of all 7".to_owned()));
             assert_eq!(contained(|| contained(|| 1)), Ok(Ok(1)));
-            // What comes after contained work is contained no more.
+            // Panics after contained work end the process again.
             let _ = std::thread::spawn(|| {
                 assert_eq!(contained(|| 2), Ok(2));
                 panic!("after it");

@@ -1,16 +1,16 @@
-//! How often one place in the code may log: what happens with every image fills no disk.
+//! Rate limit of log statements, so that events of every image do not fill the disk.
 
 use std::collections::HashMap;
 use std::hash::Hash;
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-/// Lines of one place that are logged at once.
+/// Lines of one log statement that are printed at once.
 const BURST: u32 = 10;
-/// After these, one line in such a time.
+/// Interval of further lines.
 const PERIOD: Duration = Duration::from_secs(30);
 
-/// A token bucket for each place, of which a program has a fixed number.
+/// A token bucket for each log statement, of which a program has a fixed number.
 #[derive(Debug)]
 pub(crate) struct RateLimit<K> {
     places: Mutex<HashMap<K, Bucket>>,
@@ -30,7 +30,7 @@ impl<K: Eq + Hash> RateLimit<K> {
         }
     }
 
-    /// Whether `place` may log at `now`: then how many of its lines were left out before this one.
+    /// Whether `place` may log at `now`: the number of its lines omitted before this one.
     pub(crate) fn admit(&self, place: K, now: Instant) -> Option<u64> {
         let mut places = self.places.lock().unwrap_or_else(PoisonError::into_inner);
         let bucket = places.entry(place).or_insert(Bucket {
@@ -72,7 +72,7 @@ mod tests {
         let admitted: Vec<u64> = (0..3000)
             .filter_map(|image| limit.admit("image", start + Duration::from_millis(33) * image))
             .collect();
-        // 99 seconds: three periods behind the burst.
+        // 99 seconds: three intervals after the burst.
         assert_eq!(admitted.len(), BURST as usize + 3);
         assert!(
             admitted[..BURST as usize]

@@ -60,7 +60,7 @@ impl Shutdown {
     /// Requests a shutdown, like a signal.
     pub fn request(&self) {
         self.state.requested.store(true, Ordering::SeqCst);
-        // A full pipe is readable already, which is all that is wanted.
+        // A full pipe is readable already, which is sufficient.
         let _ = (&self.state.writable).write(&[0]);
     }
 
@@ -139,7 +139,7 @@ mod tests {
         assert!(shutdown.wait(Duration::from_secs(60)));
     }
 
-    /// Runs this very test once more as a process of its own, which is what Ctrl-C ends.
+    /// Runs this test again as a process of its own, which Ctrl-C ends.
     #[test]
     fn ctrl_c_ends_interruptible_work_and_no_other() {
         const CHILD: &str = "SEXTANT_TEST_INTERRUPTIBLE";

@@ -1,8 +1,8 @@
-//! How large the terminal is.
+//! Size of the terminal.
 
 use std::os::fd::AsRawFd;
 
-/// Columns and rows of the terminal on standard output; none where it is no terminal or does not say.
+/// Columns and rows of the terminal on standard output; `None` if it is no terminal or its size is unknown.
 pub fn size() -> Option<(u16, u16)> {
     let mut size = libc::winsize {
         ws_row: 0,

@@ -1,5 +1,5 @@
-//! The watchdog of systemd: a process that says nothing for `WatchdogSec` is ended and started again. Main loops call [`feed`] at each turn,
-//! so that a loop that hangs is noticed; without a watchdog it does nothing.
+//! The watchdog of systemd, which restarts a process that is silent for `WatchdogSec`. Main loops call [`feed`] in each iteration,
+//! so that a hanging loop is detected; without a watchdog it does nothing.
 //!
 //! The protocol is `sd_notify`'s: a datagram `WATCHDOG=1` to the socket in `NOTIFY_SOCKET`, at least every `WATCHDOG_USEC`, from the process
 //! that `WATCHDOG_PID` names.
@@ -13,7 +13,7 @@ use std::sync::OnceLock;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
-/// Says that this process is alive, if a watchdog waits for that; at most four times in its period. Cheap enough for every turn of a loop.
+/// Notifies the watchdog, if there is one, at most four times in its period. Cheap enough for every iteration of a loop.
 pub fn feed() {
     static WATCHDOG: OnceLock<Option<Watchdog>> = OnceLock::new();
     if let Some(watchdog) = WATCHDOG.get_or_init(Watchdog::from_environment) {
@@ -50,7 +50,7 @@ impl Watchdog {
         };
         let socket = UnixDatagram::unbound()?;
         socket.connect_addr(&address)?;
-        // A full socket must not hold up a loop; the next turn tries again.
+        // A full socket must not block a loop; the next iteration tries again.
         socket.set_nonblocking(true)?;
         Ok(Self {
             socket,
@@ -72,7 +72,7 @@ impl Watchdog {
     }
 }
 
-/// The socket and the period, if this very process is the one that is watched.
+/// Socket and period, if the watchdog watches this process.
 fn wanted(
     socket: Option<OsString>,
     micros: Option<OsString>,

@@ -1,13 +1,13 @@
-//! Lines that are in a file whole or not at all, also on a full disk.
+//! Lines that are written whole or not at all, also on a full disk.
 
 use std::fs::File;
 use std::io::{self, ErrorKind, Seek, SeekFrom, Write};
 
-/// Writes `line`, its line feed included, at the end of a file. What was written of a line that could not be written whole is
-/// taken back, unless the file is no plain one or another process has written behind it.
+/// Appends `line`, including its line feed, to a file. A partially written line is truncated again,
+/// unless the file is not a regular one or another process has appended to it.
 ///
 /// # Errors
-/// What the system refuses, as on a full disk.
+/// An error of the system, as on a full disk.
 pub fn write_line(file: &File, line: &[u8]) -> io::Result<()> {
     let mut left = line;
     while !left.is_empty() {
@@ -21,7 +21,7 @@ pub fn write_line(file: &File, line: &[u8]) -> io::Result<()> {
             Err(cause) if cause.kind() == ErrorKind::Interrupted => continue,
             Err(cause) => cause,
         };
-        // The first error is the one that matters.
+        // The first error is the relevant one.
         let _ = take_back(file, line.len() - left.len());
         return Err(cause);
     }
@@ -46,10 +46,10 @@ mod tests {
     use std::process::{Command, Stdio};
 
     const LINE: &str = "a line of twenty-four B\n";
-    /// No whole number of lines.
+    /// Not a multiple of the line length.
     const ROOM_BYTES: u64 = 100;
 
-    /// Lets no file of this process grow beyond [`ROOM_BYTES`]: a disk that is full in the middle of a line.
+    /// Limits the size of files of this process to [`ROOM_BYTES`]: a disk that becomes full in the middle of a line.
     fn fill_disk() {
         let limit = libc::rlimit {
             rlim_cur: ROOM_BYTES,
@@ -62,7 +62,7 @@ mod tests {
         }
     }
 
-    /// Runs a test of this module once more as a process of its own with a full disk and its standard error in a file.
+    /// Runs a test of this module again as a process with a full disk and its standard error in a file.
     fn on_a_full_disk(name: &str, append: bool) -> String {
         let log = tempfile::NamedTempFile::new().unwrap();
         let file = OpenOptions::new()

@@ -1,4 +1,4 @@
-//! A TOML text with its places: from a key's path to line and column, and from an offset to the path that it lies in.
+//! A TOML text with locations: from a key's path to line and column, and from an offset to the path of its key.
 
 use crate::error::{Complaint, InvalidFile};
 use crate::hint::nearest;
@@ -8,7 +8,7 @@ use std::path::Path;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-/// A parsed text, still with the places of its keys and values.
+/// A parsed text with the locations of its keys and values.
 pub(crate) struct Document<'a> {
     path: &'a Path,
     text: &'a str,
@@ -31,7 +31,7 @@ impl<'a> Document<'a> {
         }
     }
 
-    /// The document as a type of serde's; an array that is too long is refused as well.
+    /// The document as a type of serde; refuses arrays that are too long as well.
     pub(crate) fn read<T: DeserializeOwned>(&self) -> Result<T, InvalidFile> {
         let value = T::deserialize(toml::Deserializer::from(self.root.clone()));
         let value = value.map_err(|error| self.refused(&error))?;
@@ -41,8 +41,8 @@ impl<'a> Document<'a> {
         }
     }
 
-    /// Serde's fixed arrays take the elements that they need and leave the rest unread. Only the deserialiser of values
-    /// without places notices the rest.
+    /// Serde's fixed arrays ignore additional elements. Only the deserialiser of values without locations
+    /// reports them.
     fn overlong_array<T: DeserializeOwned>(&self) -> Option<Complaint> {
         let values: toml::Table = toml::from_str(self.text).ok()?;
         let error = T::deserialize(values).err()?;
@@ -60,7 +60,7 @@ impl<'a> Document<'a> {
         Some(Complaint::new(key, cause, "remove those at the end"))
     }
 
-    /// What serde refused, with place, key and the nearest known key.
+    /// An error of serde, with location, key and the nearest known key.
     fn refused(&self, error: &toml::de::Error) -> InvalidFile {
         let offset = error.span().map(|span| span.start);
         let cause = one_line(error.message());
@@ -75,7 +75,7 @@ impl<'a> Document<'a> {
         }
     }
 
-    /// A complaint of ours, with the place of the value it is about.
+    /// An error of ours, with the location of its value.
     pub(crate) fn complaint(&self, complaint: Complaint) -> InvalidFile {
         InvalidFile {
             path: self.path.to_owned(),
@@ -91,7 +91,7 @@ impl<'a> Document<'a> {
         self.span_of(key).map(|span| place(self.text, span.start).0)
     }
 
-    /// Everything in it.
+    /// The whole table.
     pub(crate) fn root(&self) -> &DeTable<'a> {
         self.root.get_ref()
     }
@@ -158,7 +158,7 @@ fn descend_value(value: &Spanned<DeValue<'_>>, offset: usize, path: &mut String)
     }
 }
 
-/// Whether a value covers an offset. The span of a `[table]` is its header alone, so its members count as well.
+/// Whether a value covers an offset. The span of a `[table]` is its header alone, so its members are checked as well.
 fn covers(value: &Spanned<DeValue<'_>>, offset: usize) -> bool {
     value.span().contains(&offset)
         || match value.get_ref() {
@@ -170,7 +170,7 @@ fn covers(value: &Spanned<DeValue<'_>>, offset: usize) -> bool {
         }
 }
 
-/// Path, with indices, of the first array of that length under keys that are given without them.
+/// Path, with indices, of the first array of that length at a path without indices.
 fn path_of_array(table: &DeTable<'_>, keys: &[&str], length: usize) -> Option<String> {
     let (key, rest) = keys.split_first()?;
     let below = path_below(table.get(*key)?.get_ref(), rest, length)?;
@@ -215,7 +215,7 @@ fn one_line(message: &str) -> String {
         .join(", ")
 }
 
-/// Serde's "unknown field `x`, expected one of `a`, `b`" turned into a proposal.
+/// Turns serde's "unknown field `x`, expected one of `a`, `b`" into a suggestion.
 fn remedy_for(cause: &str) -> String {
     let words: Vec<&str> = cause.split('`').skip(1).step_by(2).collect();
     let unknown = cause.starts_with("unknown ");

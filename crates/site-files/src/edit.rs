@@ -1,4 +1,4 @@
-//! Changing one value of a file that a person wrote: everything else in it, comments included, stays as it is.
+//! Changes one value of a file written by a person and keeps everything else, including comments.
 
 use std::path::Path;
 
@@ -7,10 +7,10 @@ use toml::de::{DeTable, DeValue};
 use crate::document::Document;
 use crate::error::FileError;
 
-/// The text with a value of its top level replaced, or added where it is missing. `value` is TOML; `path` is for messages.
+/// Replaces a top-level value of a text, or adds it. `value` is TOML; `path` is for messages.
 ///
 /// # Errors
-/// A text that is no TOML.
+/// Invalid TOML.
 pub fn with_value(path: &Path, text: &str, key: &str, value: &str) -> Result<String, FileError> {
     let document = Document::parse(path, text)?;
     if let Some(span) = document.span_of(key) {
@@ -25,7 +25,7 @@ pub fn with_value(path: &Path, text: &str, key: &str, value: &str) -> Result<Str
     Ok(format!("{before}{newline}{key} = {value}\n{after}"))
 }
 
-/// Where the first table begins: keys of the top level stand before it.
+/// Start of the first table; top-level keys are before it.
 fn end_of_top_level(root: &DeTable<'_>, text: &str) -> usize {
     let tables = root
         .iter()

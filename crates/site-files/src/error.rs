@@ -1,41 +1,41 @@
-//! What can be wrong with a file, said so that a person can mend it.
+//! Errors of files, with location, cause and remedy.
 
 use std::fmt;
 use std::io;
 use std::path::{Path, PathBuf};
 
-/// A file that cannot be used.
+/// An unusable file.
 #[derive(Debug, thiserror::Error)]
 pub enum FileError {
-    /// It is missing, may not be read, or is no text.
+    /// It is missing, unreadable, or not text.
     #[error("{}: {}; {remedy}", path.display(), cause_of(source))]
     Unreadable {
         /// The file.
         path: PathBuf,
-        /// What the system said.
+        /// The error of the system.
         source: io::Error,
-        /// What to do.
+        /// The remedy.
         remedy: &'static str,
     },
-    /// It says something wrong.
+    /// Its contents are invalid.
     #[error(transparent)]
     InvalidFile(Box<InvalidFile>),
-    /// What stands in its place is something else and is left alone.
+    /// A file with other contents exists at this path and is not replaced.
     #[error("{}: is left as it is, since it is no file of {expected} ({cause}); move it away", path.display())]
     Occupied {
         /// The file.
         path: PathBuf,
-        /// What was to be written: `the rig`, `object cube`.
+        /// What would be written: `the rig`, `object cube`.
         expected: String,
-        /// How that is known.
+        /// How the contents are recognised as other.
         cause: String,
     },
-    /// It cannot be written; the old one, if there was one, is untouched.
+    /// It cannot be written; an existing file is unchanged.
     #[error("{}: cannot be written: {}", path.display(), cause_of(source))]
     Unwritable {
         /// The file.
         path: PathBuf,
-        /// What the system said.
+        /// The error of the system.
         source: io::Error,
     },
 }
@@ -45,25 +45,25 @@ pub enum FileError {
 pub struct InvalidFile {
     /// The file.
     pub path: PathBuf,
-    /// Line and column, from 1; none when it is about the whole file.
+    /// Line and column, from 1; `None` for the whole file.
     pub place: Option<(usize, usize)>,
-    /// What is wrong there.
+    /// The cause.
     pub complaint: Complaint,
 }
 
-/// What is wrong with a value.
+/// An invalid value.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Complaint {
     /// Path of the value inside the file, such as `camera[1].lens`; empty for the whole file.
     pub key: String,
-    /// What is wrong.
+    /// The cause.
     pub cause: String,
-    /// What to do; empty where the cause says it.
+    /// The remedy; empty if the cause implies it.
     pub remedy: String,
 }
 
 impl Complaint {
-    /// A complaint about the value of a key.
+    /// An error in the value of a key.
     pub fn new(
         key: impl Into<String>,
         cause: impl Into<String>,
@@ -78,7 +78,7 @@ impl Complaint {
 }
 
 impl InvalidFile {
-    /// What is wrong with a file as a whole.
+    /// An error of the whole file.
     pub(crate) fn with_all(path: &Path, complaint: Complaint) -> Self {
         Self {
             path: path.to_owned(),
@@ -110,7 +110,7 @@ impl fmt::Display for InvalidFile {
 impl std::error::Error for InvalidFile {}
 
 impl FileError {
-    /// The file that it is about.
+    /// The file concerned.
     pub fn path(&self) -> &Path {
         match self {
             Self::Unreadable { path, .. }
@@ -120,7 +120,7 @@ impl FileError {
         }
     }
 
-    /// The wrong place, when there is one.
+    /// The location, if there is one.
     pub fn wrong(&self) -> Option<&InvalidFile> {
         match self {
             Self::InvalidFile(wrong) => Some(wrong),
@@ -135,7 +135,7 @@ impl From<InvalidFile> for FileError {
     }
 }
 
-/// The system's words without its error number.
+/// The system's message without its error number.
 fn cause_of(error: &io::Error) -> String {
     match error.kind() {
         io::ErrorKind::NotFound => "there is no such file or folder".into(),

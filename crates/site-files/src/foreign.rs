@@ -1,11 +1,11 @@
 //! Calibrations of other tools: ROS `camera_info`, Kalibr `camchain`, OpenCV's YAML, read and written.
 //!
-//! All three count pixels from the centre of the top left one and look along z with y down, as we do, so lens numbers and
-//! camera axes carry over as they are. Kalibr's chain states each camera in the one before it (`T_cn_cnm1`, a map of points of
-//! camera n-1 into camera n); read, it becomes `world_from_camera` with the first camera as the world, and written it is
-//! made of whatever world the rig has. The other two formats know one camera and no pose.
+//! All three count pixels from the centre of the top left one and look along z with y down, as here, so lens parameters and
+//! camera axes are unchanged. Kalibr's chain gives each camera relative to the previous one (`T_cn_cnm1`, a map of points of
+//! camera n-1 into camera n). Reading makes it `world_from_camera` with the first camera as the world; writing
+//! accepts any world frame. The other two formats describe one camera without a pose.
 //!
-//! What these files can say and our lenses cannot is refused with its cause: skew, rational and thin-prism terms, other models.
+//! Features that the lens models here lack are refused with the cause: skew, rational and thin-prism terms, other models.
 
 mod camera_info;
 mod distortion;
@@ -23,11 +23,11 @@ use yaml_serde::Value;
 /// A format of another tool.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ForeignFormat {
-    /// `camera_info` as ROS keeps it in files, or one message as `ros2 topic echo` prints it.
+    /// `camera_info` in a file of ROS, or a message as printed by `ros2 topic echo`.
     Ros,
-    /// A camera chain as `kalibr_calibrate_cameras` writes it.
+    /// A camera chain written by `kalibr_calibrate_cameras`.
     Kalibr,
-    /// What OpenCV's FileStorage writes, as in its calibration sample.
+    /// A file of OpenCV's FileStorage, as in its calibration sample.
     OpenCv,
 }
 
@@ -41,21 +41,21 @@ impl fmt::Display for ForeignFormat {
     }
 }
 
-/// Whether a file's name says that another tool wrote it.
+/// Whether the file name is that of another tool's format.
 pub fn is_foreign(path: &Path) -> bool {
     let ending = path.extension().and_then(|ending| ending.to_str());
     ending.is_some_and(|ending| matches!(ending, "yaml" | "yml"))
 }
 
-/// The cameras of another tool's file, and which tool's it is.
+/// The cameras of another tool's file, and its format.
 ///
 /// # Errors
-/// A file that is missing, malformed, of no known kind, or says what our lenses cannot.
+/// A file that is missing, malformed, of unknown format, or with features that the lens models here lack.
 pub fn read_foreign(path: &Path) -> Result<(ForeignFormat, Rig), FileError> {
     parse_foreign(path, &read_text(path)?)
 }
 
-/// As [`read_foreign`], of a text at hand; `path` names a camera without a name, and is for the messages.
+/// As [`read_foreign`], for a text; `path` names a camera without a name, and is for messages.
 ///
 /// # Errors
 /// As [`read_foreign`].
@@ -79,7 +79,7 @@ pub fn parse_foreign(path: &Path, text: &str) -> Result<(ForeignFormat, Rig), Fi
     Ok((format, rig.map_err(wrong)?))
 }
 
-/// The YAML of a text, also as OpenCV writes it.
+/// The YAML of a text, including OpenCV's dialect.
 pub(crate) fn parse_yaml(path: &Path, text: &str) -> Result<Value, FileError> {
     yaml_serde::from_str(&opencv::as_plain_yaml(text)).map_err(|error| {
         let cause = format!("malformed YAML: {error}");
@@ -92,7 +92,7 @@ pub(crate) fn parse_yaml(path: &Path, text: &str) -> Result<Value, FileError> {
     })
 }
 
-/// The text of a camera in a format that knows one.
+/// The text of a camera in a format for one camera.
 ///
 /// # Errors
 /// [`ForeignFormat::Kalibr`]'s radtan has no third radial term.
@@ -136,7 +136,7 @@ pub(crate) fn stem_of(path: &Path) -> &str {
         .unwrap_or("camera")
 }
 
-/// A name out of whatever a tool calls a camera or a file: small letters, other characters as `_`.
+/// A valid name from a tool's name of a camera or file: lower case, other characters as `_`.
 pub(crate) fn name_of(said: &str) -> String {
     let name: String = said
         .chars()

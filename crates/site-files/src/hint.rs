@@ -1,6 +1,6 @@
-//! The known word that a mistyped one most probably stands for.
+//! Suggestion of a known word for a misspelled one.
 
-/// The known word nearest to an unknown one, if any is near: at most a third of its letters differ, two for short words.
+/// The nearest known word, if at most a third of the letters differ, or two in short words.
 pub(crate) fn nearest<'a>(unknown: &str, known: &[&'a str]) -> Option<&'a str> {
     known
         .iter()

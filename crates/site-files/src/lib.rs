@@ -1,16 +1,16 @@
 //! The TOML files people write: rig, object and node configuration; read strictly, written atomically.
 //!
-//! - [`read_rig`], [`read_object`]: files to the estimator's models, every number checked.
+//! - [`read_rig`], [`read_object`]: checked models from files.
 //! - [`write_rig`], [`write_object`]: models to files; numbers keep every digit.
-//! - [`AprilGrid`], [`CharucoBoard`]: boards of Kalibr and OpenCV; [`read_object`] takes their files as well.
-//! - [`read_foreign`], [`foreign_text`]: calibrations of ROS, Kalibr and OpenCV; [`read_rig`] takes them as well.
-//! - [`read_toml`], [`read_toml_checked`], [`write_toml`]: any other configuration, with the same kind of error.
-//! - [`with_value`]: one value of a text changed, comments kept.
-//! - [`write_atomically`]: a file that is either the old one or the new one, never half of one.
-//! - [`write_keeping_former`]: the same, and what it replaces kept as [`former_of`] says, in bounded number.
-//! - [`keep_rig`], [`keep_object`]: for programs that save by themselves; they replace a rig or that object, never anything else.
+//! - [`AprilGrid`], [`CharucoBoard`]: boards of Kalibr and OpenCV; [`read_object`] reads their files as well.
+//! - [`read_foreign`], [`foreign_text`]: calibrations of ROS, Kalibr and OpenCV; [`read_rig`] reads them as well.
+//! - [`read_toml`], [`read_toml_checked`], [`write_toml`]: any other configuration, with the same kind of errors.
+//! - [`with_value`]: changes one value of a text and keeps comments.
+//! - [`write_atomically`]: replaces a file atomically.
+//! - [`write_keeping_former`]: as well, and keeps former versions ([`former_of`]) in bounded number.
+//! - [`keep_rig`], [`keep_object`]: for programs that save automatically; they replace only another version of the same rig or object.
 //!
-//! Every complaint names file, line, column and key, says what is wrong and what to do: [`FileError`].
+//! Every error names file, line, column and key, cause and remedy: [`FileError`].
 //! Metres, pixels, quaternions x, y, z, w, as in the files; no network and no clock here.
 
 mod atomic;

@@ -1,4 +1,4 @@
-//! `object.toml`: one object, its tags and where they sit on it or on its links.
+//! `object.toml`: one object, its tags and their poses on the object or its links.
 
 mod links;
 
@@ -24,10 +24,10 @@ use std::path::Path;
 #[serde(deny_unknown_fields)]
 struct ObjectFile {
     id: ObjectId,
-    /// Whether every figure is exact of which no sigma is given: a simulation.
+    /// Whether every number without a sigma is exact: a simulation.
     #[serde(default)]
     exact: bool,
-    /// None for a rigid object.
+    /// Empty for a rigid object.
     #[serde(default)]
     link: Vec<LinkTable>,
     #[serde(default)]
@@ -43,21 +43,21 @@ struct TagTable {
     id: u32,
     /// Edge of the black square, metres.
     size: f64,
-    /// How well that is known, one sigma in metres; omitted where nobody says.
+    /// Standard deviation in metres; optional.
     size_sigma: Option<f64>,
-    /// Of a rigid object; omitted until learned.
+    /// For a rigid object; omitted until learned.
     object_from_tag: Option<PoseParts>,
-    /// How well that is known; omitted where nobody says.
+    /// Standard deviation; optional.
     object_from_tag_sigma: Option<SigmaTable>,
-    /// On which link it sits, where the object has links.
+    /// The link of the tag, if the object has links.
     link: Option<LinkId>,
-    /// Takes the place of `object_from_tag` there; omitted until learned.
+    /// Replaces `object_from_tag` there; omitted until learned.
     link_from_tag: Option<PoseParts>,
     link_from_tag_sigma: Option<SigmaTable>,
 }
 
 impl TagTable {
-    /// How well its place is known, and the key that says it.
+    /// Standard deviation of its pose, and the key of that.
     fn sigma(&self) -> Option<(PoseSigma, &'static str)> {
         let on_object = self.object_from_tag_sigma.as_ref();
         let on_link = self.link_from_tag_sigma.as_ref();
@@ -66,10 +66,10 @@ impl TagTable {
     }
 }
 
-/// The object of a file; of a YAML file the board that another tool's file describes, named after the file.
+/// The object of a file; for a YAML file, the board of another tool, named after the file.
 ///
 /// # Errors
-/// A file that is missing, malformed, or describes no object; with line, column, key and remedy.
+/// A file that is missing, malformed, or invalid; with line, column, key and remedy.
 pub fn read_object(path: &Path) -> Result<ObjectModel, FileError> {
     let text = read_text(path)?;
     if !is_foreign(path) {
@@ -86,7 +86,7 @@ pub fn read_object(path: &Path) -> Result<ObjectModel, FileError> {
     })?)
 }
 
-/// The object of a text; `path` is for the messages.
+/// The object of a text; `path` is for messages.
 ///
 /// # Errors
 /// As [`read_object`].
@@ -148,7 +148,7 @@ fn with_sigmas(mut object: ObjectModel, file: &ObjectFile) -> Result<ObjectModel
     Ok(object)
 }
 
-/// The link that a tag is on; `None` where the object is rigid.
+/// The link of a tag; `None` if the object is rigid.
 fn link_of(
     index: usize,
     table: &TagTable,
@@ -227,7 +227,7 @@ fn tag_of(object: &ObjectId, index: usize, table: &TagTable) -> Result<ObjectTag
         size_m: table.size,
         object_from_tag: pose_of(pose.as_ref(), &format!("{key}.{pose_key}"))?,
     };
-    // An object of this tag alone: the rules are the estimator's, the place is known here.
+    // An object with this tag alone: the rules are the estimator's, the location is known here.
     ObjectModel::new(object.clone(), vec![tag.clone()]).map_err(|error| complaint(&key, &error))?;
     Ok(tag)
 }
@@ -244,7 +244,7 @@ fn complaint(key: &str, error: &ObjectError) -> Complaint {
     Complaint::new(format!("{key}{part}"), error.to_string(), remedy)
 }
 
-/// The text of an object's file. Numbers are written with as many digits as bring them back exactly.
+/// The text of an object file. Numbers have enough digits to be read back exactly.
 pub fn object_toml(object: &ObjectModel) -> String {
     let mut text = format!("id = \"{}\"\n", object.id());
     let tree = object.articulation();
@@ -277,10 +277,10 @@ pub fn object_toml(object: &ObjectModel) -> String {
     text
 }
 
-/// Writes an object's file, whole or not at all; the former one is kept as [`crate::former_of`] says.
+/// Writes an object file atomically; the former version is kept ([`crate::former_of`]).
 ///
 /// # Errors
-/// What the system refuses; the old file is then untouched.
+/// An error of the system; the old file is then unchanged.
 pub fn write_object(path: &Path, object: &ObjectModel) -> Result<(), FileError> {
     write_keeping_former(path, object_toml(object).as_bytes())
 }

@@ -5,10 +5,10 @@ use serde::Deserialize;
 use sextant_estimator::PoseSigma;
 use sextant_geometry::{Pose, PoseParts};
 
-/// How far from 1 a written quaternion's length may be; within it, it is normalised.
+/// Largest deviation of a quaternion's length from 1; within it, it is normalised.
 const QUATERNION_TOLERANCE: f64 = 1e-3;
 
-/// Standard deviations of a pose, the same for each axis.
+/// Standard deviations of a pose, equal for all axes.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct SigmaTable {
@@ -43,7 +43,7 @@ pub(crate) fn pose_of(parts: Option<&PoseParts>, key: &str) -> Result<Option<Pos
         return Err(Complaint::new(format!("{key}.position"), cause, remedy));
     }
     let length = parts.orientation.iter().map(|q| q * q).sum::<f64>().sqrt();
-    // Written so that NaN is refused.
+    // The comparison also refuses NaN.
     let is_unit = (length - 1.0).abs() <= QUATERNION_TOLERANCE;
     let turned = |cause| {
         let remedy = "write x, y, z, w of length 1; no rotation is [0, 0, 0, 1]";

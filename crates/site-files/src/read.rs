@@ -1,4 +1,4 @@
-//! Strict reading of any TOML file into any serde type, and writing it.
+//! Strict reading and writing of TOML files with any serde type.
 
 use crate::atomic::write_atomically;
 use crate::document::Document;
@@ -11,7 +11,7 @@ use std::path::Path;
 /// The text of a file.
 ///
 /// # Errors
-/// A file that is missing, may not be read or is no UTF-8.
+/// A file that is missing, unreadable or not UTF-8.
 pub fn read_text(path: &Path) -> Result<String, FileError> {
     fs::read_to_string(path).map_err(|source| FileError::Unreadable {
         path: path.to_owned(),
@@ -24,15 +24,15 @@ pub fn read_text(path: &Path) -> Result<String, FileError> {
 /// nearest known one as a hint.
 ///
 /// # Errors
-/// A file that is missing, malformed, or says what `T` does not take.
+/// A file that is missing, malformed, or not a valid `T`.
 pub fn read_toml<T: DeserializeOwned>(path: &Path) -> Result<T, FileError> {
     read_toml_checked(path, |_| Ok(()))
 }
 
-/// Like [`read_toml`], with rules beyond types: a [`Complaint`] about a key gets that key's line and column.
+/// Like [`read_toml`], with further checks: a [`Complaint`] about a key gets that key's line and column.
 ///
 /// # Errors
-/// As [`read_toml`], and what `check` complains about.
+/// As [`read_toml`], and errors of `check`.
 pub fn read_toml_checked<T: DeserializeOwned>(
     path: &Path,
     check: impl FnOnce(&T) -> Result<(), Complaint>,
@@ -40,7 +40,7 @@ pub fn read_toml_checked<T: DeserializeOwned>(
     parse_toml(path, &read_text(path)?, check)
 }
 
-/// Like [`read_toml_checked`], of a text at hand; `path` is for the messages.
+/// Like [`read_toml_checked`], for a text; `path` is for messages.
 ///
 /// # Errors
 /// As [`read_toml_checked`].
@@ -55,10 +55,10 @@ pub fn parse_toml<T: DeserializeOwned>(
     Ok(value)
 }
 
-/// Writes a configuration file, whole or not at all.
+/// Writes a configuration file atomically.
 ///
 /// # Errors
-/// What TOML cannot express, and what the system refuses; the old file is then untouched.
+/// A value that TOML cannot represent, or an error of the system; the old file is then unchanged.
 pub fn write_toml<T: Serialize>(path: &Path, value: &T) -> Result<(), FileError> {
     let text = toml::to_string(value).map_err(|error| FileError::Unwritable {
         path: path.to_owned(),

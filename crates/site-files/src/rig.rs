@@ -16,7 +16,7 @@ use std::path::Path;
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct RigFile {
-    /// Whether every figure is exact of which no sigma is given: a simulation.
+    /// Whether every number without a sigma is exact: a simulation.
     #[serde(default)]
     exact: bool,
     #[serde(default)]
@@ -30,34 +30,34 @@ struct CameraTable {
     /// Width, height, pixels.
     resolution: [u32; 2],
     lens: Lens,
-    /// How well that is known; omitted where nobody says.
+    /// Standard deviation; optional.
     lens_sigma: Option<LensSigmaTable>,
     /// Omitted until calibrated.
     world_from_camera: Option<PoseParts>,
-    /// How well that is known; omitted where nobody says.
+    /// Standard deviation; optional.
     world_from_camera_sigma: Option<SigmaTable>,
-    /// Seconds from a row to the next, of a shutter that rolls.
+    /// Line delay of a rolling shutter, s.
     line_delay: Option<f64>,
-    /// Seconds for which a row is exposed.
+    /// Exposure time of a row, s.
     exposure: Option<f64>,
-    /// Which moment of an image its time stamp is of; the middle of the exposure where it is left out.
+    /// Reference of timestamps; the middle of the exposure if omitted.
     stamp: Option<Stamp>,
 }
 
-/// One sigma each.
+/// Standard deviations.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct LensSigmaTable {
-    /// Of fx and fy alike, px.
+    /// Of fx and fy together, px.
     focal: f64,
-    /// At the image's corners, px.
+    /// In the corners of the image, px.
     distortion: f64,
 }
 
 /// The rig of a file: `rig.toml`, or a YAML file of ROS, Kalibr or OpenCV.
 ///
 /// # Errors
-/// A file that is missing, malformed, or describes no rig; with line, column, key and remedy.
+/// A file that is missing, malformed, or invalid; with line, column, key and remedy.
 pub fn read_rig(path: &Path) -> Result<Rig, FileError> {
     if is_foreign(path) {
         return Ok(read_foreign(path)?.1);
@@ -65,7 +65,7 @@ pub fn read_rig(path: &Path) -> Result<Rig, FileError> {
     parse_rig(path, &read_text(path)?)
 }
 
-/// The rig of a text; `path` is for the messages.
+/// The rig of a text; `path` is for messages.
 ///
 /// # Errors
 /// As [`read_rig`].
@@ -165,7 +165,7 @@ fn camera_of((index, table): (usize, &CameraTable)) -> Result<Camera, Complaint>
         lens: table.lens,
         world_from_camera: pose_of(table.world_from_camera.as_ref(), &pose_key)?,
     };
-    // A rig of this camera alone: the rules are the estimator's, the place is known here.
+    // A rig with this camera alone: the rules are the estimator's, the location is known here.
     Rig::new(vec![camera.clone()]).map_err(|error| complaint(&key, &error))?;
     Ok(camera)
 }
@@ -198,7 +198,7 @@ fn complaint(key: &str, error: &RigError) -> Complaint {
     Complaint::new(format!("{key}{part}"), error.to_string(), remedy)
 }
 
-/// The text of a rig's file. Numbers are written with as many digits as bring them back exactly.
+/// The text of a rig file. Numbers have enough digits to be read back exactly.
 pub fn rig_toml(rig: &Rig) -> String {
     let mut text = String::new();
     for camera in rig.cameras() {
@@ -234,10 +234,10 @@ pub fn rig_toml(rig: &Rig) -> String {
     text
 }
 
-/// Writes a rig's file, whole or not at all; the former one is kept as [`crate::former_of`] says.
+/// Writes a rig file atomically; the former version is kept ([`crate::former_of`]).
 ///
 /// # Errors
-/// What the system refuses; the old file is then untouched.
+/// An error of the system; the old file is then unchanged.
 pub fn write_rig(path: &Path, rig: &Rig) -> Result<(), FileError> {
     write_keeping_former(path, rig_toml(rig).as_bytes())
 }

@@ -1,7 +1,7 @@
-//! Links and joints of an object that is not rigid: a tree whose root is the base.
+//! Links and joints of an articulated object: a tree whose root is the base.
 //!
-//! `parent_from_child = parent_from_joint * motion(value)`: a revolute joint turns the child by its value (rad) about the
-//! axis through the joint's origin, a prismatic one shifts it by its value (m) along the axis, a fixed one does nothing. The
+//! `parent_from_child = parent_from_joint * motion(value)`: a revolute joint rotates the child by its value (rad) about the
+//! axis through the joint's origin, a prismatic one translates it by its value (m) along the axis, a fixed one does nothing. The
 //! axis is in the joint's frame, and at value zero the child's frame is the joint's (as in ROS's URDF).
 
 use std::collections::BTreeSet;
@@ -14,24 +14,24 @@ use thiserror::Error;
 use crate::rig::is_finite;
 use crate::{JointId, LinkId};
 
-/// Most joints of an object that move.
+/// Most moving joints of an object.
 pub const MOST_JOINTS: usize = 8;
 /// Most links of an object.
 pub const MOST_LINKS: usize = 32;
-/// How far an axis may be from unit length; within it, it is normalised.
+/// Largest deviation of an axis from unit length; within it, the axis is normalised.
 const AXIS_TOLERANCE: f64 = 1e-3;
-/// An axis whose length differs from one by no more than this keeps every digit.
+/// Deviation from unit length up to which an axis is not normalised, so that it keeps every digit.
 const ROUNDING: f64 = 1e-14;
 
-/// How a joint lets its child move.
+/// Motion of a joint.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum JointKind {
-    /// It turns about the axis, radians.
+    /// Rotation about the axis, radians.
     Revolute,
-    /// It slides along the axis, metres.
+    /// Translation along the axis, metres.
     Prismatic,
-    /// It does not move.
+    /// None.
     Fixed,
 }
 
@@ -40,17 +40,17 @@ pub enum JointKind {
 pub struct Joint {
     /// Its name.
     pub id: JointId,
-    /// How it moves.
+    /// Its motion.
     pub kind: JointKind,
-    /// The link that carries it.
+    /// The parent link.
     pub parent: LinkId,
-    /// The link that it moves.
+    /// The child link.
     pub child: LinkId,
-    /// Unit vector in the joint's frame; without a meaning where it is fixed.
+    /// Unit vector in the joint's frame; ignored if it is fixed.
     pub axis: Vector3<f64>,
     /// Maps points of the joint's frame into the parent link.
     pub parent_from_joint: Pose,
-    /// Lowest and highest value in rad or m; `None` where nothing stops it.
+    /// Smallest and largest value in rad or m; `None` if unlimited.
     pub limits: Option<[f64; 2]>,
     /// Highest speed in rad/s or m/s; `None` if unknown.
     pub max_speed: Option<f64>,
@@ -63,30 +63,30 @@ pub struct Articulation {
     joints: Vec<Joint>,
 }
 
-/// Why links and joints make no object.
+/// Invalid links or joints.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum ArticulationError {
-    /// No link, or more than there is room for.
+    /// No link, or too many.
     #[error("it has {0} links; 1 to {MOST_LINKS} are possible")]
     Links(usize),
-    /// More joints that move than there is room for.
+    /// Too many moving joints.
     #[error("it has {0} joints that move; at most {MOST_JOINTS} are possible")]
     Joints(usize),
-    /// The same link twice.
+    /// A duplicate link.
     #[error("link {0} is there twice")]
     DuplicateLink(LinkId),
-    /// The same joint twice.
+    /// A duplicate joint.
     #[error("joint {0} is there twice")]
     DuplicateJoint(JointId),
-    /// A joint at a link that is not there.
+    /// A joint that refers to a missing link.
     #[error("joint {joint} joins link {link}, which is not there")]
     UnknownLink {
         /// The joint.
         joint: JointId,
-        /// The link that it names.
+        /// The missing link.
         link: LinkId,
     },
-    /// A link that two joints move.
+    /// A link with two joints as its parent.
     #[error("joint {joint} moves link {link}, which another joint moves already")]
     TwoParents {
         /// The second joint.
@@ -94,10 +94,10 @@ pub enum ArticulationError {
         /// The link.
         link: LinkId,
     },
-    /// A joint that closes a ring of links.
+    /// A joint that closes a cycle of links.
     #[error("joint {0} closes a ring of links; they must make a tree")]
     Ring(JointId),
-    /// A link without a joint besides the base.
+    /// A link other than the base without a joint.
     #[error("link {link} hangs on no joint, and the base is {base} already")]
     Loose {
         /// The link.
@@ -105,7 +105,7 @@ pub enum ArticulationError {
         /// The base.
         base: LinkId,
     },
-    /// An axis that is no direction.
+    /// An axis without a direction.
     #[error("the axis of joint {joint} has length {length}, not 1")]
     Axis {
         /// The joint.
@@ -116,17 +116,17 @@ pub enum ArticulationError {
     /// An origin that is not finite.
     #[error("the origin of joint {0} is not finite")]
     Origin(JointId),
-    /// Limits that are no interval.
+    /// Invalid limits.
     #[error("the limits of joint {joint} are {lowest} to {highest}, not from less to more")]
     Limits {
         /// The joint.
         joint: JointId,
-        /// The first.
+        /// The given lower limit.
         lowest: f64,
-        /// The second.
+        /// The given upper limit.
         highest: f64,
     },
-    /// A speed that is none.
+    /// An invalid speed.
     #[error("the highest speed of joint {joint} is {speed}; it must lie above 0")]
     Speed {
         /// The joint.
@@ -137,7 +137,7 @@ pub enum ArticulationError {
 }
 
 impl ArticulationError {
-    /// The joint that it is about, where it is about one.
+    /// The joint concerned, if any.
     pub fn joint(&self) -> Option<&JointId> {
         match self {
             Self::DuplicateJoint(joint)
@@ -154,11 +154,11 @@ impl ArticulationError {
 }
 
 impl Articulation {
-    /// Checks links and joints and takes them over; axes are normalised.
+    /// Checks links and joints; axes are normalised.
     ///
     /// # Errors
-    /// For the first link or joint that does not fit a tree with one root, and for the first joint whose numbers are no
-    /// direction, place, interval or speed.
+    /// For the first link or joint that does not fit a tree with one root, and for the first joint with invalid
+    /// numbers.
     pub fn new(links: Vec<LinkId>, mut joints: Vec<Joint>) -> Result<Self, ArticulationError> {
         check_links(&links)?;
         let moving = joints.iter().filter(|joint| joint.moves()).count();
@@ -179,12 +179,12 @@ impl Articulation {
         Ok(Self { links, joints })
     }
 
-    /// The links in the order given.
+    /// The links in the given order.
     pub fn links(&self) -> &[LinkId] {
         &self.links
     }
 
-    /// The joints in the order given.
+    /// The joints in the given order.
     pub fn joints(&self) -> &[Joint] {
         &self.joints
     }
@@ -200,30 +200,30 @@ impl Articulation {
         self.joints.iter().position(|joint| joint.child == *link)
     }
 
-    /// Index of the link that hangs on no joint: the object's pose is its pose.
+    /// Index of the link without a parent: the object's pose is its pose.
     pub fn base(&self) -> usize {
         let base = (0..self.links.len()).find(|link| self.joint_of(*link).is_none());
         base.unwrap_or(0)
     }
 
-    /// Index of the link that carries a joint.
+    /// Index of the parent link of a joint.
     pub fn parent_of(&self, joint: usize) -> Option<usize> {
         self.link(&self.joints.get(joint)?.parent)
     }
 }
 
 impl Joint {
-    /// Whether it has a value.
+    /// Whether the joint moves.
     pub fn moves(&self) -> bool {
         self.kind != JointKind::Fixed
     }
 
-    /// Maps points of the child into the parent at a value.
+    /// Maps points of the child into the parent, for a value of the joint.
     pub fn parent_from_child(&self, value: f64) -> Pose {
         self.parent_from_joint * self.motion(value)
     }
 
-    /// What the joint does at a value, in its own frame.
+    /// Motion of the joint at a value, in its own frame.
     pub fn motion(&self, value: f64) -> Pose {
         match self.kind {
             JointKind::Revolute => Pose::rotation(self.axis * value),
@@ -249,7 +249,7 @@ fn check_links(links: &[LinkId]) -> Result<(), ArticulationError> {
 fn check_numbers(joint: &Joint) -> Result<(), ArticulationError> {
     let id = || joint.id.clone();
     let length = joint.axis.norm();
-    // Written so that NaN is refused.
+    // The comparison also refuses NaN.
     let is_unit = (length - 1.0).abs() <= AXIS_TOLERANCE;
     if joint.moves() && !is_unit {
         return Err(ArticulationError::Axis {
@@ -310,7 +310,7 @@ fn check_tree(links: &[LinkId], joints: &[Joint]) -> Result<(), ArticulationErro
     }
 }
 
-/// Whether the way from the joint's parent towards the base comes to the joint's child.
+/// Whether the path from the joint's parent to the base contains the joint's child.
 fn is_in_ring(joint: &Joint, joints: &[Joint]) -> bool {
     let mut link = &joint.parent;
     for _ in 0..=joints.len() {

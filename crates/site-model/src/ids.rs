@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use sextant_tag_families::Family;
 use thiserror::Error;
 
-/// Which tag it is: its family and its number in the family.
+/// Identity of a tag: its family and its id in the family.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub struct TagId {
     /// The family of code words.
@@ -26,10 +26,10 @@ impl fmt::Display for TagId {
 /// The longest name in bytes.
 const LONGEST: usize = 32;
 
-/// Why a text is no name.
+/// Why a text is not a valid name.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 pub enum IdError {
-    /// The text has no character or more than 32.
+    /// The text is empty or has more than 32 characters.
     #[error("a name has 1 to {LONGEST} characters, this one has {0}")]
     Length(usize),
     /// A character outside of `[a-z0-9_-]`.
@@ -56,7 +56,7 @@ macro_rules! id {
         pub struct $name(Arc<str>);
 
         impl $name {
-            /// Takes the name over if it is one.
+            /// Checks a name.
             ///
             /// # Errors
             /// When the text is empty, longer than 32 characters or has others than `[a-z0-9_-]`.

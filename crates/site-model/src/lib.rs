@@ -1,6 +1,6 @@
-//! What a site consists of: cameras, objects with tags, and what images show of them.
+//! The data of a site: cameras, objects with tags, and observations of images.
 //!
-//! - [`Rig`]: cameras with lens, pose, shutter and exposure, and how exact these are.
+//! - [`Rig`]: cameras with lens, pose, shutter and exposure, and their standard deviations.
 //! - [`ObjectModel`]: a constellation of tags, rigid or on the links of an [`Articulation`].
 //! - [`ImageObservation`]: the tag corners that one image shows, with its capture time.
 //!

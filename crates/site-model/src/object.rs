@@ -32,13 +32,13 @@ pub struct ObjectModel {
     size_sigmas_m: BTreeMap<TagId, f64>,
 }
 
-/// Why tags make no object.
+/// An invalid object.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum ObjectError {
-    /// An object needs a tag.
+    /// An object without tags.
     #[error("object {0} has no tag")]
     NoTag(ObjectId),
-    /// The same tag twice on one object.
+    /// A duplicate tag.
     #[error("object {object}: tag {tag} is there twice")]
     DuplicateTag {
         /// The object.
@@ -46,7 +46,7 @@ pub enum ObjectError {
         /// The tag.
         tag: TagId,
     },
-    /// A size that is no length, or not between a millimetre and 100 metres.
+    /// A size that is not between a millimetre and 100 metres.
     #[error(
         "object {object}: tag {tag} has the size {size_m} m; it must lie between 0.001 and 100"
     )]
@@ -66,7 +66,7 @@ pub enum ObjectError {
         /// The tag.
         tag: TagId,
     },
-    /// A sigma that is none, or of a tag that is not there.
+    /// An invalid sigma of a tag pose, or one of a missing tag.
     #[error("object {object}: the sigmas of tag {tag} must lie between 0 and 1 (m, rad)")]
     TagSigma {
         /// The object.
@@ -74,7 +74,7 @@ pub enum ObjectError {
         /// The tag.
         tag: TagId,
     },
-    /// A sigma of a size that is none, or of a tag that is not there.
+    /// An invalid sigma of a size, or one of a missing tag.
     #[error(
         "object {object}: the sigma of the size of tag {tag} must lie between 0 and the size itself"
     )]
@@ -91,21 +91,21 @@ pub enum ObjectError {
         object: ObjectId,
         /// The tag.
         tag: TagId,
-        /// The link that it names.
+        /// The missing link.
         link: LinkId,
     },
-    /// Links and joints that make no tree.
+    /// Invalid links and joints.
     #[error("object {object}: {error}")]
     Articulation {
         /// The object.
         object: ObjectId,
-        /// What is wrong with them.
+        /// The fault.
         error: ArticulationError,
     },
 }
 
 impl ObjectError {
-    /// The tag that it is about, where it is about one.
+    /// The tag concerned, if any.
     pub fn tag(&self) -> Option<TagId> {
         match self {
             Self::DuplicateTag { tag, .. }
@@ -120,10 +120,10 @@ impl ObjectError {
 }
 
 impl ObjectModel {
-    /// A rigid object: checks the tags and takes them over.
+    /// Checks the tags of a rigid object.
     ///
     /// # Errors
-    /// Without tags, and for the first tag that is there twice or whose size or pose is unusable.
+    /// Without tags, and for the first tag that is duplicated or whose size or pose is invalid.
     pub fn new(id: ObjectId, tags: Vec<ObjectTag>) -> Result<Self, ObjectError> {
         if tags.is_empty() {
             return Err(ObjectError::NoTag(id));
@@ -148,10 +148,10 @@ impl ObjectModel {
         })
     }
 
-    /// An object of links: each tag with the link that it is on, its `object_from_tag` being `link_from_tag`.
+    /// Checks the tags of an articulated object: each with its link; `object_from_tag` is `link_from_tag`.
     ///
     /// # Errors
-    /// As [`Self::new`], and for the first tag on a link that is not there.
+    /// As [`Self::new`], and for the first tag on a missing link.
     pub fn articulated(
         id: ObjectId,
         articulation: Articulation,
@@ -181,7 +181,7 @@ impl ObjectModel {
     /// one count as exact.
     ///
     /// # Errors
-    /// For the first tag that the object lacks, and the first sigma that is no length or angle.
+    /// For the first tag that the object lacks, and the first invalid sigma.
     pub fn with_tag_sigmas(
         mut self,
         sigmas: impl IntoIterator<Item = (TagId, PoseSigma)>,
@@ -196,7 +196,7 @@ impl ObjectModel {
         Ok(self)
     }
 
-    /// The same object, with the standard deviations of its tags' sizes, m.
+    /// The object with standard deviations of its tags' sizes, m.
     ///
     /// # Errors
     /// For the first tag that the object lacks, and the first sigma that is not between 0 and the tag's size.
@@ -215,12 +215,12 @@ impl ObjectModel {
         Ok(self)
     }
 
-    /// Standard deviation of a tag's size in m, where that is given.
+    /// Standard deviation of a tag's size in m, if given.
     pub fn size_sigma_m(&self, tag: &TagId) -> Option<f64> {
         self.size_sigmas_m.get(tag).copied()
     }
 
-    /// The object with every number exact that has no sigma: for simulations.
+    /// Declares every number without a sigma exact: for simulations.
     #[must_use]
     pub fn exact(mut self) -> Self {
         for tag in &self.tags {
@@ -230,7 +230,7 @@ impl ObjectModel {
         self
     }
 
-    /// The same object with another place and size of a tag, and the sigma of the place; unchanged where they are no such.
+    /// The object with another pose and size of a tag, and the sigma of the pose; unchanged if they are invalid.
     #[must_use]
     pub fn with_tag(mut self, corrected: ObjectTag, sigma: PoseSigma) -> Self {
         let mut tags = self.tags.iter_mut();
@@ -251,8 +251,8 @@ impl ObjectModel {
         self.tag_sigmas.get(tag).copied()
     }
 
-    /// The same object with the sigmas that a former model states of tags that are where they were. What this one states
-    /// itself stays.
+    /// Takes over the sigmas of a former model for tags with unchanged poses, unless this model has sigmas
+    /// of its own.
     #[must_use]
     pub fn holding_on_to(mut self, former: &Self) -> Self {
         for (tag, sigma) in &former.tag_sigmas {
@@ -267,17 +267,17 @@ impl ObjectModel {
         self
     }
 
-    /// Whether every tag's place is known.
+    /// Whether the poses of all tags are known.
     pub fn is_learned(&self) -> bool {
         self.tags.iter().all(|tag| tag.object_from_tag.is_some())
     }
 
-    /// Its links and joints; `None` where it is rigid.
+    /// Its links and joints; `None` if it is rigid.
     pub fn articulation(&self) -> Option<&Articulation> {
         self.articulation.as_ref()
     }
 
-    /// Index of the link that a tag is on, by the tag's place among [`Self::tags`]; `None` where the object is rigid.
+    /// Index of the link of a tag, by the tag's index in [`Self::tags`]; `None` if the object is rigid.
     pub fn link_of(&self, tag: usize) -> Option<usize> {
         self.links.get(tag).copied()
     }
@@ -287,7 +287,7 @@ impl ObjectModel {
         &self.id
     }
 
-    /// Its tags in the order given.
+    /// Its tags in the given order.
     pub fn tags(&self) -> &[ObjectTag] {
         &self.tags
     }

@@ -1,4 +1,4 @@
-//! What one image shows: the corners of its tags, in pixels, with capture time and its error.
+//! Observation of one image: the corners of its tags in pixels, with capture time and its error.
 
 use nalgebra::{Matrix2, Point2, SMatrix};
 use sextant_geometry::CORNER_PAIRS;
@@ -8,7 +8,7 @@ use crate::{CameraId, TagId};
 /// The corners of one tag in one image.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TagCorners {
-    /// Which tag.
+    /// Identity of the tag.
     pub tag: TagId,
     /// Top left, top right, bottom right, bottom left of the upright tag, in pixels.
     pub corners: [Point2<f64>; 4],
@@ -39,7 +39,7 @@ impl TagCorners {
         all
     }
 
-    /// The same of corners whose errors are independent.
+    /// Covariance of corners with independent errors.
     pub fn own_covariance(&self) -> SMatrix<f64, 8, 8> {
         let mut all = SMatrix::<f64, 8, 8>::zeros();
         for (corner, own) in self.corner_covariance.iter().enumerate() {
@@ -62,7 +62,7 @@ pub struct ImageObservation {
     pub clock_error_ns: u64,
     /// Length of the exposure in ns; 0 where unknown.
     pub exposure_ns: u64,
-    /// The tags found; may be empty: an image without tags is knowledge too.
+    /// The detected tags; may be empty, since an image without tags is information, too.
     pub tags: Vec<TagCorners>,
 }
 

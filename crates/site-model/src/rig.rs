@@ -12,7 +12,7 @@ mod exposure;
 
 pub use exposure::{Exposure, Stamp};
 
-/// One camera: how it maps points of the world to pixels.
+/// One camera: a map from points of the world to pixels.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Camera {
     /// Its name.
@@ -25,33 +25,33 @@ pub struct Camera {
     pub world_from_camera: Option<Pose>,
 }
 
-/// How well a pose is known, a camera's or a tag's: one sigma an axis.
+/// Standard deviation of the pose of a camera or tag, per axis.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PoseSigma {
-    /// Of its position in m.
+    /// Of the position, m.
     pub position_m: f64,
-    /// Of its orientation in rad.
+    /// Of the orientation, rad.
     pub orientation_rad: f64,
 }
 
 impl PoseSigma {
-    /// Nothing is open.
+    /// Zero: exact.
     pub const NONE: Self = Self {
         position_m: 0.0,
         orientation_rad: 0.0,
     };
-    /// Of a camera whose place was measured by hand.
+    /// Default for a camera that was placed by hand.
     pub const OF_CAMERA: Self = Self {
         position_m: 0.01,
         orientation_rad: 0.01,
     };
-    /// Of a tag that was glued on by hand.
+    /// Default for a tag that was glued on by hand.
     pub const OF_TAG: Self = Self {
         position_m: 0.001,
         orientation_rad: 0.017,
     };
 
-    /// So many times as large.
+    /// Scaled by a factor.
     pub fn times(self, factor: f64) -> Self {
         Self {
             position_m: self.position_m * factor,
@@ -59,7 +59,7 @@ impl PoseSigma {
         }
     }
 
-    /// Whether it leaves anything open.
+    /// Whether it is not zero.
     pub fn is_some(&self) -> bool {
         self.position_m > 0.0 || self.orientation_rad > 0.0
     }
@@ -70,31 +70,31 @@ impl PoseSigma {
         Vector6::new(t, t, t, r, r, r)
     }
 
-    /// Whether both lie between 0 and 1.
+    /// Whether both are between 0 and 1.
     pub fn is_sound(&self) -> bool {
         let both = [self.position_m, self.orientation_rad];
         both.iter().all(|sigma| (0.0..=1.0).contains(sigma))
     }
 }
 
-/// How well a camera's lens is known, apart from what a turn of the whole camera would make up for: one sigma each.
+/// Standard deviations of a camera's lens, apart from what a rotation of the whole camera compensates.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LensSigma {
-    /// Of the focal length along both axes alike, in px.
+    /// Of the focal length along both axes together, px.
     pub focal_px: f64,
-    /// By how many px errors of the distortion displace the image's corners, outwards or inwards; elsewhere it goes with the cube
+    /// Of the distortion: displacement of the image's corners outwards or inwards, px; elsewhere it grows with the cube
     /// of the distance from the centre.
     pub distortion_px: f64,
 }
 
 impl LensSigma {
-    /// Of a lens that is known exactly.
+    /// Zero: exact.
     pub const NONE: Self = Self {
         focal_px: 0.0,
         distortion_px: 0.0,
     };
 
-    /// Of a lens that was calibrated on another day: 0.3 % of the focal length, half a pixel in the corners of the image.
+    /// Default for a lens that was calibrated on another day: 0.3 % of the focal length, half a pixel in the corners of the image.
     pub fn usual(lens: &Lens) -> Self {
         let is_bending = !lens.distortion().is_empty();
         Self {
@@ -103,7 +103,7 @@ impl LensSigma {
         }
     }
 
-    /// So many times as large.
+    /// Scaled by a factor.
     pub fn times(self, factor: f64) -> Self {
         Self {
             focal_px: self.focal_px * factor,
@@ -111,19 +111,19 @@ impl LensSigma {
         }
     }
 
-    /// Variances of focal length and distortion, px²; the other places are zero.
+    /// Variances of focal length and distortion, px²; other elements are zero.
     pub fn variance(self) -> Vector6<f64> {
         let (focal, distortion) = (self.focal_px.powi(2), self.distortion_px.powi(2));
         Vector6::new(focal, distortion, 0.0, 0.0, 0.0, 0.0)
     }
 
-    /// Whether it leaves anything open.
+    /// Whether it is not zero.
     pub fn is_some(&self) -> bool {
         self.focal_px > 0.0 || self.distortion_px > 0.0
     }
 }
 
-/// All cameras of a site, in the order given; the first is the reference for clocks.
+/// All cameras of a site, in the given order; the first is the reference for clocks.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Rig {
     cameras: Vec<Camera>,
@@ -133,16 +133,16 @@ pub struct Rig {
     exposures: BTreeMap<CameraId, Exposure>,
 }
 
-/// Most pixels that a lens may be uncertain by.
+/// Largest valid standard deviation of a lens, px.
 pub const MOST_LENS_SIGMA_PX: f64 = 100.0;
 
-/// Seconds within which a rolling shutter must have read all rows: an object is taken to move steadily for so long.
+/// Longest readout of a rolling shutter, s: the twist of an object is assumed to be constant for this time.
 const LONGEST_READOUT_S: f64 = 0.1;
 
-/// Why cameras make no rig.
+/// An invalid rig.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum RigError {
-    /// Two cameras of one name.
+    /// Two cameras with one name.
     #[error("camera {0} is there twice")]
     DuplicateCamera(CameraId),
     /// Width or height outside 1..=65535.
@@ -157,16 +157,16 @@ pub enum RigError {
         /// Its height in pixels.
         height: u32,
     },
-    /// A sigma that is none, or of a camera that is not there.
+    /// An invalid sigma of a camera pose, or one of a missing camera.
     #[error("camera {0}: the sigmas of its pose must lie between 0 and 1 (m, rad)")]
     PoseSigma(CameraId),
-    /// A sigma of a lens that is none, or of a camera that is not there.
+    /// An invalid sigma of a lens, or one of a missing camera.
     #[error("camera {0}: the sigmas of its lens must lie between 0 and 100 px")]
     LensSigma(CameraId),
-    /// A line delay that is none, or of a camera that is not there.
+    /// An invalid line delay, or one of a missing camera.
     #[error("camera {0}: the line delay must be seconds, all rows within 0.1 s")]
     LineDelay(CameraId),
-    /// An exposure that is none, or of a camera that is not there.
+    /// An invalid exposure, or one of a missing camera.
     #[error("camera {0}: the exposure must lie between 0 and 1 s")]
     Exposure(CameraId),
     /// A position or orientation that is not finite.
@@ -175,7 +175,7 @@ pub enum RigError {
 }
 
 impl RigError {
-    /// The camera that it is about.
+    /// The camera concerned.
     pub fn camera(&self) -> &CameraId {
         match self {
             Self::DuplicateCamera(camera)
@@ -190,10 +190,10 @@ impl RigError {
 }
 
 impl Rig {
-    /// Checks the cameras and takes them over.
+    /// Checks the cameras.
     ///
     /// # Errors
-    /// For the first camera whose name is taken, or whose resolution or pose is unusable.
+    /// For the first camera whose name is in use, or whose resolution or pose is invalid.
     pub fn new(cameras: Vec<Camera>) -> Result<Self, RigError> {
         let mut seen = BTreeMap::new();
         for camera in &cameras {
@@ -208,11 +208,10 @@ impl Rig {
         })
     }
 
-    /// The rig with standard deviations of its camera poses. Cameras without one count as exact:
-    /// a figure made up here would make every covariance one.
+    /// The rig with standard deviations of its camera poses. Cameras without one count as exact.
     ///
     /// # Errors
-    /// For the first camera that is not there, and the first sigma that is no length or angle.
+    /// For the first missing camera, and the first invalid sigma.
     pub fn with_pose_sigmas(
         mut self,
         sigmas: impl IntoIterator<Item = (CameraId, PoseSigma)>,
@@ -229,7 +228,7 @@ impl Rig {
     /// The rig with standard deviations of its lenses; lenses without one count as exact.
     ///
     /// # Errors
-    /// For the first camera that is not there, and the first sigma that is no number of pixels.
+    /// For the first missing camera, and the first invalid sigma.
     pub fn with_lens_sigmas(
         mut self,
         sigmas: impl IntoIterator<Item = (CameraId, LensSigma)>,
@@ -247,7 +246,7 @@ impl Rig {
         Ok(self)
     }
 
-    /// The rig with every number exact that has no sigma: for simulations.
+    /// Declares every number without a sigma exact: for simulations.
     #[must_use]
     pub fn exact(mut self) -> Self {
         let nothing = LensSigma {
@@ -264,7 +263,7 @@ impl Rig {
         self
     }
 
-    /// The same rig with another pose and lens of a camera, and their sigmas; unchanged where they are no such.
+    /// The rig with another pose and lens of a camera, and their sigmas; unchanged if they are invalid.
     #[must_use]
     pub fn with_camera(
         mut self,
@@ -296,11 +295,11 @@ impl Rig {
         sigmas.map(|(camera, sigma)| (camera.clone(), *sigma))
     }
 
-    /// The same rig with rolling shutters: seconds from a row of the camera's images to the next, below zero where the lowest
+    /// The rig with rolling shutters: seconds from a row of the camera's images to the next, negative if the lowest row
     /// is read first. The capture time of such an image is that of its middle row. Without it, or with 0, all rows have one time.
     ///
     /// # Errors
-    /// For the first camera that is not there, and the first delay by which an image takes more than 0.1 s.
+    /// For the first missing camera, and the first delay by which an image takes more than 0.1 s.
     pub fn with_line_delays(
         mut self,
         delays_s: impl IntoIterator<Item = (CameraId, f64)>,
@@ -318,8 +317,8 @@ impl Rig {
         Ok(self)
     }
 
-    /// The same cameras with what a former rig states of them and still holds: sigmas of poses and lenses that are the same,
-    /// line delays and exposures of images of the same size. What this rig states itself stays.
+    /// Takes over what is still valid of a former rig: sigmas of unchanged poses and lenses, and
+    /// line delays and exposures of images of the same size, unless this rig has its own.
     #[must_use]
     pub fn holding_on_to(mut self, former: &Self) -> Self {
         for camera in &self.cameras {
@@ -350,13 +349,13 @@ impl Rig {
         self
     }
 
-    /// The cameras whose shutters roll, with their line delays in seconds.
+    /// Cameras with rolling shutters, with their line delays in seconds.
     pub fn line_delays_s(&self) -> impl Iterator<Item = (CameraId, f64)> {
         let delays = self.line_delays_s.iter();
         delays.map(|(camera, delay_s)| (camera.clone(), *delay_s))
     }
 
-    /// Seconds from a row of a camera's images to the next; `None` where all rows have one time.
+    /// Seconds from a row of a camera's images to the next; `None` with a global shutter.
     pub fn line_delay_s(&self, id: &CameraId) -> Option<f64> {
         self.line_delays_s.get(id).copied()
     }
@@ -366,7 +365,7 @@ impl Rig {
         self.pose_sigmas.get(id).copied()
     }
 
-    /// The cameras in the order given.
+    /// The cameras in the given order.
     pub fn cameras(&self) -> &[Camera] {
         &self.cameras
     }
@@ -393,11 +392,11 @@ fn check(camera: &Camera) -> Result<(), RigError> {
     }
 }
 
-/// How far two poses may be apart, m and as quaternions, that are the same: a pose that was sent may come back with other last
+/// Largest difference, in m and as quaternions, of poses that count as equal, since a transmitted pose may change in its last
 /// digits.
 const ROUNDING: f64 = 1e-9;
 
-/// Whether both are there and the same, up to rounding.
+/// Whether both exist and are equal up to rounding.
 pub(crate) fn is_same(one: Option<Pose>, other: Option<Pose>) -> bool {
     let Some((one, other)) = one.zip(other) else {
         return false;
@@ -407,7 +406,7 @@ pub(crate) fn is_same(one: Option<Pose>, other: Option<Pose>) -> bool {
     apart <= ROUNDING && (a - b).norm().min((a + b).norm()) <= ROUNDING
 }
 
-/// Whether position and orientation are all finite.
+/// Whether position and orientation are finite.
 pub fn is_finite(pose: &Pose) -> bool {
     pose.translation
         .vector

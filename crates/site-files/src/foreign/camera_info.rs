@@ -1,4 +1,4 @@
-//! One camera: ROS `camera_info`, and the keys of OpenCV's calibration files, which are nearly the same.
+//! One camera: ROS `camera_info`, and OpenCV's calibration files, which have nearly the same keys.
 
 use super::distortion::{Keys, lens_of, ros_distortion};
 use super::matrix::{first, intrinsics, missing, numbers, pixels};
@@ -31,7 +31,7 @@ const COEFFICIENTS: [&str; 9] = [
     "distortion",
 ];
 
-/// The camera of a document; one without a name gets that of its file.
+/// The camera of a document; a camera without a name gets that of its file.
 pub(super) fn camera(document: &Value, stem: &str) -> Result<Camera, Complaint> {
     check_binning(document)?;
     let (key, matrix) = first(document, &MATRIX).ok_or_else(|| missing(MATRIX[0]))?;
@@ -61,7 +61,7 @@ fn size(document: &Value, keys: &[&'static str; 3]) -> Result<u32, Complaint> {
     pixels(key, value)
 }
 
-/// ROS states the model; OpenCV's sample says `fisheye_model: 1`, and nothing means its polynomial.
+/// ROS names the model; OpenCV's sample writes `fisheye_model: 1`, and nothing for its polynomial.
 fn model(document: &Value) -> &str {
     let stated = document.get("distortion_model").and_then(Value::as_str);
     let fisheye = document.get("fisheye_model").and_then(Value::as_f64);
@@ -72,7 +72,7 @@ fn model(document: &Value) -> &str {
     }
 }
 
-/// A message may say that its images are binned; its numbers are then those of other images.
+/// A message with binning describes images of another size.
 fn check_binning(document: &Value) -> Result<(), Complaint> {
     for key in ["binning_x", "binning_y"] {
         let binning = document.get(key).and_then(Value::as_f64).unwrap_or(0.0);
@@ -89,7 +89,7 @@ fn check_binning(document: &Value) -> Result<(), Complaint> {
     Ok(())
 }
 
-/// The file of a camera as ROS's `camera_calibration_parsers` keeps it.
+/// The file of a camera in the format of ROS's `camera_calibration_parsers`.
 pub(super) fn text(camera: &Camera) -> String {
     let [width, height] = camera.resolution;
     let Intrinsics { fx, fy, cx, cy } = camera.lens.intrinsics();

@@ -1,15 +1,15 @@
-//! Names and numbers of other tools' distortion models, and our lenses.
+//! Distortion models of other tools and the corresponding lenses.
 
 use crate::error::Complaint;
 use sextant_geometry::{Intrinsics, Lens, LensModel};
 
-/// Where a lens's numbers stand in the file, for the complaints.
+/// Location of a lens's parameters in the file, for messages.
 pub(super) struct Keys {
     pub model: &'static str,
     pub coefficients: &'static str,
 }
 
-/// The lens of a model's name as ROS, Kalibr and OpenCV write it.
+/// The lens of a model name of ROS, Kalibr or OpenCV.
 pub(super) fn lens_of(
     keys: &Keys,
     model: &str,
@@ -39,7 +39,7 @@ pub(super) fn lens_of(
     lens.map_err(|error| Complaint::new(keys.coefficients, error.to_string(), ""))
 }
 
-/// k1 k2 p1 p2 [k3 [k4 k5 k6 [s1 s2 s3 s4 [tx ty]]]], OpenCV's order; everything from k4 on must be zero.
+/// k1 k2 p1 p2 [k3 [k4 k5 k6 [s1 s2 s3 s4 [tx ty]]]] in OpenCV's order; everything from k4 on must be zero.
 fn polynomial(
     keys: &Keys,
     intrinsics: Intrinsics,
@@ -79,7 +79,7 @@ fn count(keys: &Keys, coefficients: &[f64], expected: &str) -> Complaint {
     Complaint::new(keys.coefficients, cause, "")
 }
 
-/// ROS's name of a lens's model, and its coefficients there.
+/// Name and coefficients of a lens model in ROS.
 pub(super) fn ros_distortion(lens: &Lens) -> (&'static str, Vec<f64>) {
     match lens.model() {
         LensModel::KannalaBrandt => ("equidistant", lens.distortion().to_vec()),

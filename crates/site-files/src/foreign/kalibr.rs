@@ -1,4 +1,4 @@
-//! Kalibr's camera chains: `cam0`, `cam1`, ..., each with its place in the one before.
+//! Kalibr's camera chains: `cam0`, `cam1`, ..., each with its pose relative to the previous one.
 
 use super::distortion::{Keys, lens_of};
 use super::matrix::{exactly, first, is_writable, missing, numbers, pixels, pose, rows_of};
@@ -14,7 +14,7 @@ const KEYS: Keys = Keys {
     coefficients: "distortion_coeffs",
 };
 
-/// The cameras of a chain. With more than one, the first is the world.
+/// The cameras of a chain. With more than one, the first is the world frame.
 pub(super) fn cameras(document: &Value) -> Result<Vec<Camera>, Complaint> {
     let links = (0..).map_while(|index| document.get(format!("cam{index}")));
     let links: Vec<&Value> = links.collect();
@@ -42,7 +42,7 @@ fn inside(index: usize, complaint: Complaint) -> Complaint {
     }
 }
 
-/// Maps points of a camera into the one before it in the chain.
+/// Maps points of a camera into the previous one of the chain.
 fn former_from(former: &Value, link: &Value) -> Result<Pose, Complaint> {
     let stated =
         |value: &Value, key: &'static str| value.get(key).map(|value| pose(key, value)).transpose();
@@ -93,7 +93,7 @@ fn resolution(link: &Value) -> Result<[u32; 2], Complaint> {
     }
 }
 
-/// `/north/image_raw` is the camera `north`; a topic of one part or none gives `cam0`.
+/// `/north/image_raw` becomes the camera `north`; without such a topic the name is `cam0`.
 fn name_in(index: usize, topic: Option<&str>) -> String {
     let parts: Vec<&str> = topic
         .unwrap_or("")
@@ -106,7 +106,7 @@ fn name_in(index: usize, topic: Option<&str>) -> String {
     }
 }
 
-/// The chain of cameras. Where a pose is unknown the chain has none.
+/// The chain of cameras. Unknown poses are omitted.
 pub(super) fn text(cameras: &[Camera]) -> Result<String, Complaint> {
     let mut text = String::new();
     for (index, camera) in cameras.iter().enumerate() {
@@ -137,7 +137,7 @@ pub(super) fn text(cameras: &[Camera]) -> Result<String, Complaint> {
     Ok(text)
 }
 
-/// T_cn_cnm1 of neighbours in the chain.
+/// T_cn_cnm1 of successive cameras.
 fn link(former: &Camera, camera: &Camera) -> Option<[[f64; 4]; 4]> {
     let this_from_former = camera.world_from_camera?.inverse() * former.world_from_camera?;
     is_writable(&this_from_former).then(|| rows_of(&this_from_former))

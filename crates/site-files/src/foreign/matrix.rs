@@ -1,13 +1,13 @@
-//! Numbers, lists and matrices out of a YAML value, by key.
+//! Numbers, lists and matrices of a YAML value, by key.
 
 use crate::error::Complaint;
 use sextant_geometry::{Intrinsics, Pose, PoseParts};
 use yaml_serde::Value;
 
-/// How far from a rotation the written 3x3 may be, in its elements.
+/// Largest deviation of a 3x3 matrix from a rotation, per element.
 const ROTATION_TOLERANCE: f64 = 1e-3;
 
-/// The first of several spellings of a key that is there, and its value.
+/// The first present key of several spellings, and its value.
 pub(super) fn first<'a>(
     document: &'a Value,
     keys: &[&'static str],
@@ -17,7 +17,7 @@ pub(super) fn first<'a>(
         .filter(|(_, value)| !value.is_null())
 }
 
-/// A complaint that a key is missing.
+/// The error for a missing key.
 pub(super) fn missing(key: &str) -> Complaint {
     Complaint::new(
         key,
@@ -26,7 +26,7 @@ pub(super) fn missing(key: &str) -> Complaint {
     )
 }
 
-/// A list of finite numbers: a YAML list, a list of rows, or a matrix of OpenCV's with its `data`.
+/// A list of finite numbers: a YAML list, a list of rows, or an OpenCV matrix with its `data`.
 pub(super) fn numbers(key: &str, value: &Value) -> Result<Vec<f64>, Complaint> {
     let list = value.get("data").unwrap_or(value);
     let mut numbers = Vec::new();
@@ -55,7 +55,7 @@ pub(super) fn exactly<const N: usize>(key: &str, numbers: Vec<f64>) -> Result<[f
         .map_err(|_| Complaint::new(key, format!("{given} numbers where {N} belong"), ""))
 }
 
-/// A whole number of pixels.
+/// A number of pixels as an integer.
 pub(super) fn pixels(key: &str, value: &Value) -> Result<u32, Complaint> {
     // OpenCV's sample writes sizes as integers, others as 640.0.
     let number = value
@@ -66,7 +66,7 @@ pub(super) fn pixels(key: &str, value: &Value) -> Result<u32, Complaint> {
         .ok_or_else(|| Complaint::new(key, "this is no number of pixels from 1 to 65535", ""))
 }
 
-/// Focal lengths and centre of a camera matrix, row by row; skew and anything that is no camera matrix is refused.
+/// Focal lengths and principal point of a camera matrix, row by row; refuses skew and other matrices.
 pub(super) fn intrinsics(key: &str, value: &Value) -> Result<Intrinsics, Complaint> {
     let [fx, skew, cx, shear, fy, cy, a, b, one] = exactly(key, numbers(key, value)?)?;
     if skew != 0.0 {
@@ -93,7 +93,7 @@ pub(super) fn pose(key: &str, value: &Value) -> Result<Pose, Complaint> {
     let rotation: nalgebra::Matrix3<f64> = rows.fixed_view::<3, 3>(0, 0).into();
     let off = (rotation * rotation.transpose() - nalgebra::Matrix3::identity()).amax();
     let last = [m[12], m[13], m[14], m[15] - 1.0];
-    // Written so that NaN is refused.
+    // The comparison also refuses NaN.
     let is_rigid = off <= ROTATION_TOLERANCE && rotation.determinant() > 0.0 && last == [0.0; 4];
     if !is_rigid {
         return Err(Complaint::new(
@@ -115,7 +115,7 @@ pub(super) fn rows_of(pose: &Pose) -> [[f64; 4]; 4] {
     [0, 1, 2, 3].map(|row| [0, 1, 2, 3].map(|column| matrix[(row, column)]))
 }
 
-/// Checks that numbers are a pose that can be written.
+/// Checks that numbers are a valid pose.
 pub(super) fn is_writable(pose: &Pose) -> bool {
     PoseParts::from(pose).to_pose().is_ok()
 }

@@ -1,11 +1,11 @@
-//! What is peculiar to OpenCV's YAML: its own version line, its own tag on matrices.
+//! OpenCV's dialect of YAML: its version line and its tag for matrices.
 
 use super::distortion::ros_distortion;
 use sextant_estimator::Camera;
 use sextant_geometry::{Intrinsics, LensModel};
 
-/// OpenCV's `%YAML:1.0` is no directive of YAML's, and its `!!opencv-matrix` no tag of it: without both it is plain YAML.
-/// Lines stay where they are. Other texts are left as they are.
+/// Removes OpenCV's `%YAML:1.0`, which is no valid directive, and its tag `!!opencv-matrix`: the rest is plain YAML.
+/// Line numbers and other texts are unchanged.
 pub(super) fn as_plain_yaml(text: &str) -> String {
     let text = match text.strip_prefix("%YAML:1.0") {
         Some(rest) => format!("#{rest}"),
@@ -14,7 +14,7 @@ pub(super) fn as_plain_yaml(text: &str) -> String {
     text.replace("!!opencv-matrix", "")
 }
 
-/// The file of a camera as OpenCV's calibration sample writes it.
+/// The file of a camera in the format of OpenCV's calibration sample.
 pub(super) fn text(camera: &Camera) -> String {
     let [width, height] = camera.resolution;
     let Intrinsics { fx, fy, cx, cy } = camera.lens.intrinsics();

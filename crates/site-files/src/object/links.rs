@@ -1,4 +1,4 @@
-//! `[[link]]` and `[[joint]]` of `object.toml`: links and joints as written, and back to text.
+//! `[[link]]` and `[[joint]]` of `object.toml`, read and written.
 
 use crate::document::Document;
 use crate::error::Complaint;
@@ -21,17 +21,17 @@ pub(super) struct JointTable {
     kind: JointKind,
     parent: LinkId,
     child: LinkId,
-    /// Needed unless the joint is fixed.
+    /// Required unless the joint is fixed.
     axis: Option<[f64; 3]>,
-    /// Omitted where the joint sits at the parent's origin.
+    /// Omitted if the joint is at the parent's origin.
     origin: Option<PoseParts>,
     /// Radians or metres.
     limits: Option<[f64; 2]>,
-    /// Radians or metres a second.
+    /// Radians or metres per second.
     max_speed: Option<f64>,
 }
 
-/// The links and joints of a file; `None` where it has none.
+/// The links and joints of a file; `None` without any.
 pub(super) fn articulation_of(
     links: &[LinkTable],
     joints: &[JointTable],
@@ -109,7 +109,7 @@ fn joint_of(index: usize, table: &JointTable) -> Result<Joint, Complaint> {
     })
 }
 
-/// The estimator's rules, with the place in the file.
+/// The estimator's rules, with the location in the file.
 fn complaint(error: &ArticulationError, links: &[LinkTable], joints: &[JointTable]) -> Complaint {
     let at = |id: &JointId| joints.iter().position(|joint| joint.id == *id);
     let joint = error.joint().and_then(at).unwrap_or(0);

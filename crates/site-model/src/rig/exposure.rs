@@ -1,11 +1,11 @@
-//! Which moment of an image its stamp is of, and when the middle of its exposure was: that is the capture time everywhere else.
+//! Reference of timestamps, and the middle of the exposure, which is the capture time everywhere else.
 //!
-//! Rows are exposed one after the other, each for the exposure's length T, the readout R = (rows - 1) line delays from the first
-//! to the last of them (0 with a global shutter). The image begins with the first row's exposure and ends with the last one's,
-//! T + R later; the middle of the middle row lies (T + R) / 2 from either, from whichever side the rows are read.
+//! Rows are exposed one after the other, each for the exposure time T; the readout R = (rows - 1) line delays is the delay of the last row
+//! relative to the first (0 with a global shutter). The image starts with the exposure of the first row and ends with that of the last one,
+//! T + R later; the middle of the middle row is (T + R) / 2 from either end, whatever the direction of readout.
 //!
-//! Nothing else depends on the length. The mean over the exposure of a point that moves steadily is where it was in the middle;
-//! acceleration a displaces it by a T^2 / 24 (the second order of the mean), at 10 ms and 1 g by 0.04 mm.
+//! Nothing else depends on T. A point that moves at constant velocity appears where it is in the middle of the exposure;
+//! an acceleration a displaces it by a T^2 / 24 (the second order of the mean), at 10 ms and 1 g by 0.04 mm.
 
 use serde::{Deserialize, Serialize};
 
@@ -15,25 +15,25 @@ use crate::{CameraId, ImageObservation};
 /// Longest valid exposure, s.
 const LONGEST_S: f64 = 1.0;
 
-/// Which moment of an image its stamp is of.
+/// Reference of a timestamp within the image.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Stamp {
-    /// The beginning of the first row's exposure.
+    /// Start of the exposure of the first row.
     Start,
-    /// The middle of the middle row's exposure.
+    /// Middle of the exposure of the middle row.
     #[default]
     Middle,
-    /// The end of the last row's exposure.
+    /// End of the exposure of the last row.
     End,
 }
 
-/// How a camera exposes its images, and which moment it stamps.
+/// Exposure of a camera's images, and the reference of their timestamps.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Exposure {
-    /// How long a row is exposed, s. What an image states of itself goes before.
+    /// Exposure time of a row, s. That of an image itself takes precedence.
     pub length_s: f64,
-    /// The moment.
+    /// Reference of the timestamps.
     pub stamp: Stamp,
 }
 
@@ -55,7 +55,7 @@ impl Rig {
     /// The rig with exposures of its cameras.
     ///
     /// # Errors
-    /// For the first camera that is not there, and the first length that is not between 0 and 1 s.
+    /// For the first missing camera, and the first exposure time that is not between 0 and 1 s.
     pub fn with_exposures(
         mut self,
         exposures: impl IntoIterator<Item = (CameraId, Exposure)>,
@@ -94,8 +94,7 @@ impl Rig {
         }
     }
 
-    /// The image with the middle of its exposure as capture time, whichever moment its stamp is of. For whoever takes in images,
-    /// once.
+    /// The image with the middle of its exposure as capture time. Apply it once, when an image is received.
     #[must_use]
     pub fn timed(&self, image: ImageObservation) -> ImageObservation {
         ImageObservation {
@@ -108,7 +107,7 @@ impl Rig {
         }
     }
 
-    /// Seconds from the first row to the last.
+    /// Seconds from the start of the first row to that of the last.
     fn readout_s(&self, id: &CameraId) -> f64 {
         let steps = self.camera(id).map(|camera| camera.resolution[1] - 1);
         let delay_s = self.line_delay_s(id).unwrap_or(0.0).abs();
@@ -155,7 +154,7 @@ mod tests {
             (Stamp::Start, -2.5e-5, 0, stamp_ns + 10 * ms),
             (Stamp::End, 2.5e-5, 0, stamp_ns - 10 * ms),
             (Stamp::Middle, 2.5e-5, 0, stamp_ns),
-            // An image that knows its own exposure, 2 ms.
+            // An image with an exposure time of its own, 2 ms.
             (Stamp::Start, 2.5e-5, 2 * ms, stamp_ns + 7 * ms),
         ] {
             let length_s = 0.008;
@@ -174,7 +173,7 @@ mod tests {
         let rig = rig(exposure, 0.0).unwrap();
         let other = CameraId::new("south").unwrap();
         assert_eq!(rig.middle_of_exposure_ns(&other, 7, 1000), 7);
-        // Nor does any stamp lead out of time.
+        // Timestamps at the limits do not overflow.
         assert_eq!(rig.middle_of_exposure_ns(&north(), 7, u64::MAX), 0);
     }
 
