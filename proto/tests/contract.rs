@@ -1,53 +1,35 @@
-//! The tables of `CONTRACT.md` list the keys, kinds and lengths that the code has.
+//! `CONTRACT.md` says what the code does: keys, kinds, lengths, and the type of every message down to its last field and variant.
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
-use sextant_proto::{Keys, Kind};
+mod traced;
+
+use sextant_contract::{Contract, KindRow};
+use sextant_proto::*;
 use std::collections::BTreeSet;
 use std::path::Path;
+use traced::trace;
 
-fn contract() -> String {
+/// Each enum takes variant `round` modulo its number of variants: so many rounds reach every variant, nested ones included.
+const ROUNDS: usize = 400;
+
+fn contract() -> Contract {
     let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("CONTRACT.md");
-    std::fs::read_to_string(file).unwrap()
-}
-
-/// The rows of the table with this head, without head and rule: their cells.
-fn table(head: &str) -> Vec<Vec<String>> {
-    let contract = contract();
-    let rows = contract
-        .lines()
-        .skip_while(|line| !line.starts_with(head))
-        .take_while(|line| line.starts_with('|'));
-    let cells = |row: &str| {
-        row.trim_matches('|')
-            .split('|')
-            .map(|cell| cell.trim().to_owned())
-            .collect()
-    };
-    rows.skip(2).map(cells).collect()
-}
-
-/// A kind as the tables write it.
-fn written(kind: Kind) -> String {
-    format!("{kind:?}, {}", kind as u8)
+    Contract::read(&std::fs::read_to_string(file).unwrap()).unwrap()
 }
 
 #[test]
 fn every_key_of_the_contract_holds_the_message_that_the_code_expects() {
     let keys = Keys::new("lab").unwrap();
     let mut kinds = BTreeSet::new();
-    for row in table("| key | message, kind |") {
-        let [template, message, _] = &row[..] else {
-            panic!("{row:?}");
-        };
-        let key = template.trim_matches('`').replace("<kind>", "fusion");
-        let key = key.replace(['<', '>'], "");
+    for row in contract().keys {
+        let key = row.key.replace("<kind>", "fusion").replace(['<', '>'], "");
         if key.starts_with("holder/") {
             continue;
         }
         let parsed = keys.parse(&format!("sextant/v1/lab/{key}"));
         let kind = parsed.unwrap_or_else(|| panic!("{key}")).kind();
-        let expected = kind.map_or_else(|| "liveliness token".to_owned(), written);
-        assert_eq!(*message, expected, "{key}");
+        let expected = kind.map(|kind| (format!("{kind:?}"), kind as u8));
+        assert_eq!(row.message, expected, "{key}");
         kinds.extend(kind);
     }
     assert_eq!(kinds, BTreeSet::from(Kind::ALL));
@@ -55,9 +37,35 @@ fn every_key_of_the_contract_holds_the_message_that_the_code_expects() {
 
 #[test]
 fn every_kind_of_the_contract_is_as_long_as_the_code_allows() {
-    let rows = Kind::ALL.map(|kind| {
-        let number = (kind as u8).to_string();
-        vec![number, format!("{kind:?}"), kind.max_bytes().to_string()]
+    let rows = Kind::ALL.map(|kind| KindRow {
+        number: kind as u8,
+        message: format!("{kind:?}"),
+        max_bytes: kind.max_bytes(),
     });
-    assert_eq!(table("| kind | message | bytes |"), rows);
+    assert_eq!(contract().kinds, rows);
+}
+
+#[test]
+fn every_message_of_the_contract_has_the_fields_and_variants_of_the_code() {
+    let contract = contract();
+    for kind in Kind::ALL {
+        let trace = match kind {
+            Kind::Observations => trace::<Observations>,
+            Kind::Preview => trace::<Preview>,
+            Kind::DetectionReport => trace::<DetectionReport>,
+            Kind::CameraStatus => trace::<CameraStatus>,
+            Kind::ObjectPose => trace::<ObjectPose>,
+            Kind::ObjectLinks => trace::<ObjectLinks>,
+            Kind::ObjectTruth => trace::<ObjectTruth>,
+            Kind::FusionStatus => trace::<FusionStatus>,
+            Kind::ClockReport => trace::<ClockReport>,
+            Kind::ConfigAnswer => trace::<ConfigAnswer>,
+            Kind::Proposal => trace::<Proposal>,
+            Kind::RigConfig => trace::<RigConfig>,
+            Kind::ObjectConfig => trace::<ObjectConfig>,
+        };
+        for round in 0..ROUNDS {
+            trace(&contract, &format!("{kind:?}"), round);
+        }
+    }
 }

@@ -10,12 +10,9 @@ use sextant_proto::{
     CameraStatus, FusionStatus, KeyRef, Message, NodeId, NodeKind, ObjectConfig, SiteId, decode,
     limits,
 };
-use sextant_zenoh_bus::Presence;
 use std::collections::BTreeSet;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
-/// Tokens of living nodes come within this after the question.
-const TOKENS: Duration = Duration::from_millis(500);
 /// Timeout of queries for last values.
 const ANSWER: Duration = Duration::from_secs(1);
 
@@ -171,24 +168,12 @@ impl Inventory {
 }
 
 fn nodes(site: &Site) -> anyhow::Result<BTreeSet<(NodeKind, NodeId)>> {
-    let watch = site.bus.watch_alive(&site.keys.all_alive())?;
-    let deadline = Instant::now() + TOKENS;
-    let mut nodes = BTreeSet::new();
-    while Instant::now() < deadline && !site.shutdown.is_requested() {
-        let (key, joined) = match watch.recv_timeout(Duration::from_millis(50)) {
-            Some(Presence::Joined(key)) => (key, true),
-            Some(Presence::Left(key)) => (key, false),
-            None => continue,
-        };
-        if let Some(KeyRef::Alive(kind, id)) = site.keys.parse(&key) {
-            if joined {
-                nodes.insert((kind, id));
-            } else {
-                nodes.remove(&(kind, id));
-            }
-        }
-    }
-    Ok(nodes)
+    let tokens = site.bus.alive_keys(&site.keys.all_alive())?;
+    let nodes = tokens.iter().filter_map(|key| match site.keys.parse(key)? {
+        KeyRef::Alive(kind, id) => Some((kind, id)),
+        _ => None,
+    });
+    Ok(nodes.collect())
 }
 
 /// Valid last values; `echo` and the status of the fusion node show the invalid ones.

@@ -21,7 +21,7 @@ pub use demo::{Demo, DemoOutcome, send};
 pub use fused_site::{FusedSite, PATIENCE, free_port};
 pub use guide::commands;
 pub use locked_site::{LockedSite, keys};
-pub use program::{node_camera, sextant, workspace_root};
+pub use program::{client_example, node_camera, sextant, workspace_root};
 pub use scene::{Scene, changed, place, tag_of};
 pub use studio::{Shots, Studio, looking_at};
 pub use traces::Traces;

@@ -27,17 +27,30 @@ pub fn node_camera() -> Command {
     program("node-camera")
 }
 
+/// An example of the Rust client likewise.
+///
+/// # Panics
+/// When it was not built: `cargo test --workspace` builds it.
+#[must_use]
+pub fn client_example(name: &str) -> Command {
+    built(&format!("examples/{name}"), "--examples")
+}
+
 fn program(name: &str) -> Command {
+    built(name, &format!("--bin {name}"))
+}
+
+fn built(file: &str, what: &str) -> Command {
     let test = std::env::current_exe().expect("a test has a file");
-    // target/<profile>/deps/<test> -> target/<profile>/<name>
+    // target/<profile>/deps/<test> -> target/<profile>/<file>
     let program = test
         .ancestors()
         .nth(2)
         .expect("a profile's folder")
-        .join(name);
+        .join(file);
     assert!(
         program.is_file(),
-        "{} is missing: run `cargo build --release --bin {name}` first",
+        "{} is missing: run `cargo build --release --workspace {what}` first",
         program.display()
     );
     Command::new(program)

@@ -11,6 +11,7 @@ use std::process::Command;
 /// From the ground up; a package may depend on packages of lower floors only.
 const FLOORS: &[&[&str]] = &[
     &[
+        "sextant-contract",
         "sextant-geometry",
         "sextant-tag-families",
         "sextant-drp-circuits",
@@ -26,7 +27,12 @@ const FLOORS: &[&[&str]] = &[
         "sextant-process",
         "sextant-rza2m",
     ],
-    &["node-camera", "node-fusion", "node-viewer-bridge"],
+    &[
+        "node-camera",
+        "node-fusion",
+        "node-viewer-bridge",
+        "sextant-client",
+    ],
     &["sextant"],
     &[
         "system-tests",
@@ -38,6 +44,7 @@ const FLOORS: &[&[&str]] = &[
 
 /// Packages that a floor's code must never see, whatever the floor: (package, forbidden external crates).
 const IGNORANT_OF: &[(&str, &[&str])] = &[
+    ("sextant-contract", TRANSPORT),
     ("sextant-geometry", TRANSPORT),
     ("sextant-tag-families", TRANSPORT),
     ("sextant-drp-circuits", TRANSPORT),
@@ -123,6 +130,26 @@ fn the_core_knows_no_transport() {
             .collect();
         assert!(seen.is_empty(), "{package} must not know {seen:?}");
     }
+}
+
+/// Who subscribes to poses needs no shared memory, which exists on Linux only.
+#[test]
+fn the_client_brings_no_shared_memory() {
+    let output = Command::new(env!("CARGO"))
+        .args(["tree", "--offline", "--package", "sextant-client"])
+        .args(["--edges", "normal,build", "--target", "all"])
+        .args(["--prefix", "none", "--format", "{p}"])
+        .current_dir(env!("CARGO_MANIFEST_DIR"))
+        .output()
+        .expect("cargo tree runs");
+    let tree = String::from_utf8_lossy(&output.stdout);
+    let packages: Vec<&str> = tree
+        .lines()
+        .filter_map(|line| line.split(' ').next())
+        .collect();
+    assert!(packages.contains(&"zenoh"), "{tree}");
+    let shared_memory = |name: &&&str| name.contains("iceoryx");
+    assert_eq!(packages.iter().find(shared_memory), None);
 }
 
 #[test]

@@ -93,7 +93,7 @@ impl Bus {
             .congestion_control(qos.congestion())
             .express(qos.is_express())
             .wait()
-            .map_err(|cause| key_error(key, &cause))?;
+            .map_err(|cause| BusError::of_key(key, &cause))?;
         Ok(RawPublisher {
             publisher,
             signature: None,
@@ -109,7 +109,9 @@ impl Bus {
                 .declare_queryable(key.clone())
                 .callback(move |query| answer(&query, &key, &last))
         };
-        let queryable = queryable.wait().map_err(|cause| key_error(key, &cause))?;
+        let queryable = queryable
+            .wait()
+            .map_err(|cause| BusError::of_key(key, &cause))?;
         Ok(RawLatest {
             publisher: self.raw_publisher(key, qos)?,
             last,
@@ -186,8 +188,13 @@ impl Bus {
             .declare_token(key.to_owned())
             .wait();
         Ok(AliveToken {
-            _token: token.map_err(|cause| key_error(key, &cause))?,
+            _token: token.map_err(|cause| BusError::of_key(key, &cause))?,
         })
+    }
+
+    /// The keys on `key_expr` that are alive now, sorted. Waits for a second at most.
+    pub fn alive_keys(&self, key_expr: &str) -> Result<Vec<String>, BusError> {
+        query::alive_keys(self.session()?, key_expr)
     }
 
     /// Subscribes to liveliness changes on `key_expr`, starting with the keys that are alive already.
@@ -201,7 +208,7 @@ impl Bus {
             .history(true)
             .callback(move |sample| intake.push(presence(&sample)))
             .wait()
-            .map_err(|cause| key_error(key_expr, &cause))?;
+            .map_err(|cause| BusError::of_key(key_expr, &cause))?;
         Ok(AliveWatch {
             queue,
             _subscriber: subscriber,
@@ -227,7 +234,7 @@ impl Bus {
                 }
             })
             .wait()
-            .map_err(|cause| key_error(key_expr, &cause))
+            .map_err(|cause| BusError::of_key(key_expr, &cause))
     }
 
     /// Silence after which a link counts as dead.
@@ -351,12 +358,5 @@ fn presence(sample: &zenoh::sample::Sample) -> Presence {
     match sample.kind() {
         zenoh::sample::SampleKind::Put => Presence::Joined(key),
         zenoh::sample::SampleKind::Delete => Presence::Left(key),
-    }
-}
-
-pub(crate) fn key_error(key: &str, cause: &zenoh::Error) -> BusError {
-    BusError::Key {
-        key: key.to_owned(),
-        cause: cause.to_string(),
     }
 }

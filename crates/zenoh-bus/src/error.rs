@@ -87,3 +87,12 @@ pub enum BusError {
     #[error("cannot start a thread")]
     Thread(#[source] std::io::Error),
 }
+
+impl BusError {
+    pub(crate) fn of_key(key: &str, cause: &zenoh::Error) -> Self {
+        Self::Key {
+            key: key.to_owned(),
+            cause: cause.to_string(),
+        }
+    }
+}

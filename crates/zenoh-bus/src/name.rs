@@ -1,17 +1,11 @@
 //! Names that one process of a site holds at a time, by tokens whose keys contain session and host of the holder.
 
 use std::collections::BTreeMap;
-use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-use zenoh::Wait;
-
-use crate::bus::key_error;
 use crate::liveliness::{AliveToken, AliveWatch, Presence};
 use crate::{Bus, BusError};
 
-/// Time limit for listing the holders of a name.
-const ANSWER: Duration = Duration::from_secs(1);
 /// Time beyond a link's lease before a taken name is refused: the holder may have died with its host.
 const MARGIN: Duration = Duration::from_secs(1);
 /// Retry interval, and its variation between processes, which separates two that start at the same time.
@@ -74,7 +68,7 @@ impl Bus {
         let deadline = Instant::now() + self.lease() + MARGIN;
         loop {
             let token = self.alive(&own)?;
-            let others = self.tokens(&format!("{key}/*/*"))?;
+            let others = self.alive_keys(&format!("{key}/*/*"))?;
             let Some(other) = others.into_iter().find(|other| *other != own) else {
                 return Ok(Some(HeldName {
                     _token: token,
@@ -95,31 +89,6 @@ impl Bus {
             }
             std::thread::sleep(retry);
         }
-    }
-
-    /// Keys of the live tokens on `key_expr`.
-    fn tokens(&self, key_expr: &str) -> Result<Vec<String>, BusError> {
-        let found = Arc::new(Mutex::new(Vec::new()));
-        let (done, wait) = std::sync::mpsc::channel::<()>();
-        let answers = Arc::clone(&found);
-        self.session()?
-            .liveliness()
-            .get(key_expr)
-            .timeout(ANSWER)
-            .callback(move |reply| {
-                // `done` is dropped with this closure, when the last answer has arrived.
-                let _open = &done;
-                if let Ok(sample) = reply.result() {
-                    let mut found = answers.lock().unwrap_or_else(PoisonError::into_inner);
-                    found.push(sample.key_expr().as_str().to_owned());
-                }
-            })
-            .wait()
-            .map_err(|cause| key_error(key_expr, &cause))?;
-        let _ = wait.recv_timeout(ANSWER + Duration::from_millis(500));
-        Ok(std::mem::take(
-            &mut *found.lock().unwrap_or_else(PoisonError::into_inner),
-        ))
     }
 }
 

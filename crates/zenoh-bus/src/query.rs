@@ -1,6 +1,6 @@
 //! Queries of latest values.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
@@ -11,6 +11,8 @@ use crate::{BusError, Item};
 
 /// Most keys of one query.
 const MAX_ANSWERS: usize = 1024;
+/// How long those who answer for the network may take to list tokens.
+const TOKENS: Duration = Duration::from_secs(1);
 
 /// The latest values on `key_expr`, one per key, sorted by key.
 pub(crate) fn latest(
@@ -36,14 +38,39 @@ pub(crate) fn latest(
         .timeout(timeout)
         .callback(callback)
         .wait()
-        .map_err(|cause| BusError::Key {
-            key: key_expr.to_owned(),
-            cause: cause.to_string(),
-        })?;
+        .map_err(|cause| BusError::of_key(key_expr, &cause))?;
     // Zenoh ends the query at the timeout; the margin only guards against a session that does not.
     let _ = wait.recv_timeout(timeout + Duration::from_millis(500));
     let answers = std::mem::take(&mut *answers.lock().unwrap_or_else(PoisonError::into_inner));
     Ok(answers.into_values().collect())
+}
+
+/// The keys of the liveliness tokens on `key_expr`, sorted.
+pub(crate) fn alive_keys(
+    session: &zenoh::Session,
+    key_expr: &str,
+) -> Result<Vec<String>, BusError> {
+    let found = Arc::new(Mutex::new(BTreeSet::new()));
+    let (done, wait) = std::sync::mpsc::channel::<()>();
+    let answers = Arc::clone(&found);
+    session
+        .liveliness()
+        .get(key_expr)
+        .timeout(TOKENS)
+        .callback(move |reply| {
+            // As above.
+            let _open = &done;
+            let Ok(sample) = reply.result() else { return };
+            let mut found = answers.lock().unwrap_or_else(PoisonError::into_inner);
+            if found.len() < MAX_ANSWERS {
+                found.insert(sample.key_expr().as_str().to_owned());
+            }
+        })
+        .wait()
+        .map_err(|cause| BusError::of_key(key_expr, &cause))?;
+    let _ = wait.recv_timeout(TOKENS + Duration::from_millis(500));
+    let found = std::mem::take(&mut *found.lock().unwrap_or_else(PoisonError::into_inner));
+    Ok(found.into_iter().collect())
 }
 
 fn collect(answers: &Mutex<BTreeMap<String, Item>>, reply: &Reply, max_bytes: usize) {

@@ -1,0 +1,88 @@
+//! The wire contract as data, read from the text of `proto/CONTRACT.md`: keys, kinds and the type of every message.
+//!
+//! The page is the source of decoders in other languages (`cargo xtask python`); tests of `sextant-proto` hold it to the code. No
+//! dependency, so that development tasks start in seconds.
+
+mod definitions;
+mod tables;
+mod types;
+
+pub use types::{Content, Definition, Field, Shape, Type, Variant};
+
+/// A row of the table of keys.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct KeyRow {
+    /// The key below the site, with `<camera>` and the like for ids.
+    pub key: String,
+    /// The name of the message and its kind; none of liveliness tokens.
+    pub message: Option<(String, u8)>,
+}
+
+/// A row of the table of kinds.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct KindRow {
+    /// The number in the header.
+    pub number: u8,
+    /// The name of the message.
+    pub message: String,
+    /// Longest payload in bytes, header included.
+    pub max_bytes: usize,
+}
+
+/// The whole contract.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Contract {
+    /// Every key.
+    pub keys: Vec<KeyRow>,
+    /// Every kind of message.
+    pub kinds: Vec<KindRow>,
+    /// Every named type, messages included, in the order of the page.
+    pub definitions: Vec<Definition>,
+}
+
+/// Where the page cannot be read.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Unreadable(pub String);
+
+impl std::fmt::Display for Unreadable {
+    fn fmt(&self, out: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(out, "CONTRACT.md: {}", self.0)
+    }
+}
+
+impl std::error::Error for Unreadable {}
+
+impl Contract {
+    /// Reads the page.
+    ///
+    /// # Errors
+    /// A table or type that is not written as the others are, and names without a definition.
+    pub fn read(page: &str) -> Result<Self, Unreadable> {
+        let contract = Self {
+            keys: tables::keys(page)?,
+            kinds: tables::kinds(page)?,
+            definitions: definitions::definitions(page)?,
+        };
+        contract.check_names()?;
+        Ok(contract)
+    }
+
+    /// The type of that name.
+    #[must_use]
+    pub fn shape(&self, name: &str) -> Option<&Shape> {
+        let mut definitions = self.definitions.iter();
+        let definition = definitions.find(|definition| definition.name == name)?;
+        Some(&definition.shape)
+    }
+
+    fn check_names(&self) -> Result<(), Unreadable> {
+        let mut named: Vec<&str> = self.kinds.iter().map(|row| row.message.as_str()).collect();
+        for definition in &self.definitions {
+            definition.shape.collect_names(&mut named);
+        }
+        match named.into_iter().find(|name| self.shape(name).is_none()) {
+            Some(name) => Err(Unreadable(format!("the type {name} has no definition"))),
+            None => Ok(()),
+        }
+    }
+}
