@@ -7,6 +7,7 @@ mod book;
 mod chores;
 mod dependencies;
 mod package;
+mod python;
 mod tools;
 
 use std::process::ExitCode;
@@ -80,6 +81,16 @@ const CHORES: &[(&str, &str, Chore)] = &[
         board::board,
     ),
     (
+        "python-test",
+        "the Python client: messages as the contract has them, types, tests, guide and notebook against a demo",
+        python::test,
+    ),
+    (
+        "python",
+        "writes the Python client's messages from proto/CONTRACT.md",
+        python::generate,
+    ),
+    (
         "package",
         "packages and tarballs for boards and PCs: target/package/",
         package::all,
@@ -91,7 +102,7 @@ const CHORES: &[(&str, &str, Chore)] = &[
     ),
 ];
 
-const TEST: &[&str] = &["page", "workspace", "arm"];
+const TEST: &[&str] = &["page", "workspace", "python-test", "arm"];
 const CHECK: &[&str] = &[
     "fmt",
     "lint",
@@ -137,7 +148,7 @@ fn find(word: &str) -> Option<&'static (&'static str, &'static str, Chore)> {
 fn usage(word: &str) -> String {
     let list: Vec<String> = CHORES
         .iter()
-        .map(|(word, what, _)| format!("  {word:<10} {what}"))
+        .map(|(word, what, _)| format!("  {word:<12} {what}"))
         .collect();
     format!(
         "no chore named '{word}'. cargo xtask CHORE...\n{}",
@@ -173,7 +184,9 @@ mod tests {
     fn continuous_integration_runs_each_chore_once() {
         let chores = CHORES.iter().map(|chore| chore.0);
         let mut once: Vec<_> = chores
-            .filter(|word| !["test", "check", "ci", "bench", "board", "package"].contains(word))
+            .filter(|word| {
+                !["test", "check", "ci", "bench", "board", "package", "python"].contains(word)
+            })
             .collect();
         let mut run = [TEST, CHECK].concat();
         once.sort_unstable();

@@ -66,6 +66,17 @@ const PIP: Tool = Tool {
     package: Some("python3-pip"),
     remedy: "install Python's pip",
 };
+const PYTHON: Tool = Tool {
+    program: "python3",
+    package: Some("python3-venv"),
+    remedy: "install Python 3.9 or newer",
+};
+/// Not a program: a module that may be missing beside `python3`.
+pub const VENV: Tool = Tool {
+    program: "python3 -m venv",
+    package: Some("python3-venv"),
+    remedy: "install Python's module venv",
+};
 const DPKG_DEB: Tool = Tool {
     program: "dpkg-deb",
     package: None,
@@ -89,6 +100,7 @@ fn needs(chore: &str) -> &'static [Tool] {
         "workspace" => &[NODE, CHROMIUM, UNSHARE, FFMPEG],
         "arm" => &[QEMU_ARM, QEMU_AARCH64, GCC_ARM, GCC_AARCH64],
         "cross" => &[GCC_ARM, GCC_AARCH64],
+        "python-test" => &[PYTHON],
         "package" | "board" => &[PIP, DPKG_DEB, SYSUSERS, LINTIAN],
         _ => &[],
     }
@@ -132,18 +144,21 @@ pub fn unmet(needed: &[&Tool]) -> Vec<String> {
     install(&missing);
     let unmet = missing.iter().filter(|tool| locate(tool.program).is_none());
     unmet
-        .map(|tool| format!("  {}: {}{}", tool.program, tool.remedy, debian_hint(tool)))
+        .map(|tool| format!("  {}: {}", tool.program, tool.advice()))
         .collect()
 }
 
-fn debian_hint(tool: &Tool) -> String {
-    tool.package
-        .map(|p| format!("; on Debian: sudo apt-get install {p}"))
-        .unwrap_or_default()
+impl Tool {
+    /// What a person does who lacks it.
+    pub fn advice(&self) -> String {
+        let package = self.package;
+        let hint = package.map(|name| format!("; on Debian: sudo apt-get install {name}"));
+        self.remedy.to_owned() + &hint.unwrap_or_default()
+    }
 }
 
 /// As root on a Debian machine the packages are installed; elsewhere the caller names them.
-fn install(missing: &[&Tool]) {
+pub fn install(missing: &[&Tool]) {
     let packages: Vec<&str> = missing.iter().filter_map(|tool| tool.package).collect();
     if packages.is_empty() || locate("apt-get").is_none() || !is_root() {
         return;

@@ -1,0 +1,63 @@
+"""Subscribes to a Sextant site: six-degree-of-freedom poses of tagged objects, live, with covariance.
+
+>>> import sextant
+>>> with sextant.connect("tcp/127.0.0.1:7447", site="demo") as site:   # doctest: +SKIP
+...     for pose in site.poses("cuboid"):
+...         print(pose.t_ns, pose.state, pose.position)
+
+Metres, radians, nanoseconds since the Unix epoch by the clock of the cameras; quaternions x, y, z, w; `a_from_b` maps points
+of b into a. Numbers are numpy arrays where numpy is installed, tuples otherwise.
+"""
+
+from . import messages
+from ._messages import Observations, State
+from ._pose import Pose, Transform
+from ._recordings import PoseTable, read_messages, read_poses
+from ._site import CameraInfo, Node, ObjectInfo, Site, connect
+from ._subscription import Subscription
+from ._wire import decode, encode
+from .errors import (
+    ClosedError,
+    DecodeError,
+    EncodeError,
+    FileError,
+    InvalidNameError,
+    MissingPackageError,
+    NoFusionError,
+    NoPoseError,
+    NoRouterError,
+    OptionsError,
+    SextantError,
+    UnknownNameError,
+)
+
+__all__ = [
+    "CameraInfo",
+    "ClosedError",
+    "DecodeError",
+    "EncodeError",
+    "FileError",
+    "InvalidNameError",
+    "MissingPackageError",
+    "NoFusionError",
+    "NoPoseError",
+    "NoRouterError",
+    "Node",
+    "ObjectInfo",
+    "Observations",
+    "OptionsError",
+    "Pose",
+    "PoseTable",
+    "SextantError",
+    "Site",
+    "State",
+    "Subscription",
+    "Transform",
+    "UnknownNameError",
+    "connect",
+    "decode",
+    "encode",
+    "messages",
+    "read_messages",
+    "read_poses",
+]

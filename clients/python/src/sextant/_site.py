@@ -1,0 +1,376 @@
+"""A site that this program is connected to."""
+
+from __future__ import annotations
+
+import os
+import re
+import threading
+import weakref
+from dataclasses import dataclass
+from time import monotonic, sleep
+from typing import Any, Callable, Optional, Sequence, TypeVar, Union
+
+import zenoh
+
+from ._arrays import matrix, vector
+from ._estimates import relative_pose, worse
+from ._history import History
+from ._messages import (
+    Camera,
+    CameraStatus,
+    FusionStatus,
+    ObjectConfig,
+    ObjectPose,
+    Observations,
+    RigConfig,
+    State,
+)
+from ._network import open_session
+from ._pose import Pose, Transform
+from ._subscription import Subscription
+from ._wire import MAX_BYTES, VERSION, decode
+from .errors import (
+    ClosedError,
+    DecodeError,
+    InvalidNameError,
+    NoFusionError,
+    NoPoseError,
+    UnknownNameError,
+)
+
+T = TypeVar("T")
+
+DEFAULT_PORT = 7447
+#: How long nodes may take to answer what they published last, s.
+_ANSWER_S = 1.0
+#: Between two looks for a fusion node that still starts, s.
+_PAUSE_S = 0.2
+_ID = re.compile(r"[a-z0-9_-]{1,32}")
+
+
+@dataclass(frozen=True)
+class ObjectInfo:
+    """An object of the site."""
+
+    #: Its name.
+    id: str
+    #: How much its pose can be trusted; none before a fusion node's first status.
+    state: Optional[State]
+    #: Poses per second over the last seconds.
+    rate_hz: float
+    #: Its tags, links and joints.
+    config: ObjectConfig
+
+
+@dataclass(frozen=True)
+class CameraInfo:
+    """A camera of the site."""
+
+    #: Its name.
+    id: str
+    #: Whether its node runs.
+    is_alive: bool
+    #: Its lens and pose in the rig; none of a camera that the rig lacks.
+    config: Optional[Camera]
+    #: What its node reports; none while it does not run.
+    status: Optional[CameraStatus]
+
+
+@dataclass(frozen=True, order=True)
+class Node:
+    """A process of the site."""
+
+    #: camera, fusion or viewer.
+    kind: str
+    #: Its name.
+    id: str
+
+
+def connect(
+    endpoint: Union[str, Sequence[str], None] = None,
+    site: str = "demo",
+    *,
+    keys: Union[str, os.PathLike[str], None] = None,
+    user: Optional[str] = None,
+    password: Optional[str] = None,
+    timeout: float = 5.0,
+) -> Site:
+    """Connects to a site.
+
+    `endpoint` is the router's, `tcp/<address>:<port>` or, with keys, `tls/<address>:<port>`; of several the first that answers is used.
+    Default: port 7447 of this machine. `keys` is the folder that `sextant keys add` makes for a viewer or an operator of a protected site;
+    `user` and `password` take its place in the profile lab. `timeout` is how long connecting may take, and how long to wait
+    for a fusion node that still starts, in seconds.
+    """
+    _check_id("site", site)
+    if endpoint is None:
+        protocol = "tcp" if keys is None else "tls"
+        endpoint = f"{protocol}/127.0.0.1:{DEFAULT_PORT}"
+    endpoints = [endpoint] if isinstance(endpoint, str) else list(endpoint)
+    session = open_session(endpoints, site, keys, user, password, timeout)
+    return Site(session, site, timeout)
+
+
+class Site:
+    """A connection to a site, made by `connect`; use it in a `with` statement, or call `close`.
+
+    A connection that breaks is made again without help, and subscriptions go on. Methods may be called from any thread; those that wait say
+    for how long.
+    """
+
+    def __init__(self, session: Any, site: str, timeout: float) -> None:
+        self._session = session
+        self._root = f"sextant/v{VERSION}/{site}"
+        self._timeout = timeout
+        self._followed: dict[str, tuple[History, Any]] = {}
+        self._subscriptions: weakref.WeakSet[Subscription[Any]] = weakref.WeakSet()
+        self._lock = threading.Lock()
+        #: The name of the site.
+        self.name = site
+
+    def __enter__(self) -> Site:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def __repr__(self) -> str:
+        return f"Site({self.name!r}, {'connected' if self.is_connected else 'not connected'})"
+
+    def close(self) -> None:
+        """Closes the connection and ends its subscriptions."""
+        with self._lock:
+            session, self._session = self._session, None
+        for subscription in list(self._subscriptions):
+            subscription.close()
+        if session is not None:
+            session.close()
+
+    @property
+    def is_connected(self) -> bool:
+        """Whether the router answers now. While it does not, the connection is being made again."""
+        session = self._session
+        return session is not None and bool(session.info.routers_zid())
+
+    def objects(self) -> dict[str, ObjectInfo]:
+        """The objects by name. Waits for a second at most."""
+        healths = {health.object: health for status in self.statuses() for health in status.objects}
+        found = {}
+        for config in self._latest("config/object/*", ObjectConfig):
+            health = healths.get(config.id)
+            # Without tags it is an object that was removed.
+            if config.tags:
+                state, rate_hz = (health.state, health.rate_hz) if health else (None, 0.0)
+                found[config.id] = ObjectInfo(config.id, state, rate_hz, config)
+        return found
+
+    def cameras(self) -> dict[str, CameraInfo]:
+        """The cameras of the rig and those whose node runs, by name. Waits for a few seconds at most."""
+        configs = {camera.id: camera for rig in self._latest("config/rig", RigConfig) for camera in rig.cameras}
+        statuses = {status.camera: status for status in self._latest("camera/*/status", CameraStatus)}
+        alive = {node.id for node in self.nodes() if node.kind == "camera"}
+        names = sorted(configs.keys() | statuses.keys() | alive)
+        return {name: CameraInfo(name, name in alive, configs.get(name), statuses.get(name)) for name in names}
+
+    def nodes(self) -> list[Node]:
+        """The processes that run. Waits for a second at most."""
+        keys = self._alive(f"{self._root}/alive/*/*")
+        return sorted({Node(*key.split("/")[-2:]) for key in keys})
+
+    def statuses(self) -> list[FusionStatus]:
+        """The newest status of each fusion node: cameras, objects, faults and notices. Waits for a second at most."""
+        return self._latest("fusion/*/status", FusionStatus)
+
+    def poses(self, name: Optional[str] = None, *, timeout: Optional[float] = None) -> Subscription[Pose]:
+        """The poses of an object from now on, for `for` and `async for`; of all objects without a name.
+
+        With a `timeout` it raises `NoPoseError` when no pose came for so many seconds.
+        """
+        if name is not None:
+            self._check_object(name)
+        read = self._reader("object", "pose", ObjectPose)
+
+        def pose(key: str, payload: bytes) -> Optional[Pose]:
+            message = read(key, payload)
+            return None if message is None else Pose.from_message(message)
+
+        return self._subscribe(f"object/{name or '*'}/pose", pose, timeout, name or "any object")
+
+    def observations(self, camera: str, *, timeout: Optional[float] = None) -> Subscription[Observations]:
+        """What each image of a camera shows, from now on, for `for` and `async for`."""
+        _check_id("camera", camera)
+        known = self.cameras()
+        if camera not in known:
+            raise UnknownNameError("camera", camera, self.name, known)
+        read = self._reader("camera", "observations", Observations)
+        return self._subscribe(f"camera/{camera}/observations", read, timeout, camera)
+
+    def pose(self, name: str, timeout: float = 5.0) -> Pose:
+        """The pose of an object now: the newest one, if it arrived within the last second; otherwise the next.
+
+        Raises `UnknownNameError`, or `NoPoseError` when none arrives within `timeout` seconds.
+        """
+        started = monotonic()
+        return Pose.from_message(self._newest(name, started, started + timeout))
+
+    def pose_at(self, name: str, t_ns: int, timeout: float = 5.0) -> Pose:
+        """The pose of an object at a time, interpolated, with a covariance that allows for what happened in between.
+
+        Waits for a pose after that time. Poses are kept for 10 s, from the first request for this object.
+        Raises `NoPoseError` for a time without poses around it.
+        """
+        deadline = monotonic() + timeout
+        return Pose.from_message(self._follow(name).at(name, t_ns, deadline))
+
+    def transform(self, a: str, b: str, timeout: float = 5.0, *, t_ns: Optional[int] = None) -> Transform:
+        """Where object `b` is in the frame of object `a`: at `t_ns`, or at the newest time at which both are known.
+
+        Raises as `pose_at`.
+        """
+        started = monotonic()
+        deadline = started + timeout
+        histories = [self._follow(a), self._follow(b)]
+        if t_ns is None:
+            newest_ns = min(self._newest(name, started, deadline).capture_ns for name in (a, b))
+            # A history that has only begun may begin after the other's newest pose, which then has to wait for the next.
+            t_ns = max(newest_ns, *(history.oldest_ns() for history in histories))
+        poses = [history.at(name, t_ns, deadline) for name, history in zip((a, b), histories)]
+        return _transform(*poses)
+
+    def _newest(self, name: str, started: float, deadline: float) -> ObjectPose:
+        history = self._follow(name)
+        pose = history.newest(deadline)
+        if pose is None:
+            raise self._no_pose(name, monotonic() - started, history.silent_s())
+        return pose
+
+    def _no_pose(self, name: str, waited: float, silent_s: Optional[float] = None) -> NoPoseError:
+        last = "" if silent_s is None else f", the last one came {silent_s:.1f} s ago"
+        why = "check that cameras see it (`sextant top`)" if self.is_connected else "the router is out of reach"
+        return NoPoseError(f"no pose of {name!r} within {waited:.1f} s{last}: {why}")
+
+    def _follow(self, name: str) -> History:
+        """The history of an object, which begins with the first request."""
+        followed = self._followed.get(name)
+        if followed is not None:
+            return followed[0]
+        self._check_object(name)
+        history = History()
+        read = self._reader("object", "pose", ObjectPose)
+
+        def take_in(sample: Any) -> None:
+            try:
+                pose = read(str(sample.key_expr), bytes(sample.payload))
+            except DecodeError:
+                return
+            if pose is not None:
+                history.insert(pose)
+
+        with self._lock:
+            if name not in self._followed:
+                subscriber = self._open().declare_subscriber(f"{self._root}/object/{name}/pose", take_in)
+                self._followed[name] = (history, subscriber)
+            return self._followed[name][0]
+
+    def _subscribe(
+        self,
+        key: str,
+        read: Callable[[str, bytes], Optional[T]],
+        timeout: Optional[float],
+        name: str,
+    ) -> Subscription[T]:
+        subscription = Subscription(read, timeout, lambda waited: self._no_pose(name, waited))
+        subscription._subscriber = self._open().declare_subscriber(f"{self._root}/{key}", _handler(subscription))
+        self._subscriptions.add(subscription)
+        return subscription
+
+    def _reader(self, kind: str, field: str, record: type[T]) -> Callable[[str, bytes], Optional[T]]:
+        """Reads messages whose name is that of their key; none for others."""
+
+        def read(key: str, payload: bytes) -> Optional[T]:
+            message = decode(payload, record)
+            own = getattr(message, kind)
+            return message if key == f"{self._root}/{kind}/{own}/{field}" else None
+
+        return read
+
+    def _check_object(self, name: str) -> None:
+        """While no fusion node runs, this waits for one: it may still start."""
+        _check_id("object", name)
+        deadline = monotonic() + self._timeout
+        while not any(config.tags for config in self._latest(f"config/object/{name}", ObjectConfig)):
+            known = self.objects()
+            if known:
+                raise UnknownNameError("object", name, self.name, known)
+            if monotonic() >= deadline:
+                if any(node.kind == "fusion" for node in self.nodes()):
+                    raise UnknownNameError("object", name, self.name, ())
+                raise NoFusionError(self.name, self._other_sites())
+            sleep(_PAUSE_S)
+
+    def _other_sites(self) -> list[str]:
+        """Sites of the same router that have nodes. A protected router names none."""
+        sites = set()
+        for key in self._alive("sextant/*/*/alive/*/*"):
+            _, version, site = key.split("/")[:3]
+            sites.add(site if version == f"v{VERSION}" else f"{site} ({version})")
+        return sorted(sites)
+
+    def _latest(self, key: str, record: type[T]) -> list[T]:
+        """Valid last values, one a key, in the order of the keys."""
+        found = {}
+        replies = self._open().get(
+            f"{self._root}/{key}",
+            target=zenoh.QueryTarget.ALL,
+            consolidation=zenoh.ConsolidationMode.NONE,
+            timeout=_ANSWER_S,
+        )
+        for reply in replies:
+            sample = reply.ok
+            if sample is None or len(sample.payload) > MAX_BYTES:
+                continue
+            try:
+                found[str(sample.key_expr)] = decode(bytes(sample.payload), record)
+            except DecodeError:
+                continue
+        return [found[key] for key in sorted(found)]
+
+    def _alive(self, key: str) -> list[str]:
+        replies = self._open().liveliness().get(key, timeout=_ANSWER_S)
+        return [str(reply.ok.key_expr) for reply in replies if reply.ok is not None]
+
+    def _open(self) -> Any:
+        session = self._session
+        if session is None:
+            raise ClosedError(f"site {self.name!r} is closed")
+        return session
+
+
+def _handler(subscription: Subscription[Any]) -> Callable[[Any], None]:
+    """Hands samples to a subscription without keeping it: one that nobody reads any more ends."""
+    reference = weakref.ref(subscription)
+
+    def handle(sample: Any) -> None:
+        target = reference()
+        if target is not None:
+            target._take_in(sample)
+
+    return handle
+
+
+def _transform(a: ObjectPose, b: ObjectPose) -> Transform:
+    position, orientation, covariance = relative_pose(a, b)
+    return Transform(
+        a=a.object,
+        b=b.object,
+        t_ns=b.capture_ns,
+        state=worse(a.state, b.state),
+        position=vector(position),
+        orientation=vector(orientation),
+        covariance=matrix(covariance, 6),
+    )
+
+
+def _check_id(what: str, name: str) -> None:
+    if not isinstance(name, str) or not _ID.fullmatch(name):
+        raise InvalidNameError(f"{name!r} is no {what} name: use 1 to 32 of a-z, 0-9, `_` and `-`")

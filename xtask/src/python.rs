@@ -1,0 +1,112 @@
+//! The Python client: its module of messages, made from the contract, and its tests against a running demo.
+
+mod generate;
+
+use crate::tools::{self, root, run, run_in, run_with};
+use sextant_contract::Contract;
+use std::fs;
+use std::path::Path;
+
+const PACKAGE: &str = "clients/python";
+/// The module that the contract makes, within the package.
+const MODULE: &str = "src/sextant/_messages.py";
+/// Virtual environment and wheel of the tests.
+const SCRATCH: &str = "target/python";
+
+/// Writes the module of messages from `proto/CONTRACT.md`.
+pub fn generate() -> Result<(), String> {
+    let file = root().join(PACKAGE).join(MODULE);
+    fs::write(&file, fresh()?).map_err(|cause| format!("{}: {cause}", file.display()))
+}
+
+/// The committed module is what the contract makes; the wheel installs; types, tests, guide and notebook hold, against a demo of
+/// the `sextant` of this build.
+pub fn test() -> Result<(), String> {
+    check_generated()?;
+    let scratch = root().join(SCRATCH);
+    let python = environment(&scratch.join("venv"))?;
+    let wheels = scratch.join("wheels");
+    if wheels.exists() {
+        fs::remove_dir_all(&wheels).map_err(|cause| format!("{}: {cause}", wheels.display()))?;
+    }
+    let folder = wheels.display().to_string();
+    let pip = ["-m", "pip", "--quiet", "--disable-pip-version-check"];
+    run_in(
+        PACKAGE,
+        &python,
+        &[
+            &pip[..],
+            &["wheel", "--no-deps", "--wheel-dir", &folder, "."],
+        ]
+        .concat(),
+    )?;
+    let wheel = wheels.join(concat!(
+        "sextant-",
+        env!("CARGO_PKG_VERSION"),
+        "-py3-none-any.whl"
+    ));
+    if !wheel.is_file() {
+        return Err(format!(
+            "{} was not built: {PACKAGE}/pyproject.toml has another version than the workspace",
+            wheel.display()
+        ));
+    }
+    let wheel = wheel.display().to_string();
+    let tested = format!("{wheel}[test]");
+    run(&python, &[&pip[..], &["install", &tested]].concat())?;
+    // The same version may have been installed before, with other content.
+    let again = ["install", "--force-reinstall", "--no-deps", &wheel];
+    run(&python, &[&pip[..], &again].concat())?;
+    run_in(PACKAGE, &python, &["-m", "mypy"])?;
+    run(
+        "cargo",
+        &[
+            "build",
+            "--release",
+            "--workspace",
+            "--quiet",
+            "--bin",
+            "sextant",
+        ],
+    )?;
+    let binary = root().join("target/release/sextant").display().to_string();
+    let package = root().join(PACKAGE).display().to_string();
+    let pytest = ["-m", "pytest", "--rootdir", &package, &package];
+    run_with(&("SEXTANT_BINARY", binary), &python, &pytest)
+}
+
+/// The committed module is what the contract makes.
+fn check_generated() -> Result<(), String> {
+    let file = root().join(PACKAGE).join(MODULE);
+    let committed =
+        fs::read_to_string(&file).map_err(|cause| format!("{}: {cause}", file.display()))?;
+    if committed == fresh()? {
+        return Ok(());
+    }
+    Err(format!(
+        "{PACKAGE}/{MODULE} differs from what proto/CONTRACT.md makes: run `cargo xtask python` and commit it"
+    ))
+}
+
+fn fresh() -> Result<String, String> {
+    let page = root().join("proto/CONTRACT.md");
+    let text = fs::read_to_string(&page).map_err(|cause| format!("{}: {cause}", page.display()))?;
+    let contract = Contract::read(&text).map_err(|cause| cause.to_string())?;
+    Ok(generate::module(&contract))
+}
+
+/// The interpreter of a virtual environment, made where it is missing. Debian has the module for it in a package of its own.
+fn environment(folder: &Path) -> Result<String, String> {
+    let python = folder.join("bin/python").display().to_string();
+    let has_pip = || run(&python, &["-c", "import pip"]).is_ok();
+    if Path::new(&python).exists() && has_pip() {
+        return Ok(python);
+    }
+    let target = folder.display().to_string();
+    let make = || run("python3", &["-m", "venv", "--clear", &target]);
+    make().or_else(|_| {
+        tools::install(&[&tools::VENV]);
+        make().map_err(|cause| format!("{cause}: {}", tools::VENV.advice()))
+    })?;
+    Ok(python)
+}
