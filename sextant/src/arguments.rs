@@ -3,7 +3,7 @@
 use crate::output::Format;
 use crate::{
     calibrate, camera, check, config, convert, demo, detect, doctor, echo, hz, keys, learn, list,
-    manual, nodes, print, replay, simulate, top,
+    manual, mavlink, nodes, osc, print, replay, simulate, top,
 };
 use clap::{CommandFactory, Parser, Subcommand};
 
@@ -47,6 +47,10 @@ enum Command {
     List(list::ListArguments),
     /// Print the messages of a site as they arrive.
     Echo(echo::EchoArguments),
+    /// Send poses as Open Sound Control messages: creative tools, VRChat, SteamVR.
+    Osc(osc::OscArguments),
+    /// Send the pose of a vehicle to its autopilot as MAVLink odometry.
+    Mavlink(mavlink::MavlinkArguments),
     /// Show message rates and latencies.
     Hz(hz::HzArguments),
     /// Watch the cameras, objects and faults of a site.
@@ -93,6 +97,8 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         Command::Learn(arguments) => learn::run(arguments, format),
         Command::List(arguments) => list::run(arguments, format),
         Command::Echo(arguments) => echo::run(arguments, format),
+        Command::Osc(arguments) => osc::run(arguments, format),
+        Command::Mavlink(arguments) => mavlink::run(arguments, format),
         Command::Hz(arguments) => hz::run(arguments, format),
         Command::Top(arguments) => top::run(arguments, format),
         Command::Print(arguments) => print::run(arguments, format),

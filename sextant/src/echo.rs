@@ -1,14 +1,20 @@
 //! `sextant echo`: messages of a site as they come.
 
+mod pose_text;
+
 use crate::message_text::{JsonMessage, text_of};
 use crate::output::{Format, print_line};
-use crate::site::{RouterWatch, SiteArguments};
+use crate::pose_feed::FeedArguments;
+use crate::site::RouterWatch;
 use crate::words;
+use anyhow::{anyhow, bail};
 use clap::Args;
+use pose_text::PoseFormat;
 use serde::Serialize;
-use sextant_process::now_ns;
+use sextant_process::{Exit, Failure, now_ns};
 use sextant_proto::{AnyMessage, limits};
 use sextant_zenoh_bus::{DropRule, Item, Payload};
+use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 /// Messages that wait while the terminal is slow; the oldest give way.
@@ -24,17 +30,25 @@ const ANSWER: Duration = Duration::from_millis(500);
 #[derive(Args, Debug)]
 #[command(
     after_help = "With --json, one line per message: {\"key\",\"received_ns\",\"message\"}, or {\"key\",\"received_ns\",\"error\"} for a payload
-that is not a message. Stop with Ctrl-C."
+that is not a message. With --format, a line per pose of the named objects: JSON lines and TUM as `sextant replay` writes them, or CSV.
+Stop with Ctrl-C."
 )]
 pub struct EchoArguments {
     /// A camera, an object, a node, or a key (`camera/north/preview`, `config/**`); the poses of all objects when absent.
+    /// With --format, any number of objects.
     #[arg(value_name = "NAME|KEY")]
-    what: Option<String>,
+    names: Vec<String>,
+    /// Print poses only, as text for other programs.
+    #[arg(long, value_enum, conflicts_with = "json")]
+    format: Option<PoseFormat>,
+    /// File for the poses instead of standard output.
+    #[arg(long, value_name = "FILE", requires = "format")]
+    out: Option<PathBuf>,
     /// End after this number of messages.
     #[arg(long, value_name = "N")]
     count: Option<u64>,
     #[command(flatten)]
-    site: SiteArguments,
+    feed: FeedArguments,
 }
 
 /// Runs `sextant echo`.
@@ -42,11 +56,28 @@ pub struct EchoArguments {
 /// # Errors
 /// No router, or a key that is none.
 pub fn run(arguments: &EchoArguments, format: Format) -> anyhow::Result<()> {
-    let site = arguments.site.open()?;
-    let expression = match &arguments.what {
-        Some(said) => site.expression(said),
+    if let Some(format) = arguments.format {
+        return pose_text::run(arguments, format);
+    }
+    let name = match arguments.names.as_slice() {
+        [] => None,
+        [name] => Some(name),
+        _ => {
+            let cause =
+                anyhow!("name one camera, object, node or key; several objects are for --format");
+            bail!(Failure::new(Exit::Usage, cause))
+        }
+    };
+    let site = arguments.feed.site.open()?;
+    let expression = match name {
+        Some(name) => site.expression(name),
         None => site.keys.all_poses(),
     };
+    let end = arguments
+        .feed
+        .duration
+        .and_then(|duration| Instant::now().checked_add(duration));
+    let is_over = || end.is_some_and(|end| Instant::now() >= end);
     // Previews are large and say nothing in a terminal: only where they are asked for.
     let previews = expression.contains("preview");
     let mut left = arguments.count.unwrap_or(u64::MAX);
@@ -72,7 +103,7 @@ pub fn run(arguments: &EchoArguments, format: Format) -> anyhow::Result<()> {
     }
     let (mut router, mut heard) = (RouterWatch::default(), !kept.is_empty());
     let mut hint_due = Some(Instant::now() + SILENCE);
-    while more && !site.shutdown.is_requested() {
+    while more && !site.shutdown.is_requested() && !is_over() {
         if let Some(item) = messages.recv_timeout(GLANCE) {
             (heard, hint_due) = (true, Some(Instant::now() + SILENCE));
             more = show(&item)?;

@@ -1,6 +1,6 @@
 //! Words for people: states, and text from elsewhere made harmless for a terminal.
 
-use sextant_estimator::State;
+use sextant_estimator::{ObjectId, State};
 use sextant_proto::{FusionStatus, Outcome};
 
 /// The state in one word.
@@ -42,6 +42,15 @@ pub fn count(number: usize, thing: &str) -> String {
         1 => format!("1 {thing}"),
         _ => format!("{number} {thing}s"),
     }
+}
+
+/// Whose poses: `the poses of a, b`.
+pub fn poses_of(objects: &[ObjectId]) -> String {
+    if objects.is_empty() {
+        return "the poses of all objects".to_owned();
+    }
+    let names: Vec<&str> = objects.iter().map(ObjectId::as_str).collect();
+    format!("the poses of {}", names.join(", "))
 }
 
 /// Text without control characters, which could steer a terminal.

@@ -26,6 +26,7 @@ const FLOORS: &[&[&str]] = &[
         "sextant-recordings",
         "sextant-process",
         "sextant-rza2m",
+        "sextant-pose-formats",
     ],
     &[
         "node-camera",

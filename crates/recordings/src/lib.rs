@@ -3,7 +3,7 @@
 //! - [`Dataset`], [`CameraRecording`]: folders in the EuRoC ASL layout, `data.csv` with pictures or `detections.jsonl`.
 //! - [`read_grey_png`], [`read_any_png`], [`write_grey_png`], [`write_colour_png`]: 8-bit pictures.
 //! - [`DetectionsLine`]: a line of `detections.jsonl`, read and written.
-//! - [`pose_json`], [`pose_tum`], [`tum_line`]: poses as lines of text.
+//! - [`pose_json`], [`pose_csv`], [`pose_tum`], [`tum_line`]: poses as lines of text.
 //!
 //! Times are ns since the Unix epoch, pixels have (0, 0) at the centre of the top-left one, metres, quaternions x, y, z, w.
 //! Everything read is checked; every error names file and line and says what to do. Nothing here knows a rig, a detector or
@@ -23,4 +23,4 @@ pub use error::RecordingError;
 pub use picture::{
     ColourImage, GreyImage, read_any_png, read_grey_png, write_colour_png, write_grey_png,
 };
-pub use poses::{pose_json, pose_tum, tum_line};
+pub use poses::{csv_header, pose_csv, pose_json, pose_tum, tum_line};

@@ -1,4 +1,4 @@
-//! Poses as lines of text: JSON, and TUM's `timestamp tx ty tz qx qy qz qw`, which `evo` reads.
+//! Poses as lines of text: JSON, CSV, and TUM's `timestamp tx ty tz qx qy qz qw`, which `evo` reads.
 
 use nalgebra::Matrix6;
 use serde::Serialize;
@@ -105,6 +105,49 @@ pub fn tum_line(t_ns: u64, world_from_object: &Pose) -> String {
     line
 }
 
+/// The axes of a covariance, in the names of the columns of [`pose_csv`].
+const AXES: [&str; 6] = ["x", "y", "z", "rx", "ry", "rz"];
+
+/// The header of [`pose_csv`]'s lines:
+/// `t_ns,object,state,x,y,z,qx,qy,qz,qw,vx,vy,vz,wx,wy,wz,cameras,tags,rms_px,cov_x_x,cov_x_y,...`, the upper triangle of the covariance
+/// row by row.
+pub fn csv_header() -> String {
+    let mut header =
+        "t_ns,object,state,x,y,z,qx,qy,qz,qw,vx,vy,vz,wx,wy,wz,cameras,tags,rms_px".to_owned();
+    for (row, column) in upper_triangle() {
+        header.push_str(&format!(",cov_{}_{}", AXES[row], AXES[column]));
+    }
+    header
+}
+
+/// Columns as in [`csv_header`], units as in [`pose_json`]. Ids and states need no quotes.
+pub fn pose_csv(estimate: &ObjectEstimate) -> String {
+    let parts = PoseParts::from(&estimate.world_from_object);
+    let state = match estimate.state {
+        State::Initialising => "initialising",
+        State::Tracking => "tracking",
+        State::Coasting => "coasting",
+        State::Lost => "lost",
+    };
+    let mut line = format!("{},{},{state}", estimate.capture_ns, estimate.object);
+    let pose = parts.position.iter().chain(&parts.orientation);
+    for number in pose.chain(estimate.twist.iter()) {
+        line.push_str(&format!(",{number}"));
+    }
+    line.push_str(&format!(
+        ",{},{},{}",
+        estimate.cameras, estimate.tags, estimate.rms_px
+    ));
+    for place in upper_triangle() {
+        line.push_str(&format!(",{}", estimate.covariance[place]));
+    }
+    line
+}
+
+fn upper_triangle() -> impl Iterator<Item = (usize, usize)> {
+    (0..6).flat_map(|row| (row..6).map(move |column| (row, column)))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -142,5 +185,25 @@ mod tests {
             pose_tum(&estimate()),
             "1800000000.000000005 1.000000000 -2.500000000 0.100000000 0.000000000 0.000000000 0.000000000 1.000000000"
         );
+    }
+
+    #[test]
+    fn csv_has_a_value_for_each_name() {
+        let (header, line) = (csv_header(), pose_csv(&estimate()));
+        let columns: Vec<(&str, &str)> = header.split(',').zip(line.split(',')).collect();
+        assert_eq!(header.split(',').count(), line.split(',').count());
+        for wanted in [
+            ("t_ns", "1800000000000000005"),
+            ("state", "tracking"),
+            ("y", "-2.5"),
+            ("qw", "1"),
+            ("wz", "5"),
+            ("rms_px", "0.125"),
+            ("cov_x_x", "0"),
+            ("cov_y_rz", "11"),
+            ("cov_rz_rz", "35"),
+        ] {
+            assert!(columns.contains(&wanted), "{wanted:?} of {columns:?}");
+        }
     }
 }

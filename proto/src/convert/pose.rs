@@ -3,7 +3,7 @@
 use crate::convert::covariance;
 use crate::messages::object_pose::ObjectPose;
 use crate::messages::pose_config::{PoseConfig, SigmaConfig};
-use nalgebra::{Quaternion, Translation3};
+use nalgebra::{Matrix6, Quaternion, Translation3};
 use sextant_estimator::{ObjectEstimate, PoseSigma};
 use sextant_geometry::{Pose, unit_quaternion};
 
@@ -75,5 +75,23 @@ impl ObjectPose {
             position: self.position,
             orientation: self.orientation,
         })
+    }
+}
+
+impl From<&ObjectPose> for ObjectEstimate {
+    /// What a published pose says of the estimate: of an articulated object, the pose of its base.
+    fn from(pose: &ObjectPose) -> Self {
+        Self {
+            object: pose.object.clone(),
+            capture_ns: pose.capture_ns,
+            world_from_object: pose.world_from_object(),
+            covariance: Matrix6::from_row_slice(&pose.covariance),
+            twist: pose.twist.into(),
+            state: pose.state,
+            cameras: pose.cameras.into(),
+            tags: pose.tags.into(),
+            rms_px: pose.rms_px.into(),
+            articulated: None,
+        }
     }
 }

@@ -1,0 +1,23 @@
+//! Object poses as datagrams of other tools: OSC messages and MAVLink frames.
+//!
+//! - [`Axes`]: the world's axes as other tools have them, with positions, quaternions and Euler angles.
+//! - [`OscMessage`], [`OscLayout`]: Open Sound Control 1.0; plain poses, VRChat's trackers, Virtual Motion Tracker.
+//! - [`MavlinkSender`], [`LocalFrame`], [`ResetCounter`]: `ODOMETRY` and `HEARTBEAT` of MAVLink 2.
+//!
+//! Input is [`sextant_proto::ObjectPose`]: metres, x y z w, world with z up. Nothing here knows a socket or a clock.
+
+mod axes;
+mod mavlink;
+mod osc;
+
+pub use axes::{Axes, euler_zxy_deg};
+pub use mavlink::odometry::LocalFrame;
+pub use mavlink::reset_counter::ResetCounter;
+pub use mavlink::{MavlinkSender, Sender};
+pub use osc::layouts::{AddressError, AddressTemplate, MAX_TRACKERS, OscLayout};
+pub use osc::{OscArgument, OscMessage};
+
+/// The nearest finite `f32`.
+fn narrowed(value: f64) -> f32 {
+    value.clamp(f64::from(f32::MIN), f64::from(f32::MAX)) as f32
+}

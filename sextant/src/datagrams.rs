@@ -1,0 +1,202 @@
+//! UDP to one machine, and the counts that its senders end with.
+
+use crate::output::{Format, print_line};
+use crate::pose_feed::FeedCounts;
+use crate::words;
+use anyhow::{Context, anyhow, bail};
+use serde::Serialize;
+use sextant_process::{Exit, Failure, WithExit};
+use std::io::ErrorKind;
+use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr, ToSocketAddrs, UdpSocket};
+
+/// One machine's port, and what was sent there.
+#[derive(Debug)]
+pub struct DatagramTarget {
+    socket: UdpSocket,
+    address: SocketAddr,
+    counts: DatagramCounts,
+}
+
+/// Datagrams since the start.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
+pub struct DatagramCounts {
+    /// Handed to the network.
+    pub sent: u64,
+    /// Not sent because the network did not take them.
+    pub unsent: u64,
+    /// Answers of the machine that nobody listens on the port.
+    pub unheard: u64,
+}
+
+impl DatagramTarget {
+    /// Resolves `HOST:PORT`.
+    ///
+    /// # Errors
+    /// [`Exit::Usage`] for what is no address of one machine, [`Exit::Unavailable`] for a name that is not found.
+    pub fn open(target: &str) -> anyhow::Result<Self> {
+        let wrong = |cause: String| Failure::new(Exit::Usage, anyhow!("--to {target}: {cause}"));
+        if target
+            .rsplit_once(':')
+            .is_none_or(|(_, port)| port.parse::<u16>().is_err())
+        {
+            bail!(wrong("write HOST:PORT, such as 192.168.1.20:9000".into()));
+        }
+        let address = target
+            .to_socket_addrs()
+            .with_context(|| format!("--to {target}: no such host"))
+            .exit_with(Exit::Unavailable)?
+            .next()
+            .with_context(|| format!("--to {target}: the host has no address"))
+            .exit_with(Exit::Unavailable)?;
+        if let Some(cause) = not_one_machine(address) {
+            bail!(wrong(cause.to_owned()));
+        }
+        let any: IpAddr = match address {
+            SocketAddr::V4(_) => Ipv4Addr::UNSPECIFIED.into(),
+            SocketAddr::V6(_) => Ipv6Addr::UNSPECIFIED.into(),
+        };
+        let socket = UdpSocket::bind((any, 0)).context("no UDP socket")?;
+        socket
+            .connect(address)
+            .map_err(|cause| match cause.kind() {
+                // A network's own broadcast address, which only the system knows.
+                ErrorKind::PermissionDenied => wrong(BROADCAST.to_owned()),
+                _ => Failure::new(
+                    Exit::Unavailable,
+                    anyhow!("--to {target}: {cause}; look at this machine's network"),
+                ),
+            })?;
+        socket.set_nonblocking(true)?;
+        Ok(Self {
+            socket,
+            address,
+            counts: DatagramCounts::default(),
+        })
+    }
+
+    /// Sends a datagram, or counts that it was not sent. Never waits.
+    pub fn send(&mut self, datagram: &[u8]) {
+        let mut result = self.socket.send(datagram);
+        if result
+            .as_ref()
+            .is_err_and(|e| e.kind() == ErrorKind::ConnectionRefused)
+        {
+            // The answer to an earlier datagram; this one was not sent.
+            if self.counts.unheard == 0 {
+                eprintln!("nobody listens at {} yet; sending goes on", self.address);
+            }
+            self.counts.unheard += 1;
+            result = self.socket.send(datagram);
+        }
+        match result {
+            Ok(_) => self.counts.sent += 1,
+            Err(cause) => {
+                if self.counts.unsent == 0 {
+                    eprintln!("cannot send to {}: {cause}; trying on", self.address);
+                }
+                self.counts.unsent += 1;
+            }
+        }
+    }
+
+    /// Where datagrams go.
+    pub fn address(&self) -> SocketAddr {
+        self.address
+    }
+
+    /// What was sent.
+    pub fn counts(&self) -> DatagramCounts {
+        self.counts
+    }
+}
+
+/// What a command that sends poses as datagrams ends with.
+#[derive(Debug, Serialize)]
+pub struct SenderCounts {
+    #[serde(flatten)]
+    pub feed: FeedCounts,
+    #[serde(flatten)]
+    pub datagrams: DatagramCounts,
+    /// Poses held back by the rate limit.
+    pub skipped: u64,
+}
+
+impl SenderCounts {
+    /// Prints the counts.
+    ///
+    /// # Errors
+    /// A closed output.
+    pub fn report(&self, format: Format) -> anyhow::Result<()> {
+        let (feed, datagrams) = (self.feed, self.datagrams);
+        match format {
+            Format::Json => print_line(&serde_json::to_string(self)?)?,
+            Format::Text => eprintln!(
+                "{} from {}; {} skipped by the rate limit, {} dropped, {} refused; {} unsent",
+                words::count(datagrams.sent as usize, "datagram"),
+                words::count(feed.poses as usize, "pose"),
+                self.skipped,
+                feed.dropped,
+                feed.refused,
+                datagrams.unsent
+            ),
+        }
+        Ok(())
+    }
+}
+
+const BROADCAST: &str =
+    "this is a broadcast address, which would reach every machine of the network; name one machine";
+
+fn not_one_machine(address: SocketAddr) -> Option<&'static str> {
+    match address.ip().to_canonical() {
+        _ if address.port() == 0 => Some("port 0 is none"),
+        IpAddr::V4(ip) if ip.is_broadcast() => Some(BROADCAST),
+        ip if ip.is_multicast() => {
+            Some("this is a multicast address, which could reach many machines; name one machine")
+        }
+        ip if ip.is_unspecified() => {
+            Some("this is the address of no machine; 127.0.0.1 is this one")
+        }
+        _ => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_one_machine_is_a_target() {
+        for (target, cause) in [
+            ("224.0.0.1:9000", "multicast"),
+            ("[ff02::1]:9000", "multicast"),
+            ("255.255.255.255:9000", "broadcast"),
+            ("127.255.255.255:9000", "broadcast"),
+            ("0.0.0.0:9000", "no machine"),
+            ("127.0.0.1:0", "port 0"),
+            ("127.0.0.1", "HOST:PORT"),
+            ("127.0.0.1:70000", "HOST:PORT"),
+        ] {
+            let error = DatagramTarget::open(target).unwrap_err().to_string();
+            assert!(error.contains(cause), "{target}: {error}");
+        }
+        assert!(DatagramTarget::open("127.0.0.1:9000").is_ok());
+    }
+
+    #[test]
+    fn a_port_without_a_listener_is_counted_and_sending_goes_on() {
+        let listener = UdpSocket::bind("127.0.0.1:0").unwrap();
+        let address = listener.local_addr().unwrap();
+        drop(listener);
+        let mut target = DatagramTarget::open(&address.to_string()).unwrap();
+        while target.counts().unheard == 0 {
+            target.send(b"x");
+        }
+        let listener = UdpSocket::bind(address).unwrap();
+        target.send(b"heard");
+        let mut datagram = [0; 8];
+        let length = listener.recv(&mut datagram).unwrap();
+        assert_eq!(&datagram[..length], b"heard");
+        assert_eq!(target.counts().unsent, 0);
+    }
+}

@@ -1,0 +1,124 @@
+//! `sextant echo --format`: poses as text for other programs, to standard output or a file, a line a pose.
+
+use super::EchoArguments;
+use crate::output::print_line;
+use crate::pose_feed::{self, Next, PoseReceiver};
+use anyhow::{Context, anyhow, bail};
+use clap::ValueEnum;
+use sextant_estimator::{ObjectEstimate, ObjectId};
+use sextant_process::whole_lines::write_line;
+use sextant_process::{Exit, Failure, WithExit};
+use sextant_proto::ObjectPose;
+use sextant_recordings::{csv_header, pose_csv, pose_json, pose_tum};
+use std::fs::File;
+use std::path::{Path, PathBuf};
+
+/// A text format for poses.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum PoseFormat {
+    /// JSON lines, as `sextant replay` writes them.
+    Json,
+    /// Comma-separated values with a header.
+    Csv,
+    /// `timestamp tx ty tz qx qy qz qw`, as `evo` reads it; one object.
+    Tum,
+}
+
+/// Writes the poses of the named objects, of all when none is named.
+///
+/// # Errors
+/// [`Exit::Usage`] for a name that is no object's, and for TUM of several objects; no router; a file that cannot be written.
+pub fn run(arguments: &EchoArguments, format: PoseFormat) -> anyhow::Result<()> {
+    let usage = |cause: String| Failure::new(Exit::Usage, anyhow!(cause));
+    let ids = arguments.names.iter().map(|name| ObjectId::new(name));
+    let objects: Vec<ObjectId> = ids
+        .collect::<Result<_, _>>()
+        .map_err(|cause| usage(format!("--format is for objects: {cause}")))?;
+    if format == PoseFormat::Tum && objects.len() != 1 {
+        bail!(usage("TUM text has one object only; name it".to_owned()));
+    }
+    let mut lines = PoseLines {
+        format,
+        output: Output::open(arguments.out.as_deref())?,
+        left: arguments.count.unwrap_or(u64::MAX),
+    };
+    if format == PoseFormat::Csv {
+        lines.output.line(&csv_header())?;
+    }
+    let counts = pose_feed::run(&arguments.feed, &objects, &mut lines)?;
+    if counts.dropped > 0 || counts.refused > 0 {
+        eprintln!(
+            "{} poses dropped because the reader is too slow, {} payloads refused",
+            counts.dropped, counts.refused
+        );
+    }
+    Ok(())
+}
+
+struct PoseLines {
+    format: PoseFormat,
+    output: Output,
+    left: u64,
+}
+
+impl PoseReceiver for PoseLines {
+    fn take(&mut self, pose: &ObjectPose) -> anyhow::Result<Next> {
+        if self.left > 0 {
+            let estimate = ObjectEstimate::from(pose);
+            let line = match self.format {
+                PoseFormat::Json => pose_json(&estimate),
+                PoseFormat::Csv => pose_csv(&estimate),
+                PoseFormat::Tum => pose_tum(&estimate),
+            };
+            self.output.line(&line)?;
+            self.left -= 1;
+        }
+        Ok(match self.left {
+            0 => Next::Done,
+            _ => Next::More,
+        })
+    }
+}
+
+enum Output {
+    Standard,
+    File {
+        file: File,
+        path: PathBuf,
+        lines: u64,
+    },
+}
+
+impl Output {
+    fn open(path: Option<&Path>) -> anyhow::Result<Self> {
+        let Some(path) = path else {
+            return Ok(Self::Standard);
+        };
+        let file = File::create(path)
+            .with_context(|| format!("--out {} cannot be written", path.display()))
+            .exit_with(Exit::Input)?;
+        Ok(Self::File {
+            file,
+            path: path.to_owned(),
+            lines: 0,
+        })
+    }
+
+    /// Writes a line, whole or not at all, and hands it on at once.
+    fn line(&mut self, line: &str) -> anyhow::Result<()> {
+        match self {
+            Self::Standard => print_line(line).context("standard output"),
+            Self::File { file, path, lines } => {
+                let written = write_line(file, format!("{line}\n").as_bytes());
+                written.with_context(|| {
+                    format!(
+                        "{}: cannot write on; the {lines} lines before are complete",
+                        path.display()
+                    )
+                })?;
+                *lines += 1;
+                Ok(())
+            }
+        }
+    }
+}

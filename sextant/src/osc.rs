@@ -1,0 +1,166 @@
+//! `sextant osc`: poses as Open Sound Control messages, by UDP to one machine.
+
+use crate::datagrams::{DatagramTarget, SenderCounts};
+use crate::output::Format;
+use crate::pose_feed::{self, FeedArguments, Next, PoseReceiver, RateLimit};
+use crate::words;
+use anyhow::{anyhow, bail};
+use clap::{Args, ValueEnum};
+use sextant_estimator::{ObjectId, State};
+use sextant_pose_formats::{AddressTemplate, Axes, MAX_TRACKERS, OscLayout};
+use sextant_process::{Exit, Failure};
+use sextant_proto::ObjectPose;
+use std::time::Instant;
+
+/// Arguments of `sextant osc`.
+#[derive(Args, Debug)]
+#[command(
+    after_help = "plain   ADDRESS x y z qx qy qz qw: metres, a unit quaternion
+vrchat  /tracking/trackers/N/position x y z and /tracking/trackers/N/rotation x y z: Unity's axes, degrees; N is 1 for the first --object.
+        VRChat listens on port 9000
+vmt     /VMT/Room/Unity index enable 0 x y z qx qy qz qw: Unity's axes; the index of the first --object is 0. Virtual Motion Tracker
+        listens on port 39570
+Objects that are tracked or coasting are sent; docs/outputs.md has more. With --json, one line at the end:
+{\"poses\",\"refused\",\"dropped\",\"sent\",\"unsent\",\"unheard\",\"skipped\"}"
+)]
+pub struct OscArguments {
+    /// The receiver.
+    #[arg(long, value_name = "HOST:PORT")]
+    to: String,
+    /// Addresses and arguments.
+    #[arg(long, value_enum, default_value_t = Layout::Plain)]
+    layout: Layout,
+    /// Address of the plain layout.
+    #[arg(
+        long,
+        value_name = "TEMPLATE",
+        default_value = "/sextant/{object}/pose"
+    )]
+    address: AddressTemplate,
+    /// Axes of the plain layout.
+    #[arg(long, value_enum, default_value_t = AxesName::ZUp)]
+    axes: AxesName,
+    /// An object; may be repeated. By default all objects, in the plain layout.
+    #[arg(long = "object", value_name = "ID")]
+    objects: Vec<ObjectId>,
+    /// Most poses a second of each object.
+    #[arg(long, value_name = "HZ", default_value = "60", value_parser = pose_feed::rate)]
+    rate: f64,
+    #[command(flatten)]
+    feed: FeedArguments,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Layout {
+    Plain,
+    Vrchat,
+    Vmt,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum AxesName {
+    /// Right-handed, z up, as in Sextant and ROS.
+    ZUp,
+    /// Right-handed, y up, as in OpenGL.
+    YUp,
+    /// Left-handed, y up, z forward.
+    Unity,
+}
+
+impl From<AxesName> for Axes {
+    fn from(name: AxesName) -> Self {
+        match name {
+            AxesName::ZUp => Self::ZUp,
+            AxesName::YUp => Self::YUp,
+            AxesName::Unity => Self::Unity,
+        }
+    }
+}
+
+/// Runs `sextant osc`.
+///
+/// # Errors
+/// A target that is none, no router.
+pub fn run(arguments: &OscArguments, format: Format) -> anyhow::Result<()> {
+    let layout = arguments.layout()?;
+    let target = DatagramTarget::open(&arguments.to)?;
+    let mut sender = OscSender {
+        layout,
+        target,
+        limit: RateLimit::new(arguments.rate),
+    };
+    eprintln!(
+        "sending {} to {} by UDP as OSC ({}), at most {} a second; Ctrl-C ends it",
+        words::poses_of(&arguments.objects),
+        sender.target.address(),
+        arguments.what(),
+        arguments.rate
+    );
+    let feed = pose_feed::run(&arguments.feed, &arguments.objects, &mut sender)?;
+    let counts = SenderCounts {
+        feed,
+        datagrams: sender.target.counts(),
+        skipped: sender.limit.skipped,
+    };
+    counts.report(format)
+}
+
+impl OscArguments {
+    fn layout(&self) -> anyhow::Result<OscLayout> {
+        let trackers = self.objects.clone();
+        let most = match self.layout {
+            Layout::Plain => {
+                if self.objects.len() != 1 && !self.address.distinguishes_objects() {
+                    bail!(usage(
+                        "--address without {object} is for one object: name it with --object"
+                    ));
+                }
+                return Ok(OscLayout::Plain {
+                    address: self.address.clone(),
+                    axes: self.axes.into(),
+                });
+            }
+            Layout::Vrchat => MAX_TRACKERS[0],
+            Layout::Vmt => MAX_TRACKERS[1],
+        };
+        if trackers.is_empty() || trackers.len() > most {
+            bail!(usage(&format!(
+                "this layout numbers its trackers: name 1 to {most} objects with --object, in the order of their numbers"
+            )));
+        }
+        Ok(match self.layout {
+            Layout::Vmt => OscLayout::Vmt { trackers },
+            Layout::Plain | Layout::Vrchat => OscLayout::VrChat { trackers },
+        })
+    }
+
+    fn what(&self) -> String {
+        match self.layout {
+            Layout::Plain => self.address.to_string(),
+            Layout::Vrchat => "VRChat trackers".to_owned(),
+            Layout::Vmt => "Virtual Motion Tracker".to_owned(),
+        }
+    }
+}
+
+fn usage(cause: &str) -> Failure {
+    Failure::new(Exit::Usage, anyhow!("{cause}"))
+}
+
+struct OscSender {
+    layout: OscLayout,
+    target: DatagramTarget,
+    limit: RateLimit,
+}
+
+impl PoseReceiver for OscSender {
+    fn take(&mut self, pose: &ObjectPose) -> anyhow::Result<Next> {
+        // The news that an object is lost is sent once, and never held back.
+        if pose.state == State::Lost || self.limit.admits(&pose.object, Instant::now()) {
+            for message in self.layout.messages(pose) {
+                self.target.send(&message.to_bytes());
+            }
+        }
+        Ok(Next::More)
+    }
+}

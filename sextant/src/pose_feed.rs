@@ -1,0 +1,195 @@
+//! The poses of a running site, one after the other, to a receiver: shared by the commands that hand poses on.
+
+use crate::site::{RouterWatch, SiteArguments};
+use anyhow::Context;
+use clap::Args;
+use serde::Serialize;
+use sextant_estimator::ObjectId;
+use sextant_proto::{KeyRef, ObjectPose, limits};
+use sextant_zenoh_bus::{DropRule, Item};
+use std::collections::BTreeMap;
+use std::time::{Duration, Instant};
+
+/// Poses that wait while the receiver is slow; the oldest give way.
+const QUEUE: usize = 1024;
+/// Longest delay until Ctrl-C has an effect.
+const GLANCE: Duration = Duration::from_millis(50);
+/// Silence after which a notice is printed.
+const SILENCE: Duration = Duration::from_secs(3);
+
+/// Which site, and for how long.
+#[derive(Args, Debug)]
+pub struct FeedArguments {
+    /// End after this time, in seconds; by default with Ctrl-C.
+    #[arg(long, value_name = "S", value_parser = seconds)]
+    pub duration: Option<Duration>,
+    #[command(flatten)]
+    pub site: SiteArguments,
+}
+
+fn seconds(text: &str) -> anyhow::Result<Duration> {
+    Ok(Duration::try_from_secs_f64(text.parse()?)?)
+}
+
+/// Where poses go.
+pub trait PoseReceiver {
+    /// Takes a pose.
+    ///
+    /// # Errors
+    /// What ends the command.
+    fn take(&mut self, pose: &ObjectPose) -> anyhow::Result<Next>;
+
+    /// Called several times a second, also without poses.
+    fn tick(&mut self) {}
+}
+
+/// Whether a receiver takes more poses.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Next {
+    /// It does.
+    More,
+    /// It has all that it wants.
+    Done,
+}
+
+/// What came.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
+pub struct FeedCounts {
+    /// Poses of the wanted objects.
+    pub poses: u64,
+    /// Payloads that are no pose of their key's object.
+    pub refused: u64,
+    /// Poses that gave way because the receiver was too slow.
+    pub dropped: u64,
+}
+
+/// Hands the poses of these objects to `receiver`, those of all objects when none is named, until the time is over, Ctrl-C, or the receiver is done.
+///
+/// # Errors
+/// No router, or an error of the receiver.
+pub fn run(
+    arguments: &FeedArguments,
+    objects: &[ObjectId],
+    receiver: &mut impl PoseReceiver,
+) -> anyhow::Result<FeedCounts> {
+    let site = arguments.site.open()?;
+    let expression = match objects {
+        [one] => site.keys.pose(one),
+        _ => site.keys.all_poses(),
+    };
+    let messages = site.bus.subscribe(
+        &expression,
+        QUEUE,
+        DropRule::Oldest,
+        limits::MAX_PAYLOAD_BYTES,
+    )?;
+    let end = arguments
+        .duration
+        .map(|duration| Instant::now().checked_add(duration).context("--duration"))
+        .transpose()?;
+    let is_over = || end.is_some_and(|end| Instant::now() >= end);
+    let mut counts = FeedCounts::default();
+    let mut router = RouterWatch::default();
+    let mut hint_due = Some(Instant::now() + SILENCE);
+    let mut next = Next::More;
+    while next == Next::More && !site.shutdown.is_requested() && !is_over() {
+        if let Some(item) = messages.recv_timeout(GLANCE) {
+            match pose_of(&site.keys, &item) {
+                Some(pose) if objects.is_empty() || objects.contains(&pose.object) => {
+                    counts.poses += 1;
+                    hint_due = None;
+                    next = receiver.take(&pose)?;
+                }
+                Some(_) => {}
+                None => counts.refused += 1,
+            }
+        }
+        receiver.tick();
+        router.say(&site.bus);
+        if hint_due.is_some_and(|due| Instant::now() >= due) && site.bus.is_connected() {
+            eprintln!("no pose on {expression} so far; `sextant list` says what is there");
+            hint_due = None;
+        }
+    }
+    counts.dropped = messages.counts().dropped;
+    site.bus.close();
+    Ok(counts)
+}
+
+/// The pose in a message that is one of its key's object.
+fn pose_of(keys: &sextant_proto::Keys, item: &Item) -> Option<ObjectPose> {
+    let pose: ObjectPose = item.decode().ok()?;
+    (keys.parse(&item.key) == Some(KeyRef::Pose(pose.object.clone()))).then_some(pose)
+}
+
+/// Lets an object's poses through at most so often, evenly.
+#[derive(Debug)]
+pub struct RateLimit {
+    period: Duration,
+    due: BTreeMap<ObjectId, Instant>,
+    /// Poses held back.
+    pub skipped: u64,
+}
+
+impl RateLimit {
+    /// At most `rate_hz` poses a second of each object.
+    pub fn new(rate_hz: f64) -> Self {
+        Self {
+            period: Duration::from_secs_f64(1.0 / rate_hz),
+            due: BTreeMap::new(),
+            skipped: 0,
+        }
+    }
+
+    /// Whether a pose that arrives `now` goes through. There are no more objects than a fusion node may have.
+    pub fn admits(&mut self, object: &ObjectId, now: Instant) -> bool {
+        let due = self.due.get(object).copied();
+        let is_known = due.is_some() || self.due.len() < limits::MAX_OBJECTS;
+        if !is_known || due.is_some_and(|due| now < due) {
+            self.skipped += 1;
+            return false;
+        }
+        // An early next pose after a late one, so that the rate is reached; at most by half a period.
+        let start = due.unwrap_or(now).max(now - self.period / 2);
+        self.due.insert(object.clone(), start + self.period);
+        true
+    }
+}
+
+/// A rate in hertz.
+pub fn rate(text: &str) -> Result<f64, String> {
+    match text.parse() {
+        Ok(rate) if (0.1..=1000.0).contains(&rate) => Ok(rate),
+        _ => Err("a rate is a number from 0.1 to 1000 (poses a second)".to_owned()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_limit_reaches_its_rate_and_does_not_exceed_it() {
+        for arrivals_hz in [20, 40, 100, 119] {
+            let mut limit = RateLimit::new(30.0);
+            let (cube, start) = (ObjectId::new("cube").unwrap(), Instant::now());
+            let period = Duration::from_secs(1) / arrivals_hz;
+            let passed = (0..10 * arrivals_hz).filter(|n| limit.admits(&cube, start + period * *n));
+            let passed = passed.count();
+            let wanted = 10 * arrivals_hz.min(30) as usize;
+            assert!(passed <= wanted + 1 && passed + 10 >= wanted, "{passed}");
+            assert_eq!(limit.skipped as usize + passed, 10 * arrivals_hz as usize);
+        }
+    }
+
+    #[test]
+    fn a_flood_of_objects_ends_at_the_bound() {
+        let (mut limit, now) = (RateLimit::new(1.0), Instant::now());
+        let ids = (0..4 * limits::MAX_OBJECTS).map(|n| ObjectId::new(&format!("o{n}")).unwrap());
+        assert_eq!(
+            ids.filter(|id| limit.admits(id, now)).count(),
+            limits::MAX_OBJECTS
+        );
+        assert_eq!(limit.due.len(), limits::MAX_OBJECTS);
+    }
+}
