@@ -3,6 +3,7 @@
 use crate::config::ViewerConfig;
 use crate::guard::HostRule;
 use crate::hub::Hub;
+use crate::metrics::Metrics;
 use crate::network;
 use crate::protection::Protection;
 use crate::rejections::{Rejection, Rejections};
@@ -24,6 +25,7 @@ pub(crate) struct Shared {
     pub(crate) hosts: HostRule,
     pub(crate) protection: Protection,
     pub(crate) hub: Hub,
+    pub(crate) metrics: Metrics,
     /// The wizards.
     pub(crate) wizard: WizardService,
     pub(crate) started: Instant,
@@ -50,6 +52,7 @@ impl Shared {
             config,
             protection,
             hub: Hub::default(),
+            metrics: Metrics::default(),
             started: Instant::now(),
             connected: AtomicBool::new(false),
             rejections: Mutex::default(),

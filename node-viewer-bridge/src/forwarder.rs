@@ -5,11 +5,12 @@ use crate::hub::{Frame, Slot};
 use crate::inventory::Inventory;
 use crate::link_frames::Part;
 use crate::message::{Message, Models};
+use crate::metrics::Moment;
 use crate::rejections::Rejection;
 use crate::wizard::Offer;
 use crate::{link_frames, translate};
 use sextant_estimator::{ImageObservation, ObjectId, ObjectModel, Rig};
-use sextant_process::fail_point;
+use sextant_process::{fail_point, now_ns};
 use sextant_proto::{
     CameraStatus, ClockReport, ConfigAnswer, DetectionReport, FusionStatus, NodeId, ObjectConfig,
     ObjectLinks, ObjectPose, ObjectTruth, Observations, Preview, Proposal, RigConfig, decode,
@@ -71,6 +72,7 @@ impl Forwarder {
             }
             self.shared.wizard.fusion_node(&id, up);
         }
+        self.shared.metrics.presence(kind, &id, up, moment());
         let slot = Slot::Alive(kind.as_str().to_owned(), id.to_string());
         let (hub, frame) = (&self.shared.hub, frame_of(&message));
         // A flood of tokens is bounded like everything else, and there is no payload to blame.
@@ -92,6 +94,7 @@ impl Forwarder {
             KeyRef::Observations(camera) => {
                 let message: Observations = read(bytes, camera, |m: &Observations| &m.camera)?;
                 self.offer(&message);
+                self.shared.metrics.observations(&message, moment());
                 let slot = Slot::Observations(camera.to_string());
                 self.show(slot, &translate::observations(&message))
             }
@@ -102,6 +105,7 @@ impl Forwarder {
             }
             KeyRef::CameraStatus(camera) => {
                 let message: CameraStatus = read(bytes, camera, |m: &CameraStatus| &m.camera)?;
+                self.shared.metrics.camera_status(&message, moment());
                 let slot = Slot::CameraStatus(camera.to_string());
                 self.show(slot, &Message::CameraStatus(&message))
             }
@@ -112,6 +116,7 @@ impl Forwarder {
             }
             KeyRef::Pose(object) => {
                 let message: ObjectPose = read(bytes, object, |m: &ObjectPose| &m.object)?;
+                self.shared.metrics.pose(&message, moment());
                 self.show(Slot::Pose(object.to_string()), &translate::pose(&message))
             }
             KeyRef::Truth(object) => {
@@ -123,10 +128,12 @@ impl Forwarder {
             }
             KeyRef::Clocks(node) => {
                 let message: ClockReport = read(bytes, node, |m: &ClockReport| &m.node)?;
+                self.shared.metrics.clocks(&message, moment());
                 self.show(Slot::Clocks(node.to_string()), &Message::Clocks(&message))
             }
             KeyRef::ConfigRig => {
                 let message: RigConfig = decode(bytes).map_err(Rejection::Undecodable)?;
+                self.shared.metrics.rig(&message);
                 if let Ok(rig) = Rig::try_from(&message) {
                     self.shared.wizard.take_rig(rig);
                 }
@@ -134,6 +141,7 @@ impl Forwarder {
             }
             KeyRef::ConfigObject(object) => {
                 let message: ObjectConfig = read(bytes, object, |m: &ObjectConfig| &m.id)?;
+                self.shared.metrics.object(&message);
                 self.take_object(&message, item.sender.as_deref().unwrap_or_default())
             }
             KeyRef::Links(object) => {
@@ -191,6 +199,7 @@ impl Forwarder {
 
     /// Objects that a fusion node has no more leave the page.
     fn take_status(&self, status: &FusionStatus) -> Result<(), Rejection> {
+        self.shared.metrics.fusion_status(status, moment());
         let slot = Slot::FusionStatus(status.node.to_string());
         self.show(slot, &Message::FusionStatus(status))?;
         let objects = status.objects.iter().map(|object| object.object.as_str());
@@ -286,6 +295,14 @@ fn with_real_tags(mut image: ImageObservation) -> ImageObservation {
         .tags
         .retain(|seen| (seen.tag.id as usize) < seen.tag.family.data().codes.len());
     image
+}
+
+/// Now.
+fn moment() -> Moment {
+    Moment {
+        at: Instant::now(),
+        ns: now_ns(),
+    }
 }
 
 /// A message as a text frame.

@@ -18,6 +18,7 @@ mod hub;
 mod inventory;
 mod link_frames;
 mod message;
+mod metrics;
 mod network;
 mod outbox;
 #[cfg(test)]

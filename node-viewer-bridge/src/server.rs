@@ -7,6 +7,7 @@ use crate::connections::{Connections, Peer};
 use crate::forwarder::frame_of;
 use crate::hub::Slot;
 use crate::message::{Message, PROTOCOL};
+use crate::metrics::{self, Ailment, BridgeFigures};
 use crate::session;
 use crate::socket;
 use crate::wizard::{Command, MAX_COMMAND_BYTES, Refusal, RefusalKind};
@@ -87,6 +88,7 @@ fn router(context: Context) -> Router {
     let known = Router::new()
         .route("/ws", get(socket::upgrade))
         .route("/api/state", get(state))
+        .route("/metrics", get(figures))
         .route(
             "/api/wizard",
             post(wizard).layer(DefaultBodyLimit::max(MAX_COMMAND_BYTES)),
@@ -101,6 +103,7 @@ fn router(context: Context) -> Router {
                 .layer(DefaultBodyLimit::max(session::MAX_BYTES)),
         )
         .route("/healthz", get(health))
+        .route("/readyz", get(ready))
         .fallback(get(assets::file))
         .layer(middleware::from_fn_with_state(context.clone(), guard))
         .with_state(context)
@@ -251,7 +254,26 @@ fn refused(refusal: &Refusal) -> Response<Body> {
     as_json(status, format!("{json}\n").into())
 }
 
-async fn health(State(context): State<Context>) -> Response<Body> {
+/// Whether the site works. Causes name cameras and objects, so that they are for those who may look.
+async fn health(State(context): State<Context>, request: Request) -> Response<Body> {
+    let shared = &context.shared;
+    let ailments = match shared.connected.load(Ordering::Relaxed) {
+        true => shared.metrics.ailments(Instant::now()),
+        false => vec![Ailment::no_network()],
+    };
+    let (status, word) = match ailments.is_empty() {
+        true => (StatusCode::OK, "ok"),
+        false => (StatusCode::SERVICE_UNAVAILABLE, "failing"),
+    };
+    let json = match role_of(shared, &request) {
+        Ok(_) => serde_json::json!({ "status": word, "causes": ailments }),
+        Err(_) => serde_json::json!({ "status": word }),
+    };
+    as_json(status, format!("{json}\n").into())
+}
+
+/// Whether the bridge itself works: it is on the site's network.
+async fn ready(State(context): State<Context>) -> Response<Body> {
     match context.shared.connected.load(Ordering::Relaxed) {
         true => as_json(StatusCode::OK, "{\"status\":\"ok\"}\n".into()),
         false => as_json(
@@ -259,6 +281,24 @@ async fn health(State(context): State<Context>) -> Response<Body> {
             "{\"status\":\"no network\"}\n".into(),
         ),
     }
+}
+
+/// The site in figures, for Prometheus.
+async fn figures(State(context): State<Context>) -> Response<Body> {
+    let shared = &context.shared;
+    let (clients, replaced) = shared.hub.counts();
+    let bridge = BridgeFigures {
+        is_connected: shared.connected.load(Ordering::Relaxed),
+        uptime_s: shared.started.elapsed().as_secs_f64(),
+        clients,
+        replaced,
+        rejected: serde_json::to_value(shared.rejections()).unwrap_or_default(),
+    };
+    let text = shared.metrics.text(&bridge, Instant::now());
+    let mut response = Response::new(Body::from(text));
+    let kind = HeaderValue::from_static(metrics::CONTENT_TYPE);
+    response.headers_mut().insert(header::CONTENT_TYPE, kind);
+    response
 }
 
 pub(crate) fn as_json(status: StatusCode, json: Body) -> Response<Body> {
@@ -280,6 +320,7 @@ async fn tell_status(shared: Arc<Shared>) {
         due.tick().await;
         fail_point!("server");
         shared.hub.expire(Instant::now());
+        shared.metrics.expire(Instant::now());
         let (clients, replaced) = shared.hub.counts();
         let status = Message::BridgeStatus {
             now_ns: now_ns(),

@@ -89,10 +89,7 @@ impl Site {
             _object: object,
             folder,
         };
-        eventually(|| {
-            site.get("/healthz", "localhost")
-                .starts_with("HTTP/1.1 200")
-        });
+        eventually(|| site.get("/readyz", "localhost").starts_with("HTTP/1.1 200"));
         site
     }
 
@@ -264,9 +261,24 @@ fn a_client_is_greeted_then_told_what_is_known_then_what_happens() {
 }
 
 #[test]
+fn scripts_are_told_figures_and_what_ails_the_site() {
+    let mut site = Site::open();
+    site.put_pose(1);
+    eventually(|| {
+        let metrics = site.get("/metrics", "localhost");
+        metrics.contains("\r\ncontent-type: text/plain; version=0.0.4")
+            && metrics.contains("\nsextant_poses_total{object=\"cube\"} 1\n")
+    });
+    let health = site.get("/healthz", "localhost");
+    assert!(health.starts_with("HTTP/1.1 503"), "{health}");
+    assert!(health.contains("no fusion node is running"), "{health}");
+    site.stop();
+}
+
+#[test]
 fn foreign_hosts_and_pages_are_refused() {
     let mut site = Site::open();
-    for path in ["/", "/ws", "/api/state", "/healthz"] {
+    for path in ["/", "/ws", "/api/state", "/healthz", "/metrics"] {
         let answer = site.get(path, "evil.example");
         assert!(answer.starts_with("HTTP/1.1 403"), "{path}: {answer}");
     }
@@ -391,10 +403,7 @@ fn idle_connections_and_slow_readers_hold_nobody_up() {
     let stuck = site.socket();
     let mut reader = site.socket();
     site.see_all_images(&mut reader);
-    assert!(
-        site.get("/healthz", "localhost")
-            .starts_with("HTTP/1.1 200")
-    );
+    assert!(site.get("/readyz", "localhost").starts_with("HTTP/1.1 200"));
     for stream in &mut idle {
         stream.set_read_timeout(Some(PATIENCE)).unwrap();
         // Whatever is said about half a header, the connection ends.
@@ -422,10 +431,7 @@ fn a_file_that_does_not_answer_holds_nobody_up() {
         // This returns as soon as the bridge has opened the file to read it.
         let mut file = std::fs::OpenOptions::new().write(true).open(&fifo).unwrap();
         site.see_all_images(&mut reader);
-        assert!(
-            site.get("/healthz", "localhost")
-                .starts_with("HTTP/1.1 200")
-        );
+        assert!(site.get("/readyz", "localhost").starts_with("HTTP/1.1 200"));
         file.write_all(b"mine").unwrap();
         drop(file);
         command.join().unwrap()

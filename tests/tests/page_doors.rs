@@ -51,7 +51,7 @@ impl<'a> Bridge<'a> {
             process: command.spawn().expect("sextant starts"),
         };
         let deadline = Instant::now() + PATIENCE;
-        while bridge.get("/healthz", "").0 != 200 {
+        while bridge.get("/readyz", "").0 != 200 {
             assert!(Instant::now() < deadline, "the bridge does not come up");
             std::thread::sleep(Duration::from_millis(20));
         }
@@ -164,12 +164,15 @@ fn the_page_answers_by_token() {
         // Without a token: the page, which asks for one, and nothing of the site.
         let (status, page) = bridge.get("/", "");
         assert!(status == 200 && page.contains("This page wants a token"));
-        for path in ["/api/state", "/api/session"] {
+        for path in ["/api/state", "/api/session", "/metrics"] {
             let (status, answer) = bridge.get(path, "");
             assert!(status == 401 && !answer.contains("box"), "{path}: {answer}");
         }
         assert_eq!(bridge.upgrade("").0, 401);
         assert_eq!(bridge.post("/api/wizard", "", WIZARD).0, 401);
+        // The cameras are not running: anybody hears that something is wrong, readers what.
+        let (status, health) = bridge.get("/healthz", "");
+        assert!(status == 503 && !health.contains("cam0"), "{health}");
 
         let reading = bridge.cookie(&bridge.token("read"));
         let (status, state) = bridge.get("/api/state", &reading);
@@ -177,6 +180,13 @@ fn the_page_answers_by_token() {
             status == 200 && state.contains("\"role\":\"viewer\""),
             "{state}"
         );
+        let (status, metrics) = bridge.get("/metrics", &reading);
+        assert!(
+            status == 200 && metrics.contains("sextant_bridge_connected 1"),
+            "{metrics}"
+        );
+        let health = bridge.get("/healthz", &reading).1;
+        assert!(health.contains("cam0"), "{health}");
         assert!(bridge.upgrade(&reading).1.contains("\"role\":\"viewer\""));
         assert_eq!(bridge.post("/api/wizard", &reading, WIZARD).0, 403);
 
