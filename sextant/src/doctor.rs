@@ -3,18 +3,18 @@
 //! Each finding is right, doubtful or a fault; the latter two with a remedy. Nothing is changed.
 
 mod machine;
+mod nodes;
 mod site;
 
 use crate::check::{CrossChecks, check_path};
-use crate::config::ConfigKind;
 use crate::output::{Format, print_line};
 use crate::site::SiteArguments;
 use anyhow::bail;
 use clap::Args;
-use node_camera::CameraNodeConfig;
+use nodes::NamedNode;
 use serde::Serialize;
 use sextant_process::{Exit, Failure};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 /// Arguments of `sextant doctor`.
 #[derive(Args, Debug)]
@@ -106,7 +106,8 @@ pub fn run(arguments: &DoctorArguments, format: Format) -> anyhow::Result<()> {
         "version",
         concat!("sextant ", env!("CARGO_PKG_VERSION")),
     )];
-    findings.extend(files(&arguments.files));
+    let (of_files, nodes) = files(&arguments.files);
+    findings.extend(of_files);
     findings.extend(machine::findings());
     let mut faults = 0_usize;
     // Prints local findings first, since the network may be slow.
@@ -114,7 +115,7 @@ pub fn run(arguments: &DoctorArguments, format: Format) -> anyhow::Result<()> {
         faults += usize::from(finding.verdict == Verdict::Fault);
         print_line(&finding.line(format))?;
     }
-    for finding in site::findings(&arguments.site)? {
+    for finding in site::findings(&arguments.site, &nodes)? {
         faults += usize::from(finding.verdict == Verdict::Fault);
         print_line(&finding.line(format))?;
     }
@@ -125,17 +126,18 @@ pub fn run(arguments: &DoctorArguments, format: Format) -> anyhow::Result<()> {
     Ok(())
 }
 
-fn files(paths: &[PathBuf]) -> Vec<Finding> {
+/// Findings about files, and the nodes that they describe.
+fn files(paths: &[PathBuf]) -> (Vec<Finding>, Vec<NamedNode>) {
     let mut together = CrossChecks::default();
-    let mut findings = Vec::new();
+    let (mut findings, mut named) = (Vec::new(), Vec::new());
     for path in paths {
         let name = path.display();
         match check_path(path, None, &mut together) {
             Ok((kind, summary)) => {
                 findings.push(Finding::ok("file", format!("{name}: {kind}, {summary}")));
-                if kind == ConfigKind::Camera.word() {
-                    findings.extend(source(path));
-                }
+                let (of_node, node) = nodes::findings(kind, path);
+                findings.extend(of_node);
+                named.extend(node);
             }
             Err(error) => {
                 findings.push(Finding::fault(
@@ -148,21 +150,7 @@ fn files(paths: &[PathBuf]) -> Vec<Finding> {
     }
     let complaints = together.complaints().into_iter();
     findings.extend(complaints.map(|words| Finding::fault("files", words, "mend one of them")));
-    findings
-}
-
-/// Whether a camera node's device, program or file is there and fits.
-fn source(file: &Path) -> Option<Finding> {
-    let config = CameraNodeConfig::read(file).ok()?;
-    let words = |words: String| format!("{}: {words}", config.camera);
-    Some(match node_camera::examine(&config.source) {
-        Ok(found) => Finding::ok("source", words(found)),
-        Err(cause) => Finding::fault(
-            "source",
-            words(cause.to_string()),
-            "docs/cameras.md has a file for each kind of camera",
-        ),
-    })
+    (findings, named)
 }
 
 #[cfg(test)]
@@ -179,33 +167,6 @@ mod tests {
         assert_eq!(
             finding.line(Format::Json),
             r#"{"about":"clock","verdict":"fault","words":"it stands still","remedy":"wind it up"}"#
-        );
-    }
-
-    #[test]
-    fn a_source_that_cannot_work_is_a_fault() {
-        let folder = tempfile::tempdir().unwrap();
-        let verdict = |source: &str| {
-            let file = folder.path().join("camera.toml");
-            let text = format!("site = \"s\"\ncamera = \"c\"\nsource = {source}\n");
-            std::fs::write(&file, text).unwrap();
-            files(&[file])[1].verdict
-        };
-        assert_eq!(
-            verdict("{ kind = \"command\", run = [\"sh\"], format = \"y4m\" }"),
-            Verdict::Ok
-        );
-        assert_eq!(
-            verdict("{ kind = \"command\", run = [\"no-such-program\"], format = \"y4m\" }"),
-            Verdict::Fault
-        );
-        assert_eq!(
-            verdict("{ kind = \"video\", file = \"missing.mp4\" }"),
-            Verdict::Fault
-        );
-        assert_eq!(
-            verdict("{ kind = \"v4l2\", device = \"/dev/null\", resolution = [640, 480] }"),
-            Verdict::Fault
         );
     }
 }

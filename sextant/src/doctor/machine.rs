@@ -3,13 +3,15 @@
 use crate::doctor::Finding;
 use sextant_iceoryx_images::{IceoryxOptions, open_own_folder};
 use sextant_process::clock::is_plausible;
-use sextant_process::{ClockQuality, now_ns};
+use sextant_process::{ClockQuality, host, now_ns};
 use std::fs::{self, OpenOptions};
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 /// Shared memory that a few cameras need: eight images of 2 megapixels for each of four.
 const ENOUGH_SHARED_BYTES: u64 = 64 << 20;
+/// Images of one camera of 2 megapixels.
+const IMAGES_BYTES: u64 = 16 << 20;
 /// Error of a clock from which on poses suffer: 1 mm at 1 m/s.
 const GOOD_CLOCK_NS: u64 = 1_000_000;
 
@@ -63,6 +65,13 @@ fn shared_memory(folder: &Path) -> Finding {
             "shared memory",
             format!("{name} can't be written: {cause}"),
             "mount a tmpfs there; in a container give it --shm-size",
+        );
+    }
+    if let Some(bytes) = host::free_bytes(folder).filter(|bytes| *bytes < IMAGES_BYTES) {
+        return Finding::fault(
+            "shared memory",
+            format!("{name} is full: {} MB are free", bytes >> 20),
+            "end what fills it (`ls -l /dev/shm`); a camera node removes what its dead predecessors left when it starts",
         );
     }
     let mounts = fs::read_to_string("/proc/mounts").unwrap_or_default();

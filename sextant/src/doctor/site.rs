@@ -1,21 +1,24 @@
-//! Checks of the site's network from this machine: router, nodes, versions, faults.
+//! Checks of the site's network from this machine: router, nodes, names, versions, cameras, tags, faults.
 
 use crate::doctor::Finding;
+use crate::doctor::nodes::NamedNode;
 use crate::site::{Site, SiteArguments};
 use crate::words;
 use sextant_process::exit::exit_of;
+use sextant_process::host::host_name;
 use sextant_process::{Exit, now_ns};
-use sextant_proto::{CameraStatus, FusionStatus, Message, limits};
+use sextant_proto::{CameraStatus, FusionStatus, KeyRef, Message, NodeKind, limits};
+use std::collections::BTreeSet;
 use std::time::Duration;
 
 /// Timeout of queries for last values.
 const ANSWER: Duration = Duration::from_secs(1);
 
-/// All findings.
+/// All findings; `nodes` are those whose files are checked.
 ///
 /// # Errors
 /// An interruption.
-pub fn findings(arguments: &SiteArguments) -> anyhow::Result<Vec<Finding>> {
+pub fn findings(arguments: &SiteArguments, nodes: &[NamedNode]) -> anyhow::Result<Vec<Finding>> {
     let site = match arguments.open() {
         Ok(site) => site,
         Err(error) if exit_of(&error) == Exit::Unavailable => {
@@ -26,54 +29,143 @@ pub fn findings(arguments: &SiteArguments) -> anyhow::Result<Vec<Finding>> {
                 remedy,
             )]);
         }
+        Err(error) if exit_of(&error) == Exit::Input => {
+            let remedy = "make keys with `sextant keys add`, or renew them";
+            return Ok(vec![Finding::fault("keys", format!("{error:#}"), remedy)]);
+        }
         Err(error) => return Err(error),
     };
+    let view = SiteView::take(&site)?;
     let mut findings = vec![Finding::ok("router", "it answers")];
-    let cameras: Vec<CameraStatus> = latest(&site, &site.keys.all_camera_statuses())?;
-    let fusion: Vec<FusionStatus> = latest(&site, &site.keys.all_fusion_statuses())?;
-    findings.push(fusion_nodes(&site, &fusion));
-    let said = cameras
-        .iter()
-        .map(|s| (s.camera.to_string(), s.version.as_str()));
-    let said = said.chain(
-        fusion
-            .iter()
-            .map(|s| (s.node.to_string(), s.version.as_str())),
-    );
-    findings.extend(said.filter_map(|(who, version)| other_version(&who, version)));
+    findings.push(view.fusion_nodes(&site)?);
+    findings.extend(other_versions(&view));
+    findings.extend(foreign_contracts(&view.fusion));
+    findings.extend(view.cameras_without_rig());
+    findings.extend(view.unknown_tags());
+    findings.extend(view.reports());
     findings.extend(
-        fusion
+        view.fusion
             .iter()
-            .flat_map(words::findings)
-            .map(|finding| Finding::warning("site", finding, "`sextant top` shows the rest")),
+            .flat_map(|status| ahead(status, now_ns())),
     );
-    findings.extend(cameras.iter().flat_map(|status| {
-        let said = status.messages.iter();
-        said.map(|m| {
-            Finding::warning(
-                "camera node",
-                format!("{}: {}", status.camera, words::plain(m)),
-                "see its log",
-            )
-        })
-    }));
-    findings.extend(fusion.iter().flat_map(|status| ahead(status, now_ns())));
+    for node in nodes {
+        findings.extend(taken_name(&site, node)?);
+    }
     site.bus.close();
     Ok(findings)
 }
 
-fn fusion_nodes(site: &Site, fusion: &[FusionStatus]) -> Finding {
-    match fusion.len() {
-        0 => Finding::warning(
-            "site",
-            format!("no fusion node on site {}", site.keys.site()),
-            "start one (`sextant fusion`), or name the site with --site",
-        ),
-        n => Finding::ok(
-            "site",
-            format!("{n} fusion node{}", if n == 1 { "" } else { "s" }),
-        ),
+/// What a site's nodes say of themselves.
+struct SiteView {
+    cameras: Vec<CameraStatus>,
+    fusion: Vec<FusionStatus>,
+    /// Cameras whose nodes are on the network.
+    running: BTreeSet<String>,
+}
+
+impl SiteView {
+    fn take(site: &Site) -> anyhow::Result<Self> {
+        let running = site.bus.alive_keys(&site.keys.all_alive())?;
+        let running = running
+            .iter()
+            .filter_map(|key| match site.keys.parse(key)? {
+                KeyRef::Alive(NodeKind::Camera, id) => Some(id.to_string()),
+                _ => None,
+            });
+        Ok(Self {
+            running: running.collect(),
+            cameras: latest(site, &site.keys.all_camera_statuses())?,
+            fusion: latest(site, &site.keys.all_fusion_statuses())?,
+        })
     }
+
+    /// How many fusion nodes there are; where there is none, which sites have one.
+    fn fusion_nodes(&self, site: &Site) -> anyhow::Result<Finding> {
+        let n = self.fusion.len();
+        if n > 0 {
+            let words = words::count(n, "fusion node");
+            return Ok(Finding::ok("site", words));
+        }
+        let name = site.keys.site();
+        let tokens = site.bus.alive_keys("sextant/v1/*/alive/fusion/*")?;
+        let sites = tokens.iter().filter_map(|key| key.split('/').nth(2));
+        let sites: BTreeSet<String> = sites.map(words::plain).collect();
+        let sites: Vec<String> = sites.into_iter().collect();
+        Ok(match sites.as_slice() {
+            [] => Finding::warning(
+                "site",
+                format!("no fusion node on site {name}"),
+                "start one (`sextant fusion`), or name the site with --site",
+            ),
+            sites => Finding::fault(
+                "site",
+                format!("no fusion node on site {name}, but on {}", sites.join(", ")),
+                "name that site with --site, and with `site` in the file of each node",
+            ),
+        })
+    }
+
+    /// Running cameras that a fusion node ignores, and those of the rig that are not running.
+    fn cameras_without_rig(&self) -> Vec<Finding> {
+        let mut findings = Vec::new();
+        for status in &self.fusion {
+            let cameras = status
+                .cameras
+                .iter()
+                .map(|intake| intake.camera.to_string());
+            let rig: BTreeSet<String> = cameras.collect();
+            for camera in self.running.difference(&rig) {
+                let words = format!(
+                    "camera {camera} runs, but the rig of {} lacks it",
+                    status.node
+                );
+                let remedy = "add it to the rig file (`sextant config rig` shows how), or correct `camera` in camera.toml";
+                findings.push(Finding::fault("rig", words, remedy));
+            }
+            for camera in rig.difference(&self.running) {
+                let words = format!(
+                    "camera {camera} of the rig of {} is not running",
+                    status.node
+                );
+                let remedy = "start its node, and look at its power and network";
+                findings.push(Finding::warning("camera", words, remedy));
+            }
+        }
+        findings
+    }
+
+    fn unknown_tags(&self) -> impl Iterator<Item = Finding> {
+        let intakes = self.fusion.iter().flat_map(|status| &status.cameras);
+        intakes.filter(|intake| intake.unknown_tags > 0).map(|intake| {
+            let (camera, count) = (&intake.camera, intake.unknown_tags);
+            Finding::warning(
+                "tags",
+                format!("camera {camera} sees tags of no object ({count} so far)"),
+                &format!("`sextant echo camera/{camera}/observations` shows its family and id: add it to an object file, or ignore it"),
+            )
+        })
+    }
+
+    /// What the nodes report themselves.
+    fn reports(&self) -> impl Iterator<Item = Finding> {
+        let faults = self.fusion.iter().flat_map(words::findings);
+        let faults =
+            faults.map(|finding| Finding::warning("site", finding, "`sextant top` shows the rest"));
+        let messages = self.cameras.iter().flat_map(|status| {
+            let said = status.messages.iter();
+            said.map(|m| format!("{}: {}", status.camera, words::plain(m)))
+        });
+        faults.chain(messages.map(|m| Finding::warning("camera node", m, "see its log")))
+    }
+}
+
+fn other_versions(view: &SiteView) -> impl Iterator<Item = Finding> {
+    let cameras = view.cameras.iter();
+    let cameras = cameras.map(|s| (s.camera.to_string(), s.version.as_str()));
+    let fusion = view.fusion.iter();
+    let fusion = fusion.map(|s| (s.node.to_string(), s.version.as_str()));
+    let versions = cameras.chain(fusion);
+    versions.filter_map(|(who, version)| other_version(&who, version))
 }
 
 fn other_version(who: &str, version: &str) -> Option<Finding> {
@@ -82,6 +174,38 @@ fn other_version(who: &str, version: &str) -> Option<Finding> {
         let words = format!("{who} runs {}, this is {ours}", words::plain(version));
         Finding::warning("version", words, "install one version everywhere")
     })
+}
+
+/// Cameras whose messages are of another version of the contract.
+fn foreign_contracts(fusion: &[FusionStatus]) -> impl Iterator<Item = Finding> {
+    let intakes = fusion.iter().flat_map(|status| &status.cameras);
+    let foreign = intakes.filter(|intake| intake.rejected.foreign_version > 0);
+    foreign.map(|intake| {
+        let words = format!(
+            "camera {} speaks another version of the contract: {} of its messages were refused",
+            intake.camera, intake.rejected.foreign_version
+        );
+        Finding::fault("version", words, "install one version everywhere")
+    })
+}
+
+/// A node's name that another machine holds.
+fn taken_name(site: &Site, (kind, name): &NamedNode) -> anyhow::Result<Option<Finding>> {
+    let holders = site
+        .bus
+        .alive_keys(&format!("{}/*/*", site.keys.holder(*kind, name)))?;
+    let hosts = holders.iter().filter_map(|key| key.rsplit('/').next());
+    let elsewhere = hosts.map(words::plain).find(|host| *host != host_name());
+    Ok(elsewhere.map(|host| {
+        let kind = kind.as_str();
+        Finding::fault(
+            "name",
+            format!(
+                "a {kind} node {name} runs on {host} already, and a second one will be refused"
+            ),
+            "give this one another name in its file, or stop the other",
+        )
+    }))
 }
 
 /// Cameras whose newest image is of the future: their clock, or this machine's, is wrong.
