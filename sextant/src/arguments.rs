@@ -3,7 +3,7 @@
 use crate::output::Format;
 use crate::{
     calibrate, camera, check, config, convert, demo, detect, doctor, echo, hz, keys, learn, list,
-    manual, mavlink, nodes, osc, print, replay, simulate, top,
+    manual, mavlink, nodes, osc, print, progress, replay, simulate, top,
 };
 use clap::{CommandFactory, Parser, Subcommand};
 
@@ -73,6 +73,8 @@ enum Command {
     Fusion(nodes::NodeArguments),
     /// Run a viewer bridge: the web page.
     Viewer(nodes::NodeArguments),
+    /// Print the completions of a shell.
+    Completions(manual::CompletionsArguments),
     /// Write manual pages and shell completions, for packages.
     #[command(hide = true)]
     Manual(manual::ManualArguments),
@@ -84,6 +86,7 @@ enum Command {
 /// Whatever the command cannot do, with its exit code.
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let format = if arguments.json {
+        progress::forbid();
         Format::Json
     } else {
         Format::Text
@@ -110,6 +113,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         Command::Camera(arguments) => camera::run(arguments, format),
         Command::Fusion(arguments) => nodes::fusion(arguments),
         Command::Viewer(arguments) => nodes::viewer(arguments),
+        Command::Completions(arguments) => manual::completions(arguments, Arguments::command()),
         Command::Manual(arguments) => manual::run(arguments, Arguments::command()),
     }
 }

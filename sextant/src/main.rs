@@ -26,6 +26,7 @@ mod output;
 mod pose_feed;
 mod print;
 mod procedure;
+mod progress;
 mod replay;
 mod simulate;
 mod site;

@@ -8,6 +8,7 @@ mod summary;
 
 use crate::ordered::in_order;
 use crate::output::{Format, print_line};
+use crate::progress;
 use anyhow::{Context, bail};
 use clap::Args;
 use ledger::Ledger;
@@ -104,7 +105,7 @@ fn replay(
     let mut poses = Vec::new();
     in_order(
         usize::from(arguments.threads),
-        rows.iter().copied(),
+        progress::over(rows.iter().copied(), "images"),
         || crate::detect::detector(&options),
         |detector, row| (row, sight::observation(detector, row, &models.rig)),
         |(row, seen): (&Row, anyhow::Result<ImageObservation>)| {

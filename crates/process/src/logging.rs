@@ -7,7 +7,7 @@
 mod refusals;
 
 use std::fs::File;
-use std::io::{self, IsTerminal};
+use std::io;
 use std::os::fd::AsFd;
 use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
@@ -21,6 +21,7 @@ use tracing_subscriber::fmt::{FmtContext, FormatEvent, FormatFields};
 use tracing_subscriber::registry::LookupSpan;
 
 use crate::rate_limit::RateLimit;
+use crate::terminal;
 use crate::whole_lines::write_line;
 
 use self::refusals::Wording;
@@ -32,15 +33,13 @@ const DEFAULT_FILTER: &str = "info,zenoh=error,iceoryx2=error";
 /// Starts logging; `role` (such as "camera north detect") is the prefix of each line when several processes share a
 /// terminal. A second call changes nothing.
 pub fn init(role: &str) {
-    let colour = io::stderr().is_terminal()
-        && std::env::var_os("NO_COLOR").is_none_or(|value| value.is_empty());
     let wanted = filter_of_a_person();
     let is_filtered_by_a_person = wanted.is_some();
     let usual = || EnvFilter::new(format!("{DEFAULT_FILTER},{}", refusals::FILTER));
     let subscriber = tracing_subscriber::fmt()
         .with_env_filter(wanted.unwrap_or_else(usual))
         .with_writer(|| StandardError)
-        .with_ansi(colour)
+        .with_ansi(terminal::has_colour(&io::stderr()))
         .event_format(NamedFormat {
             role: role.to_owned(),
             line: Format::default().with_target(false),

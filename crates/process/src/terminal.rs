@@ -1,6 +1,17 @@
-//! Size of the terminal.
+//! What the terminal can do, and its size.
 
+use std::io::IsTerminal;
 use std::os::fd::AsRawFd;
+
+/// Whether a stream is a terminal on which lines can be drawn again.
+pub fn can_redraw(stream: &impl IsTerminal) -> bool {
+    stream.is_terminal() && std::env::var_os("TERM").is_none_or(|term| term != "dumb")
+}
+
+/// Whether a stream is a terminal for colour; never with `NO_COLOR` (no-color.org) or on one that cannot redraw.
+pub fn has_colour(stream: &impl IsTerminal) -> bool {
+    can_redraw(stream) && std::env::var_os("NO_COLOR").is_none_or(|value| value.is_empty())
+}
 
 /// Columns and rows of the terminal on standard output; `None` if it is no terminal or its size is unknown.
 pub fn size() -> Option<(u16, u16)> {

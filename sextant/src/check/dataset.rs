@@ -3,6 +3,7 @@
 use super::Found;
 use super::cross_checks::CrossChecks;
 use crate::ordered::in_order;
+use crate::progress;
 use sextant_recordings::{Dataset, Frame, Row, read_grey_png};
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -20,7 +21,7 @@ pub fn check(path: &Path, together: &mut CrossChecks) -> Found {
     let images = rows.len();
     in_order(
         THREADS,
-        rows.into_iter(),
+        progress::over(rows.into_iter(), "images"),
         || (),
         |(), row| size_of(row).map(|size| (row, size)),
         |seen| {

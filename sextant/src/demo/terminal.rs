@@ -4,12 +4,13 @@ use crate::demo::Summary;
 use crate::demo::score::{ObjectSummary, Score};
 use crate::output::Format;
 use sextant_estimator::CameraId;
+use sextant_process::terminal;
 use sextant_proto::CameraStatus;
 use sextant_simulator::Imperfections;
 use std::cell::Cell;
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
-use std::io::{IsTerminal, Write as _};
+use std::io::Write as _;
 use std::time::{Duration, Instant};
 
 const REFRESH: Duration = Duration::from_millis(500);
@@ -27,7 +28,7 @@ pub struct Terminal {
 impl Terminal {
     /// A table that is redrawn on a terminal, an occasional report elsewhere, JSON lines with `--json`.
     pub fn new(format: Format) -> Self {
-        let is_live = std::io::stdout().is_terminal();
+        let is_live = terminal::can_redraw(&std::io::stdout());
         Self {
             format,
             is_live,

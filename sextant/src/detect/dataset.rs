@@ -3,6 +3,7 @@
 use super::detector;
 use super::sight::{detected_tags, image_of};
 use crate::ordered::in_order;
+use crate::progress;
 use anyhow::Context;
 use sextant_apriltag::{Detector, Options};
 use sextant_process::{Exit, WithExit};
@@ -46,7 +47,7 @@ fn lines_of(
     };
     in_order(
         threads,
-        recording.rows.iter(),
+        progress::over(recording.rows.iter(), "images"),
         || detector(options),
         line_of,
         take,

@@ -4,7 +4,7 @@ use super::block;
 use crate::output::{Format, print_line};
 use sextant_calibrator::procedure::Progress;
 use sextant_process::terminal;
-use std::io::{self, IsTerminal, Write};
+use std::io::{self, Write};
 use std::time::{Duration, Instant};
 
 /// Least time between two drawings of the block.
@@ -32,11 +32,10 @@ enum DisplayMode {
 impl ProgressDisplay {
     /// A display for this output format.
     pub fn new(format: Format) -> Self {
-        let is_dumb = std::env::var("TERM").is_ok_and(|term| term == "dumb");
         Self {
             manner: match format {
                 Format::Json => DisplayMode::Json,
-                Format::Text if io::stdout().is_terminal() && !is_dumb => DisplayMode::Block(0),
+                Format::Text if terminal::can_redraw(&io::stdout()) => DisplayMode::Block(0),
                 Format::Text => DisplayMode::Lines,
             },
             due: Instant::now(),

@@ -2,6 +2,7 @@
 
 use super::ImageSelection;
 use crate::ordered::in_order;
+use crate::progress;
 use crate::replay::sight;
 use anyhow::bail;
 use sextant_apriltag::Options;
@@ -45,10 +46,11 @@ pub fn each_image(
         ..Options::default()
     };
     let rows = dataset.rows_by_arrival();
-    let rows = rows.iter().copied().filter(|row| wanted(&row.camera));
+    let rows = rows.into_iter().filter(|row| wanted(&row.camera));
+    let rows: Vec<&Row> = rows.collect();
     in_order(
         usize::from(threads),
-        rows,
+        progress::over(rows.into_iter(), "images"),
         || crate::detect::detector(&options),
         |detector, row: &Row| sight::observation(detector, row, rig),
         |seen: anyhow::Result<ImageObservation>| {

@@ -1,5 +1,6 @@
 //! The images of a scenario's cameras, in the EuRoC layout.
 
+use crate::progress::Progress;
 use anyhow::{Context, bail};
 use sextant_process::Shutdown;
 use sextant_recordings::{GreyImage, write_grey_png};
@@ -26,12 +27,14 @@ pub fn write(
         fs::create_dir_all(folder.join("data")).with_context(|| folder.display().to_string())?;
         let mut taken = CameraRecording::new(scenario, camera, &mut network)?;
         let mut due_ns = taken.next_ns(scenario.start_ns);
+        let mut progress = Progress::new(taken.count(due_ns, until_ns), "images of a camera");
         while due_ns < until_ns {
             if shutdown.is_requested() {
                 bail!("stopped; the recording ends where it was");
             }
             taken.write(&folder, due_ns)?;
             times.insert(due_ns);
+            progress.step();
             due_ns = taken.next_ns(due_ns + 1);
         }
         fs::write(folder.join("data.csv"), taken.table)
@@ -66,6 +69,13 @@ impl<'a> CameraRecording<'a> {
 
     fn next_ns(&self, from_ns: u64) -> u64 {
         self.renderer.camera().schedule().next_at_or_after(from_ns)
+    }
+
+    /// How many images there are.
+    fn count(&self, from_ns: u64, until_ns: u64) -> u64 {
+        let next = |due_ns: &u64| Some(self.next_ns(due_ns + 1));
+        let due = std::iter::successors(Some(from_ns), next);
+        due.take_while(|due_ns| *due_ns < until_ns).count() as u64
     }
 
     fn write(&mut self, folder: &Path, true_ns: u64) -> anyhow::Result<()> {

@@ -2,7 +2,7 @@
 
 use crate::top::table::{Line, Tone};
 use sextant_process::terminal;
-use std::io::{self, IsTerminal, Write};
+use std::io::{self, Write};
 
 /// Default number of columns.
 const USUAL_WIDTH: usize = 100;
@@ -24,14 +24,12 @@ pub struct Screen {
 impl Screen {
     /// Switches to the alternate screen, if standard output is a terminal.
     pub fn take() -> Option<Self> {
-        let is_terminal = io::stdout().is_terminal();
-        let is_dumb = std::env::var("TERM").is_ok_and(|term| term == "dumb");
-        if !is_terminal || is_dumb {
+        if !terminal::can_redraw(&io::stdout()) {
             return None;
         }
         // The alternate screen, with a hidden cursor.
         print("\x1b[?1049h\x1b[?25l").ok()?;
-        let is_coloured = std::env::var_os("NO_COLOR").is_none_or(|value| value.is_empty());
+        let is_coloured = terminal::has_colour(&io::stdout());
         Some(Self { is_coloured })
     }
 
