@@ -1,5 +1,5 @@
-//! Logging of a process: `tracing` to stderr, one line per event. `SEXTANT_LOG` (else `RUST_LOG`) filters in the syntax of
-//! `tracing-subscriber`; colour only on a terminal and never with `NO_COLOR`. Stdout is reserved for results.
+//! Logging of a process: `tracing` to stderr, one line per event. `SEXTANT_LOG` (else `RUST_LOG`) filters by level and part, as in
+//! `info,zenoh=debug`; colour only on a terminal and never with `NO_COLOR`. Stdout is reserved for results.
 //!
 //! A log statement prints at most ten lines at once, then one per half minute with the number of omitted ones. Debug and
 //! trace are not limited. A line that cannot be written whole, as on a full disk, is omitted.
@@ -14,10 +14,11 @@ use std::time::Instant;
 
 use tracing::callsite::Identifier;
 use tracing::{Event, Level, Subscriber};
-use tracing_subscriber::EnvFilter;
+use tracing_subscriber::filter::Targets;
 use tracing_subscriber::fmt::format::{Format, Full, Writer};
 use tracing_subscriber::fmt::time::{FormatTime, SystemTime};
 use tracing_subscriber::fmt::{FmtContext, FormatEvent, FormatFields};
+use tracing_subscriber::layer::SubscriberExt;
 use tracing_subscriber::registry::LookupSpan;
 
 use crate::rate_limit::RateLimit;
@@ -35,9 +36,7 @@ const DEFAULT_FILTER: &str = "info,zenoh=error,iceoryx2=error";
 pub fn init(role: &str) {
     let wanted = filter_of_a_person();
     let is_filtered_by_a_person = wanted.is_some();
-    let usual = || EnvFilter::new(format!("{DEFAULT_FILTER},{}", refusals::FILTER));
-    let subscriber = tracing_subscriber::fmt()
-        .with_env_filter(wanted.unwrap_or_else(usual))
+    let lines = tracing_subscriber::fmt::layer()
         .with_writer(|| StandardError)
         .with_ansi(terminal::has_colour(&io::stderr()))
         .event_format(NamedFormat {
@@ -45,8 +44,10 @@ pub fn init(role: &str) {
             line: Format::default().with_target(false),
             limit: RateLimit::new(),
             is_filtered_by_a_person,
-        })
-        .finish();
+        });
+    let subscriber = tracing_subscriber::registry()
+        .with(wanted.unwrap_or_else(usual_filter))
+        .with(lines);
     // A second call finds a subscriber and keeps it.
     let _ = tracing::subscriber::set_global_default(subscriber);
 }
@@ -122,16 +123,29 @@ impl io::Write for StandardError {
     }
 }
 
-fn filter_of_a_person() -> Option<EnvFilter> {
-    ["SEXTANT_LOG", "RUST_LOG"]
-        .iter()
-        .find_map(|name| EnvFilter::try_from_env(name).ok())
+fn filter_of_a_person() -> Option<Targets> {
+    let set = |name: &&str| std::env::var(name).ok()?.parse().ok();
+    ["SEXTANT_LOG", "RUST_LOG"].iter().find_map(set)
+}
+
+fn usual_filter() -> Targets {
+    format!("{DEFAULT_FILTER},{}", refusals::FILTER)
+        .parse()
+        .unwrap_or_default()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use std::process::Command;
+
+    #[test]
+    fn by_default_libraries_are_quiet_but_for_refusals() {
+        let filter = usual_filter();
+        assert!(filter.would_enable("node_camera::detect", &Level::INFO));
+        assert!(!filter.would_enable("zenoh::api", &Level::WARN));
+        assert!(filter.would_enable("zenoh_link_tls", &Level::WARN));
+    }
 
     /// Runs this test again as a process of its own and captures its standard error.
     #[test]
