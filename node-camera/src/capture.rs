@@ -1,5 +1,7 @@
 //! The capture part: copies images from a source into shared memory. It has no network, and no reader can delay it.
 
+#[cfg(test)]
+mod allocation_tests;
 mod file_changes;
 
 use std::path::Path;

@@ -1,5 +1,7 @@
 //! The detection part: borrows images, detects tags, solves their poses, publishes them, and publishes a status once a second.
 
+#[cfg(test)]
+mod allocation_tests;
 mod finder;
 mod inspection;
 mod models;
@@ -22,6 +24,7 @@ use sextant_zenoh_bus::{Bus, BusError, HeldName, Latest, Publisher, Qos};
 use self::finder::Finder;
 use self::inspection::Inspection;
 use self::models::Models;
+use self::observe::Draft;
 use self::outbound::Outbound;
 use self::statistics::Statistics;
 use crate::config::CameraNodeConfig;
@@ -124,6 +127,7 @@ struct DetectPart {
     inspection: Inspection,
     models: Models,
     statistics: Statistics,
+    draft: Draft,
     outbound: Outbound,
     observations: Publisher<Observations>,
     inspections: Publisher<DetectionReport>,
@@ -142,6 +146,7 @@ impl DetectPart {
             inspection: Inspection::new(),
             models: Models::watch(bus, &keys, camera)?,
             statistics: Statistics::new(camera.clone()),
+            draft: Draft::new(camera.clone()),
             outbound: Outbound::of(&config.source, camera).exit_with(Exit::Input)?,
             observations: bus.publisher(&keys.observations(camera), Qos::Observation)?,
             inspections: bus.publisher(&keys.detection_report(camera), Qos::Status)?,
@@ -175,11 +180,11 @@ impl DetectPart {
             self.finder.detect(&image, &mut ())
         };
         let detecting_ns = now_ns().saturating_sub(received_ns);
-        let mut message = observe::observations(&header, detections, &self.models);
-        observe::stamp(&mut message, &header, received_ns);
+        let message = self.draft.write(&header, detections, &self.models);
+        observe::stamp(message, &header, received_ns);
         self.statistics.detected(&header, detecting_ns);
-        if let Some(message) = self.outbound.send(message, now_ns()) {
-            self.publish(&message)?;
+        if self.outbound.passes(message, now_ns()) {
+            publish(&self.observations, message, &mut self.statistics)?;
         }
         if is_inspected {
             self.tell_inspection(&header)?;
@@ -202,16 +207,7 @@ impl DetectPart {
     /// What has come through a simulated network by now.
     fn publish_arrived(&mut self) -> anyhow::Result<()> {
         while let Some(message) = self.outbound.receive(now_ns()) {
-            self.publish(&message)?;
-        }
-        Ok(())
-    }
-
-    fn publish(&mut self, message: &Observations) -> anyhow::Result<()> {
-        match self.observations.put(message) {
-            Ok(()) => self.statistics.published += 1,
-            Err(BusError::Message { cause, .. }) => self.statistics.refuse(&cause),
-            Err(other) => return Err(other.into()),
+            publish(&self.observations, &message, &mut self.statistics)?;
         }
         Ok(())
     }
@@ -231,4 +227,17 @@ impl DetectPart {
         self.status.put(&status)?;
         Ok(())
     }
+}
+
+fn publish(
+    publisher: &Publisher<Observations>,
+    message: &Observations,
+    statistics: &mut Statistics,
+) -> anyhow::Result<()> {
+    match publisher.put(message) {
+        Ok(()) => statistics.published += 1,
+        Err(BusError::Message { cause, .. }) => statistics.refuse(&cause),
+        Err(other) => return Err(other.into()),
+    }
+    Ok(())
 }

@@ -6,42 +6,6 @@ mod drawing;
 
 use drawing::{Camera, Picture, Tag};
 use sextant_apriltag::{Detector, Family, Image, Options, Tracker};
-use std::alloc::{GlobalAlloc, Layout, System};
-use std::cell::Cell;
-
-struct Counting;
-
-thread_local! {
-    /// Of this thread, so that tests beside each other count their own.
-    static ALLOCATIONS: Cell<usize> = const { Cell::new(0) };
-}
-
-fn count() {
-    ALLOCATIONS.set(ALLOCATIONS.get() + 1);
-}
-
-// SAFETY: every call goes on to the system's allocator as it came; counting touches no memory of the caller's.
-unsafe impl GlobalAlloc for Counting {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        count();
-        // SAFETY: the caller keeps the contract of `alloc`, which is the same.
-        unsafe { System.alloc(layout) }
-    }
-
-    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
-        // SAFETY: `pointer` came from `System` through `alloc` or `realloc`.
-        unsafe { System.dealloc(pointer, layout) }
-    }
-
-    unsafe fn realloc(&self, pointer: *mut u8, layout: Layout, new_size: usize) -> *mut u8 {
-        count();
-        // SAFETY: `pointer` came from `System` through `alloc` or `realloc`.
-        unsafe { System.realloc(pointer, layout, new_size) }
-    }
-}
-
-#[global_allocator]
-static ALLOCATOR: Counting = Counting;
 
 const CAMERA: (usize, usize) = (320, 240);
 
@@ -82,11 +46,11 @@ fn options() -> Options {
 }
 
 /// How many tags are found in an image, and how often memory is asked for meanwhile.
-fn allocations(pixels: &[u8], detect: impl FnOnce(&Image<'_>) -> usize) -> (usize, usize) {
+fn allocations(pixels: &[u8], detect: impl FnOnce(&Image<'_>) -> usize) -> (usize, u64) {
     let image = Image::new(pixels, CAMERA.0, CAMERA.1, CAMERA.0).unwrap();
-    let before = ALLOCATIONS.get();
-    let n_tags = detect(&image);
-    (n_tags, ALLOCATIONS.get() - before)
+    let mut n_tags = 0;
+    let asked = allocation_counter::measure(|| n_tags = detect(&image));
+    (n_tags, asked.count_total)
 }
 
 #[test]

@@ -20,7 +20,7 @@ type Quad = [[f32; 2]; 4];
 /// Observes single images.
 #[derive(Debug)]
 pub(super) struct Inspection {
-    due: Instant,
+    pub(super) due: Instant,
     stage_ended: Instant,
     /// Of each [`Stage`], in order.
     spent: [Duration; Stage::ALL.len()],
@@ -39,15 +39,19 @@ impl Inspection {
         }
     }
 
-    /// Whether the next image is due for inspection.
-    pub(super) fn is_due(&self) -> bool {
-        Instant::now() >= self.due
+    /// Whether the next image is due for inspection; only the first question of each period is answered with yes.
+    pub(super) fn is_due(&mut self) -> bool {
+        let now = Instant::now();
+        let is_due = now >= self.due;
+        if is_due {
+            self.due = now + PERIOD;
+        }
+        is_due
     }
 
     /// An image is about to be searched.
     pub(super) fn begin(&mut self) {
         self.stage_ended = Instant::now();
-        self.due = self.stage_ended + PERIOD;
         self.spent = [Duration::ZERO; Stage::ALL.len()];
         self.rejected.clear();
     }

@@ -2,9 +2,9 @@
 
 use nalgebra::Point2;
 use sextant_apriltag::Detection;
-use sextant_estimator::{TagId, tag_poses};
+use sextant_estimator::{CameraId, TagId};
 use sextant_geometry::Lens;
-use sextant_geometry::planar_pose::PlanarPose;
+use sextant_geometry::planar_pose::{PlanarPose, solve_square};
 use sextant_iceoryx_images::{ClockSource as HeaderClock, ImageHeader};
 use sextant_process::now_ns;
 use sextant_proto::{
@@ -13,27 +13,53 @@ use sextant_proto::{
 
 use super::models::Models;
 
-/// The message of an image, without its timing. It contains the first tags that fit into a message.
-pub(super) fn observations(
-    header: &ImageHeader,
-    detections: &[Detection],
-    models: &Models,
-) -> Observations {
-    let lens = models.lens(header.width, header.height);
-    let tags = detections
-        .iter()
-        .take(limits::MAX_TAGS)
-        .map(|detection| tag(detection, lens, models))
-        .collect();
-    Observations {
-        camera: models.camera().clone(),
-        sequence: header.sequence,
-        capture_ns: header.capture_ns,
-        exposure_ns: header.exposure_ns,
-        clock: clock(header),
-        resolution: [header.width, header.height],
-        timing: Timing::default(),
-        tags,
+/// The message of one image after the other. It keeps its memory, so that an image with no more tags than an earlier one allocates nothing.
+pub(super) struct Draft {
+    pub(super) message: Observations,
+    /// For the poses of a tag each.
+    unused: Vec<Vec<TagPose>>,
+}
+
+impl Draft {
+    /// An empty message of a camera.
+    pub(super) fn new(camera: CameraId) -> Self {
+        Self {
+            message: Observations {
+                camera,
+                sequence: 0,
+                capture_ns: 0,
+                exposure_ns: 0,
+                clock: ClockQuality::default(),
+                resolution: [0; 2],
+                timing: Timing::default(),
+                tags: Vec::new(),
+            },
+            unused: Vec::new(),
+        }
+    }
+
+    /// Writes the message of an image, without its timing. It contains the first tags that fit into a message.
+    pub(super) fn write(
+        &mut self,
+        header: &ImageHeader,
+        detections: &[Detection],
+        models: &Models,
+    ) -> &mut Observations {
+        let Self { message, unused } = self;
+        message.sequence = header.sequence;
+        message.capture_ns = header.capture_ns;
+        message.exposure_ns = header.exposure_ns;
+        message.clock = clock(header);
+        message.resolution = [header.width, header.height];
+        unused.extend(message.tags.drain(..).map(|tag| tag.poses));
+        let lens = models.lens(header.width, header.height);
+        let detections = detections.iter().take(limits::MAX_TAGS);
+        message.tags.extend(detections.map(|detection| {
+            let mut poses = unused.pop().unwrap_or_default();
+            solve(detection, lens, models, &mut poses);
+            tag(detection, poses)
+        }));
+        message
     }
 }
 
@@ -65,15 +91,7 @@ pub(super) fn clock(header: &ImageHeader) -> ClockQuality {
     }
 }
 
-fn tag(detection: &Detection, lens: Option<&Lens>, models: &Models) -> TagObservation {
-    let id = TagId {
-        family: detection.family,
-        id: detection.id,
-    };
-    let poses = match (lens, models.size_m(&id)) {
-        (Some(lens), Some(size_m)) => poses(lens, detection, size_m),
-        _ => Vec::new(),
-    };
+fn tag(detection: &Detection, poses: Vec<TagPose>) -> TagObservation {
     TagObservation {
         family: detection.family,
         id: detection.id,
@@ -86,15 +104,22 @@ fn tag(detection: &Detection, lens: Option<&Lens>, models: &Models) -> TagObserv
     }
 }
 
-fn poses(lens: &Lens, detection: &Detection, size_m: f64) -> Vec<TagPose> {
+/// Fills `poses`; they stay empty without a lens or the tag's size.
+fn solve(detection: &Detection, lens: Option<&Lens>, models: &Models, poses: &mut Vec<TagPose>) {
+    poses.clear();
+    let id = TagId {
+        family: detection.family,
+        id: detection.id,
+    };
+    let (Some(lens), Some(size_m)) = (lens, models.size_m(&id)) else {
+        return;
+    };
     let corners = detection
         .corners
         .map(|[x, y]| Point2::new(f64::from(x), f64::from(y)));
-    tag_poses(lens, &corners, size_m)
-        .iter()
-        .take(limits::MAX_TAG_POSES)
-        .map(tag_pose)
-        .collect()
+    if let Ok(solved) = solve_square(lens, &corners, size_m) {
+        poses.extend(solved.iter().take(limits::MAX_TAG_POSES).map(tag_pose));
+    }
 }
 
 fn tag_pose(pose: &PlanarPose) -> TagPose {

@@ -47,13 +47,13 @@ impl Outbound {
         }))
     }
 
-    /// Sends a message at `now_ns`; returns what is to be published immediately.
-    pub(super) fn send(&mut self, message: Observations, now_ns: u64) -> Option<Observations> {
+    /// Whether a message is to be published immediately; else a copy of it is on its way from `now_ns` on.
+    pub(super) fn passes(&mut self, message: &Observations, now_ns: u64) -> bool {
         match self {
-            Self::Direct => Some(message),
+            Self::Direct => true,
             Self::Faulty(network, camera) => {
-                network.send(*camera, now_ns, message.capture_ns, message);
-                None
+                network.send(*camera, now_ns, message.capture_ns, message.clone());
+                false
             }
         }
     }
@@ -109,7 +109,7 @@ mod tests {
     #[test]
     fn a_network_without_faults_is_no_detour() {
         let (mut outbound, camera) = outbound(NetworkFaults::default());
-        assert!(outbound.send(message(&camera, 1), 5).is_some());
+        assert!(outbound.passes(&message(&camera, 1), 5));
         assert!(outbound.receive(u64::MAX).is_none());
     }
 
@@ -123,7 +123,7 @@ mod tests {
         });
         for sequence in 0..200 {
             let sent_ns = sequence * 1_000_000;
-            assert!(outbound.send(message(&camera, sequence), sent_ns).is_none());
+            assert!(!outbound.passes(&message(&camera, sequence), sent_ns));
         }
         let wait = outbound.wait_at_most(Duration::from_secs(1), 0);
         assert!(wait >= Duration::from_millis(20), "{wait:?}");
