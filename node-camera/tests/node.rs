@@ -14,7 +14,7 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use std::time::{Duration, Instant};
 
 use node_camera::{
-    CameraNodeConfig, CommandConfig, CommandLine, SourceConfig, StreamFormat, VideoConfig,
+    CameraNodeConfig, CommandConfig, CommandLine, Pace, SourceConfig, StreamFormat, VideoConfig,
 };
 use sextant_estimator::{Camera, CameraId, ObjectId, ObjectModel, ObjectTag, Rig, TagId};
 use sextant_iceoryx_images::{IceoryxOptions, ImageSubscriber};
@@ -401,6 +401,35 @@ fn write_raw(site: &Site, file: &Path, count: u64) {
     fs::write(file, raw).unwrap();
 }
 
+/// The images as a recording, in the folder `recording`.
+fn write_recording(site: &Site, images: &[(u64, GreyImage)]) {
+    let recording = site.folder.path().join("recording");
+    let camera = recording.join(site.camera.as_str());
+    fs::create_dir_all(camera.join("data")).unwrap();
+    let mut csv = String::new();
+    for (number, (capture_ns, image)) in images.iter().enumerate() {
+        let name = format!("{number}.png");
+        write_grey_png(&camera.join("data").join(&name), image).unwrap();
+        csv += &format!("{capture_ns},{name}\n");
+    }
+    fs::write(camera.join("data.csv"), csv).unwrap();
+}
+
+/// The middle of an image, a quarter as wide and high.
+fn middle(image: &GreyImage) -> GreyImage {
+    let (width, height) = (image.width / 4, image.height / 4);
+    let [left, top] = [image.width - width, image.height - height].map(|rest| rest / 2);
+    let rows = image.pixels.chunks(image.width).skip(top).take(height);
+    GreyImage {
+        width,
+        height,
+        pixels: rows
+            .flat_map(|row| &row[left..left + width])
+            .copied()
+            .collect(),
+    }
+}
+
 fn use_source(site: &Site, source: SourceConfig) {
     let config = CameraNodeConfig {
         source,
@@ -476,19 +505,7 @@ fn a_video_is_played_at_its_own_times_to_its_end() {
 #[test]
 fn a_recording_is_played_to_its_end() {
     let site = Site::new();
-    let camera = site
-        .folder
-        .path()
-        .join("recording")
-        .join(site.camera.as_str());
-    fs::create_dir_all(camera.join("data")).unwrap();
-    let mut csv = String::new();
-    for (number, (capture_ns, image)) in rendered(&site, 60).iter().enumerate() {
-        let name = format!("{number}.png");
-        write_grey_png(&camera.join("data").join(&name), image).unwrap();
-        csv += &format!("{capture_ns},{name}\n");
-    }
-    fs::write(camera.join("data.csv"), csv).unwrap();
+    write_recording(&site, &rendered(&site, 60));
     use_source(&site, SourceConfig::images("recording"));
     let subscription = site.subscribe(&site.keys.observations(&site.camera));
     let mut both = site.start(None);
@@ -552,5 +569,55 @@ fn detection_without_a_router_waits_and_ends_when_asked() {
     let node = site.start(Some("detect"));
     std::thread::sleep(Duration::from_millis(300));
     stop(node);
+    site.assert_nothing_remains();
+}
+
+/// As fast as it goes: `cargo test --release --workspace --test node -- --ignored --nocapture`.
+#[test]
+#[ignore = "takes minutes"]
+fn memory_stays_flat_over_a_million_images() {
+    const IMAGES: u64 = 1_000_000;
+    let site = Site::new();
+    let images = rendered(&site, 50);
+    let small = images.iter().map(|(time, image)| (*time, middle(image)));
+    write_recording(&site, &small.collect::<Vec<_>>());
+    let source = SourceConfig::Images {
+        folder: "recording".into(),
+        pace: Pace::AsFastAsPossible,
+        repeat: true,
+        start_ns: None,
+    };
+    use_source(&site, source);
+    let subscription = site.subscribe(&site.keys.observations(&site.camera));
+    let statuses = site.subscribe(&site.keys.camera_status(&site.camera));
+    let parts = ["capture", "detect"].map(|part| site.start(Some(part)));
+    let kilobytes = || {
+        parts
+            .each_ref()
+            .map(|part| pss_bytes(part.id()).unwrap() / 1024)
+    };
+    site.next_observations(&subscription, |seen| !seen.tags.is_empty());
+    let (started, mut before) = (Instant::now(), None);
+    let detected = loop {
+        let status = statuses.recv_timeout(PATIENCE).expect("a status");
+        let detected = status.decode::<CameraStatus>().unwrap().detected;
+        if detected >= IMAGES / 10 {
+            before.get_or_insert_with(kilobytes);
+        }
+        if detected >= IMAGES {
+            break detected;
+        }
+    };
+    let (before, after) = (before.unwrap(), kilobytes());
+    println!(
+        "{detected} images in {:.0?}; capture and detect have {before:?} kB after a tenth, {after:?} kB at the end",
+        started.elapsed()
+    );
+    for (before, after) in before.iter().zip(after) {
+        assert!(after <= before + 256, "{before} kB became {after} kB");
+    }
+    for part in parts {
+        stop(part);
+    }
     site.assert_nothing_remains();
 }
