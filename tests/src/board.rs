@@ -1,7 +1,7 @@
 //! An emulated Cortex-A9 with Debian on it, and a shell on it: qemu's vexpress-a9, started from the files that `cargo xtask board` makes.
 //!
-//! The machine's first serial line is its console, kept in a file; the second one takes commands (`tests/board/root`). It reaches this host as
-//! 10.0.2.2. Nothing that it writes to its disk is kept.
+//! The machine's first serial line is its console, kept in a file; the second one takes commands (`tests/board/root`). It reaches this host's
+//! loopback as [`HOST`]. Nothing that it writes to its disk is kept.
 
 use std::fs;
 use std::io::{Read, Write};
@@ -12,6 +12,8 @@ use std::time::{Duration, Instant};
 
 /// How long the board may take for a command, or to start: emulation is slow, and machines are shared.
 const PATIENCE: Duration = Duration::from_secs(300);
+/// This host, as the board sees it.
+pub const HOST: &str = "10.0.2.2";
 /// Ends what a command writes.
 const SEPARATOR: u8 = 0x1e;
 
@@ -141,6 +143,18 @@ impl Board {
             }
             assert!(Instant::now() < deadline, "never: {line}\n{written}");
         }
+    }
+
+    /// Has the board start anew, as after a loss of power that its file system survived.
+    ///
+    /// # Panics
+    /// When it does not come back.
+    pub fn reboot(&mut self) {
+        println!("board# reboot");
+        self.shell
+            .write_all(b"sync; echo b >/proc/sysrq-trigger\n")
+            .expect("the board's shell reads");
+        self.await_start();
     }
 
     /// Up to the next separator, and the line behind it.

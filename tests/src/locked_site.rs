@@ -11,13 +11,12 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Output};
 use std::time::{Duration, Instant};
 
-/// Members of every such site, with their roles. The cameras are those of a [`Scene`] of two.
-const MEMBERS: [[&str; 2]; 5] = [
-    ["fusion", "fusion"],
-    ["cam0", "camera"],
-    ["cam1", "camera"],
-    ["screen", "viewer"],
-    ["desk", "operator"],
+/// Members of every such site beside its cameras, as `sextant keys add` wants them. An emulated board ([`crate::Board`]) has an address of its own
+/// for the router.
+const MEMBERS: [&[&str]; 3] = [
+    &["fusion", "--role", "fusion", "--host", crate::board::HOST],
+    &["screen", "--role", "viewer"],
+    &["desk", "--role", "operator"],
 ];
 
 /// A running site. Dropping it ends it.
@@ -47,27 +46,41 @@ pub fn keys(arguments: &[&str], dir: &Path) -> Output {
     program.output().expect("sextant runs")
 }
 
+fn make_keys(authority: &Path, scene: &Scene) {
+    make(&["init", "--site", "lab"], authority);
+    for member in MEMBERS {
+        make(&[&["add"], member].concat(), authority);
+    }
+    for camera in scene.rig.cameras() {
+        make(&["add", camera.id.as_str(), "--role", "camera"], authority);
+    }
+}
+
 fn make(arguments: &[&str], dir: &Path) {
     let made = keys(arguments, dir);
     assert!(made.status.success(), "{made:?}");
 }
 
 impl LockedSite {
-    /// Starts a site with its members.
+    /// Starts a site of two cameras and a box, with its members.
     ///
     /// # Panics
     /// When it does not come up.
     #[must_use]
     pub fn start(profile: Profile) -> Self {
+        Self::of(profile, Scene::new(2, &["box"]))
+    }
+
+    /// Starts a site of a scene's cameras and its first object.
+    ///
+    /// # Panics
+    /// When it does not come up.
+    #[must_use]
+    pub fn of(profile: Profile, scene: Scene) -> Self {
         let folder = tempfile::tempdir().expect("a temporary folder");
-        let scene = Scene::new(2, &["box"]);
         write_rig(&folder.path().join("rig.toml"), &scene.rig).expect("a rig");
-        write_object(&folder.path().join("box.toml"), &scene.objects[0]).expect("an object");
-        let authority = folder.path().join("authority");
-        make(&["init", "--site", "lab"], &authority);
-        for [name, role] in MEMBERS {
-            make(&["add", name, "--role", role], &authority);
-        }
+        write_object(&folder.path().join("object.toml"), &scene.objects[0]).expect("an object");
+        make_keys(&folder.path().join("authority"), &scene);
         let protocol = if profile == Profile::Site {
             "tls"
         } else {
@@ -75,7 +88,7 @@ impl LockedSite {
         };
         let connect = format!("{protocol}/127.0.0.1:{}", free_port());
         let text = format!(
-            "site = \"lab\"\nrig = \"rig.toml\"\nobjects = [\"box.toml\"]\n[network]\nmode = \"router\"\nlisten = [\"{connect}\"]\n[security]\nprofile = \"{}\"\nkeys = \"authority/fusion\"\n",
+            "site = \"lab\"\nrig = \"rig.toml\"\nobjects = [\"object.toml\"]\n[network]\nmode = \"router\"\nlisten = [\"{connect}\"]\n[security]\nprofile = \"{}\"\nkeys = \"authority/fusion\"\n",
             profile.name()
         );
         std::fs::write(folder.path().join("fusion.toml"), text).expect("the folder can be written");

@@ -1,25 +1,27 @@
 //! A camera node on an emulated Cortex-A9 board: its package is installed with dpkg, systemd starts its units, capture reads the driver `vivid`
-//! to whose output an image of a tagged box is written, a fusion node on this host makes a pose of what it sees, and units come back when killed.
+//! to whose output images of a tagged box are written, and a fusion node on this host, reached over mutual TLS, makes a pose of what it sees. Units
+//! come back when killed and after a reboot, capture survives a lost device and a change of the pixel format, and nothing is left after a purge.
 //!
-//! `cargo xtask board` runs it with what it needs; by itself it is ignored. It has not been seen to pass. What is known to work, each step by hand: the
-//! board boots and takes commands, reaches this host over TCP, and `vivid` takes the image. Installing the package and all that follows is not known to.
-//! Not covered: other pixel formats than GREY, a lost device, a reboot, removal on the board, the tarball for BusyBox, encryption.
+//! `cargo xtask board` runs it with what it needs; by itself it is ignored. It has not been seen to pass. Known to work, each step by hand: the board
+//! boots and takes commands, reaches this host over TCP, and `vivid` takes an image in GREY.
 
 #![allow(clippy::expect_used, reason = "a test ends by panicking")]
 
 use sextant_estimator::State;
-use sextant_proto::{ObjectPose, Observations};
+use sextant_proto::{ObjectPose, Observations, limits};
 use sextant_recordings::read_grey_png;
 use sextant_site_files::{read_object, read_rig};
+use sextant_zenoh_bus::{Bus, DropRule, Profile, Subscription};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
-use system_tests::{Board, FusedSite, commands, sextant};
+use system_tests::{Board, HOST, LockedSite, RAW_FORMATS, Scene, commands, raw_image, sextant};
 
 /// Emulation is slow, and machines are shared.
 const PATIENCE: Duration = Duration::from_secs(300);
 const GUIDE: &str = "deploy/README.md";
 const UNITS: &str = "sextant-capture@north sextant-detect@north";
+const STATE: &str = "/var/lib/sextant";
 /// How far the pose may be off: one camera, at 0.6 m.
 const TOLERANCE_M: f64 = 0.003;
 
@@ -27,15 +29,21 @@ const TOLERANCE_M: f64 = 0.003;
 #[ignore = "takes minutes and an emulated board: cargo xtask board"]
 fn a_board_sees_a_box_through_a_real_driver() {
     let folder = tempfile::tempdir().expect("a temporary folder");
-    let scene = Scene::simulate(&folder.path().join("scene"));
-    let site = scene.site();
+    let picture = Picture::simulate(&folder.path().join("scene"));
+    let site = Site::start(&picture);
     let payload = folder.path().join("payload");
-    scene.write_payload(&payload, &site.connect);
+    picture.write_payload(&payload, &site.locked);
     let mut board = Board::start(&given("IMAGE"), &payload, folder.path());
 
     install(&mut board);
-    scene.await_pose(&site);
+    site.await_pose(&picture);
     comes_back_after_kill(&mut board, &site);
+    survives_a_lost_device(&mut board, &site);
+    reads_every_format(&mut board, &site);
+    board.reboot();
+    site.await_pose(&picture);
+    is_removed_and_purged(&mut board);
+    runs_where_busybox_is_init(&mut board, &site);
 }
 
 /// The path that `cargo xtask board` gives.
@@ -52,37 +60,141 @@ fn install(board: &mut Board) {
     }
 }
 
-fn comes_back_after_kill(board: &mut Board, site: &FusedSite) {
+fn comes_back_after_kill(board: &mut Board, site: &Site) {
     for unit in UNITS.split(' ') {
         board.run(&format!("systemctl kill --signal KILL {unit}"));
         board.until(&format!(
             "test $(systemctl show --property NRestarts --value {unit}) -ge 1 && systemctl is-active {unit}"
         ));
-        await_images(site);
+        site.await_images();
     }
 }
 
-/// Images that were taken from now on.
-fn await_images(site: &FusedSite) {
-    let observations = site.listen(&site.keys.all_observations());
-    let deadline = Instant::now() + PATIENCE;
-    let mut seen = 0;
-    while seen < 5 {
-        assert!(Instant::now() < deadline, "no image comes any more");
-        let item = observations.recv_timeout(Duration::from_secs(1));
-        let image = item.map(|item| item.decode::<Observations>().expect("a message"));
-        seen += usize::from(image.is_some_and(|image| !image.tags.is_empty()));
+/// Unbinding the driver is what pulling a plug is: open files stay, and everything on them fails.
+fn survives_a_lost_device(board: &mut Board, site: &Site) {
+    board.run("systemctl stop vivid && echo vivid.0 >/sys/bus/platform/drivers/vivid/unbind");
+    board.run("test ! -e /dev/video0");
+    board.run("systemctl start vivid");
+    site.await_images();
+}
+
+/// Capture goes on and follows its file; the camera shows the box in that one format alone.
+fn reads_every_format(board: &mut Board, site: &Site) {
+    for format in RAW_FORMATS {
+        board.run(&format!(
+            "sed -i 's/^format = .*/format = \"{format}\"/' {STATE}/camera-north.toml"
+        ));
+        board.run(&format!(
+            "echo FORMAT={format} >/etc/vivid && systemctl restart vivid"
+        ));
+        site.await_images();
+    }
+    board.run("test $(systemctl show --property NRestarts --value sextant-capture@north) -eq 1");
+}
+
+fn is_removed_and_purged(board: &mut Board) {
+    board.run("dpkg --remove sextant-camera");
+    board.run(&format!("! systemctl is-active {UNITS}"));
+    board.run(&format!("test -e {STATE}/camera-north.toml"));
+    board.run("dpkg --purge sextant-camera");
+    board.run(&format!(
+        "test ! -e {STATE} && ! ls /etc/systemd/system/*/sextant-*"
+    ));
+}
+
+/// In a root with nothing but BusyBox, the C library and the tarball in it, which is read-only when the node starts.
+fn runs_where_busybox_is_init(board: &mut Board, site: &Site) {
+    for line in [
+        "mkdir -p /opt/root/bin /opt/root/lib /opt/root/dev /opt/root/mnt /opt/root/proc /opt/root/run /opt/root/etc/sextant",
+        "cp /usr/bin/busybox /opt/root/bin/ && chroot /opt/root /bin/busybox --install -s /bin",
+        "cp -L /lib/ld-linux-armhf.so.3 /opt/root/lib/ && cd /lib/arm-linux-gnueabihf && cp -L lib[cm].so.6 lib*.so.[0-2] /opt/root/lib/",
+        "echo root:x:0:0::/:/bin/sh >/opt/root/etc/passwd",
+        "mount --bind /opt/root /opt/root && mount -t tmpfs none /opt/root/run",
+        "for folder in dev mnt proc; do mount --rbind /$folder /opt/root/$folder; done",
+    ] {
+        board.run(line);
+    }
+    for line in commands(GUIDE, "sh busybox") {
+        let starts = line.ends_with(" start");
+        if starts {
+            board.run("mount -o remount,bind,ro /opt/root && ! touch /opt/root/written");
+        }
+        board.run(&format!("chroot /opt/root /bin/sh -c 'cd /mnt; {line}'"));
+        if starts {
+            site.await_images();
+        }
+    }
+    board.run("! pgrep node-camera");
+}
+
+/// The host's side, and a reader of it.
+struct Site {
+    locked: LockedSite,
+    screen: Bus,
+}
+
+impl Site {
+    fn start(picture: &Picture) -> Self {
+        let read = |name: &str| picture.folder.join(name);
+        let rig = read_rig(&read("rig.toml")).expect("a rig");
+        let object = read_object(&read("cuboid.toml")).expect("an object");
+        let locked = LockedSite::of(Profile::Site, Scene::of(rig, vec![object]));
+        let screen = locked.open("screen");
+        Self { locked, screen }
+    }
+
+    fn listen(&self, key: &str) -> Subscription {
+        let listened = self
+            .screen
+            .subscribe(key, 64, DropRule::Oldest, limits::MAX_PAYLOAD_BYTES);
+        listened.expect("a subscription")
+    }
+
+    /// Images that show tags, taken from now on.
+    fn await_images(&self) {
+        let observations = self.listen(&self.locked.keys.all_observations());
+        let deadline = Instant::now() + PATIENCE;
+        let mut seen = 0;
+        while seen < 5 {
+            assert!(Instant::now() < deadline, "no image comes any more");
+            let item = observations.recv_timeout(Duration::from_secs(1));
+            let image = item.map(|item| item.decode::<Observations>().expect("a message"));
+            seen += usize::from(image.is_some_and(|image| !image.tags.is_empty()));
+        }
+    }
+
+    /// Fusion tracks the box, and where it is.
+    fn await_pose(&self, picture: &Picture) {
+        let poses = self.listen(&self.locked.keys.all_poses());
+        let deadline = Instant::now() + PATIENCE;
+        let mut last = None;
+        while Instant::now() < deadline {
+            let item = poses.recv_timeout(Duration::from_secs(1));
+            let Some(pose) = item.map(|item| item.decode::<ObjectPose>().expect("a message"))
+            else {
+                continue;
+            };
+            let off = (0..3).map(|axis| (pose.position[axis] - picture.position[axis]).powi(2));
+            if pose.state == State::Tracking && off.sum::<f64>().sqrt() < TOLERANCE_M {
+                return;
+            }
+            last = Some(pose);
+        }
+        panic!(
+            "not where it is, {:?}; the last pose: {last:?}",
+            picture.position
+        );
     }
 }
 
-/// A box before a camera at rest, with exact files.
-struct Scene {
+/// A simulated image of a box before a camera at rest, with exact files.
+struct Picture {
     folder: PathBuf,
     /// Where the box truly is.
     position: [f64; 3],
 }
 
-impl Scene {
+impl Picture {
     fn simulate(folder: &Path) -> Self {
         let simulate = ["simulate", "--exact", "--cameras", "1", "--objects", "1"];
         let status = sextant()
@@ -101,52 +213,35 @@ impl Scene {
         }
     }
 
-    fn site(&self) -> FusedSite {
-        let rig = read_rig(&self.folder.join("rig.toml")).expect("a rig");
-        let object = read_object(&self.folder.join("cuboid.toml")).expect("an object");
-        FusedSite::start(&rig, &[object], "")
-    }
-
-    /// What the board is given: package, the node's configuration and the image that its camera is to see.
-    fn write_payload(&self, folder: &Path, router: &str) {
-        fs::create_dir(folder).expect("a folder");
-        let deb = given("DEB");
-        let name = deb.file_name().expect("a package's name");
-        fs::copy(&deb, folder.join(name)).expect("a file");
-        let router = router.replace("127.0.0.1", "10.0.2.2");
+    /// What the board is given: package, tarball, the node's configuration and keys, and the image that its camera is to see.
+    fn write_payload(&self, folder: &Path, site: &LockedSite) {
+        fs::create_dir_all(folder.join("keys")).expect("a folder");
+        for what in ["DEB", "TARBALL"] {
+            let file = given(what);
+            let name = file.file_name().expect("a name");
+            fs::copy(&file, folder.join(name)).expect("a file");
+        }
+        for key in fs::read_dir(site.keys_of("north")).expect("its keys") {
+            let key = key.expect("a file");
+            fs::copy(key.path(), folder.join("keys").join(key.file_name())).expect("a file");
+        }
+        let router = site.connect.replace("127.0.0.1", HOST);
         let configuration = format!(
-            "site = \"lab\"\ncamera = \"north\"\n[source]\nkind = \"v4l2\"\ndevice = \"/dev/sextant/cam-platform-vivid_0\"\nresolution = [640, 480]\nformat = \"GREY\"\n[network]\nconnect = [\"{router}\"]\n"
+            "site = \"lab\"\ncamera = \"north\"\n[source]\nkind = \"v4l2\"\ndevice = \"/dev/sextant/cam-platform-vivid_0\"\nresolution = [640, 480]\nformat = \"GREY\"\n[network]\nconnect = [\"{router}\"]\n[security]\nprofile = \"site\"\nkeys = \"keys\"\n"
         );
         fs::write(folder.join("camera-north.toml"), configuration).expect("a file");
-        let pictures = fs::read_dir(self.folder.join("north/data")).expect("the recording");
-        let mut pictures: Vec<_> = pictures
-            .map(|entry| entry.expect("a file").path())
-            .collect();
-        pictures.sort();
-        let picture = read_grey_png(&pictures[0]).expect("a picture");
-        fs::write(folder.join("GREY.raw"), &picture.pixels).expect("a file");
+        let grey = self.grey();
+        for format in RAW_FORMATS {
+            let raw = raw_image(format, &grey);
+            fs::write(folder.join(format!("{format}.raw")), raw).expect("a file");
+        }
     }
 
-    /// Fusion tracks the box, and where it is.
-    fn await_pose(&self, site: &FusedSite) {
-        let poses = site.listen(&site.keys.all_poses());
-        let deadline = Instant::now() + PATIENCE;
-        let mut last = None;
-        while Instant::now() < deadline {
-            let item = poses.recv_timeout(Duration::from_secs(1));
-            let Some(pose) = item.map(|item| item.decode::<ObjectPose>().expect("a message"))
-            else {
-                continue;
-            };
-            let off = (0..3).map(|axis| (pose.position[axis] - self.position[axis]).powi(2));
-            if pose.state == State::Tracking && off.sum::<f64>().sqrt() < TOLERANCE_M {
-                return;
-            }
-            last = Some(pose);
-        }
-        panic!(
-            "not where it is, {:?}; the last pose: {last:?}",
-            self.position
-        );
+    /// The first image of the recording.
+    fn grey(&self) -> Vec<u8> {
+        let images = fs::read_dir(self.folder.join("north/data")).expect("the recording");
+        let images = images.map(|entry| entry.expect("a file").path());
+        let first = images.min().expect("an image");
+        read_grey_png(&first).expect("an image").pixels
     }
 }

@@ -31,9 +31,19 @@ pub fn all() -> Result<(), String> {
     Ok(())
 }
 
-/// The camera node's package for armv7 alone.
-pub fn camera_for_board() -> Result<PathBuf, String> {
-    tested_deb(&Staged::new(&CAMERA, &ARMV7, &manual()?)?)
+/// What the emulated board installs.
+pub struct BoardFiles {
+    pub deb: PathBuf,
+    pub tarball: PathBuf,
+}
+
+/// The camera node for armv7 alone.
+pub fn camera_for_board() -> Result<BoardFiles, String> {
+    let staged = Staged::new(&CAMERA, &ARMV7, &manual()?)?;
+    Ok(BoardFiles {
+        tarball: tarball::write(&staged)?,
+        deb: tested_deb(&staged)?,
+    })
 }
 
 /// A package's files for one target, in a folder that looks like the root of the system that they go to.

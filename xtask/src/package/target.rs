@@ -53,12 +53,14 @@ impl Target {
         let zigbuild = Zigbuild::installed()?;
         let [major, minor] = self.glibc;
         let target = format!("{}.{major}.{minor}", self.triple);
-        let arguments = ["zigbuild", "--profile", package.profile, "--package"];
-        let what = [package.cargo_package, "--target", &target];
+        // Link-time optimisation excludes incremental compilation.
+        let program = ["CARGO_INCREMENTAL=0", &zigbuild.program, "zigbuild"];
+        let what = ["--package", package.cargo_package, "--target", &target];
+        let how = ["--profile", package.profile];
         run_with(
             &zigbuild.environment,
-            &zigbuild.program,
-            &[&arguments[..], &what].concat(),
+            "env",
+            &[&program[..], &what, &how].concat(),
         )?;
         let built = root().join("target").join(self.triple);
         Ok(built.join(package.profile).join(package.program))
