@@ -3,7 +3,7 @@
 use crate::output::Format;
 use crate::{
     calibrate, camera, check, config, convert, demo, detect, doctor, echo, hz, keys, learn, list,
-    manual, mavlink, nodes, osc, print, progress, replay, simulate, top,
+    manual, mavlink, nodes, osc, print, progress, replay, ros2, simulate, top,
 };
 use clap::{CommandFactory, Parser, Subcommand};
 
@@ -55,6 +55,8 @@ enum Command {
     Hz(hz::HzArguments),
     /// Watch the cameras, objects and faults of a site.
     Top(top::TopArguments),
+    /// Publish the site's poses, detections, lenses and pictures as ROS 2 topics, without ROS.
+    Ros2(ros2::Ros2Arguments),
     /// Print boards, tags and cubes as PDF in true size, with their object files.
     Print(print::PrintArguments),
     /// Convert lenses and camera poses from and to ROS, Kalibr and OpenCV.
@@ -104,6 +106,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         Command::Mavlink(arguments) => mavlink::run(arguments, format),
         Command::Hz(arguments) => hz::run(arguments, format),
         Command::Top(arguments) => top::run(arguments, format),
+        Command::Ros2(arguments) => ros2::run(arguments, format),
         Command::Print(arguments) => print::run(arguments, format),
         Command::Convert(arguments) => convert::run(arguments, format),
         Command::Config(arguments) => config::run(arguments, format),

@@ -28,6 +28,7 @@ mod print;
 mod procedure;
 mod progress;
 mod replay;
+mod ros2;
 mod simulate;
 mod site;
 mod top;

@@ -27,6 +27,7 @@ const FLOORS: &[&[&str]] = &[
         "sextant-process",
         "sextant-rza2m",
         "sextant-pose-formats",
+        "sextant-ros2",
     ],
     &[
         "node-camera",

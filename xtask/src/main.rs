@@ -8,6 +8,7 @@ mod chores;
 mod dependencies;
 mod package;
 mod python;
+mod ros2;
 mod tools;
 
 use std::process::ExitCode;
@@ -66,6 +67,11 @@ const CHORES: &[(&str, &str, Chore)] = &[
         chores::workspace,
     ),
     (
+        "ros2",
+        "what `sextant ros2` publishes, read by other people's code: rosbags, zenoh's Python binding, ROS 2's own packages",
+        ros2::ros2,
+    ),
+    (
         "arm",
         "tests of the pure crates for armv7 and of the detector's kernels for aarch64, under qemu",
         chores::arm,
@@ -102,7 +108,7 @@ const CHORES: &[(&str, &str, Chore)] = &[
     ),
 ];
 
-const TEST: &[&str] = &["page", "workspace", "python-test", "arm"];
+const TEST: &[&str] = &["page", "workspace", "python-test", "ros2", "arm"];
 const CHECK: &[&str] = &[
     "fmt",
     "lint",

@@ -96,7 +96,7 @@ fn fresh() -> Result<String, String> {
 }
 
 /// The interpreter of a virtual environment, made where it is missing. Debian has the module for it in a package of its own.
-fn environment(folder: &Path) -> Result<String, String> {
+pub fn environment(folder: &Path) -> Result<String, String> {
     let python = folder.join("bin/python").display().to_string();
     let has_pip = || run(&python, &["-c", "import pip"]).is_ok();
     if Path::new(&python).exists() && has_pip() {

@@ -98,6 +98,7 @@ fn needs(chore: &str) -> &'static [Tool] {
     match chore {
         "page" => &[NODE, NPM],
         "workspace" => &[NODE, CHROMIUM, UNSHARE, FFMPEG],
+        "ros2" => &[PYTHON],
         "arm" => &[QEMU_ARM, QEMU_AARCH64, GCC_ARM, GCC_AARCH64],
         "cross" => &[GCC_ARM, GCC_AARCH64],
         "python-test" => &[PYTHON],

@@ -65,6 +65,11 @@ impl Bus {
         &self.endpoints
     }
 
+    /// The session's identifier, as zenoh prints it.
+    pub fn session_id(&self) -> Result<String, BusError> {
+        Ok(self.session()?.zid().to_string())
+    }
+
     /// Whether a client is connected to its router; always true for a peer or router.
     pub fn is_connected(&self) -> bool {
         self.mode != Mode::Client

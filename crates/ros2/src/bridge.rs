@@ -1,0 +1,316 @@
+//! From the messages of a site to ROS messages: what is known of the site, and what is published when.
+
+mod claims;
+mod health;
+
+use std::collections::BTreeMap;
+
+use sextant_estimator::{CameraId, ObjectId, State};
+use sextant_proto::{
+    CameraConfig, CameraStatus, FusionStatus, KeyRef, Message, ObjectConfig, ObjectLinks,
+    ObjectPose, Observations, Preview, RigConfig, decode, limits,
+};
+
+use self::claims::{Claims, Owner};
+use self::health::Health;
+use crate::convert;
+use crate::description::{RosMessage, encode};
+use crate::messages::{TFMessage, TransformStamped};
+use crate::names::{Namespace, token};
+use crate::rate::{Passage, Stream};
+use crate::topic::{Topic, TopicKind};
+
+/// What a person may choose.
+#[derive(Debug, Clone)]
+pub struct BridgeOptions {
+    /// Namespace of the topics of objects and cameras.
+    pub namespace: Namespace,
+    /// The world's frame.
+    pub world: String,
+    /// Most messages per second of an object, and of a camera's detections and pictures; none for all.
+    pub max_rate_hz: Option<f64>,
+}
+
+/// A ROS message for a topic.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Outgoing {
+    /// Where it goes.
+    pub topic: Topic,
+    /// CDR.
+    pub payload: Vec<u8>,
+}
+
+/// Messages of the site that were not published.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct BridgeCounts {
+    /// Those that break the site's contract, or name another object or camera than their key.
+    pub invalid: u64,
+    /// Those left out to keep to the rate.
+    pub over_rate: u64,
+    /// Those no newer than the last of their topic.
+    pub superseded: u64,
+    /// Those whose topic or frame bears the name of another's, or that found no room.
+    pub name_taken: u64,
+}
+
+/// The state machine. Time is an argument: ns since the Unix epoch.
+#[derive(Debug)]
+pub struct Bridge {
+    options: BridgeOptions,
+    cameras: BTreeMap<CameraId, CameraConfig>,
+    objects: BTreeMap<ObjectId, ObjectConfig>,
+    streams: BTreeMap<StreamId, Stream>,
+    claims: Claims,
+    health: Health,
+    counts: BridgeCounts,
+}
+
+/// A stream of messages of increasing capture time.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
+enum StreamId {
+    Pose(ObjectId),
+    Links(ObjectId),
+    Detections(CameraId),
+    Pictures(CameraId),
+}
+
+impl Bridge {
+    /// Knows nothing of the site yet.
+    #[must_use]
+    pub fn new(options: BridgeOptions) -> Self {
+        let claims = Claims::with_frame(&options.world);
+        Self {
+            options,
+            cameras: BTreeMap::new(),
+            objects: BTreeMap::new(),
+            streams: BTreeMap::new(),
+            claims,
+            health: Health::default(),
+            counts: BridgeCounts::default(),
+        }
+    }
+
+    /// Messages of the site that were not published.
+    #[must_use]
+    pub fn counts(&self) -> BridgeCounts {
+        self.counts
+    }
+
+    /// The ROS messages of a message of the site, in the order in which they are to be published. Keys that nothing is made of are
+    /// ignored.
+    pub fn handle(&mut self, now_ns: u64, key: &KeyRef, payload: &[u8]) -> Vec<Outgoing> {
+        match key {
+            KeyRef::Pose(object) => self
+                .read(payload, |pose: &ObjectPose| pose.object == *object)
+                .map_or_else(Vec::new, |pose| self.pose(&pose)),
+            KeyRef::Links(object) => self
+                .read(payload, |links: &ObjectLinks| links.object == *object)
+                .map_or_else(Vec::new, |links| self.links(&links)),
+            KeyRef::Observations(camera) => self
+                .read(payload, |image: &Observations| image.camera == *camera)
+                .map_or_else(Vec::new, |image| self.detections(&image)),
+            KeyRef::Preview(camera) => self
+                .read(payload, |preview: &Preview| preview.camera == *camera)
+                .map_or_else(Vec::new, |preview| self.picture(&preview)),
+            KeyRef::ConfigRig => self
+                .read(payload, |_: &RigConfig| true)
+                .map_or_else(Vec::new, |rig| self.rig(now_ns, rig)),
+            KeyRef::ConfigObject(object) => self
+                .read(payload, |config: &ObjectConfig| config.id == *object)
+                .map_or_else(Vec::new, |config| self.object(now_ns, config)),
+            KeyRef::CameraStatus(camera) => {
+                let status = self.read(payload, |status: &CameraStatus| status.camera == *camera);
+                let state = status.as_ref().map(convert::camera_status);
+                self.health.keep(now_ns, state);
+                Vec::new()
+            }
+            KeyRef::FusionStatus(node) => {
+                let status = self.read(payload, |status: &FusionStatus| status.node == *node);
+                let state = status.as_ref().map(convert::fusion_status);
+                self.health.keep(now_ns, state);
+                Vec::new()
+            }
+            _ => Vec::new(),
+        }
+    }
+
+    /// The state of the nodes, for about once a second, with values of the bridge's own.
+    pub fn diagnostics(&mut self, now_ns: u64, own: &[(&str, u64)]) -> Outgoing {
+        let counts = self.counts;
+        let own = own.iter().copied().chain([
+            ("messages invalid", counts.invalid),
+            ("messages over the rate", counts.over_rate),
+            ("messages superseded", counts.superseded),
+            ("messages without a name", counts.name_taken),
+        ]);
+        let message = self.health.report(now_ns, own);
+        outgoing("/diagnostics".to_owned(), TopicKind::Diagnostics, &message)
+    }
+
+    /// A message that keeps its contract and belongs under its key.
+    fn read<M: Message>(&mut self, payload: &[u8], belongs: impl Fn(&M) -> bool) -> Option<M> {
+        let message = decode(payload).ok().filter(belongs);
+        self.counts.invalid += u64::from(message.is_none());
+        message
+    }
+
+    /// Poses are published while they mean something: with their covariance from the first on, as transforms, which have none, once
+    /// one attitude is known.
+    fn pose(&mut self, pose: &ObjectPose) -> Vec<Outgoing> {
+        let owner = Owner::Object(pose.object.clone());
+        let name = format!("object/{}/pose", token(pose.object.as_str()));
+        if pose.state == State::Lost
+            || !self.may_pass(StreamId::Pose(pose.object.clone()), pose.capture_ns)
+            || !self.owns(&[&name, pose.object.as_str()], &owner)
+        {
+            return Vec::new();
+        }
+        let world = &self.options.world;
+        let message = convert::object_pose(pose, world);
+        let message = outgoing(self.topic(&name), TopicKind::Pose, &message);
+        let transform =
+            is_known(pose.state).then(|| transforms(vec![convert::object_transform(pose, world)]));
+        transform.into_iter().chain([message]).collect()
+    }
+
+    fn links(&mut self, links: &ObjectLinks) -> Vec<Outgoing> {
+        let stream = StreamId::Links(links.object.clone());
+        if !is_known(links.state) || !self.may_pass(stream, links.capture_ns) {
+            return Vec::new();
+        }
+        let world = &self.options.world;
+        let all = links.links.iter();
+        vec![transforms(
+            all.map(|link| convert::link_transform(links, link, world))
+                .collect(),
+        )]
+    }
+
+    fn detections(&mut self, image: &Observations) -> Vec<Outgoing> {
+        let stream = StreamId::Detections(image.camera.clone());
+        self.may_pass(stream, image.capture_ns)
+            .then(|| {
+                self.of_camera(
+                    &image.camera,
+                    TopicKind::Detections,
+                    &convert::detections(image),
+                )
+            })
+            .flatten()
+            .into_iter()
+            .collect()
+    }
+
+    fn picture(&mut self, preview: &Preview) -> Vec<Outgoing> {
+        let stream = StreamId::Pictures(preview.camera.clone());
+        if !self.may_pass(stream, preview.capture_ns) {
+            return Vec::new();
+        }
+        let camera = self.cameras.get(&preview.camera);
+        let info = camera.and_then(|camera| convert::picture_info(camera, preview));
+        let info =
+            info.and_then(|info| self.of_camera(&preview.camera, TopicKind::PictureInfo, &info));
+        let picture = convert::picture(preview);
+        let picture = self.of_camera(&preview.camera, TopicKind::Picture, &picture);
+        info.into_iter().chain(picture).collect()
+    }
+
+    fn rig(&mut self, now_ns: u64, rig: RigConfig) -> Vec<Outgoing> {
+        let cameras = rig.cameras.into_iter();
+        self.cameras = cameras.map(|camera| (camera.id.clone(), camera)).collect();
+        let infos: Vec<_> = self
+            .cameras
+            .values()
+            .map(|camera| (camera.id.clone(), convert::camera_info(camera, now_ns)))
+            .collect();
+        let infos = infos
+            .iter()
+            .filter_map(|(camera, info)| self.of_camera(camera, TopicKind::CameraInfo, info));
+        let mut all: Vec<Outgoing> = infos.collect();
+        all.push(self.static_transforms(now_ns));
+        all
+    }
+
+    fn object(&mut self, now_ns: u64, config: ObjectConfig) -> Vec<Outgoing> {
+        if config.is_removal() {
+            self.objects.remove(&config.id);
+        } else if self.objects.len() < limits::MAX_OBJECTS || self.objects.contains_key(&config.id)
+        {
+            self.objects.insert(config.id.clone(), config);
+        } else {
+            self.counts.name_taken += 1;
+            return Vec::new();
+        }
+        vec![self.static_transforms(now_ns)]
+    }
+
+    /// All of them: a late subscriber gets the last message only.
+    fn static_transforms(&self, now_ns: u64) -> Outgoing {
+        let (cameras, objects) = (self.cameras.values(), self.objects.values());
+        let transforms = convert::static_transforms(cameras, objects, &self.options.world, now_ns);
+        let message = TFMessage { transforms };
+        outgoing(
+            "/tf_static".to_owned(),
+            TopicKind::StaticTransforms,
+            &message,
+        )
+    }
+
+    fn of_camera(
+        &mut self,
+        camera: &CameraId,
+        kind: TopicKind,
+        message: &impl RosMessage,
+    ) -> Option<Outgoing> {
+        let leaf = match kind {
+            TopicKind::Picture => "preview/image/compressed",
+            TopicKind::PictureInfo => "preview/camera_info",
+            TopicKind::CameraInfo => "camera_info",
+            _ => "detections",
+        };
+        let folder = format!("camera/{}", token(camera.as_str()));
+        let frame = convert::optical_frame(camera);
+        self.owns(&[&folder, &frame], &Owner::Camera(camera.clone()))
+            .then(|| outgoing(self.topic(&format!("{folder}/{leaf}")), kind, message))
+    }
+
+    fn topic(&self, name: &str) -> String {
+        self.options.namespace.topic(name)
+    }
+
+    /// Whether these names of topics and frames are this owner's.
+    fn owns(&mut self, names: &[&str], owner: &Owner) -> bool {
+        let is_owner = names.iter().all(|name| self.claims.take(name, owner));
+        self.counts.name_taken += u64::from(!is_owner);
+        is_owner
+    }
+
+    fn may_pass(&mut self, stream: StreamId, capture_ns: u64) -> bool {
+        if self.streams.len() >= claims::MOST && !self.streams.contains_key(&stream) {
+            self.counts.name_taken += 1;
+            return false;
+        }
+        let period_ns = self.options.max_rate_hz.map_or(0, |hz| (1e9 / hz) as u64);
+        let stream = self.streams.entry(stream).or_default();
+        let passage = stream.passage(capture_ns, period_ns);
+        self.counts.over_rate += u64::from(passage == Passage::OverRate);
+        self.counts.superseded += u64::from(passage == Passage::Superseded);
+        passage == Passage::Passes
+    }
+}
+
+fn is_known(state: State) -> bool {
+    matches!(state, State::Tracking | State::Coasting)
+}
+
+fn transforms(transforms: Vec<TransformStamped>) -> Outgoing {
+    let message = TFMessage { transforms };
+    outgoing("/tf".to_owned(), TopicKind::Transforms, &message)
+}
+
+fn outgoing(name: String, kind: TopicKind, message: &impl RosMessage) -> Outgoing {
+    Outgoing {
+        topic: Topic { name, kind },
+        payload: encode(message),
+    }
+}
