@@ -21,6 +21,7 @@ import zenoh
 from zenoh.ext import HistoryConfig, RecoveryConfig, declare_advanced_subscriber
 from zenoh_ros2_sdk.attachment import Attachment
 
+sys.dont_write_bytecode = True
 sys.path.insert(0, str(pathlib.Path(__file__).parent))
 from oracle import STORE  # noqa: E402
 
