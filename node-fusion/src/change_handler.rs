@@ -5,7 +5,7 @@ use crate::formers::Formers;
 use crate::models::{Change, Models};
 use crate::pace::Pace;
 use crate::refusals::{detail, undecodable};
-use sextant_proto::{DecodeError, KeyRef, Keys, Outcome, Refusal, fingerprint};
+use sextant_proto::{ANNOUNCED, DecodeError, KeyRef, Keys, Outcome, Refusal, fingerprint};
 use sextant_zenoh_bus::{Item, Payload};
 use std::time::Instant;
 
@@ -141,9 +141,6 @@ impl ChangeHandler {
         Ok(Decision::Take(change, outcome))
     }
 }
-
-/// Signature of what fusion nodes announce; their own name follows.
-pub const ANNOUNCED: &str = "fusion/";
 
 impl Verdict {
     /// What the node answers.

@@ -7,7 +7,7 @@ use crate::ages::Ages;
 use sextant_estimator::{CameraId, ImageObservation};
 use sextant_process::ClockQuality;
 use sextant_proto::{
-    CameraIntake, ClockSource, KeyRef, Keys, Notice, Observations, Rejections, decode,
+    CameraIntake, ClockSource, InputSource, KeyRef, Keys, Notice, Observations, Rejections, decode,
 };
 use std::collections::BTreeMap;
 
@@ -19,6 +19,15 @@ pub struct Intake {
     foreign: Rejections,
     /// How much older than usual an observation may be, ns.
     max_age_ns: u64,
+}
+
+/// An image that is taken in.
+#[derive(Debug)]
+pub struct AdmittedImage {
+    /// What it shows.
+    pub observation: ImageObservation,
+    /// Which observations they are, for the log of inputs.
+    pub source: InputSource,
 }
 
 /// When a message is read.
@@ -100,12 +109,7 @@ impl Intake {
     }
 
     /// The observation of a message, or nothing and a count.
-    pub fn take(
-        &mut self,
-        key: &str,
-        payload: &[u8],
-        arrival: Arrival,
-    ) -> Option<ImageObservation> {
+    pub fn take(&mut self, key: &str, payload: &[u8], arrival: Arrival) -> Option<AdmittedImage> {
         let Some(KeyRef::Observations(camera)) = self.keys.parse(key) else {
             self.foreign.wrong_kind = self.foreign.wrong_kind.saturating_add(1);
             return None;
@@ -129,7 +133,14 @@ impl Intake {
         if counts.is_some_and(|counts| counts.is_too_old(&message, arrival, self.max_age_ns)) {
             return None;
         }
-        Some(ImageObservation::from(&message))
+        Some(AdmittedImage {
+            observation: ImageObservation::from(&message),
+            source: InputSource::Image {
+                camera,
+                sequence: message.sequence,
+                capture_ns: message.capture_ns,
+            },
+        })
     }
 
     /// A message that the network layer refused to copy because of its length.

@@ -10,6 +10,7 @@ mod clocks;
 mod config;
 mod files;
 mod formers;
+mod input_log;
 mod intake;
 mod models;
 mod node;
@@ -23,5 +24,5 @@ mod refusals;
 mod status;
 
 pub use config::{FusionConfig, Refinement};
-pub use intake::{Arrival, Counts, Intake};
+pub use intake::{AdmittedImage, Arrival, Counts, Intake};
 pub use node::run;

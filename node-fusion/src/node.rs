@@ -4,6 +4,7 @@ use crate::change_handler::{ChangeHandler, Decision, Verdict};
 use crate::clocks::DriftEstimator;
 use crate::config::{FusionConfig, Refinement};
 use crate::files::ModelFiles;
+use crate::input_log::{self, InputLog};
 use crate::intake::{Arrival, Intake};
 use crate::models::Change;
 use crate::proposing;
@@ -16,7 +17,7 @@ use sextant_process::{
     ClockQuality, Exit, Reading, Shutdown, SteadyClock, WithExit, fail_point, memory, now_ns,
     watchdog,
 };
-use sextant_proto::{ConfigAnswer, KeyRef, Keys, NodeId, NodeKind, Outcome, limits};
+use sextant_proto::{ConfigAnswer, InputSource, KeyRef, Keys, NodeId, NodeKind, Outcome, limits};
 use sextant_site_files::read_toml;
 use sextant_zenoh_bus::{
     Bus, BusError, DropRule, HeldName, Item, Payload, StreamBounds, Subscription,
@@ -99,6 +100,7 @@ struct FusionNode<'a> {
     observations: Subscription,
     changes: Subscription,
     machine: Fusion,
+    input_log: InputLog,
     handler: ChangeHandler,
     intake: Intake,
     publishers: Publishers<'a>,
@@ -154,6 +156,7 @@ impl<'a> FusionNode<'a> {
             refinement: config.refinement,
             proposed: None,
             name: None,
+            input_log: InputLog::new(node.clone()),
             node: node.clone(),
             keys,
             machine,
@@ -180,9 +183,13 @@ impl<'a> FusionNode<'a> {
         self.take_change()?;
         let now = self.clock.now_ns();
         if self.machine.poll_timeout().is_some_and(|due| due <= now) {
+            self.input_log.add(now, InputSource::Tick);
             self.machine.handle(now, Input::Tick);
         }
         self.publish_poses()?;
+        while let Some(inputs) = self.input_log.poll(now) {
+            self.publishers.inputs(&inputs)?;
+        }
         let now = self.clock.monotonic_ns();
         if now >= self.status_due_ns {
             self.status_due_ns = now + STATUS_PERIOD_NS;
@@ -197,6 +204,7 @@ impl<'a> FusionNode<'a> {
         if let Some(by_ns) = self.clock.take_step() {
             self.intake.clock_stepped();
             let now = self.clock.now_ns();
+            self.input_log.add(now, InputSource::ClockStep);
             self.machine.handle(now, Input::ClockStep { by_ns });
         }
     }
@@ -330,12 +338,20 @@ impl<'a> FusionNode<'a> {
             }
             Change::Removal(id) => self.publishers.remove_object(id),
         }
+        let now = self.clock.now_ns();
         let input = match change {
-            Change::Rig(rig) => Input::Rig(rig.clone()),
-            Change::Object(_) | Change::Removal(_) => Input::Objects(models.objects.clone()),
+            Change::Rig(rig) => {
+                self.input_log.add(now, input_log::source_of_rig(rig));
+                Input::Rig(rig.clone())
+            }
+            Change::Object(_) | Change::Removal(_) => {
+                let source = input_log::source_of_objects(&models.objects);
+                self.input_log.add(now, source);
+                Input::Objects(models.objects.clone())
+            }
         };
         self.status.take_objects(&models.objects);
-        self.machine.handle(self.clock.now_ns(), input);
+        self.machine.handle(now, input);
         self.publishers.formers(self.handler.formers())?;
         // What was proposed was about the former models.
         self.propose(None)
@@ -359,9 +375,10 @@ impl<'a> FusionNode<'a> {
                     clock: self.clock_quality,
                 };
                 if let Some(image) = self.intake.take(&item.key, bytes, arrival) {
-                    let image = self.handler.models().rig.timed(image);
-                    self.machine
-                        .handle(self.clock.now_ns(), Input::Image(image));
+                    let (now, models) = (self.clock.now_ns(), self.handler.models());
+                    self.input_log.add_image(now, image.source, models);
+                    let image = models.rig.timed(image.observation);
+                    self.machine.handle(now, Input::Image(image));
                 }
             }
             Payload::TooLong(_) => self.intake.count_too_long(&item.key),

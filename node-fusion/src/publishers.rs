@@ -1,12 +1,11 @@
 //! Everything that a fusion node publishes: poses, status, clocks, answers, proposals, and the models for late joiners.
 
-use crate::change_handler::ANNOUNCED;
 use crate::formers::Formers;
 use crate::models::Models;
 use sextant_estimator::{ObjectEstimate, ObjectId, ObjectModel, Rig};
 use sextant_proto::{
-    ClockReport, ConfigAnswer, FusionStatus, Keys, NodeId, ObjectConfig, ObjectLinks, ObjectPose,
-    Proposal, RigConfig,
+    ANNOUNCED, ClockReport, ConfigAnswer, FusionInputs, FusionStatus, Keys, NodeId, ObjectConfig,
+    ObjectLinks, ObjectPose, Proposal, RigConfig,
 };
 use sextant_zenoh_bus::{Bus, BusError, Latest, Publisher, Qos};
 use std::collections::BTreeMap;
@@ -26,6 +25,7 @@ pub struct Publishers<'a> {
     rig: Latest<RigConfig>,
     status: Latest<FusionStatus>,
     clocks: Latest<ClockReport>,
+    inputs: Publisher<FusionInputs>,
     answers: Latest<ConfigAnswer>,
     proposal: Latest<Proposal>,
     former: Latest<Proposal>,
@@ -88,6 +88,7 @@ impl<'a> Publishers<'a> {
             sender,
             status: bus.latest_publisher(&keys.fusion_status(node), Qos::Status)?,
             clocks: bus.latest_publisher(&keys.clocks(node), Qos::Status)?,
+            inputs: bus.publisher(&keys.inputs(node), Qos::Status)?,
             answers: bus.latest_publisher(&keys.config_answer(node), Qos::Config)?,
             proposal: bus.latest_publisher(&keys.proposal(node), Qos::Config)?,
             former: bus.latest_publisher(&keys.former(node), Qos::Config)?,
@@ -216,6 +217,14 @@ impl<'a> Publishers<'a> {
     /// When the network session has ended.
     pub fn clocks(&mut self, report: &ClockReport) -> Result<(), BusError> {
         self.unpublished.check(self.clocks.put(report)).map(drop)
+    }
+
+    /// Publishes inputs of the estimator, for recordings.
+    ///
+    /// # Errors
+    /// When the network session has ended.
+    pub fn inputs(&mut self, inputs: &FusionInputs) -> Result<(), BusError> {
+        self.unpublished.check(self.inputs.put(inputs)).map(drop)
     }
 
     /// Answers whoever published a change.

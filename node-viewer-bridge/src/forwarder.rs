@@ -11,18 +11,15 @@ use crate::wizard::Offer;
 use crate::{link_frames, translate};
 use sextant_estimator::{ImageObservation, ObjectId, ObjectModel, Rig};
 use sextant_process::{fail_point, now_ns};
+use sextant_proto::{ANNOUNCED, DecodeError, KeyRef, Keys, NodeKind};
 use sextant_proto::{
     CameraStatus, ClockReport, ConfigAnswer, DetectionReport, FusionStatus, NodeId, ObjectConfig,
     ObjectLinks, ObjectPose, ObjectTruth, Observations, Preview, Proposal, RigConfig, decode,
 };
-use sextant_proto::{DecodeError, KeyRef, Keys, NodeKind};
 use sextant_zenoh_bus::{Item, Payload, Presence};
 use std::collections::BTreeSet;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Instant;
-
-/// Signature of what fusion nodes announce (proto/CONTRACT.md).
-const ANNOUNCED: &str = "fusion/";
 
 /// Decodes messages and forwards them to the hub and the wizards; counts those that it cannot show.
 pub(crate) struct Forwarder {
@@ -46,6 +43,7 @@ impl Forwarder {
         let Some(key) = self.keys.parse(&item.key) else {
             return;
         };
+        self.shared.last_seconds.take(&key, item, now_ns());
         if let Err(why) = self.try_take(&key, item) {
             tracing::debug!(key = item.key, ?why, "payload not shown");
             self.shared.count(&why);
@@ -165,6 +163,8 @@ impl Forwarder {
             }
             // The page reverts by the proposal under `former`.
             KeyRef::FormerRig(_) | KeyRef::FormerObject(..) => Ok(()),
+            // For recordings.
+            KeyRef::Inputs(_) => Ok(()),
         }
     }
 

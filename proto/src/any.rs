@@ -6,6 +6,7 @@ use crate::messages::camera_status::CameraStatus;
 use crate::messages::clock_report::ClockReport;
 use crate::messages::config_answer::ConfigAnswer;
 use crate::messages::detection_report::DetectionReport;
+use crate::messages::fusion_inputs::FusionInputs;
 use crate::messages::fusion_status::FusionStatus;
 use crate::messages::object_config::ObjectConfig;
 use crate::messages::object_links::ObjectLinks;
@@ -34,6 +35,7 @@ pub enum AnyMessage {
     ConfigAnswer(ConfigAnswer),
     DetectionReport(DetectionReport),
     Proposal(Proposal),
+    FusionInputs(FusionInputs),
 }
 
 impl AnyMessage {
@@ -60,6 +62,7 @@ impl AnyMessage {
             Kind::ConfigAnswer => Self::ConfigAnswer(decode(payload)?),
             Kind::DetectionReport => Self::DetectionReport(decode(payload)?),
             Kind::Proposal => Self::Proposal(decode(payload)?),
+            Kind::FusionInputs => Self::FusionInputs(decode(payload)?),
         })
     }
 
@@ -80,6 +83,7 @@ impl AnyMessage {
             Self::ConfigAnswer(_) => Kind::ConfigAnswer,
             Self::DetectionReport(_) => Kind::DetectionReport,
             Self::Proposal(_) => Kind::Proposal,
+            Self::FusionInputs(_) => Kind::FusionInputs,
         }
     }
 }

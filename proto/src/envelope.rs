@@ -42,11 +42,13 @@ pub enum Kind {
     RigConfig = 12,
     /// [`crate::ObjectConfig`]
     ObjectConfig = 13,
+    /// [`crate::FusionInputs`]
+    FusionInputs = 14,
 }
 
 impl Kind {
     /// Every kind, by number.
-    pub const ALL: [Self; 13] = [
+    pub const ALL: [Self; 14] = [
         Self::Observations,
         Self::Preview,
         Self::DetectionReport,
@@ -60,6 +62,7 @@ impl Kind {
         Self::Proposal,
         Self::RigConfig,
         Self::ObjectConfig,
+        Self::FusionInputs,
     ];
 
     /// Longest payload of this kind, header included.
@@ -71,7 +74,7 @@ impl Kind {
             Self::DetectionReport => 4 * 1024,
             Self::CameraStatus => 8 * 1024,
             Self::ObjectPose | Self::ObjectTruth | Self::ConfigAnswer => 1024,
-            Self::ObjectLinks => 16 * 1024,
+            Self::ObjectLinks | Self::FusionInputs => 16 * 1024,
             Self::ClockReport => 32 * 1024,
             Self::FusionStatus | Self::RigConfig | Self::ObjectConfig | Self::Proposal => {
                 MAX_PAYLOAD_BYTES

@@ -4,6 +4,9 @@ use crate::envelope::Kind;
 use crate::ids::{IdError, NodeId, SiteId};
 use sextant_estimator::{CameraId, ObjectId};
 
+/// How the sender of what a fusion node announces under `config/` begins; its name follows. Other senders ask for changes.
+pub const ANNOUNCED: &str = "fusion/";
+
 /// The keys of one site.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Keys {
@@ -49,6 +52,7 @@ pub enum KeyRef {
     Truth(ObjectId),
     FusionStatus(NodeId),
     Clocks(NodeId),
+    Inputs(NodeId),
     ConfigAnswer(NodeId),
     Proposal(NodeId),
     Former(NodeId),
@@ -73,6 +77,7 @@ impl KeyRef {
             Self::Truth(_) => Kind::ObjectTruth,
             Self::FusionStatus(_) => Kind::FusionStatus,
             Self::Clocks(_) => Kind::ClockReport,
+            Self::Inputs(_) => Kind::FusionInputs,
             Self::ConfigAnswer(_) => Kind::ConfigAnswer,
             Self::Proposal(_) | Self::Former(_) => Kind::Proposal,
             Self::FormerRig(_) => Kind::RigConfig,
@@ -153,6 +158,12 @@ impl Keys {
     #[must_use]
     pub fn clocks(&self, node: &NodeId) -> String {
         self.under(format_args!("fusion/{node}/clocks"))
+    }
+
+    /// [`crate::FusionInputs`] of a node.
+    #[must_use]
+    pub fn inputs(&self, node: &NodeId) -> String {
+        self.under(format_args!("fusion/{node}/inputs"))
     }
 
     /// [`crate::ConfigAnswer`]s of a node.
@@ -269,6 +280,12 @@ impl Keys {
         self.under(format_args!("fusion/*/clocks"))
     }
 
+    /// Inputs of the estimator of every fusion node.
+    #[must_use]
+    pub fn all_inputs(&self) -> String {
+        self.under(format_args!("fusion/*/inputs"))
+    }
+
     /// Answers of every fusion node to changes.
     #[must_use]
     pub fn all_config_answers(&self) -> String {
@@ -338,6 +355,7 @@ impl Keys {
             ["object", id, "truth"] => KeyRef::Truth(ObjectId::new(id).ok()?),
             ["fusion", id, "status"] => KeyRef::FusionStatus(NodeId::new(id).ok()?),
             ["fusion", id, "clocks"] => KeyRef::Clocks(NodeId::new(id).ok()?),
+            ["fusion", id, "inputs"] => KeyRef::Inputs(NodeId::new(id).ok()?),
             ["fusion", id, "answer"] => KeyRef::ConfigAnswer(NodeId::new(id).ok()?),
             ["fusion", id, "proposal"] => KeyRef::Proposal(NodeId::new(id).ok()?),
             ["fusion", id, "former"] => KeyRef::Former(NodeId::new(id).ok()?),

@@ -35,13 +35,14 @@ pub use envelope::{
     encode_into,
 };
 pub use ids::{IdError, NodeId, SiteId};
-pub use keys::{KeyRef, Keys, NodeKind};
+pub use keys::{ANNOUNCED, KeyRef, Keys, NodeKind};
 pub use messages::camera_status::{CameraStatus, ClockQuality, ClockSource};
 pub use messages::clock_report::{CameraClock, ClockReport};
 pub use messages::config_answer::{ConfigAnswer, Outcome, fingerprint};
 pub use messages::detection_report::{
     DetectionReport, RejectedCandidate, RejectionCause, RejectionCounts, StageTimes,
 };
+pub use messages::fusion_inputs::{FusionInput, FusionInputs, InputSource};
 pub use messages::fusion_status::{CameraIntake, FusionStatus, ObjectHealth, Rejections};
 pub use messages::notice::Notice;
 pub use messages::object_config::{JointConfig, ObjectConfig, ObjectTagConfig};

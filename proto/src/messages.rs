@@ -4,6 +4,7 @@ pub(crate) mod camera_status;
 pub(crate) mod clock_report;
 pub(crate) mod config_answer;
 pub(crate) mod detection_report;
+pub(crate) mod fusion_inputs;
 pub(crate) mod fusion_status;
 pub(crate) mod notice;
 pub(crate) mod object_config;

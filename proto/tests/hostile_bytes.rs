@@ -83,6 +83,7 @@ fn every_kind_takes_safely(payload: &[u8]) {
     taken_safely::<ObjectConfig>(payload);
     taken_safely::<ObjectLinks>(payload);
     taken_safely::<Proposal>(payload);
+    taken_safely::<FusionInputs>(payload);
     let (_, memory) = memory_of(|| AnyMessage::decode(payload));
     assert!(memory <= MAX_DECODED_BYTES);
 }
@@ -102,6 +103,7 @@ fn sample_payloads() -> Vec<Vec<u8>> {
         encode(&samples::object_config()).unwrap(),
         encode(&samples::object_links()).unwrap(),
         encode(&samples::proposal()).unwrap(),
+        encode(&samples::fusion_inputs()).unwrap(),
     ]
 }
 

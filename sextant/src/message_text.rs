@@ -4,8 +4,9 @@ use crate::words;
 use serde::Serialize;
 use sextant_estimator::CameraId;
 use sextant_proto::{
-    AnyMessage, CameraStatus, ClockReport, ConfigAnswer, DetectionReport, FusionStatus, NodeId,
-    ObjectConfig, ObjectLinks, ObjectPose, Observations, Outcome, Proposal, RigConfig,
+    AnyMessage, CameraStatus, ClockReport, ConfigAnswer, DetectionReport, FusionInputs,
+    FusionStatus, NodeId, ObjectConfig, ObjectLinks, ObjectPose, Observations, Outcome, Proposal,
+    RigConfig,
 };
 
 /// A message as JSON for programs: as in the contract, but with the length of a preview in place of its image.
@@ -78,6 +79,7 @@ pub fn text_of(message: &AnyMessage) -> String {
         AnyMessage::ConfigAnswer(answer) => config_answer(answer),
         AnyMessage::DetectionReport(report) => detection_report(report),
         AnyMessage::Proposal(proposal) => self::proposal(proposal),
+        AnyMessage::FusionInputs(message) => fusion_inputs(message),
     }
 }
 
@@ -214,6 +216,11 @@ fn rig_config(rig: &RigConfig) -> String {
         format!("{} {width}x{height}{calibrated}", camera.id)
     });
     format!("cameras: {}", cameras.collect::<Vec<_>>().join(", "))
+}
+
+fn fusion_inputs(message: &FusionInputs) -> String {
+    let n_inputs = message.inputs.len();
+    format!("{n_inputs} inputs from number {}", message.first)
 }
 
 fn clock_report(report: &ClockReport) -> String {

@@ -23,6 +23,7 @@ fn keys_are_as_the_contract_says() {
         (keys.truth(&object), "object/cube/truth"),
         (keys.fusion_status(&node), "fusion/main/status"),
         (keys.clocks(&node), "fusion/main/clocks"),
+        (keys.inputs(&node), "fusion/main/inputs"),
         (keys.config_answer(&node), "fusion/main/answer"),
         (keys.proposal(&node), "fusion/main/proposal"),
         (keys.former(&node), "fusion/main/former"),
@@ -67,6 +68,7 @@ fn every_key_is_read_back() {
             KeyRef::FusionStatus(node.clone()),
         ),
         (keys.clocks(&node), KeyRef::Clocks(node.clone())),
+        (keys.inputs(&node), KeyRef::Inputs(node.clone())),
         (
             keys.config_answer(&node),
             KeyRef::ConfigAnswer(node.clone()),

@@ -508,6 +508,30 @@ pub fn object_links() -> ObjectLinks {
     }
 }
 
+pub fn fusion_inputs() -> FusionInputs {
+    let image = InputSource::Image {
+        camera: camera(),
+        sequence: 4711,
+        capture_ns: 1_800_000_000_000_000_000,
+    };
+    let sources = [
+        InputSource::Rig(0xcbf2_9ce4_8422_2325),
+        InputSource::Objects(vec![0x8594_4171_f739_67e8, 0]),
+        image,
+        InputSource::ClockStep,
+        InputSource::Tick,
+    ];
+    let input = |(k, source)| FusionInput {
+        now_ns: 1_800_000_000_020_000_000 + k,
+        source,
+    };
+    FusionInputs {
+        node: NodeId::new("fusion").unwrap(),
+        first: 0,
+        inputs: (0_u64..).zip(sources).map(input).collect(),
+    }
+}
+
 pub fn clock_report() -> ClockReport {
     ClockReport {
         node: NodeId::new("fusion").unwrap(),
