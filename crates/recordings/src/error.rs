@@ -72,6 +72,7 @@ fn cause_of(error: &io::Error) -> String {
         io::ErrorKind::PermissionDenied => "permission denied".into(),
         io::ErrorKind::NotADirectory => "this is a file, not a folder".into(),
         io::ErrorKind::IsADirectory => "this is a folder, not a file".into(),
+        io::ErrorKind::StorageFull => "the disk is full".into(),
         io::ErrorKind::InvalidData => "this is not UTF-8 text".into(),
         _ => error.to_string(),
     }

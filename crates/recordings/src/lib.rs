@@ -4,6 +4,7 @@
 //! - [`read_grey_png`], [`read_any_png`], [`write_grey_png`], [`write_colour_png`]: 8-bit pictures.
 //! - [`DetectionsLine`]: a line of `detections.jsonl`, read and written.
 //! - [`pose_json`], [`pose_csv`], [`pose_tum`], [`tum_line`]: poses as lines of text.
+//! - [`mcap`], [`foxglove`]: a site in one MCAP file.
 //!
 //! Times are ns since the Unix epoch, pixels have (0, 0) at the centre of the top-left one, metres, quaternions x, y, z, w.
 //! Everything read is checked; every error names file and line and says what to do. Nothing here knows a rig, a detector or
@@ -13,7 +14,9 @@ mod data_csv;
 mod dataset;
 mod detections;
 mod error;
+pub mod foxglove;
 mod lines;
+pub mod mcap;
 mod picture;
 mod poses;
 
@@ -21,6 +24,6 @@ pub use dataset::{CameraRecording, Dataset, Frame, Row};
 pub use detections::{DetectedTag, DetectionsLine};
 pub use error::RecordingError;
 pub use picture::{
-    ColourImage, GreyImage, read_any_png, read_grey_png, write_colour_png, write_grey_png,
+    ColourImage, GreyImage, grey_png, read_any_png, read_grey_png, write_colour_png, write_grey_png,
 };
 pub use poses::{csv_header, pose_csv, pose_json, pose_tum, tum_line};

@@ -63,6 +63,19 @@ pub fn write_grey_png(path: &Path, image: &GreyImage) -> Result<(), RecordingErr
     write_png(path, size, ColorType::Grayscale, &image.pixels)
 }
 
+/// A PNG of 8-bit grey in memory.
+///
+/// # Errors
+/// A picture whose size and pixels disagree.
+pub fn grey_png(image: &GreyImage) -> Result<Vec<u8>, RecordingError> {
+    let mut png = Vec::with_capacity(image.pixels.len());
+    let size = [image.width, image.height];
+    encode_png(&mut png, size, ColorType::Grayscale, &image.pixels).map_err(|error| {
+        RecordingError::wrong(Path::new("PNG"), None, error.to_string(), REPORT)
+    })?;
+    Ok(png)
+}
+
 /// Writes a PNG of 8-bit colour, like [`write_grey_png`].
 ///
 /// # Errors
@@ -83,17 +96,26 @@ fn write_png(
         source,
         remedy: "check the folder and the space on the disk",
     };
-    let [width, height] = size.map(|length| u32::try_from(length).unwrap_or(u32::MAX));
     let mut sink = BufWriter::new(File::create(path).map_err(unwritable)?);
-    let mut encoder = png::Encoder::new(&mut sink, width, height);
+    let written = encode_png(&mut sink, size, colour, bytes);
+    written.map_err(|error| RecordingError::wrong(path, None, error.to_string(), REPORT))?;
+    sink.flush().map_err(unwritable)
+}
+
+const REPORT: &str = "report this";
+
+fn encode_png(
+    sink: impl Write,
+    size: [usize; 2],
+    colour: ColorType,
+    bytes: &[u8],
+) -> Result<(), png::EncodingError> {
+    let [width, height] = size.map(|length| u32::try_from(length).unwrap_or(u32::MAX));
+    let mut encoder = png::Encoder::new(sink, width, height);
     encoder.set_color(colour);
     encoder.set_depth(BitDepth::Eight);
     encoder.set_compression(png::Compression::Fast);
-    let written = encoder
-        .write_header()
-        .and_then(|mut writer| writer.write_image_data(bytes));
-    written.map_err(|error| RecordingError::wrong(path, None, error.to_string(), "report this"))?;
-    sink.flush().map_err(unwritable)
+    encoder.write_header()?.write_image_data(bytes)
 }
 
 const TO_GREY: &str =
