@@ -4,6 +4,7 @@ use crate::config::ViewerConfig;
 use crate::guard::HostRule;
 use crate::hub::Hub;
 use crate::metrics::Metrics;
+use crate::last_seconds::LastSeconds;
 use crate::network;
 use crate::protection::Protection;
 use crate::rejections::{Rejection, Rejections};
@@ -26,6 +27,8 @@ pub(crate) struct Shared {
     pub(crate) protection: Protection,
     pub(crate) hub: Hub,
     pub(crate) metrics: Metrics,
+    /// What can be saved as a recording.
+    pub(crate) last_seconds: LastSeconds,
     /// The wizards.
     pub(crate) wizard: WizardService,
     pub(crate) started: Instant,
@@ -53,6 +56,7 @@ impl Shared {
             protection,
             hub: Hub::default(),
             metrics: Metrics::default(),
+            last_seconds: LastSeconds::default(),
             started: Instant::now(),
             connected: AtomicBool::new(false),
             rejections: Mutex::default(),

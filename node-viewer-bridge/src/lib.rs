@@ -16,6 +16,7 @@ mod forwarder;
 mod guard;
 mod hub;
 mod inventory;
+mod last_seconds;
 mod link_frames;
 mod message;
 mod metrics;

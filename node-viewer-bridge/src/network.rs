@@ -36,6 +36,7 @@ pub(crate) fn run(shared: &Arc<Shared>, shutdown: &Shutdown) -> anyhow::Result<(
         keys.all_fusion_statuses(),
         keys.all_config_answers(),
         keys.all_clocks(),
+        keys.all_inputs(),
         keys.all_links(),
         keys.all_observations(),
         keys.all_poses(),

@@ -89,6 +89,7 @@ fn router(context: Context) -> Router {
         .route("/ws", get(socket::upgrade))
         .route("/api/state", get(state))
         .route("/metrics", get(figures))
+        .route("/api/last.mcap", get(last_seconds))
         .route(
             "/api/wizard",
             post(wizard).layer(DefaultBodyLimit::max(MAX_COMMAND_BYTES)),
@@ -203,6 +204,33 @@ async fn state(
     response
         .headers_mut()
         .insert(header::CONTENT_LENGTH, length.into());
+    response
+}
+
+/// The last half minute as a recording. Made by the threads of commands, so that few are made at a time.
+async fn last_seconds(State(context): State<Context>) -> Response<Body> {
+    let shared = context.shared;
+    let save = move || {
+        let site = shared.config.site.as_str();
+        (
+            shared.last_seconds.save(site),
+            format!("attachment; filename=\"{site}.mcap\""),
+        )
+    };
+    let Ok((Ok(file), disposition)) = tokio::task::spawn_blocking(save).await else {
+        return assets::plain(
+            StatusCode::INTERNAL_SERVER_ERROR,
+            "the recording failed by a fault of this program; the log says more\n",
+        );
+    };
+    let mut response = Response::new(Body::from(file));
+    let headers = response.headers_mut();
+    let kind = HeaderValue::from_static("application/octet-stream");
+    headers.insert(header::CONTENT_TYPE, kind);
+    headers.insert(header::CACHE_CONTROL, HeaderValue::from_static("no-store"));
+    if let Ok(disposition) = HeaderValue::from_str(&disposition) {
+        headers.insert(header::CONTENT_DISPOSITION, disposition);
+    }
     response
 }
 

@@ -14,6 +14,7 @@ use sextant_proto::{
     CameraConfig, ClockQuality, Keys, LensConfig, ObjectConfig, ObjectTagConfig, Observations,
     Preview, RigConfig, Timing, encode,
 };
+use sextant_recordings::mcap::site_recording::SiteRecording;
 use sextant_tag_families::Family;
 use sextant_zenoh_bus::{Bus, BusOptions, Qos, RawLatest};
 use std::io::{Read, Write};
@@ -94,14 +95,18 @@ impl Site {
     }
 
     fn get(&self, path: &str, host: &str) -> String {
+        String::from_utf8_lossy(&self.get_bytes(path, host)).into_owned()
+    }
+
+    fn get_bytes(&self, path: &str, host: &str) -> Vec<u8> {
         let Ok(mut stream) = TcpStream::connect(self.address) else {
-            return String::new();
+            return Vec::new();
         };
         let request = format!("GET {path} HTTP/1.1\r\nHost: {host}\r\nConnection: close\r\n\r\n");
         stream.write_all(request.as_bytes()).unwrap();
         let mut answer = Vec::new();
         stream.read_to_end(&mut answer).unwrap();
-        String::from_utf8_lossy(&answer).into_owned()
+        answer
     }
 
     /// Status and body of what is answered to a command.
@@ -236,6 +241,23 @@ fn hear(socket: &mut WebSocket<TcpStream>, wanted: impl Fn(&Value) -> bool) -> V
             }
         }
     }
+}
+
+#[test]
+fn the_last_seconds_are_saved_as_a_recording() {
+    let mut site = Site::open();
+    let mut socket = site.socket();
+    hear(&mut socket, |m| m["type"] == "object");
+    site.put_pose(41);
+    hear(&mut socket, |m| m["type"] == "pose");
+    let answer = site.get_bytes("/api/last.mcap", "localhost");
+    let head = answer.windows(4).position(|four| four == b"\r\n\r\n");
+    let file = site.folder.path().join("last.mcap");
+    std::fs::write(&file, &answer[head.unwrap() + 4..]).unwrap();
+    let recording = SiteRecording::read(&file).unwrap();
+    assert_eq!(recording.poses, [messages::pose(&cube(), 41)]);
+    assert_eq!(recording.models.len(), 1);
+    site.stop();
 }
 
 #[test]

@@ -3,7 +3,7 @@
 use crate::output::Format;
 use crate::{
     calibrate, camera, check, config, convert, demo, detect, doctor, echo, hz, keys, learn, list,
-    manual, mavlink, nodes, osc, print, progress, replay, ros2, simulate, top,
+    manual, mavlink, nodes, osc, print, progress, record, replay, ros2, simulate, top,
 };
 use clap::{CommandFactory, Parser, Subcommand};
 
@@ -37,6 +37,8 @@ enum Command {
     Simulate(simulate::SimulateArguments),
     /// Detect tags in images.
     Detect(detect::DetectArguments),
+    /// Record a site into an MCAP file.
+    Record(record::RecordArguments),
     /// Run a recording through the estimator.
     Replay(replay::ReplayArguments),
     /// Calibrate lenses and camera poses from images.
@@ -59,7 +61,7 @@ enum Command {
     Ros2(ros2::Ros2Arguments),
     /// Print boards, tags and cubes as PDF in true size, with their object files.
     Print(print::PrintArguments),
-    /// Convert lenses and camera poses from and to ROS, Kalibr and OpenCV.
+    /// Convert lenses and camera poses from and to ROS, Kalibr and OpenCV, and recordings from and to MCAP.
     Convert(convert::ConvertArguments),
     /// Print documented configuration files; get and change the rig and the objects of a running site.
     Config(config::ConfigArguments),
@@ -97,6 +99,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         Command::Demo(arguments) => demo::run(arguments, format),
         Command::Simulate(arguments) => simulate::run(arguments, format),
         Command::Detect(arguments) => detect::run(arguments, format),
+        Command::Record(arguments) => record::run(arguments, format),
         Command::Replay(arguments) => replay::run(arguments, format),
         Command::Calibrate(arguments) => calibrate::run(arguments, format),
         Command::Learn(arguments) => learn::run(arguments, format),

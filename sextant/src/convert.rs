@@ -1,9 +1,12 @@
-//! `sextant convert`: lenses and poses to and from ROS, Kalibr and OpenCV, and their calibration boards.
+//! `sextant convert`: lenses and poses to and from ROS, Kalibr and OpenCV, their calibration boards, and recordings.
+
+mod recording;
 
 use crate::output::{Format, print_line};
 use crate::words;
 use anyhow::{Context, bail, ensure};
 use clap::{Args, ValueEnum};
+use recording::{RecordingConversion, is_recording, refuse_without_target};
 use serde_json::json;
 use sextant_estimator::{Camera, CameraId, ObjectModel, Rig};
 use sextant_geometry::Lens;
@@ -26,15 +29,30 @@ The previous file is kept as rig.toml.former.
 All these formats have pixel (0, 0) at the centre of the top left pixel, as Sextant has. Calibrations from corners with (0, 0) at its
 edge (AprilTag's C library) are larger by half a pixel: use --pixel-origin edge.
 
+A recording is converted from a folder in EuRoC's layout to an MCAP file, or back; images and detections come back byte for byte. From a folder,
+--rig and --object put the models into the file, so that it can be replayed; detections need the rig. To a folder, rig.toml, OBJECT.toml,
+CAMERA/data.csv with CAMERA/data/*.png, and CAMERA/detections.jsonl are written; replay takes the detections where there are both.
+
 For example: sextant convert ost.yaml --camera north --out rig.toml
              sextant convert camchain.yaml --out rig.toml
              sextant convert target.yaml --out board.toml
              sextant convert rig.toml --to kalibr --out camchain.yaml
-             sextant convert rig.toml --to ros --camera north --out north.yaml"
+             sextant convert rig.toml --to ros --camera north --out north.yaml
+             sextant convert DIR site.mcap --rig rig.toml --object cube.toml
+             sextant convert site.mcap DIR"
 )]
 pub struct ConvertArguments {
-    /// File to read.
+    /// File to read, or a recording: a folder or an MCAP file.
     from: PathBuf,
+    /// Recording to write: an MCAP file or a new folder.
+    #[arg(value_name = "RECORDING", conflicts_with = "out")]
+    recording: Option<PathBuf>,
+    /// Rig to put into an MCAP file.
+    #[arg(long, value_name = "FILE", requires = "recording")]
+    rig: Option<PathBuf>,
+    /// Object to put into an MCAP file; may be repeated.
+    #[arg(long = "object", value_name = "FILE", requires = "recording")]
+    objects: Vec<PathBuf>,
     /// Format to write.
     #[arg(long, value_enum, default_value = "toml")]
     to: Target,
@@ -76,6 +94,18 @@ enum PixelOrigin {
 /// # Errors
 /// [`Exit::Input`] for a file that cannot be used or says what the other format cannot.
 pub fn run(arguments: &ConvertArguments, format: Format) -> anyhow::Result<()> {
+    if let Some(to) = &arguments.recording {
+        let conversion = RecordingConversion {
+            from: &arguments.from,
+            to,
+            rig: arguments.rig.as_deref(),
+            objects: &arguments.objects,
+        };
+        return conversion.run(format);
+    }
+    if is_recording(&arguments.from) {
+        return refuse_without_target(&arguments.from);
+    }
     if let Some(board) = board(arguments)? {
         return write_board(arguments, &board, format);
     }
@@ -231,6 +261,9 @@ mod tests {
     fn arguments(from: &Path, out: &Path) -> ConvertArguments {
         ConvertArguments {
             from: from.to_owned(),
+            recording: None,
+            rig: None,
+            objects: Vec::new(),
             to: Target::Toml,
             camera: None,
             pixel_origin: PixelOrigin::Centre,

@@ -4,7 +4,6 @@
 //! network, fusion and page run in the processes of a real site. The parent is the site's router, knows the simulator's
 //! truth, and reports the true errors of the estimates.
 
-mod alignment;
 mod browser;
 mod processes;
 mod readiness;
@@ -13,6 +12,7 @@ mod site_folder;
 mod terminal;
 mod watch;
 
+use crate::seconds;
 use crate::simulate::Demonstration;
 use anyhow::{Context, bail};
 use clap::Args;
@@ -22,7 +22,9 @@ use sextant_process::{Exit, Failure, Shutdown, WithExit};
 use sextant_proto::{Keys, SiteId};
 use sextant_zenoh_bus::{Bus, BusError, BusOptions, Security};
 use site_folder::{Addresses, SiteFolder};
+use std::ffi::OsString;
 use std::net::{Ipv4Addr, SocketAddr, TcpListener};
+use std::path::PathBuf;
 use std::time::Duration;
 use watch::Watch;
 
@@ -39,7 +41,7 @@ pub struct DemoArguments {
     #[command(flatten)]
     site: Demonstration,
     /// Duration in seconds; without it the demo runs until Ctrl-C.
-    #[arg(long, value_name = "SECONDS", value_parser = parse_seconds)]
+    #[arg(long, value_name = "SECONDS", value_parser = seconds::parse)]
     duration: Option<Duration>,
     /// Don't open a browser.
     #[arg(long)]
@@ -47,18 +49,30 @@ pub struct DemoArguments {
     /// Port of the web page on this machine.
     #[arg(long, default_value_t = 8600)]
     port: u16,
+    /// Record the demo into this file from its first image on, so that `sextant replay` gives the very poses.
+    #[arg(long, value_name = "FILE.mcap")]
+    record: Option<PathBuf>,
+    /// Record images as well.
+    #[arg(long, requires = "record")]
+    images: bool,
     /// Name of the demo's site, which is part of every key on the network.
     #[arg(long = "site", default_value = "demo", value_name = "NAME")]
     name: SiteId,
 }
 
-fn parse_seconds(text: &str) -> Result<Duration, String> {
-    let seconds: f64 = text
-        .parse()
-        .map_err(|_| format!("'{text}' is not a number of seconds"))?;
-    match Duration::try_from_secs_f64(seconds) {
-        Ok(duration) if !duration.is_zero() => Ok(duration),
-        _ => Err("must be above 0".into()),
+impl DemoArguments {
+    /// Arguments of `sextant record`, if it is wanted.
+    fn recorder(&self, router: &str, folder: &SiteFolder) -> Option<Vec<OsString>> {
+        let file = self.record.as_ref()?;
+        let site = self.name.to_string();
+        let site = ["--site", &site, "--connect", router];
+        let mut arguments: Vec<OsString> = site.map(OsString::from).into();
+        arguments.push(file.into());
+        if let Some(camera) = folder.cameras().first().filter(|_| self.images) {
+            arguments.push("--camera-config".into());
+            arguments.push(folder.camera_config(camera).into());
+        }
+        Some(arguments)
     }
 }
 
@@ -92,7 +106,8 @@ pub fn run(arguments: &DemoArguments, format: crate::output::Format) -> anyhow::
             page,
         },
     )?;
-    let mut processes = Processes::start(&folder)?;
+    let recorder = arguments.recorder(&router, &folder);
+    let mut processes = Processes::start(&folder, recorder.as_deref())?;
     let keys = Keys::of(arguments.name.clone());
     let terminal = terminal::Terminal::new(format);
 

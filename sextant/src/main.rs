@@ -1,5 +1,6 @@
 //! Sextant on the command line: one program for every node and every tool.
 
+mod alignment;
 mod arguments;
 mod calibrate;
 mod camera;
@@ -27,8 +28,10 @@ mod pose_feed;
 mod print;
 mod procedure;
 mod progress;
+mod record;
 mod replay;
 mod ros2;
+mod seconds;
 mod simulate;
 mod site;
 mod top;

@@ -1,53 +1,81 @@
 //! `sextant replay`: a recording through the very estimator that runs live.
 
+mod comparison;
 mod ledger;
+mod live;
 mod models;
+mod pass;
+mod plan;
+mod plots;
 mod poses_file;
+mod reference;
 pub mod sight;
 mod summary;
 
 use crate::ordered::in_order;
 use crate::output::{Format, print_line};
 use crate::progress;
-use anyhow::{Context, bail};
+use anyhow::bail;
 use clap::Args;
-use ledger::Ledger;
+use comparison::Alignment;
+use live::LivePoses;
 use models::Models;
+use pass::{Delivery, Pass};
+use plan::{Order, Plan, Replacement};
 use poses_file::PosesFile;
-use sextant_estimator::{Fusion, FusionOptions, ImageObservation, Input, ObjectEstimate, Output};
-use sextant_process::{Exit, Failure, Shutdown, WithExit};
-use sextant_recordings::{Dataset, Row, pose_json};
+use sextant_estimator::{Fusion, FusionOptions, ImageObservation, Input, ObjectEstimate};
+use sextant_process::{Exit, Failure, WithExit};
+use sextant_proto::NodeId;
+use sextant_recordings::mcap::site_recording::SiteRecording;
+use sextant_recordings::{Dataset, Row};
+use std::collections::BTreeSet;
 use std::path::PathBuf;
-use std::time::{Duration, Instant};
 use summary::Summary;
 
 /// Arguments of `sextant replay`.
 #[derive(Args, Debug)]
 #[command(
-    after_help = "Images are processed in order of arrival (third column of data.csv, `arrival_ns` of detections.jsonl; otherwise the
-capture time), then of capture time, then of camera. There is one pose per object and capture time: the estimate after the last
-image of exactly that capture time, which later arrivals do not change. Poses are sorted by time, then object; the same
-recording gives the same bytes.
+    after_help = "Images of a folder are processed in order of arrival (third column of data.csv, `arrival_ns` of detections.jsonl; otherwise
+the capture time), then of capture time, then of camera; those of an MCAP file as the recorded fusion node processed them, with the rig
+and the objects that it had. There is one pose per object and capture time: the estimate after the last image of exactly that capture time,
+which later arrivals do not change. Poses are sorted by time, then object; the same recording gives the same bytes. Of an MCAP file, the
+poses that were published live are compared bit for bit: they are identical where the recording began before the node's first image.
 
 JSON lines: {\"t_ns\",\"object\",\"position\":[3],\"orientation\":[x,y,z,w],\"covariance\":[36],\"twist\":[6],\"state\",\"cameras\",\"tags\",\"rms_px\"}
 For an articulated object, whose pose is that of its base, also \"links\":[{\"link\",\"position\",\"orientation\",\"covariance\"}] and
 \"joints\":[{\"joint\",\"value\",\"sigma\",\"velocity\"}], in radians or metres.
-With --json and --out, one line on standard output: {\"images\",\"cameras\":[{\"id\",\"images\",\"late\",\"ahead\",\"unknown_tags\"}],\"objects\":[{\"id\",\"poses\"}]}
+With --json and --out, one line on standard output: {\"images\",\"cameras\":[{\"id\",\"images\",\"late\",\"ahead\",\"unknown_tags\"}],\"objects\":[{\"id\",\"poses\"}],
+\"notices\"}, of an MCAP file \"live\":{\"identical\",\"different\",\"after_last_input\"}, with --against \"against\":[\"none\"|\"rigid\",[{\"object\",\"compared\",
+\"without_reference\",\"position_mm\":{\"rms\",\"median\",\"p95\",\"max\"},\"attitude_deg\":{...},\"nees\",\"within_95\"}]]
 TUM: timestamp tx ty tz qx qy qz qw, as `evo` reads it; one object only."
 )]
 pub struct ReplayArguments {
-    /// The recording: DIR/CAMERA/data.csv with DIR/CAMERA/data/*.png (8-bit grey), or DIR/CAMERA/detections.jsonl.
-    #[arg(value_name = "DIR")]
+    /// The recording: an MCAP file of `sextant record`, or DIR/CAMERA/data.csv with DIR/CAMERA/data/*.png (8-bit grey), or
+    /// DIR/CAMERA/detections.jsonl.
+    #[arg(value_name = "DIR|FILE.mcap")]
     recording: PathBuf,
-    /// Rig file.
+    /// Rig file; of an MCAP file in place of the recorded rig.
     #[arg(long, value_name = "FILE")]
-    rig: PathBuf,
-    /// An object file; may be repeated.
-    #[arg(long = "object", value_name = "FILE", required = true)]
+    rig: Option<PathBuf>,
+    /// An object file; may be repeated; of an MCAP file in place of all recorded objects.
+    #[arg(long = "object", value_name = "FILE")]
     objects: Vec<PathBuf>,
+    /// Fusion node whose inputs are replayed; by default the one with the most in the file.
+    #[arg(long, value_name = "ID")]
+    node: Option<NodeId>,
     /// File for the poses, FILE.jsonl or FILE.tum, written atomically. By default JSON lines go to standard output.
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
+    /// Compare with the poses of this file: another recording (its truth where it is simulated, else its poses), JSON lines of poses, TUM text, or
+    /// EuRoC's ground truth CSV; may be repeated. A file of one trajectory is of the object after which it is named, or of the only one.
+    #[arg(long, value_name = "FILE")]
+    against: Vec<PathBuf>,
+    /// Motion allowed between the world of the poses and that of --against.
+    #[arg(long, value_enum, default_value = "none", requires = "against")]
+    align: Alignment,
+    /// Folder for plots of the errors over time, OBJECT.png: position, attitude, NEES.
+    #[arg(long, value_name = "DIR", requires = "against")]
+    plots: Option<PathBuf>,
     /// Replay at the recorded speed; poses go to standard output as they become final.
     #[arg(long)]
     realtime: bool,
@@ -56,53 +84,85 @@ pub struct ReplayArguments {
     threads: u8,
 }
 
+/// What a replay gives.
+struct Replayed {
+    poses: Vec<ObjectEstimate>,
+    summary: Summary,
+}
+
 /// Runs `sextant replay`.
 ///
 /// # Errors
 /// [`Exit::Input`] for a recording, rig or object that cannot be used; then nothing is written.
 pub fn run(arguments: &ReplayArguments, format: Format) -> anyhow::Result<()> {
-    let file = PosesFile::named(arguments.out.as_deref(), arguments.objects.len())?;
-    if arguments.recording.extension().is_some_and(|e| e == "mcap") {
-        let cause = anyhow::anyhow!(
-            "{}: recordings in MCAP cannot be replayed yet; give a folder",
-            arguments.recording.display()
-        );
-        bail!(Failure::new(Exit::Input, cause));
-    }
-    let models = Models::read(&arguments.rig, &arguments.objects)?;
-    let dataset = Dataset::open(&arguments.recording).exit_with(Exit::Input)?;
-    models.check_cameras(&dataset, &arguments.recording)?;
-    let (poses, fusion) = replay(arguments, &models, &dataset, file.is_none())?;
+    let file = arguments.out.as_deref().map(PosesFile::named).transpose()?;
+    let delivery = Delivery {
+        is_realtime: arguments.realtime,
+        prints: file.is_none(),
+    };
+    let is_mcap = arguments.recording.extension().is_some_and(|e| e == "mcap");
+    let mut replayed = if is_mcap {
+        replay_file(arguments, delivery)?
+    } else {
+        replay_folder(arguments, delivery)?
+    };
     if let Some(file) = &file {
-        file.write(&poses)?;
+        file.write(&replayed.poses)?;
     }
-    let summary = Summary::of(&dataset, &models.objects, &poses, &fusion);
+    compare(arguments, &mut replayed)?;
     match format {
-        Format::Text => eprintln!("{}", summary.text()),
-        Format::Json if file.is_some() => print_line(&serde_json::to_string(&summary)?)?,
+        Format::Text => eprintln!("{}", replayed.summary.text()),
+        Format::Json if file.is_some() => {
+            print_line(&serde_json::to_string(&replayed.summary)?)?;
+        }
         Format::Json => {}
     }
     Ok(())
 }
 
-/// The final poses, sorted. In real time with nowhere else to go they are printed as they become final.
-fn replay(
-    arguments: &ReplayArguments,
-    models: &Models,
-    dataset: &Dataset,
-    to_stdout: bool,
-) -> anyhow::Result<(Vec<ObjectEstimate>, Fusion)> {
+/// Compares with the references, if any are named.
+fn compare(arguments: &ReplayArguments, replayed: &mut Replayed) -> anyhow::Result<()> {
+    if arguments.against.is_empty() {
+        return Ok(());
+    }
+    let objects: BTreeSet<_> = replayed.poses.iter().map(|p| p.object.clone()).collect();
+    let references = reference::read(&arguments.against, &objects)?;
+    let comparisons = comparison::compare(&replayed.poses, &references, arguments.align);
+    if comparisons.is_empty() {
+        let cause = anyhow::anyhow!(
+            "--against: no pose of the reference is of the time of a replayed pose of the same object"
+        );
+        bail!(Failure::new(Exit::Input, cause));
+    }
+    if let Some(folder) = &arguments.plots {
+        plots::write(folder, &comparisons)?;
+    }
+    replayed.summary.against = Some((arguments.align, comparisons));
+    Ok(())
+}
+
+fn estimator(
+    rig: &sextant_estimator::Rig,
+    objects: &[sextant_estimator::ObjectModel],
+) -> anyhow::Result<Fusion> {
+    let fusion = Fusion::new(rig.clone(), objects.to_vec(), FusionOptions::default());
+    fusion.exit_with(Exit::Input)
+}
+
+fn replay_folder(arguments: &ReplayArguments, delivery: Delivery) -> anyhow::Result<Replayed> {
+    let (Some(rig), false) = (&arguments.rig, arguments.objects.is_empty()) else {
+        let cause = anyhow::anyhow!(
+            "a folder has no rig and no objects: name their files with --rig and --object"
+        );
+        bail!(Failure::new(Exit::Usage, cause));
+    };
+    let models = Models::read(rig, &arguments.objects)?;
+    let dataset = Dataset::open(&arguments.recording).exit_with(Exit::Input)?;
+    models.check_cameras(&dataset, &arguments.recording)?;
     let rows = dataset.rows_by_arrival();
+    let times_ns = rows.iter().map(|row| models.capture_ns(row));
+    let mut pass = Pass::new(estimator(&models.rig, &models.objects)?, times_ns, delivery)?;
     let options = models.detector_options();
-    let fusion = Fusion::new(
-        models.rig.clone(),
-        models.objects.clone(),
-        FusionOptions::default(),
-    );
-    let mut fusion = fusion.exit_with(Exit::Input)?;
-    let mut ledger = Ledger::of(rows.iter().map(|row| models.capture_ns(row)));
-    let mut pace = arguments.realtime.then(Pace::start).transpose()?;
-    let mut poses = Vec::new();
     in_order(
         usize::from(arguments.threads),
         progress::over(rows.iter().copied(), "images"),
@@ -110,63 +170,94 @@ fn replay(
         |detector, row| (row, sight::observation(detector, row, &models.rig)),
         |(row, seen): (&Row, anyhow::Result<ImageObservation>)| {
             let image = models.rig.timed(seen.exit_with(Exit::Input)?);
-            let capture_ns = image.capture_ns;
-            if let Some(pace) = &mut pace {
-                pace.wait_for(row.arrival_ns)?;
-            }
-            fusion.handle(row.arrival_ns, Input::Image(image));
-            let said = std::iter::from_fn(|| fusion.poll_output());
-            let finals = ledger.took(capture_ns, said.filter_map(pose_of));
-            if pace.is_some() && to_stdout {
-                finals
-                    .iter()
-                    .try_for_each(|pose| print_line(&pose_json(pose)))?;
-            }
-            poses.extend(finals);
-            Ok(())
+            pass.take(row.arrival_ns, Input::Image(image)).map(drop)
         },
     )?;
-    poses.sort_by(|a, b| (a.capture_ns, &a.object).cmp(&(b.capture_ns, &b.object)));
-    if pace.is_none() && to_stdout {
-        poses
-            .iter()
-            .try_for_each(|pose| print_line(&pose_json(pose)))?;
-    }
-    Ok((poses, fusion))
+    let (poses, fusion) = pass.finish()?;
+    let images = dataset.cameras().iter();
+    let images = images.map(|camera| (camera.camera.clone(), camera.rows.len()));
+    let objects = models.objects.iter().map(|object| object.id().clone());
+    let summary = Summary::of(&images.collect(), objects, &poses, &fusion);
+    Ok(Replayed { poses, summary })
 }
 
-fn pose_of(output: Output) -> Option<ObjectEstimate> {
-    match output {
-        Output::Pose(estimate) => Some(estimate),
-        Output::Refused(_) | Output::ClockStep { .. } => None,
-    }
-}
-
-/// Replay at the recorded speed.
-struct Pace {
-    shutdown: Shutdown,
-    start: Option<(Instant, u64)>,
-}
-
-impl Pace {
-    fn start() -> anyhow::Result<Self> {
-        let shutdown = Shutdown::install().context("signals cannot be caught")?;
-        Ok(Self {
-            shutdown,
-            start: None,
-        })
-    }
-
-    fn wait_for(&mut self, arrival_ns: u64) -> anyhow::Result<()> {
-        let (start, first_ns) = *self.start.get_or_insert((Instant::now(), arrival_ns));
-        let due = start + Duration::from_nanos(arrival_ns.saturating_sub(first_ns));
-        if self
-            .shutdown
-            .wait(due.saturating_duration_since(Instant::now()))
-        {
-            let cause = anyhow::anyhow!("interrupted");
-            bail!(Failure::new(Exit::Interrupted, cause));
+fn replay_file(arguments: &ReplayArguments, delivery: Delivery) -> anyhow::Result<Replayed> {
+    let replacement = Replacement {
+        rig: arguments.rig.as_deref().map(models::rig).transpose()?,
+        objects: match &arguments.objects[..] {
+            [] => None,
+            files => Some(models::objects(files)?),
+        },
+    };
+    let recording = SiteRecording::read(&arguments.recording).exit_with(Exit::Input)?;
+    let mut plan = Plan::of(&recording, arguments.node.as_ref(), &replacement)
+        .map_err(|cause| cause.context(arguments.recording.display().to_string()))
+        .exit_with(Exit::Input)?;
+    let mut notices = notices(&recording, &plan);
+    let (images, end_ns) = (plan.images(), plan.end_ns());
+    let times_ns: Vec<u64> = plan.capture_times_ns().collect();
+    let mut runs = std::mem::take(&mut plan.runs).into_iter();
+    let Some(first) = runs.next() else {
+        let cause = anyhow::anyhow!("{}: nothing to replay", arguments.recording.display());
+        bail!(Failure::new(Exit::Input, cause));
+    };
+    let mut live = LivePoses::new(&recording.poses);
+    let mut objects: BTreeSet<_> = recording.poses.iter().map(|p| p.object.clone()).collect();
+    let fusion = estimator(&first.rig, &first.objects)?;
+    let mut pass = Pass::new(fusion, times_ns.into_iter(), delivery)?;
+    for (number, run) in std::iter::once(first).chain(runs).enumerate() {
+        if number > 0 {
+            pass.fusion = estimator(&run.rig, &run.objects)?;
         }
-        Ok(())
+        objects.extend(run.objects.iter().map(|object| object.id().clone()));
+        for (now_ns, input) in run.steps {
+            pass.take(now_ns, input)?
+                .iter()
+                .for_each(|pose| live.take(pose));
+        }
     }
+    let (poses, fusion) = pass.finish()?;
+    let is_as_recorded = replacement.rig.is_none() && replacement.objects.is_none();
+    let mut summary = Summary::of(&images, objects.into_iter(), &poses, &fusion);
+    summary.live = is_as_recorded.then(|| live.comparison(end_ns));
+    notices.append(&mut summary.notices);
+    summary.notices = notices;
+    Ok(Replayed { poses, summary })
+}
+
+/// What a person should know about a recording.
+fn notices(recording: &SiteRecording, plan: &Plan) -> Vec<String> {
+    let mut notices = Vec::new();
+    if recording.ending != sextant_recordings::mcap::reader::Ending::Closed {
+        notices.push(recording.ending.to_string());
+    }
+    if recording.rejected > 0 {
+        notices.push(format!(
+            "{} messages are damaged or of another version",
+            recording.rejected
+        ));
+    }
+    match &plan.order {
+        Order::Inputs { first: 0, .. } => {}
+        Order::Inputs { node, first } => notices.push(format!(
+            "the recording begins after {first} inputs of the fusion node {node}: the first poses differ from those published live"
+        )),
+        Order::Arrival { cause } => notices.push(format!(
+            "images are replayed as they arrived at the recorder, since {cause}: poses may differ from those published live"
+        )),
+    }
+    if plan.missing > 0 {
+        notices.push(format!(
+            "{} images of the fusion node are not in the recording: poses after them differ from those published live",
+            plan.missing
+        ));
+    }
+    if recording.info.version != env!("CARGO_PKG_VERSION") {
+        notices.push(format!(
+            "recorded by version {}, replayed by {}: poses may differ from those published live",
+            crate::words::plain(&recording.info.version),
+            env!("CARGO_PKG_VERSION")
+        ));
+    }
+    notices
 }

@@ -154,8 +154,11 @@ pub fn read(file: &Path) -> anyhow::Result<Scenario> {
     Ok(read_toml_checked(file, sound)?)
 }
 
-/// Nothing of an earlier recording may mix with this one.
-fn make_empty(folder: &Path) -> anyhow::Result<()> {
+/// Makes a folder, or takes an empty one: nothing of an earlier recording may mix with a new one.
+///
+/// # Errors
+/// A folder that has something in it or cannot be made.
+pub fn make_empty(folder: &Path) -> anyhow::Result<()> {
     fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
     let is_empty = fs::read_dir(folder)
         .with_context(|| folder.display().to_string())?

@@ -142,6 +142,45 @@ fn files_of_poses_are_json_lines_or_tum_text() {
 }
 
 #[test]
+fn poses_are_compared_with_a_reference_in_numbers_and_pictures() {
+    let recording = Recording::new(6);
+    let out = tempfile::tempdir().unwrap();
+    let file = |name: &str| out.path().join(name).display().to_string();
+    let [poses, again, plots] = ["poses.jsonl", "again.jsonl", "plots"].map(file);
+    stdout(&recording.replay(recording.root(), &["--out", &poses]));
+    let compared = [
+        "--json",
+        "--out",
+        &again,
+        "--against",
+        &poses,
+        "--plots",
+        &plots,
+    ];
+    let said = stdout(&recording.replay(recording.root(), &compared));
+    let against = &rows(&said)[0]["against"];
+    assert_eq!(against[0], "none");
+    let object = &against[1][0];
+    assert_eq!(object["object"], recording.object.as_str());
+    assert_eq!(
+        (&object["position_mm"]["max"], &object["within_95"]),
+        (&0.0.into(), &1.0.into())
+    );
+    let plot = Path::new(&plots).join(format!("{}.png", recording.object));
+    assert!(fs::read(plot).unwrap().starts_with(b"\x89PNG"));
+
+    let unknown = ["--out", &again, "--against", "truth.what"];
+    refused(
+        &recording.replay(recording.root(), &unknown),
+        3,
+        "the name says no format",
+    );
+    fs::write(file("bad.tum"), "# seconds\n1 2 3\n").unwrap();
+    let bad = ["--out", &again, "--against", &file("bad.tum")];
+    refused(&recording.replay(recording.root(), &bad), 3, "bad.tum:2");
+}
+
+#[test]
 fn in_real_time_the_poses_are_the_same() {
     let recording = Recording::new(6);
     let fast = stdout(&recording.replay(recording.root(), &[]));

@@ -182,7 +182,15 @@ fn a_recording_that_is_none_is_refused() {
     let output = recording.replay(Path::new("/nowhere"), &[]);
     refused(&output, 3, "/nowhere: there is no such file or folder");
     let output = recording.replay(Path::new("walk.mcap"), &[]);
-    refused(&output, 3, "MCAP cannot be replayed yet");
+    refused(&output, 3, "walk.mcap: there is no such file or folder");
+    let text = recording.path("text.mcap");
+    fs::write(&text, "no recording").unwrap();
+    let output = recording.replay(&text, &[]);
+    refused(
+        &output,
+        3,
+        "text.mcap: this is not an MCAP file; give a recording",
+    );
 }
 
 #[test]

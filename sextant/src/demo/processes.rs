@@ -3,7 +3,9 @@
 use crate::demo::site_folder::SiteFolder;
 use anyhow::{Context, bail};
 use sextant_process::children::{self, ChildProcess};
+use std::ffi::OsString;
 use std::fs::{self, File};
+use std::io::{BufRead, BufReader};
 use std::os::unix::process::CommandExt;
 use std::path::PathBuf;
 use std::process::{Command, Stdio};
@@ -21,12 +23,15 @@ pub struct Processes {
 }
 
 impl Processes {
-    /// Starts every node of the site.
-    pub fn start(folder: &SiteFolder) -> anyhow::Result<Self> {
+    /// Starts every node of the site; before them, a recorder with these arguments, so that it has their first messages.
+    pub fn start(folder: &SiteFolder, recorder: Option<&[OsString]>) -> anyhow::Result<Self> {
         let mut all = Self {
             children: Vec::new(),
             logs: folder.logs().to_owned(),
         };
+        if let Some(arguments) = recorder {
+            all.start_recorder(arguments)?;
+        }
         all.start_node("fusion", &["fusion", "--config"], &folder.fusion_config())?;
         all.start_node("viewer", &["viewer", "--config"], &folder.viewer_config())?;
         for camera in folder.cameras() {
@@ -42,23 +47,47 @@ impl Processes {
         Ok(all)
     }
 
+    /// Waits until it records.
+    fn start_recorder(&mut self, arguments: &[OsString]) -> anyhow::Result<()> {
+        let mut command = self.command("record")?;
+        command.args(["record", "--json"]).args(arguments);
+        command.stdout(Stdio::piped());
+        self.spawn("record", &mut command)?;
+        let recorder = self.children.last_mut();
+        let output = recorder.and_then(|child| child.child_mut().stdout.take());
+        let mut line = String::new();
+        if let Some(output) = output {
+            BufReader::new(output).read_line(&mut line)?;
+        }
+        if line.is_empty() {
+            bail!("no recording: {}", self.last_words("record"));
+        }
+        Ok(())
+    }
+
     fn start_node(
         &mut self,
         name: &str,
         arguments: &[&str],
         config: &std::path::Path,
     ) -> anyhow::Result<()> {
+        let mut command = self.command(name)?;
+        command.args(arguments).arg(config).stdout(Stdio::null());
+        self.spawn(name, &mut command)
+    }
+
+    /// This program with a log of its own, in a process group of its own: Ctrl-C reaches only the parent, which then ends the children in order.
+    fn command(&self, name: &str) -> anyhow::Result<Command> {
         let program =
             std::env::current_exe().context("this program's own file is not to be found")?;
         let log = File::create(self.log_of(name)).context("a log file can't be made")?;
         let mut command = Command::new(program);
-        // In a process group of its own: Ctrl-C reaches only the parent, which then ends the children in order.
-        command.args(arguments).arg(config).process_group(0);
-        command
-            .stdin(Stdio::null())
-            .stdout(Stdio::null())
-            .stderr(log);
-        let child = ChildProcess::spawn(name, &mut command)
+        command.process_group(0).stdin(Stdio::null()).stderr(log);
+        Ok(command)
+    }
+
+    fn spawn(&mut self, name: &str, command: &mut Command) -> anyhow::Result<()> {
+        let child = ChildProcess::spawn(name, command)
             .with_context(|| format!("{name} can't be started"))?;
         self.children.push(child);
         Ok(())

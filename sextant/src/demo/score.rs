@@ -3,7 +3,7 @@
 //! Input: published poses, with the true pose at their capture time. Output: RMS errors of the last seconds beside the published
 //! sigmas, coverage, percentiles. Memory is constant.
 
-use crate::demo::alignment::{PosePairs, Rms};
+use crate::alignment::{PosePairs, Rms};
 use serde::Serialize;
 use sextant_geometry::{Pose, se3};
 use sextant_proto::ObjectPose;

@@ -26,20 +26,9 @@ impl Models {
     /// # Errors
     /// [`Exit::Input`] for a file that cannot be used, and an object that is not learned yet.
     pub fn read(rig_file: &Path, object_files: &[PathBuf]) -> anyhow::Result<Self> {
-        let rig = read_rig(rig_file).exit_with(Exit::Input)?;
-        let objects = object_files.iter().map(|file| {
-            let object = read_object(file).exit_with(Exit::Input)?;
-            if object.tags().iter().all(|tag| tag.object_from_tag.is_none()) {
-                wrong(format!(
-                    "{}: no tag has an object_from_tag; write where the tags sit, or learn it with `sextant learn`",
-                    file.display()
-                ))?;
-            }
-            Ok(object)
-        });
         Ok(Self {
-            objects: objects.collect::<anyhow::Result<_>>()?,
-            rig,
+            objects: objects(object_files)?,
+            rig: rig(rig_file)?,
             rig_file: rig_file.to_owned(),
         })
     }
@@ -83,6 +72,32 @@ impl Models {
             ..Options::default()
         }
     }
+}
+
+/// A rig file.
+///
+/// # Errors
+/// [`Exit::Input`] for a file that cannot be used.
+pub fn rig(file: &Path) -> anyhow::Result<Rig> {
+    read_rig(file).exit_with(Exit::Input)
+}
+
+/// Object files.
+///
+/// # Errors
+/// [`Exit::Input`] for a file that cannot be used, and an object that is not learned yet.
+pub fn objects(files: &[PathBuf]) -> anyhow::Result<Vec<ObjectModel>> {
+    let objects = files.iter().map(|file| {
+        let object = read_object(file).exit_with(Exit::Input)?;
+        if object.tags().iter().all(|tag| tag.object_from_tag.is_none()) {
+            wrong(format!(
+                "{}: no tag has an object_from_tag; write where the tags sit, or learn it with `sextant learn`",
+                file.display()
+            ))?;
+        }
+        Ok(object)
+    });
+    objects.collect()
 }
 
 fn wrong(message: String) -> anyhow::Result<()> {

@@ -14,37 +14,41 @@ pub struct PosesFile {
 }
 
 impl PosesFile {
-    /// The file of that name, if any.
+    /// The file of that name.
     ///
     /// # Errors
-    /// [`Exit::Usage`] for an unknown file extension, and for TUM text of several objects, which it cannot distinguish.
-    pub fn named(path: Option<&Path>, n_objects: usize) -> anyhow::Result<Option<Self>> {
-        let Some(path) = path else { return Ok(None) };
-        let wrong = |message: &str| {
-            let cause = anyhow::anyhow!("--out {}: {message}", path.display());
-            Failure::new(Exit::Usage, cause)
-        };
+    /// [`Exit::Usage`] for an unknown file extension.
+    pub fn named(path: &Path) -> anyhow::Result<Self> {
         let line = match path.extension().and_then(|e| e.to_str()) {
             Some("jsonl" | "json") => pose_json,
-            Some("tum") if n_objects == 1 => pose_tum,
-            Some("tum") => bail!(wrong(
-                "TUM text has one object only; give one --object, or write .jsonl"
-            )),
-            _ => bail!(wrong(
-                "the name says no format; let it end with .jsonl or .tum"
-            )),
+            Some("tum") => pose_tum,
+            _ => {
+                let cause = anyhow::anyhow!(
+                    "--out {}: the name says no format; let it end with .jsonl or .tum",
+                    path.display()
+                );
+                bail!(Failure::new(Exit::Usage, cause))
+            }
         };
-        Ok(Some(Self {
+        Ok(Self {
             path: path.to_owned(),
             line,
-        }))
+        })
     }
 
     /// Writes the poses, whole or not at all.
     ///
     /// # Errors
-    /// An I/O error.
+    /// An I/O error, and [`Exit::Usage`] for TUM text of several objects, which it cannot distinguish.
     pub fn write(&self, poses: &[ObjectEstimate]) -> anyhow::Result<()> {
+        let is_tum = self.path.extension().is_some_and(|e| e == "tum");
+        if is_tum && poses.iter().any(|pose| pose.object != poses[0].object) {
+            let cause = anyhow::anyhow!(
+                "--out {}: TUM text has one object only; give one --object, or write .jsonl",
+                self.path.display()
+            );
+            bail!(Failure::new(Exit::Usage, cause));
+        }
         let mut text = String::new();
         for pose in poses {
             text.push_str(&(self.line)(pose));

@@ -1,8 +1,10 @@
 //! A word on what was done, and what of the recording did not count.
 
+use super::comparison::{Alignment, ObjectComparison, table};
+use super::live::LiveComparison;
 use serde::Serialize;
-use sextant_estimator::{CameraId, Fusion, ObjectEstimate, ObjectId, ObjectModel, Statistics};
-use sextant_recordings::{CameraRecording, Dataset};
+use sextant_estimator::{CameraId, Fusion, ObjectEstimate, ObjectId, Statistics};
+use std::collections::BTreeMap;
 
 /// What a replay ends with.
 #[derive(Debug, Serialize)]
@@ -11,7 +13,13 @@ pub struct Summary {
     cameras: Vec<Camera>,
     objects: Vec<Object>,
     /// What the images show to be wrong with the site, or imperfect in its files, each with the remedy.
-    notices: Vec<String>,
+    pub notices: Vec<String>,
+    /// Of the poses that were published live; none where other models are used than then.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub live: Option<LiveComparison>,
+    /// Errors against a reference.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub against: Option<(Alignment, Vec<ObjectComparison>)>,
 }
 
 #[derive(Debug, Serialize)]
@@ -33,10 +41,10 @@ struct Object {
 }
 
 impl Summary {
-    /// Of a recording, its objects, their poses, and the estimator's counts.
+    /// Of the images by camera, the objects, their poses, and the estimator's counts.
     pub fn of(
-        dataset: &Dataset,
-        objects: &[ObjectModel],
+        images: &BTreeMap<CameraId, usize>,
+        objects: impl Iterator<Item = ObjectId>,
         poses: &[ObjectEstimate],
         fusion: &Fusion,
     ) -> Self {
@@ -44,20 +52,21 @@ impl Summary {
         let faults = fusion.faults();
         let notices = faults.iter().map(ToString::to_string);
         let imperfections = fusion.imperfections().iter().map(ToString::to_string);
-        let objects = objects.iter().map(|object| Object {
-            id: object.id().clone(),
-            poses: poses.iter().filter(|p| p.object == *object.id()).count(),
+        let objects = objects.map(|id| Object {
+            poses: poses.iter().filter(|p| p.object == id).count(),
+            id,
         });
-        let cameras: Vec<Camera> = dataset
-            .cameras()
-            .iter()
-            .map(|camera| Camera::of(camera, statistics))
+        let cameras = images.iter();
+        let cameras: Vec<Camera> = cameras
+            .map(|(camera, images)| Camera::of(camera, *images, statistics))
             .collect();
         Self {
             images: cameras.iter().map(|camera| camera.images).sum(),
             cameras,
             objects: objects.collect(),
             notices: notices.chain(imperfections).collect(),
+            live: None,
+            against: None,
         }
     }
 
@@ -76,18 +85,26 @@ impl Summary {
             ),
             poses => format!("{}: {poses} poses", object.id),
         }));
+        lines.extend(self.live.filter(|live| live.n_compared() > 0).map(|live| {
+            format!(
+                "{} of {} poses published live are identical bit for bit",
+                live.identical,
+                live.n_compared()
+            )
+        }));
         lines.extend(self.notices.iter().cloned());
+        let against = self.against.iter();
+        lines.extend(against.map(|(alignment, comparisons)| table(comparisons, *alignment)));
         lines.join("\n")
     }
 }
 
 impl Camera {
-    fn of(recording: &CameraRecording, statistics: &Statistics) -> Self {
-        let id = recording.camera.clone();
-        let counts = statistics.cameras.get(&id).copied().unwrap_or_default();
+    fn of(id: &CameraId, images: usize, statistics: &Statistics) -> Self {
+        let counts = statistics.cameras.get(id).copied().unwrap_or_default();
         Self {
-            id,
-            images: recording.rows.len(),
+            id: id.clone(),
+            images,
             late: counts.late,
             ahead: counts.ahead,
             unknown_tags: counts.unknown_tags,
