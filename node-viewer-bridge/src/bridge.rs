@@ -3,8 +3,8 @@
 use crate::config::ViewerConfig;
 use crate::guard::HostRule;
 use crate::hub::Hub;
-use crate::metrics::Metrics;
 use crate::last_seconds::LastSeconds;
+use crate::metrics::Metrics;
 use crate::network;
 use crate::protection::Protection;
 use crate::rejections::{Rejection, Rejections};

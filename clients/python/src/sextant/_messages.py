@@ -412,6 +412,76 @@ class ClockReport(Record):
 
 
 @dataclass(frozen=True)
+class FusionInputsInput(Record):
+    """`inputs` of FusionInputs."""
+
+    #: time given to the estimator
+    now_ns: int
+    source: InputSource
+
+
+@dataclass(frozen=True)
+class FusionInputs(Record):
+    """FusionInputs."""
+
+    node: str
+    #: number of the first of these inputs since the node started, from 0; a gap is a lost message
+    first: int
+    #: at most 256
+    inputs: tuple[FusionInputsInput, ...]
+
+
+@dataclass(frozen=True)
+class InputSourceImage(VariantRecord):
+    """InputSourceImage."""
+
+    VARIANT: ClassVar[str] = "image"
+    FORM: ClassVar[str] = "fields"
+    camera: str
+    sequence: int
+    #: as in its Observations
+    capture_ns: int
+
+
+@dataclass(frozen=True)
+class InputSourceRig(VariantRecord):
+    """Fingerprint of its RigConfig."""
+
+    VARIANT: ClassVar[str] = "rig"
+    FORM: ClassVar[str] = "value"
+    value: int
+
+
+@dataclass(frozen=True)
+class InputSourceObjects(VariantRecord):
+    """Fingerprints of their ObjectConfigs, at most 1024."""
+
+    VARIANT: ClassVar[str] = "objects"
+    FORM: ClassVar[str] = "value"
+    value: tuple[int, ...]
+
+
+@dataclass(frozen=True)
+class InputSourceClockStep(VariantRecord):
+    """InputSourceClockStep."""
+
+    VARIANT: ClassVar[str] = "clock-step"
+    FORM: ClassVar[str] = "unit"
+
+
+@dataclass(frozen=True)
+class InputSourceTick(VariantRecord):
+    """InputSourceTick."""
+
+    VARIANT: ClassVar[str] = "tick"
+    FORM: ClassVar[str] = "unit"
+
+
+#: The first two inputs of a run are the rig and the objects before its first image.
+InputSource = Union[InputSourceImage, InputSourceRig, InputSourceObjects, InputSourceClockStep, InputSourceTick]
+
+
+@dataclass(frozen=True)
 class ConfigAnswerOutcomeTaken(VariantRecord):
     """ConfigAnswerOutcomeTaken."""
 
@@ -1455,6 +1525,91 @@ def _write_ClockReport(w: Writer, value: ClockReport) -> None:
     w.list(_write_ClockReportCamera, value.cameras)
 
 
+def _read_FusionInputsInput(r: Reader) -> FusionInputsInput:
+    return FusionInputsInput(
+        r.u64(),
+        _read_InputSource(r),
+    )
+
+
+def _write_FusionInputsInput(w: Writer, value: FusionInputsInput) -> None:
+    w.u64(value.now_ns)
+    _write_InputSource(w, value.source)
+
+
+def _read_FusionInputs(r: Reader) -> FusionInputs:
+    return FusionInputs(
+        r.string(),
+        r.u64(),
+        r.list(_read_FusionInputsInput, 256),
+    )
+
+
+def _write_FusionInputs(w: Writer, value: FusionInputs) -> None:
+    w.string(value.node)
+    w.u64(value.first)
+    w.list(_write_FusionInputsInput, value.inputs)
+
+
+def _read_InputSourceImage(r: Reader) -> InputSourceImage:
+    return InputSourceImage(
+        r.string(),
+        r.u64(),
+        r.u64(),
+    )
+
+
+def _write_InputSourceImage(w: Writer, value: InputSourceImage) -> None:
+    w.string(value.camera)
+    w.u64(value.sequence)
+    w.u64(value.capture_ns)
+
+
+def _read_InputSourceRig(r: Reader) -> InputSourceRig:
+    return InputSourceRig(
+        r.u64(),
+    )
+
+
+def _write_InputSourceRig(w: Writer, value: InputSourceRig) -> None:
+    w.u64(value.value)
+
+
+def _read_InputSourceObjects(r: Reader) -> InputSourceObjects:
+    return InputSourceObjects(
+        r.list(Reader.u64, 1024),
+    )
+
+
+def _write_InputSourceObjects(w: Writer, value: InputSourceObjects) -> None:
+    w.list(Writer.u64, value.value)
+
+
+def _read_InputSourceClockStep(r: Reader) -> InputSourceClockStep:
+    return InputSourceClockStep()
+
+
+def _write_InputSourceClockStep(w: Writer, value: InputSourceClockStep) -> None:
+    pass
+
+
+def _read_InputSourceTick(r: Reader) -> InputSourceTick:
+    return InputSourceTick()
+
+
+def _write_InputSourceTick(w: Writer, value: InputSourceTick) -> None:
+    pass
+
+
+def _read_InputSource(r: Reader) -> InputSource:
+    value: InputSource = r.alternative(_ALL_InputSource)
+    return value
+
+
+def _write_InputSource(w: Writer, value: InputSource) -> None:
+    w.alternative(_ALL_InputSource, value)
+
+
 def _read_ConfigAnswerOutcomeTaken(r: Reader) -> ConfigAnswerOutcomeTaken:
     return ConfigAnswerOutcomeTaken()
 
@@ -2178,6 +2333,13 @@ _ALL_ClockSource = tuple(ClockSource)
 _ALL_Family = tuple(Family)
 _ALL_RejectionCause = tuple(RejectionCause)
 _ALL_State = tuple(State)
+_ALL_InputSource = (
+    Alternative(InputSourceImage, _read_InputSourceImage, _write_InputSourceImage),
+    Alternative(InputSourceRig, _read_InputSourceRig, _write_InputSourceRig),
+    Alternative(InputSourceObjects, _read_InputSourceObjects, _write_InputSourceObjects),
+    Alternative(InputSourceClockStep, _read_InputSourceClockStep, _write_InputSourceClockStep),
+    Alternative(InputSourceTick, _read_InputSourceTick, _write_InputSourceTick),
+)
 _ALL_ConfigAnswerOutcome = (
     Alternative(ConfigAnswerOutcomeTaken, _read_ConfigAnswerOutcomeTaken, _write_ConfigAnswerOutcomeTaken),
     Alternative(ConfigAnswerOutcomeKept, _read_ConfigAnswerOutcomeKept, _write_ConfigAnswerOutcomeKept),
@@ -2246,6 +2408,7 @@ KINDS: dict[int, Kind] = {
     11: Kind(11, 131072, Proposal, _read_Proposal, _write_Proposal),
     12: Kind(12, 131072, RigConfig, _read_RigConfig, _write_RigConfig),
     13: Kind(13, 131072, ObjectConfig, _read_ObjectConfig, _write_ObjectConfig),
+    14: Kind(14, 16384, FusionInputs, _read_FusionInputs, _write_FusionInputs),
 }
 
 __all__ = [
@@ -2275,6 +2438,14 @@ __all__ = [
     "Rejections",
     "ClockReport",
     "ClockReportCamera",
+    "FusionInputs",
+    "FusionInputsInput",
+    "InputSource",
+    "InputSourceImage",
+    "InputSourceRig",
+    "InputSourceObjects",
+    "InputSourceClockStep",
+    "InputSourceTick",
     "ConfigAnswer",
     "ConfigAnswerOutcome",
     "ConfigAnswerOutcomeTaken",
