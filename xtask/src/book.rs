@@ -45,9 +45,13 @@ fn stage_book(stage: &Path, pages: &BTreeSet<PathBuf>) -> std::io::Result<()> {
         copy(page, &source.join(page))?;
         let text = fs::read_to_string(root().join(page))?;
         let folder = page.parent().unwrap_or(Path::new(""));
-        for link in links(&text).filter(|link| link.ends_with(".png")) {
-            let image = normalised(&folder.join(link));
-            copy(&image, &source.join(&image))?;
+        for link in links(&text) {
+            let path = link.split('#').next().unwrap_or(link);
+            let file = normalised(&folder.join(path));
+            // Pictures, and sources that a page points to.
+            if root().join(&file).is_file() && !pages.contains(&file) {
+                copy(&file, &source.join(&file))?;
+            }
         }
     }
     copy(Path::new("docs/book.toml"), &stage.join("book.toml"))?;
