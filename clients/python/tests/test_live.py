@@ -208,3 +208,17 @@ def test_keys_open_a_protected_site(binary, recording, tmp_path, profile, protoc
     os.chmod(keys / "key.pem", 0o644)
     with pytest.raises(sextant.OptionsError, match="chmod 600"):
         sextant.connect(endpoint, site="lab", keys=keys)
+
+
+@pytest.mark.parametrize(
+    "code",
+    [
+        "site.pose('cuboid')",
+        "poses = site.poses('cuboid'); next(poses)",
+        "poses = site.poses('cuboid'); next(poses); del poses",
+        "site.pose('cuboid'); del site",
+    ],
+)
+def test_a_program_that_closes_nothing_ends(demo, code):
+    start = f"import sextant; site = sextant.connect({demo!r}); "
+    subprocess.run([sys.executable, "-c", start + code], check=True, timeout=PATIENCE)

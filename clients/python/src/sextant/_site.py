@@ -7,6 +7,7 @@ import re
 import threading
 import weakref
 from dataclasses import dataclass
+from functools import lru_cache
 from time import monotonic, sleep
 from typing import Any, Callable, Optional, Sequence, TypeVar, Union
 
@@ -46,6 +47,22 @@ _ANSWER_S = 1.0
 #: Between two looks for a fusion node that still starts, s.
 _PAUSE_S = 0.2
 _ID = re.compile(r"[a-z0-9_-]{1,32}")
+
+
+#: Sites that were not closed yet.
+_OPEN: weakref.WeakSet[Site] = weakref.WeakSet()
+
+
+def _close_all_at_the_end() -> None:
+    """Zenoh calls back on threads for which the interpreter waits before anything else at its end, so that it would wait for ever."""
+    threading.main_thread().join()
+    for site in list(_OPEN):
+        site.close()
+
+
+@lru_cache(maxsize=None)
+def _watch_for_the_end() -> None:
+    threading.Thread(target=_close_all_at_the_end, name="sextant-end").start()
 
 
 @dataclass(frozen=True)
@@ -127,6 +144,8 @@ class Site:
         self._lock = threading.Lock()
         #: The name of the site.
         self.name = site
+        _OPEN.add(self)
+        _watch_for_the_end()
 
     def __enter__(self) -> Site:
         return self

@@ -126,7 +126,7 @@ class Subscription(Generic[T]):
         subscriber = getattr(self, "_subscriber", None)
         if subscriber is not None:
             with suppress(RuntimeError):
-                threading.Thread(target=subscriber.undeclare, daemon=True).start()
+                threading.Thread(target=subscriber.undeclare).start()
 
     def __enter__(self) -> Subscription[T]:
         return self
