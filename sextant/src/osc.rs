@@ -7,7 +7,9 @@ use crate::words;
 use anyhow::{anyhow, bail};
 use clap::{Args, ValueEnum};
 use sextant_estimator::{ObjectId, State};
-use sextant_pose_formats::{AddressTemplate, Axes, MAX_TRACKERS, OscLayout};
+use sextant_pose_formats::{
+    AddressTemplate, Axes, MAX_VMT_TRACKERS, MAX_VRCHAT_TRACKERS, OscLayout,
+};
 use sextant_process::{Exit, Failure};
 use sextant_proto::ObjectPose;
 use std::time::Instant;
@@ -107,31 +109,37 @@ pub fn run(arguments: &OscArguments, format: Format) -> anyhow::Result<()> {
 
 impl OscArguments {
     fn layout(&self) -> anyhow::Result<OscLayout> {
-        let trackers = self.objects.clone();
-        let most = match self.layout {
-            Layout::Plain => {
-                if self.objects.len() != 1 && !self.address.distinguishes_objects() {
-                    bail!(usage(
-                        "--address without {object} is for one object: name it with --object"
-                    ));
-                }
-                return Ok(OscLayout::Plain {
-                    address: self.address.clone(),
-                    axes: self.axes.into(),
-                });
-            }
-            Layout::Vrchat => MAX_TRACKERS[0],
-            Layout::Vmt => MAX_TRACKERS[1],
-        };
-        if trackers.is_empty() || trackers.len() > most {
+        Ok(match self.layout {
+            Layout::Plain => OscLayout::Plain {
+                address: self.plain_address()?,
+                axes: self.axes.into(),
+            },
+            Layout::Vrchat => OscLayout::VrChat {
+                trackers: self.trackers(MAX_VRCHAT_TRACKERS)?,
+            },
+            Layout::Vmt => OscLayout::Vmt {
+                trackers: self.trackers(MAX_VMT_TRACKERS)?,
+            },
+        })
+    }
+
+    /// The address, which tells objects apart unless there is only one.
+    fn plain_address(&self) -> anyhow::Result<AddressTemplate> {
+        if self.objects.len() != 1 && !self.address.distinguishes_objects() {
+            bail!(usage(
+                "--address without {object} is for one object: name it with --object"
+            ));
+        }
+        Ok(self.address.clone())
+    }
+
+    fn trackers(&self, most: usize) -> anyhow::Result<Vec<ObjectId>> {
+        if self.objects.is_empty() || self.objects.len() > most {
             bail!(usage(&format!(
                 "this layout numbers its trackers: name 1 to {most} objects with --object, in the order of their numbers"
             )));
         }
-        Ok(match self.layout {
-            Layout::Vmt => OscLayout::Vmt { trackers },
-            Layout::Plain | Layout::Vrchat => OscLayout::VrChat { trackers },
-        })
+        Ok(self.objects.clone())
     }
 
     fn what(&self) -> String {

@@ -208,6 +208,21 @@ fn explain_draws_every_stage() {
 }
 
 #[test]
+fn completions_know_every_command() {
+    for shell in ["bash", "zsh", "fish"] {
+        let script = stdout(&sextant().args(["completions", shell]).output().unwrap());
+        for command in ["replay", "osc", "mavlink", "doctor"] {
+            assert!(script.contains(command), "{shell}: {command}");
+        }
+    }
+    refused(
+        &sextant().args(["completions", "cmd"]).output().unwrap(),
+        2,
+        "possible values",
+    );
+}
+
+#[test]
 fn the_help_tells_the_exit_codes() {
     let said = stdout(&sextant().arg("--help").output().unwrap());
     for code in ["  2    wrong usage", "  3    a file", "  4    a port"] {

@@ -14,7 +14,9 @@ pub use axes::{Axes, euler_zxy_deg};
 pub use mavlink::odometry::LocalFrame;
 pub use mavlink::reset_counter::ResetCounter;
 pub use mavlink::{MavlinkSender, Sender};
-pub use osc::layouts::{AddressError, AddressTemplate, MAX_TRACKERS, OscLayout};
+pub use osc::layouts::{
+    AddressError, AddressTemplate, MAX_VMT_TRACKERS, MAX_VRCHAT_TRACKERS, OscLayout,
+};
 pub use osc::{OscArgument, OscMessage};
 
 /// The nearest finite `f32`.

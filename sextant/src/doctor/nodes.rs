@@ -22,40 +22,50 @@ const ANSWER: Duration = Duration::from_secs(1);
 /// A node that a file describes.
 pub type NamedNode = (NodeKind, NodeId);
 
-/// Findings about the node of a file that passed its check, and the node's name where the network knows one.
-pub fn findings(kind: &str, file: &Path) -> (Vec<Finding>, Option<NamedNode>) {
-    let folder = file.parent().unwrap_or(Path::new(""));
-    if kind == ConfigKind::Camera.word() {
-        let config = CameraNodeConfig::read(file).ok();
-        let name = config.as_ref().map(|config| config.camera.as_str());
-        let name = name.and_then(|name| NodeId::new(name).ok());
-        let source = config.as_ref().map(source);
-        return (
-            source.into_iter().collect(),
-            name.map(|name| (NodeKind::Camera, name)),
-        );
-    }
-    if kind == ConfigKind::Fusion.word() {
-        let config: Option<FusionConfig> = read_toml(file).ok();
-        let name = config.as_ref().map(|config| config.node.clone());
-        let files = config.filter(|config| config.keep_changes);
-        let files = files.map(|config| folder.join(config.rig));
-        let folder = files.as_deref().and_then(Path::parent).map(writable);
-        return (
-            folder.into_iter().flatten().collect(),
-            name.map(|name| (NodeKind::Fusion, name)),
-        );
-    }
-    if kind == ConfigKind::Viewer.word() {
-        let Ok(config) = read_toml::<ViewerConfig>(file) else {
-            return (Vec::new(), None);
-        };
-        let folder = config.folder.map(|below| writable(&folder.join(below)));
-        let mut findings = vec![page(config.listen)];
-        findings.extend(folder.into_iter().flatten());
-        return (findings, None);
-    }
-    (Vec::new(), None)
+/// Findings, and the node's name where the network knows one.
+type NodeFindings = (Vec<Finding>, Option<NamedNode>);
+
+/// Findings about the node of a file that passed its check as of this kind.
+pub fn findings(kind: &str, file: &Path) -> NodeFindings {
+    let found = if kind == ConfigKind::Camera.word() {
+        camera(file)
+    } else if kind == ConfigKind::Fusion.word() {
+        fusion(file)
+    } else if kind == ConfigKind::Viewer.word() {
+        viewer(file)
+    } else {
+        None
+    };
+    found.unwrap_or_default()
+}
+
+fn camera(file: &Path) -> Option<NodeFindings> {
+    let config = CameraNodeConfig::read(file).ok()?;
+    let name = NodeId::new(config.camera.as_str()).ok();
+    let node = name.map(|name| (NodeKind::Camera, name));
+    Some((vec![source(&config)], node))
+}
+
+fn fusion(file: &Path) -> Option<NodeFindings> {
+    let config: FusionConfig = read_toml(file).ok()?;
+    let rig = beside(file).join(&config.rig);
+    let folder = rig.parent().filter(|_| config.keep_changes);
+    let findings = folder.map(writable).unwrap_or_default();
+    Some((findings, Some((NodeKind::Fusion, config.node))))
+}
+
+fn viewer(file: &Path) -> Option<NodeFindings> {
+    let config: ViewerConfig = read_toml(file).ok()?;
+    let folder = config.folder.map(|folder| beside(file).join(folder));
+    let mut findings = folder.as_deref().map(writable).unwrap_or_default();
+    findings.push(page(config.listen));
+    Some((findings, None))
+}
+
+/// The folder of a file.
+fn beside(file: &Path) -> &Path {
+    let folder = file.parent().filter(|folder| *folder != Path::new(""));
+    folder.unwrap_or(Path::new("."))
 }
 
 /// Whether a camera node's device, program or file is there and fits.

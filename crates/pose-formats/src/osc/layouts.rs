@@ -6,8 +6,10 @@ use sextant_estimator::{ObjectId, State};
 use sextant_proto::ObjectPose;
 use std::str::FromStr;
 
-/// Trackers of VRChat and of Virtual Motion Tracker that a layout may name.
-pub const MAX_TRACKERS: [usize; 2] = [8, 58];
+/// Trackers that VRChat has.
+pub const MAX_VRCHAT_TRACKERS: usize = 8;
+/// Trackers that Virtual Motion Tracker has.
+pub const MAX_VMT_TRACKERS: usize = 58;
 
 /// What is sent for a pose.
 #[derive(Debug, Clone, PartialEq)]
