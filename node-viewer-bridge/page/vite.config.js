@@ -20,7 +20,7 @@ export default defineConfig({
     rolldownOptions: {
       output: {
         codeSplitting: false,
-        postBanner: "/* Sextant viewer; contains three.js, MIT licence, see licenses.txt */",
+        postBanner: "/* Sextant viewer; contains three.js and uPlot, MIT licence, see licenses.txt */",
         entryFileNames: "page.js",
         assetFileNames: "page[extname]",
       },

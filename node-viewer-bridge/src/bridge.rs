@@ -9,10 +9,12 @@ use crate::network;
 use crate::protection::Protection;
 use crate::rejections::{Rejection, Rejections};
 use crate::server;
+use crate::webhook::Webhook;
 use crate::wizard::{self, WizardService};
+use crate::zones::ZoneService;
 use anyhow::{Context, anyhow};
 use sextant_process::{Exit, Shutdown, WithExit, memory, now_ns};
-use sextant_site_files::read_toml;
+use sextant_site_files::{FileError, read_toml};
 use std::io::ErrorKind;
 use std::net::{SocketAddr, TcpListener};
 use std::path::{Path, PathBuf};
@@ -31,6 +33,8 @@ pub(crate) struct Shared {
     pub(crate) last_seconds: LastSeconds,
     /// The wizards.
     pub(crate) wizard: WizardService,
+    pub(crate) zones: ZoneService,
+    pub(crate) webhook: Option<Webhook>,
     pub(crate) started: Instant,
     /// Whether the bridge is connected to the site's network.
     pub(crate) connected: AtomicBool,
@@ -43,13 +47,16 @@ impl Shared {
         config_file: &Path,
         address: SocketAddr,
         protection: Protection,
-    ) -> Self {
+    ) -> Result<Self, FileError> {
         let beside = config_file.parent().unwrap_or(Path::new(""));
         let folder = config
             .folder
             .as_ref()
             .map(|folder| whole(&beside.join(folder)));
-        Self {
+        let webhook = config.webhook.as_ref();
+        let shared = Self {
+            zones: ZoneService::open(folder.as_deref())?,
+            webhook: webhook.map(|options| Webhook::new(options, config.site.clone())),
             wizard: WizardService::new(folder),
             hosts: HostRule::new(address, &config.host_names),
             config,
@@ -60,7 +67,9 @@ impl Shared {
             started: Instant::now(),
             connected: AtomicBool::new(false),
             rejections: Mutex::default(),
-        }
+        };
+        shared.zones.show(&shared.hub);
+        Ok(shared)
     }
 
     /// A payload was not shown.
@@ -87,7 +96,7 @@ impl Shared {
             sextant_site_files::parse_toml(Path::new("viewer.toml"), text, |_| Ok(())).unwrap();
         let address = config.listen;
         let protection = Protection::load(&config, Path::new("")).unwrap();
-        Self::new(config, Path::new("viewer.toml"), address, protection)
+        Self::new(config, Path::new("viewer.toml"), address, protection).unwrap()
     }
 }
 
@@ -119,7 +128,8 @@ pub fn run(config_file: &Path, shutdown: &Shutdown) -> anyhow::Result<()> {
         "http"
     };
     tracing::info!("the page: {scheme}://{}/", for_browsers(address));
-    let shared = Arc::new(Shared::new(config, config_file, address, protection));
+    let shared = Shared::new(config, config_file, address, protection).exit_with(Exit::Input)?;
+    let shared = Arc::new(shared);
     serve_both(&shared, listener, shutdown)
 }
 

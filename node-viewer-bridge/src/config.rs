@@ -1,10 +1,14 @@
 //! `viewer.toml`: what a person sets of a viewer bridge.
 
+use axum::http::Uri;
 use serde::{Deserialize, Serialize};
 use sextant_proto::{NodeId, SiteId};
 use sextant_zenoh_bus::{BusError, BusOptions, Identity, Role, Security, SecurityOptions};
 use std::net::{Ipv4Addr, SocketAddr};
 use std::path::{Path, PathBuf};
+
+/// Longest address of a webhook, bytes.
+const LONGEST_URL: usize = 2048;
 
 /// The file.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -25,14 +29,57 @@ pub struct ViewerConfig {
     pub host_names: Vec<String>,
     /// Where the wizards keep what they found, beside this file or absolute: `rig.toml`, and `objects/<object>.toml` for each
     /// learned object; what was there is kept as `FILE.former`, older versions are numbered. Without it they keep results on the running site only.
+    /// Zones are kept there as `zones.toml`; without it they last as long as the bridge.
     #[serde(default)]
     pub folder: Option<PathBuf>,
+    /// Where events of zones are sent besides the network.
+    #[serde(default)]
+    pub webhook: Option<WebhookOptions>,
     /// How to reach the network; by default a client of the router on port 7447 of this machine.
     #[serde(default)]
     pub network: BusOptions,
     /// How the network and the page are protected; by default by being this machine's own.
     #[serde(default)]
     pub security: SecurityOptions,
+}
+
+/// `[webhook]` of viewer.toml.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct WebhookOptions {
+    /// Where events of zones are POSTed, such as `http://192.168.1.20:8080/sextant`. Plain HTTP.
+    pub url: WebhookUrl,
+}
+
+/// An address that events can be sent to.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(try_from = "String", into = "String")]
+pub struct WebhookUrl(Uri);
+
+impl TryFrom<String> for WebhookUrl {
+    type Error = String;
+
+    fn try_from(text: String) -> Result<Self, String> {
+        let uri = text.parse::<Uri>().map_err(|error| error.to_string())?;
+        let is_right = uri.scheme_str() == Some("http") && uri.host().is_some();
+        if is_right && text.len() <= LONGEST_URL {
+            Ok(Self(uri))
+        } else {
+            Err("write http://HOST:PORT/PATH".to_owned())
+        }
+    }
+}
+
+impl WebhookUrl {
+    pub(crate) fn uri(&self) -> &Uri {
+        &self.0
+    }
+}
+
+impl From<WebhookUrl> for String {
+    fn from(url: WebhookUrl) -> Self {
+        url.0.to_string()
+    }
 }
 
 impl ViewerConfig {
@@ -78,8 +125,27 @@ mod tests {
     }
 
     #[test]
+    fn a_webhook_is_an_address_of_plain_http() {
+        let with = |url: &str| read(&format!("site = \"demo\"\n[webhook]\nurl = \"{url}\""));
+        assert!(with("http://127.0.0.1:9/hook").unwrap().webhook.is_some());
+        let error = with("ftp://127.0.0.1/").unwrap_err();
+        assert!(
+            error.contains("url") && error.contains("http://"),
+            "{error}"
+        );
+    }
+
+    #[test]
     fn an_unknown_key_is_refused_by_name() {
         let error = read("site = \"demo\"\nlisten_on = \"127.0.0.1:1\"").unwrap_err();
         assert!(error.contains("listen_on"), "{error}");
+    }
+
+    #[test]
+    fn only_plain_http_addresses_are_taken() {
+        for wrong in ["https://a/", "/hook", "a:1", "http://", "file:///etc"] {
+            assert!(WebhookUrl::try_from(wrong.to_owned()).is_err(), "{wrong}");
+        }
+        assert!(WebhookUrl::try_from("http://[::1]:8080/hook".to_owned()).is_ok());
     }
 }

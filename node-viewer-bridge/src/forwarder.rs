@@ -115,6 +115,7 @@ impl Forwarder {
             KeyRef::Pose(object) => {
                 let message: ObjectPose = read(bytes, object, |m: &ObjectPose| &m.object)?;
                 self.shared.metrics.pose(&message, moment());
+                self.shared.zones.take_pose(&message, &self.shared.hub);
                 self.show(Slot::Pose(object.to_string()), &translate::pose(&message))
             }
             KeyRef::Truth(object) => {
@@ -263,6 +264,7 @@ impl Forwarder {
     /// The object and its links.
     fn forget(&self, object: &ObjectId) {
         self.shared.wizard.forget_object(object);
+        self.shared.zones.forget_object(object, &self.shared.hub);
         for id in self.shared.hub.parts_of(object.as_str()) {
             let farewell = frame_of(&Message::ObjectGone { id: &id });
             self.shared.hub.forget_object(&id, &farewell);

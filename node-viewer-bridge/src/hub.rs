@@ -47,11 +47,13 @@ pub(crate) enum Slot {
     Observations(String),
     DetectionReport(String),
     Preview(String),
+    Zones,
+    Events,
 }
 
 /// Ids that are kept of each kind of slot, in the order of [`Slot`].
-const ROOM: [usize; 16] = [
-    1, 2048, 256, 256, 64, 64, 1, 1, 64, 64, 2048, 1024, 1024, 256, 256, 128,
+const ROOM: [usize; 18] = [
+    1, 2048, 256, 256, 64, 64, 1, 1, 64, 64, 2048, 1024, 1024, 256, 256, 128, 1, 1,
 ];
 /// Bytes of all frames that are kept.
 const MAX_BYTES: usize = 32 << 20;
@@ -80,6 +82,8 @@ impl Slot {
             Self::Observations(_) => 13,
             Self::DetectionReport(_) => 14,
             Self::Preview(_) => 15,
+            Self::Zones => 16,
+            Self::Events => 17,
         }
     }
 
@@ -87,7 +91,13 @@ impl Slot {
     fn lasts(&self) -> bool {
         matches!(
             self,
-            Self::Rig | Self::BridgeStatus | Self::Wizard | Self::Proposal(_) | Self::Former(_)
+            Self::Rig
+                | Self::BridgeStatus
+                | Self::Wizard
+                | Self::Proposal(_)
+                | Self::Former(_)
+                | Self::Zones
+                | Self::Events
         )
     }
 }

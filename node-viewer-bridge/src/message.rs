@@ -9,7 +9,9 @@ use sextant_tag_families::Family;
 
 use crate::access::PageRole;
 use crate::rejections::Rejections;
+use crate::webhook::WebhookCounts;
 use crate::wizard::WizardState;
+use crate::zones::{EventsReport, ZonesReport};
 
 /// Counted up when a field changes its meaning or goes.
 pub(crate) const PROTOCOL: u32 = 1;
@@ -59,6 +61,10 @@ pub(crate) enum Message<'a> {
         resolution: [u16; 2],
         tags: Vec<TagOutline>,
     },
+    /// The zones, and what is in them.
+    Zones(ZonesReport<'a>),
+    /// What happened last.
+    Events(EventsReport<'a>),
     /// What a wizard is about.
     Wizard(&'a WizardState),
     CameraStatus(&'a CameraStatus),
@@ -81,6 +87,8 @@ pub(crate) enum Message<'a> {
         clients: usize,
         replaced: u64,
         rejected: Rejections,
+        /// None without a webhook.
+        webhook: Option<WebhookCounts>,
     },
 }
 

@@ -6,7 +6,7 @@ use crate::forwarder::Forwarder;
 use crate::wizard::Outgoing;
 use sextant_process::{Exit, Shutdown, WithExit, fail_point};
 use sextant_proto::{Keys, Message, NodeKind, limits};
-use sextant_zenoh_bus::{AliveWatch, Bus, BusError, CallbackSubscription, Qos};
+use sextant_zenoh_bus::{AliveWatch, Bus, BusError, CallbackSubscription, Qos, RawPublisher};
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
@@ -84,6 +84,8 @@ struct NetworkSession<'a> {
 
 impl NetworkSession<'_> {
     fn keep(&mut self, watch: &AliveWatch, shutdown: &Shutdown) -> anyhow::Result<()> {
+        let events = self.keys.events(&self.shared.config.node);
+        let events = self.bus.raw_publisher(&events, Qos::Config)?;
         let mut check_due = Instant::now();
         while !shutdown.is_requested() {
             fail_point!("network");
@@ -94,6 +96,7 @@ impl NetworkSession<'_> {
             }
             self.ask_for_pictures()?;
             self.publish_change()?;
+            self.publish_events(&events)?;
             if Instant::now() >= check_due {
                 self.check_connection()?;
                 check_due = Instant::now() + CHECK_PERIOD;
@@ -110,6 +113,17 @@ impl NetworkSession<'_> {
                 Outgoing::Object(object) => {
                     self.publish(&self.keys.config_object(&object.id), &object)?;
                 }
+            }
+        }
+        Ok(())
+    }
+
+    /// What happened in the zones, as JSON on the network and to the webhook.
+    fn publish_events(&self, publisher: &RawPublisher) -> anyhow::Result<()> {
+        while let Some(event) = self.shared.zones.take_event() {
+            publisher.put(&serde_json::to_vec(&event)?)?;
+            if let Some(webhook) = &self.shared.webhook {
+                webhook.offer(event);
             }
         }
         Ok(())

@@ -10,7 +10,9 @@ use crate::message::{Message, PROTOCOL};
 use crate::metrics::{self, Ailment, BridgeFigures};
 use crate::session;
 use crate::socket;
-use crate::wizard::{Command, MAX_COMMAND_BYTES, Refusal, RefusalKind};
+use crate::webhook::Webhook;
+use crate::wizard::{self, Refusal, RefusalKind};
+use crate::zones;
 use anyhow::Context as _;
 use axum::Router;
 use axum::body::{Body, Bytes};
@@ -65,6 +67,7 @@ async fn serve(
     let tls = shared.protection.tls.clone();
     let context = Context { shared, stopping };
     let status = tokio::spawn(tell_status(Arc::clone(&context.shared)));
+    let webhook = tokio::spawn(send_events(Arc::clone(&context.shared)));
     let mut connections = Connections::new(tls, context.stopping.clone());
     let router = router(context);
     tokio::select! {
@@ -73,6 +76,7 @@ async fn serve(
     }
     stop.send_replace(true);
     status.abort();
+    webhook.abort();
     connections.end().await;
     Ok(())
 }
@@ -92,7 +96,11 @@ fn router(context: Context) -> Router {
         .route("/api/last.mcap", get(last_seconds))
         .route(
             "/api/wizard",
-            post(wizard).layer(DefaultBodyLimit::max(MAX_COMMAND_BYTES)),
+            post(wizard).layer(DefaultBodyLimit::max(wizard::MAX_COMMAND_BYTES)),
+        )
+        .route(
+            "/api/zones",
+            post(zones).layer(DefaultBodyLimit::max(zones::MAX_COMMAND_BYTES)),
         )
         .layer(middleware::from_fn_with_state(context.clone(), identify));
     known
@@ -241,21 +249,47 @@ async fn wizard(
     headers: HeaderMap,
     body: Bytes,
 ) -> Response<Body> {
+    let shared = context.shared;
+    let obey = move || {
+        let command = wizard::Command::parse(&body)?;
+        shared.wizard.command(&command)
+    };
+    answer_command(role, &headers, obey).await
+}
+
+/// A change of the zones, published as the message `zones`.
+async fn zones(
+    State(context): State<Context>,
+    Extension(role): Extension<PageRole>,
+    headers: HeaderMap,
+    body: Bytes,
+) -> Response<Body> {
+    let shared = context.shared;
+    let obey = move || {
+        let command = zones::Command::parse(&body)?;
+        shared.zones.command(command, &shared.hub)
+    };
+    answer_command(role, &headers, obey).await
+}
+
+/// Obeys a command of an operator on a thread that may wait for files.
+async fn answer_command(
+    role: PageRole,
+    headers: &HeaderMap,
+    obey: impl FnOnce() -> Result<(), Refusal> + Send + 'static,
+) -> Response<Body> {
     if role < PageRole::Operator {
         let cause = "This token is for looking only: the operators' may change the site.";
         let json = serde_json::json!({ "field": null, "cause": cause });
         return as_json(StatusCode::FORBIDDEN, format!("{json}\n").into());
     }
-
     // No form of a foreign page can send this type without asking first.
-    if !is_json(&headers) {
+    if !is_json(headers) {
         return assets::plain(
             StatusCode::UNSUPPORTED_MEDIA_TYPE,
             "send application/json\n",
         );
     }
-    let shared = context.shared;
-    let obey = move || Command::parse(&body).and_then(|command| shared.wizard.command(&command));
     match tokio::task::spawn_blocking(obey).await {
         Ok(Ok(())) => as_json(StatusCode::ACCEPTED, "{}\n".into()),
         Ok(Err(refusal)) => refused(&refusal),
@@ -341,6 +375,12 @@ pub(crate) fn as_json(status: StatusCode, json: Body) -> Response<Body> {
     response
 }
 
+async fn send_events(shared: Arc<Shared>) {
+    if let Some(webhook) = &shared.webhook {
+        webhook.run().await;
+    }
+}
+
 /// Gives an account of the bridge once a second, which clients take as a heartbeat, and forgets what is old.
 async fn tell_status(shared: Arc<Shared>) {
     let mut due = tokio::time::interval(STATUS_PERIOD);
@@ -357,6 +397,7 @@ async fn tell_status(shared: Arc<Shared>) {
             clients,
             replaced,
             rejected: shared.rejections(),
+            webhook: shared.webhook.as_ref().map(Webhook::counts),
         };
         // One slot: fails only when other frames fill the hub.
         let _ = shared.hub.publish(&Slot::BridgeStatus, frame_of(&status));

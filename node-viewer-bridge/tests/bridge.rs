@@ -11,12 +11,12 @@ use serde_json::Value;
 use sextant_estimator::{CameraId, ObjectId};
 use sextant_process::Shutdown;
 use sextant_proto::{
-    CameraConfig, ClockQuality, Keys, LensConfig, ObjectConfig, ObjectTagConfig, Observations,
-    Preview, RigConfig, Timing, encode,
+    CameraConfig, ClockQuality, Keys, LensConfig, NodeId, ObjectConfig, ObjectTagConfig,
+    Observations, Preview, RigConfig, Timing, encode,
 };
 use sextant_recordings::mcap::site_recording::SiteRecording;
 use sextant_tag_families::Family;
-use sextant_zenoh_bus::{Bus, BusOptions, Qos, RawLatest};
+use sextant_zenoh_bus::{Bus, BusOptions, DropRule, Qos, RawLatest};
 use std::io::{Read, Write};
 use std::net::{SocketAddr, TcpListener, TcpStream};
 use std::path::Path;
@@ -111,9 +111,13 @@ impl Site {
 
     /// Status and body of what is answered to a command.
     fn post(&self, headers: &str, body: &str) -> (u16, String) {
+        self.post_to("/api/wizard", headers, body)
+    }
+
+    fn post_to(&self, path: &str, headers: &str, body: &str) -> (u16, String) {
         let mut stream = TcpStream::connect(self.address).unwrap();
         let request = format!(
-            "POST /api/wizard HTTP/1.1\r\nHost: localhost\r\n{headers}Content-Length: {}\r\nConnection: close\r\n\r\n{body}",
+            "POST {path} HTTP/1.1\r\nHost: localhost\r\n{headers}Content-Length: {}\r\nConnection: close\r\n\r\n{body}",
             body.len()
         );
         // A body that is refused for its length need not be taken in.
@@ -280,6 +284,85 @@ fn a_client_is_greeted_then_told_what_is_known_then_what_happens() {
     while let Ok(message) = socket.read() {
         assert!(!matches!(message, Message::Binary(_)));
     }
+}
+
+/// The path and the JSON of the next POST to a webhook, which is answered by 204.
+fn take_post(listener: &TcpListener) -> (String, Value) {
+    let (mut stream, _) = listener.accept().unwrap();
+    stream.set_read_timeout(Some(PATIENCE)).unwrap();
+    let (mut request, mut buffer) = (Vec::new(), [0; 4096]);
+    loop {
+        let n = stream.read(&mut buffer).unwrap();
+        assert!(n > 0, "the request ends early");
+        request.extend(&buffer[..n]);
+        let text = String::from_utf8(request.clone()).unwrap();
+        let Some((head, body)) = text.split_once("\r\n\r\n") else {
+            continue;
+        };
+        if let Ok(json) = serde_json::from_str(body) {
+            stream
+                .write_all(b"HTTP/1.1 204 No Content\r\n\r\n")
+                .unwrap();
+            return (head.split(' ').nth(1).unwrap().to_owned(), json);
+        }
+    }
+}
+
+#[test]
+fn events_of_zones_reach_clients_the_network_and_the_webhook() {
+    let hook = TcpListener::bind("127.0.0.1:0").unwrap();
+    let url = format!("http://{}/hook", hook.local_addr().unwrap());
+    let more = format!("folder = \".\"\n[webhook]\nurl = \"{url}\"");
+    let mut site = Site::open_with(&more, |_| {});
+    let mut socket = site.socket();
+    let set =
+        r#"{"do":"set","zone":{"shape":"box","name":"dock","centre":[0,0,0],"size":[1,1,1]}}"#;
+    assert_eq!(site.post_to("/api/zones", JSON, set).0, 202);
+    hear(&mut socket, |m| {
+        m["type"] == "zones" && m["zones"][0]["name"] == "dock"
+    });
+    let wrong = set.replace("[1,1,1]", "[1,1,0]");
+    let (status, cause) = site.post_to("/api/zones", JSON, &wrong);
+    assert!(
+        status == 400 && cause.contains("\"size\""),
+        "{status} {cause}"
+    );
+
+    let node = NodeId::new("viewer").unwrap();
+    let events = site
+        .bus
+        .subscribe(&site.keys.events(&node), 16, DropRule::Oldest, 4096);
+    let events = events.unwrap();
+    let key = site.keys.pose(&cube());
+    let poses = site.bus.raw_publisher(&key, Qos::Config).unwrap();
+    for sequence in 0..20 {
+        let mut pose = messages::pose(&cube(), sequence);
+        pose.capture_ns = 1 + sequence * 33_000_000;
+        pose.position = [if sequence < 10 { 2.0 } else { 0.1 }, 0.0, 0.0];
+        poses.put(&encode(&pose).unwrap()).unwrap();
+    }
+    // The zones are told before the events.
+    hear(&mut socket, |m| {
+        m["type"] == "zones" && m["zones"][0]["inside"][0] == "cube"
+    });
+    let told = hear(&mut socket, |m| {
+        m["type"] == "events" && m["events"][0] != Value::Null
+    });
+    let event = &told["events"][0];
+    assert_eq!(
+        (&event["event"], &event["zone"]),
+        (&"entered".into(), &"dock".into())
+    );
+    let item = events.recv_timeout(PATIENCE).unwrap();
+    let published: Value = serde_json::from_slice(item.bytes().unwrap()).unwrap();
+    assert_eq!(&published, event);
+    let (path, mut posted) = take_post(&hook);
+    assert_eq!((path.as_str(), &posted["site"]), ("/hook", &"demo".into()));
+    posted.as_object_mut().unwrap().remove("site");
+    assert_eq!(&posted, event);
+    let file = std::fs::read_to_string(site.folder.path().join("zones.toml")).unwrap();
+    assert!(file.contains("dock"), "{file}");
+    site.stop();
 }
 
 #[test]

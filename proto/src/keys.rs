@@ -214,6 +214,12 @@ impl Keys {
         self.under(format_args!("object/{object}/links"))
     }
 
+    /// Events of the zones of a viewer bridge, as JSON.
+    #[must_use]
+    pub fn events(&self, node: &NodeId) -> String {
+        self.under(format_args!("viewer/{node}/events"))
+    }
+
     /// Liveliness of a node.
     #[must_use]
     pub fn alive(&self, kind: NodeKind, id: &NodeId) -> String {

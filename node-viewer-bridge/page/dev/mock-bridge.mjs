@@ -1,7 +1,8 @@
 // Stands in for the bridge while one works on the page without the Rust side:
 //     npm run mock            serves dist/ and a made-up site on http://127.0.0.1:8600
 //     npm run dev             beside it: the page from source, with live reload
-// PORT names another port; WITHOUT_TRUTH=1 plays a site that is not simulated.
+// PORT names another port; WITHOUT_TRUTH=1 plays a site that is not simulated; OBJECTS and CAMERAS say how many there are; SPEED=20 lets
+// time go by that much faster.
 
 import { createServer } from "node:http";
 import { readFile } from "node:fs/promises";
@@ -9,18 +10,37 @@ import { WebSocketServer } from "ws";
 import { cameras, measuredPose, objects, picture, seenTags } from "./mock-site.mjs";
 
 const port = Number(process.env.PORT ?? 8600);
+const begun = Date.now();
 const withTruth = !process.env.WITHOUT_TRUTH;
 const types = { html: "text/html; charset=utf-8", js: "text/javascript", css: "text/css" };
 
+/** As the bridge takes it, without its checks. */
+function changeZones({ do: what, zone, name }) {
+  zones = zones.filter((known) => known.name !== (zone?.name ?? name));
+  if (what === "set") zones.push({ ...zone, inside: [] });
+  send({ type: "zones", zones, kept: true });
+}
+
+let zones = [{ shape: "box", name: "dock", centre: [0.3, 0, 0.15], size: [0.3, 0.5, 0.3], yaw_deg: 20, inside: [] }];
+const events = [];
+
 const http = createServer(async (request, response) => {
-  const name = request.url === "/" ? "index.html" : request.url.slice(1);
+  if (request.url === "/api/session") return void response.writeHead(200, { "content-type": "application/json" }).end('{"role":"operator"}');
+  if (request.url === "/api/zones") {
+    let body = "";
+    for await (const chunk of request) body += chunk;
+    changeZones(JSON.parse(body));
+    return void response.writeHead(202).end("{}");
+  }
+  const path = request.url.split("?")[0];
+  const name = path === "/" ? "index.html" : path.slice(1);
   if (!/^[a-z]+\.(html|js|css)$/.test(name)) return void response.writeHead(404).end();
   const body = await readFile(new URL(`../dist/${name}`, import.meta.url)).catch(() => null);
   response.writeHead(body ? 200 : 404, { "content-type": types[name.split(".")[1]] }).end(body);
 });
 const sockets = new WebSocketServer({ server: http, path: "/ws" });
-const begun = Date.now();
-const nowNs = () => Date.now() * 1e6;
+const speed = Number(process.env.SPEED ?? 1);
+const nowNs = () => (begun + speed * (Date.now() - begun)) * 1e6;
 
 function send(message) {
   const frame = message instanceof Buffer ? message : JSON.stringify(message);
@@ -32,17 +52,40 @@ sockets.on("connection", (socket) => {
   greet({ type: "hello", site: "mock", version: "0.0.0", protocol: 1, now_ns: nowNs(), role: "operator" });
   greet({ type: "rig", cameras });
   for (const object of objects) greet({ type: "object", ...object });
+  greet({ type: "zones", zones, kept: true });
   for (const camera of cameras) greet({ type: "alive", kind: "camera", id: camera.id, up: true });
 });
 
 let sequence = 0;
 setInterval(() => {
   sequence++;
-  const t = (Date.now() - begun) / 1000;
+  const t = (nowNs() - begun * 1e6) / 1e9;
   const t_ns = nowNs() - 20e6;
   cameras.forEach((camera, index) => sendImage(camera, t, t_ns + index * 1e6, sequence % 4 === index));
   for (const object of objects) sendPose(object, t, t_ns);
-}, 1000 / 30);
+  send({ type: "joints", object: "gamepad", t_ns, joints: [{ joint: "stick", value: 0.3 * Math.sin(t), sigma: 0.004, velocity: 0 }] });
+  occupy(t_ns);
+}, 1000 / 30 / speed);
+
+/** Without hysteresis: a cube that passes is enough. */
+function occupy(t_ns) {
+  const t = t_ns / 1e9 - begun / 1000;
+  let news = false;
+  for (const zone of zones) {
+    for (const { id } of objects) {
+      const { position } = measuredPose(id, t);
+      const inside = position.every((value, k) => Math.abs(value - zone.centre[k]) < (zone.size?.[k] ?? 2 * zone.radius) / 2);
+      if (inside === zone.inside.includes(id)) continue;
+      zone.inside = inside ? [...zone.inside, id] : zone.inside.filter((other) => other !== id);
+      events.push({ sequence: sequence * 100 + events.length, t_ns, object: id, event: inside ? "entered" : "left", zone: zone.name, position });
+      news = true;
+    }
+  }
+  if (events.length > 64) events.splice(0, events.length - 64);
+  if (!news) return;
+  send({ type: "zones", zones, kept: true });
+  send({ type: "events", events, dropped: 0 });
+}
 
 function sendImage(camera, t, t_ns, withPicture) {
   const seen = seenTags(camera, t);
@@ -92,7 +135,8 @@ setInterval(() => {
   for (const { id } of cameras) {
     send({ type: "camera_status", camera: id, version: "0.0.0", host: "mock", captured: sequence, detected: sequence - 3, dropped: 3, rate_hz: 30, detect_ms: { p50: 4, p99: 7 }, clock: { source: "local", error_ns: 0 }, uptime_s: sequence / 30, published: sequence, messages: [] });
   }
-  send({ type: "fusion_status", node: "fusion", version: "0.0.0", uptime_s: 1, cameras: [], foreign: {}, objects: [], faults: process.env.FAULTS ? [{ camera_moved: { camera: "east" } }] : [], faults_left_out: 0, imperfections: [], notices: [] });
+  send({ type: "clocks", node: "fusion", cameras: [{ camera: "east", offset_s: 0.0021 + 0.0002 * Math.sin(sequence / 200), sigma_s: 0.0002, drift: null }] });
+  send({ type: "fusion_status", node: "fusion", version: "0.0.0", uptime_s: 1, cameras: [], foreign: {}, objects: [], faults: process.env.FAULTS ? [{ camera_moved: { camera: "east" } }, { tag_size: { object: "cube", tag: { family: "tag36h11", id: 3 }, ratio: 1.03 } }] : [], faults_left_out: 0, imperfections: process.env.FAULTS ? [{ cameras_disagree: { a: "north", b: "south", apart_m: 0.0043 } }] : [], notices: process.env.FAULTS ? [{ camera_silent: { camera: "west", silent_s: sequence / 30 } }] : [] });
   send({ type: "bridge_status", now_ns: nowNs(), uptime_s: 1, network: true, clients: sockets.clients.size, replaced: 0, rejected: {} });
 }, 1000);
 

@@ -47,7 +47,13 @@ function lookingAt(position, target) {
   return { position, orientation: fromColumns(x, cross(z, x), z) };
 }
 
-export const cameras = [["north", [0.1, 1.15, 0.85]], ["east", [1.2, 0.1, 0.75]], ["south", [-0.1, -1.15, 0.9]], ["west", [-1.2, -0.1, 0.7]]].map(
+/** CAMERAS beyond the four stand between them. */
+const more = Array.from({ length: Math.max(0, Number(process.env.CAMERAS ?? 4) - 4) }, (_, k) => {
+  const angle = Math.PI * (0.25 + k / 2);
+  return [`extra-${k + 1}`, [1.3 * Math.cos(angle), 1.3 * Math.sin(angle), 1.1]];
+});
+
+export const cameras = [["north", [0.1, 1.15, 0.85]], ["east", [1.2, 0.1, 0.75]], ["south", [-0.1, -1.15, 0.9]], ["west", [-1.2, -0.1, 0.7]], ...more].map(
   ([id, position]) => ({
     id,
     resolution: IMAGE,
@@ -81,6 +87,8 @@ export const objects = [
   { id: "cube", tags: boxTags(0, 0.08, 0.055) },
   { id: "gamepad", tags: [tag(10, 0.06, [-0.06, 0, 0], unit([-0.5, 0, 0.9]), [0, 1, 0]), tag(11, 0.06, [0.06, 0, 0], unit([0.5, 0, 0.9]), [0, 1, 0])] },
   { id: "plate", tags: [tag(20, 0.1, [0, 0, 0], [0, 0, 1], [0, 1, 0])] },
+  // OBJECTS beyond the three are cubes on circles of their own.
+  ...Array.from({ length: Math.max(0, Number(process.env.OBJECTS ?? 3) - 3) }, (_, k) => ({ id: `box-${k + 1}`, tags: boxTags(30 + 5 * k, 0.05, 0.035) })),
 ];
 
 const noise = (seed) => (Math.sin(seed * 12.9898) * 43758.5453) % 1;
@@ -88,6 +96,10 @@ const noise = (seed) => (Math.sin(seed * 12.9898) * 43758.5453) % 1;
 /** True pose of an object at `t` seconds. */
 export function truePose(id, t) {
   const turned = (axis, rate) => about(axis, rate * t);
+  if (id.startsWith("box-")) {
+    const [k, phase] = [Number(id.slice(4)), (0.4 + 0.1 * Number(id.slice(4))) * t];
+    return { position: [0.6 * Math.cos(phase + k), 0.6 * Math.sin(phase + k), 0.05 + 0.05 * k], orientation: turned([0, 0, 1], 0.2 * k) };
+  }
   if (id === "cube") return { position: [0.35 * Math.cos(0.7 * t), 0.35 * Math.sin(0.7 * t), 0.16 + 0.05 * Math.sin(1.3 * t)], orientation: product(turned([0, 0, 1], 0.9), about([1, 0, 0], 0.3 * Math.sin(t))) };
   if (id === "gamepad") return { position: [-0.15 + 0.1 * Math.sin(1.1 * t), 0.25 * Math.sin(0.55 * t), 0.34 + 0.04 * Math.cos(1.7 * t)], orientation: product(about([0, 0, 1], 0.8 * Math.sin(0.4 * t)), about([0, 1, 0], 0.35 * Math.sin(0.9 * t))) };
   return { position: [0.1 + 0.22 * Math.sin(0.33 * t), -0.3 + 0.08 * Math.cos(0.5 * t), 0.02], orientation: turned([0, 0, 1], -0.35) };

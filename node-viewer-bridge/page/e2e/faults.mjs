@@ -2,7 +2,7 @@
 //
 //     node e2e/faults.mjs URL WORDS... [--gone OBJECT] [--screenshot FILE] [--timeout SECONDS]
 //
-// Waits until each of the WORDS stands among the notices, and until no row shows OBJECT. Exit code 1 when one is missing.
+// Waits until each of the WORDS stands in the health panel, and until no row shows OBJECT. Exit code 1 when one is missing.
 
 import { parseArgs } from "node:util";
 import { launch } from "./chromium.mjs";
@@ -28,7 +28,7 @@ try {
     );
     await told.catch(async () => {
       missing += 1;
-      console.error(`FAIL "${wanted}" is not among ${JSON.stringify(await notices())}`);
+      console.error(`FAIL "${wanted}" is not in ${JSON.stringify(await notices())}`);
     });
   }
   if (options.gone) {
@@ -39,7 +39,7 @@ try {
     });
   }
   if (options.screenshot) {
-    await page.click("[data-testid=notices] summary");
+    await page.click("[data-testid=tab-health]");
     await page.screenshot({ path: options.screenshot });
   }
 } finally {

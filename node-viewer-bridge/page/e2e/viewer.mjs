@@ -7,7 +7,7 @@
 // check failed, 2 for wrong usage.
 
 import { spawn } from "node:child_process";
-import { mkdir } from "node:fs/promises";
+import { mkdir, readFile } from "node:fs/promises";
 import { join } from "node:path";
 import { parseArgs } from "node:util";
 import { launch } from "./chromium.mjs";
@@ -106,6 +106,162 @@ async function checkDetector(page) {
   await detector.waitFor({ state: "hidden", timeout });
 }
 
+const tab = (page, key) => page.click(`[data-testid=tab-${key}]`);
+
+/** Each chart of figures has points, the cursor reads them out, a held chart stands still, and files can be had. */
+async function checkPlots(page) {
+  await tab(page, "plots");
+  const filled = ["position", "attitude", "sigma_mm", "sigma_deg", "pose_ms", "image_ms", "stage_ms", "rate_hz", "residual_px"];
+  await wait(page, (ids) => ids.every((id) => Number(document.querySelector(`[data-testid=chart-${id}]`).dataset.points) > 5), filled);
+  await page.click("[data-testid=plots-window-10]");
+  await page.click("[data-testid=plots-pause]");
+  const readOut = () => page.locator("[data-testid=chart-position] .u-legend").innerText();
+  await page.waitForTimeout(300);
+  const newest = await readOut();
+  await page.locator("[data-testid=chart-position] .u-over").hover({ position: { x: 220, y: 40 } });
+  assert((await readOut()) !== newest, `the cursor reads out nothing: ${newest}`);
+  await screenshot(page, "plots");
+  const [file] = await Promise.all([page.waitForEvent("download", { timeout }), page.click("[data-testid=plots-csv-object]")]);
+  const [head, ...rows] = (await readFile(await file.path(), "utf8")).trim().split("\n");
+  assert(head.startsWith("t_s,x_m,y_m,z_m,") && rows.length > 20, `the file has ${rows.length} rows below "${head}"`);
+  assert(rows.every((row) => row.split(",").length === head.split(",").length), "the file's rows differ in length");
+  await page.click("[data-testid=plots-pause]");
+}
+
+/** Held, the table stands still and shows another time; it runs on; live again, it is the present. */
+async function checkTimeline(page) {
+  await tab(page, "objects");
+  await page.keyboard.press(",");
+  await wait(page, () => document.body.dataset.replaying === "true");
+  const held = await shownPositions(page);
+  await page.waitForTimeout(500);
+  assert(JSON.stringify(held) === JSON.stringify(await shownPositions(page)), "the table moves while the time is held");
+  await page.keyboard.press("k");
+  await changes(page, "the replayed table", shownPositions);
+  await page.locator("[data-testid=timeline-slider]").focus();
+  await page.keyboard.press("Home");
+  await changes(page, "the replayed scene", drawnPositions);
+  await screenshot(page, "replay");
+  await page.click("[data-testid=timeline-live]");
+  await wait(page, () => document.body.dataset.replaying === "false");
+  await changes(page, "the present table", shownPositions);
+}
+
+/** A click on an object follows it: it stays where it is on the screen. */
+async function checkFollow(page) {
+  const place = await page.evaluate(() => window.sextant.screen(Object.keys(window.sextant.positions())[0]));
+  await page.mouse.click(...place);
+  await wait(page, () => window.sextant.selection.object !== null);
+  const followed = await page.evaluate(() => window.sextant.selection.object);
+  const where = () => page.evaluate((id) => window.sextant.screen(id), followed);
+  await page.waitForTimeout(300);
+  const before = await where();
+  await changes(page, "the followed object", drawnPositions);
+  await page.waitForTimeout(300);
+  const after = await where();
+  assert(Math.hypot(after[0] - before[0], after[1] - before[1]) < 3, `the followed object moved from ${before} to ${after}`);
+  await screenshot(page, "follow");
+  await page.keyboard.press("Escape");
+  assert((await page.evaluate(() => window.sextant.selection.object)) === null, "Escape does not leave the object");
+  await page.keyboard.press("r");
+}
+
+/** Through a camera's eye the tags lie where the poses put them. */
+async function checkEye(page) {
+  await page.locator("[data-testid$=-eye]").first().click();
+  await wait(page, () => Number(document.querySelector("[data-testid=eye]").dataset.tags) > 0);
+  await wait(page, () => /residual \d/.test(document.querySelector("[data-testid=eye-residual]").textContent));
+  const residual = Number((await page.textContent("[data-testid=eye-residual]")).match(/[\d.]+/)[0]);
+  assert(residual < 15, `the projected tags lie ${residual} px off`);
+  await screenshot(page, "eye");
+  await page.click("[data-testid=eye-close]");
+}
+
+async function checkMeasure(page) {
+  await tab(page, "measure");
+  await page.click("[data-testid=measure-toggle]");
+  await wait(page, () => /^[\d.]+ ± [\d.]+ mm$/.test(document.querySelector("[data-testid=measure-distance]").textContent));
+  await changes(page, "the distance", (page) => page.textContent("[data-testid=measure-distance]"));
+  await page.locator(".label-ruler").waitFor({ state: "visible", timeout });
+  await screenshot(page, "measure");
+  await page.click("[data-testid=measure-toggle]");
+}
+
+/** A zone where the objects are fills, is drawn, complains about nonsense, and goes again. */
+async function checkZones(page) {
+  await tab(page, "zones");
+  const fill = async (name, size) => {
+    await page.fill("[data-testid=wizard-field-name]", name);
+    await page.fill("[data-testid=wizard-field-centre]", "0, 0, 0.2");
+    await page.fill("[data-testid=wizard-field-size]", size);
+    await page.click("[data-testid=zone-set]");
+  };
+  await fill("room", "-1");
+  await wait(page, () => document.querySelector("[data-testid=wizard-complaint-size]").textContent !== "");
+  await fill("room", "3");
+  await wait(page, () => document.querySelector("[data-testid=zone-room]")?.dataset.inside !== "");
+  await fill("middle", "0.2, 0.2, 0.6");
+  await wait(page, () => document.querySelector("[data-testid=zones-events] [data-event=entered]") !== null);
+  await wait(page, () => [...document.querySelectorAll(".label-zone")].some((label) => label.textContent === "middle"));
+  await screenshot(page, "zones");
+  for (const name of ["room", "middle"]) {
+    await page.click(`[data-testid=zone-${name}] [data-testid=zone-remove]`);
+    await page.locator(`[data-testid=zone-${name}]`).waitFor({ state: "detached", timeout });
+  }
+}
+
+async function checkHealth(page) {
+  await tab(page, "health");
+  await page.locator("[data-testid=health]").waitFor({ state: "visible", timeout });
+  await screenshot(page, "health");
+  const note = page.locator("[data-testid=health-acknowledge]").first();
+  if (!(await note.isVisible())) return;
+  const open = () => page.$$eval("[data-testid=health-acknowledge]", (buttons) => buttons.length);
+  const before = await open();
+  await note.click();
+  assert((await open()) < before, "a noted entry still wants attention");
+}
+
+/** Keys, the list of them, and light and dark. */
+async function checkKeys(page) {
+  await page.keyboard.press("?");
+  await page.locator("[data-testid=shortcuts]").waitFor({ state: "visible", timeout });
+  await screenshot(page, "keys");
+  await page.keyboard.press("Escape");
+  const theme = () => page.evaluate(() => [document.documentElement.dataset.theme, getComputedStyle(document.body).backgroundColor].join());
+  const before = await theme();
+  await page.keyboard.press("l");
+  assert((await theme()) !== before, `the theme stays ${before}`);
+  await page.keyboard.press("1");
+  await screenshot(page, "light");
+  await page.keyboard.press("l");
+  assert((await theme()) === before, "the theme does not come back");
+}
+
+/** On a wall nothing can be pressed, and everything is seen. */
+async function checkKiosk(browser) {
+  const page = await browser.newPage({ viewport: { width: 1440, height: 900 } });
+  await page.goto(`${url}?kiosk`);
+  await checkObjects(page);
+  const buttons = await page.$$eval("button", (buttons) => buttons.filter((button) => button.checkVisibility() && !button.classList.contains("enlarge") && !button.closest("tbody")).map((button) => button.textContent));
+  assert(buttons.length === 0, `buttons are left: ${buttons.join(", ")}`);
+  await screenshot(page, "kiosk");
+  await page.close();
+}
+
+/** No label lies over another, however often one looks. */
+async function checkLabels(page) {
+  for (let look = 0; look < 20; look++) {
+    const overlaps = await page.evaluate(() => {
+      const boxes = [...document.querySelectorAll(".label")].filter((label) => !label.hidden).map((label) => ({ text: label.textContent, ...label.getBoundingClientRect().toJSON() }));
+      const over = (a, b) => a.left < b.right - 1 && b.left < a.right - 1 && a.top < b.bottom - 1 && b.top < a.bottom - 1;
+      return boxes.flatMap((a, at) => boxes.slice(at + 1).filter((b) => over(a, b)).map((b) => `${a.text} and ${b.text}`));
+    });
+    assert(overlaps.length === 0, `labels overlap: ${overlaps.join(", ")}`);
+    await page.waitForTimeout(100);
+  }
+}
+
 async function checkReconnect(page) {
   await page.evaluate(() => {
     const banner = document.querySelector("[data-testid=connection-banner]");
@@ -126,16 +282,23 @@ async function checkPhone(browser) {
   await page.goto(url);
   await checkObjects(page);
   await checkPictures(page);
-  const width = await page.evaluate(() => document.documentElement.scrollWidth);
-  assert(width <= 390, `the page is ${width} px wide on a phone of 390 px`);
-  await screenshot(page, "phone");
+  for (const key of ["objects", "plots", "health", "measure", "zones"]) {
+    await tab(page, key);
+    await page.waitForTimeout(300);
+    const wide = await page.evaluate(() => {
+      const beyond = [...document.querySelectorAll("body *")].filter((each) => each.checkVisibility() && !each.closest(".labels, .tabs, svg, .uplot, thead") && each.getBoundingClientRect().right > 391);
+      return [document.documentElement.scrollWidth, ...beyond.map((each) => `${each.tagName}.${each.className}`)];
+    });
+    assert(wide[0] <= 390 && wide.length === 1, `on a phone of 390 px, ${key} reaches to ${wide.join(", ")}`);
+    await screenshot(page, `phone-${key}`);
+  }
   await context.close();
 }
 
 async function screenshot(page, name) {
   if (!options.screenshots) return;
   await mkdir(options.screenshots, { recursive: true });
-  await page.screenshot({ path: join(options.screenshots, `${name}.png`), fullPage: name === "phone" });
+  await page.screenshot({ path: join(options.screenshots, `${name}.png`), fullPage: name.startsWith("phone") });
 }
 
 const browser = await launch();
@@ -153,6 +316,16 @@ try {
   await check("pictures come with outlines", () => checkPictures(page));
   await screenshot(page, "desktop");
   await check("an enlarged picture tells what the detector did", () => checkDetector(page));
+  await check("labels never overlap", () => checkLabels(page));
+  await check("figures are plotted over time and saved", () => checkPlots(page));
+  await check("the time line goes back and forth", () => checkTimeline(page));
+  await check("a clicked object is followed", () => checkFollow(page));
+  await check("a camera can be looked through", () => checkEye(page));
+  await check("objects are measured", () => checkMeasure(page));
+  await check("zones are set, filled and removed", () => checkZones(page));
+  await check("notices can be noted", () => checkHealth(page));
+  await check("keys do what they say", () => checkKeys(page));
+  await check("a kiosk has no buttons", () => checkKiosk(browser));
   if (options.restart) await check("it reconnects after the bridge restarts", () => checkReconnect(page));
   await check("a phone shows it all without scrolling sideways", () => checkPhone(browser));
   await check("no script failed", () => assert(errors.length === 0, errors.join("; ")));

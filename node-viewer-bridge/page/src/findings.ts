@@ -1,4 +1,4 @@
-// What a fusion node reports besides poses, in sentences: faults of the site, imperfections of its files, notices of the node itself. The variants
+// What a fusion node reports besides poses, in words: faults of the site, imperfections of its files, notices of the node itself. The variants
 // and their fields are those of proto/CONTRACT.md.
 
 import { isText, type Test } from "./shape.ts";
@@ -6,7 +6,30 @@ import { isText, type Test } from "./shape.ts";
 type Fields = Record<string, unknown>;
 /** A variant's name, or its name with its fields. */
 export type Finding = string | Record<string, Fields>;
-type Sentences = Record<string, (fields: Fields) => string>;
+export type Level = "fault" | "imperfection" | "notice";
+
+/** What is wrong, and what to do about it. */
+interface Story {
+  cause: string;
+  /** Empty where there is nothing to do. */
+  remedy: string;
+}
+
+/** A finding as people read it. */
+export interface Report extends Story {
+  /** Stays the same while amounts change. */
+  key: string;
+  level: Level;
+  subject: Subject;
+}
+
+/** What a report is about: a camera, an object, or the node that reports. */
+export interface Subject {
+  kind: "camera" | "object" | "node";
+  id: string;
+}
+
+type Stories = Record<string, (fields: Fields) => Story>;
 
 export interface Findings {
   faults: Finding[];
@@ -20,6 +43,7 @@ const isFields = (value: unknown): boolean => typeof value === "object" && value
 export const isFinding: Test = (value) =>
   isText(value) || (isFields(value) && Object.keys(value as Fields).length === 1 && Object.values(value as Fields).every(isFields));
 
+const story = (cause: string, remedy = ""): Story => ({ cause, remedy });
 const number = (value: unknown): number => (typeof value === "number" ? value : 0);
 const fixed = (value: unknown, digits: number): string => number(value).toFixed(digits);
 const signed = (value: number, digits: number): string => (value < 0 ? "" : "+") + value.toFixed(digits);
@@ -41,112 +65,133 @@ function span(seconds: number): string {
   return `${(seconds / (365.25 * day)).toFixed(1)} years`;
 }
 
-function clockOff({ camera, offset_s }: Fields): string {
+function clockOff({ camera, offset_s }: Fields): Story {
   const offset = number(offset_s);
   const by =
     Math.abs(offset) < 0.1
       ? `off by ${signed(offset * 1e3, 1)} ms`
       : `${span(Math.abs(offset))} ${offset > 0 ? "ahead" : "behind"}`;
-  return `the clock of camera ${String(camera)} is ${by}: set its clock; poses allow for it`;
+  return story(`the clock of camera ${String(camera)} is ${by}`, "set its clock; poses allow for it");
 }
 
-function untimely({ camera, age_s }: Fields): string {
+function untimely({ camera, age_s }: Fields): Story {
   const age = number(age_s);
   return age < 0
-    ? `images of camera ${String(camera)} are stamped ${span(-age)} ahead of their arrival and left out: set its clock`
-    : `images of camera ${String(camera)} arrive ${span(age)} after their stamps and are left out: set its clock, or check its network`;
+    ? story(`images of camera ${String(camera)} are stamped ${span(-age)} ahead of their arrival and left out`, "set its clock")
+    : story(`images of camera ${String(camera)} arrive ${span(age)} after their stamps and are left out`, "set its clock, or check its network");
 }
 
-function tagSize(fields: Fields): string {
+function tagSize(fields: Fields): Story {
   const larger = (number(fields.ratio) - 1) * 100;
   const how = larger > 0 ? "larger" : "smaller";
-  return `${tagOf(fields)} is ${Math.abs(larger).toFixed(1)} % ${how} than the model says: measure it and correct its size`;
+  return story(`${tagOf(fields)} is ${Math.abs(larger).toFixed(1)} % ${how} than the model says`, "measure it and correct its size");
 }
 
-const FAULTS: Sentences = {
-  camera_moved: ({ camera }) => `camera ${String(camera)} is not where the rig says: calibrate it again`,
+const FAULTS: Stories = {
+  camera_moved: ({ camera }) => story(`camera ${String(camera)} is not where the rig says`, "calibrate it again"),
   cameras_disagree: ({ a, b }) =>
-    `cameras ${String(a)} and ${String(b)} contradict each other, one is not where the rig says: calibrate both again, or let a third see the same`,
+    story(`cameras ${String(a)} and ${String(b)} contradict each other, one is not where the rig says`, "calibrate both again, or let a third see the same"),
   tag_misplaced: (fields) =>
-    `${tagOf(fields)} is loose or not where the model says: stick it back, or learn the object again`,
+    story(`${tagOf(fields)} is loose or not where the model says`, "stick it back, or learn the object again"),
   tag_size: tagSize,
   tag_elsewhere: (fields) => {
     const where = fields.on === null ? "" : `, on object ${String(fields.on)}`;
-    return `${tagOf(fields)} is seen where it cannot be${where}: take it off there, or print another id for one of them`;
+    return story(`${tagOf(fields)} is seen where it cannot be${where}`, "take it off there, or print another id for one of them");
   },
   clock_off: clockOff,
   untimely,
   duplicate_tag: (fields) =>
-    `camera ${String(fields.camera)} sees ${tag(fields.tag)} twice: print another id for one of them`,
+    story(`camera ${String(fields.camera)} sees ${tag(fields.tag)} twice`, "print another id for one of them"),
 };
 
-const IMPERFECTIONS: Sentences = {
+const IMPERFECTIONS: Stories = {
   cameras_disagree: ({ a, b, apart_m }) =>
-    `cameras ${String(a)} and ${String(b)} disagree by ${fixed(number(apart_m) * 1e3, 1)} mm: run \`sextant calibrate rig\`; poses allow for it`,
+    story(`cameras ${String(a)} and ${String(b)} disagree by ${fixed(number(apart_m) * 1e3, 1)} mm`, "run `sextant calibrate rig`; poses allow for it"),
   tag_off: (fields) => {
     const by = `${fixed(number(fields.position_m) * 1e3, 1)} mm and ${fixed((number(fields.orientation_rad) * 180) / Math.PI, 1)} degrees`;
-    return `${tagOf(fields)} is ${by} off its place in the file: run \`sextant learn\`; poses allow for it`;
+    return story(`${tagOf(fields)} is ${by} off its place in the file`, "run `sextant learn`; poses allow for it");
   },
   size_off: (fields) =>
-    `${tagOf(fields)} is ${percent(fields.ratio, 1)} off its size in the file: measure it, or run \`sextant learn\`; poses allow for it`,
+    story(`${tagOf(fields)} is ${percent(fields.ratio, 1)} off its size in the file`, "measure it, or run `sextant learn`; poses allow for it"),
   focal_length_off: ({ camera, ratio }) =>
-    `the focal length of camera ${String(camera)} is ${percent(ratio, 2)} off that in the rig file: run \`sextant calibrate lens\`; poses allow for it`,
+    story(`the focal length of camera ${String(camera)} is ${percent(ratio, 2)} off that in the rig file`, "run `sextant calibrate lens`; poses allow for it"),
 };
 
-const detail = (fields: Fields): string => String(fields.detail);
+const detail = (fields: Fields): Story => story(String(fields.detail));
 
-const REFUSALS: Sentences = {
+const REFUSALS: Stories = {
   undecodable: detail,
-  wrong_id: ({ described }) => `the payload describes object ${String(described)}, not that of its key`,
-  no_camera: () => "the rig has no camera",
+  wrong_id: ({ described }) => story(`the payload describes object ${String(described)}, not that of its key`),
+  no_camera: () => story("the rig has no camera"),
   invalid_camera: detail,
   invalid_object: detail,
-  unknown_tag: (fields) => `there is no ${tag(fields.tag)}; ids are 0 to ${number(fields.n_ids) - 1}`,
+  unknown_tag: (fields) => story(`there is no ${tag(fields.tag)}; ids are 0 to ${number(fields.n_ids) - 1}`),
   shared_tag: (fields) =>
-    `${tag(fields.tag)} is on object ${String(fields.first)} and on object ${String(fields.second)}: print another id for one of them`,
-  too_many_objects: ({ limit }) => `a site has at most ${number(limit)} objects`,
+    story(`${tag(fields.tag)} is on object ${String(fields.first)} and on object ${String(fields.second)}`, "print another id for one of them"),
+  too_many_objects: ({ limit }) => story(`a site has at most ${number(limit)} objects`),
   unpublishable: detail,
-  not_stored: (fields) => `the change cannot be written to the node's files: ${detail(fields)}`,
+  not_stored: (fields) => story(`the change cannot be written to the node's files: ${detail(fields).cause}`),
   other: detail,
 };
 
-const NOTICES: Sentences = {
+const NOTICES: Stories = {
   camera_silent: ({ camera, silent_s }) =>
-    `camera ${String(camera)} has sent nothing for ${fixed(silent_s, 0)} s: check its power and its network`,
+    story(`camera ${String(camera)} has sent nothing for ${fixed(silent_s, 0)} s`, "check its power and its network"),
   late_observations: ({ camera, total }) =>
-    `observations of camera ${String(camera)} arrive too late (${number(total)} dropped since the start): check its network and its clock`,
+    story(`observations of camera ${String(camera)} arrive too late (${number(total)} dropped since the start)`, "check its network and its clock"),
   overload: ({ dropped, total }) =>
-    `overload: ${number(dropped)} observations dropped unread (${number(total)} since the start): use fewer images a second, fewer cameras or a faster machine`,
-  unpublished: (fields) => `${number(fields.total)} messages not published since the start; last: ${detail(fields)}`,
+    story(`overload: ${number(dropped)} observations dropped unread (${number(total)} since the start)`, "use fewer images a second, fewer cameras or a faster machine"),
+  unpublished: (fields) => story(`${number(fields.total)} messages not published since the start; last: ${detail(fields).cause}`),
   clock_stepped: ({ by_s }) => {
     const by = number(by_s);
     const way = by < 0 ? "back" : "forward";
-    return `the clock of the fusion node's machine was set ${way} by ${fixed(Math.abs(by), 3)} s: tracking begins anew`;
+    return story(`the clock of the fusion node's machine was set ${way} by ${fixed(Math.abs(by), 3)} s: tracking begins anew`);
   },
   change_refused: ({ key, sender, refusal }) => {
     const by = isText(sender) ? ` by ${String(sender)}` : "";
-    const why = isFinding(refusal) ? sentence(REFUSALS, refusal as Finding) : "";
-    return `change of ${String(key)}${by} refused: ${why}`;
+    const why = isFinding(refusal) ? storyOf(REFUSALS, refusal as Finding) : story("");
+    return story(`change of ${String(key)}${by} refused: ${why.cause}`, why.remedy);
   },
-  name_taken: ({ host }) => `another fusion node of this name runs on ${String(host)}: stop one of them`,
+  name_taken: ({ host }) => story(`another fusion node of this name runs on ${String(host)}`, "stop one of them"),
   refinement_proposed: ({ n_images, before_px, after_px }) =>
-    `a refined calibration explains the images better (${fixed(before_px, 2)} px to ${fixed(after_px, 2)} px on ${number(n_images)} held-back images): apply it here, or run \`sextant config apply-refinement\``,
+    story(`a refined calibration explains the images better (${fixed(before_px, 2)} px to ${fixed(after_px, 2)} px on ${number(n_images)} held-back images)`, "apply it here, or run `sextant config apply-refinement`"),
 };
 
-/** A finding in a sentence; one of a newer fusion node by its name. */
-function sentence(sentences: Sentences, finding: Finding): string {
-  const [name, fields] = isText(finding) ? [String(finding), {}] : (Object.entries(finding)[0] ?? ["", {}]);
-  const write = Object.hasOwn(sentences, name) ? sentences[name] : undefined;
-  return write ? write(fields as Fields) : name.replaceAll("_", " ");
+/** A finding in words; one of a newer fusion node by its name. */
+function storyOf(stories: Stories, finding: Finding): Story {
+  const [name, fields] = parts(finding);
+  const write = Object.hasOwn(stories, name) ? stories[name] : undefined;
+  return write ? write(fields) : story(name.replaceAll("_", " "));
 }
 
-/** Everything that a fusion node reports, a sentence each. */
-export function sentences(findings: Findings): string[] {
+function parts(finding: Finding): [string, Fields] {
+  return typeof finding === "string" ? [finding, {}] : (Object.entries(finding)[0] ?? ["", {}]);
+}
+
+/** Everything that a fusion node reports. */
+export function reports(node: string, findings: Findings): Report[] {
   const { faults, faults_left_out, imperfections, notices } = findings;
+  const of = (level: Level, stories: Stories, list: Finding[]): Report[] =>
+    list.map((finding) => ({ ...storyOf(stories, finding), key: `${node}/${level}/${keyOf(finding)}`, level, subject: subjectOf(node, finding) }));
+  const left: Report = { ...story(`and ${faults_left_out} more faults`), key: `${node}/left-out`, level: "fault", subject: subjectOf(node, "") };
   return [
-    ...faults.map((fault) => sentence(FAULTS, fault)),
-    ...(faults_left_out > 0 ? [`and ${faults_left_out} more faults`] : []),
-    ...imperfections.map((imperfection) => sentence(IMPERFECTIONS, imperfection)),
-    ...notices.map((notice) => sentence(NOTICES, notice)),
+    ...of("fault", FAULTS, faults),
+    ...(faults_left_out > 0 ? [left] : []),
+    ...of("imperfection", IMPERFECTIONS, imperfections),
+    ...of("notice", NOTICES, notices),
   ];
+}
+
+/** The variant and who it is about, without amounts. */
+function keyOf(finding: Finding): string {
+  const [name, { camera, a, b, object, on, tag: about, key, refusal }] = parts(finding);
+  const why = isFinding(refusal) ? parts(refusal as Finding)[0] : undefined;
+  return [name, camera, a, b, object, on, isFields(about) ? tag(about) : undefined, key, why].filter((part) => part != null).join(" ");
+}
+
+function subjectOf(node: string, finding: Finding): Subject {
+  const [, { camera, a, object }] = parts(finding);
+  if (isText(camera)) return { kind: "camera", id: String(camera) };
+  if (isText(object)) return { kind: "object", id: String(object) };
+  return isText(a) ? { kind: "camera", id: String(a) } : { kind: "node", id: node };
 }

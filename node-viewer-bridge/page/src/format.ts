@@ -31,6 +31,14 @@ export function plural(value: number, noun: string): string {
   return `${value} ${noun}${value === 1 ? "" : "s"}`;
 }
 
+/** A span of time in one figure: 12 s, 3 min, 2 h, 5 d. */
+export function age(seconds: number): string {
+  const span = Math.max(0, seconds);
+  if (span < 60) return `${Math.floor(span)} s`;
+  if (span < 3600) return `${Math.floor(span / 60)} min`;
+  return span < 86_400 ? `${Math.floor(span / 3600)} h` : `${Math.floor(span / 86_400)} d`;
+}
+
 /** A clock in a few characters: its offset where the images tell it, else what keeps it. */
 export function clockFigure(found: CameraClock | null, stated: CameraStatus["clock"] | null): string {
   if (found) return `${signed(found.offset_s * 1e3, 1)} ms`;

@@ -30,6 +30,11 @@ export class OutlineHistory {
     return this.history.flatMap((entry) => entry.tags);
   }
 
+  /** The newest that is not later than `t_ns`. */
+  before(t_ns: number): Observations | null {
+    return this.history.findLast((entry) => entry.t_ns <= t_ns) ?? null;
+  }
+
   /** The outlines at capture time `t_ns`; empty when nothing near is known. */
   at(t_ns: number): TagOutline[] {
     const after = this.history.findIndex((entry) => entry.t_ns >= t_ns);

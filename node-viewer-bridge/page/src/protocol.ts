@@ -2,7 +2,7 @@
 // Knows nothing of the page.
 
 import { isFinding, type Findings } from "./findings.ts";
-import { fits, isFlag, isNumber, isText, listOf, numbers, orNull, shaped, type Shape } from "./shape.ts";
+import { fits, isFlag, isNumber, isText, listOf, numbers, optional, orNull, shaped, type Shape, type Test } from "./shape.ts";
 import { accountShape, type WizardAccount } from "./wizard/account.ts";
 
 export type Vec3 = [number, number, number];
@@ -21,6 +21,8 @@ export interface Lens {
   fy: number;
   cx: number;
   cy: number;
+  /** Of the model's polynomial; none of a pinhole. */
+  distortion?: number[];
 }
 
 export interface RigCamera {
@@ -111,6 +113,44 @@ export interface DetectionReport {
   examples: RejectedCandidate[];
 }
 
+/** A joint of an articulated object: rad where it turns, m where it slides. */
+export interface JointValue {
+  joint: string;
+  value: number;
+  sigma: number;
+  velocity: number;
+}
+
+export interface Joints {
+  type: "joints";
+  object: string;
+  t_ns: number;
+  joints: JointValue[];
+}
+
+/** A part of the world with a name, and the objects in it. */
+export interface Zone {
+  name: string;
+  shape: "box" | "sphere";
+  centre: Vec3;
+  /** Of a box: its edges, and how it is turned about z. */
+  size?: Vec3;
+  yaw_deg?: number;
+  /** Of a sphere. */
+  radius?: number;
+  inside: string[];
+}
+
+/** What an object did. */
+export interface SiteEvent {
+  sequence: number;
+  t_ns: number;
+  object: string;
+  event: string;
+  zone?: string;
+  cause?: string;
+}
+
 /** One camera's clock, as its images tell. */
 export interface CameraClock {
   camera: string;
@@ -145,6 +185,9 @@ export type Message =
   | DetectionReport
   | FusionStatus
   | ({ type: "proposal" | "former" } & Offer)
+  | Joints
+  | { type: "zones"; zones: Zone[]; kept: boolean }
+  | { type: "events"; events: SiteEvent[]; dropped: number }
   | { type: "clocks"; node: string; cameras: CameraClock[] }
   | WizardAccount
   | { type: "alive"; kind: string; id: string; up: boolean }
@@ -160,7 +203,7 @@ const isState = (value: unknown): boolean =>
   value === "initialising" || value === "tracking" || value === "coasting" || value === "lost";
 
 const transform: Shape = { position: numbers(3), orientation: numbers(4) };
-const lens: Shape = { model: isText, fx: isNumber, fy: isNumber, cx: isNumber, cy: isNumber };
+const lens: Shape = { model: isText, fx: isNumber, fy: isNumber, cx: isNumber, cy: isNumber, distortion: optional(listOf(isNumber)) };
 const rigCamera = shaped({
   id: isText,
   resolution: numbers(2),
@@ -181,6 +224,10 @@ const isCause = (value: unknown): boolean => CAUSES.some((cause) => cause === va
 const numberOfEach = (names: readonly string[]): ((value: unknown) => boolean) =>
   shaped(Object.fromEntries(names.map((name) => [name, isNumber])));
 
+const inZone: Shape = { name: isText, centre: numbers(3), inside: listOf(isText) };
+const isZone: Test = (value) =>
+  fits(value, { ...inZone, shape: (shape) => shape === "box", size: numbers(3), yaw_deg: isNumber }) ||
+  fits(value, { ...inZone, shape: (shape) => shape === "sphere", radius: isNumber });
 const offer: Shape = { node: isText, rig: isFlag, objects: listOf(isText) };
 
 const shapes: Record<Message["type"], Shape> = {
@@ -242,6 +289,16 @@ const shapes: Record<Message["type"], Shape> = {
     faults_left_out: isNumber,
     imperfections: listOf(isFinding),
     notices: listOf(isFinding),
+  },
+  joints: {
+    object: isText,
+    t_ns: isNumber,
+    joints: listOf(shaped({ joint: isText, value: isNumber, sigma: isNumber, velocity: isNumber })),
+  },
+  zones: { zones: listOf(isZone), kept: isFlag },
+  events: {
+    events: listOf(shaped({ sequence: isNumber, t_ns: isNumber, object: isText, event: isText, zone: optional(isText), cause: optional(isText) })),
+    dropped: isNumber,
   },
   proposal: offer,
   former: offer,

@@ -1,13 +1,22 @@
 // What this page knows of the site, built from the bridge's messages. Draws nothing.
 
-import { sentences } from "./findings.ts";
+import { type Report, reports } from "./findings.ts";
+import { HealthLog } from "./health.ts";
+import { blankPose, Figures, ObjectTrack } from "./history.ts";
+import { sigma } from "./covariance.ts";
 import { OutlineHistory, ReportHistory } from "./matching.ts";
 import { RateMeter, Recent } from "./measure.ts";
 import { objectColour } from "./palette.ts";
-import type { CameraClock, CameraStatus, Message, ObjectTag, Observations, Offer, Pose, RigCamera, State } from "./protocol.ts";
+import {
+  type CameraClock, type CameraStatus, type JointValue, type Message, type ObjectTag, type Observations, type Offer, type Pose, type RigCamera, type SiteEvent, STAGES,
+  type State, type Zone,
+} from "./protocol.ts";
+import { rmsResidual } from "./residuals.ts";
 
 /** Seconds without a word after which shown figures are no longer called live. */
 const SILENT_AFTER_S = 2;
+/** What the site's clock may differ from the page's idea of it. */
+const CLOCK_STEP_S = 0.5;
 /** A camera tells its status about once a second. */
 const STATUS_KEPT_S = 3;
 
@@ -42,7 +51,14 @@ export class CameraState {
 
 export class ObjectState {
   tags: ObjectTag[] = [];
+  /** The newest. */
   pose: Pose | null = null;
+  /** What is shown: the newest, or what was at an earlier time. */
+  shown: Pose | null = null;
+  joints: JointValue[] = [];
+  readonly track = new ObjectTrack();
+  /** Written into while the past is shown. */
+  readonly former: Pose;
   heardAt = -Infinity;
   truthAt = -Infinity;
   readonly rate = new RateMeter();
@@ -53,10 +69,13 @@ export class ObjectState {
   constructor(
     readonly id: string,
     readonly colour: string,
-  ) {}
+  ) {
+    this.former = blankPose(id);
+  }
 
   condition(now: number): State | "silent" | "unseen" {
-    if (!this.pose) return "unseen";
+    if (!this.shown) return "unseen";
+    if (this.shown !== this.pose) return this.shown.state;
     return now - this.heardAt > SILENT_AFTER_S ? "silent" : this.pose.state;
   }
 }
@@ -71,13 +90,23 @@ export class Site {
   /** Refined calibrations that fusion nodes propose, and what they worked from before the last change; by node. */
   readonly proposals = new Map<string, Offer>();
   readonly formers = new Map<string, Offer>();
-  private readonly findings = new Map<string, string[]>();
+  zones: Zone[] = [];
+  /** Whether the bridge keeps its zones in a file. */
+  zonesKept = false;
+  events: SiteEvent[] = [];
+  readonly health = new HealthLog();
+  readonly figures = new Figures();
+  /** Seconds since the Unix epoch at which an earlier time is shown; none while the present is. */
+  replayedAt: number | null = null;
+  private clockOffset_s: number | null = null;
+  private readonly findings = new Map<string, Report[]>();
   private readonly tagOwners = new Map<string, ObjectState>();
 
   /** `now` in seconds, of any steady clock. */
   take(message: Message, now: number): void {
     switch (message.type) {
       case "hello":
+        this.setClock(message.now_ns, now);
         return this.hello(message.site, message.version);
       case "rig":
         return this.rig(message.cameras, now);
@@ -97,7 +126,17 @@ export class Site {
         this.camera(message.camera).reports.add(message);
         return;
       case "fusion_status":
-        this.findings.set(message.node, sentences(message));
+        this.findings.set(message.node, reports(message.node, message));
+        return;
+      case "joints":
+        this.object(message.object).joints = message.joints;
+        return;
+      case "zones":
+        this.zones = message.zones;
+        this.zonesKept = message.kept;
+        return;
+      case "events":
+        this.events = message.events;
         return;
       case "proposal":
         return offered(this.proposals, message);
@@ -114,6 +153,7 @@ export class Site {
         return;
       case "bridge_status":
         this.network = message.network;
+        this.setClock(message.now_ns, now);
         return;
     }
   }
@@ -138,14 +178,99 @@ export class Site {
     return [...new Set(ids)].sort((a, b) => a - b);
   }
 
-  /** What nodes report, a sentence each. */
-  notices(): string[] {
-    const cameras = [...this.cameras.values()].flatMap((camera) =>
-      (camera.status?.messages ?? []).map((text) => `${camera.id}: ${text}`),
+  /** The site's time now, seconds since the Unix epoch. */
+  time(now: number): number {
+    return now + (this.clockOffset_s ?? Date.now() / 1000 - now);
+  }
+
+  /** Oldest and newest time of which poses are kept; none before the first pose. */
+  span(): [number, number] | null {
+    let [from, to] = [Infinity, -Infinity];
+    for (const { track } of this.objects.values()) {
+      from = Math.min(from, track.coarse.firstTime, track.fine.firstTime);
+      to = Math.max(to, track.fine.lastTime);
+    }
+    return from < to ? [from, to] : null;
+  }
+
+  /** Shows what was at a time, or the present. */
+  replay(time: number | null): void {
+    this.replayedAt = time;
+    for (const object of this.objects.values()) {
+      if (time === null) object.shown = object.pose;
+      else object.shown = object.track.at(time, object.former) ? object.former : null;
+    }
+  }
+
+  /** Takes note of how the site is doing; called a few times a second. */
+  sample(now: number): void {
+    const time = this.time(now);
+    if (!this.figures.begin(time)) return;
+    for (const object of this.objects.values()) this.sampleObject(object, now);
+    for (const camera of this.cameras.values()) this.sampleCamera(camera, now);
+    this.health.take(this.reports(), time);
+  }
+
+  private sampleObject({ id, pose, latency, heardAt }: ObjectState, now: number): void {
+    if (!pose || now - heardAt > SILENT_AFTER_S) return;
+    const { position_mm, attitude_deg } = sigma(pose.covariance);
+    this.figures.write(`sigma_mm/${id}`, position_mm);
+    this.figures.write(`sigma_deg/${id}`, attitude_deg);
+    this.figures.write(`pose_ms/${id}`, latency.median());
+  }
+
+  private sampleCamera(camera: CameraState, now: number): void {
+    if (camera.condition(now) !== "live") return;
+    const { id } = camera;
+    this.figures.write(`rate_hz/${id}`, camera.rateHz(now));
+    this.figures.write(`image_ms/${id}`, camera.latency.median());
+    this.figures.write(`residual_px/${id}`, this.residual(camera));
+    if (camera.clock) this.figures.write(`clock_ms/${id}`, camera.clock.offset_s * 1e3);
+    const report = camera.reports.newest;
+    if (report) for (const stage of STAGES) this.figures.write(`stage_ms/${id}/${stage}`, report.stage_ms[stage]);
+  }
+
+  /** Of the newest image of whose time poses are known. */
+  private residual(camera: CameraState): number | null {
+    const { model } = camera;
+    const [, newest] = this.span() ?? [0, 0];
+    const image = camera.outlines.before(newest * 1e9);
+    if (!model?.world_from_camera || !image) return null;
+    return rmsResidual(model, image, (family, tag) => {
+      const object = this.ownerOf(family, tag);
+      const time = image.t_ns / 1e9;
+      if (!object || object.track.fine.lastTime < time || !object.track.at(time, this.scratch)) return null;
+      return { tags: object.tags, pose: this.scratch };
+    });
+  }
+
+  private readonly scratch = blankPose("");
+
+  private setClock(now_ns: number, now: number): void {
+    const offset = now_ns / 1e9 - now;
+    // The way of a message takes longer now and then.
+    if (this.clockOffset_s === null || Math.abs(offset - this.clockOffset_s) > CLOCK_STEP_S) this.clockOffset_s = offset;
+  }
+
+  /** What nodes report. */
+  private reports(): Report[] {
+    const cameras = [...this.cameras.values()].flatMap(({ id, status }) =>
+      (status?.messages ?? []).map((cause): Report => ({
+        key: `${id}/status/${cause.replaceAll(/\d+/g, "")}`,
+        level: "notice",
+        subject: { kind: "camera", id },
+        cause,
+        remedy: "",
+      })),
     );
-    const fusion = [...this.findings].flatMap(([node, findings]) => findings.map((text) => `${node}: ${text}`));
-    const bridge = this.network ? [] : ["bridge: no connection to the site's network, retrying"];
-    return [...bridge, ...cameras, ...fusion];
+    const bridge: Report = {
+      key: "bridge/network",
+      level: "fault",
+      subject: { kind: "node", id: "bridge" },
+      cause: "no connection to the site's network, retrying",
+      remedy: "check that the router or fusion node runs",
+    };
+    return [...(this.network ? [] : [bridge]), ...cameras, ...[...this.findings.values()].flat()];
   }
 
   /** The first colour that no object has; with more objects than colours they share. */
@@ -173,6 +298,10 @@ export class Site {
     this.cameras.clear();
     this.objects.clear();
     this.tagOwners.clear();
+    this.zones = [];
+    this.events = [];
+    this.health.clear();
+    this.figures.clear();
   }
 
   /** A camera that left the rig leaves the page, unless it still sends. */
@@ -217,6 +346,8 @@ export class Site {
   private pose(pose: Pose, now: number): void {
     const object = this.object(pose.object);
     object.pose = pose;
+    if (this.replayedAt === null) object.shown = pose;
+    object.track.add(pose);
     object.heardAt = now;
     object.rate.add(now, pose.sequence);
     object.latency.add(pose.latency_ms);

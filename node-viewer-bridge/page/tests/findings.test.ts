@@ -1,8 +1,10 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 import { readFileSync } from "node:fs";
-import { sentences, type Findings } from "../src/findings.ts";
+import { reports, type Findings, type Report } from "../src/findings.ts";
 import { parseMessage } from "../src/protocol.ts";
+
+const sentence = ({ cause, remedy }: Report): string => (remedy ? `${cause}: ${remedy}` : cause);
 
 /** The golden status: every fault, imperfection, notice and refusal of the contract once. */
 const golden = readFileSync(new URL("../../../../proto/golden/fusion_status.json", import.meta.url), "utf8");
@@ -10,17 +12,23 @@ const golden = readFileSync(new URL("../../../../proto/golden/fusion_status.json
 test("every finding of the contract has a sentence", () => {
   const message = parseMessage(JSON.stringify({ type: "fusion_status", ...(JSON.parse(golden) as object) }));
   assert.ok(message?.type === "fusion_status");
-  const said = sentences(message);
+  const told = reports("fusion", message);
+  const said = told.map(sentence);
   assert.equal(said.length, message.faults.length + 1 + message.imperfections.length + message.notices.length);
   for (const text of said) {
     assert.doesNotMatch(text, /undefined|\[object|NaN/);
     assert.match(text, / /);
   }
+  assert.equal(new Set(told.map((report) => report.key)).size, told.length);
+  const moved = told.find((report) => report.key.includes("camera_moved"));
+  assert.deepEqual(moved?.subject, { kind: "camera", id: "north" });
   assert.ok(said.includes("camera north is not where the rig says: calibrate it again"));
   assert.ok(said.some((text) => text.includes("refused: tag tag25h9:300 is on object cube and on object box")));
 });
 
 test("a finding that the page does not know is named", () => {
   const none: Findings = { faults: [], faults_left_out: 0, imperfections: [], notices: [] };
-  assert.deepEqual(sentences({ ...none, faults: [{ lens_fogged: { camera: "north" } }, "storm"] }), ["lens fogged", "storm"]);
+  const told = reports("fusion", { ...none, faults: [{ lens_fogged: { camera: "north" } }, "storm"] });
+  assert.deepEqual(told.map(sentence), ["lens fogged", "storm"]);
+  assert.deepEqual(told.map((report) => report.subject.id), ["north", "fusion"]);
 });

@@ -46,11 +46,11 @@ test("numbers and names keep to their bounds", () => {
 
 test("a refused wish is a complaint, whatever was answered", async () => {
   const answer = (status: number, body: string): typeof fetch => async () => new Response(body, { status });
-  assert.equal(await send({}, answer(202, "{}")), null);
-  assert.deepEqual(await send({}, answer(400, '{"field":"tags","cause":"no"}')), { field: "tags", cause: "no" });
-  assert.match((await send({}, answer(500, "<html>")))?.cause ?? "", /500/);
+  assert.equal(await send("api/wizard", {}, answer(202, "{}")), null);
+  assert.deepEqual(await send("api/wizard", {}, answer(400, '{"field":"tags","cause":"no"}')), { field: "tags", cause: "no" });
+  assert.match((await send("api/wizard", {}, answer(500, "<html>")))?.cause ?? "", /500/);
   const nobody: typeof fetch = async () => Promise.reject(new TypeError("refused"));
-  assert.match((await send({}, nobody))?.cause ?? "", /does not answer/);
+  assert.match((await send("api/wizard", {}, nobody))?.cause ?? "", /does not answer/);
 });
 
 const collecting = {

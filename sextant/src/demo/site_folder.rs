@@ -106,6 +106,7 @@ impl SiteFolder {
             listen: addresses.page,
             host_names: Vec::new(),
             folder: Some(".".into()),
+            webhook: None,
             network: network.clone(),
             security: SecurityOptions::default(),
         };

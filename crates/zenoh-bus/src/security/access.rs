@@ -61,12 +61,13 @@ fn grants(keys: &Keys, member: &Member) -> Grants {
             }
         }
         Role::Viewer => Grants {
+            puts: vec![own(NodeKind::Viewer)],
             tokens: vec![alive(NodeKind::Viewer)],
             reads: vec![everything],
             ..Grants::default()
         },
         Role::Operator => Grants {
-            puts: vec![keys.all_config()],
+            puts: vec![keys.all_config(), own(NodeKind::Viewer)],
             tokens: vec![alive(NodeKind::Viewer)],
             reads: vec![everything],
             ..Grants::default()
@@ -209,7 +210,11 @@ mod tests {
                 ],
                 &["camera/a/observations", "fusion/b/status"],
             ),
-            (Role::Viewer, &[], &["config/rig", "camera/a/status", "**"]),
+            (
+                Role::Viewer,
+                &["viewer/a/events"],
+                &["config/rig", "camera/a/status", "viewer/b/events", "**"],
+            ),
             (
                 Role::Operator,
                 &["config/rig"],

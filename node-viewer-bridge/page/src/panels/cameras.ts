@@ -2,9 +2,10 @@
 
 import { clockFigure, clockStory, count, fixed, magnitude, NONE } from "../format.ts";
 import type { Preview } from "../protocol.ts";
+import type { Selection } from "../selection.ts";
 import type { CameraState, Site } from "../site.ts";
 import { DetectorPanel } from "./detector.ts";
-import { Condition, element, testId, Text } from "./dom.ts";
+import { Condition, element, pressButton, testId, Text } from "./dom.ts";
 import { Picture } from "./picture.ts";
 
 export class CamerasPanel {
@@ -14,6 +15,7 @@ export class CamerasPanel {
   constructor(
     private readonly root: HTMLElement,
     private readonly site: Site,
+    private readonly selection: Selection,
     private readonly pictureShown: (camera: CameraState, canvas: HTMLCanvasElement) => void,
   ) {
     root.append(this.empty);
@@ -21,6 +23,16 @@ export class CamerasPanel {
 
   preview(preview: Preview): void {
     this.card(this.site.camera(preview.camera)).picture.show(preview);
+  }
+
+  /** The picture of an earlier time, or none. */
+  recall(id: string, preview: Preview | null): void {
+    const card = this.cards.get(id);
+    if (preview) card?.picture.show(preview);
+  }
+
+  picture(camera: CameraState): Picture {
+    return this.card(camera).picture;
   }
 
   /** New outlines came for a camera's picture. */
@@ -43,7 +55,7 @@ export class CamerasPanel {
   private card(camera: CameraState): CameraCard {
     const known = this.cards.get(camera.id);
     if (known) return known;
-    const card = new CameraCard(camera, this.site, (canvas) => this.pictureShown(camera, canvas));
+    const card = new CameraCard(camera, this.site, this.selection, (canvas) => this.pictureShown(camera, canvas));
     this.cards.set(camera.id, card);
     const next = [...this.cards.keys()].sort().find((id) => id > camera.id);
     this.root.insertBefore(card.root, (next && this.cards.get(next)?.root) || null);
@@ -64,6 +76,7 @@ class CameraCard {
   constructor(
     private readonly camera: CameraState,
     site: Site,
+    selection: Selection,
     pictureShown: (canvas: HTMLCanvasElement) => void,
   ) {
     const { id } = camera;
@@ -76,8 +89,9 @@ class CameraCard {
     this.dropped = fact(facts, "Dropped", "", `camera-${id}-dropped`);
     this.clock = fact(facts, "Clock", "", `camera-${id}-clock`);
     const heading = element("header", "", element("h3", "", id), this.condition.element);
+    const look = pressButton("Look through", `camera-${id}-eye`, () => selection.lookThrough(id));
     this.root = testId(
-      element("article", "camera", this.enlarger(), element("div", "about", heading, facts), this.detector.root),
+      element("article", "camera", this.enlarger(), element("div", "about", heading, facts, look), this.detector.root),
       `camera-card-${id}`,
     );
   }

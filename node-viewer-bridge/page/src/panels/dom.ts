@@ -50,3 +50,43 @@ export class Condition {
     if (this.element.dataset["condition"] !== condition) this.element.dataset["condition"] = condition;
   }
 }
+
+/** A small button that does something, or stays pressed. */
+export function pressButton(text: string, id: string, action: () => void): HTMLButtonElement {
+  const button = testId(element("button", "press", text), id);
+  button.type = "button";
+  button.addEventListener("click", action);
+  return button;
+}
+
+/** A labelled list to choose from, whose entries come and go. */
+export class Choice {
+  readonly root: HTMLElement;
+  private readonly select: HTMLSelectElement;
+  private offered = "";
+
+  constructor(label: string, id: string, changed: () => void = () => {}) {
+    this.select = testId(element("select"), id);
+    this.select.setAttribute("aria-label", label);
+    this.select.addEventListener("change", changed);
+    this.root = element("label", "choice-of", element("span", "", label), this.select);
+  }
+
+  get value(): string {
+    return this.select.value;
+  }
+
+  choose(value: string): void {
+    this.select.value = value;
+  }
+
+  /** Offers these; what was chosen stays chosen if it is among them. */
+  offer(values: string[]): void {
+    const key = values.join("\n");
+    if (key === this.offered) return;
+    this.offered = key;
+    const chosen = this.select.value;
+    this.select.replaceChildren(...values.map((value) => new Option(value, value)));
+    if (values.includes(chosen)) this.select.value = chosen;
+  }
+}

@@ -3,8 +3,10 @@
 import { rollPitchYaw } from "../attitude.ts";
 import { sigma } from "../covariance.ts";
 import { fixed, magnitude, NONE } from "../format.ts";
+import type { JointValue } from "../protocol.ts";
+import type { Selection } from "../selection.ts";
 import type { ObjectState, Site } from "../site.ts";
-import { Condition, element, testId, Text } from "./dom.ts";
+import { Condition, element, pressButton, testId, Text } from "./dom.ts";
 
 interface Column {
   key: string;
@@ -46,7 +48,9 @@ export class ObjectsPanel {
   constructor(
     root: HTMLElement,
     private readonly site: Site,
+    private readonly selection: Selection,
   ) {
+    selection.changed(() => this.mark());
     root.append(this.empty, this.table);
     this.table.hidden = true;
   }
@@ -71,12 +75,28 @@ export class ObjectsPanel {
   private row(object: ObjectState): ObjectRow {
     const known = this.rows.get(object.id);
     if (known) return known;
-    const row = new ObjectRow(object);
+    const row = new ObjectRow(object, this.selection);
     this.rows.set(object.id, row);
-    const next = [...this.rows.keys()].sort().find((id) => id > object.id);
+    const next = [...this.rows.keys()].sort(byGroup).find((id) => byGroup(id, object.id) > 0);
     this.body.insertBefore(row.root, (next && this.rows.get(next)?.root) || null);
     return row;
   }
+
+  private mark(): void {
+    for (const [id, row] of this.rows) row.root.dataset["selected"] = String(id === this.selection.object);
+  }
+}
+
+/** Objects by name, each followed by its links. */
+export function byGroup(a: string, b: string): number {
+  const [[objectA = "", linkA = ""], [objectB = "", linkB = ""]] = [a.split("."), b.split(".")];
+  if (objectA !== objectB) return objectA < objectB ? -1 : 1;
+  return linkA === linkB ? 0 : linkA < linkB ? -1 : 1;
+}
+
+/** Joints as people read them; how far each slides or turns is not said apart, so both are given as they come. */
+function jointsText(joints: JointValue[]): string {
+  return joints.map(({ joint, value, sigma }) => `${joint} ${fixed(value, 3)} ± ${magnitude(sigma)}`).join("   ");
 }
 
 class ObjectRow {
@@ -84,11 +104,19 @@ class ObjectRow {
   private readonly condition: Condition;
   private readonly cells = new Map<string, Text[]>();
 
-  constructor(private readonly object: ObjectState) {
+  private readonly joints = new Text(element("span", "joints"));
+
+  constructor(
+    private readonly object: ObjectState,
+    selection: Selection,
+  ) {
     const { id, colour } = object;
     const swatch = element("span", "swatch");
     swatch.style.background = colour;
-    const name = element("th", "name", swatch, id);
+    const [, link] = id.split(".");
+    const button = pressButton(link ?? id, `object-${id}-follow`, () => selection.follow(selection.object === id ? null : id));
+    button.title = "Follow on the stage";
+    const name = element("th", link === undefined ? "name" : "name link", swatch, button, this.joints.element);
     name.scope = "row";
     this.condition = new Condition(testId(element("span", "condition"), `object-${id}-state`));
     const cells = COLUMNS.map((column) => this.cell(column));
@@ -101,6 +129,7 @@ class ObjectRow {
     this.condition.set(condition);
     if (this.root.dataset["condition"] !== condition) this.root.dataset["condition"] = condition;
     this.updatePose();
+    this.joints.set(jointsText(object.joints));
     const live = condition !== "silent" && condition !== "unseen";
     const truth = live && now - object.truthAt < TRUTH_KEPT_S;
     this.set("error", truth ? [object.errorMm, object.errorDeg].map((error) => magnitude(error.rootMeanSquare())) : []);
@@ -109,7 +138,7 @@ class ObjectRow {
   }
 
   private updatePose(): void {
-    const { pose } = this.object;
+    const pose = this.object.shown;
     if (!pose) return;
     this.set("position", pose.position.map((metres) => fixed(metres * 1000, 1)));
     this.set("attitude", rollPitchYaw(pose.orientation).map((degrees) => fixed(degrees, 1)));

@@ -39,7 +39,13 @@ export class Picture {
     new ResizeObserver(() => this.redraw()).observe(this.root);
   }
 
+  /** When the shown picture was taken. */
+  get t_ns(): number | null {
+    return this.shownAt_ns;
+  }
+
   show(preview: Preview): void {
+    if (preview.t_ns === this.shownAt_ns) return;
     this.waiting = preview;
     if (!this.decoding) void this.decodeWaiting();
   }

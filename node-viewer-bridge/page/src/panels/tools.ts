@@ -2,7 +2,8 @@
 
 import type { StageOptions } from "../stage/stage.ts";
 import { MAGNIFICATION } from "../stage/ellipsoid.ts";
-import { element, testId } from "./dom.ts";
+import { remember, remembered } from "../storage.ts";
+import { pressButton } from "./dom.ts";
 
 const NAMES: Record<keyof StageOptions, string> = {
   trails: "Trails",
@@ -11,54 +12,50 @@ const NAMES: Record<keyof StageOptions, string> = {
   labels: "Names",
 };
 
-const STORED = "sextant.stage";
-
 /** The options of the last visit. */
 export function rememberedOptions(): StageOptions {
   const options: StageOptions = { trails: true, pictures: true, sigma: false, labels: true };
-  try {
-    const stored = JSON.parse(localStorage.getItem(STORED) ?? "{}") as Record<string, unknown>;
-    for (const key of keys()) if (typeof stored[key] === "boolean") options[key] = stored[key];
-  } catch {
-    // Storage is switched off or holds something else: the defaults do.
-  }
+  const stored = (remembered("stage") ?? {}) as Record<string, unknown>;
+  for (const key of keys()) if (typeof stored[key] === "boolean") options[key] = stored[key];
   return options;
 }
 
-/** Fills `parent` with a button for each option and one that resets the view. */
-export function createTools(parent: HTMLElement, options: StageOptions, changed: () => void, reset: () => void): void {
-  for (const key of keys()) {
-    const button = toolButton(NAMES[key], `tool-${key}`);
-    const show = (): void => button.setAttribute("aria-pressed", String(options[key]));
-    button.addEventListener("click", () => {
-      options[key] = !options[key];
-      show();
-      remember(options);
-      changed();
-    });
-    show();
-    parent.append(button);
+/** A button for each option and one that resets the view. */
+export class StageTools {
+  private readonly buttons = new Map<keyof StageOptions, HTMLButtonElement>();
+  private changed = (): void => {};
+
+  constructor(
+    private readonly parent: HTMLElement,
+    readonly options: StageOptions,
+  ) {}
+
+  /** Shows the buttons: there is a stage. */
+  connect(changed: () => void, reset: () => void): void {
+    this.changed = changed;
+    for (const key of keys()) {
+      const button = pressButton(NAMES[key], `tool-${key}`, () => this.toggle(key));
+      this.buttons.set(key, button);
+      this.parent.append(button);
+      this.show(key);
+    }
+    const button = pressButton("Reset", "tool-reset", reset);
+    button.setAttribute("aria-label", "Reset the view");
+    this.parent.append(button);
   }
-  const button = toolButton("Reset", "tool-reset");
-  button.setAttribute("aria-label", "Reset the view");
-  button.addEventListener("click", reset);
-  parent.append(button);
+
+  toggle(key: keyof StageOptions): void {
+    this.options[key] = !this.options[key];
+    this.show(key);
+    remember("stage", this.options);
+    this.changed();
+  }
+
+  private show(key: keyof StageOptions): void {
+    this.buttons.get(key)?.setAttribute("aria-pressed", String(this.options[key]));
+  }
 }
 
 function keys(): (keyof StageOptions)[] {
   return Object.keys(NAMES) as (keyof StageOptions)[];
-}
-
-function remember(options: StageOptions): void {
-  try {
-    localStorage.setItem(STORED, JSON.stringify(options));
-  } catch {
-    // Not remembered, then.
-  }
-}
-
-function toolButton(text: string, id: string): HTMLButtonElement {
-  const button = testId(element("button", "", text), id);
-  button.type = "button";
-  return button;
 }

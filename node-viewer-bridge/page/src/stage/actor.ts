@@ -1,6 +1,6 @@
 // One object on the stage: its body, label, trail and uncertainty move together.
 
-import type { Scene } from "three";
+import type { Group, Scene } from "three";
 import type { ObjectTag, Pose, Vec3 } from "../protocol.ts";
 import type { ObjectState } from "../site.ts";
 import { Body } from "./body.ts";
@@ -81,6 +81,35 @@ export class Actor {
   /** Whether something still changes with time alone. */
   update(now: number): boolean {
     return this.trail.update(now);
+  }
+
+  /** The past jumps: what was drawn of the way before is no way. */
+  clearTrail(): void {
+    this.trail.clear();
+  }
+
+  hide(): void {
+    this.seen = false;
+    this.shown = null;
+    this.condition("unseen");
+  }
+
+  recolour(): void {
+    this.trail.recolour();
+  }
+
+  /** What can be clicked at. */
+  get group(): Group {
+    return this.body.group;
+  }
+
+  get visible(): boolean {
+    return this.seen;
+  }
+
+  /** Marks the followed object. */
+  select(selected: boolean): void {
+    this.label.element.dataset["selected"] = String(selected);
   }
 
   position(): Vec3 {

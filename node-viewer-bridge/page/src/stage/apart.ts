@@ -1,4 +1,4 @@
-// Labels that would lie over one another: how far each is lifted so that all can be read.
+// Labels that would lie over one another: how far each is lifted so that all can be read. Allocates nothing once it has grown.
 
 /** Where a label would lie: its middle at the bottom, and its extent, in pixels of the page. */
 export interface LabelBox {
@@ -8,23 +8,47 @@ export interface LabelBox {
   height: number;
 }
 
-/**
- * Pixels by which each label is lifted. Whoever comes first stays where it is; so that labels keep their order while things move, the caller gives them
- * in the same order each time.
- */
-export function lifts(boxes: readonly LabelBox[]): number[] {
-  const placed: LabelBox[] = [];
-  return boxes.map((box) => {
-    let bottom = box.bottom;
-    // From the lowest up, each neighbour is passed once.
-    const beside = placed
-      .filter((other) => Math.abs(other.x - box.x) < (other.width + box.width) / 2)
-      .sort((a, b) => b.bottom - a.bottom);
-    for (const other of beside) {
-      const over = bottom > other.bottom - other.height && bottom - box.height < other.bottom;
-      if (over) bottom = other.bottom - other.height;
+/** The places that are taken. Whoever comes first stays where it is; the caller asks for labels in the same order each time. */
+export class Places {
+  private readonly boxes: LabelBox[] = [];
+  private count = 0;
+
+  clear(): void {
+    this.count = 0;
+  }
+
+  /** The least lift at which the box lies over none that is there. */
+  lift(box: LabelBox): number {
+    let lift = 0;
+    // Each round passes at least one box that is there.
+    for (let round = 0; round <= this.count; round++) {
+      const other = this.over(box, lift);
+      if (!other) break;
+      lift = box.bottom - (other.bottom - other.height);
     }
-    placed.push({ ...box, bottom });
-    return box.bottom - bottom;
-  });
+    return lift;
+  }
+
+  isFree(box: LabelBox, lift: number): boolean {
+    return this.over(box, lift) === null;
+  }
+
+  take({ x, bottom, width, height }: LabelBox, lift: number): void {
+    const place = (this.boxes[this.count] ??= { x: 0, bottom: 0, width: 0, height: 0 });
+    place.x = x;
+    place.bottom = bottom - lift;
+    place.width = width;
+    place.height = height;
+    this.count++;
+  }
+
+  private over(box: LabelBox, lift: number): LabelBox | null {
+    const bottom = box.bottom - lift;
+    for (let k = 0; k < this.count; k++) {
+      const other = this.boxes[k] as LabelBox;
+      const beside = Math.abs(other.x - box.x) >= (other.width + box.width) / 2;
+      if (!beside && bottom > other.bottom - other.height && bottom - box.height < other.bottom) return other;
+    }
+    return null;
+  }
 }

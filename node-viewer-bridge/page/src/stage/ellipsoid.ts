@@ -12,6 +12,7 @@ const SMALLEST_M = 1e-4;
 export class Ellipsoid {
   readonly mesh: Mesh<SphereGeometry, MeshBasicMaterial>;
   private readonly basis = new Matrix4();
+  private readonly columns: [Vector3, Vector3, Vector3] = [new Vector3(), new Vector3(), new Vector3()];
 
   constructor(colour: string) {
     const material = new MeshBasicMaterial({ color: colour, transparent: true, opacity: 0.26, depthWrite: false });
@@ -21,8 +22,8 @@ export class Ellipsoid {
 
   show(pose: Pose): void {
     const { radii, axes } = positionEllipsoid(pose.covariance);
-    const [a, b, c] = axes.map((axis) => new Vector3(...axis)) as [Vector3, Vector3, Vector3];
-    this.mesh.quaternion.setFromRotationMatrix(this.basis.makeBasis(a, b, c));
+    this.columns.forEach((column, k) => column.fromArray(axes[k as 0 | 1 | 2]));
+    this.mesh.quaternion.setFromRotationMatrix(this.basis.makeBasis(...this.columns));
     this.mesh.position.fromArray(pose.position);
     const drawn = radii.map((radius) => Math.min(LARGEST_M, Math.max(SMALLEST_M, radius * MAGNIFICATION)));
     this.mesh.scale.fromArray(drawn);

@@ -33,6 +33,15 @@ export class Floor {
   /** Spans at least `radius` metres around the origin; rebuilt only when that changes visibly. */
   span(radius: number): void {
     if (Math.abs(radius - this.radius) < 0.05 * this.radius) return;
+    this.build(radius);
+  }
+
+  /** As the theme has it. */
+  recolour(): void {
+    if (this.radius > 0) this.build(this.radius);
+  }
+
+  private build(radius: number): void {
     this.radius = radius;
     dispose(this.group);
     const step = STEPS_M.find((candidate) => (2 * radius) / candidate <= LINES_ACROSS) ?? radius / 10;

@@ -57,7 +57,7 @@ export class Frustum {
     if (condition === this.shown) return false;
     this.shown = condition;
     this.label.condition = condition;
-    this.lines?.color.set(condition === "live" ? STAGE.frustum : STAGE.frustumOffline);
+    this.recolour();
     if (this.plane) this.plane.material.opacity = condition === "live" ? 0.92 : 0.3;
     return true;
   }
@@ -71,6 +71,11 @@ export class Frustum {
     if (size !== this.textureSize) this.renewTexture(this.plane.material, canvas);
     this.textureSize = size;
     if (this.plane.material.map) this.plane.material.map.needsUpdate = true;
+  }
+
+  /** As the theme has it. */
+  recolour(): void {
+    this.lines?.color.set(this.shown === "live" ? STAGE.frustum : STAGE.frustumOffline);
   }
 
   remove(): void {

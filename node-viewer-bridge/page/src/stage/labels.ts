@@ -1,39 +1,41 @@
-// Text at points of the world: crisp, readable by screen readers, moved by transforms only.
+// Text at points of the world: crisp, readable by screen readers, moved by transforms only, never over one another.
 
 import { type PerspectiveCamera, Vector3 } from "three";
-import { lifts } from "./apart.ts";
+import { Places } from "./apart.ts";
 
-/** How a label lies over its point: objects' names stand above theirs. */
-const RISE = { camera: "-50%", object: "-100%", axis: "-50%" };
-/** Share of the way to its new height that a lifted label goes in a frame: it glides where things pass one another. */
+/** How a label lies over its point: objects' and zones' names stand above theirs. Those of the first kinds keep their place, others give way. */
+const RISE = { camera: "-50%", axis: "-50%", zone: "-100%", ruler: "-50%", object: "-100%" };
+export type LabelKind = keyof typeof RISE;
+const ORDER = Object.keys(RISE);
+/** Share of the way to its new height that a lifted label goes in a frame: it glides where there is room. */
 const GLIDE = 0.2;
+/** Pixels. Less is not worth a change of the page. */
+const STEP = 0.1;
 
 export class Label {
   readonly at = new Vector3();
   visible = true;
   /** Pixels above its point, so as not to lie over another. */
   lift = 0;
-  private extent: { width: number; height: number } | null = null;
+  /** Where its point is on the stage, pixels; below, where its bottom would be without a lift. */
+  x = 0;
+  bottom = 0;
+  width = 0;
+  height = 0;
   private shownText = "";
-  private shownTransform = "";
+  private shownX = NaN;
+  private shownY = NaN;
   private shownCondition = "";
 
   constructor(
     readonly element: HTMLElement,
-    readonly kind: keyof typeof RISE,
+    readonly kind: LabelKind,
   ) {}
-
-  /** Width and height in pixels; asked of the page once for each text, for it costs a layout. */
-  get size(): { width: number; height: number } {
-    // What is not shown has no extent.
-    if (!this.extent?.width) this.extent = { width: this.element.offsetWidth, height: this.element.offsetHeight };
-    return this.extent;
-  }
 
   set text(text: string) {
     if (text === this.shownText) return;
     this.shownText = text;
-    this.extent = null;
+    this.width = 0;
     this.element.textContent = text;
   }
 
@@ -43,51 +45,70 @@ export class Label {
     this.element.dataset["condition"] = condition;
   }
 
-  place(x: number, y: number): void {
-    const transform = `translate(${x.toFixed(1)}px, ${(y - this.lift).toFixed(1)}px) translate(-50%, ${RISE[this.kind]})`;
-    if (transform === this.shownTransform) return;
-    this.shownTransform = transform;
-    this.element.style.transform = transform;
+  /** Asked of the page once for each text, for it costs a layout. */
+  measure(): void {
+    if (this.width > 0) return;
+    this.width = this.element.offsetWidth;
+    this.height = this.element.offsetHeight;
+  }
+
+  project(x: number, y: number): void {
+    this.x = x;
+    this.bottom = RISE[this.kind] === "-50%" ? y + this.height / 2 : y;
+  }
+
+  place(): void {
+    const y = this.bottom - this.lift - this.height;
+    if (Math.abs(this.x - this.shownX) < STEP && Math.abs(y - this.shownY) < STEP) return;
+    this.shownX = this.x;
+    this.shownY = y;
+    this.element.style.transform = `translate(${(this.x - this.width / 2).toFixed(1)}px, ${y.toFixed(1)}px)`;
   }
 }
 
 export class LabelLayer {
-  private readonly labels = new Set<Label>();
+  /** By kind, then by age. */
+  private readonly labels: Label[] = [];
   private readonly projected = new Vector3();
+  private readonly places = new Places();
 
   constructor(private readonly parent: HTMLElement) {}
 
-  create(kind: "camera" | "object" | "axis", text: string): Label {
+  create(kind: LabelKind, text: string): Label {
     const element = document.createElement("span");
     element.className = `label label-${kind}`;
+    // Until it has its place.
+    element.hidden = true;
     this.parent.append(element);
     const label = new Label(element, kind);
     label.text = text;
-    this.labels.add(label);
+    this.labels.push(label);
+    this.labels.sort((a, b) => ORDER.indexOf(a.kind) - ORDER.indexOf(b.kind));
     return label;
   }
 
   remove(label: Label): void {
-    this.labels.delete(label);
+    const at = this.labels.indexOf(label);
+    if (at >= 0) this.labels.splice(at, 1);
     label.element.remove();
   }
 
-  /** Puts each label where the camera sees its point, objects' names above one another where they would lie over one another. */
+  /** Puts each label where the camera sees its point, above others where it would lie over them. */
   update(camera: PerspectiveCamera, width: number, height: number): void {
-    const names: { label: Label; x: number; y: number }[] = [];
+    this.places.clear();
     for (const label of this.labels) {
       const point = this.projected.copy(label.at).project(camera);
       const seen = label.visible && point.z < 1 && Math.abs(point.x) < 1.1 && Math.abs(point.y) < 1.1;
       if (label.element.hidden === seen) label.element.hidden = !seen;
       if (!seen) continue;
-      const [x, y] = [((point.x + 1) / 2) * width, ((1 - point.y) / 2) * height];
-      if (label.kind === "object") names.push({ label, x, y });
-      else label.place(x, y);
+      label.measure();
+      label.project(((point.x + 1) / 2) * width, ((1 - point.y) / 2) * height);
+      const wanted = this.places.lift(label);
+      label.lift += (wanted - label.lift) * GLIDE;
+      // On its way it may not lie over another either.
+      if (!this.places.isFree(label, label.lift)) label.lift = wanted;
+      this.places.take(label, label.lift);
+      label.place();
     }
-    const wanted = lifts(names.map(({ label, x, y }) => ({ x, bottom: y, ...label.size })));
-    names.forEach(({ label, x, y }, index) => {
-      label.lift += ((wanted[index] ?? 0) - label.lift) * GLIDE;
-      label.place(x, y);
-    });
   }
 }

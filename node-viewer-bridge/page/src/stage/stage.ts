@@ -2,7 +2,8 @@
 
 import { AmbientLight, Color, DirectionalLight, Scene, Vector3, type WebGLRenderer } from "three";
 import { STAGE } from "../palette.ts";
-import type { Pose, RigCamera, Vec3 } from "../protocol.ts";
+import type { Pose, RigCamera, Vec3, Zone } from "../protocol.ts";
+import type { Selection } from "../selection.ts";
 import type { CameraState, ObjectState, Site } from "../site.ts";
 import { Actor } from "./actor.ts";
 import { Floor } from "./floor.ts";
@@ -10,7 +11,10 @@ import { Frames } from "./frames.ts";
 import { createRenderer } from "./graphics.ts";
 import { Frustum } from "./frustum.ts";
 import { LabelLayer } from "./labels.ts";
+import { Picker } from "./picker.ts";
+import { Ruler } from "./ruler.ts";
 import { View } from "./view.ts";
+import { ZoneWires } from "./zone.ts";
 
 export interface StageOptions {
   trails: boolean;
@@ -26,6 +30,9 @@ export class Stage {
   private readonly labels: LabelLayer;
   private readonly floor: Floor;
   private readonly view: View;
+  private readonly ruler: Ruler;
+  private readonly zoneWires: ZoneWires;
+  private readonly shift = new Vector3();
   private readonly frusta = new Map<string, Frustum>();
   private readonly actors = new Map<string, Actor>();
   private size: [number, number] = [1, 1];
@@ -35,6 +42,7 @@ export class Stage {
     canvas: HTMLCanvasElement,
     private readonly labelParent: HTMLElement,
     private readonly options: StageOptions,
+    private readonly selection: Selection,
   ) {
     this.renderer = createRenderer(canvas);
     this.scene.background = new Color(STAGE.background);
@@ -42,8 +50,12 @@ export class Stage {
     this.labels = new LabelLayer(labelParent);
     this.floor = new Floor(this.labels);
     this.floor.span(2);
-    this.scene.add(this.floor.group);
+    this.ruler = new Ruler(this.labels);
+    this.zoneWires = new ZoneWires(this.labels);
+    this.scene.add(this.floor.group, this.ruler.line, this.zoneWires.group);
     this.view = new View(canvas, () => this.frames.request());
+    new Picker(canvas, this.view.camera, { objects: this.actors, cameras: this.frusta }, selection);
+    selection.changed(() => this.select());
     new ResizeObserver(() => this.resize(canvas)).observe(canvas.parentElement ?? canvas);
   }
 
@@ -56,6 +68,7 @@ export class Stage {
   }
 
   resetView(): void {
+    this.selection.follow(null);
     this.view.reset();
     this.frames.request();
   }
@@ -88,6 +101,32 @@ export class Stage {
     this.frames.request();
   }
 
+  zones(zones: Zone[]): void {
+    if (this.zoneWires.show(zones)) this.frames.request();
+  }
+
+  /** Another time is shown: objects are where they were then. */
+  replay(site: Site, jumped: boolean): void {
+    for (const [id, actor] of this.actors) {
+      const object = site.objects.get(id);
+      if (jumped) actor.clearTrail();
+      if (object?.shown) actor.pose(object.shown, performance.now() / 1000);
+      else actor.hide();
+    }
+    this.frames.request();
+  }
+
+  /** The theme changed. */
+  recolour(site: Site): void {
+    this.scene.background = new Color(STAGE.background);
+    this.floor.recolour();
+    this.ruler.recolour();
+    for (const actor of this.actors.values()) actor.recolour();
+    for (const frustum of this.frusta.values()) frustum.recolour();
+    this.zoneWires.show(site.zones);
+    this.frames.request();
+  }
+
   /** What nodes are up and whose figures are live; called now and then. */
   conditions(site: Site, now: number): void {
     const camera = (id: string) => site.cameras.get(id)?.condition(now) ?? "silent";
@@ -110,6 +149,15 @@ export class Stage {
   /** Where things are drawn, for tests and the curious. */
   positions(): Record<string, Vec3> {
     return Object.fromEntries([...this.actors].map(([id, actor]) => [id, actor.position()]));
+  }
+
+  /** Where an object is on the page, pixels; for tests. */
+  screen(id: string): [number, number] | null {
+    const actor = this.actors.get(id);
+    if (!actor) return null;
+    const point = this.shift.copy(actor.group.position).project(this.view.camera);
+    const { left, top } = this.renderer.domElement.getBoundingClientRect();
+    return [left + ((point.x + 1) / 2) * this.size[0], top + ((1 - point.y) / 2) * this.size[1]];
   }
 
   private frustum(id: string): Frustum {
@@ -135,6 +183,23 @@ export class Stage {
     return actor;
   }
 
+  private select(): void {
+    for (const [id, actor] of this.actors) actor.select(id === this.selection.object);
+    this.frames.hold(this.selection.camera !== null);
+    this.frames.request();
+  }
+
+  /** The view moves with the followed object, the ruler with the measured ones. */
+  private track(): void {
+    const { object, pair } = this.selection;
+    const followed = object === null ? undefined : this.actors.get(object);
+    this.view.follow(followed?.visible ? this.shift.copy(followed.group.position) : null);
+    const from = pair ? this.actors.get(pair[0]) : undefined;
+    const to = pair ? this.actors.get(pair[1]) : undefined;
+    if (from?.visible && to?.visible) this.ruler.show(from.group.position, to.group.position);
+    else this.ruler.hide();
+  }
+
   private resize(canvas: HTMLCanvasElement): void {
     const parent = canvas.parentElement ?? canvas;
     this.size = [Math.max(1, parent.clientWidth), Math.max(1, parent.clientHeight)];
@@ -144,11 +209,12 @@ export class Stage {
   }
 
   private draw(now: number): boolean {
+    this.track();
     this.view.update();
     let fading = false;
     for (const actor of this.actors.values()) fading = actor.update(now) || fading;
     this.renderer.render(this.scene, this.view.camera);
-    this.labels.update(this.view.camera, ...this.size);
+    this.labels.update(this.view.camera, this.size[0], this.size[1]);
     return fading && this.options.trails;
   }
 }

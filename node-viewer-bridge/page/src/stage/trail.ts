@@ -1,4 +1,4 @@
-// Where an object has been during the last seconds: a line that fades with age. Memory is fixed.
+// Where an object has been during the last seconds: a line that fades with age. Memory is fixed, and nothing is allocated while it moves.
 
 import { Color, InstancedInterleavedBuffer, InterleavedBufferAttribute } from "three";
 import { LineMaterial } from "three/addons/lines/LineMaterial.js";
@@ -14,14 +14,13 @@ const SPACING_S = SECONDS / POINTS;
 const GAP_S = 0.5;
 const FLOATS = 6;
 
-interface Step {
-  at: number;
-  position: Vec3;
-}
-
 export class Trail {
   readonly line: LineSegments2;
-  private readonly steps: Step[] = [];
+  /** A ring of the last points. */
+  private readonly times = new Float64Array(POINTS);
+  private readonly points = new Float32Array(3 * POINTS);
+  private next = 0;
+  private length = 0;
   private readonly positions = new InstancedInterleavedBuffer(new Float32Array(POINTS * FLOATS), FLOATS, 1);
   private readonly colours = new InstancedInterleavedBuffer(new Float32Array(POINTS * FLOATS), FLOATS, 1);
   private readonly geometry = new LineSegmentsGeometry();
@@ -42,23 +41,29 @@ export class Trail {
 
   /** `at` in seconds of a steady clock. */
   add(at: number, position: Vec3): void {
-    const last = this.steps.at(-1);
-    if (last && at - last.at < SPACING_S) return;
-    this.steps.push({ at, position });
-    if (this.steps.length > POINTS) this.steps.shift();
+    if (this.length > 0 && at - this.time(this.length - 1) < SPACING_S) return;
+    this.times[this.next] = at;
+    this.points.set(position, 3 * this.next);
+    this.next = (this.next + 1) % POINTS;
+    this.length = Math.min(this.length + 1, POINTS);
+  }
+
+  clear(): void {
+    this.length = 0;
   }
 
   /** Rewrites the line as of `now`; tells whether there is still something that fades. */
   update(now: number): boolean {
-    while (this.steps[0] && this.steps[0].at < now - SECONDS) this.steps.shift();
+    while (this.length > 0 && this.time(0) < now - SECONDS) this.length--;
     let segments = 0;
-    for (let i = 1; i < this.steps.length; i++) {
-      const [from, to] = [this.steps[i - 1], this.steps[i]];
-      if (from && to && to.at - from.at < GAP_S) this.write(segments++, from, to, now);
-    }
+    for (let i = 1; i < this.length; i++) if (this.time(i) - this.time(i - 1) < GAP_S) this.write(segments++, i, now);
     this.geometry.instanceCount = segments;
     this.positions.needsUpdate = this.colours.needsUpdate = segments > 0;
     return segments > 0;
+  }
+
+  recolour(): void {
+    this.faded.set(STAGE.background);
   }
 
   remove(): void {
@@ -67,12 +72,25 @@ export class Trail {
     this.line.removeFromParent();
   }
 
-  private write(segment: number, from: Step, to: Step, now: number): void {
+  /** A point's place in the ring, 0 being the oldest. */
+  private place(index: number): number {
+    return (this.next - this.length + index + POINTS) % POINTS;
+  }
+
+  private time(index: number): number {
+    return this.times[this.place(index)] ?? 0;
+  }
+
+  /** The segment that ends at a point. */
+  private write(segment: number, end: number, now: number): void {
     const offset = segment * FLOATS;
-    (this.positions.array as Float32Array).set(from.position, offset);
-    (this.positions.array as Float32Array).set(to.position, offset + 3);
-    this.shade(now - from.at).toArray(this.colours.array, offset);
-    this.shade(now - to.at).toArray(this.colours.array, offset + 3);
+    for (let half = 0; half < 2; half++) {
+      const index = end - 1 + half;
+      const at = offset + 3 * half;
+      const from = 3 * this.place(index);
+      for (let k = 0; k < 3; k++) this.positions.array[at + k] = this.points[from + k] ?? 0;
+      this.shade(now - this.time(index)).toArray(this.colours.array, at);
+    }
   }
 
   private shade(age: number): Color {

@@ -13,6 +13,10 @@ export class View {
   private readonly controls: OrbitControls;
   private points = [new Vector3(1, 1, 0), new Vector3(-1, -1, 0), new Vector3(1, -1, 0), new Vector3(-1, 1, 0)];
   private touched = false;
+  /** Where the followed object was last. */
+  private readonly followed = new Vector3();
+  private following = false;
+  private readonly step = new Vector3();
 
   constructor(canvas: HTMLCanvasElement, changed: () => void) {
     this.camera.up.set(0, 0, 1);
@@ -42,7 +46,7 @@ export class View {
 
   /** Turns to the first direction, then moves until the points fill the picture; a few rounds settle it. */
   reset(): void {
-    this.touched = false;
+    this.touched = this.following = false;
     this.controls.target.set(0, 0, 0);
     let distance = 2 * Math.max(...this.points.map((point) => point.length()));
     for (let round = 0; round < 8; round++) distance = this.approach(distance);
@@ -63,6 +67,22 @@ export class View {
     target.addScaledVector(right, centre.x * half * this.camera.aspect).addScaledVector(up, centre.y * half);
     const grow = Math.max(extent.x, extent.y) / 2 / FILLED;
     return Math.max(0.3, distance * Math.min(2, Math.max(0.5, grow)));
+  }
+
+  /** Moves with an object, orbiting around it; `null` stays where it is. */
+  follow(position: Vector3 | null): void {
+    if (!position) {
+      this.following = false;
+      return;
+    }
+    if (!this.following) {
+      this.following = this.touched = true;
+      this.followed.copy(this.controls.target);
+    }
+    this.step.copy(position).sub(this.followed);
+    this.followed.copy(position);
+    this.controls.target.add(this.step);
+    this.camera.position.add(this.step);
   }
 
   /** Goes on with a movement that is dying away; it asks for further frames through `changed`. */

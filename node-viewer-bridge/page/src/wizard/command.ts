@@ -82,11 +82,11 @@ export function readName(text: string, field: string): string {
 }
 
 /** Sends a wish; a complaint where the bridge does not obey, nothing where it does. */
-export async function send(wish: object, ask: typeof fetch = fetch): Promise<Complaint | null> {
+export async function send(path: "api/wizard" | "api/zones", wish: object, ask: typeof fetch = fetch): Promise<Complaint | null> {
   let answer: Response;
   try {
     const headers = { "content-type": "application/json" };
-    answer = await ask("api/wizard", { method: "POST", headers, body: JSON.stringify(wish) });
+    answer = await ask(path, { method: "POST", headers, body: JSON.stringify(wish) });
   } catch {
     return { field: null, cause: "The bridge does not answer." };
   }

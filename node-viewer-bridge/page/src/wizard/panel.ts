@@ -140,7 +140,7 @@ export class WizardPanel {
     for (const field of form.fields) field.complain("");
     this.complaint.set("");
     try {
-      const complaint = await send(await form.wish());
+      const complaint = await send("api/wizard", await form.wish());
       if (complaint) this.complain(complaint);
     } catch (error) {
       if (!(error instanceof Wrong)) throw error;
@@ -153,7 +153,7 @@ export class WizardPanel {
   }
 
   private async ask(wish: object): Promise<void> {
-    const complaint = await send(wish);
+    const complaint = await send("api/wizard", wish);
     this.complaint.set(complaint ? sentence(complaint.cause) : "");
   }
 
