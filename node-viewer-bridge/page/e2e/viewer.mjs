@@ -187,12 +187,12 @@ async function checkMeasure(page) {
   await page.click("[data-testid=measure-toggle]");
 }
 
-/** A zone where the objects are fills, is drawn, complains about nonsense, and goes again. */
+/** A zone where the objects are fills; one around an object is left by it, and drawn; nonsense is complained about; zones go again. */
 async function checkZones(page) {
   await tab(page, "zones");
-  const fill = async (name, size) => {
+  const fill = async (name, size, centre = "0, 0, 0.2") => {
     await page.fill("[data-testid=wizard-field-name]", name);
-    await page.fill("[data-testid=wizard-field-centre]", "0, 0, 0.2");
+    await page.fill("[data-testid=wizard-field-centre]", centre);
     await page.fill("[data-testid=wizard-field-size]", size);
     await page.click("[data-testid=zone-set]");
   };
@@ -200,8 +200,9 @@ async function checkZones(page) {
   await wait(page, () => document.querySelector("[data-testid=wizard-complaint-size]").textContent !== "");
   await fill("room", "3");
   await wait(page, () => document.querySelector("[data-testid=zone-room]")?.dataset.inside !== "");
-  await fill("middle", "0.2, 0.2, 0.6");
-  await wait(page, () => document.querySelector("[data-testid=zones-events] [data-event=entered]") !== null);
+  const [object] = await page.evaluate(() => Object.values(window.sextant.positions()));
+  await fill("middle", "0.12, 0.12, 0.12", object.map((value) => value.toFixed(3)).join(", "));
+  await wait(page, () => document.querySelector("[data-testid=zones-events] [data-event]") !== null);
   await wait(page, () => [...document.querySelectorAll(".label-zone")].some((label) => label.textContent === "middle"));
   await screenshot(page, "zones");
   for (const name of ["room", "middle"]) {

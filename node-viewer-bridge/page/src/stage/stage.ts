@@ -155,6 +155,9 @@ export class Stage {
   screen(id: string): [number, number] | null {
     const actor = this.actors.get(id);
     if (!actor) return null;
+    // As the next frame will have it.
+    this.track();
+    this.view.camera.updateMatrixWorld();
     const point = this.shift.copy(actor.group.position).project(this.view.camera);
     const { left, top } = this.renderer.domElement.getBoundingClientRect();
     return [left + ((point.x + 1) / 2) * this.size[0], top + ((1 - point.y) / 2) * this.size[1]];
