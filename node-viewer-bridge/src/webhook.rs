@@ -12,6 +12,7 @@ use hyper::client::conn::http1;
 use hyper_util::rt::TokioIo;
 use serde::Serialize;
 use sextant_proto::SiteId;
+use std::pin::pin;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
@@ -142,13 +143,13 @@ async fn post(url: &Uri, json: &str) -> anyhow::Result<()> {
         .header(header::CONTENT_TYPE, "application/json")
         .header(header::CONNECTION, "close")
         .body(Body::from(json.to_owned()))?;
-    let answer = async {
-        tokio::select! {
-            answer = sender.send_request(request) => Ok(answer?),
-            ended = connection => { ended?; bail!("the connection was closed without an answer") }
-        }
+    let mut answer = pin!(sender.send_request(request));
+    // The connection may end in the same moment as the answer comes.
+    let answer = tokio::select! {
+        answer = &mut answer => answer?,
+        _ = connection => answer.await?,
     };
-    let status: StatusCode = answer.await?.status();
+    let status: StatusCode = answer.status();
     if status.is_success() {
         return Ok(());
     }
