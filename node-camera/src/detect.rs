@@ -223,7 +223,7 @@ impl DetectPart {
     fn report(&mut self, bus: &Bus, name: &mut HeldName) -> anyhow::Result<()> {
         self.models.update(bus);
         self.statistics.others = name.others().into_iter().map(str::to_owned).collect();
-        let status = self.statistics.status(self.models.complaint());
+        let status = self.statistics.status(self.models.notice());
         self.status.put(&status)?;
         Ok(())
     }

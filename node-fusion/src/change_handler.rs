@@ -90,7 +90,7 @@ impl ChangeHandler {
         let about = self.change_of(item)?;
         let decision = self.decision(&about, &item.payload, now_ns);
         Some(Verdict {
-            key: below_site(&item.key).to_owned(),
+            key: Keys::below_site(&item.key).to_owned(),
             about,
             fingerprint: item.bytes().map_or(0, fingerprint),
             decision: decision.unwrap_or_else(Decision::Refuse),
@@ -151,11 +151,6 @@ impl Verdict {
             Decision::Refuse(refusal) => Outcome::Refused(refusal.clone()),
         }
     }
-}
-
-/// A key without `sextant/v1/<site>/`.
-fn below_site(key: &str) -> &str {
-    key.splitn(4, '/').nth(3).unwrap_or(key)
 }
 
 #[cfg(test)]

@@ -379,6 +379,12 @@ impl Keys {
         })
     }
 
+    /// A key of any site without `sextant/v1/<site>/`: how messages name it.
+    #[must_use]
+    pub fn below_site(key: &str) -> &str {
+        key.splitn(4, '/').nth(3).unwrap_or(key)
+    }
+
     fn under(&self, rest: std::fmt::Arguments<'_>) -> String {
         format!("{}/{rest}", self.root)
     }

@@ -24,8 +24,8 @@ pub const MAX_IMPERFECTIONS: usize = 16;
 pub const MAX_NOTICES: usize = 32;
 /// Inputs of the estimator in one message.
 pub const MAX_INPUTS: usize = 256;
-/// Messages for people in one status of a camera node.
-pub const MAX_MESSAGES: usize = 16;
+/// Notices in one status of a camera node.
+pub const MAX_CAMERA_NOTICES: usize = 32;
 /// Bytes (UTF-8) of one text for people, and of a key.
 pub const MAX_DETAIL_BYTES: usize = 240;
 /// Bytes of a version or host name.

@@ -179,9 +179,9 @@ fn camera_status(status: &CameraStatus) -> String {
         status.detect_ms[0],
         status.detect_ms[1]
     );
-    for message in &status.messages {
+    for finding in words::camera_findings(status) {
         line.push_str("; ");
-        line.push_str(&words::plain(message));
+        line.push_str(&finding);
     }
     line
 }

@@ -1,7 +1,7 @@
 //! Words for people: states, and text from elsewhere made harmless for a terminal.
 
 use sextant_estimator::{ObjectId, State};
-use sextant_proto::{FusionStatus, Outcome};
+use sextant_proto::{CameraStatus, FusionStatus, Outcome};
 
 /// The state in one word.
 pub fn state(state: State) -> &'static str {
@@ -23,6 +23,20 @@ pub fn findings(status: &FusionStatus) -> Vec<String> {
     let imperfections = status.imperfections.iter().map(ToString::to_string);
     let notices = status.notices.iter().map(ToString::to_string);
     let all = faults.chain(left_out).chain(imperfections).chain(notices);
+    all.map(|sentence| plain(&sentence)).collect()
+}
+
+/// Notices of a camera node, a sentence each.
+pub fn camera_findings(status: &CameraStatus) -> Vec<String> {
+    let fallbacks = match status.fallbacks {
+        0 => None,
+        n => Some(format!(
+            "the CPU made {} in place of the accelerator: see the log of the capturing part",
+            count(n as usize, "image")
+        )),
+    };
+    let notices = status.notices.iter().map(ToString::to_string);
+    let all = fallbacks.into_iter().chain(notices);
     all.map(|sentence| plain(&sentence)).collect()
 }
 

@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use sextant_estimator::{CameraId, ObjectModel, Rig, TagId};
 use sextant_geometry::Lens;
-use sextant_proto::{KeyRef, Keys, ObjectConfig, RigConfig, limits};
+use sextant_proto::{CameraNotice, KeyRef, Keys, ObjectConfig, RigConfig, limits};
 use sextant_zenoh_bus::{Bus, BusError, DropRule, Item, Subscription};
 
 use super::sizes::{Full, Sizes};
@@ -28,7 +28,7 @@ pub(super) struct Models {
     is_short_of_room: bool,
     lens: Option<(Lens, [u32; 2])>,
     sizes: Sizes,
-    complaint: Option<String>,
+    notice: Option<CameraNotice>,
 }
 
 impl Models {
@@ -49,7 +49,7 @@ impl Models {
             is_short_of_room: false,
             lens: None,
             sizes: Sizes::default(),
-            complaint: None,
+            notice: None,
         };
         models.update(bus);
         Ok(models)
@@ -86,8 +86,8 @@ impl Models {
     }
 
     /// What a person should know about the models.
-    pub(super) fn complaint(&self) -> Option<&str> {
-        self.complaint.as_deref()
+    pub(super) fn notice(&self) -> Option<&CameraNotice> {
+        self.notice.as_ref()
     }
 
     fn query(&mut self, bus: &Bus) {
@@ -113,36 +113,64 @@ impl Models {
             Some(KeyRef::ConfigObject(object)) => self.take_object(object.as_str(), item),
             _ => return,
         };
-        self.complaint = taken.err().map(|cause| format!("{}: {cause}", item.key));
-        if let Some(complaint) = &self.complaint {
-            tracing::warn!(complaint, "the site's models are not what they should be");
+        self.notice = taken
+            .err()
+            .map(|problem| problem.notice(Keys::below_site(&item.key)));
+        if let Some(notice) = &self.notice {
+            tracing::warn!("{notice}");
         }
     }
 
-    fn take_rig(&mut self, item: &Item) -> Result<(), String> {
-        let message: RigConfig = item.decode().map_err(|cause| cause.to_string())?;
-        let rig = Rig::try_from(&message).map_err(|cause| cause.to_string())?;
+    fn take_rig(&mut self, item: &Item) -> Result<(), ModelProblem> {
+        let message: RigConfig = item.decode().map_err(ModelProblem::refused)?;
+        let rig = Rig::try_from(&message).map_err(ModelProblem::refused)?;
         self.lens = rig
             .cameras()
             .iter()
             .find(|camera| camera.id == self.camera)
             .map(|camera| (camera.lens, camera.resolution));
-        if self.lens.is_none() {
-            return Err(format!("the rig has no camera {}", self.camera));
-        }
-        Ok(())
+        self.lens
+            .is_some()
+            .then_some(())
+            .ok_or(ModelProblem::NotInRig)
     }
 
-    fn take_object(&mut self, object: &str, item: &Item) -> Result<(), String> {
-        let message: ObjectConfig = item.decode().map_err(|cause| cause.to_string())?;
+    fn take_object(&mut self, object: &str, item: &Item) -> Result<(), ModelProblem> {
+        let message: ObjectConfig = item.decode().map_err(ModelProblem::refused)?;
         if message.is_removal() {
             self.sizes.remove(object);
             return Ok(());
         }
-        let model = ObjectModel::try_from(&message).map_err(|cause| cause.to_string())?;
+        let model = ObjectModel::try_from(&message).map_err(ModelProblem::refused)?;
         self.sizes.take(object, &model).map_err(|Full| {
             self.is_short_of_room = true;
-            "too many objects or tags; the sizes of this one are ignored".to_owned()
+            ModelProblem::TooManyTags
         })
+    }
+}
+
+/// Why a model of the site is of no use here.
+enum ModelProblem {
+    /// It is damaged or makes no sense.
+    Refused(String),
+    NotInRig,
+    TooManyTags,
+}
+
+impl ModelProblem {
+    fn refused(cause: impl std::fmt::Display) -> Self {
+        Self::Refused(limits::clipped(
+            &cause.to_string(),
+            limits::MAX_DETAIL_BYTES,
+        ))
+    }
+
+    fn notice(self, key: &str) -> CameraNotice {
+        let key = limits::clipped(key, limits::MAX_DETAIL_BYTES);
+        match self {
+            Self::Refused(detail) => CameraNotice::ModelRefused { key, detail },
+            Self::NotInRig => CameraNotice::NotInRig,
+            Self::TooManyTags => CameraNotice::TooManyTags { key },
+        }
     }
 }

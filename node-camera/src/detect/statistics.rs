@@ -6,7 +6,7 @@ use std::time::Instant;
 use sextant_estimator::CameraId;
 use sextant_iceoryx_images::ImageHeader;
 use sextant_process::host::host_name;
-use sextant_proto::{CameraStatus, ClockQuality, limits};
+use sextant_proto::{CameraNotice, CameraStatus, ClockQuality, limits};
 
 use super::observe;
 
@@ -96,8 +96,8 @@ impl Statistics {
         self.earlier + self.stream_captured
     }
 
-    /// The account as a message; `complaint` is about the models.
-    pub(super) fn status(&mut self, complaint: Option<&str>) -> CameraStatus {
+    /// The account as a message; `model_notice` is about the site's models.
+    pub(super) fn status(&mut self, model_notice: Option<&CameraNotice>) -> CameraStatus {
         CameraStatus {
             camera: self.camera.clone(),
             version: env!("CARGO_PKG_VERSION").to_owned(),
@@ -110,7 +110,8 @@ impl Statistics {
             clock: self.clock,
             uptime_s: self.started.elapsed().as_secs(),
             published: self.published,
-            messages: self.messages(complaint),
+            fallbacks: self.fallbacks,
+            notices: self.notices(model_notice),
         }
     }
 
@@ -141,29 +142,21 @@ impl Statistics {
         [last / 2, last * 99 / 100].map(|rank| (self.sorted[rank] as f64 / 1e6) as f32)
     }
 
-    fn messages(&self, complaint: Option<&str>) -> Vec<String> {
-        let silence_s = self.last_image.elapsed().as_secs_f64();
-        let silence = (silence_s > SILENCE_S)
-            .then(|| format!("no image from the capturing part for {silence_s:.0} s"));
-        let others = (!self.others.is_empty()).then(|| {
-            let hosts = self.others.join(", ");
-            format!("a camera of this name also runs on host {hosts}: end one of them")
+    fn notices(&self, model_notice: Option<&CameraNotice>) -> Vec<CameraNotice> {
+        let silent_s = self.last_image.elapsed().as_secs_f64();
+        let silence = (silent_s > SILENCE_S).then_some(CameraNotice::NoImage { silent_s });
+        let refusal = self
+            .refusal
+            .as_ref()
+            .map(|cause| CameraNotice::ImageRefused {
+                detail: limits::clipped(cause, limits::MAX_DETAIL_BYTES),
+            });
+        let others = self.others.iter().map(|host| CameraNotice::NameTaken {
+            host: limits::clipped(host, limits::MAX_NAME_BYTES),
         });
-        let fallbacks = (self.fallbacks > 0).then(|| {
-            let n = self.fallbacks;
-            format!("the CPU made {n} images in place of the DRP: the log of the capturing part says why")
-        });
-        let all = [
-            fallbacks,
-            complaint.map(str::to_owned),
-            self.refusal.clone(),
-            silence,
-            others,
-        ];
-        all.into_iter()
-            .flatten()
-            .map(|sentence| limits::clipped(&sentence, limits::MAX_DETAIL_BYTES))
-            .collect()
+        let single = [model_notice.cloned(), refusal, silence];
+        let all = single.into_iter().flatten().chain(others);
+        all.take(limits::MAX_CAMERA_NOTICES).collect()
     }
 }
 
@@ -213,26 +206,24 @@ mod tests {
     }
 
     #[test]
-    fn images_that_the_cpu_took_over_are_told() {
+    fn images_that_the_cpu_took_over_are_counted() {
         let mut statistics = statistics(&[(1, 1)]);
-        assert!(statistics.status(None).messages.is_empty());
+        assert_eq!(statistics.status(None).fallbacks, 0);
         statistics.image(&ImageHeader {
             fallbacks: 31,
             ..header(1, 2)
         });
-        let messages = statistics.status(None).messages;
-        assert!(
-            messages[0].starts_with("the CPU made 31 images"),
-            "{messages:?}"
-        );
+        assert_eq!(statistics.status(None).fallbacks, 31);
     }
 
     #[test]
     fn a_status_keeps_its_contract() {
         let mut statistics = statistics(&[(1, 1)]);
         statistics.refuse(&"x".repeat(1000));
-        let status = statistics.status(Some("no rig"));
-        assert_eq!(status.messages.len(), 2);
+        statistics.others = vec!["h".repeat(100); 100];
+        let status = statistics.status(Some(&CameraNotice::NotInRig));
+        assert_eq!(status.notices[0], CameraNotice::NotInRig);
+        assert_eq!(status.notices.len(), limits::MAX_CAMERA_NOTICES);
         sextant_proto::encode(&status).unwrap();
     }
 }

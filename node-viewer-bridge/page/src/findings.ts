@@ -1,5 +1,5 @@
-// What a fusion node reports besides poses, in words: faults of the site, imperfections of its files, notices of the node itself. The variants
-// and their fields are those of proto/CONTRACT.md.
+// What nodes report, in words: faults of the site, imperfections of its files, notices of the nodes themselves. The variants and their fields are
+// those of proto/CONTRACT.md.
 
 import { isText, type Test } from "./shape.ts";
 
@@ -157,6 +157,16 @@ const NOTICES: Stories = {
     story(`a refined calibration explains the images better (${fixed(before_px, 2)} px to ${fixed(after_px, 2)} px on ${number(n_images)} held-back images)`, "apply it here, or run `sextant config apply-refinement`"),
 };
 
+const CAMERA_NOTICES: Stories = {
+  no_image: ({ silent_s }) => story(`no image from the capturing part for ${fixed(silent_s, 0)} s`, "see its log"),
+  name_taken: ({ host }) => story(`a camera of this name also runs on ${String(host)}`, "stop one of them"),
+  image_refused: (fields) => story(`an image was refused: ${detail(fields).cause}`),
+  not_in_rig: () => story("the rig has no camera of this name", "add it to the rig"),
+  model_refused: (fields) => story(`${String(fields.key)} cannot be used: ${detail(fields).cause}`),
+  too_many_tags: ({ key }) =>
+    story(`too many objects or tags: the tags of ${String(key)} have no poses in the observations; fusion needs none`),
+};
+
 /** A finding in words; one of a newer fusion node by its name. */
 function storyOf(stories: Stories, finding: Finding): Story {
   const [name, fields] = parts(finding);
@@ -194,4 +204,25 @@ function subjectOf(node: string, finding: Finding): Subject {
   if (isText(camera)) return { kind: "camera", id: String(camera) };
   if (isText(object)) return { kind: "object", id: String(object) };
   return isText(a) ? { kind: "camera", id: String(a) } : { kind: "node", id: node };
+}
+
+export interface CameraFindings {
+  fallbacks: number;
+  notices: Finding[];
+}
+
+/** Everything that a camera node reports. */
+export function cameraReports(camera: string, { fallbacks, notices }: CameraFindings): Report[] {
+  const subject: Subject = { kind: "camera", id: camera };
+  const images = fallbacks === 1 ? "1 image" : `${fallbacks} images`;
+  const fallback: Report = {
+    ...story(`the CPU made ${images} in place of the accelerator`, "see the log of the capturing part"),
+    key: `${camera}/status/fallbacks`,
+    level: "notice",
+    subject,
+  };
+  const told = notices.map(
+    (notice): Report => ({ ...storyOf(CAMERA_NOTICES, notice), key: `${camera}/status/${keyOf(notice)}`, level: "notice", subject }),
+  );
+  return [...(fallbacks > 0 ? [fallback] : []), ...told];
 }

@@ -1,7 +1,7 @@
 // The bridge's messages (../PROTOCOL.md) and how they are read. Whatever does not look like a message becomes `null`.
 // Knows nothing of the page.
 
-import { isFinding, type Findings } from "./findings.ts";
+import { isFinding, type CameraFindings, type Findings } from "./findings.ts";
 import { fits, isFlag, isNumber, isText, listOf, numbers, optional, orNull, shaped, type Shape, type Test } from "./shape.ts";
 import { accountShape, type WizardAccount } from "./wizard/account.ts";
 
@@ -75,7 +75,7 @@ export interface Observations {
   tags: TagOutline[];
 }
 
-export interface CameraStatus {
+export interface CameraStatus extends CameraFindings {
   type: "camera_status";
   camera: string;
   captured: number;
@@ -83,7 +83,6 @@ export interface CameraStatus {
   dropped: number;
   rate_hz: number;
   clock: { source: string; error_ns: number };
-  messages: string[];
 }
 
 /** Why a candidate is no tag, in the order in which the detector asks. */
@@ -269,7 +268,8 @@ const shapes: Record<Message["type"], Shape> = {
     dropped: isNumber,
     rate_hz: isNumber,
     clock: shaped({ source: isText, error_ns: isNumber }),
-    messages: listOf(isText),
+    fallbacks: isNumber,
+    notices: listOf(isFinding),
   },
   detection_report: {
     camera: isText,

@@ -1,6 +1,6 @@
 // What this page knows of the site, built from the bridge's messages. Draws nothing.
 
-import { type Report, reports } from "./findings.ts";
+import { cameraReports, type Report, reports } from "./findings.ts";
 import { HealthLog } from "./health.ts";
 import { blankPose, Figures, ObjectTrack } from "./history.ts";
 import { sigma } from "./covariance.ts";
@@ -255,13 +255,7 @@ export class Site {
   /** What nodes report. */
   private reports(): Report[] {
     const cameras = [...this.cameras.values()].flatMap(({ id, status }) =>
-      (status?.messages ?? []).map((cause): Report => ({
-        key: `${id}/status/${cause.replaceAll(/\d+/g, "")}`,
-        level: "notice",
-        subject: { kind: "camera", id },
-        cause,
-        remedy: "",
-      })),
+      status ? cameraReports(id, status) : [],
     );
     const bridge: Report = {
       key: "bridge/network",

@@ -1,7 +1,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 import { readFileSync } from "node:fs";
-import { reports, type Findings, type Report } from "../src/findings.ts";
+import { cameraReports, reports, type Findings, type Report } from "../src/findings.ts";
 import { parseMessage } from "../src/protocol.ts";
 
 const sentence = ({ cause, remedy }: Report): string => (remedy ? `${cause}: ${remedy}` : cause);
@@ -24,6 +24,19 @@ test("every finding of the contract has a sentence", () => {
   assert.deepEqual(moved?.subject, { kind: "camera", id: "north" });
   assert.ok(said.includes("camera north is not where the rig says: calibrate it again"));
   assert.ok(said.some((text) => text.includes("refused: tag tag25h9:300 is on object cube and on object box")));
+});
+
+test("every notice of a camera has a sentence", () => {
+  const golden = readFileSync(new URL("../../../../proto/golden/camera_status.json", import.meta.url), "utf8");
+  const message = parseMessage(JSON.stringify({ type: "camera_status", ...(JSON.parse(golden) as object) }));
+  assert.ok(message?.type === "camera_status");
+  const said = cameraReports("north", message).map(sentence);
+  assert.equal(said.length, 1 + message.notices.length);
+  for (const text of said) {
+    assert.doesNotMatch(text, /undefined|\[object|NaN/);
+    assert.match(text, / /);
+  }
+  assert.ok(said.includes("the CPU made 31 images in place of the accelerator: see the log of the capturing part"));
 });
 
 test("a finding that the page does not know is named", () => {

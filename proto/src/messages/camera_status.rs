@@ -2,7 +2,8 @@
 
 use crate::check::{self, OutOfRange, holds};
 use crate::envelope::{Kind, Message};
-use crate::limits::{MAX_MESSAGES, MAX_TIME_NS};
+use crate::limits::{MAX_CAMERA_NOTICES, MAX_TIME_NS};
+use crate::messages::camera_notice::CameraNotice;
 use crate::wire;
 use serde::{Deserialize, Serialize};
 use sextant_estimator::CameraId;
@@ -70,9 +71,11 @@ pub struct CameraStatus {
     pub uptime_s: u64,
     /// Observations handed to the network.
     pub published: u64,
-    /// English texts for people, newest last.
-    #[serde(deserialize_with = "wire::list::at_most::<_, _, MAX_MESSAGES>")]
-    pub messages: Vec<String>,
+    /// Images that the CPU made in place of an accelerator, since the camera was opened.
+    pub fallbacks: u64,
+    /// What a person should know.
+    #[serde(deserialize_with = "wire::list::at_most::<_, _, MAX_CAMERA_NOTICES>")]
+    pub notices: Vec<CameraNotice>,
 }
 
 impl Message for CameraStatus {
@@ -86,8 +89,7 @@ impl Message for CameraStatus {
             check::amount(f64::from(ms), "detect_ms")?;
         }
         self.clock.check()?;
-        holds(self.messages.len() <= MAX_MESSAGES, "messages")?;
-        let mut messages = self.messages.iter();
-        messages.try_for_each(|text| check::detail(text, "messages"))
+        holds(self.notices.len() <= MAX_CAMERA_NOTICES, "notices")?;
+        self.notices.iter().try_for_each(CameraNotice::check)
     }
 }

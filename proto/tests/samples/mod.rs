@@ -134,7 +134,24 @@ pub fn camera_status() -> CameraStatus {
         },
         uptime_s: 333,
         published: 9_990,
-        messages: vec!["10 images dropped: the detector is too slow".into()],
+        fallbacks: 31,
+        notices: vec![
+            CameraNotice::NoImage { silent_s: 12.0 },
+            CameraNotice::NameTaken {
+                host: "board-8".into(),
+            },
+            CameraNotice::ImageRefused {
+                detail: "`tags` is out of range".into(),
+            },
+            CameraNotice::NotInRig,
+            CameraNotice::ModelRefused {
+                key: "config/rig".into(),
+                detail: "the payload is damaged".into(),
+            },
+            CameraNotice::TooManyTags {
+                key: "config/object/cube".into(),
+            },
+        ],
     }
 }
 

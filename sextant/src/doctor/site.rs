@@ -152,8 +152,8 @@ impl SiteView {
         let faults =
             faults.map(|finding| Finding::warning("site", finding, "`sextant top` shows the rest"));
         let messages = self.cameras.iter().flat_map(|status| {
-            let said = status.messages.iter();
-            said.map(|m| format!("{}: {}", status.camera, words::plain(m)))
+            let findings = words::camera_findings(status).into_iter();
+            findings.map(|finding| format!("{}: {finding}", status.camera))
         });
         faults.chain(messages.map(|m| Finding::warning("camera node", m, "see its log")))
     }

@@ -162,7 +162,10 @@ impl Board {
             .cameras
             .iter()
             .filter_map(|(id, row)| Some((id, row.status.as_ref()?)));
-        faults.extend(cameras.flat_map(|(id, status)| said_by(id.as_str(), &status.messages)));
+        faults.extend(cameras.flat_map(|(id, status)| {
+            let findings = words::camera_findings(status).into_iter();
+            findings.map(|finding| (id.to_string(), finding))
+        }));
         faults
     }
 
@@ -187,11 +190,6 @@ impl Board {
         }
         silences
     }
-}
-
-fn said_by<'a>(who: &'a str, sentences: &'a [String]) -> impl Iterator<Item = (String, String)> {
-    let words = sentences.iter().map(|sentence| words::plain(sentence));
-    words.map(move |words| (who.to_owned(), words))
 }
 
 /// The row of a name; none when there are too many.
@@ -295,7 +293,8 @@ pub mod tests {
             },
             uptime_s: 10,
             published: 300,
-            messages: vec![],
+            fallbacks: 0,
+            notices: vec![],
         };
         board.take(&item(keys.camera_status(&north), &status), NOW_NS);
         let moved = Fault::CameraMoved {
