@@ -10,7 +10,7 @@ use sextant_apriltag::{Family, Options};
 use sextant_estimator::CameraId;
 use sextant_iceoryx_images::IceoryxOptions;
 use sextant_proto::SiteId;
-use sextant_site_files::{Complaint, FileError, read_toml_checked};
+use sextant_site_files::{Complaint, FileError, parse_toml, read_text};
 use sextant_zenoh_bus::{BusError, BusOptions, Identity, Role, Security, SecurityOptions};
 
 pub use self::rza2m::{DrpCircuit, DrpCircuitConfig, Rza2mConfig};
@@ -302,7 +302,7 @@ impl CameraNodeConfig {
     /// # Errors
     /// A missing or malformed file, and values out of their ranges, with line and key.
     pub fn read(file: &Path) -> Result<Self, FileError> {
-        let mut config: Self = read_toml_checked(file, Self::check)?;
+        let mut config = Self::parse(file, &read_text(file)?)?;
         let folder = file.parent().unwrap_or(Path::new(""));
         config.source.resolve(folder);
         config.shared_memory.root = folder.join(&config.shared_memory.root);
@@ -310,6 +310,14 @@ impl CameraNodeConfig {
             *keys = folder.join(&keys);
         }
         Ok(config)
+    }
+
+    /// Checks the text of a file; its paths stay as they are written.
+    ///
+    /// # Errors
+    /// As [`CameraNodeConfig::read`].
+    pub fn parse(file: &Path, text: &str) -> Result<Self, FileError> {
+        parse_toml(file, text, Self::check)
     }
 
     /// The network's protection, with the keys read and checked.

@@ -2,8 +2,8 @@
 
 use crate::output::Format;
 use crate::{
-    calibrate, camera, check, config, convert, demo, detect, doctor, echo, hz, keys, learn, list,
-    manual, mavlink, nodes, osc, print, progress, record, replay, ros2, simulate, top,
+    calibrate, camera, check, config, convert, demo, deploy, detect, doctor, echo, hz, keys, learn,
+    list, manual, mavlink, nodes, osc, print, progress, record, replay, ros2, simulate, top,
 };
 use clap::{CommandFactory, Parser, Subcommand};
 
@@ -69,6 +69,8 @@ enum Command {
     Doctor(doctor::DoctorArguments),
     /// Make and revoke the keys of a site's members.
     Keys(keys::KeysArguments),
+    /// Bring camera nodes to boards, over ssh.
+    Deploy(deploy::DeployArguments),
     /// Check files and recordings.
     Check(check::CheckArguments),
     /// Run a camera node, or list this machine's cameras.
@@ -115,6 +117,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         Command::Config(arguments) => config::run(arguments, format),
         Command::Doctor(arguments) => doctor::run(arguments, format),
         Command::Keys(arguments) => keys::run(arguments, format),
+        Command::Deploy(arguments) => deploy::run(arguments, format),
         Command::Check(arguments) => check::run(arguments, format),
         Command::Camera(arguments) => camera::run(arguments, format),
         Command::Fusion(arguments) => nodes::fusion(arguments),

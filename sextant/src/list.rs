@@ -19,7 +19,8 @@ const ANSWER: Duration = Duration::from_secs(1);
 /// Arguments of `sextant list`.
 #[derive(Args, Debug)]
 #[command(
-    after_help = "With --json, one line: {\"site\",\"nodes\":[{\"kind\",\"id\"}],\"cameras\":[status],\"fusion\":[status],\"objects\":[{\"id\",\"tags\"}]}"
+    after_help = "With --json, one line: {\"site\",\"nodes\":[{\"kind\",\"id\"}],\"cameras\":[status],\"fusion\":[status],\"objects\":[{\"id\",\"tags\"}],
+\"skew\":[{\"kind\",\"id\",\"version\",\"expected\"}]}; skew has the nodes whose version is not the fusion node's. Viewers publish no version."
 )]
 pub struct ListArguments {
     #[command(flatten)]
@@ -48,6 +49,7 @@ struct Line<'a> {
     cameras: &'a [CameraStatus],
     fusion: &'a [FusionStatus],
     objects: Vec<Object<'a>>,
+    skew: Vec<Skew<'a>>,
 }
 
 #[derive(Serialize)]
@@ -60,6 +62,15 @@ struct Node<'a> {
 struct Object<'a> {
     id: &'a ObjectId,
     tags: usize,
+}
+
+/// A node of another version than the fusion node.
+#[derive(Debug, PartialEq, Serialize)]
+struct Skew<'a> {
+    kind: &'static str,
+    id: &'a str,
+    version: &'a str,
+    expected: &'a str,
 }
 
 struct Inventory {
@@ -98,6 +109,7 @@ impl Inventory {
                     tags: object.tags.len(),
                 })
                 .collect(),
+            skew: skew(&self.cameras, &self.fusion),
         };
         // Numbers, names and enums: there is nothing that JSON could refuse.
         serde_json::to_string(&line).unwrap_or_default()
@@ -128,6 +140,19 @@ impl Inventory {
                     object.rate_hz
                 ));
             }
+        }
+        for Skew {
+            kind,
+            id,
+            version,
+            expected,
+        } in skew(&self.cameras, &self.fusion)
+        {
+            let version = words::plain(version);
+            let expected = words::plain(expected);
+            lines.push(format!(
+                "  version skew: {kind} {id} runs {version}, the fusion node {expected}: update it (`sextant deploy` updates cameras)"
+            ));
         }
         lines.join("\n")
     }
@@ -167,6 +192,29 @@ impl Inventory {
     }
 }
 
+/// Versions are compared with that of the first fusion node.
+fn skew<'a>(cameras: &'a [CameraStatus], fusion: &'a [FusionStatus]) -> Vec<Skew<'a>> {
+    let Some(expected) = fusion.first().map(|status| status.version.as_str()) else {
+        return Vec::new();
+    };
+    let cameras = cameras
+        .iter()
+        .map(|status| ("camera", status.camera.as_str(), &status.version));
+    let fusion = fusion
+        .iter()
+        .map(|status| ("fusion", status.node.as_str(), &status.version));
+    let others = cameras
+        .chain(fusion)
+        .filter(|(_, _, version)| *version != expected);
+    let skew = |(kind, id, version): (_, _, &'a String)| Skew {
+        kind,
+        id,
+        version,
+        expected,
+    };
+    others.map(skew).collect()
+}
+
 fn nodes(site: &Site) -> anyhow::Result<BTreeSet<(NodeKind, NodeId)>> {
     let tokens = site.bus.alive_keys(&site.keys.all_alive())?;
     let nodes = tokens.iter().filter_map(|key| match site.keys.parse(key)? {
@@ -185,4 +233,43 @@ fn latest<M: Message>(site: &Site, expression: &str) -> anyhow::Result<Vec<M>> {
         .iter()
         .filter_map(|item| decode(item.bytes()?).ok())
         .collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use sextant_estimator::CameraId;
+
+    fn camera(id: &str, version: &str) -> CameraStatus {
+        let camera = CameraId::new(id).unwrap();
+        let json = serde_json::json!({
+            "camera": camera, "version": version, "host": "h", "captured": 0, "detected": 0, "dropped": 0, "rate_hz": 0.0,
+            "detect_ms": [0.0, 0.0], "clock": {"source": "ntp", "error_ns": 0}, "uptime_s": 0, "published": 0, "fallbacks": 0, "notices": [],
+        });
+        serde_json::from_value(json).unwrap()
+    }
+
+    fn fusion(version: &str) -> FusionStatus {
+        let none = sextant_proto::Rejections::default();
+        let json = serde_json::json!({
+            "node": "main", "version": version, "uptime_s": 0, "cameras": [], "foreign": none, "objects": [], "faults": [],
+            "faults_left_out": 0, "imperfections": [], "notices": [],
+        });
+        serde_json::from_value(json).unwrap()
+    }
+
+    #[test]
+    fn nodes_of_another_version_than_the_fusion_node_are_named() {
+        let cameras = [camera("north", "0.1.0"), camera("south", "0.0.9")];
+        assert_eq!(skew(&cameras, &[]), []);
+        let fusion = [fusion("0.1.0")];
+        let found = skew(&cameras, &fusion);
+        let south = Skew {
+            kind: "camera",
+            id: "south",
+            version: "0.0.9",
+            expected: "0.1.0",
+        };
+        assert_eq!(found, [south]);
+    }
 }

@@ -9,6 +9,7 @@ mod config;
 mod convert;
 mod datagrams;
 mod demo;
+mod deploy;
 mod detect;
 mod doctor;
 mod drawing;

@@ -68,6 +68,16 @@ impl SiteArguments {
         typed
     }
 
+    /// Endpoint of the router.
+    pub fn connect(&self) -> &str {
+        &self.connect
+    }
+
+    /// Name of the site.
+    pub fn site(&self) -> &SiteId {
+        &self.site
+    }
+
     fn security(&self) -> anyhow::Result<Security> {
         let security = Security::of_client(&self.connect, self.keys.as_deref(), self.site.as_str());
         let security = security.exit_with(Exit::Input)?;

@@ -56,6 +56,16 @@ const GCC_AARCH64: Tool = Tool {
     remedy: "install a C compiler for aarch64-linux-gnu",
 };
 
+const SSHD: Tool = Tool {
+    program: "sshd",
+    package: Some("openssh-server"),
+    remedy: "install the OpenSSH server",
+};
+const IP: Tool = Tool {
+    program: "ip",
+    package: Some("iproute2"),
+    remedy: "install iproute2",
+};
 const FFMPEG: Tool = Tool {
     program: "ffmpeg",
     package: Some("ffmpeg"),
@@ -97,7 +107,7 @@ const LINTIAN: Tool = Tool {
 fn needs(chore: &str) -> &'static [Tool] {
     match chore {
         "page" => &[NODE, NPM],
-        "workspace" => &[NODE, CHROMIUM, UNSHARE, FFMPEG],
+        "workspace" => &[NODE, CHROMIUM, UNSHARE, FFMPEG, SSHD, IP],
         "ros2" => &[PYTHON],
         "arm" => &[QEMU_ARM, QEMU_AARCH64, GCC_ARM, GCC_AARCH64],
         "cross" => &[GCC_ARM, GCC_AARCH64],
@@ -187,7 +197,9 @@ fn is_root() -> bool {
 /// The first file of that name on the path.
 pub fn locate(program: &str) -> Option<PathBuf> {
     let path = std::env::var_os("PATH")?;
+    // Servers are on root's path alone.
     std::env::split_paths(&path)
+        .chain(["/usr/sbin".into()])
         .map(|folder| folder.join(program))
         .find(|file| file.is_file())
 }

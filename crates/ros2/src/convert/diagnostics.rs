@@ -17,8 +17,8 @@ pub(crate) const STALE: Byte = Byte(3);
 #[must_use]
 pub fn camera_status(status: &CameraStatus) -> DiagnosticStatus {
     let is_silent = status.rate_hz <= 0.0;
-    let message = match status.messages.last() {
-        Some(message) => message.clone(),
+    let message = match status.notices.last() {
+        Some(notice) => notice.to_string(),
         None if is_silent => "no images".to_owned(),
         None => format!("{:.1} images/s", status.rate_hz),
     };
