@@ -230,8 +230,10 @@ class CameraStatus(Record):
     clock: Clock
     uptime_s: int
     published: int
-    #: at most 16, 240 bytes each; English, for people
-    messages: tuple[str, ...]
+    #: images that the CPU made in place of an accelerator, since the camera was opened
+    fallbacks: int
+    #: at most 32
+    notices: tuple[CameraNotice, ...]
 
 
 @dataclass(frozen=True)
@@ -938,6 +940,64 @@ Notice = Union[NoticeCameraSilent, NoticeLateObservations, NoticeOverload, Notic
 
 
 @dataclass(frozen=True)
+class CameraNoticeNoImage(VariantRecord):
+    """From the capturing part."""
+
+    VARIANT: ClassVar[str] = "no_image"
+    FORM: ClassVar[str] = "fields"
+    silent_s: float
+
+
+@dataclass(frozen=True)
+class CameraNoticeNameTaken(VariantRecord):
+    """Another camera node of this name runs there."""
+
+    VARIANT: ClassVar[str] = "name_taken"
+    FORM: ClassVar[str] = "fields"
+    host: str
+
+
+@dataclass(frozen=True)
+class CameraNoticeImageRefused(VariantRecord):
+    """Cause of the last image or message that could not be used."""
+
+    VARIANT: ClassVar[str] = "image_refused"
+    FORM: ClassVar[str] = "fields"
+    detail: str
+
+
+@dataclass(frozen=True)
+class CameraNoticeNotInRig(VariantRecord):
+    """The rig has no camera of this name: tags have no poses."""
+
+    VARIANT: ClassVar[str] = "not_in_rig"
+    FORM: ClassVar[str] = "unit"
+
+
+@dataclass(frozen=True)
+class CameraNoticeModelRefused(VariantRecord):
+    """A rig or object of the site cannot be used."""
+
+    VARIANT: ClassVar[str] = "model_refused"
+    FORM: ClassVar[str] = "fields"
+    key: str
+    detail: str
+
+
+@dataclass(frozen=True)
+class CameraNoticeTooManyTags(VariantRecord):
+    """No room for this object's tag sizes: its tags have no poses."""
+
+    VARIANT: ClassVar[str] = "too_many_tags"
+    FORM: ClassVar[str] = "fields"
+    key: str
+
+
+#: What is wrong with a camera node.
+CameraNotice = Union[CameraNoticeNoImage, CameraNoticeNameTaken, CameraNoticeImageRefused, CameraNoticeNotInRig, CameraNoticeModelRefused, CameraNoticeTooManyTags]
+
+
+@dataclass(frozen=True)
 class RefusalUndecodable(VariantRecord):
     """Damaged, of another kind or version, or a value out of range."""
 
@@ -1274,7 +1334,8 @@ def _read_CameraStatus(r: Reader) -> CameraStatus:
         _read_Clock(r),
         r.u64(),
         r.u64(),
-        r.list(Reader.string, 16),
+        r.u64(),
+        r.list(_read_CameraNotice, 32),
     )
 
 
@@ -1290,7 +1351,8 @@ def _write_CameraStatus(w: Writer, value: CameraStatus) -> None:
     _write_Clock(w, value.clock)
     w.u64(value.uptime_s)
     w.u64(value.published)
-    w.list(Writer.string, value.messages)
+    w.u64(value.fallbacks)
+    w.list(_write_CameraNotice, value.notices)
 
 
 def _read_ObjectPose(r: Reader) -> ObjectPose:
@@ -2201,6 +2263,75 @@ def _write_Notice(w: Writer, value: Notice) -> None:
     w.alternative(_ALL_Notice, value)
 
 
+def _read_CameraNoticeNoImage(r: Reader) -> CameraNoticeNoImage:
+    return CameraNoticeNoImage(
+        r.f64(),
+    )
+
+
+def _write_CameraNoticeNoImage(w: Writer, value: CameraNoticeNoImage) -> None:
+    w.f64(value.silent_s)
+
+
+def _read_CameraNoticeNameTaken(r: Reader) -> CameraNoticeNameTaken:
+    return CameraNoticeNameTaken(
+        r.string(),
+    )
+
+
+def _write_CameraNoticeNameTaken(w: Writer, value: CameraNoticeNameTaken) -> None:
+    w.string(value.host)
+
+
+def _read_CameraNoticeImageRefused(r: Reader) -> CameraNoticeImageRefused:
+    return CameraNoticeImageRefused(
+        r.string(),
+    )
+
+
+def _write_CameraNoticeImageRefused(w: Writer, value: CameraNoticeImageRefused) -> None:
+    w.string(value.detail)
+
+
+def _read_CameraNoticeNotInRig(r: Reader) -> CameraNoticeNotInRig:
+    return CameraNoticeNotInRig()
+
+
+def _write_CameraNoticeNotInRig(w: Writer, value: CameraNoticeNotInRig) -> None:
+    pass
+
+
+def _read_CameraNoticeModelRefused(r: Reader) -> CameraNoticeModelRefused:
+    return CameraNoticeModelRefused(
+        r.string(),
+        r.string(),
+    )
+
+
+def _write_CameraNoticeModelRefused(w: Writer, value: CameraNoticeModelRefused) -> None:
+    w.string(value.key)
+    w.string(value.detail)
+
+
+def _read_CameraNoticeTooManyTags(r: Reader) -> CameraNoticeTooManyTags:
+    return CameraNoticeTooManyTags(
+        r.string(),
+    )
+
+
+def _write_CameraNoticeTooManyTags(w: Writer, value: CameraNoticeTooManyTags) -> None:
+    w.string(value.key)
+
+
+def _read_CameraNotice(r: Reader) -> CameraNotice:
+    value: CameraNotice = r.alternative(_ALL_CameraNotice)
+    return value
+
+
+def _write_CameraNotice(w: Writer, value: CameraNotice) -> None:
+    w.alternative(_ALL_CameraNotice, value)
+
+
 def _read_RefusalUndecodable(r: Reader) -> RefusalUndecodable:
     return RefusalUndecodable(
         r.string(),
@@ -2379,6 +2510,14 @@ _ALL_Notice = (
     Alternative(NoticeNameTaken, _read_NoticeNameTaken, _write_NoticeNameTaken),
     Alternative(NoticeRefinementProposed, _read_NoticeRefinementProposed, _write_NoticeRefinementProposed),
 )
+_ALL_CameraNotice = (
+    Alternative(CameraNoticeNoImage, _read_CameraNoticeNoImage, _write_CameraNoticeNoImage),
+    Alternative(CameraNoticeNameTaken, _read_CameraNoticeNameTaken, _write_CameraNoticeNameTaken),
+    Alternative(CameraNoticeImageRefused, _read_CameraNoticeImageRefused, _write_CameraNoticeImageRefused),
+    Alternative(CameraNoticeNotInRig, _read_CameraNoticeNotInRig, _write_CameraNoticeNotInRig),
+    Alternative(CameraNoticeModelRefused, _read_CameraNoticeModelRefused, _write_CameraNoticeModelRefused),
+    Alternative(CameraNoticeTooManyTags, _read_CameraNoticeTooManyTags, _write_CameraNoticeTooManyTags),
+)
 _ALL_Refusal = (
     Alternative(RefusalUndecodable, _read_RefusalUndecodable, _write_RefusalUndecodable),
     Alternative(RefusalWrongId, _read_RefusalWrongId, _write_RefusalWrongId),
@@ -2492,6 +2631,13 @@ __all__ = [
     "NoticeChangeRefused",
     "NoticeNameTaken",
     "NoticeRefinementProposed",
+    "CameraNotice",
+    "CameraNoticeNoImage",
+    "CameraNoticeNameTaken",
+    "CameraNoticeImageRefused",
+    "CameraNoticeNotInRig",
+    "CameraNoticeModelRefused",
+    "CameraNoticeTooManyTags",
     "Refusal",
     "RefusalUndecodable",
     "RefusalWrongId",
