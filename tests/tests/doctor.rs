@@ -252,7 +252,8 @@ fn what_the_network_shows() {
         clock: ClockQuality::default(),
         uptime_s: 1,
         published: 1,
-        messages: Vec::new(),
+        fallbacks: 0,
+        notices: Vec::new(),
     };
     let kept = site
         .bus

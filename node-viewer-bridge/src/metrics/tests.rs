@@ -142,7 +142,8 @@ fn camera_status() -> CameraStatus {
         clock: ClockQuality::default(),
         uptime_s: 60,
         published: 90,
-        messages: Vec::new(),
+        fallbacks: 0,
+        notices: Vec::new(),
     }
 }
 
