@@ -23,7 +23,8 @@ pub struct CameraNodeConfig {
     pub site: SiteId,
     /// Id of the camera in the rig.
     pub camera: CameraId,
-    /// Where the images come from.
+    /// Where the images come from; by default the first camera of this host.
+    #[serde(default = "SourceConfig::first_camera")]
     pub source: SourceConfig,
     /// Detector options.
     #[serde(default)]
@@ -80,9 +81,11 @@ pub enum SourceConfig {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct V4l2Config {
-    /// The device, best by its place: `/dev/v4l/by-path/...`.
+    /// The device, best by its place: `/dev/v4l/by-path/...`; empty: the first camera of this host.
+    #[serde(default, skip_serializing_if = "is_first_camera")]
     pub device: PathBuf,
-    /// Width and height in pixels.
+    /// Width and height in pixels (default 640x480).
+    #[serde(default = "default_resolution")]
     pub resolution: [u32; 2],
     /// Pixel format by its code, such as `YUYV`; absent: the best that the camera has at this size and rate.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -255,7 +258,30 @@ impl Default for PreviewConfig {
     }
 }
 
+/// Whether no device is named.
+fn is_first_camera(device: &Path) -> bool {
+    device.as_os_str().is_empty()
+}
+
+fn default_resolution() -> [u32; 2] {
+    [640, 480]
+}
+
 impl SourceConfig {
+    /// The first camera of this host, in its best format.
+    pub fn first_camera() -> Self {
+        Self::V4l2(V4l2Config {
+            device: PathBuf::new(),
+            resolution: default_resolution(),
+            format: None,
+            rate_hz: None,
+            exposure_us: None,
+            gain: None,
+            readout_us: None,
+            controls: BTreeMap::new(),
+        })
+    }
+
     /// A simulated camera.
     pub fn simulator(scenario: impl Into<PathBuf>) -> Self {
         Self::Simulator {
@@ -444,6 +470,16 @@ mod tests {
         assert_eq!(config.preview, PreviewConfig::default());
         assert_eq!(config.network, BusOptions::default());
         assert_eq!(config.detection.families, [Family::Tag36h11]);
+    }
+
+    #[test]
+    fn without_a_source_it_is_the_first_camera() {
+        let config = read("").unwrap();
+        assert_eq!(config.source, SourceConfig::first_camera());
+        assert_eq!(
+            read("[source]\nkind = \"v4l2\"\n").unwrap().source,
+            SourceConfig::first_camera()
+        );
     }
 
     #[test]

@@ -57,6 +57,7 @@ struct V4l2Camera<D: Device> {
 
 /// Opens a camera, sets it up as the file says and starts it.
 pub(crate) fn open(config: &V4l2Config) -> Result<Box<dyn ImageSource>, SourceError> {
+    let config = &with_device(config)?;
     Ok(Box::new(V4l2Camera::start(open_device(config)?, config)?))
 }
 
@@ -65,6 +66,7 @@ pub(crate) fn open(config: &V4l2Config) -> Result<Box<dyn ImageSource>, SourceEr
 /// # Errors
 /// As [`open`].
 pub(crate) fn examine(config: &V4l2Config) -> Result<String, SourceError> {
+    let config = &with_device(config)?;
     let setup = Setup::of(&open_device(config)?, config)?;
     let Setup {
         identity, format, ..
@@ -72,6 +74,22 @@ pub(crate) fn examine(config: &V4l2Config) -> Result<String, SourceError> {
     let [width, height] = format.size;
     let name = PixelFormat::name(format.fourcc);
     Ok(format!("{}: {width}x{height} in {name}", identity.card))
+}
+
+/// The configuration with the first camera's device where none is named.
+fn with_device(config: &V4l2Config) -> Result<V4l2Config, SourceError> {
+    let mut config = config.clone();
+    if config.device.as_os_str().is_empty() {
+        let cameras = probe::cameras().into_iter().flatten();
+        let mut readable =
+            cameras.filter(|camera| camera.formats.iter().any(|format| format.is_readable));
+        let Some(first) = readable.next() else {
+            let message = "this host has no camera that is read by V4L2; name another [source] (docs/cameras.md)";
+            return Err(SourceError::new(Exit::Unavailable, message));
+        };
+        config.device = first.device;
+    }
+    Ok(config)
 }
 
 fn open_device(config: &V4l2Config) -> Result<KernelDevice, SourceError> {
@@ -204,6 +222,11 @@ impl<D: Device> ImageSource for V4l2Camera<D> {
         let SourceConfig::V4l2(config) = config else {
             return Ok(Reconfigured::NeedsRestart);
         };
+        let mut config = config.clone();
+        if config.device.as_os_str().is_empty() {
+            config.device.clone_from(&self.config.device);
+        }
+        let config = &config;
         let streams_alike = V4l2Config {
             exposure_us: config.exposure_us,
             gain: config.gain,
