@@ -22,6 +22,7 @@ use crate::fading_counter::FadingCounter;
 use crate::self_calibration::SelfCalibration;
 use crate::self_calibration::keyframe_builder::{KeyframeBuilder, TOGETHER_NS};
 use crate::site::{ObjectImage, Site};
+use crate::time::nanoseconds;
 use crate::tracker::finalised_views::{FinalisedInstant, FinalisedView};
 use crate::{FusionOptions, TagId};
 
@@ -124,7 +125,7 @@ impl Diagnosis {
             options.diagnosis.quiet_interval_s
         };
         let last_ns = self.sampled_ns.get(&object).copied().unwrap_or(0);
-        time_ns >= last_ns.saturating_add((interval_s * 1e9) as u64)
+        time_ns >= last_ns.saturating_add(nanoseconds(interval_s))
     }
 
     /// Puts an instant into the window, with the images of other cameras just before it.
@@ -157,7 +158,7 @@ impl Diagnosis {
             site: models.site,
             options: models.options,
         };
-        let window_ns = (models.options.diagnosis.window_s * 1e9) as u64;
+        let window_ns = nanoseconds(models.options.diagnosis.window_s);
         for keyframe in builder.for_diagnosis(|camera, tag| !is_far(camera, tag)) {
             let linearised = models.self_calibration.linearised(keyframe, models.site);
             self.window.push(linearised, window_ns);

@@ -372,6 +372,7 @@ impl Fusion {
         self.begin_anew();
         self.offset_search = OffsetSearch::default();
         self.intake.clock_stepped(self.now_ns);
+        self.self_calibration.forget_times();
         self.offered_ns.clear();
         self.next_offsets_ns = 0;
         self.loss_emitted_ns.fill(0);

@@ -103,6 +103,9 @@ FusionOptions {
     lost_s = 0.7 in 0.05 ..= 60.0;
     /// Seconds for which a doubtful attitude is kept back before it is published as such: most doubts are gone by then.
     patience_s = 0.3 in 0.0 ..= 60.0;
+    /// Seconds from the first image of an object in which all that images contradict counts as errors of the files, so that even early poses
+    /// are corrected. Later images are learned only once diagnosis has judged them.
+    learning_s = 2.0 in 0.0 ..= 60.0;
     /// Seconds of contradicting images after which the track starts anew from them.
     contradiction_s = 0.15 in 0.0 ..= 10.0;
 }

@@ -19,16 +19,20 @@ pub(crate) mod imperfections;
 pub(crate) mod keyframe_builder;
 pub(crate) mod keyframes;
 pub(crate) mod parameters;
+pub(crate) mod quarantine;
 pub(crate) mod variance_components;
 
 pub use crate::self_calibration::held_back::HeldBack;
 pub(crate) use crate::self_calibration::keyframes::Keyframe;
 pub(crate) use crate::site::corrections::Corrections;
 
+use std::collections::BTreeMap;
+
 use crate::Imperfection;
 use crate::self_calibration::adjustment::{Adjustment, LinearisedKeyframe};
 use crate::self_calibration::held_back::HeldBackKeyframes;
 use crate::self_calibration::keyframes::{FIRST, Keyframes};
+use crate::self_calibration::quarantine::Quarantine;
 use crate::site::Site;
 
 /// Share by which the number of keyframes grows between adjustments: early ones change much, late ones little.
@@ -43,6 +47,9 @@ pub(crate) struct SelfCalibration {
     keyframes: Keyframes,
     held_back: HeldBackKeyframes,
     adjustment: Adjustment,
+    quarantine: Quarantine,
+    /// Capture time of the first keyframe of each object, ns.
+    first_ns: BTreeMap<usize, u64>,
     /// Keyframes added since the last adjustment.
     added: usize,
     imperfections: Vec<Imperfection>,
@@ -70,9 +77,40 @@ impl SelfCalibration {
         let Some(keyframe) = self.held_back.offer(keyframe, &self.keyframes) else {
             return;
         };
+        let (object, time_ns) = (keyframe.object, keyframe.time_ns);
         if self.keyframes.offer(keyframe) {
+            self.first_ns.entry(object).or_insert(time_ns);
             self.added += 1;
         }
+    }
+
+    /// Capture time of the first keyframe of an object, ns.
+    pub fn first_ns(&self, object: usize) -> Option<u64> {
+        self.first_ns.get(&object).copied()
+    }
+
+    /// Keeps a keyframe until it is known whether it shows a fault.
+    pub fn quarantine(&mut self, keyframe: Keyframe) {
+        self.quarantine.hold(keyframe);
+    }
+
+    /// Offers the quarantined keyframes up to a time: they show no fault.
+    pub fn release_quarantine(&mut self, until_ns: u64, site: &Site) {
+        while let Some(keyframe) = self.quarantine.release(until_ns) {
+            self.offer(keyframe, site);
+        }
+    }
+
+    /// The clock was set: what was learned stays, and objects that are known are not new again.
+    pub fn forget_times(&mut self) {
+        self.first_ns
+            .values_mut()
+            .for_each(|first_ns| *first_ns = 0);
+    }
+
+    /// Discards the quarantined keyframes: they may show a fault, or their times mean something else now.
+    pub fn discard_quarantine(&mut self) {
+        self.quarantine = Quarantine::default();
     }
 
     /// Adjusts the site if enough is new; `None` where nothing changes.

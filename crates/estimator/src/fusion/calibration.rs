@@ -6,6 +6,7 @@ use crate::ObjectEstimate;
 use crate::fusion::Fusion;
 use crate::self_calibration::keyframe_builder::{KeyframeBuilder, TOGETHER_NS};
 use crate::site::ObjectImage;
+use crate::time::nanoseconds;
 use crate::tracker::timeline::Timeline;
 
 impl Fusion {
@@ -19,17 +20,32 @@ impl Fusion {
     }
 
     /// Offers the instants before a time, and applies the corrections where there are any.
+    ///
+    /// The first images of an object are offered at once, since what they contradict is most likely an error of the files. Later ones wait
+    /// in quarantine until diagnosis has seen them, and are discarded if a fault is suspected by then.
     pub(crate) fn self_calibrate(&mut self, before_ns: u64) {
-        // What may be a fault is no imperfection: it is named before it is learned.
-        let is_suspect =
-            self.diagnosis.is_alert(&self.options) && !self.self_calibration.is_young();
-        if self.site.is_exact() || is_suspect {
+        if self.site.is_exact() {
             return;
         }
         self.offered_ns.resize(self.timelines.len(), None);
+        let is_suspect =
+            self.diagnosis.is_alert(&self.options) && !self.self_calibration.is_young();
         for object in 0..self.timelines.len() {
-            self.offer_instants(object, before_ns);
+            let before_ns = self.offered_before(object, before_ns);
+            if is_suspect {
+                self.offered_ns[object] = self.offered_ns[object].max(before_ns.checked_sub(1));
+            } else {
+                self.offer_instants(object, before_ns);
+            }
         }
+        if is_suspect {
+            self.self_calibration.discard_quarantine();
+            return;
+        }
+        let lag_ns = nanoseconds(self.options.window_s + self.options.diagnosis.window_s);
+        let judged_ns = before_ns.saturating_sub(lag_ns);
+        self.self_calibration
+            .release_quarantine(judged_ns, &self.site);
         if let Some(corrections) = self.self_calibration.adjust(&self.site) {
             self.site.correct(&corrections);
             self.diagnosis.reset();
@@ -42,7 +58,28 @@ impl Fusion {
         }
     }
 
+    /// Up to when instants of an object are offered: all of them while it is new, later those that are about to leave the fixed lag.
+    fn offered_before(&self, object: usize, before_ns: u64) -> u64 {
+        if self.is_new(object, before_ns) {
+            return before_ns;
+        }
+        // The images of other cameras just before an instant must be there yet.
+        let lag_ns = nanoseconds(self.options.window_s).saturating_sub(TOGETHER_NS);
+        before_ns.saturating_sub(lag_ns)
+    }
+
+    fn is_new(&self, object: usize, time_ns: u64) -> bool {
+        let learning_ns = nanoseconds(self.options.learning_s);
+        let first_ns = self.self_calibration.first_ns(object);
+        first_ns.is_none_or(|first_ns| time_ns < first_ns.saturating_add(learning_ns))
+    }
+
     fn offer_instants(&mut self, object: usize, before_ns: u64) {
+        let is_new = self.is_new(object, before_ns);
+        if !is_new {
+            let last_ns = before_ns.saturating_sub(1);
+            self.timelines[object].catch_up(last_ns, &self.site, &self.options);
+        }
         let timeline = &self.timelines[object];
         let mut offered_ns = self.offered_ns[object];
         for (track, images) in timeline.between(offered_ns, before_ns) {
@@ -59,7 +96,11 @@ impl Fusion {
                 options: &self.options,
             };
             for keyframe in builder.for_calibration() {
-                self.self_calibration.offer(keyframe, &self.site);
+                if is_new {
+                    self.self_calibration.offer(keyframe, &self.site);
+                } else {
+                    self.self_calibration.quarantine(keyframe);
+                }
             }
         }
         self.offered_ns[object] = offered_ns;

@@ -92,6 +92,7 @@ impl Fusion {
     /// Discards what was estimated with wrong timestamps.
     pub(crate) fn begin_anew(&mut self) {
         self.diagnosis.reset();
+        self.self_calibration.discard_quarantine();
         for timeline in &mut self.timelines {
             *timeline = Timeline::new(timeline.object().clone());
         }
@@ -125,6 +126,7 @@ impl Fusion {
             {
                 self.offset_search.add(index, found);
                 self.diagnosis.forget_images();
+                self.self_calibration.discard_quarantine();
                 self.catch_up();
                 for timeline in &mut self.timelines {
                     timeline.shift_clock(index, found.offset_s);
