@@ -120,7 +120,8 @@ mod tests {
         assert_eq!(log.poll(10 + DELAY_NS - 1), None);
         let batches: Vec<_> = std::iter::from_fn(|| log.poll(10 + DELAY_NS)).collect();
         let firsts: Vec<_> = batches.iter().map(|batch| batch.first).collect();
-        assert_eq!(firsts, [0, 1]);
+        // Rig, objects, and the rest.
+        assert_eq!(firsts, [0, 1, 2]);
         let sources = batches.into_iter().flat_map(|batch| batch.inputs);
         let sources: Vec<_> = sources.map(|input| input.source).collect();
         let models = [

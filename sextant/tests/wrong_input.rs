@@ -304,12 +304,12 @@ fn network_settings_without_code_behind_them_are_refused_by_every_node() {
     ];
     let settings = [
         (
-            "[network.overrides]\n\"transport/auth/usrpwd/user\" = \"'a'\"\n",
-            "auth_usrpwd",
+            "[network.overrides]\n\"transport/auth/pubkey/public_key_pem\" = \"'a'\"\n",
+            "auth_pubkey",
         ),
         (
-            "[network]\nmode = \"router\"\nlisten = [\"tls/127.0.0.1:0\"]\n",
-            "without zenoh's protocol \"tls\"",
+            "[network]\nmode = \"router\"\nlisten = [\"udp/127.0.0.1:0\"]\n",
+            "without zenoh's protocol \"udp\"",
         ),
     ];
     for (node, head) in nodes {

@@ -138,7 +138,7 @@ pub(crate) mod tests {
         let between = interpolate(&before, &after, ns(interval / 2.0));
         let truth = -g * (interval / 2.0).powi(2) / 2.0;
         let error = between.position.z - truth;
-        assert!((error - g * interval * interval / 8.0).abs() < 1e-9);
+        assert!((error + g * interval * interval / 8.0).abs() < 1e-9);
         assert!((between.covariance[(2, 2)].sqrt() - error.abs()).abs() < 1e-9);
     }
 

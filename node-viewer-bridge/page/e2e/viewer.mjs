@@ -51,9 +51,9 @@ const shownPositions = (page) =>
 
 const drawnPositions = (page) => page.evaluate(() => window.sextant.positions());
 
-/** Waits until at least one entry of what `read` returns differs from now. */
-async function changes(page, what, read) {
-  const before = JSON.stringify(await read(page));
+/** Waits until at least one entry of what `read` returns differs from before, or from now. */
+async function changes(page, what, read, from) {
+  const before = JSON.stringify(from ?? (await read(page)));
   const end = Date.now() + timeout;
   while (Date.now() < end) {
     if (JSON.stringify(await read(page)) !== before) return;
@@ -139,8 +139,9 @@ async function checkTimeline(page) {
   await page.keyboard.press("k");
   await changes(page, "the replayed table", shownPositions);
   await page.locator("[data-testid=timeline-slider]").focus();
+  const shown = await drawnPositions(page);
   await page.keyboard.press("Home");
-  await changes(page, "the replayed scene", drawnPositions);
+  await changes(page, "the replayed scene", drawnPositions, shown);
   await screenshot(page, "replay");
   await page.click("[data-testid=timeline-live]");
   await wait(page, () => document.body.dataset.replaying === "false");

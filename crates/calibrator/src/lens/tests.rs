@@ -118,7 +118,7 @@ fn a_third_of_wrong_tags_does_no_harm() {
         found
             .verdict
             .to_string()
-            .contains("lay elsewhere than the board says")
+            .contains("not where the board file says")
     );
 }
 
