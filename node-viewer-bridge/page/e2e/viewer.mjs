@@ -133,6 +133,8 @@ async function checkTimeline(page) {
   await tab(page, "objects");
   await page.keyboard.press(",");
   await wait(page, () => document.body.dataset.replaying === "true");
+  // The table follows the time a few times a second.
+  await page.waitForTimeout(500);
   const held = await shownPositions(page);
   await page.waitForTimeout(500);
   assert(JSON.stringify(held) === JSON.stringify(await shownPositions(page)), "the table moves while the time is held");
