@@ -58,7 +58,7 @@ pub struct RecordArguments {
     /// Record images as well.
     #[arg(long)]
     images: bool,
-    /// A camera.toml of this host whose [shared_memory] says where images are, if not at the default place; implies --images.
+    /// A camera.toml of this host whose section shared_memory names another place of the images than the default; implies --images.
     #[arg(long, value_name = "FILE")]
     camera_config: Option<PathBuf>,
     /// End after this many seconds.

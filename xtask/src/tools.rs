@@ -252,7 +252,7 @@ impl CargoTool {
             output.is_ok_and(|output| {
                 String::from_utf8_lossy(&output.stdout)
                     .split_whitespace()
-                    .any(|word| word == *version)
+                    .any(|word| word.trim_start_matches('v') == *version)
             })
         };
         says(&["--version"]) || says(&[subcommand, "--version"])
