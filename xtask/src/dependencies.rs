@@ -55,7 +55,8 @@ fn keep_sbom() -> std::io::Result<()> {
 }
 
 fn remove_others() {
-    let folders = [".", "crates"].map(|folder| fs::read_dir(root().join(folder)));
+    let folders =
+        [".", "crates", "clients", "benches"].map(|folder| fs::read_dir(root().join(folder)));
     for package in folders.into_iter().flatten().flatten().flatten() {
         // Most folders have none.
         let _ = fs::remove_file(package.path().join(format!("{SBOM}.json")));
