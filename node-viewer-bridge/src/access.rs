@@ -59,7 +59,7 @@ impl Tokens {
                     return Err(Complaint::new(
                         key,
                         format!("a token is at least {MIN_TOKEN_BYTES} letters and digits"),
-                        "`sextant keys add` makes tokens that nobody guesses",
+                        "`sextant keys add` creates random tokens",
                     ));
                 }
             }

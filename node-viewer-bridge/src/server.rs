@@ -136,7 +136,7 @@ async fn guard(State(context): State<Context>, request: Request, next: Next) -> 
     response
 }
 
-/// Lets those through who may look, and notes what they may do.
+/// Admits requests with permission to view, and attaches their role.
 async fn identify(
     State(context): State<Context>,
     mut request: Request,
@@ -162,7 +162,7 @@ pub(crate) fn role_of(shared: &Shared, request: &Request) -> Result<PageRole, De
         .role_of(request.headers(), from, Instant::now())
 }
 
-/// The answer to who may not look.
+/// The answer to a request without permission to view.
 pub(crate) fn refuse(denied: Denied) -> Response<Body> {
     match denied {
         Denied::NoToken => assets::plain(
@@ -316,7 +316,7 @@ fn refused(refusal: &Refusal) -> Response<Body> {
     as_json(status, format!("{json}\n").into())
 }
 
-/// Whether the site works. Causes name cameras and objects, so that they are for those who may look.
+/// Health of the site. Causes name cameras and objects, so they require permission to view.
 async fn health(State(context): State<Context>, request: Request) -> Response<Body> {
     let shared = &context.shared;
     let ailments = match shared.connected.load(Ordering::Relaxed) {

@@ -84,23 +84,13 @@ pub(crate) fn camera(camera: &CameraConfig) -> RigCamera<'_> {
 }
 
 fn lens(config: &LensConfig) -> Lens<'_> {
-    let (model, [fx, fy, cx, cy], distortion): (_, _, &[f64]) = match config {
-        LensConfig::Pinhole { fx, fy, cx, cy } => ("pinhole", [*fx, *fy, *cx, *cy], &[]),
-        LensConfig::BrownConrady {
-            fx,
-            fy,
-            cx,
-            cy,
-            distortion,
-        } => ("brown-conrady", [*fx, *fy, *cx, *cy], distortion),
-        LensConfig::KannalaBrandt {
-            fx,
-            fy,
-            cx,
-            cy,
-            distortion,
-        } => ("kannala-brandt", [*fx, *fy, *cx, *cy], distortion),
+    let [fx, fy, cx, cy] = config.intrinsics();
+    let model = match config {
+        LensConfig::Pinhole { .. } => "pinhole",
+        LensConfig::BrownConrady { .. } => "brown-conrady",
+        LensConfig::KannalaBrandt { .. } => "kannala-brandt",
     };
+    let distortion = config.distortion();
     Lens {
         model,
         fx,

@@ -24,7 +24,7 @@ pub struct DatagramCounts {
     pub sent: u64,
     /// Not sent because the network did not take them.
     pub unsent: u64,
-    /// Answers of the machine that nobody listens on the port.
+    /// Number of answers that the port is closed.
     pub unheard: u64,
 }
 
@@ -83,7 +83,10 @@ impl DatagramTarget {
         {
             // The answer to an earlier datagram; this one was not sent.
             if self.counts.unheard == 0 {
-                eprintln!("nobody listens at {} yet; sending goes on", self.address);
+                eprintln!(
+                    "no program listens at {} yet; sending continues",
+                    self.address
+                );
             }
             self.counts.unheard += 1;
             result = self.socket.send(datagram);
@@ -149,7 +152,7 @@ const BROADCAST: &str =
 
 fn not_one_machine(address: SocketAddr) -> Option<&'static str> {
     match address.ip().to_canonical() {
-        _ if address.port() == 0 => Some("port 0 is none"),
+        _ if address.port() == 0 => Some("port 0 is invalid"),
         IpAddr::V4(ip) if ip.is_broadcast() => Some(BROADCAST),
         ip if ip.is_multicast() => {
             Some("this is a multicast address, which could reach many machines; name one machine")

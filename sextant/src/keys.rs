@@ -31,7 +31,7 @@ use time::OffsetDateTime;
   sextant keys add site-keys fusion --role fusion --host fusion.lab
   sextant keys add site-keys north --role camera
 then copy site-keys/north to the board and name it in camera.toml: [security] profile = \"site\", keys = \"north\".
-After add, renew and revoke copy the folders of fusion nodes again and restart those nodes: they enforce who is a member.
+After add, renew and revoke copy the folders of fusion nodes again and restart those nodes: they enforce the list of members.
 With --json, a line a member: {\"name\",\"role\",\"common_name\",\"valid_until\",\"state\"}, state being valid, expired or revoked.
 Exit code 3 when something is refused. docs/security-setup.md goes the whole way.")]
 pub struct KeysArguments {
@@ -135,7 +135,7 @@ fn obey(command: &Command, format: Format) -> anyhow::Result<()> {
             match format {
                 Format::Json => print_line(&json!({"folder": folder, "site": site}).to_string())?,
                 Format::Text => print_line(&format!(
-                    "{folder} is the authority of site {site}. Keep it on one safe machine: whoever reads authority.key can make members."
+                    "{folder} is the authority of site {site}. Keep it on one safe machine: anyone who can read authority.key can create members."
                 ))?,
             }
         }
@@ -216,7 +216,7 @@ fn advise(authority: &Authority, format: Format) -> anyhow::Result<()> {
     if format == Format::Text && fusion.peek().is_some() {
         let folders: Vec<String> = fusion.collect();
         print_line(&format!(
-            "copy {} to its machine again and restart the fusion node: it enforces who is a member",
+            "copy {} to its machine again and restart the fusion node: it enforces the list of members",
             folders.join(", ")
         ))?;
     }

@@ -1,6 +1,7 @@
 //! A fusion node with its files, and a test in the place of its cameras.
 
 use crate::program::sextant;
+use crate::status::first_status;
 use sextant_estimator::{ObjectModel, Rig};
 use sextant_proto::{FusionStatus, Keys, Observations, encode, limits};
 use sextant_site_files::{write_object, write_rig};
@@ -9,7 +10,7 @@ use std::collections::BTreeMap;
 use std::net::TcpListener;
 use std::path::PathBuf;
 use std::process::{Child, Output};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 /// A limit that only a broken build reaches.
 pub const PATIENCE: Duration = Duration::from_secs(60);
@@ -130,19 +131,8 @@ impl FusedSite {
     /// When there is none in time; says what the last one was.
     pub fn await_status(&self, wanted: impl Fn(&FusionStatus) -> bool) -> FusionStatus {
         let statuses = self.listen(&self.keys.all_fusion_statuses());
-        let deadline = Instant::now() + PATIENCE;
-        let mut last = None;
-        while Instant::now() < deadline {
-            let item = statuses.recv_timeout(Duration::from_millis(200));
-            let Some(Ok(status)) = item.map(|item| item.decode::<FusionStatus>()) else {
-                continue;
-            };
-            if wanted(&status) {
-                return status;
-            }
-            last = Some(status);
-        }
-        panic!("no such status; the last one: {last:?}");
+        first_status(&statuses, wanted)
+            .unwrap_or_else(|last| panic!("no such status; the last one: {last:?}"))
     }
 
     fn end(&mut self) {

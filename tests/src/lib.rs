@@ -12,6 +12,7 @@ mod locked_site;
 mod program;
 mod raw_images;
 mod scene;
+mod status;
 mod studio;
 mod traces;
 mod unit_view;

@@ -3,13 +3,14 @@
 use crate::fused_site::{PATIENCE, free_port};
 use crate::program::sextant;
 use crate::scene::Scene;
+use crate::status::first_status;
 use sextant_proto::{FusionStatus, Keys, limits};
 use sextant_site_files::{write_object, write_rig};
 use sextant_zenoh_bus::{Bus, BusOptions, DropRule, Profile, Security};
 use std::fs::File;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Output};
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 /// Members of every such site beside its cameras, as `sextant keys add` wants them. An emulated board ([`crate::Board`]) has an address of its own
 /// for the router.
@@ -210,19 +211,8 @@ impl LockedSite {
                 limits::MAX_PAYLOAD_BYTES,
             )
             .expect("a subscription");
-        let deadline = Instant::now() + PATIENCE;
-        let mut last = None;
-        while Instant::now() < deadline {
-            let item = statuses.recv_timeout(Duration::from_millis(200));
-            let Some(Ok(status)) = item.map(|item| item.decode::<FusionStatus>()) else {
-                continue;
-            };
-            if wanted(&status) {
-                return status;
-            }
-            last = Some(status);
-        }
-        panic!("no such status; the last one: {last:?}; {}", self.log());
+        first_status(&statuses, wanted)
+            .unwrap_or_else(|last| panic!("no such status; the last one: {last:?}; {}", self.log()))
     }
 
     fn end(&mut self) {

@@ -218,67 +218,7 @@ fn a_site_of_another_name() {
 fn what_the_network_shows() {
     let mut scene = Scene::new(2, &["box"]);
     let mut site = FusedSite::start(&scene.rig, &scene.objects, "");
-    let cameras: Vec<_> = scene
-        .rig
-        .cameras()
-        .iter()
-        .map(|camera| camera.id.clone())
-        .collect();
-
-    // A camera that the rig lacks.
-    let attic = NodeId::new("attic").expect("an id");
-    let _attic = site
-        .bus
-        .alive(&site.keys.alive(NodeKind::Camera, &attic))
-        .expect("a token");
-    // A name that another machine holds.
-    let held = site
-        .keys
-        .holder(NodeKind::Camera, &NodeId::new("desk").expect("an id"));
-    let _held = site
-        .bus
-        .hold_name(&held, "other-host", &|| false)
-        .expect("a name");
-    // A status of another version of the program.
-    let status = CameraStatus {
-        camera: cameras[0].clone(),
-        version: "0.0.9".to_owned(),
-        host: "board".to_owned(),
-        captured: 1,
-        detected: 1,
-        dropped: 0,
-        rate_hz: 1.0,
-        detect_ms: [1.0; 2],
-        clock: ClockQuality::default(),
-        uptime_s: 1,
-        published: 1,
-        fallbacks: 0,
-        notices: Vec::new(),
-    };
-    let kept = site
-        .bus
-        .raw_latest(&site.keys.camera_status(&cameras[0]), Qos::Config);
-    let kept = kept.expect("a publisher");
-    kept.put(&encode(&status).expect("a message"))
-        .expect("the network takes it");
-    // A message of another version of the contract.
-    let start_ns = sextant_process::now_ns();
-    let mut foreign = encode(&scene.observe(0, 0.0, start_ns)).expect("a message");
-    foreign[1] += 1;
-    let key = site.keys.observations(&cameras[0]);
-    let publisher = site
-        .bus
-        .raw_publisher(&key, Qos::Config)
-        .expect("a publisher");
-    publisher.put(&foreign).expect("the network takes it");
-    // A tag of no object.
-    let mut stray = scene.observe(0, 0.0, start_ns);
-    stray.tags[0].id = 77;
-    site.publish(&stray);
-    site.await_status(|status| {
-        let first = &status.cameras[0];
-        first.rejected.foreign_version > 0 && first.unknown_tags > 0
-    });
+    let _held = prepare_faults(&mut site, &mut scene);
 
     let text = format!("site = \"lab\"\ncamera = \"desk\"\n{VIDEO}");
     let file = site.path("desk.toml");
@@ -326,4 +266,69 @@ fn what_the_network_shows() {
         "is not running",
         "start its node",
     );
+}
+
+/// Prepares a fault of each kind on the network. Some last as long as the returned values.
+fn prepare_faults(site: &mut FusedSite, scene: &mut Scene) -> impl Sized + use<> {
+    let cameras: Vec<_> = scene
+        .rig
+        .cameras()
+        .iter()
+        .map(|camera| camera.id.clone())
+        .collect();
+    // A camera that the rig lacks.
+    let attic_id = NodeId::new("attic").expect("an id");
+    let attic = site
+        .bus
+        .alive(&site.keys.alive(NodeKind::Camera, &attic_id))
+        .expect("a token");
+    // A name that another machine holds.
+    let held = site
+        .keys
+        .holder(NodeKind::Camera, &NodeId::new("desk").expect("an id"));
+    let held_name = site
+        .bus
+        .hold_name(&held, "other-host", &|| false)
+        .expect("a name");
+    // A status of another version of the program.
+    let status = CameraStatus {
+        camera: cameras[0].clone(),
+        version: "0.0.9".to_owned(),
+        host: "board".to_owned(),
+        captured: 1,
+        detected: 1,
+        dropped: 0,
+        rate_hz: 1.0,
+        detect_ms: [1.0; 2],
+        clock: ClockQuality::default(),
+        uptime_s: 1,
+        published: 1,
+        fallbacks: 0,
+        notices: Vec::new(),
+    };
+    let kept = site
+        .bus
+        .raw_latest(&site.keys.camera_status(&cameras[0]), Qos::Config);
+    let kept = kept.expect("a publisher");
+    kept.put(&encode(&status).expect("a message"))
+        .expect("the network takes it");
+    // A message of another version of the contract.
+    let start_ns = sextant_process::now_ns();
+    let mut foreign = encode(&scene.observe(0, 0.0, start_ns)).expect("a message");
+    foreign[1] += 1;
+    let key = site.keys.observations(&cameras[0]);
+    let publisher = site
+        .bus
+        .raw_publisher(&key, Qos::Config)
+        .expect("a publisher");
+    publisher.put(&foreign).expect("the network takes it");
+    // A tag of no object.
+    let mut stray = scene.observe(0, 0.0, start_ns);
+    stray.tags[0].id = 77;
+    site.publish(&stray);
+    site.await_status(|status| {
+        let first = &status.cameras[0];
+        first.rejected.foreign_version > 0 && first.unknown_tags > 0
+    });
+    (attic, held_name, kept)
 }

@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 pub(crate) const KEPT: Duration = Duration::from_secs(10);
 /// Most poses of one object.
 const CAPACITY: usize = 2048;
-/// Poses further apart than this are not interpolated: nobody knows what the object did meanwhile.
+/// Longest interval that is interpolated: the motion in a longer one is unknown.
 const LONGEST_GAP: Duration = Duration::from_millis(500);
 /// A newest pose that came longer ago than this is no longer where the object is.
 const FRESH: Duration = Duration::from_secs(1);
@@ -85,7 +85,7 @@ impl History {
         self.wait_for(deadline, |state| state.fresh().cloned())
     }
 
-    /// The time of the first pose that is kept; 0 while there is none.
+    /// Time of the oldest pose in the history; 0 without one.
     pub(crate) fn oldest_ns(&self) -> u64 {
         self.lock().poses.front().map_or(0, |first| first.t_ns)
     }

@@ -21,7 +21,7 @@ pub struct Counts {
     pub refused: u64,
 }
 
-/// A subscription as an iterator: `next` waits for as long as it takes, also while the router is out of reach. Dropping it ends
+/// A subscription as an iterator: `next` waits without a time limit, also while the router is unreachable. Dropping it ends
 /// the subscription.
 #[derive(Debug)]
 pub struct Messages<T> {
@@ -133,7 +133,7 @@ impl<T> Messages<T> {
 
     /// The next message, waiting for it for at most `timeout`.
     pub fn next_within(&mut self, timeout: Duration) -> Option<T> {
-        // An end beyond the clock's range is none.
+        // A deadline beyond the range of the clock is no deadline.
         self.queue.pop_until(Instant::now().checked_add(timeout))
     }
 

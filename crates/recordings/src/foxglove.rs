@@ -69,22 +69,11 @@ fn rig_messages(rig: &RigConfig, arrival_ns: u64) -> Vec<ViewerMessage> {
 }
 
 fn calibration(camera: &CameraConfig, arrival_ns: u64) -> Value {
-    let ([fx, fy, cx, cy], model, distortion) = match camera.lens {
-        LensConfig::Pinhole { fx, fy, cx, cy } => ([fx, fy, cx, cy], "plumb_bob", vec![0.0; 5]),
-        LensConfig::BrownConrady {
-            fx,
-            fy,
-            cx,
-            cy,
-            distortion,
-        } => ([fx, fy, cx, cy], "plumb_bob", distortion.to_vec()),
-        LensConfig::KannalaBrandt {
-            fx,
-            fy,
-            cx,
-            cy,
-            distortion,
-        } => ([fx, fy, cx, cy], "kannala_brandt", distortion.to_vec()),
+    let [fx, fy, cx, cy] = camera.lens.intrinsics();
+    let (model, distortion) = match camera.lens {
+        LensConfig::Pinhole { .. } => ("plumb_bob", &[0.0; 5][..]),
+        LensConfig::BrownConrady { .. } => ("plumb_bob", camera.lens.distortion()),
+        LensConfig::KannalaBrandt { .. } => ("kannala_brandt", camera.lens.distortion()),
     };
     json!({
         "timestamp": time(arrival_ns),

@@ -1,4 +1,4 @@
-//! From the messages of a site to ROS messages: what is known of the site, and what is published when.
+//! Translates the messages of a site to ROS messages: the state of the site, and when each topic is published.
 
 mod claims;
 mod health;

@@ -11,6 +11,12 @@ use crate::{BusError, BusOptions, Mode, Profile};
 /// `queue size` of them, which is most of the memory of a link.
 const BATCH_BYTES: u32 = 32 * 1024;
 
+/// Batches of observations and poses that wait on a link of a client, which sends those of one node.
+const CLIENT_BATCHES: u32 = 2;
+/// The same on a link of a router: cameras that expose together cause a burst of all their observations and of the poses of all objects, each
+/// a batch of its own, and what finds no room within a millisecond is dropped. Zenoh's maximum.
+const ROUTER_BATCHES: u32 = 16;
+
 /// Zenoh's configuration for `options`, protected by `security`, listening on `listen` (ports resolved).
 pub(crate) fn zenoh_config(
     options: &BusOptions,
@@ -42,7 +48,7 @@ impl SecurityOptions {
     /// Reads the keys and checks that `network` goes with the profile; `folder` is that of the configuration file.
     ///
     /// # Errors
-    /// Keys that are missing, unreadable, readable for others, or those of somebody else; endpoints that do not go with the
+    /// Keys that are missing, unreadable, readable for others, or of another node; endpoints that do not go with the
     /// profile; and what [`BusOptions::check`] refuses.
     pub fn load(
         &self,
@@ -132,9 +138,15 @@ fn transport(options: &BusOptions) -> Vec<(&'static str, String)> {
         ("transport/link/tx/threads", "1".into()),
         (
             "transport/link/tx/queue/size",
-            "{ control: 1, real_time: 1, interactive_high: 2, interactive_low: 1, \
-             data_high: 1, data: 2, data_low: 1, background: 4 }"
-                .into(),
+            format!(
+                "{{ control: 1, real_time: 1, interactive_high: {}, interactive_low: 1, \
+                 data_high: 1, data: 2, data_low: 1, background: 4 }}",
+                if options.mode == Mode::Router {
+                    ROUTER_BATCHES
+                } else {
+                    CLIENT_BATCHES
+                }
+            ),
         ),
         ("transport/link/tx/queue/allocation/mode", quoted("lazy")),
         ("transport/link/tx/queue/batching/enabled", "true".into()),

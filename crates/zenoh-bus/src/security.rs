@@ -27,7 +27,7 @@ pub(crate) use settings::{check_overrides, settings};
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Profile {
-    /// Nothing is protected, and nobody outside this machine can connect.
+    /// No protection; only this machine can connect.
     #[default]
     Demo,
     /// Members authenticate by user name and password; messages can be read in transit.
@@ -83,7 +83,7 @@ impl SecurityOptions {
     /// Reads the keys; `folder` is that of the configuration file.
     ///
     /// # Errors
-    /// Keys that are missing, unreadable, readable for others, or those of somebody else.
+    /// Keys that are missing, unreadable, readable for others, or of another node.
     pub(crate) fn load_keys(
         &self,
         folder: &Path,
@@ -154,7 +154,7 @@ impl Security {
         self.keys.as_ref()
     }
 
-    /// The role on the network; none where nobody has one.
+    /// The role on the network; `None` for profiles without roles.
     pub fn role(&self) -> Option<Role> {
         self.keys.as_ref().map(|keys| keys.member.role)
     }

@@ -167,7 +167,7 @@ const CAMERA_NOTICES: Stories = {
     story(`too many objects or tags: the tags of ${String(key)} have no poses in the observations; fusion needs none`),
 };
 
-/** A finding in words; one of a newer fusion node by its name. */
+/** Cause and remedy of a finding; an unknown one of a newer node by its name. */
 function storyOf(stories: Stories, finding: Finding): Story {
   const [name, fields] = parts(finding);
   const write = Object.hasOwn(stories, name) ? stories[name] : undefined;

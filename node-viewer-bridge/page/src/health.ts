@@ -1,4 +1,4 @@
-// What is and was wrong with the site: since when, until when, and whether somebody has taken note. Draws nothing.
+// Log of the site's findings: start, end, and whether they were acknowledged. Draws nothing.
 
 import type { Report } from "./findings.ts";
 

@@ -8,7 +8,7 @@ import type { Pose, State } from "./protocol.ts";
 /** A sample older than the last by more than this means that the clock was set: what was there is dropped. */
 const CLOCK_SET_S = 10;
 
-/** Rows of numbers by time; the oldest gives way. */
+/** Rows of numbers by time; a new row replaces the oldest. */
 export class Ring {
   private readonly times: Float64Array;
   private readonly columns: Float32Array[];
@@ -198,7 +198,7 @@ export class Figures {
     this.times = new Float64Array(capacity);
   }
 
-  /** Begins a row that is later than the last, or tells that it is none. Figures that are not written in it are missing. */
+  /** Starts a row; false if it is not later than the last. Figures not written to it are missing. */
   begin(time: number): boolean {
     const last = this.length > 0 ? this.time(this.length - 1) : -Infinity;
     if (time < last - CLOCK_SET_S) this.clear();

@@ -5,7 +5,7 @@ use super::record::{CameraRecord, FusionRecord, IMAGE_STAGES, ObjectRecord, POSE
 use super::text::{Family, FamilyKind, family};
 use serde::Serialize;
 use sextant_estimator::{CameraId, ObjectId, State};
-use sextant_proto::{ClockSource, NodeId, NodeKind};
+use sextant_proto::{NodeId, NodeKind};
 use std::collections::BTreeMap;
 use std::time::Instant;
 
@@ -209,7 +209,7 @@ impl Figures {
             };
             let labels = [
                 ("camera", camera.as_str()),
-                ("source", clock_source(status.clock.source)),
+                ("source", status.clock.source.name()),
             ];
             error.sample(&labels, status.clock.error_ns as f64 * 1e-9);
         }
@@ -529,18 +529,6 @@ const STATES: [(&str, State); 4] = [
     ("coasting", State::Coasting),
     ("lost", State::Lost),
 ];
-
-fn clock_source(source: ClockSource) -> &'static str {
-    match source {
-        ClockSource::Unknown => "unknown",
-        ClockSource::FreeRunning => "free-running",
-        ClockSource::Ntp => "ntp",
-        ClockSource::Ptp => "ptp",
-        ClockSource::Recorded => "recorded",
-        ClockSource::Simulated => "simulated",
-        ClockSource::Arrival => "arrival",
-    }
-}
 
 fn largest_sigma(pose: &sextant_proto::ObjectPose, from: usize) -> f64 {
     let variances = (from..from + 3).map(|axis| pose.covariance[axis * 7]);

@@ -19,7 +19,7 @@ use std::collections::VecDeque;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-/// Events that clients are told of.
+/// Events sent to clients.
 const REMEMBERED: usize = 64;
 /// Events waiting for the network's thread. Drop rule: the oldest, counted.
 const WAITING: usize = 256;
@@ -41,7 +41,7 @@ struct State {
     dropped: u64,
 }
 
-/// Every zone, with who is in it.
+/// Every zone with the objects in it.
 #[derive(Debug, Serialize)]
 pub(crate) struct ZonesReport<'a> {
     zones: Vec<Occupied<'a>>,
@@ -68,7 +68,7 @@ impl ZoneService {
     /// Reads `zones.toml` in the folder, if there is one.
     ///
     /// # Errors
-    /// A file that cannot be read or says something else than zones.
+    /// A file that is unreadable or does not describe zones.
     pub(crate) fn open(folder: Option<&Path>) -> Result<Self, FileError> {
         let file = folder.map(|folder| folder.join("zones.toml"));
         let zones = match &file {

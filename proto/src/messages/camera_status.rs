@@ -27,8 +27,23 @@ pub enum ClockSource {
     Recorded,
     /// The simulator's virtual clock.
     Simulated,
-    /// The board's clock when the image arrived, later than its exposure by a time that nobody measured.
+    /// The board's clock when the image arrived, later than its exposure by an unknown delay.
     Arrival,
+}
+
+impl ClockSource {
+    /// Its name on every surface.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Unknown => "unknown",
+            Self::FreeRunning => "free-running",
+            Self::Ntp => "ntp",
+            Self::Ptp => "ptp",
+            Self::Recorded => "recorded",
+            Self::Simulated => "simulated",
+            Self::Arrival => "arrival",
+        }
+    }
 }
 
 /// A clock's source and error.

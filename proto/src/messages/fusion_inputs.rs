@@ -11,7 +11,7 @@ use sextant_estimator::CameraId;
 /// Consecutive inputs of a fusion node's estimator. The first two of a run are the rig and the objects before its first image.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct FusionInputs {
-    /// The node; the same as in the key.
+    /// The node, equal to that of the key.
     pub node: NodeId,
     /// Number of the first of these inputs since the node started, from 0; a gap is a lost message.
     pub first: u64,

@@ -62,6 +62,26 @@ pub enum LensConfig {
     },
 }
 
+impl LensConfig {
+    /// fx, fy, cx, cy.
+    pub const fn intrinsics(&self) -> [f64; 4] {
+        match *self {
+            Self::Pinhole { fx, fy, cx, cy }
+            | Self::BrownConrady { fx, fy, cx, cy, .. }
+            | Self::KannalaBrandt { fx, fy, cx, cy, .. } => [fx, fy, cx, cy],
+        }
+    }
+
+    /// Distortion coefficients in the order of the model; empty for a pinhole.
+    pub const fn distortion(&self) -> &[f64] {
+        match self {
+            Self::Pinhole { .. } => &[],
+            Self::BrownConrady { distortion, .. } => distortion,
+            Self::KannalaBrandt { distortion, .. } => distortion,
+        }
+    }
+}
+
 /// Standard deviations of a lens, pixels; 0 where it is exact.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct LensSigmaConfig {

@@ -122,7 +122,7 @@ impl RecordingConversion<'_> {
     }
 
     fn to_folder(&self) -> anyhow::Result<Counts> {
-        // First, so that a file that is none leaves no folder behind.
+        // First, so that an invalid file leaves no folder behind.
         let recording = SiteRecording::read(self.from).exit_with(Exit::Input)?;
         if recording.ending != Ending::Closed {
             eprintln!("{}: {}", self.from.display(), recording.ending);
@@ -360,7 +360,7 @@ fn camera_folder(folder: &Path, camera: &CameraId) -> anyhow::Result<PathBuf> {
     Ok(folder)
 }
 
-/// What to say where the second path is missing.
+/// The error for a missing second path.
 ///
 /// # Errors
 /// Always, with [`Exit::Usage`].

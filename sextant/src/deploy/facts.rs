@@ -22,7 +22,7 @@ pub struct HostFacts {
     pub has_neon: bool,
     /// Version of the GNU C library; none where there is another.
     pub glibc: Option<[u32; 2]>,
-    /// The C library in words.
+    /// The C library as text.
     pub libc: String,
     /// How services are started.
     pub init: Init,

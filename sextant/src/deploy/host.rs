@@ -41,7 +41,7 @@ pub enum Outcome {
     Untouched,
     /// The host could not be asked; nothing was changed.
     Unreachable,
-    /// Neither what was there before nor what it shall have, or nobody knows.
+    /// Neither the former nor the desired state, or unknown.
     Broken,
     /// Interrupted before anything was changed.
     Interrupted,
@@ -231,7 +231,7 @@ impl Deployment<'_> {
             (None, said) => Err(Stop {
                 outcome: Outcome::Broken,
                 cause: format!(
-                    "{}; the host brings back what it had before, unless it was told to keep the new: run this again to see",
+                    "{}; the host restores its former state unless it had been told to keep the new one: run this command again to see",
                     job.ssh.error(status, &said)
                 ),
             }),

@@ -100,7 +100,7 @@ impl PackageFolder {
     /// The newest package that runs on a host.
     ///
     /// # Errors
-    /// Why there is none, for people.
+    /// The reason why there is none.
     pub fn for_host(&self, facts: &HostFacts) -> Result<Package, String> {
         check_c_library(facts)?;
         let (kind, wanted): (_, Vec<&str>) = match (&facts.dpkg, facts.init) {

@@ -15,7 +15,7 @@ pub struct Plan {
     pub to: String,
     /// What the program says its version is, afterwards.
     pub program_version: String,
-    /// In words.
+    /// As text.
     pub changes: Vec<String>,
 }
 

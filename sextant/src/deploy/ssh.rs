@@ -104,7 +104,7 @@ impl Ssh {
             (
                 "REMOTE HOST IDENTIFICATION HAS CHANGED",
                 format!(
-                    "the host key of {host} is not the one known here: where the board was set up anew, remove the old one with `ssh-keygen -R`; else somebody may be in between"
+                    "the host key of {host} differs from the known one: if the board was installed anew, remove the old key with `ssh-keygen -R`; otherwise the connection may be intercepted"
                 ),
             ),
             (

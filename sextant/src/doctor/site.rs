@@ -79,7 +79,7 @@ impl SiteView {
         })
     }
 
-    /// How many fusion nodes there are; where there is none, which sites have one.
+    /// Reports the number of fusion nodes; without any, the sites that have one.
     fn fusion_nodes(&self, site: &Site) -> anyhow::Result<Finding> {
         let n = self.fusion.len();
         if n > 0 {

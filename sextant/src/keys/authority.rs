@@ -179,9 +179,7 @@ impl Authority {
         let dir = self.dir.display();
         let mut members = self.members.members.iter_mut();
         let found = members.find(|member| member.name.as_str() == name && !member.revoked);
-        found.with_context(|| {
-            format!("{name} is no member: `sextant keys list {dir}` says who is one")
-        })
+        found.with_context(|| format!("{name} is no member: `sextant keys list {dir}` lists them"))
     }
 
     fn valid_until_s(&self, new: &New<'_>) -> anyhow::Result<u64> {

@@ -1,8 +1,9 @@
-//! Images of this host's cameras from shared memory, as PNG, each camera in a thread of its own that holds up nobody.
+//! Images of this host's cameras from shared memory, as PNG, each camera in a thread of its own with low priority.
 
 use super::inbox::{Content, Entry, Inbox};
 use sextant_estimator::CameraId;
 use sextant_iceoryx_images::{IceoryxOptions, ImageHeader, ImageSubscriber, ImagesError};
+use sextant_process::background;
 use sextant_recordings::mcap::image::RecordedImage;
 use sextant_recordings::{GreyImage, grey_png};
 use std::collections::BTreeMap;
@@ -64,6 +65,9 @@ impl ImageReaders {
         let place = self.place.clone();
         let thread = Builder::new().name("images".into()).spawn(move || {
             let camera = reader.camera.clone();
+            if let Err(error) = background::lower_this_thread() {
+                eprintln!("the priority of camera {camera}'s images: {error}");
+            }
             if let Err(error) = reader.run(&place) {
                 eprintln!("no images of camera {camera}: {error}");
             }

@@ -2,7 +2,7 @@
 
 use crate::top::board::Board;
 use crate::top::rows::{CameraRow, ObjectRow};
-use crate::top::table::{latency_ms, sigma_of, source};
+use crate::top::table::{latency_ms, sigma_of};
 use crate::words;
 use serde_json::{Value, json};
 
@@ -45,7 +45,7 @@ fn camera(id: &str, row: &CameraRow, now_ns: u64) -> Value {
         "captured": status.map(|s| s.captured),
         "dropped": status.map(|s| s.dropped),
         "clock": {
-            "source": status.map(|s| source(s.clock.source)),
+            "source": status.map(|s| s.clock.source.name()),
             "error_ms": status.map(|s| s.clock.error_ns as f64 / 1e6),
             "offset_ms": clock.map(|c| c.offset_s * 1e3),
             "sigma_ms": clock.map(|c| c.sigma_s * 1e3),

@@ -4,7 +4,7 @@ use crate::top::board::Board;
 use crate::top::rows::{CameraRow, ObjectRow, SILENCE_S};
 use crate::words;
 use sextant_estimator::State;
-use sextant_proto::{ClockSource, Rejections};
+use sextant_proto::Rejections;
 
 /// A line, cut to a width.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -142,7 +142,7 @@ fn camera(id: &str, row: &CameraRow, now_ns: u64) -> Line {
         number(rate.map(|rate| format!("{rate:.1}"))),
         number(status.map(|s| format!("{:.1}/{:.1}", s.detect_ms[0], s.detect_ms[1]))),
         number(status.map(|s| s.dropped.to_string())),
-        number(status.map(|s| source(s.clock.source).to_owned())),
+        number(status.map(|s| s.clock.source.name().to_owned())),
         number(status.map(|s| milliseconds(s.clock.error_ns as f64 / 1e6))),
         number(
             row.clock
@@ -167,19 +167,6 @@ fn milliseconds(ms: f64) -> String {
         ms if ms >= 1000.0 => format!("{:.0}s", ms / 1e3),
         ms if ms >= 10.0 => format!("{ms:.0}ms"),
         ms => format!("{ms:.2}ms"),
-    }
-}
-
-/// The clock source in a word.
-pub fn source(source: ClockSource) -> &'static str {
-    match source {
-        ClockSource::Unknown => "unknown",
-        ClockSource::FreeRunning => "free-running",
-        ClockSource::Ntp => "ntp",
-        ClockSource::Ptp => "ptp",
-        ClockSource::Recorded => "recorded",
-        ClockSource::Simulated => "simulated",
-        ClockSource::Arrival => "arrival",
     }
 }
 

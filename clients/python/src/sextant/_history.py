@@ -15,7 +15,7 @@ from .errors import NoPoseError
 KEPT_S = 10
 #: Most poses of one object.
 CAPACITY = 2048
-#: Poses further apart than this are not interpolated, ns: nobody knows what the object did meanwhile.
+#: Longest interval that is interpolated, ns: the motion in a longer one is unknown.
 LONGEST_GAP_NS = 500_000_000
 #: A newest pose that came longer ago than this is no longer where the object is, s.
 FRESH_S = 1.0
@@ -60,7 +60,7 @@ class History:
         return None if last is None else monotonic() - last
 
     def oldest_ns(self) -> int:
-        """The time of the first pose that is kept; 0 while there is none."""
+        """Time of the oldest pose in the history; 0 without one."""
         with self._arrival:
             return self._times[0] if self._times else 0
 

@@ -109,7 +109,7 @@ def _by_certificate(folder: Path) -> dict[str, Any]:
 
 
 def _member_of(folder: Path, site: str) -> str:
-    """The user name of a folder of keys, once it is one of this site with secrets that nobody else reads."""
+    """User name of a folder of keys, after checking that it belongs to this site and that its secrets are private."""
     text = _read(folder / "node.toml")
     found = {key: re.search(rf'^{key} = "([^"]*)"$', text, re.MULTILINE) for key in ("site", "common_name")}
     own, name = found["site"], found["common_name"]

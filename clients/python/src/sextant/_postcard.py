@@ -262,4 +262,4 @@ class Writer:
                 self._varint(number, 32)
                 alternative.write(self, value)
                 return
-        raise EncodeError(f"{type(value).__name__} is none of the variants of this field")
+        raise EncodeError(f"{type(value).__name__} is not a variant of this field")

@@ -366,7 +366,7 @@ class Site:
 
 
 def _handler(subscription: Subscription[Any]) -> Callable[[Any], None]:
-    """Hands samples to a subscription without keeping it: one that nobody reads any more ends."""
+    """Passes samples to a subscription without keeping it alive: an abandoned one ends."""
     reference = weakref.ref(subscription)
 
     def handle(sample: Any) -> None:

@@ -72,7 +72,7 @@ pub fn encode(image: &RecordedImage) -> Vec<u8> {
     bytes
 }
 
-/// The image of a message under a camera's topic; `None` for bytes that are none.
+/// The image of a message under a camera's topic; `None` for invalid bytes.
 #[must_use]
 pub fn decode(camera: &CameraId, bytes: &[u8]) -> Option<RecordedImage> {
     let mut rest = Cdr { bytes, at: 4 };

@@ -147,7 +147,7 @@ impl SiteRecording {
     }
 }
 
-/// What a key stands for, whatever its site.
+/// The meaning of a key, for any site.
 fn parse(key: &str) -> Option<KeyRef> {
     let site = key.split('/').nth(2)?;
     Keys::new(site).ok()?.parse(key)

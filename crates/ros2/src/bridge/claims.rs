@@ -22,14 +22,14 @@ pub(super) struct Claims {
 }
 
 impl Claims {
-    /// The world's frame is nobody else's.
+    /// Reserves the frame of the world.
     pub(super) fn with_frame(world: &str) -> Self {
         Self {
             owners: BTreeMap::from([(world.to_owned(), Owner::World)]),
         }
     }
 
-    /// Takes a name that nobody has; whether it is the owner's now.
+    /// Assigns a free name; returns whether the owner has it.
     pub(super) fn take(&mut self, name: &str, owner: &Owner) -> bool {
         match self.owners.get(name) {
             Some(holder) => holder == owner,

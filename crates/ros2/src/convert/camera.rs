@@ -74,30 +74,19 @@ struct Lens {
 
 impl Lens {
     fn of(lens: &LensConfig) -> Self {
-        let of = |model, [fx, fy, cx, cy]: [f64; 4], distortion: &[f64]| Self {
+        let [fx, fy, cx, cy] = lens.intrinsics();
+        let (model, distortion) = match lens {
+            LensConfig::Pinhole { .. } => ("plumb_bob", &[0.0; 5][..]),
+            LensConfig::BrownConrady { .. } => ("plumb_bob", lens.distortion()),
+            LensConfig::KannalaBrandt { .. } => ("equidistant", lens.distortion()),
+        };
+        Self {
             model,
             fx,
             fy,
             cx,
             cy,
             distortion: distortion.to_vec(),
-        };
-        match *lens {
-            LensConfig::Pinhole { fx, fy, cx, cy } => of("plumb_bob", [fx, fy, cx, cy], &[0.0; 5]),
-            LensConfig::BrownConrady {
-                fx,
-                fy,
-                cx,
-                cy,
-                distortion,
-            } => of("plumb_bob", [fx, fy, cx, cy], &distortion),
-            LensConfig::KannalaBrandt {
-                fx,
-                fy,
-                cx,
-                cy,
-                distortion,
-            } => of("equidistant", [fx, fy, cx, cy], &distortion),
         }
     }
 }

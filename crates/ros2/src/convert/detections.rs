@@ -48,7 +48,7 @@ fn from_bottom_left(
 }
 
 /// Row-major; takes (-1, -1) to the top left corner and (1, 1) to the bottom right one. The last element is 1, as in the AprilTag library,
-/// so that the centre stands in the last column.
+/// so that the last column is the centre.
 fn pixel_from_tag(corners: &[Point2<f64>; 4]) -> Option<[f64; 9]> {
     const SQUARE: [Point2<f64>; 4] = [
         Point2::new(-1.0, -1.0),

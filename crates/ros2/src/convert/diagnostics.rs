@@ -13,7 +13,7 @@ pub(crate) const ERROR: Byte = Byte(2);
 /// Nothing was heard for a while.
 pub(crate) const STALE: Byte = Byte(3);
 
-/// A camera node: a warning where it detects nothing in any image of the last seconds because there are none.
+/// State of a camera node: a warning if no image arrived in the last seconds.
 #[must_use]
 pub fn camera_status(status: &CameraStatus) -> DiagnosticStatus {
     let is_silent = status.rate_hz <= 0.0;

@@ -36,7 +36,7 @@ pub enum SecurityError {
         /// The file.
         path: PathBuf,
     },
-    /// Keys of somebody else.
+    /// Keys of another node or site.
     #[error("{}: these are the keys of {found}, but {expected} is configured; name the folder of its own keys", path.display())]
     OtherIdentity {
         /// The folder.
@@ -68,7 +68,7 @@ pub enum SecurityError {
     },
     /// A node that listens without knowing the members.
     #[error(
-        "{}: only keys of the role fusion can be a router's: they know who is a member; make some with `sextant keys add DIR NAME --role fusion`", path.display()
+        "{}: only keys of the role fusion can be a router's: they include the list of members; create them with `sextant keys add DIR NAME --role fusion`", path.display()
     )]
     NotARouter {
         /// The folder of keys.

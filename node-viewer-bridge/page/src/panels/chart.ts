@@ -10,7 +10,7 @@ export interface Line {
   colour: string;
 }
 
-/** Times, then the values of each line; null where there is none. */
+/** Times, then the values of each line; null where missing. */
 export type Table = [number[], ...(number | null)[][]];
 
 const HEIGHT = 128;
@@ -65,7 +65,7 @@ export class Chart {
     this.readOutLast(table[0].length - 1);
   }
 
-  /** While the cursor is elsewhere the legend says what is newest. */
+  /** Without a cursor, the legend shows the newest values. */
   private readOutLast(last: number): void {
     if (this.plot && last >= 0 && (this.plot.cursor.left ?? -1) < 0) this.plot.setLegend({ idx: last }, false);
   }

@@ -1,4 +1,4 @@
-// Zones and what happened in them: the list with who is inside, a form for operators, and the last events.
+// Zones: a list with the objects inside, a form for operators, and the last events.
 
 import { age, fixed } from "../format.ts";
 import type { SiteEvent, Vec3, Zone } from "../protocol.ts";
