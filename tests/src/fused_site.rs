@@ -10,10 +10,6 @@ use std::collections::BTreeMap;
 use std::net::TcpListener;
 use std::path::PathBuf;
 use std::process::{Child, Output};
-use std::time::Duration;
-
-/// A limit that only a broken build reaches.
-pub const PATIENCE: Duration = Duration::from_secs(60);
 
 /// A running fusion node, which is the site's router. Dropping it ends it.
 pub struct FusedSite {

@@ -20,12 +20,13 @@ mod workshop;
 
 pub use board::{Board, HOST};
 pub use demo::{Demo, DemoOutcome, send};
-pub use fused_site::{FusedSite, PATIENCE, free_port};
+pub use fused_site::{FusedSite, free_port};
 pub use guide::commands;
 pub use locked_site::{LockedSite, keys};
 pub use program::{client_example, node_camera, sextant, workspace_root};
 pub use raw_images::{RAW_FORMATS, raw_image};
 pub use scene::{Scene, changed, place, tag_of};
+pub use status::PATIENCE;
 pub use studio::{Shots, Studio, looking_at};
 pub use traces::Traces;
 pub use unit_view::{Unit, prepare_machine};

@@ -1,9 +1,9 @@
 //! A site with locked doors: an authority, its members' keys, and a fusion node as the router that enforces them.
 
-use crate::fused_site::{PATIENCE, free_port};
+use crate::fused_site::free_port;
 use crate::program::sextant;
 use crate::scene::Scene;
-use crate::status::first_status;
+use crate::status::{PATIENCE, first_status};
 use sextant_proto::{FusionStatus, Keys, limits};
 use sextant_site_files::{write_object, write_rig};
 use sextant_zenoh_bus::{Bus, BusOptions, DropRule, Profile, Security};

@@ -1,9 +1,11 @@
 //! Waits for a status of the fusion node.
 
-use crate::PATIENCE;
 use sextant_proto::FusionStatus;
 use sextant_zenoh_bus::Subscription;
 use std::time::{Duration, Instant};
+
+/// A limit that only a broken build reaches.
+pub const PATIENCE: Duration = Duration::from_secs(60);
 
 /// The first status that is `wanted`.
 ///
