@@ -33,7 +33,7 @@ impl Board {
     /// When it does not come up.
     #[must_use]
     pub fn start(image: &Path, payload: &Path, folder: &Path) -> Self {
-        let second_disk = folder.join("payload");
+        let second_disk = folder.join("payload.ext4");
         make_disk(payload, &second_disk);
         let (console, socket) = (folder.join("console"), folder.join("shell"));
         let mut command = Command::new("qemu-system-arm");

@@ -2,8 +2,7 @@
 //! to whose output images of a tagged box are written, and a fusion node on this host, reached over mutual TLS, makes a pose of what it sees. Units
 //! come back when killed and after a reboot, capture survives a lost device and a change of the pixel format, and nothing is left after a purge.
 //!
-//! `cargo xtask board` runs it with what it needs; by itself it is ignored. It has not been seen to pass. Known to work, each step by hand: the board
-//! boots and takes commands, reaches this host over TCP, and `vivid` takes an image in GREY.
+//! `cargo xtask board` runs it with what it needs; by itself it is ignored.
 
 #![allow(clippy::expect_used, reason = "a test ends by panicking")]
 

@@ -378,7 +378,16 @@ pub fn gzip(file: &Path, packed: &Path) -> Result<(), String> {
 
 /// Runs a program in a folder below the workspace's root.
 pub fn run_in(folder: &str, program: &str, arguments: &[&str]) -> Result<(), String> {
-    let status = Command::new(program)
+    let mut command = Command::new(program);
+    // What `cargo run` tells a program of its own package. ring's build script watches such variables, and all that needs TLS
+    // would be compiled anew whenever a chore follows a plain `cargo build`.
+    for (name, _) in std::env::vars_os() {
+        let name = name.to_string_lossy();
+        if name.starts_with("CARGO_PKG_") || name.starts_with("CARGO_MANIFEST_") {
+            command.env_remove(name.as_ref());
+        }
+    }
+    let status = command
         .args(arguments)
         .current_dir(root().join(folder))
         .status()

@@ -2,7 +2,7 @@
 
 #![allow(clippy::expect_used)]
 
-#[path = "../fuzz/any_picture.rs"]
+#[path = "any_bytes/any_picture.rs"]
 mod any_picture;
 
 use proptest::prelude::*;

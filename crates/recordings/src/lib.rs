@@ -24,6 +24,7 @@ pub use dataset::{CameraRecording, Dataset, Frame, Row};
 pub use detections::{DetectedTag, DetectionsLine};
 pub use error::RecordingError;
 pub use picture::{
-    ColourImage, GreyImage, grey_png, read_any_png, read_grey_png, write_colour_png, write_grey_png,
+    ColourImage, GreyImage, decode_any_png, grey_png, read_any_png, read_grey_png,
+    write_colour_png, write_grey_png,
 };
 pub use poses::{csv_header, pose_csv, pose_json, pose_tum, tum_line};

@@ -3,7 +3,7 @@
 use crate::error::RecordingError;
 use png::{BitDepth, ColorType, Decoder, DecodingError, Limits, Transformations};
 use std::fs::File;
-use std::io::{BufReader, BufWriter, Write};
+use std::io::{BufRead, BufReader, BufWriter, Seek, Write};
 use std::path::Path;
 
 /// More memory than any picture that a camera here takes; a malicious one asks for more.
@@ -52,6 +52,14 @@ pub fn read_grey_png(path: &Path) -> Result<GreyImage, RecordingError> {
 /// A file that is missing, no PNG, truncated or damaged, or of 16 bits.
 pub fn read_any_png(path: &Path) -> Result<GreyImage, RecordingError> {
     Ok(read_png(path)?.into_grey())
+}
+
+/// The same of a PNG that is open, or in memory; `path` is for what errors say.
+///
+/// # Errors
+/// As [`read_any_png`].
+pub fn decode_any_png(file: impl BufRead + Seek, path: &Path) -> Result<GreyImage, RecordingError> {
+    Ok(decode_png(file, path)?.into_grey())
 }
 
 /// Writes a PNG of 8-bit grey. Not atomic: for folders of pictures that are made as a whole.
@@ -131,9 +139,13 @@ struct Picture {
 fn read_png(path: &Path) -> Result<Picture, RecordingError> {
     let remedy = "check the path";
     let file = File::open(path).map_err(RecordingError::unreadable(path, remedy))?;
+    decode_png(BufReader::new(file), path)
+}
+
+fn decode_png(file: impl BufRead + Seek, path: &Path) -> Result<Picture, RecordingError> {
     let flawed = |error: DecodingError| flaw(path, &error);
     let limits = Limits { bytes: MAX_BYTES };
-    let mut decoder = Decoder::new_with_limits(BufReader::new(file), limits);
+    let mut decoder = Decoder::new_with_limits(file, limits);
     // Palettes become colours, fewer than 8 bits become 8.
     decoder.set_transformations(Transformations::EXPAND);
     let mut reader = decoder.read_info().map_err(flawed)?;

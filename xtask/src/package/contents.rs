@@ -71,6 +71,10 @@ pub const SEXTANT: Package = Package {
         ("deploy/tmpfiles.d/sextant.conf", TMPFILES),
         ("deploy/default/sextant", "etc/default"),
         ("deploy/packages/copyright", "usr/share/doc/sextant"),
+        (
+            "deploy/packages/lintian/sextant",
+            "usr/share/lintian/overrides",
+        ),
     ],
 };
 

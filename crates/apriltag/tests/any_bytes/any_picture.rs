@@ -1,6 +1,6 @@
 //! Any bytes as options and a picture, and what must hold of whatever the detector says of it.
 //!
-//! For the fuzz target beside this file, and for `tests/any_bytes.rs`, which draws the bytes from a seed.
+//! For the fuzz target `detector`, and for `tests/any_bytes.rs`, which draws the bytes from a seed.
 
 use sextant_apriltag::{Detection, Detector, Family, Image, Options, Refinement, Tracker};
 use sextant_tag_families::module_is_white;
