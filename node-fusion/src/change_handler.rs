@@ -65,6 +65,11 @@ impl ChangeHandler {
         &self.models
     }
 
+    /// The site's keys.
+    pub fn keys(&self) -> &Keys {
+        &self.keys
+    }
+
     /// What was in force before.
     pub fn formers(&self) -> &Formers {
         &self.formers

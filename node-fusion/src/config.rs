@@ -49,7 +49,7 @@ pub enum Refinement {
     /// It is proposed, and a person may apply it.
     #[default]
     Propose,
-    /// The node applies it by itself. For one fusion node of a site only; the others follow.
+    /// The node applies it by itself while it is the one that publishes; the others follow.
     Apply,
 }
 

@@ -4,11 +4,13 @@ use crate::change_handler::{ChangeHandler, Decision, Verdict};
 use crate::clocks::DriftEstimator;
 use crate::config::{FusionConfig, Refinement};
 use crate::files::ModelFiles;
+use crate::following;
 use crate::input_log::{self, InputLog};
 use crate::intake::{Arrival, Intake};
-use crate::models::Change;
+use crate::models::{Change, Models};
 use crate::proposing;
 use crate::publishers::Publishers;
+use crate::standby::{Duty, Standby};
 use crate::status::{Losses, StatusReporter};
 use anyhow::Context;
 use sextant_estimator::{CameraId, Fusion, FusionOptions, Input, Output, Proposal, Rig};
@@ -55,8 +57,11 @@ pub fn run(config_file: &Path, shutdown: &Shutdown) -> anyhow::Result<()> {
         .check()
         .with_context(|| format!("{}: cannot be published", config_file.display()))
         .exit_with(Exit::Input)?;
-    let options = FusionOptions::default();
-    let machine = Fusion::new(models.rig.clone(), models.objects.clone(), options)
+    let machine_of = |models: &Models| {
+        let (rig, objects) = (models.rig.clone(), models.objects.clone());
+        Fusion::new(rig, objects, FusionOptions::default())
+    };
+    machine_of(&models)
         .with_context(|| format!("{}: objects", config_file.display()))
         .exit_with(Exit::Input)?;
     let stop = || {
@@ -77,7 +82,11 @@ pub fn run(config_file: &Path, shutdown: &Shutdown) -> anyhow::Result<()> {
         return Ok(());
     };
     let files = config.keep_changes.then_some(files);
-    let handler = ChangeHandler::new(keys, models, files);
+    let mut handler = ChangeHandler::new(keys, models, files);
+    for change in following::changes(&bus, &handler)? {
+        following::make(&mut handler, change, now_ns());
+    }
+    let machine = machine_of(handler.models())?;
     let clock = SteadyClock::new(Reading::take);
     let mut node = FusionNode::open(&bus, &config, machine, handler, clock)?;
     node.name = Some(name);
@@ -95,6 +104,7 @@ pub fn run(config_file: &Path, shutdown: &Shutdown) -> anyhow::Result<()> {
 }
 
 struct FusionNode<'a> {
+    bus: &'a Bus,
     keys: Keys,
     node: NodeId,
     observations: Subscription,
@@ -104,6 +114,7 @@ struct FusionNode<'a> {
     handler: ChangeHandler,
     intake: Intake,
     publishers: Publishers<'a>,
+    standby: Standby,
     status: StatusReporter,
     clocks: DriftEstimator,
     /// Timers use its monotonic time, the machine its steady time.
@@ -148,6 +159,7 @@ impl<'a> FusionNode<'a> {
             changes: bus.subscribe(&keys.all_config(), CHANGE_QUEUE, DropRule::Oldest, longest)?,
             intake: Intake::new(keys.clone(), cameras_of(&models.rig), config.max_age_s),
             publishers,
+            standby: Standby::open(bus, &keys, node, &clock)?,
             status: StatusReporter::new(node.clone(), &models.objects, now),
             clocks: DriftEstimator::default(),
             clock_quality: ClockQuality::read(),
@@ -161,6 +173,7 @@ impl<'a> FusionNode<'a> {
             keys,
             machine,
             handler,
+            bus,
         })
     }
 
@@ -177,6 +190,7 @@ impl<'a> FusionNode<'a> {
         watchdog::feed();
         let item = self.observations.recv_timeout(self.wait_at_most());
         self.follow_clock();
+        self.take_turns()?;
         if let Some(item) = item {
             self.take(&item);
         }
@@ -188,7 +202,9 @@ impl<'a> FusionNode<'a> {
         }
         self.publish_poses()?;
         while let Some(inputs) = self.input_log.poll(now) {
-            self.publishers.inputs(&inputs)?;
+            if self.epoch().is_some() {
+                self.publishers.inputs(&inputs)?;
+            }
         }
         let now = self.clock.monotonic_ns();
         if now >= self.status_due_ns {
@@ -203,10 +219,37 @@ impl<'a> FusionNode<'a> {
     fn follow_clock(&mut self) {
         if let Some(by_ns) = self.clock.take_step() {
             self.intake.clock_stepped();
+            self.standby.interrupted(&self.clock);
             let now = self.clock.now_ns();
             self.input_log.add(now, InputSource::ClockStep);
             self.machine.handle(now, Input::ClockStep { by_ns });
         }
+    }
+
+    /// Publishes or stands by, as the other fusion nodes of the site leave it to this one. A node that is replaced works from the models
+    /// of its successor, which may have been changed while the two did not hear each other.
+    fn take_turns(&mut self) -> anyhow::Result<()> {
+        match self.standby.turn(self.bus, &self.clock)? {
+            Some(Duty::Publish { epoch }) => tracing::info!(epoch, "this node publishes the poses"),
+            Some(Duty::StandBy) => {
+                tracing::info!("another fusion node publishes the poses: standing by");
+                self.propose(None)?;
+                for change in following::changes(self.bus, &self.handler)? {
+                    if let Some(change) =
+                        following::make(&mut self.handler, change, self.clock.now_ns())
+                    {
+                        self.put_in_force(&change)?;
+                    }
+                }
+            }
+            None => {}
+        }
+        Ok(())
+    }
+
+    /// Epoch of the poses that this node publishes now; none while it stands by.
+    fn epoch(&self) -> Option<u64> {
+        self.standby.epoch(&self.clock)
     }
 
     /// At most one change a turn, and none for a while after it: images go first.
@@ -228,6 +271,7 @@ impl<'a> FusionNode<'a> {
             self.status.namesakes = name.others().into_iter().map(str::to_owned).collect();
         }
         self.clock_quality = ClockQuality::read();
+        self.status.epoch = self.epoch();
         let losses = Losses {
             unread: self.observations.counts().dropped,
             unpublished: self.publishers.unpublished().clone(),
@@ -269,9 +313,9 @@ impl<'a> FusionNode<'a> {
 
     /// Publishes the refined calibration that ordinary use has shown, or puts it in force, as configured.
     fn refine(&mut self) -> anyhow::Result<()> {
-        let proposal = match self.refinement {
-            Refinement::Off => None,
-            Refinement::Propose | Refinement::Apply => self.machine.proposal(),
+        let proposal = match (self.refinement, self.epoch()) {
+            (Refinement::Off, _) | (_, None) => None,
+            (Refinement::Propose | Refinement::Apply, Some(_)) => self.machine.proposal(),
         };
         match (self.refinement, proposal) {
             (Refinement::Apply, Some(proposal)) => self.apply(proposal),
@@ -388,11 +432,15 @@ impl<'a> FusionNode<'a> {
     fn publish_poses(&mut self) -> anyhow::Result<()> {
         while let Some(output) = self.machine.poll_output() {
             match output {
-                Output::Pose(estimate) => {
-                    if self.publishers.pose(&estimate, self.clock.now_ns())? {
-                        self.status.count(&estimate);
+                Output::Pose(estimate) => match self.epoch() {
+                    Some(epoch) => {
+                        let now = self.clock.now_ns();
+                        if self.publishers.pose(&estimate, epoch, now)? {
+                            self.status.count(&estimate);
+                        }
                     }
-                }
+                    None => self.status.note_state(&estimate),
+                },
                 Output::ClockStep { by_ns } => {
                     let now = self.clock.monotonic_ns();
                     self.status.clock_stepped(by_ns, now);
@@ -406,8 +454,9 @@ impl<'a> FusionNode<'a> {
     fn wait_at_most(&self) -> Duration {
         let due = self.machine.poll_timeout().unwrap_or(u64::MAX);
         let wait = due.saturating_sub(self.clock.now_ns());
-        let status = self.status_due_ns.saturating_sub(self.clock.monotonic_ns());
-        Duration::from_nanos(wait.min(status)).min(LONGEST_WAIT)
+        let due = self.status_due_ns.min(self.standby.due_ns());
+        let others = due.saturating_sub(self.clock.monotonic_ns());
+        Duration::from_nanos(wait.min(others)).min(LONGEST_WAIT)
     }
 }
 

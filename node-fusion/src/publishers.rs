@@ -183,15 +183,20 @@ impl<'a> Publishers<'a> {
             .put(&ObjectConfig::removal(id.clone()))
     }
 
-    /// Publishes an estimate at `now_ns`; whether it could be encoded.
+    /// Publishes an estimate under an epoch at `now_ns`; whether it could be encoded.
     ///
     /// # Errors
     /// When the network session has ended.
-    pub fn pose(&mut self, estimate: &ObjectEstimate, now_ns: u64) -> Result<bool, BusError> {
+    pub fn pose(
+        &mut self,
+        estimate: &ObjectEstimate,
+        epoch: u64,
+        now_ns: u64,
+    ) -> Result<bool, BusError> {
         let Some(publishers) = self.objects.get_mut(&estimate.object) else {
             return Ok(false);
         };
-        let pose = ObjectPose::from_estimate(estimate, publishers.sequence + 1, now_ns);
+        let pose = ObjectPose::from_estimate(estimate, epoch, publishers.sequence + 1, now_ns);
         if !self.unpublished.check(publishers.poses.put(&pose))? {
             return Ok(false);
         }

@@ -21,6 +21,8 @@ pub struct StatusReporter {
     objects: BTreeMap<ObjectId, ObjectCount>,
     /// Changes refused in the last minute.
     pub refusals: Refusals,
+    /// Epoch of the poses that this node publishes; none while it stands by.
+    pub epoch: Option<u64>,
     /// Hosts of other fusion nodes of this name.
     pub namesakes: Vec<String>,
     /// Figures of the refined calibration that is proposed.
@@ -55,6 +57,7 @@ impl StatusReporter {
             last_ns: now_ns,
             objects: BTreeMap::new(),
             refusals: Refusals::default(),
+            epoch: None,
             namesakes: Vec::new(),
             proposed: None,
             notices: Notices::default(),
@@ -76,9 +79,16 @@ impl StatusReporter {
 
     /// Counts a pose that was published.
     pub fn count(&mut self, estimate: &ObjectEstimate) {
+        self.note_state(estimate);
+        if let Some(object) = self.objects.get_mut(&estimate.object) {
+            object.poses += 1;
+        }
+    }
+
+    /// Notes the state of an object whose pose another fusion node publishes.
+    pub fn note_state(&mut self, estimate: &ObjectEstimate) {
         if let Some(object) = self.objects.get_mut(&estimate.object) {
             object.state = estimate.state;
-            object.poses += 1;
         }
     }
 
@@ -113,6 +123,7 @@ impl StatusReporter {
             node: self.node.clone(),
             version: env!("CARGO_PKG_VERSION").to_owned(),
             uptime_s: now_ns.saturating_sub(self.started_ns) / 1_000_000_000,
+            epoch: self.epoch,
             cameras,
             foreign: intake.foreign(),
             objects: self

@@ -11,7 +11,7 @@ use crate::wizard::Offer;
 use crate::{link_frames, translate};
 use sextant_estimator::{ImageObservation, ObjectId, ObjectModel, Rig};
 use sextant_process::{fail_point, now_ns};
-use sextant_proto::{ANNOUNCED, DecodeError, KeyRef, Keys, NodeKind};
+use sextant_proto::{ANNOUNCED, DecodeError, EpochFilter, KeyRef, Keys, NodeKind};
 use sextant_proto::{
     CameraStatus, ClockReport, ConfigAnswer, DetectionReport, FusionStatus, NodeId, ObjectConfig,
     ObjectLinks, ObjectPose, ObjectTruth, Observations, Preview, Proposal, RigConfig, decode,
@@ -26,6 +26,8 @@ pub(crate) struct Forwarder {
     keys: Keys,
     shared: Arc<Shared>,
     inventory: Mutex<Inventory>,
+    /// Of poses and links, which have the same epochs.
+    epochs: Mutex<EpochFilter>,
 }
 
 impl Forwarder {
@@ -34,6 +36,7 @@ impl Forwarder {
             keys,
             shared,
             inventory: Mutex::default(),
+            epochs: Mutex::default(),
         }
     }
 
@@ -114,6 +117,9 @@ impl Forwarder {
             }
             KeyRef::Pose(object) => {
                 let message: ObjectPose = read(bytes, object, |m: &ObjectPose| &m.object)?;
+                if !self.is_current(object, message.epoch) {
+                    return Ok(());
+                }
                 self.shared.metrics.pose(&message, moment());
                 self.shared.zones.take_pose(&message, &self.shared.hub);
                 self.show(Slot::Pose(object.to_string()), &translate::pose(&message))
@@ -145,7 +151,10 @@ impl Forwarder {
             }
             KeyRef::Links(object) => {
                 let message: ObjectLinks = read(bytes, object, |m: &ObjectLinks| &m.object)?;
-                self.show_links(&message)
+                match self.is_current(object, message.epoch) {
+                    true => self.show_links(&message),
+                    false => Ok(()),
+                }
             }
             // Liveliness has its own way in; a payload there is somebody's mistake, without effect.
             KeyRef::Alive(..) => Ok(()),
@@ -166,6 +175,8 @@ impl Forwarder {
             KeyRef::FormerRig(_) | KeyRef::FormerObject(..) => Ok(()),
             // For recordings.
             KeyRef::Inputs(_) => Ok(()),
+            // Among fusion nodes.
+            KeyRef::Heartbeat(_) => Ok(()),
         }
     }
 
@@ -210,6 +221,12 @@ impl Forwarder {
         let gone = self.inventory().take(Instant::now(), status);
         gone.iter().for_each(|object| self.forget(object));
         Ok(())
+    }
+
+    /// Whether a pose is of the fusion node that publishes now; late messages of a former one are dropped.
+    fn is_current(&self, object: &ObjectId, epoch: u64) -> bool {
+        let mut epochs = self.epochs.lock().unwrap_or_else(PoisonError::into_inner);
+        epochs.admits(object, epoch, now_ns())
     }
 
     fn inventory(&self) -> MutexGuard<'_, Inventory> {

@@ -54,6 +54,7 @@ pub(crate) mod samples {
             node: NodeId::new(node).unwrap(),
             version: String::new(),
             uptime_s: 1,
+            epoch: Some(1),
             cameras: vec![],
             foreign: Rejections::default(),
             objects: objects.iter().map(health).collect(),

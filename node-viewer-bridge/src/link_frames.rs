@@ -70,6 +70,7 @@ mod tests {
     fn a_link_is_an_object_of_its_own_to_clients() {
         let links = ObjectLinks {
             object: ObjectId::new("arm").unwrap(),
+            epoch: 1,
             sequence: 3,
             capture_ns: 1_000_000,
             published_ns: 3_000_000,

@@ -160,6 +160,7 @@ mod tests {
     fn a_pose_is_written_as_the_protocol_says() {
         let message = ObjectPose {
             object: ObjectId::new("cube").unwrap(),
+            epoch: 1,
             sequence: 7,
             capture_ns: 1_790_000_000_000_000_000,
             published_ns: 1_790_000_000_021_500_000,

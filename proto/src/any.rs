@@ -8,6 +8,7 @@ use crate::messages::config_answer::ConfigAnswer;
 use crate::messages::detection_report::DetectionReport;
 use crate::messages::fusion_inputs::FusionInputs;
 use crate::messages::fusion_status::FusionStatus;
+use crate::messages::heartbeat::Heartbeat;
 use crate::messages::object_config::ObjectConfig;
 use crate::messages::object_links::ObjectLinks;
 use crate::messages::object_pose::{ObjectPose, ObjectTruth};
@@ -36,6 +37,7 @@ pub enum AnyMessage {
     DetectionReport(DetectionReport),
     Proposal(Proposal),
     FusionInputs(FusionInputs),
+    Heartbeat(Heartbeat),
 }
 
 impl AnyMessage {
@@ -63,6 +65,7 @@ impl AnyMessage {
             Kind::DetectionReport => Self::DetectionReport(decode(payload)?),
             Kind::Proposal => Self::Proposal(decode(payload)?),
             Kind::FusionInputs => Self::FusionInputs(decode(payload)?),
+            Kind::Heartbeat => Self::Heartbeat(decode(payload)?),
         })
     }
 
@@ -84,6 +87,7 @@ impl AnyMessage {
             Self::DetectionReport(_) => Kind::DetectionReport,
             Self::Proposal(_) => Kind::Proposal,
             Self::FusionInputs(_) => Kind::FusionInputs,
+            Self::Heartbeat(_) => Kind::Heartbeat,
         }
     }
 }

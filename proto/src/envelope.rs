@@ -44,11 +44,13 @@ pub enum Kind {
     ObjectConfig = 13,
     /// [`crate::FusionInputs`]
     FusionInputs = 14,
+    /// [`crate::Heartbeat`]
+    Heartbeat = 16,
 }
 
 impl Kind {
     /// Every kind, by number.
-    pub const ALL: [Self; 14] = [
+    pub const ALL: [Self; 15] = [
         Self::Observations,
         Self::Preview,
         Self::DetectionReport,
@@ -63,6 +65,7 @@ impl Kind {
         Self::RigConfig,
         Self::ObjectConfig,
         Self::FusionInputs,
+        Self::Heartbeat,
     ];
 
     /// Longest payload of this kind, header included.
@@ -73,7 +76,7 @@ impl Kind {
             Self::Preview => 100 * 1024,
             Self::DetectionReport => 4 * 1024,
             Self::CameraStatus => 8 * 1024,
-            Self::ObjectPose | Self::ObjectTruth | Self::ConfigAnswer => 1024,
+            Self::ObjectPose | Self::ObjectTruth | Self::ConfigAnswer | Self::Heartbeat => 1024,
             Self::ObjectLinks | Self::FusionInputs => 16 * 1024,
             Self::ClockReport => 32 * 1024,
             Self::FusionStatus | Self::RigConfig | Self::ObjectConfig | Self::Proposal => {

@@ -53,6 +53,7 @@ pub enum KeyRef {
     FusionStatus(NodeId),
     Clocks(NodeId),
     Inputs(NodeId),
+    Heartbeat(NodeId),
     ConfigAnswer(NodeId),
     Proposal(NodeId),
     Former(NodeId),
@@ -78,6 +79,7 @@ impl KeyRef {
             Self::FusionStatus(_) => Kind::FusionStatus,
             Self::Clocks(_) => Kind::ClockReport,
             Self::Inputs(_) => Kind::FusionInputs,
+            Self::Heartbeat(_) => Kind::Heartbeat,
             Self::ConfigAnswer(_) => Kind::ConfigAnswer,
             Self::Proposal(_) | Self::Former(_) => Kind::Proposal,
             Self::FormerRig(_) => Kind::RigConfig,
@@ -164,6 +166,12 @@ impl Keys {
     #[must_use]
     pub fn inputs(&self, node: &NodeId) -> String {
         self.under(format_args!("fusion/{node}/inputs"))
+    }
+
+    /// [`crate::Heartbeat`]s of a node.
+    #[must_use]
+    pub fn heartbeat(&self, node: &NodeId) -> String {
+        self.under(format_args!("fusion/{node}/heartbeat"))
     }
 
     /// [`crate::ConfigAnswer`]s of a node.
@@ -292,6 +300,12 @@ impl Keys {
         self.under(format_args!("fusion/*/inputs"))
     }
 
+    /// Heartbeats of every fusion node.
+    #[must_use]
+    pub fn all_heartbeats(&self) -> String {
+        self.under(format_args!("fusion/*/heartbeat"))
+    }
+
     /// Answers of every fusion node to changes.
     #[must_use]
     pub fn all_config_answers(&self) -> String {
@@ -334,6 +348,12 @@ impl Keys {
         self.under(format_args!("config/object/*"))
     }
 
+    /// Liveliness of every fusion node.
+    #[must_use]
+    pub fn all_fusion_alive(&self) -> String {
+        self.under(format_args!("alive/{}/*", NodeKind::Fusion.as_str()))
+    }
+
     /// Liveliness of every node.
     #[must_use]
     pub fn all_alive(&self) -> String {
@@ -362,6 +382,7 @@ impl Keys {
             ["fusion", id, "status"] => KeyRef::FusionStatus(NodeId::new(id).ok()?),
             ["fusion", id, "clocks"] => KeyRef::Clocks(NodeId::new(id).ok()?),
             ["fusion", id, "inputs"] => KeyRef::Inputs(NodeId::new(id).ok()?),
+            ["fusion", id, "heartbeat"] => KeyRef::Heartbeat(NodeId::new(id).ok()?),
             ["fusion", id, "answer"] => KeyRef::ConfigAnswer(NodeId::new(id).ok()?),
             ["fusion", id, "proposal"] => KeyRef::Proposal(NodeId::new(id).ok()?),
             ["fusion", id, "former"] => KeyRef::Former(NodeId::new(id).ok()?),

@@ -21,6 +21,7 @@ mod any;
 mod check;
 mod convert;
 mod envelope;
+mod epoch_filter;
 mod ids;
 mod keys;
 pub mod limits;
@@ -34,6 +35,7 @@ pub use envelope::{
     DecodeError, EncodeError, HEADER_BYTES, Kind, MAGIC, Message, VERSION, decode, encode,
     encode_into,
 };
+pub use epoch_filter::EpochFilter;
 pub use ids::{IdError, NodeId, SiteId};
 pub use keys::{ANNOUNCED, KeyRef, Keys, NodeKind};
 pub use messages::camera_notice::CameraNotice;
@@ -45,6 +47,7 @@ pub use messages::detection_report::{
 };
 pub use messages::fusion_inputs::{FusionInput, FusionInputs, InputSource};
 pub use messages::fusion_status::{CameraIntake, FusionStatus, ObjectHealth, Rejections};
+pub use messages::heartbeat::{HeardBeat, Heartbeat};
 pub use messages::notice::Notice;
 pub use messages::object_config::{JointConfig, ObjectConfig, ObjectTagConfig};
 pub use messages::object_links::{JointState, LinkPose, ObjectLinks};

@@ -7,6 +7,7 @@ pub(crate) mod config_answer;
 pub(crate) mod detection_report;
 pub(crate) mod fusion_inputs;
 pub(crate) mod fusion_status;
+pub(crate) mod heartbeat;
 pub(crate) mod notice;
 pub(crate) mod object_config;
 pub(crate) mod object_links;

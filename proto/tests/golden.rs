@@ -62,4 +62,5 @@ fn every_message_is_the_bytes_in_its_file() {
     agrees("config_answer", &samples::config_answer());
     agrees("proposal", &samples::proposal());
     agrees("fusion_inputs", &samples::fusion_inputs());
+    agrees("heartbeat", &samples::heartbeat());
 }

@@ -84,6 +84,7 @@ fn every_kind_takes_safely(payload: &[u8]) {
     taken_safely::<ObjectLinks>(payload);
     taken_safely::<Proposal>(payload);
     taken_safely::<FusionInputs>(payload);
+    taken_safely::<Heartbeat>(payload);
     let (_, memory) = memory_of(|| AnyMessage::decode(payload));
     assert!(memory <= MAX_DECODED_BYTES);
 }
@@ -104,6 +105,7 @@ fn sample_payloads() -> Vec<Vec<u8>> {
         encode(&samples::object_links()).unwrap(),
         encode(&samples::proposal()).unwrap(),
         encode(&samples::fusion_inputs()).unwrap(),
+        encode(&samples::heartbeat()).unwrap(),
     ]
 }
 

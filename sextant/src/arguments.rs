@@ -3,7 +3,8 @@
 use crate::output::Format;
 use crate::{
     calibrate, camera, check, config, convert, demo, deploy, detect, doctor, echo, hz, keys, learn,
-    list, manual, mavlink, nodes, osc, print, progress, record, replay, ros2, simulate, top,
+    list, manual, mavlink, nodes, osc, print, progress, record, replay, ros2, router, simulate,
+    top,
 };
 use clap::{CommandFactory, Parser, Subcommand};
 
@@ -77,6 +78,8 @@ enum Command {
     Camera(camera::CameraCommand),
     /// Run a fusion node.
     Fusion(nodes::NodeArguments),
+    /// Run a router, for sites with more than one fusion node.
+    Router(router::RouterArguments),
     /// Run a viewer bridge: the web page.
     Viewer(nodes::NodeArguments),
     /// Print the completions of a shell.
@@ -121,6 +124,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         Command::Check(arguments) => check::run(arguments, format),
         Command::Camera(arguments) => camera::run(arguments, format),
         Command::Fusion(arguments) => nodes::fusion(arguments),
+        Command::Router(arguments) => router::run(arguments),
         Command::Viewer(arguments) => nodes::viewer(arguments),
         Command::Completions(arguments) => manual::completions(arguments, Arguments::command()),
         Command::Manual(arguments) => manual::run(arguments, Arguments::command()),

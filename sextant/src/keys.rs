@@ -31,7 +31,7 @@ use time::OffsetDateTime;
   sextant keys add site-keys fusion --role fusion --host fusion.lab
   sextant keys add site-keys north --role camera
 then copy site-keys/north to the board and name it in camera.toml: [security] profile = \"site\", keys = \"north\".
-After add, renew and revoke copy the folders of fusion nodes again and restart those nodes: they enforce the list of members.
+After add, renew and revoke copy the folders of fusion nodes and routers again and restart those nodes: they enforce the list of members.
 With --json, a line a member: {\"name\",\"role\",\"common_name\",\"valid_until\",\"state\"}, state being valid, expired or revoked.
 Exit code 3 when something is refused. docs/security-setup.md goes the whole way.")]
 pub struct KeysArguments {
@@ -89,7 +89,7 @@ struct Validity {
     /// Validity of the certificate in days, at most that of the authority, which is 20 years.
     #[arg(long, default_value_t = 730, value_parser = clap::value_parser!(u32).range(1..=7300))]
     days: u32,
-    /// For a fusion node: a name or address under which nodes connect to it. For a viewer or an operator: one under which browsers
+    /// For a fusion node or a router: a name or address under which nodes connect to it. For a viewer or an operator: one under which browsers
     /// reach its page. This machine's name, localhost and 127.0.0.1 are always included. May be repeated.
     #[arg(long = "host", value_name = "NAME|ADDRESS")]
     hosts: Vec<String>,
@@ -99,8 +99,10 @@ struct Validity {
 enum RoleWord {
     /// Publishes below its own camera's key.
     Camera,
-    /// Publishes poses and configuration; is the router.
+    /// Publishes poses and configuration; can be the router.
     Fusion,
+    /// Is a router apart from the fusion nodes.
+    Router,
     /// Reads everything.
     Viewer,
     /// Reads everything; changes the rig and the objects.
@@ -112,6 +114,7 @@ impl From<RoleWord> for Role {
         match word {
             RoleWord::Camera => Self::Camera,
             RoleWord::Fusion => Self::Fusion,
+            RoleWord::Router => Self::Router,
             RoleWord::Viewer => Self::Viewer,
             RoleWord::Operator => Self::Operator,
         }
@@ -201,10 +204,10 @@ fn say(authority: &Authority, member: &Member, now_s: u64, format: Format) -> an
 }
 
 fn advise(authority: &Authority, format: Format) -> anyhow::Result<()> {
-    let mut fusion = authority
+    let mut routers = authority
         .members()
         .accepted()
-        .filter(|member| member.role == Role::Fusion)
+        .filter(|member| member.role.can_be_router())
         .map(|member| {
             authority
                 .folder_of(member.name.as_str())
@@ -213,10 +216,10 @@ fn advise(authority: &Authority, format: Format) -> anyhow::Result<()> {
                 .to_string()
         })
         .peekable();
-    if format == Format::Text && fusion.peek().is_some() {
-        let folders: Vec<String> = fusion.collect();
+    if format == Format::Text && routers.peek().is_some() {
+        let folders: Vec<String> = routers.collect();
         print_line(&format!(
-            "copy {} to its machine again and restart the fusion node: it enforces the list of members",
+            "copy {} to its machine again and restart the node: it enforces the list of members",
             folders.join(", ")
         ))?;
     }

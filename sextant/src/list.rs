@@ -181,8 +181,9 @@ impl Inventory {
         status.map_or_else(
             || "no status yet".into(),
             |status| {
+                let duty = status.epoch.map_or(", stands by", |_| "");
                 format!(
-                    "{}, {} cameras, {} objects",
+                    "{}, {} cameras, {} objects{duty}",
                     words::plain(&status.version),
                     status.cameras.len(),
                     status.objects.len()

@@ -32,6 +32,7 @@ mod progress;
 mod record;
 mod replay;
 mod ros2;
+mod router;
 mod seconds;
 mod simulate;
 mod site;

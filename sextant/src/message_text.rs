@@ -5,8 +5,8 @@ use serde::Serialize;
 use sextant_estimator::CameraId;
 use sextant_proto::{
     AnyMessage, CameraStatus, ClockReport, ConfigAnswer, DetectionReport, FusionInputs,
-    FusionStatus, NodeId, ObjectConfig, ObjectLinks, ObjectPose, Observations, Outcome, Proposal,
-    RigConfig,
+    FusionStatus, Heartbeat, NodeId, ObjectConfig, ObjectLinks, ObjectPose, Observations, Outcome,
+    Proposal, RigConfig,
 };
 
 /// A message as JSON for programs: as in the contract, but with the length of a preview in place of its image.
@@ -80,6 +80,7 @@ pub fn text_of(message: &AnyMessage) -> String {
         AnyMessage::DetectionReport(report) => detection_report(report),
         AnyMessage::Proposal(proposal) => self::proposal(proposal),
         AnyMessage::FusionInputs(message) => fusion_inputs(message),
+        AnyMessage::Heartbeat(beat) => heartbeat(beat),
     }
 }
 
@@ -192,8 +193,12 @@ fn fusion_status(status: &FusionStatus) -> String {
         format!("{} {state} {:.1}/s", object.object, object.rate_hz)
     });
     let refused: u64 = status.cameras.iter().map(|c| c.rejected.total()).sum();
+    let duty = match status.epoch {
+        Some(_) => "",
+        None => "standby, ",
+    };
     let mut line = format!(
-        "{}: {} cameras, objects: {}; {} payloads refused",
+        "{}: {duty}{} cameras, objects: {}; {} payloads refused",
         status.version,
         status.cameras.len(),
         objects.collect::<Vec<_>>().join(", "),
@@ -221,6 +226,15 @@ fn rig_config(rig: &RigConfig) -> String {
 fn fusion_inputs(message: &FusionInputs) -> String {
     let n_inputs = message.inputs.len();
     format!("{n_inputs} inputs from number {}", message.first)
+}
+
+fn heartbeat(beat: &Heartbeat) -> String {
+    let others = beat.heard.iter().map(|heard| heard.node.to_string());
+    let others = others.collect::<Vec<_>>().join(", ");
+    match beat.epoch {
+        Some(epoch) => format!("publishes, epoch {epoch}; others: {others}"),
+        None => format!("stands by; others: {others}"),
+    }
 }
 
 fn clock_report(report: &ClockReport) -> String {

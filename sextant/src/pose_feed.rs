@@ -5,7 +5,8 @@ use anyhow::Context;
 use clap::Args;
 use serde::Serialize;
 use sextant_estimator::ObjectId;
-use sextant_proto::{KeyRef, ObjectPose, limits};
+use sextant_process::now_ns;
+use sextant_proto::{EpochFilter, KeyRef, ObjectPose, limits};
 use sextant_zenoh_bus::{DropRule, Item};
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
@@ -59,6 +60,8 @@ pub struct FeedCounts {
     pub poses: u64,
     /// Payloads that are no pose of their key's object.
     pub refused: u64,
+    /// Poses of a fusion node that another one has replaced.
+    pub superseded: u64,
     /// Poses that gave way because the receiver was too slow.
     pub dropped: u64,
 }
@@ -88,13 +91,16 @@ pub fn run(
         .map(|duration| Instant::now().checked_add(duration).context("--duration"))
         .transpose()?;
     let is_over = || end.is_some_and(|end| Instant::now() >= end);
-    let mut counts = FeedCounts::default();
+    let (mut counts, mut epochs) = (FeedCounts::default(), EpochFilter::default());
     let mut router = RouterWatch::default();
     let mut hint_due = Some(Instant::now() + SILENCE);
     let mut next = Next::More;
     while next == Next::More && !site.shutdown.is_requested() && !is_over() {
         if let Some(item) = messages.recv_timeout(GLANCE) {
             match pose_of(&site.keys, &item) {
+                Some(pose) if !epochs.admits(&pose.object, pose.epoch, now_ns()) => {
+                    counts.superseded += 1;
+                }
                 Some(pose) if objects.is_empty() || objects.contains(&pose.object) => {
                     counts.poses += 1;
                     hint_due = None;

@@ -123,6 +123,7 @@ fn cube() -> ObjectId {
 fn pose(sequence: u64) -> ObjectPose {
     ObjectPose {
         object: cube(),
+        epoch: 1,
         sequence,
         capture_ns: 1_800_000_000_000_000_000 + sequence * 10_000_000,
         published_ns: 1_800_000_000_000_000_000,

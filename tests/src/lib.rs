@@ -6,8 +6,11 @@
 
 mod board;
 mod demo;
+mod fault_proxy;
+mod figures;
 mod fused_site;
 mod guide;
+mod house;
 mod locked_site;
 mod program;
 mod raw_images;
@@ -16,12 +19,16 @@ mod status;
 mod studio;
 mod traces;
 mod unit_view;
+mod witness;
 mod workshop;
 
 pub use board::{Board, HOST};
 pub use demo::{Demo, DemoOutcome, send};
+pub use fault_proxy::{FaultProxy, Faults};
+pub use figures::{Figure, is_full};
 pub use fused_site::{FusedSite, free_port};
 pub use guide::commands;
+pub use house::{CameraFeed, Cameras, House};
 pub use locked_site::{LockedSite, keys};
 pub use program::{client_example, node_camera, sextant, workspace_root};
 pub use raw_images::{RAW_FORMATS, raw_image};
@@ -30,4 +37,5 @@ pub use status::PATIENCE;
 pub use studio::{Shots, Studio, looking_at};
 pub use traces::Traces;
 pub use unit_view::{Unit, prepare_machine};
+pub use witness::{Sight, Witness};
 pub use workshop::{BOARD, FIRST_OF_CUBE, Workshop};

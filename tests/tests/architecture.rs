@@ -25,6 +25,7 @@ const FLOORS: &[&[&str]] = &[
         "sextant-site-files",
         "sextant-recordings",
         "sextant-process",
+        "sextant-election",
         "sextant-rza2m",
         "sextant-pose-formats",
         "sextant-ros2",
@@ -56,6 +57,7 @@ const IGNORANT_OF: &[(&str, &[&str])] = &[
     ("sextant-simulator", TRANSPORT),
     ("sextant-proto", TRANSPORT),
     ("sextant-calibrator", TRANSPORT),
+    ("sextant-election", TRANSPORT),
 ];
 const TRANSPORT: &[&str] = &["zenoh", "iceoryx2", "tokio", "axum", "tracing", "libc"];
 

@@ -6,6 +6,7 @@ mod board;
 mod book;
 mod chores;
 mod dependencies;
+mod faults;
 mod fuzz;
 mod package;
 mod python;
@@ -108,6 +109,11 @@ const CHORES: &[(&str, &str, Chore)] = &[
         package::all,
     ),
     (
+        "faults",
+        "breaks a site in every way that a promise is made for, and writes the figures into BENCHMARKS.md; ten minutes, on an idle machine",
+        faults::faults,
+    ),
+    (
         "bench",
         "what detection costs on this machine, beside AprilTag's own detector in C",
         chores::bench,
@@ -197,7 +203,10 @@ mod tests {
         let chores = CHORES.iter().map(|chore| chore.0);
         let mut once: Vec<_> = chores
             .filter(|word| {
-                !["test", "check", "ci", "bench", "board", "package", "python"].contains(word)
+                ![
+                    "test", "check", "ci", "bench", "board", "faults", "package", "python",
+                ]
+                .contains(word)
             })
             .collect();
         let mut run = [TEST, CHECK].concat();

@@ -76,6 +76,7 @@ pub(crate) mod tests {
     pub(crate) fn pose(seconds: f64, position: Vector3<f64>, turn: Vector3<f64>) -> Pose {
         Pose {
             object: "cube".into(),
+            epoch: 1,
             sequence: 0,
             t_ns: START + (seconds * 1e9) as u64,
             published_ns: START,

@@ -56,7 +56,9 @@ impl Site {
     /// # Errors
     /// A session that is closed.
     pub fn objects(&self) -> Result<Vec<Object>, Error> {
-        let statuses = self.statuses()?;
+        let mut statuses = self.statuses()?;
+        // Nodes that stand by publish no poses: what the publisher reports comes last and counts.
+        statuses.sort_by_key(|status| status.epoch);
         let healths = statuses.iter().flat_map(|status| &status.objects);
         let healths: BTreeMap<_, _> = healths.map(|health| (&health.object, health)).collect();
         let configs: Vec<ObjectConfig> = self.latest(&self.keys.all_config_objects())?;

@@ -11,7 +11,9 @@ pub use sextant_proto::State;
 pub struct Pose {
     /// The object.
     pub object: String,
-    /// Number of this pose since the fusion node started; gaps are messages that were lost.
+    /// Which fusion node published it, of those that a site has in turn: each has a greater epoch than those before it.
+    pub epoch: u64,
+    /// Number of this pose since the fusion node started; gaps within an epoch are messages that were lost.
     pub sequence: u64,
     /// The instant that the pose is for, ns since the Unix epoch: the middle of an exposure, by the clock of the cameras.
     pub t_ns: u64,
@@ -52,6 +54,7 @@ impl From<ObjectPose> for Pose {
         let [vx, vy, vz, wx, wy, wz] = message.twist;
         Self {
             object: message.object.to_string(),
+            epoch: message.epoch,
             sequence: message.sequence,
             t_ns: message.capture_ns,
             published_ns: message.published_ns,

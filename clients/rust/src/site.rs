@@ -3,7 +3,7 @@
 use crate::history::History;
 use crate::messages::Queue;
 use crate::{Error, Messages, Pose, SiteOptions, Transform};
-use sextant_proto::{Keys, Kind, Message, ObjectPose, Observations};
+use sextant_proto::{EpochFilter, Keys, Kind, Message, ObjectPose, Observations};
 use sextant_site_model::{CameraId, ObjectId};
 use sextant_zenoh_bus::{Bus, CallbackSubscription, Item};
 use std::collections::BTreeMap;
@@ -85,7 +85,7 @@ impl Site {
     /// An object that the site does not have.
     pub fn poses(&self, object: &str) -> Result<Messages<Pose>, Error> {
         let object = self.known_object(object)?;
-        self.subscribe(&self.keys.pose(&object), pose_of(object))
+        self.subscribe(&self.keys.pose(&object), poses(self.keys.clone()))
     }
 
     /// The poses of all objects from now on, also of those that are added later.
@@ -93,11 +93,7 @@ impl Site {
     /// # Errors
     /// A session that is closed.
     pub fn all_poses(&self) -> Result<Messages<Pose>, Error> {
-        let keys = self.keys.clone();
-        self.subscribe(&self.keys.all_poses(), move |item| {
-            let pose: ObjectPose = item.decode().ok()?;
-            (keys.pose(&pose.object) == item.key).then(|| pose.into())
-        })
+        self.subscribe(&self.keys.all_poses(), poses(self.keys.clone()))
     }
 
     /// What each image of a camera shows, from now on.
@@ -206,7 +202,7 @@ impl Site {
         }
         let id = self.known_object(object)?;
         let history = Arc::new(History::default());
-        let read = pose_of(id.clone());
+        let read = poses(self.keys.clone());
         let intake = Arc::clone(&history);
         let take = move |item: Item| {
             if let Some(pose) = read(&item) {
@@ -229,11 +225,15 @@ impl Site {
     }
 }
 
-/// Reads poses of this object, and of no other.
-fn pose_of(object: ObjectId) -> impl Fn(&Item) -> Option<Pose> + Send + Sync + 'static {
+/// Reads poses of their key's object, by the fusion node that publishes now: none of older epochs.
+fn poses(keys: Keys) -> impl Fn(&Item) -> Option<Pose> + Send + Sync + 'static {
+    let (epochs, begun) = (Mutex::new(EpochFilter::default()), Instant::now());
     move |item| {
         let pose: ObjectPose = item.decode().ok()?;
-        (pose.object == object).then(|| pose.into())
+        let mut epochs = epochs.lock().unwrap_or_else(PoisonError::into_inner);
+        let now_ns = begun.elapsed().as_nanos() as u64;
+        (keys.pose(&pose.object) == item.key && epochs.admits(&pose.object, pose.epoch, now_ns))
+            .then(|| pose.into())
     }
 }
 

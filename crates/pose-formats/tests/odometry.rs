@@ -18,6 +18,7 @@ fn pose() -> ObjectPose {
     };
     ObjectPose {
         object: ObjectId::new("drone").unwrap(),
+        epoch: 1,
         sequence: 1,
         capture_ns: 1_800_000_000_123_456_789,
         published_ns: 1_800_000_000_123_456_789,

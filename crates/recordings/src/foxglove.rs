@@ -232,6 +232,7 @@ mod tests {
         }
         ObjectPose {
             object: ObjectId::new("cube").unwrap(),
+            epoch: 1,
             sequence: 1,
             capture_ns: 1_800_000_000_000_000_005,
             published_ns: 1,

@@ -24,6 +24,7 @@ fn pose(sequence: u64) -> ObjectPose {
     covariance.iter_mut().step_by(7).for_each(|v| *v = 1e-6);
     ObjectPose {
         object: ObjectId::new("cube").unwrap(),
+        epoch: 1,
         sequence,
         capture_ns: 1_800_000_000_000_000_000 + sequence,
         published_ns: 1_800_000_000_000_000_000,

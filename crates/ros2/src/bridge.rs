@@ -7,8 +7,8 @@ use std::collections::BTreeMap;
 
 use sextant_estimator::{CameraId, ObjectId, State};
 use sextant_proto::{
-    CameraConfig, CameraStatus, FusionStatus, KeyRef, Message, ObjectConfig, ObjectLinks,
-    ObjectPose, Observations, Preview, RigConfig, decode, limits,
+    CameraConfig, CameraStatus, EpochFilter, FusionStatus, KeyRef, Message, ObjectConfig,
+    ObjectLinks, ObjectPose, Observations, Preview, RigConfig, decode, limits,
 };
 
 use self::claims::{Claims, Owner};
@@ -47,7 +47,7 @@ pub struct BridgeCounts {
     pub invalid: u64,
     /// Those left out to keep to the rate.
     pub over_rate: u64,
-    /// Those no newer than the last of their topic.
+    /// Those no newer than the last of their topic, and poses of a fusion node that another one has replaced.
     pub superseded: u64,
     /// Those whose topic or frame bears the name of another's, or that found no room.
     pub name_taken: u64,
@@ -60,6 +60,8 @@ pub struct Bridge {
     cameras: BTreeMap<CameraId, CameraConfig>,
     objects: BTreeMap<ObjectId, ObjectConfig>,
     streams: BTreeMap<StreamId, Stream>,
+    /// Of poses and links, which have the same epochs.
+    epochs: EpochFilter,
     claims: Claims,
     health: Health,
     counts: BridgeCounts,
@@ -84,6 +86,7 @@ impl Bridge {
             cameras: BTreeMap::new(),
             objects: BTreeMap::new(),
             streams: BTreeMap::new(),
+            epochs: EpochFilter::default(),
             claims,
             health: Health::default(),
             counts: BridgeCounts::default(),
@@ -102,9 +105,11 @@ impl Bridge {
         match key {
             KeyRef::Pose(object) => self
                 .read(payload, |pose: &ObjectPose| pose.object == *object)
+                .filter(|pose| self.is_current(object, pose.epoch, now_ns))
                 .map_or_else(Vec::new, |pose| self.pose(&pose)),
             KeyRef::Links(object) => self
                 .read(payload, |links: &ObjectLinks| links.object == *object)
+                .filter(|links| self.is_current(object, links.epoch, now_ns))
                 .map_or_else(Vec::new, |links| self.links(&links)),
             KeyRef::Observations(camera) => self
                 .read(payload, |image: &Observations| image.camera == *camera)
@@ -132,6 +137,13 @@ impl Bridge {
             }
             _ => Vec::new(),
         }
+    }
+
+    /// Whether a pose is of the fusion node that publishes now.
+    fn is_current(&mut self, object: &ObjectId, epoch: u64, now_ns: u64) -> bool {
+        let is_current = self.epochs.admits(object, epoch, now_ns);
+        self.counts.superseded += u64::from(!is_current);
+        is_current
     }
 
     /// The state of the nodes, for about once a second, with values of the bridge's own.

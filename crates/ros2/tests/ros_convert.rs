@@ -43,6 +43,7 @@ fn camera(id: &str) -> CameraConfig {
 fn pose(object: &str, capture_ns: u64, state: State) -> ObjectPose {
     ObjectPose {
         object: ObjectId::new(object).expect("an id"),
+        epoch: 1,
         sequence: 1,
         capture_ns,
         published_ns: capture_ns,
@@ -375,6 +376,7 @@ fn diagnostics_name_each_node_and_go_stale() {
         node: NodeId::new("main").expect("an id"),
         version: "0.1.0".to_owned(),
         uptime_s: 1,
+        epoch: Some(1),
         cameras: Vec::new(),
         foreign: Rejections::default(),
         objects: Vec::new(),

@@ -7,6 +7,7 @@ use std::time::{Duration, Instant};
 
 use sextant_proto::Message;
 use zenoh::Wait;
+use zenoh::sample::Locality;
 
 use crate::config::zenoh_config;
 use crate::liveliness::{AliveToken, AliveWatch, Presence};
@@ -182,7 +183,19 @@ impl Bus {
         max_bytes: usize,
         timeout: Duration,
     ) -> Result<Vec<Item>, BusError> {
-        query::latest(self.session()?, key_expr, max_bytes, timeout)
+        let session = self.session()?;
+        query::latest(session, key_expr, max_bytes, timeout, Locality::Any)
+    }
+
+    /// As [`Self::latest`], without what this session publishes itself.
+    pub fn latest_of_others(
+        &self,
+        key_expr: &str,
+        max_bytes: usize,
+        timeout: Duration,
+    ) -> Result<Vec<Item>, BusError> {
+        let session = self.session()?;
+        query::latest(session, key_expr, max_bytes, timeout, Locality::Remote)
     }
 
     /// Keeps `key` alive until the token is dropped.

@@ -63,6 +63,14 @@ impl SecurityOptions {
 }
 
 impl BusOptions {
+    /// The configuration file of zenohd (JSON5) that makes it this router.
+    ///
+    /// # Errors
+    /// The first invalid option.
+    pub fn zenohd_config(&self, security: &Security) -> Result<String, BusError> {
+        Ok(zenoh_config(self, security, &self.listen)?.to_string())
+    }
+
     /// Checks that the options are in range, known to zenoh and implemented in this build, whatever their protection:
     /// [`crate::SecurityOptions::load`] checks further.
     ///

@@ -6,6 +6,7 @@ use std::time::Duration;
 
 use zenoh::Wait;
 use zenoh::query::{ConsolidationMode, QueryTarget, Reply};
+use zenoh::sample::Locality;
 
 use crate::{BusError, Item};
 
@@ -14,12 +15,13 @@ const MAX_ANSWERS: usize = 1024;
 /// How long those who answer for the network may take to list tokens.
 const TOKENS: Duration = Duration::from_secs(1);
 
-/// The latest values on `key_expr`, one per key, sorted by key.
+/// The latest values of these sessions on `key_expr`, one per key, sorted by key.
 pub(crate) fn latest(
     session: &zenoh::Session,
     key_expr: &str,
     max_bytes: usize,
     timeout: Duration,
+    whose: Locality,
 ) -> Result<Vec<Item>, BusError> {
     let answers = Arc::new(Mutex::new(BTreeMap::new()));
     let (done, wait) = std::sync::mpsc::channel::<()>();
@@ -35,6 +37,7 @@ pub(crate) fn latest(
         .get(key_expr)
         .target(QueryTarget::All)
         .consolidation(ConsolidationMode::None)
+        .allowed_destination(whose)
         .timeout(timeout)
         .callback(callback)
         .wait()

@@ -1,7 +1,6 @@
 //! The node's turns on a network of its own, by a clock that the test sets.
 
 use super::*;
-use crate::models::Models;
 use nalgebra::{Matrix6, Vector6};
 use sextant_estimator::{
     Camera, HeldBack, ObjectEstimate, ObjectId, ObjectModel, ObjectTag, State, TagId,
@@ -240,14 +239,14 @@ fn a_pose_that_cannot_be_encoded_is_dropped_and_counted_and_the_next_is_publishe
         !bench
             .node
             .publishers
-            .pose(&estimate(2.0e6, 1e-6), now_ns)
+            .pose(&estimate(2.0e6, 1e-6), 1, now_ns)
             .unwrap()
     );
     assert!(
         bench
             .node
             .publishers
-            .pose(&estimate(1.0, -1e-12), now_ns)
+            .pose(&estimate(1.0, -1e-12), 1, now_ns)
             .unwrap()
     );
     let published = std::iter::from_fn(|| bench.poses.try_recv());

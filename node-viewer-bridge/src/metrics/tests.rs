@@ -56,6 +56,7 @@ fn pose() -> ObjectPose {
     covariance[7] = 4e-6;
     ObjectPose {
         object: cube(),
+        epoch: 1,
         sequence: 1,
         capture_ns: CAPTURE_NS,
         published_ns: CAPTURE_NS + 30 * MS,

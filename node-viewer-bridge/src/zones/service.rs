@@ -197,6 +197,7 @@ mod tests {
             let x = if (frame / 10) % 2 == 0 { 3.0 } else { 0.0 };
             let pose = ObjectPose {
                 object: ObjectId::new("cube").unwrap(),
+                epoch: 1,
                 sequence: frame,
                 capture_ns: 1 + frame * 33_000_000,
                 published_ns: 1,

@@ -7,6 +7,7 @@ use sextant_proto::ObjectPose;
 pub fn pose(object: &ObjectId, sequence: u64) -> ObjectPose {
     ObjectPose {
         object: object.clone(),
+        epoch: 1,
         sequence,
         capture_ns: 1,
         published_ns: 2,

@@ -21,6 +21,7 @@ impl ObjectLinks {
         });
         Some(Self {
             object: pose.object.clone(),
+            epoch: pose.epoch,
             sequence: pose.sequence,
             capture_ns: pose.capture_ns,
             published_ns: pose.published_ns,

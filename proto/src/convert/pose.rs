@@ -47,13 +47,19 @@ impl From<SigmaConfig> for PoseSigma {
 }
 
 impl ObjectPose {
-    /// The message of an estimate: the `sequence`-th of its object, handed to the network at `published_ns`. Its covariance is the
-    /// nearest positive semi-definite one.
+    /// The message of an estimate: the `sequence`-th of its object, by the fusion node of this epoch, handed to the network at
+    /// `published_ns`. Its covariance is the nearest positive semi-definite one.
     #[must_use]
-    pub fn from_estimate(estimate: &ObjectEstimate, sequence: u64, published_ns: u64) -> Self {
+    pub fn from_estimate(
+        estimate: &ObjectEstimate,
+        epoch: u64,
+        sequence: u64,
+        published_ns: u64,
+    ) -> Self {
         let pose = PoseConfig::from(&estimate.world_from_object);
         Self {
             object: estimate.object.clone(),
+            epoch,
             sequence,
             capture_ns: estimate.capture_ns,
             published_ns,

@@ -24,6 +24,7 @@ fn keys_are_as_the_contract_says() {
         (keys.fusion_status(&node), "fusion/main/status"),
         (keys.clocks(&node), "fusion/main/clocks"),
         (keys.inputs(&node), "fusion/main/inputs"),
+        (keys.heartbeat(&node), "fusion/main/heartbeat"),
         (keys.config_answer(&node), "fusion/main/answer"),
         (keys.proposal(&node), "fusion/main/proposal"),
         (keys.former(&node), "fusion/main/former"),
@@ -69,6 +70,7 @@ fn every_key_is_read_back() {
         ),
         (keys.clocks(&node), KeyRef::Clocks(node.clone())),
         (keys.inputs(&node), KeyRef::Inputs(node.clone())),
+        (keys.heartbeat(&node), KeyRef::Heartbeat(node.clone())),
         (
             keys.config_answer(&node),
             KeyRef::ConfigAnswer(node.clone()),

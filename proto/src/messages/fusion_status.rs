@@ -18,6 +18,8 @@ pub struct FusionStatus {
     pub version: String,
     /// Seconds since the process started.
     pub uptime_s: u64,
+    /// Epoch of the poses that it publishes; none while it stands by for another fusion node.
+    pub epoch: Option<u64>,
     /// Messages of each camera of the rig, ordered by id.
     #[serde(deserialize_with = "wire::list::at_most::<_, _, MAX_CAMERAS>")]
     pub cameras: Vec<CameraIntake>,

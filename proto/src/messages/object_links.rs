@@ -13,6 +13,8 @@ pub struct ObjectLinks {
     /// The object; the same as in the key.
     pub object: ObjectId,
     /// That of the [`crate::ObjectPose`] of the same instant.
+    pub epoch: u64,
+    /// That of the [`crate::ObjectPose`] of the same instant.
     pub sequence: u64,
     /// The instant: middle of the exposure, ns since the Unix epoch.
     pub capture_ns: u64,

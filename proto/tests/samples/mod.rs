@@ -158,6 +158,7 @@ pub fn camera_status() -> CameraStatus {
 pub fn object_pose() -> ObjectPose {
     ObjectPose {
         object: object(),
+        epoch: CAPTURE_NS - 60_000_000_000,
         sequence: 77,
         capture_ns: CAPTURE_NS,
         published_ns: CAPTURE_NS + 15_000_000,
@@ -203,6 +204,7 @@ pub fn fusion_status() -> FusionStatus {
         node: NodeId::new("fusion").unwrap(),
         version: "0.1.0".into(),
         uptime_s: 60,
+        epoch: Some(CAPTURE_NS - 60_000_000_000),
         cameras: vec![CameraIntake {
             camera: camera(),
             received: 1_828,
@@ -510,6 +512,7 @@ pub fn object_links() -> ObjectLinks {
     };
     ObjectLinks {
         object: object(),
+        epoch: CAPTURE_NS - 60_000_000_000,
         sequence: 77,
         capture_ns: CAPTURE_NS,
         published_ns: CAPTURE_NS + 15_000_000,
@@ -546,6 +549,19 @@ pub fn fusion_inputs() -> FusionInputs {
         node: NodeId::new("fusion").unwrap(),
         first: 0,
         inputs: (0_u64..).zip(sources).map(input).collect(),
+    }
+}
+
+pub fn heartbeat() -> Heartbeat {
+    Heartbeat {
+        node: NodeId::new("fusion").unwrap(),
+        sent_ns: 300_000_000_000,
+        epoch: None,
+        newest: CAPTURE_NS - 60_000_000_000,
+        heard: vec![HeardBeat {
+            node: NodeId::new("spare").unwrap(),
+            sent_ns: 7_250_000_000,
+        }],
     }
 }
 

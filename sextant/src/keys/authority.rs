@@ -225,7 +225,7 @@ impl Authority {
         fs::read_to_string(&file).with_context(|| format!("{}: cannot be read", file.display()))
     }
 
-    /// Writes the list of members here and in the folders of fusion nodes below, with these passwords, except those of revoked
+    /// Writes the list of members here and in the folders of fusion nodes and routers below, with these passwords, except those of revoked
     /// members.
     fn save(&self, passwords: &str) -> anyhow::Result<()> {
         let accepted: BTreeSet<&str> = self
@@ -242,8 +242,8 @@ impl Authority {
         let text = toml_of(&self.members)?;
         write_atomically(&self.dir.join("members.toml"), text.as_bytes())?;
         write_secret(&self.dir.join(PASSWORDS), &passwords)?;
-        let fusion = |member: &&Member| member.role == Role::Fusion;
-        for member in self.members.accepted().filter(fusion) {
+        let is_router = |member: &&Member| member.role.can_be_router();
+        for member in self.members.accepted().filter(is_router) {
             let files = self.folder_of(member.name.as_str());
             if files.folder().is_dir() {
                 write_atomically(&files.members(), text.as_bytes())?;

@@ -9,7 +9,7 @@ use rcgen::{
     KeyUsagePurpose, date_time_ymd,
 };
 use sextant_proto::SiteId;
-use sextant_zenoh_bus::{Member, Role};
+use sextant_zenoh_bus::Member;
 use time::OffsetDateTime;
 
 /// A key and its certificate, PEM.
@@ -63,9 +63,9 @@ pub struct Subject<'a> {
 }
 
 impl<'a> Subject<'a> {
-    /// A member on the site's network. Only a fusion node may be a router, so that no camera can pose as one.
+    /// A member on the site's network. Only some roles may be a router, so that no camera can pose as one.
     pub fn node(member: &Member, hosts: &'a [String]) -> Self {
-        let is_router = member.role == Role::Fusion;
+        let is_router = member.role.can_be_router();
         let mut usages = vec![ExtendedKeyUsagePurpose::ClientAuth];
         usages.extend(is_router.then_some(ExtendedKeyUsagePurpose::ServerAuth));
         Self {

@@ -51,7 +51,8 @@ impl LivePoses {
             return;
         };
         let is_same = |live: &ObjectPose| {
-            let replayed = ObjectPose::from_estimate(estimate, live.sequence, live.published_ns);
+            let (epoch, sequence) = (live.epoch, live.sequence);
+            let replayed = ObjectPose::from_estimate(estimate, epoch, sequence, live.published_ns);
             bits(live) == bits(&replayed)
         };
         if let Some(index) = waiting.iter().position(is_same) {

@@ -243,6 +243,7 @@ pub mod tests {
             node: NodeId::new("fusion").unwrap(),
             version: "0.1.0".into(),
             uptime_s: 60,
+            epoch: Some(1),
             cameras: vec![north],
             foreign: Rejections::default(),
             objects: objects.iter().map(health).collect(),
@@ -256,6 +257,7 @@ pub mod tests {
     fn pose(object: &str) -> ObjectPose {
         ObjectPose {
             object: ObjectId::new(object).unwrap(),
+            epoch: 1,
             sequence: 7,
             capture_ns: NOW_NS - 30_000_000,
             published_ns: NOW_NS - 9_500_000,

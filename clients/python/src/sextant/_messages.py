@@ -241,7 +241,9 @@ class ObjectPose(Record):
     """ObjectPose."""
 
     object: str
-    #: of this object's poses; gaps are lost messages
+    #: of the fusion node, as below
+    epoch: int
+    #: of this object's poses; gaps within an epoch are lost messages
     sequence: int
     capture_ns: int
     published_ns: int
@@ -299,6 +301,7 @@ class ObjectLinks(Record):
     """ObjectLinks."""
 
     object: str
+    epoch: int
     sequence: int
     capture_ns: int
     published_ns: int
@@ -340,6 +343,8 @@ class FusionStatus(Record):
     node: str
     version: str
     uptime_s: int
+    #: of its poses; none while it stands by
+    epoch: Optional[int]
     #: at most 256
     cameras: tuple[CameraIntake, ...]
     #: under keys of cameras that the rig lacks
@@ -481,6 +486,29 @@ class InputSourceTick(VariantRecord):
 
 #: The first two inputs of a run are the rig and the objects before its first image.
 InputSource = Union[InputSourceImage, InputSourceRig, InputSourceObjects, InputSourceClockStep, InputSourceTick]
+
+
+@dataclass(frozen=True)
+class HeartbeatHeard(Record):
+    """`heard` of Heartbeat."""
+
+    node: str
+    sent_ns: int
+
+
+@dataclass(frozen=True)
+class Heartbeat(Record):
+    """Heartbeat."""
+
+    node: str
+    #: by a clock of the node that is never set
+    sent_ns: int
+    #: of the poses that the node publishes; none while it stands by
+    epoch: Optional[int]
+    #: the newest epoch that the node knows of
+    newest: int
+    #: the last heartbeat received of each other node; at most 16
+    heard: tuple[HeartbeatHeard, ...]
 
 
 @dataclass(frozen=True)
@@ -1361,6 +1389,7 @@ def _read_ObjectPose(r: Reader) -> ObjectPose:
         r.u64(),
         r.u64(),
         r.u64(),
+        r.u64(),
         _read_State(r),
         r.f64s(3),
         r.f64s(4),
@@ -1374,6 +1403,7 @@ def _read_ObjectPose(r: Reader) -> ObjectPose:
 
 def _write_ObjectPose(w: Writer, value: ObjectPose) -> None:
     w.string(value.object)
+    w.u64(value.epoch)
     w.u64(value.sequence)
     w.u64(value.capture_ns)
     w.u64(value.published_ns)
@@ -1435,6 +1465,7 @@ def _read_ObjectLinks(r: Reader) -> ObjectLinks:
         r.u64(),
         r.u64(),
         r.u64(),
+        r.u64(),
         _read_State(r),
         r.list(_read_ObjectLinksLink, 32),
         r.list(_read_ObjectLinksJoint, 8),
@@ -1443,6 +1474,7 @@ def _read_ObjectLinks(r: Reader) -> ObjectLinks:
 
 def _write_ObjectLinks(w: Writer, value: ObjectLinks) -> None:
     w.string(value.object)
+    w.u64(value.epoch)
     w.u64(value.sequence)
     w.u64(value.capture_ns)
     w.u64(value.published_ns)
@@ -1490,6 +1522,7 @@ def _read_FusionStatus(r: Reader) -> FusionStatus:
         r.string(),
         r.string(),
         r.u64(),
+        r.optional(Reader.u64),
         r.list(_read_CameraIntake, 256),
         _read_Rejections(r),
         r.list(_read_FusionStatusObject, 1024),
@@ -1504,6 +1537,7 @@ def _write_FusionStatus(w: Writer, value: FusionStatus) -> None:
     w.string(value.node)
     w.string(value.version)
     w.u64(value.uptime_s)
+    w.optional(Writer.u64, value.epoch)
     w.list(_write_CameraIntake, value.cameras)
     _write_Rejections(w, value.foreign)
     w.list(_write_FusionStatusObject, value.objects)
@@ -1670,6 +1704,36 @@ def _read_InputSource(r: Reader) -> InputSource:
 
 def _write_InputSource(w: Writer, value: InputSource) -> None:
     w.alternative(_ALL_InputSource, value)
+
+
+def _read_HeartbeatHeard(r: Reader) -> HeartbeatHeard:
+    return HeartbeatHeard(
+        r.string(),
+        r.u64(),
+    )
+
+
+def _write_HeartbeatHeard(w: Writer, value: HeartbeatHeard) -> None:
+    w.string(value.node)
+    w.u64(value.sent_ns)
+
+
+def _read_Heartbeat(r: Reader) -> Heartbeat:
+    return Heartbeat(
+        r.string(),
+        r.u64(),
+        r.optional(Reader.u64),
+        r.u64(),
+        r.list(_read_HeartbeatHeard, 16),
+    )
+
+
+def _write_Heartbeat(w: Writer, value: Heartbeat) -> None:
+    w.string(value.node)
+    w.u64(value.sent_ns)
+    w.optional(Writer.u64, value.epoch)
+    w.u64(value.newest)
+    w.list(_write_HeartbeatHeard, value.heard)
 
 
 def _read_ConfigAnswerOutcomeTaken(r: Reader) -> ConfigAnswerOutcomeTaken:
@@ -2548,6 +2612,7 @@ KINDS: dict[int, Kind] = {
     12: Kind(12, 131072, RigConfig, _read_RigConfig, _write_RigConfig),
     13: Kind(13, 131072, ObjectConfig, _read_ObjectConfig, _write_ObjectConfig),
     14: Kind(14, 16384, FusionInputs, _read_FusionInputs, _write_FusionInputs),
+    16: Kind(16, 1024, Heartbeat, _read_Heartbeat, _write_Heartbeat),
 }
 
 __all__ = [
@@ -2585,6 +2650,8 @@ __all__ = [
     "InputSourceObjects",
     "InputSourceClockStep",
     "InputSourceTick",
+    "Heartbeat",
+    "HeartbeatHeard",
     "ConfigAnswer",
     "ConfigAnswerOutcome",
     "ConfigAnswerOutcomeTaken",

@@ -39,7 +39,9 @@ class Pose:
     tags: int
     #: Root mean square reprojection error of their corners, pixels.
     rms_px: float
-    #: Number of this pose since the fusion node started; gaps are messages that were lost.
+    #: Which fusion node published it, of those that a site has in turn: each has a greater epoch than those before it.
+    epoch: int
+    #: Number of this pose since the fusion node started; gaps within an epoch are messages that were lost.
     sequence: int
     #: When the fusion node published it, ns since the Unix epoch by its own clock.
     published_ns: int
@@ -62,6 +64,7 @@ class Pose:
             cameras=message.cameras,
             tags=message.tags,
             rms_px=message.rms_px,
+            epoch=message.epoch,
             sequence=message.sequence,
             published_ns=message.published_ns,
         )

@@ -14,6 +14,7 @@ from typing import Any, Callable, Optional, Sequence, TypeVar, Union
 import zenoh
 
 from ._arrays import matrix, vector
+from ._epochs import EpochFilter
 from ._estimates import relative_pose, worse
 from ._history import History
 from ._messages import (
@@ -173,7 +174,9 @@ class Site:
 
     def objects(self) -> dict[str, ObjectInfo]:
         """The objects by name. Waits for a second at most."""
-        healths = {health.object: health for status in self.statuses() for health in status.objects}
+        # Nodes that stand by publish no poses: what the publisher reports comes last and counts.
+        statuses = sorted(self.statuses(), key=lambda status: status.epoch or 0)
+        healths = {health.object: health for status in statuses for health in status.objects}
         found = {}
         for config in self._latest("config/object/*", ObjectConfig):
             health = healths.get(config.id)
@@ -207,7 +210,7 @@ class Site:
         """
         if name is not None:
             self._check_object(name)
-        read = self._reader("object", "pose", ObjectPose)
+        read = self._pose_reader()
 
         def pose(key: str, payload: bytes) -> Optional[Pose]:
             message = read(key, payload)
@@ -275,7 +278,7 @@ class Site:
             return followed[0]
         self._check_object(name)
         history = History()
-        read = self._reader("object", "pose", ObjectPose)
+        read = self._pose_reader()
 
         def take_in(sample: Any) -> None:
             try:
@@ -312,6 +315,16 @@ class Site:
             return message if key == f"{self._root}/{kind}/{own}/{field}" else None
 
         return read
+
+    def _pose_reader(self) -> Callable[[str, bytes], Optional[ObjectPose]]:
+        """Reads poses by the fusion node that publishes now: none of older epochs."""
+        read, epochs = self._reader("object", "pose", ObjectPose), EpochFilter()
+
+        def read_current(key: str, payload: bytes) -> Optional[ObjectPose]:
+            pose = read(key, payload)
+            return pose if pose is not None and epochs.admits(pose.object, pose.epoch) else None
+
+        return read_current
 
     def _check_object(self, name: str) -> None:
         """While no fusion node runs, this waits for one: it may still start."""

@@ -80,6 +80,7 @@ mod tests {
         let capture_ns = 1_800_000_000_000_000_000 + n * PERIOD_NS;
         ObjectPose {
             object: ObjectId::new("cube").unwrap(),
+            epoch: 1,
             sequence: n,
             capture_ns,
             published_ns: capture_ns,

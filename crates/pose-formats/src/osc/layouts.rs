@@ -152,6 +152,7 @@ mod tests {
     fn pose(state: State) -> ObjectPose {
         ObjectPose {
             object: id("cube"),
+            epoch: 1,
             sequence: 1,
             capture_ns: 1,
             published_ns: 1,

@@ -60,6 +60,12 @@ fn grants(keys: &Keys, member: &Member) -> Grants {
                 reads: vec![everything],
             }
         }
+        Role::Router => Grants {
+            puts: vec![everything.clone()],
+            answers: vec![everything.clone()],
+            tokens: vec![everything.clone()],
+            reads: vec![everything],
+        },
         Role::Viewer => Grants {
             puts: vec![own(NodeKind::Viewer)],
             tokens: vec![alive(NodeKind::Viewer)],
@@ -210,6 +216,7 @@ mod tests {
                 ],
                 &["camera/a/observations", "fusion/b/status"],
             ),
+            (Role::Router, &["camera/b/observations", "config/rig"], &[]),
             (
                 Role::Viewer,
                 &["viewer/a/events"],

@@ -11,8 +11,10 @@ use sextant_proto::{NodeId, SiteId};
 pub enum Role {
     /// Publishes below its own camera's key and reads the site's configuration.
     Camera,
-    /// Publishes poses and configuration, reads everything; the only role that can be the router.
+    /// Publishes poses and configuration, reads everything; can be the router.
     Fusion,
+    /// Is a router apart from the fusion nodes. Passes on what the members behind it may publish and read, which it enforces itself.
+    Router,
     /// Reads everything.
     Viewer,
     /// Reads everything and changes the rig and the objects.
@@ -21,13 +23,25 @@ pub enum Role {
 
 impl Role {
     /// Every role.
-    pub const ALL: [Self; 4] = [Self::Camera, Self::Fusion, Self::Viewer, Self::Operator];
+    pub const ALL: [Self; 5] = [
+        Self::Camera,
+        Self::Fusion,
+        Self::Router,
+        Self::Viewer,
+        Self::Operator,
+    ];
+
+    /// Whether such a member may listen: it has the list of members and a certificate for servers.
+    pub fn can_be_router(self) -> bool {
+        matches!(self, Self::Fusion | Self::Router)
+    }
 
     /// Name in files and on the command line.
     pub fn name(self) -> &'static str {
         match self {
             Self::Camera => "camera",
             Self::Fusion => "fusion",
+            Self::Router => "router",
             Self::Viewer => "viewer",
             Self::Operator => "operator",
         }

@@ -56,7 +56,7 @@ impl KeyFiles {
         self.folder.join("password")
     }
 
-    /// For role fusion: the members.
+    /// For those who can be the router: the members.
     pub fn members(&self) -> PathBuf {
         self.folder.join("members.toml")
     }
@@ -117,7 +117,7 @@ impl NodeKeys {
         let mut secrets = vec![files.private_key(), files.password()];
         match node.role {
             Role::Camera => {}
-            Role::Fusion => secrets.push(files.passwords()),
+            Role::Fusion | Role::Router => secrets.push(files.passwords()),
             Role::Viewer | Role::Operator => {
                 secrets.extend([files.page_private_key(), files.page_tokens()]);
             }
@@ -126,7 +126,7 @@ impl NodeKeys {
             check_secret(&files, &secret)?;
         }
         let members = match node.role {
-            Role::Fusion => Some(read(&files, &files.members())?),
+            role if role.can_be_router() => Some(read(&files, &files.members())?),
             _ => None,
         };
         Ok(Self {

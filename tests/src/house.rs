@@ -1,0 +1,336 @@
+//! A site of several processes that a test may kill, stop and cut off: routers, fusion nodes, and cameras whose images the test makes up.
+
+use crate::fault_proxy::until;
+use crate::program::sextant;
+use crate::witness::client_of;
+use crate::{Scene, free_port, place, send};
+use sextant_process::now_ns;
+use sextant_proto::{FusionStatus, Keys, ObjectPose, State, encode, limits};
+use sextant_site_files::{write_object, write_rig};
+use sextant_zenoh_bus::{Bus, DropRule, Qos, RawPublisher};
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::PathBuf;
+use std::process::{Child, Command, Stdio};
+use std::sync::atomic::{AtomicBool, AtomicI64, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+
+/// Tests of houses are about time: they run one after the other.
+static ONE_AT_A_TIME: Mutex<()> = Mutex::new(());
+
+/// Processes of a site. Dropping it ends them.
+pub struct House {
+    folder: tempfile::TempDir,
+    scene: Scene,
+    running: BTreeMap<String, Running>,
+    /// The site's keys.
+    pub keys: Keys,
+    _turn: MutexGuard<'static, ()>,
+}
+
+struct Running {
+    child: Child,
+    arguments: Vec<String>,
+}
+
+impl House {
+    /// A house whose files say what is true of this scene.
+    ///
+    /// # Panics
+    /// When files cannot be written.
+    #[must_use]
+    pub fn new(scene: &Scene) -> Self {
+        let turn = ONE_AT_A_TIME.lock().unwrap_or_else(PoisonError::into_inner);
+        Self {
+            folder: tempfile::tempdir().expect("a temporary folder"),
+            scene: scene.clone(),
+            running: BTreeMap::new(),
+            keys: Keys::new("lab").expect("an id"),
+            _turn: turn,
+        }
+    }
+
+    /// Starts a router that connects to these others; its endpoint.
+    ///
+    /// # Panics
+    /// When it does not start.
+    pub fn router(&mut self, name: &str, others: &[&str]) -> String {
+        let endpoint = format!("tcp/127.0.0.1:{}", free_port());
+        let mut arguments = vec!["router".to_owned(), "--listen".to_owned(), endpoint.clone()];
+        for other in others {
+            arguments.extend(["--connect".to_owned(), (*other).to_owned()]);
+        }
+        self.start(name, arguments);
+        let address = endpoint.trim_start_matches("tcp/").to_owned();
+        until("the router listens", || {
+            std::net::TcpStream::connect(&address).is_ok()
+        });
+        endpoint
+    }
+
+    /// Starts a fusion node behind these routers, and waits for its first status.
+    ///
+    /// # Panics
+    /// When it does not come up.
+    pub fn fusion(&mut self, name: &str, routers: &[&str]) {
+        let folder = self.folder.path().join(name);
+        fs::create_dir(&folder).expect("a folder");
+        write_rig(&folder.join("rig.toml"), &self.scene.rig).expect("a file");
+        let names: Vec<String> = (self.scene.objects.iter())
+            .map(|object| format!("{}.toml", object.id()))
+            .collect();
+        for (object, name) in self.scene.objects.iter().zip(&names) {
+            write_object(&folder.join(name), object).expect("a file");
+        }
+        let text = format!(
+            "site = \"lab\"\nnode = \"{name}\"\nrig = \"rig.toml\"\nobjects = {names:?}\nkeep_changes = true\n[network]\nmode = \"client\"\nconnect = {routers:?}\n"
+        );
+        let file = folder.join("fusion.toml");
+        fs::write(&file, text).expect("a file");
+        let file = file.display().to_string();
+        self.start(name, vec!["fusion".into(), "--config".into(), file]);
+        self.await_statuses(routers, |statuses| statuses.contains_key(name));
+    }
+
+    fn start(&mut self, name: &str, arguments: Vec<String>) {
+        let child = spawn(&arguments);
+        let running = Running { child, arguments };
+        self.running.insert(name.to_owned(), running);
+    }
+
+    /// Starts a process again that has ended, with the same files.
+    ///
+    /// # Panics
+    /// When it was never started.
+    pub fn restart(&mut self, name: &str) {
+        let running = self.running.get_mut(name).expect("it was started");
+        running.child = spawn(&running.arguments);
+    }
+
+    /// Kills a process as a power cut would, and waits for its end.
+    ///
+    /// # Panics
+    /// When it does not run.
+    pub fn kill(&mut self, name: &str) {
+        let running = self.running.get_mut(name).expect("it was started");
+        running.child.kill().expect("it runs");
+        running.child.wait().expect("it ends");
+    }
+
+    /// Sends a signal to a process.
+    ///
+    /// # Panics
+    /// When it was never started.
+    pub fn signal(&self, name: &str, signal: i32) {
+        send(self.running[name].child.id(), signal);
+    }
+
+    /// A file of a node.
+    #[must_use]
+    pub fn path(&self, node: &str, file: &str) -> PathBuf {
+        self.folder.path().join(node).join(file)
+    }
+
+    fn publisher(&self, bus: &Bus, camera: usize) -> RawPublisher {
+        let key = self.keys.observations(&self.scene.rig.cameras()[camera].id);
+        bus.raw_publisher(&key, Qos::Observation)
+            .expect("a publisher")
+    }
+
+    /// Resident memory of a process, MiB.
+    ///
+    /// # Panics
+    /// When it does not run.
+    #[must_use]
+    pub fn memory_mib(&self, name: &str) -> f64 {
+        let file = format!("/proc/{}/status", self.running[name].child.id());
+        let text = fs::read_to_string(file).expect("it runs");
+        let line = text.lines().find_map(|line| line.strip_prefix("VmRSS:"));
+        let kib = line.and_then(|line| line.split_whitespace().next()?.parse::<f64>().ok());
+        kib.expect("a figure in kB") / 1024.0
+    }
+
+    /// A command against this site.
+    #[must_use]
+    pub fn command(&self, router: &str, arguments: &[&str]) -> Command {
+        let mut command = sextant();
+        command.args(arguments);
+        command.args(["--site", "lab", "--connect", router]);
+        command
+    }
+
+    /// Waits until the newest statuses of the fusion nodes, by name, are as wanted; returns them.
+    ///
+    /// # Panics
+    /// When they never are.
+    pub fn await_statuses(
+        &self,
+        routers: &[&str],
+        wanted: impl Fn(&BTreeMap<String, FusionStatus>) -> bool,
+    ) -> BTreeMap<String, FusionStatus> {
+        let bus = client_of(routers);
+        let key = self.keys.all_fusion_statuses();
+        let longest = limits::MAX_PAYLOAD_BYTES;
+        let statuses = bus.subscribe(&key, 1024, DropRule::Oldest, longest);
+        let statuses = statuses.expect("a subscription");
+        let (mut newest, mut received) = (BTreeMap::new(), BTreeMap::new());
+        until("such statuses", || {
+            while let Some(item) = statuses.try_recv() {
+                let status: FusionStatus = item.decode().expect("a status");
+                received.insert(status.node.to_string(), Instant::now());
+                newest.insert(status.node.to_string(), status);
+            }
+            // What a node that is gone said last no longer counts.
+            newest.retain(|node, _| received[node].elapsed() < Duration::from_millis(2500));
+            wanted(&newest)
+        });
+        newest
+    }
+}
+
+fn spawn(arguments: &[String]) -> Child {
+    let mut command = sextant();
+    command.args(arguments).stdout(Stdio::null());
+    command.spawn().expect("sextant starts")
+}
+
+impl Drop for House {
+    fn drop(&mut self) {
+        for running in self.running.values_mut() {
+            if matches!(running.child.try_wait(), Ok(None)) {
+                send(running.child.id(), libc::SIGCONT);
+                send(running.child.id(), libc::SIGTERM);
+            }
+        }
+        for running in self.running.values_mut() {
+            let _ = running.child.wait();
+        }
+    }
+}
+
+/// Cameras of a house.
+#[derive(Debug, Clone, Copy)]
+pub struct Cameras<'a> {
+    /// Which of the scene.
+    pub cameras: &'a [usize],
+    /// Behind one of these routers.
+    pub routers: &'a [&'a str],
+    /// When the objects began to move, ns since the Unix epoch; the same for all cameras of a house.
+    pub start_ns: u64,
+    /// Images a second of each.
+    pub rate_hz: u64,
+}
+
+/// Cameras that see a scene, live: a thread that publishes what each sees. Dropping it ends them.
+pub struct CameraFeed {
+    shared: Arc<Shared>,
+    thread: Option<JoinHandle<()>>,
+    start_ns: u64,
+}
+
+#[derive(Debug, Default)]
+struct Shared {
+    stop: AtomicBool,
+    /// By how much the cameras' clock is ahead, ns.
+    clock_ns: AtomicI64,
+}
+
+impl CameraFeed {
+    /// Starts these cameras.
+    ///
+    /// # Panics
+    /// When no router answers.
+    #[must_use]
+    pub fn start(house: &House, what: Cameras<'_>) -> Self {
+        let bus = client_of(what.routers);
+        let shared = Arc::new(Shared::default());
+        let feeding = Feeding {
+            publishers: what
+                .cameras
+                .iter()
+                .map(|&k| house.publisher(&bus, k))
+                .collect(),
+            scene: house.scene.clone(),
+            cameras: what.cameras.to_vec(),
+            start_ns: what.start_ns,
+            // Cameras take turns, as free-running ones do.
+            turn_ns: 1_000_000_000 / what.rate_hz / what.cameras.len() as u64,
+            shared: Arc::clone(&shared),
+            _bus: bus,
+        };
+        Self {
+            shared,
+            thread: Some(std::thread::spawn(|| feeding.run())),
+            start_ns: what.start_ns,
+        }
+    }
+
+    /// Sets the cameras' clock to be ahead by so many ns.
+    pub fn set_clock(&self, by_ns: i64) {
+        self.shared.clock_ns.store(by_ns, Ordering::Relaxed);
+    }
+
+    /// Distance between a pose and the truth, m.
+    ///
+    /// # Panics
+    /// For an object that the scene lacks.
+    #[must_use]
+    pub fn error_m(&self, house: &House, pose: &ObjectPose) -> f64 {
+        let objects = &house.scene.objects;
+        let k = objects
+            .iter()
+            .position(|object| *object.id() == pose.object);
+        let seconds = (pose.capture_ns as f64 - self.start_ns as f64) * 1e-9;
+        let truth = place(k.expect("an object of the scene"), seconds);
+        (truth.translation.vector - nalgebra::Vector3::from(pose.position)).norm()
+    }
+
+    /// Whether a pose claims to be good and is not.
+    #[must_use]
+    pub fn is_wrong(&self, house: &House, pose: &ObjectPose) -> bool {
+        pose.state == State::Tracking && self.error_m(house, pose) > 0.02
+    }
+}
+
+struct Feeding {
+    publishers: Vec<RawPublisher>,
+    scene: Scene,
+    cameras: Vec<usize>,
+    start_ns: u64,
+    turn_ns: u64,
+    shared: Arc<Shared>,
+    _bus: Bus,
+}
+
+impl Feeding {
+    fn run(mut self) {
+        let n = self.cameras.len() as u64;
+        let first = now_ns().saturating_sub(self.start_ns) / self.turn_ns + 1;
+        for turn in first.. {
+            let at_ns = self.start_ns + turn * self.turn_ns;
+            std::thread::sleep(Duration::from_nanos(at_ns.saturating_sub(now_ns())));
+            if self.shared.stop.load(Ordering::Relaxed) {
+                return;
+            }
+            let which = (turn % n) as usize;
+            let seconds = (at_ns - self.start_ns) as f64 * 1e-9;
+            let stamp_ns =
+                at_ns.saturating_add_signed(self.shared.clock_ns.load(Ordering::Relaxed));
+            let mut seen = self.scene.observe(self.cameras[which], seconds, stamp_ns);
+            seen.sequence = turn / n;
+            // What the network does not take is lost, as a camera's would be.
+            let _ = self.publishers[which].put(&encode(&seen).expect("a message"));
+        }
+    }
+}
+
+impl Drop for CameraFeed {
+    fn drop(&mut self) {
+        self.shared.stop.store(true, Ordering::Relaxed);
+        if let Some(thread) = self.thread.take() {
+            let _ = thread.join();
+        }
+    }
+}
