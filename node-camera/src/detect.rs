@@ -19,7 +19,7 @@ use sextant_iceoryx_images::{ImageHeader, ImageSubscriber, ImagesError, LentImag
 use sextant_process::host::host_name;
 use sextant_process::{Exit, Shutdown, WithExit, fail_point, now_ns, watchdog};
 use sextant_proto::{CameraStatus, DetectionReport, Keys, NodeId, NodeKind, Observations};
-use sextant_zenoh_bus::{Bus, BusError, HeldName, Latest, Publisher, Qos};
+use sextant_zenoh_bus::{Bus, BusError, ControlProbe, HeldName, Latest, Publisher, Qos};
 
 use self::finder::Finder;
 use self::inspection::Inspection;
@@ -85,10 +85,16 @@ fn detect_all(
     };
     let mut part = DetectPart::new(config, bus)?;
     let alive = alive_token(config, bus)?;
+    // What a camera of a protected site may ask for: who holds its own name.
+    let holders = Keys::of(config.site.clone())
+        .holder(NodeKind::Camera, &NodeId::new(config.camera.as_str())?);
+    let mut probe = ControlProbe::new(&format!("{holders}/*/*"), Instant::now());
     tracing::info!(camera = %config.camera, "detecting");
     while !shutdown.is_requested() {
         fail_point!("detect");
-        watchdog::feed();
+        if probe.is_answered(bus, Instant::now()) {
+            watchdog::feed();
+        }
         let wait = part.outbound.wait_at_most(LONGEST_WAIT, now_ns());
         if let Some(image) = images.wait(wait).exit_with(Exit::Unavailable)? {
             part.take(&image)?;

@@ -22,7 +22,7 @@ use sextant_process::{
 use sextant_proto::{ConfigAnswer, InputSource, KeyRef, Keys, NodeId, NodeKind, Outcome, limits};
 use sextant_site_files::read_toml;
 use sextant_zenoh_bus::{
-    Bus, BusError, DropRule, HeldName, Item, Payload, StreamBounds, Subscription,
+    Bus, BusError, ControlProbe, DropRule, HeldName, Item, Payload, StreamBounds, Subscription,
 };
 use std::path::Path;
 use std::time::{Duration, Instant};
@@ -115,6 +115,7 @@ struct FusionNode<'a> {
     intake: Intake,
     publishers: Publishers<'a>,
     standby: Standby,
+    probe: ControlProbe,
     status: StatusReporter,
     clocks: DriftEstimator,
     /// Timers use its monotonic time, the machine its steady time.
@@ -159,6 +160,7 @@ impl<'a> FusionNode<'a> {
             changes: bus.subscribe(&keys.all_config(), CHANGE_QUEUE, DropRule::Oldest, longest)?,
             intake: Intake::new(keys.clone(), cameras_of(&models.rig), config.max_age_s),
             publishers,
+            probe: ControlProbe::new(&keys.all_alive(), Instant::now()),
             standby: Standby::open(bus, &keys, node, &clock)?,
             status: StatusReporter::new(node.clone(), &models.objects, now),
             clocks: DriftEstimator::default(),
@@ -187,7 +189,9 @@ impl<'a> FusionNode<'a> {
     /// Waits for an observation, then does all that is due.
     fn turn(&mut self) -> anyhow::Result<()> {
         fail_point!("fusion");
-        watchdog::feed();
+        if self.probe.is_answered(self.bus, Instant::now()) {
+            watchdog::feed();
+        }
         let item = self.observations.recv_timeout(self.wait_at_most());
         self.follow_clock();
         self.take_turns()?;

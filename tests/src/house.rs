@@ -94,6 +94,13 @@ impl House {
         self.await_statuses(routers, |statuses| statuses.contains_key(name));
     }
 
+    /// Starts a command against this site, whose output nobody reads.
+    pub fn tool(&mut self, name: &str, router: &str, arguments: &[&str]) {
+        let site = ["--site", "lab", "--connect", router];
+        let arguments = arguments.iter().chain(&site);
+        self.start(name, arguments.map(|&one| one.to_owned()).collect());
+    }
+
     fn start(&mut self, name: &str, arguments: Vec<String>) {
         let child = spawn(&arguments);
         let running = Running { child, arguments };

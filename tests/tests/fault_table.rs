@@ -5,8 +5,10 @@
 
 use sextant_process::now_ns;
 use sextant_proto::{FusionStatus, State};
+use sextant_recordings::mcap::site_recording::SiteRecording;
 use sextant_simulator::Random;
 use std::collections::{BTreeMap, BTreeSet};
+use std::process::Command;
 use std::time::{Duration, Instant};
 use system_tests::{
     CameraFeed, Cameras, FaultProxy, Faults, Figure, House, Scene, Sight, Witness, is_full,
@@ -540,4 +542,82 @@ fn a_board_whose_clock_is_set_is_named_and_taken_again() {
         .keep();
         assert_true(&house, &others, &used);
     }
+}
+
+/// A subscriber that stops reading, with its connection open.
+#[test]
+fn a_subscriber_that_does_not_read_hurts_itself_only() {
+    let mut house = House::new(&scene());
+    let router = house.router("router", &[]);
+    house.fusion("main", &[&router]);
+    let others = feed(&house, &ALL, &[&router], now_ns());
+    let witness = Witness::start(&house.keys, &[&router]);
+    await_tracking(&house, &[&router], 1);
+    house.tool("reader", &router, &["echo"]);
+    house.signal("reader", libc::SIGSTOP);
+    let since = Instant::now();
+    std::thread::sleep(lasting(30, 4));
+    let used = witness.used_since(since);
+    Figure {
+        row: "a subscriber stops reading",
+        what: "longest gap of others",
+        value: longest_gap_ms(&used, since),
+        unit: "ms",
+        at_most: 150.0,
+    }
+    .keep();
+    assert_true(&house, &others, &used);
+    assert_fresh(&used);
+}
+
+/// A recorder that writes into a file system of two mebibytes. Needs root, for a mount of its own.
+#[test]
+fn a_recorder_whose_disk_is_full_says_so_and_keeps_what_it_has() {
+    let mut house = House::new(&scene());
+    let router = house.router("router", &[]);
+    house.fusion("main", &[&router]);
+    let _feed = feed(&house, &ALL, &[&router], now_ns());
+    let witness = Witness::start(&house.keys, &[&router]);
+    await_tracking(&house, &[&router], 1);
+    let (folder, kept) = (house.path("", "disk"), house.path("", "kept.mcap"));
+    std::fs::create_dir(&folder).expect("a folder");
+    let record = house.command(&router, &["record"]);
+    let mut shell = Command::new("unshare");
+    shell.args(["--mount", "sh", "-c"]);
+    shell.arg("mount -t tmpfs -o size=2m tmpfs \"$1\" || exit 77; disk=$1 kept=$2; shift 2; \"$@\" \"$disk/site.mcap\"; code=$?; cp \"$disk/site.mcap\" \"$kept\"; exit $code");
+    shell.arg("sh").args([&folder, &kept]);
+    shell.arg(record.get_program()).args(record.get_args());
+    let since = Instant::now();
+    let ended = shell
+        .output()
+        .expect("unshare runs: it comes with util-linux");
+    if ended.status.code() == Some(77) || !kept.exists() && ended.status.code() == Some(1) {
+        eprintln!("SKIPPED: a full disk needs root, for a mount of its own");
+        return;
+    }
+    let words = String::from_utf8_lossy(&ended.stderr);
+    assert!(ended.status.code().is_some_and(|code| code != 0), "{words}");
+    assert!(
+        words.contains("disk is full") || words.contains("No space"),
+        "{words}"
+    );
+    let ended_ns = now_ns();
+    let recording = SiteRecording::read(&kept).expect("it opens");
+    let last_ns = recording.poses.iter().map(|pose| pose.published_ns).max();
+    Figure {
+        row: "recorder's disk full",
+        what: "lost at the end",
+        value: ended_ns.saturating_sub(last_ns.expect("poses")) as f64 * 1e-6,
+        unit: "ms, the end of the program included",
+        at_most: 1000.0,
+    }
+    .keep();
+    Figure {
+        row: "recorder's disk full",
+        what: "longest gap of live poses",
+        value: longest_gap_ms(&witness.used_since(since), since),
+        unit: "ms",
+        at_most: 150.0,
+    }
+    .keep();
 }

@@ -8,6 +8,7 @@ mod bounded_map;
 mod bus;
 mod compiled;
 mod config;
+mod control_probe;
 mod error;
 mod history;
 mod liveliness;
@@ -24,6 +25,7 @@ mod subscription;
 
 pub use bounded_map::{BoundedMap, Full};
 pub use bus::Bus;
+pub use control_probe::ControlProbe;
 pub use error::{BusError, SecurityError};
 pub use history::{AttachedPublisher, Audience};
 pub use liveliness::{AliveToken, AliveWatch, Presence};

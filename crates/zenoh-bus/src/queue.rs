@@ -30,8 +30,8 @@ pub struct StreamBounds {
     pub items: usize,
     /// Largest total size in bytes; the oldest items are dropped.
     pub bytes: usize,
-    /// Longest wait. Once the oldest item has waited longer, its reader is overloaded: all items are dropped except those of the newest
-    /// eighth of this time, so that the next one read is recent.
+    /// Longest wait. Once the oldest item has waited longer, its reader is overloaded: until it has read all items, those that have waited longer
+    /// than an eighth of this time are dropped, so that what it reads is recent as long as the overload lasts.
     pub wait: Duration,
 }
 
@@ -52,6 +52,7 @@ struct State<T> {
     items: VecDeque<QueuedItem<T>>,
     bytes: usize,
     counts: QueueCounts,
+    is_overloaded: bool,
 }
 
 #[derive(Debug)]
@@ -75,22 +76,20 @@ impl<T> State<T> {
 
     /// The oldest item at `now`, after dropping those that waited too long; the newest always stays.
     fn next(&mut self, longest: Duration, now: Instant) -> Option<T> {
-        let waited = |one: &QueuedItem<T>| now.saturating_duration_since(one.since);
-        if self
-            .items
-            .front()
-            .is_some_and(|first| waited(first) > longest)
-        {
-            while self.items.len() > 1
-                && self
-                    .items
-                    .front()
-                    .is_some_and(|first| waited(first) > longest / LEFT)
-            {
-                self.drop_oldest();
-            }
+        let has_waited = |one: Option<&QueuedItem<T>>, limit: Duration| {
+            one.is_some_and(|one| now.saturating_duration_since(one.since) > limit)
+        };
+        self.is_overloaded |= has_waited(self.items.front(), longest);
+        let limit = match self.is_overloaded {
+            true => longest / LEFT,
+            false => longest,
+        };
+        while self.items.len() > 1 && has_waited(self.items.front(), limit) {
+            self.drop_oldest();
         }
-        Some(self.pop()?.item)
+        let next = self.pop()?;
+        self.is_overloaded &= !self.items.is_empty();
+        Some(next.item)
     }
 }
 
@@ -115,6 +114,7 @@ impl<T> Queue<T> {
             items: VecDeque::new(),
             bytes: 0,
             counts: QueueCounts::default(),
+            is_overloaded: false,
         };
         Self {
             bounds,
@@ -257,6 +257,27 @@ mod tests {
         // The second one has waited for 401 ms; what came before 361 ms gives way.
         assert_eq!(queue.pop_at(at(411)), Some(37));
         assert_eq!(queue.counts().dropped, 36);
+    }
+
+    /// Ten times as many as are read, for as long as it takes: what is read is recent, until all is read.
+    #[test]
+    fn in_a_lasting_overload_what_is_read_is_recent() {
+        let (queue, start) = (Queue::stream(BOUNDS), Instant::now());
+        let at = |ms: u64| start + Duration::from_millis(ms);
+        let mut oldest_ms = Vec::new();
+        for ms in 0..5000 {
+            queue.push_sized(ms, 1, at(ms.into()));
+            if ms % 10 == 9 {
+                let read = queue.pop_at(at(ms.into())).unwrap();
+                oldest_ms.push(ms - read);
+            }
+        }
+        let begun = oldest_ms.iter().position(|ms| *ms > 80).unwrap();
+        let recent = oldest_ms[begun..].iter().skip_while(|ms| **ms > 50);
+        assert!(recent.clone().count() > 400 && recent.max() <= Some(&50));
+        assert!(queue.lock().is_overloaded);
+        drain(&queue);
+        assert!(!queue.lock().is_overloaded);
     }
 
     #[test]
