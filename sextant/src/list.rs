@@ -128,7 +128,9 @@ impl Inventory {
                 NodeKind::Viewer => format!("  viewer {id}"),
             });
         }
-        for status in &self.fusion {
+        // Those that stand by have the same objects.
+        let publishers = self.fusion.iter().filter(|status| status.epoch.is_some());
+        for status in publishers {
             for object in &status.objects {
                 let tags = self.objects.iter().find(|o| o.id == object.object);
                 let tags =

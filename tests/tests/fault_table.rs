@@ -251,7 +251,10 @@ fn both_halves_of_a_divided_site_are_served_and_one_publisher_remains() {
     let statuses = house.await_statuses(&[&left], one_publishes);
     let second = statuses["spare"].epoch.expect("the newer epoch stays");
     let one = Instant::now();
-    for witness in &witnesses {
+    for (witness, what) in witnesses
+        .iter()
+        .zip(["first half, healing", "other half, healing"])
+    {
         witness.await_pose(one, |pose| pose.epoch == second);
         let mut late = witness.used_since(one).into_iter();
         assert!(late.all(|sight| sight.pose.epoch == second));
@@ -261,7 +264,7 @@ fn both_halves_of_a_divided_site_are_served_and_one_publisher_remains() {
         assert_fresh(&all);
         Figure {
             row: ROW,
-            what: "healing",
+            what,
             value: longest_gap_ms(&witness.used_since(healed), healed),
             unit: "ms without a pose",
             at_most: 1000.0,
@@ -323,7 +326,7 @@ fn poses_go_on_through_random_kills() {
         // One that has just begun has no track to go on with: until both have, nobody is spare.
         await_tracking(&house, &[&router], 2);
         if is_full() {
-            std::thread::sleep(Duration::from_secs_f64(random.between(1.0, 4.0)));
+            std::thread::sleep(Duration::from_secs_f64(random.between(0.5, 2.5)));
         }
     }
     Figure {

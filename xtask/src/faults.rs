@@ -1,8 +1,9 @@
 //! The table of faults and promises of BENCHMARKS.md: runs the tests of its rows in full length and writes what they measure.
 
+use crate::tools::{command, root, run};
 use std::fs;
 use std::io::{BufRead, BufReader};
-use std::process::{Command, Stdio};
+use std::process::Stdio;
 
 const PAGE: &str = "BENCHMARKS.md";
 const BEGIN: &str = "<!-- cargo xtask faults writes from here -->\n";
@@ -10,7 +11,9 @@ const END: &str = "<!-- to here -->\n";
 
 /// Runs every row and writes the table; a promise that is broken is an error, but its figure is written too.
 pub fn faults() -> Result<(), String> {
-    let mut child = Command::new("cargo")
+    let programs = ["build", "--release", "--workspace", "--bin", "sextant"];
+    run("cargo", &programs)?;
+    let mut child = command("cargo")
         .args(["test", "--release", "--workspace", "--test", "fault_table"])
         .args(["--", "--nocapture", "--test-threads", "1"])
         .env("SEXTANT_FAULTS", "full")
@@ -28,10 +31,11 @@ pub fn faults() -> Result<(), String> {
         );
     }
     let status = child.wait().map_err(|cause| format!("cargo: {cause}"))?;
-    let text = fs::read_to_string(PAGE).map_err(|cause| format!("{PAGE}: {cause}"))?;
+    let page = root().join(PAGE);
+    let text = fs::read_to_string(&page).map_err(|cause| format!("{PAGE}: {cause}"))?;
     let text =
         with_table(&text, &table(&figures)).ok_or(format!("{PAGE}: no place for the table"))?;
-    fs::write(PAGE, text).map_err(|cause| format!("{PAGE}: {cause}"))?;
+    fs::write(&page, text).map_err(|cause| format!("{PAGE}: {cause}"))?;
     match status.success() {
         true => Ok(()),
         false => Err("a promise is broken: see the output above".to_owned()),

@@ -376,9 +376,10 @@ pub fn gzip(file: &Path, packed: &Path) -> Result<(), String> {
     fs::write(packed, output.map_err(failed)?.stdout).map_err(failed)
 }
 
-/// Runs a program in a folder below the workspace's root.
-pub fn run_in(folder: &str, program: &str, arguments: &[&str]) -> Result<(), String> {
+/// A command in the workspace's root.
+pub fn command(program: &str) -> Command {
     let mut command = Command::new(program);
+    command.current_dir(root());
     // What `cargo run` tells a program of its own package. ring's build script watches such variables, and all that needs TLS
     // would be compiled anew whenever a chore follows a plain `cargo build`.
     for (name, _) in std::env::vars_os() {
@@ -387,7 +388,12 @@ pub fn run_in(folder: &str, program: &str, arguments: &[&str]) -> Result<(), Str
             command.env_remove(name.as_ref());
         }
     }
-    let status = command
+    command
+}
+
+/// Runs a program in a folder below the workspace's root.
+pub fn run_in(folder: &str, program: &str, arguments: &[&str]) -> Result<(), String> {
+    let status = command(program)
         .args(arguments)
         .current_dir(root().join(folder))
         .status()

@@ -30,13 +30,16 @@ pub struct StreamBounds {
     pub items: usize,
     /// Largest total size in bytes; the oldest items are dropped.
     pub bytes: usize,
-    /// Longest wait. Once the oldest item has waited longer, its reader is overloaded: until it has read all items, those that have waited longer
-    /// than an eighth of this time are dropped, so that what it reads is recent as long as the overload lasts.
+    /// Longest wait. A reader is overloaded once the oldest item has waited longer, or once all that it has read in a quarter of this time had waited
+    /// for more than an eighth of it. Until it has read all items, those that have waited for more than an eighth are dropped, so that what it
+    /// reads is recent as long as the overload lasts.
     pub wait: Duration,
 }
 
 /// Share of the longest wait that an overloaded reader keeps.
 const LEFT: u32 = 8;
+/// Share of the longest wait after which a reader that stays behind is overloaded. A reader that catches up sooner has had a burst.
+const BEHIND: u32 = 4;
 
 /// A bounded queue of `T`.
 #[derive(Debug)]
@@ -52,6 +55,8 @@ struct State<T> {
     items: VecDeque<QueuedItem<T>>,
     bytes: usize,
     counts: QueueCounts,
+    /// Since when each item that was read had waited too long for an overloaded reader.
+    behind_since: Option<Instant>,
     is_overloaded: bool,
 }
 
@@ -79,11 +84,15 @@ impl<T> State<T> {
         let has_waited = |one: Option<&QueuedItem<T>>, limit: Duration| {
             one.is_some_and(|one| now.saturating_duration_since(one.since) > limit)
         };
-        self.is_overloaded |= has_waited(self.items.front(), longest);
-        let limit = match self.is_overloaded {
-            true => longest / LEFT,
-            false => longest,
+        let recent = longest / LEFT;
+        self.behind_since = match has_waited(self.items.front(), recent) {
+            true => self.behind_since.or(Some(now)),
+            false => None,
         };
+        let stays_behind = |since: Instant| now.saturating_duration_since(since) > longest / BEHIND;
+        self.is_overloaded |=
+            has_waited(self.items.front(), longest) || self.behind_since.is_some_and(stays_behind);
+        let limit = if self.is_overloaded { recent } else { longest };
         while self.items.len() > 1 && has_waited(self.items.front(), limit) {
             self.drop_oldest();
         }
@@ -114,6 +123,7 @@ impl<T> Queue<T> {
             items: VecDeque::new(),
             bytes: 0,
             counts: QueueCounts::default(),
+            behind_since: None,
             is_overloaded: false,
         };
         Self {
@@ -259,25 +269,45 @@ mod tests {
         assert_eq!(queue.counts().dropped, 36);
     }
 
-    /// Ten times as many as are read, for as long as it takes: what is read is recent, until all is read.
+    /// For five seconds an item each millisecond, of which every n-th is read: their ages when they are read, ms.
+    fn ages_ms(queue: &Queue<u32>, start: Instant, n: u32) -> Vec<u32> {
+        let at = |ms: u32| start + Duration::from_millis(ms.into());
+        let push_and_read = |ms: u32| {
+            queue.push_sized(ms, 1, at(ms));
+            let is_read = ms % n == n - 1;
+            is_read.then(|| ms - queue.pop_at(at(ms)).unwrap())
+        };
+        (0..5000).filter_map(push_and_read).collect()
+    }
+
     #[test]
     fn in_a_lasting_overload_what_is_read_is_recent() {
+        let bounds = StreamBounds {
+            items: 10_000,
+            bytes: 10_000,
+            ..BOUNDS
+        };
+        // Ten times as many as are read, and a few more than are read.
+        for n in [10, 2] {
+            let (queue, start) = (Queue::stream(bounds), Instant::now());
+            let ages_ms = ages_ms(&queue, start, n);
+            let n_old = ages_ms.iter().filter(|age_ms| **age_ms > 50).count();
+            assert!(n_old * 20 < ages_ms.len(), "{n_old} of {}", ages_ms.len());
+            assert!(queue.lock().is_overloaded);
+            drain(&queue);
+            assert!(!queue.lock().is_overloaded);
+        }
+    }
+
+    /// What piled up during a stall of the network is read, as it can still be of use.
+    #[test]
+    fn a_burst_is_no_overload() {
         let (queue, start) = (Queue::stream(BOUNDS), Instant::now());
         let at = |ms: u64| start + Duration::from_millis(ms);
-        let mut oldest_ms = Vec::new();
-        for ms in 0..5000 {
-            queue.push_sized(ms, 1, at(ms.into()));
-            if ms % 10 == 9 {
-                let read = queue.pop_at(at(ms.into())).unwrap();
-                oldest_ms.push(ms - read);
-            }
-        }
-        let begun = oldest_ms.iter().position(|ms| *ms > 80).unwrap();
-        let recent = oldest_ms[begun..].iter().skip_while(|ms| **ms > 50);
-        assert!(recent.clone().count() > 400 && recent.max() <= Some(&50));
-        assert!(queue.lock().is_overloaded);
-        drain(&queue);
-        assert!(!queue.lock().is_overloaded);
+        (0..60).for_each(|item: u32| queue.push_sized(item, 1, at(0)));
+        let read = (0..60).map(|k| queue.pop_at(at(60 + k)));
+        assert!(read.eq((0..60).map(Some)));
+        assert_eq!(queue.counts().dropped, 0);
     }
 
     #[test]
