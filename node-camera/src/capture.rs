@@ -2,6 +2,7 @@
 
 #[cfg(test)]
 mod allocation_tests;
+mod controls_report;
 mod file_changes;
 
 use std::path::Path;
@@ -10,8 +11,10 @@ use anyhow::Context;
 use sextant_iceoryx_images::{ImageHeader, ImagePublisher, ImagesError};
 use sextant_process::{Exit, Shutdown, WithExit, fail_point, now_ns, watchdog};
 
-use self::file_changes::FileChanges;
+use self::controls_report::ControlsReport;
+use self::file_changes::{FileChanges, Wanted};
 use crate::config::{CameraNodeConfig, SourceConfig};
+use crate::settings_files::SettingsFiles;
 use crate::source::{self, Capture, ImageSource, Next, Reconfigured, SourceError};
 
 /// Captures until `shutdown` or the end of the source.
@@ -33,12 +36,14 @@ pub(crate) fn run(
         opened => opened.exit_with(Exit::Unavailable)?,
     };
     tracing::info!(camera = %config.camera, width, height, "capturing");
+    let files = SettingsFiles::of(config).exit_with(Exit::Input)?;
     let mut lender = SlotWriter {
         images,
         stream: now_ns(),
         resolution: [width, height],
         bytes,
-        changes: FileChanges::new(file, &config.source),
+        changes: FileChanges::new(file, &config.source, &files),
+        report: ControlsReport::new(files),
     };
     lender
         .lend_all(source.as_mut(), shutdown)
@@ -51,6 +56,7 @@ struct SlotWriter {
     resolution: [u16; 2],
     bytes: usize,
     changes: FileChanges,
+    report: ControlsReport,
 }
 
 impl SlotWriter {
@@ -85,8 +91,8 @@ impl SlotWriter {
         loop {
             fail_point!("capture");
             watchdog::feed();
-            if let Some(config) = self.changes.take() {
-                reconfigure(source, &config);
+            if self.changes.is_due() {
+                self.take_changes(source);
             }
             let (header, pixels) = blank.parts();
             let next = source
@@ -105,6 +111,15 @@ impl SlotWriter {
                 Next::Nothing | Next::End => return Ok(next),
             }
         }
+    }
+
+    fn take_changes(&mut self, source: &mut dyn ImageSource) {
+        if let Some(wanted) = self.changes.look() {
+            let refusal = put_in_force(source, &wanted).err();
+            let site = wanted.site.map_or([None; 3], |site| site.values());
+            self.report.set(site, refusal);
+        }
+        self.report.update(source.controls());
     }
 
     fn header(&self, capture: &Capture, lent: u64) -> ImageHeader {
@@ -129,18 +144,33 @@ impl SlotWriter {
     }
 }
 
-/// Puts a changed file in force as far as that works without an end of the node.
-fn reconfigure(source: &mut dyn ImageSource, config: &SourceConfig) {
+/// Puts what is wanted in force as far as that works without an end of the node.
+///
+/// # Errors
+/// Cause and remedy where the source stays as it was.
+fn put_in_force(source: &mut dyn ImageSource, wanted: &Wanted) -> Result<(), String> {
+    if let Some(config) = &wanted.source {
+        reconfigure(source, config)
+            .inspect_err(|cause| tracing::warn!(cause, "[source] stays as it was"))?;
+        tracing::info!("the settings of [source] have changed and are in force");
+    }
+    match wanted.refusal {
+        Some(cause) => {
+            tracing::warn!(cause, "the site has settings for this camera");
+            Err(cause.to_owned())
+        }
+        None => Ok(()),
+    }
+}
+
+fn reconfigure(source: &mut dyn ImageSource, config: &SourceConfig) -> Result<(), String> {
     match source.reconfigure(config) {
-        Ok(Reconfigured::NeedsRestart) => {
-            tracing::warn!(
-                "the file's [source] has changed; the node has to be started again for that"
-            );
-        }
-        Ok(Reconfigured::Done | Reconfigured::NeedsReopening) => {
-            tracing::info!("the file's [source] has changed; its settings are in force");
-        }
-        Err(cause) => tracing::warn!(%cause, "the file's [source] has changed; it stays as it was"),
+        Ok(Reconfigured::Done | Reconfigured::NeedsReopening) => Ok(()),
+        Ok(Reconfigured::NeedsRestart) => Err(
+            "the node has to be started again for what has changed in [source] of its file"
+                .to_owned(),
+        ),
+        Err(cause) => Err(cause.to_string()),
     }
 }
 

@@ -51,6 +51,15 @@ pub enum SourceConfig {
     Simulator {
         /// The scenario's file; it must have a camera of this node's name.
         scenario: PathBuf,
+        /// Exposure in microseconds in place of the scenario's.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        exposure_us: Option<f64>,
+        /// Gain in place of the scenario's; brightness grows with exposure and gain.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        gain: Option<f64>,
+        /// Images a second in place of the scenario's.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        rate_hz: Option<f64>,
     },
     /// Recorded images in the EuRoC layout.
     Images {
@@ -286,6 +295,9 @@ impl SourceConfig {
     pub fn simulator(scenario: impl Into<PathBuf>) -> Self {
         Self::Simulator {
             scenario: scenario.into(),
+            exposure_us: None,
+            gain: None,
+            rate_hz: None,
         }
     }
 
@@ -380,7 +392,7 @@ impl CameraNodeConfig {
 impl SourceConfig {
     fn resolve(&mut self, folder: &Path) {
         match self {
-            Self::Simulator { scenario: path }
+            Self::Simulator { scenario: path, .. }
             | Self::Images { folder: path, .. }
             | Self::Video(VideoConfig { file: path, .. }) => *path = folder.join(&path),
             Self::Rza2m(config) => config.resolve(folder),

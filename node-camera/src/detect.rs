@@ -29,11 +29,14 @@ use self::outbound::Outbound;
 use self::statistics::Statistics;
 use crate::config::CameraNodeConfig;
 use crate::preview;
+use crate::settings_files::SettingsFiles;
 
 /// The longest sleep: how late a wish to stop is heard.
 const LONGEST_WAIT: Duration = Duration::from_millis(100);
 /// Between two statuses.
 const STATUS_PERIOD: Duration = Duration::from_secs(1);
+/// Between two looks for changes of the site's models and settings.
+const MODELS_PERIOD: Duration = Duration::from_millis(200);
 
 /// Detects until `shutdown`.
 ///
@@ -100,9 +103,10 @@ fn detect_all(
             part.take(&image)?;
         }
         part.publish_arrived()?;
-        part.report_if_due(bus, name)?;
+        part.update_models_if_due(bus);
+        part.report_if_due(name)?;
     }
-    part.report(bus, name)?;
+    part.report(name)?;
     drop(alive);
     Ok(())
 }
@@ -139,6 +143,7 @@ struct DetectPart {
     inspections: Publisher<DetectionReport>,
     status: Latest<CameraStatus>,
     status_due: Instant,
+    models_due: Instant,
 }
 
 impl DetectPart {
@@ -150,7 +155,7 @@ impl DetectPart {
                 .context("detection")
                 .exit_with(Exit::Input)?,
             inspection: Inspection::new(),
-            models: Models::watch(bus, &keys, camera)?,
+            models: Models::watch(bus, &keys, config, SettingsFiles::of(config)?)?,
             statistics: Statistics::new(camera.clone()),
             draft: Draft::new(camera.clone()),
             outbound: Outbound::of(&config.source, camera).exit_with(Exit::Input)?,
@@ -158,6 +163,7 @@ impl DetectPart {
             inspections: bus.publisher(&keys.detection_report(camera), Qos::Status)?,
             status: bus.latest_publisher(&keys.camera_status(camera), Qos::Status)?,
             status_due: Instant::now(),
+            models_due: Instant::now(),
         })
     }
 
@@ -188,7 +194,7 @@ impl DetectPart {
         let detecting_ns = now_ns().saturating_sub(received_ns);
         let message = self.draft.write(&header, detections, &self.models);
         observe::stamp(message, &header, received_ns);
-        self.statistics.detected(&header, detecting_ns);
+        self.statistics.detected(&image, detecting_ns);
         if self.outbound.passes(message, now_ns()) {
             publish(&self.observations, message, &mut self.statistics)?;
         }
@@ -218,18 +224,24 @@ impl DetectPart {
         Ok(())
     }
 
-    fn report_if_due(&mut self, bus: &Bus, name: &mut HeldName) -> anyhow::Result<()> {
+    fn update_models_if_due(&mut self, bus: &Bus) {
+        if Instant::now() >= self.models_due {
+            self.models_due = Instant::now() + MODELS_PERIOD;
+            self.models.update(bus);
+        }
+    }
+
+    fn report_if_due(&mut self, name: &mut HeldName) -> anyhow::Result<()> {
         if Instant::now() < self.status_due {
             return Ok(());
         }
         self.status_due = Instant::now() + STATUS_PERIOD;
-        self.report(bus, name)
+        self.report(name)
     }
 
-    fn report(&mut self, bus: &Bus, name: &mut HeldName) -> anyhow::Result<()> {
-        self.models.update(bus);
+    fn report(&mut self, name: &mut HeldName) -> anyhow::Result<()> {
         self.statistics.others = name.others().into_iter().map(str::to_owned).collect();
-        let status = self.statistics.status(self.models.notice());
+        let status = self.statistics.status(self.models.state());
         self.status.put(&status)?;
         Ok(())
     }

@@ -17,6 +17,7 @@ mod panic_tests;
 mod part;
 mod preview;
 mod run;
+mod settings_files;
 mod source;
 mod supervise;
 

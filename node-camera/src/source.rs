@@ -18,6 +18,7 @@ use anyhow::Context;
 use sextant_estimator::CameraId;
 use sextant_iceoryx_images::ClockSource;
 use sextant_process::{Exit, Failure, Shutdown, WithExit};
+use sextant_proto::CameraControls;
 
 use self::reopening::Reopening;
 use crate::config::SourceConfig;
@@ -38,6 +39,11 @@ pub trait ImageSource {
     /// Images that the CPU had to make in place of an accelerator.
     fn fallbacks(&self) -> u64 {
         0
+    }
+
+    /// Exposure, gain and rate that the source has now, with what the site wants left out; none while it cannot be reached.
+    fn controls(&self) -> Option<CameraControls> {
+        Some(CameraControls::default())
     }
 
     /// Takes a changed configuration while it runs, as far as it can.
@@ -125,8 +131,8 @@ pub(crate) fn open(
     shutdown: &Shutdown,
 ) -> anyhow::Result<Box<dyn ImageSource>> {
     match config {
-        SourceConfig::Simulator { scenario } => Ok(Box::new(
-            simulator::SimulatedCamera::open(scenario, camera).exit_with(Exit::Input)?,
+        SourceConfig::Simulator { .. } => Ok(Box::new(
+            simulator::SimulatedCamera::open(config, camera).exit_with(Exit::Input)?,
         )),
         SourceConfig::Images {
             folder,

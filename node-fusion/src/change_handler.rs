@@ -105,7 +105,10 @@ impl ChangeHandler {
     /// What somebody wants changed; none for what is no key of the configuration, and for what a fusion node announces.
     fn change_of(&self, item: &Item) -> Option<KeyRef> {
         let about = self.keys.parse(&item.key)?;
-        let is_config = matches!(about, KeyRef::ConfigRig | KeyRef::ConfigObject(_));
+        let is_config = matches!(
+            about,
+            KeyRef::ConfigRig | KeyRef::ConfigObject(_) | KeyRef::ConfigCamera(_)
+        );
         let sender = item.sender.as_deref().unwrap_or_default();
         (is_config && !sender.starts_with(ANNOUNCED)).then_some(about)
     }
@@ -177,7 +180,15 @@ mod tests {
     fn handler() -> ChangeHandler {
         let rig = parse_rig(Path::new("r"), RIG).unwrap();
         let objects = Vec::new();
-        ChangeHandler::new(Keys::new("lab").unwrap(), Models { rig, objects }, None)
+        ChangeHandler::new(
+            Keys::new("lab").unwrap(),
+            Models {
+                rig,
+                objects,
+                settings: Default::default(),
+            },
+            None,
+        )
     }
 
     fn item(id: &str, message: &ObjectConfig, sender: Option<&str>) -> Item {

@@ -20,6 +20,9 @@ pub struct FusionConfig {
     /// The objects: object files.
     #[serde(default)]
     pub objects: Vec<PathBuf>,
+    /// Exposure, gain and rate of cameras, which `sextant config set camera` changes. Default `cameras.toml`; it may be missing.
+    #[serde(default = "default_cameras")]
+    pub cameras: PathBuf,
     /// Whether changes of rig and objects that come over the network are written into these files, so that they outlive
     /// this process. Default false: they hold until it ends. A new object goes into `objects/<object>.toml`; the former file
     /// stays as `<name>.former`, older ones are numbered.
@@ -82,6 +85,10 @@ impl FusionConfig {
 fn default_node() -> NodeId {
     #[allow(clippy::expect_used, reason = "a literal of the right form")]
     NodeId::new("fusion").expect("an id")
+}
+
+fn default_cameras() -> PathBuf {
+    "cameras.toml".into()
 }
 
 fn default_max_age_s() -> f64 {

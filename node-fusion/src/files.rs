@@ -4,6 +4,7 @@
 //! `<name>.former`, `<name>.former.2` and so on. A new object gets the file `objects/<object>.toml` beside `fusion.toml`, whose
 //! list of objects follows; everything else in `fusion.toml` stays as it is.
 
+use crate::camera_settings;
 use crate::config::FusionConfig;
 use crate::formers::{Former, Formers};
 use crate::models::{Change, Models};
@@ -22,6 +23,7 @@ pub struct ModelFiles {
     config: PathBuf,
     folder: PathBuf,
     rig: PathBuf,
+    settings: PathBuf,
     /// As `fusion.toml` names them, with what is in them.
     objects: Vec<(PathBuf, ObjectId)>,
 }
@@ -44,9 +46,19 @@ impl ModelFiles {
             config: config_file.to_owned(),
             folder,
             rig: config.rig.clone(),
+            settings: config.cameras.clone(),
             objects: files,
         };
-        Ok((files, Models { rig, objects }))
+        let settings = camera_settings::read(&files.folder.join(&files.settings));
+        let settings = settings.exit_with(Exit::Input)?;
+        Ok((
+            files,
+            Models {
+                rig,
+                objects,
+                settings,
+            },
+        ))
     }
 
     /// The former versions beside the files, as of the time when these replaced them. What cannot be read is left out.
@@ -80,6 +92,9 @@ impl ModelFiles {
                     self.list(objects)?;
                 }
                 Ok(())
+            }
+            Change::Camera(settings) => {
+                camera_settings::keep(&self.folder.join(&self.settings), settings)
             }
             Change::Removal(id) => {
                 let (gone, left) = self.objects.iter().cloned().partition(|(_, of)| of == id);
@@ -191,7 +206,12 @@ mod tests {
         let two = RIG.to_owned() + &RIG.replace("north", "south");
         let rig = Change::Rig(parse_rig(Path::new("r"), &two).unwrap());
         let removal = Change::Removal(ObjectId::new("cube").unwrap());
-        for change in [rig, change("cube", 7), change("ball", 8), removal] {
+        let north = sextant_proto::CameraSettings {
+            gain: Some(2.0),
+            ..sextant_proto::CameraSettings::none("north".parse().unwrap())
+        };
+        let camera = Change::Camera(north);
+        for change in [rig, change("cube", 7), change("ball", 8), removal, camera] {
             let (after_restart, made) = site.kept(&change);
             assert_eq!(after_restart, made, "{change:?}");
         }

@@ -2,7 +2,7 @@
 
 use crate::change_handler::{ChangeHandler, Decision};
 use crate::models::{Change, Models};
-use sextant_proto::{KeyRef, Keys, limits};
+use sextant_proto::{CameraSettings, KeyRef, Keys, limits};
 use sextant_zenoh_bus::{Bus, BusError, Item};
 use std::collections::BTreeSet;
 use std::time::Duration;
@@ -40,6 +40,7 @@ fn what(change: &Change) -> String {
         Change::Rig(_) => "rig".to_owned(),
         Change::Object(object) => format!("object {}", object.id()),
         Change::Removal(id) => format!("removal of object {id}"),
+        Change::Camera(settings) => format!("settings of camera {}", settings.camera),
     }
 }
 
@@ -47,7 +48,10 @@ fn what(change: &Change) -> String {
 fn between(own: &Models, keys: &Keys, theirs: &[Item]) -> Vec<Change> {
     let read = |item: &Item| {
         let key = keys.parse(&item.key)?;
-        let is_model = matches!(key, KeyRef::ConfigRig | KeyRef::ConfigObject(_));
+        let is_model = matches!(
+            key,
+            KeyRef::ConfigRig | KeyRef::ConfigObject(_) | KeyRef::ConfigCamera(_)
+        );
         let bytes = item.bytes().filter(|_| is_model)?;
         Change::read(&key, bytes)
             .inspect_err(|cause| tracing::warn!("{}: {cause}", item.key))
@@ -57,17 +61,23 @@ fn between(own: &Models, keys: &Keys, theirs: &[Item]) -> Vec<Change> {
     if !theirs.iter().any(|change| matches!(change, Change::Rig(_))) {
         return Vec::new();
     }
-    let kept: BTreeSet<_> = theirs
-        .iter()
-        .filter_map(|change| match change {
-            Change::Object(object) => Some(object.id()),
-            Change::Rig(_) | Change::Removal(_) => None,
-        })
+    let (mut objects, mut cameras) = (BTreeSet::new(), BTreeSet::new());
+    for change in &theirs {
+        match change {
+            Change::Object(object) => drop(objects.insert(object.id())),
+            Change::Camera(settings) => drop(cameras.insert(&settings.camera)),
+            Change::Rig(_) | Change::Removal(_) => {}
+        }
+    }
+    let own_objects = own.objects.iter().map(sextant_estimator::ObjectModel::id);
+    let gone = own_objects.filter(|id| !objects.contains(id)).cloned();
+    let unset = own.settings.keys().filter(|id| !cameras.contains(id));
+    let unset = unset.cloned().map(CameraSettings::none);
+    let removals: Vec<Change> = gone
+        .map(Change::Removal)
+        .chain(unset.map(Change::Camera))
         .collect();
-    let own = own.objects.iter().map(sextant_estimator::ObjectModel::id);
-    let gone = own.filter(|id| !kept.contains(id));
-    let gone: Vec<Change> = gone.cloned().map(Change::Removal).collect();
-    gone.into_iter().chain(theirs).collect()
+    removals.into_iter().chain(theirs).collect()
 }
 
 #[cfg(test)]
@@ -92,6 +102,13 @@ mod tests {
         parse_object(Path::new("o"), &text).unwrap()
     }
 
+    fn settings(camera: &str) -> CameraSettings {
+        CameraSettings {
+            gain: Some(2.0),
+            ..CameraSettings::none(camera.parse().unwrap())
+        }
+    }
+
     fn item(key: &str, bytes: Vec<u8>) -> Item {
         Item {
             key: format!("sextant/v1/lab/config/{key}"),
@@ -109,14 +126,17 @@ mod tests {
     #[test]
     fn a_node_that_was_away_has_the_models_of_the_others() {
         let objects = vec![object("cube", 1), object("ball", 2)];
+        let own_settings = settings("north");
         let own = Models {
             rig: rig(600.0),
             objects,
+            settings: [(own_settings.camera.clone(), own_settings)].into(),
         };
         let keys = Keys::new("lab").unwrap();
         let mut theirs = vec![
             object_item(&object("ball", 2)),
             object_item(&object("box", 1)),
+            item("camera/south", encode(&settings("south")).unwrap()),
         ];
         assert_eq!(between(&own, &keys, &theirs), [], "no rig: not complete");
         theirs.push(item("rig", encode(&RigConfig::from(&rig(610.0))).unwrap()));
@@ -127,6 +147,8 @@ mod tests {
         let models = handler.models();
         assert_eq!(models.rig, rig(610.0));
         assert_eq!(models.objects, [object("ball", 2), object("box", 1)]);
+        let kept: Vec<_> = models.settings.values().cloned().collect();
+        assert_eq!(kept, [settings("south")]);
         assert_eq!(between(&own, &keys, &[]), []);
     }
 }

@@ -37,6 +37,7 @@ impl Formers {
             }
             Change::Object(object) => object.id(),
             Change::Removal(id) => id,
+            Change::Camera(_) => return,
         };
         self.objects.remove(id);
         let Some(model) = before.objects.iter().find(|object| object.id() == id) else {
@@ -102,6 +103,7 @@ mod tests {
         Models {
             rig: rig("north"),
             objects: vec![object("cube", 1), object("box", 2)],
+            settings: Default::default(),
         }
     }
 

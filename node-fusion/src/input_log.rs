@@ -100,7 +100,15 @@ mod tests {
         let rig = Rig::new(Vec::new()).unwrap();
         let objects = Vec::new();
         let log = InputLog::new(NodeId::new("main").unwrap());
-        (log, Models { rig, objects })
+        let settings = Default::default();
+        (
+            log,
+            Models {
+                rig,
+                objects,
+                settings,
+            },
+        )
     }
 
     fn image(sequence: u64) -> InputSource {

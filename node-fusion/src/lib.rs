@@ -5,6 +5,7 @@
 //! is proposed from ordinary use. Of several fusion nodes of a site one publishes poses, and the others stand by. The estimating itself is `sextant_estimator`'s; this is arguments, loop, adapters.
 
 mod ages;
+mod camera_settings;
 mod change_handler;
 mod clocks;
 mod config;

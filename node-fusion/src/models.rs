@@ -2,9 +2,12 @@
 //!
 //! Input: payloads under the site's `config/` keys. Output: the models after the change. Knows no network, no file and no clock.
 
+use crate::camera_settings::SettingsOfCameras;
 use crate::refusals::{detail, invalid_camera, invalid_object, undecodable, unusable};
-use sextant_estimator::{Fusion, FusionOptions, ObjectId, ObjectModel, Rig};
-use sextant_proto::{KeyRef, ObjectConfig, Refusal, RigConfig, decode, encode, limits};
+use sextant_estimator::{CameraId, Fusion, FusionOptions, ObjectId, ObjectModel, Rig};
+use sextant_proto::{
+    CameraSettings, KeyRef, ObjectConfig, Refusal, RigConfig, decode, encode, limits,
+};
 
 /// What the machine works from.
 #[derive(Debug, Clone, PartialEq)]
@@ -13,6 +16,8 @@ pub struct Models {
     pub rig: Rig,
     /// The objects, in the order of their coming.
     pub objects: Vec<ObjectModel>,
+    /// Exposure, gain and rate of cameras.
+    pub settings: SettingsOfCameras,
 }
 
 /// A change of the models.
@@ -24,6 +29,8 @@ pub enum Change {
     Object(ObjectModel),
     /// No such object any more.
     Removal(ObjectId),
+    /// Other settings of a camera.
+    Camera(CameraSettings),
 }
 
 impl Change {
@@ -35,6 +42,7 @@ impl Change {
         match key {
             KeyRef::ConfigRig => Ok(Self::Rig(rig(payload)?)),
             KeyRef::ConfigObject(id) => object(id, payload),
+            KeyRef::ConfigCamera(id) => camera_settings(id, payload),
             _ => Err(Refusal::Other {
                 detail: "not a key of the configuration".to_owned(),
             }),
@@ -65,6 +73,15 @@ fn object(id: &ObjectId, payload: &[u8]) -> Result<Change, Refusal> {
     Ok(Change::Object(model))
 }
 
+fn camera_settings(id: &CameraId, payload: &[u8]) -> Result<Change, Refusal> {
+    let message: CameraSettings = decode(payload).map_err(undecodable)?;
+    if message.camera != *id {
+        let detail = format!("the payload is about camera {}", message.camera);
+        return Err(Refusal::Other { detail });
+    }
+    Ok(Change::Camera(message))
+}
+
 /// Refuses a tag that its family does not have.
 fn check_tags(model: &ObjectModel) -> Result<(), Refusal> {
     let n_ids = |tag: &sextant_estimator::TagId| tag.family.data().codes.len();
@@ -89,9 +106,13 @@ impl Models {
             Change::Rig(rig) => after.rig = rig.clone(),
             Change::Object(model) => after.put(model),
             Change::Removal(id) => after.objects.retain(|object| object.id() != id),
+            Change::Camera(settings) => after.set(settings)?,
         }
         if *self == after {
             return Ok(None);
+        }
+        if matches!(change, Change::Camera(_)) {
+            return Ok(Some(after));
         }
         if after.objects.len() > limits::MAX_OBJECTS {
             let limit = limits::MAX_OBJECTS as u32;
@@ -117,6 +138,25 @@ impl Models {
             encode(&ObjectConfig::from(object))
                 .map_err(|cause| unpublishable(&format!("object {}", object.id()), cause))?;
         }
+        Ok(())
+    }
+
+    /// A camera need not be in the rig: its exposure is set before its lens is calibrated.
+    fn set(&mut self, settings: &CameraSettings) -> Result<(), Refusal> {
+        let id = &settings.camera;
+        if settings.is_none() {
+            self.settings.remove(id);
+            return Ok(());
+        }
+        let is_new = !self.settings.contains_key(id);
+        if is_new && self.settings.len() >= limits::MAX_CAMERAS {
+            let detail = format!(
+                "{} cameras have settings already; remove those of a camera that is gone",
+                limits::MAX_CAMERAS
+            );
+            return Err(Refusal::Other { detail });
+        }
+        self.settings.insert(id.clone(), settings.clone());
         Ok(())
     }
 
@@ -173,6 +213,7 @@ mod tests {
         Models {
             rig: cameras(&["north"]),
             objects: vec![model("cube", &[1, 2]), model("box", &[3])],
+            settings: SettingsOfCameras::new(),
         }
     }
 
@@ -190,6 +231,38 @@ mod tests {
         assert_eq!(more.objects.len(), 3);
         let fewer = after(Change::Removal(ObjectId::new("cube").unwrap())).unwrap();
         assert_eq!(fewer.objects, [model("box", &[3])]);
+    }
+
+    #[test]
+    fn a_camera_has_settings_until_they_are_removed() {
+        let settings = |id: &str, gain| CameraSettings {
+            gain,
+            ..CameraSettings::none(CameraId::new(id).unwrap())
+        };
+        let set = Change::Camera(settings("north", Some(2.0)));
+        let with = after(set.clone()).unwrap();
+        assert_eq!(with.settings.len(), 1);
+        assert_eq!(
+            (&with.rig, &with.objects),
+            (&models().rig, &models().objects)
+        );
+        assert_eq!(with.changed(&set), Ok(None));
+        let taken_back = Change::Camera(settings("north", None));
+        assert_eq!(with.changed(&taken_back), Ok(Some(models())));
+    }
+
+    #[test]
+    fn cameras_beyond_the_bound_get_no_settings() {
+        let set = |models: &Models, n: usize| {
+            let id = CameraId::new(&format!("c{n}")).unwrap();
+            let gain = Some(2.0);
+            let none = CameraSettings::none(id);
+            models.changed(&Change::Camera(CameraSettings { gain, ..none }))
+        };
+        let full =
+            (0..limits::MAX_CAMERAS).fold(models(), |models, n| set(&models, n).unwrap().unwrap());
+        assert!(matches!(set(&full, 1000), Err(Refusal::Other { .. })));
+        assert_eq!(set(&full, 0), Ok(None));
     }
 
     #[test]
@@ -246,6 +319,7 @@ mod tests {
                     .and_then(|object| object.with_size_sigmas([(first, 0.0003)]))
                     .unwrap(),
             ],
+            ..models()
         };
         let after = |key: KeyRef, payload: &[u8]| {
             let change = Change::read(&key, payload).unwrap();

@@ -19,7 +19,9 @@ use sextant_process::{
     ClockQuality, Exit, Reading, Shutdown, SteadyClock, WithExit, fail_point, memory, now_ns,
     watchdog,
 };
-use sextant_proto::{ConfigAnswer, InputSource, KeyRef, Keys, NodeId, NodeKind, Outcome, limits};
+use sextant_proto::{
+    CameraSettings, ConfigAnswer, InputSource, KeyRef, Keys, NodeId, NodeKind, Outcome, limits,
+};
 use sextant_site_files::read_toml;
 use sextant_zenoh_bus::{
     Bus, BusError, ControlProbe, DropRule, HeldName, Item, Payload, StreamBounds, Subscription,
@@ -368,47 +370,60 @@ impl<'a> FusionNode<'a> {
         match change {
             Change::Rig(rig) => self.publishers.request_rig(rig)?,
             Change::Object(object) => self.publishers.request_object(object)?,
-            Change::Removal(_) => {}
+            Change::Removal(_) | Change::Camera(_) => {}
         }
         Ok(())
     }
 
     fn put_in_force(&mut self, change: &Change) -> anyhow::Result<()> {
-        let models = self.handler.models();
         match change {
             Change::Rig(rig) => {
                 self.intake.take_rig(cameras_of(rig));
                 self.publishers.announce_rig(rig)?;
+                self.take_models(input_log::source_of_rig(rig), Input::Rig(rig.clone()));
             }
             Change::Object(object) => {
                 self.publishers.put_object(object)?;
                 self.publishers.announce_object(object.id())?;
+                self.take_objects();
             }
-            Change::Removal(id) => self.publishers.remove_object(id),
+            Change::Removal(id) => {
+                self.publishers.remove_object(id);
+                self.take_objects();
+            }
+            // The estimator does not depend on them.
+            Change::Camera(settings) => {
+                self.publishers.announce_settings(settings)?;
+                return Ok(());
+            }
         }
-        let now = self.clock.now_ns();
-        let input = match change {
-            Change::Rig(rig) => {
-                self.input_log.add(now, input_log::source_of_rig(rig));
-                Input::Rig(rig.clone())
-            }
-            Change::Object(_) | Change::Removal(_) => {
-                let source = input_log::source_of_objects(&models.objects);
-                self.input_log.add(now, source);
-                Input::Objects(models.objects.clone())
-            }
-        };
-        self.status.take_objects(&models.objects);
-        self.machine.handle(now, input);
         self.publishers.formers(self.handler.formers())?;
         // What was proposed was about the former models.
         self.propose(None)
     }
 
+    fn take_objects(&mut self) {
+        let objects = self.handler.models().objects.clone();
+        let source = input_log::source_of_objects(&objects);
+        self.take_models(source, Input::Objects(objects));
+    }
+
+    fn take_models(&mut self, source: InputSource, input: Input) {
+        let now = self.clock.now_ns();
+        self.input_log.add(now, source);
+        self.status.take_objects(&self.handler.models().objects);
+        self.machine.handle(now, input);
+    }
+
     /// Announces what is in force after a refusal, for those who received the refused change.
-    fn announce_again(&self, about: &KeyRef) -> anyhow::Result<()> {
+    fn announce_again(&mut self, about: &KeyRef) -> anyhow::Result<()> {
         match about {
             KeyRef::ConfigObject(id) => self.publishers.announce_object(id)?,
+            KeyRef::ConfigCamera(id) => {
+                let settings = self.handler.models().settings.get(id).cloned();
+                let settings = settings.unwrap_or_else(|| CameraSettings::none(id.clone()));
+                self.publishers.announce_settings(&settings)?;
+            }
             _ => self.publishers.announce_rig(&self.handler.models().rig)?,
         }
         Ok(())

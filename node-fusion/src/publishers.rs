@@ -2,10 +2,10 @@
 
 use crate::formers::Formers;
 use crate::models::Models;
-use sextant_estimator::{ObjectEstimate, ObjectId, ObjectModel, Rig};
+use sextant_estimator::{CameraId, ObjectEstimate, ObjectId, ObjectModel, Rig};
 use sextant_proto::{
-    ANNOUNCED, ClockReport, ConfigAnswer, FusionInputs, FusionStatus, Keys, NodeId, ObjectConfig,
-    ObjectLinks, ObjectPose, Proposal, RigConfig,
+    ANNOUNCED, CameraSettings, ClockReport, ConfigAnswer, FusionInputs, FusionStatus, Keys, NodeId,
+    ObjectConfig, ObjectLinks, ObjectPose, Proposal, RigConfig,
 };
 use sextant_zenoh_bus::{Bus, BusError, Latest, Publisher, Qos};
 use std::collections::BTreeMap;
@@ -23,6 +23,8 @@ pub struct Publishers<'a> {
     sender: String,
     objects: BTreeMap<ObjectId, ObjectPublishers>,
     rig: Latest<RigConfig>,
+    /// Of cameras that have settings.
+    cameras: BTreeMap<CameraId, Latest<CameraSettings>>,
     status: Latest<FusionStatus>,
     clocks: Latest<ClockReport>,
     inputs: Publisher<FusionInputs>,
@@ -84,6 +86,7 @@ impl<'a> Publishers<'a> {
             bus,
             keys: keys.clone(),
             objects: BTreeMap::new(),
+            cameras: BTreeMap::new(),
             rig: rig.signed(&sender),
             sender,
             status: bus.latest_publisher(&keys.fusion_status(node), Qos::Status)?,
@@ -102,7 +105,30 @@ impl<'a> Publishers<'a> {
             publishers.put_object(object)?;
             publishers.announce_object(object.id())?;
         }
+        for settings in models.settings.values() {
+            publishers.announce_settings(settings)?;
+        }
         Ok(publishers)
+    }
+
+    /// Announces the settings in force of a camera; those without a value once, and late joiners hear nothing of them.
+    ///
+    /// # Errors
+    /// When the network session has ended.
+    pub fn announce_settings(&mut self, settings: &CameraSettings) -> Result<(), BusError> {
+        let publisher = match self.cameras.entry(settings.camera.clone()) {
+            Entry::Occupied(known) => known.into_mut(),
+            Entry::Vacant(place) => {
+                let key = self.keys.config_camera(&settings.camera);
+                let latest = self.bus.latest_publisher(&key, Qos::Config)?;
+                place.insert(latest.signed(&self.sender))
+            }
+        };
+        publisher.put(settings)?;
+        if settings.is_none() {
+            self.cameras.remove(&settings.camera);
+        }
+        Ok(())
     }
 
     /// Announces the rig in force.

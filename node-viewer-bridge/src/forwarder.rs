@@ -156,6 +156,8 @@ impl Forwarder {
                     false => Ok(()),
                 }
             }
+            // The camera's status says what became of them.
+            KeyRef::ConfigCamera(_) => Ok(()),
             // Liveliness has its own way in; a payload there is somebody's mistake, without effect.
             KeyRef::Alive(..) => Ok(()),
             KeyRef::ConfigAnswer(node) => {

@@ -51,7 +51,10 @@ impl KeptMessage {
 impl LastSeconds {
     /// Takes a message in, unless it is a picture or a request to change a model.
     pub(crate) fn take(&self, about: &KeyRef, item: &Item, now_ns: u64) {
-        let is_model = matches!(about, KeyRef::ConfigRig | KeyRef::ConfigObject(_));
+        let is_model = matches!(
+            about,
+            KeyRef::ConfigRig | KeyRef::ConfigObject(_) | KeyRef::ConfigCamera(_)
+        );
         let is_request = is_model
             && item
                 .sender

@@ -113,6 +113,9 @@ impl NetworkSession<'_> {
                 Outgoing::Object(object) => {
                     self.publish(&self.keys.config_object(&object.id), &object)?;
                 }
+                Outgoing::Camera(settings) => {
+                    self.publish(&self.keys.config_camera(&settings.camera), &settings)?;
+                }
             }
         }
         Ok(())

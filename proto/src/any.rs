@@ -2,6 +2,7 @@
 
 use crate::envelope::{DecodeError, Kind, decode, open};
 use crate::limits::MAX_PAYLOAD_BYTES;
+use crate::messages::camera_settings::CameraSettings;
 use crate::messages::camera_status::CameraStatus;
 use crate::messages::clock_report::ClockReport;
 use crate::messages::config_answer::ConfigAnswer;
@@ -37,6 +38,7 @@ pub enum AnyMessage {
     DetectionReport(DetectionReport),
     Proposal(Proposal),
     FusionInputs(FusionInputs),
+    CameraSettings(CameraSettings),
     Heartbeat(Heartbeat),
 }
 
@@ -65,6 +67,7 @@ impl AnyMessage {
             Kind::DetectionReport => Self::DetectionReport(decode(payload)?),
             Kind::Proposal => Self::Proposal(decode(payload)?),
             Kind::FusionInputs => Self::FusionInputs(decode(payload)?),
+            Kind::CameraSettings => Self::CameraSettings(decode(payload)?),
             Kind::Heartbeat => Self::Heartbeat(decode(payload)?),
         })
     }
@@ -87,6 +90,7 @@ impl AnyMessage {
             Self::DetectionReport(_) => Kind::DetectionReport,
             Self::Proposal(_) => Kind::Proposal,
             Self::FusionInputs(_) => Kind::FusionInputs,
+            Self::CameraSettings(_) => Kind::CameraSettings,
             Self::Heartbeat(_) => Kind::Heartbeat,
         }
     }

@@ -44,13 +44,15 @@ pub enum Kind {
     ObjectConfig = 13,
     /// [`crate::FusionInputs`]
     FusionInputs = 14,
+    /// [`crate::CameraSettings`]
+    CameraSettings = 15,
     /// [`crate::Heartbeat`]
     Heartbeat = 16,
 }
 
 impl Kind {
     /// Every kind, by number.
-    pub const ALL: [Self; 15] = [
+    pub const ALL: [Self; 16] = [
         Self::Observations,
         Self::Preview,
         Self::DetectionReport,
@@ -65,6 +67,7 @@ impl Kind {
         Self::RigConfig,
         Self::ObjectConfig,
         Self::FusionInputs,
+        Self::CameraSettings,
         Self::Heartbeat,
     ];
 
@@ -76,7 +79,11 @@ impl Kind {
             Self::Preview => 100 * 1024,
             Self::DetectionReport => 4 * 1024,
             Self::CameraStatus => 8 * 1024,
-            Self::ObjectPose | Self::ObjectTruth | Self::ConfigAnswer | Self::Heartbeat => 1024,
+            Self::ObjectPose
+            | Self::ObjectTruth
+            | Self::ConfigAnswer
+            | Self::CameraSettings
+            | Self::Heartbeat => 1024,
             Self::ObjectLinks | Self::FusionInputs => 16 * 1024,
             Self::ClockReport => 32 * 1024,
             Self::FusionStatus | Self::RigConfig | Self::ObjectConfig | Self::Proposal => {

@@ -61,6 +61,7 @@ pub enum KeyRef {
     FormerObject(NodeId, ObjectId),
     ConfigRig,
     ConfigObject(ObjectId),
+    ConfigCamera(CameraId),
     Links(ObjectId),
     Alive(NodeKind, NodeId),
 }
@@ -86,6 +87,7 @@ impl KeyRef {
             Self::FormerObject(..) => Kind::ObjectConfig,
             Self::ConfigRig => Kind::RigConfig,
             Self::ConfigObject(_) => Kind::ObjectConfig,
+            Self::ConfigCamera(_) => Kind::CameraSettings,
             Self::Links(_) => Kind::ObjectLinks,
             Self::Alive(..) => return None,
         })
@@ -216,6 +218,12 @@ impl Keys {
         self.under(format_args!("config/object/{object}"))
     }
 
+    /// [`crate::CameraSettings`] of a camera.
+    #[must_use]
+    pub fn config_camera(&self, camera: &CameraId) -> String {
+        self.under(format_args!("config/camera/{camera}"))
+    }
+
     /// [`crate::ObjectLinks`] of an articulated object.
     #[must_use]
     pub fn links(&self, object: &ObjectId) -> String {
@@ -336,7 +344,7 @@ impl Keys {
         self.under(format_args!("fusion/*/former/object/{object}"))
     }
 
-    /// The rig and every object.
+    /// The rig, every object and the settings of every camera.
     #[must_use]
     pub fn all_config(&self) -> String {
         self.under(format_args!("config/**"))
@@ -392,6 +400,7 @@ impl Keys {
             }
             ["config", "rig"] => KeyRef::ConfigRig,
             ["config", "object", id] => KeyRef::ConfigObject(ObjectId::new(id).ok()?),
+            ["config", "camera", id] => KeyRef::ConfigCamera(CameraId::new(id).ok()?),
             ["alive", kind, id] => {
                 let kind = NodeKind::ALL.into_iter().find(|k| k.as_str() == *kind)?;
                 KeyRef::Alive(kind, NodeId::new(id).ok()?)

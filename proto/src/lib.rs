@@ -39,6 +39,7 @@ pub use epoch_filter::EpochFilter;
 pub use ids::{IdError, NodeId, SiteId};
 pub use keys::{ANNOUNCED, KeyRef, Keys, NodeKind};
 pub use messages::camera_notice::CameraNotice;
+pub use messages::camera_settings::{CameraControls, CameraSettings, Control, SettingsOutcome};
 pub use messages::camera_status::{CameraStatus, ClockQuality, ClockSource};
 pub use messages::clock_report::{CameraClock, ClockReport};
 pub use messages::config_answer::{ConfigAnswer, Outcome, fingerprint};

@@ -1,6 +1,7 @@
 //! The messages, one file a subject: fields, units, frames and ranges.
 
 pub(crate) mod camera_notice;
+pub(crate) mod camera_settings;
 pub(crate) mod camera_status;
 pub(crate) mod clock_report;
 pub(crate) mod config_answer;

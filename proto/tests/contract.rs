@@ -64,6 +64,7 @@ fn every_message_of_the_contract_has_the_fields_and_variants_of_the_code() {
             Kind::RigConfig => trace::<RigConfig>,
             Kind::ObjectConfig => trace::<ObjectConfig>,
             Kind::FusionInputs => trace::<FusionInputs>,
+            Kind::CameraSettings => trace::<CameraSettings>,
             Kind::Heartbeat => trace::<Heartbeat>,
         };
         for round in 0..ROUNDS {

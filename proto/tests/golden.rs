@@ -51,6 +51,7 @@ fn every_message_is_the_bytes_in_its_file() {
     agrees("preview", &samples::preview());
     agrees("detection_report", &samples::detection_report());
     agrees("camera_status", &samples::camera_status());
+    agrees("camera_settings", &samples::camera_settings());
     agrees("object_pose", &samples::object_pose());
     agrees("object_truth", &samples::object_truth());
     agrees("fusion_status", &samples::fusion_status());

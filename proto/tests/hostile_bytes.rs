@@ -73,6 +73,7 @@ fn every_kind_takes_safely(payload: &[u8]) {
     taken_safely::<Observations>(payload);
     taken_safely::<Preview>(payload);
     taken_safely::<CameraStatus>(payload);
+    taken_safely::<CameraSettings>(payload);
     taken_safely::<DetectionReport>(payload);
     taken_safely::<ClockReport>(payload);
     taken_safely::<ConfigAnswer>(payload);
@@ -94,6 +95,7 @@ fn sample_payloads() -> Vec<Vec<u8>> {
         encode(&samples::observations()).unwrap(),
         encode(&samples::preview()).unwrap(),
         encode(&samples::camera_status()).unwrap(),
+        encode(&samples::camera_settings()).unwrap(),
         encode(&samples::detection_report()).unwrap(),
         encode(&samples::object_pose()).unwrap(),
         encode(&samples::object_truth()).unwrap(),

@@ -1,6 +1,7 @@
 //! `sextant config`: documented files to begin with, and the rig and the objects of a running site.
 
 mod answers;
+mod camera;
 mod change;
 mod get;
 mod print;
@@ -11,7 +12,7 @@ use crate::site::SiteArguments;
 use clap::{Args, Subcommand};
 pub use print::ConfigKind;
 use refinement::{RevertTarget, Run};
-use sextant_estimator::ObjectId;
+use sextant_estimator::{CameraId, ObjectId};
 use sextant_proto::NodeId;
 use std::path::PathBuf;
 
@@ -19,11 +20,14 @@ use std::path::PathBuf;
 #[derive(Args, Debug)]
 #[command(after_help = "For example: sextant config camera > camera.toml
              sextant config get object cube > cube.toml; edit it; sextant config set object cube.toml
+             sextant config set camera north --exposure 4ms --rate 30; sextant config set camera north --exposure file
              sextant config apply-refinement --dry-run; sextant config apply-refinement; sextant config revert
 With --json, one line per value: a file {\"kind\",\"toml\"}; the changes of apply-refinement and revert
 {\"node\",\"held_back\":{\"n_images\",\"before_px\",\"after_px\"},\"changes\":[{\"what\",\"by\":{\"position_m\",\"orientation_rad\"},
 \"ratio\":{\"of\",\"value\"}}],\"added\"}, or an answer {\"node\",\"key\",\"outcome\",\"words\",\"refusal\"} with outcome
-taken (until the fusion node ends), kept (also in its files), same (nothing changed) or refused (exit code 1).")]
+taken (until the fusion node ends), kept (also in its files), same (nothing changed) or refused (exit code 1); of a camera
+{\"camera\",\"controls\":{\"exposure_us\":{\"wanted\",\"value\",\"range\"},\"gain\",\"rate_hz\",\"outcome\"},\"brightness\",\"rate_hz\"} with outcome none, applied,
+adjusted or refused (exit code 1).")]
 pub struct ConfigArguments {
     #[command(subcommand)]
     command: Command,
@@ -41,9 +45,9 @@ enum Command {
     Fusion,
     /// Print a documented configuration of a viewer bridge.
     Viewer,
-    /// Print the rig or an object of a running site, as a file.
+    /// Print the rig, an object or the settings of a camera of a running site, as a file.
     Get(GetArguments),
-    /// Change the rig or an object of a running site.
+    /// Change the rig, an object or the settings of a camera of a running site.
     Set(SetArguments),
     /// Remove an object from a running site.
     Remove(RemoveArguments),
@@ -83,6 +87,13 @@ enum GetTarget {
         #[command(flatten)]
         site: SiteArguments,
     },
+    /// Exposure, gain and rate of a camera: in force, possible and set by the site.
+    Camera {
+        /// Its name.
+        id: CameraId,
+        #[command(flatten)]
+        site: SiteArguments,
+    },
 }
 
 /// What to set.
@@ -108,6 +119,8 @@ enum SetTarget {
         #[command(flatten)]
         site: SiteArguments,
     },
+    /// Set exposure, gain and rate of a camera, at once.
+    Camera(camera::SetCamera),
 }
 
 /// What to remove.
@@ -189,10 +202,12 @@ pub fn run(arguments: &ConfigArguments, format: Format) -> anyhow::Result<()> {
         Command::Get(GetArguments { what }) => match what {
             GetTarget::Rig { site } => get::rig(site, format),
             GetTarget::Object { id, site } => get::object(id, site, format),
+            GetTarget::Camera { id, site } => camera::get(id, site, format),
         },
         Command::Set(SetArguments { what }) => match what {
             SetTarget::Rig { file, site } => change::set_rig(file, site, format),
             SetTarget::Object { file, site } => change::set_object(file, site, format),
+            SetTarget::Camera(arguments) => camera::set(arguments, format),
         },
         Command::Remove(RemoveArguments { what }) => match what {
             RemoveTarget::Object { id, site } => change::remove_object(id, site, format),

@@ -247,7 +247,7 @@ mod tests {
         let camera = CameraId::new(id).unwrap();
         let json = serde_json::json!({
             "camera": camera, "version": version, "host": "h", "captured": 0, "detected": 0, "dropped": 0, "rate_hz": 0.0,
-            "detect_ms": [0.0, 0.0], "clock": {"source": "ntp", "error_ns": 0}, "uptime_s": 0, "published": 0, "fallbacks": 0, "notices": [],
+            "detect_ms": [0.0, 0.0], "clock": {"source": "ntp", "error_ns": 0}, "uptime_s": 0, "published": 0, "fallbacks": 0, "brightness": 0.0, "controls": sextant_proto::CameraControls::default(), "notices": [],
         });
         serde_json::from_value(json).unwrap()
     }

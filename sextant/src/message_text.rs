@@ -4,9 +4,9 @@ use crate::words;
 use serde::Serialize;
 use sextant_estimator::CameraId;
 use sextant_proto::{
-    AnyMessage, CameraStatus, ClockReport, ConfigAnswer, DetectionReport, FusionInputs,
-    FusionStatus, Heartbeat, NodeId, ObjectConfig, ObjectLinks, ObjectPose, Observations, Outcome,
-    Proposal, RigConfig,
+    AnyMessage, CameraSettings, CameraStatus, ClockReport, ConfigAnswer, DetectionReport,
+    FusionInputs, FusionStatus, Heartbeat, NodeId, ObjectConfig, ObjectLinks, ObjectPose,
+    Observations, Outcome, Proposal, RigConfig,
 };
 
 /// A message as JSON for programs: as in the contract, but with the length of a preview in place of its image.
@@ -80,6 +80,7 @@ pub fn text_of(message: &AnyMessage) -> String {
         AnyMessage::DetectionReport(report) => detection_report(report),
         AnyMessage::Proposal(proposal) => self::proposal(proposal),
         AnyMessage::FusionInputs(message) => fusion_inputs(message),
+        AnyMessage::CameraSettings(settings) => camera_settings(settings),
         AnyMessage::Heartbeat(beat) => heartbeat(beat),
     }
 }
@@ -166,6 +167,20 @@ fn detection_report(report: &DetectionReport) -> String {
         ms.decode,
         ms.refine
     )
+}
+
+fn camera_settings(settings: &CameraSettings) -> String {
+    let said = [
+        settings.exposure_us.map(|us| format!("exposure {us} us")),
+        settings.gain.map(|gain| format!("gain {gain}")),
+        settings.rate_hz.map(|hz| format!("{hz} images/s")),
+    ];
+    let said: Vec<String> = said.into_iter().flatten().collect();
+    if said.is_empty() {
+        "all up to the camera".to_owned()
+    } else {
+        said.join(", ")
+    }
 }
 
 fn camera_status(status: &CameraStatus) -> String {

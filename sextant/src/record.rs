@@ -329,7 +329,7 @@ fn subscribe(site: &Site, key: &str, inbox: &Arc<Inbox>) -> anyhow::Result<Callb
 fn is_request(keys: &Keys, item: &Item) -> bool {
     let is_config = matches!(
         keys.parse(&item.key),
-        Some(KeyRef::ConfigRig | KeyRef::ConfigObject(_))
+        Some(KeyRef::ConfigRig | KeyRef::ConfigObject(_) | KeyRef::ConfigCamera(_))
     );
     let sender = item.sender.as_deref().unwrap_or_default();
     is_config && !sender.starts_with(ANNOUNCED)

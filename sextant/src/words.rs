@@ -1,7 +1,7 @@
 //! Words for people: states, and text from elsewhere made harmless for a terminal.
 
 use sextant_estimator::{ObjectId, State};
-use sextant_proto::{CameraStatus, FusionStatus, Outcome};
+use sextant_proto::{CameraStatus, FusionStatus, Outcome, SettingsOutcome};
 
 /// The state in one word.
 pub fn state(state: State) -> &'static str {
@@ -35,8 +35,12 @@ pub fn camera_findings(status: &CameraStatus) -> Vec<String> {
             count(n as usize, "image")
         )),
     };
+    let settings = match &status.controls.outcome {
+        SettingsOutcome::None | SettingsOutcome::Pending | SettingsOutcome::Applied => None,
+        outcome => Some(settings_outcome(outcome)),
+    };
     let notices = status.notices.iter().map(ToString::to_string);
-    let all = fallbacks.into_iter().chain(notices);
+    let all = fallbacks.into_iter().chain(settings).chain(notices);
     all.map(|sentence| plain(&sentence)).collect()
 }
 
@@ -47,6 +51,21 @@ pub fn outcome(outcome: &Outcome) -> &'static str {
         Outcome::Kept => "taken and kept",
         Outcome::Same => "as it was already",
         Outcome::Refused(_) => "refused",
+    }
+}
+
+/// What became of the site's settings at a camera.
+pub fn settings_outcome(outcome: &SettingsOutcome) -> String {
+    match outcome {
+        SettingsOutcome::None => "the site sets nothing".to_owned(),
+        SettingsOutcome::Pending => "the site's settings are not applied yet".to_owned(),
+        SettingsOutcome::Applied => "the site's settings are applied".to_owned(),
+        SettingsOutcome::Adjusted { detail } => {
+            format!("the site's settings are adjusted: {}", plain(detail))
+        }
+        SettingsOutcome::Refused { detail } => {
+            format!("the site's settings are refused: {}", plain(detail))
+        }
     }
 }
 

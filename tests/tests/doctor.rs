@@ -3,7 +3,7 @@
 #![allow(clippy::expect_used, reason = "a test ends by panicking")]
 
 use serde_json::Value;
-use sextant_proto::{CameraStatus, ClockQuality, NodeId, NodeKind, encode};
+use sextant_proto::{CameraControls, CameraStatus, ClockQuality, NodeId, NodeKind, encode};
 use sextant_zenoh_bus::Qos;
 use std::fs;
 use std::net::TcpListener;
@@ -304,6 +304,8 @@ fn prepare_faults(site: &mut FusedSite, scene: &mut Scene) -> impl Sized + use<>
         uptime_s: 1,
         published: 1,
         fallbacks: 0,
+        brightness: 0.0,
+        controls: CameraControls::default(),
         notices: Vec::new(),
     };
     let kept = site

@@ -6,8 +6,8 @@
 use rcgen::{BasicConstraints, CertificateParams, DnType, IsCa, Issuer, KeyPair, date_time_ymd};
 use sextant_process::now_ns;
 use sextant_proto::{
-    CameraStatus, ConfigAnswer, FusionStatus, Keys, NodeId, NodeKind, Observations, Outcome,
-    encode, fingerprint, limits,
+    CameraSettings, CameraStatus, ConfigAnswer, FusionStatus, Keys, NodeId, NodeKind, Observations,
+    Outcome, encode, fingerprint, limits,
 };
 use sextant_simulator::Scenario;
 use sextant_zenoh_bus::{Bus, BusOptions, DropRule, Presence, Profile, Qos, Security};
@@ -83,7 +83,7 @@ fn answered(site: &LockedSite, member: &str) -> Vec<u64> {
         .expect("a subscription");
     put(&wisher, &site.keys.config_rig(), first);
     // Answered from behind what was put: it has passed the door, or has not.
-    asked(&wisher, &site.keys.all_config());
+    asked(&wisher, &site.keys.config_rig());
     let mut heard = Vec::new();
     let deadline = Instant::now() + PATIENCE;
     while heard.last() != Some(&fingerprint(second)) {
@@ -142,11 +142,27 @@ fn who_may_read_is_answered_and_who_may_not_is_not() {
             "{screen:?}"
         );
         let board = site.open("cam0");
-        let lens = asked(&board, &site.keys.all_config());
+        let lens = asked(&board, &site.keys.config_rig());
         assert!(
             lens.iter().any(|key| key.ends_with("config/rig")),
             "{lens:?}"
         );
+        let desk = site.open("desk");
+        let [own, foreign] = ["cam0", "cam1"].map(|id| {
+            let settings = CameraSettings {
+                gain: Some(2.0),
+                ..CameraSettings::none(id.parse().expect("an id"))
+            };
+            let key = site.keys.config_camera(&settings.camera);
+            put(&desk, &key, &encode(&settings).expect("a message"));
+            let deadline = Instant::now() + PATIENCE;
+            while asked(&desk, &key).is_empty() {
+                assert!(Instant::now() < deadline, "no settings: {}", site.log());
+            }
+            key
+        });
+        assert_eq!(asked(&board, &own), [own]);
+        assert_eq!(asked(&board, &foreign), [""; 0], "{profile:?}");
         assert_eq!(asked(&board, &everything), [""; 0], "{profile:?}");
         assert_eq!(asked(&board, &site.keys.all_fusion_statuses()), [""; 0]);
     }
@@ -253,7 +269,7 @@ fn a_board_with_an_expired_certificate_gets_no_connection() {
     let words = "connection refused: invalid peer certificate: certificate expired";
     assert!(site.refuses(&client_with(&site, &[]), &keys_in(&site, &expired), words));
     let cam1 = site.open("cam1");
-    assert!(!asked(&cam1, &site.keys.all_config()).is_empty());
+    assert!(!asked(&cam1, &site.keys.config_rig()).is_empty());
 }
 
 fn keys_in(site: &LockedSite, folder: &Path) -> Security {
@@ -314,7 +330,7 @@ fn a_revoked_board_reads_and_writes_nothing_and_its_name_can_be_given_anew() {
     let revoked = site.open_with(&former);
     let seen = site.scene.observe(0, 0.0, now_ns());
     publish(&revoked, &site.keys, &seen);
-    assert_eq!(asked(&revoked, &site.keys.all_config()), [""; 0]);
+    assert_eq!(asked(&revoked, &site.keys.config_rig()), [""; 0]);
     assert!(site.log().contains("no member"), "{}", site.log());
     // The question was answered from behind the image: whatever arrives now is the new board's.
     let screen = site.open("screen");

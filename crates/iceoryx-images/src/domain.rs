@@ -107,6 +107,15 @@ fn exclusive(folder: &File, stop: &dyn Fn() -> bool) -> io::Result<bool> {
     }
 }
 
+/// Path of a small file that the processes share beside their images. The last process to leave removes it.
+///
+/// # Errors
+/// [`ImagesError::Root`] and [`ImagesError::Name`] for wrong options.
+pub fn companion_file(options: &IceoryxOptions, name: &str) -> Result<PathBuf, ImagesError> {
+    let Domain { root, prefix, .. } = Domain::new(options)?;
+    Ok(root.join(format!("{prefix}{name}")))
+}
+
 /// iceoryx2 follows links, so there must be none.
 fn check_inside(root: &File) -> io::Result<()> {
     for name in [NODES, SERVICES] {

@@ -14,6 +14,7 @@ mod publisher;
 mod service;
 mod subscriber;
 
+pub use domain::companion_file;
 pub use error::ImagesError;
 pub use folder::open_own_folder;
 pub use header::{ClockSource, FORMAT_GREY8, ImageHeader};

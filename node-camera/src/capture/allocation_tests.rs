@@ -39,6 +39,7 @@ fn an_image_costs_no_memory_but_for_its_loan() {
     };
     let bytes = RESOLUTION.map(usize::from).iter().product();
     let mut reader = ImageSubscriber::open(&place, "north").unwrap();
+    let files = SettingsFiles::in_folder(folder.path());
     let mut writer = SlotWriter {
         images: ImagePublisher::open(&place, "north", bytes).unwrap(),
         stream: 1,
@@ -47,7 +48,9 @@ fn an_image_costs_no_memory_but_for_its_loan() {
         changes: FileChanges::new(
             &folder.path().join("camera.toml"),
             &SourceConfig::images(""),
+            &files,
         ),
+        report: ControlsReport::new(files),
     };
     let (mut source, shutdown) = (Blank(0), Shutdown::manual().unwrap());
     for lent in 0..50 {

@@ -5,10 +5,15 @@ use std::time::{Duration, Instant};
 
 use sextant_estimator::{CameraId, ObjectModel, Rig, TagId};
 use sextant_geometry::Lens;
-use sextant_proto::{CameraNotice, KeyRef, Keys, ObjectConfig, RigConfig, limits};
+use sextant_proto::{
+    CameraControls, CameraNotice, CameraSettings, KeyRef, Keys, ObjectConfig, RigConfig,
+    SettingsOutcome, limits,
+};
 use sextant_zenoh_bus::{Bus, BusError, DropRule, Item, Subscription};
 
 use super::sizes::{Full, Sizes};
+use crate::config::CameraNodeConfig;
+use crate::settings_files::SettingsFiles;
 
 /// How long to wait for the models of a fusion node that is there.
 const ANSWER_TIMEOUT: Duration = Duration::from_millis(500);
@@ -17,11 +22,20 @@ const ASK_PERIOD: Duration = Duration::from_secs(60);
 /// A rig and more objects than a site has; the oldest gives way, and a later question fetches it again.
 const QUEUE: usize = 256;
 
+/// What the site tells this camera.
+#[derive(Debug, Default)]
+pub(super) struct SiteState<'a> {
+    /// What is wrong with its models.
+    pub notice: Option<&'a CameraNotice>,
+    /// Exposure, gain and rate: wanted and in force.
+    pub controls: CameraControls,
+}
+
 /// The models, kept up to date.
 pub(super) struct Models {
     keys: Keys,
     camera: CameraId,
-    subscription: Subscription,
+    subscriptions: Vec<Subscription>,
     was_connected: bool,
     asked: Instant,
     /// Whether an object was refused for lack of room since the last query.
@@ -29,27 +43,35 @@ pub(super) struct Models {
     lens: Option<(Lens, [u32; 2])>,
     sizes: Sizes,
     notice: Option<CameraNotice>,
+    /// What the site wants of the camera, which the capturing part finds in a file.
+    settings: CameraSettings,
+    files: SettingsFiles,
 }
 
 impl Models {
     /// Subscribes first and asks then, so that nothing falls between.
-    pub(super) fn watch(bus: &Bus, keys: &Keys, camera: &CameraId) -> Result<Self, BusError> {
-        let subscription = bus.subscribe(
-            &keys.all_config(),
-            QUEUE,
-            DropRule::Oldest,
-            limits::MAX_PAYLOAD_BYTES,
-        )?;
+    pub(super) fn watch(
+        bus: &Bus,
+        keys: &Keys,
+        config: &CameraNodeConfig,
+        files: SettingsFiles,
+    ) -> Result<Self, BusError> {
+        let subscribe =
+            |key: String| bus.subscribe(&key, QUEUE, DropRule::Oldest, limits::MAX_PAYLOAD_BYTES);
+        let subscriptions = own_keys(keys, &config.camera).map(subscribe);
+        let none = || CameraSettings::none(config.camera.clone());
         let mut models = Self {
             keys: keys.clone(),
-            camera: camera.clone(),
-            subscription,
+            camera: config.camera.clone(),
+            subscriptions: subscriptions.into_iter().collect::<Result<_, _>>()?,
             was_connected: false,
             asked: Instant::now(),
             is_short_of_room: false,
             lens: None,
             sizes: Sizes::default(),
             notice: None,
+            settings: files.settings().unwrap_or_else(none),
+            files,
         };
         models.update(bus);
         Ok(models)
@@ -64,8 +86,10 @@ impl Models {
             self.query(bus);
         }
         self.was_connected = is_connected;
-        while let Some(item) = self.subscription.try_recv() {
-            self.take(&item);
+        for index in 0..self.subscriptions.len() {
+            while let Some(item) = self.subscriptions[index].try_recv() {
+                self.take(&item);
+            }
         }
     }
 
@@ -85,32 +109,47 @@ impl Models {
         self.sizes.size_m(tag)
     }
 
-    /// What a person should know about the models.
-    pub(super) fn notice(&self) -> Option<&CameraNotice> {
-        self.notice.as_ref()
+    /// What the status says of the site.
+    pub(super) fn state(&self) -> SiteState<'_> {
+        let (controls, wanted) = (self.files.controls(), self.settings.values());
+        SiteState {
+            notice: self.notice.as_ref(),
+            controls: match controls.wanted() == wanted {
+                true => controls,
+                false => controls.wanting(wanted, SettingsOutcome::Pending),
+            },
+        }
     }
 
     fn query(&mut self, bus: &Bus) {
         self.asked = Instant::now();
         self.is_short_of_room = false;
-        match bus.latest(
-            &self.keys.all_config(),
-            limits::MAX_PAYLOAD_BYTES,
-            ANSWER_TIMEOUT,
-        ) {
-            Ok(items) if items.is_empty() => {}
-            Ok(items) => {
-                self.sizes.clear();
-                items.iter().for_each(|item| self.take(item));
-            }
+        let keys = own_keys(&self.keys, &self.camera).into_iter();
+        let latest = |key: String| bus.latest(&key, limits::MAX_PAYLOAD_BYTES, ANSWER_TIMEOUT);
+        match keys.map(latest).collect::<Result<Vec<_>, _>>() {
+            Ok(items) => self.take_all(&items.concat()),
             Err(cause) => tracing::warn!(%cause, "the site's models can't be asked for"),
         }
+    }
+
+    /// What is not among the answers does not exist; no answer at all says nothing.
+    fn take_all(&mut self, items: &[Item]) {
+        if items.is_empty() {
+            return;
+        }
+        self.sizes.clear();
+        let own = self.keys.config_camera(&self.camera);
+        if items.iter().all(|item| item.key != own) {
+            self.hand_over(CameraSettings::none(self.camera.clone()));
+        }
+        items.iter().for_each(|item| self.take(item));
     }
 
     fn take(&mut self, item: &Item) {
         let taken = match self.keys.parse(&item.key) {
             Some(KeyRef::ConfigRig) => self.take_rig(item),
             Some(KeyRef::ConfigObject(object)) => self.take_object(object.as_str(), item),
+            Some(KeyRef::ConfigCamera(_)) => self.take_settings(item),
             _ => return,
         };
         self.notice = taken
@@ -135,6 +174,22 @@ impl Models {
             .ok_or(ModelProblem::NotInRig)
     }
 
+    fn take_settings(&mut self, item: &Item) -> Result<(), ModelProblem> {
+        let message: CameraSettings = item.decode().map_err(ModelProblem::refused)?;
+        if message.camera == self.camera {
+            self.hand_over(message);
+        }
+        Ok(())
+    }
+
+    /// Gives settings to the capturing part.
+    fn hand_over(&mut self, settings: CameraSettings) {
+        if let Err(cause) = self.files.write_settings(&settings) {
+            tracing::warn!(%cause, "the site's settings of this camera do not reach its capturing part");
+        }
+        self.settings = settings;
+    }
+
     fn take_object(&mut self, object: &str, item: &Item) -> Result<(), ModelProblem> {
         let message: ObjectConfig = item.decode().map_err(ModelProblem::refused)?;
         if message.is_removal() {
@@ -147,6 +202,15 @@ impl Models {
             ModelProblem::TooManyTags
         })
     }
+}
+
+/// What a camera reads of the site's configuration, and may read.
+fn own_keys(keys: &Keys, camera: &CameraId) -> [String; 3] {
+    [
+        keys.config_rig(),
+        keys.all_config_objects(),
+        keys.config_camera(camera),
+    ]
 }
 
 /// Why a model of the site is of no use here.

@@ -28,7 +28,7 @@ impl Outbound {
     /// An invalid scenario file.
     pub(super) fn of(source: &SourceConfig, camera: &CameraId) -> anyhow::Result<Self> {
         match source {
-            SourceConfig::Simulator { scenario } => Self::simulated(scenario, camera),
+            SourceConfig::Simulator { scenario, .. } => Self::simulated(scenario, camera),
             SourceConfig::Images { .. }
             | SourceConfig::V4l2(_)
             | SourceConfig::Rza2m(_)

@@ -3,11 +3,13 @@
 use std::collections::VecDeque;
 use std::time::Instant;
 
+use sextant_apriltag::Image;
 use sextant_estimator::CameraId;
 use sextant_iceoryx_images::ImageHeader;
 use sextant_process::host::host_name;
 use sextant_proto::{CameraNotice, CameraStatus, ClockQuality, limits};
 
+use super::models::SiteState;
 use super::observe;
 
 /// Detections that the times and the rate are taken over: a few seconds.
@@ -16,6 +18,16 @@ const WINDOW: usize = 128;
 const WINDOW_S: f64 = 3.0;
 /// Time without an image after which a notice is published, s.
 const SILENCE_S: f64 = 2.0;
+
+/// Mean grey level, 0 to 255, of every 16th pixel of every 16th row.
+fn brightness(image: &Image<'_>) -> f32 {
+    let rows = (0..image.height()).step_by(16).map(|y| image.row(y));
+    let pixels = rows.flat_map(|row| row.iter().step_by(16));
+    let (sum, count) = pixels.fold((0u32, 0u32), |(sum, count), pixel| {
+        (sum + u32::from(*pixel), count + 1)
+    });
+    sum as f32 / count.max(1) as f32
+}
 
 /// Counts and recent detections.
 #[derive(Debug)]
@@ -37,6 +49,8 @@ pub(super) struct Statistics {
     refusal: Option<String>,
     /// Images that the CPU made in place of the accelerator.
     fallbacks: u64,
+    /// Mean grey level of the last image.
+    brightness: f32,
     /// Hosts that run a camera of the same name.
     pub(super) others: Vec<String>,
 }
@@ -59,6 +73,7 @@ impl Statistics {
             sorted: Vec::with_capacity(WINDOW),
             refusal: None,
             fallbacks: 0,
+            brightness: 0.0,
             others: Vec::new(),
         }
     }
@@ -76,7 +91,8 @@ impl Statistics {
     }
 
     /// It went through the detector.
-    pub(super) fn detected(&mut self, _header: &ImageHeader, detecting_ns: u64) {
+    pub(super) fn detected(&mut self, image: &Image<'_>, detecting_ns: u64) {
+        self.brightness = brightness(image);
         self.detected += 1;
         if self.window.len() == WINDOW {
             self.window.pop_front();
@@ -96,8 +112,8 @@ impl Statistics {
         self.earlier + self.stream_captured
     }
 
-    /// The account as a message; `model_notice` is about the site's models.
-    pub(super) fn status(&mut self, model_notice: Option<&CameraNotice>) -> CameraStatus {
+    /// The account as a message, with what the site wants.
+    pub(super) fn status(&mut self, site: SiteState<'_>) -> CameraStatus {
         CameraStatus {
             camera: self.camera.clone(),
             version: env!("CARGO_PKG_VERSION").to_owned(),
@@ -111,7 +127,9 @@ impl Statistics {
             uptime_s: self.started.elapsed().as_secs(),
             published: self.published,
             fallbacks: self.fallbacks,
-            notices: self.notices(model_notice),
+            brightness: self.brightness,
+            controls: site.controls,
+            notices: self.notices(site.notice),
         }
     }
 
@@ -176,13 +194,17 @@ mod tests {
         let mut statistics = Statistics::new(CameraId::new("north").unwrap());
         for (stream, captured) in images {
             statistics.image(&header(*stream, *captured));
-            statistics.detected(&header(*stream, *captured), 2_000_000);
+            statistics.detected(&black(), 2_000_000);
         }
         statistics
     }
 
+    fn black() -> Image<'static> {
+        Image::new(&[0; 256], 16, 16, 16).unwrap()
+    }
+
     fn counts(images: &[(u64, u64)]) -> (u64, u64, u64) {
-        let status = statistics(images).status(None);
+        let status = statistics(images).status(SiteState::default());
         (status.captured, status.detected, status.dropped)
     }
 
@@ -201,19 +223,29 @@ mod tests {
     #[test]
     fn times_are_median_and_99th_percentile() {
         let mut statistics = statistics(&[(1, 1)]);
-        (1..=100).for_each(|ms| statistics.detected(&header(1, 1), ms * 1_000_000));
+        (1..=100).for_each(|ms| statistics.detected(&black(), ms * 1_000_000));
         assert_eq!(statistics.detect_ms(), [50.0, 99.0]);
     }
 
     #[test]
     fn images_that_the_cpu_took_over_are_counted() {
         let mut statistics = statistics(&[(1, 1)]);
-        assert_eq!(statistics.status(None).fallbacks, 0);
+        assert_eq!(statistics.status(SiteState::default()).fallbacks, 0);
         statistics.image(&ImageHeader {
             fallbacks: 31,
             ..header(1, 2)
         });
-        assert_eq!(statistics.status(None).fallbacks, 31);
+        assert_eq!(statistics.status(SiteState::default()).fallbacks, 31);
+    }
+
+    #[test]
+    fn brightness_is_the_mean_grey_level() {
+        let pixels: Vec<u8> = (0..64 * 48)
+            .map(|i| if i % 64 < 32 { 100 } else { 200 })
+            .collect();
+        let mut statistics = statistics(&[]);
+        statistics.detected(&Image::new(&pixels, 64, 48, 64).unwrap(), 1);
+        assert_eq!(statistics.status(SiteState::default()).brightness, 150.0);
     }
 
     #[test]
@@ -221,7 +253,10 @@ mod tests {
         let mut statistics = statistics(&[(1, 1)]);
         statistics.refuse(&"x".repeat(1000));
         statistics.others = vec!["h".repeat(100); 100];
-        let status = statistics.status(Some(&CameraNotice::NotInRig));
+        let status = statistics.status(SiteState {
+            notice: Some(&CameraNotice::NotInRig),
+            ..SiteState::default()
+        });
         assert_eq!(status.notices[0], CameraNotice::NotInRig);
         assert_eq!(status.notices.len(), limits::MAX_CAMERA_NOTICES);
         sextant_proto::encode(&status).unwrap();

@@ -4,6 +4,7 @@
 use std::time::{Duration, Instant};
 
 use sextant_process::{Exit, Shutdown};
+use sextant_proto::CameraControls;
 
 use super::{Capture, ImageSource, Next, Reconfigured, SourceError};
 use crate::config::SourceConfig;
@@ -95,11 +96,33 @@ impl<O: FnMut(&SourceConfig) -> Result<Box<dyn ImageSource>, SourceError>> Reope
             let message = "the source has another resolution after it was opened anew";
             return Err(SourceError::new(Exit::Unavailable, message));
         }
+        self.take(source);
+        Ok(Next::Nothing)
+    }
+
+    /// Opens the source with other settings at once, so that a camera that cannot have them goes on with its own. One that is
+    /// out of reach gets them when it is back.
+    fn reopen_with(&mut self, config: &SourceConfig) -> Result<(), SourceError> {
+        self.close(Duration::ZERO);
+        match (self.open)(config) {
+            Ok(source) if source.resolution() == self.resolution => {
+                self.take(source);
+                Ok(())
+            }
+            Ok(_) => Err(SourceError::new(
+                Exit::Unavailable,
+                "the source has another resolution with these settings",
+            )),
+            Err(cause) if cause.exit == Exit::Unavailable => Ok(()),
+            Err(cause) => Err(cause),
+        }
+    }
+
+    fn take(&mut self, source: Box<dyn ImageSource>) {
         self.state = State::Open(source);
         self.first = self.next;
         self.opened = Instant::now();
         self.stall.opened(self.opened);
-        Ok(Next::Nothing)
     }
 
     fn nothing(&mut self, shutdown: &Shutdown) -> Next {
@@ -154,19 +177,26 @@ impl<O: FnMut(&SourceConfig) -> Result<Box<dyn ImageSource>, SourceError>> Image
         }
     }
 
+    fn controls(&self) -> Option<CameraControls> {
+        match &self.state {
+            State::Open(source) => source.controls(),
+            State::Closed(_) => None,
+        }
+    }
+
     fn reconfigure(&mut self, config: &SourceConfig) -> Result<Reconfigured, SourceError> {
         let outcome = match &mut self.state {
             State::Open(source) => source.reconfigure(config)?,
             State::Closed(_) => Reconfigured::NeedsReopening,
         };
-        if outcome == Reconfigured::NeedsRestart {
-            return Ok(outcome);
-        }
-        self.config = config.clone();
         if outcome == Reconfigured::NeedsReopening {
-            self.close(Duration::ZERO);
+            self.reopen_with(config)?;
         }
-        Ok(Reconfigured::Done)
+        if outcome != Reconfigured::NeedsRestart {
+            self.config = config.clone();
+            return Ok(Reconfigured::Done);
+        }
+        Ok(outcome)
     }
 }
 
@@ -351,6 +381,44 @@ mod tests {
         let (sequences, end) = sequences(camera);
         assert_eq!(sequences, [0, 1, 2, 3]);
         assert_eq!(end.to_string(), "enough");
+    }
+
+    /// Takes another folder only by being opened anew.
+    struct Choosy;
+
+    impl ImageSource for Choosy {
+        fn resolution(&self) -> [u16; 2] {
+            [16, 16]
+        }
+
+        fn next(&mut self, _: &mut [u8], _: &Shutdown) -> Result<Next, SourceError> {
+            Ok(Next::Nothing)
+        }
+
+        fn reconfigure(&mut self, _: &SourceConfig) -> Result<Reconfigured, SourceError> {
+            Ok(Reconfigured::NeedsReopening)
+        }
+    }
+
+    #[test]
+    fn settings_that_a_camera_cannot_have_leave_it_as_it_was() {
+        let mut opened = Vec::new();
+        let open = |config: &SourceConfig| {
+            opened.push(config.clone());
+            if *config == SourceConfig::images("impossible") {
+                return Err(SourceError::new(Exit::Input, "no such rate"));
+            }
+            Ok(Box::new(Choosy) as Box<dyn ImageSource>)
+        };
+        let mut camera = Reopening::new(&anything(), open, None).unwrap();
+        let other = SourceConfig::images("other");
+        assert_eq!(camera.reconfigure(&other).unwrap(), Reconfigured::Done);
+        let refused = camera.reconfigure(&SourceConfig::images("impossible"));
+        assert_eq!(refused.unwrap_err().to_string(), "no such rate");
+        let shutdown = Shutdown::manual().unwrap();
+        camera.next(&mut [], &shutdown).unwrap();
+        drop(camera);
+        assert_eq!(opened.last(), Some(&other));
     }
 
     #[test]

@@ -6,15 +6,16 @@ use std::time::Duration;
 
 use sextant_process::clock::{monotonic_ns, wall_from_monotonic_ns};
 use sextant_process::{Exit, Shutdown};
+use sextant_proto::{CameraControls, Control};
 use sextant_rza2m::drp::{CircuitData, DrpError, PipelineError};
 use sextant_rza2m::{
-    Accelerated, Camera, CameraError, Cpu, DevMem, DrpFile, Frame, I2cBus, Layout, PhysicalMemory,
-    Preprocess, SensorBus,
+    Accelerated, Camera, CameraError, CameraSettings, Cpu, DevMem, DrpFile, Frame, I2cBus, Layout,
+    PhysicalMemory, Preprocess, SensorBus,
 };
 
 use super::host_clock::{HostClock, Stamped, Taken};
-use super::{Capture, ImageSource, Next, SourceError};
-use crate::config::{DrpCircuitConfig, Rza2mConfig};
+use super::{Capture, ImageSource, Next, Reconfigured, SourceError};
+use crate::config::{DrpCircuitConfig, Rza2mConfig, SourceConfig};
 
 /// Between two looks at VIN's status: no interrupt reaches user space.
 const POLL: Duration = Duration::from_millis(1);
@@ -29,6 +30,7 @@ const DRP: &str = "/dev/drp";
 
 /// The camera, running.
 pub(crate) struct Rza2mCamera<M: PhysicalMemory, B: SensorBus> {
+    config: Rza2mConfig,
     memory: M,
     camera: Camera<B>,
     preprocess: Box<dyn Preprocess<M>>,
@@ -63,6 +65,7 @@ pub(crate) fn open(config: &Rza2mConfig) -> Result<Box<dyn ImageSource>, SourceE
         None => (Box::new(Cpu::new([width, height])), None),
     };
     Ok(Box::new(Rza2mCamera {
+        config: config.clone(),
         memory,
         camera,
         preprocess,
@@ -156,6 +159,38 @@ impl<M: PhysicalMemory, B: SensorBus> ImageSource for Rza2mCamera<M, B> {
                 return Ok(Next::Nothing);
             }
         }
+    }
+
+    fn controls(&self) -> Option<CameraControls> {
+        let control = |value, range| Control {
+            wanted: None,
+            value,
+            range: Some(range),
+        };
+        let CameraSettings {
+            rate_hz,
+            exposure_us,
+            gain,
+            ..
+        } = self.config.settings();
+        Some(CameraControls {
+            exposure_us: control(Some(f64::from(exposure_us)), [1.0, 1e6]),
+            gain: control(Some(gain), [1.0, 10.66]),
+            rate_hz: control(rate_hz, [0.5, 200.0]),
+            ..CameraControls::default()
+        })
+    }
+
+    fn reconfigure(&mut self, config: &SourceConfig) -> Result<Reconfigured, SourceError> {
+        let SourceConfig::Rza2m(config) = config else {
+            return Ok(Reconfigured::NeedsRestart);
+        };
+        config.settings().check().map_err(camera_error)?;
+        let is_alike = config.resolution == self.config.resolution && config.drp == self.config.drp;
+        Ok(match is_alike {
+            true => Reconfigured::NeedsReopening,
+            false => Reconfigured::NeedsRestart,
+        })
     }
 
     fn fallbacks(&self) -> u64 {
@@ -264,6 +299,7 @@ mod tests {
         let layout = Layout::plan(size[0] * size[1], &[]).unwrap();
         let camera = Camera::start(&mut memory, Sensor, &layout, config().settings()).unwrap();
         Rza2mCamera {
+            config: config(),
             memory,
             camera,
             preprocess: Box::new(Cpu::new(size)),
@@ -300,6 +336,27 @@ mod tests {
             images += u64::from(matches!(next, Next::Image(_)));
         }
         assert_eq!(camera.fallbacks(), 3);
+    }
+
+    #[test]
+    fn exposure_and_gain_change_by_opening_anew_and_are_checked_before() {
+        let mut camera = camera(None);
+        let mut changed = |gain, resolution| {
+            let config = Rza2mConfig {
+                gain,
+                resolution,
+                ..config()
+            };
+            camera.reconfigure(&SourceConfig::Rza2m(config))
+        };
+        let smaller = [32, 16];
+        assert_eq!(
+            changed(2.0, RESOLUTION).unwrap(),
+            Reconfigured::NeedsReopening
+        );
+        assert_eq!(changed(2.0, smaller).unwrap(), Reconfigured::NeedsRestart);
+        assert!(changed(20.0, RESOLUTION).is_err());
+        assert_eq!(camera.controls().unwrap().gain.value, Some(1.0));
     }
 
     #[test]

@@ -4,25 +4,34 @@
 //! time of drawing is not mistaken for latency. A host too slow for that hands images over late; when one would be later
 //! than [`LATEST_NS`] it is passed over and counts as lost.
 
-use std::path::Path;
 use std::time::Duration;
 
 use anyhow::{Context, bail};
 use sextant_estimator::CameraId;
 use sextant_iceoryx_images::ClockSource;
 use sextant_process::{Exit, Shutdown, now_ns};
+use sextant_proto::{CameraControls, Control};
 use sextant_simulator::{Clock, Renderer, Scenario, SceneCamera, Schedule};
 use sextant_site_files::{Complaint, read_toml_checked};
 
-use super::{Capture, ImageSource, Next, SourceError, checked_resolution};
+use super::{Capture, ImageSource, Next, Reconfigured, SourceError, checked_resolution};
+use crate::config::SourceConfig;
 
 /// How late an image may be begun, in ns: three images of a usual camera.
 const LATEST_NS: u64 = 100_000_000;
 /// How long one call waits at most.
 const LONGEST_WAIT: Duration = Duration::from_millis(200);
 
+/// Ranges of what a scenario's camera may have.
+const GAINS: [f64; 2] = [0.05, 20.0];
+const RATES_HZ: [f64; 2] = [0.1, 1000.0];
+
 /// The camera.
 pub(crate) struct SimulatedCamera {
+    config: SourceConfig,
+    camera: CameraId,
+    /// As it is set; that of the renderer's camera includes the exposure.
+    gain: f64,
     renderer: Renderer,
     schedule: Schedule,
     clock: Clock,
@@ -34,10 +43,49 @@ pub(crate) struct SimulatedCamera {
     is_drawn: bool,
 }
 
+/// Sets the exposure by hand; brightness follows, within what the sensor can do.
+fn expose(camera: &mut SceneCamera, exposure_us: f64) {
+    let exposure_ns = exposure_us * 1000.0;
+    let ratio = match camera.exposure_ns {
+        0 => 1.0,
+        before => exposure_ns / before as f64,
+    };
+    let [least, greatest] = GAINS;
+    camera.gain = (camera.gain * ratio).clamp(least, greatest);
+    camera.exposure_ns = exposure_ns.round() as u64;
+    camera.auto_exposure = None;
+}
+
+fn check_exposure(camera: &SceneCamera) -> anyhow::Result<()> {
+    let (rate_hz, longest_us) = (camera.rate_hz, longest_exposure_us(camera.rate_hz));
+    let exposure_us = camera.exposure_ns as f64 / 1000.0;
+    if exposure_us > longest_us {
+        let [exposure_ms, longest_ms] = [exposure_us, longest_us].map(|us| us / 1000.0);
+        bail!(
+            "an exposure of {exposure_ms} ms does not fit into {rate_hz} images/s: choose at most {longest_ms} ms, or a lower rate"
+        );
+    }
+    Ok(())
+}
+
+fn longest_exposure_us(rate_hz: f64) -> f64 {
+    (1e6 / rate_hz).floor()
+}
+
 impl SimulatedCamera {
     /// The camera of that name in a scenario's file.
-    pub(crate) fn open(file: &Path, camera: &CameraId) -> anyhow::Result<Self> {
-        let scenario: Scenario = read_toml_checked(file, |scenario: &Scenario| {
+    pub(crate) fn open(config: &SourceConfig, camera: &CameraId) -> anyhow::Result<Self> {
+        let SourceConfig::Simulator {
+            scenario: file,
+            exposure_us,
+            gain,
+            rate_hz,
+        } = config
+        else {
+            bail!("another source than before");
+        };
+        let file = file.as_path();
+        let mut scenario: Scenario = read_toml_checked(file, |scenario: &Scenario| {
             scenario
                 .validate()
                 .map_err(|cause| Complaint::new("", cause.to_string(), ""))
@@ -48,6 +96,14 @@ impl SimulatedCamera {
                 file.display()
             );
         };
+        let own = &mut scenario.cameras[index];
+        let gain = gain.unwrap_or(own.gain);
+        own.gain = gain;
+        own.rate_hz = rate_hz.unwrap_or(own.rate_hz);
+        if let Some(us) = *exposure_us {
+            expose(own, us);
+        }
+        check_exposure(own)?;
         let renderer =
             Renderer::new(&scenario, index).with_context(|| file.display().to_string())?;
         let clock = scenario
@@ -66,6 +122,9 @@ impl SimulatedCamera {
         let schedule = renderer.camera().schedule();
         let due_ns = schedule.next_at_or_after(now_ns().saturating_add(schedule.period_ns()));
         Ok(Self {
+            config: config.clone(),
+            camera: camera.clone(),
+            gain,
             renderer,
             schedule,
             clock,
@@ -134,6 +193,50 @@ impl ImageSource for SimulatedCamera {
         self.is_drawn = false;
         Ok(Next::Image(capture))
     }
+
+    fn controls(&self) -> Option<CameraControls> {
+        let camera = self.renderer.camera();
+        let control = |value, range| Control {
+            wanted: None,
+            value,
+            range: Some(range),
+        };
+        let exposure_us = camera.exposure_ns as f64 / 1000.0;
+        let is_automatic = camera.auto_exposure.is_some();
+        Some(CameraControls {
+            exposure_us: control(
+                (!is_automatic).then_some(exposure_us),
+                [1.0, longest_exposure_us(camera.rate_hz)],
+            ),
+            gain: control(Some(self.gain), GAINS),
+            rate_hz: control(Some(camera.rate_hz), RATES_HZ),
+            ..CameraControls::default()
+        })
+    }
+
+    /// Another exposure, gain or rate; images are counted on.
+    fn reconfigure(&mut self, config: &SourceConfig) -> Result<Reconfigured, SourceError> {
+        let (
+            SourceConfig::Simulator {
+                scenario: other, ..
+            },
+            SourceConfig::Simulator { scenario, .. },
+        ) = (config, &self.config)
+        else {
+            return Ok(Reconfigured::NeedsRestart);
+        };
+        if other != scenario {
+            return Ok(Reconfigured::NeedsRestart);
+        }
+        let changed = Self::open(config, &self.camera);
+        let changed =
+            changed.map_err(|cause| SourceError::new(Exit::Input, format!("{cause:#}")))?;
+        *self = Self {
+            sequence: self.sequence,
+            ..changed
+        };
+        Ok(Reconfigured::Done)
+    }
 }
 
 #[cfg(test)]
@@ -151,7 +254,7 @@ mod tests {
 
     fn open(folder: &tempfile::TempDir, camera: &str) -> anyhow::Result<SimulatedCamera> {
         SimulatedCamera::open(
-            &folder.path().join("s.toml"),
+            &SourceConfig::simulator(folder.path().join("s.toml")),
             &CameraId::new(camera).unwrap(),
         )
     }
@@ -188,6 +291,48 @@ mod tests {
             "the clock is five seconds ahead"
         );
         assert!(pixels.iter().any(|pixel| *pixel != pixels[0]), "a picture");
+    }
+
+    #[test]
+    fn exposure_and_rate_change_while_images_are_counted_on() {
+        let mut id = String::new();
+        let folder = scenario_file(|scenario| id = scenario.cameras[0].id.clone());
+        let mut camera = open(&folder, &id).unwrap();
+        let [width, height] = camera.resolution();
+        let mut pixels = vec![0; usize::from(width) * usize::from(height)];
+        let before = next_image(&mut camera, &mut pixels);
+        let mean = |pixels: &[u8]| {
+            pixels.iter().map(|pixel| f64::from(*pixel)).sum::<f64>() / pixels.len() as f64
+        };
+        let mean_before = mean(&pixels);
+        let wanted = |exposure_us| SourceConfig::Simulator {
+            scenario: folder.path().join("s.toml"),
+            exposure_us: Some(exposure_us),
+            gain: None,
+            rate_hz: Some(20.0),
+        };
+        assert_eq!(
+            camera.reconfigure(&wanted(1500.0)).unwrap(),
+            Reconfigured::Done
+        );
+        let after = next_image(&mut camera, &mut pixels);
+        let controls = camera.controls().unwrap();
+        assert_eq!(controls.exposure_us.value, Some(1500.0));
+        assert_eq!(controls.rate_hz.value, Some(20.0));
+        let brighter = 1.5e6 / f64::from(before.exposure_ns);
+        assert!(brighter != 1.0, "the test needs another exposure");
+        assert_eq!(mean(&pixels) > mean_before, brighter > 1.0);
+        assert_eq!(after.exposure_ns, 1_500_000);
+        assert_eq!(camera.schedule.period_ns(), 50_000_000);
+        assert!(after.sequence > before.sequence);
+        let refused = camera.reconfigure(&wanted(900_000.0)).unwrap_err();
+        assert!(refused.to_string().contains("at most 50 ms"), "{refused}");
+        assert_eq!(next_image(&mut camera, &mut pixels).exposure_ns, 1_500_000);
+        let elsewhere = SourceConfig::simulator("/elsewhere");
+        assert_eq!(
+            camera.reconfigure(&elsewhere).unwrap(),
+            Reconfigured::NeedsRestart
+        );
     }
 
     #[test]

@@ -24,7 +24,9 @@ use std::time::Duration;
 
 use sextant_process::clock::{monotonic_ns, wall_from_monotonic_ns};
 use sextant_process::{Exit, Shutdown};
+use sextant_proto::{CameraControls, Control};
 
+use self::controls::InForce;
 use self::device::{Api, Device, Format, Identity, Wake};
 use self::kernel::KernelDevice;
 use self::stream::{Stream, StreamError};
@@ -50,7 +52,8 @@ struct V4l2Camera<D: Device> {
     stream: Stream<D>,
     reader: GreyReader,
     resolution: [u16; 2],
-    exposure_ns: u32,
+    in_force: InForce,
+    rate_hz: Control,
     sequence: SequenceCounter,
     clock: HostClock,
 }
@@ -136,8 +139,12 @@ impl<D: Device> V4l2Camera<D> {
         let geometry = geometry(&format, coding);
         let resolution = checked_resolution(geometry.width, geometry.height)
             .ok_or_else(|| unusable(path, &identity, "a resolution outside 16x16 to 4096x3072"))?;
-        set_rate(&device, api, config);
-        let exposure_ns = controls::apply(&device, config).map_err(|cause| cause.of(path))?;
+        let rate_hz = Control {
+            wanted: None,
+            value: set_rate(&device, api, config),
+            range: rate_range(&device, &format),
+        };
+        let in_force = controls::apply(&device, config, None).map_err(|cause| cause.of(path))?;
         tracing::info!(
             device = %path.display(),
             card = identity.card,
@@ -152,7 +159,8 @@ impl<D: Device> V4l2Camera<D> {
             stream,
             reader: GreyReader::new(coding, geometry),
             resolution,
-            exposure_ns,
+            in_force,
+            rate_hz,
             sequence: SequenceCounter::default(),
             clock: HostClock::default(),
         })
@@ -164,11 +172,12 @@ impl<D: Device> V4l2Camera<D> {
 
     fn capture(&mut self, sequence: u64, stamp: Stamp) -> Capture {
         let readout_ns = self.config.readout_us.unwrap_or(0).saturating_mul(1000);
-        let middle_ns = stamp.middle_of_exposure_ns(self.exposure_ns, readout_ns, monotonic_ns());
+        let exposure_ns = self.in_force.exposure_ns();
+        let middle_ns = stamp.middle_of_exposure_ns(exposure_ns, readout_ns, monotonic_ns());
         self.clock.capture(Taken {
             sequence,
             capture_ns: wall_from_monotonic_ns(middle_ns),
-            exposure_ns: self.exposure_ns,
+            exposure_ns,
             stamped: match stamp {
                 Stamp::None => Stamped::OnArrival,
                 Stamp::StartOfExposure(_) | Stamp::EndOfFrame(_) => Stamped::ByDriver,
@@ -218,6 +227,15 @@ impl<D: Device> ImageSource for V4l2Camera<D> {
         Ok(Next::Image(self.capture(sequence, Stamp::of(&buffer))))
     }
 
+    fn controls(&self) -> Option<CameraControls> {
+        Some(CameraControls {
+            exposure_us: self.in_force.exposure_us,
+            gain: self.in_force.gain,
+            rate_hz: self.rate_hz,
+            ..CameraControls::default()
+        })
+    }
+
     fn reconfigure(&mut self, config: &SourceConfig) -> Result<Reconfigured, SourceError> {
         let SourceConfig::V4l2(config) = config else {
             return Ok(Reconfigured::NeedsRestart);
@@ -242,8 +260,8 @@ impl<D: Device> ImageSource for V4l2Camera<D> {
                 Reconfigured::NeedsRestart
             });
         }
-        let applied = controls::apply(self.stream.device(), config);
-        self.exposure_ns = applied.map_err(|cause| cause.of(&config.device))?;
+        let applied = controls::apply(self.stream.device(), config, Some(&self.config));
+        self.in_force = applied.map_err(|cause| cause.of(&config.device))?;
         self.config = config.clone();
         Ok(Reconfigured::Done)
     }
@@ -281,16 +299,25 @@ fn geometry(format: &Format, coding: Coding) -> Geometry {
     }
 }
 
-/// Asks for the rate that is wished; a driver without a choice keeps its own.
-fn set_rate(device: &impl Device, api: Api, config: &V4l2Config) {
-    let Some(rate_hz) = config.rate_hz else {
-        return;
-    };
-    let wish = device::Fraction([1000, (rate_hz * 1000.0).round() as u32]);
+/// Asks for the rate that is configured and returns the one that the driver takes; a driver without a choice keeps its own.
+fn set_rate(device: &impl Device, api: Api, config: &V4l2Config) -> Option<f64> {
+    let wish = device::Fraction([1000, (config.rate_hz? * 1000.0).round() as u32]);
     match device.set_interval(api, wish) {
-        Ok(interval) => tracing::info!(rate_hz = interval.rate_hz(), "images a second"),
-        Err(cause) => tracing::warn!(%cause, "the camera keeps its own rate"),
+        Ok(interval) => {
+            tracing::info!(rate_hz = interval.rate_hz(), "images a second");
+            interval.rate_hz()
+        }
+        Err(cause) => {
+            tracing::warn!(%cause, "the camera keeps its own rate");
+            None
+        }
     }
+}
+
+/// Least and greatest rate of a format.
+fn rate_range(device: &impl Device, format: &Format) -> Option<[f64; 2]> {
+    let rates = negotiation::rates_hz(device, format.fourcc, format.size);
+    Some([*rates.last()?, *rates.first()?])
 }
 
 fn stream_error(path: &Path, StreamError { what, cause }: StreamError) -> SourceError {

@@ -79,6 +79,7 @@ fn models() -> Models {
     Models {
         rig: Rig::new(vec![camera]).unwrap(),
         objects: vec![cube()],
+        settings: Default::default(),
     }
 }
 

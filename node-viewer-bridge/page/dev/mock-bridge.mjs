@@ -133,7 +133,7 @@ function sendPose({ id }, t, t_ns) {
 
 setInterval(() => {
   for (const { id } of cameras) {
-    send({ type: "camera_status", camera: id, version: "0.0.0", host: "mock", captured: sequence, detected: sequence - 3, dropped: 3, rate_hz: 30, detect_ms: { p50: 4, p99: 7 }, clock: { source: "local", error_ns: 0 }, uptime_s: sequence / 30, published: sequence, fallbacks: 0, notices: [] });
+    send({ type: "camera_status", camera: id, version: "0.0.0", host: "mock", captured: sequence, detected: sequence - 3, dropped: 3, rate_hz: 30, detect_ms: { p50: 4, p99: 7 }, clock: { source: "local", error_ns: 0 }, uptime_s: sequence / 30, published: sequence, fallbacks: 0, brightness: 118, controls: { exposure_us: { wanted: null, value: 4000, range: [100, 33000] }, gain: { wanted: null, value: null, range: [0, 64] }, rate_hz: { wanted: null, value: 30, range: null }, outcome: "none" }, notices: [] });
   }
   send({ type: "clocks", node: "fusion", cameras: [{ camera: "east", offset_s: 0.0021 + 0.0002 * Math.sin(sequence / 200), sigma_s: 0.0002, drift: null }] });
   send({ type: "fusion_status", node: "fusion", version: "0.0.0", uptime_s: 1, cameras: [], foreign: {}, objects: [], faults: process.env.FAULTS ? [{ camera_moved: { camera: "east" } }, { tag_size: { object: "cube", tag: { family: "tag36h11", id: 3 }, ratio: 1.03 } }] : [], faults_left_out: 0, imperfections: process.env.FAULTS ? [{ cameras_disagree: { a: "north", b: "south", apart_m: 0.0043 } }] : [], notices: process.env.FAULTS ? [{ camera_silent: { camera: "west", silent_s: sequence / 30 } }] : [] });

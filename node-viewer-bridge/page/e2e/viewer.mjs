@@ -106,6 +106,35 @@ async function checkDetector(page) {
   await detector.waitFor({ state: "hidden", timeout });
 }
 
+/** Gain set on the page makes the pictures brighter; what the camera cannot do is told in words; emptied, all is as before. */
+async function checkSettings(page) {
+  const card = page.locator("[data-testid^=camera-card-]").first();
+  const camera = (await card.getAttribute("data-testid")).slice("camera-card-".length);
+  await card.locator(".enlarge").click();
+  const set = async (values) => {
+    for (const [key, text] of Object.entries(values)) await page.fill(`[data-testid=camera-${camera}-${key}]`, text);
+    await page.click(`[data-testid=camera-${camera}-apply]`);
+  };
+  const says = (part, words) => wait(page, ([id, words]) => document.querySelector(`[data-testid=${id}]`).textContent.includes(words), [`camera-${camera}-${part}`, words]);
+  const brightness = async () => Number((await page.textContent(`[data-testid=camera-${camera}-effect]`)).match(/level (\d+)/)[1]);
+  await says("effect", "images/s");
+  const before = await brightness();
+  await set({ gain: "none" });
+  await card.locator(".settings .complaint", { hasText: "Gain is a number" }).waitFor({ state: "visible", timeout });
+  await set({ gain: "1.9" });
+  await says("outcome", "applied");
+  await wait(page, ([id, before]) => Number(document.querySelector(`[data-testid=${id}]`).textContent.match(/level (\d+)/)[1]) > 1.3 * before, [`camera-${camera}-effect`, before]);
+  await set({ exposure_us: "900" });
+  await says("outcome", "keeps what it had: an exposure of 900 ms does not fit");
+  await screenshot(page, "settings");
+  await page.keyboard.press("l");
+  await screenshot(page, "settings-light");
+  await page.keyboard.press("l");
+  await set({ exposure_us: "", gain: "" });
+  await says("outcome", "the camera's own file");
+  await card.locator(".enlarge").click();
+}
+
 const tab = (page, key) => page.click(`[data-testid=tab-${key}]`);
 
 /** Each chart of figures has points, the cursor reads them out, a held chart stands still, and files can be had. */
@@ -296,6 +325,10 @@ async function checkPhone(browser) {
     assert(wide[0] <= 390 && wide.length === 1, `on a phone of 390 px, ${key} reaches to ${wide.join(", ")}`);
     await screenshot(page, `phone-${key}`);
   }
+  await page.locator(".enlarge").first().click();
+  await page.locator(".settings").first().waitFor({ state: "visible", timeout });
+  assert((await page.evaluate(() => document.documentElement.scrollWidth)) <= 390, "on a phone the settings of a camera are too wide");
+  await screenshot(page, "phone-settings");
   await context.close();
 }
 
@@ -320,6 +353,7 @@ try {
   await check("pictures come with outlines", () => checkPictures(page));
   await screenshot(page, "desktop");
   await check("an enlarged picture tells what the detector did", () => checkDetector(page));
+  await check("a camera's gain is set, and refused where it cannot be", () => checkSettings(page));
   await check("labels never overlap", () => checkLabels(page));
   await check("figures are plotted over time and saved", () => checkPlots(page));
   await check("the time line goes back and forth", () => checkTimeline(page));

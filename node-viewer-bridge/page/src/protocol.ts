@@ -75,6 +75,20 @@ export interface Observations {
   tags: TagOutline[];
 }
 
+/** One setting of a camera: what the site wants, what is in force, what is possible. */
+export interface Control {
+  wanted: number | null;
+  value: number | null;
+  range: [number, number] | null;
+}
+
+export interface CameraControls {
+  exposure_us: Control;
+  gain: Control;
+  rate_hz: Control;
+  outcome: "none" | "pending" | "applied" | { adjusted: { detail: string } } | { refused: { detail: string } };
+}
+
 export interface CameraStatus extends CameraFindings {
   type: "camera_status";
   camera: string;
@@ -83,6 +97,8 @@ export interface CameraStatus extends CameraFindings {
   dropped: number;
   rate_hz: number;
   clock: { source: string; error_ns: number };
+  brightness: number;
+  controls: CameraControls;
 }
 
 /** Why a candidate is no tag, in the order in which the detector asks. */
@@ -229,6 +245,11 @@ const isZone: Test = (value) =>
   fits(value, { ...inZone, shape: (shape) => shape === "sphere", radius: isNumber });
 const offer: Shape = { node: isText, rig: isFlag, objects: listOf(isText) };
 
+const control = shaped({ wanted: orNull(isNumber), value: orNull(isNumber), range: orNull(numbers(2)) });
+const detailed = shaped({ detail: isText });
+const isOutcome: Test = (value) =>
+  value === "none" || value === "pending" || value === "applied" || fits(value, { adjusted: detailed }) || fits(value, { refused: detailed });
+
 const shapes: Record<Message["type"], Shape> = {
   hello: { site: isText, version: isText, protocol: isNumber, now_ns: isNumber, role: isText },
   rig: {
@@ -268,6 +289,8 @@ const shapes: Record<Message["type"], Shape> = {
     dropped: isNumber,
     rate_hz: isNumber,
     clock: shaped({ source: isText, error_ns: isNumber }),
+    brightness: isNumber,
+    controls: shaped({ exposure_us: control, gain: control, rate_hz: control, outcome: isOutcome }),
     fallbacks: isNumber,
     notices: listOf(isFinding),
   },

@@ -5,8 +5,8 @@ use super::*;
 use crate::inventory::samples::status;
 use sextant_estimator::{Fault, State};
 use sextant_proto::{
-    CameraClock, CameraConfig, CameraIntake, ClockQuality, LensConfig, ObjectTagConfig, Rejections,
-    TagObservation, Timing,
+    CameraClock, CameraConfig, CameraControls, CameraIntake, ClockQuality, LensConfig,
+    ObjectTagConfig, Rejections, TagObservation, Timing,
 };
 
 const CAPTURE_NS: u64 = 1_800_000_000_000_000_000;
@@ -144,6 +144,8 @@ fn camera_status() -> CameraStatus {
         uptime_s: 60,
         published: 90,
         fallbacks: 0,
+        brightness: 100.0,
+        controls: CameraControls::default(),
         notices: Vec::new(),
     }
 }

@@ -1,7 +1,7 @@
 //! What a person wishes of a wizard, as `POST /api/wizard` brings it, and why a wish is refused.
 
 use serde::Deserialize;
-use sextant_proto::NodeId;
+use sextant_proto::{CameraSettings, Message, NodeId};
 use std::fmt;
 
 /// The longest command: a board file of a few hundred tags.
@@ -25,6 +25,8 @@ pub(crate) enum Command {
     ApplyRefinement { node: NodeId },
     /// Put in force what was before the last change, as a fusion node has it.
     Revert { node: NodeId },
+    /// Set exposure, gain and rate of a camera; the camera's status shows the outcome.
+    SetCamera(CameraSettings),
 }
 
 /// Which wizard, and what it has to know.
@@ -175,6 +177,15 @@ impl Refusal {
     }
 }
 
+/// Whether a camera may have these settings, apart from what its driver can do.
+pub(super) fn check_settings(settings: &CameraSettings) -> Result<(), Refusal> {
+    settings.check().map_err(|wrong| match wrong.0 {
+        field @ "exposure_us" => Refusal::wrong(field, "an exposure is 1 us to 1 s"),
+        field @ "gain" => Refusal::wrong(field, "a gain is 0 to 1000000"),
+        field => Refusal::wrong(field, "a rate is 0.1 to 1000 images/s"),
+    })
+}
+
 impl Command {
     /// Reads one; what is no command is named.
     pub(crate) fn parse(body: &[u8]) -> Result<Self, Refusal> {
@@ -204,6 +215,20 @@ mod tests {
             assert!(matches!(read(start), Ok(Command::Start(_))), "{start}");
         }
         assert_eq!(read(r#"{"do":"keep"}"#), Ok(Command::Keep));
+    }
+
+    #[test]
+    fn settings_of_a_camera_are_checked_at_their_fields() {
+        let refused = |text: &str| match read(text).unwrap() {
+            Command::SetCamera(settings) => check_settings(&settings).err().and_then(|r| r.field),
+            other => panic!("{other:?}"),
+        };
+        let with = |field: &str| format!(r#"{{"do":"set_camera","camera":"north",{field}}}"#);
+        assert_eq!(refused(&with(r#""exposure_us":4000,"gain":null"#)), None);
+        assert_eq!(refused(&with(r#""exposure_us":0"#)), Some("exposure_us"));
+        assert_eq!(refused(&with(r#""gain":-1"#)), Some("gain"));
+        assert_eq!(refused(&with(r#""rate_hz":0"#)), Some("rate_hz"));
+        assert!(read(&with(r#""focus":1"#)).is_err());
     }
 
     #[test]

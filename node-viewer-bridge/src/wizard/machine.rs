@@ -74,8 +74,10 @@ impl Machine {
             Command::Resume => self.resume()?,
             Command::Keep => self.keep(site, now)?,
             Command::Discard => self.discard()?,
-            // The service holds what fusion nodes offer.
-            Command::ApplyRefinement { .. } | Command::Revert { .. } => return Ok(()),
+            // The service publishes these.
+            Command::ApplyRefinement { .. } | Command::Revert { .. } | Command::SetCamera(_) => {
+                return Ok(());
+            }
         }
         self.is_news = true;
         Ok(())

@@ -1,7 +1,9 @@
 //! A result on its way to the running site: published as `sextant config set` does, and what its fusion nodes answer.
 
 use sextant_calibrator::procedure::Product;
-use sextant_proto::{ConfigAnswer, NodeId, ObjectConfig, Outcome, RigConfig, encode, fingerprint};
+use sextant_proto::{
+    CameraSettings, ConfigAnswer, NodeId, ObjectConfig, Outcome, RigConfig, encode, fingerprint,
+};
 use sextant_site_files::{object_toml, rig_toml};
 use std::collections::{BTreeMap, BTreeSet};
 use std::time::{Duration, Instant};
@@ -19,6 +21,8 @@ pub(crate) enum Outgoing {
     Rig(RigConfig),
     /// Of an object.
     Object(ObjectConfig),
+    /// Of a camera's exposure, gain and rate.
+    Camera(CameraSettings),
 }
 
 impl Outgoing {
@@ -35,6 +39,7 @@ impl Outgoing {
         let payload = match self {
             Self::Rig(rig) => encode(rig),
             Self::Object(object) => encode(object),
+            Self::Camera(settings) => encode(settings),
         };
         let payload = payload.map_err(|error| error.to_string())?;
         Ok(fingerprint(&payload))

@@ -3,7 +3,7 @@
 //! The network's threads only lock what is known and the answers: neither lock is held while a file is read, an image is evaluated or a
 //! command is executed.
 
-use super::command::{Command, Refusal};
+use super::command::{Command, Refusal, check_settings};
 use super::known::Known;
 use super::machine::{Job, Machine, Site};
 use super::offers::{Offer, Offers};
@@ -64,6 +64,10 @@ impl WizardService {
         match command {
             Command::ApplyRefinement { node } => return self.accept(node, Offer::Refinement),
             Command::Revert { node } => return self.accept(node, Offer::Former),
+            Command::SetCamera(settings) => {
+                check_settings(settings)?;
+                return self.send([Outgoing::Camera(settings.clone())]);
+            }
             _ => {}
         }
         let known = self.known().clone();
@@ -89,6 +93,10 @@ impl WizardService {
     /// Publishes what a fusion node offers; the node's status shows the outcome.
     fn accept(&self, node: &NodeId, offer: Offer) -> Result<(), Refusal> {
         let changes = locked(&self.offers).changes(node, offer)?;
+        self.send(changes)
+    }
+
+    fn send(&self, changes: impl IntoIterator<Item = Outgoing>) -> Result<(), Refusal> {
         let mut outgoing = locked(&self.outgoing);
         if !outgoing.is_empty() {
             return Err(Refusal::not_now(

@@ -87,6 +87,10 @@ fn every_key_is_read_back() {
             keys.config_object(&object),
             KeyRef::ConfigObject(object.clone()),
         ),
+        (
+            keys.config_camera(&camera),
+            KeyRef::ConfigCamera(camera.clone()),
+        ),
         (keys.links(&object), KeyRef::Links(object.clone())),
         (
             keys.alive(NodeKind::Viewer, &node),

@@ -4,6 +4,7 @@ use crate::check::{self, OutOfRange, holds};
 use crate::envelope::{Kind, Message};
 use crate::limits::{MAX_CAMERA_NOTICES, MAX_TIME_NS};
 use crate::messages::camera_notice::CameraNotice;
+use crate::messages::camera_settings::CameraControls;
 use crate::wire;
 use serde::{Deserialize, Serialize};
 use sextant_estimator::CameraId;
@@ -88,6 +89,10 @@ pub struct CameraStatus {
     pub published: u64,
     /// Images that the CPU made in place of an accelerator, since the camera was opened.
     pub fallbacks: u64,
+    /// Mean grey level of the last image, 0 to 255; 0 before the first.
+    pub brightness: f32,
+    /// Exposure, gain and rate.
+    pub controls: CameraControls,
     /// What a person should know.
     #[serde(deserialize_with = "wire::list::at_most::<_, _, MAX_CAMERA_NOTICES>")]
     pub notices: Vec<CameraNotice>,
@@ -104,6 +109,8 @@ impl Message for CameraStatus {
             check::amount(f64::from(ms), "detect_ms")?;
         }
         self.clock.check()?;
+        holds((0.0..=255.0).contains(&self.brightness), "brightness")?;
+        self.controls.check()?;
         holds(self.notices.len() <= MAX_CAMERA_NOTICES, "notices")?;
         self.notices.iter().try_for_each(CameraNotice::check)
     }

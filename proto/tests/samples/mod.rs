@@ -135,6 +135,23 @@ pub fn camera_status() -> CameraStatus {
         uptime_s: 333,
         published: 9_990,
         fallbacks: 31,
+        brightness: 118.5,
+        controls: CameraControls {
+            exposure_us: Control {
+                wanted: Some(4000.0),
+                value: Some(3900.0),
+                range: Some([100.0, 33_000.0]),
+            },
+            gain: Control::default(),
+            rate_hz: Control {
+                wanted: None,
+                value: Some(30.0),
+                range: None,
+            },
+            outcome: SettingsOutcome::Adjusted {
+                detail: "exposure 3900 µs instead of 4000".to_owned(),
+            },
+        },
         notices: vec![
             CameraNotice::NoImage { silent_s: 12.0 },
             CameraNotice::NameTaken {
@@ -152,6 +169,15 @@ pub fn camera_status() -> CameraStatus {
                 key: "config/object/cube".into(),
             },
         ],
+    }
+}
+
+pub fn camera_settings() -> CameraSettings {
+    CameraSettings {
+        camera: camera(),
+        exposure_us: Some(4000.0),
+        gain: Some(2.5),
+        rate_hz: None,
     }
 }
 

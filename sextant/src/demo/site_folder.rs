@@ -93,6 +93,7 @@ impl SiteFolder {
             objects: bodies(scenario)
                 .map(|body| format!("{}.toml", body.id()).into())
                 .collect(),
+            cameras: "cameras.toml".into(),
             keep_changes: false,
             max_age_s: FusionOptions::default().window_s,
             refinement: Refinement::default(),

@@ -296,6 +296,8 @@ pub mod tests {
             uptime_s: 10,
             published: 300,
             fallbacks: 0,
+            brightness: 0.0,
+            controls: sextant_proto::CameraControls::default(),
             notices: vec![],
         };
         board.take(&item(keys.camera_status(&north), &status), NOW_NS);

@@ -214,6 +214,16 @@ class RejectionCause(Word):
 
 
 @dataclass(frozen=True)
+class CameraStatusControls(Record):
+    """`controls` of CameraStatus."""
+
+    exposure_us: Control
+    gain: Control
+    rate_hz: Control
+    outcome: SettingsOutcome
+
+
+@dataclass(frozen=True)
 class CameraStatus(Record):
     """CameraStatus."""
 
@@ -232,8 +242,69 @@ class CameraStatus(Record):
     published: int
     #: images that the CPU made in place of an accelerator, since the camera was opened
     fallbacks: int
+    #: mean grey level of the last image, 0 to 255
+    brightness: float
+    controls: CameraStatusControls
     #: at most 32
     notices: tuple[CameraNotice, ...]
+
+
+@dataclass(frozen=True)
+class Control(Record):
+    """Control."""
+
+    #: by the site; none: up to the camera's own file
+    wanted: Optional[float]
+    #: in force; none: unknown, or chosen by the camera for every image
+    value: Optional[float]
+    #: shape (2); none: unknown, or not adjustable
+    range: Optional[tuple[float, ...]]
+
+
+@dataclass(frozen=True)
+class SettingsOutcomeNone(VariantRecord):
+    """The site wants nothing."""
+
+    VARIANT: ClassVar[str] = "none"
+    FORM: ClassVar[str] = "unit"
+
+
+@dataclass(frozen=True)
+class SettingsOutcomePending(VariantRecord):
+    """Not applied yet."""
+
+    VARIANT: ClassVar[str] = "pending"
+    FORM: ClassVar[str] = "unit"
+
+
+@dataclass(frozen=True)
+class SettingsOutcomeApplied(VariantRecord):
+    """SettingsOutcomeApplied."""
+
+    VARIANT: ClassVar[str] = "applied"
+    FORM: ClassVar[str] = "unit"
+
+
+@dataclass(frozen=True)
+class SettingsOutcomeAdjusted(VariantRecord):
+    """In force as far as the camera allows."""
+
+    VARIANT: ClassVar[str] = "adjusted"
+    FORM: ClassVar[str] = "fields"
+    detail: str
+
+
+@dataclass(frozen=True)
+class SettingsOutcomeRefused(VariantRecord):
+    """The camera keeps what it had."""
+
+    VARIANT: ClassVar[str] = "refused"
+    FORM: ClassVar[str] = "fields"
+    detail: str
+
+
+#: SettingsOutcome.
+SettingsOutcome = Union[SettingsOutcomeNone, SettingsOutcomePending, SettingsOutcomeApplied, SettingsOutcomeAdjusted, SettingsOutcomeRefused]
 
 
 @dataclass(frozen=True)
@@ -739,6 +810,19 @@ class ObjectTag(Record):
     #: link_from_tag on a link; none until learned
     object_from_tag: Optional[Pose]
     object_from_tag_sigma: Optional[Sigma]
+
+
+@dataclass(frozen=True)
+class CameraSettings(Record):
+    """CameraSettings."""
+
+    camera: str
+    #: 1 to 1 000 000
+    exposure_us: Optional[float]
+    #: in the driver's units, 0 to 1 000 000
+    gain: Optional[float]
+    #: 0.1 to 1000
+    rate_hz: Optional[float]
 
 
 @dataclass(frozen=True)
@@ -1349,6 +1433,22 @@ def _write_RejectionCause(w: Writer, value: RejectionCause) -> None:
     w.word(_ALL_RejectionCause, value)
 
 
+def _read_CameraStatusControls(r: Reader) -> CameraStatusControls:
+    return CameraStatusControls(
+        _read_Control(r),
+        _read_Control(r),
+        _read_Control(r),
+        _read_SettingsOutcome(r),
+    )
+
+
+def _write_CameraStatusControls(w: Writer, value: CameraStatusControls) -> None:
+    _write_Control(w, value.exposure_us)
+    _write_Control(w, value.gain)
+    _write_Control(w, value.rate_hz)
+    _write_SettingsOutcome(w, value.outcome)
+
+
 def _read_CameraStatus(r: Reader) -> CameraStatus:
     return CameraStatus(
         r.string(),
@@ -1363,6 +1463,8 @@ def _read_CameraStatus(r: Reader) -> CameraStatus:
         r.u64(),
         r.u64(),
         r.u64(),
+        r.f32(),
+        _read_CameraStatusControls(r),
         r.list(_read_CameraNotice, 32),
     )
 
@@ -1380,7 +1482,76 @@ def _write_CameraStatus(w: Writer, value: CameraStatus) -> None:
     w.u64(value.uptime_s)
     w.u64(value.published)
     w.u64(value.fallbacks)
+    w.f32(value.brightness)
+    _write_CameraStatusControls(w, value.controls)
     w.list(_write_CameraNotice, value.notices)
+
+
+def _read_Control(r: Reader) -> Control:
+    return Control(
+        r.optional(Reader.f64),
+        r.optional(Reader.f64),
+        r.optional(lambda r: r.f64s(2)),
+    )
+
+
+def _write_Control(w: Writer, value: Control) -> None:
+    w.optional(Writer.f64, value.wanted)
+    w.optional(Writer.f64, value.value)
+    w.optional(lambda w, v: w.f64s(v, 2), value.range)
+
+
+def _read_SettingsOutcomeNone(r: Reader) -> SettingsOutcomeNone:
+    return SettingsOutcomeNone()
+
+
+def _write_SettingsOutcomeNone(w: Writer, value: SettingsOutcomeNone) -> None:
+    pass
+
+
+def _read_SettingsOutcomePending(r: Reader) -> SettingsOutcomePending:
+    return SettingsOutcomePending()
+
+
+def _write_SettingsOutcomePending(w: Writer, value: SettingsOutcomePending) -> None:
+    pass
+
+
+def _read_SettingsOutcomeApplied(r: Reader) -> SettingsOutcomeApplied:
+    return SettingsOutcomeApplied()
+
+
+def _write_SettingsOutcomeApplied(w: Writer, value: SettingsOutcomeApplied) -> None:
+    pass
+
+
+def _read_SettingsOutcomeAdjusted(r: Reader) -> SettingsOutcomeAdjusted:
+    return SettingsOutcomeAdjusted(
+        r.string(),
+    )
+
+
+def _write_SettingsOutcomeAdjusted(w: Writer, value: SettingsOutcomeAdjusted) -> None:
+    w.string(value.detail)
+
+
+def _read_SettingsOutcomeRefused(r: Reader) -> SettingsOutcomeRefused:
+    return SettingsOutcomeRefused(
+        r.string(),
+    )
+
+
+def _write_SettingsOutcomeRefused(w: Writer, value: SettingsOutcomeRefused) -> None:
+    w.string(value.detail)
+
+
+def _read_SettingsOutcome(r: Reader) -> SettingsOutcome:
+    value: SettingsOutcome = r.alternative(_ALL_SettingsOutcome)
+    return value
+
+
+def _write_SettingsOutcome(w: Writer, value: SettingsOutcome) -> None:
+    w.alternative(_ALL_SettingsOutcome, value)
 
 
 def _read_ObjectPose(r: Reader) -> ObjectPose:
@@ -2038,6 +2209,22 @@ def _write_ObjectTag(w: Writer, value: ObjectTag) -> None:
     w.optional(_write_Sigma, value.object_from_tag_sigma)
 
 
+def _read_CameraSettings(r: Reader) -> CameraSettings:
+    return CameraSettings(
+        r.string(),
+        r.optional(Reader.f64),
+        r.optional(Reader.f64),
+        r.optional(Reader.f64),
+    )
+
+
+def _write_CameraSettings(w: Writer, value: CameraSettings) -> None:
+    w.string(value.camera)
+    w.optional(Writer.f64, value.exposure_us)
+    w.optional(Writer.f64, value.gain)
+    w.optional(Writer.f64, value.rate_hz)
+
+
 def _read_TagId(r: Reader) -> TagId:
     return TagId(
         _read_Family(r),
@@ -2527,6 +2714,13 @@ def _write_Refusal(w: Writer, value: Refusal) -> None:
 _ALL_ClockSource = tuple(ClockSource)
 _ALL_Family = tuple(Family)
 _ALL_RejectionCause = tuple(RejectionCause)
+_ALL_SettingsOutcome = (
+    Alternative(SettingsOutcomeNone, _read_SettingsOutcomeNone, _write_SettingsOutcomeNone),
+    Alternative(SettingsOutcomePending, _read_SettingsOutcomePending, _write_SettingsOutcomePending),
+    Alternative(SettingsOutcomeApplied, _read_SettingsOutcomeApplied, _write_SettingsOutcomeApplied),
+    Alternative(SettingsOutcomeAdjusted, _read_SettingsOutcomeAdjusted, _write_SettingsOutcomeAdjusted),
+    Alternative(SettingsOutcomeRefused, _read_SettingsOutcomeRefused, _write_SettingsOutcomeRefused),
+)
 _ALL_State = tuple(State)
 _ALL_InputSource = (
     Alternative(InputSourceImage, _read_InputSourceImage, _write_InputSourceImage),
@@ -2612,6 +2806,7 @@ KINDS: dict[int, Kind] = {
     12: Kind(12, 131072, RigConfig, _read_RigConfig, _write_RigConfig),
     13: Kind(13, 131072, ObjectConfig, _read_ObjectConfig, _write_ObjectConfig),
     14: Kind(14, 16384, FusionInputs, _read_FusionInputs, _write_FusionInputs),
+    15: Kind(15, 1024, CameraSettings, _read_CameraSettings, _write_CameraSettings),
     16: Kind(16, 1024, Heartbeat, _read_Heartbeat, _write_Heartbeat),
 }
 
@@ -2630,6 +2825,14 @@ __all__ = [
     "DetectionReportExample",
     "RejectionCause",
     "CameraStatus",
+    "CameraStatusControls",
+    "Control",
+    "SettingsOutcome",
+    "SettingsOutcomeNone",
+    "SettingsOutcomePending",
+    "SettingsOutcomeApplied",
+    "SettingsOutcomeAdjusted",
+    "SettingsOutcomeRefused",
     "ObjectPose",
     "State",
     "ObjectLinks",
@@ -2674,6 +2877,7 @@ __all__ = [
     "Joint",
     "JointKind",
     "ObjectTag",
+    "CameraSettings",
     "TagId",
     "Fault",
     "FaultCameraMoved",

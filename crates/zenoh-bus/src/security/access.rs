@@ -49,7 +49,12 @@ fn grants(keys: &Keys, member: &Member) -> Grants {
             puts: vec![own(NodeKind::Camera)],
             answers: vec![own(NodeKind::Camera)],
             tokens: vec![alive(NodeKind::Camera), holder(NodeKind::Camera)],
-            reads: vec![keys.all_config(), holder(NodeKind::Camera)],
+            reads: vec![
+                keys.config_rig(),
+                keys.all_config_objects(),
+                format!("{root}/config/camera/{name}"),
+                holder(NodeKind::Camera),
+            ],
         },
         Role::Fusion => {
             let own = format!("{root}/fusion/{name}/**");
@@ -203,6 +208,7 @@ mod tests {
                     "camera/aa/status",
                     "camera/*/status",
                     "config/rig",
+                    "config/camera/a",
                     "object/box/pose",
                     "fusion/a/status",
                 ][..],
@@ -220,11 +226,17 @@ mod tests {
             (
                 Role::Viewer,
                 &["viewer/a/events"],
-                &["config/rig", "camera/a/status", "viewer/b/events", "**"],
+                &[
+                    "config/rig",
+                    "config/camera/a",
+                    "camera/a/status",
+                    "viewer/b/events",
+                    "**",
+                ],
             ),
             (
                 Role::Operator,
-                &["config/rig"],
+                &["config/rig", "config/camera/a"],
                 &["object/box/pose", "fusion/a/status", "camera/a/status"],
             ),
         ] {
@@ -235,6 +247,17 @@ mod tests {
             for key in denied {
                 assert!(!includes(&puts, key), "{role} {key}");
             }
+        }
+    }
+
+    #[test]
+    fn a_camera_reads_the_models_and_its_own_settings() {
+        let reads = grants(&keys(), &member("a", Role::Camera)).reads;
+        for own in ["config/rig", "config/object/box", "config/camera/a"] {
+            assert!(includes(&reads, own), "{own}");
+        }
+        for foreign in ["config/camera/b", "config/**", "object/box/pose"] {
+            assert!(!includes(&reads, foreign), "{foreign}");
         }
     }
 

@@ -1,8 +1,7 @@
 //! Exposure, gain and every other control of a camera, by name.
 
-use std::io;
-
 use sextant_process::Exit;
+use sextant_proto::Control as Setting;
 
 use super::device::{Control, ControlKind, Device};
 use crate::config::V4l2Config;
@@ -56,14 +55,19 @@ pub(super) fn name(control: &Control) -> String {
     spaced.split_whitespace().collect::<Vec<_>>().join("_")
 }
 
-/// Sets what the file says and returns the exposure that the camera has now, ns; 0 where it has none that is fixed.
-/// What the camera refuses is logged, since it goes on with its own value.
+/// Sets what is configured and returns what the camera has now. What it refuses is logged, since it goes on with its own
+/// value. `before` is the configuration until now: what is no longer configured returns to the driver's default.
 ///
 /// # Errors
 /// A control that the camera does not have, and a value beyond its range.
-pub(super) fn apply(device: &impl Device, config: &V4l2Config) -> Result<u32, SourceError> {
+pub(super) fn apply(
+    device: &impl Device,
+    config: &V4l2Config,
+    before: Option<&V4l2Config>,
+) -> Result<InForce, SourceError> {
     let controls = all(device);
     let mut wishes = named(&controls, config)?;
+    wishes.extend(before.map_or_else(Vec::new, |before| released(&controls, before, config)));
     wishes.extend(derived(&controls, config));
     // Switches first: what they take from the camera's automatic can only be set then.
     wishes.sort_by_key(|(control, _)| control.kind == ControlKind::Integer);
@@ -72,7 +76,72 @@ pub(super) fn apply(device: &impl Device, config: &V4l2Config) -> Result<u32, So
             tracing::warn!(control = control.title, value, %cause, "the camera keeps its own value");
         }
     }
-    Ok(config.exposure_us.map_or(0, |_| exposure_ns(device)))
+    Ok(in_force(device, &controls, config))
+}
+
+/// Exposure and gain of a camera. Values that it chooses by itself are unknown.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct InForce {
+    pub(super) exposure_us: Setting,
+    pub(super) gain: Setting,
+}
+
+fn in_force(device: &impl Device, controls: &[Control], config: &V4l2Config) -> InForce {
+    let setting = |control: Option<&Control>, unit: f64, is_fixed: bool| {
+        let scaled = |value: i32| f64::from(value.max(0)) * unit;
+        let value = |control: &Control| device.control(control.id).ok().map(scaled);
+        let range = control.map(|control| control.range.map(scaled));
+        Setting {
+            wanted: None,
+            value: control.filter(|_| is_fixed).and_then(value),
+            range: range.filter(|[least, greatest]| least <= greatest),
+        }
+    };
+    let unit_us = f64::from(EXPOSURE_UNIT_US);
+    InForce {
+        exposure_us: setting(
+            find(controls, EXPOSURE_ABSOLUTE),
+            unit_us,
+            config.exposure_us.is_some(),
+        ),
+        gain: setting(gain(controls), 1.0, config.gain.is_some()),
+    }
+}
+
+impl InForce {
+    /// Exposure, ns; 0 where the camera has none that is fixed.
+    pub(super) fn exposure_ns(&self) -> u32 {
+        (self.exposure_us.value.unwrap_or(0.0) * 1000.0).max(0.0) as u32
+    }
+}
+
+fn find(controls: &[Control], id: u32) -> Option<&Control> {
+    controls.iter().find(|control| control.id == id)
+}
+
+fn gain(controls: &[Control]) -> Option<&Control> {
+    find(controls, GAIN).or_else(|| find(controls, ANALOGUE_GAIN))
+}
+
+/// Defaults of what was configured before and is not any more.
+fn released<'a>(
+    controls: &'a [Control],
+    before: &V4l2Config,
+    config: &V4l2Config,
+) -> Vec<(&'a Control, i32)> {
+    let mut released = Vec::new();
+    if before.exposure_us.is_some() && config.exposure_us.is_none() {
+        let automatic = find(controls, EXPOSURE_AUTO);
+        released.extend(automatic.or_else(|| find(controls, EXPOSURE_ABSOLUTE)));
+    }
+    if before.gain.is_some() && config.gain.is_none() {
+        released.extend(find(controls, AUTOGAIN).or_else(|| gain(controls)));
+    }
+    if before.rate_hz.is_some() && config.rate_hz.is_none() {
+        released.extend(find(controls, EXPOSURE_AUTO_PRIORITY));
+    }
+    let with_default = |control: &'a Control| (control, control.default);
+    released.into_iter().map(with_default).collect()
 }
 
 /// The controls that the file names.
@@ -110,25 +179,24 @@ fn unknown(wanted: &str, controls: &[Control]) -> SourceError {
 
 /// What exposure, gain and rate mean in controls, as far as the camera has them.
 fn derived<'a>(controls: &'a [Control], config: &V4l2Config) -> Vec<(&'a Control, i32)> {
-    let find = |id: u32| controls.iter().find(move |control| control.id == id);
     let mut wishes = Vec::new();
     if let Some(exposure_us) = config.exposure_us {
-        wishes.extend(find(EXPOSURE_AUTO).map(|control| (control, MANUAL)));
+        wishes.extend(find(controls, EXPOSURE_AUTO).map(|control| (control, MANUAL)));
         let units = exposure_us.saturating_add(EXPOSURE_UNIT_US / 2) / EXPOSURE_UNIT_US;
-        match find(EXPOSURE_ABSOLUTE) {
+        match find(controls, EXPOSURE_ABSOLUTE) {
             Some(control) => wishes.push((control, within(control, units))),
             None => tracing::warn!("the camera lets nobody choose its exposure"),
         }
     }
     if let Some(gain) = config.gain {
-        wishes.extend(find(AUTOGAIN).map(|control| (control, 0)));
-        match find(GAIN).or_else(|| find(ANALOGUE_GAIN)) {
+        wishes.extend(find(controls, AUTOGAIN).map(|control| (control, 0)));
+        match self::gain(controls) {
             Some(control) => wishes.push((control, within(control, gain))),
             None => tracing::warn!("the camera lets nobody choose its gain"),
         }
     }
     if config.rate_hz.is_some() {
-        wishes.extend(find(EXPOSURE_AUTO_PRIORITY).map(|control| (control, 0)));
+        wishes.extend(find(controls, EXPOSURE_AUTO_PRIORITY).map(|control| (control, 0)));
     }
     wishes
 }
@@ -149,10 +217,4 @@ fn within(control: &Control, value: u32) -> i32 {
         );
     }
     nearest
-}
-
-fn exposure_ns(device: &impl Device) -> u32 {
-    let units: io::Result<i32> = device.control(EXPOSURE_ABSOLUTE);
-    let units = units.ok().and_then(|units| u32::try_from(units).ok());
-    units.unwrap_or(0).saturating_mul(EXPOSURE_UNIT_US * 1000)
 }

@@ -299,7 +299,10 @@ fn switches_are_set_before_what_they_free() {
         .into(),
         ..config()
     };
-    start_with(&device, &config).unwrap();
+    let camera = start_with(&device, &config).unwrap();
+    let controls = camera.controls().unwrap();
+    assert_eq!(controls.gain.value, Some(64.0));
+    assert_eq!(controls.rate_hz.range, Some([30.0; 2]));
     let set = device.state.set.borrow();
     let place = |wanted: (u32, i32)| set.iter().position(|done| *done == wanted).unwrap();
     assert!(place((0x009a_0901, 1)) < place((0x009a_0902, 40)));
@@ -343,6 +346,13 @@ fn settings_change_while_the_camera_runs() {
         panic!("no image")
     };
     assert_eq!(capture.exposure_ns, 2_000_000);
+    let exposure = |camera: &V4l2Camera<FakeDevice>| camera.controls().unwrap().exposure_us;
+    assert_eq!(exposure(&camera).value, Some(2000.0));
+    assert_eq!(exposure(&camera).range, Some([100.0, 50_000.0]));
+    camera.reconfigure(&changed(|_| {})).unwrap();
+    let automatic = (0x009a_0901, 0);
+    assert_eq!(device.state.set.borrow().last(), Some(&automatic));
+    assert_eq!(exposure(&camera).value, None);
     let wrong = camera.reconfigure(&changed(|config| {
         config.controls.insert("fokus".to_owned(), 1);
     }));

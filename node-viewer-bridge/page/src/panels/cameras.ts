@@ -7,6 +7,7 @@ import type { CameraState, Site } from "../site.ts";
 import { DetectorPanel } from "./detector.ts";
 import { Condition, element, pressButton, testId, Text } from "./dom.ts";
 import { Picture } from "./picture.ts";
+import { SettingsPanel } from "./settings.ts";
 
 export class CamerasPanel {
   private readonly cards = new Map<string, CameraCard>();
@@ -67,6 +68,7 @@ class CameraCard {
   readonly root: HTMLElement;
   readonly picture: Picture;
   private readonly detector: DetectorPanel;
+  private readonly settings: SettingsPanel;
   private readonly condition: Condition;
   private readonly rate: Text;
   private readonly latency: Text;
@@ -82,6 +84,7 @@ class CameraCard {
     const { id } = camera;
     this.picture = new Picture(camera, site, () => pictureShown(this.picture.canvas));
     this.detector = new DetectorPanel(id);
+    this.settings = new SettingsPanel(id);
     this.condition = new Condition(testId(element("span", "condition"), `camera-${id}-condition`));
     const facts = element("dl", "facts");
     this.rate = fact(facts, "Rate", "Hz", `camera-${id}-rate`);
@@ -91,7 +94,7 @@ class CameraCard {
     const heading = element("header", "", element("h3", "", id), this.condition.element);
     const look = pressButton("Look through", `camera-${id}-eye`, () => selection.lookThrough(id));
     this.root = testId(
-      element("article", "camera", this.enlarger(), element("div", "about", heading, facts, look), this.detector.root),
+      element("article", "camera", this.enlarger(), element("div", "about", heading, facts, look), this.settings.root, this.detector.root),
       `camera-card-${id}`,
     );
   }
@@ -105,6 +108,7 @@ class CameraCard {
     this.dropped.set(this.camera.status ? count(this.camera.status.dropped) : NONE);
     this.updateClock(live);
     this.detector.show(live && this.picture.withRejected ? this.camera.reports.newest : null);
+    this.settings.show(live && this.picture.withRejected ? this.camera.status : null, now);
     if (this.root.dataset["condition"] !== condition) this.root.dataset["condition"] = condition;
   }
 
