@@ -23,7 +23,7 @@ pub struct FusionConfig {
     /// Exposure, gain and rate of cameras, which `sextant config set camera` changes. Default `cameras.toml`; it may be missing.
     #[serde(default = "default_cameras")]
     pub cameras: PathBuf,
-    /// Whether changes of rig and objects that come over the network are written into these files, so that they outlive
+    /// Whether changes of rig, objects and camera settings that come over the network are written into these files, so that they outlive
     /// this process. Default false: they hold until it ends. A new object goes into `objects/<object>.toml`; the former file
     /// stays as `<name>.former`, older ones are numbered.
     #[serde(default)]

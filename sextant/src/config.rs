@@ -45,7 +45,7 @@ enum Command {
     Fusion,
     /// Print a documented configuration of a viewer bridge.
     Viewer,
-    /// Print the rig, an object or the settings of a camera of a running site, as a file.
+    /// Print the rig or an object of a running site as a file, or the settings of a camera.
     Get(GetArguments),
     /// Change the rig, an object or the settings of a camera of a running site.
     Set(SetArguments),

@@ -35,5 +35,5 @@ pub use error::{Complaint, FileError, InvalidFile};
 pub use foreign::{ForeignFormat, foreign_text, is_foreign, parse_foreign, read_foreign};
 pub use keep::{keep_object, keep_rig, object_file, retire_object};
 pub use object::{object_toml, parse_object, read_object, write_object};
-pub use read::{parse_toml, read_text, read_toml, read_toml_checked, toml_text, write_toml};
+pub use read::{parse_toml, read_text, read_toml, read_toml_checked, write_toml};
 pub use rig::{parse_rig, read_rig, rig_toml, write_rig};

@@ -60,18 +60,11 @@ pub fn parse_toml<T: DeserializeOwned>(
 /// # Errors
 /// A value that TOML cannot represent, or an error of the system; the old file is then unchanged.
 pub fn write_toml<T: Serialize>(path: &Path, value: &T) -> Result<(), FileError> {
-    write_atomically(path, toml_text(path, value)?.as_bytes())
-}
-
-/// The text of a configuration file; `path` is for the message.
-///
-/// # Errors
-/// A value that TOML cannot represent.
-pub fn toml_text<T: Serialize>(path: &Path, value: &T) -> Result<String, FileError> {
-    toml::to_string(value).map_err(|error| FileError::Unwritable {
+    let text = toml::to_string(value).map_err(|error| FileError::Unwritable {
         path: path.to_owned(),
         source: std::io::Error::other(error),
-    })
+    })?;
+    write_atomically(path, text.as_bytes())
 }
 
 #[cfg(test)]
