@@ -4,7 +4,7 @@ use crate::output::Format;
 use crate::{
     calibrate, camera, check, config, convert, demo, deploy, detect, doctor, echo, hz, keys, learn,
     list, manual, mavlink, nodes, osc, print, progress, record, replay, ros2, router, simulate,
-    top,
+    top, vrpn,
 };
 use clap::{CommandFactory, Parser, Subcommand};
 
@@ -54,6 +54,8 @@ enum Command {
     Osc(osc::OscArguments),
     /// Send the pose of a vehicle to its autopilot as MAVLink odometry.
     Mavlink(mavlink::MavlinkArguments),
+    /// Serve poses as VRPN trackers: ROS, Unreal, MATLAB, virtual-reality tools.
+    Vrpn(vrpn::VrpnArguments),
     /// Show message rates and latencies.
     Hz(hz::HzArguments),
     /// Watch the cameras, objects and faults of a site.
@@ -112,6 +114,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         Command::Echo(arguments) => echo::run(arguments, format),
         Command::Osc(arguments) => osc::run(arguments, format),
         Command::Mavlink(arguments) => mavlink::run(arguments, format),
+        Command::Vrpn(arguments) => vrpn::run(arguments, format),
         Command::Hz(arguments) => hz::run(arguments, format),
         Command::Top(arguments) => top::run(arguments, format),
         Command::Ros2(arguments) => ros2::run(arguments, format),

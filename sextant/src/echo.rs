@@ -22,7 +22,7 @@ const QUEUE: usize = 1024;
 /// Longest delay until Ctrl-C has an effect.
 const GLANCE: Duration = Duration::from_millis(100);
 /// Silence after which a notice is printed.
-const SILENCE: Duration = Duration::from_secs(3);
+const SILENCE: Duration = Duration::from_secs(2);
 /// Timeout of queries for last values.
 const ANSWER: Duration = Duration::from_millis(500);
 
@@ -111,8 +111,11 @@ pub fn run(arguments: &EchoArguments, format: Format) -> anyhow::Result<()> {
         router.say(&site.bus);
         if hint_due.is_some_and(|due| Instant::now() >= due) {
             if site.bus.is_connected() {
-                let silence = if heard { "for 3 s" } else { "so far" };
-                eprintln!("nothing on {expression} {silence}; `sextant list` says what is there");
+                let silence = if heard { "for 2 s" } else { "so far" };
+                let objects = site.objects_in_words();
+                eprintln!(
+                    "nothing on {expression} {silence}; {objects} (`sextant list` shows more)"
+                );
             }
             hint_due = None;
         }

@@ -2,6 +2,7 @@
 
 mod alignment;
 mod arguments;
+mod axes;
 mod calibrate;
 mod camera;
 mod check;
@@ -37,6 +38,7 @@ mod seconds;
 mod simulate;
 mod site;
 mod top;
+mod vrpn;
 mod words;
 
 use arguments::Arguments;

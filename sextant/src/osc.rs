@@ -1,5 +1,6 @@
 //! `sextant osc`: poses as Open Sound Control messages, by UDP to one machine.
 
+use crate::axes::AxesName;
 use crate::datagrams::{DatagramTarget, SenderCounts};
 use crate::output::Format;
 use crate::pose_feed::{self, FeedArguments, Next, PoseReceiver, RateLimit};
@@ -7,9 +8,7 @@ use crate::words;
 use anyhow::{anyhow, bail};
 use clap::{Args, ValueEnum};
 use sextant_estimator::{ObjectId, State};
-use sextant_pose_formats::{
-    AddressTemplate, Axes, MAX_VMT_TRACKERS, MAX_VRCHAT_TRACKERS, OscLayout,
-};
+use sextant_pose_formats::{AddressTemplate, MAX_VMT_TRACKERS, MAX_VRCHAT_TRACKERS, OscLayout};
 use sextant_process::{Exit, Failure};
 use sextant_proto::ObjectPose;
 use std::time::Instant;
@@ -57,26 +56,6 @@ enum Layout {
     Plain,
     Vrchat,
     Vmt,
-}
-
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum AxesName {
-    /// Right-handed, z up, as in Sextant and ROS.
-    ZUp,
-    /// Right-handed, y up, as in OpenGL.
-    YUp,
-    /// Left-handed, y up, z forward.
-    Unity,
-}
-
-impl From<AxesName> for Axes {
-    fn from(name: AxesName) -> Self {
-        match name {
-            AxesName::ZUp => Self::ZUp,
-            AxesName::YUp => Self::YUp,
-            AxesName::Unity => Self::Unity,
-        }
-    }
 }
 
 /// Runs `sextant osc`.

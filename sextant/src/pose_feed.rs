@@ -16,7 +16,7 @@ const QUEUE: usize = 1024;
 /// Longest delay until Ctrl-C has an effect.
 const GLANCE: Duration = Duration::from_millis(50);
 /// Silence after which a notice is printed.
-const SILENCE: Duration = Duration::from_secs(3);
+const SILENCE: Duration = Duration::from_secs(2);
 
 /// Which site, and for how long.
 #[derive(Args, Debug)]
@@ -113,7 +113,8 @@ pub fn run(
         receiver.tick();
         router.say(&site.bus);
         if hint_due.is_some_and(|due| Instant::now() >= due) && site.bus.is_connected() {
-            eprintln!("no pose on {expression} so far; `sextant list` says what is there");
+            let known = site.objects_in_words();
+            eprintln!("no pose on {expression} so far; {known} (`sextant list` shows more)");
             hint_due = None;
         }
     }

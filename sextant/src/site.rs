@@ -3,13 +3,17 @@
 use anyhow::bail;
 use clap::Args;
 use sextant_process::{Exit, Failure, Shutdown, WithExit, now_ns};
-use sextant_proto::{Keys, SiteId};
+use sextant_proto::{Keys, ObjectConfig, SiteId, limits};
 use sextant_zenoh_bus::{Bus, BusError, BusOptions, Role, Security, why_no_router};
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 /// How long a router may take to answer.
 const PATIENCE: Duration = Duration::from_secs(3);
+/// Timeout of the query for objects.
+const ANSWER: Duration = Duration::from_millis(500);
+/// Most names in a sentence.
+const MOST_NAMES: usize = 10;
 
 /// Which site, and where its router is.
 #[derive(Args, Debug)]
@@ -176,6 +180,26 @@ impl Site {
                 );
                 bail!(Failure::new(Exit::Input, cause))
             }
+        }
+    }
+
+    /// The objects that the site has, for a person who waits for messages of another one. Takes up to half a second.
+    pub fn objects_in_words(&self) -> String {
+        let key = self.keys.all_config_objects();
+        let items = self.bus.latest(&key, limits::MAX_PAYLOAD_BYTES, ANSWER);
+        let items = items.unwrap_or_default();
+        let objects = items.iter().filter_map(|item| item.decode().ok());
+        let objects = objects.filter(|object: &ObjectConfig| !object.is_removal());
+        let names: Vec<String> = objects.map(|object| object.id.to_string()).collect();
+        match names.as_slice() {
+            [] => "the site has no objects".to_owned(),
+            [one] => format!("the site has the object {one}"),
+            _ if names.len() > MOST_NAMES => {
+                let further = names.len() - MOST_NAMES;
+                let names = names[..MOST_NAMES].join(", ");
+                format!("the site has the objects {names} and {further} more")
+            }
+            _ => format!("the site has the objects {}", names.join(", ")),
         }
     }
 

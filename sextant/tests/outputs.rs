@@ -1,142 +1,15 @@
 //! Poses on their way to other tools: a router of the test's, poses that it publishes, and the real program.
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
+mod posing_site;
 mod recording;
 
-use recording::{refused, sextant, stdout};
+use posing_site::{PATIENCE, Site};
+use recording::{refused, sextant, stderr, stdout};
 use serde_json::Value;
-use sextant_estimator::{ObjectId, State};
-use sextant_proto::{Keys, ObjectPose, encode};
-use sextant_zenoh_bus::{Bus, BusOptions, Qos, RawPublisher};
 use std::io::{BufRead, BufReader};
-use std::net::UdpSocket;
-use std::process::{Child, Command, Output, Stdio};
+use std::process::Stdio;
 use std::time::{Duration, Instant};
-
-const PATIENCE: Duration = Duration::from_secs(60);
-
-struct Site {
-    _bus: Bus,
-    connect: String,
-    publisher: RawPublisher,
-    sequence: u64,
-}
-
-impl Site {
-    fn open() -> Self {
-        let bus = Bus::open(&BusOptions::router_on("tcp/127.0.0.1:0")).unwrap();
-        let key = Keys::new("lab").unwrap().pose(&cube());
-        let publisher = bus.raw_publisher(&key, Qos::Pose).unwrap();
-        Self {
-            connect: bus.endpoints()[0].clone(),
-            _bus: bus,
-            publisher,
-            sequence: 0,
-        }
-    }
-
-    fn command(&self, arguments: &[&str]) -> Command {
-        let mut command = sextant();
-        command
-            .args(arguments)
-            .args(["--site", "lab", "--connect", &self.connect]);
-        command
-    }
-
-    fn publish(&mut self) {
-        self.sequence += 1;
-        let pose = pose(self.sequence);
-        self.publisher.put(&encode(&pose).unwrap()).unwrap();
-    }
-
-    /// Publishes poses until the program ends.
-    fn run(&mut self, arguments: &[&str]) -> Output {
-        let mut command = self.command(arguments);
-        let child = command.stdout(Stdio::piped()).stderr(Stdio::piped());
-        let mut child = child.spawn().unwrap();
-        let deadline = Instant::now() + PATIENCE;
-        while child.try_wait().unwrap().is_none() {
-            assert!(Instant::now() < deadline, "it does not end");
-            self.publish();
-            std::thread::sleep(Duration::from_millis(10));
-        }
-        child.wait_with_output().unwrap()
-    }
-
-    /// Runs a program that sends to the returned datagrams' receiver until `wanted` of them fit.
-    fn datagrams(
-        &mut self,
-        arguments: &[&str],
-        wanted: impl Fn(&[u8]) -> bool,
-    ) -> (Vec<u8>, Value) {
-        let receiver = UdpSocket::bind("127.0.0.1:0").unwrap();
-        let wait = Some(Duration::from_millis(10));
-        receiver.set_read_timeout(wait).unwrap();
-        let to = receiver.local_addr().unwrap().to_string();
-        let mut command = self.command(arguments);
-        let command = command.args(["--json", "--to", &to]);
-        let child = command.stdout(Stdio::piped()).stderr(Stdio::piped());
-        let child = Ended(Some(child.spawn().unwrap()));
-        let (deadline, mut buffer) = (Instant::now() + PATIENCE, [0; 512]);
-        loop {
-            assert!(Instant::now() < deadline, "nothing of that kind comes");
-            self.publish();
-            if let Ok(length) = receiver.recv(&mut buffer)
-                && wanted(&buffer[..length])
-            {
-                let summary = child.interrupt();
-                return (buffer[..length].to_vec(), summary);
-            }
-        }
-    }
-}
-
-/// A program that is ended in any case.
-struct Ended(Option<Child>);
-
-impl Ended {
-    /// Sends it Ctrl-C; the line that it ends with.
-    fn interrupt(mut self) -> Value {
-        let child = self.0.take().unwrap();
-        let kill = Command::new("kill")
-            .args(["-INT", &child.id().to_string()])
-            .status();
-        assert!(kill.unwrap().success());
-        let output = child.wait_with_output().unwrap();
-        serde_json::from_str(&stdout(&output)).unwrap()
-    }
-}
-
-impl Drop for Ended {
-    fn drop(&mut self) {
-        if let Some(mut child) = self.0.take() {
-            let _ = child.kill();
-            let _ = child.wait();
-        }
-    }
-}
-
-fn cube() -> ObjectId {
-    ObjectId::new("cube").unwrap()
-}
-
-fn pose(sequence: u64) -> ObjectPose {
-    ObjectPose {
-        object: cube(),
-        epoch: 1,
-        sequence,
-        capture_ns: 1_800_000_000_000_000_000 + sequence * 10_000_000,
-        published_ns: 1_800_000_000_000_000_000,
-        state: State::Tracking,
-        position: [1.0, 2.0, 3.0],
-        orientation: [0.0, 0.0, 0.0, 1.0],
-        covariance: std::array::from_fn(|place| if place % 7 == 0 { 1e-6 } else { 0.0 }),
-        twist: [0.0; 6],
-        cameras: 2,
-        tags: 3,
-        rms_px: 0.125,
-    }
-}
 
 #[test]
 fn poses_come_as_text_in_three_formats() {
@@ -179,6 +52,22 @@ fn poses_go_to_a_file_and_a_full_disk_is_told() {
     );
     let nowhere = site.run(&[&echo[..], &["/proc/none/poses.csv"]].concat());
     refused(&nowhere, 3, "--out /proc/none/poses.csv cannot be written");
+}
+
+#[test]
+fn who_waits_for_an_unknown_object_reads_which_there_are() {
+    let mut site = Site::open();
+    site.announce(&["cube", "tray"]);
+    for format in [&["--format", "json"][..], &[]] {
+        let mut command = site.command(&["echo", "cub", "--duration", "6"]);
+        let output = command.args(format).output().unwrap();
+        let words = stderr(&output);
+        assert!(
+            words.contains("the site has the objects cube, tray"),
+            "{words}"
+        );
+        assert_eq!(stdout(&output), "");
+    }
 }
 
 #[test]

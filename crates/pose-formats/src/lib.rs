@@ -1,14 +1,16 @@
-//! Object poses as datagrams of other tools: OSC messages and MAVLink frames.
+//! Object poses in the protocols of other tools: OSC messages, MAVLink frames, VRPN trackers.
 //!
 //! - [`Axes`]: the world's axes as other tools have them, with positions, quaternions and Euler angles.
 //! - [`OscMessage`], [`OscLayout`]: Open Sound Control 1.0; plain poses, VRChat's trackers, Virtual Motion Tracker.
 //! - [`MavlinkSender`], [`LocalFrame`], [`ResetCounter`]: `ODOMETRY` and `HEARTBEAT` of MAVLink 2.
+//! - [`VrpnTrackers`], [`VrpnConnection`]: the server's side of VRPN.
 //!
 //! Input is [`sextant_proto::ObjectPose`]: metres, x y z w, world with z up. Nothing here knows a socket or a clock.
 
 mod axes;
 mod mavlink;
 mod osc;
+mod vrpn;
 
 pub use axes::{Axes, euler_zxy_deg};
 pub use mavlink::odometry::LocalFrame;
@@ -18,6 +20,8 @@ pub use osc::layouts::{
     AddressError, AddressTemplate, MAX_VMT_TRACKERS, MAX_VRCHAT_TRACKERS, OscLayout,
 };
 pub use osc::{OscArgument, OscMessage};
+pub use vrpn::connection::{VrpnConnection, VrpnError, requested_port};
+pub use vrpn::{TrackerReport, VRPN_PORT, VrpnTrackers};
 
 /// The nearest finite `f32`.
 fn narrowed(value: f64) -> f32 {

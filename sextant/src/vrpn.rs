@@ -1,0 +1,118 @@
+//! `sextant vrpn`: each object as a tracker of a VRPN server.
+
+mod dialler;
+mod server;
+
+use crate::axes::AxesName;
+use crate::output::{Format, print_line};
+use crate::pose_feed::{self, FeedArguments, FeedCounts, Next, PoseReceiver, RateLimit};
+use crate::words;
+use clap::Args;
+use serde::Serialize;
+use server::{Server, ServerCounts};
+use sextant_estimator::ObjectId;
+use sextant_pose_formats::{VRPN_PORT, VrpnTrackers};
+use sextant_proto::ObjectPose;
+use std::time::Instant;
+
+/// Arguments of `sextant vrpn`.
+#[derive(Args, Debug)]
+#[command(
+    after_help = "Each object is a tracker of its name with sensor 0: a client asks for cube@HOST, or cube@tcp://HOST where a firewall is between.
+Objects that are tracked or coasting are sent, with the capture time, in metres; the quaternion is x y z w.
+VRPN knows no passwords: whoever reaches the address can read the poses. --listen 0.0.0.0 lets other machines connect.
+With --json, one line at the end: {\"poses\",\"refused\",\"dropped\",\"sent\",\"skipped\",\"clients\",\"slow\",\"turned_away\"}"
+)]
+pub struct VrpnArguments {
+    /// Address of the server.
+    #[arg(long, value_name = "HOST[:PORT]", default_value_t = format!("127.0.0.1:{VRPN_PORT}"))]
+    listen: String,
+    /// Axes of positions and quaternions.
+    #[arg(long, value_enum, default_value_t = AxesName::ZUp)]
+    axes: AxesName,
+    /// An object; may be repeated. By default all objects.
+    #[arg(long = "object", value_name = "ID")]
+    objects: Vec<ObjectId>,
+    /// Most poses a second of each object.
+    #[arg(long, value_name = "HZ", default_value = "120", value_parser = pose_feed::rate)]
+    rate: f64,
+    #[command(flatten)]
+    feed: FeedArguments,
+}
+
+/// Runs `sextant vrpn`.
+///
+/// # Errors
+/// An address that is none or in use, no router.
+pub fn run(arguments: &VrpnArguments, format: Format) -> anyhow::Result<()> {
+    let mut trackers = TrackerServer {
+        trackers: VrpnTrackers::new(arguments.axes.into()),
+        server: Server::open(&arguments.listen)?,
+        limit: RateLimit::new(arguments.rate),
+    };
+    eprintln!(
+        "serving {} as VRPN trackers at {}, at most {} a second; Ctrl-C ends it",
+        words::poses_of(&arguments.objects),
+        trackers.server.address(),
+        arguments.rate
+    );
+    let feed = pose_feed::run(&arguments.feed, &arguments.objects, &mut trackers)?;
+    let counts = Counts {
+        feed,
+        server: trackers.server.counts(),
+        skipped: trackers.limit.skipped,
+    };
+    counts.report(format)
+}
+
+struct TrackerServer {
+    trackers: VrpnTrackers,
+    server: Server,
+    limit: RateLimit,
+}
+
+impl PoseReceiver for TrackerServer {
+    fn take(&mut self, pose: &ObjectPose) -> anyhow::Result<Next> {
+        if self.limit.admits(&pose.object, Instant::now())
+            && let Some(report) = self.trackers.report(pose)
+        {
+            self.server.send(&report);
+        }
+        Ok(Next::More)
+    }
+
+    fn tick(&mut self) {
+        self.server.turn(&self.trackers, Instant::now());
+    }
+}
+
+#[derive(Debug, Serialize)]
+struct Counts {
+    #[serde(flatten)]
+    feed: FeedCounts,
+    #[serde(flatten)]
+    server: ServerCounts,
+    /// Poses held back by the rate limit.
+    skipped: u64,
+}
+
+impl Counts {
+    fn report(&self, format: Format) -> anyhow::Result<()> {
+        let (feed, server) = (self.feed, self.server);
+        match format {
+            Format::Json => print_line(&serde_json::to_string(self)?)?,
+            Format::Text => eprintln!(
+                "{} to {} from {}; {} skipped by the rate limit, {} dropped, {} refused; {} dropped as too slow, {} turned away",
+                words::count(server.sent as usize, "message"),
+                words::count(server.clients as usize, "client"),
+                words::count(feed.poses as usize, "pose"),
+                self.skipped,
+                feed.dropped,
+                feed.refused,
+                words::count(server.slow as usize, "client"),
+                server.turned_away
+            ),
+        }
+        Ok(())
+    }
+}
