@@ -2,9 +2,9 @@
 
 use crate::output::Format;
 use crate::{
-    calibrate, camera, check, config, convert, demo, deploy, detect, doctor, echo, hz, keys, learn,
-    list, manual, mavlink, nodes, osc, print, progress, record, replay, ros2, router, simulate,
-    top, vrpn,
+    calibrate, camera, check, config, convert, demo, deploy, detect, doctor, echo, foxglove, hz,
+    keys, learn, list, manual, mavlink, nodes, osc, print, progress, record, replay, ros2, router,
+    simulate, top, vrpn,
 };
 use clap::{CommandFactory, Parser, Subcommand};
 
@@ -60,6 +60,8 @@ enum Command {
     Hz(hz::HzArguments),
     /// Watch the cameras, objects and faults of a site.
     Top(top::TopArguments),
+    /// Serve the site to Foxglove and Lichtblick, over a WebSocket.
+    Foxglove(foxglove::FoxgloveArguments),
     /// Publish the site's poses, detections, lenses and pictures as ROS 2 topics, without ROS.
     Ros2(ros2::Ros2Arguments),
     /// Print boards, tags and cubes as PDF in true size, with their object files.
@@ -117,6 +119,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         Command::Vrpn(arguments) => vrpn::run(arguments, format),
         Command::Hz(arguments) => hz::run(arguments, format),
         Command::Top(arguments) => top::run(arguments, format),
+        Command::Foxglove(arguments) => foxglove::run(arguments, format),
         Command::Ros2(arguments) => ros2::run(arguments, format),
         Command::Print(arguments) => print::run(arguments, format),
         Command::Convert(arguments) => convert::run(arguments, format),

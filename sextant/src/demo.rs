@@ -55,18 +55,26 @@ pub struct DemoArguments {
     /// Record images as well.
     #[arg(long, requires = "record")]
     images: bool,
+    /// Also serve Foxglove and Lichtblick at ws://127.0.0.1:8765.
+    #[arg(long)]
+    foxglove: bool,
     /// Name of the demo's site, which is part of every key on the network.
     #[arg(long = "site", default_value = "demo", value_name = "NAME")]
     name: SiteId,
 }
 
 impl DemoArguments {
+    /// Arguments by which this program's tools find the site.
+    fn site_arguments(&self, router: &str) -> Vec<OsString> {
+        let site = self.name.to_string();
+        let site = ["--site", &site, "--connect", router];
+        site.map(OsString::from).into()
+    }
+
     /// Arguments of `sextant record`, if it is wanted.
     fn recorder(&self, router: &str, folder: &SiteFolder) -> Option<Vec<OsString>> {
         let file = self.record.as_ref()?;
-        let site = self.name.to_string();
-        let site = ["--site", &site, "--connect", router];
-        let mut arguments: Vec<OsString> = site.map(OsString::from).into();
+        let mut arguments = self.site_arguments(router);
         arguments.push(file.into());
         if let Some(camera) = folder.cameras().first().filter(|_| self.images) {
             arguments.push("--camera-config".into());
@@ -108,6 +116,9 @@ pub fn run(arguments: &DemoArguments, format: crate::output::Format) -> anyhow::
     )?;
     let recorder = arguments.recorder(&router, &folder);
     let mut processes = Processes::start(&folder, recorder.as_deref())?;
+    if arguments.foxglove {
+        processes.start_foxglove(&arguments.site_arguments(&router))?;
+    }
     let keys = Keys::of(arguments.name.clone());
     let terminal = terminal::Terminal::new(format);
 

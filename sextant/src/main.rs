@@ -15,6 +15,7 @@ mod detect;
 mod doctor;
 mod drawing;
 mod echo;
+mod foxglove;
 mod hz;
 mod keys;
 mod learn;

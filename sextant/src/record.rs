@@ -6,7 +6,7 @@ mod progress;
 
 use crate::output::{Format, print_line};
 use crate::seconds;
-use crate::site::{RouterWatch, Site, SiteArguments};
+use crate::site::{RouterWatch, Site, SiteArguments, is_request};
 use clap::Args;
 use images::ImageReaders;
 use inbox::{Content, Entry, Inbox};
@@ -16,7 +16,7 @@ use sextant_estimator::{CameraId, ObjectId};
 use sextant_iceoryx_images::IceoryxOptions;
 use sextant_process::host::host_name;
 use sextant_process::{Exit, Failure, WithExit, now_ns};
-use sextant_proto::{ANNOUNCED, CameraStatus, KeyRef, Keys, decode, limits};
+use sextant_proto::{CameraStatus, KeyRef, decode, limits};
 use sextant_recordings::mcap::RecordingInfo;
 use sextant_recordings::mcap::writer::McapWriter;
 use sextant_site_files::read_toml;
@@ -323,16 +323,6 @@ fn subscribe(site: &Site, key: &str, inbox: &Arc<Inbox>) -> anyhow::Result<Callb
             }
         });
     subscription.exit_with(Exit::Unavailable)
-}
-
-/// A wish to change a model, as opposed to what a fusion node announces to be in force.
-fn is_request(keys: &Keys, item: &Item) -> bool {
-    let is_config = matches!(
-        keys.parse(&item.key),
-        Some(KeyRef::ConfigRig | KeyRef::ConfigObject(_) | KeyRef::ConfigCamera(_))
-    );
-    let sender = item.sender.as_deref().unwrap_or_default();
-    is_config && !sender.starts_with(ANNOUNCED)
 }
 
 fn push(inbox: &Inbox, item: Item) {

@@ -3,8 +3,8 @@
 use anyhow::bail;
 use clap::Args;
 use sextant_process::{Exit, Failure, Shutdown, WithExit, now_ns};
-use sextant_proto::{Keys, ObjectConfig, SiteId, limits};
-use sextant_zenoh_bus::{Bus, BusError, BusOptions, Role, Security, why_no_router};
+use sextant_proto::{ANNOUNCED, KeyRef, Keys, ObjectConfig, SiteId, limits};
+use sextant_zenoh_bus::{Bus, BusError, BusOptions, Item, Role, Security, why_no_router};
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
@@ -208,6 +208,16 @@ impl Site {
     pub fn expression(&self, said: &str) -> String {
         expression(&self.keys, said)
     }
+}
+
+/// A wish to change a model, as opposed to what a fusion node announces to be in force.
+pub fn is_request(keys: &Keys, item: &Item) -> bool {
+    let is_config = matches!(
+        keys.parse(&item.key),
+        Some(KeyRef::ConfigRig | KeyRef::ConfigObject(_) | KeyRef::ConfigCamera(_))
+    );
+    let sender = item.sender.as_deref().unwrap_or_default();
+    is_config && !sender.starts_with(ANNOUNCED)
 }
 
 fn expression(keys: &Keys, said: &str) -> String {

@@ -1,18 +1,25 @@
-//! Messages of a site as Foxglove and Lichtblick show them: JSON of Foxglove's schemas (<https://docs.foxglove.dev/docs/sdk/schemas>).
+//! Messages of a site as Foxglove and Lichtblick show them: JSON of Foxglove's schemas (<https://docs.foxglove.dev/docs/sdk/schemas>), and
+//! pictures.
 //!
-//! In: a decoded message. Out: topic, schema and JSON, for a recording or a live server. Each camera and object has topics of its own, so
+//! In: a decoded message. Out: topic, schema and bytes, for a recording or a live server. Each camera and object has topics of its own, so
 //! that a viewer that jumps to a time finds the last message of each. Frames: `world`, `camera/<camera>`, `object/<object>`, and
 //! `object/<object>/<link>`.
 
+mod annotations;
+mod diagnostics;
+pub mod layout;
 pub mod schema;
+pub mod websocket;
 
+use crate::mcap::image;
 use nalgebra::{Matrix3, Rotation3, SymmetricEigen, UnitQuaternion};
 use schema::Schema;
 use serde_json::{Value, json};
+use sextant_estimator::CameraId;
 use sextant_geometry::Pose;
 use sextant_proto::{
     AnyMessage, CameraConfig, LensConfig, ObjectConfig, ObjectLinks, ObjectPose, ObjectTagConfig,
-    PoseConfig, RigConfig,
+    PoseConfig, Preview, RigConfig,
 };
 
 /// A message for a viewer.
@@ -22,8 +29,8 @@ pub struct ViewerMessage {
     pub topic: String,
     /// What it is.
     pub schema: Schema,
-    /// The message.
-    pub json: String,
+    /// The message, as its schema encodes it.
+    pub data: Vec<u8>,
 }
 
 /// Standard deviations to the edge of an ellipsoid: 95 % of the volume of a Gaussian in three dimensions.
@@ -40,16 +47,38 @@ pub fn messages(message: &AnyMessage, arrival_ns: u64) -> Vec<ViewerMessage> {
         AnyMessage::ObjectConfig(object) => vec![tags_of(object, arrival_ns)],
         AnyMessage::ObjectPose(pose) => pose_messages(pose),
         AnyMessage::ObjectLinks(links) => vec![link_transforms(links)],
+        AnyMessage::Observations(image) => vec![annotations::message(image)],
+        AnyMessage::Preview(preview) => vec![picture(preview)],
+        AnyMessage::CameraStatus(status) => vec![diagnostics::of_camera(status, arrival_ns)],
+        AnyMessage::FusionStatus(status) => vec![diagnostics::of_fusion(status, arrival_ns)],
         _ => Vec::new(),
     }
 }
 
-fn viewer_message(topic: String, schema: Schema, message: &Value) -> ViewerMessage {
+fn json_message(topic: String, schema: Schema, message: &Value) -> ViewerMessage {
     ViewerMessage {
         topic,
         schema,
-        json: message.to_string(),
+        data: message.to_string().into_bytes(),
     }
+}
+
+/// A preview, as recorded images are.
+fn picture(preview: &Preview) -> ViewerMessage {
+    ViewerMessage {
+        topic: image::preview_topic(&preview.camera),
+        schema: Schema::CompressedImage,
+        data: image::encode_file(
+            &preview.camera,
+            preview.capture_ns,
+            image::File::Jpeg(&preview.jpeg),
+        ),
+    }
+}
+
+/// Topic of a camera's lens.
+fn calibration_topic(camera: &CameraId) -> String {
+    format!("/camera/{camera}/calibration")
 }
 
 fn rig_messages(rig: &RigConfig, arrival_ns: u64) -> Vec<ViewerMessage> {
@@ -59,11 +88,11 @@ fn rig_messages(rig: &RigConfig, arrival_ns: u64) -> Vec<ViewerMessage> {
         Some(transform(arrival_ns, ["world", &frame], world_from_camera))
     });
     let transforms = json!({ "transforms": transforms.collect::<Vec<_>>() });
-    let transforms = viewer_message("/rig".to_owned(), Schema::FrameTransforms, &transforms);
+    let transforms = json_message("/rig".to_owned(), Schema::FrameTransforms, &transforms);
     let calibrations = rig.cameras.iter().map(|camera| {
-        let topic = format!("/camera/{}/calibration", camera.id);
+        let topic = calibration_topic(&camera.id);
         let calibration = calibration(camera, arrival_ns);
-        viewer_message(topic, Schema::CameraCalibration, &calibration)
+        json_message(topic, Schema::CameraCalibration, &calibration)
     });
     std::iter::once(transforms).chain(calibrations).collect()
 }
@@ -97,9 +126,9 @@ fn pose_messages(pose: &ObjectPose) -> Vec<ViewerMessage> {
     let transform = transform(pose.capture_ns, ["world", &frame], &world_from_object);
     let transforms = json!({ "transforms": [transform] });
     let topic = format!("/object/{}/transform", pose.object);
-    let transforms = viewer_message(topic, Schema::FrameTransforms, &transforms);
+    let transforms = json_message(topic, Schema::FrameTransforms, &transforms);
     let topic = format!("/object/{}/ellipsoid", pose.object);
-    let ellipsoid = viewer_message(topic, Schema::SceneUpdate, &ellipsoid(pose));
+    let ellipsoid = json_message(topic, Schema::SceneUpdate, &ellipsoid(pose));
     vec![transforms, ellipsoid]
 }
 
@@ -136,7 +165,7 @@ fn link_transforms(links: &ObjectLinks) -> ViewerMessage {
     });
     let transforms = json!({ "transforms": transforms.collect::<Vec<_>>() });
     let topic = format!("/object/{}/links", links.object);
-    viewer_message(topic, Schema::FrameTransforms, &transforms)
+    json_message(topic, Schema::FrameTransforms, &transforms)
 }
 
 /// The outlines of an object's tags in its frame, or that they are gone.
@@ -164,7 +193,7 @@ fn tags_of(object: &ObjectConfig, arrival_ns: u64) -> ViewerMessage {
         json!([])
     };
     let update = json!({ "deletions": deletions, "entities": entities });
-    viewer_message(topic, Schema::SceneUpdate, &update)
+    json_message(topic, Schema::SceneUpdate, &update)
 }
 
 fn outline(tag: &ObjectTagConfig) -> Option<Value> {
@@ -250,7 +279,7 @@ mod tests {
     fn shown(message: &AnyMessage) -> Vec<(ViewerMessage, Value)> {
         let shown = messages(message, 7).into_iter();
         shown
-            .map(|one| (one.clone(), serde_json::from_str(&one.json).unwrap()))
+            .map(|one| (one.clone(), serde_json::from_slice(&one.data).unwrap()))
             .collect()
     }
 
@@ -304,7 +333,7 @@ mod tests {
             orientation: [0.0, 0.0, 0.0, 1.0],
         };
         let camera = CameraConfig {
-            id: sextant_estimator::CameraId::new("north").unwrap(),
+            id: CameraId::new("north").unwrap(),
             resolution: [640, 480],
             lens,
             lens_sigma: None,
@@ -337,7 +366,7 @@ mod tests {
         let all: Vec<_> = all.iter().flat_map(shown).collect();
         assert_eq!(all.len(), 5);
         for (message, json) in &all {
-            let schema = message.schema.json_schema();
+            let schema = message.schema.json_schema().unwrap();
             assert!(agrees(json, &schema), "{message:?} against {schema}");
         }
     }

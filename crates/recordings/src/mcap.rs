@@ -2,7 +2,7 @@
 //!
 //! - A wire payload has its zenoh key as topic, message encoding `sextant`, and its kind as the name of its schema.
 //! - An image has the topic `/camera/<camera>/image`: a PNG in `sensor_msgs/msg/CompressedImage` ([`image`]).
-//! - What Foxglove and Lichtblick show is JSON of Foxglove's schemas ([`crate::foxglove`]); nothing here reads it back.
+//! - What Foxglove and Lichtblick show is JSON of Foxglove's schemas, and previews ([`crate::foxglove`]); nothing here reads it back.
 //!
 //! `log_time` is the arrival at the recorder, `publish_time` the capture time where there is one. Chunks are compressed with LZ4 and complete
 //! once [`writer::McapWriter::flush`] returns, so that a killed recorder loses what it got since, and nothing else.

@@ -65,6 +65,13 @@ impl Processes {
         Ok(())
     }
 
+    /// Starts a server for Foxglove and Lichtblick.
+    pub fn start_foxglove(&mut self, site: &[OsString]) -> anyhow::Result<()> {
+        let mut command = self.command("foxglove")?;
+        command.arg("foxglove").args(site).stdout(Stdio::null());
+        self.spawn("foxglove", &mut command)
+    }
+
     fn start_node(
         &mut self,
         name: &str,

@@ -1,14 +1,20 @@
-//! The schemas as JSON Schema, with the names by which viewers know them.
+//! The schemas as JSON Schema, with the names by which viewers know them; that of pictures, which are no JSON, as ROS has it.
 
+use crate::mcap::image;
 use serde_json::{Map, Value, json};
 
-/// A schema of Foxglove's.
+/// A schema that viewers know.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[allow(missing_docs, reason = "each is the schema of its name")]
 pub enum Schema {
     FrameTransforms,
     CameraCalibration,
     SceneUpdate,
+    ImageAnnotations,
+    /// Of ROS; its messages are JSON all the same.
+    DiagnosticArray,
+    /// Of ROS, in CDR.
+    CompressedImage,
 }
 
 impl Schema {
@@ -19,12 +25,42 @@ impl Schema {
             Self::FrameTransforms => "foxglove.FrameTransforms",
             Self::CameraCalibration => "foxglove.CameraCalibration",
             Self::SceneUpdate => "foxglove.SceneUpdate",
+            Self::ImageAnnotations => "foxglove.ImageAnnotations",
+            Self::DiagnosticArray => "diagnostic_msgs/msg/DiagnosticArray",
+            Self::CompressedImage => image::SCHEMA,
         }
     }
 
-    /// Its JSON Schema: the fields that are written.
+    /// Encoding of its messages.
     #[must_use]
-    pub fn json_schema(self) -> Value {
+    pub const fn message_encoding(self) -> &'static str {
+        match self {
+            Self::CompressedImage => image::ENCODING,
+            _ => "json",
+        }
+    }
+
+    /// Encoding of [`Self::text`].
+    #[must_use]
+    pub const fn encoding(self) -> &'static str {
+        match self {
+            Self::CompressedImage => image::SCHEMA_ENCODING,
+            _ => "jsonschema",
+        }
+    }
+
+    /// The schema as viewers get it: the fields that are written.
+    #[must_use]
+    pub fn text(self) -> String {
+        match self.json_schema() {
+            Some(schema) => schema.to_string(),
+            None => image::SCHEMA_TEXT.to_owned(),
+        }
+    }
+
+    /// Its JSON Schema, unless its messages are not JSON.
+    #[must_use]
+    pub fn json_schema(self) -> Option<Value> {
         let mut schema = match self {
             Self::FrameTransforms => object([("transforms", list(transform()))]),
             Self::CameraCalibration => calibration(),
@@ -32,9 +68,12 @@ impl Schema {
                 ("deletions", list(deletion())),
                 ("entities", list(entity())),
             ]),
+            Self::ImageAnnotations => annotations(),
+            Self::DiagnosticArray => object([("header", header()), ("status", list(diagnosis()))]),
+            Self::CompressedImage => return None,
         };
         schema["title"] = json!(self.name());
-        schema
+        Some(schema)
     }
 }
 
@@ -164,5 +203,56 @@ fn line() -> Value {
         ("color", colour()),
         ("colors", list(colour())),
         ("indices", list(integer())),
+    ])
+}
+
+fn annotations() -> Value {
+    object([
+        ("timestamp", time("time")),
+        ("circles", list(object([]))),
+        ("points", list(points())),
+        ("texts", list(label())),
+    ])
+}
+
+fn points() -> Value {
+    object([
+        ("timestamp", time("time")),
+        ("type", integer()),
+        ("points", list(point())),
+        ("outline_color", colour()),
+        ("outline_colors", list(colour())),
+        ("fill_color", colour()),
+        ("thickness", number()),
+    ])
+}
+
+fn label() -> Value {
+    object([
+        ("timestamp", time("time")),
+        ("position", point()),
+        ("text", text()),
+        ("font_size", number()),
+        ("text_color", colour()),
+        ("background_color", colour()),
+    ])
+}
+
+fn point() -> Value {
+    object([("x", number()), ("y", number())])
+}
+
+fn header() -> Value {
+    object([("stamp", time("time")), ("frame_id", text())])
+}
+
+fn diagnosis() -> Value {
+    let value = object([("key", text()), ("value", text())]);
+    object([
+        ("level", integer()),
+        ("name", text()),
+        ("message", text()),
+        ("hardware_id", text()),
+        ("values", list(value)),
     ])
 }

@@ -1,4 +1,4 @@
-//! Lossless images as `sensor_msgs/msg/CompressedImage` in CDR, which viewers and ROS tools read without a plug-in.
+//! Images and previews as `sensor_msgs/msg/CompressedImage` in CDR, which viewers and ROS tools read without a plug-in.
 //!
 //! The message: stamp (i32 s, u32 ns), frame (string), format (string), data (list of bytes); little-endian, aligned to 4.
 
@@ -57,18 +57,43 @@ pub fn frame_of(camera: &CameraId) -> String {
     format!("camera/{camera}")
 }
 
+/// Topic of a camera's previews.
+#[must_use]
+pub fn preview_topic(camera: &CameraId) -> String {
+    format!("/camera/{camera}/preview")
+}
+
+/// A picture as a file in memory.
+#[derive(Debug, Clone, Copy)]
+pub enum File<'a> {
+    /// Lossless.
+    Png(&'a [u8]),
+    /// A preview.
+    Jpeg(&'a [u8]),
+}
+
 /// The message of an image.
 #[must_use]
 pub fn encode(image: &RecordedImage) -> Vec<u8> {
-    let mut bytes = Vec::with_capacity(image.png.len() + 64);
+    encode_file(&image.camera, image.capture_ns, File::Png(&image.png))
+}
+
+/// The message of a picture of a camera.
+#[must_use]
+pub fn encode_file(camera: &CameraId, capture_ns: u64, file: File<'_>) -> Vec<u8> {
+    let (format, data) = match file {
+        File::Png(data) => ("png", data),
+        File::Jpeg(data) => ("jpeg", data),
+    };
+    let mut bytes = Vec::with_capacity(data.len() + 64);
     bytes.extend(HEADER);
-    let seconds = i32::try_from(image.capture_ns / 1_000_000_000).unwrap_or(i32::MAX);
+    let seconds = i32::try_from(capture_ns / 1_000_000_000).unwrap_or(i32::MAX);
     bytes.extend(seconds.to_le_bytes());
-    bytes.extend(((image.capture_ns % 1_000_000_000) as u32).to_le_bytes());
-    put_string(&mut bytes, &frame_of(&image.camera));
-    put_string(&mut bytes, "png");
-    put_length(&mut bytes, image.png.len());
-    bytes.extend(&image.png);
+    bytes.extend(((capture_ns % 1_000_000_000) as u32).to_le_bytes());
+    put_string(&mut bytes, &frame_of(camera));
+    put_string(&mut bytes, format);
+    put_length(&mut bytes, data.len());
+    bytes.extend(data);
     bytes
 }
 

@@ -4,6 +4,7 @@ use super::container::{Container, MessageHeader, NewChannel};
 use super::image::{self, RecordedImage};
 use super::{METADATA, RecordingInfo, WIRE_ENCODING};
 use crate::error::RecordingError;
+use crate::foxglove::schema::Schema;
 use crate::foxglove::{self, ViewerMessage};
 use sextant_proto::{AnyMessage, VERSION};
 use std::collections::BTreeMap;
@@ -122,18 +123,16 @@ impl<W: Write> McapWriter<W> {
         image: &RecordedImage,
         arrival_ns: u64,
     ) -> Result<(), RecordingError> {
-        let encoding = Encoding {
-            schema: image::SCHEMA,
-            schema_encoding: image::SCHEMA_ENCODING,
-            schema_text: image::SCHEMA_TEXT.as_bytes(),
-            message: image::ENCODING,
-        };
         let times = MessageTimes {
             arrival_ns,
             capture_ns: image.capture_ns,
         };
-        let topic = image::topic(&image.camera);
-        self.write(&topic, encoding, &image::encode(image), times)
+        let shown = ViewerMessage {
+            topic: image::topic(&image.camera),
+            schema: Schema::CompressedImage,
+            data: image::encode(image),
+        };
+        self.write_shown(&shown, times)
     }
 
     fn write_shown(
@@ -141,14 +140,14 @@ impl<W: Write> McapWriter<W> {
         shown: &ViewerMessage,
         times: MessageTimes,
     ) -> Result<(), RecordingError> {
-        let schema_text = shown.schema.json_schema().to_string();
+        let schema_text = shown.schema.text();
         let encoding = Encoding {
             schema: shown.schema.name(),
-            schema_encoding: "jsonschema",
+            schema_encoding: shown.schema.encoding(),
             schema_text: schema_text.as_bytes(),
-            message: "json",
+            message: shown.schema.message_encoding(),
         };
-        self.write(&shown.topic, encoding, shown.json.as_bytes(), times)
+        self.write(&shown.topic, encoding, &shown.data, times)
     }
 
     fn write(
