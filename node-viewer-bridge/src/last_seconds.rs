@@ -2,6 +2,8 @@
 //!
 //! In: payloads as they arrive. Out: an MCAP file with the models in force at its beginning. Bounded in time and bytes.
 
+pub(crate) mod download;
+
 use sextant_proto::{ANNOUNCED, KeyRef};
 use sextant_recordings::RecordingError;
 use sextant_recordings::mcap::RecordingInfo;
@@ -11,6 +13,8 @@ use std::collections::{BTreeMap, VecDeque};
 use std::path::Path;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
+/// Path of the recording.
+pub(crate) const LAST_MCAP: &str = "/api/last.mcap";
 /// How long messages are kept, ns.
 const SPAN_NS: u64 = 30_000_000_000;
 /// Most bytes of them; the oldest give way.
@@ -76,20 +80,12 @@ impl LastSeconds {
         state.forget(now_ns);
     }
 
-    /// The recording until now.
+    /// The recording since a time, or as far back as there is.
     ///
     /// # Errors
     /// None that memory knows.
-    pub(crate) fn save(&self, site: &str) -> Result<Vec<u8>, RecordingError> {
-        let kept: Vec<KeptMessage> = {
-            let state = self.lock();
-            state
-                .models
-                .values()
-                .chain(&state.messages)
-                .cloned()
-                .collect()
-        };
+    pub(crate) fn save(&self, site: &str, since_ns: u64) -> Result<Vec<u8>, RecordingError> {
+        let kept = self.lock().since(since_ns);
         let info = RecordingInfo {
             site: site.to_owned(),
             version: env!("CARGO_PKG_VERSION").to_owned(),
@@ -107,6 +103,18 @@ impl LastSeconds {
 }
 
 impl State {
+    /// The messages since a time, after the models that were in force then.
+    fn since(&self, since_ns: u64) -> Vec<KeptMessage> {
+        let mut models = self.models.clone();
+        let is_before = |message: &&KeptMessage| message.arrival_ns < since_ns;
+        let n_before = self.messages.iter().take_while(is_before).count();
+        for model in self.messages.iter().take(n_before).filter(|m| m.is_model) {
+            models.insert(Arc::clone(&model.key), model.clone());
+        }
+        let messages = self.messages.iter().skip(n_before).cloned();
+        models.into_values().chain(messages).collect()
+    }
+
     fn forget(&mut self, now_ns: u64) {
         while let Some(oldest) = self.messages.front() {
             let is_old = now_ns.abs_diff(oldest.arrival_ns) > SPAN_NS;
@@ -169,10 +177,22 @@ mod tests {
         assert_eq!(n_messages(&last), 6);
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("last.mcap");
-        std::fs::write(&file, last.save("lab").unwrap()).unwrap();
+        std::fs::write(&file, last.save("lab", 0).unwrap()).unwrap();
         let recording = SiteRecording::read(&file).unwrap();
         assert_eq!(recording.models.len(), 1);
         assert_eq!(recording.info.site, "lab");
+    }
+
+    #[test]
+    fn a_shorter_recording_has_the_models_of_its_beginning() {
+        let last = LastSeconds::default();
+        let cube = ObjectConfig::from(&crate::wizard::samples::cube());
+        take(&last, "fusion/a/status", &[0; 10], 1);
+        take(&last, "config/object/cube", &encode(&cube).unwrap(), 2);
+        take(&last, "fusion/a/status", &[0; 10], 3);
+        let kept = last.lock().since(3);
+        let arrivals: Vec<u64> = kept.iter().map(|message| message.arrival_ns).collect();
+        assert_eq!(arrivals, [2, 3]);
     }
 
     #[test]

@@ -14,6 +14,7 @@ mod config;
 mod connections;
 mod forwarder;
 mod guard;
+mod http_client;
 mod hub;
 mod inventory;
 mod last_seconds;
@@ -36,4 +37,5 @@ mod zones;
 
 pub use bridge::run;
 pub use config::{ViewerConfig, WebhookOptions, WebhookUrl};
+pub use last_seconds::download::download_last_seconds;
 pub use protection::Protection;

@@ -6,6 +6,7 @@ use crate::bridge::Shared;
 use crate::connections::{Connections, Peer};
 use crate::forwarder::frame_of;
 use crate::hub::Slot;
+use crate::last_seconds::LAST_MCAP;
 use crate::message::{Message, PROTOCOL};
 use crate::metrics::{self, Ailment, BridgeFigures};
 use crate::session;
@@ -17,7 +18,7 @@ use anyhow::Context as _;
 use axum::Router;
 use axum::body::{Body, Bytes};
 use axum::extract::{DefaultBodyLimit, Extension, Request, State};
-use axum::http::{HeaderMap, HeaderValue, Response, StatusCode, header};
+use axum::http::{HeaderMap, HeaderValue, Response, StatusCode, Uri, header};
 use axum::middleware::{self, Next};
 use axum::routing::{get, post};
 use futures_util::stream;
@@ -93,7 +94,7 @@ fn router(context: Context) -> Router {
         .route("/ws", get(socket::upgrade))
         .route("/api/state", get(state))
         .route("/metrics", get(figures))
-        .route("/api/last.mcap", get(last_seconds))
+        .route(LAST_MCAP, get(last_seconds))
         .route(
             "/api/wizard",
             post(wizard).layer(DefaultBodyLimit::max(wizard::MAX_COMMAND_BYTES)),
@@ -215,13 +216,18 @@ async fn state(
     response
 }
 
-/// The last half minute as a recording. Made by the threads of commands, so that few are made at a time.
-async fn last_seconds(State(context): State<Context>) -> Response<Body> {
+/// The last half minute as a recording; `?seconds=N` asks for less. Made by the threads of commands, so that few are made at a time.
+async fn last_seconds(State(context): State<Context>, uri: Uri) -> Response<Body> {
     let shared = context.shared;
+    let seconds = uri.query().and_then(|query| query.strip_prefix("seconds="));
+    let seconds: Option<u64> = seconds.and_then(|seconds| seconds.parse().ok());
+    let since_ns = seconds.map_or(0, |seconds| {
+        now_ns().saturating_sub(seconds.saturating_mul(1_000_000_000))
+    });
     let save = move || {
         let site = shared.config.site.as_str();
         (
-            shared.last_seconds.save(site),
+            shared.last_seconds.save(site, since_ns),
             format!("attachment; filename=\"{site}.mcap\""),
         )
     };

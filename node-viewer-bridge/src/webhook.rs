@@ -4,19 +4,16 @@
 //! are counted.
 
 use crate::config::WebhookOptions;
+use crate::http_client;
 use crate::zones::Event;
 use anyhow::{Context, bail};
 use axum::body::Body;
 use axum::http::{Request, StatusCode, Uri, header};
-use hyper::client::conn::http1;
-use hyper_util::rt::TokioIo;
 use serde::Serialize;
 use sextant_proto::SiteId;
-use std::pin::pin;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
-use tokio::net::TcpStream;
 use tokio::sync::mpsc::{Receiver, Sender, channel};
 use tokio::time::{sleep, timeout};
 
@@ -131,24 +128,11 @@ impl Webhook {
     }
 }
 
-/// One try. Redirections are not followed.
+/// One try.
 async fn post(url: &Uri, json: &str) -> anyhow::Result<()> {
-    let host = url.host().unwrap_or_default().trim_matches(['[', ']']);
-    let stream = TcpStream::connect((host, url.port_u16().unwrap_or(80))).await?;
-    let (mut sender, connection) = http1::handshake(TokioIo::new(stream)).await?;
-    let authority = url.authority().map_or("", |authority| authority.as_str());
     let path = url.path_and_query().map_or("/", |path| path.as_str());
-    let request = Request::post(path)
-        .header(header::HOST, authority)
-        .header(header::CONTENT_TYPE, "application/json")
-        .header(header::CONNECTION, "close")
-        .body(Body::from(json.to_owned()))?;
-    let mut answer = pin!(sender.send_request(request));
-    // The connection may end in the same moment as the answer comes.
-    let answer = tokio::select! {
-        answer = &mut answer => answer?,
-        _ = connection => answer.await?,
-    };
+    let request = Request::post(path).header(header::CONTENT_TYPE, "application/json");
+    let answer = http_client::send(url, request, Body::from(json.to_owned())).await?;
     let status: StatusCode = answer.status();
     if status.is_success() {
         return Ok(());

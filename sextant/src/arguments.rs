@@ -3,8 +3,8 @@
 use crate::output::Format;
 use crate::{
     calibrate, camera, check, config, convert, demo, deploy, detect, doctor, echo, foxglove, hz,
-    keys, learn, list, manual, mavlink, nodes, osc, print, progress, record, replay, ros2, router,
-    simulate, top, vrpn,
+    keys, learn, list, manual, mavlink, nodes, osc, play, print, progress, record, replay, ros2,
+    router, simulate, top, vrpn,
 };
 use clap::{CommandFactory, Parser, Subcommand};
 
@@ -42,6 +42,8 @@ enum Command {
     Record(record::RecordArguments),
     /// Run a recording through the estimator.
     Replay(replay::ReplayArguments),
+    /// Play a recording on the page and to all tools, as a site of its own.
+    Play(play::PlayArguments),
     /// Calibrate lenses and camera poses from images.
     Calibrate(calibrate::CalibrateArguments),
     /// Find the tag poses of an object from images.
@@ -110,6 +112,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         Command::Detect(arguments) => detect::run(arguments, format),
         Command::Record(arguments) => record::run(arguments, format),
         Command::Replay(arguments) => replay::run(arguments, format),
+        Command::Play(arguments) => play::run(arguments, format),
         Command::Calibrate(arguments) => calibrate::run(arguments, format),
         Command::Learn(arguments) => learn::run(arguments, format),
         Command::List(arguments) => list::run(arguments, format),

@@ -4,7 +4,7 @@
 //! network, fusion and page run in the processes of a real site. The parent is the site's router, knows the simulator's
 //! truth, and reports the true errors of the estimates.
 
-mod browser;
+pub mod browser;
 mod processes;
 mod readiness;
 mod score;
@@ -146,7 +146,7 @@ pub fn run(arguments: &DemoArguments, format: crate::output::Format) -> anyhow::
 }
 
 /// Address of the page, if it is free.
-fn free_page_address(port: u16) -> anyhow::Result<SocketAddr> {
+pub fn free_page_address(port: u16) -> anyhow::Result<SocketAddr> {
     let address = SocketAddr::from((Ipv4Addr::LOCALHOST, port));
     let listener = TcpListener::bind(address)
         .with_context(|| {
@@ -157,7 +157,7 @@ fn free_page_address(port: u16) -> anyhow::Result<SocketAddr> {
 }
 
 /// Starts the router on its usual port, or on another one if that is taken.
-fn open_router(shutdown: &Shutdown) -> anyhow::Result<Bus> {
+pub fn open_router(shutdown: &Shutdown) -> anyhow::Result<Bus> {
     let open = |endpoint| {
         let stop = || shutdown.is_requested();
         Bus::open_unless(

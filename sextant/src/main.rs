@@ -27,6 +27,7 @@ mod nodes;
 mod ordered;
 mod osc;
 mod output;
+mod play;
 mod pose_feed;
 mod print;
 mod procedure;

@@ -7,11 +7,14 @@ mod progress;
 use crate::output::{Format, print_line};
 use crate::seconds;
 use crate::site::{RouterWatch, Site, SiteArguments, is_request};
+use anyhow::Context;
 use clap::Args;
 use images::ImageReaders;
 use inbox::{Content, Entry, Inbox};
 use node_camera::CameraNodeConfig;
+use node_viewer_bridge::download_last_seconds;
 use progress::{Figures, ProgressLine};
+use serde_json::json;
 use sextant_estimator::{CameraId, ObjectId};
 use sextant_iceoryx_images::IceoryxOptions;
 use sextant_process::host::host_name;
@@ -49,12 +52,28 @@ of cameras on other hosts do not cross the network; of these, --images records t
 `sextant record --images` on each host: all files are by the same clocks.
 
 With --json, one line when the recording has begun, {\"event\":\"recording\",\"file\"}, and one at the end:
-{\"event\":\"recorded\",\"file\",\"seconds\",\"messages\",\"images\",\"bytes\",\"dropped\",\"missed_images\"}. Stop with Ctrl-C."
+{\"event\":\"recorded\",\"file\",\"seconds\",\"messages\",\"images\",\"bytes\",\"dropped\",\"missed_images\"}; of --last
+one line, {\"event\":\"saved\",\"file\",\"seconds\",\"bytes\"}. Stop with Ctrl-C."
 )]
 pub struct RecordArguments {
     /// The file to write.
     #[arg(value_name = "FILE.mcap")]
     file: PathBuf,
+    /// Save the last seconds instead, at most 30, which the viewer bridge keeps: without images.
+    #[arg(long, value_name = "SECONDS", value_parser = clap::value_parser!(u64).range(1..=30),
+          conflicts_with_all = ["images", "camera_config", "duration", "objects"])]
+    last: Option<u64>,
+    /// Page of the viewer bridge, for --last.
+    #[arg(long, value_name = "URL", default_value = "http://127.0.0.1:8600")]
+    page: String,
+    /// Token of the page, where it wants one.
+    #[arg(
+        long,
+        env = "SEXTANT_PAGE_TOKEN",
+        hide_env_values = true,
+        value_name = "TOKEN"
+    )]
+    page_token: Option<String>,
     /// Record images as well.
     #[arg(long)]
     images: bool,
@@ -79,6 +98,9 @@ pub struct RecordArguments {
 /// # Errors
 /// [`Exit::Input`] for a file that exists, [`Exit::Unavailable`] without a site, and what the disk refuses.
 pub fn run(arguments: &RecordArguments, format: Format) -> anyhow::Result<()> {
+    if let Some(seconds) = arguments.last {
+        return save_last(arguments, seconds, format);
+    }
     let place = match &arguments.camera_config {
         Some(file) => {
             let config: CameraNodeConfig = read_toml(file).exit_with(Exit::Input)?;
@@ -94,6 +116,25 @@ pub fn run(arguments: &RecordArguments, format: Format) -> anyhow::Result<()> {
     match format {
         Format::Json => print_line(&serde_json::to_string(&recorded)?)?,
         Format::Text => eprintln!("{}", recorded.text()),
+    }
+    Ok(())
+}
+
+/// What has happened already, from the viewer bridge.
+fn save_last(arguments: &RecordArguments, seconds: u64, format: Format) -> anyhow::Result<()> {
+    let (page, token) = (&arguments.page, arguments.page_token.as_deref());
+    let recording = download_last_seconds(page, token, seconds)?;
+    let mut file = create(&arguments.file, arguments.force)?;
+    let written = file.write_all(&recording).and_then(|()| file.flush());
+    let (path, bytes) = (arguments.file.display().to_string(), recording.len());
+    written.with_context(|| format!("{path}: cannot be written"))?;
+    match format {
+        Format::Json => {
+            let line =
+                json!({ "event": "saved", "file": path, "seconds": seconds, "bytes": bytes });
+            print_line(&line.to_string())?;
+        }
+        Format::Text => eprintln!("{path}: the last {seconds} s, {bytes} bytes"),
     }
     Ok(())
 }

@@ -11,7 +11,7 @@ pub mod layout;
 pub mod schema;
 pub mod websocket;
 
-use crate::mcap::image;
+use crate::compressed_image as image;
 use nalgebra::{Matrix3, Rotation3, SymmetricEigen, UnitQuaternion};
 use schema::Schema;
 use serde_json::{Value, json};

@@ -4,12 +4,13 @@
 //! - [`read_grey_png`], [`read_any_png`], [`write_grey_png`], [`write_colour_png`]: 8-bit pictures.
 //! - [`DetectionsLine`]: a line of `detections.jsonl`, read and written.
 //! - [`pose_json`], [`pose_csv`], [`pose_tum`], [`tum_line`]: poses as lines of text.
-//! - [`mcap`], [`foxglove`]: a site in one MCAP file.
+//! - [`mcap`], [`foxglove`], [`compressed_image`]: a site in one MCAP file; what viewers show of it, from a file or live.
 //!
 //! Times are ns since the Unix epoch, pixels have (0, 0) at the centre of the top-left one, metres, quaternions x, y, z, w.
 //! Everything read is checked; every error names file and line and says what to do. Nothing here knows a rig, a detector or
 //! a network.
 
+pub mod compressed_image;
 mod data_csv;
 mod dataset;
 mod detections;

@@ -1,7 +1,7 @@
 //! Recordings of a site as one MCAP file (<https://mcap.dev/spec>): wire payloads, lossless images, and messages for viewers.
 //!
 //! - A wire payload has its zenoh key as topic, message encoding `sextant`, and its kind as the name of its schema.
-//! - An image has the topic `/camera/<camera>/image`: a PNG in `sensor_msgs/msg/CompressedImage` ([`image`]).
+//! - An image has the topic `/camera/<camera>/image`: a PNG in `sensor_msgs/msg/CompressedImage` ([`crate::compressed_image`]).
 //! - What Foxglove and Lichtblick show is JSON of Foxglove's schemas, and previews ([`crate::foxglove`]); nothing here reads it back.
 //!
 //! `log_time` is the arrival at the recorder, `publish_time` the capture time where there is one. Chunks are compressed with LZ4 and complete
@@ -9,7 +9,6 @@
 
 mod bytes;
 mod container;
-pub mod image;
 pub mod reader;
 pub mod site_recording;
 pub mod writer;

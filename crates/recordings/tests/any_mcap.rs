@@ -4,7 +4,7 @@
 use proptest::prelude::*;
 use sextant_estimator::{CameraId, ObjectId, State};
 use sextant_proto::{Keys, ObjectPose, encode};
-use sextant_recordings::mcap::image::RecordedImage;
+use sextant_recordings::compressed_image::RecordedImage;
 use sextant_recordings::mcap::reader::{Ending, McapReader, RecordedMessage};
 use sextant_recordings::mcap::site_recording::SiteRecording;
 use sextant_recordings::mcap::writer::McapWriter;

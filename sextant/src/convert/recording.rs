@@ -11,8 +11,8 @@ use sextant_proto::{
     ClockQuality, ClockSource, Keys, ObjectConfig, Observations, RigConfig, SiteId, TagObservation,
     Timing, encode, limits,
 };
+use sextant_recordings::compressed_image::{self as image, RecordedImage};
 use sextant_recordings::mcap::RecordingInfo;
-use sextant_recordings::mcap::image::{self, RecordedImage};
 use sextant_recordings::mcap::reader::{Ending, McapReader};
 use sextant_recordings::mcap::site_recording::{Model, SiteRecording};
 use sextant_recordings::mcap::writer::McapWriter;

@@ -4,7 +4,7 @@ use super::inbox::{Content, Entry, Inbox};
 use sextant_estimator::CameraId;
 use sextant_iceoryx_images::{IceoryxOptions, ImageHeader, ImageSubscriber, ImagesError};
 use sextant_process::background;
-use sextant_recordings::mcap::image::RecordedImage;
+use sextant_recordings::compressed_image::RecordedImage;
 use sextant_recordings::{GreyImage, grey_png};
 use std::collections::BTreeMap;
 use std::sync::Arc;

@@ -1,6 +1,6 @@
 //! What waits to be written: bounded in number and bytes; when it is full, what arrives is dropped and counted.
 
-use sextant_recordings::mcap::image::RecordedImage;
+use sextant_recordings::compressed_image::RecordedImage;
 use std::collections::VecDeque;
 use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};

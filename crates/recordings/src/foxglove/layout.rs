@@ -1,7 +1,7 @@
 //! A layout for viewers: the room in 3D, the picture of each camera with its tags, the diagnostics.
 
 use super::{annotations, diagnostics};
-use crate::mcap::image;
+use crate::compressed_image as image;
 use serde_json::{Map, Value, json};
 use sextant_estimator::{CameraId, ObjectId};
 

@@ -1,6 +1,6 @@
 //! The schemas as JSON Schema, with the names by which viewers know them; that of pictures, which are no JSON, as ROS has it.
 
-use crate::mcap::image;
+use crate::compressed_image as image;
 use serde_json::{Map, Value, json};
 
 /// A schema that viewers know.

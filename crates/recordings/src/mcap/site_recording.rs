@@ -1,7 +1,8 @@
 //! A recording of a site in memory, apart from its images: observations, models, the fusion node's inputs, and poses.
 
 use super::reader::{Ending, McapReader, RecordedMessage};
-use super::{RecordingInfo, WIRE_ENCODING, image};
+use super::{RecordingInfo, WIRE_ENCODING};
+use crate::compressed_image as image;
 use crate::error::RecordingError;
 use sextant_estimator::CameraId;
 use sextant_proto::{

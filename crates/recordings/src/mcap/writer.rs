@@ -1,8 +1,8 @@
 //! Writes a recording, chunk by chunk.
 
 use super::container::{Container, MessageHeader, NewChannel};
-use super::image::{self, RecordedImage};
 use super::{METADATA, RecordingInfo, WIRE_ENCODING};
+use crate::compressed_image::{self as image, RecordedImage};
 use crate::error::RecordingError;
 use crate::foxglove::schema::Schema;
 use crate::foxglove::{self, ViewerMessage};
