@@ -197,7 +197,7 @@ fn main() -> ExitCode {
 mod tests {
     use super::*;
 
-    /// `.ci/run` is `test` and `check`; what is in neither is measured or made, or takes an emulated board.
+    /// `.ci/run` is `test`, `check` and `board`; what is in none of them is measured or made.
     #[test]
     fn continuous_integration_runs_each_chore_once() {
         let chores = CHORES.iter().map(|chore| chore.0);

@@ -103,6 +103,12 @@ const LINTIAN: Tool = Tool {
     remedy: "install lintian",
 };
 
+const CXX: Tool = Tool {
+    program: "c++",
+    package: Some("g++"),
+    remedy: "install a C++ compiler",
+};
+
 /// What a chore needs beside Rust and a C compiler.
 fn needs(chore: &str) -> &'static [Tool] {
     match chore {
@@ -112,6 +118,7 @@ fn needs(chore: &str) -> &'static [Tool] {
         "arm" => &[QEMU_ARM, QEMU_AARCH64, GCC_ARM, GCC_AARCH64],
         "cross" => &[GCC_ARM, GCC_AARCH64],
         "python-test" => &[PYTHON],
+        "fuzz" => &[CXX],
         "package" | "board" => &[PIP, DPKG_DEB, SYSUSERS, LINTIAN],
         _ => &[],
     }
