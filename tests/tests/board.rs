@@ -21,6 +21,8 @@ const PATIENCE: Duration = Duration::from_secs(300);
 const GUIDE: &str = "deploy/README.md";
 const UNITS: &str = "sextant-capture@north sextant-detect@north";
 const STATE: &str = "/var/lib/sextant";
+/// Of memory, for 640x480 images.
+const MOST_KB: usize = 8 << 10;
 /// How far the pose may be off: one camera, at 0.6 m.
 const TOLERANCE_M: f64 = 0.003;
 
@@ -36,6 +38,7 @@ fn a_board_sees_a_box_through_a_real_driver() {
 
     install(&mut board);
     site.await_pose(&picture);
+    takes_little_memory(&mut board);
     comes_back_after_kill(&mut board, &site);
     survives_a_lost_device(&mut board, &site);
     reads_every_format(&mut board, &site);
@@ -57,6 +60,23 @@ fn install(board: &mut Board) {
     for line in commands(GUIDE, "sh board") {
         board.run(&format!("cd /mnt; {line}"));
     }
+}
+
+/// What both parts hold of their own and share: all that must fit into RAM beside the program, which is read from its file.
+fn takes_little_memory(board: &mut Board) {
+    let told =
+        board.run("cat $(pgrep --full /usr/bin/node-camera | sed 's|.*|/proc/&/smaps_rollup|')");
+    let held = told.lines().filter_map(|line| {
+        let (what, size) = line.split_once(':')?;
+        let counts = matches!(what, "Pss_Anon" | "Pss_Shmem");
+        let kilobytes: usize = size.trim().strip_suffix(" kB")?.parse().ok()?;
+        counts.then(|| (what.to_owned(), kilobytes))
+    });
+    let held: Vec<(String, usize)> = held.collect();
+    println!("memory of capture and detection, kB: {held:?}");
+    assert_eq!(held.len(), 4, "{told}");
+    let kilobytes: usize = held.iter().map(|(_, kilobytes)| kilobytes).sum();
+    assert!(kilobytes < MOST_KB, "{held:?}");
 }
 
 fn comes_back_after_kill(board: &mut Board, site: &Site) {

@@ -121,9 +121,8 @@ pub(crate) struct Components {
     steps: Vec<Step>,
     n_runs: usize,
     max_runs: usize,
-    /// In the order of their first runs. Capacity as for runs, of which the first `n_parts` are in use.
+    /// In the order of their first runs. Capacity as for runs; memory beyond the parts of past images is never written.
     parts: Vec<Component>,
-    n_parts: usize,
 }
 
 /// Least number of image pixels per run: only noise has shorter runs and gaps. Rows beyond this bound are ignored.
@@ -137,7 +136,8 @@ impl Components {
         self.spans.resize(room, Span::default());
         self.labels.resize(room, UNLABELLED);
         self.steps.resize(room, Step::default());
-        self.parts.resize(room, Component::default());
+        self.parts.clear();
+        self.parts.reserve_exact(room);
     }
 
     pub(crate) fn label(&mut self, plane: &BitPlane) {
@@ -149,7 +149,8 @@ impl Components {
     #[inline(always)]
     fn find_runs(&mut self, plane: &BitPlane) {
         self.labels[..self.n_runs].fill(UNLABELLED);
-        (self.n_runs, self.n_parts) = (0, 0);
+        self.n_runs = 0;
+        self.parts.clear();
         let mut above = (RowPair::default(), 0);
         for (pair, number) in plane.row_pairs().zip(0..) {
             let first = self.n_runs;
@@ -176,9 +177,8 @@ impl Components {
         for (run, ((&span, label), step)) in (first as u32..).zip(each) {
             // Unlabelled, which is beyond all parts.
             if *label as usize >= self.parts.len() {
-                *label = self.n_parts as u32;
-                self.parts[self.n_parts] = Component::begin(*label, pair, run);
-                self.n_parts += 1;
+                *label = self.parts.len() as u32;
+                self.parts.push(Component::begin(*label, pair, run));
             }
             let part = &mut self.parts[*label as usize];
             let before = mem::replace(&mut part.last_run, run);
@@ -189,7 +189,7 @@ impl Components {
 
     /// Merges connected parts into components, each into its first part.
     fn gather_parts(&mut self) {
-        for part in (0..self.n_parts).rev() {
+        for part in (0..self.parts.len()).rev() {
             let (before, here) = self.parts.split_at_mut(part);
             if let Some(earlier) = before.get_mut(here[0].earlier as usize) {
                 earlier.absorb(&mut here[0], &mut self.steps);
@@ -207,7 +207,7 @@ impl Components {
 
     /// All components, indexed by their first part; merged parts in between have no runs.
     pub(crate) fn all(&self) -> &[Component] {
-        &self.parts[..self.n_parts]
+        &self.parts
     }
 
     /// First and last column of a component in each of its pairs of rows.

@@ -100,6 +100,7 @@ impl Detector {
     ) -> &[Detection] {
         make_room(&mut self.sightings, MAX_SIGHTINGS);
         make_room(&mut self.detections, MAX_SIGHTINGS);
+        self.patterns.make_room(image.width(), image.height());
         self.report = Report {
             noise_sigma: f32::INFINITY,
             ..Report::default()

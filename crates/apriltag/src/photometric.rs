@@ -70,6 +70,11 @@ pub(crate) struct PatternFitter {
 }
 
 impl PatternFitter {
+    /// Allocates the memory that an image of this size can need.
+    pub(crate) fn make_room(&mut self, width: usize, height: usize) {
+        self.pixels.make_room(width, height);
+    }
+
     /// Fits the pattern of a decoded tag, starting from its edges, with the noise of the image.
     #[inline(always)]
     pub(crate) fn fit(

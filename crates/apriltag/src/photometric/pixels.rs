@@ -57,6 +57,7 @@ pub(super) struct Pixels {
     groups: Vec<Group>,
     /// The selected pixels.
     packed: Box<[PackedPixel; MOST + AREA]>,
+    /// As many as the largest image so far can have.
     tiles: Vec<Tile>,
     n_tiles: usize,
     /// Steep pixels of a row of tiles: a byte per column, a bit per row.
@@ -68,11 +69,10 @@ const MOST: usize = MAX_GROUPS * GROUP;
 
 impl Default for Pixels {
     fn default() -> Self {
-        const MOST_TILES: usize = Image::MAX_WIDTH * Image::MAX_HEIGHT / AREA;
         Self {
             groups: Vec::with_capacity(MAX_GROUPS),
             packed: Box::new([0; MOST + AREA]),
-            tiles: vec![Tile::default(); MOST_TILES],
+            tiles: Vec::new(),
             n_tiles: 0,
             steep: vec![[0; TILE]; Image::MAX_WIDTH / TILE],
         }
@@ -80,6 +80,12 @@ impl Default for Pixels {
 }
 
 impl Pixels {
+    /// Allocates the memory that an image of this size can need.
+    pub(super) fn make_room(&mut self, width: usize, height: usize) {
+        let most = width.div_ceil(TILE) * height.div_ceil(TILE);
+        self.tiles.resize(self.tiles.len().max(most), Tile::default());
+    }
+
     pub(super) fn groups(&self) -> &[Group] {
         &self.groups
     }
