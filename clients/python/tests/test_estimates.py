@@ -16,6 +16,7 @@ START = 1_800_000_000_000_000_000
 def pose(seconds=0.0, position=(0.0, 0.0, 0.0), turn=(0.0, 0.0, 0.0), variance=1e-6):
     return ObjectPose(
         object="cube",
+        epoch=1,
         sequence=0,
         capture_ns=START + round(seconds * 1e9),
         published_ns=START,

@@ -17,7 +17,7 @@ const TURN_NS: u64 = 50 * MS;
 /// A node that was not called for so long was interrupted, ns. It is called at least once in a heartbeat's period.
 const INTERRUPTION_NS: u64 = 100 * MS;
 /// How long a node that was interrupted waits for the answers of others, ns.
-const ANSWERS_NS: u64 = 1000 * MS;
+const ANSWERS_NS: u64 = 500 * MS;
 /// A node among others listens for so long before it may take over, ns: subscriptions have to reach the others first.
 const ARRIVAL_NS: u64 = 500 * MS;
 /// A node that has not been heard of for so long is forgotten, ns.
@@ -199,9 +199,11 @@ impl Election {
         now_ns.saturating_sub(self.called_ns) > INTERRUPTION_NS
     }
 
-    /// Others may have done anything meanwhile, and what they said then arrives only now.
+    /// Others may have done anything meanwhile, and what they said then arrives only now. Those that were silent before are not waited for.
     fn interrupted(&mut self, now_ns: u64) {
-        for peer in self.peers.values_mut() {
+        let called_ns = self.called_ns;
+        let was_present = |peer: &&mut Peer| called_ns < peer.received_ns + SILENCE_NS;
+        for peer in self.peers.values_mut().filter(was_present) {
             peer.received_ns = now_ns;
         }
         self.silent_since_ns = self.silent_since_ns.max(now_ns);
@@ -214,7 +216,8 @@ impl Election {
     /// Publishes again when the others have answered, at once where there are none.
     fn resume(&mut self, since_ns: u64, epoch: u64) {
         let answered = |peer: &Peer| peer.answered_ns.is_some_and(|sent_ns| sent_ns >= since_ns);
-        self.role = if self.peers.values().all(answered) {
+        let mut present = (self.peers.values()).filter(|peer| peer.received_ns >= since_ns);
+        self.role = if present.all(answered) {
             Role::Publishing { epoch }
         } else {
             Role::Resuming { epoch, since_ns }

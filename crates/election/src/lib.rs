@@ -9,7 +9,7 @@
 //!   back: a publisher that was replaced stays a standby until it is needed.
 //! - A node that was stopped, suspended or cut off may have been replaced without knowing. It notices by its own clock or its link, and publishes
 //!   again only after every other node has answered a heartbeat sent after the interruption. The answer proves that what the other node
-//!   said before has been received. Nodes that are gone do not answer; it waits for them for a second.
+//!   said before has been received. It does not wait for nodes that were silent before, and for the others for half a second.
 //! - A standby that was interrupted has heard nobody for reasons of its own, and begins to listen anew.
 
 mod election;

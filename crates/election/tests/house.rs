@@ -256,6 +256,19 @@ fn a_standby_that_was_stopped_takes_nothing_over() {
     assert_eq!((house.publisher(), house.epochs().len()), (0, 1));
 }
 
+/// Otherwise a busy successor would wait for the answer of the node that it has replaced.
+#[test]
+fn an_interrupted_publisher_does_not_wait_for_a_node_that_was_silent_before() {
+    let mut house = quiet(2, 6);
+    house.nodes[1].stopped = true;
+    house.run(300 * MS);
+    house.nodes[0].stopped = true;
+    house.run(150 * MS);
+    house.nodes[0].stopped = false;
+    house.run(STEP_NS);
+    assert_eq!(house.published.last().unwrap().at_ns, house.now_ns);
+}
+
 #[test]
 fn both_halves_of_a_divided_network_are_served_and_one_remains() {
     let mut house = quiet(4, 4);
