@@ -83,7 +83,8 @@ impl Pixels {
     /// Allocates the memory that an image of this size can need.
     pub(super) fn make_room(&mut self, width: usize, height: usize) {
         let most = width.div_ceil(TILE) * height.div_ceil(TILE);
-        self.tiles.resize(self.tiles.len().max(most), Tile::default());
+        self.tiles
+            .resize(self.tiles.len().max(most), Tile::default());
     }
 
     pub(super) fn groups(&self) -> &[Group] {
