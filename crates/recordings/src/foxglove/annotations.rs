@@ -50,6 +50,18 @@ fn label(image: &Observations, tag: &TagObservation) -> Value {
     })
 }
 
-fn point([x, y]: [f32; 2]) -> Value {
-    json!({ "x": f64::from(x) + 0.5, "y": f64::from(y) + 0.5 })
+/// To a hundredth of a pixel, which is more than is drawn: recordings have one of these for each corner of each image.
+fn point(corner: [f32; 2]) -> Value {
+    let [x, y] = corner.map(|pixels| ((f64::from(pixels) + 0.5) * 100.0).round() / 100.0);
+    json!({ "x": x, "y": y })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn pixels_are_counted_from_the_corner_of_the_first() {
+        assert_eq!(point([0.0, 1.234_567]), json!({ "x": 0.5, "y": 1.73 }));
+    }
 }
