@@ -160,6 +160,12 @@ fn decode_png(file: impl BufRead + Seek, path: &Path) -> Result<Picture, Recordi
         let cause = "a picture of 16 bits instead of 8";
         return Err(RecordingError::wrong(path, None, cause, TO_GREY));
     }
+    if let Some(palette) = &reader.info().palette
+        && (palette.len() % 3 != 0 || palette.len() > 3 * 256)
+    {
+        let cause = format!("a palette of {} bytes", palette.len());
+        return Err(RecordingError::wrong(path, None, cause, TO_GREY));
+    }
     let mut bytes = vec![0; length];
     let info = reader.next_frame(&mut bytes).map_err(flawed)?;
     // What follows the pixels tells whether the file is whole.
@@ -216,6 +222,7 @@ fn luma(pixel: &[u8]) -> u8 {
 mod tests {
     use super::*;
     use std::fs;
+    use std::io::Cursor;
 
     fn written(colour: ColorType, depth: BitDepth, bytes: &[u8]) -> Vec<u8> {
         let mut file = Vec::new();
@@ -286,6 +293,20 @@ mod tests {
                 "{message}"
             );
         }
+    }
+
+    /// The decoder would panic.
+    #[test]
+    fn a_palette_of_an_impossible_length_is_refused() {
+        let mut bytes = Vec::new();
+        let mut encoder = png::Encoder::new(&mut bytes, 2, 1);
+        encoder.set_color(ColorType::Indexed);
+        encoder.set_palette(vec![9; 4]);
+        let mut writer = encoder.write_header().unwrap();
+        writer.write_image_data(&[0, 0]).unwrap();
+        writer.finish().unwrap();
+        let error = decode_any_png(Cursor::new(&bytes), Path::new("a.png")).unwrap_err();
+        assert!(error.to_string().contains("palette of 4 bytes"), "{error}");
     }
 
     #[test]
