@@ -35,11 +35,22 @@ fn longest_gap_ms(sights: &[Sight], since: Instant) -> f64 {
     longest.unwrap_or_default().as_secs_f64() * 1e3
 }
 
-/// What subscribers use is never of an older epoch after a newer one.
+/// What subscribers use of an object is never of an older epoch after a newer one.
 fn assert_epochs_increase(sights: &[Sight]) {
-    let used = sights.iter().filter(|one| one.is_current);
-    let epochs: Vec<u64> = used.map(|one| one.pose.epoch).collect();
-    assert!(epochs.is_sorted(), "{epochs:?}");
+    let mut newest = BTreeMap::new();
+    for pose in sights
+        .iter()
+        .filter(|one| one.is_current)
+        .map(|one| &one.pose)
+    {
+        let before = newest.insert(&pose.object, pose.epoch);
+        assert!(
+            before.is_none_or(|before| before <= pose.epoch),
+            "{}: epoch {} after {before:?}",
+            pose.object,
+            pose.epoch
+        );
+    }
 }
 
 fn assert_true(house: &House, feed: &CameraFeed, sights: &[Sight]) {
