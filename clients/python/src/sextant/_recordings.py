@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import struct
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Iterable, Iterator, Union
@@ -141,8 +142,8 @@ def read_messages(path: PathLike) -> Iterator[tuple[int, str, Any]]:
                     except DecodeError:
                         continue
                     yield record.log_time, channel.topic, message
-        except EndOfFile:
-            # Its program was killed; what it wrote before is whole.
+        except (EndOfFile, struct.error):
+            # Its program was killed; what it wrote before is whole. Where the cut goes through a number, the reader fails at that.
             return
         except McapError as cause:
             raise FileError(f"{path}: {cause!r}") from None
