@@ -22,7 +22,7 @@ const GUIDE: &str = "deploy/README.md";
 const UNITS: &str = "sextant-capture@north sextant-detect@north";
 const STATE: &str = "/var/lib/sextant";
 /// Of memory, for 640x480 images.
-const MOST_KB: usize = 8 << 10;
+const MOST_KB: usize = 6 << 10;
 /// How far the pose may be off: one camera, at 0.6 m.
 const TOLERANCE_M: f64 = 0.003;
 
@@ -64,8 +64,7 @@ fn install(board: &mut Board) {
 
 /// What both parts hold of their own and share: all that must fit into RAM beside the program, which is read from its file.
 fn takes_little_memory(board: &mut Board) {
-    let told =
-        board.run("cat $(pgrep --full /usr/bin/node-camera | sed 's|.*|/proc/&/smaps_rollup|')");
+    let told = board.run("cat $(pgrep -x node-camera | sed 's|.*|/proc/&/smaps_rollup|')");
     let held = told.lines().filter_map(|line| {
         let (what, size) = line.split_once(':')?;
         let counts = matches!(what, "Pss_Anon" | "Pss_Shmem");
