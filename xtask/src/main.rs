@@ -217,6 +217,6 @@ mod tests {
         let steps = script
             .lines()
             .filter_map(|line| line.strip_prefix("cargo xtask "));
-        assert_eq!(steps.collect::<Vec<_>>(), ["test", "check"]);
+        assert_eq!(steps.collect::<Vec<_>>(), ["test", "check", "board"]);
     }
 }
