@@ -27,7 +27,7 @@ impl Default for Inventory {
 }
 
 impl Inventory {
-    /// Takes a status in; the objects that its node had and that nobody has any more.
+    /// Takes a status in; the objects that its node had and that no node has any more.
     pub(crate) fn take(&mut self, now: Instant, status: &FusionStatus) -> Vec<ObjectId> {
         let objects = status.objects.iter().map(|object| object.object.clone());
         let node = status.node.clone();

@@ -92,7 +92,7 @@ struct Relay<'a> {
     site: &'a Site,
     intake: Arc<Intake>,
     _streams: Vec<CallbackSubscription>,
-    /// Pictures take most of the bandwidth; they are fetched while somebody watches.
+    /// Pictures take most of the bandwidth; they are fetched while a client is connected.
     previews: Option<CallbackSubscription>,
     watched_at: Instant,
 }

@@ -4,44 +4,14 @@
 mod posing_site;
 mod recording;
 
-use posing_site::{Ended, PATIENCE, Site};
+use posing_site::{PATIENCE, Server, Site};
 use recording::{sextant, stdout};
 use serde_json::{Value, json};
-use std::io::{BufRead, BufReader};
 use std::net::{SocketAddr, TcpStream};
-use std::process::{ChildStderr, Stdio};
 use std::time::{Duration, Instant};
 use tungstenite::client::IntoClientRequest;
 use tungstenite::stream::MaybeTlsStream;
 use tungstenite::{Message, WebSocket};
-
-struct FoxgloveProgram {
-    program: Ended,
-    words: BufReader<ChildStderr>,
-    address: SocketAddr,
-}
-
-impl FoxgloveProgram {
-    fn start(site: &Site) -> Self {
-        let mut command = site.command(&["foxglove", "--json", "--listen", "127.0.0.1:0"]);
-        let child = command.stdout(Stdio::piped()).stderr(Stdio::piped());
-        let mut child = child.spawn().unwrap();
-        let mut words = BufReader::new(child.stderr.take().unwrap());
-        let program = Ended::new(child);
-        let mut line = String::new();
-        words.read_line(&mut line).unwrap();
-        let address = line
-            .split("ws://")
-            .nth(1)
-            .and_then(|rest| rest.split(' ').next());
-        let address = address.unwrap_or_else(|| panic!("{line}")).parse().unwrap();
-        Self {
-            program,
-            words,
-            address,
-        }
-    }
-}
 
 type Socket = WebSocket<MaybeTlsStream<TcpStream>>;
 
@@ -130,7 +100,7 @@ impl Viewer {
 fn a_viewer_sees_objects_and_what_was_there_before_it() {
     let mut site = Site::open();
     site.announce(&["cube"]);
-    let server = FoxgloveProgram::start(&site);
+    let server = Server::start(&site, &["foxglove"], "ws://", ' ');
     let mut viewer = Viewer::new(server.address);
     let info = viewer.operation(&mut site, "serverInfo");
     assert_eq!(
@@ -160,14 +130,13 @@ fn a_viewer_sees_objects_and_what_was_there_before_it() {
 #[test]
 fn other_protocols_are_refused_with_a_word() {
     let site = Site::open();
-    let mut server = FoxgloveProgram::start(&site);
+    let mut server = Server::start(&site, &["foxglove"], "ws://", ' ');
     let refused = connect(server.address, "mqtt");
     let Err(tungstenite::Error::Http(answer)) = refused else {
         panic!("{refused:?}")
     };
     assert_eq!(answer.status(), 400);
-    let mut line = String::new();
-    server.words.read_line(&mut line).unwrap();
+    let line = server.line();
     assert!(
         line.contains("turned away") && line.contains("Foxglove WebSocket"),
         "{line}"

@@ -4,48 +4,13 @@
 mod posing_site;
 mod recording;
 
-use posing_site::{Ended, PATIENCE, Site};
+use posing_site::{PATIENCE, Server, Site};
 use recording::{refused, sextant};
-use std::io::{BufRead, BufReader, ErrorKind, Read, Write};
-use std::net::{SocketAddr, TcpListener, TcpStream, UdpSocket};
-use std::process::{ChildStderr, Stdio};
+use std::io::{ErrorKind, Read, Write};
+use std::net::{TcpListener, TcpStream, UdpSocket};
 use std::time::{Duration, Instant};
 
 const COOKIE: &[u8; 24] = b"vrpn: ver. 07.38  0\0\0\0\0\0";
-
-struct VrpnProgram {
-    program: Ended,
-    words: BufReader<ChildStderr>,
-    address: SocketAddr,
-}
-
-impl VrpnProgram {
-    fn start(site: &Site) -> Self {
-        let mut command = site.command(&["vrpn", "--json", "--listen", "127.0.0.1:0"]);
-        let child = command.stdout(Stdio::piped()).stderr(Stdio::piped());
-        let mut child = child.spawn().unwrap();
-        let mut words = BufReader::new(child.stderr.take().unwrap());
-        let program = Ended::new(child);
-        let mut line = String::new();
-        words.read_line(&mut line).unwrap();
-        let address = line
-            .split(" at ")
-            .nth(1)
-            .and_then(|rest| rest.split(',').next());
-        let address = address.unwrap_or_else(|| panic!("{line}")).parse().unwrap();
-        Self {
-            program,
-            words,
-            address,
-        }
-    }
-
-    fn line(&mut self) -> String {
-        let mut line = String::new();
-        self.words.read_line(&mut line).unwrap();
-        line
-    }
-}
 
 /// The client's side, after both cookies.
 struct Client {
@@ -150,7 +115,7 @@ fn is_served(site: &mut Site, stream: TcpStream) {
 #[test]
 fn clients_get_poses_whether_they_connect_or_ask_to_be_connected_to() {
     let mut site = Site::open();
-    let server = VrpnProgram::start(&site);
+    let server = Server::start(&site, &["vrpn"], " at ", ',');
     is_served(&mut site, TcpStream::connect(server.address).unwrap());
     let listener = TcpListener::bind("127.0.0.1:0").unwrap();
     let port = listener.local_addr().unwrap().port();
@@ -167,7 +132,7 @@ fn clients_get_poses_whether_they_connect_or_ask_to_be_connected_to() {
 #[test]
 fn what_is_no_client_is_turned_away_with_its_first_words() {
     let mut site = Site::open();
-    let mut server = VrpnProgram::start(&site);
+    let mut server = Server::start(&site, &["vrpn"], " at ", ',');
     let mut browser = TcpStream::connect(server.address).unwrap();
     browser.set_read_timeout(Some(PATIENCE)).unwrap();
     browser
@@ -188,7 +153,7 @@ fn what_is_no_client_is_turned_away_with_its_first_words() {
 #[test]
 fn a_client_that_does_not_read_is_dropped_and_others_are_served() {
     let mut site = Site::open();
-    let mut server = VrpnProgram::start(&site);
+    let mut server = Server::start(&site, &["vrpn"], " at ", ',');
     let mut idle = Client::greet(TcpStream::connect(server.address).unwrap());
     // Pings without number, whose answers it never reads.
     idle.next(&mut site, |m| m.payload == described("cube"));
@@ -210,7 +175,7 @@ fn a_client_that_does_not_read_is_dropped_and_others_are_served() {
 #[test]
 fn more_clients_than_can_be_served_are_turned_away() {
     let site = Site::open();
-    let server = VrpnProgram::start(&site);
+    let server = Server::start(&site, &["vrpn"], " at ", ',');
     let connect = || TcpStream::connect(server.address).unwrap();
     let clients: Vec<Client> = (0..64).map(|_| Client::greet(connect())).collect();
     let mut late = connect();

@@ -12,7 +12,10 @@ use std::net::TcpStream;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
 use std::time::{Duration, Instant};
-use system_tests::{PATIENCE, Workshop, keys, node_camera, send, sextant, workspace_root};
+use system_tests::{
+    PATIENCE, Workshop, keys, node_camera, run_in_name_spaces, send, sextant,
+    succeeds_in_name_spaces, workspace_root,
+};
 
 const IN_NAME_SPACES: &str = "SEXTANT_TEST_FLEET";
 const TEST: &str = "hosts_of_a_fleet_are_new_or_as_they_were";
@@ -52,33 +55,11 @@ fn hosts_of_a_fleet_are_new_or_as_they_were() {
         eprintln!("SKIPPED: {TEST} needs {lack}");
         return;
     }
-    let test = std::env::current_exe().expect("a test has a file");
-    // The shell is the init of the name space: it waits for what loses its parent.
-    let status = name_spaces()
-        .args(["--pid", "--fork", "--kill-child", "--mount-proc"])
-        .args(["sh", "-c", "\"$@\" & wait $!", "sh"])
-        .arg(test)
-        .args([TEST, "--exact", "--nocapture"])
-        .env(IN_NAME_SPACES, folder.path())
-        .status()
-        .expect("unshare runs: it comes with util-linux");
-    assert!(status.success(), "{status}");
-}
-
-fn name_spaces() -> Command {
-    let mut unshare = Command::new("unshare");
-    unshare.args(["--mount", "--net"]);
-    unshare
+    run_in_name_spaces(TEST, IN_NAME_SPACES, folder.path());
 }
 
 /// What this machine lacks.
 fn lack(folder: &Path) -> Option<&'static str> {
-    // `sh` finds programs and tries the mounts of tests/fleet/enter where nobody sees them.
-    let has = |what: &str| {
-        let mut sh = name_spaces();
-        sh.args(["sh", "-c", what]).current_dir(folder);
-        sh.output().is_ok_and(|output| output.status.success())
-    };
     [
         ("true", "root, for name spaces of its own"),
         ("test -x /usr/sbin/sshd && command -v ssh-keygen", "sshd (package openssh-server)"),
@@ -89,7 +70,7 @@ fn lack(folder: &Path) -> Option<&'static str> {
         ),
     ]
     .into_iter()
-    .find(|(what, _)| !has(what))
+    .find(|(what, _)| !succeeds_in_name_spaces(what, folder))
     .map(|(_, lack)| lack)
 }
 

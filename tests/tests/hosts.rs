@@ -12,7 +12,7 @@ use std::net::TcpStream;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command};
 use std::time::{Duration, Instant};
-use system_tests::{PATIENCE, Witness, send, sextant};
+use system_tests::{PATIENCE, Witness, run_in_name_spaces, send, sextant, succeeds_in_name_spaces};
 
 const IN_NAME_SPACES: &str = "SEXTANT_TEST_HOSTS";
 const TEST: &str = "a_site_of_several_hosts_loses_one_and_goes_on";
@@ -32,34 +32,13 @@ fn a_site_of_several_hosts_loses_one_and_goes_on() {
         return the_site(Path::new(&folder));
     }
     let folder = tempfile::tempdir().expect("a temporary folder");
-    if !has("true") || !has("command -v ip") {
+    if !succeeds_in_name_spaces("command -v ip", folder.path()) {
         eprintln!(
             "SKIPPED: {TEST} needs root, for name spaces of its own, and ip (package iproute2)"
         );
         return;
     }
-    // The shell is the init of the name space: it waits for what loses its parent.
-    let status = name_spaces()
-        .args(["--pid", "--fork", "--kill-child", "--mount-proc"])
-        .args(["sh", "-c", "\"$@\" & wait $!", "sh"])
-        .arg(std::env::current_exe().expect("a test has a file"))
-        .args([TEST, "--exact", "--nocapture"])
-        .env(IN_NAME_SPACES, folder.path())
-        .status()
-        .expect("unshare runs: it comes with util-linux");
-    assert!(status.success(), "{status}");
-}
-
-fn name_spaces() -> Command {
-    let mut unshare = Command::new("unshare");
-    unshare.args(["--mount", "--net"]);
-    unshare
-}
-
-fn has(what: &str) -> bool {
-    let mut sh = name_spaces();
-    sh.args(["sh", "-c", what]);
-    sh.output().is_ok_and(|output| output.status.success())
+    run_in_name_spaces(TEST, IN_NAME_SPACES, folder.path());
 }
 
 fn the_site(folder: &Path) {

@@ -46,7 +46,7 @@ pub enum Company {
 pub enum Link {
     /// A router answers, or none is needed.
     Up,
-    /// No router answers: nobody hears this node.
+    /// No router answers, so no other node receives this one's messages.
     Down,
 }
 
@@ -199,7 +199,7 @@ impl Election {
         now_ns.saturating_sub(self.called_ns) > INTERRUPTION_NS
     }
 
-    /// Others may have done anything meanwhile, and what they said then arrives only now. Those that were silent before are not waited for.
+    /// Another node may have taken over meanwhile; its heartbeats arrive only now. Nodes that were silent before are not waited for.
     fn interrupted(&mut self, now_ns: u64) {
         let called_ns = self.called_ns;
         let was_present = |peer: &&mut Peer| called_ns < peer.received_ns + SILENCE_NS;
@@ -239,7 +239,7 @@ impl Election {
         }
     }
 
-    /// When this standby takes over if nobody publishes until then.
+    /// When this standby takes over, unless it receives a heartbeat of a publisher before.
     fn takes_over_ns(&self, now_ns: u64) -> u64 {
         let is_present = |peer: &Peer| now_ns.saturating_sub(peer.received_ns) < SILENCE_NS;
         let before = self.peers.range(..&self.node);

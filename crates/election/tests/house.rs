@@ -216,7 +216,7 @@ fn quiet(n: usize, seed: u64) -> House {
     let mut house = House::new(n, seed);
     house.run(3_000 * MS);
     assert_eq!(house.publisher(), 0);
-    assert_eq!(house.epochs().len(), 1, "nobody else has ever published");
+    assert_eq!(house.epochs().len(), 1, "no other node has ever published");
     assert_eq!(house.longest_gap_ns(house.published[0].at_ns), STEP_NS);
     house
 }
@@ -245,7 +245,7 @@ fn a_pause_too_short_for_a_takeover_costs_no_epoch() {
     assert_eq!(house.epochs().len(), 1);
 }
 
-/// It has heard nobody because it was stopped itself.
+/// It received no heartbeat because it was stopped itself.
 #[test]
 fn a_standby_that_was_stopped_takes_nothing_over() {
     let mut house = quiet(2, 3);

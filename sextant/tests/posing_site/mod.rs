@@ -7,8 +7,9 @@ use sextant_estimator::{ObjectId, State};
 use sextant_proto::{Keys, ObjectConfig, ObjectPose, ObjectTagConfig, encode};
 use sextant_tag_families::Family;
 use sextant_zenoh_bus::{Bus, BusOptions, Qos, RawLatest, RawPublisher};
-use std::net::UdpSocket;
-use std::process::{Child, Command, Output, Stdio};
+use std::io::{BufRead, BufReader};
+use std::net::{SocketAddr, UdpSocket};
+use std::process::{Child, ChildStderr, Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
 /// The longest wait for anything.
@@ -139,6 +140,43 @@ impl Drop for Ended {
             let _ = child.kill();
             let _ = child.wait();
         }
+    }
+}
+
+/// A program that serves poses at an address that it names in its first line.
+pub struct Server {
+    pub program: Ended,
+    words: BufReader<ChildStderr>,
+    pub address: SocketAddr,
+}
+
+impl Server {
+    /// The program with these arguments, on a free port; `before` and `after` enclose its address.
+    pub fn start(site: &Site, arguments: &[&str], before: &str, after: char) -> Self {
+        let mut command = site.command(arguments);
+        command.args(["--json", "--listen", "127.0.0.1:0"]);
+        command.stdout(Stdio::piped()).stderr(Stdio::piped());
+        let mut child = command.spawn().unwrap();
+        let words = BufReader::new(child.stderr.take().unwrap());
+        let mut server = Self {
+            program: Ended::new(child),
+            words,
+            address: SocketAddr::from(([0; 4], 0)),
+        };
+        let line = server.line();
+        let address = line
+            .split(before)
+            .nth(1)
+            .and_then(|rest| rest.split(after).next());
+        server.address = address.unwrap_or_else(|| panic!("{line}")).parse().unwrap();
+        server
+    }
+
+    /// The next line that it writes for people.
+    pub fn line(&mut self) -> String {
+        let mut line = String::new();
+        self.words.read_line(&mut line).unwrap();
+        line
     }
 }
 

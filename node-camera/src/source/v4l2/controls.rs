@@ -185,14 +185,14 @@ fn derived<'a>(controls: &'a [Control], config: &V4l2Config) -> Vec<(&'a Control
         let units = exposure_us.saturating_add(EXPOSURE_UNIT_US / 2) / EXPOSURE_UNIT_US;
         match find(controls, EXPOSURE_ABSOLUTE) {
             Some(control) => wishes.push((control, within(control, units))),
-            None => tracing::warn!("the camera lets nobody choose its exposure"),
+            None => tracing::warn!("the camera has no control for its exposure"),
         }
     }
     if let Some(gain) = config.gain {
         wishes.extend(find(controls, AUTOGAIN).map(|control| (control, 0)));
         match self::gain(controls) {
             Some(control) => wishes.push((control, within(control, gain))),
-            None => tracing::warn!("the camera lets nobody choose its gain"),
+            None => tracing::warn!("the camera has no control for its gain"),
         }
     }
     if config.rate_hz.is_some() {
