@@ -4,6 +4,7 @@
 mod hub;
 mod server;
 
+use crate::listening::listen;
 use crate::output::{Format, print_line};
 use crate::site::{RouterWatch, Site, SiteArguments, is_request};
 use clap::Args;
@@ -15,6 +16,8 @@ use sextant_zenoh_bus::{CallbackSubscription, Item};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
+/// Where viewers look for a server.
+const PORT: u16 = 8765;
 /// Longest delay until Ctrl-C has an effect.
 const GLANCE: Duration = Duration::from_millis(100);
 /// Timeout of the query for rig and objects.
@@ -49,7 +52,7 @@ pub fn run(arguments: &FoxgloveArguments, format: Format) -> anyhow::Result<()> 
     if arguments.print_layout {
         return print_layout(arguments.site.open()?);
     }
-    let listener = server::listen(&arguments.listen)?;
+    let listener = listen(&arguments.listen, PORT)?;
     let address = listener.local_addr()?;
     let site = arguments.site.open()?;
     let hub = Arc::new(Hub::new(site.keys.site()));

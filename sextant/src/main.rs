@@ -20,6 +20,7 @@ mod hz;
 mod keys;
 mod learn;
 mod list;
+mod listening;
 mod manual;
 mod mavlink;
 mod message_text;

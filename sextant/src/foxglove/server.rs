@@ -1,11 +1,9 @@
 //! The WebSocket server: a task for each client, which writes what the hub has for it and passes on what it says.
 
 use super::hub::{ClientId, Frame, Hub, MAX_CLIENTS};
-use anyhow::{Context, anyhow};
 use futures_util::{SinkExt, StreamExt};
-use sextant_process::{Exit, Failure, WithExit};
 use sextant_recordings::foxglove::websocket::SUBPROTOCOLS;
-use std::net::{SocketAddr, TcpListener, ToSocketAddrs};
+use std::net::{SocketAddr, TcpListener};
 use std::sync::Arc;
 use std::time::Duration;
 use tokio::net::TcpStream;
@@ -28,25 +26,6 @@ const SILENCE: Duration = Duration::from_secs(30);
 /// Longest request of a client.
 const MAX_REQUEST_BYTES: usize = 256 << 10;
 const PROTOCOL_HEADER: &str = "sec-websocket-protocol";
-
-/// Listens at `HOST:PORT`.
-///
-/// # Errors
-/// [`Exit::Usage`] for what is no address, [`Exit::Unavailable`] for one that is in use.
-pub fn listen(address: &str) -> anyhow::Result<TcpListener> {
-    let wrong = |cause: std::io::Error| {
-        let cause = anyhow!("--listen {address}: {cause}; write HOST:PORT, such as 127.0.0.1:8765");
-        Failure::new(Exit::Usage, cause)
-    };
-    let addresses: Vec<SocketAddr> = address.to_socket_addrs().map_err(wrong)?.collect();
-    let listener = TcpListener::bind(&addresses[..])
-        .with_context(|| {
-            format!("--listen {address}: cannot listen there; name another address or port")
-        })
-        .exit_with(Exit::Unavailable)?;
-    listener.set_nonblocking(true)?;
-    Ok(listener)
-}
 
 /// Serves until the runtime ends.
 pub fn start(listener: TcpListener, hub: Arc<Hub>) -> anyhow::Result<Runtime> {

@@ -1,14 +1,15 @@
 //! The sockets of a VRPN server: TCP for messages, UDP for clients that ask to be connected to. One thread, which never waits for a client.
 
 use super::dialler::Dialler;
-use anyhow::{Context, anyhow};
+use crate::listening;
+use anyhow::Context;
 use serde::Serialize;
 use sextant_pose_formats::{
     TrackerReport, VRPN_PORT, VrpnConnection, VrpnTrackers, requested_port,
 };
-use sextant_process::{Exit, Failure, WithExit, now_ns};
+use sextant_process::{Exit, WithExit, now_ns};
 use std::io::{ErrorKind, Read, Write};
-use std::net::{SocketAddr, TcpListener, TcpStream, ToSocketAddrs, UdpSocket};
+use std::net::{SocketAddr, TcpListener, TcpStream, UdpSocket};
 use std::time::{Duration, Instant};
 
 const MAX_CLIENTS: usize = 64;
@@ -69,14 +70,10 @@ impl Server {
     /// # Errors
     /// [`Exit::Usage`] for what is no address, [`Exit::Unavailable`] for one that is in use.
     pub fn open(listen: &str) -> anyhow::Result<Self> {
-        let address = resolved(listen)?;
-        let cannot =
-            || format!("--listen {listen}: cannot listen there; name another address or port");
-        let listener = TcpListener::bind(address).with_context(cannot);
-        let listener = listener.exit_with(Exit::Unavailable)?;
-        let requests = UdpSocket::bind(listener.local_addr()?).with_context(cannot);
-        let requests = requests.exit_with(Exit::Unavailable)?;
-        listener.set_nonblocking(true)?;
+        let listener = listening::listen(listen, VRPN_PORT)?;
+        let requests = UdpSocket::bind(listener.local_addr()?)
+            .with_context(|| format!("--listen {listen}: the UDP port is in use; name another one"))
+            .exit_with(Exit::Unavailable)?;
         requests.set_nonblocking(true)?;
         Ok(Self {
             listener,
@@ -241,21 +238,4 @@ impl Client {
 
 fn is_later(cause: &std::io::Error) -> bool {
     matches!(cause.kind(), ErrorKind::WouldBlock | ErrorKind::Interrupted)
-}
-
-fn resolved(listen: &str) -> anyhow::Result<SocketAddr> {
-    let with_port = match listen.parse::<std::net::IpAddr>() {
-        Ok(ip) => SocketAddr::new(ip, VRPN_PORT).to_string(),
-        Err(_) if listen.contains(':') => listen.to_owned(),
-        Err(_) => format!("{listen}:{VRPN_PORT}"),
-    };
-    let mut addresses = with_port.to_socket_addrs().map_err(|cause| {
-        let cause =
-            anyhow!("--listen {listen}: {cause}; write HOST:PORT, such as 0.0.0.0:{VRPN_PORT}");
-        Failure::new(Exit::Usage, cause)
-    })?;
-    addresses
-        .next()
-        .with_context(|| format!("--listen {listen}: the host has no address"))
-        .exit_with(Exit::Unavailable)
 }
