@@ -45,7 +45,7 @@ const PACKAGES: [&str; 2] = ["target/package", "packages"];
 /// Arguments of `sextant deploy`.
 #[derive(Args, Debug)]
 #[command(
-    after_help = "For example: sextant deploy pi@north.lab pi@10.0.0.7=south --authority site-keys --connect tls/fusion.lab:7447 --keys site-keys/ada
+    after_help = "For example: sextant deploy pi@north.lab pi@10.0.0.7=south --authority site-keys --connect quic/fusion.lab:7447 --keys site-keys/ada
 With --json, a line a host: {\"host\",\"camera\",\"outcome\",\"from\",\"to\",\"changes\":[],\"cause\",\"log\":[],\"notices\":[]} with outcome
 new, unchanged, planned (--dry-run), rolled-back (as before again), untouched (nothing was changed), unreachable, interrupted or broken.
 Exit codes: 0 every host has what it shall have; 1 a host failed; 2 wrong usage; 3 a file, a key or the packages are wrong, no host was asked;

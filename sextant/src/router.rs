@@ -101,7 +101,7 @@ fn read(file: &Path) -> anyhow::Result<(BusOptions, Security)> {
     };
     if network.listen.is_empty() {
         bail!(
-            "{}: [network] listen: a router needs an endpoint to listen on, such as \"tls/0.0.0.0:7447\"",
+            "{}: [network] listen: a router needs an endpoint to listen on, such as \"quic/0.0.0.0:7447\"",
             file.display()
         );
     }

@@ -163,7 +163,7 @@ fn a_node_with_readable_secrets_or_foreign_keys_does_not_start() {
     let file = place.path().join("camera.toml");
     let write = |site: &str, security: &str| {
         let text = format!(
-            "site = \"{site}\"\ncamera = \"north\"\n[source]\nkind = \"images\"\nfolder = \".\"\n[network]\nconnect = [\"tls/fusion.lab:7447\"]\n[security]\n{security}\n"
+            "site = \"{site}\"\ncamera = \"north\"\n[source]\nkind = \"images\"\nfolder = \".\"\n[network]\nconnect = [\"quic/fusion.lab:7447\"]\n[security]\n{security}\n"
         );
         fs::write(&file, text).unwrap();
     };

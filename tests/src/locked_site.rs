@@ -83,7 +83,7 @@ impl LockedSite {
         write_object(&folder.path().join("object.toml"), &scene.objects[0]).expect("an object");
         make_keys(&folder.path().join("authority"), &scene);
         let protocol = if profile == Profile::Site {
-            "tls"
+            "quic"
         } else {
             "tcp"
         };

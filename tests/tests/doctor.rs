@@ -166,7 +166,7 @@ fn keys_of_another_role() {
         assert!(keys(arguments, &authority).status.success());
     }
     let text = format!(
-        "site = \"lab\"\ncamera = \"b\"\n{VIDEO}[network]\nconnect = [\"tls/127.0.0.1:1\"]\n[security]\nprofile = \"site\"\nkeys = \"authority/b\"\n"
+        "site = \"lab\"\ncamera = \"b\"\n{VIDEO}[network]\nconnect = [\"quic/127.0.0.1:1\"]\n[security]\nprofile = \"site\"\nkeys = \"authority/b\"\n"
     );
     let camera = files.write("camera.toml", &text);
     names(&doctor(&[], &[&camera]), "file", "fault", "viewer", "mend");

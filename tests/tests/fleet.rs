@@ -137,7 +137,7 @@ fn a_package_that_fails_half_way_is_undone(fleet: &Fleet) {
 /// The new configuration leads nowhere: package, configuration and keys are the former ones again.
 fn a_camera_that_the_site_does_not_see_is_undone(fleet: &Fleet) {
     let before = fleet.files("south");
-    fleet.configure("south", "tls/10.77.0.99:7447");
+    fleet.configure("south", "quic/10.77.0.99:7447");
     fleet.keys(&["renew", "south"]);
     let deployed = fleet.deploy(&["--timeout", "5"]);
     assert_eq!(
@@ -163,7 +163,7 @@ fn a_camera_that_the_site_does_not_see_is_undone(fleet: &Fleet) {
 /// Ctrl-C while the site is waited for.
 fn an_interrupted_deployment_is_undone(fleet: &Fleet) {
     let before = fleet.files("east");
-    fleet.configure("east", "tls/10.77.0.99:7447");
+    fleet.configure("east", "quic/10.77.0.99:7447");
     let mut child = fleet.start_deployment(&["--timeout", "600"], &["east"]);
     let said = BufReader::new(child.stderr.take().expect("a pipe"));
     let mut lines = said.lines().map_while(Result::ok);
@@ -278,7 +278,7 @@ impl Fleet {
         }
         let rig = self.folder.join("rig.toml");
         sextant_site_files::write_rig(&rig, &Workshop::default().rig()).expect("a file");
-        let text = "site = \"lab\"\nrig = \"rig.toml\"\nobjects = []\n[network]\nmode = \"router\"\nlisten = [\"tls/0.0.0.0:7447\"]\n[security]\nprofile = \"site\"\nkeys = \"authority/fusion\"\n";
+        let text = "site = \"lab\"\nrig = \"rig.toml\"\nobjects = []\n[network]\nmode = \"router\"\nlisten = [\"quic/0.0.0.0:7447\"]\n[security]\nprofile = \"site\"\nkeys = \"authority/fusion\"\n";
         let config = self.folder.join("fusion.toml");
         fs::write(&config, text).expect("a file");
         let fusion = sextant().args(["fusion", "--config"]).arg(config).spawn();
@@ -320,7 +320,7 @@ impl Fleet {
     }
 
     fn router(&self) -> String {
-        format!("tls/{SITE}:7447")
+        format!("quic/{SITE}:7447")
     }
 
     /// The `camera-NAME.toml` that is deployed: grey images by a program.

@@ -118,7 +118,7 @@ def test_what_does_not_exist_is_named_with_what_does(demo):
     nobody = f"tcp/127.0.0.1:{free_port()}"
     with pytest.raises(sextant.NoRouterError, match="refused.*start the site"):
         sextant.connect(nobody, timeout=0.5)
-    for wrong in ({"endpoint": "nonsense"}, {"endpoint": "tls/h:1"}, {"user": "ann"}, {"keys": "/nowhere"}, {"endpoint": []}):
+    for wrong in ({"endpoint": "nonsense"}, {"endpoint": "quic/h:1"}, {"user": "ann"}, {"keys": "/nowhere"}, {"endpoint": []}):
         with pytest.raises(sextant.OptionsError):
             sextant.connect(**wrong)
 
@@ -180,7 +180,7 @@ def _client(endpoint):
     return config
 
 
-@pytest.mark.parametrize(("profile", "protocol"), [("lab", "tcp"), ("site", "tls")])
+@pytest.mark.parametrize(("profile", "protocol"), [("lab", "tcp"), ("site", "quic")])
 def test_keys_open_a_protected_site(binary, recording, tmp_path, profile, protocol):
     authority = tmp_path / "authority"
     subprocess.run([binary, "keys", "init", authority, "--site", "lab"], check=True)

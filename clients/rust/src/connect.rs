@@ -31,7 +31,7 @@ impl SiteOptions {
         }
     }
 
-    /// A router of the site, `tcp/<address>:<port>` or, with keys, `tls/<address>:<port>`. Of several the first that answers is used;
+    /// A router of the site, `tcp/<address>:<port>` or, with keys, `quic/<address>:<port>`. Of several the first that answers is used;
     /// they speak the same protocol. Default: `tcp/127.0.0.1:7447`, with keys that port by TLS.
     pub fn endpoint(mut self, endpoint: &str) -> Self {
         self.endpoints.push(endpoint.to_owned());
@@ -39,7 +39,7 @@ impl SiteOptions {
     }
 
     /// The folder of keys of a protected site, as `sextant keys add` makes it for a viewer or an operator: certificates with a
-    /// `tls/` endpoint, user name and password with a `tcp/` endpoint.
+    /// `quic/` endpoint, user name and password with a `tcp/` endpoint.
     pub fn keys(mut self, folder: impl AsRef<Path>) -> Self {
         self.keys = Some(folder.as_ref().to_owned());
         self
@@ -86,7 +86,7 @@ impl SiteOptions {
             ..BusOptions::default()
         };
         let Some((name, password)) = &self.user else {
-            let by_default = if self.keys.is_some() { "tls/" } else { "tcp/" };
+            let by_default = if self.keys.is_some() { "quic/" } else { "tcp/" };
             let endpoint = self.endpoints.first().map_or(by_default, String::as_str);
             let keys = self.keys.as_deref();
             let security =

@@ -40,7 +40,7 @@ impl Site {
     /// ```no_run
     /// # use sextant_client::{Error, Site};
     /// # fn main() -> Result<(), Error> {
-    /// let site = Site::options("hall").endpoint("tls/fusion.local:7447").keys("keys/screen").connect()?;
+    /// let site = Site::options("hall").endpoint("quic/fusion.local:7447").keys("keys/screen").connect()?;
     /// # Ok(()) }
     /// ```
     pub fn options(site: &str) -> SiteOptions {

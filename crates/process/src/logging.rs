@@ -144,7 +144,7 @@ mod tests {
         let filter = usual_filter();
         assert!(filter.would_enable("node_camera::detect", &Level::INFO));
         assert!(!filter.would_enable("zenoh::api", &Level::WARN));
-        assert!(filter.would_enable("zenoh_link_tls", &Level::WARN));
+        assert!(filter.would_enable("zenoh_link_commons::quic", &Level::WARN));
     }
 
     /// Runs this test again as a process of its own and captures its standard error.

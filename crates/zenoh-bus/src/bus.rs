@@ -1,6 +1,6 @@
 //! The session: waits for its router, closes within a time limit, and creates publishers, subscriptions and tokens.
 
-use std::net::{SocketAddr, TcpListener, ToSocketAddrs};
+use std::net::{SocketAddr, TcpListener, ToSocketAddrs, UdpSocket};
 use std::sync::Arc;
 use std::sync::mpsc::{self, RecvTimeoutError};
 use std::time::{Duration, Instant};
@@ -338,26 +338,27 @@ fn open_session(
 /// The endpoint with its actual port, once that is known to be free. Another program may take it before zenoh
 /// does; then opening fails with zenoh's message.
 fn resolve_port(endpoint: &str) -> Result<String, BusError> {
-    let Some((protocol @ ("tcp" | "tls"), address)) = endpoint.split_once('/') else {
+    let Some((protocol @ ("tcp" | "quic"), address)) = endpoint.split_once('/') else {
         return Ok(endpoint.to_owned());
     };
     // Zenoh's own settings of an endpoint follow `?` or `#`.
     let (address, settings) = address.split_at(address.find(['?', '#']).unwrap_or(address.len()));
-    let listener = listen_any(address).map_err(|cause| listen_error(endpoint, &cause))?;
-    let (host, port) = address.rsplit_once(':').unwrap_or((address, ""));
-    if port != "0" {
-        return Ok(endpoint.to_owned());
+    let port = listen_any(protocol, address).map_err(|cause| listen_error(endpoint, &cause))?;
+    match address.rsplit_once(':') {
+        Some((host, "0")) => Ok(format!("{protocol}/{host}:{port}{settings}")),
+        _ => Ok(endpoint.to_owned()),
     }
-    let port = listener
-        .local_addr()
-        .map_err(|cause| listen_error(endpoint, &cause))?
-        .port();
-    Ok(format!("{protocol}/{host}:{port}{settings}"))
 }
 
-fn listen_any(address: &str) -> std::io::Result<TcpListener> {
+/// The port that was bound for a moment.
+fn listen_any(protocol: &str, address: &str) -> std::io::Result<u16> {
     let addresses: Vec<SocketAddr> = address.to_socket_addrs()?.collect();
-    TcpListener::bind(addresses.as_slice())
+    let bound = if protocol == "quic" {
+        UdpSocket::bind(addresses.as_slice())?.local_addr()?
+    } else {
+        TcpListener::bind(addresses.as_slice())?.local_addr()?
+    };
+    Ok(bound.port())
 }
 
 fn listen_error(endpoint: &str, cause: &std::io::Error) -> BusError {

@@ -99,7 +99,10 @@ fn topology(
             "connect/retry",
             "{ period_init_ms: 100, period_max_ms: 1000, period_increase_factor: 2 }".into(),
         ),
-        ("listen/endpoints", list(listen)),
+        (
+            "listen/endpoints",
+            list(&listen.iter().map(|one| in_order(one)).collect::<Vec<_>>()),
+        ),
         ("listen/timeout_ms", "0".into()),
         ("listen/exit_on_failure", "true".into()),
         ("open/return_conditions/connect_scouted", "true".into()),
@@ -125,6 +128,17 @@ fn topology(
         ("routing/interests/timeout", "2000".into()),
         ("adminspace/enabled", "false".into()),
     ]
+}
+
+/// A listening endpoint whose links keep the order of messages. By default zenoh opens a QUIC stream for each priority, and data
+/// may overtake the declaration of its key, upon which it is dropped.
+fn in_order(endpoint: &str) -> String {
+    if !endpoint.starts_with("quic/") || endpoint.contains("multistream=") {
+        return endpoint.to_owned();
+    }
+    let (address, config) = endpoint.split_at(endpoint.find('#').unwrap_or(endpoint.len()));
+    let separator = if address.contains('?') { ';' } else { '?' };
+    format!("{address}{separator}multistream=0{config}")
 }
 
 fn transport(options: &BusOptions) -> Vec<(&'static str, String)> {

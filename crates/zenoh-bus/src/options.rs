@@ -27,7 +27,7 @@ impl Mode {
     }
 }
 
-/// The network of a process. Endpoints are zenoh's: `tcp/<address>:<port>`, or `tls/<address>:<port>` with profile site. There is no discovery
+/// The network of a process. Endpoints are zenoh's: `tcp/<address>:<port>`, or `quic/<address>:<port>` with profile site. There is no discovery
 /// by multicast or gossip: all endpoints are listed here.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]

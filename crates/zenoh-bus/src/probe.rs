@@ -1,6 +1,6 @@
 //! Diagnoses why no router answers by a connection attempt, since zenoh does not report it. Each step takes at most half a second.
 
-use std::net::{TcpStream, ToSocketAddrs};
+use std::net::{SocketAddr, TcpStream, ToSocketAddrs};
 use std::time::Duration;
 
 use crate::{BusOptions, Security};
@@ -23,68 +23,108 @@ fn try_endpoint(endpoint: &str, security: &Security) -> Result<(), String> {
         return Ok(());
     };
     let address = address.split(['?', '#']).next().unwrap_or_default();
-    let addresses = address
+    let addresses: Vec<SocketAddr> = address
         .to_socket_addrs()
-        .map_err(|cause| cause.to_string())?;
+        .map_err(|cause| cause.to_string())?
+        .collect();
+    let host = address.rsplit_once(':').map_or(address, |(host, _)| host);
     let mut last = Err("the name has no address".to_owned());
     for address in addresses {
-        last = TcpStream::connect_timeout(&address, STEP).map_err(|cause| cause.to_string());
+        last = match protocol {
+            "quic" => quic::connect(address, host, security),
+            _ => TcpStream::connect_timeout(&address, STEP)
+                .map(drop)
+                .map_err(|cause| cause.to_string()),
+        };
         if last.is_ok() {
             break;
         }
     }
-    let stream = last?;
-    if protocol != "tls" {
-        return Ok(());
-    }
-    tls::shake_hands(stream, address, security)
+    last
 }
 
-#[cfg(not(feature = "tls"))]
-mod tls {
-    use super::{Security, TcpStream};
+#[cfg(not(feature = "quic"))]
+mod quic {
+    use super::{Security, SocketAddr};
 
-    pub(super) fn shake_hands(_: TcpStream, _: &str, _: &Security) -> Result<(), String> {
+    pub(super) fn connect(_: SocketAddr, _: &str, _: &Security) -> Result<(), String> {
         Ok(())
     }
 }
 
-#[cfg(feature = "tls")]
-mod tls {
-    use std::io::{ErrorKind, Read};
+#[cfg(feature = "quic")]
+mod quic {
+    use std::net::{Ipv4Addr, Ipv6Addr};
     use std::sync::Arc;
 
+    use quinn::crypto::rustls::QuicClientConfig;
+    use quinn::{ConnectError, ConnectionError, Endpoint};
     use rustls::crypto::ring;
     use rustls::pki_types::pem::PemObject;
-    use rustls::pki_types::{CertificateDer, PrivateKeyDer, ServerName};
-    use rustls::{ClientConfig, ClientConnection, RootCertStore, StreamOwned};
+    use rustls::pki_types::{CertificateDer, PrivateKeyDer};
+    use rustls::{ClientConfig, RootCertStore};
+    use tokio::time::timeout;
 
-    use super::{STEP, Security, TcpStream};
+    use super::{STEP, Security, SocketAddr};
+
+    /// What zenoh's routers since 1.9 offer.
+    const PROTOCOL: &[u8] = b"zenoh";
 
     /// Performs the handshake of a session, and waits whether the router accepts it.
-    pub(super) fn shake_hands(
-        stream: TcpStream,
-        address: &str,
+    pub(super) fn connect(
+        address: SocketAddr,
+        host: &str,
         security: &Security,
     ) -> Result<(), String> {
-        let host = address.rsplit_once(':').map_or(address, |(host, _)| host);
+        let config = config(security).ok_or("no keys that can be read")?;
+        let runtime = tokio::runtime::Builder::new_current_thread()
+            .enable_all()
+            .build()
+            .map_err(|cause| cause.to_string())?;
+        runtime.block_on(handshake(address, host, config))
+    }
+
+    async fn handshake(
+        address: SocketAddr,
+        host: &str,
+        config: quinn::ClientConfig,
+    ) -> Result<(), String> {
+        let any: SocketAddr = match address {
+            SocketAddr::V4(_) => (Ipv4Addr::UNSPECIFIED, 0).into(),
+            SocketAddr::V6(_) => (Ipv6Addr::UNSPECIFIED, 0).into(),
+        };
+        let endpoint = Endpoint::client(any).map_err(|cause| cause.to_string())?;
         let host = host.trim_start_matches('[').trim_end_matches(']');
-        let name = ServerName::try_from(host.to_owned()).map_err(|cause| cause.to_string())?;
-        let config = Arc::new(config(security).ok_or("no keys that can be read")?);
-        let client = ClientConnection::new(config, name).map_err(|cause| cause.to_string())?;
-        let set = stream.set_read_timeout(Some(STEP));
-        set.map_err(|cause| cause.to_string())?;
-        match StreamOwned::new(client, stream).read(&mut [0]) {
-            // A router that has accepted the connection waits for the client's first message.
-            Err(cause) if matches!(cause.kind(), ErrorKind::WouldBlock | ErrorKind::TimedOut) => {
-                Ok(())
-            }
-            Err(cause) => Err(cause.to_string()),
-            Ok(_) => Err("the router closes the connection".into()),
+        let connecting = endpoint
+            .connect_with(config, address, host)
+            .map_err(|cause: ConnectError| cause.to_string())?;
+        let Ok(connected) = timeout(STEP, connecting).await else {
+            return Err("no answer: nothing listens there, or UDP does not get through".to_owned());
+        };
+        let connection = connected.map_err(|cause| words(&cause))?;
+        // The router judges the client's certificate after the client has finished; if it accepts the connection, it is silent.
+        match timeout(STEP, connection.closed()).await {
+            Ok(cause) => Err(words(&cause)),
+            Err(_) => Ok(()),
         }
     }
 
-    fn config(security: &Security) -> Option<ClientConfig> {
+    fn words(cause: &ConnectionError) -> String {
+        match cause {
+            ConnectionError::TransportError(error) if !error.reason.is_empty() => {
+                error.reason.clone()
+            }
+            ConnectionError::ConnectionClosed(close) if !close.reason.is_empty() => {
+                format!(
+                    "the router refuses: {}",
+                    String::from_utf8_lossy(&close.reason)
+                )
+            }
+            cause => cause.to_string(),
+        }
+    }
+
+    fn config(security: &Security) -> Option<quinn::ClientConfig> {
         let files = &security.keys()?.files;
         let mut roots = RootCertStore::empty();
         roots
@@ -92,11 +132,14 @@ mod tls {
             .ok()?;
         let certificate = CertificateDer::from_pem_file(files.certificate()).ok()?;
         let key = PrivateKeyDer::from_pem_file(files.private_key()).ok()?;
-        ClientConfig::builder_with_provider(Arc::new(ring::default_provider()))
-            .with_safe_default_protocol_versions()
+        let mut tls = ClientConfig::builder_with_provider(Arc::new(ring::default_provider()))
+            .with_protocol_versions(&[&rustls::version::TLS13])
             .ok()?
             .with_root_certificates(roots)
             .with_client_auth_cert(vec![certificate], key)
-            .ok()
+            .ok()?;
+        tls.alpn_protocols = vec![PROTOCOL.to_vec()];
+        let tls = QuicClientConfig::try_from(tls).ok()?;
+        Some(quinn::ClientConfig::new(Arc::new(tls)))
     }
 }

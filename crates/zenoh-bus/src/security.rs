@@ -5,7 +5,7 @@
 //! |---|---|---|---|
 //! | demo | loopback only | every process of this machine | none |
 //! | lab | TCP | members with a user name and a password | by user name |
-//! | site | TLS | members with a certificate of the site's authority | by the certificate's common name |
+//! | site | QUIC | members with a certificate of the site's authority | by the certificate's common name |
 //! | open | anything | everyone who reaches the port | none |
 
 mod access;
@@ -135,7 +135,7 @@ impl Security {
         if let Some(keys) = &keys {
             keys.check_site(site)?;
         }
-        let profile = match (&keys, endpoint.starts_with("tls/")) {
+        let profile = match (&keys, endpoint.starts_with("quic/")) {
             (None, false) => Profile::Demo,
             (Some(_), false) => Profile::Lab,
             (Some(_), true) => Profile::Site,

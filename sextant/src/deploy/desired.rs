@@ -157,7 +157,7 @@ fn minimal(camera: &CameraId, sources: &Sources<'_>) -> anyhow::Result<String> {
             .node()
             .exists()
     }) {
-        let profile = if router.starts_with("tls/") {
+        let profile = if router.starts_with("quic/") {
             Profile::Site
         } else {
             Profile::Lab

@@ -16,7 +16,7 @@ from .errors import OptionsError, NoRouterError
 
 #: After how long a silent link counts as dead, ms.
 LEASE_MS = 2000
-_ENDPOINT = re.compile(r"(tcp|tls)/[^/?#]+:[0-9]+([?#].*)?")
+_ENDPOINT = re.compile(r"(tcp|quic)/[^/?#]+:[0-9]+([?#].*)?")
 _SECRETS = ("key.pem", "password")
 
 
@@ -69,10 +69,10 @@ def _protection(
 ) -> dict[str, Any]:
     for endpoint in endpoints:
         if not _ENDPOINT.fullmatch(endpoint):
-            raise OptionsError(f"{endpoint!r} is no endpoint: write tcp/<address>:<port>, or tls/<address>:<port> with keys")
-    is_tls = {endpoint.startswith("tls/") for endpoint in endpoints}
-    if len(is_tls) != 1:
-        raise OptionsError("endpoints of one protocol are needed: all tcp/ or all tls/")
+            raise OptionsError(f"{endpoint!r} is no endpoint: write tcp/<address>:<port>, or quic/<address>:<port> with keys")
+    is_quic = {endpoint.startswith("quic/") for endpoint in endpoints}
+    if len(is_quic) != 1:
+        raise OptionsError("endpoints of one protocol are needed: all tcp/ or all quic/")
     if (user is None) != (password is None):
         raise OptionsError("a user name needs a password, and a password a user name")
     if keys is not None and user is not None:
@@ -80,12 +80,12 @@ def _protection(
     if user is not None:
         return _by_password(user, password)
     if keys is None:
-        if True in is_tls:
-            raise OptionsError("a tls/ endpoint needs keys: keys=DIR, as `sextant keys add` makes it")
+        if True in is_quic:
+            raise OptionsError("a quic/ endpoint needs keys: keys=DIR, as `sextant keys add` makes it")
         return {}
     folder = Path(keys)
     name = _member_of(folder, site)
-    if True in is_tls:
+    if True in is_quic:
         return _by_certificate(folder)
     return _by_password(name, _read(folder / "password").strip())
 

@@ -115,7 +115,7 @@ def connect(
 ) -> Site:
     """Connects to a site.
 
-    `endpoint` is the router's, `tcp/<address>:<port>` or, with keys, `tls/<address>:<port>`; of several the first that answers is used.
+    `endpoint` is the router's, `tcp/<address>:<port>` or, with keys, `quic/<address>:<port>`; of several the first that answers is used.
     Default: port 7447 of this machine. `keys` is the folder that `sextant keys add` makes for a viewer or an operator of a protected site;
     `user` and `password` take its place in the profile lab. `timeout` is how long connecting may take, and how long to wait
     for a fusion node that still starts, in seconds.

@@ -6,10 +6,10 @@ use tracing::Event;
 use tracing::field::{Field, Visit};
 
 /// Zenoh's targets that are enabled only for these messages.
-pub(super) const FILTER: &str = "zenoh_link_tls=warn,zenoh_transport::unicast::establishment::accept=debug,\
+pub(super) const FILTER: &str = "zenoh_link_commons::quic=warn,zenoh_transport::unicast::establishment::accept=debug,\
                                  zenoh::net::routing::interceptor::access_control=info";
 
-const TLS: &str = "zenoh_link_tls";
+const QUIC: &str = "zenoh_link_commons::quic";
 const HANDSHAKE: &str = "zenoh_transport::unicast::establishment::accept";
 const MEMBERSHIP: &str = "zenoh::net::routing::interceptor::access_control";
 
@@ -26,7 +26,7 @@ pub(super) enum Wording {
 
 pub(super) fn wording(event: &Event<'_>) -> Wording {
     let target = event.metadata().target();
-    if ![TLS, HANDSHAKE, MEMBERSHIP]
+    if ![QUIC, HANDSHAKE, MEMBERSHIP]
         .iter()
         .any(|place| target.starts_with(place))
     {
@@ -38,16 +38,14 @@ pub(super) fn wording(event: &Event<'_>) -> Wording {
 }
 
 fn wording_of(target: &str, message: &str) -> Wording {
-    if target.starts_with(TLS) {
-        return match message.split_once(". Hint: increase the system open file limit") {
-            // Refusals by the system have an error number, and zenoh's hint may be right.
-            Some((cause, _)) if cause.contains("InvalidContentType") => {
-                Wording::Instead("connection refused: the other end speaks no TLS".into())
-            }
-            Some((cause, _)) if !cause.contains("os error") => {
-                Wording::Instead(format!("connection refused: {cause}"))
-            }
-            _ => Wording::Own,
+    if target.starts_with(QUIC) {
+        // Zenoh prints the whole error of its QUIC crate; the reason in it is that of the handshake.
+        let reason = message
+            .split_once("QUIC acceptor failed: ")
+            .and_then(|(_, error)| quoted_after(error, "reason: "));
+        return match reason {
+            Some(reason) => Wording::Instead(format!("connection refused: {reason}")),
+            None => Wording::Own,
         };
     }
     if target.starts_with(HANDSHAKE) {
@@ -71,6 +69,14 @@ fn wording_of(target: &str, message: &str) -> Wording {
     }
 }
 
+/// The quoted text after `name`, which is not empty.
+fn quoted_after<'a>(text: &'a str, name: &str) -> Option<&'a str> {
+    let (_, value) = text.split_once(name)?;
+    let (_, value) = value.split_once('"')?;
+    let (value, _) = value.split_once('"')?;
+    (!value.is_empty()).then_some(value)
+}
+
 /// The message of an event.
 #[derive(Default)]
 struct Message(String);
@@ -91,8 +97,8 @@ mod tests {
     fn who_is_not_let_in_is_named_plainly() {
         for (target, message, expected) in [
             (
-                TLS,
-                "peer sent no certificates. Hint: increase the system open file limit.",
+                QUIC,
+                "QUIC acceptor failed: TransportError(Error { code: Code::crypto(74), frame: None, reason: \"peer sent no certificates\" }) at unicast.rs:1. Hint: increase the system open file limit.",
                 "connection refused: peer sent no certificates",
             ),
             (
@@ -121,7 +127,7 @@ mod tests {
     #[test]
     fn everything_else_is_told_as_it_is_or_not_at_all() {
         let full = "Too many open files (os error 24). Hint: increase the system open file limit.";
-        assert_eq!(wording_of(TLS, full), Wording::Own);
+        assert_eq!(wording_of(QUIC, full), Wording::Own);
         assert_eq!(wording_of(HANDSHAKE, "New transport link"), Wording::Beside);
     }
 }

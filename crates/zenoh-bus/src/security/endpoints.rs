@@ -50,7 +50,7 @@ impl Profile {
     /// Protocol of the profile's links.
     pub(crate) fn protocol(self) -> &'static str {
         match self {
-            Self::Site => "tls",
+            Self::Site => "quic",
             Self::Demo | Self::Lab | Self::Open => "tcp",
         }
     }
@@ -119,8 +119,8 @@ mod tests {
     #[test]
     fn a_site_has_no_plain_endpoints_and_a_lab_only_such() {
         for (profile, wrong, right) in [
-            (Profile::Site, "tcp/h:1", "tls/h:1"),
-            (Profile::Lab, "tls/h:1", "tcp/h:1"),
+            (Profile::Site, "tcp/h:1", "quic/h:1"),
+            (Profile::Lab, "quic/h:1", "tcp/h:1"),
         ] {
             for network in [BusOptions::client_of(wrong), BusOptions::router_on(wrong)] {
                 assert!(check(profile, &network, &network.listen).is_err());
