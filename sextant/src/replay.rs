@@ -26,6 +26,7 @@ use poses_file::PosesFile;
 use sextant_estimator::{Fusion, FusionOptions, ImageObservation, Input, ObjectEstimate};
 use sextant_process::{Exit, Failure, WithExit};
 use sextant_proto::NodeId;
+use sextant_recordings::mcap::reader::Ending;
 use sextant_recordings::mcap::site_recording::SiteRecording;
 use sextant_recordings::{Dataset, Row};
 use std::collections::BTreeSet;
@@ -190,15 +191,20 @@ fn replay_file(arguments: &ReplayArguments, delivery: Delivery) -> anyhow::Resul
         },
     };
     let recording = SiteRecording::read(&arguments.recording).exit_with(Exit::Input)?;
+    let path = arguments.recording.display();
+    let place = match &recording.ending {
+        Ending::Closed => path.to_string(),
+        ending => format!("{path}: {ending}"),
+    };
     let mut plan = Plan::of(&recording, arguments.node.as_ref(), &replacement)
-        .map_err(|cause| cause.context(arguments.recording.display().to_string()))
+        .map_err(|cause| cause.context(place.clone()))
         .exit_with(Exit::Input)?;
     let mut notices = notices(&recording, &plan);
     let (images, end_ns) = (plan.images(), plan.end_ns());
     let times_ns: Vec<u64> = plan.capture_times_ns().collect();
     let mut runs = std::mem::take(&mut plan.runs).into_iter();
     let Some(first) = runs.next() else {
-        let cause = anyhow::anyhow!("{}: nothing to replay", arguments.recording.display());
+        let cause = anyhow::anyhow!("{place}: nothing to replay");
         bail!(Failure::new(Exit::Input, cause));
     };
     let mut live = LivePoses::new(&recording.poses);
@@ -228,7 +234,7 @@ fn replay_file(arguments: &ReplayArguments, delivery: Delivery) -> anyhow::Resul
 /// What a person should know about a recording.
 fn notices(recording: &SiteRecording, plan: &Plan) -> Vec<String> {
     let mut notices = Vec::new();
-    if recording.ending != sextant_recordings::mcap::reader::Ending::Closed {
+    if recording.ending != Ending::Closed {
         notices.push(recording.ending.to_string());
     }
     if recording.rejected > 0 {

@@ -110,9 +110,35 @@ fn a_recording_that_is_cut_anywhere_gives_what_stands_before() {
 }
 
 #[test]
+fn a_recording_that_is_cut_within_its_first_chunk_gives_the_messages_before() {
+    let keys = Keys::new("lab").unwrap();
+    let mut writer = McapWriter::begin(Vec::new(), Path::new("a.mcap"), &info()).unwrap();
+    for sequence in 0..500 {
+        let pose = pose(sequence);
+        let payload = encode(&pose).unwrap();
+        writer
+            .write_payload(&keys.pose(&pose.object), &payload, 100 + sequence)
+            .unwrap();
+    }
+    let whole = writer.finish().unwrap();
+    let (all, _) = read(&whole).unwrap();
+    let cut = &whole[..whole.len() / 2];
+    let (messages, ending) = read(cut).unwrap();
+    assert!(messages.len() > 100, "{}", messages.len());
+    assert_eq!(messages, all[..messages.len()]);
+    let Ending::Cut { recovered, .. } = ending else {
+        panic!("{ending}")
+    };
+    assert_eq!(recovered, messages.len() as u64);
+}
+
+#[test]
 fn what_is_no_recording_of_a_site_is_refused_with_a_remedy() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.mcap");
+    std::fs::write(&path, &recording()[..20]).unwrap();
+    let error = SiteRecording::read(&path).unwrap_err().to_string();
+    assert!(error.ends_with("a.mcap: the file ends after 20 bytes, before its first whole message; copy or save it again"), "{error}");
     std::fs::write(&path, b"#timestamp,filename\n").unwrap();
     let error = SiteRecording::read(&path).unwrap_err().to_string();
     assert!(error.ends_with("a.mcap: this is not an MCAP file; give a recording made by `sextant record` or `sextant convert`"), "{error}");

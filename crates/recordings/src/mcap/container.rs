@@ -2,7 +2,7 @@
 
 use super::bytes::Fields;
 use super::{LZ4, MAGIC, opcode};
-use lz4_flex::frame::FrameEncoder;
+use lz4_flex::frame::{BlockSize, FrameEncoder, FrameInfo};
 use std::collections::BTreeMap;
 use std::io::{self, Write};
 
@@ -149,7 +149,9 @@ impl<W: Write> Container<W> {
         if chunk.records.is_empty() {
             return Ok(());
         }
-        let mut compressor = FrameEncoder::new(Vec::new());
+        // Small blocks: of a chunk without its end those before the cut are read.
+        let blocks = FrameInfo::new().block_size(BlockSize::Max64KB);
+        let mut compressor = FrameEncoder::with_frame_info(blocks, Vec::new());
         compressor.write_all(&chunk.records)?;
         let compressed = compressor.finish().map_err(io::Error::other)?;
         let [first_ns, last_ns] = chunk.times_ns.unwrap_or_default();

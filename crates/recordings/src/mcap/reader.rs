@@ -42,8 +42,10 @@ pub enum Ending {
     Closed,
     /// In the middle of a record or without a footer: its writer was killed, or it was not copied whole.
     Cut {
-        /// Bytes at the end that could not be used.
+        /// Bytes at the end that belong to no whole record of the file.
         lost_bytes: u64,
+        /// Messages that were recovered from them: those at the beginning of a chunk.
+        recovered: u64,
     },
     /// With a record that is damaged; what follows is not read.
     Damaged {
@@ -155,6 +157,32 @@ impl<R: Read> McapReader<R> {
         self.ending.as_ref()
     }
 
+    /// Why a file that was read to its end has no message, or none of a site.
+    #[must_use]
+    pub fn emptiness(&self) -> RecordingError {
+        let (cause, remedy) = match &self.ending {
+            Some(Ending::Cut { .. }) if self.channels.is_empty() => (
+                format!(
+                    "the file ends after {} bytes, before its first whole message",
+                    self.length
+                ),
+                "copy or save it again",
+            ),
+            Some(damaged @ Ending::Damaged { .. }) if self.channels.is_empty() => {
+                (damaged.to_string(), "copy or save it again")
+            }
+            Some(Ending::Closed) if self.info.is_some() => (
+                "the recording has no messages".to_owned(),
+                "record while the site runs",
+            ),
+            _ => (
+                "this MCAP file is no recording of a Sextant site".to_owned(),
+                "give one made by `sextant record`",
+            ),
+        };
+        RecordingError::wrong(&self.path, None, cause, remedy)
+    }
+
     fn lost_bytes(&self) -> u64 {
         self.length.saturating_sub(self.used)
     }
@@ -171,6 +199,7 @@ impl<R: Read> McapReader<R> {
     fn step(&mut self) -> Result<Step, RecordingError> {
         let cut = Ending::Cut {
             lost_bytes: self.lost_bytes(),
+            recovered: 0,
         };
         let Some(head) = self.bytes(9)? else {
             return Ok(Step::End(cut));
@@ -178,7 +207,10 @@ impl<R: Read> McapReader<R> {
         let mut fields = Cursor(&head);
         let (opcode, length) = (fields.u8().unwrap_or(0), fields.u64().unwrap_or(0));
         if length > self.lost_bytes().saturating_sub(9) {
-            return Ok(Step::End(cut));
+            return match opcode {
+                opcode::CHUNK => Ok(Step::End(self.recover_chunk()?)),
+                _ => Ok(Step::End(cut)),
+            };
         }
         match opcode {
             opcode::FOOTER => {
@@ -240,6 +272,29 @@ impl<R: Read> McapReader<R> {
         Ok(())
     }
 
+    /// Takes the first messages of a chunk without its end. The checksum is that of the whole chunk and cannot be tested.
+    fn recover_chunk(&mut self) -> Result<Ending, RecordingError> {
+        let lost_bytes = self.lost_bytes();
+        let mut record = Vec::new();
+        let read = (&mut self.file).take(MOST_BYTES).read_to_end(&mut record);
+        read.map_err(RecordingError::unreadable(&self.path, DISK))?;
+        let (mut fields, mut records) = (Cursor(&record), Vec::new());
+        if let Some(head) = ChunkHead::read(&mut fields) {
+            // It fails where the bytes end.
+            let _ = head.decompress(fields.0, &mut records);
+        }
+        let mut rest = Cursor(&records);
+        while let Some((opcode, fields)) = rest.record() {
+            if opcode == opcode::CHUNK || self.take(opcode, fields.0).is_err() {
+                break;
+            }
+        }
+        Ok(Ending::Cut {
+            lost_bytes,
+            recovered: self.waiting.len() as u64,
+        })
+    }
+
     fn take_channel(&mut self, mut fields: Cursor<'_>) -> Option<()> {
         let (id, _schema) = (fields.u16()?, fields.u16()?);
         let channel = RecordedChannel {
@@ -277,33 +332,62 @@ impl<R: Read> McapReader<R> {
     }
 }
 
+/// What stands before the compressed records of a chunk.
+struct ChunkHead {
+    /// Bytes of its records.
+    size: u64,
+    crc: u32,
+    compression: String,
+    /// Bytes of its records, compressed.
+    compressed_size: u64,
+}
+
+impl ChunkHead {
+    fn read(fields: &mut Cursor<'_>) -> Option<Self> {
+        let _times_ns = (fields.u64()?, fields.u64()?);
+        Some(Self {
+            size: fields.u64()?,
+            crc: fields.u32()?,
+            compression: fields.text()?,
+            compressed_size: fields.u64()?,
+        })
+    }
+
+    /// Appends the records to `records`, after an error those before it.
+    fn decompress(&self, bytes: &[u8], records: &mut Vec<u8>) -> Result<(), Flaw> {
+        if self.size > MOST_BYTES {
+            return Err(format!(
+                "a chunk of {} bytes, more than are read",
+                self.size
+            ));
+        }
+        match self.compression.as_str() {
+            "" => records.extend(bytes),
+            LZ4 => {
+                let mut decompressed = FrameDecoder::new(bytes).take(self.size + 1);
+                let read = decompressed.read_to_end(records);
+                read.map_err(|cause| format!("a chunk cannot be decompressed: {cause}"))?;
+            }
+            other => return Err(format!("chunks are compressed with {other:?}, not lz4")),
+        }
+        Ok(())
+    }
+}
+
 /// The records of a chunk, decompressed and checked.
 fn records_of(mut fields: Cursor<'_>) -> Result<Vec<u8>, Flaw> {
-    let mut head = || {
-        let _times_ns = (fields.u64()?, fields.u64()?);
-        let (size, crc) = (fields.u64()?, fields.u32()?);
-        let (compression, n_bytes) = (fields.text()?, fields.u64()?);
-        let bytes = fields.take(usize::try_from(n_bytes).ok()?)?;
-        Some((size, crc, compression, bytes))
+    let mut parts = || {
+        let head = ChunkHead::read(&mut fields)?;
+        let bytes = fields.take(usize::try_from(head.compressed_size).ok()?)?;
+        Some((head, bytes))
     };
-    let (size, crc, compression, bytes) = head().ok_or("a chunk is malformed")?;
-    if size > MOST_BYTES {
-        return Err(format!("a chunk of {size} bytes, more than are read"));
-    }
+    let (head, bytes) = parts().ok_or("a chunk is malformed")?;
     let mut records = Vec::new();
-    match compression.as_str() {
-        "" => records.extend(bytes),
-        LZ4 => {
-            let mut decompressed = FrameDecoder::new(bytes).take(size + 1);
-            let read = decompressed.read_to_end(&mut records);
-            read.map_err(|cause| format!("a chunk cannot be decompressed: {cause}"))?;
-        }
-        other => return Err(format!("chunks are compressed with {other:?}, not lz4")),
-    }
-    if records.len() as u64 != size {
+    head.decompress(bytes, &mut records)?;
+    if records.len() as u64 != head.size {
         return Err("a chunk is not as long as it says".to_owned());
     }
-    if crc != 0 && crc != crc32fast::hash(&records) {
+    if head.crc != 0 && head.crc != crc32fast::hash(&records) {
         return Err("the checksum of a chunk is wrong".to_owned());
     }
     Ok(records)
@@ -313,15 +397,25 @@ impl std::fmt::Display for Ending {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
             Self::Closed => write!(f, "the recording was closed"),
-            Self::Cut { lost_bytes: 0 } => {
+            Self::Cut { lost_bytes: 0, .. } => {
                 write!(
                     f,
                     "the recording was not closed: what came after its last chunk is lost"
                 )
             }
-            Self::Cut { lost_bytes } => write!(
+            Self::Cut {
+                lost_bytes,
+                recovered: 0,
+            } => write!(
                 f,
                 "the recording was not closed: its last {lost_bytes} bytes are incomplete and not used"
+            ),
+            Self::Cut {
+                lost_bytes,
+                recovered,
+            } => write!(
+                f,
+                "the recording was not closed: its last {lost_bytes} bytes are a part of a chunk, of which {recovered} messages could be read"
             ),
             Self::Damaged {
                 at_byte,

@@ -84,14 +84,7 @@ impl SiteRecording {
             recording.take(&message);
         }
         recording.ending = reader.ending().cloned().unwrap_or(Ending::Closed);
-        match reader.info() {
-            Some(info) => recording.info = info.clone(),
-            None => {
-                let cause = "this MCAP file is no recording of a Sextant site";
-                let remedy = "give one made by `sextant record`";
-                return Err(RecordingError::wrong(path, None, cause, remedy));
-            }
-        }
+        recording.info = reader.info().ok_or_else(|| reader.emptiness())?.clone();
         Ok(recording)
     }
 
