@@ -2,7 +2,7 @@
 
 use crate::output::print_line;
 use anyhow::{Context, bail};
-use clap::Args;
+use clap::{ArgGroup, Args};
 use serde::Deserialize;
 use sextant_process::{Exit, Shutdown, WithExit, logging, now_ns, watchdog};
 use sextant_proto::{NodeId, SiteId};
@@ -19,15 +19,16 @@ const PERIOD: Duration = Duration::from_millis(500);
 /// Arguments of `sextant router`.
 #[derive(Args, Debug)]
 #[command(
+    group = ArgGroup::new("network").args(["config", "listen"]).required(true),
     after_help = "The file: site = \"lab\", node = \"router\", and the sections [network] (listen, connect, ...) and [security] of every node's file; \
 docs/several-hosts.md. Two routers name each other in connect; the other nodes name both, and go on when one dies."
 )]
 pub struct RouterArguments {
     /// The router's configuration.
-    #[arg(long, value_name = "FILE", required_unless_present = "listen")]
+    #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
     /// In place of a file, on this machine only: an endpoint to listen on. May be repeated.
-    #[arg(long, value_name = "ENDPOINT", conflicts_with = "config")]
+    #[arg(long, value_name = "ENDPOINT")]
     listen: Vec<String>,
     /// In place of a file: another router. May be repeated.
     #[arg(long, value_name = "ENDPOINT", conflicts_with = "config")]

@@ -348,3 +348,9 @@ fn wrong_usage_has_its_own_code() {
         );
     }
 }
+
+#[test]
+fn a_router_without_options_names_both_ways_to_run_it() {
+    let output = sextant().arg("router").output().unwrap();
+    refused(&output, 2, "<--config <FILE>|--listen <ENDPOINT>>");
+}
