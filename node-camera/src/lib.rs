@@ -26,6 +26,7 @@ pub use config::{
     Pace, PreviewConfig, Rza2mConfig, SourceConfig, StreamFormat, V4l2Config, VideoConfig,
 };
 pub use part::Part;
+pub use preview::JpegMaker;
 pub use run::{CameraArguments, ProgramArguments, run};
 pub use source::examine::examine;
 pub use source::v4l2::probe;

@@ -11,7 +11,7 @@ use sextant_process::{Shutdown, background, fail_point};
 use sextant_proto::{Keys, Preview};
 use sextant_zenoh_bus::{Bus, Publisher, Qos};
 
-use self::jpeg::JpegMaker;
+pub use self::jpeg::JpegMaker;
 use crate::config::CameraNodeConfig;
 
 /// The longest sleep: how late a wish to stop is heard.

@@ -1,21 +1,22 @@
 //! `sextant play`: a recording as a site of its own, at the pace at which it happened: on the page, and on the network for every other tool.
 
+mod previews;
 mod publishers;
 
 use crate::demo::{browser, free_page_address, open_router};
 use crate::output::{Format, print_line};
-use crate::words;
-use anyhow::{Context, anyhow};
+use crate::{seconds, words};
+use anyhow::{Context, anyhow, bail};
 use clap::Args;
 use node_viewer_bridge::ViewerConfig;
 use publishers::Publishers;
 use serde_json::json;
-use sextant_process::{Exit, Failure, Shutdown, WithExit};
+use sextant_process::{Exit, Shutdown, WithExit};
 use sextant_proto::{KeyRef, Keys, NodeId, NodeKind, SiteId};
-use sextant_recordings::mcap::WIRE_ENCODING;
 use sextant_recordings::mcap::reader::{McapReader, RecordedMessage};
 use sextant_site_files::write_toml;
 use sextant_zenoh_bus::{Bus, BusOptions, Presence, SecurityOptions};
+use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::BufReader;
 use std::net::SocketAddr;
@@ -25,16 +26,18 @@ use std::time::{Duration, Instant};
 /// Longest wait for the page.
 const PATIENCE: Duration = Duration::from_secs(30);
 const GLANCE: Duration = Duration::from_millis(50);
+/// Between the end of the recording and its repetition.
+const PAUSE: Duration = Duration::from_secs(1);
 
 /// Arguments of `sextant play`.
 #[derive(Args, Debug)]
 #[command(
     after_help = "The site of the recording runs on this machine only, on a router of its own. The page shows it, and its time line goes back
-through the last ten minutes; so do `sextant echo`, `foxglove`, `ros2` and the other tools with --connect and --site. Previews are shown if they
-were recorded. After the end the page stays until Ctrl-C.
+through the last ten minutes; so do `sextant echo`, `foxglove`, `ros2` and the other tools with --connect and --site. Recorded images
+and previews are shown, of images five a second. After the end the page stays until Ctrl-C.
 
-With --json, a line at the start, {\"event\":\"playing\",\"page\",\"connect\",\"site\"}, and one at the end of the recording,
-{\"event\":\"played\",\"messages\",\"skipped\"}. Stop with Ctrl-C."
+With --json, a line at the start, {\"event\":\"playing\",\"page\",\"connect\",\"site\"}, and one at the end of the recording, with --repeat at
+each end, {\"event\":\"played\",\"messages\",\"skipped\"}, counted since the start. Stop with Ctrl-C."
 )]
 pub struct PlayArguments {
     /// A recording of `sextant record`.
@@ -43,6 +46,12 @@ pub struct PlayArguments {
     /// Times as fast as it happened.
     #[arg(long, value_name = "FACTOR", default_value = "1", value_parser = factor)]
     speed: f64,
+    /// Begin this many seconds after the start of the recording.
+    #[arg(long, value_name = "SECONDS", value_parser = seconds::parse)]
+    from: Option<Duration>,
+    /// Play it again and again.
+    #[arg(long)]
+    repeat: bool,
     /// Don't open a browser.
     #[arg(long)]
     no_browser: bool,
@@ -63,7 +72,7 @@ fn factor(text: &str) -> Result<f64, String> {
 /// # Errors
 /// [`Exit::Input`] for a file that is no recording, [`Exit::Unavailable`] for a port in use.
 pub fn run(arguments: &PlayArguments, format: Format) -> anyhow::Result<()> {
-    let recording = Recording::open(&arguments.file)?;
+    let recording = Recording::open(arguments)?;
     let shutdown = Shutdown::install()?;
     let page = free_page_address(arguments.port)?;
     let bus = open_router(&shutdown)?;
@@ -116,31 +125,78 @@ fn write_viewer_config(
     Ok(write_toml(file, &config)?)
 }
 
-/// A file, up to its first message.
+/// A file, read up to the message with which it is played.
 struct Recording {
     reader: McapReader<BufReader<File>>,
+    /// The last of each key before that describe the state of the site.
+    state: BTreeMap<String, RecordedMessage>,
     first: RecordedMessage,
     site: SiteId,
 }
 
 impl Recording {
-    fn open(path: &Path) -> anyhow::Result<Self> {
-        let mut reader = McapReader::open(path).exit_with(Exit::Input)?;
+    fn open(arguments: &PlayArguments) -> anyhow::Result<Self> {
+        let mut reader = McapReader::open(&arguments.file).exit_with(Exit::Input)?;
         let first = reader.next_message().exit_with(Exit::Input)?;
         let site = reader.info().and_then(|info| SiteId::new(&info.site).ok());
         let (Some(first), Some(site)) = (first, site) else {
-            let cause = anyhow!(
-                "{}: no recording of a Sextant site, or an empty one; give one made by `sextant record`",
-                path.display()
-            );
-            return Err(Failure::new(Exit::Input, cause).into());
+            return Err(reader.emptiness()).exit_with(Exit::Input);
         };
-        Ok(Self {
+        let mut recording = Self {
             reader,
+            state: BTreeMap::new(),
             first,
             site,
-        })
+        };
+        if let Some(from) = arguments.from {
+            let sought = recording.seek(from);
+            let sought = sought.with_context(|| arguments.file.display().to_string());
+            sought.exit_with(Exit::Input)?;
+        }
+        Ok(recording)
     }
+
+    /// Reads up to the first message that arrived so long after the start.
+    fn seek(&mut self, from: Duration) -> anyhow::Result<()> {
+        let keys = Keys::of(self.site.clone());
+        let start_ns = self.first.arrival_ns;
+        let since_start = |message: &RecordedMessage| {
+            Duration::from_nanos(message.arrival_ns.saturating_sub(start_ns))
+        };
+        while since_start(&self.first) < from {
+            let Some(next) = self.reader.next_message()? else {
+                let length_s = since_start(&self.first).as_secs_f64();
+                bail!("the recording ends after {length_s:.1} s; give a smaller --from");
+            };
+            let former = std::mem::replace(&mut self.first, next);
+            let key = &former.channel.topic;
+            if is_state(&keys, key) {
+                self.state.insert(key.clone(), former);
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Whether a message under this key holds until the next one.
+fn is_state(keys: &Keys, key: &str) -> bool {
+    matches!(
+        keys.parse(key),
+        Some(
+            KeyRef::ConfigRig
+                | KeyRef::ConfigObject(_)
+                | KeyRef::CameraStatus(_)
+                | KeyRef::FusionStatus(_)
+                | KeyRef::Clocks(_)
+        )
+    )
+}
+
+/// How a pass through the recording ended.
+#[derive(PartialEq, Eq)]
+enum Pass {
+    Whole,
+    Interrupted,
 }
 
 struct Player<'a> {
@@ -151,10 +207,10 @@ struct Player<'a> {
 }
 
 impl Player<'_> {
-    /// Plays the recording and waits for a signal.
+    /// Plays the recording, with `--repeat` again and again, and waits for a signal.
     fn play(
         &self,
-        recording: Recording,
+        mut recording: Recording,
         arguments: &PlayArguments,
         page: SocketAddr,
     ) -> anyhow::Result<()> {
@@ -162,26 +218,48 @@ impl Player<'_> {
         let url = format!("http://{page}");
         let is_opened = !arguments.no_browser && browser::open(&url);
         self.say_begin(&url, is_opened)?;
-        let Recording {
-            mut reader, first, ..
-        } = recording;
         let mut publishers = Publishers::new(self.bus, self.keys.clone());
+        while self.play_once(recording, &mut publishers, arguments.speed)? == Pass::Whole {
+            self.say_end(&publishers, arguments.repeat)?;
+            if !arguments.repeat {
+                while !self.shutdown.wait(PAUSE) {}
+                break;
+            }
+            if self.shutdown.wait(PAUSE) {
+                break;
+            }
+            recording = Recording::open(arguments)?;
+        }
+        Ok(())
+    }
+
+    fn play_once(
+        &self,
+        recording: Recording,
+        publishers: &mut Publishers<'_>,
+        speed: f64,
+    ) -> anyhow::Result<Pass> {
+        let Recording {
+            mut reader,
+            state,
+            first,
+            ..
+        } = recording;
+        for message in state.values() {
+            publishers.put(message)?;
+        }
         let (begun, first_ns) = (Instant::now(), first.arrival_ns);
         let mut next = Some(first);
         while let Some(message) = next {
             let passed_ns = message.arrival_ns.saturating_sub(first_ns);
-            let due = Duration::from_nanos(passed_ns).div_f64(arguments.speed);
+            let due = Duration::from_nanos(passed_ns).div_f64(speed);
             if self.wait_until(begun, due) {
-                return Ok(());
+                return Ok(Pass::Interrupted);
             }
-            if message.channel.encoding == WIRE_ENCODING {
-                publishers.put(&message.channel.topic, &message.data)?;
-            }
+            publishers.put(&message)?;
             next = reader.next_message()?;
         }
-        self.say_end(&publishers)?;
-        while !self.shutdown.wait(Duration::from_secs(1)) {}
-        Ok(())
+        Ok(Pass::Whole)
     }
 
     /// Returns once the bridge is on the network, so that it misses nothing.
@@ -195,7 +273,7 @@ impl Player<'_> {
                 }
             }
             if Instant::now() > deadline {
-                anyhow::bail!("the page is not ready after {} s", PATIENCE.as_secs());
+                bail!("the page is not ready after {} s", PATIENCE.as_secs());
             }
         }
         Ok(())
@@ -234,15 +312,20 @@ impl Player<'_> {
         }
     }
 
-    fn say_end(&self, publishers: &Publishers<'_>) -> std::io::Result<()> {
+    fn say_end(&self, publishers: &Publishers<'_>, is_repeated: bool) -> std::io::Result<()> {
         let (messages, skipped) = (publishers.published, publishers.skipped);
         match self.format {
             Format::Json => print_line(
                 &json!({ "event": "played", "messages": messages, "skipped": skipped }).to_string(),
             ),
             Format::Text => {
+                let then = if is_repeated {
+                    "it is repeated until Ctrl-C"
+                } else {
+                    "Ctrl-C ends the page"
+                };
                 eprintln!(
-                    "the recording is over: {} published, {skipped} skipped; Ctrl-C ends the page",
+                    "the recording is over: {} published, {skipped} skipped; {then}",
                     words::count(messages as usize, "message")
                 );
                 Ok(())

@@ -8,14 +8,16 @@ const WORST_QUALITY: u8 = 10;
 
 /// Makes pictures; keeps its buffer for the reduced image.
 #[derive(Debug)]
-pub(super) struct JpegMaker {
+pub struct JpegMaker {
     quality: u8,
     max_width: u16,
     reduced: Vec<u8>,
 }
 
 impl JpegMaker {
-    pub(super) fn new(quality: u8, max_width: u16) -> Self {
+    /// JPEG quality, 1 to 100, and the widest picture in pixels.
+    #[must_use]
+    pub fn new(quality: u8, max_width: u16) -> Self {
         Self {
             quality,
             max_width,
@@ -24,8 +26,11 @@ impl JpegMaker {
     }
 
     /// The picture, reduced by the least whole factor that makes it narrow enough; where it is over the limit of a
-    /// message, at lower quality, and in the end smaller still.
-    pub(super) fn encode(
+    /// message, at lower quality, and in the end smaller still. `pixels` has `height` rows of `stride` bytes, `stride >= width`.
+    ///
+    /// # Errors
+    /// An image without pixels.
+    pub fn encode(
         &mut self,
         pixels: &[u8],
         width: u16,

@@ -1,6 +1,11 @@
-//! Recorded payloads on the network, as the nodes published them.
+//! Recorded messages on the network, as the nodes published them.
 
+use super::previews::{Outcome, Previews};
+use sextant_estimator::CameraId;
 use sextant_proto::{ANNOUNCED, AnyMessage, KeyRef, Keys, ObjectConfig, RigConfig};
+use sextant_recordings::compressed_image as image;
+use sextant_recordings::mcap::WIRE_ENCODING;
+use sextant_recordings::mcap::reader::RecordedMessage;
 use sextant_zenoh_bus::{Bus, Latest, Qos, RawPublisher};
 use std::collections::BTreeMap;
 
@@ -14,9 +19,10 @@ pub struct Publishers<'a> {
     bus: &'a Bus,
     keys: Keys,
     by_key: BTreeMap<String, Publisher>,
+    previews: Previews<'a>,
     /// Messages published.
     pub published: u64,
-    /// Payloads that are no messages of this version or do not belong under their key.
+    /// Payloads that are no messages of this version or do not belong under their key, and invalid images.
     pub skipped: u64,
 }
 
@@ -31,6 +37,7 @@ impl<'a> Publishers<'a> {
     pub fn new(bus: &'a Bus, keys: Keys) -> Self {
         Self {
             bus,
+            previews: Previews::new(bus, keys.clone()),
             keys,
             by_key: BTreeMap::new(),
             published: 0,
@@ -38,11 +45,32 @@ impl<'a> Publishers<'a> {
         }
     }
 
-    /// Publishes a payload under its key.
+    /// Publishes a payload under its key, and an image as a preview. The rest of a recording is for viewers of files.
     ///
     /// # Errors
     /// What the network refuses.
-    pub fn put(&mut self, key: &str, payload: &[u8]) -> anyhow::Result<()> {
+    pub fn put(&mut self, message: &RecordedMessage) -> anyhow::Result<()> {
+        let topic = &message.channel.topic;
+        match message.channel.encoding.as_str() {
+            WIRE_ENCODING => self.put_payload(topic, &message.data),
+            image::ENCODING => match image::camera_of(topic) {
+                Some(camera) => self.put_image(&camera, &message.data),
+                None => Ok(()),
+            },
+            _ => Ok(()),
+        }
+    }
+
+    fn put_image(&mut self, camera: &CameraId, message: &[u8]) -> anyhow::Result<()> {
+        match self.previews.put(camera, message)? {
+            Outcome::Published => self.published += 1,
+            Outcome::Omitted => {}
+            Outcome::Invalid => self.skipped += 1,
+        }
+        Ok(())
+    }
+
+    fn put_payload(&mut self, key: &str, payload: &[u8]) -> anyhow::Result<()> {
         let meaning = self.keys.parse(key);
         let message = AnyMessage::decode(payload).ok();
         let (Some(meaning), Some(message)) = (meaning, message) else {

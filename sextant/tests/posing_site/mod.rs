@@ -180,7 +180,7 @@ impl Server {
     }
 }
 
-fn tag() -> ObjectTagConfig {
+pub fn tag() -> ObjectTagConfig {
     ObjectTagConfig {
         family: Family::Tag36h11,
         id: 3,
@@ -192,11 +192,11 @@ fn tag() -> ObjectTagConfig {
     }
 }
 
-fn cube() -> ObjectId {
+pub fn cube() -> ObjectId {
     ObjectId::new("cube").unwrap()
 }
 
-fn pose(sequence: u64) -> ObjectPose {
+pub fn pose(sequence: u64) -> ObjectPose {
     ObjectPose {
         object: cube(),
         epoch: 1,
