@@ -1,9 +1,10 @@
 //! `fusion.toml`: what a person sets of a fusion node. Paths are relative to the file's folder.
 
 use serde::{Deserialize, Serialize};
-use sextant_estimator::FusionOptions;
+use sextant_estimator::{FusionOptions, ObjectId};
 use sextant_proto::{NodeId, SiteId};
 use sextant_zenoh_bus::{BusError, BusOptions, Identity, Role, Security, SecurityOptions};
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 /// The file.
@@ -35,6 +36,9 @@ pub struct FusionConfig {
     /// Whether a refined calibration is proposed or applied that explains the images of ordinary use better. Default `propose`.
     #[serde(default)]
     pub refinement: Refinement,
+    /// Whether the fusion nodes of the site share its objects. Default: one publishes all poses and the others stand by.
+    #[serde(default)]
+    pub sharding: ShardingConfig,
     /// How to reach the network; by default this node is the site's router on port 7447 of the loopback interface.
     #[serde(default = "default_network")]
     pub network: BusOptions,
@@ -54,6 +58,26 @@ pub enum Refinement {
     Propose,
     /// The node applies it by itself while it is the one that publishes; the others follow.
     Apply,
+}
+
+/// How the fusion nodes of a site share its objects. All of them have the same mode.
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case", tag = "mode", deny_unknown_fields)]
+pub enum ShardingConfig {
+    /// Each tracks all objects, and one publishes.
+    #[default]
+    Off,
+    /// The nodes that are alive divide the objects among themselves.
+    ByMembers {
+        /// How many nodes besides the one that publishes an object track it. Default 1.
+        #[serde(default = "default_standbys")]
+        standbys: usize,
+    },
+    /// Each has the objects that its file names; of nodes that name the same object, one publishes it.
+    Fixed {
+        /// Ids of the objects of this node.
+        objects: BTreeSet<ObjectId>,
+    },
 }
 
 impl FusionConfig {
@@ -82,6 +106,10 @@ impl FusionConfig {
     }
 }
 
+fn default_standbys() -> usize {
+    1
+}
+
 fn default_node() -> NodeId {
     #[allow(clippy::expect_used, reason = "a literal of the right form")]
     NodeId::new("fusion").expect("an id")
@@ -97,4 +125,33 @@ fn default_max_age_s() -> f64 {
 
 fn default_network() -> BusOptions {
     BusOptions::router_on("tcp/127.0.0.1:7447")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use sextant_site_files::parse_toml;
+
+    fn sharding(text: &str) -> Result<ShardingConfig, String> {
+        let text = format!("site = \"lab\"\nrig = \"rig.toml\"\n{text}");
+        let config = parse_toml(Path::new("f"), &text, |_: &FusionConfig| Ok(()));
+        let config = config.map_err(|cause| cause.to_string());
+        config.map(|config| config.sharding)
+    }
+
+    #[test]
+    fn objects_are_shared_as_the_file_says() {
+        assert_eq!(sharding(""), Ok(ShardingConfig::Off));
+        let off = sharding("[sharding]\nmode = \"off\"");
+        assert_eq!(off, Ok(ShardingConfig::Off));
+        let by_members = |standbys| Ok(ShardingConfig::ByMembers { standbys });
+        let text = "[sharding]\nmode = \"by-members\"\n";
+        assert_eq!(sharding(text), by_members(1));
+        assert_eq!(sharding(&format!("{text}standbys = 0")), by_members(0));
+        let objects = ObjectId::new("cube").into_iter().collect();
+        let fixed = sharding("[sharding]\nmode = \"fixed\"\nobjects = [\"cube\"]");
+        assert_eq!(fixed, Ok(ShardingConfig::Fixed { objects }));
+        let mixed = sharding(&format!("{text}objects = [\"cube\"]"));
+        assert!(mixed.is_err_and(|cause| cause.contains("objects")));
+    }
 }

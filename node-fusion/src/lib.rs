@@ -26,6 +26,6 @@ mod refusals;
 mod standby;
 mod status;
 
-pub use config::{FusionConfig, Refinement};
+pub use config::{FusionConfig, Refinement, ShardingConfig};
 pub use intake::{AdmittedImage, Arrival, Counts, Intake};
 pub use node::run;

@@ -13,7 +13,9 @@ use crate::publishers::Publishers;
 use crate::standby::{Duty, Standby};
 use crate::status::{Losses, StatusReporter};
 use anyhow::Context;
-use sextant_estimator::{CameraId, Fusion, FusionOptions, Input, Output, Proposal, Rig};
+use sextant_estimator::{
+    CameraId, Fusion, FusionOptions, Input, ObjectEstimate, Output, Proposal, Rig, State,
+};
 use sextant_process::host::host_name;
 use sextant_process::{
     ClockQuality, Exit, Reading, Shutdown, SteadyClock, WithExit, fail_point, memory, now_ns,
@@ -154,6 +156,8 @@ impl<'a> FusionNode<'a> {
         let longest = limits::MAX_PAYLOAD_BYTES;
         let now = clock.monotonic_ns();
         let models = handler.models();
+        let mut standby = Standby::open(bus, &keys, node, &config.sharding, &clock)?;
+        standby.take_objects(&models.objects);
         let mut publishers = Publishers::open(bus, &keys, node, models)?;
         publishers.formers(handler.formers())?;
         publishers.proposal(&proposing::message(None, node, 0)?)?;
@@ -163,7 +167,7 @@ impl<'a> FusionNode<'a> {
             intake: Intake::new(keys.clone(), cameras_of(&models.rig), config.max_age_s),
             publishers,
             probe: ControlProbe::new(&keys.all_alive(), Instant::now()),
-            standby: Standby::open(bus, &keys, node, &clock)?,
+            standby,
             status: StatusReporter::new(node.clone(), &models.objects, now),
             clocks: DriftEstimator::default(),
             clock_quality: ClockQuality::read(),
@@ -208,7 +212,8 @@ impl<'a> FusionNode<'a> {
         }
         self.publish_poses()?;
         while let Some(inputs) = self.input_log.poll(now) {
-            if self.epoch().is_some() {
+            // Those of a share of the objects would not replay to the poses of all.
+            if self.epoch().is_some() && !self.standby.is_shared() {
                 self.publishers.inputs(&inputs)?;
             }
         }
@@ -235,10 +240,15 @@ impl<'a> FusionNode<'a> {
     /// Publishes or stands by, as the other fusion nodes of the site leave it to this one. A node that is replaced works from the models
     /// of its successor, which may have been changed while the two did not hear each other.
     fn take_turns(&mut self) -> anyhow::Result<()> {
-        match self.standby.turn(self.bus, &self.clock)? {
-            Some(Duty::Publish { epoch }) => tracing::info!(epoch, "this node publishes the poses"),
+        let objects = &self.handler.models().objects;
+        match self.standby.turn(self.bus, objects, &self.clock)? {
+            Some(Duty::Publish { epoch }) if !self.standby.is_shared() => {
+                tracing::info!(epoch, "this node publishes the poses");
+            }
             Some(Duty::StandBy) => {
-                tracing::info!("another fusion node publishes the poses: standing by");
+                if !self.standby.is_shared() {
+                    tracing::info!("another fusion node publishes the poses: standing by");
+                }
                 self.propose(None)?;
                 for change in following::changes(self.bus, &self.handler)? {
                     if let Some(change) =
@@ -248,12 +258,12 @@ impl<'a> FusionNode<'a> {
                     }
                 }
             }
-            None => {}
+            Some(Duty::Publish { .. }) | None => {}
         }
         Ok(())
     }
 
-    /// Epoch of the poses that this node publishes now; none while it stands by.
+    /// Epoch of the poses that this node publishes now; none while it stands by. Where objects are shared, of the node that cares for the site.
     fn epoch(&self) -> Option<u64> {
         self.standby.epoch(&self.clock)
     }
@@ -277,14 +287,17 @@ impl<'a> FusionNode<'a> {
             self.status.namesakes = name.others().into_iter().map(str::to_owned).collect();
         }
         self.clock_quality = ClockQuality::read();
-        self.status.epoch = self.epoch();
+        self.status.epoch = self.standby.newest_epoch(&self.clock);
         let losses = Losses {
             unread: self.observations.counts().dropped,
             unpublished: self.publishers.unpublished().clone(),
         };
-        let status = self
+        let mut status = self
             .status
             .status(&mut self.intake, &self.machine, losses, now);
+        status
+            .objects
+            .retain(|health| self.standby.tracks(&health.object));
         self.publishers.status(&status)?;
         let offsets = self.machine.clock_offsets();
         let clocks = self.clocks.report(&self.node, offsets, now);
@@ -411,7 +424,9 @@ impl<'a> FusionNode<'a> {
     fn take_models(&mut self, source: InputSource, input: Input) {
         let now = self.clock.now_ns();
         self.input_log.add(now, source);
-        self.status.take_objects(&self.handler.models().objects);
+        let objects = &self.handler.models().objects;
+        self.status.take_objects(objects);
+        self.standby.take_objects(objects);
         self.machine.handle(now, input);
     }
 
@@ -440,7 +455,10 @@ impl<'a> FusionNode<'a> {
                 if let Some(image) = self.intake.take(&item.key, bytes, arrival) {
                     let (now, models) = (self.clock.now_ns(), self.handler.models());
                     self.input_log.add_image(now, image.source, models);
-                    let image = models.rig.timed(image.observation);
+                    let mut image = models.rig.timed(image.observation);
+                    image
+                        .tags
+                        .retain(|seen| !self.standby.is_foreign(&seen.tag));
                     self.machine.handle(now, Input::Image(image));
                 }
             }
@@ -451,21 +469,28 @@ impl<'a> FusionNode<'a> {
     fn publish_poses(&mut self) -> anyhow::Result<()> {
         while let Some(output) = self.machine.poll_output() {
             match output {
-                Output::Pose(estimate) => match self.epoch() {
-                    Some(epoch) => {
-                        let now = self.clock.now_ns();
-                        if self.publishers.pose(&estimate, epoch, now)? {
-                            self.status.count(&estimate);
-                        }
-                    }
-                    None => self.status.note_state(&estimate),
-                },
+                Output::Pose(estimate) => self.publish_pose(&estimate)?,
                 Output::ClockStep { by_ns } => {
                     let now = self.clock.monotonic_ns();
                     self.status.clock_stepped(by_ns, now);
                 }
                 other => tracing::warn!(?other, "unexpected output of the estimator"),
             }
+        }
+        Ok(())
+    }
+
+    fn publish_pose(&mut self, estimate: &ObjectEstimate) -> anyhow::Result<()> {
+        if estimate.state == State::Tracking {
+            self.standby.see(&estimate.object, &self.clock);
+        }
+        let Some(epoch) = self.standby.epoch_of(&estimate.object, &self.clock) else {
+            self.status.note_state(estimate);
+            return Ok(());
+        };
+        let now = self.clock.now_ns();
+        if self.publishers.pose(estimate, epoch, now)? {
+            self.status.count(estimate);
         }
         Ok(())
     }

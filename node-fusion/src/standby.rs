@@ -1,15 +1,23 @@
 //! This node's part among the fusion nodes of its site: heartbeats and liveliness in, heartbeats and the epoch of its poses out. Who
-//! publishes is decided by `sextant_election`.
+//! publishes, and which objects, is decided by `sextant_election`.
 
-use sextant_election::{Company, Election, Input, Link, Moment};
+use crate::config::ShardingConfig;
+use sextant_election::{Assignment, Company, Election, Input, Link, Moment, Sharding};
+use sextant_estimator::{ObjectId, ObjectModel, TagId};
 use sextant_process::SteadyClock;
 use sextant_proto::{Heartbeat, KeyRef, Keys, Kind, NodeId};
 use sextant_zenoh_bus::{
-    AliveWatch, Bus, BusError, DropRule, Presence, Publisher, Qos, Subscription,
+    AliveWatch, Bus, BusError, Presence, Publisher, Qos, StreamBounds, Subscription,
 };
+use std::collections::BTreeSet;
+use std::time::Duration;
 
 /// Most heartbeats that wait: three seconds of those of sixteen nodes.
-const QUEUE: usize = 1024;
+const QUEUE: StreamBounds = StreamBounds {
+    items: 1024,
+    bytes: 8 << 20,
+    wait: Duration::MAX,
+};
 
 /// What this node has to do from now on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -32,12 +40,26 @@ pub struct Standby {
     presence: AliveWatch,
     publisher: Publisher<Heartbeat>,
     duty: Duty,
+    /// None where one node publishes all poses.
+    sharding: Option<Sharding>,
+    /// Tags of objects that other nodes track.
+    foreign_tags: BTreeSet<TagId>,
 }
 
 fn moment(clock: &SteadyClock) -> Moment {
     Moment {
         monotonic_ns: clock.monotonic_ns(),
         wall_ns: clock.now_ns(),
+    }
+}
+
+fn assignment(config: &ShardingConfig) -> Option<Assignment> {
+    match config {
+        ShardingConfig::Off => None,
+        ShardingConfig::ByMembers { standbys } => Some(Assignment::ByMembers {
+            standbys: *standbys,
+        }),
+        ShardingConfig::Fixed { objects } => Some(Assignment::Fixed(objects.clone())),
     }
 }
 
@@ -50,17 +72,22 @@ impl Standby {
         bus: &Bus,
         keys: &Keys,
         node: &NodeId,
+        sharding: &ShardingConfig,
         clock: &SteadyClock,
     ) -> Result<Self, BusError> {
         let longest = Kind::Heartbeat.max_bytes();
         let heartbeats = keys.all_heartbeats();
-        let heartbeats = bus.subscribe(&heartbeats, QUEUE, DropRule::Oldest, longest)?;
+        let heartbeats = bus.subscribe_stream(&heartbeats, QUEUE, longest)?;
         let company = match bus.alive_keys(&keys.all_fusion_alive())?.is_empty() {
             true => Company::Alone,
             false => Company::Others,
         };
+        let now = moment(clock);
+        let assignment = assignment(sharding);
         Ok(Self {
-            election: Election::new(node.clone(), moment(clock), company),
+            election: Election::new(node.clone(), now, company),
+            sharding: assignment.map(|one| Sharding::new(node.clone(), one, now, company)),
+            foreign_tags: BTreeSet::new(),
             heartbeats,
             presence: bus.watch_alive(&keys.all_fusion_alive())?,
             publisher: bus.publisher(&keys.heartbeat(node), Qos::Pose)?,
@@ -73,7 +100,12 @@ impl Standby {
     ///
     /// # Errors
     /// When the network session has ended.
-    pub fn turn(&mut self, bus: &Bus, clock: &SteadyClock) -> Result<Option<Duty>, BusError> {
+    pub fn turn(
+        &mut self,
+        bus: &Bus,
+        objects: &[ObjectModel],
+        clock: &SteadyClock,
+    ) -> Result<Option<Duty>, BusError> {
         let now = moment(clock);
         let link = match bus.is_connected() {
             true => Link::Up,
@@ -92,13 +124,40 @@ impl Standby {
                 && self.keys.heartbeat(&beat.node) == item.key
             {
                 self.election.handle(now, Input::Heartbeat(&beat));
+                if let Some(sharding) = &mut self.sharding
+                    && sharding.hear(&beat)
+                {
+                    tracing::warn!(node = %beat.node, "a fusion node has another [sharding]: give all nodes of the site the same mode and standbys");
+                }
             }
         }
         self.election.handle(now, Input::Tick);
-        if let Some(beat) = self.election.poll_heartbeat(now.monotonic_ns) {
+        if let Some(sharding) = &mut self.sharding
+            && sharding.evaluate(now, &self.election)
+        {
+            self.election.hasten_heartbeat(now.monotonic_ns);
+            self.note_foreign_tags(objects);
+        }
+        if let Some(mut beat) = self.election.poll_heartbeat(now.monotonic_ns) {
+            let sharding = self.sharding.as_ref();
+            beat.sharing = sharding.map(|sharding| sharding.announcement(now.monotonic_ns));
             self.publisher.put(&beat)?;
         }
         Ok(self.change_of_duty())
+    }
+
+    /// The site has these objects now.
+    pub fn take_objects(&mut self, objects: &[ObjectModel]) {
+        if let Some(sharding) = &mut self.sharding {
+            sharding.set_objects(objects.iter().map(ObjectModel::id));
+            self.note_foreign_tags(objects);
+        }
+    }
+
+    fn note_foreign_tags(&mut self, objects: &[ObjectModel]) {
+        let others = objects.iter().filter(|object| !self.tracks(object.id()));
+        let tags = others.flat_map(ObjectModel::tags).map(|tag| tag.tag);
+        self.foreign_tags = tags.collect();
     }
 
     /// The host's clock was set, or the host was suspended: others may have taken over meanwhile.
@@ -109,6 +168,46 @@ impl Standby {
     /// Epoch of the poses that this node publishes now; none while it stands by.
     pub fn epoch(&self, clock: &SteadyClock) -> Option<u64> {
         self.election.epoch(clock.monotonic_ns())
+    }
+
+    /// Epoch of the poses of an object that this node publishes now; none where another node does.
+    pub fn epoch_of(&self, object: &ObjectId, clock: &SteadyClock) -> Option<u64> {
+        let Some(sharding) = &self.sharding else {
+            return self.epoch(clock);
+        };
+        let is_sure = self.election.is_sure(clock.monotonic_ns());
+        sharding.epoch(object).filter(|_| is_sure)
+    }
+
+    /// The newest epoch of the poses that this node publishes; none while it publishes none.
+    pub fn newest_epoch(&self, clock: &SteadyClock) -> Option<u64> {
+        match &self.sharding {
+            Some(sharding) => sharding.newest_epoch(),
+            None => self.epoch(clock),
+        }
+    }
+
+    /// Whether the objects of the site are shared among its fusion nodes.
+    pub fn is_shared(&self) -> bool {
+        self.sharding.is_some()
+    }
+
+    /// Whether this node tracks an object.
+    pub fn tracks(&self, object: &ObjectId) -> bool {
+        let sharding = self.sharding.as_ref();
+        sharding.is_none_or(|sharding| sharding.tracks(object))
+    }
+
+    /// Whether a tag is on an object that other nodes track.
+    pub fn is_foreign(&self, tag: &TagId) -> bool {
+        self.foreign_tags.contains(tag)
+    }
+
+    /// The estimator tracks the object well.
+    pub fn see(&mut self, object: &ObjectId, clock: &SteadyClock) {
+        if let Some(sharding) = &mut self.sharding {
+            sharding.see(object, clock.monotonic_ns());
+        }
     }
 
     /// When the next turn is due, ns by the monotonic clock.

@@ -21,7 +21,7 @@ pub struct StatusReporter {
     objects: BTreeMap<ObjectId, ObjectCount>,
     /// Changes refused in the last minute.
     pub refusals: Refusals,
-    /// Epoch of the poses that this node publishes; none while it stands by.
+    /// Newest epoch of the poses that this node publishes; none while it publishes none.
     pub epoch: Option<u64>,
     /// Hosts of other fusion nodes of this name.
     pub namesakes: Vec<String>,

@@ -48,7 +48,7 @@ pub use messages::detection_report::{
 };
 pub use messages::fusion_inputs::{FusionInput, FusionInputs, InputSource};
 pub use messages::fusion_status::{CameraIntake, FusionStatus, ObjectHealth, Rejections};
-pub use messages::heartbeat::{HeardBeat, Heartbeat};
+pub use messages::heartbeat::{HeardBeat, Heartbeat, Part, Share, Sharing};
 pub use messages::notice::Notice;
 pub use messages::object_config::{JointConfig, ObjectConfig, ObjectTagConfig};
 pub use messages::object_links::{JointState, LinkPose, ObjectLinks};

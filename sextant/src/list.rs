@@ -10,7 +10,7 @@ use sextant_proto::{
     CameraStatus, FusionStatus, KeyRef, Message, NodeId, NodeKind, ObjectConfig, SiteId, decode,
     limits,
 };
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::time::Duration;
 
 /// Timeout of queries for last values.
@@ -128,20 +128,22 @@ impl Inventory {
                 NodeKind::Viewer => format!("  viewer {id}"),
             });
         }
-        // Those that stand by have the same objects.
+        // Those that stand by have the same objects: the one that publishes an object counts.
         let publishers = self.fusion.iter().filter(|status| status.epoch.is_some());
-        for status in publishers {
-            for object in &status.objects {
-                let tags = self.objects.iter().find(|o| o.id == object.object);
-                let tags =
-                    tags.map_or_else(String::new, |o| words::count(o.tags.len(), "tag") + ", ");
-                lines.push(format!(
-                    "  object {:<16} {tags}{}, {:.1} poses/s",
-                    object.object,
-                    words::state(object.state),
-                    object.rate_hz
-                ));
-            }
+        let healths = publishers.flat_map(|status| &status.objects);
+        let mut healths: Vec<_> = healths.collect();
+        healths.sort_by(|one, other| one.rate_hz.total_cmp(&other.rate_hz));
+        let healths = healths.into_iter().map(|health| (&health.object, health));
+        for (id, health) in healths.collect::<BTreeMap<_, _>>() {
+            let tags = self.objects.iter().find(|object| object.id == *id);
+            let tags = tags.map_or_else(String::new, |object| {
+                words::count(object.tags.len(), "tag") + ", "
+            });
+            let state = words::state(health.state);
+            let rate_hz = health.rate_hz;
+            lines.push(format!(
+                "  object {id:<16} {tags}{state}, {rate_hz:.1} poses/s"
+            ));
         }
         for Skew {
             kind,

@@ -6,7 +6,7 @@ use sextant_estimator::CameraId;
 use sextant_proto::{
     AnyMessage, CameraSettings, CameraStatus, ClockReport, ConfigAnswer, DetectionReport,
     FusionInputs, FusionStatus, Heartbeat, NodeId, ObjectConfig, ObjectLinks, ObjectPose,
-    Observations, Outcome, Proposal, RigConfig,
+    Observations, Outcome, Part, Proposal, RigConfig,
 };
 
 /// A message as JSON for programs: as in the contract, but with the length of a preview in place of its image.
@@ -246,6 +246,12 @@ fn fusion_inputs(message: &FusionInputs) -> String {
 fn heartbeat(beat: &Heartbeat) -> String {
     let others = beat.heard.iter().map(|heard| heard.node.to_string());
     let others = others.collect::<Vec<_>>().join(", ");
+    if let Some(sharing) = &beat.sharing {
+        let parts = sharing.objects.iter().map(|one| one.part);
+        let n_published = parts.filter(|part| matches!(part, Part::Publishing(_)));
+        let (n_published, n_tracked) = (n_published.count(), sharing.objects.len());
+        return format!("publishes {n_published} of {n_tracked} objects; others: {others}");
+    }
     match beat.epoch {
         Some(epoch) => format!("publishes, epoch {epoch}; others: {others}"),
         None => format!("stands by; others: {others}"),

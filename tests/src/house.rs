@@ -75,6 +75,14 @@ impl House {
     /// # Panics
     /// When it does not come up.
     pub fn fusion(&mut self, name: &str, routers: &[&str]) {
+        self.fusion_with(name, routers, "");
+    }
+
+    /// The same with further sections in its file.
+    ///
+    /// # Panics
+    /// When it does not come up.
+    pub fn fusion_with(&mut self, name: &str, routers: &[&str], sections: &str) {
         let folder = self.folder.path().join(name);
         fs::create_dir(&folder).expect("a folder");
         write_rig(&folder.join("rig.toml"), &self.scene.rig).expect("a file");
@@ -85,7 +93,7 @@ impl House {
             write_object(&folder.join(name), object).expect("a file");
         }
         let text = format!(
-            "site = \"lab\"\nnode = \"{name}\"\nrig = \"rig.toml\"\nobjects = {names:?}\nkeep_changes = true\n[network]\nmode = \"client\"\nconnect = {routers:?}\n"
+            "site = \"lab\"\nnode = \"{name}\"\nrig = \"rig.toml\"\nobjects = {names:?}\nkeep_changes = true\n[network]\nmode = \"client\"\nconnect = {routers:?}\n{sections}"
         );
         let file = folder.join("fusion.toml");
         fs::write(&file, text).expect("a file");

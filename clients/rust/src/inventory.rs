@@ -57,10 +57,13 @@ impl Site {
     /// A session that is closed.
     pub fn objects(&self) -> Result<Vec<Object>, Error> {
         let mut statuses = self.statuses()?;
-        // Nodes that stand by publish no poses: what the publisher reports comes last and counts.
+        // Nodes that stand by publish no poses: what an object's publisher reports comes last and counts.
         statuses.sort_by_key(|status| status.epoch);
         let healths = statuses.iter().flat_map(|status| &status.objects);
-        let healths: BTreeMap<_, _> = healths.map(|health| (&health.object, health)).collect();
+        let mut healths: Vec<_> = healths.collect();
+        healths.sort_by(|one, other| one.rate_hz.total_cmp(&other.rate_hz));
+        let healths = healths.into_iter().map(|health| (&health.object, health));
+        let healths: BTreeMap<_, _> = healths.collect();
         let configs: Vec<ObjectConfig> = self.latest(&self.keys.all_config_objects())?;
         // Without tags it is an object that was removed.
         let configs = configs.into_iter().filter(|config| !config.tags.is_empty());

@@ -19,7 +19,7 @@ const INTERRUPTION_NS: u64 = 100 * MS;
 /// How long a node that was interrupted waits for the answers of others, ns.
 const ANSWERS_NS: u64 = 500 * MS;
 /// A node among others listens for so long before it may take over, ns: subscriptions have to reach the others first.
-const ARRIVAL_NS: u64 = 500 * MS;
+pub(crate) const ARRIVAL_NS: u64 = 500 * MS;
 /// A node that has not been heard of for so long is forgotten, ns.
 const FORGOTTEN_NS: u64 = 5000 * MS;
 
@@ -68,14 +68,7 @@ pub enum Input<'a> {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Role {
     StandingBy,
-    Publishing {
-        epoch: u64,
-    },
-    /// Publishes again as soon as every other node has answered a heartbeat sent since then.
-    Resuming {
-        epoch: u64,
-        since_ns: u64,
-    },
+    Publishing { epoch: u64 },
 }
 
 /// Another node, as last heard.
@@ -88,12 +81,20 @@ struct Peer {
     answered_ns: Option<u64>,
 }
 
+impl Peer {
+    fn is_present(&self, now_ns: u64) -> bool {
+        now_ns.saturating_sub(self.received_ns) < SILENCE_NS
+    }
+}
+
 /// One node's part in the election. Times are by [`Moment::monotonic_ns`].
 #[derive(Debug, Clone)]
 pub struct Election {
     node: NodeId,
     role: Role,
     link: Link,
+    /// When the last interruption was, until every other node has answered a heartbeat sent since then.
+    unanswered_since_ns: Option<u64>,
     /// The newest epoch known.
     newest: u64,
     /// At most [`MAX_PEERS`].
@@ -113,6 +114,7 @@ impl Election {
             node,
             role: Role::StandingBy,
             link: Link::Up,
+            unanswered_since_ns: None,
             newest: 0,
             peers: BTreeMap::new(),
             called_ns: now_ns,
@@ -144,13 +146,27 @@ impl Election {
     /// The epoch under which this node may publish at `monotonic_ns`; none while it stands by.
     #[must_use]
     pub fn epoch(&self, monotonic_ns: u64) -> Option<u64> {
-        match self.role {
-            Role::Publishing { epoch } if self.link == Link::Up => {
-                let is_sure = self.peers.is_empty() || !self.is_interrupted(monotonic_ns);
-                is_sure.then_some(epoch)
-            }
-            _ => None,
-        }
+        self.claim().filter(|_| self.is_sure(monotonic_ns))
+    }
+
+    /// Whether what this node knows of the others holds at `monotonic_ns`: it is neither cut off nor waits for answers after an interruption.
+    #[must_use]
+    pub fn is_sure(&self, monotonic_ns: u64) -> bool {
+        let is_known = self.peers.is_empty() || !self.is_interrupted(monotonic_ns);
+        self.is_linked() && self.unanswered_since_ns.is_none() && is_known
+    }
+
+    /// Whether the link to the network is up.
+    #[must_use]
+    pub fn is_linked(&self) -> bool {
+        self.link == Link::Up
+    }
+
+    /// Whether another node counts as alive at `monotonic_ns`.
+    #[must_use]
+    pub fn is_present(&self, node: &NodeId, monotonic_ns: u64) -> bool {
+        let peer = self.peers.get(node);
+        peer.is_some_and(|peer| peer.is_present(monotonic_ns))
     }
 
     /// The epoch that this node holds, also while it waits for the others after an interruption; none of a standby.
@@ -158,8 +174,13 @@ impl Election {
     pub fn claim(&self) -> Option<u64> {
         match self.role {
             Role::StandingBy => None,
-            Role::Publishing { epoch } | Role::Resuming { epoch, .. } => Some(epoch),
+            Role::Publishing { epoch } => Some(epoch),
         }
+    }
+
+    /// Makes a heartbeat due at once: the others are to know something now.
+    pub fn hasten_heartbeat(&mut self, monotonic_ns: u64) {
+        self.beat_due_ns = self.beat_due_ns.min(monotonic_ns);
     }
 
     /// The heartbeat that is due, if one is.
@@ -178,6 +199,7 @@ impl Election {
             epoch: self.claim(),
             newest: self.newest,
             heard: heard.collect(),
+            sharing: None,
         })
     }
 
@@ -208,48 +230,47 @@ impl Election {
         }
         self.silent_since_ns = self.silent_since_ns.max(now_ns);
         self.beat_due_ns = now_ns;
-        if let Role::Publishing { epoch } | Role::Resuming { epoch, .. } = self.role {
-            self.resume(now_ns, epoch);
-        }
+        self.unanswered_since_ns = Some(now_ns);
+        self.count_answers();
     }
 
-    /// Publishes again when the others have answered, at once where there are none.
-    fn resume(&mut self, since_ns: u64, epoch: u64) {
+    /// The interruption is over when the others have answered, at once where there are none.
+    fn count_answers(&mut self) {
+        let Some(since_ns) = self.unanswered_since_ns else {
+            return;
+        };
         let answered = |peer: &Peer| peer.answered_ns.is_some_and(|sent_ns| sent_ns >= since_ns);
         let mut present = (self.peers.values()).filter(|peer| peer.received_ns >= since_ns);
-        self.role = if present.all(answered) {
-            Role::Publishing { epoch }
-        } else {
-            Role::Resuming { epoch, since_ns }
-        };
+        if present.all(answered) {
+            self.unanswered_since_ns = None;
+        }
     }
 
     fn tick(&mut self, now: Moment) {
         let now_ns = now.monotonic_ns;
         self.peers
             .retain(|_, peer| now_ns.saturating_sub(peer.received_ns) < FORGOTTEN_NS);
-        match self.role {
-            Role::Resuming { epoch, since_ns } if now_ns >= since_ns + ANSWERS_NS => {
-                self.role = Role::Publishing { epoch };
-            }
-            Role::StandingBy if self.link == Link::Up && now_ns >= self.takes_over_ns(now_ns) => {
-                self.take_over(now);
-            }
-            _ => {}
+        let is_over = |since_ns: u64| now_ns >= since_ns + ANSWERS_NS;
+        if self.unanswered_since_ns.is_some_and(is_over) {
+            self.unanswered_since_ns = None;
+        }
+        let stands_by = self.role == Role::StandingBy && self.is_linked();
+        if stands_by && now_ns >= self.takes_over_ns(now_ns) {
+            self.take_over(now);
         }
     }
 
     /// When this standby takes over, unless it receives a heartbeat of a publisher before.
     fn takes_over_ns(&self, now_ns: u64) -> u64 {
-        let is_present = |peer: &Peer| now_ns.saturating_sub(peer.received_ns) < SILENCE_NS;
         let before = self.peers.range(..&self.node);
-        let n_before = before.filter(|(_, peer)| is_present(peer)).count() as u64;
+        let n_before = before.filter(|(_, peer)| peer.is_present(now_ns)).count() as u64;
         self.silent_since_ns + SILENCE_NS + n_before * TURN_NS
     }
 
     fn take_over(&mut self, now: Moment) {
         self.newest = self.newest.saturating_add(1).max(now.wall_ns);
         self.role = Role::Publishing { epoch: self.newest };
+        self.unanswered_since_ns = None;
         self.beat_due_ns = now.monotonic_ns;
     }
 
@@ -271,29 +292,28 @@ impl Election {
         if beat.epoch == Some(self.newest) {
             self.silent_since_ns = self.silent_since_ns.max(now_ns);
         }
-        match self.role {
-            Role::Publishing { epoch } | Role::Resuming { epoch, .. }
-                if epoch < self.newest || (beat.epoch == Some(epoch) && beat.node < self.node) =>
-            {
-                self.role = Role::StandingBy;
-                self.silent_since_ns = now_ns;
-                self.beat_due_ns = now_ns;
-            }
-            Role::Resuming { epoch, since_ns } => self.resume(since_ns, epoch),
-            Role::Publishing { .. } | Role::StandingBy => {}
+        let is_replaced = |epoch: u64| {
+            epoch < self.newest || (beat.epoch == Some(epoch) && beat.node < self.node)
+        };
+        if self.claim().is_some_and(is_replaced) {
+            self.role = Role::StandingBy;
+            self.silent_since_ns = now_ns;
+            self.beat_due_ns = now_ns;
         }
+        self.count_answers();
     }
 
     fn left(&mut self, now_ns: u64, node: &NodeId) {
-        let gone = self.peers.remove(node);
-        let is_publisher = gone.is_some_and(|peer| peer.epoch == Some(self.newest));
-        match self.role {
-            Role::StandingBy if is_publisher && self.link == Link::Up => {
-                self.silent_since_ns = (now_ns + FAREWELL_NS).saturating_sub(SILENCE_NS);
-            }
-            Role::Resuming { epoch, since_ns } => self.resume(since_ns, epoch),
-            _ => {}
+        let Some(gone) = self.peers.get_mut(node) else {
+            return;
+        };
+        let silent_since_ns = (now_ns + FAREWELL_NS).saturating_sub(SILENCE_NS);
+        gone.received_ns = gone.received_ns.min(silent_since_ns);
+        let is_publisher = gone.epoch == Some(self.newest);
+        if is_publisher && self.role == Role::StandingBy && self.is_linked() {
+            self.silent_since_ns = silent_since_ns;
         }
+        self.count_answers();
     }
 
     fn link(&mut self, now_ns: u64, link: Link) {

@@ -12,6 +12,11 @@
 //!   said before has been received. It does not wait for nodes that were silent before, and for the others for half a second.
 //! - A standby that was interrupted restarts its timeout: the silence may have been its own.
 
+//!
+//! [`Sharding`] divides the objects of a site among its fusion nodes, by the heartbeats and the presence that the election knows of.
+
 mod election;
+mod sharding;
 
 pub use election::{Company, Election, Input, Link, Moment};
+pub use sharding::{Assignment, Sharding, ranking};

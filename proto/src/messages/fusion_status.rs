@@ -18,14 +18,14 @@ pub struct FusionStatus {
     pub version: String,
     /// Seconds since the process started.
     pub uptime_s: u64,
-    /// Epoch of the poses that it publishes; none while it stands by for another fusion node.
+    /// Newest epoch of the poses that it publishes; none while it publishes none.
     pub epoch: Option<u64>,
     /// Messages of each camera of the rig, ordered by id.
     #[serde(deserialize_with = "wire::list::at_most::<_, _, MAX_CAMERAS>")]
     pub cameras: Vec<CameraIntake>,
     /// Messages rejected under keys of cameras that the rig lacks.
     pub foreign: Rejections,
-    /// The objects, ordered by id.
+    /// The objects that the node tracks, ordered by id.
     #[serde(deserialize_with = "wire::list::at_most::<_, _, MAX_OBJECTS>")]
     pub objects: Vec<ObjectHealth>,
     /// What is wrong with the site.

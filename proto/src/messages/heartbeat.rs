@@ -1,11 +1,12 @@
-//! Heartbeats of the fusion nodes of a site, by which one of them publishes poses and the others stand by.
+//! Heartbeats of the fusion nodes of a site, by which one of them publishes poses and the others stand by, or each publishes its share.
 
 use crate::check::{OutOfRange, holds};
 use crate::envelope::{Kind, Message};
 use crate::ids::NodeId;
-use crate::limits::MAX_PEERS;
+use crate::limits::{MAX_OBJECTS, MAX_PEERS};
 use crate::wire;
 use serde::{Deserialize, Serialize};
+use sextant_estimator::ObjectId;
 
 /// A sign of life of a fusion node, 20 times a second.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
@@ -14,13 +15,16 @@ pub struct Heartbeat {
     pub node: NodeId,
     /// When it was sent, ns by a clock of the node's own that is never set.
     pub sent_ns: u64,
-    /// Epoch of the poses that the node publishes; none while it stands by.
+    /// Epoch of the poses that the node publishes; none while it stands by. Of nodes that share the objects one has an epoch as well, and takes care of
+    /// what concerns the whole site.
     pub epoch: Option<u64>,
     /// The newest epoch that the node knows of.
     pub newest: u64,
     /// The last heartbeat that the node has received of each other one.
     #[serde(deserialize_with = "wire::list::at_most::<_, _, MAX_PEERS>")]
     pub heard: Vec<HeardBeat>,
+    /// The node's share of the objects; none where one node publishes the poses of all of them.
+    pub sharing: Option<Sharing>,
 }
 
 /// A heartbeat that was received.
@@ -32,10 +36,43 @@ pub struct HeardBeat {
     pub sent_ns: u64,
 }
 
+/// What a node does where the objects are shared among the fusion nodes of a site.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Sharing {
+    /// How many nodes besides the publisher track an object, in the order of the nodes' weights; none where its file names its objects.
+    pub standbys: Option<u32>,
+    /// The objects that the node tracks.
+    #[serde(deserialize_with = "wire::list::at_most::<_, _, MAX_OBJECTS>")]
+    pub objects: Vec<Share>,
+}
+
+/// A node's part in one object.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Share {
+    /// The object.
+    pub object: ObjectId,
+    /// The node's part in it.
+    pub part: Part,
+}
+
+/// What a node that tracks an object does with it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Part {
+    /// It has not seen the object for long enough to publish its poses.
+    Preparing,
+    /// It may publish its poses.
+    Ready,
+    /// It publishes its poses under this epoch.
+    Publishing(u64),
+}
+
 impl Message for Heartbeat {
     const KIND: Kind = Kind::Heartbeat;
 
     fn check(&self) -> Result<(), OutOfRange> {
-        holds(self.heard.len() <= MAX_PEERS, "heard")
+        holds(self.heard.len() <= MAX_PEERS, "heard")?;
+        let n_objects = self.sharing.as_ref().map_or(0, |one| one.objects.len());
+        holds(n_objects <= MAX_OBJECTS, "sharing.objects")
     }
 }

@@ -588,6 +588,20 @@ pub fn heartbeat() -> Heartbeat {
             node: NodeId::new("spare").unwrap(),
             sent_ns: 7_250_000_000,
         }],
+        sharing: Some(Sharing {
+            standbys: Some(1),
+            objects: (["ball", "box", "cube"].into_iter())
+                .zip([
+                    Part::Preparing,
+                    Part::Ready,
+                    Part::Publishing(CAPTURE_NS - 60_000_000_000),
+                ])
+                .map(|(object, part)| Share {
+                    object: ObjectId::new(object).unwrap(),
+                    part,
+                })
+                .collect(),
+        }),
     }
 }
 

@@ -7,7 +7,7 @@
 use crate::simulate::{models::bodies, site_files};
 use anyhow::Context;
 use node_camera::{CameraNodeConfig, SourceConfig};
-use node_fusion::{FusionConfig, Refinement};
+use node_fusion::{FusionConfig, Refinement, ShardingConfig};
 use node_viewer_bridge::ViewerConfig;
 use sextant_estimator::{CameraId, FusionOptions};
 use sextant_iceoryx_images::{
@@ -97,6 +97,7 @@ impl SiteFolder {
             keep_changes: false,
             max_age_s: FusionOptions::default().window_s,
             refinement: Refinement::default(),
+            sharding: ShardingConfig::default(),
             network: network.clone(),
             security: SecurityOptions::default(),
         };

@@ -568,6 +568,53 @@ class HeartbeatHeard(Record):
 
 
 @dataclass(frozen=True)
+class HeartbeatSharingObjectPartPreparing(VariantRecord):
+    """Not seen for long enough."""
+
+    VARIANT: ClassVar[str] = "preparing"
+    FORM: ClassVar[str] = "unit"
+
+
+@dataclass(frozen=True)
+class HeartbeatSharingObjectPartReady(VariantRecord):
+    """To publish."""
+
+    VARIANT: ClassVar[str] = "ready"
+    FORM: ClassVar[str] = "unit"
+
+
+@dataclass(frozen=True)
+class HeartbeatSharingObjectPartPublishing(VariantRecord):
+    """The epoch of its poses."""
+
+    VARIANT: ClassVar[str] = "publishing"
+    FORM: ClassVar[str] = "value"
+    value: int
+
+
+#: `part` of HeartbeatSharingObject.
+HeartbeatSharingObjectPart = Union[HeartbeatSharingObjectPartPreparing, HeartbeatSharingObjectPartReady, HeartbeatSharingObjectPartPublishing]
+
+
+@dataclass(frozen=True)
+class HeartbeatSharingObject(Record):
+    """`objects` of HeartbeatSharing."""
+
+    object: str
+    part: HeartbeatSharingObjectPart
+
+
+@dataclass(frozen=True)
+class HeartbeatSharing(Record):
+    """`sharing` of Heartbeat."""
+
+    #: nodes besides the publisher that track an object; none: its file names its objects
+    standbys: Optional[int]
+    #: those that the node tracks; at most 1024
+    objects: tuple[HeartbeatSharingObject, ...]
+
+
+@dataclass(frozen=True)
 class Heartbeat(Record):
     """Heartbeat."""
 
@@ -580,6 +627,8 @@ class Heartbeat(Record):
     newest: int
     #: the last heartbeat received of each other node; at most 16
     heard: tuple[HeartbeatHeard, ...]
+    #: none: one node publishes all poses
+    sharing: Optional[HeartbeatSharing]
 
 
 @dataclass(frozen=True)
@@ -1889,6 +1938,65 @@ def _write_HeartbeatHeard(w: Writer, value: HeartbeatHeard) -> None:
     w.u64(value.sent_ns)
 
 
+def _read_HeartbeatSharingObjectPartPreparing(r: Reader) -> HeartbeatSharingObjectPartPreparing:
+    return HeartbeatSharingObjectPartPreparing()
+
+
+def _write_HeartbeatSharingObjectPartPreparing(w: Writer, value: HeartbeatSharingObjectPartPreparing) -> None:
+    pass
+
+
+def _read_HeartbeatSharingObjectPartReady(r: Reader) -> HeartbeatSharingObjectPartReady:
+    return HeartbeatSharingObjectPartReady()
+
+
+def _write_HeartbeatSharingObjectPartReady(w: Writer, value: HeartbeatSharingObjectPartReady) -> None:
+    pass
+
+
+def _read_HeartbeatSharingObjectPartPublishing(r: Reader) -> HeartbeatSharingObjectPartPublishing:
+    return HeartbeatSharingObjectPartPublishing(
+        r.u64(),
+    )
+
+
+def _write_HeartbeatSharingObjectPartPublishing(w: Writer, value: HeartbeatSharingObjectPartPublishing) -> None:
+    w.u64(value.value)
+
+
+def _read_HeartbeatSharingObjectPart(r: Reader) -> HeartbeatSharingObjectPart:
+    value: HeartbeatSharingObjectPart = r.alternative(_ALL_HeartbeatSharingObjectPart)
+    return value
+
+
+def _write_HeartbeatSharingObjectPart(w: Writer, value: HeartbeatSharingObjectPart) -> None:
+    w.alternative(_ALL_HeartbeatSharingObjectPart, value)
+
+
+def _read_HeartbeatSharingObject(r: Reader) -> HeartbeatSharingObject:
+    return HeartbeatSharingObject(
+        r.string(),
+        _read_HeartbeatSharingObjectPart(r),
+    )
+
+
+def _write_HeartbeatSharingObject(w: Writer, value: HeartbeatSharingObject) -> None:
+    w.string(value.object)
+    _write_HeartbeatSharingObjectPart(w, value.part)
+
+
+def _read_HeartbeatSharing(r: Reader) -> HeartbeatSharing:
+    return HeartbeatSharing(
+        r.optional(Reader.u32),
+        r.list(_read_HeartbeatSharingObject, 1024),
+    )
+
+
+def _write_HeartbeatSharing(w: Writer, value: HeartbeatSharing) -> None:
+    w.optional(Writer.u32, value.standbys)
+    w.list(_write_HeartbeatSharingObject, value.objects)
+
+
 def _read_Heartbeat(r: Reader) -> Heartbeat:
     return Heartbeat(
         r.string(),
@@ -1896,6 +2004,7 @@ def _read_Heartbeat(r: Reader) -> Heartbeat:
         r.optional(Reader.u64),
         r.u64(),
         r.list(_read_HeartbeatHeard, 16),
+        r.optional(_read_HeartbeatSharing),
     )
 
 
@@ -1905,6 +2014,7 @@ def _write_Heartbeat(w: Writer, value: Heartbeat) -> None:
     w.optional(Writer.u64, value.epoch)
     w.u64(value.newest)
     w.list(_write_HeartbeatHeard, value.heard)
+    w.optional(_write_HeartbeatSharing, value.sharing)
 
 
 def _read_ConfigAnswerOutcomeTaken(r: Reader) -> ConfigAnswerOutcomeTaken:
@@ -2729,6 +2839,11 @@ _ALL_InputSource = (
     Alternative(InputSourceClockStep, _read_InputSourceClockStep, _write_InputSourceClockStep),
     Alternative(InputSourceTick, _read_InputSourceTick, _write_InputSourceTick),
 )
+_ALL_HeartbeatSharingObjectPart = (
+    Alternative(HeartbeatSharingObjectPartPreparing, _read_HeartbeatSharingObjectPartPreparing, _write_HeartbeatSharingObjectPartPreparing),
+    Alternative(HeartbeatSharingObjectPartReady, _read_HeartbeatSharingObjectPartReady, _write_HeartbeatSharingObjectPartReady),
+    Alternative(HeartbeatSharingObjectPartPublishing, _read_HeartbeatSharingObjectPartPublishing, _write_HeartbeatSharingObjectPartPublishing),
+)
 _ALL_ConfigAnswerOutcome = (
     Alternative(ConfigAnswerOutcomeTaken, _read_ConfigAnswerOutcomeTaken, _write_ConfigAnswerOutcomeTaken),
     Alternative(ConfigAnswerOutcomeKept, _read_ConfigAnswerOutcomeKept, _write_ConfigAnswerOutcomeKept),
@@ -2807,7 +2922,7 @@ KINDS: dict[int, Kind] = {
     13: Kind(13, 131072, ObjectConfig, _read_ObjectConfig, _write_ObjectConfig),
     14: Kind(14, 16384, FusionInputs, _read_FusionInputs, _write_FusionInputs),
     15: Kind(15, 1024, CameraSettings, _read_CameraSettings, _write_CameraSettings),
-    16: Kind(16, 1024, Heartbeat, _read_Heartbeat, _write_Heartbeat),
+    16: Kind(16, 81920, Heartbeat, _read_Heartbeat, _write_Heartbeat),
 }
 
 __all__ = [
@@ -2855,6 +2970,12 @@ __all__ = [
     "InputSourceTick",
     "Heartbeat",
     "HeartbeatHeard",
+    "HeartbeatSharing",
+    "HeartbeatSharingObject",
+    "HeartbeatSharingObjectPart",
+    "HeartbeatSharingObjectPartPreparing",
+    "HeartbeatSharingObjectPartReady",
+    "HeartbeatSharingObjectPartPublishing",
     "ConfigAnswer",
     "ConfigAnswerOutcome",
     "ConfigAnswerOutcomeTaken",

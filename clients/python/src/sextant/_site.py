@@ -174,9 +174,10 @@ class Site:
 
     def objects(self) -> dict[str, ObjectInfo]:
         """The objects by name. Waits for a second at most."""
-        # Nodes that stand by publish no poses: what the publisher reports comes last and counts.
+        # Nodes that stand by publish no poses: what an object's publisher reports comes last and counts.
         statuses = sorted(self.statuses(), key=lambda status: status.epoch or 0)
-        healths = {health.object: health for status in statuses for health in status.objects}
+        reported = [health for status in statuses for health in status.objects]
+        healths = {health.object: health for health in sorted(reported, key=lambda health: health.rate_hz)}
         found = {}
         for config in self._latest("config/object/*", ObjectConfig):
             health = healths.get(config.id)
