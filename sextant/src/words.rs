@@ -1,7 +1,7 @@
 //! Words for people: states, and text from elsewhere made harmless for a terminal.
 
 use sextant_estimator::{ObjectId, State};
-use sextant_proto::{CameraStatus, FusionStatus, Outcome, SettingsOutcome};
+use sextant_proto::{CameraStatus, FusionStatus, Notice, Outcome, SettingsOutcome};
 
 /// The state in one word.
 pub fn state(state: State) -> &'static str {
@@ -24,6 +24,21 @@ pub fn findings(status: &FusionStatus) -> Vec<String> {
     let notices = status.notices.iter().map(ToString::to_string);
     let all = faults.chain(left_out).chain(imperfections).chain(notices);
     all.map(|sentence| plain(&sentence)).collect()
+}
+
+/// Notices of a fusion node about itself, a sentence each. Of the site a node that stands by reports what the one that publishes reports.
+pub fn own_findings(status: &FusionStatus) -> Vec<String> {
+    let is_own = |notice: &&Notice| {
+        matches!(
+            notice,
+            Notice::Overload { .. }
+                | Notice::Unpublished { .. }
+                | Notice::ClockStepped { .. }
+                | Notice::NameTaken { .. }
+        )
+    };
+    let own = status.notices.iter().filter(is_own);
+    own.map(|notice| plain(&notice.to_string())).collect()
 }
 
 /// Notices of a camera node, a sentence each.

@@ -1,6 +1,8 @@
 // What nodes report, in words: faults of the site, imperfections of its files, notices of the nodes themselves. The variants and their fields are
 // those of proto/CONTRACT.md.
 
+import type { CameraControls } from "./protocol.ts";
+import { story as outcomeOf } from "./settings.ts";
 import { isText, type Test } from "./shape.ts";
 
 type Fields = Record<string, unknown>;
@@ -178,6 +180,15 @@ function parts(finding: Finding): [string, Fields] {
   return typeof finding === "string" ? [finding, {}] : (Object.entries(finding)[0] ?? ["", {}]);
 }
 
+/** Notices about the node itself, not about the site. */
+const OWN_NOTICES = ["overload", "unpublished", "clock_stepped", "name_taken"];
+
+/** What a fusion node that stands by reports about itself; of the site the one that publishes reports the same. */
+export function ownReports(node: string, { notices }: Findings): Report[] {
+  const own = notices.filter((notice) => OWN_NOTICES.includes(parts(notice)[0]));
+  return reports(node, { faults: [], faults_left_out: 0, imperfections: [], notices: own });
+}
+
 /** Everything that a fusion node reports. */
 export function reports(node: string, findings: Findings): Report[] {
   const { faults, faults_left_out, imperfections, notices } = findings;
@@ -208,11 +219,12 @@ function subjectOf(node: string, finding: Finding): Subject {
 
 export interface CameraFindings {
   fallbacks: number;
+  controls: Pick<CameraControls, "outcome">;
   notices: Finding[];
 }
 
 /** Everything that a camera node reports. */
-export function cameraReports(camera: string, { fallbacks, notices }: CameraFindings): Report[] {
+export function cameraReports(camera: string, { fallbacks, controls, notices }: CameraFindings): Report[] {
   const subject: Subject = { kind: "camera", id: camera };
   const images = fallbacks === 1 ? "1 image" : `${fallbacks} images`;
   const fallback: Report = {
@@ -221,8 +233,10 @@ export function cameraReports(camera: string, { fallbacks, notices }: CameraFind
     level: "notice",
     subject,
   };
+  const settings = outcomeOf(controls);
+  const refusal: Report = { ...story(settings.text.replace(/\.$/, "")), key: `${camera}/status/settings`, level: "notice", subject };
   const told = notices.map(
     (notice): Report => ({ ...storyOf(CAMERA_NOTICES, notice), key: `${camera}/status/${keyOf(notice)}`, level: "notice", subject }),
   );
-  return [...(fallbacks > 0 ? [fallback] : []), ...told];
+  return [...(fallbacks > 0 ? [fallback] : []), ...(settings.isComplaint ? [refusal] : []), ...told];
 }

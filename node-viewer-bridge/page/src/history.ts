@@ -5,8 +5,8 @@ import { rollPitchYaw } from "./attitude.ts";
 import { sigma } from "./covariance.ts";
 import type { Pose, State } from "./protocol.ts";
 
-/** A sample older than the last by more than this means that the clock was set: what was there is dropped. */
-const CLOCK_SET_S = 10;
+/** A sample older than the last by more than this means that the clock was set, or that a recording begins again: what was there is dropped. */
+const CLOCK_SET_S = 3;
 
 /** Rows of numbers by time; a new row replaces the oldest. */
 export class Ring {

@@ -178,6 +178,8 @@ export interface CameraClock {
 export interface FusionStatus extends Findings {
   type: "fusion_status";
   node: string;
+  /** Of the poses that it publishes; none while it stands by. */
+  epoch: number | null;
 }
 
 /** Models that a fusion node offers to be put in force; without rig and objects there is nothing. */
@@ -308,6 +310,7 @@ const shapes: Record<Message["type"], Shape> = {
   },
   fusion_status: {
     node: isText,
+    epoch: orNull(isNumber),
     faults: listOf(isFinding),
     faults_left_out: isNumber,
     imperfections: listOf(isFinding),

@@ -65,11 +65,11 @@ export interface Story {
 }
 
 /** What became of the site's settings. */
-export function story({ outcome }: CameraControls): Story {
+export function story({ outcome }: Pick<CameraControls, "outcome">): Story {
   if (outcome === "none") return { text: "All as the camera's own file has it.", isComplaint: false };
   if (outcome === "pending") return { text: "Waiting for the camera…", isComplaint: false };
   if (outcome === "applied") return { text: "The site's settings are applied.", isComplaint: false };
-  if ("adjusted" in outcome) return { text: `Applied as far as the camera can: ${outcome.adjusted.detail}.`, isComplaint: true };
+  if ("adjusted" in outcome) return { text: `The site's settings are applied as far as the camera can: ${outcome.adjusted.detail}.`, isComplaint: true };
   return { text: `The camera keeps what it had: ${outcome.refused.detail}.`, isComplaint: true };
 }
 

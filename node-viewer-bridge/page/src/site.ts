@@ -1,6 +1,6 @@
 // What this page knows of the site, built from the bridge's messages. Draws nothing.
 
-import { cameraReports, type Report, reports } from "./findings.ts";
+import { cameraReports, ownReports, type Report, reports } from "./findings.ts";
 import { HealthLog } from "./health.ts";
 import { blankPose, Figures, ObjectTrack } from "./history.ts";
 import { sigma } from "./covariance.ts";
@@ -8,7 +8,7 @@ import { OutlineHistory, ReportHistory } from "./matching.ts";
 import { RateMeter, Recent } from "./measure.ts";
 import { objectColour } from "./palette.ts";
 import {
-  type CameraClock, type CameraStatus, type JointValue, type Message, type ObjectTag, type Observations, type Offer, type Pose, type RigCamera, type SiteEvent, STAGES,
+  type CameraClock, type CameraStatus, type FusionStatus, type JointValue, type Message, type ObjectTag, type Observations, type Offer, type Pose, type RigCamera, type SiteEvent, STAGES,
   type State, type Zone,
 } from "./protocol.ts";
 import { rmsResidual } from "./residuals.ts";
@@ -99,7 +99,8 @@ export class Site {
   /** Seconds since the Unix epoch at which an earlier time is shown; none while the present is. */
   replayedAt: number | null = null;
   private clockOffset_s: number | null = null;
-  private readonly findings = new Map<string, Report[]>();
+  /** Last status of each fusion node. */
+  private readonly fusion = new Map<string, FusionStatus>();
   private readonly tagOwners = new Map<string, ObjectState>();
 
   /** `now` in seconds, of any steady clock. */
@@ -126,7 +127,7 @@ export class Site {
         this.camera(message.camera).reports.add(message);
         return;
       case "fusion_status":
-        this.findings.set(message.node, reports(message.node, message));
+        this.fusion.set(message.node, message);
         return;
       case "joints":
         this.object(message.object).joints = message.joints;
@@ -264,7 +265,13 @@ export class Site {
       cause: "no connection to the site's network, retrying",
       remedy: "check that the router or fusion node runs",
     };
-    return [...(this.network ? [] : [bridge]), ...cameras, ...[...this.findings.values()].flat()];
+    return [...(this.network ? [] : [bridge]), ...cameras, ...this.fusionReports()];
+  }
+
+  /** The site's faults are those of the fusion node that publishes; the others report what concerns themselves. */
+  private fusionReports(): Report[] {
+    const nodes = [...this.fusion.values()].sort((a, b) => (b.epoch ?? 0) - (a.epoch ?? 0));
+    return nodes.flatMap((status, at) => (at === 0 ? reports : ownReports)(status.node, status));
   }
 
   /** The first colour that no object has; with more objects than colours they share. */
@@ -279,7 +286,7 @@ export class Site {
     if (this.name !== name) this.forget();
     this.name = name;
     this.version = version;
-    this.findings.clear();
+    this.fusion.clear();
     this.proposals.clear();
     this.formers.clear();
     for (const camera of this.cameras.values()) {

@@ -1,7 +1,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 import { readFileSync } from "node:fs";
-import { cameraReports, reports, type Findings, type Report } from "../src/findings.ts";
+import { cameraReports, ownReports, reports, type CameraFindings, type Findings, type Report } from "../src/findings.ts";
 import { parseMessage } from "../src/protocol.ts";
 
 const sentence = ({ cause, remedy }: Report): string => (remedy ? `${cause}: ${remedy}` : cause);
@@ -31,12 +31,26 @@ test("every notice of a camera has a sentence", () => {
   const message = parseMessage(JSON.stringify({ type: "camera_status", ...(JSON.parse(golden) as object) }));
   assert.ok(message?.type === "camera_status");
   const said = cameraReports("north", message).map(sentence);
-  assert.equal(said.length, 1 + message.notices.length);
+  assert.equal(said.length, 2 + message.notices.length);
+  assert.ok(said.includes("The site's settings are applied as far as the camera can: exposure 3900 µs instead of 4000"));
   for (const text of said) {
     assert.doesNotMatch(text, /undefined|\[object|NaN/);
     assert.match(text, / /);
   }
   assert.ok(said.includes("the CPU made 31 images in place of the accelerator: see the log of the capturing part"));
+});
+
+test("the settings that a camera refuses are reported, and those that it applies are not", () => {
+  const told = (outcome: CameraFindings["controls"]["outcome"]): string[] =>
+    cameraReports("north", { fallbacks: 0, controls: { outcome }, notices: [] }).map(sentence);
+  assert.deepEqual(told({ refused: { detail: "the camera is gone" } }), ["The camera keeps what it had: the camera is gone"]);
+  assert.deepEqual(told("applied"), []);
+});
+
+test("a fusion node that stands by reports only what is about itself", () => {
+  const notices = [{ camera_silent: { camera: "north", silent_s: 3 } }, { overload: { dropped: 1, total: 2 } }];
+  const told = ownReports("standby", { faults: ["storm"], faults_left_out: 1, imperfections: ["storm"], notices });
+  assert.deepEqual(told.map((report) => report.key), ["standby/notice/overload"]);
 });
 
 test("a finding that the page does not know is named", () => {

@@ -68,3 +68,23 @@ test("what a fusion node offers is there until it is withdrawn", () => {
   site.take({ type: "proposal", ...none }, 0);
   assert.equal(site.proposals.size, 0);
 });
+
+test("a fault that two fusion nodes report is shown once, as the publishing one has it", () => {
+  const status = (node: string, epoch: number | null): Message => ({
+    type: "fusion_status",
+    node,
+    epoch,
+    faults: [{ camera_moved: { camera: "north" } }],
+    faults_left_out: 0,
+    imperfections: [],
+    notices: [],
+  });
+  const keys = (...messages: Message[]): string[] => {
+    const site = siteOf(...messages);
+    site.sample(1);
+    return site.health.groups().flat().map((entry) => entry.key);
+  };
+  assert.deepEqual(keys(status("a", null), status("b", 7)), ["b/fault/camera_moved north"]);
+  // After a failover the last status of the former publisher is still there.
+  assert.deepEqual(keys(status("a", 6), status("b", 7)), ["b/fault/camera_moved north"]);
+});

@@ -153,9 +153,13 @@ impl Board {
             }
             None => self.silences(now_ns),
         };
-        let fusion = self.fusion.iter();
-        faults.extend(fusion.flat_map(|(node, status)| {
-            let findings = words::findings(status).into_iter();
+        let publisher = self.publisher();
+        faults.extend(self.fusion.iter().flat_map(|(node, status)| {
+            let findings = match publisher == Some(node) {
+                true => words::findings(status),
+                false => words::own_findings(status),
+            };
+            let findings = findings.into_iter();
             findings.map(|finding| (node.to_string(), finding))
         }));
         let cameras = self
@@ -167,6 +171,12 @@ impl Board {
             findings.map(|finding| (id.to_string(), finding))
         }));
         faults
+    }
+
+    /// The fusion node that took over last; any while none publishes.
+    fn publisher(&self) -> Option<&NodeId> {
+        let by_epoch = self.fusion.iter().max_by_key(|(_, status)| status.epoch);
+        by_epoch.map(|(node, _)| node)
     }
 
     /// Names of silent nodes.
@@ -205,8 +215,8 @@ pub mod tests {
     use super::*;
     use sextant_estimator::{Fault, State};
     use sextant_proto::{
-        CameraClock, CameraIntake, ClockQuality, ClockSource, Message, ObjectHealth, Rejections,
-        encode,
+        CameraClock, CameraIntake, ClockQuality, ClockSource, Message, Notice, ObjectHealth,
+        Rejections, encode,
     };
     use sextant_zenoh_bus::Payload;
 
@@ -370,6 +380,31 @@ pub mod tests {
             said[0],
             "the router has not answered for 5 s; waiting for it"
         );
+    }
+
+    #[test]
+    fn a_fault_that_two_fusion_nodes_report_is_listed_once() {
+        let mut board = board();
+        let standby = NodeId::new("standby").unwrap();
+        let moved = Fault::CameraMoved {
+            camera: CameraId::new("north").unwrap(),
+        };
+        let mut status = fusion_status(&["ball", "cube"], vec![moved]);
+        status.node = standby.clone();
+        status.notices = vec![Notice::Overload {
+            dropped: 1,
+            total: 2,
+        }];
+        let from = |board: &Board| -> Vec<String> {
+            let faults = board.faults(NOW_NS).into_iter();
+            faults.map(|(node, _)| node).collect()
+        };
+        for (epoch, expected) in [(None, ["fusion", "standby"]), (Some(2), ["standby"; 2])] {
+            status.epoch = epoch;
+            let key = board.keys.fusion_status(&standby);
+            board.take(&item(key, &status), NOW_NS);
+            assert_eq!(from(&board), expected);
+        }
     }
 
     #[test]
