@@ -22,6 +22,7 @@ mod check;
 mod convert;
 mod envelope;
 mod epoch_filter;
+mod health;
 mod ids;
 mod keys;
 pub mod limits;
@@ -36,6 +37,7 @@ pub use envelope::{
     encode_into,
 };
 pub use epoch_filter::EpochFilter;
+pub use health::{HealthLevel, NodeHealth};
 pub use ids::{IdError, NodeId, SiteId};
 pub use keys::{ANNOUNCED, KeyRef, Keys, NodeKind};
 pub use messages::camera_notice::CameraNotice;

@@ -2,35 +2,22 @@
 
 use super::{ViewerMessage, json_message, schema::Schema, time};
 use serde_json::{Value, json};
-use sextant_proto::{CameraStatus, FusionStatus};
+use sextant_proto::{CameraStatus, FusionStatus, NodeHealth};
 
 /// Topic of all nodes.
 pub(super) const TOPIC: &str = "/diagnostics";
 
-const OK: u8 = 0;
-const WARN: u8 = 1;
-const ERROR: u8 = 2;
-
-struct Diagnosis<'a> {
-    level: u8,
+struct NodeState<'a> {
+    health: NodeHealth,
     name: String,
-    message: String,
     host: &'a str,
     values: Vec<(String, String)>,
 }
 
-/// A warning where no image has arrived in the last seconds.
 pub(super) fn of_camera(status: &CameraStatus, arrival_ns: u64) -> ViewerMessage {
-    let is_silent = status.rate_hz <= 0.0;
-    let message = match status.notices.last() {
-        Some(notice) => notice.to_string(),
-        None if is_silent => "no images".to_owned(),
-        None => format!("{:.1} images/s", status.rate_hz),
-    };
-    let diagnosis = Diagnosis {
-        level: if is_silent { WARN } else { OK },
+    let state = NodeState {
+        health: status.health(),
         name: format!("camera {}", status.camera),
-        message,
         host: &status.host,
         values: vec![
             ("images/s".to_owned(), format!("{:.1}", status.rate_hz)),
@@ -41,48 +28,35 @@ pub(super) fn of_camera(status: &CameraStatus, arrival_ns: u64) -> ViewerMessage
             ),
         ],
     };
-    diagnosis.message(arrival_ns)
+    state.message(arrival_ns)
 }
 
-/// An error where the site has a fault, a warning where the node has a notice; all of them as values.
+/// Everything that the node reports is among the values.
 pub(super) fn of_fusion(status: &FusionStatus, arrival_ns: u64) -> ViewerMessage {
-    let faults = status.faults.iter().map(ToString::to_string);
-    let notices = status.notices.iter().map(ToString::to_string);
-    let findings: Vec<String> = faults.chain(notices).collect();
-    let objects = status.objects.iter().map(|object| {
-        let state = format!("{:?}, {:.1} poses/s", object.state, object.rate_hz);
-        (format!("object {}", object.object), state.to_lowercase())
-    });
-    let further = findings
-        .iter()
-        .map(|one| ("finding".to_owned(), one.clone()));
-    let diagnosis = Diagnosis {
-        level: match (status.faults.is_empty(), findings.is_empty()) {
-            (false, _) => ERROR,
-            (true, false) => WARN,
-            (true, true) => OK,
-        },
+    let health = status.health();
+    let objects = status.objects.iter();
+    let objects = objects.map(|health| (format!("object {}", health.object), health.summary()));
+    let findings = health.findings.iter();
+    let findings = findings.map(|finding| ("finding".to_owned(), finding.clone()));
+    let state = NodeState {
         name: format!("fusion {}", status.node),
-        message: findings
-            .first()
-            .cloned()
-            .unwrap_or_else(|| "well".to_owned()),
         host: "",
-        values: objects.chain(further).collect(),
+        values: objects.chain(findings).collect(),
+        health,
     };
-    diagnosis.message(arrival_ns)
+    state.message(arrival_ns)
 }
 
-impl Diagnosis<'_> {
+impl NodeState<'_> {
     fn message(&self, arrival_ns: u64) -> ViewerMessage {
         let values = self.values.iter();
         let values: Vec<Value> = values
             .map(|(key, value)| json!({ "key": key, "value": value }))
             .collect();
         let status = json!({
-            "level": self.level,
+            "level": self.health.level as u8,
             "name": self.name,
-            "message": self.message,
+            "message": self.health.message,
             "hardware_id": self.host,
             "values": values,
         });

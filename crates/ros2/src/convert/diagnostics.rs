@@ -1,31 +1,26 @@
 //! The state of nodes.
 
-use sextant_proto::{CameraStatus, FusionStatus};
+use sextant_proto::{CameraStatus, FusionStatus, HealthLevel};
 
 use crate::messages::{Byte, DiagnosticStatus, KeyValue};
 
 /// Everything is well.
-pub(crate) const OK: Byte = Byte(0);
-/// Something needs attention.
-pub(crate) const WARN: Byte = Byte(1);
-/// Something is wrong.
-pub(crate) const ERROR: Byte = Byte(2);
+pub(crate) const OK: Byte = level(HealthLevel::Ok);
 /// Nothing was heard for a while.
 pub(crate) const STALE: Byte = Byte(3);
+
+const fn level(level: HealthLevel) -> Byte {
+    Byte(level as u8)
+}
 
 /// State of a camera node: a warning if no image arrived in the last seconds.
 #[must_use]
 pub fn camera_status(status: &CameraStatus) -> DiagnosticStatus {
-    let is_silent = status.rate_hz <= 0.0;
-    let message = match status.notices.last() {
-        Some(notice) => notice.to_string(),
-        None if is_silent => "no images".to_owned(),
-        None => format!("{:.1} images/s", status.rate_hz),
-    };
+    let health = status.health();
     DiagnosticStatus {
-        level: if is_silent { WARN } else { OK },
+        level: level(health.level),
         name: format!("sextant: camera {}", status.camera),
-        message,
+        message: health.message,
         hardware_id: status.host.clone(),
         values: vec![
             value("images per second", format!("{:.1}", status.rate_hz)),
@@ -47,22 +42,11 @@ pub fn camera_status(status: &CameraStatus) -> DiagnosticStatus {
 /// A fusion node: an error where the site has a fault, a warning where the node has a notice.
 #[must_use]
 pub fn fusion_status(status: &FusionStatus) -> DiagnosticStatus {
-    let faults = status.faults.iter().map(ToString::to_string);
-    let notices = status.notices.iter().map(ToString::to_string);
-    let findings: Vec<String> = faults.chain(notices).collect();
-    let level = match (status.faults.is_empty(), findings.is_empty()) {
-        (false, _) => ERROR,
-        (true, false) => WARN,
-        (true, true) => OK,
-    };
-    let message = findings.first().cloned();
-    let further = findings.iter().skip(1);
-    let objects = status.objects.iter().map(|object| {
-        value(
-            &format!("object {}", object.object),
-            format!("{:?}, {:.1} poses/s", object.state, object.rate_hz).to_lowercase(),
-        )
-    });
+    let health = status.health();
+    let further = health.findings.iter().skip(1);
+    let objects = status.objects.iter();
+    let objects =
+        objects.map(|health| value(&format!("object {}", health.object), health.summary()));
     let cameras = status.cameras.iter().map(|camera| {
         value(
             &format!("camera {}", camera.camera),
@@ -76,9 +60,9 @@ pub fn fusion_status(status: &FusionStatus) -> DiagnosticStatus {
         )
     });
     DiagnosticStatus {
-        level,
+        level: level(health.level),
         name: format!("sextant: fusion {}", status.node),
-        message: message.unwrap_or_else(|| format!("{} objects", status.objects.len())),
+        message: health.message,
         hardware_id: status.node.to_string(),
         values: objects
             .chain(cameras)
