@@ -1,5 +1,5 @@
 //! A camera node on an emulated Cortex-A9 board: its package is installed with dpkg, systemd starts its units, capture reads the driver `vivid`
-//! to whose output images of a tagged box are written, and a fusion node on this host, reached over mutual TLS, makes a pose of what it sees. Units
+//! to whose output images of a tagged box are written, and a fusion node on this host, reached over QUIC with certificates on both ends, makes a pose of what it sees. Units
 //! come back when killed and after a reboot, capture survives a lost device and a change of the pixel format, and nothing is left after a purge.
 //!
 //! `cargo xtask board` runs it with what it needs; by itself it is ignored.

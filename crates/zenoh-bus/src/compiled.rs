@@ -63,6 +63,13 @@ pub(crate) fn check_values(config: &zenoh::Config) -> Result<(), BusError> {
             if let Some((protocol, _)) = text.split_once('/') {
                 check_protocol(key, &text, protocol)?;
             }
+            if key == "connect/endpoints" && text.starts_with("quic/[") {
+                return Err(BusError::Option {
+                    key: key.to_owned(),
+                    value: text,
+                    cause: "zenoh checks no certificate against an IPv6 address; write the router's name, which `sextant keys add --host NAME` puts into its certificate".into(),
+                });
+            }
         }
     }
     for key in ["transport/link/protocols", "access_control/subjects"] {
@@ -226,6 +233,22 @@ mod tests {
                 assert!(words.contains(&format!("\"{protocol}\"")), "{words}");
             }
         }
+    }
+
+    #[test]
+    fn links_that_cannot_be_protected_are_refused_with_the_remedy() {
+        for (key, endpoint, remedy) in [
+            ("listen/endpoints", "tls/127.0.0.1:7447", "write quic/"),
+            ("connect/endpoints", "tls/fusion.lab:7447", "write quic/"),
+            ("connect/endpoints", "quic/[::1]:7447", "the router's name"),
+        ] {
+            let words = refusal(key, &format!("[\"{endpoint}\"]")).unwrap();
+            assert!(
+                words.contains(remedy) && words.contains(endpoint),
+                "{words}"
+            );
+        }
+        assert_eq!(refusal("listen/endpoints", "[\"quic/[::]:7447\"]"), None);
     }
 
     #[test]

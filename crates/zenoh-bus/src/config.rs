@@ -266,6 +266,18 @@ mod tests {
     }
 
     #[test]
+    fn links_over_quic_keep_the_order_of_messages() {
+        for (endpoint, expected) in [
+            ("tcp/h:1", "tcp/h:1"),
+            ("quic/h:1", "quic/h:1?multistream=0"),
+            ("quic/h:1?prio=1#a=b", "quic/h:1?prio=1;multistream=0#a=b"),
+            ("quic/h:1?multistream=1", "quic/h:1?multistream=1"),
+        ] {
+            assert_eq!(in_order(endpoint), expected);
+        }
+    }
+
+    #[test]
     fn an_override_wins_over_the_fixed_option() {
         let mut options = BusOptions::default();
         options

@@ -40,11 +40,15 @@ pub(super) fn wording(event: &Event<'_>) -> Wording {
 fn wording_of(target: &str, message: &str) -> Wording {
     if target.starts_with(QUIC) {
         // Zenoh prints the whole error of its QUIC crate; the reason in it is that of the handshake.
-        let reason = message
-            .split_once("QUIC acceptor failed: ")
-            .and_then(|(_, error)| quoted_after(error, "reason: "));
-        return match reason {
-            Some(reason) => Wording::Instead(format!("connection refused: {reason}")),
+        let Some((_, error)) = message.split_once("QUIC acceptor failed: ") else {
+            return Wording::Own;
+        };
+        let who = match error.starts_with("ConnectionClosed") {
+            true => " by the other end",
+            false => "",
+        };
+        return match quoted_after(error, "reason: ") {
+            Some(reason) => Wording::Instead(format!("connection refused{who}: {reason}")),
             None => Wording::Own,
         };
     }
@@ -69,12 +73,17 @@ fn wording_of(target: &str, message: &str) -> Wording {
     }
 }
 
-/// The quoted text after `name`, which is not empty.
-fn quoted_after<'a>(text: &'a str, name: &str) -> Option<&'a str> {
+/// The text after `name` in the output of a `Debug`, if it is not empty.
+fn quoted_after(text: &str, name: &str) -> Option<String> {
     let (_, value) = text.split_once(name)?;
     let (_, value) = value.split_once('"')?;
-    let (value, _) = value.split_once('"')?;
-    (!value.is_empty()).then_some(value)
+    let mut escaped = false;
+    let end = value.find(|letter| {
+        let is_end = letter == '"' && !escaped;
+        escaped = letter == '\\' && !escaped;
+        is_end
+    })?;
+    (end > 0).then(|| value[..end].replace("\\\"", "\""))
 }
 
 /// The message of an event.
@@ -100,6 +109,11 @@ mod tests {
                 QUIC,
                 "QUIC acceptor failed: TransportError(Error { code: Code::crypto(74), frame: None, reason: \"peer sent no certificates\" }) at unicast.rs:1. Hint: increase the system open file limit.",
                 "connection refused: peer sent no certificates",
+            ),
+            (
+                QUIC,
+                r#"QUIC acceptor failed: ConnectionClosed(ConnectionClose { error_code: Code::crypto(2a), frame_type: None, reason: b"not valid for name \"a.lab\"" })"#,
+                "connection refused by the other end: not valid for name \"a.lab\"",
             ),
             (
                 HANDSHAKE,

@@ -16,7 +16,7 @@ pub enum SecurityError {
     },
     /// The profile makes no use of keys.
     #[error(
-        "[security] profile \"{profile}\" makes no use of keys: write profile = \"site\" (TLS) or \"lab\" (user and password), or remove keys"
+        "[security] profile \"{profile}\" makes no use of keys: write profile = \"site\" (certificates) or \"lab\" (user and password), or remove keys"
     )]
     KeysWithoutUse {
         /// The profile's word.
