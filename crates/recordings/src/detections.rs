@@ -62,7 +62,11 @@ impl DetectionsLine {
         Ok(lines)
     }
 
-    fn parse(text: &str) -> Result<Self, (String, &'static str)> {
+    /// One line.
+    ///
+    /// # Errors
+    /// What is wrong in it, and the remedy.
+    pub fn parse(text: &str) -> Result<Self, (String, &'static str)> {
         let line: Self = serde_json::from_str(text).map_err(|error| {
             // The position inside the line is the column; its "line 1" would mislead.
             let cause = error.to_string().replace("at line 1 column", "at column");
