@@ -43,6 +43,8 @@ enum Command {
     Camera,
     /// Print a documented configuration of a fusion node.
     Fusion,
+    /// Print a documented configuration of a router.
+    Router,
     /// Print a documented configuration of a viewer bridge.
     Viewer,
     /// Print the rig or an object of a running site as a file, or the settings of a camera.
@@ -198,6 +200,7 @@ pub fn run(arguments: &ConfigArguments, format: Format) -> anyhow::Result<()> {
         Command::Object => print::run(ConfigKind::Object, format),
         Command::Camera => print::run(ConfigKind::Camera, format),
         Command::Fusion => print::run(ConfigKind::Fusion, format),
+        Command::Router => print::run(ConfigKind::Router, format),
         Command::Viewer => print::run(ConfigKind::Viewer, format),
         Command::Get(GetArguments { what }) => match what {
             GetTarget::Rig { site } => get::rig(site, format),

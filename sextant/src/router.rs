@@ -41,12 +41,14 @@ pub struct RouterArguments {
 /// The file.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct RouterConfig {
+pub struct RouterConfig {
     site: SiteId,
     node: NodeId,
-    network: BusOptions,
+    /// Where it listens, and which routers it connects to.
+    pub network: BusOptions,
+    /// Who may connect.
     #[serde(default)]
-    security: SecurityOptions,
+    pub security: SecurityOptions,
 }
 
 /// Runs a router until a signal.
@@ -80,7 +82,7 @@ pub fn run(arguments: &RouterArguments) -> anyhow::Result<()> {
 impl RouterArguments {
     fn read(&self) -> anyhow::Result<(BusOptions, Security)> {
         match &self.config {
-            Some(file) => read(file),
+            Some(file) => read(file).map(|(_, network, security)| (network, security)),
             None => {
                 let network = BusOptions {
                     mode: Mode::Router,
@@ -94,7 +96,11 @@ impl RouterArguments {
     }
 }
 
-fn read(file: &Path) -> anyhow::Result<(BusOptions, Security)> {
+/// Reads a router's file and its keys.
+///
+/// # Errors
+/// What is wrong with either.
+pub fn read(file: &Path) -> anyhow::Result<(NodeId, BusOptions, Security)> {
     let config: RouterConfig = read_toml(file)?;
     let network = BusOptions {
         mode: Mode::Router,
@@ -114,5 +120,5 @@ fn read(file: &Path) -> anyhow::Result<(BusOptions, Security)> {
     let folder = file.parent().unwrap_or(Path::new(""));
     let security = config.security.load(folder, identity, &network);
     let security = security.with_context(|| file.display().to_string())?;
-    Ok((network, security))
+    Ok((config.node, network, security))
 }

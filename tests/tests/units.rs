@@ -20,6 +20,8 @@ use system_tests::{
 };
 
 const ROUTER: &str = "tcp/127.0.0.1:7447";
+/// That of the router's own unit.
+const SECOND_ROUTER: &str = "tcp/127.0.0.1:7448";
 const PAGE: &str = "127.0.0.1:8600";
 const IN_NAME_SPACES: &str = "SEXTANT_TEST_UNITS";
 
@@ -65,8 +67,9 @@ fn every_unit_does_its_work_within_its_sandbox() {
 
 fn the_site() {
     prepare_machine(&[sextant(), node_camera()]);
-    let [fusion, viewer, capture, detect] = [
+    let [fusion, router, viewer, capture, detect] = [
         Unit::read("sextant-fusion", ""),
+        Unit::read("sextant-router", ""),
         Unit::read("sextant-viewer", ""),
         Unit::read("sextant-capture@", "north"),
         Unit::read("sextant-detect@", "north"),
@@ -74,9 +77,10 @@ fn the_site() {
     write_site(&fusion.state(), &viewer.state());
     let mut running = Running(vec![fusion.start()]);
     let bus = Bus::open(&BusOptions::client_of(ROUTER)).expect("the router answers");
-    for unit in [&viewer, &capture, &detect] {
+    for unit in [&router, &viewer, &capture, &detect] {
         running.0.push(unit.start());
     }
+    Bus::open(&BusOptions::client_of(SECOND_ROUTER)).expect("the second router answers");
     images_pass(&bus);
     a_rig_is_kept(&fusion.state());
     an_object_is_kept(&bus, &fusion.state(), &viewer.state());
@@ -107,6 +111,8 @@ fn write_site(state: &Path, viewer: &Path) {
     write_toml(&state.join("scenario.toml"), &scenario).expect("a file");
     write_rig(&state.join("rig.toml"), &Workshop::default().rig()).expect("a file");
     fs::write(state.join("fusion.toml"), fusion).expect("a file");
+    let router = printed("router").replace(ROUTER, SECOND_ROUTER);
+    fs::write(state.join("router.toml"), router).expect("a file");
     fs::write(state.join("camera-north.toml"), camera).expect("a file");
     fs::write(viewer.join("viewer.toml"), printed("viewer")).expect("a file");
 }

@@ -40,6 +40,7 @@ pub fn check(path: &Path, stated: Option<ConfigKind>, together: &mut CrossChecks
         ConfigKind::Object => object(path, together)?,
         ConfigKind::Camera => camera(path)?,
         ConfigKind::Fusion => fusion(path)?,
+        ConfigKind::Router => router(path)?,
         ConfigKind::Viewer => viewer(path)?,
     };
     Ok((kind.word(), summary))
@@ -58,6 +59,8 @@ fn recognised(path: &Path, content: &Value) -> anyhow::Result<ConfigKind> {
 fn kind_of(content: &Value) -> Option<ConfigKind> {
     let has = |key: &str| content.get(key).is_some();
     let lists = |key: &str| content.get(key).is_some_and(Value::is_array);
+    let endpoints = content.pointer("/network/listen").and_then(Value::as_array);
+    let listens = endpoints.is_some_and(|endpoints| !endpoints.is_empty());
     if lists("camera") {
         Some(ConfigKind::Rig)
     } else if lists("tag") {
@@ -66,6 +69,8 @@ fn kind_of(content: &Value) -> Option<ConfigKind> {
         Some(ConfigKind::Camera)
     } else if has("rig") || has("objects") {
         Some(ConfigKind::Fusion)
+    } else if listens && !has("listen") {
+        Some(ConfigKind::Router)
     } else if has("listen") || has("site") {
         Some(ConfigKind::Viewer)
     } else if has("id") {
@@ -172,6 +177,15 @@ fn scenario(path: &Path) -> anyhow::Result<String> {
         "{} cameras, {} objects",
         scenario.cameras.len(),
         scenario.objects.len()
+    ))
+}
+
+fn router(path: &Path) -> anyhow::Result<String> {
+    let (node, network, security) = crate::router::read(path)?;
+    Ok(format!(
+        "\"{node}\" on {}{}",
+        network.listen.join(", "),
+        protected(&security)?
     ))
 }
 

@@ -15,6 +15,8 @@ pub enum ConfigKind {
     Camera,
     /// A fusion node.
     Fusion,
+    /// A router.
+    Router,
     /// A viewer bridge.
     Viewer,
 }
@@ -27,6 +29,7 @@ impl ConfigKind {
             Self::Object => "object",
             Self::Camera => "camera",
             Self::Fusion => "fusion",
+            Self::Router => "router",
             Self::Viewer => "viewer",
         }
     }
@@ -38,6 +41,7 @@ impl ConfigKind {
             Self::Object => include_str!("object.toml"),
             Self::Camera => include_str!("camera.toml"),
             Self::Fusion => include_str!("fusion.toml"),
+            Self::Router => include_str!("router.toml"),
             Self::Viewer => include_str!("viewer.toml"),
         }
     }
@@ -59,6 +63,7 @@ pub fn run(kind: ConfigKind, format: Format) -> anyhow::Result<()> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::router::RouterConfig;
     use node_camera::{CameraNodeConfig, DetectionConfig, PreviewConfig};
     use node_fusion::FusionConfig;
     use node_viewer_bridge::ViewerConfig;
@@ -113,6 +118,10 @@ mod tests {
         assert_eq!(fusion.network.listen, default.network.listen);
         is_default(&fusion.network, default.network.mode);
         assert_eq!(fusion.security, SecurityOptions::default());
+
+        let router: RouterConfig = read(ConfigKind::Router);
+        is_default(&router.network, BusOptions::default().mode);
+        assert_eq!(router.security, SecurityOptions::default());
 
         let default: ViewerConfig =
             parse_toml(Path::new("v"), "site = \"demo\"", |_| Ok(())).unwrap();

@@ -57,7 +57,7 @@ pub const SEXTANT: Package = Package {
     other: "node-camera",
     cargo_package: "sextant",
     profile: "dist",
-    units: "sextant-fusion.service sextant-viewer.service",
+    units: "sextant-fusion.service sextant-router.service sextant-viewer.service",
     state: "/var/lib/sextant-viewer",
     description: "tells where tagged objects are, in six degrees of freedom, live
  Fuses what the camera nodes of a site see of AprilTags into poses with
@@ -66,6 +66,7 @@ pub const SEXTANT: Package = Package {
  machine are in the package sextant-camera.",
     files: &[
         ("deploy/systemd/sextant-fusion.service", UNITS),
+        ("deploy/systemd/sextant-router.service", UNITS),
         ("deploy/systemd/sextant-viewer.service", UNITS),
         ("deploy/sysusers.d/sextant.conf", SYSUSERS),
         ("deploy/tmpfiles.d/sextant.conf", TMPFILES),
