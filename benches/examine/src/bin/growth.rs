@@ -1,0 +1,256 @@
+//! What one fusion process costs in a hall of many cameras and objects: processor, memory and bytes received, by synthetic observations.
+//!
+//! `growth CAMERAS OBJECTS [exact]` prints a line. Cameras hang 4 m apart in a grid and look down, so that nearly every object is seen by four
+//! of them; each takes 30 images a second. Objects are plates with four tags that move in circles.
+
+#![allow(clippy::expect_used, reason = "a bench ends by panicking")]
+
+use nalgebra::{Point3, UnitQuaternion, Vector3};
+use sextant_estimator::{
+    Camera, CameraId, Fusion, FusionOptions, ImageObservation, Input, ObjectId, ObjectModel,
+    ObjectTag, Rig, TagId,
+};
+use sextant_geometry::{Intrinsics, Lens, Pose, tag_corners_in_tag};
+use sextant_proto::{
+    ClockQuality, ClockSource, Observations, TagObservation, TagPose, Timing, decode, encode,
+};
+use sextant_tag_families::Family;
+use std::time::Duration;
+
+const PITCH_M: f64 = 4.0;
+const HEIGHT_M: f64 = 4.0;
+const SIDE_PX: u32 = 1280;
+const TAG_M: f64 = 0.2;
+const SIGMA_PX: f32 = 0.05;
+const RATE_HZ: u64 = 30;
+const SECOND_NS: u64 = 1_000_000_000;
+const START_NS: u64 = 1_800_000_000 * SECOND_NS;
+/// Before and while costs are measured.
+const WARM_UP_S: u64 = 2;
+const MEASURED_S: u64 = 3;
+
+struct Hall {
+    rig: Rig,
+    objects: Vec<ObjectModel>,
+    /// Middles of the circles, m.
+    places: Vec<[f64; 2]>,
+    random: u64,
+}
+
+impl Hall {
+    fn new(n_cameras: usize, n_objects: usize) -> Self {
+        let columns = (n_cameras as f64).sqrt().ceil() as usize;
+        let rows = n_cameras.div_ceil(columns);
+        let rig = Rig::new((0..n_cameras).map(|k| camera(k, columns)).collect());
+        let mut hall = Self {
+            rig: rig.expect("a rig"),
+            objects: (0..n_objects).map(plate).collect(),
+            places: Vec::new(),
+            random: 1,
+        };
+        let sides = [columns, rows].map(|n| (n as f64 - 1.0) * PITCH_M);
+        hall.places = (0..n_objects)
+            .map(|_| sides.map(|side_m| side_m * hall.uniform()))
+            .collect();
+        hall
+    }
+
+    fn place(&self, k: usize, seconds: f64) -> Pose {
+        let angle = 0.5 * seconds + k as f64;
+        let [x, y] = self.places[k];
+        let at = Vector3::new(x + 0.3 * angle.cos(), y + 0.3 * angle.sin(), 0.0);
+        Pose::from_parts(
+            at.into(),
+            UnitQuaternion::from_euler_angles(0.0, 0.0, angle),
+        )
+    }
+
+    fn observe(&mut self, k: usize, seconds: f64) -> Observations {
+        let camera = self.rig.cameras()[k].clone();
+        let camera_from_world = camera.world_from_camera.expect("it is posed").inverse();
+        let mut tags = Vec::new();
+        for index in 0..self.objects.len() {
+            let camera_from_object = camera_from_world * self.place(index, seconds);
+            for tag in self.objects[index].tags().to_vec() {
+                tags.extend(self.tag(&camera, &camera_from_object, &tag));
+            }
+        }
+        Observations {
+            camera: camera.id,
+            sequence: 1,
+            capture_ns: START_NS + (seconds * 1e9) as u64,
+            exposure_ns: 0,
+            clock: ClockQuality {
+                source: ClockSource::Ptp,
+                error_ns: 0,
+            },
+            resolution: [SIDE_PX as u16; 2],
+            timing: Timing::default(),
+            tags,
+        }
+    }
+
+    fn tag(
+        &mut self,
+        camera: &Camera,
+        camera_from_object: &Pose,
+        tag: &ObjectTag,
+    ) -> Option<TagObservation> {
+        let camera_from_tag = camera_from_object * tag.object_from_tag?;
+        let mut corners = [[0.0_f32; 2]; 4];
+        for (corner, at) in corners.iter_mut().zip(tag_corners_in_tag(tag.size_m)) {
+            let pixel = camera.lens.project(&(camera_from_tag * Point3::from(at)))?;
+            *corner = [pixel.x, pixel.y].map(|pixels| pixels as f32 + self.noise());
+        }
+        let inside = |corner: &[f32; 2]| corner.iter().all(|at| (0.0..SIDE_PX as f32).contains(at));
+        let pose = TagPose {
+            position: camera_from_tag.translation.vector.cast().into(),
+            orientation: camera_from_tag.rotation.coords.cast().into(),
+            rms_px: SIGMA_PX,
+        };
+        corners.iter().all(inside).then(|| TagObservation {
+            family: tag.tag.family,
+            id: tag.tag.id,
+            hamming: 0,
+            margin: 60.0,
+            corners,
+            corner_covariance: [[SIGMA_PX.powi(2), 0.0, SIGMA_PX.powi(2)]; 4],
+            corner_cross_covariance: [[0.0; 4]; 6],
+            poses: vec![pose; 2],
+        })
+    }
+
+    /// Gaussian, as nearly as the sum of twelve uniform numbers is.
+    fn noise(&mut self) -> f32 {
+        let sum: f64 = (0..12).map(|_| self.uniform()).sum();
+        (sum - 6.0) as f32 * SIGMA_PX
+    }
+
+    /// splitmix64.
+    fn uniform(&mut self) -> f64 {
+        self.random = self.random.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.random;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
+    }
+}
+
+fn camera(k: usize, columns: usize) -> Camera {
+    let middle = f64::from(SIDE_PX - 1) / 2.0;
+    // Each sees twice the pitch along both axes.
+    let focal_px = f64::from(SIDE_PX) / 2.0 * HEIGHT_M / PITCH_M;
+    let intrinsics = Intrinsics {
+        fx: focal_px,
+        fy: focal_px,
+        cx: middle,
+        cy: middle,
+    };
+    let [x, y] = [k % columns, k / columns].map(|n| n as f64 * PITCH_M);
+    let down = UnitQuaternion::from_euler_angles(std::f64::consts::PI, 0.0, 0.0);
+    Camera {
+        id: CameraId::new(&format!("cam{k}")).expect("an id"),
+        resolution: [SIDE_PX; 2],
+        lens: Lens::pinhole(intrinsics).expect("a lens"),
+        world_from_camera: Some(Pose::from_parts(Vector3::new(x, y, HEIGHT_M).into(), down)),
+    }
+}
+
+fn plate(k: usize) -> ObjectModel {
+    let tag = |corner: u32| {
+        let [x, y] = [corner % 2, corner / 2].map(|n| 0.3 * (f64::from(n) - 0.5));
+        ObjectTag {
+            tag: TagId {
+                family: Family::TagStandard41h12,
+                id: 4 * k as u32 + corner,
+            },
+            size_m: TAG_M,
+            object_from_tag: Some(Pose::translation(x, y, 0.0)),
+        }
+    };
+    let id = ObjectId::new(&format!("object{k}")).expect("an id");
+    ObjectModel::new(id, (0..4).map(tag).collect()).expect("an object")
+}
+
+#[derive(Default)]
+struct Costs {
+    poses: usize,
+    bytes: usize,
+    busy: Duration,
+    longest: Duration,
+}
+
+/// The messages of all cameras, in turns.
+fn record(hall: &mut Hall, from_s: u64, for_s: u64) -> Vec<Vec<u8>> {
+    let n_cameras = hall.rig.cameras().len() as u64;
+    let per_s = RATE_HZ * n_cameras;
+    let turns = from_s * per_s..(from_s + for_s) * per_s;
+    let message = |turn: u64| {
+        let seen = hall.observe((turn % n_cameras) as usize, turn as f64 / per_s as f64);
+        encode(&seen).expect("few enough tags for a message")
+    };
+    turns.map(message).collect()
+}
+
+fn fuse(fusion: &mut Fusion, messages: &[Vec<u8>]) -> Costs {
+    let mut costs = Costs::default();
+    let begun = processor_time();
+    for message in messages {
+        let before = processor_time();
+        let seen: Observations = decode(message).expect("a message");
+        let image = ImageObservation::from(&seen);
+        let now_ns = seen.capture_ns + SECOND_NS / 100;
+        fusion.handle(now_ns, Input::Image(image));
+        costs.poses += std::iter::from_fn(|| fusion.poll_output()).count();
+        costs.bytes += message.len();
+        costs.longest = costs.longest.max(processor_time() - before);
+    }
+    costs.busy = processor_time() - begun;
+    costs
+}
+
+/// Of this thread, as of the scheduler's last tick.
+fn processor_time() -> Duration {
+    let text = std::fs::read_to_string("/proc/thread-self/schedstat").unwrap_or_default();
+    let first = text.split_whitespace().next();
+    let busy_ns = first.and_then(|text| text.parse().ok());
+    Duration::from_nanos(busy_ns.unwrap_or_default())
+}
+
+fn resident_mib() -> f64 {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let line = status.lines().find_map(|line| line.strip_prefix("VmRSS:"));
+    let kib = line.and_then(|line| line.split_whitespace().next()?.parse::<f64>().ok());
+    kib.unwrap_or_default() / 1024.0
+}
+
+fn main() {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let number = |k: usize| arguments.get(k).and_then(|text| text.parse::<usize>().ok());
+    let (Some(n_cameras), Some(n_objects)) = (number(0), number(1)) else {
+        eprintln!("usage: growth CAMERAS OBJECTS [exact]");
+        std::process::exit(2);
+    };
+    let mut hall = Hall::new(n_cameras, n_objects);
+    let (mut rig, mut objects) = (hall.rig.clone(), hall.objects.clone());
+    if arguments.get(2).is_some_and(|word| word == "exact") {
+        rig = rig.exact();
+        objects = objects.into_iter().map(ObjectModel::exact).collect();
+    }
+    let fusion = Fusion::new(rig, objects, FusionOptions::default());
+    let mut fusion = fusion.expect("a machine");
+    let warm_up = record(&mut hall, 0, WARM_UP_S);
+    let measured = record(&mut hall, WARM_UP_S, MEASURED_S);
+    let before_mib = resident_mib();
+    fuse(&mut fusion, &warm_up);
+    let costs = fuse(&mut fusion, &measured);
+    let per_s = |count: usize| count as f64 / MEASURED_S as f64;
+    println!(
+        "| {n_cameras} | {n_objects} | {:.0} % | {:.0} ms | {:.0} MiB | {:.1} Mbit/s | {:.0} |",
+        100.0 * costs.busy.as_secs_f64() / MEASURED_S as f64,
+        costs.longest.as_secs_f64() * 1e3,
+        resident_mib() - before_mib,
+        8e-6 * per_s(costs.bytes),
+        per_s(costs.poses),
+    );
+}
