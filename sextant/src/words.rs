@@ -1,7 +1,11 @@
 //! Words for people: states, and text from elsewhere made harmless for a terminal.
 
+use serde::Serialize;
+use serde_json::Value;
 use sextant_estimator::{ObjectId, State};
 use sextant_proto::{CameraStatus, FusionStatus, Notice, Outcome, SettingsOutcome};
+use std::cmp::Reverse;
+use std::collections::BTreeSet;
 
 /// The state in one word.
 pub fn state(state: State) -> &'static str {
@@ -15,30 +19,75 @@ pub fn state(state: State) -> &'static str {
 
 /// Faults, imperfections and notices of a fusion node, a sentence each.
 pub fn findings(status: &FusionStatus) -> Vec<String> {
-    let faults = status.faults.iter().map(ToString::to_string);
-    let left_out = match status.faults_left_out {
-        0 => None,
-        n => Some(format!("and {} more", count(n as usize, "fault"))),
-    };
-    let imperfections = status.imperfections.iter().map(ToString::to_string);
-    let notices = status.notices.iter().map(ToString::to_string);
-    let all = faults.chain(left_out).chain(imperfections).chain(notices);
-    all.map(|sentence| plain(&sentence)).collect()
+    let findings = keyed_findings(status).into_iter();
+    findings.map(|(_, sentence)| sentence).collect()
 }
 
-/// Notices of a fusion node about itself, a sentence each. Of the site a node that stands by reports what the one that publishes reports.
-pub fn own_findings(status: &FusionStatus) -> Vec<String> {
-    let is_own = |notice: &&Notice| {
-        matches!(
-            notice,
-            Notice::Overload { .. }
-                | Notice::Unpublished { .. }
-                | Notice::ClockStepped { .. }
-                | Notice::NameTaken { .. }
-        )
+/// Findings of all fusion nodes, a sentence each with its node. What several report about the site is there once, from the one that published last.
+pub fn merged_findings<'a>(
+    statuses: impl Iterator<Item = &'a FusionStatus>,
+) -> Vec<(String, String)> {
+    let mut statuses: Vec<_> = statuses.collect();
+    statuses.sort_by_key(|status| Reverse(status.epoch));
+    let mut known = BTreeSet::new();
+    let of_node = |status: &FusionStatus| {
+        let mut findings = keyed_findings(status);
+        findings.retain(|(key, _)| known.insert(key.clone()));
+        let sentences = findings.into_iter().map(|(_, sentence)| sentence);
+        let node = status.node.to_string();
+        sentences
+            .map(|sentence| (node.clone(), sentence))
+            .collect::<Vec<_>>()
     };
-    let own = status.notices.iter().filter(is_own);
-    own.map(|notice| plain(&notice.to_string())).collect()
+    statuses.into_iter().flat_map(of_node).collect()
+}
+
+/// Sentences, each with a key that stays the same while amounts change.
+fn keyed_findings(status: &FusionStatus) -> Vec<(String, String)> {
+    let faults = status.faults.iter();
+    let faults = faults.map(|fault| (subject(fault), fault.to_string()));
+    let left_out = match status.faults_left_out {
+        0 => None,
+        n => Some((
+            "left out".to_owned(),
+            format!("and {} more", count(n as usize, "fault")),
+        )),
+    };
+    let imperfections = status.imperfections.iter();
+    let imperfections = imperfections.map(|one| (format!("off {}", subject(one)), one.to_string()));
+    let notices = status.notices.iter().map(|notice| {
+        let owner = if is_about_node(notice) {
+            status.node.as_str()
+        } else {
+            ""
+        };
+        (format!("{owner} {}", subject(notice)), notice.to_string())
+    });
+    let all = faults.chain(left_out).chain(imperfections).chain(notices);
+    all.map(|(key, sentence)| (key, plain(&sentence))).collect()
+}
+
+/// Whether a notice is about the node itself, not about the site.
+fn is_about_node(notice: &Notice) -> bool {
+    matches!(
+        notice,
+        Notice::Overload { .. }
+            | Notice::Unpublished { .. }
+            | Notice::ClockStepped { .. }
+            | Notice::NameTaken { .. }
+    )
+}
+
+/// The variant of a finding and what it is about, without amounts.
+fn subject(finding: &impl Serialize) -> String {
+    let mut value = serde_json::to_value(finding).unwrap_or_default();
+    let fields = value
+        .as_object_mut()
+        .and_then(|variant| variant.values_mut().next());
+    if let Some(fields) = fields.and_then(Value::as_object_mut) {
+        fields.retain(|_, field| !field.is_number());
+    }
+    value.to_string()
 }
 
 /// Notices of a camera node, a sentence each.

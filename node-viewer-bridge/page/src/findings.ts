@@ -1,7 +1,7 @@
 // What nodes report, in words: faults of the site, imperfections of its files, notices of the nodes themselves. The variants and their fields are
 // those of proto/CONTRACT.md.
 
-import type { CameraControls } from "./protocol.ts";
+import type { CameraControls, FusionStatus } from "./protocol.ts";
 import { story as outcomeOf } from "./settings.ts";
 import { isText, type Test } from "./shape.ts";
 
@@ -183,18 +183,21 @@ function parts(finding: Finding): [string, Fields] {
 /** Notices about the node itself, not about the site. */
 const OWN_NOTICES = ["overload", "unpublished", "clock_stepped", "name_taken"];
 
-/** What a fusion node that stands by reports about itself; of the site the one that publishes reports the same. */
-export function ownReports(node: string, { notices }: Findings): Report[] {
-  const own = notices.filter((notice) => OWN_NOTICES.includes(parts(notice)[0]));
-  return reports(node, { faults: [], faults_left_out: 0, imperfections: [], notices: own });
+/** Everything that fusion nodes report. What several report about the site is there once, from the one that published last. */
+export function siteReports(statuses: readonly FusionStatus[]): Report[] {
+  const newestFirst = [...statuses].sort((a, b) => (b.epoch ?? 0) - (a.epoch ?? 0));
+  const byKey = new Map<string, Report>();
+  for (const status of newestFirst)
+    for (const report of reports(status.node, status)) if (!byKey.has(report.key)) byKey.set(report.key, report);
+  return [...byKey.values()];
 }
 
-/** Everything that a fusion node reports. */
+/** Everything that a fusion node reports. Keys of what it reports about the site are those of other nodes, too. */
 export function reports(node: string, findings: Findings): Report[] {
   const { faults, faults_left_out, imperfections, notices } = findings;
   const of = (level: Level, stories: Stories, list: Finding[]): Report[] =>
-    list.map((finding) => ({ ...storyOf(stories, finding), key: `${node}/${level}/${keyOf(finding)}`, level, subject: subjectOf(node, finding) }));
-  const left: Report = { ...story(`and ${faults_left_out} more faults`), key: `${node}/left-out`, level: "fault", subject: subjectOf(node, "") };
+    list.map((finding) => ({ ...storyOf(stories, finding), key: `${ownerOf(node, finding)}/${level}/${keyOf(finding)}`, level, subject: subjectOf(node, finding) }));
+  const left: Report = { ...story(`and ${faults_left_out} more faults`), key: "site/left-out", level: "fault", subject: subjectOf(node, "") };
   return [
     ...of("fault", FAULTS, faults),
     ...(faults_left_out > 0 ? [left] : []),
@@ -202,6 +205,8 @@ export function reports(node: string, findings: Findings): Report[] {
     ...of("notice", NOTICES, notices),
   ];
 }
+
+const ownerOf = (node: string, finding: Finding): string => (OWN_NOTICES.includes(parts(finding)[0]) ? node : "site");
 
 /** The variant and who it is about, without amounts. */
 function keyOf(finding: Finding): string {

@@ -1,6 +1,6 @@
 // What this page knows of the site, built from the bridge's messages. Draws nothing.
 
-import { cameraReports, ownReports, type Report, reports } from "./findings.ts";
+import { cameraReports, type Report, siteReports } from "./findings.ts";
 import { HealthLog } from "./health.ts";
 import { blankPose, Figures, ObjectTrack } from "./history.ts";
 import { sigma } from "./covariance.ts";
@@ -265,13 +265,7 @@ export class Site {
       cause: "no connection to the site's network, retrying",
       remedy: "check that the router or fusion node runs",
     };
-    return [...(this.network ? [] : [bridge]), ...cameras, ...this.fusionReports()];
-  }
-
-  /** The site's faults are those of the fusion node that publishes; the others report what concerns themselves. */
-  private fusionReports(): Report[] {
-    const nodes = [...this.fusion.values()].sort((a, b) => (b.epoch ?? 0) - (a.epoch ?? 0));
-    return nodes.flatMap((status, at) => (at === 0 ? reports : ownReports)(status.node, status));
+    return [...(this.network ? [] : [bridge]), ...cameras, ...siteReports([...this.fusion.values()])];
   }
 
   /** The first colour that no object has; with more objects than colours they share. */

@@ -1,7 +1,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 import { readFileSync } from "node:fs";
-import { cameraReports, ownReports, reports, type CameraFindings, type Findings, type Report } from "../src/findings.ts";
+import { cameraReports, reports, type CameraFindings, type Findings, type Report } from "../src/findings.ts";
 import { parseMessage } from "../src/protocol.ts";
 
 const sentence = ({ cause, remedy }: Report): string => (remedy ? `${cause}: ${remedy}` : cause);
@@ -45,12 +45,6 @@ test("the settings that a camera refuses are reported, and those that it applies
     cameraReports("north", { fallbacks: 0, controls: { outcome }, notices: [] }).map(sentence);
   assert.deepEqual(told({ refused: { detail: "the camera is gone" } }), ["The camera keeps what it had: the camera is gone"]);
   assert.deepEqual(told("applied"), []);
-});
-
-test("a fusion node that stands by reports only what is about itself", () => {
-  const notices = [{ camera_silent: { camera: "north", silent_s: 3 } }, { overload: { dropped: 1, total: 2 } }];
-  const told = ownReports("standby", { faults: ["storm"], faults_left_out: 1, imperfections: ["storm"], notices });
-  assert.deepEqual(told.map((report) => report.key), ["standby/notice/overload"]);
 });
 
 test("a finding that the page does not know is named", () => {

@@ -69,22 +69,18 @@ test("what a fusion node offers is there until it is withdrawn", () => {
   assert.equal(site.proposals.size, 0);
 });
 
-test("a fault that two fusion nodes report is shown once, as the publishing one has it", () => {
-  const status = (node: string, epoch: number | null): Message => ({
-    type: "fusion_status",
-    node,
-    epoch,
-    faults: [{ camera_moved: { camera: "north" } }],
-    faults_left_out: 0,
-    imperfections: [],
-    notices: [],
-  });
-  const keys = (...messages: Message[]): string[] => {
-    const site = siteOf(...messages);
-    site.sample(1);
-    return site.health.groups().flat().map((entry) => entry.key);
-  };
-  assert.deepEqual(keys(status("a", null), status("b", 7)), ["b/fault/camera_moved north"]);
-  // After a failover the last status of the former publisher is still there.
-  assert.deepEqual(keys(status("a", 6), status("b", 7)), ["b/fault/camera_moved north"]);
+test("what several fusion nodes report about the site is shown once, and what each reports about itself or its objects as well", () => {
+  const overload = { overload: { dropped: 1, total: 2 } };
+  const status = (node: string, epoch: number | null, ...faults: Record<string, object>[]): Message => ({
+    type: "fusion_status", node, epoch, faults: [{ clock_off: { camera: "north", offset_s: epoch ?? 0 } }, ...faults], faults_left_out: 0,
+    imperfections: [], notices: [overload],
+  } as Message);
+  const loose = { tag_misplaced: { object: "cube", tag: { family: "tag36h11", id: 3 } } };
+  const site = siteOf(status("a", 6, loose), status("b", 7));
+  site.sample(1);
+  const entries = site.health.groups().flat();
+  assert.deepEqual(entries.map((entry) => entry.key).sort(), [
+    "a/notice/overload", "b/notice/overload", "site/fault/clock_off north", "site/fault/tag_misplaced cube tag tag36h11:3",
+  ]);
+  assert.match(entries.find((entry) => entry.key.includes("clock_off"))?.cause ?? "", /7\.00 s ahead/);
 });

@@ -153,15 +153,7 @@ impl Board {
             }
             None => self.silences(now_ns),
         };
-        let publisher = self.publisher();
-        faults.extend(self.fusion.iter().flat_map(|(node, status)| {
-            let findings = match publisher == Some(node) {
-                true => words::findings(status),
-                false => words::own_findings(status),
-            };
-            let findings = findings.into_iter();
-            findings.map(|finding| (node.to_string(), finding))
-        }));
+        faults.extend(words::merged_findings(self.fusion.values()));
         let cameras = self
             .cameras
             .iter()
@@ -171,12 +163,6 @@ impl Board {
             findings.map(|finding| (id.to_string(), finding))
         }));
         faults
-    }
-
-    /// The fusion node that took over last; any while none publishes.
-    fn publisher(&self) -> Option<&NodeId> {
-        let by_epoch = self.fusion.iter().max_by_key(|(_, status)| status.epoch);
-        by_epoch.map(|(node, _)| node)
     }
 
     /// Names of silent nodes.
@@ -213,11 +199,12 @@ fn entry<K: Ord, R: Default>(rows: &mut BTreeMap<K, R>, key: K) -> Option<&mut R
 #[cfg(test)]
 pub mod tests {
     use super::*;
-    use sextant_estimator::{Fault, State};
+    use sextant_estimator::{Fault, State, TagId};
     use sextant_proto::{
-        CameraClock, CameraIntake, ClockQuality, ClockSource, Message, Notice, ObjectHealth,
-        Rejections, encode,
+        CameraClock, CameraIntake, ClockQuality, ClockSource, Message, ObjectHealth, Rejections,
+        encode,
     };
+    use sextant_tag_families::Family;
     use sextant_zenoh_bus::Payload;
 
     pub const NOW_NS: u64 = 1_800_000_000_000_000_000;
@@ -389,22 +376,34 @@ pub mod tests {
         let moved = Fault::CameraMoved {
             camera: CameraId::new("north").unwrap(),
         };
-        let mut status = fusion_status(&["ball", "cube"], vec![moved]);
-        status.node = standby.clone();
-        status.notices = vec![Notice::Overload {
-            dropped: 1,
-            total: 2,
-        }];
-        let from = |board: &Board| -> Vec<String> {
-            let faults = board.faults(NOW_NS).into_iter();
-            faults.map(|(node, _)| node).collect()
+        let size = |ratio| Fault::TagSize {
+            object: ObjectId::new("ball").unwrap(),
+            tag: TagId {
+                family: Family::Tag36h11,
+                id: 3,
+            },
+            ratio,
         };
-        for (epoch, expected) in [(None, ["fusion", "standby"]), (Some(2), ["standby"; 2])] {
-            status.epoch = epoch;
-            let key = board.keys.fusion_status(&standby);
-            board.take(&item(key, &status), NOW_NS);
-            assert_eq!(from(&board), expected);
-        }
+        let key = board.keys.fusion_status(&standby);
+        let mut status = fusion_status(&["ball"], vec![moved.clone(), size(1.02)]);
+        status.node = standby;
+        status.epoch = None;
+        board.take(&item(key.clone(), &status), NOW_NS);
+        let first = "camera north is not where the rig says: calibrate it again";
+        // Of its own share of the objects each node alone reports faults.
+        let said = words(&board, NOW_NS);
+        assert_eq!(said.len(), 2, "{said:?}");
+        assert_eq!(said[0], first);
+        let other = NodeId::new("fusion").unwrap();
+        let key = board.keys.fusion_status(&other);
+        let fusion = fusion_status(&["ball", "cube"], vec![moved, size(1.03)]);
+        board.take(&item(key, &fusion), NOW_NS);
+        let from: Vec<String> = board
+            .faults(NOW_NS)
+            .into_iter()
+            .map(|(from, _)| from)
+            .collect();
+        assert_eq!(from, ["fusion", "fusion"]);
     }
 
     #[test]
