@@ -414,7 +414,7 @@ class FusionStatus(Record):
     node: str
     version: str
     uptime_s: int
-    #: of its poses; none while it stands by
+    #: the newest of its poses; none while it publishes none
     epoch: Optional[int]
     #: at most 256
     cameras: tuple[CameraIntake, ...]
