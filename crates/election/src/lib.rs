@@ -11,7 +11,6 @@
 //!   again only after every other node has answered a heartbeat sent after the interruption. The answer proves that what the other node
 //!   said before has been received. It does not wait for nodes that were silent before, and for the others for half a second.
 //! - A standby that was interrupted restarts its timeout: the silence may have been its own.
-
 //!
 //! [`Sharding`] divides the objects of a site among its fusion nodes, by the heartbeats and the presence that the election knows of.
 

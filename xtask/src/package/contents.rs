@@ -12,6 +12,8 @@ pub struct Package {
     pub other: &'static str,
     pub cargo_package: &'static str,
     pub profile: &'static str,
+    /// Cargo features beside the default ones, separated by commas.
+    pub features: &'static str,
     /// Its units, as patterns for systemctl.
     pub units: &'static str,
     /// What only its own units write.
@@ -29,6 +31,7 @@ pub const CAMERA: Package = Package {
     other: "sextant",
     cargo_package: "node-camera",
     profile: "board",
+    features: "terse",
     units: "'sextant-capture@*.service' 'sextant-detect@*.service'",
     state: "/var/lib/sextant/camera*.toml",
     description: "camera node of Sextant, which tells where tagged objects are
@@ -57,6 +60,7 @@ pub const SEXTANT: Package = Package {
     other: "node-camera",
     cargo_package: "sextant",
     profile: "dist",
+    features: "",
     units: "sextant-fusion.service sextant-router.service sextant-viewer.service",
     state: "/var/lib/sextant-viewer",
     description: "tells where tagged objects are, in six degrees of freedom, live

@@ -56,7 +56,7 @@ impl Target {
         // Link-time optimisation excludes incremental compilation.
         let program = ["CARGO_INCREMENTAL=0", &zigbuild.program, "zigbuild"];
         let what = ["--package", package.cargo_package, "--target", &target];
-        let how = ["--profile", package.profile];
+        let how = ["--profile", package.profile, "--features", package.features];
         run_with(
             &zigbuild.environment,
             "env",
