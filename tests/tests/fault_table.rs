@@ -392,7 +392,7 @@ fn a_camera_that_was_cut_off_brings_no_stale_images() {
         what: "rate of the others",
         value: 100.0 * (1.0 - slowest / 30.0).max(0.0),
         unit: "% less",
-        at_most: 4.0,
+        at_most: 2.0,
     }
     .keep();
     let before = during.cameras[3].last_capture_ns;
@@ -407,7 +407,7 @@ fn a_camera_that_was_cut_off_brings_no_stale_images() {
         what: "back in the status after",
         value: back.elapsed().as_secs_f64() * 1e3,
         unit: "ms",
-        at_most: 3000.0,
+        at_most: 2000.0,
     }
     .keep();
     await_main(&house, &router, is_back);
@@ -546,7 +546,7 @@ fn a_board_whose_clock_is_set_is_named_and_taken_again() {
             what: &format!("{by_s:+} s named after"),
             value: since.elapsed().as_secs_f64() * 1e3,
             unit: "ms",
-            at_most: 3000.0,
+            at_most: 2000.0,
         }
         .keep();
         board.set_clock(0);
