@@ -140,12 +140,13 @@ fn the_core_knows_no_transport() {
 #[test]
 fn the_client_brings_no_shared_memory() {
     let output = Command::new(env!("CARGO"))
-        .args(["tree", "--offline", "--package", "sextant-client"])
+        .args(["tree", "--locked", "--package", "sextant-client"])
         .args(["--edges", "normal,build", "--target", "all"])
         .args(["--prefix", "none", "--format", "{p}"])
         .current_dir(env!("CARGO_MANIFEST_DIR"))
         .output()
         .expect("cargo tree runs");
+    assert!(output.status.success(), "{output:?}");
     let tree = String::from_utf8_lossy(&output.stdout);
     let packages: Vec<&str> = tree
         .lines()
