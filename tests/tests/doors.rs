@@ -10,7 +10,9 @@ use sextant_proto::{
     Outcome, encode, fingerprint, limits,
 };
 use sextant_simulator::Scenario;
-use sextant_zenoh_bus::{Bus, BusOptions, DropRule, Presence, Profile, Qos, Security};
+use sextant_zenoh_bus::{
+    Bus, BusOptions, DropRule, Presence, Profile, Qos, Security, why_no_router,
+};
 use std::fs;
 use std::path::Path;
 use std::time::{Duration, Instant};
@@ -271,6 +273,12 @@ fn a_board_with_an_expired_certificate_gets_no_connection() {
     assert!(site.refuses(&client_with(&site, &[]), &keys_in(&site, &expired), words));
     let cam1 = site.open("cam1");
     assert!(!asked(&cam1, &site.keys.config_rig()).is_empty());
+    // Whoever is refused is told why, also within a runtime of its own.
+    let runtime = tokio::runtime::Builder::new_current_thread().build();
+    let options = client_with(&site, &[]);
+    let why = async { why_no_router(&options, &keys_in(&site, &expired)) };
+    let why = runtime.expect("a runtime").block_on(why);
+    assert!(why.is_some_and(|why| why.contains("certificate expired")));
 }
 
 fn keys_in(site: &LockedSite, folder: &Path) -> Security {

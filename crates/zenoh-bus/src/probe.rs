@@ -77,11 +77,16 @@ mod quic {
         security: &Security,
     ) -> Result<(), String> {
         let config = config(security).ok_or("no keys that can be read")?;
-        let runtime = tokio::runtime::Builder::new_current_thread()
-            .enable_all()
-            .build()
-            .map_err(|cause| cause.to_string())?;
-        runtime.block_on(handshake(address, host, config))
+        let probe = || {
+            let runtime = tokio::runtime::Builder::new_current_thread()
+                .enable_all()
+                .build()
+                .map_err(|cause| cause.to_string())?;
+            runtime.block_on(handshake(address, host, config))
+        };
+        // In a thread of its own: the caller may be within a runtime, where another one must not block.
+        let probed = std::thread::scope(|scope| scope.spawn(probe).join());
+        probed.unwrap_or_else(|_| Err("the attempt failed".to_owned()))
     }
 
     async fn handshake(
