@@ -95,9 +95,11 @@ fn detect_all(
     tracing::info!(camera = %config.camera, "detecting");
     while !shutdown.is_requested() {
         fail_point!("detect");
-        if probe.is_answered(bus, Instant::now()) {
-            watchdog::feed();
-        }
+        // Ends this process where the network is half dead: it is started again, and capture keeps the camera meanwhile.
+        probe
+            .check(bus, Instant::now())
+            .exit_with(Exit::Unavailable)?;
+        watchdog::feed();
         let wait = part.outbound.wait_at_most(LONGEST_WAIT, now_ns());
         if let Some(image) = images.wait(wait).exit_with(Exit::Unavailable)? {
             part.take(&image)?;

@@ -195,9 +195,9 @@ impl<'a> FusionNode<'a> {
     /// Waits for an observation, then does all that is due.
     fn turn(&mut self) -> anyhow::Result<()> {
         fail_point!("fusion");
-        if self.probe.is_answered(self.bus, Instant::now()) {
-            watchdog::feed();
-        }
+        let answered = self.probe.check(self.bus, Instant::now());
+        answered.exit_with(Exit::Unavailable)?;
+        watchdog::feed();
         let item = self.observations.recv_timeout(self.wait_at_most());
         self.follow_clock();
         self.take_turns()?;

@@ -6,7 +6,9 @@ use crate::forwarder::Forwarder;
 use crate::wizard::Outgoing;
 use sextant_process::{Exit, Shutdown, WithExit, fail_point};
 use sextant_proto::{Keys, Message, NodeKind, limits};
-use sextant_zenoh_bus::{AliveWatch, Bus, BusError, CallbackSubscription, Qos, RawPublisher};
+use sextant_zenoh_bus::{
+    AliveWatch, Bus, BusError, CallbackSubscription, ControlProbe, Qos, RawPublisher,
+};
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
@@ -20,8 +22,20 @@ const PICTURES_KEPT: Duration = Duration::from_secs(10);
 /// Between two checks of the connection.
 const CHECK_PERIOD: Duration = Duration::from_secs(1);
 
-/// Fills the hub from the network until `shutdown`. A client waits for its router for as long as it takes.
+/// Fills the hub from the network until `shutdown`. A client waits for its router for as long as it takes. A session in which nothing is
+/// answered any more is replaced by a new one; clients of the page notice nothing of it.
 pub(crate) fn run(shared: &Arc<Shared>, shutdown: &Shutdown) -> anyhow::Result<()> {
+    while let Err(error) = run_session(shared, shutdown) {
+        match error.downcast_ref::<BusError>() {
+            Some(silent @ BusError::Silent { .. }) => tracing::error!("{silent}: opening one"),
+            _ => return Err(error),
+        }
+        shared.connected.store(false, Ordering::Relaxed);
+    }
+    Ok(())
+}
+
+fn run_session(shared: &Arc<Shared>, shutdown: &Shutdown) -> anyhow::Result<()> {
     let bus = match Bus::open_unless(&shared.config.network, &shared.protection.network, &|| {
         shutdown.is_requested()
     }) {
@@ -54,11 +68,11 @@ pub(crate) fn run(shared: &Arc<Shared>, shutdown: &Shutdown) -> anyhow::Result<(
         pictures: None,
         watched_at: Instant::now(),
     };
-    session.keep(&watch, shutdown)?;
+    let ended = session.keep(&watch, shutdown);
     drop(session);
     drop((alive, watch, streams));
     bus.close();
-    Ok(())
+    ended
 }
 
 fn subscribe(
@@ -87,6 +101,7 @@ impl NetworkSession<'_> {
         let events = self.keys.events(&self.shared.config.node);
         let events = self.bus.raw_publisher(&events, Qos::Config)?;
         let mut check_due = Instant::now();
+        let mut probe = ControlProbe::new(&self.keys.all_alive(), check_due);
         while !shutdown.is_requested() {
             fail_point!("network");
             if let Some(presence) = watch.recv_timeout(LONGEST_WAIT)
@@ -97,9 +112,11 @@ impl NetworkSession<'_> {
             self.ask_for_pictures()?;
             self.publish_change()?;
             self.publish_events(&events)?;
-            if Instant::now() >= check_due {
+            let now = Instant::now();
+            probe.check(self.bus, now)?;
+            if now >= check_due {
                 self.check_connection()?;
-                check_due = Instant::now() + CHECK_PERIOD;
+                check_due = now + CHECK_PERIOD;
             }
         }
         Ok(())

@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 
 use zenoh::Wait;
 
-use crate::Bus;
+use crate::{Bus, BusError};
 
 /// Between two queries.
 const PERIOD: Duration = Duration::from_secs(2);
@@ -16,14 +16,13 @@ const ANSWER: Duration = Duration::from_secs(1);
 /// After so long without an answer the control plane counts as dead: seven queries.
 const SILENCE: Duration = Duration::from_secs(15);
 
-/// Asks the router for liveliness tokens now and then. Never blocks.
+/// Queries the router's liveliness tokens every two seconds. Never blocks.
 #[derive(Debug)]
 pub struct ControlProbe {
     key: String,
     due: Instant,
     /// When the last question was asked that has been answered.
     answered: Arc<Mutex<Instant>>,
-    is_reported: bool,
 }
 
 /// Dropped by zenoh at the end of the answer.
@@ -49,12 +48,15 @@ impl ControlProbe {
             key: key_expr.to_owned(),
             due: now,
             answered: Arc::new(Mutex::new(now)),
-            is_reported: false,
         }
     }
 
-    /// Whether the router has answered within the last 15 s; also true while none is connected, which is no reason for a new session.
-    pub fn is_answered(&mut self, bus: &Bus, now: Instant) -> bool {
+    /// Asks again when it is time to.
+    ///
+    /// # Errors
+    /// [`BusError::Silent`] when the router has not answered for 15 s: the caller opens a new session, or ends and is started again. No error
+    /// while none is connected, since the session then reconnects by itself.
+    pub fn check(&mut self, bus: &Bus, now: Instant) -> Result<(), BusError> {
         if now >= self.due {
             self.due = now + PERIOD;
             if bus.is_connected() {
@@ -64,16 +66,12 @@ impl ControlProbe {
             }
         }
         let silent = now.saturating_duration_since(*lock(&self.answered));
-        let is_answered = silent < SILENCE;
-        if !is_answered && !self.is_reported {
-            let silent_s = silent.as_secs();
-            tracing::error!(
-                silent_s,
-                "the router is connected and answers no query: restart this node"
-            );
+        match silent < SILENCE {
+            true => Ok(()),
+            false => Err(BusError::Silent {
+                silent_s: silent.as_secs(),
+            }),
         }
-        self.is_reported = !is_answered;
-        is_answered
     }
 
     fn ask(&self, bus: &Bus, now: Instant) {

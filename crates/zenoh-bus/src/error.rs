@@ -54,6 +54,14 @@ pub enum BusError {
     /// The session could not be opened.
     #[error("cannot open the network session: {0}")]
     Open(String),
+    /// The router is connected, and zenoh's control plane is dead.
+    #[error(
+        "the router is connected and has answered no query for {silent_s} s; a new session is needed"
+    )]
+    Silent {
+        /// How long, s.
+        silent_s: u64,
+    },
     /// Another process of the site has this node's name.
     #[error(
         "{name} runs on host {host} already: end it there, or give this one another name in its configuration"
