@@ -18,9 +18,12 @@ use sextant_site_files::{FileError, read_toml};
 use std::io::ErrorKind;
 use std::net::{SocketAddr, TcpListener};
 use std::path::{Path, PathBuf};
-use std::sync::atomic::AtomicBool;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;
+
+/// The network's thread has hung when it needs longer than this for one iteration; it may wait for answers and for the end of a session.
+const LONGEST_TURN_MS: u64 = 10_000;
 
 /// What server and network share.
 pub(crate) struct Shared {
@@ -38,6 +41,8 @@ pub(crate) struct Shared {
     pub(crate) started: Instant,
     /// Whether the bridge is connected to the site's network.
     pub(crate) connected: AtomicBool,
+    /// When the network's thread last worked, ms after `started`.
+    network_turn_ms: AtomicU64,
     rejections: Mutex<Rejections>,
 }
 
@@ -66,10 +71,27 @@ impl Shared {
             last_seconds: LastSeconds::default(),
             started: Instant::now(),
             connected: AtomicBool::new(false),
+            network_turn_ms: AtomicU64::new(0),
             rejections: Mutex::default(),
         };
         shared.zones.show(&shared.hub);
         Ok(shared)
+    }
+
+    fn elapsed_ms(&self) -> u64 {
+        u64::try_from(self.started.elapsed().as_millis()).unwrap_or(u64::MAX)
+    }
+
+    /// The network's thread works.
+    pub(crate) fn note_network_turn(&self) {
+        self.network_turn_ms
+            .store(self.elapsed_ms(), Ordering::Relaxed);
+    }
+
+    /// Whether the network's thread works.
+    pub(crate) fn is_network_working(&self) -> bool {
+        let last_ms = self.network_turn_ms.load(Ordering::Relaxed);
+        self.elapsed_ms().saturating_sub(last_ms) < LONGEST_TURN_MS
     }
 
     /// A payload was not shown.

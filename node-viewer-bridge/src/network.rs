@@ -36,9 +36,11 @@ pub(crate) fn run(shared: &Arc<Shared>, shutdown: &Shutdown) -> anyhow::Result<(
 }
 
 fn run_session(shared: &Arc<Shared>, shutdown: &Shutdown) -> anyhow::Result<()> {
-    let bus = match Bus::open_unless(&shared.config.network, &shared.protection.network, &|| {
+    let stop = || {
+        shared.note_network_turn();
         shutdown.is_requested()
-    }) {
+    };
+    let bus = match Bus::open_unless(&shared.config.network, &shared.protection.network, &stop) {
         Err(BusError::Abandoned { .. }) => return Ok(()),
         opened => opened.exit_with(Exit::Unavailable)?,
     };
@@ -104,6 +106,7 @@ impl NetworkSession<'_> {
         let mut probe = ControlProbe::new(&self.keys.all_alive(), check_due);
         while !shutdown.is_requested() {
             fail_point!("network");
+            self.shared.note_network_turn();
             if let Some(presence) = watch.recv_timeout(LONGEST_WAIT)
                 && self.forwarder.presence(&presence) == Some(NodeKind::Fusion)
             {

@@ -66,13 +66,16 @@ async fn serve(
     let (stop, stopping) = watch::channel(false);
     let listener = tokio::net::TcpListener::from_std(listener)?;
     let tls = shared.protection.tls.clone();
-    let context = Context { shared, stopping };
-    let status = tokio::spawn(tell_status(Arc::clone(&context.shared)));
-    let webhook = tokio::spawn(send_events(Arc::clone(&context.shared)));
+    let context = Context {
+        shared: Arc::clone(&shared),
+        stopping,
+    };
+    let status = tokio::spawn(tell_status(Arc::clone(&shared)));
+    let webhook = tokio::spawn(send_events(Arc::clone(&shared)));
     let mut connections = Connections::new(tls, context.stopping.clone());
     let router = router(context);
     tokio::select! {
-        () = requested(shutdown) => {}
+        () = requested(&shared, shutdown) => {}
         () = connections.accept(&listener, &router) => {}
     }
     stop.send_replace(true);
@@ -82,9 +85,11 @@ async fn serve(
     Ok(())
 }
 
-async fn requested(shutdown: &Shutdown) {
+async fn requested(shared: &Shared, shutdown: &Shutdown) {
     while !shutdown.is_requested() {
-        watchdog::feed();
+        if shared.is_network_working() {
+            watchdog::feed();
+        }
         tokio::time::sleep(SHUTDOWN_LOOK).await;
     }
 }
