@@ -23,6 +23,9 @@ static ONE_AT_A_TIME: Mutex<()> = Mutex::new(());
 /// Processes of a site. Dropping it ends them.
 pub struct House {
     folder: tempfile::TempDir,
+    /// What its files say.
+    files: Scene,
+    /// What its camera feeds see.
     scene: Scene,
     running: BTreeMap<String, Running>,
     /// The site's keys.
@@ -42,9 +45,19 @@ impl House {
     /// When files cannot be written.
     #[must_use]
     pub fn new(scene: &Scene) -> Self {
+        Self::of(scene, scene)
+    }
+
+    /// A house whose files say more than its camera feeds see: cameras and objects of real camera nodes.
+    ///
+    /// # Panics
+    /// When files cannot be written.
+    #[must_use]
+    pub fn of(files: &Scene, scene: &Scene) -> Self {
         let turn = ONE_AT_A_TIME.lock().unwrap_or_else(PoisonError::into_inner);
         Self {
             folder: tempfile::tempdir().expect("a temporary folder"),
+            files: files.clone(),
             scene: scene.clone(),
             running: BTreeMap::new(),
             keys: Keys::new("lab").expect("an id"),
@@ -85,11 +98,11 @@ impl House {
     pub fn fusion_with(&mut self, name: &str, routers: &[&str], sections: &str) {
         let folder = self.folder.path().join(name);
         fs::create_dir(&folder).expect("a folder");
-        write_rig(&folder.join("rig.toml"), &self.scene.rig).expect("a file");
-        let names: Vec<String> = (self.scene.objects.iter())
+        write_rig(&folder.join("rig.toml"), &self.files.rig).expect("a file");
+        let names: Vec<String> = (self.files.objects.iter())
             .map(|object| format!("{}.toml", object.id()))
             .collect();
-        for (object, name) in self.scene.objects.iter().zip(&names) {
+        for (object, name) in self.files.objects.iter().zip(&names) {
             write_object(&folder.join(name), object).expect("a file");
         }
         let text = format!(
@@ -100,6 +113,46 @@ impl House {
         let file = file.display().to_string();
         self.start(name, vec!["fusion".into(), "--config".into(), file]);
         self.await_statuses(routers, |statuses| statuses.contains_key(name));
+    }
+
+    /// Starts `sextant <command>` with a file of this text in the folder `name`, which is made where it is missing.
+    ///
+    /// # Panics
+    /// When the file cannot be written.
+    pub fn node(&mut self, name: &str, command: &str, text: &str) {
+        let file = self.path(name, "node.toml");
+        fs::create_dir_all(file.parent().expect("a folder")).expect("a folder");
+        fs::write(&file, text).expect("a file");
+        let file = file.display().to_string();
+        self.start(name, vec![command.into(), "--config".into(), file]);
+    }
+
+    /// Process id of a part of a camera node; none while it does not run.
+    ///
+    /// # Panics
+    /// When the node was never started.
+    #[must_use]
+    pub fn part_of(&self, name: &str, part: &str) -> Option<u32> {
+        let id = self.running[name].child.id();
+        let children = fs::read_to_string(format!("/proc/{id}/task/{id}/children")).ok()?;
+        let mut ids = children.split_whitespace().filter_map(|id| id.parse().ok());
+        ids.find(|id| {
+            let words = fs::read_to_string(format!("/proc/{id}/cmdline")).unwrap_or_default();
+            words.split('\0').any(|word| word == part)
+        })
+    }
+
+    /// Asks all processes to end, and waits for them.
+    pub fn end(&mut self) {
+        for running in self.running.values_mut() {
+            if matches!(running.child.try_wait(), Ok(None)) {
+                send(running.child.id(), libc::SIGCONT);
+                send(running.child.id(), libc::SIGTERM);
+            }
+        }
+        for running in self.running.values_mut() {
+            let _ = running.child.wait();
+        }
     }
 
     /// Starts a command against this site, whose output nobody reads.
@@ -213,15 +266,7 @@ fn spawn(arguments: &[String]) -> Child {
 
 impl Drop for House {
     fn drop(&mut self) {
-        for running in self.running.values_mut() {
-            if matches!(running.child.try_wait(), Ok(None)) {
-                send(running.child.id(), libc::SIGCONT);
-                send(running.child.id(), libc::SIGTERM);
-            }
-        }
-        for running in self.running.values_mut() {
-            let _ = running.child.wait();
-        }
+        self.end();
     }
 }
 

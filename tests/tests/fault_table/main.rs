@@ -3,6 +3,10 @@
 
 #![allow(clippy::expect_used, reason = "a test ends by panicking")]
 
+mod clocks;
+mod long_run;
+mod random_kills;
+
 use sextant_estimator::ObjectModel;
 use sextant_process::now_ns;
 use sextant_proto::{FusionStatus, State};
