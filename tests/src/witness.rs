@@ -33,7 +33,15 @@ impl Witness {
     /// When none answers.
     #[must_use]
     pub fn start(keys: &Keys, routers: &[&str]) -> Self {
-        let bus = client_of(routers);
+        Self::of(client_of(routers), keys)
+    }
+
+    /// A subscriber at this place on the network.
+    ///
+    /// # Panics
+    /// When the network is gone.
+    #[must_use]
+    pub fn of(bus: Bus, keys: &Keys) -> Self {
         let sights: Arc<Mutex<Vec<Sight>>> = Arc::default();
         let (intake, epochs) = (Arc::clone(&sights), Mutex::new(EpochFilter::default()));
         let take = move |item: sextant_zenoh_bus::Item| {

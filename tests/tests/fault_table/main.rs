@@ -4,6 +4,7 @@
 #![allow(clippy::expect_used, reason = "a test ends by panicking")]
 
 mod clocks;
+mod intruders;
 mod long_run;
 mod random_kills;
 
@@ -28,8 +29,15 @@ fn scene() -> Scene {
 
 /// Longest time between two used poses of one object, with `since` as the first, ms.
 fn longest_gap_ms(sights: &[Sight], since: Instant) -> f64 {
-    let objects: BTreeSet<_> = sights.iter().map(|one| one.pose.object.clone()).collect();
+    let objects: BTreeSet<_> = sights.iter().map(|one| &one.pose.object).collect();
     assert!(objects.len() >= 2, "poses of all objects");
+    longest_gap_of_any_ms(sights, since)
+}
+
+/// The same where there is one object.
+fn longest_gap_of_any_ms(sights: &[Sight], since: Instant) -> f64 {
+    let objects: BTreeSet<_> = sights.iter().map(|one| one.pose.object.clone()).collect();
+    assert!(!objects.is_empty(), "poses");
     let gap = |object| {
         let own = sights.iter().filter(|one| one.pose.object == object);
         let times: Vec<Instant> = [since].into_iter().chain(own.map(|one| one.at)).collect();
