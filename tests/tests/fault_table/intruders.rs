@@ -172,6 +172,6 @@ fn forged_and_repeated_messages_change_nothing() {
             at_most,
         }
         .keep();
-        assert!(unit != "" || value <= at_most, "{what}: {value}");
+        assert!(!unit.is_empty() || value <= at_most, "{what}: {value}");
     }
 }
