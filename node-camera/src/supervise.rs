@@ -15,7 +15,7 @@ const LOOK_PERIOD: Duration = Duration::from_millis(100);
 /// Before a part is started again: doubled at each failure in a row, up to the second.
 const RESTART_DELAYS: [Duration; 2] = [Duration::from_millis(500), Duration::from_secs(10)];
 /// A part that ran so long did not fail in a row.
-const GOOD_RUN: Duration = Duration::from_secs(30);
+const GOOD_RUN: Duration = Duration::from_secs(2);
 /// How long the parts may take to end: the network's close is bounded by two seconds.
 const GRACE: Duration = Duration::from_secs(3);
 /// After a recording's end the last images are still being detected.

@@ -35,6 +35,8 @@ pub struct House {
 
 struct Running {
     child: Child,
+    /// A program that runs `sextant`, with its own arguments; none: it runs by itself.
+    wrapper: Vec<String>,
     arguments: Vec<String>,
 }
 
@@ -71,16 +73,28 @@ impl House {
     /// When it does not start.
     pub fn router(&mut self, name: &str, others: &[&str]) -> String {
         let endpoint = format!("tcp/127.0.0.1:{}", free_port());
-        let mut arguments = vec!["router".to_owned(), "--listen".to_owned(), endpoint.clone()];
+        self.router_on(name, &endpoint, others, &[]);
+        endpoint
+    }
+
+    /// Starts a router on this endpoint, run by a program with these arguments.
+    ///
+    /// # Panics
+    /// When it does not start.
+    pub fn router_in(&mut self, name: &str, endpoint: &str, wrapper: &[&str]) {
+        self.router_on(name, endpoint, &[], wrapper);
+    }
+
+    fn router_on(&mut self, name: &str, endpoint: &str, others: &[&str], wrapper: &[&str]) {
+        let mut arguments = vec!["router", "--listen", endpoint];
         for other in others {
-            arguments.extend(["--connect".to_owned(), (*other).to_owned()]);
+            arguments.extend(["--connect", other]);
         }
-        self.start(name, arguments);
+        self.start_in(name, owned(wrapper), owned(&arguments));
         let address = endpoint.trim_start_matches("tcp/").to_owned();
         until("the router listens", || {
             std::net::TcpStream::connect(&address).is_ok()
         });
-        endpoint
     }
 
     /// Starts a fusion node behind these routers, and waits for its first status.
@@ -120,11 +134,29 @@ impl House {
     /// # Panics
     /// When the file cannot be written.
     pub fn node(&mut self, name: &str, command: &str, text: &str) {
+        self.node_in(name, command, text, &[]);
+    }
+
+    /// The same run by a program with these arguments.
+    ///
+    /// # Panics
+    /// When the file cannot be written.
+    pub fn node_in(&mut self, name: &str, command: &str, text: &str, wrapper: &[&str]) {
         let file = self.path(name, "node.toml");
         fs::create_dir_all(file.parent().expect("a folder")).expect("a folder");
         fs::write(&file, text).expect("a file");
         let file = file.display().to_string();
-        self.start(name, vec![command.into(), "--config".into(), file]);
+        let arguments = owned(&[command, "--config", &file]);
+        self.start_in(name, owned(wrapper), arguments);
+    }
+
+    /// Whether a process has ended by itself.
+    ///
+    /// # Panics
+    /// When it was never started.
+    pub fn has_ended(&mut self, name: &str) -> bool {
+        let running = self.running.get_mut(name).expect("it was started");
+        matches!(running.child.try_wait(), Ok(Some(_)))
     }
 
     /// Process id of a part of a camera node; none while it does not run.
@@ -163,8 +195,15 @@ impl House {
     }
 
     fn start(&mut self, name: &str, arguments: Vec<String>) {
-        let child = spawn(&arguments);
-        let running = Running { child, arguments };
+        self.start_in(name, Vec::new(), arguments);
+    }
+
+    fn start_in(&mut self, name: &str, wrapper: Vec<String>, arguments: Vec<String>) {
+        let running = Running {
+            child: spawn(&wrapper, &arguments),
+            wrapper,
+            arguments,
+        };
         self.running.insert(name.to_owned(), running);
     }
 
@@ -174,7 +213,7 @@ impl House {
     /// When it was never started.
     pub fn restart(&mut self, name: &str) {
         let running = self.running.get_mut(name).expect("it was started");
-        running.child = spawn(&running.arguments);
+        running.child = spawn(&running.wrapper, &running.arguments);
     }
 
     /// Kills a process as a power cut would, and waits for its end.
@@ -220,6 +259,16 @@ impl House {
         kib.expect("a figure in kB") / 1024.0
     }
 
+    /// How many files a process has open.
+    ///
+    /// # Panics
+    /// When it was never started.
+    #[must_use]
+    pub fn open_files(&self, name: &str) -> usize {
+        let folder = format!("/proc/{}/fd", self.running[name].child.id());
+        fs::read_dir(folder).map_or(0, Iterator::count)
+    }
+
     /// A command against this site.
     #[must_use]
     pub fn command(&self, router: &str, arguments: &[&str]) -> Command {
@@ -258,8 +307,17 @@ impl House {
     }
 }
 
-fn spawn(arguments: &[String]) -> Child {
+fn owned(words: &[&str]) -> Vec<String> {
+    words.iter().map(|&word| word.to_owned()).collect()
+}
+
+fn spawn(wrapper: &[String], arguments: &[String]) -> Child {
     let mut command = sextant();
+    if let [program, rest @ ..] = wrapper {
+        let mut wrapped = Command::new(program);
+        wrapped.args(rest).arg(command.get_program());
+        command = wrapped;
+    }
     command.args(arguments).stdout(Stdio::null());
     command.spawn().expect("sextant starts")
 }

@@ -31,6 +31,19 @@ pub enum ImagesError {
         /// The offending value.
         value: String,
     },
+    /// Shared memory has no room for the camera's images.
+    #[error(
+        "no room in shared memory for camera {camera}: {needed_kib} KiB needed, {free_kib} KiB free in /dev/shm; \
+         remove files there or give it more room"
+    )]
+    NoRoom {
+        /// The camera.
+        camera: String,
+        /// KiB that are needed.
+        needed_kib: u64,
+        /// KiB that are free.
+        free_kib: u64,
+    },
     /// Another process publishes the images of this camera.
     #[error("another process captures camera {camera}; end it first")]
     InUse {

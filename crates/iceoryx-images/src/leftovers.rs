@@ -12,7 +12,7 @@ use crate::folder::{open_own_folder_in, own_entries, remove_empty_folder, remove
 use crate::{IceoryxOptions, ImagesError};
 
 /// Where POSIX shared memory appears as files.
-const SHARED_MEMORY: &str = "/dev/shm";
+pub(crate) const SHARED_MEMORY: &str = "/dev/shm";
 /// Time limit for another process that cleans up the same dead node.
 const CLEAN_TIMEOUT: Duration = Duration::from_secs(1);
 

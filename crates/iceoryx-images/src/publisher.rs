@@ -7,7 +7,7 @@ use iceoryx2::port::{DegradationAction, DegradationCause, DegradationInfo};
 use iceoryx2::prelude::{AllocationStrategy, BackpressureStrategy, ipc};
 use iceoryx2::sample_mut::SampleMut;
 
-use crate::service::{LOANED, Services};
+use crate::service::{IMAGES, LOANED, Services};
 use crate::{IceoryxOptions, ImageHeader, ImagesError};
 
 /// Publishes the images of one camera.
@@ -62,22 +62,28 @@ impl ImagePublisher {
         max_bytes: usize,
         stop: &dyn Fn() -> bool,
     ) -> Result<Self, ImagesError> {
-        let (services, ports) = Services::open(options, camera, stop, |images, wake_up| {
-            let images = images
-                .publisher_builder()
-                .initial_max_slice_len(max_bytes.max(1))
-                .allocation_strategy(AllocationStrategy::Static)
-                .max_loaned_samples(LOANED)
-                .backpressure_strategy(BackpressureStrategy::DiscardData)
-                .set_degradation_handler(note_degradation)
-                .create()
-                .map_err(|cause| create_error(camera, cause))?;
-            let wake_up = wake_up
-                .notifier_builder()
-                .create()
-                .map_err(|cause| failed(camera, "make its notifier", &cause))?;
-            Ok(Ports { images, wake_up })
-        })?;
+        let (services, ports) = Services::open(
+            options,
+            camera,
+            IMAGES.saturating_mul(max_bytes as u64),
+            stop,
+            |images, wake_up| {
+                let images = images
+                    .publisher_builder()
+                    .initial_max_slice_len(max_bytes.max(1))
+                    .allocation_strategy(AllocationStrategy::Static)
+                    .max_loaned_samples(LOANED)
+                    .backpressure_strategy(BackpressureStrategy::DiscardData)
+                    .set_degradation_handler(note_degradation)
+                    .create()
+                    .map_err(|cause| create_error(camera, cause))?;
+                let wake_up = wake_up
+                    .notifier_builder()
+                    .create()
+                    .map_err(|cause| failed(camera, "make its notifier", &cause))?;
+                Ok(Ports { images, wake_up })
+            },
+        )?;
         Ok(Self {
             ports: Some(ports),
             services,

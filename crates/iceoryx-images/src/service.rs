@@ -8,8 +8,10 @@ use iceoryx2::service::builder::publish_subscribe::{
 };
 use iceoryx2::service::port_factory::{event, publish_subscribe};
 
+use rustix::fs::statvfs;
+
 use crate::domain::{Domain, DomainLock, check_name};
-use crate::leftovers::tidy;
+use crate::leftovers::{SHARED_MEMORY, tidy};
 use crate::{IceoryxOptions, ImageHeader, ImagesError};
 
 /// Readers of one camera's images: detection, preview and two more (a recorder, a program of the user).
@@ -22,6 +24,11 @@ const BORROWED: usize = 1;
 pub(crate) const LOANED: usize = 1;
 /// Processes (and threads with a reader of their own) that can open the service.
 const MAX_NODES: usize = 8;
+/// Images in the shared memory of a camera.
+pub(crate) const IMAGES: u64 = (MAX_SUBSCRIBERS * (BUFFER + BORROWED) + LOANED) as u64;
+
+/// Bookkeeping of one process in shared memory, bytes; it uses less.
+const BOOKKEEPING_BYTES: u64 = 256 << 10;
 
 type Images = publish_subscribe::PortFactory<ipc::Service, [u8], ImageHeader>;
 type WakeUp = event::PortFactory<ipc::Service>;
@@ -45,16 +52,18 @@ struct OpenServices {
 impl Services {
     /// Opens or creates both services and, still under the lock, lets `ports` create its ports. If leftovers of
     /// dead processes are in the way, removes them and tries again. Waits for the lock until `stop`
-    /// returns true.
+    /// returns true. Without room for `needed_bytes` it does not begin: a process that writes to shared memory without room is killed.
     pub(crate) fn open<P>(
         options: &IceoryxOptions,
         camera: &str,
+        needed_bytes: u64,
         stop: &dyn Fn() -> bool,
         ports: impl Fn(&Images, &WakeUp) -> Result<P, ImagesError>,
     ) -> Result<(Self, P), ImagesError> {
         check_name("camera", camera)?;
         let domain = Domain::new(options)?;
         let lock = domain.lock(stop)?;
+        check_room(camera, needed_bytes)?;
         let attempt = || {
             let open = OpenServices::new(&domain, camera)?;
             let ports = ports(&open.images, &open.wake_up)?;
@@ -92,6 +101,24 @@ impl Services {
             Err(cause) => tracing::warn!(%cause, "leaving shared memory untidied"),
         }
     }
+}
+
+/// Whether shared memory has room for the bookkeeping of a process and so many bytes more.
+fn check_room(camera: &str, needed_bytes: u64) -> Result<(), ImagesError> {
+    let Ok(space) = statvfs(SHARED_MEMORY) else {
+        return Ok(());
+    };
+    let free_bytes = space.f_bavail.saturating_mul(space.f_frsize);
+    let needed_bytes = needed_bytes.saturating_add(BOOKKEEPING_BYTES);
+    // A file system without a bound has no blocks.
+    if space.f_blocks == 0 || free_bytes >= needed_bytes {
+        return Ok(());
+    }
+    Err(ImagesError::NoRoom {
+        camera: camera.to_owned(),
+        needed_kib: needed_bytes.div_ceil(1024),
+        free_kib: free_bytes / 1024,
+    })
 }
 
 fn tidy_and_release(domain: &Domain, lock: DomainLock) -> crate::Leftovers {

@@ -63,7 +63,7 @@ impl ImageSubscriber {
         camera: &str,
         stop: &dyn Fn() -> bool,
     ) -> Result<Self, ImagesError> {
-        let (services, ports) = Services::open(options, camera, stop, |images, wake_up| {
+        let (services, ports) = Services::open(options, camera, 0, stop, |images, wake_up| {
             let images = images
                 .subscriber_builder()
                 .set_degradation_handler(note_degradation)

@@ -3,10 +3,12 @@
 
 #![allow(clippy::expect_used, reason = "a test ends by panicking")]
 
+mod camera_node;
 mod clocks;
 mod intruders;
 mod long_run;
 mod random_kills;
+mod resources;
 
 use sextant_estimator::ObjectModel;
 use sextant_process::now_ns;

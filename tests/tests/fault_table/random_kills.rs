@@ -1,72 +1,12 @@
 //! Any process of a site is killed, at random: fusion nodes, the parts of a camera node, the viewer bridge and the router.
 
 use super::*;
-use nalgebra::{Isometry3, Rotation3, UnitQuaternion, Vector3};
-use sextant_estimator::{Camera, CameraId, Rig};
-use sextant_geometry::{Intrinsics, Lens, Pose};
-use sextant_simulator::{Background, Path, Scenario, SceneCamera, SceneObject, SceneTag, Solid};
+use crate::camera_node::{CAMERA, DIE, error_m, in_shared_memory};
 use std::net::TcpStream;
 use system_tests::send;
 
 const ROW: &str = "kill -9 of any process at random";
-/// Seen by the camera node alone.
-const DIE: &str = "die";
-const CAMERA: &str = "eye";
 const VICTIMS: [&str; 6] = ["main", "spare", "capture", "detect", "viewer", "router"];
-
-fn die_at() -> Isometry3<f64> {
-    let turn = UnitQuaternion::from_euler_angles(0.1, 0.2, 0.3);
-    Isometry3::from_parts(Vector3::new(0.6, 0.6, 0.0).into(), turn)
-}
-
-fn eye() -> Camera {
-    let place = Vector3::new(0.6, 0.25, 0.25);
-    let forward = (die_at().translation.vector - place).normalize();
-    let right = forward.cross(&Vector3::z()).normalize();
-    let rotation = Rotation3::from_basis_unchecked(&[right, forward.cross(&right), forward]);
-    let intrinsics = Intrinsics {
-        fx: 300.0,
-        fy: 300.0,
-        cx: 159.5,
-        cy: 119.5,
-    };
-    Camera {
-        id: CameraId::new(CAMERA).expect("an id"),
-        resolution: [320, 240],
-        lens: Lens::pinhole(intrinsics).expect("a lens"),
-        world_from_camera: Some(Pose::from_parts(
-            place.into(),
-            UnitQuaternion::from_rotation_matrix(&rotation),
-        )),
-    }
-}
-
-/// What the camera node renders.
-fn scenario(camera: &Camera, die: &ObjectModel) -> Scenario {
-    let tag = |tag: &sextant_estimator::ObjectTag| {
-        let at = tag.object_from_tag.expect("a place");
-        SceneTag::new(tag.tag.family, tag.tag.id, tag.size_m, at)
-    };
-    let pose = camera.world_from_camera.expect("a place");
-    Scenario {
-        background: Background::Plain { level: 110.0 },
-        cameras: vec![SceneCamera {
-            rate_hz: 10.0,
-            ..SceneCamera::new(CAMERA, camera.resolution, camera.lens, pose)
-        }],
-        objects: vec![SceneObject {
-            id: DIE.to_owned(),
-            solids: vec![Solid::Box {
-                size: [0.06; 3],
-                object_from_box: Pose::identity(),
-                albedo: 0.4,
-            }],
-            tags: die.tags().iter().map(tag).collect(),
-            path: Path::at_rest(&die_at()),
-        }],
-        ..Scenario::demo(1, 1, 1)
-    }
-}
 
 /// A site of which each process may be killed.
 struct Site {
@@ -80,15 +20,7 @@ struct Site {
 
 impl Site {
     fn start() -> Self {
-        let seen = scene();
-        let mut objects = Scene::new(CAMERAS, &["box", "cube", DIE]).objects;
-        let die = objects[2].clone();
-        let mut cameras = seen.rig.cameras().to_vec();
-        cameras.push(eye());
-        objects.truncate(2);
-        objects.push(die.clone());
-        let files = Scene::of(Rig::new(cameras).expect("a rig"), objects);
-        let mut house = House::of(&files, &seen);
+        let mut house = camera_node::house();
         let router = house.router("router", &[]);
         house.fusion("main", &[&router]);
         house.fusion("spare", &[&router]);
@@ -97,12 +29,7 @@ impl Site {
         let text = format!("site = \"lab\"\nlisten = \"{page}\"\n{network}");
         house.node("viewer", "viewer", &text);
         let shared_memory = format!("f{}", std::process::id());
-        let text = format!(
-            "site = \"lab\"\ncamera = \"{CAMERA}\"\n[source]\nkind = \"simulator\"\nscenario = \"scenario.toml\"\n[shared_memory]\nroot = \"i\"\nprefix = \"{shared_memory}\"\n{network}"
-        );
-        std::fs::create_dir(house.path("", CAMERA)).expect("a folder");
-        let file = house.path(CAMERA, "scenario.toml");
-        sextant_site_files::write_toml(&file, &scenario(&eye(), &die)).expect("a file");
+        let text = camera_node::write_files(&house, &router, &shared_memory);
         house.node(CAMERA, "camera", &text);
         let feed = feed(&house, &ALL, &[&router], now_ns());
         let witness = Witness::start(&house.keys, &[&router]);
@@ -175,23 +102,13 @@ impl Site {
             (sights.iter().cloned()).partition(|one| one.pose.object.as_str() == DIE);
         assert_true(&self.house, &self.feed, &others);
         for pose in dice.iter().map(|one| &one.pose) {
-            let error = Vector3::from(pose.position) - die_at().translation.vector;
-            let is_wrong = pose.state == State::Tracking && error.norm() > 0.02;
-            assert!(!is_wrong, "{} m: {pose:?}", error.norm());
+            let is_wrong = pose.state == State::Tracking && error_m(pose) > 0.02;
+            assert!(!is_wrong, "{} m: {pose:?}", error_m(pose));
         }
     }
 
-    /// Files of this site in shared memory, and in the folder of its bookkeeping.
     fn in_shared_memory(&self) -> Vec<String> {
-        let entries = |folder: &std::path::Path, prefix: &str| {
-            let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
-            let names = entries.map(|one| one.file_name().to_string_lossy().into_owned());
-            let own = names.filter(|name| name.starts_with(prefix));
-            own.collect::<Vec<_>>()
-        };
-        let mut files = entries("/dev/shm".as_ref(), &self.shared_memory);
-        files.extend(entries(&self.house.path(CAMERA, "i"), ""));
-        files
+        in_shared_memory(&self.house, &self.shared_memory)
     }
 }
 
@@ -214,7 +131,8 @@ fn any_process_may_be_killed_at_random() {
     let mut longest_ms: BTreeMap<&str, f64> = BTreeMap::new();
     for kill in 0..kills {
         let period_s = 300.0 / 50.0;
-        let due = begun + Duration::from_secs_f64(period_s * (kill as f64 + random.uniform()));
+        let due =
+            begun + Duration::from_secs_f64(period_s * (kill as f64 + 0.5 * random.uniform()));
         if is_full() {
             std::thread::sleep(due.saturating_duration_since(Instant::now()));
         }

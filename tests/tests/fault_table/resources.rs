@@ -1,0 +1,117 @@
+//! Shared memory and file handles that run out.
+
+use super::*;
+use crate::camera_node::{CAMERA, DIE};
+use std::net::TcpStream;
+
+/// Connections that say nothing, more than a process of so few handles can take.
+const HANDLES: usize = 64;
+const CONNECTIONS: usize = 200;
+
+/// A router that may open few files, and many who connect and say nothing. They leave; whoever belongs to the site goes on.
+#[test]
+fn a_router_out_of_file_handles_goes_on() {
+    const ROW: &str = "router out of file handles, by silent connections";
+    let mut house = House::new(&scene());
+    let endpoint = format!("tcp/127.0.0.1:{}", system_tests::free_port());
+    let limited = format!("ulimit -n {HANDLES} && exec \"$@\"");
+    house.router_in("router", &endpoint, &["sh", "-c", &limited, "sh"]);
+    house.fusion("main", &[&endpoint]);
+    let cameras = feed(&house, &ALL, &[&endpoint], now_ns());
+    let witness = Witness::start(&house.keys, &[&endpoint]);
+    await_tracking(&house, &[&endpoint], 1);
+    let since = Instant::now();
+    let address = endpoint.trim_start_matches("tcp/");
+    let silent: Vec<_> = (0..CONNECTIONS)
+        .filter_map(|_| TcpStream::connect(address).ok())
+        .collect();
+    let most_open = (0..50).map(|_| {
+        std::thread::sleep(Duration::from_millis(10));
+        house.open_files("router")
+    });
+    let most_open = most_open.max().unwrap_or_default();
+    assert!(most_open + 4 > HANDLES, "{most_open} of {HANDLES} handles");
+    std::thread::sleep(lasting(15, 3));
+    drop(silent);
+    let used = witness.used_since(since);
+    Figure {
+        row: ROW,
+        what: "longest gap of who was there before",
+        value: longest_gap_ms(&used, since),
+        unit: "ms without a pose",
+        at_most: 150.0,
+    }
+    .keep();
+    let ended = Instant::now();
+    let late = Witness::start(&house.keys, &[&endpoint]);
+    let again = late.await_pose(ended, |pose| pose.state == State::Tracking);
+    Figure {
+        row: ROW,
+        what: "a newcomer is served after they have left",
+        value: (again - ended).as_secs_f64() * 1e3,
+        unit: "ms",
+        at_most: 12_000.0,
+    }
+    .keep();
+    assert_true(&house, &cameras, &witness.sights());
+}
+
+/// A camera node whose shared memory has no room for its images, until there is room. Needs root, for a mount of its own.
+#[test]
+fn a_camera_out_of_shared_memory_says_so_and_recovers() {
+    const ROW: &str = "camera out of shared memory";
+    let mut house = camera_node::house();
+    let router = house.router("router", &[]);
+    house.fusion("main", &[&router]);
+    let cameras = feed(&house, &ALL, &[&router], now_ns());
+    let witness = Witness::start(&house.keys, &[&router]);
+    witness.await_pose(Instant::now(), |pose| pose.state == State::Tracking);
+    let prefix = format!("r{}", std::process::id());
+    let text = camera_node::write_files(&house, &router, &prefix);
+    let (size, log) = (house.path("", "room"), house.path("", "camera.log"));
+    // A file in the way leaves room for no image; a script of the mount's own takes it away when it is asked to.
+    let shell = format!(
+        "mount -t tmpfs -o size=2m tmpfs /dev/shm || exit 77; head -c 2080000 /dev/zero > /dev/shm/full; \
+        (while kill -0 $$ 2> /dev/null && ! test -e {room}; do sleep 0.1; done; rm /dev/shm/full) > /dev/null 2>&1 & exec \"$@\" 2> {log}",
+        room = size.display(),
+        log = log.display()
+    );
+    let since = Instant::now();
+    let wrapper = ["unshare", "--mount", "sh", "-c", &shell, "sh"];
+    house.node_in(CAMERA, "camera", &text, &wrapper);
+    std::thread::sleep(lasting(10, 3));
+    let said = std::fs::read_to_string(&log).unwrap_or_default();
+    if said.is_empty() && house.has_ended(CAMERA) {
+        eprintln!("SKIPPED: shared memory of its own needs root, for a mount");
+        return;
+    }
+    assert!(said.contains("no room in shared memory"), "{said}");
+    assert!(
+        !said.contains("panicked") && !said.contains("SIGBUS"),
+        "{said}"
+    );
+    let freed = Instant::now();
+    std::fs::write(&size, "").expect("a file");
+    let again = witness.await_pose(freed, |pose| {
+        pose.object.as_str() == DIE && pose.state == State::Tracking
+    });
+    Figure {
+        row: ROW,
+        what: "its poses after there is room",
+        value: (again - freed).as_secs_f64() * 1e3,
+        unit: "ms",
+        at_most: 12_000.0,
+    }
+    .keep();
+    let mut others = witness.used_since(since);
+    others.retain(|one| one.pose.object.as_str() != DIE);
+    Figure {
+        row: ROW,
+        what: "longest gap of the others",
+        value: longest_gap_ms(&others, since),
+        unit: "ms without a pose",
+        at_most: 150.0,
+    }
+    .keep();
+    assert_true(&house, &cameras, &others);
+}
