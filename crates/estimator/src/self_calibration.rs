@@ -11,6 +11,7 @@
 //! the whole site ([`gauge`]). The uncertainty of an object's own frame and of the common scale is reported apart.
 
 pub(crate) mod adjustment;
+pub(crate) mod arrow;
 pub(crate) mod design_effect;
 pub(crate) mod evidence;
 pub(crate) mod gauge;

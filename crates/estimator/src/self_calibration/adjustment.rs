@@ -12,6 +12,7 @@ use crate::measurement::corners::{CalibratedCamera, UNSEEN, WeightedView};
 use crate::measurement::planar_poses::{area, branches};
 use crate::measurement::rolling_shutter::LinkMotion;
 use crate::measurement::view_equations::NoiseSource;
+use crate::self_calibration::arrow::{Arrow, ArrowFactor, ArrowInverse};
 use crate::self_calibration::design_effect::DesignEffect;
 use crate::self_calibration::evidence::{Evidence, NOTHING};
 use crate::self_calibration::gauge::Gauge;
@@ -62,11 +63,21 @@ pub(crate) struct Adjustment {
 
 /// What the views of all keyframes say, and the square of each.
 struct Equations {
-    information: DMatrix<f64>,
+    information: Arrow,
     gradient: DVector<f64>,
     eliminated: Vec<Eliminated>,
     /// What the views leave: the sum of their squares.
     left: f64,
+}
+
+/// The equations of a step with their priors, solved.
+struct Solution {
+    equations: Equations,
+    /// Of the priors.
+    precision: DVector<f64>,
+    factor: ArrowFactor,
+    covariance: ArrowInverse,
+    variances: DVector<f64>,
 }
 
 /// What one keyframe says of the errors of its cameras and tags, its pose eliminated.
@@ -118,9 +129,7 @@ impl Adjustment {
     pub fn run(&mut self, keyframes: &mut Keyframes, site: &Site) -> Option<Corrections> {
         let layout = ParameterLayout::of_files(keyframes, site);
         let mut errors = self.gather(&layout);
-        let (mut covariance, mut eliminated) = (DMatrix::zeros(0, 0), Vec::new());
-        let (mut information, mut precisions) = (DMatrix::zeros(0, 0), DVector::zeros(0));
-        let mut left = 0.0;
+        let mut last: Option<Solution> = None;
         let steps = if keyframes.len() < FEW {
             FIRST_STEPS
         } else {
@@ -138,8 +147,10 @@ impl Adjustment {
                 design_effect: self.design_effect.0,
             };
             let mut scales = self.scales.0;
-            if step_index > 0 && keyframes.len() >= FEW {
-                let evidence = Evidence::of(&layout, &errors, &information, &precisions);
+            if let Some(last) = &last
+                && keyframes.len() >= FEW
+            {
+                let evidence = last.evidence(&layout, &errors);
                 for class in CLASSES
                     .into_iter()
                     .filter(|class| evidence.excludes(*class))
@@ -147,41 +158,35 @@ impl Adjustment {
                     scales[class as usize] = NOTHING;
                 }
             }
-            let precision = layout.precision(&scales);
-            let mut equations = self.equations(keyframes.as_slice(), &cameras, &layout, weighting);
-            for at in 0..layout.len() {
-                equations.information[(at, at)] += precision[at];
-                equations.gradient[at] += precision[at] * errors[at];
-            }
-            let factor = equations.information.clone().cholesky()?;
-            let step = -factor.solve(&equations.gradient);
+            let equations = self.equations(keyframes.as_slice(), &cameras, &layout, weighting);
+            let solution = Solution::of(equations, layout.precision(&scales), &errors)?;
+            let step = -solution.factor.solve(&solution.equations.gradient);
             if !step.iter().all(|x| x.is_finite()) {
                 return None;
             }
             errors += &step;
-            for (keyframe, own) in keyframes.iter_mut().zip(&equations.eliminated) {
+            for (keyframe, own) in keyframes.iter_mut().zip(&solution.equations.eliminated) {
                 keyframe.pose = se3::perturb(&keyframe.pose, &own.step(&step));
             }
-            covariance = factor.inverse();
-            information = equations.information;
-            precisions = precision;
-            left = equations.left;
-            eliminated = equations.eliminated;
-            self.scales = self.scales.updated(&layout, &errors, &covariance);
+            self.scales = self.scales.updated(&layout, &errors, &solution.variances);
+            last = Some(solution);
         }
         self.scatter(&layout, &errors);
-        let determined = |at: usize| 1.0 - covariance[(at, at)] * precisions[at];
-        let determined = (0..layout.len()).map(determined).sum();
-        self.design_effect.learn(keyframes, determined, left);
-        let evidence = Evidence::of(&layout, &errors, &information, &precisions);
+        let last = last?;
+        let left = last.equations.left;
+        let determined = |(variance, precision): (&f64, &f64)| 1.0 - variance * precision;
+        let determined = last.variances.iter().zip(&last.precision).map(determined);
+        self.design_effect.learn(keyframes, determined.sum(), left);
+        let evidence = last.evidence(&layout, &errors);
         if evidence.excludes_all() {
             return Some(Corrections::exact(
                 layout.cameras.keys().copied(),
                 layout.tags.keys().copied(),
             ));
         }
-        let corrections = self.corrections(&layout, &errors, (&covariance, &eliminated), site)?;
-        Some(if evidence.suffices(left) {
+        let suffices = evidence.suffices(left);
+        let corrections = self.corrections(&layout, &errors, last, site)?;
+        Some(if suffices {
             corrections.considered()
         } else {
             corrections
@@ -237,7 +242,7 @@ impl Adjustment {
             arms: cameras.iter().map(arm).collect(),
             clock_sigmas_s: clock_sigmas.collect(),
             misfit: 0.5 * (square - freedom / weighting.design_effect),
-            information: equations.information,
+            information: equations.information.of_one_body(),
             gradient: equations.gradient,
             layout,
         }
@@ -451,7 +456,7 @@ impl Adjustment {
         weighting: Weighting,
     ) -> Equations {
         let mut equations = Equations {
-            information: DMatrix::zeros(layout.len(), layout.len()),
+            information: Arrow::zeros(layout),
             gradient: DVector::zeros(layout.len()),
             eliminated: Vec::with_capacity(keyframes.len()),
             left: 0.0,
@@ -498,14 +503,14 @@ impl Adjustment {
         &self,
         layout: &ParameterLayout,
         errors: &DVector<f64>,
-        (covariance, keyframes): (&DMatrix<f64>, &[Eliminated]),
+        solution: Solution,
         site: &Site,
     ) -> Option<Corrections> {
         let precision = layout.precision(&self.scales.0);
         let gauge = Gauge::of(layout, &precision, site);
-        let relative = gauge.relative(covariance)?;
-        let independent = independence(&relative, keyframes);
-        let variance = |at: usize| relative[(at, at)].max(0.0) * independent;
+        let relative = gauge.relative(solution.covariance)?;
+        let independent = independence(&relative, &solution.equations.eliminated);
+        let variance = |at: usize| relative.get(at, at).max(0.0) * independent;
         let pose_sigma = |first: usize| PoseSigma {
             position_m: ((0..3).map(|axis| variance(first + axis)).sum::<f64>() / 3.0).sqrt(),
             orientation_rad: ((3..6).map(|axis| variance(first + axis)).sum::<f64>() / 3.0).sqrt(),
@@ -669,23 +674,13 @@ impl Equations {
     ) {
         let with_camera = matrix * of_camera;
         let with_tag = matrix * of_tag;
-        let mut own = self
-            .information
-            .fixed_view_mut::<OF_CAMERA, OF_CAMERA>(at_camera, at_camera);
+        let (camera, tag) = ((at_camera, OF_CAMERA), (at_tag, OF_TAG));
+        let mut own = self.information.block_mut(camera, camera);
         own += of_camera.tr_mul(&with_camera);
-        let mut own = self
-            .information
-            .fixed_view_mut::<OF_TAG, OF_TAG>(at_tag, at_tag);
+        let mut own = self.information.block_mut(tag, tag);
         own += of_tag.tr_mul(&with_tag);
-        let across = of_camera.tr_mul(&with_tag);
-        let mut upper = self
-            .information
-            .fixed_view_mut::<OF_CAMERA, OF_TAG>(at_camera, at_tag);
-        upper += across;
-        let mut lower = self
-            .information
-            .fixed_view_mut::<OF_TAG, OF_CAMERA>(at_tag, at_camera);
-        lower += across.transpose();
+        let mut across = self.information.block_mut(tag, camera);
+        across += with_tag.tr_mul(of_camera);
         let mut gradient = self.gradient.fixed_rows_mut::<OF_CAMERA>(at_camera);
         gradient += of_camera.tr_mul(pull);
         let mut gradient = self.gradient.fixed_rows_mut::<OF_TAG>(at_tag);
@@ -701,53 +696,91 @@ impl Equations {
         layout: &ParameterLayout,
     ) {
         let inverse = own.try_inverse().unwrap_or_else(Matrix6::zeros);
-        let mut columns = Vec::new();
-        let mut coupling = Coupling::zeros(OF_CAMERA * couplings.len());
-        for (first, block) in couplings {
-            let width = if layout.classes[*first] == Class::CameraPose {
-                OF_CAMERA
-            } else {
-                OF_TAG
-            };
-            coupling
-                .columns_mut(columns.len(), width)
-                .copy_from(&block.columns(0, width));
-            columns.extend(*first..first + width);
-        }
-        let coupling = coupling.columns(0, columns.len()).into_owned();
-        let weighted = inverse * &coupling;
-        let taken = coupling.tr_mul(&weighted);
-        let pulled = weighted.tr_mul(&gradient);
-        for (i, row) in columns.iter().enumerate() {
-            for (j, column) in columns.iter().enumerate() {
-                self.information[(*row, *column)] -= taken[(i, j)];
-            }
-            self.gradient[*row] -= pulled[i];
-        }
-        self.eliminated.push(Eliminated {
+        let is_camera = |first: usize| layout.classes[first] == Class::CameraPose;
+        let width = |first: usize| if is_camera(first) { OF_CAMERA } else { OF_TAG };
+        let mut eliminated = Eliminated {
             inverse,
             gradient,
-            columns,
-            coupling,
-        });
+            columns: Vec::new(),
+            coupling: Coupling::zeros(0),
+        };
+        for (row, of_row) in couplings {
+            let weighted = inverse * of_row;
+            let pulled = weighted.tr_mul(&gradient);
+            let mut rows = self.gradient.rows_mut(*row, width(*row));
+            rows -= pulled.rows(0, width(*row));
+            for (column, of_column) in couplings {
+                // The transpose of a block that is kept.
+                if is_camera(*row) && !is_camera(*column) {
+                    continue;
+                }
+                let size = (width(*row), width(*column));
+                let taken = weighted.tr_mul(of_column);
+                let mut block = self
+                    .information
+                    .block_mut((*row, size.0), (*column, size.1));
+                block -= taken.view((0, 0), size);
+            }
+            eliminated.columns.extend(*row..*row + width(*row));
+        }
+        let blocks = couplings.iter();
+        let columns = blocks.flat_map(|(first, block)| block.column_iter().take(width(*first)));
+        let columns: Vec<_> = columns.collect();
+        eliminated.coupling = Coupling::from_columns(&columns);
+        self.eliminated.push(eliminated);
+    }
+}
+
+impl Solution {
+    /// Solves for the errors with their priors; `None` where numbers end.
+    fn of(
+        mut equations: Equations,
+        precision: DVector<f64>,
+        errors: &DVector<f64>,
+    ) -> Option<Self> {
+        equations.information.add_diagonal(&precision);
+        equations.gradient += precision.component_mul(errors);
+        let factor = equations.information.factor()?;
+        let covariance = factor.inverse();
+        Some(Self {
+            variances: covariance.diagonal(),
+            equations,
+            precision,
+            factor,
+            covariance,
+        })
+    }
+
+    fn evidence<'a>(
+        &'a self,
+        layout: &'a ParameterLayout,
+        errors: &'a DVector<f64>,
+    ) -> Evidence<'a> {
+        let equations = (&self.equations.information, &self.factor);
+        Evidence::of(layout, errors, equations, &self.precision)
     }
 }
 
 /// By how much less errors that are correlated do to the poses of keyframes than independent ones with the same variances: the trackers
 /// take them as independent. A mean of the ratios of position and attitude.
-fn independence(covariance: &DMatrix<f64>, keyframes: &[Eliminated]) -> f64 {
+fn independence(covariance: &Arrow, keyframes: &[Eliminated]) -> f64 {
     let mut sums = [[0.0; 2]; 2];
-    for keyframe in keyframes {
-        let by_errors = keyframe.inverse * &keyframe.coupling;
-        for (i, row) in keyframe.columns.iter().enumerate() {
-            for (j, column) in keyframe.columns.iter().enumerate() {
-                let shared = covariance[(*row, *column)];
-                for axis in 0..6 {
-                    let caused = by_errors[(axis, i)] * by_errors[(axis, j)] * shared;
-                    sums[axis / 3][0] += caused;
-                    sums[axis / 3][1] += if i == j { caused } else { 0.0 };
-                }
-            }
+    for Eliminated {
+        inverse,
+        columns,
+        coupling,
+        ..
+    } in keyframes
+    {
+        let n = columns.len();
+        let of_errors = |i: usize, j: usize| covariance.get(columns[i], columns[j]);
+        let of_errors = DMatrix::from_fn(n, n, of_errors);
+        let by_errors = inverse * coupling;
+        let caused = (&by_errors * &of_errors).component_mul(&by_errors);
+        for axis in 0..6 {
+            sums[axis / 3][0] += caused.row(axis).sum();
+            let own = (0..n).map(|at| by_errors[(axis, at)].powi(2) * of_errors[(at, at)]);
+            sums[axis / 3][1] += own.sum::<f64>();
         }
     }
     let ratio = |[whole, own]: [f64; 2]| if own > 0.0 { whole / own } else { 1.0 };

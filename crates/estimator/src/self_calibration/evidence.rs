@@ -1,8 +1,9 @@
 //! Evidence for errors of the files: Laplace's approximation with the information and the errors at the minimum, for other prior precisions
 //! than those they were found with.
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DVector;
 
+use crate::self_calibration::arrow::{Arrow, ArrowFactor};
 use crate::self_calibration::parameters::{CLASSES, Class, ParameterLayout};
 
 /// Logarithm of the odds beyond which it is decided.
@@ -17,7 +18,8 @@ pub(crate) struct Evidence<'a> {
     layout: &'a ParameterLayout,
     errors: &'a DVector<f64>,
     /// Of the views and the priors.
-    information: &'a DMatrix<f64>,
+    information: &'a Arrow,
+    factor: &'a ArrowFactor,
     /// Of the priors.
     precision: &'a DVector<f64>,
     pull: DVector<f64>,
@@ -27,25 +29,26 @@ impl<'a> Evidence<'a> {
     pub fn of(
         layout: &'a ParameterLayout,
         errors: &'a DVector<f64>,
-        information: &'a DMatrix<f64>,
+        (information, factor): (&'a Arrow, &'a ArrowFactor),
         precision: &'a DVector<f64>,
     ) -> Self {
         Self {
             layout,
             errors,
             information,
+            factor,
             precision,
-            pull: information * errors,
+            pull: information.times(errors),
         }
     }
 
     /// Logarithm of the odds of errors of such precisions against none; `None` where numbers end.
     fn odds(&self, precision: &DVector<f64>) -> Option<f64> {
-        let change = DMatrix::from_diagonal(&(precision - self.precision));
-        let factor = (self.information + change).cholesky()?;
-        let determinant = 2.0 * factor.l_dirty().diagonal().map(f64::ln).sum();
+        let change = precision - self.precision;
+        let factor = self.information.factor_changed(self.factor, &change)?;
         let fitted = self.pull.dot(&factor.solve(&self.pull));
-        Some(0.5 * (fitted - determinant + precision.map(f64::ln).sum()))
+        let prior = precision.map(f64::ln).sum();
+        Some(0.5 * (fitted - factor.ln_determinant() + prior))
     }
 
     /// The precisions with those of one class at another scale.

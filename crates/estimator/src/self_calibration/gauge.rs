@@ -3,27 +3,41 @@
 //! Each such motion changes the errors of cameras and tags along a column of the gauge basis and no residual. With the prior precision L,
 //! the part of a covariance C that is relative to the rest is P C P', P = I - G (G' L G)^-1 G' L (Teunissen 1985, Zero order design:
 //! generalized inverses, adjustment, the datum problem and S-transformations, eq. 3.10).
+//! Frames of different objects share no tag. They are taken out body by body, and the motions of the whole site after them.
 
-use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
+use nalgebra::{DMatrix, DVector, DVectorView, Matrix3, Matrix6, Vector3};
 use sextant_geometry::so3;
 
 use crate::TagId;
+use crate::self_calibration::arrow::{Arrow, ArrowInverse, BodyBlocks, InverseBlocks};
 use crate::self_calibration::keyframes::Body;
 use crate::self_calibration::parameters::ParameterLayout;
 use crate::site::Site;
 
-/// A basis of the motions that no image shows, column by column.
+/// A basis of the motions that no image shows.
 pub(crate) struct Gauge {
-    basis: DMatrix<f64>,
+    /// World frame and common scale, as they act on the cameras.
+    of_cameras: DMatrix<f64>,
+    frames: Vec<BodyFrame>,
     precision: DVector<f64>,
-    /// Bodies in the order of their columns.
-    bodies: Vec<Body>,
     /// Mean of the cameras' centres: the common scale is about it.
     pub centre: Vector3<f64>,
 }
 
-/// Columns of the world's frame; the common scale follows, then six an object.
+/// How motions act on the tags of one body.
+struct BodyFrame {
+    body: Body,
+    /// First place of its tags.
+    first: usize,
+    /// Of its own frame, six columns.
+    own: DMatrix<f64>,
+    /// World frame and common scale.
+    of_site: DMatrix<f64>,
+}
+
+/// Columns of the world's frame; the common scale follows.
 const OF_WORLD: usize = 6;
+const OF_SITE: usize = OF_WORLD + 1;
 
 impl Gauge {
     pub fn of(layout: &ParameterLayout, precision: &DVector<f64>, site: &Site) -> Self {
@@ -34,78 +48,153 @@ impl Gauge {
             .map(|file| file.world_from_camera.translation.vector)
             .collect();
         let centre = centres.iter().sum::<Vector3<f64>>() / centres.len().max(1) as f64;
-        let mut bodies: Vec<Body> = layout.tags.values().map(|(body, _)| *body).collect();
-        bodies.sort_unstable();
-        bodies.dedup();
-        let n_columns = OF_WORLD + 1 + 6 * bodies.len();
-        let mut basis = DMatrix::zeros(layout.len(), n_columns);
+        let mut of_cameras = DMatrix::zeros(layout.n_of_cameras(), OF_SITE);
         for (camera, first) in &layout.cameras {
             let Some(file) = site.file_camera(*camera) else {
                 continue;
             };
             let arm = file.world_from_camera.translation.vector - centre;
-            rigid(&mut basis, (*first, 0), &arm);
-            let mut scale = basis.fixed_view_mut::<3, 1>(*first, OF_WORLD);
-            scale.copy_from(&arm);
+            rigid(&mut of_cameras, *first, &arm);
+            scale(&mut of_cameras, *first, &arm);
         }
+        let frame = |(body, places): &(Body, std::ops::Range<usize>)| BodyFrame {
+            body: *body,
+            first: places.start,
+            own: DMatrix::zeros(places.len(), 6),
+            of_site: DMatrix::zeros(places.len(), OF_SITE),
+        };
+        let mut frames: Vec<BodyFrame> = layout.bodies.iter().map(frame).collect();
         for (tag, (body, first)) in &layout.tags {
-            let (Some(at), place) = (bodies.iter().position(|one| one == body), place(site, tag))
-            else {
+            let Some(frame) = frames.iter_mut().find(|frame| frame.body == *body) else {
                 continue;
             };
-            rigid(&mut basis, (*first, OF_WORLD + 1 + 6 * at), &place);
-            let mut scale = basis.fixed_view_mut::<3, 1>(*first, OF_WORLD);
-            scale.copy_from(&place);
-            basis[(first + 6, OF_WORLD)] = 1.0;
+            let (row, place) = (first - frame.first, place(site, tag));
+            rigid(&mut frame.own, row, &place);
+            scale(&mut frame.of_site, row, &place);
+            frame.of_site[(row + 6, OF_WORLD)] = 1.0;
         }
         Self {
-            basis,
+            of_cameras,
+            frames,
             precision: precision.clone(),
-            bodies,
             centre,
         }
     }
 
-    /// The part of a covariance that is relative to the rest of the site.
-    pub fn relative(&self, covariance: &DMatrix<f64>) -> Option<DMatrix<f64>> {
-        let weighted = self.weighted();
-        let inverse = self.information(&weighted).try_inverse()?;
-        let removed = &self.basis * (inverse * weighted);
-        let projection = DMatrix::identity(covariance.nrows(), covariance.ncols()) - removed;
-        Some(&projection * covariance * projection.transpose())
+    /// The part of a covariance that is relative to the rest of the site, between cameras and within each body.
+    pub fn relative(&self, covariance: ArrowInverse) -> Option<Arrow> {
+        let (covariance, of_bodies) = self.without_frames(covariance)?;
+        let basis = || std::iter::once(&self.of_cameras).chain(&of_bodies);
+        let precisions = || {
+            let bodies = self.frames.iter().map(|frame| self.precisions(frame));
+            std::iter::once(self.precision.rows(0, self.of_cameras.nrows())).chain(bodies)
+        };
+        let weighted: Vec<DMatrix<f64>> = (basis().zip(precisions()))
+            .map(|(basis, precision)| weighted(basis, &precision))
+            .collect();
+        let information = basis().zip(&weighted).map(|(basis, one)| one * basis);
+        let inverse = information.sum::<DMatrix<f64>>().try_inverse()?;
+        let motions: Vec<DMatrix<f64>> = weighted.iter().map(|one| &inverse * one).collect();
+        Some(without_motions(&covariance, basis().collect(), &motions))
+    }
+
+    /// A covariance, and the motions of the site as they act on each body, relative to the bodies' own frames.
+    fn without_frames(
+        &self,
+        covariance: ArrowInverse,
+    ) -> Option<(ArrowInverse, Vec<DMatrix<f64>>)> {
+        let ArrowInverse { cameras, bodies } = covariance;
+        let (mut relative, mut of_bodies) = (Vec::new(), Vec::new());
+        for (frame, body) in self.frames.iter().zip(bodies) {
+            let weighted = weighted(&frame.own, &self.precisions(frame));
+            let inverse = (&weighted * &frame.own).try_inverse()?;
+            let n = frame.own.nrows();
+            let projection = DMatrix::identity(n, n) - &frame.own * (inverse * weighted);
+            relative.push(InverseBlocks {
+                places: body.places,
+                own: &projection * body.own * projection.transpose(),
+                gain: &projection * body.gain,
+            });
+            of_bodies.push(projection * &frame.of_site);
+        }
+        let bodies = relative;
+        Some((ArrowInverse { cameras, bodies }, of_bodies))
     }
 
     /// Covariance of a body's frame by the priors of its tags.
-    pub fn frame_covariance(&self, body: Body) -> Option<nalgebra::Matrix6<f64>> {
-        let at = self.bodies.iter().position(|one| *one == body)?;
-        let first = OF_WORLD + 1 + 6 * at;
-        let information = self.information(&self.weighted());
+    pub fn frame_covariance(&self, body: Body) -> Option<Matrix6<f64>> {
+        let frame = self.frames.iter().find(|frame| frame.body == body)?;
+        let information = weighted(&frame.own, &self.precisions(frame)) * &frame.own;
         information
-            .fixed_view::<6, 6>(first, first)
+            .fixed_view::<6, 6>(0, 0)
             .into_owned()
             .try_inverse()
     }
 
     /// Variance of the common scale by all priors.
     pub fn scale_variance(&self) -> f64 {
-        let column = self.basis.column(OF_WORLD);
-        let terms = column.iter().zip(self.precision.iter());
+        let bodies = self.frames.iter().map(|frame| &frame.of_site);
+        let slopes = std::iter::once(&self.of_cameras).chain(bodies);
+        let slopes =
+            slopes.flat_map(|basis| basis.column(OF_WORLD).iter().copied().collect::<Vec<_>>());
+        let terms = slopes.zip(self.precision.iter());
         let information: f64 = terms
             .map(|(slope, precision)| slope * slope * precision)
             .sum();
         information.recip()
     }
 
-    fn weighted(&self) -> DMatrix<f64> {
-        let mut weighted = self.basis.transpose();
-        for (mut column, precision) in weighted.column_iter_mut().zip(self.precision.iter()) {
-            column *= *precision;
-        }
-        weighted
+    fn precisions(&self, frame: &BodyFrame) -> DVectorView<'_, f64> {
+        self.precision.rows(frame.first, frame.own.nrows())
     }
+}
 
-    fn information(&self, weighted: &DMatrix<f64>) -> DMatrix<f64> {
-        weighted * &self.basis
+/// G' L.
+fn weighted(basis: &DMatrix<f64>, precision: &DVectorView<'_, f64>) -> DMatrix<f64> {
+    let mut weighted = basis.transpose();
+    for (mut column, precision) in weighted.column_iter_mut().zip(precision.iter()) {
+        column *= *precision;
+    }
+    weighted
+}
+
+/// P C P' with P = I - G N, where G is given as `basis` and N as `motions`, of the cameras first and then of each body.
+fn without_motions(
+    covariance: &ArrowInverse,
+    basis: Vec<&DMatrix<f64>>,
+    motions: &[DMatrix<f64>],
+) -> Arrow {
+    let ArrowInverse { cameras, bodies } = covariance;
+    // N U, and N C of the cameras and of each body.
+    let gains = bodies.iter().zip(&motions[1..]);
+    let through_cameras = gains.fold(motions[0].clone(), |sum, (body, n)| sum - n * &body.gain);
+    let with_cameras = &through_cameras * cameras;
+    let with_body = |(body, n): (&InverseBlocks, &DMatrix<f64>)| {
+        n * &body.own - &with_cameras * body.gain.transpose()
+    };
+    let with_bodies: Vec<_> = bodies.iter().zip(&motions[1..]).map(with_body).collect();
+    let with = || std::iter::once(&with_cameras).chain(&with_bodies);
+    let of_motions = (with().zip(motions)).map(|(with, n)| with * n.transpose());
+    let of_motions: DMatrix<f64> = of_motions.sum();
+    let removed = |row: usize, column: usize, with: [&DMatrix<f64>; 2]| {
+        let (g_row, g_column) = (basis[row], basis[column].transpose());
+        g_row * (with[1] - &of_motions * &g_column) + with[0].tr_mul(&g_column)
+    };
+    let body = |(at, (body, with_body)): (usize, (&InverseBlocks, &DMatrix<f64>))| {
+        let through_cameras = &body.gain * cameras;
+        let within = &through_cameras * body.gain.transpose() + &body.own;
+        BodyBlocks {
+            places: body.places.clone(),
+            own: within - removed(at + 1, at + 1, [with_body, with_body]),
+            coupling: -through_cameras - removed(at + 1, 0, [with_body, &with_cameras]),
+        }
+    };
+    Arrow {
+        cameras: cameras - removed(0, 0, [&with_cameras, &with_cameras]),
+        bodies: (bodies.iter().zip(&with_bodies))
+            .enumerate()
+            .map(body)
+            .collect(),
     }
 }
 
@@ -118,12 +207,18 @@ fn place(site: &Site, tag: &TagId) -> Vector3<f64> {
 }
 
 /// A rigid motion about the origin of a frame moves a pose at `arm` by dt + dr x arm and turns it by dr.
-fn rigid(basis: &mut DMatrix<f64>, (row, column): (usize, usize), arm: &Vector3<f64>) {
+fn rigid(basis: &mut DMatrix<f64>, row: usize, arm: &Vector3<f64>) {
     let identity = Matrix3::identity();
     for at in [0, 3] {
-        let mut block = basis.fixed_view_mut::<3, 3>(row + at, column + at);
+        let mut block = basis.fixed_view_mut::<3, 3>(row + at, at);
         block.copy_from(&identity);
     }
-    let mut lever = basis.fixed_view_mut::<3, 3>(row, column + 3);
+    let mut lever = basis.fixed_view_mut::<3, 3>(row, 3);
     lever.copy_from(&-so3::hat(arm));
+}
+
+/// The common scale moves a pose along its `arm`.
+fn scale(basis: &mut DMatrix<f64>, row: usize, arm: &Vector3<f64>) {
+    let mut scale = basis.fixed_view_mut::<3, 1>(row, OF_WORLD);
+    scale.copy_from(arm);
 }

@@ -55,6 +55,8 @@ pub(crate) struct ParameterLayout {
     pub cameras: BTreeMap<usize, usize>,
     /// Body and first place of each tag's errors.
     pub tags: BTreeMap<TagId, (Body, usize)>,
+    /// Places of each body's tags, which follow those of the cameras.
+    pub bodies: Vec<(Body, Range<usize>)>,
     /// Standard deviation of each prior at scale one; [`EXACT`] where nothing is open.
     pub sigmas: DVector<f64>,
     pub classes: Vec<Class>,
@@ -70,10 +72,17 @@ impl ParameterLayout {
             layout.classes.extend([Class::Lens; CLOCK - LENS]);
             layout.classes.push(Class::Clock);
         }
-        for (tag, body) in tags {
-            layout.tags.insert(*tag, (*body, layout.classes.len()));
-            layout.classes.extend([Class::TagPose; SIZE]);
-            layout.classes.push(Class::TagSize);
+        let mut by_body: Vec<(Body, TagId)> =
+            tags.iter().map(|(tag, body)| (*body, *tag)).collect();
+        by_body.sort_unstable();
+        for of_body in by_body.chunk_by(|a, b| a.0 == b.0) {
+            let (first, body) = (layout.classes.len(), of_body[0].0);
+            for (body, tag) in of_body {
+                layout.tags.insert(*tag, (*body, layout.classes.len()));
+                layout.classes.extend([Class::TagPose; SIZE]);
+                layout.classes.push(Class::TagSize);
+            }
+            layout.bodies.push((body, first..layout.classes.len()));
         }
         layout.sigmas = DVector::from_element(layout.classes.len(), EXACT);
         layout
@@ -135,6 +144,11 @@ impl ParameterLayout {
         for (at, sigma) in (first..).zip(sigmas) {
             self.sigmas[at] = sigma.max(EXACT);
         }
+    }
+
+    /// Number of places of the cameras' errors, which are the first.
+    pub fn n_of_cameras(&self) -> usize {
+        OF_CAMERA * self.cameras.len()
     }
 
     pub fn len(&self) -> usize {

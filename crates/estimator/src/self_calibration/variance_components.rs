@@ -4,7 +4,7 @@
 //! C) / s^2 of a class's n errors, and s^2 = x' L0 x / g is the fixed point (MacKay 1992, Bayesian interpolation, eq. 4.8). A class of which
 //! the images determine little follows the others: tags placed to hundredths of a millimetre come with calibrated lenses.
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DVector;
 
 use crate::self_calibration::parameters::{CLASSES, ParameterLayout};
 
@@ -28,19 +28,19 @@ impl Default for Scales {
 }
 
 impl Scales {
-    /// One step of the fixed point.
+    /// One step of the fixed point, by the errors and their posterior variances.
     pub fn updated(
         &self,
         layout: &ParameterLayout,
         errors: &DVector<f64>,
-        covariance: &DMatrix<f64>,
+        variances: &DVector<f64>,
     ) -> Self {
         let mut determined = [0.0; CLASSES.len()];
         let mut squares = [0.0; CLASSES.len()];
         for (index, class) in CLASSES.iter().enumerate() {
             for at in layout.places(*class) {
                 let prior = layout.sigmas[at].powi(2);
-                let posterior = covariance[(at, at)] / (prior * self.0[index].powi(2));
+                let posterior = variances[at] / (prior * self.0[index].powi(2));
                 determined[index] += (1.0 - posterior).clamp(0.0, 1.0);
                 squares[index] += errors[at].powi(2) / prior;
             }
