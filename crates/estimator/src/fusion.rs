@@ -79,11 +79,20 @@ pub struct Fusion {
     now_ns: u64,
     /// When the clock offsets of the filters are evaluated next, ns.
     next_offsets_ns: u64,
-    /// Capture time up to which the loss of each object has been reported, by object index.
-    loss_emitted_ns: Vec<u64>,
+    /// By object index.
+    emitted: Vec<Emitted>,
     outputs: VecDeque<Output>,
     /// Actions of diagnosis that are not applied yet.
     actions: Vec<Action>,
+}
+
+/// What has been published of an object beside the poses of its images.
+#[derive(Debug, Clone, Copy, Default)]
+struct Emitted {
+    /// When it was last seen before it was published as lost, ns.
+    loss_ns: u64,
+    /// Capture time of the last prediction, ns.
+    prediction_ns: u64,
 }
 
 impl Fusion {
@@ -99,7 +108,7 @@ impl Fusion {
         options.validate()?;
         let site = Site::new(&rig, &objects)?;
         let timelines: Vec<_> = site.objects().iter().cloned().map(Timeline::new).collect();
-        let loss_emitted_ns = vec![0; timelines.len()];
+        let emitted = vec![Emitted::default(); timelines.len()];
         let intake = ImageIntake::new(&site);
         Ok(Self {
             site,
@@ -114,7 +123,7 @@ impl Fusion {
             offered_ns: Vec::new(),
             now_ns: 0,
             next_offsets_ns: 0,
-            loss_emitted_ns,
+            emitted,
             outputs: VecDeque::new(),
             actions: Vec::new(),
         })
@@ -279,12 +288,18 @@ impl Fusion {
         self.diagnosis = diagnosis;
     }
 
-    /// An image without the tags of an object does not contradict a pose that others have just seen; otherwise the prediction is published.
+    /// An image without the tags of an object does not contradict a pose that others have just seen. Otherwise it gives a prediction, unless
+    /// another image has just given one: their rate does not grow with the number of cameras.
     fn take_absence(&mut self, object: usize, capture_ns: u64) {
+        let is_recent =
+            |other_ns: u64| capture_ns.abs_diff(other_ns) as f64 * 1e-9 <= self.options.coasting_s;
+        if is_recent(self.emitted[object].prediction_ns) {
+            return;
+        }
         self.timelines[object].catch_up(capture_ns, &self.site, &self.options);
         let seen_ns = self.timelines[object].at(capture_ns).seen_ns;
-        let unseen_s = capture_ns.saturating_sub(seen_ns) as f64 * 1e-9;
-        if unseen_s > self.options.coasting_s {
+        if capture_ns > seen_ns && !is_recent(seen_ns) {
+            self.emitted[object].prediction_ns = capture_ns;
             self.emit(object, capture_ns);
         }
     }
@@ -334,12 +349,12 @@ impl Fusion {
         self.forget_calibration();
         self.diagnosis.reset();
         self.offset_search.models_changed();
-        let mut old: BTreeMap<ObjectId, (ObjectModel, Timeline, u64)> = BTreeMap::new();
+        let mut old: BTreeMap<ObjectId, (ObjectModel, Timeline, Emitted)> = BTreeMap::new();
         let parts = self
             .objects
             .drain(..)
             .zip(self.timelines.drain(..))
-            .zip(self.loss_emitted_ns.drain(..));
+            .zip(self.emitted.drain(..));
         old.extend(
             parts.map(|((model, timeline), emitted)| {
                 (model.id().clone(), (model, timeline, emitted))
@@ -352,10 +367,10 @@ impl Fusion {
                     timeline.discard_images();
                     (timeline, emitted)
                 }
-                _ => (Timeline::new(model.id().clone()), 0),
+                _ => (Timeline::new(model.id().clone()), Emitted::default()),
             };
             self.timelines.push(timeline);
-            self.loss_emitted_ns.push(emitted);
+            self.emitted.push(emitted);
             self.objects.push(model);
         }
     }
@@ -375,7 +390,7 @@ impl Fusion {
         self.self_calibration.forget_times();
         self.offered_ns.clear();
         self.next_offsets_ns = 0;
-        self.loss_emitted_ns.fill(0);
+        self.emitted.fill(Emitted::default());
         self.outputs.push_back(Output::ClockStep { by_ns });
     }
 
@@ -389,7 +404,7 @@ impl Fusion {
     /// When the object is lost, if it is not seen again, ns.
     fn loss_ns(&self, object: usize) -> Option<u64> {
         let seen_ns = self.timelines[object].at(u64::MAX).seen_ns;
-        (seen_ns > self.loss_emitted_ns[object])
+        (seen_ns > self.emitted[object].loss_ns)
             .then(|| seen_ns.saturating_add((self.options.lost_s * 1e9) as u64))
     }
 
@@ -403,7 +418,7 @@ impl Fusion {
             let Some(loss_ns) = self.loss_ns(object).filter(is_lost) else {
                 continue;
             };
-            self.loss_emitted_ns[object] = self.timelines[object].at(u64::MAX).seen_ns;
+            self.emitted[object].loss_ns = self.timelines[object].at(u64::MAX).seen_ns;
             self.emit_lost(object, loss_ns);
         }
     }

@@ -93,7 +93,7 @@ FusionOptions {
     vague_attitude = 0.1 in 0.01 ..= 3.0;
     /// Metres (one sigma along the worst axis) beyond which a position is too vague to be called tracking.
     vague_position = 0.1 in 0.001 ..= 10.0;
-    /// Seconds without a sight after which images without the object's tags still give a predicted pose.
+    /// Seconds without a sight after which images without the object's tags give predicted poses, and the least time between two of them.
     coasting_s = 0.02 in 0.0 ..= 5.0;
     /// Metres (one sigma along the worst axis) up to which a predicted pose is worth publishing.
     coasting_position = 0.015 in 0.0 ..= 10.0;
