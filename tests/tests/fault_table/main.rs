@@ -10,7 +10,6 @@ mod long_run;
 mod random_kills;
 mod resources;
 
-use sextant_estimator::ObjectModel;
 use sextant_process::now_ns;
 use sextant_proto::{FusionStatus, State};
 use sextant_recordings::mcap::site_recording::SiteRecording;
@@ -687,10 +686,7 @@ fn objects_are_shared_and_move_when_nodes_come_and_go() {
     const NODES: [&str; 3] = ["main", "spare", "third"];
     let names: Vec<String> = (0..12).map(|k| format!("cube{k}")).collect();
     let names: Vec<&str> = names.iter().map(String::as_str).collect();
-    let scene = Scene::new(CAMERAS, &names);
-    // Not to measure the adjustment of the files of twelve objects.
-    let objects = scene.objects.into_iter().map(ObjectModel::exact).collect();
-    let mut house = House::new(&Scene::of(scene.rig.exact(), objects));
+    let mut house = House::new(&Scene::new(CAMERAS, &names));
     let router = house.router("router", &[]);
     for node in NODES {
         house.fusion_with(node, &[&router], "[sharding]\nmode = \"by-members\"\n");
