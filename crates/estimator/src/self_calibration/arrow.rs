@@ -293,8 +293,8 @@ mod tests {
         let mut arrow = Arrow::zeros(&layout);
         let n = layout.len();
         let n_cameras = layout.n_of_cameras();
-        let mut ranges = vec![0..n_cameras];
-        ranges.extend(layout.bodies.iter().map(|(_, places)| places.clone()));
+        let bodies = layout.bodies.iter().map(|(_, places)| places.clone());
+        let ranges: Vec<_> = std::iter::once(0..n_cameras).chain(bodies).collect();
         let mut dense = DMatrix::zeros(n, n);
         for (k, rows) in ranges.iter().enumerate() {
             for columns in [&ranges[0], rows] {
