@@ -2,8 +2,7 @@
 
 use super::*;
 use nalgebra::{Isometry3, Rotation3, UnitQuaternion, Vector3};
-use sextant_estimator::ObjectModel;
-use sextant_estimator::{Camera, CameraId, Rig};
+use sextant_estimator::{Camera, CameraId, ObjectModel, Rig};
 use sextant_geometry::{Intrinsics, Lens, Pose};
 use sextant_simulator::{Background, Path, Scenario, SceneCamera, SceneObject, SceneTag, Solid};
 
