@@ -1,4 +1,4 @@
-//! Who has no business on a protected site, and what was recorded there and is sent again.
+//! Members of a protected site who send what they may not, and one whose keys were revoked.
 
 use super::*;
 use sextant_proto::{Keys, ObjectPose, Observations, encode};

@@ -1,4 +1,4 @@
-//! A day of use: what the fusion node's state machine and its intake keep does not grow.
+//! A day of use: the memory of the estimator does not grow.
 
 use super::*;
 use sextant_estimator::{Fusion, FusionOptions, ImageObservation, Input, ObjectEstimate, Output};

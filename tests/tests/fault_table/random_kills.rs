@@ -161,7 +161,8 @@ fn any_process_may_be_killed_at_random() {
     site.assert_true(&all);
     assert_fresh(&all);
     let now = site.in_shared_memory();
-    assert!(now.len() <= usual, "{usual} files before: {now:?}");
+    // A file of the last dead ports may still be there; those of all kills would be dozens.
+    assert!(now.len() <= usual + 4, "{usual} files before: {now:?}");
     site.house.end();
     let left = site.in_shared_memory();
     assert!(left.is_empty(), "{left:?}");

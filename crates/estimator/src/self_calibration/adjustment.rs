@@ -723,10 +723,12 @@ impl Equations {
             }
             eliminated.columns.extend(*row..*row + width(*row));
         }
+        eliminated.coupling = Coupling::zeros(eliminated.columns.len());
         let blocks = couplings.iter();
         let columns = blocks.flat_map(|(first, block)| block.column_iter().take(width(*first)));
-        let columns: Vec<_> = columns.collect();
-        eliminated.coupling = Coupling::from_columns(&columns);
+        for (mut column, own) in eliminated.coupling.column_iter_mut().zip(columns) {
+            column.copy_from(&own);
+        }
         self.eliminated.push(eliminated);
     }
 }
