@@ -26,8 +26,9 @@ fn gateway(connect: &str, listen: &str) -> String {
         .replace("tcp/router.hall-a:7447", connect)
         .replace("tcp/0.0.0.0:7448", listen)
         .replace("v1/hall-a/object/cube", "v1/lab/object/cube");
-    let ours_has = |words: &str| assert!(ours.contains(words), "{words}: {ours}");
-    [connect, listen, "v1/lab/object/cube"].map(ours_has);
+    for words in [connect, listen, "v1/lab/object/cube"] {
+        assert!(ours.contains(words), "{words}: {ours}");
+    }
     ours
 }
 
