@@ -19,6 +19,7 @@ pub(crate) mod held_back;
 pub(crate) mod imperfections;
 pub(crate) mod keyframe_builder;
 pub(crate) mod keyframes;
+pub(crate) mod normal_equations;
 pub(crate) mod parameters;
 pub(crate) mod quarantine;
 pub(crate) mod variance_components;

@@ -3,22 +3,24 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-use nalgebra::{Const, Dyn};
-use nalgebra::{DMatrix, DVector, Matrix6, OMatrix, SMatrix, SVector, Vector3, Vector6};
+use nalgebra::{DMatrix, DVector, Matrix6, SMatrix, SVector, Vector3, Vector6};
 use sextant_geometry::{Pose, se3};
 
-use crate::measurement::biases::{by_camera, by_tag};
+use crate::measurement::biases::by_tag;
 use crate::measurement::corners::{CalibratedCamera, UNSEEN, WeightedView};
 use crate::measurement::planar_poses::{area, branches};
 use crate::measurement::rolling_shutter::LinkMotion;
 use crate::measurement::view_equations::NoiseSource;
-use crate::self_calibration::arrow::{Arrow, ArrowFactor, ArrowInverse};
+use crate::self_calibration::arrow::Arrow;
 use crate::self_calibration::design_effect::DesignEffect;
-use crate::self_calibration::evidence::{Evidence, NOTHING};
+use crate::self_calibration::evidence::NOTHING;
 use crate::self_calibration::gauge::Gauge;
 use crate::self_calibration::keyframes::{Keyframe, KeyframeView, Keyframes};
+use crate::self_calibration::normal_equations::{
+    Eliminated, Equations, OF_VIEW, Solution, Weighting, camera_map, independence, normal, tag_map,
+};
 use crate::self_calibration::parameters::{
-    CLASSES, CLOCK, Class, LENS, OF_CAMERA, OF_TAG, ParameterLayout, SIZE, Source,
+    CLASSES, Class, LENS, OF_CAMERA, OF_TAG, ParameterLayout, SIZE, Source,
 };
 use crate::self_calibration::variance_components::Scales;
 use crate::site::Site;
@@ -33,8 +35,6 @@ const FEW: usize = 8;
 const FAITH: [f64; 2] = [30.0, 4.0];
 /// Bounds of the factor on the variance of corners.
 const BOUNDS: (f64, f64) = (1e-3, 1e4);
-/// Bound of the factor on variances by which correlated errors are told from independent ones.
-const LEAST_INDEPENDENCE: f64 = 0.01;
 /// Coordinates of a view.
 const COORDINATES: f64 = 8.0;
 /// Median of chi-square with eight degrees of freedom.
@@ -45,11 +45,6 @@ const LEAST_INFORMATION: f64 = 1e-6;
 /// Steps by which a keyframe's pose is brought to its views, and tags of which it may begin.
 const ALIGNING_STEPS: usize = 6;
 const MOST_STARTS: usize = 2;
-/// By pose displacement, focal length, distortion and log size.
-const OF_VIEW: usize = 9;
-type ViewMatrix = SMatrix<f64, OF_VIEW, OF_VIEW>;
-type ViewVector = SVector<f64, OF_VIEW>;
-type Coupling = OMatrix<f64, Const<6>, Dyn>;
 
 /// The errors of the site as far as they are known.
 #[derive(Debug, Default)]
@@ -59,25 +54,6 @@ pub(crate) struct Adjustment {
     /// Factor on the variance of each camera's corners.
     noise: BTreeMap<usize, f64>,
     design_effect: DesignEffect,
-}
-
-/// What the views of all keyframes say, and the square of each.
-struct Equations {
-    information: Arrow,
-    gradient: DVector<f64>,
-    eliminated: Vec<Eliminated>,
-    /// What the views leave: the sum of their squares.
-    left: f64,
-}
-
-/// The equations of a step with their priors, solved.
-struct Solution {
-    equations: Equations,
-    /// Of the priors.
-    precision: DVector<f64>,
-    factor: ArrowFactor,
-    covariance: ArrowInverse,
-    variances: DVector<f64>,
 }
 
 /// What one keyframe says of the errors of its cameras and tags, its pose eliminated.
@@ -94,31 +70,6 @@ pub(crate) struct LinearisedKeyframe {
     pub arms: BTreeMap<usize, Vector3<f64>>,
     /// Standard deviation of each camera's clock offset, as [`KeyframeView::clock_sigma_s`].
     pub clock_sigmas_s: BTreeMap<usize, f64>,
-}
-
-/// The pose of one keyframe, eliminated.
-struct Eliminated {
-    inverse: Matrix6<f64>,
-    gradient: Vector6<f64>,
-    columns: Vec<usize>,
-    coupling: Coupling,
-}
-
-/// How views are weighted besides the noise of their corners.
-#[derive(Debug, Clone, Copy)]
-struct Weighting {
-    /// Factor on squares before the robust weight is taken: see [`excess`].
-    excess: f64,
-    /// Views that count as one.
-    design_effect: f64,
-}
-
-impl Weighting {
-    /// By the robust weight alone.
-    const PLAIN: Self = Self {
-        excess: 1.0,
-        design_effect: 1.0,
-    };
 }
 
 /// Whitened squares of the views.
@@ -604,203 +555,5 @@ fn tag_correction(errors: &SVector<f64, OF_TAG>) -> TagCorrection {
         step: errors.fixed_rows::<6>(0).into_owned(),
         log_size: errors[SIZE].clamp(-0.5, 0.5),
         sigma: PoseSigma::NONE,
-    }
-}
-
-/// How a camera's errors act on a view that is `arm` from its centre.
-fn camera_map(arm: &Vector3<f64>, twist: &Vector6<f64>) -> SMatrix<f64, OF_VIEW, OF_CAMERA> {
-    let mut map = SMatrix::<f64, OF_VIEW, OF_CAMERA>::zeros();
-    map.fixed_view_mut::<6, 6>(0, 0).copy_from(&by_camera(arm));
-    map[(6, LENS)] = 1.0;
-    map[(7, LENS + 1)] = 1.0;
-    map.fixed_view_mut::<6, 1>(0, CLOCK).copy_from(&-twist);
-    map
-}
-
-fn tag_map(by_pose: &Matrix6<f64>) -> SMatrix<f64, OF_VIEW, OF_TAG> {
-    let mut map = SMatrix::<f64, OF_VIEW, OF_TAG>::zeros();
-    map.fixed_view_mut::<6, 6>(0, 0).copy_from(by_pose);
-    map[(8, SIZE)] = 1.0;
-    map
-}
-
-/// J' W J, J' W r and r' W r with the weight of the view; a step of the object that is not known exactly is marginalised.
-fn normal(
-    rows: &[[f64; OF_VIEW + 1]; 8],
-    one: &KeyframeView,
-    weighting: Weighting,
-) -> (ViewMatrix, ViewVector, f64) {
-    let rows = SMatrix::<f64, 8, { OF_VIEW + 1 }>::from_fn(|row, column| rows[row][column]);
-    let residual = rows.column(OF_VIEW).into_owned();
-    let slopes = rows.fixed_columns::<OF_VIEW>(0);
-    let weight = one
-        .view
-        .noise_source
-        .weight(residual.norm_squared() / weighting.excess)
-        / weighting.design_effect;
-    let (matrix, pull, square) = (
-        slopes.tr_mul(&slopes) * weight,
-        slopes.tr_mul(&residual) * weight,
-        residual.norm_squared() * weight,
-    );
-    let Some(motion) = &one.motion else {
-        return (matrix, pull, square);
-    };
-    // N - N (N + Q^-1)^-1 N = N (I + Q N)^-1, for the displacement and what goes with it.
-    let of_pose = matrix.fixed_view::<6, 6>(0, 0).into_owned();
-    let Some(inverse) = (Matrix6::identity() + motion.covariance * of_pose).try_inverse() else {
-        return (ViewMatrix::zeros(), ViewVector::zeros(), 0.0);
-    };
-    let taken = inverse * motion.covariance;
-    let with_pose = matrix.fixed_rows::<6>(0).into_owned();
-    let pulled = taken * pull.fixed_rows::<6>(0);
-    (
-        matrix - with_pose.tr_mul(&(taken * with_pose)),
-        pull - with_pose.tr_mul(&pulled),
-        square - pull.fixed_rows::<6>(0).dot(&pulled),
-    )
-}
-
-impl Equations {
-    fn add(
-        &mut self,
-        at_camera: usize,
-        at_tag: usize,
-        (matrix, pull): (&ViewMatrix, &SVector<f64, OF_VIEW>),
-        (of_camera, of_tag): (
-            &SMatrix<f64, OF_VIEW, OF_CAMERA>,
-            &SMatrix<f64, OF_VIEW, OF_TAG>,
-        ),
-    ) {
-        let with_camera = matrix * of_camera;
-        let with_tag = matrix * of_tag;
-        let (camera, tag) = ((at_camera, OF_CAMERA), (at_tag, OF_TAG));
-        let mut own = self.information.block_mut(camera, camera);
-        own += of_camera.tr_mul(&with_camera);
-        let mut own = self.information.block_mut(tag, tag);
-        own += of_tag.tr_mul(&with_tag);
-        let mut across = self.information.block_mut(tag, camera);
-        across += with_tag.tr_mul(of_camera);
-        let mut gradient = self.gradient.fixed_rows_mut::<OF_CAMERA>(at_camera);
-        gradient += of_camera.tr_mul(pull);
-        let mut gradient = self.gradient.fixed_rows_mut::<OF_TAG>(at_tag);
-        gradient += of_tag.tr_mul(pull);
-    }
-
-    /// The Schur complement of a keyframe's pose.
-    fn eliminate(
-        &mut self,
-        own: Matrix6<f64>,
-        gradient: Vector6<f64>,
-        couplings: &BTreeMap<usize, SMatrix<f64, 6, OF_CAMERA>>,
-        layout: &ParameterLayout,
-    ) {
-        let inverse = own.try_inverse().unwrap_or_else(Matrix6::zeros);
-        let is_camera = |first: usize| layout.classes[first] == Class::CameraPose;
-        let width = |first: usize| if is_camera(first) { OF_CAMERA } else { OF_TAG };
-        let mut eliminated = Eliminated {
-            inverse,
-            gradient,
-            columns: Vec::new(),
-            coupling: Coupling::zeros(0),
-        };
-        for (row, of_row) in couplings {
-            let weighted = inverse * of_row;
-            let pulled = weighted.tr_mul(&gradient);
-            let mut rows = self.gradient.rows_mut(*row, width(*row));
-            rows -= pulled.rows(0, width(*row));
-            for (column, of_column) in couplings {
-                // The transpose of a block that is kept.
-                if is_camera(*row) && !is_camera(*column) {
-                    continue;
-                }
-                let size = (width(*row), width(*column));
-                let taken = weighted.tr_mul(of_column);
-                let mut block = self
-                    .information
-                    .block_mut((*row, size.0), (*column, size.1));
-                block -= taken.view((0, 0), size);
-            }
-            eliminated.columns.extend(*row..*row + width(*row));
-        }
-        eliminated.coupling = Coupling::zeros(eliminated.columns.len());
-        let blocks = couplings.iter();
-        let columns = blocks.flat_map(|(first, block)| block.column_iter().take(width(*first)));
-        for (mut column, own) in eliminated.coupling.column_iter_mut().zip(columns) {
-            column.copy_from(&own);
-        }
-        self.eliminated.push(eliminated);
-    }
-}
-
-impl Solution {
-    /// Solves for the errors with their priors; `None` where numbers end.
-    fn of(
-        mut equations: Equations,
-        precision: DVector<f64>,
-        errors: &DVector<f64>,
-    ) -> Option<Self> {
-        equations.information.add_diagonal(&precision);
-        equations.gradient += precision.component_mul(errors);
-        let factor = equations.information.factor()?;
-        let covariance = factor.inverse();
-        Some(Self {
-            variances: covariance.diagonal(),
-            equations,
-            precision,
-            factor,
-            covariance,
-        })
-    }
-
-    fn evidence<'a>(
-        &'a self,
-        layout: &'a ParameterLayout,
-        errors: &'a DVector<f64>,
-    ) -> Evidence<'a> {
-        let equations = (&self.equations.information, &self.factor);
-        Evidence::of(layout, errors, equations, &self.precision)
-    }
-}
-
-/// By how much less errors that are correlated do to the poses of keyframes than independent ones with the same variances: the trackers
-/// take them as independent. A mean of the ratios of position and attitude.
-fn independence(covariance: &Arrow, keyframes: &[Eliminated]) -> f64 {
-    let mut sums = [[0.0; 2]; 2];
-    for Eliminated {
-        inverse,
-        columns,
-        coupling,
-        ..
-    } in keyframes
-    {
-        let n = columns.len();
-        let of_errors = |i: usize, j: usize| covariance.get(columns[i], columns[j]);
-        let of_errors = DMatrix::from_fn(n, n, of_errors);
-        let by_errors = inverse * coupling;
-        let caused = (&by_errors * &of_errors).component_mul(&by_errors);
-        for axis in 0..6 {
-            sums[axis / 3][0] += caused.row(axis).sum();
-            let own = (0..n).map(|at| by_errors[(axis, at)].powi(2) * of_errors[(at, at)]);
-            sums[axis / 3][1] += own.sum::<f64>();
-        }
-    }
-    let ratio = |[whole, own]: [f64; 2]| if own > 0.0 { whole / own } else { 1.0 };
-    (0.5 * (ratio(sums[0]) + ratio(sums[1]))).clamp(LEAST_INDEPENDENCE, 1.0)
-}
-
-impl Eliminated {
-    /// What the pose explains of the squares of the views.
-    fn explained(&self) -> f64 {
-        self.gradient.dot(&(self.inverse * self.gradient))
-    }
-
-    /// The step of the pose that goes with one of the errors.
-    fn step(&self, errors: &DVector<f64>) -> Vector6<f64> {
-        let own = DVector::from_iterator(
-            self.columns.len(),
-            self.columns.iter().map(|at| errors[*at]),
-        );
-        -self.inverse * (self.gradient + &self.coupling * own)
     }
 }

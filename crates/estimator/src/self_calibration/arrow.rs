@@ -269,7 +269,7 @@ fn add_diagonal(matrix: &mut DMatrix<f64>, added: &DVectorView<'_, f64>) {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
     use std::collections::{BTreeMap, BTreeSet};
 
@@ -278,7 +278,7 @@ mod tests {
     use crate::TagId;
 
     /// Two cameras and three bodies of two tags, whose tags are not in the order of their bodies.
-    fn layout() -> ParameterLayout {
+    pub fn layout() -> ParameterLayout {
         let tag = |id| TagId {
             family: Family::Tag36h11,
             id,
@@ -287,8 +287,8 @@ mod tests {
         ParameterLayout::new(&BTreeSet::from([0, 1]), &tags.collect::<BTreeMap<_, _>>())
     }
 
-    /// Positive definite, and different in every element.
-    fn arrow() -> (Arrow, DMatrix<f64>) {
+    /// Positive definite and different in every element, also as a dense matrix.
+    pub fn arrow() -> (Arrow, DMatrix<f64>) {
         let layout = layout();
         let mut arrow = Arrow::zeros(&layout);
         let n = layout.len();

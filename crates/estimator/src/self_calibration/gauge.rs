@@ -222,3 +222,57 @@ fn scale(basis: &mut DMatrix<f64>, row: usize, arm: &Vector3<f64>) {
     let mut scale = basis.fixed_view_mut::<3, 1>(row, OF_WORLD);
     scale.copy_from(arm);
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::self_calibration::arrow::tests::{arrow, layout};
+
+    #[test]
+    fn a_relative_covariance_is_that_of_the_dense_projection() {
+        let (layout, (arrow, dense)) = (layout(), arrow());
+        let number = |row: usize, column: usize| (0.37 * ((row + 1) * (column + 1)) as f64).sin();
+        let frame = |(body, places): &(Body, std::ops::Range<usize>)| BodyFrame {
+            body: *body,
+            first: places.start,
+            own: DMatrix::from_fn(places.len(), 6, |row, column| number(row, column)),
+            of_site: DMatrix::from_fn(places.len(), OF_SITE, |row, column| {
+                number(places.start + row, OF_SITE + column)
+            }),
+        };
+        let precision = DVector::from_fn(layout.len(), |at, _| 1.0 + (at % 5) as f64);
+        let gauge = Gauge {
+            of_cameras: DMatrix::from_fn(layout.n_of_cameras(), OF_SITE, |row, column| {
+                number(row, column)
+            }),
+            frames: layout.bodies.iter().map(frame).collect(),
+            precision: precision.clone(),
+            centre: Vector3::zeros(),
+        };
+        let mut basis = DMatrix::zeros(layout.len(), OF_SITE + 6 * gauge.frames.len());
+        let rows = gauge.of_cameras.shape();
+        basis.view_mut((0, 0), rows).copy_from(&gauge.of_cameras);
+        for (k, frame) in gauge.frames.iter().enumerate() {
+            let mut site = basis.view_mut((frame.first, 0), frame.of_site.shape());
+            site.copy_from(&frame.of_site);
+            let mut own = basis.view_mut((frame.first, OF_SITE + 6 * k), frame.own.shape());
+            own.copy_from(&frame.own);
+        }
+        let weighted = basis.transpose() * DMatrix::from_diagonal(&precision);
+        let inverse = (&weighted * &basis).try_inverse().unwrap();
+        let projection =
+            DMatrix::identity(layout.len(), layout.len()) - &basis * inverse * weighted;
+        let covariance = dense.cholesky().unwrap().inverse();
+        let expected = &projection * covariance * projection.transpose();
+
+        let relative = gauge.relative(arrow.factor().unwrap().inverse()).unwrap();
+        let cameras = 0..layout.n_of_cameras();
+        for (_, places) in &layout.bodies {
+            let own = || cameras.clone().chain(places.clone());
+            for (row, column) in own().flat_map(|row| own().map(move |column| (row, column))) {
+                let off = relative.get(row, column) - expected[(row, column)];
+                assert!(off.abs() < 1e-9, "{row}, {column}: {off:e}");
+            }
+        }
+    }
+}
