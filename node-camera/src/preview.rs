@@ -1,5 +1,6 @@
 //! Pictures for people: a thread of low priority with a borrow of its own, so that it can hold up neither capture nor
-//! detection. It encodes only while somebody looks.
+//! detection. It encodes only while somebody looks, and only once the router has received the last picture: on a narrow link observations
+//! never wait for more than one.
 
 mod jpeg;
 
@@ -13,6 +14,7 @@ use sextant_zenoh_bus::{Bus, Publisher, Qos};
 
 pub use self::jpeg::JpegMaker;
 use crate::config::CameraNodeConfig;
+use crate::detect;
 
 /// The longest sleep: how late a wish to stop is heard.
 const LONGEST_WAIT: Duration = Duration::from_millis(100);
@@ -72,9 +74,14 @@ fn show(config: &CameraNodeConfig, bus: &Bus, shutdown: &Shutdown) -> anyhow::Re
     };
     let mut jpeg = JpegMaker::new(config.preview.quality, config.preview.max_width);
     let period = Duration::from_secs_f64(1.0 / config.preview.rate_hz);
+    let own_name = detect::own_name(config)?;
     while !shutdown.wait(period) {
         fail_point!("preview");
         if !publisher.has_subscribers() {
+            continue;
+        }
+        if !bus.await_delivery(&own_name)? {
+            tracing::warn!("a picture was held back: the link to the router is full");
             continue;
         }
         if let Some(image) = images.wait(LONGEST_WAIT)? {

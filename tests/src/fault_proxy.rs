@@ -4,6 +4,7 @@
 use sextant_simulator::Random;
 use std::io::{self, Read, Write};
 use std::net::{Shutdown, TcpListener, TcpStream};
+use std::os::fd::AsRawFd;
 use std::sync::{Arc, Mutex, PoisonError, mpsc};
 use std::time::{Duration, Instant};
 
@@ -20,7 +21,7 @@ pub struct Faults {
     pub delay: Duration,
     /// As above.
     pub jitter: Duration,
-    /// Most bytes a second in each direction; 0: any.
+    /// Most bytes a second in each direction; 0: any. What waits is what the sender's and the proxy's sockets hold, the latter [`HELD_BYTES`].
     pub bytes_per_s: u32,
 }
 
@@ -40,6 +41,8 @@ struct Shared {
 
 /// How often a frozen link looks whether it is thawed.
 const GLANCE: Duration = Duration::from_millis(5);
+/// What each socket of the proxy holds of data that were not passed on: as much as the queue of a small switch.
+const HELD_BYTES: libc::c_int = 64 * 1024;
 /// Batches under way in each direction of a connection; then its sender has to wait.
 const WAITING: usize = 1024;
 /// Batches of zenoh's handshake, which are never lost: loss is meant for messages.
@@ -59,6 +62,7 @@ impl FaultProxy {
     #[must_use]
     pub fn start(target: &str) -> Self {
         let listener = TcpListener::bind("127.0.0.1:0").expect("a free port");
+        hold_little(&listener);
         let address = listener.local_addr().expect("an address");
         let shared = Arc::new(Shared {
             faults: Mutex::default(),
@@ -111,6 +115,7 @@ impl Shared {
             let Ok(far) = TcpStream::connect(target) else {
                 continue;
             };
+            hold_little(&far);
             let _ = (near.set_nodelay(true), far.set_nodelay(true));
             for (from, to, direction) in [
                 (&near, &far, Direction::ToTarget),
@@ -151,6 +156,10 @@ impl Shared {
             batch.resize(2 + length, 0);
             from.read_exact(&mut batch[2..])?;
             let faults = self.faults();
+            if faults.bytes_per_s > 0 {
+                let seconds = batch.len() as f64 / f64::from(faults.bytes_per_s);
+                std::thread::sleep(Duration::from_secs_f64(seconds));
+            }
             let may_be_lost = direction == Direction::ToTarget && number >= HANDSHAKE;
             if may_be_lost && random.uniform() < faults.loss {
                 continue;
@@ -171,11 +180,6 @@ impl Shared {
     ) -> io::Result<()> {
         for (due, batch) in batches {
             std::thread::sleep(due.saturating_duration_since(Instant::now()));
-            let bytes_per_s = self.faults().bytes_per_s;
-            if bytes_per_s > 0 {
-                let seconds = batch.len() as f64 / f64::from(bytes_per_s);
-                std::thread::sleep(Duration::from_secs_f64(seconds));
-            }
             while self.faults().is_frozen {
                 std::thread::sleep(GLANCE);
             }
@@ -183,6 +187,17 @@ impl Shared {
         }
         Ok(())
     }
+}
+
+/// Bounds what the kernel receives before the proxy reads it, also on the connections of a listener.
+fn hold_little(socket: &impl AsRawFd) {
+    let value = HELD_BYTES;
+    let bytes = (&raw const value).cast();
+    let length = size_of_val(&value) as libc::socklen_t;
+    let (level, option) = (libc::SOL_SOCKET, libc::SO_RCVBUF);
+    // SAFETY: the value is a live integer of the length given; the descriptor is open.
+    let result = unsafe { libc::setsockopt(socket.as_raw_fd(), level, option, bytes, length) };
+    assert_eq!(result, 0, "{}", io::Error::last_os_error());
 }
 
 fn lock<T>(mutex: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {

@@ -215,6 +215,14 @@ impl Bus {
         query::alive_keys(self.session()?, key_expr)
     }
 
+    /// Waits until the router has received what this session sent before, for a second at most; whether it has. Asks who is alive on
+    /// `key_expr`: the question follows on the link.
+    pub fn await_delivery(&self, key_expr: &str) -> Result<bool, BusError> {
+        let begun = Instant::now();
+        query::alive_keys(self.session()?, key_expr)?;
+        Ok(begun.elapsed() < query::TOKENS)
+    }
+
     /// Subscribes to liveliness changes on `key_expr`, starting with the keys that are alive already.
     pub fn watch_alive(&self, key_expr: &str) -> Result<AliveWatch, BusError> {
         let queue = Arc::new(Queue::new(PRESENCE_CAPACITY, DropRule::Oldest));

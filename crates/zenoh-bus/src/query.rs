@@ -13,7 +13,7 @@ use crate::{BusError, Item};
 /// Most keys of one query.
 const MAX_ANSWERS: usize = 1024;
 /// How long those who answer for the network may take to list tokens.
-const TOKENS: Duration = Duration::from_secs(1);
+pub(crate) const TOKENS: Duration = Duration::from_secs(1);
 
 /// The latest values of these sessions on `key_expr`, one per key, sorted by key.
 pub(crate) fn latest(
