@@ -127,6 +127,9 @@ fn topology(
         ),
         ("routing/interests/timeout", "2000".into()),
         ("adminspace/enabled", "false".into()),
+        // zenohd turns it on whatever the configuration says.
+        ("adminspace/permissions/read", "false".into()),
+        ("adminspace/permissions/write", "false".into()),
     ]
 }
 
@@ -285,6 +288,15 @@ mod tests {
             .insert("transport/link/tx/lease".into(), "7000".into());
         let config = zenoh_config(&options, &Security::default(), &[]).unwrap();
         assert_eq!(config.get_json("transport/link/tx/lease").unwrap(), "7000");
+    }
+
+    #[test]
+    fn zenohd_keeps_its_admin_space_closed() {
+        let options = BusOptions::router_on("tcp/127.0.0.1:7447");
+        let text = options.zenohd_config(&Security::default()).unwrap();
+        let config = zenoh::Config::from_json5(&text).unwrap();
+        let permissions = config.get_json("adminspace/permissions").unwrap();
+        assert_eq!(permissions, r#"{"read":false,"write":false}"#);
     }
 
     #[test]
