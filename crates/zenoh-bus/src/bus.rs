@@ -176,7 +176,8 @@ impl Bus {
         })
     }
 
-    /// Latest values on `key_expr`, one per key, sorted by key, from all answers within `timeout`.
+    /// Latest values on `key_expr`, one per key, sorted by key, from all publishers that answer within `timeout`. Values in
+    /// zenoh's storages are left out.
     pub fn latest(
         &self,
         key_expr: &str,

@@ -78,6 +78,10 @@ pub(crate) fn alive_keys(
 
 fn collect(answers: &Mutex<BTreeMap<String, Item>>, reply: &Reply, max_bytes: usize) {
     let Ok(sample) = reply.result() else { return };
+    // Publishers answer without a time stamp. One comes from a storage, whose value may be of a process that has ended.
+    if sample.timestamp().is_some() {
+        return;
+    }
     let Some(item) = Item::from_sample(sample, max_bytes) else {
         return;
     };

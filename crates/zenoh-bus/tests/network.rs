@@ -8,7 +8,8 @@
     reason = "a test fails by panicking"
 )]
 
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
 use sextant_estimator::ObjectId;
@@ -16,6 +17,8 @@ use sextant_proto::{DecodeError, ObjectTruth};
 use sextant_zenoh_bus::{
     Bus, BusError, BusOptions, DropRule, Payload, Presence, Qos, Security, Subscription,
 };
+
+use zenoh::Wait;
 
 const PATIENCE: Duration = Duration::from_secs(60);
 const MAX_BYTES: usize = 1000;
@@ -252,6 +255,48 @@ fn a_late_joiner_gets_the_latest_values_sorted_by_key() {
     );
     assert!(values.iter().all(|item| item.bytes() == Some(b"2")));
     drop(silent);
+}
+
+#[test]
+fn values_of_a_storage_are_no_latest_values() {
+    let router = router();
+    let node = client_of(&router);
+    let live = node.raw_latest("x/live", Qos::Config).unwrap();
+    live.put(b"live").unwrap();
+    let queries = Arc::new(AtomicUsize::new(0));
+    let _storage = storage_of(&router, &["x/ended", "x/live"], Arc::clone(&queries));
+    let late = client_of(&router);
+    let mut values = Vec::new();
+    until("both answer", || {
+        queries.store(0, Ordering::SeqCst);
+        values = late.latest("x/*", MAX_BYTES, PATIENCE).unwrap();
+        queries.load(Ordering::SeqCst) > 0 && !values.is_empty()
+    });
+    assert_eq!(values.len(), 1, "{values:?}");
+    assert_eq!(values[0].key, "x/live");
+    assert_eq!(values[0].bytes(), Some(&b"live"[..]));
+}
+
+/// A session that answers as zenoh's storages do: with time stamps.
+fn storage_of(router: &Bus, keys: &'static [&str], queries: Arc<AtomicUsize>) -> impl Sized {
+    let mut config = zenoh::Config::default();
+    let endpoints = format!("{:?}", router.endpoints());
+    for (key, value) in [
+        ("mode", "\"client\""),
+        ("connect/endpoints", &endpoints),
+        ("scouting/multicast/enabled", "false"),
+    ] {
+        config.insert_json5(key, value).unwrap();
+    }
+    let session = zenoh::open(config).wait().unwrap();
+    let stamp = session.new_timestamp();
+    let queryable = session.declare_queryable("x/**").callback(move |query| {
+        queries.fetch_add(1, Ordering::SeqCst);
+        for key in keys {
+            query.reply(*key, "stored").timestamp(stamp).wait().unwrap();
+        }
+    });
+    (queryable.wait().unwrap(), session)
 }
 
 #[test]

@@ -360,7 +360,8 @@ class Site:
         )
         for reply in replies:
             sample = reply.ok
-            if sample is None or len(sample.payload) > MAX_BYTES:
+            # A time stamp is that of a storage, whose value may be of a process that has ended.
+            if sample is None or sample.timestamp is not None or len(sample.payload) > MAX_BYTES:
                 continue
             try:
                 found[str(sample.key_expr)] = decode(bytes(sample.payload), record)
