@@ -110,6 +110,14 @@ impl House {
     /// # Panics
     /// When it does not come up.
     pub fn fusion_with(&mut self, name: &str, routers: &[&str], sections: &str) {
+        self.fusion_in(name, routers, sections, &[]);
+    }
+
+    /// The same run by a program with these arguments.
+    ///
+    /// # Panics
+    /// When it does not come up.
+    pub fn fusion_in(&mut self, name: &str, routers: &[&str], sections: &str, wrapper: &[&str]) {
         let folder = self.folder.path().join(name);
         fs::create_dir(&folder).expect("a folder");
         write_rig(&folder.join("rig.toml"), &self.files.rig).expect("a file");
@@ -125,7 +133,8 @@ impl House {
         let file = folder.join("fusion.toml");
         fs::write(&file, text).expect("a file");
         let file = file.display().to_string();
-        self.start(name, vec!["fusion".into(), "--config".into(), file]);
+        let arguments = owned(&["fusion", "--config", &file]);
+        self.start_in(name, owned(wrapper), arguments);
         self.await_statuses(routers, |statuses| statuses.contains_key(name));
     }
 

@@ -1,12 +1,64 @@
-//! The clock of the fusion host.
+//! Clocks that are set while a site runs: of a board, of all boards, of the fusion host.
 
 use super::*;
+use sextant_proto::Notice;
+use system_tests::SteppedClock;
 
-/// What a fusion node sees when its host's clock is set: the stamps of all cameras are off at once, until the clock is set right again.
+const STEPS_S: [i64; 2] = [5, -5];
+
+/// The fusion node's process sees another wall clock from one moment to the next, and later the former one.
 #[test]
 fn a_fusion_host_whose_clock_is_set_says_so_and_goes_on() {
-    const ROW: &str = "clock of the fusion host set by 5 s against all cameras";
-    for by_s in [5, -5] {
+    const ROW: &str = "clock of the fusion host set by 5 s";
+    for by_s in STEPS_S {
+        let clock = SteppedClock::new();
+        let mut house = House::new(&scene());
+        let router = house.router("router", &[]);
+        let wrapper = clock.wrapper();
+        house.fusion_in(
+            "main",
+            &[&router],
+            "",
+            &wrapper.each_ref().map(String::as_str),
+        );
+        let cameras = feed(&house, &ALL, &[&router], now_ns());
+        let witness = Witness::start(&house.keys, &[&router]);
+        await_tracking(&house, &[&router], 1);
+        for (to_s, step_s, what) in [(by_s, by_s, "set"), (0, -by_s, "set right again")] {
+            let since = Instant::now();
+            clock.set(to_s * 1_000_000_000);
+            await_main(&house, &router, |status| {
+                let mut notices = status.notices.iter();
+                notices.any(|one| matches!(one, Notice::ClockStepped { by_s } if (by_s - step_s as f64).abs() < 0.5))
+            });
+            Figure {
+                row: ROW,
+                what: &format!("{by_s:+} s, {what}, named after"),
+                value: since.elapsed().as_secs_f64() * 1e3,
+                unit: "ms",
+                at_most: 2000.0,
+            }
+            .keep();
+            std::thread::sleep(lasting(10, 2));
+            let used = witness.used_since(since);
+            Figure {
+                row: ROW,
+                what: &format!("{by_s:+} s, {what}, longest gap"),
+                value: longest_gap_ms(&used, since),
+                unit: "ms without a pose",
+                at_most: 1000.0,
+            }
+            .keep();
+            assert_true(&house, &cameras, &used);
+        }
+    }
+}
+
+/// The stamps of all cameras are off at once, until their clocks are set right again.
+#[test]
+fn cameras_whose_clocks_are_all_set_are_named_and_go_on() {
+    const ROW: &str = "clocks of all boards set by 5 s";
+    for by_s in STEPS_S {
         let mut house = House::new(&scene());
         let router = house.router("router", &[]);
         house.fusion("main", &[&router]);

@@ -1,8 +1,8 @@
 //! Members of a protected site who send what they may not, and one whose keys were revoked.
 
 use super::*;
-use sextant_proto::{Keys, ObjectPose, Observations, encode};
-use sextant_zenoh_bus::{Bus, Profile, Qos, RawPublisher};
+use sextant_proto::{Keys, ObjectPose, Observations, encode, limits};
+use sextant_zenoh_bus::{Bus, DropRule, Profile, Qos, RawPublisher, Subscription};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::JoinHandle;
@@ -90,6 +90,30 @@ fn forged(site: &LockedSite, camera: usize) -> Observations {
     seen
 }
 
+/// A member who may read sends again what cameras have sent since the last time; how many messages.
+fn replay(member: &Bus, heard: &Subscription) -> usize {
+    let items = std::iter::from_fn(|| heard.try_recv());
+    let replayed = items.take(200).map(|item| {
+        flood(member, &item.key, item.bytes().expect("a message"), 1);
+    });
+    replayed.count()
+}
+
+/// How many denied messages a router names or counts in its log: a line each, or the number of lines left out.
+fn denied(log: &str) -> usize {
+    let lines = log
+        .lines()
+        .filter(|line| line.contains("may not publish on"));
+    let left_out = |line: &str| {
+        let (_, rest) = line.split_once("] (")?;
+        rest.split_once(" like this left out)")?
+            .0
+            .parse::<usize>()
+            .ok()
+    };
+    lines.map(|line| 1 + left_out(line).unwrap_or(0)).sum()
+}
+
 /// A member forges what it may not send: another's observations, poses, the rig.
 fn forge(site: &LockedSite, member: &Bus, keys: &Keys) {
     for camera in 0..2 {
@@ -132,7 +156,16 @@ fn forged_and_repeated_messages_change_nothing() {
     };
     let begun = Instant::now();
     let intruders = [site.open("screen"), site.open_with(&former)];
+    let heard = screen.subscribe(
+        &site.keys.all_observations(),
+        256,
+        DropRule::Oldest,
+        limits::MAX_PAYLOAD_BYTES,
+    );
+    let heard = heard.expect("a subscription");
+    let mut replayed = 0;
     while begun.elapsed() < lasting(20, 3) {
+        replayed += replay(&intruders[0], &heard);
         for intruder in &intruders {
             forge(&site, intruder, &site.keys);
         }
@@ -157,9 +190,18 @@ fn forged_and_repeated_messages_change_nothing() {
     let accepted: u64 = (status.cameras.iter())
         .map(|one| one.received.saturating_sub(own(&one.camera)))
         .sum();
+    assert!(replayed > 0, "cameras were heard");
+    let named = denied(&site.log());
+    println!("{replayed} replayed; {named} denied messages named or counted so far");
+    assert!(named > 0, "denied messages are named: {}", site.log());
     let changes = site.log().matches("a change of the site").count();
     for (what, value, unit, at_most) in [
-        ("forged observations accepted", accepted as f64, "", 0.0),
+        (
+            "forged or replayed observations accepted",
+            accepted as f64,
+            "",
+            0.0,
+        ),
         ("forged changes answered", changes as f64, "", 0.0),
         ("poses tracked and wrong", wrong as f64, "", 0.0),
         ("longest gap", gap_ms, "ms without a pose", 150.0),

@@ -5,6 +5,7 @@
 
 mod camera_node;
 mod clocks;
+mod congestion;
 mod intruders;
 mod long_run;
 mod random_kills;

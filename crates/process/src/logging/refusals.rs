@@ -1,4 +1,4 @@
-//! Clear messages for refused connections. Zenoh reports them as a lack of file descriptors, as an internal error of its
+//! Clear messages for refused connections and denied messages. Zenoh reports them as a lack of file descriptors, as an internal error of its
 //! handshake, or at a low level.
 
 use std::fmt::{self, Write};
@@ -7,11 +7,11 @@ use tracing::field::{Field, Visit};
 
 /// Zenoh's targets that are enabled only for these messages.
 pub(super) const FILTER: &str = "zenoh_link_commons::quic=warn,zenoh_transport::unicast::establishment::accept=debug,\
-                                 zenoh::net::routing::interceptor::access_control=info";
+                                 zenoh::net::routing::interceptor::access_control=trace";
 
 const QUIC: &str = "zenoh_link_commons::quic";
 const HANDSHAKE: &str = "zenoh_transport::unicast::establishment::accept";
-const MEMBERSHIP: &str = "zenoh::net::routing::interceptor::access_control";
+const ACCESS: &str = "zenoh::net::routing::interceptor::access_control";
 
 /// How an event is logged.
 #[derive(Debug, PartialEq, Eq)]
@@ -26,7 +26,7 @@ pub(super) enum Wording {
 
 pub(super) fn wording(event: &Event<'_>) -> Wording {
     let target = event.metadata().target();
-    if ![QUIC, HANDSHAKE, MEMBERSHIP]
+    if ![QUIC, HANDSHAKE, ACCESS]
         .iter()
         .any(|place| target.starts_with(place))
     {
@@ -65,12 +65,22 @@ fn wording_of(target: &str, message: &str) -> Wording {
             None => Wording::Beside,
         };
     }
-    match message.split_once(" did not match any configured ACL subject") {
-        Some((process, _)) => Wording::Instead(format!(
+    wording_of_access(message).map_or(Wording::Beside, Wording::Instead)
+}
+
+/// Zenoh traces each decision of its access control; those on subscriptions and queries are denied as a matter of course, since everyone
+/// hears of them.
+fn wording_of_access(message: &str) -> Option<String> {
+    if let Some((process, _)) = message.split_once(" did not match any configured ACL subject") {
+        return Some(format!(
             "process {process} connected with keys of no member, perhaps revoked ones: it reads and writes nothing"
-        )),
-        None => Wording::Beside,
+        ));
     }
+    let (who, key) = message.split_once(" is unauthorized to Put (ingress) on ")?;
+    let process = who.trim_start_matches("Using cached result: ");
+    Some(format!(
+        "a message was denied: process {process} may not publish on {key}"
+    ))
 }
 
 /// The text after `name` in the output of a `Debug`, if it is not empty.
@@ -126,9 +136,14 @@ mod tests {
                 "connection refused: no user name and password",
             ),
             (
-                MEMBERSHIP,
+                ACCESS,
                 "1f did not match any configured ACL subject. Default permission `Deny` will be applied on all messages",
                 "process 1f connected with keys of no member, perhaps revoked ones: it reads and writes nothing",
+            ),
+            (
+                ACCESS,
+                "Using cached result: 1f is unauthorized to Put (ingress) on a/b",
+                "a message was denied: process 1f may not publish on a/b",
             ),
         ] {
             assert_eq!(
@@ -142,6 +157,15 @@ mod tests {
     fn everything_else_is_told_as_it_is_or_not_at_all() {
         let full = "Too many open files (os error 24). Hint: increase the system open file limit.";
         assert_eq!(wording_of(QUIC, full), Wording::Own);
-        assert_eq!(wording_of(HANDSHAKE, "New transport link"), Wording::Beside);
+        for (target, message) in [
+            (HANDSHAKE, "New transport link"),
+            (ACCESS, "1f on a is authorized to Put (ingress) on a/b"),
+            (
+                ACCESS,
+                "1f is unauthorized to Declare Subscriber (egress) on a/b",
+            ),
+        ] {
+            assert_eq!(wording_of(target, message), Wording::Beside);
+        }
     }
 }
