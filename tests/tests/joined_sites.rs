@@ -144,7 +144,7 @@ fn a_gateway_lets_poses_pass_and_keeps_the_rest_at_home() {
     // What was put before a query of the same link has arrived by its answer.
     let after = outside.latest(&rig, limits::MAX_PAYLOAD_BYTES, QUERY_TIMEOUT);
     let after: RigConfig = after.expect("an answer")[0].decode().expect("a rig");
-    assert_eq!(after.cameras.len(), 4, "nobody elsewhere changes the rig");
+    assert_eq!(after.cameras.len(), 4, "other sites cannot change the rig");
     while let Some(item) = changes.try_recv() {
         let heard: RigConfig = item.decode().expect("a rig");
         assert_eq!(heard.cameras.len(), 4, "a change from elsewhere came in");

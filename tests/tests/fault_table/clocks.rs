@@ -103,3 +103,49 @@ fn cameras_whose_clocks_are_all_set_are_named_and_go_on() {
         assert_true(&house, &cameras, &used);
     }
 }
+
+/// The clock of one camera's board is set by five seconds, and set right again.
+#[test]
+fn a_board_whose_clock_is_set_is_named_and_taken_again() {
+    for by_s in [5, -5] {
+        let mut house = House::new(&scene());
+        let router = house.router("router", &[]);
+        house.fusion("main", &[&router]);
+        let start_ns = now_ns();
+        let others = feed(&house, &[0, 1, 2], &[&router], start_ns);
+        let board = feed(&house, &[3], &[&router], start_ns);
+        let witness = Witness::start(&house.keys, &[&router]);
+        await_tracking(&house, &[&router], 1);
+        let since = Instant::now();
+        board.set_clock(by_s * 1_000_000_000);
+        let is_named = |status: &FusionStatus| {
+            let findings = status.faults.iter().map(ToString::to_string);
+            let notices = status.notices.iter().map(ToString::to_string);
+            let mut words = findings.chain(notices);
+            words.any(|words| words.contains("cam3"))
+        };
+        await_main(&house, &router, is_named);
+        Figure {
+            row: "clock of a board set by 5 s",
+            what: &format!("{by_s:+} s named after"),
+            value: since.elapsed().as_secs_f64() * 1e3,
+            unit: "ms",
+            at_most: 2000.0,
+        }
+        .keep();
+        board.set_clock(0);
+        await_main(&house, &router, |status| {
+            !is_named(status) && status.cameras[3].rate_hz > 25.0
+        });
+        let used = witness.used_since(since);
+        Figure {
+            row: "clock of a board set by 5 s",
+            what: "longest gap of poses",
+            value: longest_gap_ms(&used, since),
+            unit: "ms",
+            at_most: 300.0,
+        }
+        .keep();
+        assert_true(&house, &others, &used);
+    }
+}

@@ -1,4 +1,4 @@
-//! A camera node whose link carries its observations, but not also all of its previews.
+//! More messages than a node, a link or a subscriber can take.
 
 use super::*;
 use crate::camera_node::CAMERA;
@@ -34,6 +34,7 @@ impl Arrived {
     }
 }
 
+/// A camera node whose link carries its observations, but not also all of its previews.
 #[test]
 fn observations_go_before_previews_on_a_narrow_link() {
     let mut house = camera_node::house();
@@ -98,4 +99,94 @@ fn observations_go_before_previews_on_a_narrow_link() {
         .keep();
     }
     assert!(arrived.previews > 0, "previews pass where there is room");
+}
+
+/// Ten times as many images as the cameras of the house make.
+#[test]
+fn an_overload_leaves_poses_fresh_and_memory_bounded() {
+    const ROW: &str = "10x overload of observations";
+    let mut house = House::new(&scene());
+    let router = house.router("router", &[]);
+    house.fusion("main", &[&router]);
+    let start_ns = now_ns();
+    let usual = feed(&house, &ALL, &[&router], start_ns);
+    let witness = Witness::start(&house.keys, &[&router]);
+    await_tracking(&house, &[&router], 1);
+    drop(usual);
+    let since = Instant::now();
+    let flood = CameraFeed::start(
+        &house,
+        Cameras {
+            cameras: &ALL,
+            routers: &[&router],
+            start_ns,
+            rate_hz: 300,
+        },
+    );
+    std::thread::sleep(lasting(30, 4));
+    let memory_mib = house.memory_mib("main");
+    drop(flood);
+    let ended = Instant::now();
+    let used = witness.used_since(since);
+    let mut ages_ms: Vec<f64> = used
+        .iter()
+        .map(|one| one.at_ns.saturating_sub(one.pose.capture_ns) as f64 * 1e-6)
+        .collect();
+    ages_ms.sort_by(f64::total_cmp);
+    Figure {
+        row: ROW,
+        what: "p99 of the age of served poses",
+        value: ages_ms[ages_ms.len() * 99 / 100],
+        unit: "ms",
+        at_most: 100.0,
+    }
+    .keep();
+    Figure {
+        row: ROW,
+        what: "memory of the fusion node",
+        value: memory_mib,
+        unit: "MiB",
+        at_most: 256.0,
+    }
+    .keep();
+    let usual = feed(&house, &ALL, &[&router], start_ns);
+    let recovered = witness.await_pose(ended, |pose| {
+        pose.state == State::Tracking && now_ns().saturating_sub(pose.capture_ns) < 100_000_000
+    });
+    Figure {
+        row: ROW,
+        what: "recovery",
+        value: (recovered - ended).as_secs_f64() * 1e3,
+        unit: "ms",
+        at_most: 1000.0,
+    }
+    .keep();
+    assert_true(&house, &usual, &witness.sights());
+    assert_fresh(&witness.sights());
+}
+
+/// A subscriber that stops reading, with its connection open.
+#[test]
+fn a_subscriber_that_does_not_read_hurts_itself_only() {
+    let mut house = House::new(&scene());
+    let router = house.router("router", &[]);
+    house.fusion("main", &[&router]);
+    let others = feed(&house, &ALL, &[&router], now_ns());
+    let witness = Witness::start(&house.keys, &[&router]);
+    await_tracking(&house, &[&router], 1);
+    house.tool("reader", &router, &["echo"]);
+    house.signal("reader", libc::SIGSTOP);
+    let since = Instant::now();
+    std::thread::sleep(lasting(30, 4));
+    let used = witness.used_since(since);
+    Figure {
+        row: "a subscriber stops reading",
+        what: "longest gap of others",
+        value: longest_gap_ms(&used, since),
+        unit: "ms",
+        at_most: 150.0,
+    }
+    .keep();
+    assert_true(&house, &others, &used);
+    assert_fresh(&used);
 }

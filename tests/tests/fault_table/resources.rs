@@ -1,4 +1,4 @@
-//! Shared memory and file handles that run out.
+//! Shared memory, file handles and disks that run out.
 
 use super::*;
 use crate::camera_node::{CAMERA, DIE};
@@ -8,7 +8,7 @@ use std::net::TcpStream;
 const HANDLES: usize = 64;
 const CONNECTIONS: usize = 200;
 
-/// A router that may open few files, and many who connect and say nothing. They leave; whoever belongs to the site goes on.
+/// A router that may open few files, and many connections on which nothing is sent. The members of the site are served meanwhile.
 #[test]
 fn a_router_out_of_file_handles_goes_on() {
     const ROW: &str = "router out of file handles, by silent connections";
@@ -36,7 +36,7 @@ fn a_router_out_of_file_handles_goes_on() {
     let used = witness.used_since(since);
     Figure {
         row: ROW,
-        what: "longest gap of who was there before",
+        what: "longest gap of those connected before",
         value: longest_gap_ms(&used, since),
         unit: "ms without a pose",
         at_most: 150.0,
@@ -47,7 +47,7 @@ fn a_router_out_of_file_handles_goes_on() {
     let again = late.await_pose(ended, |pose| pose.state == State::Tracking);
     Figure {
         row: ROW,
-        what: "a newcomer is served after they have left",
+        what: "a new subscriber is served after they have left",
         value: (again - ended).as_secs_f64() * 1e3,
         unit: "ms",
         at_most: 12_000.0,
@@ -114,4 +114,56 @@ fn a_camera_out_of_shared_memory_says_so_and_recovers() {
     }
     .keep();
     assert_true(&house, &cameras, &others);
+}
+
+/// A recorder that writes into a file system of two mebibytes. Needs root, for a mount of its own.
+#[test]
+fn a_recorder_whose_disk_is_full_says_so_and_keeps_what_it_has() {
+    let mut house = House::new(&scene());
+    let router = house.router("router", &[]);
+    house.fusion("main", &[&router]);
+    let _feed = feed(&house, &ALL, &[&router], now_ns());
+    let witness = Witness::start(&house.keys, &[&router]);
+    await_tracking(&house, &[&router], 1);
+    let (folder, kept) = (house.path("", "disk"), house.path("", "kept.mcap"));
+    std::fs::create_dir(&folder).expect("a folder");
+    let record = house.command(&router, &["record"]);
+    let mut shell = Command::new("unshare");
+    shell.args(["--mount", "sh", "-c"]);
+    shell.arg("mount -t tmpfs -o size=2m tmpfs \"$1\" || exit 77; disk=$1 kept=$2; shift 2; \"$@\" \"$disk/site.mcap\"; code=$?; cp \"$disk/site.mcap\" \"$kept\"; exit $code");
+    shell.arg("sh").args([&folder, &kept]);
+    shell.arg(record.get_program()).args(record.get_args());
+    let since = Instant::now();
+    let ended = shell
+        .output()
+        .expect("unshare runs: it comes with util-linux");
+    if ended.status.code() == Some(77) || !kept.exists() && ended.status.code() == Some(1) {
+        eprintln!("SKIPPED: a full disk needs root, for a mount of its own");
+        return;
+    }
+    let words = String::from_utf8_lossy(&ended.stderr);
+    assert!(ended.status.code().is_some_and(|code| code != 0), "{words}");
+    assert!(
+        words.contains("disk is full") || words.contains("No space"),
+        "{words}"
+    );
+    let ended_ns = now_ns();
+    let recording = SiteRecording::read(&kept).expect("it opens");
+    let last_ns = recording.poses.iter().map(|pose| pose.published_ns).max();
+    Figure {
+        row: "recorder's disk full",
+        what: "lost at the end",
+        value: ended_ns.saturating_sub(last_ns.expect("poses")) as f64 * 1e-6,
+        unit: "ms, the end of the program included",
+        at_most: 1000.0,
+    }
+    .keep();
+    Figure {
+        row: "recorder's disk full",
+        what: "longest gap of live poses",
+        value: longest_gap_ms(&witness.used_since(since), since),
+        unit: "ms",
+        at_most: 150.0,
+    }
+    .keep();
 }

@@ -235,7 +235,7 @@ mod tests {
         let frame = |(body, places): &(Body, std::ops::Range<usize>)| BodyFrame {
             body: *body,
             first: places.start,
-            own: DMatrix::from_fn(places.len(), 6, |row, column| number(row, column)),
+            own: DMatrix::from_fn(places.len(), 6, number),
             of_site: DMatrix::from_fn(places.len(), OF_SITE, |row, column| {
                 number(places.start + row, OF_SITE + column)
             }),
