@@ -3,7 +3,7 @@
 //! The package for it is built and checked in any case; where qemu, Debian's packages or time are missing, the rest is passed over with a word.
 
 use crate::package::{self, BoardFiles};
-use crate::tools::{self, Tool, root, run};
+use crate::tools::{self, Tool, command, root, run, run_in};
 use std::collections::hash_map::DefaultHasher;
 use std::ffi::OsString;
 use std::fs;
@@ -40,9 +40,10 @@ const fn tool(program: &'static str, package: &'static str) -> Tool {
 pub fn board() -> Result<(), String> {
     let started = Instant::now();
     let files = package::camera_for_board()?;
+    let program = test_program()?;
     match image()? {
         Ok(image) => match LIMIT.checked_sub(started.elapsed()) {
-            Some(left) if left > SHORTEST => test(&image, &files, left),
+            Some(left) if left > SHORTEST => test(&program, &image, &files, left),
             _ => {
                 pass_over("no time is left after making what it needs; it is kept for the next run")
             }
@@ -56,7 +57,25 @@ fn pass_over(why: &str) -> Result<(), String> {
     Ok(())
 }
 
-fn test(image: &Path, files: &BoardFiles, left: Duration) -> Result<(), String> {
+/// Builds the test and what it runs. It is started without cargo, whose lock other chores may hold meanwhile.
+fn test_program() -> Result<PathBuf, String> {
+    let binary = ["build", "--release", "--workspace", "--bin", "sextant"];
+    run("cargo", &binary)?;
+    let mut build = command("cargo");
+    build.args(["test", "--release", "--workspace", "--test", "board"]);
+    let built = build.args(["--no-run", "--color", "never"]).output();
+    let built = built.map_err(|cause| format!("cargo: {cause}"))?;
+    let words = String::from_utf8_lossy(&built.stderr);
+    let path = words
+        .rsplit_once("(")
+        .and_then(|(_, rest)| rest.split_once(")"));
+    match path {
+        Some((path, _)) if built.status.success() => Ok(root().join(path)),
+        _ => Err(format!("cargo test --no-run: {words}")),
+    }
+}
+
+fn test(program: &Path, image: &Path, files: &BoardFiles, left: Duration) -> Result<(), String> {
     let given = [
         ("IMAGE", image),
         ("DEB", &files.deb),
@@ -65,17 +84,10 @@ fn test(image: &Path, files: &BoardFiles, left: Duration) -> Result<(), String> 
     let given = given.map(|(what, path)| format!("SEXTANT_BOARD_{what}={}", path.display()));
     let given: Vec<&str> = given.iter().map(String::as_str).collect();
     let left = left.as_secs().to_string();
-    let limit = ["timeout", "--kill-after=20", &left];
-    let test = [
-        "cargo",
-        "test",
-        "--release",
-        "--workspace",
-        "--test",
-        "board",
-    ];
-    let how = ["--", "--ignored", "--nocapture"];
-    run("env", &[&given, &limit[..], &test, &how].concat())
+    let program = program.display().to_string();
+    let limit = ["timeout", "--kill-after=20", &left, &program];
+    let how = ["--ignored", "--nocapture"];
+    run_in("tests", "env", &[&given, &limit[..], &how].concat())
 }
 
 /// The folder with the board's files, or why there is none.

@@ -216,7 +216,7 @@ mod tests {
         let script = include_str!("../../.ci/run");
         let steps = script
             .lines()
-            .filter_map(|line| line.strip_prefix("cargo xtask "));
-        assert_eq!(steps.collect::<Vec<_>>(), ["test", "check", "board"]);
+            .filter_map(|line| line.strip_prefix("cargo xtask ")?.split(' ').next());
+        assert_eq!(steps.collect::<Vec<_>>(), ["test", "board", "check"]);
     }
 }

@@ -184,6 +184,8 @@ pub fn install(missing: &[&Tool]) {
     println!("xtask: installing {}", packages.join(" "));
     let apt = |arguments: &[&str]| {
         let quiet = Command::new("apt-get")
+            // Another chore may be installing its own.
+            .args(["-o", "DPkg::Lock::Timeout=600"])
             .args(arguments)
             .env("DEBIAN_FRONTEND", "noninteractive")
             .stdout(Stdio::null())
