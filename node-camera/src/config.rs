@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use sextant_apriltag::{Family, Options};
 use sextant_estimator::CameraId;
 use sextant_iceoryx_images::IceoryxOptions;
-use sextant_proto::SiteId;
+use sextant_proto::{Keys, NodeId, NodeKind, SiteId};
 use sextant_site_files::{Complaint, FileError, parse_toml, read_text};
 use sextant_zenoh_bus::{BusError, BusOptions, Identity, Role, Security, SecurityOptions};
 
@@ -333,6 +333,13 @@ impl CameraNodeConfig {
             security,
             shared_memory,
         }
+    }
+
+    /// The keys of those who hold this camera's name: what a camera of a protected site may ask for.
+    pub(crate) fn holders(&self) -> anyhow::Result<String> {
+        let node = NodeId::new(self.camera.as_str())?;
+        let holder = Keys::of(self.site.clone()).holder(NodeKind::Camera, &node);
+        Ok(format!("{holder}/*/*"))
     }
 
     /// Reads and checks the file; paths in it become absolute or relative to the working directory.

@@ -88,7 +88,7 @@ fn detect_all(
     };
     let mut part = DetectPart::new(config, bus)?;
     let alive = alive_token(config, bus)?;
-    let mut probe = ControlProbe::new(&own_name(config)?, Instant::now());
+    let mut probe = ControlProbe::new(&config.holders()?, Instant::now());
     tracing::info!(camera = %config.camera, "detecting");
     while !shutdown.is_requested() {
         fail_point!("detect");
@@ -108,13 +108,6 @@ fn detect_all(
     part.report(name)?;
     drop(alive);
     Ok(())
-}
-
-/// Who holds this camera's name: what a camera of a protected site may ask for.
-pub(crate) fn own_name(config: &CameraNodeConfig) -> anyhow::Result<String> {
-    let keys = Keys::of(config.site.clone());
-    let holder = keys.holder(NodeKind::Camera, &NodeId::new(config.camera.as_str())?);
-    Ok(format!("{holder}/*/*"))
 }
 
 fn alive_token(

@@ -14,7 +14,6 @@ use sextant_zenoh_bus::{Bus, Publisher, Qos};
 
 pub use self::jpeg::JpegMaker;
 use crate::config::CameraNodeConfig;
-use crate::detect;
 
 /// The longest sleep: how late a wish to stop is heard.
 const LONGEST_WAIT: Duration = Duration::from_millis(100);
@@ -74,13 +73,13 @@ fn show(config: &CameraNodeConfig, bus: &Bus, shutdown: &Shutdown) -> anyhow::Re
     };
     let mut jpeg = JpegMaker::new(config.preview.quality, config.preview.max_width);
     let period = Duration::from_secs_f64(1.0 / config.preview.rate_hz);
-    let own_name = detect::own_name(config)?;
+    let holders = config.holders()?;
     while !shutdown.wait(period) {
         fail_point!("preview");
         if !publisher.has_subscribers() {
             continue;
         }
-        if !bus.await_delivery(&own_name)? {
+        if !bus.await_delivery(&holders)? {
             tracing::warn!("a picture was held back: the link to the router is full");
             continue;
         }

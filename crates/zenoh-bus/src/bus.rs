@@ -216,8 +216,8 @@ impl Bus {
         query::alive_keys(self.session()?, key_expr)
     }
 
-    /// Waits until the router has received what this session sent before, for a second at most; whether it has. Asks who is alive on
-    /// `key_expr`: the question follows on the link.
+    /// Waits until the router has received what this session has written to its link, for a second at most; whether it has. Asks who is alive
+    /// on `key_expr`: the question follows on the link. Messages of lower priority that zenoh still holds back are not waited for.
     pub fn await_delivery(&self, key_expr: &str) -> Result<bool, BusError> {
         let begun = Instant::now();
         query::alive_keys(self.session()?, key_expr)?;

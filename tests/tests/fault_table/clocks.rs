@@ -41,6 +41,13 @@ fn a_fusion_host_whose_clock_is_set_says_so_and_goes_on() {
             .keep();
             std::thread::sleep(lasting(10, 2));
             let used = witness.used_since(since);
+            assert_true(&house, &cameras, &used);
+            if to_s < 0 {
+                // Images that are stamped more than a second ahead of the host's clock are left out until it is right again.
+                continue;
+            }
+            let last = used.last().expect("a pose");
+            assert!(last.at.elapsed() < Duration::from_secs(1), "poses go on");
             Figure {
                 row: ROW,
                 what: &format!("{by_s:+} s, {what}, longest gap"),
@@ -49,7 +56,6 @@ fn a_fusion_host_whose_clock_is_set_says_so_and_goes_on() {
                 at_most: 1000.0,
             }
             .keep();
-            assert_true(&house, &cameras, &used);
         }
     }
 }
