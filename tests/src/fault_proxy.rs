@@ -21,7 +21,7 @@ pub struct Faults {
     pub delay: Duration,
     /// As above.
     pub jitter: Duration,
-    /// Most bytes a second in each direction; 0: any. What waits is what the sender's and the proxy's sockets hold, the latter [`HELD_BYTES`].
+    /// Most bytes a second in each direction; 0: any. The proxy's own socket holds 64 KiB of what waits.
     pub bytes_per_s: u32,
 }
 
