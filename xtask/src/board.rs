@@ -39,8 +39,8 @@ const fn tool(program: &'static str, package: &'static str) -> Tool {
 /// Builds the camera node's package, tries it, and runs it on the board.
 pub fn board() -> Result<(), String> {
     let started = Instant::now();
-    let files = package::camera_for_board()?;
     let program = test_program()?;
+    let files = package::camera_for_board()?;
     match image()? {
         Ok(image) => match LIMIT.checked_sub(started.elapsed()) {
             Some(left) if left > SHORTEST => test(&program, &image, &files, left),
