@@ -6,6 +6,13 @@ use system_tests::SteppedClock;
 
 const STEPS_S: [i64; 2] = [5, -5];
 
+/// Whether a finding or notice of a fusion node names this.
+fn names(status: &FusionStatus, word: &str) -> bool {
+    let findings = status.faults.iter().map(ToString::to_string);
+    let notices = status.notices.iter().map(ToString::to_string);
+    findings.chain(notices).any(|words| words.contains(word))
+}
+
 /// The fusion node's process sees another wall clock from one moment to the next, and later the former one.
 #[test]
 fn a_fusion_host_whose_clock_is_set_says_so_and_goes_on() {
@@ -73,13 +80,7 @@ fn cameras_whose_clocks_are_all_set_are_named_and_go_on() {
         await_tracking(&house, &[&router], 1);
         let since = Instant::now();
         cameras.set_clock(-by_s * 1_000_000_000);
-        let is_named = |status: &FusionStatus| {
-            let findings = status.faults.iter().map(ToString::to_string);
-            let notices = status.notices.iter().map(ToString::to_string);
-            let words: Vec<String> = findings.chain(notices).collect();
-            words.iter().any(|words| words.contains("clock"))
-        };
-        await_main(&house, &router, is_named);
+        await_main(&house, &router, |status| names(status, "clock"));
         Figure {
             row: ROW,
             what: &format!("{by_s:+} s named after"),
@@ -113,7 +114,8 @@ fn cameras_whose_clocks_are_all_set_are_named_and_go_on() {
 /// The clock of one camera's board is set by five seconds, and set right again.
 #[test]
 fn a_board_whose_clock_is_set_is_named_and_taken_again() {
-    for by_s in [5, -5] {
+    const ROW: &str = "clock of a board set by 5 s";
+    for by_s in STEPS_S {
         let mut house = House::new(&scene());
         let router = house.router("router", &[]);
         house.fusion("main", &[&router]);
@@ -124,15 +126,9 @@ fn a_board_whose_clock_is_set_is_named_and_taken_again() {
         await_tracking(&house, &[&router], 1);
         let since = Instant::now();
         board.set_clock(by_s * 1_000_000_000);
-        let is_named = |status: &FusionStatus| {
-            let findings = status.faults.iter().map(ToString::to_string);
-            let notices = status.notices.iter().map(ToString::to_string);
-            let mut words = findings.chain(notices);
-            words.any(|words| words.contains("cam3"))
-        };
-        await_main(&house, &router, is_named);
+        await_main(&house, &router, |status| names(status, "cam3"));
         Figure {
-            row: "clock of a board set by 5 s",
+            row: ROW,
             what: &format!("{by_s:+} s named after"),
             value: since.elapsed().as_secs_f64() * 1e3,
             unit: "ms",
@@ -141,11 +137,11 @@ fn a_board_whose_clock_is_set_is_named_and_taken_again() {
         .keep();
         board.set_clock(0);
         await_main(&house, &router, |status| {
-            !is_named(status) && status.cameras[3].rate_hz > 25.0
+            !names(status, "cam3") && status.cameras[3].rate_hz > 25.0
         });
         let used = witness.used_since(since);
         Figure {
-            row: "clock of a board set by 5 s",
+            row: ROW,
             what: "longest gap of poses",
             value: longest_gap_ms(&used, since),
             unit: "ms",

@@ -9,7 +9,7 @@ const ROW: &str = "link of a camera too narrow for its previews";
 /// Observations take a fifth of it, previews would take three times as much.
 const BYTES_PER_S: u32 = 32_000;
 
-/// What arrived, by the router's clock.
+/// What arrived behind the router.
 #[derive(Default)]
 struct Arrived {
     /// Sequence number and age of each observation, ms.

@@ -17,10 +17,8 @@ mod standby;
 
 use sextant_process::now_ns;
 use sextant_proto::{FusionStatus, State};
-use sextant_recordings::mcap::site_recording::SiteRecording;
 use sextant_simulator::Random;
 use std::collections::{BTreeMap, BTreeSet};
-use std::process::Command;
 use std::time::{Duration, Instant};
 use system_tests::{
     CameraFeed, Cameras, FaultProxy, Faults, Figure, House, Scene, Sight, Witness, is_full,

@@ -2,7 +2,9 @@
 
 use super::*;
 use crate::camera_node::{CAMERA, DIE};
+use sextant_recordings::mcap::site_recording::SiteRecording;
 use std::net::TcpStream;
+use std::process::Command;
 
 /// Connections that say nothing, more than a process of so few handles can take.
 const HANDLES: usize = 64;

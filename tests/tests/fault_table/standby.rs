@@ -124,7 +124,7 @@ fn poses_go_on_through_random_kills() {
         witness.await_pose(since + Duration::from_millis(400), |_| true);
         longest_ms = longest_ms.max(longest_gap_ms(&witness.used_since(since), since));
         house.restart(victim);
-        // One that has just begun has no track to go on with: until both have, nobody is spare.
+        // A node that has just started has no tracks: there is a standby again once both have.
         await_tracking(&house, &[&router], 2);
         if is_full() {
             std::thread::sleep(Duration::from_secs_f64(random.between(0.5, 2.5)));

@@ -15,7 +15,7 @@ use crate::self_calibration::parameters::{
     CLOCK, Class, LENS, OF_CAMERA, OF_TAG, ParameterLayout, SIZE,
 };
 
-/// Bound of the factor on variances by which correlated errors are told from independent ones.
+/// Least factor that [`independence`] gives.
 const LEAST_INDEPENDENCE: f64 = 0.01;
 /// By pose displacement, focal length, distortion and log size.
 pub(super) const OF_VIEW: usize = 9;
