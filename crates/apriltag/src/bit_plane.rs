@@ -44,7 +44,7 @@ impl BitPlane {
     #[inline(always)]
     pub(crate) fn threshold(&mut self, image: &Image<'_>, tiles: &Tiles, pass: Pass) {
         let beyond = match pass {
-            Pass::Black | Pass::Blurred | Pass::Eroded => u8::MAX,
+            Pass::Black | Pass::Middle | Pass::Eroded => u8::MAX,
             Pass::White => 0,
         };
         for row in &mut self.rows {
@@ -68,7 +68,7 @@ impl BitPlane {
             let (levels, first) = (&levels[here.clone()], here.start);
             match pass {
                 Pass::Black => threshold(&rows, levels, first, words, is_black_or_line),
-                Pass::Blurred | Pass::Eroded => {
+                Pass::Middle | Pass::Eroded => {
                     threshold(&rows, levels, first, words, is_beyond::<true>);
                 }
                 Pass::White => threshold(&rows, levels, first, words, is_beyond::<false>),

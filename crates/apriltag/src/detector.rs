@@ -124,9 +124,6 @@ impl Detector {
             let Some(least_open) = self.decoder.least_open(pass) else {
                 continue;
             };
-            if pass == Pass::Blurred && !self.tiles.are_soft() {
-                continue;
-            }
             observer.pass_began(pass);
             vectorise!(self.plane.threshold(&part, &self.tiles, pass));
             observer.stage_ended(Stage::Threshold);
@@ -164,7 +161,7 @@ impl Detector {
             gate
         };
         (self.report.noise_sigma, self.report.contrast_gate) = (noise_sigma, contrast_gate);
-        self.tiles.set_levels(contrast_gate, noise_sigma)
+        self.tiles.set_levels(contrast_gate)
     }
 
     /// Least difference between black and white of a tag, in grey levels; tiles have a separate threshold.

@@ -32,6 +32,14 @@ impl Corners {
         let traces = self.covariance.iter().map(|[xx, _, yy]| xx + yy);
         traces.sum::<f32>() / 8.0
     }
+
+    /// Adds an independent error of each corner with this standard deviation along each axis, in pixels.
+    pub(crate) fn widen(&mut self, sigma_px: f32) {
+        for [xx, _, yy] in &mut self.covariance {
+            *xx += sigma_px * sigma_px;
+            *yy += sigma_px * sigma_px;
+        }
+    }
 }
 
 /// Refines the quad of an outline to a fraction of a pixel, with lines through a few points on each edge; without such points the quad is

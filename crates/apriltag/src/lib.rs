@@ -8,6 +8,7 @@
 //! Corners are pixels with (0, 0) at the centre of the top left pixel. The detector knows no metres, no clock and no network, and a
 //! lens only if one is given to fit distorted edges. It does not allocate once it has processed an image of a size.
 
+mod agreement;
 mod area;
 mod bit_plane;
 mod board_corners;

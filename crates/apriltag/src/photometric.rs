@@ -149,7 +149,7 @@ impl PatternFitter {
         const ENOUGH_GROUPS: usize = 10;
         // After a step with a few pixels that moves no corner farther, one with all of them is likely to settle it; after such a
         // one with all the next would hardly move corners by a thousandth of a pixel, as each doubles the digits that are right.
-        const REST_PX: [f32; 2] = [0.2, 0.06];
+        const REST_PX: [f32; 2] = [0.2, 0.02];
         const MOST_STEPS: usize = 6;
         let few = (self.pixels.groups().len() / ENOUGH_GROUPS).max(1);
         let (mut scale, mut step) = (START_SCALE, [0.0; _]);

@@ -40,23 +40,24 @@ pub enum Pass {
     /// Black borders that black squares touch, on an AprilGrid: pixels darker than the middle level whose neighbours are too, which
     /// separates a tag from the squares at its corners.
     Eroded,
-    /// Black borders: pixels close to the darkest level nearby, which also separates a tag in shadow from bright surroundings, and
-    /// dark lines.
+    /// Black borders: pixels darker than the middle between the darkest and the brightest level nearby. Texture, undershoot of
+    /// sharpening and blur leave them on that side of the middle.
+    Middle,
+    /// Black borders that the middle level joins with something else: pixels close to the darkest level nearby, which separates a tag in
+    /// shadow from bright surroundings, and dark lines.
     Black,
-    /// Black borders in a blurred image: pixels darker than the middle between the darkest and the brightest level nearby.
-    Blurred,
     /// White borders: pixels brighter than the middle level.
     White,
 }
 
 impl Pass {
     /// Every pass in order.
-    pub const ALL: [Self; 4] = [Self::Eroded, Self::Black, Self::Blurred, Self::White];
+    pub const ALL: [Self; 4] = [Self::Eroded, Self::Middle, Self::Black, Self::White];
 
     /// Colour of the borders of this pass.
     pub fn border(self) -> BorderColour {
         match self {
-            Self::Black | Self::Blurred | Self::Eroded => BorderColour::Black,
+            Self::Black | Self::Middle | Self::Eroded => BorderColour::Black,
             Self::White => BorderColour::White,
         }
     }

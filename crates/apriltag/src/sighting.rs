@@ -1,7 +1,8 @@
 //! Decodes the tag in a quad, and turns it into a detection with sub-pixel corners.
 
+use crate::agreement;
 use crate::board_corners;
-use crate::edges;
+use crate::edges::{self, Corners};
 use crate::kernels::vectorise;
 use crate::photometric::PatternFitter;
 use crate::quad::{Point, Quad, distance, mean_edge, middle};
@@ -28,7 +29,7 @@ impl Sighting {
     pub(crate) fn refine(
         &self,
         image: &Image<'_>,
-        patterns: Option<&mut PatternFitter>,
+        mut patterns: Option<&mut PatternFitter>,
         noise_sigma: f32,
     ) -> Option<Detection> {
         let view = View {
@@ -36,17 +37,22 @@ impl Sighting {
             border: self.reading.family.data().border,
             min_contrast: 0.0,
         };
-        let coarse = edges::fit_coarsely(&view, &self.quad);
-        let pattern = patterns.and_then(|patterns| {
-            vectorise!(patterns.fit(image, &self.reading, &coarse, noise_sigma))
-        });
-        let (corners, refinement) = match pattern {
-            Some(corners) => (corners, Refinement::Photometric),
-            None => {
-                let fine = edges::fit_finely(&view, &coarse.quad).unwrap_or(coarse);
-                (fine, Refinement::Edges)
+        let mut located = self.locate(&view, &self.quad, patterns.as_deref_mut(), noise_sigma);
+        if located.agreement < LEAST_AGREEMENT {
+            let moved = agreement::improve(image, &self.reading, &located.corners.quad);
+            let again = self.locate(&view, &moved, patterns, noise_sigma);
+            if again.agreement > located.agreement {
+                located = again;
             }
-        };
+        }
+        let Located {
+            mut corners,
+            refinement,
+            agreement,
+        } = located;
+        if agreement < LEAST_AGREEMENT {
+            corners.widen((1.0 - agreement) * agreement::module_px(&self.reading, &corners.quad));
+        }
         let mut tag = Detection {
             family: self.reading.family,
             id: self.reading.found.id,
@@ -58,6 +64,47 @@ impl Sighting {
             refinement,
         };
         board_corners::refine(image, &self.reading, &mut tag).then_some(tag)
+    }
+}
+
+/// Share of the pattern's edges that agree with the picture, below which corners are doubted: usually all do, and seven in ten where a line
+/// of the border is beside its edge.
+const LEAST_AGREEMENT: f32 = 0.85;
+
+/// Sub-pixel corners of a sighting.
+struct Located {
+    corners: Corners,
+    refinement: Refinement,
+    /// Share of the pattern's edges that the picture shows there.
+    agreement: f32,
+}
+
+impl Sighting {
+    /// Corners from a quad, by the whole pattern or by the edges.
+    fn locate(
+        &self,
+        view: &View<'_>,
+        quad: &Quad,
+        patterns: Option<&mut PatternFitter>,
+        noise_sigma: f32,
+    ) -> Located {
+        let coarse = edges::fit_coarsely(view, quad);
+        let pattern = patterns.and_then(|patterns| {
+            vectorise!(patterns.fit(view.image, &self.reading, &coarse, noise_sigma))
+        });
+        let (corners, refinement) = match pattern {
+            Some(corners) => (corners, Refinement::Photometric),
+            None => {
+                let fine = edges::fit_finely(view, &coarse.quad).unwrap_or(coarse);
+                (fine, Refinement::Edges)
+            }
+        };
+        let agreement = agreement::measure(view.image, &self.reading, &corners.quad);
+        Located {
+            corners,
+            refinement,
+            agreement: agreement.unwrap_or(0.0),
+        }
     }
 }
 

@@ -21,10 +21,6 @@ pub(crate) struct Tiles {
     levels: Vec<Levels>,
     /// For each row, the range of words that contain live tiles.
     live_words: Vec<Range<usize>>,
-    /// For every other row and position in a word: how many tiles are live, and how many of them contain nearly the whole step in grey
-    /// around them, less its noise.
-    n_live: [u16; TILES_IN_WORD],
-    n_steep: [u16; TILES_IN_WORD],
 }
 
 /// Extremum of three tiles above each other, for each of a row, with one more at either end.
@@ -109,19 +105,18 @@ impl Tiles {
     ///
     /// A low threshold lies a quarter of the tile's own range above its minimum, unless that range is much less than the contrast around it,
     /// and above the noise of black.
-    pub(crate) fn set_levels(&mut self, gate: u8, noise_sigma: f32) -> bool {
-        (self.n_live, self.n_steep) = Default::default();
+    pub(crate) fn set_levels(&mut self, gate: u8) -> bool {
         let mut columns = [[u8::MAX; _], [0; _]];
         vectorise!({
             for row in 0..self.rows {
-                self.set_row(row, gate, (2.0 * noise_sigma) as u8, &mut columns);
+                self.set_row(row, gate, &mut columns);
             }
         });
         self.live_words.iter().any(|words| !words.is_empty())
     }
 
     #[inline(always)]
-    fn set_row(&mut self, row: usize, gate: u8, noise: u8, columns: &mut [Column; 2]) {
+    fn set_row(&mut self, row: usize, gate: u8, columns: &mut [Column; 2]) {
         let (words, beyond_noise) = (self.row(row), gate / 4 * 3);
         let [dark_column, bright_column] = columns;
         self.spread_down(u8::min, &self.darkest, row, dark_column);
@@ -129,8 +124,7 @@ impl Tiles {
         let extrema = self.darkest[words.clone()]
             .iter()
             .zip(&self.brightest[words.clone()]);
-        let (mut live, mut n_live, mut n_steep) =
-            (0..0, [0_u8; TILES_IN_WORD], [0_u8; TILES_IN_WORD]);
+        let mut live = 0..0;
         let levels = self.levels[words].iter_mut().zip(extrema);
         for (i, (levels, (darkest, brightest))) in levels.enumerate() {
             let dark = spread_across(u8::min, dark_column, i);
@@ -145,28 +139,9 @@ impl Tiles {
             levels.middle = array::from_fn(|i| level(i, around[i] / 2));
             if u128::from_ne_bytes(levels.low) != 0 {
                 live = if live.is_empty() { i } else { live.start }..i + 1;
-                // A row has no more words than a byte can count.
-                for i in 0..TILES_IN_WORD {
-                    let (step, is_live) = (around[i].saturating_sub(noise), around[i] >= gate);
-                    n_live[i] += u8::from(is_live);
-                    n_steep[i] += u8::from(is_live & (within[i] >= step - step / 4));
-                }
             }
         }
         self.live_words[row] = live;
-        if row.is_multiple_of(2) {
-            for i in 0..TILES_IN_WORD {
-                self.n_live[i] += u16::from(n_live[i]);
-                self.n_steep[i] += u16::from(n_steep[i]);
-            }
-        }
-    }
-
-    /// Whether the image is blurred. With sharp edges a quarter of the live tiles are steep, with blur over two pixels a
-    /// tenth. The limit is a fifth: to classify a sharp image as blurred costs time, the reverse costs tags.
-    pub(crate) fn are_soft(&self) -> bool {
-        let sum = |counts: &[u16]| counts.iter().map(|&count| u32::from(count)).sum::<u32>();
-        5 * sum(&self.n_steep) < sum(&self.n_live)
     }
 
     /// Extremum of each tile of a row and those above and below it.

@@ -33,7 +33,7 @@ impl PassRecord {
     pub fn name(&self) -> &'static str {
         match self.pass {
             Pass::Black => "black",
-            Pass::Blurred => "black-blurred",
+            Pass::Middle => "black-middle",
             Pass::Eroded => "black-eroded",
             Pass::White => "white",
         }
