@@ -98,7 +98,8 @@ use others::decode as decode_other;
 
 #[cfg(not(feature = "pictures"))]
 fn decode_other(kind: Kind, _: impl BufRead + Seek) -> Result<GreyImage, Flaw> {
-    let cause = format!("a {kind:?} picture, and this program reads only PNG");
+    let name = format!("{kind:?}").to_uppercase();
+    let cause = format!("a {name} picture, and this program reads only PNG");
     Err(Flaw::new(cause, SAVE_AS_PNG))
 }
 
