@@ -38,7 +38,7 @@ An image that cannot be read is reported on standard error; the other images are
 reason (4-rejected.png), the corners before and after refinement, enlarged (5-corners.png), the tags (6-tags.png); and
 writes report.json with the counts and durations of the stages.")]
 pub struct DetectArguments {
-    /// Images (8-bit PNG, grey or colour); `-` reads paths from standard input, one per line.
+    /// Images (JPEG, PNG, PNM, WebP, TIFF or BMP, grey or colour); `-` reads paths from standard input, one per line.
     #[arg(value_name = "IMAGE", required_unless_present = "written")]
     images: Vec<PathBuf>,
     /// Number of threads, each with its own image.

@@ -24,7 +24,7 @@ use std::path::{Path, PathBuf};
 /// Where the images come from.
 #[derive(Args, Debug)]
 pub struct ImageArguments {
-    /// The recording: DIR/CAMERA/data.csv with DIR/CAMERA/data/*.png (8-bit grey), or DIR/CAMERA/detections.jsonl.
+    /// The recording: DIR/CAMERA/data.csv with the pictures in DIR/CAMERA/data, or DIR/CAMERA/detections.jsonl.
     #[arg(value_name = "DIR", required_unless_present = "live")]
     recording: Option<PathBuf>,
     /// Use images of the running site.

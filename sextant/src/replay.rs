@@ -51,7 +51,7 @@ With --json and --out, one line on standard output: {\"images\",\"cameras\":[{\"
 TUM: timestamp tx ty tz qx qy qz qw, as `evo` reads it; one object only."
 )]
 pub struct ReplayArguments {
-    /// The recording: an MCAP file of `sextant record`, or DIR/CAMERA/data.csv with DIR/CAMERA/data/*.png (8-bit grey), or
+    /// The recording: an MCAP file of `sextant record`, or DIR/CAMERA/data.csv with the pictures in DIR/CAMERA/data, or
     /// DIR/CAMERA/detections.jsonl.
     #[arg(value_name = "DIR|FILE.mcap")]
     recording: PathBuf,

@@ -5,7 +5,7 @@ mod recording;
 
 use recording::{Recording, refused, sextant, stdout};
 use serde_json::Value;
-use sextant_recordings::read_any_png;
+use sextant_recordings::read_picture;
 use std::fs;
 use std::io::{BufRead, BufReader};
 use std::net::TcpListener;
@@ -170,7 +170,7 @@ fn explain_draws_every_stage() {
         "5-corners.png",
         "6-tags.png",
     ] {
-        read_any_png(&out.join(name)).unwrap();
+        read_picture(&out.join(name)).unwrap();
     }
     let report: Value =
         serde_json::from_str(&fs::read_to_string(out.join("report.json")).unwrap()).unwrap();
@@ -187,7 +187,7 @@ fn explain_draws_every_stage() {
     refused(
         &explain(&recording.path("rig.toml"), &nowhere),
         3,
-        "no sound PNG",
+        "no picture that is known",
     );
     refused(
         &explain(&recording.path("absent.png"), &nowhere),

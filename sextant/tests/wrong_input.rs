@@ -148,16 +148,16 @@ fn wrong_pictures_are_refused() {
     let name = picture.file_name().unwrap().to_str().unwrap();
     for (bytes, expected) in [
         (png(8, 0), "2x2 pixels, but the rig says"),
-        (png(16, 0), "a picture of 16 bits instead of 8; convert"),
-        (
-            png(8, 2),
-            "a picture of colour type Rgb instead of 8-bit grey; convert",
-        ),
+        (png(16, 0), "2x2 pixels, but the rig says"),
+        (png(8, 2), "2x2 pixels, but the rig says"),
         (
             good[..good.len() / 2].to_vec(),
             "the picture is truncated; copy",
         ),
-        (b"GIF89a".to_vec(), "no sound PNG"),
+        (
+            b"GIF89a".to_vec(),
+            "a GIF picture, which is not supported; save",
+        ),
     ] {
         fs::write(&picture, bytes).unwrap();
         replay_is_refused(&recording, &format!("{name}: {expected}"));

@@ -8,7 +8,7 @@
 
 use sextant_estimator::State;
 use sextant_proto::{ObjectPose, Observations, limits};
-use sextant_recordings::read_grey_png;
+use sextant_recordings::read_picture;
 use sextant_site_files::{read_object, read_rig};
 use sextant_zenoh_bus::{Bus, DropRule, Profile, Subscription};
 use std::fs;
@@ -261,6 +261,6 @@ impl Picture {
         let images = fs::read_dir(self.folder.join("north/data")).expect("the recording");
         let images = images.map(|entry| entry.expect("a file").path());
         let first = images.min().expect("an image");
-        read_grey_png(&first).expect("an image").pixels
+        read_picture(&first).expect("an image").pixels
     }
 }

@@ -153,7 +153,7 @@ fn no_camera(folder: &Path) -> RecordingError {
     let remedy = if is_one {
         "this is the folder of one camera: give the folder above it"
     } else {
-        "give a folder with DIR/<camera>/data.csv and DIR/<camera>/data/*.png, or DIR/<camera>/detections.jsonl"
+        "give a folder with DIR/<camera>/data.csv and the pictures in DIR/<camera>/data, or DIR/<camera>/detections.jsonl"
     };
     RecordingError::wrong(folder, None, "no camera's folder in it", remedy)
 }

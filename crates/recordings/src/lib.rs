@@ -1,7 +1,7 @@
 //! Recorded images, detections and poses on disk.
 //!
 //! - [`Dataset`], [`CameraRecording`]: folders in the EuRoC ASL layout, `data.csv` with pictures or `detections.jsonl`.
-//! - [`read_grey_png`], [`read_any_png`], [`write_grey_png`], [`write_colour_png`]: 8-bit pictures.
+//! - [`read_picture`], [`write_grey_png`], [`write_colour_png`]: pictures of any kind as 8-bit grey, and PNG files.
 //! - [`DetectionsLine`]: a line of `detections.jsonl`, read and written.
 //! - [`pose_json`], [`pose_csv`], [`pose_tum`], [`tum_line`]: poses as lines of text.
 //! - [`mcap`], [`foxglove`], [`compressed_image`]: a site in one MCAP file; what viewers show of it, from a file or live.
@@ -25,7 +25,7 @@ pub use dataset::{CameraRecording, Dataset, Frame, Row};
 pub use detections::{DetectedTag, DetectionsLine};
 pub use error::RecordingError;
 pub use picture::{
-    ColourImage, GreyImage, decode_any_png, grey_png, read_any_png, read_grey_png,
-    write_colour_png, write_grey_png,
+    ColourImage, GreyImage, decode_picture, grey_png, is_grey_png, read_picture, write_colour_png,
+    write_grey_png,
 };
 pub use poses::{csv_header, pose_csv, pose_json, pose_tum, tum_line};

@@ -1,24 +1,22 @@
-//! 8-bit pictures as PNG files.
+//! Pictures as people have them, read as 8-bit grey by what is in the file, and PNG files written.
+
+mod flaw;
+mod grey;
+#[cfg(feature = "pictures")]
+mod jpeg_survey;
+mod kind;
+#[cfg(feature = "pictures")]
+mod others;
+mod png_file;
 
 use crate::error::RecordingError;
-use png::{BitDepth, ColorType, Decoder, DecodingError, Limits, Transformations};
+use flaw::Flaw;
+pub use grey::GreyImage;
+use kind::{HEAD, Kind};
+use png::ColorType;
 use std::fs::File;
-use std::io::{BufRead, BufReader, BufWriter, Seek, Write};
+use std::io::{self, BufRead, BufReader, BufWriter, Read, Seek, Write};
 use std::path::Path;
-
-/// More memory than any picture that a camera here takes; a malicious one asks for more.
-const MAX_BYTES: usize = 256 << 20;
-
-/// A grey picture: `width * height` bytes, row after row from the top.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct GreyImage {
-    /// Pixels in a row.
-    pub width: usize,
-    /// Rows.
-    pub height: usize,
-    /// Grey values.
-    pub pixels: Vec<u8>,
-}
 
 /// A colour picture: `3 * width * height` bytes, red, green and blue of each pixel, row after row from the top.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -31,35 +29,78 @@ pub struct ColourImage {
     pub pixels: Vec<u8>,
 }
 
-/// Reads a PNG of 8-bit grey: what recordings consist of.
+/// Reads a picture as 8-bit grey. What it is, its content says, not its name: PNG of any kind and, with the feature `pictures`,
+/// JPEG, PNM, WebP, TIFF and BMP, turned as EXIF or TIFF say.
+///
+/// Colour becomes grey (luma after ITU-R BT.601), transparency is ignored. Of a picture with more than 8 bits the range that is
+/// in it is kept: with a pixel brighter than 255, every value is divided by the brightest / 255, and black stays 0. A camera's
+/// 12 bits in a file of 16 are therefore not dark.
 ///
 /// # Errors
-/// A file that is missing, no PNG, truncated or damaged, of colour, or not of 8 bits.
-pub fn read_grey_png(path: &Path) -> Result<GreyImage, RecordingError> {
-    let picture = read_png(path)?;
-    match picture.colour {
-        ColorType::Grayscale => Ok(picture.into_grey()),
-        other => {
-            let cause = format!("a picture of colour type {other:?} instead of 8-bit grey");
-            Err(RecordingError::wrong(path, None, cause, TO_GREY))
+/// A file that is missing, no picture of a kind that is read, truncated, damaged, or of more than 256 MB once it is decoded
+/// (100 MB of a progressive JPEG or a WebP).
+pub fn read_picture(path: &Path) -> Result<GreyImage, RecordingError> {
+    let file = File::open(path).map_err(RecordingError::unreadable(path, CHECK))?;
+    decode_picture(BufReader::new(file), path)
+}
+
+/// The same of a picture that is open, or in memory; `path` is for what errors say.
+///
+/// # Errors
+/// As [`read_picture`].
+pub fn decode_picture(
+    mut file: impl BufRead + Seek,
+    path: &Path,
+) -> Result<GreyImage, RecordingError> {
+    let head = head_of(&mut file).map_err(RecordingError::unreadable(path, CHECK))?;
+    decode(Kind::of(&head), file)
+        .map_err(|flaw| RecordingError::wrong(path, None, flaw.cause, flaw.remedy))
+}
+
+/// Whether these bytes begin a PNG of 8-bit grey, which is what recordings in one file consist of.
+#[must_use]
+pub fn is_grey_png(bytes: &[u8]) -> bool {
+    png_file::is_grey(bytes)
+}
+
+const CHECK: &str = "check the path";
+const SAVE_AS_PNG: &str = "save it as PNG, for example with `magick IN OUT.png`";
+
+fn head_of(file: &mut (impl BufRead + Seek)) -> io::Result<Vec<u8>> {
+    let mut head = Vec::with_capacity(HEAD);
+    file.by_ref().take(HEAD as u64).read_to_end(&mut head)?;
+    file.rewind()?;
+    Ok(head)
+}
+
+fn decode(kind: Kind, file: impl BufRead + Seek) -> Result<GreyImage, Flaw> {
+    let cause = match kind {
+        Kind::Png => return Ok(png_file::decode(file)?.into_grey()),
+        Kind::Jpeg | Kind::Pnm | Kind::Webp | Kind::Tiff | Kind::Bmp => {
+            return decode_other(kind, file);
         }
-    }
+        Kind::Other(name) => format!("{name}, which is not supported"),
+        Kind::Unknown => format!("no picture that is known ({KNOWN})"),
+        Kind::Empty => {
+            return Err(Flaw::new("the file is empty", "copy or record it again"));
+        }
+    };
+    Err(Flaw::new(cause, SAVE_AS_PNG))
 }
 
-/// Reads a PNG of 8 bits, grey or colour; colour becomes grey (luma after ITU-R BT.601), transparency is ignored.
-///
-/// # Errors
-/// A file that is missing, no PNG, truncated or damaged, or of 16 bits.
-pub fn read_any_png(path: &Path) -> Result<GreyImage, RecordingError> {
-    Ok(read_png(path)?.into_grey())
-}
+#[cfg(feature = "pictures")]
+const KNOWN: &str = "JPEG, PNG, PNM, WebP, TIFF, BMP";
+#[cfg(not(feature = "pictures"))]
+const KNOWN: &str = "PNG";
 
-/// The same of a PNG that is open, or in memory; `path` is for what errors say.
-///
-/// # Errors
-/// As [`read_any_png`].
-pub fn decode_any_png(file: impl BufRead + Seek, path: &Path) -> Result<GreyImage, RecordingError> {
-    Ok(decode_png(file, path)?.into_grey())
+#[cfg(feature = "pictures")]
+use others::decode as decode_other;
+
+#[cfg(not(feature = "pictures"))]
+fn decode_other(kind: Kind, _: impl BufRead + Seek) -> Result<GreyImage, Flaw> {
+    let name = format!("{kind:?}").to_uppercase();
+    let cause = format!("a {name} picture, and this program reads only PNG");
+    Err(Flaw::new(cause, SAVE_AS_PNG))
 }
 
 /// Writes a PNG of 8-bit grey. Not atomic: for folders of pictures that are made as a whole.
@@ -78,7 +119,7 @@ pub fn write_grey_png(path: &Path, image: &GreyImage) -> Result<(), RecordingErr
 pub fn grey_png(image: &GreyImage) -> Result<Vec<u8>, RecordingError> {
     let mut png = Vec::with_capacity(image.pixels.len());
     let size = [image.width, image.height];
-    encode_png(&mut png, size, ColorType::Grayscale, &image.pixels).map_err(|error| {
+    png_file::encode(&mut png, size, ColorType::Grayscale, &image.pixels).map_err(|error| {
         RecordingError::wrong(Path::new("PNG"), None, error.to_string(), REPORT)
     })?;
     Ok(png)
@@ -105,122 +146,17 @@ fn write_png(
         remedy: "check the folder and the space on the disk",
     };
     let mut sink = BufWriter::new(File::create(path).map_err(unwritable)?);
-    let written = encode_png(&mut sink, size, colour, bytes);
+    let written = png_file::encode(&mut sink, size, colour, bytes);
     written.map_err(|error| RecordingError::wrong(path, None, error.to_string(), REPORT))?;
     sink.flush().map_err(unwritable)
 }
 
 const REPORT: &str = "report this";
 
-fn encode_png(
-    sink: impl Write,
-    size: [usize; 2],
-    colour: ColorType,
-    bytes: &[u8],
-) -> Result<(), png::EncodingError> {
-    let [width, height] = size.map(|length| u32::try_from(length).unwrap_or(u32::MAX));
-    let mut encoder = png::Encoder::new(sink, width, height);
-    encoder.set_color(colour);
-    encoder.set_depth(BitDepth::Eight);
-    encoder.set_compression(png::Compression::Fast);
-    encoder.write_header()?.write_image_data(bytes)
-}
-
-const TO_GREY: &str =
-    "convert it to 8-bit grey, for example with `convert IN -colorspace Gray -depth 8 OUT`";
-
-struct Picture {
-    width: usize,
-    height: usize,
-    colour: ColorType,
-    bytes: Vec<u8>,
-}
-
-fn read_png(path: &Path) -> Result<Picture, RecordingError> {
-    let remedy = "check the path";
-    let file = File::open(path).map_err(RecordingError::unreadable(path, remedy))?;
-    decode_png(BufReader::new(file), path)
-}
-
-fn decode_png(file: impl BufRead + Seek, path: &Path) -> Result<Picture, RecordingError> {
-    let flawed = |error: DecodingError| flaw(path, &error);
-    let limits = Limits { bytes: MAX_BYTES };
-    let mut decoder = Decoder::new_with_limits(file, limits);
-    // Palettes become colours, fewer than 8 bits become 8.
-    decoder.set_transformations(Transformations::EXPAND);
-    let mut reader = decoder.read_info().map_err(flawed)?;
-    let length = reader
-        .output_buffer_size()
-        .filter(|length| *length <= MAX_BYTES);
-    let Some(length) = length else {
-        let cause = "a picture of more than 256 MB";
-        return Err(RecordingError::wrong(path, None, cause, "make it smaller"));
-    };
-    if reader.info().bit_depth == BitDepth::Sixteen {
-        let cause = "a picture of 16 bits instead of 8";
-        return Err(RecordingError::wrong(path, None, cause, TO_GREY));
-    }
-    if let Some(palette) = &reader.info().palette
-        && (palette.len() % 3 != 0 || palette.len() > 3 * 256)
-    {
-        let cause = format!("a palette of {} bytes", palette.len());
-        return Err(RecordingError::wrong(path, None, cause, TO_GREY));
-    }
-    let mut bytes = vec![0; length];
-    let info = reader.next_frame(&mut bytes).map_err(flawed)?;
-    // What follows the pixels tells whether the file is whole.
-    reader.finish().map_err(flawed)?;
-    bytes.truncate(info.buffer_size());
-    Ok(Picture {
-        width: info.width as usize,
-        height: info.height as usize,
-        colour: info.color_type,
-        bytes,
-    })
-}
-
-fn flaw(path: &Path, error: &DecodingError) -> RecordingError {
-    let ended =
-        matches!(error, DecodingError::IoError(e) if e.kind() == std::io::ErrorKind::UnexpectedEof);
-    if ended {
-        let remedy = "copy or record it again";
-        return RecordingError::wrong(path, None, "the picture is truncated", remedy);
-    }
-    let cause = format!("no sound PNG: {error}");
-    RecordingError::wrong(path, None, cause, "give an undamaged PNG file")
-}
-
-impl Picture {
-    fn into_grey(self) -> GreyImage {
-        let Self {
-            width,
-            height,
-            colour,
-            bytes,
-        } = self;
-        let pixels = match colour {
-            ColorType::Grayscale => bytes,
-            ColorType::GrayscaleAlpha => bytes.chunks_exact(2).map(|p| p[0]).collect(),
-            ColorType::Rgb => bytes.chunks_exact(3).map(luma).collect(),
-            ColorType::Rgba | ColorType::Indexed => bytes.chunks_exact(4).map(luma).collect(),
-        };
-        GreyImage {
-            width,
-            height,
-            pixels,
-        }
-    }
-}
-
-/// 0.299 R + 0.587 G + 0.114 B, rounded.
-fn luma(pixel: &[u8]) -> u8 {
-    let [red, green, blue] = [pixel[0], pixel[1], pixel[2]].map(u32::from);
-    ((299 * red + 587 * green + 114 * blue + 500) / 1000) as u8
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use png::BitDepth;
     use std::fs;
     use std::io::Cursor;
 
@@ -229,21 +165,19 @@ mod tests {
         let mut encoder = png::Encoder::new(&mut file, 2, 2);
         encoder.set_color(colour);
         encoder.set_depth(depth);
+        if colour == ColorType::Indexed {
+            encoder.set_palette(vec![255, 0, 0, 9, 9, 9]);
+            encoder.set_trns(vec![0, 255]);
+        }
         let mut writer = encoder.write_header().unwrap();
         writer.write_image_data(bytes).unwrap();
         writer.finish().unwrap();
         file
     }
 
-    fn read(
-        file: &[u8],
-        reader: fn(&Path) -> Result<GreyImage, RecordingError>,
-    ) -> Result<Vec<u8>, String> {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("a.png");
-        fs::write(&path, file).unwrap();
-        let root = format!("{}/", folder.path().display());
-        let image = reader(&path).map_err(|error| error.to_string().replace(&root, ""))?;
+    fn read(file: &[u8]) -> Result<Vec<u8>, String> {
+        let image = decode_picture(Cursor::new(file), Path::new("a.png"));
+        let image = image.map_err(|error| error.to_string())?;
         assert_eq!((image.width, image.height), (2, 2));
         Ok(image.pixels)
     }
@@ -251,48 +185,45 @@ mod tests {
     #[test]
     fn grey_comes_back_as_it_was_written() {
         let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("a.png");
+        let path = folder.path().join("a.jpg");
         let image = GreyImage {
             width: 3,
             height: 2,
             pixels: vec![0, 1, 2, 253, 254, 255],
         };
         write_grey_png(&path, &image).unwrap();
-        assert_eq!(read_grey_png(&path).unwrap(), image);
-        assert_eq!(read_any_png(&path).unwrap(), image);
+        assert_eq!(read_picture(&path).unwrap(), image);
+        assert!(is_grey_png(&fs::read(&path).unwrap()));
     }
 
     #[test]
-    fn colour_becomes_grey_only_where_that_is_wanted() {
-        let rgb = written(
-            ColorType::Rgb,
-            BitDepth::Eight,
-            &[255, 0, 0, 0, 255, 0, 0, 0, 255, 9, 9, 9],
-        );
-        assert_eq!(read(&rgb, read_any_png).unwrap(), [76, 150, 29, 9]);
-        let message = read(&rgb, read_grey_png).unwrap_err();
-        assert!(
-            message.starts_with("a.png: a picture of colour type Rgb instead of 8-bit grey"),
-            "{message}"
-        );
+    fn colour_becomes_grey() {
+        let colours = [255, 0, 0, 0, 255, 0, 0, 0, 255, 9, 9, 9];
+        let rgb = written(ColorType::Rgb, BitDepth::Eight, &colours);
+        assert_eq!(read(&rgb).unwrap(), [76, 150, 29, 9]);
+        assert!(!is_grey_png(&rgb));
+    }
+
+    #[test]
+    fn palettes_become_grey_and_transparency_is_ignored() {
+        let palette = written(ColorType::Indexed, BitDepth::One, &[0x80, 0x40]);
+        assert_eq!(read(&palette).unwrap(), [9, 76, 76, 9]);
+        let alpha = [7, 0, 8, 255, 9, 128, 10, 1];
+        let alpha = written(ColorType::GrayscaleAlpha, BitDepth::Eight, &alpha);
+        assert_eq!(read(&alpha).unwrap(), [7, 8, 9, 10]);
     }
 
     #[test]
     fn few_bits_are_spread_over_eight() {
         let bits = written(ColorType::Grayscale, BitDepth::One, &[0x80, 0x40]);
-        assert_eq!(read(&bits, read_grey_png).unwrap(), [255, 0, 0, 255]);
+        assert_eq!(read(&bits).unwrap(), [255, 0, 0, 255]);
     }
 
     #[test]
-    fn sixteen_bits_are_refused() {
-        let deep = written(ColorType::Grayscale, BitDepth::Sixteen, &[0; 8]);
-        for reader in [read_grey_png, read_any_png] {
-            let message = read(&deep, reader).unwrap_err();
-            assert!(
-                message.starts_with("a.png: a picture of 16 bits instead of 8; convert"),
-                "{message}"
-            );
-        }
+    fn twelve_bits_in_sixteen_are_not_dark() {
+        let values = [0, 1000, 2000, 4000_u16].map(u16::to_be_bytes).concat();
+        let deep = written(ColorType::Grayscale, BitDepth::Sixteen, &values);
+        assert_eq!(read(&deep).unwrap(), [0, 64, 128, 255]);
     }
 
     /// The decoder would panic.
@@ -305,29 +236,62 @@ mod tests {
         let mut writer = encoder.write_header().unwrap();
         writer.write_image_data(&[0, 0]).unwrap();
         writer.finish().unwrap();
-        let error = decode_any_png(Cursor::new(&bytes), Path::new("a.png")).unwrap_err();
-        assert!(error.to_string().contains("palette of 4 bytes"), "{error}");
+        let message = read(&bytes).unwrap_err();
+        assert!(message.contains("palette of 4 bytes"), "{message}");
     }
 
     #[test]
     fn a_cut_picture_is_refused_wherever_it_is_cut() {
         let whole = written(ColorType::Grayscale, BitDepth::Eight, &[1, 2, 3, 4]);
         for length in 0..whole.len() {
-            let message = read(&whole[..length], read_grey_png).unwrap_err();
+            let message = read(&whole[..length]).unwrap_err();
             assert!(message.starts_with("a.png: "), "{length}: {message}");
         }
-        let message = read(&whole[..whole.len() - 20], read_grey_png).unwrap_err();
+        let message = read(&whole[..whole.len() - 20]).unwrap_err();
         assert!(message.contains("truncated"), "{message}");
     }
 
     #[test]
-    fn what_is_no_picture_is_refused() {
-        let message = read(b"hello, this is text", read_grey_png).unwrap_err();
-        assert!(message.starts_with("a.png: no sound PNG: "), "{message}");
-        let missing = read_grey_png(Path::new("/nowhere/a.png")).unwrap_err();
+    fn a_changed_byte_is_refused() {
+        let mut file = written(ColorType::Grayscale, BitDepth::Eight, &[1, 2, 3, 4]);
+        file[20] ^= 1;
+        let message = read(&file).unwrap_err();
+        assert!(
+            message.starts_with("a.png: the PNG is damaged: "),
+            "{message}"
+        );
+    }
+
+    #[test]
+    fn what_is_no_picture_that_is_read_is_named() {
+        for (bytes, expected) in [
+            (&b""[..], "the file is empty; "),
+            (b"hello, this is text", "no picture that is known ("),
+            (b"GIF89a", "a GIF picture, which is not supported; save"),
+            (
+                b"\0\0\0\x18ftypheic",
+                "a HEIC picture, which is not supported; save",
+            ),
+        ] {
+            let message = read(bytes).unwrap_err();
+            let expected = format!("a.png: {expected}");
+            assert!(message.starts_with(&expected), "{message}");
+        }
+        let missing = read_picture(Path::new("/nowhere/a.png")).unwrap_err();
         assert_eq!(
             missing.to_string(),
             "/nowhere/a.png: there is no such file or folder; check the path"
         );
+        let folder = tempfile::tempdir().unwrap();
+        let message = read_picture(folder.path()).unwrap_err().to_string();
+        assert!(message.contains("this is a folder"), "{message}");
+    }
+
+    #[cfg(not(feature = "pictures"))]
+    #[test]
+    fn a_program_without_them_names_other_pictures() {
+        let message = read(b"\xff\xd8\xff\xe0").unwrap_err();
+        let expected = "a.png: a JPEG picture, and this program reads only PNG; save";
+        assert!(message.starts_with(expected), "{message}");
     }
 }

@@ -7,7 +7,7 @@ use anyhow::{Context, bail};
 use sextant_estimator::CameraId;
 use sextant_iceoryx_images::ClockSource;
 use sextant_process::{Exit, Shutdown, now_ns};
-use sextant_recordings::{CameraRecording, Dataset, Frame, Row, read_grey_png};
+use sextant_recordings::{CameraRecording, Dataset, Frame, Row, read_picture};
 
 use super::{Capture, ImageSource, Next, SourceError, checked_resolution};
 use crate::config::Pace;
@@ -58,7 +58,7 @@ impl Player {
         let Some((_, first)) = rows.first() else {
             bail!("{}: camera {camera} has no picture", folder.display());
         };
-        let picture = read_grey_png(first)?;
+        let picture = read_picture(first)?;
         let Some(resolution) = checked_resolution(picture.width, picture.height) else {
             bail!(
                 "{}: {}x{} pixels; use 16x16 to 4096x3072",
@@ -103,8 +103,8 @@ impl Player {
         let Some((_, file)) = self.rows.get(self.next) else {
             return Ok(());
         };
-        let picture = read_grey_png(file)
-            .map_err(|cause| SourceError::new(Exit::Input, cause.to_string()))?;
+        let picture =
+            read_picture(file).map_err(|cause| SourceError::new(Exit::Input, cause.to_string()))?;
         if checked_resolution(picture.width, picture.height) != Some(self.resolution)
             || picture.pixels.len() != pixels.len()
         {

@@ -14,7 +14,7 @@ use sextant_calibrator::procedure::{LensPlan, Outcome, Plan, Procedure, Product,
 use sextant_estimator::{Camera, CameraId, ObjectModel, Rig};
 use sextant_geometry::{Intrinsics, Lens, LensModel};
 use sextant_process::{Exit, WithExit};
-use sextant_recordings::{Dataset, Frame, read_grey_png};
+use sextant_recordings::{Dataset, Frame, read_picture};
 use sextant_site_files::{read_object, read_rig, write_rig};
 use std::path::{Path, PathBuf};
 
@@ -197,7 +197,7 @@ fn resolution_of(
         (Some(stated), _, _) => stated,
         (None, Some(known), _) => known.resolution,
         (None, None, Some(Frame::Picture(path))) => {
-            let picture = read_grey_png(path).exit_with(Exit::Input)?;
+            let picture = read_picture(path).exit_with(Exit::Input)?;
             [picture.width, picture.height].map(|pixels| pixels as u32)
         }
         _ => {

@@ -4,7 +4,7 @@ use super::Found;
 use super::cross_checks::CrossChecks;
 use crate::ordered::in_order;
 use crate::progress;
-use sextant_recordings::{Dataset, Frame, Row, read_grey_png};
+use sextant_recordings::{Dataset, Frame, Row, read_picture};
 use std::collections::BTreeMap;
 use std::path::Path;
 
@@ -51,7 +51,7 @@ fn size_of(row: &Row) -> anyhow::Result<Option<[u32; 2]>> {
     let Frame::Picture(path) = &row.frame else {
         return Ok(None);
     };
-    let picture = read_grey_png(path)?;
+    let picture = read_picture(path)?;
     let pixels = |length: usize| u32::try_from(length).unwrap_or(u32::MAX);
     Ok(Some([pixels(picture.width), pixels(picture.height)]))
 }

@@ -16,7 +16,9 @@ use sextant_recordings::mcap::RecordingInfo;
 use sextant_recordings::mcap::reader::{Ending, McapReader};
 use sextant_recordings::mcap::site_recording::{Model, SiteRecording};
 use sextant_recordings::mcap::writer::McapWriter;
-use sextant_recordings::{Dataset, DetectedTag, DetectionsLine, Frame, Row, read_grey_png};
+use sextant_recordings::{
+    Dataset, DetectedTag, DetectionsLine, Frame, Row, grey_png, is_grey_png, read_picture,
+};
 use sextant_site_files::{read_object, read_rig, write_object, write_rig};
 use std::collections::BTreeMap;
 use std::fs::{self, OpenOptions};
@@ -164,9 +166,7 @@ impl<W: std::io::Write> FileSink<'_, W> {
     fn write(&mut self, row: &Row) -> anyhow::Result<()> {
         match &row.frame {
             Frame::Picture(path) => {
-                // Refuses what replay would refuse; the bytes stay as they are.
-                read_grey_png(path).exit_with(Exit::Input)?;
-                let png = fs::read(path).with_context(|| path.display().to_string())?;
+                let png = png_of(path)?;
                 let image = RecordedImage {
                     camera: row.camera.clone(),
                     capture_ns: row.capture_ns,
@@ -372,10 +372,20 @@ pub fn refuse_without_target(from: &Path) -> anyhow::Result<()> {
     bail!(sextant_process::Failure::new(Exit::Usage, cause))
 }
 
+/// The picture as a PNG of 8-bit grey; one that is that already stays as it is. Refuses what replay would refuse.
+fn png_of(path: &Path) -> anyhow::Result<Vec<u8>> {
+    let picture = read_picture(path).exit_with(Exit::Input)?;
+    let bytes = fs::read(path).with_context(|| path.display().to_string())?;
+    if is_grey_png(&bytes) {
+        return Ok(bytes);
+    }
+    Ok(grey_png(&picture)?)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use sextant_recordings::{GreyImage, write_grey_png};
+    use sextant_recordings::{ColourImage, GreyImage, write_colour_png, write_grey_png};
 
     const RIG: &str = "[[camera]]\nid = \"north\"\nresolution = [4, 3]\nlens = { model = \"pinhole\", fx = 6.0, fy = 6.0, cx = 1.5, cy = 1.0 }\n";
     const DETECTIONS: &str = concat!(
@@ -432,6 +442,22 @@ mod tests {
             format!("{again:#}").contains("choose a new name"),
             "{again:#}"
         );
+    }
+
+    #[test]
+    fn a_colour_picture_becomes_grey() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.png");
+        let colours = ColourImage {
+            width: 2,
+            height: 1,
+            pixels: vec![255, 0, 0, 9, 9, 9],
+        };
+        write_colour_png(&path, &colours).unwrap();
+        fs::write(folder.path().join("grey"), png_of(&path).unwrap()).unwrap();
+        let grey = read_picture(&folder.path().join("grey")).unwrap();
+        assert_eq!(grey.pixels, [76, 9]);
+        assert!(is_grey_png(&png_of(&path).unwrap()));
     }
 
     #[test]

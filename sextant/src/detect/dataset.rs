@@ -7,7 +7,7 @@ use crate::progress;
 use anyhow::Context;
 use sextant_apriltag::{Detector, Options};
 use sextant_process::{Exit, WithExit};
-use sextant_recordings::{CameraRecording, Dataset, DetectionsLine, Frame, Row, read_grey_png};
+use sextant_recordings::{CameraRecording, Dataset, DetectionsLine, Frame, Row, read_picture};
 use sextant_site_files::write_atomically;
 use std::fs;
 use std::path::Path;
@@ -59,7 +59,7 @@ fn line_of(detector: &mut Option<Detector>, row: &Row) -> anyhow::Result<Detecti
     let detections = match &row.frame {
         Frame::Detections(detections) => detections.clone(),
         Frame::Picture(path) => {
-            let picture = read_grey_png(path)?;
+            let picture = read_picture(path)?;
             let image = image_of(&picture).with_context(|| path.display().to_string())?;
             let detector = detector.as_mut().context("there is no detector")?;
             detected_tags(detector.detect(&image))

@@ -13,7 +13,7 @@ use anyhow::Context;
 use record::{Record, Stopwatch};
 use sextant_apriltag::{Detection, Detector, Image, Options, Report};
 use sextant_process::{Exit, WithExit};
-use sextant_recordings::{GreyImage, read_any_png, write_colour_png};
+use sextant_recordings::{GreyImage, read_picture, write_colour_png};
 use sextant_site_files::write_atomically;
 use std::fs;
 use std::path::Path;
@@ -51,7 +51,7 @@ pub fn explain(
 
 impl Explanation {
     fn of(path: &Path, options: &Options, reps: u32) -> anyhow::Result<Self> {
-        let picture = read_any_png(path)?;
+        let picture = read_picture(path)?;
         let image = image_of(&picture).with_context(|| path.display().to_string())?;
         let mut detector = Detector::new(options.clone())?;
         let mut record = Record::default();

@@ -4,7 +4,7 @@ use anyhow::{Context, ensure};
 use sextant_apriltag::{Detection, Detector, Image, Tracker, TrackingReport};
 use sextant_estimator::Camera;
 use sextant_geometry::Lens;
-use sextant_recordings::{DetectedTag, GreyImage, read_any_png};
+use sextant_recordings::{DetectedTag, GreyImage, read_picture};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -30,7 +30,7 @@ pub fn detect(
     reps: u32,
     camera: Option<&Camera>,
 ) -> anyhow::Result<DetectedImage> {
-    let picture = read_any_png(path)?;
+    let picture = read_picture(path)?;
     let image = image_of(&picture).with_context(|| path.display().to_string())?;
     let detector = detector.as_mut().context("there is no detector")?;
     detector.set_lens(lens_of(camera, &picture, path)?);
@@ -64,7 +64,7 @@ pub fn follow(
     path: &Path,
     camera: Option<&Camera>,
 ) -> anyhow::Result<DetectedImage> {
-    let picture = read_any_png(path)?;
+    let picture = read_picture(path)?;
     let image = image_of(&picture).with_context(|| path.display().to_string())?;
     let tracker = tracker.as_mut().context("there is no tracker")?;
     tracker.set_lens(lens_of(camera, &picture, path)?);

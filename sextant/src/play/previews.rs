@@ -4,7 +4,7 @@ use node_camera::{JpegMaker, PreviewConfig};
 use sextant_estimator::CameraId;
 use sextant_proto::{Keys, Preview};
 use sextant_recordings::compressed_image::{self, RecordedImage};
-use sextant_recordings::decode_any_png;
+use sextant_recordings::decode_picture;
 use sextant_zenoh_bus::{Bus, Publisher, Qos};
 use std::collections::BTreeMap;
 use std::io::Cursor;
@@ -86,7 +86,7 @@ impl<'a> Previews<'a> {
 }
 
 fn preview(jpeg: &mut JpegMaker, image: RecordedImage) -> Option<Preview> {
-    let grey = decode_any_png(Cursor::new(&image.png), Path::new("PNG")).ok()?;
+    let grey = decode_picture(Cursor::new(&image.png), Path::new("PNG")).ok()?;
     let width = u16::try_from(grey.width).ok()?;
     let height = u16::try_from(grey.height).ok()?;
     Some(Preview {

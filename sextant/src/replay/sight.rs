@@ -5,7 +5,7 @@ use anyhow::{Context, ensure};
 use nalgebra::{Matrix2, Point2};
 use sextant_apriltag::Detector;
 use sextant_estimator::{Camera, ImageObservation, Rig, TagCorners, TagId};
-use sextant_recordings::{DetectedTag, Frame, Row, read_grey_png};
+use sextant_recordings::{DetectedTag, Frame, Row, read_picture};
 use std::path::Path;
 
 /// Recordings say nothing of their images' exposures.
@@ -43,7 +43,7 @@ fn detect(
     path: &Path,
     camera: &Camera,
 ) -> anyhow::Result<Vec<DetectedTag>> {
-    let picture = read_grey_png(path)?;
+    let picture = read_picture(path)?;
     let [width, height] = camera.resolution.map(|pixels| pixels as usize);
     ensure!(
         (picture.width, picture.height) == (width, height),

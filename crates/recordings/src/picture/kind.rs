@@ -1,0 +1,114 @@
+//! What a file is by its first bytes, whatever its name says.
+
+/// How many bytes [`Kind::of`] looks at.
+pub(super) const HEAD: usize = 32;
+
+/// A kind of file.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Kind {
+    Png,
+    Jpeg,
+    Pnm,
+    Webp,
+    Tiff,
+    Bmp,
+    /// Known, and not read: with an article.
+    Other(&'static str),
+    /// The beginning of nothing that is known.
+    Unknown,
+    Empty,
+}
+
+/// Beginnings that settle the matter.
+const BEGINNINGS: &[(&[u8], Kind)] = &[
+    (b"\x89PNG\r\n\x1a\n", Kind::Png),
+    (b"\xff\xd8\xff", Kind::Jpeg),
+    (b"II*\0\x10\0\0\0CR", Kind::Other("a raw picture (CR2)")),
+    (b"II*\0", Kind::Tiff),
+    (b"MM\0*", Kind::Tiff),
+    (b"II+\0", Kind::Tiff),
+    (b"MM\0+", Kind::Tiff),
+    (b"GIF8", Kind::Other("a GIF picture")),
+    (b"\xff\x0a", Kind::Other("a JPEG XL picture")),
+    (b"\0\0\0\x0cJXL ", Kind::Other("a JPEG XL picture")),
+    (b"\0\0\0\x0cjP  ", Kind::Other("a JPEG 2000 picture")),
+    (b"\xff\x4f\xff\x51", Kind::Other("a JPEG 2000 picture")),
+    (b"\x76\x2f\x31\x01", Kind::Other("an OpenEXR picture")),
+    (b"8BPS", Kind::Other("a Photoshop picture")),
+    (b"FUJIFILMCCD-RAW", Kind::Other("a raw picture (RAF)")),
+    (b"<svg", Kind::Other("an SVG drawing")),
+    (b"%PDF", Kind::Other("a PDF document")),
+    (b"PK\x03\x04", Kind::Other("a ZIP archive")),
+    (b"\x1f\x8b", Kind::Other("a file packed with gzip")),
+    (
+        b"\x1a\x45\xdf\xa3",
+        Kind::Other("a video (Matroska or WebM)"),
+    ),
+    (b"\x89MCAP0\r\n", Kind::Other("an MCAP recording")),
+];
+
+impl Kind {
+    /// The kind of the file that begins so.
+    pub(super) fn of(head: &[u8]) -> Self {
+        if head.is_empty() {
+            return Self::Empty;
+        }
+        let settled = BEGINNINGS.iter().find(|(start, _)| head.starts_with(start));
+        if let Some((_, kind)) = settled {
+            return *kind;
+        }
+        match (head.get(..4), head.get(4..8), head.get(8..12)) {
+            (Some(b"RIFF"), Some(_), Some(b"WEBP")) => Self::Webp,
+            (Some(b"RIFF"), Some(_), Some(b"AVI ")) => Self::Other("a video (AVI)"),
+            (Some(_), Some(b"ftyp"), Some(brand)) => Self::Other(of_brand(brand)),
+            _ if is_pnm(head) => Self::Pnm,
+            _ if is_bmp(head) => Self::Bmp,
+            _ => Self::Unknown,
+        }
+    }
+}
+
+/// What the first brand of an ISO media file stands for.
+fn of_brand(brand: &[u8]) -> &'static str {
+    match brand {
+        b"heic" | b"heix" | b"heim" | b"heis" | b"hevc" | b"hevx" | b"mif1" | b"msf1" => {
+            "a HEIC picture"
+        }
+        b"avif" | b"avis" => "an AVIF picture",
+        b"crx " => "a raw picture (CR3)",
+        _ => "a video (MP4 or MOV)",
+    }
+}
+
+fn is_pnm(head: &[u8]) -> bool {
+    matches!(head, [b'P', b'1'..=b'7', then, ..] if then.is_ascii_whitespace() || *then == b'#')
+}
+
+/// `BM` alone would be the beginning of many a text; the header of a bitmap has four bytes of zeros.
+fn is_bmp(head: &[u8]) -> bool {
+    head.starts_with(b"BM") && head.get(6..10) == Some(&[0; 4])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn files_are_known_by_their_first_bytes() {
+        for (head, kind) in [
+            (&b""[..], Kind::Empty),
+            (b"hello, this is text", Kind::Unknown),
+            (b"BMW and others", Kind::Unknown),
+            (b"BM\x46\0\0\0\0\0\0\0\x36\0\0\0", Kind::Bmp),
+            (b"P5\n2 2\n255\n", Kind::Pnm),
+            (b"P5x", Kind::Unknown),
+            (b"RIFF\x1a\0\0\0WEBPVP8L", Kind::Webp),
+            (b"MM\0*\0\0\0\x08", Kind::Tiff),
+            (b"\0\0\0\x18ftypheic", Kind::Other("a HEIC picture")),
+            (b"\0\0\0\x18ftypavif", Kind::Other("an AVIF picture")),
+            (b"\0\0\0\x18ftypisom", Kind::Other("a video (MP4 or MOV)")),
+        ] {
+            assert_eq!(Kind::of(head), kind, "{head:?}");
+        }
+    }
+}
