@@ -2,6 +2,7 @@
 
 mod dataset;
 pub mod explain;
+mod families;
 mod print;
 mod sight;
 
@@ -9,11 +10,11 @@ use crate::ordered::in_order;
 use crate::output::{Format, print_line};
 use anyhow::{Context, bail};
 use clap::{ArgGroup, Args};
+use families::{Sought, families};
 use sextant_apriltag::{Detector, Options, Tracker};
 use sextant_estimator::{Camera, CameraId};
 use sextant_process::{Exit, Failure, WithExit};
 use sextant_site_files::read_rig;
-use sextant_tag_families::Family;
 use sight::{DetectedImage, detect, follow};
 use std::io::{self, BufRead, BufReader};
 use std::path::{Path, PathBuf};
@@ -47,9 +48,10 @@ pub struct DetectArguments {
     /// Repetitions of the detection, for timing.
     #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=100_000))]
     reps: u32,
-    /// Tag family to detect; may be repeated.
+    /// Tag family to detect; may be repeated. `all` is for tags of an unknown family: it takes more time, and leaves out families of
+    /// 16 bits (tag16h5, aruco4x4) and ChArUco boards, whose markers are found as ArUco tags.
     #[arg(long = "family", value_name = "FAMILY", default_value = "tag36h11")]
-    families: Vec<Family>,
+    families: Vec<Sought>,
     /// Track tags through the images of one camera: each image is searched near earlier tags and, in turn, elsewhere, so that a
     /// new tag is found within ten images.
     #[arg(long, conflicts_with_all = ["threads", "reps", "written"])]
@@ -93,7 +95,7 @@ pub struct DetectArguments {
 /// [`Exit::Usage`] for options that contradict each other, [`Exit::Input`] when a picture could not be used.
 pub fn run(arguments: &DetectArguments, format: Format) -> anyhow::Result<()> {
     let options = Options {
-        families: arguments.families.clone(),
+        families: families(&arguments.families),
         ..Options::default()
     };
     // Made once here, so that making it for each thread cannot fail any more.

@@ -331,7 +331,7 @@ fn wrong_usage_has_its_own_code() {
     for arguments in [
         &["detect"][..],
         &["replay", "x"],
-        &["detect", "--family", "tag36h10", "a.png"],
+        &["detect", "--family", "tag99h1", "a.png"],
         &[
             "detect", "--family", "tag36h11", "--family", "tag36h11", "a.png",
         ],

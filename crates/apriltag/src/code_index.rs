@@ -25,7 +25,7 @@ pub(crate) struct CodeIndex {
     n_bits: usize,
     part_bits: usize,
     max_hamming: u32,
-    /// Whether random patterns often match a code word, since the family has few bits.
+    /// Whether what is no tag often matches a code word: the family has few bits, or has words as plain as a single white bar.
     pub(crate) is_weak: bool,
     /// Most ambiguous bits with which a match is still significant.
     pub(crate) bits_to_spare: usize,
@@ -45,7 +45,7 @@ impl CodeIndex {
             n_bits,
             part_bits,
             max_hamming: most,
-            is_weak: chance(family, 0) > MOST_CHANCE,
+            is_weak: chance(family, 0) > MOST_CHANCE || family.min_hamming < LEAST_DISTANCE,
             bits_to_spare: bits_to_spare(family),
             ids: vec![Vec::new(); PARTS << part_bits],
         };
@@ -92,6 +92,9 @@ impl CodeIndex {
 
 /// Probability that random bits match a code word in some orientation beyond which a family needs stricter checks.
 const MOST_CHANCE: f64 = 5e-4;
+
+/// Least distance of a family that was chosen for it, and so lacks plain words such as a single white bar.
+const LEAST_DISTANCE: u8 = 3;
 
 /// Number of bit errors to correct: at most what the family's distance allows, and so few that random bits match a code word in some
 /// orientation with a probability of `MOST_CHANCE` at most, or no more often than without correction.
@@ -159,6 +162,13 @@ mod tests {
     }
 
     #[test]
+    fn families_of_few_bits_or_plain_words_need_stricter_checks() {
+        let is_weak = |family: Family| CodeIndex::new(family.data(), 2).is_weak;
+        assert!(is_weak(Family::Tag16h5) && is_weak(Family::ArucoOriginal));
+        assert!(!is_weak(Family::Aruco5x5With1000) && !is_weak(Family::Tag25h9));
+    }
+
+    #[test]
     fn the_more_words_a_family_has_the_fewer_bits_may_be_in_doubt() {
         let to_spare = |family: Family| CodeIndex::new(family.data(), 2).bits_to_spare;
         assert_eq!(to_spare(Family::Tag16h5), 4);
@@ -189,12 +199,14 @@ mod tests {
             let is_word = |code: &&u64| index.find(mirrored(data, **code)).is_some();
             let n = data.codes.iter().filter(is_word).count();
             let known = match family.name().trim_start_matches("ch") {
+                // Made of lines of bits in any order, so that each word is another one in a mirror.
+                "aruco-original" => 1023,
                 "aruco4x4-50" => 4,
                 "aruco4x4-100" => 7,
                 "aruco4x4-250" => 14,
                 "aruco4x4-1000" => 92,
                 "aruco5x5-1000" => 3,
-                "aruco6x6-1000" => 2,
+                "aruco6x6-1000" | "tag36h10" => 2,
                 "aruco5x5-250" | "tagStandard41h12" => 1,
                 _ => 0,
             };

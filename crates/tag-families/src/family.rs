@@ -1,6 +1,6 @@
 //! The families by name, and the data of each.
 
-use crate::table::{FamilyData, Table, parse};
+use crate::table::{FamilyData, Table, parse, parse_packed};
 use serde::{Deserialize, Serialize};
 use std::fmt;
 use std::str::FromStr;
@@ -47,6 +47,18 @@ static TAG25H9: Table<35, 25> = parse(include_bytes!("../data/tag25h9.txt"));
 static TAG16H5: Table<30, 16> = parse(include_bytes!("../data/tag16h5.txt"));
 static TAG_STANDARD_41H12: Table<2115, 41> = parse(include_bytes!("../data/tagStandard41h12.txt"));
 
+static TAG36H10: Table<2320, 36> = parse(include_bytes!("../data/tag36h10.txt"));
+static TAG_CUSTOM_48H12: Table<42211, 48> = parse_packed(
+    include_bytes!("../data/tagCustom48h12.txt"),
+    include_bytes!("../data/tagCustom48h12.bin"),
+);
+static TAG_STANDARD_52H13: Table<48714, 52> = parse_packed(
+    include_bytes!("../data/tagStandard52h13.txt"),
+    include_bytes!("../data/tagStandard52h13.bin"),
+);
+
+static ARUCO_ORIGINAL: Table<1023, 25> = parse(include_bytes!("../data/arucoOriginal.txt"));
+static ARUCO_MIP_36H12: Table<250, 36> = parse(include_bytes!("../data/arucoMip36h12.txt"));
 static ARUCO_4X4: Table<1000, 16> = parse(include_bytes!("../data/aruco4x4.txt"));
 static ARUCO_5X5: Table<1000, 25> = parse(include_bytes!("../data/aruco5x5.txt"));
 static ARUCO_6X6: Table<1000, 36> = parse(include_bytes!("../data/aruco6x6.txt"));
@@ -127,6 +139,17 @@ families! {
     Charuco7x7With250, "charuco7x7-250", ARUCO_7X7.first(250, 17).on_charuco();
     /// White squares of a ChArUco board with markers of `DICT_7X7_1000`.
     Charuco7x7With1000, "charuco7x7-1000", ARUCO_7X7.first(1000, 14).on_charuco();
+    /// The first ArUco dictionary, as OpenCV's `DICT_ARUCO_ORIGINAL`, without its tag 1023, which looks the same upside down.
+    /// Its words differ in as little as one bit, so that none is corrected.
+    ArucoOriginal, "aruco-original", ARUCO_ORIGINAL.data();
+    /// ArUco dictionary of 250 tags of 6x6 bits, as OpenCV's `DICT_ARUCO_MIP_36h12`.
+    ArucoMip36h12, "aruco-mip-36h12", ARUCO_MIP_36H12.data();
+    /// AprilTag 36h10: 2320 tags that look like those of 36h11.
+    Tag36h10, "tag36h10", TAG36H10.data();
+    /// AprilTag Custom 48h12: 42211 tags with room for a smaller tag in the middle.
+    TagCustom48h12, "tagCustom48h12", TAG_CUSTOM_48H12.data();
+    /// AprilTag Standard 52h13: data outside the border, 48714 tags.
+    TagStandard52h13, "tagStandard52h13", TAG_STANDARD_52H13.data();
 }
 
 impl fmt::Display for Family {
@@ -138,8 +161,9 @@ impl fmt::Display for Family {
 /// A name that no family bears.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error(
-    "unknown tag family `{0}`; known are tag36h11, tag36h11b2 (Kalibr's AprilGrid), tag25h9, tag16h5, tagStandard41h12, \
-    the ArUco dictionaries aruco{{4x4,5x5,6x6,7x7}}-{{50,100,250,1000}} and ChArUco boards with their markers, charuco4x4-50 and so on"
+    "unknown tag family `{0}`; known are tag36h11, tag36h11b2 (Kalibr's AprilGrid), tag25h9, tag16h5, tag36h10, \
+    tagStandard41h12, tagStandard52h13, tagCustom48h12, \
+    the ArUco dictionaries aruco{{4x4,5x5,6x6,7x7}}-{{50,100,250,1000}}, aruco-original and aruco-mip-36h12, and ChArUco boards with their markers, charuco4x4-50 and so on"
 )]
 pub struct UnknownFamily(pub String);
 
@@ -164,8 +188,8 @@ mod tests {
         let message = "tag99".parse::<Family>().unwrap_err().to_string();
         for family in Family::ALL {
             assert_eq!(family.to_string().parse(), Ok(family));
-            let is_aruco = family.name().contains("aruco");
-            let named = is_aruco || message.contains(family.name());
+            let of_a_size = family.name().contains("aruco") && family.name().contains('x');
+            let named = of_a_size || message.contains(family.name());
             assert!(named, "{message} lacks {family}");
         }
     }
@@ -180,6 +204,25 @@ mod tests {
     }
 
     #[test]
+    fn large_tables_are_read_to_their_ends() {
+        let ends = |family: Family| {
+            let codes = family.data().codes;
+            (codes.first().copied(), codes.last().copied(), codes.len())
+        };
+        let custom = (Some(0xd6c8_ae76_dff0), Some(0x18bc_cac8_b0f5), 42211);
+        assert_eq!(ends(Family::TagCustom48h12), custom);
+        let (_, last, n) = ends(Family::TagStandard52h13);
+        assert_eq!((last, n), (Some(0xc_dc7a_163a_cc66), 48714));
+    }
+
+    #[test]
+    fn no_word_of_the_first_aruco_dictionary_is_the_same_upside_down() {
+        let data = Family::ArucoOriginal.data();
+        let same = |code: &u64| rotate_code(*code, data.bits.len(), 2) == *code;
+        assert!(!data.codes.iter().any(same));
+    }
+
+    #[test]
     fn a_border_of_two_modules_leaves_words_and_picture_as_they_are() {
         let (plain, thick) = (Family::Tag36h11.data(), Family::Tag36h11b2.data());
         assert_eq!(plain.codes, thick.codes);
@@ -187,11 +230,16 @@ mod tests {
         assert!(moved.eq(thick.bits.iter().copied()));
     }
 
+    /// Words of a family that are compared with all before them.
+    const MOST_CHECKED: usize = 2500;
+
     #[test]
     fn code_words_keep_their_distance_under_rotation() {
         for family in Family::ALL {
             let data = family.data();
-            for (i, &a) in data.codes.iter().enumerate() {
+            // Of the largest families not every word, which would take a minute.
+            let step = data.codes.len().div_ceil(MOST_CHECKED);
+            for (i, &a) in data.codes.iter().enumerate().step_by(step) {
                 let rotated = [0, 1, 2, 3].map(|turns| rotate_code(a, data.bits.len(), turns));
                 let nearest_self = rotated[1..].iter().map(|r| (r ^ a).count_ones()).min();
                 let nearest_other = data.codes[..i]

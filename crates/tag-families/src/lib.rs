@@ -1,7 +1,7 @@
 //! Fiducial tag families as data: code words, the layout of a tag's modules, and what a printed tag looks like.
 //!
 //! - [`Family`]: the families by name; everything else hangs on it.
-//! - [`FamilyData`]: code words and layout of one family, read from `data/*.txt` at compile time.
+//! - [`FamilyData`]: code words and layout of one family, read from `data/` at compile time.
 //! - [`module_is_white`], [`white_modules`], [`rotate_code`]: what follows from the data.
 //!
 //! No images, no metres: coordinates are modules of the upright tag, x right and y down.

@@ -148,8 +148,8 @@ mod tests {
 
     #[test]
     fn four_quarter_turns_are_none() {
-        for n_bits in [16, 25, 36, 41, 49] {
-            let code = 0x1234_5678_9abc & ((1 << n_bits) - 1);
+        for n_bits in [16, 25, 36, 41, 48, 49, 52] {
+            let code = 0xf_1234_5678_9abc & ((1 << n_bits) - 1);
             let turned = (0..4).fold(code, |code, _| rotate_code(code, n_bits, 1));
             assert_eq!(turned, code);
             assert_eq!(
@@ -170,7 +170,7 @@ mod tests {
                 .filter(|&(x, y)| module_is_white(family, 11, x, y))
                 .collect();
             assert_eq!(listed, white, "{family}");
-            assert_eq!(white_modules(family, 9999).count(), 0);
+            assert_eq!(white_modules(family, 99_999).count(), 0);
         }
     }
 

@@ -3,7 +3,8 @@
 //! A file is words between white space; `#` begins a comment until the end of its line. In this order:
 //! `total-width N`, `border-width N`, `border black|white`, `min-hamming N`, for tags of such boards `board aprilgrid`, `bits N`
 //! and N pairs `x y` (most significant bit of the code word first), `codes N` and N hexadecimal code words.
-//! It is read at compile time: a malformed file does not build.
+//! It is read at compile time: a malformed file does not build. Tens of thousands of words would take the compiler too long: there
+//! `codes N packed` ends the file, and a second one has the words, each in eight bytes, the highest first.
 
 /// Colour of the ring that forms the tag's square.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -100,6 +101,39 @@ pub(crate) const fn parse<const CODES: usize, const BITS: usize>(
     file: &[u8],
 ) -> Table<CODES, BITS> {
     let mut words = Tokens { file, at: 0 };
+    let mut table: Table<CODES, BITS> = without_codes(&mut words);
+    let mut i = 0;
+    while i < CODES {
+        table.codes[i] = words.hexadecimal();
+        i += 1;
+    }
+    assert!(words.next().is_empty(), "words after the last code");
+    table
+}
+
+/// Reads a family whose code words are in a file of their own.
+pub(crate) const fn parse_packed<const CODES: usize, const BITS: usize>(
+    file: &[u8],
+    mut packed: &[u8],
+) -> Table<CODES, BITS> {
+    let mut words = Tokens { file, at: 0 };
+    let mut table: Table<CODES, BITS> = without_codes(&mut words);
+    words.keyword(b"packed");
+    assert!(words.next().is_empty(), "words after the last");
+    let mut i = 0;
+    while let Some((code, rest)) = packed.split_first_chunk() {
+        table.codes[i] = u64::from_be_bytes(*code);
+        packed = rest;
+        i += 1;
+    }
+    assert!(i == CODES && packed.is_empty(), "length of the code words");
+    table
+}
+
+/// All up to the number of codes.
+const fn without_codes<const CODES: usize, const BITS: usize>(
+    words: &mut Tokens<'_>,
+) -> Table<CODES, BITS> {
     let total_width = words.field(b"total-width") as u8;
     let border_width = words.field(b"border-width") as u8;
     words.keyword(b"border");
@@ -124,15 +158,8 @@ pub(crate) const fn parse<const CODES: usize, const BITS: usize>(
     }
 
     assert!(words.field(b"codes") == CODES as i64, "number of codes");
-    let mut codes = [0; CODES];
-    i = 0;
-    while i < CODES {
-        codes[i] = words.hexadecimal();
-        i += 1;
-    }
-    assert!(words.next().is_empty(), "words after the last code");
     Table {
-        codes,
+        codes: [0; CODES],
         bits,
         total_width,
         border_width,
@@ -252,6 +279,15 @@ mod tests {
         let on_board = text.replace("bits 2", "board aprilgrid\nbits 2");
         let table: Table<1, 2> = parse(on_board.as_bytes());
         assert_eq!(table.board, Some(Board::Aprilgrid));
+    }
+
+    #[test]
+    fn packed_code_words_are_read_from_their_file() {
+        let text = str::from_utf8(SMALL).unwrap();
+        let layout = text.replace("codes 1\n2\n", "codes 2 packed\n");
+        let words = [3_u64, 0x1_0000_0002].map(u64::to_be_bytes).concat();
+        let table: Table<2, 2> = parse_packed(layout.as_bytes(), &words);
+        assert_eq!(table.codes, [3, 0x1_0000_0002]);
     }
 
     #[test]

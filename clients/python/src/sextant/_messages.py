@@ -129,6 +129,11 @@ class Family(Word):
     CHARUCO7X7_100 = "charuco7x7-100"
     CHARUCO7X7_250 = "charuco7x7-250"
     CHARUCO7X7_1000 = "charuco7x7-1000"
+    ARUCO_ORIGINAL = "aruco-original"
+    ARUCO_MIP_36H12 = "aruco-mip-36h12"
+    TAG36H10 = "tag36h10"
+    TAGCUSTOM48H12 = "tagCustom48h12"
+    TAGSTANDARD52H13 = "tagStandard52h13"
 
 
 @dataclass(frozen=True)
