@@ -241,8 +241,8 @@ mod tests {
                 "detections.jsonl:1: ",
             ),
             (
-                GOOD.replace("tag36h11", "tag36h10"),
-                "detections.jsonl:1: unknown variant `tag36h10`",
+                GOOD.replace("tag36h11", "tag36h1"),
+                "detections.jsonl:1: unknown variant `tag36h1`",
             ),
             (
                 GOOD.replace("\"hamming\":0", "\"sigma_px\":0"),

@@ -130,10 +130,10 @@ fn wrong_objects_are_refused_with_line_key_and_remedy() {
         ("id = \"cube\"", "id = \"my cube\"", "cube.toml:2:6: id: "),
         (
             "tag36h11",
-            "tag36h10",
-            "cube.toml:4:10: tag[0].family: unknown variant `tag36h10`",
+            "tag36h111",
+            "cube.toml:4:10: tag[0].family: unknown variant `tag36h111`",
         ),
-        ("tag36h11", "tag36h10", "did you mean `tag36h11`?"),
+        ("tag36h11", "tag36h111", "did you mean `tag36h11`?"),
         ("size", "siez", "did you mean `size`?"),
         (
             "[0, 0, 0.03]",
