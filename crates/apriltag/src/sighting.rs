@@ -11,6 +11,18 @@ use crate::view::View;
 use crate::{Detection, Image, Options, Pass, Refinement, Rejection};
 use sextant_tag_families::Family;
 
+/// Share of the pattern's edges that agree with the picture, below which corners are doubted: usually all do, and seven in ten where a line
+/// of the border is beside its edge.
+const LEAST_AGREEMENT: f32 = 0.85;
+
+/// Sub-pixel corners of a sighting.
+struct Located {
+    corners: Corners,
+    refinement: Refinement,
+    /// Share of the pattern's edges that the picture shows there.
+    agreement: f32,
+}
+
 /// A decoded tag, with corners accurate to about a pixel in the order of the upright tag.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Sighting {
@@ -65,21 +77,7 @@ impl Sighting {
         };
         board_corners::refine(image, &self.reading, &mut tag).then_some(tag)
     }
-}
 
-/// Share of the pattern's edges that agree with the picture, below which corners are doubted: usually all do, and seven in ten where a line
-/// of the border is beside its edge.
-const LEAST_AGREEMENT: f32 = 0.85;
-
-/// Sub-pixel corners of a sighting.
-struct Located {
-    corners: Corners,
-    refinement: Refinement,
-    /// Share of the pattern's edges that the picture shows there.
-    agreement: f32,
-}
-
-impl Sighting {
     /// Corners from a quad, by the whole pattern or by the edges.
     fn locate(
         &self,

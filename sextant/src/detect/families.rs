@@ -1,4 +1,4 @@
-//! What `--family` names: a tag family, or all that are worth a search when nobody knows.
+//! Values of `--family`: the name of a tag family, or `all` for those worth a search when the family is unknown.
 
 use sextant_tag_families::{Board, Family, FamilyData, UnknownFamily};
 use std::str::FromStr;
