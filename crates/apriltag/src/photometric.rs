@@ -38,11 +38,6 @@ use sextant_geometry::{CORNER_PAIRS, Lens};
 use state::{Row, State, dot};
 use undistortion::Undistortion;
 
-/// Largest residuals, in standard deviations of the image noise, for which the covariance is valid. Aliasing, sharpening and compression
-/// leave several times the noise of flat areas. Print or optics that violate the model leave ten times as much or more; then the edges,
-/// which only assume a straight border, are better.
-const MOST_NOISES: f32 = 8.0;
-
 /// Ratio of the true to the estimated variance of the edges, at most: the scatter of a line does not show what blur adds to all of it
 /// from beside the border.
 const UNSTATED: f32 = 9.0;
@@ -110,12 +105,11 @@ impl PatternFitter {
         let squares = rows.as_flattened().iter().map(|row| dot(row, row));
         let mean_variance = variance * squares.sum::<f32>() / 8.0;
 
-        let noises = residual / noise_sigma.max(ROUNDING);
         // Sharp pictures without noise are no camera's: where all edges cross their pixels alike, a fit may come to rest beside
         // them, and edges along rows and columns are exact.
         let real = noise_sigma > 0.0 || !state.is_sharp();
         let surer = mean_variance < UNSTATED * edges.mean_variance();
-        if !(real && noises < MOST_NOISES && surer && state.is_plausible(&start)) {
+        if !(real && surer && state.is_plausible(&start)) {
             return None;
         }
         let mut quad = state.corners();
