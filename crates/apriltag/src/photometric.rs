@@ -6,8 +6,8 @@
 //! The rendering is light(u, v) * (black + (white - black) * response(coverage)), where coverage is the blurred pattern
 //! ([`Pattern`]), light is a plane over the tag that is 1 at its middle, and response(c) = c + gain c (1 - c) models
 //! the tone curve, glare and spreading ink. Gauss-Newton on 18 parameters: the homography (8), black, white,
-//! the light's slope (2), the blur's covariance (3), which takes in the lens and straight motion, its shape, which takes in
-//! sharpening, the grey that blur mixes in from beyond the ring, and the gain. (Least squares on images: Baker & Matthews,
+//! the light's slope (2), the blur's covariance (3), which takes in the lens and straight motion, the halo of sharpening or
+//! glare, the grey that blur mixes in from beyond the ring, and the gain. (Least squares on images: Baker & Matthews,
 //! Lucas-Kanade 20 years on, IJCV 2004.) It uses a subset of the
 //! pixels first, then all of them, usually once. The covariance is that of least squares, inflated where residuals along a line of the
 //! pattern are correlated, unlike noise.
@@ -31,7 +31,7 @@ use crate::edges::Corners;
 use crate::reading::Reading;
 use equations::Equations;
 use model::{Model, TUKEY};
-use parameters::PARAMETERS;
+use parameters::{BLUR, PARAMETERS};
 use pattern::{MOST_EDGES, Pattern};
 use pixels::Pixels;
 use sextant_geometry::{CORNER_PAIRS, Lens};
@@ -41,6 +41,9 @@ use undistortion::Undistortion;
 /// Ratio of the true to the estimated variance of the edges, at most: the scatter of a line does not show what blur adds to all of it
 /// from beside the border.
 const UNSTATED: f32 = 9.0;
+
+/// Variance of corners, in square pixels, below which edges show no scatter: they run along rows and columns of a drawing.
+const EXACT_VARIANCE: f32 = 0.02 * 0.02;
 
 /// Usual residuals from optics, sharpening and compression, as a share of the contrast. Pixels within them are not treated as
 /// occluded or lit by something else.
@@ -105,11 +108,11 @@ impl PatternFitter {
         let squares = rows.as_flattened().iter().map(|row| dot(row, row));
         let mean_variance = variance * squares.sum::<f32>() / 8.0;
 
-        // Sharp pictures without noise are no camera's: where all edges cross their pixels alike, a fit may come to rest beside
-        // them, and edges along rows and columns are exact.
-        let real = noise_sigma > 0.0 || !state.is_sharp();
+        // Where all edges cross their pixels alike in a sharp picture without noise, a fit may come to rest beside them.
+        let exact =
+            noise_sigma == 0.0 && state.is_sharp() && edges.mean_variance() < EXACT_VARIANCE;
         let surer = mean_variance < UNSTATED * edges.mean_variance();
-        if !(real && surer && state.is_plausible(&start)) {
+        if exact || !surer || !state.is_plausible(&start) {
             return None;
         }
         let mut quad = state.corners();
@@ -136,24 +139,28 @@ impl PatternFitter {
         })
     }
 
-    /// Iterates with a subset of the pixels until the corners are approximately right, then with all until convergence, with less
+    /// Iterates with a subset of the pixels and no halo until the corners are approximately right, then with all until convergence, with less
     /// weight for outliers. Returns the factor by which variances exceed those of the last equations.
     #[inline(always)]
     fn settle(&mut self, pattern: &Pattern, levels: f32, state: &mut State) -> Option<f32> {
         const ENOUGH_GROUPS: usize = 10;
-        // After a step with a few pixels that moves no corner farther, one with all of them is likely to settle it; after such a
-        // one with all the next would hardly move corners by a thousandth of a pixel, as each doubles the digits that are right.
+        // Largest motion of a corner and change of the blur's variances together by a step that is the last with a few pixels, and with all
+        // of them. The next step with all is likely to settle it; after such a one the next would hardly move corners by a thousandth of
+        // a pixel, as each doubles the digits that are right.
         const REST_PX: [f32; 2] = [0.2, 0.02];
+        const REST_VARIANCE: [f32; 2] = [0.4, 0.2];
         const MOST_STEPS: usize = 6;
         let few = (self.pixels.groups().len() / ENOUGH_GROUPS).max(1);
         let (mut scale, mut step) = (START_SCALE, [0.0; _]);
-        for (every, rest_px) in [few, 1].into_iter().zip(REST_PX) {
+        for (i, every) in [few, 1].into_iter().enumerate() {
             for _ in 0..MOST_STEPS {
                 self.linearise(&Model::new(pattern, state, scale, levels)?, scale, every);
-                step = self.equations.solve(&state.priors());
+                step = self.equations.solve(&state.priors(i > 0));
                 state.step(&step)?;
                 scale = self.equations.residual_variance().sqrt().max(MODEL_SCALE);
-                if state.motion(&step) < rest_px {
+                if state.motion(&step) < REST_PX[i]
+                    && (step[BLUR] + step[BLUR + 1]).abs() < REST_VARIANCE[i]
+                {
                     break;
                 }
             }
@@ -173,7 +180,8 @@ impl PatternFitter {
             (1, true) => model.linearise::<1, true>(groups, equations),
             (2, false) => model.linearise::<2, false>(groups, equations),
             (2, true) => model.linearise::<2, true>(groups, equations),
-            _ => model.linearise::<MOST_EDGES, false>(groups, equations),
+            (_, true) => model.linearise::<MOST_EDGES, true>(groups, equations),
+            (_, false) => model.linearise::<MOST_EDGES, false>(groups, equations),
         }
         // The ground, the last parameter, shows only where more than one edge does.
         equations.finish(if model.n_edges == 1 {

@@ -1,8 +1,8 @@
 //! Intensity profile of a straight blurred edge.
 //!
-//! Blur is a Gaussian with the next term of Edgeworth's series (Cramér, Mathematical Methods of Statistics, 1946, 17.7), which
-//! represents its fourth cumulant. That of the pixel's square is known; the rest is fitted: sharpening, defocus and motion
-//! end more abruptly than a Gaussian, glare less so. Where blur is so small that the pixel's square is visible, one term is
+//! Blur is a Gaussian, and sharpening adds the difference of that to a wider one, its halo, which leaves bright and dark seams beside
+//! edges (unsharp masking); glare subtracts it. The pixel's square has a known fourth cumulant, the next term of Edgeworth's series
+//! (Cramér, Mathematical Methods of Statistics, 1946, 17.7). Where blur is so small that the square is visible, one term is
 //! not enough: the edge is then a ramp as wide as the square, convolved with a Gaussian for everything else.
 
 use super::SHIFT;
@@ -11,16 +11,42 @@ use crate::quad::Point;
 /// Variance of a pixel's square along either axis, in square pixels.
 pub(super) const PIXEL: f32 = 1.0 / 12.0;
 
+/// Variance of the halo beyond that of the blur, in square pixels: cameras sharpen with radii of one to two and a half pixels.
+const HALO: f32 = 1.5 * 1.5;
+
+/// Correction for the corners of modules, per product of the derivatives of the profiles of both axes with respect to the halo, and its
+/// derivative: light with a halo h is (1 + h) times that without less h times the halo's, in both dimensions together, which is
+/// h (1 + h) times that product less than the product of two profiles.
+pub(super) fn beside_product(halo: f32) -> [f32; 2] {
+    [-halo * (1.0 + halo), -1.0 - 2.0 * halo]
+}
+
+/// What a halo adds to the variance of the blur, in square pixels.
+pub(super) fn halo_variance(halo: f32) -> f32 {
+    -halo * HALO
+}
+
+/// Standard deviation of all that an edge spreads to, in pixels, for the variance of the blur.
+pub(super) fn spread_px(variance: f32, halo: f32) -> f32 {
+    /// Least halo that shows farther away than the blur.
+    const SEEN: f32 = 0.1;
+    let halo = if halo.abs() > SEEN { HALO } else { 0.0 };
+    (variance + halo).sqrt()
+}
+
 /// Step response at a distance beyond an edge, and its derivatives with respect to distance (per pixel), variance of the blur (per
-/// square pixel) and shape.
+/// square pixel) and halo.
 pub(super) type Edge = [f32; 4];
 
 /// Profile of all edges of one direction.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Profile {
     per_sigma: f32,
-    /// A twenty-fourth of the excess kurtosis.
+    /// A twenty-fourth of the excess kurtosis of blur and pixel square.
     shape: f32,
+    /// The share of light that is moved from the halo to the edge, and the halo's width.
+    halo: f32,
+    per_halo_sigma: f32,
     /// Width of the pixel's square, across the edge, between its two sides most parallel to the edge; and the standard deviation
     /// of all other blur.
     width: f32,
@@ -28,15 +54,16 @@ pub(super) struct Profile {
 }
 
 impl Profile {
-    /// Profile of edges perpendicular to the direction `[nx, ny]`, for the variance of blur and pixel square together, and the shape
-    /// of the blur without that square.
-    pub(super) fn new([nx, ny]: Point, variance: f32, shape: f32) -> Self {
+    /// Profile of edges perpendicular to the direction `[nx, ny]`, for the variance of blur and pixel square together, and a halo.
+    pub(super) fn new([nx, ny]: Point, variance: f32, halo: f32) -> Self {
         // The fourth cumulant of a box is -width^4 / 120, and those of the square's sides along and across add up.
         let of_square = (nx.powi(4) + ny.powi(4)) / (120.0 * 24.0);
         let width = nx.abs().max(ny.abs());
         Self {
             per_sigma: 1.0 / variance.sqrt(),
-            shape: shape - of_square / (variance * variance),
+            shape: -of_square / (variance * variance),
+            halo,
+            per_halo_sigma: 1.0 / (variance + HALO).sqrt(),
             width,
             beside_width: (variance - width * width * PIXEL).sqrt(),
         }
@@ -45,42 +72,52 @@ impl Profile {
     /// Step response at a distance in pixels, with the model for sharp or for blurred images.
     #[inline(always)]
     pub(super) fn at<const SHARP: bool>(&self, distance: f32) -> Edge {
-        if SHARP {
+        let [share, density, spread] = if SHARP {
             self.sharp_at(distance)
         } else {
             self.blurred_at(distance)
-        }
+        };
+        let (z, of_halo, halo) = normal(distance * self.per_halo_sigma);
+        let halo_density = of_halo * self.per_halo_sigma;
+        let halo_spread = spread_of(z, self.per_halo_sigma, halo_density);
+        [
+            share + self.halo * (share - halo),
+            density + self.halo * (density - halo_density),
+            spread + self.halo * (spread - halo_spread),
+            share - halo,
+        ]
     }
 
-    /// Mean of the normal distribution function over the width of the square; ignores the shape.
+    /// Mean of the normal distribution function over the width of the square, and its first derivatives.
     #[inline(always)]
-    fn sharp_at(&self, distance: f32) -> Edge {
+    fn sharp_at(&self, distance: f32) -> [f32; 3] {
         let (half, per_width) = (0.5 * self.width, 1.0 / self.width);
         let far = until(distance + half, self.beside_width);
         let near = until(distance - half, self.beside_width);
-        [
-            (far[0] - near[0]) * per_width,
-            (far[1] - near[1]) * per_width,
-            (far[2] - near[2]) * per_width,
-            0.0,
-        ]
+        std::array::from_fn(|i| (far[i] - near[i]) * per_width)
     }
 
+    /// The series of blur and square, and its first derivatives.
     #[inline(always)]
-    fn blurred_at(&self, distance: f32) -> Edge {
+    fn blurred_at(&self, distance: f32) -> [f32; 3] {
         let (z, density, share) = normal(distance * self.per_sigma);
         let square = z * z;
         // Hermite polynomials of third and fourth order.
-        let with_shape = -z * (square - 3.0) * density;
+        let third = z * (square - 3.0);
         let fourth = square * (square - 6.0) + 3.0;
         let density_px = density * (1.0 + self.shape * fourth) * self.per_sigma;
         [
-            share + self.shape * with_shape,
+            share - self.shape * third * density,
             density_px,
-            -0.5 * z * self.per_sigma * density_px,
-            with_shape,
+            spread_of(z, self.per_sigma, density_px),
         ]
     }
+}
+
+/// Derivative of a step response with respect to the variance: half that of its density with respect to the distance.
+#[inline(always)]
+fn spread_of(z: f32, per_sigma: f32, density_px: f32) -> f32 {
+    -0.5 * z * per_sigma * density_px
 }
 
 /// Of a Gaussian-blurred step: its integral up to a distance, its value, and the integral's derivative with respect to the variance.
@@ -148,25 +185,25 @@ mod tests {
     }
 
     /// Compares profile and derivatives with finite differences.
-    fn check_derivatives(at: impl Fn(f32, f32, f32) -> Edge, variance: f32, n: usize) {
+    fn check_derivatives(at: impl Fn(f32, f32, f32) -> Edge, variance: f32) {
         const STEP: f32 = 0.02;
-        const SHAPE: f32 = 0.06;
+        const HALO: f32 = 0.6;
         for i in -100..=100 {
             let distance = 0.04 * i as f32;
-            let slope = |[distance_step, variance_step, shape_step]: [f32; 3]| {
+            let slope = |[distance_step, variance_step, halo_step]: [f32; 3]| {
                 let share = |sign: f32| {
                     let (distance, variance) = (
                         distance + sign * distance_step,
                         variance + sign * variance_step,
                     );
-                    at(distance, variance, SHAPE + sign * shape_step)[0]
+                    at(distance, variance, HALO + sign * halo_step)[0]
                 };
                 (share(1.0) - share(-1.0)) / (2.0 * STEP)
             };
-            let [value, derivatives @ ..] = at(distance, variance, SHAPE);
-            assert!((value + at(-distance, variance, SHAPE)[0] - 1.0).abs() < 1e-4);
+            let [value, derivatives @ ..] = at(distance, variance, HALO);
+            assert!((value + at(-distance, variance, HALO)[0] - 1.0).abs() < 1e-4);
             let steps = [[STEP, 0.0, 0.0], [0.0, STEP, 0.0], [0.0, 0.0, STEP]];
-            for (derivative, step) in derivatives.iter().zip(steps).take(n) {
+            for (derivative, step) in derivatives.iter().zip(steps) {
                 let error = derivative - slope(step);
                 assert!(
                     error.abs() < 2e-3,
@@ -179,25 +216,25 @@ mod tests {
 
     #[test]
     fn an_edges_derivatives_are_those_of_its_share() {
-        let blurred = |distance: f32, variance: f32, shape: f32| {
+        let blurred = |distance: f32, variance: f32, halo: f32| {
             let profile = Profile {
-                shape,
-                ..Profile::new([1.0, 0.0], variance, shape)
+                shape: -0.02,
+                ..Profile::new([1.0, 0.0], variance, halo)
             };
             profile.at::<false>(distance)
         };
-        check_derivatives(blurred, 0.45, 3);
-        let sharp = |distance: f32, variance: f32, shape: f32| {
-            Profile::new([0.8, 0.6], variance, shape).at::<true>(distance)
+        check_derivatives(blurred, 0.45);
+        let sharp = |distance: f32, variance: f32, halo: f32| {
+            Profile::new([0.8, 0.6], variance, halo).at::<true>(distance)
         };
-        check_derivatives(sharp, 0.25, 2);
+        check_derivatives(sharp, 0.25);
     }
 
     #[test]
-    fn an_edge_that_ends_abruptly_goes_beyond_white_beside_it() {
-        let profile = Profile::new([1.0, 0.0], 1.0, -0.2);
-        assert!(profile.at::<false>(2.2)[0] > 1.01);
-        assert!(profile.at::<false>(-2.2)[0] < -0.01);
+    fn a_sharpened_edge_goes_beyond_white_beside_it() {
+        let profile = Profile::new([1.0, 0.0], 0.5, 1.0);
+        assert!(profile.at::<false>(1.5)[0] > 1.1);
+        assert!(profile.at::<false>(-1.5)[0] < -0.1);
     }
 
     #[test]

@@ -156,7 +156,7 @@ impl<'a> Model<'a> {
             response * coverage.with_blur[0],
             response * coverage.with_blur[1],
             response * coverage.with_blur[2],
-            response * coverage.with_shape,
+            response * coverage.with_halo,
             contrast * mixed,
             response * coverage.with_ground,
             self.pattern.line([u, v], coverage.across),
@@ -166,8 +166,8 @@ impl<'a> Model<'a> {
 
 /// Most edges of either axis that affect a pixel: one if their extent is at most half the distance of two.
 fn n_edges(pattern: &Pattern, state: &State) -> usize {
-    let [uu, vv] = state.blur();
-    let modules = SEEN * uu.max(vv).sqrt() / pattern.module_px(state.size_px);
+    let [u, v] = state.spread_px();
+    let modules = SEEN * u.max(v) / pattern.module_px(state.size_px);
     (1 + (2.0 * modules) as usize).min(MOST_EDGES)
 }
 
@@ -178,7 +178,7 @@ fn rim_px(pattern: &Pattern, state: &State) -> [f32; 2] {
     } else {
         RIM
     };
-    state.blur().map(|variance| sigmas * variance.sqrt())
+    state.spread_px().map(|sigma| sigmas * sigma)
 }
 
 /// Outline of everything that shows the pattern.

@@ -1,6 +1,6 @@
 //! Layout of the vector of fitted parameters.
 //!
-//! Homography (8), black, white, slope of the light (2), covariance of the blur (3), shape of the blur, gain, ground.
+//! Homography (8), black, white, slope of the light (2), covariance of the blur (3), halo, gain, ground.
 
 /// Number of parameters.
 pub(super) const PARAMETERS: usize = 18;
@@ -16,5 +16,8 @@ pub(super) const WHITE: usize = 9;
 
 /// Index of the first parameter of the blur.
 pub(super) const BLUR: usize = 12;
+
+/// Index of the halo.
+pub(super) const HALO: usize = BLUR + 3;
 
 pub(super) type Vector = [f32; PARAMETERS];

@@ -51,6 +51,8 @@ pub(super) struct Places {
 pub(super) struct Optics {
     pub(super) profiles: [Profile; 2],
     pub(super) covariance: f32,
+    /// What a halo adds to the product of two profiles, and its derivative, as [`super::edge::beside_product`] returns them.
+    pub(super) beside_product: [f32; 2],
     /// Apparent displacement of the edges of either axis towards the darker side, in pixels.
     pub(super) shift_px: [f32; 2],
     /// Brightness beyond the ring minus white.
@@ -179,7 +181,8 @@ impl<const EDGES: usize> Crossings<EDGES> {
             value: above[0],
             across: [above[1], 0.0],
             with_blur: [above[2], 0.0, 0.0],
-            with_shape: above[3],
+            with_halo: above[3],
+            halos: 0.0,
             with_ground: 0.0,
         };
         for j in 0..EDGES {
@@ -195,17 +198,22 @@ impl<const EDGES: usize> Crossings<EDGES> {
             coverage.add(&u.map(|inside| -optics.ground * inside), &v);
         }
         coverage.value += optics.covariance * coverage.with_blur[2];
+        let [value, slope] = optics.beside_product;
+        coverage.value += value * coverage.halos;
+        coverage.with_halo += slope * coverage.halos;
         coverage
     }
 }
 
 /// Share of white at a position; its derivatives across the edges of either axis (per pixel), with respect to the variances of the blur
-/// across either and their covariance, to the shape, and to the background.
+/// across either and their covariance, to the halo, and to the background.
 pub(super) struct Coverage {
     pub(super) value: f32,
     pub(super) across: [f32; 2],
     pub(super) with_blur: [f32; 3],
-    pub(super) with_shape: f32,
+    pub(super) with_halo: f32,
+    /// Product of the derivatives of both profiles with respect to the halo.
+    halos: f32,
     pub(super) with_ground: f32,
 }
 
@@ -219,6 +227,7 @@ impl Coverage {
         self.with_blur[0] += u[2] * v[0];
         self.with_blur[1] += u[0] * v[2];
         self.with_blur[2] += u[1] * v[1];
-        self.with_shape += u[3] * v[0] + u[0] * v[3];
+        self.with_halo += u[3] * v[0] + u[0] * v[3];
+        self.halos += u[3] * v[3];
     }
 }

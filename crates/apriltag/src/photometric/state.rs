@@ -1,8 +1,8 @@
 //! The fitted parameters and what is derived from them: optics, homography, corners.
 
-use super::edge::{PIXEL, Profile};
+use super::edge::{PIXEL, Profile, beside_product, halo_variance, spread_px};
 use super::equations::Equations;
-use super::parameters::{BLACK, BLUR, HOMOGRAPHY, PARAMETERS, Vector, WHITE};
+use super::parameters::{BLACK, BLUR, HALO, HOMOGRAPHY, PARAMETERS, Vector, WHITE};
 use super::pattern::Optics;
 use crate::homography::Homography;
 use crate::quad::{Point, Quad, distance, mean_edge};
@@ -27,8 +27,8 @@ const RANGES: [[f32; 3]; PARAMETERS - BLUR] = {
         BLURS,
         BLURS,
         [-16.0, 16.0, USUAL_BLUR_PX * USUAL_BLUR_PX],
-        // Shape of the blur: a twenty-fourth of the excess kurtosis.
-        [-0.33, 0.33, 0.02],
+        // Halo, in shares of the step: half of the light may be glare, and menus of cameras sharpen up to three times.
+        [-0.5, 4.0, 0.2],
         // Gain of the response where shares are about equal: a tone curve of 1 / 1.4, or ink that spreads by a
         // seventh of a pixel.
         [-0.9, 0.9, 0.3],
@@ -79,9 +79,16 @@ impl State {
     }
 
     /// Prior of each of the last parameters: its mean minus the current value, and its standard deviation. Matters only
-    /// where the pixels carry little information.
-    pub(super) fn priors(&self) -> [[f32; 2]; PARAMETERS - BLUR] {
-        std::array::from_fn(|i| [self.usual[i] - self.values[BLUR + i], RANGES[i][2]])
+    /// where the pixels carry little information. Without a halo its prior keeps it at zero: far from the blur's variance, a step would
+    /// rather explain the blur by glare.
+    pub(super) fn priors(&self, with_halo: bool) -> [[f32; 2]; PARAMETERS - BLUR] {
+        const NO_HALO: f32 = 0.01;
+        let mut priors =
+            std::array::from_fn(|i| [self.usual[i] - self.values[BLUR + i], RANGES[i][2]]);
+        if !with_halo {
+            priors[HALO - BLUR][1] = NO_HALO;
+        }
+        priors
     }
 
     /// Directions of u and v in the image at the centre of the square, and their increase per pixel.
@@ -105,15 +112,21 @@ impl State {
     }
 
     pub(super) fn optics(&self) -> Option<Optics> {
-        let [.., light_u, light_v, uu, vv, uv, shape, _, ground] = self.values;
+        let [.., light_u, light_v, uu, vv, uv, halo, _, ground] = self.values;
         let [(u, u_per_px), (v, v_per_px)] = self.normals()?;
         // Blur mixes in more light from the brighter side, so edges appear displaced towards the darker one by the blur's covariance times
         // the light's slope (Stein's lemma).
         let [slope_u, slope_v] = [light_u * u_per_px, light_v * v_per_px];
+        let more = halo_variance(halo);
+        let across = uv + more * (u[0] * v[0] + u[1] * v[1]);
         Some(Optics {
-            profiles: [Profile::new(u, uu, shape), Profile::new(v, vv, shape)],
+            profiles: [Profile::new(u, uu, halo), Profile::new(v, vv, halo)],
             covariance: uv,
-            shift_px: [uu * slope_u + uv * slope_v, uv * slope_u + vv * slope_v],
+            beside_product: beside_product(halo),
+            shift_px: [
+                (uu + more) * slope_u + across * slope_v,
+                across * slope_u + (vv + more) * slope_v,
+            ],
             ground,
         })
     }
@@ -121,6 +134,12 @@ impl State {
     /// Variance of the blur across the edges of u and of v, in square pixels.
     pub(super) fn blur(&self) -> [f32; 2] {
         [self.values[BLUR], self.values[BLUR + 1]]
+    }
+
+    /// How far the edges of u and of v spread, in pixels.
+    pub(super) fn spread_px(&self) -> [f32; 2] {
+        let halo = self.values[HALO];
+        self.blur().map(|variance| spread_px(variance, halo))
     }
 
     /// Whether the pixel's square is visible in the edges of u or of v.
