@@ -113,3 +113,44 @@ fn tags_are_found_wherever_they_are_in_the_grid_of_pixels() {
         assert_found(&draw(&tag), &tag, 0.1, &format!("moved by {dx}, {dy} px"));
     }
 }
+
+#[test]
+fn sharpening_moves_no_corner() {
+    for (id, edge_px) in [(1, 40.0), (2, 60.0), (3, 90.0)] {
+        for (reach, amount) in [(1, 1.0), (2, 1.0), (2, 2.0)] {
+            let tag = tag(id, edge_px);
+            // A lower contrast, of which sharpening clips nothing.
+            let flat: Greys = draw(&tag).iter().map(|grey| 80.0 + 0.4 * grey).collect();
+            let what = format!("{edge_px} px, sharpened by {amount} over {reach} px");
+            assert_found(&sharpened(&flat, reach, amount), &tag, 0.05, &what);
+        }
+    }
+}
+
+/// As compression leaves them: areas of one grey, on either side of the edges.
+fn denoised(greys: &[f64]) -> Greys {
+    let even = |grey: &f64| match *grey {
+        grey if grey < 46.0 => 40.0,
+        grey if grey > 194.0 => 200.0,
+        grey => grey,
+    };
+    greys.iter().map(even).collect()
+}
+
+#[test]
+fn exposure_moves_no_corner_of_a_picture_without_noise() {
+    for (id, edge_px) in [(1, 40.0), (2, 60.0), (3, 90.0)] {
+        let tag = tag(id, edge_px);
+        let picture = denoised(&draw(&tag));
+        let curved: Greys = picture
+            .iter()
+            .map(|grey| 255.0 * (grey / 255.0).powf(0.45))
+            .collect();
+        assert_found(&curved, &tag, 0.05, &format!("{edge_px} px, gamma .45"));
+        let bright: Greys = picture
+            .iter()
+            .map(|grey| (1.8 * grey + 10.0).min(255.0))
+            .collect();
+        assert_found(&bright, &tag, 0.08, &format!("{edge_px} px, over-exposed"));
+    }
+}
