@@ -26,12 +26,17 @@ pub(super) fn halo_variance(halo: f32) -> f32 {
     -halo * HALO
 }
 
-/// Standard deviation of all that an edge spreads to, in pixels, for the variance of the blur.
+/// Standard deviation of the blur, or what makes up for it where the halo shows farther away, in pixels: a halo is fainter than an edge.
 pub(super) fn spread_px(variance: f32, halo: f32) -> f32 {
-    /// Least halo that shows farther away than the blur.
-    const SEEN: f32 = 0.1;
-    let halo = if halo.abs() > SEEN { HALO } else { 0.0 };
-    (variance + halo).sqrt()
+    const LEAST_HALO: f32 = 0.1;
+    /// Of the blur's extent in standard deviations, as far as a halo shows.
+    const SHARE: f32 = 0.6;
+    let of_blur = variance.sqrt();
+    if halo.abs() > LEAST_HALO {
+        of_blur.max(SHARE * (variance + HALO).sqrt())
+    } else {
+        of_blur
+    }
 }
 
 /// Step response at a distance beyond an edge, and its derivatives with respect to distance (per pixel), variance of the blur (per
