@@ -5,6 +5,7 @@ use crate::bit_plane::BitPlane;
 use crate::board_corners::share_corners;
 use crate::components::{Component, Components, make_room};
 use crate::kernels::vectorise;
+use crate::negative::Negative;
 use crate::photometric::PatternFitter;
 use crate::quad::middle;
 use crate::quad_finder::{Outline, QuadFinder};
@@ -15,6 +16,7 @@ use crate::{
     Detection, Image, Observer, Options, OptionsError, Pass, Refinement, Rejection, Report, Stage,
 };
 use sextant_geometry::Lens;
+use std::mem;
 
 /// Most tags in an image; the report counts what is dropped.
 const MAX_SIGHTINGS: usize = 1024;
@@ -38,6 +40,7 @@ struct Part<'a> {
 pub struct Detector {
     options: Options,
     decoder: Decoder,
+    negative: Negative,
     tiles: Tiles,
     /// Whether the current area is dim.
     is_dim: bool,
@@ -57,6 +60,7 @@ impl Detector {
         Ok(Self {
             decoder: Decoder::new(&options),
             options,
+            negative: Negative::default(),
             tiles: Tiles::default(),
             is_dim: false,
             plane: BitPlane::default(),
@@ -105,10 +109,16 @@ impl Detector {
             noise_sigma: f32::INFINITY,
             ..Report::default()
         };
+        let mut negative = mem::take(&mut self.negative);
+        let image = match self.options.inverted {
+            true => &negative.of(image),
+            false => image,
+        };
         for area in areas {
             self.search(image, area, observer);
         }
         self.locate(image, observer);
+        self.negative = negative;
         observer.stage_ended(Stage::Refine);
         &self.detections
     }

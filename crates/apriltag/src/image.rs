@@ -96,6 +96,16 @@ impl<'a> Image<'a> {
         &self.pixels[y * self.stride..][..self.width]
     }
 
+    /// An image of the same size with these pixels, row by row without padding.
+    pub(crate) fn with_pixels<'b>(&self, pixels: &'b [u8]) -> Image<'b> {
+        debug_assert_eq!(pixels.len(), self.width * self.height);
+        Image {
+            pixels,
+            stride: self.width,
+            ..*self
+        }
+    }
+
     /// A rectangle of the image, which must lie within it and have at least the least size.
     pub(crate) fn crop(&self, columns: Range<usize>, rows: Range<usize>) -> Self {
         debug_assert!(columns.end <= self.width && rows.end <= self.height);

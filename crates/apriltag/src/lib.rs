@@ -21,6 +21,7 @@ mod homography;
 mod hull;
 mod image;
 mod kernels;
+mod negative;
 mod options;
 mod photometric;
 mod quad;

@@ -27,6 +27,9 @@ pub struct Options {
     pub min_contrast_in_sigma: f32,
     /// Least decision margin in grey levels, 0 to 100 (default 4). False detections have small margins.
     pub min_margin: f32,
+    /// Whether tags are printed inverted, white for black and black for white (default: no). Around a tag lies black then, where
+    /// others have white paper. Costs a pass over the image.
+    pub inverted: bool,
     /// How corners are refined (default: photometric).
     pub refinement: Refinement,
 }
@@ -41,6 +44,7 @@ impl Default for Options {
             min_dim_contrast: 8,
             min_contrast_in_sigma: 6.5,
             min_margin: 4.0,
+            inverted: false,
             refinement: Refinement::default(),
         }
     }

@@ -440,3 +440,29 @@ fn the_largest_image_is_taken() {
         );
     }
 }
+
+/// Prints whose black is brighter than their white, in bright and in dim pictures.
+#[test]
+fn inverted_prints_are_read_on_demand_with_corners_as_exact() {
+    let tag = |greys| Tag {
+        turn_deg: [12.0, -20.0, 31.0],
+        greys,
+        ..Tag::new(17)
+    };
+    for (dark, bright) in [(30.0, 220.0), (12.0, 28.0)] {
+        let detected = |inverted, greys| {
+            let picture = Picture::draw(&camera(), &[tag(greys)], (dark + bright) / 2.0);
+            let options = Options {
+                inverted,
+                ..Options::default()
+            };
+            detect_with(options, &picture.blurred(0.5).pixels(0.5, 1), &camera())
+        };
+        let (inverted, ordinary) = ([bright, dark], [dark, bright]);
+        let found = [detected(true, inverted), detected(false, ordinary)];
+        assert_eq!(found.each_ref().map(|found| ids(found)), [[17], [17]]);
+        let [error, usual] = found.map(|found| worst_error(&found[0], &tag(ordinary), &camera()));
+        assert!(error < 1.5 * usual + 0.01, "{error} px, else {usual} px");
+        assert!(detected(false, inverted).is_empty());
+    }
+}

@@ -68,6 +68,20 @@ fn a_seen_size_needs_no_more_memory_whatever_the_image_shows() {
 }
 
 #[test]
+fn inverted_tags_need_no_more_memory_either() {
+    let options = Options {
+        inverted: true,
+        ..options()
+    };
+    let tagged = picture(0.0, 0.0).pixels(2.0, 1);
+    let negative: Vec<u8> = tagged.iter().map(|grey| 255 - grey).collect();
+    let mut detector = Detector::new(options).unwrap();
+    let mut detect = |pixels: &[u8]| allocations(pixels, |image| detector.detect(image).len());
+    detect(&tagged);
+    assert_eq!(detect(&negative), (7, 0));
+}
+
+#[test]
 fn tracking_needs_no_more_memory_after_the_first_image() {
     let empty = vec![128; CAMERA.0 * CAMERA.1];
     let tagged = picture(0.0, 0.0).pixels(2.0, 1);

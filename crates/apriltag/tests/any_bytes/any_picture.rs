@@ -73,6 +73,7 @@ fn options(bytes: &mut Bytes<'_>) -> Options {
         min_dim_contrast: 4 + bytes.below(125) as u8,
         min_contrast_in_sigma: 3.0 + bytes.below(17) as f32,
         min_margin: bytes.below(20) as f32,
+        inverted: bytes.below(2) == 1,
         refinement: [Refinement::Photometric, Refinement::Edges][bytes.below(2)],
     }
 }
