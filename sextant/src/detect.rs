@@ -3,6 +3,7 @@
 mod dataset;
 pub mod explain;
 mod families;
+mod otherwise;
 mod print;
 mod sight;
 
@@ -11,6 +12,7 @@ use crate::output::{Format, print_line};
 use anyhow::{Context, bail};
 use clap::{ArgGroup, Args};
 use families::{Sought, families};
+use otherwise::NothingFound;
 use sextant_apriltag::{Detector, Options, Tracker};
 use sextant_estimator::{Camera, CameraId};
 use sextant_process::{Exit, Failure, WithExit};
@@ -52,6 +54,9 @@ pub struct DetectArguments {
     /// 16 bits (tag16h5, aruco4x4) and ChArUco boards, whose markers are found as ArUco tags.
     #[arg(long = "family", value_name = "FAMILY", default_value = "tag36h11")]
     families: Vec<Sought>,
+    /// Detect tags that are printed inverted, white for black.
+    #[arg(long)]
+    inverted: bool,
     /// Track tags through the images of one camera: each image is searched near earlier tags and, in turn, elsewhere, so that a
     /// new tag is found within ten images.
     #[arg(long, conflicts_with_all = ["threads", "reps", "written"])]
@@ -96,6 +101,7 @@ pub struct DetectArguments {
 pub fn run(arguments: &DetectArguments, format: Format) -> anyhow::Result<()> {
     let options = Options {
         families: families(&arguments.families),
+        inverted: arguments.inverted,
         ..Options::default()
     };
     // Made once here, so that making it for each thread cannot fail any more.
@@ -118,10 +124,14 @@ fn detect_each(
     format: Format,
 ) -> anyhow::Result<()> {
     let (mut total, mut failed) = (0_usize, 0_usize);
+    let mut nothing = NothingFound::default();
     let take = |sight: anyhow::Result<DetectedImage>| {
         total += 1;
         match sight {
-            Ok(sight) => print_line(&print::of(&sight, format))?,
+            Ok(sight) => {
+                nothing.add(&sight.path, sight.detections.len());
+                print_line(&print::of(&sight, format))?;
+            }
             Err(error) => {
                 failed += 1;
                 eprintln!("error: {error:#}");
@@ -142,6 +152,9 @@ fn detect_each(
             detect(detector, &path?, arguments.reps, camera.as_ref())
         };
         in_order(threads, paths, || detector(options), work, take)?;
+    }
+    if let Some(hint) = nothing.hint(options) {
+        eprintln!("hint: {hint}");
     }
     if failed > 0 {
         let cause = anyhow::anyhow!("{failed} of {total} pictures could not be used");

@@ -3,12 +3,14 @@
 //! - [`Image`]: a borrowed grey image with any stride.
 //! - [`Detector`]: the pipeline. It is built from [`Options`] and returns the tags of an image as [`Detection`]s.
 //! - [`Tracker`]: a detector for image sequences that searches only areas of each image.
+//! - [`Alternative`]: what an image without tags would show if they were inverted, mirrored or of other families.
 //! - [`Report`], [`Observer`]: counts and events of a detection.
 //!
 //! Corners are pixels with (0, 0) at the centre of the top left pixel. The detector knows no metres, no clock and no network, and a
 //! lens only if one is given to fit distorted edges. It does not allocate once it has processed an image of a size.
 
 mod agreement;
+mod alternative;
 mod area;
 mod bit_plane;
 mod board_corners;
@@ -34,6 +36,7 @@ mod tiles;
 mod tracker;
 mod view;
 
+pub use alternative::Alternative;
 pub use detection::{Detection, Refinement};
 pub use detector::Detector;
 pub use image::{Image, ImageError};

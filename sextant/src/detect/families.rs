@@ -25,7 +25,9 @@ impl FromStr for Sought {
 pub fn families(sought: &[Sought]) -> Vec<Family> {
     let each = |sought: &Sought| match sought {
         Sought::One(family) => vec![*family],
-        Sought::All => all(),
+        Sought::All => every_family()
+            .filter(|family| family.data().bits.len() >= FEWEST_BITS)
+            .collect(),
     };
     sought.iter().flat_map(each).collect()
 }
@@ -33,17 +35,16 @@ pub fn families(sought: &[Sought]) -> Vec<Family> {
 /// Fewest bits of a family that `all` includes: shorter words are found in texture and in the tags of other families.
 const FEWEST_BITS: usize = 25;
 
-/// Every family but those of few bits, those whose tags another one has too, and ChArUco boards, whose markers are ArUco tags.
-fn all() -> Vec<Family> {
+/// Every family but those whose tags another one has too, and ChArUco boards, whose markers are ArUco tags.
+pub fn every_family() -> impl Iterator<Item = Family> {
     let is_sought = |family: &Family| {
         let data = family.data();
-        data.bits.len() >= FEWEST_BITS
-            && data.board != Some(Board::Charuco)
+        data.board != Some(Board::Charuco)
             && !Family::ALL
                 .iter()
                 .any(|other| is_part_of(data, other.data()))
     };
-    Family::ALL.into_iter().filter(is_sought).collect()
+    Family::ALL.into_iter().filter(is_sought)
 }
 
 /// Whether a family is the first tags of a larger one.
