@@ -23,7 +23,8 @@ const ONE_PX: f32 = 1.0;
 /// Replaces the corners of a tag by those that its family defines; returns whether it is a tag of that family.
 pub(crate) fn refine(image: &Image<'_>, reading: &Reading, tag: &mut Detection) -> bool {
     match tag.family.data().board {
-        None => true,
+        // Squares of a plain chessboard have no code, so that no detection is one.
+        None | Some(Board::Chessboard) => true,
         Some(Board::Aprilgrid) => {
             let module = 2.0 / f32::from(tag.family.data().border_width);
             // A border of two modules lies within a corner, a square of two and more beyond it. What hides a corner spoils the edges'

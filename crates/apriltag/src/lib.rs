@@ -4,6 +4,7 @@
 //! - [`Detector`]: the pipeline. It is built from [`Options`] and returns the tags of an image as [`Detection`]s.
 //! - [`Tracker`]: a detector for image sequences that searches only areas of each image.
 //! - [`Report`], [`Observer`]: counts and events of a detection.
+//! - [`find_chessboard`]: the inner corners of a plain chessboard.
 //!
 //! Corners are pixels with (0, 0) at the centre of the top left pixel. The detector knows no metres, no clock and no network, and a
 //! lens only if one is given to fit distorted edges. It does not allocate once it has processed an image of a size.
@@ -12,6 +13,7 @@ mod agreement;
 mod area;
 mod bit_plane;
 mod board_corners;
+mod chessboard;
 mod code_index;
 mod components;
 mod detection;
@@ -33,6 +35,7 @@ mod tiles;
 mod tracker;
 mod view;
 
+pub use chessboard::{BoardShape, ChessboardView, Extent, find_chessboard};
 pub use detection::{Detection, Refinement};
 pub use detector::Detector;
 pub use image::{Image, ImageError};

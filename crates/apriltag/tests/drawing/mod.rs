@@ -142,7 +142,7 @@ impl Tag {
                 let is_beside = square.iter().all(|at| (-1..=1).contains(at));
                 is_beside && (square[0] + square[1]) % 2 != 0
             }
-            None => false,
+            Some(Board::Chessboard) | None => false,
         }
     }
 }
