@@ -3,6 +3,7 @@
 mod dataset;
 pub mod explain;
 mod families;
+mod finder;
 mod print;
 mod sight;
 
@@ -19,6 +20,7 @@ use sight::{DetectedImage, detect, follow};
 use std::io::{self, BufRead, BufReader};
 use std::path::{Path, PathBuf};
 
+pub use finder::{ChessboardSearch, PartialViews, TagFinder};
 pub use sight::{detected_tags, image_of};
 
 /// Arguments of `sextant detect`.

@@ -4,6 +4,7 @@ mod chart;
 mod pictures;
 mod words;
 
+use crate::detect::{ChessboardSearch, PartialViews};
 use crate::output::{Format, print_line};
 use crate::print::enlarged;
 use crate::procedure::{ImageArguments, ImageSelection, Images, wrong};
@@ -80,7 +81,9 @@ fn resolution(text: &str) -> Result<[u32; 2], String> {
 pub fn run(arguments: &LensArguments, format: Format) -> anyhow::Result<()> {
     let board = board(arguments).exit_with(Exit::Input)?;
     let known = existing(&arguments.rig).exit_with(Exit::Input)?;
-    let mut images = arguments.images.open(format)?;
+    let chessboard = ChessboardSearch::of([&board], PartialViews::Used);
+    let camera = Some(&arguments.camera);
+    let mut images = arguments.images.open(format, chessboard.as_ref(), camera)?;
     let (resolution, selection) = pictures_of(&mut images, arguments, &known)?;
     let plan = Plan::Lens(LensPlan {
         camera: arguments.camera.clone(),
@@ -93,6 +96,7 @@ pub fn run(arguments: &LensArguments, format: Format) -> anyhow::Result<()> {
         rig: Rig::new(vec![placeholder(arguments, resolution)?])?,
         cameras: vec![arguments.camera.clone()],
         families: plan.families(),
+        chessboard,
     };
     let procedure = Procedure::start(known, plan).exit_with(Exit::Input)?;
     finish(&images.outcome(procedure, &looking)?, arguments, format)
@@ -127,8 +131,10 @@ fn pictures_of(
 ) -> anyhow::Result<([u32; 2], Selection)> {
     match images {
         Images::Live(live) => Ok((live.resolution_of(&arguments.camera)?, Selection::New)),
-        Images::Recorded { folder, .. } => {
-            let frames = frames(arguments, folder)?;
+        Images::Recorded {
+            folder, dataset, ..
+        } => {
+            let frames = frames(arguments, folder, dataset)?;
             let selection = if frames.len() > MANY {
                 Selection::New
             } else {
@@ -163,8 +169,11 @@ fn existing(path: &Path) -> anyhow::Result<Rig> {
 }
 
 /// What the recording has of the camera.
-fn frames(arguments: &LensArguments, recording: &Path) -> anyhow::Result<Vec<Frame>> {
-    let dataset = Dataset::open(recording).exit_with(Exit::Input)?;
+fn frames(
+    arguments: &LensArguments,
+    recording: &Path,
+    dataset: &Dataset,
+) -> anyhow::Result<Vec<Frame>> {
     let recorded = dataset
         .cameras()
         .iter()
