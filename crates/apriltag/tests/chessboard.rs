@@ -88,7 +88,7 @@ impl Scene {
         let within =
             |by: f64| (-by..columns - 1.0 + by).contains(&x) && (-by..rows - 1.0 + by).contains(&y);
         match () {
-            () if !(times > 0.0) || !within(2.0) => WALL,
+            () if times.is_nan() || times <= 0.0 || !within(2.0) => WALL,
             () if !within(1.0) => 220.0,
             () if (x.floor() + y.floor()).rem_euclid(2.0) == 0.0 => 35.0,
             () => 220.0,

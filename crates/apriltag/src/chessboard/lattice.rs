@@ -257,6 +257,7 @@ impl Lattice {
             edges,
             step,
             radius_px: clear.clamp(RADIUS_PX[0], RADIUS_PX[1]),
+            gap_px: 0.0,
         })
     }
 

@@ -50,14 +50,13 @@ fn neighbour(image: &Smoothed, candidates: &[Candidate], from: &Candidate, ray: 
         nearest[at..].rotate_right(1);
         nearest[at] = (along, Some((index, back)));
     }
-    let bright_right = ray % 2 == 0;
-    let reached = nearest.into_iter().find_map(|(_, link)| {
+    let bright_right = ray.is_multiple_of(2);
+    nearest.into_iter().find_map(|(_, link)| {
         let (index, back) = link?;
         let to = &candidates[index];
         let least = LEAST_CONTRAST * (from.swing + to.swing);
         is_edge(image, [from.place, to.place], bright_right, least).then_some((index, back))
-    });
-    reached
+    })
 }
 
 /// The edge of `to` that leads back along `way`. Colours alternate, so that it is one of the other kind.

@@ -95,7 +95,7 @@ impl Placed {
             .map(|index| (moved(*index), lattice.is_bright_at(*index)))?;
         // By a turn, the square to the lower right becomes another one of the corner.
         let is_even = (origin[0] + origin[1]).rem_euclid(2) == 0;
-        let lower_right_is_bright = is_bright == (turn % 2 == 0);
+        let lower_right_is_bright = is_bright == turn.is_multiple_of(2);
         Some(Self {
             size: size.map(|n| u16::try_from(n).unwrap_or(u16::MAX)),
             corners,
