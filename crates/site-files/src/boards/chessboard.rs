@@ -61,6 +61,6 @@ impl Chessboard {
 
     /// Whether the board looks the same after half a turn, so that images do not tell which end is up.
     pub fn is_symmetric(&self) -> bool {
-        (self.columns + self.rows) % 2 == 0
+        (self.columns + self.rows).is_multiple_of(2)
     }
 }

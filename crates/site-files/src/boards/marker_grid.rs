@@ -31,8 +31,7 @@ impl MarkerGrid {
     /// A grid without markers or gaps, with ids that the dictionary lacks, or with sizes that no tag has.
     pub fn object(&self, id: ObjectId) -> Result<ObjectModel, BoardError> {
         check_grid(self.columns, self.rows)?;
-        // The comparison also refuses NaN.
-        if !(self.separation_m > 0.0) {
+        if self.separation_m.is_nan() || self.separation_m <= 0.0 {
             return Err(BoardError::Separation(self.separation_m));
         }
         let pitch_m = self.marker_m + self.separation_m;
