@@ -31,6 +31,8 @@ visible. Without --model cross-validation selects the simplest model that predic
 images do not determine the lens, the cause is reported and nothing is written. The camera keeps its pose in the rig file, or is
 added to it; the previous file is kept as FILE.former.
 
+DIR may also be a folder of pictures (JPEG, PNG and others) without data.csv, or have one named after the camera.
+
 With --live the images come from a camera of the running site: hold the board as instructed until there are enough images, or
 press Ctrl-C; then the lens is solved. With --json, progress is one line per second at most: {\"kind\",\"images\",\"fraction\",\"is_enough\",
 \"hint\",\"details\":{\"views\",\"coverage\":[[corners]],\"tilted\":[left,right,upper,lower]}}.
@@ -45,7 +47,7 @@ With --json, the result is one line on standard output: {\"camera\",\"resolution
 pub struct LensArguments {
     #[command(flatten)]
     images: ImageArguments,
-    /// Object file of the board, as written by `sextant print board`.
+    /// Object file of the board, as written by `sextant print board`, or the board of another tool (docs/boards.md).
     #[arg(long, value_name = "FILE")]
     board: PathBuf,
     /// The camera.
